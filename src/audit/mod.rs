@@ -1,0 +1,1 @@
+//! Shape error of a tool model against its CAD (Eq. 24).

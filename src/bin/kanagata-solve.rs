@@ -1,0 +1,2 @@
+//! The forming solver.
+fn main() {}

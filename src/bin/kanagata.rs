@@ -1,0 +1,2 @@
+//! CAD to tool models, audits, reports.
+fn main() {}

@@ -1,0 +1,85 @@
+//! The CAD wing's ground: IGES and STEP files become a [`Model`] of trimmed NURBS faces in mm.
+//!
+//! `iges` and `step` turn text into a [`raw::RawModel`] (native surfaces, curves as the file gives them);
+//! `build` turns that into the [`Model`] (rational-exact NURBS, loops in the parameter plane, joined edges).
+
+pub mod iges;
+pub mod model;
+pub mod raw;
+pub mod step;
+
+use std::path::{Path, PathBuf};
+
+pub use model::Model;
+
+/// How much a [`Diagnostic`] matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// Worth knowing.
+    Note,
+    /// Repaired or skipped: the model may differ from what its author meant.
+    Warning,
+}
+
+/// Something the reader survived and tells the user.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Diagnostic {
+    /// How much it matters.
+    pub severity: Severity,
+    /// Short stable kebab-case name of the kind, for example `entity-skipped`.
+    pub code: &'static str,
+    /// Where: `line 12 (D7, entity 128)` or `#45 (ADVANCED_FACE)`; empty for the whole file.
+    pub place: String,
+    /// What was found, what was done.
+    pub text: String,
+}
+
+/// Why a CAD file gives no model.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum CadError {
+    /// The file cannot be opened or read.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        #[source]
+        source: std::io::Error,
+    },
+    /// Neither IGES nor STEP.
+    #[error(
+        "{file}: neither an IGES file (no S section in column 73) nor a STEP file (no ISO-10303-21): {found}; export the model as IGES 5.3 or STEP AP203/AP214/AP242"
+    )]
+    UnknownFormat {
+        /// The file's name.
+        file: String,
+        /// What its first bytes look like.
+        found: String,
+    },
+    /// The text breaks the format's grammar or says something that cannot be.
+    #[error("{file}, {place}: {found}; allowed: {allowed}; {remedy}")]
+    Invalid {
+        /// The file's name.
+        file: String,
+        /// Line, card and entity, or `#id`.
+        place: String,
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: String,
+        /// What to do.
+        remedy: String,
+    },
+}
+
+/// Reads an IGES or STEP file, told apart by content, into a model in mm.
+///
+/// # Errors
+/// [`CadError`] when the file cannot be read or its text is beyond repair. What was survived is in the
+/// diagnostics.
+pub fn read(path: &Path) -> Result<(Model, Vec<Diagnostic>), CadError> {
+    let _ = path;
+    unimplemented!("cad: read")
+}

@@ -1,0 +1,1 @@
+//! CAD and mesh become a tool model: normals, creases, orientation.

@@ -1,0 +1,29 @@
+//! Kanagata turns the CAD of a forming die into smooth, audited tool models and forms sheet metal
+//! against them with an implicit finite-element solver.
+//!
+//! The flow, one line a module (an import always points down this list, never up):
+//!
+//! - [`cli`]: one file a subcommand of the two programs
+//! - [`run`]: a scene becomes a run folder
+//! - [`convert`]: CAD and mesh become a tool model; [`scene`]: what a run is
+//! - [`audit`]: the shape error of a tool model against its CAD (Eq. 24); [`solver`]: the forming solver
+//! - [`mesh`]: surface meshes of a CAD model; [`report`]: what people look at; [`contact`]: closest point on a tool
+//! - [`cad`]: IGES and STEP become trimmed NURBS faces; [`tool`]: Nagata and Bezier patches and the tool file
+//! - [`geometry`]: vectors, boxes, NURBS; [`files`]: whole-file writing
+//!
+//! Everything inside is in mm, N, MPa, s and rad; units are converted where a file is read.
+//! `contact` and `solver` know tool files only: they never see `cad`, `mesh`, `convert` or `audit`.
+
+pub mod audit;
+pub mod cad;
+pub mod cli;
+pub mod contact;
+pub mod convert;
+pub mod files;
+pub mod geometry;
+pub mod mesh;
+pub mod report;
+pub mod run;
+pub mod scene;
+pub mod solver;
+pub mod tool;

@@ -1,0 +1,1 @@
+//! What a run is: blank, material, tools, stages, output; read and checked.

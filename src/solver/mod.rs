@@ -1,0 +1,1 @@
+//! The implicit forming solver: blank, elements, materials, contact, Newton, stepping.

@@ -1,0 +1,7 @@
+//! Tool models: Nagata (Eq. 7-12) and Bezier (Eq. 1-6) patches and the tool file. Knows no CAD.
+
+pub mod model;
+pub mod patch;
+
+pub use model::{ToolKind, ToolModel};
+pub use patch::{Patch, PatchDerivs};

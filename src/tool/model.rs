@@ -1,0 +1,47 @@
+//! A tool model in memory: what a tool file holds, and the patches derived from it.
+
+use crate::geometry::Vec3;
+
+/// What the patches of a tool model are.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum ToolKind {
+    /// Nagata patches from vertices and normals.
+    Nagata,
+    /// Bezier patches from control points.
+    Bezier,
+    /// Flat triangles and bilinear quadrilaterals.
+    Facets,
+}
+
+/// A Nagata or facet patch as the tool file lists it.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+pub struct PatchCorners {
+    /// Three or four vertex ids.
+    pub vertices: Vec<u32>,
+    /// Beside them, normal ids.
+    pub normals: Vec<u32>,
+    /// CAD face id.
+    pub face: u32,
+}
+
+/// A tool model: vertices, normals, patches; coefficients are derived, each shared edge once.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolModel {
+    /// Name of the tool.
+    pub name: String,
+    /// What its patches are.
+    pub kind: ToolKind,
+    /// Vertex positions [mm] (Nagata, facets).
+    pub vertices: Vec<Vec3>,
+    /// Unit normals, out of the tool.
+    pub normals: Vec<Vec3>,
+    /// Corner ids (Nagata, facets).
+    pub corners: Vec<PatchCorners>,
+    /// Patches ready for evaluation, in file order.
+    pub patches: Vec<super::Patch>,
+    /// CAD face id of each patch.
+    pub faces: Vec<u32>,
+}

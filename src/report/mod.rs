@@ -1,5 +1,6 @@
-//! What people look at: history, VTU, HTML.
+//! What people look at: history, VTU, HTML. Knows neither CAD nor solver.
 
+pub mod charts;
+pub mod page;
+pub mod record;
 pub mod vtu;
-
-pub use vtu::{CellKind, DataArray, Vtu};

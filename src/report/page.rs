@@ -1,0 +1,122 @@
+//! A self-contained HTML page: text, tables, charts and 3-D views, with the plotting script inside it so
+//! that it opens without a network.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::files::{WriteError, write_atomic};
+
+/// A page under construction.
+#[derive(Debug, Clone, Default)]
+pub struct Page {
+    title: String,
+    body: String,
+    scripts: String,
+    plots: usize,
+}
+
+impl Page {
+    /// An empty page.
+    #[must_use]
+    pub fn new(title: &str) -> Self {
+        let body = format!("<h1>{}</h1>\n", escape(title));
+        Self { title: title.to_owned(), body, ..Self::default() }
+    }
+
+    /// A section heading.
+    pub fn heading(&mut self, text: &str) {
+        let _ = writeln!(self.body, "<h2>{}</h2>", escape(text));
+    }
+
+    /// A paragraph.
+    pub fn text(&mut self, text: &str) {
+        let _ = writeln!(self.body, "<p>{}</p>", escape(text));
+    }
+
+    /// A table; cells that parse as numbers are set flush right.
+    pub fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
+        self.body.push_str("<table><thead><tr>");
+        for cell in head {
+            let _ = write!(self.body, "<th>{}</th>", escape(cell));
+        }
+        self.body.push_str("</tr></thead><tbody>\n");
+        for row in rows {
+            self.body.push_str("<tr>");
+            for cell in row {
+                let class = if cell.parse::<f64>().is_ok() { " class=\"n\"" } else { "" };
+                let _ = write!(self.body, "<td{class}>{}</td>", escape(cell));
+            }
+            self.body.push_str("</tr>\n");
+        }
+        self.body.push_str("</tbody></table>\n");
+    }
+
+    /// A plot from plotly traces and layout, `height` in CSS pixels.
+    pub fn plot(&mut self, traces: &[Value], layout: &Value, height: usize) {
+        let id = format!("plot{}", self.plots);
+        self.plots += 1;
+        let _ = writeln!(self.body, "<div id=\"{id}\" style=\"height:{height}px\"></div>");
+        let data = serde_json::to_string(traces).unwrap_or_else(|_| "[]".into());
+        let _ = writeln!(
+            self.scripts,
+            "Plotly.newPlot(\"{id}\",{data},{layout},{{responsive:true,displaylogo:false}});"
+        );
+    }
+
+    /// The whole page.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let library = plotly::Plot::offline_js_sources();
+        let end = library.find("</script>").map_or(library.len(), |at| at + "</script>".len());
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{}</title>\n\
+             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<style>{STYLE}</style>\n{}\n\
+             </head><body><main>\n{}</main>\n<script>\n{}</script></body></html>\n",
+            escape(&self.title),
+            &library[..end],
+            self.body,
+            // A closing tag inside a string would end the script.
+            self.scripts.replace("</", "<\\/"),
+        )
+    }
+
+    /// Writes the page beside `path` and renames it.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the folder is missing or full.
+    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
+        write_atomic(path, |w| w.write_all(self.html().as_bytes()))
+    }
+}
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;margin:0;color:#1b2330;background:#fff}\
+main{max-width:1080px;margin:0 auto;padding:24px}h1{font-size:28px;margin:0 0 8px}\
+h2{font-size:20px;margin:32px 0 8px;border-bottom:1px solid #d5dbe3;padding-bottom:4px}\
+table{border-collapse:collapse;font-size:14px;margin:8px 0}th,td{padding:3px 12px 3px 0;text-align:left;\
+border-bottom:1px solid #e6eaef}th{color:#5a6675;font-weight:600}td.n{text-align:right;\
+font-variant-numeric:tabular-nums}p{max-width:75ch}";
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_page_needs_no_network_and_escapes_what_it_is_given() {
+        let mut page = Page::new("a <b> & \"c\"");
+        page.table(&["x"], &[vec!["1.5".into()], vec!["</td>".into()]]);
+        page.plot(&[json!({"x":[1,2],"y":[3,4],"name":"</script>"})], &json!({}), 300);
+        let html = page.html();
+        assert!(html.contains("<title>a &lt;b&gt; &amp; &quot;c&quot;</title>"));
+        assert!(html.contains("<td class=\"n\">1.5</td>") && html.contains("&lt;/td&gt;"));
+        assert!(html.contains("<\\/script>"));
+        assert!(!html.contains("<script src") && !html.contains("<link"));
+        assert!(html.len() > 1_000_000, "the plotting script is inside");
+    }
+}

@@ -1,0 +1,186 @@
+//! The two records of a run folder: `history.csv`, a line an increment, and `run.json`.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::files::{WriteError, write_atomic};
+
+/// One increment, as a line of `history.csv`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HistoryRow {
+    /// Increment, from 1.
+    pub increment: usize,
+    /// Stage name.
+    pub stage: String,
+    /// Process time: stages done plus the share of the one under way.
+    pub time: f64,
+    /// Travel of each tool from its starting place along its direction [mm].
+    pub travel_mm: Vec<f64>,
+    /// Force of each tool on the sheet along its direction, of the whole process [N].
+    pub force_n: Vec<f64>,
+    /// Newton iterations of the increment.
+    pub iterations: usize,
+    /// Nodes in contact, and those of them that slip.
+    pub contacts: [usize; 2],
+    /// Energies since the start, of the whole process.
+    pub energy: Energies,
+}
+
+/// Energies since the start of the run [N mm].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Energies {
+    /// Work of the tools on the sheet.
+    pub external: f64,
+    /// Work of the internal forces: elastic, plastic, and what hardening stores.
+    pub internal: f64,
+    /// Heat of friction.
+    pub friction: f64,
+}
+
+/// A history in memory: tool names and rows.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct History {
+    /// Tools, in the scene's order.
+    pub tools: Vec<String>,
+    /// Increments in order.
+    pub rows: Vec<HistoryRow>,
+}
+
+impl History {
+    /// Writes `history.csv` whole.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the folder is missing or full.
+    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
+        write_atomic(path, |w| self.write_to(w))
+    }
+
+    fn write_to(&self, w: &mut dyn Write) -> io::Result<()> {
+        write!(w, "increment,stage,time")?;
+        for tool in &self.tools {
+            write!(w, ",{tool}_travel_mm,{tool}_force_n")?;
+        }
+        writeln!(
+            w,
+            ",iterations,contact_nodes,slipping_nodes,external_work_nmm,internal_work_nmm,friction_work_nmm"
+        )?;
+        for row in &self.rows {
+            write!(w, "{},{},{}", row.increment, row.stage, row.time)?;
+            for (travel, force) in row.travel_mm.iter().zip(&row.force_n) {
+                write!(w, ",{travel},{force}")?;
+            }
+            let [contacts, slips] = row.contacts;
+            let e = &row.energy;
+            writeln!(
+                w,
+                ",{},{contacts},{slips},{},{},{}",
+                row.iterations, e.external, e.internal, e.friction
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Still going, or killed.
+    Running,
+    /// All stages done.
+    Completed,
+    /// The solver gave up; the last good state is on disk.
+    NoConvergence,
+}
+
+/// `run.json`: what went in, what it cost, how it ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RunRecord {
+    /// `kanagata-run`.
+    pub format: String,
+    /// File version: 1.
+    pub version: u32,
+    /// Program version that wrote it.
+    pub program: String,
+    /// Scene name.
+    pub name: String,
+    /// How it ended.
+    pub verdict: Verdict,
+    /// What the solver said when it gave up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// Increments done.
+    pub increments: usize,
+    /// Newton iterations in them, those of cut increments included.
+    pub iterations: usize,
+    /// Increments that were cut and tried again.
+    pub cuts: usize,
+    /// Wall time [s].
+    pub wall_s: f64,
+    /// Processor time of all threads [s].
+    pub cpu_s: f64,
+    /// Largest memory of the process [MB].
+    pub peak_mb: f64,
+    /// Wall time by phase [s].
+    pub timings_s: BTreeMap<String, f64>,
+    /// Threads used.
+    pub threads: usize,
+    /// Unknowns of the model.
+    pub unknowns: usize,
+    /// Largest out-of-balance of tool forces against nodal contact forces, as a share of the force.
+    pub force_balance: f64,
+    /// Energy that does not close, as a share of the work done.
+    pub energy_balance: f64,
+    /// Deepest penetration of a node at the end of an increment [mm].
+    pub penetration_mm: f64,
+    /// SHA-256 of the scene and of every tool file, by path as the scene names it.
+    pub inputs: BTreeMap<String, String>,
+}
+
+impl RunRecord {
+    /// Writes `run.json` whole.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the folder is missing or full.
+    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
+        write_atomic(path, |w| {
+            serde_json::to_writer_pretty(&mut *w, self)?;
+            writeln!(w)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn history_columns_are_as_documented() {
+        let history = History {
+            tools: vec!["die".into(), "punch".into()],
+            rows: vec![HistoryRow {
+                increment: 1,
+                stage: "clamp".into(),
+                time: 0.5,
+                travel_mm: vec![0.0, 1.25],
+                force_n: vec![-10.0, 10.0],
+                iterations: 4,
+                contacts: [7, 2],
+                energy: Energies::default(),
+            }],
+        };
+        let mut text = Vec::new();
+        history.write_to(&mut text).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        assert!(text.starts_with(
+            "increment,stage,time,die_travel_mm,die_force_n,punch_travel_mm,punch_force_n,iterations,"
+        ));
+        assert!(text.lines().nth(1).unwrap().starts_with("1,clamp,0.5,0,-10,1.25,10,4,7,2,"));
+        let columns = |line: &str| line.split(',').count();
+        assert_eq!(columns(text.lines().next().unwrap()), columns(text.lines().nth(1).unwrap()));
+    }
+}

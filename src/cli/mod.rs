@@ -1,1 +1,2 @@
-//! One file a subcommand, for both programs.
+//! cli
+pub mod exit;

@@ -1,0 +1,70 @@
+//! How the programs end: exit codes and the one place where errors are printed.
+
+use std::error::Error;
+use std::process::ExitCode;
+
+/// Exit codes of both programs, as `--help` documents them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// 0: done.
+    Done = 0,
+    /// 1: a limit was exceeded (`audit --tol`).
+    Limit = 1,
+    /// 2: bad usage or bad input.
+    Input = 2,
+    /// 3: the solver did not converge.
+    NoConvergence = 3,
+    /// 4: a file could not be read or written.
+    Io = 4,
+}
+
+/// The text about exit codes at the end of every `--help`.
+pub const EXIT_HELP: &str = "Exit codes: 0 done, 1 a limit was exceeded, 2 bad usage or input, 3 no convergence, \
+     4 a file could not be read or written.";
+
+/// Why a command stops: the exit code and what to print.
+#[derive(Debug)]
+pub struct Failure {
+    /// Exit code.
+    pub exit: Exit,
+    /// What to print.
+    pub error: Box<dyn Error + Send + Sync>,
+}
+
+impl Failure {
+    /// A failure with its exit code.
+    pub fn new(exit: Exit, error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self { exit, error: error.into() }
+    }
+
+    /// Bad usage or input (exit code 2).
+    pub fn input(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::new(Exit::Input, error)
+    }
+}
+
+impl From<crate::files::WriteError> for Failure {
+    fn from(error: crate::files::WriteError) -> Self {
+        Self::new(Exit::Io, error)
+    }
+}
+
+impl From<crate::cad::CadError> for Failure {
+    fn from(error: crate::cad::CadError) -> Self {
+        let exit =
+            if matches!(error, crate::cad::CadError::Io { .. }) { Exit::Io } else { Exit::Input };
+        Self::new(exit, error)
+    }
+}
+
+/// Turns the end of a command into the exit code of the process, printing the error if there is one.
+#[must_use]
+pub fn finish(outcome: Result<Exit, Failure>) -> ExitCode {
+    match outcome {
+        Ok(exit) => ExitCode::from(exit as u8),
+        Err(failure) => {
+            eprintln!("error: {}", failure.error);
+            ExitCode::from(failure.exit as u8)
+        }
+    }
+}

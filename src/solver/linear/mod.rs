@@ -1,0 +1,2 @@
+//! Linear solvers.
+pub mod multifrontal;

@@ -1,0 +1,19 @@
+//! A multifrontal LU of our own on dense kernels: nested dissection of blocks by their coordinates, static
+//! memory reused by every refactorisation, pivoting inside fronts, subtrees in parallel, the same bits for any
+//! number of threads.
+//!
+//! Rows are pivoted only within the pivot block of their front (an entire through-thickness column of the
+//! sheet at least); whoever calls checks the residual and refines.
+
+mod entries;
+mod numeric;
+mod order;
+mod solve;
+mod supernodes;
+mod symbolic;
+
+pub use numeric::{Factors, Singular};
+pub use symbolic::{PatternError, PatternRef, Symbolic};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,329 @@
+//! Numeric factorisation: fronts assembled, factored by dense kernels, passed up the tree.
+//!
+//! The arithmetic of a front does not depend on the number of threads: subtrees run side by side, wide products
+//! are cut into strips of fixed width, and the dense kernels themselves run on one thread each.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::factor as lu;
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve as triangular;
+use faer::{Accum, MatMut, MatRef, Par};
+use rayon::prelude::*;
+
+use super::symbolic::{Front, Symbolic};
+
+/// Columns of a strip of a large product; operations below which a front is not cut into strips.
+const STRIP: usize = 96;
+const STRIP_FLOPS: f64 = 2e7;
+
+/// A front whose pivot block is singular.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the matrix is singular near unknown {unknown}: a part of the model is not held, or its stiffness has vanished"
+)]
+pub struct Singular {
+    /// An unknown (numbered as in the pattern) of the pivot block that has no inverse.
+    pub unknown: usize,
+}
+
+/// Factors of one matrix, and the memory for the next ones of the same pattern.
+#[derive(Debug, Default)]
+pub struct Factors {
+    storage: Aligned,
+    workspace: Aligned,
+    /// Row of the pivot block that stands in each place after pivoting, counted within its front.
+    pub(super) pivot: Vec<u32>,
+    inverse: Vec<u32>,
+}
+
+impl Factors {
+    /// Panels and U12 blocks of all fronts.
+    pub(super) fn storage(&self) -> &[f64] {
+        self.storage.get()
+    }
+}
+
+/// A vector of numbers that begins on a cache line.
+#[derive(Debug, Default)]
+struct Aligned {
+    numbers: Vec<f64>,
+    from: usize,
+    len: usize,
+}
+
+impl Aligned {
+    fn resize(&mut self, len: usize) {
+        if self.len != len || self.numbers.is_empty() {
+            self.numbers = vec![0.0; len + 8];
+            self.from = self.numbers.as_ptr().align_offset(64).min(8);
+            self.len = len;
+        }
+    }
+
+    fn get(&self) -> &[f64] {
+        &self.numbers[self.from..self.from + self.len]
+    }
+
+    fn get_mut(&mut self) -> &mut [f64] {
+        &mut self.numbers[self.from..self.from + self.len]
+    }
+}
+
+/// The parts of the output that belong to one subtree: fronts `first_front..`, unknowns `first_unknown..`.
+struct Part<'a> {
+    storage: &'a mut [f64],
+    storage_from: usize,
+    pivot: &'a mut [u32],
+    inverse: &'a mut [u32],
+    unknown_from: usize,
+    workspace: &'a mut [f64],
+    workspace_from: usize,
+}
+
+impl Symbolic {
+    /// Factors the matrix with these values (in the pattern's order) into `factors`, reusing its memory.
+    ///
+    /// # Errors
+    /// [`Singular`] when a pivot block has no inverse.
+    pub fn factor(&self, values: &[f64], factors: &mut Factors) -> Result<(), Singular> {
+        factors.storage.resize(self.storage);
+        factors.workspace.resize(self.workspace);
+        factors.pivot.resize(self.n, 0);
+        factors.inverse.resize(self.n, 0);
+        let mut part = Part {
+            storage: factors.storage.get_mut(),
+            storage_from: 0,
+            pivot: &mut factors.pivot,
+            inverse: &mut factors.inverse,
+            unknown_from: 0,
+            workspace: factors.workspace.get_mut(),
+            workspace_from: 0,
+        };
+        for &root in &self.roots {
+            let (mut own, rest) = self.split(part, root as usize);
+            self.subtree(root as usize, values, &mut own)?;
+            // Roots follow one another and share the workspace.
+            part = Part { workspace: own.workspace, workspace_from: own.workspace_from, ..rest };
+        }
+        Ok(())
+    }
+
+    /// Cuts the part of subtree `root` off the front of `part`; both keep the whole workspace's start.
+    fn split<'a>(&self, part: Part<'a>, root: usize) -> (Part<'a>, Part<'a>) {
+        let front = &self.fronts[root];
+        let storage_end =
+            self.fronts.get(root + 1).map_or(self.storage, |f| f.storage) - part.storage_from;
+        let unknown_end = front.first + front.pivots - part.unknown_from;
+        let (storage, storage_rest) = part.storage.split_at_mut(storage_end);
+        let (pivot, pivot_rest) = part.pivot.split_at_mut(unknown_end);
+        let (inverse, inverse_rest) = part.inverse.split_at_mut(unknown_end);
+        let rest = Part {
+            storage: storage_rest,
+            storage_from: part.storage_from + storage_end,
+            pivot: pivot_rest,
+            inverse: inverse_rest,
+            unknown_from: part.unknown_from + unknown_end,
+            workspace: &mut [],
+            workspace_from: part.workspace_from,
+        };
+        (Part { storage, pivot, inverse, ..part }, rest)
+    }
+
+    fn subtree(&self, root: usize, values: &[f64], part: &mut Part<'_>) -> Result<(), Singular> {
+        let front = &self.fronts[root];
+        if !front.forks {
+            for i in front.subtree..=root {
+                self.front(i, values, part)?;
+            }
+            return Ok(());
+        }
+        if front.parallel {
+            self.children_side_by_side(front, values, part)?;
+        } else {
+            for &c in &front.children {
+                self.subtree(c as usize, values, part)?;
+            }
+        }
+        self.front(root, values, part)
+    }
+
+    fn children_side_by_side(
+        &self,
+        front: &Front,
+        values: &[f64],
+        part: &mut Part<'_>,
+    ) -> Result<(), Singular> {
+        let mut rest = Part {
+            storage: part.storage,
+            storage_from: part.storage_from,
+            pivot: part.pivot,
+            inverse: part.inverse,
+            unknown_from: part.unknown_from,
+            workspace: &mut [],
+            workspace_from: 0,
+        };
+        let mut workspace_from = front.contribution + front.contribution_len();
+        let mut workspace = &mut part.workspace[workspace_from - part.workspace_from..];
+        let mut tasks = Vec::with_capacity(front.children.len());
+        for &c in &front.children {
+            let (mut own, after) = self.split(rest, c as usize);
+            rest = after;
+            let (room, beyond) = workspace.split_at_mut(self.fronts[c as usize].workspace);
+            workspace = beyond;
+            own.workspace = room;
+            own.workspace_from = workspace_from;
+            workspace_from += self.fronts[c as usize].workspace;
+            tasks.push((c as usize, own, Ok(())));
+        }
+        tasks.par_iter_mut().for_each(|(c, own, outcome)| *outcome = self.subtree(*c, values, own));
+        tasks.into_iter().try_for_each(|(_, _, outcome)| outcome)
+    }
+
+    fn front(&self, i: usize, values: &[f64], part: &mut Part<'_>) -> Result<(), Singular> {
+        let front = &self.fronts[i];
+        let from = front.storage - part.storage_from;
+        let storage = &mut part.storage[from..from + front.storage_len()];
+        let base = front.contribution - part.workspace_from;
+        let (low, above) = part.workspace.split_at_mut(base + front.contribution_len());
+        let contribution = &mut low[base..base + front.below * front.below];
+        storage.fill(0.0);
+        contribution.fill(0.0);
+        for k in front.entries.clone() {
+            storage[self.entry_place[k] as usize] += values[self.entry_value[k] as usize];
+        }
+        let (panel, u12) = storage.split_at_mut(front.panel_len());
+        let above_from = front.contribution + front.contribution_len();
+        for &c in &front.children {
+            let child = &self.fronts[c as usize];
+            let start = child.contribution - above_from;
+            let source = &above[start..start + child.below * child.below];
+            extend_add(front, child, source, panel, u12, contribution);
+        }
+        let at = front.first - part.unknown_from;
+        let pivot = &mut part.pivot[at..at + front.pivots];
+        let inverse = &mut part.inverse[at..at + front.pivots];
+        eliminate(front, panel, u12, contribution, (pivot, inverse))
+            .map_err(|k| Singular { unknown: self.old_of_new[front.first + k] as usize })
+    }
+}
+
+/// Adds a child's contribution into its parent's front.
+fn extend_add(
+    front: &Front,
+    child: &Front,
+    source: &[f64],
+    panel: &mut [f64],
+    u12: &mut [f64],
+    contribution: &mut [f64],
+) {
+    let (np, m) = (front.pivots, front.below);
+    let height = np + m;
+    for column_run in &child.runs {
+        for k in 0..column_run.len as usize {
+            let from = &source[(column_run.child as usize + k) * child.below..][..child.below];
+            let column = column_run.parent as usize + k;
+            if column < np {
+                let to = &mut panel[column * height..(column + 1) * height];
+                for run in &child.runs {
+                    add(&mut to[run.parent as usize..], &from[run.child as usize..], run.len);
+                }
+            } else {
+                let top = &mut u12[(column - np) * np..(column - np + 1) * np];
+                let bottom = &mut contribution[(column - np) * m..(column - np + 1) * m];
+                for run in &child.runs {
+                    let (source, place) = (&from[run.child as usize..], run.parent as usize);
+                    if place < np {
+                        add(&mut top[place..], source, run.len);
+                    } else {
+                        add(&mut bottom[place - np..], source, run.len);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[inline]
+fn add(to: &mut [f64], from: &[f64], len: u32) {
+    let len = len as usize;
+    for (t, f) in to[..len].iter_mut().zip(&from[..len]) {
+        *t += f;
+    }
+}
+
+/// P A11 = L11 U11, U12 = L11^-1 P A12, L21 = A21 U11^-1, contribution -= L21 U12. On failure the index of a
+/// pivot without a finite inverse.
+fn eliminate(
+    front: &Front,
+    panel: &mut [f64],
+    u12: &mut [f64],
+    contribution: &mut [f64],
+    (pivot, inverse): (&mut [u32], &mut [u32]),
+) -> Result<(), usize> {
+    let (np, m) = (front.pivots, front.below);
+    let panel = MatMut::from_column_major_slice_mut(panel, np + m, np);
+    let (mut top, mut bottom) = panel.split_at_row_mut(np);
+    let scratch = lu::lu_in_place_scratch::<u32, f64>(np, np, Par::Seq, Default::default());
+    let mut memory = MemBuffer::new(scratch);
+    let stack = MemStack::new(&mut memory);
+    lu::lu_in_place(top.as_mut(), pivot, inverse, Par::Seq, stack, Default::default());
+    if let Some(k) = (0..np).find(|&k| !(top[(k, k)].is_finite() && top[(k, k)] != 0.0)) {
+        return Err(k);
+    }
+    if m == 0 {
+        return Ok(());
+    }
+    let top = top.as_ref();
+    let strips = 2.0 * (np * m) as f64 * (np + m) as f64 > STRIP_FLOPS;
+    let width = if strips { STRIP } else { m };
+    upper_strips(top, u12, pivot, width);
+    lower_strips(top, bottom.as_mut(), width);
+    update_strips(bottom.as_ref(), u12, contribution, width);
+    Ok(())
+}
+
+/// U12 = L11^-1 P A12, strip by strip.
+fn upper_strips(top: MatRef<'_, f64>, u12: &mut [f64], pivot: &[u32], width: usize) {
+    let np = top.nrows();
+    let moved = pivot.iter().enumerate().any(|(k, &p)| k != p as usize);
+    u12.par_chunks_mut(width * np).for_each(|strip| {
+        if moved {
+            let mut column = vec![0.0; np];
+            for to in strip.chunks_exact_mut(np) {
+                column.copy_from_slice(to);
+                to.iter_mut().zip(pivot).for_each(|(t, &p)| *t = column[p as usize]);
+            }
+        }
+        let columns = strip.len() / np;
+        let strip = MatMut::from_column_major_slice_mut(strip, np, columns);
+        triangular::solve_unit_lower_triangular_in_place(top, strip, Par::Seq);
+    });
+}
+
+/// L21 = A21 U11^-1, that is U11^T L21^T = A21^T, strip of rows by strip.
+fn lower_strips(top: MatRef<'_, f64>, bottom: MatMut<'_, f64>, width: usize) {
+    let mut strips = Vec::with_capacity(bottom.nrows().div_ceil(width));
+    let mut rest = bottom;
+    while rest.nrows() > width {
+        let (strip, below) = rest.split_at_row_mut(width);
+        strips.push(strip);
+        rest = below;
+    }
+    strips.push(rest);
+    strips.into_par_iter().for_each(|strip| {
+        let transposed = strip.transpose_mut();
+        triangular::solve_lower_triangular_in_place(top.transpose(), transposed, Par::Seq);
+    });
+}
+
+/// contribution -= L21 U12, strip of columns by strip.
+fn update_strips(l21: MatRef<'_, f64>, u12: &[f64], contribution: &mut [f64], width: usize) {
+    let (m, np) = (l21.nrows(), l21.ncols());
+    let strips = contribution.par_chunks_mut(width * m).zip(u12.par_chunks(width * np));
+    strips.for_each(|(to, from)| {
+        let columns = to.len() / m;
+        let to = MatMut::from_column_major_slice_mut(to, m, columns);
+        let from = MatRef::from_column_major_slice(from, np, columns);
+        matmul(to, Accum::Add, l21, from, -1.0, Par::Seq);
+    });
+}

@@ -1,0 +1,184 @@
+//! Elimination tree of the block graph and its supernodes: blocks eliminated together in one front.
+
+use super::order::BlockGraph;
+use super::symbolic::Members;
+
+/// Blocks eliminated together. Blocks are named by their position in the elimination order.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Supernode {
+    /// Positions eliminated here, rising.
+    pub blocks: Vec<u32>,
+    /// Later positions they touch, rising.
+    pub below: Vec<u32>,
+    /// Supernodes whose parent this is, rising.
+    pub children: Vec<u32>,
+}
+
+/// Supernodes in an order in which children come first and every subtree is consecutive.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Supernodes {
+    pub list: Vec<Supernode>,
+    pub roots: Vec<u32>,
+}
+
+/// Largest share of explicit zeros a merged front may hold, by its number of pivot unknowns: small fronts are
+/// merged freely because dense kernels are slow on them.
+const RELAX: [(usize, f64); 3] = [(40, 0.6), (100, 0.25), (400, 0.08)];
+
+const NONE: u32 = u32::MAX;
+
+struct Builder {
+    blocks: Vec<Vec<u32>>,
+    below: Vec<Vec<u32>>,
+    parent: Vec<u32>,
+    /// Unknowns in `blocks` and in `below`.
+    size: Vec<[usize; 2]>,
+    zeros: Vec<f64>,
+}
+
+pub(super) fn supernodes(graph: &BlockGraph, order: &[u32], members: &Members) -> Supernodes {
+    let weight: Vec<usize> = order.iter().map(|&b| members.of(b as usize).len()).collect();
+    let mut builder = fundamental(graph, order, &weight);
+    let alive = amalgamate(&mut builder);
+    postorder(builder, &alive)
+}
+
+/// Structures of the columns of L by position, joined into fundamental supernodes.
+fn fundamental(graph: &BlockGraph, order: &[u32], weight: &[usize]) -> Builder {
+    let n = order.len();
+    let mut position = vec![0u32; n];
+    for (k, &b) in order.iter().enumerate() {
+        position[b as usize] = k as u32;
+    }
+    let mut b = Builder {
+        blocks: Vec::new(),
+        below: Vec::new(),
+        parent: Vec::new(),
+        size: Vec::new(),
+        zeros: Vec::new(),
+    };
+    // Supernodes whose first row below is this position: they are eliminated into it.
+    let mut waiting: Vec<Vec<u32>> = vec![Vec::new(); n];
+    let mut mark = vec![NONE; n];
+    for j in 0..n {
+        let mut rows: Vec<u32> = Vec::new();
+        mark[j] = j as u32;
+        let mut take = |i: u32| {
+            if i > j as u32 && mark[i as usize] != j as u32 {
+                mark[i as usize] = j as u32;
+                rows.push(i);
+            }
+        };
+        graph.of(order[j] as usize).iter().for_each(|&o| take(position[o as usize]));
+        let children = std::mem::take(&mut waiting[j]);
+        for &c in &children {
+            b.below[c as usize].iter().for_each(|&i| take(i));
+        }
+        rows.sort_unstable();
+        // A child with exactly this structure and this block as its next goes on as the same supernode.
+        let same = children.iter().copied().find(|&c| b.below[c as usize].len() == rows.len() + 1);
+        let node = if let Some(c) = same {
+            b.blocks[c as usize].push(j as u32);
+            c
+        } else {
+            b.blocks.push(vec![j as u32]);
+            b.below.push(Vec::new());
+            b.parent.push(NONE);
+            (b.blocks.len() - 1) as u32
+        };
+        for &c in children.iter().filter(|&&c| c != node) {
+            b.parent[c as usize] = node;
+        }
+        if let Some(&next) = rows.first() {
+            waiting[next as usize].push(node);
+        }
+        b.below[node as usize] = rows;
+    }
+    let count = |list: &[u32]| list.iter().map(|&k| weight[k as usize]).sum::<usize>();
+    b.size = b.blocks.iter().zip(&b.below).map(|(p, r)| [count(p), count(r)]).collect();
+    b.zeros = vec![0.0; b.blocks.len()];
+    b
+}
+
+/// Merges children into parents where that adds few zeros. Returns which supernodes are left.
+fn amalgamate(b: &mut Builder) -> Vec<bool> {
+    let mut alive = vec![true; b.blocks.len()];
+    let mut sequence: Vec<u32> = (0..b.blocks.len() as u32).collect();
+    sequence.sort_by_key(|&s| b.blocks[s as usize].last().copied());
+    for &s in &sequence {
+        let p = living(b.parent[s as usize], &b.parent, &alive);
+        if p == NONE {
+            continue;
+        }
+        let (s, p) = (s as usize, p as usize);
+        let ([n1, m1], [n2, m2]) = (b.size[s], b.size[p]);
+        let zeros = n1 as f64 * (n2 + m2 - m1) as f64 + b.zeros[s] + b.zeros[p];
+        let pivots = n1 + n2;
+        let total = (pivots * (pivots + 1)) as f64 / 2.0 + (pivots * m2) as f64;
+        let allowed = RELAX.iter().any(|&(most, share)| pivots <= most && zeros < share * total);
+        if zeros == 0.0 || allowed {
+            let mut blocks = std::mem::take(&mut b.blocks[s]);
+            blocks.append(&mut b.blocks[p]);
+            blocks.sort_unstable();
+            b.blocks[p] = blocks;
+            b.below[s] = Vec::new();
+            b.size[p] = [pivots, m2];
+            b.zeros[p] = zeros;
+            alive[s] = false;
+        }
+    }
+    for s in 0..b.parent.len() {
+        b.parent[s] = living(b.parent[s], &b.parent, &alive);
+    }
+    alive
+}
+
+/// The supernode that `s` has been merged into.
+fn living(mut s: u32, parent: &[u32], alive: &[bool]) -> u32 {
+    while s != NONE && !alive[s as usize] {
+        s = parent[s as usize];
+    }
+    s
+}
+
+fn postorder(b: Builder, alive: &[bool]) -> Supernodes {
+    let n = b.blocks.len();
+    let mut children: Vec<Vec<u32>> = vec![Vec::new(); n];
+    let mut roots = Vec::new();
+    let mut sequence: Vec<u32> = (0..n as u32).filter(|&s| alive[s as usize]).collect();
+    sequence.sort_by_key(|&s| b.blocks[s as usize].last().copied());
+    for &s in &sequence {
+        match b.parent[s as usize] {
+            NONE => roots.push(s),
+            p => children[p as usize].push(s),
+        }
+    }
+    // Larger contributions first: they then lie lowest in the shared workspace.
+    for list in &mut children {
+        list.sort_by_key(|&c| std::cmp::Reverse(b.size[c as usize][1]));
+    }
+    let mut number = vec![NONE; n];
+    let mut sorted = Vec::with_capacity(sequence.len());
+    for &root in &roots {
+        let mut stack = vec![(root, 0usize)];
+        while let Some((s, next)) = stack.pop() {
+            if let Some(&c) = children[s as usize].get(next) {
+                stack.push((s, next + 1));
+                stack.push((c, 0));
+            } else {
+                number[s as usize] = sorted.len() as u32;
+                sorted.push(s);
+            }
+        }
+    }
+    let (mut blocks, mut below) = (b.blocks, b.below);
+    let list = sorted
+        .iter()
+        .map(|&s| Supernode {
+            blocks: std::mem::take(&mut blocks[s as usize]),
+            below: std::mem::take(&mut below[s as usize]),
+            children: children[s as usize].iter().map(|&c| number[c as usize]).collect(),
+        })
+        .collect();
+    Supernodes { list, roots: roots.iter().map(|&r| number[r as usize]).collect() }
+}

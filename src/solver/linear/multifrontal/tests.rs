@@ -128,7 +128,7 @@ fn separate_pieces_have_separate_roots() {
     let other = m.columns.len();
     for r in 0..4 {
         m.columns.extend((4..8).map(|c| c as u32));
-        m.values.extend_from_slice(&m.values[r * 4..r * 4 + 4].to_vec());
+        m.values.extend_from_within(r * 4..r * 4 + 4);
         m.row_start.push(other + 4 * (r + 1));
     }
     m.block.extend([1; 4]);

@@ -14,8 +14,13 @@ struct Plate {
 }
 
 fn plate(n: usize, per_column: usize) -> Plate {
-    let mut m =
-        Plate { row_start: vec![0], columns: vec![], values: vec![], block: vec![], centers: vec![] };
+    let mut m = Plate {
+        row_start: vec![0],
+        columns: vec![],
+        values: vec![],
+        block: vec![],
+        centers: vec![],
+    };
     let mut seed = 7u64;
     for (i, j) in (0..n * n).map(|k| (k / n, k % n)) {
         m.centers.push(Vec3::new(i as f64, j as f64, 0.0));

@@ -4,3 +4,6 @@ pub mod charts;
 pub mod page;
 pub mod record;
 pub mod vtu;
+pub mod vtu_read;
+
+pub use vtu::{CellKind, DataArray, Vtu, write_pvd};

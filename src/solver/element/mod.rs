@@ -1,0 +1,122 @@
+//! Finite elements: total Lagrangian, assumed Green-Lagrange strain in, second Piola-Kirchhoff stress out.
+//!
+//! An element turns the displacements of its nodes into points with an assumed strain `E`, its derivative
+//! `B = ∂E/∂u` and a weight; the material answers with `S` and `dS/dE`; the element returns
+//! `f = Σ w Bᵀ S` and `K = Σ w (Bᵀ D B + S : ∂²E/∂u²)`, the exact derivative of `f`.
+
+pub mod hex8;
+mod shape;
+
+pub use shape::{PointGeometry, reference_points};
+
+use super::material::{Material, MaterialError};
+use crate::geometry::Vec3;
+
+/// Degrees of freedom of an element: 8 nodes, 3 displacements each, node by node.
+pub const DOFS: usize = 24;
+
+/// Which element formulation a body uses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ElementKind {
+    /// Trilinear with mean dilatation, 2 x 2 x 2 points. Free of volumetric locking; locks in bending.
+    Hex8,
+}
+
+impl ElementKind {
+    /// Material points of an element.
+    #[must_use]
+    pub fn point_count(self) -> usize {
+        match self {
+            Self::Hex8 => 8,
+        }
+    }
+
+    /// Internal (condensed) unknowns of an element.
+    #[must_use]
+    pub fn mode_count(self) -> usize {
+        match self {
+            Self::Hex8 => 0,
+        }
+    }
+}
+
+/// What is asked of an evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Want {
+    /// Internal forces and energies only (line search).
+    Residual,
+    /// Forces, energies and tangent.
+    ResidualAndTangent,
+}
+
+/// Force, tangent and energies of one element.
+#[derive(Debug, Clone)]
+pub struct ElementMatrices {
+    /// Internal force [N].
+    pub force: [f64; DOFS],
+    /// Tangent stiffness [N/mm], row by row.
+    pub tangent: [[f64; DOFS]; DOFS],
+    /// Stored elastic energy [N mm].
+    pub elastic_energy: f64,
+    /// Plastic work since the beginning [N mm].
+    pub plastic_work: f64,
+    /// Norm of the forces [N] that the not yet converged internal modes of the element still cause.
+    pub internal_residual: f64,
+}
+
+impl ElementMatrices {
+    /// All zero.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self {
+            force: [0.0; DOFS],
+            tangent: [[0.0; DOFS]; DOFS],
+            elastic_energy: 0.0,
+            plastic_work: 0.0,
+            internal_residual: 0.0,
+        }
+    }
+}
+
+/// What an element is given: fixed data and the state at the beginning of the increment.
+#[derive(Debug, Clone, Copy)]
+pub struct ElementInput<'a> {
+    /// The material.
+    pub material: &'a dyn Material,
+    /// Reference coordinates of the nodes [mm].
+    pub nodes: &'a [Vec3; 8],
+    /// Displacements of the nodes [mm].
+    pub displacement: &'a [f64; DOFS],
+    /// History of all points at the last converged state, `point_count * state_len`.
+    pub old_state: &'a [f64],
+    /// What is asked.
+    pub want: Want,
+}
+
+/// Why an element could not be evaluated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("point {point}: {reason}")]
+pub struct PointFailure {
+    /// Material point inside the element.
+    pub point: usize,
+    /// Cause.
+    pub reason: FailureReason,
+}
+
+/// Cause of a failed element evaluation.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FailureReason {
+    /// The element is turned inside out.
+    #[error("volume ratio {ratio}, must be above zero: cut the increment")]
+    Inverted {
+        /// det F at the point.
+        ratio: f64,
+    },
+    /// The material failed.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
+}
+
+#[cfg(test)]
+mod tests;

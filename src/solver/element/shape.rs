@@ -1,0 +1,92 @@
+//! Trilinear shape functions and the reference geometry of integration points.
+
+use crate::geometry::{Mat3, Vec3};
+
+/// Natural coordinates (±1) of the eight nodes.
+pub(crate) const CORNERS: [[f64; 3]; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+
+/// Reference geometry of one integration point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointGeometry {
+    /// `∂N_a/∂X_J` [1/mm]: `gradient[J][a]`.
+    pub gradient: [[f64; 8]; 3],
+    /// Reference volume the point stands for [mm³].
+    pub weight: f64,
+}
+
+/// Derivatives of the shape functions by the natural coordinates: `[direction][node]`.
+#[must_use]
+pub(crate) fn natural_gradient(xi: [f64; 3]) -> [[f64; 8]; 3] {
+    std::array::from_fn(|direction| {
+        CORNERS.map(|c| {
+            let mut product = 0.125 * c[direction];
+            for other in 0..3 {
+                if other != direction {
+                    product *= 1.0 + c[other] * xi[other];
+                }
+            }
+            product
+        })
+    })
+}
+
+/// Jacobian `∂X_i/∂ξ_j` of the map from natural coordinates (columns are the covariant base vectors).
+#[must_use]
+pub(crate) fn jacobian(nodes: &[Vec3; 8], xi: [f64; 3]) -> Mat3 {
+    let gradient = natural_gradient(xi);
+    let mut jacobian = Mat3::zeros();
+    for (a, node) in nodes.iter().enumerate() {
+        for j in 0..3 {
+            for i in 0..3 {
+                jacobian[(i, j)] += node[i] * gradient[j][a];
+            }
+        }
+    }
+    jacobian
+}
+
+/// Geometry of the point at `xi` with quadrature weight `quadrature`; `Err(det)` when the Jacobian
+/// determinant is not above zero (inverted or flat reference element).
+pub(crate) fn point_geometry(
+    nodes: &[Vec3; 8],
+    xi: [f64; 3],
+    quadrature: f64,
+) -> Result<PointGeometry, f64> {
+    let natural = natural_gradient(xi);
+    let jacobian = jacobian(nodes, xi);
+    let det = jacobian.determinant();
+    let inverse = jacobian.try_inverse().filter(|_| det > 0.0 && det.is_finite()).ok_or(det)?;
+    let gradient = std::array::from_fn(|direction| {
+        std::array::from_fn(|a| (0..3).map(|k| natural[k][a] * inverse[(k, direction)]).sum())
+    });
+    Ok(PointGeometry { gradient, weight: det * quadrature })
+}
+
+/// The 2 x 2 x 2 Gauss points, node order.
+#[must_use]
+pub(crate) fn gauss_2x2x2() -> [[f64; 3]; 8] {
+    let g = 1.0 / 3.0_f64.sqrt();
+    CORNERS.map(|c| c.map(|x| x * g))
+}
+
+/// Reference geometry of the eight Gauss points.
+///
+/// # Errors
+/// The Jacobian determinant [mm³] that is not above zero.
+pub fn reference_points(nodes: &[Vec3; 8]) -> Result<[PointGeometry; 8], f64> {
+    let zero = PointGeometry { gradient: [[0.0; 8]; 3], weight: 0.0 };
+    let mut points = [zero; 8];
+    for (point, xi) in points.iter_mut().zip(gauss_2x2x2()) {
+        *point = point_geometry(nodes, xi, 1.0)?;
+    }
+    Ok(points)
+}

@@ -1,0 +1,105 @@
+//! Claims about the elements.
+
+use std::sync::Arc;
+
+use super::super::assembly::{Body, Evaluation};
+use super::super::blank::{self, HexMesh};
+use super::super::material::Material;
+use super::super::material::elastic::Elastic;
+use super::*;
+use crate::geometry::Mat3;
+
+fn steel() -> Arc<dyn Material> {
+    Arc::new(Elastic { young: 210_000.0, poisson: 0.3 })
+}
+
+/// A unit-ish element with uneven corners.
+fn distorted() -> HexMesh {
+    let mut mesh = blank::rectangle(1.2, 0.9, 0.7, 1, 1, 1);
+    for (index, node) in mesh.nodes.iter_mut().enumerate() {
+        let phase = index as f64;
+        *node +=
+            0.08 * Vec3::new((3.1 * phase).sin(), (1.7 * phase + 1.0).cos(), (2.3 * phase).sin());
+    }
+    mesh
+}
+
+fn pseudo_random(seed: u64, count: usize) -> Vec<f64> {
+    let mut state = seed;
+    (0..count)
+        .map(|_| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
+        })
+        .collect()
+}
+
+/// Largest difference of the tangent from central differences, relative to its largest entry.
+fn tangent_error(body: &mut Body, u: &[f64], step: f64) -> f64 {
+    let mut out = Evaluation::default();
+    body.evaluate(u, Want::ResidualAndTangent, &mut out).unwrap();
+    let pattern = body.pattern().clone();
+    let largest = out.tangent.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let (mut plus, mut minus) = (Evaluation::default(), Evaluation::default());
+    let mut worst = 0.0_f64;
+    for column in 0..u.len() {
+        let mut moved = u.to_vec();
+        moved[column] += step;
+        body.evaluate(&moved, Want::Residual, &mut plus).unwrap();
+        moved[column] = u[column] - step;
+        body.evaluate(&moved, Want::Residual, &mut minus).unwrap();
+        for row in 0..u.len() {
+            let difference = (plus.internal_force[row] - minus.internal_force[row]) / (2.0 * step);
+            let exact = pattern.position(row, column).map_or(0.0, |at| out.tangent[at]);
+            worst = worst.max((difference - exact).abs() / largest);
+        }
+    }
+    worst
+}
+
+#[test]
+fn elastic_tangent_is_the_derivative_of_the_force() {
+    let mut body = Body::new(distorted(), ElementKind::Hex8, steel()).unwrap();
+    let u: Vec<f64> = pseudo_random(7, 24).iter().map(|x| 0.12 * x).collect();
+    let error = tangent_error(&mut body, &u, 1e-5);
+    assert!(error < 1e-8, "{error:e}");
+}
+
+#[test]
+fn rigid_motion_gives_no_force() {
+    let mesh = distorted();
+    let turn = nalgebra::Rotation3::from_euler_angles(0.7, -1.9, 2.4);
+    let u: Vec<f64> = mesh
+        .nodes
+        .iter()
+        .flat_map(|x| {
+            let moved = turn * x + Vec3::new(3.0, -2.0, 1.0) - x;
+            [moved.x, moved.y, moved.z]
+        })
+        .collect();
+    let mut body = Body::new(mesh, ElementKind::Hex8, steel()).unwrap();
+    let mut out = Evaluation::default();
+    body.evaluate(&u, Want::Residual, &mut out).unwrap();
+    let largest = out.internal_force.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    assert!(largest < 1e-9 * 210_000.0, "{largest:e}");
+}
+
+/// Homogeneous finite deformation of distorted elements: interior nodes carry no force.
+#[test]
+fn patch_test_in_finite_strain() {
+    let mut mesh = blank::rectangle(2.0, 2.0, 2.0, 2, 2, 2);
+    let middle = (4 * 3) + 1;
+    mesh.nodes[middle] += Vec3::new(0.21, -0.17, 0.13);
+    let gradient = Mat3::new(0.2, 0.1, -0.05, 0.02, -0.15, 0.1, 0.08, -0.03, 0.12);
+    let u: Vec<f64> = mesh.nodes.iter().flat_map(|x| (gradient * x).data.0[0]).collect();
+    let mut body = Body::new(mesh, ElementKind::Hex8, steel()).unwrap();
+    let mut out = Evaluation::default();
+    body.evaluate(&u, Want::Residual, &mut out).unwrap();
+    let largest = out.internal_force.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    for i in 0..3 {
+        let force = out.internal_force[3 * middle + i];
+        assert!(force.abs() < 1e-10 * largest, "{force:e} of {largest:e}");
+    }
+}

@@ -1,0 +1,98 @@
+//! Materials: small-strain laws in logarithmic strain space, carried to finite strain by [`log_strain`].
+//!
+//! A law sees the logarithmic strain `E = ½ ln C` (material axes, Mandel six-vector) and its history, and
+//! answers with the conjugate stress `T` [MPa], the consistent tangent `dT/dE` [MPa] and the new history.
+
+pub mod elastic;
+pub mod log_strain;
+
+use super::tensor::{Mandel, Mandel66};
+
+/// What a material law answers at a point, in logarithmic strain space.
+#[derive(Debug, Clone, Copy)]
+pub struct LogResponse {
+    /// Stress `T` conjugate to the logarithmic strain [MPa].
+    pub stress: Mandel,
+    /// Consistent tangent `dT/dE` [MPa].
+    pub tangent: Mandel66,
+    /// Stored elastic energy per reference volume [N mm / mm³].
+    pub elastic_energy: f64,
+    /// Plastic work per reference volume since the beginning [N mm / mm³].
+    pub plastic_work: f64,
+    /// Whether plastic flow took place in this increment.
+    pub plastic: bool,
+}
+
+impl LogResponse {
+    /// All zero.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self {
+            stress: [0.0; 6],
+            tangent: [[0.0; 6]; 6],
+            elastic_energy: 0.0,
+            plastic_work: 0.0,
+            plastic: false,
+        }
+    }
+}
+
+/// Why a material point could not be updated. The remedy is always a smaller increment.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MaterialError {
+    /// The deformation has lost its positive volume, or is not a number.
+    #[error(
+        "eigenvalue {value} of the right Cauchy-Green tensor, must be finite and above zero: cut the increment"
+    )]
+    Collapsed {
+        /// The eigenvalue found.
+        value: f64,
+    },
+    /// The scalar equation of the return mapping was not solved.
+    #[error(
+        "return mapping stopped at residual {residual} of the yield stress after {iterations} iterations: cut the increment"
+    )]
+    ReturnMapping {
+        /// Residual relative to the yield stress.
+        residual: f64,
+        /// Iterations spent.
+        iterations: usize,
+    },
+}
+
+/// A material law in logarithmic strain space.
+///
+/// `update` is a pure function of strain and old history: calling it twice gives the same answer.
+pub trait Material: Send + Sync + std::fmt::Debug {
+    /// Number of history values a point keeps.
+    fn state_len(&self) -> usize;
+
+    /// Writes the history of the virgin material (all zero unless a law says otherwise).
+    fn initial_state(&self, state: &mut [f64]) {
+        state.fill(0.0);
+    }
+
+    /// Stress, consistent tangent and new history at the logarithmic strain `strain`.
+    ///
+    /// # Errors
+    /// [`MaterialError`] when no admissible state was found; the caller cuts the increment.
+    fn update(
+        &self,
+        strain: &Mandel,
+        old: &[f64],
+        new: &mut [f64],
+        response: &mut LogResponse,
+    ) -> Result<(), MaterialError>;
+
+    /// Equivalent plastic strain held in a history; zero for elastic laws.
+    fn equivalent_plastic_strain(&self, state: &[f64]) -> f64 {
+        let _ = state;
+        0.0
+    }
+
+    /// Whether the tangent is symmetric (associated flow without recovery terms).
+    fn is_symmetric(&self) -> bool {
+        true
+    }
+}

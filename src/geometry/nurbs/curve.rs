@@ -3,16 +3,18 @@
 use nalgebra::SVector;
 
 use super::NurbsError;
-use crate::geometry::{Affine, Frame, Vec3};
+use super::basis::basis;
+use super::net::{Net, check_knots, check_weights};
+use crate::geometry::{Affine, Vec3};
 
 /// A rational B-spline curve in `D` dimensions. Invariants (kept by [`Curve::try_new`]): degree >= 1,
 /// `knots.len() == points.len() + degree + 1`, knots never fall and leave a non-empty domain, weights positive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve<const D: usize> {
-    degree: usize,
-    knots: Vec<f64>,
-    points: Vec<SVector<f64, D>>,
-    weights: Vec<f64>,
+    pub(super) degree: usize,
+    pub(super) knots: Vec<f64>,
+    pub(super) points: Vec<SVector<f64, D>>,
+    pub(super) weights: Vec<f64>,
 }
 
 /// A curve in a parameter plane.
@@ -43,8 +45,12 @@ impl<const D: usize> Curve<D> {
         points: Vec<SVector<f64, D>>,
         weights: Option<Vec<f64>>,
     ) -> Result<Self, NurbsError> {
-        let _ = (degree, knots, points, weights);
-        unimplemented!("geometry: curve construction")
+        check_knots(degree, &knots, points.len())?;
+        let weights = check_weights(weights, points.len())?;
+        if points.iter().any(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(NurbsError::NotFinite);
+        }
+        Ok(Self { degree, knots, points, weights })
     }
 
     /// The straight segment from `a` to `b` on the domain `[0, 1]`.
@@ -93,14 +99,38 @@ impl<const D: usize> Curve<D> {
     /// Point and derivatives at `t` (clamped to the domain). No allocation.
     #[must_use]
     pub fn derivs(&self, t: f64) -> CurveDerivs<D> {
-        let _ = t;
-        unimplemented!("geometry: curve evaluation")
+        let b = basis(self.degree, &self.knots, t);
+        let mut a = [SVector::<f64, D>::zeros(); 3];
+        let mut w = [0.0; 3];
+        for k in 0..=self.degree {
+            let (point, weight) = (&self.points[b.first + k], self.weights[b.first + k]);
+            for order in 0..3 {
+                let share = b.values[order][k] * weight;
+                a[order] += point * share;
+                w[order] += share;
+            }
+        }
+        let c = a[0] / w[0];
+        let d1 = (a[1] - c * w[1]) / w[0];
+        let d2 = (a[2] - d1 * (2.0 * w[1]) - c * w[2]) / w[0];
+        CurveDerivs { c, d1, d2 }
     }
 
     /// The same curve run backwards, on the same domain.
     #[must_use]
     pub fn reversed(&self) -> Self {
-        unimplemented!("geometry: curve reversal")
+        let [low, high] = self.domain();
+        let mut out = self.clone();
+        out.points.reverse();
+        out.weights.reverse();
+        out.knots = self.knots.iter().rev().map(|k| low + high - k).collect();
+        // The ends of the domain stay the same to the bit.
+        let (p, n) = (self.degree, self.points.len());
+        out.knots[p] = low;
+        out.knots[n] = high;
+        out.knots[..p].iter_mut().for_each(|k| *k = k.min(low));
+        out.knots[n..].iter_mut().for_each(|k| *k = k.max(high));
+        out
     }
 
     /// The piece on `[from, to]`, keeping its parameters.
@@ -108,21 +138,78 @@ impl<const D: usize> Curve<D> {
     /// # Errors
     /// [`NurbsError::Range`] when the range is empty or leaves the domain.
     pub fn trimmed(&self, from: f64, to: f64) -> Result<Self, NurbsError> {
-        let _ = (from, to);
-        unimplemented!("geometry: curve trimming")
+        let [low, high] = self.domain();
+        let inside = from >= low && to <= high && from < to;
+        if !inside {
+            return Err(NurbsError::Range { from, to, low, high });
+        }
+        let mut net = Net::of_curve(&self.knots, self.degree, &self.points, &self.weights);
+        net.cut(from, to);
+        let (points, weights) = net.projected();
+        Ok(Self { degree: self.degree, knots: net.knots, points, weights })
+    }
+
+    /// The same curve on the domain `[from, to]`, `from < to`.
+    #[must_use]
+    pub fn on_domain(&self, from: f64, to: f64) -> Self {
+        let [low, high] = self.domain();
+        let scale = (to - from) / (high - low);
+        let mut out = self.clone();
+        out.knots.iter_mut().for_each(|k| *k = from + (*k - low) * scale);
+        let (p, n) = (self.degree, self.points.len());
+        for (k, knot) in out.knots.iter_mut().enumerate() {
+            if k <= p && self.knots[k] >= low {
+                *knot = from;
+            } else if k >= n && self.knots[k] <= high {
+                *knot = to;
+            }
+        }
+        out
+    }
+
+    /// Polynomial or rational Bezier pieces over the non-empty spans, each on its part of the domain.
+    #[must_use]
+    pub fn bezier_pieces(&self) -> Vec<Self> {
+        let [low, high] = self.domain();
+        let mut breaks: Vec<f64> =
+            self.knots.iter().copied().filter(|k| *k >= low && *k <= high).collect();
+        breaks.dedup();
+        breaks.windows(2).filter_map(|w| self.trimmed(w[0], w[1]).ok()).collect()
+    }
+
+    /// The same curve with its degree raised to `degree` and full multiplicity at every break: exact.
+    #[must_use]
+    pub fn elevated(&self, degree: usize, extra_breaks: &[f64]) -> Self {
+        let [low, high] = self.domain();
+        let mut breaks: Vec<f64> = self
+            .knots
+            .iter()
+            .chain(extra_breaks)
+            .copied()
+            .filter(|k| *k >= low && *k <= high)
+            .collect();
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+        let mut knots = vec![low; degree + 1];
+        let (mut points, mut weights) = (Vec::new(), Vec::new());
+        for w in breaks.windows(2) {
+            let Ok(piece) = self.trimmed(w[0], w[1]) else { continue };
+            let mut net = Net::of_curve(&piece.knots, piece.degree, &piece.points, &piece.weights);
+            for _ in piece.degree..degree {
+                net.elevate_bezier();
+            }
+            let (p, q) = net.projected();
+            let skip = usize::from(!points.is_empty());
+            points.extend(p.into_iter().skip(skip));
+            weights.extend(q.into_iter().skip(skip));
+            knots.extend(std::iter::repeat_n(w[1], degree));
+        }
+        knots.push(high);
+        Self { degree, knots, points, weights }
     }
 }
 
 impl Curve3 {
-    /// Elliptic arc in the plane of `frame`: `origin + rx cos a x + ry sin a y` for `a` from `from` to `to`
-    /// [rad], `0 < to - from <= 2 pi`. Exact; its knots are the angles at the ends of its spans, so that the
-    /// parameter equals the angle there.
-    #[must_use]
-    pub fn ellipse_arc(frame: &Frame, rx: f64, ry: f64, from: f64, to: f64) -> Self {
-        let _ = (frame, rx, ry, from, to);
-        unimplemented!("geometry: arcs")
-    }
-
     /// Image under an affine map.
     #[must_use]
     pub fn transformed(&self, map: &Affine) -> Self {

@@ -1,7 +1,11 @@
 //! Rational B-spline curves and surfaces: construction, evaluation, splitting, projection.
 
+mod arc;
+mod basis;
 mod curve;
+mod net;
 mod surface;
+mod sweep;
 
 pub use curve::{Curve, Curve2, Curve3, CurveDerivs};
 pub use surface::{Surface, SurfaceDerivs};
@@ -66,3 +70,6 @@ pub enum NurbsError {
         high: f64,
     },
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,15 +1,18 @@
 //! Rational B-spline surfaces, and the exact ones of planes, quadrics, tori, sweeps.
 
-use super::{Curve3, NurbsError};
-use crate::geometry::{Affine, Frame, Vec2, Vec3};
+use super::NurbsError;
+use super::basis::basis;
+use super::net::{Net, check_knots, check_weights};
+use crate::geometry::frame::unit;
+use crate::geometry::{Affine, Vec2, Vec3};
 
 /// A rational B-spline surface. Control point (i, j), i along u and j along v, is `points[i * count_v + j]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
-    degrees: [usize; 2],
-    knots: [Vec<f64>; 2],
-    points: Vec<Vec3>,
-    weights: Vec<f64>,
+    pub(super) degrees: [usize; 2],
+    pub(super) knots: [Vec<f64>; 2],
+    pub(super) points: Vec<Vec3>,
+    pub(super) weights: Vec<f64>,
 }
 
 /// Value and derivatives of a surface.
@@ -40,8 +43,20 @@ impl Surface {
         points: Vec<Vec3>,
         weights: Option<Vec<f64>>,
     ) -> Result<Self, NurbsError> {
-        let _ = (degrees, knots, points, weights);
-        unimplemented!("geometry: surface construction")
+        let [knots_u, knots_v] = &knots;
+        let count = [knots_u, knots_v].map(Vec::len);
+        let along = |k: usize| count[k].saturating_sub(degrees[k] + 1);
+        check_knots(degrees[0], knots_u, along(0))?;
+        check_knots(degrees[1], knots_v, along(1))?;
+        let needed = along(0) * along(1);
+        if points.len() != needed {
+            return Err(NurbsError::PointCount { found: points.len(), needed });
+        }
+        let weights = check_weights(weights, points.len())?;
+        if points.iter().any(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(NurbsError::NotFinite);
+        }
+        Ok(Self { degrees, knots, points, weights })
     }
 
     /// Degrees along u and v.
@@ -87,62 +102,109 @@ impl Surface {
     /// Point and derivatives at `uv` (clamped to the domain). No allocation.
     #[must_use]
     pub fn derivs(&self, uv: Vec2) -> SurfaceDerivs {
-        let _ = uv;
-        unimplemented!("geometry: surface evaluation")
+        let bu = basis(self.degrees[0], &self.knots[0], uv.x);
+        let bv = basis(self.degrees[1], &self.knots[1], uv.y);
+        let count_v = self.count()[1];
+        // Homogeneous sums for the derivative orders (0,0) (1,0) (0,1) (2,0) (1,1) (0,2).
+        let mut a = [Vec3::zeros(); 6];
+        let mut w = [0.0; 6];
+        for i in 0..=self.degrees[0] {
+            let row = (bu.first + i) * count_v + bv.first;
+            let mut along = [Vec3::zeros(); 3];
+            let mut weight = [0.0; 3];
+            for j in 0..=self.degrees[1] {
+                for order in 0..3 {
+                    let share = bv.values[order][j] * self.weights[row + j];
+                    along[order] += self.points[row + j] * share;
+                    weight[order] += share;
+                }
+            }
+            for (slot, (ou, ov)) in
+                [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)].into_iter().enumerate()
+            {
+                a[slot] += along[ov] * bu.values[ou][i];
+                w[slot] += weight[ov] * bu.values[ou][i];
+            }
+        }
+        let s = a[0] / w[0];
+        let su = (a[1] - s * w[1]) / w[0];
+        let sv = (a[2] - s * w[2]) / w[0];
+        SurfaceDerivs {
+            s,
+            su,
+            sv,
+            suu: (a[3] - su * (2.0 * w[1]) - s * w[3]) / w[0],
+            suv: (a[4] - su * w[2] - sv * w[1] - s * w[4]) / w[0],
+            svv: (a[5] - sv * (2.0 * w[2]) - s * w[5]) / w[0],
+        }
+    }
+
+    /// Control points along u and v.
+    #[must_use]
+    pub fn count(&self) -> [usize; 2] {
+        [0, 1].map(|k| self.knots[k].len() - self.degrees[k] - 1)
     }
 
     /// Unit normal `su x sv / |.|`; at a pole or collapsed edge its limit along the surface; `None` where
     /// there is none (apex of a cone).
     #[must_use]
     pub fn normal(&self, uv: Vec2) -> Option<Vec3> {
-        let _ = uv;
-        unimplemented!("geometry: surface normal")
+        let d = self.derivs(uv);
+        let n = d.su.cross(&d.sv);
+        let [u, v] = self.domain();
+        let (reach_u, reach_v) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
+        if n.norm() > 1e-9 * d.su.norm() * d.sv.norm()
+            && reach_u.min(reach_v) > 1e-9 * reach_u.max(reach_v)
+        {
+            return unit(n);
+        }
+        // A collapsed side: the first term of su x sv that does not vanish on the way inwards.
+        let inward =
+            |t: f64, range: [f64; 2]| if 2.0 * t > range[0] + range[1] { -1.0 } else { 1.0 };
+        if reach_u < reach_v {
+            unit(d.suv.cross(&d.sv) * inward(uv.y, v))
+        } else {
+            unit(d.su.cross(&d.suv) * inward(uv.x, u))
+        }
     }
 
-    /// Planar rectangle `origin + u x + v y`.
-    #[must_use]
-    pub fn plane(frame: &Frame, u: [f64; 2], v: [f64; 2]) -> Self {
-        let _ = (frame, u, v);
-        unimplemented!("geometry: plane")
+    /// The piece on `[u0, u1] x [v0, v1]`, keeping its parameters.
+    ///
+    /// # Errors
+    /// [`NurbsError::Range`] when a range is empty or leaves the domain.
+    pub fn trimmed(&self, u: [f64; 2], v: [f64; 2]) -> Result<Self, NurbsError> {
+        for (range, domain) in [u, v].into_iter().zip(self.domain()) {
+            let inside = range[0] >= domain[0] && range[1] <= domain[1] && range[0] < range[1];
+            if !inside {
+                let ([from, to], [low, high]) = (range, domain);
+                return Err(NurbsError::Range { from, to, low, high });
+            }
+        }
+        Ok(self.cut_v(v).transposed().cut_v(u).transposed())
     }
 
-    /// Surface of revolution of `generatrix` (along v, keeping its parameters) about the axis
-    /// `(origin, axis)`, angle u from `angles[0]` to `angles[1]` [rad], at most 2 pi; u equals the angle at
-    /// span ends (see [`Surface::angle_of_arc_parameter`]). Angle 0 is where the generatrix is.
-    #[must_use]
-    pub fn revolution(generatrix: &Curve3, origin: Vec3, axis: Vec3, angles: [f64; 2]) -> Self {
-        let _ = (generatrix, origin, axis, angles);
-        unimplemented!("geometry: revolution")
+    fn cut_v(&self, range: [f64; 2]) -> Self {
+        let [_, count_v] = self.count();
+        let mut out = Self { points: Vec::new(), weights: Vec::new(), ..self.clone() };
+        for (p, w) in self.points.chunks_exact(count_v).zip(self.weights.chunks_exact(count_v)) {
+            let mut net = Net::of_curve(&self.knots[1], self.degrees[1], p, w);
+            net.cut(range[0], range[1]);
+            let (p, w) = net.projected();
+            out.points.extend(p);
+            out.weights.extend(w);
+            out.knots[1] = net.knots;
+        }
+        out
     }
 
-    /// Sweep of `directrix` (along u, keeping its parameters) by `v * direction`, v in the given range.
+    /// The surface with u and v exchanged (its normal turns round).
     #[must_use]
-    pub fn extrusion(directrix: &Curve3, direction: Vec3, v: [f64; 2]) -> Self {
-        let _ = (directrix, direction, v);
-        unimplemented!("geometry: extrusion")
-    }
-
-    /// Ruled surface between two curves: u runs over both (each domain mapped to [0, 1] linearly), v from 0
-    /// on `c0` to 1 on `c1`.
-    #[must_use]
-    pub fn ruled(c0: &Curve3, c1: &Curve3) -> Self {
-        let _ = (c0, c1);
-        unimplemented!("geometry: ruled")
-    }
-
-    /// Rational parameter of the angle `angle` on an arc built by [`Curve3::ellipse_arc`] or
-    /// [`Surface::revolution`] with the range `angles` (both [rad]). Exact, increasing, identity at span ends.
-    #[must_use]
-    pub fn arc_parameter_of_angle(angles: [f64; 2], angle: f64) -> f64 {
-        let _ = (angles, angle);
-        unimplemented!("geometry: arc parameter")
-    }
-
-    /// The inverse of [`Surface::arc_parameter_of_angle`].
-    #[must_use]
-    pub fn angle_of_arc_parameter(angles: [f64; 2], parameter: f64) -> f64 {
-        let _ = (angles, parameter);
-        unimplemented!("geometry: arc parameter")
+    pub fn transposed(&self) -> Self {
+        let [nu, nv] = self.count();
+        let order = (0..nv).flat_map(|j| (0..nu).map(move |i| i * nv + j));
+        let (points, weights) = order.map(|k| (self.points[k], self.weights[k])).unzip();
+        let [ku, kv] = self.knots.clone();
+        Self { degrees: [self.degrees[1], self.degrees[0]], knots: [kv, ku], points, weights }
     }
 
     /// Image under an affine map.

@@ -14,6 +14,7 @@ use super::element::{
 };
 use super::material::Material;
 use super::pattern::{Gather, Pattern};
+use crate::geometry::Vec3;
 
 /// Forces, tangent and energies of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -217,6 +218,36 @@ impl Body {
         }
         self.restore();
         Ok(())
+    }
+
+    /// Equivalent plastic strain of each element at the last commit: mean over its points.
+    #[must_use]
+    pub fn equivalent_plastic_strain(&self) -> Vec<f64> {
+        let state_len = self.material.state_len();
+        let points = self.kind.point_count();
+        if state_len == 0 {
+            return vec![0.0; self.mesh.elements.len()];
+        }
+        let mean = |states: &[f64]| {
+            let sum: f64 = states
+                .chunks_exact(state_len)
+                .map(|state| self.material.equivalent_plastic_strain(state))
+                .sum();
+            sum / points as f64
+        };
+        self.committed.chunks_exact(points * state_len).map(mean).collect()
+    }
+
+    /// Distance [mm] from bottom to top node of every column at `displacement`: the sheet's thickness.
+    #[must_use]
+    pub fn column_thickness(&self, displacement: &[f64]) -> Vec<f64> {
+        let place = |node: u32| {
+            let at = 3 * node as usize;
+            let u = &displacement[at..at + 3];
+            self.mesh.nodes[node as usize] + Vec3::new(u[0], u[1], u[2])
+        };
+        let (low, high) = (self.mesh.bottom_nodes(), self.mesh.top_nodes());
+        low.iter().zip(&high).map(|(&a, &b)| (place(b) - place(a)).norm()).collect()
     }
 
     fn evaluate_elements(

@@ -6,6 +6,9 @@ use super::super::assembly::{Body, Evaluation};
 use super::super::blank::{self, HexMesh};
 use super::super::material::Material;
 use super::super::material::elastic::Elastic;
+use super::super::material::hardening::Hardening;
+use super::super::material::hill48::Hill48;
+use super::super::material::plastic::Plastic;
 use super::*;
 use crate::geometry::Mat3;
 
@@ -102,4 +105,78 @@ fn patch_test_in_finite_strain() {
         let force = out.internal_force[3 * middle + i];
         assert!(force.abs() < 1e-10 * largest, "{force:e} of {largest:e}");
     }
+}
+
+/// The paper's sheet (Table 1).
+fn sheet() -> Arc<dyn Material> {
+    let hill = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
+    let swift = Hardening::Swift { k: 529.5, eps0: 0.00439, n: 0.268 };
+    Arc::new(Plastic::new(Elastic { young: 210_000.0, poisson: 0.3 }, &hill, swift).unwrap())
+}
+
+#[test]
+fn plastic_tangent_is_the_derivative_of_the_force() {
+    let mut body = Body::new(distorted(), ElementKind::Hex8, sheet()).unwrap();
+    let mut out = Evaluation::default();
+    let before: Vec<f64> = pseudo_random(3, 24).iter().map(|x| 0.02 * x).collect();
+    body.evaluate(&before, Want::Residual, &mut out).unwrap();
+    body.commit();
+    let start = body.equivalent_plastic_strain()[0];
+    let u: Vec<f64> = pseudo_random(7, 24).iter().map(|x| 0.12 * x).collect();
+    let error = tangent_error(&mut body, &u, 1e-6);
+    assert!(error < 1e-6, "{error:e}");
+    body.evaluate(&u, Want::Residual, &mut out).unwrap();
+    body.commit();
+    assert!(body.equivalent_plastic_strain()[0] > start + 0.05);
+}
+
+/// Restoring and a round trip through bytes repeat the forces to the bit.
+#[test]
+fn restored_and_imported_states_repeat_to_the_bit() {
+    let mesh = blank::rectangle(3.0, 2.0, 0.8, 3, 2, 2);
+    let count = 3 * mesh.nodes.len();
+    let mut body = Body::new(mesh.clone(), ElementKind::Hex8, sheet()).unwrap();
+    let mut out = Evaluation::default();
+    let one: Vec<f64> = pseudo_random(1, count).iter().map(|x| 0.01 * x).collect();
+    let two: Vec<f64> = pseudo_random(2, count).iter().map(|x| 0.02 * x).collect();
+    body.evaluate(&one, Want::ResidualAndTangent, &mut out).unwrap();
+    body.commit();
+    let saved = body.export_state();
+    body.evaluate(&two, Want::ResidualAndTangent, &mut out).unwrap();
+    let first = out.clone();
+    body.restore();
+    body.evaluate(&two, Want::ResidualAndTangent, &mut out).unwrap();
+    assert_eq!(first, out);
+    let mut other = Body::new(mesh, ElementKind::Hex8, sheet()).unwrap();
+    other.import_state(&saved).unwrap();
+    other.evaluate(&two, Want::ResidualAndTangent, &mut out).unwrap();
+    assert_eq!(first, out);
+    assert!(other.import_state(&saved[8..]).is_err());
+}
+
+#[test]
+fn threads_do_not_change_the_bits() {
+    let mesh = blank::rectangle(9.0, 7.0, 0.8, 9, 7, 2);
+    let u: Vec<f64> = pseudo_random(2, 3 * mesh.nodes.len()).iter().map(|x| 0.02 * x).collect();
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut body = Body::new(mesh.clone(), ElementKind::Hex8, sheet()).unwrap();
+        let mut out = Evaluation::default();
+        pool.install(|| body.evaluate(&u, Want::ResidualAndTangent, &mut out).unwrap());
+        out
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn inverted_elements_are_reported_lowest_first() {
+    let mesh = blank::rectangle(3.0, 1.0, 1.0, 3, 1, 1);
+    let mut u = vec![0.0; 3 * mesh.nodes.len()];
+    for node in mesh.elements[1] {
+        u[3 * node as usize + 2] = -2.0 * mesh.nodes[node as usize].z;
+    }
+    let mut body = Body::new(mesh, ElementKind::Hex8, sheet()).unwrap();
+    let failure = body.evaluate(&u, Want::Residual, &mut Evaluation::default()).unwrap_err();
+    assert_eq!(failure.element, 0);
+    assert!(matches!(failure.reason, FailureReason::Inverted { .. }));
 }

@@ -4,7 +4,10 @@
 //! answers with the conjugate stress `T` [MPa], the consistent tangent `dT/dE` [MPa] and the new history.
 
 pub mod elastic;
+pub mod hardening;
+pub mod hill48;
 pub mod log_strain;
+pub mod plastic;
 
 use super::tensor::{Mandel, Mandel66};
 

@@ -1,0 +1,364 @@
+//! Elastoplasticity in logarithmic strain space: Hill48, isotropic and Chaboche kinematic hardening.
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | `Ep`, `p` | plastic logarithmic strain, equivalent plastic strain |
+//! | `X_k` | backstresses [MPa], `dX_k = ⅔ C_k dEp - γ_k X_k dp` |
+//! | `ξ` | `T - Σ X_k`, yield when `σ̄(ξ) = σ_y(p)` |
+//! | `x` | increment of `p` |
+//! | `π_i`, `v_i` | eigenvalues and eigenvectors of Hill's form, also eigenvectors of the elasticity |
+//!
+//! Backward Euler with `dEp = x P ξ / σ̄`. In the eigenbasis, with `λ = x / σ_y(p + x)`, `θ_k = 1/(1 + γ_k x)`,
+//! `m = 2μ + Σ ⅔ C_k θ_k`: `ξ_i = (T_trial - Σ θ_k X_k)_i / (1 + m λ π_i)`. What remains is one scalar
+//! equation, `Ψ(x) = σ_trial (σ_y / σ̄ - 1) = 0`, a straight line for von Mises with linear hardening;
+//! Newton's method kept inside a bracket solves it for every increment.
+
+use super::elastic::Elastic;
+use super::hardening::{Hardening, HardeningError};
+use super::hill48::{Hill48, Hill48Error, Spectrum};
+use super::{LogResponse, Material, MaterialError};
+use crate::geometry::Mat3;
+use crate::solver::tensor::{self, Mandel, Mandel66};
+
+/// One backstress of Chaboche's law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Backstress {
+    /// `C` [MPa].
+    pub modulus: f64,
+    /// `γ`, zero for linear (Prager) hardening.
+    pub recovery: f64,
+}
+
+/// History of a point: `Ep` (6), `p`, plastic work, then six values for each backstress.
+const STRAIN: usize = 0;
+const EQUIVALENT: usize = 6;
+const WORK: usize = 7;
+const BACKSTRESS: usize = 8;
+/// Yield check, relative to the flow stress.
+const YIELD_TOLERANCE: f64 = 1e-12;
+const MAX_ITERATIONS: usize = 200;
+
+/// An elastoplastic material.
+#[derive(Debug, Clone)]
+pub struct Plastic {
+    elastic: Elastic,
+    spectrum: Spectrum,
+    hardening: Hardening,
+    backstresses: Vec<Backstress>,
+    /// Turns global tensors into material axes; `None` when the axes coincide.
+    to_material: Option<Mandel66>,
+}
+
+/// Numbers that are no material.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MaterialDataError {
+    /// Elastic constants out of range.
+    #[error("elasticity: {field} is {found}, must be {allowed}")]
+    Elastic {
+        /// Which constant.
+        field: &'static str,
+        /// What was found.
+        found: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// The yield surface is not convex.
+    #[error(transparent)]
+    Yield(#[from] Hill48Error),
+    /// The hardening law cannot be used.
+    #[error(transparent)]
+    Hardening(#[from] HardeningError),
+}
+
+impl Plastic {
+    /// A material with axes along x (rolling), y, z. The yield surface is scaled to `G + H = 1`, so the
+    /// hardening curve is that of tension along the rolling direction.
+    ///
+    /// # Errors
+    /// [`MaterialDataError`] for the first value out of its range.
+    pub fn new(
+        elastic: Elastic,
+        hill: &Hill48,
+        hardening: Hardening,
+    ) -> Result<Self, MaterialDataError> {
+        let Elastic { young, poisson } = elastic;
+        if !(young > 0.0 && young.is_finite()) {
+            return Err(MaterialDataError::Elastic {
+                field: "young",
+                found: young,
+                allowed: "above zero",
+            });
+        }
+        if !(poisson > -1.0 && poisson < 0.5) {
+            return Err(MaterialDataError::Elastic {
+                field: "poisson",
+                found: poisson,
+                allowed: "in (-1, 0.5)",
+            });
+        }
+        hill.check()?;
+        hardening.check()?;
+        let spectrum = Spectrum::new(&hill.normalised());
+        Ok(Self { elastic, spectrum, hardening, backstresses: Vec::new(), to_material: None })
+    }
+
+    /// The material with kinematic hardening.
+    ///
+    /// # Errors
+    /// [`MaterialDataError::Elastic`] for a modulus or recovery below zero.
+    pub fn with_backstresses(
+        mut self,
+        backstresses: Vec<Backstress>,
+    ) -> Result<Self, MaterialDataError> {
+        for one in &backstresses {
+            for (field, found) in
+                [("backstress modulus", one.modulus), ("backstress recovery", one.recovery)]
+            {
+                if !(found >= 0.0 && found.is_finite()) {
+                    return Err(MaterialDataError::Elastic {
+                        field,
+                        found,
+                        allowed: "zero or above",
+                    });
+                }
+            }
+        }
+        self.backstresses = backstresses;
+        Ok(self)
+    }
+
+    /// The material with other axes: the columns of the rotation `axes` are rolling, transverse and
+    /// thickness direction in the undeformed body.
+    #[must_use]
+    pub fn with_axes(mut self, axes: &Mat3) -> Self {
+        let rows = std::array::from_fn(|i| std::array::from_fn(|j| axes[(j, i)]));
+        self.to_material = Some(tensor::congruence(&rows));
+        self
+    }
+
+    fn update_in_axes(
+        &self,
+        strain: &Mandel,
+        old: &[f64],
+        new: &mut [f64],
+        out: &mut LogResponse,
+    ) -> Result<(), MaterialError> {
+        new.copy_from_slice(old);
+        let elastic_strain: Mandel = std::array::from_fn(|i| strain[i] - old[STRAIN + i]);
+        let trial = self.elastic.stress(&elastic_strain);
+        let step = Step::new(self, &trial, old);
+        let (yield_stress, _) = self.hardening.flow_stress(old[EQUIVALENT]);
+        if step.trial_equivalent <= yield_stress * (1.0 + YIELD_TOLERANCE) {
+            out.stress = trial;
+            out.tangent = self.elastic.stiffness();
+            out.elastic_energy = 0.5 * tensor::dot(&trial, &elastic_strain);
+            out.plastic_work = old[WORK];
+            out.plastic = false;
+            return Ok(());
+        }
+        let increment = step.solve()?;
+        let at = step.at(increment);
+        let two_mu = 2.0 * self.elastic.shear_modulus();
+        let flow: [f64; 5] =
+            std::array::from_fn(|i| at.lambda * self.spectrum.values[i] * at.xi[i]);
+        let flow = self.spectrum.tensor(&flow);
+        out.stress = std::array::from_fn(|i| trial[i] - two_mu * flow[i]);
+        for i in 0..6 {
+            new[STRAIN + i] += flow[i];
+        }
+        new[EQUIVALENT] += increment;
+        new[WORK] += tensor::dot(&out.stress, &flow);
+        for (k, one) in self.backstresses.iter().enumerate() {
+            let theta = 1.0 / (1.0 + one.recovery * increment);
+            for (i, value) in flow.iter().enumerate() {
+                let x = &mut new[BACKSTRESS + 6 * k + i];
+                *x = theta * (*x + 2.0 / 3.0 * one.modulus * value);
+            }
+        }
+        let elastic: Mandel = std::array::from_fn(|i| elastic_strain[i] - flow[i]);
+        out.elastic_energy = 0.5 * tensor::dot(&out.stress, &elastic);
+        out.plastic_work = new[WORK];
+        out.plastic = true;
+        step.tangent(&at, increment, &mut out.tangent);
+        Ok(())
+    }
+}
+
+/// The scalar equation of one return mapping.
+struct Step<'a> {
+    material: &'a Plastic,
+    old: &'a [f64],
+    /// Trial stress in the eigenbasis.
+    trial: [f64; 5],
+    trial_equivalent: f64,
+}
+
+/// Everything at one value of the increment `x`.
+struct At {
+    lambda: f64,
+    lambda_rate: f64,
+    slope: f64,
+    yield_stress: f64,
+    equivalent: f64,
+    /// `ξ_i`.
+    xi: [f64; 5],
+    /// `a_i = 1 / (1 + m λ π_i)`.
+    reduction: [f64; 5],
+    /// `dξ_i/dx` at fixed trial stress.
+    xi_rate: [f64; 5],
+}
+
+impl<'a> Step<'a> {
+    fn new(material: &'a Plastic, trial: &Mandel, old: &'a [f64]) -> Self {
+        let mut relative = *trial;
+        for k in 0..material.backstresses.len() {
+            for (i, value) in relative.iter_mut().enumerate() {
+                *value -= old[BACKSTRESS + 6 * k + i];
+            }
+        }
+        let trial_equivalent = material.spectrum.equivalent(&relative);
+        Self { material, old, trial: material.spectrum.components(trial), trial_equivalent }
+    }
+
+    fn at(&self, x: f64) -> At {
+        let material = self.material;
+        let (yield_stress, slope) = material.hardening.flow_stress(self.old[EQUIVALENT] + x);
+        let lambda = x / yield_stress;
+        let lambda_rate = (1.0 - lambda * slope) / yield_stress;
+        let mut modulus = 2.0 * material.elastic.shear_modulus();
+        let mut modulus_rate = 0.0;
+        let mut b = self.trial;
+        let mut b_rate = [0.0; 5];
+        for (k, one) in material.backstresses.iter().enumerate() {
+            let theta = 1.0 / (1.0 + one.recovery * x);
+            let theta_rate = -one.recovery * theta * theta;
+            modulus += 2.0 / 3.0 * one.modulus * theta;
+            modulus_rate += 2.0 / 3.0 * one.modulus * theta_rate;
+            let start: Mandel = std::array::from_fn(|i| self.old[BACKSTRESS + 6 * k + i]);
+            let start = material.spectrum.components(&start);
+            for i in 0..5 {
+                b[i] -= theta * start[i];
+                b_rate[i] -= theta_rate * start[i];
+            }
+        }
+        let values = &material.spectrum.values;
+        let reduction: [f64; 5] =
+            std::array::from_fn(|i| 1.0 / (1.0 + modulus * lambda * values[i]));
+        let xi: [f64; 5] = std::array::from_fn(|i| b[i] * reduction[i]);
+        let product_rate = modulus_rate * lambda + modulus * lambda_rate;
+        let xi_rate =
+            std::array::from_fn(|i| (b_rate[i] - product_rate * values[i] * xi[i]) * reduction[i]);
+        let equivalent = (0..5).map(|i| values[i] * xi[i] * xi[i]).sum::<f64>().sqrt();
+        At { lambda, lambda_rate, slope, yield_stress, equivalent, xi, reduction, xi_rate }
+    }
+
+    /// The increment of equivalent plastic strain.
+    fn solve(&self) -> Result<f64, MaterialError> {
+        let values = &self.material.spectrum.values;
+        let elastic_step = self.trial_equivalent / (2.0 * self.material.elastic.shear_modulus());
+        let (mut low, mut high) = (0.0, f64::INFINITY);
+        let mut x = 0.0;
+        let mut residual = f64::INFINITY;
+        for _ in 0..MAX_ITERATIONS {
+            let at = self.at(x);
+            residual = at.yield_stress / at.equivalent - 1.0;
+            if residual.abs() <= 2e-15 {
+                return Ok(x);
+            }
+            if residual < 0.0 {
+                low = x
+            } else {
+                high = x
+            }
+            let equivalent_rate =
+                (0..5).map(|i| values[i] * at.xi[i] * at.xi_rate[i]).sum::<f64>() / at.equivalent;
+            let rate =
+                (at.slope - at.yield_stress / at.equivalent * equivalent_rate) / at.equivalent;
+            let mut next = x - residual / rate;
+            if !(next > low && next < high) {
+                next = if high.is_finite() {
+                    0.5 * (low + high)
+                } else {
+                    (2.0 * low).max(1e-9 * elastic_step)
+                };
+            }
+            let still = (next - x).abs() <= 1e-16 * next;
+            if still || next == low || next == high {
+                break;
+            }
+            x = next;
+        }
+        let residual = residual.abs();
+        if residual <= 1e-11 {
+            Ok(x)
+        } else {
+            Err(MaterialError::ReturnMapping { residual, iterations: MAX_ITERATIONS })
+        }
+    }
+
+    /// `dT/dE`: bulk part, shrunk deviatoric part, and one rank-one term along the flow.
+    fn tangent(&self, at: &At, _increment: f64, tangent: &mut Mandel66) {
+        let spectrum = &self.material.spectrum;
+        let values = &spectrum.values;
+        let two_mu = 2.0 * self.material.elastic.shear_modulus();
+        let hardening: f64 = (0..5).map(|i| values[i] * at.xi[i] * at.xi_rate[i]).sum();
+        let denominator = at.yield_stress * at.slope - hardening;
+        let normal: [f64; 5] =
+            std::array::from_fn(|i| two_mu * values[i] * at.xi[i] * at.reduction[i] / denominator);
+        let flow: [f64; 5] = std::array::from_fn(|i| {
+            two_mu * values[i] * (at.lambda * at.xi_rate[i] + at.lambda_rate * at.xi[i])
+        });
+        let kept: [f64; 5] = std::array::from_fn(|i| {
+            two_mu * (1.0 - two_mu * at.lambda * values[i] * at.reduction[i])
+        });
+        let (normal, flow) = (spectrum.tensor(&normal), spectrum.tensor(&flow));
+        for (i, row) in tangent.iter_mut().enumerate() {
+            for (j, value) in row.iter_mut().enumerate() {
+                *value = -flow[i] * normal[j];
+            }
+        }
+        let bulk = self.material.elastic.bulk_modulus();
+        let [v, w] = &spectrum.normal;
+        for i in 0..3 {
+            for j in 0..3 {
+                tangent[i][j] += bulk + kept[0] * v[i] * v[j] + kept[1] * w[i] * w[j];
+            }
+            tangent[i + 3][i + 3] += kept[i + 2];
+        }
+    }
+}
+
+impl Material for Plastic {
+    fn state_len(&self) -> usize {
+        BACKSTRESS + 6 * self.backstresses.len()
+    }
+
+    fn update(
+        &self,
+        strain: &Mandel,
+        old: &[f64],
+        new: &mut [f64],
+        response: &mut LogResponse,
+    ) -> Result<(), MaterialError> {
+        let Some(turn) = &self.to_material else {
+            return self.update_in_axes(strain, old, new, response);
+        };
+        self.update_in_axes(&tensor::apply(turn, strain), old, new, response)?;
+        let back = tensor::transpose(turn);
+        response.stress = tensor::apply(&back, &response.stress);
+        response.tangent = tensor::product(&tensor::product(&back, &response.tangent), turn);
+        Ok(())
+    }
+
+    fn equivalent_plastic_strain(&self, state: &[f64]) -> f64 {
+        state[EQUIVALENT]
+    }
+
+    fn is_symmetric(&self) -> bool {
+        self.backstresses.iter().all(|one| one.recovery == 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -40,8 +40,11 @@ impl Patch {
     /// Point and derivatives; `(eta, zeta)` need not lie inside the domain.
     #[must_use]
     pub fn derivs(&self, eta: f64, zeta: f64) -> PatchDerivs {
-        let _ = (eta, zeta);
-        unimplemented!("tool: patch evaluation")
+        match self {
+            Self::Triangle(c) => triangle(c, eta, zeta),
+            Self::Quad(c) => quad(c, eta, zeta),
+            Self::Bezier { degrees, points } => bezier(*degrees, points, eta, zeta),
+        }
     }
 
     /// Unit normal `S_eta x S_zeta / |.|` (Eq. 23); `None` where the patch is degenerate.
@@ -56,5 +59,135 @@ impl Patch {
     #[must_use]
     pub fn sides(&self) -> usize {
         if matches!(self, Self::Triangle(_)) { 3 } else { 4 }
+    }
+}
+
+/// Eq. 9: `c00 + c10 e + c01 z + c11 e z + c20 e^2 + c02 z^2`.
+fn triangle([c00, c10, c01, c11, c20, c02]: &[Vec3; 6], e: f64, z: f64) -> PatchDerivs {
+    PatchDerivs {
+        s: c00 + (c10 + c20 * e) * e + (c01 + c11 * e + c02 * z) * z,
+        d1: c10 + c11 * z + c20 * (2.0 * e),
+        d2: c01 + c11 * e + c02 * (2.0 * z),
+        d11: c20 * 2.0,
+        d12: *c11,
+        d22: c02 * 2.0,
+    }
+}
+
+/// Eq. 11: Eq. 9 and `c21 e^2 z + c12 e z^2`.
+fn quad(c: &[Vec3; 8], e: f64, z: f64) -> PatchDerivs {
+    let [c00, c10, c01, c11, c20, c02, c21, c12] = c;
+    PatchDerivs {
+        s: c00 + (c10 + c20 * e) * e + (c01 + (c11 + c21 * e) * e + (c02 + c12 * e) * z) * z,
+        d1: c10 + c20 * (2.0 * e) + (c11 + c21 * (2.0 * e) + c12 * z) * z,
+        d2: c01 + (c11 + c21 * e) * e + (c02 + c12 * e) * (2.0 * z),
+        d11: (c20 + c21 * z) * 2.0,
+        d12: c11 + c21 * (2.0 * e) + c12 * (2.0 * z),
+        d22: (c02 + c12 * e) * 2.0,
+    }
+}
+
+/// Eq. 1, by Bernstein polynomials and their derivatives.
+fn bezier(degrees: [usize; 2], points: &[Vec3], e: f64, z: f64) -> PatchDerivs {
+    let (be, bz) = (bernstein(degrees[0], e), bernstein(degrees[1], z));
+    let mut sums = [[Vec3::zeros(); 3]; 3];
+    for (i, row) in points.chunks_exact(degrees[1] + 1).enumerate() {
+        for (order_z, weights) in bz.iter().enumerate() {
+            let along = row.iter().zip(weights).map(|(p, b)| p * *b).sum::<Vec3>();
+            for order_e in 0..3 - order_z {
+                sums[order_e][order_z] += along * be[order_e][i];
+            }
+        }
+    }
+    let [[s, d2, d22], [d1, d12, _], [d11, _, _]] = sums;
+    PatchDerivs { s, d1, d2, d11, d12, d22 }
+}
+
+/// Largest degree of a Bezier patch each way: the monomial form stays stable, as the paper demands.
+pub const MAX_DEGREE: usize = 6;
+
+/// Bernstein polynomials of degree n (Eq. 2) and their first two derivatives at t.
+fn bernstein(n: usize, t: f64) -> [[f64; MAX_DEGREE + 1]; 3] {
+    let rise = |degree: usize| {
+        let mut b = [0.0; MAX_DEGREE + 1];
+        b[0] = 1.0;
+        for k in 1..=degree {
+            for i in (0..=k).rev() {
+                let left = if i > 0 { b[i - 1] } else { 0.0 };
+                b[i] = (1.0 - t) * b[i] + t * left;
+            }
+        }
+        b
+    };
+    let difference = |b: [f64; MAX_DEGREE + 1], degree: usize| {
+        let mut d = [0.0; MAX_DEGREE + 1];
+        for i in 0..=degree {
+            let left = if i > 0 { b[i - 1] } else { 0.0 };
+            let own = if i < degree { b[i] } else { 0.0 };
+            d[i] = degree as f64 * (left - own);
+        }
+        d
+    };
+    let first = difference(rise(n - 1), n);
+    let second =
+        if n >= 2 { difference(difference(rise(n - 2), n - 1), n) } else { [0.0; MAX_DEGREE + 1] };
+    [rise(n), first, second]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn random(seed: &mut u64) -> f64 {
+        *seed =
+            seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((*seed >> 33) as f64) / (1u64 << 31) as f64 - 0.5
+    }
+
+    fn random_points<const N: usize>(seed: &mut u64) -> [Vec3; N] {
+        std::array::from_fn(|_| Vec3::new(random(seed), random(seed), random(seed)))
+    }
+
+    fn patches() -> Vec<Patch> {
+        let mut seed = 11;
+        let mut all =
+            vec![Patch::Triangle(random_points(&mut seed)), Patch::Quad(random_points(&mut seed))];
+        for degrees in [[1, 1], [2, 2], [3, 1], [6, 4]] {
+            let count = (degrees[0] + 1) * (degrees[1] + 1);
+            let points: [Vec3; 49] = random_points(&mut seed);
+            all.push(Patch::Bezier { degrees, points: points[..count].to_vec() });
+        }
+        all
+    }
+
+    #[test]
+    fn derivatives_agree_with_central_differences() {
+        let h = 1e-5;
+        for patch in patches() {
+            let (e, z) = (0.37, 0.21);
+            let d = patch.derivs(e, z);
+            let (ep, em) = (patch.derivs(e + h, z), patch.derivs(e - h, z));
+            let (zp, zm) = (patch.derivs(e, z + h), patch.derivs(e, z - h));
+            for (found, plus, minus) in [
+                (d.d1, ep.s, em.s),
+                (d.d2, zp.s, zm.s),
+                (d.d11, ep.d1, em.d1),
+                (d.d12, zp.d1, zm.d1),
+                (d.d22, zp.d2, zm.d2),
+            ] {
+                let difference = (plus - minus) / (2.0 * h);
+                assert!((found - difference).norm() < 1e-7, "{patch:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn bezier_corners_are_control_points() {
+        for patch in patches() {
+            let Patch::Bezier { degrees: [n, m], points } = &patch else { continue };
+            assert!((patch.derivs(0.0, 0.0).s - points[0]).norm() < 1e-15);
+            assert!((patch.derivs(1.0, 0.0).s - points[n * (m + 1)]).norm() < 1e-15);
+            assert!((patch.derivs(1.0, 1.0).s - points[n * (m + 1) + m]).norm() < 1e-15);
+        }
     }
 }

@@ -1,7 +1,21 @@
 //! Closest point on a tool: the tree search, the projection on a patch, the friction law.
+//!
+//! - [`ToolSurface::closest`]: tree of tight boxes, branch and bound on the true distance
+//! - `piece`: a part of a patch small enough for Newton; its box and its convexity bound
+//! - `project`: bounded Newton inside a piece (Eq. 19-23)
+//! - `topology`: which sides of a patch are free borders
+//! - [`friction`]: Coulomb's law; sees gap, slip and traction, never geometry
+
+pub mod friction;
+mod piece;
+mod project;
+mod surface;
+mod topology;
+mod tree;
+
+pub use surface::ToolSurface;
 
 use crate::geometry::{Mat3, Vec3};
-use crate::tool::ToolModel;
 
 /// Where on its patch a foot lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,35 +45,9 @@ pub struct Projection {
     pub point: Vec3,
     /// Unit normal of that patch at the foot, out of the tool.
     pub normal: Vec3,
-    /// Signed distance [mm], positive = apart.
+    /// Signed distance along the normal, `(p - point) . normal` [mm], positive = apart.
     pub gap: f64,
     /// Symmetric curvature tensor [1/mm] acting in the tangent plane: `dn = -curvature dx` for dx along the
     /// surface (Weingarten; positive towards the normal).
     pub curvature: Mat3,
-}
-
-/// A tool model with its search tree.
-pub struct ToolSurface {
-    model: ToolModel,
-}
-
-impl ToolSurface {
-    /// Builds the tree.
-    #[must_use]
-    pub fn new(model: ToolModel) -> Self {
-        Self { model }
-    }
-
-    /// The model.
-    #[must_use]
-    pub fn model(&self) -> &ToolModel {
-        &self.model
-    }
-
-    /// Globally closest point to `p` (tool frame); `hint` is the patch of the last answer for this point.
-    #[must_use]
-    pub fn closest(&self, p: &Vec3, hint: Option<u32>) -> Projection {
-        let _ = (p, hint);
-        unimplemented!("contact: search")
-    }
 }

@@ -1,0 +1,136 @@
+//! Coulomb's law at one point: stick or slip, and the law's residual with its derivatives.
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | `r_t` | tangential force on the sheet [N] |
+//! | `lambda` | normal force, positive = pressed [N] |
+//! | `s` | slip of the sheet on the tool since the last increment [mm], tangential |
+//! | `c` | a stiffness that makes `c s` a force; the solution does not depend on it |
+//! | `tau` | trial force `r_t - c s` (Alart & Curnier 1991) |
+//!
+//! Stick while `|tau| <= mu lambda`: then `s = 0`. Else slip: `r_t = mu lambda tau / |tau|`; at a solution
+//! `tau` is parallel to `r_t` and so to `-s`. No regularisation.
+
+use crate::geometry::{Mat3, Vec3};
+
+/// Coulomb's law with one coefficient.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coulomb {
+    /// Friction coefficient, >= 0.
+    pub mu: f64,
+}
+
+/// State of one contact point as the law sees it; all vectors are tangential.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrictionPoint {
+    /// Normal force [N].
+    pub lambda: f64,
+    /// Tangential force on the sheet [N].
+    pub traction: Vec3,
+    /// Slip since the last increment [mm].
+    pub slip: Vec3,
+    /// Scaling stiffness [N/mm], > 0.
+    pub stiffness: f64,
+}
+
+/// What the law asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Friction {
+    /// The point may not move: `s = 0`.
+    Stick,
+    /// The residual `r_t - mu lambda tau / |tau|` [N] must vanish.
+    Slip {
+        /// Residual [N].
+        residual: Vec3,
+        /// Derivative by the traction.
+        by_traction: Mat3,
+        /// Derivative by the slip [N/mm].
+        by_slip: Mat3,
+        /// Derivative by the normal force.
+        by_lambda: Vec3,
+    },
+}
+
+impl Coulomb {
+    /// Stick or slip at a point, and the residual of slip.
+    ///
+    /// Derivatives are exact while `0 <= lambda` and `mu lambda <= |tau|`; a negative normal force (an
+    /// iterate on its way) keeps the terms that stay bounded.
+    #[must_use]
+    pub fn law(&self, at: &FrictionPoint) -> Friction {
+        let tau = at.traction - at.slip * at.stiffness;
+        let size = tau.norm();
+        let bound = self.mu * at.lambda;
+        if self.mu > 0.0 && size <= bound.max(0.0) {
+            return Friction::Stick;
+        }
+        if self.mu == 0.0 || size == 0.0 {
+            return Friction::Slip {
+                residual: at.traction,
+                by_traction: Mat3::identity(),
+                by_slip: Mat3::zeros(),
+                by_lambda: Vec3::zeros(),
+            };
+        }
+        let direction = tau / size;
+        let turn = (Mat3::identity() - direction * direction.transpose()) * (bound / size).max(0.0);
+        Friction::Slip {
+            residual: at.traction - direction * bound,
+            by_traction: Mat3::identity() - turn,
+            by_slip: turn * at.stiffness,
+            by_lambda: -direction * self.mu,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(traction: [f64; 2], slip: [f64; 2], lambda: f64) -> FrictionPoint {
+        FrictionPoint {
+            lambda,
+            traction: Vec3::new(traction[0], traction[1], 0.0),
+            slip: Vec3::new(slip[0], slip[1], 0.0),
+            stiffness: 50.0,
+        }
+    }
+
+    fn residual(law: &Coulomb, at: &FrictionPoint) -> Vec3 {
+        match law.law(at) {
+            Friction::Slip { residual, .. } => residual,
+            Friction::Stick => panic!("the test point must slip"),
+        }
+    }
+
+    #[test]
+    fn slip_opposes_motion_with_the_full_bound() {
+        let law = Coulomb { mu: 0.2 };
+        let slip = Vec3::new(0.3, -0.4, 0.0);
+        let at = point([-0.2 * 10.0 * 0.6, 0.2 * 10.0 * 0.8], [slip.x, slip.y], 10.0);
+        assert!(residual(&law, &at).norm() < 1e-15);
+        assert_eq!(law.law(&point([1.0, 0.0], [0.0, 0.0], 10.0)), Friction::Stick);
+        assert!(matches!(law.law(&point([2.1, 0.0], [0.0, 0.0], 10.0)), Friction::Slip { .. }));
+    }
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let law = Coulomb { mu: 0.3 };
+        let at = point([1.0, -2.0], [-0.08, 0.05], 11.0);
+        let Friction::Slip { by_traction, by_slip, by_lambda, .. } = law.law(&at) else {
+            panic!("slips")
+        };
+        let h = 1e-6;
+        for k in 0..2 {
+            let mut shifted = |change: &dyn Fn(&mut FrictionPoint, f64)| {
+                let (mut plus, mut minus) = (at, at);
+                change(&mut plus, h);
+                change(&mut minus, -h);
+                (residual(&law, &plus) - residual(&law, &minus)) / (2.0 * h)
+            };
+            assert!((shifted(&|p, d| p.traction[k] += d) - by_traction.column(k)).norm() < 1e-8);
+            assert!((shifted(&|p, d| p.slip[k] += d) - by_slip.column(k)).norm() < 1e-6);
+            assert!((shifted(&|p, d| p.lambda += d) - by_lambda).norm() < 1e-8);
+        }
+    }
+}

@@ -1,2 +1,68 @@
-//! Linear solvers.
+//! Linear solvers behind one trait, and the checked solve that all of them go through.
+
+pub mod direct;
 pub mod multifrontal;
+pub mod refine;
+
+pub use direct::{MultifrontalLu, SparseLu};
+pub use refine::CheckedSolver;
+
+use super::pattern::Pattern;
+use crate::geometry::Vec3;
+
+/// Unknowns that are eliminated together, and where each group stands: the input of nested dissection.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Groups {
+    /// Group of each unknown.
+    pub of_unknown: Vec<u32>,
+    /// Position of each group [mm].
+    pub centers: Vec<Vec3>,
+}
+
+/// A system that could not be solved.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LinearError {
+    /// The pattern and the groups do not fit together.
+    #[error("the matrix pattern cannot be planned: {0}")]
+    Pattern(String),
+    /// No inverse.
+    #[error(
+        "the matrix is singular near unknown {unknown}: a part of the sheet is not held by tools, planes or its neighbours"
+    )]
+    Singular {
+        /// Unknown (3 node + direction) where it was noticed.
+        unknown: usize,
+    },
+    /// The solution does not satisfy the equations.
+    #[error(
+        "the linear solution leaves {relative:e} of its right-hand side (allowed {allowed:e}): the matrix is nearly singular"
+    )]
+    Inaccurate {
+        /// Residual over right-hand side.
+        relative: f64,
+        /// Limit.
+        allowed: f64,
+    },
+}
+
+/// A direct solver for matrices of one pattern.
+pub trait LinearSolver: Send {
+    /// Plans for `pattern` (structurally symmetric).
+    ///
+    /// # Errors
+    /// [`LinearError::Pattern`].
+    fn analyze(&mut self, pattern: &Pattern, groups: &Groups) -> Result<(), LinearError>;
+
+    /// Factors the matrix with these values, in the pattern's order.
+    ///
+    /// # Errors
+    /// [`LinearError::Singular`].
+    fn factor(&mut self, values: &[f64]) -> Result<(), LinearError>;
+
+    /// Solves in place with the last factors.
+    fn solve(&mut self, rhs: &mut [f64]);
+
+    /// Name for the log.
+    fn name(&self) -> &'static str;
+}

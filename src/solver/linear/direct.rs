@@ -1,0 +1,88 @@
+//! The two direct solvers: our multifrontal LU, and faer's sparse LU.
+
+use faer::linalg::solvers::SolveCore;
+use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut};
+
+use super::multifrontal::{Factors, PatternRef, Symbolic};
+use super::{Groups, LinearError, LinearSolver};
+use crate::solver::pattern::Pattern;
+
+/// Our multifrontal LU (see [`super::multifrontal`]).
+#[derive(Debug, Default)]
+pub struct MultifrontalLu {
+    plan: Symbolic,
+    factors: Factors,
+}
+
+impl LinearSolver for MultifrontalLu {
+    fn analyze(&mut self, pattern: &Pattern, groups: &Groups) -> Result<(), LinearError> {
+        let columns: Vec<u32> = pattern.col_idx.iter().map(|&c| c as u32).collect();
+        let view = PatternRef { row_start: &pattern.row_ptr, columns: &columns };
+        self.plan = Symbolic::new(view, &groups.of_unknown, &groups.centers)
+            .map_err(|e| LinearError::Pattern(e.to_string()))?;
+        Ok(())
+    }
+
+    fn factor(&mut self, values: &[f64]) -> Result<(), LinearError> {
+        self.plan
+            .factor(values, &mut self.factors)
+            .map_err(|e| LinearError::Singular { unknown: e.unknown })
+    }
+
+    fn solve(&mut self, rhs: &mut [f64]) {
+        self.plan.solve(&self.factors, rhs);
+    }
+
+    fn name(&self) -> &'static str {
+        "multifrontal LU"
+    }
+}
+
+/// faer's sparse LU with partial pivoting: slower, but pivots over whole columns.
+///
+/// Rows of the pattern are handed over as columns, so the factors are those of the transpose.
+#[derive(Debug, Default)]
+pub struct SparseLu {
+    pattern: Option<(Pattern, SymbolicLu<usize>)>,
+    factors: Option<Lu<usize, f64>>,
+}
+
+impl LinearSolver for SparseLu {
+    fn analyze(&mut self, pattern: &Pattern, _groups: &Groups) -> Result<(), LinearError> {
+        let symbolic = SymbolicLu::try_new(columns_of(pattern))
+            .map_err(|e| LinearError::Pattern(format!("{e:?}")))?;
+        self.pattern = Some((pattern.clone(), symbolic));
+        self.factors = None;
+        Ok(())
+    }
+
+    fn factor(&mut self, values: &[f64]) -> Result<(), LinearError> {
+        let Some((pattern, symbolic)) = &self.pattern else {
+            return Err(LinearError::Pattern("factor before analyze".into()));
+        };
+        let matrix = SparseColMatRef::new(columns_of(pattern), values);
+        let factors = Lu::try_new_with_symbolic(symbolic.clone(), matrix)
+            .map_err(|_| LinearError::Singular { unknown: 0 })?;
+        self.factors = Some(factors);
+        Ok(())
+    }
+
+    fn solve(&mut self, rhs: &mut [f64]) {
+        let n = rhs.len();
+        if let Some(factors) = &self.factors {
+            let view = MatMut::from_column_major_slice_mut(rhs, n, 1);
+            factors.solve_transpose_in_place_with_conj(Conj::No, view);
+        }
+    }
+
+    fn name(&self) -> &'static str {
+        "faer sparse LU"
+    }
+}
+
+fn columns_of(pattern: &Pattern) -> SymbolicSparseColMatRef<'_, usize> {
+    let n = pattern.dim();
+    SymbolicSparseColMatRef::new_checked(n, n, &pattern.row_ptr, None, &pattern.col_idx)
+}

@@ -1,0 +1,162 @@
+//! Stages of a process and what an increment reports.
+
+use super::tools::Motion;
+
+/// One stage: clamp, draw, release, ...
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stage {
+    /// Name in the history.
+    pub name: String,
+    /// Duration [s]; only a label in a quasi-static run, > 0.
+    pub duration: f64,
+    /// What each tool does, in the order of the tools.
+    pub motions: Vec<Motion>,
+    /// First increment, a share of the stage in (0, 1].
+    pub first_step: f64,
+    /// Largest increment, a share of the stage in (0, 1].
+    pub largest_step: f64,
+}
+
+/// Limits of the solver. Forces and lengths are scaled by the problem itself: no unit enters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    /// Newton iterations an increment may take.
+    pub iterations: usize,
+    /// Iterations an increment should take: fewer and the next one grows, more and it shrinks.
+    pub wanted_iterations: usize,
+    /// Residual force over the norm of contact forces and reactions.
+    pub force_tolerance: f64,
+    /// Largest penetration of a node [mm] over the sheet's thickness.
+    pub gap_tolerance: f64,
+    /// Smallest increment, a share of the first one.
+    pub smallest_step: f64,
+    /// Increments of the whole run.
+    pub increments: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            iterations: 25,
+            wanted_iterations: 7,
+            force_tolerance: 1e-8,
+            gap_tolerance: 1e-10,
+            smallest_step: 1e-4,
+            increments: 100_000,
+        }
+    }
+}
+
+/// Wall time by phase [s].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Timings {
+    /// Closest points on the tools.
+    pub search: f64,
+    /// Element loop and assembly of the matrix.
+    pub elements: f64,
+    /// Contact conditions put into the matrix.
+    pub contact: f64,
+    /// Factorisation.
+    pub factor: f64,
+    /// Substitution and refinement.
+    pub solve: f64,
+}
+
+/// Work since the start of the run [mJ], of the whole process.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energies {
+    /// Work of the tools on the sheet (normal and tangential contact forces over the nodes' motion).
+    pub external: f64,
+    /// Work of the internal forces.
+    pub internal: f64,
+    /// Elastic energy stored now.
+    pub elastic: f64,
+    /// Plastic work: dissipated, or stored by hardening.
+    pub plastic: f64,
+    /// Dissipated by friction between sheet and tools.
+    pub friction: f64,
+}
+
+/// One Newton iteration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IterationRecord {
+    /// Residual force over its reference.
+    pub residual: f64,
+    /// Largest violation of a contact condition on the gap [mm].
+    pub gap: f64,
+    /// Norm of the displacement correction that led here [mm].
+    pub correction: f64,
+    /// Nodes in contact.
+    pub contacts: usize,
+    /// Nodes in contact that slip.
+    pub slipping: usize,
+    /// Contact states that changed since the iteration before (touch or part).
+    pub changes: usize,
+}
+
+/// A tool at the end of an increment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolReport {
+    /// Name.
+    pub name: String,
+    /// Travel along its direction since the start [mm].
+    pub travel: f64,
+    /// Force of the tool on the sheet along its direction [N], of the whole process.
+    pub force: f64,
+    /// The same as a vector, of the modelled part only [N].
+    pub force_vector: [f64; 3],
+    /// Shift of the tool file's frame in the world [mm].
+    pub shift: [f64; 3],
+    /// Nodes in contact with it.
+    pub contacts: usize,
+}
+
+/// What the observer of a run sees after every converged increment (and once before the first).
+#[derive(Debug, Clone)]
+pub struct IncrementReport<'a> {
+    /// Number, from 1; 0 is the start.
+    pub increment: usize,
+    /// Index of the stage.
+    pub stage: usize,
+    /// Its name.
+    pub stage_name: &'a str,
+    /// Time since the start [s].
+    pub time: f64,
+    /// Share of the stage done.
+    pub share: f64,
+    /// Every tool, in order.
+    pub tools: Vec<ToolReport>,
+    /// Newton iterations of this increment (linear solves).
+    pub iterations: usize,
+    /// Newton iterations since the start, failed attempts included.
+    pub iterations_total: usize,
+    /// Increments cut since the start.
+    pub cuts: usize,
+    /// Residual history of this increment.
+    pub history: &'a [IterationRecord],
+    /// Work and energy.
+    pub energies: Energies,
+    /// Nodes in contact.
+    pub contacts: usize,
+    /// Nodes in contact that slip.
+    pub slipping: usize,
+    /// Wall time by phase since the start.
+    pub timings: Timings,
+    /// Displacements, three a node [mm].
+    pub displacements: &'a [f64],
+    /// Contact forces on the nodes, three a node [N].
+    pub contact_forces: &'a [f64],
+}
+
+/// Totals of a finished run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunSummary {
+    /// Converged increments.
+    pub increments: usize,
+    /// Newton iterations, failed attempts included.
+    pub iterations: usize,
+    /// Increments cut.
+    pub cuts: usize,
+    /// Wall time by phase [s].
+    pub timings: Timings,
+}

@@ -1,0 +1,176 @@
+//! Rigid tools: where they are, how they move, which nodes they may touch.
+
+use std::sync::Arc;
+
+use crate::contact::{Projection, ToolSurface};
+use crate::geometry::Vec3;
+
+/// Faces of the sheet a tool may touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SheetSide {
+    /// Nodes of the top face.
+    Top,
+    /// Nodes of the bottom face.
+    Bottom,
+    /// Nodes of both faces.
+    Both,
+}
+
+/// Where a tool stands when the run begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Placement {
+    /// Where its file puts it, shifted by the tool's `offset`.
+    AsGiven,
+    /// From there, moved along its direction until it just touches the undeformed sheet.
+    Touch,
+}
+
+/// A piecewise linear curve over the share of a stage's time, 0 to 1; constant beyond its ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    points: Vec<(f64, f64)>,
+}
+
+impl Curve {
+    /// From `points` (share of the stage, value); sorted by share; no points mean zero throughout.
+    #[must_use]
+    pub fn new(mut points: Vec<(f64, f64)>) -> Self {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self { points }
+    }
+
+    /// Linear from `from` to `to`.
+    #[must_use]
+    pub fn ramp(from: f64, to: f64) -> Self {
+        Self::new(vec![(0.0, from), (1.0, to)])
+    }
+
+    /// The same value throughout.
+    #[must_use]
+    pub fn constant(value: f64) -> Self {
+        Self::new(vec![(0.0, value)])
+    }
+
+    /// Value at `share` of the stage.
+    #[must_use]
+    pub fn at(&self, share: f64) -> f64 {
+        let after = self.points.partition_point(|p| p.0 <= share);
+        match (after.checked_sub(1).map(|k| self.points[k]), self.points.get(after)) {
+            (None, None) => 0.0,
+            (None, Some(first)) => first.1,
+            (Some(last), None) => last.1,
+            (Some((t0, v0)), Some(&(t1, v1))) => v0 + (v1 - v0) * (share - t0) / (t1 - t0),
+        }
+    }
+}
+
+/// What a tool does during a stage.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Motion {
+    /// Stays where it is.
+    Hold,
+    /// Travel along its direction since the start of the run [mm].
+    Travel(Curve),
+    /// Travel along its direction since the start of the stage [mm].
+    Advance(Curve),
+    /// Force pushing it along its direction [N], of the whole process; its travel follows.
+    Force(Curve),
+    /// Taken away: its forces on the sheet fall linearly to zero over the stage (springback).
+    Release,
+    /// Not there.
+    Absent,
+}
+
+/// A tool as the scene gives it.
+#[derive(Clone)]
+pub struct ToolSetup {
+    /// Name in the history and in messages.
+    pub name: String,
+    /// Its surface; may be shared between tools.
+    pub surface: Arc<ToolSurface>,
+    /// Shift from the tool file's frame to the world at travel zero [mm].
+    pub offset: Vec3,
+    /// Unit vector of positive travel, towards the sheet.
+    pub direction: Vec3,
+    /// Where it stands at the start.
+    pub placement: Placement,
+    /// Coulomb's coefficient, >= 0.
+    pub friction: f64,
+    /// Nodes it may touch.
+    pub side: SheetSide,
+}
+
+/// A tool during the run.
+#[derive(Clone)]
+pub(super) struct Tool {
+    pub(super) setup: ToolSetup,
+    /// Travel [mm].
+    pub(super) travel: f64,
+}
+
+impl Tool {
+    /// Shift from the tool's frame to the world now [mm].
+    pub(super) fn shift(&self) -> Vec3 {
+        self.setup.offset + self.setup.direction * self.travel
+    }
+
+    /// Closest point for a world point; the foot stays in the tool's frame.
+    pub(super) fn closest(&self, x: &Vec3, hint: Option<u32>) -> Projection {
+        self.setup.surface.closest(&(x - self.shift()), hint)
+    }
+
+    /// Moves `offset` along the direction until the smallest gap to `points` is zero; returns the shift
+    /// along the direction [mm], or `None` when the tool passes by every point.
+    ///
+    /// The tool starts clear of the points and comes nearer by the smallest gap each time (no point can be
+    /// reached earlier); the last steps are Newton's.
+    pub(super) fn place_touching(&mut self, points: &[Vec3]) -> Option<f64> {
+        let d = self.setup.direction;
+        let start = self.setup.offset;
+        let bounds = self.setup.surface.bounds();
+        let reach = |p: &Vec3| p.dot(&d);
+        let nearest = points.iter().map(reach).fold(f64::INFINITY, f64::min);
+        let corner = |k: usize| {
+            let pick = |axis: usize| if k >> axis & 1 == 0 { bounds.min } else { bounds.max }[axis];
+            Vec3::new(pick(0), pick(1), pick(2)) + start
+        };
+        let front = (0..8).map(|k| reach(&corner(k))).fold(f64::NEG_INFINITY, f64::max);
+        let size = bounds.diagonal().max(1e-300);
+        let mut along = nearest - front - 0.01 * size;
+        for _ in 0..500 {
+            self.setup.offset = start + d * along;
+            let (gap, rate) = self.smallest_gap(points)?;
+            if gap.abs() <= 1e-13 * size {
+                return Some(along);
+            }
+            along += if rate > 0.2 && gap < 0.05 * size { gap / rate } else { gap };
+        }
+        None
+    }
+
+    /// Smallest gap to the points that lie over the tool, and how fast travel closes it.
+    fn smallest_gap(&self, points: &[Vec3]) -> Option<(f64, f64)> {
+        use rayon::prelude::*;
+        let all: Vec<(f64, f64)> = points
+            .par_iter()
+            .map(|x| {
+                let foot = self.closest(x, None);
+                let rate = foot.normal.dot(&self.setup.direction);
+                if foot.past_border { (f64::INFINITY, rate) } else { (foot.gap, rate) }
+            })
+            .collect();
+        all.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a }).filter(|g| g.0.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curve_is_linear_between_points_and_constant_outside() {
+        let c = Curve::new(vec![(0.5, 2.0), (1.0, 4.0), (0.0, 0.0)]);
+        assert_eq!([c.at(-1.0), c.at(0.25), c.at(0.75), c.at(2.0)], [0.0, 1.0, 3.0, 4.0]);
+        assert_eq!(Curve::new(vec![]).at(0.3), 0.0);
+    }
+}

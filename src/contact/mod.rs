@@ -51,3 +51,21 @@ pub struct Projection {
     /// surface (Weingarten; positive towards the normal).
     pub curvature: Mat3,
 }
+
+impl Projection {
+    /// The answer of a tool without patches: infinitely far, past every border.
+    #[must_use]
+    pub fn nowhere() -> Self {
+        Self {
+            patch: u32::MAX,
+            eta: 0.0,
+            zeta: 0.0,
+            location: Location::Inside,
+            past_border: true,
+            point: Vec3::zeros(),
+            normal: Vec3::z(),
+            gap: f64::INFINITY,
+            curvature: Mat3::zeros(),
+        }
+    }
+}

@@ -147,8 +147,7 @@ pub(super) fn pieces_of(id: u32, patch: &Patch) -> Vec<Piece> {
 
 /// Smallest cosine between the normals over the corners and the axis along which they turn more.
 fn turning(patch: &Patch, domain: &Domain) -> (f64, usize) {
-    let normals: Vec<_> =
-        domain.corners().iter().filter_map(|x| patch.normal(x.x, x.y)).collect();
+    let normals: Vec<_> = domain.corners().iter().filter_map(|x| patch.normal(x.x, x.y)).collect();
     let cosine = |a: usize, b: usize| match (normals.get(a), normals.get(b)) {
         (Some(n), Some(m)) => n.dot(m),
         _ => 1.0,

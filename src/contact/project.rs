@@ -59,11 +59,8 @@ impl Quadratic {
         let d = patch.derivs(x.x, x.y);
         let q = p - d.s;
         let metric = [d.d1.norm_squared(), d.d1.dot(&d.d2), d.d2.norm_squared()];
-        let full = [
-            metric[0] - q.dot(&d.d11),
-            metric[1] - q.dot(&d.d12),
-            metric[2] - q.dot(&d.d22),
-        ];
+        let full =
+            [metric[0] - q.dot(&d.d11), metric[1] - q.dot(&d.d12), metric[2] - q.dot(&d.d22)];
         let definite = |h: &[f64; 3], share: f64| {
             h[0] > share * metric[0]
                 && h[2] > share * metric[2]
@@ -95,8 +92,10 @@ impl Quadratic {
         if !(det > 0.0) {
             return -self.gradient / self.scale.max(1e-300);
         }
-        Vec2::new(b * self.gradient.y - c * self.gradient.x, b * self.gradient.x - a * self.gradient.y)
-            / det
+        Vec2::new(
+            b * self.gradient.y - c * self.gradient.x,
+            b * self.gradient.x - a * self.gradient.y,
+        ) / det
     }
 
     /// Decrease of `|q|^2 / 2` the model promises for `step`.

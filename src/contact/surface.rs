@@ -139,7 +139,7 @@ impl ToolSurface {
 
     fn finish(&self, p: &Vec3, best: &Best) -> Projection {
         let Some(patch) = self.model.patches.get(best.patch as usize) else {
-            return nothing(p);
+            return Projection::nowhere();
         };
         let (location, at) = locate(patch.sides(), best.at);
         let d = patch.derivs(at.x, at.y);
@@ -168,20 +168,6 @@ impl ToolSurface {
             gap,
             curvature: weingarten(&d, &normal),
         }
-    }
-}
-
-fn nothing(p: &Vec3) -> Projection {
-    Projection {
-        patch: u32::MAX,
-        eta: 0.0,
-        zeta: 0.0,
-        location: Location::Inside,
-        past_border: true,
-        point: *p,
-        normal: Vec3::z(),
-        gap: f64::INFINITY,
-        curvature: Mat3::zeros(),
     }
 }
 

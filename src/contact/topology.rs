@@ -65,7 +65,8 @@ fn corner_ids(model: &ToolModel) -> Vec<Vec<u32>> {
     }
     let points: Vec<Vec<Vec3>> = model.patches.iter().map(corner_points).collect();
     let size = Aabb::of_points(points.iter().flatten()).diagonal();
-    let mut seen = Welder { cell: (1e-7 * size).max(1e-300), cells: FxHashMap::default(), count: 0 };
+    let mut seen =
+        Welder { cell: (1e-7 * size).max(1e-300), cells: FxHashMap::default(), count: 0 };
     points.iter().map(|c| c.iter().map(|p| seen.id(p)).collect()).collect()
 }
 

@@ -24,7 +24,13 @@ impl Constraints {
 
     /// Holds component `axis` of every node with `|x[axis] - at| <= tolerance` [mm]: a symmetry plane.
     /// Returns how many nodes lie on it.
-    pub fn symmetry_plane(&mut self, nodes: &[Vec3], axis: usize, at: f64, tolerance: f64) -> usize {
+    pub fn symmetry_plane(
+        &mut self,
+        nodes: &[Vec3],
+        axis: usize,
+        at: f64,
+        tolerance: f64,
+    ) -> usize {
         let mut count = 0;
         for (node, x) in nodes.iter().enumerate() {
             if (x[axis] - at).abs() <= tolerance {

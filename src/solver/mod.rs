@@ -1,9 +1,28 @@
 //! The implicit forming solver: blank, elements, materials, contact, Newton, stepping.
+//!
+//! - [`blank`], [`element`], [`material`], [`assembly`]: the sheet; forces and tangent
+//! - [`tools`], [`constraints`], `contact`: what acts on it
+//! - `system`: residual and condensed matrix; [`linear`]: its solution
+//! - [`newton`], `stepping`, [`stages`]: increments; [`simulation`]: the driver
 
 pub mod assembly;
 pub mod blank;
+pub mod constraints;
+mod contact;
 pub mod element;
 pub mod linear;
 pub mod material;
+pub mod newton;
 pub mod pattern;
+mod rigid;
+pub mod simulation;
+pub mod stages;
+mod stepping;
+mod system;
 pub mod tensor;
+pub mod tools;
+
+pub use constraints::Constraints;
+pub use simulation::{Control, Simulation, SimulationError, SimulationSetup};
+pub use stages::{IncrementReport, Limits, RunSummary, Stage, ToolReport};
+pub use tools::{Curve, Motion, Placement, SheetSide, ToolSetup};

@@ -39,8 +39,14 @@ impl CheckedSolver {
         groups: Groups,
         solvers: Vec<Box<dyn LinearSolver>>,
     ) -> Result<Self, LinearError> {
-        let mut out =
-            Self { pattern: pattern.clone(), groups, solvers, planned: 0, current: 0, fallbacks: 0 };
+        let mut out = Self {
+            pattern: pattern.clone(),
+            groups,
+            solvers,
+            planned: 0,
+            current: 0,
+            fallbacks: 0,
+        };
         out.plan(0)?;
         Ok(out)
     }

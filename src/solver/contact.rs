@@ -1,0 +1,251 @@
+//! Node to smooth rigid tool: which nodes touch, and the conditions a touching node puts in the place of its
+//! equilibrium. Exact, no penalty; the multiplier is what its equilibrium leaves over.
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | `r` | internal minus applied force at the node = force of the tool on it [N] |
+//! | `p` | position of the node in the tool's frame; `anchor` its foot at the last converged increment |
+//! | `n` | the tool's normal at the foot, within the node's free directions |
+//! | `g` | gap; `lambda = n . r`; `r_t = P r` with `P` the tangential projector |
+//! | `h` | curvature of the surface through `p` parallel to the tool: `dn = -h dp` |
+//! | `s` | slip `P (p - anchor)` |
+//!
+//! A touching node's three equations, as one vector in space: `k g n + R_t = 0`, where `R_t = k s` while it
+//! sticks and Coulomb's residual while it slips. Its linearisation is
+//! `A K du + B dp + residual = 0` with the node's rows `K` of the tangent: the pattern of the mesh is kept.
+
+use rayon::prelude::*;
+
+use super::tools::{SheetSide, Tool};
+use crate::contact::Projection;
+use crate::contact::friction::{Coulomb, Friction, FrictionPoint};
+use crate::geometry::{Mat3, Vec3};
+
+/// A node and a tool it may touch.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    pub(super) node: usize,
+    pub(super) tool: usize,
+    pub(super) active: bool,
+    /// Times its state changed in this increment.
+    pub(super) toggles: u32,
+    pub(super) foot: Projection,
+    /// Foot at the last converged increment, in the tool's frame.
+    pub(super) anchor: Vec3,
+}
+
+/// What a restored increment needs of a candidate.
+#[derive(Debug, Clone)]
+struct Saved {
+    active: bool,
+    patch: u32,
+}
+
+/// All candidates, by node and tool.
+#[derive(Debug, Clone)]
+pub(super) struct ContactSet {
+    pub(super) candidates: Vec<Candidate>,
+    saved: Vec<Saved>,
+}
+
+/// The conditions of one node: `a` acts on its rows of the tangent, `b` on its own displacement.
+#[derive(Debug, Clone)]
+pub(super) struct Condition {
+    pub(super) node: usize,
+    /// Touching candidate, if any.
+    pub(super) candidate: Option<usize>,
+    pub(super) a: Mat3,
+    pub(super) b: Mat3,
+    /// Part of `b` that acts on the displacement relative to the tool.
+    pub(super) b_tool: Mat3,
+    pub(super) residual: Vec3,
+    /// Residual in newtons (equilibrium, Coulomb's law), without the scaled lengths.
+    pub(super) force: Vec3,
+    /// Violation of gap and stick [mm].
+    pub(super) length: f64,
+    /// Normal used.
+    pub(super) normal: Vec3,
+    pub(super) slipping: bool,
+}
+
+/// Stiffnesses that scale the conditions [N/mm]; from the elastic tangent, so that units cancel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scales {
+    pub(super) normal: f64,
+    pub(super) tangential: f64,
+}
+
+impl ContactSet {
+    /// Candidates for every tool: the nodes of the faces it may touch.
+    pub(super) fn new(top: &[u32], bottom: &[u32], tools: &[Tool]) -> Self {
+        let mut pairs: Vec<(usize, usize)> = Vec::new();
+        for (tool, t) in tools.iter().enumerate() {
+            if matches!(t.setup.side, SheetSide::Top | SheetSide::Both) {
+                pairs.extend(top.iter().map(|&n| (n as usize, tool)));
+            }
+            if matches!(t.setup.side, SheetSide::Bottom | SheetSide::Both) {
+                pairs.extend(bottom.iter().map(|&n| (n as usize, tool)));
+            }
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let candidates: Vec<_> = pairs
+            .into_iter()
+            .map(|(node, tool)| Candidate {
+                node,
+                tool,
+                active: false,
+                toggles: 0,
+                foot: Projection::nowhere(),
+                anchor: Vec3::zeros(),
+            })
+            .collect();
+        let saved = candidates.iter().map(|_| Saved { active: false, patch: u32::MAX }).collect();
+        Self { candidates, saved }
+    }
+
+    /// Closest points of all candidates of tools that are present.
+    pub(super) fn search(&mut self, x: &[Vec3], tools: &[Tool], present: &[bool]) {
+        self.candidates.par_iter_mut().with_min_len(64).for_each(|c| {
+            if present[c.tool] {
+                let hint = (c.foot.patch != u32::MAX).then_some(c.foot.patch);
+                c.foot = tools[c.tool].closest(&x[c.node], hint);
+            }
+        });
+    }
+
+    /// Makes the present feet the anchors of the next increment.
+    pub(super) fn commit(&mut self) {
+        for (c, saved) in self.candidates.iter_mut().zip(&mut self.saved) {
+            c.anchor = c.foot.point;
+            c.toggles = 0;
+            *saved = Saved { active: c.active, patch: c.foot.patch };
+        }
+    }
+
+    /// Takes back the states of the last commit.
+    pub(super) fn restore(&mut self) {
+        for (c, saved) in self.candidates.iter_mut().zip(&self.saved) {
+            c.active = saved.active;
+            c.foot.patch = saved.patch;
+            c.toggles = 0;
+        }
+    }
+
+    /// Nodes in contact, and of one tool.
+    pub(super) fn active(&self) -> impl Iterator<Item = (usize, &Candidate)> {
+        self.candidates.iter().enumerate().filter(|(_, c)| c.active)
+    }
+}
+
+/// Geometry of a touching node within its free directions.
+struct Frame {
+    normal: Vec3,
+    gap: f64,
+    /// Tangential projector.
+    tangent: Mat3,
+    /// Curvature at the node.
+    curvature: Mat3,
+}
+
+/// A node whose free directions hold less than this share of the normal cannot be pushed by the tool.
+const PUSHABLE: f64 = 0.3;
+
+fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
+    let along = free * foot.normal;
+    let share = along.norm();
+    if !(share > PUSHABLE) {
+        return None;
+    }
+    let normal = along / share;
+    let tangent = free - normal * normal.transpose();
+    let parallel = (Mat3::identity() - foot.curvature * foot.gap)
+        .try_inverse()
+        .map_or(foot.curvature, |inverse| foot.curvature * inverse);
+    Some(Frame { normal, gap: foot.gap / share, tangent, curvature: tangent * parallel * tangent })
+}
+
+/// True when the tool can push this node where it is: the foot is not past the tool's border and the normal
+/// lies in the node's free directions.
+pub(super) fn can_touch(c: &Candidate, free: &Mat3) -> bool {
+    !c.foot.past_border && (free * c.foot.normal).norm() > PUSHABLE
+}
+
+/// Normal of a touching node within its free directions, or zero when it cannot be pushed.
+pub(super) fn contact_normal(c: &Candidate, free: &Mat3) -> Vec3 {
+    frame(&c.foot, free).map_or_else(Vec3::zeros, |f| f.normal)
+}
+
+/// Conditions of a touching node: `p` its position in the tool's frame, `r` the force at it, `free` the
+/// projector on its free directions. `None` when the tool cannot push it.
+pub(super) fn touching(
+    c: &Candidate,
+    p: &Vec3,
+    r: &Vec3,
+    free: &Mat3,
+    law: Coulomb,
+    scales: Scales,
+) -> Option<Condition> {
+    let Frame { normal, gap, tangent, curvature } = frame(&c.foot, free)?;
+    let from_anchor = p - c.anchor;
+    let slip = tangent * from_anchor;
+    let rise = normal.dot(&from_anchor);
+    let by_motion = tangent + curvature * rise;
+    let lambda = normal.dot(r);
+    let traction = tangent * r;
+    let at = FrictionPoint { lambda, traction, slip, stiffness: scales.tangential };
+    let mut out = Condition {
+        node: c.node,
+        candidate: None,
+        a: Mat3::zeros(),
+        b: Mat3::zeros(),
+        b_tool: normal * normal.transpose() * scales.normal,
+        residual: normal * (gap * scales.normal),
+        force: Vec3::zeros(),
+        length: gap.abs(),
+        normal,
+        slipping: true,
+    };
+    match law.law(&at) {
+        Friction::Stick => {
+            out.b_tool += by_motion * scales.tangential;
+            out.residual += slip * scales.tangential;
+            out.length = out.length.max(slip.norm());
+            out.slipping = false;
+        }
+        Friction::Slip { residual, by_traction, by_slip, by_lambda } => {
+            out.a = tangent * (by_traction * tangent + by_lambda * normal.transpose());
+            let bend = by_traction * curvature * lambda
+                - by_lambda * (curvature * traction).transpose()
+                + by_slip * by_motion;
+            out.b_tool += tangent * bend;
+            out.force = tangent * residual;
+            out.residual += out.force;
+        }
+    }
+    Some(out)
+}
+
+/// Adds the held directions of a node to its condition: `k (u - held) = 0` along them.
+pub(super) fn hold(out: &mut Condition, free: &Mat3, offset: &Vec3, scales: Scales) {
+    let held = Mat3::identity() - free;
+    out.b += held * scales.normal;
+    out.residual += held * offset * scales.normal;
+}
+
+/// Condition of a node that touches nothing: equilibrium in its free directions.
+pub(super) fn untouched(node: usize, r: &Vec3, free: &Mat3) -> Condition {
+    let force = free * r;
+    Condition {
+        node,
+        candidate: None,
+        a: *free,
+        b: Mat3::zeros(),
+        b_tool: Mat3::zeros(),
+        residual: force,
+        force,
+        length: 0.0,
+        normal: Vec3::zeros(),
+        slipping: false,
+    }
+}

@@ -1,0 +1,298 @@
+//! The driver: a checked set-up becomes a sequence of converged increments.
+
+use super::assembly::Body;
+use super::constraints::Constraints;
+use super::contact::ContactSet;
+use super::element::Want;
+use super::linear::LinearError;
+use super::newton::NewtonError;
+use super::stages::{
+    Energies, IncrementReport, IterationRecord, Limits, RunSummary, Stage, ToolReport,
+};
+use super::stepping::{Committed, run_stage};
+use super::system::System;
+use super::tools::{Placement, Tool, ToolSetup};
+use crate::geometry::Vec3;
+
+/// Everything a run needs.
+pub struct SimulationSetup {
+    /// The sheet.
+    pub body: Body,
+    /// Symmetry planes and fixed nodes.
+    pub constraints: Constraints,
+    /// The tools.
+    pub tools: Vec<ToolSetup>,
+    /// Stages, in order.
+    pub stages: Vec<Stage>,
+    /// Limits of the solver.
+    pub limits: Limits,
+    /// The whole process over the modelled part: 4 for a quarter model. Forces given and reported are of
+    /// the whole process.
+    pub share: f64,
+}
+
+/// Why a run cannot start or go on.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum SimulationError {
+    /// The set-up contradicts itself.
+    #[error("{0}")]
+    Setup(String),
+    /// A tool that should be placed touching never meets the sheet.
+    #[error(
+        "tool `{tool}` cannot be placed touching: moved along its direction it never meets the sheet; check its direction and offset"
+    )]
+    NoTouch {
+        /// Tool.
+        tool: String,
+    },
+    /// The matrix cannot be planned.
+    #[error("{0}")]
+    Linear(#[from] LinearError),
+    /// An increment did not converge, however small.
+    #[error(
+        "stage `{stage}`, increment {increment}, share {share:.6}: gave up at a step of {step:e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. Try a finer blank mesh near that place, a smaller first_step, or check the tools' clearance there"
+    )]
+    GaveUp {
+        /// Stage name.
+        stage: String,
+        /// Increment that failed.
+        increment: usize,
+        /// Share of the stage reached.
+        share: f64,
+        /// Step that still failed.
+        step: f64,
+        /// Worst node.
+        node: usize,
+        /// Its position [mm].
+        x: f64,
+        /// Its position [mm].
+        y: f64,
+        /// Its position [mm].
+        z: f64,
+        /// Tool nearest to that node.
+        tool: String,
+        /// What Newton said.
+        cause: Box<NewtonError>,
+    },
+    /// The limit on increments was reached.
+    #[error("{limit} increments done and the process is not finished; raise limits.increments")]
+    TooManyIncrements {
+        /// Limit.
+        limit: usize,
+    },
+    /// The observer asked to stop.
+    #[error("stopped by the observer after increment {increment}")]
+    Stopped {
+        /// Last increment.
+        increment: usize,
+    },
+}
+
+/// What the observer wants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Control {
+    /// Go on.
+    Continue,
+    /// Stop after this increment.
+    Stop,
+}
+
+/// A run.
+pub struct Simulation {
+    pub(super) sys: System,
+    pub(super) stages: Vec<Stage>,
+    pub(super) limits: Limits,
+    pub(super) share: f64,
+    pub(super) committed: Committed,
+    pub(super) energies: Energies,
+    pub(super) history: Vec<IterationRecord>,
+    pub(super) summary: RunSummary,
+    pub(super) time: f64,
+}
+
+impl Simulation {
+    /// Checks the set-up, plans the matrix, places the tools.
+    ///
+    /// # Errors
+    /// [`SimulationError::Setup`], [`SimulationError::NoTouch`], [`SimulationError::Linear`].
+    pub fn new(setup: SimulationSetup) -> Result<Self, SimulationError> {
+        check(&setup)?;
+        let SimulationSetup { body, constraints, tools, stages, limits, share } = setup;
+        let mut tools: Vec<Tool> =
+            tools.into_iter().map(|setup| Tool { setup, travel: 0.0 }).collect();
+        place(&mut tools, &body)?;
+        let mut sys = System::new(body, constraints, tools)?;
+        sys.evaluate(Want::ResidualAndTangent)
+            .map_err(|e| SimulationError::Setup(format!("the undeformed blank: {e}")))?;
+        sys.set_scales();
+        let committed = Committed::of(&sys);
+        Ok(Self {
+            sys,
+            stages,
+            limits,
+            share,
+            committed,
+            energies: Energies::default(),
+            history: Vec::new(),
+            summary: RunSummary::default(),
+            time: 0.0,
+        })
+    }
+
+    /// Runs all stages; `observer` sees the start and every converged increment.
+    ///
+    /// # Errors
+    /// [`SimulationError`]; the last converged state stays readable.
+    pub fn run(
+        &mut self,
+        observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
+    ) -> Result<RunSummary, SimulationError> {
+        for stage in 0..self.stages.len() {
+            run_stage(self, stage, observer)?;
+        }
+        self.summary.timings = self.sys.timings;
+        Ok(self.summary.clone())
+    }
+
+    /// The sheet, with its committed history.
+    #[must_use]
+    pub fn body(&self) -> &Body {
+        &self.sys.body
+    }
+
+    /// Displacements, three a node [mm].
+    #[must_use]
+    pub fn displacements(&self) -> &[f64] {
+        &self.sys.u
+    }
+
+    /// Shift of each tool from its file's frame to the world [mm].
+    #[must_use]
+    pub fn tool_shifts(&self) -> Vec<Vec3> {
+        self.sys.tools.iter().map(Tool::shift).collect()
+    }
+
+    /// Totals so far.
+    #[must_use]
+    pub fn summary(&self) -> &RunSummary {
+        &self.summary
+    }
+
+    pub(super) fn report(
+        &self,
+        stage: usize,
+        share: f64,
+        iterations: usize,
+        observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
+    ) -> Result<(), SimulationError> {
+        let sys = &self.sys;
+        let forces = contact_forces(sys);
+        let report = IncrementReport {
+            increment: self.summary.increments,
+            stage,
+            stage_name: &self.stages[stage].name,
+            time: self.time,
+            share,
+            tools: (0..sys.tools.len()).map(|t| tool_report(sys, t, self.share)).collect(),
+            iterations,
+            iterations_total: self.summary.iterations,
+            cuts: self.summary.cuts,
+            history: &self.history,
+            energies: self.energies,
+            contacts: sys.contact.active().count(),
+            slipping: sys.conditions.iter().filter(|c| c.slipping).count(),
+            timings: sys.timings,
+            displacements: &sys.u,
+            contact_forces: &forces,
+        };
+        match observer(&report) {
+            Control::Continue => Ok(()),
+            Control::Stop => Err(SimulationError::Stopped { increment: self.summary.increments }),
+        }
+    }
+}
+
+fn tool_report(sys: &System, tool: usize, share: f64) -> ToolReport {
+    let t = &sys.tools[tool];
+    let force = sys.tool_force(tool);
+    ToolReport {
+        name: t.setup.name.clone(),
+        travel: t.travel,
+        force: share * force.dot(&t.setup.direction),
+        force_vector: force.into(),
+        shift: t.shift().into(),
+        contacts: sys.contact.active().filter(|(_, c)| c.tool == tool).count(),
+    }
+}
+
+fn contact_forces(sys: &System) -> Vec<f64> {
+    let mut out = vec![0.0; sys.u.len()];
+    let set: &ContactSet = &sys.contact;
+    for (_, c) in set.active() {
+        out[3 * c.node..3 * c.node + 3].copy_from_slice(sys.contact_force(c.node).as_slice());
+    }
+    out
+}
+
+fn place(tools: &mut [Tool], body: &Body) -> Result<(), SimulationError> {
+    let mesh = body.mesh();
+    let (top, bottom) = (mesh.top_nodes(), mesh.bottom_nodes());
+    for tool in tools.iter_mut().filter(|t| t.setup.placement == Placement::Touch) {
+        use super::tools::SheetSide::{Both, Bottom, Top};
+        let ids: Vec<u32> = match tool.setup.side {
+            Top => top.clone(),
+            Bottom => bottom.clone(),
+            Both => top.iter().chain(&bottom).copied().collect(),
+        };
+        let points: Vec<Vec3> = ids.iter().map(|&n| mesh.nodes[n as usize]).collect();
+        if tool.place_touching(&points).is_none() {
+            return Err(SimulationError::NoTouch { tool: tool.setup.name.clone() });
+        }
+    }
+    Ok(())
+}
+
+fn check(setup: &SimulationSetup) -> Result<(), SimulationError> {
+    let fail = |text: String| Err(SimulationError::Setup(text));
+    let nodes = setup.body.mesh().nodes.len();
+    if setup.constraints.len() != nodes {
+        return fail(format!(
+            "constraints are for {} nodes, the blank has {nodes}",
+            setup.constraints.len()
+        ));
+    }
+    if !(setup.share > 0.0 && setup.share.is_finite()) {
+        return fail(format!("share {} must be above zero", setup.share));
+    }
+    for tool in &setup.tools {
+        let length = tool.direction.norm();
+        if !((length - 1.0).abs() < 1e-9) {
+            return fail(format!("tool `{}`: direction has length {length}, must be 1", tool.name));
+        }
+        if !(tool.friction >= 0.0 && tool.friction.is_finite()) {
+            return fail(format!("tool `{}`: friction {} must be >= 0", tool.name, tool.friction));
+        }
+        if tool.surface.model().patches.is_empty() {
+            return fail(format!("tool `{}` has no patches", tool.name));
+        }
+    }
+    for stage in &setup.stages {
+        if stage.motions.len() != setup.tools.len() {
+            return fail(format!(
+                "stage `{}` moves {} tools, there are {}",
+                stage.name,
+                stage.motions.len(),
+                setup.tools.len()
+            ));
+        }
+        let step = |s: f64| s > 0.0 && s <= 1.0;
+        if !(step(stage.first_step) && step(stage.largest_step) && stage.duration > 0.0) {
+            return fail(format!(
+                "stage `{}`: first_step {}, largest_step {} must lie in (0, 1], duration {} above 0",
+                stage.name, stage.first_step, stage.largest_step, stage.duration
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,284 @@
+//! Increments of a stage: predict, solve, accept or cut and restore, choose the next step.
+
+use super::assembly::Evaluation;
+use super::constraints::Constraints;
+use super::newton::{NewtonError, NewtonStats, keep_pushed_tools, solve, take_in};
+use super::rigid::hold_rigid_modes;
+use super::simulation::{Control, Simulation, SimulationError};
+use super::stages::IncrementReport;
+use super::system::{Role, System};
+use super::tools::Motion;
+use crate::geometry::Vec3;
+
+/// The last converged state, and the increment before it for the predictor.
+#[derive(Debug, Clone)]
+pub(super) struct Committed {
+    u: Vec<f64>,
+    travels: Vec<f64>,
+    forces: Evaluation,
+    applied: Vec<f64>,
+    /// Step (share of the stage), displacements and travels of the last increment of this stage.
+    last: Option<(f64, Vec<f64>, Vec<f64>)>,
+}
+
+impl Committed {
+    pub(super) fn of(sys: &System) -> Self {
+        Self {
+            u: sys.u.clone(),
+            travels: sys.tools.iter().map(|t| t.travel).collect(),
+            forces: Evaluation {
+                internal_force: sys.eval.internal_force.clone(),
+                ..Evaluation::default()
+            },
+            applied: sys.applied.clone(),
+            last: None,
+        }
+    }
+}
+
+/// What a stage fixes when it begins.
+struct Plan {
+    stage: usize,
+    start_travels: Vec<f64>,
+    /// Contact forces of the tools being taken away (three a node).
+    released: Vec<f64>,
+}
+
+/// Runs one stage to its end.
+pub(super) fn run_stage(
+    sim: &mut Simulation,
+    stage: usize,
+    observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
+) -> Result<(), SimulationError> {
+    let plan = begin(sim, stage);
+    if stage == 0 {
+        sim.report(0, 0.0, 0, observer)?;
+    }
+    let (first, largest) = (sim.stages[stage].first_step, sim.stages[stage].largest_step);
+    let start_time = sim.time;
+    let mut step = first.min(largest);
+    let mut share = 0.0;
+    while share < 1.0 {
+        if sim.summary.increments >= sim.limits.increments {
+            return Err(SimulationError::TooManyIncrements { limit: sim.limits.increments });
+        }
+        let target = if share + 1.001 * step >= 1.0 { 1.0 } else { share + step };
+        sim.history.clear();
+        match attempt(sim, &plan, share, target) {
+            Ok(stats) => {
+                accept(sim, target - share);
+                share = target;
+                sim.time = start_time + share * sim.stages[stage].duration;
+                sim.summary.increments += 1;
+                sim.summary.iterations += stats.iterations;
+                step = next_step(step, &stats, sim.limits.wanted_iterations).min(largest);
+                sim.report(stage, share, stats.iterations, observer)?;
+            }
+            Err(cause) => {
+                let error = gave_up(sim, stage, share, target - share, cause);
+                sim.summary.iterations += sim.history.len().saturating_sub(1);
+                sim.summary.cuts += 1;
+                restore(sim);
+                step = 0.4 * (target - share);
+                if step < sim.limits.smallest_step * first {
+                    return Err(error);
+                }
+            }
+        }
+    }
+    end(sim);
+    Ok(())
+}
+
+fn begin(sim: &mut Simulation, stage: usize) -> Plan {
+    let sys = &mut sim.sys;
+    let mut released = vec![0.0; sys.u.len()];
+    let motions = &sim.stages[stage].motions;
+    for (_, c) in sys.contact.active() {
+        if motions[c.tool] == Motion::Release {
+            let force = sys.contact_force(c.node);
+            released[3 * c.node..3 * c.node + 3].copy_from_slice(force.as_slice());
+        }
+    }
+    let plan =
+        Plan { stage, start_travels: sys.tools.iter().map(|t| t.travel).collect(), released };
+    sim.committed.last = None;
+    set_targets(sys, motions, &plan, 0.0, sim.share);
+    for k in 0..sys.contact.candidates.len() {
+        let tool = sys.contact.candidates[k].tool;
+        if sys.roles[tool] == Role::Absent {
+            sys.contact.candidates[k].active = false;
+        }
+    }
+    sys.search();
+    let mut ignored = NewtonStats::default();
+    take_in(sys, 1e-6 * sys.lengths.shortest_edge, &mut ignored);
+    keep_pushed_tools(sys, &mut ignored);
+    sys.contact.commit();
+    let supported = motions.iter().any(|m| !matches!(m, Motion::Absent | Motion::Release));
+    if !supported {
+        hold_where_it_is(sys);
+    }
+    plan
+}
+
+/// Holds the rigid modes of the sheet where it is now.
+fn hold_where_it_is(sys: &mut System) {
+    let now: Vec<Vec3> = (0..sys.node_count()).map(|n| sys.position(n)).collect();
+    let mut held: Constraints = sys.constraints.clone();
+    hold_rigid_modes(&mut held, &now);
+    for node in 0..now.len() {
+        for axis in 0..3 {
+            if held.is_held(node, axis) && !sys.constraints.is_held(node, axis) {
+                sys.held_at[3 * node + axis] = sys.u[3 * node + axis];
+            }
+        }
+    }
+    sys.constraints = held;
+}
+
+fn end(sim: &mut Simulation) {
+    sim.sys.applied.fill(0.0);
+    sim.committed.applied.fill(0.0);
+}
+
+/// Sets tools and applied forces to their state at `share` of the stage.
+fn set_targets(sys: &mut System, motions: &[Motion], plan: &Plan, share: f64, whole: f64) {
+    for (tool, motion) in motions.iter().enumerate() {
+        let start = plan.start_travels[tool];
+        let (role, travel) = match motion {
+            Motion::Hold => (Role::Travel, Some(start)),
+            Motion::Travel(curve) => (Role::Travel, Some(curve.at(share))),
+            Motion::Advance(curve) => (Role::Travel, Some(start + curve.at(share))),
+            Motion::Force(curve) => (Role::Force(curve.at(share) / whole), None),
+            Motion::Release | Motion::Absent => (Role::Absent, None),
+        };
+        sys.roles[tool] = role;
+        if let Some(travel) = travel {
+            sys.tools[tool].travel = travel;
+        }
+    }
+    let remaining = 1.0 - share;
+    for (a, r) in sys.applied.iter_mut().zip(&plan.released) {
+        *a = r * remaining;
+    }
+}
+
+fn attempt(
+    sim: &mut Simulation,
+    plan: &Plan,
+    share: f64,
+    target: f64,
+) -> Result<NewtonStats, NewtonError> {
+    predict(&mut sim.sys, &sim.committed, target - share);
+    set_targets(&mut sim.sys, &sim.stages[plan.stage].motions, plan, target, sim.share);
+    solve(&mut sim.sys, &sim.limits, &mut sim.history)
+}
+
+/// Starts the iteration where the last increment, repeated in proportion, would lead.
+fn predict(sys: &mut System, committed: &Committed, step: f64) {
+    let Some((last_step, du, dtravel)) = &committed.last else { return };
+    let factor = step / last_step;
+    sys.u.iter_mut().zip(du).for_each(|(u, d)| *u += factor * d);
+    for (tool, d) in sys.tools.iter_mut().zip(dtravel) {
+        tool.travel += factor * d;
+    }
+}
+
+fn accept(sim: &mut Simulation, step: f64) {
+    add_work(sim);
+    let sys = &mut sim.sys;
+    sys.body.commit();
+    sys.contact.commit();
+    let du = sys.u.iter().zip(&sim.committed.u).map(|(a, b)| a - b).collect();
+    let travels = sys.tools.iter().zip(&sim.committed.travels).map(|(t, b)| t.travel - b).collect();
+    let last = Some((step, du, travels));
+    sim.committed = Committed { last, ..Committed::of(sys) };
+}
+
+fn restore(sim: &mut Simulation) {
+    let (sys, old) = (&mut sim.sys, &sim.committed);
+    sys.body.restore();
+    sys.contact.restore();
+    sys.u.copy_from_slice(&old.u);
+    sys.applied.copy_from_slice(&old.applied);
+    sys.eval.internal_force.copy_from_slice(&old.forces.internal_force);
+    for (tool, travel) in sys.tools.iter_mut().zip(&old.travels) {
+        tool.travel = *travel;
+    }
+}
+
+/// Work of the increment (trapezoidal rule), before it is committed.
+fn add_work(sim: &mut Simulation) {
+    let (sys, old) = (&sim.sys, &sim.committed);
+    let mean = |i: usize, now: &[f64], before: &[f64]| 0.5 * (now[i] + before[i]);
+    let (mut internal, mut applied, mut friction) = (0.0, 0.0, 0.0);
+    for i in 0..sys.u.len() {
+        let du = sys.u[i] - old.u[i];
+        internal += mean(i, &sys.eval.internal_force, &old.forces.internal_force) * du;
+        applied += mean(i, &sys.applied, &old.applied) * du;
+    }
+    let mut supports = 0.0;
+    for (_, c) in sys.contact.active() {
+        let tool = &sys.tools[c.tool];
+        let force = sys.contact_force(c.node);
+        let slip = sys.position(c.node) - tool.shift() - c.anchor;
+        friction -= force.dot(&(slip - c.foot.normal * c.foot.normal.dot(&slip)));
+        let range = 3 * c.node..3 * c.node + 3;
+        let before = Vec3::from_column_slice(&old.forces.internal_force[range.clone()])
+            - Vec3::from_column_slice(&old.applied[range.clone()]);
+        let du = sys.displacement(c.node) - Vec3::from_column_slice(&old.u[range]);
+        supports += 0.5 * (force + before).dot(&du);
+    }
+    let e = &mut sim.energies;
+    let whole = sim.share;
+    e.internal += whole * internal;
+    e.friction += whole * friction;
+    e.external += whole * (supports + friction + applied);
+    e.elastic = whole * sys.eval.elastic_energy;
+    e.plastic = whole * sys.eval.plastic_work;
+}
+
+/// Larger after easy increments, smaller after hard ones.
+fn next_step(step: f64, stats: &NewtonStats, wanted: usize) -> f64 {
+    let ratio = wanted as f64 / stats.iterations.max(1) as f64;
+    step * ratio.sqrt().clamp(0.6, 1.5)
+}
+
+fn gave_up(
+    sim: &Simulation,
+    stage: usize,
+    share: f64,
+    step: f64,
+    cause: NewtonError,
+) -> SimulationError {
+    let sys = &sim.sys;
+    let node = match &cause {
+        NewtonError::NotConverged { node, .. } => *node,
+        NewtonError::Element(failure) => sys.body.mesh().elements[failure.element][0] as usize,
+        NewtonError::Linear(super::linear::LinearError::Singular { unknown }) => {
+            (unknown / 3).min(sys.node_count().saturating_sub(1))
+        }
+        NewtonError::Linear(_) => 0,
+    };
+    let x = sys.position(node);
+    let nearest = sys
+        .tools
+        .iter()
+        .zip(&sys.roles)
+        .filter(|(_, role)| **role != Role::Absent)
+        .map(|(t, _)| (t.closest(&x, None).gap.abs(), t.setup.name.clone()))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    SimulationError::GaveUp {
+        stage: sim.stages[stage].name.clone(),
+        increment: sim.summary.increments + 1,
+        share,
+        step,
+        node,
+        x: x.x,
+        y: x.y,
+        z: x.z,
+        tool: nearest.map_or_else(|| "none".into(), |n| n.1),
+        cause: Box::new(cause),
+    }
+}

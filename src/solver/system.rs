@@ -1,0 +1,422 @@
+//! The whole system at one iterate: body, tools, contact and constraints; its residual, and the condensed
+//! matrix in the mesh's own pattern.
+
+use std::time::Instant;
+
+use super::assembly::{Body, ElementFailure, Evaluation};
+use super::constraints::Constraints;
+use super::contact::{
+    Condition, ContactSet, Scales, can_touch, contact_normal, hold, touching, untouched,
+};
+use super::element::Want;
+use super::linear::{CheckedSolver, Groups, LinearError};
+use super::stages::Timings;
+use super::tools::Tool;
+use crate::contact::friction::Coulomb;
+use crate::geometry::{Mat3, Vec3};
+
+/// What a tool is during the present increment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Role {
+    /// Not there.
+    Absent,
+    /// Stands at its travel.
+    Travel,
+    /// Pushes with this force along its direction [N], of the modelled part; its travel is unknown.
+    Force(f64),
+}
+
+/// State of the iteration.
+pub(super) struct System {
+    pub(super) body: Body,
+    pub(super) constraints: Constraints,
+    /// Where held components are held (three a node) [mm].
+    pub(super) held_at: Vec<f64>,
+    pub(super) tools: Vec<Tool>,
+    pub(super) roles: Vec<Role>,
+    pub(super) contact: ContactSet,
+    pub(super) u: Vec<f64>,
+    /// Applied nodal forces (three a node) [N].
+    pub(super) applied: Vec<f64>,
+    pub(super) eval: Evaluation,
+    pub(super) conditions: Vec<Condition>,
+    pub(super) scales: Scales,
+    pub(super) lengths: Lengths,
+    pub(super) timings: Timings,
+    solver: CheckedSolver,
+    values: Vec<f64>,
+}
+
+/// Lengths of the problem [mm].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lengths {
+    /// Smallest thickness of the mesh: the shortest element edge.
+    pub(super) shortest_edge: f64,
+    /// Longest element edge.
+    pub(super) longest_edge: f64,
+}
+
+/// Size of the residual.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Residual {
+    /// Norm of unbalanced forces [N].
+    pub(super) force: f64,
+    /// Norm of contact forces and reactions [N].
+    pub(super) reference: f64,
+    /// Largest violation of gap and stick [mm].
+    pub(super) length: f64,
+    /// Node with the largest unbalanced force.
+    pub(super) worst_node: usize,
+    pub(super) slipping: usize,
+}
+
+/// A correction: of the displacements, and of the travels of the tools moved by force.
+#[derive(Debug, Clone)]
+pub(super) struct Correction {
+    pub(super) u: Vec<f64>,
+    pub(super) travels: Vec<(usize, f64)>,
+    /// Predicted normal force of every touching candidate.
+    pub(super) lambdas: Vec<(usize, f64)>,
+}
+
+impl System {
+    pub(super) fn new(
+        body: Body,
+        constraints: Constraints,
+        tools: Vec<Tool>,
+    ) -> Result<Self, LinearError> {
+        let mesh = body.mesh();
+        let n = 3 * mesh.nodes.len();
+        let contact = ContactSet::new(&mesh.top_nodes(), &mesh.bottom_nodes(), &tools);
+        let solver = CheckedSolver::new(body.pattern(), groups(&body))?;
+        Ok(Self {
+            lengths: edge_lengths(&body),
+            roles: vec![Role::Absent; tools.len()],
+            contact,
+            u: vec![0.0; n],
+            applied: vec![0.0; n],
+            held_at: vec![0.0; n],
+            eval: Evaluation::default(),
+            conditions: Vec::new(),
+            scales: Scales { normal: 1.0, tangential: 1.0 },
+            timings: Timings::default(),
+            solver,
+            values: vec![0.0; body.pattern().nnz()],
+            body,
+            constraints,
+            tools,
+        })
+    }
+
+    pub(super) fn node_count(&self) -> usize {
+        self.constraints.len()
+    }
+
+    /// Displacement of a node.
+    pub(super) fn displacement(&self, node: usize) -> Vec3 {
+        Vec3::from_column_slice(&self.u[3 * node..3 * node + 3])
+    }
+
+    /// Present position of a node.
+    pub(super) fn position(&self, node: usize) -> Vec3 {
+        self.body.mesh().nodes[node] + self.displacement(node)
+    }
+
+    /// Internal minus applied force at a node: the force of tools and supports on it.
+    pub(super) fn force_at(&self, node: usize) -> Vec3 {
+        let range = 3 * node..3 * node + 3;
+        Vec3::from_column_slice(&self.eval.internal_force[range.clone()])
+            - Vec3::from_column_slice(&self.applied[range])
+    }
+
+    /// Contact force at a node: what its free directions leave over.
+    pub(super) fn contact_force(&self, node: usize) -> Vec3 {
+        self.constraints.free_projector(node) * self.force_at(node)
+    }
+
+    /// Force of a tool on the modelled part of the sheet.
+    pub(super) fn tool_force(&self, tool: usize) -> Vec3 {
+        self.contact
+            .active()
+            .filter(|(_, c)| c.tool == tool)
+            .map(|(_, c)| self.contact_force(c.node))
+            .sum()
+    }
+
+    /// Element loop at the present displacements.
+    pub(super) fn evaluate(&mut self, want: Want) -> Result<(), ElementFailure> {
+        let start = Instant::now();
+        let done = self.body.evaluate(&self.u, want, &mut self.eval);
+        self.timings.elements += start.elapsed().as_secs_f64();
+        done
+    }
+
+    /// Closest points at the present positions.
+    pub(super) fn search(&mut self) {
+        let start = Instant::now();
+        let nodes = &self.body.mesh().nodes;
+        let x: Vec<Vec3> = nodes
+            .iter()
+            .zip(self.u.chunks_exact(3))
+            .map(|(x, u)| x + Vec3::from_column_slice(u))
+            .collect();
+        let present: Vec<bool> = self.roles.iter().map(|r| *r != Role::Absent).collect();
+        self.contact.search(&x, &self.tools, &present);
+        self.timings.search += start.elapsed().as_secs_f64();
+    }
+
+    /// Scales the conditions by the tangent of the undeformed sheet.
+    pub(super) fn set_scales(&mut self) {
+        let pattern = self.body.pattern();
+        let diagonal =
+            |row: usize| pattern.position(row, row).map_or(0.0, |q| self.eval.tangent[q].abs());
+        let (mut most, mut least) = (0.0, 0.0);
+        let count = self.node_count().max(1) as f64;
+        for node in 0..self.node_count() {
+            let d = [0, 1, 2].map(|k| diagonal(3 * node + k));
+            most += d.iter().copied().fold(0.0, f64::max) / count;
+            least += d.iter().copied().fold(f64::INFINITY, f64::min) / count;
+        }
+        let positive = |v: f64| if v > 0.0 && v.is_finite() { v } else { 1.0 };
+        self.scales = Scales { normal: positive(most), tangential: positive(least) };
+    }
+
+    /// Conditions of all nodes that are held or touch, and the size of the residual. Touching nodes that no
+    /// tool can push any more are let go.
+    pub(super) fn assemble(&mut self) -> Residual {
+        let start = Instant::now();
+        self.conditions.clear();
+        let mut by_node: Vec<Option<usize>> = vec![None; self.node_count()];
+        for (k, c) in self.contact.active() {
+            by_node[c.node].get_or_insert(k);
+        }
+        let mut residual =
+            Residual { force: 0.0, reference: 0.0, length: 0.0, worst_node: 0, slipping: 0 };
+        let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
+        for node in 0..self.node_count() {
+            let r = self.force_at(node);
+            let free = self.constraints.free_projector(node);
+            let condition = by_node[node].and_then(|k| self.touching(k, &r, &free));
+            if condition.is_some() {
+                supports += r.norm_squared();
+            } else {
+                supports += (r - free * r).norm_squared();
+            }
+            let plain = condition.is_none() && self.constraints.is_free(node);
+            let mut condition = condition.unwrap_or_else(|| untouched(node, &r, &free));
+            let unbalanced = condition.force.norm_squared();
+            squares += unbalanced;
+            if unbalanced > worst {
+                (worst, residual.worst_node) = (unbalanced, node);
+            }
+            residual.length = residual.length.max(condition.length);
+            residual.slipping += usize::from(condition.slipping);
+            if !plain {
+                let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
+                hold(&mut condition, &free, &(self.displacement(node) - held), self.scales);
+                self.conditions.push(condition);
+            }
+        }
+        for (tool, role) in self.roles.iter().enumerate() {
+            if let Role::Force(wanted) = role {
+                let off = self.tool_force(tool).dot(&self.tools[tool].setup.direction) - wanted;
+                squares += off * off;
+            }
+        }
+        residual.force = squares.sqrt();
+        residual.reference = supports.sqrt();
+        self.timings.contact += start.elapsed().as_secs_f64();
+        residual
+    }
+
+    fn touching(&self, k: usize, r: &Vec3, free: &Mat3) -> Option<Condition> {
+        let c = &self.contact.candidates[k];
+        let tool = &self.tools[c.tool];
+        let p = self.position(c.node) - tool.shift();
+        let law = Coulomb { mu: tool.setup.friction };
+        let mut out = touching(c, &p, r, free, law, self.scales)?;
+        out.candidate = Some(k);
+        Some(out)
+    }
+
+    /// True when some tool could push this candidate.
+    pub(super) fn can_touch(&self, k: usize) -> bool {
+        let c = &self.contact.candidates[k];
+        self.roles[c.tool] != Role::Absent && can_touch(c, &self.constraints.free_projector(c.node))
+    }
+
+    /// Solves the linearised system for the correction.
+    pub(super) fn correct(&mut self) -> Result<Correction, LinearError> {
+        let start = Instant::now();
+        self.condense();
+        let mut rhs: Vec<f64> =
+            (0..self.u.len()).map(|i| self.applied[i] - self.eval.internal_force[i]).collect();
+        for c in &self.conditions {
+            rhs[3 * c.node..3 * c.node + 3].copy_from_slice((-c.residual).as_slice());
+        }
+        let moved: Vec<(usize, f64)> = self
+            .roles
+            .iter()
+            .enumerate()
+            .filter_map(|(t, role)| if let Role::Force(f) = role { Some((t, *f)) } else { None })
+            .collect();
+        let mut all = vec![rhs];
+        all.extend(moved.iter().map(|&(tool, _)| self.travel_column(tool)));
+        let borders: Vec<Vec<f64>> = moved.iter().map(|&(tool, _)| self.force_row(tool)).collect();
+        self.timings.contact += start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        self.solver.solve(&self.values, &mut all)?;
+        self.timings.factor += start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let (u, travels) = self.border(all, &borders, &moved)?;
+        let lambdas = self.predicted_lambdas(&u);
+        self.timings.contact += start.elapsed().as_secs_f64();
+        Ok(Correction { u, travels, lambdas })
+    }
+
+    /// Rows of the tangent with the conditions in place.
+    fn condense(&mut self) {
+        self.values.copy_from_slice(&self.eval.tangent);
+        let pattern = self.body.pattern();
+        for c in &self.conditions {
+            let start = pattern.row_ptr[3 * c.node];
+            let width = pattern.row_ptr[3 * c.node + 1] - start;
+            let (row0, rest) = self.values[start..start + 3 * width].split_at_mut(width);
+            let (row1, row2) = rest.split_at_mut(width);
+            for j in 0..width {
+                let v = c.a * Vec3::new(row0[j], row1[j], row2[j]);
+                (row0[j], row1[j], row2[j]) = (v.x, v.y, v.z);
+            }
+            let Some(at) = pattern.position(3 * c.node, 3 * c.node).map(|q| q - start) else {
+                continue;
+            };
+            let b = c.b + c.b_tool;
+            for k in 0..3 {
+                row0[at + k] += b[(0, k)];
+                row1[at + k] += b[(1, k)];
+                row2[at + k] += b[(2, k)];
+            }
+        }
+    }
+
+    /// Minus the derivative of the residual by the travel of `tool`: the extra right-hand side.
+    fn travel_column(&self, tool: usize) -> Vec<f64> {
+        let mut column = vec![0.0; self.u.len()];
+        for c in &self.conditions {
+            if c.candidate.is_some_and(|k| self.contact.candidates[k].tool == tool) {
+                let v = c.b_tool * self.tools[tool].setup.direction;
+                column[3 * c.node..3 * c.node + 3].copy_from_slice(v.as_slice());
+            }
+        }
+        column
+    }
+
+    /// Derivative of the tool's force along its direction by the displacements.
+    fn force_row(&self, tool: usize) -> Vec<f64> {
+        let mut row = vec![0.0; self.u.len()];
+        let pattern = self.body.pattern();
+        let d = self.tools[tool].setup.direction;
+        for (_, c) in self.contact.active().filter(|(_, c)| c.tool == tool) {
+            let along = self.constraints.free_projector(c.node) * d;
+            for k in 0..3 {
+                for q in pattern.row_ptr[3 * c.node + k]..pattern.row_ptr[3 * c.node + k + 1] {
+                    row[pattern.col_idx[q]] += along[k] * self.eval.tangent[q];
+                }
+            }
+        }
+        row
+    }
+
+    /// The bordered unknowns: `[K -Z; W 0]` with one row and column a tool moved by force.
+    fn border(
+        &self,
+        mut all: Vec<Vec<f64>>,
+        borders: &[Vec<f64>],
+        moved: &[(usize, f64)],
+    ) -> Result<(Vec<f64>, Vec<(usize, f64)>), LinearError> {
+        let z = all.split_off(1);
+        let Some(mut u) = all.pop() else { return Ok((Vec::new(), Vec::new())) };
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let m = moved.len();
+        if m == 0 {
+            return Ok((u, Vec::new()));
+        }
+        let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| dot(&borders[i], &z[j]));
+        let missing = nalgebra::DVector::from_fn(m, |i, _| {
+            let (tool, wanted) = moved[i];
+            let now = self.tool_force(tool).dot(&self.tools[tool].setup.direction);
+            wanted - now - dot(&borders[i], &u)
+        });
+        let travels =
+            matrix.lu().solve(&missing).ok_or(LinearError::Singular { unknown: self.u.len() })?;
+        for (column, travel) in z.iter().zip(travels.iter()) {
+            u.iter_mut().zip(column).for_each(|(u, z)| *u += z * travel);
+        }
+        Ok((u, moved.iter().zip(travels.iter()).map(|(&(tool, _), &s)| (tool, s)).collect()))
+    }
+
+    /// Normal forces `n . (r + K du)` the linearised system gives the touching nodes.
+    fn predicted_lambdas(&self, du: &[f64]) -> Vec<(usize, f64)> {
+        let pattern = self.body.pattern();
+        let values = &self.eval.tangent;
+        let of = |c: &Condition, k: usize| {
+            let mut change = Vec3::zeros();
+            for i in 0..3 {
+                let row = 3 * c.node + i;
+                change[i] = (pattern.row_ptr[row]..pattern.row_ptr[row + 1])
+                    .map(|q| values[q] * du[pattern.col_idx[q]])
+                    .sum();
+            }
+            (k, c.normal.dot(&(self.force_at(c.node) + change)))
+        };
+        self.conditions.iter().filter_map(|c| c.candidate.map(|k| of(c, k))).collect()
+    }
+
+    /// Normal force at a touching candidate.
+    pub(super) fn lambda(&self, k: usize) -> f64 {
+        let c = &self.contact.candidates[k];
+        let free = self.constraints.free_projector(c.node);
+        contact_normal(c, &free).dot(&self.force_at(c.node))
+    }
+}
+
+/// Unknowns grouped by through-thickness column when the mesh has them, else by node.
+fn groups(body: &Body) -> Groups {
+    let mesh = body.mesh();
+    let levels = mesh.nodes_per_column.max(1);
+    let of_unknown = (0..3 * mesh.nodes.len()).map(|i| (i / 3 / levels) as u32).collect();
+    let centers = mesh
+        .nodes
+        .chunks(levels)
+        .map(|column| column.iter().sum::<Vec3>() / column.len() as f64)
+        .collect();
+    Groups { of_unknown, centers }
+}
+
+fn edge_lengths(body: &Body) -> Lengths {
+    const EDGES: [(usize, usize); 12] = [
+        (0, 1),
+        (1, 2),
+        (2, 3),
+        (3, 0),
+        (4, 5),
+        (5, 6),
+        (6, 7),
+        (7, 4),
+        (0, 4),
+        (1, 5),
+        (2, 6),
+        (3, 7),
+    ];
+    let mesh = body.mesh();
+    let mut out = Lengths { shortest_edge: f64::INFINITY, longest_edge: 0.0 };
+    for element in &mesh.elements {
+        for (a, b) in EDGES {
+            let x = |k: usize| mesh.nodes[element[k] as usize];
+            let length = (x(a) - x(b)).norm();
+            out.shortest_edge = out.shortest_edge.min(length);
+            out.longest_edge = out.longest_edge.max(length);
+        }
+    }
+    out
+}

@@ -1,13 +1,145 @@
 //! IGES 5.3, fixed ASCII form.
+//!
+//! The layers, from the file up: [`cards`] (columns and sections) -> [`global`] -> [`directory`] -> [`token`] and
+//! [`params`] -> one file a group of entities ([`curves`], [`surface`], ..., [`trimming`], [`brep`]) -> [`structure`]
+//! (what is shown, and where).
 
-use super::CadError;
+#![forbid(unsafe_code)]
+
+mod analytic;
+mod brep;
+mod cards;
+mod conic;
+mod curves;
+mod directory;
+mod edges;
+mod file;
+mod global;
+mod join;
+mod names;
+mod offset;
+mod params;
+mod reader;
+mod splines;
+mod structure;
+mod surface;
+mod swept;
+#[cfg(test)]
+mod tests;
+mod token;
+mod trimming;
+mod uv;
+
+use std::collections::BTreeMap;
+
+use self::file::{Fault, File};
+use self::reader::Reader;
 use super::raw::RawModel;
+use super::{CadError, Diagnostic, Severity};
 
-/// Parses the bytes of an IGES file; `name` is used in messages.
+/// Parses the bytes of an IGES file; `name` is used in messages. Lengths of the result are mm, angles rad.
+///
+/// Entities that cannot be used are skipped and told in the diagnostics.
 ///
 /// # Errors
-/// [`CadError::Invalid`] with line and card when the text is beyond repair.
+/// [`CadError::Invalid`] with line and card when the text is beyond repair: no directory, no entity that can
+/// be used, pointers that multiply without end.
 pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
-    let _ = (bytes, name);
-    unimplemented!("cad: IGES")
+    let file = File::open(bytes);
+    if file.len() == 0 {
+        return Err(no_directory(&file, name));
+    }
+    let reader = Reader::new(&file);
+    let unit_mm = file.global.unit_mm;
+    let found = reader.walk(unit_mm / file.global.scale).map_err(|f| invalid(name, f))?;
+    if found.faces.is_empty()
+        && found.loose_curves == 0
+        && let Some(fault) = found.first_fault
+    {
+        return Err(invalid(name, fault));
+    }
+    let mut diagnostics = whole_file(&file);
+    diagnostics.extend(file.diagnostics());
+    diagnostics.extend(names::passed_over(&file));
+    let mut entities = BTreeMap::new();
+    for entry in &file.directory.entries {
+        *entities.entry(format!("{}:{}", entry.kind, entry.form)).or_insert(0) += 1;
+    }
+    Ok(RawModel {
+        unit: file.global.unit.clone(),
+        unit_mm,
+        writer: file.global.writer.clone(),
+        resolution_mm: file.global.resolution * unit_mm / file.global.scale,
+        entities,
+        faces: found.faces,
+        loose_curves: found.loose_curves,
+        diagnostics,
+    })
+}
+
+fn invalid(name: &str, fault: Fault) -> CadError {
+    CadError::Invalid {
+        file: name.to_owned(),
+        place: fault.place,
+        found: fault.found,
+        allowed: fault.allowed,
+        remedy: "export the model again, as IGES 5.3 or STEP".to_owned(),
+    }
+}
+
+fn no_directory(file: &File<'_>, name: &str) -> CadError {
+    let found = if file.cards().other_form {
+        "the compressed or binary form of IGES"
+    } else {
+        "no directory section (cards with D in column 73)"
+    };
+    CadError::Invalid {
+        file: name.to_owned(),
+        place: "line 1".to_owned(),
+        found: found.to_owned(),
+        allowed: "the fixed ASCII form of IGES".to_owned(),
+        remedy: "export the model as IGES 5.3 in ASCII, or as STEP".to_owned(),
+    }
+}
+
+/// Remarks on the file as a whole.
+fn whole_file(file: &File<'_>) -> Vec<Diagnostic> {
+    let (cards, directory) = (file.cards(), &file.directory);
+    let mut out: Vec<Diagnostic> = Vec::new();
+    let mut say = |severity, code, text: String| {
+        out.push(Diagnostic { severity, code, place: String::new(), text });
+    };
+    for (code, text) in &file.global.remarks {
+        say(Severity::Warning, code, text.clone());
+    }
+    if cards.unlettered > 0 {
+        let text = format!(
+            "{} lines without a section letter (the first is line {}) were read as part of their section",
+            cards.unlettered, cards.first_unlettered
+        );
+        say(Severity::Note, "card-unlettered", text);
+    }
+    if !cards.terminated {
+        say(Severity::Note, "section-missing", "no terminate section (T)".to_owned());
+    }
+    if directory.renumbered {
+        say(
+            Severity::Note,
+            "directory-renumbered",
+            "directory sequence numbers are not 1, 3, 5, ...".to_owned(),
+        );
+    }
+    if directory.relocated > 0 {
+        let text = format!(
+            "{} parameter pointers were wrong; the records were found otherwise",
+            directory.relocated
+        );
+        say(Severity::Note, "parameters-relocated", text);
+    }
+    if directory.unpaired > 0 {
+        let text =
+            format!("{} directory cards have no partner and were passed over", directory.unpaired);
+        say(Severity::Warning, "directory-unpaired", text);
+    }
+    out
 }

@@ -1,0 +1,154 @@
+//! From what a boundary entity says to raw edges: pairing, parameter conventions, directions.
+
+use super::surface::Based;
+use super::uv::{UvMap, point_on};
+use crate::cad::raw::{RawEdge, RawSurface};
+use crate::geometry::nurbs::{Curve2, Curve3};
+use crate::geometry::{Vec2, Vec3};
+
+/// An edge before its parameter curve is put into the parameters of the raw surface.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Draft {
+    /// The raw edge; its `pcurve` is still in the file's parameters.
+    pub edge: RawEdge,
+    /// The direction of `edge.curve` is certain (topology says it), that of the parameter curve is not.
+    pub curve_directs: bool,
+}
+
+/// Fractions of both curves at which they are compared.
+const SAMPLES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// Pairs the curves of one boundary; where their numbers differ, one of the two is kept.
+pub(super) fn paired(curves: Vec<Curve3>, pcurves: Vec<Curve2>, prefer_pcurve: bool) -> Vec<Draft> {
+    let draft = |curve, pcurve| Draft {
+        edge: RawEdge { curve, pcurve, prefer_pcurve, ..RawEdge::default() },
+        curve_directs: false,
+    };
+    if curves.len() == pcurves.len() {
+        return curves.into_iter().zip(pcurves).map(|(c, p)| draft(Some(c), Some(p))).collect();
+    }
+    if curves.is_empty() || (prefer_pcurve && !pcurves.is_empty()) {
+        return pcurves.into_iter().map(|p| draft(None, Some(p))).collect();
+    }
+    curves.into_iter().map(|c| draft(Some(c), None)).collect()
+}
+
+/// Puts the parameter curves of all loops of a face into the raw surface's parameters. Of the meanings writers
+/// give to a surface's parameters the one is taken that fits the curves in space; the first if nothing tells.
+/// Returns its number.
+pub(super) fn settle(based: &Based, loops: &mut [Vec<Draft>]) -> usize {
+    let chosen = best_map(based, loops);
+    for draft in loops.iter_mut().flatten() {
+        let Some(flat) = draft.edge.pcurve.take() else { continue };
+        let Some(map) = based.maps.get(chosen) else { continue };
+        if based.approximate && draft.edge.curve.is_some() {
+            continue;
+        }
+        let Some(pcurve) = map.curve(&flat) else { continue };
+        settle_direction(&based.surface, draft, pcurve);
+    }
+    for edges in loops {
+        chain(edges);
+    }
+    chosen
+}
+
+/// Keeps both curves of an edge running the same way.
+fn settle_direction(surface: &RawSurface, draft: &mut Draft, pcurve: Curve2) {
+    let against = draft.edge.curve.as_ref().is_some_and(|curve| {
+        mismatch(surface, &UvMap::identity(), &pcurve, curve)
+            .is_some_and(|(forth, back)| back < 0.5 * forth && back < 0.1 * extent(curve))
+    });
+    if !against {
+        draft.edge.pcurve = Some(pcurve);
+    } else if draft.curve_directs || !draft.edge.prefer_pcurve {
+        draft.edge.pcurve = Some(pcurve.reversed());
+    } else {
+        draft.edge.curve = draft.edge.curve.as_ref().map(Curve3::reversed);
+        draft.edge.pcurve = Some(pcurve);
+    }
+}
+
+fn best_map(based: &Based, loops: &[Vec<Draft>]) -> usize {
+    if based.maps.len() < 2 {
+        return 0;
+    }
+    let total = |map: &UvMap| -> f64 {
+        let pairs = loops.iter().flatten().filter_map(|d| {
+            mismatch(&based.surface, map, d.edge.pcurve.as_ref()?, d.edge.curve.as_ref()?)
+        });
+        pairs.map(|(forth, back)| forth.min(back)).sum()
+    };
+    let costs: Vec<f64> = based.maps.iter().map(total).collect();
+    let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+    if costs[best] < 0.5 * costs[0] { best } else { 0 }
+}
+
+/// Sum of distances between the two curves of an edge, running alike and running against each other.
+fn mismatch(
+    surface: &RawSurface,
+    map: &UvMap,
+    pcurve: &Curve2,
+    curve: &Curve3,
+) -> Option<(f64, f64)> {
+    let [a, b] = pcurve.domain();
+    let [c, d] = curve.domain();
+    let (mut forth, mut back) = (0.0, 0.0);
+    for s in SAMPLES {
+        let on: Vec2 = map.point(pcurve.point(a + s * (b - a)));
+        let on = point_on(surface, on)?;
+        forth += (on - curve.point(c + s * (d - c))).norm();
+        back += (on - curve.point(d - s * (d - c))).norm();
+    }
+    Some((forth, back))
+}
+
+fn extent(curve: &Curve3) -> f64 {
+    let first = curve.points().first().copied().unwrap_or_default();
+    curve.points().iter().map(|p| (p - first).norm()).sum()
+}
+
+/// Turns edges round where only that makes the loop run on: for writers that list the members of a boundary
+/// in order but in any direction.
+fn chain(edges: &mut [Draft]) {
+    let ends: Option<Vec<[Vec3; 2]>> = edges
+        .iter()
+        .map(|d| d.edge.curve.as_ref().map(|c| c.domain().map(|t| c.point(t))))
+        .collect();
+    let Some(ends) = ends.filter(|e| e.len() > 1) else { return };
+    if edges.iter().any(|d| d.curve_directs) {
+        return;
+    }
+    let total = |turned: &[bool]| -> f64 {
+        let n = ends.len();
+        (0..n)
+            .map(|i| {
+                let (next, here) = ((i + 1) % n, usize::from(!turned[i]));
+                (ends[i][here] - ends[next][usize::from(turned[next])]).norm()
+            })
+            .sum()
+    };
+    let as_is = vec![false; ends.len()];
+    let size: f64 = ends.iter().map(|[a, b]| (a - b).norm()).sum();
+    let gaps = total(&as_is);
+    if gaps <= 1e-3 * size {
+        return;
+    }
+    let follow = |first: bool| {
+        let mut turned = vec![first];
+        for i in 1..ends.len() {
+            let last = ends[i - 1][usize::from(!turned[i - 1])];
+            turned.push((ends[i][1] - last).norm() < (ends[i][0] - last).norm());
+        }
+        turned
+    };
+    let (one, two) = (follow(false), follow(true));
+    let best = if total(&one) <= total(&two) { one } else { two };
+    if total(&best) > 1e-2 * gaps {
+        return;
+    }
+    for (draft, _) in edges.iter_mut().zip(&best).filter(|(_, turned)| **turned) {
+        draft.edge.curve = draft.edge.curve.as_ref().map(Curve3::reversed);
+        draft.edge.pcurve = draft.edge.pcurve.as_ref().map(Curve2::reversed);
+    }
+}

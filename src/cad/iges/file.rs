@@ -1,0 +1,192 @@
+//! The file as a whole: entries, their parameters, places for messages, the budget of work.
+
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+
+use super::cards::{self, Cards};
+use super::directory::{self, Directory, Entry};
+use super::global::{self, Global};
+use super::params::Params;
+use super::token;
+use crate::cad::{Diagnostic, Severity};
+
+/// Why an entity could not be used. Faults skip what they belong to and become diagnostics.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fault {
+    /// Stable name of the kind.
+    pub code: &'static str,
+    /// Line, entry and entity.
+    pub place: String,
+    /// What was found.
+    pub found: String,
+    /// What is allowed.
+    pub allowed: String,
+}
+
+/// A readable IGES file.
+pub(super) struct File<'a> {
+    /// Global section.
+    pub global: Global,
+    /// Directory section.
+    pub directory: Directory,
+    cards: Cards<'a>,
+    /// Parameters that may still be read: following pointers cannot cost more than this.
+    budget: Cell<usize>,
+    log: RefCell<Log>,
+}
+
+#[derive(Default)]
+struct Log {
+    /// By code and entity type: how often, and the first.
+    seen: BTreeMap<(&'static str, u32), (usize, Diagnostic)>,
+}
+
+impl<'a> File<'a> {
+    /// Sorts cards and reads the global section and the directory.
+    pub fn open(bytes: &'a [u8]) -> Self {
+        let cards = cards::split(bytes);
+        let global = global::parse(&cards.global);
+        let directory = directory::parse(&cards, global.delimiters);
+        let budget = Cell::new(5_000_000 + 8 * cards.parameters.len());
+        Self { global, directory, cards, budget, log: RefCell::default() }
+    }
+
+    /// The cards, for checks of the whole file.
+    pub fn cards(&self) -> &Cards<'a> {
+        &self.cards
+    }
+
+    /// Number of entities.
+    pub fn len(&self) -> usize {
+        self.directory.entries.len()
+    }
+
+    /// The entry with this index.
+    pub fn entry(&self, entity: usize) -> &Entry {
+        &self.directory.entries[entity]
+    }
+
+    /// `line 12 (D7, entity 128)`, at the byte `offset` of the parameter text where it is known.
+    pub fn place(&self, entity: usize, offset: Option<usize>) -> String {
+        let entry = self.entry(entity);
+        let cards = &self.cards.parameter_cards;
+        let card = match offset {
+            Some(at) => cards.partition_point(|c| c.offset <= at).checked_sub(1),
+            None => (!entry.cards.is_empty()).then_some(entry.cards.start),
+        };
+        let line = card.and_then(|c| cards.get(c)).map_or(entry.line, |c| c.line);
+        format!("line {line} (D{}, entity {})", entry.pointer, entry.kind)
+    }
+
+    /// A fault of an entity.
+    pub fn fault(
+        &self,
+        entity: usize,
+        code: &'static str,
+        found: impl Into<String>,
+        allowed: impl Into<String>,
+    ) -> Fault {
+        Fault {
+            code,
+            place: self.place(entity, None),
+            found: found.into(),
+            allowed: allowed.into(),
+        }
+    }
+
+    /// The parameters of an entity, behind its type number.
+    ///
+    /// # Errors
+    /// A fault when there are none, or the budget is spent (pointers that multiply).
+    pub fn params(&self, entity: usize) -> Result<Params<'_, 'a>, Fault> {
+        let entry = self.entry(entity);
+        let cards = &self.cards.parameter_cards;
+        let Some(first) = cards.get(entry.cards.start).filter(|_| !entry.cards.is_empty()) else {
+            return Err(self.fault(
+                entity,
+                "parameters-missing",
+                "no parameter card begins with this entity's type number",
+                "a parameter pointer (field 2) to its first card",
+            ));
+        };
+        let end = cards.get(entry.cards.end).map_or(self.cards.parameters.len(), |c| c.offset);
+        let text = self.cards.parameters.get(first.offset..end).unwrap_or_default();
+        let (tokens, closed) = token::record(text, self.global.delimiters);
+        let left = self.budget.get().checked_sub(tokens.len() + 1).ok_or_else(|| {
+            self.fault(
+                entity,
+                "work-limit",
+                "pointers lead to the same entities again and again, without end in sight",
+                "at most 5 000 000 parameters more than the file is long",
+            )
+        })?;
+        self.budget.set(left);
+        if !closed {
+            self.note(
+                entity,
+                "record-not-closed",
+                "its record has no record delimiter; read to the next one",
+            );
+        }
+        Ok(Params::new(self, entity, tokens, first.offset, text))
+    }
+
+    /// True when the budget of work is spent.
+    pub fn exhausted(&self) -> bool {
+        self.budget.get() == 0
+    }
+
+    /// Spends work that is not counted by parameters.
+    pub fn spend(&self, work: usize) -> bool {
+        let left = self.budget.get();
+        self.budget.set(left.saturating_sub(work));
+        left >= work
+    }
+
+    /// Records a remark on an entity; remarks of one kind on one type are counted, the first is quoted.
+    pub fn note(&self, entity: usize, code: &'static str, text: &str) {
+        self.record(entity, Severity::Note, code, text);
+    }
+
+    /// Records a warning on an entity.
+    pub fn warn(&self, entity: usize, code: &'static str, text: &str) {
+        self.record(entity, Severity::Warning, code, text);
+    }
+
+    fn record(&self, entity: usize, severity: Severity, code: &'static str, text: &str) {
+        let kind = self.entry(entity).kind;
+        let mut log = self.log.borrow_mut();
+        let slot = log.seen.entry((code, kind)).or_insert_with(|| {
+            let place = self.place(entity, None);
+            (0, Diagnostic { severity, code, place, text: text.to_owned() })
+        });
+        slot.0 += 1;
+    }
+
+    /// Records a fault that made `entity` be skipped.
+    pub fn skip(&self, entity: usize, fault: &Fault) {
+        let text = format!("{}; allowed: {}; skipped", fault.found, fault.allowed);
+        let kind = self.entry(entity).kind;
+        let mut log = self.log.borrow_mut();
+        let slot = log.seen.entry((fault.code, kind)).or_insert_with(|| {
+            let place = fault.place.clone();
+            (0, Diagnostic { severity: Severity::Warning, code: fault.code, place, text })
+        });
+        slot.0 += 1;
+    }
+
+    /// All remarks, each kind once, with how often it was met.
+    pub fn diagnostics(&self) -> Vec<Diagnostic> {
+        let log = self.log.borrow();
+        log.seen
+            .values()
+            .map(|(count, first)| {
+                let mut out = first.clone();
+                if *count > 1 {
+                    out.text = format!("{} ({count} times, the first quoted)", out.text);
+                }
+                out
+            })
+            .collect()
+    }
+}

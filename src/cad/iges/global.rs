@@ -1,0 +1,213 @@
+//! The global section: delimiters, writer, unit, scale, resolution.
+
+use super::token::{Delimiters, Token, integer, real, token};
+
+/// What the global section says, with its defaults filled in.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Global {
+    /// Delimiters of the parameter section too.
+    pub delimiters: Delimiters,
+    /// System and preprocessor.
+    pub writer: String,
+    /// Unit as the file names it.
+    pub unit: String,
+    /// Millimetres in one unit.
+    pub unit_mm: f64,
+    /// Model space over real world.
+    pub scale: f64,
+    /// Smallest significant distance, in units.
+    pub resolution: f64,
+    /// What was odd, as (code, text).
+    pub remarks: Vec<(&'static str, String)>,
+}
+
+/// Unit flags 1 to 11 of field 14: name, millimetres. Flag 3 goes by name.
+const UNITS: [(&str, f64); 11] = [
+    ("INCH", 25.4),
+    ("MM", 1.0),
+    ("", 0.0),
+    ("FT", 304.8),
+    ("MI", 1_609_344.0),
+    ("M", 1000.0),
+    ("KM", 1_000_000.0),
+    ("MIL", 0.0254),
+    ("UM", 0.001),
+    ("CM", 10.0),
+    ("UIN", 0.000_025_4),
+];
+
+/// Reads the text of the global section (72 columns a card).
+pub(super) fn parse(text: &[u8]) -> Global {
+    let (delimiters, fields) = fields(text);
+    let fields = realigned(fields);
+    let mut remarks = Vec::new();
+    let real_at = |i: usize| match fields.get(i) {
+        Some(Token::Word(word)) => real(word),
+        _ => None,
+    };
+    let (unit, unit_mm) = unit(&fields, &mut remarks);
+    let scale = real_at(12).unwrap_or(1.0);
+    let scale = if scale > 0.0 {
+        scale
+    } else {
+        remarks.push((
+            "scale-ignored",
+            format!("model space scale {scale} is not positive; 1 is used"),
+        ));
+        1.0
+    };
+    let writer = [4, 5]
+        .iter()
+        .map(|i| text_of(fields.get(*i)))
+        .filter(|t| !t.is_empty())
+        .collect::<Vec<_>>();
+    Global {
+        delimiters,
+        writer: writer.join("; "),
+        unit,
+        unit_mm,
+        scale,
+        resolution: real_at(18).filter(|r| *r > 0.0).unwrap_or(0.0),
+        remarks,
+    }
+}
+
+/// Splits the section into fields, learning the delimiters from the first two.
+fn fields(text: &[u8]) -> (Delimiters, Vec<Token<'_>>) {
+    let mut delimiters = Delimiters::default();
+    let text = text.trim_ascii_start();
+    let mut rest = text;
+    if let Some((byte, tail)) = delimiter(text) {
+        delimiters.parameter = byte;
+        rest = tail.trim_ascii_start().strip_prefix(&[byte]).unwrap_or(tail);
+    } else {
+        rest = rest.strip_prefix(&[delimiters.parameter]).unwrap_or(rest);
+    }
+    if let Some((byte, tail)) = delimiter(rest.trim_ascii_start()) {
+        delimiters.record = byte;
+        rest = tail;
+    }
+    let mut fields = vec![Token::Blank, Token::Blank];
+    if let Some(tail) = rest.trim_ascii_start().strip_prefix(&[delimiters.parameter]) {
+        rest = tail;
+    }
+    loop {
+        let (after, found) = token(rest, delimiters);
+        fields.push(found);
+        match after.split_first() {
+            Some((byte, tail)) if *byte == delimiters.parameter => rest = tail,
+            _ => return (delimiters, fields),
+        }
+    }
+}
+
+/// `1Hc` at the head of `text`: the character and what follows.
+fn delimiter(text: &[u8]) -> Option<(u8, &[u8])> {
+    match text {
+        [b'1', b'H' | b'h', byte, rest @ ..] if !byte.is_ascii_alphanumeric() => {
+            Some((*byte, rest))
+        }
+        _ => None,
+    }
+}
+
+/// Puts the fields right when a wrong count has swallowed or made a delimiter: field 14, the unit flag, is
+/// the integer between a real (13) and a string (15).
+fn realigned(mut fields: Vec<Token<'_>>) -> Vec<Token<'_>> {
+    let fits = |fields: &[Token<'_>], shift: isize| {
+        let at = |i: isize| usize::try_from(i + shift).ok().and_then(|i| fields.get(i));
+        let flag = match at(13) {
+            Some(Token::Word(w)) => integer(w).is_some_and(|n| (1..=11).contains(&n)),
+            _ => false,
+        };
+        let name = matches!(at(14), Some(Token::Text(t)) if by_name(t).is_some());
+        let scale = matches!(at(12), Some(Token::Word(w)) if real(w).is_some_and(|s| s > 0.0));
+        flag && name && scale
+    };
+    if fits(&fields, 0) {
+        return fields;
+    }
+    for shift in [-1isize, -2, -3, 1, 2, 3] {
+        if fits(&fields, shift) {
+            if shift < 0 {
+                for _ in 0..-shift {
+                    fields.insert(2, Token::Blank);
+                }
+            } else {
+                fields.drain(2..2 + shift.unsigned_abs());
+            }
+            return fields;
+        }
+    }
+    fields
+}
+
+fn unit(fields: &[Token<'_>], remarks: &mut Vec<(&'static str, String)>) -> (String, f64) {
+    let flag = match fields.get(13) {
+        Some(Token::Word(word)) => integer(word),
+        _ => None,
+    };
+    let name = text_of(fields.get(14));
+    let named = by_name(name.as_bytes());
+    let flagged = flag
+        .and_then(|n| usize::try_from(n - 1).ok())
+        .and_then(|i| UNITS.get(i))
+        .filter(|(name, _)| !name.is_empty());
+    match (flagged, named) {
+        (Some((_, mm)), named) => {
+            if let Some(other) = named
+                && (other - mm).abs() > 1e-12 * mm
+            {
+                remarks.push((
+                    "unit-conflict",
+                    format!(
+                        "unit flag {} and unit name {name} differ; the flag is used",
+                        flag.unwrap_or(0)
+                    ),
+                ));
+            }
+            let said = flagged.map_or("", |(n, _)| n);
+            (if named == Some(*mm) { name } else { said.to_owned() }, *mm)
+        }
+        (None, Some(mm)) => (name, mm),
+        (None, None) => {
+            if flag.is_some() || !name.is_empty() {
+                remarks.push((
+                    "unit-unknown",
+                    format!(
+                        "unit flag {} with name \"{name}\" is no IGES unit; inch, the default, is used",
+                        flag.map_or_else(|| "blank".to_owned(), |n| n.to_string())
+                    ),
+                ));
+            }
+            ("INCH".to_owned(), 25.4)
+        }
+    }
+}
+
+/// Millimetres of a unit by its name.
+fn by_name(name: &[u8]) -> Option<f64> {
+    let name = name.trim_ascii().to_ascii_uppercase();
+    Some(match name.as_slice() {
+        b"IN" | b"INCH" | b"INCHES" | b"\"" => 25.4,
+        b"MM" | b"MILLIMETER" | b"MILLIMETRE" | b"MILLIMETERS" | b"MILLIMETRES" => 1.0,
+        b"FT" | b"FOOT" | b"FEET" => 304.8,
+        b"MI" | b"MILE" | b"MILES" => 1_609_344.0,
+        b"M" | b"METER" | b"METRE" | b"METERS" | b"METRES" => 1000.0,
+        b"KM" | b"KILOMETER" | b"KILOMETRE" => 1_000_000.0,
+        b"MIL" | b"MILS" => 0.0254,
+        b"UM" | b"MICRON" | b"MICRONS" | b"MICROMETER" | b"MICROMETRE" => 0.001,
+        b"CM" | b"CENTIMETER" | b"CENTIMETRE" => 10.0,
+        b"UIN" | b"MICROINCH" => 0.000_025_4,
+        _ => return None,
+    })
+}
+
+fn text_of(token: Option<&Token<'_>>) -> String {
+    match token {
+        Some(Token::Text(text) | Token::Word(text)) => {
+            String::from_utf8_lossy(text).trim().to_owned()
+        }
+        _ => String::new(),
+    }
+}

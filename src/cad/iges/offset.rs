@@ -1,0 +1,191 @@
+//! Offsets: curves in a plane (130) and surfaces (140).
+
+use super::curves::{Piece, Shape};
+use super::file::Fault;
+use super::reader::{DEPTH, Reader, similarity};
+use super::surface::Based;
+use super::uv::point_on;
+use crate::cad::raw::RawSurface;
+use crate::geometry::frame::unit;
+use crate::geometry::nurbs::Curve3;
+use crate::geometry::{Affine, Vec2, Vec3};
+
+/// Offsets are fitted to this part of the curve's size.
+const FIT: f64 = 1e-8;
+/// Most cubic pieces in a fitted offset.
+const PIECES: usize = 2048;
+
+impl Reader<'_, '_> {
+    /// Offset curve (130): DE1 base, FLAG 1 constant 2 linear 3 function, DE2, NDIM, PTYPE 1 arc length 2
+    /// parameter, D1, TD1, D2, TD2, normal VX VY VZ, TT1, TT2. `O(t) = C(t) + d(t) (V x T)`.
+    pub(super) fn offset_curve(&self, entity: usize, depth: usize) -> Result<Piece, Fault> {
+        if depth > DEPTH {
+            return Err(self.file.fault(
+                entity,
+                "offset-depth",
+                "offsets of offsets lead on",
+                "a base that ends",
+            ));
+        }
+        let mut p = self.file.params(entity)?;
+        let base = p.pointer("base curve")?;
+        let flag = p.integer_or("FLAG", 1)?;
+        p.pointer_or_none("distance function")?;
+        p.integer_or("NDIM", 0)?;
+        p.integer_or("PTYPE", 0)?;
+        let [d1, t1, d2, t2] = [p.real("D1")?, p.real("TD1")?, p.real("D2")?, p.real("TD2")?];
+        let normal = p.vec3("normal")?;
+        let range = [p.real_or("TT1", f64::NAN)?, p.real_or("TT2", f64::NAN)?];
+        let Some(normal) = unit(normal) else {
+            return Err(p.fault("normal 0, 0, 0", "a unit vector"));
+        };
+        if flag == 3 {
+            return Err(p.fault("FLAG = 3, distance by a function", "1 (constant) or 2 (linear)"));
+        }
+        if self.file.entry(base).kind == 130 && (base == entity || depth + 1 > 4) {
+            return Err(p.fault("an offset of itself", "a base curve of another kind"));
+        }
+        let curve = self.offset_base(base, depth)?;
+        let distance = move |t: f64| match flag {
+            2 if t2 != t1 => (d1 + (d2 - d1) * (t - t1) / (t2 - t1), (d2 - d1) / (t2 - t1)),
+            _ => (d1, 0.0),
+        };
+        let [low, high] = curve.domain();
+        let (from, to) = (range[0].max(low), range[1].min(high));
+        let range = if from < to { [from, to] } else { [low, high] };
+        let curve = fit(&curve, &normal, &distance, range).ok_or_else(|| {
+            self.file.fault(
+                entity,
+                "offset-failed",
+                "no smooth offset of the base curve",
+                "a curve without cusps",
+            )
+        })?;
+        Ok(Piece { curve, shape: Shape::Free })
+    }
+
+    /// Base of an offset curve. A composite's members are joined; an offset's base is an offset only a few times.
+    fn offset_base(&self, base: usize, depth: usize) -> Result<Curve3, Fault> {
+        match self.file.entry(base).kind {
+            130 => {
+                Ok(self.offset_curve(base, depth + 1)?.curve.transformed(&self.placement(base)?))
+            }
+            102 if depth > 4 => Err(self.file.fault(
+                base,
+                "offset-depth",
+                "offsets of composites of offsets",
+                "at most 4 levels",
+            )),
+            102 => Ok(self.joined_at(base, &Affine::identity(), depth + 1)?.curve),
+            _ => Ok(self.joined(base, &Affine::identity())?.curve),
+        }
+    }
+
+    /// Offset surface (140): direction indicator NX, NY, NZ, distance D, base DE.
+    pub(super) fn offset_surface(
+        &self,
+        entity: usize,
+        map: &Affine,
+        depth: usize,
+    ) -> Result<Based, Fault> {
+        let mut p = self.file.params(entity)?;
+        let side = p.vec3("direction indicator")?;
+        let distance = p.real("distance")?;
+        let base = p.pointer("base surface")?;
+        let placed = self.placed(entity, map)?;
+        let Some(scale) = similarity(&placed) else {
+            return Err(p.fault("a matrix that changes shapes", "a rotation or uniform scale"));
+        };
+        let mut based = self.surface_at(base, &placed, depth + 1)?;
+        let side = placed.vector(&side);
+        let normal = normal_at_corner(&based);
+        let same = normal.is_none_or(|n| side.norm() == 0.0 || n.dot(&side) >= 0.0);
+        let sign = if same { 1.0 } else { -1.0 };
+        based.surface =
+            RawSurface::Offset { base: Box::new(based.surface), distance: sign * distance * scale };
+        Ok(based)
+    }
+}
+
+/// Normal of a surface near the low corner of its domain, in the sense of its own parameters.
+fn normal_at_corner(based: &Based) -> Option<Vec3> {
+    let [[u0, u1], [v0, v1]] = based.domain.unwrap_or([[0.0, 1e-3], [0.0, 1e-3]]);
+    let (du, dv) = (1e-4 * (u1 - u0), 1e-4 * (v1 - v0));
+    let at = |i: f64, j: f64| {
+        point_on(
+            &based.surface,
+            Vec2::new(u0 + (u1 - u0) * 0.01 + i * du, v0 + (v1 - v0) * 0.01 + j * dv),
+        )
+    };
+    let (s, su, sv) = (at(0.0, 0.0)?, at(1.0, 0.0)?, at(0.0, 1.0)?);
+    unit((su - s).cross(&(sv - s)))
+}
+
+/// Offset point and derivative.
+fn offset_at(
+    curve: &Curve3,
+    normal: &Vec3,
+    distance: &dyn Fn(f64) -> (f64, f64),
+    t: f64,
+) -> Option<(Vec3, Vec3)> {
+    let c = curve.derivs(t);
+    let speed = c.d1.norm();
+    let tangent = unit(c.d1)?;
+    let turn = (c.d2 - tangent * tangent.dot(&c.d2)) / speed;
+    let (d, slope) = distance(t);
+    let across = normal.cross(&tangent);
+    Some((c.c + across * d, c.d1 + across * slope + normal.cross(&turn) * d))
+}
+
+/// Cubic Hermite pieces, halved until their middles lie on the offset.
+fn fit(
+    curve: &Curve3,
+    normal: &Vec3,
+    distance: &dyn Fn(f64) -> (f64, f64),
+    [low, high]: [f64; 2],
+) -> Option<Curve3> {
+    let mut breaks: Vec<f64> =
+        curve.knots().iter().copied().filter(|k| *k > low && *k < high).collect();
+    breaks.dedup();
+    breaks.push(high);
+    let size = curve.points().iter().map(|p| (p - curve.points()[0]).norm()).fold(0.0, f64::max);
+    let tiny = 1e-9 * (high - low);
+    let mut knots = vec![low; 4];
+    let mut points: Vec<Vec3> = Vec::new();
+    let mut todo: Vec<[f64; 2]> = Vec::new();
+    let mut from = low;
+    let mut spans = Vec::new();
+    for to in breaks {
+        spans.push([from, to]);
+        from = to;
+    }
+    todo.extend(spans.into_iter().rev());
+    while let Some([a, b]) = todo.pop() {
+        if points.len() > 3 * PIECES || b - a <= tiny {
+            return None;
+        }
+        let (pa, da) = offset_at(curve, normal, distance, a + 1e-12 * (b - a))?;
+        let (pb, db) = offset_at(curve, normal, distance, b - 1e-12 * (b - a))?;
+        let h = (b - a) / 3.0;
+        let (qa, qb) = (pa + da * h, pb - db * h);
+        let off = |s: f64| -> Option<f64> {
+            let r = 1.0 - s;
+            let inner = (qa * r + qb * s) * (3.0 * r * s);
+            let fitted = pa * (r * r * r) + inner + pb * (s * s * s);
+            Some((fitted - offset_at(curve, normal, distance, a + s * (b - a))?.0).norm())
+        };
+        if off(0.5)?.max(off(0.25)?).max(off(0.75)?) > FIT * size {
+            let middle = f64::midpoint(a, b);
+            todo.push([middle, b]);
+            todo.push([a, middle]);
+            continue;
+        }
+        if points.is_empty() {
+            points.push(pa);
+        }
+        points.extend([qa, qb, pb]);
+        knots.extend([b; 3]);
+    }
+    knots.push(high);
+    Curve3::try_new(3, knots, points, None).ok()
+}

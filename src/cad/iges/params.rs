@@ -1,0 +1,164 @@
+//! A cursor over one entity's parameters, with defaults, counts and pointers checked.
+
+use super::file::{Fault, File};
+use super::token::{Token, integer, real};
+use crate::geometry::Vec3;
+
+/// Parameters of one entity; field numbers count from 1, behind the type number.
+pub(super) struct Params<'f, 'a> {
+    file: &'f File<'a>,
+    /// The entity they belong to.
+    pub entity: usize,
+    tokens: Vec<Token<'f>>,
+    at: usize,
+    /// Where `text` begins in the parameter section.
+    offset: usize,
+    text: &'f [u8],
+}
+
+impl<'f, 'a> Params<'f, 'a> {
+    pub(super) fn new(
+        file: &'f File<'a>,
+        entity: usize,
+        tokens: Vec<Token<'f>>,
+        offset: usize,
+        text: &'f [u8],
+    ) -> Self {
+        Self { file, entity, tokens, at: 1, offset, text }
+    }
+
+    /// Parameters not read yet.
+    pub fn left(&self) -> usize {
+        self.tokens.len().saturating_sub(self.at)
+    }
+
+    fn next(&mut self) -> Token<'f> {
+        let token = self.tokens.get(self.at).copied().unwrap_or(Token::Blank);
+        self.at += 1;
+        token
+    }
+
+    /// Passes over a parameter.
+    pub fn skip(&mut self) {
+        self.at += 1;
+    }
+
+    /// A fault at the parameter read last.
+    pub fn fault(&self, found: impl std::fmt::Display, allowed: &str) -> Fault {
+        let token = self.tokens.get(self.at.saturating_sub(1));
+        let offset = match token {
+            Some(Token::Word(w) | Token::Text(w)) => (w.as_ptr() as usize)
+                .checked_sub(self.text.as_ptr() as usize)
+                .map(|o| o + self.offset),
+            _ => None,
+        };
+        Fault {
+            code: "entity-invalid",
+            place: self.file.place(self.entity, offset),
+            found: format!("parameter {} ({found})", self.at.saturating_sub(1)),
+            allowed: allowed.to_owned(),
+        }
+    }
+
+    fn odd(&self, what: &str, token: Token<'_>, allowed: &str) -> Fault {
+        let (Token::Word(text) | Token::Text(text)) = token else {
+            return self.fault(format_args!("{what}) is blank"), allowed);
+        };
+        let shown = String::from_utf8_lossy(text.get(..text.len().min(40)).unwrap_or_default())
+            .into_owned();
+        let mut fault = self.fault(what, allowed);
+        fault.found = format!("{} is `{shown}`", fault.found);
+        fault
+    }
+
+    /// A real; blank is 0.
+    pub fn real(&mut self, what: &str) -> Result<f64, Fault> {
+        self.real_or(what, 0.0)
+    }
+
+    /// A real; blank or missing is `default`.
+    pub fn real_or(&mut self, what: &str, default: f64) -> Result<f64, Fault> {
+        match self.next() {
+            Token::Blank => Ok(default),
+            Token::Word(word) => {
+                real(word).ok_or_else(|| self.odd(what, Token::Word(word), "a finite number"))
+            }
+            token @ Token::Text(_) => Err(self.odd(what, token, "a finite number")),
+        }
+    }
+
+    /// An integer; blank or missing is `default`.
+    pub fn integer_or(&mut self, what: &str, default: i64) -> Result<i64, Fault> {
+        match self.next() {
+            Token::Blank => Ok(default),
+            Token::Word(word) => {
+                integer(word).ok_or_else(|| self.odd(what, Token::Word(word), "an integer"))
+            }
+            token @ Token::Text(_) => Err(self.odd(what, token, "an integer")),
+        }
+    }
+
+    /// A flag: true for any integer but 0; blank is `default`.
+    pub fn flag(&mut self, what: &str, default: bool) -> Result<bool, Fault> {
+        Ok(self.integer_or(what, i64::from(default))? != 0)
+    }
+
+    /// A count of things of `each` parameters that follow; checked against what there is, so that nothing is
+    /// ever allocated by a declared count. Two parameters may be missing at the end (defaults).
+    pub fn count(&mut self, what: &str, each: usize) -> Result<usize, Fault> {
+        let declared = self.integer_or(what, 0)?;
+        let held = (self.left() + 2) / each.max(1);
+        usize::try_from(declared).ok().filter(|n| *n <= held).ok_or_else(|| {
+            let mut fault = self.fault(what, &format!("0 to {held}, what the record can hold"));
+            fault.found = format!("{} is {declared}", fault.found);
+            fault
+        })
+    }
+
+    /// Fails unless `count` more parameters are there (two may be missing at the end).
+    pub fn expect(&self, count: usize, what: &str) -> Result<(), Fault> {
+        if count <= self.left() + 2 {
+            return Ok(());
+        }
+        let mut fault = self.fault(what, "a record that holds what its counts declare");
+        fault.found = format!("{what}: {count} parameters declared, {} there", self.left());
+        Err(fault)
+    }
+
+    /// A pointer to an entity; `None` for 0 or blank.
+    pub fn pointer_or_none(&mut self, what: &str) -> Result<Option<usize>, Fault> {
+        let value = self.integer_or(what, 0)?;
+        if value == 0 {
+            return Ok(None);
+        }
+        self.file.directory.find(value).map(Some).ok_or_else(|| {
+            let mut fault = self.fault(what, "the sequence number of a directory entry (odd)");
+            fault.found = format!("{} points to D{value}, which is no entry", fault.found);
+            fault
+        })
+    }
+
+    /// A pointer to an entity.
+    pub fn pointer(&mut self, what: &str) -> Result<usize, Fault> {
+        self.pointer_or_none(what)?.ok_or_else(|| {
+            let mut fault = self.fault(what, "the sequence number of a directory entry (odd)");
+            fault.found = format!("{} is 0", fault.found);
+            fault
+        })
+    }
+
+    /// Three reals.
+    pub fn vec3(&mut self, what: &str) -> Result<Vec3, Fault> {
+        Ok(Vec3::new(self.real(what)?, self.real(what)?, self.real(what)?))
+    }
+
+    /// `count` reals. The caller has checked the count with [`Params::expect`].
+    pub fn reals(&mut self, count: usize, what: &str) -> Result<Vec<f64>, Fault> {
+        (0..count).map(|_| self.real(what)).collect()
+    }
+
+    /// Points of `count` triples. The caller has checked the count.
+    pub fn points(&mut self, count: usize, what: &str) -> Result<Vec<Vec3>, Fault> {
+        (0..count).map(|_| self.vec3(what)).collect()
+    }
+}

@@ -1,0 +1,438 @@
+//! What the file shows: roots, groups (402), subfigures (308, 408), solid instances (430) and assemblies (184).
+
+use rustc_hash::FxHashMap;
+
+use super::curves::CURVES;
+use super::file::Fault;
+use super::reader::{DEPTH, Reader};
+use super::surface::SURFACES;
+use crate::cad::raw::RawFace;
+use crate::geometry::{Affine, Mat3, Vec3};
+
+/// Faces and curves found.
+#[derive(Default)]
+pub(super) struct Found {
+    /// Faces, mm.
+    pub faces: Vec<RawFace>,
+    /// Curves that nothing refers to.
+    pub loose_curves: usize,
+    /// Faults that cost a face, first one kept.
+    pub first_fault: Option<Fault>,
+    shells: usize,
+    edge_ids: FxHashMap<(usize, usize, usize), usize>,
+    instances: usize,
+}
+
+/// Which entities belong to others.
+struct Ownership {
+    /// Geometry of another entity.
+    used: Vec<bool>,
+    /// Members of a subfigure definition.
+    defined: Vec<bool>,
+    /// Definitions and solids that an instance places.
+    placed: Vec<bool>,
+}
+
+/// One entity to show, and where.
+#[derive(Clone, Copy)]
+struct Task {
+    entity: usize,
+    map: Affine,
+    depth: usize,
+    instance: usize,
+}
+
+impl Reader<'_, '_> {
+    /// Walks everything the file shows; lengths are multiplied by `scale`.
+    ///
+    /// # Errors
+    /// Only when pointers multiply without end.
+    pub fn walk(&self, scale: f64) -> Result<Found, Fault> {
+        let owners = self.ownership()?;
+        let mut found = Found::default();
+        let map = Affine { linear: Mat3::identity() * scale, shift: Vec3::zeros() };
+        for entity in 0..self.file.len() {
+            if owners.used[entity] || owners.defined[entity] || owners.placed[entity] {
+                continue;
+            }
+            let entry = self.file.entry(entity);
+            if CURVES.contains(&entry.kind) {
+                let drawn = entry.kind != 106 || matches!(entry.form, 11 | 12 | 13 | 63);
+                let model = !matches!(entry.status[2], 1 | 5);
+                found.loose_curves += usize::from(drawn && model);
+                continue;
+            }
+            if entry.kind == 402 {
+                continue;
+            }
+            if entry.kind == 308 {
+                self.file.note(
+                    entity,
+                    "subfigure-unplaced",
+                    "a subfigure that is never placed; shown where it is defined",
+                );
+            }
+            self.show(Task { entity, map, depth: 0, instance: 0 }, &owners, &mut found)?;
+        }
+        Ok(found)
+    }
+
+    /// Shows an entity and all it contains, with a stack of its own.
+    fn show(&self, task: Task, owners: &Ownership, found: &mut Found) -> Result<(), Fault> {
+        let mut stack = vec![task];
+        while let Some(task) = stack.pop() {
+            match self.step(task, owners, found, &mut stack) {
+                Err(fault) if fault.code == "work-limit" => return Err(fault),
+                Err(fault) => found.lose(self, task.entity, fault),
+                Ok(()) => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn step(
+        &self,
+        task: Task,
+        owners: &Ownership,
+        found: &mut Found,
+        stack: &mut Vec<Task>,
+    ) -> Result<(), Fault> {
+        let Task { entity, map, depth, instance } = task;
+        let kind = self.file.entry(entity).kind;
+        if depth > 2 * DEPTH {
+            return Err(self.file.fault(
+                entity,
+                "instance-depth",
+                "subfigures or groups lead to each other or lie too deep",
+                format!("at most {} levels", 2 * DEPTH),
+            ));
+        }
+        let below = |entity, map, instance| Task { entity, map, depth: depth + 1, instance };
+        match kind {
+            144 => found.push(self.trimmed_surface(entity, &map)?),
+            143 => found.push(self.bounded_surface(entity, &map)?),
+            186 | 514 | 510 => self.show_brep(task, found)?,
+            308 | 402 => {
+                let placed = if kind == 308 { self.placed(entity, &map)? } else { map };
+                let mut members =
+                    if kind == 308 { self.definition(entity)? } else { self.group(entity)? };
+                members.retain(|m| !owners.used[*m]);
+                stack.extend(members.into_iter().rev().map(|m| below(m, placed, instance)));
+            }
+            408 | 430 => {
+                found.instances += 1;
+                let (target, placed) = self.instance(entity, &map)?;
+                stack.push(below(target, placed, found.instances));
+            }
+            184 => {
+                let placed = self.placed(entity, &map)?;
+                for (item, own) in self.assembly(entity)? {
+                    found.instances += 1;
+                    stack.push(below(item, placed.after(&own), found.instances));
+                }
+            }
+            kind if SURFACES.contains(&kind) => {
+                if let Some(face) = self.whole_surface(entity, &map)? {
+                    found.push(face);
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// A surface that nothing trims. Unbounded ones are no faces.
+    fn whole_surface(&self, entity: usize, map: &Affine) -> Result<Option<RawFace>, Fault> {
+        let entry = self.file.entry(entity);
+        let boundary = if entry.kind == 108 { self.plane_boundary(entity)? } else { None };
+        if let Some(boundary) = boundary {
+            let based = self.surface(entity, map, false)?;
+            let pieces = self.pieces(boundary, map)?;
+            let edges = super::edges::paired(
+                pieces.into_iter().map(|p| p.curve).collect(),
+                Vec::new(),
+                false,
+            );
+            return self
+                .raw_face(entity, based, vec![edges], &[Some(true)], false, false)
+                .map(Some);
+        }
+        if matches!(entry.kind, 108 | 190 | 192 | 194) {
+            self.file.note(
+                entity,
+                "surface-unbounded",
+                "an unbounded surface that nothing trims is no face",
+            );
+            return Ok(None);
+        }
+        let based = self.surface(entity, map, true)?;
+        self.raw_face(entity, based, Vec::new(), &[], true, super::reader::mirrors(map)).map(Some)
+    }
+
+    /// Solids, shells and faces. Each face that fails is skipped on its own.
+    fn show_brep(&self, task: Task, found: &mut Found) -> Result<(), Fault> {
+        let Task { entity, map, instance, .. } = task;
+        let mut shells: Vec<(Option<usize>, Affine, Vec<(usize, bool)>)> = Vec::new();
+        match self.file.entry(entity).kind {
+            510 => shells.push((None, map, vec![(entity, true)])),
+            514 => {
+                let placed = self.placed(entity, &map)?;
+                shells.push((Some(found.next_shell()), placed, self.shell(entity)?));
+            }
+            _ => {
+                let placed = self.placed(entity, &map)?;
+                for shell in self.solid(entity)? {
+                    let faces = self.shell(shell.shell)?.into_iter();
+                    let faces = faces.map(|(f, along)| (f, along != shell.turned)).collect();
+                    shells.push((
+                        Some(found.next_shell()),
+                        self.placed(shell.shell, &placed)?,
+                        faces,
+                    ));
+                }
+            }
+        }
+        for (shell, map, faces) in shells {
+            for (face, along) in faces {
+                let ids = &mut found.edge_ids;
+                let mut edge_id = |list: usize, number: usize| {
+                    let next = ids.len();
+                    *ids.entry((instance, list, number)).or_insert(next)
+                };
+                match self.brep_face(face, &map, !along, &mut edge_id) {
+                    Ok(raw) => found.push(RawFace { shell, ..raw }),
+                    Err(fault) if fault.code == "work-limit" => return Err(fault),
+                    Err(fault) => found.lose(self, face, fault),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Members of a subfigure definition (308): DEPTH, NAME, N, DE 1 .. DE N.
+    fn definition(&self, entity: usize) -> Result<Vec<usize>, Fault> {
+        let mut p = self.file.params(entity)?;
+        p.skip();
+        p.skip();
+        let count = p.count("number of members", 1)?;
+        let members = (0..count).map(|_| p.pointer_or_none("member"));
+        Ok(members.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    }
+
+    /// Members of a group (402, forms 1, 7, 14, 15): N, DE 1 .. DE N.
+    fn group(&self, entity: usize) -> Result<Vec<usize>, Fault> {
+        if !matches!(self.file.entry(entity).form, 1 | 7 | 14 | 15) {
+            return Ok(Vec::new());
+        }
+        let mut p = self.file.params(entity)?;
+        let count = p.count("number of members", 1)?;
+        let members = (0..count).map(|_| p.pointer_or_none("member"));
+        Ok(members.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    }
+
+    /// What an instance shows, and where: 408 (subfigure DE, X, Y, Z, scale) or 430 (solid DE).
+    fn instance(&self, entity: usize, map: &Affine) -> Result<(usize, Affine), Fault> {
+        let mut p = self.file.params(entity)?;
+        let target = p.pointer("what is placed")?;
+        let placed = self.placed(entity, map)?;
+        if self.file.entry(entity).kind == 430 {
+            return Ok((target, placed));
+        }
+        self.expect_kind(target, &[308], "a subfigure definition (308)")?;
+        let shift = p.vec3("translation")?;
+        let scale = p.real_or("scale", 1.0)?;
+        if scale <= 0.0 {
+            return Err(p.fault(format_args!("scale {scale}"), "a scale above 0"));
+        }
+        Ok((target, placed.after(&Affine { linear: Mat3::identity() * scale, shift })))
+    }
+
+    /// Solid assembly (184): N, N items, N matrices (0: none).
+    fn assembly(&self, entity: usize) -> Result<Vec<(usize, Affine)>, Fault> {
+        let mut p = self.file.params(entity)?;
+        let count = p.count("number of items", 2)?;
+        let items = (0..count).map(|_| p.pointer("item")).collect::<Result<Vec<_>, _>>()?;
+        let mut out = Vec::with_capacity(count);
+        for item in items {
+            let matrix = p.pointer_or_none("matrix")?;
+            out.push((item, matrix.map_or(Ok(Affine::identity()), |m| self.matrix(m))?));
+        }
+        Ok(out)
+    }
+
+    /// Finds out which entities belong to others. Faulty entities own nothing here; they are reported when shown.
+    fn ownership(&self) -> Result<Ownership, Fault> {
+        let n = self.file.len();
+        let mut owners =
+            Ownership { used: vec![false; n], defined: vec![false; n], placed: vec![false; n] };
+        let mut definitions = Vec::new();
+        for entity in 0..n {
+            let kind = self.file.entry(entity).kind;
+            match kind {
+                308 => definitions.push(entity),
+                408 | 430 | 184 => {
+                    let mut targets = Vec::new();
+                    if kind == 184 {
+                        targets = self
+                            .assembly(entity)
+                            .unwrap_or_default()
+                            .into_iter()
+                            .map(|i| i.0)
+                            .collect();
+                    } else if let Ok((target, _)) = self.instance(entity, &Affine::identity()) {
+                        targets.push(target);
+                    }
+                    targets
+                        .into_iter()
+                        .filter(|t| *t != entity)
+                        .for_each(|t| owners.placed[t] = true);
+                }
+                _ => self.references(entity, &mut owners.used),
+            }
+        }
+        self.mark_defined(definitions, &mut owners.defined);
+        if self.file.exhausted() {
+            return Err(self.file.fault(
+                0,
+                "work-limit",
+                "too many pointers",
+                "a file of bounded size",
+            ));
+        }
+        Ok(owners)
+    }
+
+    /// Marks the members of definitions, through groups.
+    fn mark_defined(&self, definitions: Vec<usize>, defined: &mut [bool]) {
+        let mut stack: Vec<usize> = Vec::new();
+        for definition in definitions {
+            stack.extend(
+                self.definition(definition)
+                    .unwrap_or_default()
+                    .into_iter()
+                    .filter(|m| *m != definition),
+            );
+        }
+        while let Some(member) = stack.pop() {
+            if defined[member] {
+                continue;
+            }
+            defined[member] = true;
+            if self.file.entry(member).kind == 402 {
+                stack.extend(self.group(member).unwrap_or_default());
+            }
+        }
+    }
+
+    /// Marks what an entity's geometry is made of.
+    fn references(&self, entity: usize, used: &mut [bool]) {
+        let kind = self.file.entry(entity).kind;
+        let pattern: &[Field] = match kind {
+            102 => &[Field::Count, Field::Each(&[Field::Pointer])],
+            108 => &[Field::Skip, Field::Skip, Field::Skip, Field::Skip, Field::Pointer],
+            118 | 120 => &[Field::Pointer, Field::Pointer],
+            122 => &[Field::Pointer],
+            130 => &[Field::Pointer, Field::Skip, Field::Pointer],
+            140 => &[Field::Skip, Field::Skip, Field::Skip, Field::Skip, Field::Pointer],
+            141 => &[
+                Field::Skip,
+                Field::Skip,
+                Field::Pointer,
+                Field::Count,
+                Field::Each(&[Field::Pointer, Field::Skip, Field::Inner(&[Field::Pointer])]),
+            ],
+            142 => &[Field::Skip, Field::Pointer, Field::Pointer, Field::Pointer],
+            143 => &[Field::Skip, Field::Pointer, Field::Count, Field::Each(&[Field::Pointer])],
+            144 => &[
+                Field::Pointer,
+                Field::Skip,
+                Field::Count,
+                Field::Pointer,
+                Field::Each(&[Field::Pointer]),
+            ],
+            186 => &[
+                Field::Pointer,
+                Field::Skip,
+                Field::Count,
+                Field::Each(&[Field::Pointer, Field::Skip]),
+            ],
+            504 => &[
+                Field::Count,
+                Field::Each(&[Field::Pointer, Field::Skip, Field::Skip, Field::Skip, Field::Skip]),
+            ],
+            508 => &[
+                Field::Count,
+                Field::Each(&[
+                    Field::Skip,
+                    Field::Skip,
+                    Field::Skip,
+                    Field::Skip,
+                    Field::Inner(&[Field::Skip, Field::Pointer]),
+                ]),
+            ],
+            510 => &[Field::Pointer, Field::Count, Field::Skip, Field::Each(&[Field::Pointer])],
+            514 => &[Field::Count, Field::Each(&[Field::Pointer, Field::Skip])],
+            _ => return,
+        };
+        if let Ok(mut p) = self.file.params(entity) {
+            let mut mark = |target: usize| used[target] |= target != entity;
+            let _ = follow(&mut p, pattern, &mut mark);
+        }
+    }
+}
+
+/// How pointers lie in a record.
+enum Field {
+    /// Anything else.
+    Skip,
+    /// A pointer.
+    Pointer,
+    /// How often `Each` repeats.
+    Count,
+    /// Fields repeated `Count` times.
+    Each(&'static [Field]),
+    /// A count and its fields, repeated that often.
+    Inner(&'static [Field]),
+}
+
+fn follow(
+    p: &mut super::params::Params<'_, '_>,
+    pattern: &[Field],
+    mark: &mut dyn FnMut(usize),
+) -> Result<(), Fault> {
+    let mut count = 0;
+    for field in pattern {
+        match field {
+            Field::Skip => p.skip(),
+            Field::Pointer => p.pointer_or_none("pointer")?.into_iter().for_each(&mut *mark),
+            Field::Count => count = p.count("count", 1)?,
+            Field::Each(fields) => {
+                for _ in 0..count {
+                    follow(p, fields, mark)?;
+                }
+            }
+            Field::Inner(fields) => {
+                for _ in 0..p.count("count", 1)? {
+                    follow(p, fields, mark)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Found {
+    fn push(&mut self, face: RawFace) {
+        self.faces.push(face);
+    }
+
+    fn next_shell(&mut self) -> usize {
+        self.shells += 1;
+        self.shells - 1
+    }
+
+    fn lose(&mut self, reader: &Reader<'_, '_>, entity: usize, fault: Fault) {
+        reader.file.skip(entity, &fault);
+        self.first_fault.get_or_insert(fault);
+    }
+}

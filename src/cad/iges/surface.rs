@@ -1,0 +1,206 @@
+//! The table of surfaces, rational B-spline surfaces (128) and parametric spline surfaces (114).
+
+use super::file::Fault;
+use super::reader::{DEPTH, Reader};
+use super::splines::{power_to_bezier, tidy, tidy_weights};
+use super::uv::UvMap;
+use crate::cad::raw::RawSurface;
+use crate::geometry::nurbs::Surface;
+use crate::geometry::{Affine, Vec3};
+
+/// Entity types that are surfaces on their own.
+pub(super) const SURFACES: [u32; 12] = [108, 114, 118, 120, 122, 128, 140, 190, 192, 194, 196, 198];
+
+/// A surface with what is needed to trim it.
+#[derive(Debug, Clone)]
+pub(super) struct Based {
+    /// The surface, in mm.
+    pub surface: RawSurface,
+    /// From the file's parameters to those of `surface`: the standard's meaning first, then what writers are
+    /// known to mean. All change the sense of the normal alike. Empty: the file's parameters mean nothing.
+    pub maps: Vec<UvMap>,
+    /// Range of the parameters of `surface` (where it has one).
+    pub domain: Option<[[f64; 2]; 2]>,
+    /// `domain` is less than `surface` covers.
+    pub narrowed: bool,
+    /// Parameter curves are only approximate (reparametrised generatrix): curves in space are better.
+    pub approximate: bool,
+    /// The normal of `surface` is opposite to the file's, beyond what `maps` say.
+    pub turned: bool,
+}
+
+impl Based {
+    /// A surface whose parameters are those of the file.
+    pub fn plain(surface: RawSurface, domain: Option<[[f64; 2]; 2]>) -> Self {
+        let maps = vec![UvMap::identity()];
+        Self { surface, maps, domain, narrowed: false, approximate: false, turned: false }
+    }
+
+    /// The normal of `surface` is opposite to the one the file means.
+    pub fn reversed(&self) -> bool {
+        self.turned != self.maps.first().is_some_and(UvMap::mirrors)
+    }
+}
+
+impl Reader<'_, '_> {
+    /// The surface with this entity, placed by `map` after its own matrix. `whole` asks for the form that carries
+    /// its own limits (no trimming curves follow).
+    pub fn surface(&self, entity: usize, map: &Affine, whole: bool) -> Result<Based, Fault> {
+        match self.file.entry(entity).kind {
+            120 => self.revolution(entity, map, whole),
+            122 => self.extrusion(entity, map, whole),
+            _ => self.surface_at(entity, map, 0),
+        }
+    }
+
+    /// A surface at a depth of pointers.
+    pub fn surface_at(&self, entity: usize, map: &Affine, depth: usize) -> Result<Based, Fault> {
+        if depth > DEPTH {
+            return Err(self.file.fault(
+                entity,
+                "surface-depth",
+                "offset surfaces lead to each other or lie too deep",
+                format!("at most {DEPTH} levels"),
+            ));
+        }
+        match self.file.entry(entity).kind {
+            108 => self.plane_108(entity, map),
+            114 => self.spline_surface(entity, map),
+            118 => self.ruled(entity, map),
+            120 => self.revolution(entity, map, true),
+            122 => self.extrusion(entity, map, true),
+            128 => self.rational_surface(entity, map),
+            140 => self.offset_surface(entity, map, depth),
+            190 => self.plane_190(entity, map),
+            192 | 194 | 196 | 198 => self.quadric(entity, map),
+            kind => Err(self.file.fault(
+                entity,
+                "wrong-entity",
+                format!("entity {kind} where a surface is needed"),
+                "a surface: 108, 114, 118, 120, 122, 128, 140 or 190 to 198",
+            )),
+        }
+    }
+
+    /// Rational B-spline surface (128): K1, K2, M1, M2, PROP1-5, knots of u and of v, weights and points
+    /// (u runs fastest), U0, U1, V0, V1.
+    fn rational_surface(&self, entity: usize, map: &Affine) -> Result<Based, Fault> {
+        let mut p = self.file.params(entity)?;
+        let upper = [p.count("upper index K1", 1)?, p.count("upper index K2", 1)?];
+        let degrees = [p.count("degree M1", 1)?, p.count("degree M2", 1)?];
+        for what in ["closed in u", "closed in v", "polynomial", "periodic in u", "periodic in v"] {
+            p.integer_or(what, 0)?;
+        }
+        let counts = [upper[0] + 1, upper[1] + 1];
+        let knot_counts = [counts[0] + degrees[0] + 1, counts[1] + degrees[1] + 1];
+        let net = counts[0].saturating_mul(counts[1]);
+        p.expect(
+            net.saturating_mul(4).saturating_add(knot_counts[0] + knot_counts[1]),
+            "knots, weights and points",
+        )?;
+        let knots = [
+            tidy(p.reals(knot_counts[0], "knot of u")?),
+            tidy(p.reals(knot_counts[1], "knot of v")?),
+        ];
+        let weights = tidy_weights(p.reals(net, "weight")?);
+        let points = p.points(net, "control point")?;
+        let mut range = [f64::NAN; 4];
+        for value in &mut range {
+            *value = p.real_or("range", f64::NAN)?;
+        }
+        let placed = self.placed(entity, map)?;
+        let net_points = transpose(&points, counts, |q| placed.point(q));
+        let weights = weights.map(|w| transpose(&w, counts, |w| *w));
+        let surface = Surface::try_new(degrees, knots, net_points, weights)
+            .map_err(|e| self.nurbs_fault(entity, &e))?;
+        Ok(narrowed(surface, [[range[0], range[1]], [range[2], range[3]]]))
+    }
+
+    /// Parametric spline surface (114): CTYPE, PTYPE, M, N, M+1 and N+1 breakpoints, then for each of
+    /// (M+1)(N+1) patches, v fastest, 16 coefficients each of x, y, z (s fastest); the last row and column of
+    /// patches are not used.
+    fn spline_surface(&self, entity: usize, map: &Affine) -> Result<Based, Fault> {
+        let mut p = self.file.params(entity)?;
+        p.integer_or("spline type", 0)?;
+        p.integer_or("patch type", 0)?;
+        let spans = [p.count("M", 48)?, p.count("N", 48)?];
+        let patches = spans[0].saturating_mul(spans[1] + 1);
+        p.expect(patches.saturating_sub(1).saturating_mul(48), "patch coefficients")?;
+        let breaks =
+            [p.reals(spans[0] + 1, "breakpoint of u")?, p.reals(spans[1] + 1, "breakpoint of v")?];
+        let counts = [3 * spans[0] + 1, 3 * spans[1] + 1];
+        let mut points = vec![Vec3::zeros(); counts[0] * counts[1]];
+        for i in 0..spans[0] {
+            for j in 0..=spans[1] {
+                let mut axes = [[[0.0; 4]; 4]; 3];
+                for value in axes.iter_mut().flatten().flatten() {
+                    *value = p.real("coefficient")?;
+                }
+                if j == spans[1] {
+                    continue;
+                }
+                let (hu, hv) = (breaks[0][i + 1] - breaks[0][i], breaks[1][j + 1] - breaks[1][j]);
+                let axes = axes.map(|c| patch_to_bezier(c, hu, hv));
+                for (a, b) in (0..4).flat_map(|a| (0..4).map(move |b| (a, b))) {
+                    let point = Vec3::new(axes[0][b][a], axes[1][b][a], axes[2][b][a]);
+                    points[(3 * i + a) * counts[1] + 3 * j + b] = point;
+                }
+            }
+        }
+        let knots = breaks.map(|b| tripled(&b));
+        let placed = self.placed(entity, map)?;
+        points.iter_mut().for_each(|q| *q = placed.point(q));
+        let surface = Surface::try_new([3, 3], knots, points, None)
+            .map_err(|e| self.nurbs_fault(entity, &e))?;
+        Ok(narrowed(surface, [[f64::NAN; 2]; 2]))
+    }
+}
+
+/// From "u fastest" to "v fastest".
+fn transpose<T, U>(net: &[T], counts: [usize; 2], map: impl Fn(&T) -> U) -> Vec<U> {
+    let mut out = Vec::with_capacity(net.len());
+    for i in 0..counts[0] {
+        out.extend(net.iter().skip(i).step_by(counts[0].max(1)).map(&map));
+    }
+    out
+}
+
+/// Bezier ordinates `[along t][along s]` of `sum c[t][s] s^i t^j`.
+fn patch_to_bezier(coefficients: [[f64; 4]; 4], hu: f64, hv: f64) -> [[f64; 4]; 4] {
+    let along_u = coefficients.map(|row| power_to_bezier(row, hu));
+    let mut out = [[0.0; 4]; 4];
+    for s in 0..4 {
+        let column =
+            power_to_bezier([along_u[0][s], along_u[1][s], along_u[2][s], along_u[3][s]], hv);
+        for t in 0..4 {
+            out[t][s] = column[t];
+        }
+    }
+    out
+}
+
+/// Knots of a piecewise cubic with these breakpoints.
+fn tripled(breaks: &[f64]) -> Vec<f64> {
+    let ends = breaks
+        .first()
+        .into_iter()
+        .chain(breaks.iter().flat_map(|b| [b, b, b]))
+        .chain(breaks.last());
+    ends.copied().collect()
+}
+
+/// A rational B-spline surface with the range its file states.
+pub(super) fn narrowed(surface: Surface, range: [[f64; 2]; 2]) -> Based {
+    let full = surface.domain();
+    let mut domain = full;
+    let mut less = false;
+    for k in 0..2 {
+        let tolerance = 1e-9 * (full[k][1] - full[k][0]);
+        let (from, to) = (range[k][0].max(full[k][0]), range[k][1].min(full[k][1]));
+        if to - from > tolerance && (from > full[k][0] + tolerance || to < full[k][1] - tolerance) {
+            domain[k] = [from, to];
+            less = true;
+        }
+    }
+    Based { narrowed: less, ..Based::plain(RawSurface::Nurbs(surface), Some(domain)) }
+}

@@ -15,6 +15,15 @@ pub(super) struct Draft {
     pub curve_directs: bool,
 }
 
+/// What was done to a face's parameter curves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Settled {
+    /// Number of the parameter map that fits.
+    pub map: usize,
+    /// Parameter curves left out.
+    pub dropped: usize,
+}
+
 /// Fractions of both curves at which they are compared.
 const SAMPLES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
@@ -35,9 +44,10 @@ pub(super) fn paired(curves: Vec<Curve3>, pcurves: Vec<Curve2>, prefer_pcurve: b
 
 /// Puts the parameter curves of all loops of a face into the raw surface's parameters. Of the meanings writers
 /// give to a surface's parameters the one is taken that fits the curves in space; the first if nothing tells.
-/// Returns its number.
-pub(super) fn settle(based: &Based, loops: &mut [Vec<Draft>]) -> usize {
+/// Parameter curves that miss their curve in space by far are left out, unless they are preferred.
+pub(super) fn settle(based: &Based, loops: &mut [Vec<Draft>]) -> Settled {
     let chosen = best_map(based, loops);
+    let mut settled = Settled { map: chosen, dropped: 0 };
     for draft in loops.iter_mut().flatten() {
         let Some(flat) = draft.edge.pcurve.take() else { continue };
         let Some(map) = based.maps.get(chosen) else { continue };
@@ -45,12 +55,27 @@ pub(super) fn settle(based: &Based, loops: &mut [Vec<Draft>]) -> usize {
             continue;
         }
         let Some(pcurve) = map.curve(&flat) else { continue };
+        if !draft.edge.prefer_pcurve && misses(&based.surface, &pcurve, draft.edge.curve.as_ref()) {
+            settled.dropped += 1;
+            continue;
+        }
         settle_direction(&based.surface, draft, pcurve);
     }
     for edges in loops {
         chain(edges);
     }
-    chosen
+    settled
+}
+
+/// True when the ends of a parameter curve are far from those of the curve in space, either way round.
+fn misses(surface: &RawSurface, pcurve: &Curve2, curve: Option<&Curve3>) -> bool {
+    let Some(curve) = curve else { return false };
+    let [a, b] = pcurve.domain().map(|t| point_on(surface, pcurve.point(t)));
+    let [c, d] = curve.domain().map(|t| curve.point(t));
+    let (Some(a), Some(b)) = (a, b) else { return false };
+    let forth = (a - c).norm() + (b - d).norm();
+    let back = (a - d).norm() + (b - c).norm();
+    forth.min(back) > 0.1 * extent(curve)
 }
 
 /// Keeps both curves of an edge running the same way.

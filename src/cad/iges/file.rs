@@ -136,13 +136,6 @@ impl<'a> File<'a> {
         self.budget.get() == 0
     }
 
-    /// Spends work that is not counted by parameters.
-    pub fn spend(&self, work: usize) -> bool {
-        let left = self.budget.get();
-        self.budget.set(left.saturating_sub(work));
-        left >= work
-    }
-
     /// Records a remark on an entity; remarks of one kind on one type are counted, the first is quoted.
     pub fn note(&self, entity: usize, code: &'static str, text: &str) {
         self.record(entity, Severity::Note, code, text);

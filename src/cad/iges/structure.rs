@@ -250,7 +250,7 @@ impl Reader<'_, '_> {
     /// Solid assembly (184): N, N items, N matrices (0: none).
     fn assembly(&self, entity: usize) -> Result<Vec<(usize, Affine)>, Fault> {
         let mut p = self.file.params(entity)?;
-        let count = p.count("number of items", 2)?;
+        let count = p.count("number of items", 1)?;
         let items = (0..count).map(|_| p.pointer("item")).collect::<Result<Vec<_>, _>>()?;
         let mut out = Vec::with_capacity(count);
         for item in items {

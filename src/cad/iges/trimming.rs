@@ -68,11 +68,19 @@ impl Reader<'_, '_> {
         to_domain: bool,
         turn: bool,
     ) -> Result<RawFace, Fault> {
-        if settle(&based, &mut loops) > 0 {
+        let settled = settle(&based, &mut loops);
+        if settled.map > 0 {
             self.file.note(
                 entity,
                 "parameters-other",
                 "its parameter curves do not use the standard's parameters of their surface; read as they fit",
+            );
+        }
+        if settled.dropped > 0 {
+            self.file.note(
+                entity,
+                "parameter-curve-off",
+                "parameter curves far from their curves in space were left out",
             );
         }
         let mut out: Vec<RawLoop> = loops

@@ -42,6 +42,9 @@ struct Task {
     instance: usize,
 }
 
+/// A shell's number, its place, and its faces with their sense.
+type ShellFaces = (Option<usize>, Affine, Vec<(usize, bool)>);
+
 impl Reader<'_, '_> {
     /// Walks everything the file shows; lengths are multiplied by `scale`.
     ///
@@ -172,7 +175,7 @@ impl Reader<'_, '_> {
     /// Solids, shells and faces. Each face that fails is skipped on its own.
     fn show_brep(&self, task: Task, found: &mut Found) -> Result<(), Fault> {
         let Task { entity, map, instance, .. } = task;
-        let mut shells: Vec<(Option<usize>, Affine, Vec<(usize, bool)>)> = Vec::new();
+        let mut shells: Vec<ShellFaces> = Vec::new();
         match self.file.entry(entity).kind {
             510 => shells.push((None, map, vec![(entity, true)])),
             514 => {

@@ -138,7 +138,7 @@ fn spelled(word: &[u8]) -> Option<f64> {
     for &byte in word.iter().filter(|b| !b.is_ascii_whitespace()) {
         let last = used.checked_sub(1).and_then(|i| buffer.get(i).copied());
         let put: &[u8] = match byte {
-            b'D' | b'd' | b'E' | b'e' => &[b'E'],
+            b'D' | b'd' | b'E' | b'e' => b"E",
             b'+' | b'-' if !exponent && last.is_some_and(|l| l.is_ascii_digit() || l == b'.') => {
                 &[b'E', byte]
             }

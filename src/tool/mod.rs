@@ -1,5 +1,7 @@
 //! Tool models: Nagata (Eq. 7-12) and Bezier (Eq. 1-6) patches and the tool file. Knows no CAD.
 
+pub mod build;
+pub mod edge;
 pub mod model;
 pub mod patch;
 

@@ -1,0 +1,215 @@
+//! The Nagata edge: the coefficient of Eq. 8, its guard, and the shared curve of a crease.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::geometry::Vec3;
+
+/// How edges are curved.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum EdgeRule {
+    /// Eq. 8 where its curve runs forward, straight elsewhere.
+    #[default]
+    Guarded,
+    /// Eq. 8 everywhere, also where it fails.
+    Plain,
+}
+
+/// Why an edge was made straight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EdgeFault {
+    /// `|q| >= 1`: the parabola turns back at an end (an inflected profile, a normal averaged over a crease).
+    TurnsBack,
+    /// `|c| >= 2 |d|`: it swings out sideways (near-parallel normals on a tilted edge).
+    SwingsOut,
+    /// Both ends coincide, or the normals are opposite.
+    Degenerate,
+}
+
+/// Coefficient of an edge and what the guard said.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeCurve {
+    /// Quadratic coefficient c of Eq. 7 [mm].
+    pub c: Vec3,
+    /// Set when the guard caught the edge; `c` is then zero (under [`EdgeRule::Guarded`]).
+    pub fault: Option<EdgeFault>,
+}
+
+/// Half differences of unit normals below this are rounding: the edge is flat along them.
+const PARALLEL: f64 = 1e-12;
+/// Largest `|c| / |d|` of a sound edge; a 90 degree arc has 1, one of 120 degrees 1.73.
+const SWING: f64 = 2.0;
+
+/// The coefficient c of `x0 + (d - c) e + c e^2` for the edge vector `d = x1 - x0` and unit normals `n0`, `n1`:
+/// the smallest c with `n0 . (d - c) = 0` and `n1 . (d + c) = 0` (Eq. 8).
+///
+/// With `nu = (n0 + n1)/2` and `dl = (n0 - n1)/2`, which are orthogonal,
+/// `c = (dl . d)/|nu|^2 nu + (nu . d)/|dl|^2 dl`. The relative rounding error grows like 1e-16 / |dl|, so the order of
+/// accuracy holds down to normals 1e-7 rad apart. Reversing the edge gives the same c.
+#[must_use]
+pub fn coefficient(d: &Vec3, n0: &Vec3, n1: &Vec3) -> Vec3 {
+    let nu = (n0 + n1) * 0.5;
+    let dl = (n0 - n1) * 0.5;
+    let (nu2, dl2) = (nu.norm_squared(), dl.norm_squared());
+    let mut c = Vec3::zeros();
+    if nu2 > PARALLEL * PARALLEL {
+        c += nu * (dl.dot(d) / nu2);
+    }
+    if dl2 > PARALLEL * PARALLEL {
+        c += dl * (nu.dot(d) / dl2);
+    }
+    c
+}
+
+/// The curve of an edge whose neighbours have the normals `ends` at its two ends, a pair for each patch. One
+/// distinct pair: Eq. 8. Several: a crease, one curve for all of them with end tangents along
+/// `n_left x n_right` (least squares where they do not agree).
+#[must_use]
+pub fn edge_curve(d: &Vec3, ends: &[[Vec3; 2]], rule: EdgeRule) -> EdgeCurve {
+    let c = match ends {
+        [] => Vec3::zeros(),
+        [[n0, n1]] => coefficient(d, n0, n1),
+        several => crease_coefficient(d, several),
+    };
+    let fault = check(d, &c, ends);
+    match (rule, fault) {
+        (EdgeRule::Guarded, Some(_)) => EdgeCurve { c: Vec3::zeros(), fault },
+        _ => EdgeCurve { c, fault },
+    }
+}
+
+fn check(d: &Vec3, c: &Vec3, ends: &[[Vec3; 2]]) -> Option<EdgeFault> {
+    let d2 = d.norm_squared();
+    let opposed = ends.iter().any(|[n0, n1]| (n0 + n1).norm() < 1e-6);
+    if d2 == 0.0 || opposed || c.iter().any(|x| !x.is_finite()) {
+        Some(EdgeFault::Degenerate)
+    } else if c.dot(d).abs() >= d2 {
+        Some(EdgeFault::TurnsBack)
+    } else if c.norm_squared() >= SWING * SWING * d2 {
+        Some(EdgeFault::SwingsOut)
+    } else {
+        None
+    }
+}
+
+/// Least squares over `nu . c = dl . d` and `dl . c = nu . d` of every side, smallest norm.
+fn crease_coefficient(d: &Vec3, ends: &[[Vec3; 2]]) -> Vec3 {
+    let mut rows: Vec<(Vec3, f64)> = Vec::with_capacity(2 * ends.len());
+    for [n0, n1] in ends {
+        let (nu, dl) = ((n0 + n1) * 0.5, (n0 - n1) * 0.5);
+        rows.push((nu, dl.dot(d)));
+        let size = dl.norm();
+        // Below this the condition is rounding noise; the side is flat along the crease.
+        if size > 1e-8 {
+            rows.push((dl / size, nu.dot(d) / size));
+        }
+    }
+    let matrix = DMatrix::from_fn(rows.len(), 3, |r, k| rows[r].0[k]);
+    let right = DVector::from_fn(rows.len(), |r, _| rows[r].1);
+    let svd = matrix.svd(true, true);
+    // Directions seen under less than 1e-6 rad are not determined by the normals: no bulge along them.
+    let smallest = 1e-6 * svd.singular_values.max();
+    svd.solve(&right, smallest).map_or_else(|_| Vec3::zeros(), |c| Vec3::new(c[0], c[1], c[2]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ends and normals of a circular arc of half angle `h` and radius `r` in the xy plane.
+    fn arc(r: f64, h: f64) -> (Vec3, Vec3, Vec3, Vec3) {
+        let at = |a: f64| Vec3::new(a.sin(), a.cos(), 0.0);
+        (at(-h) * r, at(h) * r, at(-h), at(h))
+    }
+
+    fn on(x0: &Vec3, d: &Vec3, c: &Vec3, e: f64) -> Vec3 {
+        x0 + (d - c) * e + c * (e * e)
+    }
+
+    #[test]
+    fn arc_error_is_the_closed_form_and_of_fourth_order() {
+        let r = 7.0;
+        for h in [0.8, 0.4, 0.2, 0.1, 0.05, 1e-2] {
+            let (x0, x1, n0, n1) = arc(r, h);
+            let d = x1 - x0;
+            let c = coefficient(&d, &n0, &n1);
+            let middle = on(&x0, &d, &c, 0.5).norm() - r;
+            let exact = r * (1.0 - h.cos()).powi(2) / (2.0 * h.cos());
+            assert!((middle - exact).abs() < 1e-9 * r, "h {h}: {middle} against {exact}");
+        }
+    }
+
+    #[test]
+    fn tangents_stay_across_the_normals_down_to_parallel_ones() {
+        for h in [1e-3, 1e-5, 5e-6, 1e-7] {
+            let (x0, x1, n0, n1) = arc(7.0, h);
+            let d = x1 - x0;
+            let c = coefficient(&d, &n0, &n1);
+            assert!((d - c).dot(&n0).abs() < 1e-12 * d.norm() + 1e-8 * c.norm(), "{h}");
+            assert!((c.norm() / d.norm() - h.tan()).abs() < 1e-6 * h, "h {h}: {}", c.norm());
+        }
+    }
+
+    #[test]
+    fn reversed_rotated_and_scaled_edges_have_the_same_curve() {
+        let (d, n0, n1) = (
+            Vec3::new(1.0, 0.2, -0.1),
+            Vec3::new(0.1, 1.0, 0.3).normalize(),
+            Vec3::new(-0.3, 1.0, 0.1).normalize(),
+        );
+        let c = coefficient(&d, &n0, &n1);
+        assert!((coefficient(&-d, &n1, &n0) - c).norm() < 1e-15);
+        assert!((coefficient(&(d * 1000.0), &n0, &n1) - c * 1000.0).norm() < 1e-11);
+        let turn = nalgebra::Rotation3::from_euler_angles(0.3, 1.1, -0.7);
+        assert!((coefficient(&(turn * d), &(turn * n0), &(turn * n1)) - turn * c).norm() < 1e-14);
+        assert_eq!(coefficient(&Vec3::x(), &Vec3::z(), &Vec3::z()), Vec3::zeros());
+    }
+
+    #[test]
+    fn near_parallel_normals_on_a_tilted_edge_swing_out_as_predicted_and_are_caught() {
+        let (tilt, theta) = (5f64.to_radians(), 0.1f64.to_radians());
+        let d = Vec3::new(tilt.cos(), tilt.sin(), 0.0);
+        let n = |a: f64| Vec3::new(a.sin(), a.cos(), 0.0);
+        let (n0, n1) = (n(-theta / 2.0), n(theta / 2.0));
+        let ratio = coefficient(&d, &n0, &n1).norm();
+        assert!((ratio - tilt.sin() / (theta / 2.0).sin()).abs() < 0.02 * ratio, "{ratio}");
+        let guarded = edge_curve(&d, &[[n0, n1]], EdgeRule::Guarded);
+        assert!(guarded.fault.is_some() && guarded.c == Vec3::zeros());
+        let plain = edge_curve(&d, &[[n0, n1]], EdgeRule::Plain);
+        assert!(plain.fault.is_some() && plain.c.norm() > 90.0);
+    }
+
+    #[test]
+    fn an_averaged_normal_at_a_crease_turns_back_and_is_caught() {
+        let (n0, n1) = (Vec3::z(), Vec3::new(1.0, 0.0, 1.0).normalize());
+        let guarded = edge_curve(&Vec3::x(), &[[n1, n0]], EdgeRule::Guarded);
+        let plain = edge_curve(&Vec3::x(), &[[n1, n0]], EdgeRule::Plain);
+        assert_eq!(guarded.fault, Some(EdgeFault::TurnsBack));
+        assert!((plain.c.norm() - 1.0).abs() < 1e-12, "c = -d or d: no tangent at one end");
+    }
+
+    #[test]
+    fn a_crease_between_a_flat_and_a_wall_follows_the_circle() {
+        let (x0, x1, n0, n1) = arc(14.0, 0.2);
+        let d = x1 - x0;
+        let curve = edge_curve(&d, &[[Vec3::z(), Vec3::z()], [n0, n1]], EdgeRule::Guarded);
+        assert!((curve.c - coefficient(&d, &n0, &n1)).norm() < 1e-12);
+        let straight = edge_curve(
+            &Vec3::x(),
+            &[[Vec3::z(), Vec3::z()], [Vec3::y(), Vec3::y()]],
+            EdgeRule::Guarded,
+        );
+        assert!(straight.c.norm() < 1e-15 && straight.fault.is_none());
+    }
+}

@@ -1,6 +1,16 @@
 //! Surface meshes of a CAD model: the built-in mapped mesher, the gmsh driver, mesh files.
+//!
+//! - [`mapped`]: quads on four-sided faces, triangulation of all others, divisions agreed across edges
+//! - [`quality`]: what a mesh is worth: area, conformity, corner Jacobians
 
-use crate::geometry::Vec3;
+pub mod error;
+pub mod mapped;
+pub mod quality;
+
+use crate::geometry::{Aabb, Vec3};
+
+pub use error::MeshError;
+pub use quality::MeshReport;
 
 /// A surface mesh whose elements know their CAD face.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -34,9 +44,119 @@ impl Element {
         Self { nodes, count: 4, face }
     }
 
+    /// A triangle or quadrilateral over a ring of vertex ids; repeated neighbours in the ring (poles) are
+    /// merged, and `None` is returned when fewer than three ids are left.
+    #[must_use]
+    pub fn from_ring(ring: &[u32], face: u32) -> Option<Self> {
+        let mut kept: Vec<u32> = ring.to_vec();
+        kept.dedup();
+        if kept.len() > 1 && kept.first() == kept.last() {
+            kept.pop();
+        }
+        match kept[..] {
+            [a, b, c] => Some(Self::triangle([a, b, c], face)),
+            [a, b, c, d] if a != c && b != d => Some(Self::quad([a, b, c, d], face)),
+            _ => None,
+        }
+    }
+
     /// Its three or four vertex ids.
     #[must_use]
     pub fn nodes(&self) -> &[u32] {
         &self.nodes[..usize::from(self.count)]
+    }
+
+    /// The same element turning the other way.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let mut out = *self;
+        out.nodes[..usize::from(self.count)].reverse();
+        out
+    }
+
+    /// Its sides as pairs of vertex ids, in turning order.
+    pub fn sides(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        let nodes = self.nodes();
+        (0..nodes.len()).map(move |k| [nodes[k], nodes[(k + 1) % nodes.len()]])
+    }
+}
+
+impl SurfaceMesh {
+    /// Corner positions of an element.
+    #[must_use]
+    pub fn corners(&self, element: &Element) -> Vec<Vec3> {
+        element.nodes().iter().map(|&n| self.vertices[n as usize]).collect()
+    }
+
+    /// Box around all vertices.
+    #[must_use]
+    pub fn bbox(&self) -> Aabb {
+        Aabb::of_points(&self.vertices)
+    }
+
+    /// The mesh with every quadrilateral cut along its shorter diagonal.
+    #[must_use]
+    pub fn to_triangles(&self) -> Self {
+        let mut elements = Vec::with_capacity(2 * self.elements.len());
+        for e in &self.elements {
+            let [a, b, c, d] = *e.nodes() else {
+                elements.push(*e);
+                continue;
+            };
+            let p = |n: u32| self.vertices[n as usize];
+            if (p(c) - p(a)).norm() <= (p(d) - p(b)).norm() {
+                elements.push(Element::triangle([a, b, c], e.face));
+                elements.push(Element::triangle([a, c, d], e.face));
+            } else {
+                elements.push(Element::triangle([a, b, d], e.face));
+                elements.push(Element::triangle([b, c, d], e.face));
+            }
+        }
+        Self { vertices: self.vertices.clone(), elements }
+    }
+
+    /// Drops vertices no element uses, keeping the order of the others.
+    pub fn compact(&mut self) {
+        let mut new_id = vec![u32::MAX; self.vertices.len()];
+        for e in &self.elements {
+            e.nodes().iter().for_each(|&n| new_id[n as usize] = 0);
+        }
+        let mut kept = Vec::new();
+        for (id, p) in new_id.iter_mut().zip(&self.vertices) {
+            if *id == 0 {
+                *id = kept.len() as u32;
+                kept.push(*p);
+            }
+        }
+        for e in &mut self.elements {
+            let count = usize::from(e.count);
+            e.nodes[..count].iter_mut().for_each(|n| *n = new_id[*n as usize]);
+        }
+        self.vertices = kept;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rings_with_a_pole_become_triangles_and_flat_rings_vanish() {
+        assert_eq!(Element::from_ring(&[1, 2, 3, 3], 0).unwrap().nodes(), [1, 2, 3]);
+        assert_eq!(Element::from_ring(&[4, 2, 3, 4], 0).unwrap().nodes(), [4, 2, 3]);
+        assert_eq!(Element::from_ring(&[1, 2, 2, 1], 0), None);
+        assert_eq!(Element::from_ring(&[1, 2, 1, 3], 0), None);
+    }
+
+    #[test]
+    fn compact_keeps_shape_and_order() {
+        let p = |x: f64| Vec3::new(x, 0.0, 0.0);
+        let mut mesh = SurfaceMesh {
+            vertices: vec![p(0.0), p(1.0), p(2.0), p(3.0)],
+            elements: vec![Element::triangle([3, 0, 2], 5)],
+        };
+        mesh.compact();
+        assert_eq!(mesh.vertices, vec![p(0.0), p(2.0), p(3.0)]);
+        assert_eq!(mesh.elements[0].nodes(), [2, 0, 1]);
     }
 }

@@ -1,0 +1,95 @@
+//! Why there is no mesh.
+
+use std::path::PathBuf;
+
+use crate::files::WriteError;
+
+/// Why a mesher, mesh reader or mesh check gives no mesh.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum MeshError {
+    /// The model has nothing to mesh.
+    #[error("{name}: the model has no faces to mesh; check with `kanagata inspect` what its file holds")]
+    NoFaces {
+        /// Name of the model.
+        name: String,
+    },
+    /// An option outside its range.
+    #[error("{option} is {found}; allowed: {allowed}")]
+    Option {
+        /// Option's name.
+        option: &'static str,
+        /// What was given.
+        found: String,
+        /// Its range.
+        allowed: &'static str,
+    },
+    /// Faces that could not be meshed.
+    #[error(
+        "{count} of {total} faces could not be meshed; first: face {face} ({source_entity}): {reason}; try more divisions, a smaller size, or --mesher gmsh"
+    )]
+    Faces {
+        /// How many failed.
+        count: usize,
+        /// Faces of the model.
+        total: usize,
+        /// First that failed.
+        face: usize,
+        /// Its entity in the CAD file.
+        source_entity: String,
+        /// Why.
+        reason: String,
+    },
+    /// The mesh is there but is not one of the model.
+    #[error("the mesh does not fit the model: {found}; allowed: {allowed}; {remedy}")]
+    Check {
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The gmsh program is not there.
+    #[error(
+        "gmsh not found ({tried}); install it (`pip install gmsh`, or tools/setup), name it with --gmsh PATH or KANAGATA_GMSH, or use --mesher mapped"
+    )]
+    GmshAbsent {
+        /// Where it was looked for.
+        tried: String,
+    },
+    /// The gmsh program ran and gave no mesh.
+    #[error("gmsh gave no mesh of {}: {reason}; its last lines:\n{log}", cad.display())]
+    GmshFailed {
+        /// The CAD file.
+        cad: PathBuf,
+        /// What is missing.
+        reason: String,
+        /// Tail of its log.
+        log: String,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        #[source]
+        source: std::io::Error,
+    },
+    /// A mesh file whose text breaks its format.
+    #[error("{file}, {place}: {found}; allowed: {allowed}")]
+    Invalid {
+        /// The file's name.
+        file: String,
+        /// Line or byte.
+        place: String,
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// A file that cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}

@@ -1,0 +1,133 @@
+//! Nodes on the edges of the model, shared by the faces that meet there.
+
+use std::collections::BTreeMap;
+
+use super::patchwork::Node;
+use super::sample::{Lifted, Measured};
+use super::sides::Shape;
+use crate::cad::Model;
+use crate::cad::model::{EdgeUse, Face};
+use crate::geometry::Vec3;
+
+/// Vertices of the mesh on the edges of the model.
+pub struct Border {
+    /// Positions [mm]: the model's vertices first, then the inner points of the edges in order.
+    pub points: Vec<Vec3>,
+    /// Vertex ids along each edge, both ends included.
+    along: Vec<Vec<u32>>,
+}
+
+impl Border {
+    /// Divides every edge into its count of equal lengths.
+    pub fn new(model: &Model, counts: &[usize]) -> Self {
+        use rayon::prelude::*;
+        let divided: Vec<Vec<Vec3>> = model
+            .edges
+            .par_iter()
+            .zip(counts)
+            .map(|(edge, &n)| Measured::new(&edge.curve).divide(n))
+            .collect();
+        let mut points = model.vertices.clone();
+        let mut along = Vec::with_capacity(divided.len());
+        for (edge, inner) in model.edges.iter().zip(&divided) {
+            let first = points.len() as u32;
+            points.extend(&inner[1..inner.len() - 1]);
+            let mut ids = vec![edge.vertices[0] as u32];
+            ids.extend(first..points.len() as u32);
+            ids.push(edge.vertices[1] as u32);
+            along.push(ids);
+        }
+        Self { points, along }
+    }
+
+    /// Nodes of every use of a face's loops, in the loops' direction, both ends included. A degenerate side
+    /// (pole) has `poles` segments, or as many as the side opposite on a four-sided face.
+    pub fn loops(&self, face: &Face, shape: &Shape, poles: usize) -> Vec<Vec<Vec<Node>>> {
+        let mut out = Vec::with_capacity(face.loops.len());
+        for trim in &face.loops {
+            let count = trim.uses.len();
+            let mut sides: Vec<Vec<Node>> =
+                trim.uses.iter().map(|side| self.edge_nodes(face, side)).collect();
+            for k in (0..count).filter(|&k| trim.uses[k].edge.is_none()) {
+                let at = self.pole_vertex(&trim.uses, k);
+                let opposite = opposite_of(shape, k)
+                    .map(|uses| uses.iter().flat_map(|&u| &sides[u]).map(|n| n.uv).collect());
+                sides[k] = pole_nodes(face, &trim.uses[k], at, opposite, poles);
+            }
+            out.push(sides);
+        }
+        out
+    }
+
+    fn edge_nodes(&self, face: &Face, side: &EdgeUse) -> Vec<Node> {
+        let Some(ids) = side.edge.and_then(|e| self.along.get(e)) else { return Vec::new() };
+        let mut ids = ids.clone();
+        if side.reversed {
+            ids.reverse();
+        }
+        let points: Vec<Vec3> = ids.iter().map(|&id| self.points[id as usize]).collect();
+        let feet = Lifted::new(face, side).feet(&points);
+        let nodes = ids.iter().zip(points).zip(feet);
+        nodes.map(|((&id, point), uv)| Node { uv, point, id: Some(id) }).collect()
+    }
+
+    /// Mesh vertex of the pole at use `k`: where the nearest real edge before it ends.
+    fn pole_vertex(&self, uses: &[EdgeUse], k: usize) -> Option<u32> {
+        let count = uses.len();
+        (1..count).find_map(|back| {
+            let before = &uses[(k + count - back) % count];
+            let ids = self.along.get(before.edge?)?;
+            if before.reversed { ids.first().copied() } else { ids.last().copied() }
+        })
+    }
+}
+
+/// The uses opposite a pole that is a whole side of a four-sided face.
+fn opposite_of(shape: &Shape, k: usize) -> Option<&[usize]> {
+    let Shape::Four(sides) = shape else { return None };
+    let side = sides.iter().position(|s| s[..] == [k])?;
+    Some(&sides[(side + 2) % 4])
+}
+
+fn pole_nodes(
+    face: &Face,
+    side: &EdgeUse,
+    at: Option<u32>,
+    opposite: Option<Vec<crate::geometry::Vec2>>,
+    poles: usize,
+) -> Vec<Node> {
+    let lifted = Lifted::new(face, side);
+    let [t0, t1] = lifted.domain();
+    // The opposite side runs the other way; its parameters, not its lengths, are matched.
+    let shares: Vec<f64> = match opposite.filter(|o| o.len() > 1) {
+        Some(uv) => {
+            let steps: Vec<f64> =
+                uv.windows(2).rev().map(|w| (w[1] - w[0]).norm()).collect();
+            let whole: f64 = steps.iter().sum();
+            let run = steps.iter().scan(0.0, |sum, s| {
+                *sum += s;
+                Some((*sum / whole).min(1.0))
+            });
+            std::iter::once(0.0).chain(run).collect()
+        }
+        None => (0..=poles).map(|k| k as f64 / poles as f64).collect(),
+    };
+    let last = shares.len() - 1;
+    let nodes = shares.iter().enumerate().map(|(k, s)| {
+        let s = if k == last { 1.0 } else { *s };
+        let uv = lifted.uv(t0 + (t1 - t0) * s);
+        Node { uv, point: face.surface.point(uv), id: at }
+    });
+    nodes.collect()
+}
+
+/// Nodes halfway along the segments of a face whose border is twice as fine: coarse loops (every other
+/// node), and for each coarse segment, by positions in the coarse loops' nodes one after the other, the
+/// node between.
+pub type Halved = (Vec<Vec<Vec<Node>>>, BTreeMap<[u32; 2], Node>);
+
+/// Takes every other node of each side.
+pub fn every_other(sides: &[Vec<Vec<Node>>]) -> Vec<Vec<Vec<Node>>> {
+    let thin = |side: &Vec<Node>| side.iter().step_by(2).copied().collect();
+    sides.iter().map(|l| l.iter().map(thin).collect()).collect()
+}

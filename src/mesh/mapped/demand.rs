@@ -1,0 +1,114 @@
+//! How many divisions curvature and size ask of an edge.
+
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
+
+use super::MappedOptions;
+use super::sample::{Lifted, Measured, angle};
+use super::sides::Shape;
+use crate::cad::Model;
+use crate::cad::model::Face;
+use crate::geometry::{Vec2, Vec3};
+
+/// Turns are rounded up to whole divisions only beyond this share of a division: noise of converters.
+const SLACK: f64 = 0.02;
+/// Most divisions one edge may be given.
+const MOST: usize = 20_000;
+
+/// Divisions for a curve of `length` [mm] that turns through `turn` [rad] (its own tangent or the normal).
+pub fn divisions(options: &MappedOptions, turn: f64, length: f64) -> usize {
+    let by_turn = turn / FRAC_PI_2 * options.arc_divisions as f64 - SLACK;
+    let by_size = options.max_size.map_or(0.0, |size| length / size - SLACK);
+    // Sag of an arc: (length / n) (turn / n) / 8.
+    let by_sag =
+        options.chord_error.map_or(0.0, |sag| (length * turn / (8.0 * sag)).sqrt() - SLACK);
+    (by_turn.max(by_size).max(by_sag).ceil().max(1.0) as usize).min(MOST)
+}
+
+/// Least divisions of every edge from its own curve and the normals of the faces along it.
+pub fn edge_minima(model: &Model, options: &MappedOptions) -> (Vec<usize>, Vec<f64>) {
+    use rayon::prelude::*;
+    let found: Vec<(usize, f64, bool)> = model
+        .edges
+        .par_iter()
+        .map(|edge| {
+            let measured = Measured::new(&edge.curve);
+            let mut turn = measured.turn();
+            for &[f, l, k] in &edge.uses {
+                let side = model.faces.get(f).and_then(|f| f.loops.get(l)?.uses.get(k));
+                if let Some(side) = side {
+                    turn = turn.max(Lifted::new(&model.faces[f], side).normal_turn());
+                }
+            }
+            let closed = edge.vertices[0] == edge.vertices[1];
+            let least = divisions(options, turn, measured.length());
+            (if closed { least.max(3) } else { least }, measured.length(), closed)
+        })
+        .collect();
+    let lengths = found.iter().map(|f| f.1).collect();
+    let mut minima: Vec<usize> = found.iter().map(|f| f.0).collect();
+    separate_twins(model, &mut minima);
+    (minima, lengths)
+}
+
+/// Edges between the same two vertices would share a chord: all but the shortest get a second division.
+fn separate_twins(model: &Model, minima: &mut [usize]) {
+    let mut twins: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
+    for (e, edge) in model.edges.iter().enumerate() {
+        let [a, b] = edge.vertices;
+        twins.entry([a.min(b), a.max(b)]).or_default().push(e);
+    }
+    for group in twins.values().filter(|g| g.len() > 1) {
+        for &e in group {
+            let chord = (model.vertices[model.edges[e].vertices[0]]
+                - model.vertices[model.edges[e].vertices[1]])
+                .norm();
+            let straight = Measured::new(&model.edges[e].curve).length() <= chord * (1.0 + 1e-9);
+            if !straight {
+                minima[e] = minima[e].max(2);
+            }
+        }
+    }
+}
+
+/// Divisions the inside of a four-sided face asks along its first and its second pair of sides.
+pub fn inside_demand(face: &Face, shape: &Shape, options: &MappedOptions) -> [usize; 2] {
+    const N: usize = 8;
+    let Shape::Four(sides) = shape else { return [1, 1] };
+    let line: Vec<Vec<Vec2>> = sides.iter().map(|s| side_points(face, s, N)).collect();
+    let mut grid = vec![[None, None]; (N + 1) * (N + 1)];
+    for i in 0..=N {
+        for j in 0..=N {
+            let (x, y) = (i as f64 / N as f64, j as f64 / N as f64);
+            let (b, t) = (line[0][i], line[2][N - i]);
+            let (r, l) = (line[1][j], line[3][N - j]);
+            let corners = (line[0][0] * (1.0 - x) + line[0][N] * x) * (1.0 - y)
+                + (line[2][N] * (1.0 - x) + line[2][0] * x) * y;
+            let uv = b * (1.0 - y) + t * y + l * (1.0 - x) + r * x - corners;
+            let point = face.surface.point(uv);
+            grid[i * (N + 1) + j] = [Some(point), face.surface.normal(uv)];
+        }
+    }
+    let run = |index: &dyn Fn(usize) -> usize| {
+        let points: Vec<Vec3> = (0..=N).filter_map(|k| grid[index(k)][0]).collect();
+        let normals: Vec<Vec3> = (0..=N).filter_map(|k| grid[index(k)][1]).collect();
+        let turn = normals.windows(2).map(|w| angle(&w[0], &w[1])).sum();
+        divisions(options, turn, points.windows(2).map(|w| (w[1] - w[0]).norm()).sum())
+    };
+    let along = (0..=N).map(|j| run(&|i| i * (N + 1) + j)).max().unwrap_or(1);
+    let across = (0..=N).map(|i| run(&|j| i * (N + 1) + j)).max().unwrap_or(1);
+    [along, across]
+}
+
+/// `n + 1` parameter points spread over the uses of a side.
+fn side_points(face: &Face, side: &[usize], n: usize) -> Vec<Vec2> {
+    (0..=n)
+        .map(|k| {
+            let s = k as f64 / n as f64 * side.len() as f64;
+            let which = (s.floor() as usize).min(side.len() - 1);
+            let lifted = Lifted::new(face, &face.loops[0].uses[side[which]]);
+            let [t0, t1] = lifted.domain();
+            lifted.uv(t0 + (t1 - t0) * (s - which as f64))
+        })
+        .collect()
+}

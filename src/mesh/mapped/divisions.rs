@@ -1,0 +1,164 @@
+//! Whole numbers of divisions agreed over the model: opposite sides of a four-sided face get the same
+//! count, so that counts travel along chains of opposite edges.
+
+/// What a face asks of the counts of its edges.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Rule {
+    /// The counts of both groups of edges have the same sum.
+    Equal(Vec<usize>, Vec<usize>),
+    /// The counts have an even sum.
+    Even(Vec<usize>),
+}
+
+/// Agreed counts, and which rules they keep.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Assignment {
+    /// Divisions of each edge, at least its minimum.
+    pub counts: Vec<usize>,
+    /// For each rule: kept? A rule no count can keep (or only beyond the limit) is given up.
+    pub kept: Vec<bool>,
+}
+
+/// A side may grow to this many times the largest minimum before its rule is given up.
+const GROWTH: usize = 8;
+
+/// Classes of edges whose counts must be equal.
+struct Classes {
+    parent: Vec<usize>,
+}
+
+impl Classes {
+    fn find(&mut self, mut e: usize) -> usize {
+        while self.parent[e] != e {
+            self.parent[e] = self.parent[self.parent[e]];
+            e = self.parent[e];
+        }
+        e
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.parent[a.max(b)] = a.min(b);
+    }
+}
+
+/// Finds counts as small as it can: `minima[e] >= 1` is the least for edge e, `lengths[e]` [mm] decides
+/// which edge of a side takes another division (the one with the longest segments).
+///
+/// Rules between single edges are kept exactly (chains); sums are met by raising counts, one at a time,
+/// from their minima.
+#[must_use]
+pub fn assign(minima: &[usize], lengths: &[f64], rules: &[Rule]) -> Assignment {
+    let mut classes = Classes { parent: (0..minima.len()).collect() };
+    for rule in rules {
+        if let Rule::Equal(a, b) = rule
+            && let ([a], [b]) = (&a[..], &b[..])
+        {
+            classes.join(*a, *b);
+        }
+    }
+    let class: Vec<usize> = (0..minima.len()).map(|e| classes.find(e)).collect();
+    let mut count = vec![1; minima.len()];
+    let mut length = vec![0.0f64; minima.len()];
+    for e in 0..minima.len() {
+        count[class[e]] = count[class[e]].max(minima[e]);
+        length[class[e]] = length[class[e]].max(lengths[e]);
+    }
+    let limit = GROWTH * count.iter().copied().max().unwrap_or(1).max(4);
+    let sums: Vec<_> = rules.iter().map(|rule| balance(rule, &class)).collect();
+    let mut kept: Vec<bool> = sums.iter().map(|s| can_hold(s)).collect();
+    loop {
+        let broken = (0..rules.len()).find(|&r| kept[r] && residual(&sums[r], &count) != 0);
+        let Some(r) = broken else { break };
+        match choose(&sums[r], &count, &length, limit) {
+            Some(raise) => count[raise] += 1,
+            None => kept[r] = false,
+        }
+    }
+    Assignment { counts: class.iter().map(|&c| count[c]).collect(), kept }
+}
+
+/// A rule over classes: coefficients, and whether only its parity counts.
+struct Balance {
+    terms: Vec<(usize, i64)>,
+    parity: bool,
+}
+
+fn balance(rule: &Rule, class: &[usize]) -> Balance {
+    let mut terms = std::collections::BTreeMap::new();
+    let (plus, minus, parity) = match rule {
+        Rule::Equal(a, b) => (&a[..], &b[..], false),
+        Rule::Even(a) => (&a[..], &[][..], true),
+    };
+    plus.iter().for_each(|&e| *terms.entry(class[e]).or_insert(0) += 1);
+    minus.iter().for_each(|&e| *terms.entry(class[e]).or_insert(0) -= 1);
+    terms.retain(|_, c| if parity { *c % 2 != 0 } else { *c != 0 });
+    Balance { terms: terms.into_iter().collect(), parity }
+}
+
+fn can_hold(sum: &Balance) -> bool {
+    let sign = |s: i64| sum.terms.iter().any(|&(_, c)| c.signum() == s);
+    sum.parity || sign(1) == sign(-1)
+}
+
+fn residual(sum: &Balance, count: &[usize]) -> i64 {
+    let total: i64 = sum.terms.iter().map(|&(k, c)| c * count[k] as i64).sum();
+    if sum.parity { total.rem_euclid(2) } else { total }
+}
+
+/// The class to raise: longest segments first, among those that do not overshoot if there are any.
+fn choose(sum: &Balance, count: &[usize], length: &[f64], limit: usize) -> Option<usize> {
+    let r = residual(sum, count);
+    let helps = |c: i64| sum.parity || c.signum() == -r.signum();
+    let score = |k: usize| length[k] / count[k] as f64;
+    let best = |fits: &dyn Fn(i64) -> bool| {
+        let fitting = sum.terms.iter().filter(|&&(k, c)| helps(c) && fits(c) && count[k] < limit);
+        fitting.map(|&(k, _)| k).max_by(|&a, &b| score(a).total_cmp(&score(b)).then(b.cmp(&a)))
+    };
+    best(&|c| c.abs() <= r.abs()).or_else(|| best(&|_| true))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn equal(a: &[usize], b: &[usize]) -> Rule {
+        Rule::Equal(a.to_vec(), b.to_vec())
+    }
+
+    #[test]
+    fn a_chain_takes_its_largest_demand_and_leaves_others_alone() {
+        let rules = [equal(&[0], &[1]), equal(&[1], &[2])];
+        let got = assign(&[1, 1, 5, 2], &[1.0; 4], &rules);
+        assert_eq!(got.counts, [5, 5, 5, 2]);
+    }
+
+    #[test]
+    fn a_side_of_two_edges_shares_by_length() {
+        let got = assign(&[8, 1, 1], &[10.0, 9.0, 3.0], &[equal(&[0], &[1, 2])]);
+        assert_eq!(got.counts[1] + got.counts[2], 8);
+        assert_eq!(got.counts, [8, 6, 2]);
+    }
+
+    #[test]
+    fn a_rule_no_count_can_keep_is_given_up_alone() {
+        let rules = [equal(&[0], &[0, 1]), equal(&[2], &[3, 4])];
+        let got = assign(&[2, 1, 1, 1, 1], &[1.0; 5], &rules);
+        assert_eq!(got.kept, [false, true]);
+        assert_eq!(got.counts, [2, 1, 2, 1, 1]);
+    }
+
+    #[test]
+    fn rules_that_chase_each_other_end() {
+        // n0 = n1 + n2 and n1 = n0 + n2: only n2 = 0 would do.
+        let rules = [equal(&[0], &[1, 2]), equal(&[1], &[0, 2])];
+        let got = assign(&[1, 1, 1], &[1.0; 3], &rules);
+        assert!(got.kept.iter().any(|k| !k));
+    }
+
+    #[test]
+    fn parity_raises_the_edge_with_the_longest_segments() {
+        let got = assign(&[3, 2, 2], &[1.0, 8.0, 2.0], &[Rule::Even(vec![0, 1, 2])]);
+        assert_eq!(got.counts, [3, 3, 2]);
+    }
+}

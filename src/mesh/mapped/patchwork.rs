@@ -1,0 +1,113 @@
+//! The mesh of one face while it is made: nodes with parameters, elements over local ids.
+
+use std::collections::BTreeMap;
+
+use crate::cad::model::Face;
+use crate::geometry::{Vec2, Vec3};
+use crate::mesh::Element;
+
+/// A node of a face's mesh.
+#[derive(Debug, Clone, Copy)]
+pub struct Node {
+    /// Parameters on the face.
+    pub uv: Vec2,
+    /// Position [mm].
+    pub point: Vec3,
+    /// Vertex of the whole mesh, for nodes on edges; `None` inside the face.
+    pub id: Option<u32>,
+}
+
+/// Nodes and elements of one face; elements turn counter-clockwise in the parameter plane.
+#[derive(Debug, Clone, Default)]
+pub struct Patchwork {
+    /// Nodes, those on the border first.
+    pub nodes: Vec<Node>,
+    /// Elements over positions in `nodes`.
+    pub elements: Vec<Element>,
+}
+
+impl Node {
+    /// A node inside `face` at `uv`.
+    pub fn inside(face: &Face, uv: Vec2) -> Self {
+        Self { uv, point: face.surface.point(uv), id: None }
+    }
+
+    /// True when both are the same vertex of the mesh.
+    pub fn same(&self, other: &Self) -> bool {
+        self.id.is_some() && self.id == other.id
+    }
+}
+
+impl Patchwork {
+    /// Adds an element over local ids; its corners that are one vertex in space (poles) are merged.
+    pub fn push(&mut self, ring: &[u32]) {
+        let mut kept: Vec<u32> = Vec::with_capacity(4);
+        for &n in ring {
+            let same = |m: u32| m == n || self.nodes[m as usize].same(&self.nodes[n as usize]);
+            if !kept.last().is_some_and(|&m| same(m)) {
+                kept.push(n);
+            }
+        }
+        if let (Some(&first), Some(&last)) = (kept.first(), kept.last())
+            && kept.len() > 1
+            && self.nodes[first as usize].same(&self.nodes[last as usize])
+        {
+            kept.pop();
+        }
+        self.elements.extend(Element::from_ring(&kept, 0));
+    }
+
+    /// Smallest corner Jacobian over all elements: sine-like, 1 for right angles on a flat, negative
+    /// where a corner is turned against the surface's own normal.
+    pub fn worst_corner(&self, face: &Face) -> f64 {
+        let normals: Vec<Option<Vec3>> =
+            self.nodes.iter().map(|n| face.surface.normal(n.uv)).collect();
+        let mut worst = 1.0f64;
+        for e in &self.elements {
+            worst = worst.min(self.element_quality(e.nodes(), &normals));
+        }
+        worst
+    }
+
+    fn element_quality(&self, ring: &[u32], normals: &[Option<Vec3>]) -> f64 {
+        let count = ring.len();
+        let at = |k: usize| self.nodes[ring[k % count] as usize].point;
+        let mut worst = 1.0f64;
+        for k in 0..count {
+            let Some(normal) = normals[ring[k] as usize] else { continue };
+            let (out, back) = (at(k + 1) - at(k), at(k + count - 1) - at(k));
+            let scale = out.norm() * back.norm();
+            worst = worst.min(if scale > 0.0 { out.cross(&back).dot(&normal) / scale } else { -1.0 });
+        }
+        worst
+    }
+
+    /// Splits quads in four and triangles in three quads; `middle` gives the node halfway along a border
+    /// segment, by the local ids of its ends.
+    pub fn refined(&self, face: &Face, middle: &BTreeMap<[u32; 2], Node>) -> Self {
+        let mut out = Self { nodes: self.nodes.clone(), elements: Vec::new() };
+        let mut halves: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+        for e in &self.elements {
+            let ring = e.nodes();
+            let count = ring.len();
+            let mut mids = Vec::with_capacity(4);
+            for [a, b] in e.sides() {
+                let key = [a.min(b), a.max(b)];
+                let id = *halves.entry(key).or_insert_with(|| {
+                    let uv = (self.nodes[a as usize].uv + self.nodes[b as usize].uv) * 0.5;
+                    let fresh = || Node::inside(face, uv);
+                    out.nodes.push(middle.get(&key).copied().unwrap_or_else(fresh));
+                    out.nodes.len() as u32 - 1
+                });
+                mids.push(id);
+            }
+            let uv = ring.iter().map(|&n| self.nodes[n as usize].uv).sum::<Vec2>() / count as f64;
+            out.nodes.push(Node::inside(face, uv));
+            let centre = out.nodes.len() as u32 - 1;
+            for k in 0..count {
+                out.push(&[ring[k], mids[k], centre, mids[(k + count - 1) % count]]);
+            }
+        }
+        out
+    }
+}

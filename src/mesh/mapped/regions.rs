@@ -1,0 +1,193 @@
+//! Four- and three-sided faces: transfinite maps onto the exact surface.
+
+use super::grid::{FourSides, Shares, ThreeSides};
+use super::patchwork::{Node, Patchwork};
+use crate::cad::model::Face;
+use crate::geometry::{Vec2, Vec3};
+
+/// A map whose worst corner is below this is not used.
+pub const WORST: f64 = 0.05;
+/// A map in the parameter plane whose worst corner is below this is tried in space too.
+const POOR: f64 = 0.3;
+
+/// Tensor grid of quads between four sides, each a list of nodes in the loop's direction. `None` when the
+/// grid folds. A side that is one point in space (pole) gives a row of triangles.
+pub fn four(face: &Face, sides: &[Vec<Node>; 4]) -> Option<Patchwork> {
+    let back = |s: &[Node]| s.iter().rev().copied().collect::<Vec<_>>();
+    let border = FourSides {
+        bottom: sides[0].clone(),
+        right: sides[1].clone(),
+        top: back(&sides[2]),
+        left: back(&sides[3]),
+    };
+    let plane = grid(face, &border, false);
+    let quality = plane.worst_corner(face);
+    if quality >= POOR {
+        return Some(plane);
+    }
+    let space = grid(face, &border, true);
+    let other = space.worst_corner(face);
+    let (best, quality) = if other > quality { (space, other) } else { (plane, quality) };
+    (quality >= WORST).then_some(best)
+}
+
+fn map<T>(sides: &FourSides<Node>, f: impl Fn(&[Node]) -> Vec<T>) -> FourSides<T> {
+    FourSides {
+        bottom: f(&sides.bottom),
+        right: f(&sides.right),
+        top: f(&sides.top),
+        left: f(&sides.left),
+    }
+}
+
+/// Shares of the way along each side; a pole takes those of the side opposite.
+fn shares(border: &FourSides<Node>) -> Shares {
+    let way = |side: &[Node], opposite: &[Node]| {
+        let is_pole = side.iter().all(|n| n.same(&side[0]));
+        let side = if is_pole { opposite } else { side };
+        let mut out = vec![0.0];
+        for w in side.windows(2) {
+            out.push(out[out.len() - 1] + (w[1].point - w[0].point).norm());
+        }
+        let (whole, cells) = (out[out.len() - 1], side.len() - 1);
+        let even = |k: usize| k as f64 / cells as f64;
+        (0..=cells).map(|k| if whole > 0.0 { out[k] / whole } else { even(k) }).collect()
+    };
+    FourSides {
+        bottom: way(&border.bottom, &border.top),
+        right: way(&border.right, &border.left),
+        top: way(&border.top, &border.bottom),
+        left: way(&border.left, &border.right),
+    }
+}
+
+fn grid(face: &Face, border: &FourSides<Node>, in_space: bool) -> Patchwork {
+    let [m, n] = border.cells();
+    let shares = shares(border);
+    let plane: FourSides<Vec2> = map(border, |s| s.iter().map(|n| n.uv).collect());
+    let space: FourSides<Vec3> = map(border, |s| s.iter().map(|n| n.point).collect());
+    let mut out = Patchwork::default();
+    for j in 0..=n {
+        for i in 0..=m {
+            out.nodes.push(match (i, j) {
+                (_, 0) => border.bottom[i],
+                (_, j) if j == n => border.top[i],
+                (0, _) => border.left[j],
+                (i, _) if i == m => border.right[j],
+                _ => {
+                    let uv = plane.point(&shares, i, j);
+                    let wanted = in_space.then(|| space.point(&shares, i, j));
+                    Node::inside(face, wanted.map_or(uv, |p| face.surface.closest_near(&p, uv).0))
+                }
+            });
+        }
+    }
+    let at = |i: usize, j: usize| (j * (m + 1) + i) as u32;
+    for j in 0..n {
+        for i in 0..m {
+            out.push(&[at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+        }
+    }
+    out
+}
+
+/// Triangles or three blocks of quads between three sides of equal count. `None` when the map folds, or
+/// quads are wanted and the count is odd.
+pub fn three(face: &Face, sides: &[Vec<Node>; 3], quads: bool) -> Option<Patchwork> {
+    let n = sides[0].len() - 1;
+    if quads && n % 2 == 1 {
+        return None;
+    }
+    let uv = |s: &[Node]| s.iter().map(|n| n.uv).collect::<Vec<_>>();
+    let ac: Vec<Node> = sides[2].iter().rev().copied().collect();
+    let map = ThreeSides { ab: uv(&sides[0]), bc: uv(&sides[1]), ac: uv(&ac) };
+    let border = ThreeBorders { ab: &sides[0], bc: &sides[1], ac: &ac };
+    let out = if quads { blocks(face, &map, &border) } else { triangles(face, &map, &border) };
+    (out.worst_corner(face) >= WORST).then_some(out)
+}
+
+struct ThreeBorders<'a> {
+    ab: &'a [Node],
+    bc: &'a [Node],
+    ac: &'a [Node],
+}
+
+impl ThreeBorders<'_> {
+    /// Border node at steps (i, j) of n towards B and C, if it is one.
+    fn at(&self, i: usize, j: usize, n: usize) -> Option<Node> {
+        match (i, j) {
+            (i, 0) => Some(self.ab[i]),
+            (0, j) => Some(self.ac[j]),
+            (i, j) if i + j == n => Some(self.bc[j]),
+            _ => None,
+        }
+    }
+}
+
+fn triangles(face: &Face, map: &ThreeSides, border: &ThreeBorders<'_>) -> Patchwork {
+    let n = map.ab.len() - 1;
+    let mut out = Patchwork::default();
+    let mut rows = Vec::new();
+    for j in 0..=n {
+        rows.push(out.nodes.len() as u32);
+        for i in 0..=n - j {
+            let uv = || map.point(i as f64 / n as f64, j as f64 / n as f64);
+            out.nodes.push(border.at(i, j, n).unwrap_or_else(|| Node::inside(face, uv())));
+        }
+    }
+    let at = |i: usize, j: usize| rows[j] + i as u32;
+    for j in 0..n {
+        for i in 0..n - j {
+            out.push(&[at(i, j), at(i + 1, j), at(i, j + 1)]);
+            if i + j + 1 < n {
+                out.push(&[at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+    }
+    out
+}
+
+/// Three blocks of half by half quads that meet in the middle of the face.
+fn blocks(face: &Face, map: &ThreeSides, border: &ThreeBorders<'_>) -> Patchwork {
+    let n = map.ab.len() - 1;
+    let half = n / 2;
+    // Barycentric steps of 6 n: whole numbers, so that nodes shared by blocks are found again.
+    let unit = 6 * n;
+    let corner = [[0, 0], [unit, 0], [0, unit]];
+    let centre = [unit / 3, unit / 3];
+    let middle = |a: [usize; 2], b: [usize; 2]| [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+    let mut out = Patchwork::default();
+    let mut known = std::collections::BTreeMap::new();
+    for c in 0..3 {
+        let (here, next, before) = (corner[c], corner[(c + 1) % 3], corner[(c + 2) % 3]);
+        let (right, left) = (middle(here, next), middle(here, before));
+        let mut ids = vec![0; (half + 1) * (half + 1)];
+        for j in 0..=half {
+            for i in 0..=half {
+                let blend = |d: usize| {
+                    let (x, y, h) = (i as f64, j as f64, half as f64);
+                    ((here[d] as f64 * (h - x) + right[d] as f64 * x) * (h - y)
+                        + (left[d] as f64 * (h - x) + centre[d] as f64 * x) * y)
+                        / (h * h)
+                };
+                let (x, y) = (blend(0), blend(1));
+                let key = [(x * 64.0).round() as i64, (y * 64.0).round() as i64];
+                ids[j * (half + 1) + i] = *known.entry(key).or_insert_with(|| {
+                    let (x, y) = (x / unit as f64, y / unit as f64);
+                    let step = |s: f64| (s * n as f64).round() as usize;
+                    let on_border = x < 1e-9 || y < 1e-9 || x + y > 1.0 - 1e-9;
+                    let met = if on_border { border.at(step(x), step(y), n) } else { None };
+                    out.nodes.push(met.unwrap_or_else(|| Node::inside(face, map.point(x, y))));
+                    out.nodes.len() as u32 - 1
+                });
+            }
+        }
+        let at = |i: usize, j: usize| ids[j * (half + 1) + i];
+        for j in 0..half {
+            for i in 0..half {
+                out.push(&[at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+    }
+    out
+}

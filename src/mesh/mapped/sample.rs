@@ -1,0 +1,214 @@
+//! Edges and trim curves measured: length, turn, points at equal lengths, feet on trim curves.
+
+use crate::cad::model::{EdgeUse, Face};
+use crate::geometry::nurbs::{Curve2, Curve3};
+use crate::geometry::{Vec2, Vec3};
+
+/// Pieces of a knot span that lengths and turns are measured on.
+const PIECES: usize = 16;
+/// Nodes and weights of Gauss-Legendre quadrature with five points on [-1, 1].
+const GAUSS: [(f64, f64); 5] = [
+    (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
+    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+    (0.0, 0.568_888_888_888_888_9),
+    (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+    (0.906_179_845_938_664, 0.236_926_885_056_189_08),
+];
+
+/// Parameters that cut a knot vector's domain into small pieces, at least at every knot.
+fn stations(knots: &[f64], domain: [f64; 2]) -> Vec<f64> {
+    let mut breaks: Vec<f64> =
+        knots.iter().copied().filter(|&k| k > domain[0] && k < domain[1]).collect();
+    breaks.dedup();
+    breaks.insert(0, domain[0]);
+    breaks.push(domain[1]);
+    // Curves of very many spans are measured at knots alone.
+    let pieces = (1024 / breaks.len()).clamp(1, PIECES);
+    let mut out = vec![domain[0]];
+    for pair in breaks.windows(2) {
+        out.extend((1..=pieces).map(|k| {
+            let s = k as f64 / pieces as f64;
+            pair[0] * (1.0 - s) + pair[1] * s
+        }));
+    }
+    out
+}
+
+/// Angle between two vectors [rad]; 0 when one is zero.
+pub fn angle(a: &Vec3, b: &Vec3) -> f64 {
+    let (cross, dot) = (a.cross(b).norm(), a.dot(b));
+    if cross == 0.0 && dot == 0.0 { 0.0 } else { cross.atan2(dot) }
+}
+
+/// A curve measured along its length.
+pub struct Measured<'c> {
+    curve: &'c Curve3,
+    stations: Vec<f64>,
+    lengths: Vec<f64>,
+}
+
+impl<'c> Measured<'c> {
+    /// Measures `curve`; lengths are exact to about 1e-12 on arcs.
+    pub fn new(curve: &'c Curve3) -> Self {
+        let stations = stations(curve.knots(), curve.domain());
+        let mut lengths = vec![0.0];
+        let mut total = 0.0;
+        for pair in stations.windows(2) {
+            total += length_between(curve, pair[0], pair[1]);
+            lengths.push(total);
+        }
+        Self { curve, stations, lengths }
+    }
+
+    /// Whole length [mm].
+    pub fn length(&self) -> f64 {
+        self.lengths.last().copied().unwrap_or(0.0)
+    }
+
+    /// Angle the tangent turns through along the curve [rad].
+    pub fn turn(&self) -> f64 {
+        let tangents: Vec<Vec3> =
+            self.stations.iter().map(|&t| self.curve.derivs(t).d1).collect();
+        tangents.windows(2).map(|w| angle(&w[0], &w[1])).sum()
+    }
+
+    /// Parameter at the length `s` [mm] from the start.
+    fn parameter(&self, s: f64) -> f64 {
+        let last = self.stations.len() - 1;
+        let k = self.lengths.partition_point(|&l| l <= s).clamp(1, last);
+        let (t0, t1) = (self.stations[k - 1], self.stations[k]);
+        let (l0, l1) = (self.lengths[k - 1], self.lengths[k]);
+        if l1 <= l0 {
+            return t0;
+        }
+        let mut t = t0 + (t1 - t0) * ((s - l0) / (l1 - l0)).clamp(0.0, 1.0);
+        for _ in 0..8 {
+            let speed = self.curve.derivs(t).d1.norm();
+            if speed == 0.0 {
+                break;
+            }
+            let step = (s - l0 - length_between(self.curve, t0, t)) / speed;
+            t = (t + step).clamp(t0, t1);
+            if step.abs() <= 1e-14 * (t1 - t0) {
+                break;
+            }
+        }
+        t
+    }
+
+    /// The `count + 1` points that cut the curve into equal lengths.
+    pub fn divide(&self, count: usize) -> Vec<Vec3> {
+        let domain = self.curve.domain();
+        let mut out = Vec::with_capacity(count + 1);
+        out.push(self.curve.point(domain[0]));
+        for k in 1..count {
+            let s = self.length() * k as f64 / count as f64;
+            out.push(self.curve.point(self.parameter(s)));
+        }
+        out.push(self.curve.point(domain[1]));
+        out
+    }
+}
+
+fn length_between(curve: &Curve3, t0: f64, t1: f64) -> f64 {
+    let (mid, half) = (0.5 * (t0 + t1), 0.5 * (t1 - t0));
+    half * GAUSS.iter().map(|(x, w)| w * curve.derivs(mid + half * x).d1.norm()).sum::<f64>()
+}
+
+/// A trim curve lifted onto its face's surface.
+pub struct Lifted<'f> {
+    face: &'f Face,
+    curve: &'f Curve2,
+}
+
+impl<'f> Lifted<'f> {
+    /// The lifted curve of one edge use.
+    pub fn new(face: &'f Face, side: &'f EdgeUse) -> Self {
+        Self { face, curve: &side.pcurve }
+    }
+
+    /// Parameters at `t`.
+    pub fn uv(&self, t: f64) -> Vec2 {
+        self.curve.point(t)
+    }
+
+    /// Domain of the trim curve.
+    pub fn domain(&self) -> [f64; 2] {
+        self.curve.domain()
+    }
+
+    /// Tangent at the start or end, in the loop's direction; a short chord where the derivative vanishes.
+    pub fn end_tangent(&self, at_end: bool) -> Vec3 {
+        let [t0, t1] = self.domain();
+        let t = if at_end { t1 } else { t0 };
+        let uv = self.curve.derivs(t);
+        let s = self.face.surface.derivs(uv.c);
+        let tangent = s.su * uv.d1.x + s.sv * uv.d1.y;
+        let inside = t + (t0 + t1 - 2.0 * t) * 1e-3;
+        let chord = (self.face.surface.point(self.uv(inside)) - s.s) * if at_end { -1.0 } else { 1.0 };
+        let speed = chord.norm() / (1e-3 * (t1 - t0));
+        if tangent.norm() > 1e-3 * speed { tangent } else { chord }
+    }
+
+    /// Angle the surface normal turns through along the curve [rad].
+    pub fn normal_turn(&self) -> f64 {
+        let stations = stations(self.curve.knots(), self.domain());
+        // A straight trim curve on a curved surface has few knots of its own: measure it finely enough.
+        let normals: Vec<Vec3> =
+            stations.iter().filter_map(|&t| self.face.surface.normal(self.uv(t))).collect();
+        normals.windows(2).map(|w| angle(&w[0], &w[1])).sum()
+    }
+
+    /// Parameters (u, v) of `points` on the trim curve: feet of the points, in rising order, ends at ends.
+    pub fn feet(&self, points: &[Vec3]) -> Vec<Vec2> {
+        let [t0, t1] = self.domain();
+        let stations = stations(self.curve.knots(), [t0, t1]);
+        let places: Vec<Vec3> =
+            stations.iter().map(|&t| self.face.surface.point(self.uv(t))).collect();
+        let mut lengths = vec![0.0];
+        for w in places.windows(2) {
+            lengths.push(lengths[lengths.len() - 1] + (w[1] - w[0]).norm());
+        }
+        let chord: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
+        let whole: f64 = chord.iter().sum();
+        let mut out = vec![self.uv(t0)];
+        let (mut before, mut run) = (t0, 0.0);
+        for (k, p) in points.iter().enumerate().skip(1).take(points.len().saturating_sub(2)) {
+            run += chord[k - 1];
+            let share = if whole > 0.0 { run / whole } else { k as f64 / points.len() as f64 };
+            let guess = invert(&stations, &lengths, share * lengths[lengths.len() - 1]);
+            let t = self.foot(p, guess, [before, t1]);
+            out.push(self.uv(t));
+            before = t;
+        }
+        out.push(self.uv(t1));
+        out
+    }
+
+    fn foot(&self, p: &Vec3, guess: f64, range: [f64; 2]) -> f64 {
+        let mut t = guess.clamp(range[0], range[1]);
+        for _ in 0..20 {
+            let c = self.curve.derivs(t);
+            let s = self.face.surface.derivs(c.c);
+            let d = s.su * c.d1.x + s.sv * c.d1.y;
+            let square = d.norm_squared();
+            if square == 0.0 {
+                break;
+            }
+            let next = (t + (p - s.s).dot(&d) / square).clamp(range[0], range[1]);
+            let step = (next - t).abs();
+            t = next;
+            if step <= 1e-14 * (range[1] - range[0]) {
+                break;
+            }
+        }
+        t
+    }
+}
+
+fn invert(stations: &[f64], lengths: &[f64], s: f64) -> f64 {
+    let k = lengths.partition_point(|&l| l <= s).clamp(1, stations.len() - 1);
+    let gap = lengths[k] - lengths[k - 1];
+    let share = if gap > 0.0 { ((s - lengths[k - 1]) / gap).clamp(0.0, 1.0) } else { 0.0 };
+    stations[k - 1] + share * (stations[k] - stations[k - 1])
+}

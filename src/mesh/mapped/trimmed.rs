@@ -1,0 +1,325 @@
+//! Any trimmed face: constrained Delaunay triangulation in a parameter plane scaled to lengths in space,
+//! with points added where the surface curves.
+
+use std::collections::BTreeSet;
+
+use spade::handles::FixedVertexHandle;
+use spade::{ConstrainedDelaunayTriangulation, Point2, PositionInTriangulation, Triangulation};
+
+use super::MappedOptions;
+use super::demand::divisions;
+use super::patchwork::{Node, Patchwork};
+use super::sample::angle;
+use crate::cad::model::Face;
+use crate::geometry::{Vec2, Vec3};
+
+type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
+
+/// Rounds of halving edges that turn too much.
+const ROUNDS: usize = 24;
+/// Most nodes one face may get.
+const MOST_NODES: usize = 400_000;
+/// An edge is halved when it asks for more than this many divisions.
+const TOO_LONG: usize = 1;
+
+/// The plane the triangulation is made in: (u, v) moved and scaled so that lengths are near those in
+/// space, over the face's size.
+struct Plane {
+    origin: Vec2,
+    scale: Vec2,
+}
+
+impl Plane {
+    fn of(face: &Face, loops: &[Vec<Node>]) -> Self {
+        let nodes = || loops.iter().flatten();
+        let count = nodes().count().max(1) as f64;
+        let mut metric = Vec2::zeros();
+        let (mut low, mut high) = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
+        for node in nodes() {
+            low = low.inf(&node.uv);
+            high = high.sup(&node.uv);
+            let d = face.surface.derivs(node.uv);
+            metric += Vec2::new(d.su.norm(), d.sv.norm()) / count;
+        }
+        let middle = face.surface.derivs((low + high) * 0.5);
+        metric = (metric + Vec2::new(middle.su.norm(), middle.sv.norm())) * 0.5;
+        let size = (high - low).component_mul(&metric).max();
+        let scale = |k: usize| {
+            let s = metric[k] / size;
+            if s.is_finite() && s > 0.0 { s } else { 1.0 / (high[k] - low[k]).max(1e-300) }
+        };
+        Self { origin: low, scale: Vec2::new(scale(0), scale(1)) }
+    }
+
+    fn to_plane(&self, uv: Vec2) -> Point2<f64> {
+        let p = (uv - self.origin).component_mul(&self.scale);
+        // The triangulation refuses coordinates below 1e-142 that are not zero.
+        let clean = |x: f64| if x.abs() < 1e-100 { 0.0 } else { x };
+        Point2::new(clean(p.x), clean(p.y))
+    }
+
+    fn to_uv(&self, p: Point2<f64>) -> Vec2 {
+        Vec2::new(p.x, p.y).component_div(&self.scale) + self.origin
+    }
+}
+
+struct Triangulator<'f> {
+    face: &'f Face,
+    plane: Plane,
+    cdt: Delaunay,
+    /// Node of each vertex of the triangulation.
+    nodes: Vec<Node>,
+    normals: Vec<Option<Vec3>>,
+}
+
+/// Triangles between closed loops of border nodes (outer loop counter-clockwise, holes clockwise; the
+/// first node is not repeated). The border's segments are sides of the triangles, undivided.
+///
+/// # Errors
+/// A sentence saying why the loops bound no region; finer borders may.
+pub fn triangulate(
+    face: &Face,
+    loops: &[Vec<Node>],
+    options: &MappedOptions,
+) -> Result<Patchwork, String> {
+    let plane = Plane::of(face, loops);
+    let mut work = Triangulator {
+        face,
+        plane,
+        cdt: Delaunay::new(),
+        nodes: Vec::new(),
+        normals: Vec::new(),
+    };
+    let segments = work.insert_border(loops)?;
+    let inside = work.inside();
+    work.check_border(&inside, &segments)?;
+    let border_count = work.nodes.len();
+    work.refine(options)?;
+    work.smooth(border_count);
+    let mut out = Patchwork { nodes: work.nodes.clone(), elements: Vec::new() };
+    for triangle in work.inside() {
+        out.push(&triangle.map(|n| n as u32));
+    }
+    if out.elements.is_empty() {
+        return Err("its border bounds no area".into());
+    }
+    Ok(out)
+}
+
+impl Triangulator<'_> {
+    fn add(&mut self, node: Node) -> Result<FixedVertexHandle, String> {
+        let place = self.plane.to_plane(node.uv);
+        let handle = self.cdt.insert(place).map_err(|e| format!("parameters {e}"))?;
+        if handle.index() == self.nodes.len() {
+            self.nodes.push(node);
+            self.normals.push(self.face.surface.normal(node.uv));
+        }
+        Ok(handle)
+    }
+
+    fn insert_border(&mut self, loops: &[Vec<Node>]) -> Result<BTreeSet<[usize; 2]>, String> {
+        let mut rings = Vec::new();
+        for nodes in loops {
+            let mut ring = nodes.iter().map(|&n| self.add(n)).collect::<Result<Vec<_>, _>>()?;
+            ring.dedup();
+            rings.push(ring);
+        }
+        let mut segments = BTreeSet::new();
+        for ring in &rings {
+            for k in 0..ring.len() {
+                let (a, b) = (ring[k], ring[(k + 1) % ring.len()]);
+                if a == b {
+                    continue;
+                }
+                if !self.cdt.can_add_constraint(a, b) {
+                    return Err("chords of its border cross".into());
+                }
+                self.cdt.add_constraint(a, b);
+                if !segments.insert([a.index(), b.index()]) {
+                    return Err("its border runs twice over the same chord".into());
+                }
+            }
+        }
+        Ok(segments)
+    }
+
+    /// Triangles inside the border: an odd number of border segments away from the outside.
+    fn inside(&self) -> Vec<[usize; 3]> {
+        let outer = self.cdt.outer_face().fix();
+        let mut parity = vec![None; self.cdt.num_all_faces()];
+        parity[outer.index()] = Some(false);
+        let mut queue: std::collections::VecDeque<_> = self
+            .cdt
+            .convex_hull()
+            .map(|e| (e.rev().face().fix(), e.is_constraint_edge()))
+            .collect();
+        while let Some((face, odd)) = queue.pop_front() {
+            if parity[face.index()].is_some() {
+                continue;
+            }
+            parity[face.index()] = Some(odd);
+            if let Some(inner) = self.cdt.face(face).as_inner() {
+                for e in inner.adjacent_edges() {
+                    queue.push_back((e.rev().face().fix(), odd ^ e.is_constraint_edge()));
+                }
+            }
+        }
+        let faces = self.cdt.inner_faces();
+        faces
+            .filter(|f| parity[f.fix().index()] == Some(true))
+            .map(|f| f.vertices().map(|v| v.fix().index()))
+            .collect()
+    }
+
+    /// Every border segment must be a side of exactly one inside triangle, run the loop's way.
+    fn check_border(
+        &self,
+        inside: &[[usize; 3]],
+        segments: &BTreeSet<[usize; 2]>,
+    ) -> Result<(), String> {
+        let mut sides = BTreeSet::new();
+        for t in inside {
+            (0..3).for_each(|k| {
+                sides.insert([t[k], t[(k + 1) % 3]]);
+            });
+        }
+        let alone = sides.iter().filter(|[a, b]| !sides.contains(&[*b, *a])).count();
+        let met = segments.iter().filter(|s| sides.contains(*s)).count();
+        if met == segments.len() && alone == segments.len() {
+            Ok(())
+        } else {
+            Err(format!("the chords of its border touch ({met} of {} are sides)", segments.len()))
+        }
+    }
+
+    /// Halves inner edges along which the surface asks for more divisions than one.
+    fn refine(&mut self, options: &MappedOptions) -> Result<(), String> {
+        for _ in 0..ROUNDS {
+            let mut wanted: Vec<(f64, Point2<f64>)> = Vec::new();
+            let mut seen = BTreeSet::new();
+            for t in self.inside() {
+                let (length, a, b, apex) = self.longest_offender(&t, options);
+                if length > 0.0 && seen.insert([a.min(b), a.max(b)]) {
+                    let (pa, pb) = (self.place(a), self.place(b));
+                    let mid = Point2::new(0.5 * (pa.x + pb.x), 0.5 * (pa.y + pb.y));
+                    let span = (pa.x - pb.x).hypot(pa.y - pb.y);
+                    let c = self.place(apex);
+                    if (c.x - mid.x).hypot(c.y - mid.y) > 0.2 * span {
+                        wanted.push((length, mid));
+                    }
+                }
+            }
+            if wanted.is_empty() || self.nodes.len() > MOST_NODES {
+                break;
+            }
+            wanted.sort_by(|a, b| b.0.total_cmp(&a.0));
+            for (length, mid) in wanted {
+                self.insert_inside(mid, length)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn place(&self, n: usize) -> Point2<f64> {
+        self.plane.to_plane(self.nodes[n].uv)
+    }
+
+    /// Longest inner side of a triangle that asks for division: its length in space (0: none), ends, apex.
+    fn longest_offender(
+        &self,
+        t: &[usize; 3],
+        options: &MappedOptions,
+    ) -> (f64, usize, usize, usize) {
+        let mut best = (0.0, 0, 0, 0);
+        for k in 0..3 {
+            let (a, b, apex) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
+            let handle = |n: usize| FixedVertexHandle::from_index(n);
+            let on_border = self
+                .cdt
+                .get_edge_from_neighbors(handle(a), handle(b))
+                .is_none_or(|e| e.is_constraint_edge());
+            if on_border {
+                continue;
+            }
+            let uv = (self.nodes[a].uv + self.nodes[b].uv) * 0.5;
+            let (middle, normal) = (self.face.surface.point(uv), self.face.surface.normal(uv));
+            let length = (middle - self.nodes[a].point).norm() + (self.nodes[b].point - middle).norm();
+            let turn = |n: Option<Vec3>| n.zip(normal).map_or(0.0, |(a, b)| angle(&a, &b));
+            let turn = turn(self.normals[a]) + turn(self.normals[b]);
+            // A diagonal may turn through half as much again as a side.
+            if length > best.0 && divisions(options, turn / 1.5, length / 1.5) > TOO_LONG {
+                best = (length, a, b, apex);
+            }
+        }
+        best
+    }
+
+    /// Adds a point unless it falls on the border or near an existing node (under 0.3 of `length`).
+    fn insert_inside(&mut self, p: Point2<f64>, length: f64) -> Result<(), String> {
+        let edge_or_face: Vec<usize> = match self.cdt.locate(p) {
+            PositionInTriangulation::OnFace(f) => {
+                self.cdt.face(f).vertices().iter().map(|v| v.fix().index()).collect()
+            }
+            PositionInTriangulation::OnEdge(e) => {
+                let edge = self.cdt.directed_edge(e);
+                if edge.is_constraint_edge() {
+                    return Ok(());
+                }
+                edge.vertices().iter().map(|v| v.fix().index()).collect()
+            }
+            _ => return Ok(()),
+        };
+        let node = Node::inside(self.face, self.plane.to_uv(p));
+        let near = edge_or_face
+            .iter()
+            .any(|&n| (self.nodes[n].point - node.point).norm() < 0.3 * length);
+        if !near {
+            self.add(node)?;
+        }
+        Ok(())
+    }
+
+    /// Moves inner nodes towards the middle of their neighbours while no triangle around them gets thinner.
+    fn smooth(&mut self, border_count: usize) {
+        if self.nodes.len() == border_count {
+            return;
+        }
+        let triangles = self.inside();
+        let mut around: Vec<Vec<[usize; 3]>> = vec![Vec::new(); self.nodes.len()];
+        for t in &triangles {
+            t.iter().for_each(|&n| around[n].push(*t));
+        }
+        let mut place: Vec<Vec2> = (0..self.nodes.len())
+            .map(|n| Vec2::new(self.place(n).x, self.place(n).y))
+            .collect();
+        for _ in 0..3 {
+            for n in border_count..place.len() {
+                let star = &around[n];
+                let others = star.iter().flatten().filter(|&&m| m != n);
+                let count = 2 * star.len();
+                if count == 0 {
+                    continue;
+                }
+                let (old, before) = (place[n], thinnest(star, &place));
+                place[n] = others.map(|&m| place[m]).sum::<Vec2>() / count as f64;
+                if thinnest(star, &place) <= before {
+                    place[n] = old;
+                }
+            }
+        }
+        for n in border_count..place.len() {
+            let uv = self.plane.to_uv(Point2::new(place[n].x, place[n].y));
+            self.nodes[n] = Node::inside(self.face, uv);
+        }
+    }
+}
+
+/// Smallest ratio of twice the area to the square of the longest side; negative when one is inverted.
+fn thinnest(triangles: &[[usize; 3]], place: &[Vec2]) -> f64 {
+    let ratio = |t: &[usize; 3]| {
+        let [a, b, c] = t.map(|n| place[n]);
+        let (u, v, w) = (b - a, c - a, c - b);
+        (u.x * v.y - u.y * v.x) / u.norm_squared().max(v.norm_squared()).max(w.norm_squared())
+    };
+    triangles.iter().map(ratio).fold(f64::INFINITY, f64::min)
+}

@@ -9,7 +9,9 @@ use crate::files::WriteError;
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
     /// The model has nothing to mesh.
-    #[error("{name}: the model has no faces to mesh; check with `kanagata inspect` what its file holds")]
+    #[error(
+        "{name}: the model has no faces to mesh; check with `kanagata inspect` what its file holds"
+    )]
     NoFaces {
         /// Name of the model.
         name: String,

@@ -7,7 +7,7 @@ use super::sample::{Lifted, Measured};
 use super::sides::Shape;
 use crate::cad::Model;
 use crate::cad::model::{EdgeUse, Face};
-use crate::geometry::Vec3;
+use crate::geometry::{Vec2, Vec3};
 
 /// Vertices of the mesh on the edges of the model.
 pub struct Border {
@@ -51,7 +51,7 @@ impl Border {
             for k in (0..count).filter(|&k| trim.uses[k].edge.is_none()) {
                 let at = self.pole_vertex(&trim.uses, k);
                 let opposite = opposite_of(shape, k)
-                    .map(|uses| uses.iter().flat_map(|&u| &sides[u]).map(|n| n.uv).collect());
+                    .map(|uses| joined(&sides, uses).iter().map(|n| n.uv).collect());
                 sides[k] = pole_nodes(face, &trim.uses[k], at, opposite, poles);
             }
             out.push(sides);
@@ -93,7 +93,7 @@ fn pole_nodes(
     face: &Face,
     side: &EdgeUse,
     at: Option<u32>,
-    opposite: Option<Vec<crate::geometry::Vec2>>,
+    opposite: Option<Vec<Vec2>>,
     poles: usize,
 ) -> Vec<Node> {
     let lifted = Lifted::new(face, side);
@@ -101,8 +101,7 @@ fn pole_nodes(
     // The opposite side runs the other way; its parameters, not its lengths, are matched.
     let shares: Vec<f64> = match opposite.filter(|o| o.len() > 1) {
         Some(uv) => {
-            let steps: Vec<f64> =
-                uv.windows(2).rev().map(|w| (w[1] - w[0]).norm()).collect();
+            let steps: Vec<f64> = uv.windows(2).rev().map(|w| (w[1] - w[0]).norm()).collect();
             let whole: f64 = steps.iter().sum();
             let run = steps.iter().scan(0.0, |sum, s| {
                 *sum += s;
@@ -121,13 +120,31 @@ fn pole_nodes(
     nodes.collect()
 }
 
-/// Nodes halfway along the segments of a face whose border is twice as fine: coarse loops (every other
-/// node), and for each coarse segment, by positions in the coarse loops' nodes one after the other, the
-/// node between.
-pub type Halved = (Vec<Vec<Vec<Node>>>, BTreeMap<[u32; 2], Node>);
+/// The nodes of several uses in a row, joints once.
+pub fn joined(sides: &[Vec<Node>], uses: &[usize]) -> Vec<Node> {
+    let mut out: Vec<Node> = Vec::new();
+    for &u in uses {
+        let skip = usize::from(!out.is_empty());
+        out.extend(sides[u].iter().skip(skip));
+    }
+    out
+}
 
-/// Takes every other node of each side.
+/// Every other node of each side.
 pub fn every_other(sides: &[Vec<Vec<Node>>]) -> Vec<Vec<Vec<Node>>> {
     let thin = |side: &Vec<Node>| side.iter().step_by(2).copied().collect();
     sides.iter().map(|l| l.iter().map(thin).collect()).collect()
+}
+
+/// The nodes [`every_other`] leaves out, by the vertex ids of their neighbours (smaller first).
+pub fn halfway(sides: &[Vec<Vec<Node>>]) -> BTreeMap<[u32; 2], Node> {
+    let mut out = BTreeMap::new();
+    for side in sides.iter().flatten() {
+        for w in side.windows(3).step_by(2) {
+            if let (Some(a), Some(b)) = (w[0].id, w[2].id) {
+                out.insert([a.min(b), a.max(b)], w[1]);
+            }
+        }
+    }
+    out
 }

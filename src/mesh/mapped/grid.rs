@@ -4,7 +4,10 @@ use crate::geometry::Vec2;
 
 /// A quantity that can be blended.
 pub trait Blend:
-    Copy + std::ops::Add<Output = Self> + std::ops::Sub<Output = Self> + std::ops::Mul<f64, Output = Self>
+    Copy
+    + std::ops::Add<Output = Self>
+    + std::ops::Sub<Output = Self>
+    + std::ops::Mul<f64, Output = Self>
 {
 }
 
@@ -33,18 +36,19 @@ pub struct FourSides<T> {
 /// Shares of the way along each side, in the layout of [`FourSides`].
 pub type Shares = FourSides<f64>;
 
-impl<T: Blend> FourSides<T> {
+impl<T> FourSides<T> {
     /// Cells along and across.
     pub fn cells(&self) -> [usize; 2] {
         [self.bottom.len() - 1, self.left.len() - 1]
     }
+}
 
+impl<T: Blend> FourSides<T> {
     /// Coons' map at grid point (i, j): `(1-y) B + y T + (1-x) L + x R - bilinear(corners)`, where x and y
     /// are blended from the shares of the way of the four border points.
     pub fn point(&self, shares: &Shares, i: usize, j: usize) -> T {
         let [m, n] = self.cells();
-        let (xb, xt, yl, yr) =
-            (shares.bottom[i], shares.top[i], shares.left[j], shares.right[j]);
+        let (xb, xt, yl, yr) = (shares.bottom[i], shares.top[i], shares.left[j], shares.right[j]);
         // Crossing of the lines (xb, 0)-(xt, 1) and (0, yl)-(1, yr) in the unit square.
         let x = (xb + yl * (xt - xb)) / (1.0 - (xt - xb) * (yr - yl));
         let y = yl + x * (yr - yl);

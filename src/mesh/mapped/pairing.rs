@@ -23,11 +23,9 @@ pub fn pair(face: &Face, work: &mut Patchwork) {
     }
     let normals: Vec<Option<Vec3>> = work.nodes.iter().map(|n| face.surface.normal(n.uv)).collect();
     let mut pairs = Vec::new();
-    for (&[a, b], &left) in owner.range(..) {
+    for (&[a, b], &left) in &owner {
         let Some(&right) = owner.get(&[b, a]).filter(|_| a < b) else { continue };
-        let apex = |k: usize| {
-            work.elements[k].nodes().iter().copied().find(|&n| n != a && n != b)
-        };
+        let apex = |k: usize| work.elements[k].nodes().iter().copied().find(|&n| n != a && n != b);
         let (Some(c), Some(d)) = (apex(left), apex(right)) else { continue };
         // `left` runs a b c, `right` b a d: the quad is a d b c.
         let ring = [a, d, b, c];

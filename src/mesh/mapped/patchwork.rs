@@ -77,26 +77,29 @@ impl Patchwork {
             let Some(normal) = normals[ring[k] as usize] else { continue };
             let (out, back) = (at(k + 1) - at(k), at(k + count - 1) - at(k));
             let scale = out.norm() * back.norm();
-            worst = worst.min(if scale > 0.0 { out.cross(&back).dot(&normal) / scale } else { -1.0 });
+            worst =
+                worst.min(if scale > 0.0 { out.cross(&back).dot(&normal) / scale } else { -1.0 });
         }
         worst
     }
 
     /// Splits quads in four and triangles in three quads; `middle` gives the node halfway along a border
-    /// segment, by the local ids of its ends.
+    /// segment, by the vertex ids of its ends (smaller first).
     pub fn refined(&self, face: &Face, middle: &BTreeMap<[u32; 2], Node>) -> Self {
         let mut out = Self { nodes: self.nodes.clone(), elements: Vec::new() };
-        let mut halves: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+        let mut halves = BTreeMap::new();
+        // Nodes of a pole are one vertex: sides are told apart by vertex where there is one.
+        let name = |n: u32| self.nodes[n as usize].id.map_or((1, n), |id| (0, id));
         for e in &self.elements {
             let ring = e.nodes();
             let count = ring.len();
             let mut mids = Vec::with_capacity(4);
             for [a, b] in e.sides() {
-                let key = [a.min(b), a.max(b)];
-                let id = *halves.entry(key).or_insert_with(|| {
+                let (x, y) = (name(a).min(name(b)), name(a).max(name(b)));
+                let id = *halves.entry((x, y)).or_insert_with(|| {
                     let uv = (self.nodes[a as usize].uv + self.nodes[b as usize].uv) * 0.5;
-                    let fresh = || Node::inside(face, uv);
-                    out.nodes.push(middle.get(&key).copied().unwrap_or_else(fresh));
+                    let known = if x.0 == 0 && y.0 == 0 { middle.get(&[x.1, y.1]) } else { None };
+                    out.nodes.push(known.copied().unwrap_or_else(|| Node::inside(face, uv)));
                     out.nodes.len() as u32 - 1
                 });
                 mids.push(id);

@@ -22,8 +22,10 @@ pub fn four(face: &Face, sides: &[Vec<Node>; 4]) -> Option<Patchwork> {
     };
     let plane = grid(face, &border, false);
     let quality = plane.worst_corner(face);
-    if quality >= POOR {
-        return Some(plane);
+    // At a pole corners are narrow whatever is done.
+    let has_pole = sides.iter().any(|s| s.iter().all(|n| n.same(&s[0])));
+    if quality >= POOR || has_pole {
+        return (quality > 0.0).then_some(plane);
     }
     let space = grid(face, &border, true);
     let other = space.worst_corner(face);

@@ -67,8 +67,7 @@ impl<'c> Measured<'c> {
 
     /// Angle the tangent turns through along the curve [rad].
     pub fn turn(&self) -> f64 {
-        let tangents: Vec<Vec3> =
-            self.stations.iter().map(|&t| self.curve.derivs(t).d1).collect();
+        let tangents: Vec<Vec3> = self.stations.iter().map(|&t| self.curve.derivs(t).d1).collect();
         tangents.windows(2).map(|w| angle(&w[0], &w[1])).sum()
     }
 
@@ -145,7 +144,8 @@ impl<'f> Lifted<'f> {
         let s = self.face.surface.derivs(uv.c);
         let tangent = s.su * uv.d1.x + s.sv * uv.d1.y;
         let inside = t + (t0 + t1 - 2.0 * t) * 1e-3;
-        let chord = (self.face.surface.point(self.uv(inside)) - s.s) * if at_end { -1.0 } else { 1.0 };
+        let chord =
+            (self.face.surface.point(self.uv(inside)) - s.s) * if at_end { -1.0 } else { 1.0 };
         let speed = chord.norm() / (1e-3 * (t1 - t0));
         if tangent.norm() > 1e-3 * speed { tangent } else { chord }
     }

@@ -83,13 +83,8 @@ pub fn triangulate(
     options: &MappedOptions,
 ) -> Result<Patchwork, String> {
     let plane = Plane::of(face, loops);
-    let mut work = Triangulator {
-        face,
-        plane,
-        cdt: Delaunay::new(),
-        nodes: Vec::new(),
-        normals: Vec::new(),
-    };
+    let mut work =
+        Triangulator { face, plane, cdt: Delaunay::new(), nodes: Vec::new(), normals: Vec::new() };
     let segments = work.insert_border(loops)?;
     let inside = work.inside();
     work.check_border(&inside, &segments)?;
@@ -243,7 +238,8 @@ impl Triangulator<'_> {
             }
             let uv = (self.nodes[a].uv + self.nodes[b].uv) * 0.5;
             let (middle, normal) = (self.face.surface.point(uv), self.face.surface.normal(uv));
-            let length = (middle - self.nodes[a].point).norm() + (self.nodes[b].point - middle).norm();
+            let length =
+                (middle - self.nodes[a].point).norm() + (self.nodes[b].point - middle).norm();
             let turn = |n: Option<Vec3>| n.zip(normal).map_or(0.0, |(a, b)| angle(&a, &b));
             let turn = turn(self.normals[a]) + turn(self.normals[b]);
             // A diagonal may turn through half as much again as a side.
@@ -270,9 +266,8 @@ impl Triangulator<'_> {
             _ => return Ok(()),
         };
         let node = Node::inside(self.face, self.plane.to_uv(p));
-        let near = edge_or_face
-            .iter()
-            .any(|&n| (self.nodes[n].point - node.point).norm() < 0.3 * length);
+        let near =
+            edge_or_face.iter().any(|&n| (self.nodes[n].point - node.point).norm() < 0.3 * length);
         if !near {
             self.add(node)?;
         }
@@ -289,9 +284,8 @@ impl Triangulator<'_> {
         for t in &triangles {
             t.iter().for_each(|&n| around[n].push(*t));
         }
-        let mut place: Vec<Vec2> = (0..self.nodes.len())
-            .map(|n| Vec2::new(self.place(n).x, self.place(n).y))
-            .collect();
+        let mut place: Vec<Vec2> =
+            (0..self.nodes.len()).map(|n| Vec2::new(self.place(n).x, self.place(n).y)).collect();
         for _ in 0..3 {
             for n in border_count..place.len() {
                 let star = &around[n];

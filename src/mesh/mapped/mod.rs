@@ -1,0 +1,330 @@
+//! The built-in mesher: a conforming mesh of the whole model whose lines run along the borders of its
+//! CAD faces.
+//!
+//! Four-sided faces get a tensor grid of quads on the exact surface, three-sided ones triangles or three
+//! blocks of quads, all others a constrained Delaunay triangulation joined to quads. Edges are divided
+//! once, so that neighbours share their nodes; how often is agreed over chains of opposite edges
+//! ([`divisions`]) from what the curvature asks ([`MappedOptions::arc_divisions`]). Flats get the fewest.
+
+mod border;
+mod demand;
+pub mod divisions;
+mod grid;
+mod pairing;
+mod patchwork;
+mod regions;
+mod sample;
+mod sides;
+#[cfg(test)]
+mod tests;
+mod trimmed;
+
+use rayon::prelude::*;
+
+use self::border::{Border, every_other, halfway, joined};
+use self::divisions::{Assignment, Rule, assign};
+use self::patchwork::{Node, Patchwork};
+use self::sides::Shape;
+use super::{Element, MeshError, SurfaceMesh};
+use crate::cad::Model;
+use crate::cad::model::{Face, SurfaceKind};
+use crate::geometry::Vec3;
+
+/// What kinds of element a mesh is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MeshStyle {
+    /// Quads on four-sided faces, three blocks of quads on curved three-sided ones; elsewhere quads with a
+    /// few triangles between.
+    #[default]
+    Structured,
+    /// As structured, with triangles on three-sided faces.
+    Mixed,
+    /// Triangles only.
+    Triangles,
+    /// Quads only (but for triangles at poles).
+    Quads,
+}
+
+/// Size and style of a mapped mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MappedOptions {
+    /// Divisions of a fillet that turns through 90 degrees, 1 to 1000.
+    pub arc_divisions: usize,
+    /// Longest element side [mm] (about), > 0; `None` = as long as curvature lets it.
+    pub max_size: Option<f64>,
+    /// Largest distance of a flat element from the surface [mm] (about), > 0.
+    pub chord_error: Option<f64>,
+    /// Kinds of element.
+    pub style: MeshStyle,
+}
+
+impl Default for MappedOptions {
+    fn default() -> Self {
+        Self { arc_divisions: 4, max_size: None, chord_error: None, style: MeshStyle::default() }
+    }
+}
+
+/// Times the borders of faces that could not be meshed are made finer.
+const ROUNDS: usize = 7;
+/// Most elements of a mesh (ids are 32 bits).
+const MOST_ELEMENTS: usize = 200_000_000;
+
+/// Meshes every face of `model`.
+///
+/// # Errors
+/// [`MeshError::NoFaces`], [`MeshError::Option`]; [`MeshError::Faces`] names the first of the faces whose
+/// border bounds no region even when it is made finer.
+pub fn mesh(model: &Model, options: &MappedOptions) -> Result<SurfaceMesh, MeshError> {
+    check_options(options)?;
+    if model.faces.is_empty() {
+        return Err(MeshError::NoFaces { name: model.name.clone() });
+    }
+    if options.style != MeshStyle::Quads {
+        return Mesher::new(model, options, false).run();
+    }
+    let structured = MappedOptions { style: MeshStyle::Structured, ..*options };
+    let mesh = Mesher::new(model, &structured, false).run()?;
+    if mesh.elements.iter().all(|e| e.nodes().len() == 4) {
+        return Ok(mesh);
+    }
+    Mesher::new(model, &structured, true).run()
+}
+
+fn check_options(options: &MappedOptions) -> Result<(), MeshError> {
+    if !(1..=1000).contains(&options.arc_divisions) {
+        let found = options.arc_divisions.to_string();
+        return Err(MeshError::Option { option: "--arc-divisions", found, allowed: "1 to 1000" });
+    }
+    for (option, value) in
+        [("--max-size", options.max_size), ("--chord-error", options.chord_error)]
+    {
+        if let Some(v) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+            let allowed = "a length in mm above zero";
+            return Err(MeshError::Option { option, found: v.to_string(), allowed });
+        }
+    }
+    Ok(())
+}
+
+/// One meshing of a model.
+struct Mesher<'m> {
+    model: &'m Model,
+    options: &'m MappedOptions,
+    /// Mesh with borders half as fine, then split every element into quads.
+    halved: bool,
+    shapes: Vec<Shape>,
+    lengths: Vec<f64>,
+    minima: Vec<usize>,
+    /// Divisions of a pole that faces another pole, by face.
+    poles: Vec<usize>,
+}
+
+impl<'m> Mesher<'m> {
+    fn new(model: &'m Model, options: &'m MappedOptions, halved: bool) -> Self {
+        let shapes: Vec<Shape> = model.faces.par_iter().map(sides::shape).collect();
+        let (mut minima, lengths) = demand::edge_minima(model, options);
+        let inside: Vec<[usize; 2]> = model
+            .faces
+            .par_iter()
+            .zip(&shapes)
+            .map(|(face, shape)| demand::inside_demand(face, shape, options))
+            .collect();
+        for ((face, shape), asked) in model.faces.iter().zip(&shapes).zip(&inside) {
+            let Shape::Four(sides) = shape else { continue };
+            for (k, side) in sides.iter().enumerate() {
+                raise_side(face, side, asked[k % 2], &mut minima, &lengths);
+            }
+        }
+        let poles = inside.iter().map(|a| a[0].max(a[1]).max(2)).collect();
+        Self { model, options, halved, shapes, lengths, minima, poles }
+    }
+
+    fn run(mut self) -> Result<SurfaceMesh, MeshError> {
+        let mut failed = Vec::new();
+        for _ in 0..ROUNDS {
+            let (rules, owners) = self.rules();
+            let minima: Vec<usize> = if self.halved {
+                self.minima.iter().map(|n| n.div_ceil(2)).collect()
+            } else {
+                self.minima.clone()
+            };
+            let agreed = assign(&minima, &self.lengths, &rules);
+            let mapped = self.mapped_faces(&agreed, &owners);
+            let factor = if self.halved { 2 } else { 1 };
+            let counts: Vec<usize> = agreed.counts.iter().map(|n| n * factor).collect();
+            self.check_size(&counts)?;
+            let border = Border::new(self.model, &counts);
+            let works: Vec<Result<Patchwork, String>> = (0..self.model.faces.len())
+                .into_par_iter()
+                .map(|f| self.face(&border, f, mapped[f]))
+                .collect();
+            failed = works
+                .iter()
+                .enumerate()
+                .filter_map(|(f, w)| w.as_ref().err().map(|e| (f, e.clone())))
+                .collect::<Vec<_>>();
+            if failed.is_empty() {
+                return Ok(self.merge(border, works.into_iter().flatten().collect()));
+            }
+            for (f, _) in &failed {
+                for side in self.model.faces[*f].loops.iter().flat_map(|l| &l.uses) {
+                    if let Some(e) = side.edge {
+                        self.minima[e] = (2 * agreed.counts[e] * factor).min(20_000);
+                    }
+                }
+            }
+        }
+        let (face, reason) = failed.swap_remove(0);
+        Err(MeshError::Faces {
+            count: failed.len() + 1,
+            total: self.model.faces.len(),
+            face,
+            source_entity: self.model.faces[face].source.clone(),
+            reason,
+        })
+    }
+
+    /// Rules of the faces that are to be mapped, and the face each belongs to.
+    fn rules(&self) -> (Vec<Rule>, Vec<usize>) {
+        let (mut rules, mut owners) = (Vec::new(), Vec::new());
+        for (f, face) in self.model.faces.iter().enumerate() {
+            let edges = |side: &[usize]| -> Option<Vec<usize>> {
+                side.iter().map(|&u| face.loops[0].uses[u].edge).collect()
+            };
+            let mut rule = |a: &[usize], b: &[usize]| {
+                if let (Some(a), Some(b)) = (edges(a), edges(b)) {
+                    rules.push(Rule::Equal(a, b));
+                    owners.push(f);
+                }
+            };
+            match &self.shapes[f] {
+                Shape::Four([a, b, c, d]) => {
+                    rule(a, c);
+                    rule(b, d);
+                }
+                Shape::Three([a, b, c]) if face.kind != SurfaceKind::Plane => {
+                    rule(a, b);
+                    rule(b, c);
+                    if self.three_blocks()
+                        && let Some(a) = edges(a)
+                    {
+                        rules.push(Rule::Even(a));
+                        owners.push(f);
+                    }
+                }
+                _ => {}
+            }
+        }
+        (rules, owners)
+    }
+
+    fn three_blocks(&self) -> bool {
+        self.options.style == MeshStyle::Structured && !self.halved
+    }
+
+    fn mapped_faces(&self, agreed: &Assignment, owners: &[usize]) -> Vec<bool> {
+        let mut mapped: Vec<bool> = self.shapes.iter().map(|s| *s != Shape::Other).collect();
+        for (&f, &kept) in owners.iter().zip(&agreed.kept) {
+            mapped[f] &= kept;
+        }
+        mapped
+    }
+
+    fn check_size(&self, counts: &[usize]) -> Result<(), MeshError> {
+        let total: usize = counts.iter().sum();
+        if total > MOST_ELEMENTS / 16 {
+            let found =
+                format!("{} (asks for {total} divisions of edges)", self.options.arc_divisions);
+            let allowed = "a size that gives at most 12500000 divisions of edges";
+            return Err(MeshError::Option { option: "--arc-divisions", found, allowed });
+        }
+        Ok(())
+    }
+
+    fn face(&self, border: &Border, f: usize, mapped: bool) -> Result<Patchwork, String> {
+        let (face, shape) = (&self.model.faces[f], &self.shapes[f]);
+        let sides = border.loops(face, shape, self.poles[f] + self.poles[f] % 2);
+        if !self.halved {
+            return self.region(face, shape, &sides, mapped);
+        }
+        let coarse = self.region(face, shape, &every_other(&sides), mapped)?;
+        Ok(coarse.refined(face, &halfway(&sides)))
+    }
+
+    fn region(
+        &self,
+        face: &Face,
+        shape: &Shape,
+        loops: &[Vec<Vec<Node>>],
+        mapped: bool,
+    ) -> Result<Patchwork, String> {
+        let side = |uses: &Vec<usize>| joined(&loops[0], uses);
+        let work = match shape {
+            Shape::Four(s) if mapped => {
+                let sides = [side(&s[0]), side(&s[1]), side(&s[2]), side(&s[3])];
+                let agree = sides[0].len() == sides[2].len() && sides[1].len() == sides[3].len();
+                if agree { regions::four(face, &sides) } else { None }
+            }
+            Shape::Three(s) if mapped => {
+                let sides = [side(&s[0]), side(&s[1]), side(&s[2])];
+                let agree = sides.iter().all(|s| s.len() == sides[0].len());
+                if agree { regions::three(face, &sides, self.three_blocks()) } else { None }
+            }
+            _ => None,
+        };
+        if let Some(work) = work {
+            return Ok(work);
+        }
+        let rings: Vec<Vec<Node>> = loops
+            .iter()
+            .map(|sides| {
+                sides.iter().flat_map(|s| s.iter().take(s.len().max(1) - 1)).copied().collect()
+            })
+            .collect();
+        let mut work = trimmed::triangulate(face, &rings, self.options)?;
+        if self.options.style != MeshStyle::Triangles {
+            pairing::pair(face, &mut work);
+        }
+        Ok(work)
+    }
+
+    fn merge(&self, border: Border, works: Vec<Patchwork>) -> SurfaceMesh {
+        let mut out = SurfaceMesh { vertices: border.points, elements: Vec::new() };
+        for (f, work) in works.iter().enumerate() {
+            let mut ids = Vec::with_capacity(work.nodes.len());
+            for node in &work.nodes {
+                ids.push(node.id.unwrap_or(out.vertices.len() as u32));
+                if node.id.is_none() {
+                    out.vertices.push(node.point);
+                }
+            }
+            for e in &work.elements {
+                let ring: Vec<u32> = e.nodes().iter().map(|&n| ids[n as usize]).collect();
+                if let Some(e) = Element::from_ring(&ring, f as u32) {
+                    let flipped = self.model.faces[f].flipped;
+                    out.elements.push(if flipped { e.reversed() } else { e });
+                }
+            }
+        }
+        out.compact();
+        if self.options.style == MeshStyle::Triangles { out.to_triangles() } else { out }
+    }
+}
+
+/// Raises the minima of a side's edges to `asked` in all, by length.
+fn raise_side(face: &Face, side: &[usize], asked: usize, minima: &mut [usize], lengths: &[f64]) {
+    let edges: Vec<usize> = side.iter().filter_map(|&u| face.loops[0].uses[u].edge).collect();
+    let whole: f64 = edges.iter().map(|&e| lengths[e]).sum();
+    for e in edges {
+        let share = if whole > 0.0 { lengths[e] / whole } else { 1.0 };
+        minima[e] = minima[e].max((asked as f64 * share - 1e-6).ceil() as usize);
+    }
+}
+
+/// Corner normal test shared by the checks: signed sine of the corner at `at` against `normal`.
+pub(super) fn corner_sine(before: &Vec3, at: &Vec3, after: &Vec3, normal: &Vec3) -> f64 {
+    let (out, back) = (after - at, before - at);
+    let scale = out.norm() * back.norm() * normal.norm();
+    if scale > 0.0 { out.cross(&back).dot(normal) / scale } else { -1.0 }
+}

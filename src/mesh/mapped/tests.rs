@@ -1,0 +1,304 @@
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use super::*;
+use crate::cad::model::{Edge, EdgeUse, TrimLoop};
+use crate::geometry::nurbs::{Curve2, Curve3, Surface};
+use crate::geometry::{Frame, Vec2};
+
+/// Puts faces together by hand: sides with the same ends and middle are one edge.
+#[derive(Default)]
+struct Builder {
+    model: Model,
+}
+
+/// A side of a face: parameter curve and space curve, both in the loop's direction.
+type Side = (Curve2, Curve3);
+
+impl Builder {
+    fn vertex(&mut self, p: Vec3) -> usize {
+        let known = self.model.vertices.iter().position(|v| (v - p).norm() < 1e-9);
+        known.unwrap_or_else(|| {
+            self.model.vertices.push(p);
+            self.model.vertices.len() - 1
+        })
+    }
+
+    fn edge(&mut self, c: &Curve3, place: [usize; 3]) -> Option<(usize, bool)> {
+        let [t0, t1] = c.domain();
+        let ends = [c.point(t0), c.point(t1)];
+        let mid = c.point(0.5 * (t0 + t1));
+        if (mid - ends[0]).norm() < 1e-9 && (mid - ends[1]).norm() < 1e-9 {
+            return None;
+        }
+        let v = ends.map(|p| self.vertex(p));
+        let same = |e: &Edge| {
+            let d = e.curve.domain();
+            let close = (e.curve.point(0.5 * (d[0] + d[1])) - mid).norm() < 1e-6;
+            close && (e.vertices == v || e.vertices == [v[1], v[0]])
+        };
+        let e = self.model.edges.iter().position(same).unwrap_or_else(|| {
+            self.model.edges.push(Edge { curve: c.clone(), vertices: v, uses: Vec::new() });
+            self.model.edges.len() - 1
+        });
+        let edge = &mut self.model.edges[e];
+        edge.uses.push(place);
+        let reversed = (edge.curve.derivs(edge.curve.domain()[0]).c - ends[0]).norm() > 1e-9
+            || edge.curve.derivs(edge.curve.domain()[0]).d1.dot(&c.derivs(t0).d1) < 0.0;
+        Some((e, reversed))
+    }
+
+    fn face(mut self, surface: Surface, kind: SurfaceKind, loops: Vec<Vec<Side>>) -> Self {
+        let f = self.model.faces.len();
+        let mut made = Vec::new();
+        for (l, sides) in loops.into_iter().enumerate() {
+            let mut uses = Vec::new();
+            for (k, (pcurve, curve)) in sides.into_iter().enumerate() {
+                let found = self.edge(&curve, [f, l, k]);
+                let (edge, reversed) = (found.map(|e| e.0), found.is_some_and(|e| e.1));
+                uses.push(EdgeUse { pcurve, edge, reversed });
+            }
+            made.push(TrimLoop { uses });
+        }
+        let source = format!("face {f}");
+        let loops = made;
+        self.model.faces.push(Face { surface, kind, loops, flipped: false, source, shell: None });
+        self
+    }
+
+    /// A face that is a surface's whole domain.
+    fn patch(self, surface: Surface, kind: SurfaceKind) -> Self {
+        let [[u0, u1], [v0, v1]] = surface.domain();
+        let c = [[u0, v0], [u1, v0], [u1, v1], [u0, v1]].map(|[u, v]| Vec2::new(u, v));
+        let sides = (0..4).map(|k| {
+            let (a, b) = (c[k], c[(k + 1) % 4]);
+            (Curve2::line(a, b), border_curve(&surface, k))
+        });
+        let loops = vec![sides.collect()];
+        self.face(surface, kind, loops)
+    }
+}
+
+/// Border curve k of a clamped surface from its control net, counter-clockwise from v = low.
+fn border_curve(s: &Surface, k: usize) -> Curve3 {
+    let nv = s.knots()[1].len() - s.degrees()[1] - 1;
+    let nu = s.points().len() / nv;
+    let ids: Vec<usize> = match k {
+        0 => (0..nu).map(|i| i * nv).collect(),
+        1 => (0..nv).map(|j| (nu - 1) * nv + j).collect(),
+        2 => (0..nu).map(|i| i * nv + nv - 1).collect(),
+        _ => (0..nv).collect(),
+    };
+    let points = ids.iter().map(|&i| s.points()[i]).collect();
+    let weights = ids.iter().map(|&i| s.weights()[i]).collect();
+    let along = k % 2;
+    let knots = s.knots()[along].to_vec();
+    let curve = Curve3::try_new(s.degrees()[along], knots, points, Some(weights)).unwrap();
+    if k < 2 { curve } else { curve.reversed() }
+}
+
+/// A side in the plane z = `z` seen from above, from its space curve.
+fn flat_side(c: Curve3) -> Side {
+    let points = c.points().iter().map(|p| Vec2::new(p.x, p.y)).collect();
+    let weights = Some(c.weights().to_vec());
+    let pcurve = Curve2::try_new(c.degree(), c.knots().to_vec(), points, weights).unwrap();
+    (pcurve, c)
+}
+
+fn at(x: f64, y: f64, z: f64) -> Vec3 {
+    Vec3::new(x, y, z)
+}
+
+fn line(a: Vec3, b: Vec3) -> Side {
+    flat_side(Curve3::line(a, b))
+}
+
+/// A quarter of a drawing ring: plate outside radius 17, fillet of 7 mm, wall of radius 10, 20 mm deep.
+fn ring() -> Model {
+    let up = Frame::world();
+    let tube = Frame::from_z_x(at(17.0, 0.0, -7.0), -Vec3::y(), Vec3::x()).unwrap();
+    let fillet = Curve3::ellipse_arc(&tube, 7.0, 7.0, FRAC_PI_2, PI);
+    let fillet = Surface::revolution(&fillet, Vec3::zeros(), Vec3::z(), [0.0, FRAC_PI_2]);
+    let wall = Curve3::line(at(10.0, 0.0, -7.0), at(10.0, 0.0, -27.0));
+    let wall = Surface::revolution(&wall, Vec3::zeros(), Vec3::z(), [0.0, FRAC_PI_2]);
+    let plate = Surface::plane(&up, [0.0, 40.0], [0.0, 40.0]);
+    let arc = Curve3::ellipse_arc(&up, 17.0, 17.0, 0.0, FRAC_PI_2).reversed();
+    let p = |x, y| at(x, y, 0.0);
+    let border = vec![
+        line(p(17.0, 0.0), p(40.0, 0.0)),
+        line(p(40.0, 0.0), p(40.0, 40.0)),
+        line(p(40.0, 40.0), p(0.0, 40.0)),
+        line(p(0.0, 40.0), p(0.0, 17.0)),
+        flat_side(arc),
+    ];
+    Builder::default()
+        .face(plate, SurfaceKind::Plane, vec![border])
+        .patch(fillet, SurfaceKind::Torus)
+        .patch(wall, SurfaceKind::Cylinder)
+        .model
+}
+
+/// Area of [`ring`]: plate, fillet by Pappus, wall.
+fn ring_area() -> f64 {
+    let fillet = FRAC_PI_2 * 7.0 * (17.0 * FRAC_PI_2 - 7.0);
+    1600.0 - PI * 17.0 * 17.0 / 4.0 + fillet + FRAC_PI_2 * 10.0 * 20.0
+}
+
+fn options(arc_divisions: usize, style: MeshStyle) -> MappedOptions {
+    MappedOptions { arc_divisions, style, ..MappedOptions::default() }
+}
+
+/// Every inner side used once each way, and as many free sides as the model's free edges ask for.
+fn assert_conforming(mesh: &SurfaceMesh) {
+    let uses = mesh.conformity();
+    assert_eq!(uses.irregular, 0, "{uses:?}");
+}
+
+#[test]
+fn fillets_get_a_regular_grid_on_the_exact_surface() {
+    let model = ring();
+    for n in [1, 2, 4] {
+        let mesh = mesh(&model, &options(n, MeshStyle::Structured)).unwrap();
+        assert_conforming(&mesh);
+        let fillet: Vec<_> = mesh.elements.iter().filter(|e| e.face == 1).collect();
+        assert_eq!(fillet.len(), n * n);
+        // Every node at whole steps of both angles, to rounding.
+        for p in fillet.iter().flat_map(|e| mesh.corners(e)) {
+            let across = p.xy().norm() - 17.0;
+            let steps = [
+                p.y.atan2(p.x) / FRAC_PI_2 * n as f64,
+                (across.atan2(p.z + 7.0) / -FRAC_PI_2) * n as f64,
+            ];
+            assert!((across.hypot(p.z + 7.0) - 7.0).abs() < 1e-12);
+            assert!(steps.iter().all(|s| (s - s.round()).abs() < 1e-9), "{steps:?}");
+        }
+        assert_eq!(mesh.elements.iter().filter(|e| e.face == 2).count(), n);
+    }
+}
+
+#[test]
+fn area_converges_with_second_order() {
+    let model = ring();
+    let error = |n| {
+        let mesh = mesh(&model, &options(n, MeshStyle::Structured)).unwrap();
+        (mesh.area() / ring_area() - 1.0).abs()
+    };
+    let (coarse, fine) = (error(8), error(16));
+    assert!(fine < 1e-3 && coarse / fine > 3.8, "{coarse} {fine}");
+}
+
+#[test]
+fn flats_get_no_inner_nodes_and_few_elements() {
+    let mesh = mesh(&ring(), &options(4, MeshStyle::Structured)).unwrap();
+    // Border: 4 straight sides and 4 chords: 8 nodes, 6 triangles' worth.
+    let worth = |e: &&Element| e.nodes().len() - 2;
+    assert_eq!(mesh.elements.iter().filter(|e| e.face == 0).map(|e| worth(&e)).sum::<usize>(), 6);
+}
+
+#[test]
+fn every_style_is_conforming_and_of_its_kind() {
+    let model = ring();
+    for style in [MeshStyle::Structured, MeshStyle::Mixed, MeshStyle::Triangles, MeshStyle::Quads] {
+        for n in [1, 3, 4] {
+            let mesh = mesh(&model, &options(n, style)).unwrap();
+            assert_conforming(&mesh);
+            let triangles = mesh.elements.iter().filter(|e| e.nodes().len() == 3).count();
+            match style {
+                MeshStyle::Triangles => assert_eq!(triangles, mesh.elements.len()),
+                MeshStyle::Quads => assert_eq!(triangles, 0),
+                _ => {}
+            }
+        }
+    }
+}
+
+#[test]
+fn a_hemisphere_has_triangles_at_its_pole() {
+    let tube = Frame::from_z_x(Vec3::zeros(), -Vec3::y(), Vec3::x()).unwrap();
+    let meridian = Curve3::ellipse_arc(&tube, 30.0, 30.0, 0.0, FRAC_PI_2);
+    for turn in [FRAC_PI_2, 2.0 * PI] {
+        let dome = Surface::revolution(&meridian, Vec3::zeros(), Vec3::z(), [0.0, turn]);
+        let model = Builder::default().patch(dome, SurfaceKind::Sphere).model;
+        for style in [MeshStyle::Structured, MeshStyle::Quads] {
+            let mesh = mesh(&model, &options(8, style)).unwrap();
+            assert_conforming(&mesh);
+            let triangles = mesh.elements.iter().filter(|e| e.nodes().len() == 3).count();
+            let around = (turn / FRAC_PI_2 * 8.0).round() as usize;
+            assert_eq!(triangles, if style == MeshStyle::Quads { 0 } else { around });
+            let error = mesh.area() / (turn * 900.0) - 1.0;
+            assert!(error < 0.0 && error > -0.01, "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_wall_with_a_window_is_refined_where_it_curves() {
+    let wall = Curve3::line(at(10.0, 0.0, 0.0), at(10.0, 0.0, 20.0));
+    let wall = Surface::revolution(&wall, Vec3::zeros(), Vec3::z(), [0.0, FRAC_PI_2]);
+    let [[u0, u1], [v0, v1]] = wall.domain();
+    let mut sides = Vec::new();
+    // A diamond in the parameter plane; its space curves are interpolated finely enough to share ends.
+    let at_uv = |x: f64, y: f64| Vec2::new(u0 + (u1 - u0) * x, v0 + (v1 - v0) * y);
+    let c = [at_uv(0.5, 0.3), at_uv(0.3, 0.5), at_uv(0.5, 0.7), at_uv(0.7, 0.5)];
+    for k in 0..4 {
+        let (a, b) = (c[k], c[(k + 1) % 4]);
+        let n = 40;
+        let points = (0..=n).map(|i| wall.point(a + (b - a) * (f64::from(i) / f64::from(n))));
+        let knots = [0, 0].into_iter().chain(1..n).chain([n, n]).map(f64::from).collect();
+        let curve = Curve3::try_new(1, knots, points.collect(), None).unwrap();
+        sides.push((Curve2::line(a, b), curve));
+    }
+    let mut model = Builder::default().patch(wall, SurfaceKind::Cylinder).model;
+    let face = model.faces.pop().unwrap();
+    let outer = face.loops[0].uses.iter().zip(0..4);
+    let outer = outer.map(|(u, k)| (u.pcurve.clone(), border_curve(&face.surface, k))).collect();
+    let model = Builder::default().face(face.surface.clone(), face.kind, vec![outer, sides]).model;
+    for style in [MeshStyle::Structured, MeshStyle::Triangles, MeshStyle::Quads] {
+        let mesh = mesh(&model, &options(8, style)).unwrap();
+        assert_conforming(&mesh);
+        // Every element turns by little: its normals stay near the cylinder's.
+        for e in &mesh.elements {
+            let p = mesh.corners(e);
+            let flat = (p[1] - p[0]).cross(&(p[2] - p[0])).normalize();
+            let middle = p.iter().sum::<Vec3>() / p.len() as f64;
+            let radial = Vec3::new(middle.x, middle.y, 0.0).normalize();
+            assert!(flat.dot(&radial) > 0.97, "{:?}", e.nodes());
+        }
+        // A diamond takes half of 0.4 x 0.4 of the rectangle it is in, up to the stretch of the arc parameter.
+        let share = mesh.area() / (FRAC_PI_2 * 10.0 * 20.0);
+        assert!((0.88..0.94).contains(&share), "{share}");
+    }
+}
+
+#[test]
+fn options_out_of_range_say_so() {
+    let bad = mesh(&ring(), &options(0, MeshStyle::Structured)).unwrap_err().to_string();
+    assert!(bad.contains("--arc-divisions is 0; allowed: 1 to 1000"), "{bad}");
+    let size = MappedOptions { max_size: Some(f64::NAN), ..MappedOptions::default() };
+    assert!(matches!(mesh(&ring(), &size), Err(MeshError::Option { .. })));
+    assert!(matches!(
+        mesh(&Model::default(), &MappedOptions::default()),
+        Err(MeshError::NoFaces { .. })
+    ));
+}
+
+#[test]
+fn largest_size_and_chord_error_are_kept() {
+    let size = MappedOptions { max_size: Some(3.0), ..MappedOptions::default() };
+    let mesh_a = mesh(&ring(), &size).unwrap();
+    assert_conforming(&mesh_a);
+    let longest = |m: &SurfaceMesh| {
+        let sides = m.elements.iter().flat_map(Element::sides);
+        let length = |[a, b]: [u32; 2]| (m.vertices[a as usize] - m.vertices[b as usize]).norm();
+        sides.map(length).fold(0.0, f64::max)
+    };
+    assert!(longest(&mesh_a) < 3.0 * 1.6, "{}", longest(&mesh_a));
+    let sag = MappedOptions { arc_divisions: 1, chord_error: Some(0.01), ..size };
+    let mesh_b = mesh(&ring(), &MappedOptions { max_size: None, ..sag }).unwrap();
+    for e in mesh_b.elements.iter().filter(|e| e.face == 2) {
+        let p = mesh_b.corners(e);
+        for k in 0..4 {
+            let middle = (p[k] + p[(k + 1) % 4]) * 0.5;
+            assert!(10.0 - middle.xy().norm() < 0.0105);
+        }
+    }
+}

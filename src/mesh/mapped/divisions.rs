@@ -66,7 +66,7 @@ pub fn assign(minima: &[usize], lengths: &[f64], rules: &[Rule]) -> Assignment {
     }
     let limit = GROWTH * count.iter().copied().max().unwrap_or(1).max(4);
     let sums: Vec<_> = rules.iter().map(|rule| balance(rule, &class)).collect();
-    let mut kept: Vec<bool> = sums.iter().map(|s| can_hold(s)).collect();
+    let mut kept: Vec<bool> = sums.iter().map(can_hold).collect();
     loop {
         let broken = (0..rules.len()).find(|&r| kept[r] && residual(&sums[r], &count) != 0);
         let Some(r) = broken else { break };

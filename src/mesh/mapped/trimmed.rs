@@ -301,9 +301,8 @@ impl Triangulator<'_> {
                 }
             }
         }
-        for n in border_count..place.len() {
-            let uv = self.plane.to_uv(Point2::new(place[n].x, place[n].y));
-            self.nodes[n] = Node::inside(self.face, uv);
+        for (node, p) in self.nodes.iter_mut().zip(&place).skip(border_count) {
+            *node = Node::inside(self.face, self.plane.to_uv(Point2::new(p.x, p.y)));
         }
     }
 }

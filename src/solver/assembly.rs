@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::blank::HexMesh;
 use super::element::{
     DOFS, ElementInput, ElementKind, ElementMatrices, FailureReason, PointFailure, PointGeometry,
-    Want, hex8, reference_points,
+    Want, hex8, modes, reference_points, solid_shell,
 };
 use super::material::Material;
 use super::pattern::{Gather, Pattern};
@@ -68,6 +68,12 @@ pub enum BodyError {
         /// Nodes in the mesh.
         count: usize,
     },
+    /// A solid-shell with too few or too many points through its thickness.
+    #[error("{found} points through the thickness, a solid-shell takes 2 to 9")]
+    BadPointCount {
+        /// Points asked for.
+        found: u8,
+    },
     /// Saved state of another size.
     #[error(
         "saved element state has {found} bytes, this model needs {expected}: it belongs to another model"
@@ -87,7 +93,10 @@ pub struct Body {
     kind: ElementKind,
     material: Arc<dyn Material>,
     gather: Gather,
+    /// Kept for the kinds that integrate at the eight Gauss points; empty for the others.
     geometry: Vec<[PointGeometry; 8]>,
+    thickness_rule: Vec<(f64, f64)>,
+    /// Converged history of each element: its points', then the record of its internal modes.
     committed: Vec<f64>,
     trial: Vec<f64>,
     blocks: Vec<ElementMatrices>,
@@ -117,13 +126,24 @@ impl Body {
                 reference_points(&corners).map_err(|det| BodyError::BadElement { element, det })?,
             );
         }
-        let state_len = material.state_len();
-        let mut committed = vec![0.0; mesh.elements.len() * kind.point_count() * state_len];
+        if let ElementKind::SolidShell { points, .. } = kind
+            && !(2..=9).contains(&points)
+        {
+            return Err(BodyError::BadPointCount { found: points });
+        }
+        let (state_len, point_len) =
+            (material.state_len(), kind.point_count() * material.state_len());
+        let stride = point_len + modes::record_len(kind.mode_count());
+        let mut committed = vec![0.0; mesh.elements.len() * stride];
         if state_len > 0 {
-            committed.chunks_exact_mut(state_len).for_each(|state| material.initial_state(state));
+            for element in committed.chunks_exact_mut(stride) {
+                let (states, _) = element.split_at_mut(point_len);
+                states.chunks_exact_mut(state_len).for_each(|state| material.initial_state(state));
+            }
         }
         let gather = Gather::new(count, &mesh.elements);
         let blocks = vec![ElementMatrices::zero(); mesh.elements.len()];
+        let thickness_rule = kind.thickness_rule();
         Ok(Self {
             trial: committed.clone(),
             mesh,
@@ -131,6 +151,7 @@ impl Body {
             material,
             gather,
             geometry,
+            thickness_rule,
             committed,
             blocks,
         })
@@ -235,7 +256,10 @@ impl Body {
                 .sum();
             sum / points as f64
         };
-        self.committed.chunks_exact(points * state_len).map(mean).collect()
+        self.committed
+            .chunks_exact(self.stride())
+            .map(|element| mean(&element[..points * state_len]))
+            .collect()
     }
 
     /// Distance [mm] from bottom to top node of every column at `displacement`: the sheet's thickness.
@@ -250,12 +274,20 @@ impl Body {
         low.iter().zip(&high).map(|(&a, &b)| (place(b) - place(a)).norm()).collect()
     }
 
+    /// Stored values of an element.
+    fn stride(&self) -> usize {
+        self.kind.point_count() * self.material.state_len()
+            + modes::record_len(self.kind.mode_count())
+    }
+
     fn evaluate_elements(
         &mut self,
         displacement: &[f64],
         want: Want,
     ) -> Result<(), ElementFailure> {
-        let stride = self.kind.point_count() * self.material.state_len();
+        let stride = self.stride();
+        let point_len = self.kind.point_count() * self.material.state_len();
+        let rule = &self.thickness_rule;
         let (mesh, geometry, material, kind) =
             (&self.mesh, &self.geometry, &self.material, self.kind);
         let committed = &self.committed;
@@ -271,11 +303,18 @@ impl Body {
                 material: material.as_ref(),
                 nodes: &nodes,
                 displacement: &local,
-                old_state: &committed[element * stride..(element + 1) * stride],
+                old_state: &committed[element * stride..element * stride + point_len],
                 want,
             };
+            let (states, record) = new_state.split_at_mut(point_len);
             let result = match kind {
-                ElementKind::Hex8 => hex8::evaluate(&input, &geometry[element], new_state, block),
+                ElementKind::Hex8 => hex8::evaluate(&input, &geometry[element], states, block),
+                ElementKind::SolidShell { membrane: false, .. } => {
+                    solid_shell::evaluate::<4>(&input, rule, states, record, block)
+                }
+                ElementKind::SolidShell { membrane: true, .. } => {
+                    solid_shell::evaluate::<8>(&input, rule, states, record, block)
+                }
             };
             result.err().map(|PointFailure { point, reason }| ElementFailure {
                 element,

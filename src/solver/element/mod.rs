@@ -5,7 +5,9 @@
 //! `f = Σ w Bᵀ S` and `K = Σ w (Bᵀ D B + S : ∂²E/∂u²)`, the exact derivative of `f`.
 
 pub mod hex8;
+pub(crate) mod modes;
 mod shape;
+pub(crate) mod solid_shell;
 
 pub use shape::{PointGeometry, reference_points};
 
@@ -20,6 +22,14 @@ pub const DOFS: usize = 24;
 pub enum ElementKind {
     /// Trilinear with mean dilatation, 2 x 2 x 2 points. Free of volumetric locking; locks in bending.
     Hex8,
+    /// Solid-shell with 2 x 2 x `points` points: bends a thin sheet with one layer of elements.
+    SolidShell {
+        /// Points through the thickness, 2 to 9 (5 is a good choice).
+        points: u8,
+        /// Whether the in-plane strains are enhanced as well: better in-plane bending, but prone to
+        /// hourglassing under strong in-plane compression.
+        membrane: bool,
+    },
 }
 
 impl ElementKind {
@@ -28,6 +38,16 @@ impl ElementKind {
     pub fn point_count(self) -> usize {
         match self {
             Self::Hex8 => 8,
+            Self::SolidShell { points, .. } => 4 * usize::from(points),
+        }
+    }
+
+    /// Points and weights through the thickness on [-1, 1] (Gauss-Legendre); empty unless a solid-shell.
+    #[must_use]
+    pub fn thickness_rule(self) -> Vec<(f64, f64)> {
+        match self {
+            Self::Hex8 => Vec::new(),
+            Self::SolidShell { points, .. } => shape::gauss_legendre(usize::from(points)),
         }
     }
 
@@ -36,6 +56,8 @@ impl ElementKind {
     pub fn mode_count(self) -> usize {
         match self {
             Self::Hex8 => 0,
+            Self::SolidShell { membrane: false, .. } => 4,
+            Self::SolidShell { membrane: true, .. } => 8,
         }
     }
 }
@@ -112,6 +134,14 @@ pub enum FailureReason {
     Inverted {
         /// det F at the point.
         ratio: f64,
+    },
+    /// The internal modes of the element have no stiffness.
+    #[error(
+        "pivot {pivot} in the stiffness of the internal modes, must be finite and not zero: cut the increment"
+    )]
+    SingularModes {
+        /// The pivot found.
+        pivot: f64,
     },
     /// The material failed.
     #[error(transparent)]

@@ -90,3 +90,46 @@ pub fn reference_points(nodes: &[Vec3; 8]) -> Result<[PointGeometry; 8], f64> {
     }
     Ok(points)
 }
+
+/// Gauss-Legendre points and weights on [-1, 1], ascending; roots of the Legendre polynomial by Newton.
+#[must_use]
+pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
+    let n = count as f64;
+    let legendre = |x: f64| {
+        let (mut before, mut now) = (1.0, x);
+        for k in 2..=count {
+            let k = k as f64;
+            (before, now) = (now, ((2.0 * k - 1.0) * x * now - (k - 1.0) * before) / k);
+        }
+        (now, n * (x * now - before) / (x * x - 1.0))
+    };
+    let root = |index: usize| {
+        let mut x = -(std::f64::consts::PI * (index as f64 + 0.75) / (n + 0.5)).cos();
+        for _ in 0..20 {
+            let (value, slope) = legendre(x);
+            x -= value / slope;
+        }
+        if 2 * index + 1 == count { 0.0 } else { x }
+    };
+    let lower: Vec<f64> = (0..count.div_ceil(2)).map(root).collect();
+    let mirrored = lower[..count / 2].iter().rev().map(|x| -x);
+    let points = lower.iter().copied().chain(mirrored);
+    points.map(|x| (x, 2.0 / ((1.0 - x * x) * legendre(x).1.powi(2)))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gauss_rules_integrate_polynomials_exactly() {
+        for count in 2..=9 {
+            let rule = gauss_legendre(count);
+            for power in 0..2 * count {
+                let sum: f64 = rule.iter().map(|(x, w)| w * x.powi(power as i32)).sum();
+                let exact = if power % 2 == 0 { 2.0 / (power as f64 + 1.0) } else { 0.0 };
+                assert!((sum - exact).abs() < 1e-14, "{count} points, power {power}: {sum}");
+            }
+        }
+    }
+}

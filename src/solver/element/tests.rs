@@ -39,10 +39,25 @@ fn pseudo_random(seed: u64, count: usize) -> Vec<f64> {
         .collect()
 }
 
+const SHELL: ElementKind = ElementKind::SolidShell { points: 3, membrane: false };
+const SHELL_ENHANCED: ElementKind = ElementKind::SolidShell { points: 3, membrane: true };
+
+/// Evaluates at `u` until the internal modes have settled.
+fn settle(body: &mut Body, u: &[f64], out: &mut Evaluation) {
+    for _ in 0..30 {
+        body.evaluate(u, Want::ResidualAndTangent, out).unwrap();
+        let largest = out.internal_force.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        if out.internal_residual <= 1e-12 * largest {
+            return;
+        }
+    }
+    panic!("internal modes did not settle: {:e}", out.internal_residual);
+}
+
 /// Largest difference of the tangent from central differences, relative to its largest entry.
 fn tangent_error(body: &mut Body, u: &[f64], step: f64) -> f64 {
     let mut out = Evaluation::default();
-    body.evaluate(u, Want::ResidualAndTangent, &mut out).unwrap();
+    settle(body, u, &mut out);
     let pattern = body.pattern().clone();
     let largest = out.tangent.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let (mut plus, mut minus) = (Evaluation::default(), Evaluation::default());
@@ -64,10 +79,12 @@ fn tangent_error(body: &mut Body, u: &[f64], step: f64) -> f64 {
 
 #[test]
 fn elastic_tangent_is_the_derivative_of_the_force() {
-    let mut body = Body::new(distorted(), ElementKind::Hex8, steel()).unwrap();
-    let u: Vec<f64> = pseudo_random(7, 24).iter().map(|x| 0.12 * x).collect();
-    let error = tangent_error(&mut body, &u, 1e-5);
-    assert!(error < 1e-8, "{error:e}");
+    for kind in [ElementKind::Hex8, SHELL, SHELL_ENHANCED] {
+        let mut body = Body::new(distorted(), kind, steel()).unwrap();
+        let u: Vec<f64> = pseudo_random(7, 24).iter().map(|x| 0.12 * x).collect();
+        let error = tangent_error(&mut body, &u, 1e-5);
+        assert!(error < 1e-8, "{kind:?} {error:e}");
+    }
 }
 
 #[test]
@@ -82,11 +99,13 @@ fn rigid_motion_gives_no_force() {
             [moved.x, moved.y, moved.z]
         })
         .collect();
-    let mut body = Body::new(mesh, ElementKind::Hex8, steel()).unwrap();
-    let mut out = Evaluation::default();
-    body.evaluate(&u, Want::Residual, &mut out).unwrap();
-    let largest = out.internal_force.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    assert!(largest < 1e-9 * 210_000.0, "{largest:e}");
+    for kind in [ElementKind::Hex8, SHELL, SHELL_ENHANCED] {
+        let mut body = Body::new(mesh.clone(), kind, steel()).unwrap();
+        let mut out = Evaluation::default();
+        body.evaluate(&u, Want::ResidualAndTangent, &mut out).unwrap();
+        let largest = out.internal_force.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        assert!(largest < 1e-14 * 210_000.0 * 20.0, "{kind:?} {largest:e}");
+    }
 }
 
 /// Homogeneous finite deformation of distorted elements: interior nodes carry no force.
@@ -116,26 +135,34 @@ fn sheet() -> Arc<dyn Material> {
 
 #[test]
 fn plastic_tangent_is_the_derivative_of_the_force() {
-    let mut body = Body::new(distorted(), ElementKind::Hex8, sheet()).unwrap();
-    let mut out = Evaluation::default();
-    let before: Vec<f64> = pseudo_random(3, 24).iter().map(|x| 0.02 * x).collect();
-    body.evaluate(&before, Want::Residual, &mut out).unwrap();
-    body.commit();
-    let start = body.equivalent_plastic_strain()[0];
-    let u: Vec<f64> = pseudo_random(7, 24).iter().map(|x| 0.12 * x).collect();
-    let error = tangent_error(&mut body, &u, 1e-6);
-    assert!(error < 1e-6, "{error:e}");
-    body.evaluate(&u, Want::Residual, &mut out).unwrap();
-    body.commit();
-    assert!(body.equivalent_plastic_strain()[0] > start + 0.05);
+    for kind in [ElementKind::Hex8, SHELL, SHELL_ENHANCED] {
+        let mut body = Body::new(distorted(), kind, sheet()).unwrap();
+        let mut out = Evaluation::default();
+        let before: Vec<f64> = pseudo_random(3, 24).iter().map(|x| 0.02 * x).collect();
+        settle(&mut body, &before, &mut out);
+        body.commit();
+        let start = body.equivalent_plastic_strain()[0];
+        let u: Vec<f64> = pseudo_random(7, 24).iter().map(|x| 0.12 * x).collect();
+        let error = tangent_error(&mut body, &u, 1e-6);
+        assert!(error < 1e-6, "{kind:?} {error:e}");
+        body.evaluate(&u, Want::Residual, &mut out).unwrap();
+        body.commit();
+        assert!(body.equivalent_plastic_strain()[0] > start + 0.05);
+    }
 }
 
 /// Restoring and a round trip through bytes repeat the forces to the bit.
 #[test]
 fn restored_and_imported_states_repeat_to_the_bit() {
+    for kind in [ElementKind::Hex8, SHELL, SHELL_ENHANCED] {
+        repeats_to_the_bit(kind);
+    }
+}
+
+fn repeats_to_the_bit(kind: ElementKind) {
     let mesh = blank::rectangle(3.0, 2.0, 0.8, 3, 2, 2);
     let count = 3 * mesh.nodes.len();
-    let mut body = Body::new(mesh.clone(), ElementKind::Hex8, sheet()).unwrap();
+    let mut body = Body::new(mesh.clone(), kind, sheet()).unwrap();
     let mut out = Evaluation::default();
     let one: Vec<f64> = pseudo_random(1, count).iter().map(|x| 0.01 * x).collect();
     let two: Vec<f64> = pseudo_random(2, count).iter().map(|x| 0.02 * x).collect();
@@ -147,7 +174,7 @@ fn restored_and_imported_states_repeat_to_the_bit() {
     body.restore();
     body.evaluate(&two, Want::ResidualAndTangent, &mut out).unwrap();
     assert_eq!(first, out);
-    let mut other = Body::new(mesh, ElementKind::Hex8, sheet()).unwrap();
+    let mut other = Body::new(mesh, kind, sheet()).unwrap();
     other.import_state(&saved).unwrap();
     other.evaluate(&two, Want::ResidualAndTangent, &mut out).unwrap();
     assert_eq!(first, out);
@@ -158,14 +185,16 @@ fn restored_and_imported_states_repeat_to_the_bit() {
 fn threads_do_not_change_the_bits() {
     let mesh = blank::rectangle(9.0, 7.0, 0.8, 9, 7, 2);
     let u: Vec<f64> = pseudo_random(2, 3 * mesh.nodes.len()).iter().map(|x| 0.02 * x).collect();
-    let run = |threads: usize| {
+    let run = |kind: ElementKind, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut body = Body::new(mesh.clone(), ElementKind::Hex8, sheet()).unwrap();
+        let mut body = Body::new(mesh.clone(), kind, sheet()).unwrap();
         let mut out = Evaluation::default();
         pool.install(|| body.evaluate(&u, Want::ResidualAndTangent, &mut out).unwrap());
         out
     };
-    assert_eq!(run(1), run(3));
+    for kind in [ElementKind::Hex8, SHELL, SHELL_ENHANCED] {
+        assert_eq!(run(kind, 1), run(kind, 3));
+    }
 }
 
 #[test]
@@ -179,4 +208,32 @@ fn inverted_elements_are_reported_lowest_first() {
     let failure = body.evaluate(&u, Want::Residual, &mut Evaluation::default()).unwrap_err();
     assert_eq!(failure.element, 0);
     assert!(matches!(failure.reason, FailureReason::Inverted { .. }));
+}
+
+/// The solid-shell passes the patch test on meshes whose thickness lines are parallel.
+#[test]
+fn solid_shell_patch_test_in_finite_strain() {
+    let mut mesh = blank::rectangle(2.0, 2.0, 0.4, 2, 2, 2);
+    for level in 0..3 {
+        mesh.nodes[4 * 3 + level] += Vec3::new(0.21, -0.17, 0.0);
+        mesh.nodes[3 + level] += Vec3::new(0.0, -0.2, 0.0);
+    }
+    let middle = 4 * 3 + 1;
+    let gradient = Mat3::new(0.2, 0.1, -0.05, 0.02, -0.15, 0.1, 0.08, -0.03, 0.12);
+    let u: Vec<f64> = mesh.nodes.iter().flat_map(|x| (gradient * x).data.0[0]).collect();
+    for kind in [SHELL, SHELL_ENHANCED] {
+        let mut body = Body::new(mesh.clone(), kind, steel()).unwrap();
+        let mut out = Evaluation::default();
+        body.evaluate(&u, Want::ResidualAndTangent, &mut out).unwrap();
+        let largest = out.internal_force.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        assert!(
+            out.internal_residual < 1e-10 * largest,
+            "{kind:?} modes wake: {:e}",
+            out.internal_residual
+        );
+        for i in 0..3 {
+            let force = out.internal_force[3 * middle + i];
+            assert!(force.abs() < 1e-10 * largest, "{kind:?} {force:e} of {largest:e}");
+        }
+    }
 }

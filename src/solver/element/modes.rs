@@ -1,0 +1,164 @@
+//! Internal strain modes of an element, condensed out of its force and tangent.
+//!
+//! The assumed strain gets `Σ α_k G_k` with `∫ G_kᵀ σ dV = 0` for every constant stress σ (patch test). The
+//! modes are unknowns of the global Newton iteration: each full evaluation stores the linearisation of
+//! `r_α(u, α) = 0`, and the next one starts from `α - K_αα⁻¹ (r_α + K_αu (u' - u))`. A residual-only evaluation
+//! predicts the modes the same way and stores nothing, so line searches leave no trace.
+
+use super::{DOFS, ElementMatrices, FailureReason, PointFailure, Want};
+
+/// Stored values of an element with `modes` modes: α, u, `K_αα⁻¹ r_α`, `K_αα⁻¹ K_αu`.
+#[must_use]
+pub(crate) fn record_len(modes: usize) -> usize {
+    if modes == 0 { 0 } else { modes + DOFS + modes + modes * DOFS }
+}
+
+/// One mode at one point: value of the strain direction `T0[.., column]` times a polynomial.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Mode {
+    /// Component of the natural strain the mode acts on; 6 stands for the volume strain.
+    pub column: usize,
+    /// Powers of the natural coordinates.
+    pub powers: [u8; 3],
+}
+
+impl Mode {
+    /// Value of the polynomial.
+    #[inline]
+    pub(crate) fn value(&self, xi: [f64; 3]) -> f64 {
+        let mut product = 1.0;
+        for (x, &power) in xi.iter().zip(&self.powers) {
+            if power > 0 {
+                product *= x;
+            }
+        }
+        product
+    }
+}
+
+/// Sums over the points of an element with `M` modes.
+#[derive(Debug, Clone)]
+pub(crate) struct ModeSums<const M: usize> {
+    /// `r_α` [N mm].
+    pub residual: [f64; M],
+    /// `K_αα`.
+    pub stiffness: [[f64; M]; M],
+    /// `K_uα`, by mode.
+    pub left: [[f64; DOFS]; M],
+    /// `K_αu`, by mode.
+    pub right: [[f64; DOFS]; M],
+}
+
+impl<const M: usize> ModeSums<M> {
+    /// All zero.
+    pub(crate) fn zero() -> Self {
+        Self {
+            residual: [0.0; M],
+            stiffness: [[0.0; M]; M],
+            left: [[0.0; DOFS]; M],
+            right: [[0.0; DOFS]; M],
+        }
+    }
+
+    /// The modes' values predicted at displacement `u` from the stored linearisation.
+    fn predict(record: &[f64], u: &[f64; DOFS]) -> [f64; M] {
+        let (alpha, rest) = record.split_at(M);
+        let (reference, rest) = rest.split_at(DOFS);
+        let (correction, coupling) = rest.split_at(M);
+        std::array::from_fn(|k| {
+            let row = &coupling[k * DOFS..(k + 1) * DOFS];
+            let moved: f64 =
+                row.iter().zip(u).zip(reference).map(|((c, u), u0)| c * (u - u0)).sum();
+            alpha[k] - correction[k] - moved
+        })
+    }
+
+    /// Runs `evaluate` with the predicted modes; where the prediction collapses the material (a step far beyond
+    /// the linearisation), once more with the stored modes.
+    ///
+    /// # Errors
+    /// What `evaluate` returns with the stored modes.
+    pub(crate) fn with_prediction<T>(
+        record: &mut [f64],
+        u: &[f64; DOFS],
+        mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<T, PointFailure>,
+    ) -> Result<T, PointFailure> {
+        let predicted = Self::predict(record, u);
+        evaluate(&predicted, record).or_else(|_| {
+            let mut stored = [0.0; M];
+            stored.copy_from_slice(&record[..M]);
+            evaluate(&stored, record)
+        })
+    }
+
+    /// Condenses the modes out of `out`; a full evaluation stores its linearisation in `record`.
+    ///
+    /// # Errors
+    /// [`FailureReason::SingularModes`] when `K_αα` cannot be inverted.
+    pub(crate) fn condense(
+        mut self,
+        alpha: &[f64; M],
+        u: &[f64; DOFS],
+        want: Want,
+        record: &mut [f64],
+        out: &mut ElementMatrices,
+    ) -> Result<(), FailureReason> {
+        self.solve()?;
+        let mut disturbance = 0.0;
+        for dof in 0..DOFS {
+            let change: f64 = (0..M).map(|k| self.left[k][dof] * self.residual[k]).sum();
+            out.force[dof] -= change;
+            disturbance += change * change;
+        }
+        out.internal_residual = disturbance.sqrt();
+        if want == Want::Residual {
+            return Ok(());
+        }
+        for (a, row) in out.tangent.iter_mut().enumerate() {
+            for (left, right) in self.left.iter().zip(&self.right) {
+                for (sum, value) in row.iter_mut().zip(right) {
+                    *sum -= left[a] * value;
+                }
+            }
+        }
+        record[..M].copy_from_slice(alpha);
+        record[M..M + DOFS].copy_from_slice(u);
+        record[M + DOFS..2 * M + DOFS].copy_from_slice(&self.residual);
+        for (chunk, row) in record[2 * M + DOFS..].chunks_exact_mut(DOFS).zip(&self.right) {
+            chunk.copy_from_slice(row);
+        }
+        Ok(())
+    }
+
+    /// Replaces `right` and `residual` by `K_αα⁻¹` times themselves (elimination with row pivoting).
+    fn solve(&mut self) -> Result<(), FailureReason> {
+        for pivot in 0..M {
+            let largest = |row: usize| self.stiffness[row][pivot].abs();
+            let best = (pivot..M)
+                .fold(pivot, |best, row| if largest(row) > largest(best) { row } else { best });
+            let value = self.stiffness[best][pivot];
+            if !(value.abs() > 0.0 && value.is_finite()) {
+                return Err(FailureReason::SingularModes { pivot: value });
+            }
+            self.stiffness.swap(pivot, best);
+            self.right.swap(pivot, best);
+            self.residual.swap(pivot, best);
+            let inverse = 1.0 / value;
+            self.stiffness[pivot].iter_mut().for_each(|x| *x *= inverse);
+            self.right[pivot].iter_mut().for_each(|x| *x *= inverse);
+            self.residual[pivot] *= inverse;
+            let (row, right, residual) =
+                (self.stiffness[pivot], self.right[pivot], self.residual[pivot]);
+            for other in 0..M {
+                let factor = self.stiffness[other][pivot];
+                if other == pivot || factor == 0.0 {
+                    continue;
+                }
+                self.stiffness[other].iter_mut().zip(&row).for_each(|(x, y)| *x -= factor * y);
+                self.right[other].iter_mut().zip(&right).for_each(|(x, y)| *x -= factor * y);
+                self.residual[other] -= factor * residual;
+            }
+        }
+        Ok(())
+    }
+}

@@ -18,9 +18,21 @@ use crate::geometry::Vec3;
 pub const DOFS: usize = 24;
 
 /// Which element formulation a body uses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
 pub enum ElementKind {
     /// Trilinear with mean dilatation, 2 x 2 x 2 points. Free of volumetric locking; locks in bending.
+    #[default]
     Hex8,
     /// Solid-shell with 2 x 2 x `points` points: bends a thin sheet with one layer of elements.
     SolidShell {

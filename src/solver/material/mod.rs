@@ -3,6 +3,7 @@
 //! A law sees the logarithmic strain `E = ½ ln C` (material axes, Mandel six-vector) and its history, and
 //! answers with the conjugate stress `T` [MPa], the consistent tangent `dT/dE` [MPa] and the new history.
 
+pub mod card;
 pub mod elastic;
 pub mod hardening;
 pub mod hill48;

@@ -1,0 +1,192 @@
+//! Material cards: JSON with its source, embedded in the program or written into a scene.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Material;
+use super::elastic::Elastic;
+use super::hardening::Hardening;
+use super::hill48::Hill48;
+use super::plastic::{Backstress, MaterialDataError, Plastic};
+use crate::geometry::Mat3;
+
+/// A sheet material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialCard {
+    /// Name.
+    pub name: String,
+    /// Where the numbers come from.
+    #[serde(default)]
+    pub source: String,
+    /// Young's modulus [MPa], > 0.
+    pub young_mpa: f64,
+    /// Poisson's ratio, in (-1, 0.5).
+    pub poisson: f64,
+    /// Yield criterion; without one the material is elastic.
+    #[serde(default, rename = "yield", skip_serializing_if = "Option::is_none")]
+    pub criterion: Option<YieldCriterion>,
+    /// Hardening law, in tension along the rolling direction; needed with `yield`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardening: Option<Hardening>,
+    /// Chaboche backstresses.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub backstresses: Vec<BackstressCard>,
+}
+
+/// A yield criterion.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "criterion", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum YieldCriterion {
+    /// Von Mises.
+    VonMises {},
+    /// Hill 1948 by its parameters; scaled to `G + H = 1`.
+    Hill48 {
+        /// F
+        f: f64,
+        /// G
+        g: f64,
+        /// H
+        h: f64,
+        /// L
+        l: f64,
+        /// M
+        m: f64,
+        /// N
+        n: f64,
+    },
+    /// Hill 1948 by its r values; L = M = 1.5.
+    Hill48R {
+        /// r along the rolling direction.
+        r0: f64,
+        /// r at 45 degrees.
+        r45: f64,
+        /// r across it.
+        r90: f64,
+    },
+}
+
+/// One backstress of Chaboche's law.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BackstressCard {
+    /// Modulus C [MPa].
+    pub c_mpa: f64,
+    /// Recovery gamma.
+    pub gamma: f64,
+}
+
+/// Why a card gives no material.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CardError {
+    /// No such card in the library.
+    #[error("no material card is called '{name}'; the library has: {known}")]
+    Unknown {
+        /// Name asked for.
+        name: String,
+        /// Names there are.
+        known: String,
+    },
+    /// `yield` without `hardening` or the other way round.
+    #[error(
+        "material '{name}': {missing} is missing; a plastic material needs both yield and hardening, an elastic one neither"
+    )]
+    Half {
+        /// Card.
+        name: String,
+        /// Key that is missing.
+        missing: &'static str,
+    },
+    /// Numbers out of range.
+    #[error("material '{name}': {cause}")]
+    Data {
+        /// Card.
+        name: String,
+        /// What is wrong.
+        cause: MaterialDataError,
+    },
+}
+
+const LIBRARY: [&str; 1] = [include_str!("cards/mild-steel-neto2012.json")];
+
+/// The cards embedded in the program.
+#[must_use]
+pub fn library() -> Vec<MaterialCard> {
+    // The texts are part of the program; a test reads every one of them.
+    LIBRARY.iter().filter_map(|text| serde_json::from_str(text).ok()).collect()
+}
+
+/// The card called `name`.
+///
+/// # Errors
+/// [`CardError::Unknown`] lists the names there are.
+pub fn find(name: &str) -> Result<MaterialCard, CardError> {
+    let cards = library();
+    let known = cards.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
+    cards
+        .into_iter()
+        .find(|c| c.name == name)
+        .ok_or_else(|| CardError::Unknown { name: name.to_owned(), known })
+}
+
+impl MaterialCard {
+    /// The material law, its rolling direction turned by `angle` [rad] from x about z.
+    ///
+    /// # Errors
+    /// [`CardError`] names the value out of its range.
+    pub fn build(&self, angle: f64) -> Result<Arc<dyn Material>, CardError> {
+        let elastic = Elastic { young: self.young_mpa, poisson: self.poisson };
+        let half = |missing| CardError::Half { name: self.name.clone(), missing };
+        let (criterion, hardening) = match (self.criterion, &self.hardening) {
+            (None, None) => return Ok(Arc::new(elastic)),
+            (Some(_), None) => return Err(half("hardening")),
+            (None, Some(_)) => return Err(half("yield")),
+            (Some(criterion), Some(hardening)) => (criterion, hardening.clone()),
+        };
+        let hill = match criterion {
+            YieldCriterion::VonMises {} => Hill48::MISES,
+            YieldCriterion::Hill48 { f, g, h, l, m, n } => Hill48 { f, g, h, l, m, n },
+            YieldCriterion::Hill48R { r0, r45, r90 } => Hill48::from_r_values(r0, r45, r90),
+        };
+        let backstresses = self
+            .backstresses
+            .iter()
+            .map(|b| Backstress { modulus: b.c_mpa, recovery: b.gamma })
+            .collect();
+        let plastic = Plastic::new(elastic, &hill, hardening)
+            .and_then(|p| p.with_backstresses(backstresses))
+            .map_err(|cause| CardError::Data { name: self.name.clone(), cause })?;
+        let (s, c) = angle.sin_cos();
+        let axes = Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
+        Ok(Arc::new(if angle == 0.0 { plastic } else { plastic.with_axes(&axes) }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_embedded_card_is_read_names_its_source_and_builds() {
+        let cards = library();
+        assert_eq!(cards.len(), LIBRARY.len());
+        for card in cards {
+            assert!(!card.source.is_empty(), "{}", card.name);
+            card.build(0.3).unwrap();
+        }
+    }
+
+    #[test]
+    fn cards_that_cannot_be_used_say_why() {
+        let steel = find("mild-steel-neto2012").unwrap();
+        assert!(find("unobtainium").unwrap_err().to_string().contains("mild-steel-neto2012"));
+        let half = MaterialCard { hardening: None, ..steel.clone() };
+        assert!(matches!(half.build(0.0), Err(CardError::Half { missing: "hardening", .. })));
+        let soft = MaterialCard { poisson: 0.6, ..steel };
+        assert!(soft.build(0.0).unwrap_err().to_string().contains("poisson is 0.6"));
+        assert!(serde_json::from_str::<MaterialCard>(r#"{"name":"x","young":1}"#).is_err());
+    }
+}

@@ -2,6 +2,7 @@
 
 pub mod build;
 pub mod edge;
+pub mod file;
 pub mod model;
 pub mod patch;
 

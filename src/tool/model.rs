@@ -18,6 +18,7 @@ pub enum ToolKind {
 
 /// A Nagata or facet patch as the tool file lists it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct PatchCorners {
     /// Three or four vertex ids.
     pub vertices: Vec<u32>,

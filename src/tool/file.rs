@@ -1,0 +1,346 @@
+//! The tool file `*.tool.json`, version 1: what it says, how it is read, checked and written.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::build::{StraightEdge, ToolError, build};
+use super::edge::EdgeRule;
+use super::model::{PatchCorners, ToolKind, ToolModel};
+use super::patch::{MAX_DEGREE, Patch};
+use crate::files::{WriteError, write_atomic};
+use crate::geometry::Vec3;
+
+/// File version this program writes and reads.
+pub const VERSION: u32 = 1;
+
+/// A tool file as text has it. Lengths in mm; normals are unit vectors out of the tool, to the sheet.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ToolFile {
+    /// `kanagata-tool`.
+    pub format: FormatTag,
+    /// 1.
+    pub version: u32,
+    /// Name of the tool.
+    pub name: String,
+    /// What its patches are.
+    pub kind: ToolKind,
+    /// How edges are curved (Nagata).
+    #[serde(default)]
+    pub edges: EdgeRule,
+    /// Where it comes from.
+    #[serde(default)]
+    pub provenance: Provenance,
+    /// Vertex positions [mm] (Nagata, facets).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub vertices: Vec<[f64; 3]>,
+    /// Unit normals; one vertex may own several (Nagata, facets).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub normals: Vec<[f64; 3]>,
+    /// Patches by corner ids (Nagata, facets).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub patches: Vec<PatchCorners>,
+    /// Patches by control points (Bezier).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bezier_patches: Vec<BezierNet>,
+}
+
+/// The constant that marks a tool file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum FormatTag {
+    /// `kanagata-tool`
+    #[serde(rename = "kanagata-tool")]
+    Tool,
+}
+
+/// A Bezier patch: degrees 1 to 6 each way, control point (i, j) at `i * (degrees[1] + 1) + j` (Eq. 1).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BezierNet {
+    /// Degrees along eta and zeta.
+    pub degrees: [usize; 2],
+    /// Control points [mm].
+    pub points: Vec<[f64; 3]>,
+    /// CAD face id.
+    pub face: u32,
+}
+
+/// Where a tool file comes from.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Provenance {
+    /// CAD file name.
+    pub cad_file: String,
+    /// SHA-256 of the CAD file, lower-case hexadecimal.
+    pub cad_sha256: String,
+    /// Unit of length found in the CAD file.
+    pub cad_unit: String,
+    /// Mesher and its options.
+    pub mesher: String,
+    /// Program and version that wrote the file.
+    pub program: String,
+    /// Largest |shape error| found by the audit when it was written [mm].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape_error_mm: Option<f64>,
+}
+
+/// Why a tool file gives no tool model.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum ToolFileError {
+    /// The file cannot be opened or read.
+    #[error("cannot read tool file {}: {source}; make it with `kanagata convert`", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        #[source]
+        source: std::io::Error,
+    },
+    /// The text is not a tool file.
+    #[error("{}, line {line}, column {column}: {found}; allowed: the keys and values of schemas/tool.schema.json; make the file again with `kanagata convert`", path.display())]
+    Syntax {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What the reader says.
+        found: String,
+    },
+    /// A version of another program.
+    #[error("{}: tool file version {found}; allowed: {VERSION}; convert the CAD again with this program", path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Version found.
+        found: u32,
+    },
+    /// Numbers that make no tool.
+    #[error("{}: {cause}; make the file again with `kanagata convert`", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        cause: ToolError,
+    },
+    /// No patches.
+    #[error("{}: no patches of kind {kind}; allowed: at least one", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+        /// Kind the file declares.
+        kind: String,
+    },
+}
+
+/// A tool file read and built.
+#[derive(Debug, Clone)]
+pub struct LoadedTool {
+    /// The model.
+    pub model: ToolModel,
+    /// Edges that the guard made straight.
+    pub straight_edges: Vec<StraightEdge>,
+    /// Where the file comes from.
+    pub provenance: Provenance,
+    /// SHA-256 of the tool file itself.
+    pub sha256: String,
+}
+
+/// Reads and builds a tool file.
+///
+/// # Errors
+/// [`ToolFileError`] names the file, the place, what was found and what is allowed.
+pub fn read(path: &Path) -> Result<LoadedTool, ToolFileError> {
+    let bytes = std::fs::read(path)
+        .map_err(|source| ToolFileError::Io { path: path.to_path_buf(), source })?;
+    let file: ToolFile = serde_json::from_slice(&bytes).map_err(|e| ToolFileError::Syntax {
+        path: path.to_path_buf(),
+        line: e.line(),
+        column: e.column(),
+        found: e.to_string(),
+    })?;
+    if file.version != VERSION {
+        return Err(ToolFileError::Version { path: path.to_path_buf(), found: file.version });
+    }
+    if file.patches.len() + file.bezier_patches.len() == 0 {
+        let kind = format!("{:?}", file.kind).to_lowercase();
+        return Err(ToolFileError::Empty { path: path.to_path_buf(), kind });
+    }
+    let provenance = file.provenance.clone();
+    let (model, straight_edges) = file
+        .into_model()
+        .map_err(|cause| ToolFileError::Content { path: path.to_path_buf(), cause })?;
+    let sha256 = crate::files::sha256_hex(&bytes);
+    Ok(LoadedTool { model, straight_edges, provenance, sha256 })
+}
+
+impl ToolFile {
+    /// The file of a model.
+    #[must_use]
+    pub fn of_model(model: &ToolModel, edges: EdgeRule, provenance: Provenance) -> Self {
+        let plain = |list: &[Vec3]| list.iter().map(|v| [v.x, v.y, v.z]).collect::<Vec<_>>();
+        let net = |(patch, &face): (&Patch, &u32)| match patch {
+            Patch::Bezier { degrees, points } => {
+                Some(BezierNet { degrees: *degrees, points: plain(points), face })
+            }
+            _ => None,
+        };
+        Self {
+            format: FormatTag::Tool,
+            version: VERSION,
+            name: model.name.clone(),
+            kind: model.kind,
+            edges,
+            provenance,
+            vertices: plain(&model.vertices),
+            normals: plain(&model.normals),
+            patches: model.corners.clone(),
+            bezier_patches: model.patches.iter().zip(&model.faces).filter_map(net).collect(),
+        }
+    }
+
+    /// The model of the file, with the edges that the guard made straight.
+    ///
+    /// # Errors
+    /// [`ToolError`] names the patch, vertex or normal.
+    pub fn into_model(self) -> Result<(ToolModel, Vec<StraightEdge>), ToolError> {
+        if self.kind == ToolKind::Bezier {
+            return Ok((bezier_model(self.name, &self.bezier_patches)?, Vec::new()));
+        }
+        let points = |list: Vec<[f64; 3]>| list.into_iter().map(Vec3::from).collect();
+        build(
+            self.name,
+            self.kind,
+            points(self.vertices),
+            points(self.normals),
+            self.patches,
+            self.edges,
+        )
+    }
+
+    /// Writes the file beside its name and renames it.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the folder is missing or full.
+    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
+        write_atomic(path, |w| {
+            serde_json::to_writer(&mut *w, self)?;
+            writeln!(w)
+        })
+    }
+}
+
+fn bezier_model(name: String, nets: &[BezierNet]) -> Result<ToolModel, ToolError> {
+    let mut patches = Vec::with_capacity(nets.len());
+    for (patch, net) in nets.iter().enumerate() {
+        let [n, m] = net.degrees;
+        let allowed = 1..=MAX_DEGREE;
+        let fits = allowed.contains(&n) && allowed.contains(&m);
+        if !fits || net.points.len() != (n + 1) * (m + 1) {
+            let points = net.points.len();
+            return Err(ToolError::Net { patch, degrees: net.degrees, points });
+        }
+        if net.points.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(ToolError::NotFinite { what: "control point of patch", index: patch });
+        }
+        let points = net.points.iter().map(|&p| Vec3::from(p)).collect();
+        patches.push(Patch::Bezier { degrees: net.degrees, points });
+    }
+    let faces = nets.iter().map(|net| net.face).collect();
+    Ok(ToolModel {
+        name,
+        kind: ToolKind::Bezier,
+        vertices: Vec::new(),
+        normals: Vec::new(),
+        corners: Vec::new(),
+        patches,
+        faces,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quad() -> ToolFile {
+        let n = [0.0, 0.0, 1.0];
+        ToolFile {
+            format: FormatTag::Tool,
+            version: VERSION,
+            name: "plate".into(),
+            kind: ToolKind::Nagata,
+            edges: EdgeRule::Guarded,
+            provenance: Provenance::default(),
+            vertices: vec![
+                [0.1, 0.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [1.0, 1.0 / 3.0, 0.0],
+                [0.0, 1.0, 0.0],
+            ],
+            normals: vec![n],
+            patches: vec![PatchCorners {
+                vertices: vec![0, 1, 2, 3],
+                normals: vec![0; 4],
+                face: 5,
+            }],
+            bezier_patches: vec![],
+        }
+    }
+
+    fn read_text(text: &str) -> Result<LoadedTool, ToolFileError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.tool.json");
+        std::fs::write(&path, text).unwrap();
+        read(&path)
+    }
+
+    #[test]
+    fn numbers_come_back_to_the_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.tool.json");
+        quad().write(&path).unwrap();
+        let loaded = read(&path).unwrap();
+        let (model, _) = quad().into_model().unwrap();
+        assert_eq!(loaded.model, model);
+        let again = ToolFile::of_model(&loaded.model, EdgeRule::Guarded, loaded.provenance);
+        assert_eq!(again, quad());
+    }
+
+    #[test]
+    fn unknown_keys_wrong_versions_and_empty_files_are_named() {
+        let text = serde_json::to_string(&quad()).unwrap();
+        let unknown = text.replacen("\"name\"", "\"colour\":1,\"name\"", 1);
+        let message = read_text(&unknown).unwrap_err().to_string();
+        assert!(message.contains("colour") && message.contains("line 1"), "{message}");
+        let newer = text.replacen("\"version\":1", "\"version\":2", 1);
+        assert!(matches!(read_text(&newer), Err(ToolFileError::Version { found: 2, .. })));
+        assert!(matches!(read_text(""), Err(ToolFileError::Syntax { .. })));
+        assert!(matches!(read_text(&text[..text.len() / 2]), Err(ToolFileError::Syntax { .. })));
+        let other = text.replacen("\"face\":5}]", "\"face\":5}],\"bezier_patches\":[]", 1);
+        assert!(read_text(&other).is_ok());
+        let bad = text.replacen("[0,1,2,3]", "[0,1,2,9]", 1);
+        assert!(read_text(&bad).unwrap_err().to_string().contains("vertex 9"));
+    }
+
+    #[test]
+    fn a_net_that_is_not_full_is_refused() {
+        let file = ToolFile {
+            kind: ToolKind::Bezier,
+            vertices: vec![],
+            normals: vec![],
+            patches: vec![],
+            bezier_patches: vec![BezierNet {
+                degrees: [2, 7],
+                points: vec![[0.0; 3]; 24],
+                face: 0,
+            }],
+            ..quad()
+        };
+        assert!(matches!(file.into_model(), Err(ToolError::Net { patch: 0, .. })));
+    }
+}

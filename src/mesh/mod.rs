@@ -1,14 +1,20 @@
 //! Surface meshes of a CAD model: the built-in mapped mesher, the gmsh driver, mesh files.
 //!
 //! - [`mapped`]: quads on four-sided faces, triangulation of all others, divisions agreed across edges
+//! - [`gmsh`]: the outside program, its result checked and attached
+//! - [`io`]: mesh files; [`attach()`]: foreign meshes put back on the CAD
 //! - [`quality`]: what a mesh is worth: area, conformity, corner Jacobians
 
+pub mod attach;
 pub mod error;
+pub mod gmsh;
+pub mod io;
 pub mod mapped;
 pub mod quality;
 
 use crate::geometry::{Aabb, Vec3};
 
+pub use attach::attach;
 pub use error::MeshError;
 pub use quality::MeshReport;
 

@@ -1,0 +1,129 @@
+//! Meshes from elsewhere put back on the CAD: every element finds its face, every vertex its foot.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::io::UNATTACHED;
+use super::{Element, MeshError, SurfaceMesh};
+use crate::cad::Model;
+use crate::cad::model::{ClosestPoint, Foot};
+use crate::geometry::{Aabb, Vec3};
+
+/// Vertices nearer to the model than this share of its diagonal are moved onto it.
+const SNAP: f64 = 1e-4;
+/// Elements of one surface of the file that are asked for their CAD face.
+const VOTERS: usize = 64;
+
+/// Gives every element of a foreign mesh its CAD face, turns it counter-clockwise seen from outside, and
+/// moves vertices that lie within 1e-4 of the model's diagonal onto the model.
+///
+/// Elements that carry one surface number (MSH entities) belong to one face, chosen by vote; elements
+/// without a number choose alone: the face all their corners lie on, nearest to their middle.
+///
+/// # Errors
+/// [`MeshError::NoFaces`]; [`MeshError::Check`] when an element's corners are farther from the model than
+/// 1 % of its diagonal (another part, another unit).
+pub fn attach(mesh: &SurfaceMesh, model: &Model) -> Result<SurfaceMesh, MeshError> {
+    if model.faces.is_empty() {
+        return Err(MeshError::NoFaces { name: model.name.clone() });
+    }
+    let index = ClosestPoint::new(model);
+    let feet: Vec<Option<Foot>> = mesh.vertices.par_iter().map(|p| index.closest(p)).collect();
+    let diagonal = model.faces.iter().fold(Aabb::EMPTY, |b, f| b.union(&f.bbox())).diagonal();
+    check_distance(mesh, &feet, diagonal)?;
+    let vertices = mesh.vertices.iter().zip(&feet).map(|(p, foot)| match foot {
+        Some(f) if f.distance <= SNAP * diagonal => f.point,
+        _ => *p,
+    });
+    let mut out = SurfaceMesh { vertices: vertices.collect(), elements: mesh.elements.clone() };
+    let by_surface = vote(&out, &index);
+    let attached: Vec<Element> = out
+        .elements
+        .par_iter()
+        .map(|e| {
+            let voted = by_surface.get(&e.face).copied();
+            let face = voted.or_else(|| own_face(&out, e, &index, &feet)).unwrap_or(0);
+            let mut element = *e;
+            element.face = face as u32;
+            orient(&out, element, &index)
+        })
+        .collect();
+    out.elements = attached;
+    Ok(out)
+}
+
+fn check_distance(
+    mesh: &SurfaceMesh,
+    feet: &[Option<Foot>],
+    diagonal: f64,
+) -> Result<(), MeshError> {
+    let far = feet.iter().enumerate().filter_map(|(k, f)| Some((k, f.as_ref()?.distance)));
+    let Some((k, distance)) = far.max_by(|a, b| a.1.total_cmp(&b.1)) else { return Ok(()) };
+    if distance <= 0.01 * diagonal {
+        return Ok(());
+    }
+    let p = mesh.vertices[k];
+    Err(MeshError::Check {
+        found: format!("vertex ({:.4}, {:.4}, {:.4}) {distance:.4} mm from the CAD", p.x, p.y, p.z),
+        allowed: format!("{:.4} mm (1 % of the model's diagonal)", 0.01 * diagonal),
+        remedy: "check that mesh and CAD are of the same part and that the mesh is in mm",
+    })
+}
+
+fn middle(mesh: &SurfaceMesh, e: &Element) -> Vec3 {
+    mesh.corners(e).iter().sum::<Vec3>() / e.nodes().len() as f64
+}
+
+/// The face most elements of each numbered surface are nearest to.
+fn vote(mesh: &SurfaceMesh, index: &ClosestPoint<'_>) -> BTreeMap<u32, usize> {
+    let mut groups: BTreeMap<u32, Vec<&Element>> = BTreeMap::new();
+    for e in mesh.elements.iter().filter(|e| e.face != UNATTACHED) {
+        groups.entry(e.face).or_default().push(e);
+    }
+    // One number for everything says nothing about faces.
+    if groups.len() < 2 {
+        return BTreeMap::new();
+    }
+    let elect = |elements: &Vec<&Element>| {
+        let step = elements.len().div_ceil(VOTERS);
+        let mut votes: BTreeMap<usize, usize> = BTreeMap::new();
+        for e in elements.iter().step_by(step) {
+            let face = index.closest(&middle(mesh, e)).map(|f| f.face);
+            *votes.entry(face.unwrap_or(0)).or_default() += 1;
+        }
+        votes.into_iter().max_by_key(|&(face, n)| (n, std::cmp::Reverse(face))).map(|v| v.0)
+    };
+    groups.iter().filter_map(|(&surface, e)| Some((surface, elect(e)?))).collect()
+}
+
+/// The face nearest to all corners of `e` together, then to its middle; candidates are the faces the
+/// corners and the middle are nearest to.
+fn own_face(
+    mesh: &SurfaceMesh,
+    e: &Element,
+    index: &ClosestPoint<'_>,
+    feet: &[Option<Foot>],
+) -> Option<usize> {
+    let centre = middle(mesh, e);
+    let mut candidates: Vec<usize> =
+        e.nodes().iter().filter_map(|&n| Some(feet[n as usize]?.face)).collect();
+    candidates.extend(index.closest(&centre).map(|f| f.face));
+    candidates.sort_unstable();
+    candidates.dedup();
+    let corners = mesh.corners(e);
+    let cost = |face: usize| {
+        let off = |p: &Vec3| index.closest_on_face(face, p).map_or(f64::INFINITY, |f| f.distance);
+        corners.iter().map(off).fold(0.0, f64::max) + 0.01 * off(&centre)
+    };
+    candidates.into_iter().map(|f| (cost(f), f)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|c| c.1)
+}
+
+fn orient(mesh: &SurfaceMesh, e: Element, index: &ClosestPoint<'_>) -> Element {
+    let p = mesh.corners(&e);
+    let normal = (p[1] - p[0]).cross(&(p[2] - p[0]))
+        + if p.len() == 4 { (p[2] - p[0]).cross(&(p[3] - p[0])) } else { Vec3::zeros() };
+    let foot = index.closest_on_face(e.face as usize, &middle(mesh, &e));
+    let against = foot.is_some_and(|f| f.normal.dot(&normal) < 0.0);
+    if against { e.reversed() } else { e }
+}

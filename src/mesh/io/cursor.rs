@@ -1,0 +1,128 @@
+//! A place in a mesh file whose numbers are words of text or raw bytes.
+
+use crate::mesh::MeshError;
+
+/// Reads numbers from text or from binary data, never past the end.
+pub struct Cursor<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    file: &'a str,
+    /// Numbers are raw bytes.
+    pub binary: bool,
+    /// Raw numbers have their bytes the other way round.
+    pub swapped: bool,
+}
+
+impl<'a> Cursor<'a> {
+    pub fn new(bytes: &'a [u8], file: &'a str) -> Self {
+        Self { bytes, at: 0, file, binary: false, swapped: false }
+    }
+
+    /// An error at this place: line number in text, byte in binary files.
+    pub fn error(&self, found: impl Into<String>, allowed: impl Into<String>) -> MeshError {
+        let place = if self.binary {
+            format!("byte {}", self.at)
+        } else {
+            let before = &self.bytes[..self.at.min(self.bytes.len())];
+            format!("line {}", before.iter().filter(|&&b| b == b'\n').count() + 1)
+        };
+        MeshError::Invalid {
+            file: self.file.into(),
+            place,
+            found: found.into(),
+            allowed: allowed.into(),
+        }
+    }
+
+    pub fn at_end(&self) -> bool {
+        self.at >= self.bytes.len()
+    }
+
+    /// The next line without its end; `None` at the end of the file.
+    pub fn line(&mut self) -> Option<&'a str> {
+        if self.at_end() {
+            return None;
+        }
+        let rest = &self.bytes[self.at..];
+        let length = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        self.at += (length + 1).min(rest.len());
+        Some(std::str::from_utf8(&rest[..length]).unwrap_or("").trim())
+    }
+
+    /// Goes behind the next occurrence of `mark`; to the end of the file when there is none.
+    pub fn skip_past(&mut self, mark: &[u8]) {
+        let found = self.bytes[self.at..].windows(mark.len().max(1)).position(|w| w == mark);
+        self.at = found.map_or(self.bytes.len(), |k| self.at + k + mark.len());
+    }
+
+    /// The next word of text.
+    pub fn word(&mut self) -> Result<&'a str, MeshError> {
+        while self.bytes.get(self.at).is_some_and(u8::is_ascii_whitespace) {
+            self.at += 1;
+        }
+        let rest = &self.bytes[self.at.min(self.bytes.len())..];
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        if length == 0 {
+            return Err(self.error("the end of the file", "a number"));
+        }
+        let word = std::str::from_utf8(&rest[..length]);
+        let word = word.map_err(|_| self.error("bytes that are not text", "a number"))?;
+        self.at += length;
+        Ok(word)
+    }
+
+    fn parsed<T: std::str::FromStr>(&mut self, allowed: &str) -> Result<T, MeshError> {
+        let word = self.word()?;
+        word.parse().map_err(|_| {
+            let short: String = word.chars().take(40).collect();
+            self.error(format!("'{short}'"), allowed)
+        })
+    }
+
+    fn raw<const N: usize>(&mut self) -> Result<[u8; N], MeshError> {
+        let taken = self.bytes.get(self.at..self.at + N).and_then(|b| <[u8; N]>::try_from(b).ok());
+        let mut out =
+            taken.ok_or_else(|| self.error("the end of the file", format!("{N} more bytes")))?;
+        self.at += N;
+        if self.swapped {
+            out.reverse();
+        }
+        Ok(out)
+    }
+
+    /// A whole number of four bytes, or a word.
+    pub fn int(&mut self) -> Result<i64, MeshError> {
+        if self.binary {
+            Ok(i64::from(i32::from_le_bytes(self.raw()?)))
+        } else {
+            self.parsed("a whole number")
+        }
+    }
+
+    /// A count or tag of eight bytes, or a word.
+    pub fn size(&mut self) -> Result<u64, MeshError> {
+        if self.binary {
+            Ok(u64::from_le_bytes(self.raw()?))
+        } else {
+            self.parsed("a whole number, 0 or more")
+        }
+    }
+
+    /// A number of eight bytes, or a word; finite.
+    pub fn float(&mut self) -> Result<f64, MeshError> {
+        let x: f64 =
+            if self.binary { f64::from_le_bytes(self.raw()?) } else { self.parsed("a number")? };
+        if x.is_finite() { Ok(x) } else { Err(self.error(x.to_string(), "a finite number")) }
+    }
+
+    /// A number of four bytes (binary STL).
+    pub fn float4(&mut self) -> Result<f64, MeshError> {
+        let x = f64::from(f32::from_le_bytes(self.raw()?));
+        if x.is_finite() { Ok(x) } else { Err(self.error(x.to_string(), "a finite number")) }
+    }
+
+    /// Goes `count` bytes on.
+    pub fn skip(&mut self, count: usize) {
+        self.at = self.at.saturating_add(count).min(self.bytes.len());
+    }
+}

@@ -1,0 +1,238 @@
+//! MSH 2.2 and 4.1, ASCII and binary: nodes and the triangles and quads of surfaces (of higher order:
+//! their corners). All other sections and elements are passed over.
+
+use std::collections::HashMap;
+
+use super::UNATTACHED;
+use super::cursor::Cursor;
+use crate::geometry::Vec3;
+use crate::mesh::{Element, MeshError, SurfaceMesh};
+
+/// Nodes and corners of gmsh's element types; corners are 0 for what is no surface element.
+fn element_type(kind: i64) -> Option<(usize, usize)> {
+    Some(match kind {
+        2 => (3, 3),
+        9 => (6, 3),
+        20 => (9, 3),
+        21 => (10, 3),
+        22 => (12, 3),
+        23 | 24 => (15, 3),
+        25 => (21, 3),
+        3 => (4, 4),
+        16 => (8, 4),
+        10 => (9, 4),
+        15 => (1, 0),
+        1 => (2, 0),
+        8 => (3, 0),
+        4 | 26 => (4, 0),
+        7 | 27 => (5, 0),
+        6 | 28 => (6, 0),
+        5 => (8, 0),
+        11 => (10, 0),
+        12 => (27, 0),
+        13 => (18, 0),
+        14 => (14, 0),
+        17 | 29 => (20, 0),
+        18 => (15, 0),
+        19 => (13, 0),
+        30 => (35, 0),
+        31 => (56, 0),
+        92 => (64, 0),
+        93 => (125, 0),
+        _ => return None,
+    })
+}
+
+struct Reader<'a> {
+    cursor: Cursor<'a>,
+    version: f64,
+    vertices: Vec<Vec3>,
+    ids: HashMap<u64, u32>,
+    /// Corner tags and surface of each element, until all nodes are known.
+    cells: Vec<(Vec<u64>, u32)>,
+}
+
+/// Parses a MSH file; `file` is used in messages.
+pub fn parse(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
+    let cursor = Cursor::new(bytes, file);
+    let mut reader = Reader {
+        cursor,
+        version: 0.0,
+        vertices: Vec::new(),
+        ids: HashMap::new(),
+        cells: Vec::new(),
+    };
+    while let Some(line) = reader.cursor.line() {
+        let Some(section) = line.strip_prefix('$') else { continue };
+        if section == "MeshFormat" {
+            reader.format()?;
+        } else if reader.version == 0.0 {
+            break;
+        } else if section == "Nodes" {
+            if reader.version < 4.0 { reader.nodes2()? } else { reader.nodes4()? }
+        } else if section == "Elements" {
+            if reader.version < 4.0 { reader.elements2()? } else { reader.elements4()? }
+        }
+        reader.cursor.skip_past(format!("$End{section}").as_bytes());
+    }
+    if reader.version == 0.0 {
+        let found = "no $MeshFormat section at the start";
+        return Err(reader.cursor.error(found, "a gmsh mesh of version 2.2 or 4.1"));
+    }
+    reader.finish()
+}
+
+impl Reader<'_> {
+    fn format(&mut self) -> Result<(), MeshError> {
+        self.version = self.cursor.float()?;
+        let (kind, width) = (self.cursor.int()?, self.cursor.int()?);
+        let known = (2.0..3.0).contains(&self.version) || (4.1..4.2).contains(&self.version);
+        if !known {
+            let found = format!("MSH version {}", self.version);
+            return Err(self.cursor.error(found, "2.0 to 2.2 or 4.1 (gmsh -format msh41)"));
+        }
+        if width != 8 {
+            return Err(self.cursor.error(format!("numbers of {width} bytes"), "8"));
+        }
+        self.cursor.line();
+        if kind == 1 {
+            self.cursor.binary = true;
+            self.cursor.swapped = match self.cursor.int()? {
+                1 => false,
+                0x0100_0000 => true,
+                other => return Err(self.cursor.error(format!("byte order mark {other}"), "1")),
+            };
+        }
+        Ok(())
+    }
+
+    /// Counts of version 2 stand on a line of text in binary files too.
+    fn text_count(&mut self) -> Result<u64, MeshError> {
+        let line = self.cursor.line().unwrap_or("");
+        line.parse().map_err(|_| self.cursor.error(format!("'{line}'"), "a count"))
+    }
+
+    fn add_node(&mut self, tag: u64) -> Result<(), MeshError> {
+        let p = Vec3::new(self.cursor.float()?, self.cursor.float()?, self.cursor.float()?);
+        self.ids.insert(tag, self.vertices.len() as u32);
+        self.vertices.push(p);
+        Ok(())
+    }
+
+    fn nodes2(&mut self) -> Result<(), MeshError> {
+        for _ in 0..self.text_count()? {
+            let tag = self.cursor.int()?;
+            self.add_node(tag as u64)?;
+        }
+        Ok(())
+    }
+
+    fn nodes4(&mut self) -> Result<(), MeshError> {
+        let blocks = self.cursor.size()?;
+        (0..3).try_for_each(|_| self.cursor.size().map(|_| ()))?;
+        for _ in 0..blocks {
+            let (dim, _tag, parametric) =
+                (self.cursor.int()?, self.cursor.int()?, self.cursor.int()?);
+            let count = self.cursor.size()?;
+            let mut tags = Vec::new();
+            for _ in 0..count {
+                tags.push(self.cursor.size()?);
+            }
+            for tag in tags {
+                self.add_node(tag)?;
+                if parametric != 0 {
+                    (0..dim.clamp(0, 3)).try_for_each(|_| self.cursor.float().map(|_| ()))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn kind(&self, kind: i64) -> Result<(usize, usize), MeshError> {
+        let known = element_type(kind);
+        known.ok_or_else(|| {
+            self.cursor.error(format!("element type {kind}"), "gmsh's types 1 to 31, 92, 93")
+        })
+    }
+
+    /// Nodes of one element; kept when it is of a surface. `wide`: tags of eight bytes.
+    fn element(
+        &mut self,
+        shape: (usize, usize),
+        surface: u32,
+        wide: bool,
+    ) -> Result<(), MeshError> {
+        let mut corners = Vec::new();
+        for k in 0..shape.0 {
+            let tag = if wide { self.cursor.size()? } else { self.cursor.int()? as u64 };
+            if k < shape.1 {
+                corners.push(tag);
+            }
+        }
+        if shape.1 > 0 {
+            self.cells.push((corners, surface));
+        }
+        Ok(())
+    }
+
+    fn elements2(&mut self) -> Result<(), MeshError> {
+        let count = self.text_count()?;
+        let mut read = 0u64;
+        while read < count {
+            let head = [self.cursor.int()?, self.cursor.int()?, self.cursor.int()?];
+            // Text: number, type, tags. Binary: type, how many follow, tags.
+            let (kind, follow, tags) = if self.cursor.binary {
+                (head[0], head[1], head[2])
+            } else {
+                (head[1], 1, head[2])
+            };
+            let shape = self.kind(kind)?;
+            for _ in 0..follow.max(1) {
+                if self.cursor.binary {
+                    self.cursor.int()?;
+                }
+                let mut surface = UNATTACHED;
+                for t in 0..tags {
+                    let tag = self.cursor.int()?;
+                    if t == 1 && tag >= 0 {
+                        surface = tag as u32;
+                    }
+                }
+                self.element(shape, surface, false)?;
+                read += 1;
+            }
+        }
+        Ok(())
+    }
+
+    fn elements4(&mut self) -> Result<(), MeshError> {
+        let blocks = self.cursor.size()?;
+        (0..3).try_for_each(|_| self.cursor.size().map(|_| ()))?;
+        for _ in 0..blocks {
+            let (_dim, tag, kind) = (self.cursor.int()?, self.cursor.int()?, self.cursor.int()?);
+            let shape = self.kind(kind)?;
+            for _ in 0..self.cursor.size()? {
+                self.cursor.size()?;
+                self.element(shape, tag as u32, true)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<SurfaceMesh, MeshError> {
+        let mut mesh = SurfaceMesh { vertices: self.vertices, elements: Vec::new() };
+        for (tags, surface) in &self.cells {
+            let mut ring = Vec::with_capacity(4);
+            for tag in tags {
+                let known = self.ids.get(tag).copied();
+                ring.push(known.ok_or_else(|| {
+                    let found = format!("an element that uses node {tag}");
+                    self.cursor.error(found, "nodes listed in $Nodes")
+                })?);
+            }
+            mesh.elements.extend(Element::from_ring(&ring, *surface));
+        }
+        mesh.compact();
+        Ok(mesh)
+    }
+}

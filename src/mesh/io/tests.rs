@@ -1,0 +1,139 @@
+use std::path::Path;
+
+use super::*;
+
+/// Two quads and a triangle on faces 0 and 3.
+fn sample() -> SurfaceMesh {
+    let p = |x: f64, y: f64| Vec3::new(x, y, 0.1 * x * y);
+    SurfaceMesh {
+        vertices: vec![
+            p(0.0, 0.0),
+            p(1.0, 0.0),
+            p(1.0, 1.0),
+            p(0.0, 1.0),
+            p(2.0, 0.0),
+            p(2.0, 1.0),
+        ],
+        elements: vec![
+            Element::quad([0, 1, 2, 3], 0),
+            Element::triangle([1, 4, 2], 3),
+            Element::triangle([4, 5, 2], 3),
+        ],
+    }
+}
+
+fn parse(text: &str) -> Result<SurfaceMesh, MeshError> {
+    msh_read::parse(text.as_bytes(), "t.msh")
+}
+
+#[test]
+fn msh_and_vtu_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, shift) in [("a.msh", 1), ("a.vtu", 0)] {
+        let path = folder.path().join(name);
+        write(&sample(), &path).unwrap();
+        let back = read(&path).unwrap();
+        assert_eq!(back.vertices, sample().vertices);
+        let faces: Vec<u32> = back.elements.iter().map(|e| e.face).collect();
+        assert_eq!(faces, [shift, 3 + shift, 3 + shift]);
+        assert!(back.elements.iter().zip(sample().elements).all(|(a, b)| a.nodes() == b.nodes()));
+    }
+}
+
+const MSH2: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n7 0 0 0\n8 1 0 0\n9 0 1 0\n\
+                    $EndNodes\n$Elements\n2\n1 15 2 0 1 7\n2 2 2 0 5 7 8 9\n$EndElements\n";
+
+#[test]
+fn msh_2_text_and_binary_agree() {
+    let mut binary = b"$MeshFormat\n2.2 1 8\n\x01\0\0\0\n$EndMeshFormat\n$Nodes\n3\n".to_vec();
+    for (tag, x, y) in [(7i32, 0.0f64, 0.0f64), (8, 1.0, 0.0), (9, 0.0, 1.0)] {
+        binary.extend(tag.to_le_bytes());
+        [x, y, 0.0].iter().for_each(|v| binary.extend(v.to_le_bytes()));
+    }
+    binary.extend(b"\n$EndNodes\n$Elements\n1\n");
+    [2, 1, 2, 2, 0, 5, 7, 8, 9].iter().for_each(|v: &i32| binary.extend(v.to_le_bytes()));
+    binary.extend(b"\n$EndElements\n");
+    let (text, raw) = (parse(MSH2).unwrap(), msh_read::parse(&binary, "b.msh").unwrap());
+    assert_eq!(text, raw);
+    assert_eq!(text.elements, vec![Element::triangle([0, 1, 2], 5)]);
+    // Cut anywhere, it is an error or a smaller mesh: never a panic.
+    for k in 0..binary.len() {
+        let _ = msh_read::parse(&binary[..k], "cut.msh");
+    }
+}
+
+#[test]
+fn msh_4_binary_is_read() {
+    let mut b = b"$MeshFormat\n4.1 1 8\n\x01\0\0\0\n$EndMeshFormat\n$Nodes\n".to_vec();
+    let sizes = |b: &mut Vec<u8>, v: &[u64]| v.iter().for_each(|x| b.extend(x.to_le_bytes()));
+    let ints = |b: &mut Vec<u8>, v: &[i32]| v.iter().for_each(|x| b.extend(x.to_le_bytes()));
+    sizes(&mut b, &[1, 4, 1, 4]);
+    ints(&mut b, &[2, 6, 0]);
+    sizes(&mut b, &[4, 1, 2, 3, 4]);
+    for x in [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0f64] {
+        b.extend(x.to_le_bytes());
+    }
+    b.extend(b"\n$EndNodes\n$Elements\n");
+    sizes(&mut b, &[1, 1, 1, 1]);
+    ints(&mut b, &[2, 6, 3]);
+    sizes(&mut b, &[1, 1, 1, 2, 3, 4]);
+    b.extend(b"\n$EndElements\n");
+    let mesh = msh_read::parse(&b, "b.msh").unwrap();
+    assert_eq!(mesh.elements, vec![Element::quad([0, 1, 2, 3], 6)]);
+    for k in 0..b.len() {
+        let _ = msh_read::parse(&b[..k], "cut.msh");
+    }
+}
+
+#[test]
+fn broken_msh_says_where_and_what() {
+    let message = |text: &str| parse(text).unwrap_err().to_string();
+    let bad = message(&MSH2.replace("8 1 0 0", "8 1 x 0"));
+    assert!(bad.contains("t.msh, line 7: 'x'; allowed: a number"), "{bad}");
+    let bad = message(&MSH2.replace("5 7 8 9", "5 7 8 99"));
+    assert!(bad.contains("an element that uses node 99"), "{bad}");
+    assert!(message(&MSH2.replace("2.2", "4.0")).contains("MSH version 4"));
+    // A count far beyond the data ends at the end of the file, without memory for it.
+    let bad =
+        message("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 9 1 9\n2 1 0 99999999999999\n1 2");
+    assert!(bad.contains("the end of the file"), "{bad}");
+    assert!(message("").contains("$MeshFormat"));
+}
+
+#[test]
+fn stl_corners_are_merged() {
+    let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n\
+                endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 1 0\n\
+                vertex -0 1 0\nendloop\nendfacet\nendsolid\n";
+    let mesh = stl::parse(text.as_bytes(), "a.stl").unwrap();
+    assert_eq!((mesh.vertices.len(), mesh.elements.len()), (4, 2));
+    let mut binary = vec![b's'; 80];
+    binary.extend(2u32.to_le_bytes());
+    for e in &mesh.elements {
+        binary.extend([0u8; 12]);
+        for p in mesh.corners(e) {
+            p.iter().for_each(|x| binary.extend((*x as f32).to_le_bytes()));
+        }
+        binary.extend([0u8; 2]);
+    }
+    assert_eq!(stl::parse(&binary, "b.stl").unwrap(), mesh);
+    assert!(stl::parse(b"hello", "c.stl").unwrap_err().to_string().contains("'hello'"));
+}
+
+#[test]
+fn obj_takes_slashes_and_negative_numbers() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -1 .5 0\nf 1/2 2/2/3 3//1 4\nf -1 1 4\n\
+                f 1 2 3 4 5\n";
+    let mesh = obj::parse(text.as_bytes(), "a.obj").unwrap();
+    assert_eq!(mesh.elements.len(), 2 + 3);
+    assert_eq!(mesh.elements[1].nodes(), [4, 0, 3]);
+    let bad = obj::parse(b"v 0 0 0\nf 1 2 9\n", "b.obj").unwrap_err().to_string();
+    assert!(bad.contains("b.obj, line"), "{bad}");
+}
+
+#[test]
+fn endings_this_program_does_not_know_are_named() {
+    let bad = write(&sample(), Path::new("x.ply")).unwrap_err().to_string();
+    assert!(bad.contains("'.ply'") && bad.contains(".msh, .vtu"), "{bad}");
+    assert!(matches!(read(Path::new("none.msh")), Err(MeshError::Read { .. })));
+}

@@ -74,7 +74,7 @@ pub(super) fn split(bytes: &[u8]) -> Cards<'_> {
         match section {
             b'S' => cards.start += 1,
             b'G' => push_padded(&mut cards.global, head(text, 72), 72),
-            b'D' if lettered.is_some() => {
+            b'D' if lettered.is_some() || bare_directory_card(text) => {
                 cards.directory.push(Card { text: head(text, 72), sequence, line });
             }
             b'P' => push_parameter_card(&mut cards, text, sequence, line, runs_on),
@@ -114,6 +114,11 @@ fn column_65_holds_data(bytes: &[u8]) -> bool {
         letter(text) == Some(b'P')
             && text.get(64).is_some_and(|b| !b.is_ascii_whitespace() && *b != b'0')
     })
+}
+
+/// A directory card cut off before column 73.
+fn bare_directory_card(text: &[u8]) -> bool {
+    text.len() >= PARAMETER_COLUMNS && number(head(text, 8)) > 0
 }
 
 fn head(text: &[u8], columns: usize) -> &[u8] {

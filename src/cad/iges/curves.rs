@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::file::Fault;
+use super::file::{Fault, PIECE};
 use super::reader::{DEPTH, Reader, similarity};
 use crate::geometry::nurbs::{Curve2, Curve3, NurbsError};
 use crate::geometry::{Affine, Frame, Vec2, Vec3};
@@ -65,7 +65,19 @@ impl Reader<'_, '_> {
                     stack.extend(members.into_iter().map(|m| (m, placed, depth + 1)));
                 }
                 116 | 132 => {}
-                _ => out.push(self.leaf(member, depth)?.transformed(&placed)),
+                _ => {
+                    self.file.charge(member, PIECE)?;
+                    let piece = self.leaf(member, depth)?.transformed(&placed);
+                    if !piece.curve.points().iter().all(|p| p.iter().all(|c| c.is_finite())) {
+                        return Err(self.file.fault(
+                            member,
+                            "curve-infinite",
+                            "coordinates no double can hold in mm",
+                            "finite coordinates",
+                        ));
+                    }
+                    out.push(piece);
+                }
             }
         }
         if out.is_empty() {

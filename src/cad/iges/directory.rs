@@ -123,7 +123,8 @@ fn locate(directory: &mut Directory, cards: &Cards<'_>, starts: &[u32], delimite
     let rising = tail.windows(2).all(|w| w[0].sequence < w[1].sequence || w[1].sequence == 0);
     let begins_with = |card: usize, kind: u32| {
         tail.get(card).is_some_and(|c| {
-            let found = token::token(&cards.parameters[c.offset..], delimiters).1;
+            let end = cards.parameters.len().min(c.offset + 80);
+            let found = token::token(&cards.parameters[c.offset..end], delimiters).1;
             matches!(found, Token::Word(w) if token::integer(w) == Some(i64::from(kind)))
         })
     };

@@ -10,6 +10,11 @@ use super::params::Params;
 use super::token;
 use crate::cad::{Diagnostic, Severity};
 
+/// Parameters that may be read beyond eight times the file: what instances and shared entities may repeat.
+const BUDGET: usize = 12_000_000;
+/// What a curve or a face costs, in parameters.
+pub(super) const PIECE: usize = 32;
+
 /// Why an entity could not be used. Faults skip what they belong to and become diagnostics.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fault {
@@ -47,7 +52,7 @@ impl<'a> File<'a> {
         let cards = cards::split(bytes);
         let global = global::parse(&cards.global);
         let directory = directory::parse(&cards, global.delimiters);
-        let budget = Cell::new(5_000_000 + 8 * cards.parameters.len());
+        let budget = Cell::new(BUDGET + 8 * cards.parameters.len());
         Self { global, directory, cards, budget, log: RefCell::default() }
     }
 
@@ -112,15 +117,7 @@ impl<'a> File<'a> {
         let end = cards.get(entry.cards.end).map_or(self.cards.parameters.len(), |c| c.offset);
         let text = self.cards.parameters.get(first.offset..end).unwrap_or_default();
         let (tokens, closed) = token::record(text, self.global.delimiters);
-        let left = self.budget.get().checked_sub(tokens.len() + 1).ok_or_else(|| {
-            self.fault(
-                entity,
-                "work-limit",
-                "pointers lead to the same entities again and again, without end in sight",
-                "at most 5 000 000 parameters more than the file is long",
-            )
-        })?;
-        self.budget.set(left);
+        self.charge(entity, tokens.len() + 1)?;
         if !closed {
             self.note(
                 entity,
@@ -129,6 +126,23 @@ impl<'a> File<'a> {
             );
         }
         Ok(Params::new(self, entity, tokens, first.offset, text))
+    }
+
+    /// Spends some of the budget of work.
+    ///
+    /// # Errors
+    /// A fault with the code `work-limit` when it is spent; it stays spent.
+    pub fn charge(&self, entity: usize, work: usize) -> Result<(), Fault> {
+        let left = self.budget.get().checked_sub(work);
+        self.budget.set(left.unwrap_or(0));
+        left.map(|_| ()).ok_or_else(|| {
+            self.fault(
+                entity,
+                "work-limit",
+                "pointers lead to the same entities again and again",
+                format!("at most {BUDGET} parameters read again, beyond eight times the file"),
+            )
+        })
     }
 
     /// True when the budget of work is spent.

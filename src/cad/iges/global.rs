@@ -211,3 +211,64 @@ fn text_of(token: Option<&Token<'_>>) -> String {
         _ => String::new(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REST: &str = "4HSYST,3HPRE,32,38,6,308,15,3HREC";
+
+    #[test]
+    fn units_by_flag_and_name_with_any_delimiters() {
+        let table: [(&str, &str, f64, &[&str]); 12] = [
+            ("2,2HMM", "MM", 1.0, &[]),
+            ("1,4HINCH", "INCH", 25.4, &[]),
+            ("6,1HM", "M", 1000.0, &[]),
+            ("10,2HCM", "CM", 10.0, &[]),
+            ("8,3HMIL", "MIL", 0.0254, &[]),
+            ("3,2HFT", "FT", 304.8, &[]),
+            ("3,2HXX", "INCH", 25.4, &["unit-unknown"]),
+            (",2HMM", "MM", 1.0, &[]),
+            (",", "INCH", 25.4, &[]),
+            ("6,", "M", 1000.0, &[]),
+            ("6,2HMM", "M", 1000.0, &["unit-conflict"]),
+            ("77,2HCM", "CM", 10.0, &[]),
+        ];
+        for (fields, unit, mm, codes) in table {
+            let heads: [(&str, u8, u8); 4] = [
+                ("1H,,1H;,", b',', b';'),
+                (",,", b',', b';'),
+                (",1H;,", b',', b';'),
+                ("1H/,1H#,", b'/', b'#'),
+            ];
+            for (head, parameter, record) in heads {
+                let text = format!("3HABC,5Ha.igs,{REST},1.,{fields},1,0.5,5H20260,0.01,9.,;");
+                let text =
+                    if parameter == b'/' { text.replace(',', "/").replace(';', "#") } else { text };
+                let head = if parameter == b'/' { "1H//1H#/" } else { head };
+                let global = parse(format!("{head}{text}").as_bytes());
+                assert_eq!(global.delimiters, Delimiters { parameter, record }, "{head}{text}");
+                assert_eq!((global.unit.as_str(), global.unit_mm), (unit, mm), "{head}{text}");
+                let found: Vec<_> = global.remarks.iter().map(|r| r.0).collect();
+                assert_eq!(found, codes, "{head}{text}");
+                assert_eq!((global.resolution, global.writer.as_str()), (0.01, "SYST; PRE"));
+            }
+        }
+    }
+
+    #[test]
+    fn a_wrong_count_before_the_unit_does_not_shift_it() {
+        for name in ["9Ha.igs", "2Ha.igs", "14Ha.igs"] {
+            let global =
+                parse(format!(",,3HABC,{name},{REST},1.,6,1HM,1,0.5,5H20260,0.01;").as_bytes());
+            assert_eq!((global.unit_mm, global.resolution), (1000.0, 0.01), "{name}");
+        }
+    }
+
+    #[test]
+    fn scale_must_be_positive() {
+        let of = |scale: &str| parse(format!(",,3HABC,5Ha.igs,{REST},{scale},2,2HMM;").as_bytes());
+        assert_eq!((of("0.5").scale, of("").scale), (0.5, 1.0));
+        assert_eq!((of("-2.").scale, of("-2.").remarks[0].0), (1.0, "scale-ignored"));
+    }
+}

@@ -97,7 +97,10 @@ impl<'f, 'a> Reader<'f, 'a> {
         let rows = [row()?, row()?, row()?];
         let linear = Mat3::from_fn(|i, j| rows[i][j]);
         let shift = Vec3::new(rows[0][3], rows[1][3], rows[2][3]);
-        if linear.determinant().abs() < 1e-9 * linear.norm().powi(3) {
+        let (size, volume) = (linear.norm(), linear.determinant().abs());
+        let regular =
+            volume >= 1e-9 * size.powi(3) && volume.is_finite() && shift.norm().is_finite();
+        if !regular {
             return Err(self.file.fault(
                 entity,
                 "matrix-singular",

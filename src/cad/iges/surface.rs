@@ -118,20 +118,21 @@ impl Reader<'_, '_> {
 
     /// Parametric spline surface (114): CTYPE, PTYPE, M, N, M+1 and N+1 breakpoints, then for each of
     /// (M+1)(N+1) patches, v fastest, 16 coefficients each of x, y, z (s fastest); the last row and column of
-    /// patches are not used.
+    /// patches are not used, and some writers leave them out.
     fn spline_surface(&self, entity: usize, map: &Affine) -> Result<Based, Fault> {
         let mut p = self.file.params(entity)?;
         p.integer_or("spline type", 0)?;
         p.integer_or("patch type", 0)?;
         let spans = [p.count("M", 48)?, p.count("N", 48)?];
-        let patches = spans[0].saturating_mul(spans[1] + 1);
-        p.expect(patches.saturating_sub(1).saturating_mul(48), "patch coefficients")?;
+        let patches = spans[0].saturating_mul(spans[1]);
+        p.expect(patches.saturating_mul(48), "patch coefficients")?;
         let breaks =
             [p.reals(spans[0] + 1, "breakpoint of u")?, p.reals(spans[1] + 1, "breakpoint of v")?];
         let counts = [3 * spans[0] + 1, 3 * spans[1] + 1];
         let mut points = vec![Vec3::zeros(); counts[0] * counts[1]];
+        let bare = p.left() <= 48 * patches + 8;
         for i in 0..spans[0] {
-            for j in 0..=spans[1] {
+            for j in 0..spans[1] + usize::from(!bare) {
                 let mut axes = [[[0.0; 4]; 4]; 3];
                 for value in axes.iter_mut().flatten().flatten() {
                     *value = p.real("coefficient")?;

@@ -93,7 +93,7 @@ fn until_delimiter(input: &[u8], delimiters: Delimiters) -> (&[u8], &[u8]) {
 /// All parameters of a record, up to its record delimiter or the end of `input`. The flag says whether the
 /// delimiter was there.
 pub(super) fn record(input: &[u8], delimiters: Delimiters) -> (Vec<Token<'_>>, bool) {
-    let mut tokens = Vec::with_capacity(input.len() / 8 + 1);
+    let mut tokens = Vec::with_capacity((input.len() / 8 + 1).min(16_384));
     let mut rest = input;
     loop {
         let (after, found) = token(rest, delimiters);
@@ -165,4 +165,88 @@ pub(super) fn integer(word: &[u8]) -> Option<i64> {
         #[allow(clippy::cast_possible_truncation)]
         (value.fract() == 0.0 && value.abs() < 9e15).then_some(value as i64)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reals_in_every_spelling_and_nothing_else() {
+        let table: [(&str, Option<f64>); 24] = [
+            ("1", Some(1.0)),
+            ("-3.", Some(-3.0)),
+            (".5", Some(0.5)),
+            ("+.5E+1", Some(5.0)),
+            ("1.D3", Some(1000.0)),
+            ("1.5d-3", Some(0.0015)),
+            ("6.E-3", Some(0.006)),
+            ("1.5-3", Some(0.0015)),
+            ("1.5+3", Some(1500.0)),
+            ("12 34.5", Some(1234.5)),
+            ("-0.", Some(-0.0)),
+            ("1E-400", Some(0.0)),
+            ("1E400", None),
+            ("-1D400", None),
+            ("NaN", None),
+            ("inf", None),
+            ("infinity", None),
+            ("E5", None),
+            ("1.2.3", None),
+            ("--1", None),
+            ("1E", None),
+            (".", None),
+            ("0x10", None),
+            ("1_000", None),
+        ];
+        for (text, wanted) in table {
+            assert_eq!(real(text.as_bytes()), wanted, "{text}");
+        }
+        assert_eq!(real(&[b'9'; 200]), Some(1e200));
+        assert_eq!(real(&[b'9'; 400]), None);
+    }
+
+    #[test]
+    fn integers_may_be_written_as_whole_reals() {
+        for (text, wanted) in [
+            ("7", Some(7)),
+            ("-7", Some(-7)),
+            ("7.", Some(7)),
+            ("7.5", None),
+            ("1D20", None),
+            ("T", None),
+        ] {
+            assert_eq!(integer(text.as_bytes()), wanted, "{text}");
+        }
+    }
+
+    #[test]
+    fn records_split_whatever_their_strings_and_ends() {
+        let standard = Delimiters::default();
+        let other = Delimiters { parameter: b'/', record: b'#' };
+        let text = |t: &'static str| Token::Text(t.as_bytes());
+        let word = |t: &'static str| Token::Word(t.as_bytes());
+        let table: [(&str, Delimiters, Vec<Token<'_>>, bool); 11] = [
+            ("110,1.,2;", standard, vec![word("110"), word("1."), word("2")], true),
+            ("110,,;comment, more;", standard, vec![word("110"), Token::Blank, Token::Blank], true),
+            ("110 , 1. ,2", standard, vec![word("110"), word("1."), word("2")], false),
+            (
+                "308,0,5Ha,b;c,1;",
+                standard,
+                vec![word("308"), word("0"), text("a,b;c"), word("1")],
+                true,
+            ),
+            ("308/0/3Ha/b#", other, vec![word("308"), word("0"), text("a/b")], true),
+            ("1,3Habcd,2;", standard, vec![word("1"), text("abcd"), word("2")], true),
+            ("1,9Hab,2;", standard, vec![word("1"), text("ab"), word("2")], true),
+            ("1,99999999999999999999Hab;", standard, vec![word("1"), text("ab")], true),
+            ("1,0H,2;", standard, vec![word("1"), text(""), word("2")], true),
+            ("1,2hab ;", standard, vec![word("1"), text("ab")], true),
+            (";", standard, vec![Token::Blank], true),
+        ];
+        for (source, delimiters, wanted, closed) in table {
+            assert_eq!(record(source.as_bytes(), delimiters), (wanted, closed), "{source}");
+        }
+        assert_eq!(record(b"   ", standard), (Vec::new(), false));
+    }
 }

@@ -1,7 +1,7 @@
 //! Trimmed surfaces: 141 boundary, 142 curve on a surface, 143 bounded surface, 144 trimmed surface.
 
 use super::edges::{Draft, paired, settle};
-use super::file::Fault;
+use super::file::{Fault, PIECE};
 use super::reader::{Reader, mirrors};
 use super::surface::Based;
 use crate::cad::raw::{RawEdge, RawFace, RawLoop};
@@ -68,6 +68,7 @@ impl Reader<'_, '_> {
         to_domain: bool,
         turn: bool,
     ) -> Result<RawFace, Fault> {
+        self.file.charge(entity, PIECE)?;
         let settled = settle(&based, &mut loops);
         if settled.map > 0 {
             self.file.note(

@@ -1,5 +1,10 @@
 //! Claims on whole files.
 
+mod build;
+mod entities;
+mod faults;
+mod habits;
+
 use std::path::{Path, PathBuf};
 
 use super::uv::point_on;

@@ -221,7 +221,7 @@ fn cut_to(curve: Curve3, ends: &[Vec3; 2]) -> Curve3 {
     if near(&a, &ends[1]) && near(&b, &ends[0]) {
         return curve.reversed();
     }
-    let ((s, _), (t, _)) = (curve.closest(&ends[0]), curve.closest(&ends[1]));
+    let (s, t) = (foot(&curve, &ends[0]), foot(&curve, &ends[1]));
     let fits = near(&curve.point(s), &ends[0]) && near(&curve.point(t), &ends[1]);
     let piece = if fits { curve.trimmed(s.min(t), s.max(t)).ok() } else { None };
     match piece {
@@ -229,4 +229,25 @@ fn cut_to(curve: Curve3, ends: &[Vec3; 2]) -> Curve3 {
         Some(piece) => piece.reversed(),
         None => curve,
     }
+}
+
+/// Parameter of a point on a curve: the nearest of eight samples a span, then thirds of its neighbourhood. Made for
+/// vertices that lie on the curve.
+fn foot(curve: &Curve3, p: &Vec3) -> f64 {
+    let [low, high] = curve.domain();
+    let count = 8 * curve.points().len().clamp(2, 1000);
+    #[allow(clippy::cast_precision_loss)]
+    let at = |i: usize| low + (high - low) * (i.min(count) as f64 / count as f64);
+    let off = |t: f64| (curve.point(t) - p).norm_squared();
+    let best = (0..=count).min_by(|a, b| off(at(*a)).total_cmp(&off(at(*b)))).unwrap_or(0);
+    let (mut a, mut b) = (at(best.saturating_sub(1)), at(best + 1));
+    for _ in 0..80 {
+        let (c, d) = (a + (b - a) / 3.0, b - (b - a) / 3.0);
+        if off(c) < off(d) {
+            b = d;
+        } else {
+            a = c;
+        }
+    }
+    f64::midpoint(a, b)
 }

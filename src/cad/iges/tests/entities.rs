@@ -377,6 +377,20 @@ fn brep_faces_are_oriented_by_shell_and_solid_and_share_edges() {
 }
 
 #[test]
+fn listed_edges_are_cut_to_their_vertices() {
+    let mut items = sheet(vec![]);
+    items[7] = item(110, 0, "-3.,0.,0.,5.,0.,0.");
+    items[8] = item(110, 0, "1.,1.,0.,1.,0.,0.");
+    let edges = &faces(&items)[0].loops[0].edges;
+    for (edge, ends) in edges.iter().zip([[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [1.0, 1.0]]]) {
+        let curve = edge.curve.as_ref().unwrap();
+        for (t, [x, y]) in curve.domain().into_iter().zip(ends) {
+            near(curve.point(t), [x, y, 0.0], 1e-6);
+        }
+    }
+}
+
+#[test]
 fn subfigures_are_placed_scaled_and_nested_and_groups_own_nothing() {
     let sphere = [item(196, 0, ""), item(116, 0, "1.,0.,0.,0")];
     let items = [

@@ -1,1 +1,12 @@
-//! scene
+//! What a run is: blank, material, tools, stages, output; read, checked, completed with defaults.
+//!
+//! [`types`] is the file as written (unknown keys are errors, every key has a default or is required);
+//! [`mod@read`] turns a file into a [`Plan`]: checked, with tool files and material loaded; [`setup`] turns
+//! that into what the solver runs.
+
+pub mod read;
+pub mod setup;
+pub mod types;
+
+pub use read::{Plan, PlannedTool, SceneError, read};
+pub use types::Scene;

@@ -1,6 +1,5 @@
 //! The tool file `*.tool.json`, version 1: what it says, how it is read, checked and written.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;

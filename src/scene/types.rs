@@ -1,0 +1,236 @@
+//! The scene file, version 1. Lengths in mm, forces in N, stresses in MPa, angles in degrees.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::solver::element::ElementKind;
+use crate::solver::material::card::MaterialCard;
+use crate::solver::stages::Limits;
+
+/// A forming run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// `kanagata-scene`.
+    pub format: FormatTag,
+    /// File version: 1.
+    pub version: u32,
+    /// Name, for reports.
+    pub name: String,
+    /// The sheet.
+    pub blank: Blank,
+    /// Its material: the name of a card in the library, or a card in full.
+    pub material: MaterialChoice,
+    /// Symmetry planes of the modelled part.
+    #[serde(default)]
+    pub symmetry: Vec<SymmetryPlane>,
+    /// Rigid tools.
+    pub tools: Vec<Tool>,
+    /// Stages, one after the other.
+    pub stages: Vec<Stage>,
+    /// Limits of the solver.
+    #[serde(default)]
+    pub solver: SolverLimits,
+    /// What is written.
+    #[serde(default)]
+    pub output: Output,
+}
+
+/// The constant that marks a scene file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum FormatTag {
+    /// `kanagata-scene`
+    #[serde(rename = "kanagata-scene")]
+    Scene,
+}
+
+/// The sheet before forming: a flat rectangle of hexahedra, thickness along z.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Blank {
+    /// Smallest x and y of the rectangle [mm].
+    #[serde(default)]
+    pub corner_mm: [f64; 2],
+    /// Size along x and y [mm], > 0.
+    pub size_mm: [f64; 2],
+    /// Thickness [mm], > 0.
+    pub thickness_mm: f64,
+    /// z of its lower face [mm].
+    #[serde(default)]
+    pub z_mm: f64,
+    /// Elements along x, y and through the thickness, each >= 1.
+    pub elements: [usize; 3],
+    /// Element formulation.
+    #[serde(default)]
+    pub element: ElementKind,
+    /// Angle from x to the rolling direction [degrees].
+    #[serde(default)]
+    pub rolling_direction_deg: f64,
+}
+
+/// A material by name or in full.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MaterialChoice {
+    /// Name of a card in the library.
+    Named(String),
+    /// A card in full.
+    Card(Box<MaterialCard>),
+}
+
+/// A symmetry plane normal to a coordinate axis: nodes on it stay on it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SymmetryPlane {
+    /// Axis the plane is normal to.
+    pub normal: Axis,
+    /// Coordinate of the plane on that axis [mm].
+    #[serde(default)]
+    pub at_mm: f64,
+}
+
+/// A coordinate axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// x
+    X,
+    /// y
+    Y,
+    /// z
+    Z,
+}
+
+impl Axis {
+    /// 0, 1 or 2.
+    #[must_use]
+    pub fn index(self) -> usize {
+        match self {
+            Self::X => 0,
+            Self::Y => 1,
+            Self::Z => 2,
+        }
+    }
+}
+
+/// A rigid tool.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tool {
+    /// Name: letters, digits, `-` and `_`; names its columns in `history.csv`.
+    pub name: String,
+    /// Tool file, relative to the scene.
+    pub file: String,
+    /// Direction in which its travel and its force on the sheet count positive; need not be a unit vector.
+    pub direction: [f64; 3],
+    /// Coulomb coefficient of friction with the sheet, >= 0.
+    #[serde(default)]
+    pub friction: f64,
+    /// Where it stands at the start.
+    #[serde(default)]
+    pub place: Place,
+    /// Face of the sheet it may touch; from its direction when not said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub side: Option<Side>,
+}
+
+/// Faces of the sheet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// The upper face.
+    Top,
+    /// The lower face.
+    Bottom,
+    /// Both.
+    Both,
+}
+
+/// Where a tool stands at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Place {
+    /// Moved along its direction until it touches the undeformed sheet.
+    #[default]
+    Touch,
+    /// Left as its file has it, shifted by this vector [mm].
+    Shift([f64; 3]),
+}
+
+/// A stage: each tool is driven by travel or by force. A tool that is not named goes on as the stage before left
+/// it: it holds its travel, or its force.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stage {
+    /// Name, for the history.
+    pub name: String,
+    /// What drives each tool, by its name.
+    #[serde(default)]
+    pub drive: std::collections::BTreeMap<String, Drive>,
+    /// First increment as a share of the stage, in (0, 1].
+    #[serde(default)]
+    pub first_increment: Option<f64>,
+    /// Largest increment as a share of the stage, in (0, 1].
+    #[serde(default)]
+    pub largest_increment: Option<f64>,
+}
+
+/// What drives a tool during a stage.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Drive {
+    /// Travel along its direction since the start of the run, reached at the end of the stage [mm].
+    TravelMm(f64),
+    /// Travel along its direction during this stage [mm].
+    AdvanceMm(f64),
+    /// Force on the sheet along its direction, of the whole process (all symmetric parts together), reached
+    /// linearly at the end of the stage [N].
+    ForceN(f64),
+    /// Its forces on the sheet fall to zero over the stage; then it is gone (`true`).
+    Release(bool),
+    /// Not there during this stage (`true`).
+    Absent(bool),
+}
+
+/// Limits of the solver. Everything has a default that fits ordinary sheet forming.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverLimits {
+    /// Out-of-balance force allowed, as a share of the forces at work.
+    pub force_tolerance: f64,
+    /// Newton iterations allowed in an increment before it is cut.
+    pub iterations: usize,
+    /// Newton iterations an increment should take: the step grows below and shrinks above.
+    pub wanted_iterations: usize,
+    /// Smallest increment as a share of the first one before the run gives up.
+    pub smallest_increment: f64,
+    /// Increments allowed in the whole run.
+    pub increments: usize,
+}
+
+impl Default for SolverLimits {
+    fn default() -> Self {
+        let limits = Limits::default();
+        Self {
+            force_tolerance: limits.force_tolerance,
+            iterations: limits.iterations,
+            wanted_iterations: limits.wanted_iterations,
+            smallest_increment: limits.smallest_step,
+            increments: limits.increments,
+        }
+    }
+}
+
+/// What a run writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// A VTU file every so many increments (and at the end of each stage); 0 = stage ends only.
+    pub vtu_every: usize,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self { vtu_every: 10 }
+    }
+}

@@ -1,2 +1,5 @@
 //! The forming solver.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    kanagata::cli::solve::main()
+}

@@ -1,0 +1,111 @@
+//! `kanagata-solve run SCENE -o DIR`: the run itself, watched on the terminal.
+
+use std::path::PathBuf;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::exit::{EXIT_HELP, Exit, Failure};
+use crate::report::record::RunRecord;
+use crate::run::{Progress, RunError};
+use crate::scene::{SceneError, read};
+use crate::solver::SimulationError;
+
+/// Arguments of `run`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Example:\n  kanagata-solve run fixtures/cross/demo.scene.json -o out/demo\n\n\
+    The folder then holds history.csv, run.json, run.pvd, steps/*.vtu, tools/*.vtu and report.html.\n\n{EXIT_HELP}"))]
+pub struct RunArgs {
+    /// Scene file
+    scene: PathBuf,
+    /// Folder for the results; made if missing
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// No progress bar
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Self {
+        let exit = match &error {
+            RunError::Scene(SceneError::Io { .. })
+            | RunError::Write(_)
+            | RunError::Folder { .. } => Exit::Io,
+            RunError::Scene(_) => Exit::Input,
+            RunError::Solver { cause, .. } => match **cause {
+                SimulationError::Setup(_) | SimulationError::NoTouch { .. } => Exit::Input,
+                _ => Exit::NoConvergence,
+            },
+        };
+        Self::new(exit, error)
+    }
+}
+
+/// Runs the scene.
+///
+/// # Errors
+/// Exit code 2 for a scene that cannot be run, 3 when the solver gives up, 4 when files cannot be read or written.
+pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
+    let plan = read(&args.scene)?;
+    let bar = progress_bar(args.quiet);
+    let outcome =
+        crate::run::run(&plan, &args.scene, &args.output, &mut |progress| show(&bar, progress));
+    bar.finish_and_clear();
+    let record = outcome?;
+    if !args.quiet {
+        print_record(&record, &args.output);
+    }
+    Ok(Exit::Done)
+}
+
+const RESOLUTION: u64 = 10_000;
+
+fn progress_bar(quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(RESOLUTION);
+    let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {msg}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
+fn show(bar: &ProgressBar, progress: &Progress<'_>) {
+    let r = progress.report;
+    // The tool that moves or pushes most is the one to watch.
+    let watched = r.tools.iter().max_by(|a, b| a.travel.abs().total_cmp(&b.travel.abs()));
+    let tool = watched.map_or_else(String::new, |t| {
+        format!("{} {:.2} mm {:.1} kN", t.name, t.travel, t.force / 1e3)
+    });
+    let left = if progress.done > 0.01 {
+        let seconds = progress.elapsed_s * (1.0 - progress.done) / progress.done;
+        format!("{:.0}:{:02.0} left", (seconds / 60.0).floor(), seconds % 60.0)
+    } else {
+        String::new()
+    };
+    bar.set_position((progress.done * RESOLUTION as f64) as u64);
+    bar.set_message(format!(
+        "{} #{} {tool}, {} iterations, {} touch {} slip  {left}",
+        r.stage_name, r.increment, r.iterations, r.contacts, r.slipping
+    ));
+}
+
+fn print_record(record: &RunRecord, output: &std::path::Path) {
+    println!("{}: all stages done", record.name);
+    println!(
+        "  {} increments, {} iterations, {} cuts, {} unknowns",
+        record.increments, record.iterations, record.cuts, record.unknowns
+    );
+    println!(
+        "  {:.1} s wall, {:.1} s processor on {} threads, {:.0} MB",
+        record.wall_s, record.cpu_s, record.threads, record.peak_mb
+    );
+    for (phase, seconds) in &record.timings_s {
+        println!("    {phase:10} {seconds:7.2} s");
+    }
+    println!(
+        "  forces balance to {:.1e}, energy to {:.1e}, penetration at most {:.1e} mm",
+        record.force_balance, record.energy_balance, record.penetration_mm
+    );
+    println!("  {}", output.join("report.html").display());
+}

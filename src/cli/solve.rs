@@ -1,0 +1,52 @@
+//! `kanagata-solve`: the forming solver's command line.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use super::exit::{EXIT_HELP, finish};
+use super::{check, run};
+
+/// Forms a sheet against rigid tools with an implicit finite-element solver.
+#[derive(Debug, Parser)]
+#[command(name = "kanagata-solve", version, after_help = EXIT_HELP)]
+struct Solve {
+    /// Threads to use; results are the same for any number of them.
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<usize>,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Read a scene and its tools, say what would be run and what it would cost
+    Check(check::CheckArgs),
+    /// Run a scene into a folder
+    Run(run::RunArgs),
+}
+
+/// Runs the program on the process's arguments.
+#[must_use]
+pub fn main() -> ExitCode {
+    let arguments = Solve::parse();
+    if let Some(threads) = arguments.threads {
+        // Fails only when a pool exists already, which is not so at the start of a program.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build_global();
+    }
+    finish(match arguments.command {
+        Command::Check(args) => check::run(&args),
+        Command::Run(args) => run::run(&args),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Solve::command().debug_assert();
+    }
+}

@@ -1,0 +1,136 @@
+//! Fields on the sheet and the tools, as VTU grids.
+
+use crate::geometry::Vec3;
+use crate::report::{CellKind, DataArray, Vtu};
+use crate::solver::blank::HexMesh;
+use crate::tool::{Patch, ToolModel};
+
+/// Positions of the nodes after the displacements (three a node) [mm].
+#[must_use]
+pub fn positions(mesh: &HexMesh, displacements: &[f64]) -> Vec<Vec3> {
+    let moved = |(x, u): (&Vec3, &[f64])| x + Vec3::new(u[0], u[1], u[2]);
+    mesh.nodes.iter().zip(displacements.chunks_exact(3)).map(moved).collect()
+}
+
+/// Thickness at every column: distance between its lowest and highest node [mm].
+#[must_use]
+pub fn column_thickness(mesh: &HexMesh, positions: &[Vec3]) -> Vec<f64> {
+    let (low, high) = (mesh.bottom_nodes(), mesh.top_nodes());
+    low.iter()
+        .zip(&high)
+        .map(|(&a, &b)| (positions[b as usize] - positions[a as usize]).norm())
+        .collect()
+}
+
+/// The formed sheet: displacement, thickness and contact force at the nodes.
+#[must_use]
+pub fn sheet(mesh: &HexMesh, displacements: &[f64], contact_forces: &[f64]) -> Vtu {
+    let positions = positions(mesh, displacements);
+    let by_column = column_thickness(mesh, &positions);
+    let levels = mesh.nodes_per_column.max(1);
+    let thickness = (0..positions.len()).map(|node| by_column[node / levels]).collect();
+    let vectors = |flat: &[f64]| -> Vec<Vec3> {
+        flat.chunks_exact(3).map(|v| Vec3::new(v[0], v[1], v[2])).collect()
+    };
+    let mut grid = Vtu::new(positions);
+    for element in &mesh.elements {
+        grid.push_cell(CellKind::Hexahedron, element);
+    }
+    grid.point_data.push(DataArray::vector("displacement_mm", &vectors(displacements)));
+    grid.point_data.push(DataArray::scalar("thickness_mm", thickness));
+    if contact_forces.len() == displacements.len() {
+        grid.point_data.push(DataArray::vector("contact_force_n", &vectors(contact_forces)));
+    }
+    grid
+}
+
+/// Points and triangles of a tool, each patch cut `divisions` times each way, moved by `shift`.
+#[must_use]
+pub fn tessellate(model: &ToolModel, divisions: usize, shift: &Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let n = divisions.max(1);
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for patch in &model.patches {
+        let first = points.len() as u32;
+        let triangular = matches!(patch, Patch::Triangle(_));
+        // Row i holds zeta = 0 .. eta in a triangle, 0 .. 1 in a quadrilateral.
+        let length = |i: usize| if triangular { i + 1 } else { n + 1 };
+        let start = |i: usize| first + (0..i).map(length).sum::<usize>() as u32;
+        for i in 0..=n {
+            for j in 0..length(i) {
+                let d = patch.derivs(i as f64 / n as f64, j as f64 / n as f64);
+                points.push(d.s + shift);
+            }
+        }
+        for i in 0..n {
+            let (low, high) = (start(i), start(i + 1));
+            for j in 0..length(i) as u32 {
+                if j + 1 < length(i + 1) as u32 {
+                    triangles.push([low + j, high + j, high + j + 1]);
+                }
+                if j + 1 < length(i) as u32 {
+                    triangles.push([low + j, high + j + 1, low + j + 1]);
+                }
+            }
+        }
+    }
+    (points, triangles)
+}
+
+/// A tool as a grid of triangles.
+#[must_use]
+pub fn tool(model: &ToolModel, divisions: usize, shift: &Vec3) -> Vtu {
+    let (points, triangles) = tessellate(model, divisions, shift);
+    let mut grid = Vtu::new(points);
+    for t in &triangles {
+        grid.push_cell(CellKind::Triangle, t);
+    }
+    grid
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::blank::rectangle;
+
+    #[test]
+    fn thickness_follows_the_columns() {
+        let mesh = rectangle(2.0, 2.0, 0.8, 1, 1, 2);
+        let mut u = vec![0.0; 3 * mesh.nodes.len()];
+        let top = mesh.top_nodes()[3] as usize;
+        u[3 * top + 2] = -0.1;
+        let thickness = column_thickness(&mesh, &positions(&mesh, &u));
+        assert!((thickness[3] - 0.7).abs() < 1e-15 && (thickness[0] - 0.8).abs() < 1e-15);
+    }
+
+    #[test]
+    fn tessellations_turn_like_the_patch_and_cover_it() {
+        let flat =
+            |c: &[(f64, f64)]| c.iter().map(|&(x, y)| Vec3::new(x, y, 0.0)).collect::<Vec<_>>();
+        let z = Vec3::zeros();
+        let c = flat(&[(0.0, 0.0), (2.0, 0.0), (0.0, 1.0)]);
+        let patches = [
+            (Patch::Triangle([c[0], c[1], c[2], z, z, z]), 1.0),
+            (Patch::Quad([c[0], c[1], c[2], z, z, z, z, z]), 2.0),
+        ];
+        for (patch, area) in patches {
+            let model = ToolModel {
+                name: String::new(),
+                kind: crate::tool::ToolKind::Nagata,
+                vertices: vec![],
+                normals: vec![],
+                corners: vec![],
+                patches: vec![patch],
+                faces: vec![0],
+            };
+            let (points, triangles) = tessellate(&model, 3, &Vec3::zeros());
+            let signed: f64 = triangles
+                .iter()
+                .map(|t| {
+                    let [a, b, c] = t.map(|k| points[k as usize]);
+                    0.5 * (b - a).cross(&(c - a)).z
+                })
+                .sum();
+            assert!((signed - area).abs() < 1e-12, "{signed}");
+        }
+    }
+}

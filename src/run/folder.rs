@@ -1,0 +1,211 @@
+//! The run folder while it grows.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use super::RunError;
+use super::fields;
+use super::resources::{cpu_seconds, peak_megabytes};
+use crate::files::WriteError;
+use crate::report::record::{Energies, History, HistoryRow, RunRecord, Verdict};
+use crate::report::write_pvd;
+use crate::scene::Plan;
+use crate::solver::blank::HexMesh;
+use crate::solver::{IncrementReport, Simulation};
+
+/// Divisions of a patch in the tool's picture.
+const TOOL_DIVISIONS: usize = 6;
+
+/// A run folder and what has been put into it.
+pub struct RunFolder {
+    /// The folder.
+    pub path: PathBuf,
+    /// `run.json` as it stands.
+    pub record: RunRecord,
+    /// `history.csv` as it stands.
+    pub history: History,
+    steps: Vec<(f64, String)>,
+    vtu_every: usize,
+    last_stage: Option<usize>,
+    force_scale: f64,
+}
+
+impl RunFolder {
+    /// Makes the folder and writes the first `run.json`.
+    ///
+    /// # Errors
+    /// [`RunError::Folder`], [`RunError::Write`].
+    pub fn create(path: &Path, plan: &Plan, unknowns: usize) -> Result<Self, RunError> {
+        for folder in [path.to_path_buf(), path.join("steps"), path.join("tools")] {
+            fs::create_dir_all(&folder)
+                .map_err(|source| RunError::Folder { path: folder, source })?;
+        }
+        let mut inputs = BTreeMap::from([("scene".to_owned(), plan.sha256.clone())]);
+        for (tool, loaded) in plan.scene.tools.iter().zip(&plan.tools) {
+            inputs.insert(tool.file.clone(), loaded.sha256.clone());
+        }
+        let record = RunRecord {
+            format: "kanagata-run".into(),
+            version: 1,
+            program: concat!("kanagata-solve ", env!("CARGO_PKG_VERSION")).into(),
+            name: plan.scene.name.clone(),
+            verdict: Verdict::Running,
+            message: None,
+            increments: 0,
+            iterations: 0,
+            cuts: 0,
+            wall_s: 0.0,
+            cpu_s: 0.0,
+            peak_mb: 0.0,
+            timings_s: BTreeMap::new(),
+            threads: rayon::current_num_threads(),
+            unknowns,
+            force_balance: 0.0,
+            energy_balance: 0.0,
+            penetration_mm: 0.0,
+            inputs,
+        };
+        let tools = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
+        let folder = Self {
+            path: path.to_path_buf(),
+            record,
+            history: History { tools, rows: Vec::new() },
+            steps: Vec::new(),
+            vtu_every: plan.scene.output.vtu_every,
+            last_stage: None,
+            force_scale: 0.0,
+        };
+        folder.record.write(&path.join("run.json"))?;
+        Ok(folder)
+    }
+
+    /// Writes each tool, placed, as `tools/NAME.vtu`.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the folder is missing or full.
+    pub fn write_tools(&self, plan: &Plan, simulation: &Simulation) -> Result<(), WriteError> {
+        let shifts = simulation.tool_shifts();
+        for ((tool, loaded), shift) in plan.scene.tools.iter().zip(&plan.tools).zip(&shifts) {
+            let path = self.path.join("tools").join(format!("{}.vtu", tool.name));
+            fields::tool(loaded.surface.model(), TOOL_DIVISIONS, shift).write(&path)?;
+        }
+        Ok(())
+    }
+
+    /// Takes a converged increment: a line of history, now and then a VTU, the records brought up to date.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the folder is missing or full.
+    pub fn take(
+        &mut self,
+        report: &IncrementReport<'_>,
+        mesh: &HexMesh,
+        start: Instant,
+    ) -> Result<(), WriteError> {
+        if report.increment > 0 {
+            self.history.rows.push(row(report));
+        }
+        self.update_record(report, start);
+        let stage_end = report.share >= 1.0 - 1e-12;
+        let due = self.vtu_every > 0 && report.increment % self.vtu_every == 0;
+        let first = self.last_stage.is_none();
+        self.last_stage = Some(report.stage);
+        if first || due || stage_end {
+            let name = format!("steps/{:06}.vtu", report.increment);
+            fields::sheet(mesh, report.displacements, report.contact_forces)
+                .write(&self.path.join(&name))?;
+            if self.steps.last().is_none_or(|(_, last)| *last != name) {
+                self.steps.push((report.time, name));
+            }
+            write_pvd(&self.path.join("run.pvd"), &self.steps)?;
+        }
+        self.history.write(&self.path.join("history.csv"))?;
+        self.record.write(&self.path.join("run.json"))
+    }
+
+    fn update_record(&mut self, report: &IncrementReport<'_>, start: Instant) {
+        let record = &mut self.record;
+        record.increments = report.increment;
+        record.iterations = report.iterations_total;
+        record.cuts = report.cuts;
+        record.wall_s = start.elapsed().as_secs_f64();
+        record.cpu_s = cpu_seconds();
+        record.peak_mb = peak_megabytes();
+        let t = &report.timings;
+        record.timings_s = [
+            ("search", t.search),
+            ("elements", t.elements),
+            ("contact", t.contact),
+            ("factor", t.factor),
+            ("solve", t.solve),
+        ]
+        .map(|(name, seconds)| (name.to_owned(), seconds))
+        .into();
+        // Tool forces against internal forces: the sum over all tools and held planes vanishes at equilibrium, so
+        // what is checked is the modelled part's contact forces against the tools' vectors.
+        let nodal = report.contact_forces.chunks_exact(3).fold([0.0; 3], |mut sum, f| {
+            (0..3).for_each(|k| sum[k] += f[k]);
+            sum
+        });
+        let tools = report.tools.iter().fold([0.0; 3], |mut sum, t| {
+            (0..3).for_each(|k| sum[k] += t.force_vector[k]);
+            sum
+        });
+        let largest =
+            report.tools.iter().flat_map(|t| t.force_vector).fold(0.0, |m: f64, f| m.max(f.abs()));
+        self.force_scale = self.force_scale.max(largest);
+        if self.force_scale > 0.0 {
+            let off = (0..3).map(|k| (nodal[k] - tools[k]).abs()).fold(0.0, f64::max);
+            record.force_balance = record.force_balance.max(off / self.force_scale);
+        }
+        let e = &report.energies;
+        let open = (e.external - e.internal - e.friction).abs();
+        let work = e.external.abs().max(e.internal.abs());
+        record.energy_balance = if work > 0.0 { open / work } else { 0.0 };
+        let deepest = report.history.last().map_or(0.0, |last| last.gap);
+        record.penetration_mm = record.penetration_mm.max(deepest);
+    }
+
+    /// Writes the state the simulation stands at as `steps/last.vtu`.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the folder is missing or full.
+    pub fn write_last_state(&self, simulation: &Simulation) -> Result<(), WriteError> {
+        let grid = fields::sheet(simulation.body().mesh(), simulation.displacements(), &[]);
+        grid.write(&self.path.join("steps/last.vtu"))
+    }
+
+    /// Writes the verdict.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the folder is missing or full.
+    pub fn finish(
+        &mut self,
+        verdict: Verdict,
+        message: Option<String>,
+        start: Instant,
+    ) -> Result<(), WriteError> {
+        self.record.verdict = verdict;
+        self.record.message = message;
+        self.record.wall_s = start.elapsed().as_secs_f64();
+        self.record.cpu_s = cpu_seconds();
+        self.record.peak_mb = peak_megabytes();
+        self.record.write(&self.path.join("run.json"))
+    }
+}
+
+fn row(report: &IncrementReport<'_>) -> HistoryRow {
+    let e = &report.energies;
+    HistoryRow {
+        increment: report.increment,
+        stage: report.stage_name.to_owned(),
+        time: report.time,
+        travel_mm: report.tools.iter().map(|t| t.travel).collect(),
+        force_n: report.tools.iter().map(|t| t.force).collect(),
+        iterations: report.iterations,
+        contacts: [report.contacts, report.slipping],
+        energy: Energies { external: e.external, internal: e.internal, friction: e.friction },
+    }
+}

@@ -1,0 +1,186 @@
+//! `report.html`: force against travel, thickness, the formed sheet and the tools in 3-D, the audits.
+
+use std::path::Path;
+
+use super::fields;
+use super::folder::RunFolder;
+use crate::files::WriteError;
+use crate::geometry::Vec3;
+use crate::report::charts::{Series, ValuedSurface, lines, surfaces};
+use crate::report::page::Page;
+use crate::report::{record::History, vtu_read};
+use crate::scene::Plan;
+use crate::solver::Simulation;
+use crate::solver::blank::HexMesh;
+
+/// Writes `report.html`. An audit that lies beside a tool file (`NAME.audit.json`, `NAME.audit.vtu`) is taken in.
+///
+/// # Errors
+/// [`WriteError`] when the folder is missing or full.
+pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result<(), WriteError> {
+    let mesh = simulation.body().mesh();
+    let positions = fields::positions(mesh, simulation.displacements());
+    let thickness = fields::column_thickness(mesh, &positions);
+    let mut page = Page::new(&plan.scene.name);
+    summary(&mut page, folder, plan);
+    page.heading("Force against travel");
+    let (traces, layout) =
+        lines(&force_series(&folder.history), "travel [mm]", "force, whole process [N]");
+    page.plot(&traces, &layout, 420);
+    page.heading("Thickness");
+    page.text("Along the sheet's edge in x (dx) and along its diagonal (dxy), from the corner of the blank.");
+    let (traces, layout) = lines(
+        &thickness_series(plan, &thickness),
+        "distance in the flat blank [mm]",
+        "thickness [mm]",
+    );
+    page.plot(&traces, &layout, 380);
+    page.heading("The formed sheet");
+    let (traces, layout) = surfaces(&[sheet_surface(mesh, &positions, &thickness)]);
+    page.plot(&traces, &layout, 620);
+    page.heading("The tools and their shape error");
+    tools(&mut page, plan, simulation);
+    page.write(&folder.path.join("report.html"))
+}
+
+fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
+    let r = &folder.record;
+    let verdict = format!("{:?}", r.verdict);
+    let rows = [
+        ("verdict", verdict),
+        ("increments, iterations, cuts", format!("{}, {}, {}", r.increments, r.iterations, r.cuts)),
+        ("unknowns", r.unknowns.to_string()),
+        ("wall time, processor time", format!("{:.1} s, {:.1} s", r.wall_s, r.cpu_s)),
+        ("peak memory", format!("{:.0} MB", r.peak_mb)),
+        ("material", plan.card.name.clone()),
+        ("forces out of balance", format!("{:.1e} of the largest", r.force_balance)),
+        ("energy not accounted for", format!("{:.2e} of the work done", r.energy_balance)),
+        ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
+    ];
+    let rows: Vec<Vec<String>> = rows.into_iter().map(|(a, b)| vec![a.to_owned(), b]).collect();
+    page.table(&["", ""], &rows);
+    if let Some(message) = &r.message {
+        page.text(message);
+    }
+    let timings: Vec<Vec<String>> =
+        r.timings_s.iter().map(|(k, v)| vec![k.clone(), format!("{v:.2}")]).collect();
+    page.table(&["phase", "wall time [s]"], &timings);
+}
+
+fn force_series(history: &History) -> Vec<Series> {
+    let tools = history.tools.iter().enumerate();
+    tools
+        .map(|(k, name)| Series {
+            name: name.clone(),
+            x: history.rows.iter().map(|r| r.travel_mm[k]).collect(),
+            y: history.rows.iter().map(|r| r.force_n[k]).collect(),
+        })
+        .collect()
+}
+
+/// Thickness along the side y = lowest (dx) and along the diagonal of the grid (dxy).
+fn thickness_series(plan: &Plan, thickness: &[f64]) -> Vec<Series> {
+    let [nx, ny, _] = plan.scene.blank.elements;
+    let [sx, sy] = plan.scene.blank.size_mm;
+    let along = |name: &str, columns: Vec<(f64, usize)>| Series {
+        name: name.to_owned(),
+        x: columns.iter().map(|c| c.0).collect(),
+        y: columns.iter().map(|c| thickness[c.1]).collect(),
+    };
+    let dx = (0..=nx).map(|i| (sx * i as f64 / nx as f64, i * (ny + 1))).collect();
+    let steps = nx.min(ny);
+    let diagonal = sx.hypot(sy);
+    let dxy = (0..=steps)
+        .map(|k| {
+            let (i, j) = (k * nx / steps, k * ny / steps);
+            (diagonal * k as f64 / steps as f64, i * (ny + 1) + j)
+        })
+        .collect();
+    vec![along("dx", dx), along("dxy", dxy)]
+}
+
+/// The upper face of the sheet, coloured by thickness.
+fn sheet_surface(mesh: &HexMesh, positions: &[Vec3], thickness: &[f64]) -> ValuedSurface {
+    let levels = mesh.nodes_per_column.max(1) as u32;
+    let top = mesh.top_nodes();
+    let mut triangles = Vec::new();
+    for e in &mesh.elements {
+        let upper = [e[4], e[5], e[6], e[7]];
+        if upper.iter().all(|&n| n % levels == levels - 1) {
+            let [a, b, c, d] = upper.map(|n| n / levels);
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    ValuedSurface {
+        name: "sheet".into(),
+        points: top.iter().map(|&n| positions[n as usize]).collect(),
+        triangles,
+        values: thickness.to_vec(),
+        quantity: "thickness [mm]".into(),
+        opacity: 1.0,
+        signed: false,
+    }
+}
+
+fn tools(page: &mut Page, plan: &Plan, simulation: &Simulation) {
+    let shifts = simulation.tool_shifts();
+    let mut rows = Vec::new();
+    let mut parts = Vec::new();
+    for ((tool, loaded), shift) in plan.scene.tools.iter().zip(&plan.tools).zip(&shifts) {
+        let beside = |extension: &str| {
+            let name = loaded.path.file_name().unwrap_or_default().to_string_lossy();
+            let stem = name.strip_suffix(".tool.json").unwrap_or(&name).to_owned();
+            loaded.path.with_file_name(format!("{stem}.audit.{extension}"))
+        };
+        rows.push(audit_row(&tool.name, loaded.surface.model().patches.len(), &beside("json")));
+        parts.push(audited_surface(&tool.name, &beside("vtu"), shift).unwrap_or_else(|| {
+            let (points, triangles) = fields::tessellate(loaded.surface.model(), 4, shift);
+            ValuedSurface {
+                name: tool.name.clone(),
+                points,
+                triangles,
+                opacity: 0.7,
+                ..ValuedSurface::default()
+            }
+        }));
+    }
+    let head = ["tool", "patches", "max [mm]", "min [mm]", "rms [mm]", "normal error [deg]", "CAD"];
+    page.table(&head, &rows);
+    let (traces, layout) = surfaces(&parts);
+    page.plot(&traces, &layout, 640);
+}
+
+fn audit_row(name: &str, patches: usize, path: &Path) -> Vec<String> {
+    let audit = std::fs::read(path)
+        .ok()
+        .and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
+    let mut row = vec![name.to_owned(), patches.to_string()];
+    let Some(audit) = audit else {
+        row.extend(["not audited", "", "", "", ""].map(str::to_owned));
+        return row;
+    };
+    for key in ["max_mm", "min_mm", "rms_mm", "normal_max_deg"] {
+        row.push(audit[key].as_f64().map_or_else(String::new, |v| format!("{v:.4}")));
+    }
+    row.push(audit["cad_file"].as_str().unwrap_or_default().to_owned());
+    row
+}
+
+/// A tool as its audit drew it, moved to where it stands.
+fn audited_surface(name: &str, path: &Path, shift: &Vec3) -> Option<ValuedSurface> {
+    let grid = vtu_read::read(path).ok()?;
+    let error = grid.point_data.iter().find(|a| a.name.starts_with("shape_error"))?;
+    let mut triangles = Vec::new();
+    for (_, ids) in &grid.cells {
+        triangles.extend((2..ids.len()).map(|k| [ids[0], ids[k - 1], ids[k]]));
+    }
+    Some(ValuedSurface {
+        name: name.to_owned(),
+        points: grid.points.iter().map(|p| p + shift).collect(),
+        triangles,
+        values: error.values.clone(),
+        quantity: format!("{name}: shape error [mm]"),
+        opacity: 1.0,
+        signed: true,
+    })
+}

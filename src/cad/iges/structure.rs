@@ -59,7 +59,7 @@ impl Reader<'_, '_> {
                 continue;
             }
             let entry = self.file.entry(entity);
-            if CURVES.contains(&entry.kind) {
+            if CURVES.contains(&entry.kind) || matches!(entry.kind, 141 | 142) {
                 let drawn = entry.kind != 106 || matches!(entry.form, 11 | 12 | 13 | 63);
                 let model = !matches!(entry.status[2], 1 | 5);
                 found.loose_curves += usize::from(drawn && model);
@@ -337,14 +337,15 @@ impl Reader<'_, '_> {
             122 => &[Field::Pointer],
             130 => &[Field::Pointer, Field::Skip, Field::Pointer],
             140 => &[Field::Skip, Field::Skip, Field::Skip, Field::Skip, Field::Pointer],
+            // 141 and 142 lie on a surface without making it part of a face
             141 => &[
                 Field::Skip,
                 Field::Skip,
-                Field::Pointer,
+                Field::Skip,
                 Field::Count,
                 Field::Each(&[Field::Pointer, Field::Skip, Field::Inner(&[Field::Pointer])]),
             ],
-            142 => &[Field::Skip, Field::Pointer, Field::Pointer, Field::Pointer],
+            142 => &[Field::Skip, Field::Skip, Field::Pointer, Field::Pointer],
             143 => &[Field::Skip, Field::Pointer, Field::Count, Field::Each(&[Field::Pointer])],
             144 => &[
                 Field::Pointer,

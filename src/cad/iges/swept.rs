@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::curves::{Piece, Shape};
 use super::file::Fault;
-use super::reader::{Reader, mirrors};
+use super::reader::{Reader, mirrors, similarity};
 use super::surface::{Based, narrowed};
 use super::uv::UvMap;
 use crate::cad::raw::RawSurface;
@@ -65,6 +65,12 @@ impl Reader<'_, '_> {
         }
         let angles = [from, to.min(from + TAU)];
         let placed = self.placed(entity, map)?;
+        if similarity(&placed).is_none() {
+            return Err(p.fault(
+                "a matrix that does not keep circles",
+                "rotation, reflection and uniform scale",
+            ));
+        }
         let line = self.joined(axis, &placed)?.curve;
         let ends = line.domain().map(|t| line.point(t));
         let direction = unit(ends[1] - ends[0]).ok_or_else(|| {

@@ -53,7 +53,8 @@ fn arcs_run_counter_clockwise_from_their_start_and_matrices_place_them() {
 
 #[test]
 fn conics_lie_on_their_equation_and_join_their_points() {
-    let table: [(&str, &dyn Fn(Vec3) -> f64, [f64; 3], [f64; 3]); 4] = [
+    type Case<'a> = (&'a str, &'a dyn Fn(Vec3) -> f64, [f64; 3], [f64; 3]);
+    let table: [Case<'_>; 4] = [
         (
             "0.25,0.,1.,0.,0.,-1.,3.,2.,0.,0.,1.",
             &|p| p.x * p.x / 4.0 + p.y * p.y - 1.0,
@@ -416,6 +417,61 @@ fn subfigures_are_placed_scaled_and_nested_and_groups_own_nothing() {
     near(spheres[0].0, [12.0, 10.0, 0.0], 1e-12);
     near(spheres[1].0, [-5.0, 1.0, 0.0], 1e-12);
     assert_eq!((spheres[0].1, spheres[1].1), (3.0, 1.5));
+}
+
+/// Outward normal of a face beside the middle of its first parameter curve, by differences.
+fn outward(face: &RawFace) -> Option<(Vec3, Vec3)> {
+    let out = if face.flipped { -1.0 } else { 1.0 };
+    if let RawSurface::Plane(frame) = &face.surface {
+        return Some((Vec3::zeros(), frame.z * out));
+    }
+    let flat = face.loops.iter().flat_map(|l| &l.edges).find_map(|e| e.pcurve.as_ref())?;
+    let [a, b] = flat.domain();
+    let uv = flat.point(a + 0.4 * (b - a));
+    let on = |du: f64, dv: f64| point_on(&face.surface, uv + Vec2::new(du, dv)).unwrap();
+    let h = 1e-5;
+    let normal = (on(h, 0.0) - on(-h, 0.0)).cross(&(on(0.0, h) - on(0.0, -h)));
+    (normal.norm() > 1e-14).then(|| (on(0.0, 0.0), normal.normalize() * out))
+}
+
+#[test]
+fn reflected_models_are_reflected_with_their_normals() {
+    let mut compared = 0;
+    for name in [
+        "round_die_144",
+        "cone_144",
+        "hemi_punch_186",
+        "torus_144",
+        "cross_die_nurbs144",
+        "cone_186",
+    ] {
+        let bytes = std::fs::read(forming().join(format!("{name}.igs"))).unwrap();
+        let file = File::open(&bytes);
+        let plain = Reader::new(&file).walk(1.0).unwrap().faces;
+        let mirrored = Reader::new(&file).walk(-1.0).unwrap().faces;
+        for (a, b) in plain.iter().zip(&mirrored) {
+            if let (Some((p, n)), Some((q, m))) = (outward(a), outward(b)) {
+                assert!(
+                    (p + q).norm() < 1e-6 && (n + m).norm() < 1e-4,
+                    "{name} {}: {n:?} {m:?}",
+                    a.source
+                );
+                compared += 1;
+            }
+        }
+        let model = RawModel { faces: mirrored, ..RawModel::default() };
+        let (between, along, place) = gaps(&model);
+        assert!(between < 1e-6 && along < 1e-6, "{name}: {between} {along} at {place}");
+    }
+    assert!(compared > 20, "{compared}");
+}
+
+#[test]
+fn a_curve_on_a_surface_does_not_make_it_part_of_a_face() {
+    let plane = "1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,0.,0.,0.,4.,0.,0.,0.,4.,0.,4.,4.,0.,0.,1.,0.,1.";
+    let items = [item(142, 0, "1,3,0,5,2"), item(128, 0, plane), item(110, 0, "0.,0.,0.,1.,0.,0.")];
+    let model = read_bytes(&file(&items), "test").unwrap();
+    assert_eq!((model.faces.len(), model.loose_curves), (1, 1));
 }
 
 #[test]

@@ -252,8 +252,12 @@ mod tests {
 
     use super::*;
 
+    /// One script at a time: a file still open in a process being started cannot be executed.
+    static ONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+
     /// Runs a shell script in gmsh's place on a small file.
     fn run_script(script: &str, limit_s: f64) -> Result<SurfaceMesh, MeshError> {
+        let _one = ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let folder = tempfile::tempdir().unwrap();
         let program = folder.path().join("gmsh");
         fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();

@@ -208,9 +208,14 @@ fn write_array<T: Copy, const N: usize>(
         raw.extend(bytes(v));
     }
     let tuples = values.len().checked_div(components).unwrap_or(0);
+    let shape = if components == 1 {
+        String::new()
+    } else {
+        format!(" NumberOfComponents=\"{components}\"")
+    };
     writeln!(
         out,
-        "<DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{components}\" NumberOfTuples=\"{tuples}\" format=\"binary\">",
+        "<DataArray type=\"{kind}\" Name=\"{}\"{shape} NumberOfTuples=\"{tuples}\" format=\"binary\">",
         quick_xml::escape::escape(name)
     )?;
     out.write_all(STANDARD.encode(raw).as_bytes())?;

@@ -7,7 +7,7 @@ use super::MappedOptions;
 use super::sample::{Lifted, Measured, angle};
 use super::sides::Shape;
 use crate::cad::Model;
-use crate::cad::model::Face;
+use crate::cad::model::{Edge, Face, SurfaceKind};
 use crate::geometry::{Vec2, Vec3};
 
 /// Turns are rounded up to whole divisions only beyond this share of a division: noise of converters.
@@ -25,10 +25,20 @@ pub fn divisions(options: &MappedOptions, turn: f64, length: f64) -> usize {
     (by_turn.max(by_size).max(by_sag).ceil().max(1.0) as usize).min(MOST)
 }
 
-/// Least divisions of every edge from its own curve and the normals of the faces along it.
-pub fn edge_minima(model: &Model, options: &MappedOptions) -> (Vec<usize>, Vec<f64>) {
+/// What every edge needs.
+pub struct EdgeDemand {
+    /// Least divisions from its own curve and the normals of the faces along it.
+    pub minima: Vec<usize>,
+    /// Least divisions without which its chords would fold onto each other, whatever the size asked.
+    pub floors: Vec<usize>,
+    /// Length [mm].
+    pub lengths: Vec<f64>,
+}
+
+/// Measures every edge of the model.
+pub fn edge_demand(model: &Model, options: &MappedOptions) -> EdgeDemand {
     use rayon::prelude::*;
-    let found: Vec<(usize, f64, bool)> = model
+    let found: Vec<(usize, f64)> = model
         .edges
         .par_iter()
         .map(|edge| {
@@ -40,15 +50,16 @@ pub fn edge_minima(model: &Model, options: &MappedOptions) -> (Vec<usize>, Vec<f
                     turn = turn.max(Lifted::new(&model.faces[f], side).normal_turn());
                 }
             }
-            let closed = edge.vertices[0] == edge.vertices[1];
-            let least = divisions(options, turn, measured.length());
-            (if closed { least.max(3) } else { least }, measured.length(), closed)
+            (divisions(options, turn, measured.length()), measured.length())
         })
         .collect();
     let lengths = found.iter().map(|f| f.1).collect();
-    let mut minima: Vec<usize> = found.iter().map(|f| f.0).collect();
-    separate_twins(model, &mut minima);
-    (minima, lengths)
+    let closed = |e: &Edge| e.vertices[0] == e.vertices[1];
+    let mut floors: Vec<usize> =
+        model.edges.iter().map(|e| if closed(e) { 3 } else { 1 }).collect();
+    separate_twins(model, &mut floors);
+    let minima = found.iter().zip(&floors).map(|(f, &floor)| f.0.max(floor)).collect();
+    EdgeDemand { minima, floors, lengths }
 }
 
 /// Edges between the same two vertices would share a chord: all but the shortest get a second division.
@@ -69,6 +80,25 @@ fn separate_twins(model: &Model, minima: &mut [usize]) {
             }
         }
     }
+}
+
+/// True when the normals of a face agree (to 1e-6 rad) over a grid on its surface.
+pub fn is_flat(face: &Face) -> bool {
+    if face.kind == SurfaceKind::Plane {
+        return true;
+    }
+    const N: usize = 6;
+    let [[u0, u1], [v0, v1]] = face.surface.domain();
+    let mut first: Option<Vec3> = None;
+    for k in 0..N * N {
+        let (i, j) = ((k / N) as f64 / (N - 1) as f64, (k % N) as f64 / (N - 1) as f64);
+        let uv = Vec2::new(u0 + (u1 - u0) * i, v0 + (v1 - v0) * j);
+        let Some(normal) = face.surface.normal(uv) else { return false };
+        if angle(first.get_or_insert(normal), &normal) > 1e-6 {
+            return false;
+        }
+    }
+    true
 }
 
 /// Divisions the inside of a four-sided face asks along its first and its second pair of sides.

@@ -27,7 +27,7 @@ use self::patchwork::{Node, Patchwork};
 use self::sides::Shape;
 use super::{Element, MeshError, SurfaceMesh};
 use crate::cad::Model;
-use crate::cad::model::{Face, SurfaceKind};
+use crate::cad::model::Face;
 use crate::geometry::Vec3;
 
 /// What kinds of element a mesh is made of.
@@ -114,8 +114,10 @@ struct Mesher<'m> {
     /// Mesh with borders half as fine, then split every element into quads.
     halved: bool,
     shapes: Vec<Shape>,
+    flats: Vec<bool>,
     lengths: Vec<f64>,
     minima: Vec<usize>,
+    floors: Vec<usize>,
     /// Divisions of a pole that faces another pole, by face.
     poles: Vec<usize>,
 }
@@ -123,7 +125,9 @@ struct Mesher<'m> {
 impl<'m> Mesher<'m> {
     fn new(model: &'m Model, options: &'m MappedOptions, halved: bool) -> Self {
         let shapes: Vec<Shape> = model.faces.par_iter().map(sides::shape).collect();
-        let (mut minima, lengths) = demand::edge_minima(model, options);
+        let flats = model.faces.par_iter().map(demand::is_flat).collect();
+        let demand::EdgeDemand { mut minima, floors, lengths } =
+            demand::edge_demand(model, options);
         let inside: Vec<[usize; 2]> = model
             .faces
             .par_iter()
@@ -137,7 +141,7 @@ impl<'m> Mesher<'m> {
             }
         }
         let poles = inside.iter().map(|a| a[0].max(a[1]).max(2)).collect();
-        Self { model, options, halved, shapes, lengths, minima, poles }
+        Self { model, options, halved, shapes, flats, lengths, minima, floors, poles }
     }
 
     fn run(mut self) -> Result<SurfaceMesh, MeshError> {
@@ -145,7 +149,8 @@ impl<'m> Mesher<'m> {
         for _ in 0..ROUNDS {
             let (rules, owners) = self.rules();
             let minima: Vec<usize> = if self.halved {
-                self.minima.iter().map(|n| n.div_ceil(2)).collect()
+                let half = self.minima.iter().zip(&self.floors);
+                half.map(|(n, &floor)| n.div_ceil(2).max(floor)).collect()
             } else {
                 self.minima.clone()
             };
@@ -199,11 +204,14 @@ impl<'m> Mesher<'m> {
                 }
             };
             match &self.shapes[f] {
+                // A flat is cut as well without: it takes no part unless its sides are single edges.
+                Shape::Four(sides) if self.flats[f] && sides.iter().any(|s| s.len() > 1) => {}
+                Shape::Three(_) if self.flats[f] => {}
                 Shape::Four([a, b, c, d]) => {
                     rule(a, c);
                     rule(b, d);
                 }
-                Shape::Three([a, b, c]) if face.kind != SurfaceKind::Plane => {
+                Shape::Three([a, b, c]) => {
                     rule(a, b);
                     rule(b, c);
                     if self.three_blocks()

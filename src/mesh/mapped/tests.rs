@@ -1,7 +1,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
-use crate::cad::model::{Edge, EdgeUse, TrimLoop};
+use crate::cad::model::{Edge, EdgeUse, SurfaceKind, TrimLoop};
 use crate::geometry::nurbs::{Curve2, Curve3, Surface};
 use crate::geometry::{Frame, Vec2};
 

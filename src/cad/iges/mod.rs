@@ -18,6 +18,7 @@ mod global;
 mod join;
 mod names;
 mod offset;
+mod ownership;
 mod params;
 mod reader;
 mod splines;

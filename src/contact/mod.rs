@@ -10,6 +10,8 @@ pub mod friction;
 mod piece;
 mod project;
 mod surface;
+#[cfg(test)]
+pub(crate) mod test_tools;
 mod topology;
 mod tree;
 

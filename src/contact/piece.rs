@@ -43,6 +43,13 @@ impl Domain {
         self.count
     }
 
+    /// The domain with every corner moved out from the centre by `share`.
+    pub(super) fn widened(&self, share: f64) -> Self {
+        let centre = self.centre();
+        let corners = self.corners.map(|c| centre + (c - centre) * (1.0 + 2.0 * share));
+        Self { corners, count: self.count }
+    }
+
     /// Four equal parts.
     pub(super) fn quarters(&self) -> [Self; 4] {
         let c = self.corners;

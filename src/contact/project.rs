@@ -159,6 +159,9 @@ fn backtrack(
             met = Some(k);
         }
     }
+    // Below this the distance cannot tell better from worse, but the gradient still can.
+    let d = model.distance_squared;
+    let rounding = 1e-13 * d + 1e-14 * d.sqrt() * p.amax();
     for halving in 0..30 {
         let mut next = x + step * t;
         if let Some(k) = met.filter(|_| halving == 0) {
@@ -166,7 +169,7 @@ fn backtrack(
             next += a * (b - a.dot(&next));
         }
         let at = Quadratic::at(p, patch, next);
-        if at.distance_squared <= model.distance_squared * (1.0 + 1e-15) {
+        if at.distance_squared <= model.distance_squared + rounding {
             return Some((next, at));
         }
         t *= 0.5;

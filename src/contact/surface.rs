@@ -1,7 +1,7 @@
 //! A tool ready for contact: closest point over all its patches, by branch and bound.
 
 use super::piece::{Domain, Piece, pieces_of};
-use super::project::nearest_in_piece;
+use super::project::{descend, nearest_in_piece};
 use super::topology::Borders;
 use super::tree::Tree;
 use super::{Location, Projection};
@@ -97,6 +97,33 @@ impl ToolSurface {
             slack(&best)
         });
         self.finish(p, &best)
+    }
+
+    /// Projection on one patch carried on smoothly a little past its sides (5 % of its parameters), from a
+    /// known foot: what a node that swings between two patches is held to. `None` when it leaves that.
+    #[must_use]
+    pub fn carried_on(&self, p: &Vec3, from: &Projection) -> Option<Projection> {
+        const PAST: f64 = 0.05;
+        let patch = self.model.patches.get(from.patch as usize)?;
+        let domain = Domain::whole(patch).widened(PAST);
+        let (at, _) = descend(p, patch, &domain, Vec2::new(from.eta, from.zeta));
+        let near_side = (0..domain.sides()).any(|k| {
+            let (outward, offset) = domain.side(k);
+            outward.dot(&at) > offset - 0.2 * PAST
+        });
+        let d = patch.derivs(at.x, at.y);
+        let normal = unit_normal(&d).filter(|_| !near_side)?;
+        Some(Projection {
+            patch: from.patch,
+            eta: at.x,
+            zeta: at.y,
+            location: Location::Inside,
+            past_border: false,
+            point: d.s,
+            normal,
+            gap: (p - d.s).dot(&normal),
+            curvature: weingarten(&d, &normal),
+        })
     }
 
     /// Improves `best` by the nearest point of `piece`; where the distance is not known to be convex there,

@@ -29,6 +29,10 @@ pub(super) struct Candidate {
     pub(super) active: bool,
     /// Times its state changed in this increment.
     pub(super) toggles: u32,
+    /// Times its foot changed patches in this increment while it touched.
+    pub(super) swings: u32,
+    /// It slid in the last iteration (a node that has just touched counts as sliding).
+    pub(super) sliding: bool,
     pub(super) foot: Projection,
     /// Foot at the last converged increment, in the tool's frame.
     pub(super) anchor: Vec3,
@@ -38,6 +42,7 @@ pub(super) struct Candidate {
 #[derive(Debug, Clone)]
 struct Saved {
     active: bool,
+    sliding: bool,
     patch: u32,
 }
 
@@ -75,6 +80,26 @@ pub(super) struct Scales {
     pub(super) tangential: f64,
 }
 
+/// Changes of patch in an increment after which a touching node stays on its patch.
+const SWINGS: u32 = 3;
+
+impl Candidate {
+    /// Projects anew. A touching node that swings between two patches, whose normals never agree quite, is
+    /// held to the last one, carried on smoothly, until the increment is done.
+    fn follow(&mut self, x: &Vec3, tool: &Tool) {
+        if self.active && self.swings >= SWINGS {
+            if let Some(foot) = tool.carried_on(x, &self.foot) {
+                self.foot = foot;
+                return;
+            }
+        }
+        let hint = (self.foot.patch != u32::MAX).then_some(self.foot.patch);
+        let foot = tool.closest(x, hint);
+        self.swings += u32::from(self.active && foot.patch != self.foot.patch);
+        self.foot = foot;
+    }
+}
+
 impl ContactSet {
     /// Candidates for every tool: the nodes of the faces it may touch.
     pub(super) fn new(top: &[u32], bottom: &[u32], tools: &[Tool]) -> Self {
@@ -96,11 +121,16 @@ impl ContactSet {
                 tool,
                 active: false,
                 toggles: 0,
+                swings: 0,
+                sliding: true,
                 foot: Projection::nowhere(),
                 anchor: Vec3::zeros(),
             })
             .collect();
-        let saved = candidates.iter().map(|_| Saved { active: false, patch: u32::MAX }).collect();
+        let saved = candidates
+            .iter()
+            .map(|_| Saved { active: false, sliding: true, patch: u32::MAX })
+            .collect();
         Self { candidates, saved }
     }
 
@@ -108,8 +138,7 @@ impl ContactSet {
     pub(super) fn search(&mut self, x: &[Vec3], tools: &[Tool], present: &[bool]) {
         self.candidates.par_iter_mut().with_min_len(64).for_each(|c| {
             if present[c.tool] {
-                let hint = (c.foot.patch != u32::MAX).then_some(c.foot.patch);
-                c.foot = tools[c.tool].closest(&x[c.node], hint);
+                c.follow(&x[c.node], &tools[c.tool]);
             }
         });
     }
@@ -119,7 +148,8 @@ impl ContactSet {
         for (c, saved) in self.candidates.iter_mut().zip(&mut self.saved) {
             c.anchor = c.foot.point;
             c.toggles = 0;
-            *saved = Saved { active: c.active, patch: c.foot.patch };
+            c.swings = 0;
+            *saved = Saved { active: c.active, sliding: c.sliding, patch: c.foot.patch };
         }
     }
 
@@ -127,8 +157,10 @@ impl ContactSet {
     pub(super) fn restore(&mut self) {
         for (c, saved) in self.candidates.iter_mut().zip(&self.saved) {
             c.active = saved.active;
+            c.sliding = saved.sliding;
             c.foot.patch = saved.patch;
             c.toggles = 0;
+            c.swings = 0;
         }
     }
 
@@ -193,7 +225,15 @@ pub(super) fn touching(
     let by_motion = tangent + curvature * rise;
     let lambda = normal.dot(r);
     let traction = tangent * r;
-    let at = FrictionPoint { lambda, traction, slip, stiffness: scales.tangential };
+    let bound = law.mu * lambda;
+    let backward = bound > 0.0 && traction.dot(&slip) > 0.25 * bound * slip.norm();
+    let stiffness = if c.sliding && !backward {
+        slip_stiffness(bound.max(traction.norm()), slip.norm(), scales.tangential)
+    } else {
+        scales.tangential
+    };
+    let at = FrictionPoint { lambda, traction, slip, stiffness };
+    let answer = if c.sliding && backward { Friction::Stick } else { law.law(&at) };
     let mut out = Condition {
         node: c.node,
         candidate: None,
@@ -206,7 +246,7 @@ pub(super) fn touching(
         normal,
         slipping: true,
     };
-    match law.law(&at) {
+    match answer {
         Friction::Stick => {
             out.b_tool += by_motion * scales.tangential;
             out.residual += slip * scales.tangential;
@@ -224,6 +264,17 @@ pub(super) fn touching(
         }
     }
     Some(out)
+}
+
+/// The stiffness `c` of the trial force `r_t - c s` of a node that slid (any positive value has the same
+/// solution).
+///
+/// With `c |s| = 1.5` times the friction force a node that slid goes on, and one that has no friction force
+/// yet begins to slide. A stiffness of the mesh would be too large wherever a whole part of the sheet moves
+/// together: its nodes would turn back and forth for ever.
+fn slip_stiffness(force: f64, slip: f64, mesh: f64) -> f64 {
+    let most = 1e6 * mesh;
+    if force > 0.0 && most * slip > 1.5 * force { 1.5 * force / slip } else { mesh }
 }
 
 /// Adds the held directions of a node to its condition: `k (u - held) = 0` along them.

@@ -26,3 +26,6 @@ pub use constraints::Constraints;
 pub use simulation::{Control, Simulation, SimulationError, SimulationSetup};
 pub use stages::{IncrementReport, Limits, RunSummary, Stage, ToolReport};
 pub use tools::{Curve, Motion, Placement, SheetSide, ToolSetup};
+
+#[cfg(test)]
+mod tests;

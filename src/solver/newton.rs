@@ -261,6 +261,7 @@ pub(super) fn keep_pushed_tools(sys: &mut System, stats: &mut NewtonStats) -> us
 fn switch(sys: &mut System, k: usize, active: bool, stats: &mut NewtonStats) {
     let c = &mut sys.contact.candidates[k];
     c.active = active;
+    c.sliding = true;
     c.toggles += 1;
     if c.toggles == PATIENCE + 1 {
         stats.cycling += 1;

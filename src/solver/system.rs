@@ -211,6 +211,9 @@ impl System {
             }
             residual.length = residual.length.max(condition.length);
             residual.slipping += usize::from(condition.slipping);
+            if let Some(k) = condition.candidate {
+                self.contact.candidates[k].sliding = condition.slipping;
+            }
             if !plain {
                 let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
                 hold(&mut condition, &free, &(self.displacement(node) - held), self.scales);

@@ -119,6 +119,11 @@ impl Tool {
         self.setup.surface.closest(&(x - self.shift()), hint)
     }
 
+    /// Projection on the patch of `from` carried on past its sides; `None` when too far past.
+    pub(super) fn carried_on(&self, x: &Vec3, from: &Projection) -> Option<Projection> {
+        self.setup.surface.carried_on(&(x - self.shift()), from)
+    }
+
     /// Moves `offset` along the direction until the smallest gap to `points` is zero; returns the shift
     /// along the direction [mm], or `None` when the tool passes by every point.
     ///

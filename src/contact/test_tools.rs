@@ -1,0 +1,160 @@
+//! Tool models for tests, built from exact points and normals (Eq. 7-12).
+
+use crate::geometry::Vec3;
+use crate::tool::model::PatchCorners;
+use crate::tool::{Patch, ToolKind, ToolModel};
+
+/// A point of a surface and its normal.
+pub(crate) type Oriented = (Vec3, Vec3);
+
+/// Collects patches, welding corners that coincide.
+pub(crate) struct Builder {
+    model: ToolModel,
+}
+
+impl Builder {
+    pub(crate) fn new(name: &str) -> Self {
+        let model = ToolModel {
+            name: name.into(),
+            kind: ToolKind::Nagata,
+            vertices: vec![],
+            normals: vec![],
+            corners: vec![],
+            patches: vec![],
+            faces: vec![],
+        };
+        Self { model }
+    }
+
+    /// Patches over an `n` x `m` grid of the parameter square; corners that coincide make triangles.
+    pub(crate) fn grid(mut self, n: usize, m: usize, at: impl Fn(f64, f64) -> Oriented) -> Self {
+        for i in 0..n {
+            for j in 0..m {
+                let u = |k: usize| (i + k) as f64 / n as f64;
+                let v = |k: usize| (j + k) as f64 / m as f64;
+                self.patch(vec![at(u(0), v(0)), at(u(1), v(0)), at(u(1), v(1)), at(u(0), v(1))]);
+            }
+        }
+        self
+    }
+
+    fn patch(&mut self, mut c: Vec<Oriented>) {
+        let n = c.len();
+        if let Some(k) = (0..n).find(|&k| (c[k].0 - c[(k + 1) % n].0).norm() < 1e-9) {
+            c.remove(k);
+        }
+        let facing = (c[1].0 - c[0].0).cross(&(c[2].0 - c[0].0));
+        if facing.dot(&c.iter().map(|p| p.1).sum::<Vec3>()) < 0.0 {
+            c.reverse();
+        }
+        let ids: Vec<u32> = c.iter().map(|p| self.vertex(&p.0)).collect();
+        let first = self.model.normals.len() as u32;
+        self.model.normals.extend(c.iter().map(|p| p.1));
+        let normals = (first..first + c.len() as u32).collect();
+        self.model.corners.push(PatchCorners { vertices: ids, normals, face: 0 });
+        self.model.faces.push(0);
+        self.model.patches.push(nagata(&c));
+    }
+
+    fn vertex(&mut self, p: &Vec3) -> u32 {
+        let known = self.model.vertices.iter().position(|q| (q - p).norm() < 1e-7);
+        known.unwrap_or_else(|| {
+            self.model.vertices.push(*p);
+            self.model.vertices.len() - 1
+        }) as u32
+    }
+
+    pub(crate) fn build(self) -> ToolModel {
+        self.model
+    }
+}
+
+fn edge(a: &Oriented, b: &Oriented) -> Vec3 {
+    let d = b.0 - a.0;
+    let (nu, dl) = (0.5 * (a.1 + b.1), 0.5 * (a.1 - b.1));
+    if dl.norm() < 1e-9 {
+        return Vec3::zeros();
+    }
+    nu * (dl.dot(&d) / nu.norm_squared()) + dl * (nu.dot(&d) / dl.norm_squared())
+}
+
+fn nagata(c: &[Oriented]) -> Patch {
+    let x = |k: usize| c[k].0;
+    if c.len() == 3 {
+        let (c1, c2, c3) = (edge(&c[0], &c[1]), edge(&c[1], &c[2]), edge(&c[0], &c[2]));
+        return Patch::Triangle([
+            x(0),
+            x(1) - x(0) - c1,
+            x(2) - x(1) + c1 - c3,
+            c3 - c1 - c2,
+            c1,
+            c2,
+        ]);
+    }
+    let (c1, c2, c3, c4) =
+        (edge(&c[0], &c[1]), edge(&c[1], &c[2]), edge(&c[3], &c[2]), edge(&c[0], &c[3]));
+    Patch::Quad([
+        x(0),
+        x(1) - x(0) - c1,
+        x(3) - x(0) - c4,
+        x(2) - x(1) - x(3) + x(0) + c1 - c2 - c3 + c4,
+        c1,
+        c4,
+        c3 - c1,
+        c2 - c4,
+    ])
+}
+
+/// A flat rectangle through `origin` spanned by `a` and `b`, with `normal`.
+pub(crate) fn plane(name: &str, origin: Vec3, a: Vec3, b: Vec3, normal: Vec3) -> ToolModel {
+    Builder::new(name).grid(1, 1, |u, v| (origin + a * u + b * v, normal)).build()
+}
+
+/// A piece of a profile in the (r, z) half-plane: where and with which normal at `t` in 0..1.
+pub(crate) struct Piece {
+    pub(crate) cells: usize,
+    pub(crate) at: Box<dyn Fn(f64) -> ([f64; 2], [f64; 2])>,
+}
+
+/// A straight piece with one normal.
+pub(crate) fn line(cells: usize, a: [f64; 2], b: [f64; 2], n: [f64; 2]) -> Piece {
+    let at = move |t: f64| ([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t], n);
+    Piece { cells, at: Box::new(at) }
+}
+
+/// An arc about `c` from angle `from` to `to` [rad]; `side` +1: the normal points away from the centre.
+pub(crate) fn arc(cells: usize, c: [f64; 2], r: f64, [from, to]: [f64; 2], side: f64) -> Piece {
+    let at = move |t: f64| {
+        let (s, k) = (from + (to - from) * t).sin_cos();
+        ([c[0] + r * k, c[1] + r * s], [side * k, side * s])
+    };
+    Piece { cells, at: Box::new(at) }
+}
+
+/// The profile turned about z through `angle` [rad] from the x axis.
+pub(crate) fn revolved(name: &str, around: usize, angle: f64, profile: &[Piece]) -> ToolModel {
+    profile
+        .iter()
+        .fold(Builder::new(name), |b, piece| {
+            b.grid(piece.cells, around, |u, v| {
+                let (p, n) = (piece.at)(u);
+                let (s, c) = (angle * v).sin_cos();
+                let turn = |q: [f64; 2]| Vec3::new(q[0] * c, q[0] * s, q[1]);
+                (turn(p), turn(n))
+            })
+        })
+        .build()
+}
+
+/// The profile in the (x, z) plane moved along y from 0 to `width`.
+pub(crate) fn extruded(name: &str, width: f64, profile: &[Piece]) -> ToolModel {
+    profile
+        .iter()
+        .fold(Builder::new(name), |b, piece| {
+            b.grid(piece.cells, 1, |u, v| {
+                let (p, n) = (piece.at)(u);
+                (Vec3::new(p[0], width * v, p[1]), Vec3::new(n[0], 0.0, n[1]))
+            })
+        })
+        .build()
+}

@@ -1,0 +1,3 @@
+//! Claims about contact, friction, Newton and stepping, on tools made by hand.
+
+mod cup;

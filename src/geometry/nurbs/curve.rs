@@ -217,11 +217,4 @@ impl Curve3 {
         out.points.iter_mut().for_each(|p| *p = map.point(p));
         out
     }
-
-    /// Closest point: parameter and squared distance [mm^2], global over the curve.
-    #[must_use]
-    pub fn closest(&self, p: &Vec3) -> (f64, f64) {
-        let _ = p;
-        unimplemented!("geometry: curve projection")
-    }
 }

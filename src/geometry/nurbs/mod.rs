@@ -3,7 +3,9 @@
 mod arc;
 mod basis;
 mod curve;
+mod fit;
 mod net;
+mod project;
 mod surface;
 mod sweep;
 

@@ -214,19 +214,4 @@ impl Surface {
         out.points.iter_mut().for_each(|p| *p = map.point(p));
         out
     }
-
-    /// Closest point of the untrimmed surface: parameters and squared distance [mm^2]; global.
-    #[must_use]
-    pub fn closest(&self, p: &Vec3) -> (Vec2, f64) {
-        let _ = p;
-        unimplemented!("geometry: surface projection")
-    }
-
-    /// Closest point by Newton from `start` with bounds and a fallback to [`Surface::closest`]; for
-    /// points whose neighbour's foot is known.
-    #[must_use]
-    pub fn closest_near(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
-        let _ = (p, start);
-        unimplemented!("geometry: surface projection")
-    }
 }

@@ -1,0 +1,119 @@
+//! Curves through a function: polynomial pieces bisected until they follow it.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::curve::Curve;
+
+/// Degree of the pieces.
+const DEGREE: usize = 5;
+/// Bisections of one interval between breaks.
+const DEPTH: u32 = 16;
+
+impl<const D: usize> Curve<D> {
+    /// A B-spline of degree 5 that follows `f` over the intervals between `breaks` (rising, at least two) within
+    /// `tolerance` at checked points, exactly at all piece ends. `f` should be smooth between breaks; where it is
+    /// not, pieces stop being bisected after 16 halvings.
+    #[must_use]
+    pub fn fitted(f: impl Fn(f64) -> SVector<f64, D>, breaks: &[f64], tolerance: f64) -> Self {
+        let mut ends = Vec::new();
+        let mut points = vec![];
+        for w in breaks.windows(2) {
+            let mut stack = vec![(w[0], w[1], 0u32)];
+            while let Some((a, b, depth)) = stack.pop() {
+                let piece = interpolate(&f, a, b);
+                if depth < DEPTH && !follows(&f, &piece, a, b, tolerance) {
+                    let middle = 0.5 * (a + b);
+                    stack.push((middle, b, depth + 1));
+                    stack.push((a, middle, depth + 1));
+                    continue;
+                }
+                if points.is_empty() {
+                    points.push(piece[0]);
+                }
+                points.extend_from_slice(&piece[1..]);
+                ends.push(b);
+            }
+        }
+        let mut knots = vec![breaks[0]; DEGREE + 1];
+        for &end in &ends {
+            knots.extend([end; DEGREE]);
+        }
+        knots.push(breaks[breaks.len() - 1]);
+        let weights = vec![1.0; points.len()];
+        Self { degree: DEGREE, knots, points, weights }
+    }
+}
+
+/// Interior nodes of the interpolation: Chebyshev-Lobatto points with the ends.
+fn nodes() -> [f64; DEGREE + 1] {
+    std::array::from_fn(|k| 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / DEGREE as f64).cos())
+}
+
+fn bernstein(t: f64) -> [f64; DEGREE + 1] {
+    let mut b = [0.0; DEGREE + 1];
+    b[0] = 1.0;
+    for k in 1..=DEGREE {
+        for i in (0..=k).rev() {
+            let left = if i > 0 { b[i - 1] } else { 0.0 };
+            b[i] = (1.0 - t) * b[i] + t * left;
+        }
+    }
+    b
+}
+
+/// Bezier points of the polynomial through f at the nodes of `[a, b]`.
+fn interpolate<const D: usize>(
+    f: &impl Fn(f64) -> SVector<f64, D>,
+    a: f64,
+    b: f64,
+) -> [SVector<f64, D>; DEGREE + 1] {
+    let nodes = nodes();
+    let matrix = SMatrix::<f64, 6, 6>::from_fn(|r, c| bernstein(nodes[r])[c]);
+    let values = nodes.map(|t| if t >= 1.0 { f(b) } else { f(a + (b - a) * t) });
+    // The matrix of Bernstein polynomials at distinct nodes is regular.
+    let inverse = matrix.try_inverse().unwrap_or_else(SMatrix::identity);
+    let mut points =
+        std::array::from_fn(|i| values.iter().enumerate().map(|(r, v)| v * inverse[(i, r)]).sum());
+    points[0] = values[0];
+    points[DEGREE] = values[DEGREE];
+    points
+}
+
+fn follows<const D: usize>(
+    f: &impl Fn(f64) -> SVector<f64, D>,
+    piece: &[SVector<f64, D>; DEGREE + 1],
+    a: f64,
+    b: f64,
+    tolerance: f64,
+) -> bool {
+    [0.03, 0.22, 0.41, 0.59, 0.78, 0.97].into_iter().all(|t| {
+        let weights = bernstein(t);
+        let found: SVector<f64, D> = piece.iter().zip(weights).map(|(p, w)| p * w).sum();
+        (found - f(a + (b - a) * t)).norm() <= tolerance
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Curve2;
+    use crate::geometry::Vec2;
+
+    #[test]
+    fn a_fitted_circle_keeps_the_tolerance() {
+        for tolerance in [1e-4, 1e-8, 1e-11] {
+            let f = |t: f64| Vec2::new(t.cos(), t.sin());
+            let c = Curve2::fitted(f, &[0.0, 2.0, 6.0], tolerance);
+            let worst = (0..=1000)
+                .map(|k| (c.point(0.006 * f64::from(k)) - f(0.006 * f64::from(k))).norm())
+                .fold(0.0, f64::max);
+            assert!(worst < 2.0 * tolerance, "{tolerance}: {worst}");
+            assert_eq!(c.point(6.0), f(6.0));
+        }
+    }
+
+    #[test]
+    fn a_straight_line_is_one_piece() {
+        let c = Curve2::fitted(|t| Vec2::new(2.0 * t, 1.0 - t), &[0.0, 1.0], 1e-12);
+        assert_eq!(c.points().len(), 6);
+    }
+}

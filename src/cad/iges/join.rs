@@ -10,7 +10,7 @@ use crate::geometry::nurbs::{Curve3, NurbsError};
 ///
 /// # Errors
 /// [`NurbsError`] when there is nothing to join.
-pub(super) fn join(curves: &[Curve3]) -> Result<Curve3, NurbsError> {
+pub(in crate::cad) fn join(curves: &[Curve3]) -> Result<Curve3, NurbsError> {
     let degree = curves.iter().map(Curve3::degree).max().unwrap_or(0);
     let mut net: Vec<Vector4<f64>> = Vec::new();
     let mut knots = vec![0.0; degree + 1];

@@ -15,7 +15,7 @@ mod directory;
 mod edges;
 mod file;
 mod global;
-mod join;
+pub(in crate::cad) mod join;
 mod names;
 mod offset;
 mod ownership;
@@ -29,7 +29,7 @@ mod swept;
 mod tests;
 mod token;
 mod trimming;
-mod uv;
+pub(in crate::cad) mod uv;
 
 use std::collections::BTreeMap;
 

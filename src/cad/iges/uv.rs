@@ -54,7 +54,7 @@ impl UvMap {
 }
 
 /// Point of a raw surface; `None` for offsets.
-pub(super) fn point_on(surface: &RawSurface, uv: Vec2) -> Option<Vec3> {
+pub(in crate::cad) fn point_on(surface: &RawSurface, uv: Vec2) -> Option<Vec3> {
     let (u, v) = (uv.x, uv.y);
     let around = |f: &crate::geometry::Frame, radius: f64, height: f64| {
         f.origin + (f.x * u.cos() + f.y * u.sin()) * radius + f.z * height

@@ -1,13 +1,85 @@
 //! STEP part 21 (AP203, AP214, AP242).
+//!
+//! The layers, from the text up: [`lexer`] (tokens) -> [`table`] (instances) -> [`entity`] (attributes by position) ->
+//! [`resolver`] (points, placements, budget), [`units`], [`curve`], [`surface`] -> [`edge`], [`face`] (topology) ->
+//! [`items`] (solids, shells, sets) -> [`assembly`] and [`place`] (every placed instance).
 
-use super::CadError;
+#![forbid(unsafe_code)]
+
+mod assembly;
+mod curve;
+mod edge;
+mod entity;
+mod face;
+mod items;
+mod lexer;
+mod place;
+mod resolver;
+mod surface;
+mod table;
+#[cfg(test)]
+mod tests;
+mod units;
+
+use rustc_hash::FxHashMap;
+
+use self::resolver::Resolver;
+use self::table::{Table, parse};
 use super::raw::RawModel;
+use super::{CadError, Severity};
 
-/// Parses the bytes of a STEP file; `name` is used in messages.
+/// Parses the bytes of a STEP file; `name` is used in messages. Lengths of the result are mm, angles rad.
 ///
 /// # Errors
-/// [`CadError::Invalid`] with `#id` or line when the text is beyond repair.
+/// [`CadError::Invalid`] with `#id` or line when the text is beyond repair, when references multiply beyond
+/// measure, or when no face can be read though the file has some.
 pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
-    let _ = (bytes, name);
-    unimplemented!("cad: STEP")
+    let table = parse(bytes, name)?;
+    let resolver = Resolver::new(&table, bytes.len());
+    let mut model = RawModel { writer: writer(&table), unit_mm: 1.0, ..RawModel::default() };
+    let mut counts: FxHashMap<_, usize> = FxHashMap::default();
+    for e in resolver.entities() {
+        *counts.entry(e.counted_as()).or_default() += 1;
+    }
+    model.entities = counts.into_iter().map(|(k, n)| (k.into_owned(), n)).collect();
+    note_text_faults(&resolver);
+    assembly::faces(&resolver, &mut model).map_err(|fault| fault.into_error(name))?;
+    model.diagnostics = resolver.diagnostics.take();
+    let failed = model.diagnostics.iter().find(|d| d.code == "entity-invalid");
+    if let (true, Some(first)) = (model.faces.is_empty(), failed) {
+        return Err(CadError::Invalid {
+            file: name.into(),
+            place: first.place.clone(),
+            found: format!("no face can be read; the first fault: {}", first.text),
+            allowed: "at least one readable face".into(),
+            remedy: "export the model again as AP214 or AP242 B-rep".into(),
+        });
+    }
+    Ok(model)
+}
+
+fn note_text_faults(resolver: &Resolver) {
+    if resolver.table.unfinished {
+        let text = "the text ends before END-ISO-10303-21: what was there is used".to_string();
+        resolver.note(Severity::Warning, "file-unfinished", String::new(), text);
+    }
+    if let Some(first) = resolver.table.repeated.first() {
+        let n = resolver.table.repeated.len();
+        let text = format!("{n} ids are given twice: the first instance counts");
+        resolver.note(Severity::Warning, "id-repeated", format!("#{first}"), text);
+    }
+}
+
+/// Preprocessor and originating system of `FILE_NAME`.
+fn writer(table: &Table) -> String {
+    let Some(part) = table.header().iter().find(|p| p.keyword == "FILE_NAME") else {
+        return String::new();
+    };
+    let values = table.values(part.values);
+    let (preprocessor, system) = (units::header_text(values, 4), units::header_text(values, 5));
+    [system, preprocessor]
+        .into_iter()
+        .filter(|s| !s.trim().is_empty())
+        .collect::<Vec<_>>()
+        .join("; ")
 }

@@ -1,0 +1,445 @@
+//! Curves: what they are, and the piece between two points or parameters as a rational B-spline.
+
+use std::f64::consts::TAU;
+
+use super::entity::{Attributes, Entity, Outcome};
+use super::resolver::{Resolver, Units};
+use super::table::Value;
+use crate::cad::iges::join::join;
+use crate::geometry::nurbs::Curve3;
+use crate::geometry::{Affine, Frame, Vec3};
+
+/// A curve with the parameters STEP gives it (angles in rad), not yet cut.
+#[derive(Debug, Clone)]
+pub enum Form {
+    /// `origin + t direction`.
+    Line(Vec3, Vec3),
+    /// `origin + rx cos t x + ry sin t y`.
+    Ellipse(Frame, f64, f64),
+    /// `origin + a cosh t x + b sinh t y`.
+    Hyperbola(Frame, f64, f64),
+    /// `origin + f (t^2 x + 2 t y)`.
+    Parabola(Frame, f64),
+    /// Rational B-spline.
+    Free(Curve3),
+}
+
+impl Resolver<'_> {
+    /// Reads any curve; `depth` counts the references followed so far.
+    pub fn curve(&self, e: Entity, units: Units, depth: usize) -> Outcome<Form> {
+        self.spend(e, depth, 0)?;
+        let a = e.attributes();
+        let inner = |k: usize| self.curve(a.entity(k)?, units, depth + 1);
+        match e.kind() {
+            "LINE" => {
+                Ok(Form::Line(self.point(a.entity(1)?, units)?, self.vector(a.entity(2)?, units)?))
+            }
+            "CIRCLE" => {
+                let r = length(e, &a, 2, units)?;
+                Ok(Form::Ellipse(self.frame(a.entity(1)?, units)?, r, r))
+            }
+            "ELLIPSE" | "HYPERBOLA" => {
+                let (p, q) = (length(e, &a, 2, units)?, length(e, &a, 3, units)?);
+                let frame = self.frame(a.entity(1)?, units)?;
+                let ellipse = e.kind() == "ELLIPSE";
+                Ok(if ellipse { Form::Ellipse(frame, p, q) } else { Form::Hyperbola(frame, p, q) })
+            }
+            "PARABOLA" => {
+                Ok(Form::Parabola(self.frame(a.entity(1)?, units)?, length(e, &a, 2, units)?))
+            }
+            "POLYLINE" => self.polyline(e, &a, units, depth),
+            "TRIMMED_CURVE" => self.trimmed_curve(e, &a, units, depth),
+            "COMPOSITE_CURVE"
+            | "COMPOSITE_CURVE_ON_SURFACE"
+            | "BOUNDARY_CURVE"
+            | "OUTER_BOUNDARY_CURVE" => self.composite(e, &a, units, depth),
+            "SURFACE_CURVE" | "SEAM_CURVE" | "INTERSECTION_CURVE" | "BOUNDED_SURFACE_CURVE" => {
+                inner(1)
+            }
+            "CURVE_REPLICA" => {
+                let map = self.operator(a.entity(2)?, units)?;
+                let parent = inner(1)?;
+                parent.transformed(&map).ok_or_else(|| e.fault("a bad transformation", "a scale"))
+            }
+            "OFFSET_CURVE_3D" => self.offset_curve(e, &a, units, depth),
+            kind if kind.contains("B_SPLINE_CURVE")
+                || matches!(kind, "BEZIER_CURVE" | "UNIFORM_CURVE" | "QUASI_UNIFORM_CURVE") =>
+            {
+                self.spline_curve(e, units, depth).map(Form::Free)
+            }
+            kind => Err(e.fault(format!("a {kind} as a curve"), "a curve entity of AP203/214/242")),
+        }
+    }
+
+    fn polyline(&self, e: Entity, a: &Attributes, units: Units, depth: usize) -> Outcome<Form> {
+        let points = a.entities(1)?;
+        self.spend(e, depth, points.len())?;
+        let points: Vec<Vec3> =
+            points.iter().map(|p| self.point(*p, units)).collect::<Outcome<_>>()?;
+        let n = points.len();
+        if n < 2 {
+            return Err(e.fault(format!("{n} points"), "at least 2"));
+        }
+        let mut knots: Vec<f64> = (0..n).map(|k| k as f64).collect();
+        knots.insert(0, 0.0);
+        knots.push((n - 1) as f64);
+        Curve3::try_new(1, knots, points, None).map(Form::Free).map_err(|x| spline_fault(e, &x))
+    }
+
+    /// `TRIMMED_CURVE(name, basis, trim 1, trim 2, sense, preferred)`.
+    fn trimmed_curve(
+        &self,
+        e: Entity,
+        a: &Attributes,
+        units: Units,
+        depth: usize,
+    ) -> Outcome<Form> {
+        let basis = self.curve(a.entity(1)?, units, depth + 1)?;
+        let sense = a.flag(4)?;
+        let by_point = a.enumeration(5) == Some("CARTESIAN");
+        let ends = [
+            self.trim(e, a.list(2)?, &basis, units, by_point)?,
+            self.trim(e, a.list(3)?, &basis, units, by_point)?,
+        ];
+        let [from, to] = if sense { ends } else { [ends[1], ends[0]] };
+        let cut = basis.cut_wrapped(from, to);
+        let cut = cut.ok_or_else(|| e.fault(format!("trims {from} to {to}"), "a range"))?;
+        self.spend(e, depth, cut.points().len())?;
+        Ok(Form::Free(if sense { cut } else { cut.reversed() }))
+    }
+
+    /// One trimming set: `PARAMETER_VALUE(t)`, a point, or both.
+    fn trim(
+        &self,
+        e: Entity,
+        set: &[Value],
+        basis: &Form,
+        units: Units,
+        by_point: bool,
+    ) -> Outcome<f64> {
+        let (mut parameter, mut point) = (None, None);
+        for value in set {
+            if let Value::Reference(id) = value {
+                if let Some(index) = self.table.find(*id) {
+                    point = Some(self.point(self.entity(index), units)?);
+                }
+            } else {
+                parameter = super::entity::number(self.table, *value).or(parameter);
+            }
+        }
+        let angular = matches!(basis, Form::Ellipse(..));
+        let parameter = parameter.map(|t| if angular { t * units.angle } else { t });
+        let projected = point.map(|p| basis.parameter(&p));
+        let chosen = if by_point { projected.or(parameter) } else { parameter.or(projected) };
+        chosen.ok_or_else(|| e.fault("a trim of neither point nor parameter", "one of them"))
+    }
+
+    /// Members of a composite curve, in order and direction.
+    pub fn members<'e>(&self, e: Entity<'e>) -> Outcome<Vec<(Entity<'e>, bool)>> {
+        let mut out = vec![];
+        for segment in e.attributes().entities(1)? {
+            let s = segment.attributes();
+            // COMPOSITE_CURVE_SEGMENT(transition, same_sense, parent_curve)
+            out.push((s.entity(2)?, s.flag(1)?));
+        }
+        Ok(out)
+    }
+
+    fn composite(&self, e: Entity, _a: &Attributes, units: Units, depth: usize) -> Outcome<Form> {
+        let mut pieces = vec![];
+        for (curve, sense) in self.members(e)? {
+            let piece = self.curve(curve, units, depth + 1)?.whole();
+            let piece = piece.ok_or_else(|| curve.fault("an endless segment", "bounded curves"))?;
+            self.spend(e, depth, 4 * piece.points().len())?;
+            pieces.push(if sense { piece } else { piece.reversed() });
+        }
+        join(&pieces).map(Form::Free).map_err(|x| spline_fault(e, &x))
+    }
+
+    /// `B_SPLINE_CURVE(name, degree, points, form, closed, self-intersect)` and its subtypes.
+    fn spline_curve(&self, e: Entity, units: Units, depth: usize) -> Outcome<Curve3> {
+        let a = e.attributes();
+        let degree = degree(e, &a, 1)?;
+        let points = a.entities(2)?;
+        self.spend(e, depth, points.len())?;
+        let points: Vec<Vec3> =
+            points.iter().map(|p| self.point(*p, units)).collect::<Outcome<_>>()?;
+        let knots = knots(e, &a, e.kind(), degree, points.len(), [6, 7])?;
+        let weights = match e.part("RATIONAL_B_SPLINE_CURVE") {
+            Some(part) => Some(part.reals(part.len().saturating_sub(1))?),
+            None => None,
+        };
+        Curve3::try_new(degree, knots, points, weights).map_err(|x| spline_fault(e, &x))
+    }
+
+    /// `OFFSET_CURVE_3D(name, basis, distance, self-intersect, ref direction)`: along `reference x tangent`.
+    fn offset_curve(&self, e: Entity, a: &Attributes, units: Units, depth: usize) -> Outcome<Form> {
+        let basis = self.curve(a.entity(1)?, units, depth + 1)?;
+        let distance = a.real(2)? * units.length;
+        let reference = self.direction(a.entity(4)?)?;
+        match basis {
+            Form::Line(origin, direction) => {
+                let across = crate::geometry::frame::unit(reference.cross(&direction));
+                let across = across.ok_or_else(|| e.fault("a parallel reference", "another"))?;
+                Ok(Form::Line(origin + across * distance, direction))
+            }
+            Form::Ellipse(frame, r, s) if r == s && reference.dot(&frame.z).abs() > 1.0 - 1e-9 => {
+                // reference x tangent points to the centre when the reference is the axis.
+                let r = r - distance * reference.dot(&frame.z).signum();
+                if r > 0.0 {
+                    Ok(Form::Ellipse(frame, r, r))
+                } else {
+                    Err(e.fault("an offset past the centre", "a smaller offset"))
+                }
+            }
+            _ => Err(e.fault("an offset of a free curve", "offsets of lines and circles")),
+        }
+    }
+}
+
+impl Form {
+    /// Point at a parameter.
+    #[must_use]
+    pub fn point(&self, t: f64) -> Vec3 {
+        match self {
+            Self::Line(origin, direction) => origin + direction * t,
+            Self::Ellipse(f, rx, ry) => f.point(&Vec3::new(rx * t.cos(), ry * t.sin(), 0.0)),
+            Self::Hyperbola(f, a, b) => f.point(&Vec3::new(a * t.cosh(), b * t.sinh(), 0.0)),
+            Self::Parabola(f, p) => f.point(&Vec3::new(p * t * t, 2.0 * p * t, 0.0)),
+            Self::Free(curve) => curve.point(t),
+        }
+    }
+
+    /// Parameter of the point of the curve next to `p` (exact for points on it).
+    #[must_use]
+    pub fn parameter(&self, p: &Vec3) -> f64 {
+        match self {
+            Self::Line(origin, d) => (p - origin).dot(d) / d.norm_squared(),
+            Self::Ellipse(f, rx, ry) => {
+                let q = f.local(p);
+                (q.y / ry).atan2(q.x / rx)
+            }
+            Self::Hyperbola(f, _, b) => (f.local(p).y / b).asinh(),
+            Self::Parabola(f, focal) => f.local(p).y / (2.0 * focal),
+            Self::Free(curve) => curve.closest(p).0,
+        }
+    }
+
+    /// True where the curve ends where it begins.
+    #[must_use]
+    pub fn closed(&self) -> bool {
+        match self {
+            Self::Ellipse(..) => true,
+            Self::Free(c) => {
+                let [low, high] = c.domain();
+                let size = extent(c);
+                (c.point(low) - c.point(high)).norm() <= 1e-7 * size
+            }
+            _ => false,
+        }
+    }
+
+    /// The piece on `from..to`, `from < to`; ellipses at most one turn.
+    #[must_use]
+    pub fn cut(&self, from: f64, to: f64) -> Option<Curve3> {
+        if !(from < to && from.is_finite() && to.is_finite()) {
+            return None;
+        }
+        match self {
+            Self::Line(..) => {
+                let points = vec![self.point(from), self.point(to)];
+                Curve3::try_new(1, vec![from, from, to, to], points, None).ok()
+            }
+            Self::Ellipse(frame, rx, ry) => {
+                Some(Curve3::ellipse_arc(frame, *rx, *ry, from, to.min(from + TAU)))
+            }
+            Self::Hyperbola(f, a, b) => {
+                let middle = |t: f64, h: f64| {
+                    let (x, y) = (a * t.cosh() / h.cosh(), b * t.sinh() / h.cosh());
+                    (f.point(&Vec3::new(x, y, 0.0)), h.cosh())
+                };
+                self.quadratic(from, to, 0.5, &middle)
+            }
+            Self::Parabola(f, p) => {
+                let middle = |t: f64, h: f64| {
+                    (f.point(&Vec3::new(p * (t * t - h * h), 2.0 * p * t, 0.0)), 1.0)
+                };
+                self.quadratic(from, to, f64::INFINITY, &middle)
+            }
+            Self::Free(curve) => {
+                let [low, high] = curve.domain();
+                let (from, to) = (from.max(low), to.min(high));
+                if from <= low && to >= high {
+                    return Some(curve.clone());
+                }
+                curve.trimmed(from, to).ok()
+            }
+        }
+    }
+
+    /// Quadratic arc in spans no longer than `longest`; `middle(t, h)` is the control point and weight of the
+    /// span `t - h .. t + h`.
+    fn quadratic(
+        &self,
+        from: f64,
+        to: f64,
+        longest: f64,
+        middle: &dyn Fn(f64, f64) -> (Vec3, f64),
+    ) -> Option<Curve3> {
+        let spans = ((to - from) / longest).ceil().clamp(1.0, 1000.0) as usize;
+        let at = |k: usize| from + (to - from) * k as f64 / spans as f64;
+        let (mut knots, mut points, mut weights) =
+            (vec![from; 3], vec![self.point(from)], vec![1.0]);
+        for k in 0..spans {
+            let (a, b) = (at(k), at(k + 1));
+            let (point, weight) = middle(0.5 * (a + b), 0.5 * (b - a));
+            points.extend([point, self.point(b)]);
+            weights.extend([weight, 1.0]);
+            knots.extend([b, b]);
+        }
+        knots.push(to);
+        Curve3::try_new(2, knots, points, Some(weights)).ok()
+    }
+
+    /// The piece from `from` forwards to `to`, over the seam of a closed curve where `to` is not behind `from`;
+    /// an open curve is cut between the two all the same.
+    #[must_use]
+    pub fn cut_wrapped(&self, from: f64, to: f64) -> Option<Curve3> {
+        match self {
+            Self::Ellipse(..) => {
+                let mut turn = (to - from).rem_euclid(TAU);
+                if turn < 1e-12 || turn > TAU - 1e-12 {
+                    turn = TAU;
+                }
+                self.cut(from, from + turn)
+            }
+            Self::Free(curve) if from >= to && self.closed() => {
+                let [low, high] = curve.domain();
+                let tiny = 1e-9 * (high - low);
+                if from >= high - tiny {
+                    return self.cut(low, to);
+                }
+                if to <= low + tiny {
+                    return self.cut(from, high);
+                }
+                join(&[self.cut(from, high)?, self.cut(low, to)?]).ok()
+            }
+            _ if from <= to => self.cut(from, to),
+            _ => self.cut(to, from).map(|c| c.reversed()),
+        }
+    }
+
+    /// The whole curve, if it has ends (an ellipse: one turn).
+    #[must_use]
+    pub fn whole(&self) -> Option<Curve3> {
+        match self {
+            Self::Ellipse(..) => self.cut(0.0, TAU),
+            Self::Free(curve) => Some(curve.clone()),
+            _ => None,
+        }
+    }
+
+    /// Image under a map; conics that do not stay such become B-splines.
+    #[must_use]
+    pub fn transformed(&self, map: &Affine) -> Option<Self> {
+        if let Self::Line(origin, direction) = self {
+            return Some(Self::Line(map.point(origin), map.vector(direction)));
+        }
+        let scale = map.linear.determinant().abs().cbrt();
+        let moved = |f: &Frame| {
+            let (x, y) = (map.vector(&f.x) / scale, map.vector(&f.y) / scale);
+            Frame { origin: map.point(&f.origin), x, y, z: x.cross(&y) }
+        };
+        Some(match self {
+            Self::Line(..) => return None,
+            Self::Ellipse(f, a, b) => Self::Ellipse(moved(f), a * scale, b * scale),
+            Self::Hyperbola(f, a, b) => Self::Hyperbola(moved(f), a * scale, b * scale),
+            Self::Parabola(f, p) => Self::Parabola(moved(f), p * scale),
+            Self::Free(curve) => Self::Free(curve.transformed(map)),
+        })
+    }
+}
+
+/// Largest side of the control points' box [mm].
+#[must_use]
+pub fn extent(curve: &Curve3) -> f64 {
+    let far = |axis: usize| {
+        let at = curve.points().iter().map(|p| p[axis]);
+        let (low, high) =
+            at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        high - low
+    };
+    far(0).max(far(1)).max(far(2))
+}
+
+/// A length above 0, in mm.
+pub fn length(e: Entity, a: &Attributes, k: usize, units: Units) -> Outcome<f64> {
+    let value = a.real(k)? * units.length;
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(e.fault(format!("length {}", a.real(k)?), "a length above 0"))
+}
+
+/// Degree of a spline, before anything is made with it.
+pub fn degree(e: Entity, a: &Attributes, k: usize) -> Outcome<usize> {
+    let n = a.integer(k)?;
+    match usize::try_from(n) {
+        Ok(n @ 1..=25) => Ok(n),
+        _ => Err(e.fault(format!("degree {n}"), "1 to 25")),
+    }
+}
+
+/// The fault of control data that is no spline.
+pub fn spline_fault(
+    e: Entity,
+    error: &crate::geometry::nurbs::NurbsError,
+) -> Box<super::entity::Fault> {
+    e.fault(error.to_string(), "a rational B-spline")
+}
+
+/// Knots of a spline: written out (`[multiplicities, knots]` at `at`), or those its kind implies.
+pub fn knots(
+    e: Entity,
+    a: &Attributes,
+    kind: &str,
+    degree: usize,
+    points: usize,
+    at: [usize; 2],
+) -> Outcome<Vec<f64>> {
+    let count = points + degree + 1;
+    if kind.contains("UNIFORM") || kind.contains("BEZIER") {
+        let bezier = kind.contains("BEZIER");
+        let step = if bezier { degree } else { 1 };
+        let last = points.saturating_sub(1) / step
+            - usize::from(!bezier) * (degree - 1).min(points.saturating_sub(1));
+        let knot = |k: usize| {
+            let k = k as f64 - degree as f64;
+            match kind {
+                "UNIFORM_CURVE" | "UNIFORM_SURFACE" => k,
+                _ if bezier => ((k - 1.0) / step as f64 + 1.0).floor().clamp(0.0, last as f64),
+                _ => k.clamp(0.0, last as f64),
+            }
+        };
+        return Ok((0..count).map(knot).collect());
+    }
+    let (multiplicities, values) = (a.list(at[0])?, a.reals(at[1])?);
+    let mut knots = Vec::new();
+    for (m, value) in multiplicities.iter().zip(&values) {
+        let room = count.saturating_sub(knots.len());
+        match m {
+            Value::Integer(m) if (1..=room as i64).contains(m) => {
+                knots.extend(std::iter::repeat_n(*value, *m as usize));
+            }
+            other => {
+                let found = format!("knot multiplicity {other:?}");
+                return Err(e.fault(found, format!("1 to {room} ({count} knots in all)")));
+            }
+        }
+    }
+    if multiplicities.len() != values.len() {
+        let found = format!("{} multiplicities of {} knots", multiplicities.len(), values.len());
+        return Err(e.fault(found, "one each"));
+    }
+    Ok(knots)
+}

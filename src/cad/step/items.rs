@@ -1,0 +1,247 @@
+//! Representation items: solids, shells, sets and single faces become raw faces.
+
+use super::entity::{Entity, Outcome};
+use super::resolver::{Resolver, Units};
+use crate::cad::Severity;
+use crate::cad::raw::RawFace;
+
+/// What one item gives, in its own coordinates. Edge numbers are instance numbers, shells count from 0.
+#[derive(Debug, Default)]
+pub struct ItemFaces {
+    /// Faces.
+    pub faces: Vec<RawFace>,
+    /// Shells among them.
+    pub shells: usize,
+    /// Curves that bound no face.
+    pub loose_curves: usize,
+    /// Faces that could not be read.
+    pub failed: usize,
+}
+
+/// What kind of thing an item is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ItemKind {
+    /// Solid, shell, face, or surface.
+    Shape,
+    /// Curve, wireframe or point set without faces.
+    Loose,
+    /// Placement of another representation.
+    Mapped,
+    /// Faceted geometry without exact surfaces.
+    Tessellated,
+    /// Solid by construction, not by boundary.
+    Constructive,
+    /// Points, placements, texts, styles.
+    Other,
+}
+
+/// Tells what an item is.
+#[must_use]
+pub fn item_kind(e: Entity) -> ItemKind {
+    match e.kind() {
+        "MANIFOLD_SOLID_BREP"
+        | "BREP_WITH_VOIDS"
+        | "FACETED_BREP"
+        | "SHELL_BASED_SURFACE_MODEL"
+        | "FACE_BASED_SURFACE_MODEL"
+        | "GEOMETRIC_SET"
+        | "OPEN_SHELL"
+        | "CLOSED_SHELL"
+        | "ORIENTED_OPEN_SHELL"
+        | "ORIENTED_CLOSED_SHELL"
+        | "CONNECTED_FACE_SET"
+        | "CONNECTED_FACE_SUB_SET"
+        | "ADVANCED_FACE"
+        | "FACE_SURFACE"
+        | "ORIENTED_FACE"
+        | "FACE"
+        | "SUBFACE"
+        | "CURVE_BOUNDED_SURFACE"
+        | "RECTANGULAR_TRIMMED_SURFACE" => ItemKind::Shape,
+        "MAPPED_ITEM" => ItemKind::Mapped,
+        "GEOMETRIC_CURVE_SET"
+        | "EDGE_BASED_WIREFRAME_MODEL"
+        | "SHELL_BASED_WIREFRAME_MODEL"
+        | "TRIMMED_CURVE"
+        | "COMPOSITE_CURVE"
+        | "POLYLINE"
+        | "LINE"
+        | "CIRCLE"
+        | "ELLIPSE"
+        | "EDGE_CURVE" => ItemKind::Loose,
+        "CSG_SOLID"
+        | "BOOLEAN_RESULT"
+        | "BLOCK"
+        | "RIGHT_ANGULAR_WEDGE"
+        | "SPHERE"
+        | "TORUS"
+        | "RIGHT_CIRCULAR_CONE"
+        | "RIGHT_CIRCULAR_CYLINDER"
+        | "EXTRUDED_AREA_SOLID"
+        | "REVOLVED_AREA_SOLID"
+        | "EXTRUDED_FACE_SOLID"
+        | "REVOLVED_FACE_SOLID"
+        | "HALF_SPACE_SOLID"
+        | "BOXED_HALF_SPACE"
+        | "SWEPT_DISK_SOLID"
+        | "SOLID_REPLICA"
+        | "ELLIPSOID" => ItemKind::Constructive,
+        kind if kind.contains("TESSELLATED")
+            || kind.starts_with("TRIANGULATED")
+            || kind.starts_with("COMPLEX_TRIANGULATED")
+            || kind.starts_with("CUBIC_BEZIER_T") =>
+        {
+            ItemKind::Tessellated
+        }
+        kind if is_surface(kind) => ItemKind::Shape,
+        kind if kind.contains("_CURVE") && !kind.contains("STYLE") => ItemKind::Loose,
+        _ => ItemKind::Other,
+    }
+}
+
+fn is_surface(kind: &str) -> bool {
+    kind.contains("B_SPLINE_SURFACE")
+        || matches!(
+            kind,
+            "BEZIER_SURFACE"
+                | "UNIFORM_SURFACE"
+                | "QUASI_UNIFORM_SURFACE"
+                | "SPHERICAL_SURFACE"
+                | "TOROIDAL_SURFACE"
+                | "DEGENERATE_TOROIDAL_SURFACE"
+                | "SURFACE_OF_REVOLUTION"
+                | "SURFACE_OF_LINEAR_EXTRUSION"
+                | "OFFSET_SURFACE"
+                | "SURFACE_REPLICA"
+        )
+}
+
+impl<'t> Resolver<'t> {
+    /// All faces of an item of [`ItemKind::Shape`].
+    ///
+    /// # Errors
+    /// Only what refuses the whole file; a face that cannot be read is a diagnostic.
+    pub fn item(&self, e: Entity<'t>, units: Units) -> Outcome<ItemFaces> {
+        let mut out = ItemFaces::default();
+        self.shape(e, units, &mut out, 0)?;
+        Ok(out)
+    }
+
+    /// The fault of something inside, which costs only that thing unless it is fatal.
+    fn survive<T>(&self, result: Outcome<T>, out: &mut ItemFaces) -> Outcome<Option<T>> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(fault) if fault.fatal => Err(fault),
+            Err(fault) => {
+                out.failed += 1;
+                self.diagnostics.borrow_mut().push(fault.into_diagnostic("entity-invalid"));
+                Ok(None)
+            }
+        }
+    }
+
+    fn shape(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces, depth: usize) -> Outcome<()> {
+        let spent = self.spend(e, depth, 0);
+        if self.survive(spent, out)?.is_none() {
+            return Ok(());
+        }
+        let a = e.attributes();
+        match e.kind() {
+            "MANIFOLD_SOLID_BREP" | "FACETED_BREP" | "BREP_WITH_VOIDS" => {
+                if let Some(shell) = self.survive(a.entity(1), out)? {
+                    self.shell(shell, units, out)?;
+                }
+                if e.has("BREP_WITH_VOIDS") {
+                    let voids = a.entities(a.len().saturating_sub(1));
+                    for void in self.survive(voids, out)?.unwrap_or_default() {
+                        self.shell(void, units, out)?;
+                    }
+                }
+            }
+            "SHELL_BASED_SURFACE_MODEL" | "FACE_BASED_SURFACE_MODEL" => {
+                for shell in self.survive(a.entities(1), out)?.unwrap_or_default() {
+                    self.shell(shell, units, out)?;
+                }
+            }
+            kind if kind.ends_with("SHELL") || kind.starts_with("CONNECTED_FACE") => {
+                self.shell(e, units, out)?;
+            }
+            "GEOMETRIC_SET" => {
+                for element in self.survive(a.entities(1), out)?.unwrap_or_default() {
+                    match item_kind(element) {
+                        ItemKind::Shape => self.shape(element, units, out, depth + 1)?,
+                        ItemKind::Loose => out.loose_curves += 1,
+                        _ => {}
+                    }
+                }
+            }
+            "ADVANCED_FACE" | "FACE_SURFACE" | "ORIENTED_FACE" | "FACE" | "SUBFACE" => {
+                let face = self.face(e, units, true);
+                let read = self.survive(face, out)?;
+                out.faces.extend(read);
+            }
+            _ => {
+                let face = self.surface_face(e, units);
+                let read = self.survive(face, out)?;
+                out.faces.extend(read);
+            }
+        }
+        Ok(())
+    }
+
+    /// `CLOSED_SHELL(name, faces)`, `ORIENTED_CLOSED_SHELL(name, *, element, orientation)`.
+    fn shell(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces) -> Outcome<()> {
+        let found = self.unoriented_shell(e);
+        let Some((shell, oriented)) = self.survive(found, out)? else { return Ok(()) };
+        let faces = shell.attributes().entities(1);
+        let number = out.shells;
+        out.shells += 1;
+        for face in self.survive(faces, out)?.unwrap_or_default() {
+            let face = self.face(face, units, oriented);
+            if let Some(mut face) = self.survive(face, out)? {
+                face.shell = Some(number);
+                out.faces.push(face);
+            }
+        }
+        Ok(())
+    }
+
+    fn unoriented_shell(&self, e: Entity<'t>) -> Outcome<(Entity<'t>, bool)> {
+        let (mut e, mut oriented) = (e, true);
+        let mut depth = 0;
+        loop {
+            self.spend(e, depth, 0)?;
+            match e.kind() {
+                "ORIENTED_CLOSED_SHELL" | "ORIENTED_OPEN_SHELL" => {
+                    let a = e.attributes();
+                    oriented ^= !a.flag(3)?;
+                    e = a.entity(2)?;
+                }
+                kind if kind.ends_with("SHELL") || kind.starts_with("CONNECTED_FACE") => {
+                    return Ok((e, oriented));
+                }
+                kind => return Err(e.fault(format!("a {kind} as a shell"), "a shell")),
+            }
+            depth += 1;
+        }
+    }
+
+    /// Tells that an item was left out, once for each kind.
+    pub fn left_out(&self, kind: ItemKind, counted: usize, first: Entity) {
+        if counted == 0 {
+            return;
+        }
+        let (code, what) = match kind {
+            ItemKind::Tessellated => {
+                ("tessellated", "tessellated items hold facets, no exact surfaces")
+            }
+            ItemKind::Constructive => (
+                "constructive-solid",
+                "solids by construction (CSG, swept areas) have no faces in the file",
+            ),
+            _ => return,
+        };
+        let text = format!("{counted} left out: {what}; export the model as a B-rep");
+        self.note(Severity::Warning, code, first.place(), text);
+    }
+}

@@ -1,0 +1,141 @@
+//! Faces moved to where an assembly puts them.
+
+use crate::cad::raw::{RawEdge, RawFace, RawSurface};
+use crate::geometry::nurbs::Curve2;
+use crate::geometry::{Affine, Frame, Vec2};
+
+/// A moved surface.
+pub struct Placed {
+    /// The surface, in the parameters `(u scale[0], v scale[1])` of the original.
+    pub surface: RawSurface,
+    /// Its `su x sv` is against the image of the original's.
+    pub turned: bool,
+    /// Factors of the parameters.
+    pub scales: [f64; 2],
+}
+
+/// Factor of a similarity (rotation, mirror, uniform scale); `None` for any other map.
+#[must_use]
+pub fn similarity(map: &Affine) -> Option<f64> {
+    let gram = map.linear.transpose() * map.linear;
+    let square = gram.trace() / 3.0;
+    let off = (gram - crate::geometry::Mat3::identity() * square).norm();
+    (square > 0.0 && square.is_finite() && off <= 1e-9 * square).then(|| square.sqrt())
+}
+
+/// The surface's image; `None` when the map is no similarity. A mirrored frame is kept right-handed by turning
+/// its z axis, and with it the surface's v.
+#[must_use]
+pub fn surface(surface: &RawSurface, map: &Affine) -> Option<Placed> {
+    let scale = similarity(map)?;
+    let mirrored = map.linear.determinant() < 0.0;
+    let moved = |f: &Frame| {
+        let (x, y) = (map.vector(&f.x) / scale, map.vector(&f.y) / scale);
+        Frame { origin: map.point(&f.origin), x, y, z: x.cross(&y) }
+    };
+    let v = if mirrored { -1.0 } else { 1.0 };
+    let round = |surface, scales| Placed { surface, turned: false, scales };
+    Some(match surface {
+        RawSurface::Plane(f) => Placed {
+            surface: RawSurface::Plane(moved(f)),
+            turned: mirrored,
+            scales: [scale, scale],
+        },
+        RawSurface::Cylinder { frame, radius } => {
+            let surface = RawSurface::Cylinder { frame: moved(frame), radius: radius * scale };
+            round(surface, [1.0, v * scale])
+        }
+        RawSurface::Cone { frame, radius, semi_angle } => {
+            let (frame, radius) = (moved(frame), radius * scale);
+            let semi_angle = semi_angle * v;
+            round(RawSurface::Cone { frame, radius, semi_angle }, [1.0, v * scale])
+        }
+        RawSurface::Sphere { frame, radius } => {
+            let surface = RawSurface::Sphere { frame: moved(frame), radius: radius * scale };
+            round(surface, [1.0, v])
+        }
+        RawSurface::Torus { frame, major, minor, keep_outer } => {
+            let (major, minor) = (major * scale, minor * scale);
+            let keep_outer = *keep_outer;
+            let surface = RawSurface::Torus { frame: moved(frame), major, minor, keep_outer };
+            round(surface, [1.0, v])
+        }
+        RawSurface::Revolution { generatrix, origin, axis, angles, curve_first } => Placed {
+            surface: RawSurface::Revolution {
+                generatrix: generatrix.transformed(map),
+                origin: map.point(origin),
+                axis: map.vector(axis) * (v / scale),
+                angles: *angles,
+                curve_first: *curve_first,
+            },
+            turned: mirrored,
+            scales: [1.0, 1.0],
+        },
+        RawSurface::Extrusion { directrix, direction, range } => Placed {
+            surface: RawSurface::Extrusion {
+                directrix: directrix.transformed(map),
+                direction: map.vector(direction),
+                range: *range,
+            },
+            turned: mirrored,
+            scales: [1.0, 1.0],
+        },
+        RawSurface::Nurbs(net) => Placed {
+            surface: RawSurface::Nurbs(net.transformed(map)),
+            turned: mirrored,
+            scales: [1.0, 1.0],
+        },
+        RawSurface::Offset { base, distance } => {
+            let base = self::surface(base, map)?;
+            let distance = distance * scale * if base.turned { -1.0 } else { 1.0 };
+            let surface = RawSurface::Offset { base: Box::new(base.surface), distance };
+            Placed { surface, ..base }
+        }
+    })
+}
+
+/// The face's image; `None` when the map is no similarity. Edge and shell numbers stay.
+#[must_use]
+pub fn face(face: &RawFace, map: &Affine) -> Option<RawFace> {
+    if *map == Affine::identity() {
+        return Some(face.clone());
+    }
+    let placed = surface(&face.surface, map)?;
+    let mut out = RawFace {
+        surface: placed.surface,
+        loops: face.loops.clone(),
+        flipped: face.flipped ^ placed.turned,
+        source: face.source.clone(),
+        shell: face.shell,
+    };
+    let mirrored = map.linear.determinant() < 0.0;
+    for boundary in &mut out.loops {
+        boundary.vertex = boundary.vertex.map(|p| map.point(&p));
+        boundary.edges.iter_mut().for_each(|edge| move_edge(edge, map, placed.scales));
+        if mirrored {
+            // A mirror turns the loop's direction about the outward normal: run it backwards.
+            boundary.edges.reverse();
+            boundary.edges.iter_mut().for_each(turn_edge);
+        }
+    }
+    Some(out)
+}
+
+fn move_edge(edge: &mut RawEdge, map: &Affine, [su, sv]: [f64; 2]) {
+    edge.curve = edge.curve.take().map(|c| c.transformed(map));
+    edge.ends = edge.ends.map(|ends| ends.map(|p| map.point(&p)));
+    if [su, sv] != [1.0, 1.0] {
+        edge.pcurve = edge.pcurve.take().and_then(|c| {
+            let points = c.points().iter().map(|p| Vec2::new(p.x * su, p.y * sv)).collect();
+            let weights = Some(c.weights().to_vec());
+            Curve2::try_new(c.degree(), c.knots().to_vec(), points, weights).ok()
+        });
+    }
+}
+
+/// Turns an edge's direction round.
+pub fn turn_edge(edge: &mut RawEdge) {
+    edge.curve = edge.curve.take().map(|c| c.reversed());
+    edge.pcurve = edge.pcurve.take().map(|c| c.reversed());
+    edge.ends = edge.ends.map(|[a, b]| [b, a]);
+}

@@ -1,0 +1,179 @@
+//! What all entity readers share: the table, the budget of work, units, placements.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use rustc_hash::FxHashMap;
+
+use super::edge::EdgeGeometry;
+use super::entity::{Attributes, Entity, Outcome};
+use super::table::Table;
+use crate::cad::{Diagnostic, Severity};
+use crate::geometry::frame::unit;
+use crate::geometry::{Affine, Frame, Mat3, Vec3};
+
+/// References followed one inside the other.
+pub const DEEPEST: usize = 200;
+
+/// Units of a representation context.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Units {
+    /// Millimetres in one unit of length.
+    pub length: f64,
+    /// Radians in one unit of plane angle.
+    pub angle: f64,
+}
+
+/// Shared state of the entity readers.
+pub struct Resolver<'t> {
+    /// The file.
+    pub table: &'t Table<'t>,
+    /// Steps left before the file is refused as self-multiplying.
+    fuel: Cell<u64>,
+    /// What was survived.
+    pub diagnostics: RefCell<Vec<Diagnostic>>,
+    /// Edges already cut, by instance and unit of length.
+    pub edges: RefCell<FxHashMap<(u32, u64), Rc<EdgeGeometry>>>,
+    /// Edges of poly loops, by the instances of their ends.
+    pub poly_edges: RefCell<FxHashMap<[u32; 2], usize>>,
+}
+
+impl<'t> Resolver<'t> {
+    /// A resolver for the file; its work is bounded by the size of the text.
+    #[must_use]
+    pub fn new(table: &'t Table<'t>, bytes: usize) -> Self {
+        Self {
+            table,
+            fuel: Cell::new(1_000_000 + 40 * bytes as u64),
+            diagnostics: RefCell::default(),
+            edges: RefCell::default(),
+            poly_edges: RefCell::default(),
+        }
+    }
+
+    /// The instance at `index`.
+    #[must_use]
+    pub fn entity(&self, index: u32) -> Entity<'t> {
+        Entity { table: self.table, index }
+    }
+
+    /// All instances.
+    pub fn entities(&self) -> impl Iterator<Item = Entity<'t>> {
+        let table = self.table;
+        (0..table.len() as u32).map(move |index| Entity { table, index })
+    }
+
+    /// Notes something survived.
+    pub fn note(&self, severity: Severity, code: &'static str, place: String, text: String) {
+        self.diagnostics.borrow_mut().push(Diagnostic { severity, code, place, text });
+    }
+
+    /// Pays for one step into `entity` at `depth`, and for `amount` values made.
+    ///
+    /// # Errors
+    /// When references lead deeper than [`DEEPEST`] (they lead in a circle), or the work is used up.
+    pub fn spend(&self, entity: Entity, depth: usize, amount: usize) -> Outcome<()> {
+        if depth > DEEPEST {
+            let allowed = format!("at most {DEEPEST} entities one inside the other, no circles");
+            return Err(entity.fault("references that lead in a circle or too deep", allowed));
+        }
+        let left = self.fuel.get().checked_sub(1 + amount as u64);
+        let Some(left) = left else {
+            let mut fault = entity.fault(
+                "references that multiply themselves beyond all measure",
+                "geometry in proportion to the size of the file",
+            );
+            fault.fatal = true;
+            return Err(fault);
+        };
+        self.fuel.set(left);
+        Ok(())
+    }
+
+    /// `CARTESIAN_POINT` in mm; a point in a plane has z = 0.
+    pub fn point(&self, e: Entity, units: Units) -> Outcome<Vec3> {
+        if e.kind() != "CARTESIAN_POINT" {
+            return Err(e.fault(format!("a {} as a point", e.kind()), "CARTESIAN_POINT"));
+        }
+        let p = coordinates(&e.attributes(), 1)? * units.length;
+        if p.norm().is_finite() {
+            return Ok(p);
+        }
+        Err(e.fault("coordinates too large", "numbers below 1e150"))
+    }
+
+    /// `DIRECTION` as a unit vector.
+    pub fn direction(&self, e: Entity) -> Outcome<Vec3> {
+        if e.kind() != "DIRECTION" {
+            return Err(e.fault(format!("a {} as a direction", e.kind()), "DIRECTION"));
+        }
+        let d = coordinates(&e.attributes(), 1)?;
+        unit(d).ok_or_else(|| e.fault("direction ratios of length 0", "a vector of some length"))
+    }
+
+    /// `VECTOR`: direction times magnitude, in mm.
+    pub fn vector(&self, e: Entity, units: Units) -> Outcome<Vec3> {
+        if e.kind() == "DIRECTION" {
+            return self.direction(e);
+        }
+        if e.kind() != "VECTOR" {
+            return Err(e.fault(format!("a {} as a vector", e.kind()), "VECTOR"));
+        }
+        let a = e.attributes();
+        let v = self.direction(a.entity(1)?)? * (a.real(2)? * units.length);
+        if v.norm() > 0.0 && v.norm().is_finite() {
+            return Ok(v);
+        }
+        Err(e.fault(format!("magnitude {}", a.real(2)?), "a magnitude above 0"))
+    }
+
+    /// `AXIS2_PLACEMENT_3D` or `_2D`: location, axis z (3D only), direction of x.
+    pub fn frame(&self, e: Entity, units: Units) -> Outcome<Frame> {
+        let a = e.attributes();
+        let (z, x) = match e.kind() {
+            "AXIS2_PLACEMENT_3D" => (a.maybe_entity(2)?, a.maybe_entity(3)?),
+            "AXIS2_PLACEMENT_2D" => (None, a.maybe_entity(2)?),
+            "AXIS1_PLACEMENT" => (a.maybe_entity(2)?, None),
+            kind => return Err(e.fault(format!("a {kind} as a placement"), "AXIS2_PLACEMENT_3D")),
+        };
+        let origin = self.point(a.entity(1)?, units)?;
+        let z = z.map_or(Ok(Vec3::z()), |z| self.direction(z))?;
+        let x = x.map_or(Ok(Vec3::x()), |x| self.direction(x))?;
+        Frame::from_z_x(origin, z, x)
+            .ok_or_else(|| e.fault("axes that span no frame", "two independent directions"))
+    }
+
+    /// `CARTESIAN_TRANSFORMATION_OPERATOR_3D`: axis1, axis2, local origin, scale, axis3.
+    pub fn operator(&self, e: Entity, units: Units) -> Outcome<Affine> {
+        let a = e.attributes();
+        // name, description are inherited twice: the first reference-or-$ run starts after the strings.
+        let first =
+            (0..a.len()).find(|&k| !matches!(a.get(k), super::table::Value::Text(_))).unwrap_or(0);
+        let axis = |k: usize| -> Outcome<Option<Vec3>> {
+            a.maybe_entity(first + k)?.map(|d| self.direction(d)).transpose()
+        };
+        let shift = self.point(a.entity(first + 2)?, units)?;
+        let scale = match a.get(first + 3) {
+            super::table::Value::Missing | super::table::Value::Derived => 1.0,
+            _ => a.real(first + 3)?,
+        };
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(e.fault(format!("scale {scale}"), "a scale above 0"));
+        }
+        let z = axis(4)?.unwrap_or_else(Vec3::z);
+        let frame = Frame::from_z_x(shift, z, axis(0)?.unwrap_or_else(Vec3::x));
+        let frame = frame.ok_or_else(|| e.fault("axes that span no frame", "three axes"))?;
+        // A second axis against z x x mirrors.
+        let y = match axis(1)? {
+            Some(y) if y.dot(&frame.y) < 0.0 => -frame.y,
+            _ => frame.y,
+        };
+        Ok(Affine { linear: Mat3::from_columns(&[frame.x, y, frame.z]) * scale, shift })
+    }
+}
+
+fn coordinates(a: &Attributes, k: usize) -> Outcome<Vec3> {
+    let values = a.reals(k)?;
+    let at = |k: usize| values.get(k).copied().unwrap_or(0.0);
+    Ok(Vec3::new(at(0), at(1), at(2)))
+}

@@ -83,6 +83,24 @@ impl Patchwork {
         worst
     }
 
+    /// Mean of the parameters of some nodes. At a pole the parameter that moves nothing does not count.
+    fn mean_uv(&self, face: &Face, nodes: &[u32]) -> Vec2 {
+        let (mut sum, mut weight) = (Vec2::zeros(), Vec2::zeros());
+        let mut plain = Vec2::zeros();
+        for node in nodes.iter().map(|&n| &self.nodes[n as usize]) {
+            let d = face.surface.derivs(node.uv);
+            let speed = [d.su.norm(), d.sv.norm()];
+            for k in 0..2 {
+                let counts = speed[k] > 1e-9 * speed[1 - k];
+                sum[k] += if counts { node.uv[k] } else { 0.0 };
+                weight[k] += if counts { 1.0 } else { 0.0 };
+            }
+            plain += node.uv / nodes.len() as f64;
+        }
+        let mean = |k: usize| if weight[k] > 0.0 { sum[k] / weight[k] } else { plain[k] };
+        Vec2::new(mean(0), mean(1))
+    }
+
     /// Splits quads in four and triangles in three quads; `middle` gives the node halfway along a border
     /// segment, by the vertex ids of its ends (smaller first).
     pub fn refined(&self, face: &Face, middle: &BTreeMap<[u32; 2], Node>) -> Self {
@@ -97,14 +115,14 @@ impl Patchwork {
             for [a, b] in e.sides() {
                 let (x, y) = (name(a).min(name(b)), name(a).max(name(b)));
                 let id = *halves.entry((x, y)).or_insert_with(|| {
-                    let uv = (self.nodes[a as usize].uv + self.nodes[b as usize].uv) * 0.5;
+                    let uv = self.mean_uv(face, &[a, b]);
                     let known = if x.0 == 0 && y.0 == 0 { middle.get(&[x.1, y.1]) } else { None };
                     out.nodes.push(known.copied().unwrap_or_else(|| Node::inside(face, uv)));
                     out.nodes.len() as u32 - 1
                 });
                 mids.push(id);
             }
-            let uv = ring.iter().map(|&n| self.nodes[n as usize].uv).sum::<Vec2>() / count as f64;
+            let uv = self.mean_uv(face, ring);
             out.nodes.push(Node::inside(face, uv));
             let centre = out.nodes.len() as u32 - 1;
             for k in 0..count {

@@ -302,3 +302,120 @@ fn largest_size_and_chord_error_are_kept() {
         }
     }
 }
+
+/// The whole surface of revolution of a circle arc in the x-z plane.
+fn turned(centre: f64, radius: f64, from: f64, to: f64) -> Surface {
+    let tube = Frame::from_z_x(at(centre, 0.0, 0.0), -Vec3::y(), Vec3::x()).unwrap();
+    let arc = Curve3::ellipse_arc(&tube, radius, radius, from, to);
+    Surface::revolution(&arc, Vec3::zeros(), Vec3::z(), [0.0, 2.0 * PI])
+}
+
+#[test]
+fn closed_surfaces_close() {
+    let sphere = turned(0.0, 10.0, -FRAC_PI_2, FRAC_PI_2);
+    let torus = turned(30.0, 10.0, 0.0, 2.0 * PI);
+    let shapes = [
+        (sphere, SurfaceKind::Sphere, 400.0 * PI),
+        (torus, SurfaceKind::Torus, 4.0 * PI * PI * 300.0),
+    ];
+    for (surface, kind, area) in shapes {
+        let model = Builder::default().patch(surface, kind).model;
+        for style in [MeshStyle::Structured, MeshStyle::Triangles, MeshStyle::Quads] {
+            for n in [1, 2, 8] {
+                let mesh = mesh(&model, &options(n, style)).unwrap();
+                let uses = mesh.conformity();
+                assert_eq!((uses.free, uses.irregular), (0, 0), "{kind:?} {style:?} {n}: {uses:?}");
+                let error = mesh.area() / area - 1.0;
+                assert!(error < 0.0 && (n < 8 || error > -0.02), "{kind:?} {style:?} {n}: {error}");
+            }
+        }
+    }
+}
+
+/// A spindle torus corner, as under a punch whose nose radius is larger than its corner radius: the
+/// fillet ends in a point where the tube crosses the axis.
+#[test]
+fn a_spindle_torus_corner_ends_in_a_pole() {
+    let (centre, radius): (f64, f64) = (-3.0, 10.0);
+    let apex = (3.0f64 / 10.0).acos();
+    let tube = Frame::from_z_x(at(centre, 0.0, 0.0), -Vec3::y(), Vec3::x()).unwrap();
+    let arc = Curve3::ellipse_arc(&tube, radius, radius, 0.0, apex);
+    let corner = Surface::revolution(&arc, Vec3::zeros(), Vec3::z(), [0.0, FRAC_PI_2]);
+    let model = Builder::default().patch(corner, SurfaceKind::Torus).model;
+    // Pappus: area = angle * r * integral of (centre + r cos v) over v.
+    let area = FRAC_PI_2 * radius * (centre * apex + radius * apex.sin());
+    for style in [MeshStyle::Structured, MeshStyle::Quads] {
+        let mesh = mesh(&model, &options(8, style)).unwrap();
+        assert_conforming(&mesh);
+        assert!((mesh.area() / area - 1.0).abs() < 0.01);
+    }
+}
+
+#[test]
+fn a_dome_with_a_window_keeps_its_pole_and_seam_closed() {
+    let dome = turned(0.0, 30.0, 0.0, FRAC_PI_2);
+    let [[u0, u1], [v0, v1]] = dome.domain();
+    let at_uv = |x: f64, y: f64| Vec2::new(u0 + (u1 - u0) * x, v0 + (v1 - v0) * y);
+    let c = [at_uv(0.5, 0.3), at_uv(0.4, 0.5), at_uv(0.5, 0.7), at_uv(0.6, 0.5)];
+    let window = (0..4).map(|k| {
+        let (a, b) = (c[k], c[(k + 1) % 4]);
+        let n = 40;
+        let points = (0..=n).map(|i| dome.point(a + (b - a) * (f64::from(i) / f64::from(n))));
+        let knots = [0, 0].into_iter().chain(1..n).chain([n, n]).map(f64::from).collect();
+        (Curve2::line(a, b), Curve3::try_new(1, knots, points.collect(), None).unwrap())
+    });
+    let whole = Builder::default().patch(dome.clone(), SurfaceKind::Sphere).model;
+    let outer = whole.faces[0].loops[0].uses.iter().zip(0..4);
+    let outer = outer.map(|(u, k)| (u.pcurve.clone(), border_curve(&dome, k))).collect();
+    let loops = vec![outer, window.collect()];
+    let model = Builder::default().face(dome, SurfaceKind::Sphere, loops).model;
+    for style in [MeshStyle::Structured, MeshStyle::Triangles, MeshStyle::Quads] {
+        let mesh = mesh(&model, &options(6, style)).unwrap();
+        assert_conforming(&mesh);
+        // Free sides are those of the rim and the window alone: none at the seam or the pole.
+        let on_window = |p: &Vec3| p.z > 1e-9;
+        let mut free = std::collections::BTreeMap::new();
+        for [a, b] in mesh.elements.iter().flat_map(Element::sides) {
+            *free.entry([a.min(b), a.max(b)]).or_insert(0) += 1;
+        }
+        for ([a, b], n) in free {
+            let (a, b) = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
+            if n == 1 && (on_window(&a) || on_window(&b)) {
+                assert!(a.x < 0.0 && b.x < 0.0 && a.z < 29.0, "a hole from {a:?} to {b:?}");
+            }
+        }
+        for e in &mesh.elements {
+            let p = mesh.corners(e);
+            let flat = (p[1] - p[0]).cross(&(p[2] - p[0])).normalize();
+            assert!(flat.dot(&p.iter().sum::<Vec3>().normalize()) > 0.9, "{style:?} {p:?}");
+        }
+    }
+}
+
+#[test]
+fn three_sided_faces_get_triangles_or_three_blocks() {
+    let wall = Curve3::line(at(10.0, 0.0, 0.0), at(10.0, 0.0, 12.0));
+    let wall = Surface::revolution(&wall, Vec3::zeros(), Vec3::z(), [0.0, FRAC_PI_2]);
+    let [[u0, u1], [v0, v1]] = wall.domain();
+    let c = [Vec2::new(u0, v0), Vec2::new(u1, v0), Vec2::new(u0, v1)];
+    let sides = (0..3).map(|k| {
+        let (a, b) = (c[k], c[(k + 1) % 3]);
+        let n = 64;
+        let points = (0..=n).map(|i| wall.point(a + (b - a) * (f64::from(i) / f64::from(n))));
+        let knots = [0, 0].into_iter().chain(1..n).chain([n, n]).map(f64::from).collect();
+        (Curve2::line(a, b), Curve3::try_new(1, knots, points.collect(), None).unwrap())
+    });
+    let loops = vec![sides.collect()];
+    let model = Builder::default().face(wall, SurfaceKind::Cylinder, loops).model;
+    let count = |style| {
+        let mesh = mesh(&model, &options(3, style)).unwrap();
+        assert_conforming(&mesh);
+        assert!((mesh.area() / (FRAC_PI_2 * 60.0) - 1.0).abs() < 0.03);
+        let quads = mesh.elements.iter().filter(|e| e.nodes().len() == 4).count();
+        (quads, mesh.elements.len() - quads)
+    };
+    assert_eq!(count(MeshStyle::Mixed), (0, 9));
+    // Three divisions become four: three blocks of two by two.
+    assert_eq!(count(MeshStyle::Structured), (12, 0));
+    assert_eq!(count(MeshStyle::Quads), (12, 0));
+}

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::blank::HexMesh;
 use super::element::{
     DOFS, ElementInput, ElementKind, ElementMatrices, FailureReason, PointFailure, PointGeometry,
-    Want, hex8, modes, reference_points, solid_shell,
+    Want, hex8, hex8_enhanced, modes, reference_points, solid_shell,
 };
 use super::material::Material;
 use super::pattern::{Gather, Pattern};
@@ -309,6 +309,9 @@ impl Body {
             let (states, record) = new_state.split_at_mut(point_len);
             let result = match kind {
                 ElementKind::Hex8 => hex8::evaluate(&input, &geometry[element], states, block),
+                ElementKind::Hex8Enhanced => {
+                    hex8_enhanced::evaluate(&input, &geometry[element], states, record, block)
+                }
                 ElementKind::SolidShell { membrane: false, .. } => {
                     solid_shell::evaluate::<4>(&input, rule, states, record, block)
                 }

@@ -18,9 +18,9 @@ use crate::solver::tensor::{self, Mandel, PAIRS};
 
 /// Kinematics of one point.
 #[derive(Clone, Copy)]
-struct Point {
+pub(crate) struct Point {
     /// F by rows.
-    f: [[f64; 3]; 3],
+    pub f: [[f64; 3]; 3],
     jacobian: f64,
     /// d ln J by degree of freedom: spatial gradients of the shape functions.
     volume_rate: [f64; DOFS],
@@ -101,7 +101,7 @@ pub fn evaluate(
 }
 
 /// Deformation gradient, its determinant and the spatial gradients; `Err(det F)` unless it is above zero.
-fn deform(geometry: &PointGeometry, u: &[f64; DOFS]) -> Result<Point, f64> {
+pub(crate) fn deform(geometry: &PointGeometry, u: &[f64; DOFS]) -> Result<Point, f64> {
     let mut f = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for a in 0..8 {
         for (i, row) in f.iter_mut().enumerate() {

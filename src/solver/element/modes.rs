@@ -6,6 +6,10 @@
 //! predicts the modes the same way and stores nothing, so line searches leave no trace.
 
 use super::{DOFS, ElementMatrices, FailureReason, PointFailure, Want};
+use crate::solver::tensor::Mandel66;
+
+/// Largest change of the modes' strain in one iterate.
+const LARGEST_CHANGE: f64 = 0.1;
 
 /// Stored values of an element with `modes` modes: α, u, `K_αα⁻¹ r_α`, `K_αα⁻¹ K_αu`.
 #[must_use]
@@ -23,6 +27,15 @@ pub(crate) struct Mode {
 }
 
 impl Mode {
+    /// Size of the Cartesian strain of a mode of value one, `map` being `T0`.
+    pub(crate) fn unit(&self, map: &Mandel66) -> f64 {
+        if self.column < 6 {
+            map.iter().map(|row| row[self.column].powi(2)).sum::<f64>().sqrt()
+        } else {
+            3.0_f64.sqrt()
+        }
+    }
+
     /// Value of the polynomial.
     #[inline]
     pub(crate) fn value(&self, xi: [f64; 3]) -> f64 {
@@ -73,22 +86,32 @@ impl<const M: usize> ModeSums<M> {
         })
     }
 
-    /// Runs `evaluate` with the predicted modes; where the prediction collapses the material (a step far beyond
-    /// the linearisation), once more with the stored modes.
+    /// Runs `evaluate` with the predicted modes, their change kept under [`LARGEST_CHANGE`] of strain (`unit` is
+    /// the size of the strain per unit of each mode); where the prediction still collapses the material (a
+    /// step far beyond the linearisation), again with the modes nearer to the stored ones.
     ///
     /// # Errors
     /// What `evaluate` returns with the stored modes.
     pub(crate) fn with_prediction<T>(
         record: &mut [f64],
         u: &[f64; DOFS],
+        unit: &[f64; M],
         mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<T, PointFailure>,
     ) -> Result<T, PointFailure> {
         let predicted = Self::predict(record, u);
-        evaluate(&predicted, record).or_else(|_| {
-            let mut stored = [0.0; M];
-            stored.copy_from_slice(&record[..M]);
-            evaluate(&stored, record)
-        })
+        let mut stored = [0.0; M];
+        stored.copy_from_slice(&record[..M]);
+        let change: f64 =
+            (0..M).map(|k| ((predicted[k] - stored[k]) * unit[k]).powi(2)).sum::<f64>().sqrt();
+        let allowed = if change > LARGEST_CHANGE { LARGEST_CHANGE / change } else { 1.0 };
+        for share in [1.0, 0.5, 0.25, 0.125] {
+            let share = share * allowed;
+            let alpha = std::array::from_fn(|k| stored[k] + share * (predicted[k] - stored[k]));
+            if let Ok(done) = evaluate(&alpha, record) {
+                return Ok(done);
+            }
+        }
+        evaluate(&stored, record)
     }
 
     /// Condenses the modes out of `out`; a full evaluation stores its linearisation in `record`.

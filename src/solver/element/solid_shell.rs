@@ -246,15 +246,31 @@ pub(crate) fn evaluate<const M: usize>(
     record: &mut [f64],
     out: &mut ElementMatrices,
 ) -> Result<(), PointFailure> {
-    ModeSums::<M>::with_prediction(record, input.displacement, |alpha, record| {
-        evaluate_at(input, thickness_rule, alpha, new_state, record, out)
+    let reference = Pairs::new(input.nodes);
+    let centre = to_cartesian(&reference, &Plane::at(0.0, 0.0), 0.0)
+        .ok_or(PointFailure { point: 0, reason: FailureReason::Inverted { ratio: 0.0 } })?;
+    let unit = std::array::from_fn(|k| MODES[k].unit(&centre.0));
+    ModeSums::<M>::with_prediction(record, input.displacement, &unit, |alpha, record| {
+        let shape = Shape { pairs: &reference, centre: &centre, rule: thickness_rule };
+        evaluate_at(input, &shape, alpha, new_state, record, out)
     })
+}
+
+/// What does not change with the displacement.
+#[derive(Clone, Copy)]
+struct Shape<'a> {
+    /// Node pairs before anything moved.
+    pairs: &'a Pairs,
+    /// Map from natural to Cartesian strain at the element's centre, and det J there.
+    centre: &'a (Mandel66, f64),
+    /// Points and weights through the thickness.
+    rule: &'a [(f64, f64)],
 }
 
 /// [`evaluate`] with given values of the modes.
 fn evaluate_at<const M: usize>(
     input: &ElementInput<'_>,
-    thickness_rule: &[(f64, f64)],
+    shape: &Shape<'_>,
     alpha: &[f64; M],
     new_state: &mut [f64],
     record: &mut [f64],
@@ -262,29 +278,18 @@ fn evaluate_at<const M: usize>(
 ) -> Result<(), PointFailure> {
     *out = ElementMatrices::zero();
     let u = input.displacement;
-    let reference = Pairs::new(input.nodes);
     let moved =
         std::array::from_fn(|a| input.nodes[a] + Vec3::new(u[3 * a], u[3 * a + 1], u[3 * a + 2]));
     let current = Pairs::new(&moved);
     let mut sums = ModeSums::<M>::zero();
-    let flat = |det: f64| PointFailure { point: 0, reason: FailureReason::Inverted { ratio: det } };
-    let centre = to_cartesian(&reference, &Plane::at(0.0, 0.0), 0.0).ok_or_else(|| flat(0.0))?;
     let mut curvature = [[0.0; 8]; 8];
     let gauss = 1.0 / 3.0_f64.sqrt();
     for (index, (xi, eta)) in
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].into_iter().enumerate()
     {
         let (xi, eta) = (xi * gauss, eta * gauss);
-        let column = Column {
-            input,
-            reference: &reference,
-            current: &current,
-            centre: &centre,
-            index,
-            xi,
-            eta,
-        };
-        let totals = column.integrate::<M>(thickness_rule, alpha, new_state, &mut sums, out)?;
+        let column = Column { input, shape, current: &current, index, xi, eta };
+        let totals = column.integrate::<M>(alpha, new_state, &mut sums, out)?;
         let b = derivatives(&current, xi, eta);
         for (row, value) in b.iter().zip(&totals.stress) {
             out.force.iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * value);
@@ -336,10 +341,8 @@ struct Totals<const M: usize> {
 /// The points above one point of the mid surface.
 struct Column<'a> {
     input: &'a ElementInput<'a>,
-    reference: &'a Pairs,
+    shape: &'a Shape<'a>,
     current: &'a Pairs,
-    /// Map from natural to Cartesian strain at the element's centre, and det J there.
-    centre: &'a (Mandel66, f64),
     index: usize,
     xi: f64,
     eta: f64,
@@ -348,15 +351,15 @@ struct Column<'a> {
 impl Column<'_> {
     fn integrate<const M: usize>(
         &self,
-        rule: &[(f64, f64)],
         alpha: &[f64; M],
         new_state: &mut [f64],
         sums: &mut ModeSums<M>,
         out: &mut ElementMatrices,
     ) -> Result<Totals<M>, PointFailure> {
         let (xi, eta) = (self.xi, self.eta);
+        let rule = self.shape.rule;
         let state_len = self.input.material.state_len();
-        let (before, now) = (products(self.reference, xi, eta), products(self.current, xi, eta));
+        let (before, now) = (products(self.shape.pairs, xi, eta), products(self.current, xi, eta));
         let strain: [f64; GENERALISED] = std::array::from_fn(|i| now[i] - before[i]);
         let plane = Plane::at(xi, eta);
         let mut totals = Totals {
@@ -369,9 +372,9 @@ impl Column<'_> {
             let point = self.index * rule.len() + layer;
             let range = point * state_len..(point + 1) * state_len;
             let fail = |reason| PointFailure { point, reason };
-            let (map, det) = to_cartesian(self.reference, &plane, zeta)
+            let (map, det) = to_cartesian(self.shape.pairs, &plane, zeta)
                 .ok_or_else(|| fail(FailureReason::Inverted { ratio: 0.0 }))?;
-            let directions = mode_strains::<M>(self.centre, det, [xi, eta, zeta]);
+            let directions = mode_strains::<M>(self.shape.centre, det, [xi, eta, zeta]);
             let mut assumed = tensor::apply(&map, &natural(&strain, zeta));
             for (direction, value) in directions.iter().zip(alpha) {
                 (0..6).for_each(|i| assumed[i] += value * direction[i]);

@@ -127,7 +127,7 @@ fn finite_strain_tangent_is_the_derivative() {
         cases.push([1.2, 0.8, 0.8 - 0.3 * gap, gap, 0.0, 0.3 * gap]);
         cases.push([1.1 + gap, 1.1, 1.1 - gap, 0.5 * gap, 0.0, 0.2 * gap]);
     }
-    let old = run(&material, &random.tensor(0.2), &vec![0.0; 8]).1;
+    let old = run(&material, &random.tensor(0.2), &[0.0; 8]).1;
     let mut new = vec![0.0; 8];
     for c in cases {
         let out = log_strain::update(&material, &c, &old, &mut new, true).unwrap();

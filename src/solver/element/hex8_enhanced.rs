@@ -1,0 +1,139 @@
+//! The trilinear hexahedron with twelve enhanced strain modes, condensed in the element.
+//!
+//! Green-Lagrange strain plus `(j0/j) T0 M(ξ, η, ζ) α` (Simo & Rifai 1990 carried to the Green-Lagrange
+//! strain): nine modes linear in the natural coordinates remove shear locking in bending, three bilinear
+//! volume modes remove volumetric locking. 2 x 2 x 2 points.
+
+use super::modes::{Mode, ModeSums};
+use super::shape::{PointGeometry, gauss_2x2x2, jacobian};
+use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, hex8};
+use crate::solver::material::log_strain;
+use crate::solver::tensor::{self, Mandel, Mandel66};
+
+/// Number of modes.
+pub(crate) const MODE_COUNT: usize = 12;
+/// Stands for the volume strain in [`Mode::column`].
+const VOLUME: usize = 6;
+
+const fn mode(column: usize, powers: [u8; 3]) -> Mode {
+    Mode { column, powers }
+}
+
+const MODES: [Mode; MODE_COUNT] = [
+    mode(0, [1, 0, 0]),
+    mode(1, [0, 1, 0]),
+    mode(2, [0, 0, 1]),
+    mode(3, [1, 0, 0]),
+    mode(3, [0, 1, 0]),
+    mode(4, [0, 1, 0]),
+    mode(4, [0, 0, 1]),
+    mode(5, [0, 0, 1]),
+    mode(5, [1, 0, 0]),
+    mode(VOLUME, [1, 1, 0]),
+    mode(VOLUME, [0, 1, 1]),
+    mode(VOLUME, [1, 0, 1]),
+];
+
+/// Evaluates the element; `new_state` receives the trial history, `record` is its mode record.
+///
+/// # Errors
+/// [`PointFailure`] when the element is inverted, or the material or the condensation fails.
+pub(crate) fn evaluate(
+    input: &ElementInput<'_>,
+    points: &[PointGeometry; 8],
+    new_state: &mut [f64],
+    record: &mut [f64],
+    out: &mut ElementMatrices,
+) -> Result<(), PointFailure> {
+    let jacobian = jacobian(input.nodes, [0.0; 3]);
+    let det = jacobian.determinant();
+    let centre = jacobian.try_inverse().map(|inverse| {
+        let rows = std::array::from_fn(|i| std::array::from_fn(|j| inverse[(j, i)]));
+        (tensor::congruence(&rows), det)
+    });
+    let centre =
+        centre.ok_or(PointFailure { point: 0, reason: FailureReason::Inverted { ratio: det } })?;
+    let unit = MODES.map(|mode| mode.unit(&centre.0));
+    ModeSums::<MODE_COUNT>::with_prediction(record, input.displacement, &unit, |alpha, record| {
+        evaluate_at(input, points, &centre, alpha, new_state, record, out)
+    })
+}
+
+fn evaluate_at(
+    input: &ElementInput<'_>,
+    points: &[PointGeometry; 8],
+    centre: &(Mandel66, f64),
+    alpha: &[f64; MODE_COUNT],
+    new_state: &mut [f64],
+    record: &mut [f64],
+    out: &mut ElementMatrices,
+) -> Result<(), PointFailure> {
+    *out = ElementMatrices::zero();
+    let state_len = input.material.state_len();
+    let mut sums = ModeSums::<MODE_COUNT>::zero();
+    for (index, (geometry, xi)) in points.iter().zip(gauss_2x2x2()).enumerate() {
+        let range = index * state_len..(index + 1) * state_len;
+        let fail = |reason| PointFailure { point: index, reason };
+        let point = hex8::deform(geometry, input.displacement)
+            .map_err(|ratio| fail(FailureReason::Inverted { ratio }))?;
+        let directions = mode_strains(centre, geometry.weight, xi);
+        let mut c = hex8::cauchy_green(&point.f);
+        for (direction, value) in directions.iter().zip(alpha) {
+            (0..6).for_each(|i| c[i] += 2.0 * value * direction[i]);
+        }
+        let (old, new) = (&input.old_state[range.clone()], &mut new_state[range]);
+        let response = log_strain::update(input.material, &c, old, new, true)
+            .map_err(|error| fail(error.into()))?;
+        let weight = geometry.weight;
+        out.elastic_energy += weight * response.elastic_energy;
+        out.plastic_work += weight * response.plastic_work;
+        let stress = response.stress.map(|value| weight * value);
+        let tangent = response.tangent.map(|row| row.map(|value| weight * value));
+        let b = hex8::strain_derivative(&point.f, geometry);
+        for (row, value) in b.iter().zip(&stress) {
+            out.force.iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * value);
+        }
+        if input.want == Want::ResidualAndTangent {
+            hex8::add_congruence(&b, &tangent, &mut out.tangent);
+            hex8::add_initial_stress(geometry, &stress, &mut out.tangent);
+        }
+        add_modes(&directions, &stress, &tangent, &b, &mut sums);
+    }
+    sums.condense(alpha, input.displacement, input.want, record, out)
+        .map_err(|reason| PointFailure { point: 0, reason })
+}
+
+/// Adds one point to the sums of the modes.
+fn add_modes(
+    directions: &[Mandel; MODE_COUNT],
+    stress: &Mandel,
+    tangent: &Mandel66,
+    b: &[[f64; DOFS]; 6],
+    sums: &mut ModeSums<MODE_COUNT>,
+) {
+    let transposed = tensor::transpose(tangent);
+    for (k, direction) in directions.iter().enumerate() {
+        sums.residual[k] += tensor::dot(direction, stress);
+        let column = tensor::apply(tangent, direction);
+        let row = tensor::apply(&transposed, direction);
+        for (sum, other) in sums.stiffness[k].iter_mut().zip(directions) {
+            *sum += tensor::dot(&row, other);
+        }
+        for (rates, (left, right)) in b.iter().zip(column.iter().zip(&row)) {
+            sums.left[k].iter_mut().zip(rates).for_each(|(sum, rate)| *sum += rate * left);
+            sums.right[k].iter_mut().zip(rates).for_each(|(sum, rate)| *sum += rate * right);
+        }
+    }
+}
+
+/// Cartesian strains `(j0/j) T0 M` of the modes at a point (unit quadrature weight: `j` is its volume).
+fn mode_strains(centre: &(Mandel66, f64), det: f64, xi: [f64; 3]) -> [Mandel; MODE_COUNT] {
+    let (map, centre_det) = centre;
+    std::array::from_fn(|k| {
+        let mode = &MODES[k];
+        let value = mode.value(xi) * centre_det / det;
+        std::array::from_fn(|i| {
+            value * if mode.column == VOLUME { tensor::UNIT[i] } else { map[i][mode.column] }
+        })
+    })
+}

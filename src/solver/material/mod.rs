@@ -3,15 +3,12 @@
 //! A law sees the logarithmic strain `E = ½ ln C` (material axes, Mandel six-vector) and its history, and
 //! answers with the conjugate stress `T` [MPa], the consistent tangent `dT/dE` [MPa] and the new history.
 
-<<<<<<< HEAD
-pub mod card;
-=======
 #![allow(
     clippy::needless_range_loop,
     reason = "loops over components and nodes follow the formulas' indices"
 )]
 
->>>>>>> 7690bcc (Add hex8-enhanced and the published element benchmarks)
+pub mod card;
 pub mod elastic;
 pub mod hardening;
 pub mod hill48;

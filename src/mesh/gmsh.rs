@@ -296,4 +296,31 @@ mod tests {
         let text = find(Some(Path::new("no/such/gmsh"))).unwrap_err().to_string();
         assert!(text.contains("no/such/gmsh") && text.contains("pip install gmsh"), "{text}");
     }
+
+    #[test]
+    fn the_real_program_meshes_iges_and_step() {
+        let Ok(program) = find(None) else {
+            println!("skipped: gmsh is not installed (tools/setup)");
+            return;
+        };
+        let forming = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");
+        for file in ["cross_die_144.igs", "cross_die_AP214.stp"] {
+            for quads in [false, true] {
+                let folder = tempfile::tempdir().unwrap();
+                let options = GmshOptions { quads, per_turn: 24, ..GmshOptions::default() };
+                let cad = forming.join(file);
+                let run =
+                    Run { program: &program, cad: &cad, folder: folder.path(), options: &options };
+                let mesh = run.start().unwrap();
+                let error = mesh.area() / 20984.966_992_128_233 - 1.0;
+                assert!(error.abs() < 0.005, "{file}: {error}");
+                let mut surfaces: Vec<u32> = mesh.elements.iter().map(|e| e.face).collect();
+                surfaces.sort_unstable();
+                surfaces.dedup();
+                assert_eq!(surfaces.len(), 15);
+                let four = mesh.elements.iter().filter(|e| e.nodes().len() == 4).count();
+                assert!(if quads { 2 * four > mesh.elements.len() } else { four == 0 });
+            }
+        }
+    }
 }

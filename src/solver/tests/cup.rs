@@ -121,9 +121,12 @@ pub(super) fn print(r: &IncrementReport<'_>) -> Control {
 fn a_cup_is_drawn_quickly() {
     let n = std::env::var("CUP_N").map_or(8, |v| v.parse().unwrap());
     let depth = std::env::var("CUP_DEPTH").map_or(0.6, |v| v.parse().unwrap());
-    let mut sim =
-        Simulation::new(cup(n, depth, std::env::var("CUP_MU").map_or(0.05, |v| v.parse().unwrap())))
-            .unwrap();
+    let mut sim = Simulation::new(cup(
+        n,
+        depth,
+        std::env::var("CUP_MU").map_or(0.05, |v| v.parse().unwrap()),
+    ))
+    .unwrap();
     let start = std::time::Instant::now();
     let done = sim.run(&mut |r| print(r));
     println!("{:?} {:?}", start.elapsed(), sim.summary());

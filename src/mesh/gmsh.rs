@@ -43,9 +43,9 @@ pub struct GmshOptions {
     pub algorithm: GmshAlgorithm,
     /// Elements for 360 degrees of turn (`Mesh.MeshSizeFromCurvature`); 0 = off.
     pub per_turn: usize,
-    /// Smallest and largest element size [mm]; `None` = gmsh's own.
+    /// Smallest and largest element size (mm); `None` = gmsh's own.
     pub size: [Option<f64>; 2],
-    /// Time limit [s]; gmsh is killed when it takes longer.
+    /// Time limit (s); gmsh is killed when it takes longer.
     pub limit_s: f64,
     /// Allowed difference of area from the model's, relative.
     pub area_tolerance: f64,

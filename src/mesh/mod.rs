@@ -21,7 +21,7 @@ pub use quality::MeshReport;
 /// A surface mesh whose elements know their CAD face.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SurfaceMesh {
-    /// Vertex positions [mm]; shared over faces where the mesh is conforming.
+    /// Vertex positions (mm); shared over faces where the mesh is conforming.
     pub vertices: Vec<Vec3>,
     /// Triangles and quadrilaterals, turning counter-clockwise seen from outside (from where the face's
     /// outward normal points).

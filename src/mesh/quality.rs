@@ -22,9 +22,9 @@ pub struct MeshReport {
     pub quads: usize,
     /// CAD faces with at least one element.
     pub faces: usize,
-    /// Area of the elements, quads as two triangles [mm^2].
+    /// Area of the elements, quads as two triangles (mm^2).
     pub area_mm2: f64,
-    /// Area of the model [mm^2].
+    /// Area of the model (mm^2).
     pub model_area_mm2: f64,
     /// `area_mm2 / model_area_mm2 - 1`.
     pub area_error: f64,
@@ -54,7 +54,7 @@ pub struct Conformity {
 }
 
 impl SurfaceMesh {
-    /// Area of the elements, quads as two triangles [mm^2].
+    /// Area of the elements, quads as two triangles (mm^2).
     #[must_use]
     pub fn area(&self) -> f64 {
         self.elements.iter().map(|e| self.element_area(e)).sum()

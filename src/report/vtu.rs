@@ -110,7 +110,7 @@ pub struct Vtu {
 }
 
 impl Vtu {
-    /// A grid of `points` [mm] without cells.
+    /// A grid of `points` (mm) without cells.
     #[must_use]
     pub fn new(points: Vec<Vec3>) -> Self {
         Self { points, ..Self::default() }

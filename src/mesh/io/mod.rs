@@ -15,7 +15,7 @@ use std::path::Path;
 use super::{Element, MeshError, SurfaceMesh};
 use crate::geometry::Vec3;
 
-/// Face number of elements whose file names none; [`super::attach`] finds it.
+/// Face number of elements whose file names none; [`attach()`](super::attach()) finds it.
 pub const UNATTACHED: u32 = u32::MAX;
 
 /// Reads a surface mesh, told by the file's ending: `.msh`, `.stl`, `.obj`, `.vtu`. Coordinates are taken

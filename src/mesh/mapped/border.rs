@@ -11,7 +11,7 @@ use crate::geometry::{Vec2, Vec3};
 
 /// Vertices of the mesh on the edges of the model.
 pub struct Border {
-    /// Positions [mm]: the model's vertices first, then the inner points of the edges in order.
+    /// Positions (mm): the model's vertices first, then the inner points of the edges in order.
     pub points: Vec<Vec3>,
     /// Vertex ids along each edge, both ends included.
     along: Vec<Vec<u32>>,

@@ -15,7 +15,7 @@ const SLACK: f64 = 0.02;
 /// Most divisions one edge may be given.
 const MOST: usize = 20_000;
 
-/// Divisions for a curve of `length` [mm] that turns through `turn` [rad] (its own tangent or the normal).
+/// Divisions for a curve of `length` (mm) that turns through `turn` (rad) (its own tangent or the normal).
 pub fn divisions(options: &MappedOptions, turn: f64, length: f64) -> usize {
     let by_turn = turn / FRAC_PI_2 * options.arc_divisions as f64 - SLACK;
     let by_size = options.max_size.map_or(0.0, |size| length / size - SLACK);
@@ -31,7 +31,7 @@ pub struct EdgeDemand {
     pub minima: Vec<usize>,
     /// Least divisions without which its chords would fold onto each other, whatever the size asked.
     pub floors: Vec<usize>,
-    /// Length [mm].
+    /// Length (mm).
     pub lengths: Vec<f64>,
 }
 

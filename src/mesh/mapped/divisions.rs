@@ -42,7 +42,7 @@ impl Classes {
     }
 }
 
-/// Finds counts as small as it can: `minima[e] >= 1` is the least for edge e, `lengths[e]` [mm] decides
+/// Finds counts as small as it can: `minima[e] >= 1` is the least for edge e, `lengths[e]` (mm) decides
 /// which edge of a side takes another division (the one with the longest segments).
 ///
 /// Rules between single edges are kept exactly (chains); sums are met by raising counts, one at a time,

@@ -11,7 +11,7 @@ use crate::mesh::Element;
 pub struct Node {
     /// Parameters on the face.
     pub uv: Vec2,
-    /// Position [mm].
+    /// Position (mm).
     pub point: Vec3,
     /// Vertex of the whole mesh, for nodes on edges; `None` inside the face.
     pub id: Option<u32>,

@@ -34,7 +34,7 @@ fn stations(knots: &[f64], domain: [f64; 2]) -> Vec<f64> {
     out
 }
 
-/// Angle between two vectors [rad]; 0 when one is zero.
+/// Angle between two vectors (rad); 0 when one is zero.
 pub fn angle(a: &Vec3, b: &Vec3) -> f64 {
     let (cross, dot) = (a.cross(b).norm(), a.dot(b));
     if cross == 0.0 && dot == 0.0 { 0.0 } else { cross.atan2(dot) }
@@ -60,18 +60,18 @@ impl<'c> Measured<'c> {
         Self { curve, stations, lengths }
     }
 
-    /// Whole length [mm].
+    /// Whole length (mm).
     pub fn length(&self) -> f64 {
         self.lengths.last().copied().unwrap_or(0.0)
     }
 
-    /// Angle the tangent turns through along the curve [rad].
+    /// Angle the tangent turns through along the curve (rad).
     pub fn turn(&self) -> f64 {
         let tangents: Vec<Vec3> = self.stations.iter().map(|&t| self.curve.derivs(t).d1).collect();
         tangents.windows(2).map(|w| angle(&w[0], &w[1])).sum()
     }
 
-    /// Parameter at the length `s` [mm] from the start.
+    /// Parameter at the length `s` (mm) from the start.
     fn parameter(&self, s: f64) -> f64 {
         let last = self.stations.len() - 1;
         let k = self.lengths.partition_point(|&l| l <= s).clamp(1, last);
@@ -150,7 +150,7 @@ impl<'f> Lifted<'f> {
         if tangent.norm() > 1e-3 * speed { tangent } else { chord }
     }
 
-    /// Angle the surface normal turns through along the curve [rad].
+    /// Angle the surface normal turns through along the curve (rad).
     pub fn normal_turn(&self) -> f64 {
         let stations = stations(self.curve.knots(), self.domain());
         // A straight trim curve on a curved surface has few knots of its own: measure it finely enough.

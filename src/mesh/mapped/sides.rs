@@ -6,7 +6,7 @@ use super::sample::Lifted;
 use crate::cad::model::{Face, TrimLoop};
 use crate::geometry::Vec3;
 
-/// A joint that turns less than this [rad] continues a side; one that turns more is a corner.
+/// A joint that turns less than this (rad) continues a side; one that turns more is a corner.
 const CORNER: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
 /// Outer loop of a face grouped into sides between corners, as positions in the loop.
@@ -46,7 +46,7 @@ pub fn shape(face: &Face) -> Shape {
     }
 }
 
-/// Angle [rad] the loop turns by, to the left, where edge `k` begins; a quarter turn beside a pole.
+/// Angle (rad) the loop turns by, to the left, where edge `k` begins; a quarter turn beside a pole.
 fn turn_before(face: &Face, outer: &TrimLoop, k: usize) -> f64 {
     let count = outer.uses.len();
     let (before, after) = (&outer.uses[(k + count - 1) % count], &outer.uses[k]);

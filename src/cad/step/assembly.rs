@@ -98,7 +98,11 @@ fn graph<'t>(resolver: &Resolver<'t>) -> Outcome<Graph<'t>> {
             match item_kind(item) {
                 ItemKind::Shape => sheet.items.push(resolver.item(item, units)?),
                 ItemKind::Loose => {
-                    sheet.items.push(ItemFaces { loose_curves: 1, ..ItemFaces::default() });
+                    sheet.items.push(ItemFaces {
+                        entity: item.index,
+                        loose_curves: 1,
+                        ..ItemFaces::default()
+                    });
                 }
                 ItemKind::Mapped => mapped.push((number, item)),
                 ItemKind::Tessellated => tally(&mut skipped[0], item),
@@ -385,6 +389,7 @@ struct Placer<'r, 't, 'm> {
     resolver: &'r Resolver<'t>,
     model: &'m mut RawModel,
     edges: FxHashMap<(usize, usize), usize>,
+    /// Items placed, and faces of shells placed, by instance.
     seen: FxHashSet<(usize, String)>,
     shells: usize,
     instances: usize,
@@ -416,8 +421,13 @@ impl<'r, 't, 'm> Placer<'r, 't, 'm> {
     }
 
     fn item(&mut self, item: &ItemFaces, map: &Affine, instance: usize) {
+        // An item listed by two representations of one thing counts once, as does a face listed beside its shell.
+        if !self.seen.insert((instance, format!("item {}", item.entity))) {
+            return;
+        }
         for face in &item.faces {
-            if !self.seen.insert((instance, face.source.clone())) {
+            let new = self.seen.insert((instance, face.source.clone()));
+            if !new && face.shell.is_none() {
                 continue;
             }
             match place::face(face, map) {

@@ -2,11 +2,14 @@
 
 use std::rc::Rc;
 
+use super::curve::extent;
 use super::edge::{EdgeGeometry, flattened};
 use super::entity::{Entity, Outcome};
 use super::place::turn_edge;
 use super::resolver::{DEEPEST, Resolver, Units};
 use super::surface::Supported;
+use crate::cad::Severity;
+use crate::cad::iges::uv::point_on;
 use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawSurface};
 use crate::geometry::frame::unit;
 use crate::geometry::nurbs::{Curve2, Curve3};
@@ -224,6 +227,11 @@ impl<'t> Resolver<'t> {
                 }
                 edges.push(edge);
             }
+            if let Some(turned @ 1..) = chain(&mut edges) {
+                let text = format!("{turned} segments run against their neighbours: turned round");
+                self.note(Severity::Note, "segment-turned", boundary.place(), text);
+            }
+            edges.iter_mut().for_each(|edge| align(edge, &on));
             let outer = boundary.has("OUTER_BOUNDARY_CURVE").then_some(true);
             loops.push(RawLoop { outer, edges, vertex: None });
         }
@@ -280,6 +288,42 @@ fn choose_on_seams(uses: Vec<(RawEdge, Vec<Curve2>)>, flipped: bool) -> Vec<RawE
     let edges = uses.into_iter().zip(chosen);
     let edges = edges.map(|((edge, _), pcurve)| RawEdge { pcurve, ..edge });
     edges.filter(|edge| edge.curve.is_some() || edge.pcurve.is_some()).collect()
+}
+
+/// Turns segments that join their neighbours backwards only; how many, if all have a curve in space.
+fn chain(edges: &mut [RawEdge]) -> Option<usize> {
+    let ends = |edge: &RawEdge| {
+        let curve = edge.curve.as_ref()?;
+        let [low, high] = curve.domain();
+        Some([curve.point(low), curve.point(high)])
+    };
+    let n = edges.len();
+    let mut turned = 0;
+    for k in 0..n {
+        let [from, to] = ends(&edges[k])?;
+        let (before, after) = (ends(&edges[(k + n - 1) % n])?[1], ends(&edges[(k + 1) % n])?[0]);
+        let gap = |a: Vec3, b: Vec3| (before - a).norm() + (b - after).norm();
+        if n > 2 && gap(to, from) < 0.01 * gap(from, to) {
+            turn_edge(&mut edges[k]);
+            turned += 1;
+        }
+    }
+    Some(turned)
+}
+
+/// Turns a parameter curve that runs against its curve in space; drops one that lies elsewhere.
+fn align(edge: &mut RawEdge, on: &Supported) {
+    let (Some(curve), Some(pcurve)) = (&edge.curve, &edge.pcurve) else { return };
+    let ([a, b], [c, d]) = (curve.domain(), pcurve.domain());
+    let image = |t: f64| point_on(&on.surface, pcurve.point(t));
+    let (Some(first), Some(last)) = (image(c), image(d)) else { return };
+    let (start, end) = (curve.point(a), curve.point(b));
+    let close = 1e-3 * extent(curve) + 1e-6;
+    let fits = |p: Vec3, q: Vec3| (start - p).norm() <= close && (end - q).norm() <= close;
+    if fits(first, last) {
+        return;
+    }
+    edge.pcurve = fits(last, first).then(|| pcurve.reversed());
 }
 
 fn polygon_edges(corners: &[(Vec3, usize)]) -> Vec<RawEdge> {

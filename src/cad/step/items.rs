@@ -8,6 +8,8 @@ use crate::cad::raw::RawFace;
 /// What one item gives, in its own coordinates. Edge numbers are instance numbers, shells count from 0.
 #[derive(Debug, Default)]
 pub struct ItemFaces {
+    /// Instance of the item.
+    pub entity: u32,
     /// Faces.
     pub faces: Vec<RawFace>,
     /// Shells among them.
@@ -122,7 +124,7 @@ impl<'t> Resolver<'t> {
     /// # Errors
     /// Only what refuses the whole file; a face that cannot be read is a diagnostic.
     pub fn item(&self, e: Entity<'t>, units: Units) -> Outcome<ItemFaces> {
-        let mut out = ItemFaces::default();
+        let mut out = ItemFaces { entity: e.index, ..ItemFaces::default() };
         self.shape(e, units, &mut out, 0)?;
         Ok(out)
     }

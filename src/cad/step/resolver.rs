@@ -143,12 +143,12 @@ impl<'t> Resolver<'t> {
             .ok_or_else(|| e.fault("axes that span no frame", "two independent directions"))
     }
 
-    /// `CARTESIAN_TRANSFORMATION_OPERATOR_3D`: axis1, axis2, local origin, scale, axis3.
+    /// `CARTESIAN_TRANSFORMATION_OPERATOR_3D(names, axis 1, axis 2, local origin, scale, axis 3)`.
     pub fn operator(&self, e: Entity, units: Units) -> Outcome<Affine> {
         let a = e.attributes();
-        // name, description are inherited twice: the first reference-or-$ run starts after the strings.
-        let first =
-            (0..a.len()).find(|&k| !matches!(a.get(k), super::table::Value::Text(_))).unwrap_or(0);
+        // Inherited names come first, how many depends on the writer: the last five are axis 1, axis 2, local
+        // origin, scale, axis 3.
+        let first = a.len().saturating_sub(5);
         let axis = |k: usize| -> Outcome<Option<Vec3>> {
             a.maybe_entity(first + k)?.map(|d| self.direction(d)).transpose()
         };

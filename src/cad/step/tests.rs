@@ -87,3 +87,114 @@ fn corpus_has_as_many_faces_as_the_kernel_says() {
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
+
+/// A file with these instances, in mm.
+fn file(data: &str) -> Vec<u8> {
+    format!(
+        "ISO-10303-21;HEADER;FILE_NAME('','',(''),(''),'p','s','');ENDSEC;DATA;
+#901=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));
+#900=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#901))REPRESENTATION_CONTEXT('',''));
+{data}
+ENDSEC;END-ISO-10303-21;"
+    )
+    .into_bytes()
+}
+
+#[test]
+fn mutated_files_never_panic() {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut random = |n: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state % n as u64) as usize
+    };
+    let names = ["cone_AP214.stp", "sphere_AP214.stp", "torus_AP214.stp", "hemi_punch_AP214.stp"];
+    let seeds: Vec<Vec<u8>> =
+        names.iter().map(|n| std::fs::read(forming().join(n)).unwrap()).collect();
+    let spare = b"()#,;'*$.=0123456789EFT-";
+    let mut refused = 0;
+    for round in 0..5000 {
+        let mut bytes = seeds[round % seeds.len()].clone();
+        for _ in 0..=random(3) {
+            let at = random(bytes.len());
+            match random(4) {
+                0 => bytes[at] = spare[random(spare.len())],
+                1 => {
+                    bytes.remove(at);
+                }
+                2 => bytes.insert(at, spare[random(spare.len())]),
+                _ if random(20) == 0 => bytes.truncate(at),
+                _ => {
+                    // Another digit in place of a digit: pointers and numbers stay well formed.
+                    if let Some(d) = bytes[at..].iter().position(u8::is_ascii_digit) {
+                        bytes[at + d] = b'0' + random(10) as u8;
+                    }
+                }
+            }
+        }
+        refused += usize::from(read_bytes(&bytes, "mutated").is_err());
+    }
+    assert!((100..4900).contains(&refused), "{refused}");
+}
+
+#[test]
+fn every_pointer_to_itself_or_its_neighbour_is_survived() {
+    let text = std::fs::read_to_string(forming().join("hemi_punch_AP214.stp")).unwrap();
+    let data = text.find("DATA;").unwrap();
+    let hashes: Vec<usize> =
+        text.match_indices('#').map(|(k, _)| k).filter(|k| *k > data).collect();
+    let mut owner = String::new();
+    for &at in &hashes {
+        let id: String = text[at + 1..].chars().take_while(char::is_ascii_digit).collect();
+        if text[at + 1 + id.len()..].starts_with(" =") {
+            owner = id;
+            continue;
+        }
+        let next = (owner.parse::<u64>().unwrap() + 1).to_string();
+        for other in [&owner, &next] {
+            let changed = format!("{}#{other}{}", &text[..at], &text[at + 1 + id.len()..]);
+            let _ = read_bytes(changed.as_bytes(), "circle");
+        }
+    }
+    assert!(hashes.len() > 200);
+}
+
+#[test]
+fn a_million_brackets_are_refused() {
+    let error = read_bytes(&file(&format!("#1=X{};", "(".repeat(1_000_000))), "deep").unwrap_err();
+    assert!(error.to_string().contains("nested deeper"), "{error}");
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused() {
+    for number in ["1E400", "NaN", "1.#INF", "-1.E999"] {
+        let text = file(&format!("#1=CARTESIAN_POINT('',({number},0.,0.));"));
+        assert!(read_bytes(&text, "n").is_err(), "{number}");
+    }
+}
+
+#[test]
+fn doubling_mapped_items_are_refused_and_few_are_placed() {
+    let doubled = |levels: usize| {
+        let mut data = String::from(
+            "#1=CARTESIAN_POINT('',(0.,0.,0.));#2=AXIS2_PLACEMENT_3D('',#1,$,$);#3=SPHERICAL_SURFACE('',#2,1.);\n\
+             #4=ADVANCED_FACE('',(),#3,.T.);#5=CLOSED_SHELL('',(#4));#6=MANIFOLD_SOLID_BREP('',#5);\n\
+             #10=SHAPE_REPRESENTATION('',(#6),#900);\n",
+        );
+        for k in 1..=levels {
+            let (r, below) = (10 * (k + 1), 10 * k);
+            data += &format!(
+                "#{a}=REPRESENTATION_MAP(#2,#{below});#{b}=MAPPED_ITEM('',#{a},#2);#{c}=MAPPED_ITEM('',#{a},#2);\n\
+                 #{r}=SHAPE_REPRESENTATION('',(#{b},#{c}),#900);\n",
+                a = r + 1,
+                b = r + 2,
+                c = r + 3
+            );
+        }
+        read_bytes(&file(&data), "doubling")
+    };
+    assert_eq!(doubled(3).unwrap().faces.len(), 8);
+    let error = doubled(40).unwrap_err().to_string();
+    assert!(error.contains("placed faces"), "{error}");
+}

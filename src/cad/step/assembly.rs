@@ -60,6 +60,11 @@ pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
     }
     describe(&graph, model);
     let mut placer = Placer::new(resolver, model);
+    // Shape aspects name single faces of a solid again: the solid's own counts, wherever it stands in the file.
+    let root_sheets = roots.iter().flat_map(|&g| &graph.groups[g].sheets);
+    let in_shells = root_sheets.flat_map(|&s| &graph.sheets[s].items).flat_map(|i| &i.faces);
+    let in_shells = in_shells.filter(|f| f.shell.is_some()).map(|f| (0, f.source.clone()));
+    placer.in_shells = in_shells.collect();
     for &root in &roots {
         placer.place(&graph, root, &counts);
     }
@@ -391,14 +396,16 @@ struct Placer<'r, 't, 'm> {
     edges: FxHashMap<(usize, usize), usize>,
     /// Items placed, and faces of shells placed, by instance.
     seen: FxHashSet<(usize, String)>,
+    /// Faces of the roots' shells.
+    in_shells: FxHashSet<(usize, String)>,
     shells: usize,
     instances: usize,
 }
 
 impl<'r, 't, 'm> Placer<'r, 't, 'm> {
     fn new(resolver: &'r Resolver<'t>, model: &'m mut RawModel) -> Self {
-        let (edges, seen) = (FxHashMap::default(), FxHashSet::default());
-        Self { resolver, model, edges, seen, shells: 0, instances: 0 }
+        let (edges, seen, in_shells) = Default::default();
+        Self { resolver, model, edges, seen, in_shells, shells: 0, instances: 0 }
     }
 
     /// Places a root group and all below it. Roots share one numbering: their items may share edges.
@@ -426,8 +433,10 @@ impl<'r, 't, 'm> Placer<'r, 't, 'm> {
             return;
         }
         for face in &item.faces {
-            let new = self.seen.insert((instance, face.source.clone()));
-            if !new && face.shell.is_none() {
+            let key = (instance, face.source.clone());
+            let again = self.in_shells.contains(&key) || self.seen.contains(&key);
+            self.seen.insert(key);
+            if again && face.shell.is_none() {
                 continue;
             }
             match place::face(face, map) {

@@ -308,7 +308,7 @@ impl Form {
         match self {
             Self::Ellipse(..) => {
                 let mut turn = (to - from).rem_euclid(TAU);
-                if turn < 1e-12 || turn > TAU - 1e-12 {
+                if !(1e-12..=TAU - 1e-12).contains(&turn) {
                     turn = TAU;
                 }
                 self.cut(from, from + turn)

@@ -198,3 +198,147 @@ fn doubling_mapped_items_are_refused_and_few_are_placed() {
     let error = doubled(40).unwrap_err().to_string();
     assert!(error.contains("placed faces"), "{error}");
 }
+
+const UNIT_SPHERE: &str =
+    "#1=CARTESIAN_POINT('',(0.,0.,0.));#2=AXIS2_PLACEMENT_3D('',#1,$,$);#3=SPHERICAL_SURFACE('',#2,1.);
+     #4=ADVANCED_FACE('',(),#3,.T.);#5=CLOSED_SHELL('',(#4));#6=MANIFOLD_SOLID_BREP('',#5);";
+
+fn curve_of(data: &str, id: u64) -> Result<super::curve::Form, String> {
+    let bytes = file(data);
+    let table = super::parse(&bytes, "curve").unwrap();
+    let resolver = super::Resolver::new(&table, bytes.len());
+    let units = super::resolver::Units { length: 1.0, angle: 1f64.to_radians() };
+    let entity = resolver.entity(table.find(id).unwrap());
+    resolver.curve(entity, units, 0).map_err(|fault| fault.to_string())
+}
+
+#[test]
+fn lengths_follow_the_context_of_their_own_representation() {
+    let data = format!(
+        "{UNIT_SPHERE}
+         /* ids out of order, of any width */ #00077 = SHAPE_REPRESENTATION('',(#6),#910);
+         #910=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#911))REPRESENTATION_CONTEXT('',''));
+         #911=(CONVERSION_BASED_UNIT('thumb',#912)LENGTH_UNIT()NAMED_UNIT(*));
+         #912=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(2.54),#913);
+         #913=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.CENTI.,.METRE.));
+         #20=SPHERICAL_SURFACE('',#2,3.);#21=ADVANCED_FACE('',(),#20,.F.);#22=OPEN_SHELL('',(#21));
+         #23=SHELL_BASED_SURFACE_MODEL('',(#22));#24=SHAPE_REPRESENTATION('',(#23),#900);"
+    );
+    let model = read_bytes(&file(&data), "units").unwrap();
+    let mut radii: Vec<(f64, bool)> = model
+        .faces
+        .iter()
+        .map(|f| match &f.surface {
+            crate::cad::raw::RawSurface::Sphere { radius, .. } => (*radius, f.flipped),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    radii.sort_by(|a, b| a.0.total_cmp(&b.0));
+    assert_eq!(radii.len(), 2);
+    assert!((radii[0].0 - 3.0).abs() < 1e-12 && radii[0].1, "{radii:?}");
+    assert!((radii[1].0 - 25.4).abs() < 1e-12 && !radii[1].1, "{radii:?}");
+    assert_eq!((model.unit.as_str(), model.unit_mm.round()), ("thumb", 25.0));
+}
+
+#[test]
+fn trimmed_curves_run_from_their_first_trim_to_their_second() {
+    let conic =
+        "#1=CARTESIAN_POINT('',(0.,0.,0.));#2=AXIS2_PLACEMENT_3D('',#1,$,$);#3=CIRCLE('',#2,2.);
+        #4=HYPERBOLA('',#2,2.,1.);#5=PARABOLA('',#2,0.5);";
+    // (basis, trims, sense, start, middle, end)
+    let at = |a: f64| [2.0 * a.to_radians().cos(), 2.0 * a.to_radians().sin()];
+    let hyperbola = |t: f64| [2.0 * t.cosh(), t.sinh()];
+    let parabola = |t: f64| [0.5 * t * t, t];
+    let cases = [
+        (3, [0.0, 90.0], "T", [at(0.0), at(45.0), at(90.0)]),
+        (3, [0.0, 90.0], "F", [at(0.0), at(-135.0), at(90.0)]),
+        (3, [350.0, 10.0], "T", [at(350.0), at(0.0), at(10.0)]),
+        (4, [-1.0, 1.0], "T", [hyperbola(-1.0), hyperbola(0.0), hyperbola(1.0)]),
+        (5, [2.0, -2.0], "F", [parabola(2.0), parabola(0.0), parabola(-2.0)]),
+    ];
+    for (basis, [from, to], sense, expected) in cases {
+        let data = format!(
+            "{conic}#9=TRIMMED_CURVE('',#{basis},(PARAMETER_VALUE({from:?})),(PARAMETER_VALUE({to:?})),.{sense}.,.PARAMETER.);"
+        );
+        let curve = curve_of(&data, 9).unwrap().whole().unwrap();
+        let [low, high] = curve.domain();
+        for (t, [x, y]) in [low, 0.5 * (low + high), high].into_iter().zip(expected) {
+            let p = curve.point(t);
+            assert!((p.x - x).hypot(p.y - y) < 1e-12, "{data}: {p} for {x} {y}");
+        }
+    }
+}
+
+#[test]
+fn implied_knots_are_those_of_their_kind() {
+    let points: String =
+        (0..7).map(|k| format!("#{}=CARTESIAN_POINT('',({k}.,{}.,0.));", k + 1, k % 2)).collect();
+    let cases = [
+        ("UNIFORM_CURVE", [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]),
+        ("QUASI_UNIFORM_CURVE", [0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 4.0]),
+        ("BEZIER_CURVE", [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]),
+    ];
+    for (kind, knots) in cases {
+        let simple =
+            format!("{points}#9={kind}('',3,(#1,#2,#3,#4,#5,#6,#7),.UNSPECIFIED.,.F.,.F.);");
+        // The same as a complex instance, rational, its parts in another order.
+        let complex = format!(
+            "{points}#9=(RATIONAL_B_SPLINE_CURVE((1.,1.,2.,1.,1.,1.,1.)){kind}()REPRESENTATION_ITEM('')CURVE()
+             B_SPLINE_CURVE(3,(#1,#2,#3,#4,#5,#6,#7),.UNSPECIFIED.,.F.,.F.)BOUNDED_CURVE());"
+        );
+        for (data, third) in [(simple, 1.0), (complex, 2.0)] {
+            let super::curve::Form::Free(curve) = curve_of(&data, 9).unwrap() else { panic!() };
+            assert_eq!(curve.knots(), knots, "{kind}");
+            assert_eq!(curve.weights()[2], third, "{kind}");
+        }
+    }
+}
+
+#[test]
+fn doubling_composites_and_circles_of_curves_are_refused() {
+    let mut data = String::from(
+        "#1=CARTESIAN_POINT('',(0.,0.,0.));#2=CARTESIAN_POINT('',(1.,0.,0.));#10=POLYLINE('',(#1,#2));",
+    );
+    for k in 1..=40 {
+        let (below, c) = (10 * k, 10 * (k + 1));
+        data += &format!(
+            "#{s}=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#{below});#{c}=COMPOSITE_CURVE('',(#{s},#{s}),.F.);",
+            s = c + 1
+        );
+    }
+    let error = curve_of(&data, 410).unwrap_err();
+    assert!(error.contains("multiply themselves"), "{error}");
+    let error = curve_of("#5=SURFACE_CURVE('',#5,(),.CURVE_3D.);", 5).unwrap_err();
+    assert!(error.contains("#5 (SURFACE_CURVE)") && error.contains("circle"), "{error}");
+}
+
+#[test]
+fn a_mirrored_instance_keeps_its_outward_side() {
+    let data = format!(
+        "{UNIT_SPHERE}#7=SHAPE_REPRESENTATION('',(#6,#30),#900);
+         #30=MANIFOLD_SOLID_BREP('',#31);#31=CLOSED_SHELL('',(#32));#32=ADVANCED_FACE('',(#34),#33,.T.);
+         #33=PLANE('',#2);#34=FACE_OUTER_BOUND('',#35,.T.);#35=POLY_LOOP('',(#1,#36,#37));
+         #36=CARTESIAN_POINT('',(1.,0.,0.));#37=CARTESIAN_POINT('',(0.,1.,0.));
+         #8=REPRESENTATION_MAP(#2,#7);#40=DIRECTION('',(1.,0.,0.));#41=DIRECTION('',(0.,-1.,0.));
+         #9=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,#40,#41,#1,2.,$);#10=MAPPED_ITEM('',#8,#9);
+         #11=SHAPE_REPRESENTATION('',(#10),#900);"
+    );
+    let model = read_bytes(&file(&data), "mirror").unwrap();
+    assert_eq!(model.faces.len(), 2, "{:?}", model.diagnostics);
+    for face in &model.faces {
+        match &face.surface {
+            crate::cad::raw::RawSurface::Sphere { radius, .. } => {
+                assert!((radius - 2.0).abs() < 1e-12 && !face.flipped);
+            }
+            crate::cad::raw::RawSurface::Plane(f) => {
+                // The image of the outward normal +z is +z, and the loop still runs left about it.
+                let outward = if face.flipped { -f.z } else { f.z };
+                assert!((outward.z - 1.0).abs() < 1e-12);
+                let ends: Vec<_> = face.loops[0].edges.iter().map(|e| e.ends.unwrap()[0]).collect();
+                let turn = (ends[1] - ends[0]).cross(&(ends[2] - ends[1]));
+                assert!(turn.z > 0.0, "{ends:?}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}

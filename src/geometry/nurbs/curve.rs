@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::NurbsError;
 use super::basis::basis;
 use super::net::{Net, check_knots, check_weights};
-use crate::geometry::{Affine, Vec3};
+use crate::geometry::Affine;
 
 /// A rational B-spline curve in `D` dimensions. Invariants (kept by [`Curve::try_new`]): degree >= 1,
 /// `knots.len() == points.len() + degree + 1`, knots never fall and leave a non-empty domain, weights positive.
@@ -147,6 +147,38 @@ impl<const D: usize> Curve<D> {
         net.cut(from, to);
         let (points, weights) = net.projected();
         Ok(Self { degree: self.degree, knots: net.knots, points, weights })
+    }
+
+    /// The same curve with clamped knots: its first and last control points are its ends.
+    #[must_use]
+    pub fn clamped(&self) -> Self {
+        let [low, high] = self.domain();
+        self.trimmed(low, high).unwrap_or_else(|_| self.clone())
+    }
+
+    /// The curve with `map` applied to its control points: its image when `map` is affine.
+    #[must_use]
+    pub fn mapped(&self, map: impl Fn(SVector<f64, D>) -> SVector<f64, D>) -> Self {
+        let mut out = self.clone();
+        out.points.iter_mut().for_each(|p| *p = map(*p));
+        out
+    }
+
+    /// The (clamped) curve with its first control point moved.
+    #[must_use]
+    pub fn with_start(&self, start: SVector<f64, D>) -> Self {
+        let mut out = self.clone();
+        out.points[0] = start;
+        out
+    }
+
+    /// The (clamped) curve with its last control point moved.
+    #[must_use]
+    pub fn with_end(&self, end: SVector<f64, D>) -> Self {
+        let mut out = self.clone();
+        let last = out.points.len() - 1;
+        out.points[last] = end;
+        out
     }
 
     /// The same curve on the domain `[from, to]`, `from < to`.

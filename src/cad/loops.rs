@@ -1,0 +1,359 @@
+//! Boundary loops in a surface's native parameters: taken from the file's parameter curves where these are
+//! good, projected from the curves in space where not; closed across seams and poles.
+
+use super::native::Native;
+use super::raw::{RawEdge, RawLoop};
+use crate::geometry::Vec2;
+use crate::geometry::nurbs::{Curve2, Curve3};
+
+/// One side of a loop: its curve in native parameters, in the loop's direction.
+#[derive(Debug, Clone)]
+pub(super) struct Side {
+    pub path: Curve2,
+    /// The file's curve in space, in the same direction.
+    pub curve: Option<Curve3>,
+}
+
+impl Side {
+    pub fn start(&self) -> Vec2 {
+        self.path.points()[0]
+    }
+
+    pub fn end(&self) -> Vec2 {
+        self.path.points()[self.path.points().len() - 1]
+    }
+
+    fn straight(from: Vec2, to: Vec2) -> Self {
+        Self { path: Curve2::line(from, to), curve: None }
+    }
+
+    fn shifted(&self, by: Vec2) -> Self {
+        Self { path: self.path.mapped(|p| p + by), curve: self.curve.clone() }
+    }
+
+    pub fn reversed(&self) -> Self {
+        Self {
+            path: self.path.reversed(),
+            curve: self.curve.as_ref().map(Curve3::reversed),
+        }
+    }
+}
+
+/// A loop whose sides join end to start; after one turn it has moved by `winding` periods.
+#[derive(Debug, Clone)]
+pub(super) struct Path {
+    pub sides: Vec<Side>,
+    pub winding: Vec2,
+}
+
+/// What could not be done well.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum LoopFault {
+    /// Neighbouring edges do not meet: the gap in space [mm].
+    Gap(f64),
+    /// An edge without any curve.
+    NoCurve,
+}
+
+/// Reads one loop. `size` is the extent of the face [mm], `tolerance` what counts as touching [mm].
+pub(super) fn path_of(
+    native: &Native<'_>,
+    raw: &RawLoop,
+    size: f64,
+    tolerance: f64,
+    faults: &mut Vec<LoopFault>,
+) -> Option<Path> {
+    let mut sides: Vec<Side> = Vec::with_capacity(raw.edges.len());
+    for edge in &raw.edges {
+        let Some(side) = side_of(native, edge, size, tolerance) else {
+            faults.push(LoopFault::NoCurve);
+            continue;
+        };
+        let side = match sides.last() {
+            Some(last) => align(native, &side, last.end()),
+            None => side,
+        };
+        if let Some(last) = sides.last().map(Side::end) {
+            let joint = join(native, last, side, tolerance, faults);
+            sides.extend(joint);
+        } else {
+            sides.push(side);
+        }
+    }
+    let (first, last) = (sides.first()?.start(), sides.last()?.end());
+    let winding = whole_periods(native, last - first);
+    let gap = last - first - winding;
+    if gap.norm() > 0.0 {
+        close(native, &mut sides, first + winding, tolerance, faults);
+    }
+    Some(Path { sides, winding })
+}
+
+/// The nearest whole number of periods to a difference of parameters.
+pub(super) fn whole_periods(native: &Native<'_>, difference: Vec2) -> Vec2 {
+    let mut out = Vec2::zeros();
+    for (k, period) in native.periods().into_iter().enumerate() {
+        if let Some(p) = period {
+            out[k] = p * (difference[k] / p).round();
+        }
+    }
+    out
+}
+
+fn align(native: &Native<'_>, side: &Side, end: Vec2) -> Side {
+    side.shifted(whole_periods(native, end - side.start()))
+}
+
+/// The side that goes on from `end`: snapped to it, or after a straight side that bridges a pole or a gap.
+fn join(
+    native: &Native<'_>,
+    end: Vec2,
+    side: Side,
+    tolerance: f64,
+    faults: &mut Vec<LoopFault>,
+) -> Vec<Side> {
+    let start = side.start();
+    let gap = (native.point(end) - native.point(start)).norm();
+    let middle = native.point(0.5 * (end + start));
+    let bulge = (middle - native.point(start)).norm().max((middle - native.point(end)).norm());
+    if gap <= tolerance && bulge <= 10.0 * tolerance {
+        if (end - start).norm() > 1e-6 * (side.end() - start).norm() {
+            // A pole: one point in space, a side in the plane.
+            return vec![Side::straight(end, start), side];
+        }
+        return vec![Side { path: side.path.with_start(end), curve: side.curve }];
+    }
+    if gap > 10.0 * tolerance {
+        faults.push(LoopFault::Gap(gap));
+    }
+    vec![Side::straight(end, start), side]
+}
+
+fn close(
+    native: &Native<'_>,
+    sides: &mut Vec<Side>,
+    target: Vec2,
+    tolerance: f64,
+    faults: &mut Vec<LoopFault>,
+) {
+    let Some(last) = sides.last_mut() else { return };
+    let end = last.end();
+    let gap = (native.point(end) - native.point(target)).norm();
+    let small = (end - target).norm() <= 1e-6 * (end - last.start()).norm();
+    if gap <= tolerance && small {
+        last.path = last.path.with_end(target);
+        return;
+    }
+    if gap > 10.0 * tolerance {
+        faults.push(LoopFault::Gap(gap));
+    }
+    sides.push(Side::straight(end, target));
+}
+
+fn side_of(native: &Native<'_>, edge: &RawEdge, size: f64, tolerance: f64) -> Option<Side> {
+    let given = edge.pcurve.as_ref().map(|p| p.clamped().mapped(|uv| native.order(uv)));
+    let Some(curve) = &edge.curve else {
+        return given.map(|path| Side { path, curve: None });
+    };
+    let Some(path) = given else {
+        return Some(Side { path: projected(native, curve, None, size), curve: Some(curve.clone()) });
+    };
+    let off = deviation(native, &path, curve);
+    let keep = off <= 1e-8 * size || (edge.prefer_pcurve && off <= tolerance.max(1e-4 * size));
+    if keep {
+        return Some(Side { path, curve: (off <= tolerance).then(|| curve.clone()) });
+    }
+    // Good enough to say where, not good enough to stand for the curve.
+    let hint = (off <= 1e-2 * size).then_some(&path);
+    Some(Side { path: projected(native, curve, hint, size), curve: Some(curve.clone()) })
+}
+
+/// Largest distance between a parameter curve's image and its curve in space, ends against ends.
+fn deviation(native: &Native<'_>, path: &Curve2, curve: &Curve3) -> f64 {
+    let ([a, b], [c, d]) = (path.domain(), curve.domain());
+    let ends = (native.point(path.point(a)) - curve.point(c))
+        .norm()
+        .max((native.point(path.point(b)) - curve.point(d)).norm());
+    (1..8).fold(ends, |worst, k| {
+        let p = native.point(path.point(a + (b - a) * f64::from(k) / 8.0));
+        worst.max(curve.closest(&p).1.sqrt())
+    })
+}
+
+/// Parameter curve of a curve in space by projection.
+fn projected(native: &Native<'_>, curve: &Curve3, hint: Option<&Curve2>, size: f64) -> Curve2 {
+    let [a, b] = curve.domain();
+    let spans = curve.knots().windows(2).filter(|w| w[0] < w[1]).count();
+    let n = (8 * spans).clamp(16, 400);
+    let at = |k: usize| a + (b - a) * k as f64 / n as f64;
+    let mut samples = vec![Vec2::zeros(); n + 1];
+    // From the middle outwards: an end may be a pole, where one parameter is anybody's.
+    let middle = n / 2;
+    let first_hint = hint.map(|h| {
+        let [c, d] = h.domain();
+        h.point(0.5 * (c + d))
+    });
+    samples[middle] = native.inverse(&curve.point(at(middle)), first_hint);
+    for k in (0..middle).rev() {
+        samples[k] = native.inverse(&curve.point(at(k)), Some(extrapolate(&samples, k, 1, n)));
+    }
+    for k in middle + 1..=n {
+        samples[k] = native.inverse(&curve.point(at(k)), Some(extrapolate(&samples, k, -1, n)));
+    }
+    let near = |t: f64| {
+        let x = ((t - a) / (b - a) * n as f64).clamp(0.0, n as f64);
+        let k = (x as usize).min(n - 1);
+        samples[k] + (samples[k + 1] - samples[k]) * (x - k as f64)
+    };
+    let extent = samples
+        .iter()
+        .fold(Vec2::zeros(), |m: Vec2, s| m.sup(&(s - samples[0]).abs()))
+        .norm()
+        .max(1e-12 * size);
+    let mut breaks: Vec<f64> =
+        curve.knots().iter().copied().filter(|t| *t >= a && *t <= b).collect();
+    breaks.dedup();
+    let f = |t: f64| {
+        let h = near(t);
+        // Ends keep the sample: at a pole the parameter comes from the neighbours.
+        if t <= a {
+            samples[0]
+        } else if t >= b {
+            samples[n]
+        } else {
+            native.inverse(&curve.point(t), Some(h))
+        }
+    };
+    Curve2::fitted(f, &breaks, 1e-11 * extent)
+}
+
+/// Where the next sample is expected, from its two neighbours on the side already known.
+fn extrapolate(samples: &[Vec2], k: usize, towards: isize, n: usize) -> Vec2 {
+    let one = k.wrapping_add_signed(towards);
+    let two = one.wrapping_add_signed(towards);
+    let middle = n / 2;
+    let known = if towards > 0 { two <= middle } else { two >= middle && two <= n };
+    if known { 2.0 * samples[one] - samples[two] } else { samples[one] }
+}
+
+/// Twice the signed area that a loop encloses in the parameter plane.
+pub(super) fn signed_area(sides: &[Side]) -> f64 {
+    let mut sum = 0.0;
+    for side in sides {
+        let [a, b] = side.path.domain();
+        let spans = side.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
+        let n = 8 * spans;
+        let mut last = side.start();
+        for k in 1..=n {
+            let next = side.path.point(a + (b - a) * k as f64 / n as f64);
+            sum += last.x * next.y - last.y * next.x;
+            last = next;
+        }
+    }
+    sum
+}
+
+/// Loops of a face that close in the parameter plane: windings are cut open along a seam and joined in pairs
+/// or through a pole; a face without loops gets the border of its natural range. The outer one comes first.
+pub(super) fn closed_loops(
+    native: &Native<'_>,
+    paths: Vec<Path>,
+    left_is_inside: bool,
+) -> Option<Vec<Vec<Side>>> {
+    let (mut winding, plain): (Vec<Path>, Vec<Path>) =
+        paths.into_iter().partition(|p| p.winding.norm() > 0.0);
+    let mut loops: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
+    while let Some(first) = winding.pop() {
+        let partner = winding.iter().position(|p| (p.winding + first.winding).norm() < 1e-9);
+        loops.push(match partner {
+            Some(k) => bridge(native, first, winding.swap_remove(k)),
+            None => through_pole(native, first, left_is_inside)?,
+        });
+    }
+    if loops.is_empty() {
+        loops.push(natural_border(native)?);
+    }
+    sort_and_orient(native, &mut loops);
+    Some(loops)
+}
+
+/// Two windings of opposite sense become one loop with a seam there and back.
+fn bridge(native: &Native<'_>, first: Path, second: Path) -> Vec<Side> {
+    let (Some(end), Some(start)) = (first.sides.last(), second.sides.first()) else {
+        return first.sides;
+    };
+    let shift = whole_periods(native, end.end() - start.start());
+    let second: Vec<Side> = second.sides.iter().map(|s| s.shifted(shift)).collect();
+    let there = Side::straight(end.end(), second[0].start());
+    let back = Side::straight(second[second.len() - 1].end(), first.sides[0].start());
+    let mut sides = first.sides;
+    sides.push(there);
+    sides.extend(second);
+    sides.push(back);
+    sides
+}
+
+/// A single winding is closed through the pole on its inner side.
+fn through_pole(native: &Native<'_>, path: Path, left_is_inside: bool) -> Option<Vec<Side>> {
+    let around = usize::from(path.winding.x == 0.0);
+    let across = 1 - around;
+    let level = path.sides.first()?.start()[across];
+    let poles: Vec<f64> =
+        native.poles().into_iter().filter(|p| p.0 == across).map(|p| p.1).collect();
+    // Left of a side that runs along +u is +v; left of one that runs along +v is -u.
+    let mut up = path.winding[around] > 0.0;
+    if across == 0 {
+        up = !up;
+    }
+    if !left_is_inside {
+        up = !up;
+    }
+    let beyond = |p: &&f64| if up { **p > level } else { **p < level };
+    let nearest = |a: &&f64, b: &&f64| (*a - level).abs().total_cmp(&(*b - level).abs());
+    let pole = poles.iter().filter(beyond).min_by(nearest).or(poles.iter().min_by(nearest))?;
+    let (end, start) = (path.sides.last()?.end(), path.sides.first()?.start());
+    let at = |uv: Vec2| {
+        let mut out = uv;
+        out[across] = *pole;
+        out
+    };
+    let mut sides = path.sides;
+    sides.push(Side::straight(end, at(end)));
+    sides.push(Side::straight(at(end), at(start)));
+    sides.push(Side::straight(at(start), start));
+    Some(sides)
+}
+
+fn natural_border(native: &Native<'_>) -> Option<Vec<Side>> {
+    let [u, v] = native.natural_range()?;
+    let corners = [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])].map(|(x, y)| Vec2::new(x, y));
+    Some((0..4).map(|k| Side::straight(corners[k], corners[(k + 1) % 4])).collect())
+}
+
+/// Largest loop first and counter-clockwise, the others clockwise and moved into its window of periods.
+fn sort_and_orient(native: &Native<'_>, loops: &mut [Vec<Side>]) {
+    let outer = (0..loops.len())
+        .max_by(|&a, &b| signed_area(&loops[a]).abs().total_cmp(&signed_area(&loops[b]).abs()));
+    if let Some(outer) = outer {
+        loops.swap(0, outer);
+    }
+    for (k, sides) in loops.iter_mut().enumerate() {
+        if (signed_area(sides) > 0.0) != (k == 0) {
+            sides.reverse();
+            sides.iter_mut().for_each(|s| *s = s.reversed());
+        }
+    }
+    let middle = |sides: &[Side]| {
+        let points = sides.iter().flat_map(|s| s.path.points());
+        let (low, high) = points.fold(
+            (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY)),
+            |(low, high), p| (low.inf(p), high.sup(p)),
+        );
+        0.5 * (low + high)
+    };
+    let Some((outer, holes)) = loops.split_first_mut() else { return };
+    for hole in holes {
+        let shift = whole_periods(native, middle(outer) - middle(hole));
+        hole.iter_mut().for_each(|s| *s = s.shifted(shift));
+    }
+}

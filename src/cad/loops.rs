@@ -32,10 +32,7 @@ impl Side {
     }
 
     pub fn reversed(&self) -> Self {
-        Self {
-            path: self.path.reversed(),
-            curve: self.curve.as_ref().map(Curve3::reversed),
-        }
+        Self { path: self.path.reversed(), curve: self.curve.as_ref().map(Curve3::reversed) }
     }
 }
 
@@ -64,24 +61,40 @@ pub(super) fn path_of(
     faults: &mut Vec<LoopFault>,
 ) -> Option<Path> {
     let mut sides: Vec<Side> = Vec::with_capacity(raw.edges.len());
+    // First side behind the last pole that the loop runs through.
+    let mut behind_pole = None;
     for edge in &raw.edges {
         let Some(side) = side_of(native, edge, size, tolerance) else {
             faults.push(LoopFault::NoCurve);
             continue;
         };
-        let side = match sides.last() {
-            Some(last) => align(native, &side, last.end()),
-            None => side,
-        };
-        if let Some(last) = sides.last().map(Side::end) {
-            let joint = join(native, last, side, tolerance, faults);
-            sides.extend(joint);
-        } else {
+        let Some(end) = sides.last().map(Side::end) else {
             sides.push(side);
+            continue;
+        };
+        let at_pole = is_pole(native, end, tolerance);
+        let side = if at_pole { side } else { align(native, &side, end) };
+        if at_pole && is_pole(native, side.start(), tolerance) {
+            // A side in the plane even if it has no length yet: the turn about the pole is settled at the end.
+            sides.push(Side::straight(end, side.start()));
+            behind_pole = Some(sides.len());
+            sides.push(side);
+        } else {
+            sides.extend(join(native, end, side, tolerance, faults));
         }
     }
     let (first, last) = (sides.first()?.start(), sides.last()?.end());
-    let winding = whole_periods(native, last - first);
+    let mut winding = whole_periods(native, last - first);
+    if let (Some(k), true) = (behind_pole, winding.norm() > 0.0) {
+        // The way round the pole was a whole turn off.
+        let (before, after) = sides.split_at_mut(k);
+        after.iter_mut().for_each(|s| *s = s.shifted(-winding));
+        let turned = before[k - 1].end() - winding;
+        before[k - 1] = Side::straight(before[k - 1].start(), turned);
+        winding = Vec2::zeros();
+    }
+    sides.retain(|s| s.curve.is_some() || s.path.degree() > 1 || s.start() != s.end());
+    let last = sides.last()?.end();
     let gap = last - first - winding;
     if gap.norm() > 0.0 {
         close(native, &mut sides, first + winding, tolerance, faults);
@@ -98,6 +111,17 @@ pub(super) fn whole_periods(native: &Native<'_>, difference: Vec2) -> Vec2 {
         }
     }
     out
+}
+
+/// One point in space whatever the periodic parameter is.
+fn is_pole(native: &Native<'_>, uv: Vec2, tolerance: f64) -> bool {
+    native.periods().into_iter().enumerate().any(|(k, period)| {
+        period.is_some_and(|p| {
+            let mut other = uv;
+            other[k] += 0.5 * p;
+            (native.point(uv) - native.point(other)).norm() <= tolerance
+        })
+    })
 }
 
 fn align(native: &Native<'_>, side: &Side, end: Vec2) -> Side {
@@ -151,12 +175,15 @@ fn close(
 }
 
 fn side_of(native: &Native<'_>, edge: &RawEdge, size: f64, tolerance: f64) -> Option<Side> {
-    let given = edge.pcurve.as_ref().map(|p| p.clamped().mapped(|uv| native.order(uv)));
+    let given = edge.pcurve.as_ref().map(|p| native.normalised(&p.clamped()));
     let Some(curve) = &edge.curve else {
         return given.map(|path| Side { path, curve: None });
     };
     let Some(path) = given else {
-        return Some(Side { path: projected(native, curve, None, size), curve: Some(curve.clone()) });
+        return Some(Side {
+            path: projected(native, curve, None, size),
+            curve: Some(curve.clone()),
+        });
     };
     let off = deviation(native, &path, curve);
     let keep = off <= 1e-8 * size || (edge.prefer_pcurve && off <= tolerance.max(1e-4 * size));
@@ -326,7 +353,8 @@ fn through_pole(native: &Native<'_>, path: Path, left_is_inside: bool) -> Option
 
 fn natural_border(native: &Native<'_>) -> Option<Vec<Side>> {
     let [u, v] = native.natural_range()?;
-    let corners = [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])].map(|(x, y)| Vec2::new(x, y));
+    let corners =
+        [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])].map(|(x, y)| Vec2::new(x, y));
     Some((0..4).map(|k| Side::straight(corners[k], corners[(k + 1) % 4])).collect())
 }
 

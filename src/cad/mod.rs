@@ -3,10 +3,14 @@
 //! `iges` and `step` turn text into a [`raw::RawModel`] (native surfaces, curves as the file gives them);
 //! `build` turns that into the [`Model`] (rational-exact NURBS, loops in the parameter plane, joined edges).
 
+pub mod build;
 pub mod iges;
+mod loops;
 pub mod model;
+mod native;
 pub mod raw;
 pub mod step;
+mod topology;
 
 use std::path::{Path, PathBuf};
 
@@ -80,6 +84,38 @@ pub enum CadError {
 /// [`CadError`] when the file cannot be read or its text is beyond repair. What was survived is in the
 /// diagnostics.
 pub fn read(path: &Path) -> Result<(Model, Vec<Diagnostic>), CadError> {
-    let _ = path;
-    unimplemented!("cad: read")
+    let bytes =
+        std::fs::read(path).map_err(|source| CadError::Io { path: path.to_path_buf(), source })?;
+    let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let raw = read_raw(&bytes, &name)?;
+    Ok(build::build(raw, &name))
+}
+
+/// Tells IGES from STEP by content and parses the bytes.
+///
+/// # Errors
+/// [`CadError`] as for [`read`].
+pub fn read_raw(bytes: &[u8], name: &str) -> Result<raw::RawModel, CadError> {
+    let head = &bytes[..bytes.len().min(4096)];
+    let step = head.windows(12).any(|w| w == b"ISO-10303-21");
+    let text = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
+    let iges = head.len() > 72 && head[72] == b'S'
+        || head
+            .split(|b| *b == b'\n')
+            .any(|line| line.len() > 72 && matches!(line[72], b'S' | b'G'));
+    if step {
+        step::read_bytes(bytes, name)
+    } else if iges {
+        iges::read_bytes(bytes, name)
+    } else {
+        let found = if bytes.is_empty() {
+            "an empty file".to_owned()
+        } else if head.iter().all(text) {
+            let first: String = String::from_utf8_lossy(head).chars().take(40).collect();
+            format!("text that begins with {first:?}")
+        } else {
+            "bytes that are no text".to_owned()
+        };
+        Err(CadError::UnknownFormat { file: name.to_owned(), found })
+    }
 }

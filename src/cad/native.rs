@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::model::SurfaceKind;
 use super::raw::RawSurface;
-use crate::geometry::nurbs::{Curve3, Surface};
+use crate::geometry::nurbs::{Curve2, Curve3, Surface};
 use crate::geometry::{Frame, Vec2, Vec3};
 
 /// A surface in native parameters, ready for evaluation.
@@ -53,6 +53,17 @@ impl<'a> Native<'a> {
         matches!(self.raw, RawSurface::Revolution { curve_first: true, .. })
     }
 
+    /// A parameter curve of the file in our order, on a sphere moved by whole turns between the poles.
+    pub fn normalised(&self, path: &Curve2) -> Curve2 {
+        let path = path.mapped(|uv| self.order(uv));
+        if !matches!(self.raw, RawSurface::Sphere { .. }) {
+            return path;
+        }
+        let [a, b] = path.domain();
+        let turns = (path.point(0.5 * (a + b)).y / TAU).round() * TAU;
+        path.mapped(|uv| uv - Vec2::new(0.0, turns))
+    }
+
     /// Native parameters of the file in our order: (angle, curve) for revolutions.
     pub fn order(&self, uv: Vec2) -> Vec2 {
         if self.swapped() { Vec2::new(uv.y, uv.x) } else { uv }
@@ -84,9 +95,7 @@ impl<'a> Native<'a> {
     /// Point at native parameters (our order), which may lie beyond a period.
     pub fn point(&self, uv: Vec2) -> Vec3 {
         let (u, v) = (uv.x, uv.y);
-        let ring = |f: &Frame, r: f64, z: f64| {
-            f.point(&Vec3::new(r * u.cos(), r * u.sin(), z))
-        };
+        let ring = |f: &Frame, r: f64, z: f64| f.point(&Vec3::new(r * u.cos(), r * u.sin(), z));
         match self.raw {
             RawSurface::Plane(f) => f.point(&Vec3::new(u, v, 0.0)),
             RawSurface::Cylinder { frame, radius } => ring(frame, *radius, v),
@@ -192,7 +201,9 @@ impl<'a> Native<'a> {
         match self.raw {
             RawSurface::Sphere { .. } => vec![(1, -FRAC_PI_2), (1, FRAC_PI_2)],
             RawSurface::Cone { radius, semi_angle, .. } => vec![(1, -radius / semi_angle.tan())],
-            RawSurface::Plane(_) | RawSurface::Cylinder { .. } | RawSurface::Offset { .. } => vec![],
+            RawSurface::Plane(_) | RawSurface::Cylinder { .. } | RawSurface::Offset { .. } => {
+                vec![]
+            }
             RawSurface::Torus { major, minor, .. } => {
                 if minor > major {
                     let a = (-major / minor).acos();
@@ -261,11 +272,6 @@ impl<'a> Native<'a> {
                 (Surface::plane(&frame, u, v), [None, None])
             }
         }
-    }
-
-    /// Angle range of a revolution, as given.
-    pub fn angles(&self) -> [f64; 2] {
-        self.angles
     }
 }
 
@@ -352,7 +358,9 @@ fn revolution_inverse(
     let mut u = hint.map_or(0.0, |h| h.x);
     for _ in 0..50 {
         let start = v.unwrap_or_else(|| {
-            let reference = radius(&generatrix.point(generatrix.closest(&(origin + axis * axis.dot(&(p - origin)))).0));
+            let reference = radius(
+                &generatrix.point(generatrix.closest(&(origin + axis * axis.dot(&(p - origin)))).0),
+            );
             let _ = reference;
             generatrix.domain()[0]
         });

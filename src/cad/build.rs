@@ -1,0 +1,230 @@
+//! From what a file says to a model: exact B-splines, closed loops, joined edges.
+
+use super::loops::{LoopFault, Side, closed_loops, path_of};
+use super::model::{EdgeUse, Face, Model, TrimLoop};
+use super::native::Native;
+use super::raw::{RawFace, RawModel, RawSurface};
+use super::topology::{Piece, join};
+use super::{Diagnostic, Severity};
+use crate::geometry::nurbs::{Curve2, Surface};
+use crate::geometry::{Aabb, Vec2, Vec3};
+
+/// Edges closer than this share of the model's diagonal are joined when the file gives no resolution.
+const JOIN: f64 = 1e-6;
+/// No resolution a file gives may join more than this share of the diagonal.
+const JOIN_MOST: f64 = 1e-4;
+
+/// Builds the model. What was repaired or skipped is in the diagnostics, the reader's own first.
+#[must_use]
+pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
+    let mut diagnostics = raw.diagnostics;
+    let bounds = raw_bounds(&raw.faces);
+    let size = bounds.diagonal();
+    let tolerance = (2.0 * raw.resolution_mm).clamp(JOIN * size, JOIN_MOST * size);
+    let mut model = Model {
+        name: name.to_owned(),
+        unit: raw.unit,
+        unit_mm: raw.unit_mm,
+        entities: raw.entities,
+        join_tolerance: tolerance,
+        ..Model::default()
+    };
+    let mut pieces = Vec::new();
+    for face in &raw.faces {
+        match build_face(face, tolerance, &mut diagnostics) {
+            Ok((built, mut sides)) => {
+                let index = model.faces.len();
+                sides.iter_mut().for_each(|p| p.at[0] = index);
+                pieces.extend(sides);
+                model.faces.push(built);
+            }
+            Err(text) => diagnostics.push(Diagnostic {
+                severity: Severity::Warning,
+                code: "face-skipped",
+                place: face.source.clone(),
+                text,
+            }),
+        }
+    }
+    join(&mut model, pieces, tolerance);
+    (model, diagnostics)
+}
+
+fn raw_bounds(faces: &[RawFace]) -> Aabb {
+    let mut bounds = Aabb::EMPTY;
+    for face in faces {
+        let own = face_bounds(face);
+        if !own.is_empty() {
+            bounds = bounds.union(&own);
+        }
+    }
+    bounds
+}
+
+/// Box of a face's boundary curves, or of its surface when it has none.
+fn face_bounds(face: &RawFace) -> Aabb {
+    let mut bounds = Aabb::EMPTY;
+    for edge in face.loops.iter().flat_map(|l| &l.edges) {
+        if let Some(curve) = &edge.curve {
+            curve.points().iter().for_each(|p| bounds.grow(p));
+        } else if let Some(pcurve) = &edge.pcurve {
+            let native = Native::new(&face.surface);
+            let [a, b] = pcurve.domain();
+            for k in 0..=8 {
+                let uv = pcurve.point(a + (b - a) * f64::from(k) / 8.0);
+                bounds.grow(&native.point(native.order(uv)));
+            }
+        }
+    }
+    if bounds.is_empty() {
+        let native = Native::new(&face.surface);
+        if let Some([u, v]) = native.natural_range() {
+            for (i, j) in (0..=8).flat_map(|i| (0..=8).map(move |j| (i, j))) {
+                let at = |r: [f64; 2], k: i32| r[0] + (r[1] - r[0]) * f64::from(k) / 8.0;
+                bounds.grow(&native.point(Vec2::new(at(u, i), at(v, j))));
+            }
+        }
+    }
+    bounds
+}
+
+fn build_face(
+    raw: &RawFace,
+    tolerance: f64,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<(Face, Vec<Piece>), String> {
+    if let RawSurface::Offset { .. } = raw.surface {
+        return Err(
+            "offset surfaces are not built yet; export the offset as a spline surface".into()
+        );
+    }
+    let native = Native::new(&raw.surface);
+    let size = face_bounds(raw).diagonal();
+    let mut faults = Vec::new();
+    let edged = raw.loops.iter().filter(|l| !l.edges.is_empty());
+    let paths: Vec<_> =
+        edged.filter_map(|l| path_of(&native, l, size, tolerance, &mut faults)).collect();
+    report(raw, &faults, diagnostics);
+    let flipped = raw.flipped ^ native.swapped();
+    let loops = closed_loops(&native, paths, !flipped).ok_or(
+        "its loops cannot be closed on the surface, and the surface has no natural border",
+    )?;
+    let range = range_of(&native, &loops).ok_or("its loops enclose no parameter range")?;
+    let (surface, angles) = native.to_nurbs(range);
+    let map =
+        ParameterMap { angles, extent: [range[0][1] - range[0][0], range[1][1] - range[1][0]] };
+    let mut pieces = Vec::new();
+    let mut trims = Vec::new();
+    for (l, sides) in loops.iter().enumerate() {
+        let mut uses = Vec::new();
+        for side in sides {
+            let pcurve = map.curve(&side.path);
+            let degenerate = image_extent(&surface, &pcurve) <= tolerance;
+            if !degenerate {
+                let curve = side.curve.clone();
+                pieces.push(Piece { at: [0, l, uses.len()], pcurve: pcurve.clone(), curve });
+            }
+            uses.push(EdgeUse { pcurve, edge: None, reversed: false });
+        }
+        trims.push(TrimLoop { uses });
+    }
+    let face = Face {
+        surface,
+        kind: native.kind(),
+        loops: trims,
+        flipped,
+        source: raw.source.clone(),
+        shell: raw.shell,
+    };
+    Ok((face, pieces))
+}
+
+fn report(raw: &RawFace, faults: &[LoopFault], diagnostics: &mut Vec<Diagnostic>) {
+    for fault in faults {
+        let (code, text) = match fault {
+            LoopFault::Gap(gap) => (
+                "loop-open",
+                format!("edges of a loop do not meet by {gap:.3e} mm; bridged straight"),
+            ),
+            LoopFault::NoCurve => {
+                ("edge-without-curve", "an edge without a curve was left out".into())
+            }
+        };
+        let place = raw.source.clone();
+        diagnostics.push(Diagnostic { severity: Severity::Warning, code, place, text });
+    }
+}
+
+/// Largest distance of a side's image from its first point [mm].
+fn image_extent(surface: &Surface, pcurve: &Curve2) -> f64 {
+    let [a, b] = pcurve.domain();
+    let at = |k: u32| surface.point(pcurve.point(a + (b - a) * f64::from(k) / 16.0));
+    let first: Vec3 = at(0);
+    (1..=16).map(|k| (at(k) - first).norm()).fold(0.0, f64::max)
+}
+
+/// Native range that covers the loops.
+fn range_of(native: &Native<'_>, loops: &[Vec<Side>]) -> Option<[[f64; 2]; 2]> {
+    let (mut low, mut high) = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
+    for side in loops.iter().flatten() {
+        let [a, b] = side.path.domain();
+        let spans = side.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
+        let n = 16 * spans;
+        for k in 0..=n {
+            let p = side.path.point(a + (b - a) * k as f64 / n as f64);
+            low = low.inf(&p);
+            high = high.sup(&p);
+        }
+    }
+    let natural = native.natural_range();
+    let mut range = [[low.x, high.x], [low.y, high.y]];
+    for (k, (r, period)) in range.iter_mut().zip(native.periods()).enumerate() {
+        if let Some(p) = period {
+            // A turn too long by rounding is one turn.
+            if r[1] - r[0] > p * (1.0 - 1e-9) {
+                r[1] = r[0] + p;
+            }
+        } else if let Some(natural) = natural {
+            *r = [r[0].max(natural[k][0]), r[1].min(natural[k][1])];
+        }
+    }
+    let sound = range.iter().all(|r| r[0].is_finite() && r[1].is_finite() && r[1] > r[0]);
+    sound.then_some(range)
+}
+
+/// From native parameters to those of the B-spline.
+struct ParameterMap {
+    angles: [Option<[f64; 2]>; 2],
+    extent: [f64; 2],
+}
+
+impl ParameterMap {
+    fn point(&self, uv: Vec2) -> Vec2 {
+        let map = |range: Option<[f64; 2]>, t: f64| {
+            range.map_or(t, |r| Surface::arc_parameter_of_angle(r, t))
+        };
+        Vec2::new(map(self.angles[0], uv.x), map(self.angles[1], uv.y))
+    }
+
+    /// Exact where the curve keeps one parameter (its image is then a straight line) or where the map is the
+    /// identity, fitted elsewhere.
+    fn curve(&self, path: &Curve2) -> Curve2 {
+        let points = path.points();
+        let (first, last) = (points[0], points[points.len() - 1]);
+        let constant =
+            |k: usize| points.iter().all(|p| (p[k] - first[k]).abs() <= 1e-12 * self.extent[k]);
+        let plain = |k: usize| self.angles[k].is_none() || constant(k);
+        if constant(0) || constant(1) {
+            return Curve2::line(self.point(first), self.point(last));
+        }
+        if plain(0) && plain(1) {
+            return path.mapped(|p| self.point(p));
+        }
+        let [a, b] = path.domain();
+        let mut breaks: Vec<f64> =
+            path.knots().iter().copied().filter(|t| *t >= a && *t <= b).collect();
+        breaks.dedup();
+        let extent = self.extent[0].max(self.extent[1]);
+        Curve2::fitted(|t| self.point(path.point(t)), &breaks, 1e-11 * extent)
+    }
+}

@@ -1,0 +1,213 @@
+//! Joins the sides of faces into edges and vertices: by place, within a tolerance. A side on which another
+//! face has a corner is split there, so that an edge use is always a whole edge.
+
+use rustc_hash::FxHashMap;
+
+use super::model::{Edge, EdgeUse, Model};
+use crate::geometry::nurbs::{Curve2, Curve3, Surface};
+use crate::geometry::{Aabb, Vec3};
+
+/// A side of a face on its way to an edge use: (face, loop, position), its parameter curve, and the file's curve
+/// in space in the same direction.
+#[derive(Debug, Clone)]
+pub(super) struct Piece {
+    pub at: [usize; 3],
+    pub pcurve: Curve2,
+    pub curve: Option<Curve3>,
+}
+
+/// Points of a side that stand for it in distance tests.
+const SAMPLES: usize = 17;
+
+/// Fills the model's vertices and edges, and the edge ids of its loops.
+pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
+    let mut corners = Corners::new(tolerance);
+    for piece in &pieces {
+        let [a, b] = ends(&model.faces[piece.at[0]].surface, &piece.pcurve);
+        corners.id(&a);
+        corners.id(&b);
+    }
+    let mut split = Vec::with_capacity(pieces.len());
+    for piece in pieces {
+        let surface = &model.faces[piece.at[0]].surface;
+        split.push((piece.at, cut_at_corners(surface, piece, &corners, tolerance)));
+    }
+    let mut joined = Joined { edges: Vec::new(), by_ends: FxHashMap::default(), tolerance };
+    // Later sides of a loop first, so that earlier positions stay right while one becomes several.
+    split.sort_by_key(|(at, _)| std::cmp::Reverse(*at));
+    for (at, parts) in split {
+        let [face, l, k] = at;
+        let surface = &model.faces[face].surface;
+        let uses: Vec<EdgeUse> =
+            parts.into_iter().map(|p| joined.take(surface, p, &mut corners)).collect();
+        model.faces[face].loops[l].uses.splice(k..=k, uses);
+    }
+    model.edges = joined.edges;
+    model.vertices = corners.points;
+    number_uses(model);
+}
+
+/// Lists at every edge the uses that name it.
+fn number_uses(model: &mut Model) {
+    for (f, face) in model.faces.iter().enumerate() {
+        for (l, trim) in face.loops.iter().enumerate() {
+            for (k, used) in trim.uses.iter().enumerate() {
+                if let Some(edge) = used.edge {
+                    model.edges[edge].uses.push([f, l, k]);
+                }
+            }
+        }
+    }
+}
+
+fn ends(surface: &Surface, pcurve: &Curve2) -> [Vec3; 2] {
+    let [a, b] = pcurve.domain();
+    [surface.point(pcurve.point(a)), surface.point(pcurve.point(b))]
+}
+
+/// Corner points, each once, found by a grid of cells twice the tolerance wide.
+struct Corners {
+    points: Vec<Vec3>,
+    cells: FxHashMap<[i64; 3], Vec<usize>>,
+    tolerance: f64,
+}
+
+impl Corners {
+    fn new(tolerance: f64) -> Self {
+        Self { points: Vec::new(), cells: FxHashMap::default(), tolerance }
+    }
+
+    fn cell(&self, p: &Vec3) -> [i64; 3] {
+        let size = 2.0 * self.tolerance.max(f64::MIN_POSITIVE);
+        [0, 1, 2].map(|k| (p[k] / size).floor() as i64)
+    }
+
+    /// The corner within the tolerance of `p`, or a new one.
+    fn id(&mut self, p: &Vec3) -> usize {
+        let cell = self.cell(p);
+        let mut best: Option<(f64, usize)> = None;
+        for i in 0..27 {
+            let key = [cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1];
+            for &id in self.cells.get(&key).into_iter().flatten() {
+                let d = (self.points[id] - p).norm();
+                if d <= self.tolerance && best.is_none_or(|b| d < b.0) {
+                    best = Some((d, id));
+                }
+            }
+        }
+        if let Some((_, id)) = best {
+            return id;
+        }
+        self.points.push(*p);
+        self.cells.entry(cell).or_default().push(self.points.len() - 1);
+        self.points.len() - 1
+    }
+}
+
+/// Cuts a side at the corners of other faces that lie on it.
+fn cut_at_corners(
+    surface: &Surface,
+    piece: Piece,
+    corners: &Corners,
+    tolerance: f64,
+) -> Vec<Piece> {
+    let [a, b] = piece.pcurve.domain();
+    let t = |k: usize| a + (b - a) * k as f64 / (SAMPLES - 1) as f64;
+    let samples: Vec<Vec3> =
+        (0..SAMPLES).map(|k| surface.point(piece.pcurve.point(t(k)))).collect();
+    let steps = samples.windows(2).map(|w| (w[1] - w[0]).norm());
+    let widest = steps.fold(0.0, f64::max);
+    let reach = Aabb::of_points(&samples).widened(widest);
+    let mut cuts: Vec<f64> = Vec::new();
+    for corner in &corners.points {
+        if reach.distance_squared(corner) > 0.0 {
+            continue;
+        }
+        let near = |p: &Vec3| (p - corner).norm();
+        if near(&samples[0]) <= 2.0 * tolerance || near(&samples[SAMPLES - 1]) <= 2.0 * tolerance {
+            continue;
+        }
+        let distance = |t: f64| (surface.point(piece.pcurve.point(t)) - corner).norm();
+        let k = (0..SAMPLES)
+            .min_by(|&i, &j| near(&samples[i]).total_cmp(&near(&samples[j])))
+            .unwrap_or(0);
+        if near(&samples[k]) > 2.0 * widest {
+            continue;
+        }
+        let at = golden(distance, t(k.saturating_sub(1)), t((k + 1).min(SAMPLES - 1)));
+        if distance(at) <= tolerance {
+            cuts.push(at);
+        }
+    }
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup_by(|x, y| *x - *y <= 1e-9 * (b - a));
+    if cuts.is_empty() {
+        return vec![piece];
+    }
+    let bounds: Vec<f64> = [vec![a], cuts, vec![b]].concat();
+    bounds.windows(2).filter_map(|w| part(surface, &piece, w[0], w[1])).collect()
+}
+
+fn part(surface: &Surface, piece: &Piece, from: f64, to: f64) -> Option<Piece> {
+    let pcurve = piece.pcurve.trimmed(from, to).ok()?;
+    let curve = piece.curve.as_ref().and_then(|c| {
+        let [a, b] = ends(surface, &pcurve);
+        c.trimmed(c.closest(&a).0, c.closest(&b).0).ok()
+    });
+    Some(Piece { at: piece.at, pcurve, curve })
+}
+
+/// Minimum of a function of one variable by golden sections.
+fn golden(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
+    const RATIO: f64 = 0.618_033_988_749_894_9;
+    let (mut c, mut d) = (b - RATIO * (b - a), a + RATIO * (b - a));
+    let (mut fc, mut fd) = (f(c), f(d));
+    for _ in 0..80 {
+        if fc < fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - RATIO * (b - a);
+            fc = f(c);
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + RATIO * (b - a);
+            fd = f(d);
+        }
+    }
+    0.5 * (a + b)
+}
+
+struct Joined {
+    edges: Vec<Edge>,
+    by_ends: FxHashMap<[usize; 2], Vec<usize>>,
+    tolerance: f64,
+}
+
+impl Joined {
+    /// The use of the edge that this side lies on; a new edge when there is none yet.
+    fn take(&mut self, surface: &Surface, piece: Piece, corners: &mut Corners) -> EdgeUse {
+        let [a, b] = ends(surface, &piece.pcurve).map(|p| corners.id(&p));
+        let [low, high] = piece.pcurve.domain();
+        let at = |s: f64| surface.point(piece.pcurve.point(low + (high - low) * s));
+        let key = [a.min(b), a.max(b)];
+        for &edge in self.by_ends.get(&key).into_iter().flatten() {
+            let curve = &self.edges[edge].curve;
+            let near = |s: f64| curve.closest(&at(s)).1.sqrt() <= 4.0 * self.tolerance;
+            if [0.5, 0.23, 0.81].into_iter().all(near) {
+                let reversed = self.edges[edge].vertices != [a, b]
+                    || (a == b && {
+                        let [p, q] = [0.4, 0.6].map(|s| curve.closest(&at(s)).0);
+                        p > q
+                    });
+                return EdgeUse { pcurve: piece.pcurve, edge: Some(edge), reversed };
+            }
+        }
+        let curve = piece.curve.clone().unwrap_or_else(|| {
+            let mut breaks: Vec<f64> = piece.pcurve.knots().to_vec();
+            breaks.dedup();
+            Curve3::fitted(|t| surface.point(piece.pcurve.point(t)), &breaks, 1e-4 * self.tolerance)
+        });
+        self.edges.push(Edge { curve, vertices: [a, b], uses: Vec::new() });
+        self.by_ends.entry(key).or_default().push(self.edges.len() - 1);
+        EdgeUse { pcurve: piece.pcurve, edge: Some(self.edges.len() - 1), reversed: false }
+    }
+}

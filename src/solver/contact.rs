@@ -29,6 +29,10 @@ pub(super) struct Candidate {
     pub(super) active: bool,
     /// Times its state changed in this increment.
     pub(super) toggles: u32,
+    /// Iterations it has to wait before its state may change again.
+    pub(super) wait: u32,
+    /// It touched in this very iteration.
+    pub(super) fresh: bool,
     /// Times its foot changed patches in this increment while it touched.
     pub(super) swings: u32,
     /// It slid in the last iteration (a node that has just touched counts as sliding).
@@ -121,6 +125,8 @@ impl ContactSet {
                 tool,
                 active: false,
                 toggles: 0,
+                wait: 0,
+                fresh: false,
                 swings: 0,
                 sliding: true,
                 foot: Projection::nowhere(),
@@ -147,7 +153,7 @@ impl ContactSet {
     pub(super) fn commit(&mut self) {
         for (c, saved) in self.candidates.iter_mut().zip(&mut self.saved) {
             c.anchor = c.foot.point;
-            c.toggles = 0;
+            (c.toggles, c.wait, c.fresh) = (0, 0, false);
             c.swings = 0;
             *saved = Saved { active: c.active, sliding: c.sliding, patch: c.foot.patch };
         }
@@ -159,7 +165,7 @@ impl ContactSet {
             c.active = saved.active;
             c.sliding = saved.sliding;
             c.foot.patch = saved.patch;
-            c.toggles = 0;
+            (c.toggles, c.wait, c.fresh) = (0, 0, false);
             c.swings = 0;
         }
     }
@@ -225,6 +231,9 @@ pub(super) fn touching(
     let by_motion = tangent + curvature * rise;
     let lambda = normal.dot(r);
     let traction = tangent * r;
+    // Pulled, not pushed (an iterate on its way): no friction. A node that has just touched has no normal
+    // force yet, but its coupling to friction.
+    let law = if lambda > 0.0 || c.fresh { law } else { Coulomb { mu: 0.0 } };
     let bound = law.mu * lambda;
     let backward = bound > 0.0 && traction.dot(&slip) > 0.25 * bound * slip.norm();
     let stiffness = if c.sliding && !backward {

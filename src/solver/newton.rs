@@ -58,8 +58,9 @@ pub struct NewtonStats {
     pub cycling: usize,
 }
 
-/// Changes of state after which a candidate may change only while little else is out of balance.
+/// Changes of state after which a candidate waits before it may change again, longer each time.
 const PATIENCE: u32 = 3;
+const LONGEST_WAIT: u32 = 5;
 
 /// Solves the increment from the present iterate of `sys`; `history` receives every iterate, also on failure.
 ///
@@ -172,10 +173,11 @@ fn apply(sys: &mut System, correction: &Correction, share: f64) {
     }
 }
 
-/// Lets go of nodes that would be pulled, takes in nodes that penetrate; returns the number of changes.
+/// Lets go of nodes that would be pulled, takes in nodes that penetrate; returns how many should change,
+/// those that have to wait included.
 ///
 /// The multiplier looked at is the one the linear system predicted: an active set method, not disturbed by
-/// what plasticity left over. A candidate that changed too often waits until the rest has settled.
+/// what plasticity left over. A candidate that changed too often waits a while, longer each time.
 fn revise(
     sys: &mut System,
     last: Option<&Correction>,
@@ -184,16 +186,19 @@ fn revise(
     stats: &mut NewtonStats,
 ) -> usize {
     let mut changes = 0;
+    for c in &mut sys.contact.candidates {
+        c.wait = c.wait.saturating_sub(1);
+    }
     let lambdas: Vec<(usize, f64)> = last.map_or_else(Vec::new, |c| c.lambdas.clone());
     let largest = lambdas.iter().fold(0.0, |m: f64, l| m.max(l.1.abs()));
     for (k, lambda) in lambdas {
         let lost = !sys.can_touch(k);
         let pulled = lambda < -1e-10 * largest && (!settled || sys.lambda(k) < 0.0);
-        let patient = sys.contact.candidates[k].toggles >= PATIENCE && !settled;
-        if lost || (pulled && !patient) {
+        let waits = sys.contact.candidates[k].wait > 0;
+        if lost || (pulled && !waits) {
             switch(sys, k, false, stats);
-            changes += 1;
         }
+        changes += usize::from(lost || pulled);
     }
     for (k, _) in active_list(sys) {
         if !sys.can_touch(k) {
@@ -227,7 +232,9 @@ pub(super) fn take_in(sys: &mut System, touch: f64, stats: &mut NewtonStats) -> 
     });
     wanted.dedup_by_key(|k| set[*k].node);
     for &k in &wanted {
-        switch(sys, k, true, stats);
+        if sys.contact.candidates[k].wait == 0 {
+            switch(sys, k, true, stats);
+        }
     }
     wanted.len()
 }
@@ -262,8 +269,10 @@ fn switch(sys: &mut System, k: usize, active: bool, stats: &mut NewtonStats) {
     let c = &mut sys.contact.candidates[k];
     c.active = active;
     c.sliding = true;
+    c.fresh = active;
     c.toggles += 1;
-    if c.toggles == PATIENCE + 1 {
-        stats.cycling += 1;
+    if c.toggles > PATIENCE {
+        c.wait = (c.toggles - PATIENCE).min(LONGEST_WAIT);
+        stats.cycling += usize::from(c.toggles == PATIENCE + 1);
     }
 }

@@ -213,6 +213,7 @@ impl System {
             residual.slipping += usize::from(condition.slipping);
             if let Some(k) = condition.candidate {
                 self.contact.candidates[k].sliding = condition.slipping;
+                self.contact.candidates[k].fresh = false;
             }
             if !plain {
                 let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);

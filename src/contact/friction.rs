@@ -122,7 +122,7 @@ mod tests {
         };
         let h = 1e-6;
         for k in 0..2 {
-            let mut shifted = |change: &dyn Fn(&mut FrictionPoint, f64)| {
+            let shifted = |change: &dyn Fn(&mut FrictionPoint, f64)| {
                 let (mut plus, mut minus) = (at, at);
                 change(&mut plus, h);
                 change(&mut minus, -h);

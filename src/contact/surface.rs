@@ -74,10 +74,17 @@ impl ToolSurface {
     /// A model without patches is infinitely far.
     #[must_use]
     pub fn closest(&self, p: &Vec3, hint: Option<u32>) -> Projection {
+        self.within(p, hint, f64::INFINITY)
+    }
+
+    /// The same, but no farther than `reach` [mm]: beyond it the answer is [`Projection::nowhere`]. Points
+    /// far from a tool then cost next to nothing.
+    #[must_use]
+    pub fn within(&self, p: &Vec3, hint: Option<u32>, reach: f64) -> Projection {
         let mut best = Best {
             patch: u32::MAX,
             at: Vec2::zeros(),
-            distance_squared: f64::INFINITY,
+            distance_squared: reach * reach,
             facing: 0.0,
         };
         if let Some(patch) = hint.filter(|&h| (h as usize) < self.model.patches.len()) {

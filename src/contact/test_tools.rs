@@ -40,7 +40,7 @@ impl Builder {
 
     fn patch(&mut self, mut c: Vec<Oriented>) {
         let n = c.len();
-        if let Some(k) = (0..n).find(|&k| (c[k].0 - c[(k + 1) % n].0).norm() < 1e-9) {
+        if let Some(k) = (0..n).find(|&k| (c[k].0 - c[(k + 1) % n].0).norm() < 1e-12) {
             c.remove(k);
         }
         let facing = (c[1].0 - c[0].0).cross(&(c[2].0 - c[0].0));
@@ -57,7 +57,7 @@ impl Builder {
     }
 
     fn vertex(&mut self, p: &Vec3) -> u32 {
-        let known = self.model.vertices.iter().position(|q| (q - p).norm() < 1e-7);
+        let known = self.model.vertices.iter().position(|q| (q - p).norm() < 1e-10);
         known.unwrap_or_else(|| {
             self.model.vertices.push(*p);
             self.model.vertices.len() - 1
@@ -141,19 +141,6 @@ pub(crate) fn revolved(name: &str, around: usize, angle: f64, profile: &[Piece])
                 let (s, c) = (angle * v).sin_cos();
                 let turn = |q: [f64; 2]| Vec3::new(q[0] * c, q[0] * s, q[1]);
                 (turn(p), turn(n))
-            })
-        })
-        .build()
-}
-
-/// The profile in the (x, z) plane moved along y from 0 to `width`.
-pub(crate) fn extruded(name: &str, width: f64, profile: &[Piece]) -> ToolModel {
-    profile
-        .iter()
-        .fold(Builder::new(name), |b, piece| {
-            b.grid(piece.cells, 1, |u, v| {
-                let (p, n) = (piece.at)(u);
-                (Vec3::new(p[0], width * v, p[1]), Vec3::new(n[0], 0.0, n[1]))
             })
         })
         .build()

@@ -90,7 +90,7 @@ const SWINGS: u32 = 3;
 impl Candidate {
     /// Projects anew. A touching node that swings between two patches, whose normals never agree quite, is
     /// held to the last one, carried on smoothly, until the increment is done.
-    fn follow(&mut self, x: &Vec3, tool: &Tool) {
+    fn follow(&mut self, x: &Vec3, tool: &Tool, reach: f64) {
         if self.active && self.swings >= SWINGS {
             if let Some(foot) = tool.carried_on(x, &self.foot) {
                 self.foot = foot;
@@ -98,7 +98,7 @@ impl Candidate {
             }
         }
         let hint = (self.foot.patch != u32::MAX).then_some(self.foot.patch);
-        let foot = tool.closest(x, hint);
+        let foot = tool.within(x, hint, reach);
         self.swings += u32::from(self.active && foot.patch != self.foot.patch);
         self.foot = foot;
     }
@@ -140,11 +140,11 @@ impl ContactSet {
         Self { candidates, saved }
     }
 
-    /// Closest points of all candidates of tools that are present.
-    pub(super) fn search(&mut self, x: &[Vec3], tools: &[Tool], present: &[bool]) {
+    /// Closest points of all candidates of tools that are present, as far as `reach` [mm].
+    pub(super) fn search(&mut self, x: &[Vec3], tools: &[Tool], present: &[bool], reach: f64) {
         self.candidates.par_iter_mut().with_min_len(64).for_each(|c| {
             if present[c.tool] {
-                c.follow(&x[c.node], &tools[c.tool]);
+                c.follow(&x[c.node], &tools[c.tool], reach);
             }
         });
     }
@@ -248,7 +248,7 @@ pub(super) fn touching(
         candidate: None,
         a: Mat3::zeros(),
         b: Mat3::zeros(),
-        b_tool: normal * normal.transpose() * scales.normal,
+        b_tool: (normal * normal.transpose() - curvature * gap) * scales.normal,
         residual: normal * (gap * scales.normal),
         force: Vec3::zeros(),
         length: gap.abs(),
@@ -257,7 +257,8 @@ pub(super) fn touching(
     };
     match answer {
         Friction::Stick => {
-            out.b_tool += by_motion * scales.tangential;
+            let turn = normal * (curvature * slip).transpose();
+            out.b_tool += (by_motion + turn) * scales.tangential;
             out.residual += slip * scales.tangential;
             out.length = out.length.max(slip.norm());
             out.slipping = false;
@@ -267,8 +268,8 @@ pub(super) fn touching(
             let bend = by_traction * curvature * lambda
                 - by_lambda * (curvature * traction).transpose()
                 + by_slip * by_motion;
-            out.b_tool += tangent * bend;
             out.force = tangent * residual;
+            out.b_tool += tangent * bend + normal * (curvature * out.force).transpose();
             out.residual += out.force;
         }
     }

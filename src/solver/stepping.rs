@@ -17,6 +17,8 @@ pub(super) struct Committed {
     travels: Vec<f64>,
     forces: Evaluation,
     applied: Vec<f64>,
+    /// Force of each tool along its direction [N].
+    pushes: Vec<f64>,
     /// Step (share of the stage), displacements and travels of the last increment of this stage.
     last: Option<(f64, Vec<f64>, Vec<f64>)>,
 }
@@ -31,9 +33,15 @@ impl Committed {
                 ..Evaluation::default()
             },
             applied: sys.applied.clone(),
+            pushes: (0..sys.tools.len()).map(|t| pushing_force(sys, t)).collect(),
             last: None,
         }
     }
+}
+
+/// Force of a tool on the modelled part along its direction [N].
+fn pushing_force(sys: &System, tool: usize) -> f64 {
+    sys.tool_force(tool).dot(&sys.tools[tool].setup.direction)
 }
 
 /// What a stage fixes when it begins.
@@ -104,6 +112,7 @@ fn begin(sim: &mut Simulation, stage: usize) -> Plan {
         Plan { stage, start_travels: sys.tools.iter().map(|t| t.travel).collect(), released };
     sim.committed.last = None;
     set_targets(sys, motions, &plan, 0.0, sim.share);
+    sim.committed.applied.copy_from_slice(&sys.applied);
     for k in 0..sys.contact.candidates.len() {
         let tool = sys.contact.candidates[k].tool;
         if sys.roles[tool] == Role::Absent {
@@ -218,23 +227,22 @@ fn add_work(sim: &mut Simulation) {
         internal += mean(i, &sys.eval.internal_force, &old.forces.internal_force) * du;
         applied += mean(i, &sys.applied, &old.applied) * du;
     }
-    let mut supports = 0.0;
     for (_, c) in sys.contact.active() {
-        let tool = &sys.tools[c.tool];
-        let force = sys.contact_force(c.node);
-        let slip = sys.position(c.node) - tool.shift() - c.anchor;
-        friction -= force.dot(&(slip - c.foot.normal * c.foot.normal.dot(&slip)));
-        let range = 3 * c.node..3 * c.node + 3;
-        let before = Vec3::from_column_slice(&old.forces.internal_force[range.clone()])
-            - Vec3::from_column_slice(&old.applied[range.clone()]);
-        let du = sys.displacement(c.node) - Vec3::from_column_slice(&old.u[range]);
-        supports += 0.5 * (force + before).dot(&du);
+        let slip = sys.position(c.node) - sys.tools[c.tool].shift() - c.anchor;
+        let along = slip - c.foot.normal * c.foot.normal.dot(&slip);
+        friction -= sys.contact_force(c.node).dot(&along);
     }
+    let pushed: f64 = (0..sys.tools.len())
+        .map(|t| {
+            let moved = sys.tools[t].travel - old.travels[t];
+            0.5 * (pushing_force(sys, t) + old.pushes[t]) * moved
+        })
+        .sum();
     let e = &mut sim.energies;
     let whole = sim.share;
     e.internal += whole * internal;
     e.friction += whole * friction;
-    e.external += whole * (supports + friction + applied);
+    e.external += whole * (pushed + applied);
     e.elastic = whole * sys.eval.elastic_energy;
     e.plastic = whole * sys.eval.plastic_work;
 }

@@ -44,7 +44,7 @@ pub(super) struct System {
     pub(super) lengths: Lengths,
     pub(super) timings: Timings,
     solver: CheckedSolver,
-    values: Vec<f64>,
+    pub(super) values: Vec<f64>,
 }
 
 /// Lengths of the problem [mm].
@@ -161,7 +161,7 @@ impl System {
             .map(|(x, u)| x + Vec3::from_column_slice(u))
             .collect();
         let present: Vec<bool> = self.roles.iter().map(|r| *r != Role::Absent).collect();
-        self.contact.search(&x, &self.tools, &present);
+        self.contact.search(&x, &self.tools, &present, 2.0 * self.lengths.longest_edge);
         self.timings.search += start.elapsed().as_secs_f64();
     }
 
@@ -253,11 +253,7 @@ impl System {
     pub(super) fn correct(&mut self) -> Result<Correction, LinearError> {
         let start = Instant::now();
         self.condense();
-        let mut rhs: Vec<f64> =
-            (0..self.u.len()).map(|i| self.applied[i] - self.eval.internal_force[i]).collect();
-        for c in &self.conditions {
-            rhs[3 * c.node..3 * c.node + 3].copy_from_slice((-c.residual).as_slice());
-        }
+        let rhs: Vec<f64> = self.residual_vector().iter().map(|f| -f).collect();
         let moved: Vec<(usize, f64)> = self
             .roles
             .iter()
@@ -278,8 +274,18 @@ impl System {
         Ok(Correction { u, travels, lambdas })
     }
 
+    /// Residual of every row: equilibrium, or the conditions in its place.
+    pub(super) fn residual_vector(&self) -> Vec<f64> {
+        let mut out: Vec<f64> =
+            self.eval.internal_force.iter().zip(&self.applied).map(|(f, a)| f - a).collect();
+        for c in &self.conditions {
+            out[3 * c.node..3 * c.node + 3].copy_from_slice(c.residual.as_slice());
+        }
+        out
+    }
+
     /// Rows of the tangent with the conditions in place.
-    fn condense(&mut self) {
+    pub(super) fn condense(&mut self) {
         self.values.copy_from_slice(&self.eval.tangent);
         let pattern = self.body.pattern();
         for c in &self.conditions {
@@ -304,7 +310,7 @@ impl System {
     }
 
     /// Minus the derivative of the residual by the travel of `tool`: the extra right-hand side.
-    fn travel_column(&self, tool: usize) -> Vec<f64> {
+    pub(super) fn travel_column(&self, tool: usize) -> Vec<f64> {
         let mut column = vec![0.0; self.u.len()];
         for c in &self.conditions {
             if c.candidate.is_some_and(|k| self.contact.candidates[k].tool == tool) {

@@ -119,6 +119,11 @@ impl Tool {
         self.setup.surface.closest(&(x - self.shift()), hint)
     }
 
+    /// The same where the tool is not farther than `reach` [mm]; else nowhere.
+    pub(super) fn within(&self, x: &Vec3, hint: Option<u32>, reach: f64) -> Projection {
+        self.setup.surface.within(&(x - self.shift()), hint, reach)
+    }
+
     /// Projection on the patch of `from` carried on past its sides; `None` when too far past.
     pub(super) fn carried_on(&self, x: &Vec3, from: &Projection) -> Option<Projection> {
         self.setup.surface.carried_on(&(x - self.shift()), from)
@@ -144,7 +149,7 @@ impl Tool {
         let mut along = nearest - front - 0.01 * size;
         for _ in 0..500 {
             self.setup.offset = start + d * along;
-            let (gap, rate) = self.smallest_gap(points)?;
+            let (gap, rate) = self.smallest_gap(points, size)?;
             if gap.abs() <= 1e-13 * size {
                 return Some(along);
             }
@@ -153,18 +158,21 @@ impl Tool {
         None
     }
 
-    /// Smallest gap to the points that lie over the tool, and how fast travel closes it.
-    fn smallest_gap(&self, points: &[Vec3]) -> Option<(f64, f64)> {
+    /// Smallest gap to the points that lie over the tool, and how fast travel closes it. Looks near first.
+    fn smallest_gap(&self, points: &[Vec3], size: f64) -> Option<(f64, f64)> {
         use rayon::prelude::*;
-        let all: Vec<(f64, f64)> = points
-            .par_iter()
-            .map(|x| {
-                let foot = self.closest(x, None);
-                let rate = foot.normal.dot(&self.setup.direction);
-                if foot.past_border { (f64::INFINITY, rate) } else { (foot.gap, rate) }
-            })
-            .collect();
-        all.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a }).filter(|g| g.0.is_finite())
+        [0.02, 0.1, 0.5, 4.0].iter().find_map(|share| {
+            let all: Vec<(f64, f64)> = points
+                .par_iter()
+                .map(|x| {
+                    let foot = self.within(x, None, share * size);
+                    let rate = foot.normal.dot(&self.setup.direction);
+                    if foot.past_border { (f64::INFINITY, rate) } else { (foot.gap, rate) }
+                })
+                .collect();
+            let least = all.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a });
+            least.filter(|g| g.0.is_finite())
+        })
     }
 }
 

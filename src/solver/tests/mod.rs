@@ -1,3 +1,52 @@
 //! Claims about contact, friction, Newton and stepping, on tools made by hand.
 
+mod claims;
 mod cup;
+mod tangent;
+
+use std::sync::Arc;
+
+use crate::contact::ToolSurface;
+use crate::geometry::Vec3;
+use crate::solver::assembly::Body;
+use crate::solver::blank::HexMesh;
+use crate::solver::element::ElementKind;
+use crate::solver::material::Material;
+use crate::solver::material::elastic::Elastic;
+use crate::solver::{
+    Constraints, Limits, Motion, Placement, SheetSide, SimulationSetup, Stage, ToolSetup,
+};
+use crate::tool::ToolModel;
+
+fn steel() -> Arc<Elastic> {
+    Arc::new(Elastic { young: 210_000.0, poisson: 0.3 })
+}
+
+fn body(mesh: HexMesh, material: Arc<dyn Material>) -> Body {
+    Body::new(mesh, ElementKind::Hex8, material).unwrap()
+}
+
+fn tool(name: &str, model: ToolModel, direction: Vec3, side: SheetSide, mu: f64) -> ToolSetup {
+    ToolSetup {
+        name: name.into(),
+        surface: Arc::new(ToolSurface::new(model)),
+        offset: Vec3::zeros(),
+        direction,
+        placement: Placement::AsGiven,
+        friction: mu,
+        side,
+    }
+}
+
+fn stage(name: &str, motions: Vec<Motion>, first_step: f64) -> Stage {
+    Stage { name: name.into(), duration: 1.0, motions, first_step, largest_step: 1.0 }
+}
+
+fn setup(
+    body: Body,
+    constraints: Constraints,
+    tools: Vec<ToolSetup>,
+    stages: Vec<Stage>,
+) -> SimulationSetup {
+    SimulationSetup { body, constraints, tools, stages, limits: Limits::default(), share: 1.0 }
+}

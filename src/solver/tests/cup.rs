@@ -115,29 +115,6 @@ fn check_balance(r: &IncrementReport<'_>) {
 }
 
 #[test]
-<<<<<<< HEAD
-fn a_cup_is_drawn_quickly() {
-    let n = std::env::var("CUP_N").map_or(8, |v| v.parse().unwrap());
-    let depth = std::env::var("CUP_DEPTH").map_or(0.6, |v| v.parse().unwrap());
-    let mut sim = Simulation::new(cup(
-        n,
-        depth,
-        std::env::var("CUP_MU").map_or(0.05, |v| v.parse().unwrap()),
-    ))
-    .unwrap();
-    let start = std::time::Instant::now();
-    let done = sim.run(&mut |r| print(r));
-    println!("{:?} {:?}", start.elapsed(), sim.summary());
-    println!("{:?}", sim.summary().timings);
-    match done {
-        Ok(s) => println!("{s:?}"),
-        Err(e) => {
-            for h in &sim.history {
-                println!("{h:?}");
-            }
-            panic!("{e}")
-        }
-=======
 fn a_drawn_cup_is_in_balance_penetrates_nothing_and_converges_quadratically() {
     let Outcome { mut sim, iterations, histories } = run(&QUICK);
     assert!(iterations.iter().sum::<usize>() <= 12 * iterations.len(), "{iterations:?}");
@@ -186,7 +163,6 @@ fn metres_take_the_same_iterations_as_millimetres() {
     assert_eq!(mm.iterations, m.iterations);
     for (a, b) in mm.sim.displacements().iter().zip(m.sim.displacements()) {
         assert!((a - 1e3 * b).abs() < 1e-7, "{a} {b}");
->>>>>>> ab988ef (Test contact against closed forms; condensed matrix is the exact derivative)
     }
 }
 

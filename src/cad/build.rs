@@ -47,6 +47,7 @@ pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
         }
     }
     join(&mut model, pieces, tolerance);
+    diagnostics.extend(super::orient::make_consistent(&mut model));
     (model, diagnostics)
 }
 

@@ -8,6 +8,7 @@ pub mod iges;
 mod loops;
 pub mod model;
 mod native;
+mod orient;
 pub mod raw;
 pub mod step;
 mod topology;

@@ -1,1 +1,199 @@
-//! CAD and mesh become a tool model: normals, creases, orientation.
+//! CAD and mesh become a tool model: one normal per (vertex, CAD face), merged only where the faces are
+//! tangent-continuous, never averaged over a crease.
+
+mod normals;
+
+use rayon::prelude::*;
+
+use crate::cad::Model;
+use crate::geometry::Vec3;
+use crate::mesh::SurfaceMesh;
+use crate::tool::build::{StraightEdge, ToolError, build};
+use crate::tool::edge::EdgeRule;
+use crate::tool::model::PatchCorners;
+use crate::tool::{Patch, ToolKind, ToolModel};
+
+/// Choices of a conversion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConvertOptions {
+    /// Name of the tool.
+    pub name: String,
+    /// Nagata patches or facets.
+    pub kind: ToolKind,
+    /// How edges are curved.
+    pub edges: EdgeRule,
+    /// Normals of neighbouring faces closer than this at a vertex are one [degrees].
+    pub smooth_deg: f64,
+    /// Direction to the sheet: the model is turned round if its faces look the other way on the whole.
+    pub sheet_side: Option<Vec3>,
+    /// Turns the model round (after `sheet_side`).
+    pub flip: bool,
+}
+
+impl Default for ConvertOptions {
+    fn default() -> Self {
+        Self {
+            name: "tool".into(),
+            kind: ToolKind::Nagata,
+            edges: EdgeRule::Guarded,
+            smooth_deg: 0.5,
+            sheet_side: None,
+            flip: false,
+        }
+    }
+}
+
+/// What a conversion found.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ConvertReport {
+    /// Edges at which the faces on both sides keep normals of their own.
+    pub creases: usize,
+    /// Edges that the guard made straight.
+    pub straight: Vec<StraightEdge>,
+    /// Patches that fold: somewhere `(S_eta x S_zeta) . n < 0`.
+    pub folded: Vec<u32>,
+    /// The model was turned round to look at the sheet.
+    pub turned: bool,
+}
+
+/// Why a mesh makes no tool model.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ConvertError {
+    /// An element on a face that the model does not have.
+    #[error(
+        "element {element} lies on CAD face {face}; the model has {count} faces: attach the mesh to this model first"
+    )]
+    Face {
+        /// Element, from 0.
+        element: usize,
+        /// Face it names.
+        face: u32,
+        /// Faces there are.
+        count: usize,
+    },
+    /// No normal at a vertex.
+    #[error(
+        "no normal on {face} at ({x:.4}, {y:.4}, {z:.4}) mm: the surface is degenerate there; mesh the face finer or repair it in the CAD"
+    )]
+    Normal {
+        /// Face.
+        face: String,
+        /// Position [mm].
+        x: f64,
+        /// Position [mm].
+        y: f64,
+        /// Position [mm].
+        z: f64,
+    },
+    /// Only Nagata patches and facets come from a mesh.
+    #[error("patches of kind Bezier do not come from a mesh; allowed: nagata, facets")]
+    Kind,
+    /// The tool cannot be built.
+    #[error(transparent)]
+    Tool(#[from] ToolError),
+}
+
+/// Converts a mesh of `model` to a tool model.
+///
+/// # Errors
+/// [`ConvertError`] names the element, face or vertex.
+pub fn convert(
+    model: &Model,
+    mesh: &SurfaceMesh,
+    options: &ConvertOptions,
+) -> Result<(ToolModel, ConvertReport), ConvertError> {
+    if options.kind == ToolKind::Bezier {
+        return Err(ConvertError::Kind);
+    }
+    let count = model.faces.len();
+    if let Some(element) = mesh.elements.iter().position(|e| e.face as usize >= count) {
+        return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
+    }
+    let mut report =
+        ConvertReport { turned: looks_away(mesh, options), ..ConvertReport::default() };
+    let turn = report.turned ^ options.flip;
+    let table = normals::table(model, mesh, options.smooth_deg.to_radians())?;
+    let sign = if turn { -1.0 } else { 1.0 };
+    let unit: Vec<Vec3> = table.normals.iter().map(|n| n * sign).collect();
+    let corners = mesh
+        .elements
+        .iter()
+        .zip(table.ids)
+        .map(|(element, mut normals)| {
+            let mut vertices = element.nodes().to_vec();
+            if turn {
+                vertices.reverse();
+                normals.reverse();
+            }
+            PatchCorners { vertices, normals, face: element.face }
+        })
+        .collect();
+    let (tool, straight) = build(
+        options.name.clone(),
+        options.kind,
+        mesh.vertices.clone(),
+        unit,
+        corners,
+        options.edges,
+    )?;
+    report.straight = straight;
+    report.creases = crease_count(&tool);
+    report.folded = folded(&tool);
+    Ok((tool, report))
+}
+
+/// Vector area of the mesh against the side the sheet is on.
+fn looks_away(mesh: &SurfaceMesh, options: &ConvertOptions) -> bool {
+    let Some(side) = options.sheet_side else { return false };
+    let area = mesh.elements.iter().fold(Vec3::zeros(), |sum, e| {
+        let x = |k: usize| mesh.vertices[e.nodes()[k] as usize];
+        let last = e.nodes().len() - 1;
+        (1..last).fold(sum, |sum, k| sum + (x(k) - x(0)).cross(&(x(k + 1) - x(0))))
+    });
+    area.dot(&side) < 0.0
+}
+
+/// Edges whose two patches do not share the normals at both ends.
+fn crease_count(tool: &ToolModel) -> usize {
+    let mut ends: rustc_hash::FxHashMap<[u32; 2], (Vec<[u32; 2]>, usize)> =
+        rustc_hash::FxHashMap::default();
+    for p in &tool.corners {
+        let n = p.vertices.len();
+        for k in 0..n {
+            let (a, b) = (p.vertices[k], p.vertices[(k + 1) % n]);
+            let (na, nb) = (p.normals[k], p.normals[(k + 1) % n]);
+            let pair = if a < b { [na, nb] } else { [nb, na] };
+            let entry = ends.entry([a.min(b), a.max(b)]).or_default();
+            entry.1 += 1;
+            if !entry.0.contains(&pair) {
+                entry.0.push(pair);
+            }
+        }
+    }
+    ends.values().filter(|(pairs, _)| pairs.len() > 1).count()
+}
+
+/// Patches whose parametrisation turns over at a corner or inside, against the blend of their corner normals.
+fn folded(tool: &ToolModel) -> Vec<u32> {
+    let folds = |(patch, corners): (&Patch, &PatchCorners)| {
+        let n = |k: usize| tool.normals[corners.normals[k] as usize];
+        const STEPS: u32 = 4;
+        (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| (i, j))).any(|(i, j)| {
+            let (e, z) = (f64::from(i) / f64::from(STEPS), f64::from(j) / f64::from(STEPS));
+            let blend = if corners.vertices.len() == 3 {
+                if z > e {
+                    return false;
+                }
+                n(0) * (1.0 - e) + n(1) * (e - z) + n(2) * z
+            } else {
+                (n(0) * (1.0 - e) + n(1) * e) * (1.0 - z) + (n(3) * (1.0 - e) + n(2) * e) * z
+            };
+            let d = patch.derivs(e, z);
+            let cross = d.d1.cross(&d.d2);
+            cross.dot(&blend) < -1e-9 * d.d1.norm() * d.d2.norm() * blend.norm()
+        })
+    };
+    let flags: Vec<bool> = tool.patches.par_iter().zip(&tool.corners).map(folds).collect();
+    flags.iter().enumerate().filter(|(_, f)| **f).map(|(k, _)| k as u32).collect()
+}

@@ -1,0 +1,89 @@
+//! Orientation made consistent over joined faces.
+
+use super::model::Model;
+use super::{Diagnostic, Severity};
+
+impl Model {
+    /// Turns every face round.
+    pub fn flip(&mut self) {
+        self.faces.iter_mut().for_each(|f| f.flipped = !f.flipped);
+    }
+}
+
+/// Direction in which a face runs along an edge, as seen from outside: loops are counter-clockwise in the parameter
+/// plane, so a flipped face runs the other way.
+fn runs_against(model: &Model, [f, l, k]: [usize; 3]) -> bool {
+    model.faces[f].loops[l].uses[k].reversed ^ model.faces[f].flipped
+}
+
+/// Turns faces so that neighbours agree: over an edge shared by two faces, these run in opposite directions. In each
+/// connected part the orientation that most faces already have is kept.
+pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
+    let count = model.faces.len();
+    let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); count];
+    for edge in &model.edges {
+        let [a, b] = edge.uses[..] else { continue };
+        if a[0] != b[0] {
+            let agree = runs_against(model, a) != runs_against(model, b);
+            neighbours[a[0]].push((b[0], agree));
+            neighbours[b[0]].push((a[0], agree));
+        }
+    }
+    let mut turn: Vec<Option<bool>> = vec![None; count];
+    let mut diagnostics = Vec::new();
+    for first in 0..count {
+        if turn[first].is_some() {
+            continue;
+        }
+        turn[first] = Some(false);
+        let (mut part, mut at) = (vec![first], 0);
+        let mut one_sided = 0;
+        while let Some(&face) = part.get(at) {
+            at += 1;
+            let own = turn[face].unwrap_or(false);
+            for &(other, agree) in &neighbours[face] {
+                let wanted = own ^ !agree;
+                match turn[other] {
+                    None => {
+                        turn[other] = Some(wanted);
+                        part.push(other);
+                    }
+                    Some(there) if there != wanted => one_sided += 1,
+                    Some(_) => {}
+                }
+            }
+        }
+        let turned = part.iter().filter(|&&f| turn[f] == Some(true)).count();
+        let most = 2 * turned > part.len();
+        let flips: Vec<usize> = part.iter().copied().filter(|&f| turn[f] == Some(!most)).collect();
+        for &f in &flips {
+            model.faces[f].flipped = !model.faces[f].flipped;
+        }
+        let place = model.faces[first].source.clone();
+        let of = part.len();
+        if !flips.is_empty() {
+            let text = format!(
+                "{} of {of} joined faces turned to agree with their neighbours",
+                flips.len()
+            );
+            diagnostics.push(Diagnostic {
+                severity: Severity::Note,
+                code: "faces-turned",
+                place: place.clone(),
+                text,
+            });
+        }
+        if one_sided > 0 {
+            let text = format!(
+                "{of} joined faces have no consistent outside (a one-sided surface, or faces that lie on each other)"
+            );
+            diagnostics.push(Diagnostic {
+                severity: Severity::Warning,
+                code: "one-sided",
+                place,
+                text,
+            });
+        }
+    }
+    diagnostics
+}

@@ -1,0 +1,145 @@
+//! Vertex normals from the CAD: each vertex projected on each CAD face whose elements use it.
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::ConvertError;
+use crate::cad::Model;
+use crate::cad::model::Face;
+use crate::geometry::{Vec2, Vec3};
+use crate::mesh::SurfaceMesh;
+
+/// Normals, and for every element the ids at its corners.
+pub(super) struct NormalTable {
+    pub normals: Vec<Vec3>,
+    pub ids: Vec<Vec<u32>>,
+}
+
+/// Where a normal is asked for: a vertex on a face; at a degenerate point of the face (pole, apex) also an
+/// element, whose direction the limit is taken along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+struct Place {
+    vertex: u32,
+    face: u32,
+    element: u32,
+}
+
+const EVERY_ELEMENT: u32 = u32::MAX;
+
+/// Builds the table. Normals at a vertex that differ by less than `smooth` [rad] become one, their mean.
+pub(super) fn table(
+    model: &Model,
+    mesh: &SurfaceMesh,
+    smooth: f64,
+) -> Result<NormalTable, ConvertError> {
+    let mut places: Vec<Place> = mesh
+        .elements
+        .iter()
+        .flat_map(|e| e.nodes().iter().map(|&vertex| (vertex, e.face)))
+        .map(|(vertex, face)| Place { vertex, face, element: EVERY_ELEMENT })
+        .collect();
+    places.sort_unstable();
+    places.dedup();
+    let feet: Vec<(Vec2, Option<Vec3>)> = places
+        .par_iter()
+        .map(|place| foot(&model.faces[place.face as usize], &mesh.vertices[place.vertex as usize]))
+        .collect();
+    let mut known: FxHashMap<Place, Vec3> = FxHashMap::default();
+    let mut degenerate: FxHashMap<(u32, u32), Vec2> = FxHashMap::default();
+    for (place, (uv, normal)) in places.iter().zip(&feet) {
+        match normal {
+            Some(n) => {
+                known.insert(*place, *n);
+            }
+            None => {
+                degenerate.insert((place.vertex, place.face), *uv);
+            }
+        }
+    }
+    for (id, element) in mesh.elements.iter().enumerate() {
+        for &vertex in element.nodes() {
+            let Some(&uv) = degenerate.get(&(vertex, element.face)) else { continue };
+            let face = &model.faces[element.face as usize];
+            let normal = limit(face, uv, mesh, element.nodes()).ok_or_else(|| {
+                let x = mesh.vertices[vertex as usize];
+                ConvertError::Normal { face: face.source.clone(), x: x.x, y: x.y, z: x.z }
+            })?;
+            known.insert(Place { vertex, face: element.face, element: id as u32 }, normal);
+        }
+    }
+    Ok(number(mesh, &known, smooth))
+}
+
+/// Foot of a vertex on its own face's surface, and the normal where it is well defined.
+fn foot(face: &Face, x: &Vec3) -> (Vec2, Option<Vec3>) {
+    let (uv, _) = face.surface.closest(x);
+    let d = face.surface.derivs(uv);
+    let [u, v] = face.surface.domain();
+    let (reach_u, reach_v) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
+    let regular = reach_u.min(reach_v) > 1e-6 * reach_u.max(reach_v);
+    (uv, if regular { face.normal(uv) } else { None })
+}
+
+/// Normal on the way from a degenerate point into an element: there the surface is regular, and a thousandth of
+/// the way is near enough to the limit for a quadratic surface; the same at a tenth of that gives the rate.
+fn limit(face: &Face, uv: Vec2, mesh: &SurfaceMesh, nodes: &[u32]) -> Option<Vec3> {
+    let center: Vec3 =
+        nodes.iter().map(|&n| mesh.vertices[n as usize]).sum::<Vec3>() / nodes.len() as f64;
+    let (inside, _) = face.surface.closest(&center);
+    let at = |share: f64| {
+        // The parameter that is anybody's at the pole is the element's own; the other one goes to the pole.
+        let d = face.surface.derivs(uv);
+        let [u, v] = face.surface.domain();
+        let u_collapsed = d.su.norm() * (u[1] - u[0]) <= d.sv.norm() * (v[1] - v[0]);
+        let start = if u_collapsed { Vec2::new(inside.x, uv.y) } else { Vec2::new(uv.x, inside.y) };
+        face.normal(start + (inside - start) * share)
+    };
+    let (near, nearer) = (at(1e-3)?, at(1e-4)?);
+    // Extrapolated to zero: (10 nearer - near) / 9.
+    crate::geometry::frame::unit((nearer * 10.0 - near) / 9.0)
+}
+
+/// Merges the normals of each vertex and numbers them.
+fn number(mesh: &SurfaceMesh, known: &FxHashMap<Place, Vec3>, smooth: f64) -> NormalTable {
+    let mut places: Vec<Place> = known.keys().copied().collect();
+    places.sort_unstable();
+    let mut normals: Vec<Vec3> = Vec::new();
+    let mut id_of: FxHashMap<Place, u32> = FxHashMap::default();
+    for group in places.chunk_by(|a, b| a.vertex == b.vertex) {
+        let first = normals.len();
+        let mut clusters: Vec<(Vec3, Vec3, Vec<Place>)> = Vec::new();
+        for &place in group {
+            let n = known[&place];
+            let near = |c: &&mut (Vec3, Vec3, Vec<Place>)| {
+                c.0.cross(&n).norm() <= smooth.sin() && c.0.dot(&n) > 0.0
+            };
+            match clusters.iter_mut().find(near) {
+                Some(cluster) => {
+                    cluster.1 += n;
+                    cluster.2.push(place);
+                }
+                None => clusters.push((n, n, vec![place])),
+            }
+        }
+        for (k, (_, sum, members)) in clusters.into_iter().enumerate() {
+            normals.push(sum.normalize());
+            members.into_iter().for_each(|m| {
+                id_of.insert(m, (first + k) as u32);
+            });
+        }
+    }
+    let ids = mesh
+        .elements
+        .iter()
+        .enumerate()
+        .map(|(id, e)| {
+            let at =
+                |vertex: u32, element: u32| id_of.get(&Place { vertex, face: e.face, element });
+            e.nodes()
+                .iter()
+                .filter_map(|&v| at(v, EVERY_ELEMENT).or_else(|| at(v, id as u32)).copied())
+                .collect()
+        })
+        .collect();
+    NormalTable { normals, ids }
+}

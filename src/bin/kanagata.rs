@@ -1,2 +1,5 @@
 //! CAD to tool models, audits, reports.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    kanagata::cli::cad::main()
+}

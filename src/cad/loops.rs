@@ -85,15 +85,21 @@ pub(super) fn path_of(
     }
     let (first, last) = (sides.first()?.start(), sides.last()?.end());
     let mut winding = whole_periods(native, last - first);
-    if let (Some(k), true) = (behind_pole, winding.norm() > 0.0) {
-        // The way round the pole was a whole turn off.
-        let (before, after) = sides.split_at_mut(k);
-        after.iter_mut().for_each(|s| *s = s.shifted(-winding));
-        let turned = before[k - 1].end() - winding;
-        before[k - 1] = Side::straight(before[k - 1].start(), turned);
-        winding = Vec2::zeros();
+    let ends_at_pole = is_pole(native, first, tolerance) && is_pole(native, last, tolerance);
+    if let Some(k) = behind_pole {
+        // The way round the pole may be a whole turn off: it winds, or runs back on itself.
+        let mut off = winding;
+        if ends_at_pole {
+            winding = Vec2::zeros();
+            off = if runs_back_on_itself(&sides) { one_turn(native, last) } else { winding };
+        }
+        if off.norm() > 0.0 {
+            let (before, after) = sides.split_at_mut(k);
+            after.iter_mut().for_each(|s| *s = s.shifted(-off));
+            before[k - 1] = Side::straight(before[k - 1].start(), before[k - 1].end() - off);
+            winding = Vec2::zeros();
+        }
     }
-    sides.retain(|s| s.curve.is_some() || s.path.degree() > 1 || s.start() != s.end());
     let last = sides.last()?.end();
     let gap = last - first - winding;
     if gap.norm() > 0.0 {
@@ -111,6 +117,30 @@ pub(super) fn whole_periods(native: &Native<'_>, difference: Vec2) -> Vec2 {
         }
     }
     out
+}
+
+/// The loop encloses nothing: both ways along a seam have the same parameters.
+fn runs_back_on_itself(sides: &[Side]) -> bool {
+    let extent = sides.iter().fold(0.0, |m: f64, s| m.max((s.end() - s.start()).norm()));
+    signed_area(sides).abs() <= 1e-6 * extent * extent
+}
+
+/// One period along the direction in which a pole has no extent.
+fn one_turn(native: &Native<'_>, pole: Vec2) -> Vec2 {
+    let mut turn = Vec2::zeros();
+    for (k, period) in native.periods().into_iter().enumerate() {
+        let Some(p) = period else { continue };
+        let mut other = pole;
+        other[k] += 0.5 * p;
+        let collapsed = (native.point(pole) - native.point(other)).norm();
+        let mut across = pole;
+        across[1 - k] += 0.1;
+        let size = (native.point(pole) - native.point(across)).norm();
+        if turn.norm() == 0.0 && collapsed <= 1e-6 * size.max(f64::MIN_POSITIVE) {
+            turn[k] = p;
+        }
+    }
+    turn
 }
 
 /// One point in space whatever the periodic parameter is.

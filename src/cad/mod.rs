@@ -3,8 +3,11 @@
 //! `iges` and `step` turn text into a [`raw::RawModel`] (native surfaces, curves as the file gives them);
 //! `build` turns that into the [`Model`] (rational-exact NURBS, loops in the parameter plane, joined edges).
 
+mod area;
 pub mod build;
+pub mod closest;
 pub mod iges;
+pub mod inspect;
 mod loops;
 pub mod model;
 mod native;
@@ -12,6 +15,7 @@ mod orient;
 pub mod raw;
 pub mod step;
 mod topology;
+pub mod trim_region;
 
 use std::path::{Path, PathBuf};
 

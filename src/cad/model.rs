@@ -1,7 +1,7 @@
 //! Trimmed NURBS faces, joined at their edges.
 
 use crate::geometry::nurbs::{Curve2, Curve3, Surface};
-use crate::geometry::{Aabb, Vec2, Vec3};
+use crate::geometry::{Vec2, Vec3};
 
 /// A CAD model: faces in mm, oriented outwards, with the topology found by joining their edges.
 #[derive(Debug, Clone, Default)]
@@ -132,50 +132,12 @@ impl Face {
         Some(if self.flipped { -n } else { n })
     }
 
-    /// True when `uv` is inside the trimmed region or on its border.
+    /// True when `uv` is inside the trimmed region or on its border. For many points, prepare a
+    /// [`super::trim_region::TrimRegion`] once.
     #[must_use]
     pub fn contains(&self, uv: Vec2) -> bool {
-        let _ = uv;
-        unimplemented!("cad: trim test")
-    }
-
-    /// Area [mm^2], adaptive to `relative` (1e-9 say).
-    #[must_use]
-    pub fn area(&self, relative: f64) -> f64 {
-        let _ = relative;
-        unimplemented!("cad: area")
-    }
-
-    /// Box of the trimmed face, tight to about 1e-9 of its size.
-    #[must_use]
-    pub fn bbox(&self) -> Aabb {
-        unimplemented!("cad: box")
+        super::trim_region::TrimRegion::new(self).contains(uv)
     }
 }
 
-/// Index for closest points on a model; built once, queried from any number of threads.
-pub struct ClosestPoint<'m> {
-    model: &'m Model,
-}
-
-impl<'m> ClosestPoint<'m> {
-    /// Builds the tree of boxes over all faces.
-    #[must_use]
-    pub fn new(model: &'m Model) -> Self {
-        Self { model }
-    }
-
-    /// Globally closest point of the trimmed model; `None` when it has no faces.
-    #[must_use]
-    pub fn closest(&self, p: &Vec3) -> Option<Foot> {
-        let _ = (p, self.model);
-        unimplemented!("cad: closest point")
-    }
-
-    /// Closest point on one trimmed face.
-    #[must_use]
-    pub fn closest_on_face(&self, face: usize, p: &Vec3) -> Option<Foot> {
-        let _ = (face, p);
-        unimplemented!("cad: closest point on a face")
-    }
-}
+pub use super::closest::ClosestPoint;

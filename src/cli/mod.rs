@@ -1,6 +1,11 @@
 //! One file a subcommand, for both programs; [`exit`] holds the exit codes and prints errors.
 
+pub mod audit;
+pub mod cad;
 pub mod check;
+pub mod convert;
 pub mod exit;
+pub mod inspect;
+pub mod mesh;
 pub mod run;
 pub mod solve;

@@ -1,6 +1,7 @@
 //! Ground floor: vectors, boxes, the tree of boxes, rational B-splines.
 
 pub mod aabb;
+pub mod box_tree;
 pub mod frame;
 pub mod nurbs;
 

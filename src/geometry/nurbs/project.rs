@@ -129,6 +129,26 @@ impl Surface {
     /// positive, halved until the distance does not grow.
     fn newton(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
         let [u, v] = self.domain();
+        self.newton_within(p, start, u, v)
+    }
+
+    /// Closest point in the rectangle from `low` to `high`, small enough to hold one foot: the best of nine
+    /// samples, then bounded Newton.
+    #[must_use]
+    pub fn closest_within(&self, p: &Vec3, low: Vec2, high: Vec2) -> (Vec2, f64) {
+        let mut best = (low, f64::INFINITY);
+        for k in 0..9 {
+            let share = Vec2::new(f64::from(k % 3) * 0.5, f64::from(k / 3) * 0.5);
+            let uv = low + (high - low).component_mul(&share);
+            let distance = (self.point(uv) - p).norm_squared();
+            if distance < best.1 {
+                best = (uv, distance);
+            }
+        }
+        self.newton_within(p, best.0, [low.x, high.x], [low.y, high.y])
+    }
+
+    fn newton_within(&self, p: &Vec3, start: Vec2, u: [f64; 2], v: [f64; 2]) -> (Vec2, f64) {
         let clamp = |uv: Vec2| Vec2::new(uv.x.clamp(u[0], u[1]), uv.y.clamp(v[0], v[1]));
         let mut uv = clamp(start);
         let mut d = self.derivs(uv);

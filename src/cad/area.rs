@@ -1,0 +1,250 @@
+//! Area, centroid and tight box of trimmed faces.
+
+use super::model::{Face, Model};
+use super::trim_region::TrimRegion;
+use crate::geometry::nurbs::Surface;
+use crate::geometry::{Aabb, Vec2, Vec3};
+
+/// Nodes and weights of the 15-point Kronrod rule on [-1, 1] (positive half, centre last) and the weights of the
+/// embedded 7-point Gauss rule.
+const KRONROD: [(f64, f64, f64); 8] = [
+    (0.991_455_371_120_812_6, 0.022_935_322_010_529_22, 0.0),
+    (0.949_107_912_342_758_5, 0.063_092_092_629_978_55, 0.129_484_966_168_869_7),
+    (0.864_864_423_359_769_1, 0.104_790_010_322_250_2, 0.0),
+    (0.741_531_185_599_394_4, 0.140_653_259_715_525_9, 0.279_705_391_489_276_7),
+    (0.586_087_235_467_691_1, 0.169_004_726_639_267_9, 0.0),
+    (0.405_845_151_377_397_2, 0.190_350_578_064_785_4, 0.381_830_050_505_118_9),
+    (0.207_784_955_007_898_5, 0.204_432_940_075_298_9, 0.0),
+    (0.0, 0.209_482_141_084_727_8, 0.417_959_183_673_469_4),
+];
+
+/// Area and first moment.
+type Moments = (f64, Vec3);
+
+fn add(a: Moments, b: Moments, by: f64) -> Moments {
+    (a.0 + b.0 * by, a.1 + b.1 * by)
+}
+
+/// Kronrod and Gauss integrals of `f` over `[a, b]`.
+fn rule(f: &mut dyn FnMut(f64) -> Moments, a: f64, b: f64) -> (Moments, Moments) {
+    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+    let zero = (0.0, Vec3::zeros());
+    let (mut fine, mut coarse) = (zero, zero);
+    for &(x, wk, wg) in &KRONROD {
+        let mut value = f(middle + half * x);
+        if x > 0.0 {
+            value = add(value, f(middle - half * x), 1.0);
+        }
+        fine = add(fine, value, wk * half);
+        coarse = add(coarse, value, wg * half);
+    }
+    (fine, coarse)
+}
+
+/// Adaptive integral over consecutive breaks; an interval is halved while its two rules differ by more than
+/// `tolerance` (absolute, on the area), at most 20 times.
+fn integrate(f: &mut dyn FnMut(f64) -> Moments, breaks: &[f64], tolerance: f64) -> Moments {
+    let mut sum = (0.0, Vec3::zeros());
+    let mut stack: Vec<(f64, f64, u32)> =
+        breaks.windows(2).rev().map(|w| (w[0], w[1], 0)).collect();
+    while let Some((a, b, depth)) = stack.pop() {
+        let (fine, coarse) = rule(f, a, b);
+        if depth >= 20 || (fine.0 - coarse.0).abs() <= tolerance {
+            sum = add(sum, fine, 1.0);
+        } else {
+            let middle = 0.5 * (a + b);
+            stack.push((middle, b, depth + 1));
+            stack.push((a, middle, depth + 1));
+        }
+    }
+    sum
+}
+
+/// Knots of one direction strictly between two parameters, with both ends, rising.
+fn breaks_between(knots: &[f64], a: f64, b: f64) -> Vec<f64> {
+    let mut out = vec![a];
+    out.extend(knots.iter().copied().filter(|&k| k > a && k < b));
+    out.push(b);
+    out.dedup();
+    out
+}
+
+/// By Green's theorem: the integral of `F dv` round the loops, `F(u, v)` the integral of |su x sv| along u
+/// from the lowest parameter.
+fn moments(face: &Face, relative: f64) -> Moments {
+    let surface = &face.surface;
+    let size = Aabb::of_points(surface.points()).diagonal();
+    let tolerance = relative * size * size;
+    let region = TrimRegion::new(face);
+    let [ku, kv] = surface.knots();
+    let mut sum = (0.0, Vec3::zeros());
+    for used in face.loops.iter().flat_map(|l| &l.uses) {
+        let curve = &used.pcurve;
+        let points = curve.points();
+        if points.iter().all(|p| p.y == points[0].y) {
+            continue;
+        }
+        let [a, b] = curve.domain();
+        let mut breaks = breaks_between(curve.knots(), a, b);
+        split_at_knots(&mut breaks, curve, kv);
+        let mut along = |t: f64| {
+            let d = curve.derivs(t);
+            let inner = strip(surface, ku, region.low.x, d.c, 1e-2 * tolerance);
+            (inner.0 * d.d1.y, inner.1 * d.d1.y)
+        };
+        sum = add(sum, integrate(&mut along, &breaks, 1e-2 * tolerance), 1.0);
+    }
+    sum
+}
+
+/// Integral of |su x sv| along u from `low` to `uv.x` at `uv.y`.
+fn strip(surface: &Surface, knots: &[f64], low: f64, uv: Vec2, tolerance: f64) -> Moments {
+    let (from, to, sign) = if uv.x >= low { (low, uv.x, 1.0) } else { (uv.x, low, -1.0) };
+    if to <= from {
+        return (0.0, Vec3::zeros());
+    }
+    let mut density = |u: f64| {
+        let d = surface.derivs(Vec2::new(u, uv.y));
+        let da = d.su.cross(&d.sv).norm();
+        (da, d.s * da)
+    };
+    let found =
+        integrate(&mut density, &breaks_between(knots, from, to), tolerance / (to - from).max(1.0));
+    (sign * found.0, found.1 * sign)
+}
+
+/// Parameters at which a curve crosses a v knot line of the surface become breaks: the integrand has a kink there.
+fn split_at_knots(breaks: &mut Vec<f64>, curve: &crate::geometry::nurbs::Curve2, knots: &[f64]) {
+    let mut extra = Vec::new();
+    for w in breaks.windows(2) {
+        const STEPS: u32 = 16;
+        let at = |k: u32| w[0] + (w[1] - w[0]) * f64::from(k) / f64::from(STEPS);
+        for k in 0..STEPS {
+            let (mut a, mut b) = (at(k), at(k + 1));
+            let (ya, yb) = (curve.point(a).y, curve.point(b).y);
+            for &knot in knots.iter().filter(|&&t| (t - ya) * (t - yb) < 0.0) {
+                for _ in 0..60 {
+                    let middle = 0.5 * (a + b);
+                    if (curve.point(middle).y - knot) * (ya - knot) > 0.0 {
+                        a = middle;
+                    } else {
+                        b = middle;
+                    }
+                }
+                extra.push(0.5 * (a + b));
+            }
+        }
+    }
+    breaks.extend(extra);
+    breaks.sort_by(f64::total_cmp);
+    breaks.dedup_by(|x, y| *x - *y <= 0.0);
+}
+
+impl Face {
+    /// Area [mm^2], adaptive to about `relative` (1e-9 say) of the face's size squared.
+    #[must_use]
+    pub fn area(&self, relative: f64) -> f64 {
+        moments(self, relative).0.abs()
+    }
+
+    /// Tight box of the trimmed face: its borders, and points inside where a coordinate is stationary.
+    #[must_use]
+    pub fn bbox(&self) -> Aabb {
+        let mut bounds = Aabb::EMPTY;
+        for used in self.loops.iter().flat_map(|l| &l.uses) {
+            let curve = &used.pcurve;
+            let [a, b] = curve.domain();
+            let spans = curve.knots().windows(2).filter(|w| w[0] < w[1]).count();
+            let inner = self.surface.knots().iter().map(|k| k.len()).max().unwrap_or(8);
+            let n = (16 * spans).max(4 * inner).min(2000);
+            let at = |k: usize| a + (b - a) * k as f64 / n as f64;
+            let point = |t: f64| self.surface.point(curve.point(t));
+            for axis in 0..3 {
+                for sign in [1.0, -1.0] {
+                    let value = |t: f64| sign * point(t)[axis];
+                    let best =
+                        (0..=n).max_by(|&i, &j| value(at(i)).total_cmp(&value(at(j)))).unwrap_or(0);
+                    let t = peak(value, at(best.saturating_sub(1)), at((best + 1).min(n)));
+                    [t, at(best)].into_iter().for_each(|t| bounds.grow(&point(t)));
+                }
+            }
+        }
+        self.interior_extremes(&mut bounds);
+        bounds
+    }
+
+    fn interior_extremes(&self, bounds: &mut Aabb) {
+        if self.surface.degrees() == [1, 1] {
+            return;
+        }
+        let region = TrimRegion::new(self);
+        let count = |k: usize| (4 * self.surface.count()[k]).clamp(8, 64);
+        let (nu, nv) = (count(0), count(1));
+        for axis in 0..3 {
+            for sign in [1.0, -1.0] {
+                let value = |uv: Vec2| sign * self.surface.point(uv)[axis];
+                let mut best: Option<(f64, Vec2)> = None;
+                for (i, j) in (0..=nu).flat_map(|i| (0..=nv).map(move |j| (i, j))) {
+                    let share = Vec2::new(i as f64 / nu as f64, j as f64 / nv as f64);
+                    let uv = region.low + (region.high - region.low).component_mul(&share);
+                    let v = value(uv);
+                    if best.is_none_or(|b| v > b.0) && region.contains(uv) {
+                        best = Some((v, uv));
+                    }
+                }
+                let Some((_, mut uv)) = best else { continue };
+                for _ in 0..30 {
+                    let d = self.surface.derivs(uv);
+                    let (g, h) = (
+                        Vec2::new(d.su[axis], d.sv[axis]),
+                        nalgebra::Matrix2::new(d.suu[axis], d.suv[axis], d.suv[axis], d.svv[axis]),
+                    );
+                    let Some(step) = h.try_inverse().map(|i| i * g) else { break };
+                    if !step.iter().all(|s| s.is_finite()) {
+                        break;
+                    }
+                    let next = (uv - step).sup(&region.low).inf(&region.high);
+                    if (next - uv).norm() <= 1e-15 * uv.norm() || value(next) < value(uv) {
+                        break;
+                    }
+                    uv = next;
+                }
+                if region.contains(uv) {
+                    bounds.grow(&self.surface.point(uv));
+                }
+            }
+        }
+    }
+}
+
+/// Maximum of a function of one variable by golden sections.
+fn peak(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
+    const RATIO: f64 = 0.618_033_988_749_894_9;
+    for _ in 0..60 {
+        let (c, d) = (b - RATIO * (b - a), a + RATIO * (b - a));
+        if f(c) > f(d) {
+            b = d;
+        } else {
+            a = c;
+        }
+    }
+    0.5 * (a + b)
+}
+
+impl Model {
+    /// Area of all faces [mm^2], to about 1e-9.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        use rayon::prelude::*;
+        let areas: Vec<f64> = self.faces.par_iter().map(|f| f.area(1e-10)).collect();
+        areas.iter().sum()
+    }
+
+    /// Tight box of all faces.
+    #[must_use]
+    pub fn bbox(&self) -> Aabb {
+        use rayon::prelude::*;
+        let boxes: Vec<Aabb> = self.faces.par_iter().map(Face::bbox).collect();
+        boxes.iter().fold(Aabb::EMPTY, |sum, b| if b.is_empty() { sum } else { sum.union(b) })
+    }
+}

@@ -1,0 +1,101 @@
+//! What `kanagata inspect` says of a file.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use super::model::SurfaceKind;
+use super::{Diagnostic, Model, Severity};
+
+/// Facts about a model, as JSON or as a table.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Inspection {
+    /// File name.
+    pub file: String,
+    /// Unit of length the file declares.
+    pub unit: String,
+    /// Millimetres in one unit of the file.
+    pub unit_mm: f64,
+    /// Number of faces.
+    pub faces: usize,
+    /// Faces by the type of their surface.
+    pub faces_by_type: BTreeMap<SurfaceKind, usize>,
+    /// Area of all faces [mm2].
+    pub area_mm2: f64,
+    /// Tight box: x, y, z smallest, then x, y, z largest [mm]; zeros without faces.
+    pub bbox_mm: [f64; 6],
+    /// Edges used by one face only.
+    pub free_edges: usize,
+    /// Their length [mm].
+    pub free_edge_length_mm: f64,
+    /// Edges in all, after joining.
+    pub edges: usize,
+    /// Distance within which edges were joined [mm].
+    pub join_tolerance_mm: f64,
+    /// Entities of the file by kind.
+    pub entities: BTreeMap<String, usize>,
+    /// What was survived.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Collects the facts.
+#[must_use]
+pub fn inspect(model: &Model, diagnostics: &[Diagnostic]) -> Inspection {
+    let mut faces_by_type = BTreeMap::new();
+    for face in &model.faces {
+        *faces_by_type.entry(face.kind).or_insert(0) += 1;
+    }
+    let bounds = model.bbox();
+    let bbox_mm = if bounds.is_empty() {
+        [0.0; 6]
+    } else {
+        let (a, b) = (bounds.min, bounds.max);
+        [a.x, a.y, a.z, b.x, b.y, b.z]
+    };
+    let free: Vec<_> = model.edges.iter().filter(|e| e.uses.len() == 1).collect();
+    Inspection {
+        file: model.name.clone(),
+        unit: model.unit.clone(),
+        unit_mm: model.unit_mm,
+        faces: model.faces.len(),
+        faces_by_type,
+        area_mm2: model.area(),
+        bbox_mm,
+        free_edges: free.len(),
+        free_edge_length_mm: free.iter().map(|e| e.curve.length()).sum(),
+        edges: model.edges.len(),
+        join_tolerance_mm: model.join_tolerance,
+        entities: model.entities.clone(),
+        diagnostics: diagnostics.to_vec(),
+    }
+}
+
+impl fmt::Display for Inspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let list = |counts: Vec<(String, usize)>| {
+            counts.iter().map(|(k, n)| format!("{n} {k}")).collect::<Vec<_>>().join(", ")
+        };
+        let kinds = self.faces_by_type.iter().map(|(k, &n)| (format!("{k:?}").to_lowercase(), n));
+        let b = &self.bbox_mm;
+        writeln!(f, "{}", self.file)?;
+        writeln!(f, "  unit        {} ({} mm)", self.unit, self.unit_mm)?;
+        writeln!(f, "  faces       {}: {}", self.faces, list(kinds.collect()))?;
+        writeln!(f, "  area        {:.6} mm2", self.area_mm2)?;
+        writeln!(
+            f,
+            "  box         {:.4} {:.4} {:.4} to {:.4} {:.4} {:.4} mm",
+            b[0], b[1], b[2], b[3], b[4], b[5]
+        )?;
+        writeln!(
+            f,
+            "  free edges  {} of {}, {:.4} mm long (joined within {:.1e} mm)",
+            self.free_edges, self.edges, self.free_edge_length_mm, self.join_tolerance_mm
+        )?;
+        let entities = self.entities.iter().map(|(k, &n)| (format!("x {k}"), n)).collect();
+        write!(f, "  entities    {}", list(entities))?;
+        for d in &self.diagnostics {
+            let mark = if d.severity == Severity::Warning { "warning" } else { "note" };
+            write!(f, "\n  {mark}: {} {}: {}", d.code, d.place, d.text)?;
+        }
+        Ok(())
+    }
+}

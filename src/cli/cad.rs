@@ -1,0 +1,86 @@
+//! `kanagata`: the command line of the CAD wing.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use super::exit::{EXIT_HELP, Failure, finish};
+use super::{audit, convert, inspect, mesh};
+use crate::cad::{Diagnostic, Model, Severity};
+
+/// Turns the CAD of a forming die into smooth, audited tool models.
+#[derive(Debug, Parser)]
+#[command(name = "kanagata", version, after_help = EXIT_HELP)]
+struct Kanagata {
+    /// Threads to use; results are the same for any number of them.
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<usize>,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Say what an IGES or STEP file holds
+    Inspect(inspect::InspectArgs),
+    /// Mesh the faces of a CAD file
+    Mesh(mesh::MeshArgs),
+    /// Convert a CAD file to a tool file
+    Convert(convert::ConvertArgs),
+    /// Measure the shape error of a tool file against its CAD (Eq. 24)
+    Audit(audit::AuditArgs),
+}
+
+/// Runs the program on the process's arguments.
+#[must_use]
+pub fn main() -> ExitCode {
+    let arguments = Kanagata::parse();
+    if let Some(threads) = arguments.threads {
+        // Fails only when a pool exists already, which is not so at the start of a program.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build_global();
+    }
+    finish(match arguments.command {
+        Command::Inspect(args) => inspect::run(&args),
+        Command::Mesh(args) => mesh::run(&args),
+        Command::Convert(args) => convert::run(&args),
+        Command::Audit(args) => audit::run(&args),
+    })
+}
+
+/// Reads a CAD file that must have faces; warnings go to standard error.
+pub(super) fn read_model(path: &Path) -> Result<Model, Failure> {
+    let (model, diagnostics) = crate::cad::read(path)?;
+    warn(&diagnostics);
+    if model.faces.is_empty() {
+        let kinds: Vec<String> = model.entities.iter().map(|(k, n)| format!("{n} x {k}")).collect();
+        return Err(Failure::input(format!(
+            "{}: no faces (entities: {}); allowed: at least one surface; export the die as surfaces or as a solid",
+            path.display(),
+            if kinds.is_empty() { "none".into() } else { kinds.join(", ") }
+        )));
+    }
+    Ok(model)
+}
+
+fn warn(diagnostics: &[Diagnostic]) {
+    const MOST: usize = 10;
+    let warnings: Vec<_> = diagnostics.iter().filter(|d| d.severity == Severity::Warning).collect();
+    for d in warnings.iter().take(MOST) {
+        eprintln!("warning: {} {}: {}", d.code, d.place, d.text);
+    }
+    if warnings.len() > MOST {
+        eprintln!("warning: and {} more; `kanagata inspect` lists them", warnings.len() - MOST);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Kanagata::command().debug_assert();
+    }
+}

@@ -1,0 +1,160 @@
+//! `kanagata mesh FILE -o MESH`, and the mesher options it shares with `convert`.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+
+use super::cad::read_model;
+use super::exit::{EXIT_HELP, Exit, Failure};
+use crate::cad::Model;
+use crate::mesh::mapped::{self, MappedOptions, MeshStyle};
+use crate::mesh::{MeshError, MeshReport, SurfaceMesh, gmsh, io};
+
+/// Arguments of `mesh`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Examples:\n  kanagata mesh die.igs -o die.msh --arc-divisions 4\n  \
+    kanagata mesh die.igs -o die.vtu --mesher gmsh --style triangles\n\n{EXIT_HELP}"))]
+pub struct MeshArgs {
+    /// IGES or STEP file
+    file: PathBuf,
+    /// Mesh file: .msh (MSH 4.1) or .vtu
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    mesher: MesherArgs,
+}
+
+/// Which mesher, and how fine.
+#[derive(Debug, Clone, clap::Args)]
+pub struct MesherArgs {
+    /// Mesher: built in, or the program gmsh
+    #[arg(long, value_enum, default_value_t = Mesher::Mapped)]
+    mesher: Mesher,
+    /// Elements over 90 degrees of a fillet
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    arc_divisions: usize,
+    /// Longest element side [mm]
+    #[arg(long, value_name = "MM")]
+    max_size_mm: Option<f64>,
+    /// Largest distance of flat elements from the surface [mm] (built-in mesher)
+    #[arg(long, value_name = "MM")]
+    chord_mm: Option<f64>,
+    /// Kinds of element; gmsh knows triangles and quads
+    #[arg(long, value_enum, default_value_t = Style::Structured)]
+    style: Style,
+    /// The gmsh program, if not on PATH nor named by KANAGATA_GMSH
+    #[arg(long, value_name = "PROGRAM")]
+    gmsh: Option<PathBuf>,
+}
+
+/// Meshers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Mesher {
+    /// Built in: quads mapped on four-sided faces
+    Mapped,
+    /// The program gmsh
+    Gmsh,
+}
+
+/// Kinds of element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Style {
+    /// Quads on three- and four-sided faces, few triangles elsewhere
+    Structured,
+    /// Triangles on three-sided faces
+    Mixed,
+    /// Triangles only
+    Triangles,
+    /// Quads only
+    Quads,
+}
+
+impl From<MeshError> for Failure {
+    fn from(error: MeshError) -> Self {
+        let io = matches!(error, MeshError::Read { .. } | MeshError::Write(_));
+        Self::new(if io { Exit::Io } else { Exit::Input }, error)
+    }
+}
+
+impl MesherArgs {
+    /// Meshes the model; the result is checked against the model's area.
+    pub(super) fn mesh(&self, file: &Path, model: &Model) -> Result<SurfaceMesh, Failure> {
+        let mesh = match self.mesher {
+            Mesher::Mapped => mapped::mesh(model, &self.mapped_options())?,
+            Mesher::Gmsh => gmsh::mesh(file, model, &self.gmsh_options())?,
+        };
+        Ok(mesh)
+    }
+
+    fn mapped_options(&self) -> MappedOptions {
+        MappedOptions {
+            arc_divisions: self.arc_divisions,
+            max_size: self.max_size_mm,
+            chord_error: self.chord_mm,
+            style: match self.style {
+                Style::Structured => MeshStyle::Structured,
+                Style::Mixed => MeshStyle::Mixed,
+                Style::Triangles => MeshStyle::Triangles,
+                Style::Quads => MeshStyle::Quads,
+            },
+        }
+    }
+
+    fn gmsh_options(&self) -> gmsh::GmshOptions {
+        gmsh::GmshOptions {
+            program: self.gmsh.clone(),
+            quads: self.style != Style::Triangles,
+            per_turn: 4 * self.arc_divisions,
+            size: [None, self.max_size_mm],
+            ..gmsh::GmshOptions::default()
+        }
+    }
+
+    /// Mesher and options, for the tool file's provenance.
+    pub(super) fn describe(&self) -> String {
+        let size = self.max_size_mm.map_or_else(String::new, |s| format!(" max-size-mm={s}"));
+        let chord = self.chord_mm.map_or_else(String::new, |c| format!(" chord-mm={c}"));
+        let style = format!("{:?}", self.style).to_lowercase();
+        let mesher = format!("{:?}", self.mesher).to_lowercase();
+        format!("{mesher} arc-divisions={}{size}{chord} style={style}", self.arc_divisions)
+    }
+
+    /// Allowed difference of a mesh of flat elements from the model's area: chords cut corners, by
+    /// (1 - cos h) or so on a fillet of n elements, h = 45 degrees / n.
+    pub(super) fn area_tolerance(&self) -> f64 {
+        let h = std::f64::consts::FRAC_PI_4 / self.arc_divisions.max(1) as f64;
+        (h * h).clamp(1e-3, 0.3)
+    }
+}
+
+/// Meshes the file.
+///
+/// # Errors
+/// Exit code 2 for a file that is no CAD or cannot be meshed, 4 when files cannot be read or written.
+pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
+    let model = read_model(&args.file)?;
+    let mesh = args.mesher.mesh(&args.file, &model)?;
+    let report = MeshReport::new(&mesh, &model);
+    report.check(&model, args.mesher.area_tolerance())?;
+    io::write(&mesh, &args.output)?;
+    print_report(&report);
+    println!("  {}", args.output.display());
+    Ok(Exit::Done)
+}
+
+fn print_report(r: &MeshReport) {
+    println!(
+        "{} elements ({} quads, {} triangles) on {} faces, {} vertices",
+        r.elements, r.quads, r.triangles, r.faces, r.vertices
+    );
+    println!(
+        "  area {:.4} mm2, the model's {:.4} ({:+.4} %)",
+        r.area_mm2,
+        r.model_area_mm2,
+        100.0 * r.area_error
+    );
+    println!(
+        "  {} border sides, {} irregular; smallest corner Jacobian {:.3}, {} inverted elements; largest aspect {:.1}",
+        r.free_sides, r.irregular_sides, r.min_corner_jacobian, r.inverted, r.max_aspect
+    );
+}

@@ -1,0 +1,116 @@
+//! A tree of boxes: the nearest item to a point, asking the exact distance only where a box could beat the best.
+
+use super::{Aabb, Vec3};
+
+/// Items in a leaf.
+const LEAF: usize = 4;
+
+#[derive(Debug, Clone)]
+struct Node {
+    bounds: Aabb,
+    /// First child (the second follows it), or first item of a leaf.
+    first: u32,
+    /// Items of a leaf; 0 for an inner node.
+    items: u32,
+}
+
+/// A binary tree over boxes, flat in memory.
+#[derive(Debug, Clone, Default)]
+pub struct BoxTree {
+    nodes: Vec<Node>,
+    order: Vec<u32>,
+}
+
+impl BoxTree {
+    /// Builds the tree; item ids are positions in `boxes`. Empty boxes are left out.
+    #[must_use]
+    pub fn build(boxes: &[Aabb]) -> Self {
+        let order: Vec<u32> =
+            (0..boxes.len() as u32).filter(|&k| !boxes[k as usize].is_empty()).collect();
+        let mut tree = Self { nodes: Vec::new(), order };
+        if tree.order.is_empty() {
+            return tree;
+        }
+        tree.nodes.push(Node { bounds: Aabb::EMPTY, first: 0, items: 0 });
+        let mut stack = vec![(0usize, 0usize, tree.order.len())];
+        while let Some((node, from, to)) = stack.pop() {
+            let items = &mut tree.order[from..to];
+            let bounds = items.iter().fold(Aabb::EMPTY, |b, &k| b.union(&boxes[k as usize]));
+            tree.nodes[node].bounds = bounds;
+            if items.len() <= LEAF {
+                tree.nodes[node].first = from as u32;
+                tree.nodes[node].items = items.len() as u32;
+                continue;
+            }
+            let axis = (bounds.max - bounds.min).imax();
+            let key = |k: u32| boxes[k as usize].min[axis] + boxes[k as usize].max[axis];
+            items.sort_unstable_by(|&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
+            let middle = from + (to - from) / 2;
+            let child = tree.nodes.len();
+            tree.nodes[node].first = child as u32;
+            let empty = Node { bounds: Aabb::EMPTY, first: 0, items: 0 };
+            tree.nodes.extend([empty.clone(), empty]);
+            stack.push((child + 1, middle, to));
+            stack.push((child, from, middle));
+        }
+        tree
+    }
+
+    /// Visits items whose boxes are nearer to `p` than the best squared distance so far, nearer boxes first.
+    /// `visit` gets the item and the best so far and returns the best after it.
+    pub fn nearest(&self, p: &Vec3, start: f64, mut visit: impl FnMut(u32, f64) -> f64) -> f64 {
+        let mut best = start;
+        if self.nodes.is_empty() {
+            return best;
+        }
+        let mut stack = vec![(self.nodes[0].bounds.distance_squared(p), 0u32)];
+        while let Some((distance, id)) = stack.pop() {
+            if distance >= best {
+                continue;
+            }
+            let node = &self.nodes[id as usize];
+            if node.items > 0 {
+                let items = &self.order[node.first as usize..(node.first + node.items) as usize];
+                for &item in items {
+                    best = visit(item, best);
+                }
+                continue;
+            }
+            let children = [node.first, node.first + 1]
+                .map(|c| (self.nodes[c as usize].bounds.distance_squared(p), c));
+            let [near, far] =
+                if children[0].0 <= children[1].0 { children } else { [children[1], children[0]] };
+            stack.push(far);
+            stack.push(near);
+        }
+        best
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_of_many_points_is_found() {
+        let points: Vec<Vec3> = (0..1000u32)
+            .map(|k| {
+                let f = |m: u32| f64::from(k.wrapping_mul(m) % 997) / 997.0;
+                Vec3::new(f(7919), f(104_729), f(1_299_709))
+            })
+            .collect();
+        let boxes: Vec<Aabb> = points.iter().map(|p| Aabb::of_points([p])).collect();
+        let tree = BoxTree::build(&boxes);
+        for q in [Vec3::zeros(), Vec3::new(0.5, 0.4, 0.3), Vec3::new(3.0, -1.0, 0.5)] {
+            let brute = points.iter().map(|p| (p - q).norm_squared()).fold(f64::INFINITY, f64::min);
+            let mut asked = 0;
+            let found = tree.nearest(&q, f64::INFINITY, |k, best| {
+                asked += 1;
+                best.min((points[k as usize] - q).norm_squared())
+            });
+            assert_eq!(found, brute);
+            assert!(asked < 200, "{asked}");
+        }
+        assert_eq!(BoxTree::build(&[]).nearest(&Vec3::zeros(), 5.0, |_, _| 0.0), 5.0);
+    }
+}

@@ -1,1 +1,140 @@
-//! Shape error of a tool model against its CAD (Eq. 24).
+//! Shape error of a tool model against its CAD (Eq. 24): signed distance and normal error at points over every
+//! patch, refined around the worst ones, and the jumps between neighbouring patches.
+//!
+//! ```
+//! use kanagata::audit::reference::{ReferenceFoot, ReferenceSurface};
+//! use kanagata::geometry::Vec3;
+//!
+//! /// The plane z = 0.
+//! struct Plane;
+//! impl ReferenceSurface for Plane {
+//!     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
+//!         let point = Vec3::new(p.x, p.y, 0.0);
+//!         Some(ReferenceFoot { point, normal: Vec3::z(), own_normal: None, face })
+//!     }
+//! }
+//! assert_eq!(Plane.closest(&Vec3::new(1.0, 2.0, 3.0), 0).unwrap().point.z, 0.0);
+//! ```
+#![forbid(unsafe_code)]
+
+mod jumps;
+pub mod page;
+pub mod reference;
+mod refine;
+pub mod report;
+pub mod sample;
+mod summary;
+pub mod view;
+
+use rayon::prelude::*;
+
+use crate::tool::ToolModel;
+pub use reference::{CadReference, ReferenceSurface};
+pub use report::AuditReport;
+use sample::{PatchSamples, Probe};
+
+/// Choices of an audit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AuditOptions {
+    /// Intervals of the grid of points along a side of a patch (1 to 256).
+    pub samples: usize,
+    /// Patches of each CAD face around whose worst points the extremes are searched for, at most.
+    pub refine: usize,
+    /// How many patches `worst` lists.
+    pub worst: usize,
+    /// Largest |shape error| allowed [mm].
+    pub tolerance_mm: Option<f64>,
+    /// Largest normal error allowed [degrees].
+    pub normal_tolerance_deg: Option<f64>,
+}
+
+impl Default for AuditOptions {
+    fn default() -> Self {
+        Self { samples: 8, refine: 256, worst: 10, tolerance_mm: None, normal_tolerance_deg: None }
+    }
+}
+
+/// Why a tool model cannot be audited.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum AuditError {
+    /// A model without patches.
+    #[error("the tool model has no patches; make it again with `kanagata convert`")]
+    NoPatches,
+    /// A grid without intervals, or one too fine.
+    #[error("{found} samples along a side of a patch; allowed: 1 to 256")]
+    Samples {
+        /// What was asked for.
+        found: usize,
+    },
+    /// A patch none of whose points has a finite position and a closest point.
+    #[error(
+        "patch {patch} cannot be compared with the CAD: none of its points is finite and has a closest point; the CAD model may have no faces, or the tool file holds numbers too large"
+    )]
+    Incomparable {
+        /// Patch, from 0.
+        patch: usize,
+    },
+}
+
+/// What an audit found, and the points it looked at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Audit {
+    /// The figures, as the JSON file has them.
+    pub report: AuditReport,
+    /// Points of each patch, in patch order.
+    pub samples: Vec<PatchSamples>,
+}
+
+/// Audits a tool model against a reference surface. The result does not depend on the number of threads.
+///
+/// # Errors
+/// [`AuditError`] when there is nothing to compare.
+pub fn audit(
+    tool: &ToolModel,
+    reference: &impl ReferenceSurface,
+    options: &AuditOptions,
+) -> Result<Audit, AuditError> {
+    if tool.patches.is_empty() {
+        return Err(AuditError::NoPatches);
+    }
+    if !(1..=256).contains(&options.samples) {
+        return Err(AuditError::Samples { found: options.samples });
+    }
+    let sign = orientation(tool, reference);
+    let probes: Vec<Probe<'_, _>> = tool
+        .patches
+        .iter()
+        .zip(&tool.faces)
+        .map(|(patch, &face)| Probe { patch, face, reference, sign })
+        .collect();
+    let samples: Vec<PatchSamples> =
+        probes.par_iter().map(|p| PatchSamples::new(p, options.samples)).collect();
+    if let Some(patch) = samples.iter().position(|s| s.valid().next().is_none()) {
+        return Err(AuditError::Incomparable { patch });
+    }
+    let extremes = refine::extremes(&probes, &samples, options.refine);
+    let jumps = jumps::find(tool, reference, options.samples);
+    let report = summary::report(
+        &summary::Found { tool, samples: &samples, extremes, jumps, sign },
+        options,
+    );
+    Ok(Audit { report, samples })
+}
+
+/// +1, or -1 when the tool model as a whole looks the other way than the CAD (it was turned to the sheet when
+/// it was converted): area-weighted agreement of the normals at the middle of every patch.
+fn orientation(tool: &ToolModel, reference: &impl ReferenceSurface) -> f64 {
+    let agreement = |(patch, &face): (&crate::tool::Patch, &u32)| {
+        let (eta, zeta) = sample::middle(patch);
+        let d = patch.derivs(eta, zeta);
+        let normal = reference.closest(&d.s, face).map(|f| f.own_normal.unwrap_or(f.normal));
+        let share = normal.map_or(0.0, |n| d.d1.cross(&d.d2).dot(&n));
+        if share.is_finite() { share } else { 0.0 }
+    };
+    let shares: Vec<f64> = tool.patches.par_iter().zip(&tool.faces).map(agreement).collect();
+    if shares.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests;

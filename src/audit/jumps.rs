@@ -1,0 +1,158 @@
+//! Gaps and normal jumps between neighbouring patches.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::reference::ReferenceSurface;
+use super::report::Jumps;
+use super::sample::angle_deg;
+use crate::geometry::{Aabb, Vec3};
+use crate::tool::{Patch, ToolModel};
+
+/// A side of a patch on an edge.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    patch: usize,
+    side: usize,
+    /// The side runs from the edge's higher corner to its lower one.
+    reversed: bool,
+}
+
+/// Parameters of the corners, in turning order.
+fn corners(sides: usize) -> &'static [(f64, f64)] {
+    if sides == 3 {
+        &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]
+    } else {
+        &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+    }
+}
+
+/// Point and normal of a patch at the share `t` of an edge.
+fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>) {
+    let c = corners(patch.sides());
+    let (a, b) = (c[side.side], c[(side.side + 1) % c.len()]);
+    let t = if side.reversed { 1.0 - t } else { t };
+    let (eta, zeta) = (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t);
+    (patch.derivs(eta, zeta).s, patch.normal(eta, zeta))
+}
+
+/// Compares the patches that share an edge at `n + 1` points along it.
+pub(super) fn find(tool: &ToolModel, reference: &impl ReferenceSurface, n: usize) -> Jumps {
+    let edges: Vec<([u32; 2], Vec<Side>)> = edges(tool).into_iter().collect();
+    let found: Vec<Jumps> = edges.par_iter().map(|(_, s)| of_edge(tool, reference, s, n)).collect();
+    let mut all = Jumps::default();
+    for j in found {
+        all.shared_edges += j.shared_edges;
+        all.free_edges += j.free_edges;
+        all.creases += j.creases;
+        all.position_mm = all.position_mm.max(j.position_mm);
+        all.crease_deg = all.crease_deg.max(j.crease_deg);
+        if j.normal_deg > all.normal_deg {
+            (all.normal_deg, all.normal_patches) = (j.normal_deg, j.normal_patches);
+        }
+    }
+    all
+}
+
+fn of_edge(tool: &ToolModel, reference: &impl ReferenceSurface, sides: &[Side], n: usize) -> Jumps {
+    let mut found = Jumps::default();
+    let [first, others @ ..] = sides else { return found };
+    if others.is_empty() {
+        found.free_edges = 1;
+        return found;
+    }
+    found.shared_edges = 1;
+    for other in others {
+        let crease = is_crease(tool, reference, *first, *other);
+        found.creases |= usize::from(crease);
+        for k in 0..=n {
+            let t = k as f64 / n as f64;
+            let (p, a) = on_side(&tool.patches[first.patch], *first, t);
+            let (q, b) = on_side(&tool.patches[other.patch], *other, t);
+            found.position_mm = found.position_mm.max((p - q).norm());
+            let angle = a.zip(b).map_or(0.0, |(a, b)| angle_deg(&a, &b));
+            if crease {
+                found.crease_deg = found.crease_deg.max(angle);
+            } else if angle > found.normal_deg {
+                found.normal_deg = angle;
+                found.normal_patches = Some([first.patch as u32, other.patch as u32]);
+            }
+        }
+    }
+    found
+}
+
+/// Nagata patches and facets: the two do not share their normals at both ends. Bezier patches: the normals of
+/// their CAD faces at the middle of the edge are more than a degree apart.
+fn is_crease(
+    tool: &ToolModel,
+    reference: &impl ReferenceSurface,
+    first: Side,
+    other: Side,
+) -> bool {
+    let ends = |s: Side| {
+        let normals = &tool.corners.get(s.patch)?.normals;
+        let pair = [*normals.get(s.side)?, *normals.get((s.side + 1) % normals.len())?];
+        Some(if s.reversed { [pair[1], pair[0]] } else { pair })
+    };
+    if let (Some(a), Some(b)) = (ends(first), ends(other)) {
+        return a != b;
+    }
+    let middle = on_side(&tool.patches[first.patch], first, 0.5).0;
+    let normal = |s: Side| {
+        let foot = reference.closest(&middle, tool.faces[s.patch])?;
+        Some(foot.own_normal.unwrap_or(foot.normal))
+    };
+    tool.faces[first.patch] != tool.faces[other.patch]
+        && normal(first).zip(normal(other)).is_some_and(|(a, b)| angle_deg(&a, &b) > 1.0)
+}
+
+/// Sides by the corners they join, lower id first, each edge's patches in order.
+fn edges(tool: &ToolModel) -> BTreeMap<[u32; 2], Vec<Side>> {
+    let ids: Vec<Vec<u32>> = if tool.corners.len() == tool.patches.len() {
+        tool.corners.iter().map(|c| c.vertices.clone()).collect()
+    } else {
+        welded(&tool.patches)
+    };
+    let mut edges: BTreeMap<[u32; 2], Vec<Side>> = BTreeMap::new();
+    for (patch, ring) in ids.iter().enumerate() {
+        for side in 0..ring.len() {
+            let (a, b) = (ring[side], ring[(side + 1) % ring.len()]);
+            if a != b {
+                let at = Side { patch, side, reversed: a > b };
+                edges.entry([a.min(b), a.max(b)]).or_default().push(at);
+            }
+        }
+    }
+    edges
+}
+
+/// Corner ids of patches that have none: corners nearer than a millionth of the model are one.
+fn welded(patches: &[Patch]) -> Vec<Vec<u32>> {
+    let ring = |p: &Patch| -> Vec<Vec3> {
+        corners(p.sides()).iter().map(|&(e, z)| p.derivs(e, z).s).collect()
+    };
+    let rings: Vec<Vec<Vec3>> = patches.iter().map(ring).collect();
+    let all: Vec<Vec3> = rings.iter().flatten().copied().collect();
+    let size = Aabb::of_points(&all).diagonal();
+    let near = (1e-6 * size).max(f64::MIN_POSITIVE);
+    let cell = |p: &Vec3| [0, 1, 2].map(|k| (p[k] / near).floor() as i64);
+    let mut known: FxHashMap<[i64; 3], Vec<(u32, Vec3)>> = FxHashMap::default();
+    let mut count = 0;
+    let mut id = |p: &Vec3| {
+        let [x, y, z] = cell(p);
+        for k in 0..27 {
+            let at = [x + k / 9 - 1, y + k / 3 % 3 - 1, z + k % 3 - 1];
+            let same = known.get(&at).and_then(|l| l.iter().find(|q| (q.1 - p).norm() <= near));
+            if let Some(found) = same {
+                return found.0;
+            }
+        }
+        count += 1;
+        known.entry([x, y, z]).or_default().push((count - 1, *p));
+        count - 1
+    };
+    rings.iter().map(|ring| ring.iter().map(&mut id).collect()).collect()
+}

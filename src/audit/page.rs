@@ -1,0 +1,127 @@
+//! An audit as a page to read: tables, a histogram and a picture.
+
+use serde_json::json;
+
+use super::report::AuditReport;
+use super::sample::PatchSamples;
+use super::{Audit, view};
+use crate::report::charts::surfaces;
+use crate::report::page::Page;
+use crate::tool::ToolModel;
+
+/// The page of an audit.
+#[must_use]
+pub fn page(tool: &ToolModel, audit: &Audit) -> Page {
+    let report = &audit.report;
+    let mut page = Page::new(&format!("Audit of {}", tool.name));
+    whole(&mut page, report);
+    page.heading("Where the error is");
+    page.text("Signed shape error: the patch stands out of the CAD where it is positive.");
+    let (traces, layout) = surfaces(&[view::surface(tool, &audit.samples)]);
+    page.plot(&traces, &layout, 620);
+    page.heading("How much area has which error");
+    histogram(&mut page, &audit.samples);
+    page.heading("By CAD face");
+    by_face(&mut page, report);
+    page.heading("Worst patches");
+    worst(&mut page, report);
+    page
+}
+
+fn number(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-3 { format!("{value:.2e}") } else { format!("{value:.4}") }
+}
+
+fn whole(page: &mut Page, r: &AuditReport) {
+    let p = &r.percentiles_mm;
+    let j = &r.jumps;
+    let verdict = match (r.within_tolerance, r.tolerance_mm) {
+        (None, _) => "no tolerance asked".to_owned(),
+        (Some(kept), limit) => {
+            let limit =
+                limit.map_or_else(String::new, |l| format!(" (tolerance {} mm)", number(l)));
+            format!("{}{limit}", if kept { "kept" } else { "exceeded" })
+        }
+    };
+    let rows = [
+        ("tool file", r.tool_file.clone()),
+        ("CAD file", r.cad_file.clone()),
+        ("patches", r.patches.to_string()),
+        ("tolerance", verdict),
+        ("largest shape error [mm]", number(r.max_mm)),
+        ("smallest shape error [mm]", number(r.min_mm)),
+        ("root mean square [mm]", number(r.rms_mm)),
+        (
+            "|error| of 50, 90, 95, 99 % of the area [mm]",
+            [p.p50, p.p90, p.p95, p.p99].map(number).join(", "),
+        ),
+        ("largest distance to the CAD [mm]", number(r.distance_max_mm)),
+        ("largest normal error [deg]", number(r.normal_max_deg)),
+        ("largest gap between neighbours [mm]", number(j.position_mm)),
+        ("largest normal jump across a smooth edge [deg]", number(j.normal_deg)),
+        (
+            "edges: shared, free, creases",
+            format!("{}, {}, {}", j.shared_edges, j.free_edges, j.creases),
+        ),
+        ("folded patches", r.folded.len().to_string()),
+        ("points compared, lost", format!("{}, {}", r.points, r.points_lost)),
+    ];
+    let rows: Vec<Vec<String>> = rows.into_iter().map(|(a, b)| vec![a.to_owned(), b]).collect();
+    page.table(&["", ""], &rows);
+}
+
+fn by_face(page: &mut Page, r: &AuditReport) {
+    let row = |f: &super::report::FaceAudit| {
+        let mut row = vec![f.face.to_string(), f.patches.to_string()];
+        row.extend([f.max_mm, f.min_mm, f.rms_mm, f.normal_max_deg].map(number));
+        row.push(format!("{:.2}", f.area_mm2));
+        row
+    };
+    let rows: Vec<Vec<String>> = r.faces.iter().map(row).collect();
+    let head =
+        ["face", "patches", "max [mm]", "min [mm]", "rms [mm]", "normal [deg]", "area [mm^2]"];
+    page.table(&head, &rows);
+}
+
+fn worst(page: &mut Page, r: &AuditReport) {
+    let row = |w: &super::report::WorstPatch| {
+        let mut row = vec![w.patch.to_string(), w.face.to_string(), number(w.delta_mm)];
+        row.extend([w.eta, w.zeta].map(|x| format!("{x:.3}")));
+        row.extend(w.point.map(|x| format!("{x:.3}")));
+        row
+    };
+    let rows: Vec<Vec<String>> = r.worst.iter().map(row).collect();
+    let head = ["patch", "face", "error [mm]", "eta", "zeta", "x [mm]", "y [mm]", "z [mm]"];
+    page.table(&head, &rows);
+}
+
+/// Bars of the histogram.
+const BARS: usize = 40;
+
+/// Share of the area in equal bars of |delta|.
+fn histogram(page: &mut Page, samples: &[PatchSamples]) {
+    let mut points = Vec::new();
+    for s in samples {
+        let areas = s.areas();
+        points.extend(
+            areas.iter().zip(&s.points).filter_map(|(a, p)| Some((p.as_ref()?.delta.abs(), *a))),
+        );
+    }
+    let top = points.iter().map(|p| p.0).fold(0.0, f64::max);
+    let total: f64 = points.iter().map(|p| p.1).sum();
+    let mut shares = vec![0.0; BARS];
+    for (delta, area) in points {
+        let bar = if top > 0.0 { (delta / top * BARS as f64) as usize } else { 0 };
+        shares[bar.min(BARS - 1)] += 100.0 * area / total;
+    }
+    let width = top / BARS as f64;
+    let x: Vec<f64> = (0..BARS).map(|k| (k as f64 + 0.5) * width).collect();
+    let trace = json!({"type": "bar", "x": x, "y": shares, "width": width});
+    let layout = json!({
+        "xaxis": {"title": {"text": "|shape error| [mm]"}},
+        "yaxis": {"title": {"text": "share of the area [%]"}, "type": "log"},
+        "margin": {"t": 24, "r": 24, "l": 72, "b": 56},
+        "font": {"family": "system-ui, sans-serif", "size": 14},
+    });
+    page.plot(&[trace], &layout, 340);
+}

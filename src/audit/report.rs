@@ -1,0 +1,175 @@
+//! The figures of an audit, as `*.audit.json` has them. Lengths in mm, angles in degrees.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::files::{WriteError, write_atomic};
+
+/// What the audit of a tool model found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AuditReport {
+    /// `kanagata-audit`.
+    pub format: String,
+    /// File version: 1.
+    pub version: u32,
+    /// Program and version that wrote it.
+    pub program: String,
+    /// Name of the tool.
+    pub tool: String,
+    /// Tool file, as it was named.
+    pub tool_file: String,
+    /// SHA-256 of the tool file.
+    pub tool_sha256: String,
+    /// CAD file, as it was named.
+    pub cad_file: String,
+    /// SHA-256 of the CAD file.
+    pub cad_sha256: String,
+    /// Patches audited.
+    pub patches: usize,
+    /// Largest signed shape error (Eq. 24) [mm]; positive: the patch stands out of the CAD.
+    pub max_mm: f64,
+    /// Smallest signed shape error [mm].
+    pub min_mm: f64,
+    /// Root mean square of the shape error over the patches' area [mm].
+    pub rms_mm: f64,
+    /// Largest distance of a point of a patch to the CAD [mm]; more than |shape error| beyond a free edge.
+    pub distance_max_mm: f64,
+    /// Largest normal error [degrees].
+    pub normal_max_deg: f64,
+    /// |shape error| that a share of the area does not exceed.
+    pub percentiles_mm: Percentiles,
+    /// Largest |shape error| allowed [mm].
+    pub tolerance_mm: Option<f64>,
+    /// Largest normal error allowed [degrees].
+    pub normal_tolerance_deg: Option<f64>,
+    /// True when both are kept and every point could be compared; null when nothing was asked.
+    pub within_tolerance: Option<bool>,
+    /// Area of the patches [mm^2].
+    pub area_mm2: f64,
+    /// Points compared.
+    pub points: usize,
+    /// Points that are not finite or have no closest point.
+    pub points_lost: usize,
+    /// Points where the patch or the CAD has no normal.
+    pub points_without_normal: usize,
+    /// The tool looks the other way than the CAD; the CAD's normals were turned.
+    pub turned: bool,
+    /// Patches that fold: a normal more than 90 degrees off.
+    pub folded: Vec<u32>,
+    /// What happens across shared edges.
+    pub jumps: Jumps,
+    /// By CAD face, in order of face ids.
+    pub faces: Vec<FaceAudit>,
+    /// Patches with the largest |shape error|, worst first.
+    pub worst: Vec<WorstPatch>,
+    /// By patch, in the tool file's order.
+    pub by_patch: Vec<PatchAudit>,
+}
+
+/// |shape error| [mm] that a share of the area does not exceed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Percentiles {
+    /// Half of the area.
+    pub p50: f64,
+    /// 90 %.
+    pub p90: f64,
+    /// 95 %.
+    pub p95: f64,
+    /// 99 %.
+    pub p99: f64,
+}
+
+/// Jumps across edges that patches share.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Jumps {
+    /// Edges shared by two patches or more.
+    pub shared_edges: usize,
+    /// Edges used by one patch.
+    pub free_edges: usize,
+    /// Shared edges at which the CAD has a crease.
+    pub creases: usize,
+    /// Largest gap between neighbours along a shared edge [mm].
+    pub position_mm: f64,
+    /// Largest angle between the normals of neighbours across a smooth shared edge [degrees].
+    pub normal_deg: f64,
+    /// The two patches of that edge.
+    pub normal_patches: Option<[u32; 2]>,
+    /// Largest angle across a crease [degrees].
+    pub crease_deg: f64,
+}
+
+/// One CAD face.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FaceAudit {
+    /// CAD face id.
+    pub face: u32,
+    /// Patches on it.
+    pub patches: usize,
+    /// Largest signed shape error [mm].
+    pub max_mm: f64,
+    /// Smallest signed shape error [mm].
+    pub min_mm: f64,
+    /// Root mean square over the area [mm].
+    pub rms_mm: f64,
+    /// Largest normal error [degrees].
+    pub normal_max_deg: f64,
+    /// Area of its patches [mm^2].
+    pub area_mm2: f64,
+}
+
+/// One patch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PatchAudit {
+    /// Patch, from 0.
+    pub id: u32,
+    /// Its CAD face id.
+    pub face: u32,
+    /// Largest signed shape error [mm].
+    pub max_mm: f64,
+    /// Smallest signed shape error [mm].
+    pub min_mm: f64,
+    /// Root mean square over the area [mm].
+    pub rms_mm: f64,
+    /// Largest normal error [degrees].
+    pub normal_max_deg: f64,
+    /// Where |shape error| is largest [mm].
+    pub worst_point: [f64; 3],
+}
+
+/// One of the worst patches, with its worst point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct WorstPatch {
+    /// Patch, from 0.
+    pub patch: u32,
+    /// Its CAD face id.
+    pub face: u32,
+    /// Signed shape error there [mm].
+    pub delta_mm: f64,
+    /// Parameter of the worst point.
+    pub eta: f64,
+    /// Parameter of the worst point.
+    pub zeta: f64,
+    /// The worst point [mm].
+    pub point: [f64; 3],
+}
+
+impl AuditReport {
+    /// Largest |shape error| [mm].
+    #[must_use]
+    pub fn worst_mm(&self) -> f64 {
+        self.max_mm.abs().max(self.min_mm.abs())
+    }
+
+    /// Writes the report beside its name and renames it.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the folder is missing or full.
+    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
+        write_atomic(path, |w| {
+            serde_json::to_writer_pretty(&mut *w, self)?;
+            writeln!(w)
+        })
+    }
+}

@@ -1,0 +1,180 @@
+//! Points over a patch and what Eq. 24 says there.
+
+use super::reference::ReferenceSurface;
+use crate::geometry::Vec3;
+use crate::geometry::frame::unit;
+use crate::tool::Patch;
+
+/// A point of a patch compared with the reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Parameter along the patch's first side.
+    pub eta: f64,
+    /// Parameter along its other one.
+    pub zeta: f64,
+    /// Point of the patch [mm].
+    pub point: Vec3,
+    /// Signed shape error `(P_patch - P_CAD) . n_CAD` of Eq. 24 [mm]; positive: the patch stands out of the CAD.
+    pub delta: f64,
+    /// Distance of the patch's point to the CAD [mm]. More than |delta| beyond a free edge.
+    pub distance: f64,
+    /// Angle between the normals of patch and CAD [degrees]; `None` where one of them has none.
+    pub normal_deg: Option<f64>,
+    /// `|S_eta x S_zeta|` [mm^2].
+    pub jacobian: f64,
+}
+
+/// One patch and what it is compared with.
+pub(super) struct Probe<'a, R> {
+    pub patch: &'a Patch,
+    pub face: u32,
+    pub reference: &'a R,
+    /// -1 when the tool looks the other way than the CAD.
+    pub sign: f64,
+}
+
+impl<R: ReferenceSurface> Probe<'_, R> {
+    /// Eq. 24 at one point; `None` when the point is not finite or has no closest point.
+    pub fn at(&self, eta: f64, zeta: f64) -> Option<Sample> {
+        let d = self.patch.derivs(eta, zeta);
+        if d.s.iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        let foot = self.reference.closest(&d.s, self.face)?;
+        let cross = d.d1.cross(&d.d2);
+        let normal = unit(cross);
+        let offset = d.s - foot.point;
+        // At an apex the CAD has no normal: the patch's own tells the side, and the distance is the error.
+        let delta = match unit(foot.normal) {
+            Some(n) => offset.dot(&n) * self.sign,
+            None => normal.map_or(1.0, |n| offset.dot(&n).signum()) * offset.norm(),
+        };
+        let angle = |n: Vec3| Some(angle_deg(&unit(n * self.sign)?, &normal?));
+        let own = foot.own_normal.and_then(angle);
+        let normal_deg = match (angle(foot.normal), own) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+        let jacobian = cross.norm();
+        let distance = offset.norm();
+        (delta.is_finite() && jacobian.is_finite() && distance.is_finite()).then_some(Sample {
+            eta,
+            zeta,
+            point: d.s,
+            delta,
+            distance,
+            normal_deg,
+            jacobian,
+        })
+    }
+}
+
+/// Angle between two directions [degrees], exact for small angles too.
+pub(super) fn angle_deg(a: &Vec3, b: &Vec3) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b)).to_degrees()
+}
+
+/// Parameters of a point well inside a patch.
+pub(super) fn middle(patch: &Patch) -> (f64, f64) {
+    if patch.sides() == 3 { (2.0 / 3.0, 1.0 / 3.0) } else { (0.5, 0.5) }
+}
+
+/// True inside the domain of a patch with so many sides.
+pub(super) fn inside(sides: usize, eta: f64, zeta: f64) -> bool {
+    let unit = 0.0..=1.0;
+    unit.contains(&eta) && unit.contains(&zeta) && (sides == 4 || zeta <= eta)
+}
+
+/// The grid of points over one patch: `(i, j)` at `(i/n, j/n)`, `0 <= i, j <= n`, on triangles `j <= i`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PatchSamples {
+    /// Sides of the patch: 3 or 4.
+    pub sides: usize,
+    /// Intervals n along a side.
+    pub n: usize,
+    /// Points in rows of constant i; `None` where nothing could be compared.
+    pub points: Vec<Option<Sample>>,
+}
+
+impl PatchSamples {
+    pub(super) fn new<R: ReferenceSurface>(probe: &Probe<'_, R>, n: usize) -> Self {
+        let sides = probe.patch.sides();
+        let mut points = Vec::with_capacity((n + 1) * (n + 1));
+        for i in 0..=n {
+            let last = if sides == 3 { i } else { n };
+            for j in 0..=last {
+                points.push(probe.at(i as f64 / n as f64, j as f64 / n as f64));
+            }
+        }
+        Self { sides, n, points }
+    }
+
+    /// Place of grid point `(i, j)` in `points`; `None` outside the patch.
+    #[must_use]
+    pub fn index(&self, i: usize, j: usize) -> Option<usize> {
+        if i > self.n || j > self.n || (self.sides == 3 && j > i) {
+            return None;
+        }
+        Some(if self.sides == 3 { i * (i + 1) / 2 + j } else { i * (self.n + 1) + j })
+    }
+
+    /// Grid coordinates of every place in `points`.
+    pub fn coordinates(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        (0..=self.n)
+            .flat_map(move |i| (0..=if self.sides == 3 { i } else { self.n }).map(move |j| [i, j]))
+    }
+
+    /// Points that could be compared.
+    pub fn valid(&self) -> impl Iterator<Item = &Sample> {
+        self.points.iter().flatten()
+    }
+
+    /// Area that each point stands for [mm^2], in the order of `points` (trapezoidal rule on the grid cells).
+    #[must_use]
+    pub fn areas(&self) -> Vec<f64> {
+        let cell = 1.0 / (self.n * self.n) as f64;
+        self.coordinates()
+            .zip(&self.points)
+            .map(|(at, point)| point.map_or(0.0, |p| p.jacobian * cell * self.share(at)))
+            .collect()
+    }
+
+    /// Share of a cell that a grid point stands for: a quarter at a corner of a square, a sixth for each triangle.
+    fn share(&self, [i, j]: [usize; 2]) -> f64 {
+        let n = self.n;
+        let end = |k: usize| if k == 0 || k == n { 0.5 } else { 1.0 };
+        if self.sides == 4 {
+            return end(i) * end(j);
+        }
+        // Sub-triangles that meet here: six inside, three on a side, one at the corners (half a cell each, a
+        // third of it to each corner).
+        let borders = usize::from(j == 0) + usize::from(j == i) + usize::from(i == n);
+        let triangles = match borders {
+            0 => 6.0,
+            1 => 3.0,
+            _ => 1.0,
+        };
+        triangles / 6.0
+    }
+
+    /// Sub-cells as corners in `points`: quadrilaterals, or triangles on a triangular patch.
+    #[must_use]
+    pub fn cells(&self) -> Vec<Vec<usize>> {
+        let mut cells = Vec::new();
+        for i in 0..self.n {
+            for j in 0..self.n {
+                let ring = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+                let ids: Vec<usize> = ring.iter().filter_map(|&(i, j)| self.index(i, j)).collect();
+                if self.sides == 4 {
+                    cells.push(ids);
+                } else if ids.len() >= 3 {
+                    cells.push(ids[..3].to_vec());
+                    if let [a, _, c, d] = ids[..] {
+                        cells.push(vec![a, c, d]);
+                    }
+                }
+            }
+        }
+        cells
+    }
+}

@@ -1,0 +1,69 @@
+//! An audit as a picture: patches cut into cells, coloured by their shape error.
+
+use super::sample::PatchSamples;
+use crate::geometry::Vec3;
+use crate::report::charts::ValuedSurface;
+use crate::report::{CellKind, DataArray, Vtu};
+use crate::tool::ToolModel;
+
+/// Grid points of all patches and the cells between them; points that could not be compared carry NaN.
+struct Cut {
+    points: Vec<Vec3>,
+    delta: Vec<f64>,
+    normal: Vec<f64>,
+    cells: Vec<(usize, Vec<usize>)>,
+}
+
+fn cut(tool: &ToolModel, samples: &[PatchSamples]) -> Cut {
+    let mut out = Cut { points: vec![], delta: vec![], normal: vec![], cells: vec![] };
+    for (id, (patch, grid)) in tool.patches.iter().zip(samples).enumerate() {
+        let start = out.points.len();
+        for ([i, j], sample) in grid.coordinates().zip(&grid.points) {
+            let at = |k: usize| k as f64 / grid.n as f64;
+            out.points.push(sample.map_or_else(|| patch.derivs(at(i), at(j)).s, |s| s.point));
+            out.delta.push(sample.map_or(f64::NAN, |s| s.delta));
+            out.normal.push(sample.and_then(|s| s.normal_deg).unwrap_or(f64::NAN));
+        }
+        let shifted = |cell: Vec<usize>| cell.into_iter().map(|k| k + start).collect();
+        out.cells.extend(grid.cells().into_iter().map(|c| (id, shifted(c))));
+    }
+    out
+}
+
+/// The patches as an unstructured grid: point data `shape_error_mm`, `normal_error_deg`; cell data `face`, `patch`.
+#[must_use]
+pub fn grid(tool: &ToolModel, samples: &[PatchSamples]) -> Vtu {
+    let cut = cut(tool, samples);
+    let mut vtu = Vtu::new(cut.points);
+    for (_, cell) in &cut.cells {
+        let kind = if cell.len() == 3 { CellKind::Triangle } else { CellKind::Quad };
+        let ids: Vec<u32> = cell.iter().map(|&k| k as u32).collect();
+        vtu.push_cell(kind, &ids);
+    }
+    let of_cells = |value: &dyn Fn(usize) -> i32| cut.cells.iter().map(|c| value(c.0)).collect();
+    vtu.point_data.push(DataArray::scalar("shape_error_mm", cut.delta));
+    vtu.point_data.push(DataArray::scalar("normal_error_deg", cut.normal));
+    vtu.cell_data.push(DataArray::integer("face", of_cells(&|p| tool.faces[p] as i32)));
+    vtu.cell_data.push(DataArray::integer("patch", of_cells(&|p| p as i32)));
+    vtu
+}
+
+/// The patches as a coloured surface for a page.
+#[must_use]
+pub fn surface(tool: &ToolModel, samples: &[PatchSamples]) -> ValuedSurface {
+    let cut = cut(tool, samples);
+    let mut triangles = Vec::new();
+    for (_, cell) in &cut.cells {
+        let id = |k: usize| cell[k] as u32;
+        triangles.extend((2..cell.len()).map(|k| [id(0), id(k - 1), id(k)]));
+    }
+    ValuedSurface {
+        name: tool.name.clone(),
+        points: cut.points,
+        triangles,
+        values: cut.delta,
+        quantity: "shape error [mm]".into(),
+        opacity: 1.0,
+        signed: true,
+    }
+}

@@ -93,7 +93,7 @@ impl ToolSurface {
                 self.try_piece(p, &self.pieces[k as usize], &mut best, 0);
             }
         }
-        let slack = |best: &Best| best.distance_squared * (1.0 + 1e-12) + 1e-24;
+        let slack = |best: &Best| best.distance_squared * (1.0 + 1e-12) + self.rounding().powi(2);
         let start = slack(&best);
         self.tree.nearest(p, start, |k| {
             let piece = &self.pieces[k];
@@ -141,8 +141,8 @@ impl ToolSurface {
         let patch = &self.model.patches[piece.patch as usize];
         let (at, distance_squared) = nearest_in_piece(p, patch, piece);
         self.offer(p, best, piece.patch, at, distance_squared);
-        let farthest = best.distance_squared.sqrt() + piece.bounds.diagonal();
-        if farthest <= piece.convex_within || cuts >= MAX_CUTS {
+        // Only points nearer than the best matter, and a piece turns too little to come back to them.
+        if best.distance_squared.sqrt() <= piece.convex_within || cuts >= MAX_CUTS {
             return;
         }
         for quarter in piece.quarters(patch) {
@@ -152,15 +152,20 @@ impl ToolSurface {
         }
     }
 
+    /// A length that is nothing but rounding [mm].
+    fn rounding(&self) -> f64 {
+        1e-14 * self.bounds.diagonal()
+    }
+
     fn offer(&self, p: &Vec3, best: &mut Best, patch: u32, at: Vec2, distance_squared: f64) {
-        let tie = 1e-12 * best.distance_squared.min(distance_squared) + 1e-24;
+        let tie = 1e-12 * best.distance_squared.min(distance_squared) + self.rounding().powi(2);
         if distance_squared > best.distance_squared + tie {
             return;
         }
         let d = self.model.patches[patch as usize].derivs(at.x, at.y);
         let facing = unit_normal(&d).map_or(0.0, |n| {
             let q = p - d.s;
-            n.dot(&q).abs() / q.norm().max(1e-12)
+            n.dot(&q).abs() / q.norm().max(self.rounding())
         });
         let tied = distance_squared >= best.distance_squared - tie;
         let better = !tied

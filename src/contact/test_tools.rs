@@ -145,3 +145,79 @@ pub(crate) fn revolved(name: &str, around: usize, angle: f64, profile: &[Piece])
         })
         .build()
 }
+
+/// Outline of the quarter cross opening (half length 65, half width 30, convex R 20, concave R 14) at
+/// `t` in 0..1 of piece `k` in 0..7: point and unit normal away from the opening.
+fn outline(k: usize, t: f64) -> ([f64; 2], [f64; 2]) {
+    let straight = |a: [f64; 2], b: [f64; 2], m: [f64; 2]| {
+        ([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t], m)
+    };
+    let corner = |c: [f64; 2], r: f64, from: f64, to: f64, side: f64| {
+        let (s, k) = (from + (to - from) * t).to_radians().sin_cos();
+        ([c[0] + r * k, c[1] + r * s], [side * k, side * s])
+    };
+    match k {
+        0 => straight([65.0, 0.0], [65.0, 10.0], [1.0, 0.0]),
+        1 => corner([45.0, 10.0], 20.0, 0.0, 90.0, 1.0),
+        2 => straight([45.0, 30.0], [44.0, 30.0], [0.0, 1.0]),
+        3 => corner([44.0, 44.0], 14.0, 270.0, 180.0, -1.0),
+        4 => straight([30.0, 44.0], [30.0, 45.0], [1.0, 0.0]),
+        5 => corner([10.0, 45.0], 20.0, 0.0, 90.0, 1.0),
+        _ => straight([10.0, 65.0], [0.0, 65.0], [0.0, 1.0]),
+    }
+}
+
+/// A surface swept along the cross outline: `at(point, outward normal, v)`.
+fn swept(
+    b: Builder,
+    cells: usize,
+    across: usize,
+    at: impl Fn([f64; 2], [f64; 2], f64) -> Oriented,
+) -> Builder {
+    (0..7).fold(b, |b, k| {
+        let n = if k % 2 == 1 { cells } else { 1 };
+        b.grid(n, across, |u, v| {
+            let (q, m) = outline(k, u);
+            at(q, m, v)
+        })
+    })
+}
+
+fn flat_to_square(q: [f64; 2], m: [f64; 2], off: f64, size: f64, v: f64, n: Vec3) -> Oriented {
+    let p = Vec3::new(q[0] + off * m[0], q[1] + off * m[1], 0.0);
+    (p * (1.0 + (size / p.amax() - 1.0) * v), n)
+}
+
+/// Die, holder and punch of the quarter cross tool: `cells` patches a corner and a fillet.
+pub(crate) fn cross(cells: usize) -> [ToolModel; 3] {
+    let size = 140.0;
+    let turn = |v: f64| (v * std::f64::consts::FRAC_PI_2).sin_cos();
+    let die = swept(Builder::new("die"), cells, 1, |q, m, v| {
+        flat_to_square(q, m, 7.0, size, v, Vec3::z())
+    });
+    let die = swept(die, cells, cells, |q, m, v| {
+        let (s, c) = turn(v);
+        let (off, z) = (7.0 - 7.0 * s, -7.0 + 7.0 * c);
+        (Vec3::new(q[0] + off * m[0], q[1] + off * m[1], z), Vec3::new(-s * m[0], -s * m[1], c))
+    });
+    let die = swept(die, cells, 1, |q, m, v| {
+        (Vec3::new(q[0], q[1], -7.0 - 73.0 * v), Vec3::new(-m[0], -m[1], 0.0))
+    });
+    let holder = swept(Builder::new("holder"), cells, 1, |q, m, v| {
+        flat_to_square(q, m, 1.0, size, v, -Vec3::z())
+    });
+    let punch = swept(Builder::new("punch"), cells, 1, |q, m, v| {
+        (Vec3::new(q[0] - 10.8 * m[0], q[1] - 10.8 * m[1], 0.0) * (1.0 - v), -Vec3::z())
+    });
+    let punch = swept(punch, cells, cells, |q, m, v| {
+        let (s, c) = turn(v);
+        let off = -10.8 + 10.0 * s;
+        let p = Vec3::new(q[0] + off * m[0], q[1] + off * m[1], 10.0 - 10.0 * c);
+        (p, Vec3::new(s * m[0], s * m[1], -c))
+    });
+    let punch = swept(punch, cells, 1, |q, m, v| {
+        let p = Vec3::new(q[0] - 0.8 * m[0], q[1] - 0.8 * m[1], 10.0 + 80.0 * v);
+        (p, Vec3::new(m[0], m[1], 0.0))
+    });
+    [die.build(), holder.build(), punch.build()]
+}

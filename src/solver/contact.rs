@@ -27,10 +27,6 @@ pub(super) struct Candidate {
     pub(super) node: usize,
     pub(super) tool: usize,
     pub(super) active: bool,
-    /// Times its state changed in this increment.
-    pub(super) toggles: u32,
-    /// Iterations it has to wait before its state may change again.
-    pub(super) wait: u32,
     /// It touched in this very iteration.
     pub(super) fresh: bool,
     /// Times its foot changed patches in this increment while it touched.
@@ -82,6 +78,8 @@ pub(super) struct Condition {
 pub(super) struct Scales {
     pub(super) normal: f64,
     pub(super) tangential: f64,
+    /// Slip that is nothing but rounding [mm].
+    pub(super) rounding: f64,
 }
 
 /// Changes of patch in an increment after which a touching node stays on its patch.
@@ -124,8 +122,6 @@ impl ContactSet {
                 node,
                 tool,
                 active: false,
-                toggles: 0,
-                wait: 0,
                 fresh: false,
                 swings: 0,
                 sliding: true,
@@ -153,7 +149,7 @@ impl ContactSet {
     pub(super) fn commit(&mut self) {
         for (c, saved) in self.candidates.iter_mut().zip(&mut self.saved) {
             c.anchor = c.foot.point;
-            (c.toggles, c.wait, c.fresh) = (0, 0, false);
+            c.fresh = false;
             c.swings = 0;
             *saved = Saved { active: c.active, sliding: c.sliding, patch: c.foot.patch };
         }
@@ -165,7 +161,7 @@ impl ContactSet {
             c.active = saved.active;
             c.sliding = saved.sliding;
             c.foot.patch = saved.patch;
-            (c.toggles, c.wait, c.fresh) = (0, 0, false);
+            c.fresh = false;
             c.swings = 0;
         }
     }
@@ -235,7 +231,8 @@ pub(super) fn touching(
     // force yet, but its coupling to friction.
     let law = if lambda > 0.0 || c.fresh { law } else { Coulomb { mu: 0.0 } };
     let bound = law.mu * lambda;
-    let backward = bound > 0.0 && traction.dot(&slip) > 0.25 * bound * slip.norm();
+    let moved = slip.norm() > scales.rounding;
+    let backward = bound > 0.0 && moved && traction.dot(&slip) > 0.25 * bound * slip.norm();
     let stiffness = if c.sliding && !backward {
         slip_stiffness(bound.max(traction.norm()), slip.norm(), scales.tangential)
     } else {
@@ -283,7 +280,8 @@ pub(super) fn touching(
 /// yet begins to slide. A stiffness of the mesh would be too large wherever a whole part of the sheet moves
 /// together: its nodes would turn back and forth for ever.
 fn slip_stiffness(force: f64, slip: f64, mesh: f64) -> f64 {
-    let most = 1e6 * mesh;
+    // Never so large that the rounding of `s` would show.
+    let most = 10.0 * mesh;
     if force > 0.0 && most * slip > 1.5 * force { 1.5 * force / slip } else { mesh }
 }
 

@@ -5,6 +5,7 @@
 //! - `system`: residual and condensed matrix; [`linear`]: its solution
 //! - [`newton`], `stepping`, [`stages`]: increments; [`simulation`]: the driver
 
+mod active_set;
 pub mod assembly;
 pub mod blank;
 pub mod constraints;

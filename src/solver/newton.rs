@@ -1,10 +1,11 @@
 //! One increment: semi-smooth Newton with plasticity, contact and friction in the same loop.
 
+use super::active_set::{Pivoting, revise, settle};
 use super::assembly::ElementFailure;
 use super::element::Want;
 use super::linear::LinearError;
 use super::stages::{IterationRecord, Limits};
-use super::system::{Correction, Residual, Role, System};
+use super::system::{Correction, Residual, System};
 
 /// What an iterate is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,17 +51,15 @@ pub enum NewtonError {
 /// A converged increment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct NewtonStats {
-    /// Linear solves.
+    /// Iterations: element loops that were followed by a correction.
     pub iterations: usize,
+    /// Linear solves, those that settled the active set included.
+    pub solves: usize,
     /// Contact states that changed on the way.
     pub changes: usize,
-    /// Candidates whose state was changing back and forth and had to be damped.
+    /// Iterations in which contact states went back and forth and were damped.
     pub cycling: usize,
 }
-
-/// Changes of state after which a candidate waits before it may change again, longer each time.
-const PATIENCE: u32 = 3;
-const LONGEST_WAIT: u32 = 5;
 
 /// Solves the increment from the present iterate of `sys`; `history` receives every iterate, also on failure.
 ///
@@ -73,16 +72,18 @@ pub(super) fn solve(
 ) -> Result<NewtonStats, NewtonError> {
     let mut stats = NewtonStats::default();
     let mut last: Option<Correction> = None;
-    let mut settled = false;
+    let mut near_balance = false;
+    let mut pivoting = Pivoting::new();
     loop {
         evaluate_or_shorten(sys, &mut last)?;
         sys.search();
-        let changes = revise(sys, last.as_ref(), settled, limits, &mut stats);
+        let changes = revise(sys, last.as_ref(), near_balance, limits, &mut pivoting);
         let residual = sys.assemble();
         let record = record(sys, &residual, last.as_ref(), changes);
-        settled = record.residual < 1e-3;
+        near_balance = record.residual < 1e-3;
         history.push(record);
         stats.changes += changes;
+        stats.cycling = pivoting.damped;
         match verdict(sys, &residual, changes, stats.iterations, limits) {
             Verdict::Converged => return Ok(stats),
             Verdict::Continue => {}
@@ -96,8 +97,11 @@ pub(super) fn solve(
                 });
             }
         }
-        let correction = sys.correct()?;
-        let share = bounded_share(sys, &correction);
+        let first = sys.correct()?;
+        let (correction, solves) = settle(sys, first, limits)?;
+        sys.remember_sliding();
+        stats.solves += 1 + solves;
+        let share = bounded_share(sys, &correction) * if swings(history) { 0.5 } else { 1.0 };
         apply(sys, &correction, share);
         stats.iterations += 1;
         last = Some(correction);
@@ -159,6 +163,15 @@ fn evaluate_or_shorten(sys: &mut System, last: &mut Option<Correction>) -> Resul
     Ok(sys.evaluate(Want::ResidualAndTangent)?)
 }
 
+/// True when the residual has come back to where it was two iterations ago, twice: points that stick and
+/// slide in turn. Half a step lets them settle on one side.
+fn swings(history: &[IterationRecord]) -> bool {
+    let n = history.len();
+    n >= 6
+        && n % 2 == 0
+        && (1..=2).all(|k| history[n - k].residual > 0.3 * history[n - k - 2].residual)
+}
+
 /// Share of the correction that moves no node farther than two element lengths.
 fn bounded_share(sys: &System, correction: &Correction) -> f64 {
     let largest = correction.u.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -170,109 +183,5 @@ fn apply(sys: &mut System, correction: &Correction, share: f64) {
     sys.u.iter_mut().zip(&correction.u).for_each(|(u, d)| *u += share * d);
     for &(tool, travel) in &correction.travels {
         sys.tools[tool].travel += share * travel;
-    }
-}
-
-/// Lets go of nodes that would be pulled, takes in nodes that penetrate; returns how many should change,
-/// those that have to wait included.
-///
-/// The multiplier looked at is the one the linear system predicted: an active set method, not disturbed by
-/// what plasticity left over. A candidate that changed too often waits a while, longer each time.
-fn revise(
-    sys: &mut System,
-    last: Option<&Correction>,
-    settled: bool,
-    limits: &Limits,
-    stats: &mut NewtonStats,
-) -> usize {
-    let mut changes = 0;
-    for c in &mut sys.contact.candidates {
-        c.wait = c.wait.saturating_sub(1);
-    }
-    let lambdas: Vec<(usize, f64)> = last.map_or_else(Vec::new, |c| c.lambdas.clone());
-    let largest = lambdas.iter().fold(0.0, |m: f64, l| m.max(l.1.abs()));
-    for (k, lambda) in lambdas {
-        let lost = !sys.can_touch(k);
-        let pulled = lambda < -1e-10 * largest && (!settled || sys.lambda(k) < 0.0);
-        let waits = sys.contact.candidates[k].wait > 0;
-        if lost || (pulled && !waits) {
-            switch(sys, k, false, stats);
-        }
-        changes += usize::from(lost || pulled);
-    }
-    for (k, _) in active_list(sys) {
-        if !sys.can_touch(k) {
-            switch(sys, k, false, stats);
-            changes += 1;
-        }
-    }
-    let touch = -0.5 * limits.gap_tolerance * sys.lengths.shortest_edge;
-    changes + take_in(sys, touch, stats) + keep_pushed_tools(sys, stats)
-}
-
-fn active_list(sys: &System) -> Vec<(usize, usize)> {
-    sys.contact.active().map(|(k, c)| (k, c.node)).collect()
-}
-
-/// Takes in every free node whose gap is below `touch` [mm]; of two tools, the one it is deeper in.
-pub(super) fn take_in(sys: &mut System, touch: f64, stats: &mut NewtonStats) -> usize {
-    let mut busy = vec![false; sys.node_count()];
-    for (_, node) in active_list(sys) {
-        busy[node] = true;
-    }
-    let mut wanted: Vec<usize> = (0..sys.contact.candidates.len())
-        .filter(|&k| {
-            let c = &sys.contact.candidates[k];
-            !c.active && !busy[c.node] && c.foot.gap < touch && sys.can_touch(k)
-        })
-        .collect();
-    let set = &sys.contact.candidates;
-    wanted.sort_by(|&a, &b| {
-        set[a].node.cmp(&set[b].node).then(set[a].foot.gap.total_cmp(&set[b].foot.gap))
-    });
-    wanted.dedup_by_key(|k| set[*k].node);
-    for &k in &wanted {
-        if sys.contact.candidates[k].wait == 0 {
-            switch(sys, k, true, stats);
-        }
-    }
-    wanted.len()
-}
-
-/// A tool moved by force needs something to push against: its nearest node at least.
-pub(super) fn keep_pushed_tools(sys: &mut System, stats: &mut NewtonStats) -> usize {
-    let mut changes = 0;
-    for tool in 0..sys.tools.len() {
-        let pushed = matches!(sys.roles[tool], Role::Force(_));
-        if !pushed || sys.contact.active().any(|(_, c)| c.tool == tool) {
-            continue;
-        }
-        let busy: Vec<usize> = sys.contact.active().map(|(_, c)| c.node).collect();
-        let nearest = (0..sys.contact.candidates.len())
-            .filter(|&k| {
-                let c = &sys.contact.candidates[k];
-                c.tool == tool && sys.can_touch(k) && busy.binary_search(&c.node).is_err()
-            })
-            .min_by(|&a, &b| {
-                let gap = |k: usize| sys.contact.candidates[k].foot.gap;
-                gap(a).total_cmp(&gap(b))
-            });
-        if let Some(k) = nearest {
-            switch(sys, k, true, stats);
-            changes += 1;
-        }
-    }
-    changes
-}
-
-fn switch(sys: &mut System, k: usize, active: bool, stats: &mut NewtonStats) {
-    let c = &mut sys.contact.candidates[k];
-    c.active = active;
-    c.sliding = true;
-    c.fresh = active;
-    c.toggles += 1;
-    if c.toggles > PATIENCE {
-        c.wait = (c.toggles - PATIENCE).min(LONGEST_WAIT);
-        stats.cycling += usize::from(c.toggles == PATIENCE + 1);
     }
 }

@@ -1,8 +1,9 @@
 //! Increments of a stage: predict, solve, accept or cut and restore, choose the next step.
 
+use super::active_set::{keep_pushed_tools, take_in};
 use super::assembly::Evaluation;
 use super::constraints::Constraints;
-use super::newton::{NewtonError, NewtonStats, keep_pushed_tools, solve, take_in};
+use super::newton::{NewtonError, NewtonStats, solve};
 use super::rigid::hold_rigid_modes;
 use super::simulation::{Control, Simulation, SimulationError};
 use super::stages::IncrementReport;
@@ -120,9 +121,8 @@ fn begin(sim: &mut Simulation, stage: usize) -> Plan {
         }
     }
     sys.search();
-    let mut ignored = NewtonStats::default();
-    take_in(sys, 1e-6 * sys.lengths.shortest_edge, &mut ignored);
-    keep_pushed_tools(sys, &mut ignored);
+    take_in(sys, 1e-6 * sys.lengths.shortest_edge);
+    keep_pushed_tools(sys);
     sys.contact.commit();
     let supported = motions.iter().any(|m| !matches!(m, Motion::Absent | Motion::Release));
     if !supported {
@@ -249,8 +249,13 @@ fn add_work(sim: &mut Simulation) {
 
 /// Larger after easy increments, smaller after hard ones.
 fn next_step(step: f64, stats: &NewtonStats, wanted: usize) -> f64 {
-    let ratio = wanted as f64 / stats.iterations.max(1) as f64;
-    step * ratio.sqrt().clamp(0.6, 1.5)
+    let factor = match stats.iterations {
+        n if 4 * n <= 3 * wanted => 1.5,
+        n if 4 * n <= 5 * wanted => 1.2,
+        n if n <= 3 * wanted => 1.0,
+        _ => 0.7,
+    };
+    step * factor
 }
 
 fn gave_up(

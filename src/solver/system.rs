@@ -98,7 +98,7 @@ impl System {
             held_at: vec![0.0; n],
             eval: Evaluation::default(),
             conditions: Vec::new(),
-            scales: Scales { normal: 1.0, tangential: 1.0 },
+            scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0 },
             timings: Timings::default(),
             solver,
             values: vec![0.0; body.pattern().nnz()],
@@ -161,7 +161,7 @@ impl System {
             .map(|(x, u)| x + Vec3::from_column_slice(u))
             .collect();
         let present: Vec<bool> = self.roles.iter().map(|r| *r != Role::Absent).collect();
-        self.contact.search(&x, &self.tools, &present, 2.0 * self.lengths.longest_edge);
+        self.contact.search(&x, &self.tools, &present, self.lengths.longest_edge);
         self.timings.search += start.elapsed().as_secs_f64();
     }
 
@@ -178,7 +178,11 @@ impl System {
             least += d.iter().copied().fold(f64::INFINITY, f64::min) / count;
         }
         let positive = |v: f64| if v > 0.0 && v.is_finite() { v } else { 1.0 };
-        self.scales = Scales { normal: positive(most), tangential: positive(least) };
+        self.scales = Scales {
+            normal: positive(most),
+            tangential: positive(least),
+            rounding: 1e-10 * self.lengths.shortest_edge,
+        };
     }
 
     /// Conditions of all nodes that are held or touch, and the size of the residual. Touching nodes that no
@@ -211,10 +215,6 @@ impl System {
             }
             residual.length = residual.length.max(condition.length);
             residual.slipping += usize::from(condition.slipping);
-            if let Some(k) = condition.candidate {
-                self.contact.candidates[k].sliding = condition.slipping;
-                self.contact.candidates[k].fresh = false;
-            }
             if !plain {
                 let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
                 hold(&mut condition, &free, &(self.displacement(node) - held), self.scales);
@@ -231,6 +231,15 @@ impl System {
         residual.reference = supports.sqrt();
         self.timings.contact += start.elapsed().as_secs_f64();
         residual
+    }
+
+    /// Lets every touching candidate remember whether it slides; once an iterate.
+    pub(super) fn remember_sliding(&mut self) {
+        for c in &self.conditions {
+            if let Some(k) = c.candidate {
+                self.contact.candidates[k].sliding = c.slipping;
+            }
+        }
     }
 
     fn touching(&self, k: usize, r: &Vec3, free: &Mat3) -> Option<Condition> {

@@ -1,0 +1,189 @@
+//! The active set: which nodes count as touching in the next iteration.
+//!
+//! A primal-dual active set method in blocks: every node that is pulled is let go and every node that
+//! penetrates is taken in, at once; when that no longer brings fewer wrong nodes, only the worst of them
+//! (block principal pivoting, Judice & Pires 1994), which ends the going back and forth of large blocks.
+
+use super::contact::Candidate;
+use super::linear::LinearError;
+use super::stages::Limits;
+use super::system::{Correction, Role, System};
+use crate::geometry::Vec3;
+
+/// How the revision of the active set goes in one increment.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pivoting {
+    /// Fewest wrong nodes so far.
+    fewest: usize,
+    /// Iterations since.
+    since: usize,
+    /// Times blocks had to be cut down.
+    pub(super) damped: usize,
+}
+
+/// Iterations without fewer wrong nodes before only a part of them is changed.
+const PATIENCE: usize = 4;
+
+impl Pivoting {
+    pub(super) fn new() -> Self {
+        Self { fewest: usize::MAX, since: 0, damped: 0 }
+    }
+
+    /// How many of `wrong` nodes (of `total` in both lists) to change now.
+    fn block(&self, wrong: usize) -> usize {
+        if self.since <= PATIENCE { wrong } else { wrong.div_ceil(self.since.min(6)) }
+    }
+
+    fn count(&mut self, wrong: usize) {
+        if wrong < self.fewest {
+            (self.fewest, self.since) = (wrong, 0);
+        } else if wrong > 0 {
+            self.since += 1;
+            self.damped += usize::from(self.since > PATIENCE);
+        }
+    }
+}
+
+/// Lets go of nodes that are pulled, takes in nodes that penetrate; returns how many were wrong. To be
+/// called at a new iterate, after the search.
+pub(super) fn revise(
+    sys: &mut System,
+    last: Option<&Correction>,
+    near_balance: bool,
+    limits: &Limits,
+    pivoting: &mut Pivoting,
+) -> usize {
+    sys.contact.candidates.iter_mut().for_each(|c| c.fresh = false);
+    let lost: Vec<usize> =
+        sys.contact.active().map(|(k, _)| k).filter(|&k| !sys.can_touch(k)).collect();
+    lost.iter().for_each(|&k| switch(sys, k, false));
+    let pulled = pulled(sys, last, near_balance);
+    let inside = penetrating(sys, touch(sys, limits), |c| c.foot.gap);
+    let wrong = pivot(sys, pulled, inside, pivoting);
+    lost.len() + wrong + keep_pushed_tools(sys)
+}
+
+/// Settles the active set on the linearised system, where plasticity cannot interfere: corrects again until
+/// the predicted forces push and the predicted gaps are open, or `MOST` times. Returns the last correction
+/// and how often the system was solved again.
+pub(super) fn settle(
+    sys: &mut System,
+    mut correction: Correction,
+    limits: &Limits,
+) -> Result<(Correction, usize), LinearError> {
+    const MOST: usize = 12;
+    let mut pivoting = Pivoting::new();
+    for solves in 0..MOST {
+        let pulled = pulled(sys, Some(&correction), false);
+        let inside = {
+            let mut moves = vec![0.0; sys.tools.len()];
+            correction.travels.iter().for_each(|&(tool, travel)| moves[tool] = travel);
+            penetrating(sys, touch(sys, limits), |c| {
+                let du = Vec3::from_column_slice(&correction.u[3 * c.node..3 * c.node + 3]);
+                let tool = sys.tools[c.tool].setup.direction * moves[c.tool];
+                c.foot.gap + c.foot.normal.dot(&(du - tool))
+            })
+        };
+        if pivot(sys, pulled, inside, &mut pivoting) == 0 {
+            return Ok((correction, solves));
+        }
+        keep_pushed_tools(sys);
+        sys.assemble();
+        correction = sys.correct()?;
+    }
+    Ok((correction, MOST))
+}
+
+fn touch(sys: &System, limits: &Limits) -> f64 {
+    -0.5 * limits.gap_tolerance * sys.lengths.shortest_edge
+}
+
+/// Changes the state of wrong candidates: all, or the worst part of them; returns how many are wrong.
+fn pivot(
+    sys: &mut System,
+    mut pulled: Vec<(usize, f64)>,
+    mut inside: Vec<(usize, f64)>,
+    pivoting: &mut Pivoting,
+) -> usize {
+    let wrong = pulled.len() + inside.len();
+    pivoting.count(wrong);
+    pulled.sort_by(|a, b| a.1.total_cmp(&b.1));
+    inside.sort_by(|a, b| a.1.total_cmp(&b.1));
+    for &(k, _) in &pulled[..pivoting.block(pulled.len())] {
+        switch(sys, k, false);
+    }
+    for &(k, _) in &inside[..pivoting.block(inside.len())] {
+        switch(sys, k, true);
+    }
+    wrong
+}
+
+/// Touching candidates that would be pulled, with their normal force.
+fn pulled(sys: &System, last: Option<&Correction>, near_balance: bool) -> Vec<(usize, f64)> {
+    let Some(last) = last else { return Vec::new() };
+    let largest = last.lambdas.iter().fold(0.0, |m: f64, l| m.max(l.1.abs()));
+    let of_note = -1e-10 * largest;
+    let wrong = |&(k, lambda): &(usize, f64)| {
+        sys.contact.candidates[k].active
+            && lambda < of_note
+            && (!near_balance || sys.lambda(k) < 0.0)
+    };
+    last.lambdas.iter().filter(|l| wrong(l)).copied().collect()
+}
+
+/// Free nodes whose `gap` is below `touch` [mm], with it; of two tools, the one a node is deeper in.
+fn penetrating(sys: &System, touch: f64, gap: impl Fn(&Candidate) -> f64) -> Vec<(usize, f64)> {
+    let mut busy = vec![false; sys.node_count()];
+    for (_, c) in sys.contact.active() {
+        busy[c.node] = true;
+    }
+    let set = &sys.contact.candidates;
+    let mut out: Vec<(usize, f64)> = (0..set.len())
+        .filter(|&k| !set[k].active && !busy[set[k].node])
+        .map(|k| (k, gap(&set[k])))
+        .filter(|&(k, gap)| gap < touch && sys.can_touch(k))
+        .collect();
+    out.sort_by(|a, b| set[a.0].node.cmp(&set[b.0].node).then(a.1.total_cmp(&b.1)));
+    out.dedup_by_key(|c| set[c.0].node);
+    out
+}
+
+/// Takes in every free node whose gap is below `touch` [mm].
+pub(super) fn take_in(sys: &mut System, touch: f64) {
+    for (k, _) in penetrating(sys, touch, |c| c.foot.gap) {
+        switch(sys, k, true);
+    }
+}
+
+/// A tool moved by force needs something to push against: its nearest node at least.
+pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
+    let mut changes = 0;
+    for tool in 0..sys.tools.len() {
+        let pushed = matches!(sys.roles[tool], Role::Force(_));
+        if !pushed || sys.contact.active().any(|(_, c)| c.tool == tool) {
+            continue;
+        }
+        let busy: Vec<usize> = sys.contact.active().map(|(_, c)| c.node).collect();
+        let nearest = (0..sys.contact.candidates.len())
+            .filter(|&k| {
+                let c = &sys.contact.candidates[k];
+                c.tool == tool && sys.can_touch(k) && busy.binary_search(&c.node).is_err()
+            })
+            .min_by(|&a, &b| {
+                let gap = |k: usize| sys.contact.candidates[k].foot.gap;
+                gap(a).total_cmp(&gap(b))
+            });
+        if let Some(k) = nearest {
+            switch(sys, k, true);
+            changes += 1;
+        }
+    }
+    changes
+}
+
+fn switch(sys: &mut System, k: usize, active: bool) {
+    let c = &mut sys.contact.candidates[k];
+    c.active = active;
+    c.sliding = true;
+    c.fresh = active;
+}

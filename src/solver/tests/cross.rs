@@ -1,0 +1,67 @@
+//! The quarter cross tool, coarse: the demo's process on hand-made tools.
+
+use std::sync::Arc;
+
+use super::{body, stage, tool};
+use crate::contact::test_tools::cross;
+use crate::geometry::Vec3;
+use crate::solver::blank::rectangle;
+use crate::solver::material::elastic::Elastic;
+use crate::solver::material::hardening::Hardening;
+use crate::solver::material::hill48::Hill48;
+use crate::solver::material::plastic::Plastic;
+use crate::solver::{
+    Constraints, Control, Curve, IncrementReport, Limits, Motion, Placement, SheetSide, Simulation,
+    SimulationSetup,
+};
+
+fn setup(n: usize, depth: f64) -> SimulationSetup {
+    let mesh = rectangle(125.0, 125.0, 0.8, n, n, 2);
+    let mut constraints = Constraints::none(mesh.nodes.len());
+    constraints.symmetry_plane(&mesh.nodes, 0, 0.0, 1e-9);
+    constraints.symmetry_plane(&mesh.nodes, 1, 0.0, 1e-9);
+    let hill = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.29, m: 1.29, n: 1.29 };
+    let swift = Hardening::Swift { k: 565.32, eps0: 0.007117, n: 0.2589 };
+    let elastic = Elastic { young: 206_000.0, poisson: 0.3 };
+    let steel = Arc::new(Plastic::new(elastic, &hill, swift).unwrap());
+    let [die, holder, punch] = cross(4);
+    let mut tools = vec![
+        tool("die", die, Vec3::z(), SheetSide::Bottom, 0.03),
+        tool("holder", holder, -Vec3::z(), SheetSide::Top, 0.03),
+        tool("punch", punch, -Vec3::z(), SheetSide::Top, 0.03),
+    ];
+    tools.iter_mut().for_each(|t| t.placement = Placement::Touch);
+    let force = 72_500.0;
+    let clamp = vec![Motion::Hold, Motion::Force(Curve::ramp(0.0, force)), Motion::Absent];
+    let draw = vec![
+        Motion::Hold,
+        Motion::Force(Curve::constant(force)),
+        Motion::Travel(Curve::ramp(0.0, depth)),
+    ];
+    let mut stages = vec![stage("clamp", clamp, 1.0), stage("draw", draw, 0.1 / depth)];
+    stages[1].largest_step = (1.0 / depth).min(1.0);
+    SimulationSetup {
+        body: body(mesh, steel),
+        constraints,
+        tools,
+        stages,
+        limits: Limits::default(),
+        share: 4.0,
+    }
+}
+
+#[test]
+fn the_cross_tool_begins_to_draw() {
+    let n = 10;
+    let depth = 0.5;
+    let mut sim = Simulation::new(setup(n, depth)).unwrap();
+    let mut punch = Vec::new();
+    let done = sim.run(&mut |r: &IncrementReport<'_>| {
+        punch.push((r.tools[2].travel, r.tools[2].force));
+        Control::Continue
+    });
+    let summary = done.unwrap();
+    assert!(summary.iterations <= 16 * summary.increments, "{summary:?}");
+    let last = punch.last().unwrap();
+    assert!((last.0 - depth).abs() < 1e-12 && last.1 > 1000.0, "{punch:?}");
+}

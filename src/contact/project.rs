@@ -89,7 +89,7 @@ impl Quadratic {
     fn newton(&self) -> Vec2 {
         let [a, b, c] = self.hessian;
         let det = a * c - b * b;
-        if !(det > 0.0) {
+        if det.is_nan() || det <= 0.0 {
             return -self.gradient / self.scale.max(1e-300);
         }
         Vec2::new(
@@ -125,7 +125,7 @@ fn bounded_step(model: &Quadratic, domain: &Domain, x: Vec2) -> Vec2 {
         }
         let along = Vec2::new(-a.y, a.x);
         let curvature = model.form(&along, &along);
-        if !(curvature > 0.0) {
+        if curvature.is_nan() || curvature <= 0.0 {
             continue;
         }
         let step = along * (-model.gradient.dot(&along) / curvature);

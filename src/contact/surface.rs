@@ -249,7 +249,7 @@ fn locate(sides: usize, at: Vec2) -> (Location, Vec2) {
 fn weingarten(d: &PatchDerivs, n: &Vec3) -> Mat3 {
     let (e, f, g) = (d.d1.norm_squared(), d.d1.dot(&d.d2), d.d2.norm_squared());
     let det = e * g - f * f;
-    if !(det > 1e-20 * e * g) {
+    if det.is_nan() || det <= 1e-20 * e * g {
         return Mat3::zeros();
     }
     let s1 = (d.d1 * g - d.d2 * f) / det;

@@ -110,10 +110,13 @@ pub(crate) fn plane(name: &str, origin: Vec3, a: Vec3, b: Vec3, normal: Vec3) ->
     Builder::new(name).grid(1, 1, |u, v| (origin + a * u + b * v, normal)).build()
 }
 
+/// Point and normal at `t` in 0..1.
+type Profile = dyn Fn(f64) -> ([f64; 2], [f64; 2]);
+
 /// A piece of a profile in the (r, z) half-plane: where and with which normal at `t` in 0..1.
 pub(crate) struct Piece {
     pub(crate) cells: usize,
-    pub(crate) at: Box<dyn Fn(f64) -> ([f64; 2], [f64; 2])>,
+    pub(crate) at: Box<Profile>,
 }
 
 /// A straight piece with one normal.

@@ -89,11 +89,12 @@ impl Candidate {
     /// Projects anew. A touching node that swings between two patches, whose normals never agree quite, is
     /// held to the last one, carried on smoothly, until the increment is done.
     fn follow(&mut self, x: &Vec3, tool: &Tool, reach: f64) {
-        if self.active && self.swings >= SWINGS {
-            if let Some(foot) = tool.carried_on(x, &self.foot) {
-                self.foot = foot;
-                return;
-            }
+        if self.active
+            && self.swings >= SWINGS
+            && let Some(foot) = tool.carried_on(x, &self.foot)
+        {
+            self.foot = foot;
+            return;
         }
         let hint = (self.foot.patch != u32::MAX).then_some(self.foot.patch);
         let foot = tool.within(x, hint, reach);
@@ -188,7 +189,7 @@ const PUSHABLE: f64 = 0.3;
 fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
     let along = free * foot.normal;
     let share = along.norm();
-    if !(share > PUSHABLE) {
+    if share.is_nan() || share <= PUSHABLE {
         return None;
     }
     let normal = along / share;

@@ -168,7 +168,7 @@ fn evaluate_or_shorten(sys: &mut System, last: &mut Option<Correction>) -> Resul
 fn swings(history: &[IterationRecord]) -> bool {
     let n = history.len();
     n >= 6
-        && n % 2 == 0
+        && n.is_multiple_of(2)
         && (1..=2).all(|k| history[n - k].residual > 0.3 * history[n - k - 2].residual)
 }
 

@@ -47,6 +47,9 @@ pub(super) struct System {
     pub(super) values: Vec<f64>,
 }
 
+/// Displacements, and the travel of each tool moved by force.
+type Bordered = (Vec<f64>, Vec<(usize, f64)>);
+
 /// Lengths of the problem [mm].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lengths {
@@ -197,10 +200,10 @@ impl System {
         let mut residual =
             Residual { force: 0.0, reference: 0.0, length: 0.0, worst_node: 0, slipping: 0 };
         let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
-        for node in 0..self.node_count() {
+        for (node, touching) in by_node.iter().enumerate() {
             let r = self.force_at(node);
             let free = self.constraints.free_projector(node);
-            let condition = by_node[node].and_then(|k| self.touching(k, &r, &free));
+            let condition = touching.and_then(|k| self.touching(k, &r, &free));
             if condition.is_some() {
                 supports += r.norm_squared();
             } else {
@@ -352,7 +355,7 @@ impl System {
         mut all: Vec<Vec<f64>>,
         borders: &[Vec<f64>],
         moved: &[(usize, f64)],
-    ) -> Result<(Vec<f64>, Vec<(usize, f64)>), LinearError> {
+    ) -> Result<Bordered, LinearError> {
         let z = all.split_off(1);
         let Some(mut u) = all.pop() else { return Ok((Vec::new(), Vec::new())) };
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();

@@ -267,7 +267,7 @@ fn check(setup: &SimulationSetup) -> Result<(), SimulationError> {
     }
     for tool in &setup.tools {
         let length = tool.direction.norm();
-        if !((length - 1.0).abs() < 1e-9) {
+        if length.is_nan() || (length - 1.0).abs() > 1e-9 {
             return fail(format!("tool `{}`: direction has length {length}, must be 1", tool.name));
         }
         if !(tool.friction >= 0.0 && tool.friction.is_finite()) {

@@ -98,7 +98,7 @@ impl CheckedSolver {
             if now <= WANTED {
                 return Ok(());
             }
-            if !(now < 0.5 * left) {
+            if now.is_nan() || now >= 0.5 * left {
                 left = left.min(now);
                 break;
             }

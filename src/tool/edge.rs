@@ -46,8 +46,12 @@ pub struct EdgeCurve {
     pub fault: Option<EdgeFault>,
 }
 
-/// Half differences of unit normals below this are rounding: the edge is flat along them.
-const PARALLEL: f64 = 1e-12;
+/// Half differences of unit normals below this are the noise of CAD files (1e-9 of their lengths, 1e-10 in their
+/// normals): the edge is straight along them. A tangential part `(nu . d)/|dl|^2 dl` from noise alone would be as
+/// long as the edge itself, and the flats of a die beside its fillets would fold.
+const PARALLEL: f64 = 1e-8;
+/// Mean normals below this belong to opposite normals.
+const OPPOSITE: f64 = 1e-12;
 /// Largest `|c| / |d|` of a sound edge; a 90 degree arc has 1, one of 120 degrees 1.73.
 const SWING: f64 = 2.0;
 
@@ -63,7 +67,7 @@ pub fn coefficient(d: &Vec3, n0: &Vec3, n1: &Vec3) -> Vec3 {
     let dl = (n0 - n1) * 0.5;
     let (nu2, dl2) = (nu.norm_squared(), dl.norm_squared());
     let mut c = Vec3::zeros();
-    if nu2 > PARALLEL * PARALLEL {
+    if nu2 > OPPOSITE * OPPOSITE {
         c += nu * (dl.dot(d) / nu2);
     }
     if dl2 > PARALLEL * PARALLEL {
@@ -159,6 +163,13 @@ mod tests {
             assert!((d - c).dot(&n0).abs() < 1e-12 * d.norm() + 1e-8 * c.norm(), "{h}");
             assert!((c.norm() / d.norm() - h.tan()).abs() < 1e-6 * h, "h {h}: {}", c.norm());
         }
+    }
+
+    #[test]
+    fn noise_in_the_normals_of_a_flat_does_not_bend_it() {
+        let d = Vec3::new(30.0, 35.0, 0.0);
+        let noisy = Vec3::new(-7.25e-11, 3.9e-11, 1.0);
+        assert!(coefficient(&d, &noisy, &Vec3::z()).norm() < 1e-10 * d.norm());
     }
 
     #[test]

@@ -62,3 +62,14 @@ fn a_flat_holder_has_no_error_at_all() {
     let r = audited("cross_holder_144.igs", 4, MeshStyle::Structured);
     assert!(r.worst_mm() < 1e-9 && r.normal_max_deg < 1e-6 && r.folded.is_empty());
 }
+
+/// At a crease a point of one side takes the normal of its own face, not of the one met first.
+#[test]
+fn creases_do_not_count_as_normal_errors() {
+    let r = audited("cylinder_144.igs", 4, MeshStyle::Structured);
+    assert!(r.jumps.creases > 0 && (r.jumps.crease_deg - 90.0).abs() < 1.0);
+    assert!(r.normal_max_deg < 1.0, "{}", r.normal_max_deg);
+    let h: f64 = 11.25f64.to_radians();
+    let exact = 20.0 * (1.0 - h.cos()).powi(2) / (2.0 * h.cos());
+    assert!((r.max_mm / exact - 1.0).abs() < 1e-6, "{} {exact}", r.max_mm);
+}

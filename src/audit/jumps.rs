@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use super::reference::ReferenceSurface;
 use super::report::Jumps;
-use super::sample::angle_deg;
+use super::sample::{angle_deg, patch_normal};
 use crate::geometry::{Aabb, Vec3};
 use crate::tool::{Patch, ToolModel};
 
@@ -35,7 +35,8 @@ fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>) {
     let (a, b) = (c[side.side], c[(side.side + 1) % c.len()]);
     let t = if side.reversed { 1.0 - t } else { t };
     let (eta, zeta) = (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t);
-    (patch.derivs(eta, zeta).s, patch.normal(eta, zeta))
+    let d = patch.derivs(eta, zeta);
+    (d.s, patch_normal(&d))
 }
 
 /// Compares the patches that share an edge at `n + 1` points along it.

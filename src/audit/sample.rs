@@ -3,7 +3,7 @@
 use super::reference::ReferenceSurface;
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
-use crate::tool::Patch;
+use crate::tool::{Patch, PatchDerivs};
 
 /// A point of a patch compared with the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +42,7 @@ impl<R: ReferenceSurface> Probe<'_, R> {
         }
         let foot = self.reference.closest(&d.s, self.face)?;
         let cross = d.d1.cross(&d.d2);
-        let normal = unit(cross);
+        let normal = patch_normal(&d);
         let offset = d.s - foot.point;
         // At an apex the CAD has no normal: the patch's own tells the side, and the distance is the error.
         let delta = match unit(foot.normal) {
@@ -72,6 +72,13 @@ impl<R: ReferenceSurface> Probe<'_, R> {
 /// Angle between two directions [degrees], exact for small angles too.
 pub(super) fn angle_deg(a: &Vec3, b: &Vec3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b)).to_degrees()
+}
+
+/// Unit normal `S_eta x S_zeta / |.|`; `None` where the two are parallel to within 1e-9: at a corner of 180 degrees
+/// (two sides along one smooth border) their product is rounding and points anywhere.
+pub(super) fn patch_normal(d: &PatchDerivs) -> Option<Vec3> {
+    let cross = d.d1.cross(&d.d2);
+    (cross.norm() > 1e-9 * d.d1.norm() * d.d2.norm()).then(|| unit(cross)).flatten()
 }
 
 /// Parameters of a point well inside a patch.

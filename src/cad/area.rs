@@ -2,7 +2,7 @@
 
 use super::model::{Face, Model};
 use super::trim_region::TrimRegion;
-use crate::geometry::nurbs::Surface;
+use crate::geometry::nurbs::{Curve2, Surface};
 use crate::geometry::{Aabb, Vec2, Vec3};
 
 /// Nodes and weights of the 15-point Kronrod rule on [-1, 1] (positive half, centre last) and the weights of the
@@ -114,7 +114,7 @@ fn strip(surface: &Surface, knots: &[f64], low: f64, uv: Vec2, tolerance: f64) -
 }
 
 /// Parameters at which a curve crosses a v knot line of the surface become breaks: the integrand has a kink there.
-fn split_at_knots(breaks: &mut Vec<f64>, curve: &crate::geometry::nurbs::Curve2, knots: &[f64]) {
+fn split_at_knots(breaks: &mut Vec<f64>, curve: &Curve2, knots: &[f64]) {
     let mut extra = Vec::new();
     for w in breaks.windows(2) {
         const STEPS: u32 = 16;
@@ -152,68 +152,98 @@ impl Face {
     pub fn bbox(&self) -> Aabb {
         let mut bounds = Aabb::EMPTY;
         for used in self.loops.iter().flat_map(|l| &l.uses) {
-            let curve = &used.pcurve;
-            let [a, b] = curve.domain();
-            let spans = curve.knots().windows(2).filter(|w| w[0] < w[1]).count();
-            let inner = self.surface.knots().iter().map(|k| k.len()).max().unwrap_or(8);
-            let n = (16 * spans).max(4 * inner).min(2000);
-            let at = |k: usize| a + (b - a) * k as f64 / n as f64;
-            let point = |t: f64| self.surface.point(curve.point(t));
-            for axis in 0..3 {
-                for sign in [1.0, -1.0] {
-                    let value = |t: f64| sign * point(t)[axis];
-                    let best =
-                        (0..=n).max_by(|&i, &j| value(at(i)).total_cmp(&value(at(j)))).unwrap_or(0);
-                    let t = peak(value, at(best.saturating_sub(1)), at((best + 1).min(n)));
-                    [t, at(best)].into_iter().for_each(|t| bounds.grow(&point(t)));
-                }
+            self.border_extremes(&used.pcurve, &mut bounds);
+        }
+        let region = TrimRegion::new(self);
+        let Ok(piece) =
+            self.surface.trimmed([region.low.x, region.high.x], [region.low.y, region.high.y])
+        else {
+            return bounds;
+        };
+        // Nothing inside reaches beyond the control points.
+        let hull = Aabb::of_points(piece.points());
+        let margin = 1e-13 * hull.diagonal();
+        for axis in 0..3 {
+            if hull.max[axis] > bounds.max[axis] + margin {
+                self.interior_extremes(&region, axis, 1.0, &mut bounds);
+            }
+            if hull.min[axis] < bounds.min[axis] - margin {
+                self.interior_extremes(&region, axis, -1.0, &mut bounds);
             }
         }
-        self.interior_extremes(&mut bounds);
         bounds
     }
 
-    fn interior_extremes(&self, bounds: &mut Aabb) {
-        if self.surface.degrees() == [1, 1] {
-            return;
-        }
-        let region = TrimRegion::new(self);
-        let count = |k: usize| (4 * self.surface.count()[k]).clamp(8, 64);
-        let (nu, nv) = (count(0), count(1));
-        for axis in 0..3 {
-            for sign in [1.0, -1.0] {
-                let value = |uv: Vec2| sign * self.surface.point(uv)[axis];
-                let mut best: Option<(f64, Vec2)> = None;
-                for (i, j) in (0..=nu).flat_map(|i| (0..=nv).map(move |j| (i, j))) {
-                    let share = Vec2::new(i as f64 / nu as f64, j as f64 / nv as f64);
-                    let uv = region.low + (region.high - region.low).component_mul(&share);
-                    let v = value(uv);
-                    if best.is_none_or(|b| v > b.0) && region.contains(uv) {
-                        best = Some((v, uv));
-                    }
-                }
-                let Some((_, mut uv)) = best else { continue };
-                for _ in 0..30 {
-                    let d = self.surface.derivs(uv);
-                    let (g, h) = (
-                        Vec2::new(d.su[axis], d.sv[axis]),
-                        nalgebra::Matrix2::new(d.suu[axis], d.suv[axis], d.suv[axis], d.svv[axis]),
-                    );
-                    let Some(step) = h.try_inverse().map(|i| i * g) else { break };
-                    if !step.iter().all(|s| s.is_finite()) {
-                        break;
-                    }
-                    let next = (uv - step).sup(&region.low).inf(&region.high);
-                    if (next - uv).norm() <= 1e-15 * uv.norm() || value(next) < value(uv) {
-                        break;
-                    }
-                    uv = next;
-                }
-                if region.contains(uv) {
-                    bounds.grow(&self.surface.point(uv));
+    /// Samples along a border, and the local extremes between them.
+    fn border_extremes(&self, curve: &Curve2, bounds: &mut Aabb) {
+        let [a, b] = curve.domain();
+        let spans = curve.knots().windows(2).filter(|w| w[0] < w[1]).count();
+        let inner = self.surface.knots().iter().map(|k| k.len()).max().unwrap_or(8);
+        let n = (16 * spans).max(4 * inner).min(2000);
+        let at = |k: usize| a + (b - a) * k as f64 / n as f64;
+        let point = |t: f64| self.surface.point(curve.point(t));
+        let samples: Vec<Vec3> = (0..=n).map(|k| point(at(k))).collect();
+        samples.iter().for_each(|p| bounds.grow(p));
+        for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
+            let value = |k: usize| sign * samples[k][axis];
+            for k in 1..n {
+                let (before, here, after) = (value(k - 1), value(k), value(k + 1));
+                let reach = (here - before).max(here - after);
+                let end = if sign > 0.0 { bounds.max[axis] } else { -bounds.min[axis] };
+                // A smooth peak does not rise above its sample by more than the sample above its neighbours.
+                if here >= before && here >= after && reach > 0.0 && here + reach > end {
+                    let t = peak(|t| sign * point(t)[axis], at(k - 1), at(k + 1));
+                    bounds.grow(&point(t));
                 }
             }
         }
+    }
+
+    /// Stationary points of one coordinate inside the trim, by Newton from every local maximum of a grid.
+    fn interior_extremes(&self, region: &TrimRegion, axis: usize, sign: f64, bounds: &mut Aabb) {
+        let count = |k: usize| (4 * self.surface.count()[k]).clamp(12, 96);
+        let (nu, nv) = (count(0), count(1));
+        let at = |i: usize, j: usize| {
+            let share = Vec2::new(i as f64 / nu as f64, j as f64 / nv as f64);
+            region.low + (region.high - region.low).component_mul(&share)
+        };
+        let value = |uv: Vec2| sign * self.surface.point(uv)[axis];
+        let grid: Vec<f64> = (0..=nu)
+            .flat_map(|i| (0..=nv).map(move |j| (i, j)))
+            .map(|(i, j)| value(at(i, j)))
+            .collect();
+        for (i, j) in (0..=nu).flat_map(|i| (0..=nv).map(move |j| (i, j))) {
+            let here = grid[i * (nv + 1) + j];
+            let around = (i.saturating_sub(1)..=(i + 1).min(nu))
+                .flat_map(|a| (j.saturating_sub(1)..=(j + 1).min(nv)).map(move |b| (a, b)));
+            if around.into_iter().any(|(a, b)| grid[a * (nv + 1) + b] > here) {
+                continue;
+            }
+            let uv = self.climb(at(i, j), region, axis, sign);
+            if region.contains(uv) {
+                bounds.grow(&self.surface.point(uv));
+            }
+        }
+    }
+
+    /// Newton towards a stationary point of a coordinate, as long as it rises.
+    fn climb(&self, mut uv: Vec2, region: &TrimRegion, axis: usize, sign: f64) -> Vec2 {
+        for _ in 0..40 {
+            let d = self.surface.derivs(uv);
+            let g = Vec2::new(d.su[axis], d.sv[axis]);
+            let h = nalgebra::Matrix2::new(d.suu[axis], d.suv[axis], d.suv[axis], d.svv[axis]);
+            let Some(step) = h.try_inverse().map(|i| i * g) else { break };
+            if !step.iter().all(|s| s.is_finite()) {
+                break;
+            }
+            let next = (uv - step).sup(&region.low).inf(&region.high);
+            let rise = sign * (self.surface.point(next)[axis] - d.s[axis]);
+            if (next - uv).norm() <= 1e-15 * uv.norm() || rise < 0.0 {
+                break;
+            }
+            uv = next;
+        }
+        uv
     }
 }
 
@@ -238,6 +268,16 @@ impl Model {
         use rayon::prelude::*;
         let areas: Vec<f64> = self.faces.par_iter().map(|f| f.area(1e-10)).collect();
         areas.iter().sum()
+    }
+
+    /// Centroid of the area of all faces [mm]; `None` for a model without area.
+    #[must_use]
+    pub fn area_centroid(&self) -> Option<Vec3> {
+        use rayon::prelude::*;
+        let all: Vec<Moments> = self.faces.par_iter().map(|f| moments(f, 1e-10)).collect();
+        // A face whose outer loop runs clockwise has a negative area, and its moment the same sign.
+        let sum = all.iter().fold((0.0, Vec3::zeros()), |sum, &m| add(sum, m, m.0.signum()));
+        (sum.0 > 0.0).then(|| sum.1 / sum.0)
     }
 
     /// Tight box of all faces.

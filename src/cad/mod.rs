@@ -12,6 +12,8 @@ mod loops;
 pub mod model;
 mod native;
 mod orient;
+#[cfg(test)]
+mod query_tests;
 pub mod raw;
 pub mod step;
 mod topology;

@@ -2,7 +2,6 @@
 
 use super::model::Face;
 use crate::geometry::Vec2;
-use crate::geometry::nurbs::Curve2;
 
 /// A Bezier piece of a loop: homogeneous control points, and the box of the plain ones.
 #[derive(Debug, Clone)]
@@ -20,6 +19,10 @@ impl Piece {
             high = high.sup(&(p / *w));
         }
         Self { points, low, high }
+    }
+
+    fn line(a: Vec2, b: Vec2) -> Self {
+        Self::new(vec![(a, 1.0), (b, 1.0)])
     }
 
     fn start(&self) -> Vec2 {
@@ -46,12 +49,69 @@ impl Piece {
         right.reverse();
         [Self::new(left), Self::new(right)]
     }
+
+    /// The point is outside the piece's box by more than the border.
+    fn beside(&self, uv: Vec2, border: f64) -> bool {
+        uv.y < self.low.y - border
+            || uv.y > self.high.y + border
+            || uv.x > self.high.x + border
+            || uv.x < self.low.x - border
+    }
+
+    /// Signed crossings with the ray, by the ends alone.
+    fn by_ends(&self, uv: Vec2) -> i32 {
+        if uv.x > self.high.x {
+            return 0;
+        }
+        let (a, b) = (self.start().y, self.end().y);
+        i32::from(a <= uv.y && uv.y < b) - i32::from(b <= uv.y && uv.y < a)
+    }
+
+    /// Signed crossings with the ray; `None` on the piece.
+    fn crossings(&self, uv: Vec2, border: f64) -> Option<i32> {
+        if self.beside(uv, border) {
+            return Some(self.by_ends(uv));
+        }
+        if self.points.len() == 2 {
+            return self.line_crossings(uv, border);
+        }
+        let mut winding = 0;
+        let mut stack: Vec<(Self, u32)> = self.halves().map(|h| (h, 1)).into();
+        while let Some((p, depth)) = stack.pop() {
+            if p.beside(uv, border) {
+                winding += p.by_ends(uv);
+            } else if depth >= DEPTH || (p.high - p.low).norm() <= border {
+                return None;
+            } else {
+                stack.extend(p.halves().map(|h| (h, depth + 1)));
+            }
+        }
+        Some(winding)
+    }
+
+    fn line_crossings(&self, uv: Vec2, border: f64) -> Option<i32> {
+        let (a, b) = (self.start(), self.end());
+        let (d, r) = (b - a, uv - a);
+        let length = d.norm();
+        if length <= border {
+            return None;
+        }
+        let (side, along) = (d.perp(&r) / length, d.dot(&r) / length);
+        if side.abs() <= border && along >= -border && along <= length + border {
+            return None;
+        }
+        // The line lies to the right of the point: on its left side while it rises.
+        let up = i32::from(a.y <= uv.y && uv.y < b.y && side > 0.0);
+        Some(up - i32::from(b.y <= uv.y && uv.y < a.y && side < 0.0))
+    }
 }
 
 /// The region inside a face's loops.
 #[derive(Debug, Clone)]
 pub struct TrimRegion {
     pieces: Vec<Piece>,
+    /// Pieces whose boxes reach into each of the equal rows of the region, in rising v.
+    rows: Vec<Vec<u32>>,
     /// Smallest parameters of the loops.
     pub low: Vec2,
     /// Largest parameters of the loops.
@@ -63,76 +123,88 @@ pub struct TrimRegion {
 /// Halvings of a piece before a point beside it counts as on it.
 const DEPTH: u32 = 48;
 /// Width of the border as a share of the region's size.
-const BORDER: f64 = 1e-10;
+const BORDER: f64 = 1e-9;
+/// Rows of pieces; fewer while there are fewer pieces.
+const ROWS: usize = 256;
 
 impl TrimRegion {
-    /// Prepares the loops of a face.
+    /// Prepares the loops of a face. Gaps between the curves of a loop are closed by straight lines.
     #[must_use]
     pub fn new(face: &Face) -> Self {
-        let uses = face.loops.iter().flat_map(|l| &l.uses);
-        let pieces: Vec<Piece> = uses.flat_map(|u| pieces_of(&u.pcurve)).collect();
+        let pieces: Vec<Piece> = face.loops.iter().flat_map(closed_pieces).collect();
         let low = pieces.iter().fold(Vec2::repeat(f64::INFINITY), |m, p| m.inf(&p.low));
         let high = pieces.iter().fold(Vec2::repeat(f64::NEG_INFINITY), |m, p| m.sup(&p.high));
+        let border = if pieces.is_empty() { 0.0 } else { BORDER * (high - low).norm() };
         let [u, v] = face.surface.domain();
         let low = Vec2::new(low.x.max(u[0]), low.y.max(v[0]));
         let high = Vec2::new(high.x.min(u[1]), high.y.min(v[1]));
-        let border = BORDER * (high - low).norm();
-        Self { pieces, low, high, border }
+        let mut region = Self { rows: Vec::new(), pieces, low, high, border };
+        region.rows = vec![Vec::new(); region.pieces.len().clamp(1, ROWS)];
+        for (k, piece) in region.pieces.iter().enumerate() {
+            let [from, to] = [piece.low.y - border, piece.high.y + border].map(|v| region.row(v));
+            region.rows[from..=to].iter_mut().for_each(|row| row.push(k as u32));
+        }
+        region
     }
 
-    /// True inside the loops or on them: the winding number by crossings of a ray towards +u.
+    fn row(&self, v: f64) -> usize {
+        let share = (v - self.low.y) / (self.high.y - self.low.y);
+        // A cast holds at 0 below the region (and for no number) and is cut to the last row above it.
+        ((share * self.rows.len() as f64) as usize).min(self.rows.len() - 1)
+    }
+
+    /// True inside the loops or on them (within 1e-9 of the size of their box): the winding number by crossings
+    /// of a ray towards +u.
     #[must_use]
     pub fn contains(&self, uv: Vec2) -> bool {
+        if !(uv.x.is_finite() && uv.y.is_finite()) {
+            return false;
+        }
         let mut winding = 0;
-        for piece in &self.pieces {
-            match crossings(piece, uv, self.border) {
+        for &k in &self.rows[self.row(uv.y)] {
+            match self.pieces[k as usize].crossings(uv, self.border) {
                 Some(n) => winding += n,
                 None => return true,
             }
         }
         winding != 0
     }
-}
 
-fn pieces_of(curve: &Curve2) -> Vec<Piece> {
-    curve
-        .bezier_pieces()
-        .iter()
-        .map(|b| Piece::new(b.points().iter().zip(b.weights()).map(|(p, &w)| (p * w, w)).collect()))
-        .collect()
-}
-
-/// Signed crossings of the piece with the ray, by its ends when it is clear of the point; `None` on it.
-fn crossings(piece: &Piece, uv: Vec2, border: f64) -> Option<i32> {
-    let beside = |p: &Piece| {
-        uv.y < p.low.y - border
-            || uv.y > p.high.y + border
-            || uv.x > p.high.x + border
-            || uv.x < p.low.x - border
-    };
-    if beside(piece) {
-        return Some(by_ends(piece, uv));
-    }
-    let mut winding = 0;
-    let mut stack = vec![(piece.clone(), 0u32)];
-    while let Some((p, depth)) = stack.pop() {
-        if beside(&p) {
-            winding += by_ends(&p, uv);
-        } else if depth >= DEPTH || (p.high - p.low).norm() <= border {
-            return None;
-        } else {
-            let [left, right] = p.halves();
-            stack.push((left, depth + 1));
-            stack.push((right, depth + 1));
+    /// False only when no loop comes into the rectangle.
+    #[must_use]
+    pub fn touches(&self, low: Vec2, high: Vec2) -> bool {
+        let margin = Vec2::repeat(self.border);
+        let (low, high) = (low - margin, high + margin);
+        let apart = |p: &Piece| (0..2).any(|k| p.low[k] > high[k] || p.high[k] < low[k]);
+        let mut stack: Vec<(Piece, u32)> =
+            self.pieces.iter().filter(|p| !apart(p)).map(|p| (p.clone(), 0)).collect();
+        while let Some((piece, depth)) = stack.pop() {
+            let within = |q: Vec2| (0..2).all(|k| q[k] >= low[k] && q[k] <= high[k]);
+            if depth >= 6 || within(piece.start()) || within(piece.end()) {
+                return true;
+            }
+            stack.extend(piece.halves().into_iter().filter(|h| !apart(h)).map(|h| (h, depth + 1)));
         }
+        false
     }
-    Some(winding)
 }
 
-fn by_ends(piece: &Piece, uv: Vec2) -> i32 {
-    if uv.x > piece.high.x {
-        return 0;
+/// Bezier pieces of a loop, each beginning to the bit where the one before ends.
+fn closed_pieces(ring: &super::model::TrimLoop) -> Vec<Piece> {
+    let mut out: Vec<Piece> = Vec::new();
+    for bezier in ring.uses.iter().flat_map(|u| u.pcurve.bezier_pieces()) {
+        let points = bezier.points().iter().zip(bezier.weights()).map(|(p, &w)| (p * w, w));
+        let piece = Piece::new(points.collect());
+        if let Some(end) = out.last().map(Piece::end).filter(|&end| end != piece.start()) {
+            out.push(Piece::line(end, piece.start()));
+        }
+        out.push(piece);
     }
-    let (a, b) = (piece.start().y, piece.end().y);
-    i32::from(a <= uv.y && uv.y < b) - i32::from(b <= uv.y && uv.y < a)
+    if let (Some(first), Some(last)) = (out.first(), out.last())
+        && first.start() != last.end()
+    {
+        let line = Piece::line(last.end(), first.start());
+        out.push(line);
+    }
+    out
 }

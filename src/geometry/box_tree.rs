@@ -56,7 +56,8 @@ impl BoxTree {
         tree
     }
 
-    /// Visits items whose boxes are nearer to `p` than the best squared distance so far, nearer boxes first.
+    /// Visits items whose boxes are not farther from `p` than the best squared distance so far, nearer boxes first
+    /// (so that all items that share the least distance are seen).
     /// `visit` gets the item and the best so far and returns the best after it.
     pub fn nearest(&self, p: &Vec3, start: f64, mut visit: impl FnMut(u32, f64) -> f64) -> f64 {
         let mut best = start;
@@ -65,7 +66,7 @@ impl BoxTree {
         }
         let mut stack = vec![(self.nodes[0].bounds.distance_squared(p), 0u32)];
         while let Some((distance, id)) = stack.pop() {
-            if distance >= best {
+            if distance > best {
                 continue;
             }
             let node = &self.nodes[id as usize];

@@ -1,0 +1,97 @@
+//! Short pieces of the edges and the closest point on each.
+
+use super::leaf::polygon_turning;
+use crate::geometry::nurbs::{Curve3, CurveDerivs};
+use crate::geometry::{Aabb, Vec3};
+
+/// Largest turning of the control polygon along a piece [rad].
+const TURN: f64 = 0.4;
+/// Parts searched on their own where the distance may have more than one minimum.
+const PARTS: u32 = 8;
+
+/// A piece of an edge, inside one span of its curve.
+pub(super) struct Span {
+    pub edge: u32,
+    pub curve: Curve3,
+    /// The curve at its ends and middle.
+    samples: [CurveDerivs<3>; 3],
+}
+
+/// Pieces of an edge's curve.
+pub(super) fn spans_of(edge: u32, curve: &Curve3) -> Vec<Span> {
+    let mut out = Vec::new();
+    for bezier in curve.bezier_pieces() {
+        let n = ((polygon_turning(bezier.points()) / TURN).ceil() as usize).clamp(1, 16);
+        let [a, b] = bezier.domain();
+        let at = |k: usize| if k == n { b } else { a + (b - a) * k as f64 / n as f64 };
+        let pieces = (0..n).filter_map(|k| bezier.trimmed(at(k), at(k + 1)).ok());
+        out.extend(pieces.map(|curve| {
+            let [a, b] = curve.domain();
+            let samples = [a, 0.5 * (a + b), b].map(|t| curve.derivs(t));
+            Span { edge, curve, samples }
+        }));
+    }
+    out
+}
+
+impl Span {
+    /// Axis-aligned box of the control points.
+    pub fn bounds(&self) -> Aabb {
+        Aabb::of_points(self.curve.points())
+    }
+
+    /// Closest point: parameter and squared distance [mm^2].
+    pub fn closest(&self, p: &Vec3) -> (f64, f64) {
+        let [a, b] = self.curve.domain();
+        let mut convex = true;
+        let (mut rising, mut falling) = (true, true);
+        for d in &self.samples {
+            let r = d.c - p;
+            convex &= d.d1.norm_squared() + r.dot(&d.d2) > 0.0;
+            rising &= r.dot(&d.d1) > 0.0;
+            falling &= r.dot(&d.d1) < 0.0;
+        }
+        if convex || rising || falling {
+            return self.between(p, a, b);
+        }
+        let at = |k: u32| a + (b - a) * f64::from(k) / f64::from(PARTS);
+        let parts = (0..PARTS).map(|k| self.between(p, at(k), at(k + 1)));
+        parts.reduce(|x, y| if y.1 < x.1 { y } else { x }).unwrap_or((a, f64::INFINITY))
+    }
+
+    /// Local minimum between two parameters: Newton, bisection of the bracket of the slope where it leaves it.
+    fn between(&self, p: &Vec3, from: f64, to: f64) -> (f64, f64) {
+        let (mut low, mut high) = (from, to);
+        let middle = &self.samples[1];
+        let [a, b] = self.curve.domain();
+        let speed = middle.d1.norm_squared().max(f64::MIN_POSITIVE);
+        let mut t = (0.5 * (a + b) - (middle.c - p).dot(&middle.d1) / speed).clamp(low, high);
+        for _ in 0..60 {
+            let d = self.curve.derivs(t);
+            let r = d.c - p;
+            let slope = r.dot(&d.d1);
+            if slope > 0.0 {
+                high = t;
+            } else {
+                low = t;
+            }
+            let curvature = d.d1.norm_squared() + r.dot(&d.d2);
+            let newton = t - slope / curvature;
+            // Newton out of the bracket stops at its end: the foot is there, or the next slope turns it back.
+            let next = if curvature > 0.0 && newton >= low && newton <= high {
+                newton
+            } else if curvature > 0.0 && t != from && t != to {
+                newton.clamp(low, high)
+            } else {
+                0.5 * (low + high)
+            };
+            let step = (next - t).abs();
+            t = next;
+            if step <= 4.0 * f64::EPSILON * (to - from).abs().max(t.abs()) {
+                break;
+            }
+        }
+        let ends = [t, from, to].map(|t| (t, (self.curve.point(t) - p).norm_squared()));
+        ends.into_iter().reduce(|x, y| if y.1 < x.1 { y } else { x }).unwrap_or((t, f64::INFINITY))
+    }
+}

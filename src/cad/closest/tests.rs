@@ -1,0 +1,68 @@
+//! Claims about closest points.
+
+use super::*;
+use std::path::Path;
+
+fn model(name: &str) -> Model {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming").join(name);
+    crate::cad::read(&path).unwrap().0
+}
+
+/// Points of all faces on a grid of the parameter plane, inside the trim.
+fn samples(model: &Model, n: usize) -> Vec<(usize, Vec2, Vec3)> {
+    let mut out = Vec::new();
+    for (f, face) in model.faces.iter().enumerate() {
+        let region = TrimRegion::new(face);
+        for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))) {
+            let share = Vec2::new(i as f64 / n as f64, j as f64 / n as f64);
+            let uv = region.low + (region.high - region.low).component_mul(&share);
+            if region.contains(uv) {
+                out.push((f, uv, face.surface.point(uv)));
+            }
+        }
+    }
+    out
+}
+
+#[test]
+fn no_sample_is_nearer_than_the_answer() {
+    for name in
+        ["cross_die_144.igs", "cross_punch_AP214.stp", "square_punch_186.igs", "torus_AP214.stp"]
+    {
+        let model = model(name);
+        let index = ClosestPoint::new(&model);
+        let dense = samples(&model, 60);
+        let bounds = model.bbox();
+        let mut seed = 5u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 33) as f64 / (1u64 << 31) as f64
+        };
+        for _ in 0..200 {
+            let share = Vec3::new(random(), random(), random()).map(|x| 1.4 * x - 0.2);
+            let p = bounds.min + (bounds.max - bounds.min).component_mul(&share);
+            let foot = index.closest(&p).unwrap();
+            assert!(((foot.point - p).norm() - foot.distance).abs() < 1e-9);
+            let best = dense.iter().map(|s| (s.2 - p).norm()).fold(f64::INFINITY, f64::min);
+            assert!(foot.distance <= best + 1e-9, "{name} {p:?}: {} {best}", foot.distance);
+            // And the answer lies on the model: nothing is invented.
+            assert!(best <= foot.distance + 6.0, "{name} {p:?}: {} {best}", foot.distance);
+        }
+    }
+}
+
+#[test]
+fn points_off_a_face_along_its_normal_come_back() {
+    let model = model("cross_die_144.igs");
+    let index = ClosestPoint::new(&model);
+    for (f, uv, x) in samples(&model, 9) {
+        let n = model.faces[f].normal(uv).unwrap();
+        for d in [0.02, -0.02] {
+            let foot = index.closest(&(x + n * d)).unwrap();
+            assert!((foot.distance - 0.02).abs() < 1e-9, "{f} {uv:?}: {}", foot.distance);
+            assert!((foot.point - x).norm() < 1e-7);
+        }
+        let own = index.closest_on_face(f, &x).unwrap();
+        assert!(own.distance < 1e-9 && own.face == f);
+    }
+}

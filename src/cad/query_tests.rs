@@ -1,0 +1,422 @@
+//! Claims about areas, boxes, trims and closest points, on models made by hand.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use super::model::{ClosestPoint, Edge, EdgeUse, Face, FootLocation, Model, SurfaceKind, TrimLoop};
+use super::trim_region::TrimRegion;
+use crate::geometry::nurbs::{Curve2, Curve3, Surface};
+use crate::geometry::{Frame, Vec2, Vec3};
+
+fn random(seed: &mut u64) -> f64 {
+    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    ((*seed >> 33) as f64) / (1u64 << 31) as f64
+}
+
+fn face(surface: Surface, rings: Vec<Vec<EdgeUse>>) -> Face {
+    Face {
+        surface,
+        kind: SurfaceKind::Nurbs,
+        loops: rings.into_iter().map(|uses| TrimLoop { uses }).collect(),
+        flipped: false,
+        source: String::new(),
+        shell: None,
+    }
+}
+
+fn model(faces: Vec<Face>, curves: Vec<Curve3>) -> Model {
+    let mut model = Model { faces, ..Model::default() };
+    for curve in curves {
+        let [a, b] = curve.domain();
+        let vertices = [a, b].map(|t| {
+            let p = curve.point(t);
+            let known = model.vertices.iter().position(|q| (q - p).norm() < 1e-9);
+            known.unwrap_or_else(|| {
+                model.vertices.push(p);
+                model.vertices.len() - 1
+            })
+        });
+        model.edges.push(Edge { curve, vertices, uses: Vec::new() });
+    }
+    for (f, face) in model.faces.iter().enumerate() {
+        for (l, ring) in face.loops.iter().enumerate() {
+            for (k, used) in ring.uses.iter().enumerate() {
+                if let Some(e) = used.edge {
+                    model.edges[e].uses.push([f, l, k]);
+                }
+            }
+        }
+    }
+    model
+}
+
+/// The whole surface as a face: borders that collapse are poles, opposite borders that meet are a seam.
+fn whole(surface: Surface) -> Model {
+    let [[u0, u1], [v0, v1]] = surface.domain();
+    let [nu, nv] = surface.count();
+    let [du, dv] = surface.degrees();
+    let along = |ids: Vec<usize>, degree: usize, knots: &[f64]| {
+        let points: Vec<Vec3> = ids.iter().map(|&k| surface.points()[k]).collect();
+        let weights = ids.iter().map(|&k| surface.weights()[k]).collect();
+        let pole = points.iter().all(|p| (p - points[0]).norm() < 1e-9);
+        (!pole).then(|| Curve3::try_new(degree, knots.to_vec(), points, Some(weights)).unwrap())
+    };
+    let [ku, kv] = surface.knots();
+    let sides = [
+        along((0..nu).map(|i| i * nv).collect(), du, ku),
+        along((0..nv).map(|j| (nu - 1) * nv + j).collect(), dv, kv),
+        along((0..nu).map(|i| i * nv + nv - 1).collect(), du, ku),
+        along((0..nv).collect(), dv, kv),
+    ];
+    let corners = [(u0, v0), (u1, v0), (u1, v1), (u0, v1)].map(|(u, v)| Vec2::new(u, v));
+    let (mut curves, mut uses): (Vec<Curve3>, Vec<EdgeUse>) = (Vec::new(), Vec::new());
+    for (k, side) in sides.into_iter().enumerate() {
+        let edge = side.map(|c| {
+            let same = |o: &Curve3| {
+                o.points().len() == c.points().len()
+                    && o.points().iter().zip(c.points()).all(|(a, b)| (a - b).norm() < 1e-9)
+            };
+            let found = curves.iter().position(same);
+            found.unwrap_or_else(|| {
+                curves.push(c);
+                curves.len() - 1
+            })
+        });
+        let pcurve = Curve2::line(corners[k], corners[(k + 1) % 4]);
+        uses.push(EdgeUse { pcurve, edge, reversed: k >= 2 });
+    }
+    model(vec![face(surface, vec![uses])], curves)
+}
+
+/// Counter-clockwise circle in a parameter plane.
+fn circle(center: Vec2, ru: f64, rv: f64) -> Curve2 {
+    let c = Curve3::ellipse_arc(&Frame::world(), ru, rv, 0.0, TAU);
+    let points = c.points().iter().map(|p| center + Vec2::new(p.x, p.y)).collect();
+    Curve2::try_new(2, c.knots().to_vec(), points, Some(c.weights().to_vec())).unwrap()
+}
+
+fn tilted() -> Frame {
+    let z = Vec3::new(0.3, -0.5, 0.8).normalize();
+    let x = z.cross(&Vec3::x()).normalize();
+    Frame { origin: Vec3::new(11.0, -4.0, 7.0), x, y: z.cross(&x), z }
+}
+
+/// Revolution about the tilted frame's z of a curve drawn in its (x, z) plane.
+fn turned(generatrix: &Curve3, angles: [f64; 2]) -> Surface {
+    let f = tilted();
+    let placed = generatrix.mapped(|p| f.point(&p));
+    Surface::revolution(&placed, f.origin, f.z, angles)
+}
+
+/// Arc about (x, 0, z) in the (x, z) plane, angle from x towards z.
+fn arc(x: f64, z: f64, r: f64, from: f64, to: f64) -> Curve3 {
+    let frame = Frame { origin: Vec3::new(x, 0.0, z), x: Vec3::x(), y: Vec3::z(), z: -Vec3::y() };
+    Curve3::ellipse_arc(&frame, r, r, from, to)
+}
+
+fn cylinder(r: f64, h: f64) -> Model {
+    let line = Curve3::line(Vec3::new(r, 0.0, 0.0), Vec3::new(r, 0.0, h));
+    whole(turned(&line, [0.0, TAU]))
+}
+
+fn sphere(r: f64) -> Model {
+    whole(turned(&arc(0.0, 0.0, r, -FRAC_PI_2, FRAC_PI_2), [0.0, TAU]))
+}
+
+fn cone(r: f64, h: f64) -> Model {
+    let line = Curve3::line(Vec3::new(r, 0.0, 0.0), Vec3::new(0.0, 0.0, h));
+    whole(turned(&line, [0.0, TAU]))
+}
+
+/// Fillet of radius `r` between a plane and a cylinder of radius `big`, a quarter turn.
+fn fillet(big: f64, r: f64) -> Model {
+    whole(turned(&arc(big + r, 0.0, r, FRAC_PI_2, PI), [0.0, FRAC_PI_2]))
+}
+
+/// Square of side 100 about the origin with a round hole about (10, 5).
+fn holed_square(radius: f64) -> Model {
+    let corner = |k: usize| [(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)][k % 4];
+    let at2 = |k: usize| Vec2::new(corner(k).0, corner(k).1);
+    let at3 = |k: usize| Vec3::new(corner(k).0, corner(k).1, 0.0);
+    let mut outer = Vec::new();
+    let mut curves = Vec::new();
+    for k in 0..4 {
+        outer.push(EdgeUse {
+            pcurve: Curve2::line(at2(k), at2(k + 1)),
+            edge: Some(k),
+            reversed: false,
+        });
+        curves.push(Curve3::line(at3(k), at3(k + 1)));
+    }
+    let ring = circle(Vec2::new(10.0, 5.0), radius, radius).reversed();
+    let frame = Frame { origin: Vec3::new(10.0, 5.0, 0.0), ..Frame::world() };
+    curves.push(Curve3::ellipse_arc(&frame, radius, radius, 0.0, TAU));
+    let hole = EdgeUse { pcurve: ring, edge: Some(4), reversed: true };
+    let plane = Surface::plane(&Frame::world(), [-50.0, 50.0], [-50.0, 50.0]);
+    model(vec![face(plane, vec![outer, vec![hole]])], curves)
+}
+
+/// A wavy bicubic rational surface with interior knots.
+fn wavy(seed: u64) -> Model {
+    let mut s = seed;
+    let knots = |n: usize| {
+        let mut k = vec![0.0; 4];
+        k.extend((1..n - 3).map(|i| i as f64));
+        k.extend([(n - 3) as f64; 4]);
+        k
+    };
+    let (nu, nv) = (8, 7);
+    let points = (0..nu * nv)
+        .map(|k| {
+            let jitter = Vec3::new(random(&mut s), random(&mut s), 6.0 * random(&mut s));
+            Vec3::new(4.0 * (k / nv) as f64, 4.0 * (k % nv) as f64, 0.0) + jitter * 2.0
+        })
+        .collect();
+    let weights = (0..nu * nv).map(|_| 0.6 + random(&mut s)).collect();
+    whole(Surface::try_new([3, 3], [knots(nu), knots(nv)], points, Some(weights)).unwrap())
+}
+
+fn relative(found: f64, exact: f64) -> f64 {
+    (found / exact - 1.0).abs()
+}
+
+#[test]
+fn areas_are_those_of_closed_forms() {
+    let (r, h, big) = (12.5, 31.0, 40.0);
+    let torus = |r: f64| FRAC_PI_2 * ((big + r) * r * FRAC_PI_2 - r * r);
+    let cases = [
+        ("plane", holed_square(20.0).area(), 1e4 - PI * 400.0),
+        ("cylinder", cylinder(r, h).area(), TAU * r * h),
+        ("sphere", sphere(r).area(), 2.0 * TAU * r * r),
+        ("cone", cone(r, h).area(), PI * r * r.hypot(h)),
+        ("fillet", fillet(big, 7.0).area(), torus(7.0)),
+    ];
+    for (name, found, exact) in cases {
+        assert!(relative(found, exact) < 1e-9, "{name}: {found} {exact}");
+    }
+}
+
+#[test]
+fn a_hole_and_what_was_cut_out_make_the_whole() {
+    for mut whole in [fillet(40.0, 7.0), sphere(9.0), cone(5.0, 8.0), wavy(3)] {
+        let full = whole.area();
+        let [u, v] = whole.faces[0].surface.domain();
+        let middle = Vec2::new(0.4 * u[0] + 0.6 * u[1], 0.5 * (v[0] + v[1]));
+        let ring = circle(middle, 0.3 * (u[1] - u[0]), 0.4 * (v[1] - v[0]));
+        let side = |pcurve| EdgeUse { pcurve, edge: None, reversed: false };
+        let disc = face(whole.faces[0].surface.clone(), vec![vec![side(ring.clone())]]);
+        whole.faces[0].loops.push(TrimLoop { uses: vec![side(ring.reversed())] });
+        let (rest, cut) = (whole.area(), disc.area(1e-10));
+        assert!(cut > 0.1 * full && rest > 0.1 * full);
+        assert!(relative(rest + cut, full) < 1e-9, "{rest} + {cut} = {full}");
+    }
+}
+
+#[test]
+fn centroids_are_those_of_closed_forms() {
+    let f = tilted();
+    let off = |m: &Model, exact: Vec3| (m.area_centroid().unwrap() - exact).norm();
+    assert!(off(&cylinder(12.5, 31.0), f.point(&Vec3::new(0.0, 0.0, 15.5))) < 1e-7);
+    assert!(off(&sphere(9.0), f.origin) < 1e-7);
+    assert!(off(&cone(6.0, 9.0), f.point(&Vec3::new(0.0, 0.0, 3.0))) < 1e-7);
+    let hole = PI * 400.0;
+    let exact = Vec3::new(10.0, 5.0, 0.0) * (-hole / (1e4 - hole));
+    assert!(off(&holed_square(20.0), exact) < 1e-7);
+    assert!(Model::default().area_centroid().is_none());
+}
+
+#[test]
+fn boxes_touch_what_they_hold() {
+    let f = tilted();
+    let b = sphere(9.0).bbox();
+    assert!((b.min - f.origin.add_scalar(-9.0)).norm() < 1e-9);
+    assert!((b.max - f.origin.add_scalar(9.0)).norm() < 1e-9);
+    // A cylinder reaches r sqrt(1 - z_k^2) beyond its end circles' centres.
+    let b = cylinder(5.0, 20.0).bbox();
+    let reach = f.z.map(|z| 5.0 * (1.0 - z * z).sqrt());
+    let top = f.origin + f.z * 20.0;
+    assert!((b.min - (f.origin.inf(&top) - reach)).norm() < 1e-9);
+    assert!((b.max - (f.origin.sup(&top) + reach)).norm() < 1e-9);
+    for seed in 0..4 {
+        let m = wavy(seed);
+        let b = m.bbox();
+        let mut inner = crate::geometry::Aabb::EMPTY;
+        for (_, p) in grid(&m.faces[0], 300) {
+            inner.grow(&p);
+        }
+        assert!((0..3).all(|k| b.min[k] <= inner.min[k] && b.max[k] >= inner.max[k]));
+        assert!((b.min - inner.min).norm() + (b.max - inner.max).norm() < 2e-2);
+    }
+}
+
+/// Points of a face on a grid of its domain, inside the trim.
+fn grid(face: &Face, n: usize) -> Vec<(Vec2, Vec3)> {
+    let [u, v] = face.surface.domain();
+    let region = TrimRegion::new(face);
+    let at = |r: [f64; 2], k: usize| r[0] + (r[1] - r[0]) * k as f64 / n as f64;
+    let all = (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j)));
+    all.map(|(i, j)| Vec2::new(at(u, i), at(v, j)))
+        .filter(|&uv| region.contains(uv))
+        .map(|uv| (uv, face.surface.point(uv)))
+        .collect()
+}
+
+#[test]
+fn inside_and_outside_are_those_of_the_circle_and_the_square() {
+    let m = holed_square(20.0);
+    let region = TrimRegion::new(&m.faces[0]);
+    let center = Vec2::new(10.0, 5.0);
+    let mut seed = 1;
+    for _ in 0..20_000 {
+        let q = Vec2::new(random(&mut seed), random(&mut seed)) * 120.0 - Vec2::repeat(60.0);
+        let exact = q.amax() <= 50.0 && (q - center).norm() >= 20.0;
+        assert_eq!(region.contains(q), exact, "{q:?}");
+    }
+    for k in 0..1000 {
+        let a = 0.01 * f64::from(k);
+        let ray = Vec2::new(a.cos(), a.sin());
+        assert!(region.contains(center + ray * (20.0 - 1e-9)), "on the border");
+        assert!(region.contains(center + ray * (20.0 + 1e-6)));
+        assert!(!region.contains(center + ray * (20.0 - 1e-6)));
+    }
+    // Level with corners and with the hole's top and bottom, where ends of curves meet the ray.
+    for y in [-50.0, 50.0, 25.0, -15.0, 5.0] {
+        assert!(!region.contains(Vec2::new(-51.0, y)) && !region.contains(Vec2::new(51.0, y)));
+        assert!(region.contains(Vec2::new(-49.0, y)));
+    }
+    assert!(!region.contains(Vec2::new(f64::NAN, 0.0)));
+}
+
+#[test]
+fn a_gap_between_border_curves_does_not_leak() {
+    let mut m = holed_square(20.0);
+    let uses = &mut m.faces[0].loops[0].uses;
+    uses[1].pcurve = Curve2::line(Vec2::new(50.0, -49.9), Vec2::new(50.0, 49.0));
+    let region = TrimRegion::new(&m.faces[0]);
+    for y in [-49.95, -49.0, 49.0, 49.5] {
+        assert!(region.contains(Vec2::new(-20.0, y)));
+        assert!(!region.contains(Vec2::new(-50.1, y)) && !region.contains(Vec2::new(51.0, y)));
+    }
+}
+
+#[test]
+fn a_rectangle_that_no_loop_enters_is_told() {
+    let m = holed_square(20.0);
+    let region = TrimRegion::new(&m.faces[0]);
+    let around =
+        |x: f64, y: f64, r: f64| region.touches(Vec2::new(x - r, y - r), Vec2::new(x + r, y + r));
+    assert!(!around(10.0, 5.0, 14.0) && around(10.0, 5.0, 14.2));
+    assert!(!around(-30.0, -30.0, 10.0) && around(-30.0, -30.0, 20.0) && around(30.0, 5.0, 1.0));
+}
+
+#[test]
+fn feet_on_quadrics_are_those_of_closed_forms() {
+    let f = tilted();
+    let models = [cylinder(12.0, 30.0), sphere(9.0), cone(6.0, 9.0), holed_square(20.0)];
+    let index: Vec<ClosestPoint<'_>> = models.iter().map(ClosestPoint::new).collect();
+    let mut seed = 9;
+    for k in 0..3000 {
+        let q = Vec3::new(random(&mut seed), random(&mut seed), random(&mut seed)) * 60.0
+            - Vec3::repeat(30.0);
+        // Every tenth on the axis, every hundredth at the centre.
+        let q = if k % 10 == 0 { Vec3::z() * q.z } else { q };
+        let q = if k % 100 == 0 { Vec3::zeros() } else { q };
+        let ring = q.x.hypot(q.y);
+        let p = f.point(&q);
+        let to_side = (Vec2::new(ring, q.z) - {
+            let (a, d) = (Vec2::new(6.0, 0.0), Vec2::new(-6.0, 9.0));
+            let t = (Vec2::new(ring, q.z) - a).dot(&d) / d.norm_squared();
+            a + d * t.clamp(0.0, 1.0)
+        })
+        .norm();
+        let exact =
+            [(ring - 12.0).hypot(q.z - q.z.clamp(0.0, 30.0)), (q.norm() - 9.0).abs(), to_side];
+        for (i, (index, exact)) in index.iter().zip(exact).enumerate() {
+            let foot = index.closest(&p).unwrap();
+            assert!((foot.distance - exact).abs() < 1e-9, "{i} {q:?}: {} {exact}", foot.distance);
+            let on_face = index.model().faces[0].surface.point(foot.uv);
+            assert!((on_face - foot.point).norm() < 1e-8, "{i} {q:?}");
+            let own = index.closest_on_face(0, &p).unwrap();
+            assert!((own.distance - exact).abs() < 1e-9);
+        }
+        let (flat, center) = (Vec3::new(q.x, q.y, 0.0), Vec3::new(10.0, 5.0, 0.0));
+        let in_hole = (20.0 - (flat - center).norm()).max(0.0);
+        let foot = index[3].closest(&q).unwrap();
+        assert!((foot.distance - in_hole.hypot(q.z)).abs() < 1e-9, "{q:?}");
+        assert_eq!(matches!(foot.location, FootLocation::Inside), in_hole == 0.0, "{q:?}");
+    }
+}
+
+#[test]
+fn no_point_of_a_wavy_surface_is_nearer_than_the_foot() {
+    for seed in 0..6 {
+        let m = wavy(seed);
+        let index = ClosestPoint::new(&m);
+        let dense = grid(&m.faces[0], 160);
+        let b = m.bbox().widened(8.0);
+        let mut s = seed + 100;
+        let points: Vec<Vec3> = (0..400)
+            .map(|_| {
+                let share = Vec3::new(random(&mut s), random(&mut s), random(&mut s));
+                b.min + (b.max - b.min).component_mul(&share)
+            })
+            .collect();
+        let feet = index.closest_many(&points);
+        for (p, foot) in points.iter().zip(feet) {
+            let foot = foot.unwrap();
+            let near = dense.iter().min_by(|a, b| (a.1 - p).norm().total_cmp(&(b.1 - p).norm()));
+            // Refined from the nearest sample.
+            let refined = m.faces[0].surface.closest_near(p, near.unwrap().0).1.sqrt();
+            assert!(foot.distance <= refined + 1e-10, "{p:?}: {} {refined}", foot.distance);
+            assert!((foot.distance - (foot.point - p).norm()).abs() < 1e-12);
+            assert!((m.faces[0].surface.point(foot.uv) - foot.point).norm() < 1e-8);
+            if foot.location == FootLocation::Inside {
+                let d = m.faces[0].surface.derivs(foot.uv);
+                let r = (p - foot.point).normalize();
+                let slant = r.dot(&d.su.normalize()).abs().max(r.dot(&d.sv.normalize()).abs());
+                assert!(slant < 1e-6, "{p:?} {foot:?}: {slant:e} {r:?}");
+            }
+            assert_eq!(index.closest(p), Some(foot), "the same on any thread");
+        }
+    }
+}
+
+#[test]
+fn feet_on_edges_and_vertices_choose_the_face_that_looks_at_the_point() {
+    // Two squares at a right angle along x: z = 0 for y < 0, y = 0 for z < 0.
+    let flat = Frame { origin: Vec3::zeros(), x: Vec3::x(), y: -Vec3::y(), z: -Vec3::z() };
+    let wall = Frame { origin: Vec3::zeros(), x: Vec3::x(), y: -Vec3::z(), z: Vec3::y() };
+    let mut faces = Vec::new();
+    let mut curves = vec![Curve3::line(Vec3::zeros(), Vec3::x() * 10.0)];
+    for frame in [flat, wall] {
+        let corner = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
+        let mut uses = Vec::new();
+        for k in 0..4 {
+            let [a, b] = [k, (k + 1) % 4].map(|k| Vec2::new(corner[k].0, corner[k].1));
+            let edge = if k == 0 { 0 } else { curves.len() };
+            if k > 0 {
+                let [a, b] = [a, b].map(|q| frame.point(&Vec3::new(q.x, q.y, 0.0)));
+                curves.push(Curve3::line(a, b));
+            }
+            uses.push(EdgeUse { pcurve: Curve2::line(a, b), edge: Some(edge), reversed: false });
+        }
+        faces.push(face(Surface::plane(&frame, [0.0, 10.0], [0.0, 10.0]), vec![uses]));
+    }
+    let m = model(faces, curves);
+    let index = ClosestPoint::new(&m);
+    for (y, z, expected) in [(0.1, 0.3, 0), (0.3, 0.1, 1), (0.2, 0.2, 0)] {
+        let foot = index.closest(&Vec3::new(4.0, y, z)).unwrap();
+        assert_eq!((foot.face, foot.location), (expected, FootLocation::Edge(0)));
+        assert!((foot.uv - Vec2::new(4.0, 0.0)).norm() < 1e-9);
+        assert!((foot.distance - f64::hypot(y, z)).abs() < 1e-12);
+    }
+    // On the edge, and straight above it: still the edge, the lowest face of equals.
+    let foot = index.closest(&Vec3::new(4.0, 0.0, 0.0)).unwrap();
+    assert_eq!((foot.face, foot.location, foot.distance), (0, FootLocation::Edge(0), 0.0));
+    let foot = index.closest(&Vec3::new(11.0, 0.5, 0.2)).unwrap();
+    let FootLocation::Vertex(v) = foot.location else { panic!("{:?}", foot.location) };
+    assert_eq!(m.vertices[v], Vec3::x() * 10.0);
+    assert_eq!(index.closest_on_face(0, &Vec3::new(4.0, 0.3, 0.1)).unwrap().face, 0);
+    assert!(index.closest_on_face(2, &Vec3::zeros()).is_none());
+    assert!(index.closest(&Vec3::repeat(f64::NAN)).is_none());
+    assert!(ClosestPoint::new(&Model::default()).closest(&Vec3::zeros()).is_none());
+}

@@ -2,10 +2,13 @@
 
 /// Largest degree accepted.
 pub(super) const MAX_DEGREE: usize = 25;
-const SIZE: usize = MAX_DEGREE + 1;
+/// Buffer for degrees up to 3, the common case.
+pub(super) const SMALL: usize = 4;
+/// Buffer for any degree.
+pub(super) const LARGE: usize = MAX_DEGREE + 1;
 
-/// The basis functions that are not zero at a parameter, with derivatives.
-pub(super) struct BasisWindow {
+/// The basis functions that are not zero at a parameter, with derivatives; `SIZE > degree`.
+pub(super) struct BasisWindow<const SIZE: usize> {
     /// Index of the first of them.
     pub first: usize,
     /// Values, first and second derivatives; `degree + 1` of each are set.
@@ -27,15 +30,20 @@ pub(super) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
 
 /// Basis functions of `degree` at `t` (clamped to the domain), by the Cox-de Boor recursion; derivatives from
 /// the functions of lower degree.
-pub(super) fn basis(degree: usize, knots: &[f64], t: f64) -> BasisWindow {
+pub(super) fn basis<const SIZE: usize>(
+    degree: usize,
+    knots: &[f64],
+    t: f64,
+) -> BasisWindow<SIZE> {
     let t = t.clamp(knots[degree], knots[knots.len() - 1 - degree]);
     let k = span(degree, knots, t);
     let mut row = [0.0; SIZE];
     let mut lower = [[0.0; SIZE]; 2];
     row[0] = 1.0;
     for j in 1..=degree {
-        lower[0] = lower[1];
-        lower[1] = row;
+        if j + 1 >= degree {
+            lower[j + 1 - degree] = row;
+        }
         let mut saved = 0.0;
         for r in 0..j {
             let (right, left) = (knots[k + r + 1] - t, t - knots[k + 1 + r - j]);
@@ -58,7 +66,12 @@ pub(super) fn basis(degree: usize, knots: &[f64], t: f64) -> BasisWindow {
 
 /// `p (f_i / (t_{i+p} - t_i) - f_{i+1} / (t_{i+p+1} - t_{i+1}))`: turns (derivatives of) the functions of degree
 /// p - 1 into the next derivatives of those of degree p, all in span k.
-fn derive(p: usize, knots: &[f64], k: usize, lower: &[f64; SIZE]) -> [f64; SIZE] {
+fn derive<const SIZE: usize>(
+    p: usize,
+    knots: &[f64],
+    k: usize,
+    lower: &[f64; SIZE],
+) -> [f64; SIZE] {
     let mut out = [0.0; SIZE];
     for (r, slot) in out.iter_mut().enumerate().take(p + 1) {
         let i = k - p + r;
@@ -80,7 +93,7 @@ mod tests {
     fn functions_sum_to_one_and_derivatives_to_zero() {
         let knots = [0.0, 0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 2.0, 2.0, 2.0, 2.0];
         for t in [0.0, 0.2, 0.5, 0.7, 1.0, 1.9, 2.0] {
-            let b = basis(3, &knots, t);
+            let b = basis::<SMALL>(3, &knots, t);
             for (order, expected) in [(0, 1.0), (1, 0.0), (2, 0.0)] {
                 let sum: f64 = b.values[order][..4].iter().sum();
                 assert!((sum - expected).abs() < 1e-12, "t {t}, order {order}: {sum}");

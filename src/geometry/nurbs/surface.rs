@@ -1,7 +1,7 @@
 //! Rational B-spline surfaces, and the exact ones of planes, quadrics, tori, sweeps.
 
 use super::NurbsError;
-use super::basis::basis;
+use super::basis::{LARGE, SMALL, basis};
 use super::net::{Net, check_knots, check_weights};
 use crate::geometry::frame::unit;
 use crate::geometry::{Affine, Vec2, Vec3};
@@ -102,8 +102,16 @@ impl Surface {
     /// Point and derivatives at `uv` (clamped to the domain). No allocation.
     #[must_use]
     pub fn derivs(&self, uv: Vec2) -> SurfaceDerivs {
-        let bu = basis(self.degrees[0], &self.knots[0], uv.x);
-        let bv = basis(self.degrees[1], &self.knots[1], uv.y);
+        if self.degrees.into_iter().all(|p| p < SMALL) {
+            self.derivs_sized::<SMALL>(uv)
+        } else {
+            self.derivs_sized::<LARGE>(uv)
+        }
+    }
+
+    fn derivs_sized<const SIZE: usize>(&self, uv: Vec2) -> SurfaceDerivs {
+        let bu = basis::<SIZE>(self.degrees[0], &self.knots[0], uv.x);
+        let bv = basis::<SIZE>(self.degrees[1], &self.knots[1], uv.y);
         let count_v = self.count()[1];
         // Homogeneous sums for the derivative orders (0,0) (1,0) (0,1) (2,0) (1,1) (0,2).
         let mut a = [Vec3::zeros(); 6];

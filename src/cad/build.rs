@@ -2,7 +2,8 @@
 
 use super::loops::{LoopFault, Side, closed_loops, path_of};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
-use super::native::Native;
+use super::native::{Native, kind_of};
+use super::offset::offset;
 use super::raw::{RawFace, RawModel, RawSurface};
 use super::topology::{Piece, join};
 use super::{Diagnostic, Severity};
@@ -94,12 +95,15 @@ fn build_face(
     tolerance: f64,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<(Face, Vec<Piece>), String> {
-    if let RawSurface::Offset { .. } = raw.surface {
-        return Err(
-            "offset surfaces are not built yet; export the offset as a spline surface".into()
-        );
-    }
-    let native = Native::new(&raw.surface);
+    let made;
+    let surface = match &raw.surface {
+        RawSurface::Offset { base, distance } => {
+            made = offset(base, *distance, 1e-2 * tolerance)?;
+            &made
+        }
+        own => own,
+    };
+    let native = Native::new(surface);
     let size = face_bounds(raw).diagonal();
     let mut faults = Vec::new();
     let edged = raw.loops.iter().filter(|l| !l.edges.is_empty());
@@ -131,7 +135,7 @@ fn build_face(
     }
     let face = Face {
         surface,
-        kind: native.kind(),
+        kind: kind_of(&raw.surface),
         loops: trims,
         flipped,
         source: raw.source.clone(),

@@ -3,8 +3,11 @@
 
 use super::native::Native;
 use super::raw::{RawEdge, RawLoop};
-use crate::geometry::Vec2;
 use crate::geometry::nurbs::{Curve2, Curve3};
+use crate::geometry::{Vec2, Vec3};
+
+/// Parameter curves are fitted to this share of their extent.
+const FIT: f64 = 1e-10;
 
 /// One side of a loop: its curve in native parameters, in the loop's direction.
 #[derive(Debug, Clone)]
@@ -243,20 +246,7 @@ fn projected(native: &Native<'_>, curve: &Curve3, hint: Option<&Curve2>, size: f
     let spans = curve.knots().windows(2).filter(|w| w[0] < w[1]).count();
     let n = (8 * spans).clamp(16, 400);
     let at = |k: usize| a + (b - a) * k as f64 / n as f64;
-    let mut samples = vec![Vec2::zeros(); n + 1];
-    // From the middle outwards: an end may be a pole, where one parameter is anybody's.
-    let middle = n / 2;
-    let first_hint = hint.map(|h| {
-        let [c, d] = h.domain();
-        h.point(0.5 * (c + d))
-    });
-    samples[middle] = native.inverse(&curve.point(at(middle)), first_hint);
-    for k in (0..middle).rev() {
-        samples[k] = native.inverse(&curve.point(at(k)), Some(extrapolate(&samples, k, 1, n)));
-    }
-    for k in middle + 1..=n {
-        samples[k] = native.inverse(&curve.point(at(k)), Some(extrapolate(&samples, k, -1, n)));
-    }
+    let samples = projected_samples(native, &|k| curve.point(at(k)), hint, n);
     let near = |t: f64| {
         let x = ((t - a) / (b - a) * n as f64).clamp(0.0, n as f64);
         let k = (x as usize).min(n - 1);
@@ -281,7 +271,49 @@ fn projected(native: &Native<'_>, curve: &Curve3, hint: Option<&Curve2>, size: f
             native.inverse(&curve.point(t), Some(h))
         }
     };
-    Curve2::fitted(f, &breaks, 1e-11 * extent)
+    Curve2::fitted(f, &breaks, FIT * extent)
+}
+
+/// Parameters of `n + 1` points of a curve, each searched from where its neighbours lead; where that foot is far,
+/// the whole surface is searched, as long as this finds nearer ones.
+fn projected_samples(
+    native: &Native<'_>,
+    point: &dyn Fn(usize) -> Vec3,
+    hint: Option<&Curve2>,
+    n: usize,
+) -> Vec<Vec2> {
+    let mut samples = vec![Vec2::zeros(); n + 1];
+    let miss = |k: usize, uv: Vec2| (native.point(uv) - point(k)).norm();
+    // From the middle outwards: an end may be a pole, where one parameter is anybody's.
+    let middle = n / 2;
+    let from_hint = hint.map(|h| {
+        let [c, d] = h.domain();
+        native.inverse(&point(middle), Some(h.point(0.5 * (c + d))))
+    });
+    let global = native.inverse(&point(middle), None);
+    samples[middle] = match from_hint {
+        Some(uv) if miss(middle, uv) <= 2.0 * miss(middle, global) => uv,
+        Some(uv) => native.equivalent_near(global, uv),
+        None => global,
+    };
+    let step = (point(middle + 1) - point(middle)).norm();
+    let mut allowed = (3.0 * miss(middle, samples[middle])).max(1e-3 * step);
+    let mut searches = 4;
+    for k in (0..middle).rev().chain(middle + 1..=n) {
+        let expected = extrapolate(&samples, k, if k < middle { 1 } else { -1 }, n);
+        let mut uv = native.inverse(&point(k), Some(expected));
+        let off = miss(k, uv);
+        if off > allowed && searches > 0 {
+            searches -= 1;
+            let other = native.equivalent_near(native.inverse(&point(k), None), expected);
+            if miss(k, other) < 0.5 * off {
+                uv = other;
+            }
+            allowed = allowed.max(2.0 * miss(k, uv));
+        }
+        samples[k] = uv;
+    }
+    samples
 }
 
 /// Where the next sample is expected, from its two neighbours on the side already known.

@@ -8,9 +8,11 @@ pub mod build;
 pub mod closest;
 pub mod iges;
 pub mod inspect;
+mod inverse;
 mod loops;
 pub mod model;
 mod native;
+mod offset;
 mod orient;
 #[cfg(test)]
 mod query_tests;

@@ -1,29 +1,37 @@
 //! A face's surface with the parameters its file uses: evaluation, inverse, periods, and the exact step to a
 //! rational B-spline on the range the loops need.
 
+use std::cell::OnceCell;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::model::SurfaceKind;
 use super::raw::RawSurface;
-use crate::geometry::nurbs::{Curve2, Curve3, Surface};
+use crate::geometry::nurbs::{Curve2, Curve3, Surface, SurfaceDerivs};
 use crate::geometry::{Frame, Vec2, Vec3};
 
-/// A surface in native parameters, ready for evaluation.
+/// Borders nearer than this share of the surface's size are one seam.
+const CLOSED: f64 = 1e-7;
+
+/// A surface in native parameters, ready for evaluation. An offset stands for its base: `build` replaces offsets
+/// by surfaces of their own before.
 pub(super) struct Native<'a> {
     raw: &'a RawSurface,
     /// Whole surface where it has a natural range (sweeps, splines), in (angle, curve) or spline parameters.
     whole: Option<Surface>,
-    /// Angle range of `whole`, for revolutions.
-    angles: [f64; 2],
+    /// Period along u and v (in our order); `None` where the surface does not close.
+    periods: [Option<f64>; 2],
+    samples: OnceCell<Vec<(Vec2, Vec3)>>,
 }
 
 impl<'a> Native<'a> {
-    pub fn new(raw: &'a RawSurface) -> Self {
-        let mut angles = [0.0, TAU];
+    pub fn new(mut raw: &'a RawSurface) -> Self {
+        while let RawSurface::Offset { base, .. } = raw {
+            raw = base;
+        }
         let whole = match raw {
             RawSurface::Nurbs(s) => Some(s.clone()),
-            RawSurface::Revolution { generatrix, origin, axis, angles: given, .. } => {
-                angles = given.unwrap_or(angles);
+            RawSurface::Revolution { generatrix, origin, axis, angles, .. } => {
+                let angles = angles.unwrap_or([0.0, TAU]);
                 Some(Surface::revolution(generatrix, *origin, *axis, angles))
             }
             RawSurface::Extrusion { directrix, direction, range } => {
@@ -31,20 +39,30 @@ impl<'a> Native<'a> {
             }
             _ => None,
         };
-        Self { raw, whole, angles }
+        let periods = periods_of(raw, whole.as_ref());
+        Self { raw, whole, periods, samples: OnceCell::new() }
     }
 
-    pub fn kind(&self) -> SurfaceKind {
+    /// The surface of the file.
+    pub fn raw(&self) -> &'a RawSurface {
+        self.raw
+    }
+
+    /// The whole surface where it has a natural range (sweeps, splines).
+    pub fn whole(&self) -> Option<&Surface> {
+        self.whole.as_ref()
+    }
+
+    /// Points of the whole surface, evaluated once.
+    pub fn samples(&self) -> &[(Vec2, Vec3)] {
+        self.samples.get_or_init(|| self.sampled())
+    }
+
+    /// Range of the directrix of an extrusion.
+    pub fn curve_range(&self) -> Option<[f64; 2]> {
         match self.raw {
-            RawSurface::Plane(_) => SurfaceKind::Plane,
-            RawSurface::Cylinder { .. } => SurfaceKind::Cylinder,
-            RawSurface::Cone { .. } => SurfaceKind::Cone,
-            RawSurface::Sphere { .. } => SurfaceKind::Sphere,
-            RawSurface::Torus { .. } => SurfaceKind::Torus,
-            RawSurface::Revolution { .. } => SurfaceKind::Revolution,
-            RawSurface::Extrusion { .. } => SurfaceKind::Extrusion,
-            RawSurface::Nurbs(_) => SurfaceKind::Nurbs,
-            RawSurface::Offset { .. } => SurfaceKind::Offset,
+            RawSurface::Extrusion { directrix, .. } => Some(directrix.domain()),
+            _ => None,
         }
     }
 
@@ -71,23 +89,42 @@ impl<'a> Native<'a> {
 
     /// Period along u and v (in our order); `None` where the surface does not close.
     pub fn periods(&self) -> [Option<f64>; 2] {
+        self.periods
+    }
+
+    /// Point and derivatives at native parameters (our order) of sweeps and splines, zeros elsewhere.
+    pub fn derivs(&self, uv: Vec2) -> SurfaceDerivs {
         match self.raw {
-            RawSurface::Cylinder { .. } | RawSurface::Cone { .. } | RawSurface::Sphere { .. } => {
-                [Some(TAU), None]
+            RawSurface::Revolution { generatrix, origin, axis, .. } => {
+                let g = generatrix.derivs(self.wrap(uv).y);
+                let center = origin + axis * axis.dot(&(g.c - origin));
+                let (sin, cos) = uv.x.sin_cos();
+                let turn = |x: &Vec3| {
+                    let along = axis * axis.dot(x);
+                    along + (x - along) * cos + axis.cross(x) * sin
+                };
+                let x = turn(&(g.c - center));
+                let (sv, svv) = (turn(&g.d1), turn(&g.d2));
+                let (su, suv) = (axis.cross(&x), axis.cross(&sv));
+                SurfaceDerivs { s: center + x, su, sv, suu: axis.cross(&su), suv, svv }
             }
-            RawSurface::Torus { .. } => [Some(TAU), Some(TAU)],
-            RawSurface::Plane(_) | RawSurface::Offset { .. } => [None, None],
-            RawSurface::Revolution { .. } | RawSurface::Extrusion { .. } | RawSurface::Nurbs(_) => {
-                self.whole.as_ref().map_or([None, None], |s| {
-                    let closed = closed_directions(s);
-                    let [u, v] = s.domain();
-                    let mut periods =
-                        [closed[0].then_some(u[1] - u[0]), closed[1].then_some(v[1] - v[0])];
-                    if matches!(self.raw, RawSurface::Revolution { .. }) {
-                        periods[0] = Some(TAU);
-                    }
-                    periods
-                })
+            RawSurface::Extrusion { directrix, direction, .. } => {
+                let c = directrix.derivs(self.wrap(uv).x);
+                let zero = Vec3::zeros();
+                let s = c.c + direction * uv.y;
+                SurfaceDerivs { s, su: c.d1, sv: *direction, suu: c.d2, suv: zero, svv: zero }
+            }
+            RawSurface::Nurbs(s) => s.derivs(self.wrap(uv)),
+            _ => {
+                let zero = Vec3::zeros();
+                SurfaceDerivs {
+                    s: self.point(uv),
+                    su: zero,
+                    sv: zero,
+                    suu: zero,
+                    suv: zero,
+                    svv: zero,
+                }
             }
         }
     }
@@ -107,7 +144,7 @@ impl<'a> Native<'a> {
                 ring(frame, major + minor * v.cos(), minor * v.sin())
             }
             RawSurface::Revolution { generatrix, origin, axis, .. } => {
-                let p = generatrix.point(v);
+                let p = generatrix.point(self.wrap(uv).y);
                 let center = origin + axis * axis.dot(&(p - origin));
                 let x = p - center;
                 center + x * u.cos() + axis.cross(&x) * u.sin()
@@ -116,7 +153,7 @@ impl<'a> Native<'a> {
                 directrix.point(self.wrap(uv).x) + direction * v
             }
             RawSurface::Nurbs(s) => s.point(self.wrap(uv)),
-            RawSurface::Offset { base, distance } => offset_point(base, *distance, uv),
+            RawSurface::Offset { .. } => Vec3::zeros(),
         }
     }
 
@@ -127,73 +164,12 @@ impl<'a> Native<'a> {
         for (k, (range, period)) in s.domain().into_iter().zip(self.periods()).enumerate() {
             if let Some(p) = period {
                 let slack = 1e-9 * p;
-                while out[k] > range[1] + slack {
-                    out[k] -= p;
-                }
-                while out[k] < range[0] - slack {
-                    out[k] += p;
+                if out[k] > range[1] + slack || out[k] < range[0] - slack {
+                    out[k] -= p * ((out[k] - range[0]) / p).floor();
                 }
             }
         }
         out
-    }
-
-    /// Parameters (our order) of the point of the surface nearest to `p`, chosen nearest to `hint` among
-    /// equivalent ones.
-    pub fn inverse(&self, p: &Vec3, hint: Option<Vec2>) -> Vec2 {
-        let mut uv = self.inverse_once(p, hint);
-        if let Some(h) = hint {
-            for (k, period) in self.periods().into_iter().enumerate() {
-                if let Some(period) = period {
-                    uv[k] += period * ((h[k] - uv[k]) / period).round();
-                }
-            }
-        }
-        uv
-    }
-
-    fn inverse_once(&self, p: &Vec3, hint: Option<Vec2>) -> Vec2 {
-        let hint_u = hint.map_or(0.0, |h| h.x);
-        // The angle about an axis; on the axis itself, the hint's.
-        let turn = |x: f64, y: f64, size: f64| {
-            if x.hypot(y) > 1e-9 * size { y.atan2(x) } else { hint_u }
-        };
-        match self.raw {
-            RawSurface::Plane(f) => {
-                let l = f.local(p);
-                Vec2::new(l.x, l.y)
-            }
-            RawSurface::Cylinder { frame, radius } => {
-                let l = frame.local(p);
-                Vec2::new(turn(l.x, l.y, *radius), l.z)
-            }
-            RawSurface::Cone { frame, radius, semi_angle } => {
-                let l = frame.local(p);
-                let t = semi_angle.tan();
-                let r = l.x.hypot(l.y);
-                // Foot on the generator in the half plane of the point.
-                let v = ((r - radius) * t + l.z) / (1.0 + t * t);
-                Vec2::new(turn(l.x, l.y, radius.abs() + l.z.abs()), v)
-            }
-            RawSurface::Sphere { frame, radius } => {
-                let l = frame.local(p);
-                Vec2::new(turn(l.x, l.y, *radius), l.z.atan2(l.x.hypot(l.y)))
-            }
-            RawSurface::Torus { frame, major, minor, .. } => {
-                torus_inverse(&frame.local(p), *major, *minor, hint)
-            }
-            RawSurface::Revolution { generatrix, origin, axis, .. } => {
-                revolution_inverse(p, (generatrix, origin, axis), hint, self)
-            }
-            RawSurface::Extrusion { directrix, direction, .. } => {
-                extrusion_inverse(p, directrix, direction)
-            }
-            RawSurface::Nurbs(s) => match hint {
-                Some(h) => s.closest_near(p, self.wrap(h)).0,
-                None => s.closest(p).0,
-            },
-            RawSurface::Offset { base, .. } => Native::new(base).inverse(p, hint),
-        }
     }
 
     /// Native v (u) lines that shrink to a point: (parameter index, value).
@@ -267,10 +243,7 @@ impl<'a> Native<'a> {
                 (Surface::extrusion(directrix, *direction, v), [None, None])
             }
             RawSurface::Nurbs(s) => (s.clone(), [None, None]),
-            RawSurface::Offset { .. } => {
-                let frame = Frame::world();
-                (Surface::plane(&frame, u, v), [None, None])
-            }
+            RawSurface::Offset { base, .. } => Native::new(base).to_nurbs(range),
         }
     }
 }
@@ -283,28 +256,63 @@ fn revolve(generatrix: &Curve3, frame: &Frame, u: [f64; 2]) -> Surface {
     Surface::revolution(generatrix, frame.origin, frame.z, u)
 }
 
-fn offset_point(base: &RawSurface, distance: f64, uv: Vec2) -> Vec3 {
-    let native = Native::new(base);
-    let h = 1e-6;
-    let (du, dv) = (Vec2::new(h, 0.0), Vec2::new(0.0, h));
-    let su = native.point(uv + du) - native.point(uv - du);
-    let sv = native.point(uv + dv) - native.point(uv - dv);
-    let normal = crate::geometry::frame::unit(su.cross(&sv)).unwrap_or_else(Vec3::zeros);
-    native.point(uv) + normal * distance
+/// What a surface is called.
+pub(super) fn kind_of(raw: &RawSurface) -> SurfaceKind {
+    match raw {
+        RawSurface::Plane(_) => SurfaceKind::Plane,
+        RawSurface::Cylinder { .. } => SurfaceKind::Cylinder,
+        RawSurface::Cone { .. } => SurfaceKind::Cone,
+        RawSurface::Sphere { .. } => SurfaceKind::Sphere,
+        RawSurface::Torus { .. } => SurfaceKind::Torus,
+        RawSurface::Revolution { .. } => SurfaceKind::Revolution,
+        RawSurface::Extrusion { .. } => SurfaceKind::Extrusion,
+        RawSurface::Nurbs(_) => SurfaceKind::Nurbs,
+        RawSurface::Offset { .. } => SurfaceKind::Offset,
+    }
+}
+
+fn periods_of(raw: &RawSurface, whole: Option<&Surface>) -> [Option<f64>; 2] {
+    match raw {
+        RawSurface::Cylinder { .. } | RawSurface::Cone { .. } | RawSurface::Sphere { .. } => {
+            [Some(TAU), None]
+        }
+        RawSurface::Torus { .. } => [Some(TAU), Some(TAU)],
+        _ => {
+            let Some(s) = whole else { return [None, None] };
+            let closed = closed_directions(s);
+            let [u, v] = s.domain();
+            let mut periods = [closed[0].then_some(u[1] - u[0]), closed[1].then_some(v[1] - v[0])];
+            if matches!(raw, RawSurface::Revolution { .. }) {
+                periods[0] = Some(TAU);
+            }
+            periods
+        }
+    }
 }
 
 /// Which directions of a surface close on themselves in space.
 fn closed_directions(s: &Surface) -> [bool; 2] {
-    let [nu, nv] = s.count();
     let size = crate::geometry::Aabb::of_points(s.points()).diagonal();
-    let near = |a: usize, b: usize| (s.points()[a] - s.points()[b]).norm() <= 1e-9 * size;
-    let clamped = |k: usize| {
-        let (knots, p) = (s.knots()[k], s.degrees()[k]);
-        knots[0] == knots[p] && knots[knots.len() - 1] == knots[knots.len() - 1 - p]
+    let [u, v] = s.domain();
+    // The borders are splines of at most so many spans: as many samples tell them apart.
+    let closed = |k: usize| {
+        let n = (4 * s.count()[1 - k]).min(400);
+        (0..=n).all(|i| {
+            let t = i as f64 / n as f64;
+            let (a, b) = match k {
+                0 => {
+                    let y = v[0] + (v[1] - v[0]) * t;
+                    (Vec2::new(u[0], y), Vec2::new(u[1], y))
+                }
+                _ => {
+                    let x = u[0] + (u[1] - u[0]) * t;
+                    (Vec2::new(x, v[0]), Vec2::new(x, v[1]))
+                }
+            };
+            (s.point(a) - s.point(b)).norm() <= CLOSED * size
+        })
     };
-    let u = clamped(0) && (0..nv).all(|j| near(j, (nu - 1) * nv + j));
-    let v = clamped(1) && (0..nu).all(|i| near(i * nv, i * nv + nv - 1));
-    [u, v]
+    [closed(0), closed(1)]
 }
 
 /// Sides of a surface that are one point in space.
@@ -326,84 +334,4 @@ fn collapsed_sides(s: &Surface) -> Vec<(usize, f64)> {
         }
     }
     sides
-}
-
-/// Nearest point of a torus; a spindle torus has feet on both half circles of the plane through the point, and
-/// the hint says which is meant.
-fn torus_inverse(l: &Vec3, major: f64, minor: f64, hint: Option<Vec2>) -> Vec2 {
-    let r = l.x.hypot(l.y);
-    let u = if r > 1e-9 * major.max(minor) { l.y.atan2(l.x) } else { hint.map_or(0.0, |h| h.x) };
-    let near = Vec2::new(u, l.z.atan2(r - major));
-    if minor <= major {
-        return near;
-    }
-    let far = Vec2::new(u + std::f64::consts::PI, l.z.atan2(-r - major));
-    let miss = |uv: &Vec2, r: f64| ((r - major).hypot(l.z) - minor).abs() + 0.0 * uv.x;
-    let (near_miss, far_miss) = (miss(&near, r), miss(&far, -r));
-    if far_miss < near_miss - 1e-9 * minor { far } else { near }
-}
-
-fn revolution_inverse(
-    p: &Vec3,
-    (generatrix, origin, axis): (&Curve3, &Vec3, &Vec3),
-    hint: Option<Vec2>,
-    native: &Native<'_>,
-) -> Vec2 {
-    // Turn the point into the half plane of the generatrix by the angle between their radii, refined with
-    // the curve's own foot because the generatrix need not lie in one half plane.
-    let radius = |q: &Vec3| q - (origin + axis * axis.dot(&(q - origin)));
-    let target = radius(p);
-    let size = target.norm();
-    let mut v = hint.map(|h| h.y);
-    let mut u = hint.map_or(0.0, |h| h.x);
-    for _ in 0..50 {
-        let start = v.unwrap_or_else(|| {
-            let reference = radius(
-                &generatrix.point(generatrix.closest(&(origin + axis * axis.dot(&(p - origin)))).0),
-            );
-            let _ = reference;
-            generatrix.domain()[0]
-        });
-        let x = radius(&generatrix.point(start));
-        if size > 1e-12 && x.norm() > 1e-9 * size.max(1e-300) {
-            u = axis.dot(&x.cross(&target)).atan2(x.dot(&target));
-        }
-        let turned = turn_about(p, origin, axis, -u);
-        let next = generatrix.closest(&turned).0;
-        let done = v.is_some_and(|old| (old - next).abs() <= 1e-14 * (1.0 + next.abs()));
-        v = Some(next);
-        if done {
-            break;
-        }
-    }
-    let range = native.angles;
-    let v = v.unwrap_or(generatrix.domain()[0]);
-    if hint.is_none() {
-        while u < range[0] - 1e-9 {
-            u += TAU;
-        }
-        while u > range[1] + 1e-9 && u - TAU >= range[0] - 1e-9 {
-            u -= TAU;
-        }
-    }
-    Vec2::new(u, v)
-}
-
-fn turn_about(p: &Vec3, origin: &Vec3, axis: &Vec3, angle: f64) -> Vec3 {
-    let center = origin + axis * axis.dot(&(p - origin));
-    let x = p - center;
-    center + x * angle.cos() + axis.cross(&x) * angle.sin()
-}
-
-/// Foot on the cylinder over the directrix: the directrix is projected along the direction first.
-fn extrusion_inverse(p: &Vec3, directrix: &Curve3, direction: &Vec3) -> Vec2 {
-    let d2 = direction.norm_squared();
-    let flatten = crate::geometry::Affine {
-        linear: crate::geometry::Mat3::identity() - direction * direction.transpose() / d2,
-        shift: Vec3::zeros(),
-    };
-    let flat = directrix.transformed(&flatten);
-    let u = flat.closest(&flatten.point(p)).0;
-    let v = direction.dot(&(p - directrix.point(u))) / d2;
-    Vec2::new(u, v)
 }

@@ -30,11 +30,7 @@ pub(super) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
 
 /// Basis functions of `degree` at `t` (clamped to the domain), by the Cox-de Boor recursion; derivatives from
 /// the functions of lower degree.
-pub(super) fn basis<const SIZE: usize>(
-    degree: usize,
-    knots: &[f64],
-    t: f64,
-) -> BasisWindow<SIZE> {
+pub(super) fn basis<const SIZE: usize>(degree: usize, knots: &[f64], t: f64) -> BasisWindow<SIZE> {
     let t = t.clamp(knots[degree], knots[knots.len() - 1 - degree]);
     let k = span(degree, knots, t);
     let mut row = [0.0; SIZE];

@@ -48,6 +48,33 @@ impl<const D: usize> Curve<D> {
     }
 }
 
+impl<const D: usize> Curve<D> {
+    /// The polynomial of degree 5 on `[a, b]` through `f` at [`Curve::nodes_between`].
+    #[must_use]
+    pub fn through(f: &dyn Fn(f64) -> SVector<f64, D>, a: f64, b: f64) -> Self {
+        let points = interpolate(&|t| f(t), &inverse_of_bernstein(), a, b);
+        Self::bezier(points.to_vec(), a, b)
+    }
+
+    /// The polynomial of degree 5 on `[a, b]` with these values at [`Curve::nodes_between`].
+    #[must_use]
+    pub fn through_values(values: &[SVector<f64, D>; DEGREE + 1], a: f64, b: f64) -> Self {
+        Self::bezier(controls(values, &inverse_of_bernstein()).to_vec(), a, b)
+    }
+
+    /// The six interpolation nodes of `[a, b]`: both ends, denser near them.
+    #[must_use]
+    pub fn nodes_between(a: f64, b: f64) -> [f64; DEGREE + 1] {
+        nodes().map(|t| if t >= 1.0 { b } else { a + (b - a) * t })
+    }
+
+    fn bezier(points: Vec<SVector<f64, D>>, a: f64, b: f64) -> Self {
+        let knots = [vec![a; DEGREE + 1], vec![b; DEGREE + 1]].concat();
+        let weights = vec![1.0; points.len()];
+        Self { degree: DEGREE, knots, points, weights }
+    }
+}
+
 /// Interior nodes of the interpolation: Chebyshev-Lobatto points with the ends.
 fn nodes() -> [f64; DEGREE + 1] {
     std::array::from_fn(|k| 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / DEGREE as f64).cos())
@@ -81,6 +108,13 @@ fn interpolate<const D: usize>(
     b: f64,
 ) -> [SVector<f64, D>; DEGREE + 1] {
     let values = nodes().map(|t| if t >= 1.0 { f(b) } else { f(a + (b - a) * t) });
+    controls(&values, inverse)
+}
+
+fn controls<const D: usize>(
+    values: &[SVector<f64, D>; DEGREE + 1],
+    inverse: &SMatrix<f64, 6, 6>,
+) -> [SVector<f64, D>; DEGREE + 1] {
     let mut points =
         std::array::from_fn(|i| values.iter().enumerate().map(|(r, v)| v * inverse[(i, r)]).sum());
     points[0] = values[0];

@@ -1,0 +1,198 @@
+//! From points near a surface to its native parameters: closed forms for planes, quadrics and tori, bounded Newton
+//! from a hint or from the nearest samples for all others.
+
+use super::native::Native;
+use super::raw::RawSurface;
+use crate::geometry::nurbs::SurfaceDerivs;
+use crate::geometry::{Vec2, Vec3};
+
+/// Samples a surface keeps for starting points, at most.
+const MOST_SAMPLES: usize = 40_000;
+/// Samples from which Newton starts when there is no hint.
+const STARTS: usize = 6;
+
+impl Native<'_> {
+    /// Parameters (our order) of the point of the surface nearest to `p`, chosen nearest to `hint` among
+    /// equivalent ones. With a hint the search is local.
+    pub fn inverse(&self, p: &Vec3, hint: Option<Vec2>) -> Vec2 {
+        let uv = self.closed_form(p, hint).unwrap_or_else(|| match hint {
+            Some(h) => self.newton(p, h).0,
+            None => self.from_samples(p),
+        });
+        hint.map_or(uv, |h| self.equivalent_near(uv, h))
+    }
+
+    /// The same point of the surface, by whole periods as near to `hint` as it can be.
+    pub fn equivalent_near(&self, mut uv: Vec2, hint: Vec2) -> Vec2 {
+        for (k, period) in self.periods().into_iter().enumerate() {
+            if let Some(period) = period {
+                uv[k] += period * ((hint[k] - uv[k]) / period).round();
+            }
+        }
+        uv
+    }
+
+    fn closed_form(&self, p: &Vec3, hint: Option<Vec2>) -> Option<Vec2> {
+        let hint_u = hint.map_or(0.0, |h| h.x);
+        // The angle about an axis; on the axis itself, the hint's.
+        let turn = |x: f64, y: f64, size: f64| {
+            if x.hypot(y) > 1e-9 * size { y.atan2(x) } else { hint_u }
+        };
+        Some(match self.raw() {
+            RawSurface::Plane(f) => {
+                let l = f.local(p);
+                Vec2::new(l.x, l.y)
+            }
+            RawSurface::Cylinder { frame, radius } => {
+                let l = frame.local(p);
+                Vec2::new(turn(l.x, l.y, *radius), l.z)
+            }
+            RawSurface::Cone { frame, radius, semi_angle } => {
+                let l = frame.local(p);
+                let t = semi_angle.tan();
+                let r = l.x.hypot(l.y);
+                // Foot on the generator in the half plane of the point.
+                let v = ((r - radius) * t + l.z) / (1.0 + t * t);
+                Vec2::new(turn(l.x, l.y, radius.abs() + l.z.abs()), v)
+            }
+            RawSurface::Sphere { frame, radius } => {
+                let l = frame.local(p);
+                Vec2::new(turn(l.x, l.y, *radius), l.z.atan2(l.x.hypot(l.y)))
+            }
+            RawSurface::Torus { frame, major, minor, .. } => {
+                torus_inverse(&frame.local(p), *major, *minor, hint)
+            }
+            _ => return None,
+        })
+    }
+
+    /// The best foot from the nearest samples of the whole surface.
+    fn from_samples(&self, p: &Vec3) -> Vec2 {
+        let samples = self.samples();
+        let mut near: Vec<(f64, Vec2)> = Vec::with_capacity(STARTS + 1);
+        for (uv, x) in samples {
+            let d = (x - p).norm_squared();
+            if near.len() < STARTS || d < near[near.len() - 1].0 {
+                let at = near.partition_point(|n| n.0 <= d);
+                near.insert(at, (d, *uv));
+                near.truncate(STARTS);
+            }
+        }
+        let feet = near.iter().map(|n| self.newton(p, n.1));
+        let best = feet.reduce(|a, b| if b.1 < a.1 { b } else { a });
+        best.map_or_else(Vec2::zeros, |b| b.0)
+    }
+
+    /// Bounded Newton on half the squared distance: parameters and squared distance. Periodic parameters run on
+    /// over the seam, others stop at their range.
+    pub fn newton(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
+        let bounds = self.newton_bounds();
+        let clamp = |uv: Vec2| {
+            let within = |k: usize| bounds[k].map_or(uv[k], |b| uv[k].clamp(b[0], b[1]));
+            Vec2::new(within(0), within(1))
+        };
+        let held = |uv: Vec2, g: Vec2| {
+            [0, 1].map(|k| {
+                bounds[k]
+                    .is_some_and(|b| (uv[k] <= b[0] && g[k] > 0.0) || (uv[k] >= b[1] && g[k] < 0.0))
+            })
+        };
+        let mut uv = clamp(start);
+        let mut d = self.derivs(uv);
+        let mut best = (d.s - p).norm_squared();
+        for _ in 0..40 {
+            let r = d.s - p;
+            let g = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
+            let mut step = descent(&d, &r, g, held(uv, g));
+            let mut moved = false;
+            for _ in 0..20 {
+                let next = clamp(uv + step);
+                let e = self.derivs(next);
+                let distance = (e.s - p).norm_squared();
+                if distance < best {
+                    (moved, uv, d, best) = (true, next, e, distance);
+                    break;
+                }
+                step *= 0.5;
+            }
+            let small = (d.su * step.x).norm() + (d.sv * step.y).norm();
+            if !moved || small <= 1e-14 * (1.0 + d.s.norm()) {
+                break;
+            }
+        }
+        (uv, best)
+    }
+
+    /// Ranges that Newton must not leave; `None` for periodic and for straight, unbounded parameters.
+    fn newton_bounds(&self) -> [Option<[f64; 2]>; 2] {
+        let periods = self.periods();
+        let range = self.natural_range();
+        let straight = matches!(self.raw(), RawSurface::Extrusion { .. });
+        let u = self.curve_range().or(range.map(|r| r[0]));
+        let v = if straight { None } else { range.map(|r| r[1]) };
+        [u.filter(|_| periods[0].is_none()), v.filter(|_| periods[1].is_none())]
+    }
+
+    /// Samples over the natural range, `degree + 1` and more to each span, with their points.
+    pub(super) fn sampled(&self) -> Vec<(Vec2, Vec3)> {
+        let Some(whole) = self.whole() else { return Vec::new() };
+        let along = |k: usize, most: usize| -> Vec<f64> {
+            let (knots, p) = (whole.knots()[k], whole.degrees()[k]);
+            let inner = &knots[p..knots.len() - p];
+            let spans = inner.windows(2).filter(|w| w[0] < w[1]).count().max(1);
+            let per_span = (p + 2).min((most / spans).max(1));
+            let spans = inner.windows(2).filter(|w| w[0] < w[1]);
+            let mut out: Vec<f64> = spans
+                .flat_map(|w| {
+                    (0..per_span).map(move |i| w[0] + (w[1] - w[0]) * i as f64 / per_span as f64)
+                })
+                .collect();
+            out.push(inner[inner.len() - 1]);
+            out
+        };
+        let us = along(0, 200);
+        let vs = along(1, (MOST_SAMPLES / us.len()).max(8));
+        let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| Vec2::new(u, v)));
+        pairs.map(|uv| (uv, whole.point(uv))).collect()
+    }
+}
+
+/// Newton step where the Hessian is positive definite, Gauss-Newton elsewhere, in the parameters not held.
+fn descent(d: &SurfaceDerivs, r: &Vec3, g: Vec2, held: [bool; 2]) -> Vec2 {
+    let gauss = (d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared());
+    let full = (gauss.0 + r.dot(&d.suu), gauss.1 + r.dot(&d.suv), gauss.2 + r.dot(&d.svv));
+    let solve = |(a, b, c): (f64, f64, f64)| -> Option<Vec2> {
+        match held {
+            [true, true] => Some(Vec2::zeros()),
+            [true, false] => (c > 0.0).then(|| Vec2::new(0.0, -g.y / c)),
+            [false, true] => (a > 0.0).then(|| Vec2::new(-g.x / a, 0.0)),
+            [false, false] => {
+                let det = a * c - b * b;
+                (a > 0.0 && det > 1e-12 * a * c)
+                    .then(|| Vec2::new((b * g.y - c * g.x) / det, (b * g.x - a * g.y) / det))
+            }
+        }
+    };
+    solve(full).or_else(|| solve(gauss)).unwrap_or_else(|| {
+        // One direction has no extent (a pole): move along the other.
+        if gauss.0 > gauss.2 {
+            Vec2::new(-g.x / gauss.0, 0.0)
+        } else {
+            Vec2::new(0.0, -g.y / gauss.2.max(f64::MIN_POSITIVE))
+        }
+    })
+}
+
+/// Nearest point of a torus; a spindle torus has feet on both half circles of the plane through the point, and
+/// the hint says which is meant.
+fn torus_inverse(l: &Vec3, major: f64, minor: f64, hint: Option<Vec2>) -> Vec2 {
+    let r = l.x.hypot(l.y);
+    let u = if r > 1e-9 * major.max(minor) { l.y.atan2(l.x) } else { hint.map_or(0.0, |h| h.x) };
+    let near = Vec2::new(u, l.z.atan2(r - major));
+    if minor <= major {
+        return near;
+    }
+    let far = Vec2::new(u + std::f64::consts::PI, l.z.atan2(-r - major));
+    let miss = |r: f64| ((r - major).hypot(l.z) - minor).abs();
+    if miss(-r) < miss(r) - 1e-9 * minor { far } else { near }
+}

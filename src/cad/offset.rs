@@ -1,0 +1,239 @@
+//! Offset surfaces as surfaces of their own: exact for planes, quadrics and tori, fitted for sweeps and splines.
+
+use super::raw::RawSurface;
+use crate::geometry::frame::unit;
+use crate::geometry::nurbs::{Curve3, Surface};
+use crate::geometry::{Vec2, Vec3};
+
+/// Degree of fitted pieces in each direction.
+const DEGREE: usize = 5;
+/// Halvings of a fitted piece.
+const DEPTH: u32 = 7;
+
+/// The surface `distance` along the normal of `base`, with the parameters of `base`.
+///
+/// # Errors
+/// Says why there is none: it shrinks to nothing, or the base has no normal.
+pub(super) fn offset(
+    base: &RawSurface,
+    distance: f64,
+    tolerance: f64,
+) -> Result<RawSurface, String> {
+    let grown = |radius: f64| {
+        let r = radius + distance;
+        if r > 0.0 {
+            Ok(r)
+        } else {
+            Err(format!(
+                "an offset by {distance} mm of a surface with radius {radius} mm is nothing"
+            ))
+        }
+    };
+    Ok(match base {
+        RawSurface::Plane(f) => {
+            let mut frame = *f;
+            frame.origin += f.z * distance;
+            RawSurface::Plane(frame)
+        }
+        RawSurface::Cylinder { frame, radius } => {
+            RawSurface::Cylinder { frame: *frame, radius: grown(*radius)? }
+        }
+        RawSurface::Sphere { frame, radius } => {
+            RawSurface::Sphere { frame: *frame, radius: grown(*radius)? }
+        }
+        RawSurface::Torus { frame, major, minor, keep_outer } => RawSurface::Torus {
+            frame: *frame,
+            major: *major,
+            minor: grown(*minor)?,
+            keep_outer: *keep_outer,
+        },
+        RawSurface::Cone { frame, radius, semi_angle } => {
+            let (sin, cos) = semi_angle.sin_cos();
+            let mut frame = *frame;
+            frame.origin -= frame.z * (distance * sin);
+            RawSurface::Cone { frame, radius: radius + distance * cos, semi_angle: *semi_angle }
+        }
+        RawSurface::Revolution { generatrix, origin, axis, angles, curve_first } => {
+            let signed = if *curve_first { -distance } else { distance };
+            let normal = |t: f64| {
+                let d = generatrix.derivs(t);
+                let x = d.c - (origin + axis * axis.dot(&(d.c - origin)));
+                unit(axis.cross(&x).cross(&d.d1))
+            };
+            RawSurface::Revolution {
+                generatrix: offset_curve(generatrix, signed, &normal, tolerance)?,
+                origin: *origin,
+                axis: *axis,
+                angles: *angles,
+                curve_first: *curve_first,
+            }
+        }
+        RawSurface::Extrusion { directrix, direction, range } => {
+            let normal = |t: f64| unit(directrix.derivs(t).d1.cross(direction));
+            RawSurface::Extrusion {
+                directrix: offset_curve(directrix, distance, &normal, tolerance)?,
+                direction: *direction,
+                range: *range,
+            }
+        }
+        RawSurface::Nurbs(s) => RawSurface::Nurbs(offset_spline(s, distance, tolerance)?),
+        RawSurface::Offset { base, distance: first } => {
+            offset(&offset(base, *first, tolerance)?, distance, tolerance)?
+        }
+    })
+}
+
+/// `curve + distance * normal`; a point without a normal (on the axis) takes that of its neighbour.
+fn offset_curve(
+    curve: &Curve3,
+    distance: f64,
+    normal: &dyn Fn(f64) -> Option<Vec3>,
+    tolerance: f64,
+) -> Result<Curve3, String> {
+    let [a, b] = curve.domain();
+    let beside = |t: f64| {
+        let h = 1e-7 * (b - a);
+        normal(t).or_else(|| normal((t + h).min(b))).or_else(|| normal((t - h).max(a)))
+    };
+    let breaks = breaks_of(curve.knots(), [a, b]);
+    if breaks.windows(2).any(|w| beside(0.5 * (w[0] + w[1])).is_none()) {
+        return Err("an offset of a sweep that has no normal".into());
+    }
+    let at = |t: f64| curve.point(t) + beside(t).unwrap_or_else(Vec3::zeros) * distance;
+    Ok(Curve3::fitted(at, &breaks, tolerance))
+}
+
+fn breaks_of(knots: &[f64], [a, b]: [f64; 2]) -> Vec<f64> {
+    let mut out: Vec<f64> = knots.iter().copied().filter(|t| *t >= a && *t <= b).collect();
+    out.dedup();
+    out
+}
+
+/// Offset of a spline surface: bi-quintic pieces over its spans, halved until they follow it.
+fn offset_spline(base: &Surface, distance: f64, tolerance: f64) -> Result<Surface, String> {
+    let at = |u: f64, v: f64| {
+        let uv = Vec2::new(u, v);
+        base.point(uv) + base.normal(uv).unwrap_or_else(Vec3::zeros) * distance
+    };
+    let domain = base.domain();
+    let mut breaks = [0, 1].map(|k| breaks_of(base.knots()[k], domain[k]));
+    let middle = |r: [f64; 2]| 0.5 * (r[0] + r[1]);
+    if base.normal(Vec2::new(middle(domain[0]), middle(domain[1]))).is_none() {
+        return Err("an offset of a surface that has no normal".into());
+    }
+    for _ in 0..DEPTH {
+        let split = [0, 1].map(|k| cells_to_halve(&at, &breaks, k, tolerance));
+        if split.iter().all(Vec::is_empty) {
+            break;
+        }
+        for (list, more) in breaks.iter_mut().zip(split) {
+            list.extend(more);
+            list.sort_by(f64::total_cmp);
+        }
+    }
+    through_points(&at, &breaks)
+}
+
+/// Middles of the strips of one direction in which lines along that direction are not followed.
+fn cells_to_halve(
+    at: &dyn Fn(f64, f64) -> Vec3,
+    breaks: &[Vec<f64>; 2],
+    k: usize,
+    tolerance: f64,
+) -> Vec<f64> {
+    let line = |s: f64, t: f64| if k == 0 { at(s, t) } else { at(t, s) };
+    let follows = |w: &[f64], t: f64| {
+        let piece = Curve3::through(&|s| line(s, t), w[0], w[1]);
+        [0.05, 0.35, 0.65, 0.95].into_iter().all(|x| {
+            let s = w[0] + (w[1] - w[0]) * x;
+            (piece.point(s) - line(s, t)).norm() <= tolerance
+        })
+    };
+    let across: Vec<f64> = breaks[1 - k]
+        .windows(2)
+        .flat_map(|w| [0.2, 0.7].map(|x| w[0] + (w[1] - w[0]) * x))
+        .collect();
+    let open = breaks[k].windows(2).filter(|w| !across.iter().all(|&t| follows(w, t)));
+    open.map(|w| 0.5 * (w[0] + w[1])).collect()
+}
+
+/// The spline that is a polynomial through its nodes over each cell.
+fn through_points(
+    at: &dyn Fn(f64, f64) -> Vec3,
+    breaks: &[Vec<f64>; 2],
+) -> Result<Surface, String> {
+    // Rows of control points along v at every node of u, then columns along u through these.
+    let nodes: Vec<f64> = breaks[0]
+        .windows(2)
+        .enumerate()
+        .flat_map(|(i, w)| {
+            let own = Curve3::nodes_between(w[0], w[1]);
+            own.into_iter().skip(usize::from(i > 0))
+        })
+        .collect();
+    let rows: Vec<Vec<Vec3>> = nodes.iter().map(|&u| controls(&|v| at(u, v), &breaks[1])).collect();
+    let count_v = rows.first().map_or(0, Vec::len);
+    let mut points = vec![Vec3::zeros(); nodes.len() * count_v];
+    for j in 0..count_v {
+        for (cell, w) in breaks[0].windows(2).enumerate() {
+            let values: [Vec3; DEGREE + 1] = std::array::from_fn(|i| rows[cell * DEGREE + i][j]);
+            let column = Curve3::through_values(&values, w[0], w[1]);
+            for (i, p) in column.points().iter().enumerate() {
+                points[(cell * DEGREE + i) * count_v + j] = *p;
+            }
+        }
+    }
+    let knots = breaks.clone().map(|b| {
+        let mut out = vec![b[0]; DEGREE + 1];
+        b[1..].iter().for_each(|&t| out.extend([t; DEGREE]));
+        out.push(b[b.len() - 1]);
+        out
+    });
+    Surface::try_new([DEGREE; 2], knots, points, None).map_err(|e| format!("offset surface: {e}"))
+}
+
+fn controls(at: &dyn Fn(f64) -> Vec3, breaks: &[f64]) -> Vec<Vec3> {
+    let mut out = Vec::new();
+    for (i, w) in breaks.windows(2).enumerate() {
+        let piece = Curve3::through(at, w[0], w[1]);
+        out.extend(piece.points().iter().skip(usize::from(i > 0)));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Frame;
+
+    #[test]
+    fn a_spline_offset_stays_at_its_distance() {
+        let (f, r) = (Frame::world(), 10.0);
+        let meridian = Frame { y: f.z, z: -f.y, ..f };
+        let arc = Curve3::ellipse_arc(&meridian, r, r, -1.0, 1.2);
+        let sphere = Surface::revolution(&arc, Vec3::zeros(), Vec3::z(), [0.2, 3.0]);
+        let out = offset_spline(&sphere, 1.5, 1e-9).unwrap();
+        for k in 0..400 {
+            let t = |m: f64| (f64::from(k) * m).fract();
+            let [u, v] = sphere.domain();
+            let uv = Vec2::new(u[0] + (u[1] - u[0]) * t(0.618), v[0] + (v[1] - v[0]) * t(0.414));
+            assert!((out.point(uv).norm() - 11.5).abs() < 3e-9);
+            assert!((out.point(uv) - sphere.point(uv) * 1.15).norm() < 3e-9);
+        }
+    }
+
+    #[test]
+    fn a_cone_offset_keeps_its_parameters() {
+        let cone = RawSurface::Cone { frame: Frame::world(), radius: 5.0, semi_angle: 0.4 };
+        let Ok(RawSurface::Cone { frame, radius, .. }) = offset(&cone, 2.0, 1e-9) else {
+            panic!("a cone's offset is a cone");
+        };
+        let v = 3.0;
+        let base = Vec3::new(5.0 + v * 0.4f64.tan(), 0.0, v);
+        let normal = Vec3::new(0.4f64.cos(), 0.0, -0.4f64.sin());
+        let found = frame.point(&Vec3::new(radius + v * 0.4f64.tan(), 0.0, v));
+        assert!((found - (base + normal * 2.0)).norm() < 1e-12);
+        let ball = RawSurface::Sphere { frame: Frame::world(), radius: 1.0 };
+        assert!(offset(&ball, -1.0, 1e-9).is_err());
+    }
+}

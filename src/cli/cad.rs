@@ -52,6 +52,7 @@ pub fn main() -> ExitCode {
 pub(super) fn read_model(path: &Path) -> Result<Model, Failure> {
     let (model, diagnostics) = crate::cad::read(path)?;
     warn(&diagnostics);
+    refuse_guessed_units(path, &diagnostics)?;
     if model.faces.is_empty() {
         let kinds: Vec<String> = model.entities.iter().map(|(k, n)| format!("{n} x {k}")).collect();
         return Err(Failure::input(format!(
@@ -61,6 +62,21 @@ pub(super) fn read_model(path: &Path) -> Result<Model, Failure> {
         )));
     }
     Ok(model)
+}
+
+/// A tool of a guessed size is worse than none.
+fn refuse_guessed_units(path: &Path, diagnostics: &[Diagnostic]) -> Result<(), Failure> {
+    let guessed = diagnostics.iter().find(|d| matches!(d.code, "unit-unknown" | "unit-conflict" | "unit-missing"));
+    match guessed {
+        Some(d) => Err(Failure::input(format!(
+            "{}, {}: {}; allowed: one unit that flag and name agree on; the size of the tool would be a guess: \
+             correct the unit in the file (IGES: fields 14 and 15 of the global section) and convert again",
+            path.display(),
+            if d.place.is_empty() { "global section" } else { &d.place },
+            d.text
+        ))),
+        None => Ok(()),
+    }
 }
 
 fn warn(diagnostics: &[Diagnostic]) {

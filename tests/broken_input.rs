@@ -1,0 +1,138 @@
+//! Broken input: a message with file, place, cause and remedy, the right exit code, never a panic.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name)
+}
+
+struct Outcome {
+    code: i32,
+    stderr: String,
+}
+
+fn run(program: &str, arguments: &[&str], configure: impl Fn(&mut Command)) -> Outcome {
+    let mut command = Command::cargo_bin(program).unwrap();
+    command.args(arguments);
+    configure(&mut command);
+    let output = command.output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!stderr.contains("panicked"), "{program} {arguments:?}: {stderr}");
+    Outcome { code: output.status.code().unwrap_or(-1), stderr }
+}
+
+fn expect(outcome: &Outcome, code: i32, words: &[&str]) {
+    assert_eq!(outcome.code, code, "{}", outcome.stderr);
+    for word in words {
+        assert!(outcome.stderr.contains(word), "'{word}' is not in: {}", outcome.stderr);
+    }
+}
+
+fn folder_with(name: &str, bytes: &[u8]) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    fs::write(&path, bytes).unwrap();
+    let text = path.to_string_lossy().into_owned();
+    (folder, text)
+}
+
+#[test]
+fn an_empty_file_is_no_cad() {
+    for name in ["empty.igs", "empty.stp"] {
+        let (_folder, path) = folder_with(name, b"");
+        let outcome = run("kanagata", &["inspect", &path], |_| {});
+        expect(&outcome, 2, &[name, "an empty file", "export the model as IGES 5.3 or STEP"]);
+    }
+}
+
+#[test]
+fn a_file_that_is_not_there_is_an_io_error() {
+    let outcome = run("kanagata", &["inspect", "no-such-file.igs"], |_| {});
+    expect(&outcome, 4, &["no-such-file.igs"]);
+}
+
+#[test]
+fn truncated_files_are_refused_or_survived_with_words() {
+    for name in ["cross/die.igs", "forming/cross_die_AP214.stp"] {
+        let whole = fs::read(fixture(name)).unwrap();
+        for share in [0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99] {
+            let cut = &whole[..(whole.len() as f64 * share) as usize];
+            let (_folder, path) = folder_with("cut.cad", cut);
+            let outcome = run("kanagata", &["convert", &path, "-o", &format!("{path}.tool.json")], |_| {});
+            assert!([0, 2].contains(&outcome.code), "{name} {share}: {}", outcome.stderr);
+            assert!(outcome.code == 2 || outcome.stderr.contains("warning"), "{name} {share}: {}", outcome.stderr);
+            let message = outcome.stderr.contains("cut.cad") || outcome.stderr.contains("warning");
+            assert!(message, "{name} {share}: {}", outcome.stderr);
+        }
+    }
+}
+
+#[test]
+fn a_wrong_unit_flag_is_not_guessed() {
+    let text = String::from_utf8(fs::read(fixture("cross/die.igs")).unwrap()).unwrap();
+    let wrong = text.replacen(",1.,2,2HMM,", ",1.,9,2HXX,", 1);
+    assert_ne!(text, wrong);
+    let (_folder, path) = folder_with("unit.igs", wrong.as_bytes());
+    let outcome = run("kanagata", &["convert", &path, "-o", &format!("{path}.tool.json")], |_| {});
+    expect(&outcome, 2, &["unit.igs", "unit flag", "correct the unit in the file"]);
+    let outcome = run("kanagata", &["inspect", &path], |_| {});
+    assert_eq!(outcome.code, 0, "inspect shows what there is: {}", outcome.stderr);
+}
+
+#[test]
+fn a_tool_file_with_an_unknown_key_has_line_and_column() {
+    let text = br#"{"format":"kanagata-tool","version":1,"name":"x","kind":"nagata","colour":"red"}"#;
+    let (_folder, path) = folder_with("x.tool.json", text);
+    let cad = fixture("cross/die.igs");
+    let outcome = run("kanagata", &["audit", &path, "--cad", &cad.to_string_lossy()], |_| {});
+    expect(&outcome, 2, &["x.tool.json", "line 1", "colour", "kanagata convert"]);
+}
+
+#[test]
+fn a_scene_whose_tool_file_is_missing_names_key_and_remedy() {
+    let scene = fs::read(fixture("cross/demo.scene.json")).unwrap();
+    let (folder, path) = folder_with("x.scene.json", &scene);
+    let out = folder.path().join("out").to_string_lossy().into_owned();
+    for arguments in [vec!["check", &path], vec!["run", &path, "-o", &out]] {
+        let outcome = run("kanagata-solve", &arguments, |_| {});
+        expect(&outcome, 2, &["x.scene.json", "tools[0].file", "die.tool.json", "kanagata convert"]);
+    }
+    assert!(!folder.path().join("out").exists(), "nothing is made for a scene that cannot run");
+}
+
+#[test]
+fn a_missing_gmsh_is_named_with_the_remedy() {
+    let cad = fixture("cross/die.igs");
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("die.msh").to_string_lossy().into_owned();
+    let arguments = ["mesh", &cad.to_string_lossy(), "-o", &out, "--mesher", "gmsh"];
+    let outcome = run("kanagata", &arguments, |c| {
+        c.env("PATH", folder.path()).env_remove("KANAGATA_GMSH");
+    });
+    expect(&outcome, 2, &["gmsh", "install"]);
+    assert!(!Path::new(&out).exists());
+}
+
+#[test]
+fn usage_errors_have_exit_code_2() {
+    assert_eq!(run("kanagata", &["convert"], |_| {}).code, 2);
+    assert_eq!(run("kanagata-solve", &["fly"], |_| {}).code, 2);
+    let cad = fixture("cross/die.igs");
+    let arguments = ["convert", &cad.to_string_lossy(), "-o", "/nonexistent/x.tool.json"];
+    assert_eq!(run("kanagata", &arguments, |_| {}).code, 4, "an output folder that is not there");
+}
+
+#[test]
+fn an_audit_above_its_limit_has_exit_code_1() {
+    let cad = fixture("cross/die.igs");
+    let folder = tempfile::tempdir().unwrap();
+    let tool = folder.path().join("die.tool.json").to_string_lossy().into_owned();
+    let cad = cad.to_string_lossy().into_owned();
+    let made = run("kanagata", &["convert", &cad, "-o", &tool, "--arc-divisions", "2"], |_| {});
+    assert_eq!(made.code, 0, "{}", made.stderr);
+    assert_eq!(run("kanagata", &["audit", &tool, "--cad", &cad, "--tol", "1e-4"], |_| {}).code, 1);
+    assert_eq!(run("kanagata", &["audit", &tool, "--cad", &cad, "--tol", "5"], |_| {}).code, 0);
+}

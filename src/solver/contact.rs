@@ -34,6 +34,8 @@ pub(super) struct Candidate {
     /// It slid in the last iteration (a node that has just touched counts as sliding).
     pub(super) sliding: bool,
     pub(super) foot: Projection,
+    /// How far the node lies past the tool's border, along the surface, over what a touching node may [1].
+    pub(super) overshoot: f64,
     /// Foot at the last converged increment, in the tool's frame.
     pub(super) anchor: Vec3,
 }
@@ -82,6 +84,10 @@ pub(super) struct Scales {
     pub(super) rounding: f64,
 }
 
+/// How far past a tool's border a touching node goes on touching, over the reach of the search. Without it a node at
+/// the very border, where sheet and tool often end together, would be lost and found for ever.
+const OVERHANG: f64 = 0.05;
+
 /// Changes of patch in an increment after which a touching node stays on its patch.
 const SWINGS: u32 = 3;
 
@@ -100,6 +106,12 @@ impl Candidate {
         let foot = tool.within(x, hint, reach);
         self.swings += u32::from(self.active && foot.patch != self.foot.patch);
         self.foot = foot;
+        self.overshoot = if foot.past_border {
+            let off = x - tool.shift() - foot.point;
+            (off - foot.normal * foot.normal.dot(&off)).norm() / (OVERHANG * reach)
+        } else {
+            0.0
+        };
     }
 }
 
@@ -127,6 +139,7 @@ impl ContactSet {
                 swings: 0,
                 sliding: true,
                 foot: Projection::nowhere(),
+                overshoot: 0.0,
                 anchor: Vec3::zeros(),
             })
             .collect();
@@ -200,10 +213,11 @@ fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
     Some(Frame { normal, gap: foot.gap / share, tangent, curvature: tangent * parallel * tangent })
 }
 
-/// True when the tool can push this node where it is: the foot is not past the tool's border and the normal
-/// lies in the node's free directions.
+/// True when the tool can push this node where it is: the foot is not past the tool's border (or, for a node that
+/// touches already, not far past it) and the normal lies in the node's free directions.
 pub(super) fn can_touch(c: &Candidate, free: &Mat3) -> bool {
-    !c.foot.past_border && (free * c.foot.normal).norm() > PUSHABLE
+    let over_the_tool = !c.foot.past_border || (c.active && c.overshoot <= 1.0);
+    over_the_tool && (free * c.foot.normal).norm() > PUSHABLE
 }
 
 /// Normal of a touching node within its free directions, or zero when it cannot be pushed.

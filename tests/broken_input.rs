@@ -61,9 +61,14 @@ fn truncated_files_are_refused_or_survived_with_words() {
         for share in [0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99] {
             let cut = &whole[..(whole.len() as f64 * share) as usize];
             let (_folder, path) = folder_with("cut.cad", cut);
-            let outcome = run("kanagata", &["convert", &path, "-o", &format!("{path}.tool.json")], |_| {});
+            let outcome =
+                run("kanagata", &["convert", &path, "-o", &format!("{path}.tool.json")], |_| {});
             assert!([0, 2].contains(&outcome.code), "{name} {share}: {}", outcome.stderr);
-            assert!(outcome.code == 2 || outcome.stderr.contains("warning"), "{name} {share}: {}", outcome.stderr);
+            assert!(
+                outcome.code == 2 || outcome.stderr.contains("warning"),
+                "{name} {share}: {}",
+                outcome.stderr
+            );
             let message = outcome.stderr.contains("cut.cad") || outcome.stderr.contains("warning");
             assert!(message, "{name} {share}: {}", outcome.stderr);
         }
@@ -84,7 +89,8 @@ fn a_wrong_unit_flag_is_not_guessed() {
 
 #[test]
 fn a_tool_file_with_an_unknown_key_has_line_and_column() {
-    let text = br#"{"format":"kanagata-tool","version":1,"name":"x","kind":"nagata","colour":"red"}"#;
+    let text =
+        br#"{"format":"kanagata-tool","version":1,"name":"x","kind":"nagata","colour":"red"}"#;
     let (_folder, path) = folder_with("x.tool.json", text);
     let cad = fixture("cross/die.igs");
     let outcome = run("kanagata", &["audit", &path, "--cad", &cad.to_string_lossy()], |_| {});
@@ -98,7 +104,11 @@ fn a_scene_whose_tool_file_is_missing_names_key_and_remedy() {
     let out = folder.path().join("out").to_string_lossy().into_owned();
     for arguments in [vec!["check", &path], vec!["run", &path, "-o", &out]] {
         let outcome = run("kanagata-solve", &arguments, |_| {});
-        expect(&outcome, 2, &["x.scene.json", "tools[0].file", "die.tool.json", "kanagata convert"]);
+        expect(
+            &outcome,
+            2,
+            &["x.scene.json", "tools[0].file", "die.tool.json", "kanagata convert"],
+        );
     }
     assert!(!folder.path().join("out").exists(), "nothing is made for a scene that cannot run");
 }

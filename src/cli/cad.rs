@@ -66,7 +66,9 @@ pub(super) fn read_model(path: &Path) -> Result<Model, Failure> {
 
 /// A tool of a guessed size is worse than none.
 fn refuse_guessed_units(path: &Path, diagnostics: &[Diagnostic]) -> Result<(), Failure> {
-    let guessed = diagnostics.iter().find(|d| matches!(d.code, "unit-unknown" | "unit-conflict" | "unit-missing"));
+    let guessed = diagnostics
+        .iter()
+        .find(|d| matches!(d.code, "unit-unknown" | "unit-conflict" | "unit-missing"));
     match guessed {
         Some(d) => Err(Failure::input(format!(
             "{}, {}: {}; allowed: one unit that flag and name agree on; the size of the tool would be a guess: \

@@ -18,6 +18,9 @@ use crate::geometry::{Mat3, Vec3};
 pub struct Coulomb {
     /// Friction coefficient, >= 0.
     pub mu: f64,
+    /// Slip over which the force rises to Coulomb's, `mu lambda |s| / sqrt(|s|^2 + transition^2)` [mm]; 0: stick
+    /// and slip as they are, without it.
+    pub transition: f64,
 }
 
 /// State of one contact point as the law sees it; all vectors are tangential.
@@ -58,6 +61,9 @@ impl Coulomb {
     /// iterate on its way) keeps the terms that stay bounded.
     #[must_use]
     pub fn law(&self, at: &FrictionPoint) -> Friction {
+        if self.transition > 0.0 {
+            return self.smoothed(at);
+        }
         let tau = at.traction - at.slip * at.stiffness;
         let size = tau.norm();
         let bound = self.mu * at.lambda;
@@ -79,6 +85,24 @@ impl Coulomb {
             by_traction: Mat3::identity() - turn,
             by_slip: turn * at.stiffness,
             by_lambda: -direction * self.mu,
+        }
+    }
+}
+
+impl Coulomb {
+    /// The law with a transition: no point sticks wholly, one that hardly moves is held by a force in
+    /// proportion to its slip. The force is within `(transition / |s|)^2 / 2` of Coulomb's.
+    fn smoothed(&self, at: &FrictionPoint) -> Friction {
+        let size = at.slip.norm_squared() + self.transition * self.transition;
+        let size = size.sqrt();
+        let direction = at.slip / size;
+        let bound = (self.mu * at.lambda).max(0.0);
+        let by_lambda = if at.lambda >= 0.0 { direction * self.mu } else { Vec3::zeros() };
+        Friction::Slip {
+            residual: at.traction + direction * bound,
+            by_traction: Mat3::identity(),
+            by_slip: (Mat3::identity() - direction * direction.transpose()) * (bound / size),
+            by_lambda,
         }
     }
 }
@@ -105,7 +129,7 @@ mod tests {
 
     #[test]
     fn slip_opposes_motion_with_the_full_bound() {
-        let law = Coulomb { mu: 0.2 };
+        let law = Coulomb { mu: 0.2, transition: 0.0 };
         let slip = Vec3::new(0.3, -0.4, 0.0);
         let at = point([-0.2 * 10.0 * 0.6, 0.2 * 10.0 * 0.8], [slip.x, slip.y], 10.0);
         assert!(residual(&law, &at).norm() < 1e-15);
@@ -115,7 +139,7 @@ mod tests {
 
     #[test]
     fn derivatives_agree_with_differences() {
-        let law = Coulomb { mu: 0.3 };
+        let law = Coulomb { mu: 0.3, transition: 0.0 };
         let at = point([1.0, -2.0], [-0.08, 0.05], 11.0);
         let Friction::Slip { by_traction, by_slip, by_lambda, .. } = law.law(&at) else {
             panic!("slips")

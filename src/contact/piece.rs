@@ -43,6 +43,14 @@ impl Domain {
         self.count
     }
 
+    /// True inside, clear of every side.
+    pub(super) fn holds(&self, x: &Vec2) -> bool {
+        (0..self.count).all(|k| {
+            let (outward, offset) = self.side(k);
+            outward.dot(x) < offset - 1e-9
+        })
+    }
+
     /// The domain with every corner moved out from the centre by `share`.
     pub(super) fn widened(&self, share: f64) -> Self {
         let centre = self.centre();
@@ -100,6 +108,21 @@ pub(super) struct Piece {
     pub(super) samples: [Vec3; 5],
     /// The squared distance is convex over the piece for points nearer than this to all of it [mm].
     pub(super) convex_within: f64,
+    /// The piece lies in a plane: a foot inside it is the only one, however its parameters are stretched.
+    pub(super) planar: bool,
+}
+
+/// Bend of a piece out of its plane, over its size, that is nothing but rounding in the CAD.
+const PLANAR: f64 = 1e-8;
+
+fn planar(patch: &Patch, domain: &Domain, size: f64) -> bool {
+    let centre = domain.centre();
+    let Some(n) = patch.normal(centre.x, centre.y) else { return false };
+    domain.corners().iter().chain([&centre]).all(|x| {
+        let d = patch.derivs(x.x, x.y);
+        let out = [d.d1, d.d2, d.d11, d.d12, d.d22].map(|v| n.dot(&v).abs());
+        out.into_iter().all(|o| o <= PLANAR * size)
+    })
 }
 
 impl Piece {
@@ -113,12 +136,14 @@ impl Piece {
         if domain.sides() == 3 {
             samples[3] = samples[4];
         }
+        let bounds = bounds(patch, &domain);
         Self {
             patch: id,
             domain,
-            bounds: bounds(patch, &domain),
+            bounds,
             samples,
             convex_within: convex_within(patch, &domain),
+            planar: planar(patch, &domain, bounds.diagonal()),
         }
     }
 

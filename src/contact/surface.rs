@@ -142,7 +142,9 @@ impl ToolSurface {
         let (at, distance_squared) = nearest_in_piece(p, patch, piece);
         self.offer(p, best, piece.patch, at, distance_squared);
         // Only points nearer than the best matter, and a piece turns too little to come back to them.
-        if best.distance_squared.sqrt() <= piece.convex_within || cuts >= MAX_CUTS {
+        let certain = best.distance_squared.sqrt() <= piece.convex_within
+            || (piece.planar && piece.domain.holds(&at));
+        if certain || cuts >= MAX_CUTS {
             return;
         }
         for quarter in piece.quarters(patch) {

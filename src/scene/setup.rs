@@ -68,6 +68,7 @@ impl Plan {
             force_tolerance: given.force_tolerance,
             smallest_step: given.smallest_increment,
             increments: given.increments,
+            friction_transition: given.friction_transition,
             ..Limits::default()
         }
     }

@@ -206,7 +206,13 @@ pub struct SolverLimits {
     pub smallest_increment: f64,
     /// Increments allowed in the whole run.
     pub increments: usize,
+    /// Slip in an increment over which friction rises to Coulomb's force, as a share of the longest element edge;
+    /// 0: exact stick and slip.
+    pub friction_transition: f64,
 }
+
+/// The law's force is then within 1 % of Coulomb's from a slip of 7e-4 of an element on.
+const FRICTION_TRANSITION: f64 = 1e-4;
 
 impl Default for SolverLimits {
     fn default() -> Self {
@@ -217,6 +223,7 @@ impl Default for SolverLimits {
             wanted_iterations: limits.wanted_iterations,
             smallest_increment: limits.smallest_step,
             increments: limits.increments,
+            friction_transition: FRICTION_TRANSITION,
         }
     }
 }

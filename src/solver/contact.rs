@@ -244,7 +244,7 @@ pub(super) fn touching(
     let traction = tangent * r;
     // Pulled, not pushed (an iterate on its way): no friction. A node that has just touched has no normal
     // force yet, but its coupling to friction.
-    let law = if lambda > 0.0 || c.fresh { law } else { Coulomb { mu: 0.0 } };
+    let law = if lambda > 0.0 || c.fresh { law } else { Coulomb { mu: 0.0, transition: 0.0 } };
     let bound = law.mu * lambda;
     let moved = slip.norm() > scales.rounding;
     let backward = bound > 0.0 && moved && traction.dot(&slip) > 0.25 * bound * slip.norm();
@@ -254,7 +254,8 @@ pub(super) fn touching(
         scales.tangential
     };
     let at = FrictionPoint { lambda, traction, slip, stiffness };
-    let answer = if c.sliding && backward { Friction::Stick } else { law.law(&at) };
+    let exact = law.transition == 0.0;
+    let answer = if exact && c.sliding && backward { Friction::Stick } else { law.law(&at) };
     let mut out = Condition {
         node: c.node,
         candidate: None,

@@ -123,6 +123,7 @@ impl Simulation {
             tools.into_iter().map(|setup| Tool { setup, travel: 0.0 }).collect();
         place(&mut tools, &body)?;
         let mut sys = System::new(body, constraints, tools)?;
+        sys.lengths.transition = limits.friction_transition * sys.lengths.longest_edge;
         sys.evaluate(Want::ResidualAndTangent)
             .map_err(|e| SimulationError::Setup(format!("the undeformed blank: {e}")))?;
         sys.set_scales();

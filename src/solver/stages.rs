@@ -32,6 +32,9 @@ pub struct Limits {
     pub smallest_step: f64,
     /// Increments of the whole run.
     pub increments: usize,
+    /// Slip in an increment over which friction rises to Coulomb's force, over the longest element edge;
+    /// 0: exact stick and slip. See [`crate::contact::friction::Coulomb`].
+    pub friction_transition: f64,
 }
 
 impl Default for Limits {
@@ -43,6 +46,7 @@ impl Default for Limits {
             gap_tolerance: 1e-10,
             smallest_step: 1e-4,
             increments: 100_000,
+            friction_transition: 0.0,
         }
     }
 }

@@ -57,6 +57,8 @@ pub(super) struct Lengths {
     pub(super) shortest_edge: f64,
     /// Longest element edge.
     pub(super) longest_edge: f64,
+    /// Slip over which friction rises; 0: exact stick.
+    pub(super) transition: f64,
 }
 
 /// Size of the residual.
@@ -249,7 +251,7 @@ impl System {
         let c = &self.contact.candidates[k];
         let tool = &self.tools[c.tool];
         let p = self.position(c.node) - tool.shift();
-        let law = Coulomb { mu: tool.setup.friction };
+        let law = Coulomb { mu: tool.setup.friction, transition: self.lengths.transition };
         let mut out = touching(c, &p, r, free, law, self.scales)?;
         out.candidate = Some(k);
         Some(out)
@@ -431,7 +433,7 @@ fn edge_lengths(body: &Body) -> Lengths {
         (3, 7),
     ];
     let mesh = body.mesh();
-    let mut out = Lengths { shortest_edge: f64::INFINITY, longest_edge: 0.0 };
+    let mut out = Lengths { shortest_edge: f64::INFINITY, longest_edge: 0.0, transition: 0.0 };
     for element in &mesh.elements {
         for (a, b) in EDGES {
             let x = |k: usize| mesh.nodes[element[k] as usize];

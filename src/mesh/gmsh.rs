@@ -312,7 +312,7 @@ mod tests {
                 let run =
                     Run { program: &program, cad: &cad, folder: folder.path(), options: &options };
                 let mesh = run.start().unwrap();
-                let error = mesh.area() / 20984.966_992_128_233 - 1.0;
+                let error = mesh.area() / 20_984.966_992_128_233 - 1.0;
                 assert!(error.abs() < 0.005, "{file}: {error}");
                 let mut surfaces: Vec<u32> = mesh.elements.iter().map(|e| e.face).collect();
                 surfaces.sort_unstable();

@@ -109,7 +109,7 @@ impl RunFolder {
         }
         self.update_record(report, start);
         let stage_end = report.share >= 1.0 - 1e-12;
-        let due = self.vtu_every > 0 && report.increment % self.vtu_every == 0;
+        let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
         let first = self.last_stage.is_none();
         self.last_stage = Some(report.stage);
         if first || due || stage_end {

@@ -71,7 +71,7 @@ pub(super) fn settle(
     mut correction: Correction,
     limits: &Limits,
 ) -> Result<(Correction, usize), LinearError> {
-    const MOST: usize = 12;
+    const MOST: usize = 3;
     let mut pivoting = Pivoting::new();
     for solves in 0..MOST {
         let pulled = pulled(sys, Some(&correction), false);

@@ -78,7 +78,7 @@ fn truncated_files_are_refused_or_survived_with_words() {
 #[test]
 fn a_wrong_unit_flag_is_not_guessed() {
     let text = String::from_utf8(fs::read(fixture("cross/die.igs")).unwrap()).unwrap();
-    let wrong = text.replacen(",1.,2,2HMM,", ",1.,9,2HXX,", 1);
+    let wrong = text.replacen(",1.,2,2HMM,", ",1.,77,2HXX,", 1);
     assert_ne!(text, wrong);
     let (_folder, path) = folder_with("unit.igs", wrong.as_bytes());
     let outcome = run("kanagata", &["convert", &path, "-o", &format!("{path}.tool.json")], |_| {});

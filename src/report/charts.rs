@@ -87,11 +87,14 @@ pub fn surfaces(parts: &[ValuedSurface]) -> (Vec<Value>, Value) {
     (traces, layout)
 }
 
+/// Half width of a signed scale whose values are all zero: the renderer works in single precision.
+const SMALLEST_SCALE: f64 = 1e-6;
+
 fn colour(trace: &mut Value, part: &ValuedSurface, bars: usize) {
     let low = part.values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = part.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let (low, high, scale) = if part.signed {
-        let top = low.abs().max(high.abs()).max(f64::MIN_POSITIVE);
+        let top = low.abs().max(high.abs()).max(SMALLEST_SCALE);
         (-top, top, "RdBu")
     } else {
         (low, high, "Viridis")

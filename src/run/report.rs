@@ -24,8 +24,11 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
     let mut page = Page::new(&plan.scene.name);
     summary(&mut page, folder, plan);
     page.heading("Force against travel");
-    let (traces, layout) =
-        lines(&force_series(&folder.history), "travel [mm]", "force, whole process [N]");
+    let (traces, layout) = lines(
+        &force_series(&folder.history),
+        "travel of the moving tool [mm]",
+        "force, whole process [N]",
+    );
     page.plot(&traces, &layout, 420);
     page.heading("Thickness");
     page.text("Along the sheet's edge in x (dx) and along its diagonal (dxy), from the corner of the blank.");
@@ -67,12 +70,15 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     page.table(&["phase", "wall time [s]"], &timings);
 }
 
+/// Force of every tool over the travel of the one that moves most.
 fn force_series(history: &History) -> Vec<Series> {
+    let last = history.rows.last().map(|r| r.travel_mm.clone()).unwrap_or_default();
+    let leading = (0..last.len()).max_by(|&a, &b| last[a].abs().total_cmp(&last[b].abs()));
     let tools = history.tools.iter().enumerate();
     tools
         .map(|(k, name)| Series {
             name: name.clone(),
-            x: history.rows.iter().map(|r| r.travel_mm[k]).collect(),
+            x: history.rows.iter().map(|r| r.travel_mm[leading.unwrap_or(k)]).collect(),
             y: history.rows.iter().map(|r| r.force_n[k]).collect(),
         })
         .collect()

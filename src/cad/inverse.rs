@@ -17,7 +17,7 @@ impl Native<'_> {
     pub fn inverse(&self, p: &Vec3, hint: Option<Vec2>) -> Vec2 {
         let uv = self.closed_form(p, hint).unwrap_or_else(|| match hint {
             Some(h) => self.newton(p, h).0,
-            None => self.from_samples(p),
+            None => self.nearest_to_samples(p),
         });
         hint.map_or(uv, |h| self.equivalent_near(uv, h))
     }
@@ -67,7 +67,7 @@ impl Native<'_> {
     }
 
     /// The best foot from the nearest samples of the whole surface.
-    fn from_samples(&self, p: &Vec3) -> Vec2 {
+    fn nearest_to_samples(&self, p: &Vec3) -> Vec2 {
         let samples = self.samples();
         let mut near: Vec<(f64, Vec2)> = Vec::with_capacity(STARTS + 1);
         for (uv, x) in samples {

@@ -4,6 +4,8 @@
 pub(super) const MAX_DEGREE: usize = 25;
 /// Buffer for degrees up to 3, the common case.
 pub(super) const SMALL: usize = 4;
+/// Buffer for degrees up to 9.
+pub(super) const MEDIUM: usize = 10;
 /// Buffer for any degree.
 pub(super) const LARGE: usize = MAX_DEGREE + 1;
 
@@ -81,6 +83,41 @@ fn derive<const SIZE: usize>(
     out
 }
 
+/// Bernstein polynomials of `degree < SIZE` at `t` with first and second derivatives, as a window that begins at 0.
+pub(super) fn bernstein<const SIZE: usize>(degree: usize, t: f64) -> BasisWindow<SIZE> {
+    let (mut row, mut lower) = ([0.0; SIZE], [[0.0; SIZE]; 2]);
+    row[0] = 1.0;
+    for j in 1..=degree {
+        lower = [lower[1], row];
+        let mut saved = 0.0;
+        for slot in &mut row[..j] {
+            let share = *slot;
+            *slot = saved + (1.0 - t) * share;
+            saved = t * share;
+        }
+        row[j] = saved;
+    }
+    let mut values = [row, [0.0; SIZE], [0.0; SIZE]];
+    let n = degree as f64;
+    // Functions of lower degree outside their range are zero.
+    let at = |row: &[f64; SIZE], i: Option<usize>| i.map_or(0.0, |i| row[i]);
+    let [low, lower] = &lower;
+    for (i, slot) in values[1].iter_mut().enumerate().take(degree + 1) {
+        *slot = n * (at(lower, i.checked_sub(1)) - lower[i]);
+    }
+    for (i, slot) in values[2].iter_mut().enumerate().take(degree + 1) {
+        let bend = at(low, i.checked_sub(2)) - 2.0 * at(low, i.checked_sub(1)) + low[i];
+        *slot = n * (n - 1.0) * bend;
+    }
+    BasisWindow { first: 0, values }
+}
+
+/// Binomial coefficient, exact up to 50 over anything.
+pub(super) fn binomial(n: usize, k: usize) -> f64 {
+    let k = k.min(n - k);
+    (0..k).fold(1.0, |b, i| (b * (n - i) as f64 / (i + 1) as f64).round())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -95,6 +132,20 @@ mod tests {
                 assert!((sum - expected).abs() < 1e-12, "t {t}, order {order}: {sum}");
             }
         }
+    }
+
+    #[test]
+    fn bernstein_polynomials_are_the_basis_of_one_span() {
+        for degree in 1..=9 {
+            let knots = [vec![0.0; degree + 1], vec![1.0; degree + 1]].concat();
+            for t in [0.0, 0.3, 0.75, 1.0] {
+                let (a, b) = (bernstein::<MEDIUM>(degree, t), basis::<MEDIUM>(degree, &knots, t));
+                for (x, y) in a.values.iter().flatten().zip(b.values.iter().flatten()) {
+                    assert!((x - y).abs() < 1e-12 * (1.0 + y.abs()), "degree {degree} at {t}");
+                }
+            }
+        }
+        assert_eq!(binomial(50, 25), 126_410_606_437_752.0);
     }
 
     #[test]

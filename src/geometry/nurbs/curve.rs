@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::NurbsError;
-use super::basis::{LARGE, SMALL, basis};
+use super::basis::{LARGE, MEDIUM, SMALL, basis};
 use super::net::{Net, check_knots, check_weights};
 use crate::geometry::Affine;
 
@@ -99,15 +99,15 @@ impl<const D: usize> Curve<D> {
     /// Point and derivatives at `t` (clamped to the domain). No allocation.
     #[must_use]
     pub fn derivs(&self, t: f64) -> CurveDerivs<D> {
-        if self.degree < SMALL {
-            self.derivs_sized::<SMALL>(t)
-        } else {
-            self.derivs_sized::<LARGE>(t)
+        match self.degree {
+            0..SMALL => self.derivs_sized::<SMALL>(t),
+            SMALL..MEDIUM => self.derivs_sized::<MEDIUM>(t),
+            _ => self.derivs_sized::<LARGE>(t),
         }
     }
 
-    fn derivs_sized<const SIZE: usize>(&self, t: f64) -> CurveDerivs<D> {
-        let b = basis::<SIZE>(self.degree, &self.knots, t);
+    fn derivs_sized<const N: usize>(&self, t: f64) -> CurveDerivs<D> {
+        let b = basis::<N>(self.degree, &self.knots, t);
         let mut a = [SVector::<f64, D>::zeros(); 3];
         let mut w = [0.0; 3];
         for k in 0..=self.degree {

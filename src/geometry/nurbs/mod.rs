@@ -2,14 +2,19 @@
 
 mod arc;
 mod basis;
+mod bezier;
 mod curve;
+mod distance_form;
 mod fit;
 mod net;
+mod newton;
 mod project;
+mod projector;
 mod surface;
 mod sweep;
 
 pub use curve::{Curve, Curve2, Curve3, CurveDerivs};
+pub use projector::{CurveProjector, SurfaceProjector};
 pub use surface::{Surface, SurfaceDerivs};
 
 /// Why control data is not a rational B-spline.
@@ -73,5 +78,7 @@ pub enum NurbsError {
     },
 }
 
+#[cfg(test)]
+mod projection_tests;
 #[cfg(test)]
 mod tests;

@@ -1,68 +1,27 @@
-//! Closest points of curves and surfaces: samples in every span, then bounded Newton from every local minimum
-//! of the samples.
+//! Closest points of curves and surfaces asked once. For many points of the same one, prepare a
+//! [`SurfaceProjector`] or [`CurveProjector`].
 
-use super::curve::Curve3;
+use super::curve::{Curve2, Curve3};
+use super::newton::{Bounds, descend};
+use super::projector::{CurveProjector, SurfaceProjector};
 use super::surface::Surface;
 use crate::geometry::{Vec2, Vec3};
-
-/// Parameters of samples: `per_span` to each non-empty span, and the end.
-fn sample_parameters(knots: &[f64], degree: usize) -> Vec<f64> {
-    let inner = &knots[degree..knots.len() - degree];
-    let per_span = 2 * degree + 2;
-    let mut out = Vec::new();
-    for w in inner.windows(2).filter(|w| w[0] < w[1]) {
-        out.extend((0..per_span).map(|k| w[0] + (w[1] - w[0]) * k as f64 / per_span as f64));
-    }
-    out.push(inner[inner.len() - 1]);
-    out
-}
 
 impl Curve3 {
     /// Closest point: parameter and squared distance [mm^2], global over the curve.
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> (f64, f64) {
-        let t = sample_parameters(self.knots(), self.degree());
-        let d: Vec<f64> = t.iter().map(|&t| (self.point(t) - p).norm_squared()).collect();
-        let last = t.len() - 1;
-        let mut best = (t[0], f64::INFINITY);
-        for k in 0..=last {
-            let (low, high) = (k.saturating_sub(1), (k + 1).min(last));
-            if d[k] > d[low] || d[k] > d[high] {
-                continue;
-            }
-            let found = self.closest_between(p, t[low], t[k], t[high]);
-            if found.1 < best.1 {
-                best = found;
-            }
-        }
-        best
+        CurveProjector::new(self).closest(p)
     }
+}
 
-    /// Local minimum of the distance in `[low, high]` from `start`: Newton, with bisection of the bracket of the
-    /// distance's slope where Newton leaves it.
-    fn closest_between(&self, p: &Vec3, mut low: f64, start: f64, mut high: f64) -> (f64, f64) {
-        let mut t = start;
-        for _ in 0..60 {
-            let d = self.derivs(t);
-            let r = d.c - p;
-            let slope = r.dot(&d.d1);
-            if slope > 0.0 {
-                high = t;
-            } else {
-                low = t;
-            }
-            let curvature = d.d1.norm_squared() + r.dot(&d.d2);
-            let newton = t - slope / curvature;
-            let inside = curvature > 0.0 && newton >= low && newton <= high;
-            let next = if inside { newton } else { 0.5 * (low + high) };
-            let step = (next - t).abs();
-            t = next;
-            if step <= 1e-15 * (1.0 + t.abs()) {
-                break;
-            }
-        }
-        let ends = [start, low, high, t].map(|t| (t, (self.point(t) - p).norm_squared()));
-        ends.into_iter().reduce(|a, b| if b.1 < a.1 { b } else { a }).unwrap_or((t, f64::INFINITY))
+impl Curve2 {
+    /// Closest point: parameter and squared distance, global over the curve.
+    #[must_use]
+    pub fn closest(&self, p: &Vec2) -> (f64, f64) {
+        let points = self.points.iter().map(|x| x.push(0.0)).collect();
+        let (knots, weights) = (self.knots.clone(), self.weights.clone());
+        Curve3 { degree: self.degree, knots, points, weights }.closest(&p.push(0.0))
     }
 }
 
@@ -70,29 +29,7 @@ impl Surface {
     /// Closest point of the untrimmed surface: parameters and squared distance [mm^2]; global.
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> (Vec2, f64) {
-        let [us, vs] = [0, 1].map(|k| sample_parameters(self.knots()[k], self.degrees()[k]));
-        let (nu, nv) = (us.len(), vs.len());
-        let d: Vec<f64> = us
-            .iter()
-            .flat_map(|&u| vs.iter().map(move |&v| Vec2::new(u, v)))
-            .map(|uv| (self.point(uv) - p).norm_squared())
-            .collect();
-        let mut best = (Vec2::new(us[0], vs[0]), f64::INFINITY);
-        for i in 0..nu {
-            for j in 0..nv {
-                let here = d[i * nv + j];
-                let around = (i.saturating_sub(1)..=(i + 1).min(nu - 1))
-                    .flat_map(|a| (j.saturating_sub(1)..=(j + 1).min(nv - 1)).map(move |b| (a, b)));
-                if around.clone().any(|(a, b)| d[a * nv + b] < here) {
-                    continue;
-                }
-                let found = self.newton(p, Vec2::new(us[i], vs[j]));
-                if found.1 < best.1 {
-                    best = found;
-                }
-            }
-        }
-        best
+        SurfaceProjector::new(self).closest(p)
     }
 
     /// Closest point by Newton from `start` with bounds and a fallback to [`Surface::closest`]; for
@@ -125,11 +62,10 @@ impl Surface {
         (last - first).norm_squared().max((middle - first).norm_squared())
     }
 
-    /// Bounded Newton on half the squared distance, falling back to Gauss-Newton where the Hessian is not
-    /// positive, halved until the distance does not grow.
     fn newton(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
         let [u, v] = self.domain();
-        self.newton_within(p, start, u, v)
+        let bounds = Bounds { low: Vec2::new(u[0], v[0]), high: Vec2::new(u[1], v[1]) };
+        descend(|uv| self.derivs(uv), p, start, bounds)
     }
 
     /// Closest point in the rectangle from `low` to `high`, small enough to hold one foot: the best of nine
@@ -145,63 +81,8 @@ impl Surface {
                 best = (uv, distance);
             }
         }
-        self.newton_within(p, best.0, [low.x, high.x], [low.y, high.y])
+        descend(|uv| self.derivs(uv), p, best.0, Bounds { low, high })
     }
-
-    fn newton_within(&self, p: &Vec3, start: Vec2, u: [f64; 2], v: [f64; 2]) -> (Vec2, f64) {
-        let clamp = |uv: Vec2| Vec2::new(uv.x.clamp(u[0], u[1]), uv.y.clamp(v[0], v[1]));
-        let mut uv = clamp(start);
-        let mut d = self.derivs(uv);
-        let mut best = (d.s - p).norm_squared();
-        for _ in 0..60 {
-            let r = d.s - p;
-            let g = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
-            let (a, b, c) = (d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared());
-            let full = (a + r.dot(&d.suu), b + r.dot(&d.suv), c + r.dot(&d.svv));
-            // Parameters held at a border they are pushed against.
-            let held = [
-                (uv.x <= u[0] && g.x > 0.0) || (uv.x >= u[1] && g.x < 0.0),
-                (uv.y <= v[0] && g.y > 0.0) || (uv.y >= v[1] && g.y < 0.0),
-            ];
-            let mut step = descent(full, (a, b, c), g, held);
-            let mut moved = false;
-            for _ in 0..30 {
-                let next = clamp(uv + step);
-                let e = self.derivs(next);
-                let distance = (e.s - p).norm_squared();
-                if distance < best || (next - uv).norm() == 0.0 {
-                    moved = distance < best;
-                    (uv, d, best) = if moved { (next, e, distance) } else { (uv, d, best) };
-                    break;
-                }
-                step *= 0.5;
-            }
-            if !moved {
-                break;
-            }
-        }
-        (uv, best)
-    }
-}
-
-/// Newton step where the Hessian is positive definite, Gauss-Newton elsewhere, in the parameters not held.
-fn descent(full: (f64, f64, f64), gauss: (f64, f64, f64), g: Vec2, held: [bool; 2]) -> Vec2 {
-    let solve = |(a, b, c): (f64, f64, f64)| -> Option<Vec2> {
-        match held {
-            [true, true] => Some(Vec2::zeros()),
-            [true, false] => (c > 0.0).then(|| Vec2::new(0.0, -g.y / c)),
-            [false, true] => (a > 0.0).then(|| Vec2::new(-g.x / a, 0.0)),
-            [false, false] => {
-                let det = a * c - b * b;
-                (a > 0.0 && det > 1e-14 * a * c)
-                    .then(|| Vec2::new((b * g.y - c * g.x) / det, (b * g.x - a * g.y) / det))
-            }
-        }
-    };
-    solve(full).or_else(|| solve(gauss)).unwrap_or_else(|| {
-        let scale = gauss.0.max(gauss.2).max(f64::MIN_POSITIVE);
-        -g / scale
-    })
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! Rational B-spline surfaces, and the exact ones of planes, quadrics, tori, sweeps.
 
+use nalgebra::Vector4;
+
 use super::NurbsError;
-use super::basis::{LARGE, SMALL, basis};
+use super::basis::{BasisWindow, LARGE, MEDIUM, SMALL, basis};
 use super::net::{Net, check_knots, check_weights};
 use crate::geometry::frame::unit;
 use crate::geometry::{Affine, Vec2, Vec3};
@@ -102,49 +104,24 @@ impl Surface {
     /// Point and derivatives at `uv` (clamped to the domain). No allocation.
     #[must_use]
     pub fn derivs(&self, uv: Vec2) -> SurfaceDerivs {
-        if self.degrees.into_iter().all(|p| p < SMALL) {
-            self.derivs_sized::<SMALL>(uv)
-        } else {
-            self.derivs_sized::<LARGE>(uv)
+        match self.degrees[0].max(self.degrees[1]) {
+            0..SMALL => self.derivs_sized::<SMALL>(uv),
+            SMALL..MEDIUM => self.derivs_sized::<MEDIUM>(uv),
+            _ => self.derivs_sized::<LARGE>(uv),
         }
     }
 
-    fn derivs_sized<const SIZE: usize>(&self, uv: Vec2) -> SurfaceDerivs {
-        let bu = basis::<SIZE>(self.degrees[0], &self.knots[0], uv.x);
-        let bv = basis::<SIZE>(self.degrees[1], &self.knots[1], uv.y);
+    fn derivs_sized<const N: usize>(&self, uv: Vec2) -> SurfaceDerivs {
+        let bu = basis::<N>(self.degrees[0], &self.knots[0], uv.x);
+        let bv = basis::<N>(self.degrees[1], &self.knots[1], uv.y);
         let count_v = self.count()[1];
-        // Homogeneous sums for the derivative orders (0,0) (1,0) (0,1) (2,0) (1,1) (0,2).
-        let mut a = [Vec3::zeros(); 6];
-        let mut w = [0.0; 6];
-        for i in 0..=self.degrees[0] {
-            let row = (bu.first + i) * count_v + bv.first;
-            let mut along = [Vec3::zeros(); 3];
-            let mut weight = [0.0; 3];
-            for j in 0..=self.degrees[1] {
-                for order in 0..3 {
-                    let share = bv.values[order][j] * self.weights[row + j];
-                    along[order] += self.points[row + j] * share;
-                    weight[order] += share;
-                }
-            }
-            for (slot, (ou, ov)) in
-                [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)].into_iter().enumerate()
-            {
-                a[slot] += along[ov] * bu.values[ou][i];
-                w[slot] += weight[ov] * bu.values[ou][i];
-            }
-        }
-        let s = a[0] / w[0];
-        let su = (a[1] - s * w[1]) / w[0];
-        let sv = (a[2] - s * w[2]) / w[0];
-        SurfaceDerivs {
-            s,
-            su,
-            sv,
-            suu: (a[3] - su * (2.0 * w[1]) - s * w[3]) / w[0],
-            suv: (a[4] - su * w[2] - sv * w[1] - s * w[4]) / w[0],
-            svv: (a[5] - sv * (2.0 * w[2]) - s * w[5]) / w[0],
-        }
+        let row = |i: usize| {
+            let from = (bu.first + i) * count_v + bv.first;
+            let to = from + self.degrees[1] + 1;
+            let weights = self.weights[from..to].iter();
+            self.points[from..to].iter().zip(weights).map(|(p, &w)| (p * w).push(w))
+        };
+        tensor(self.degrees[0], &bu, &bv, row)
     }
 
     /// Control points along u and v.
@@ -221,5 +198,45 @@ impl Surface {
         let mut out = self.clone();
         out.points.iter_mut().for_each(|p| *p = map.point(p));
         out
+    }
+}
+
+/// Value and derivatives from the functions along u and v and the rows of homogeneous points `(w P, w)` they act on:
+/// the quotient rule on the sums of `w P` and `w`.
+pub(super) fn tensor<const N: usize, R: Iterator<Item = Vector4<f64>>>(
+    degree_u: usize,
+    bu: &BasisWindow<N>,
+    bv: &BasisWindow<N>,
+    row: impl Fn(usize) -> R,
+) -> SurfaceDerivs {
+    // Homogeneous sums for the derivative orders (0,0) (1,0) (0,1) (2,0) (1,1) (0,2).
+    let mut sums = [Vector4::zeros(); 6];
+    let [b0, b1, b2] = &bu.values;
+    let [c0, c1, c2] = &bv.values;
+    for i in 0..=degree_u {
+        let mut along = [Vector4::zeros(); 3];
+        for (j, h) in row(i).enumerate() {
+            along[0] += h * c0[j];
+            along[1] += h * c1[j];
+            along[2] += h * c2[j];
+        }
+        sums[0] += along[0] * b0[i];
+        sums[1] += along[0] * b1[i];
+        sums[2] += along[1] * b0[i];
+        sums[3] += along[0] * b2[i];
+        sums[4] += along[1] * b1[i];
+        sums[5] += along[2] * b0[i];
+    }
+    let (a, w) = (sums.map(|h| h.xyz()), sums.map(|h| h.w));
+    let s = a[0] / w[0];
+    let su = (a[1] - s * w[1]) / w[0];
+    let sv = (a[2] - s * w[2]) / w[0];
+    SurfaceDerivs {
+        s,
+        su,
+        sv,
+        suu: (a[3] - su * (2.0 * w[1]) - s * w[3]) / w[0],
+        suv: (a[4] - su * w[2] - sv * w[1] - s * w[4]) / w[0],
+        svv: (a[5] - sv * (2.0 * w[2]) - s * w[5]) / w[0],
     }
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::quantity::{angle_deg, length_mm};
 use crate::audit::{Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, page, view};
 use crate::files::sha256_hex;
 use crate::tool::file::{ToolFileError, read};
@@ -19,10 +20,10 @@ pub struct AuditArgs {
     #[arg(long, value_name = "FILE")]
     cad: PathBuf,
     /// Largest |shape error| allowed [mm]; exit code 1 above it
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "LENGTH", value_parser = length_mm)]
     tol: Option<f64>,
     /// Largest normal error allowed [degrees]; exit code 1 above it
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "ANGLE", value_parser = angle_deg)]
     normal_tol: Option<f64>,
     /// Intervals of the grid of points along a side of a patch
     #[arg(long, value_name = "N", default_value_t = 8)]

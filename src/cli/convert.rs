@@ -7,18 +7,23 @@ use clap::ValueEnum;
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::mesh::MesherArgs;
+use super::quantity::{angle_deg, length_mm};
+use crate::audit::AuditReport;
+use crate::cad::Model;
+use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance};
 use crate::convert::{ConvertError, ConvertOptions, ConvertReport, convert};
 use crate::files::sha256_hex;
 use crate::geometry::Vec3;
 use crate::mesh::{attach, io};
-use crate::tool::ToolKind;
 use crate::tool::edge::EdgeRule;
 use crate::tool::file::{Provenance, ToolFile};
+use crate::tool::{ToolKind, ToolModel};
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  kanagata convert die.igs -o die.tool.json --sheet-side +z\n  \
     kanagata convert punch.stp -o punch.tool.json --sheet-side=-z --arc-divisions 6\n  \
+    kanagata convert die.igs -o die.tool.json --sheet-side +z --tol 0.01mm --normal-tol 0.5deg\n  \
     kanagata convert die.igs -o die.tool.json --mesh die.msh\n\n{EXIT_HELP}"))]
 pub struct ConvertArgs {
     /// IGES or STEP file
@@ -47,6 +52,18 @@ pub struct ConvertArgs {
     /// Take this mesh (.msh, .stl, .obj, .vtu) instead of making one
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
+    /// Refine until the largest |shape error| is within this, as `0.01mm` [mm], with as few patches as that takes
+    #[arg(long, value_name = "LENGTH", value_parser = length_mm, conflicts_with_all = ["mesh", "patches"])]
+    tol: Option<f64>,
+    /// Refine until the largest normal error is within this, as `0.5deg` [degrees]
+    #[arg(long, value_name = "ANGLE", value_parser = angle_deg, conflicts_with_all = ["mesh", "patches"])]
+    normal_tol: Option<f64>,
+    /// As small an error as so many patches can have
+    #[arg(long, value_name = "N", conflicts_with = "mesh")]
+    patches: Option<usize>,
+    /// With --tol or --patches: leave all vertices on the CAD instead of balancing them about it
+    #[arg(long)]
+    on_cad: bool,
     #[command(flatten)]
     mesher: MesherArgs,
 }
@@ -111,36 +128,82 @@ impl From<ConvertError> for Failure {
     }
 }
 
+impl From<ToleranceError> for Failure {
+    fn from(error: ToleranceError) -> Self {
+        Self::input(error)
+    }
+}
+
+/// What a conversion gives, whichever way it was made.
+struct Converted {
+    tool: ToolModel,
+    report: ConvertReport,
+    refined: Option<(AuditReport, f64)>,
+}
+
 /// Converts the file.
 ///
 /// # Errors
-/// Exit code 2 for a file that is no CAD or cannot be meshed, 4 when files cannot be read or written.
+/// Exit code 2 for a file that is no CAD, cannot be meshed or not within the tolerance, 4 when files cannot be read
+/// or written.
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     let model = read_model(&args.file)?;
-    let mesh = match &args.mesh {
-        Some(path) => attach::attach(&io::read(path)?, &model)?,
-        None => args.mesher.mesh(&args.file, &model)?,
+    let options = options(args);
+    let made = if args.tol.is_some() || args.normal_tol.is_some() || args.patches.is_some() {
+        refined(args, &model, &options)?
+    } else {
+        let mesh = match &args.mesh {
+            Some(path) => attach::attach(&io::read(path)?, &model)?,
+            None => args.mesher.mesh(&args.file, &model)?,
+        };
+        let (tool, report) = convert(&model, &mesh, &options)?;
+        Converted { tool, report, refined: None }
     };
-    let edges = match args.edge {
-        Edge::Guarded => EdgeRule::Guarded,
-        Edge::Plain => EdgeRule::Plain,
-    };
-    let options = ConvertOptions {
+    let provenance = provenance(args, &model.unit, &made)?;
+    ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
+    print_report(args, &made);
+    Ok(Exit::Done)
+}
+
+fn options(args: &ConvertArgs) -> ConvertOptions {
+    ConvertOptions {
         name: args.name.clone().unwrap_or_else(|| stem(&args.output)),
         kind: match args.kind {
             Kind::Nagata => ToolKind::Nagata,
             Kind::Facets => ToolKind::Facets,
         },
-        edges,
+        edges: match args.edge {
+            Edge::Guarded => EdgeRule::Guarded,
+            Edge::Plain => EdgeRule::Plain,
+        },
         smooth_deg: args.smooth_deg,
         sheet_side: args.sheet_side.map(SheetSide::direction),
         flip: args.flip,
+    }
+}
+
+fn refined(
+    args: &ConvertArgs,
+    model: &Model,
+    options: &ConvertOptions,
+) -> Result<Converted, Failure> {
+    let mesh = args.mesher.mapped_for_refinement()?;
+    let found = match args.patches {
+        Some(patches) => to_patches(model, &mesh, options, patches, !args.on_cad)?,
+        None => {
+            let goal = Goal {
+                tol_mm: args.tol.unwrap_or(f64::INFINITY),
+                normal_deg: args.normal_tol.unwrap_or(f64::INFINITY),
+                two_sided: !args.on_cad,
+            };
+            to_tolerance(model, &mesh, options, &goal)?
+        }
     };
-    let (tool, report) = convert(&model, &mesh, &options)?;
-    let provenance = provenance(args, &model.unit)?;
-    ToolFile::of_model(&tool, edges, provenance).write(&args.output)?;
-    print_report(args, tool.patches.len(), tool.vertices.len(), &report);
-    Ok(Exit::Done)
+    Ok(Converted {
+        tool: found.tool,
+        report: found.report,
+        refined: Some((found.audit, found.moved_mm)),
+    })
 }
 
 /// The file's name without `.tool.json`.
@@ -150,7 +213,7 @@ fn stem(path: &Path) -> String {
     stem.strip_suffix(".tool").unwrap_or(stem).to_owned()
 }
 
-fn provenance(args: &ConvertArgs, unit: &str) -> Result<Provenance, Failure> {
+fn provenance(args: &ConvertArgs, unit: &str, made: &Converted) -> Result<Provenance, Failure> {
     let bytes = std::fs::read(&args.file)
         .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", args.file.display())))?;
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -160,15 +223,35 @@ fn provenance(args: &ConvertArgs, unit: &str) -> Result<Provenance, Failure> {
         cad_unit: unit.to_owned(),
         mesher: match &args.mesh {
             Some(path) => format!("mesh file {}", name(path)),
+            None if made.refined.is_some() => {
+                format!("{}{}", args.mesher.describe_refinement(), goal(args))
+            }
             None => args.mesher.describe(),
         },
         program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
-        shape_error_mm: None,
+        shape_error_mm: made.refined.as_ref().map(|r| r.0.worst_mm()),
     })
 }
 
-fn print_report(args: &ConvertArgs, patches: usize, vertices: usize, report: &ConvertReport) {
+/// What was refined to, for the provenance.
+fn goal(args: &ConvertArgs) -> String {
+    let tol = args.tol.map_or_else(String::new, |t| format!(" tol-mm={t}"));
+    let normal = args.normal_tol.map_or_else(String::new, |t| format!(" normal-tol-deg={t}"));
+    let patches = args.patches.map_or_else(String::new, |n| format!(" patches={n}"));
+    let vertices = if args.on_cad { " vertices=on-cad" } else { " vertices=balanced" };
+    format!("{tol}{normal}{patches}{vertices}")
+}
+
+fn print_report(args: &ConvertArgs, made: &Converted) {
+    let (patches, vertices) = (made.tool.patches.len(), made.tool.vertices.len());
+    let report = &made.report;
     println!("{patches} patches, {vertices} vertices, {} crease edges", report.creases);
+    if let Some((audit, moved)) = &made.refined {
+        println!(
+            "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved:.5} mm off the CAD",
+            audit.min_mm, audit.max_mm, audit.normal_max_deg
+        );
+    }
     if report.turned {
         println!("  turned round to look at the sheet");
     }

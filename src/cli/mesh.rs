@@ -86,6 +86,23 @@ impl MesherArgs {
         Ok(mesh)
     }
 
+    /// Options of the built-in mesher for refinement to a tolerance.
+    pub(super) fn mapped_for_refinement(&self) -> Result<MappedOptions, Failure> {
+        if self.mesher == Mesher::Gmsh {
+            return Err(Failure::input(
+                "--mesher gmsh with --tol or --patches; allowed: the built-in mesher, whose divisions can be chosen \
+                 edge by edge; leave --mesher out",
+            ));
+        }
+        Ok(self.mapped_options())
+    }
+
+    /// Mesher and options of a refinement.
+    pub(super) fn describe_refinement(&self) -> String {
+        let size = self.max_size_mm.map_or_else(String::new, |s| format!(" max-size-mm={s}"));
+        format!("mapped{size} style={}", format!("{:?}", self.style).to_lowercase())
+    }
+
     fn mapped_options(&self) -> MappedOptions {
         MappedOptions {
             arc_divisions: self.arc_divisions,

@@ -7,5 +7,6 @@ pub mod convert;
 pub mod exit;
 pub mod inspect;
 pub mod mesh;
+pub mod quantity;
 pub mod run;
 pub mod solve;

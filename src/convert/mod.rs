@@ -2,6 +2,7 @@
 //! tangent-continuous, never averaged over a crease.
 
 mod normals;
+pub mod tolerance;
 
 use rayon::prelude::*;
 

@@ -27,9 +27,22 @@ impl Border {
             .zip(counts)
             .map(|(edge, &n)| Measured::new(&edge.curve).divide(n))
             .collect();
+        Self::of(model, &divided)
+    }
+
+    /// The same for the edges of one face; the others are left undivided.
+    pub fn of_face(model: &Model, counts: &[usize], face: &Face) -> Self {
+        let mut divided = vec![vec![Vec3::zeros(); 2]; model.edges.len()];
+        for e in face.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge) {
+            divided[e] = Measured::new(&model.edges[e].curve).divide(counts[e]);
+        }
+        Self::of(model, &divided)
+    }
+
+    fn of(model: &Model, divided: &[Vec<Vec3>]) -> Self {
         let mut points = model.vertices.clone();
         let mut along = Vec::with_capacity(divided.len());
-        for (edge, inner) in model.edges.iter().zip(&divided) {
+        for (edge, inner) in model.edges.iter().zip(divided) {
             let first = points.len() as u32;
             points.extend(&inner[1..inner.len() - 1]);
             let mut ids = vec![edge.vertices[0] as u32];

@@ -12,6 +12,7 @@ pub mod divisions;
 mod grid;
 mod pairing;
 mod patchwork;
+pub mod plan;
 mod regions;
 mod sample;
 mod sides;
@@ -22,6 +23,7 @@ mod trimmed;
 use rayon::prelude::*;
 
 use self::border::{Border, every_other, halfway, joined};
+pub use self::demand::is_flat;
 use self::divisions::{Assignment, Rule, assign};
 use self::patchwork::{Node, Patchwork};
 use self::sides::Shape;
@@ -108,6 +110,7 @@ fn check_options(options: &MappedOptions) -> Result<(), MeshError> {
 }
 
 /// One meshing of a model.
+#[derive(Clone)]
 struct Mesher<'m> {
     model: &'m Model,
     options: &'m MappedOptions,
@@ -120,6 +123,8 @@ struct Mesher<'m> {
     floors: Vec<usize>,
     /// Divisions of a pole that faces another pole, by face.
     poles: Vec<usize>,
+    /// Divisions of a quarter turn inside faces that are not mapped, by face.
+    density: Vec<usize>,
 }
 
 impl<'m> Mesher<'m> {
@@ -141,28 +146,20 @@ impl<'m> Mesher<'m> {
             }
         }
         let poles = inside.iter().map(|a| a[0].max(a[1]).max(2)).collect();
-        Self { model, options, halved, shapes, flats, lengths, minima, floors, poles }
+        let density = vec![options.arc_divisions; model.faces.len()];
+        Self { model, options, halved, shapes, flats, lengths, minima, floors, poles, density }
     }
 
     fn run(mut self) -> Result<SurfaceMesh, MeshError> {
         let mut failed = Vec::new();
+        let (rules, owners) = self.rules();
         for _ in 0..ROUNDS {
-            let (rules, owners) = self.rules();
-            let minima: Vec<usize> = if self.halved {
-                let half = self.minima.iter().zip(&self.floors);
-                half.map(|(n, &floor)| n.div_ceil(2).max(floor)).collect()
-            } else {
-                self.minima.clone()
-            };
-            let agreed = assign(&minima, &self.lengths, &rules);
-            let mapped = self.mapped_faces(&agreed, &owners);
-            let factor = if self.halved { 2 } else { 1 };
-            let counts: Vec<usize> = agreed.counts.iter().map(|n| n * factor).collect();
+            let (counts, mapped) = self.agree(&self.minima, &rules, &owners);
             self.check_size(&counts)?;
             let border = Border::new(self.model, &counts);
             let works: Vec<Result<Patchwork, String>> = (0..self.model.faces.len())
                 .into_par_iter()
-                .map(|f| self.face(&border, f, mapped[f]))
+                .map(|f| self.face(&border, f, mapped[f], self.density[f]))
                 .collect();
             failed = works
                 .iter()
@@ -170,12 +167,12 @@ impl<'m> Mesher<'m> {
                 .filter_map(|(f, w)| w.as_ref().err().map(|e| (f, e.clone())))
                 .collect::<Vec<_>>();
             if failed.is_empty() {
-                return Ok(self.merge(border, works.into_iter().flatten().collect()));
+                return Ok(self.merge(border, works.into_iter().flatten().enumerate().collect()));
             }
             for (f, _) in &failed {
                 for side in self.model.faces[*f].loops.iter().flat_map(|l| &l.uses) {
                     if let Some(e) = side.edge {
-                        self.minima[e] = (2 * agreed.counts[e] * factor).min(20_000);
+                        self.minima[e] = (2 * counts[e]).min(20_000);
                     }
                 }
             }
@@ -188,6 +185,16 @@ impl<'m> Mesher<'m> {
             source_entity: self.model.faces[face].source.clone(),
             reason,
         })
+    }
+
+    /// Counts of every edge that keep the rules, and the faces that can be mapped with them.
+    fn agree(&self, minima: &[usize], rules: &[Rule], owners: &[usize]) -> (Vec<usize>, Vec<bool>) {
+        let half = || minima.iter().zip(&self.floors).map(|(n, &low)| n.div_ceil(2).max(low));
+        let minima = if self.halved { half().collect() } else { minima.to_vec() };
+        let agreed = assign(&minima, &self.lengths, rules);
+        let factor = if self.halved { 2 } else { 1 };
+        let counts = agreed.counts.iter().map(|n| n * factor).collect();
+        (counts, self.mapped_faces(&agreed, owners))
     }
 
     /// Rules of the faces that are to be mapped, and the face each belongs to.
@@ -250,23 +257,30 @@ impl<'m> Mesher<'m> {
         Ok(())
     }
 
-    fn face(&self, border: &Border, f: usize, mapped: bool) -> Result<Patchwork, String> {
+    fn face(
+        &self,
+        border: &Border,
+        f: usize,
+        mapped: bool,
+        density: usize,
+    ) -> Result<Patchwork, String> {
         let (face, shape) = (&self.model.faces[f], &self.shapes[f]);
         let sides = border.loops(face, shape, self.poles[f] + self.poles[f] % 2);
         if !self.halved {
-            return self.region(face, shape, &sides, mapped);
+            return self.region(f, &sides, mapped, density);
         }
-        let coarse = self.region(face, shape, &every_other(&sides), mapped)?;
+        let coarse = self.region(f, &every_other(&sides), mapped, density)?;
         Ok(coarse.refined(face, &halfway(&sides)))
     }
 
     fn region(
         &self,
-        face: &Face,
-        shape: &Shape,
+        f: usize,
         loops: &[Vec<Vec<Node>>],
         mapped: bool,
+        density: usize,
     ) -> Result<Patchwork, String> {
+        let (face, shape) = (&self.model.faces[f], &self.shapes[f]);
         let side = |uses: &Vec<usize>| joined(&loops[0], uses);
         let work = match shape {
             Shape::Four(s) if mapped => {
@@ -290,16 +304,18 @@ impl<'m> Mesher<'m> {
                 sides.iter().flat_map(|s| s.iter().take(s.len().max(1) - 1)).copied().collect()
             })
             .collect();
-        let mut work = trimmed::triangulate(face, &rings, self.options)?;
+        let options = MappedOptions { arc_divisions: density, ..*self.options };
+        let mut work = trimmed::triangulate(face, &rings, &options)?;
         if self.options.style != MeshStyle::Triangles {
             pairing::pair(face, &mut work);
         }
         Ok(work)
     }
 
-    fn merge(&self, border: Border, works: Vec<Patchwork>) -> SurfaceMesh {
+    /// The mesh of some faces.
+    fn merge(&self, border: Border, works: Vec<(usize, Patchwork)>) -> SurfaceMesh {
         let mut out = SurfaceMesh { vertices: border.points, elements: Vec::new() };
-        for (f, work) in works.iter().enumerate() {
+        for (f, work) in &works {
             let mut ids = Vec::with_capacity(work.nodes.len());
             for node in &work.nodes {
                 ids.push(node.id.unwrap_or(out.vertices.len() as u32));
@@ -309,8 +325,8 @@ impl<'m> Mesher<'m> {
             }
             for e in &work.elements {
                 let ring: Vec<u32> = e.nodes().iter().map(|&n| ids[n as usize]).collect();
-                if let Some(e) = Element::from_ring(&ring, f as u32) {
-                    let flipped = self.model.faces[f].flipped;
+                if let Some(e) = Element::from_ring(&ring, *f as u32) {
+                    let flipped = self.model.faces[*f].flipped;
                     out.elements.push(if flipped { e.reversed() } else { e });
                 }
             }

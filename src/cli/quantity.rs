@@ -1,0 +1,41 @@
+//! Numbers with a unit on the command line: `0.01mm`, `0.5deg`.
+
+/// A length [mm]; without a unit in mm.
+pub(super) fn length_mm(text: &str) -> Result<f64, String> {
+    positive(text, &[("mm", 1.0), ("um", 1e-3), ("cm", 10.0), ("in", 25.4), ("m", 1000.0)])
+}
+
+/// An angle [degrees]; without a unit in degrees.
+pub(super) fn angle_deg(text: &str) -> Result<f64, String> {
+    positive(text, &[("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)])
+}
+
+fn positive(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
+    let found = units.iter().find_map(|(name, size)| Some((text.strip_suffix(name)?, *size)));
+    let (number, size) = found.unwrap_or((text, 1.0));
+    let names: Vec<&str> = units.iter().map(|u| u.0).collect();
+    match number.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value * size),
+        _ => Err(format!(
+            "allowed: a number above zero, with or without a unit ({})",
+            names.join(", ")
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_and_angles_take_their_units() {
+        assert_eq!(length_mm("0.01"), Ok(0.01));
+        assert_eq!(length_mm("0.01mm"), Ok(0.01));
+        assert_eq!(length_mm("2 in"), Ok(50.8));
+        assert_eq!(length_mm("1.5m"), Ok(1500.0));
+        assert_eq!(angle_deg("0.5deg"), Ok(0.5));
+        for bad in ["", "mm", "0", "-1mm", "1ft", "nan", "inf"] {
+            assert!(length_mm(bad).unwrap_err().contains("above zero"), "{bad}");
+        }
+    }
+}

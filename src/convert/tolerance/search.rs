@@ -1,0 +1,275 @@
+//! Which divisions: raised where a face is over its tolerance, along the chain that lowers its error most for the
+//! patches it costs; then lowered, and exchanged, while every face keeps its tolerance.
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+
+use super::Goal;
+use super::face::{Figures, Judge};
+use crate::mesh::mapped::plan::{Divisions, Plan};
+
+/// Divisions tried, and what every face makes of them.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    /// Least divisions of each edge.
+    pub minima: Vec<usize>,
+    /// Divisions of a quarter turn inside each face that is not mapped.
+    pub density: Vec<usize>,
+    divisions: Divisions,
+    faces: Vec<Figures>,
+    /// Error of each face over its tolerance.
+    badness: Vec<f64>,
+}
+
+impl State {
+    /// Patches in all.
+    pub fn patches(&self) -> usize {
+        self.faces.iter().map(|f| f.patches).sum()
+    }
+
+    /// Error of a face over the tolerance, without its share.
+    pub fn badness(&self, face: usize) -> f64 {
+        self.badness[face]
+    }
+}
+
+/// A way to make a face better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Move {
+    /// More divisions of a chain, named by its first edge.
+    Chain(usize),
+    /// More elements inside a face.
+    Inside(usize),
+}
+
+/// Most divisions of an edge or a quarter turn.
+const MOST: usize = 2000;
+/// Chains that are tried for exchange, at most.
+const EXCHANGES: usize = 96;
+
+/// A search with fixed tolerances.
+pub(super) struct Search<'a> {
+    pub plan: &'a Plan<'a>,
+    pub judge: &'a Judge<'a>,
+    pub goal: &'a Goal,
+    /// Share of the tolerance each face is held to.
+    pub shares: &'a [f64],
+}
+
+impl Search<'_> {
+    /// The fewest patches found that keep every face within its share of the tolerance.
+    pub fn fewest(&self) -> State {
+        let minima = self.plan.minima().to_vec();
+        let density = vec![1; self.plan.model().faces.len()];
+        let mut state = self.prune(self.grow(self.state(minima, density)));
+        let mut tried = 0;
+        while tried < EXCHANGES {
+            let Some(better) = self.exchange(&state, &mut tried) else { break };
+            state = better;
+        }
+        state
+    }
+
+    fn state(&self, minima: Vec<usize>, density: Vec<usize>) -> State {
+        let divisions = self.plan.agree(&minima);
+        let faces: Vec<Figures> = (0..self.plan.model().faces.len())
+            .into_par_iter()
+            .map(|f| self.judge.of(f, &divisions, density[f]))
+            .collect();
+        let badness = faces.iter().map(|f| self.ratio(f)).collect();
+        State { minima, density, divisions, faces, badness }
+    }
+
+    fn ratio(&self, f: &Figures) -> f64 {
+        (f.error_mm / self.goal.tol_mm).max(f.normal_deg / self.goal.normal_deg)
+    }
+
+    fn over(&self, state: &State, f: usize) -> f64 {
+        state.badness[f] / self.shares[f]
+    }
+
+    fn keeps(&self, state: &State) -> bool {
+        (0..state.faces.len()).all(|f| self.over(state, f) <= 1.0)
+    }
+
+    /// Raises divisions until every face keeps its tolerance or nothing more can be raised.
+    pub fn grow(&self, mut state: State) -> State {
+        loop {
+            let worst = (0..state.faces.len())
+                .max_by(|&a, &b| self.over(&state, a).total_cmp(&self.over(&state, b)));
+            let Some(f) = worst.filter(|&f| self.over(&state, f) > 1.0) else { return state };
+            let moves = self.moves(&state, f);
+            if moves.is_empty() {
+                return state;
+            }
+            let gains: Vec<f64> = moves.par_iter().map(|m| self.gain(&state, f, *m)).collect();
+            let best = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+            let chosen = match best {
+                Some((k, gain)) if *gain > 0.0 => vec![moves[k]],
+                // None alone helps: all of them.
+                _ => moves,
+            };
+            let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
+            for m in chosen {
+                self.raise(&state, f, m, &mut minima, &mut density);
+            }
+            state = self.state(minima, density);
+        }
+    }
+
+    fn moves(&self, state: &State, f: usize) -> Vec<Move> {
+        let mut all: BTreeSet<Move> = self
+            .edges(f)
+            .filter(|&e| state.divisions.counts[e] < MOST)
+            .map(|e| Move::Chain(self.plan.chains()[e]))
+            .collect();
+        if !state.divisions.mapped[f] && state.density[f] < MOST {
+            all.insert(Move::Inside(f));
+        }
+        all.into_iter().collect()
+    }
+
+    fn edges(&self, f: usize) -> impl Iterator<Item = usize> + '_ {
+        self.plan.model().faces[f].loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge)
+    }
+
+    /// Applies a move made for face `f`: far from the tolerance in longer steps.
+    fn raise(&self, state: &State, f: usize, m: Move, minima: &mut [usize], density: &mut [usize]) {
+        let longer = |n: usize| if self.over(state, f) > 4.0 { n + (n / 3).max(1) } else { n + 1 };
+        match m {
+            Move::Chain(c) => minima[c] = longer(state.divisions.counts[c]),
+            Move::Inside(f) => density[f] = longer(density[f]),
+        }
+    }
+
+    /// How much a move lowers the logarithm of the error of `f` for each patch it costs.
+    fn gain(&self, state: &State, f: usize, m: Move) -> f64 {
+        let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
+        self.raise(state, f, m, &mut minima, &mut density);
+        let divisions = self.plan.agree(&minima);
+        let after = self.judge.of(f, &divisions, density[f]);
+        let before = state.badness[f];
+        let won = if before.is_finite() {
+            (before / self.ratio(&after).max(1e-12)).ln()
+        } else if self.ratio(&after).is_finite() {
+            1.0
+        } else {
+            0.0
+        };
+        won / self
+            .cost(state, &divisions)
+            .max(after.patches as f64 - state.faces[f].patches as f64)
+            .max(1.0)
+    }
+
+    /// Patches that other divisions cost, about: a mapped face has the product of its two divisions, any other half
+    /// a patch for each on its border.
+    fn cost(&self, state: &State, divisions: &Divisions) -> f64 {
+        let changed = divisions.counts.iter().zip(&state.divisions.counts).enumerate();
+        let mut cost = 0.0;
+        for (e, (&n, &old)) in changed.filter(|(_, (n, old))| n != old) {
+            let share = n as f64 / old as f64 - 1.0;
+            for &[f, _, _] in &self.plan.model().edges[e].uses {
+                let patches = state.faces[f].patches as f64;
+                cost += if divisions.mapped[f] {
+                    // Both sides of the face change: half for each.
+                    0.5 * patches * share
+                } else {
+                    0.5 * (n as f64 - old as f64)
+                };
+            }
+        }
+        cost
+    }
+
+    /// Lowers divisions, those that save most first, while every face keeps its tolerance.
+    fn prune(&self, mut state: State) -> State {
+        loop {
+            let mut any = false;
+            for m in self.lowerings(&state) {
+                let Some(lower) = self.lowered(&state, m) else { continue };
+                if self.keeps(&lower) && lower.patches() < state.patches() {
+                    state = lower;
+                    any = true;
+                }
+            }
+            if !any {
+                return state;
+            }
+        }
+    }
+
+    /// Chains and insides that can be lowered, those on faces with most patches first.
+    fn lowerings(&self, state: &State) -> Vec<Move> {
+        let mut saved: std::collections::BTreeMap<Move, f64> = std::collections::BTreeMap::new();
+        for f in 0..state.faces.len() {
+            let patches = state.faces[f].patches as f64;
+            for e in self.edges(f) {
+                let c = self.plan.chains()[e];
+                let share = patches / state.divisions.counts[e] as f64;
+                *saved.entry(Move::Chain(c)).or_default() += share;
+            }
+            if !state.divisions.mapped[f] && state.density[f] > 1 {
+                *saved.entry(Move::Inside(f)).or_default() += patches;
+            }
+        }
+        let mut order: Vec<(Move, f64)> = saved.into_iter().collect();
+        order.sort_by(|a, b| b.1.total_cmp(&a.1));
+        order.into_iter().map(|(m, _)| m).collect()
+    }
+
+    fn lowered(&self, state: &State, m: Move) -> Option<State> {
+        let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
+        match m {
+            Move::Chain(c) => {
+                let count = state.divisions.counts[c];
+                let floor = |e: usize| self.plan.minima()[e];
+                let of_chain = (0..minima.len()).filter(|&e| self.plan.chains()[e] == c);
+                for e in of_chain.collect::<Vec<_>>() {
+                    minima[e] = minima[e].min(count.saturating_sub(1)).max(floor(e));
+                }
+            }
+            Move::Inside(f) => density[f] = (density[f] * 3 / 4).max(1),
+        }
+        let fresh = minima != state.minima || density != state.density;
+        fresh.then(|| self.state(minima, density))
+    }
+
+    /// One chain lowered and kept so, others raised for it: the first exchange that saves patches.
+    fn exchange(&self, state: &State, tried: &mut usize) -> Option<State> {
+        for m in self.lowerings(state) {
+            *tried += 1;
+            if *tried > EXCHANGES {
+                return None;
+            }
+            let Some(lower) = self.lowered(state, m) else { continue };
+            let grown = self.prune(self.grow_without(lower, m)?);
+            if self.keeps(&grown) && grown.patches() < state.patches() {
+                return Some(grown);
+            }
+        }
+        None
+    }
+
+    /// Grows without raising `fixed`; as it was when nothing else can be raised.
+    fn grow_without(&self, mut state: State, fixed: Move) -> Option<State> {
+        let limit = state.patches() * 2 + 16;
+        for _ in 0..200 {
+            let worst = (0..state.faces.len())
+                .max_by(|&a, &b| self.over(&state, a).total_cmp(&self.over(&state, b)))?;
+            if self.over(&state, worst) <= 1.0 || state.patches() > limit {
+                break;
+            }
+            let mut moves = self.moves(&state, worst);
+            moves.retain(|m| *m != fixed);
+            let gains: Vec<f64> = moves.par_iter().map(|m| self.gain(&state, worst, *m)).collect();
+            let best = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+            let Some((k, _)) = best.filter(|b| *b.1 > 0.0) else { break };
+            let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
+            self.raise(&state, worst, moves[k], &mut minima, &mut density);
+            state = self.state(minima, density);
+        }
+        Some(state)
+    }
+}

@@ -1,0 +1,114 @@
+//! Meshes whose divisions are chosen from outside, edge by edge and face by face: what refinement to a
+//! tolerance works with.
+
+use super::border::Border;
+use super::divisions::Rule;
+use super::{MappedOptions, MeshStyle, Mesher, check_options};
+use crate::cad::Model;
+use crate::mesh::{MeshError, SurfaceMesh};
+
+/// Everything about a model that does not depend on the divisions.
+pub struct Plan<'m> {
+    mesher: Mesher<'m>,
+    rules: Vec<Rule>,
+    owners: Vec<usize>,
+    chains: Vec<usize>,
+}
+
+/// Divisions of every edge that keep the rules of the mapped faces.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Divisions {
+    /// Divisions of each edge.
+    pub counts: Vec<usize>,
+    /// Faces whose sides agree, so that they can be mapped.
+    pub mapped: Vec<bool>,
+}
+
+impl<'m> Plan<'m> {
+    /// Prepares `model`.
+    ///
+    /// # Errors
+    /// [`MeshError::NoFaces`], [`MeshError::Option`].
+    pub fn new(model: &'m Model, options: &'m MappedOptions) -> Result<Self, MeshError> {
+        check_options(options)?;
+        if model.faces.is_empty() {
+            return Err(MeshError::NoFaces { name: model.name.clone() });
+        }
+        let mesher = Mesher::new(model, options, options.style == MeshStyle::Quads);
+        let (rules, owners) = mesher.rules();
+        let chains = chains(model.edges.len(), &rules);
+        Ok(Self { mesher, rules, owners, chains })
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &'m Model {
+        self.mesher.model
+    }
+
+    /// Least divisions of each edge that the options ask for.
+    #[must_use]
+    pub fn minima(&self) -> &[usize] {
+        &self.mesher.minima
+    }
+
+    /// For each edge the first edge of its chain: edges of a chain always have equal divisions.
+    #[must_use]
+    pub fn chains(&self) -> &[usize] {
+        &self.chains
+    }
+
+    /// Divisions of every edge, at least `minima`, that keep the rules.
+    #[must_use]
+    pub fn agree(&self, minima: &[usize]) -> Divisions {
+        let (counts, mapped) = self.mesher.agree(minima, &self.rules, &self.owners);
+        Divisions { counts, mapped }
+    }
+
+    /// The mesh of face `f` alone; `density` is the divisions of a quarter turn inside a face that is not mapped.
+    ///
+    /// # Errors
+    /// A sentence saying why its border bounds no region; finer borders may.
+    pub fn face(
+        &self,
+        f: usize,
+        divisions: &Divisions,
+        density: usize,
+    ) -> Result<SurfaceMesh, String> {
+        let mesher = &self.mesher;
+        let border = Border::of_face(mesher.model, &divisions.counts, &mesher.model.faces[f]);
+        let work = mesher.face(&border, f, divisions.mapped[f], density)?;
+        Ok(mesher.merge(border, vec![(f, work)]))
+    }
+
+    /// The mesh of the whole model with at least `minima` divisions on its edges.
+    ///
+    /// # Errors
+    /// [`MeshError::Option`] when there would be too many elements, [`MeshError::Faces`].
+    pub fn mesh(&self, minima: &[usize], density: &[usize]) -> Result<SurfaceMesh, MeshError> {
+        let mut mesher = self.mesher.clone();
+        mesher.minima = minima.to_vec();
+        mesher.density = density.to_vec();
+        mesher.run()
+    }
+}
+
+/// The first edge of each edge's chain, over the rules between single edges.
+fn chains(edges: usize, rules: &[Rule]) -> Vec<usize> {
+    let mut first: Vec<usize> = (0..edges).collect();
+    let root = |first: &[usize], mut e: usize| {
+        while first[e] != e {
+            e = first[e];
+        }
+        e
+    };
+    for rule in rules {
+        if let Rule::Equal(a, b) = rule
+            && let ([a], [b]) = (&a[..], &b[..])
+        {
+            let (a, b) = (root(&first, *a), root(&first, *b));
+            first[a.max(b)] = a.min(b);
+        }
+    }
+    (0..edges).map(|e| root(&first, e)).collect()
+}

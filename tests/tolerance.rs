@@ -13,10 +13,10 @@ fn read(file: &str) -> Model {
     cad::read(&path).unwrap().0
 }
 
-fn refined(model: &Model, tol_mm: f64, two_sided: bool) -> Refined {
+fn refined(model: &Model, tol_mm: f64, two_sided: bool, through_cad: bool) -> Refined {
     let goal = Goal { tol_mm, normal_deg: f64::INFINITY, two_sided };
-    let found =
-        to_tolerance(model, &MappedOptions::default(), &ConvertOptions::default(), &goal).unwrap();
+    let options = ConvertOptions { through_cad, ..ConvertOptions::default() };
+    let found = to_tolerance(model, &MappedOptions::default(), &options, &goal).unwrap();
     let again = audit(&found.tool, &CadReference::new(model), &AuditOptions::default()).unwrap();
     assert!(again.report.worst_mm() <= tol_mm && again.report.folded.is_empty());
     assert!(again.report.jumps.position_mm < 1e-12);
@@ -40,18 +40,46 @@ fn uniform(model: &Model, error_mm: f64) -> usize {
 #[test]
 fn the_cross_die_takes_fewer_patches_than_a_uniform_mesh_of_the_same_error() {
     let model = read("cross/die.igs");
-    let found = refined(&model, 0.01, false);
+    let found = refined(&model, 0.01, false, false);
     let uniform = uniform(&model, found.audit.worst_mm());
     println!("0.01 mm: {} patches, uniform {uniform}", found.tool.patches.len());
     assert!(found.tool.patches.len() as f64 <= 0.7 * uniform as f64);
     assert_eq!(found.moved_mm, 0.0);
 }
 
+#[test]
+fn edges_that_follow_the_cad_halve_that() {
+    let model = read("cross/die.igs");
+    let found = refined(&model, 0.01, false, true);
+    let uniform = uniform(&model, found.audit.worst_mm());
+    println!("0.01 mm, edges through the CAD: {} patches", found.tool.patches.len());
+    assert!(found.tool.patches.len() as f64 <= 0.5 * uniform as f64);
+    assert!(!found.tool.curves.is_empty() && found.audit.normal_max_deg < 0.6);
+}
+
+/// The same mesh: Eq. 8 draws chords where a flat meets a fillet; and the order stays four.
+#[test]
+fn edges_that_follow_the_cad_take_off_most_of_the_error_of_a_mesh() {
+    let model = read("cross/die.igs");
+    let made = |arc_divisions, through_cad| {
+        let mesh = mesh(&model, &MappedOptions { arc_divisions, ..MappedOptions::default() });
+        let options = ConvertOptions { through_cad, ..ConvertOptions::default() };
+        let (tool, _) = convert(&model, &mesh.unwrap(), &options).unwrap();
+        audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap().report
+    };
+    let (plain, cad) = (made(4, false), made(4, true));
+    println!("{} {}", plain.worst_mm(), cad.worst_mm());
+    assert!(cad.worst_mm() < 0.2 * plain.worst_mm());
+    assert!(cad.normal_max_deg < 0.2 * plain.normal_max_deg);
+    let order = (cad.worst_mm() / made(8, true).worst_mm()).log2();
+    assert!(order > 3.9, "{order}");
+}
+
 /// A fillet whose patches all stand out of it: half of that is taken off, so fewer do.
 #[test]
 fn balanced_vertices_need_no_more_patches() {
     let model = read("forming/torus_144.igs");
-    let (one, two) = (refined(&model, 0.1, false), refined(&model, 0.1, true));
+    let (one, two) = (refined(&model, 0.1, false, false), refined(&model, 0.1, true, false));
     println!("on the CAD {}, balanced {}", one.tool.patches.len(), two.tool.patches.len());
     assert!(two.tool.patches.len() <= one.tool.patches.len());
     assert!(two.audit.max_mm <= 0.1 && two.audit.min_mm >= -0.1);

@@ -37,9 +37,9 @@ pub struct ConvertArgs {
     /// What the patches are
     #[arg(long, value_enum, default_value_t = Kind::Nagata)]
     kind: Kind,
-    /// How edges are curved
-    #[arg(long, value_enum, default_value_t = Edge::Guarded)]
-    edge: Edge,
+    /// How edges are curved; `guarded` when not given, with --tol or --patches `cad`
+    #[arg(long, value_enum)]
+    edge: Option<Edge>,
     /// Side the sheet is on: the model is turned round when its faces look the other way on the whole
     #[arg(long, value_enum, value_name = "SIDE", allow_hyphen_values = true)]
     sheet_side: Option<SheetSide>,
@@ -84,6 +84,8 @@ enum Edge {
     Guarded,
     /// Eq. 8 everywhere, also where it fails
     Plain,
+    /// Eq. 8, and where it leaves the curve open or fails, through the CAD; given in the tool file
+    Cad,
 }
 
 /// Sides along the coordinate axes.
@@ -149,7 +151,7 @@ struct Converted {
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     let model = read_model(&args.file)?;
     let options = options(args);
-    let made = if args.tol.is_some() || args.normal_tol.is_some() || args.patches.is_some() {
+    let made = if is_refined(args) {
         refined(args, &model, &options)?
     } else {
         let mesh = match &args.mesh {
@@ -165,6 +167,15 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+fn edge(args: &ConvertArgs) -> Edge {
+    let usual = if is_refined(args) { Edge::Cad } else { Edge::Guarded };
+    args.edge.unwrap_or(usual)
+}
+
+fn is_refined(args: &ConvertArgs) -> bool {
+    args.tol.is_some() || args.normal_tol.is_some() || args.patches.is_some()
+}
+
 fn options(args: &ConvertArgs) -> ConvertOptions {
     ConvertOptions {
         name: args.name.clone().unwrap_or_else(|| stem(&args.output)),
@@ -172,10 +183,11 @@ fn options(args: &ConvertArgs) -> ConvertOptions {
             Kind::Nagata => ToolKind::Nagata,
             Kind::Facets => ToolKind::Facets,
         },
-        edges: match args.edge {
-            Edge::Guarded => EdgeRule::Guarded,
+        edges: match edge(args) {
             Edge::Plain => EdgeRule::Plain,
+            Edge::Guarded | Edge::Cad => EdgeRule::Guarded,
         },
+        through_cad: edge(args) == Edge::Cad,
         smooth_deg: args.smooth_deg,
         sheet_side: args.sheet_side.map(SheetSide::direction),
         flip: args.flip,
@@ -239,7 +251,8 @@ fn goal(args: &ConvertArgs) -> String {
     let normal = args.normal_tol.map_or_else(String::new, |t| format!(" normal-tol-deg={t}"));
     let patches = args.patches.map_or_else(String::new, |n| format!(" patches={n}"));
     let vertices = if args.on_cad { " vertices=on-cad" } else { " vertices=balanced" };
-    format!("{tol}{normal}{patches}{vertices}")
+    let edges = format!(" edges={}", format!("{:?}", edge(args)).to_lowercase());
+    format!("{tol}{normal}{patches}{vertices}{edges}")
 }
 
 fn print_report(args: &ConvertArgs, made: &Converted) {

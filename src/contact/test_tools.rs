@@ -20,6 +20,7 @@ impl Builder {
             vertices: vec![],
             normals: vec![],
             corners: vec![],
+            curves: vec![],
             patches: vec![],
             faces: vec![],
         };

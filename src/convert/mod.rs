@@ -1,6 +1,7 @@
 //! CAD and mesh become a tool model: one normal per (vertex, CAD face), merged only where the faces are
 //! tangent-continuous, never averaged over a crease.
 
+mod edges;
 mod normals;
 pub mod tolerance;
 
@@ -9,7 +10,7 @@ use rayon::prelude::*;
 use crate::cad::Model;
 use crate::geometry::Vec3;
 use crate::mesh::SurfaceMesh;
-use crate::tool::build::{StraightEdge, ToolError, build};
+use crate::tool::build::{EdgeChoice, StraightEdge, ToolError, build, edge_ends};
 use crate::tool::edge::EdgeRule;
 use crate::tool::model::PatchCorners;
 use crate::tool::{Patch, ToolKind, ToolModel};
@@ -23,6 +24,8 @@ pub struct ConvertOptions {
     pub kind: ToolKind,
     /// How edges are curved.
     pub edges: EdgeRule,
+    /// What Eq. 8 leaves open, and edges that its guard catches, follow the CAD (Nagata).
+    pub through_cad: bool,
     /// Normals of neighbouring faces closer than this at a vertex are one [degrees].
     pub smooth_deg: f64,
     /// Direction to the sheet: the model is turned round if its faces look the other way on the whole.
@@ -37,6 +40,7 @@ impl Default for ConvertOptions {
             name: "tool".into(),
             kind: ToolKind::Nagata,
             edges: EdgeRule::Guarded,
+            through_cad: false,
             smooth_deg: 0.5,
             sheet_side: None,
             flip: false,
@@ -51,6 +55,8 @@ pub struct ConvertReport {
     pub creases: usize,
     /// Edges that the guard made straight.
     pub straight: Vec<StraightEdge>,
+    /// Edges that the guard would have made straight and that follow the CAD instead, off their normals.
+    pub bent: Vec<StraightEdge>,
     /// Patches that fold: somewhere `(S_eta x S_zeta) . n < 0`.
     pub folded: Vec<u32>,
     /// The model was turned round to look at the sheet.
@@ -117,7 +123,7 @@ pub fn convert(
     let table = normals::table(model, mesh, options.smooth_deg.to_radians())?;
     let sign = if turn { -1.0 } else { 1.0 };
     let unit: Vec<Vec3> = table.normals.iter().map(|n| n * sign).collect();
-    let corners = mesh
+    let corners: Vec<PatchCorners> = mesh
         .elements
         .iter()
         .zip(table.ids)
@@ -130,14 +136,14 @@ pub fn convert(
             PatchCorners { vertices, normals, face: element.face }
         })
         .collect();
-    let (tool, straight) = build(
-        options.name.clone(),
-        options.kind,
-        mesh.vertices.clone(),
-        unit,
-        corners,
-        options.edges,
-    )?;
+    let mut choice = EdgeChoice::from(options.edges);
+    if options.through_cad && options.kind == ToolKind::Nagata {
+        let found = edges::follow(model, mesh, &table.feet, &corners, &unit);
+        (choice.given, report.bent) = (found.given, found.bent);
+    }
+    let vertices = mesh.vertices.clone();
+    let (tool, straight) =
+        build(options.name.clone(), options.kind, vertices, unit, corners, choice)?;
     report.straight = straight;
     report.creases = crease_count(&tool);
     report.folded = folded(&tool);
@@ -157,22 +163,7 @@ fn looks_away(mesh: &SurfaceMesh, options: &ConvertOptions) -> bool {
 
 /// Edges whose two patches do not share the normals at both ends.
 fn crease_count(tool: &ToolModel) -> usize {
-    let mut ends: rustc_hash::FxHashMap<[u32; 2], (Vec<[u32; 2]>, usize)> =
-        rustc_hash::FxHashMap::default();
-    for p in &tool.corners {
-        let n = p.vertices.len();
-        for k in 0..n {
-            let (a, b) = (p.vertices[k], p.vertices[(k + 1) % n]);
-            let (na, nb) = (p.normals[k], p.normals[(k + 1) % n]);
-            let pair = if a < b { [na, nb] } else { [nb, na] };
-            let entry = ends.entry([a.min(b), a.max(b)]).or_default();
-            entry.1 += 1;
-            if !entry.0.contains(&pair) {
-                entry.0.push(pair);
-            }
-        }
-    }
-    ends.values().filter(|(pairs, _)| pairs.len() > 1).count()
+    edge_ends(&tool.corners).values().filter(|pairs| pairs.len() > 1).count()
 }
 
 /// Patches whose parametrisation turns over at a corner or inside, against the blend of their corner normals.

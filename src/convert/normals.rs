@@ -13,7 +13,12 @@ use crate::mesh::SurfaceMesh;
 pub(super) struct NormalTable {
     pub normals: Vec<Vec3>,
     pub ids: Vec<Vec<u32>>,
+    /// Parameters of a vertex on a face, where the face is regular there.
+    pub feet: Feet,
 }
+
+/// Parameters by vertex and face.
+pub(super) type Feet = FxHashMap<(u32, u32), Vec2>;
 
 /// Where a normal is asked for: a vertex on a face; at a degenerate point of the face (pole, apex) also an
 /// element, whose direction the limit is taken along.
@@ -46,10 +51,12 @@ pub(super) fn table(
         .collect();
     let mut known: FxHashMap<Place, Vec3> = FxHashMap::default();
     let mut degenerate: FxHashMap<(u32, u32), Vec2> = FxHashMap::default();
+    let mut regular: Feet = FxHashMap::default();
     for (place, (uv, normal)) in places.iter().zip(&feet) {
         match normal {
             Some(n) => {
                 known.insert(*place, *n);
+                regular.insert((place.vertex, place.face), *uv);
             }
             None => {
                 degenerate.insert((place.vertex, place.face), *uv);
@@ -67,7 +74,8 @@ pub(super) fn table(
             known.insert(Place { vertex, face: element.face, element: id as u32 }, normal);
         }
     }
-    Ok(number(mesh, &known, smooth))
+    let (normals, ids) = number(mesh, &known, smooth);
+    Ok(NormalTable { normals, ids, feet: regular })
 }
 
 /// Foot of a vertex on its own face's surface, and the normal where it is well defined.
@@ -100,7 +108,11 @@ fn limit(face: &Face, uv: Vec2, mesh: &SurfaceMesh, nodes: &[u32]) -> Option<Vec
 }
 
 /// Merges the normals of each vertex and numbers them.
-fn number(mesh: &SurfaceMesh, known: &FxHashMap<Place, Vec3>, smooth: f64) -> NormalTable {
+fn number(
+    mesh: &SurfaceMesh,
+    known: &FxHashMap<Place, Vec3>,
+    smooth: f64,
+) -> (Vec<Vec3>, Vec<Vec<u32>>) {
     let mut places: Vec<Place> = known.keys().copied().collect();
     places.sort_unstable();
     let mut normals: Vec<Vec3> = Vec::new();
@@ -141,5 +153,5 @@ fn number(mesh: &SurfaceMesh, known: &FxHashMap<Place, Vec3>, smooth: f64) -> No
                 .collect()
         })
         .collect();
-    NormalTable { normals, ids }
+    (normals, ids)
 }

@@ -119,6 +119,7 @@ mod tests {
                 vertices: vec![],
                 normals: vec![],
                 corners: vec![],
+                curves: vec![],
                 patches: vec![patch],
                 faces: vec![0],
             };

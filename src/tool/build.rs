@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::edge::{EdgeFault, EdgeRule, edge_curve};
-use super::model::{PatchCorners, ToolKind, ToolModel};
+use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::Patch;
 use crate::geometry::Vec3;
 
@@ -52,10 +52,18 @@ pub enum ToolError {
     /// A coordinate that is not a finite number.
     #[error("{what} {index} holds a number that is not finite")]
     NotFinite {
-        /// `vertex`, `normal` or `control point`.
+        /// `vertex`, `normal`, `curve` or `control point`.
         what: &'static str,
         /// Its id.
         index: usize,
+    },
+    /// A given curve of an edge that no Nagata patch has.
+    #[error("curve {index} is of the edge {}-{}, which no patch has; allowed: edges of Nagata patches", vertices[0], vertices[1])]
+    Curve {
+        /// Curve, from 0.
+        index: usize,
+        /// Vertices it names.
+        vertices: [u32; 2],
     },
     /// Bezier degrees outside 1 to 6, or control points that do not fill the net.
     #[error("patch {patch} is a Bezier patch of degrees {} x {} with {points} control points; allowed: degrees 1 to 6 and (n + 1)(m + 1) points", degrees[0], degrees[1])]
@@ -80,6 +88,21 @@ pub struct StraightEdge {
     pub fault: EdgeFault,
 }
 
+/// Where the coefficients of the edges come from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct EdgeChoice {
+    /// Rule for every edge that is not given.
+    pub rule: EdgeRule,
+    /// Edges that are given.
+    pub given: Vec<GivenCurve>,
+}
+
+impl From<EdgeRule> for EdgeChoice {
+    fn from(rule: EdgeRule) -> Self {
+        Self { rule, given: Vec::new() }
+    }
+}
+
 /// Builds a Nagata or facet model. Returns the edges that the guard caught.
 ///
 /// # Errors
@@ -90,20 +113,57 @@ pub fn build(
     vertices: Vec<Vec3>,
     normals: Vec<Vec3>,
     corners: Vec<PatchCorners>,
-    rule: EdgeRule,
+    choice: impl Into<EdgeChoice>,
 ) -> Result<(ToolModel, Vec<StraightEdge>), ToolError> {
     check(&vertices, &normals, &corners)?;
-    let edges = match kind {
+    let EdgeChoice { rule, given: curves } = choice.into();
+    let mut edges = match kind {
         ToolKind::Facets => FxHashMap::default(),
         _ => curve_edges(&vertices, &normals, &corners, rule),
     };
+    give(&mut edges, &curves)?;
     let mut straight: Vec<StraightEdge> =
         edges.iter().filter_map(|(key, e)| e.straight(*key)).collect();
     straight.sort_by_key(|e| e.vertices);
     let c = |a: u32, b: u32| edges.get(&key(a, b)).map_or_else(Vec3::zeros, |e| e.c);
     let patches = corners.iter().map(|p| patch(&p.vertices, &vertices, c)).collect();
     let faces = corners.iter().map(|p| p.face).collect();
-    Ok((ToolModel { name, kind, vertices, normals, corners, patches, faces }, straight))
+    Ok((ToolModel { name, kind, vertices, normals, corners, curves, patches, faces }, straight))
+}
+
+/// Replaces the coefficients of given edges.
+fn give(
+    edges: &mut FxHashMap<[u32; 2], SharedEdge>,
+    curves: &[GivenCurve],
+) -> Result<(), ToolError> {
+    for (index, curve) in curves.iter().enumerate() {
+        if curve.c.iter().any(|x| !x.is_finite()) {
+            return Err(ToolError::NotFinite { what: "curve", index });
+        }
+        let [a, b] = curve.vertices;
+        let edge = edges.get_mut(&key(a, b)).ok_or(ToolError::Curve { index, vertices: [a, b] })?;
+        (edge.c, edge.fault) = (Vec3::from(curve.c), None);
+    }
+    Ok(())
+}
+
+/// Normal ids at both ends of every edge, lower vertex first, each distinct pair once.
+#[must_use]
+pub fn edge_ends(corners: &[PatchCorners]) -> std::collections::BTreeMap<[u32; 2], Vec<[u32; 2]>> {
+    let mut ends: std::collections::BTreeMap<[u32; 2], Vec<[u32; 2]>> = Default::default();
+    for p in corners {
+        let n = p.vertices.len();
+        for k in 0..n {
+            let (a, b) = (p.vertices[k], p.vertices[(k + 1) % n]);
+            let (na, nb) = (p.normals[k], p.normals[(k + 1) % n]);
+            let pair = if a < b { [na, nb] } else { [nb, na] };
+            let list = ends.entry(key(a, b)).or_default();
+            if !list.contains(&pair) {
+                list.push(pair);
+            }
+        }
+    }
+    ends
 }
 
 fn check(vertices: &[Vec3], normals: &[Vec3], corners: &[PatchCorners]) -> Result<(), ToolError> {

@@ -107,24 +107,59 @@ fn check(d: &Vec3, c: &Vec3, ends: &[[Vec3; 2]]) -> Option<EdgeFault> {
     }
 }
 
-/// Least squares over `nu . c = dl . d` and `dl . c = nu . d` of every side, smallest norm.
-fn crease_coefficient(d: &Vec3, ends: &[[Vec3; 2]]) -> Vec3 {
+/// The coefficient nearest to `wanted` that keeps the end tangents across the normals: what Eq. 8 leaves open, the
+/// part of `c` along `n0 x n1` (along the whole tangent plane where the normals are equal), is taken from `wanted`.
+/// Where the normals cannot be kept (an inflected edge: the guard of [`edge_curve`] would catch it), only their mean
+/// is, and the fault says so; the curve then still goes the way `wanted` goes.
+#[must_use]
+pub fn nearest_coefficient(d: &Vec3, ends: &[[Vec3; 2]], wanted: &Vec3) -> EdgeCurve {
+    let full = wanted + smallest_solution(&conditions(d, ends, false), wanted);
+    // Normals that turn along the edge as a parabola's do need a correction of higher order only.
+    let kept = (full - wanted).norm() <= CORRECTION * d.norm();
+    match check(d, &full, ends) {
+        None if kept => EdgeCurve { c: full, fault: None },
+        fault => {
+            let c = wanted + smallest_solution(&conditions(d, ends, true), wanted);
+            let fault = fault.or(Some(EdgeFault::TurnsBack));
+            match check(d, &c, ends) {
+                None => EdgeCurve { c, fault },
+                fault => EdgeCurve { c: Vec3::zeros(), fault },
+            }
+        }
+    }
+}
+
+/// Largest correction of a wanted coefficient, over the length of the edge, that is none of an inflected edge.
+const CORRECTION: f64 = 0.2;
+
+/// `nu . c = dl . d` and, unless `mean_only`, `dl . c = nu . d` of every side, rows of length about one.
+fn conditions(d: &Vec3, ends: &[[Vec3; 2]], mean_only: bool) -> Vec<(Vec3, f64)> {
     let mut rows: Vec<(Vec3, f64)> = Vec::with_capacity(2 * ends.len());
     for [n0, n1] in ends {
         let (nu, dl) = ((n0 + n1) * 0.5, (n0 - n1) * 0.5);
         rows.push((nu, dl.dot(d)));
         let size = dl.norm();
         // Below this the condition is rounding noise; the side is flat along the crease.
-        if size > 1e-8 {
+        if size > PARALLEL && !mean_only {
             rows.push((dl / size, nu.dot(d) / size));
         }
     }
+    rows
+}
+
+/// Least squares over the rows `a . (start + x) = b`, smallest `x`.
+fn smallest_solution(rows: &[(Vec3, f64)], start: &Vec3) -> Vec3 {
     let matrix = DMatrix::from_fn(rows.len(), 3, |r, k| rows[r].0[k]);
-    let right = DVector::from_fn(rows.len(), |r, _| rows[r].1);
+    let right = DVector::from_fn(rows.len(), |r, _| rows[r].1 - rows[r].0.dot(start));
     let svd = matrix.svd(true, true);
     // Directions seen under less than 1e-6 rad are not determined by the normals: no bulge along them.
     let smallest = 1e-6 * svd.singular_values.max();
     svd.solve(&right, smallest).map_or_else(|_| Vec3::zeros(), |c| Vec3::new(c[0], c[1], c[2]))
+}
+
+/// Least squares over `nu . c = dl . d` and `dl . c = nu . d` of every side, smallest norm.
+fn crease_coefficient(d: &Vec3, ends: &[[Vec3; 2]]) -> Vec3 {
+    smallest_solution(&conditions(d, ends, false), &Vec3::zeros())
 }
 
 #[cfg(test)]
@@ -199,6 +234,38 @@ mod tests {
         assert!(guarded.fault.is_some() && guarded.c == Vec3::zeros());
         let plain = edge_curve(&d, &[[n0, n1]], EdgeRule::Plain);
         assert!(plain.fault.is_some() && plain.c.norm() > 90.0);
+    }
+
+    /// Along the border of a flat and a fillet all normals are equal: Eq. 8 gives a chord, whatever the border's
+    /// radius; a wanted coefficient in the plane is kept, and turned into the tangent plane where it is not.
+    #[test]
+    fn what_the_normals_leave_open_is_taken_from_the_wanted_coefficient() {
+        let (x0, x1, _, _) = arc(27.0, 0.2);
+        let d = x1 - x0;
+        let wanted = coefficient(&d, &x0.normalize(), &x1.normalize());
+        let flat = [[Vec3::z(), Vec3::z()]];
+        assert_eq!(edge_curve(&d, &flat, EdgeRule::Guarded).c, Vec3::zeros());
+        let found = nearest_coefficient(&d, &flat, &(wanted + Vec3::z() * 0.3));
+        assert!(found.fault.is_none() && (found.c - wanted).norm() < 1e-14);
+        // On a cone around the axis the normals determine two of the three components.
+        let lean = |x: &Vec3| (x.normalize() + Vec3::z() * 2.0).normalize();
+        let cone = [[lean(&x0), lean(&x1)]];
+        let found = nearest_coefficient(&d, &cone, &wanted);
+        let middle = on(&x0, &d, &found.c, 0.5);
+        let eq8 = on(&x0, &d, &coefficient(&d, &cone[0][0], &cone[0][1]), 0.5);
+        assert!((found.c - wanted).norm() < 1e-12 && middle.norm() - 27.0 < 0.01);
+        assert!((eq8 - middle).norm() > 0.2, "Eq. 8 leaves the circle along the cone");
+    }
+
+    #[test]
+    fn an_inflected_edge_keeps_the_wanted_curve_and_is_named() {
+        let n = |a: f64| Vec3::new(a.sin(), a.cos(), 0.0);
+        let ends = [[n(0.1), n(0.1 + 1e-3)]];
+        let d = Vec3::new(1.0, 0.2, 0.0);
+        let wanted = Vec3::new(0.0, 0.05, 0.0);
+        let found = nearest_coefficient(&d, &ends, &wanted);
+        assert!(found.fault.is_some() && (found.c - wanted).norm() < 0.1);
+        assert!(coefficient(&d, &ends[0][0], &ends[0][1]).norm() > 100.0);
     }
 
     #[test]

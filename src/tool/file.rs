@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::build::{StraightEdge, ToolError, build};
+use super::build::{EdgeChoice, StraightEdge, ToolError, build};
 use super::edge::EdgeRule;
-use super::model::{PatchCorners, ToolKind, ToolModel};
+use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::{MAX_DEGREE, Patch};
 use crate::files::{WriteError, write_atomic};
 use crate::geometry::Vec3;
@@ -42,6 +42,9 @@ pub struct ToolFile {
     /// Patches by corner ids (Nagata, facets).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub patches: Vec<PatchCorners>,
+    /// Edges whose coefficient is given instead of derived (Nagata).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub curves: Vec<GivenCurve>,
     /// Patches by control points (Bezier).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bezier_patches: Vec<BezierNet>,
@@ -199,6 +202,7 @@ impl ToolFile {
             vertices: plain(&model.vertices),
             normals: plain(&model.normals),
             patches: model.corners.clone(),
+            curves: model.curves.clone(),
             bezier_patches: model.patches.iter().zip(&model.faces).filter_map(net).collect(),
         }
     }
@@ -218,7 +222,7 @@ impl ToolFile {
             points(self.vertices),
             points(self.normals),
             self.patches,
-            self.edges,
+            EdgeChoice { rule: self.edges, given: self.curves },
         )
     }
 
@@ -257,6 +261,7 @@ fn bezier_model(name: String, nets: &[BezierNet]) -> Result<ToolModel, ToolError
         vertices: Vec::new(),
         normals: Vec::new(),
         corners: Vec::new(),
+        curves: Vec::new(),
         patches,
         faces,
     })
@@ -287,6 +292,7 @@ mod tests {
                 normals: vec![0; 4],
                 face: 5,
             }],
+            curves: vec![GivenCurve { vertices: [2, 1], c: [0.0, 0.1 / 3.0, 0.0] }],
             bezier_patches: vec![],
         }
     }
@@ -322,6 +328,8 @@ mod tests {
         assert!(matches!(read_text(&text[..text.len() / 2]), Err(ToolFileError::Syntax { .. })));
         let other = text.replacen("\"face\":5}]", "\"face\":5}],\"bezier_patches\":[]", 1);
         assert!(read_text(&other).is_ok());
+        let lost = text.replacen("\"vertices\":[2,1]", "\"vertices\":[2,0]", 1);
+        assert!(read_text(&lost).unwrap_err().to_string().contains("edge 2-0"));
         let bad = text.replacen("[0,1,2,3]", "[0,1,2,9]", 1);
         assert!(read_text(&bad).unwrap_err().to_string().contains("vertex 9"));
     }

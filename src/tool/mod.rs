@@ -6,5 +6,5 @@ pub mod file;
 pub mod model;
 pub mod patch;
 
-pub use model::{ToolKind, ToolModel};
+pub use model::{GivenCurve, ToolKind, ToolModel};
 pub use patch::{Patch, PatchDerivs};

@@ -28,6 +28,19 @@ pub struct PatchCorners {
     pub face: u32,
 }
 
+/// An edge whose quadratic coefficient c (Eq. 7) is given instead of derived from its normals (Eq. 8): where the
+/// normals leave it open, and where the guard caught it, the converter takes it from the CAD.
+#[derive(
+    Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(deny_unknown_fields)]
+pub struct GivenCurve {
+    /// Vertex ids of its ends.
+    pub vertices: [u32; 2],
+    /// Coefficient c of Eq. 7 [mm]; the same in both directions.
+    pub c: [f64; 3],
+}
+
 /// A tool model: vertices, normals, patches; coefficients are derived, each shared edge once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToolModel {
@@ -41,6 +54,8 @@ pub struct ToolModel {
     pub normals: Vec<Vec3>,
     /// Corner ids (Nagata, facets).
     pub corners: Vec<PatchCorners>,
+    /// Edges with given coefficients (Nagata); all others have those of Eq. 8.
+    pub curves: Vec<GivenCurve>,
     /// Patches ready for evaluation, in file order.
     pub patches: Vec<super::Patch>,
     /// CAD face id of each patch.

@@ -8,10 +8,10 @@
 use crate::audit::sample::PatchSamples;
 use crate::audit::{Audit, AuditOptions, CadReference, audit};
 use crate::cad::Model;
-use crate::convert::{ConvertError, ConvertOptions};
+use crate::convert::{ConvertError, ConvertOptions, edges};
 use crate::mesh::mapped::is_flat;
 use crate::tool::ToolModel;
-use crate::tool::build::build;
+use crate::tool::build::{EdgeChoice, build};
 
 use super::{Refined, ToleranceError};
 
@@ -82,8 +82,10 @@ fn moved(
             }
         }
     }
+    let given = edges::moved(tool, &vertices);
     let (normals, corners) = (tool.normals.clone(), tool.corners.clone());
-    let (tool, _) = build(tool.name.clone(), tool.kind, vertices, normals, corners, options.edges)?;
+    let choice = EdgeChoice { rule: options.edges, given };
+    let (tool, _) = build(tool.name.clone(), tool.kind, vertices, normals, corners, choice)?;
     Ok(tool)
 }
 

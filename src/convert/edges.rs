@@ -1,0 +1,169 @@
+//! Edges that follow the CAD: the part of c (Eq. 7) that the normals of Eq. 8 leave open.
+//!
+//! Along the border of a flat and a fillet all normals are equal, and Eq. 8 draws a chord across the border's arc:
+//! the fillet's patches then miss the fillet by `s^2 / (2 r)` for a sagitta s, most of their error. The same holds, in
+//! part, for every edge that turns within its surface. The curve wanted here goes through the CAD at its middle.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::normals::Feet;
+use crate::cad::Model;
+use crate::geometry::{Aabb, Vec3};
+use crate::mesh::SurfaceMesh;
+use crate::tool::build::{StraightEdge, edge_ends};
+use crate::tool::edge::{EdgeRule, edge_curve, nearest_coefficient};
+use crate::tool::model::PatchCorners;
+use crate::tool::{GivenCurve, ToolModel};
+
+/// Given edges, and those that leave their normals.
+pub(super) struct Followed {
+    pub given: Vec<GivenCurve>,
+    pub bent: Vec<StraightEdge>,
+}
+
+/// Largest distance of a curve's middle from its chord's, over the chord: half a circle has 0.5.
+const SAGITTA: f64 = 0.6;
+/// Coefficients that differ by less, over the length of the edge, are equal.
+const EQUAL: f64 = 1e-9;
+
+/// Elements of an edge: their ids, and the CAD faces they are on.
+#[derive(Default)]
+struct Around {
+    patches: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+/// Coefficients of all edges of `mesh` that differ from those of Eq. 8.
+pub(super) fn follow(
+    model: &Model,
+    mesh: &SurfaceMesh,
+    feet: &Feet,
+    corners: &[PatchCorners],
+    normals: &[Vec3],
+) -> Followed {
+    let mut around: BTreeMap<[u32; 2], Around> = BTreeMap::new();
+    for (id, e) in mesh.elements.iter().enumerate() {
+        for [a, b] in e.sides() {
+            let edge = around.entry([a.min(b), a.max(b)]).or_default();
+            edge.patches.push(id as u32);
+            edge.faces.push(e.face);
+        }
+    }
+    let ends = edge_ends(corners);
+    let finder = Finder::new(model, mesh, feet);
+    let list: Vec<([u32; 2], Around)> = around.into_iter().collect();
+    let found: Vec<Option<(GivenCurve, Option<StraightEdge>)>> = list
+        .par_iter()
+        .map(|(vertices, around)| {
+            let [a, b] = vertices.map(|v| mesh.vertices[v as usize]);
+            let (d, middle) = (b - a, (a + b) * 0.5);
+            let through = finder.middle(*vertices, &around.faces)?;
+            let pairs: Vec<[Vec3; 2]> =
+                ends.get(vertices)?.iter().map(|p| p.map(|n| normals[n as usize])).collect();
+            let curve = nearest_coefficient(&d, &pairs, &((middle - through) * 4.0));
+            let plain = edge_curve(&d, &pairs, EdgeRule::Guarded);
+            if (curve.c - plain.c).norm() <= EQUAL * d.norm() {
+                return None;
+            }
+            let straight = |fault| StraightEdge {
+                patches: around.patches.clone(),
+                vertices: *vertices,
+                fault,
+            };
+            let given = GivenCurve { vertices: *vertices, c: curve.c.into() };
+            Some((given, curve.fault.map(straight)))
+        })
+        .collect();
+    let (given, bent): (Vec<_>, Vec<_>) = found.into_iter().flatten().unzip();
+    Followed { given, bent: bent.into_iter().flatten().collect() }
+}
+
+/// Given edges of a model whose vertices move to `vertices`: as near to what they were as the normals let them be.
+pub(super) fn moved(tool: &ToolModel, vertices: &[Vec3]) -> Vec<GivenCurve> {
+    let ends = edge_ends(&tool.corners);
+    let again = |curve: &GivenCurve| {
+        let [a, b] = curve.vertices;
+        let d = vertices[b as usize] - vertices[a as usize];
+        let pairs = ends.get(&[a.min(b), a.max(b)]).map_or(&[][..], |p| &p[..]);
+        let turn = |p: &[u32; 2]| if a < b { *p } else { [p[1], p[0]] };
+        let normals: Vec<[Vec3; 2]> =
+            pairs.iter().map(|p| turn(p).map(|n| tool.normals[n as usize])).collect();
+        let c = nearest_coefficient(&d, &normals, &Vec3::from(curve.c)).c;
+        GivenCurve { vertices: curve.vertices, c: c.into() }
+    };
+    tool.curves.iter().map(again).collect()
+}
+
+/// Finds the point of the CAD that the middle of an edge belongs to.
+struct Finder<'a> {
+    model: &'a Model,
+    mesh: &'a SurfaceMesh,
+    feet: &'a Feet,
+    /// Edges of the model on each face.
+    edges: Vec<Vec<usize>>,
+    /// Boxes around the edges of the model.
+    boxes: Vec<Aabb>,
+    /// A vertex this near to a curve is on it [mm].
+    near: f64,
+}
+
+impl<'a> Finder<'a> {
+    fn new(model: &'a Model, mesh: &'a SurfaceMesh, feet: &'a Feet) -> Self {
+        let of_face = |f: &crate::cad::model::Face| -> Vec<usize> {
+            f.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge).collect()
+        };
+        let size = Aabb::of_points(&mesh.vertices).diagonal();
+        let near = 1e-7 * size + 2.0 * model.join_tolerance;
+        let hull = |e: &crate::cad::model::Edge| Aabb::of_points(e.curve.points()).widened(near);
+        Self {
+            model,
+            mesh,
+            feet,
+            edges: model.faces.iter().map(of_face).collect(),
+            boxes: model.edges.iter().map(hull).collect(),
+            near,
+        }
+    }
+
+    fn middle(&self, vertices: [u32; 2], faces: &[u32]) -> Option<Vec3> {
+        let found = match *faces {
+            [f, g] if f == g => self.inside(vertices, f).or_else(|| self.along(vertices, &[f])),
+            _ => self.along(vertices, faces),
+        }?;
+        let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
+        let sound = (found - (a + b) * 0.5).norm() <= SAGITTA * (b - a).norm();
+        sound.then_some(found)
+    }
+
+    /// Halfway in the parameters of the face.
+    fn inside(&self, [a, b]: [u32; 2], face: u32) -> Option<Vec3> {
+        let (p, q) = (self.feet.get(&(a, face))?, self.feet.get(&(b, face))?);
+        let surface = &self.model.faces[face as usize].surface;
+        let point = surface.point((p + q) * 0.5);
+        let [a, b] = [a, b].map(|v| self.mesh.vertices[v as usize]);
+        // A vertex on the seam of a closed surface has two parameters: the other one was meant.
+        let sound = (point - (a + b) * 0.5).norm() <= SAGITTA * (b - a).norm();
+        Some(if sound { point } else { surface.point(surface.closest(&((a + b) * 0.5)).0) })
+    }
+
+    /// On the edge of the model that both vertices are on, where it is nearest to the middle of the chord.
+    fn along(&self, vertices: [u32; 2], faces: &[u32]) -> Option<Vec3> {
+        let (&first, others) = faces.split_first()?;
+        let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
+        let middle = (a + b) * 0.5;
+        let shared = |e: &&usize| others.iter().all(|&g| self.edges[g as usize].contains(*e));
+        let reached =
+            |e: &&usize| [a, b].iter().all(|p| self.boxes[**e].distance_squared(p) == 0.0);
+        let curves = self.edges[first as usize].iter().filter(shared).filter(reached);
+        let off = |e: usize| {
+            let curve = &self.model.edges[e].curve;
+            let distance = |p: &Vec3| (curve.point(curve.closest(p).0) - p).norm();
+            distance(&a).max(distance(&b))
+        };
+        let best = curves.map(|&e| (off(e), e)).min_by(|x, y| x.0.total_cmp(&y.0))?;
+        let curve = &self.model.edges[best.1].curve;
+        (best.0 <= self.near).then(|| curve.point(curve.closest(&middle).0))
+    }
+}

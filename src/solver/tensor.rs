@@ -43,21 +43,21 @@ pub fn to_matrix(v: &Mandel) -> Mat3 {
 
 /// Inner product of two symmetric tensors.
 #[must_use]
-#[inline]
+#[inline(always)]
 pub fn dot(a: &Mandel, b: &Mandel) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 }
 
 /// A linear map applied to a symmetric tensor.
 #[must_use]
-#[inline]
+#[inline(always)]
 pub fn apply(m: &Mandel66, v: &Mandel) -> Mandel {
     std::array::from_fn(|row| dot(&m[row], v))
 }
 
 /// Product of two linear maps.
 #[must_use]
-#[inline]
+#[inline(always)]
 pub fn product(a: &Mandel66, b: &Mandel66) -> Mandel66 {
     let mut out = [[0.0; 6]; 6];
     for (out_row, a_row) in out.iter_mut().zip(a) {
@@ -72,7 +72,7 @@ pub fn product(a: &Mandel66, b: &Mandel66) -> Mandel66 {
 
 /// Transpose of a linear map.
 #[must_use]
-#[inline]
+#[inline(always)]
 pub fn transpose(m: &Mandel66) -> Mandel66 {
     std::array::from_fn(|row| std::array::from_fn(|column| m[column][row]))
 }
@@ -87,7 +87,7 @@ pub fn determinant(v: &Mandel) -> f64 {
 
 /// The 6 x 6 matrix of the congruence `A ↦ q A qᵀ`; orthogonal when `q` is a rotation.
 #[must_use]
-#[inline]
+#[inline(always)]
 pub fn congruence(q: &[[f64; 3]; 3]) -> Mandel66 {
     let mut out = [[0.0; 6]; 6];
     for (row, &(a, b)) in PAIRS.iter().enumerate() {

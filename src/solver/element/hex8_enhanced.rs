@@ -71,6 +71,7 @@ fn evaluate_at(
     *out = ElementMatrices::zero();
     let state_len = input.material.state_len();
     let mut sums = ModeSums::<MODE_COUNT>::zero();
+    let mut initial_stress = [[0.0; 8]; 8];
     for (index, (geometry, xi)) in points.iter().zip(gauss_2x2x2()).enumerate() {
         let range = index * state_len..(index + 1) * state_len;
         let fail = |reason| PointFailure { point: index, reason };
@@ -95,10 +96,11 @@ fn evaluate_at(
         }
         if input.want == Want::ResidualAndTangent {
             hex8::add_congruence(&b, &tangent, &mut out.tangent);
-            hex8::add_initial_stress(geometry, &stress, &mut out.tangent);
+            hex8::add_nodal_stress(geometry, &stress, &mut initial_stress);
         }
         add_modes(&directions, &stress, &tangent, &b, &mut sums);
     }
+    hex8::spread_nodal_stress(&initial_stress, &mut out.tangent);
     sums.condense(alpha, input.displacement, input.want, record, out)
         .map_err(|reason| PointFailure { point: 0, reason })
 }

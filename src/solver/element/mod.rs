@@ -11,6 +11,7 @@
 
 pub mod hex8;
 pub(crate) mod hex8_enhanced;
+mod kernels;
 pub(crate) mod modes;
 mod shape;
 pub(crate) mod solid_shell;

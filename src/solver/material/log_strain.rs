@@ -32,6 +32,7 @@ pub struct PointResponse {
 ///
 /// # Errors
 /// [`MaterialError::Collapsed`] unless `c` is positive definite and finite; whatever the law itself returns.
+#[inline(always)]
 pub fn update(
     material: &dyn Material,
     c: &Mandel,
@@ -72,7 +73,7 @@ pub fn update(
                 *value *= factor * column;
             }
         }
-        add_second_order(&mut eigen_tangent, &values, &t_eigen);
+        add_second_order(&mut eigen_tangent, &values, &first, &t_eigen);
         tangent = tensor::product(&tensor::product(&to_global, &eigen_tangent), &from_global);
     }
     Ok(PointResponse {
@@ -98,20 +99,14 @@ pub fn logarithmic_strain(c: &Mandel) -> Result<Mandel, MaterialError> {
     Ok(tensor::apply(&tensor::congruence(&q), &[logs[0], logs[1], logs[2], 0.0, 0.0, 0.0]))
 }
 
-/// Adds `4 T : ∂²E/∂C²`, everything in the eigenframe.
+/// Adds `4 T : ∂²E/∂C²`, everything in the eigenframe; `first` holds `2 f[a,b]` by pair.
 ///
 /// For unit Mandel directions `I = (a,b)`, `J = (c,d)` the bilinear form is
 /// `Σ_pqr T_pr f[p,q,r] (H_pq G_qr + G_pq H_qr)`.
-fn add_second_order(tangent: &mut Mandel66, values: &[f64; 3], t_eigen: &Mandel) {
-    let [l0, l1, l2] = *values;
-    // twice[a][b] = f[a,a,b] for a, b of three; all[0] = f[0,1,2].
-    let mut twice = [[0.0; 3]; 3];
-    for (a, row) in twice.iter_mut().enumerate() {
-        for (b, value) in row.iter_mut().enumerate() {
-            *value = second_difference(values[a], values[a], values[b]);
-        }
-    }
-    let distinct = second_difference(l0, l1, l2);
+#[inline(always)]
+fn add_second_order(tangent: &mut Mandel66, values: &[f64; 3], first: &Mandel, t_eigen: &Mandel) {
+    // twice[a][b] = f[a,a,b] for a, b of three; distinct = f[0,1,2].
+    let (twice, distinct) = second_differences(values, first);
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let t = [
         [t_eigen[0], t_eigen[3] * half, t_eigen[5] * half],
@@ -155,33 +150,121 @@ fn first_difference(a: f64, b: f64) -> f64 {
     quotient / (a + b)
 }
 
-/// `f[a, b, c]` of `f = ½ ln` for positive arguments, symmetric in them.
-///
-/// Arguments within 5 % of their mean take `½ Σ_k (-1)^{k+1}/k h_{k-2}(δ) / m²` (complete homogeneous
-/// polynomials of the relative deviations); others divide by their largest difference.
-fn second_difference(a: f64, b: f64, c: f64) -> f64 {
+/// Relative distance of arguments from their mean below which divided differences take their series.
+const NEAR: f64 = 0.05;
+
+/// `f[a,a,b]` for all pairs and `f[0,1,2]`, from the first differences (`first` holds `2 f[a,b]` by pair).
+#[inline(always)]
+fn second_differences(values: &[f64; 3], first: &Mandel) -> ([[f64; 3]; 3], f64) {
+    let mut twice = [[0.0; 3]; 3];
+    for a in 0..3 {
+        twice[a][a] = -0.25 / (values[a] * values[a]);
+    }
+    for shear in 3..6 {
+        let (a, b) = PAIRS[shear];
+        let apart = values[b] - values[a];
+        if apart.abs() < 3.0 * NEAR * values[a].min(values[b]) {
+            twice[a][b] = near_difference(values[a], values[a], values[b]);
+            twice[b][a] = near_difference(values[b], values[b], values[a]);
+        } else {
+            twice[a][b] = 0.5 * (first[shear] - first[a]) / apart;
+            twice[b][a] = 0.5 * (first[b] - first[shear]) / apart;
+        }
+    }
+    // The pair farthest apart divides best: f[a,b,c] = (f[a,c] - f[c,b]) / (a - b).
+    let (shear, apart) =
+        (3..6).map(|shear| (shear, values[PAIRS[shear].0] - values[PAIRS[shear].1])).fold(
+            (3, 0.0),
+            |best: (usize, f64), now| if now.1.abs() > best.1.abs() { now } else { best },
+        );
+    let least = values[0].min(values[1]).min(values[2]);
+    let distinct = if apart.abs() < 3.0 * NEAR * least {
+        near_difference(values[0], values[1], values[2])
+    } else {
+        // Shears are the pairs 01, 12, 20: the two others share the third index.
+        let (with_first, with_second) = match shear {
+            3 => (first[5], first[4]),
+            4 => (first[3], first[5]),
+            _ => (first[4], first[3]),
+        };
+        0.5 * (with_first - with_second) / apart
+    };
+    (twice, distinct)
+}
+
+/// `f[a, b, c]` of `f = ½ ln` for arguments near each other:
+/// `½ Σ_k (-1)^{k+1}/k h_{k-2}(δ) / m²` (complete homogeneous polynomials of the relative deviations `δ` from
+/// their mean `m`).
+fn near_difference(a: f64, b: f64, c: f64) -> f64 {
+    /// `(-1)^{k+1} / k`, k = 3 ..
+    const SERIES: [f64; 16] = [
+        1.0 / 3.0,
+        -0.25,
+        0.2,
+        -1.0 / 6.0,
+        1.0 / 7.0,
+        -0.125,
+        1.0 / 9.0,
+        -0.1,
+        1.0 / 11.0,
+        -1.0 / 12.0,
+        1.0 / 13.0,
+        -1.0 / 14.0,
+        1.0 / 15.0,
+        -1.0 / 16.0,
+        1.0 / 17.0,
+        -1.0 / 18.0,
+    ];
     let mean = (a + b + c) / 3.0;
     let (x, y, z) = (a / mean - 1.0, b / mean - 1.0, c / mean - 1.0);
     let spread = x.abs().max(y.abs()).max(z.abs());
-    if spread < 0.05 {
-        let (mut one, mut two, mut three) = (1.0, 1.0, 1.0);
-        let mut sum = -0.5;
-        let mut size = 1.0;
-        for k in 3..16 {
-            one *= z;
-            two = y * two + one;
-            three = x * three + two;
-            let sign = if k % 2 == 0 { -1.0 } else { 1.0 };
-            sum += sign * three / f64::from(k);
-            size *= spread;
-            if size < 1e-18 {
-                break;
-            }
+    let (mut one, mut two, mut three) = (1.0, 1.0, 1.0);
+    let mut sum = -0.5;
+    let mut size = 1.0;
+    for coefficient in SERIES {
+        one *= z;
+        two = y * two + one;
+        three = x * three + two;
+        sum += coefficient * three;
+        size *= spread;
+        if size < 1e-18 {
+            break;
         }
-        return 0.5 * sum / (mean * mean);
     }
-    let low = a.min(b).min(c);
-    let high = a.max(b).max(c);
-    let middle = (a.max(b)).min(a.min(b).max(c));
-    (first_difference(high, middle) - first_difference(middle, low)) / (high - low)
+    0.5 * sum / (mean * mean)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the divided difference written out, where that does not cancel.
+    #[test]
+    fn second_differences_agree_across_the_switch() {
+        let f = |a: f64, b: f64| if a == b { 0.5 / a } else { 0.5 * (a / b).ln() / (a - b) };
+        for spread in [0.5, 0.2, 0.16, 0.155, 0.145, 0.14, 0.1] {
+            let values: [f64; 3] = [1.3 * (1.0 + spread), 1.3, 1.3 * (1.0 + 0.4 * spread)];
+            let first: Mandel = std::array::from_fn(|pair| {
+                let (a, b) = PAIRS[pair];
+                2.0 * first_difference(values[a], values[b])
+            });
+            let (twice, distinct) = second_differences(&values, &first);
+            for a in 0..3 {
+                for b in 0..3 {
+                    if a != b {
+                        let (x, y) = (values[a], values[b]);
+                        let exact = (f(x, y) - f(x, x)) / (y - x);
+                        assert!((twice[a][b] / exact - 1.0).abs() < 1e-12, "{spread} {a} {b}");
+                    }
+                }
+            }
+            let [x, y, z] = values;
+            let exact = (f(x, z) - f(z, y)) / (x - y);
+            assert!((distinct / exact - 1.0).abs() < 1e-12, "{spread}");
+        }
+        let equal = [2.0, 2.0, 2.0];
+        let first = [0.5; 6];
+        let (twice, distinct) = second_differences(&equal, &first);
+        assert!((twice[0][1] + 0.0625).abs() < 1e-16 && (distinct + 0.0625).abs() < 1e-16);
+    }
 }

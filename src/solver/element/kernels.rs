@@ -1,0 +1,132 @@
+//! Small dense products of the element loop, compiled for every vector width and chosen at run time (`pulp`).
+//!
+//! All rows run over the 24 degrees of freedom of an element. The number of lanes does not depend on the
+//! number of threads, so results are the same bits on one machine; another machine may round differently.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::DOFS;
+
+/// A row over the degrees of freedom.
+pub(crate) type Row = [f64; DOFS];
+
+/// Rows of the result worked on at once, and vectors of each: twelve accumulators fit every register file.
+const ROWS: usize = 4;
+const VECTORS: usize = 3;
+
+/// `tangent += leftᵀ right`, summed over the rows of both.
+pub(crate) fn add_gram(left: &[Row], right: &[Row], tangent: &mut [Row; DOFS]) {
+    debug_assert_eq!(left.len(), right.len());
+    Arch::new().dispatch(Gram { left, right, tangent });
+}
+
+/// `out_i = Σ_k coefficients[i][k] rows[k]`.
+pub(crate) fn combine<const N: usize>(coefficients: &[[f64; N]], rows: &[Row; N], out: &mut [Row]) {
+    debug_assert_eq!(coefficients.len(), out.len());
+    Arch::new().dispatch(Combine { coefficients, rows, out });
+}
+
+/// Runs `work` compiled for the widest vectors of this machine; what it calls must be inlined to profit.
+#[inline(always)]
+pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
+    Arch::new().dispatch(work)
+}
+
+struct Gram<'a> {
+    left: &'a [Row],
+    right: &'a [Row],
+    tangent: &'a mut [Row; DOFS],
+}
+
+impl WithSimd for Gram<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let lanes = S::F64_LANES;
+        for first in (0..DOFS).step_by(VECTORS * lanes) {
+            for (block, rows) in self.tangent.chunks_exact_mut(ROWS).enumerate() {
+                let mut sums = [[simd.splat_f64s(0.0); VECTORS]; ROWS];
+                for (left, right) in self.left.iter().zip(self.right) {
+                    let values = S::as_simd_f64s(&right[first..first + VECTORS * lanes]).0;
+                    let factors = &left[ROWS * block..ROWS * block + ROWS];
+                    for (sum, &factor) in sums.iter_mut().zip(factors) {
+                        let factor = simd.splat_f64s(factor);
+                        for (sum, &value) in sum.iter_mut().zip(values) {
+                            *sum = simd.mul_add_e_f64s(factor, value, *sum);
+                        }
+                    }
+                }
+                for (row, sums) in rows.iter_mut().zip(sums) {
+                    let row = S::as_mut_simd_f64s(&mut row[first..first + VECTORS * lanes]).0;
+                    for (value, sum) in row.iter_mut().zip(sums) {
+                        *value = simd.add_f64s(*value, sum);
+                    }
+                }
+            }
+        }
+    }
+}
+
+struct Combine<'a, const N: usize> {
+    coefficients: &'a [[f64; N]],
+    rows: &'a [Row; N],
+    out: &'a mut [Row],
+}
+
+impl<const N: usize> WithSimd for Combine<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let lanes = S::F64_LANES;
+        for (out, coefficients) in self.out.iter_mut().zip(self.coefficients) {
+            for first in (0..DOFS).step_by(VECTORS * lanes) {
+                let mut sums = [simd.splat_f64s(0.0); VECTORS];
+                for (row, &coefficient) in self.rows.iter().zip(coefficients) {
+                    let values = S::as_simd_f64s(&row[first..first + VECTORS * lanes]).0;
+                    let factor = simd.splat_f64s(coefficient);
+                    for (sum, &value) in sums.iter_mut().zip(values) {
+                        *sum = simd.mul_add_e_f64s(factor, value, *sum);
+                    }
+                }
+                let out = S::as_mut_simd_f64s(&mut out[first..first + VECTORS * lanes]).0;
+                for (value, sum) in out.iter_mut().zip(sums) {
+                    *value = sum;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows<const N: usize>(seed: f64) -> [Row; N] {
+        std::array::from_fn(|i| std::array::from_fn(|j| (seed * (1 + i * DOFS + j) as f64).sin()))
+    }
+
+    #[test]
+    fn products_agree_with_plain_sums() {
+        let (left, right) = (rows::<5>(0.7), rows::<5>(1.3));
+        let mut tangent: [Row; DOFS] = rows(0.4);
+        let start = tangent;
+        add_gram(&left, &right, &mut tangent);
+        for a in 0..DOFS {
+            for b in 0..DOFS {
+                let sum: f64 = (0..5).map(|k| left[k][a] * right[k][b]).sum();
+                assert!((tangent[a][b] - start[a][b] - sum).abs() < 1e-14);
+            }
+        }
+        let coefficients = [[0.3, -1.0, 2.0, 0.5, 0.0], [1.0, 0.0, 0.25, -4.0, 7.0]];
+        let mut out: [Row; 2] = rows(2.0);
+        combine(&coefficients, &left, &mut out);
+        for (row, c) in out.iter().zip(coefficients) {
+            for b in 0..DOFS {
+                let sum: f64 = (0..5).map(|k| c[k] * left[k][b]).sum();
+                assert!((row[b] - sum).abs() < 1e-14);
+            }
+        }
+    }
+}

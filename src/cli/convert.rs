@@ -16,6 +16,7 @@ use crate::files::sha256_hex;
 use crate::geometry::Vec3;
 use crate::mesh::{attach, io};
 use crate::tool::edge::EdgeRule;
+use crate::tool::exchange::{to_bezier, to_nagata};
 use crate::tool::file::{Provenance, ToolFile};
 use crate::tool::{ToolKind, ToolModel};
 
@@ -24,9 +25,10 @@ use crate::tool::{ToolKind, ToolModel};
 #[command(after_help = format!("Examples:\n  kanagata convert die.igs -o die.tool.json --sheet-side +z\n  \
     kanagata convert punch.stp -o punch.tool.json --sheet-side=-z --arc-divisions 6\n  \
     kanagata convert die.igs -o die.tool.json --sheet-side +z --tol 0.01mm --normal-tol 0.5deg\n  \
-    kanagata convert die.igs -o die.tool.json --mesh die.msh\n\n{EXIT_HELP}"))]
+    kanagata convert die.igs -o die.tool.json --mesh die.msh\n  \
+    kanagata convert die.tool.json -o bezier.tool.json --to bezier\n\n{EXIT_HELP}"))]
 pub struct ConvertArgs {
-    /// IGES or STEP file
+    /// IGES or STEP file; with --to a tool file
     file: PathBuf,
     /// Tool file
     #[arg(short, long, value_name = "FILE")]
@@ -37,6 +39,9 @@ pub struct ConvertArgs {
     /// What the patches are
     #[arg(long, value_enum, default_value_t = Kind::Nagata)]
     kind: Kind,
+    /// From a tool file to one of this kind: Nagata patches and facets to biquadratic Bezier patches (Eq. 15), and back
+    #[arg(long, value_enum, value_name = "KIND")]
+    to: Option<To>,
     /// How edges are curved; `guarded` when not given, with --tol or --patches `cad`
     #[arg(long, value_enum)]
     edge: Option<Edge>,
@@ -75,6 +80,15 @@ enum Kind {
     Nagata,
     /// Flat triangles and bilinear quadrilaterals
     Facets,
+}
+
+/// Kinds that tool files are converted to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum To {
+    /// Nagata patches
+    Nagata,
+    /// Bezier patches
+    Bezier,
 }
 
 /// Rules for edges.
@@ -149,6 +163,9 @@ struct Converted {
 /// Exit code 2 for a file that is no CAD, cannot be meshed or not within the tolerance, 4 when files cannot be read
 /// or written.
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
+    if let Some(to) = args.to {
+        return exchange(args, to);
+    }
     let model = read_model(&args.file)?;
     let options = options(args);
     let made = if is_refined(args) {
@@ -164,6 +181,27 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     let provenance = provenance(args, &model.unit, &made)?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
     print_report(args, &made);
+    Ok(Exit::Done)
+}
+
+/// A tool file from one kind to another.
+fn exchange(args: &ConvertArgs, to: To) -> Result<Exit, Failure> {
+    let loaded = crate::tool::file::read(&args.file)?;
+    let mut tool = match to {
+        To::Bezier => to_bezier(&loaded.model),
+        To::Nagata => {
+            let (tool, lost) = to_nagata(&loaded.model)
+                .map_err(|e| Failure::input(format!("{}: {e}", args.file.display())))?;
+            println!("largest discrepancy {:.3e} mm, on patch {}", lost.max_mm, lost.patch);
+            tool
+        }
+    };
+    tool.name = args.name.clone().unwrap_or(tool.name);
+    let mut provenance = loaded.provenance;
+    provenance.mesher += &format!(" to={to:?}").to_lowercase();
+    provenance.shape_error_mm = provenance.shape_error_mm.filter(|_| to == To::Bezier);
+    ToolFile::of_model(&tool, EdgeRule::Guarded, provenance).write(&args.output)?;
+    println!("{} patches\n  {}", tool.patches.len(), args.output.display());
     Ok(Exit::Done)
 }
 

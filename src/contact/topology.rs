@@ -39,6 +39,10 @@ impl Borders {
             for (k, id) in corners.iter().enumerate() {
                 if free_vertex.contains_key(id) {
                     out.corners[patch] |= 1 << k;
+                    // A side of no length is its corner.
+                    if corners[(k + 1) % corners.len()] == *id {
+                        out.sides[patch] |= 1 << k;
+                    }
                 }
             }
         }

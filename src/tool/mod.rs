@@ -1,7 +1,9 @@
 //! Tool models: Nagata (Eq. 7-12) and Bezier (Eq. 1-6) patches and the tool file. Knows no CAD.
 
+pub mod bezier;
 pub mod build;
 pub mod edge;
+pub mod exchange;
 pub mod file;
 pub mod model;
 pub mod patch;

@@ -19,6 +19,25 @@ pub struct PatchDerivs {
     pub d22: Vec3,
 }
 
+impl PatchDerivs {
+    /// Unit normal of a patch at `(eta, zeta)`, where it has these derivatives (Eq. 23). Where a derivative vanishes
+    /// on a side (a Bezier patch that is a triangle), it grows along the other one at the rate `S_eta_zeta`.
+    #[must_use]
+    pub fn normal(&self, eta: f64, zeta: f64) -> Option<Vec3> {
+        const NONE: f64 = 1e-12;
+        let inwards = |t: f64| if t < 0.5 { 1.0 } else { -1.0 };
+        let (l1, l2) = (self.d1.norm(), self.d2.norm());
+        let cross = if l2 <= NONE * l1 {
+            self.d1.cross(&self.d12) * inwards(eta)
+        } else if l1 <= NONE * l2 {
+            self.d12.cross(&self.d2) * inwards(zeta)
+        } else {
+            self.d1.cross(&self.d2)
+        };
+        crate::geometry::frame::unit(cross)
+    }
+}
+
 /// A patch ready for evaluation. `S_eta x S_zeta` points out of the tool, to the sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Patch {
@@ -47,11 +66,11 @@ impl Patch {
         }
     }
 
-    /// Unit normal `S_eta x S_zeta / |.|` (Eq. 23); `None` where the patch is degenerate.
+    /// Unit normal `S_eta x S_zeta / |.|` (Eq. 23), on a side of no length its limit along the patch; `None` where
+    /// the patch is degenerate otherwise.
     #[must_use]
     pub fn normal(&self, eta: f64, zeta: f64) -> Option<Vec3> {
-        let d = self.derivs(eta, zeta);
-        crate::geometry::frame::unit(d.d1.cross(&d.d2))
+        self.derivs(eta, zeta).normal(eta, zeta)
     }
 
     /// Number of sides: 3 or 4. Side k of a triangle runs from corner k to k + 1, corners at (0,0), (1,0),
@@ -87,20 +106,22 @@ fn quad(c: &[Vec3; 8], e: f64, z: f64) -> PatchDerivs {
     }
 }
 
-/// Eq. 1, by Bernstein polynomials and their derivatives.
+/// Eq. 1, by Bernstein polynomials and their derivatives. Control points are taken from the first one, so that the
+/// derivative along a side of no length is exactly zero there.
 fn bezier(degrees: [usize; 2], points: &[Vec3], e: f64, z: f64) -> PatchDerivs {
     let (be, bz) = (bernstein(degrees[0], e), bernstein(degrees[1], z));
+    let origin = points.first().copied().unwrap_or_else(Vec3::zeros);
     let mut sums = [[Vec3::zeros(); 3]; 3];
     for (i, row) in points.chunks_exact(degrees[1] + 1).enumerate() {
         for (order_z, weights) in bz.iter().enumerate() {
-            let along = row.iter().zip(weights).map(|(p, b)| p * *b).sum::<Vec3>();
+            let along = row.iter().zip(weights).map(|(p, b)| (p - origin) * *b).sum::<Vec3>();
             for order_e in 0..3 - order_z {
                 sums[order_e][order_z] += along * be[order_e][i];
             }
         }
     }
     let [[s, d2, d22], [d1, d12, _], [d11, _, _]] = sums;
-    PatchDerivs { s, d1, d2, d11, d12, d22 }
+    PatchDerivs { s: origin + s, d1, d2, d11, d12, d22 }
 }
 
 /// Largest degree of a Bezier patch each way: the monomial form stays stable, as the paper demands.
@@ -178,6 +199,21 @@ mod tests {
                 let difference = (plus - minus) / (2.0 * h);
                 assert!((found - difference).norm() < 1e-7, "{patch:?}");
             }
+        }
+    }
+
+    /// A quarter of a cone's top as a Bezier patch whose side at eta = 0 (then, turned, any other) is the apex.
+    #[test]
+    fn normals_on_a_side_of_no_length_are_limits() {
+        let p = |x: f64, y: f64, z: f64| Vec3::new(100.3 + x, y, z);
+        let net = [p(0.0, 0.0, 0.0), p(0.0, 0.0, 0.0), p(1.0, 0.1, 0.2), p(0.7, 0.9, -0.1)];
+        let (mut degrees, mut points) = ([1, 1], net.to_vec());
+        for at in [[0.0, 0.4], [0.6, 0.0], [1.0, 0.6], [0.4, 1.0]] {
+            let patch = Patch::Bezier { degrees, points: points.clone() };
+            let inside = at.map(|t| 0.5 + (t - 0.5) * 0.999_999);
+            let (limit, near) = (patch.normal(at[0], at[1]), patch.normal(inside[0], inside[1]));
+            assert!((limit.unwrap() - near.unwrap()).norm() < 1e-5, "{at:?}");
+            (degrees, points) = crate::tool::bezier::turned(degrees, &points);
         }
     }
 

@@ -41,17 +41,26 @@ fn rule(f: &mut dyn FnMut(f64) -> Moments, a: f64, b: f64) -> (Moments, Moments)
     (fine, coarse)
 }
 
+/// Halvings of an interval between two breaks, at most, in the mean: noise must not be chased into every digit.
+const MOST_HALVINGS: usize = 60;
+/// Two rules that agree to this share of the integrand's own size cannot be told apart.
+const ROUNDING: f64 = 1e-13;
+
 /// Adaptive integral over consecutive breaks; an interval is halved while its two rules differ by more than
 /// `tolerance` (absolute, on the area), at most 20 times.
 fn integrate(f: &mut dyn FnMut(f64) -> Moments, breaks: &[f64], tolerance: f64) -> Moments {
     let mut sum = (0.0, Vec3::zeros());
+    let mut halvings = 0;
     let mut stack: Vec<(f64, f64, u32)> =
         breaks.windows(2).rev().map(|w| (w[0], w[1], 0)).collect();
     while let Some((a, b, depth)) = stack.pop() {
         let (fine, coarse) = rule(f, a, b);
-        if depth >= 20 || (fine.0 - coarse.0).abs() <= tolerance {
+        let off = (fine.0 - coarse.0).abs();
+        let enough = off <= tolerance || off <= ROUNDING * fine.0.abs();
+        if enough || depth >= 20 || halvings >= MOST_HALVINGS * breaks.len() {
             sum = add(sum, fine, 1.0);
         } else {
+            halvings += 1;
             let middle = 0.5 * (a + b);
             stack.push((middle, b, depth + 1));
             stack.push((a, middle, depth + 1));
@@ -77,6 +86,8 @@ fn moments(face: &Face, relative: f64) -> Moments {
     let tolerance = relative * size * size;
     let region = TrimRegion::new(face);
     let [ku, kv] = surface.knots();
+    // A strip is an area a unit of v.
+    let along_u = 1e-2 * tolerance / (region.high.y - region.low.y).max(f64::MIN_POSITIVE);
     let mut sum = (0.0, Vec3::zeros());
     for used in face.loops.iter().flat_map(|l| &l.uses) {
         let curve = &used.pcurve;
@@ -89,7 +100,7 @@ fn moments(face: &Face, relative: f64) -> Moments {
         split_at_knots(&mut breaks, curve, kv);
         let mut along = |t: f64| {
             let d = curve.derivs(t);
-            let inner = strip(surface, ku, region.low.x, d.c, 1e-2 * tolerance);
+            let inner = strip(surface, ku, region.low.x, d.c, along_u);
             (inner.0 * d.d1.y, inner.1 * d.d1.y)
         };
         sum = add(sum, integrate(&mut along, &breaks, 1e-2 * tolerance), 1.0);
@@ -108,8 +119,7 @@ fn strip(surface: &Surface, knots: &[f64], low: f64, uv: Vec2, tolerance: f64) -
         let da = d.su.cross(&d.sv).norm();
         (da, d.s * da)
     };
-    let found =
-        integrate(&mut density, &breaks_between(knots, from, to), tolerance / (to - from).max(1.0));
+    let found = integrate(&mut density, &breaks_between(knots, from, to), tolerance);
     (sign * found.0, found.1 * sign)
 }
 

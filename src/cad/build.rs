@@ -127,7 +127,8 @@ fn build_face(
             let degenerate = image_extent(&surface, &pcurve) <= tolerance;
             if !degenerate {
                 let curve = side.curve.clone();
-                pieces.push(Piece { at: [0, l, uses.len()], pcurve: pcurve.clone(), curve });
+                let at = [0, l, uses.len()];
+                pieces.push(Piece { at, pcurve: pcurve.clone(), curve, edge_id: side.edge_id });
             }
             uses.push(EdgeUse { pcurve, edge: None, reversed: false });
         }

@@ -1,6 +1,8 @@
 //! From points near a surface to its native parameters: closed forms for planes, quadrics and tori, bounded Newton
 //! from a hint or from the nearest samples for all others.
 
+use std::f64::consts::PI;
+
 use super::native::Native;
 use super::raw::RawSurface;
 use crate::geometry::nurbs::SurfaceDerivs;
@@ -50,10 +52,16 @@ impl Native<'_> {
             RawSurface::Cone { frame, radius, semi_angle } => {
                 let l = frame.local(p);
                 let t = semi_angle.tan();
+                // Both nappes: beyond the apex the radius is negative, and the angle the opposite one.
                 let r = l.x.hypot(l.y);
+                let off = |r: f64| (r - radius - l.z * t).abs();
+                let beyond = off(-r) < off(r) - 1e-9 * (radius + r);
+                let (r, half) = if beyond { (-r, PI) } else { (r, 0.0) };
                 // Foot on the generator in the half plane of the point.
                 let v = ((r - radius) * t + l.z) / (1.0 + t * t);
-                Vec2::new(turn(l.x, l.y, radius.abs() + l.z.abs()), v)
+                let on_axis = l.x.hypot(l.y) <= 1e-9 * (radius.abs() + l.z.abs());
+                let u = if on_axis { hint_u } else { l.y.atan2(l.x) + half };
+                Vec2::new(u, v)
             }
             RawSurface::Sphere { frame, radius } => {
                 let l = frame.local(p);
@@ -192,7 +200,7 @@ fn torus_inverse(l: &Vec3, major: f64, minor: f64, hint: Option<Vec2>) -> Vec2 {
     if minor <= major {
         return near;
     }
-    let far = Vec2::new(u + std::f64::consts::PI, l.z.atan2(-r - major));
+    let far = Vec2::new(u + PI, l.z.atan2(-r - major));
     let miss = |r: f64| ((r - major).hypot(l.z) - minor).abs();
     if miss(-r) < miss(r) - 1e-9 * minor { far } else { near }
 }

@@ -15,6 +15,8 @@ pub(super) struct Side {
     pub path: Curve2,
     /// The file's curve in space, in the same direction.
     pub curve: Option<Curve3>,
+    /// The file's own edge.
+    pub edge_id: Option<usize>,
 }
 
 impl Side {
@@ -27,15 +29,23 @@ impl Side {
     }
 
     fn straight(from: Vec2, to: Vec2) -> Self {
-        Self { path: Curve2::line(from, to), curve: None }
+        Self { path: Curve2::line(from, to), curve: None, edge_id: None }
     }
 
     fn shifted(&self, by: Vec2) -> Self {
-        Self { path: self.path.mapped(|p| p + by), curve: self.curve.clone() }
+        Self {
+            path: self.path.mapped(|p| p + by),
+            curve: self.curve.clone(),
+            edge_id: self.edge_id,
+        }
     }
 
     pub fn reversed(&self) -> Self {
-        Self { path: self.path.reversed(), curve: self.curve.as_ref().map(Curve3::reversed) }
+        Self {
+            path: self.path.reversed(),
+            curve: self.curve.as_ref().map(Curve3::reversed),
+            edge_id: self.edge_id,
+        }
     }
 }
 
@@ -66,7 +76,8 @@ pub(super) fn path_of(
     let mut sides: Vec<Side> = Vec::with_capacity(raw.edges.len());
     // First side behind the last pole that the loop runs through.
     let mut behind_pole = None;
-    for edge in &raw.edges {
+    let edges = cut_at_poles(native, &raw.edges, tolerance);
+    for edge in &edges {
         let Some(side) = side_of(native, edge, size, tolerance) else {
             faults.push(LoopFault::NoCurve);
             continue;
@@ -76,7 +87,14 @@ pub(super) fn path_of(
             continue;
         };
         let at_pole = is_pole(native, end, tolerance);
-        let side = if at_pole { side } else { align(native, &side, end) };
+        let side = match collapsed_direction(native, end, tolerance).filter(|_| at_pole) {
+            Some(k) => {
+                let mut shift = whole_periods(native, end - side.start());
+                shift[k] = 0.0;
+                side.shifted(shift)
+            }
+            None => align(native, &side, end),
+        };
         if at_pole && is_pole(native, side.start(), tolerance) {
             // A side in the plane even if it has no length yet: the turn about the pole is settled at the end.
             sides.push(Side::straight(end, side.start()));
@@ -148,13 +166,51 @@ fn one_turn(native: &Native<'_>, pole: Vec2) -> Vec2 {
 
 /// One point in space whatever the periodic parameter is.
 fn is_pole(native: &Native<'_>, uv: Vec2, tolerance: f64) -> bool {
-    native.periods().into_iter().enumerate().any(|(k, period)| {
-        period.is_some_and(|p| {
+    collapsed_direction(native, uv, tolerance).is_some()
+}
+
+/// The periodic parameter that does not matter at a pole.
+fn collapsed_direction(native: &Native<'_>, uv: Vec2, tolerance: f64) -> Option<usize> {
+    (0..2).find(|&k| {
+        native.periods()[k].is_some_and(|p| {
             let mut other = uv;
             other[k] += 0.5 * p;
             (native.point(uv) - native.point(other)).norm() <= tolerance
         })
     })
+}
+
+/// Edges that run through a pole of the surface are cut there: in the parameter plane they jump.
+fn cut_at_poles(native: &Native<'_>, edges: &[RawEdge], tolerance: f64) -> Vec<RawEdge> {
+    let poles = native.pole_points();
+    let mut out = Vec::with_capacity(edges.len());
+    for edge in edges {
+        let cuts = edge.curve.as_ref().map_or_else(Vec::new, |c| inner_hits(c, &poles, tolerance));
+        let Some(curve) = edge.curve.as_ref().filter(|_| !cuts.is_empty()) else {
+            out.push(edge.clone());
+            continue;
+        };
+        let [a, b] = curve.domain();
+        let bounds = [vec![a], cuts, vec![b]].concat();
+        let parts = bounds.windows(2).filter_map(|w| curve.trimmed(w[0], w[1]).ok());
+        out.extend(parts.map(|part| RawEdge { curve: Some(part), ..RawEdge::default() }));
+    }
+    out
+}
+
+/// Parameters at which a curve runs through points other than its ends, rising.
+fn inner_hits(curve: &Curve3, points: &[Vec3], tolerance: f64) -> Vec<f64> {
+    let [a, b] = curve.domain();
+    let (first, last) = (curve.point(a), curve.point(b));
+    let far = |p: &&Vec3| (*p - first).norm().min((*p - last).norm()) > 10.0 * tolerance;
+    let hit = |p: &Vec3| {
+        let (t, d) = curve.closest(p);
+        (d.sqrt() <= tolerance && t > a && t < b).then_some(t)
+    };
+    let mut cuts: Vec<f64> = points.iter().filter(far).filter_map(hit).collect();
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup_by(|x, y| *x - *y <= 1e-9 * (b - a));
+    cuts
 }
 
 fn align(native: &Native<'_>, side: &Side, end: Vec2) -> Side {
@@ -178,7 +234,7 @@ fn join(
             // A pole: one point in space, a side in the plane.
             return vec![Side::straight(end, start), side];
         }
-        return vec![Side { path: side.path.with_start(end), curve: side.curve }];
+        return vec![Side { path: side.path.with_start(end), ..side }];
     }
     if gap > 10.0 * tolerance {
         faults.push(LoopFault::Gap(gap));
@@ -208,24 +264,26 @@ fn close(
 }
 
 fn side_of(native: &Native<'_>, edge: &RawEdge, size: f64, tolerance: f64) -> Option<Side> {
+    let edge_id = edge.edge_id;
     let given = edge.pcurve.as_ref().map(|p| native.normalised(&p.clamped()));
     let Some(curve) = &edge.curve else {
-        return given.map(|path| Side { path, curve: None });
+        return given.map(|path| Side { path, curve: None, edge_id });
     };
     let Some(path) = given else {
         return Some(Side {
             path: projected(native, curve, None, size),
             curve: Some(curve.clone()),
+            edge_id,
         });
     };
     let off = deviation(native, &path, curve);
     let keep = off <= 1e-8 * size || (edge.prefer_pcurve && off <= tolerance.max(1e-4 * size));
     if keep {
-        return Some(Side { path, curve: (off <= tolerance).then(|| curve.clone()) });
+        return Some(Side { path, curve: (off <= tolerance).then(|| curve.clone()), edge_id });
     }
     // Good enough to say where, not good enough to stand for the curve.
     let hint = (off <= 1e-2 * size).then_some(&path);
-    Some(Side { path: projected(native, curve, hint, size), curve: Some(curve.clone()) })
+    Some(Side { path: projected(native, curve, hint, size), curve: Some(curve.clone()), edge_id })
 }
 
 /// Largest distance between a parameter curve's image and its curve in space, ends against ends.
@@ -338,6 +396,11 @@ pub(super) fn signed_area(sides: &[Side]) -> f64 {
             sum += last.x * next.y - last.y * next.x;
             last = next;
         }
+    }
+    // The way back to the start, for loops that are not closed yet.
+    if let (Some(first), Some(last)) = (sides.first(), sides.last()) {
+        let (start, end) = (first.start(), last.end());
+        sum += end.x * start.y - end.y * start.x;
     }
     sum
 }

@@ -6,6 +6,7 @@
 mod area;
 pub mod build;
 pub mod closest;
+pub mod health;
 pub mod iges;
 pub mod inspect;
 mod inverse;

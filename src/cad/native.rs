@@ -192,6 +192,19 @@ impl<'a> Native<'a> {
         }
     }
 
+    /// Points in space to which such lines shrink.
+    pub fn pole_points(&self) -> Vec<Vec3> {
+        let at = |(k, t): (usize, f64)| {
+            let mut uv = self.whole.as_ref().map_or_else(Vec2::zeros, |s| {
+                let [u, v] = s.domain();
+                Vec2::new(u[0], v[0])
+            });
+            uv[k] = t;
+            self.point(uv)
+        };
+        self.poles().into_iter().map(at).collect()
+    }
+
     /// Natural ranges of a whole surface (our order); `None` for an unbounded one.
     pub fn natural_range(&self) -> Option<[[f64; 2]; 2]> {
         match self.raw {
@@ -213,6 +226,22 @@ impl<'a> Native<'a> {
     /// Rational B-spline on the native range (our order), and the angle ranges of u and v where the parameter
     /// of that B-spline differs from the angle inside a span.
     pub fn to_nurbs(&self, range: [[f64; 2]; 2]) -> (Surface, [Option<[f64; 2]>; 2]) {
+        let (mut surface, angles) = self.on_range(range);
+        for k in 0..2 {
+            // Loops over the seam of a closed spline: the seam moves out of their way.
+            let ([low, high], Some(period)) = (surface.domain()[k], self.periods[k]) else {
+                continue;
+            };
+            let slack = 1e-9 * period;
+            let over = range[k][0] < low - slack || range[k][1] > high + slack;
+            if angles[k].is_none() && over && (high - low - period).abs() <= slack {
+                surface = surface.rolled(k, range[k][0]).unwrap_or(surface);
+            }
+        }
+        (surface, angles)
+    }
+
+    fn on_range(&self, range: [[f64; 2]; 2]) -> (Surface, [Option<[f64; 2]>; 2]) {
         let [u, v] = range;
         let plane_of = |f: &Frame| Frame { origin: f.origin, x: f.x, y: f.z, z: -f.y };
         match self.raw {
@@ -243,7 +272,7 @@ impl<'a> Native<'a> {
                 (Surface::extrusion(directrix, *direction, v), [None, None])
             }
             RawSurface::Nurbs(s) => (s.clone(), [None, None]),
-            RawSurface::Offset { base, .. } => Native::new(base).to_nurbs(range),
+            RawSurface::Offset { base, .. } => Native::new(base).on_range(range),
         }
     }
 }

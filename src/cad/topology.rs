@@ -14,25 +14,39 @@ pub(super) struct Piece {
     pub at: [usize; 3],
     pub pcurve: Curve2,
     pub curve: Option<Curve3>,
+    /// The file's own edge: sides of one edge are joined however far apart their parameter curves lie.
+    pub edge_id: Option<usize>,
 }
 
 /// Points of a side that stand for it in distance tests.
 const SAMPLES: usize = 17;
+/// Sides of one edge of the file may lie apart by this share of its length.
+const OWN_EDGE: f64 = 0.02;
 
 /// Fills the model's vertices and edges, and the edge ids of its loops.
 pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
     let mut corners = Corners::new(tolerance);
+    let mut known: FxHashMap<usize, [Vec3; 2]> = FxHashMap::default();
     for piece in &pieces {
-        let [a, b] = ends(&model.faces[piece.at[0]].surface, &piece.pcurve);
-        corners.id(&a);
-        corners.id(&b);
+        let own = ends(&model.faces[piece.at[0]].surface, &piece.pcurve);
+        if let Some(first) = piece.edge_id.and_then(|id| known.get(&id)) {
+            corners.same(own, *first);
+        } else {
+            for p in &own {
+                corners.id(p);
+            }
+            if let Some(id) = piece.edge_id {
+                known.insert(id, own);
+            }
+        }
     }
     let mut split = Vec::with_capacity(pieces.len());
     for piece in pieces {
         let surface = &model.faces[piece.at[0]].surface;
         split.push((piece.at, cut_at_corners(surface, piece, &corners, tolerance)));
     }
-    let mut joined = Joined { edges: Vec::new(), by_ends: FxHashMap::default(), tolerance };
+    let mut joined =
+        Joined { edges: Vec::new(), ids: Vec::new(), by_ends: FxHashMap::default(), tolerance };
     // Later sides of a loop first, so that earlier positions stay right while one becomes several.
     split.sort_by_key(|(at, _)| std::cmp::Reverse(*at));
     for (at, parts) in split {
@@ -68,7 +82,8 @@ fn ends(surface: &Surface, pcurve: &Curve2) -> [Vec3; 2] {
 /// Corner points, each once, found by a grid of cells twice the tolerance wide.
 struct Corners {
     points: Vec<Vec3>,
-    cells: FxHashMap<[i64; 3], Vec<usize>>,
+    /// Places and the corners they stand for: a corner has several where a file's edge ends twice.
+    cells: FxHashMap<[i64; 3], Vec<(Vec3, usize)>>,
     tolerance: f64,
 }
 
@@ -84,23 +99,40 @@ impl Corners {
 
     /// The corner within the tolerance of `p`, or a new one.
     fn id(&mut self, p: &Vec3) -> usize {
+        if let Some(id) = self.find(p) {
+            return id;
+        }
+        self.points.push(*p);
+        self.cells.entry(self.cell(p)).or_default().push((*p, self.points.len() - 1));
+        self.points.len() - 1
+    }
+
+    /// The ends of one side of an edge stand for the corners at the ends of another, whichever way it runs.
+    fn same(&mut self, own: [Vec3; 2], first: [Vec3; 2]) {
+        let apart = |k: usize| (own[0] - first[k]).norm() + (own[1] - first[1 - k]).norm();
+        let swap = usize::from(apart(1) < apart(0));
+        for (k, p) in own.iter().enumerate() {
+            if self.find(p).is_none() {
+                let id = self.id(&first[(k + swap) % 2]);
+                self.cells.entry(self.cell(p)).or_default().push((*p, id));
+            }
+        }
+    }
+
+    /// The nearest corner within the tolerance of `p`.
+    fn find(&self, p: &Vec3) -> Option<usize> {
         let cell = self.cell(p);
         let mut best: Option<(f64, usize)> = None;
         for i in 0..27 {
             let key = [cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1];
-            for &id in self.cells.get(&key).into_iter().flatten() {
-                let d = (self.points[id] - p).norm();
+            for &(place, id) in self.cells.get(&key).into_iter().flatten() {
+                let d = (place - p).norm();
                 if d <= self.tolerance && best.is_none_or(|b| d < b.0) {
                     best = Some((d, id));
                 }
             }
         }
-        if let Some((_, id)) = best {
-            return id;
-        }
-        self.points.push(*p);
-        self.cells.entry(cell).or_default().push(self.points.len() - 1);
-        self.points.len() - 1
+        best.map(|b| b.1)
     }
 }
 
@@ -119,8 +151,9 @@ fn cut_at_corners(
     let widest = steps.fold(0.0, f64::max);
     let reach = Aabb::of_points(&samples).widened(widest);
     let mut cuts: Vec<f64> = Vec::new();
-    for corner in &corners.points {
-        if reach.distance_squared(corner) > 0.0 {
+    let own = [corners.find(&samples[0]), corners.find(&samples[SAMPLES - 1])];
+    for (id, corner) in corners.points.iter().enumerate() {
+        if own.contains(&Some(id)) || reach.distance_squared(corner) > 0.0 {
             continue;
         }
         let near = |p: &Vec3| (p - corner).norm();
@@ -154,7 +187,7 @@ fn part(surface: &Surface, piece: &Piece, from: f64, to: f64) -> Option<Piece> {
         let [a, b] = ends(surface, &pcurve);
         c.trimmed(c.closest(&a).0, c.closest(&b).0).ok()
     });
-    Some(Piece { at: piece.at, pcurve, curve })
+    Some(Piece { at: piece.at, pcurve, curve, edge_id: piece.edge_id })
 }
 
 /// Minimum of a function of one variable by golden sections.
@@ -178,6 +211,8 @@ fn golden(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
 
 struct Joined {
     edges: Vec<Edge>,
+    /// The file's own edges.
+    ids: Vec<Option<usize>>,
     by_ends: FxHashMap<[usize; 2], Vec<usize>>,
     tolerance: f64,
 }
@@ -191,7 +226,10 @@ impl Joined {
         let key = [a.min(b), a.max(b)];
         for &edge in self.by_ends.get(&key).into_iter().flatten() {
             let curve = &self.edges[edge].curve;
-            let near = |s: f64| curve.closest(&at(s)).1.sqrt() <= 4.0 * self.tolerance;
+            let same = piece.edge_id.is_some() && self.ids[edge] == piece.edge_id;
+            let reach = if same { OWN_EDGE * curve.length() } else { 0.0 };
+            let reach = reach.max(4.0 * self.tolerance);
+            let near = |s: f64| curve.closest(&at(s)).1.sqrt() <= reach;
             if [0.5, 0.23, 0.81].into_iter().all(near) {
                 let reversed = self.edges[edge].vertices != [a, b]
                     || (a == b && {
@@ -207,6 +245,7 @@ impl Joined {
             Curve3::fitted(|t| surface.point(piece.pcurve.point(t)), &breaks, 1e-4 * self.tolerance)
         });
         self.edges.push(Edge { curve, vertices: [a, b], uses: Vec::new() });
+        self.ids.push(piece.edge_id);
         self.by_ends.entry(key).or_default().push(self.edges.len() - 1);
         EdgeUse { pcurve: piece.pcurve, edge: Some(self.edges.len() - 1), reversed: false }
     }

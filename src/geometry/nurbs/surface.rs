@@ -182,6 +182,49 @@ impl Surface {
         out
     }
 
+    /// A surface that closes on itself along direction `k`, on the period that begins at `start` (any parameter):
+    /// the same points, with the seam moved to `start`.
+    ///
+    /// # Errors
+    /// [`NurbsError`] when `start` is not finite or leaves a piece without extent.
+    pub fn rolled(&self, k: usize, start: f64) -> Result<Self, NurbsError> {
+        if k == 0 {
+            return Ok(self.transposed().rolled(1, start)?.transposed());
+        }
+        let [u, [low, high]] = self.domain();
+        let period = high - low;
+        let turns = ((start - low) / period + 1e-9).floor();
+        let cut = start - turns * period;
+        if cut - low <= 1e-9 * period {
+            return Ok(self.clone().with_v_shifted(turns * period));
+        }
+        let first = self.trimmed(u, [cut, high])?.with_v_shifted(turns * period);
+        let second = self.trimmed(u, [low, cut])?.with_v_shifted((turns + 1.0) * period);
+        Ok(first.followed_by(&second))
+    }
+
+    fn with_v_shifted(mut self, by: f64) -> Self {
+        self.knots[1].iter_mut().for_each(|t| *t += by);
+        self
+    }
+
+    /// Two surfaces, both clamped along v, as one: the second begins where the first ends.
+    fn followed_by(&self, next: &Self) -> Self {
+        let ([nu, na], [_, nb]) = (self.count(), next.count());
+        let mut out = Self { points: Vec::new(), weights: Vec::new(), ..self.clone() };
+        for i in 0..nu {
+            let (a, b) = (i * na..(i + 1) * na, i * nb + 1..(i + 1) * nb);
+            let scale = self.weights[a.end - 1] / next.weights[i * nb];
+            out.points.extend_from_slice(&self.points[a.clone()]);
+            out.weights.extend_from_slice(&self.weights[a]);
+            out.points.extend_from_slice(&next.points[b.clone()]);
+            out.weights.extend(next.weights[b].iter().map(|w| w * scale));
+        }
+        out.knots[1].pop();
+        out.knots[1].extend_from_slice(&next.knots[1][next.degrees[1] + 1..]);
+        out
+    }
+
     /// The surface with u and v exchanged (its normal turns round).
     #[must_use]
     pub fn transposed(&self) -> Self {

@@ -1,0 +1,270 @@
+//! Damaged CAD files: each gives a model or a typed error, never a panic, and soon.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use kanagata::cad::{build, read_raw};
+use rayon::prelude::*;
+
+/// Mutants in all.
+const MUTANTS: u64 = 20_400;
+/// No damage may make reading endless: far above what any of these small files needs.
+const TOO_LONG: Duration = Duration::from_secs(20);
+
+/// splitmix64: the same mutants everywhere.
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() % n.max(1) as u64) as usize
+    }
+}
+
+fn seeds() -> Vec<(String, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");
+    let mut seeds: Vec<(String, Vec<u8>)> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|p| p.extension().is_some_and(|e| e == "igs" || e == "stp"))
+        .map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(p).unwrap()))
+        .filter(|(_, bytes)| bytes.len() < 30_000)
+        .collect();
+    seeds.sort();
+    assert!(seeds.len() >= 6, "{} small files", seeds.len());
+    seeds
+}
+
+/// Places of runs of digits.
+fn numbers(bytes: &[u8]) -> Vec<std::ops::Range<usize>> {
+    let mut out = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        let end = at + bytes[at..].iter().take_while(|b| b.is_ascii_digit()).count();
+        if end > at {
+            out.push(at..end);
+        }
+        at = end + 1;
+    }
+    out
+}
+
+/// One to three damages: bytes, lines, numbers, pointers, the end.
+fn mutant(seed: &[u8], numbers: &[std::ops::Range<usize>], dice: &mut Dice) -> Vec<u8> {
+    const WORDS: [&[u8]; 10] = [
+        b"0",
+        b"-1",
+        b"1E400",
+        b"NaN",
+        b"2147483647",
+        b"99999999999999999999",
+        b"1",
+        b"$",
+        b"*",
+        b"",
+    ];
+    let mut bytes = seed.to_vec();
+    for _ in 0..=dice.below(3) {
+        match dice.below(6) {
+            0 => {
+                let at = dice.below(bytes.len());
+                bytes[at] = dice.next() as u8;
+            }
+            1 => bytes.truncate(dice.below(bytes.len()).max(200)),
+            2 | 3 => {
+                // A number or pointer becomes another one of the file, in the same columns.
+                let (to, from) = (dice.below(numbers.len()), dice.below(numbers.len()));
+                let (to, from) = (numbers[to].clone(), numbers[from].clone());
+                if to.end <= bytes.len() {
+                    let new = &seed[from];
+                    let width = to.len();
+                    for (k, place) in to.enumerate() {
+                        let pad = width.saturating_sub(new.len());
+                        bytes[place] = if k < pad { b'0' } else { new[k - pad] };
+                    }
+                }
+            }
+            4 => {
+                let at = numbers[dice.below(numbers.len())].clone();
+                if at.end <= bytes.len() {
+                    let word = WORDS[dice.below(WORDS.len())];
+                    bytes.splice(at, word.iter().copied());
+                }
+            }
+            _ => {
+                let (a, b) = (dice.below(bytes.len()), dice.below(400));
+                bytes.drain(a..(a + b).min(bytes.len()));
+            }
+        }
+    }
+    bytes
+}
+
+/// What is wrong with how some bytes are read; `None` when there is a model or a typed error.
+fn fault(name: &str, bytes: &[u8]) -> Option<String> {
+    let start = Instant::now();
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        read_raw(bytes, name).map(|raw| build::build(raw, name)).map_err(|e| e.to_string())
+    }));
+    let took = start.elapsed();
+    match outcome {
+        Err(_) => Some("panic".into()),
+        Ok(_) if took > TOO_LONG => Some(format!("{took:?}")),
+        Ok(Err(message)) if message.is_empty() => Some("an error without words".into()),
+        Ok(_) => None,
+    }
+}
+
+#[test]
+fn twenty_thousand_mutants_give_a_model_or_a_typed_error() {
+    let seeds = seeds();
+    let places: Vec<_> = seeds.iter().map(|(_, bytes)| numbers(bytes)).collect();
+    let faults: Vec<String> = (0..MUTANTS)
+        .into_par_iter()
+        .filter_map(|k| {
+            let mut dice = Dice(k);
+            let which = dice.below(seeds.len());
+            let bytes = mutant(&seeds[which].1, &places[which], &mut dice);
+            fault(&seeds[which].0, &bytes)
+                .map(|what| format!("{} mutant {k}: {what}", seeds[which].0))
+        })
+        .collect();
+    assert!(
+        faults.is_empty(),
+        "{} faults, first:\n{}",
+        faults.len(),
+        faults[..faults.len().min(20)].join("\n")
+    );
+}
+
+fn step(data: &str) -> Vec<u8> {
+    format!(
+        "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n\
+         FILE_SCHEMA(('CONFIG_CONTROL_DESIGN'));\nENDSEC;\nDATA;\n{data}\nENDSEC;\nEND-ISO-10303-21;\n"
+    )
+    .into_bytes()
+}
+
+/// Neither a panic nor a face.
+fn gives_no_face(name: &str, bytes: &[u8]) {
+    assert_eq!(fault(name, bytes), None, "{name}");
+    if let Ok(raw) = read_raw(bytes, name) {
+        assert!(raw.faces.is_empty(), "{name}: {} faces", raw.faces.len());
+    }
+}
+
+#[test]
+fn a_million_brackets_are_refused() {
+    for (open, close) in [("(", ")"), ("X(", ")"), ("(", "")] {
+        let data = format!("#1=A({}{});", open.repeat(1_000_000), close.repeat(1_000_000));
+        gives_no_face("brackets.stp", &step(&data));
+    }
+}
+
+#[test]
+fn forty_levels_of_doubling_end() {
+    let mut data =
+        String::from("#1=CARTESIAN_POINT('',(0.,0.,0.));\n#2=DIRECTION('',(1.,0.,0.));\n");
+    data += "#3=VECTOR('',#2,1.);\n#10=LINE('',#1,#3);\n";
+    for k in 11..51 {
+        let below = k - 1;
+        data += &format!(
+            "#{k}=COMPOSITE_CURVE('',(#{a},#{b}),.F.);\n#{a}=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#{below});\n\
+             #{b}=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#{below});\n",
+            a = 1000 + 2 * k,
+            b = 1001 + 2 * k
+        );
+    }
+    data += "#60=SURFACE_OF_LINEAR_EXTRUSION('',#50,#3);\n#61=GEOMETRIC_SET('',(#60));\n\
+             #62=ADVANCED_FACE('',(),#60,.T.);\n#63=OPEN_SHELL('',(#62));\n#64=SHELL_BASED_SURFACE_MODEL('',(#63));";
+    gives_no_face("doubling.stp", &step(&data));
+}
+
+#[test]
+fn every_pointer_may_point_at_its_own_entity() {
+    let seeds = seeds();
+    for (name, bytes) in seeds.iter().filter(|s| s.0.ends_with("stp")).take(2) {
+        let text = String::from_utf8(bytes.clone()).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        let faults: Vec<String> = (0..lines.len())
+            .into_par_iter()
+            .filter_map(|k| {
+                let (own, rest) = lines[k].split_once('=')?;
+                let own = own.trim();
+                if !own.starts_with('#') || !rest.contains('#') {
+                    return None;
+                }
+                let mut new = String::new();
+                for (i, part) in rest.split('#').enumerate() {
+                    let digits = part.bytes().take_while(u8::is_ascii_digit).count();
+                    new +=
+                        &if i == 0 { part.to_owned() } else { format!("{own}{}", &part[digits..]) };
+                }
+                let line = format!("{own}={new}");
+                let mut changed = lines.clone();
+                changed[k] = &line;
+                fault(name, changed.join("\n").as_bytes())
+                    .map(|what| format!("{name} {line}: {what}"))
+            })
+            .collect();
+        assert!(faults.is_empty(), "{}", faults.join("\n"));
+    }
+}
+
+/// Each number or pointer of the P section becomes the given word, one at a time.
+fn iges_with_word_everywhere(word: &str) {
+    for (name, bytes) in seeds().iter().filter(|s| s.0.ends_with("igs")).take(2) {
+        let text = String::from_utf8(bytes.clone()).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        let faults: Vec<String> = (0..lines.len())
+            .into_par_iter()
+            .flat_map_iter(|k| {
+                let card = lines[k];
+                let data = if card.as_bytes().get(72) == Some(&b'P') { &card[..64] } else { "" };
+                let values: Vec<&str> = data.trim_end().split(',').collect();
+                let mut found = Vec::new();
+                for i in 0..values.len().min(6) * usize::from(!data.is_empty()) {
+                    let mut new = values.clone();
+                    new[i] = word;
+                    // Longer than the card: the columns behind 64 move, as a careless writer's would.
+                    let line = format!("{:<64}{}", new.join(","), &card[64..]);
+                    let mut changed = lines.clone();
+                    changed[k] = &line;
+                    let what = fault(name, changed.join("\n").as_bytes());
+                    found.extend(what.map(|what| format!("{name} card {k} value {i}: {what}")));
+                }
+                found
+            })
+            .collect();
+        assert!(faults.is_empty(), "{word}: {}", faults.join("\n"));
+    }
+}
+
+#[test]
+fn huge_counts_and_no_numbers_anywhere_in_iges_are_survived() {
+    for word in ["2147483647", "1E400", "NaN", "-1", "1"] {
+        iges_with_word_everywhere(word);
+    }
+}
+
+#[test]
+fn directions_of_no_length_are_survived() {
+    for (name, bytes) in seeds().iter().filter(|s| s.0.ends_with("stp")) {
+        let text = String::from_utf8(bytes.clone()).unwrap();
+        let lines = text.lines().map(|line| match line.find("DIRECTION(") {
+            Some(at) => format!("{}DIRECTION('',(0.,0.,0.));", &line[..at]),
+            None => line.to_owned(),
+        });
+        let changed = lines.collect::<Vec<_>>().join("\n");
+        assert_ne!(changed, text.trim_end());
+        assert_eq!(fault(name, changed.as_bytes()), None, "{name}");
+    }
+}

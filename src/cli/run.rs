@@ -107,5 +107,8 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
         "  forces balance to {:.1e}, energy to {:.1e}, penetration at most {:.1e} mm",
         record.force_balance, record.energy_balance, record.penetration_mm
     );
+    if let Some(order) = record.convergence_order {
+        println!("  Newton converges with order {order:.2} (median over the increments)");
+    }
     println!("  {}", output.join("report.html").display());
 }

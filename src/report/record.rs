@@ -1,4 +1,4 @@
-//! The two records of a run folder: `history.csv`, a line an increment, and `run.json`.
+//! The records of a run folder: `history.csv`, a line an increment, `iterations.csv`, and `run.json`.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -85,6 +85,45 @@ impl History {
     }
 }
 
+/// One Newton iteration, as a line of `iterations.csv`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IterationRow {
+    /// Increment, from 1.
+    pub increment: usize,
+    /// Iteration, from 0: the predictor.
+    pub iteration: usize,
+    /// Unbalanced force over the contact forces.
+    pub residual: f64,
+    /// Largest violation of a contact condition [mm].
+    pub gap_mm: f64,
+    /// Norm of the correction that led here [mm].
+    pub correction_mm: f64,
+    /// Nodes in contact, those of them that slip, and contact states changed.
+    pub contacts: [usize; 3],
+}
+
+/// Writes `iterations.csv` whole: the convergence of every increment.
+///
+/// # Errors
+/// [`WriteError`] when the folder is missing or full.
+pub fn write_iterations(path: &Path, rows: &[IterationRow]) -> Result<(), WriteError> {
+    write_atomic(path, |w| {
+        writeln!(
+            w,
+            "increment,iteration,residual,gap_mm,correction_mm,contact_nodes,slipping_nodes,changes"
+        )?;
+        for r in rows {
+            let [contacts, slips, changes] = r.contacts;
+            writeln!(
+                w,
+                "{},{},{:e},{:e},{:e},{contacts},{slips},{changes}",
+                r.increment, r.iteration, r.residual, r.gap_mm, r.correction_mm
+            )?;
+        }
+        Ok(())
+    })
+}
+
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -137,6 +176,9 @@ pub struct RunRecord {
     pub energy_balance: f64,
     /// Deepest penetration of a node at the end of an increment [mm].
     pub penetration_mm: f64,
+    /// Order of convergence of the Newton iteration: median over the increments that show one (a quadratic
+    /// iteration has 2).
+    pub convergence_order: Option<f64>,
     /// SHA-256 of the scene and of every tool file, by path as the scene names it.
     pub inputs: BTreeMap<String, String>,
 }

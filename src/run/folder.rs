@@ -9,11 +9,13 @@ use super::RunError;
 use super::fields;
 use super::resources::{cpu_seconds, peak_megabytes};
 use crate::files::WriteError;
-use crate::report::record::{Energies, History, HistoryRow, RunRecord, Verdict};
+use crate::report::record::{
+    Energies, History, HistoryRow, IterationRow, RunRecord, Verdict, write_iterations,
+};
 use crate::report::write_pvd;
 use crate::scene::Plan;
 use crate::solver::blank::HexMesh;
-use crate::solver::{IncrementReport, Simulation};
+use crate::solver::{IncrementReport, Simulation, convergence_order};
 
 /// Divisions of a patch in the tool's picture.
 const TOOL_DIVISIONS: usize = 6;
@@ -30,6 +32,9 @@ pub struct RunFolder {
     vtu_every: usize,
     last_stage: Option<usize>,
     force_scale: f64,
+    iterations: Vec<IterationRow>,
+    /// Orders of convergence shown so far, ascending.
+    orders: Vec<f64>,
 }
 
 impl RunFolder {
@@ -65,6 +70,7 @@ impl RunFolder {
             force_balance: 0.0,
             energy_balance: 0.0,
             penetration_mm: 0.0,
+            convergence_order: None,
             inputs,
         };
         let tools = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
@@ -76,6 +82,8 @@ impl RunFolder {
             vtu_every: plan.scene.output.vtu_every,
             last_stage: None,
             force_scale: 0.0,
+            iterations: Vec::new(),
+            orders: Vec::new(),
         };
         folder.record.write(&path.join("run.json"))?;
         Ok(folder)
@@ -106,6 +114,7 @@ impl RunFolder {
     ) -> Result<(), WriteError> {
         if report.increment > 0 {
             self.history.rows.push(row(report));
+            self.take_convergence(report);
         }
         self.update_record(report, start);
         let stage_end = report.share >= 1.0 - 1e-12;
@@ -122,7 +131,26 @@ impl RunFolder {
             write_pvd(&self.path.join("run.pvd"), &self.steps)?;
         }
         self.history.write(&self.path.join("history.csv"))?;
+        write_iterations(&self.path.join("iterations.csv"), &self.iterations)?;
         self.record.write(&self.path.join("run.json"))
+    }
+
+    fn take_convergence(&mut self, report: &IncrementReport<'_>) {
+        self.iterations.extend(report.history.iter().enumerate().map(|(iteration, r)| {
+            IterationRow {
+                increment: report.increment,
+                iteration,
+                residual: r.residual,
+                gap_mm: r.gap,
+                correction_mm: r.correction,
+                contacts: [r.contacts, r.slipping, r.changes],
+            }
+        }));
+        if let Some(order) = convergence_order(report.history) {
+            let at = self.orders.partition_point(|&o| o < order);
+            self.orders.insert(at, order);
+            self.record.convergence_order = Some(self.orders[self.orders.len() / 2]);
+        }
     }
 
     fn update_record(&mut self, report: &IncrementReport<'_>, start: Instant) {

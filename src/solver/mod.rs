@@ -25,7 +25,9 @@ pub mod tools;
 
 pub use constraints::Constraints;
 pub use simulation::{Control, Simulation, SimulationError, SimulationSetup};
-pub use stages::{IncrementReport, Limits, RunSummary, Stage, ToolReport};
+pub use stages::{
+    IncrementReport, IterationRecord, Limits, RunSummary, Stage, ToolReport, convergence_order,
+};
 pub use tools::{Curve, Motion, Placement, SheetSide, ToolSetup};
 
 #[cfg(test)]

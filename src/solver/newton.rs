@@ -62,12 +62,14 @@ pub struct NewtonStats {
 }
 
 /// Solves the increment from the present iterate of `sys`; `history` receives every iterate, also on failure.
+/// Unless `patient`, an iteration that leads nowhere is ended early: a shorter step costs less.
 ///
 /// # Errors
 /// [`NewtonError`]; the caller restores the last converged state.
 pub(super) fn solve(
     sys: &mut System,
     limits: &Limits,
+    patient: bool,
     history: &mut Vec<IterationRecord>,
 ) -> Result<NewtonStats, NewtonError> {
     let mut stats = NewtonStats::default();
@@ -86,8 +88,8 @@ pub(super) fn solve(
         stats.cycling = pivoting.damped;
         match verdict(sys, &residual, changes, stats.iterations, limits) {
             Verdict::Converged => return Ok(stats),
-            Verdict::Continue => {}
-            Verdict::Diverging | Verdict::Exhausted => {
+            Verdict::Continue if patient || !hopeless(history) => {}
+            Verdict::Continue | Verdict::Diverging | Verdict::Exhausted => {
                 return Err(NewtonError::NotConverged {
                     iterations: stats.iterations,
                     residual: record.residual,
@@ -170,6 +172,19 @@ fn swings(history: &[IterationRecord]) -> bool {
     n >= 6
         && n.is_multiple_of(2)
         && (1..=2).all(|k| history[n - k].residual > 0.3 * history[n - k - 2].residual)
+}
+
+/// True when the forces are still out of balance by as much as the contact forces themselves, although
+/// corrections have been growing twice in a row or six iterations are done.
+fn hopeless(history: &[IterationRecord]) -> bool {
+    const OUT_OF_BALANCE: f64 = 0.3;
+    let n = history.len();
+    if n < 4 || history[n - 1].residual < OUT_OF_BALANCE {
+        return false;
+    }
+    let grows = |k: usize| history[k].correction > history[k - 1].correction;
+    let lately = history[n - 3..].iter().all(|r| r.residual > OUT_OF_BALANCE);
+    lately && ((grows(n - 1) && grows(n - 2)) || n > 6)
 }
 
 /// Share of the correction that moves no node farther than two element lengths.

@@ -98,6 +98,24 @@ pub struct IterationRecord {
     pub changes: usize,
 }
 
+/// Order of convergence shown by the last iterations of an increment: of the last three residuals in a row that
+/// follow no change of contact states (touch or part, stick or slip), lie below a tenth of the contact forces and
+/// above rounding. `None` when an increment has no such three.
+#[must_use]
+pub fn convergence_order(history: &[IterationRecord]) -> Option<f64> {
+    const BASIN: f64 = 0.1;
+    const ROUNDING: f64 = 1e-9;
+    let settled = |w: &[IterationRecord]| {
+        w.iter().all(|r| r.changes == 0 && r.slipping == w[0].slipping)
+            && w[0].residual < BASIN
+            && w[2].residual > ROUNDING
+    };
+    let last = history.windows(3).rev().find(|w| settled(w))?;
+    let fall = |k: usize| (last[k].residual / last[k + 1].residual).ln();
+    let order = fall(1) / fall(0);
+    order.is_finite().then_some(order)
+}
+
 /// A tool at the end of an increment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToolReport {

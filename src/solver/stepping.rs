@@ -65,22 +65,22 @@ pub(super) fn run_stage(
     }
     let (first, largest) = (sim.stages[stage].first_step, sim.stages[stage].largest_step);
     let start_time = sim.time;
-    let mut step = first.min(largest);
+    let mut pace = Pace::new(first, largest, sim.limits.wanted_iterations);
     let mut share = 0.0;
     while share < 1.0 {
         if sim.summary.increments >= sim.limits.increments {
             return Err(SimulationError::TooManyIncrements { limit: sim.limits.increments });
         }
-        let target = if share + 1.001 * step >= 1.0 { 1.0 } else { share + step };
+        let target = if share + 1.001 * pace.step >= 1.0 { 1.0 } else { share + pace.step };
         sim.history.clear();
-        match attempt(sim, &plan, share, target) {
+        match attempt(sim, &plan, share, target, pace.patient()) {
             Ok(stats) => {
                 accept(sim, target - share);
                 share = target;
                 sim.time = start_time + share * sim.stages[stage].duration;
                 sim.summary.increments += 1;
                 sim.summary.iterations += stats.iterations;
-                step = next_step(step, &stats, sim.limits.wanted_iterations).min(largest);
+                pace.went_well(stats.iterations);
                 sim.report(stage, share, stats.iterations, observer)?;
             }
             Err(cause) => {
@@ -88,8 +88,8 @@ pub(super) fn run_stage(
                 sim.summary.iterations += sim.history.len().saturating_sub(1);
                 sim.summary.cuts += 1;
                 restore(sim);
-                step = 0.4 * (target - share);
-                if step < sim.limits.smallest_step * first {
+                pace.failed(target - share);
+                if pace.step < sim.limits.smallest_step * first {
                     return Err(error);
                 }
             }
@@ -178,10 +178,11 @@ fn attempt(
     plan: &Plan,
     share: f64,
     target: f64,
+    patient: bool,
 ) -> Result<NewtonStats, NewtonError> {
     predict(&mut sim.sys, &sim.committed, target - share);
     set_targets(&mut sim.sys, &sim.stages[plan.stage].motions, plan, target, sim.share);
-    solve(&mut sim.sys, &sim.limits, &mut sim.history)
+    solve(&mut sim.sys, &sim.limits, patient, &mut sim.history)
 }
 
 /// Starts the iteration where the last increment, repeated in proportion, would lead.
@@ -247,15 +248,47 @@ fn add_work(sim: &mut Simulation) {
     e.plastic = whole * sys.eval.plastic_work;
 }
 
-/// Larger after easy increments, smaller after hard ones.
-fn next_step(step: f64, stats: &NewtonStats, wanted: usize) -> f64 {
-    let factor = match stats.iterations {
-        n if 4 * n <= 3 * wanted => 1.5,
-        n if 4 * n <= 5 * wanted => 1.2,
-        n if n <= 3 * wanted => 1.0,
-        _ => 0.7,
-    };
-    step * factor
+/// How large the next step is (share of the stage).
+struct Pace {
+    step: f64,
+    largest: f64,
+    wanted_iterations: usize,
+    /// Failures since the last increment that went well.
+    failures: usize,
+    /// Steps above this failed not long ago.
+    ceiling: f64,
+}
+
+impl Pace {
+    fn new(first: f64, largest: f64, wanted_iterations: usize) -> Self {
+        let step = first.min(largest);
+        Self { step, largest, wanted_iterations, failures: 0, ceiling: f64::INFINITY }
+    }
+
+    /// After repeated failures an increment may take its time.
+    fn patient(&self) -> bool {
+        self.failures >= 4
+    }
+
+    /// Larger after easy increments, smaller after hard ones; a step that failed is approached slowly.
+    fn went_well(&mut self, iterations: usize) {
+        let (n, wanted) = (iterations, self.wanted_iterations);
+        let factor = match n {
+            n if 4 * n <= 3 * wanted => 1.5,
+            n if 4 * n <= 5 * wanted => 1.2,
+            n if n <= 3 * wanted => 1.0,
+            _ => 0.7,
+        };
+        self.failures = 0;
+        self.step = (factor * self.step).min(self.ceiling).min(self.largest);
+        self.ceiling *= 1.15;
+    }
+
+    fn failed(&mut self, step: f64) {
+        self.failures += 1;
+        self.ceiling = 0.7 * step;
+        self.step = 0.4 * step;
+    }
 }
 
 fn gave_up(

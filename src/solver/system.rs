@@ -278,9 +278,9 @@ impl System {
         all.extend(moved.iter().map(|&(tool, _)| self.travel_column(tool)));
         let borders: Vec<Vec<f64>> = moved.iter().map(|&(tool, _)| self.force_row(tool)).collect();
         self.timings.contact += start.elapsed().as_secs_f64();
-        let start = Instant::now();
-        self.solver.solve(&self.values, &mut all)?;
-        self.timings.factor += start.elapsed().as_secs_f64();
+        let solved = self.solver.solve(&self.values, &mut all);
+        (self.timings.factor, self.timings.solve) = (self.solver.factor_s, self.solver.solve_s);
+        solved?;
         let start = Instant::now();
         let (u, travels) = self.border(all, &borders, &moved)?;
         let lambdas = self.predicted_lambdas(&u);

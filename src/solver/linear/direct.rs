@@ -31,7 +31,7 @@ impl LinearSolver for MultifrontalLu {
             .map_err(|e| LinearError::Singular { unknown: e.unknown })
     }
 
-    fn solve(&mut self, rhs: &mut [f64]) {
+    fn solve(&self, rhs: &mut [f64]) {
         self.plan.solve(&self.factors, rhs);
     }
 
@@ -69,7 +69,7 @@ impl LinearSolver for SparseLu {
         Ok(())
     }
 
-    fn solve(&mut self, rhs: &mut [f64]) {
+    fn solve(&self, rhs: &mut [f64]) {
         let n = rhs.len();
         if let Some(factors) = &self.factors {
             let view = MatMut::from_column_major_slice_mut(rhs, n, 1);

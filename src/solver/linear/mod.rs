@@ -47,7 +47,7 @@ pub enum LinearError {
 }
 
 /// A direct solver for matrices of one pattern.
-pub trait LinearSolver: Send {
+pub trait LinearSolver: Send + Sync {
     /// Plans for `pattern` (structurally symmetric).
     ///
     /// # Errors
@@ -61,7 +61,7 @@ pub trait LinearSolver: Send {
     fn factor(&mut self, values: &[f64]) -> Result<(), LinearError>;
 
     /// Solves in place with the last factors.
-    fn solve(&mut self, rhs: &mut [f64]);
+    fn solve(&self, rhs: &mut [f64]);
 
     /// Name for the log.
     fn name(&self) -> &'static str;

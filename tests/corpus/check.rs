@@ -58,10 +58,6 @@ impl Row {
     pub fn free_holds(&self) -> bool {
         self.free.is_none_or(|[own, other]| (own - other).abs() <= 0.01 * other.max(1e-9 * own))
     }
-
-    pub fn holds(&self) -> bool {
-        self.refused.is_none() && self.area_holds() && self.bbox_holds() && self.free_holds()
-    }
 }
 
 /// Reads a file and compares it; faces are matched one by one where `match_faces` says so.

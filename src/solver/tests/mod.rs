@@ -4,6 +4,7 @@ mod claims;
 mod cross;
 mod cup;
 mod tangent;
+mod tension;
 
 use std::sync::Arc;
 

@@ -97,3 +97,22 @@ fn a_number_of_patches_is_not_exceeded_and_more_patches_are_better() {
     assert!(few.tool.patches.len() <= 40 && many.tool.patches.len() <= 120);
     assert!(many.audit.worst_mm() < 0.5 * few.audit.worst_mm());
 }
+
+/// Arcs of a border that reach into coarse quads on a flat: their parts are moved apart, or the border is divided finer.
+#[test]
+fn quads_on_flats_with_concave_borders_do_not_fold() {
+    for file in ["cross/die.igs", "cross/holder.igs"] {
+        let model = read(file);
+        let options = MappedOptions {
+            arc_divisions: 4,
+            style: kanagata::mesh::mapped::MeshStyle::Quads,
+            ..MappedOptions::default()
+        };
+        let mesh = mesh(&model, &options).unwrap();
+        assert!(mesh.elements.iter().all(|e| e.nodes().len() == 4));
+        let (tool, report) = convert(&model, &mesh, &ConvertOptions::default()).unwrap();
+        let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap();
+        println!("{file}: {} quads", tool.patches.len());
+        assert!(report.folded.is_empty() && found.report.folded.is_empty() && report.split == 0);
+    }
+}

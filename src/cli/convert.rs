@@ -15,6 +15,7 @@ use crate::convert::{ConvertError, ConvertOptions, ConvertReport, convert};
 use crate::files::sha256_hex;
 use crate::geometry::Vec3;
 use crate::mesh::{attach, io};
+use crate::tool::build::StraightEdge;
 use crate::tool::edge::EdgeRule;
 use crate::tool::exchange::{to_bezier, to_nagata};
 use crate::tool::file::{Provenance, ToolFile};
@@ -45,6 +46,9 @@ pub struct ConvertArgs {
     /// How edges are curved; `guarded` when not given, with --tol or --patches `cad`
     #[arg(long, value_enum)]
     edge: Option<Edge>,
+    /// Write a tool file although patches fold
+    #[arg(long)]
+    allow_folds: bool,
     /// Side the sheet is on: the model is turned round when its faces look the other way on the whole
     #[arg(long, value_enum, value_name = "SIDE", allow_hyphen_values = true)]
     sheet_side: Option<SheetSide>,
@@ -178,9 +182,18 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
         let (tool, report) = convert(&model, &mesh, &options)?;
         Converted { tool, report, refined: None }
     };
+    if !made.report.folded.is_empty() && !args.allow_folds && edge(args) != Edge::Plain {
+        print_report(&made);
+        return Err(Failure::input(format!(
+            "{}: {} patches fold; allowed: none; mesh finer (--arc-divisions, --max-size-mm, --tol), or write them with --allow-folds",
+            args.file.display(),
+            made.report.folded.len()
+        )));
+    }
     let provenance = provenance(args, &model.unit, &made)?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
-    print_report(args, &made);
+    print_report(&made);
+    println!("  {}", args.output.display());
     Ok(Exit::Done)
 }
 
@@ -293,7 +306,7 @@ fn goal(args: &ConvertArgs) -> String {
     format!("{tol}{normal}{patches}{vertices}{edges}")
 }
 
-fn print_report(args: &ConvertArgs, made: &Converted) {
+fn print_report(made: &Converted) {
     let (patches, vertices) = (made.tool.patches.len(), made.tool.vertices.len());
     let report = &made.report;
     println!("{patches} patches, {vertices} vertices, {} crease edges", report.creases);
@@ -306,23 +319,36 @@ fn print_report(args: &ConvertArgs, made: &Converted) {
     if report.turned {
         println!("  turned round to look at the sheet");
     }
-    const MOST: usize = 10;
-    for edge in report.straight.iter().take(MOST) {
-        let [a, b] = edge.vertices;
-        eprintln!(
-            "warning: edge {a}-{b} of patches {:?} made straight: {:?}",
-            edge.patches, edge.fault
-        );
+    list_edges(made, &report.straight, "straight");
+    list_edges(made, &report.bent, "follows the CAD, off its normals");
+    if report.split > 0 {
+        eprintln!("warning: {} folded quadrilaterals split in two triangles", report.split);
     }
-    if report.straight.len() > MOST {
-        eprintln!("warning: and {} more edges made straight", report.straight.len() - MOST);
+    for &patch in report.folded.iter().take(MOST_LISTED) {
+        let p = at(made, &made.tool.corners[patch as usize].vertices);
+        let face = made.tool.faces[patch as usize];
+        eprintln!("warning: patch {patch} on face {face} near {p} folds; mesh finer there");
     }
-    if !report.folded.is_empty() {
-        eprintln!(
-            "warning: {} patches fold, the first ones {:?}; mesh finer there",
-            report.folded.len(),
-            &report.folded[..report.folded.len().min(MOST)]
-        );
+}
+
+/// Edges and patches listed, at most.
+const MOST_LISTED: usize = 50;
+
+/// Mean of some vertices, to be read.
+fn at(made: &Converted, vertices: &[u32]) -> String {
+    let sum: Vec3 = vertices.iter().map(|&v| made.tool.vertices[v as usize]).sum();
+    let p = sum / vertices.len() as f64;
+    format!("({:.3}, {:.3}, {:.3}) mm", p.x, p.y, p.z)
+}
+
+fn list_edges(made: &Converted, edges: &[StraightEdge], what: &str) {
+    for edge in edges.iter().take(MOST_LISTED) {
+        let ([a, b], p) = (edge.vertices, at(made, &edge.vertices));
+        let patches: Vec<String> = edge.patches.iter().map(u32::to_string).collect();
+        let patches = patches.join(", ");
+        eprintln!("warning: edge {a}-{b} of patches {patches} near {p}: {what}; {}", edge.fault);
     }
-    println!("  {}", args.output.display());
+    if edges.len() > MOST_LISTED {
+        eprintln!("warning: and {} more edges: {what}", edges.len() - MOST_LISTED);
+    }
 }

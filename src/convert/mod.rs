@@ -3,6 +3,7 @@
 
 mod edges;
 mod normals;
+mod repair;
 pub mod tolerance;
 
 use rayon::prelude::*;
@@ -57,7 +58,9 @@ pub struct ConvertReport {
     pub straight: Vec<StraightEdge>,
     /// Edges that the guard would have made straight and that follow the CAD instead, off their normals.
     pub bent: Vec<StraightEdge>,
-    /// Patches that fold: somewhere `(S_eta x S_zeta) . n < 0`.
+    /// Quadrilaterals that folded and were split in two triangles.
+    pub split: usize,
+    /// Patches that fold still: somewhere `(S_eta x S_zeta) . n < 0`.
     pub folded: Vec<u32>,
     /// The model was turned round to look at the sheet.
     pub turned: bool,
@@ -101,7 +104,8 @@ pub enum ConvertError {
     Tool(#[from] ToolError),
 }
 
-/// Converts a mesh of `model` to a tool model.
+/// Converts a mesh of `model` to a tool model. Folded patches are repaired where that is possible without moving a
+/// vertex: given curves that fold a patch are dropped, a quadrilateral is split in two triangles.
 ///
 /// # Errors
 /// [`ConvertError`] names the element, face or vertex.
@@ -117,6 +121,20 @@ pub fn convert(
     if let Some(element) = mesh.elements.iter().position(|e| e.face as usize >= count) {
         return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
     }
+    let (tool, report) = convert_once(model, mesh, options, &[])?;
+    if report.folded.is_empty() || options.edges == EdgeRule::Plain {
+        return Ok((tool, report));
+    }
+    repair::repaired(model, mesh, options, (tool, report))
+}
+
+/// Converts; no edge of an element in `plain` is given.
+fn convert_once(
+    model: &Model,
+    mesh: &SurfaceMesh,
+    options: &ConvertOptions,
+    plain: &[u32],
+) -> Result<(ToolModel, ConvertReport), ConvertError> {
     let mut report =
         ConvertReport { turned: looks_away(mesh, options), ..ConvertReport::default() };
     let turn = report.turned ^ options.flip;
@@ -139,7 +157,12 @@ pub fn convert(
     let mut choice = EdgeChoice::from(options.edges);
     if options.through_cad && options.kind == ToolKind::Nagata {
         let found = edges::follow(model, mesh, &table.feet, &corners, &unit);
-        (choice.given, report.bent) = (found.given, found.bent);
+        let of_plain = edge_ends(
+            &plain.iter().map(|&k| corners[k as usize].clone()).collect::<Vec<PatchCorners>>(),
+        );
+        let free = |vertices: &[u32; 2]| !of_plain.contains_key(vertices);
+        choice.given = found.given.into_iter().filter(|g| free(&g.vertices)).collect();
+        report.bent = found.bent.into_iter().filter(|b| free(&b.vertices)).collect();
     }
     let vertices = mesh.vertices.clone();
     let (tool, straight) =

@@ -37,6 +37,16 @@ pub enum EdgeFault {
     Degenerate,
 }
 
+impl std::fmt::Display for EdgeFault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::TurnsBack => "its parabola would turn back (an inflected profile, or a normal averaged over a crease)",
+            Self::SwingsOut => "its parabola would swing out sideways (near-parallel normals on a tilted edge)",
+            Self::Degenerate => "its ends coincide or their normals are opposite",
+        })
+    }
+}
+
 /// Coefficient of an edge and what the guard said.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeCurve {

@@ -19,6 +19,7 @@ mod sides;
 #[cfg(test)]
 mod tests;
 mod trimmed;
+mod untangle;
 
 use rayon::prelude::*;
 
@@ -170,10 +171,16 @@ impl<'m> Mesher<'m> {
                 return Ok(self.merge(border, works.into_iter().flatten().enumerate().collect()));
             }
             for (f, _) in &failed {
-                for side in self.model.faces[*f].loops.iter().flat_map(|l| &l.uses) {
-                    if let Some(e) = side.edge {
-                        self.minima[e] = (2 * counts[e]).min(20_000);
-                    }
+                let uses = self.model.faces[*f].loops.iter().flat_map(|l| &l.uses);
+                let edges: Vec<usize> = uses.filter_map(|u| u.edge).collect();
+                let divided = edges.iter().any(|&e| counts[e] > 2);
+                for e in edges {
+                    let finer = match (self.halved, divided, counts[e]) {
+                        // Quads: arcs that are divided already, a step finer.
+                        (true, true, n) => n + 2 * usize::from(n > 2),
+                        (_, _, n) => 2 * n,
+                    };
+                    self.minima[e] = self.minima[e].max(finer.min(20_000));
                 }
             }
         }
@@ -269,8 +276,25 @@ impl<'m> Mesher<'m> {
         if !self.halved {
             return self.region(f, &sides, mapped, density);
         }
-        let coarse = self.region(f, &every_other(&sides), mapped, density)?;
-        Ok(coarse.refined(face, &halfway(&sides)))
+        let (thin, middle) = (every_other(&sides), halfway(&sides));
+        let split = |coarse: Patchwork| {
+            let mut fine = coarse.refined(face, &middle);
+            fine.untangle(face);
+            (fine.worst_corner(face), fine)
+        };
+        let (worst, fine) = split(self.region(f, &thin, mapped, density)?);
+        if worst > 0.0 || mapped {
+            return Ok(fine);
+        }
+        // An arc of the border reaches past the middle of a quad: triangles leave its parts more room.
+        let (other, plain) = split(self.triangles(f, &thin, density)?);
+        match worst.max(other) {
+            best if best <= 0.0 => {
+                Err("an arc of its border reaches past the quads beside it".into())
+            }
+            _ if other > worst => Ok(plain),
+            _ => Ok(fine),
+        }
     }
 
     fn region(
@@ -298,6 +322,20 @@ impl<'m> Mesher<'m> {
         if let Some(work) = work {
             return Ok(work);
         }
+        let mut work = self.triangles(f, loops, density)?;
+        if self.options.style != MeshStyle::Triangles {
+            pairing::pair(face, &mut work);
+        }
+        work.untangle(face);
+        Ok(work)
+    }
+
+    fn triangles(
+        &self,
+        f: usize,
+        loops: &[Vec<Vec<Node>>],
+        density: usize,
+    ) -> Result<Patchwork, String> {
         let rings: Vec<Vec<Node>> = loops
             .iter()
             .map(|sides| {
@@ -305,11 +343,7 @@ impl<'m> Mesher<'m> {
             })
             .collect();
         let options = MappedOptions { arc_divisions: density, ..*self.options };
-        let mut work = trimmed::triangulate(face, &rings, &options)?;
-        if self.options.style != MeshStyle::Triangles {
-            pairing::pair(face, &mut work);
-        }
-        Ok(work)
+        trimmed::triangulate(&self.model.faces[f], &rings, &options)
     }
 
     /// The mesh of some faces.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
 use crate::geometry::Vec3;
-use crate::scene::types::Drive;
+use crate::scene::types::{BlankShape, Drive};
 use crate::scene::{Plan, SceneError, read};
 use crate::solver::SimulationSetup;
 use crate::solver::linear::multifrontal::{PatternRef, Symbolic};
@@ -35,13 +35,11 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     let scene = &plan.scene;
     println!("{}: {}", args.scene.display(), scene.name);
     println!(
-        "  blank      {} x {} x {} mm, {} x {} x {} elements, {} nodes",
-        scene.blank.size_mm[0],
-        scene.blank.size_mm[1],
+        "  blank      {}, {} mm thick, {} elements in {} layers, {} nodes",
+        outline(&scene.blank.shape),
         scene.blank.thickness_mm,
-        scene.blank.elements[0],
-        scene.blank.elements[1],
-        scene.blank.elements[2],
+        mesh.elements.len(),
+        scene.blank.layers,
         mesh.nodes.len()
     );
     println!("  material   {}", plan.card.name);
@@ -58,6 +56,14 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     print_stages(&plan);
     print_cost(&setup)?;
     Ok(Exit::Done)
+}
+
+fn outline(shape: &BlankShape) -> String {
+    match shape {
+        BlankShape::Rectangle { size_mm: [x, y], .. } => format!("{x} x {y} mm"),
+        BlankShape::QuarterDisc { radius_mm, .. } => format!("quarter disc, radius {radius_mm} mm"),
+        BlankShape::Mesh { file } => file.clone(),
+    }
 }
 
 fn print_stages(plan: &Plan) {

@@ -79,7 +79,7 @@ pub fn run(
     folder.write_tools(plan, &simulation)?;
     let mut write_error = None;
     let stages = plan.scene.stages.len() as f64;
-    let mesh = plan.blank_mesh();
+    let mesh = simulation.body().mesh().clone();
     let outcome = simulation.run(&mut |report| {
         let done = (report.stage as f64 + report.share) / stages;
         watch(&Progress { report, done, elapsed_s: start.elapsed().as_secs_f64() });

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::fields;
 use super::folder::RunFolder;
 use crate::files::WriteError;
-use crate::geometry::Vec3;
+use crate::geometry::{Vec2, Vec3};
 use crate::report::charts::{Series, ValuedSurface, lines, surfaces};
 use crate::report::page::Page;
 use crate::report::{record::History, vtu_read};
@@ -33,7 +33,7 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
     page.heading("Thickness");
     page.text("Along the sheet's edge in x (dx) and along its diagonal (dxy), from the corner of the blank.");
     let (traces, layout) = lines(
-        &thickness_series(plan, &thickness),
+        &thickness_series(mesh, &thickness),
         "distance in the flat blank [mm]",
         "thickness [mm]",
     );
@@ -84,25 +84,26 @@ fn force_series(history: &History) -> Vec<Series> {
         .collect()
 }
 
-/// Thickness along the side y = lowest (dx) and along the diagonal of the grid (dxy).
-fn thickness_series(plan: &Plan, thickness: &[f64]) -> Vec<Series> {
-    let [nx, ny, _] = plan.scene.blank.elements;
-    let [sx, sy] = plan.scene.blank.size_mm;
-    let along = |name: &str, columns: Vec<(f64, usize)>| Series {
-        name: name.to_owned(),
-        x: columns.iter().map(|c| c.0).collect(),
-        y: columns.iter().map(|c| thickness[c.1]).collect(),
+/// Thickness along the side y = lowest (dx) and along the diagonal of the blank's box (dxy), where it has nodes there.
+fn thickness_series(mesh: &HexMesh, thickness: &[f64]) -> Vec<Series> {
+    let plan = mesh.column_coordinates();
+    let low = plan.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
+    let high = plan.iter().copied().reduce(|a, b| a.sup(&b)).unwrap_or_default();
+    let near = 1e-6 * (high - low).norm();
+    let along = |name: &str, direction: Vec2| {
+        let line = direction.normalize();
+        let mut columns: Vec<(f64, f64)> = plan
+            .iter()
+            .zip(thickness)
+            .filter(|(p, _)| line.perp(&(*p - low)).abs() <= near)
+            .map(|(p, t)| (line.dot(&(p - low)), *t))
+            .collect();
+        columns.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (x, y) = columns.into_iter().unzip();
+        Series { name: name.to_owned(), x, y }
     };
-    let dx = (0..=nx).map(|i| (sx * i as f64 / nx as f64, i * (ny + 1))).collect();
-    let steps = nx.min(ny);
-    let diagonal = sx.hypot(sy);
-    let dxy = (0..=steps)
-        .map(|k| {
-            let (i, j) = (k * nx / steps, k * ny / steps);
-            (diagonal * k as f64 / steps as f64, i * (ny + 1) + j)
-        })
-        .collect();
-    vec![along("dx", dx), along("dxy", dxy)]
+    let series = [along("dx", Vec2::x()), along("dxy", high - low)];
+    series.into_iter().filter(|s| s.x.len() > 1).collect()
 }
 
 /// The upper face of the sheet, coloured by thickness.

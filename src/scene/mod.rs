@@ -4,6 +4,7 @@
 //! [`mod@read`] turns a file into a [`Plan`]: checked, with tool files and material loaded; [`setup`] turns
 //! that into what the solver runs.
 
+mod blank;
 pub mod read;
 pub mod setup;
 pub mod types;

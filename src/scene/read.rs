@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::types::{MaterialChoice, Scene};
+use super::types::{BlankShape, MaterialChoice, Scene};
 use crate::contact::ToolSurface;
 use crate::files::sha256_hex;
 use crate::solver::material::Material;
@@ -49,6 +49,14 @@ pub enum SceneError {
         found: String,
         /// What is allowed.
         allowed: String,
+    },
+    /// The blank's mesh file cannot be used.
+    #[error("{}, blank.shape.mesh.file: {cause}", path.display())]
+    Blank {
+        /// The scene.
+        path: PathBuf,
+        /// What is wrong with the file.
+        cause: String,
     },
     /// A tool file that cannot be used.
     #[error("{}, {place}: {cause}", path.display())]
@@ -203,23 +211,44 @@ fn check(scene: &Scene) -> Result<(), Fault> {
     Ok(())
 }
 
+/// Elements of a blank, at most.
+const MOST_ELEMENTS: usize = 20_000_000;
+
 fn check_blank(scene: &Scene) -> Result<(), Fault> {
     let blank = &scene.blank;
-    let positive = |x: f64| x > 0.0 && x.is_finite();
-    for (key, value) in [
-        ("size_mm[0]", blank.size_mm[0]),
-        ("size_mm[1]", blank.size_mm[1]),
-        ("thickness_mm", blank.thickness_mm),
-    ] {
-        if !positive(value) {
+    let lengths = match &blank.shape {
+        BlankShape::Rectangle { size_mm: [x, y], .. } => {
+            vec![("shape.rectangle.size_mm[0]", *x), ("shape.rectangle.size_mm[1]", *y)]
+        }
+        BlankShape::QuarterDisc { radius_mm, .. } => {
+            vec![("shape.quarter_disc.radius_mm", *radius_mm)]
+        }
+        BlankShape::Mesh { .. } => Vec::new(),
+    };
+    for (key, value) in lengths.into_iter().chain([("thickness_mm", blank.thickness_mm)]) {
+        if !(value > 0.0 && value.is_finite()) {
             return Err((format!("blank.{key}"), value.to_string(), "above 0".into()));
         }
     }
-    const MOST: usize = 20_000_000;
-    let count = blank.elements.iter().try_fold(1usize, |n, &k| n.checked_mul(k));
-    if !count.is_some_and(|n| (1..=MOST).contains(&n)) {
-        let allowed = format!("at least 1 each, at most {MOST} in all");
-        return Err(("blank.elements".into(), format!("{:?}", blank.elements), allowed));
+    let counts = match blank.shape {
+        BlankShape::Rectangle { elements: [nx, ny], .. } => [nx, ny, blank.layers],
+        // The core once, and two sides of it to the rim: fewer than this.
+        BlankShape::QuarterDisc { core, rings, .. } => {
+            [core, core.saturating_add(rings.saturating_mul(2)), blank.layers]
+        }
+        BlankShape::Mesh { .. } => [1, 1, blank.layers],
+    };
+    let count = counts.iter().try_fold(1usize, |n, &k| n.checked_mul(k));
+    let none = matches!(blank.shape, BlankShape::QuarterDisc { rings: 0, .. });
+    if none || !count.is_some_and(|n| (1..=MOST_ELEMENTS).contains(&n)) {
+        let allowed = format!("at least 1 each, at most {MOST_ELEMENTS} in all");
+        return Err(("blank".into(), format!("elements {counts:?}"), allowed));
+    }
+    for (k, load) in scene.loads.iter().enumerate() {
+        if load.force_n.iter().any(|f| !f.is_finite()) {
+            let found = format!("{:?}", load.force_n);
+            return Err((format!("loads[{k}].force_n"), found, "numbers".into()));
+        }
     }
     Ok(())
 }
@@ -231,7 +260,10 @@ mod tests {
     fn scene() -> serde_json::Value {
         serde_json::json!({
             "format": "kanagata-scene", "version": 1, "name": "t",
-            "blank": {"size_mm": [10.0, 10.0], "thickness_mm": 1.0, "elements": [2, 2, 1]},
+            "blank": {
+                "shape": {"rectangle": {"size_mm": [10.0, 10.0], "elements": [2, 2]}},
+                "thickness_mm": 1.0
+            },
             "material": "mild-steel-neto2012",
             "tools": [{"name": "die", "file": "die.tool.json", "direction": [0, 0, 1]}],
             "stages": [{"name": "draw", "drive": {"die": {"travel_mm": 1.0}}}],
@@ -267,9 +299,10 @@ mod tests {
         let message = fails(|s| s["blank"]["thickness_mm"] = (-0.8).into());
         assert!(message.contains("blank.thickness_mm") && message.contains("-0.8"), "{message}");
         let message = fails(|s| {
-            s["blank"]["elements"] = serde_json::json!([4_000_000_000u32, 4_000_000_000u32, 9])
+            s["blank"]["shape"]["rectangle"]["elements"] =
+                serde_json::json!([4_000_000_000u32, 4_000_000_000u32])
         });
-        assert!(message.contains("blank.elements"), "{message}");
+        assert!(message.contains("blank: found elements"), "{message}");
         let message =
             fails(|s| s["stages"][0]["drive"] = serde_json::json!({"dye": {"travel_mm": 1}}));
         assert!(message.contains("'dye'") && message.contains("allowed: die"), "{message}");

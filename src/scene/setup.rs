@@ -1,12 +1,14 @@
-//! From a plan to what the solver runs: blank mesh, constraints, tool motions.
+//! From a plan to what the solver runs: tools and their motions by stage.
 
+use std::path::Path;
+
+use super::blank::{blank_mesh, constraints, loads};
 use super::read::{Plan, SceneError};
 use super::types::{Drive, Place, Side, Tool};
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::{HexMesh, rectangle};
 use crate::solver::{
-    Constraints, Curve, Limits, Motion, Placement, SheetSide, SimulationSetup, Stage, ToolSetup,
+    Curve, Limits, Motion, Placement, SheetSide, SimulationSetup, Stage, ToolSetup,
 };
 
 /// First and largest increment of a stage when the scene says nothing, as shares of the stage.
@@ -14,45 +16,28 @@ const FIRST_INCREMENT: f64 = 0.05;
 const LARGEST_INCREMENT: f64 = 0.1;
 
 impl Plan {
-    /// The blank's mesh before forming.
-    #[must_use]
-    pub fn blank_mesh(&self) -> HexMesh {
-        let blank = &self.scene.blank;
-        let [nx, ny, nz] = blank.elements;
-        let mut mesh =
-            rectangle(blank.size_mm[0], blank.size_mm[1], blank.thickness_mm, nx, ny, nz);
-        let corner = Vec3::new(blank.corner_mm[0], blank.corner_mm[1], blank.z_mm);
-        mesh.nodes.iter_mut().for_each(|x| *x += corner);
-        mesh
-    }
-
     /// Everything the solver needs.
     ///
     /// # Errors
-    /// [`SceneError::Value`] when a symmetry plane touches no node or the blank makes no body.
-    pub fn simulation_setup(&self, path: &std::path::Path) -> Result<SimulationSetup, SceneError> {
-        let value = |place: String, found: String, allowed: &str| SceneError::Value {
+    /// [`SceneError::Value`] when a plane or a region touches no node or the blank makes no body;
+    /// [`SceneError::Blank`] when its mesh file cannot be used.
+    pub fn simulation_setup(&self, path: &Path) -> Result<SimulationSetup, SceneError> {
+        let value = |(place, found, allowed): (String, String, String)| SceneError::Value {
             path: path.to_path_buf(),
             place,
             found,
-            allowed: allowed.to_owned(),
+            allowed,
         };
-        let mesh = self.blank_mesh();
-        let mut constraints = Constraints::none(mesh.nodes.len());
-        let tolerance = 1e-9 * self.scene.blank.size_mm[0].max(self.scene.blank.size_mm[1]);
-        for (k, plane) in self.scene.symmetry.iter().enumerate() {
-            let axis = plane.normal.index();
-            if constraints.symmetry_plane(&mesh.nodes, axis, plane.at_mm, tolerance) == 0 {
-                let found = format!("{} mm, where the blank has no node", plane.at_mm);
-                return Err(value(format!("symmetry[{k}].at_mm"), found, "a side of the blank"));
-            }
-        }
+        let mesh = blank_mesh(&self.scene.blank, path, &self.folder)?;
+        let constraints = constraints(&self.scene, &mesh.nodes).map_err(value)?;
+        let loads = loads(&self.scene, &mesh.nodes, self.share()).map_err(value)?;
         let body = Body::new(mesh, self.scene.blank.element, self.material.clone())
-            .map_err(|e| value("blank".into(), e.to_string(), "a sound mesh"))?;
+            .map_err(|e| value(("blank".into(), e.to_string(), "a sound mesh".into())))?;
         let tools = self.scene.tools.iter().zip(&self.tools);
         Ok(SimulationSetup {
             body,
             constraints,
+            loads,
             tools: tools.map(|(tool, loaded)| tool_setup(tool, loaded.surface.clone())).collect(),
             stages: self.stages(),
             limits: self.limits(),
@@ -75,14 +60,17 @@ impl Plan {
 
     fn stages(&self) -> Vec<Stage> {
         let mut last = vec![Last::Nothing; self.scene.tools.len()];
+        let mut load = 0.0;
         let mut stages = Vec::with_capacity(self.scene.stages.len());
         for stage in &self.scene.stages {
             let tools = self.scene.tools.iter().zip(&mut last);
             let motions = tools.map(|(tool, last)| motion(stage.drive.get(&tool.name), last));
+            let next = stage.load_share.unwrap_or(1.0);
             stages.push(Stage {
                 name: stage.name.clone(),
                 duration: 1.0,
                 motions: motions.collect(),
+                load: Curve::ramp(std::mem::replace(&mut load, next), next),
                 first_step: stage.first_increment.unwrap_or(FIRST_INCREMENT),
                 largest_step: stage.largest_increment.unwrap_or(LARGEST_INCREMENT),
             });

@@ -24,6 +24,12 @@ pub struct Scene {
     /// Symmetry planes of the modelled part.
     #[serde(default)]
     pub symmetry: Vec<SymmetryPlane>,
+    /// Nodes that are held.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub holds: Vec<Hold>,
+    /// Forces on nodes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub loads: Vec<Load>,
     /// Rigid tools.
     pub tools: Vec<Tool>,
     /// Stages, one after the other.
@@ -44,28 +50,101 @@ pub enum FormatTag {
     Scene,
 }
 
-/// The sheet before forming: a flat rectangle of hexahedra, thickness along z.
+/// The sheet before forming: hexahedra in layers, thickness along z.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Blank {
-    /// Smallest x and y of the rectangle [mm].
-    #[serde(default)]
-    pub corner_mm: [f64; 2],
-    /// Size along x and y [mm], > 0.
-    pub size_mm: [f64; 2],
+    /// Its outline and elements in plan.
+    pub shape: BlankShape,
     /// Thickness [mm], > 0.
     pub thickness_mm: f64,
+    /// Elements through the thickness, >= 1.
+    #[serde(default = "one")]
+    pub layers: usize,
     /// z of its lower face [mm].
     #[serde(default)]
     pub z_mm: f64,
-    /// Elements along x, y and through the thickness, each >= 1.
-    pub elements: [usize; 3],
     /// Element formulation.
     #[serde(default)]
     pub element: ElementKind,
     /// Angle from x to the rolling direction [degrees].
     #[serde(default)]
     pub rolling_direction_deg: f64,
+}
+
+fn one() -> usize {
+    1
+}
+
+/// Outline of a sheet and its elements in plan.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum BlankShape {
+    /// A rectangle along x and y.
+    Rectangle {
+        /// Smallest x and y [mm].
+        #[serde(default)]
+        corner_mm: [f64; 2],
+        /// Size along x and y [mm], > 0.
+        size_mm: [f64; 2],
+        /// Elements along x and y, each >= 1.
+        elements: [usize; 2],
+    },
+    /// The quarter `x, y >= 0` of a disc about the origin.
+    QuarterDisc {
+        /// Radius [mm], > 0.
+        radius_mm: f64,
+        /// Elements along a side of the square core, >= 1; the rim has twice as many.
+        core: usize,
+        /// Elements from the core to the rim, >= 1.
+        rings: usize,
+    },
+    /// The quadrilaterals of a mesh file (.msh, .vtu, .obj), which are the sheet's lower face.
+    Mesh {
+        /// Mesh file, relative to the scene.
+        file: String,
+    },
+}
+
+/// Nodes held where they are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Hold {
+    /// Which nodes.
+    #[serde(rename = "where")]
+    pub region: Region,
+    /// Directions in which they cannot move.
+    pub axes: Vec<Axis>,
+}
+
+/// A constant force on nodes: it grows from zero over the first stage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    /// Which nodes.
+    #[serde(rename = "where")]
+    pub region: Region,
+    /// Force of the whole process, shared equally by the nodes there [N].
+    pub force_n: [f64; 3],
+}
+
+/// Nodes of the undeformed sheet.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Region {
+    /// All nodes (`true`).
+    All(bool),
+    /// Nodes on a plane.
+    Plane(SymmetryPlane),
+    /// Nodes at least this far from the z axis [mm].
+    BeyondRadiusMm(f64),
+    /// Nodes in a box [mm].
+    Box {
+        /// Smallest coordinates.
+        min_mm: [f64; 3],
+        /// Largest coordinates.
+        max_mm: [f64; 3],
+    },
 }
 
 /// A material by name or in full.
@@ -173,6 +252,9 @@ pub struct Stage {
     /// Largest increment as a share of the stage, in (0, 1].
     #[serde(default)]
     pub largest_increment: Option<f64>,
+    /// Share of `loads` at the end of the stage; 1 when not said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load_share: Option<f64>,
 }
 
 /// What drives a tool during a stage.

@@ -1,5 +1,7 @@
 //! The blank: a mesh of 8-node hexahedra whose nodes are grouped by columns through the thickness.
 
+use std::f64::consts::FRAC_PI_2;
+
 use crate::geometry::{Vec2, Vec3};
 
 /// A hexahedral mesh of a sheet.
@@ -57,6 +59,81 @@ pub fn rectangle(
         }
     }
     HexMesh { nodes, elements, nodes_per_column: levels }
+}
+
+/// A sheet of `layers` hexahedra over quadrilaterals (counter-clockwise seen from the top), which are its bottom face;
+/// thickness [mm] along the mean normals at their corners.
+#[must_use]
+pub fn thickened(points: &[Vec3], quads: &[[u32; 4]], thickness: f64, layers: usize) -> HexMesh {
+    let layers = layers.max(1);
+    let levels = layers + 1;
+    let mut normals = vec![Vec3::zeros(); points.len()];
+    for quad in quads {
+        let [a, b, c, d] = quad.map(|n| points[n as usize]);
+        let area = (c - a).cross(&(d - b));
+        quad.iter().for_each(|&n| normals[n as usize] += area);
+    }
+    let part = |level: usize| thickness * level as f64 / layers as f64;
+    let column = |(x, n): (&Vec3, &Vec3)| {
+        let (x, n) = (*x, n.normalize());
+        (0..levels).map(move |level| x + n * part(level))
+    };
+    let nodes = points.iter().zip(&normals).flat_map(column).collect();
+    let at = |quad: &[u32; 4], level: usize| quad.map(|n| n * levels as u32 + level as u32);
+    let hexahedra = |quad: &[u32; 4]| -> Vec<[u32; 8]> {
+        let stack = |k| {
+            let ([a, b, c, d], [e, f, g, h]) = (at(quad, k), at(quad, k + 1));
+            [a, b, c, d, e, f, g, h]
+        };
+        (0..layers).map(stack).collect()
+    };
+    let elements = quads.iter().flat_map(hexahedra).collect();
+    HexMesh { nodes, elements, nodes_per_column: levels }
+}
+
+/// Quadrilaterals of a quarter disc `x, y >= 0` of a radius [mm] about the origin: a core of `core` x `core` cells, and
+/// `rings` cells from it to the rim.
+#[must_use]
+pub fn quarter_disc(radius: f64, core: usize, rings: usize) -> (Vec<Vec3>, Vec<[u32; 4]>) {
+    /// Half side of the core over the radius, and how round its outer border is (0 square, 1 circle).
+    const CORE: f64 = 0.4;
+    const ROUND: f64 = 0.6;
+    let (core, rings) = (core.max(1), rings.max(1));
+    let inside = |i: usize, j: usize| {
+        let (u, v) = (i as f64 / core as f64, j as f64 / core as f64);
+        let out = u.max(v);
+        let slant = if out > 0.0 { u.hypot(v) / out - 1.0 } else { 0.0 };
+        Vec3::new(u, v, 0.0) * (CORE * radius / (1.0 + ROUND * slant * out))
+    };
+    let mut points: Vec<Vec3> = (0..=core)
+        .flat_map(|i| (0..=core).map(move |j| (i, j)))
+        .map(|(i, j)| inside(i, j))
+        .collect();
+    let core_id = |i: usize, j: usize| (i * (core + 1) + j) as u32;
+    let mut quads = Vec::with_capacity(core * core + 2 * core * rings);
+    for i in 0..core {
+        for j in 0..core {
+            let (i1, j1) = (i + 1, j + 1);
+            quads.push([core_id(i, j), core_id(i1, j), core_id(i1, j1), core_id(i, j1)]);
+        }
+    }
+    let up = (0..=core).map(|j| core_id(core, j));
+    let border: Vec<u32> = up.chain((0..core).rev().map(|i| core_id(i, core))).collect();
+    let mut spokes: Vec<Vec<u32>> = Vec::with_capacity(border.len());
+    for (k, &inner) in border.iter().enumerate() {
+        let (s, c) = (FRAC_PI_2 * k as f64 / (2 * core) as f64).sin_cos();
+        let last = k == 2 * core;
+        let rim = Vec3::new(if last { 0.0 } else { c }, s, 0.0) * radius;
+        let from = points[inner as usize];
+        let first = points.len() as u32;
+        let place = |r: usize| from + (rim - from) * (r as f64 / rings as f64);
+        points.extend((1..=rings).map(place));
+        spokes.push(std::iter::once(inner).chain(first..first + rings as u32).collect());
+    }
+    for pair in spokes.windows(2) {
+        quads.extend((0..rings).map(|r| [pair[0][r], pair[0][r + 1], pair[1][r + 1], pair[1][r]]));
+    }
+    (points, quads)
 }
 
 impl HexMesh {
@@ -122,5 +199,25 @@ mod tests {
             let volume = (p(1) - p(0)).cross(&(p(3) - p(0))).dot(&(p(4) - p(0)));
             assert!((volume - 0.25).abs() < 1e-15);
         }
+    }
+
+    /// Quads of the same sense, no node twice, area of the polygon between the spokes.
+    #[test]
+    fn a_thickened_quarter_disc_is_sound() {
+        let (core, rings) = (5, 7);
+        let (points, quads) = quarter_disc(60.0, core, rings);
+        assert_eq!(points.len(), (core + 1) * (core + 1) + (2 * core + 1) * rings);
+        let mesh = thickened(&points, &quads, 0.8, 2);
+        assert_eq!(mesh.column_count(), points.len());
+        let mut volume = 0.0;
+        for e in &mesh.elements {
+            let p = e.map(|n| mesh.nodes[n as usize]);
+            let area = (p[2] - p[0]).cross(&(p[3] - p[1])).z * 0.5;
+            assert!(area > 0.0);
+            volume += area * (p[4] - p[0]).z;
+        }
+        let spokes = 2.0 * core as f64;
+        let polygon = spokes * 0.5 * 60.0 * 60.0 * (FRAC_PI_2 / spokes).sin();
+        assert!((volume - 0.8 * polygon).abs() < 1e-9 * volume, "{volume} {polygon}");
     }
 }

@@ -20,6 +20,8 @@ pub struct SimulationSetup {
     pub body: Body,
     /// Symmetry planes and fixed nodes.
     pub constraints: Constraints,
+    /// Forces on the nodes, three a node [N], scaled by each stage's `load`; empty: none.
+    pub loads: Vec<f64>,
     /// The tools.
     pub tools: Vec<ToolSetup>,
     /// Stages, in order.
@@ -102,6 +104,7 @@ pub enum Control {
 pub struct Simulation {
     pub(super) sys: System,
     pub(super) stages: Vec<Stage>,
+    pub(super) loads: Vec<f64>,
     pub(super) limits: Limits,
     pub(super) share: f64,
     pub(super) committed: Committed,
@@ -118,7 +121,7 @@ impl Simulation {
     /// [`SimulationError::Setup`], [`SimulationError::NoTouch`], [`SimulationError::Linear`].
     pub fn new(setup: SimulationSetup) -> Result<Self, SimulationError> {
         check(&setup)?;
-        let SimulationSetup { body, constraints, tools, stages, limits, share } = setup;
+        let SimulationSetup { body, constraints, loads, tools, stages, limits, share } = setup;
         let mut tools: Vec<Tool> =
             tools.into_iter().map(|setup| Tool { setup, travel: 0.0 }).collect();
         place(&mut tools, &body)?;
@@ -131,6 +134,7 @@ impl Simulation {
         Ok(Self {
             sys,
             stages,
+            loads,
             limits,
             share,
             committed,

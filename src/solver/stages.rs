@@ -1,6 +1,6 @@
 //! Stages of a process and what an increment reports.
 
-use super::tools::Motion;
+use super::tools::{Curve, Motion};
 
 /// One stage: clamp, draw, release, ...
 #[derive(Debug, Clone, PartialEq)]
@@ -11,6 +11,8 @@ pub struct Stage {
     pub duration: f64,
     /// What each tool does, in the order of the tools.
     pub motions: Vec<Motion>,
+    /// Share of the set-up's loads over the stage.
+    pub load: Curve,
     /// First increment, a share of the stage in (0, 1].
     pub first_step: f64,
     /// Largest increment, a share of the stage in (0, 1].

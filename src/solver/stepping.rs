@@ -6,7 +6,7 @@ use super::constraints::Constraints;
 use super::newton::{NewtonError, NewtonStats, solve};
 use super::rigid::hold_rigid_modes;
 use super::simulation::{Control, Simulation, SimulationError};
-use super::stages::IncrementReport;
+use super::stages::{IncrementReport, Stage};
 use super::system::{Role, System};
 use super::tools::Motion;
 use crate::geometry::Vec3;
@@ -102,7 +102,8 @@ pub(super) fn run_stage(
 fn begin(sim: &mut Simulation, stage: usize) -> Plan {
     let sys = &mut sim.sys;
     let mut released = vec![0.0; sys.u.len()];
-    let motions = &sim.stages[stage].motions;
+    let now = &sim.stages[stage];
+    let motions = &now.motions;
     for (_, c) in sys.contact.active() {
         if motions[c.tool] == Motion::Release {
             let force = sys.contact_force(c.node);
@@ -112,7 +113,8 @@ fn begin(sim: &mut Simulation, stage: usize) -> Plan {
     let plan =
         Plan { stage, start_travels: sys.tools.iter().map(|t| t.travel).collect(), released };
     sim.committed.last = None;
-    set_targets(sys, motions, &plan, 0.0, sim.share);
+    set_targets(sys, now, &plan, 0.0, sim.share);
+    add_loads(sys, &sim.loads, now.load.at(0.0));
     sim.committed.applied.copy_from_slice(&sys.applied);
     for k in 0..sys.contact.candidates.len() {
         let tool = sys.contact.candidates[k].tool;
@@ -152,8 +154,8 @@ fn end(sim: &mut Simulation) {
 }
 
 /// Sets tools and applied forces to their state at `share` of the stage.
-fn set_targets(sys: &mut System, motions: &[Motion], plan: &Plan, share: f64, whole: f64) {
-    for (tool, motion) in motions.iter().enumerate() {
+fn set_targets(sys: &mut System, stage: &Stage, plan: &Plan, share: f64, whole: f64) {
+    for (tool, motion) in stage.motions.iter().enumerate() {
         let start = plan.start_travels[tool];
         let (role, travel) = match motion {
             Motion::Hold => (Role::Travel, Some(start)),
@@ -173,6 +175,10 @@ fn set_targets(sys: &mut System, motions: &[Motion], plan: &Plan, share: f64, wh
     }
 }
 
+fn add_loads(sys: &mut System, loads: &[f64], share: f64) {
+    sys.applied.iter_mut().zip(loads).for_each(|(a, load)| *a += share * load);
+}
+
 fn attempt(
     sim: &mut Simulation,
     plan: &Plan,
@@ -181,7 +187,9 @@ fn attempt(
     patient: bool,
 ) -> Result<NewtonStats, NewtonError> {
     predict(&mut sim.sys, &sim.committed, target - share);
-    set_targets(&mut sim.sys, &sim.stages[plan.stage].motions, plan, target, sim.share);
+    let stage = &sim.stages[plan.stage];
+    set_targets(&mut sim.sys, stage, plan, target, sim.share);
+    add_loads(&mut sim.sys, &sim.loads, stage.load.at(target));
     solve(&mut sim.sys, &sim.limits, patient, &mut sim.history)
 }
 

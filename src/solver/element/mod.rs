@@ -46,12 +46,18 @@ pub enum ElementKind {
     Hex8Enhanced,
     /// Solid-shell with 2 x 2 x `points` points: bends a thin sheet with one layer of elements.
     SolidShell {
-        /// Points through the thickness, 2 to 9 (5 is a good choice).
+        /// Points through the thickness, 2 to 9.
+        #[serde(default = "five")]
         points: u8,
         /// Whether the in-plane strains are enhanced as well: better in-plane bending, but prone to
         /// hourglassing under strong in-plane compression.
+        #[serde(default)]
         membrane: bool,
     },
+}
+
+fn five() -> u8 {
+    5
 }
 
 impl ElementKind {

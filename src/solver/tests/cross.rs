@@ -43,6 +43,7 @@ fn setup(n: usize, depth: f64) -> SimulationSetup {
     SimulationSetup {
         body: body(mesh, steel),
         constraints,
+        loads: Vec::new(),
         tools,
         stages,
         limits: Limits::default(),

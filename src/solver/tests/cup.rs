@@ -64,6 +64,7 @@ fn cup(case: &Case) -> SimulationSetup {
     SimulationSetup {
         body: body(mesh, steel),
         constraints,
+        loads: Vec::new(),
         tools,
         stages: stages(case),
         limits: Limits { friction_transition: case.transition, ..Limits::default() },

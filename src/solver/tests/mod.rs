@@ -16,7 +16,7 @@ use crate::solver::element::ElementKind;
 use crate::solver::material::Material;
 use crate::solver::material::elastic::Elastic;
 use crate::solver::{
-    Constraints, Limits, Motion, Placement, SheetSide, SimulationSetup, Stage, ToolSetup,
+    Constraints, Curve, Limits, Motion, Placement, SheetSide, SimulationSetup, Stage, ToolSetup,
 };
 use crate::tool::ToolModel;
 
@@ -41,7 +41,14 @@ fn tool(name: &str, model: ToolModel, direction: Vec3, side: SheetSide, mu: f64)
 }
 
 fn stage(name: &str, motions: Vec<Motion>, first_step: f64) -> Stage {
-    Stage { name: name.into(), duration: 1.0, motions, first_step, largest_step: 1.0 }
+    Stage {
+        name: name.into(),
+        duration: 1.0,
+        motions,
+        load: Curve::constant(0.0),
+        first_step,
+        largest_step: 1.0,
+    }
 }
 
 fn setup(
@@ -50,5 +57,13 @@ fn setup(
     tools: Vec<ToolSetup>,
     stages: Vec<Stage>,
 ) -> SimulationSetup {
-    SimulationSetup { body, constraints, tools, stages, limits: Limits::default(), share: 1.0 }
+    SimulationSetup {
+        body,
+        constraints,
+        loads: Vec::new(),
+        tools,
+        stages,
+        limits: Limits::default(),
+        share: 1.0,
+    }
 }

@@ -58,7 +58,11 @@ pub(super) fn revise(
         sys.contact.active().map(|(k, _)| k).filter(|&k| !sys.can_touch(k)).collect();
     lost.iter().for_each(|&k| switch(sys, k, false));
     let pulled = pulled(sys, last, near_balance);
-    let inside = penetrating(sys, touch(sys, limits), |c| c.foot.gap);
+    // The first iterate is a guess: what penetrates there need not after the first correction.
+    let inside = match last {
+        Some(_) => penetrating(sys, touch(sys, limits), |c| c.foot.gap),
+        None => Vec::new(),
+    };
     let wrong = pivot(sys, pulled, inside, pivoting);
     lost.len() + wrong + keep_pushed_tools(sys)
 }
@@ -145,7 +149,20 @@ fn penetrating(sys: &System, touch: f64, gap: impl Fn(&Candidate) -> f64) -> Vec
         .collect();
     out.sort_by(|a, b| set[a.0].node.cmp(&set[b.0].node).then(a.1.total_cmp(&b.1)));
     out.dedup_by_key(|c| set[c.0].node);
-    out
+    crests(sys, &out)
+}
+
+/// Of penetrating nodes only those that are as deep as the deepest of their neighbours. Where a stretch of the
+/// sheet dips into a tool its crest is what touches; all of it at once would have to be let go again one row of
+/// nodes after the other.
+fn crests(sys: &System, inside: &[(usize, f64)]) -> Vec<(usize, f64)> {
+    /// Share of the deepest neighbour's depth.
+    const DEEP: f64 = 0.999;
+    let set = &sys.contact.candidates;
+    let mut depth = vec![0.0_f64; sys.node_count()];
+    inside.iter().for_each(|&(k, gap)| depth[set[k].node] = -gap);
+    let deepest = |node: usize| sys.neighbours(node).map(|n| depth[n]).fold(0.0, f64::max);
+    inside.iter().filter(|&&(k, gap)| -gap >= DEEP * deepest(set[k].node)).copied().collect()
 }
 
 /// Takes in every free node whose gap is below `touch` [mm].

@@ -11,6 +11,7 @@ pub mod blank;
 pub mod constraints;
 mod contact;
 pub mod element;
+mod line_search;
 pub mod linear;
 pub mod material;
 pub mod newton;

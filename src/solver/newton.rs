@@ -3,6 +3,7 @@
 use super::active_set::{Pivoting, revise, settle};
 use super::assembly::ElementFailure;
 use super::element::Want;
+use super::line_search;
 use super::linear::LinearError;
 use super::stages::{IterationRecord, Limits};
 use super::system::{Correction, Residual, System};
@@ -103,7 +104,9 @@ pub(super) fn solve(
         let (correction, solves) = settle(sys, first, limits)?;
         sys.remember_sliding();
         stats.solves += 1 + solves;
-        let share = bounded_share(sys, &correction) * if swings(history) { 0.5 } else { 1.0 };
+        let bound = bounded_share(sys, &correction);
+        let share =
+            if swings(history) { line_search::share(sys, &correction, bound) } else { bound };
         apply(sys, &correction, share);
         stats.iterations += 1;
         last = Some(correction);
@@ -165,13 +168,11 @@ fn evaluate_or_shorten(sys: &mut System, last: &mut Option<Correction>) -> Resul
     Ok(sys.evaluate(Want::ResidualAndTangent)?)
 }
 
-/// True when the residual has come back to where it was two iterations ago, twice: points that stick and
-/// slide in turn. Half a step lets them settle on one side.
+/// True when two iterations have not brought the residual down: points that are elastic and plastic, or stick and
+/// slide, in turn.
 fn swings(history: &[IterationRecord]) -> bool {
     let n = history.len();
-    n >= 6
-        && n.is_multiple_of(2)
-        && (1..=2).all(|k| history[n - k].residual > 0.3 * history[n - k - 2].residual)
+    n >= 4 && history[n - 1].residual > 0.3 * history[n - 3].residual
 }
 
 /// True when the forces are still out of balance by as much as the contact forces themselves, although
@@ -194,7 +195,7 @@ fn bounded_share(sys: &System, correction: &Correction) -> f64 {
     if largest > allowed { allowed / largest } else { 1.0 }
 }
 
-fn apply(sys: &mut System, correction: &Correction, share: f64) {
+pub(super) fn apply(sys: &mut System, correction: &Correction, share: f64) {
     sys.u.iter_mut().zip(&correction.u).for_each(|(u, d)| *u += share * d);
     for &(tool, travel) in &correction.travels {
         sys.tools[tool].travel += share * travel;

@@ -122,6 +122,13 @@ impl System {
         Vec3::from_column_slice(&self.u[3 * node..3 * node + 3])
     }
 
+    /// Nodes that share an element with `node`, itself included.
+    pub(super) fn neighbours(&self, node: usize) -> impl Iterator<Item = usize> {
+        let pattern = self.body.pattern();
+        let row = pattern.row_ptr[3 * node]..pattern.row_ptr[3 * node + 1];
+        pattern.col_idx[row].iter().step_by(3).map(|column| column / 3)
+    }
+
     /// Present position of a node.
     pub(super) fn position(&self, node: usize) -> Vec3 {
         self.body.mesh().nodes[node] + self.displacement(node)
@@ -236,6 +243,14 @@ impl System {
         residual.reference = supports.sqrt();
         self.timings.contact += start.elapsed().as_secs_f64();
         residual
+    }
+
+    /// Force out of balance at every node [N]: equilibrium, or Coulomb's law where a tool or a support takes the rest.
+    pub(super) fn unbalanced(&self) -> impl Iterator<Item = Vec3> {
+        let mut conditions = self.conditions.iter().peekable();
+        (0..self.node_count()).map(move |node| {
+            conditions.next_if(|c| c.node == node).map_or_else(|| self.force_at(node), |c| c.force)
+        })
     }
 
     /// Lets every touching candidate remember whether it slides; once an iterate.

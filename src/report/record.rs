@@ -158,6 +158,9 @@ pub struct RunRecord {
     pub iterations: usize,
     /// Increments that were cut and tried again.
     pub cuts: usize,
+    /// Factorisations of the matrix.
+    #[serde(default)]
+    pub factorisations: usize,
     /// Wall time [s].
     pub wall_s: f64,
     /// Processor time of all threads [s].

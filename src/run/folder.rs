@@ -61,6 +61,7 @@ impl RunFolder {
             increments: 0,
             iterations: 0,
             cuts: 0,
+            factorisations: 0,
             wall_s: 0.0,
             cpu_s: 0.0,
             peak_mb: 0.0,
@@ -162,6 +163,7 @@ impl RunFolder {
         record.cpu_s = cpu_seconds();
         record.peak_mb = peak_megabytes();
         let t = &report.timings;
+        record.factorisations = t.factorisations;
         record.timings_s = [
             ("search", t.search),
             ("elements", t.elements),

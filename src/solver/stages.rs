@@ -66,6 +66,8 @@ pub struct Timings {
     pub factor: f64,
     /// Substitution and refinement.
     pub solve: f64,
+    /// Factorisations counted by `factor`: at least one an iteration, more where the active set is settled.
+    pub factorisations: usize,
 }
 
 /// Work since the start of the run [mJ], of the whole process.

@@ -295,6 +295,7 @@ impl System {
         self.timings.contact += start.elapsed().as_secs_f64();
         let solved = self.solver.solve(&self.values, &mut all);
         (self.timings.factor, self.timings.solve) = (self.solver.factor_s, self.solver.solve_s);
+        self.timings.factorisations = self.solver.factorisations;
         solved?;
         let start = Instant::now();
         let (u, travels) = self.border(all, &borders, &moved)?;

@@ -19,6 +19,8 @@ pub struct CheckedSolver {
     pub fallbacks: usize,
     /// Wall time of all factorisations so far [s].
     pub factor_s: f64,
+    /// Factorisations so far.
+    pub factorisations: usize,
     /// Wall time of all substitutions and refinements so far [s].
     pub solve_s: f64,
 }
@@ -55,6 +57,7 @@ impl CheckedSolver {
             current: 0,
             fallbacks: 0,
             factor_s: 0.0,
+            factorisations: 0,
             solve_s: 0.0,
         };
         out.plan(0)?;
@@ -86,6 +89,7 @@ impl CheckedSolver {
             let start = Instant::now();
             last = self.solvers[k].factor(values);
             self.factor_s += start.elapsed().as_secs_f64();
+            self.factorisations += 1;
             if last.is_ok() {
                 let start = Instant::now();
                 last = self.refined_all(values, rhs, &given);

@@ -1,5 +1,7 @@
 //! From what a file says to a model: exact B-splines, closed loops, joined edges.
 
+use rayon::prelude::*;
+
 use super::loops::{LoopFault, Side, closed_loops, path_of};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
@@ -31,8 +33,14 @@ pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
         ..Model::default()
     };
     let mut pieces = Vec::new();
-    for face in &raw.faces {
-        match build_face(face, tolerance, &mut diagnostics) {
+    let one = |face| {
+        let mut said = Vec::new();
+        (build_face(face, tolerance, &mut said), said)
+    };
+    let built: Vec<_> = raw.faces.par_iter().map(one).collect();
+    for (face, (outcome, said)) in raw.faces.iter().zip(built) {
+        diagnostics.extend(said);
+        match outcome {
             Ok((built, mut sides)) => {
                 let index = model.faces.len();
                 sides.iter_mut().for_each(|p| p.at[0] = index);

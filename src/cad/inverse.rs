@@ -111,7 +111,17 @@ impl Native<'_> {
         for _ in 0..40 {
             let r = d.s - p;
             let g = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
-            let mut step = descent(&d, &r, g, held(uv, g));
+            let (mut step, quadratic) = descent(&d, &r, g, held(uv, g));
+            let length = (d.su * step.x).norm() + (d.sv * step.y).norm();
+            if length <= 1e-15 * (1.0 + d.s.norm()) {
+                break;
+            }
+            if quadratic && length <= 1e-9 * (1.0 + d.s.norm()) {
+                // What is left after this step is below rounding, and so is what it gains.
+                uv = clamp(uv + step);
+                best = (self.point(uv) - p).norm_squared();
+                break;
+            }
             let mut moved = false;
             for _ in 0..20 {
                 let next = clamp(uv + step);
@@ -123,8 +133,7 @@ impl Native<'_> {
                 }
                 step *= 0.5;
             }
-            let small = (d.su * step.x).norm() + (d.sv * step.y).norm();
-            if !moved || small <= 1e-14 * (1.0 + d.s.norm()) {
+            if !moved || length <= 1e-14 * (1.0 + d.s.norm()) {
                 break;
             }
         }
@@ -165,8 +174,9 @@ impl Native<'_> {
     }
 }
 
-/// Newton step where the Hessian is positive definite, Gauss-Newton elsewhere, in the parameters not held.
-fn descent(d: &SurfaceDerivs, r: &Vec3, g: Vec2, held: [bool; 2]) -> Vec2 {
+/// Newton step where the Hessian is positive definite (and true: it converges quadratically), Gauss-Newton
+/// elsewhere, in the parameters not held.
+fn descent(d: &SurfaceDerivs, r: &Vec3, g: Vec2, held: [bool; 2]) -> (Vec2, bool) {
     let gauss = (d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared());
     let full = (gauss.0 + r.dot(&d.suu), gauss.1 + r.dot(&d.suv), gauss.2 + r.dot(&d.svv));
     let solve = |(a, b, c): (f64, f64, f64)| -> Option<Vec2> {
@@ -181,14 +191,18 @@ fn descent(d: &SurfaceDerivs, r: &Vec3, g: Vec2, held: [bool; 2]) -> Vec2 {
             }
         }
     };
-    solve(full).or_else(|| solve(gauss)).unwrap_or_else(|| {
+    if let Some(step) = solve(full) {
+        return (step, true);
+    }
+    let step = solve(gauss).unwrap_or_else(|| {
         // One direction has no extent (a pole): move along the other.
         if gauss.0 > gauss.2 {
             Vec2::new(-g.x / gauss.0, 0.0)
         } else {
             Vec2::new(0.0, -g.y / gauss.2.max(f64::MIN_POSITIVE))
         }
-    })
+    });
+    (step, false)
 }
 
 /// Nearest point of a torus; a spindle torus has feet on both half circles of the plane through the point, and

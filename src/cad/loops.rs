@@ -6,8 +6,12 @@ use super::raw::{RawEdge, RawLoop};
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Vec2, Vec3};
 
-/// Parameter curves are fitted to this share of their extent.
+/// Parameter curves are fitted to this share of their extent...
 const FIT: f64 = 1e-10;
+/// ...or of the curve's own distance from the surface, where that is larger.
+const FIT_OF_GAP: f64 = 1e-2;
+/// However far a curve lies off: never looser than this.
+const LOOSEST_FIT: f64 = 1e-7;
 
 /// One side of a loop: its curve in native parameters, in the loop's direction.
 #[derive(Debug, Clone)]
@@ -318,6 +322,9 @@ fn projected(native: &Native<'_>, curve: &Curve3, hint: Option<&Curve2>, size: f
     let mut breaks: Vec<f64> =
         curve.knots().iter().copied().filter(|t| *t >= a && *t <= b).collect();
     breaks.dedup();
+    let gap = (1..n).map(|k| (native.point(samples[k]) - curve.point(at(k))).norm());
+    let gap = gap.fold(0.0, f64::max) / curve_extent(curve, n).max(f64::MIN_POSITIVE);
+    let tolerance = (FIT_OF_GAP * gap).clamp(FIT, LOOSEST_FIT) * extent;
     let f = |t: f64| {
         let h = near(t);
         // Ends keep the sample: at a pole the parameter comes from the neighbours.
@@ -329,7 +336,15 @@ fn projected(native: &Native<'_>, curve: &Curve3, hint: Option<&Curve2>, size: f
             native.inverse(&curve.point(t), Some(h))
         }
     };
-    Curve2::fitted(f, &breaks, FIT * extent)
+    Curve2::fitted(f, &breaks, tolerance)
+}
+
+/// Largest distance of a curve's points from its first [mm].
+fn curve_extent(curve: &Curve3, n: usize) -> f64 {
+    let [a, b] = curve.domain();
+    let first = curve.point(a);
+    let at = |k: usize| curve.point(a + (b - a) * k as f64 / n as f64);
+    (1..=n).map(|k| (at(k) - first).norm()).fold(0.0, f64::max)
 }
 
 /// Parameters of `n + 1` points of a curve, each searched from where its neighbours lead; where that foot is far,

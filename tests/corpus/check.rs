@@ -47,6 +47,17 @@ pub struct Row {
 }
 
 impl Row {
+    /// All figures agree with the kernel's.
+    #[allow(dead_code, reason = "the report asks for all at once, the test one by one")]
+    pub fn holds(&self) -> bool {
+        let counted = self.faces[0] == self.faces[1] || self.unmatched == [0, 0];
+        self.refused.is_none()
+            && counted
+            && self.area_holds()
+            && self.bbox_holds()
+            && self.free_holds()
+    }
+
     pub fn area_holds(&self) -> bool {
         self.area.is_none_or(|[off, allowed]| off <= allowed)
     }

@@ -16,7 +16,7 @@ const EXPLAINED: [(&str, &[&str]); 12] = [
     ("dealii__DTMB-5415_bulbous_bow.igs", &["box"]),
     ("gismo__torus.igs", &["box"]),
     ("overtureframework__heartValve.igs", &["box", "free edges"]),
-    ("pyiges__impeller.igs", &[]),
+    ("pyiges__impeller.igs", &["area", "box", "free edges"]),
     ("pygeo__c172.igs", &[]),
     ("stepcode__MAINBODY_BACK.stp", &["box"]),
 ];

@@ -12,6 +12,8 @@ const FIT: f64 = 1e-10;
 const FIT_OF_GAP: f64 = 1e-2;
 /// However far a curve lies off: never looser than this.
 const LOOSEST_FIT: f64 = 1e-7;
+/// A parameter curve that the file prefers stands for the curve in space up to this share of the face's size.
+const PREFERRED: f64 = 1e-2;
 
 /// One side of a loop: its curve in native parameters, in the loop's direction.
 #[derive(Debug, Clone)]
@@ -281,7 +283,7 @@ fn side_of(native: &Native<'_>, edge: &RawEdge, size: f64, tolerance: f64) -> Op
         });
     };
     let off = deviation(native, &path, curve);
-    let keep = off <= 1e-8 * size || (edge.prefer_pcurve && off <= tolerance.max(1e-4 * size));
+    let keep = off <= 1e-8 * size || (edge.prefer_pcurve && off <= tolerance.max(PREFERRED * size));
     if keep {
         return Some(Side { path, curve: (off <= tolerance).then(|| curve.clone()), edge_id });
     }

@@ -57,8 +57,22 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
         model.faces[face].loops[l].uses.splice(k..=k, uses);
     }
     model.edges = joined.edges;
-    model.vertices = corners.points;
+    number_vertices(model, &corners);
     number_uses(model);
+}
+
+/// Keeps the corners at which edges end.
+fn number_vertices(model: &mut Model, corners: &Corners) {
+    let mut numbers = vec![usize::MAX; corners.points.len()];
+    model.vertices.clear();
+    for end in model.edges.iter_mut().flat_map(|e| &mut e.vertices) {
+        let root = corners.root(*end);
+        if numbers[root] == usize::MAX {
+            numbers[root] = model.vertices.len();
+            model.vertices.push(corners.points[root]);
+        }
+        *end = numbers[root];
+    }
 }
 
 /// Lists at every edge the uses that name it.
@@ -84,12 +98,14 @@ struct Corners {
     points: Vec<Vec3>,
     /// Places and the corners they stand for: a corner has several where a file's edge ends twice.
     cells: FxHashMap<[i64; 3], Vec<(Vec3, usize)>>,
+    /// The corner that each stands for, or a nearer one to it: the smallest number is the corner itself.
+    parents: Vec<usize>,
     tolerance: f64,
 }
 
 impl Corners {
     fn new(tolerance: f64) -> Self {
-        Self { points: Vec::new(), cells: FxHashMap::default(), tolerance }
+        Self { points: Vec::new(), cells: FxHashMap::default(), parents: Vec::new(), tolerance }
     }
 
     fn cell(&self, p: &Vec3) -> [i64; 3] {
@@ -103,6 +119,7 @@ impl Corners {
             return id;
         }
         self.points.push(*p);
+        self.parents.push(self.parents.len());
         self.cells.entry(self.cell(p)).or_default().push((*p, self.points.len() - 1));
         self.points.len() - 1
     }
@@ -111,12 +128,26 @@ impl Corners {
     fn same(&mut self, own: [Vec3; 2], first: [Vec3; 2]) {
         let apart = |k: usize| (own[0] - first[k]).norm() + (own[1] - first[1 - k]).norm();
         let swap = usize::from(apart(1) < apart(0));
+        let near = (OWN_EDGE * (first[1] - first[0]).norm()).max(10.0 * self.tolerance);
         for (k, p) in own.iter().enumerate() {
-            if self.find(p).is_none() {
-                let id = self.id(&first[(k + swap) % 2]);
-                self.cells.entry(self.cell(p)).or_default().push((*p, id));
+            let there = first[(k + swap) % 2];
+            let id = self.id(&there);
+            match self.find(p) {
+                None => self.cells.entry(self.cell(p)).or_default().push((*p, id)),
+                Some(other) if (p - there).norm() <= near => {
+                    self.parents[id.max(other)] = id.min(other);
+                }
+                Some(_) => {}
             }
         }
+    }
+
+    /// The corner that a corner stands for.
+    fn root(&self, mut id: usize) -> usize {
+        while self.parents[id] != id {
+            id = self.parents[id];
+        }
+        id
     }
 
     /// The nearest corner within the tolerance of `p`.
@@ -132,7 +163,7 @@ impl Corners {
                 }
             }
         }
-        best.map(|b| b.1)
+        best.map(|b| self.root(b.1))
     }
 }
 
@@ -228,9 +259,10 @@ impl Joined {
             let curve = &self.edges[edge].curve;
             let same = piece.edge_id.is_some() && self.ids[edge] == piece.edge_id;
             let reach = if same { OWN_EDGE * curve.length() } else { 0.0 };
-            let reach = reach.max(4.0 * self.tolerance);
+            // Each of two sides may lie a tolerance from the edge between them, as corners do.
+            let reach = reach.max(2.0 * self.tolerance);
             let near = |s: f64| curve.closest(&at(s)).1.sqrt() <= reach;
-            if [0.5, 0.23, 0.81].into_iter().all(near) {
+            if [0.5, 0.23, 0.81, 0.07, 0.36, 0.66, 0.94].into_iter().all(near) {
                 let reversed = self.edges[edge].vertices != [a, b]
                     || (a == b && {
                         let [p, q] = [0.4, 0.6].map(|s| curve.closest(&at(s)).0);

@@ -2,7 +2,7 @@
 
 use super::model::{Face, Model};
 use super::trim_region::TrimRegion;
-use crate::geometry::nurbs::{Curve2, Surface};
+use crate::geometry::nurbs::{Curve2, Surface, SurfaceDerivs};
 use crate::geometry::{Aabb, Vec2, Vec3};
 
 /// Nodes and weights of the 15-point Kronrod rule on [-1, 1] (positive half, centre last) and the weights of the
@@ -78,12 +78,24 @@ fn breaks_between(knots: &[f64], a: f64, b: f64) -> Vec<f64> {
     out
 }
 
-/// By Green's theorem: the integral of `F dv` round the loops, `F(u, v)` the integral of |su x sv| along u
-/// from the lowest parameter.
+/// Area and first moment of a face, |su x sv| its density.
 fn moments(face: &Face, relative: f64) -> Moments {
+    let size = Aabb::of_points(face.surface.points()).diagonal();
+    let density = |d: &SurfaceDerivs| {
+        let da = d.su.cross(&d.sv).norm();
+        (da, d.s * da)
+    };
+    surface_integral(face, relative * size * size, &density)
+}
+
+/// By Green's theorem: the integral of `F dv` round the loops, `F(u, v)` the integral of the density along u
+/// from the lowest parameter. `tolerance` is absolute, on the first value.
+fn surface_integral(
+    face: &Face,
+    tolerance: f64,
+    density: &dyn Fn(&SurfaceDerivs) -> Moments,
+) -> Moments {
     let surface = &face.surface;
-    let size = Aabb::of_points(surface.points()).diagonal();
-    let tolerance = relative * size * size;
     let region = TrimRegion::new(face);
     let [ku, kv] = surface.knots();
     // A strip is an area a unit of v.
@@ -100,7 +112,7 @@ fn moments(face: &Face, relative: f64) -> Moments {
         split_at_knots(&mut breaks, curve, kv);
         let mut along = |t: f64| {
             let d = curve.derivs(t);
-            let inner = strip(surface, ku, region.low.x, d.c, along_u);
+            let inner = strip(surface, ku, region.low.x, d.c, (density, along_u));
             (inner.0 * d.d1.y, inner.1 * d.d1.y)
         };
         sum = add(sum, integrate(&mut along, &breaks, 1e-2 * tolerance), 1.0);
@@ -108,18 +120,20 @@ fn moments(face: &Face, relative: f64) -> Moments {
     sum
 }
 
-/// Integral of |su x sv| along u from `low` to `uv.x` at `uv.y`.
-fn strip(surface: &Surface, knots: &[f64], low: f64, uv: Vec2, tolerance: f64) -> Moments {
+/// Integral of the density along u from `low` to `uv.x` at `uv.y`, to a tolerance.
+fn strip(
+    surface: &Surface,
+    knots: &[f64],
+    low: f64,
+    uv: Vec2,
+    (density, tolerance): (&dyn Fn(&SurfaceDerivs) -> Moments, f64),
+) -> Moments {
     let (from, to, sign) = if uv.x >= low { (low, uv.x, 1.0) } else { (uv.x, low, -1.0) };
     if to <= from {
         return (0.0, Vec3::zeros());
     }
-    let mut density = |u: f64| {
-        let d = surface.derivs(Vec2::new(u, uv.y));
-        let da = d.su.cross(&d.sv).norm();
-        (da, d.s * da)
-    };
-    let found = integrate(&mut density, &breaks_between(knots, from, to), tolerance);
+    let mut along = |u: f64| density(&surface.derivs(Vec2::new(u, uv.y)));
+    let found = integrate(&mut along, &breaks_between(knots, from, to), tolerance);
     (sign * found.0, found.1 * sign)
 }
 
@@ -155,6 +169,13 @@ impl Face {
     #[must_use]
     pub fn area(&self, relative: f64) -> f64 {
         moments(self, relative).0.abs()
+    }
+
+    /// Area [mm^2] and its centroid [mm] (zero without area), to about 1e-9 of the face's size squared.
+    #[must_use]
+    pub fn area_and_centroid(&self) -> (f64, Vec3) {
+        let (area, moment) = moments(self, 1e-9);
+        (area.abs(), if area == 0.0 { Vec3::zeros() } else { moment / area })
     }
 
     /// Tight box of the trimmed face: its borders, and points inside where a coordinate is stationary.
@@ -278,6 +299,24 @@ impl Model {
         use rayon::prelude::*;
         let areas: Vec<f64> = self.faces.par_iter().map(|f| f.area(1e-10)).collect();
         areas.iter().sum()
+    }
+
+    /// Volume that closed faces enclose by their own normals [mm^3]: the divergence theorem, about the first
+    /// face's middle.
+    pub(super) fn volume_of(&self, faces: &[usize]) -> f64 {
+        use rayon::prelude::*;
+        let Some(first) = faces.first() else { return 0.0 };
+        let origin = Aabb::of_points(self.faces[*first].surface.points()).center();
+        let flux = |&f: &usize| {
+            let face = &self.faces[f];
+            let size = Aabb::of_points(face.surface.points()).diagonal();
+            let density =
+                |d: &SurfaceDerivs| ((d.s - origin).dot(&d.su.cross(&d.sv)) / 3.0, Vec3::zeros());
+            let sum = surface_integral(face, 1e-9 * size.powi(3), &density).0;
+            if face.flipped { -sum } else { sum }
+        };
+        let all: Vec<f64> = faces.par_iter().map(flux).collect();
+        all.iter().sum()
     }
 
     /// Centroid of the area of all faces [mm]; `None` for a model without area.

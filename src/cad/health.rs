@@ -1,8 +1,80 @@
 //! What is wrong with a joined model: borders that stay free, the gaps between them, faces that are
 //! inside out, tiny or there twice.
 
-use super::model::Model;
+use rayon::prelude::*;
+
+use super::model::{Edge, Model};
 use super::topology::{Piece, join};
+use crate::geometry::nurbs::CurveProjector;
+use crate::geometry::{Aabb, Vec3};
+
+/// Points of an edge at which its distance from others is measured.
+const SAMPLES: usize = 17;
+/// Free edges farther apart than this share of the model's diagonal have no gap between them.
+const GAP_MOST: f64 = 1e-2;
+
+/// Faults of a joined model. Faces and edges are indices into the model's.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Health {
+    /// Distance within which edges were joined [mm].
+    pub join_tolerance_mm: f64,
+    /// Edges used by one face only, longest first.
+    pub free_edges: Vec<FreeEdge>,
+    /// Their length [mm].
+    pub free_edge_length_mm: f64,
+    /// Edges used more than twice.
+    pub crowded_edges: Vec<usize>,
+    /// Largest distance of a joined side from its edge [mm].
+    pub largest_gap_mm: f64,
+    /// Connected parts and their orientation.
+    pub parts: Vec<Part>,
+    /// Faces that run along a shared edge in the same direction as their neighbour.
+    pub disagreeing_faces: Vec<usize>,
+    /// Faces of which the mean width, twice the area over the border, is less than the tolerance.
+    pub tiny_faces: Vec<usize>,
+    /// Faces that lie on each other.
+    pub duplicate_faces: Vec<[usize; 2]>,
+}
+
+/// An edge that one face alone uses.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct FreeEdge {
+    /// Index of the edge.
+    pub edge: usize,
+    /// The face.
+    pub face: usize,
+    /// Length [mm].
+    pub length_mm: f64,
+    /// The tolerance that would close it [mm]: the largest distance of its points from the nearest other free
+    /// edge; none where that is more than a hundredth of the model's diagonal.
+    pub gap_mm: Option<f64>,
+}
+
+/// Faces connected over edges.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Part {
+    /// Faces.
+    pub faces: Vec<usize>,
+    /// Every edge has two sides.
+    pub closed: bool,
+    /// Enclosed volume [mm3] by the faces' own normals; 0 for an open part.
+    pub volume_mm3: f64,
+    /// A closed part whose normals point into it, and that is no void of another.
+    pub inverted: bool,
+}
+
+impl Health {
+    /// Nothing is wrong. A part that is open by design has free edges and is not sound.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.free_edges.is_empty()
+            && self.crowded_edges.is_empty()
+            && self.disagreeing_faces.is_empty()
+            && self.tiny_faces.is_empty()
+            && self.duplicate_faces.is_empty()
+            && self.parts.iter().all(|p| !p.inverted)
+    }
+}
 
 impl Model {
     /// The model with its edges joined anew within `tolerance` [mm]: faces and parameter curves stay.
@@ -24,5 +96,247 @@ impl Model {
         out.join_tolerance = tolerance;
         join(&mut out, pieces, tolerance);
         out
+    }
+
+    /// What is wrong with the model as it is joined.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        let free_edges = self.free_edges();
+        let crowded = |k: &usize| self.edges[*k].uses.len() > 2;
+        let gaps: Vec<f64> =
+            self.edges.par_iter().filter(|e| e.uses.len() > 1).map(|e| self.gap(e)).collect();
+        Health {
+            join_tolerance_mm: self.join_tolerance,
+            free_edge_length_mm: free_edges.iter().map(|e| e.length_mm).fold(0.0, |a, b| a + b),
+            free_edges,
+            crowded_edges: (0..self.edges.len()).filter(crowded).collect(),
+            largest_gap_mm: gaps.into_iter().fold(0.0, f64::max),
+            parts: self.parts(),
+            disagreeing_faces: self.disagreeing_faces(),
+            tiny_faces: self.tiny_faces(),
+            duplicate_faces: self.duplicate_faces(),
+        }
+    }
+
+    fn free_edges(&self) -> Vec<FreeEdge> {
+        let free: Vec<usize> =
+            (0..self.edges.len()).filter(|&k| self.edges[k].uses.len() == 1).collect();
+        let points: Vec<Vec<Vec3>> = free.iter().map(|&k| samples(&self.edges[k])).collect();
+        let boxes: Vec<Aabb> = points.iter().map(|p| Aabb::of_points(p)).collect();
+        let curves: Vec<CurveProjector> =
+            free.iter().map(|&k| CurveProjector::new(&self.edges[k].curve)).collect();
+        let bounds = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b));
+        let most = GAP_MOST * bounds.diagonal();
+        let gap = |own: usize| {
+            let others = (0..free.len()).filter(|&k| k != own);
+            let near: Vec<usize> =
+                others.filter(|&k| apart(&boxes[k], &boxes[own]) <= most).collect();
+            let of = |p: &Vec3| {
+                let all = near.iter().map(|&k| curves[k].closest(p).1);
+                all.fold(f64::INFINITY, f64::min).sqrt()
+            };
+            let worst = points[own][1..SAMPLES - 1].iter().map(of).fold(0.0, f64::max);
+            (worst <= most).then_some(worst)
+        };
+        let one = |k: usize| FreeEdge {
+            edge: free[k],
+            face: self.edges[free[k]].uses[0][0],
+            length_mm: self.edges[free[k]].curve.length(),
+            gap_mm: gap(k),
+        };
+        let mut out: Vec<FreeEdge> = (0..free.len()).into_par_iter().map(one).collect();
+        out.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
+        out
+    }
+
+    /// Largest distance of an edge's sides from its curve [mm].
+    fn gap(&self, edge: &Edge) -> f64 {
+        let curve = CurveProjector::new(&edge.curve);
+        let mut worst: f64 = 0.0;
+        for &[f, l, k] in &edge.uses {
+            let face = &self.faces[f];
+            let pcurve = &face.loops[l].uses[k].pcurve;
+            let [a, b] = pcurve.domain();
+            for i in 0..SAMPLES {
+                let t = a + (b - a) * i as f64 / (SAMPLES - 1) as f64;
+                worst = worst.max(curve.closest(&face.surface.point(pcurve.point(t))).1);
+            }
+        }
+        worst.sqrt()
+    }
+
+    /// Connected parts, in the order of their first faces.
+    fn parts(&self) -> Vec<Part> {
+        let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); self.faces.len()];
+        let mut closed = vec![true; self.faces.len()];
+        for edge in &self.edges {
+            for used in &edge.uses {
+                closed[used[0]] &= edge.uses.len() == 2;
+                neighbours[used[0]].extend(edge.uses.iter().map(|u| u[0]));
+            }
+        }
+        let mut seen = vec![false; self.faces.len()];
+        let mut out = Vec::new();
+        for first in 0..self.faces.len() {
+            if seen[first] {
+                continue;
+            }
+            seen[first] = true;
+            let (mut faces, mut at) = (vec![first], 0);
+            while let Some(&face) = faces.get(at) {
+                at += 1;
+                for &other in &neighbours[face] {
+                    if !std::mem::replace(&mut seen[other], true) {
+                        faces.push(other);
+                    }
+                }
+            }
+            faces.sort_unstable();
+            let whole = faces.iter().all(|&f| closed[f]);
+            let volume_mm3 = if whole { self.volume_of(&faces) } else { 0.0 };
+            out.push(Part { faces, closed: whole, volume_mm3, inverted: false });
+        }
+        self.mark_inverted(&mut out);
+        out
+    }
+
+    fn mark_inverted(&self, parts: &mut [Part]) {
+        let negative: Vec<usize> =
+            (0..parts.len()).filter(|&k| parts[k].volume_mm3 < 0.0).collect();
+        if negative.is_empty() {
+            return;
+        }
+        let boxes: Vec<Aabb> = parts
+            .iter()
+            .map(|p| p.faces.iter().fold(Aabb::EMPTY, |b, &f| b.union(&self.faces[f].bbox())))
+            .collect();
+        for &k in &negative {
+            let around = |j: usize| {
+                j != k
+                    && parts[j].volume_mm3 > -parts[k].volume_mm3
+                    && boxes[j].distance_squared(&boxes[k].min) == 0.0
+                    && boxes[j].distance_squared(&boxes[k].max) == 0.0
+            };
+            let void = (0..parts.len()).any(around);
+            parts[k].inverted = !void;
+        }
+    }
+
+    fn disagreeing_faces(&self) -> Vec<usize> {
+        let mut out = Vec::new();
+        for edge in &self.edges {
+            let [a, b] = edge.uses[..] else { continue };
+            let same = super::orient::runs_against(self, a) == super::orient::runs_against(self, b);
+            if a[0] != b[0] && same {
+                out.extend([a[0], b[0]]);
+            }
+        }
+        out.sort_unstable();
+        out.dedup();
+        out
+    }
+
+    fn tiny_faces(&self) -> Vec<usize> {
+        let border = |f: usize| -> f64 {
+            let uses = self.faces[f].loops.iter().flat_map(|l| &l.uses);
+            let edges = uses.filter_map(|u| u.edge);
+            edges.map(|e| self.edges[e].curve.length()).sum()
+        };
+        let tiny = |f: &usize| 2.0 * self.faces[*f].area(1e-9) <= self.join_tolerance * border(*f);
+        (0..self.faces.len()).into_par_iter().filter(tiny).collect()
+    }
+
+    /// Pairs of the same area, centroid and box, within the tolerance.
+    fn duplicate_faces(&self) -> Vec<[usize; 2]> {
+        let facts: Vec<(f64, Vec3, Aabb)> = self
+            .faces
+            .par_iter()
+            .map(|face| {
+                let (area, centroid) = face.area_and_centroid();
+                (area, centroid, face.bbox())
+            })
+            .collect();
+        let mut order: Vec<usize> = (0..facts.len()).collect();
+        order.sort_by(|&a, &b| facts[a].0.total_cmp(&facts[b].0));
+        let near = |a: &Vec3, b: &Vec3| (a - b).norm() <= 4.0 * self.join_tolerance;
+        let mut out = Vec::new();
+        for (i, &a) in order.iter().enumerate() {
+            let (area, centroid, bounds) = &facts[a];
+            let reach = area * (1.0 + 1e-4) + self.join_tolerance.powi(2);
+            for &b in order[i + 1..].iter().take_while(|&&b| facts[b].0 <= reach) {
+                let other = &facts[b];
+                let same = near(centroid, &other.1)
+                    && near(&bounds.min, &other.2.min)
+                    && near(&bounds.max, &other.2.max);
+                if same {
+                    out.push([a.min(b), a.max(b)]);
+                }
+            }
+        }
+        out.sort_unstable();
+        out
+    }
+}
+
+fn samples(edge: &Edge) -> Vec<Vec3> {
+    let [a, b] = edge.curve.domain();
+    let at = |k: usize| edge.curve.point(a + (b - a) * k as f64 / (SAMPLES - 1) as f64);
+    (0..SAMPLES).map(at).collect()
+}
+
+/// Distance between two boxes, at most.
+fn apart(a: &Aabb, b: &Aabb) -> f64 {
+    let gap = |k: usize| (a.min[k] - b.max[k]).max(b.min[k] - a.max[k]).max(0.0);
+    (0..3).map(|k| gap(k).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Entries of a list that are told one by one.
+const TOLD: usize = 10;
+
+impl Health {
+    /// The same for people, with the faces' names in the file.
+    #[must_use]
+    pub fn told_of(&self, model: &Model) -> String {
+        let name = |f: usize| model.faces.get(f).map_or("?", |face| face.source.as_str());
+        let names = |faces: &[usize]| {
+            let mut all: Vec<String> = faces.iter().take(TOLD).map(|&f| name(f).into()).collect();
+            if faces.len() > TOLD {
+                all.push(format!("and {} more", faces.len() - TOLD));
+            }
+            all.join(", ")
+        };
+        let mut lines = vec![
+            format!("health: {}", if self.is_sound() { "sound" } else { "not sound" }),
+            format!(
+                "  joined      within {:.1e} mm; sides up to {:.2e} mm off their edge",
+                self.join_tolerance_mm, self.largest_gap_mm
+            ),
+            format!(
+                "  parts       {}, {} of them closed",
+                self.parts.len(),
+                self.parts.iter().filter(|p| p.closed).count()
+            ),
+            format!(
+                "  free edges  {}, {:.4} mm long; {} more than twice used",
+                self.free_edges.len(),
+                self.free_edge_length_mm,
+                self.crowded_edges.len()
+            ),
+        ];
+        for e in self.free_edges.iter().take(TOLD) {
+            let gap = e.gap_mm.map_or("no edge near it".into(), |g| format!("gap {g:.2e} mm"));
+            lines.push(format!("    {:.4} mm of {}: {gap}", e.length_mm, name(e.face)));
+        }
+        for part in self.parts.iter().filter(|p| p.inverted) {
+            lines.push(format!("  inside out  {}", names(&part.faces)));
+        }
+        let lists = [("disagreeing", &self.disagreeing_faces), ("tiny", &self.tiny_faces)];
+        for (what, faces) in lists.iter().filter(|l| !l.1.is_empty()) {
+            lines.push(format!("  {what:<11} {}", names(faces)));
+        }
+        for [a, b] in self.duplicate_faces.iter().take(TOLD) {
+            lines.push(format!("  twice there {} and {}", name(*a), name(*b)));
+        }
+        lines.join("\n")
     }
 }

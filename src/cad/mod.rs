@@ -7,6 +7,8 @@ mod area;
 pub mod build;
 pub mod closest;
 pub mod health;
+#[cfg(test)]
+mod health_tests;
 pub mod iges;
 pub mod inspect;
 mod inverse;

@@ -12,7 +12,7 @@ impl Model {
 
 /// Direction in which a face runs along an edge, as seen from outside: loops are counter-clockwise in the parameter
 /// plane, so a flipped face runs the other way.
-fn runs_against(model: &Model, [f, l, k]: [usize; 3]) -> bool {
+pub(super) fn runs_against(model: &Model, [f, l, k]: [usize; 3]) -> bool {
     model.faces[f].loops[l].uses[k].reversed ^ model.faces[f].flipped
 }
 

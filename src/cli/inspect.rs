@@ -1,18 +1,32 @@
-//! `kanagata inspect FILE [--json]`.
+//! `kanagata inspect FILE [--health] [--json]`.
 
 use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use crate::cad::health::Health;
+use crate::cad::inspect::Inspection;
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = format!("Example:\n  kanagata inspect fixtures/forming/cross_die_144.igs\n\n{EXIT_HELP}"))]
+#[command(after_help = format!("Example:\n  kanagata inspect fixtures/forming/cross_die_144.igs --health\n\n{EXIT_HELP}"))]
 pub struct InspectArgs {
     /// IGES or STEP file
     file: PathBuf,
+    /// Also say what is wrong with it: free edges and gaps, inverted, tiny and duplicate faces
+    #[arg(long)]
+    health: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
+}
+
+/// What is printed as JSON.
+#[derive(serde::Serialize)]
+struct Printed {
+    #[serde(flatten)]
+    facts: Inspection,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    health: Option<Health>,
 }
 
 /// Prints what the file holds.
@@ -21,11 +35,16 @@ pub struct InspectArgs {
 /// Exit code 2 for a file that is no CAD, 4 when it cannot be read.
 pub fn run(args: &InspectArgs) -> Result<Exit, Failure> {
     let (model, diagnostics) = crate::cad::read(&args.file)?;
-    let found = crate::cad::inspect::inspect(&model, &diagnostics);
+    let facts = crate::cad::inspect::inspect(&model, &diagnostics);
+    let health = args.health.then(|| model.health());
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&found).map_err(Failure::input)?);
-    } else {
-        println!("{found}");
+        let all = Printed { facts, health };
+        println!("{}", serde_json::to_string_pretty(&all).map_err(Failure::input)?);
+        return Ok(Exit::Done);
+    }
+    println!("{facts}");
+    if let Some(health) = health {
+        println!("{}", health.told_of(&model));
     }
     Ok(Exit::Done)
 }

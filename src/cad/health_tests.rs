@@ -1,0 +1,63 @@
+//! Claims about what is wrong with models.
+
+use crate::cad::model::Edge;
+use crate::cad::{Model, read};
+use crate::geometry::{Affine, Vec3};
+
+fn fixture(name: &str) -> Model {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");
+    read(&folder.join(name)).unwrap().0
+}
+
+#[test]
+fn a_closed_torus_is_sound_and_encloses_its_volume() {
+    let model = fixture("torus_AP214.stp");
+    let health = model.health();
+    assert!(health.is_sound(), "{}", health.told_of(&model));
+    let [part] = &health.parts[..] else { panic!("{} parts", health.parts.len()) };
+    let exact = 2.0 * std::f64::consts::PI.powi(2) * 40.0 * 49.0;
+    assert!(part.closed && (part.volume_mm3 / exact - 1.0).abs() < 1e-8, "{part:?}");
+}
+
+#[test]
+fn a_solid_turned_inside_out_is_inverted() {
+    let mut model = fixture("frustum_AP214.stp");
+    assert!(model.health().is_sound());
+    model.flip();
+    assert!(model.health().parts[0].inverted);
+}
+
+#[test]
+fn a_missing_face_leaves_its_neighbours_edges_free_and_one_face_turned_disagrees() {
+    let whole = fixture("frustum_AP214.stp");
+    let mut turned = whole.clone();
+    turned.faces[0].flipped ^= true;
+    assert!(turned.health().disagreeing_faces.contains(&0));
+    let mut open = whole.clone();
+    open.faces.remove(0);
+    for edge in &mut open.edges {
+        edge.uses.retain(|u| u[0] != 0);
+        edge.uses.iter_mut().for_each(|u| u[0] -= 1);
+    }
+    let health = open.health();
+    assert!(!health.free_edges.is_empty() && !health.parts[0].closed);
+}
+
+#[test]
+fn a_face_twice_there_and_a_gap_are_found() {
+    let whole = fixture("frustum_AP214.stp");
+    let mut double = whole.clone();
+    double.faces.push(whole.faces[0].clone());
+    assert_eq!(double.health().duplicate_faces, [[0, whole.faces.len()]]);
+    // The other side of every edge gets an edge of its own, 0.01 mm higher.
+    let mut open = whole.clone();
+    let map = Affine { shift: Vec3::new(0.0, 0.0, 0.01), ..Affine::identity() };
+    for edge in &whole.edges {
+        let other = Edge { curve: edge.curve.transformed(&map), ..edge.clone() };
+        open.edges.push(Edge { uses: vec![edge.uses[1]], ..other });
+    }
+    open.edges[..whole.edges.len()].iter_mut().for_each(|e| e.uses.truncate(1));
+    let free = open.health().free_edges;
+    let gaps: Vec<f64> = free.iter().filter_map(|e| e.gap_mm).collect();
+    assert!(gaps.iter().any(|g| (g - 0.01).abs() < 1e-6), "{gaps:?}");
+}

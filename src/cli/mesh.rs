@@ -42,6 +42,9 @@ pub struct MesherArgs {
     /// Kinds of element; gmsh knows triangles and quads
     #[arg(long, value_enum, default_value_t = Style::Structured)]
     style: Style,
+    /// Map no face: elements of about equal size everywhere (built-in mesher)
+    #[arg(long)]
+    unstructured: bool,
     /// The gmsh program, if not on PATH nor named by KANAGATA_GMSH
     #[arg(long, value_name = "PROGRAM")]
     gmsh: Option<PathBuf>,
@@ -114,6 +117,7 @@ impl MesherArgs {
                 Style::Triangles => MeshStyle::Triangles,
                 Style::Quads => MeshStyle::Quads,
             },
+            unstructured: self.unstructured,
         }
     }
 
@@ -133,7 +137,8 @@ impl MesherArgs {
         let chord = self.chord_mm.map_or_else(String::new, |c| format!(" chord-mm={c}"));
         let style = format!("{:?}", self.style).to_lowercase();
         let mesher = format!("{:?}", self.mesher).to_lowercase();
-        format!("{mesher} arc-divisions={}{size}{chord} style={style}", self.arc_divisions)
+        let free = if self.unstructured { " unstructured" } else { "" };
+        format!("{mesher} arc-divisions={}{size}{chord} style={style}{free}", self.arc_divisions)
     }
 
     /// Allowed difference of a mesh of flat elements from the model's area: chords cut corners, by

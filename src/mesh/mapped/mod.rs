@@ -13,6 +13,7 @@ mod grid;
 mod pairing;
 mod patchwork;
 pub mod plan;
+mod polygon;
 mod regions;
 mod sample;
 mod sides;
@@ -41,7 +42,7 @@ pub enum MeshStyle {
     /// few triangles between.
     #[default]
     Structured,
-    /// As structured, with triangles on three-sided faces.
+    /// As structured, with triangles on three-sided faces and wherever two of them join badly.
     Mixed,
     /// Triangles only.
     Triangles,
@@ -60,11 +61,19 @@ pub struct MappedOptions {
     pub chord_error: Option<f64>,
     /// Kinds of element.
     pub style: MeshStyle,
+    /// No face is mapped: triangles of about equal size everywhere, joined to quads as the style asks.
+    pub unstructured: bool,
 }
 
 impl Default for MappedOptions {
     fn default() -> Self {
-        Self { arc_divisions: 4, max_size: None, chord_error: None, style: MeshStyle::default() }
+        Self {
+            arc_divisions: 4,
+            max_size: None,
+            chord_error: None,
+            style: MeshStyle::default(),
+            unstructured: false,
+        }
     }
 }
 
@@ -87,11 +96,21 @@ pub fn mesh(model: &Model, options: &MappedOptions) -> Result<SurfaceMesh, MeshE
         return Mesher::new(model, options, false).run();
     }
     let structured = MappedOptions { style: MeshStyle::Structured, ..*options };
-    let mesh = Mesher::new(model, &structured, false).run()?;
-    if mesh.elements.iter().all(|e| e.nodes().len() == 4) {
+    if let Some(mesh) = even_quads(model, &structured) {
         return Ok(mesh);
     }
     Mesher::new(model, &structured, true).run()
+}
+
+/// Quads without halving: all faces mapped but for flats, whose borders are divided until they can be cut into quads.
+fn even_quads(model: &Model, options: &MappedOptions) -> Option<SurfaceMesh> {
+    if options.unstructured {
+        return None;
+    }
+    let mut mesher = Mesher::new(model, options, false);
+    mesher.even_flats = true;
+    let mesh = mesher.run().ok()?;
+    mesh.elements.iter().all(|e| e.nodes().len() == 4).then_some(mesh)
 }
 
 fn check_options(options: &MappedOptions) -> Result<(), MeshError> {
@@ -114,9 +133,11 @@ fn check_options(options: &MappedOptions) -> Result<(), MeshError> {
 #[derive(Clone)]
 struct Mesher<'m> {
     model: &'m Model,
-    options: &'m MappedOptions,
+    options: MappedOptions,
     /// Mesh with borders half as fine, then split every element into quads.
     halved: bool,
+    /// Flats with one loop get quads only, borders divided until that is possible.
+    even_flats: bool,
     shapes: Vec<Shape>,
     flats: Vec<bool>,
     lengths: Vec<f64>,
@@ -129,7 +150,7 @@ struct Mesher<'m> {
 }
 
 impl<'m> Mesher<'m> {
-    fn new(model: &'m Model, options: &'m MappedOptions, halved: bool) -> Self {
+    fn new(model: &'m Model, options: &MappedOptions, halved: bool) -> Self {
         let shapes: Vec<Shape> = model.faces.par_iter().map(sides::shape).collect();
         let flats = model.faces.par_iter().map(demand::is_flat).collect();
         let demand::EdgeDemand { mut minima, floors, lengths } =
@@ -148,7 +169,19 @@ impl<'m> Mesher<'m> {
         }
         let poles = inside.iter().map(|a| a[0].max(a[1]).max(2)).collect();
         let density = vec![options.arc_divisions; model.faces.len()];
-        Self { model, options, halved, shapes, flats, lengths, minima, floors, poles, density }
+        Self {
+            model,
+            options: *options,
+            halved,
+            even_flats: false,
+            shapes,
+            flats,
+            lengths,
+            minima,
+            floors,
+            poles,
+            density,
+        }
     }
 
     fn run(mut self) -> Result<SurfaceMesh, MeshError> {
@@ -171,6 +204,9 @@ impl<'m> Mesher<'m> {
                 return Ok(self.merge(border, works.into_iter().flatten().enumerate().collect()));
             }
             for (f, _) in &failed {
+                if self.is_even_flat(*f) && self.divide_flat(*f, &counts) {
+                    continue;
+                }
                 let uses = self.model.faces[*f].loops.iter().flat_map(|l| &l.uses);
                 let edges: Vec<usize> = uses.filter_map(|u| u.edge).collect();
                 let divided = edges.iter().any(|&e| counts[e] > 2);
@@ -207,7 +243,14 @@ impl<'m> Mesher<'m> {
     /// Rules of the faces that are to be mapped, and the face each belongs to.
     fn rules(&self) -> (Vec<Rule>, Vec<usize>) {
         let (mut rules, mut owners) = (Vec::new(), Vec::new());
+        if self.options.unstructured {
+            return (rules, owners);
+        }
         for (f, face) in self.model.faces.iter().enumerate() {
+            if self.is_even_flat(f) && self.free_edges(f).is_empty() {
+                rules.push(Rule::Even(self.edges_of(f)));
+                owners.push(f);
+            }
             let edges = |side: &[usize]| -> Option<Vec<usize>> {
                 side.iter().map(|&u| face.loops[0].uses[u].edge).collect()
             };
@@ -241,12 +284,75 @@ impl<'m> Mesher<'m> {
         (rules, owners)
     }
 
+    /// True for a flat that is to be cut into quads only.
+    fn is_even_flat(&self, f: usize) -> bool {
+        self.even_flats && self.flats[f] && self.model.faces[f].loops.len() == 1
+    }
+
+    fn edges_of(&self, f: usize) -> Vec<usize> {
+        let uses = self.model.faces[f].loops.iter().flat_map(|l| &l.uses);
+        uses.filter_map(|u| u.edge).collect()
+    }
+
+    /// Edges of face `f` that bound only flats, longest first: what their divisions are does not matter to shapes.
+    fn free_edges(&self, f: usize) -> Vec<usize> {
+        let mut edges = self.edges_of(f);
+        edges.retain(|&e| self.model.edges[e].uses.iter().all(|u| self.flats[u[0]]));
+        edges.sort_by(|&a, &b| self.lengths[b].total_cmp(&self.lengths[a]).then(a.cmp(&b)));
+        edges
+    }
+
+    /// Raises the minima of the longest free edges of flat `f` by as little as lets it be cut into quads; false when
+    /// nothing does.
+    fn divide_flat(&mut self, f: usize, counts: &[usize]) -> bool {
+        const EDGES: usize = 3;
+        const MOST_TRIES: usize = 4000;
+        let edges: Vec<usize> = self.free_edges(f).into_iter().take(EDGES).collect();
+        if edges.is_empty() {
+            return false;
+        }
+        let mut tries = 0;
+        for more in 1.. {
+            let mut best: Option<(f64, Vec<usize>)> = None;
+            for first in 0..=more {
+                for second in 0..=more - first {
+                    let extra = [first, second, more - first - second];
+                    // Nothing for edges there are none of.
+                    if extra[edges.len()..].iter().any(|&n| n > 0) {
+                        continue;
+                    }
+                    tries += 1;
+                    let mut raised = counts.to_vec();
+                    edges.iter().zip(extra).for_each(|(&e, n)| raised[e] += n);
+                    let face = &self.model.faces[f];
+                    let border = Border::of_face(self.model, &raised, face);
+                    let loops = border.loops(face, &self.shapes[f], 2);
+                    let found = polygon::quads(face, &ring(&loops[0]), false);
+                    if let Some((_, badness)) = found
+                        && best.as_ref().is_none_or(|b| badness < b.0)
+                    {
+                        best = Some((badness, raised));
+                    }
+                }
+            }
+            if let Some((_, raised)) = best {
+                edges.iter().for_each(|&e| self.minima[e] = self.minima[e].max(raised[e]));
+                return true;
+            }
+            if tries > MOST_TRIES {
+                return false;
+            }
+        }
+        false
+    }
+
     fn three_blocks(&self) -> bool {
         self.options.style == MeshStyle::Structured && !self.halved
     }
 
     fn mapped_faces(&self, agreed: &Assignment, owners: &[usize]) -> Vec<bool> {
-        let mut mapped: Vec<bool> = self.shapes.iter().map(|s| *s != Shape::Other).collect();
+        let may = |s: &Shape| *s != Shape::Other && !self.options.unstructured;
+        let mut mapped: Vec<bool> = self.shapes.iter().map(may).collect();
         for (&f, &kept) in owners.iter().zip(&agreed.kept) {
             mapped[f] &= kept;
         }
@@ -322,6 +428,12 @@ impl<'m> Mesher<'m> {
         if let Some(work) = work {
             return Ok(work);
         }
+        if let Some(work) = self.polygon(f, loops) {
+            return Ok(work);
+        }
+        if self.is_even_flat(f) {
+            return Err("no convex quads between the nodes of its border".into());
+        }
         let mut work = self.triangles(f, loops, density)?;
         if self.options.style != MeshStyle::Triangles {
             pairing::pair(face, &mut work);
@@ -330,19 +442,27 @@ impl<'m> Mesher<'m> {
         Ok(work)
     }
 
+    /// A flat with one loop without nodes inside.
+    fn polygon(&self, f: usize, loops: &[Vec<Vec<Node>>]) -> Option<Patchwork> {
+        let [sides] = loops else { return None };
+        let wanted = self.options.style == MeshStyle::Structured
+            && !self.options.unstructured
+            && !self.halved
+            && self.flats[f]
+            && self.options.max_size.is_none();
+        let triangles = !self.even_flats;
+        let cut = || polygon::quads(&self.model.faces[f], &ring(sides), triangles);
+        wanted.then(cut).flatten().map(|found| found.0)
+    }
+
     fn triangles(
         &self,
         f: usize,
         loops: &[Vec<Vec<Node>>],
         density: usize,
     ) -> Result<Patchwork, String> {
-        let rings: Vec<Vec<Node>> = loops
-            .iter()
-            .map(|sides| {
-                sides.iter().flat_map(|s| s.iter().take(s.len().max(1) - 1)).copied().collect()
-            })
-            .collect();
-        let options = MappedOptions { arc_divisions: density, ..*self.options };
+        let rings: Vec<Vec<Node>> = loops.iter().map(|sides| ring(sides)).collect();
+        let options = MappedOptions { arc_divisions: density, ..self.options };
         trimmed::triangulate(&self.model.faces[f], &rings, &options)
     }
 
@@ -368,6 +488,11 @@ impl<'m> Mesher<'m> {
         out.compact();
         if self.options.style == MeshStyle::Triangles { out.to_triangles() } else { out }
     }
+}
+
+/// The nodes of a loop, each once.
+fn ring(sides: &[Vec<Node>]) -> Vec<Node> {
+    sides.iter().flat_map(|s| s.iter().take(s.len().max(1) - 1)).copied().collect()
 }
 
 /// Raises the minima of a side's edges to `asked` in all, by length.

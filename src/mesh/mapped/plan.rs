@@ -13,6 +13,8 @@ pub struct Plan<'m> {
     rules: Vec<Rule>,
     owners: Vec<usize>,
     chains: Vec<usize>,
+    /// Quads only, and flats can be cut into them.
+    even: bool,
 }
 
 /// Divisions of every edge that keep the rules of the mapped faces.
@@ -29,15 +31,18 @@ impl<'m> Plan<'m> {
     ///
     /// # Errors
     /// [`MeshError::NoFaces`], [`MeshError::Option`].
-    pub fn new(model: &'m Model, options: &'m MappedOptions) -> Result<Self, MeshError> {
+    pub fn new(model: &'m Model, options: &MappedOptions) -> Result<Self, MeshError> {
         check_options(options)?;
         if model.faces.is_empty() {
             return Err(MeshError::NoFaces { name: model.name.clone() });
         }
-        let mesher = Mesher::new(model, options, options.style == MeshStyle::Quads);
+        let structured = MappedOptions { style: MeshStyle::Structured, ..*options };
+        let quads = options.style == MeshStyle::Quads;
+        let even = quads && super::even_quads(model, &structured).is_some();
+        let mesher = Mesher::new(model, if even { &structured } else { options }, quads && !even);
         let (rules, owners) = mesher.rules();
         let chains = chains(model.edges.len(), &rules);
-        Ok(Self { mesher, rules, owners, chains })
+        Ok(Self { mesher, rules, owners, chains, even })
     }
 
     /// The model.
@@ -89,6 +94,7 @@ impl<'m> Plan<'m> {
         let mut mesher = self.mesher.clone();
         mesher.minima = minima.to_vec();
         mesher.density = density.to_vec();
+        mesher.even_flats = self.even;
         mesher.run()
     }
 }

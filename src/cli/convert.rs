@@ -10,6 +10,7 @@ use super::mesh::MesherArgs;
 use super::quantity::{angle_deg, length_mm};
 use crate::audit::AuditReport;
 use crate::cad::Model;
+use crate::convert::bezier::{BezierOptions, bezier_from_cad};
 use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance};
 use crate::convert::{ConvertError, ConvertOptions, ConvertReport, convert};
 use crate::files::sha256_hex;
@@ -84,6 +85,8 @@ enum Kind {
     Nagata,
     /// Flat triangles and bilinear quadrilaterals
     Facets,
+    /// Bezier patches of degree 1 to 6 straight from the CAD's faces, within --tol (1e-4 mm when not given)
+    Bezier,
 }
 
 /// Kinds that tool files are converted to.
@@ -171,6 +174,9 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
         return exchange(args, to);
     }
     let model = read_model(&args.file)?;
+    if args.kind == Kind::Bezier {
+        return bezier(args, &model);
+    }
     let options = options(args);
     let made = if is_refined(args) {
         refined(args, &model, &options)?
@@ -190,9 +196,60 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
             made.report.folded.len()
         )));
     }
-    let provenance = provenance(args, &model.unit, &made)?;
+    let provenance = provenance(args, &model.unit, made.refined.as_ref().map(|r| r.0.worst_mm()))?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
     print_report(&made);
+    println!("  {}", args.output.display());
+    Ok(Exit::Done)
+}
+
+/// Bezier patches straight from the CAD, a quarter turn in 1, 2, 4 ... patches until they are within the tolerance.
+fn bezier(args: &ConvertArgs, model: &Model) -> Result<Exit, Failure> {
+    const TOLERANCE: f64 = 1e-4;
+    const FINEST: usize = 64;
+    let tolerance_mm = args.tol.unwrap_or(TOLERANCE);
+    let options = BezierOptions {
+        name: args.name.clone().unwrap_or_else(|| stem(&args.output)),
+        tolerance_mm,
+        sheet_side: args.sheet_side.map(SheetSide::direction),
+        flip: args.flip,
+    };
+    let mut divisions = 1;
+    let (tool, report) = loop {
+        let mesh = match &args.mesh {
+            Some(path) => attach::attach(&io::read(path)?, model)?,
+            None => args.mesher.with_divisions(divisions).mesh(&args.file, model)?,
+        };
+        let (tool, report) = bezier_from_cad(model, &mesh, &options)?;
+        if report.error_mm <= tolerance_mm {
+            break (tool, report);
+        }
+        divisions *= 2;
+        if divisions > FINEST || args.mesh.is_some() {
+            return Err(Failure::input(format!(
+                "{}: Bezier patches of degree 6 are {:.2e} mm off on patch {}; allowed: {tolerance_mm} mm; allow more with --tol, or mesh finer",
+                args.file.display(),
+                report.error_mm,
+                report.worst
+            )));
+        }
+    };
+    let mut provenance = provenance(args, &model.unit, Some(report.error_mm))?;
+    provenance.mesher = match &args.mesh {
+        Some(_) => provenance.mesher,
+        None => args.mesher.with_divisions(divisions).describe(),
+    };
+    provenance.mesher += &format!(" bezier tol-mm={tolerance_mm}");
+    ToolFile::of_model(&tool, EdgeRule::Guarded, provenance).write(&args.output)?;
+    println!(
+        "{} patches of degree up to {}, {:.2e} mm off the CAD's surfaces at most",
+        tool.patches.len(),
+        report.degree,
+        report.error_mm
+    );
+    if report.turned {
+        println!("  turned round to look at the sheet");
+    }
     println!("  {}", args.output.display());
     Ok(Exit::Done)
 }
@@ -233,6 +290,7 @@ fn options(args: &ConvertArgs) -> ConvertOptions {
         kind: match args.kind {
             Kind::Nagata => ToolKind::Nagata,
             Kind::Facets => ToolKind::Facets,
+            Kind::Bezier => ToolKind::Bezier,
         },
         edges: match edge(args) {
             Edge::Plain => EdgeRule::Plain,
@@ -276,7 +334,11 @@ fn stem(path: &Path) -> String {
     stem.strip_suffix(".tool").unwrap_or(stem).to_owned()
 }
 
-fn provenance(args: &ConvertArgs, unit: &str, made: &Converted) -> Result<Provenance, Failure> {
+fn provenance(
+    args: &ConvertArgs,
+    unit: &str,
+    shape_error_mm: Option<f64>,
+) -> Result<Provenance, Failure> {
     let bytes = std::fs::read(&args.file)
         .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", args.file.display())))?;
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -286,13 +348,13 @@ fn provenance(args: &ConvertArgs, unit: &str, made: &Converted) -> Result<Proven
         cad_unit: unit.to_owned(),
         mesher: match &args.mesh {
             Some(path) => format!("mesh file {}", name(path)),
-            None if made.refined.is_some() => {
+            None if is_refined(args) => {
                 format!("{}{}", args.mesher.describe_refinement(), goal(args))
             }
             None => args.mesher.describe(),
         },
         program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
-        shape_error_mm: made.refined.as_ref().map(|r| r.0.worst_mm()),
+        shape_error_mm,
     })
 }
 

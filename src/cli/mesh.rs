@@ -89,6 +89,11 @@ impl MesherArgs {
         Ok(mesh)
     }
 
+    /// The same with other divisions of a quarter turn.
+    pub(super) fn with_divisions(&self, arc_divisions: usize) -> Self {
+        Self { arc_divisions, ..self.clone() }
+    }
+
     /// Options of the built-in mesher for refinement to a tolerance.
     pub(super) fn mapped_for_refinement(&self) -> Result<MappedOptions, Failure> {
         if self.mesher == Mesher::Gmsh {

@@ -97,7 +97,7 @@ pub(super) fn moved(tool: &ToolModel, vertices: &[Vec3]) -> Vec<GivenCurve> {
 }
 
 /// Finds the point of the CAD that the middle of an edge belongs to.
-struct Finder<'a> {
+pub(super) struct Finder<'a> {
     model: &'a Model,
     mesh: &'a SurfaceMesh,
     feet: &'a Feet,
@@ -110,7 +110,7 @@ struct Finder<'a> {
 }
 
 impl<'a> Finder<'a> {
-    fn new(model: &'a Model, mesh: &'a SurfaceMesh, feet: &'a Feet) -> Self {
+    pub(super) fn new(model: &'a Model, mesh: &'a SurfaceMesh, feet: &'a Feet) -> Self {
         let of_face = |f: &crate::cad::model::Face| -> Vec<usize> {
             f.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge).collect()
         };
@@ -150,9 +150,15 @@ impl<'a> Finder<'a> {
 
     /// On the edge of the model that both vertices are on, where it is nearest to the middle of the chord.
     fn along(&self, vertices: [u32; 2], faces: &[u32]) -> Option<Vec3> {
+        let curve = &self.model.edges[self.edge(vertices, faces)?].curve;
+        let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
+        Some(curve.point(curve.closest(&((a + b) * 0.5)).0))
+    }
+
+    /// The edge of the model between these faces (or on the one face) that both vertices are on.
+    pub(super) fn edge(&self, vertices: [u32; 2], faces: &[u32]) -> Option<usize> {
         let (&first, others) = faces.split_first()?;
         let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
-        let middle = (a + b) * 0.5;
         let shared = |e: &&usize| others.iter().all(|&g| self.edges[g as usize].contains(*e));
         let reached =
             |e: &&usize| [a, b].iter().all(|p| self.boxes[**e].distance_squared(p) == 0.0);
@@ -163,7 +169,6 @@ impl<'a> Finder<'a> {
             distance(&a).max(distance(&b))
         };
         let best = curves.map(|&e| (off(e), e)).min_by(|x, y| x.0.total_cmp(&y.0))?;
-        let curve = &self.model.edges[best.1].curve;
-        (best.0 <= self.near).then(|| curve.point(curve.closest(&middle).0))
+        (best.0 <= self.near).then_some(best.1)
     }
 }

@@ -1,6 +1,7 @@
 //! CAD and mesh become a tool model: one normal per (vertex, CAD face), merged only where the faces are
 //! tangent-continuous, never averaged over a crease.
 
+pub mod bezier;
 mod edges;
 mod normals;
 mod repair;
@@ -97,7 +98,9 @@ pub enum ConvertError {
         z: f64,
     },
     /// Only Nagata patches and facets come from a mesh.
-    #[error("patches of kind Bezier do not come from a mesh; allowed: nagata, facets")]
+    #[error(
+        "patches of kind Bezier do not come from vertices and normals; allowed: nagata, facets; see `bezier_from_cad`"
+    )]
     Kind,
     /// The tool cannot be built.
     #[error(transparent)]
@@ -136,7 +139,7 @@ fn convert_once(
     plain: &[u32],
 ) -> Result<(ToolModel, ConvertReport), ConvertError> {
     let mut report =
-        ConvertReport { turned: looks_away(mesh, options), ..ConvertReport::default() };
+        ConvertReport { turned: looks_away(mesh, options.sheet_side), ..ConvertReport::default() };
     let turn = report.turned ^ options.flip;
     let table = normals::table(model, mesh, options.smooth_deg.to_radians())?;
     let sign = if turn { -1.0 } else { 1.0 };
@@ -174,8 +177,8 @@ fn convert_once(
 }
 
 /// Vector area of the mesh against the side the sheet is on.
-fn looks_away(mesh: &SurfaceMesh, options: &ConvertOptions) -> bool {
-    let Some(side) = options.sheet_side else { return false };
+fn looks_away(mesh: &SurfaceMesh, sheet_side: Option<Vec3>) -> bool {
+    let Some(side) = sheet_side else { return false };
     let area = mesh.elements.iter().fold(Vec3::zeros(), |sum, e| {
         let x = |k: usize| mesh.vertices[e.nodes()[k] as usize];
         let last = e.nodes().len() - 1;

@@ -128,7 +128,7 @@ fn bezier(degrees: [usize; 2], points: &[Vec3], e: f64, z: f64) -> PatchDerivs {
 pub const MAX_DEGREE: usize = 6;
 
 /// Bernstein polynomials of degree n (Eq. 2) and their first two derivatives at t.
-fn bernstein(n: usize, t: f64) -> [[f64; MAX_DEGREE + 1]; 3] {
+pub(crate) fn bernstein(n: usize, t: f64) -> [[f64; MAX_DEGREE + 1]; 3] {
     let rise = |degree: usize| {
         let mut b = [0.0; MAX_DEGREE + 1];
         b[0] = 1.0;

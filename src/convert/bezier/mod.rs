@@ -1,0 +1,343 @@
+//! Bezier patches of arbitrary order (Eq. 1-3) straight from the CAD: each element of a coarse mesh interpolates its
+//! face at a tensor grid of Chebyshev points, with the lowest degrees that keep a tolerance.
+//!
+//! Sides are made first, each once, and both neighbours take the same control points: the model is watertight to the
+//! bit. Sides on edges of the CAD follow these; sides inside a face are straight in its parameters.
+
+mod basis;
+mod parameters;
+mod side;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use self::basis::{Basis, NODES};
+use self::side::Sides;
+use super::{ConvertError, looks_away, normals};
+use crate::cad::Model;
+use crate::cad::model::Face;
+use crate::geometry::{Vec2, Vec3};
+use crate::mesh::{Element, SurfaceMesh};
+use crate::tool::patch::MAX_DEGREE;
+use crate::tool::{Patch, ToolKind, ToolModel};
+
+/// Choices of a conversion to Bezier patches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BezierOptions {
+    /// Name of the tool.
+    pub name: String,
+    /// Largest distance from the CAD that lower degrees may bring [mm], > 0.
+    pub tolerance_mm: f64,
+    /// Direction to the sheet: the model is turned round if its faces look the other way on the whole.
+    pub sheet_side: Option<Vec3>,
+    /// Turns the model round (after `sheet_side`).
+    pub flip: bool,
+}
+
+/// What a conversion to Bezier patches found.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct BezierReport {
+    /// Largest distance from the CAD's surfaces, at check points between the interpolated ones [mm].
+    pub error_mm: f64,
+    /// Patch where it is.
+    pub worst: u32,
+    /// Largest degree.
+    pub degree: usize,
+    /// The model was turned round to look at the sheet.
+    pub turned: bool,
+}
+
+/// A patch before its degrees are known: the points of its face at the nodes of every degree.
+struct Shape {
+    map: Map,
+    /// Lowest degrees that keep the tolerance along eta and zeta.
+    degrees: [usize; 2],
+}
+
+/// How a patch's parameters go to its face.
+struct Map {
+    /// The sides (eta, 0), (1, zeta), (eta, 1), (0, zeta).
+    sides: [Curve; 4],
+    /// Parameters cannot be blended: points are, and projected on the face.
+    projected: bool,
+}
+
+/// A side as a patch sees it, in its own direction, with feet on the patch's face.
+struct Curve {
+    /// `None`: a side of no length.
+    side: Option<[u32; 2]>,
+    reversed: bool,
+    feet: Vec<Vec2>,
+    points: Vec<Vec3>,
+}
+
+/// Bezier patches over the elements of `mesh` (triangles get a side of no length).
+///
+/// # Errors
+/// [`ConvertError::Face`] for an element on a face that the model does not have; [`ConvertError::Normal`] as for
+/// Nagata patches.
+pub fn bezier_from_cad(
+    model: &Model,
+    mesh: &SurfaceMesh,
+    options: &BezierOptions,
+) -> Result<(ToolModel, BezierReport), ConvertError> {
+    let count = model.faces.len();
+    if let Some(element) = mesh.elements.iter().position(|e| e.face as usize >= count) {
+        return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
+    }
+    let feet = normals::table(model, mesh, 0.0)?.feet;
+    let sides = Sides::of(model, mesh, &feet);
+    let basis = Basis::new();
+    let mut shapes: Vec<Shape> = mesh
+        .elements
+        .par_iter()
+        .map(|e| shape(&model.faces[e.face as usize], e, &sides, &basis, options.tolerance_mm))
+        .collect();
+    agree(&mut shapes);
+    let built: Vec<(Patch, f64)> = mesh
+        .elements
+        .par_iter()
+        .zip(&shapes)
+        .map(|(e, s)| build(&model.faces[e.face as usize], s, &sides, &basis))
+        .collect();
+    let mut report = BezierReport::default();
+    for (id, (_, error)) in built.iter().enumerate() {
+        if *error > report.error_mm {
+            (report.error_mm, report.worst) = (*error, id as u32);
+        }
+    }
+    report.degree = shapes.iter().flat_map(|s| s.degrees).max().unwrap_or(0);
+    report.turned = looks_away(mesh, options.sheet_side);
+    let turn = report.turned ^ options.flip;
+    let patches = built.into_iter().map(|(p, _)| if turn { mirrored(p) } else { p }).collect();
+    let tool = ToolModel {
+        name: options.name.clone(),
+        kind: ToolKind::Bezier,
+        vertices: Vec::new(),
+        normals: Vec::new(),
+        corners: Vec::new(),
+        curves: Vec::new(),
+        patches,
+        faces: mesh.elements.iter().map(|e| e.face).collect(),
+    };
+    Ok((tool, report))
+}
+
+/// The map of an element and the lowest degrees that keep the tolerance.
+fn shape(face: &Face, element: &Element, sides: &Sides, basis: &Basis, tolerance: f64) -> Shape {
+    let mut shape = Shape { map: Map::new(face, element, sides), degrees: [MAX_DEGREE; 2] };
+    for direction in 0..2 {
+        // The other direction at its finest does not limit this one.
+        let keeps = |degree: &usize| {
+            let mut degrees = [MAX_DEGREE; 2];
+            degrees[direction] = *degree;
+            let net = shape.map.net(face, degrees, sides, basis);
+            error(face, &Patch::Bezier { degrees, points: net }, &shape.map) <= tolerance / 2.0
+        };
+        shape.degrees[direction] = (1..MAX_DEGREE).find(keeps).unwrap_or(MAX_DEGREE);
+    }
+    shape
+}
+
+/// Raises degrees until both sides of every patch, and both patches of every side, have the same one.
+fn agree(shapes: &mut [Shape]) {
+    let mut of_side: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for s in shapes.iter_mut() {
+            for (k, curve) in s.map.sides.iter().enumerate() {
+                let Some(side) = curve.side else { continue };
+                let degree = of_side.entry(side).or_insert(1);
+                let both = s.degrees[k % 2].max(*degree);
+                changed |= both != *degree || both != s.degrees[k % 2];
+                (*degree, s.degrees[k % 2]) = (both, both);
+            }
+        }
+    }
+}
+
+/// The patch and its largest distance from the face.
+fn build(face: &Face, shape: &Shape, sides: &Sides, basis: &Basis) -> (Patch, f64) {
+    let points = shape.map.net(face, shape.degrees, sides, basis);
+    let patch = Patch::Bezier { degrees: shape.degrees, points };
+    let off = error(face, &patch, &shape.map);
+    (patch, off)
+}
+
+/// Largest distance of a patch from its face's surface at points between the nodes.
+fn error(face: &Face, patch: &Patch, map: &Map) -> f64 {
+    const STEPS: usize = 9;
+    let mut worst = 0.0f64;
+    for k in 0..STEPS * STEPS {
+        let at = |k: usize| (k as f64 + 0.5) / STEPS as f64;
+        let (eta, zeta) = (at(k / STEPS), at(k % STEPS));
+        let p = patch.derivs(eta, zeta).s;
+        let foot = map
+            .parameters(eta, zeta)
+            .map_or_else(|| face.surface.closest(&p).0, |uv| face.surface.closest_near(&p, uv).0);
+        worst = worst.max((face.surface.point(foot) - p).norm());
+    }
+    worst
+}
+
+impl Map {
+    fn new(face: &Face, element: &Element, sides: &Sides) -> Self {
+        let mut ring = element.nodes().to_vec();
+        let is_pole = |v: &u32| {
+            let uv = face.surface.closest(&sides.vertex(*v)).0;
+            parameters::collapsed(face, uv).is_some()
+        };
+        if ring.len() == 3
+            && let Some(pole) = ring.iter().position(is_pole)
+        {
+            ring.rotate_left(pole);
+        }
+        let centre = ring.iter().map(|&v| sides.vertex(v)).sum::<Vec3>() / ring.len() as f64;
+        let near = face.surface.closest(&centre).0;
+        let curve = |a: u32, b: u32| Curve::new(face, element.face, sides, [a, b], near);
+        let sides = match ring[..] {
+            [a, b, c] => {
+                let (out, back) = (curve(a, b), curve(a, c));
+                let point = Curve::point(sides, a, [&out, &back]);
+                [out, curve(b, c), back, point]
+            }
+            [a, b, c, d] => [curve(a, b), curve(b, c), curve(d, c), curve(a, d)],
+            _ => [0, 1, 2, 3].map(|_| curve(ring[0], ring[1])),
+        };
+        let mut map = Self { sides, projected: false };
+        // A seam or a pole between the feet: the middle of the map is far from the middle of the sides.
+        let size = map.sides.iter().map(Curve::chord).fold(0.0, f64::max);
+        let sound = |(eta, zeta): (f64, f64)| {
+            let blend = map.blend(eta, zeta, |c, k| c.points[k]);
+            let uv = map.parameters(eta, zeta);
+            uv.is_some_and(|uv| (face.surface.point(uv) - blend).norm() <= 0.4 * size)
+        };
+        map.projected = ![(0.5, 0.5), (0.25, 0.75), (0.75, 0.25)].into_iter().all(sound);
+        map
+    }
+
+    /// Transfinite blend of what the sides have at (eta, zeta) (Coons); sides are given at `side::STEPS` steps.
+    fn blend<T>(&self, eta: f64, zeta: f64, of: impl Fn(&Curve, usize) -> T) -> T
+    where
+        T: std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<f64, Output = T>,
+    {
+        let last = side::STEPS;
+        let at = |k: usize, t: f64| {
+            let x = (t * last as f64).clamp(0.0, last as f64);
+            let i = (x.floor() as usize).min(last - 1);
+            let f = x - i as f64;
+            of(&self.sides[k], i) * (1.0 - f) + of(&self.sides[k], i + 1) * f
+        };
+        let corner = |k: usize, i: usize| of(&self.sides[k], i);
+        at(0, eta) * (1.0 - zeta)
+            + at(2, eta) * zeta
+            + at(3, zeta) * (1.0 - eta)
+            + at(1, zeta) * eta
+            - (corner(0, 0) * (1.0 - eta) + corner(0, last) * eta) * (1.0 - zeta)
+            - (corner(2, 0) * (1.0 - eta) + corner(2, last) * eta) * zeta
+    }
+
+    /// Parameters on the face at (eta, zeta).
+    fn parameters(&self, eta: f64, zeta: f64) -> Option<Vec2> {
+        (!self.projected).then(|| self.blend(eta, zeta, |c, k| c.feet[k]))
+    }
+
+    /// Point of the face at (eta, zeta).
+    fn point(&self, face: &Face, eta: f64, zeta: f64) -> Vec3 {
+        match self.parameters(eta, zeta) {
+            Some(uv) => face.surface.point(uv),
+            None => {
+                let p = self.blend(eta, zeta, |c, k| c.points[k]);
+                face.surface.point(face.surface.closest(&p).0)
+            }
+        }
+    }
+
+    /// Control points of the patch of these degrees.
+    fn net(&self, face: &Face, degrees: [usize; 2], sides: &Sides, basis: &Basis) -> Vec<Vec3> {
+        let [n, m] = degrees;
+        let borders: Vec<Vec<Vec3>> =
+            (0..4).map(|k| self.sides[k].control(sides, degrees[k % 2], basis)).collect();
+        let on_side = |k: usize, t: f64| basis.value(&borders[k], t);
+        let mut values = vec![Vec3::zeros(); (n + 1) * (m + 1)];
+        for i in 0..=n {
+            for j in 0..=m {
+                let (eta, zeta) = (basis.node(n, i), basis.node(m, j));
+                values[i * (m + 1) + j] = match (i, j) {
+                    (_, 0) => on_side(0, eta),
+                    (_, j) if j == m => on_side(2, eta),
+                    (0, _) => on_side(3, zeta),
+                    (i, _) if i == n => on_side(1, zeta),
+                    _ => self.point(face, eta, zeta),
+                };
+            }
+        }
+        let mut net = basis.tensor(degrees, &values);
+        for i in 0..=n {
+            (net[i * (m + 1)], net[i * (m + 1) + m]) = (borders[0][i], borders[2][i]);
+        }
+        for j in 0..=m {
+            (net[j], net[n * (m + 1) + j]) = (borders[3][j], borders[1][j]);
+        }
+        net
+    }
+}
+
+impl Curve {
+    fn new(face: &Face, id: u32, sides: &Sides, [a, b]: [u32; 2], near: Vec2) -> Self {
+        let key = [a.min(b), a.max(b)];
+        let Some(side) = sides.get(key) else {
+            // Every side of every element is known; this keeps the map whole should one not be.
+            let points = vec![sides.vertex(a); side::STEPS + 1];
+            let feet = vec![face.surface.closest(&points[0]).0; points.len()];
+            return Self { side: None, reversed: false, feet, points };
+        };
+        let mut points: Vec<Vec3> = side.points.clone();
+        let mut feet = side.feet(id).unwrap_or_else(|| parameters::feet(face, &points));
+        parameters::unwrap(face, &mut feet, near);
+        if a > b {
+            points.reverse();
+            feet.reverse();
+        }
+        Self { side: Some(key), reversed: a > b, feet, points }
+    }
+
+    /// The side of no length where two others begin; its parameters go from those of one to those of the other.
+    fn point(sides: &Sides, vertex: u32, [out, back]: [&Self; 2]) -> Self {
+        let (p, q) = (out.feet[0], back.feet[0]);
+        let foot = |k: usize| p + (q - p) * (k as f64 / side::STEPS as f64);
+        let points = vec![sides.vertex(vertex); side::STEPS + 1];
+        Self { side: None, reversed: false, feet: (0..points.len()).map(foot).collect(), points }
+    }
+
+    fn chord(&self) -> f64 {
+        self.points.last().map_or(0.0, |p| (p - self.points[0]).norm())
+    }
+
+    /// Control points of the side, the same to the bit for both its patches.
+    fn control(&self, sides: &Sides, degree: usize, basis: &Basis) -> Vec<Vec3> {
+        let Some(side) = self.side.and_then(|key| sides.get(key)) else {
+            return vec![self.points[0]; degree + 1];
+        };
+        let mut control = basis.curve(degree, &side.values(degree));
+        (control[0], control[degree]) = (side.points[0], side.points[side::STEPS]);
+        if self.reversed {
+            control.reverse();
+        }
+        control
+    }
+}
+
+/// The patch seen from the other side: eta and zeta swapped.
+fn mirrored(patch: Patch) -> Patch {
+    let Patch::Bezier { degrees: [n, m], points } = patch else { return patch };
+    let swapped = (0..=m).flat_map(|j| (0..=n).map(move |i| i * (m + 1) + j));
+    Patch::Bezier { degrees: [m, n], points: swapped.map(|k| points[k]).collect() }
+}
+
+const _: () = assert!(NODES == MAX_DEGREE + 1);
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,85 @@
+use std::path::Path;
+
+use super::*;
+use crate::audit::{AuditOptions, CadReference, audit};
+use crate::cad;
+use crate::mesh::mapped::{MappedOptions, MeshStyle, mesh};
+
+fn read(file: &str) -> Model {
+    cad::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(file)).unwrap().0
+}
+
+fn options(tolerance_mm: f64) -> BezierOptions {
+    BezierOptions { name: "t".into(), tolerance_mm, sheet_side: None, flip: false }
+}
+
+fn coarse(model: &Model, arc_divisions: usize, style: MeshStyle) -> SurfaceMesh {
+    mesh(model, &MappedOptions { arc_divisions, style, ..MappedOptions::default() }).unwrap()
+}
+
+#[test]
+fn the_cross_die_has_fewer_patches_than_the_papers_and_is_as_good_as_exact() {
+    let model = read("cross/die.igs");
+    let (tool, report) =
+        bezier_from_cad(&model, &coarse(&model, 1, MeshStyle::Quads), &options(1e-4)).unwrap();
+    assert!(tool.patches.len() < 61 && report.degree <= MAX_DEGREE, "{report:?}");
+    let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap().report;
+    println!(
+        "{} patches, {report:?}; audit {:+.2e} {:+.2e} mm, normal {:.4}, jump {:.2e} mm {:.4} deg",
+        tool.patches.len(),
+        found.max_mm,
+        found.min_mm,
+        found.normal_max_deg,
+        found.jumps.position_mm,
+        found.jumps.normal_deg
+    );
+    assert!(report.error_mm <= 1e-4 && found.worst_mm() <= 1.5e-4 && found.folded.is_empty());
+    assert!(found.jumps.position_mm < 1e-12 && found.jumps.normal_deg < 0.05);
+}
+
+#[test]
+fn a_looser_tolerance_takes_lower_degrees_and_is_kept() {
+    let model = read("cross/punch.igs");
+    let mesh = coarse(&model, 2, MeshStyle::Structured);
+    let mut points = usize::MAX;
+    for tolerance in [1e-5, 1e-3, 0.05] {
+        let (tool, report) = bezier_from_cad(&model, &mesh, &options(tolerance)).unwrap();
+        let net = |p: &Patch| match p {
+            Patch::Bezier { points, .. } => points.len(),
+            _ => 0,
+        };
+        let count = tool.patches.iter().map(net).sum();
+        println!("{tolerance}: {count} points, {report:?}");
+        assert!(report.error_mm <= tolerance && count < points);
+        points = count;
+    }
+}
+
+#[test]
+fn turned_models_look_the_other_way() {
+    let model = read("cross/die.igs");
+    let mesh = coarse(&model, 1, MeshStyle::Structured);
+    let (up, a) = bezier_from_cad(&model, &mesh, &options(1e-3)).unwrap();
+    let (down, b) = bezier_from_cad(
+        &model,
+        &mesh,
+        &BezierOptions { sheet_side: Some(-Vec3::z()), ..options(1e-3) },
+    )
+    .unwrap();
+    assert!(a.turned != b.turned);
+    for (p, q) in up.patches.iter().zip(&down.patches) {
+        assert!((p.derivs(0.3, 0.8).s - q.derivs(0.8, 0.3).s).norm() < 1e-12);
+        let (n, m) = (p.normal(0.3, 0.8).unwrap(), q.normal(0.8, 0.3).unwrap());
+        assert!((n + m).norm() < 1e-9);
+    }
+}
+
+#[test]
+fn poles_and_seams_are_met() {
+    let model = read("forming/hemi_punch_AP214.stp");
+    let (tool, report) =
+        bezier_from_cad(&model, &coarse(&model, 2, MeshStyle::Structured), &options(1e-4)).unwrap();
+    let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap().report;
+    println!("{report:?} {:+.2e} {:+.2e} {}", found.max_mm, found.min_mm, found.jumps.position_mm);
+    assert!(found.worst_mm() < 2e-4 && found.jumps.position_mm < 1e-12);
+}

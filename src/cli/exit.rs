@@ -16,11 +16,13 @@ pub enum Exit {
     NoConvergence = 3,
     /// 4: a file could not be read or written.
     Io = 4,
+    /// 5: stopped by a signal; the run can go on.
+    Stopped = 5,
 }
 
 /// The text about exit codes at the end of every `--help`.
 pub const EXIT_HELP: &str = "Exit codes: 0 done, 1 a limit was exceeded, 2 bad usage or input, 3 no convergence, \
-     4 a file could not be read or written.";
+     4 a file could not be read or written, 5 stopped by a signal (go on with --restart).";
 
 /// Why a command stops: the exit code and what to print.
 #[derive(Debug)]

@@ -1,12 +1,15 @@
 //! `kanagata-solve run SCENE -o DIR`: the run itself, watched on the terminal.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::exit::{EXIT_HELP, Exit, Failure};
 use crate::report::record::RunRecord;
-use crate::run::{Progress, RunError};
+use crate::run::{Progress, RunError, RunOptions};
 use crate::scene::{SceneError, read};
 use crate::solver::SimulationError;
 
@@ -20,6 +23,9 @@ pub struct RunArgs {
     /// Folder for the results; made if missing
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Go on from the checkpoint in DIR, to the same results as without the break
+    #[arg(long)]
+    restart: bool,
     /// No progress bar
     #[arg(short, long)]
     quiet: bool,
@@ -31,9 +37,10 @@ impl From<RunError> for Failure {
             RunError::Scene(SceneError::Io { .. })
             | RunError::Write(_)
             | RunError::Folder { .. } => Exit::Io,
-            RunError::Scene(_) => Exit::Input,
+            RunError::Scene(_) | RunError::Checkpoint(_) => Exit::Input,
             RunError::Solver { cause, .. } => match **cause {
                 SimulationError::Setup(_) | SimulationError::NoTouch { .. } => Exit::Input,
+                SimulationError::Stopped { .. } => Exit::Stopped,
                 _ => Exit::NoConvergence,
             },
         };
@@ -48,8 +55,15 @@ impl From<RunError> for Failure {
 pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let plan = read(&args.scene)?;
     let bar = progress_bar(args.quiet);
-    let outcome =
-        crate::run::run(&plan, &args.scene, &args.output, &mut |progress| show(&bar, progress));
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGTERM, SIGINT] {
+        // Without it a signal ends the run at once; the last checkpoint stays.
+        let _ = signal_hook::flag::register(signal, Arc::clone(&stop));
+    }
+    let options = RunOptions { restart: args.restart, stop: Some(&stop) };
+    let outcome = crate::run::run(&plan, &args.scene, &args.output, &options, &mut |progress| {
+        show(&bar, progress);
+    });
     bar.finish_and_clear();
     let record = outcome?;
     if !args.quiet {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::files::{WriteError, write_atomic};
 
 /// One increment, as a line of `history.csv`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HistoryRow {
     /// Increment, from 1.
     pub increment: usize,
@@ -42,7 +42,7 @@ pub struct Energies {
 }
 
 /// A history in memory: tool names and rows.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct History {
     /// Tools, in the scene's order.
     pub tools: Vec<String>,
@@ -86,7 +86,7 @@ impl History {
 }
 
 /// One Newton iteration, as a line of `iterations.csv`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct IterationRow {
     /// Increment, from 1.
     pub increment: usize,
@@ -134,6 +134,8 @@ pub enum Verdict {
     Completed,
     /// The solver gave up; the last good state is on disk.
     NoConvergence,
+    /// Stopped from outside; it can go on from its checkpoint.
+    Stopped,
 }
 
 /// `run.json`: what went in, what it cost, how it ended.

@@ -5,6 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use serde::{Deserialize, Serialize};
+
 use super::RunError;
 use super::fields;
 use super::resources::{cpu_seconds, peak_megabytes};
@@ -21,6 +23,7 @@ use crate::solver::{IncrementReport, Simulation, convergence_order};
 const TOOL_DIVISIONS: usize = 6;
 
 /// A run folder and what has been put into it.
+#[derive(Serialize, Deserialize)]
 pub struct RunFolder {
     /// The folder.
     pub path: PathBuf,
@@ -35,6 +38,18 @@ pub struct RunFolder {
     iterations: Vec<IterationRow>,
     /// Orders of convergence shown so far, ascending.
     orders: Vec<f64>,
+    /// Wall and processor time of the processes before this one [s].
+    spent_s: [f64; 2],
+}
+
+/// Name and version of the program.
+pub(super) const PROGRAM: &str = concat!("kanagata-solve ", env!("CARGO_PKG_VERSION"));
+
+/// SHA-256 of the scene and its tool files.
+pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
+    let tools = plan.scene.tools.iter().zip(&plan.tools);
+    let tools = tools.map(|(tool, loaded)| (tool.file.clone(), loaded.sha256.clone()));
+    std::iter::once(("scene".to_owned(), plan.sha256.clone())).chain(tools).collect()
 }
 
 impl RunFolder {
@@ -47,14 +62,11 @@ impl RunFolder {
             fs::create_dir_all(&folder)
                 .map_err(|source| RunError::Folder { path: folder, source })?;
         }
-        let mut inputs = BTreeMap::from([("scene".to_owned(), plan.sha256.clone())]);
-        for (tool, loaded) in plan.scene.tools.iter().zip(&plan.tools) {
-            inputs.insert(tool.file.clone(), loaded.sha256.clone());
-        }
+        let inputs = inputs(plan);
         let record = RunRecord {
             format: "kanagata-run".into(),
             version: 1,
-            program: concat!("kanagata-solve ", env!("CARGO_PKG_VERSION")).into(),
+            program: PROGRAM.into(),
             name: plan.scene.name.clone(),
             verdict: Verdict::Running,
             message: None,
@@ -85,9 +97,18 @@ impl RunFolder {
             force_scale: 0.0,
             iterations: Vec::new(),
             orders: Vec::new(),
+            spent_s: [0.0; 2],
         };
         folder.record.write(&path.join("run.json"))?;
         Ok(folder)
+    }
+
+    /// Takes up the folder of a run that goes on.
+    pub fn resume(&mut self) {
+        self.spent_s = [self.record.wall_s, self.record.cpu_s];
+        self.record.threads = rayon::current_num_threads();
+        self.record.verdict = Verdict::Running;
+        self.record.message = None;
     }
 
     /// Writes each tool, placed, as `tools/NAME.vtu`.
@@ -159,9 +180,9 @@ impl RunFolder {
         record.increments = report.increment;
         record.iterations = report.iterations_total;
         record.cuts = report.cuts;
-        record.wall_s = start.elapsed().as_secs_f64();
-        record.cpu_s = cpu_seconds();
-        record.peak_mb = peak_megabytes();
+        record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
+        record.cpu_s = self.spent_s[1] + cpu_seconds();
+        record.peak_mb = record.peak_mb.max(peak_megabytes());
         let t = &report.timings;
         record.factorisations = t.factorisations;
         record.timings_s = [
@@ -219,9 +240,9 @@ impl RunFolder {
     ) -> Result<(), WriteError> {
         self.record.verdict = verdict;
         self.record.message = message;
-        self.record.wall_s = start.elapsed().as_secs_f64();
-        self.record.cpu_s = cpu_seconds();
-        self.record.peak_mb = peak_megabytes();
+        self.record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
+        self.record.cpu_s = self.spent_s[1] + cpu_seconds();
+        self.record.peak_mb = self.record.peak_mb.max(peak_megabytes());
         self.record.write(&self.path.join("run.json"))
     }
 }

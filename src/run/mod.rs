@@ -3,12 +3,14 @@
 //! Everything is written as the run goes on, each file whole or not at all, so that a folder can be looked at
 //! (and a killed run still holds what it had).
 
+pub mod checkpoint;
 pub mod fields;
 pub mod folder;
 pub mod report;
 pub mod resources;
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use crate::files::WriteError;
@@ -16,7 +18,8 @@ use crate::report::record::{RunRecord, Verdict};
 use crate::scene::{Plan, SceneError};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
-use folder::RunFolder;
+use checkpoint::CheckpointError;
+use folder::{PROGRAM, RunFolder, inputs};
 
 /// Why a run ends early.
 #[non_exhaustive]
@@ -37,6 +40,9 @@ pub enum RunError {
         #[source]
         source: std::io::Error,
     },
+    /// There is nothing to go on from.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// The solver cannot start or gave up.
     #[error("{cause}\n  the last good state is in {}", folder.display())]
     Solver {
@@ -57,6 +63,15 @@ pub struct Progress<'a> {
     pub elapsed_s: f64,
 }
 
+/// How a run is run.
+#[derive(Default)]
+pub struct RunOptions<'a> {
+    /// Go on from the checkpoint in the folder.
+    pub restart: bool,
+    /// Set from outside: save a checkpoint after the present increment and stop.
+    pub stop: Option<&'a AtomicBool>,
+}
+
 /// Runs `plan` (read from `scene_path`) into the folder `output`. `watch` is called after every increment.
 ///
 /// # Errors
@@ -65,41 +80,83 @@ pub fn run(
     plan: &Plan,
     scene_path: &Path,
     output: &Path,
+    options: &RunOptions<'_>,
     watch: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<RunRecord, RunError> {
     let start = Instant::now();
     let setup = plan.simulation_setup(scene_path)?;
     let unknowns = 3 * setup.body.mesh().nodes.len();
-    let mut folder = RunFolder::create(output, plan, unknowns)?;
     let failed = |cause: SimulationError| RunError::Solver {
         cause: Box::new(cause),
         folder: output.to_path_buf(),
     };
     let mut simulation = Simulation::new(setup).map_err(failed)?;
-    folder.write_tools(plan, &simulation)?;
-    let mut write_error = None;
-    let stages = plan.scene.stages.len() as f64;
-    let mesh = simulation.body().mesh().clone();
-    let outcome = simulation.run(&mut |report| {
-        let done = (report.stage as f64 + report.share) / stages;
-        watch(&Progress { report, done, elapsed_s: start.elapsed().as_secs_f64() });
-        match folder.take(report, &mesh, start) {
-            Ok(()) => Control::Continue,
-            Err(error) => {
-                write_error = Some(error);
-                Control::Stop
-            }
-        }
-    });
-    if let Some(error) = write_error {
-        return Err(error.into());
-    }
+    let mut folder = if options.restart {
+        let checkpoint = checkpoint::read(output, &inputs(plan), PROGRAM)?;
+        simulation.resume(checkpoint.state).map_err(failed)?;
+        let mut folder = checkpoint.folder;
+        folder.resume();
+        folder
+    } else {
+        let folder = RunFolder::create(output, plan, unknowns)?;
+        checkpoint::remove(output);
+        folder.write_tools(plan, &simulation)?;
+        folder
+    };
+    let outcome = go_on(&mut simulation, &mut folder, plan, options, start, watch)?;
     folder.write_last_state(&simulation)?;
-    let verdict = if outcome.is_ok() { Verdict::Completed } else { Verdict::NoConvergence };
+    let verdict = match &outcome {
+        Ok(()) => Verdict::Completed,
+        Err(SimulationError::Stopped { .. }) => Verdict::Stopped,
+        Err(_) => Verdict::NoConvergence,
+    };
     folder.finish(verdict, outcome.as_ref().err().map(ToString::to_string), start)?;
-    report::write(&folder, plan, &simulation)?;
-    match outcome {
-        Ok(_) => Ok(folder.record),
-        Err(cause) => Err(failed(cause)),
+    if verdict == Verdict::Completed {
+        checkpoint::remove(output);
+    }
+    if verdict != Verdict::Stopped {
+        report::write(&folder, plan, &simulation)?;
+    }
+    outcome.map(|()| folder.record).map_err(failed)
+}
+
+/// Increment by increment to the end, with checkpoints.
+fn go_on(
+    simulation: &mut Simulation,
+    folder: &mut RunFolder,
+    plan: &Plan,
+    options: &RunOptions<'_>,
+    start: Instant,
+    watch: &mut dyn FnMut(&Progress<'_>),
+) -> Result<Result<(), SimulationError>, RunError> {
+    let mesh = simulation.body().mesh().clone();
+    let stages = plan.scene.stages.len() as f64;
+    let every = plan.scene.output.checkpoint_every;
+    let mut count = 0;
+    loop {
+        let mut write_error = None;
+        let more = simulation.advance(&mut |report| {
+            let done = (report.stage as f64 + report.share) / stages;
+            watch(&Progress { report, done, elapsed_s: start.elapsed().as_secs_f64() });
+            write_error = folder.take(report, &mesh, start).err();
+            if write_error.is_some() { Control::Stop } else { Control::Continue }
+        });
+        if let Some(error) = write_error {
+            return Err(error.into());
+        }
+        let increment = simulation.summary().increments;
+        match more {
+            Ok(true) => {}
+            Ok(false) => return Ok(Ok(())),
+            Err(error) => return Ok(Err(error)),
+        }
+        let stop = options.stop.is_some_and(|flag| flag.load(Ordering::Relaxed));
+        if stop || (every > 0 && increment.is_multiple_of(every)) {
+            checkpoint::write(folder, &simulation.state(), count)?;
+            count += 1;
+        }
+        if stop {
+            return Ok(Err(SimulationError::Stopped { increment }));
+        }
     }
 }

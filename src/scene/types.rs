@@ -316,10 +316,12 @@ impl Default for SolverLimits {
 pub struct Output {
     /// A VTU file every so many increments (and at the end of each stage); 0 = stage ends only.
     pub vtu_every: usize,
+    /// A checkpoint every so many increments; 0 = only when the run is stopped.
+    pub checkpoint_every: usize,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Self { vtu_every: 10 }
+        Self { vtu_every: 10, checkpoint_every: 5 }
     }
 }

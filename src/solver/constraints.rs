@@ -60,6 +60,17 @@ impl Constraints {
         self.held[node] == 0
     }
 
+    /// Held components by node, one bit each.
+    #[must_use]
+    pub fn bits(&self) -> &[u8] {
+        &self.held
+    }
+
+    /// Takes over the bits of as many nodes.
+    pub(super) fn take_bits(&mut self, bits: &[u8]) {
+        self.held.copy_from_slice(bits);
+    }
+
     /// Number of nodes.
     #[must_use]
     pub fn len(&self) -> usize {

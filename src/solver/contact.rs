@@ -41,18 +41,19 @@ pub(super) struct Candidate {
 }
 
 /// What a restored increment needs of a candidate.
-#[derive(Debug, Clone)]
-struct Saved {
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(super) struct SavedContact {
     active: bool,
     sliding: bool,
     patch: u32,
+    anchor: [f64; 3],
 }
 
 /// All candidates, by node and tool.
 #[derive(Debug, Clone)]
 pub(super) struct ContactSet {
     pub(super) candidates: Vec<Candidate>,
-    saved: Vec<Saved>,
+    saved: Vec<SavedContact>,
 }
 
 /// The conditions of one node: `a` acts on its rows of the tangent, `b` on its own displacement.
@@ -145,7 +146,12 @@ impl ContactSet {
             .collect();
         let saved = candidates
             .iter()
-            .map(|_| Saved { active: false, sliding: true, patch: u32::MAX })
+            .map(|_| SavedContact {
+                active: false,
+                sliding: true,
+                patch: u32::MAX,
+                anchor: [0.0; 3],
+            })
             .collect();
         Self { candidates, saved }
     }
@@ -165,8 +171,28 @@ impl ContactSet {
             c.anchor = c.foot.point;
             c.fresh = false;
             c.swings = 0;
-            *saved = Saved { active: c.active, sliding: c.sliding, patch: c.foot.patch };
+            *saved = SavedContact {
+                active: c.active,
+                sliding: c.sliding,
+                patch: c.foot.patch,
+                anchor: c.anchor.into(),
+            };
         }
+    }
+
+    /// States of the last commit.
+    pub(super) fn saved(&self) -> &[SavedContact] {
+        &self.saved
+    }
+
+    /// Takes over states saved by the same set-up; false when they are of another.
+    pub(super) fn resume(&mut self, saved: &[SavedContact]) -> bool {
+        if saved.len() != self.candidates.len() {
+            return false;
+        }
+        self.saved = saved.to_vec();
+        self.restore();
+        true
     }
 
     /// Takes back the states of the last commit.
@@ -175,6 +201,7 @@ impl ContactSet {
             c.active = saved.active;
             c.sliding = saved.sliding;
             c.foot.patch = saved.patch;
+            c.anchor = saved.anchor.into();
             c.fresh = false;
             c.swings = 0;
         }

@@ -19,6 +19,7 @@ pub mod pattern;
 mod rigid;
 pub mod simulation;
 pub mod stages;
+pub mod state;
 mod stepping;
 mod system;
 pub mod tensor;

@@ -9,7 +9,7 @@ use super::newton::NewtonError;
 use super::stages::{
     Energies, IncrementReport, IterationRecord, Limits, RunSummary, Stage, ToolReport,
 };
-use super::stepping::{Committed, run_stage};
+use super::stepping::{Committed, UnderWay, advance};
 use super::system::System;
 use super::tools::{Placement, Tool, ToolSetup};
 use crate::geometry::Vec3;
@@ -83,8 +83,8 @@ pub enum SimulationError {
         /// Limit.
         limit: usize,
     },
-    /// The observer asked to stop.
-    #[error("stopped by the observer after increment {increment}")]
+    /// Somebody asked to stop.
+    #[error("stopped after increment {increment}")]
     Stopped {
         /// Last increment.
         increment: usize,
@@ -108,6 +108,9 @@ pub struct Simulation {
     pub(super) limits: Limits,
     pub(super) share: f64,
     pub(super) committed: Committed,
+    /// Stage under way, or the next one.
+    pub(super) stage: usize,
+    pub(super) under_way: Option<UnderWay>,
     pub(super) energies: Energies,
     pub(super) history: Vec<IterationRecord>,
     pub(super) summary: RunSummary,
@@ -138,6 +141,8 @@ impl Simulation {
             limits,
             share,
             committed,
+            stage: 0,
+            under_way: None,
             energies: Energies::default(),
             history: Vec::new(),
             summary: RunSummary::default(),
@@ -153,11 +158,22 @@ impl Simulation {
         &mut self,
         observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
     ) -> Result<RunSummary, SimulationError> {
-        for stage in 0..self.stages.len() {
-            run_stage(self, stage, observer)?;
-        }
-        self.summary.timings = self.sys.timings;
+        while self.advance(observer)? {}
         Ok(self.summary.clone())
+    }
+
+    /// Makes one increment; false when all stages are done. `observer` sees the start, and the increment when it has
+    /// converged; between two calls the state may be saved ([`Self::state`]).
+    ///
+    /// # Errors
+    /// [`SimulationError`]; the last converged state stays readable.
+    pub fn advance(
+        &mut self,
+        observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
+    ) -> Result<bool, SimulationError> {
+        let more = advance(self, observer);
+        self.summary.timings = self.sys.timings;
+        more
     }
 
     /// The sheet, with its committed history.

@@ -1,5 +1,7 @@
 //! Stages of a process and what an increment reports.
 
+use serde::{Deserialize, Serialize};
+
 use super::tools::{Curve, Motion};
 
 /// One stage: clamp, draw, release, ...
@@ -54,7 +56,7 @@ impl Default for Limits {
 }
 
 /// Wall time by phase [s].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timings {
     /// Closest points on the tools.
     pub search: f64,
@@ -71,7 +73,7 @@ pub struct Timings {
 }
 
 /// Work since the start of the run [mJ], of the whole process.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
     /// Work of the tools on the sheet (normal and tangential contact forces over the nodes' motion).
     pub external: f64,
@@ -175,7 +177,7 @@ pub struct IncrementReport<'a> {
 }
 
 /// Totals of a finished run.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunSummary {
     /// Converged increments.
     pub increments: usize,

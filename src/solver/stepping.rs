@@ -1,7 +1,6 @@
 //! Increments of a stage: predict, solve, accept or cut and restore, choose the next step.
 
 use super::active_set::{keep_pushed_tools, take_in};
-use super::assembly::Evaluation;
 use super::constraints::Constraints;
 use super::newton::{NewtonError, NewtonStats, solve};
 use super::rigid::hold_rigid_modes;
@@ -11,12 +10,14 @@ use super::system::{Role, System};
 use super::tools::Motion;
 use crate::geometry::Vec3;
 
+use serde::{Deserialize, Serialize};
+
 /// The last converged state, and the increment before it for the predictor.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Committed {
-    u: Vec<f64>,
+    pub(super) u: Vec<f64>,
     travels: Vec<f64>,
-    forces: Evaluation,
+    internal_force: Vec<f64>,
     applied: Vec<f64>,
     /// Force of each tool along its direction [N].
     pushes: Vec<f64>,
@@ -29,14 +30,22 @@ impl Committed {
         Self {
             u: sys.u.clone(),
             travels: sys.tools.iter().map(|t| t.travel).collect(),
-            forces: Evaluation {
-                internal_force: sys.eval.internal_force.clone(),
-                ..Evaluation::default()
-            },
+            internal_force: sys.eval.internal_force.clone(),
             applied: sys.applied.clone(),
             pushes: (0..sys.tools.len()).map(|t| pushing_force(sys, t)).collect(),
             last: None,
         }
+    }
+}
+
+impl Committed {
+    /// Whether it is of a system with so many tools and unknowns.
+    pub(super) fn fits(&self, tools: usize, unknowns: usize) -> bool {
+        let of_tools = |v: &Vec<f64>| v.len() == tools;
+        let of_nodes = |v: &Vec<f64>| v.len() == unknowns;
+        [&self.travels, &self.pushes].into_iter().all(of_tools)
+            && [&self.u, &self.internal_force, &self.applied].into_iter().all(of_nodes)
+            && self.last.as_ref().is_none_or(|(_, u, t)| of_nodes(u) && of_tools(t))
     }
 }
 
@@ -46,6 +55,7 @@ fn pushing_force(sys: &System, tool: usize) -> f64 {
 }
 
 /// What a stage fixes when it begins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Plan {
     stage: usize,
     start_travels: Vec<f64>,
@@ -53,50 +63,83 @@ struct Plan {
     released: Vec<f64>,
 }
 
-/// Runs one stage to its end.
-pub(super) fn run_stage(
+/// A stage under way.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct UnderWay {
+    plan: Plan,
+    pace: Pace,
+    /// Share of the stage done.
+    share: f64,
+    start_time: f64,
+}
+
+/// Makes one increment, beginning the next stage where one has ended; false when all stages are done.
+pub(super) fn advance(
     sim: &mut Simulation,
-    stage: usize,
     observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
-) -> Result<(), SimulationError> {
-    let plan = begin(sim, stage);
-    if stage == 0 {
-        sim.report(0, 0.0, 0, observer)?;
+) -> Result<bool, SimulationError> {
+    if sim.stage >= sim.stages.len() {
+        return Ok(false);
     }
-    let (first, largest) = (sim.stages[stage].first_step, sim.stages[stage].largest_step);
-    let start_time = sim.time;
-    let mut pace = Pace::new(first, largest, sim.limits.wanted_iterations);
-    let mut share = 0.0;
-    while share < 1.0 {
+    let mut now = match sim.under_way.take() {
+        Some(now) => now,
+        None => begin_stage(sim, observer)?,
+    };
+    let (first, stage) = (sim.stages[now.plan.stage].first_step, now.plan.stage);
+    let stats = loop {
         if sim.summary.increments >= sim.limits.increments {
             return Err(SimulationError::TooManyIncrements { limit: sim.limits.increments });
         }
-        let target = if share + 1.001 * pace.step >= 1.0 { 1.0 } else { share + pace.step };
+        let share = now.share;
+        let target = if share + 1.001 * now.pace.step >= 1.0 { 1.0 } else { share + now.pace.step };
         sim.history.clear();
-        match attempt(sim, &plan, share, target, pace.patient()) {
+        match attempt(sim, &now.plan, share, target, now.pace.patient()) {
             Ok(stats) => {
                 accept(sim, target - share);
-                share = target;
-                sim.time = start_time + share * sim.stages[stage].duration;
-                sim.summary.increments += 1;
-                sim.summary.iterations += stats.iterations;
-                pace.went_well(stats.iterations);
-                sim.report(stage, share, stats.iterations, observer)?;
+                now.share = target;
+                break stats;
             }
             Err(cause) => {
                 let error = gave_up(sim, stage, share, target - share, cause);
                 sim.summary.iterations += sim.history.len().saturating_sub(1);
                 sim.summary.cuts += 1;
                 restore(sim);
-                pace.failed(target - share);
-                if pace.step < sim.limits.smallest_step * first {
+                now.pace.failed(target - share);
+                if now.pace.step < sim.limits.smallest_step * first {
                     return Err(error);
                 }
             }
         }
+    };
+    sim.time = now.start_time + now.share * sim.stages[stage].duration;
+    sim.summary.increments += 1;
+    sim.summary.iterations += stats.iterations;
+    now.pace.went_well(stats.iterations);
+    let share = now.share;
+    if share < 1.0 {
+        sim.under_way = Some(now);
+    } else {
+        sim.stage += 1;
     }
-    end(sim);
-    Ok(())
+    sim.report(stage, share, stats.iterations, observer)?;
+    if share >= 1.0 {
+        end(sim);
+    }
+    Ok(true)
+}
+
+fn begin_stage(
+    sim: &mut Simulation,
+    observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
+) -> Result<UnderWay, SimulationError> {
+    let stage = sim.stage;
+    let plan = begin(sim, stage);
+    if stage == 0 {
+        sim.report(0, 0.0, 0, observer)?;
+    }
+    let (first, largest) = (sim.stages[stage].first_step, sim.stages[stage].largest_step);
+    let pace = Pace::new(first, largest, sim.limits.wanted_iterations);
+    Ok(UnderWay { plan, pace, share: 0.0, start_time: sim.time })
 }
 
 fn begin(sim: &mut Simulation, stage: usize) -> Plan {
@@ -214,13 +257,14 @@ fn accept(sim: &mut Simulation, step: f64) {
     sim.committed = Committed { last, ..Committed::of(sys) };
 }
 
-fn restore(sim: &mut Simulation) {
+/// Goes back to the last converged state.
+pub(super) fn restore(sim: &mut Simulation) {
     let (sys, old) = (&mut sim.sys, &sim.committed);
     sys.body.restore();
     sys.contact.restore();
     sys.u.copy_from_slice(&old.u);
     sys.applied.copy_from_slice(&old.applied);
-    sys.eval.internal_force.copy_from_slice(&old.forces.internal_force);
+    sys.eval.internal_force.copy_from_slice(&old.internal_force);
     for (tool, travel) in sys.tools.iter_mut().zip(&old.travels) {
         tool.travel = *travel;
     }
@@ -233,7 +277,7 @@ fn add_work(sim: &mut Simulation) {
     let (mut internal, mut applied, mut friction) = (0.0, 0.0, 0.0);
     for i in 0..sys.u.len() {
         let du = sys.u[i] - old.u[i];
-        internal += mean(i, &sys.eval.internal_force, &old.forces.internal_force) * du;
+        internal += mean(i, &sys.eval.internal_force, &old.internal_force) * du;
         applied += mean(i, &sys.applied, &old.applied) * du;
     }
     for (_, c) in sys.contact.active() {
@@ -257,6 +301,7 @@ fn add_work(sim: &mut Simulation) {
 }
 
 /// How large the next step is (share of the stage).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Pace {
     step: f64,
     largest: f64,
@@ -264,13 +309,13 @@ struct Pace {
     /// Failures since the last increment that went well.
     failures: usize,
     /// Steps above this failed not long ago.
-    ceiling: f64,
+    ceiling: Option<f64>,
 }
 
 impl Pace {
     fn new(first: f64, largest: f64, wanted_iterations: usize) -> Self {
         let step = first.min(largest);
-        Self { step, largest, wanted_iterations, failures: 0, ceiling: f64::INFINITY }
+        Self { step, largest, wanted_iterations, failures: 0, ceiling: None }
     }
 
     /// After repeated failures an increment may take its time.
@@ -288,13 +333,14 @@ impl Pace {
             _ => 0.7,
         };
         self.failures = 0;
-        self.step = (factor * self.step).min(self.ceiling).min(self.largest);
-        self.ceiling *= 1.15;
+        let ceiling = self.ceiling.unwrap_or(f64::INFINITY);
+        self.step = (factor * self.step).min(ceiling).min(self.largest);
+        self.ceiling = self.ceiling.map(|c| 1.15 * c);
     }
 
     fn failed(&mut self, step: f64) {
         self.failures += 1;
-        self.ceiling = 0.7 * step;
+        self.ceiling = Some(0.7 * step);
         self.step = 0.4 * step;
     }
 }

@@ -12,6 +12,7 @@ use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
 use crate::solver::stages::{IterationRecord, convergence_order};
+use crate::solver::state::SimulationState;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, Placement, SheetSide, Simulation,
     SimulationSetup, Stage,
@@ -184,4 +185,25 @@ fn a_released_cup_is_free_of_forces() {
         .fold(0.0, f64::max);
     assert!(largest < 1e-4, "{largest} N left at a free node");
     assert_eq!(sys.contact.active().count(), 0);
+}
+
+/// Saved after every increment and gone on from in a new simulation: clamp, draw, release, to the bit.
+#[test]
+fn a_run_that_goes_on_from_a_saved_state_repeats_to_the_bit() {
+    let case = Case { depth: 0.3, release: true, transition: 1e-4, ..QUICK };
+    let whole = run(&case).sim;
+    let mut sim = Simulation::new(cup(&case)).unwrap();
+    while sim.advance(&mut |_| Control::Continue).unwrap() {
+        let state = sim.state();
+        let text = serde_json::to_string(&state).unwrap();
+        let mut read: SimulationState = serde_json::from_str(&text).unwrap();
+        read.material.clone_from(&state.material);
+        assert!(read == state);
+        sim = Simulation::new(cup(&case)).unwrap();
+        sim.resume(read).unwrap();
+    }
+    assert_eq!(whole.summary().iterations, sim.summary().iterations);
+    assert!(whole.displacements() == sim.displacements());
+    let other = Simulation::new(cup(&Case { cells: 6, ..case })).unwrap().state();
+    assert!(sim.resume(other).unwrap_err().to_string().contains("another set-up"));
 }

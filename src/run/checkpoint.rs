@@ -1,0 +1,169 @@
+//! Checkpoints of a run: two files in turn, so that one is whole whenever the process dies.
+//!
+//! First line `kanagata-checkpoint VERSION SHA256`, the digest of all that follows: one line of JSON ([`Head`]), then the
+//! history of the material points as bytes.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::folder::RunFolder;
+use crate::files::{WriteError, sha256_hex, write_atomic};
+use crate::solver::state::SimulationState;
+
+/// Version of the file.
+const VERSION: u32 = 1;
+const MAGIC: &str = "kanagata-checkpoint";
+
+/// Why a run cannot go on from its folder.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// No checkpoint that can be used.
+    #[error("{}: no checkpoint to go on from ({why}); run without --restart", folder.display())]
+    None {
+        /// The run folder.
+        folder: PathBuf,
+        /// What was found.
+        why: String,
+    },
+    /// An input has changed since.
+    #[error(
+        "{}: `{input}` has changed since the checkpoint was written (found SHA-256 {found}, allowed {expected}); restore it, or run without --restart", folder.display()
+    )]
+    Changed {
+        /// The run folder.
+        folder: PathBuf,
+        /// The scene or a tool file.
+        input: String,
+        /// Digest now.
+        found: String,
+        /// Digest then.
+        expected: String,
+    },
+    /// Written by another version of the program.
+    #[error(
+        "{}: the checkpoint was written by {found}, this is {expected}; run without --restart", folder.display()
+    )]
+    Program {
+        /// The run folder.
+        folder: PathBuf,
+        /// Program then.
+        found: String,
+        /// Program now.
+        expected: String,
+    },
+}
+
+/// What a checkpoint holds beside the material's history.
+#[derive(Serialize, Deserialize)]
+struct Head<F, S> {
+    folder: F,
+    state: S,
+}
+
+/// A checkpoint read back.
+pub struct Checkpoint {
+    /// The run folder as it was.
+    pub folder: RunFolder,
+    /// The simulation.
+    pub state: SimulationState,
+}
+
+fn files(folder: &Path) -> [PathBuf; 2] {
+    ["checkpoint-0.bin", "checkpoint-1.bin"].map(|name| folder.join(name))
+}
+
+/// Writes the checkpoint number `count` (from 0) of a run.
+///
+/// # Errors
+/// [`WriteError`] when the folder is missing or full; the one before is untouched.
+pub fn write(folder: &RunFolder, state: &SimulationState, count: usize) -> Result<(), WriteError> {
+    let path = &files(&folder.path)[count % 2];
+    let failed = |e: serde_json::Error| WriteError { path: path.clone(), source: e.into() };
+    let mut body = serde_json::to_vec(&Head { folder, state }).map_err(failed)?;
+    body.push(b'\n');
+    body.extend_from_slice(&state.material);
+    let digest = sha256_hex(&body);
+    write_atomic(path, |w| {
+        writeln!(w, "{MAGIC} {VERSION} {digest}")?;
+        w.write_all(&body)
+    })
+}
+
+/// Removes the checkpoints of a finished run.
+pub fn remove(folder: &Path) {
+    // A file that stays does no harm.
+    files(folder).iter().for_each(|f| drop(fs::remove_file(f)));
+}
+
+/// The newest whole checkpoint in a folder, if it belongs to these inputs and this program.
+///
+/// # Errors
+/// [`CheckpointError`].
+pub fn read(
+    folder: &Path,
+    inputs: &BTreeMap<String, String>,
+    program: &str,
+) -> Result<Checkpoint, CheckpointError> {
+    let mut faults = Vec::new();
+    let mut found: Option<Checkpoint> = None;
+    for file in files(folder) {
+        match parse(&file) {
+            Ok(one)
+                if found
+                    .as_ref()
+                    .is_none_or(|f| f.folder.record.increments < one.folder.record.increments) =>
+            {
+                found = Some(one);
+            }
+            Ok(_) => {}
+            Err(why) => faults.push(why),
+        }
+    }
+    let Some(mut checkpoint) = found else {
+        return Err(CheckpointError::None { folder: folder.into(), why: faults.join(", ") });
+    };
+    let record = &checkpoint.folder.record;
+    if record.program != program {
+        return Err(CheckpointError::Program {
+            folder: folder.into(),
+            found: record.program.clone(),
+            expected: program.into(),
+        });
+    }
+    for (input, expected) in &record.inputs {
+        let now = inputs.get(input).map_or("none", String::as_str);
+        if now != expected {
+            return Err(CheckpointError::Changed {
+                folder: folder.into(),
+                input: input.clone(),
+                found: now.into(),
+                expected: expected.clone(),
+            });
+        }
+    }
+    checkpoint.folder.path = folder.to_path_buf();
+    Ok(checkpoint)
+}
+
+fn parse(file: &Path) -> Result<Checkpoint, String> {
+    let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let bytes = fs::read(file).map_err(|e| format!("{name}: {e}"))?;
+    let fault = |what: &str| format!("{name}: {what}");
+    let line = |from: usize| bytes[from..].iter().position(|b| *b == b'\n').map(|k| from + k);
+    let first = line(0).ok_or_else(|| fault("no first line"))?;
+    let words = String::from_utf8_lossy(&bytes[..first]);
+    let expected = format!("{MAGIC} {VERSION} {}", sha256_hex(&bytes[first + 1..]));
+    if words != expected {
+        return Err(fault("version or digest is wrong"));
+    }
+    let second = line(first + 1).ok_or_else(|| fault("no second line"))?;
+    let Head { folder, mut state } =
+        serde_json::from_slice::<Head<RunFolder, SimulationState>>(&bytes[first + 1..second])
+            .map_err(|e| fault(&e.to_string()))?;
+    state.material = bytes[second + 1..].to_vec();
+    Ok(Checkpoint { folder, state })
+}

@@ -1,0 +1,81 @@
+//! The state of a run between two increments: what a checkpoint holds. A run that goes on from it repeats to the bit.
+
+use serde::{Deserialize, Serialize};
+
+use super::contact::SavedContact;
+use super::simulation::{Simulation, SimulationError};
+use super::stages::{Energies, RunSummary};
+use super::stepping::{Committed, UnderWay, restore};
+
+/// Everything that changes during a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SimulationState {
+    stage: usize,
+    under_way: Option<UnderWay>,
+    time: f64,
+    committed: Committed,
+    energies: Energies,
+    summary: RunSummary,
+    contact: Vec<SavedContact>,
+    /// Held components of every node, and where they are held [mm].
+    held: Vec<u8>,
+    held_at: Vec<f64>,
+    /// History of the material points, as little-endian numbers; kept apart from the rest.
+    #[serde(skip)]
+    pub material: Vec<u8>,
+}
+
+impl Simulation {
+    /// The state after the last converged increment.
+    #[must_use]
+    pub fn state(&self) -> SimulationState {
+        SimulationState {
+            stage: self.stage,
+            under_way: self.under_way.clone(),
+            time: self.time,
+            committed: self.committed.clone(),
+            energies: self.energies,
+            summary: self.summary.clone(),
+            contact: self.sys.contact.saved().to_vec(),
+            held: self.sys.constraints.bits().to_vec(),
+            held_at: self.sys.held_at.clone(),
+            material: self.sys.body.export_state(),
+        }
+    }
+
+    /// Goes on from a state of the same set-up.
+    ///
+    /// # Errors
+    /// [`SimulationError::Setup`] when the state is of another set-up.
+    pub fn resume(&mut self, state: SimulationState) -> Result<(), SimulationError> {
+        let other = |what: String| {
+            Err(SimulationError::Setup(format!("the saved state is of another set-up: {what}")))
+        };
+        let (found, expected) = (state.committed.u.len(), self.sys.u.len());
+        if found != expected || state.held.len() * 3 != expected || state.held_at.len() != expected
+        {
+            return other(format!("{found} unknowns, not {expected}"));
+        }
+        if state.stage > self.stages.len() || !state.committed.fits(self.sys.tools.len(), expected)
+        {
+            return other("its stages or tools".into());
+        }
+        if !self.sys.contact.resume(&state.contact) {
+            return other(format!("{} contact candidates", state.contact.len()));
+        }
+        if let Err(error) = self.sys.body.import_state(&state.material) {
+            return other(error.to_string());
+        }
+        self.stage = state.stage;
+        self.under_way = state.under_way;
+        self.time = state.time;
+        self.committed = state.committed;
+        self.energies = state.energies;
+        self.sys.timings = state.summary.timings;
+        self.summary = state.summary;
+        self.sys.constraints.take_bits(&state.held);
+        self.sys.held_at = state.held_at;
+        restore(self);
+        Ok(())
+    }
+}

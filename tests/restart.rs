@@ -1,0 +1,161 @@
+//! Runs that are killed, stopped and gone on with end as runs that nobody touched.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+/// A strip held at one end is bent over a cylinder of two Nagata patches by a plane.
+fn write_scene(folder: &Path) {
+    let tool = |name: &str, points: [[f64; 4]; 3]| {
+        // A profile (x, z, nx, nz) along y.
+        let at = |y: f64| points.map(|p| serde_json::json!([p[0], y, p[1]]));
+        let vertices: Vec<_> = at(-1.0).into_iter().chain(at(3.0)).collect();
+        let normals = points.map(|p| [p[2], 0.0, p[3]]).repeat(2);
+        let up = points[0][3] + points[2][3] > 0.0;
+        let quad = |k: usize| if up { [k, k + 1, k + 4, k + 3] } else { [k, k + 3, k + 4, k + 1] };
+        let patches: Vec<_> = [quad(0), quad(1)]
+            .iter()
+            .map(|q| serde_json::json!({"vertices": q, "normals": q, "face": 0}))
+            .collect();
+        let file = serde_json::json!({
+            "format": "kanagata-tool", "version": 1, "name": name, "kind": "nagata",
+            "edges": "guarded", "provenance": {}, "vertices": vertices, "normals": normals,
+            "patches": patches,
+        });
+        fs::write(folder.join(format!("{name}.tool.json")), file.to_string()).unwrap();
+    };
+    let (s, c) = std::f64::consts::FRAC_PI_4.sin_cos();
+    let arc = [
+        [10.0 - 5.0 * s, 5.0 * c - 5.0, -s, c],
+        [10.0, 0.0, 0.0, 1.0],
+        [10.0 + 5.0 * s, 5.0 * c - 5.0, s, c],
+    ];
+    tool("post", arc);
+    tool("plane", [[14.0, 1.0, 0.0, -1.0], [20.0, 1.0, 0.0, -1.0], [40.0, 1.0, 0.0, -1.0]]);
+    let scene = serde_json::json!({
+        "format": "kanagata-scene", "version": 1, "name": "bend",
+        "blank": {
+            "shape": {"rectangle": {"size_mm": [20.0, 2.0], "elements": [16, 1]}},
+            "thickness_mm": 1.0, "layers": 2
+        },
+        "material": "mild-steel-neto2012",
+        "holds": [{"where": {"plane": {"normal": "x"}}, "axes": ["x", "y", "z"]}],
+        "tools": [
+            {"name": "post", "file": "post.tool.json", "direction": [0, 0, 1], "friction": 0.1},
+            {"name": "plane", "file": "plane.tool.json", "direction": [0, 0, -1], "friction": 0.1}
+        ],
+        "stages": [
+            {"name": "bend", "drive": {"plane": {"travel_mm": 3.0}}, "largest_increment": 0.05},
+            {"name": "release", "drive": {"plane": {"release": true}, "post": {"release": true}}}
+        ],
+        "output": {"vtu_every": 2, "checkpoint_every": 1}
+    });
+    fs::write(folder.join("bend.scene.json"), scene.to_string()).unwrap();
+}
+
+fn command(folder: &Path, out: &str, restart: bool) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
+    command
+        .arg("run")
+        .arg(folder.join("bend.scene.json"))
+        .arg("-q")
+        .arg("-o")
+        .arg(folder.join(out));
+    if restart {
+        command.arg("--restart");
+    }
+    command.stdout(Stdio::null()).stderr(Stdio::piped());
+    command
+}
+
+fn finished(output: &Output) -> bool {
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(!text.contains("panicked"), "{text}");
+    output.status.success()
+}
+
+/// All that a run leaves, but for times and charts made of them.
+fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files = vec!["history.csv".into(), "iterations.csv".into(), "run.pvd".into()];
+    let steps = fs::read_dir(folder.join("steps")).unwrap();
+    files.extend(steps.map(|e| format!("steps/{}", e.unwrap().file_name().to_string_lossy())));
+    files.sort();
+    files.into_iter().map(|f| (f.clone(), fs::read(folder.join(f)).unwrap())).collect()
+}
+
+/// Every file of the folder is whole: JSON and CSV end where they should.
+fn check_whole(folder: &Path) {
+    if let Ok(text) = fs::read_to_string(folder.join("run.json")) {
+        serde_json::from_str::<serde_json::Value>(&text).unwrap();
+    }
+    if let Ok(text) = fs::read_to_string(folder.join("history.csv")) {
+        let columns = |line: &str| line.split(',').count();
+        let first = text.lines().next().map(columns);
+        assert!(text.ends_with('\n') && text.lines().all(|l| Some(columns(l)) == first));
+    }
+}
+
+#[test]
+fn a_run_killed_again_and_again_ends_as_one_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder);
+    assert!(finished(&command(folder, "whole", false).output().unwrap()));
+    let kills: usize = std::env::var("KANAGATA_KILLS").map_or(12, |n| n.parse().unwrap());
+    let mut seed = 1u64;
+    let mut killed = 0;
+    while killed < kills {
+        let mut restart = false;
+        loop {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let mut child = command(folder, "killed", restart).spawn().unwrap();
+            std::thread::sleep(Duration::from_millis(20 + (seed >> 33) % 400));
+            let _ = child.kill();
+            let output = child.wait_with_output().unwrap();
+            check_whole(&folder.join("killed"));
+            if finished(&output) {
+                break;
+            }
+            killed += 1;
+            let saved = folder.join("killed/checkpoint-0.bin").exists();
+            restart = saved;
+        }
+        assert!(results(&folder.join("whole")) == results(&folder.join("killed")));
+    }
+}
+
+#[test]
+fn what_cannot_be_gone_on_with_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder);
+    let message = |output: Output| {
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let none = message(command(folder, "out", true).output().unwrap());
+    assert!(none.contains("no checkpoint to go on from") && none.contains("--restart"), "{none}");
+    let mut child = command(folder, "out", false).spawn().unwrap();
+    while !folder.join("out/checkpoint-1.bin").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let path = folder.join("bend.scene.json");
+    let scene = fs::read_to_string(&path).unwrap();
+    fs::write(&path, scene.replace("\"friction\":0.1", "\"friction\":0.2")).unwrap();
+    let changed = message(command(folder, "out", true).output().unwrap());
+    assert!(changed.contains("`scene` has changed"), "{changed}");
+    fs::write(&path, scene).unwrap();
+    for file in ["out/checkpoint-0.bin", "out/checkpoint-1.bin"] {
+        let mut bytes = fs::read(folder.join(file)).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        fs::write(folder.join(file), bytes).unwrap();
+    }
+    let broken = message(command(folder, "out", true).output().unwrap());
+    assert!(broken.contains("digest is wrong"), "{broken}");
+}

@@ -122,7 +122,7 @@ impl Model {
         let free: Vec<usize> =
             (0..self.edges.len()).filter(|&k| self.edges[k].uses.len() == 1).collect();
         let points: Vec<Vec<Vec3>> = free.iter().map(|&k| samples(&self.edges[k])).collect();
-        let boxes: Vec<Aabb> = points.iter().map(|p| Aabb::of_points(p)).collect();
+        let boxes: Vec<Aabb> = points.iter().map(Aabb::of_points).collect();
         let curves: Vec<CurveProjector> =
             free.iter().map(|&k| CurveProjector::new(&self.edges[k].curve)).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b));

@@ -24,7 +24,7 @@ fn main() {
         }
         let (sender, receiver) = std::sync::mpsc::channel();
         let (place, own) = (folder.clone(), name.clone());
-        std::thread::spawn(move || sender.send(check::check(&place, &own, &truth, true)));
+        std::thread::spawn(move || drop(sender.send(check::check(&place, &own, &truth, true))));
         let Ok(row) = receiver.recv_timeout(std::time::Duration::from_secs(60)) else {
             println!("| {name} | no answer (panic or 60 s) |");
             continue;

@@ -44,6 +44,21 @@ fn write_and_sync(
     file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
 }
 
+/// Removes what writers that were killed have left beside their files in `folder`.
+pub fn sweep(folder: &Path) {
+    let litter = |name: &str| {
+        let parts = name.strip_prefix('.').and_then(|n| n.strip_suffix(".tmp"));
+        let writer = parts.and_then(|n| n.rsplit_once('.')).map(|(_, pid)| pid);
+        writer.is_some_and(|pid| !pid.is_empty() && pid.bytes().all(|b| b.is_ascii_digit()))
+    };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        if litter(&entry.file_name().to_string_lossy()) {
+            // What cannot be removed does no harm.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// Lower-case hexadecimal SHA-256 of `bytes`.
 #[must_use]
 pub fn sha256_hex(bytes: &[u8]) -> String {
@@ -66,6 +81,19 @@ mod tests {
         assert!(failed.is_err());
         assert_eq!(fs::read(&path).unwrap(), b"first");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn litter_of_killed_writers_is_swept_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in [".run.json.123.tmp", "run.json", ".hidden.tmp", "notes.123.tmp"] {
+            fs::write(folder.path().join(name), "x").unwrap();
+        }
+        sweep(folder.path());
+        let left = fs::read_dir(folder.path()).unwrap();
+        let mut left: Vec<_> = left.map(|e| e.unwrap().file_name()).collect();
+        left.sort();
+        assert_eq!(left, [".hidden.tmp", "notes.123.tmp", "run.json"]);
     }
 
     #[test]

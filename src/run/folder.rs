@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::RunError;
 use super::fields;
 use super::resources::{cpu_seconds, peak_megabytes};
-use crate::files::WriteError;
+use crate::files::{WriteError, sweep};
 use crate::report::record::{
     Energies, History, HistoryRow, IterationRow, RunRecord, Verdict, write_iterations,
 };
@@ -60,7 +60,8 @@ impl RunFolder {
     pub fn create(path: &Path, plan: &Plan, unknowns: usize) -> Result<Self, RunError> {
         for folder in [path.to_path_buf(), path.join("steps"), path.join("tools")] {
             fs::create_dir_all(&folder)
-                .map_err(|source| RunError::Folder { path: folder, source })?;
+                .map_err(|source| RunError::Folder { path: folder.clone(), source })?;
+            sweep(&folder);
         }
         let inputs = inputs(plan);
         let record = RunRecord {
@@ -105,6 +106,9 @@ impl RunFolder {
 
     /// Takes up the folder of a run that goes on.
     pub fn resume(&mut self) {
+        for folder in [self.path.clone(), self.path.join("steps"), self.path.join("tools")] {
+            sweep(&folder);
+        }
         self.spent_s = [self.record.wall_s, self.record.cpu_s];
         self.record.threads = rayon::current_num_threads();
         self.record.verdict = Verdict::Running;

@@ -2,7 +2,7 @@
 //! good, projected from the curves in space where not; closed across seams and poles.
 
 use super::native::Native;
-use super::raw::{RawEdge, RawLoop};
+use super::raw::{RawEdge, RawLoop, RawSurface};
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Vec2, Vec3};
 
@@ -306,6 +306,14 @@ fn deviation(native: &Native<'_>, path: &Curve2, curve: &Curve3) -> f64 {
 
 /// Parameter curve of a curve in space by projection.
 fn projected(native: &Native<'_>, curve: &Curve3, hint: Option<&Curve2>, size: f64) -> Curve2 {
+    if let RawSurface::Plane(frame) = native.raw() {
+        // Exact: a projection along the normal is an affine map.
+        let points = curve.points().iter().map(|p| frame.local(p).xy()).collect();
+        let (knots, weights) = (curve.knots().to_vec(), curve.weights().to_vec());
+        if let Ok(path) = Curve2::try_new(curve.degree(), knots, points, Some(weights)) {
+            return path;
+        }
+    }
     let [a, b] = curve.domain();
     let spans = curve.knots().windows(2).filter(|w| w[0] < w[1]).count();
     let n = (8 * spans).clamp(16, 400);
@@ -502,13 +510,14 @@ fn natural_border(native: &Native<'_>) -> Option<Vec<Side>> {
 
 /// Largest loop first and counter-clockwise, the others clockwise and moved into its window of periods.
 fn sort_and_orient(native: &Native<'_>, loops: &mut [Vec<Side>]) {
-    let outer = (0..loops.len())
-        .max_by(|&a, &b| signed_area(&loops[a]).abs().total_cmp(&signed_area(&loops[b]).abs()));
+    let mut areas: Vec<f64> = loops.iter().map(|l| signed_area(l)).collect();
+    let outer = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));
     if let Some(outer) = outer {
         loops.swap(0, outer);
+        areas.swap(0, outer);
     }
     for (k, sides) in loops.iter_mut().enumerate() {
-        if (signed_area(sides) > 0.0) != (k == 0) {
+        if (areas[k] > 0.0) != (k == 0) {
             sides.reverse();
             sides.iter_mut().for_each(|s| *s = s.reversed());
         }

@@ -1,10 +1,12 @@
 //! Joins the sides of faces into edges and vertices: by place, within a tolerance. A side on which another
 //! face has a corner is split there, so that an edge use is always a whole edge.
 
+use std::cell::OnceCell;
+
 use rustc_hash::FxHashMap;
 
 use super::model::{Edge, EdgeUse, Model};
-use crate::geometry::nurbs::{Curve2, Curve3, Surface};
+use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector, Surface};
 use crate::geometry::{Aabb, Vec3};
 
 /// A side of a face on its way to an edge use: (face, loop, position), its parameter curve, and the file's curve
@@ -45,8 +47,13 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
         let surface = &model.faces[piece.at[0]].surface;
         split.push((piece.at, cut_at_corners(surface, piece, &corners, tolerance)));
     }
-    let mut joined =
-        Joined { edges: Vec::new(), ids: Vec::new(), by_ends: FxHashMap::default(), tolerance };
+    let mut joined = Joined {
+        edges: Vec::new(),
+        ids: Vec::new(),
+        searches: Vec::new(),
+        by_ends: FxHashMap::default(),
+        tolerance,
+    };
     // Later sides of a loop first, so that earlier positions stay right while one becomes several.
     split.sort_by_key(|(at, _)| std::cmp::Reverse(*at));
     for (at, parts) in split {
@@ -198,10 +205,10 @@ fn cut_at_corners(
         if near(&samples[k]) > 2.0 * widest {
             continue;
         }
-        let at = golden(distance, t(k.saturating_sub(1)), t((k + 1).min(SAMPLES - 1)));
-        if distance(at) <= tolerance {
-            cuts.push(at);
-        }
+        // A curve is hardly ever three times as fast as its chords are on average.
+        let speed = 3.0 * widest * (SAMPLES - 1) as f64 / (b - a);
+        let bracket = [t(k.saturating_sub(1)), t((k + 1).min(SAMPLES - 1))];
+        cuts.extend(first_within(distance, bracket, tolerance, speed));
     }
     cuts.sort_by(f64::total_cmp);
     cuts.dedup_by(|x, y| *x - *y <= 1e-9 * (b - a));
@@ -221,12 +228,21 @@ fn part(surface: &Surface, piece: &Piece, from: f64, to: f64) -> Option<Piece> {
     Some(Piece { at: piece.at, pcurve, curve, edge_id: piece.edge_id })
 }
 
-/// Minimum of a function of one variable by golden sections.
-fn golden(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
+/// Where a distance is least in a bracket, by golden sections, if that is within the tolerance; given up where the
+/// distance, changing no faster than `speed`, cannot fall that far.
+fn first_within(
+    f: impl Fn(f64) -> f64,
+    [mut a, mut b]: [f64; 2],
+    tolerance: f64,
+    speed: f64,
+) -> Option<f64> {
     const RATIO: f64 = 0.618_033_988_749_894_9;
     let (mut c, mut d) = (b - RATIO * (b - a), a + RATIO * (b - a));
     let (mut fc, mut fd) = (f(c), f(d));
     for _ in 0..80 {
+        if fc.min(fd) > tolerance + speed * (b - a) {
+            return None;
+        }
         if fc < fd {
             (b, d, fd) = (d, c, fc);
             c = b - RATIO * (b - a);
@@ -237,13 +253,16 @@ fn golden(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
             fd = f(d);
         }
     }
-    0.5 * (a + b)
+    let at = 0.5 * (a + b);
+    (f(at) <= tolerance).then_some(at)
 }
 
 struct Joined {
     edges: Vec<Edge>,
     /// The file's own edges.
     ids: Vec<Option<usize>>,
+    /// Edges made ready for searches, and their lengths, when first asked.
+    searches: Vec<OnceCell<(CurveProjector, f64)>>,
     by_ends: FxHashMap<[usize; 2], Vec<usize>>,
     tolerance: f64,
 }
@@ -256,16 +275,19 @@ impl Joined {
         let at = |s: f64| surface.point(piece.pcurve.point(low + (high - low) * s));
         let key = [a.min(b), a.max(b)];
         for &edge in self.by_ends.get(&key).into_iter().flatten() {
-            let curve = &self.edges[edge].curve;
+            let (search, length) = self.searches[edge].get_or_init(|| {
+                let curve = &self.edges[edge].curve;
+                (CurveProjector::new(curve), curve.length())
+            });
             let same = piece.edge_id.is_some() && self.ids[edge] == piece.edge_id;
-            let reach = if same { OWN_EDGE * curve.length() } else { 0.0 };
+            let reach = if same { OWN_EDGE * length } else { 0.0 };
             // Each of two sides may lie a tolerance from the edge between them, as corners do.
             let reach = reach.max(2.0 * self.tolerance);
-            let near = |s: f64| curve.closest(&at(s)).1.sqrt() <= reach;
+            let near = |s: f64| search.closest(&at(s)).1.sqrt() <= reach;
             if [0.5, 0.23, 0.81, 0.07, 0.36, 0.66, 0.94].into_iter().all(near) {
                 let reversed = self.edges[edge].vertices != [a, b]
                     || (a == b && {
-                        let [p, q] = [0.4, 0.6].map(|s| curve.closest(&at(s)).0);
+                        let [p, q] = [0.4, 0.6].map(|s| search.closest(&at(s)).0);
                         p > q
                     });
                 return EdgeUse { pcurve: piece.pcurve, edge: Some(edge), reversed };
@@ -278,6 +300,7 @@ impl Joined {
         });
         self.edges.push(Edge { curve, vertices: [a, b], uses: Vec::new() });
         self.ids.push(piece.edge_id);
+        self.searches.push(OnceCell::new());
         self.by_ends.entry(key).or_default().push(self.edges.len() - 1);
         EdgeUse { pcurve: piece.pcurve, edge: Some(self.edges.len() - 1), reversed: false }
     }

@@ -41,11 +41,13 @@ def kernel_read(path):
     """A compound of the file's faces, how many, and the seconds that reading and transfer took."""
     from OCP.BRep import BRep_Builder
     from OCP.IGESControl import IGESControl_Reader
+    from OCP.Message import Message
     from OCP.STEPControl import STEPControl_Reader
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
     from OCP.TopoDS import TopoDS_Compound
 
+    Message.DefaultMessenger_s().ChangePrinters().Clear()  # it talks on standard output
     start = time.perf_counter()
     reader = IGESControl_Reader() if path.suffix == ".igs" else STEPControl_Reader()
     reader.ReadFile(str(path))

@@ -117,7 +117,8 @@ impl Corners {
 
     fn cell(&self, p: &Vec3) -> [i64; 3] {
         let size = 2.0 * self.tolerance.max(f64::MIN_POSITIVE);
-        [0, 1, 2].map(|k| (p[k] / size).floor() as i64)
+        // Coordinates beyond all measure share cells: a cell's neighbours must have numbers too.
+        [0, 1, 2].map(|k| (p[k] / size).floor().clamp(-1e15, 1e15) as i64)
     }
 
     /// The corner within the tolerance of `p`, or a new one.

@@ -26,4 +26,5 @@ pub mod report;
 pub mod run;
 pub mod scene;
 pub mod solver;
+pub mod study;
 pub mod tool;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, Failure, finish};
-use super::{audit, convert, inspect, mesh};
+use super::{audit, convert, inspect, mesh, study};
 use crate::cad::{Diagnostic, Model, Severity};
 
 /// Turns the CAD of a forming die into smooth, audited tool models.
@@ -30,6 +30,8 @@ enum Command {
     Convert(convert::ConvertArgs),
     /// Measure the shape error of a tool file against its CAD (Eq. 24)
     Audit(audit::AuditArgs),
+    /// Run the cases of a study and compare them
+    Study(study::StudyArgs),
 }
 
 /// Runs the program on the process's arguments.
@@ -45,6 +47,7 @@ pub fn main() -> ExitCode {
         Command::Mesh(args) => mesh::run(&args),
         Command::Convert(args) => convert::run(&args),
         Command::Audit(args) => audit::run(&args),
+        Command::Study(args) => study::run(&args),
     })
 }
 

@@ -10,3 +10,4 @@ pub mod mesh;
 pub mod quantity;
 pub mod run;
 pub mod solve;
+pub mod study;

@@ -1,0 +1,89 @@
+//! `kanagata study FILE -o DIR`: runs the cases of a study that are not done and compares them.
+
+use std::path::PathBuf;
+
+use super::exit::{EXIT_HELP, Exit, Failure};
+use crate::study::StudyError;
+use crate::study::cases::cases;
+use crate::study::collect::collect;
+use crate::study::execute::{Execution, State, execute};
+use crate::study::file::read;
+
+/// Arguments of `study`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Example:\n  tools/models out/models\n  \
+    kanagata study fixtures/studies/cross-tool.json --tools out/models -o out/study --quick\n\n\
+    Cases that are done are not run again; those that were killed go on from their checkpoint. The folder then holds\n\
+    manifest.json, study.csv, study.html and cases/NAME/run.\n\n{EXIT_HELP}"))]
+pub struct StudyArgs {
+    /// Study file (schema: schemas/study.schema.json)
+    file: PathBuf,
+    /// Folder for the results; made if missing
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Folder that the scene's tool files are relative to; the study's own when not given
+    #[arg(long, value_name = "DIR")]
+    tools: Option<PathBuf>,
+    /// Cases at a time
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    jobs: usize,
+    /// Only cases whose name holds this; may be given more than once
+    #[arg(long, value_name = "CASE")]
+    only: Vec<String>,
+    /// With the study's changes for a quick look
+    #[arg(long)]
+    quick: bool,
+    /// Run cases that failed again
+    #[arg(long)]
+    again: bool,
+    /// Run nothing, only compare what there is
+    #[arg(long)]
+    collect: bool,
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        let exit = if matches!(error, StudyError::Value { .. }) { Exit::Input } else { Exit::Io };
+        Self::new(exit, error)
+    }
+}
+
+/// Runs the study.
+///
+/// # Errors
+/// Exit code 2 for a study that cannot be run, 3 when a case failed, 4 when files cannot be read or written.
+pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
+    let study = read(&args.file)?;
+    let own = args.file.parent().map(PathBuf::from).unwrap_or_default();
+    let tools = args.tools.clone().unwrap_or(own);
+    let io = |path: &PathBuf| {
+        let path = path.clone();
+        move |source| StudyError::Io { path, source }
+    };
+    std::fs::create_dir_all(&args.output).map_err(io(&args.output))?;
+    let tools = tools.canonicalize().map_err(io(&tools))?;
+    let all = cases(&study, &tools, args.quick);
+    let wanted =
+        |id: &str| args.only.is_empty() || args.only.iter().any(|o| id.contains(o.as_str()));
+    let mut open = all.clone();
+    open.retain(|c| !args.collect && wanted(&c.id));
+    let this = std::env::current_exe().map_err(io(&PathBuf::from("this program")))?;
+    let program = this.with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX));
+    let threads = (rayon::current_num_threads() / args.jobs.max(1)).max(1);
+    let how = Execution {
+        folder: &args.output,
+        program: &program,
+        jobs: args.jobs,
+        threads,
+        again: args.again,
+    };
+    let manifest = execute(&open, &how, &|line| println!("{line}"))?;
+    collect(&study, &all, &manifest, &args.output)?;
+    let failed = open
+        .iter()
+        .filter(|c| manifest.cases.get(&c.id).is_some_and(|entry| entry.state != State::Done));
+    let failed = failed.count();
+    println!("{} cases, {failed} of those run not done", all.len());
+    println!("  {}", args.output.join("study.html").display());
+    Ok(if failed == 0 { Exit::Done } else { Exit::NoConvergence })
+}

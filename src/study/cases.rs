@@ -1,0 +1,123 @@
+//! Every combination of a study's choices, as a scene.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::file::Study;
+
+/// Cases of a study, at most.
+const MOST: usize = 10_000;
+
+/// One case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Options taken, joined by `_`.
+    pub id: String,
+    /// Option of every choice.
+    pub options: Vec<String>,
+    /// Its scene.
+    pub scene: Value,
+}
+
+/// The cases of `study`, the last choice running fastest; tool files are under `tools`. At most 10,000 are made.
+#[must_use]
+pub fn cases(study: &Study, tools: &Path, quick: bool) -> Vec<Case> {
+    let mut base = study.scene.clone();
+    let mut out = vec![Vec::new()];
+    for choice in &study.choices {
+        out = out
+            .into_iter()
+            .flat_map(|taken: Vec<usize>| {
+                (0..choice.options.len()).map(move |k| [taken.as_slice(), &[k]].concat())
+            })
+            .take(MOST)
+            .collect();
+    }
+    if let (true, Some(change)) = (quick, &study.quick) {
+        merge(&mut base, change);
+    }
+    out.into_iter().map(|taken| case(study, &base, tools, &taken)).collect()
+}
+
+fn case(study: &Study, base: &Value, tools: &Path, taken: &[usize]) -> Case {
+    let mut scene = base.clone();
+    let mut options = Vec::with_capacity(taken.len());
+    for (choice, &k) in study.choices.iter().zip(taken) {
+        let option = &choice.options[k];
+        if let Some(change) = &option.change {
+            merge(&mut scene, change);
+        }
+        options.push(option.name.clone());
+    }
+    for (choice, option) in study.choices.iter().zip(&options) {
+        fill(&mut scene, &format!("{{{}}}", choice.name), option);
+    }
+    for tool in scene.get_mut("tools").and_then(Value::as_array_mut).into_iter().flatten() {
+        if let Some(file) = tool.get("file").and_then(Value::as_str) {
+            tool["file"] = tools.join(file).display().to_string().into();
+        }
+    }
+    let id = options.join("_");
+    scene["name"] = format!("{}: {}", study.name, options.join(", ")).into();
+    Case { id, options, scene }
+}
+
+/// JSON merge patch (RFC 7386).
+fn merge(into: &mut Value, change: &Value) {
+    let Value::Object(changes) = change else {
+        *into = change.clone();
+        return;
+    };
+    if !into.is_object() {
+        *into = Value::Object(serde_json::Map::new());
+    }
+    let Value::Object(object) = into else { return };
+    for (key, value) in changes {
+        if value.is_null() {
+            object.remove(key);
+        } else {
+            merge(object.entry(key.clone()).or_insert(Value::Null), value);
+        }
+    }
+}
+
+/// Replaces `mark` in all texts.
+fn fill(value: &mut Value, mark: &str, by: &str) {
+    match value {
+        Value::String(text) => *text = text.replace(mark, by),
+        Value::Array(list) => list.iter_mut().for_each(|v| fill(v, mark, by)),
+        Value::Object(object) => object.values_mut().for_each(|v| fill(v, mark, by)),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_combination_is_a_scene_of_its_own() {
+        let study: Study = serde_json::from_value(serde_json::json!({
+            "format": "kanagata-study", "version": 1, "name": "s", "watch": "punch",
+            "scene": {"blank": {"layers": 2, "z_mm": 1}, "tools": [{"file": "{model}/die.json"}]},
+            "choices": [
+                {"name": "model", "options": [{"name": "a"}, {"name": "b"}]},
+                {"name": "layers", "options": [
+                    {"name": "1", "change": {"blank": {"layers": 1, "z_mm": null}}},
+                    {"name": "2"}
+                ]}
+            ],
+            "quick": {"blank": {"layers": 9}}
+        }))
+        .unwrap();
+        let found = cases(&study, Path::new("t"), false);
+        let ids: Vec<&str> = found.iter().map(|c| c.id.as_str()).collect();
+        assert_eq!(ids, ["a_1", "a_2", "b_1", "b_2"]);
+        assert_eq!(found[2].scene["blank"], serde_json::json!({"layers": 1}));
+        assert_eq!(found[3].scene["blank"], serde_json::json!({"layers": 2, "z_mm": 1}));
+        assert_eq!(found[2].scene["tools"][0]["file"], "t/b/die.json");
+        assert_eq!(found[2].scene["name"], "s: b, 1");
+        assert_eq!(cases(&study, Path::new("t"), true)[1].scene["blank"]["layers"], 9);
+    }
+}

@@ -1,0 +1,102 @@
+//! The study file, version 1.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::StudyError;
+
+/// One scene in many variants: every combination of the choices is a case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Study {
+    /// `kanagata-study`.
+    pub format: FormatTag,
+    /// File version: 1.
+    pub version: u32,
+    /// Name, for reports.
+    pub name: String,
+    /// The scene that the choices change. `{NAME}` in a text stands for the option taken of the choice NAME; tool files
+    /// are relative to the folder given with `--tools`.
+    pub scene: Value,
+    /// What is varied.
+    pub choices: Vec<Choice>,
+    /// Changes for a quick look (`--quick`).
+    #[serde(default)]
+    pub quick: Option<Value>,
+    /// Tool whose force and travel are charted.
+    pub watch: String,
+    /// Case the others are compared with: the options taken, in the order of the choices, joined by `_`.
+    #[serde(default)]
+    pub reference: Option<String>,
+}
+
+/// The constant that marks a study file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum FormatTag {
+    /// `kanagata-study`
+    #[serde(rename = "kanagata-study")]
+    Study,
+}
+
+/// One thing that is varied.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Choice {
+    /// Name, for `{NAME}` and the columns of the table.
+    pub name: String,
+    /// Its options.
+    pub options: Vec<ChoiceOption>,
+}
+
+/// One option of a choice.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChoiceOption {
+    /// Name: letters, digits, `-` and `.`.
+    pub name: String,
+    /// Changes of the scene: objects are merged, null removes, everything else replaces.
+    #[serde(default)]
+    pub change: Option<Value>,
+}
+
+/// Reads and checks a study.
+///
+/// # Errors
+/// [`StudyError`] names file, key, what was found and what is allowed.
+pub fn read(path: &Path) -> Result<Study, StudyError> {
+    let bytes = std::fs::read(path)
+        .map_err(|source| StudyError::Io { path: path.to_path_buf(), source })?;
+    let fault = |place: String, found: String, allowed: &str| StudyError::Value {
+        path: path.to_path_buf(),
+        place,
+        found,
+        allowed: allowed.into(),
+    };
+    let study: Study = serde_json::from_slice(&bytes).map_err(|e| {
+        let place = format!("line {}, column {}", e.line(), e.column());
+        fault(place, e.to_string(), "the keys and values of schemas/study.schema.json")
+    })?;
+    if study.version != 1 {
+        return Err(fault("version".into(), study.version.to_string(), "1"));
+    }
+    let word = |s: &str| {
+        let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
+        s.starts_with(|c: char| c.is_ascii_alphanumeric()) && s.chars().all(fits)
+    };
+    for (k, choice) in study.choices.iter().enumerate() {
+        let names = std::iter::once(&choice.name).chain(choice.options.iter().map(|o| &o.name));
+        for name in names {
+            if !word(name) {
+                let found = format!("'{name}'");
+                return Err(fault(format!("choices[{k}]"), found, "letters, digits, '-' and '.'"));
+            }
+        }
+        if choice.options.is_empty() {
+            return Err(fault(format!("choices[{k}].options"), "none".into(), "at least one"));
+        }
+    }
+    Ok(study)
+}

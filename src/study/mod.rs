@@ -1,0 +1,43 @@
+//! Studies: one scene in many variants, run, kept, gone on with and compared.
+//!
+//! [`file`] is the description, [`cases`] makes a scene of every combination of choices, [`execute`] runs those that
+//! are not done, [`mod@collect`] puts their records side by side.
+
+pub mod cases;
+pub mod collect;
+pub mod execute;
+pub mod file;
+
+use std::path::PathBuf;
+
+use crate::files::WriteError;
+
+/// Why a study cannot be made or run.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        #[source]
+        source: std::io::Error,
+    },
+    /// A study or a scene of it that makes no sense.
+    #[error("{}, {place}: found {found}; allowed: {allowed}", path.display())]
+    Value {
+        /// The study file.
+        path: PathBuf,
+        /// Where in it.
+        place: String,
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// A file of the results cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}

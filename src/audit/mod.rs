@@ -17,6 +17,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod clearance;
 mod jumps;
 pub mod page;
 pub mod reference;

@@ -1,24 +1,42 @@
-//! `kanagata audit TOOL --cad FILE`.
+//! `kanagata audit TOOL... --cad FILE` and `kanagata audit TOOL --against TOOL`.
 
 use std::path::{Path, PathBuf};
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::quantity::{angle_deg, length_mm};
+use crate::audit::clearance::{ClearanceOptions, ClearanceReport, clearance};
 use crate::audit::{Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, page, view};
+use crate::contact::ToolSurface;
 use crate::files::sha256_hex;
+use crate::geometry::Vec3;
 use crate::tool::file::{ToolFileError, read};
 
 /// Arguments of `audit`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Example:\n  kanagata audit die.tool.json --cad die.igs --tol 0.02 \
-    --json die.audit.json --vtu die.audit.vtu --html die.audit.html\n\n{EXIT_HELP}"))]
+    --json die.audit.json --vtu die.audit.vtu --html die.audit.html\n  \
+    kanagata audit coarse.tool.json fine.tool.json --cad die.igs\n  \
+    kanagata audit punch.tool.json --against die.tool.json --travel 0,0,-60 --thickness 0.8\n\n{EXIT_HELP}"))]
 pub struct AuditArgs {
-    /// Tool file
-    tool: PathBuf,
-    /// The CAD file it was made from
-    #[arg(long, value_name = "FILE")]
-    cad: PathBuf,
+    /// Tool files; several are compared in one table
+    #[arg(required = true, value_name = "TOOL")]
+    tools: Vec<PathBuf>,
+    /// The CAD file they were made from
+    #[arg(long, value_name = "FILE", required_unless_present = "against")]
+    cad: Option<PathBuf>,
+    /// Clearance to this tool file at the end of --travel, against --thickness; exit code 1 below it
+    #[arg(long, value_name = "TOOL", requires = "thickness", conflicts_with_all = ["cad", "vtu", "html"])]
+    against: Option<PathBuf>,
+    /// Travel of the tools, as 0,0,-60 [mm]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector_mm, allow_hyphen_values = true, requires = "against")]
+    travel: Option<Vec3>,
+    /// Thickness of the sheet, as `0.8mm` [mm]
+    #[arg(long, value_name = "LENGTH", value_parser = length_mm, requires = "against")]
+    thickness: Option<f64>,
+    /// Share of the thickness that the clearance may fall short of it
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, requires = "against")]
+    pinch: f64,
     /// Largest |shape error| allowed [mm]; exit code 1 above it
     #[arg(long, value_name = "LENGTH", value_parser = length_mm)]
     tol: Option<f64>,
@@ -52,41 +70,194 @@ impl From<ToolFileError> for Failure {
     }
 }
 
-/// Audits the tool.
+/// Audits the tools.
 ///
 /// # Errors
 /// Exit code 2 for bad input, 4 when files cannot be read or written.
 pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
-    let loaded = read(&args.tool)?;
-    let model = read_model(&args.cad)?;
+    let several = args.tools.len() > 1;
+    if several && (args.vtu.is_some() || args.html.is_some() || args.json.is_some()) {
+        return Err(Failure::input(
+            "--json, --vtu and --html with several tools; allowed: with one, the table is printed",
+        ));
+    }
+    let mut exits = Vec::new();
+    if let (Some(against), Some(thickness)) = (&args.against, args.thickness) {
+        let die = ToolSurface::new(read(against)?.model);
+        if several {
+            println!(
+                "{:32} {:>8} {:>14} {:>9} {:>11}",
+                "tool", "patches", "clearance [mm]", "pinch %", "below %"
+            );
+        }
+        for tool in &args.tools {
+            exits.push(cleared(args, tool, &die, thickness)?);
+        }
+    } else if let Some(cad) = &args.cad {
+        let model = read_model(cad)?;
+        let reference = CadReference::new(&model);
+        if several {
+            println!(
+                "{:32} {:>8} {:>10} {:>10} {:>10} {:>10} {:>8} {:>8} {:>9}",
+                "tool",
+                "patches",
+                "max [mm]",
+                "min [mm]",
+                "rms [mm]",
+                "p99 [mm]",
+                "normal",
+                "jump",
+                "gap [mm]"
+            );
+        }
+        for tool in &args.tools {
+            exits.push(audited(args, tool, cad, &reference)?);
+        }
+    }
+    Ok(if exits.contains(&Exit::Limit) { Exit::Limit } else { Exit::Done })
+}
+
+/// One tool against its CAD.
+fn audited(
+    args: &AuditArgs,
+    tool: &Path,
+    cad: &Path,
+    reference: &CadReference<'_>,
+) -> Result<Exit, Failure> {
+    let loaded = read(tool)?;
     let options = AuditOptions {
         samples: args.samples,
         tolerance_mm: args.tol,
         normal_tolerance_deg: args.normal_tol,
         ..AuditOptions::default()
     };
-    let mut found = audit(&loaded.model, &CadReference::new(&model), &options)?;
-    name_inputs(&mut found.report, args, loaded.sha256)?;
+    let mut found = audit(&loaded.model, reference, &options)?;
+    name_inputs(&mut found.report, tool, cad, loaded.sha256)?;
     if loaded.provenance.cad_sha256 != found.report.cad_sha256 {
         eprintln!(
             "warning: {} was made from another CAD file ({}) than {}",
-            args.tool.display(),
+            tool.display(),
             loaded.provenance.cad_file,
-            args.cad.display()
+            cad.display()
         );
     }
     write_outputs(args, &loaded.model, &found)?;
-    print_report(&found.report);
-    Ok(if found.report.within_tolerance == Some(false) { Exit::Limit } else { Exit::Done })
+    let r = &found.report;
+    if args.tools.len() > 1 {
+        println!(
+            "{:32} {:>8} {:>+10.5} {:>+10.5} {:>10.5} {:>10.5} {:>8.3} {:>8.3} {:>9.1e}",
+            short(tool),
+            r.patches,
+            r.max_mm,
+            r.min_mm,
+            r.rms_mm,
+            r.percentiles_mm.p99,
+            r.normal_max_deg,
+            r.jumps.normal_deg,
+            r.jumps.position_mm
+        );
+    } else {
+        print_report(r);
+    }
+    Ok(if r.within_tolerance == Some(false) { Exit::Limit } else { Exit::Done })
 }
 
-fn name_inputs(report: &mut AuditReport, args: &AuditArgs, sha256: String) -> Result<(), Failure> {
-    let name = |p: &Path| p.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let bytes = std::fs::read(&args.cad)
-        .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", args.cad.display())))?;
-    report.tool_file = name(&args.tool);
+/// One tool against another.
+fn cleared(
+    args: &AuditArgs,
+    tool: &Path,
+    against: &ToolSurface,
+    thickness_mm: f64,
+) -> Result<Exit, Failure> {
+    let loaded = read(tool)?;
+    let options = ClearanceOptions {
+        travel: args.travel.unwrap_or_else(Vec3::zeros),
+        thickness_mm,
+        samples: args.samples.max(2),
+        refine: 256,
+        nearest: 10,
+    };
+    let mut r = clearance(&loaded.model, against, &options);
+    r.tool_file = file_name(tool);
+    r.against_file = args.against.as_deref().map_or_else(String::new, file_name);
+    if let Some(path) = &args.json {
+        r.write(path)?;
+    }
+    let Some(min) = r.min_mm else {
+        return Err(Failure::input(format!(
+            "{}: no point faces {} at the end of the travel; check --travel and the tools' sides",
+            tool.display(),
+            r.against_file
+        )));
+    };
+    let [pinch, below] = [100.0 * r.pinch, 100.0 * r.share_below];
+    if args.tools.len() > 1 {
+        println!(
+            "{:32} {:>8} {min:>14.5} {pinch:>9.2} {below:>11.3}",
+            short(tool),
+            loaded.model.patches.len()
+        );
+    } else {
+        print_clearance(&r, min);
+    }
+    Ok(if r.pinch > args.pinch { Exit::Limit } else { Exit::Done })
+}
+
+fn print_clearance(r: &ClearanceReport, min: f64) {
+    println!("{} against {} after {:?} mm", r.tool_file, r.against_file, r.travel_mm);
+    println!(
+        "  least clearance {min:.5} mm, {:.2} % below the {} mm asked for",
+        100.0 * r.pinch,
+        r.thickness_mm
+    );
+    println!(
+        "  {:.3} % of the {:.1} mm2 that face each other have less",
+        100.0 * r.share_below,
+        r.facing_mm2
+    );
+    for n in r.nearest.iter().take(3) {
+        let [x, y, z] = n.point;
+        println!(
+            "  patch {} on face {}: {:.5} mm to patch {} at ({x:.3}, {y:.3}, {z:.3})",
+            n.patch, n.face, n.clearance_mm, n.against
+        );
+    }
+}
+
+fn file_name(p: &Path) -> String {
+    p.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Folder and name, without the ending: what a table has room for.
+fn short(p: &Path) -> String {
+    let folder = p.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+    let name = file_name(p);
+    let name = name.strip_suffix(".tool.json").unwrap_or(&name);
+    if folder.is_empty() { name.to_owned() } else { format!("{folder}/{name}") }
+}
+
+/// Three numbers [mm] with commas between.
+fn vector_mm(text: &str) -> Result<Vec3, String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|t| t.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x, y, z] if text.split(',').count() == 3 && [x, y, z].iter().all(|v| v.is_finite()) => {
+            Ok(Vec3::new(x, y, z))
+        }
+        _ => Err("allowed: three numbers with commas between, as 0,0,-60".into()),
+    }
+}
+
+fn name_inputs(
+    report: &mut AuditReport,
+    tool: &Path,
+    cad: &Path,
+    sha256: String,
+) -> Result<(), Failure> {
+    let bytes = std::fs::read(cad)
+        .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", cad.display())))?;
+    report.tool_file = file_name(tool);
     report.tool_sha256 = sha256;
-    report.cad_file = name(&args.cad);
+    report.cad_file = file_name(cad);
     report.cad_sha256 = sha256_hex(&bytes);
     Ok(())
 }

@@ -221,16 +221,17 @@ fn bezier(args: &ConvertArgs, model: &Model) -> Result<Exit, Failure> {
             None => args.mesher.with_divisions(divisions).mesh(&args.file, model)?,
         };
         let (tool, report) = bezier_from_cad(model, &mesh, &options)?;
-        if report.error_mm <= tolerance_mm {
+        if report.error_mm <= tolerance_mm && (report.folded.is_empty() || args.allow_folds) {
             break (tool, report);
         }
         divisions *= 2;
         if divisions > FINEST || args.mesh.is_some() {
             return Err(Failure::input(format!(
-                "{}: Bezier patches of degree 6 are {:.2e} mm off on patch {}; allowed: {tolerance_mm} mm; allow more with --tol, or mesh finer",
+                "{}: Bezier patches of degree 6 are {:.2e} mm off on patch {}, and {} fold; allowed: {tolerance_mm} mm, none; allow more with --tol and --allow-folds, or mesh finer",
                 args.file.display(),
                 report.error_mm,
-                report.worst
+                report.worst,
+                report.folded.len()
             )));
         }
     };

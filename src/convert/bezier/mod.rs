@@ -36,7 +36,7 @@ pub struct BezierOptions {
 }
 
 /// What a conversion to Bezier patches found.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct BezierReport {
     /// Largest distance from the CAD's surfaces, at check points between the interpolated ones [mm].
     pub error_mm: f64,
@@ -44,6 +44,8 @@ pub struct BezierReport {
     pub worst: u32,
     /// Largest degree.
     pub degree: usize,
+    /// Patches that fold: somewhere they look against their face. An arc that bulges past the opposite side does it.
+    pub folded: Vec<u32>,
     /// The model was turned round to look at the sheet.
     pub turned: bool,
 }
@@ -95,14 +97,17 @@ pub fn bezier_from_cad(
         .map(|e| shape(&model.faces[e.face as usize], e, &sides, &basis, options.tolerance_mm))
         .collect();
     agree(&mut shapes);
-    let built: Vec<(Patch, f64)> = mesh
+    let built: Vec<(Patch, f64, bool)> = mesh
         .elements
         .par_iter()
         .zip(&shapes)
         .map(|(e, s)| build(&model.faces[e.face as usize], s, &sides, &basis))
         .collect();
     let mut report = BezierReport::default();
-    for (id, (_, error)) in built.iter().enumerate() {
+    for (id, (_, error, folds)) in built.iter().enumerate() {
+        if *folds {
+            report.folded.push(id as u32);
+        }
         if *error > report.error_mm {
             (report.error_mm, report.worst) = (*error, id as u32);
         }
@@ -110,7 +115,7 @@ pub fn bezier_from_cad(
     report.degree = shapes.iter().flat_map(|s| s.degrees).max().unwrap_or(0);
     report.turned = looks_away(mesh, options.sheet_side);
     let turn = report.turned ^ options.flip;
-    let patches = built.into_iter().map(|(p, _)| if turn { mirrored(p) } else { p }).collect();
+    let patches = built.into_iter().map(|(p, ..)| if turn { mirrored(p) } else { p }).collect();
     let tool = ToolModel {
         name: options.name.clone(),
         kind: ToolKind::Bezier,
@@ -158,12 +163,26 @@ fn agree(shapes: &mut [Shape]) {
     }
 }
 
-/// The patch and its largest distance from the face.
-fn build(face: &Face, shape: &Shape, sides: &Sides, basis: &Basis) -> (Patch, f64) {
+/// The patch, its largest distance from the face, and whether it folds.
+fn build(face: &Face, shape: &Shape, sides: &Sides, basis: &Basis) -> (Patch, f64, bool) {
     let points = shape.map.net(face, shape.degrees, sides, basis);
     let patch = Patch::Bezier { degrees: shape.degrees, points };
     let off = error(face, &patch, &shape.map);
-    (patch, off)
+    let folds = folds(face, &patch);
+    (patch, off, folds)
+}
+
+/// True when a patch looks against its face somewhere.
+fn folds(face: &Face, patch: &Patch) -> bool {
+    const STEPS: usize = 12;
+    (0..(STEPS + 1) * (STEPS + 1)).any(|k| {
+        let at = |k: usize| k as f64 / STEPS as f64;
+        let d = patch.derivs(at(k / (STEPS + 1)), at(k % (STEPS + 1)));
+        let cross = d.d1.cross(&d.d2);
+        let foot = face.surface.closest(&d.s).0;
+        let against = |n: Vec3| cross.dot(&n) < -1e-9 * d.d1.norm() * d.d2.norm();
+        face.normal(foot).is_some_and(against)
+    })
 }
 
 /// Largest distance of a patch from its face's surface at points between the nodes.

@@ -83,3 +83,19 @@ fn poles_and_seams_are_met() {
     println!("{report:?} {:+.2e} {:+.2e} {}", found.max_mm, found.min_mm, found.jumps.position_mm);
     assert!(found.worst_mm() < 2e-4 && found.jumps.position_mm < 1e-12);
 }
+
+/// At one division of a quarter turn an arc of the punch's flat bulges past the side opposite: that is
+/// said, for the patches that the audit finds.
+#[test]
+fn folded_patches_are_found() {
+    let model = read("cross/punch.igs");
+    let made = |n: usize| {
+        let mesh = coarse(&model, n, MeshStyle::Quads);
+        let (tool, report) = bezier_from_cad(&model, &mesh, &options(1e-4)).unwrap();
+        let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap();
+        assert_eq!(report.folded, found.report.folded);
+        report.folded.len()
+    };
+    assert_eq!(made(1), 1);
+    made(2);
+}

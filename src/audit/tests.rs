@@ -168,7 +168,9 @@ fn bezier_patches_find_their_neighbours() {
     };
     let jumps = run(&bezier, &AuditOptions::default()).report.jumps;
     assert_eq!((jumps.shared_edges, jumps.free_edges, jumps.creases), (2, 8, 0));
-    assert!((jumps.normal_deg - 30.0).abs() < 1e-9 && jumps.position_mm == 0.0);
+    // The border's control points are shared to the bit; its points differ by the rounding of their evaluation.
+    let rounding = 4.0 * f64::EPSILON;
+    assert!((jumps.normal_deg - 30.0).abs() < 1e-9 && jumps.position_mm <= rounding, "{jumps:?}");
 }
 
 #[test]

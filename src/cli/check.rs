@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
 use crate::geometry::Vec3;
+use crate::run::advice::advice;
 use crate::scene::types::{BlankShape, Drive};
 use crate::scene::{Plan, SceneError, read};
 use crate::solver::SimulationSetup;
@@ -55,6 +56,9 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     }
     print_stages(&plan);
     print_cost(&setup)?;
+    for remark in advice(&plan, &setup) {
+        println!("  note       {remark}");
+    }
     Ok(Exit::Done)
 }
 

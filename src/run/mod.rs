@@ -3,6 +3,7 @@
 //! Everything is written as the run goes on, each file whole or not at all, so that a folder can be looked at
 //! (and a killed run still holds what it had).
 
+pub mod advice;
 pub mod checkpoint;
 pub mod fields;
 pub mod folder;

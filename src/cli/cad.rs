@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, Failure, finish};
-use super::{audit, convert, inspect, mesh, study};
+use super::{audit, convert, inspect, material, mesh, study};
 use crate::cad::{Diagnostic, Model, Severity};
 
 /// Turns the CAD of a forming die into smooth, audited tool models.
@@ -32,6 +32,8 @@ enum Command {
     Audit(audit::AuditArgs),
     /// Run the cases of a study and compare them
     Study(study::StudyArgs),
+    /// List and show the sheet materials of the solver
+    Material(material::MaterialArgs),
 }
 
 /// Runs the program on the process's arguments.
@@ -48,6 +50,7 @@ pub fn main() -> ExitCode {
         Command::Convert(args) => convert::run(&args),
         Command::Audit(args) => audit::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::Material(args) => material::run(&args),
     })
 }
 

@@ -6,6 +6,7 @@ pub mod check;
 pub mod convert;
 pub mod exit;
 pub mod inspect;
+pub mod material;
 pub mod mesh;
 pub mod quantity;
 pub mod run;

@@ -10,6 +10,8 @@ use super::elastic::Elastic;
 use super::hardening::Hardening;
 use super::hill48::Hill48;
 use super::plastic::{Backstress, MaterialDataError, Plastic};
+use super::yield_function::{YieldError, YieldFunction};
+use super::yld2004::Yld2004;
 use crate::geometry::Mat3;
 
 /// A sheet material.
@@ -66,6 +68,21 @@ pub enum YieldCriterion {
         /// r across it.
         r90: f64,
     },
+    /// Hosford's isotropic non-quadratic function.
+    Hosford {
+        /// Exponent, in [2, 60]: 8 for face-centred, 6 for body-centred cubic metals.
+        exponent: f64,
+    },
+    /// Yld2004-18p; scaled to tension along the rolling direction.
+    #[serde(rename = "yld2004-18p")]
+    Yld2004 {
+        /// Exponent, in [2, 60].
+        exponent: f64,
+        /// c'12, c'13, c'21, c'23, c'31, c'32, c'44 (shear yz), c'55 (zx), c'66 (xy).
+        first: [f64; 9],
+        /// c''12, c''13, c''21, c''23, c''31, c''32, c''44, c''55, c''66.
+        second: [f64; 9],
+    },
 }
 
 /// One backstress of Chaboche's law.
@@ -110,7 +127,15 @@ pub enum CardError {
     },
 }
 
-const LIBRARY: [&str; 1] = [include_str!("cards/mild-steel-neto2012.json")];
+const LIBRARY: [&str; 7] = [
+    include_str!("cards/mild-steel-neto2012.json"),
+    include_str!("cards/mild-steel-numisheet93.json"),
+    include_str!("cards/aluminium-numisheet93-cup.json"),
+    include_str!("cards/aluminium-numisheet2002b.json"),
+    include_str!("cards/sheet-ssnv501.json"),
+    include_str!("cards/aa2090-t3-barlat2005.json"),
+    include_str!("cards/aa6111-t4-barlat2005.json"),
+];
 
 /// The cards embedded in the program.
 #[must_use]
@@ -133,6 +158,35 @@ pub fn find(name: &str) -> Result<MaterialCard, CardError> {
 }
 
 impl MaterialCard {
+    /// The yield function; `None` for an elastic card.
+    ///
+    /// # Errors
+    /// [`CardError::Data`] unless it is convex, closed and in range.
+    pub fn yield_function(&self) -> Result<Option<YieldFunction>, CardError> {
+        self.criterion.map(|criterion| self.function(criterion)).transpose()
+    }
+
+    fn function(&self, criterion: YieldCriterion) -> Result<YieldFunction, CardError> {
+        let yld = |law: Result<Yld2004, _>| Ok(YieldFunction::Yld2004(Box::new(law?)));
+        match criterion {
+            YieldCriterion::VonMises {} => YieldFunction::hill48(&Hill48::MISES),
+            YieldCriterion::Hill48 { f, g, h, l, m, n } => {
+                YieldFunction::hill48(&Hill48 { f, g, h, l, m, n })
+            }
+            YieldCriterion::Hill48R { r0, r45, r90 } => {
+                YieldFunction::hill48(&Hill48::from_r_values(r0, r45, r90))
+            }
+            YieldCriterion::Hosford { exponent } => yld(Yld2004::hosford(exponent)),
+            YieldCriterion::Yld2004 { exponent, first, second } => {
+                yld(Yld2004::new(exponent, &first, &second))
+            }
+        }
+        .map_err(|cause: YieldError| CardError::Data {
+            name: self.name.clone(),
+            cause: cause.into(),
+        })
+    }
+
     /// The material law, its rolling direction turned by `angle` [rad] from x about z.
     ///
     /// # Errors
@@ -146,17 +200,13 @@ impl MaterialCard {
             (None, Some(_)) => return Err(half("yield")),
             (Some(criterion), Some(hardening)) => (criterion, hardening.clone()),
         };
-        let hill = match criterion {
-            YieldCriterion::VonMises {} => Hill48::MISES,
-            YieldCriterion::Hill48 { f, g, h, l, m, n } => Hill48 { f, g, h, l, m, n },
-            YieldCriterion::Hill48R { r0, r45, r90 } => Hill48::from_r_values(r0, r45, r90),
-        };
+        let function = self.function(criterion)?;
         let backstresses = self
             .backstresses
             .iter()
             .map(|b| Backstress { modulus: b.c_mpa, recovery: b.gamma })
             .collect();
-        let plastic = Plastic::new(elastic, &hill, hardening)
+        let plastic = Plastic::with_yield(elastic, function, hardening)
             .and_then(|p| p.with_backstresses(backstresses))
             .map_err(|cause| CardError::Data { name: self.name.clone(), cause })?;
         let (s, c) = angle.sin_cos();

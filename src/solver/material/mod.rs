@@ -14,6 +14,8 @@ pub mod hardening;
 pub mod hill48;
 pub mod log_strain;
 pub mod plastic;
+pub mod yield_function;
+pub mod yld2004;
 
 use super::tensor::{Mandel, Mandel66};
 

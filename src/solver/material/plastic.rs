@@ -1,4 +1,5 @@
-//! Elastoplasticity in logarithmic strain space: Hill48, isotropic and Chaboche kinematic hardening.
+//! Elastoplasticity in logarithmic strain space: Hill48 or Yld2004-18p, isotropic and Chaboche kinematic
+//! hardening. This file returns quadratic criteria; [`general`] any other.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -15,7 +16,8 @@
 
 use super::elastic::Elastic;
 use super::hardening::{Hardening, HardeningError};
-use super::hill48::{Hill48, Hill48Error, Spectrum};
+use super::hill48::{Hill48, Spectrum};
+use super::yield_function::{YieldError, YieldFunction};
 use super::{LogResponse, Material, MaterialError};
 use crate::geometry::Mat3;
 use crate::solver::tensor::{self, Mandel, Mandel66};
@@ -42,7 +44,7 @@ const MAX_ITERATIONS: usize = 200;
 #[derive(Debug, Clone)]
 pub struct Plastic {
     elastic: Elastic,
-    spectrum: Spectrum,
+    criterion: YieldFunction,
     hardening: Hardening,
     backstresses: Vec<Backstress>,
     /// Turns global tensors into material axes; `None` when the axes coincide.
@@ -63,9 +65,9 @@ pub enum MaterialDataError {
         /// What is allowed.
         allowed: &'static str,
     },
-    /// The yield surface is not convex.
+    /// The yield surface is not convex or not closed.
     #[error(transparent)]
-    Yield(#[from] Hill48Error),
+    Yield(#[from] YieldError),
     /// The hardening law cannot be used.
     #[error(transparent)]
     Hardening(#[from] HardeningError),
@@ -80,6 +82,18 @@ impl Plastic {
     pub fn new(
         elastic: Elastic,
         hill: &Hill48,
+        hardening: Hardening,
+    ) -> Result<Self, MaterialDataError> {
+        Self::with_yield(elastic, YieldFunction::hill48(hill)?, hardening)
+    }
+
+    /// A material with any yield function, axes along x (rolling), y, z.
+    ///
+    /// # Errors
+    /// [`MaterialDataError`] for the first value out of its range.
+    pub fn with_yield(
+        elastic: Elastic,
+        criterion: YieldFunction,
         hardening: Hardening,
     ) -> Result<Self, MaterialDataError> {
         let Elastic { young, poisson } = elastic;
@@ -97,10 +111,8 @@ impl Plastic {
                 allowed: "in (-1, 0.5)",
             });
         }
-        hill.check()?;
         hardening.check()?;
-        let spectrum = Spectrum::new(&hill.normalised());
-        Ok(Self { elastic, spectrum, hardening, backstresses: Vec::new(), to_material: None })
+        Ok(Self { elastic, criterion, hardening, backstresses: Vec::new(), to_material: None })
     }
 
     /// The material with kinematic hardening.
@@ -147,9 +159,10 @@ impl Plastic {
         new.copy_from_slice(old);
         let elastic_strain: Mandel = std::array::from_fn(|i| strain[i] - old[STRAIN + i]);
         let trial = self.elastic.stress(&elastic_strain);
-        let step = Step::new(self, &trial, old);
         let (yield_stress, _) = self.hardening.flow_stress(old[EQUIVALENT]);
-        if step.trial_equivalent <= yield_stress * (1.0 + YIELD_TOLERANCE) {
+        if self.criterion.equivalent(&self.relative(&trial, old))
+            <= yield_stress * (1.0 + YIELD_TOLERANCE)
+        {
             out.stress = trial;
             out.tangent = self.elastic.stiffness();
             out.elastic_energy = 0.5 * tensor::dot(&trial, &elastic_strain);
@@ -157,12 +170,13 @@ impl Plastic {
             out.plastic = false;
             return Ok(());
         }
-        let increment = step.solve()?;
-        let at = step.at(increment);
+        let (increment, flow) = match &self.criterion {
+            YieldFunction::Hill48(spectrum) => {
+                self.return_quadratic(spectrum, &trial, old, &mut out.tangent)?
+            }
+            _ => self.return_general(&trial, old, &mut out.tangent)?,
+        };
         let two_mu = 2.0 * self.elastic.shear_modulus();
-        let flow: [f64; 5] =
-            std::array::from_fn(|i| at.lambda * self.spectrum.values[i] * at.xi[i]);
-        let flow = self.spectrum.tensor(&flow);
         out.stress = std::array::from_fn(|i| trial[i] - two_mu * flow[i]);
         for i in 0..6 {
             new[STRAIN + i] += flow[i];
@@ -180,14 +194,54 @@ impl Plastic {
         out.elastic_energy = 0.5 * tensor::dot(&out.stress, &elastic);
         out.plastic_work = new[WORK];
         out.plastic = true;
-        step.tangent(&at, increment, &mut out.tangent);
         Ok(())
+    }
+
+    /// Stress less the backstresses of `old`.
+    fn relative(&self, stress: &Mandel, old: &[f64]) -> Mandel {
+        let mut relative = *stress;
+        for k in 0..self.backstresses.len() {
+            for (i, value) in relative.iter_mut().enumerate() {
+                *value -= old[BACKSTRESS + 6 * k + i];
+            }
+        }
+        relative
+    }
+
+    /// Increments of equivalent and of plastic strain of a quadratic criterion.
+    fn return_quadratic(
+        &self,
+        spectrum: &Spectrum,
+        trial: &Mandel,
+        old: &[f64],
+        tangent: &mut Mandel66,
+    ) -> Result<(f64, Mandel), MaterialError> {
+        let step = Step::new(self, spectrum, trial, old);
+        let increment = step.solve()?;
+        let at = step.at(increment);
+        let flow: [f64; 5] = std::array::from_fn(|i| at.lambda * spectrum.values[i] * at.xi[i]);
+        step.tangent(&at, tangent);
+        Ok((increment, spectrum.tensor(&flow)))
+    }
+
+    /// The same of any criterion.
+    fn return_general(
+        &self,
+        trial: &Mandel,
+        old: &[f64],
+        tangent: &mut Mandel66,
+    ) -> Result<(f64, Mandel), MaterialError> {
+        let step = general::General::new(self, trial, old);
+        let returned = step.solve()?;
+        *tangent = step.tangent(&returned);
+        Ok((returned.increment, returned.flow))
     }
 }
 
 /// The scalar equation of one return mapping.
 struct Step<'a> {
     material: &'a Plastic,
+    spectrum: &'a Spectrum,
     old: &'a [f64],
     /// Trial stress in the eigenbasis.
     trial: [f64; 5],
@@ -210,15 +264,9 @@ struct At {
 }
 
 impl<'a> Step<'a> {
-    fn new(material: &'a Plastic, trial: &Mandel, old: &'a [f64]) -> Self {
-        let mut relative = *trial;
-        for k in 0..material.backstresses.len() {
-            for (i, value) in relative.iter_mut().enumerate() {
-                *value -= old[BACKSTRESS + 6 * k + i];
-            }
-        }
-        let trial_equivalent = material.spectrum.equivalent(&relative);
-        Self { material, old, trial: material.spectrum.components(trial), trial_equivalent }
+    fn new(material: &'a Plastic, spectrum: &'a Spectrum, trial: &Mandel, old: &'a [f64]) -> Self {
+        let trial_equivalent = spectrum.equivalent(&material.relative(trial, old));
+        Self { material, spectrum, old, trial: spectrum.components(trial), trial_equivalent }
     }
 
     fn at(&self, x: f64) -> At {
@@ -236,13 +284,13 @@ impl<'a> Step<'a> {
             modulus += 2.0 / 3.0 * one.modulus * theta;
             modulus_rate += 2.0 / 3.0 * one.modulus * theta_rate;
             let start: Mandel = std::array::from_fn(|i| self.old[BACKSTRESS + 6 * k + i]);
-            let start = material.spectrum.components(&start);
+            let start = self.spectrum.components(&start);
             for i in 0..5 {
                 b[i] -= theta * start[i];
                 b_rate[i] -= theta_rate * start[i];
             }
         }
-        let values = &material.spectrum.values;
+        let values = &self.spectrum.values;
         let reduction: [f64; 5] =
             std::array::from_fn(|i| 1.0 / (1.0 + modulus * lambda * values[i]));
         let xi: [f64; 5] = std::array::from_fn(|i| b[i] * reduction[i]);
@@ -255,7 +303,7 @@ impl<'a> Step<'a> {
 
     /// The increment of equivalent plastic strain.
     fn solve(&self) -> Result<f64, MaterialError> {
-        let values = &self.material.spectrum.values;
+        let values = &self.spectrum.values;
         let elastic_step = self.trial_equivalent / (2.0 * self.material.elastic.shear_modulus());
         let (mut low, mut high) = (0.0, f64::INFINITY);
         let mut x = 0.0;
@@ -298,8 +346,8 @@ impl<'a> Step<'a> {
     }
 
     /// `dT/dE`: bulk part, shrunk deviatoric part, and one rank-one term along the flow.
-    fn tangent(&self, at: &At, _increment: f64, tangent: &mut Mandel66) {
-        let spectrum = &self.material.spectrum;
+    fn tangent(&self, at: &At, tangent: &mut Mandel66) {
+        let spectrum = self.spectrum;
         let values = &spectrum.values;
         let two_mu = 2.0 * self.material.elastic.shear_modulus();
         let hardening: f64 = (0..5).map(|i| values[i] * at.xi[i] * at.xi_rate[i]).sum();
@@ -360,5 +408,6 @@ impl Material for Plastic {
     }
 }
 
+mod general;
 #[cfg(test)]
 mod tests;

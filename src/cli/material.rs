@@ -1,0 +1,265 @@
+//! `kanagata material list` and `kanagata material show NAME|FILE [--html FILE]`.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Subcommand;
+
+use super::exit::{EXIT_HELP, Exit, Failure};
+use crate::report::charts::{Series, lines};
+use crate::report::page::Page;
+use crate::solver::material::card::{self, MaterialCard};
+use crate::solver::material::hardening::Hardening;
+use crate::solver::material::yield_function::YieldFunction;
+
+/// Arguments of `material`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Example:\n  kanagata material show aa2090-t3-barlat2005 --html sheet.html\n\n{EXIT_HELP}"))]
+pub struct MaterialArgs {
+    #[command(subcommand)]
+    command: MaterialCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum MaterialCommand {
+    /// List the material cards in the program
+    List,
+    /// Show a card: checks, r values, yield ratios, hardening curve
+    Show {
+        /// Name of a card in the program, or a JSON file
+        card: String,
+        /// Also write a page with the hardening curve and the yield locus
+        #[arg(long, value_name = "FILE")]
+        html: Option<PathBuf>,
+    },
+}
+
+/// Equivalent plastic strains of the printed hardening curve.
+const STRAINS: [f64; 11] = [0.0, 0.002, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0];
+
+/// Lists or shows material cards.
+///
+/// # Errors
+/// Exit code 2 for an unknown name or a card out of range, 4 when a file cannot be read or written.
+pub fn run(args: &MaterialArgs) -> Result<Exit, Failure> {
+    match &args.command {
+        MaterialCommand::List => {
+            let cards = card::library();
+            let width = cards.iter().map(|c| c.name.len()).max().unwrap_or(0);
+            for card in cards {
+                println!("{:width$}  {}", card.name, card.source);
+            }
+        }
+        MaterialCommand::Show { card, html } => {
+            let card = load(card)?;
+            card.build(0.0).map_err(Failure::input)?;
+            let function = card.yield_function().map_err(Failure::input)?;
+            print!("{}", told(&card, function.as_ref()));
+            if let Some(path) = html {
+                page(&card, function.as_ref()).write(path)?;
+                println!("page: {}", path.display());
+            }
+        }
+    }
+    Ok(Exit::Done)
+}
+
+/// A card of the program by name, or a file where one of that name exists.
+fn load(name: &str) -> Result<MaterialCard, Failure> {
+    let path = Path::new(name);
+    if !path.is_file() {
+        return card::find(name).map_err(|error| {
+            Failure::input(format!("{error}; a path names a JSON file, and there is none of it"))
+        });
+    }
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Failure::new(Exit::Io, format!("{}: {error}", path.display())))?;
+    serde_json::from_str(&text).map_err(|error| {
+        Failure::input(format!("{}: {error}; allowed: a material card", path.display()))
+    })
+}
+
+fn told(card: &MaterialCard, function: Option<&YieldFunction>) -> String {
+    let mut out = String::new();
+    let _ = writeln!(out, "{}\n  source: {}", card.name, card.source);
+    let _ = writeln!(out, "  E {} MPa, nu {}", card.young_mpa, card.poisson);
+    if let Some(function) = function {
+        let _ = writeln!(out, "  yield surface: {}\n", surface(function));
+        for row in [&["angle", "r", "yield ratio"].map(String::from)[..]]
+            .into_iter()
+            .chain(angles(function).iter().map(Vec::as_slice))
+        {
+            let _ = writeln!(out, "  {:>8} {:>9} {:>12}", row[0], row[1], row[2]);
+        }
+    }
+    if let Some(hardening) = &card.hardening {
+        let _ = writeln!(out, "\n  {:>8} {:>12} {:>12}", "p", "stress MPa", "slope MPa");
+        for row in curve(hardening) {
+            let _ = writeln!(out, "  {:>8} {:>12} {:>12}", row[0], row[1], row[2]);
+        }
+        if let Some(strain) = uniform_strain(hardening) {
+            let _ = writeln!(out, "  uniform plastic strain in tension (Considere): {strain:.4}");
+        }
+    }
+    for (k, one) in card.backstresses.iter().enumerate() {
+        let _ = writeln!(out, "  backstress {}: C {} MPa, gamma {}", k + 1, one.c_mpa, one.gamma);
+    }
+    out
+}
+
+fn surface(function: &YieldFunction) -> String {
+    match function {
+        YieldFunction::Hill48(_) => "Hill48 (or von Mises), convex".into(),
+        YieldFunction::Yld2004(law) => {
+            format!("Yld2004-18p with exponent {}, convex and closed", law.exponent())
+        }
+    }
+}
+
+/// Angle, r value and yield ratio every 15 degrees, then balanced biaxial tension.
+fn angles(function: &YieldFunction) -> Vec<Vec<String>> {
+    let mut rows: Vec<Vec<String>> = (0..7)
+        .map(|k| {
+            let angle = 15.0 * f64::from(k);
+            let (r, ratio) =
+                (function.r_value(angle.to_radians()), function.yield_ratio(angle.to_radians()));
+            vec![format!("{angle}"), format!("{r:.4}"), format!("{ratio:.4}")]
+        })
+        .collect();
+    rows.push(vec![
+        "biaxial".into(),
+        format!("{:.4}", function.biaxial_r_value()),
+        format!("{:.4}", function.biaxial_ratio()),
+    ]);
+    rows
+}
+
+fn curve(hardening: &Hardening) -> Vec<Vec<String>> {
+    STRAINS
+        .iter()
+        .map(|&p| {
+            let (stress, slope) = hardening.flow_stress(p);
+            vec![format!("{p}"), format!("{stress:.2}"), format!("{slope:.1}")]
+        })
+        .collect()
+}
+
+/// Plastic strain where the slope of the curve falls to the stress; `None` when it does not below 2.
+fn uniform_strain(hardening: &Hardening) -> Option<f64> {
+    let excess = |p: f64| {
+        let (stress, slope) = hardening.flow_stress(p);
+        slope - stress
+    };
+    let (mut low, mut high) = (0.0, 2.0);
+    if !(excess(low) > 0.0 && excess(high) < 0.0) {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    Some(low)
+}
+
+fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
+    let mut page = Page::new(&card.name);
+    page.text(&format!("Source: {}", card.source));
+    page.text(&format!("E {} MPa, Poisson's ratio {}", card.young_mpa, card.poisson));
+    if let Some(hardening) = &card.hardening {
+        page.heading("Hardening");
+        let x: Vec<f64> = (0..=200).map(|k| 0.0025 * f64::from(k)).collect();
+        let y = x.iter().map(|&p| hardening.flow_stress(p).0).collect();
+        let series = Series { name: "flow stress".into(), x, y };
+        let (traces, layout) = lines(&[series], "equivalent plastic strain", "flow stress [MPa]");
+        page.plot(&traces, &layout, 420);
+        page.table(&["p", "stress [MPa]", "slope [MPa]"], &curve(hardening));
+    }
+    if let Some(function) = function {
+        page.heading("Yield locus");
+        page.text("Plane stress over the yield stress along rolling, at four levels of shear.");
+        let (traces, mut layout) = lines(
+            &[0.0, 0.2, 0.4, 0.5].map(|shear| locus(function, shear)),
+            "rolling",
+            "transverse",
+        );
+        layout["yaxis"]["scaleanchor"] = "x".into();
+        page.plot(&traces, &layout, 560);
+        page.heading("Anisotropy");
+        let x: Vec<f64> = (0..=90).map(f64::from).collect();
+        let of = |name: &str, value: &dyn Fn(f64) -> f64| Series {
+            name: name.into(),
+            x: x.clone(),
+            y: x.iter().map(|a| value(a.to_radians())).collect(),
+        };
+        let series = [
+            of("r value", &|a| function.r_value(a)),
+            of("yield ratio", &|a| function.yield_ratio(a)),
+        ];
+        let (traces, layout) = lines(&series, "angle to rolling [deg]", "");
+        page.plot(&traces, &layout, 420);
+        page.table(&["angle [deg]", "r", "yield ratio"], &angles(function));
+    }
+    page
+}
+
+/// The closed curve of plane stresses on the yield surface at a shear; empty above the shear strength.
+fn locus(function: &YieldFunction, shear: f64) -> Series {
+    let shear_component = std::f64::consts::SQRT_2 * shear;
+    let mut series = Series { name: format!("shear {shear}"), x: Vec::new(), y: Vec::new() };
+    if function.equivalent(&[0.0, 0.0, 0.0, shear_component, 0.0, 0.0]) >= 1.0 {
+        return series;
+    }
+    for k in 0..=360 {
+        let (s, c) = f64::from(k).to_radians().sin_cos();
+        let (mut low, mut high) = (0.0, 20.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            let t = [middle * c, middle * s, 0.0, shear_component, 0.0, 0.0];
+            if function.equivalent(&t) < 1.0 { low = middle } else { high = middle }
+        }
+        series.x.push(low * c);
+        series.y.push(low * s);
+    }
+    series
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_card_is_shown_and_drawn() {
+        for card in card::library() {
+            let function = card.yield_function().unwrap();
+            let text = told(&card, function.as_ref());
+            assert!(text.contains("biaxial") && text.contains("convex"), "{text}");
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+            assert!(page(&card, function.as_ref()).html().contains("Yield locus"));
+        }
+    }
+
+    /// Von Mises: the ellipse through (1, 0), (1, 1); Considere's strain of Swift is n - eps0.
+    #[test]
+    fn shown_figures_are_the_closed_forms() {
+        let card = load("sheet-ssnv501").unwrap();
+        let function = card.yield_function().unwrap().unwrap();
+        let locus = locus(&function, 0.0);
+        for (x, y) in locus.x.iter().zip(&locus.y) {
+            assert!((x * x - x * y + y * y - 1.0).abs() < 1e-12);
+        }
+        let steel = card::find("mild-steel-neto2012").unwrap();
+        let strain = uniform_strain(steel.hardening.as_ref().unwrap()).unwrap();
+        assert!((strain - (0.268 - 0.00439)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn names_and_files_that_are_no_card_say_why() {
+        let unknown = load("unobtainium").unwrap_err();
+        assert!(unknown.error.to_string().contains("aa2090-t3-barlat2005"));
+        let file = std::env::temp_dir().join(format!("kanagata-card-{}.json", std::process::id()));
+        std::fs::write(&file, "{\"name\": 3}").unwrap();
+        let error = load(&file.to_string_lossy()).unwrap_err();
+        std::fs::remove_file(&file).unwrap();
+        assert!(error.error.to_string().contains("a material card"));
+    }
+}

@@ -1,0 +1,277 @@
+//! Return mapping for any smooth convex yield function.
+//!
+//! Unknowns are the deviator `ξ` and the increment `x` of equivalent plastic strain, with
+//! `N = ∂σ̄/∂ξ`, `B(x) = dev T_trial - Σ θ_k X_k`, `m(x) = 2μ + Σ ⅔ C_k θ_k`:
+//!
+//! - `ξ + m x N(ξ) = B`, the minimum of the strictly convex `½ |ξ - B|² + m x σ̄(ξ)`;
+//! - `σ̄(ξ) = σ_y(p + x)`.
+//!
+//! Newton's method on both, kept to falling residuals, ends nearly always. Where it does not, `x` is
+//! bracketed and for each `x` the convex minimum is found by Newton's method with a line search, which
+//! cannot fail.
+
+use super::{BACKSTRESS, EQUIVALENT, MaterialError, Plastic};
+use crate::solver::material::yld2004::Derivatives;
+use crate::solver::tensor::{self, Mandel, Mandel66};
+
+type Matrix = nalgebra::SMatrix<f64, 6, 6>;
+type Vector = nalgebra::SVector<f64, 6>;
+
+/// Residual aimed at, relative to the flow stress.
+const TARGET: f64 = 1e-13;
+/// Residual accepted where rounding stops the iteration.
+const ACCEPTED: f64 = 2e-11;
+const MAX_NEWTON: usize = 40;
+const MAX_BISECTION: usize = 200;
+
+/// One return mapping.
+pub(super) struct General<'a> {
+    material: &'a Plastic,
+    old: &'a [f64],
+    /// Deviator of the trial stress.
+    trial: Mandel,
+}
+
+/// The converged state.
+pub(super) struct Returned {
+    /// Increment of equivalent plastic strain.
+    pub increment: f64,
+    /// Increment of plastic strain.
+    pub flow: Mandel,
+    at: At,
+}
+
+/// Everything at one pair `(ξ, x)`.
+struct At {
+    x: f64,
+    yields: Derivatives,
+    yield_stress: f64,
+    slope: f64,
+    /// `ξ + m x N - B`.
+    first: Vector,
+    /// `σ̄ - σ_y`.
+    second: f64,
+    /// `A = 1 + m x H`.
+    matrix: Matrix,
+    /// `∂first/∂x`.
+    rate: Vector,
+    /// `B` and `m`.
+    target: Mandel,
+    modulus: f64,
+    xi: Mandel,
+}
+
+impl At {
+    /// The larger residual relative to the flow stress.
+    fn residual(&self) -> f64 {
+        self.first.norm().max(self.second.abs()) / self.yield_stress
+    }
+}
+
+impl<'a> General<'a> {
+    pub(super) fn new(material: &'a Plastic, trial: &Mandel, old: &'a [f64]) -> Self {
+        let mean = (trial[0] + trial[1] + trial[2]) / 3.0;
+        let trial = std::array::from_fn(|i| trial[i] - if i < 3 { mean } else { 0.0 });
+        Self { material, old, trial }
+    }
+
+    /// `B`, `dB/dx`, `m`, `dm/dx`.
+    fn data(&self, x: f64) -> (Mandel, Mandel, f64, f64) {
+        let (mut b, mut b_rate) = (self.trial, [0.0; 6]);
+        let mut modulus = 2.0 * self.material.elastic.shear_modulus();
+        let mut modulus_rate = 0.0;
+        for (k, one) in self.material.backstresses.iter().enumerate() {
+            let theta = 1.0 / (1.0 + one.recovery * x);
+            let theta_rate = -one.recovery * theta * theta;
+            modulus += 2.0 / 3.0 * one.modulus * theta;
+            modulus_rate += 2.0 / 3.0 * one.modulus * theta_rate;
+            for i in 0..6 {
+                let start = self.old[BACKSTRESS + 6 * k + i];
+                b[i] -= theta * start;
+                b_rate[i] -= theta_rate * start;
+            }
+        }
+        (b, b_rate, modulus, modulus_rate)
+    }
+
+    fn at(&self, xi: Mandel, x: f64) -> At {
+        let (target, b_rate, modulus, modulus_rate) = self.data(x);
+        let (yield_stress, slope) = self.material.hardening.flow_stress(self.old[EQUIVALENT] + x);
+        let yields = self.material.criterion.derivatives(&xi);
+        let reach = modulus * x;
+        let n = &yields.gradient;
+        let first = Vector::from_fn(|i, _| xi[i] - target[i] + reach * n[i]);
+        let rate = Vector::from_fn(|i, _| (modulus + modulus_rate * x) * n[i] - b_rate[i]);
+        let matrix =
+            Matrix::from_fn(|r, c| reach * yields.hessian[r][c] + if r == c { 1.0 } else { 0.0 });
+        let second = yields.value - yield_stress;
+        At { x, yields, yield_stress, slope, first, second, matrix, rate, target, modulus, xi }
+    }
+
+    /// Finds the state on the yield surface.
+    pub(super) fn solve(&self) -> Result<Returned, MaterialError> {
+        self.accept(self.together().unwrap_or_else(|best| self.nested(best)))
+    }
+
+    /// The same by the bracketed search alone.
+    #[cfg(test)]
+    pub(super) fn solve_bracketed(&self) -> Result<Returned, MaterialError> {
+        self.accept(self.nested(self.at(self.trial, 0.0)))
+    }
+
+    fn accept(&self, at: At) -> Result<Returned, MaterialError> {
+        let residual = at.residual();
+        if !(residual <= ACCEPTED) {
+            return Err(MaterialError::ReturnMapping { residual, iterations: MAX_BISECTION });
+        }
+        // The flow that makes stress and backstress agree with ξ to rounding.
+        let flow = std::array::from_fn(|i| (at.target[i] - at.xi[i]) / at.modulus);
+        Ok(Returned { increment: at.x, flow, at })
+    }
+
+    /// Newton's method on both equations from the radial return; the state it stopped at when it fails.
+    fn together(&self) -> Result<At, At> {
+        let start = self.at(self.data(0.0).0, 0.0);
+        let n = Vector::from_column_slice(&start.yields.gradient);
+        let slope = if start.slope.is_finite() { start.slope } else { 0.0 };
+        let x = start.second / (start.modulus * n.norm_squared() + slope);
+        let shrink = start.yield_stress / start.yields.value;
+        let mut at = self.at(start.target.map(|t| t * shrink), x);
+        for _ in 0..MAX_NEWTON {
+            let residual = at.residual();
+            if residual <= TARGET {
+                return Ok(at);
+            }
+            let Some((step, increment)) = newton_step(&at) else { return Err(at) };
+            let mut share = if at.x + increment > 0.0 { 1.0 } else { 0.9 * at.x / -increment };
+            let next = loop {
+                let xi = std::array::from_fn(|i| at.xi[i] + share * step[i]);
+                let next = self.at(xi, at.x + share * increment);
+                if next.residual() < (1.0 - 1e-4 * share) * residual {
+                    break Some(next);
+                }
+                share *= 0.5;
+                if share < 1e-3 {
+                    break None;
+                }
+            };
+            match next {
+                Some(next) => at = next,
+                // Rounding ends the descent of a converged state.
+                None if residual <= 0.1 * ACCEPTED => return Ok(at),
+                None => return Err(at),
+            }
+        }
+        if at.residual() <= 0.1 * ACCEPTED { Ok(at) } else { Err(at) }
+    }
+
+    /// `x` in a bracket, the convex minimum for each.
+    fn nested(&self, best: At) -> At {
+        let (mut low, mut high) = (0.0, f64::INFINITY);
+        let mut x = best.x.max(1e-12);
+        let mut at = best;
+        for _ in 0..MAX_BISECTION {
+            at = self.minimum(at.xi, x);
+            if at.residual() <= TARGET {
+                break;
+            }
+            if at.second > 0.0 {
+                low = x
+            } else {
+                high = x
+            }
+            let slope = newton_step(&at).map_or(f64::NAN, |(_, increment)| x + increment);
+            let next = if slope > low && slope < high {
+                slope
+            } else if high.is_finite() {
+                0.5 * (low + high)
+            } else {
+                2.0 * low
+            };
+            if next == x || next == low || next == high {
+                break;
+            }
+            x = next;
+        }
+        at
+    }
+
+    /// The minimum of `½ |ξ - B|² + m x σ̄(ξ)`.
+    fn minimum(&self, start: Mandel, x: f64) -> At {
+        let mut at = self.at(start, x);
+        if !(at.yields.value > 1e-3 * at.yield_stress) {
+            at = self.at(at.target, x);
+        }
+        for _ in 0..MAX_BISECTION {
+            // Below this the minimum lies inside the surface: `x` is too large, whatever it is.
+            if at.first.norm() <= TARGET * at.yield_stress
+                || at.yields.value < 1e-3 * at.yield_stress
+            {
+                break;
+            }
+            let Some(factor) = at.matrix.cholesky() else { break };
+            let step = -factor.solve(&at.first);
+            let descent = at.first.dot(&step);
+            let energy = energy(&at);
+            let mut share = 1.0;
+            let next = loop {
+                let xi = std::array::from_fn(|i| at.xi[i] + share * step[i]);
+                let next = self.at(xi, x);
+                let falls = self::energy(&next) <= energy + 1e-4 * share * descent;
+                // Near the minimum the energy is lost in rounding; the residual is not.
+                if falls || next.first.norm() < 0.5 * at.first.norm() {
+                    break Some(next);
+                }
+                share *= 0.5;
+                if share < 1e-8 {
+                    break None;
+                }
+            };
+            let Some(next) = next else { break };
+            at = next;
+        }
+        at
+    }
+
+    /// `dT/dE` at the returned state.
+    pub(super) fn tangent(&self, returned: &Returned) -> Mandel66 {
+        let at = &returned.at;
+        let elastic = &self.material.elastic;
+        let two_mu = 2.0 * elastic.shear_modulus();
+        let Some(inverse) = at.matrix.cholesky().map(|factor| factor.inverse()) else {
+            return elastic.stiffness();
+        };
+        let n = Vector::from_column_slice(&at.yields.gradient);
+        let hessian = Matrix::from_fn(|r, c| at.yields.hessian[r][c]);
+        let v = inverse * at.rate;
+        let h = inverse * n;
+        let increment = h / (at.slope + n.dot(&v));
+        // dξ = (A⁻¹ - v ⊗ increment) dB, dEp = N (increment · dB) + x H dξ, dB = 2μ dev dE.
+        let xi = inverse - v * increment.transpose();
+        let flow = n * increment.transpose() + at.x * hessian * xi;
+        let bulk = elastic.bulk_modulus();
+        let deviator = Matrix::from_fn(|r, c| {
+            f64::from(u8::from(r == c)) - if r < 3 && c < 3 { 1.0 / 3.0 } else { 0.0 }
+        });
+        let shear = (Matrix::identity() - flow * two_mu) * deviator * two_mu;
+        std::array::from_fn(|r| {
+            std::array::from_fn(|c| shear[(r, c)] + if r < 3 && c < 3 { bulk } else { 0.0 })
+        })
+    }
+}
+
+/// `½ |ξ - B|² + m x σ̄(ξ)`.
+fn energy(at: &At) -> f64 {
+    let gap: Mandel = std::array::from_fn(|i| at.xi[i] - at.target[i]);
+    0.5 * tensor::dot(&gap, &gap) + at.modulus * at.x * at.yields.value
+}
+
+/// Newton's step of `(ξ, x)`.
+fn newton_step(at: &At) -> Option<(Vector, f64)> {
+    let factor = at.matrix.cholesky()?;
+    let n = Vector::from_column_slice(&at.yields.gradient);
+    let v = factor.solve(&at.rate);
+    let r = factor.solve(&at.first);
+    let increment = (at.second - n.dot(&r)) / (at.slope + n.dot(&v));
+    increment.is_finite().then(|| (-r - v * increment, increment))
+}

@@ -1,14 +1,15 @@
 //! Return mapping for any smooth convex yield function.
 //!
 //! Unknowns are the deviator `ξ` and the increment `x` of equivalent plastic strain, with
-//! `N = ∂σ̄/∂ξ`, `B(x) = dev T_trial - Σ θ_k X_k`, `m(x) = 2μ + Σ ⅔ C_k θ_k`:
+//! `λ = x / σ_y(p + x)`, `g = σ̄ ∂σ̄/∂ξ`, `B(x) = dev T_trial - Σ θ_k X_k`, `m(x) = 2μ + Σ ⅔ C_k θ_k`:
 //!
-//! - `ξ + m x N(ξ) = B`, the minimum of the strictly convex `½ |ξ - B|² + m x σ̄(ξ)`;
-//! - `σ̄(ξ) = σ_y(p + x)`.
+//! - `ξ + m λ g(ξ) = B`, the minimum of the strictly convex `½ |ξ - B|² + ½ m λ σ̄(ξ)²`;
+//! - `σ_y(p + x) / σ̄(ξ) = 1`.
 //!
-//! Newton's method on both, kept to falling residuals, ends nearly always. Where it does not, `x` is
-//! bracketed and for each `x` the convex minimum is found by Newton's method with a line search, which
-//! cannot fail.
+//! The square keeps the first equation smooth at `ξ = 0` and its derivative free of the size of `ξ`; for a
+//! quadratic criterion it is linear and this is the closed form. Newton's method on both, kept to falling
+//! residuals, ends nearly always. Where it does not, `x` is bracketed and for each `x` the convex minimum
+//! is found by Newton's method with a line search, which cannot fail.
 
 use super::{BACKSTRESS, EQUIVALENT, MaterialError, Plastic};
 use crate::solver::material::yld2004::Derivatives;
@@ -44,27 +45,39 @@ pub(super) struct Returned {
 /// Everything at one pair `(ξ, x)`.
 struct At {
     x: f64,
-    yields: Derivatives,
-    yield_stress: f64,
-    slope: f64,
-    /// `ξ + m x N - B`.
-    first: Vector,
-    /// `σ̄ - σ_y`.
-    second: f64,
-    /// `A = 1 + m x H`.
-    matrix: Matrix,
-    /// `∂first/∂x`.
-    rate: Vector,
+    xi: Mandel,
     /// `B` and `m`.
     target: Mandel,
     modulus: f64,
-    xi: Mandel,
+    lambda: f64,
+    lambda_rate: f64,
+    yield_stress: f64,
+    slope: f64,
+    equivalent: f64,
+    /// `N = ∂σ̄/∂ξ`.
+    normal: Vector,
+    /// `∂g/∂ξ = N ⊗ N + σ̄ ∂²σ̄/∂ξ²`.
+    curvature: Matrix,
+    /// `ξ + m λ g - B`.
+    first: Vector,
+    /// `σ_y / σ̄ - 1`.
+    second: f64,
+    /// `A = 1 + m λ ∂g/∂ξ`.
+    matrix: Matrix,
+    /// `∂first/∂x`.
+    rate: Vector,
 }
 
 impl At {
     /// The larger residual relative to the flow stress.
     fn residual(&self) -> f64 {
-        self.first.norm().max(self.second.abs()) / self.yield_stress
+        (self.first.norm() / self.yield_stress).max(self.second.abs())
+    }
+
+    /// `½ |ξ - B|² + ½ m λ σ̄²`.
+    fn energy(&self) -> f64 {
+        let gap: Mandel = std::array::from_fn(|i| self.xi[i] - self.target[i]);
+        0.5 * (tensor::dot(&gap, &gap) + self.modulus * self.lambda * self.equivalent.powi(2))
     }
 }
 
@@ -97,15 +110,36 @@ impl<'a> General<'a> {
     fn at(&self, xi: Mandel, x: f64) -> At {
         let (target, b_rate, modulus, modulus_rate) = self.data(x);
         let (yield_stress, slope) = self.material.hardening.flow_stress(self.old[EQUIVALENT] + x);
-        let yields = self.material.criterion.derivatives(&xi);
-        let reach = modulus * x;
-        let n = &yields.gradient;
-        let first = Vector::from_fn(|i, _| xi[i] - target[i] + reach * n[i]);
-        let rate = Vector::from_fn(|i, _| (modulus + modulus_rate * x) * n[i] - b_rate[i]);
-        let matrix =
-            Matrix::from_fn(|r, c| reach * yields.hessian[r][c] + if r == c { 1.0 } else { 0.0 });
-        let second = yields.value - yield_stress;
-        At { x, yields, yield_stress, slope, first, second, matrix, rate, target, modulus, xi }
+        let lambda = x / yield_stress;
+        let lambda_rate = (1.0 - lambda * slope) / yield_stress;
+        let Derivatives { value: equivalent, gradient, hessian } =
+            self.material.criterion.derivatives(&xi);
+        let normal = Vector::from_column_slice(&gradient);
+        let curvature =
+            Matrix::from_fn(|r, c| gradient[r] * gradient[c] + equivalent * hessian[r][c]);
+        let g = normal * equivalent;
+        let first = Vector::from_fn(|i, _| xi[i] - target[i] + modulus * lambda * g[i]);
+        let product_rate = modulus_rate * lambda + modulus * lambda_rate;
+        let rate = Vector::from_fn(|i, _| product_rate * g[i] - b_rate[i]);
+        let matrix = Matrix::identity() + curvature * (modulus * lambda);
+        let second = yield_stress / equivalent - 1.0;
+        At {
+            x,
+            xi,
+            target,
+            modulus,
+            lambda,
+            lambda_rate,
+            yield_stress,
+            slope,
+            equivalent,
+            normal,
+            curvature,
+            first,
+            second,
+            matrix,
+            rate,
+        }
     }
 
     /// Finds the state on the yield surface.
@@ -132,10 +166,10 @@ impl<'a> General<'a> {
     /// Newton's method on both equations from the radial return; the state it stopped at when it fails.
     fn together(&self) -> Result<At, At> {
         let start = self.at(self.data(0.0).0, 0.0);
-        let n = Vector::from_column_slice(&start.yields.gradient);
         let slope = if start.slope.is_finite() { start.slope } else { 0.0 };
-        let x = start.second / (start.modulus * n.norm_squared() + slope);
-        let shrink = start.yield_stress / start.yields.value;
+        let excess = start.equivalent - start.yield_stress;
+        let x = excess / (start.modulus * start.normal.norm_squared() + slope);
+        let shrink = start.yield_stress / start.equivalent;
         let mut at = self.at(start.target.map(|t| t * shrink), x);
         for _ in 0..MAX_NEWTON {
             let residual = at.residual();
@@ -168,62 +202,53 @@ impl<'a> General<'a> {
     /// `x` in a bracket, the convex minimum for each.
     fn nested(&self, best: At) -> At {
         let (mut low, mut high) = (0.0, f64::INFINITY);
-        let mut x = best.x.max(1e-12);
-        let mut at = best;
+        let mut at = self.minimum(best.xi, best.x.max(1e-12));
         for _ in 0..MAX_BISECTION {
-            at = self.minimum(at.xi, x);
-            if at.residual() <= TARGET {
+            if at.second.abs() <= TARGET {
                 break;
             }
-            if at.second > 0.0 {
+            let x = at.x;
+            if at.second < 0.0 {
                 low = x
             } else {
                 high = x
             }
-            let slope = newton_step(&at).map_or(f64::NAN, |(_, increment)| x + increment);
-            let next = if slope > low && slope < high {
-                slope
-            } else if high.is_finite() {
-                0.5 * (low + high)
-            } else {
-                2.0 * low
-            };
+            let (step, increment) = newton_step(&at).unwrap_or((Vector::zeros(), f64::NAN));
+            let (mut next, mut xi) = (x + increment, std::array::from_fn(|i| at.xi[i] + step[i]));
+            if !(next > low && next < high) {
+                next = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low };
+                xi = at.xi;
+            }
             if next == x || next == low || next == high {
                 break;
             }
-            x = next;
+            at = self.minimum(xi, next);
         }
         at
     }
 
-    /// The minimum of `½ |ξ - B|² + m x σ̄(ξ)`.
+    /// The minimum of `½ |ξ - B|² + ½ m λ σ̄(ξ)²`.
     fn minimum(&self, start: Mandel, x: f64) -> At {
         let mut at = self.at(start, x);
-        if !(at.yields.value > 1e-3 * at.yield_stress) {
-            at = self.at(at.target, x);
-        }
         for _ in 0..MAX_BISECTION {
-            // Below this the minimum lies inside the surface: `x` is too large, whatever it is.
-            if at.first.norm() <= TARGET * at.yield_stress
-                || at.yields.value < 1e-3 * at.yield_stress
-            {
+            if at.first.norm() <= TARGET * at.equivalent {
                 break;
             }
             let Some(factor) = at.matrix.cholesky() else { break };
             let step = -factor.solve(&at.first);
-            let descent = at.first.dot(&step);
-            let energy = energy(&at);
+            let (energy, descent) = (at.energy(), at.first.dot(&step));
             let mut share = 1.0;
             let next = loop {
-                let xi = std::array::from_fn(|i| at.xi[i] + share * step[i]);
-                let next = self.at(xi, x);
-                let falls = self::energy(&next) <= energy + 1e-4 * share * descent;
+                let next = self.at(std::array::from_fn(|i| at.xi[i] + share * step[i]), x);
+                let falls = next.energy() <= energy + 1e-4 * share * descent;
                 // Near the minimum the energy is lost in rounding; the residual is not.
-                if falls || next.first.norm() < 0.5 * at.first.norm() {
+                if falls && share * descent.abs() > 1e-12 * energy
+                    || next.first.norm() < 0.9 * at.first.norm()
+                {
                     break Some(next);
                 }
                 share *= 0.5;
-                if share < 1e-8 {
+                if share < 1e-10 {
                     break None;
                 }
             };
@@ -241,14 +266,12 @@ impl<'a> General<'a> {
         let Some(inverse) = at.matrix.cholesky().map(|factor| factor.inverse()) else {
             return elastic.stiffness();
         };
-        let n = Vector::from_column_slice(&at.yields.gradient);
-        let hessian = Matrix::from_fn(|r, c| at.yields.hessian[r][c]);
         let v = inverse * at.rate;
-        let h = inverse * n;
-        let increment = h / (at.slope + n.dot(&v));
-        // dξ = (A⁻¹ - v ⊗ increment) dB, dEp = N (increment · dB) + x H dξ, dB = 2μ dev dE.
+        let increment = inverse * at.normal / (at.slope + at.normal.dot(&v));
+        // dξ = (A⁻¹ - v ⊗ increment) dB, dEp = d(λ g), dB = 2μ dev dE.
         let xi = inverse - v * increment.transpose();
-        let flow = n * increment.transpose() + at.x * hessian * xi;
+        let flow = at.normal * increment.transpose() * (at.equivalent * at.lambda_rate)
+            + at.curvature * xi * at.lambda;
         let bulk = elastic.bulk_modulus();
         let deviator = Matrix::from_fn(|r, c| {
             f64::from(u8::from(r == c)) - if r < 3 && c < 3 { 1.0 / 3.0 } else { 0.0 }
@@ -260,18 +283,13 @@ impl<'a> General<'a> {
     }
 }
 
-/// `½ |ξ - B|² + m x σ̄(ξ)`.
-fn energy(at: &At) -> f64 {
-    let gap: Mandel = std::array::from_fn(|i| at.xi[i] - at.target[i]);
-    0.5 * tensor::dot(&gap, &gap) + at.modulus * at.x * at.yields.value
-}
-
 /// Newton's step of `(ξ, x)`.
 fn newton_step(at: &At) -> Option<(Vector, f64)> {
     let factor = at.matrix.cholesky()?;
-    let n = Vector::from_column_slice(&at.yields.gradient);
     let v = factor.solve(&at.rate);
     let r = factor.solve(&at.first);
-    let increment = (at.second - n.dot(&r)) / (at.slope + n.dot(&v));
+    let weight = at.yield_stress / (at.equivalent * at.equivalent);
+    let increment = -(at.second + weight * at.normal.dot(&r))
+        / (at.slope / at.equivalent + weight * at.normal.dot(&v));
     increment.is_finite().then(|| (-r - v * increment, increment))
 }

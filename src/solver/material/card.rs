@@ -127,7 +127,7 @@ pub enum CardError {
     },
 }
 
-const LIBRARY: [&str; 7] = [
+const LIBRARY: [&str; 10] = [
     include_str!("cards/mild-steel-neto2012.json"),
     include_str!("cards/mild-steel-numisheet93.json"),
     include_str!("cards/aluminium-numisheet93-cup.json"),
@@ -135,6 +135,9 @@ const LIBRARY: [&str; 7] = [
     include_str!("cards/sheet-ssnv501.json"),
     include_str!("cards/aa2090-t3-barlat2005.json"),
     include_str!("cards/aa6111-t4-barlat2005.json"),
+    include_str!("cards/aa6016-t4-esaform2021.json"),
+    include_str!("cards/aa6022-t4-tian2017.json"),
+    include_str!("cards/aluminium-killed-steel-abaqus.json"),
 ];
 
 /// The cards embedded in the program.

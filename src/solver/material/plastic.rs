@@ -410,4 +410,6 @@ impl Material for Plastic {
 
 mod general;
 #[cfg(test)]
+mod random_paths;
+#[cfg(test)]
 mod tests;

@@ -4,18 +4,18 @@ use super::super::yld2004::Yld2004;
 use super::super::{card, log_strain};
 use super::*;
 
-const ELASTIC: Elastic = Elastic { young: 210_000.0, poisson: 0.3 };
-const PAPER: Hill48 = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
+pub(super) const ELASTIC: Elastic = Elastic { young: 210_000.0, poisson: 0.3 };
+pub(super) const PAPER: Hill48 = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
 
-fn swift() -> Hardening {
+pub(super) fn swift() -> Hardening {
     Hardening::Swift { k: 529.5, eps0: 0.00439, n: 0.268 }
 }
 
-fn paper() -> Plastic {
+pub(super) fn paper() -> Plastic {
     Plastic::new(ELASTIC, &PAPER, swift()).unwrap()
 }
 
-fn kinematic() -> Plastic {
+pub(super) fn kinematic() -> Plastic {
     let backstresses = vec![
         Backstress { modulus: 8000.0, recovery: 60.0 },
         Backstress { modulus: 300.0, recovery: 0.0 },
@@ -24,7 +24,7 @@ fn kinematic() -> Plastic {
 }
 
 /// The card's law, without and with backstresses.
-fn sheet(name: &str) -> [Plastic; 2] {
+pub(super) fn sheet(name: &str) -> [Plastic; 2] {
     let card = card::find(name).unwrap();
     let criterion = card.yield_function().unwrap().unwrap();
     let elastic = Elastic { young: card.young_mpa, poisson: card.poisson };
@@ -37,7 +37,7 @@ fn sheet(name: &str) -> [Plastic; 2] {
 }
 
 /// Sheets of every kind: quadratic, Yld2004-18p, Hosford with a high and with a broken exponent.
-fn every_kind() -> Vec<Plastic> {
+pub(super) fn every_kind() -> Vec<Plastic> {
     let mut all = vec![paper(), kinematic()];
     all.extend(sheet("aa2090-t3-barlat2005"));
     all.extend(sheet("aa6111-t4-barlat2005"));
@@ -48,100 +48,35 @@ fn every_kind() -> Vec<Plastic> {
     all
 }
 
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
     /// Uniform in (-1, 1).
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
     }
 
-    fn tensor(&mut self, size: f64) -> Mandel {
+    pub(super) fn tensor(&mut self, size: f64) -> Mandel {
         std::array::from_fn(|_| size * self.next())
     }
 }
 
-fn run(material: &Plastic, strain: &Mandel, old: &[f64]) -> (LogResponse, Vec<f64>) {
+pub(super) fn run(material: &Plastic, strain: &Mandel, old: &[f64]) -> (LogResponse, Vec<f64>) {
     let (mut new, mut out) = (vec![0.0; old.len()], LogResponse::zero());
     material.update(strain, old, &mut new, &mut out).unwrap();
     (out, new)
 }
 
 /// `σ̄(T - X)` over `σ_y(p)`, less one.
-fn consistency(material: &Plastic, stress: &Mandel, state: &[f64]) -> f64 {
+pub(super) fn consistency(material: &Plastic, stress: &Mandel, state: &[f64]) -> f64 {
     let mut relative = *stress;
     for backstress in state[BACKSTRESS..].chunks_exact(6) {
         (0..6).for_each(|i| relative[i] -= backstress[i]);
     }
     material.criterion.equivalent(&relative) / material.hardening.flow_stress(state[EQUIVALENT]).0
         - 1.0
-}
-
-/// Random paths with increments from 1e-4 to 1: no failure, every plastic state on the yield surface, and
-/// its tangent the derivative of the stress wherever the neighbours flow too.
-#[test]
-fn random_paths_end_on_the_yield_surface_with_the_true_tangent() {
-    let mut random = Random(11);
-    for (index, material) in every_kind().into_iter().enumerate() {
-        let (mut plastic, mut checked) = (0, 0);
-        for path in 0..400 {
-            let size = 10f64.powf(-4.0 * f64::from(path % 17) / 16.0);
-            let mut strain = [0.0; 6];
-            let mut state = vec![0.0; material.state_len()];
-            for _ in 0..4 {
-                let step = random.tensor(size);
-                (0..6).for_each(|i| strain[i] += step[i]);
-                let (out, new) = run(&material, &strain, &state);
-                if out.plastic {
-                    plastic += 1;
-                    let error = consistency(&material, &out.stress, &new);
-                    assert!(error.abs() < 1e-10, "{index}: {error:e} at size {size}");
-                    let trace = new[0] + new[1] + new[2];
-                    assert!(trace.abs() < 1e-14 * (1.0 + size), "plastic volume change {trace:e}");
-                    assert!(new[EQUIVALENT] > state[EQUIVALENT] && new[WORK].is_finite());
-                    if let Some(error) = tangent_error(&material, &strain, &state, &out, size) {
-                        checked += 1;
-                        assert!(error < 1e-6, "{index}: {error:e} at size {size}");
-                    }
-                }
-                state = new;
-            }
-        }
-        assert!(plastic > 1000 && checked > 1000, "{index}: {plastic} plastic, {checked} checked");
-    }
-}
-
-/// Largest difference between the tangent and Richardson's difference quotient of the stress, relative to
-/// the tangent's largest entry; `None` where a neighbour leaves the plastic branch.
-fn tangent_error(
-    material: &Plastic,
-    strain: &Mandel,
-    old: &[f64],
-    out: &LogResponse,
-    size: f64,
-) -> Option<f64> {
-    let scale = out.tangent.iter().flatten().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let quotient = |column: usize, h: f64| -> Option<Mandel> {
-        let mut moved = *strain;
-        moved[column] += h;
-        let (plus, _) = run(material, &moved, old);
-        moved[column] = strain[column] - h;
-        let (minus, _) = run(material, &moved, old);
-        (plus.plastic && minus.plastic)
-            .then(|| std::array::from_fn(|i| (plus.stress[i] - minus.stress[i]) / (2.0 * h)))
-    };
-    let mut worst = 0.0_f64;
-    for column in 0..6 {
-        let h = 1e-4 * size;
-        let (wide, narrow) = (quotient(column, h)?, quotient(column, 0.5 * h)?);
-        for row in 0..6 {
-            let slope = (4.0 * narrow[row] - wide[row]) / 3.0;
-            worst = worst.max((slope - out.tangent[row][column]).abs() / scale);
-        }
-    }
-    Some(worst)
 }
 
 /// The mapping for any yield function, given Hill's, does what the closed form does; and the bracketed
@@ -270,16 +205,27 @@ fn tension(material: &Plastic, axial: f64, angle: f64) -> (f64, Vec<f64>, Mandel
     let turned = material.clone().with_axes(&Mat3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0));
     let old = vec![0.0; material.state_len()];
     let mut strain = [axial, -0.5 * axial, -0.5 * axial, 0.0, 0.0, 0.0];
-    for _ in 0..60 {
-        let (out, new) = run(&turned, &strain, &old);
-        let size = out.stress[1..].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        if size < 1e-10 * out.stress[0].abs() {
+    let rest = |out: &LogResponse| out.stress[1..].iter().map(|v| v * v).sum::<f64>().sqrt();
+    let (mut out, mut new) = run(&turned, &strain, &old);
+    for _ in 0..100 {
+        if rest(&out) < 1e-10 * out.stress[0].abs() {
             return (out.stress[0], new, strain);
         }
         let matrix = nalgebra::SMatrix::<f64, 5, 5>::from_fn(|r, c| out.tangent[r + 1][c + 1]);
         let rhs = nalgebra::SVector::<f64, 5>::from_fn(|r, _| -out.stress[r + 1]);
         let step = matrix.lu().solve(&rhs).unwrap();
-        (0..5).for_each(|i| strain[i + 1] += step[i]);
+        // Nearly flat sides of the yield surface throw a full step of Newton's off.
+        let mut share = 1.0;
+        loop {
+            let tried =
+                std::array::from_fn(|i| strain[i] + if i > 0 { share * step[i - 1] } else { 0.0 });
+            let next = run(&turned, &tried, &old);
+            if rest(&next.0) < rest(&out) || share < 1e-6 {
+                (strain, (out, new)) = (tried, next);
+                break;
+            }
+            share *= 0.5;
+        }
     }
     panic!("tension at {angle} did not converge");
 }

@@ -148,6 +148,18 @@ fn aa6111_t4_has_the_published_r_values() {
     }
 }
 
+/// Habraken et al. (2022), AA6016-T4: measured r values and yield ratios every 15 degrees.
+#[test]
+fn aa6016_t4_has_the_measured_anisotropy() {
+    let here = anisotropy(&sheet("aa6016-t4-esaform2021"));
+    let r = [0.526, 0.344, 0.301, 0.253, 0.294, 0.393, 0.601];
+    let ratio = [1.0, 0.944, 0.913, 0.908, 0.898, 0.928, 0.983];
+    for k in 0..7 {
+        assert!((here.r[k] - r[k]).abs() < 0.05, "{k}: {:?}", here.r);
+        assert!((here.ratio[k] - ratio[k]).abs() < 0.03, "{k}: {:?}", here.ratio);
+    }
+}
+
 #[test]
 fn numbers_that_are_no_surface_say_why() {
     let one = [1.0; 9];

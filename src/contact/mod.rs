@@ -1,14 +1,18 @@
 //! Closest point on a tool: the tree search, the projection on a patch, the friction law.
 //!
 //! - [`ToolSurface::closest`]: tree of tight boxes, branch and bound on the true distance
-//! - `piece`: a part of a patch small enough for Newton; its box and its convexity bound
+//! - `form`: a part of a patch as a polynomial about its centre
+//! - `piece`: such a part with what bounds the distance from below and certifies it as convex; its box
 //! - `project`: bounded Newton inside a piece (Eq. 19-23)
+//! - `search`: one query; `tree`: the boxes
 //! - `topology`: which sides of a patch are free borders
 //! - [`friction`]: Coulomb's law; sees gap, slip and traction, never geometry
 
+mod form;
 pub mod friction;
 mod piece;
 mod project;
+mod search;
 mod surface;
 #[cfg(test)]
 pub(crate) mod test_tools;
@@ -28,6 +32,18 @@ pub enum Location {
     Edge(u8),
     /// At corner k.
     Vertex(u8),
+}
+
+/// How sure an answer is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// No point of the tool is nearer: proved by bounds, to rounding, and to 1e-12 of the tool's size (2e-10 mm at
+    /// most) where the distance is not convex.
+    Certified,
+    /// The best found when the work allowed was spent; no bound.
+    WorkSpent,
+    /// A foot on one patch, asked for as such ([`ToolSurface::carried_on`]) or found by a search that proves nothing.
+    Local,
 }
 
 /// The closest point of a tool, in the tool's own frame.
@@ -52,6 +68,8 @@ pub struct Projection {
     /// Symmetric curvature tensor [1/mm] acting in the tangent plane: `dn = -curvature dx` for dx along the
     /// surface (Weingarten; positive towards the normal).
     pub curvature: Mat3,
+    /// How sure this is.
+    pub outcome: Outcome,
 }
 
 impl Projection {
@@ -68,6 +86,23 @@ impl Projection {
             normal: Vec3::z(),
             gap: f64::INFINITY,
             curvature: Mat3::zeros(),
+            outcome: Outcome::Certified,
         }
+    }
+
+    /// Principal curvatures [1/mm] and their unit directions, the larger one first; positive towards the normal.
+    #[must_use]
+    pub fn principal_curvatures(&self) -> [(f64, Vec3); 2] {
+        let n = self.normal;
+        let axis = Vec3::ith(n.iamin(), 1.0);
+        let a = n.cross(&axis).normalize();
+        let b = n.cross(&a);
+        let form = |x: &Vec3, y: &Vec3| x.dot(&(self.curvature * y));
+        let (l, m, r) = (form(&a, &a), form(&a, &b), form(&b, &b));
+        let (mean, half) = (0.5 * (l + r), 0.5 * (l - r));
+        let spread = half.hypot(m);
+        let angle = 0.5 * m.atan2(half);
+        let first = a * angle.cos() + b * angle.sin();
+        [(mean + spread, first), (mean - spread, n.cross(&first))]
     }
 }

@@ -1,335 +1,348 @@
-//! A piece of a patch: a convex part of its parameter domain, small enough for Newton, with a tight box
-//! from the control net of that part and a bound that certifies the distance as convex over it.
+//! A piece of a patch with a bound: for every point `p` a number its half squared distance
+//! `F(u, v) = |p - S(u, v)|^2 / 2` is nowhere below, and whether `F` is convex over the piece.
+//!
+//! With `w = p - centre` and `R = S - centre`,
+//! `F_ij = (R_i . R_j + R . R_ij) - w . S_ij`. The bracket is half the second derivative of `|R|^2`, a polynomial
+//! that does not know `p`: its range over the piece is found once. `S_ij` is its value at the centre and a rest
+//! of length `e_ij` at most. So every second derivative lies in an interval that costs three dot products, and
+//! by Taylor `F(y) >= F(0) + g . y + y H y / 2` with the lowest `H` of the intervals.
 
-use crate::geometry::{Aabb, Vec2, Vec3};
+use super::form::{Chart, Form, Shape};
+use crate::geometry::{Vec2, Vec3};
 use crate::tool::Patch;
 
-/// A convex polygon of three or four corners in the parameter plane, counter-clockwise.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Domain {
-    corners: [Vec2; 4],
-    count: usize,
-}
+/// Share of `|w|^2` that is rounding in a bound.
+const ROUNDING: f64 = 1e-14;
 
-impl Domain {
-    /// The whole domain of `patch`: `0 <= zeta <= eta <= 1` or the unit square.
-    pub(super) fn whole(patch: &Patch) -> Self {
-        let [o, e, d, z] =
-            [Vec2::new(0.0, 0.0), Vec2::new(1.0, 0.0), Vec2::new(1.0, 1.0), Vec2::new(0.0, 1.0)];
-        if patch.sides() == 3 {
-            Self { corners: [o, e, d, d], count: 3 }
-        } else {
-            Self { corners: [o, e, d, z], count: 4 }
-        }
-    }
-
-    pub(super) fn corners(&self) -> &[Vec2] {
-        &self.corners[..self.count]
-    }
-
-    pub(super) fn centre(&self) -> Vec2 {
-        self.corners().iter().sum::<Vec2>() / self.count as f64
-    }
-
-    /// Side k as a half-plane: `outward . x <= offset` inside, `outward` of length one.
-    pub(super) fn side(&self, k: usize) -> (Vec2, f64) {
-        let (a, b) = (self.corners[k], self.corners[(k + 1) % self.count]);
-        let along = b - a;
-        let outward = Vec2::new(along.y, -along.x) / along.norm();
-        (outward, outward.dot(&a))
-    }
-
-    pub(super) fn sides(&self) -> usize {
-        self.count
-    }
-
-    /// True inside, clear of every side.
-    pub(super) fn holds(&self, x: &Vec2) -> bool {
-        (0..self.count).all(|k| {
-            let (outward, offset) = self.side(k);
-            outward.dot(x) < offset - 1e-9
-        })
-    }
-
-    /// The domain with every corner moved out from the centre by `share`.
-    pub(super) fn widened(&self, share: f64) -> Self {
-        let centre = self.centre();
-        let corners = self.corners.map(|c| centre + (c - centre) * (1.0 + 2.0 * share));
-        Self { corners, count: self.count }
-    }
-
-    /// Four equal parts.
-    pub(super) fn quarters(&self) -> [Self; 4] {
-        let c = self.corners;
-        let mid = |a: usize, b: usize| 0.5 * (c[a] + c[b]);
-        if self.count == 3 {
-            let (m01, m12, m20) = (mid(0, 1), mid(1, 2), mid(2, 0));
-            let tri = |a, b, c| Self { corners: [a, b, c, c], count: 3 };
-            return [
-                tri(c[0], m01, m20),
-                tri(m01, c[1], m12),
-                tri(m20, m12, c[2]),
-                tri(m01, m12, m20),
-            ];
-        }
-        let (m01, m12, m23, m30, o) = (mid(0, 1), mid(1, 2), mid(2, 3), mid(3, 0), self.centre());
-        let quad = |a, b, c, d| Self { corners: [a, b, c, d], count: 4 };
-        [
-            quad(c[0], m01, o, m30),
-            quad(m01, c[1], m12, o),
-            quad(o, m12, c[2], m23),
-            quad(m30, o, m23, c[3]),
-        ]
-    }
-
-    /// Two halves, across the direction eta (`axis` 0) or zeta (1); rectangles only.
-    fn halves(&self, axis: usize) -> [Self; 2] {
-        let c = self.corners;
-        let mid = |a: usize, b: usize| 0.5 * (c[a] + c[b]);
-        let quad = |a, b, c, d| Self { corners: [a, b, c, d], count: 4 };
-        if axis == 0 {
-            let (low, high) = (mid(0, 1), mid(3, 2));
-            [quad(c[0], low, high, c[3]), quad(low, c[1], c[2], high)]
-        } else {
-            let (left, right) = (mid(0, 3), mid(1, 2));
-            [quad(c[0], c[1], right, left), quad(left, right, c[2], c[3])]
-        }
-    }
+/// What bounds the second derivatives of `F`.
+#[derive(Debug, Clone, Copy)]
+struct Curving {
+    /// Least `|R_u|^2 + R . R_uu` and its fellow along v.
+    least: [f64; 2],
+    /// Middle and half width of `R_u . R_v + R . R_uv`.
+    mixed: [f64; 2],
+    /// Largest change of `S_uu`, `S_uv`, `S_vv` from the centre [mm].
+    change: [f64; 3],
+    /// `S_i . S_j` at the centre.
+    metric: [f64; 3],
+    /// Ratio of the lengths along u and v, and its inverse.
+    ratio: [f64; 2],
 }
 
 /// A piece of a patch.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 pub(super) struct Piece {
+    pub(super) form: Form,
+    curving: Curving,
+    pub(super) shape: Shape,
     pub(super) patch: u32,
-    pub(super) domain: Domain,
-    /// Holds the piece for certain.
-    pub(super) bounds: Aabb,
-    /// Corners and centre in space, starting points of Newton.
-    pub(super) samples: [Vec3; 5],
-    /// The squared distance is convex over the piece for points nearer than this to all of it [mm].
-    pub(super) convex_within: f64,
-    /// The piece lies in a plane: a foot inside it is the only one, however its parameters are stretched.
-    pub(super) planar: bool,
 }
 
-/// Bend of a piece out of its plane, over its size, that is nothing but rounding in the CAD.
-const PLANAR: f64 = 1e-8;
-
-fn planar(patch: &Patch, domain: &Domain, size: f64) -> bool {
-    let centre = domain.centre();
-    let Some(n) = patch.normal(centre.x, centre.y) else { return false };
-    domain.corners().iter().chain([&centre]).all(|x| {
-        let d = patch.derivs(x.x, x.y);
-        let out = [d.d1, d.d2, d.d11, d.d12, d.d22].map(|v| n.dot(&v).abs());
-        out.into_iter().all(|o| o <= PLANAR * size)
-    })
+/// What a piece says about a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Floor {
+    /// `F` is nowhere below this [mm^2].
+    pub(super) value: f64,
+    /// `F` is convex over the piece for certain.
+    pub(super) convex: bool,
+    /// Gradient of `F` at the centre.
+    pub(super) gradient: Vec2,
+    /// Second derivatives `uu, uv, vv` of `F` at the centre.
+    pub(super) hessian: [f64; 3],
 }
 
 impl Piece {
-    pub(super) fn new(id: u32, patch: &Patch, domain: Domain) -> Self {
-        let mut samples = [Vec3::zeros(); 5];
-        for (slot, x) in samples.iter_mut().zip(domain.corners()) {
-            *slot = patch.derivs(x.x, x.y).s;
-        }
-        let centre = domain.centre();
-        samples[4] = patch.derivs(centre.x, centre.y).s;
-        if domain.sides() == 3 {
-            samples[3] = samples[4];
-        }
-        let bounds = bounds(patch, &domain);
-        Self {
-            patch: id,
-            domain,
-            bounds,
-            samples,
-            convex_within: convex_within(patch, &domain),
-            planar: planar(patch, &domain, bounds.diagonal()),
-        }
+    pub(super) fn new(patch: u32, shape: Shape, form: Form) -> Self {
+        let curving = Curving::of(&form, shape.reach());
+        Self { form, curving, shape, patch }
     }
 
-    /// Parameters of sample `k`.
-    pub(super) fn sample_at(&self, k: usize) -> Vec2 {
-        self.domain.corners().get(k).copied().unwrap_or_else(|| self.domain.centre())
+    /// Bounds for a point at `w` from the centre.
+    #[inline]
+    pub(super) fn floor(&self, w: &Vec3) -> Floor {
+        let (c, k) = (&self.form.low, &self.curving);
+        let gradient = Vec2::new(-w.dot(&c[3]), -w.dot(&c[1]));
+        let pull = [2.0 * w.dot(&c[6]), w.dot(&c[4]), 2.0 * w.dot(&c[2])];
+        let size2 = w.norm_squared();
+        let size = size2.sqrt();
+        let h11 = k.least[0] - pull[0] - size * k.change[0];
+        let h22 = k.least[1] - pull[2] - size * k.change[2];
+        let h12 = (k.mixed[0] - pull[1]).abs() + k.mixed[1] + size * k.change[1];
+        let convex = h11 > 0.0 && h22 > 0.0 && h11 * h22 > h12 * h12 * (1.0 + 1e-9);
+        // h12 |y1 y2| <= h12 (ratio y1^2 + y2^2 / ratio) / 2: what is left is separable.
+        let (m1, m2) = (h11 - h12 * k.ratio[0], h22 - h12 * k.ratio[1]);
+        let low = match self.shape {
+            Shape::Square => lowest(gradient.x, m1, -1.0, 1.0) + lowest(gradient.y, m2, -1.0, 1.0),
+            Shape::Triangle => lowest_over_triangle(gradient, m1, m2),
+        };
+        Floor {
+            value: (0.5 - ROUNDING) * size2 + low,
+            convex,
+            gradient,
+            hessian: [k.metric[0] - pull[0], k.metric[1] - pull[1], k.metric[2] - pull[2]],
+        }
     }
 
     /// Its four quarters.
-    pub(super) fn quarters(&self, patch: &Patch) -> [Self; 4] {
-        self.domain.quarters().map(|d| Self::new(self.patch, patch, d))
+    pub(super) fn quarters(&self, chart: &Chart) -> [(Self, Chart); 4] {
+        self.shape
+            .quarters()
+            .map(|q| (Self::new(self.patch, self.shape, self.form.part(&q)), chart.after(&q)))
+    }
+
+    /// `S_i . S_j` at the centre.
+    #[inline]
+    pub(super) fn metric(&self) -> [f64; 3] {
+        self.curving.metric
+    }
+
+    /// True where the metric alone (a point on the surface) is known to be regular all over the piece.
+    fn regular(&self) -> bool {
+        self.floor(&Vec3::zeros()).convex
     }
 }
 
-/// Cuts a patch into pieces whose normals turn by at most about 25 degrees, at most 4^3 of them.
-pub(super) fn pieces_of(id: u32, patch: &Patch) -> Vec<Piece> {
-    const COS_TURN: f64 = 0.9;
-    const MAX_DEPTH: u32 = 6;
-    let mut done = Vec::new();
-    let mut todo = vec![(Domain::whole(patch), 0)];
-    while let Some((domain, depth)) = todo.pop() {
-        let (turn, axis) = turning(patch, &domain);
-        if turn >= COS_TURN || depth >= MAX_DEPTH {
-            done.push(Piece::new(id, patch, domain));
-        } else if domain.sides() == 3 {
-            todo.extend(domain.quarters().map(|d| (d, depth + 2)));
+/// Least `g t + m t^2 / 2` for `a <= t <= b`.
+#[inline]
+fn lowest(g: f64, m: f64, a: f64, b: f64) -> f64 {
+    let at = |t: f64| (g + 0.5 * m * t) * t;
+    if m > 0.0 && -g > a * m && -g < b * m {
+        return -0.5 * g * g / m;
+    }
+    let (x, y) = (at(a), at(b));
+    if x < y { x } else { y }
+}
+
+/// Least `g . y + (m1 y1^2 + m2 y2^2) / 2` over the triangle, or over its box where that is not convex.
+fn lowest_over_triangle(g: Vec2, m1: f64, m2: f64) -> f64 {
+    const NEAR: f64 = -1.0 / 3.0;
+    const FAR: f64 = 2.0 / 3.0;
+    let boxed = lowest(g.x, m1, NEAR, FAR) + lowest(g.y, m2, NEAR, FAR);
+    if !(m1 > 0.0 && m2 > 0.0) {
+        return boxed;
+    }
+    let free = Vec2::new((-g.x / m1).max(NEAR), (-g.y / m2).max(NEAR));
+    if free.x + free.y <= -NEAR {
+        return boxed;
+    }
+    // On the slanting side y1 = t, y2 = 1/3 - t.
+    let slope = g.x - g.y + m2 * NEAR;
+    let ends = -NEAR * g.y + 0.5 * m2 * NEAR * NEAR;
+    ends + lowest(slope, m1 + m2, NEAR, FAR)
+}
+
+impl Curving {
+    fn of(form: &Form, reach: f64) -> Self {
+        let (degrees, c) = form.coefficients();
+        let (half, columns) = half_square(degrees, c);
+        let (mut uu, mut uv, mut vv) = (Range::ZERO, Range::ZERO, Range::ZERO);
+        for (k, row) in half.chunks_exact(columns).enumerate().take(2 * degrees[0] + 1) {
+            for (l, &b) in row.iter().enumerate().take(2 * degrees[1] + 1) {
+                let (x, y) = (k as f64, l as f64);
+                uu.add(x * (x - 1.0) * b, [k.wrapping_sub(2), l], reach);
+                uv.add(x * y * b, [k.wrapping_sub(1), l.wrapping_sub(1)], reach);
+                vv.add(y * (y - 1.0) * b, [k, l.wrapping_sub(2)], reach);
+            }
+        }
+        let metric = [c_dot(form, 3, 3), c_dot(form, 3, 1), c_dot(form, 1, 1)];
+        let slack = 1e-13 * (metric[0] + metric[2]);
+        let ratio = (metric[0] / metric[2]).sqrt();
+        let ratio = if ratio.is_finite() && ratio > 0.0 { ratio.clamp(1e-6, 1e6) } else { 1.0 };
+        Self {
+            least: [uu.low - slack, vv.low - slack],
+            mixed: [0.5 * (uv.low + uv.high), 0.5 * (uv.high - uv.low) + slack],
+            change: changes(degrees, c, reach),
+            metric,
+            ratio: [ratio, 1.0 / ratio],
+        }
+    }
+}
+
+fn c_dot(form: &Form, a: usize, b: usize) -> f64 {
+    form.low[a].dot(&form.low[b])
+}
+
+/// Coefficients of `|R|^2 / 2`, (k, l) at `k * columns + l`, and the number of columns.
+fn half_square([n, m]: [usize; 2], c: &[Vec3]) -> ([f64; 169], usize) {
+    let columns = 2 * m + 1;
+    let mut half = [0.0; 169];
+    for (at, a) in c.iter().enumerate() {
+        let (i, j) = (at / (m + 1), at % (m + 1));
+        for (beside, b) in c.iter().enumerate().skip(at) {
+            let (k, l) = (beside / (m + 1), beside % (m + 1));
+            let twice = if at == beside { 0.5 } else { 1.0 };
+            half[(i + k) * columns + j + l] += twice * a.dot(b);
+        }
+    }
+    debug_assert!((2 * n + 1) * columns <= half.len());
+    (half, columns)
+}
+
+/// Largest changes of the second derivatives from the centre.
+fn changes([_, m]: [usize; 2], c: &[Vec3], reach: f64) -> [f64; 3] {
+    let mut change = [0.0; 3];
+    for (at, c) in c.iter().enumerate() {
+        let (i, j) = (at / (m + 1), at % (m + 1));
+        let factors = [i * i.saturating_sub(1), i * j, j * j.saturating_sub(1)];
+        if i + j > 2 {
+            let size = c.norm() * reach.powi((i + j - 2) as i32) * (1.0 + 1e-13);
+            for (change, factor) in change.iter_mut().zip(factors) {
+                *change += factor as f64 * size;
+            }
+        }
+    }
+    change
+}
+
+/// Range of a polynomial over `|u|, |v| <= reach`, term by term.
+#[derive(Clone, Copy)]
+struct Range {
+    low: f64,
+    high: f64,
+}
+
+impl Range {
+    const ZERO: Self = Self { low: 0.0, high: 0.0 };
+
+    /// Adds `coefficient u^i v^j`; a zero coefficient may come with any powers.
+    fn add(&mut self, coefficient: f64, [i, j]: [usize; 2], reach: f64) {
+        if coefficient == 0.0 {
+            return;
+        }
+        let size = coefficient * reach.powi((i + j) as i32);
+        if i + j == 0 {
+            self.low += size;
+            self.high += size;
+        } else if i % 2 == 0 && j % 2 == 0 {
+            self.low += size.min(0.0);
+            self.high += size.max(0.0);
         } else {
-            todo.extend(domain.halves(axis).map(|d| (d, depth + 1)));
+            self.low -= size.abs();
+            self.high += size.abs();
+        }
+    }
+}
+
+/// Cuts a patch into pieces whose normals turn by at most about 25 degrees, at most 4^3 of them, and regular ones as
+/// far as three more cuts make them so.
+pub(super) fn pieces_of(id: u32, patch: &Patch) -> Vec<(Piece, Chart)> {
+    const MAX_DEPTH: u32 = 6;
+    let shape = if patch.sides() == 3 { Shape::Triangle } else { Shape::Square };
+    let chart = Chart::whole(shape);
+    let mut done = Vec::new();
+    let mut todo = vec![(Piece::new(id, shape, Form::of(patch, &chart)), chart, 0)];
+    while let Some((piece, chart, depth)) = todo.pop() {
+        let axis = if depth < MAX_DEPTH { cut(&piece, depth) } else { None };
+        match axis {
+            None => done.push((piece, chart)),
+            Some(_) if shape == Shape::Triangle => {
+                todo.extend(piece.quarters(&chart).map(|(p, c)| (p, c, depth + 2)));
+            }
+            Some(axis) => todo.extend([-0.5, 0.5].map(|at| {
+                let half = half(axis, at);
+                let part = Piece::new(id, shape, piece.form.part(&half));
+                (part, chart.after(&half), depth + 1)
+            })),
         }
     }
     done
 }
 
+/// The half about `at` on axis 0 (u) or 1 (v).
+fn half(axis: usize, at: f64) -> Chart {
+    let mut origin = Vec2::zeros();
+    origin[axis] = at;
+    let mut columns = [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)];
+    columns[axis] *= 0.5;
+    Chart { origin, columns }
+}
+
+/// The axis across which the piece should be cut, if it should.
+fn cut(piece: &Piece, depth: u32) -> Option<usize> {
+    const COS_TURN: f64 = 0.9;
+    const FOR_REGULARITY: u32 = 3;
+    let (turn, axis) = turning(piece);
+    let [g11, _, g22] = piece.curving.metric;
+    if turn < COS_TURN {
+        return Some(axis);
+    }
+    (depth < FOR_REGULARITY && !piece.regular()).then_some(usize::from(g22 > g11))
+}
+
 /// Smallest cosine between the normals over the corners and the axis along which they turn more.
-fn turning(patch: &Patch, domain: &Domain) -> (f64, usize) {
-    let normals: Vec<_> = domain.corners().iter().filter_map(|x| patch.normal(x.x, x.y)).collect();
+fn turning(piece: &Piece) -> (f64, usize) {
+    let corners = &piece.shape.corners()[..piece.shape.sides()];
+    let normal = |x: &Vec2| {
+        let d = piece.form.derivs(x.x, x.y);
+        let n = d.d1.cross(&d.d2);
+        (n.norm() > 1e-12 * d.d1.norm() * d.d2.norm()).then(|| n.normalize())
+    };
+    let normals: Vec<_> = corners.iter().map(normal).collect();
     let cosine = |a: usize, b: usize| match (normals.get(a), normals.get(b)) {
-        (Some(n), Some(m)) => n.dot(m),
+        (Some(Some(n)), Some(Some(m))) => n.dot(m),
         _ => 1.0,
     };
-    let along_eta = cosine(0, 1).min(cosine(3, 2));
-    let along_zeta = cosine(1, 2).min(cosine(0, 3));
-    let smallest = along_eta.min(along_zeta).min(cosine(0, 2)).min(cosine(1, 3));
-    (smallest, usize::from(along_zeta < along_eta))
+    let along_u = cosine(0, 1).min(cosine(3, 2));
+    let along_v = cosine(1, 2).min(cosine(0, 3));
+    let smallest = along_u.min(along_v).min(cosine(0, 2)).min(cosine(1, 3));
+    (smallest, usize::from(along_v < along_u))
 }
 
-/// Box of the control net of `patch` over `domain`: holds the patch by the convex hull property.
-fn bounds(patch: &Patch, domain: &Domain) -> Aabb {
-    let mut out = Aabb::EMPTY;
-    match patch {
-        Patch::Bezier { degrees, points } => {
-            let (low, high) = (domain.corners[0], domain.corners[2]);
-            for p in sub_net(*degrees, points, low, high) {
-                out.grow(&p);
-            }
-        }
-        Patch::Triangle(_) => {
-            let c = domain.corners();
-            for k in 0..3 {
-                let (a, b) = (c[k], c[(k + 1) % 3]);
-                out.grow(&point(patch, a));
-                out.grow(&middle_control(patch, a, b));
-            }
-        }
-        Patch::Quad(_) => {
-            for p in quadratic_net(patch, domain) {
-                out.grow(&p);
-            }
-        }
+/// A box that holds the piece: that of its Bernstein control net.
+pub(super) fn control_net(piece: &Piece) -> Vec<Vec3> {
+    let (degrees, c) = piece.form.coefficients();
+    if piece.shape == Shape::Triangle {
+        return triangle_net(piece);
     }
-    out.widened(1e-14 * (1.0 + out.diagonal() + out.center().amax()))
-}
-
-fn point(patch: &Patch, x: Vec2) -> Vec3 {
-    patch.derivs(x.x, x.y).s
-}
-
-/// Middle control point of the quadratic curve from `a` to `b`.
-fn middle_control(patch: &Patch, a: Vec2, b: Vec2) -> Vec3 {
-    2.0 * point(patch, 0.5 * (a + b)) - 0.5 * (point(patch, a) + point(patch, b))
-}
-
-/// Nine control points of a patch that is quadratic in each direction over a rectangle (Eq. 15 restated
-/// by interpolation at thirds of the net: ends and middles).
-fn quadratic_net(patch: &Patch, domain: &Domain) -> [Vec3; 9] {
-    let (low, high) = (domain.corners[0], domain.corners[2]);
-    let at = |i: usize, j: usize| {
-        let t = Vec2::new(0.5 * i as f64, 0.5 * j as f64);
-        point(patch, low + (high - low).component_mul(&t))
-    };
-    let mut net = [Vec3::zeros(); 9];
-    for i in 0..3 {
-        let [a, m, b] = [at(i, 0), at(i, 1), at(i, 2)];
-        net[3 * i] = a;
-        net[3 * i + 1] = 2.0 * m - 0.5 * (a + b);
-        net[3 * i + 2] = b;
-    }
-    for j in 0..3 {
-        net[3 + j] = 2.0 * net[3 + j] - 0.5 * (net[j] + net[6 + j]);
-    }
-    net
-}
-
-/// Control net over a part of the domain (de Casteljau in each direction).
-fn sub_net(degrees: [usize; 2], points: &[Vec3], low: Vec2, high: Vec2) -> Vec<Vec3> {
     let [n, m] = degrees;
-    let mut net = points.to_vec();
-    for row in net.chunks_mut(m + 1) {
-        sub_curve(row, low.y, high.y);
+    let mut net = c.to_vec();
+    for row in net.chunks_exact_mut(m + 1) {
+        to_bernstein(row);
     }
     let mut column = vec![Vec3::zeros(); n + 1];
     for j in 0..=m {
-        for (i, slot) in column.iter_mut().enumerate() {
-            *slot = net[i * (m + 1) + j];
-        }
-        sub_curve(&mut column, low.x, high.x);
-        for (i, p) in column.iter().enumerate() {
-            net[i * (m + 1) + j] = *p;
-        }
+        column.iter_mut().enumerate().for_each(|(i, x)| *x = net[i * (m + 1) + j]);
+        to_bernstein(&mut column);
+        column.iter().enumerate().for_each(|(i, x)| net[i * (m + 1) + j] = *x);
     }
-    net
+    net.iter().map(|p| p + piece.form.centre).collect()
 }
 
-/// Replaces the control points of a curve by those of its part from `a` to `b`, `0 <= a < b <= 1`.
-fn sub_curve(points: &mut [Vec3], a: f64, b: f64) {
-    let n = points.len();
-    for level in 1..n {
-        for i in (level..n).rev() {
-            points[i] = points[i - 1] * (1.0 - b) + points[i] * b;
-        }
-    }
-    let t = a / b;
-    for level in 1..n {
-        for i in 0..n - level {
-            points[i] = points[i] * (1.0 - t) + points[i + 1] * t;
-        }
-    }
+/// Corners and middle control points of a triangle of degree two.
+fn triangle_net(piece: &Piece) -> Vec<Vec3> {
+    let corners = &piece.shape.corners()[..3];
+    let at = |x: &Vec2| piece.form.centre + piece.form.derivs(x.x, x.y).s;
+    let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
+    pairs
+        .flat_map(|(a, b)| {
+            let (p, q) = (at(a), at(b));
+            [p, 2.0 * at(&(0.5 * (a + b))) - 0.5 * (p + q)]
+        })
+        .collect()
 }
 
-/// Distance under which `|p - S|^2 / 2` is convex over the piece: Hessian = G - (p - S) . S_ij, with the
-/// parameters scaled by the patch's size so that G is near one.
-fn convex_within(patch: &Patch, domain: &Domain) -> f64 {
-    let centre = domain.centre();
-    let c = patch.derivs(centre.x, centre.y);
-    let (l1, l2) = (c.d1.norm(), c.d2.norm());
-    if !(l1 > 0.0 && l2 > 0.0) {
-        return 0.0;
+/// Monomial coefficients over [-1, 1] to Bernstein ones: `u = 2 t - 1`, then
+/// `P_k = sum_i binomial(k, i) / binomial(n, i) a_i`.
+fn to_bernstein(c: &mut [Vec3]) {
+    let n = c.len() - 1;
+    for level in 0..n {
+        for k in (level..n).rev() {
+            c[k] = c[k] - c[k + 1];
+        }
     }
-    let (mut g_min, mut h_max) = (f64::INFINITY, 0.0_f64);
-    for x in domain.corners().iter().chain(std::iter::once(&centre)) {
-        let d = patch.derivs(x.x, x.y);
-        let (a, b) = (d.d1 / l1, d.d2 / l2);
-        let (e, f, g) = (a.norm_squared(), a.dot(&b), b.norm_squared());
-        let spread = (0.25 * (e - g) * (e - g) + f * f).sqrt();
-        g_min = g_min.min(0.5 * (e + g) - spread);
-        let h = d.d11.norm_squared() / l1.powi(4)
-            + 2.0 * d.d12.norm_squared() / (l1 * l2).powi(2)
-            + d.d22.norm_squared() / l2.powi(4);
-        h_max = h_max.max(h.sqrt());
+    let mut factor = 1.0;
+    for (i, x) in c.iter_mut().enumerate() {
+        // 2^i / binomial(n, i)
+        *x *= factor;
+        factor *= 2.0 * (i + 1) as f64 / (n - i).max(1) as f64;
     }
-    // The metric inside a piece is bounded by its values at the corners up to its small variation.
-    0.8 * g_min.max(0.0) / h_max.max(1e-300)
+    for level in 1..=n {
+        for k in (level..=n).rev() {
+            c[k] = c[k] + c[k - 1];
+        }
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sub_curve_of_a_cubic_is_the_cubic() {
-        let mut points = [
-            Vec3::new(0.0, 0.0, 0.0),
-            Vec3::new(1.0, 2.0, 0.0),
-            Vec3::new(3.0, -1.0, 1.0),
-            Vec3::new(4.0, 0.0, 2.0),
-        ];
-        let eval = |p: &[Vec3; 4], t: f64| {
-            let s = 1.0 - t;
-            p[0] * s * s * s + p[1] * 3.0 * s * s * t + p[2] * 3.0 * s * t * t + p[3] * t * t * t
-        };
-        let whole = points;
-        let (a, b) = (0.3, 0.8);
-        sub_curve(&mut points, a, b);
-        for k in 0..=10 {
-            let t = f64::from(k) / 10.0;
-            assert!((eval(&points, t) - eval(&whole, a + (b - a) * t)).norm() < 1e-14);
-        }
-    }
-}
+mod tests;

@@ -1,178 +1,255 @@
-//! Projection of a point on a piece of a patch: bounded Newton on the squared distance (Eq. 19-23).
+//! Projection of a point on a piece: bounded Newton on the half squared distance (Eq. 19-23).
 //!
 //! | symbol | meaning |
 //! |---|---|
-//! | `q` | `p - S(eta, zeta)` |
-//! | `g` | gradient of `|q|^2 / 2`: `-q . S_i` (Eq. 19) |
-//! | `h` | its Hessian: `S_i . S_j - q . S_ij` |
+//! | `q` | `p - S(u, v)` |
+//! | `F` | `|q|^2 / 2` |
+//! | `g` | its gradient `-q . S_i` (Eq. 19: zero at a foot) |
+//! | `h` | its second derivatives `S_i . S_j - q . S_ij` |
 //!
-//! The iterate never leaves the piece: a step is cut at the first side it meets, a side whose multiplier
-//! pushes outward is kept, the distance never grows. Where the Hessian is not positive definite the metric
-//! takes its place.
+//! Each step minimises the quadratic model over the whole domain, sides and corners included; the distance never
+//! grows. Where `h` is not positive definite the metric takes its place. Where `F` is known to be convex the
+//! gradient bounds it from below, and a piece that cannot beat the best is left at once.
 
-use super::piece::{Domain, Piece};
+use super::form::{Form, Shape};
 use crate::geometry::{Vec2, Vec3};
-use crate::tool::Patch;
 
-/// Parameters of the nearest point found in the piece and its squared distance [mm^2].
-pub(super) fn nearest_in_piece(p: &Vec3, patch: &Patch, piece: &Piece) -> (Vec2, f64) {
-    let (mut start, mut best) = (4, f64::INFINITY);
-    for (k, s) in piece.samples.iter().enumerate() {
-        let d = (p - s).norm_squared();
-        if d < best {
-            (start, best) = (k, d);
-        }
-    }
-    descend(p, patch, &piece.domain, piece.sample_at(start))
+/// A minimum of `F` over a domain.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Minimum {
+    pub(super) at: Vec2,
+    /// `F` there [mm^2].
+    pub(super) value: f64,
 }
 
-/// Local minimum of the squared distance reached from `x` inside `domain`.
-pub(super) fn descend(p: &Vec3, patch: &Patch, domain: &Domain, mut x: Vec2) -> (Vec2, f64) {
-    const MAX_STEPS: usize = 60;
-    let mut model = Quadratic::at(p, patch, x);
-    for _ in 0..MAX_STEPS {
-        let step = bounded_step(&model, domain, x);
-        if step.norm_squared() == 0.0 || model.predicted(&step) <= 1e-28 * model.scale {
-            break;
-        }
-        let Some((next, at)) = backtrack(p, patch, domain, &model, x, step) else { break };
-        let moved = (next - x).amax();
-        (x, model) = (next, at);
-        if moved <= 1e-15 {
-            break;
-        }
-    }
-    (x, model.distance_squared)
+/// What Newton works on.
+pub(super) struct Descent<'a> {
+    pub(super) form: &'a Form,
+    pub(super) shape: Shape,
+    /// The domain's corners times this.
+    pub(super) scale: f64,
+    /// From the centre to the point.
+    pub(super) w: Vec3,
+    /// `F` is convex over the domain.
+    pub(super) convex: bool,
+    /// Values above this are of no use.
+    pub(super) limit: f64,
 }
 
-/// The squared distance and its two derivatives at a point of the patch.
-struct Quadratic {
-    distance_squared: f64,
+/// Model of `F` about a point.
+#[derive(Clone, Copy)]
+pub(super) struct Model {
+    value: f64,
     gradient: Vec2,
-    /// Positive definite: the Hessian, or the metric where that is not.
     hessian: [f64; 3],
-    scale: f64,
 }
 
-impl Quadratic {
-    fn at(p: &Vec3, patch: &Patch, x: Vec2) -> Self {
-        let d = patch.derivs(x.x, x.y);
-        let q = p - d.s;
+/// Steps below this square to nothing.
+const SMALL_STEP: f64 = 1e-8;
+
+impl Descent<'_> {
+    /// A local minimum over the domain from `start`; where `F` is convex, the minimum, or `None` when it lies above
+    /// the limit.
+    pub(super) fn run(&self, start: Vec2) -> Option<Minimum> {
+        const MAX_STEPS: usize = 60;
+        let mut x = start;
+        let (mut model, mut sound) = self.model(x);
+        for _ in 0..MAX_STEPS {
+            if self.convex && self.floor(&model, &x) > self.limit {
+                return None;
+            }
+            let step = self.lowest(&model, &x) - x;
+            let size = step.amax();
+            let expected = model.change(&step);
+            if sound && size <= SMALL_STEP {
+                return Some(Minimum { at: x + step, value: model.value + expected });
+            }
+            if size <= 1e-15 || expected >= -1e-30 * model.hessian[0].max(model.hessian[2]) {
+                break;
+            }
+            let Some((next, at, fine)) = self.lower(&model, x, step) else { break };
+            (x, model, sound) = (next, at, fine);
+        }
+        Some(Minimum { at: x, value: model.value })
+    }
+
+    /// Model at `x` and whether its second derivatives are those of `F`.
+    #[inline]
+    fn model(&self, x: Vec2) -> (Model, bool) {
+        let d = self.form.derivs(x.x, x.y);
+        let q = self.w - d.s;
         let metric = [d.d1.norm_squared(), d.d1.dot(&d.d2), d.d2.norm_squared()];
         let full =
             [metric[0] - q.dot(&d.d11), metric[1] - q.dot(&d.d12), metric[2] - q.dot(&d.d22)];
-        let definite = |h: &[f64; 3], share: f64| {
-            h[0] > share * metric[0]
-                && h[2] > share * metric[2]
-                && h[0] * h[2] - h[1] * h[1] > share * h[0] * h[2]
-        };
-        let floor = 1e-14 * (metric[0] + metric[2]);
-        let hessian = if definite(&full, 1e-8) {
-            full
-        } else {
-            [metric[0] + floor, metric[1], metric[2] + floor]
-        };
-        Self {
-            distance_squared: q.norm_squared(),
-            gradient: Vec2::new(-q.dot(&d.d1), -q.dot(&d.d2)),
-            hessian,
-            scale: metric[0] + metric[2],
-        }
+        let (hessian, sound) = definite(full, metric);
+        let gradient = Vec2::new(-q.dot(&d.d1), -q.dot(&d.d2));
+        (Model { value: 0.5 * q.norm_squared(), gradient, hessian }, sound)
     }
 
-    /// `h (a, b)`.
+    /// `F` is nowhere in the domain below this, where it is convex.
+    #[inline]
+    fn floor(&self, model: &Model, x: &Vec2) -> f64 {
+        model.value + self.scale * self.shape.lowest(&model.gradient) - model.gradient.dot(x)
+    }
+
+    /// Where the model about `x` is lowest in the domain.
+    #[inline]
+    fn lowest(&self, model: &Model, x: &Vec2) -> Vec2 {
+        lowest_of(model, x, self.shape, self.scale)
+    }
+
+    /// Halves `step` until the distance falls.
+    fn lower(&self, model: &Model, x: Vec2, step: Vec2) -> Option<(Vec2, Model, bool)> {
+        // Below this the distance cannot tell better from worse, but the gradient still can.
+        let rounding = 1e-13 * model.value + 1e-15 * self.w.norm_squared();
+        let mut share = 1.0;
+        for _ in 0..30 {
+            let next = x + step * share;
+            let (at, sound) = self.model(next);
+            if at.value <= model.value + rounding {
+                return Some((next, at, sound));
+            }
+            share *= 0.5;
+        }
+        None
+    }
+}
+
+/// `full` where it is positive definite by a margin, else the metric.
+#[inline]
+fn definite(full: [f64; 3], metric: [f64; 3]) -> ([f64; 3], bool) {
+    const SHARE: f64 = 1e-8;
+    let sound = full[0] > SHARE * metric[0]
+        && full[2] > SHARE * metric[2]
+        && full[0] * full[2] * (1.0 - SHARE) > full[1] * full[1];
+    if sound {
+        return (full, true);
+    }
+    let floor = 1e-14 * (metric[0] + metric[2]);
+    ([metric[0] + floor, metric[1], metric[2] + floor], false)
+}
+
+/// Where the model with these derivatives at the centre of `shape` is lowest: a start for Newton.
+#[inline]
+pub(super) fn start(gradient: Vec2, hessian: [f64; 3], metric: [f64; 3], shape: Shape) -> Vec2 {
+    let (hessian, _) = definite(hessian, metric);
+    lowest_of(&Model { value: 0.0, gradient, hessian }, &Vec2::zeros(), shape, 1.0)
+}
+
+/// Minimum of a convex quadratic over the domain: free, or on one of the sides that the free one violates.
+#[inline]
+fn lowest_of(model: &Model, x: &Vec2, shape: Shape, scale: f64) -> Vec2 {
+    let free = x + model.newton();
+    match shape {
+        Shape::Square if free.amax() <= scale => free,
+        Shape::Square => {
+            let mut best = (f64::INFINITY, *x);
+            for axis in 0..2 {
+                if free[axis].abs() > scale {
+                    let (a, b) = (model.hessian[2 * axis], model.hessian[2 - 2 * axis]);
+                    debug_assert!(a > 0.0);
+                    let mut step = Vec2::zeros();
+                    step[axis] = scale.copysign(free[axis]) - x[axis];
+                    let other = 1 - axis;
+                    let pull = model.gradient[other] + model.hessian[1] * step[axis];
+                    let to = (x[other] - pull / b).clamp(-scale, scale);
+                    step[other] = to - x[other];
+                    let value = model.change(&step);
+                    if value < best.0 {
+                        let mut at = *x;
+                        at[axis] = scale.copysign(free[axis]);
+                        at[other] = to;
+                        best = (value, at);
+                    }
+                }
+            }
+            best.1
+        }
+        Shape::Triangle => lowest_in_triangle(model, x, free, scale),
+    }
+}
+
+fn lowest_in_triangle(model: &Model, x: &Vec2, free: Vec2, scale: f64) -> Vec2 {
+    let third = scale / 3.0;
+    let out = [-third - free.y, free.x + free.y - third, -third - free.x];
+    if out.iter().all(|o| *o <= 0.0) {
+        return free;
+    }
+    let c = shape_corners(scale);
+    let mut best = (f64::INFINITY, *x);
+    for k in (0..3).filter(|&k| out[k] > 0.0) {
+        let (a, b) = (c[k], c[(k + 1) % 3]);
+        let (along, from) = (b - a, a - x);
+        let slope = model.gradient.dot(&along) + model.form(&along, &from);
+        let t = (-slope / model.form(&along, &along)).clamp(0.0, 1.0);
+        let at = if t == 1.0 { b } else { a + along * t };
+        let value = model.change(&(at - x));
+        if value < best.0 {
+            best = (value, at);
+        }
+    }
+    best.1
+}
+
+fn shape_corners(scale: f64) -> [Vec2; 3] {
+    let [a, b, c, _] = Shape::Triangle.corners();
+    [a * scale, b * scale, c * scale]
+}
+
+impl Model {
+    #[inline]
+    fn newton(&self) -> Vec2 {
+        let ([a, b, c], g) = (self.hessian, self.gradient);
+        Vec2::new(b * g.y - c * g.x, b * g.x - a * g.y) / (a * c - b * b)
+    }
+
+    /// `a h b`.
     fn form(&self, a: &Vec2, b: &Vec2) -> f64 {
         let h = &self.hessian;
         h[0] * a.x * b.x + h[1] * (a.x * b.y + a.y * b.x) + h[2] * a.y * b.y
     }
 
-    fn newton(&self) -> Vec2 {
-        let [a, b, c] = self.hessian;
-        let det = a * c - b * b;
-        if det.is_nan() || det <= 0.0 {
-            return -self.gradient / self.scale.max(1e-300);
-        }
-        Vec2::new(
-            b * self.gradient.y - c * self.gradient.x,
-            b * self.gradient.x - a * self.gradient.y,
-        ) / det
-    }
-
-    /// Decrease of `|q|^2 / 2` the model promises for `step`.
-    fn predicted(&self, step: &Vec2) -> f64 {
-        -self.gradient.dot(step) - 0.5 * self.form(step, step)
+    /// Change of the model over `step`.
+    #[inline]
+    fn change(&self, step: &Vec2) -> f64 {
+        self.gradient.dot(step) + 0.5 * self.form(step, step)
     }
 }
 
-const ON_SIDE: f64 = 1e-14;
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Newton's step, or the step along the side that holds the iterate; zero at a bounded minimum.
-fn bounded_step(model: &Quadratic, domain: &Domain, x: Vec2) -> Vec2 {
-    let held = |step: &Vec2| {
-        (0..domain.sides()).find(|&k| {
-            let (a, b) = domain.side(k);
-            a.dot(&x) >= b - ON_SIDE && a.dot(step) > 0.0
-        })
-    };
-    let free = model.newton();
-    let Some(first) = held(&free) else { return free };
-    let mut choice = Vec2::zeros();
-    // A corner may be left along either of its sides: the one that promises more.
-    for k in 0..domain.sides() {
-        let (a, b) = domain.side(k);
-        if a.dot(&x) < b - ON_SIDE && k != first {
-            continue;
-        }
-        let along = Vec2::new(-a.y, a.x);
-        let curvature = model.form(&along, &along);
-        if curvature.is_nan() || curvature <= 0.0 {
-            continue;
-        }
-        let step = along * (-model.gradient.dot(&along) / curvature);
-        let leaves = (0..domain.sides()).any(|j| {
-            let (a, b) = domain.side(j);
-            j != k && a.dot(&x) >= b - ON_SIDE && a.dot(&step) > 0.0
-        });
-        if !leaves && model.predicted(&step) > model.predicted(&choice) {
-            choice = step;
-        }
-    }
-    choice
-}
-
-/// Cuts `step` at the sides, then halves it until the distance falls.
-fn backtrack(
-    p: &Vec3,
-    patch: &Patch,
-    domain: &Domain,
-    model: &Quadratic,
-    x: Vec2,
-    step: Vec2,
-) -> Option<(Vec2, Quadratic)> {
-    let mut t = 1.0_f64;
-    let mut met = None;
-    for k in 0..domain.sides() {
-        let (a, b) = domain.side(k);
-        let (rate, room) = (a.dot(&step), b - a.dot(&x));
-        if rate > 0.0 && t * rate > room.max(0.0) {
-            t = (room / rate).max(0.0);
-            met = Some(k);
+    /// Against a fine grid of the domain.
+    #[test]
+    fn the_lowest_point_of_a_quadratic_over_the_domain() {
+        let mut seed = 3u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            ((seed >> 33) as f64) / (1u64 << 31) as f64 - 0.5
+        };
+        for shape in [Shape::Square, Shape::Triangle] {
+            for _ in 0..200 {
+                let gradient = Vec2::new(random(), random()) * 4.0;
+                let (a, b) = (random() + 0.6, random() + 0.6);
+                let hessian = [a, 1.9 * random() * (a * b).sqrt(), b];
+                let x = Vec2::new(random(), random()) * 0.2;
+                let model = Model { value: 0.0, gradient, hessian };
+                let found = lowest_of(&model, &x, shape, 1.1);
+                assert!(shape.holds(&(found / 1.1)));
+                let c = shape.corners();
+                let mut least = f64::INFINITY;
+                for i in 0..=60 {
+                    for j in 0..=60 {
+                        let (s, t) = (f64::from(i) / 60.0, f64::from(j) / 60.0);
+                        let (a, b) = (c[0] + (c[1] - c[0]) * s, c[3] + (c[2] - c[3]) * s);
+                        let y = (a + (b - a) * t) * 1.1;
+                        least = least.min(model.change(&(y - x)));
+                    }
+                }
+                let value = model.change(&(found - x));
+                assert!(value <= least + 1e-12 && value >= least - 0.01, "{value} {least}");
+            }
         }
     }
-    // Below this the distance cannot tell better from worse, but the gradient still can.
-    let d = model.distance_squared;
-    let rounding = 1e-13 * d + 1e-14 * d.sqrt() * p.amax();
-    for halving in 0..30 {
-        let mut next = x + step * t;
-        if let Some(k) = met.filter(|_| halving == 0) {
-            let (a, b) = domain.side(k);
-            next += a * (b - a.dot(&next));
-        }
-        let at = Quadratic::at(p, patch, next);
-        if at.distance_squared <= model.distance_squared + rounding {
-            return Some((next, at));
-        }
-        t *= 0.5;
-    }
-    None
 }

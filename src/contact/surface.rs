@@ -1,58 +1,68 @@
 //! A tool ready for contact: closest point over all its patches, by branch and bound.
 
-use super::piece::{Domain, Piece, pieces_of};
-use super::project::{descend, nearest_in_piece};
+use rayon::prelude::*;
+
+use super::form::{Chart, Form, Shape};
+use super::piece::{Piece, control_net, pieces_of};
+use super::project::Descent;
+use super::search::Search;
 use super::topology::Borders;
 use super::tree::Tree;
-use super::{Location, Projection};
+use super::{Location, Outcome, Projection};
 use crate::geometry::{Aabb, Mat3, Vec2, Vec3};
 use crate::tool::{PatchDerivs, ToolModel};
 
 /// A tool model with its search tree.
 pub struct ToolSurface {
     model: ToolModel,
-    pieces: Vec<Piece>,
+    /// In the order of the tree.
+    pub(super) pieces: Vec<Piece>,
+    /// From each piece to its patch.
+    pub(super) charts: Vec<Chart>,
     /// Pieces of patch k: `by_patch[starts[k]..starts[k + 1]]`.
     by_patch: Vec<u32>,
     starts: Vec<u32>,
-    tree: Tree,
+    pub(super) tree: Tree,
     borders: Borders,
     bounds: Aabb,
-}
-
-/// The best foot so far.
-#[derive(Clone, Copy)]
-struct Best {
-    patch: u32,
-    at: Vec2,
-    distance_squared: f64,
-    /// Share of the distance that lies along the patch's normal.
-    facing: f64,
+    /// A length that is nothing but rounding [mm].
+    pub(super) rounding: f64,
+    /// How much farther than the closest point an answer may be where the distance is not convex [mm].
+    pub(super) tolerance: f64,
 }
 
 impl ToolSurface {
     /// Cuts the patches into pieces and builds the tree.
     #[must_use]
     pub fn new(model: ToolModel) -> Self {
-        let mut pieces: Vec<Piece> = model
+        let cut: Vec<Vec<(Piece, Chart)>> = model
             .patches
-            .iter()
+            .par_iter()
             .enumerate()
-            .flat_map(|(id, patch)| pieces_of(id as u32, patch))
+            .map(|(id, patch)| pieces_of(id as u32, patch))
             .collect();
-        let tree = Tree::build(&mut pieces);
-        let mut by_patch: Vec<u32> = (0..pieces.len() as u32).collect();
-        by_patch.sort_by_key(|&k| pieces[k as usize].patch);
-        let mut starts = vec![0; model.patches.len() + 1];
-        for piece in &pieces {
-            starts[piece.patch as usize + 1] += 1;
-        }
-        for k in 1..starts.len() {
-            starts[k] += starts[k - 1];
-        }
-        let bounds = pieces.iter().fold(Aabb::EMPTY, |b, p| b.union(&p.bounds));
+        let cut: Vec<(Piece, Chart)> = cut.into_iter().flatten().collect();
+        let boxes: Vec<Aabb> = cut.par_iter().map(|(piece, _)| bounds_of(piece)).collect();
+        let bounds = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b));
+        let mut order: Vec<u32> = (0..cut.len() as u32).collect();
+        let tree = Tree::build(&boxes, &mut order);
+        let (pieces, charts): (Vec<Piece>, Vec<Chart>) =
+            order.iter().map(|&k| cut[k as usize].clone()).unzip();
+        let (by_patch, starts) = group(&pieces, model.patches.len());
+        let size = bounds.diagonal() + bounds.center().amax();
         let borders = Borders::of(&model);
-        Self { model, pieces, by_patch, starts, tree, borders, bounds }
+        Self {
+            model,
+            pieces,
+            charts,
+            by_patch,
+            starts,
+            tree,
+            borders,
+            bounds,
+            rounding: 4e-16 * if size.is_finite() { size } else { 0.0 },
+            tolerance: 2e-10_f64.min(1e-12 * bounds.diagonal()),
+        }
     }
 
     /// The model.
@@ -70,8 +80,8 @@ impl ToolSurface {
     /// Globally closest point to `p` (tool frame); `hint` is the patch of the last answer for this point.
     ///
     /// Between feet at the same distance (on a shared side or corner) the patch that faces the point most
-    /// wins, then the lowest id: beside a crease the sign of the gap is then that of the solid's outside.
-    /// A model without patches is infinitely far.
+    /// wins, then one that has the foot inside, then the lowest id: beside a crease the sign of the gap is then that
+    /// of the solid's outside. A model without patches, or a point that is none, is infinitely far.
     #[must_use]
     pub fn closest(&self, p: &Vec3, hint: Option<u32>) -> Projection {
         self.within(p, hint, f64::INFINITY)
@@ -81,29 +91,40 @@ impl ToolSurface {
     /// far from a tool then cost next to nothing.
     #[must_use]
     pub fn within(&self, p: &Vec3, hint: Option<u32>, reach: f64) -> Projection {
-        let mut best = Best {
-            patch: u32::MAX,
-            at: Vec2::zeros(),
-            distance_squared: reach * reach,
-            facing: 0.0,
-        };
-        if let Some(patch) = hint.filter(|&h| (h as usize) < self.model.patches.len()) {
-            let (first, last) = (self.starts[patch as usize], self.starts[patch as usize + 1]);
-            for &k in &self.by_patch[first as usize..last as usize] {
-                self.try_piece(p, &self.pieces[k as usize], &mut best, 0);
+        let mut search = Search::new(self, p, reach);
+        if let Some(patch) = hint {
+            self.pieces_of(patch).iter().for_each(|&k| search.try_piece(k as usize, None));
+        }
+        search.whole_tree();
+        self.finish(p, &search)
+    }
+
+    /// The same from the last answer for this point, or for one close by: Newton starts there, and the bound over all
+    /// other patches is that much lower from the beginning. The answer does not depend on where it starts, but for
+    /// feet at the same distance.
+    #[must_use]
+    pub fn from_last(&self, p: &Vec3, last: &Projection, reach: f64) -> Projection {
+        let mut search = Search::new(self, p, reach);
+        let at = Vec2::new(last.eta, last.zeta);
+        for &k in self.pieces_of(last.patch) {
+            let x = self.charts[k as usize].inverse(&at);
+            if self.pieces[k as usize].shape.holds(&x) {
+                search.try_piece(k as usize, Some(x));
+                break;
             }
         }
-        let slack = |best: &Best| best.distance_squared * (1.0 + 1e-12) + self.rounding().powi(2);
-        let start = slack(&best);
-        self.tree.nearest(p, start, |k| {
-            let piece = &self.pieces[k];
-            let seen = hint == Some(piece.patch);
-            if !seen && piece.bounds.distance_squared(p) <= slack(&best) {
-                self.try_piece(p, piece, &mut best, 0);
-            }
-            slack(&best)
-        });
-        self.finish(p, &best)
+        search.whole_tree();
+        self.finish(p, &search)
+    }
+
+    /// Closest points to all `points`, on all threads; `last` holds answers for the same points earlier, or is empty.
+    #[must_use]
+    pub fn closest_of_all(&self, points: &[Vec3], last: &[Projection]) -> Vec<Projection> {
+        let one = |(k, p): (usize, &Vec3)| match last.get(k) {
+            Some(last) => self.from_last(p, last, f64::INFINITY),
+            None => self.closest(p, None),
+        };
+        points.par_iter().enumerate().with_min_len(64).map(one).collect()
     }
 
     /// Projection on one patch carried on smoothly a little past its sides (5 % of its parameters), from a
@@ -112,14 +133,24 @@ impl ToolSurface {
     pub fn carried_on(&self, p: &Vec3, from: &Projection) -> Option<Projection> {
         const PAST: f64 = 0.05;
         let patch = self.model.patches.get(from.patch as usize)?;
-        let domain = Domain::whole(patch).widened(PAST);
-        let (at, _) = descend(p, patch, &domain, Vec2::new(from.eta, from.zeta));
-        let near_side = (0..domain.sides()).any(|k| {
-            let (outward, offset) = domain.side(k);
-            outward.dot(&at) > offset - 0.2 * PAST
-        });
+        let shape = if patch.sides() == 3 { Shape::Triangle } else { Shape::Square };
+        let chart = Chart::whole(shape);
+        let form = Form::of(patch, &chart);
+        let descent = Descent {
+            form: &form,
+            shape,
+            scale: 1.0 + 2.0 * PAST,
+            w: p - form.centre,
+            convex: false,
+            limit: f64::INFINITY,
+        };
+        let found = descent.run(chart.inverse(&Vec2::new(from.eta, from.zeta)))?;
+        if !shape.holds(&(found.at / (1.0 + 1.6 * PAST))) {
+            return None;
+        }
+        let at = chart.at(&found.at);
         let d = patch.derivs(at.x, at.y);
-        let normal = unit_normal(&d).filter(|_| !near_side)?;
+        let normal = unit_normal(&d)?;
         Some(Projection {
             patch: from.patch,
             eta: at.x,
@@ -130,89 +161,81 @@ impl ToolSurface {
             normal,
             gap: (p - d.s).dot(&normal),
             curvature: weingarten(&d, &normal),
+            outcome: Outcome::Local,
         })
     }
 
-    /// Improves `best` by the nearest point of `piece`; where the distance is not known to be convex there,
-    /// by the nearest points of its quarters as well.
-    // Depth is bounded by MAX_CUTS.
-    fn try_piece(&self, p: &Vec3, piece: &Piece, best: &mut Best, cuts: u32) {
-        const MAX_CUTS: u32 = 5;
-        let patch = &self.model.patches[piece.patch as usize];
-        let (at, distance_squared) = nearest_in_piece(p, patch, piece);
-        self.offer(p, best, piece.patch, at, distance_squared);
-        // Only points nearer than the best matter, and a piece turns too little to come back to them.
-        let certain = best.distance_squared.sqrt() <= piece.convex_within
-            || (piece.planar && piece.domain.holds(&at));
-        if certain || cuts >= MAX_CUTS {
-            return;
-        }
-        for quarter in piece.quarters(patch) {
-            if quarter.bounds.distance_squared(p) < best.distance_squared * (1.0 - 1e-9) {
-                self.try_piece(p, &quarter, best, cuts + 1);
-            }
+    /// Positions of the pieces of a patch; none of a patch that is not there.
+    fn pieces_of(&self, patch: u32) -> &[u32] {
+        let k = patch as usize;
+        match (self.starts.get(k), self.starts.get(k.wrapping_add(1))) {
+            (Some(&a), Some(&b)) => &self.by_patch[a as usize..b as usize],
+            _ => &[],
         }
     }
 
-    /// A length that is nothing but rounding [mm].
-    fn rounding(&self) -> f64 {
-        1e-14 * self.bounds.diagonal()
+    /// Location at `at` on a patch with so many sides.
+    pub(super) fn location(&self, patch: u32, at: Vec2) -> Location {
+        locate(self.model.patches[patch as usize].sides(), at).0
     }
 
-    fn offer(&self, p: &Vec3, best: &mut Best, patch: u32, at: Vec2, distance_squared: f64) {
-        let tie = 1e-12 * best.distance_squared.min(distance_squared) + self.rounding().powi(2);
-        if distance_squared > best.distance_squared + tie {
-            return;
-        }
-        let d = self.model.patches[patch as usize].derivs(at.x, at.y);
-        let facing = unit_normal(&d).map_or(0.0, |n| {
-            let q = p - d.s;
-            n.dot(&q).abs() / q.norm().max(self.rounding())
-        });
-        let tied = distance_squared >= best.distance_squared - tie;
-        let better = !tied
-            || facing > best.facing + 1e-9
-            || (facing >= best.facing - 1e-9 && patch < best.patch);
-        if better {
-            *best = Best { patch, at, distance_squared, facing };
-        }
-    }
-
-    fn finish(&self, p: &Vec3, best: &Best) -> Projection {
-        let Some(patch) = self.model.patches.get(best.patch as usize) else {
-            return Projection::nowhere();
+    fn finish(&self, p: &Vec3, search: &Search) -> Projection {
+        let Some(patch) = self.model.patches.get(search.best.patch as usize) else {
+            return Projection { outcome: search.outcome(), ..Projection::nowhere() };
         };
+        let best = &search.best;
         let (location, at) = locate(patch.sides(), best.at);
         let d = patch.derivs(at.x, at.y);
-        let normal = unit_normal(&d).unwrap_or_else(|| {
+        let normal = unit_normal(&d).or_else(|| d.normal(at.x, at.y)).unwrap_or_else(|| {
             // A collapsed corner: the limit from inside the patch.
-            let centre = Domain::whole(patch).centre();
+            let centre = Vec2::new(0.6, 0.4);
             let inner = at + 1e-6 * (centre - at);
             patch.normal(inner.x, inner.y).unwrap_or_else(Vec3::z)
         });
         let q = p - d.s;
         let gap = q.dot(&normal);
-        let sideways = (q - normal * gap).norm();
         let on_border = match location {
             Location::Inside => false,
             Location::Edge(k) => self.borders.side_is_free(best.patch, k),
             Location::Vertex(k) => self.borders.corner_is_free(best.patch, k),
         };
+        let past = || (q - normal * gap).norm() > 1e-6 * self.bounds.diagonal();
         Projection {
             patch: best.patch,
             eta: at.x,
             zeta: at.y,
             location,
-            past_border: on_border && sideways > 1e-6 * self.bounds.diagonal(),
+            past_border: on_border && past(),
             point: d.s,
             normal,
             gap,
             curvature: weingarten(&d, &normal),
+            outcome: search.outcome(),
         }
     }
 }
 
-fn unit_normal(d: &PatchDerivs) -> Option<Vec3> {
+/// Box of a piece's control net, with room for rounding.
+fn bounds_of(piece: &Piece) -> Aabb {
+    let b = Aabb::of_points(&control_net(piece));
+    b.widened(1e-14 * (1.0 + b.diagonal() + b.center().amax()))
+}
+
+/// Positions of the pieces by patch, and where each patch's begin.
+fn group(pieces: &[Piece], patches: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut by_patch: Vec<u32> = (0..pieces.len() as u32).collect();
+    by_patch.sort_by_key(|&k| pieces[k as usize].patch);
+    let mut starts = vec![0; patches + 1];
+    for piece in pieces {
+        starts[piece.patch as usize + 1] += 1;
+    }
+    for k in 1..starts.len() {
+        starts[k] += starts[k - 1];
+    }
+    (by_patch, starts)
+}
+
+pub(super) fn unit_normal(d: &PatchDerivs) -> Option<Vec3> {
     let n = d.d1.cross(&d.d2);
     let size = n.norm();
     (size > 1e-12 * d.d1.norm() * d.d2.norm() && size > 0.0).then(|| n / size)

@@ -1,0 +1,210 @@
+//! One query: what is known of the closest point so far, and what is left to look at.
+//!
+//! Every piece is either looked into or left because its box, its floor ([`Piece::floor`]) or the gradient of a
+//! convex `F` says that no point of it is nearer than the best. Where `F` is not known to be convex (beyond a centre of
+//! curvature, at a collapsed or folded corner) the piece is cut into quarters until that is so, or until no part
+//! can be nearer by more than [`ToolSurface::tolerance`].
+
+use super::form::Chart;
+use super::piece::{Floor, Piece};
+use super::project::{Descent, start};
+use super::surface::{ToolSurface, unit_normal};
+use super::tree::Probe;
+use super::{Location, Outcome};
+use crate::geometry::{Vec2, Vec3};
+
+/// Parts one query may be cut into; an ordinary one needs none.
+const MOST_PARTS: u32 = 200_000;
+/// Parts of a patch's parameters of this depth are points.
+const MAX_DEPTH: u32 = 45;
+
+/// The best foot so far.
+#[derive(Clone, Copy)]
+pub(super) struct Best {
+    /// `u32::MAX` before there is any.
+    pub(super) patch: u32,
+    pub(super) at: Vec2,
+    /// Half its squared distance [mm^2].
+    value: f64,
+    /// The same and what may be rounding.
+    limit: f64,
+    /// Share of the distance that lies along the patch's normal; not yet known when NaN.
+    facing: f64,
+}
+
+pub(super) struct Search<'a> {
+    surface: &'a ToolSurface,
+    p: Vec3,
+    probe: Probe,
+    pub(super) best: Best,
+    threshold: f32,
+    /// The piece looked into before the tree.
+    first: usize,
+    parts: u32,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(surface: &'a ToolSurface, p: &Vec3, reach: f64) -> Self {
+        let value = 0.5 * reach * reach;
+        let probe = Probe::new(p);
+        let best =
+            Best { patch: u32::MAX, at: Vec2::zeros(), value, limit: value, facing: f64::NAN };
+        let threshold = probe.threshold(reach);
+        Self { surface, p: *p, probe, best, threshold, first: usize::MAX, parts: 0 }
+    }
+
+    /// How sure the answer is.
+    pub(super) fn outcome(&self) -> Outcome {
+        if self.parts < MOST_PARTS { Outcome::Certified } else { Outcome::WorkSpent }
+    }
+
+    /// Looks at all pieces that may be nearer than the best.
+    pub(super) fn whole_tree(&mut self) {
+        if !self.p.iter().all(|x| x.is_finite()) {
+            return;
+        }
+        let surface = self.surface;
+        let probe = self.probe;
+        surface.tree.nearest(&probe, self.threshold, |k| {
+            if k != self.first {
+                self.look(k, None);
+            }
+            self.threshold
+        });
+    }
+
+    /// Looks into a piece before the tree does, from `x` if that is given.
+    pub(super) fn try_piece(&mut self, k: usize, x: Option<Vec2>) {
+        self.look(k, x);
+        self.first = k;
+    }
+
+    fn look(&mut self, k: usize, x: Option<Vec2>) {
+        let surface = self.surface;
+        let (piece, chart) = (&surface.pieces[k], &surface.charts[k]);
+        let w = self.p - piece.form.centre;
+        let floor = piece.floor(&w);
+        if floor.value > self.best.limit {
+            return;
+        }
+        let x = x.unwrap_or_else(|| piece.start(&floor));
+        self.descend(piece, chart, w, floor.convex, x);
+        if !floor.convex {
+            self.cut(piece, chart);
+        }
+    }
+
+    /// Offers the minimum Newton finds in a piece from `x`.
+    fn descend(&mut self, piece: &Piece, chart: &Chart, w: Vec3, convex: bool, x: Vec2) {
+        let limit = self.best.limit;
+        let descent =
+            Descent { form: &piece.form, shape: piece.shape, scale: 1.0, w, convex, limit };
+        if let Some(found) = descent.run(x) {
+            self.offer(piece.patch, chart, found.at, found.value);
+        }
+    }
+
+    /// Looks into the quarters of a piece where `F` may have several minima, theirs, and so on.
+    #[cold]
+    fn cut(&mut self, piece: &Piece, chart: &Chart) {
+        let mut todo: Vec<(Piece, Chart, Floor, u32)> = Vec::new();
+        self.push_quarters(&mut todo, piece, chart, 1);
+        while let Some((part, chart, floor, depth)) = todo.pop() {
+            if floor.value > self.worth() {
+                continue;
+            }
+            let w = self.p - part.form.centre;
+            let nearer = 0.5 * w.norm_squared() < self.best.value;
+            if floor.convex || nearer {
+                self.descend(&part, &chart, w, floor.convex, part.start(&floor));
+            }
+            if !floor.convex && depth < MAX_DEPTH {
+                self.push_quarters(&mut todo, &part, &chart, depth + 1);
+            }
+        }
+    }
+
+    /// Puts the quarters that may be nearer on the stack, the lowest on top.
+    fn push_quarters(
+        &mut self,
+        todo: &mut Vec<(Piece, Chart, Floor, u32)>,
+        piece: &Piece,
+        chart: &Chart,
+        depth: u32,
+    ) {
+        if self.parts >= MOST_PARTS {
+            return;
+        }
+        self.parts += 4;
+        let first = todo.len();
+        for (part, chart) in piece.quarters(chart) {
+            let floor = part.floor(&(self.p - part.form.centre));
+            if floor.value <= self.worth() {
+                todo.push((part, chart, floor, depth));
+            }
+        }
+        todo[first..].sort_by(|a, b| b.2.value.total_cmp(&a.2.value));
+    }
+
+    /// Parts above this are not nearer by more than the tolerance.
+    fn worth(&self) -> f64 {
+        let distance = (2.0 * self.best.value).sqrt() - self.surface.tolerance;
+        if distance > 0.0 { 0.5 * distance * distance } else { f64::NEG_INFINITY }
+    }
+
+    /// Takes a foot if it is nearer than the best, or as near and better.
+    fn offer(&mut self, patch: u32, chart: &Chart, x: Vec2, value: f64) {
+        if value > self.best.limit {
+            return;
+        }
+        let at = chart.at(&x);
+        let mut new = Best { patch, at, value, limit: 0.0, facing: f64::NAN };
+        let rounding = self.surface.rounding;
+        let tie = 1e-12 * value + rounding * ((2.0 * value).sqrt() + rounding);
+        if self.best.patch != u32::MAX && value >= self.best.value - tie {
+            let mut old = self.best;
+            for foot in [&mut old, &mut new] {
+                if foot.facing.is_nan() {
+                    foot.facing = self.facing(foot);
+                }
+            }
+            self.best.facing = old.facing;
+            if !self.prefers(&new, &old) {
+                return;
+            }
+        }
+        new.limit = value + tie;
+        self.threshold = self.probe.threshold((2.0 * new.limit).sqrt());
+        self.best = new;
+    }
+
+    /// Which of two feet at the same distance: the patch that faces the point more, the foot inside, the lower id.
+    fn prefers(&self, new: &Best, old: &Best) -> bool {
+        const SAME: f64 = 1e-9;
+        if (new.facing - old.facing).abs() > SAME {
+            return new.facing > old.facing;
+        }
+        let inside = |b: &Best| self.surface.location(b.patch, b.at) == Location::Inside;
+        match (inside(new), inside(old)) {
+            (true, false) => true,
+            (false, true) => false,
+            _ => new.patch < old.patch,
+        }
+    }
+
+    fn facing(&self, foot: &Best) -> f64 {
+        let d = self.surface.model().patches[foot.patch as usize].derivs(foot.at.x, foot.at.y);
+        unit_normal(&d).map_or(0.0, |n| {
+            let q = self.p - d.s;
+            n.dot(&q).abs() / q.norm().max(self.surface.rounding)
+        })
+    }
+}
+
+impl Piece {
+    /// Where Newton starts that knows nothing better.
+    #[inline]
+    fn start(&self, floor: &Floor) -> Vec2 {
+        start(floor.gradient, floor.hessian, self.metric(), self.shape)
+    }
+}

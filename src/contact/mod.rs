@@ -5,11 +5,16 @@
 //! - `piece`: such a part with what bounds the distance from below and certifies it as convex; its box
 //! - `project`: bounded Newton inside a piece (Eq. 19-23)
 //! - `search`: one query; `tree`: the boxes
+//! - [`paper`]: the two searches of the paper; [`SearchKind`] names all three, [`ContactSearch`] is their interface
+//! - [`oracle`]: dense sampling, the judge of them all
 //! - `topology`: which sides of a patch are free borders
 //! - [`friction`]: Coulomb's law; sees gap, slip and traction, never geometry
 
 mod form;
 pub mod friction;
+mod kind;
+pub mod oracle;
+pub mod paper;
 mod piece;
 mod project;
 mod search;
@@ -19,6 +24,7 @@ pub(crate) mod test_tools;
 mod topology;
 mod tree;
 
+pub use kind::{ContactSearch, SearchKind};
 pub use surface::ToolSurface;
 
 use crate::geometry::{Mat3, Vec3};
@@ -44,6 +50,8 @@ pub enum Outcome {
     WorkSpent,
     /// A foot on one patch, asked for as such ([`ToolSurface::carried_on`]) or found by a search that proves nothing.
     Local,
+    /// A search that proves nothing found no foot.
+    Failed,
 }
 
 /// The closest point of a tool, in the tool's own frame.

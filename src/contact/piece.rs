@@ -84,6 +84,29 @@ impl Piece {
         }
     }
 
+    /// The same for a point where the mixed derivative matters, with a floor to second order: the gap closes with
+    /// the third power of the piece's size.
+    pub(super) fn sharp_floor(&self, w: &Vec3) -> Floor {
+        let floor = self.floor(w);
+        let (c, k) = (&self.form.low, &self.curving);
+        let size = w.norm();
+        let h11 = k.least[0] - 2.0 * w.dot(&c[6]) - size * k.change[0];
+        let h22 = k.least[1] - 2.0 * w.dot(&c[2]) - size * k.change[2];
+        let h12 = k.mixed[0] - w.dot(&c[4]);
+        let loose = (k.mixed[1] + size * k.change[1]) * self.shape.reach().powi(2);
+        let low = lowest_of_any(floor.gradient, [h11, h12, h22], self.shape) - loose;
+        let value = floor.value.max((0.5 - ROUNDING) * w.norm_squared() + low);
+        Floor { value, ..floor }
+    }
+
+    /// No point of the piece is nearer to a point at `w` than this [mm], seen along `direction` (of length one): the
+    /// control net lies on one side of a plane.
+    pub(super) fn distance_along(&self, w: &Vec3, direction: &Vec3) -> f64 {
+        let net = control_net(self);
+        let reach = net.iter().map(|p| direction.dot(&(p - self.form.centre)));
+        w.dot(direction) - reach.fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// Its four quarters.
     pub(super) fn quarters(&self, chart: &Chart) -> [(Self, Chart); 4] {
         self.shape
@@ -114,22 +137,52 @@ fn lowest(g: f64, m: f64, a: f64, b: f64) -> f64 {
     if x < y { x } else { y }
 }
 
-/// Least `g . y + (m1 y1^2 + m2 y2^2) / 2` over the triangle, or over its box where that is not convex.
+const NEAR: f64 = -1.0 / 3.0;
+const FAR: f64 = 2.0 / 3.0;
+
+/// Least `g . y + (m1 y1^2 + m2 y2^2) / 2` over the triangle.
 fn lowest_over_triangle(g: Vec2, m1: f64, m2: f64) -> f64 {
-    const NEAR: f64 = -1.0 / 3.0;
-    const FAR: f64 = 2.0 / 3.0;
-    let boxed = lowest(g.x, m1, NEAR, FAR) + lowest(g.y, m2, NEAR, FAR);
-    if !(m1 > 0.0 && m2 > 0.0) {
-        return boxed;
+    // On the slanting side y1 = t, y2 = 1/3 - t.
+    let slanting = || {
+        let ends = -NEAR * g.y + 0.5 * m2 * NEAR * NEAR;
+        ends + lowest(g.x - g.y + m2 * NEAR, m1 + m2, NEAR, FAR)
+    };
+    let on_side = |g: f64, m: f64| (g + 0.5 * m * NEAR) * NEAR;
+    // Along a direction in which it is not convex it is lowest at an end.
+    if m1 <= 0.0 {
+        return slanting().min(on_side(g.x, m1) + lowest(g.y, m2, NEAR, FAR));
+    }
+    if m2 <= 0.0 {
+        return slanting().min(on_side(g.y, m2) + lowest(g.x, m1, NEAR, FAR));
     }
     let free = Vec2::new((-g.x / m1).max(NEAR), (-g.y / m2).max(NEAR));
     if free.x + free.y <= -NEAR {
-        return boxed;
+        return lowest(g.x, m1, NEAR, FAR) + lowest(g.y, m2, NEAR, FAR);
     }
-    // On the slanting side y1 = t, y2 = 1/3 - t.
-    let slope = g.x - g.y + m2 * NEAR;
-    let ends = -NEAR * g.y + 0.5 * m2 * NEAR * NEAR;
-    ends + lowest(slope, m1 + m2, NEAR, FAR)
+    slanting()
+}
+
+/// Least `g . y + y h y / 2` over the domain, whatever the signs.
+fn lowest_of_any(g: Vec2, h: [f64; 3], shape: Shape) -> f64 {
+    let form =
+        |a: &Vec2, b: &Vec2| h[0] * a.x * b.x + h[1] * (a.x * b.y + a.y * b.x) + h[2] * a.y * b.y;
+    let det = h[0] * h[2] - h[1] * h[1];
+    if h[0] > 0.0 && det > 1e-12 * h[0] * h[2] {
+        let free = Vec2::new(h[1] * g.y - h[2] * g.x, h[1] * g.x - h[0] * g.y) / det;
+        if shape.holds(&free) {
+            return 0.5 * g.dot(&free);
+        }
+    }
+    let corners = shape.corners();
+    let sides = shape.sides();
+    (0..sides)
+        .map(|k| {
+            let (a, b) = (corners[k], corners[(k + 1) % sides]);
+            let along = b - a;
+            let start = g.dot(&a) + 0.5 * form(&a, &a);
+            start + lowest(g.dot(&along) + form(&a, &along), form(&along, &along), 0.0, 1.0)
+        })
+        .fold(f64::INFINITY, f64::min)
 }
 
 impl Curving {

@@ -88,20 +88,37 @@ impl<'a> Search<'a> {
             return;
         }
         let x = x.unwrap_or_else(|| piece.start(&floor));
-        self.descend(piece, chart, w, floor.convex, x);
-        if !floor.convex {
+        let foot = self.descend(piece, chart, w, floor.convex, x);
+        if !floor.convex && !self.is_behind(piece, &w, foot) {
             self.cut(piece, chart);
         }
     }
 
     /// Offers the minimum Newton finds in a piece from `x`.
-    fn descend(&mut self, piece: &Piece, chart: &Chart, w: Vec3, convex: bool, x: Vec2) {
+    fn descend(
+        &mut self,
+        piece: &Piece,
+        chart: &Chart,
+        w: Vec3,
+        convex: bool,
+        x: Vec2,
+    ) -> Option<Vec2> {
         let limit = self.best.limit;
         let descent =
             Descent { form: &piece.form, shape: piece.shape, scale: 1.0, w, convex, limit };
-        if let Some(found) = descent.run(x) {
-            self.offer(piece.patch, chart, found.at, found.value);
-        }
+        let found = descent.run(x)?;
+        self.offer(piece.patch, chart, found.at, found.value);
+        Some(found.at)
+    }
+
+    /// The piece lies behind the plane through its foot across the distance, as flat and outward curved pieces do:
+    /// however their parameters are stretched, no point of them is nearer.
+    fn is_behind(&self, piece: &Piece, w: &Vec3, foot: Option<Vec2>) -> bool {
+        let Some(x) = foot else { return false };
+        let q = w - piece.form.derivs(x.x, x.y).s;
+        let size = q.norm();
+        let best = (2.0 * self.best.value).sqrt() - self.surface.tolerance;
+        size > 0.0 && piece.distance_along(w, &(q / size)) > best
     }
 
     /// Looks into the quarters of a piece where `F` may have several minima, theirs, and so on.
@@ -115,10 +132,11 @@ impl<'a> Search<'a> {
             }
             let w = self.p - part.form.centre;
             let nearer = 0.5 * w.norm_squared() < self.best.value;
+            let mut foot = Some(Vec2::zeros());
             if floor.convex || nearer {
-                self.descend(&part, &chart, w, floor.convex, part.start(&floor));
+                foot = self.descend(&part, &chart, w, floor.convex, part.start(&floor));
             }
-            if !floor.convex && depth < MAX_DEPTH {
+            if !floor.convex && depth < MAX_DEPTH && !self.is_behind(&part, &w, foot) {
                 self.push_quarters(&mut todo, &part, &chart, depth + 1);
             }
         }
@@ -138,7 +156,7 @@ impl<'a> Search<'a> {
         self.parts += 4;
         let first = todo.len();
         for (part, chart) in piece.quarters(chart) {
-            let floor = part.floor(&(self.p - part.form.centre));
+            let floor = part.sharp_floor(&(self.p - part.form.centre));
             if floor.value <= self.worth() {
                 todo.push((part, chart, floor, depth));
             }

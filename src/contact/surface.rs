@@ -242,7 +242,7 @@ pub(super) fn unit_normal(d: &PatchDerivs) -> Option<Vec3> {
 }
 
 /// Side or corner of the domain within rounding of `at`, and `at` set onto it.
-fn locate(sides: usize, at: Vec2) -> (Location, Vec2) {
+pub(super) fn locate(sides: usize, at: Vec2) -> (Location, Vec2) {
     const ON: f64 = 1e-12;
     let corners: &[(f64, f64)] = &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)][..sides];
     for (k, &(eta, zeta)) in corners.iter().enumerate() {
@@ -271,7 +271,7 @@ fn locate(sides: usize, at: Vec2) -> (Location, Vec2) {
 }
 
 /// Curvature tensor `b_ij S^i (x) S^j` from the two fundamental forms; zero where the patch is degenerate.
-fn weingarten(d: &PatchDerivs, n: &Vec3) -> Mat3 {
+pub(super) fn weingarten(d: &PatchDerivs, n: &Vec3) -> Mat3 {
     let (e, f, g) = (d.d1.norm_squared(), d.d1.dot(&d.d2), d.d2.norm_squared());
     let det = e * g - f * f;
     if det.is_nan() || det <= 1e-20 * e * g {

@@ -63,7 +63,7 @@ fn sides_of(corners: &[u32]) -> impl Iterator<Item = (u32, u32)> + '_ {
 }
 
 /// Vertex ids of every patch, in the order of its corners.
-fn corner_ids(model: &ToolModel) -> Vec<Vec<u32>> {
+pub(super) fn corner_ids(model: &ToolModel) -> Vec<Vec<u32>> {
     if model.corners.len() == model.patches.len() {
         return model.corners.iter().map(|c| c.vertices.clone()).collect();
     }

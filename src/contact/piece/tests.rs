@@ -80,7 +80,9 @@ fn no_point_of_a_piece_is_below_its_floor_and_convex_means_convex() {
                     assert!(h11 > 0.0 && h11 * h22 > h12 * h12);
                 }
             }
-            assert!(floor.value <= least, "{floor:?} {least}");
+            let sharp = piece.sharp_floor(&w).value;
+            assert!(floor.value <= least && sharp <= least, "{floor:?} {sharp} {least}");
+            assert!(piece.distance_along(&w, &w.normalize()) <= (2.0 * least).sqrt());
             convex += usize::from(floor.convex);
             tight += usize::from(floor.value > 0.5 * least);
         }

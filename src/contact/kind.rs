@@ -1,0 +1,57 @@
+//! One interface for the searches, and their names.
+
+use super::paper::PaperSearch;
+use super::{Projection, ToolSurface};
+use crate::geometry::Vec3;
+use crate::tool::ToolModel;
+
+/// Which search.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum SearchKind {
+    /// Tree of boxes, certified.
+    #[default]
+    Tree,
+    /// The paper's Sec. 3.1: grid of Eq. 16, ten candidates, Newton of Eq. 19-23.
+    BezierGrid,
+    /// The paper's Sec. 3.2: nearest nodes of Eq. 17, grid of Eq. 18, ten candidates, the same Newton.
+    NagataNodes,
+}
+
+/// A way to the closest point of one tool, in the tool's frame.
+pub trait ContactSearch: Send + Sync {
+    /// The closest point as this search finds it; [`Projection::nowhere`] with [`super::Outcome::Failed`] when it
+    /// finds none. `last`: an earlier answer for the point.
+    fn find(&self, p: &Vec3, last: Option<&Projection>) -> Projection;
+}
+
+impl ContactSearch for ToolSurface {
+    fn find(&self, p: &Vec3, last: Option<&Projection>) -> Projection {
+        match last {
+            Some(last) => self.from_last(p, last, f64::INFINITY),
+            None => self.closest(p, None),
+        }
+    }
+}
+
+impl SearchKind {
+    /// Prepares this search for a model.
+    #[must_use]
+    pub fn prepare(self, model: ToolModel) -> Box<dyn ContactSearch> {
+        match self {
+            Self::Tree => Box::new(ToolSurface::new(model)),
+            Self::BezierGrid => Box::new(PaperSearch::bezier_grid(model)),
+            Self::NagataNodes => Box::new(PaperSearch::nagata_nodes(model)),
+        }
+    }
+}

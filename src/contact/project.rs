@@ -62,7 +62,7 @@ impl Descent<'_> {
             let size = step.amax();
             let expected = model.change(&step);
             if sound && size <= SMALL_STEP {
-                return Some(Minimum { at: x + step, value: model.value + expected });
+                return Some(Minimum { at: x + step, value: (model.value + expected).max(0.0) });
             }
             if size <= 1e-15 || expected >= -1e-30 * model.hessian[0].max(model.hessian[2]) {
                 break;

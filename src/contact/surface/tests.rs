@@ -1,6 +1,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
+use crate::contact::oracle::Oracle;
 use crate::contact::test_tools::{arc, line, plane, revolved};
 
 fn random(seed: &mut u64) -> f64 {
@@ -21,53 +22,13 @@ fn cup_die() -> ToolModel {
     revolved("die", 8, FRAC_PI_2, &profile)
 }
 
-/// Distance by dense sampling of every patch and descent from the best samples of each.
-fn oracle(model: &ToolModel, p: &Vec3) -> f64 {
-    const N: usize = 12;
-    let mut best = f64::INFINITY;
-    let mut samples: Vec<(f64, usize, f64, f64)> = Vec::new();
-    for (k, patch) in model.patches.iter().enumerate() {
-        for i in 0..=N {
-            for j in 0..=N {
-                let (a, b) = (i as f64 / N as f64, j as f64 / N as f64);
-                let (eta, zeta) = if patch.sides() == 3 { (a, a * b) } else { (a, b) };
-                samples.push(((patch.derivs(eta, zeta).s - p).norm(), k, eta, zeta));
-            }
-        }
-    }
-    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Shrinking compass search: no derivative in common with the code under test.
-    for &(start, k, mut eta, mut zeta) in samples.iter().take(24) {
-        let patch = &model.patches[k];
-        let (mut d, mut h) = (start, 1.0 / N as f64);
-        let inside = |e: f64, z: f64| {
-            (0.0..=1.0).contains(&e) && (0.0..=1.0).contains(&z) && (patch.sides() == 4 || z <= e)
-        };
-        while h > 1e-10 {
-            let moves =
-                [(h, 0.0), (-h, 0.0), (0.0, h), (0.0, -h), (h, h), (-h, -h), (h, -h), (-h, h)];
-            let step = moves
-                .iter()
-                .map(|m| ((eta + m.0).clamp(0.0, 1.0), (zeta + m.1).clamp(0.0, 1.0)))
-                .filter(|&(e, z)| inside(e, z))
-                .map(|(e, z)| ((patch.derivs(e, z).s - p).norm(), e, z))
-                .min_by(|a, b| a.0.total_cmp(&b.0));
-            match step {
-                Some((nd, e, z)) if nd < d => (d, eta, zeta) = (nd, e, z),
-                _ => h *= 0.5,
-            }
-        }
-        best = best.min(d);
-    }
-    best
-}
-
 #[test]
 fn never_farther_than_dense_sampling() {
     let model = cup_die();
     let surface = ToolSurface::new(model.clone());
+    let oracle = Oracle::new(&model);
     let mut seed = 3;
-    for _ in 0..400 {
+    for _ in 0..3000 {
         let p = Vec3::new(
             -10.0 + 80.0 * random(&mut seed),
             -10.0 + 80.0 * random(&mut seed),
@@ -75,7 +36,7 @@ fn never_farther_than_dense_sampling() {
         );
         let foot = surface.closest(&p, None);
         let found = (p - foot.point).norm();
-        assert!(found <= oracle(&model, &p) + 1e-9, "{p:?}: {foot:?}");
+        assert!(found <= oracle.distance(&p) + 1e-9, "{p:?}: {foot:?}");
         let on_patch = model.patches[foot.patch as usize].derivs(foot.eta, foot.zeta).s;
         assert_eq!(on_patch, foot.point);
         let warm = surface.closest(&p, Some(foot.patch));
@@ -153,4 +114,25 @@ fn the_medial_axis_and_coincident_feet_end_in_finite_work() {
     }
     let axis = surface.closest(&Vec3::new(0.0, 0.0, -5.0), None);
     assert!((axis.point - Vec3::new(0.0, 0.0, -28.0)).norm() < 1e-6, "{axis:?}");
+}
+
+/// On sides and corners, and on their normals: the distance is zero, or several patches share the foot.
+#[test]
+fn points_on_the_tool_and_over_its_vertices_are_found() {
+    for model in [cup_die(), crate::tool::exchange::to_bezier(&cup_die())] {
+        let surface = ToolSurface::new(model.clone());
+        for patch in &model.patches {
+            for (eta, zeta) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (1.0, 0.3), (0.6, 0.0)] {
+                let on = patch.derivs(eta, zeta).s;
+                let normal = patch.normal(eta, zeta).unwrap();
+                for gap in [0.0, 1e-9, -1e-3, 0.4] {
+                    let p = on + normal * gap;
+                    let foot = surface.closest(&p, None);
+                    let found = (p - foot.point).norm();
+                    assert!(found <= gap.abs() + 1e-11, "{p:?} {gap} {foot:?}");
+                    assert_eq!(foot.outcome, Outcome::Certified);
+                }
+            }
+        }
+    }
 }

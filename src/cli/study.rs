@@ -1,4 +1,5 @@
-//! `kanagata study FILE -o DIR`: runs the cases of a study that are not done and compares them.
+//! `kanagata study FILE -o DIR`: runs the cases of a study that are not done and compares them; draws maps of where
+//! methods fail.
 
 use std::path::PathBuf;
 
@@ -7,16 +8,18 @@ use crate::study::StudyError;
 use crate::study::cases::cases;
 use crate::study::collect::collect;
 use crate::study::execute::{Execution, State, execute};
-use crate::study::file::read;
+use crate::study::file::{Description, Study, read};
+use crate::study::stability;
 
 /// Arguments of `study`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Example:\n  tools/models out/models\n  \
-    kanagata study fixtures/studies/cross-tool.json --tools out/models -o out/study --quick\n\n\
+    kanagata study fixtures/studies/cross-tool.json --tools out/models -o out/study --quick\n  \
+    kanagata study fixtures/studies/stability.json -o out/stability\n\n\
     Cases that are done are not run again; those that were killed go on from their checkpoint. The folder then holds\n\
     manifest.json, study.csv, study.html and cases/NAME/run.\n\n{EXIT_HELP}"))]
 pub struct StudyArgs {
-    /// Study file (schema: schemas/study.schema.json)
+    /// Study file (schemas/study.schema.json or schemas/stability.schema.json)
     file: PathBuf,
     /// Folder for the results; made if missing
     #[arg(short, long, value_name = "DIR")]
@@ -48,26 +51,42 @@ impl From<StudyError> for Failure {
     }
 }
 
+fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> StudyError {
+    let path = path.to_path_buf();
+    move |source| StudyError::Io { path, source }
+}
+
 /// Runs the study.
 ///
 /// # Errors
 /// Exit code 2 for a study that cannot be run, 3 when a case failed, 4 when files cannot be read or written.
 pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
-    let study = read(&args.file)?;
+    match read(&args.file)? {
+        Description::Forming(study) => forming(args, &study),
+        Description::Stability(study) => {
+            std::fs::create_dir_all(&args.output).map_err(io(&args.output))?;
+            for line in stability::run(&study, &args.file, &args.output)? {
+                println!("{line}");
+            }
+            for name in ["newton", "edges", "evaluation"] {
+                println!("  {}", args.output.join(name).with_extension("svg").display());
+            }
+            Ok(Exit::Done)
+        }
+    }
+}
+
+fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
     let own = args.file.parent().map(PathBuf::from).unwrap_or_default();
     let tools = args.tools.clone().unwrap_or(own);
-    let io = |path: &PathBuf| {
-        let path = path.clone();
-        move |source| StudyError::Io { path, source }
-    };
     std::fs::create_dir_all(&args.output).map_err(io(&args.output))?;
     let tools = tools.canonicalize().map_err(io(&tools))?;
-    let all = cases(&study, &tools, args.quick);
+    let all = cases(study, &tools, args.quick);
     let wanted =
         |id: &str| args.only.is_empty() || args.only.iter().any(|o| id.contains(o.as_str()));
     let mut open = all.clone();
     open.retain(|c| !args.collect && wanted(&c.id));
-    let this = std::env::current_exe().map_err(io(&PathBuf::from("this program")))?;
+    let this = std::env::current_exe().map_err(io(std::path::Path::new("this program")))?;
     let program = this.with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX));
     let threads = (rayon::current_num_threads() / args.jobs.max(1)).max(1);
     let how = Execution {
@@ -78,7 +97,7 @@ pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
         again: args.again,
     };
     let manifest = execute(&open, &how, &|line| println!("{line}"))?;
-    collect(&study, &all, &manifest, &args.output)?;
+    collect(study, &all, &manifest, &args.output)?;
     let failed = open
         .iter()
         .filter(|c| manifest.cases.get(&c.id).is_some_and(|entry| entry.state != State::Done));

@@ -114,6 +114,26 @@ impl Piece {
             .map(|q| (Self::new(self.patch, self.shape, self.form.part(&q)), chart.after(&q)))
     }
 
+    /// Its halves across the longer parameter, or its quarters where neither is much longer. A side of no length stays
+    /// whole however near the parts come to it: its pieces would double with every cut.
+    pub(super) fn parts(&self, chart: &Chart) -> Vec<(Self, Chart)> {
+        const LONGER: f64 = 4.0;
+        let [g11, _, g22] = self.curving.metric;
+        let axis = usize::from(g22 > g11);
+        if self.shape == Shape::Triangle || g11.max(g22) <= LONGER * g11.min(g22) {
+            return self.quarters(chart).into();
+        }
+        self.halves(axis, chart).into()
+    }
+
+    /// Its halves across axis 0 (u) or 1 (v) of a square.
+    fn halves(&self, axis: usize, chart: &Chart) -> [(Self, Chart); 2] {
+        [-0.5, 0.5].map(|at| {
+            let half = half(axis, at);
+            (Self::new(self.patch, self.shape, self.form.part(&half)), chart.after(&half))
+        })
+    }
+
     /// `S_i . S_j` at the centre.
     #[inline]
     pub(super) fn metric(&self) -> [f64; 3] {
@@ -292,11 +312,9 @@ pub(super) fn pieces_of(id: u32, patch: &Patch) -> Vec<(Piece, Chart)> {
             Some(_) if shape == Shape::Triangle => {
                 todo.extend(piece.quarters(&chart).map(|(p, c)| (p, c, depth + 2)));
             }
-            Some(axis) => todo.extend([-0.5, 0.5].map(|at| {
-                let half = half(axis, at);
-                let part = Piece::new(id, shape, piece.form.part(&half));
-                (part, chart.after(&half), depth + 1)
-            })),
+            Some(axis) => {
+                todo.extend(piece.halves(axis, &chart).map(|(p, c)| (p, c, depth + 1)));
+            }
         }
     }
     done

@@ -2,7 +2,7 @@
 //!
 //! Every piece is either looked into or left because its box, its floor ([`Piece::floor`]) or the gradient of a
 //! convex `F` says that no point of it is nearer than the best. Where `F` is not known to be convex (beyond a centre of
-//! curvature, at a collapsed or folded corner) the piece is cut into quarters until that is so, or until no part
+//! curvature, at a collapsed or folded corner) the piece is cut up until that is so, or until no part
 //! can be nearer by more than [`ToolSurface::tolerance`].
 
 use super::form::Chart;
@@ -15,8 +15,8 @@ use crate::geometry::{Vec2, Vec3};
 
 /// Parts one query may be cut into; an ordinary one needs none.
 const MOST_PARTS: u32 = 200_000;
-/// Parts of a patch's parameters of this depth are points.
-const MAX_DEPTH: u32 = 45;
+/// Parts after so many cuts are points.
+const MAX_DEPTH: u32 = 90;
 
 /// The best foot so far.
 #[derive(Clone, Copy)]
@@ -121,11 +121,11 @@ impl<'a> Search<'a> {
         size > 0.0 && piece.distance_along(w, &(q / size)) > best
     }
 
-    /// Looks into the quarters of a piece where `F` may have several minima, theirs, and so on.
+    /// Looks into the parts of a piece where `F` may have several minima, theirs, and so on.
     #[cold]
     fn cut(&mut self, piece: &Piece, chart: &Chart) {
         let mut todo: Vec<(Piece, Chart, Floor, u32)> = Vec::new();
-        self.push_quarters(&mut todo, piece, chart, 1);
+        self.push_parts(&mut todo, piece, chart, 1);
         while let Some((part, chart, floor, depth)) = todo.pop() {
             if floor.value > self.worth() {
                 continue;
@@ -137,13 +137,13 @@ impl<'a> Search<'a> {
                 foot = self.descend(&part, &chart, w, floor.convex, part.start(&floor));
             }
             if !floor.convex && depth < MAX_DEPTH && !self.is_behind(&part, &w, foot) {
-                self.push_quarters(&mut todo, &part, &chart, depth + 1);
+                self.push_parts(&mut todo, &part, &chart, depth + 1);
             }
         }
     }
 
-    /// Puts the quarters that may be nearer on the stack, the lowest on top.
-    fn push_quarters(
+    /// Puts the parts that may be nearer on the stack, the lowest on top.
+    fn push_parts(
         &mut self,
         todo: &mut Vec<(Piece, Chart, Floor, u32)>,
         piece: &Piece,
@@ -153,9 +153,9 @@ impl<'a> Search<'a> {
         if self.parts >= MOST_PARTS {
             return;
         }
-        self.parts += 4;
         let first = todo.len();
-        for (part, chart) in piece.quarters(chart) {
+        for (part, chart) in piece.parts(chart) {
+            self.parts += 1;
             let floor = part.sharp_floor(&(self.p - part.form.centre));
             if floor.value <= self.worth() {
                 todo.push((part, chart, floor, depth));

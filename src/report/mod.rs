@@ -1,6 +1,7 @@
 //! What people look at: history, VTU, HTML. Knows neither CAD nor solver.
 
 pub mod charts;
+pub mod drawing;
 pub mod page;
 pub mod record;
 pub mod vtu;

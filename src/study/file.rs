@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::StudyError;
+use super::stability::StabilityStudy;
 
 /// One scene in many variants: every combination of the choices is a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -62,23 +63,47 @@ pub struct ChoiceOption {
     pub change: Option<Value>,
 }
 
-/// Reads and checks a study.
+/// What a study file describes.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Description {
+    /// Runs of the solver (`kanagata-study`).
+    Forming(Study),
+    /// Maps of where methods fail (`kanagata-stability`).
+    Stability(StabilityStudy),
+}
+
+/// Reads a study of any kind, told by its `format`.
 ///
 /// # Errors
 /// [`StudyError`] names file, key, what was found and what is allowed.
-pub fn read(path: &Path) -> Result<Study, StudyError> {
+pub fn read(path: &Path) -> Result<Description, StudyError> {
     let bytes = std::fs::read(path)
         .map_err(|source| StudyError::Io { path: path.to_path_buf(), source })?;
+    let fault = |e: serde_json::Error, allowed: &str| StudyError::Value {
+        path: path.to_path_buf(),
+        place: format!("line {}, column {}", e.line(), e.column()),
+        found: e.to_string(),
+        allowed: allowed.into(),
+    };
+    let value: Value = serde_json::from_slice(&bytes).map_err(|e| fault(e, "JSON"))?;
+    if value.get("format").and_then(Value::as_str) == Some("kanagata-stability") {
+        let study = serde_json::from_slice(&bytes)
+            .map_err(|e| fault(e, "the keys and values of schemas/stability.schema.json"))?;
+        return Ok(Description::Stability(study));
+    }
+    let study = serde_json::from_slice(&bytes)
+        .map_err(|e| fault(e, "the keys and values of schemas/study.schema.json"))?;
+    check(&study, path)?;
+    Ok(Description::Forming(study))
+}
+
+fn check(study: &Study, path: &Path) -> Result<(), StudyError> {
     let fault = |place: String, found: String, allowed: &str| StudyError::Value {
         path: path.to_path_buf(),
         place,
         found,
         allowed: allowed.into(),
     };
-    let study: Study = serde_json::from_slice(&bytes).map_err(|e| {
-        let place = format!("line {}, column {}", e.line(), e.column());
-        fault(place, e.to_string(), "the keys and values of schemas/study.schema.json")
-    })?;
     if study.version != 1 {
         return Err(fault("version".into(), study.version.to_string(), "1"));
     }
@@ -98,5 +123,5 @@ pub fn read(path: &Path) -> Result<Study, StudyError> {
             return Err(fault(format!("choices[{k}].options"), "none".into(), "at least one"));
         }
     }
-    Ok(study)
+    Ok(())
 }

@@ -7,6 +7,7 @@ pub mod cases;
 pub mod collect;
 pub mod execute;
 pub mod file;
+pub mod stability;
 
 use std::path::PathBuf;
 

@@ -130,7 +130,11 @@ fn points_on_the_tool_and_over_its_vertices_are_found() {
                     let foot = surface.closest(&p, None);
                     let found = (p - foot.point).norm();
                     assert!(found <= gap.abs() + 1e-11, "{p:?} {gap} {foot:?}");
-                    assert_eq!(foot.outcome, Outcome::Certified);
+                    assert_eq!(
+                        foot.outcome,
+                        Outcome::Certified,
+                        "{gap} at {eta} {zeta} of {patch:?}"
+                    );
                 }
             }
         }

@@ -1,0 +1,284 @@
+//! Small drawings as SVG, for pages that show no scripts: heat maps and line charts with logarithmic axes.
+
+use std::fmt::Display;
+use std::ops::Range;
+use std::path::Path;
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
+use plotters::prelude::*;
+
+use crate::files::{WriteError, write_atomic};
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// What the drawing library says; writing to a string it has nothing to say.
+type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
+
+/// One panel of coloured cells.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeatMap {
+    /// Title.
+    pub title: String,
+    /// Title and range of the horizontal axis.
+    pub x: (String, Range<f64>),
+    /// Title and range of the vertical axis.
+    pub y: (String, Range<f64>),
+    /// Cells in a row.
+    pub columns: usize,
+    /// Values row by row from the lower left; cells that are not a number stay grey.
+    pub values: Vec<f64>,
+}
+
+/// One line of a chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Name for the legend.
+    pub name: String,
+    /// Points, as they are (not their logarithms).
+    pub points: Vec<(f64, f64)>,
+    /// Draw marks only.
+    pub marks_only: bool,
+}
+
+/// A line chart.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Chart {
+    /// Title.
+    pub title: String,
+    /// Title of the horizontal axis, and whether it is logarithmic.
+    pub x: (String, bool),
+    /// The same of the vertical axis.
+    pub y: (String, bool),
+    /// The lines.
+    pub lines: Vec<Line>,
+}
+
+const PANEL: (u32, u32) = (330, 300);
+const LEGEND: u32 = 70;
+const COLORS: [RGBColor; 8] = [
+    RGBColor(31, 119, 180),
+    RGBColor(214, 39, 40),
+    RGBColor(44, 160, 44),
+    RGBColor(148, 103, 189),
+    RGBColor(255, 127, 14),
+    RGBColor(23, 190, 207),
+    RGBColor(140, 86, 75),
+    RGBColor(90, 90, 90),
+];
+
+fn color(value: f64, scale: &Range<f64>) -> RGBColor {
+    if !value.is_finite() {
+        return RGBColor(200, 200, 200);
+    }
+    let share = (value - scale.start) / (scale.end - scale.start);
+    ViridisRGB.get_color(share.clamp(0.0, 1.0))
+}
+
+/// Writes panels side by side, all with the same colours over `scale`, what they mean beside them.
+///
+/// # Errors
+/// [`WriteError`].
+pub fn write_heat_maps(
+    path: &Path,
+    panels: &[HeatMap],
+    scale: Range<f64>,
+    meaning: &str,
+) -> Result<(), WriteError> {
+    let size = (PANEL.0 * panels.len() as u32 + LEGEND, PANEL.1);
+    write_svg(path, size, |root| {
+        let (maps, legend) = root.split_horizontally(PANEL.0 * panels.len() as u32);
+        for (area, map) in maps.split_evenly((1, panels.len().max(1))).iter().zip(panels) {
+            draw_map(area, map, &scale)?;
+        }
+        draw_scale(&legend, &scale, meaning)
+    })
+}
+
+fn draw_map(area: &Area<'_>, map: &HeatMap, scale: &Range<f64>) -> Drawn {
+    let (x, y) = (map.x.1.clone(), map.y.1.clone());
+    let mut chart = ChartBuilder::on(area)
+        .caption(&map.title, ("sans-serif", 14))
+        .margin(6)
+        .x_label_area_size(34)
+        .y_label_area_size(42)
+        .build_cartesian_2d(x.clone(), y.clone())?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .x_desc(&map.x.0)
+        .y_desc(&map.y.0)
+        .x_labels(6)
+        .y_labels(6)
+        .draw()?;
+    let rows = map.values.len() / map.columns.max(1);
+    let (dx, dy) = ((x.end - x.start) / map.columns as f64, (y.end - y.start) / rows as f64);
+    chart.draw_series(map.values.iter().enumerate().map(|(k, &value)| {
+        let (i, j) = ((k % map.columns) as f64, (k / map.columns) as f64);
+        let low = (x.start + i * dx, y.start + j * dy);
+        Rectangle::new([low, (low.0 + dx, low.1 + dy)], color(value, scale).filled())
+    }))?;
+    Ok(())
+}
+
+fn draw_scale(area: &Area<'_>, scale: &Range<f64>, meaning: &str) -> Drawn {
+    const STEPS: usize = 32;
+    let mut chart = ChartBuilder::on(area)
+        .caption(meaning, ("sans-serif", 11))
+        .margin(6)
+        .margin_bottom(40)
+        .y_label_area_size(36)
+        .build_cartesian_2d(0.0..1.0, scale.clone())?;
+    chart.configure_mesh().disable_mesh().disable_x_axis().y_labels(6).draw()?;
+    let step = (scale.end - scale.start) / STEPS as f64;
+    chart.draw_series((0..STEPS).map(|k| {
+        let low = scale.start + k as f64 * step;
+        let fill = color(low + 0.5 * step, scale).filled();
+        Rectangle::new([(0.0, low), (1.0, low + step)], fill)
+    }))?;
+    Ok(())
+}
+
+/// Writes a line chart.
+///
+/// # Errors
+/// [`WriteError`].
+pub fn write_chart(path: &Path, chart: &Chart) -> Result<(), WriteError> {
+    write_svg(path, (760, 440), |root| {
+        let x = range_of(chart, chart.x.1, |p| p.0);
+        let y = range_of(chart, chart.y.1, |p| p.1);
+        match (chart.x.1, chart.y.1) {
+            (false, false) => draw_lines(root, chart, x, y),
+            (true, false) => draw_lines(root, chart, x.log_scale(), y),
+            (false, true) => draw_lines(root, chart, x, y.log_scale()),
+            (true, true) => draw_lines(root, chart, x.log_scale(), y.log_scale()),
+        }
+    })
+}
+
+/// Points that can be drawn: finite, and positive on logarithmic axes.
+fn drawable(chart: &Chart, p: &(f64, f64)) -> bool {
+    let fits = |v: f64, log: bool| v.is_finite() && (!log || v > 0.0);
+    fits(p.0, chart.x.1) && fits(p.1, chart.y.1)
+}
+
+fn range_of(chart: &Chart, log: bool, of: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
+    let points = chart.lines.iter().flat_map(|l| &l.points).filter(|p| drawable(chart, p));
+    let (low, high) =
+        points.map(&of).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    match (low < high, log) {
+        (true, true) => low / 1.15..high * 1.15,
+        (true, false) => low - 0.02 * (high - low)..high + 0.05 * (high - low),
+        (false, true) => 0.1..10.0,
+        (false, false) => 0.0..1.0,
+    }
+}
+
+fn draw_lines<X, Y>(root: &Area<'_>, chart: &Chart, x: X, y: Y) -> Drawn
+where
+    X: AsRangedCoord<Value = f64>,
+    Y: AsRangedCoord<Value = f64>,
+    X::CoordDescType: ValueFormatter<f64>,
+    Y::CoordDescType: ValueFormatter<f64>,
+{
+    let mut area = ChartBuilder::on(root)
+        .caption(&chart.title, ("sans-serif", 16))
+        .margin(8)
+        .margin_right(16)
+        .x_label_area_size(40)
+        .y_label_area_size(64)
+        .build_cartesian_2d(x, y)?;
+    let label = |v: &f64| format!("{}", Short(*v));
+    area.configure_mesh()
+        .x_desc(&chart.x.0)
+        .y_desc(&chart.y.0)
+        .light_line_style(WHITE)
+        .x_label_formatter(&label)
+        .y_label_formatter(&label)
+        .draw()?;
+    for (k, line) in chart.lines.iter().enumerate() {
+        let color = COLORS[k % COLORS.len()];
+        let points: Vec<_> = line.points.iter().filter(|p| drawable(chart, p)).copied().collect();
+        let marks = points.len() <= 40;
+        if marks {
+            area.draw_series(points.iter().map(|&p| Circle::new(p, 3, color.filled())))?;
+        }
+        let drawn = if line.marks_only { Vec::new() } else { points };
+        area.draw_series(LineSeries::new(drawn, color.stroke_width(2)))?
+            .label(&line.name)
+            .legend(move |(x, y)| Rectangle::new([(x, y - 3), (x + 14, y + 3)], color.filled()));
+    }
+    area.configure_series_labels()
+        .background_style(WHITE.mix(0.8))
+        .border_style(BLACK.mix(0.4))
+        .position(SeriesLabelPosition::UpperRight)
+        .draw()?;
+    Ok(())
+}
+
+/// A number as short as an axis wants it.
+struct Short(f64);
+
+impl Display for Short {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let size = self.0.abs();
+        if size != 0.0 && !(1e-3..1e5).contains(&size) {
+            write!(f, "{:.0e}", self.0)
+        } else {
+            write!(f, "{}", (self.0 * 1e6).round() / 1e6)
+        }
+    }
+}
+
+fn write_svg(
+    path: &Path,
+    size: (u32, u32),
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<(), WriteError> {
+    let mut text = String::new();
+    let drawn = {
+        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        let filled = root.fill(&WHITE).map_err(Into::into);
+        filled.and_then(|()| draw(&root)).and_then(|()| root.present().map_err(Into::into))
+    };
+    write_atomic(path, |w| {
+        drawn.map_err(std::io::Error::other)?;
+        w.write_all(text.as_bytes())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn drawings_hold_their_cells_lines_and_titles_whatever_the_values() {
+        let folder = tempfile::tempdir().unwrap();
+        let map = HeatMap {
+            title: "map".into(),
+            x: ("across".into(), 0.0..1.0),
+            y: ("up".into(), -1.0..1.0),
+            columns: 3,
+            values: vec![0.0, f64::NAN, 2.0, 1.0, f64::INFINITY, -5.0],
+        };
+        let path = folder.path().join("map.svg");
+        write_heat_maps(&path, &[map.clone(), map], 0.0..1.0, "share").unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.matches("<rect").count() >= 12 + 32 && text.contains("across"));
+
+        let points = vec![(1.0, 1e-3), (10.0, 0.0), (100.0, 1e-7), (f64::NAN, 1.0)];
+        for (x, y) in [(false, false), (true, false), (false, true), (true, true)] {
+            for points in [points.clone(), vec![], vec![(1.0, 1.0)]] {
+                let line = Line { name: "one".into(), points, marks_only: false };
+                let chart = Chart {
+                    title: "chart".into(),
+                    x: ("x".into(), x),
+                    y: ("error".into(), y),
+                    lines: vec![line],
+                };
+                let path = folder.path().join("chart.svg");
+                write_chart(&path, &chart).unwrap();
+                assert!(std::fs::read_to_string(&path).unwrap().contains("error"));
+            }
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! The coefficient of Eq. 8 over the normals of an edge, plain and guarded.
+
+use std::ops::Range;
+
+use super::{EdgeMap, Panel};
+use crate::geometry::Vec3;
+use crate::report::drawing::HeatMap;
+use crate::tool::edge::{EdgeRule, edge_curve};
+
+/// Tilt of the mean normal against the edge's perpendicular [deg].
+const TILT: Range<f64> = -45.0..45.0;
+/// Angle between the normals [deg].
+const ANGLE: Range<f64> = -120.0..120.0;
+
+/// `|c| / |d|` (logarithm to base 10) of plane edges under both rules.
+pub(super) fn maps(plan: &EdgeMap) -> Vec<Panel> {
+    [(EdgeRule::Plain, "Eq. 8 as printed"), (EdgeRule::Guarded, "guarded (grey: straight)")]
+        .map(|(rule, title)| panel(plan.cells, rule, title))
+        .into()
+}
+
+fn panel(cells: usize, rule: EdgeRule, title: &str) -> Panel {
+    let at = |k: usize, range: &Range<f64>| {
+        (range.start + (k as f64 + 0.5) / cells as f64 * (range.end - range.start)).to_radians()
+    };
+    let normal = |angle: f64| Vec3::new(angle.sin(), 0.0, angle.cos());
+    let curves = (0..cells * cells).map(|k| {
+        let (tilt, angle) = (at(k % cells, &TILT), at(k / cells, &ANGLE));
+        let ends = [[normal(tilt - 0.5 * angle), normal(tilt + 0.5 * angle)]];
+        let curve = edge_curve(&Vec3::x(), &ends, rule);
+        let fault = curve.fault.is_some();
+        if rule == EdgeRule::Guarded && fault {
+            return (f64::NAN, true);
+        }
+        (curve.c.norm().log10(), !fault)
+    });
+    let (values, sound): (Vec<f64>, Vec<bool>) = curves.unzip();
+    let sound = sound.iter().filter(|s| **s).count() as f64 / sound.len() as f64;
+    let map = HeatMap {
+        title: title.into(),
+        x: ("tilt of the mean normal [deg]".into(), TILT),
+        y: ("angle between the normals [deg]".into(), ANGLE),
+        columns: cells,
+        values,
+    };
+    Panel { map, sound }
+}

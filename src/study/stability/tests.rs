@@ -1,0 +1,82 @@
+use super::evaluation::{at_corner, at_middle, exact};
+use super::*;
+
+fn small() -> StabilityStudy {
+    StabilityStudy {
+        format: FormatTag::Stability,
+        version: 1,
+        name: "small".into(),
+        newton: NewtonMap { angles_deg: vec![60.0], starts: 3, columns: 8, rows: 20 },
+        evaluation: EvaluationMap { highest_degree: 12, polynomials: 20 },
+        edges: EdgeMap { cells: 24 },
+    }
+}
+
+#[test]
+fn the_paper_s_newton_finds_feet_near_the_patch_and_none_beyond_the_axis() {
+    let panel = &newton::maps(&small().newton)[0];
+    let row = |j: usize| &panel.map.values[8 * j..8 * j + 8];
+    let at = |k: usize| middle(&panel.map, k).1;
+    let near: Vec<usize> = (0..20).filter(|j| at(8 * j).abs() < 0.4).collect();
+    assert!(near.len() >= 3);
+    for j in near {
+        assert!(row(j).iter().all(|v| *v == 1.0), "{} {:?}", at(8 * j), row(j));
+    }
+    // Beyond the axis the closest points are the far sides: no foot of Eq. 19 is one.
+    let far: Vec<usize> = (0..20).filter(|j| at(8 * j) > 1.5).collect();
+    assert!(far.iter().all(|&j| row(j).iter().all(|v| v.is_nan() || *v < 0.5)));
+}
+
+#[test]
+fn exact_values_are_those_of_the_formula() {
+    // 1 t^2 has the Bernstein coefficients 0, 0, 1.
+    let one = 1 << 20;
+    assert_eq!(exact(&[0, 0, one], 32), 1 << 94);
+    assert_eq!(exact(&[one; 13], 17), 1 << 96);
+}
+
+#[test]
+fn monomial_coefficients_of_a_known_polynomial() {
+    assert_eq!(at_corner(&[0.0, 0.0, 1.0]), [0.0, 0.0, 1.0]);
+    assert_eq!(at_middle(&[0.0, 0.0, 1.0]), [0.25, 0.5, 0.25]);
+    assert_eq!(at_middle(&[-1.0, -0.5, 0.0, 0.5, 1.0]), [0.0, 1.0, 0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn monomials_about_a_corner_lose_digits_with_the_degree_and_bernstein_keeps_them() {
+    let chart = evaluation::chart(&small().evaluation);
+    let last = |k: usize| chart.lines[k].points.last().unwrap().1;
+    let first = |k: usize| chart.lines[k].points[0].1;
+    assert!(last(0) > 50.0 * first(0), "{} {}", last(0), first(0));
+    assert!(last(2) < 12.0 && last(1) < last(0), "{} {} {}", last(0), last(1), last(2));
+}
+
+#[test]
+fn the_guard_leaves_no_wild_edge_and_touches_no_arc() {
+    let panels = edges::maps(&small().edges);
+    let wild = |p: &Panel| p.map.values.iter().filter(|v| **v > 2.0_f64.log10()).count();
+    assert!(wild(&panels[0]) > 0 && wild(&panels[1]) == 0);
+    // Arcs: no tilt.
+    let map = &panels[1].map;
+    for k in (0..map.values.len()).filter(|&k| middle(map, k).0.abs() < 2.0) {
+        let angle = middle(map, k).1.to_radians();
+        if angle.abs() < 100.0_f64.to_radians() && angle.abs() > 0.2 {
+            assert!(map.values[k].is_finite(), "{angle}");
+        }
+    }
+}
+
+#[test]
+fn a_study_writes_its_drawings_and_refuses_nonsense() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = run(&small(), Path::new("study.json"), folder.path()).unwrap();
+    assert_eq!(said.len(), 1 + 2 + 3);
+    for name in ["newton", "edges", "evaluation"] {
+        assert!(folder.path().join(format!("{name}.svg")).exists());
+        assert!(folder.path().join(format!("{name}.csv")).exists());
+    }
+    let mut wrong = small();
+    wrong.newton.angles_deg = vec![200.0];
+    let error = run(&wrong, Path::new("study.json"), folder.path()).unwrap_err().to_string();
+    assert!(error.contains("study.json") && error.contains("200"), "{error}");
+}

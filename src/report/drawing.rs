@@ -54,7 +54,9 @@ pub struct Chart {
 }
 
 const PANEL: (u32, u32) = (330, 300);
-const LEGEND: u32 = 70;
+const LEGEND: u32 = 96;
+/// Colours told apart, less one.
+const SHADES: f64 = 32.0;
 const COLORS: [RGBColor; 8] = [
     RGBColor(31, 119, 180),
     RGBColor(214, 39, 40),
@@ -71,7 +73,7 @@ fn color(value: f64, scale: &Range<f64>) -> RGBColor {
         return RGBColor(200, 200, 200);
     }
     let share = (value - scale.start) / (scale.end - scale.start);
-    ViridisRGB.get_color(share.clamp(0.0, 1.0))
+    ViridisRGB.get_color((share.clamp(0.0, 1.0) * SHADES).round() / SHADES)
 }
 
 /// Writes panels side by side, all with the same colours over `scale`, what they mean beside them.
@@ -112,12 +114,28 @@ fn draw_map(area: &Area<'_>, map: &HeatMap, scale: &Range<f64>) -> Drawn {
         .draw()?;
     let rows = map.values.len() / map.columns.max(1);
     let (dx, dy) = ((x.end - x.start) / map.columns as f64, (y.end - y.start) / rows as f64);
-    chart.draw_series(map.values.iter().enumerate().map(|(k, &value)| {
-        let (i, j) = ((k % map.columns) as f64, (k / map.columns) as f64);
-        let low = (x.start + i * dx, y.start + j * dy);
-        Rectangle::new([low, (low.0 + dx, low.1 + dy)], color(value, scale).filled())
-    }))?;
+    for (j, row) in map.values.chunks(map.columns.max(1)).enumerate() {
+        let low = y.start + j as f64 * dy;
+        let runs = runs(row, scale).into_iter().map(|(from, to, color)| {
+            let (left, right) = (x.start + from as f64 * dx, x.start + to as f64 * dx);
+            Rectangle::new([(left, low), (right, low + dy)], color.filled())
+        });
+        chart.draw_series(runs)?;
+    }
     Ok(())
+}
+
+/// Neighbouring cells of the same colour as one: begin, end, colour.
+fn runs(row: &[f64], scale: &Range<f64>) -> Vec<(usize, usize, RGBColor)> {
+    let mut out: Vec<(usize, usize, RGBColor)> = Vec::new();
+    for (k, &value) in row.iter().enumerate() {
+        let color = color(value, scale);
+        match out.last_mut() {
+            Some((_, to, last)) if *last == color => *to = k + 1,
+            _ => out.push((k, k + 1, color)),
+        }
+    }
+    out
 }
 
 fn draw_scale(area: &Area<'_>, scale: &Range<f64>, meaning: &str) -> Drawn {
@@ -126,7 +144,8 @@ fn draw_scale(area: &Area<'_>, scale: &Range<f64>, meaning: &str) -> Drawn {
         .caption(meaning, ("sans-serif", 11))
         .margin(6)
         .margin_bottom(40)
-        .y_label_area_size(36)
+        .margin_right(20)
+        .y_label_area_size(46)
         .build_cartesian_2d(0.0..1.0, scale.clone())?;
     chart.configure_mesh().disable_mesh().disable_x_axis().y_labels(6).draw()?;
     let step = (scale.end - scale.start) / STEPS as f64;
@@ -153,6 +172,26 @@ pub fn write_chart(path: &Path, chart: &Chart) -> Result<(), WriteError> {
             (true, true) => draw_lines(root, chart, x.log_scale(), y.log_scale()),
         }
     })
+}
+
+impl Chart {
+    /// The upper corner that fewer points are in.
+    fn legend_at(&self) -> SeriesLabelPosition {
+        let (x, y) = (range_of(self, self.x.1, |p| p.0), range_of(self, self.y.1, |p| p.1));
+        let share = |v: f64, r: &Range<f64>, log: bool| {
+            let of = |v: f64| if log { v.ln() } else { v };
+            (of(v) - of(r.start)) / (of(r.end) - of(r.start))
+        };
+        let points = self.lines.iter().flat_map(|l| &l.points).filter(|p| drawable(self, p));
+        let upper = points.filter(|p| share(p.1, &y, self.y.1) > 0.6);
+        let right = |p: &(f64, f64)| share(p.0, &x, self.x.1) > 0.5;
+        let (right, left): (Vec<_>, Vec<_>) = upper.copied().partition(right);
+        if right.len() > left.len() {
+            SeriesLabelPosition::UpperLeft
+        } else {
+            SeriesLabelPosition::UpperRight
+        }
+    }
 }
 
 /// Points that can be drawn: finite, and positive on logarithmic axes.
@@ -210,7 +249,7 @@ where
     area.configure_series_labels()
         .background_style(WHITE.mix(0.8))
         .border_style(BLACK.mix(0.4))
-        .position(SeriesLabelPosition::UpperRight)
+        .position(chart.legend_at())
         .draw()?;
     Ok(())
 }
@@ -263,7 +302,7 @@ mod tests {
         let path = folder.path().join("map.svg");
         write_heat_maps(&path, &[map.clone(), map], 0.0..1.0, "share").unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
-        assert!(text.matches("<rect").count() >= 12 + 32 && text.contains("across"));
+        assert!(text.matches("<rect").count() >= 10 + 32 && text.contains("across"));
 
         let points = vec![(1.0, 1e-3), (10.0, 0.0), (100.0, 1e-7), (f64::NAN, 1.0)];
         for (x, y) in [(false, false), (true, false), (false, true), (true, true)] {

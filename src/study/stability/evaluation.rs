@@ -1,16 +1,16 @@
 //! Rounding of three ways to evaluate a polynomial given by Bernstein coefficients, against exact arithmetic.
 //!
-//! Coefficients are whole multiples of 2^-20 and parameters of 2^-6, so that the exact value is a whole multiple of
-//! 2^-(20 + 6 n): 128 bits hold it up to degree 12.
+//! Coefficients are whole multiples of 2^-48 and parameters of 2^-6, so that the exact value is a whole multiple of
+//! 2^-(48 + 6 n): 128 bits hold it up to degree 12.
 
 use super::EvaluationMap;
 use crate::report::drawing::{Chart, Line};
 
-const COEFFICIENT_BITS: u32 = 20;
+const COEFFICIENT_BITS: u32 = 48;
 const PARAMETER_BITS: u32 = 6;
 const STEPS: i64 = 1 << PARAMETER_BITS;
 /// Exact values are in multiples of 2 to minus this.
-const SCALE_BITS: u32 = 96;
+const SCALE_BITS: u32 = 120;
 
 type Form = (&'static str, fn(&[f64]) -> Vec<f64>, fn(&[f64], f64) -> f64);
 
@@ -39,7 +39,7 @@ fn largest_error((_, prepare, evaluate): &Form, degree: usize, count: usize) -> 
     let mut seed = 0x5eed_u64;
     let mut random = move || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 43) as i64 - (1 << COEFFICIENT_BITS)
+        (seed >> (63 - COEFFICIENT_BITS)) as i64 - (1 << COEFFICIENT_BITS)
     };
     let mut worst = 0.0_f64;
     for _ in 0..count {
@@ -57,12 +57,12 @@ fn largest_error((_, prepare, evaluate): &Form, degree: usize, count: usize) -> 
     worst * (2.0_f64).powi(53)
 }
 
-/// `value` in multiples of 2^-96, what is below cut off.
+/// `value` in multiples of 2^-120, what is below cut off.
 fn whole_multiple(value: f64) -> i128 {
     (value * (2.0_f64).powi(SCALE_BITS as i32)) as i128
 }
 
-/// Value at `step / STEPS` in multiples of 2^-96: de Casteljau in whole numbers.
+/// Value at `step / STEPS` in multiples of 2^-120: de Casteljau in whole numbers.
 pub(super) fn exact(coefficients: &[i64], step: i64) -> i128 {
     let mut c: Vec<i128> = coefficients.iter().map(|&c| i128::from(c)).collect();
     let (step, rest) = (i128::from(step), i128::from(STEPS - step));

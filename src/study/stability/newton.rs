@@ -15,7 +15,7 @@ use crate::tool::model::PatchCorners;
 use crate::tool::{ToolKind, ToolModel};
 
 /// Distance from the patch towards its axis over its radius; the axis is at 1.
-const DISTANCE: Range<f64> = -2.0..3.0;
+const DISTANCE: Range<f64> = -1.0..1.25;
 /// Share of the patch's half angle up to which points are taken.
 const REACH: f64 = 0.98;
 /// Parameters of starts and feet keep to this from the border.

@@ -17,22 +17,22 @@ fn the_paper_s_newton_finds_feet_near_the_patch_and_none_beyond_the_axis() {
     let panel = &newton::maps(&small().newton)[0];
     let row = |j: usize| &panel.map.values[8 * j..8 * j + 8];
     let at = |k: usize| middle(&panel.map, k).1;
-    let near: Vec<usize> = (0..20).filter(|j| at(8 * j).abs() < 0.4).collect();
+    let near: Vec<usize> = (0..20).filter(|j| at(8 * j).abs() < 0.3).collect();
     assert!(near.len() >= 3);
     for j in near {
         assert!(row(j).iter().all(|v| *v == 1.0), "{} {:?}", at(8 * j), row(j));
     }
     // Beyond the axis the closest points are the far sides: no foot of Eq. 19 is one.
-    let far: Vec<usize> = (0..20).filter(|j| at(8 * j) > 1.5).collect();
+    let far: Vec<usize> = (0..20).filter(|j| at(8 * j) > 1.05).collect();
     assert!(far.iter().all(|&j| row(j).iter().all(|v| v.is_nan() || *v < 0.5)));
 }
 
 #[test]
 fn exact_values_are_those_of_the_formula() {
     // 1 t^2 has the Bernstein coefficients 0, 0, 1.
-    let one = 1 << 20;
-    assert_eq!(exact(&[0, 0, one], 32), 1 << 94);
-    assert_eq!(exact(&[one; 13], 17), 1 << 96);
+    let one = 1 << 48;
+    assert_eq!(exact(&[0, 0, one], 32), 1 << 118);
+    assert_eq!(exact(&[one; 13], 17), 1 << 120);
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn monomials_about_a_corner_lose_digits_with_the_degree_and_bernstein_keeps_them
     let chart = evaluation::chart(&small().evaluation);
     let last = |k: usize| chart.lines[k].points.last().unwrap().1;
     let first = |k: usize| chart.lines[k].points[0].1;
-    assert!(last(0) > 50.0 * first(0), "{} {}", last(0), first(0));
+    assert!(last(0) > 1e3 * first(0), "{} {}", last(0), first(0));
     assert!(last(2) < 12.0 && last(1) < last(0), "{} {} {}", last(0), last(1), last(2));
 }
 

@@ -1,7 +1,10 @@
 //! From what a file says to a model: exact B-splines, closed loops, joined edges.
 
+use std::cell::LazyCell;
+
 use rayon::prelude::*;
 
+use super::analytic::Analytic;
 use super::loops::{LoopFault, Side, closed_loops, path_of};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
@@ -21,8 +24,8 @@ const JOIN_MOST: f64 = 1e-4;
 #[must_use]
 pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
     let mut diagnostics = raw.diagnostics;
-    let bounds = raw_bounds(&raw.faces);
-    let size = bounds.diagonal();
+    let boxes: Vec<Aabb> = raw.faces.par_iter().map(face_bounds).collect();
+    let size = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal();
     let tolerance = (2.0 * raw.resolution_mm).clamp(JOIN * size, JOIN_MOST * size);
     let mut model = Model {
         name: name.to_owned(),
@@ -33,11 +36,11 @@ pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
         ..Model::default()
     };
     let mut pieces = Vec::new();
-    let one = |face| {
+    let one = |(face, bounds): (&RawFace, &Aabb)| {
         let mut said = Vec::new();
-        (build_face(face, tolerance, &mut said), said)
+        (build_face(face, bounds.diagonal(), tolerance, &mut said), said)
     };
-    let built: Vec<_> = raw.faces.par_iter().map(one).collect();
+    let built: Vec<_> = raw.faces.par_iter().zip(&boxes).map(one).collect();
     for (face, (outcome, said)) in raw.faces.iter().zip(built) {
         diagnostics.extend(said);
         match outcome {
@@ -60,25 +63,14 @@ pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
     (model, diagnostics)
 }
 
-fn raw_bounds(faces: &[RawFace]) -> Aabb {
-    let mut bounds = Aabb::EMPTY;
-    for face in faces {
-        let own = face_bounds(face);
-        if !own.is_empty() {
-            bounds = bounds.union(&own);
-        }
-    }
-    bounds
-}
-
 /// Box of a face's boundary curves, or of its surface when it has none.
 fn face_bounds(face: &RawFace) -> Aabb {
     let mut bounds = Aabb::EMPTY;
+    let native = LazyCell::new(|| Native::new(&face.surface));
     for edge in face.loops.iter().flat_map(|l| &l.edges) {
         if let Some(curve) = &edge.curve {
             curve.points().iter().for_each(|p| bounds.grow(p));
         } else if let Some(pcurve) = &edge.pcurve {
-            let native = Native::new(&face.surface);
             let [a, b] = pcurve.domain();
             for k in 0..=8 {
                 let uv = pcurve.point(a + (b - a) * f64::from(k) / 8.0);
@@ -86,13 +78,12 @@ fn face_bounds(face: &RawFace) -> Aabb {
             }
         }
     }
-    if bounds.is_empty() {
-        let native = Native::new(&face.surface);
-        if let Some([u, v]) = native.natural_range() {
-            for (i, j) in (0..=8).flat_map(|i| (0..=8).map(move |j| (i, j))) {
-                let at = |r: [f64; 2], k: i32| r[0] + (r[1] - r[0]) * f64::from(k) / 8.0;
-                bounds.grow(&native.point(Vec2::new(at(u, i), at(v, j))));
-            }
+    if bounds.is_empty()
+        && let Some([u, v]) = native.natural_range()
+    {
+        for (i, j) in (0..=8).flat_map(|i| (0..=8).map(move |j| (i, j))) {
+            let at = |r: [f64; 2], k: i32| r[0] + (r[1] - r[0]) * f64::from(k) / 8.0;
+            bounds.grow(&native.point(Vec2::new(at(u, i), at(v, j))));
         }
     }
     bounds
@@ -100,6 +91,7 @@ fn face_bounds(face: &RawFace) -> Aabb {
 
 fn build_face(
     raw: &RawFace,
+    size: f64,
     tolerance: f64,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<(Face, Vec<Piece>), String> {
@@ -112,7 +104,6 @@ fn build_face(
         own => own,
     };
     let native = Native::new(surface);
-    let size = face_bounds(raw).diagonal();
     let mut faults = Vec::new();
     let edged = raw.loops.iter().filter(|l| !l.edges.is_empty());
     let paths: Vec<_> =
@@ -124,6 +115,7 @@ fn build_face(
     )?;
     let range = range_of(&native, &loops).ok_or("its loops enclose no parameter range")?;
     let (surface, angles) = native.to_nurbs(range);
+    let analytic = Analytic::new(native.raw(), angles);
     let map =
         ParameterMap { angles, extent: [range[0][1] - range[0][0], range[1][1] - range[1][0]] };
     let mut pieces = Vec::new();
@@ -132,8 +124,7 @@ fn build_face(
         let mut uses = Vec::new();
         for side in sides {
             let pcurve = map.curve(&side.path);
-            let degenerate = image_extent(&surface, &pcurve) <= tolerance;
-            if !degenerate {
+            if !is_point(&surface, &pcurve, tolerance) {
                 let curve = side.curve.clone();
                 let at = [0, l, uses.len()];
                 pieces.push(Piece { at, pcurve: pcurve.clone(), curve, edge_id: side.edge_id });
@@ -145,6 +136,7 @@ fn build_face(
     let face = Face {
         surface,
         kind: kind_of(&raw.surface),
+        analytic,
         loops: trims,
         flipped,
         source: raw.source.clone(),
@@ -169,12 +161,13 @@ fn report(raw: &RawFace, faults: &[LoopFault], diagnostics: &mut Vec<Diagnostic>
     }
 }
 
-/// Largest distance of a side's image from its first point [mm].
-fn image_extent(surface: &Surface, pcurve: &Curve2) -> f64 {
+/// No point of a side's image is farther than `tolerance` [mm] from its first.
+fn is_point(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> bool {
     let [a, b] = pcurve.domain();
     let at = |k: u32| surface.point(pcurve.point(a + (b - a) * f64::from(k) / 16.0));
     let first: Vec3 = at(0);
-    (1..=16).map(|k| (at(k) - first).norm()).fold(0.0, f64::max)
+    // The middle first: it is nearly always far.
+    std::iter::once(8).chain(1..=16).all(|k| (at(k) - first).norm() <= tolerance)
 }
 
 /// Native range that covers the loops.

@@ -2,6 +2,7 @@
 //! the edges, bounded Newton inside each.
 
 mod leaf;
+mod piece;
 mod span;
 #[cfg(test)]
 mod tests;
@@ -18,11 +19,11 @@ pub struct ClosestPoint<'m> {
     model: &'m Model,
     regions: Vec<TrimRegion>,
     leaves: Vec<Leaf>,
+    spans: Vec<Span>,
+    /// Leaves, then spans.
     tree: BoxTree,
     /// First leaf of each face, and the tree of its leaves.
     face_leaves: Vec<(u32, BoxTree)>,
-    spans: Vec<Span>,
-    span_tree: BoxTree,
     /// Pieces of the edges of each face, and their tree.
     face_spans: Vec<(Vec<u32>, BoxTree)>,
     /// Diagonal of the model's box [mm].
@@ -31,6 +32,14 @@ pub struct ClosestPoint<'m> {
 
 /// Points this near to each other, as a share of the model's size, are one.
 const SAME: f64 = 1e-9;
+
+/// What a search has found so far.
+struct Search<'p> {
+    p: &'p Vec3,
+    inside: Best,
+    /// Span, parameter, squared distance.
+    edge: Option<(u32, f64, f64)>,
+}
 
 impl<'m> ClosestPoint<'m> {
     /// Builds the trees over all faces and edges.
@@ -56,17 +65,16 @@ impl<'m> ClosestPoint<'m> {
         let edges = model.edges.iter().enumerate();
         let spans: Vec<Span> = edges.flat_map(|(k, e)| spans_of(k as u32, &e.curve)).collect();
         let span_boxes: Vec<Aabb> = spans.iter().map(Span::bounds).collect();
-        let all = boxes.iter().chain(&span_boxes).fold(Aabb::EMPTY, |sum, b| sum.union(b));
+        boxes.extend_from_slice(&span_boxes);
         Self {
             model,
             regions,
-            tree: BoxTree::build(&boxes),
             leaves,
+            tree: BoxTree::build(&boxes),
             face_leaves,
             face_spans: spans_by_face(model, &spans, &span_boxes),
-            span_tree: BoxTree::build(&span_boxes),
             spans,
-            size: all.diagonal(),
+            size: boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal(),
         }
     }
 
@@ -84,13 +92,17 @@ impl<'m> ClosestPoint<'m> {
         if !p.iter().all(|x| x.is_finite()) {
             return None;
         }
-        let mut best = Best { distance: f64::INFINITY, foot: None };
-        self.tree.nearest(p, f64::INFINITY, |k, _| self.try_leaf(k, p, &mut best));
-        let mut on_edge = None;
-        self.span_tree.nearest(p, self.reach(best.distance), |k, reach| {
-            self.try_span(k, p, reach, &mut on_edge)
+        let mut search = Search::new(p);
+        let leaves = self.leaves.len() as u32;
+        self.tree.nearest(p, f64::INFINITY, |k, _| {
+            if k < leaves {
+                self.try_leaf(k, &mut search);
+            } else {
+                self.try_span(k - leaves, &mut search);
+            }
+            self.reach(&search)
         });
-        self.foot(p, &best, on_edge, None)
+        self.foot(&search, None)
     }
 
     /// Closest points of many points, in order.
@@ -107,46 +119,44 @@ impl<'m> ClosestPoint<'m> {
         if !p.iter().all(|x| x.is_finite()) {
             return None;
         }
-        let mut best = Best { distance: f64::INFINITY, foot: None };
-        tree.nearest(p, f64::INFINITY, |k, _| self.try_leaf(first + k, p, &mut best));
-        let (ids, span_tree) = &self.face_spans[face];
-        let mut on_edge = None;
-        span_tree.nearest(p, self.reach(best.distance), |k, reach| {
-            self.try_span(ids[k as usize], p, reach, &mut on_edge)
+        let mut search = Search::new(p);
+        tree.nearest(p, f64::INFINITY, |k, _| {
+            self.try_leaf(first + k, &mut search);
+            search.inside.distance
         });
-        self.foot(p, &best, on_edge, Some(face))
+        let (ids, span_tree) = &self.face_spans[face];
+        span_tree.nearest(p, self.reach(&search), |k, _| {
+            self.try_span(ids[k as usize], &mut search);
+            self.reach(&search)
+        });
+        self.foot(&search, Some(face))
     }
 
-    /// Squared distance up to which an edge could hold the foot found on a face.
-    fn reach(&self, distance: f64) -> f64 {
-        (distance.sqrt() + SAME * self.size).powi(2)
+    /// Squared distance up to which something could be the answer, or an edge hold the foot found on a face.
+    fn reach(&self, search: &Search) -> f64 {
+        let edge = search.edge.map_or(f64::INFINITY, |e| e.2);
+        (search.inside.distance.min(edge).sqrt() + SAME * self.size).powi(2)
     }
 
-    fn try_leaf(&self, k: u32, p: &Vec3, best: &mut Best) -> f64 {
+    fn try_leaf(&self, k: u32, search: &mut Search) {
         let leaf = &self.leaves[k as usize];
-        leaf.search(p, &self.regions[leaf.face as usize], best);
-        best.distance
+        leaf.search(search.p, &self.regions[leaf.face() as usize], &mut search.inside);
     }
 
-    fn try_span(&self, k: u32, p: &Vec3, reach: f64, found: &mut Option<(u32, f64, f64)>) -> f64 {
-        let (t, distance) = self.spans[k as usize].closest(p);
-        let tie = |f: &(u32, f64, f64)| distance == f.2 && k < f.0;
-        if distance < reach || found.as_ref().is_some_and(tie) {
-            *found = Some((k, t, distance));
-            return distance;
+    fn try_span(&self, k: u32, search: &mut Search) {
+        let (t, distance) = self.spans[k as usize].closest(search.p);
+        let nearer = |f: (u32, f64, f64)| distance < f.2 || (distance == f.2 && k < f.0);
+        if search.edge.is_none_or(nearer) {
+            search.edge = Some((k, t, distance));
         }
-        reach
     }
 
     /// The nearer of the foot inside a face and that on an edge; the edge's when both are one point.
-    fn foot(
-        &self,
-        p: &Vec3,
-        best: &Best,
-        on_edge: Option<(u32, f64, f64)>,
-        only: Option<usize>,
-    ) -> Option<Foot> {
+    fn foot(&self, search: &Search, only: Option<usize>) -> Option<Foot> {
+        let (p, best) = (search.p, &search.inside);
         let inside = best.foot.map(|(face, uv)| self.face_foot(face as usize, uv, p));
+        let near = (best.distance.sqrt() + SAME * self.size).powi(2);
+        let on_edge = search.edge.filter(|e| e.2 < near);
         let Some((span, t, distance)) = on_edge else { return inside };
         let at = self.spans[span as usize].curve.point(t);
         let same = |f: &Foot| (f.point - at).norm() <= SAME * self.size;
@@ -244,6 +254,12 @@ fn uv_on_use(face: &Face, used: &EdgeUse, share: f64, point: &Vec3) -> Vec2 {
         }
     }
     face.surface.closest_near(point, start).0
+}
+
+impl<'p> Search<'p> {
+    fn new(p: &'p Vec3) -> Self {
+        Self { p, inside: Best { distance: f64::INFINITY, foot: None }, edge: None }
+    }
 }
 
 fn spans_by_face(model: &Model, spans: &[Span], boxes: &[Aabb]) -> Vec<(Vec<u32>, BoxTree)> {

@@ -34,6 +34,22 @@ impl Native<'_> {
         uv
     }
 
+    /// Feet are searched: there is no closed form for them.
+    pub fn searches(&self) -> bool {
+        matches!(
+            self.raw(),
+            RawSurface::Revolution { .. } | RawSurface::Extrusion { .. } | RawSurface::Nurbs(_)
+        )
+    }
+
+    /// Neither parameter stands still at a point of a sweep or spline.
+    pub fn regular(&self, uv: Vec2) -> bool {
+        let d = self.derivs(uv);
+        let [u, v] = self.natural_range().unwrap_or([[0.0, 1.0]; 2]);
+        let (a, b) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
+        a.min(b) > 1e-3 * a.max(b)
+    }
+
     fn closed_form(&self, p: &Vec3, hint: Option<Vec2>) -> Option<Vec2> {
         let hint_u = hint.map_or(0.0, |h| h.x);
         // The angle about an axis; on the axis itself, the hint's.

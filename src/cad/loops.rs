@@ -1,9 +1,11 @@
 //! Boundary loops in a surface's native parameters: taken from the file's parameter curves where these are
 //! good, projected from the curves in space where not; closed across seams and poles.
 
+use std::cell::LazyCell;
+
 use super::native::Native;
 use super::raw::{RawEdge, RawLoop, RawSurface};
-use crate::geometry::nurbs::{Curve2, Curve3};
+use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector};
 use crate::geometry::{Vec2, Vec3};
 
 /// Parameter curves are fitted to this share of their extent...
@@ -14,6 +16,9 @@ const FIT_OF_GAP: f64 = 1e-2;
 const LOOSEST_FIT: f64 = 1e-7;
 /// A parameter curve that the file prefers stands for the curve in space up to this share of the face's size.
 const PREFERRED: f64 = 1e-2;
+
+/// Samples of each span of a curve that is projected.
+const SAMPLES_A_SPAN: usize = 4;
 
 /// One side of a loop: its curve in native parameters, in the loop's direction.
 #[derive(Debug, Clone)]
@@ -84,7 +89,8 @@ pub(super) fn path_of(
     let mut behind_pole = None;
     let edges = cut_at_poles(native, &raw.edges, tolerance);
     for edge in &edges {
-        let Some(side) = side_of(native, edge, size, tolerance) else {
+        let after = sides.last().map(Side::end).filter(|&uv| !is_pole(native, uv, tolerance));
+        let Some(side) = side_of(native, edge, (size, tolerance), after) else {
             faults.push(LoopFault::NoCurve);
             continue;
         };
@@ -269,43 +275,60 @@ fn close(
     sides.push(Side::straight(end, target));
 }
 
-fn side_of(native: &Native<'_>, edge: &RawEdge, size: f64, tolerance: f64) -> Option<Side> {
+/// `after` is where the side before it ends.
+fn side_of(
+    native: &Native<'_>,
+    edge: &RawEdge,
+    (size, tolerance): (f64, f64),
+    after: Option<Vec2>,
+) -> Option<Side> {
     let edge_id = edge.edge_id;
     let given = edge.pcurve.as_ref().map(|p| native.normalised(&p.clamped()));
     let Some(curve) = &edge.curve else {
         return given.map(|path| Side { path, curve: None, edge_id });
     };
-    let Some(path) = given else {
-        return Some(Side {
-            path: projected(native, curve, None, size),
-            curve: Some(curve.clone()),
-            edge_id,
-        });
+    let project = |hint: Option<&Curve2>| {
+        let path = projected(native, curve, Hints { path: hint, after }, size);
+        Some(Side { path, curve: Some(curve.clone()), edge_id })
     };
-    let off = deviation(native, &path, curve);
-    let keep = off <= 1e-8 * size || (edge.prefer_pcurve && off <= tolerance.max(PREFERRED * size));
+    let Some(path) = given else { return project(None) };
+    let fine = 1e-8 * size;
+    let off = deviation(native, &path, curve, fine);
+    let keep = off <= fine || (edge.prefer_pcurve && off <= tolerance.max(PREFERRED * size));
     if keep {
         return Some(Side { path, curve: (off <= tolerance).then(|| curve.clone()), edge_id });
     }
     // Good enough to say where, not good enough to stand for the curve.
-    let hint = (off <= 1e-2 * size).then_some(&path);
-    Some(Side { path: projected(native, curve, hint, size), curve: Some(curve.clone()), edge_id })
+    project((off <= 1e-2 * size).then_some(&path))
 }
 
-/// Largest distance between a parameter curve's image and its curve in space, ends against ends.
-fn deviation(native: &Native<'_>, path: &Curve2, curve: &Curve3) -> f64 {
+/// Largest distance between a parameter curve's image and its curve in space, ends against ends. Up to `fine` it is
+/// only said to be no more.
+fn deviation(native: &Native<'_>, path: &Curve2, curve: &Curve3, fine: f64) -> f64 {
     let ([a, b], [c, d]) = (path.domain(), curve.domain());
     let ends = (native.point(path.point(a)) - curve.point(c))
         .norm()
         .max((native.point(path.point(b)) - curve.point(d)).norm());
+    let search = LazyCell::new(|| CurveProjector::new(curve));
     (1..8).fold(ends, |worst, k| {
-        let p = native.point(path.point(a + (b - a) * f64::from(k) / 8.0));
-        worst.max(curve.closest(&p).1.sqrt())
+        let share = f64::from(k) / 8.0;
+        let p = native.point(path.point(a + (b - a) * share));
+        let near = curve.closest_near(&p, c + (d - c) * share).1.sqrt();
+        worst.max(if near <= fine { near } else { search.closest(&p).1.sqrt() })
     })
 }
 
+/// What is known of where a curve lies on a surface.
+#[derive(Clone, Copy)]
+struct Hints<'h> {
+    /// A parameter curve not good enough to stand for it.
+    path: Option<&'h Curve2>,
+    /// Where the side before it ends.
+    after: Option<Vec2>,
+}
+
 /// Parameter curve of a curve in space by projection.
-fn projected(native: &Native<'_>, curve: &Curve3, hint: Option<&Curve2>, size: f64) -> Curve2 {
+fn projected(native: &Native<'_>, curve: &Curve3, hints: Hints, size: f64) -> Curve2 {
     if let RawSurface::Plane(frame) = native.raw() {
         // Exact: a projection along the normal is an affine map.
         let points = curve.points().iter().map(|p| frame.local(p).xy()).collect();
@@ -316,96 +339,136 @@ fn projected(native: &Native<'_>, curve: &Curve3, hint: Option<&Curve2>, size: f
     }
     let [a, b] = curve.domain();
     let spans = curve.knots().windows(2).filter(|w| w[0] < w[1]).count();
-    let n = (8 * spans).clamp(16, 400);
+    let n = (SAMPLES_A_SPAN * spans).clamp(16, 400);
     let at = |k: usize| a + (b - a) * k as f64 / n as f64;
-    let samples = projected_samples(native, &|k| curve.point(at(k)), hint, n);
+    let points: Vec<Vec3> = (0..=n).map(|k| curve.point(at(k))).collect();
+    let feet = projected_samples(native, &points, hints, size);
+    let samples = &feet;
+    let gap = samples[1..n].iter().map(|s| s.miss).fold(0.0, f64::max);
+    let allowed = (FIT_OF_GAP * gap).clamp(FIT * size, LOOSEST_FIT * size);
+    if let Some(line) = along_one_parameter(native, samples, allowed) {
+        return line;
+    }
     let near = |t: f64| {
         let x = ((t - a) / (b - a) * n as f64).clamp(0.0, n as f64);
         let k = (x as usize).min(n - 1);
-        samples[k] + (samples[k + 1] - samples[k]) * (x - k as f64)
+        let (from, to) = (samples[k].uv, samples[k + 1].uv);
+        from + (to - from) * (x - k as f64)
     };
-    let extent = samples
-        .iter()
-        .fold(Vec2::zeros(), |m: Vec2, s| m.sup(&(s - samples[0]).abs()))
-        .norm()
-        .max(1e-12 * size);
+    let first = samples[0].uv;
+    let extent = samples.iter().fold(Vec2::zeros(), |m: Vec2, s| m.sup(&(s.uv - first).abs()));
+    let extent = extent.norm().max(1e-12 * size);
     let mut breaks: Vec<f64> =
         curve.knots().iter().copied().filter(|t| *t >= a && *t <= b).collect();
     breaks.dedup();
-    let gap = (1..n).map(|k| (native.point(samples[k]) - curve.point(at(k))).norm());
-    let gap = gap.fold(0.0, f64::max) / curve_extent(curve, n).max(f64::MIN_POSITIVE);
-    let tolerance = (FIT_OF_GAP * gap).clamp(FIT, LOOSEST_FIT) * extent;
+    let reach = points.iter().map(|p| (p - points[0]).norm()).fold(f64::MIN_POSITIVE, f64::max);
+    let tolerance = (FIT_OF_GAP * gap / reach).clamp(FIT, LOOSEST_FIT) * extent;
     let f = |t: f64| {
-        let h = near(t);
         // Ends keep the sample: at a pole the parameter comes from the neighbours.
         if t <= a {
-            samples[0]
+            first
         } else if t >= b {
-            samples[n]
+            samples[n].uv
         } else {
-            native.inverse(&curve.point(t), Some(h))
+            native.inverse(&curve.point(t), Some(near(t)))
         }
     };
     Curve2::fitted(f, &breaks, tolerance)
 }
 
-/// Largest distance of a curve's points from its first [mm].
-fn curve_extent(curve: &Curve3, n: usize) -> f64 {
-    let [a, b] = curve.domain();
-    let first = curve.point(a);
-    let at = |k: usize| curve.point(a + (b - a) * k as f64 / n as f64);
-    (1..=n).map(|k| (at(k) - first).norm()).fold(0.0, f64::max)
+/// A point's parameters on a surface, the point there, and how far that is off [mm].
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    uv: Vec2,
+    foot: Vec3,
+    miss: f64,
 }
 
-/// Parameters of `n + 1` points of a curve, each searched from where its neighbours lead; where that foot is far,
-/// the whole surface is searched, as long as this finds nearer ones.
+/// The straight line between the ends where one parameter of all samples is the same, to `allowed` [mm], and the other
+/// runs one way.
+fn along_one_parameter(native: &Native<'_>, samples: &[Sample], allowed: f64) -> Option<Curve2> {
+    let (first, last) = (samples.first()?, samples.last()?);
+    (0..2).find_map(|k| {
+        let other = 1 - k;
+        let rises = last.uv[other] > first.uv[other];
+        let one_way = samples.windows(2).all(|w| (w[1].uv[other] > w[0].uv[other]) == rises);
+        let scale = (last.uv[other] - first.uv[other]).abs();
+        if !one_way || scale == 0.0 {
+            return None;
+        }
+        let level = 0.5 * (first.uv[k] + last.uv[k]);
+        let on_line = |s: &Sample| {
+            let mut uv = s.uv;
+            uv[k] = level;
+            (native.point(uv) - s.foot).norm() <= allowed
+        };
+        let (mut start, mut end) = (first.uv, last.uv);
+        (start[k], end[k]) = (level, level);
+        samples.iter().all(on_line).then(|| Curve2::line(start, end))
+    })
+}
+
+/// Feet of points of a curve, each searched from where its neighbours lead; where that foot is far, the whole
+/// surface is searched, as long as this finds nearer ones.
 fn projected_samples(
     native: &Native<'_>,
-    point: &dyn Fn(usize) -> Vec3,
-    hint: Option<&Curve2>,
-    n: usize,
-) -> Vec<Vec2> {
-    let mut samples = vec![Vec2::zeros(); n + 1];
-    let miss = |k: usize, uv: Vec2| (native.point(uv) - point(k)).norm();
-    // From the middle outwards: an end may be a pole, where one parameter is anybody's.
-    let middle = n / 2;
-    let from_hint = hint.map(|h| {
-        let [c, d] = h.domain();
-        native.inverse(&point(middle), Some(h.point(0.5 * (c + d))))
-    });
-    let global = native.inverse(&point(middle), None);
-    samples[middle] = match from_hint {
-        Some(uv) if miss(middle, uv) <= 2.0 * miss(middle, global) => uv,
-        Some(uv) => native.equivalent_near(global, uv),
-        None => global,
+    points: &[Vec3],
+    hints: Hints,
+    size: f64,
+) -> Vec<Sample> {
+    let n = points.len() - 1;
+    let sample = |k: usize, uv: Vec2| {
+        let foot = native.point(uv);
+        Sample { uv, foot, miss: (foot - points[k]).norm() }
     };
-    let step = (point(middle + 1) - point(middle)).norm();
-    let mut allowed = (3.0 * miss(middle, samples[middle])).max(1e-3 * step);
-    let mut searches = 4;
-    for k in (0..middle).rev().chain(middle + 1..=n) {
-        let expected = extrapolate(&samples, k, if k < middle { 1 } else { -1 }, n);
-        let mut uv = native.inverse(&point(k), Some(expected));
-        let off = miss(k, uv);
-        if off > allowed && searches > 0 {
-            searches -= 1;
-            let other = native.equivalent_near(native.inverse(&point(k), None), expected);
-            if miss(k, other) < 0.5 * off {
-                uv = other;
-            }
-            allowed = allowed.max(2.0 * miss(k, uv));
+    let near = |k: usize, uv: Vec2| sample(k, native.inverse(&points[k], Some(uv)));
+    let fine = 1e-6 * size;
+    let after = hints.after.filter(|&uv| native.searches() && native.regular(uv));
+    let after = after.map(|uv| near(0, uv)).filter(|s| s.miss <= fine);
+    // From the middle outwards where nothing is known of the start: an end may be a pole, where one parameter is
+    // anybody's.
+    let begin = if after.is_some() { 0 } else { n / 2 };
+    let from_path = hints.path.map(|h| {
+        let [c, d] = h.domain();
+        near(begin, h.point(c + (d - c) * begin as f64 / n as f64))
+    });
+    let first = after.or(from_path.filter(|s| s.miss <= fine)).unwrap_or_else(|| {
+        let global = sample(begin, native.inverse(&points[begin], None));
+        match from_path {
+            Some(s) if s.miss <= 2.0 * global.miss => s,
+            Some(s) => sample(begin, native.equivalent_near(global.uv, s.uv)),
+            None => global,
         }
-        samples[k] = uv;
+    });
+    let mut samples = vec![first; n + 1];
+    let step = (points[begin + 1] - points[begin]).norm();
+    let mut allowed = (3.0 * first.miss).max(1e-3 * step);
+    let mut searches = 4;
+    for k in (0..begin).rev().chain(begin + 1..=n) {
+        let expected = extrapolate(&samples, k, if k < begin { 1 } else { -1 }, begin);
+        let mut found = near(k, expected);
+        if found.miss > allowed && searches > 0 {
+            searches -= 1;
+            let other = native.inverse(&points[k], None);
+            let other = sample(k, native.equivalent_near(other, expected));
+            if other.miss < 0.5 * found.miss {
+                found = other;
+            }
+            allowed = allowed.max(2.0 * found.miss);
+        }
+        samples[k] = found;
     }
     samples
 }
 
-/// Where the next sample is expected, from its two neighbours on the side already known.
-fn extrapolate(samples: &[Vec2], k: usize, towards: isize, n: usize) -> Vec2 {
+/// Where the next sample is expected, from its two neighbours on the side already known, which begins at `begin`.
+fn extrapolate(samples: &[Sample], k: usize, towards: isize, begin: usize) -> Vec2 {
     let one = k.wrapping_add_signed(towards);
+    if one == begin {
+        return samples[one].uv;
+    }
     let two = one.wrapping_add_signed(towards);
-    let middle = n / 2;
-    let known = if towards > 0 { two <= middle } else { two >= middle && two <= n };
-    if known { 2.0 * samples[one] - samples[two] } else { samples[one] }
+    2.0 * samples[one].uv - samples[two].uv
 }
 
 /// Twice the signed area that a loop encloses in the parameter plane.

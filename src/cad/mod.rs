@@ -3,6 +3,7 @@
 //! `iges` and `step` turn text into a [`raw::RawModel`] (native surfaces, curves as the file gives them);
 //! `build` turns that into the [`Model`] (rational-exact NURBS, loops in the parameter plane, joined edges).
 
+mod analytic;
 mod area;
 pub mod build;
 pub mod closest;

@@ -56,6 +56,8 @@ pub struct Face {
     pub surface: Surface,
     /// What the surface was in the file.
     pub kind: SurfaceKind,
+    /// The plane, quadric or torus of which `surface` is an exact piece.
+    pub analytic: Option<Analytic>,
     /// Loops in the parameter plane, closed, outer one counter-clockwise and first, holes clockwise (in
     /// the (u, v) plane, whatever `flipped` is).
     pub loops: Vec<TrimLoop>,
@@ -140,4 +142,5 @@ impl Face {
     }
 }
 
+pub use super::analytic::Analytic;
 pub use super::closest::ClosestPoint;

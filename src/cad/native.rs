@@ -1,6 +1,7 @@
 //! A face's surface with the parameters its file uses: evaluation, inverse, periods, and the exact step to a
 //! rational B-spline on the range the loops need.
 
+use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -17,7 +18,7 @@ const CLOSED: f64 = 1e-7;
 pub(super) struct Native<'a> {
     raw: &'a RawSurface,
     /// Whole surface where it has a natural range (sweeps, splines), in (angle, curve) or spline parameters.
-    whole: Option<Surface>,
+    whole: Option<Cow<'a, Surface>>,
     /// Period along u and v (in our order); `None` where the surface does not close.
     periods: [Option<f64>; 2],
     samples: OnceCell<Vec<(Vec2, Vec3)>>,
@@ -29,17 +30,18 @@ impl<'a> Native<'a> {
             raw = base;
         }
         let whole = match raw {
-            RawSurface::Nurbs(s) => Some(s.clone()),
+            RawSurface::Nurbs(s) => Some(Cow::Borrowed(s)),
             RawSurface::Revolution { generatrix, origin, axis, angles, .. } => {
                 let angles = angles.unwrap_or([0.0, TAU]);
-                Some(Surface::revolution(generatrix, *origin, *axis, angles))
+                Some(Cow::Owned(Surface::revolution(generatrix, *origin, *axis, angles)))
             }
             RawSurface::Extrusion { directrix, direction, range } => {
-                Some(Surface::extrusion(directrix, *direction, range.unwrap_or([0.0, 1.0])))
+                let range = range.unwrap_or([0.0, 1.0]);
+                Some(Cow::Owned(Surface::extrusion(directrix, *direction, range)))
             }
             _ => None,
         };
-        let periods = periods_of(raw, whole.as_ref());
+        let periods = periods_of(raw, whole.as_deref());
         Self { raw, whole, periods, samples: OnceCell::new() }
     }
 
@@ -50,7 +52,7 @@ impl<'a> Native<'a> {
 
     /// The whole surface where it has a natural range (sweeps, splines).
     pub fn whole(&self) -> Option<&Surface> {
-        self.whole.as_ref()
+        self.whole.as_deref()
     }
 
     /// Points of the whole surface, evaluated once.
@@ -188,7 +190,7 @@ impl<'a> Native<'a> {
                     vec![]
                 }
             }
-            _ => self.whole.as_ref().map_or_else(Vec::new, collapsed_sides),
+            _ => self.whole().map_or_else(Vec::new, collapsed_sides),
         }
     }
 
@@ -219,7 +221,7 @@ impl<'a> Native<'a> {
             }
             RawSurface::Torus { .. } => Some([[0.0, TAU], [0.0, TAU]]),
             RawSurface::Extrusion { range: None, .. } => None,
-            _ => self.whole.as_ref().map(Surface::domain),
+            _ => self.whole().map(Surface::domain),
         }
     }
 

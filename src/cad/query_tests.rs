@@ -16,6 +16,7 @@ fn face(surface: Surface, rings: Vec<Vec<EdgeUse>>) -> Face {
     Face {
         surface,
         kind: SurfaceKind::Nurbs,
+        analytic: None,
         loops: rings.into_iter().map(|uses| TrimLoop { uses }).collect(),
         flipped: false,
         source: String::new(),

@@ -3,9 +3,11 @@
 
 use std::cell::OnceCell;
 
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::model::{Edge, EdgeUse, Model};
+use crate::geometry::box_tree::BoxTree;
 use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector, Surface};
 use crate::geometry::{Aabb, Vec3};
 
@@ -20,33 +22,56 @@ pub(super) struct Piece {
     pub edge_id: Option<usize>,
 }
 
-/// Points of a side that stand for it in distance tests.
+/// A whole side, or what is left of one between two corners, with the points that stand for it.
+struct Part {
+    piece: Piece,
+    ends: [Vec3; 2],
+    /// Points at [`PROBES`].
+    probes: [Vec3; PROBES.len()],
+}
+
+/// Points of a side among which corners are looked for.
 const SAMPLES: usize = 17;
+/// Shares of a side's parameter range at which it must lie on an edge; the middle tells most.
+const PROBES: [f64; 7] = [0.5, 0.23, 0.81, 0.07, 0.36, 0.66, 0.94];
 /// Sides of one edge of the file may lie apart by this share of its length.
 const OWN_EDGE: f64 = 0.02;
 
 /// Fills the model's vertices and edges, and the edge ids of its loops.
 pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
+    let faces = &model.faces;
+    let surface = |piece: &Piece| &faces[piece.at[0]].surface;
+    let tips: Vec<[Vec3; 2]> = pieces.par_iter().map(|p| ends(surface(p), &p.pcurve)).collect();
     let mut corners = Corners::new(tolerance);
-    let mut known: FxHashMap<usize, [Vec3; 2]> = FxHashMap::default();
-    for piece in &pieces {
-        let own = ends(&model.faces[piece.at[0]].surface, &piece.pcurve);
-        if let Some(first) = piece.edge_id.and_then(|id| known.get(&id)) {
-            corners.same(own, *first);
+    let mut known: FxHashMap<usize, ([Vec3; 2], usize)> = FxHashMap::default();
+    for (piece, own) in pieces.iter().zip(&tips) {
+        if let Some((first, sides)) = piece.edge_id.and_then(|id| known.get_mut(&id)) {
+            *sides += 1;
+            corners.same(*own, *first);
         } else {
-            for p in &own {
+            for p in own {
                 corners.id(p);
             }
             if let Some(id) = piece.edge_id {
-                known.insert(id, own);
+                known.insert(id, (*own, 1));
             }
         }
     }
-    let mut split = Vec::with_capacity(pieces.len());
-    for piece in pieces {
-        let surface = &model.faces[piece.at[0]].surface;
-        split.push((piece.at, cut_at_corners(surface, piece, &corners, tolerance)));
-    }
+    let places: Vec<Aabb> = corners.points.iter().map(|p| Aabb::of_points([p])).collect();
+    let tree = BoxTree::build(&places);
+    let cut = |piece: Piece| {
+        // What the file itself joins stays whole.
+        let whole = piece.edge_id.is_some_and(|id| known.get(&id).is_some_and(|k| k.1 > 1));
+        let (at, surface) = (piece.at, surface(&piece));
+        let pieces = if whole {
+            vec![piece]
+        } else {
+            cut_at_corners(surface, piece, (&corners, &tree), tolerance)
+        };
+        let parts: Vec<Part> = pieces.into_iter().map(|p| Part::new(surface, p)).collect();
+        (at, parts)
+    };
+    let mut split: Vec<([usize; 3], Vec<Part>)> = pieces.into_par_iter().map(cut).collect();
     let mut joined = Joined {
         edges: Vec::new(),
         ids: Vec::new(),
@@ -66,6 +91,14 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
     model.edges = joined.edges;
     number_vertices(model, &corners);
     number_uses(model);
+}
+
+impl Part {
+    fn new(surface: &Surface, piece: Piece) -> Self {
+        let [low, high] = piece.pcurve.domain();
+        let at = |s: f64| surface.point(piece.pcurve.point(low + (high - low) * s));
+        Self { ends: ends(surface, &piece.pcurve), probes: PROBES.map(at), piece }
+    }
 }
 
 /// Keeps the corners at which edges end.
@@ -100,7 +133,11 @@ fn ends(surface: &Surface, pcurve: &Curve2) -> [Vec3; 2] {
     [surface.point(pcurve.point(a)), surface.point(pcurve.point(b))]
 }
 
-/// Corner points, each once, found by a grid of cells twice the tolerance wide.
+/// Width of a cell in tolerances: corners are rarely this near to each other, and a corner's surroundings rarely reach
+/// into a second cell.
+const CELL: f64 = 16.0;
+
+/// Corner points, each once, found by a grid of cells.
 struct Corners {
     points: Vec<Vec3>,
     /// Places and the corners they stand for: a corner has several where a file's edge ends twice.
@@ -116,8 +153,8 @@ impl Corners {
     }
 
     fn cell(&self, p: &Vec3) -> [i64; 3] {
-        let size = 2.0 * self.tolerance.max(f64::MIN_POSITIVE);
-        // Coordinates beyond all measure share cells: a cell's neighbours must have numbers too.
+        let size = CELL * self.tolerance.max(f64::MIN_POSITIVE);
+        // Coordinates beyond all measure share cells.
         [0, 1, 2].map(|k| (p[k] / size).floor().clamp(-1e15, 1e15) as i64)
     }
 
@@ -160,14 +197,16 @@ impl Corners {
 
     /// The nearest corner within the tolerance of `p`.
     fn find(&self, p: &Vec3) -> Option<usize> {
-        let cell = self.cell(p);
+        let reach = Vec3::repeat(self.tolerance);
+        let (low, high) = (self.cell(&(p - reach)), self.cell(&(p + reach)));
         let mut best: Option<(f64, usize)> = None;
-        for i in 0..27 {
-            let key = [cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1];
-            for &(place, id) in self.cells.get(&key).into_iter().flatten() {
-                let d = (place - p).norm();
-                if d <= self.tolerance && best.is_none_or(|b| d < b.0) {
-                    best = Some((d, id));
+        for (x, y) in (low[0]..=high[0]).flat_map(|x| (low[1]..=high[1]).map(move |y| (x, y))) {
+            for z in low[2]..=high[2] {
+                for &(place, id) in self.cells.get(&[x, y, z]).into_iter().flatten() {
+                    let d = (place - p).norm();
+                    if d <= self.tolerance && best.is_none_or(|b| d < b.0) {
+                        best = Some((d, id));
+                    }
                 }
             }
         }
@@ -179,7 +218,7 @@ impl Corners {
 fn cut_at_corners(
     surface: &Surface,
     piece: Piece,
-    corners: &Corners,
+    (corners, tree): (&Corners, &BoxTree),
     tolerance: f64,
 ) -> Vec<Piece> {
     let [a, b] = piece.pcurve.domain();
@@ -191,26 +230,27 @@ fn cut_at_corners(
     let reach = Aabb::of_points(&samples).widened(widest);
     let mut cuts: Vec<f64> = Vec::new();
     let own = [corners.find(&samples[0]), corners.find(&samples[SAMPLES - 1])];
-    for (id, corner) in corners.points.iter().enumerate() {
+    tree.overlapping(&reach, |id| {
+        let (id, corner) = (id as usize, &corners.points[id as usize]);
         if own.contains(&Some(id)) || reach.distance_squared(corner) > 0.0 {
-            continue;
+            return;
         }
         let near = |p: &Vec3| (p - corner).norm();
         if near(&samples[0]) <= 2.0 * tolerance || near(&samples[SAMPLES - 1]) <= 2.0 * tolerance {
-            continue;
+            return;
         }
         let distance = |t: f64| (surface.point(piece.pcurve.point(t)) - corner).norm();
         let k = (0..SAMPLES)
             .min_by(|&i, &j| near(&samples[i]).total_cmp(&near(&samples[j])))
             .unwrap_or(0);
         if near(&samples[k]) > 2.0 * widest {
-            continue;
+            return;
         }
         // A curve is hardly ever three times as fast as its chords are on average.
         let speed = 3.0 * widest * (SAMPLES - 1) as f64 / (b - a);
         let bracket = [t(k.saturating_sub(1)), t((k + 1).min(SAMPLES - 1))];
         cuts.extend(first_within(distance, bracket, tolerance, speed));
-    }
+    });
     cuts.sort_by(f64::total_cmp);
     cuts.dedup_by(|x, y| *x - *y <= 1e-9 * (b - a));
     if cuts.is_empty() {
@@ -262,46 +302,88 @@ struct Joined {
     edges: Vec<Edge>,
     /// The file's own edges.
     ids: Vec<Option<usize>>,
-    /// Edges made ready for searches, and their lengths, when first asked.
-    searches: Vec<OnceCell<(CurveProjector, f64)>>,
+    /// Edges made ready for searches.
+    searches: Vec<Search>,
     by_ends: FxHashMap<[usize; 2], Vec<usize>>,
     tolerance: f64,
 }
 
+/// An edge's box and chords; the projector when first asked.
+struct Search {
+    bounds: Aabb,
+    length: f64,
+    projector: OnceCell<CurveProjector>,
+}
+
+impl Search {
+    fn new(curve: &Curve3) -> Self {
+        let [a, b] = curve.domain();
+        let at = |k: u32| curve.point(a + (b - a) * f64::from(k) / 16.0);
+        let length = (0..16).map(|k| (at(k + 1) - at(k)).norm()).sum();
+        Self { bounds: Aabb::of_points(curve.points()), length, projector: OnceCell::new() }
+    }
+
+    /// Parameter and squared distance of the edge's point closest to `p`.
+    fn closest(&self, curve: &Curve3, p: &Vec3) -> (f64, f64) {
+        self.projector.get_or_init(|| CurveProjector::new(curve)).closest(p)
+    }
+
+    /// Whether a closed side runs against the closed edge it lies on.
+    fn runs_back(&self, curve: &Curve3, probes: &[Vec3; PROBES.len()]) -> bool {
+        let [a, b] = curve.domain();
+        let [with, against] = [PROBES[4], 1.0 - PROBES[4]].map(|s| {
+            (curve.point(a + (b - a) * s) - probes[4]).norm_squared()
+        });
+        if with < 0.04 * against || against < 0.04 * with {
+            return against < with;
+        }
+        let [p, q] = [4, 5].map(|k| self.closest(curve, &probes[k]).0);
+        p > q
+    }
+
+    /// No point of the edge is farther than `reach` from `p`; looked for about the parameter `t` first.
+    fn within(&self, curve: &Curve3, p: &Vec3, t: f64, reach: f64) -> bool {
+        let reach = reach * reach;
+        (curve.point(t) - p).norm_squared() <= reach
+            || self.bounds.distance_squared(p) <= reach
+                && (curve.closest_near(p, t).1 <= reach || self.closest(curve, p).1 <= reach)
+    }
+}
+
 impl Joined {
     /// The use of the edge that this side lies on; a new edge when there is none yet.
-    fn take(&mut self, surface: &Surface, piece: Piece, corners: &mut Corners) -> EdgeUse {
-        let [a, b] = ends(surface, &piece.pcurve).map(|p| corners.id(&p));
-        let [low, high] = piece.pcurve.domain();
-        let at = |s: f64| surface.point(piece.pcurve.point(low + (high - low) * s));
+    fn take(&mut self, surface: &Surface, part: Part, corners: &mut Corners) -> EdgeUse {
+        let [a, b] = part.ends.map(|p| corners.id(&p));
+        let piece = part.piece;
         let key = [a.min(b), a.max(b)];
         for &edge in self.by_ends.get(&key).into_iter().flatten() {
-            let (search, length) = self.searches[edge].get_or_init(|| {
-                let curve = &self.edges[edge].curve;
-                (CurveProjector::new(curve), curve.length())
-            });
+            let (curve, search) = (&self.edges[edge].curve, &self.searches[edge]);
             let same = piece.edge_id.is_some() && self.ids[edge] == piece.edge_id;
-            let reach = if same { OWN_EDGE * length } else { 0.0 };
+            let reach = if same { OWN_EDGE * search.length } else { 0.0 };
             // Each of two sides may lie a tolerance from the edge between them, as corners do.
             let reach = reach.max(2.0 * self.tolerance);
-            let near = |s: f64| search.closest(&at(s)).1.sqrt() <= reach;
-            if [0.5, 0.23, 0.81, 0.07, 0.36, 0.66, 0.94].into_iter().all(near) {
-                let reversed = self.edges[edge].vertices != [a, b]
-                    || (a == b && {
-                        let [p, q] = [0.4, 0.6].map(|s| search.closest(&at(s)).0);
-                        p > q
-                    });
+            let [from, to] = curve.domain();
+            let at = |s: f64| from + (to - from) * s;
+            let reversed = if a == b {
+                search.runs_back(curve, &part.probes)
+            } else {
+                self.edges[edge].vertices != [a, b]
+            };
+            let expected = |s: f64| at(if reversed { 1.0 - s } else { s });
+            let mut probes = PROBES.iter().zip(&part.probes);
+            if probes.all(|(&s, p)| search.within(curve, p, expected(s), reach)) {
                 return EdgeUse { pcurve: piece.pcurve, edge: Some(edge), reversed };
             }
         }
-        let curve = piece.curve.clone().unwrap_or_else(|| {
+        let curve = piece.curve.unwrap_or_else(|| {
             let mut breaks: Vec<f64> = piece.pcurve.knots().to_vec();
             breaks.dedup();
-            Curve3::fitted(|t| surface.point(piece.pcurve.point(t)), &breaks, 1e-4 * self.tolerance)
+            let at = |t: f64| surface.point(piece.pcurve.point(t));
+            Curve3::fitted(at, &breaks, 1e-4 * self.tolerance)
         });
+        self.searches.push(Search::new(&curve));
         self.edges.push(Edge { curve, vertices: [a, b], uses: Vec::new() });
         self.ids.push(piece.edge_id);
-        self.searches.push(OnceCell::new());
         self.by_ends.entry(key).or_default().push(self.edges.len() - 1);
         EdgeUse { pcurve: piece.pcurve, edge: Some(self.edges.len() - 1), reversed: false }
     }

@@ -56,6 +56,24 @@ impl BoxTree {
         tree
     }
 
+    /// Visits the items whose leaf's box meets `region`: all that meet it, and some beside it.
+    pub fn overlapping(&self, region: &Aabb, mut visit: impl FnMut(u32)) {
+        let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0u32] };
+        while let Some(id) = stack.pop() {
+            let node = &self.nodes[id as usize];
+            let b = &node.bounds;
+            if (0..3).any(|k| b.min[k] > region.max[k] || b.max[k] < region.min[k]) {
+                continue;
+            }
+            if node.items == 0 {
+                stack.extend([node.first + 1, node.first]);
+                continue;
+            }
+            let items = node.first as usize..(node.first + node.items) as usize;
+            self.order[items].iter().for_each(|&item| visit(item));
+        }
+    }
+
     /// Visits items whose boxes are not farther from `p` than the best squared distance so far, nearer boxes first
     /// (so that all items that share the least distance are seen).
     /// `visit` gets the item and the best so far and returns the best after it.
@@ -112,6 +130,14 @@ mod tests {
             assert_eq!(found, brute);
             assert!(asked < 200, "{asked}");
         }
+        let region = Aabb::of_points(&[Vec3::repeat(0.4), Vec3::repeat(0.6)]);
+        let inside = |k: u32| region.distance_squared(&points[k as usize]) == 0.0;
+        let mut met = Vec::new();
+        tree.overlapping(&region, |k| met.push(k));
+        assert!(met.len() < 200, "{}", met.len());
+        met.retain(|&k| inside(k));
+        met.sort_unstable();
+        assert_eq!(met, (0..1000).filter(|&k| inside(k)).collect::<Vec<u32>>());
         assert_eq!(BoxTree::build(&[]).nearest(&Vec3::zeros(), 5.0, |_, _| 0.0), 5.0);
     }
 }

@@ -1,33 +1,25 @@
-//! Small rectangles of a surface, each with an oriented box and the closest point inside it.
+//! What the tree over the faces holds: a whole face on a plane, quadric or torus, or a small rectangle of a spline.
 
-use crate::cad::model::Face;
+use super::piece::{Piece, pieces_of};
+use crate::cad::model::{Analytic, Face};
 use crate::cad::trim_region::TrimRegion;
-use crate::geometry::frame::unit;
-use crate::geometry::nurbs::{Surface, SurfaceDerivs};
 use crate::geometry::{Aabb, Vec2, Vec3};
 
-/// Largest turning of the control polygons across a rectangle [rad].
-const TURN: f64 = 0.4;
-/// Most rectangles along one direction of a span.
-const MOST: usize = 16;
-/// Halvings of a rectangle that may hold more than one local minimum.
-const DEPTH: u32 = 4;
+/// A face, or a rectangle of one.
+pub(super) enum Leaf {
+    /// A face with closed forms.
+    Exact(Box<Exact>),
+    /// A rectangle of a face of another kind.
+    Piece(Box<Piece>),
+}
 
-/// A rectangle of a face's parameter plane.
-pub(super) struct Leaf {
-    pub face: u32,
-    low: Vec2,
-    high: Vec2,
-    /// The Bezier piece over the rectangle.
-    piece: Surface,
-    /// The rectangle touches a loop, so that a foot has to be asked whether it is inside.
-    pub crosses: bool,
-    /// Oriented box of the control points: centre, axes (rows), half widths.
-    center: Vec3,
-    axes: [Vec3; 3],
-    half: Vec3,
-    /// The surface at the centre and the corners.
-    samples: [SurfaceDerivs; 5],
+/// A face on a plane, quadric or torus.
+pub(super) struct Exact {
+    face: u32,
+    form: Analytic,
+    /// Some loop runs inside the rectangle of the region's parameters.
+    trimmed: bool,
+    bounds: Aabb,
 }
 
 /// The best point found so far, by squared distance.
@@ -36,215 +28,62 @@ pub(super) struct Best {
     pub foot: Option<(u32, Vec2)>,
 }
 
+impl Best {
+    /// Takes a foot that is nearer, or the first of equals.
+    pub fn take(&mut self, face: u32, uv: Vec2, distance: f64, inside: impl Fn() -> bool) {
+        let first = |(f, at): (u32, Vec2)| (face, uv.x, uv.y) < (f, at.x, at.y);
+        let tie = distance == self.distance && self.foot.is_none_or(first);
+        if (distance < self.distance || tie) && inside() {
+            *self = Self { distance, foot: Some((face, uv)) };
+        }
+    }
+}
+
 impl Leaf {
-    fn new(face: u32, piece: Surface, crosses: bool) -> Self {
-        let [u, v] = piece.domain();
-        let (low, high) = (Vec2::new(u[0], v[0]), Vec2::new(u[1], v[1]));
-        let corners = [(0.5, 0.5), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
-        let samples =
-            corners.map(|(a, b)| piece.derivs(low + (high - low).component_mul(&Vec2::new(a, b))));
-        let middle = &samples[0];
-        let axes = match (unit(middle.su), unit(middle.su.cross(&middle.sv))) {
-            (Some(x), Some(z)) => [x, z.cross(&x), z],
-            _ => [Vec3::x(), Vec3::y(), Vec3::z()],
-        };
-        let local = |p: &Vec3| Vec3::new(axes[0].dot(p), axes[1].dot(p), axes[2].dot(p));
-        let control: Vec<Vec3> = piece.points().iter().map(local).collect();
-        let bounds = Aabb::of_points(&control);
-        let (c, half) = (bounds.center(), 0.5 * (bounds.max - bounds.min));
-        let center = axes[0] * c.x + axes[1] * c.y + axes[2] * c.z;
-        Self { face, low, high, piece, crosses, center, axes, half, samples }
+    /// The face it belongs to.
+    pub fn face(&self) -> u32 {
+        match self {
+            Self::Exact(e) => e.face,
+            Self::Piece(p) => p.face,
+        }
     }
 
-    /// Axis-aligned box of the control points.
+    /// Axis-aligned box: no point of it is outside.
     pub fn bounds(&self) -> Aabb {
-        Aabb::of_points(self.piece.points())
+        match self {
+            Self::Exact(e) => e.bounds,
+            Self::Piece(p) => p.bounds(),
+        }
     }
 
-    /// Squared distance below which no point of the piece lies.
-    fn least(&self, p: &Vec3) -> f64 {
-        let r = p - self.center;
-        (0..3).map(|k| (self.axes[k].dot(&r).abs() - self.half[k]).max(0.0).powi(2)).sum()
-    }
-
-    /// Improves `best` by the points of this rectangle that are inside the trim. Where the distance may have
-    /// more than one minimum in it, its quarters are searched too.
+    /// Improves `best` by the points that are inside the trim.
     pub fn search(&self, p: &Vec3, region: &TrimRegion, best: &mut Best) {
-        let mut stack: Vec<(Self, u32)> = Vec::new();
-        if self.visit(p, region, best) {
-            stack.extend(self.quarters().map(|q| (q, 1)));
-        }
-        while let Some((leaf, depth)) = stack.pop() {
-            if leaf.visit(p, region, best) && depth < DEPTH {
-                stack.extend(leaf.quarters().map(|q| (q, depth + 1)));
-            }
-        }
-    }
-
-    /// Takes the local minimum; true when there may be another one.
-    fn visit(&self, p: &Vec3, region: &TrimRegion, best: &mut Best) -> bool {
-        if self.least(p) > best.distance {
-            return false;
-        }
-        let (uv, distance) = self.descend(p);
-        let tie = distance == best.distance
-            && best.foot.is_none_or(|(face, at)| (self.face, uv.x, uv.y) < (face, at.x, at.y));
-        if (distance < best.distance || tie) && (!self.crosses || region.contains(uv)) {
-            *best = Best { distance, foot: Some((self.face, uv)) };
-        }
-        !self.one_minimum(p, distance)
-    }
-
-    /// Whether the squared distance is convex over the rectangle, has no stationary point in it, or is constant,
-    /// judged at the centre and the corners.
-    fn one_minimum(&self, p: &Vec3, found: f64) -> bool {
-        let (mut convex, mut even) = (true, true);
-        let (mut low, mut high) = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
-        for d in &self.samples {
-            let r = d.s - p;
-            let (a, b, c) = (
-                d.su.norm_squared() + r.dot(&d.suu),
-                d.su.dot(&d.sv) + r.dot(&d.suv),
-                d.sv.norm_squared() + r.dot(&d.svv),
-            );
-            convex &= a > 0.0 && a * c > b * b;
-            even &= (r.norm_squared() - found).abs() <= 1e-12 * found;
-            let slope = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
-            (low, high) = (low.inf(&slope), high.sup(&slope));
-        }
-        let clear = |k: usize| {
-            let margin = 0.25 * (high[k] - low[k]);
-            low[k] > margin || high[k] < -margin
-        };
-        convex || even || clear(0) || clear(1)
-    }
-
-    fn quarters(&self) -> impl Iterator<Item = Self> + '_ {
-        let m = 0.5 * (self.low + self.high);
-        let (us, vs) = ([self.low.x, m.x, self.high.x], [self.low.y, m.y, self.high.y]);
-        (0..4).filter_map(move |k| {
-            let (i, j) = (k % 2, k / 2);
-            let piece = self.piece.trimmed([us[i], us[i + 1]], [vs[j], vs[j + 1]]).ok()?;
-            Some(Self::new(self.face, piece, self.crosses))
-        })
-    }
-
-    fn clamp(&self, uv: Vec2) -> Vec2 {
-        uv.sup(&self.low).inf(&self.high)
-    }
-
-    /// Local minimum in the rectangle: bounded Newton from the foot on the tangent plane at the centre,
-    /// Gauss-Newton where the Hessian is not positive, halved until the distance does not grow.
-    fn descend(&self, p: &Vec3) -> (Vec2, f64) {
-        let middle = 0.5 * (self.low + self.high);
-        let mut d = self.samples[0];
-        let mut uv = middle;
-        let mut best = (d.s - p).norm_squared();
-        let enough = 1e-26 * (best + self.half.norm_squared());
-        for k in 0..50 {
-            let step = self.step(&d, p, uv, k == 0);
-            let mut next = self.clamp(uv + step);
-            let mut e = self.piece.derivs(next);
-            let mut distance = (e.s - p).norm_squared();
-            let mut halvings = 0;
-            // Near the foot the distances differ by rounding only.
-            let allowed = best * (1.0 + 4.0 * f64::EPSILON);
-            while distance > allowed && halvings < 30 {
-                halvings += 1;
-                next = self.clamp(uv + step * 0.5f64.powi(halvings));
-                e = self.piece.derivs(next);
-                distance = (e.s - p).norm_squared();
-                if (e.s - d.s).norm_squared() <= enough {
-                    break;
-                }
-            }
-            let moved = (e.s - d.s).norm_squared();
-            if distance <= allowed {
-                (uv, d, best) = (next, e, distance);
-            }
-            if moved <= enough {
-                break;
-            }
-        }
-        (uv, best)
-    }
-
-    /// A step downhill, in the parameters not held at a border.
-    fn step(&self, d: &SurfaceDerivs, p: &Vec3, uv: Vec2, plane: bool) -> Vec2 {
-        let r = d.s - p;
-        let g = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
-        let gauss = [d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared()];
-        let full = [gauss[0] + r.dot(&d.suu), gauss[1] + r.dot(&d.suv), gauss[2] + r.dot(&d.svv)];
-        let held = [0, 1]
-            .map(|k| (uv[k] <= self.low[k] && g[k] > 0.0) || (uv[k] >= self.high[k] && g[k] < 0.0));
-        let newton = if plane { None } else { solve(full, g, held) };
-        newton
-            .or_else(|| solve(gauss, g, held))
-            .unwrap_or_else(|| -g / gauss[0].max(gauss[2]).max(f64::MIN_POSITIVE))
-    }
-}
-
-/// `-H^-1 g` in the parameters not held; `None` unless H is positive definite there.
-fn solve([a, b, c]: [f64; 3], g: Vec2, held: [bool; 2]) -> Option<Vec2> {
-    match held {
-        [true, true] => Some(Vec2::zeros()),
-        [true, false] => (c > 0.0).then(|| Vec2::new(0.0, -g.y / c)),
-        [false, true] => (a > 0.0).then(|| Vec2::new(-g.x / a, 0.0)),
-        [false, false] => {
-            let det = a * c - b * b;
-            let definite = a > 0.0 && det > 1e-14 * a * c;
-            definite.then(|| Vec2::new((b * g.y - c * g.x) / det, (b * g.x - a * g.y) / det))
+        match self {
+            Self::Exact(e) => e.search(p, region, best),
+            Self::Piece(piece) => piece.search(p, region, best),
         }
     }
 }
 
-/// The rectangles of a face that are not outside its loops.
+impl Exact {
+    fn search(&self, p: &Vec3, region: &TrimRegion, best: &mut Best) {
+        for (distance, uv) in self.form.feet(p, best.distance).into_iter().flatten() {
+            let within = (0..2).all(|k| uv[k] >= region.low[k] && uv[k] <= region.high[k]);
+            best.take(self.face, uv, distance, || within && (!self.trimmed || region.contains(uv)));
+        }
+    }
+}
+
+/// The leaves of a face: one with closed forms, or its rectangles that are not outside its loops.
 pub(super) fn leaves_of(id: u32, face: &Face, region: &TrimRegion) -> Vec<Leaf> {
-    let surface = &face.surface;
-    let us = cuts(&surface.transposed(), region.low.x, region.high.x);
-    let vs = cuts(surface, region.low.y, region.high.y);
-    let mut leaves = Vec::new();
-    for u in us.windows(2) {
-        let Ok(strip) = surface.trimmed([u[0], u[1]], surface.domain()[1]) else { continue };
-        for v in vs.windows(2) {
-            let (low, high) = (Vec2::new(u[0], v[0]), Vec2::new(u[1], v[1]));
-            let crosses = region.touches(low, high);
-            if !crosses && !region.contains(0.5 * (low + high)) {
-                continue;
-            }
-            if let Ok(piece) = strip.trimmed([u[0], u[1]], [v[0], v[1]]) {
-                leaves.push(Leaf::new(id, piece, crosses));
-            }
-        }
+    let (low, high) = (region.low, region.high);
+    let whole = face.surface.trimmed([low.x, high.x], [low.y, high.y]);
+    if let (Some(form), Ok(whole)) = (&face.analytic, whole) {
+        let margin = (high - low) * 1e-6;
+        let trimmed = region.touches(low + margin, high - margin);
+        let bounds = Aabb::of_points(whole.points());
+        let exact = Exact { face: id, form: form.clone(), trimmed, bounds };
+        return vec![Leaf::Exact(Box::new(exact))];
     }
-    leaves
-}
-
-/// Cuts along v between two parameters: at knots, and evenly where the control polygons turn.
-fn cuts(surface: &Surface, low: f64, high: f64) -> Vec<f64> {
-    let [u, _] = surface.domain();
-    let mut breaks = vec![low];
-    breaks.extend(surface.knots()[1].iter().copied().filter(|&t| t > low && t < high));
-    breaks.push(high);
-    breaks.dedup();
-    let mut out = Vec::new();
-    for w in breaks.windows(2) {
-        let turn = surface.trimmed(u, [w[0], w[1]]).map_or(0.0, |s| turning(&s));
-        let n = ((turn / TURN).ceil() as usize).clamp(1, MOST);
-        out.extend((0..n).map(|k| w[0] + (w[1] - w[0]) * k as f64 / n as f64));
-    }
-    out.push(high);
-    out
-}
-
-/// Largest sum of the angles of a control polygon along v [rad].
-fn turning(surface: &Surface) -> f64 {
-    let rows = surface.points().chunks_exact(surface.count()[1]);
-    rows.map(polygon_turning).fold(0.0, f64::max)
-}
-
-/// Sum of the angles between the legs of a polygon [rad].
-pub(super) fn polygon_turning(points: &[Vec3]) -> f64 {
-    let legs: Vec<Vec3> = points.windows(2).filter_map(|w| unit(w[1] - w[0])).collect();
-    legs.windows(2).map(|w| w[0].cross(&w[1]).norm().atan2(w[0].dot(&w[1]))).sum()
+    pieces_of(id, face, region).into_iter().map(|p| Leaf::Piece(Box::new(p))).collect()
 }

@@ -1,6 +1,6 @@
 //! Short pieces of the edges and the closest point on each.
 
-use super::leaf::polygon_turning;
+use super::piece::polygon_turning;
 use crate::geometry::nurbs::{Curve3, CurveDerivs};
 use crate::geometry::{Aabb, Vec3};
 

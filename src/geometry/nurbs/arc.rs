@@ -5,9 +5,13 @@ use std::f64::consts::FRAC_PI_2;
 use super::curve::{Curve, Curve3};
 use crate::geometry::{Frame, Vec3};
 
+fn span_count([from, to]: [f64; 2]) -> usize {
+    ((to - from) / FRAC_PI_2 - 1e-9).ceil().clamp(1.0, 64.0) as usize
+}
+
 /// Angles at the ends of the spans of an arc: equal spans of at most 90 degrees.
 pub(super) fn span_angles([from, to]: [f64; 2]) -> Vec<f64> {
-    let spans = ((to - from) / FRAC_PI_2 - 1e-9).ceil().clamp(1.0, 64.0) as usize;
+    let spans = span_count([from, to]);
     let mut angles: Vec<f64> =
         (0..=spans).map(|k| from + (to - from) * k as f64 / spans as f64).collect();
     angles[spans] = to;
@@ -70,11 +74,16 @@ pub(super) fn angle_of_parameter(range: [f64; 2], parameter: f64) -> f64 {
 }
 
 /// Middle and half width of the span that holds `value`; beyond the range the nearest span goes on.
-fn span_of(range: [f64; 2], value: f64) -> (f64, f64) {
-    let angles = span_angles(range);
-    let last = angles.len() - 2;
-    let k = angles[1..=last].partition_point(|&a| a <= value).min(last);
-    (0.5 * (angles[k] + angles[k + 1]), 0.5 * (angles[k + 1] - angles[k]))
+fn span_of([from, to]: [f64; 2], value: f64) -> (f64, f64) {
+    let spans = span_count([from, to]);
+    let at = |k: usize| {
+        if k == spans { to } else { from + (to - from) * k as f64 / spans as f64 }
+    };
+    let mut k = 0;
+    while k + 1 < spans && at(k + 1) <= value {
+        k += 1;
+    }
+    (0.5 * (at(k) + at(k + 1)), 0.5 * (at(k + 1) - at(k)))
 }
 
 #[cfg(test)]

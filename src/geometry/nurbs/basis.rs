@@ -62,6 +62,29 @@ pub(super) fn basis<const SIZE: usize>(degree: usize, knots: &[f64], t: f64) -> 
     BasisWindow { first: k - degree, values }
 }
 
+/// The basis functions alone, the same to the bit as [`basis`] has them: index of the first, and values.
+pub(super) fn basis_values<const SIZE: usize>(
+    degree: usize,
+    knots: &[f64],
+    t: f64,
+) -> (usize, [f64; SIZE]) {
+    let t = t.clamp(knots[degree], knots[knots.len() - 1 - degree]);
+    let k = span(degree, knots, t);
+    let mut row = [0.0; SIZE];
+    row[0] = 1.0;
+    for j in 1..=degree {
+        let mut saved = 0.0;
+        for r in 0..j {
+            let (right, left) = (knots[k + r + 1] - t, t - knots[k + 1 + r - j]);
+            let share = row[r] / (right + left);
+            row[r] = saved + right * share;
+            saved = left * share;
+        }
+        row[j] = saved;
+    }
+    (k - degree, row)
+}
+
 /// `p (f_i / (t_{i+p} - t_i) - f_{i+1} / (t_{i+p+1} - t_{i+1}))`: turns (derivatives of) the functions of degree
 /// p - 1 into the next derivatives of those of degree p, all in span k.
 fn derive<const SIZE: usize>(

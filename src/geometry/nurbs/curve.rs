@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::NurbsError;
-use super::basis::{LARGE, MEDIUM, SMALL, basis};
+use super::basis::{LARGE, MEDIUM, SMALL, basis, basis_values};
 use super::net::{Net, check_knots, check_weights};
 use crate::geometry::Affine;
 
@@ -90,10 +90,25 @@ impl<const D: usize> Curve<D> {
         [self.knots[self.degree], self.knots[self.points.len()]]
     }
 
-    /// Point at `t` (clamped to the domain).
+    /// Point at `t` (clamped to the domain), to the bit that of [`Curve::derivs`].
     #[must_use]
     pub fn point(&self, t: f64) -> SVector<f64, D> {
-        self.derivs(t).c
+        match self.degree {
+            0..SMALL => self.point_sized::<SMALL>(t),
+            SMALL..MEDIUM => self.point_sized::<MEDIUM>(t),
+            _ => self.point_sized::<LARGE>(t),
+        }
+    }
+
+    fn point_sized<const N: usize>(&self, t: f64) -> SVector<f64, D> {
+        let (first, values) = basis_values::<N>(self.degree, &self.knots, t);
+        let (mut sum, mut w) = (SVector::<f64, D>::zeros(), 0.0);
+        for (k, value) in values.iter().enumerate().take(self.degree + 1) {
+            let share = value * self.weights[first + k];
+            sum += self.points[first + k] * share;
+            w += share;
+        }
+        sum / w
     }
 
     /// Point and derivatives at `t` (clamped to the domain). No allocation.

@@ -1,5 +1,7 @@
 //! Curves through a function: polynomial pieces bisected until they follow it.
 
+use std::sync::OnceLock;
+
 use nalgebra::{SMatrix, SVector};
 
 use super::curve::Curve;
@@ -18,11 +20,11 @@ impl<const D: usize> Curve<D> {
     pub fn fitted(f: impl Fn(f64) -> SVector<f64, D>, breaks: &[f64], tolerance: f64) -> Self {
         let mut ends = Vec::new();
         let mut points = vec![];
-        let inverse = inverse_of_bernstein();
+        let basis = Basis::get();
         for w in breaks.windows(2) {
             let mut stack = vec![(w[0], w[1], 0u32, [f64::INFINITY; 3])];
             while let Some((a, b, depth, above)) = stack.pop() {
-                let piece = interpolate(&f, &inverse, a, b);
+                let piece = interpolate(&f, basis, a, b);
                 let off = error(&f, &piece, a, b);
                 if depth < DEPTH && off > tolerance && off <= 0.5 * above[2] {
                     let middle = 0.5 * (a + b);
@@ -52,20 +54,20 @@ impl<const D: usize> Curve<D> {
     /// The polynomial of degree 5 on `[a, b]` through `f` at [`Curve::nodes_between`].
     #[must_use]
     pub fn through(f: &dyn Fn(f64) -> SVector<f64, D>, a: f64, b: f64) -> Self {
-        let points = interpolate(&|t| f(t), &inverse_of_bernstein(), a, b);
+        let points = interpolate(&|t| f(t), Basis::get(), a, b);
         Self::bezier(points.to_vec(), a, b)
     }
 
     /// The polynomial of degree 5 on `[a, b]` with these values at [`Curve::nodes_between`].
     #[must_use]
     pub fn through_values(values: &[SVector<f64, D>; DEGREE + 1], a: f64, b: f64) -> Self {
-        Self::bezier(controls(values, &inverse_of_bernstein()).to_vec(), a, b)
+        Self::bezier(controls(values, &Basis::get().inverse).to_vec(), a, b)
     }
 
     /// The six interpolation nodes of `[a, b]`: both ends, denser near them.
     #[must_use]
     pub fn nodes_between(a: f64, b: f64) -> [f64; DEGREE + 1] {
-        nodes().map(|t| if t >= 1.0 { b } else { a + (b - a) * t })
+        Basis::get().nodes.map(|t| if t >= 1.0 { b } else { a + (b - a) * t })
     }
 
     fn bezier(points: Vec<SVector<f64, D>>, a: f64, b: f64) -> Self {
@@ -92,23 +94,40 @@ fn bernstein(t: f64) -> [f64; DEGREE + 1] {
     b
 }
 
-/// From values at the nodes to Bezier points.
-fn inverse_of_bernstein() -> SMatrix<f64, 6, 6> {
-    let nodes = nodes();
-    let matrix = SMatrix::<f64, 6, 6>::from_fn(|r, c| bernstein(nodes[r])[c]);
-    // The matrix of Bernstein polynomials at distinct nodes is regular.
-    matrix.try_inverse().unwrap_or_else(SMatrix::identity)
+/// What every interpolation needs.
+struct Basis {
+    nodes: [f64; DEGREE + 1],
+    /// From values at the nodes to Bezier points.
+    inverse: SMatrix<f64, 6, 6>,
+    /// Bernstein polynomials at [`CHECKS`].
+    checks: [[f64; DEGREE + 1]; CHECKS.len()],
+}
+
+/// Where pieces are compared with what they follow.
+const CHECKS: [f64; 6] = [0.03, 0.22, 0.41, 0.59, 0.78, 0.97];
+
+impl Basis {
+    fn get() -> &'static Self {
+        static BASIS: OnceLock<Basis> = OnceLock::new();
+        BASIS.get_or_init(|| {
+            let nodes = nodes();
+            let matrix = SMatrix::<f64, 6, 6>::from_fn(|r, c| bernstein(nodes[r])[c]);
+            // The matrix of Bernstein polynomials at distinct nodes is regular.
+            let inverse = matrix.try_inverse().unwrap_or_else(SMatrix::identity);
+            Self { nodes, inverse, checks: CHECKS.map(bernstein) }
+        })
+    }
 }
 
 /// Bezier points of the polynomial through f at the nodes of `[a, b]`.
 fn interpolate<const D: usize>(
     f: &impl Fn(f64) -> SVector<f64, D>,
-    inverse: &SMatrix<f64, 6, 6>,
+    basis: &Basis,
     a: f64,
     b: f64,
 ) -> [SVector<f64, D>; DEGREE + 1] {
-    let values = nodes().map(|t| if t >= 1.0 { f(b) } else { f(a + (b - a) * t) });
-    controls(&values, inverse)
+    let values = basis.nodes.map(|t| if t >= 1.0 { f(b) } else { f(a + (b - a) * t) });
+    controls(&values, &basis.inverse)
 }
 
 fn controls<const D: usize>(
@@ -129,12 +148,11 @@ fn error<const D: usize>(
     a: f64,
     b: f64,
 ) -> f64 {
-    let off = |t: f64| {
-        let weights = bernstein(t);
-        let found: SVector<f64, D> = piece.iter().zip(weights).map(|(p, w)| p * w).sum();
+    let off = |(t, weights): (f64, &[f64; DEGREE + 1])| {
+        let found: SVector<f64, D> = piece.iter().zip(weights).map(|(p, w)| p * *w).sum();
         (found - f(a + (b - a) * t)).norm()
     };
-    [0.03, 0.22, 0.41, 0.59, 0.78, 0.97].into_iter().map(off).fold(0.0, f64::max)
+    CHECKS.into_iter().zip(&Basis::get().checks).map(off).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -13,6 +13,41 @@ impl Curve3 {
     pub fn closest(&self, p: &Vec3) -> (f64, f64) {
         CurveProjector::new(self).closest(p)
     }
+
+    /// A local minimum of the distance downhill of `start`: parameter and squared distance [mm^2], never more than
+    /// at `start`.
+    #[must_use]
+    pub fn closest_near(&self, p: &Vec3, start: f64) -> (f64, f64) {
+        let [low, high] = self.domain();
+        let mut t = start.clamp(low, high);
+        let mut d = self.derivs(t);
+        let mut best = (d.c - p).norm_squared();
+        for _ in 0..30 {
+            let r = d.c - p;
+            let (slope, gauss) = (r.dot(&d.d1), d.d1.norm_squared());
+            let full = gauss + r.dot(&d.d2);
+            let step = -slope / if full > 0.0 { full } else { gauss.max(f64::MIN_POSITIVE) };
+            let mut next = (t + step).clamp(low, high);
+            let mut e = self.derivs(next);
+            let mut distance = (e.c - p).norm_squared();
+            let mut halvings = 0;
+            while distance > best && halvings < 20 {
+                halvings += 1;
+                next = (t + step * 0.5f64.powi(halvings)).clamp(low, high);
+                e = self.derivs(next);
+                distance = (e.c - p).norm_squared();
+            }
+            if distance > best {
+                break;
+            }
+            let moved = (next - t).abs();
+            (t, d, best) = (next, e, distance);
+            if moved <= 1e-10 * (high - low) {
+                break;
+            }
+        }
+        (t, best)
+    }
 }
 
 impl Curve2 {

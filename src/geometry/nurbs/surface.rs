@@ -3,7 +3,7 @@
 use nalgebra::Vector4;
 
 use super::NurbsError;
-use super::basis::{BasisWindow, LARGE, MEDIUM, SMALL, basis};
+use super::basis::{BasisWindow, LARGE, MEDIUM, SMALL, basis, basis_values};
 use super::net::{Net, check_knots, check_weights};
 use crate::geometry::frame::unit;
 use crate::geometry::{Affine, Vec2, Vec3};
@@ -95,10 +95,32 @@ impl Surface {
         [end(0), end(1)]
     }
 
-    /// Point at `uv` (clamped to the domain).
+    /// Point at `uv` (clamped to the domain), to the bit that of [`Surface::derivs`].
     #[must_use]
     pub fn point(&self, uv: Vec2) -> Vec3 {
-        self.derivs(uv).s
+        match self.degrees[0].max(self.degrees[1]) {
+            0..SMALL => self.point_sized::<SMALL>(uv),
+            SMALL..MEDIUM => self.point_sized::<MEDIUM>(uv),
+            _ => self.point_sized::<LARGE>(uv),
+        }
+    }
+
+    fn point_sized<const N: usize>(&self, uv: Vec2) -> Vec3 {
+        let (first_u, bu) = basis_values::<N>(self.degrees[0], &self.knots[0], uv.x);
+        let (first_v, bv) = basis_values::<N>(self.degrees[1], &self.knots[1], uv.y);
+        let count_v = self.count()[1];
+        let mut sum = Vector4::zeros();
+        for (i, b) in bu.iter().enumerate().take(self.degrees[0] + 1) {
+            let from = (first_u + i) * count_v + first_v;
+            let to = from + self.degrees[1] + 1;
+            let mut along = Vector4::zeros();
+            let row = self.points[from..to].iter().zip(&self.weights[from..to]);
+            for ((p, &w), c) in row.zip(&bv) {
+                along += (p * w).push(w) * *c;
+            }
+            sum += along * *b;
+        }
+        sum.xyz() / sum.w
     }
 
     /// Point and derivatives at `uv` (clamped to the domain). No allocation.

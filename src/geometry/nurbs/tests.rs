@@ -49,6 +49,22 @@ fn derivatives_agree_with_central_differences() {
 }
 
 #[test]
+fn points_are_those_of_the_derivatives_to_the_bit() {
+    for seed in 0..20 {
+        let s = random_surface(seed);
+        let row: Vec<Vec3> = s.points()[..7].to_vec();
+        let knots = vec![0.0, 0.0, 0.0, 0.3, 0.3, 0.5, 0.8, 1.0, 1.0, 1.0];
+        let c = Curve3::try_new(2, knots, row, Some(s.weights()[..7].to_vec())).unwrap();
+        for k in 0..=40 {
+            let t = f64::from(k) / 40.0;
+            let uv = Vec2::new(t, -1.0 + 3.0 * t);
+            assert_eq!(s.point(uv), s.derivs(uv).s);
+            assert_eq!(c.point(t), c.derivs(t).c);
+        }
+    }
+}
+
+#[test]
 fn a_piece_is_the_same_surface() {
     let s = random_surface(3);
     let piece = s.trimmed([0.1, 0.65], [-0.3, 1.1]).unwrap();

@@ -123,6 +123,7 @@ mod tests {
         Face {
             surface: Surface::plane(&frame, [-10.0, 10.0], [-10.0, 10.0]),
             kind: SurfaceKind::Plane,
+            analytic: None,
             loops: vec![TrimLoop { uses: vec![] }],
             flipped: false,
             source: "plane".into(),

@@ -1,0 +1,212 @@
+//! Planes, quadrics and tori under their faces: nearest points in closed form, in the parameters of the face's
+//! B-spline.
+
+use std::f64::consts::{PI, TAU};
+
+use super::raw::RawSurface;
+use crate::geometry::nurbs::Surface;
+use crate::geometry::{Vec2, Vec3};
+
+/// Nearer than this share of its radius to an axis or a centre, a point is on it: all directions are alike.
+const ON_AXIS: f64 = 1e-12;
+/// Angles this far beyond their range are at its end [rad].
+const SLACK: f64 = 1e-12;
+
+/// The plane, quadric or torus that a face's B-spline is an exact piece of.
+#[derive(Debug, Clone)]
+pub struct Analytic {
+    surface: RawSurface,
+    /// Range of the angles along u and v; `None` where the parameter is a length.
+    angles: [Option<[f64; 2]>; 2],
+}
+
+/// A foot: squared distance [mm^2] and parameters of the face's B-spline.
+pub(super) type Foot = (f64, Vec2);
+
+impl Analytic {
+    /// `angles` are those of `Native::to_nurbs`; `None` for sweeps, splines and offsets.
+    pub(super) fn new(surface: &RawSurface, angles: [Option<[f64; 2]>; 2]) -> Option<Self> {
+        use RawSurface::{Cone, Cylinder, Plane, Sphere, Torus};
+        let closed = matches!(
+            surface,
+            Plane(_) | Cylinder { .. } | Cone { .. } | Sphere { .. } | Torus { .. }
+        );
+        closed.then(|| Self { surface: surface.clone(), angles })
+    }
+
+    /// Local minima of the distance over the whole surface, as far as they are in the angles' ranges and not farther
+    /// than the squared distance `most`. All others of a face are on its border.
+    pub(super) fn feet(&self, p: &Vec3, most: f64) -> [Option<Foot>; 2] {
+        let one = |distance: f64, at: &dyn Fn() -> Vec2| {
+            let uv = (distance <= most).then(|| self.parameters(at()))?;
+            Some((distance, uv?))
+        };
+        match &self.surface {
+            RawSurface::Plane(f) => {
+                let l = f.local(p);
+                [one(l.z * l.z, &|| Vec2::new(l.x, l.y)), None]
+            }
+            RawSurface::Cylinder { frame, radius } => {
+                let l = frame.local(p);
+                let r = l.x.hypot(l.y);
+                [one((r - radius).powi(2), &|| Vec2::new(self.turn(&l, r, *radius), l.z)), None]
+            }
+            RawSurface::Sphere { frame, radius } => {
+                let l = frame.local(p);
+                let r = l.x.hypot(l.y);
+                let at = || {
+                    let inside = l.norm() > ON_AXIS * radius;
+                    let v = if inside { l.z.atan2(r) } else { self.middle(1) };
+                    Vec2::new(self.turn(&l, r, *radius), v)
+                };
+                [one((l.norm() - radius).powi(2), &at), None]
+            }
+            RawSurface::Cone { frame, radius, semi_angle } => {
+                let l = frame.local(p);
+                let t = semi_angle.tan();
+                let r = l.x.hypot(l.y);
+                let u = self.turn(&l, r, radius.abs() + l.z.abs());
+                [(r, 0.0), (-r, PI)].map(|(r, half)| {
+                    // Foot on the generator, on its own nappe or at the apex.
+                    let mut v = ((r - radius) * t + l.z) / (1.0 + t * t);
+                    if (radius + v * t) * (1.0 - half) < 0.0 {
+                        v = -radius / t;
+                    }
+                    let distance = (radius + v * t - r).powi(2) + (v - l.z).powi(2);
+                    one(distance, &|| Vec2::new(u + half, v))
+                })
+            }
+            RawSurface::Torus { frame, major, minor, .. } => {
+                let l = frame.local(p);
+                let r = l.x.hypot(l.y);
+                let u = self.turn(&l, r, *major);
+                let spindle = minor > major;
+                [(r, 0.0), (-r, PI)].map(|(r, half)| {
+                    if half > 0.0 && !spindle {
+                        return None;
+                    }
+                    let (x, z) = (r - major, l.z);
+                    let centre = x.hypot(z) <= ON_AXIS * minor;
+                    let mut v = if centre { self.middle(1) } else { z.atan2(x) };
+                    let mut distance = (x.hypot(z) - minor).powi(2);
+                    if spindle && (major + minor * v.cos()) * (1.0 - half) < 0.0 {
+                        // Beyond the axis: the nearer cusp.
+                        v = (-major / minor).acos().copysign(z);
+                        distance = r * r + (minor * v.sin() - z).powi(2);
+                    }
+                    one(distance, &|| Vec2::new(u + half, v))
+                })
+            }
+            _ => [None, None],
+        }
+    }
+
+    /// The angle about the axis; on the axis itself, the middle of the range.
+    fn turn(&self, l: &Vec3, r: f64, size: f64) -> f64 {
+        if r > ON_AXIS * size { l.y.atan2(l.x) } else { self.middle(0) }
+    }
+
+    fn middle(&self, k: usize) -> f64 {
+        self.angles[k].map_or(0.0, |[a, b]| 0.5 * (a + b))
+    }
+
+    /// From angles and lengths to the B-spline's parameters; `None` out of the angles' ranges.
+    fn parameters(&self, mut uv: Vec2) -> Option<Vec2> {
+        for k in 0..2 {
+            let Some([low, high]) = self.angles[k] else { continue };
+            let mut angle = uv[k] + TAU * ((low - SLACK - uv[k]) / TAU).ceil();
+            if angle > high + SLACK {
+                return None;
+            }
+            angle = angle.clamp(low, high);
+            uv[k] = Surface::arc_parameter_of_angle([low, high], angle);
+        }
+        Some(uv)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cad::native::Native;
+    use crate::geometry::Frame;
+
+    fn frame() -> Frame {
+        Frame::from_z_x(Vec3::new(1.0, -2.0, 0.5), Vec3::new(0.3, 0.4, 1.0), Vec3::x()).unwrap()
+    }
+
+    /// The least squared distance of the feet in the range, and of a dense grid of the B-spline.
+    fn least(surface: &RawSurface, range: [[f64; 2]; 2], p: &Vec3) -> [f64; 2] {
+        let native = Native::new(surface);
+        let (spline, angles) = native.to_nurbs(range);
+        let analytic = Analytic::new(surface, angles).unwrap();
+        let feet = analytic.feet(p, f64::INFINITY);
+        let inside = |f: &Foot| {
+            (0..2).all(|k| angles[k].is_some() || (f.1[k] >= range[k][0] && f.1[k] <= range[k][1]))
+        };
+        let mut best = f64::INFINITY;
+        for foot in feet.iter().flatten().filter(|f| inside(f)) {
+            let off = (spline.point(foot.1) - p).norm() - foot.0.sqrt();
+            assert!(off.abs() < 1e-12, "the foot is where it says: {off:e}");
+            best = best.min(foot.0);
+        }
+        let at = |k: usize, i: u32| range[k][0] + (range[k][1] - range[k][0]) * f64::from(i) / 240.0;
+        let mut dense = f64::INFINITY;
+        for (i, j) in (0..=240).flat_map(|i| (0..=240).map(move |j| (i, j))) {
+            let q = native.point(Vec2::new(at(0, i), at(1, j)));
+            dense = dense.min((q - p).norm_squared());
+        }
+        [best.sqrt(), dense.sqrt()]
+    }
+
+    #[test]
+    fn feet_of_whole_surfaces_are_the_nearest_points() {
+        let (frame, full) = (frame(), [0.0, TAU]);
+        let half = [-0.5 * PI, 0.5 * PI];
+        let torus = |major: f64, minor: f64| RawSurface::Torus { frame, major, minor, keep_outer: None };
+        let cases = [
+            (RawSurface::Plane(frame), [[-9.0, 9.0]; 2]),
+            (RawSurface::Cylinder { frame, radius: 2.0 }, [full, [-9.0, 9.0]]),
+            (RawSurface::Cone { frame, radius: 1.0, semi_angle: 0.6 }, [full, [-9.0, 9.0]]),
+            (RawSurface::Cone { frame, radius: 0.0, semi_angle: -0.3 }, [full, [-9.0, 9.0]]),
+            (RawSurface::Sphere { frame, radius: 2.5 }, [full, half]),
+            (torus(3.0, 1.0), [full, full]),
+            (torus(1.0, 2.0), [full, full]),
+        ];
+        let mut seed = 3u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            8.0 * ((seed >> 33) as f64 / (1u64 << 31) as f64) - 4.0
+        };
+        for (surface, range) in cases {
+            for _ in 0..12 {
+                let p = Vec3::new(random(), random(), random());
+                let [found, dense] = least(&surface, range, &p);
+                assert!(found <= dense + 1e-12 && dense <= found + 0.2, "{surface:?} {p}: {found} {dense}");
+            }
+            // On the axis and at the centre, where feet are many.
+            for z in [0.0, 1.0] {
+                let [found, dense] = least(&surface, range, &frame.point(&Vec3::new(0.0, 0.0, z)));
+                assert!(found <= dense + 1e-12 && dense <= found + 0.2, "{surface:?}: {found} {dense}");
+            }
+        }
+    }
+
+    #[test]
+    fn parts_of_a_spindle_torus_have_their_own_feet() {
+        let torus = RawSurface::Torus { frame: frame(), major: 1.0, minor: 2.0, keep_outer: None };
+        let cusp = (-0.5f64).acos();
+        let mut seed = 11u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            6.0 * ((seed >> 33) as f64 / (1u64 << 31) as f64) - 3.0
+        };
+        for range in [[-cusp, cusp], [cusp, TAU - cusp]] {
+            for _ in 0..20 {
+                let p = Vec3::new(random(), random(), random());
+                let [found, dense] = least(&torus, [[0.0, TAU], range], &p);
+                assert!(found <= dense + 1e-12 && dense <= found + 0.1, "{range:?} {p}: {found} {dense}");
+            }
+        }
+    }
+}

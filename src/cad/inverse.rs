@@ -102,9 +102,19 @@ impl Native<'_> {
                 near.truncate(STARTS);
             }
         }
-        let feet = near.iter().map(|n| self.newton(p, n.1));
-        let best = feet.reduce(|a, b| if b.1 < a.1 { b } else { a });
-        best.map_or_else(Vec2::zeros, |b| b.0)
+        let mut best = (Vec2::zeros(), f64::INFINITY);
+        // A foot at the point itself is the nearest.
+        let there = (1e-9 * (1.0 + p.norm())).powi(2);
+        for (_, start) in near {
+            let foot = self.newton(p, start);
+            if foot.1 < best.1 {
+                best = foot;
+            }
+            if best.1 <= there {
+                break;
+            }
+        }
+        best.0
     }
 
     /// Bounded Newton on half the squared distance: parameters and squared distance. Periodic parameters run on
@@ -132,10 +142,9 @@ impl Native<'_> {
             if length <= 1e-15 * (1.0 + d.s.norm()) {
                 break;
             }
-            if quadratic && length <= 1e-9 * (1.0 + d.s.norm()) {
-                // What is left after this step is below rounding, and so is what it gains.
+            if quadratic && length <= 3e-8 * (1.0 + d.s.norm()) {
+                // What is left after this step is near rounding, and so is what it gains.
                 uv = clamp(uv + step);
-                best = (self.point(uv) - p).norm_squared();
                 break;
             }
             let mut moved = false;

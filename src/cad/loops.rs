@@ -18,7 +18,7 @@ const LOOSEST_FIT: f64 = 1e-7;
 const PREFERRED: f64 = 1e-2;
 
 /// Samples of each span of a curve that is projected.
-const SAMPLES_A_SPAN: usize = 4;
+const SAMPLES_A_SPAN: usize = 2;
 
 /// One side of a loop: its curve in native parameters, in the loop's direction.
 #[derive(Debug, Clone)]
@@ -313,7 +313,7 @@ fn deviation(native: &Native<'_>, path: &Curve2, curve: &Curve3, fine: f64) -> f
     (1..8).fold(ends, |worst, k| {
         let share = f64::from(k) / 8.0;
         let p = native.point(path.point(a + (b - a) * share));
-        let near = curve.closest_near(&p, c + (d - c) * share).1.sqrt();
+        let near = curve.closest_near(&p, c + (d - c) * share, fine * fine).1.sqrt();
         worst.max(if near <= fine { near } else { search.closest(&p).1.sqrt() })
     })
 }
@@ -349,11 +349,18 @@ fn projected(native: &Native<'_>, curve: &Curve3, hints: Hints, size: f64) -> Cu
     if let Some(line) = along_one_parameter(native, samples, allowed) {
         return line;
     }
+    // The cubic through the four samples about t.
     let near = |t: f64| {
         let x = ((t - a) / (b - a) * n as f64).clamp(0.0, n as f64);
-        let k = (x as usize).min(n - 1);
-        let (from, to) = (samples[k].uv, samples[k + 1].uv);
-        from + (to - from) * (x - k as f64)
+        let k = (x as usize).clamp(1, n - 2) - 1;
+        let x = x - k as f64;
+        let shares = [
+            (1.0 - x) * (2.0 - x) * (3.0 - x) / 6.0,
+            x * (2.0 - x) * (3.0 - x) / 2.0,
+            x * (x - 1.0) * (3.0 - x) / 2.0,
+            x * (x - 1.0) * (x - 2.0) / 6.0,
+        ];
+        (0..4).map(|i| samples[k + i].uv * shares[i]).sum()
     };
     let first = samples[0].uv;
     let extent = samples.iter().fold(Vec2::zeros(), |m: Vec2, s| m.sup(&(s.uv - first).abs()));
@@ -363,17 +370,17 @@ fn projected(native: &Native<'_>, curve: &Curve3, hints: Hints, size: f64) -> Cu
     breaks.dedup();
     let reach = points.iter().map(|p| (p - points[0]).norm()).fold(f64::MIN_POSITIVE, f64::max);
     let tolerance = (FIT_OF_GAP * gap / reach).clamp(FIT, LOOSEST_FIT) * extent;
-    let f = |t: f64| {
+    let f = |t: f64, about: Option<Vec2>| {
         // Ends keep the sample: at a pole the parameter comes from the neighbours.
         if t <= a {
             first
         } else if t >= b {
             samples[n].uv
         } else {
-            native.inverse(&curve.point(t), Some(near(t)))
+            native.inverse(&curve.point(t), Some(about.unwrap_or_else(|| near(t))))
         }
     };
-    Curve2::fitted(f, &breaks, tolerance)
+    Curve2::fitted_near(f, &breaks, tolerance)
 }
 
 /// A point's parameters on a surface, the point there, and how far that is off [mm].

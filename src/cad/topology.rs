@@ -298,6 +298,16 @@ fn first_within(
     (f(at) <= tolerance).then_some(at)
 }
 
+/// The curve in space of a side: exact along one parameter, else fitted to a small share of the tolerance.
+fn image(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> Curve3 {
+    if let Some(line) = surface.line_of_one_parameter(pcurve) {
+        return line;
+    }
+    let mut breaks: Vec<f64> = pcurve.knots().to_vec();
+    breaks.dedup();
+    Curve3::fitted(|t| surface.point(pcurve.point(t)), &breaks, 1e-4 * tolerance)
+}
+
 struct Joined {
     edges: Vec<Edge>,
     /// The file's own edges.
@@ -344,9 +354,8 @@ impl Search {
     /// No point of the edge is farther than `reach` from `p`; looked for about the parameter `t` first.
     fn within(&self, curve: &Curve3, p: &Vec3, t: f64, reach: f64) -> bool {
         let reach = reach * reach;
-        (curve.point(t) - p).norm_squared() <= reach
-            || self.bounds.distance_squared(p) <= reach
-                && (curve.closest_near(p, t).1 <= reach || self.closest(curve, p).1 <= reach)
+        self.bounds.distance_squared(p) <= reach
+            && (curve.closest_near(p, t, reach).1 <= reach || self.closest(curve, p).1 <= reach)
     }
 }
 
@@ -375,12 +384,7 @@ impl Joined {
                 return EdgeUse { pcurve: piece.pcurve, edge: Some(edge), reversed };
             }
         }
-        let curve = piece.curve.unwrap_or_else(|| {
-            let mut breaks: Vec<f64> = piece.pcurve.knots().to_vec();
-            breaks.dedup();
-            let at = |t: f64| surface.point(piece.pcurve.point(t));
-            Curve3::fitted(at, &breaks, 1e-4 * self.tolerance)
-        });
+        let curve = piece.curve.unwrap_or_else(|| image(surface, &piece.pcurve, self.tolerance));
         self.searches.push(Search::new(&curve));
         self.edges.push(Edge { curve, vertices: [a, b], uses: Vec::new() });
         self.ids.push(piece.edge_id);

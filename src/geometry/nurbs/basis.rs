@@ -94,14 +94,11 @@ fn derive<const SIZE: usize>(
     lower: &[f64; SIZE],
 ) -> [f64; SIZE] {
     let mut out = [0.0; SIZE];
-    for (r, slot) in out.iter_mut().enumerate().take(p + 1) {
+    for r in 0..p {
         let i = k - p + r;
-        if r > 0 {
-            *slot += p as f64 * lower[r - 1] / (knots[i + p] - knots[i]);
-        }
-        if r < p {
-            *slot -= p as f64 * lower[r] / (knots[i + p + 1] - knots[i + 1]);
-        }
+        let share = p as f64 * lower[r] / (knots[i + p + 1] - knots[i + 1]);
+        out[r] -= share;
+        out[r + 1] += share;
     }
     out
 }

@@ -18,19 +18,28 @@ impl<const D: usize> Curve<D> {
     /// noise at this scale).
     #[must_use]
     pub fn fitted(f: impl Fn(f64) -> SVector<f64, D>, breaks: &[f64], tolerance: f64) -> Self {
+        Self::fitted_near(|t, _| f(t), breaks, tolerance)
+    }
+
+    /// The same for a function that is found by a search: it is told about where its value is, where that is known
+    /// from what was fitted before.
+    #[must_use]
+    pub fn fitted_near(
+        f: impl Fn(f64, Option<SVector<f64, D>>) -> SVector<f64, D>,
+        breaks: &[f64],
+        tolerance: f64,
+    ) -> Self {
         let mut ends = Vec::new();
         let mut points = vec![];
         let basis = Basis::get();
         for w in breaks.windows(2) {
-            let mut stack = vec![(w[0], w[1], 0u32, [f64::INFINITY; 3])];
-            while let Some((a, b, depth, above)) = stack.pop() {
-                let piece = interpolate(&f, basis, a, b);
+            let mut stack: Vec<Interval<D>> = vec![Interval::new(w[0], w[1])];
+            while let Some(whole) = stack.pop() {
+                let (a, b) = (whole.from, whole.to);
+                let piece = interpolate(&|t| f(t, whole.about(t)), basis, a, b);
                 let off = error(&f, &piece, a, b);
-                if depth < DEPTH && off > tolerance && off <= 0.5 * above[2] {
-                    let middle = 0.5 * (a + b);
-                    let above = [off, above[0], above[1]];
-                    stack.push((middle, b, depth + 1, above));
-                    stack.push((a, middle, depth + 1, above));
+                if whole.depth < DEPTH && off > tolerance && off <= 0.5 * whole.above[2] {
+                    stack.extend(whole.halves(piece, off));
                     continue;
                 }
                 if points.is_empty() {
@@ -94,6 +103,48 @@ fn bernstein(t: f64) -> [f64; DEGREE + 1] {
     b
 }
 
+/// An interval to be fitted.
+struct Interval<const D: usize> {
+    from: f64,
+    to: f64,
+    depth: u32,
+    /// Errors of the three intervals around it.
+    above: [f64; 3],
+    /// The piece over the interval around it, and that interval.
+    parent: Option<([SVector<f64, D>; DEGREE + 1], f64, f64)>,
+}
+
+impl<const D: usize> Interval<D> {
+    fn new(from: f64, to: f64) -> Self {
+        Self { from, to, depth: 0, above: [f64::INFINITY; 3], parent: None }
+    }
+
+    /// Its halves, the first one last.
+    fn halves(&self, piece: [SVector<f64, D>; DEGREE + 1], off: f64) -> [Self; 2] {
+        let middle = 0.5 * (self.from + self.to);
+        [(middle, self.to), (self.from, middle)].map(|(from, to)| Self {
+            from,
+            to,
+            depth: self.depth + 1,
+            above: [off, self.above[0], self.above[1]],
+            parent: Some((piece, self.from, self.to)),
+        })
+    }
+
+    /// The value at `t` by the piece over the interval around it.
+    fn about(&self, t: f64) -> Option<SVector<f64, D>> {
+        let (piece, a, b) = self.parent.as_ref()?;
+        Some(blend(piece, &bernstein((t - a) / (b - a))))
+    }
+}
+
+fn blend<const D: usize>(
+    piece: &[SVector<f64, D>; DEGREE + 1],
+    weights: &[f64; DEGREE + 1],
+) -> SVector<f64, D> {
+    piece.iter().zip(weights).map(|(p, w)| p * *w).sum()
+}
+
 /// What every interpolation needs.
 struct Basis {
     nodes: [f64; DEGREE + 1],
@@ -143,14 +194,14 @@ fn controls<const D: usize>(
 
 /// Largest distance from f at checked points.
 fn error<const D: usize>(
-    f: &impl Fn(f64) -> SVector<f64, D>,
+    f: &impl Fn(f64, Option<SVector<f64, D>>) -> SVector<f64, D>,
     piece: &[SVector<f64, D>; DEGREE + 1],
     a: f64,
     b: f64,
 ) -> f64 {
     let off = |(t, weights): (f64, &[f64; DEGREE + 1])| {
-        let found: SVector<f64, D> = piece.iter().zip(weights).map(|(p, w)| p * *w).sum();
-        (found - f(a + (b - a) * t)).norm()
+        let found = blend(piece, weights);
+        (found - f(a + (b - a) * t, Some(found))).norm()
     };
     CHECKS.into_iter().zip(&Basis::get().checks).map(off).fold(0.0, f64::max)
 }

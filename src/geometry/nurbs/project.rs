@@ -15,14 +15,17 @@ impl Curve3 {
     }
 
     /// A local minimum of the distance downhill of `start`: parameter and squared distance [mm^2], never more than
-    /// at `start`.
+    /// at `start`. The way ends at the first squared distance up to `enough`.
     #[must_use]
-    pub fn closest_near(&self, p: &Vec3, start: f64) -> (f64, f64) {
+    pub fn closest_near(&self, p: &Vec3, start: f64, enough: f64) -> (f64, f64) {
         let [low, high] = self.domain();
         let mut t = start.clamp(low, high);
         let mut d = self.derivs(t);
         let mut best = (d.c - p).norm_squared();
         for _ in 0..30 {
+            if best <= enough {
+                break;
+            }
             let r = d.c - p;
             let (slope, gauss) = (r.dot(&d.d1), d.d1.norm_squared());
             let full = gauss + r.dot(&d.d2);
@@ -131,6 +134,10 @@ mod tests {
         let (t, d2) = circle.closest(&Vec3::new(-4.0, 0.0, 0.5));
         assert!((circle.point(t) - Vec3::new(-3.0, 0.0, 0.0)).norm() < 1e-12);
         assert!((d2 - 1.25).abs() < 1e-12);
+        let near = circle.closest_near(&Vec3::new(-4.0, 0.0, 0.5), t + 0.4, 0.0);
+        assert!((near.0 - t).abs() < 1e-7 && (near.1 - d2).abs() < 1e-12);
+        let early = circle.closest_near(&Vec3::new(-4.0, 0.0, 0.5), t + 0.4, 10.0);
+        assert_eq!(early.0, t + 0.4);
         let tube = Frame { origin: Vec3::x() * 40.0, x: Vec3::x(), y: Vec3::z(), z: -Vec3::y() };
         let arc = Curve3::ellipse_arc(&tube, 7.0, 7.0, 0.0, std::f64::consts::TAU);
         let torus =

@@ -3,6 +3,7 @@
 use nalgebra::Vector4;
 
 use super::NurbsError;
+use super::curve::{Curve2, Curve3};
 use super::basis::{BasisWindow, LARGE, MEDIUM, SMALL, basis, basis_values};
 use super::net::{Net, check_knots, check_weights};
 use crate::geometry::frame::unit;
@@ -144,6 +145,33 @@ impl Surface {
             self.points[from..to].iter().zip(weights).map(|(p, &w)| (p * w).push(w))
         };
         tensor(self.degrees[0], &bu, &bv, row)
+    }
+
+    /// The exact image of a straight line in the parameter plane along which u or v does not change; `None` for any
+    /// other curve. It keeps the direction, not the parameter.
+    #[must_use]
+    pub fn line_of_one_parameter(&self, line: &Curve2) -> Option<Curve3> {
+        let [a, b] = [*line.points().first()?, *line.points().last()?];
+        let k = (0..2).find(|&k| line.degree() == 1 && line.points().len() == 2 && a[k] == b[k])?;
+        let (p, q, count) = (self.degrees[k], self.degrees[1 - k], self.count());
+        let (first, values) = basis_values::<LARGE>(p, &self.knots[k], a[k]);
+        let stride = [count[1], 1];
+        let mut points = Vec::with_capacity(count[1 - k]);
+        let mut weights = Vec::with_capacity(count[1 - k]);
+        for j in 0..count[1 - k] {
+            let mut sum = Vector4::zeros();
+            for (i, value) in values.iter().enumerate().take(p + 1) {
+                let at = (first + i) * stride[k] + j * stride[1 - k];
+                sum += (self.points[at] * self.weights[at]).push(self.weights[at]) * *value;
+            }
+            points.push(sum.xyz() / sum.w);
+            weights.push(sum.w);
+        }
+        let whole = Curve3::try_new(q, self.knots[1 - k].clone(), points, Some(weights)).ok()?;
+        let [from, to] = [a[1 - k].min(b[1 - k]), a[1 - k].max(b[1 - k])];
+        let [low, high] = whole.domain();
+        let piece = whole.trimmed(from.max(low), to.min(high)).ok()?;
+        Some(if a[1 - k] < b[1 - k] { piece } else { piece.reversed() })
     }
 
     /// Control points along u and v.

@@ -65,6 +65,22 @@ fn points_are_those_of_the_derivatives_to_the_bit() {
 }
 
 #[test]
+fn lines_of_one_parameter_are_exact() {
+    let s = random_surface(7);
+    for (a, b) in [([0.2, -0.5], [0.2, 1.7]), ([0.9, 0.3], [0.1, 0.3]), ([0.0, -1.0], [1.0, -1.0])] {
+        let line = Curve2::line(Vec2::from(a), Vec2::from(b));
+        let image = s.line_of_one_parameter(&line).unwrap();
+        let [from, to] = image.domain();
+        for k in 0..=20 {
+            let share = f64::from(k) / 20.0;
+            let (p, q) = (image.point(from + (to - from) * share), s.point(line.point(share)));
+            assert!((p - q).norm() < 1e-13, "{a:?} {b:?} at {share}");
+        }
+    }
+    assert!(s.line_of_one_parameter(&Curve2::line(Vec2::zeros(), Vec2::new(0.5, 0.5))).is_none());
+}
+
+#[test]
 fn a_piece_is_the_same_surface() {
     let s = random_surface(3);
     let piece = s.trimmed([0.1, 0.65], [-0.3, 1.1]).unwrap();

@@ -150,7 +150,8 @@ mod tests {
             assert!(off.abs() < 1e-12, "the foot is where it says: {off:e}");
             best = best.min(foot.0);
         }
-        let at = |k: usize, i: u32| range[k][0] + (range[k][1] - range[k][0]) * f64::from(i) / 240.0;
+        let at =
+            |k: usize, i: u32| range[k][0] + (range[k][1] - range[k][0]) * f64::from(i) / 240.0;
         let mut dense = f64::INFINITY;
         for (i, j) in (0..=240).flat_map(|i| (0..=240).map(move |j| (i, j))) {
             let q = native.point(Vec2::new(at(0, i), at(1, j)));
@@ -163,7 +164,8 @@ mod tests {
     fn feet_of_whole_surfaces_are_the_nearest_points() {
         let (frame, full) = (frame(), [0.0, TAU]);
         let half = [-0.5 * PI, 0.5 * PI];
-        let torus = |major: f64, minor: f64| RawSurface::Torus { frame, major, minor, keep_outer: None };
+        let torus =
+            |major: f64, minor: f64| RawSurface::Torus { frame, major, minor, keep_outer: None };
         let cases = [
             (RawSurface::Plane(frame), [[-9.0, 9.0]; 2]),
             (RawSurface::Cylinder { frame, radius: 2.0 }, [full, [-9.0, 9.0]]),
@@ -182,12 +184,18 @@ mod tests {
             for _ in 0..12 {
                 let p = Vec3::new(random(), random(), random());
                 let [found, dense] = least(&surface, range, &p);
-                assert!(found <= dense + 1e-12 && dense <= found + 0.2, "{surface:?} {p}: {found} {dense}");
+                assert!(
+                    found <= dense + 1e-12 && dense <= found + 0.2,
+                    "{surface:?} {p}: {found} {dense}"
+                );
             }
             // On the axis and at the centre, where feet are many.
             for z in [0.0, 1.0] {
                 let [found, dense] = least(&surface, range, &frame.point(&Vec3::new(0.0, 0.0, z)));
-                assert!(found <= dense + 1e-12 && dense <= found + 0.2, "{surface:?}: {found} {dense}");
+                assert!(
+                    found <= dense + 1e-12 && dense <= found + 0.2,
+                    "{surface:?}: {found} {dense}"
+                );
             }
         }
     }
@@ -205,7 +213,10 @@ mod tests {
             for _ in 0..20 {
                 let p = Vec3::new(random(), random(), random());
                 let [found, dense] = least(&torus, [[0.0, TAU], range], &p);
-                assert!(found <= dense + 1e-12 && dense <= found + 0.1, "{range:?} {p}: {found} {dense}");
+                assert!(
+                    found <= dense + 1e-12 && dense <= found + 0.1,
+                    "{range:?} {p}: {found} {dense}"
+                );
             }
         }
     }

@@ -417,12 +417,7 @@ fn along_one_parameter(native: &Native<'_>, samples: &[Sample], allowed: f64) ->
 
 /// Feet of points of a curve, each searched from where its neighbours lead; where that foot is far, the whole
 /// surface is searched, as long as this finds nearer ones.
-fn projected_samples(
-    native: &Native<'_>,
-    points: &[Vec3],
-    hints: Hints,
-    size: f64,
-) -> Vec<Sample> {
+fn projected_samples(native: &Native<'_>, points: &[Vec3], hints: Hints, size: f64) -> Vec<Sample> {
     let n = points.len() - 1;
     let sample = |k: usize, uv: Vec2| {
         let foot = native.point(uv);

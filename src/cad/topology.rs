@@ -341,9 +341,8 @@ impl Search {
     /// Whether a closed side runs against the closed edge it lies on.
     fn runs_back(&self, curve: &Curve3, probes: &[Vec3; PROBES.len()]) -> bool {
         let [a, b] = curve.domain();
-        let [with, against] = [PROBES[4], 1.0 - PROBES[4]].map(|s| {
-            (curve.point(a + (b - a) * s) - probes[4]).norm_squared()
-        });
+        let [with, against] = [PROBES[4], 1.0 - PROBES[4]]
+            .map(|s| (curve.point(a + (b - a) * s) - probes[4]).norm_squared());
         if with < 0.04 * against || against < 0.04 * with {
             return against < with;
         }

@@ -3,8 +3,8 @@
 use nalgebra::Vector4;
 
 use super::NurbsError;
-use super::curve::{Curve2, Curve3};
 use super::basis::{BasisWindow, LARGE, MEDIUM, SMALL, basis, basis_values};
+use super::curve::{Curve2, Curve3};
 use super::net::{Net, check_knots, check_weights};
 use crate::geometry::frame::unit;
 use crate::geometry::{Affine, Vec2, Vec3};

@@ -67,7 +67,8 @@ fn points_are_those_of_the_derivatives_to_the_bit() {
 #[test]
 fn lines_of_one_parameter_are_exact() {
     let s = random_surface(7);
-    for (a, b) in [([0.2, -0.5], [0.2, 1.7]), ([0.9, 0.3], [0.1, 0.3]), ([0.0, -1.0], [1.0, -1.0])] {
+    for (a, b) in [([0.2, -0.5], [0.2, 1.7]), ([0.9, 0.3], [0.1, 0.3]), ([0.0, -1.0], [1.0, -1.0])]
+    {
         let line = Curve2::line(Vec2::from(a), Vec2::from(b));
         let image = s.line_of_one_parameter(&line).unwrap();
         let [from, to] = image.domain();

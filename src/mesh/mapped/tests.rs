@@ -61,7 +61,15 @@ impl Builder {
         }
         let source = format!("face {f}");
         let loops = made;
-        self.model.faces.push(Face { surface, kind, analytic: None, loops, flipped: false, source, shell: None });
+        self.model.faces.push(Face {
+            surface,
+            kind,
+            analytic: None,
+            loops,
+            flipped: false,
+            source,
+            shell: None,
+        });
         self
     }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::gaps;
 use super::reference::ReferenceSurface;
 use super::report::Jumps;
 use super::sample::{angle_deg, patch_normal};
@@ -13,9 +14,9 @@ use crate::tool::{Patch, ToolModel};
 
 /// A side of a patch on an edge.
 #[derive(Debug, Clone, Copy)]
-struct Side {
-    patch: usize,
-    side: usize,
+pub(super) struct Side {
+    pub patch: usize,
+    pub side: usize,
     /// The side runs from the edge's higher corner to its lower one.
     reversed: bool,
 }
@@ -30,7 +31,7 @@ fn corners(sides: usize) -> &'static [(f64, f64)] {
 }
 
 /// Point and normal of a patch at the share `t` of an edge.
-fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>) {
+pub(super) fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>) {
     let c = corners(patch.sides());
     let (a, b) = (c[side.side], c[(side.side + 1) % c.len()]);
     let t = if side.reversed { 1.0 - t } else { t };
@@ -43,7 +44,9 @@ fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>) {
 pub(super) fn find(tool: &ToolModel, reference: &impl ReferenceSurface, n: usize) -> Jumps {
     let edges: Vec<([u32; 2], Vec<Side>)> = edges(tool).into_iter().collect();
     let found: Vec<Jumps> = edges.par_iter().map(|(_, s)| of_edge(tool, reference, s, n)).collect();
-    let mut all = Jumps::default();
+    let free: Vec<Side> = edges.iter().filter(|e| e.1.len() == 1).map(|e| e.1[0]).collect();
+    let (open_sides, border_gap_mm) = gaps::across(tool, reference, &free, n);
+    let mut all = Jumps { open_sides, border_gap_mm, ..Jumps::default() };
     for j in found {
         all.shared_edges += j.shared_edges;
         all.free_edges += j.free_edges;

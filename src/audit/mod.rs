@@ -18,6 +18,7 @@
 #![forbid(unsafe_code)]
 
 pub mod clearance;
+mod gaps;
 mod jumps;
 pub mod page;
 pub mod reference;

@@ -57,7 +57,8 @@ fn whole(page: &mut Page, r: &AuditReport) {
         ),
         ("largest distance to the CAD [mm]", number(r.distance_max_mm)),
         ("largest normal error [deg]", number(r.normal_max_deg)),
-        ("largest gap between neighbours [mm]", number(j.position_mm)),
+        ("largest gap between neighbours [mm]", number(j.position_mm.max(j.border_gap_mm))),
+        ("sides that do not meet their neighbours'", j.open_sides.to_string()),
         ("largest normal jump across a smooth edge [deg]", number(j.normal_deg)),
         (
             "edges: shared, free, creases",

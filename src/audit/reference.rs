@@ -1,7 +1,7 @@
 //! What a tool model is compared with: the trimmed CAD, or any surface that knows its closest points.
 
 use crate::cad::Model;
-use crate::cad::model::ClosestPoint;
+use crate::cad::model::{ClosestPoint, Edge};
 use crate::geometry::Vec3;
 
 /// The closest point of a reference surface, as Eq. 24 uses it.
@@ -24,10 +24,25 @@ pub trait ReferenceSurface: Sync {
     /// on. Where several faces are equally near (an edge, a vertex) the patch's own face gives the normal, so
     /// that the sign of the error does not jump with the order of the faces. `None` when there is no surface.
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot>;
+
+    /// The border of `face` nearest to `p`; `None` when the face has none that is known.
+    fn border(&self, _p: &Vec3, _face: u32) -> Option<Border> {
+        None
+    }
+}
+
+/// An edge of the reference near a point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Border {
+    /// Distance to it [mm].
+    pub distance: f64,
+    /// Faces on which the surface goes on beyond it: none at its own border, the face itself at a seam.
+    pub beyond: Vec<u32>,
 }
 
 /// A trimmed CAD model as the reference.
 pub struct CadReference<'m> {
+    model: &'m Model,
     index: ClosestPoint<'m>,
     faces: usize,
     /// Distances that differ by less are equal [mm]: faces that meet at an edge meet to within this.
@@ -39,6 +54,7 @@ impl<'m> CadReference<'m> {
     #[must_use]
     pub fn new(model: &'m Model) -> Self {
         Self {
+            model,
             index: ClosestPoint::new(model),
             faces: model.faces.len(),
             tie: 1e-9 + model.join_tolerance.max(0.0),
@@ -70,5 +86,18 @@ impl ReferenceSurface for CadReference<'_> {
             });
         }
         Some(ReferenceFoot { own_normal: Some(own.normal), ..global })
+    }
+
+    fn border(&self, p: &Vec3, face: u32) -> Option<Border> {
+        let uses = self.model.faces.get(face as usize)?.loops.iter().flat_map(|l| &l.uses);
+        let edges = uses.filter_map(|u| self.model.edges.get(u.edge?));
+        let off = |e: &Edge| (e.curve.point(e.curve.closest(p).0) - p).norm();
+        let nearest = edges.map(|e| (off(e), e)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (distance, edge) = nearest;
+        let mut beyond: Vec<u32> = edge.uses.iter().map(|u| u[0] as u32).collect();
+        if let Some(own) = beyond.iter().position(|&f| f == face) {
+            beyond.remove(own);
+        }
+        Some(Border { distance, beyond })
     }
 }

@@ -92,6 +92,12 @@ pub struct Jumps {
     pub creases: usize,
     /// Largest gap between neighbours along a shared edge [mm].
     pub position_mm: f64,
+    /// Sides used by one patch beyond which the CAD goes on: faces divided independently, hanging vertices.
+    #[serde(default)]
+    pub open_sides: usize,
+    /// Largest distance from a point of such a side to the neighbours across the CAD's edge [mm].
+    #[serde(default)]
+    pub border_gap_mm: f64,
     /// Largest angle between the normals of neighbours across a smooth shared edge [degrees].
     pub normal_deg: f64,
     /// The two patches of that edge.

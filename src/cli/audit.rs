@@ -154,7 +154,7 @@ fn audited(
             r.percentiles_mm.p99,
             r.normal_max_deg,
             r.jumps.normal_deg,
-            r.jumps.position_mm
+            r.jumps.position_mm.max(r.jumps.border_gap_mm)
         );
     } else {
         print_report(r);
@@ -288,6 +288,14 @@ fn print_report(r: &AuditReport) {
     println!(
         "  normal error up to {:.3} deg; across shared edges normals jump by up to {:.3} deg",
         r.normal_max_deg, r.jumps.normal_deg
+    );
+    println!(
+        "  {} edges shared, {} of them creases, gap up to {:.1e} mm; {} sides do not meet their neighbours', gap up to {:.5} mm",
+        r.jumps.shared_edges,
+        r.jumps.creases,
+        r.jumps.position_mm,
+        r.jumps.open_sides,
+        r.jumps.border_gap_mm
     );
     if !r.folded.is_empty() {
         println!(

@@ -89,6 +89,11 @@ impl MesherArgs {
         Ok(mesh)
     }
 
+    /// True for the mesher that is built in.
+    pub(super) fn is_built_in(&self) -> bool {
+        self.mesher == Mesher::Mapped
+    }
+
     /// The same with other divisions of a quarter turn.
     pub(super) fn with_divisions(&self, arc_divisions: usize) -> Self {
         Self { arc_divisions, ..self.clone() }

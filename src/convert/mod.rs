@@ -4,6 +4,7 @@
 pub mod bezier;
 mod edges;
 mod normals;
+pub mod reach;
 mod repair;
 pub mod tolerance;
 
@@ -179,12 +180,17 @@ fn convert_once(
 /// Vector area of the mesh against the side the sheet is on.
 fn looks_away(mesh: &SurfaceMesh, sheet_side: Option<Vec3>) -> bool {
     let Some(side) = sheet_side else { return false };
-    let area = mesh.elements.iter().fold(Vec3::zeros(), |sum, e| {
+    let (mut area, mut whole) = (Vec3::zeros(), 0.0);
+    for e in &mesh.elements {
         let x = |k: usize| mesh.vertices[e.nodes()[k] as usize];
-        let last = e.nodes().len() - 1;
-        (1..last).fold(sum, |sum, k| sum + (x(k) - x(0)).cross(&(x(k + 1) - x(0))))
-    });
-    area.dot(&side) < 0.0
+        for k in 1..e.nodes().len() - 1 {
+            let part = (x(k) - x(0)).cross(&(x(k + 1) - x(0)));
+            area += part;
+            whole += part.norm();
+        }
+    }
+    // A closed solid has no vector area but rounding, and looks outwards.
+    area.dot(&side) < -1e-9 * whole * side.norm()
 }
 
 /// Edges whose two patches do not share the normals at both ends.

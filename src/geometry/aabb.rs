@@ -63,6 +63,13 @@ impl Aabb {
         if self.is_empty() { 0.0 } else { (self.max - self.min).norm() }
     }
 
+    /// Its eight corners, x changing fastest.
+    #[must_use]
+    pub fn corners(&self) -> [Vec3; 8] {
+        let pick = |k: usize, axis: usize| if k >> axis & 1 == 0 { self.min } else { self.max }[axis];
+        std::array::from_fn(|k| Vec3::new(pick(k, 0), pick(k, 1), pick(k, 2)))
+    }
+
     /// Squared distance from `p` to the box [mm^2]; 0 inside.
     #[must_use]
     pub fn distance_squared(&self, p: &Vec3) -> f64 {

@@ -70,6 +70,24 @@ pub enum MeshError {
         /// Tail of its log.
         log: String,
     },
+    /// A format that is not read here, and no meshio to read it.
+    #[error(
+        "{file}: read here are .msh, .stl, .obj and .vtu, other formats through Python's meshio, which is not there ({tried}); install it (`pip install meshio`), name its Python with KANAGATA_PYTHON, or convert the file to one of these formats"
+    )]
+    MeshioAbsent {
+        /// The file's name.
+        file: String,
+        /// What was tried.
+        tried: String,
+    },
+    /// meshio was run and gave no mesh.
+    #[error("meshio cannot read {file}: {reason}; allowed: a format that meshio knows, with triangles or quadrilaterals")]
+    MeshioFailed {
+        /// The file's name.
+        file: String,
+        /// What it said.
+        reason: String,
+    },
     /// A file that cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {

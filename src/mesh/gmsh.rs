@@ -4,9 +4,10 @@
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
+use super::outside::{WorkFolder, on_path, wait};
 use super::{MeshError, MeshReport, SurfaceMesh, attach, io};
 use crate::cad::Model;
 
@@ -75,7 +76,7 @@ const LOG_LINES: usize = 12;
 /// the time is over; [`MeshError::Check`] when faces are missing or the area is off.
 pub fn mesh(cad: &Path, model: &Model, options: &GmshOptions) -> Result<SurfaceMesh, MeshError> {
     let program = find(options.program.as_deref())?;
-    let folder = WorkFolder::new()?;
+    let folder = WorkFolder::new("gmsh")?;
     let run = Run { program: &program, cad, folder: &folder.path, options };
     let found = run.start()?;
     let out = attach(&found, model)?;
@@ -96,39 +97,9 @@ pub fn find(named: Option<&Path>) -> Result<PathBuf, MeshError> {
         }
         return Err(MeshError::GmshAbsent { tried: format!("no file {}", path.display()) });
     }
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let names = ["gmsh", "gmsh.exe"];
-    let on_path = std::env::split_paths(&path).flat_map(|dir| names.map(|n| dir.join(n)));
-    on_path.into_iter().find(|p| p.is_file()).ok_or_else(|| MeshError::GmshAbsent {
+    on_path(&["gmsh", "gmsh.exe"]).ok_or_else(|| MeshError::GmshAbsent {
         tried: "no gmsh on PATH, KANAGATA_GMSH not set".into(),
     })
-}
-
-/// A folder of its own under the system's temporary folder, removed at the end.
-struct WorkFolder {
-    path: PathBuf,
-}
-
-impl WorkFolder {
-    fn new() -> Result<Self, MeshError> {
-        let base = std::env::temp_dir();
-        let mut last = None;
-        for k in 0..1000u32 {
-            let path = base.join(format!("kanagata-gmsh-{}-{k}", std::process::id()));
-            match fs::create_dir(&path) {
-                Ok(()) => return Ok(Self { path }),
-                Err(e) => last = Some(e),
-            }
-        }
-        let source = last.unwrap_or_else(|| std::io::Error::other("no free name"));
-        Err(crate::files::WriteError { path: base, source }.into())
-    }
-}
-
-impl Drop for WorkFolder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.path);
-    }
 }
 
 struct Run<'a> {
@@ -225,24 +196,6 @@ impl Run<'_> {
         let text = String::from_utf8_lossy(&bytes);
         let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
         lines[lines.len().saturating_sub(LOG_LINES)..].join("\n")
-    }
-}
-
-/// Waits for the end of `child`, at most `limit`; false when it had to be killed.
-fn wait(child: &mut Child, limit: Duration) -> bool {
-    let start = Instant::now();
-    let mut pause = Duration::from_millis(2);
-    loop {
-        match child.try_wait() {
-            Ok(None) if start.elapsed() < limit => std::thread::sleep(pause),
-            Ok(None) => {
-                let _ = child.kill();
-                let _ = child.wait();
-                return false;
-            }
-            _ => return true,
-        }
-        pause = (pause * 2).min(Duration::from_millis(50));
     }
 }
 

@@ -10,6 +10,7 @@ pub mod error;
 pub mod gmsh;
 pub mod io;
 pub mod mapped;
+mod outside;
 pub mod quality;
 
 use crate::geometry::{Aabb, Vec3};

@@ -119,6 +119,24 @@ impl Plan {
 /// # Errors
 /// [`SceneError`] names the file, the key, what was found and what is allowed.
 pub fn read(path: &Path) -> Result<Plan, SceneError> {
+    let (scene, bytes) = scene_of(path)?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let tools = load_tools(&scene, path, &folder)?;
+    let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };
+    let card = match &scene.material {
+        MaterialChoice::Named(name) => card::find(name).map_err(card_of)?,
+        MaterialChoice::Card(card) => (**card).clone(),
+    };
+    let angle = scene.blank.rolling_direction_deg.to_radians();
+    let material = card.build(angle).map_err(card_of)?;
+    Ok(Plan { scene, folder, sha256: sha256_hex(&bytes), tools, card, material })
+}
+
+/// Reads and checks the scene at `path` without its tool files, which need not be there yet; with the file's bytes.
+///
+/// # Errors
+/// As [`read`], but for tools and material.
+pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
     let bytes = std::fs::read(path)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
     let scene: Scene = serde_json::from_slice(&bytes).map_err(|e| SceneError::Syntax {
@@ -133,16 +151,7 @@ pub fn read(path: &Path) -> Result<Plan, SceneError> {
         found,
         allowed,
     })?;
-    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let tools = load_tools(&scene, path, &folder)?;
-    let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };
-    let card = match &scene.material {
-        MaterialChoice::Named(name) => card::find(name).map_err(card_of)?,
-        MaterialChoice::Card(card) => (**card).clone(),
-    };
-    let angle = scene.blank.rolling_direction_deg.to_radians();
-    let material = card.build(angle).map_err(card_of)?;
-    Ok(Plan { scene, folder, sha256: sha256_hex(&bytes), tools, card, material })
+    Ok((scene, bytes))
 }
 
 fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTool>, SceneError> {

@@ -7,8 +7,8 @@ mod traps;
 use std::f64::consts::FRAC_PI_2;
 
 use kanagata::audit::{AuditOptions, AuditReport, ReferenceSurface, audit};
-use kanagata::tool::ToolModel;
-use shapes::{Cells, Cylinder, Sphere, Torus, grid, octant};
+use kanagata::tool::{ToolKind, ToolModel};
+use shapes::{Cells, Cylinder, Sphere, Torus, grid, octant, rectangle};
 
 fn report(tool: &ToolModel, reference: &impl ReferenceSurface) -> AuditReport {
     let options = AuditOptions { samples: 16, ..AuditOptions::default() };
@@ -127,5 +127,32 @@ fn arcs_have_the_closed_form() {
         let exact = radius * (1.0 - h.cos()).powi(2) / (2.0 * h.cos());
         assert!((r.max_mm - exact).abs() < 1e-9 * radius, "h {h}: {} {exact}", r.max_mm);
         assert!(r.min_mm > -1e-14);
+    }
+}
+
+/// The hyperbolic corner of a 7 mm fillet whose centre line has a radius of 27 mm: fewest patches in a grid.
+#[test]
+fn a_torus_corner_takes_sixteen_times_the_facets() {
+    const CORNER: Torus = Torus { line: 27.0, tube: 7.0 };
+    let worst = |kind: ToolKind, cells: [u32; 2]| {
+        let tool = rectangle(cells, Cells::Quads, kind, |s, t| {
+            let (theta, phi) = (FRAC_PI_2 * s, FRAC_PI_2 * (1.0 + t));
+            (CORNER.point(theta, phi), Torus::normal(theta, phi))
+        });
+        let options = AuditOptions { samples: 4, ..AuditOptions::default() };
+        audit(&tool, &CORNER, &options).unwrap().report.worst_mm()
+    };
+    // Error falls with each direction's divisions: for every n the first m that keeps the tolerance.
+    let fewest = |kind: ToolKind, tol: f64, most: u32| {
+        let first = |n: u32| {
+            (1..=most / n).find(|&m| worst(kind, [n, m]) <= tol).map(|m| (n * m, [n, m]))
+        };
+        (1..=most).filter_map(first).min().unwrap()
+    };
+    for (tol, nagata, facets) in [(0.01, 24, 375), (0.03, 15, 135), (0.1, 8, 40)] {
+        let smooth = fewest(ToolKind::Nagata, tol, 40);
+        let flat = fewest(ToolKind::Facets, tol, facets + 20);
+        println!("{tol} mm: {smooth:?} Nagata quads, {flat:?} bilinear facets");
+        assert_eq!((smooth.0, flat.0), (nagata, facets), "{tol} mm");
     }
 }

@@ -70,20 +70,30 @@ pub enum Cells {
 /// A grid of `n x n` cells over the unit square, placed by `at` (point and normal at `(s, t)`, with
 /// `S_s x S_t` along the normal).
 pub fn grid(n: u32, cells: Cells, at: impl Fn(f64, f64) -> (Vec3, Vec3)) -> ToolModel {
+    rectangle([n, n], cells, ToolKind::Nagata, at)
+}
+
+/// The same with `n x m` cells of some kind.
+pub fn rectangle(
+    [n, m]: [u32; 2],
+    cells: Cells,
+    kind: ToolKind,
+    at: impl Fn(f64, f64) -> (Vec3, Vec3),
+) -> ToolModel {
     let (mut vertices, mut normals, mut corners) = (vec![], vec![], vec![]);
     for i in 0..=n {
-        for j in 0..=n {
-            let (x, normal) = at(f64::from(i) / f64::from(n), f64::from(j) / f64::from(n));
+        for j in 0..=m {
+            let (x, normal) = at(f64::from(i) / f64::from(n), f64::from(j) / f64::from(m));
             vertices.push(x);
             normals.push(normal);
         }
     }
-    let id = |i: u32, j: u32| i * (n + 1) + j;
+    let id = |i: u32, j: u32| i * (m + 1) + j;
     let mut push = |ids: &[u32]| {
         corners.push(PatchCorners { vertices: ids.to_vec(), normals: ids.to_vec(), face: 0 });
     };
     for i in 0..n {
-        for j in 0..n {
+        for j in 0..m {
             let [a, b, c, d] = [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)];
             match cells {
                 Cells::Quads => push(&[a, b, c, d]),
@@ -98,7 +108,7 @@ pub fn grid(n: u32, cells: Cells, at: impl Fn(f64, f64) -> (Vec3, Vec3)) -> Tool
             }
         }
     }
-    nagata(vertices, normals, corners, EdgeRule::Guarded)
+    build("test".into(), kind, vertices, normals, corners, EdgeRule::Guarded).unwrap().0
 }
 
 pub fn nagata(

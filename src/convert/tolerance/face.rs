@@ -1,11 +1,13 @@
 //! One face judged alone: its patches for given divisions of its edges, audited. Answers are kept.
 
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rustc_hash::FxHashMap;
 
 use crate::audit::{AuditOptions, CadReference, audit};
 use crate::convert::{ConvertOptions, convert};
+use crate::geometry::Vec3;
 use crate::mesh::mapped::plan::{Divisions, Plan};
 
 /// What the audit of a face's patches says.
@@ -17,9 +19,12 @@ pub(super) struct Figures {
     pub error_mm: f64,
     /// Largest normal error [degrees]; infinite when the face cannot be meshed so.
     pub normal_deg: f64,
+    /// Where the error is largest, if there are patches.
+    pub worst: Option<Vec3>,
 }
 
-const NONE: Figures = Figures { patches: 0, error_mm: f64::INFINITY, normal_deg: f64::INFINITY };
+const NONE: Figures =
+    Figures { patches: 0, error_mm: f64::INFINITY, normal_deg: f64::INFINITY, worst: None };
 
 /// Divisions of the face's edges in loop order, density, mapped.
 type Key = (usize, Vec<usize>, usize, bool);
@@ -30,6 +35,8 @@ pub(super) struct Judge<'a> {
     reference: &'a CadReference<'a>,
     options: ConvertOptions,
     known: Mutex<FxHashMap<Key, Figures>>,
+    /// Patches audited so far: work done, the same for any number of threads.
+    spent: AtomicU64,
 }
 
 impl<'a> Judge<'a> {
@@ -39,7 +46,7 @@ impl<'a> Judge<'a> {
         options: &ConvertOptions,
     ) -> Self {
         let options = ConvertOptions { sheet_side: None, flip: false, ..options.clone() };
-        Self { plan, reference, options, known: Mutex::new(FxHashMap::default()) }
+        Self { plan, reference, options, known: Mutex::default(), spent: AtomicU64::new(0) }
     }
 
     /// Figures of face `f`.
@@ -53,10 +60,17 @@ impl<'a> Judge<'a> {
             return found;
         }
         let found = self.judge(f, divisions, density).unwrap_or(NONE);
-        if let Ok(mut known) = self.known.lock() {
-            known.insert(key, found);
+        if let Ok(mut known) = self.known.lock()
+            && known.insert(key, found).is_none()
+        {
+            self.spent.fetch_add(1 + found.patches as u64, Ordering::Relaxed);
         }
         found
+    }
+
+    /// Work done so far, in patches audited.
+    pub fn spent(&self) -> u64 {
+        self.spent.load(Ordering::Relaxed)
     }
 
     fn judge(&self, f: usize, divisions: &Divisions, density: usize) -> Option<Figures> {
@@ -71,6 +85,7 @@ impl<'a> Judge<'a> {
             patches: tool.patches.len(),
             error_mm: report.worst_mm(),
             normal_deg: report.normal_max_deg,
+            worst: report.worst.first().map(|w| w.point.into()),
         })
     }
 }

@@ -77,6 +77,16 @@ pub enum ToleranceError {
         /// Patches of the best model found.
         patches: usize,
     },
+    /// A face of which no patches come out sound.
+    #[error(
+        "{source_entity} (face {face}): its patches fold or cannot be made however finely its border is divided; repair the face in the CAD, or convert with --arc-divisions and --allow-folds to see where"
+    )]
+    NoPatches {
+        /// The face.
+        face: usize,
+        /// Its entity in the CAD file.
+        source_entity: String,
+    },
     /// So few patches are not possible.
     #[error("the coarsest model has {least} patches; allowed with --patches: at least so many")]
     TooFew {
@@ -156,7 +166,8 @@ pub fn to_patches(
                     best = found;
                 }
             }
-            Ok(_) | Err(ToleranceError::NotReached { .. }) => low = tol,
+            Ok(_)
+            | Err(ToleranceError::NotReached { .. } | ToleranceError::NoPatches { .. }) => low = tol,
             Err(other) => return Err(other),
         }
         if low > 0.0 && high < 1.02 * low {
@@ -178,13 +189,28 @@ impl Work<'_> {
         let loosenings: &[f64] = if goal.two_sided { &LOOSENINGS } else { &[1.0] };
         let mut best: Option<Refined> = None;
         let mut last = None;
-        for &share in loosenings {
+        for &share in loosenings.iter().rev() {
+            if best.is_some() && judge.spent() >= search::ENOUGH {
+                break;
+            }
             let limit = best.as_ref().map_or(usize::MAX, |b| b.tool.patches.len());
             match self.held_to(judge, goal, share, limit) {
                 Ok(Some(found)) => best = Some(found),
                 Ok(None) => {}
                 Err(ToleranceError::NotReached { .. }) if best.is_some() => {}
-                Err(error) => last = Some(error),
+                Err(error) => {
+                    // Twice the tolerance is not within what balancing takes off.
+                    let hopeless = match &error {
+                        ToleranceError::NotReached { found, allowed, .. } => {
+                            *found > LOOSENINGS[0] * allowed
+                        }
+                        _ => true,
+                    };
+                    last = Some(error);
+                    if hopeless {
+                        break;
+                    }
+                }
             }
         }
         match (best, last) {
@@ -216,6 +242,9 @@ impl Work<'_> {
             if next.patches() >= limit {
                 return Ok(None);
             }
+            if !search.keeps(&next) {
+                return Err(self.given_up(goal, &next));
+            }
             let refined = self.finish(&next, goal)?;
             let over = exceeding(&refined.audit, goal);
             if over.is_empty() {
@@ -246,6 +275,27 @@ impl Work<'_> {
             return Ok(plain);
         }
         balanced(plain, found, self.plan.model(), &self.reference, self.options, &options)
+    }
+
+    /// Why the search ended before every face kept its share: the face that is farthest from the tolerance.
+    fn given_up(&self, goal: &Goal, state: &State) -> ToleranceError {
+        let worst = (0..self.plan.model().faces.len())
+            .max_by(|&a, &b| state.badness(a).total_cmp(&state.badness(b)))
+            .unwrap_or(0);
+        let (mm, deg) = state.figures(worst);
+        let source_entity = self.plan.model().faces[worst].source.clone();
+        if !mm.is_finite() {
+            return ToleranceError::NoPatches { face: worst, source_entity };
+        }
+        let by_length = mm / goal.tol_mm >= deg / goal.normal_deg;
+        ToleranceError::NotReached {
+            face: worst,
+            source_entity,
+            found: if by_length { mm } else { deg },
+            allowed: if by_length { goal.tol_mm } else { goal.normal_deg },
+            unit: if by_length { "mm" } else { "degrees" },
+            patches: state.patches(),
+        }
     }
 
     fn not_reached(

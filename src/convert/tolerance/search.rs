@@ -28,6 +28,11 @@ impl State {
         self.faces.iter().map(|f| f.patches).sum()
     }
 
+    /// Largest shape error [mm] and normal error [degrees] of a face.
+    pub fn figures(&self, face: usize) -> (f64, f64) {
+        (self.faces[face].error_mm, self.faces[face].normal_deg)
+    }
+
     /// Error of a face over the tolerance, without its share.
     pub fn badness(&self, face: usize) -> f64 {
         self.badness[face]
@@ -47,6 +52,12 @@ enum Move {
 const MOST: usize = 2000;
 /// Chains that are tried for exchange, at most.
 const EXCHANGES: usize = 96;
+/// Patches audited from which on divisions are no longer lowered or exchanged: large models take what growth gives.
+pub(super) const ENOUGH: u64 = 150_000;
+/// Raises without a tenth less error, besides one for each of its edges, after which a face is given up.
+const PATIENCE: usize = 12;
+/// Edges of a face that is not mapped, nearest to its worst point, that are tried for raising.
+const NEAREST: usize = 3;
 
 /// A search with fixed tolerances.
 pub(super) struct Search<'a> {
@@ -64,7 +75,7 @@ impl Search<'_> {
         let density = vec![1; self.plan.model().faces.len()];
         let mut state = self.prune(self.grow(self.state(minima, density)));
         let mut tried = 0;
-        while tried < EXCHANGES {
+        while tried < EXCHANGES && self.judge.spent() < ENOUGH {
             let Some(better) = self.exchange(&state, &mut tried) else { break };
             state = better;
         }
@@ -89,23 +100,30 @@ impl Search<'_> {
         state.badness[f] / self.shares[f]
     }
 
-    fn keeps(&self, state: &State) -> bool {
+    /// True when every face is within its share of the tolerance.
+    pub fn keeps(&self, state: &State) -> bool {
         (0..state.faces.len()).all(|f| self.over(state, f) <= 1.0)
     }
 
-    /// Raises divisions until every face keeps its tolerance or nothing more can be raised.
+    /// Raises divisions until every face keeps its tolerance, nothing more can be raised, or a face no longer gets
+    /// better: see [`Search::keeps`].
     pub fn grow(&self, mut state: State) -> State {
+        // For each face the least error so far, and raises since then.
+        let mut best: Vec<(f64, usize)> = state.badness.iter().map(|&b| (b, 0)).collect();
         loop {
             let worst = (0..state.faces.len())
                 .max_by(|&a, &b| self.over(&state, a).total_cmp(&self.over(&state, b)));
             let Some(f) = worst.filter(|&f| self.over(&state, f) > 1.0) else { return state };
+            if best[f].1 > PATIENCE + self.edges(f).count() {
+                return state;
+            }
             let moves = self.moves(&state, f);
             if moves.is_empty() {
                 return state;
             }
             let gains: Vec<f64> = moves.par_iter().map(|m| self.gain(&state, f, *m)).collect();
-            let best = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-            let chosen = match best {
+            let first = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+            let chosen = match first {
                 Some((k, gain)) if *gain > 0.0 => vec![moves[k]],
                 // None alone helps: all of them.
                 _ => moves,
@@ -115,12 +133,30 @@ impl Search<'_> {
                 self.raise(&state, f, m, &mut minima, &mut density);
             }
             state = self.state(minima, density);
+            best[f].1 += 1;
+            for (face, least) in best.iter_mut().enumerate() {
+                if state.badness[face] < 0.9 * least.0 {
+                    *least = (state.badness[face], 0);
+                }
+            }
         }
     }
 
     fn moves(&self, state: &State, f: usize) -> Vec<Move> {
-        let mut all: BTreeSet<Move> = self
-            .edges(f)
+        let mut edges: Vec<usize> = self.edges(f).collect();
+        if let Some(worst) = state.faces[f].worst.filter(|_| !state.divisions.mapped[f]) {
+            // No edge but those beside it can do much about it.
+            let off = |e: usize| {
+                let curve = &self.plan.model().edges[e].curve;
+                (curve.point(curve.closest(&worst).0) - worst).norm()
+            };
+            let mut near: Vec<(f64, usize)> = edges.iter().map(|&e| (off(e), e)).collect();
+            near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            near.truncate(NEAREST);
+            edges = near.into_iter().map(|n| n.1).collect();
+        }
+        let mut all: BTreeSet<Move> = edges
+            .into_iter()
             .filter(|&e| state.divisions.counts[e] < MOST)
             .map(|e| Move::Chain(self.plan.chains()[e]))
             .collect();
@@ -136,7 +172,10 @@ impl Search<'_> {
 
     /// Applies a move made for face `f`: far from the tolerance in longer steps.
     fn raise(&self, state: &State, f: usize, m: Move, minima: &mut [usize], density: &mut [usize]) {
-        let longer = |n: usize| if self.over(state, f) > 4.0 { n + (n / 3).max(1) } else { n + 1 };
+        // The error falls with the fourth power of the divisions at best.
+        let over = self.over(state, f);
+        let share = if over.is_finite() { ((over.powf(0.25) - 1.0) / 2.0).min(1.0) } else { 1.0 / 3.0 };
+        let longer = |n: usize| if over > 4.0 { n + ((n as f64 * share) as usize).max(1) } else { n + 1 };
         match m {
             Move::Chain(c) => minima[c] = longer(state.divisions.counts[c]),
             Move::Inside(f) => density[f] = longer(density[f]),
@@ -188,6 +227,9 @@ impl Search<'_> {
         loop {
             let mut any = false;
             for m in self.lowerings(&state) {
+                if self.judge.spent() >= ENOUGH {
+                    return state;
+                }
                 let Some(lower) = self.lowered(&state, m) else { continue };
                 if self.keeps(&lower) && lower.patches() < state.patches() {
                     state = lower;

@@ -1,6 +1,8 @@
-//! Mesh files: MSH 4.1 and VTU written; MSH 2.2 and 4.1 (ASCII, binary), STL, OBJ and VTU read.
+//! Mesh files: MSH 4.1 and VTU written; MSH 2.2 and 4.1 (ASCII, binary), STL, OBJ and VTU read, all others through
+//! Python's meshio when it is installed.
 
 mod cursor;
+mod meshio;
 mod msh_read;
 mod msh_write;
 mod obj;
@@ -18,12 +20,14 @@ use crate::geometry::Vec3;
 /// Face number of elements whose file names none; [`attach()`](super::attach()) finds it.
 pub const UNATTACHED: u32 = u32::MAX;
 
-/// Reads a surface mesh, told by the file's ending: `.msh`, `.stl`, `.obj`, `.vtu`. Coordinates are taken
-/// as mm. `Element::face` is the surface number the file gives (MSH entity, VTU cell array `face`), or
-/// [`UNATTACHED`].
+/// Reads a surface mesh, told by the file's ending: `.msh`, `.stl`, `.obj`, `.vtu`; any other (Abaqus, Nastran, VTK,
+/// PLY, ...) is read by Python's meshio if that is installed. Coordinates are taken as mm. `Element::face` is the
+/// surface number the file gives (MSH entity, VTU cell array `face`), or [`UNATTACHED`].
 ///
 /// # Errors
-/// [`MeshError::Read`]; [`MeshError::Invalid`] with line or byte, what was found and what is allowed.
+/// [`MeshError::Read`]; [`MeshError::Invalid`] with line or byte, what was found and what is allowed;
+/// [`MeshError::MeshioAbsent`] for a format that is not read here when meshio is not there, and
+/// [`MeshError::MeshioFailed`] with what it says when it cannot read the file either.
 pub fn read(path: &Path) -> Result<SurfaceMesh, MeshError> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
@@ -36,12 +40,7 @@ pub fn read(path: &Path) -> Result<SurfaceMesh, MeshError> {
         "msh" => msh_read::parse(&bytes, &name),
         "stl" => stl::parse(&bytes, &name),
         "obj" => obj::parse(&bytes, &name),
-        _ => Err(MeshError::Invalid {
-            file: name,
-            place: "file name".into(),
-            found: format!("ending '.{ending}'"),
-            allowed: ".msh, .stl, .obj, .vtu".into(),
-        }),
+        _ => meshio::read(path, &name),
     }
 }
 

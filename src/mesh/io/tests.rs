@@ -137,3 +137,58 @@ fn endings_this_program_does_not_know_are_named() {
     assert!(bad.contains("'.ply'") && bad.contains(".msh, .vtu"), "{bad}");
     assert!(matches!(read(Path::new("none.msh")), Err(MeshError::Read { .. })));
 }
+
+/// Two quads and a triangle as an Abaqus deck.
+const DECK: &str = "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.25\n3, 1., 1., 0.1\n4, 0., 1., 0.\n5, 2., 0., 0.\n6, 2., 1., 0.\n\
+                    *ELEMENT, TYPE=S4\n1, 1, 2, 3, 4\n2, 2, 5, 6, 3\n*ELEMENT, TYPE=S3\n3, 1, 2, 4\n";
+
+/// A Python that has meshio, if there is one.
+fn python_with_meshio() -> Option<std::path::PathBuf> {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join(".local/venv/bin/python");
+    let named = std::env::var_os("KANAGATA_PYTHON").map(std::path::PathBuf::from);
+    [named, Some(own), Some("python3".into())].into_iter().flatten().find(|p| {
+        let asked = std::process::Command::new(p).args(["-c", "import meshio"]).output();
+        asked.is_ok_and(|o| o.status.success())
+    })
+}
+
+#[test]
+fn other_formats_are_read_by_meshio() {
+    let Some(python) = python_with_meshio() else {
+        println!("skipped: no Python with meshio (tools/setup, or KANAGATA_PYTHON)");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("deck.inp");
+    std::fs::write(&path, DECK).unwrap();
+    let mesh = meshio::read_with(&python, &path, "deck.inp").unwrap();
+    let sizes: Vec<usize> = mesh.elements.iter().map(|e| e.nodes().len()).collect();
+    assert_eq!(sizes, [4, 4, 3]);
+    assert_eq!(mesh.vertices[1], Vec3::new(1.0, 0.0, 0.25));
+    assert!(mesh.elements.iter().all(|e| e.face == UNATTACHED));
+    for (name, text) in [("torn.inp", &DECK[..60]), ("what.xyzzy", "?"), ("points.inp", &DECK[..30])]
+    {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        let said = meshio::read_with(&python, &path, name).unwrap_err().to_string();
+        assert!(said.starts_with(&format!("meshio cannot read {name}: ")), "{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn without_meshio_it_is_said_what_to_install() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let deck = folder.path().join("deck.bdf");
+    std::fs::write(&deck, "GRID\n").unwrap();
+    let python = folder.path().join("python");
+    let script = "#!/bin/sh\necho \"No module named 'meshio'\" >&2\nexit 77\n";
+    std::fs::write(&python, script).unwrap();
+    std::fs::set_permissions(&python, std::fs::Permissions::from_mode(0o755)).unwrap();
+    for (program, why) in [(python.as_path(), "No module"), (Path::new("no/python"), "not start")] {
+        let said = meshio::read_with(program, &deck, "deck.bdf").unwrap_err().to_string();
+        let remedy = ["deck.bdf", "pip install meshio", "KANAGATA_PYTHON", ".msh, .stl", why];
+        assert!(remedy.iter().all(|w| said.contains(w)), "{said}");
+    }
+}

@@ -1,24 +1,27 @@
 //! `kanagata convert FILE -o TOOL`.
 
+mod kinds;
+mod print;
+
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
+use self::kinds::{bezier, exchange};
+use self::print::{print_reach, print_report};
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::mesh::MesherArgs;
 use super::quantity::{angle_deg, length_mm};
 use crate::audit::AuditReport;
 use crate::cad::Model;
-use crate::convert::bezier::{BezierOptions, bezier_from_cad};
+use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance};
 use crate::convert::{ConvertError, ConvertOptions, ConvertReport, convert};
 use crate::files::sha256_hex;
 use crate::geometry::Vec3;
 use crate::mesh::{attach, io};
-use crate::tool::build::StraightEdge;
 use crate::tool::edge::EdgeRule;
-use crate::tool::exchange::{to_bezier, to_nagata};
 use crate::tool::file::{Provenance, ToolFile};
 use crate::tool::{ToolKind, ToolModel};
 
@@ -28,6 +31,7 @@ use crate::tool::{ToolKind, ToolModel};
     kanagata convert punch.stp -o punch.tool.json --sheet-side=-z --arc-divisions 6\n  \
     kanagata convert die.igs -o die.tool.json --sheet-side +z --tol 0.01mm --normal-tol 0.5deg\n  \
     kanagata convert die.igs -o die.tool.json --mesh die.msh\n  \
+    kanagata convert die.stp -o die.tool.json --tol 0.01mm --reach cup.scene.json\n  \
     kanagata convert die.tool.json -o bezier.tool.json --to bezier\n\n{EXIT_HELP}"))]
 pub struct ConvertArgs {
     /// IGES or STEP file; with --to a tool file
@@ -59,7 +63,7 @@ pub struct ConvertArgs {
     /// Normals of neighbouring faces closer than this are one [degrees]
     #[arg(long, value_name = "DEG", default_value_t = 0.5)]
     smooth_deg: f64,
-    /// Take this mesh (.msh, .stl, .obj, .vtu) instead of making one
+    /// Take this mesh (.msh, .stl, .obj, .vtu; other formats through Python's meshio) instead of making one
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     /// Refine until the largest |shape error| is within this, as `0.01mm` [mm], with as few patches as that takes
@@ -74,6 +78,9 @@ pub struct ConvertArgs {
     /// With --tol or --patches: leave all vertices on the CAD instead of balancing them about it
     #[arg(long)]
     on_cad: bool,
+    /// Leave out faces that the sheet of this scene cannot touch; the tool is the one of this name or output file there
+    #[arg(long, value_name = "SCENE", conflicts_with = "mesh")]
+    reach: Option<PathBuf>,
     #[command(flatten)]
     mesher: MesherArgs,
 }
@@ -173,21 +180,27 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     if let Some(to) = args.to {
         return exchange(args, to);
     }
-    let model = read_model(&args.file)?;
+    let whole = read_model(&args.file)?;
+    let reached = args.reach.as_deref().map(|scene| reach(args, scene, &whole)).transpose()?;
+    let model = reached.as_ref().map_or(&whole, |r| &r.model);
     if args.kind == Kind::Bezier {
-        return bezier(args, &model);
+        return bezier(args, model, reached.as_ref());
     }
-    let options = options(args);
-    let made = if is_refined(args) {
-        refined(args, &model, &options)?
+    let options = options(args, reached.as_ref());
+    let mut made = if is_refined(args) {
+        refined(args, model, &options, reached.as_ref())?
     } else {
         let mesh = match &args.mesh {
-            Some(path) => attach::attach(&io::read(path)?, &model)?,
-            None => args.mesher.mesh(&args.file, &model)?,
+            Some(path) => attach::attach(&io::read(path)?, model)?,
+            None => args.mesher.mesh(&args.file, model)?,
         };
-        let (tool, report) = convert(&model, &mesh, &options)?;
+        let (tool, report) = convert(model, &mesh, &options)?;
         Converted { tool, report, refined: None }
     };
+    if let Some(reached) = &reached {
+        reached.renumber(&mut made.tool);
+        made.report.turned = reached.turned;
+    }
     if !made.report.folded.is_empty() && !args.allow_folds && edge(args) != Edge::Plain {
         print_report(&made);
         return Err(Failure::input(format!(
@@ -196,84 +209,41 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
             made.report.folded.len()
         )));
     }
-    let provenance = provenance(args, &model.unit, made.refined.as_ref().map(|r| r.0.worst_mm()))?;
+    let error_mm = made.refined.as_ref().map(|r| r.0.worst_mm());
+    let provenance = provenance(args, &model.unit, error_mm, reached.as_ref())?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
     print_report(&made);
+    reached.iter().for_each(print_reach);
     println!("  {}", args.output.display());
     Ok(Exit::Done)
 }
 
-/// Bezier patches straight from the CAD, a quarter turn in 1, 2, 4 ... patches until they are within the tolerance.
-fn bezier(args: &ConvertArgs, model: &Model) -> Result<Exit, Failure> {
-    const TOLERANCE: f64 = 1e-4;
-    const FINEST: usize = 64;
-    let tolerance_mm = args.tol.unwrap_or(TOLERANCE);
-    let options = BezierOptions {
-        name: args.name.clone().unwrap_or_else(|| stem(&args.output)),
-        tolerance_mm,
-        sheet_side: args.sheet_side.map(SheetSide::direction),
-        flip: args.flip,
-    };
-    let mut divisions = 1;
-    let (tool, report) = loop {
-        let mesh = match &args.mesh {
-            Some(path) => attach::attach(&io::read(path)?, model)?,
-            None => args.mesher.with_divisions(divisions).mesh(&args.file, model)?,
-        };
-        let (tool, report) = bezier_from_cad(model, &mesh, &options)?;
-        if report.error_mm <= tolerance_mm && (report.folded.is_empty() || args.allow_folds) {
-            break (tool, report);
-        }
-        divisions *= 2;
-        if divisions > FINEST || args.mesh.is_some() {
-            return Err(Failure::input(format!(
-                "{}: Bezier patches of degree 6 are {:.2e} mm off on patch {}, and {} fold; allowed: {tolerance_mm} mm, none; allow more with --tol and --allow-folds, or mesh finer",
-                args.file.display(),
-                report.error_mm,
-                report.worst,
-                report.folded.len()
-            )));
-        }
-    };
-    let mut provenance = provenance(args, &model.unit, Some(report.error_mm))?;
-    provenance.mesher = match &args.mesh {
-        Some(_) => provenance.mesher,
-        None => args.mesher.with_divisions(divisions).describe(),
-    };
-    provenance.mesher += &format!(" bezier tol-mm={tolerance_mm}");
-    ToolFile::of_model(&tool, EdgeRule::Guarded, provenance).write(&args.output)?;
-    println!(
-        "{} patches of degree up to {}, {:.2e} mm off the CAD's surfaces at most",
-        tool.patches.len(),
-        report.degree,
-        report.error_mm
-    );
-    if report.turned {
-        println!("  turned round to look at the sheet");
+/// What of the model the sheet of a scene can touch.
+fn reach(args: &ConvertArgs, scene: &Path, model: &Model) -> Result<Reached, Failure> {
+    if !args.mesher.is_built_in() {
+        return Err(Failure::input(
+            "--mesher gmsh with --reach; allowed: the built-in mesher, which takes faces one by one; leave --mesher out",
+        ));
     }
-    println!("  {}", args.output.display());
-    Ok(Exit::Done)
+    let (read, _) = crate::scene::read::scene_of(scene)?;
+    let folder = scene.parent().unwrap_or(Path::new(""));
+    let file = args.output.file_name().unwrap_or_default().to_string_lossy();
+    let name = args.name.clone().unwrap_or_else(|| stem(&args.output));
+    let side = args.sheet_side.map(SheetSide::direction);
+    let found = Zone::of_scene(&read, folder, &file, &name)
+        .and_then(|zone| within_reach(model, &zone, side, args.flip));
+    found.map_err(|e| match e {
+        ReachError::Mesh(e) => e.into(),
+        other => Failure::input(format!("{}: {other}", scene.display())),
+    })
 }
 
-/// A tool file from one kind to another.
-fn exchange(args: &ConvertArgs, to: To) -> Result<Exit, Failure> {
-    let loaded = crate::tool::file::read(&args.file)?;
-    let mut tool = match to {
-        To::Bezier => to_bezier(&loaded.model),
-        To::Nagata => {
-            let (tool, lost) = to_nagata(&loaded.model)
-                .map_err(|e| Failure::input(format!("{}: {e}", args.file.display())))?;
-            println!("largest discrepancy {:.3e} mm, on patch {}", lost.max_mm, lost.patch);
-            tool
-        }
-    };
-    tool.name = args.name.clone().unwrap_or(tool.name);
-    let mut provenance = loaded.provenance;
-    provenance.mesher += &format!(" to={to:?}").to_lowercase();
-    provenance.shape_error_mm = provenance.shape_error_mm.filter(|_| to == To::Bezier);
-    ToolFile::of_model(&tool, EdgeRule::Guarded, provenance).write(&args.output)?;
-    println!("{} patches\n  {}", tool.patches.len(), args.output.display());
-    Ok(Exit::Done)
+/// Side the sheet is on and whether to flip: with a reach that was settled on the whole model.
+fn side_and_flip(args: &ConvertArgs, reached: Option<&Reached>) -> (Option<Vec3>, bool) {
+    match reached {
+        Some(reached) => (None, reached.turned),
+        None => (args.sheet_side.map(SheetSide::direction), args.flip),
+    }
 }
 
 fn edge(args: &ConvertArgs) -> Edge {
@@ -285,7 +255,8 @@ fn is_refined(args: &ConvertArgs) -> bool {
     args.tol.is_some() || args.normal_tol.is_some() || args.patches.is_some()
 }
 
-fn options(args: &ConvertArgs) -> ConvertOptions {
+fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {
+    let (sheet_side, flip) = side_and_flip(args, reached);
     ConvertOptions {
         name: args.name.clone().unwrap_or_else(|| stem(&args.output)),
         kind: match args.kind {
@@ -299,8 +270,8 @@ fn options(args: &ConvertArgs) -> ConvertOptions {
         },
         through_cad: edge(args) == Edge::Cad,
         smooth_deg: args.smooth_deg,
-        sheet_side: args.sheet_side.map(SheetSide::direction),
-        flip: args.flip,
+        sheet_side,
+        flip,
     }
 }
 
@@ -308,17 +279,25 @@ fn refined(
     args: &ConvertArgs,
     model: &Model,
     options: &ConvertOptions,
+    reached: Option<&Reached>,
 ) -> Result<Converted, Failure> {
     let mesh = args.mesher.mapped_for_refinement()?;
+    let whole = |error: ToleranceError| match (error, reached) {
+        (ToleranceError::NotReached { face, source_entity, found, allowed, unit, patches }, Some(r)) => {
+            let face = r.kept[face];
+            ToleranceError::NotReached { face, source_entity, found, allowed, unit, patches }
+        }
+        (other, _) => other,
+    };
     let found = match args.patches {
-        Some(patches) => to_patches(model, &mesh, options, patches, !args.on_cad)?,
+        Some(patches) => to_patches(model, &mesh, options, patches, !args.on_cad).map_err(whole)?,
         None => {
             let goal = Goal {
                 tol_mm: args.tol.unwrap_or(f64::INFINITY),
                 normal_deg: args.normal_tol.unwrap_or(f64::INFINITY),
                 two_sided: !args.on_cad,
             };
-            to_tolerance(model, &mesh, options, &goal)?
+            to_tolerance(model, &mesh, options, &goal).map_err(whole)?
         }
     };
     Ok(Converted {
@@ -339,10 +318,15 @@ fn provenance(
     args: &ConvertArgs,
     unit: &str,
     shape_error_mm: Option<f64>,
+    reached: Option<&Reached>,
 ) -> Result<Provenance, Failure> {
     let bytes = std::fs::read(&args.file)
         .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", args.file.display())))?;
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let within = reached.zip(args.reach.as_deref()).map_or_else(String::new, |(r, scene)| {
+        let all = r.kept.len() + r.left_out.len();
+        format!(" reach={} faces={}/{all}", name(scene), r.kept.len())
+    });
     Ok(Provenance {
         cad_file: name(&args.file),
         cad_sha256: sha256_hex(&bytes),
@@ -353,7 +337,7 @@ fn provenance(
                 format!("{}{}", args.mesher.describe_refinement(), goal(args))
             }
             None => args.mesher.describe(),
-        },
+        } + &within,
         program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
         shape_error_mm,
     })
@@ -367,51 +351,4 @@ fn goal(args: &ConvertArgs) -> String {
     let vertices = if args.on_cad { " vertices=on-cad" } else { " vertices=balanced" };
     let edges = format!(" edges={}", format!("{:?}", edge(args)).to_lowercase());
     format!("{tol}{normal}{patches}{vertices}{edges}")
-}
-
-fn print_report(made: &Converted) {
-    let (patches, vertices) = (made.tool.patches.len(), made.tool.vertices.len());
-    let report = &made.report;
-    println!("{patches} patches, {vertices} vertices, {} crease edges", report.creases);
-    if let Some((audit, moved)) = &made.refined {
-        println!(
-            "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved:.5} mm off the CAD",
-            audit.min_mm, audit.max_mm, audit.normal_max_deg
-        );
-    }
-    if report.turned {
-        println!("  turned round to look at the sheet");
-    }
-    list_edges(made, &report.straight, "straight");
-    list_edges(made, &report.bent, "follows the CAD, off its normals");
-    if report.split > 0 {
-        eprintln!("warning: {} folded quadrilaterals split in two triangles", report.split);
-    }
-    for &patch in report.folded.iter().take(MOST_LISTED) {
-        let p = at(made, &made.tool.corners[patch as usize].vertices);
-        let face = made.tool.faces[patch as usize];
-        eprintln!("warning: patch {patch} on face {face} near {p} folds; mesh finer there");
-    }
-}
-
-/// Edges and patches listed, at most.
-const MOST_LISTED: usize = 50;
-
-/// Mean of some vertices, to be read.
-fn at(made: &Converted, vertices: &[u32]) -> String {
-    let sum: Vec3 = vertices.iter().map(|&v| made.tool.vertices[v as usize]).sum();
-    let p = sum / vertices.len() as f64;
-    format!("({:.3}, {:.3}, {:.3}) mm", p.x, p.y, p.z)
-}
-
-fn list_edges(made: &Converted, edges: &[StraightEdge], what: &str) {
-    for edge in edges.iter().take(MOST_LISTED) {
-        let ([a, b], p) = (edge.vertices, at(made, &edge.vertices));
-        let patches: Vec<String> = edge.patches.iter().map(u32::to_string).collect();
-        let patches = patches.join(", ");
-        eprintln!("warning: edge {a}-{b} of patches {patches} near {p}: {what}; {}", edge.fault);
-    }
-    if edges.len() > MOST_LISTED {
-        eprintln!("warning: and {} more edges: {what}", edges.len() - MOST_LISTED);
-    }
 }

@@ -1,0 +1,67 @@
+//! What `convert` prints of what it made.
+
+use super::Converted;
+use crate::convert::reach::{Reached, Why};
+use crate::geometry::Vec3;
+use crate::tool::build::StraightEdge;
+
+/// Edges and patches listed, at most.
+const MOST_LISTED: usize = 50;
+
+/// Figures, and warnings for what is not as asked.
+pub(super) fn print_report(made: &Converted) {
+    let (patches, vertices) = (made.tool.patches.len(), made.tool.vertices.len());
+    let report = &made.report;
+    println!("{patches} patches, {vertices} vertices, {} crease edges", report.creases);
+    if let Some((audit, moved)) = &made.refined {
+        println!(
+            "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved:.5} mm off the CAD",
+            audit.min_mm, audit.max_mm, audit.normal_max_deg
+        );
+    }
+    if report.turned {
+        println!("  turned round to look at the sheet");
+    }
+    list_edges(made, &report.straight, "straight");
+    list_edges(made, &report.bent, "follows the CAD, off its normals");
+    if report.split > 0 {
+        eprintln!("warning: {} folded quadrilaterals split in two triangles", report.split);
+    }
+    for &patch in report.folded.iter().take(MOST_LISTED) {
+        let p = at(made, &made.tool.corners[patch as usize].vertices);
+        let face = made.tool.faces[patch as usize];
+        eprintln!("warning: patch {patch} on face {face} near {p} folds; mesh finer there");
+    }
+}
+
+/// Mean of some vertices, to be read.
+fn at(made: &Converted, vertices: &[u32]) -> String {
+    let sum: Vec3 = vertices.iter().map(|&v| made.tool.vertices[v as usize]).sum();
+    let p = sum / vertices.len() as f64;
+    format!("({:.3}, {:.3}, {:.3}) mm", p.x, p.y, p.z)
+}
+
+fn list_edges(made: &Converted, edges: &[StraightEdge], what: &str) {
+    for edge in edges.iter().take(MOST_LISTED) {
+        let ([a, b], p) = (edge.vertices, at(made, &edge.vertices));
+        let patches: Vec<String> = edge.patches.iter().map(u32::to_string).collect();
+        let patches = patches.join(", ");
+        eprintln!("warning: edge {a}-{b} of patches {patches} near {p}: {what}; {}", edge.fault);
+    }
+    if edges.len() > MOST_LISTED {
+        eprintln!("warning: and {} more edges: {what}", edges.len() - MOST_LISTED);
+    }
+}
+
+/// Faces left out.
+pub(super) fn print_reach(reached: &Reached) {
+    let of = |why| reached.left_out.iter().filter(|l| l.1 == why).count();
+    println!(
+        "  {} of {} faces within the sheet's reach; left out: {} beside it, {} behind, {} looking away",
+        reached.kept.len(),
+        reached.kept.len() + reached.left_out.len(),
+        of(Why::Beside),
+        of(Why::Behind),
+        of(Why::Away)
+    );
+}

@@ -1,0 +1,88 @@
+//! Mesh files in formats that are not read here, through Python's meshio.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use super::obj;
+use crate::mesh::outside::{WorkFolder, on_path, wait};
+use crate::mesh::{MeshError, SurfaceMesh};
+
+/// Time limit [s].
+const LIMIT_S: u64 = 300;
+/// The script's exit code when meshio is not installed.
+const ABSENT: i32 = 77;
+
+/// Writes the corners of all triangles and quadrilaterals (also those of higher order) as OBJ text, which keeps every
+/// digit of their coordinates. Points in the plane get z = 0.
+const SCRIPT: &str = r#"
+import sys
+try:
+    import meshio
+except ImportError as error:
+    print(error, file=sys.stderr)
+    sys.exit(77)
+mesh = meshio.read(sys.argv[1])
+with open(sys.argv[2], "w") as out:
+    for point in mesh.points:
+        x = [float(c) for c in point[:3]] + [0.0] * (3 - len(point))
+        out.write("v %r %r %r\n" % tuple(x))
+    for block in mesh.cells:
+        corners = 3 if block.type.startswith("triangle") else 4 if block.type.startswith("quad") else 0
+        for cell in block.data if corners else []:
+            out.write("f %s\n" % " ".join(str(int(n) + 1) for n in cell[:corners]))
+"#;
+
+/// Reads `path` with the Python named by KANAGATA_PYTHON, or else the one on PATH.
+pub fn read(path: &Path, file: &str) -> Result<SurfaceMesh, MeshError> {
+    let named = std::env::var_os("KANAGATA_PYTHON").map(PathBuf::from);
+    let named = named.filter(|p| !p.as_os_str().is_empty());
+    let python = named.or_else(|| on_path(&["python3", "python", "python.exe"]));
+    let python = python.ok_or_else(|| MeshError::MeshioAbsent {
+        file: file.into(),
+        tried: "no python3 on PATH, KANAGATA_PYTHON not set".into(),
+    })?;
+    read_with(&python, path, file)
+}
+
+/// Reads `path` with this Python.
+pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<SurfaceMesh, MeshError> {
+    let folder = WorkFolder::new("meshio")?;
+    let (out, log) = (folder.path.join("mesh.obj"), folder.path.join("log.txt"));
+    let errors = fs::File::create(&log)
+        .map_err(|source| crate::files::WriteError { path: log.clone(), source })?;
+    let mut command = Command::new(python);
+    command.arg("-c").arg(SCRIPT).arg(path).arg(&out);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors);
+    let absent = |tried: String| MeshError::MeshioAbsent { file: file.into(), tried };
+    let mut child = command
+        .spawn()
+        .map_err(|e| absent(format!("{} does not start: {e}", python.display())))?;
+    let failed = |reason: String| MeshError::MeshioFailed { file: file.into(), reason };
+    if !wait(&mut child, Duration::from_secs(LIMIT_S)) {
+        return Err(failed(format!("stopped after {LIMIT_S} s")));
+    }
+    let status = child.wait().map_err(|e| failed(e.to_string()))?;
+    if !status.success() {
+        let said = last_line(&fs::read(&log).unwrap_or_default());
+        return Err(match status.code() {
+            Some(ABSENT) => absent(format!("{}: {said}", python.display())),
+            _ => failed(said),
+        });
+    }
+    let bytes =
+        fs::read(&out).map_err(|source| MeshError::Read { path: path.to_path_buf(), source })?;
+    let mesh = obj::parse(&bytes, file)?;
+    if mesh.elements.is_empty() {
+        return Err(failed("it holds no triangles or quadrilaterals".into()));
+    }
+    Ok(mesh)
+}
+
+/// The last line that says something.
+fn last_line(log: &[u8]) -> String {
+    let text = String::from_utf8_lossy(log);
+    let line = text.lines().rev().map(str::trim).find(|l| !l.is_empty());
+    line.unwrap_or("it said nothing").chars().take(300).collect()
+}

@@ -1,0 +1,153 @@
+//! `kanagata convert` from end to end: Bezier patches refined until they keep a tolerance, faces out of a sheet's reach,
+//! meshes in formats that only meshio reads.
+
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use kanagata::audit::{AuditOptions, AuditReport, CadReference, audit};
+use kanagata::cad;
+use kanagata::tool::file::read;
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name)
+}
+
+/// Exit code, output and error text.
+fn kanagata(arguments: &[&str], python: Option<&Path>) -> (i32, String, String) {
+    let mut command = Command::cargo_bin("kanagata").unwrap();
+    command.args(arguments);
+    if let Some(python) = python {
+        command.env("KANAGATA_PYTHON", python);
+    }
+    let done = command.output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (done.status.code().unwrap_or(-1), text(&done.stdout), text(&done.stderr))
+}
+
+fn converted(cad_file: &Path, out: &Path, options: &[&str]) -> (String, AuditReport) {
+    let mut arguments = vec!["convert", cad_file.to_str().unwrap(), "-o", out.to_str().unwrap()];
+    arguments.extend(options);
+    let (code, text, errors) = kanagata(&arguments, None);
+    assert_eq!(code, 0, "{errors}");
+    let (model, tool) = (cad::read(cad_file).unwrap().0, read(out).unwrap().model);
+    let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap();
+    (text, found.report)
+}
+
+/// The punch folds at one division of a quarter turn: it is divided until it does not. A tighter tolerance takes more
+/// patches or higher degrees; the audit agrees with what is said.
+#[test]
+fn bezier_patches_are_refined_until_they_keep_the_tolerance() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("punch.tool.json");
+    let mut points = 0;
+    for tolerance in ["0.01mm", "1e-7mm"] {
+        let options = ["--kind", "bezier", "--tol", tolerance, "--sheet-side=-z"];
+        let (text, found) = converted(&fixture("cross/punch.igs"), &out, &options);
+        let loaded = read(&out).unwrap();
+        let allowed: f64 = tolerance.trim_end_matches("mm").parse().unwrap();
+        println!("{tolerance}: {text} audit {:.2e} mm, {}", found.worst_mm(), loaded.provenance.mesher);
+        assert!(loaded.provenance.shape_error_mm.unwrap() <= allowed);
+        // The audit looks at more points than the conversion does, and at the trimmed face.
+        assert!(found.worst_mm() <= 2.0 * allowed + 1e-9, "{}", found.worst_mm());
+        assert!(found.folded.is_empty() && found.jumps.open_sides == 0);
+        assert!(!loaded.provenance.mesher.contains("arc-divisions=1 "), "one division folds");
+        let count = std::fs::read_to_string(&out).unwrap().len();
+        assert!(count > points, "a tighter tolerance takes more control points");
+        points = count;
+    }
+}
+
+#[test]
+fn a_bezier_tolerance_beyond_degree_six_is_refused_with_the_error_reached() {
+    let folder = tempfile::tempdir().unwrap();
+    let (cad_file, out) = (fixture("cross/die.igs"), folder.path().join("die.tool.json"));
+    let arguments =
+        ["convert", cad_file.to_str().unwrap(), "-o", out.to_str().unwrap(), "--kind", "bezier"];
+    let mesh = folder.path().join("die.msh");
+    let meshed = ["mesh", arguments[1], "-o", mesh.to_str().unwrap(), "--arc-divisions", "1"];
+    assert_eq!(kanagata(&meshed, None).0, 0);
+    let given = [&arguments[..], &["--tol", "1e-12mm", "--mesh", mesh.to_str().unwrap()]].concat();
+    let (code, _, errors) = kanagata(&given, None);
+    assert_eq!(code, 2);
+    assert!(errors.contains("degree 6") && errors.contains("allowed: 0.000000000001 mm"), "{errors}");
+    assert!(!out.exists());
+}
+
+/// The whole die against a quarter of a sheet: face numbers stay those of the CAD, and the audit agrees.
+#[test]
+fn faces_that_a_sheet_cannot_touch_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let cad_file = fixture("forming/cross_die_full_144.igs");
+    let out = folder.path().join("die.tool.json");
+    let scene = fixture("cross/demo.scene.json");
+    let reach = ["--reach", scene.to_str().unwrap()];
+    let (text, part) = converted(&cad_file, &out, &reach);
+    let loaded = read(&out).unwrap();
+    println!("{text}{}", loaded.provenance.mesher);
+    assert!(loaded.provenance.mesher.contains("reach=demo.scene.json faces="));
+    let (_, whole) = converted(&cad_file, &out, &["--sheet-side=+z"]);
+    assert!(2 * part.patches < whole.patches, "{} of {}", part.patches, whole.patches);
+    assert!(part.worst_mm() <= whole.worst_mm() + 1e-9 && part.folded.is_empty());
+    assert!(part.faces.iter().all(|f| whole.faces.iter().any(|w| w.face == f.face)));
+    assert!(part.turned == whole.turned && text.contains("left out:"));
+    let (_, refined) = converted(&cad_file, &out, &[&reach[..], &["--tol", "0.1mm"]].concat());
+    assert_eq!(refined.faces.len(), part.faces.len());
+    let (code, _, errors) = kanagata(
+        &[
+            "convert",
+            cad_file.to_str().unwrap(),
+            "-o",
+            folder.path().join("dye.tool.json").to_str().unwrap(),
+            "--reach",
+            scene.to_str().unwrap(),
+        ],
+        None,
+    );
+    assert_eq!(code, 2);
+    assert!(errors.contains("'dye'") && errors.contains("die, holder, punch"), "{errors}");
+}
+
+/// A Python that has meshio, if there is one.
+fn python_with_meshio() -> Option<PathBuf> {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join(".local/venv/bin/python");
+    let named = std::env::var_os("KANAGATA_PYTHON").map(PathBuf::from);
+    [named, Some(own), Some("python3".into())].into_iter().flatten().find(|p| {
+        let asked = std::process::Command::new(p).args(["-c", "import meshio"]).output();
+        asked.is_ok_and(|o| o.status.success())
+    })
+}
+
+/// The die meshed here, written as a Nastran deck by meshio, read back and put on the CAD again.
+#[test]
+fn a_nastran_deck_becomes_a_tool() {
+    let Some(python) = python_with_meshio() else {
+        println!("skipped: no Python with meshio (tools/setup, or KANAGATA_PYTHON)");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let die = fixture("cross/die.igs").to_str().unwrap().to_owned();
+    let (msh, deck, out) = (at("die.msh"), at("die.bdf"), at("die.tool.json"));
+    assert_eq!(kanagata(&["mesh", &die, "-o", &msh], None).0, 0);
+    let script = "import sys, meshio\nm = meshio.read(sys.argv[1])\n\
+                  meshio.Mesh(m.points, [c for c in m.cells if c.type in ('quad', 'triangle')]).write(sys.argv[2])";
+    let written =
+        std::process::Command::new(&python).args(["-c", script, &msh, &deck]).output().unwrap();
+    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+    let (code, text, errors) =
+        kanagata(&["convert", &die, "-o", &out, "--mesh", &deck, "--sheet-side=+z"], Some(&python));
+    assert_eq!(code, 0, "{errors}");
+    let (code, direct, _) = kanagata(
+        &["convert", &die, "-o", &at("direct.tool.json"), "--sheet-side=+z"],
+        None,
+    );
+    assert_eq!(code, 0);
+    let patches = |text: &str| text.split(' ').next().unwrap().to_owned();
+    assert_eq!(patches(&text), patches(&direct));
+    let model = cad::read(Path::new(&die)).unwrap().0;
+    let tool = read(Path::new(&out)).unwrap().model;
+    let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap().report;
+    println!("{:?} {}", found.jumps, found.worst_mm());
+    assert!(found.worst_mm() < 0.05 && found.folded.is_empty());
+}

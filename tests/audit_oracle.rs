@@ -164,7 +164,10 @@ fn folds_are_found_where_the_jacobian_changes_sign() {
         let (tool, made) = convert(&model, &mesh(&model, &size).unwrap(), &options).unwrap();
         let oracle = turned_over(&tool, &model);
         let audited = report(&tool, &model).folded;
-        println!("{file} {divisions} {style:?}: {oracle:?}, audit {audited:?}, made {:?}", made.folded);
+        println!(
+            "{file} {divisions} {style:?}: {oracle:?}, audit {audited:?}, made {:?}",
+            made.folded
+        );
         assert_eq!(oracle, audited, "{file} {divisions} {style:?}");
         assert_eq!(oracle, made.folded, "{file} {divisions} {style:?}");
         folded += oracle.len();

@@ -46,7 +46,11 @@ fn bezier_patches_are_refined_until_they_keep_the_tolerance() {
         let (text, found) = converted(&fixture("cross/punch.igs"), &out, &options);
         let loaded = read(&out).unwrap();
         let allowed: f64 = tolerance.trim_end_matches("mm").parse().unwrap();
-        println!("{tolerance}: {text} audit {:.2e} mm, {}", found.worst_mm(), loaded.provenance.mesher);
+        println!(
+            "{tolerance}: {text} audit {:.2e} mm, {}",
+            found.worst_mm(),
+            loaded.provenance.mesher
+        );
         assert!(loaded.provenance.shape_error_mm.unwrap() <= allowed);
         // The audit looks at more points than the conversion does, and at the trimmed face.
         assert!(found.worst_mm() <= 2.0 * allowed + 1e-9, "{}", found.worst_mm());
@@ -70,7 +74,10 @@ fn a_bezier_tolerance_beyond_degree_six_is_refused_with_the_error_reached() {
     let given = [&arguments[..], &["--tol", "1e-12mm", "--mesh", mesh.to_str().unwrap()]].concat();
     let (code, _, errors) = kanagata(&given, None);
     assert_eq!(code, 2);
-    assert!(errors.contains("degree 6") && errors.contains("allowed: 0.000000000001 mm"), "{errors}");
+    assert!(
+        errors.contains("degree 6") && errors.contains("allowed: 0.000000000001 mm"),
+        "{errors}"
+    );
     assert!(!out.exists());
 }
 
@@ -138,10 +145,8 @@ fn a_nastran_deck_becomes_a_tool() {
     let (code, text, errors) =
         kanagata(&["convert", &die, "-o", &out, "--mesh", &deck, "--sheet-side=+z"], Some(&python));
     assert_eq!(code, 0, "{errors}");
-    let (code, direct, _) = kanagata(
-        &["convert", &die, "-o", &at("direct.tool.json"), "--sheet-side=+z"],
-        None,
-    );
+    let (code, direct, _) =
+        kanagata(&["convert", &die, "-o", &at("direct.tool.json"), "--sheet-side=+z"], None);
     assert_eq!(code, 0);
     let patches = |text: &str| text.split(' ').next().unwrap().to_owned();
     assert_eq!(patches(&text), patches(&direct));

@@ -38,8 +38,7 @@ pub(super) fn across(
         beyond.retain(|f| there.contains(f));
         Open { side, beyond }
     };
-    let open: Vec<Open> =
-        free.par_iter().map(of_side).filter(|o| !o.beyond.is_empty()).collect();
+    let open: Vec<Open> = free.par_iter().map(of_side).filter(|o| !o.beyond.is_empty()).collect();
     let mut of_face: BTreeMap<u32, Vec<(Side, Aabb)>> = BTreeMap::new();
     for o in &open {
         let points = (0..=STEPS).map(|k| point(tool, o.side, k as f64 / STEPS as f64));

@@ -110,8 +110,7 @@ impl Zone {
         let thickness = scene.blank.thickness_mm;
         let along = Vec3::from(tool.direction).normalize();
         // The direction was checked with the scene: it has a frame.
-        let frame =
-            Frame::from_z_x(Vec3::zeros(), along, Vec3::x()).unwrap_or_else(Frame::world);
+        let frame = Frame::from_z_x(Vec3::zeros(), along, Vec3::x()).unwrap_or_else(Frame::world);
         let axes = [frame.x, frame.y, along];
         let (offset, touches) = match tool.place {
             Place::Touch => (Vec3::zeros(), true),
@@ -309,8 +308,7 @@ mod tests {
     }
 
     fn scene(change: impl Fn(&mut serde_json::Value)) -> Scene {
-        let path =
-            Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/cross/demo.scene.json");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/cross/demo.scene.json");
         let mut value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
         change(&mut value);
         serde_json::from_value(value).unwrap()

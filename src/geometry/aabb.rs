@@ -66,7 +66,8 @@ impl Aabb {
     /// Its eight corners, x changing fastest.
     #[must_use]
     pub fn corners(&self) -> [Vec3; 8] {
-        let pick = |k: usize, axis: usize| if k >> axis & 1 == 0 { self.min } else { self.max }[axis];
+        let pick =
+            |k: usize, axis: usize| if k >> axis & 1 == 0 { self.min } else { self.max }[axis];
         std::array::from_fn(|k| Vec3::new(pick(k, 0), pick(k, 1), pick(k, 2)))
     }
 

@@ -81,7 +81,9 @@ pub enum MeshError {
         tried: String,
     },
     /// meshio was run and gave no mesh.
-    #[error("meshio cannot read {file}: {reason}; allowed: a format that meshio knows, with triangles or quadrilaterals")]
+    #[error(
+        "meshio cannot read {file}: {reason}; allowed: a format that meshio knows, with triangles or quadrilaterals"
+    )]
     MeshioFailed {
         /// The file's name.
         file: String,

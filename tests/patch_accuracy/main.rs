@@ -144,9 +144,8 @@ fn a_torus_corner_takes_sixteen_times_the_facets() {
     };
     // Error falls with each direction's divisions: for every n the first m that keeps the tolerance.
     let fewest = |kind: ToolKind, tol: f64, most: u32| {
-        let first = |n: u32| {
-            (1..=most / n).find(|&m| worst(kind, [n, m]) <= tol).map(|m| (n * m, [n, m]))
-        };
+        let first =
+            |n: u32| (1..=most / n).find(|&m| worst(kind, [n, m]) <= tol).map(|m| (n * m, [n, m]));
         (1..=most).filter_map(first).min().unwrap()
     };
     for (tol, nagata, facets) in [(0.01, 24, 375), (0.03, 15, 135), (0.1, 8, 40)] {

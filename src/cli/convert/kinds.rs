@@ -30,7 +30,14 @@ pub(super) fn bezier(
     let (mut tool, report) = loop {
         let mesh = match &args.mesh {
             Some(path) => attach::attach(&io::read(path)?, model)?,
-            None => args.mesher.with_divisions(divisions).mesh(&args.file, model)?,
+            // Finer borders may bound a face that coarse chords do not.
+            None => match args.mesher.with_divisions(divisions).mesh(&args.file, model) {
+                Err(_) if divisions < FINEST => {
+                    divisions *= 2;
+                    continue;
+                }
+                made => made?,
+            },
         };
         let (tool, report) = bezier_from_cad(model, &mesh, &options)?;
         if report.error_mm <= tolerance_mm && (report.folded.is_empty() || args.allow_folds) {

@@ -283,7 +283,10 @@ fn refined(
 ) -> Result<Converted, Failure> {
     let mesh = args.mesher.mapped_for_refinement()?;
     let whole = |error: ToleranceError| match (error, reached) {
-        (ToleranceError::NotReached { face, source_entity, found, allowed, unit, patches }, Some(r)) => {
+        (
+            ToleranceError::NotReached { face, source_entity, found, allowed, unit, patches },
+            Some(r),
+        ) => {
             let face = r.kept[face];
             ToleranceError::NotReached { face, source_entity, found, allowed, unit, patches }
         }

@@ -166,8 +166,9 @@ pub fn to_patches(
                     best = found;
                 }
             }
-            Ok(_)
-            | Err(ToleranceError::NotReached { .. } | ToleranceError::NoPatches { .. }) => low = tol,
+            Ok(_) | Err(ToleranceError::NotReached { .. } | ToleranceError::NoPatches { .. }) => {
+                low = tol
+            }
             Err(other) => return Err(other),
         }
         if low > 0.0 && high < 1.02 * low {

@@ -53,7 +53,7 @@ const MOST: usize = 2000;
 /// Chains that are tried for exchange, at most.
 const EXCHANGES: usize = 96;
 /// Patches audited from which on divisions are no longer lowered or exchanged: large models take what growth gives.
-pub(super) const ENOUGH: u64 = 150_000;
+pub(super) const ENOUGH: u64 = 60_000;
 /// Raises without a tenth less error, besides one for each of its edges, after which a face is given up.
 const PATIENCE: usize = 12;
 /// Edges of a face that is not mapped, nearest to its worst point, that are tried for raising.
@@ -174,8 +174,10 @@ impl Search<'_> {
     fn raise(&self, state: &State, f: usize, m: Move, minima: &mut [usize], density: &mut [usize]) {
         // The error falls with the fourth power of the divisions at best.
         let over = self.over(state, f);
-        let share = if over.is_finite() { ((over.powf(0.25) - 1.0) / 2.0).min(1.0) } else { 1.0 / 3.0 };
-        let longer = |n: usize| if over > 4.0 { n + ((n as f64 * share) as usize).max(1) } else { n + 1 };
+        let share =
+            if over.is_finite() { ((over.powf(0.25) - 1.0) / 2.0).min(1.0) } else { 1.0 / 3.0 };
+        let longer =
+            |n: usize| if over > 4.0 { n + ((n as f64 * share) as usize).max(1) } else { n + 1 };
         match m {
             Move::Chain(c) => minima[c] = longer(state.divisions.counts[c]),
             Move::Inside(f) => density[f] = longer(density[f]),

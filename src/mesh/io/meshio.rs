@@ -56,9 +56,8 @@ pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<Surfac
     command.arg("-c").arg(SCRIPT).arg(path).arg(&out);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors);
     let absent = |tried: String| MeshError::MeshioAbsent { file: file.into(), tried };
-    let mut child = command
-        .spawn()
-        .map_err(|e| absent(format!("{} does not start: {e}", python.display())))?;
+    let mut child =
+        command.spawn().map_err(|e| absent(format!("{} does not start: {e}", python.display())))?;
     let failed = |reason: String| MeshError::MeshioFailed { file: file.into(), reason };
     if !wait(&mut child, Duration::from_secs(LIMIT_S)) {
         return Err(failed(format!("stopped after {LIMIT_S} s")));

@@ -166,7 +166,8 @@ fn other_formats_are_read_by_meshio() {
     assert_eq!(sizes, [4, 4, 3]);
     assert_eq!(mesh.vertices[1], Vec3::new(1.0, 0.0, 0.25));
     assert!(mesh.elements.iter().all(|e| e.face == UNATTACHED));
-    for (name, text) in [("torn.inp", &DECK[..60]), ("what.xyzzy", "?"), ("points.inp", &DECK[..30])]
+    for (name, text) in
+        [("torn.inp", &DECK[..60]), ("what.xyzzy", "?"), ("points.inp", &DECK[..30])]
     {
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::patchwork::Node;
 use super::sample::{Lifted, Measured};
-use super::sides::Shape;
+use super::sides::{Shape, is_joint};
 use crate::cad::Model;
 use crate::cad::model::{EdgeUse, Face};
 use crate::geometry::{Vec2, Vec3};
@@ -54,7 +54,8 @@ impl Border {
     }
 
     /// Nodes of every use of a face's loops, in the loops' direction, both ends included. A degenerate side
-    /// (pole) has `poles` segments, or as many as the side opposite on a four-sided face.
+    /// (pole) has `poles` segments, or as many as the side opposite on a four-sided face; one that only closes a gap
+    /// of rounding has no nodes.
     pub fn loops(&self, face: &Face, shape: &Shape, poles: usize) -> Vec<Vec<Vec<Node>>> {
         let mut out = Vec::with_capacity(face.loops.len());
         for trim in &face.loops {
@@ -62,6 +63,9 @@ impl Border {
             let mut sides: Vec<Vec<Node>> =
                 trim.uses.iter().map(|side| self.edge_nodes(face, side)).collect();
             for k in (0..count).filter(|&k| trim.uses[k].edge.is_none()) {
+                if is_joint(face, &trim.uses[k]) {
+                    continue;
+                }
                 let at = self.pole_vertex(&trim.uses, k);
                 let opposite = opposite_of(shape, k)
                     .map(|uses| joined(&sides, uses).iter().map(|n| n.uv).collect());

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::sample::Lifted;
-use crate::cad::model::{Face, TrimLoop};
+use crate::cad::model::{EdgeUse, Face, TrimLoop};
 use crate::geometry::Vec3;
 
 /// A joint that turns less than this (rad) continues a side; one that turns more is a corner.
@@ -23,10 +23,12 @@ pub enum Shape {
 /// Groups the outer loop of `face` into sides.
 pub fn shape(face: &Face) -> Shape {
     let [outer] = &face.loops[..] else { return Shape::Other };
-    let count = outer.uses.len();
+    let real: Vec<usize> =
+        (0..outer.uses.len()).filter(|&k| !is_joint(face, &outer.uses[k])).collect();
+    let count = real.len();
     let mut starts = Vec::new();
     for k in 0..count {
-        let turn = turn_before(face, outer, k);
+        let turn = turn_between(face, outer, real[(k + count - 1) % count], real[k]);
         if turn < -CORNER {
             return Shape::Other;
         }
@@ -37,7 +39,7 @@ pub fn shape(face: &Face) -> Shape {
     let side = |c: usize| -> Vec<usize> {
         let (from, to) = (starts[c], starts[(c + 1) % starts.len()]);
         let len = (to + count - from - 1) % count + 1;
-        (0..len).map(|k| (from + k) % count).collect()
+        (0..len).map(|k| real[(from + k) % count]).collect()
     };
     match starts.len() {
         4 => Shape::Four([side(0), side(1), side(2), side(3)]),
@@ -46,10 +48,22 @@ pub fn shape(face: &Face) -> Shape {
     }
 }
 
-/// Angle (rad) the loop turns by, to the left, where edge `k` begins; a quarter turn beside a pole.
-fn turn_before(face: &Face, outer: &TrimLoop, k: usize) -> f64 {
-    let count = outer.uses.len();
-    let (before, after) = (&outer.uses[(k + count - 1) % count], &outer.uses[k]);
+/// True for a use that only closes a gap of rounding between its neighbours: it is no side, not even a pole's.
+pub fn is_joint(face: &Face, side: &EdgeUse) -> bool {
+    const NONE: f64 = 1e-9;
+    let [u, v] = face.surface.domain();
+    let [a, b] = side.pcurve.domain();
+    let start = side.pcurve.point(a);
+    side.edge.is_none()
+        && [0.5, 1.0].iter().all(|s| {
+            let off = side.pcurve.point(a + (b - a) * s) - start;
+            off.x.abs() <= NONE * (u[1] - u[0]) && off.y.abs() <= NONE * (v[1] - v[0])
+        })
+}
+
+/// Angle (rad) the loop turns by, to the left, from one use to the next; a quarter turn beside a pole.
+fn turn_between(face: &Face, outer: &TrimLoop, before: usize, after: usize) -> f64 {
+    let (before, after) = (&outer.uses[before], &outer.uses[after]);
     if before.edge.is_none() || after.edge.is_none() {
         return FRAC_PI_2;
     }

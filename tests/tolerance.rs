@@ -116,3 +116,14 @@ fn quads_on_flats_with_concave_borders_do_not_fold() {
         assert!(report.folded.is_empty() && found.report.folded.is_empty() && report.split == 0);
     }
 }
+
+/// A whole sphere has no edge but its seam: what is between its poles is divided too.
+#[test]
+fn a_whole_sphere_reaches_a_tolerance() {
+    let model = read("forming/sphere_AP214.stp");
+    let tol_mm = 1e-3 * model.bbox().diagonal();
+    let found = refined(&model, tol_mm, true, true);
+    let uniform = uniform(&model, found.audit.worst_mm());
+    println!("{} patches, uniform {uniform}", found.tool.patches.len());
+    assert!(found.tool.patches.len() <= uniform);
+}

@@ -14,7 +14,7 @@ use crate::mesh::mapped::plan::{Divisions, Plan};
 pub(super) struct State {
     /// Least divisions of each edge.
     pub minima: Vec<usize>,
-    /// Divisions of a quarter turn inside each face that is not mapped.
+    /// Divisions of a quarter turn inside each face where that is not up to its edges.
     pub density: Vec<usize>,
     divisions: Divisions,
     faces: Vec<Figures>,
@@ -160,10 +160,14 @@ impl Search<'_> {
             .filter(|&e| state.divisions.counts[e] < MOST)
             .map(|e| Move::Chain(self.plan.chains()[e]))
             .collect();
-        if !state.divisions.mapped[f] && state.density[f] < MOST {
+        if self.divides_inside(state, f) && state.density[f] < MOST {
             all.insert(Move::Inside(f));
         }
         all.into_iter().collect()
+    }
+
+    fn divides_inside(&self, state: &State, f: usize) -> bool {
+        self.plan.divides_inside(f, state.divisions.mapped[f])
     }
 
     fn edges(&self, f: usize) -> impl Iterator<Item = usize> + '_ {
@@ -254,7 +258,7 @@ impl Search<'_> {
                 let share = patches / state.divisions.counts[e] as f64;
                 *saved.entry(Move::Chain(c)).or_default() += share;
             }
-            if !state.divisions.mapped[f] && state.density[f] > 1 {
+            if self.divides_inside(state, f) && state.density[f] > 1 {
                 *saved.entry(Move::Inside(f)).or_default() += patches;
             }
         }

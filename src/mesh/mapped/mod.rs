@@ -143,9 +143,9 @@ struct Mesher<'m> {
     lengths: Vec<f64>,
     minima: Vec<usize>,
     floors: Vec<usize>,
-    /// Divisions of a pole that faces another pole, by face.
+    /// Divisions of a pole that faces another pole, by face, at `arc_divisions`.
     poles: Vec<usize>,
-    /// Divisions of a quarter turn inside faces that are not mapped, by face.
+    /// Divisions of a quarter turn inside faces that are not mapped, and of poles that face each other, by face.
     density: Vec<usize>,
 }
 
@@ -378,7 +378,8 @@ impl<'m> Mesher<'m> {
         density: usize,
     ) -> Result<Patchwork, String> {
         let (face, shape) = (&self.model.faces[f], &self.shapes[f]);
-        let sides = border.loops(face, shape, self.poles[f] + self.poles[f] % 2);
+        let poles = (self.poles[f] * density).div_ceil(self.options.arc_divisions);
+        let sides = border.loops(face, shape, poles + poles % 2);
         if !self.halved {
             return self.region(f, &sides, mapped, density);
         }

@@ -3,6 +3,7 @@
 
 use super::border::Border;
 use super::divisions::Rule;
+use super::sides::Shape;
 use super::{MappedOptions, MeshStyle, Mesher, check_options};
 use crate::cad::Model;
 use crate::mesh::{MeshError, SurfaceMesh};
@@ -63,6 +64,17 @@ impl<'m> Plan<'m> {
         &self.chains
     }
 
+    /// True when the divisions inside face `f` are not those of its edges: it is not mapped, or two of its sides that face
+    /// each other are poles.
+    #[must_use]
+    pub fn divides_inside(&self, f: usize, mapped: bool) -> bool {
+        let Shape::Four(sides) = &self.mesher.shapes[f] else { return !mapped };
+        let uses = &self.mesher.model.faces[f].loops[0].uses;
+        let is_pole = |side: &Vec<usize>| side.iter().all(|&u| uses[u].edge.is_none());
+        let facing = |k: usize| is_pole(&sides[k]) && is_pole(&sides[k + 2]);
+        !mapped || facing(0) || facing(1)
+    }
+
     /// Divisions of every edge, at least `minima`, that keep the rules.
     #[must_use]
     pub fn agree(&self, minima: &[usize]) -> Divisions {
@@ -70,7 +82,8 @@ impl<'m> Plan<'m> {
         Divisions { counts, mapped }
     }
 
-    /// The mesh of face `f` alone; `density` is the divisions of a quarter turn inside a face that is not mapped.
+    /// The mesh of face `f` alone; `density` is the divisions of a quarter turn inside it where that is not up to its
+    /// edges ([`Plan::divides_inside`]).
     ///
     /// # Errors
     /// A sentence saying why its border bounds no region; finer borders may.

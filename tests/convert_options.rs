@@ -125,9 +125,9 @@ fn python_with_meshio() -> Option<PathBuf> {
     })
 }
 
-/// The die meshed here, written as a Nastran deck by meshio, read back and put on the CAD again.
+/// The die meshed here, written as an Abaqus deck by meshio, read back and put on the CAD again.
 #[test]
-fn a_nastran_deck_becomes_a_tool() {
+fn an_abaqus_deck_becomes_a_tool() {
     let Some(python) = python_with_meshio() else {
         println!("skipped: no Python with meshio (tools/setup, or KANAGATA_PYTHON)");
         return;
@@ -135,7 +135,7 @@ fn a_nastran_deck_becomes_a_tool() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let die = fixture("cross/die.igs").to_str().unwrap().to_owned();
-    let (msh, deck, out) = (at("die.msh"), at("die.bdf"), at("die.tool.json"));
+    let (msh, deck, out) = (at("die.msh"), at("die.inp"), at("die.tool.json"));
     assert_eq!(kanagata(&["mesh", &die, "-o", &msh], None).0, 0);
     let script = "import sys, meshio\nm = meshio.read(sys.argv[1])\n\
                   meshio.Mesh(m.points, [c for c in m.cells if c.type in ('quad', 'triangle')]).write(sys.argv[2])";

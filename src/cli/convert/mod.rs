@@ -67,7 +67,7 @@ pub struct ConvertArgs {
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     /// Refine until the largest |shape error| is within this, as `0.01mm` [mm], with as few patches as that takes
-    #[arg(long, value_name = "LENGTH", value_parser = length_mm, conflicts_with_all = ["mesh", "patches"])]
+    #[arg(long, value_name = "LENGTH", value_parser = length_mm, conflicts_with = "patches")]
     tol: Option<f64>,
     /// Refine until the largest normal error is within this, as `0.5deg` [degrees]
     #[arg(long, value_name = "ANGLE", value_parser = angle_deg, conflicts_with_all = ["mesh", "patches"])]
@@ -180,6 +180,11 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     if let Some(to) = args.to {
         return exchange(args, to);
     }
+    if args.mesh.is_some() && is_refined(args) {
+        return Err(Failure::input(
+            "--tol with --mesh; allowed: with --kind bezier; a given mesh is not refined, leave one of them out",
+        ));
+    }
     let whole = read_model(&args.file)?;
     let reached = args.reach.as_deref().map(|scene| reach(args, scene, &whole)).transpose()?;
     let model = reached.as_ref().map_or(&whole, |r| &r.model);
@@ -252,7 +257,8 @@ fn edge(args: &ConvertArgs) -> Edge {
 }
 
 fn is_refined(args: &ConvertArgs) -> bool {
-    args.tol.is_some() || args.normal_tol.is_some() || args.patches.is_some()
+    let asked = args.tol.is_some() || args.normal_tol.is_some() || args.patches.is_some();
+    asked && args.kind != Kind::Bezier
 }
 
 fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {

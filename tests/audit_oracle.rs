@@ -53,7 +53,12 @@ fn sampled(tool: &ToolModel, model: &Model, n: usize) -> [f64; 3] {
             worst[0] = delta.max(worst[0]);
             worst[1] = delta.min(worst[1]);
             let cross = d.d1.cross(&d.d2);
-            if foot.face == face as usize && cross.norm() > 1e-6 * d.d1.norm() * d.d2.norm() {
+            // At an apex, a corner, the CAD has no normal of its own.
+            let corner = [e, z].iter().all(|t| *t == 0.0 || *t == 1.0);
+            if !corner
+                && foot.face == face as usize
+                && cross.norm() > 1e-6 * d.d1.norm() * d.d2.norm()
+            {
                 let angle = cross.cross(&foot.normal).norm().atan2(cross.dot(&foot.normal));
                 worst[2] = angle.to_degrees().max(worst[2]);
             }
@@ -131,6 +136,22 @@ fn check(what: &str, tool: &ToolModel, model: &Model) {
     is_attained(tool, model, &found);
 }
 
+/// At the apex of a cone the normals of all directions meet: none of them is a fold of a patch that ends there.
+#[test]
+fn an_apex_is_no_fold() {
+    for file in ["forming/cone_144.igs", "forming/cone_186.igs", "forming/cone_AP214.stp"] {
+        let model = read(file);
+        for divisions in [2, 6] {
+            let options = ConvertOptions::default();
+            let tool = made(&model, divisions, MeshStyle::Structured, &options);
+            let found = report(&tool, &model);
+            println!("{file}: {} patches, {:.2} deg", tool.patches.len(), found.normal_max_deg);
+            assert!(found.folded.is_empty() && turned_over(&tool, &model).is_empty(), "{file}");
+            assert!(found.normal_max_deg < 60.0 / divisions as f64, "{}", found.normal_max_deg);
+        }
+    }
+}
+
 /// Patches whose parametrisation turns over somewhere, by dense sampling against the normal of their own CAD face.
 fn turned_over(tool: &ToolModel, model: &Model) -> Vec<u32> {
     let index = ClosestPoint::new(model);
@@ -139,7 +160,8 @@ fn turned_over(tool: &ToolModel, model: &Model) -> Vec<u32> {
             let d = patch.derivs(e, z);
             let cross = d.d1.cross(&d.d2);
             let foot = index.closest_on_face(face as usize, &d.s).unwrap();
-            cross.dot(&foot.normal) < -1e-6 * d.d1.norm() * d.d2.norm()
+            let corner = [e, z].iter().all(|t| *t == 0.0 || *t == 1.0);
+            !corner && cross.dot(&foot.normal) < -1e-6 * d.d1.norm() * d.d2.norm()
         })
     };
     let flags: Vec<bool> = tool.patches.par_iter().zip(&tool.faces).map(folds).collect();

@@ -1,7 +1,7 @@
 //! What a tool model is compared with: the trimmed CAD, or any surface that knows its closest points.
 
 use crate::cad::Model;
-use crate::cad::model::{ClosestPoint, Edge};
+use crate::cad::model::{ClosestPoint, Edge, Foot};
 use crate::geometry::Vec3;
 
 /// The closest point of a reference surface, as Eq. 24 uses it.
@@ -62,12 +62,26 @@ impl<'m> CadReference<'m> {
     }
 }
 
+impl CadReference<'_> {
+    /// Normal at a foot; zero where the surface is degenerate but for rounding: at the apex of a cone every direction
+    /// of its normals is as near, and the one that rounding picks may be opposite to a patch's.
+    fn normal(&self, foot: &Foot) -> Vec3 {
+        const DEGENERATE: f64 = 1e-9;
+        let Some(face) = self.model.faces.get(foot.face) else { return foot.normal };
+        let d = face.surface.derivs(foot.uv);
+        let [u, v] = face.surface.domain();
+        let reach = [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])];
+        let regular = reach[0].min(reach[1]) > DEGENERATE * reach[0].max(reach[1]);
+        if regular { foot.normal } else { Vec3::zeros() }
+    }
+}
+
 impl ReferenceSurface for CadReference<'_> {
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
         let foot = self.index.closest(p)?;
         let global = ReferenceFoot {
             point: foot.point,
-            normal: foot.normal,
+            normal: self.normal(&foot),
             own_normal: None,
             face: foot.face as u32,
         };
@@ -80,12 +94,12 @@ impl ReferenceSurface for CadReference<'_> {
         if own.distance <= foot.distance + self.tie {
             return Some(ReferenceFoot {
                 point: own.point,
-                normal: own.normal,
+                normal: self.normal(&own),
                 own_normal: None,
                 face,
             });
         }
-        Some(ReferenceFoot { own_normal: Some(own.normal), ..global })
+        Some(ReferenceFoot { own_normal: Some(self.normal(&own)), ..global })
     }
 
     fn border(&self, p: &Vec3, face: u32) -> Option<Border> {

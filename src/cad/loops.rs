@@ -292,7 +292,8 @@ fn side_of(
         Some(Side { path, curve: Some(curve.clone()), edge_id })
     };
     let Some(path) = given else { return project(None) };
-    let fine = 1e-8 * size;
+    // As near as the file's own resolution (`tolerance` is twice that): its parameter curve is what it means.
+    let fine = (0.5 * tolerance).max(1e-8 * size);
     let off = deviation(native, &path, curve, fine);
     let keep = off <= fine || (edge.prefer_pcurve && off <= tolerance.max(PREFERRED * size));
     if keep {

@@ -83,63 +83,51 @@ impl Reader<'_, '_> {
     /// Marks what an entity's geometry is made of.
     fn references(&self, entity: usize, used: &mut [bool]) {
         let kind = self.file.entry(entity).kind;
-        let pattern: &[Field] = match kind {
-            102 => &[Field::Count, Field::Each(&[Field::Pointer])],
-            108 => &[Field::Skip, Field::Skip, Field::Skip, Field::Skip, Field::Pointer],
-            118 | 120 => &[Field::Pointer, Field::Pointer],
-            122 => &[Field::Pointer],
-            130 => &[Field::Pointer, Field::Skip, Field::Pointer],
-            140 => &[Field::Skip, Field::Skip, Field::Skip, Field::Skip, Field::Pointer],
-            // 141 and 142 lie on a surface without making it part of a face
-            141 => &[
-                Field::Skip,
-                Field::Skip,
-                Field::Skip,
-                Field::Count,
-                Field::Each(&[Field::Pointer, Field::Skip, Field::Inner(&[Field::Pointer])]),
-            ],
-            142 => &[Field::Skip, Field::Skip, Field::Pointer, Field::Pointer],
-            143 => &[Field::Skip, Field::Pointer, Field::Count, Field::Each(&[Field::Pointer])],
-            144 => &[
-                Field::Pointer,
-                Field::Skip,
-                Field::Count,
-                Field::Pointer,
-                Field::Each(&[Field::Pointer]),
-            ],
-            186 => &[
-                Field::Pointer,
-                Field::Skip,
-                Field::Count,
-                Field::Each(&[Field::Pointer, Field::Skip]),
-            ],
-            504 => &[
-                Field::Count,
-                Field::Each(&[Field::Pointer, Field::Skip, Field::Skip, Field::Skip, Field::Skip]),
-            ],
-            508 => &[
-                Field::Count,
-                Field::Each(&[
-                    Field::Skip,
-                    Field::Skip,
-                    Field::Skip,
-                    Field::Skip,
-                    Field::Inner(&[Field::Skip, Field::Pointer]),
-                ]),
-            ],
-            510 => &[Field::Pointer, Field::Count, Field::Skip, Field::Each(&[Field::Pointer])],
-            514 => &[Field::Count, Field::Each(&[Field::Pointer, Field::Skip])],
-            _ => return,
-        };
-        if let Ok(mut p) = self.file.params(entity) {
+        // What shows others does not own them; forms without reference directions have fewer pointers.
+        let other = matches!(kind, 184 | 190..=198 | 308 | 402 | 408 | 430);
+        let pattern = POINTERS.iter().find(|p| p.0 == kind && !other);
+        if let (Some((_, pattern)), Ok(mut p)) = (pattern, self.file.params(entity)) {
             let mut mark = |target: usize| used[target] |= target != entity;
             let _ = follow(&mut p, pattern, &mut mark);
         }
     }
 }
 
+use Field::{Count, Each, Inner, Pointer, Skip};
+
+/// Where the records of each entity type have their pointers.
+pub(super) const POINTERS: [(u32, &[Field]); 26] = [
+    (102, &[Count, Each(&[Pointer])]),
+    (108, &[Skip, Skip, Skip, Skip, Pointer]),
+    (118, &[Pointer, Pointer]),
+    (120, &[Pointer, Pointer]),
+    (122, &[Pointer]),
+    (130, &[Pointer, Skip, Pointer]),
+    (140, &[Skip, Skip, Skip, Skip, Pointer]),
+    // 141 and 142 lie on a surface without making it part of a face
+    (141, &[Skip, Skip, Skip, Count, Each(&[Pointer, Skip, Inner(&[Pointer])])]),
+    (142, &[Skip, Skip, Pointer, Pointer]),
+    (143, &[Skip, Pointer, Count, Each(&[Pointer])]),
+    (144, &[Pointer, Skip, Count, Pointer, Each(&[Pointer])]),
+    (184, &[Count, Each(&[Pointer]), Each(&[Pointer])]),
+    (186, &[Pointer, Skip, Count, Each(&[Pointer, Skip])]),
+    (190, &[Pointer, Pointer, Pointer]),
+    (192, &[Pointer, Pointer, Skip, Pointer]),
+    (194, &[Pointer, Pointer, Skip, Skip, Pointer]),
+    (196, &[Pointer, Skip, Pointer, Pointer]),
+    (198, &[Pointer, Pointer, Skip, Skip, Pointer]),
+    (308, &[Skip, Skip, Count, Each(&[Pointer])]),
+    (402, &[Count, Each(&[Pointer])]),
+    (408, &[Pointer]),
+    (430, &[Pointer]),
+    (504, &[Count, Each(&[Pointer, Skip, Skip, Skip, Skip])]),
+    (508, &[Count, Each(&[Skip, Skip, Skip, Skip, Inner(&[Skip, Pointer])])]),
+    (510, &[Pointer, Count, Skip, Each(&[Pointer])]),
+    (514, &[Count, Each(&[Pointer, Skip])]),
+];
+
 /// How pointers lie in a record.
-enum Field {
+pub(super) enum Field {
     /// Anything else.
     Skip,
     /// A pointer.
@@ -160,15 +148,15 @@ fn follow(
     let mut count = 0;
     for field in pattern {
         match field {
-            Field::Skip => p.skip(),
-            Field::Pointer => p.pointer_or_none("pointer")?.into_iter().for_each(&mut *mark),
-            Field::Count => count = p.count("count", 1)?,
-            Field::Each(fields) => {
+            Skip => p.skip(),
+            Pointer => p.pointer_or_none("pointer")?.into_iter().for_each(&mut *mark),
+            Count => count = p.count("count", 1)?,
+            Each(fields) => {
                 for _ in 0..count {
                     follow(p, fields, mark)?;
                 }
             }
-            Field::Inner(fields) => {
+            Inner(fields) => {
                 for _ in 0..p.count("count", 1)? {
                     follow(p, fields, mark)?;
                 }

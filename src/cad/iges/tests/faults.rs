@@ -2,6 +2,7 @@
 
 use super::build::{file, item, moved};
 use super::*;
+use crate::cad::iges::ownership::{Field, POINTERS};
 
 /// What a file of these entities is refused or told for.
 fn said(items: &[super::build::Item]) -> String {
@@ -109,6 +110,56 @@ fn self_and_mutual_references_end() {
             }
         }
     }
+}
+
+/// A record of this pattern with one of everything that repeats: pointer `slot` is `here`, the others `there`; how
+/// many pointers it has. What the pattern skips has the value `skipped`.
+fn record(pattern: &[Field], slot: usize, pointers: [u32; 2], skipped: &str) -> (String, usize) {
+    fn write(fields: &[Field], put: &mut dyn FnMut(&Field)) {
+        for field in fields {
+            put(field);
+            if let Field::Each(inner) | Field::Inner(inner) = field {
+                write(inner, put);
+            }
+        }
+    }
+    let (mut values, mut count) = (Vec::new(), 0);
+    write(pattern, &mut |field| match field {
+        Field::Skip => values.push(skipped.to_owned()),
+        Field::Count | Field::Inner(_) => values.push("1".into()),
+        Field::Each(_) => {}
+        Field::Pointer => {
+            values.push(pointers[usize::from(count != slot)].to_string());
+            count += 1;
+        }
+    });
+    // Values behind the last pointer that some types need.
+    values.extend(std::iter::repeat_n(skipped.to_owned(), 12));
+    (values.join(","), count)
+}
+
+#[test]
+fn every_pointer_of_every_entity_may_lead_back() {
+    let (mut files, mut slots) = (0, 0);
+    for (kind, pattern) in &POINTERS {
+        let count = record(pattern, 0, [1, 1], "1").1;
+        assert!(count > 0, "entity {kind} has pointers");
+        slots += count;
+        for slot in 0..count {
+            for (other, back) in &POINTERS {
+                // D1 points to itself or to D3, D3 to D1 or to itself, in all its pointers.
+                for (here, there, skipped) in [(1, 3, "1"), (3, 1, "1"), (3, 3, "0"), (1, 1, "0")] {
+                    let first = record(pattern, slot, [here, there], skipped).0;
+                    let second = record(back, usize::MAX, [1, 4 - here], skipped).0;
+                    for form in [0, 1] {
+                        let _ = said(&[item(*kind, form, &first), item(*other, form, &second)]);
+                        files += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(slots > 40 && files > 8000, "{slots} pointers in {files} files");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Published and closed-form benchmarks of the elements.
 
+mod shells;
+
 use std::sync::Arc;
 
 use super::super::assembly::Body;

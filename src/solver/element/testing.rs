@@ -13,7 +13,7 @@ pub struct Problem {
     pub held: Vec<(usize, f64)>,
     /// Forces at full load [N].
     pub loads: Vec<(usize, f64)>,
-    /// Equal load steps.
+    /// Load steps, growing by equal amounts from the first, which is the smallest.
     pub steps: usize,
 }
 
@@ -27,7 +27,7 @@ pub fn solve(body: &mut Body, problem: &Problem) -> (Vec<f64>, Vec<f64>) {
     let mut out = Evaluation::default();
     let mut history = Vec::new();
     for step in 1..=problem.steps {
-        let level = step as f64 / problem.steps as f64;
+        let level = (step as f64 / problem.steps as f64).powi(2);
         let mut target: Vec<(usize, f64)> =
             problem.held.iter().map(|&(dof, value)| (dof, level * value)).collect();
         history.clear();

@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""Writes the published forming cases of fixtures/published: tools as Nagata patches from closed forms, and scenes.
+
+hemisphere: stretching of a clamped disc over a hemispherical punch (Code_Aster SSNV501).
+bend: unconstrained cylindrical bending (NUMISHEET 2002 B, NAFEMS contact benchmark 3), a quarter of the strip.
+"""
+
+import json
+import math
+import pathlib
+
+from forming import cap, strip, write_tool
+
+FIXTURES = pathlib.Path(__file__).resolve().parents[2] / "fixtures/published"
+
+
+def revolve(chain, around):
+    """A profile in the (r, z) half-plane, as (r, z, nr, nz), turned through the first quadrant."""
+    points, normals, quads = [], [], []
+    for j in range(around + 1):
+        angle = math.pi / 2 * j / around
+        c, s = math.cos(angle), math.sin(angle)
+        points += [(r * c, r * s, z) for r, z, _, _ in chain]
+        normals += [(nr * c, nr * s, nz) for _, _, nr, nz in chain]
+    count = len(chain)
+    for j in range(around):
+        for i in range(count - 1):
+            a, b = j * count + i, j * count + i + 1
+            (r0, z0), (r1, z1) = chain[i][:2], chain[i + 1][:2]
+            # The normal of (a, b, b + row, a + row) is e_profile x e_around = (-dz, dr) in the half-plane.
+            outward = -(z1 - z0) * (chain[i][2] + chain[i + 1][2]) + (r1 - r0) * (chain[i][3] + chain[i + 1][3])
+            quad = (a, b, b + count, a + count)
+            quads.append(quad if outward > 0 else tuple(reversed(quad)))
+    return points, normals, quads
+
+
+def arc(centre, radius, start, end, patches, side=1.0):
+    """Points of an arc from one angle to another [degrees]; side -1: the normals point to its centre."""
+    angles = [math.radians(start + (end - start) * k / patches) for k in range(patches + 1)]
+    return [(centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a), side * math.cos(a), side * math.sin(a))
+            for a in angles]
+
+
+def write_scene(folder, scene):
+    text = json.dumps({"format": "kanagata-scene", "version": 1, **scene}, indent=2)
+    (folder / "case.scene.json").write_text(text + "\n")
+
+
+def hemisphere(folder=FIXTURES / "hemisphere"):
+    folder.mkdir(parents=True, exist_ok=True)
+    punch, entry, clamp, thickness = 50.8, 6.35, 59.18, 1.0
+    write_tool(folder / "punch.tool.json", cap(punch, math.radians(80), 6, thickness))
+    die = [(clamp + 5, 0, 0, 1), *arc((clamp, -entry), entry, 90, 180, 4)]
+    write_tool(folder / "die.tool.json", revolve(die, 8))
+    tool = lambda name, up: {"name": name, "file": f"{name}.tool.json", "direction": [0, 0, up],
+                             "place": {"shift": [0, 0, 0]}}
+    write_scene(folder, {
+        "name": "Hemispherical punch stretching, SSNV501",
+        "blank": {"shape": {"quarter_disc": {"radius_mm": clamp, "core": 10, "rings": 24}},
+                  "thickness_mm": thickness, "layers": 1, "element": {"solid-shell": {}}},
+        "material": "sheet-ssnv501",
+        "symmetry": [{"normal": "x"}, {"normal": "y"}],
+        "holds": [{"where": {"beyond_radius_mm": clamp - 1e-6}, "axes": ["x", "y", "z"]}],
+        "tools": [tool("punch", -1), tool("die", 1)],
+        "stages": [{"name": "stretch", "drive": {"punch": {"travel_mm": 41.0}},
+                    "first_increment": 0.01, "largest_increment": 0.04}],
+        "output": {"vtu_every": 0},
+    })
+
+
+def bend(folder=FIXTURES / "bend"):
+    folder.mkdir(parents=True, exist_ok=True)
+    punch, die, shoulder, length, width, thickness, stroke = 23.5, 25.0, 4.0, 120.0, 30.0, 1.0, 28.5
+    up = 60.0
+    nose = [*arc((0, thickness + punch), punch, -90, 0, 4), (punch, thickness + punch + up, 1, 0)]
+    write_tool(folder / "punch.tool.json", strip(nose, -1.0, 25.0))
+    trough = [(70, 0, 0, 1), *arc((die + shoulder, -shoulder), shoulder, 90, 180, 3)]
+    trough += [point for point in arc((0, -shoulder), die, 0, -90, 4, -1.0)][1:]
+    write_tool(folder / "die.tool.json", strip(trough, -1.0, 25.0))
+    tool = lambda name, up: {"name": name, "file": f"{name}.tool.json", "direction": [0, 0, up], "friction": 0.1342,
+                             "place": {"shift": [0, 0, 0]}}
+    write_scene(folder, {
+        "name": "Unconstrained cylindrical bending, NUMISHEET 2002 B",
+        "blank": {"shape": {"rectangle": {"size_mm": [length / 2, width / 2], "elements": [60, 6]}},
+                  "thickness_mm": thickness, "layers": 1, "element": {"solid-shell": {"points": 7}}},
+        "material": "aluminium-numisheet2002b",
+        "symmetry": [{"normal": "x"}, {"normal": "y"}],
+        "tools": [tool("punch", -1), tool("die", 1)],
+        "stages": [{"name": "bend", "drive": {"punch": {"travel_mm": stroke}},
+                    "first_increment": 0.01, "largest_increment": 0.04},
+                   {"name": "release", "drive": {"punch": {"release": True}, "die": {"release": True}},
+                    "largest_increment": 0.25}],
+        "output": {"vtu_every": 0},
+    })
+
+
+if __name__ == "__main__":
+    hemisphere()
+    bend()

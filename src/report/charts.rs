@@ -21,7 +21,8 @@ pub fn lines(series: &[Series], x_title: &str, y_title: &str) -> (Vec<Value>, Va
     let traces = series
         .iter()
         .map(|s| {
-            json!({"type": "scatter", "mode": "lines", "name": s.name,
+            let mode = if s.x.len() <= 40 { "lines+markers" } else { "lines" };
+            json!({"type": "scatter", "mode": mode, "name": s.name,
                    "x": short(&s.x), "y": short(&s.y)})
         })
         .collect();

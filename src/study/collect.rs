@@ -1,14 +1,16 @@
-//! The records of all cases side by side: `study.csv` and `study.html`.
+//! The records of all cases side by side: `study.csv`, `study.html` and drawings.
 
 use std::fs;
 use std::path::Path;
 
 use super::StudyError;
 use super::cases::Case;
+use super::compare::{Sheet, at, front, largest_difference, sheet, tools};
 use super::execute::{Manifest, State, folder_of};
 use super::file::Study;
 use crate::files::write_atomic;
 use crate::report::charts::{Series, lines};
+use crate::report::drawing::{Chart, Line, write_chart};
 use crate::report::page::Page;
 use crate::report::record::RunRecord;
 
@@ -18,15 +20,48 @@ struct Row<'a> {
     state: State,
     reason: Option<String>,
     record: Option<RunRecord>,
+    patches: usize,
+    shape_error: Option<f64>,
     /// Travel [mm] and force [N] of the watched tool while it moves.
     curve: Vec<(f64, f64)>,
-    /// RMS of the difference of force from the reference over the travel, over the reference's RMS.
+    sheet: Sheet,
+    off: Off,
+}
+
+/// Differences from the reference.
+#[derive(Default, Clone, Copy)]
+struct Off {
+    /// RMS of the difference of force over the travel, over the reference's RMS.
     force_rms: Option<f64>,
+    /// Largest difference of thickness along dx and along dxy [mm].
+    thickness: [Option<f64>; 2],
 }
 
 const PHASES: [&str; 5] = ["search", "contact", "elements", "factor", "solve"];
+const COUNTS: [&str; 8] = [
+    "state",
+    "patches",
+    "shape_error_mm",
+    "increments",
+    "iterations",
+    "factorisations",
+    "cuts",
+    "wall_s",
+];
+const RESULTS: [&str; 10] = [
+    "travel_mm",
+    "force_max_n",
+    "force_end_n",
+    "draw_in_dx_mm",
+    "draw_in_dxy_mm",
+    "thinnest_mm",
+    "force_rms_to_reference",
+    "thickness_dx_off_mm",
+    "thickness_dxy_off_mm",
+    "reason",
+];
 
-/// Writes `study.csv` and `study.html` into `folder`.
+/// Writes `study.csv`, `study.html` and the drawings into `folder`.
 ///
 /// # Errors
 /// [`StudyError::Write`].
@@ -37,16 +72,9 @@ pub fn collect(
     folder: &Path,
 ) -> Result<(), StudyError> {
     let mut rows: Vec<Row<'_>> = cases.iter().map(|c| row(study, c, manifest, folder)).collect();
-    let reference = study.reference.as_deref();
-    let curve =
-        rows.iter().find(|r| Some(r.case.id.as_str()) == reference).map(|r| r.curve.clone());
-    if let Some(curve) = curve {
-        rows.iter_mut().for_each(|r| r.force_rms = force_rms(&r.curve, &curve));
-    }
+    compare(&mut rows, study.reference.as_deref());
     let mut head: Vec<&str> = study.choices.iter().map(|c| c.name.as_str()).collect();
-    head.extend(["state", "increments", "iterations", "factorisations", "cuts", "wall_s", "cpu_s"]);
-    head.extend(PHASES);
-    head.extend(["travel_mm", "force_max_n", "force_end_n", "force_rms_to_reference", "reason"]);
+    head.extend(COUNTS.iter().chain(&["cpu_s"]).chain(&PHASES).chain(&RESULTS));
     let table: Vec<Vec<String>> = rows.iter().map(cells).collect();
     write_atomic(&folder.join("study.csv"), |w| {
         writeln!(w, "case,{}", head.join(","))?;
@@ -56,13 +84,24 @@ pub fn collect(
         }
         Ok(())
     })?;
+    let charts = charts(study, &rows);
+    for (name, chart) in &charts {
+        write_chart(&folder.join(name).with_extension("svg"), chart)?;
+    }
     let mut page = Page::new(&study.name);
     page.heading("Cases");
     page.table(&head, &table);
-    page.heading(&format!("Force of {} against its travel", study.watch));
-    let series: Vec<Series> = rows.iter().filter(|r| r.curve.len() > 1).map(series).collect();
-    let (traces, layout) = lines(&series, "travel [mm]", "force, whole process [N]");
-    page.plot(&traces, &layout, 560);
+    for (_, chart) in &charts {
+        page.heading(&chart.title);
+        let series: Vec<Series> = chart.lines.iter().map(series).collect();
+        let (traces, mut layout) = lines(&series, &chart.x.0, &chart.y.0);
+        for (axis, log) in [("xaxis", chart.x.1), ("yaxis", chart.y.1)] {
+            if log {
+                layout[axis]["type"] = "log".into();
+            }
+        }
+        page.plot(&traces, &layout, 480);
+    }
     page.write(&folder.join("study.html"))?;
     Ok(())
 }
@@ -71,17 +110,94 @@ fn row<'a>(study: &Study, case: &'a Case, manifest: &Manifest, folder: &Path) ->
     let run = folder_of(folder, &case.id).join("run");
     let entry = manifest.cases.get(&case.id);
     let text = fs::read(run.join("run.json")).unwrap_or_default();
+    let (patches, shape_error) = tools(&case.scene);
     Row {
         case,
         state: entry.map_or(State::Waiting, |e| e.state),
         reason: entry.and_then(|e| e.reason.clone()),
         record: serde_json::from_slice(&text).ok(),
+        patches,
+        shape_error,
         curve: curve(
             &fs::read_to_string(run.join("history.csv")).unwrap_or_default(),
             &study.watch,
         ),
-        force_rms: None,
+        sheet: sheet(&run).unwrap_or_default(),
+        off: Off::default(),
     }
+}
+
+/// Differences of all rows from the row named `reference`.
+fn compare(rows: &mut [Row<'_>], reference: Option<&str>) {
+    let Some(reference) = rows.iter().find(|r| Some(r.case.id.as_str()) == reference) else {
+        return;
+    };
+    let (curve, sheet) = (reference.curve.clone(), reference.sheet.clone());
+    for row in rows {
+        row.off = Off {
+            force_rms: force_rms(&row.curve, &curve),
+            thickness: [
+                largest_difference(&row.sheet.dx, &sheet.dx),
+                largest_difference(&row.sheet.dxy, &sheet.dxy),
+            ],
+        };
+    }
+}
+
+/// A profile or curve of a row.
+type ProfileOf = for<'r, 'c> fn(&'r Row<'c>) -> &'r [(f64, f64)];
+
+/// Drawings by file name: force and thickness of all cases, error against cost where there is a reference.
+fn charts(study: &Study, rows: &[Row<'_>]) -> Vec<(&'static str, Chart)> {
+    let travel = format!("travel of {} [mm]", study.watch);
+    let flat = "distance in the flat blank [mm]";
+    let thick = "thickness [mm]";
+    let force = "force, whole process [N]";
+    let mut out = vec![
+        ("force", profiles("Force against travel", rows, [&travel, force], |r| &r.curve)),
+        ("thickness-dx", profiles("Thickness along dx", rows, [flat, thick], |r| &r.sheet.dx)),
+        ("thickness-dxy", profiles("Thickness along dxy", rows, [flat, thick], |r| &r.sheet.dxy)),
+    ];
+    if rows.iter().any(|r| r.off.force_rms.is_some_and(|e| e > 0.0)) {
+        let seconds = |r: &Row<'_>| r.record.as_ref().map_or(f64::NAN, |r| r.cpu_s);
+        let patches = |r: &Row<'_>| r.patches as f64;
+        out.push(("error-against-time", error_against("processor time [s]", rows, seconds)));
+        out.push(("error-against-patches", error_against("patches of all tools", rows, patches)));
+    }
+    out
+}
+
+fn profiles(title: &str, rows: &[Row<'_>], axes: [&str; 2], of: ProfileOf) -> Chart {
+    let some = rows.iter().filter(|r| of(r).len() > 1);
+    let lines = some.map(|r| line(&r.case.id, of(r).to_vec())).collect();
+    let [x, y] = axes.map(|title| (title.to_owned(), false));
+    Chart { title: title.into(), x, y, lines }
+}
+
+/// Error of the force against a cost: a mark for every case that is done, a line through those that nobody beats.
+fn error_against(cost: &str, rows: &[Row<'_>], of: fn(&Row<'_>) -> f64) -> Chart {
+    let points = rows.iter().filter_map(|r| {
+        let error = r.off.force_rms.filter(|e| *e > 0.0)?;
+        (r.state == State::Done).then(|| (r.case.id.as_str(), (of(r), error)))
+    });
+    let (names, points): (Vec<&str>, Vec<(f64, f64)>) = points.unzip();
+    let mut lines: Vec<Line> = names.iter().zip(&points).map(|(n, p)| line(n, vec![*p])).collect();
+    let unbeaten = points.iter().zip(front(&points)).filter(|(_, f)| *f);
+    let mut best: Vec<(f64, f64)> = unbeaten.map(|(p, _)| *p).collect();
+    best.sort_by(|a, b| a.0.total_cmp(&b.0));
+    lines.push(line("nobody beats", best));
+    let title = format!("Error of the force against {}", cost.split(" [").next().unwrap_or(cost));
+    let y = ("RMS difference / RMS of the reference".into(), true);
+    Chart { title, x: (cost.into(), true), y, lines }
+}
+
+fn line(name: &str, points: Vec<(f64, f64)>) -> Line {
+    Line { name: name.into(), points, marks_only: false }
+}
+
+fn series(line: &Line) -> Series {
+    let (x, y) = line.points.iter().copied().unzip();
+    Series { name: line.name.clone(), x, y }
 }
 
 /// Travel and force of a tool from `history.csv`, as long as its travel grows.
@@ -121,15 +237,6 @@ fn force_rms(curve: &[(f64, f64)], reference: &[(f64, f64)]) -> Option<f64> {
     (size > 0.0).then(|| (off / size).sqrt())
 }
 
-/// Linear interpolation.
-fn at(curve: &[(f64, f64)], x: f64) -> f64 {
-    let after = curve.partition_point(|p| p.0 < x).clamp(1, curve.len().max(2) - 1);
-    let (Some(&(x0, y0)), Some(&(x1, y1))) = (curve.get(after - 1), curve.get(after)) else {
-        return curve.first().map_or(0.0, |p| p.1);
-    };
-    y0 + (y1 - y0) * ((x - x0) / (x1 - x0)).clamp(0.0, 1.0)
-}
-
 fn cells(row: &Row<'_>) -> Vec<String> {
     let mut out = row.case.options.clone();
     let state = match row.state {
@@ -137,7 +244,8 @@ fn cells(row: &Row<'_>) -> Vec<String> {
         State::Done => "done",
         State::Failed => "failed",
     };
-    out.push(state.into());
+    let maybe = |v: Option<f64>| v.map_or_else(String::new, |e| format!("{e:.5}"));
+    out.extend([state.into(), row.patches.to_string(), maybe(row.shape_error)]);
     match &row.record {
         Some(r) => {
             out.extend(
@@ -152,7 +260,10 @@ fn cells(row: &Row<'_>) -> Vec<String> {
     let end = row.curve.last().copied().unwrap_or_default();
     let most = row.curve.iter().map(|p| p.1).fold(0.0, f64::max);
     out.extend([format!("{:.3}", end.0), format!("{most:.0}"), format!("{:.0}", end.1)]);
-    out.push(row.force_rms.map_or_else(String::new, |e| format!("{e:.5}")));
+    let sheet = &row.sheet;
+    out.extend(sheet.draw_in.iter().chain([&sheet.thinnest]).map(|v| format!("{v:.4}")));
+    out.push(maybe(row.off.force_rms));
+    out.extend(row.off.thickness.map(maybe));
     out.push(row.reason.clone().unwrap_or_default());
     out
 }
@@ -163,11 +274,6 @@ fn quote(cell: &str) -> String {
     } else {
         cell.to_owned()
     }
-}
-
-fn series(row: &Row<'_>) -> Series {
-    let (x, y) = row.curve.iter().copied().unzip();
-    Series { name: row.case.id.clone(), x, y }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 pub mod cases;
 pub mod collect;
+pub mod compare;
 pub mod execute;
 pub mod file;
 pub mod stability;

@@ -39,6 +39,9 @@ fn never_farther_than_dense_sampling() {
         assert!(found <= oracle.distance(&p) + 1e-9, "{p:?}: {foot:?}");
         let on_patch = model.patches[foot.patch as usize].derivs(foot.eta, foot.zeta).s;
         assert_eq!(on_patch, foot.point);
+        let d = model.patches[foot.patch as usize].derivs(foot.eta, foot.zeta);
+        let n = d.d1.cross(&d.d2).normalize();
+        assert!((n - foot.normal).norm() <= 1e-12, "{foot:?}");
         let warm = surface.closest(&p, Some(foot.patch));
         assert!(((p - warm.point).norm() - found).abs() < 1e-11);
     }

@@ -1,0 +1,168 @@
+//! What is compared between the runs of a study: the sheet along two lines, its draw-in, the tools' patches.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::geometry::{Vec2, Vec3};
+use crate::report::vtu_read;
+
+/// A line over the sheet: distance in the flat blank [mm] and thickness [mm].
+pub type Profile = Vec<(f64, f64)>;
+
+/// The sheet as a run left it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sheet {
+    /// Along the side y = lowest.
+    pub dx: Profile,
+    /// Along the diagonal of the blank's box.
+    pub dxy: Profile,
+    /// How far the ends of the two lines have moved inwards [mm].
+    pub draw_in: [f64; 2],
+    /// Thinnest point of the sheet [mm].
+    pub thinnest: f64,
+}
+
+/// Reads `steps/last.vtu` of a run; `None` when there is none that can be used.
+#[must_use]
+pub fn sheet(run: &Path) -> Option<Sheet> {
+    let grid = vtu_read::read(&run.join("steps/last.vtu")).ok()?;
+    let array = |name: &str| grid.point_data.iter().find(|a| a.name == name);
+    let (moved, thickness) = (array("displacement_mm")?, array("thickness_mm")?);
+    let flat: Vec<Vec2> = grid
+        .points
+        .iter()
+        .zip(moved.values.chunks_exact(3))
+        .map(|(x, u)| Vec2::new(x.x - u[0], x.y - u[1]))
+        .collect();
+    let nodes = Nodes { flat, now: &grid.points, thickness: &thickness.values };
+    (nodes.flat.len() == thickness.values.len()).then(|| nodes.sheet()).flatten()
+}
+
+struct Nodes<'a> {
+    /// In the flat blank.
+    flat: Vec<Vec2>,
+    now: &'a [Vec3],
+    thickness: &'a [f64],
+}
+
+impl Nodes<'_> {
+    fn sheet(&self) -> Option<Sheet> {
+        let low = self.flat.iter().copied().reduce(|a, b| a.inf(&b))?;
+        let high = self.flat.iter().copied().reduce(|a, b| a.sup(&b))?;
+        let (dx, in_x) = self.along(low, Vec2::x(), (high - low).norm())?;
+        let (dxy, in_xy) = self.along(low, high - low, (high - low).norm())?;
+        let thinnest = self.thickness.iter().copied().fold(f64::INFINITY, f64::min);
+        Some(Sheet { dx, dxy, draw_in: [in_x, in_xy], thinnest })
+    }
+
+    /// Thickness along a line from `low`, and the way its far end has moved back.
+    fn along(&self, low: Vec2, direction: Vec2, size: f64) -> Option<(Profile, f64)> {
+        let line = direction.try_normalize(0.0)?;
+        let near = 1e-6 * size;
+        let mut on: Vec<(f64, usize)> = (0..self.flat.len())
+            .filter(|&k| line.perp(&(self.flat[k] - low)).abs() <= near)
+            .map(|k| (line.dot(&(self.flat[k] - low)), k))
+            .collect();
+        on.sort_by(|a, b| a.0.total_cmp(&b.0));
+        on.dedup_by(|b, a| b.0 - a.0 <= near);
+        let &(end, last) = on.last()?;
+        let now = line.dot(&(Vec2::new(self.now[last].x, self.now[last].y) - low));
+        Some((on.iter().map(|&(s, k)| (s, self.thickness[k])).collect(), end - now))
+    }
+}
+
+/// Largest difference between two profiles at the points of the first [mm].
+#[must_use]
+pub fn largest_difference(profile: &[(f64, f64)], reference: &[(f64, f64)]) -> Option<f64> {
+    if reference.len() < 2 {
+        return None;
+    }
+    let off = profile.iter().map(|&(s, t)| (t - at(reference, s)).abs());
+    off.reduce(f64::max)
+}
+
+/// Linear interpolation, constant beyond the ends; zero for an empty curve.
+#[must_use]
+pub fn at(curve: &[(f64, f64)], x: f64) -> f64 {
+    let after = curve.partition_point(|p| p.0 < x).clamp(1, curve.len().max(2) - 1);
+    let (Some(&(x0, y0)), Some(&(x1, y1))) = (curve.get(after - 1), curve.get(after)) else {
+        return curve.first().map_or(0.0, |p| p.1);
+    };
+    y0 + (y1 - y0) * ((x - x0) / (x1 - x0)).clamp(0.0, 1.0)
+}
+
+/// Patches of all tools of a scene and the largest shape error that their files name [mm].
+#[must_use]
+pub fn tools(scene: &Value) -> (usize, Option<f64>) {
+    let files = scene.get("tools").and_then(Value::as_array).into_iter().flatten();
+    let files = files.filter_map(|t| t.get("file").and_then(Value::as_str));
+    let (mut patches, mut error) = (0, None);
+    for file in files {
+        let bytes = std::fs::read(file).unwrap_or_default();
+        let tool: Value = serde_json::from_slice(&bytes).unwrap_or_default();
+        patches += tool.get("patches").and_then(Value::as_array).map_or(0, Vec::len);
+        let named = tool.pointer("/provenance/shape_error_mm").and_then(Value::as_f64);
+        error = named.map_or(error, |e| Some(e.abs().max(error.unwrap_or(0.0))));
+    }
+    (patches, error)
+}
+
+/// Which of the points (cost, error) no other one beats in both.
+#[must_use]
+pub fn front(points: &[(f64, f64)]) -> Vec<bool> {
+    let beats =
+        |a: &(f64, f64), b: &(f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
+    points.iter().map(|p| !points.iter().any(|q| beats(q, p))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{DataArray, Vtu};
+
+    #[test]
+    fn lines_of_a_formed_sheet_are_found_in_the_flat_blank() {
+        // A 2 x 2 grid of columns of two nodes on a box of 10 mm; the far corner is drawn in by (1, 1).
+        let mut points = Vec::new();
+        let mut moved = Vec::new();
+        let mut thickness = Vec::new();
+        for (i, j) in [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1), (0, 2), (1, 2), (2, 2)] {
+            for z in [0.0, 1.0] {
+                let x = Vec3::new(5.0 * f64::from(i), 5.0 * f64::from(j), z);
+                let u =
+                    if i == 2 { Vec3::new(-1.0, -f64::from(j) / 2.0, -3.0) } else { Vec3::zeros() };
+                points.push(x + u);
+                moved.push(u);
+                thickness.push(1.0 - 0.1 * f64::from(i * j));
+            }
+        }
+        let mut grid = Vtu::new(points);
+        grid.point_data.push(DataArray::vector("displacement_mm", &moved));
+        grid.point_data.push(DataArray::scalar("thickness_mm", thickness));
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("steps")).unwrap();
+        grid.write(&folder.path().join("steps/last.vtu")).unwrap();
+        let sheet = sheet(folder.path()).unwrap();
+        assert_eq!(sheet.dx, [(0.0, 1.0), (5.0, 1.0), (10.0, 1.0)]);
+        let far = 200.0_f64.sqrt();
+        assert!((sheet.dxy[1].0 - far / 2.0).abs() < 1e-12 && (sheet.dxy[2].1 - 0.6).abs() < 1e-12);
+        assert!((sheet.draw_in[0] - 1.0).abs() < 1e-12);
+        assert!((sheet.draw_in[1] - 2.0_f64.sqrt()).abs() < 1e-12);
+        assert!((sheet.thinnest - 0.6).abs() < 1e-12);
+        assert!(super::sheet(&folder.path().join("nothing")).is_none());
+    }
+
+    #[test]
+    fn profiles_are_compared_where_the_first_has_points() {
+        let reference = [(0.0, 1.0), (10.0, 2.0)];
+        assert_eq!(largest_difference(&[(5.0, 1.5), (7.5, 1.5)], &reference), Some(0.25));
+        assert_eq!(largest_difference(&[(5.0, 1.5)], &[]), None);
+    }
+
+    #[test]
+    fn the_front_holds_what_nobody_beats() {
+        let points = [(1.0, 5.0), (2.0, 3.0), (3.0, 3.0), (4.0, 1.0), (4.0, 6.0)];
+        assert_eq!(front(&points), [true, true, false, true, false]);
+    }
+}

@@ -6,8 +6,9 @@
 
 use super::contact::Candidate;
 use super::linear::LinearError;
+use super::linearised::Correction;
 use super::stages::Limits;
-use super::system::{Correction, Role, System};
+use super::system::{Role, System};
 use crate::geometry::Vec3;
 
 /// How the revision of the active set goes in one increment.

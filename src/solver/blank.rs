@@ -2,6 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use super::linear::Groups;
 use crate::geometry::{Vec2, Vec3};
 
 /// A hexahedral mesh of a sheet.
@@ -155,6 +156,21 @@ impl HexMesh {
         (1..=self.column_count())
             .map(|column| (column * self.nodes_per_column - 1) as u32)
             .collect()
+    }
+
+    /// Unknowns (three a node) grouped by through-thickness column when the mesh has them, else by node.
+    #[must_use]
+    pub fn groups(&self) -> Groups {
+        let levels = self.nodes_per_column.max(1);
+        let centers = self
+            .nodes
+            .chunks(levels)
+            .map(|column| column.iter().sum::<Vec3>() / column.len() as f64)
+            .collect();
+        Groups {
+            of_unknown: (0..3 * self.nodes.len()).map(|i| (i / 3 / levels) as u32).collect(),
+            centers,
+        }
     }
 
     /// Plan coordinates `(x, y)` [mm] of each column's bottom node: the input of nested dissection.

@@ -5,8 +5,9 @@
 //! negative where a correction begins and vanishes where its best part ends.
 
 use super::element::Want;
+use super::linearised::Correction;
 use super::newton::apply;
-use super::system::{Correction, Role, System};
+use super::system::{Role, System};
 
 /// A correction is good when the slope at its end is at most this share of the slope at its beginning.
 const GOOD: f64 = 0.5;

@@ -13,6 +13,7 @@ mod contact;
 pub mod element;
 mod line_search;
 pub mod linear;
+mod linearised;
 pub mod material;
 pub mod newton;
 pub mod pattern;

@@ -5,8 +5,9 @@ use super::assembly::ElementFailure;
 use super::element::Want;
 use super::line_search;
 use super::linear::LinearError;
+use super::linearised::Correction;
 use super::stages::{IterationRecord, Limits};
-use super::system::{Correction, Residual, System};
+use super::system::{Residual, System};
 
 /// What an iterate is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,157 @@
+//! The system linearised at one iterate: the conditions put in the place of equations, the matrix in the mesh's own
+//! pattern, the unknown travels of tools moved by force on its border; its solution, the correction.
+
+use std::time::Instant;
+
+use super::contact::Condition;
+use super::linear::LinearError;
+use super::system::{Role, System};
+use crate::geometry::Vec3;
+
+/// A correction: of the displacements, and of the travels of the tools moved by force.
+#[derive(Debug, Clone)]
+pub(super) struct Correction {
+    pub(super) u: Vec<f64>,
+    pub(super) travels: Vec<(usize, f64)>,
+    /// Predicted normal force of every touching candidate.
+    pub(super) lambdas: Vec<(usize, f64)>,
+}
+
+/// Displacements, and the travel of each tool moved by force.
+type Bordered = (Vec<f64>, Vec<(usize, f64)>);
+
+impl System {
+    /// Solves the linearised system for the correction.
+    pub(super) fn correct(&mut self) -> Result<Correction, LinearError> {
+        let start = Instant::now();
+        self.condense();
+        let rhs: Vec<f64> = self.residual_vector().iter().map(|f| -f).collect();
+        let moved: Vec<(usize, f64)> = self
+            .roles
+            .iter()
+            .enumerate()
+            .filter_map(|(t, role)| if let Role::Force(f) = role { Some((t, *f)) } else { None })
+            .collect();
+        let mut all = vec![rhs];
+        all.extend(moved.iter().map(|&(tool, _)| self.travel_column(tool)));
+        let borders: Vec<Vec<f64>> = moved.iter().map(|&(tool, _)| self.force_row(tool)).collect();
+        self.timings.contact += start.elapsed().as_secs_f64();
+        let solved = self.solver.solve(&self.values, &mut all);
+        (self.timings.factor, self.timings.solve) = (self.solver.factor_s, self.solver.solve_s);
+        self.timings.factorisations = self.solver.factorisations;
+        solved?;
+        let start = Instant::now();
+        let (u, travels) = self.border(all, &borders, &moved)?;
+        let lambdas = self.predicted_lambdas(&u);
+        self.timings.contact += start.elapsed().as_secs_f64();
+        Ok(Correction { u, travels, lambdas })
+    }
+
+    /// Residual of every row: equilibrium, or the conditions in its place.
+    pub(super) fn residual_vector(&self) -> Vec<f64> {
+        let mut out: Vec<f64> =
+            self.eval.internal_force.iter().zip(&self.applied).map(|(f, a)| f - a).collect();
+        for c in &self.conditions {
+            out[3 * c.node..3 * c.node + 3].copy_from_slice(c.residual.as_slice());
+        }
+        out
+    }
+
+    /// Rows of the tangent with the conditions in place.
+    pub(super) fn condense(&mut self) {
+        self.values.copy_from_slice(&self.eval.tangent);
+        let pattern = self.body.pattern();
+        for c in &self.conditions {
+            let start = pattern.row_ptr[3 * c.node];
+            let width = pattern.row_ptr[3 * c.node + 1] - start;
+            let (row0, rest) = self.values[start..start + 3 * width].split_at_mut(width);
+            let (row1, row2) = rest.split_at_mut(width);
+            for j in 0..width {
+                let v = c.a * Vec3::new(row0[j], row1[j], row2[j]);
+                (row0[j], row1[j], row2[j]) = (v.x, v.y, v.z);
+            }
+            let Some(at) = pattern.position(3 * c.node, 3 * c.node).map(|q| q - start) else {
+                continue;
+            };
+            let b = c.b + c.b_tool;
+            for k in 0..3 {
+                row0[at + k] += b[(0, k)];
+                row1[at + k] += b[(1, k)];
+                row2[at + k] += b[(2, k)];
+            }
+        }
+    }
+
+    /// Minus the derivative of the residual by the travel of `tool`: the extra right-hand side.
+    pub(super) fn travel_column(&self, tool: usize) -> Vec<f64> {
+        let mut column = vec![0.0; self.u.len()];
+        for c in &self.conditions {
+            if c.candidate.is_some_and(|k| self.contact.candidates[k].tool == tool) {
+                let v = c.b_tool * self.tools[tool].setup.direction;
+                column[3 * c.node..3 * c.node + 3].copy_from_slice(v.as_slice());
+            }
+        }
+        column
+    }
+
+    /// Derivative of the tool's force along its direction by the displacements.
+    fn force_row(&self, tool: usize) -> Vec<f64> {
+        let mut row = vec![0.0; self.u.len()];
+        let pattern = self.body.pattern();
+        let d = self.tools[tool].setup.direction;
+        for (_, c) in self.contact.active().filter(|(_, c)| c.tool == tool) {
+            let along = self.constraints.free_projector(c.node) * d;
+            for k in 0..3 {
+                for q in pattern.row_ptr[3 * c.node + k]..pattern.row_ptr[3 * c.node + k + 1] {
+                    row[pattern.col_idx[q]] += along[k] * self.eval.tangent[q];
+                }
+            }
+        }
+        row
+    }
+
+    /// The bordered unknowns: `[K -Z; W 0]` with one row and column a tool moved by force.
+    fn border(
+        &self,
+        mut all: Vec<Vec<f64>>,
+        borders: &[Vec<f64>],
+        moved: &[(usize, f64)],
+    ) -> Result<Bordered, LinearError> {
+        let z = all.split_off(1);
+        let Some(mut u) = all.pop() else { return Ok((Vec::new(), Vec::new())) };
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let m = moved.len();
+        if m == 0 {
+            return Ok((u, Vec::new()));
+        }
+        let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| dot(&borders[i], &z[j]));
+        let missing = nalgebra::DVector::from_fn(m, |i, _| {
+            let (tool, wanted) = moved[i];
+            let now = self.tool_force(tool).dot(&self.tools[tool].setup.direction);
+            wanted - now - dot(&borders[i], &u)
+        });
+        let travels =
+            matrix.lu().solve(&missing).ok_or(LinearError::Singular { unknown: self.u.len() })?;
+        for (column, travel) in z.iter().zip(travels.iter()) {
+            u.iter_mut().zip(column).for_each(|(u, z)| *u += z * travel);
+        }
+        Ok((u, moved.iter().zip(travels.iter()).map(|(&(tool, _), &s)| (tool, s)).collect()))
+    }
+
+    /// Normal forces `n . (r + K du)` the linearised system gives the touching nodes.
+    fn predicted_lambdas(&self, du: &[f64]) -> Vec<(usize, f64)> {
+        let pattern = self.body.pattern();
+        let values = &self.eval.tangent;
+        let of = |c: &Condition, k: usize| {
+            let mut change = Vec3::zeros();
+            for i in 0..3 {
+                let row = 3 * c.node + i;
+                change[i] = (pattern.row_ptr[row]..pattern.row_ptr[row + 1])
+                    .map(|q| values[q] * du[pattern.col_idx[q]])
+                    .sum();
+            }
+            (k, c.normal.dot(&(self.force_at(c.node) + change)))
+        };
+        self.conditions.iter().filter_map(|c| c.candidate.map(|k| of(c, k))).collect()
+    }
+}

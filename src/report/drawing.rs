@@ -147,7 +147,13 @@ fn draw_scale(area: &Area<'_>, scale: &Range<f64>, meaning: &str) -> Drawn {
         .margin_right(20)
         .y_label_area_size(46)
         .build_cartesian_2d(0.0..1.0, scale.clone())?;
-    chart.configure_mesh().disable_mesh().disable_x_axis().y_labels(6).draw()?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .disable_x_axis()
+        .y_labels(6)
+        .label_style(("sans-serif", 12))
+        .draw()?;
     let step = (scale.end - scale.start) / STEPS as f64;
     chart.draw_series((0..STEPS).map(|k| {
         let low = scale.start + k as f64 * step;

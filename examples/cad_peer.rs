@@ -65,6 +65,14 @@ fn median_of_three(mut call: impl FnMut()) -> f64 {
     all[1]
 }
 
+/// Most memory this process has held so far [MB], where the system tells.
+fn peak_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kb: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kb / 1024.0)
+}
+
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let [file, rest @ ..] = &words[..] else {
@@ -81,6 +89,7 @@ fn main() {
             std::process::exit(2);
         }
     };
+    let peak_mb = peak_mb();
     let read_s = median_of_three(|| drop(std::hint::black_box(read(path))));
     let diagonal = model.bbox().diagonal();
     let points = if model.faces.is_empty() { vec![] } else { points(&model, count, diagonal) };
@@ -96,6 +105,7 @@ fn main() {
         "faces": model.faces.len(),
         "diagonal_mm": diagonal,
         "read_s": read_s,
+        "peak_mb": peak_mb,
         "index_s": index_s,
         "search_s": search_s,
         "points": points.iter().map(|p| [p.x, p.y, p.z]).collect::<Vec<_>>(),

@@ -19,6 +19,8 @@ struct Node {
 pub struct BoxTree {
     nodes: Vec<Node>,
     order: Vec<u32>,
+    /// Boxes of the items, in `order`.
+    boxes: Vec<Aabb>,
 }
 
 impl BoxTree {
@@ -27,7 +29,7 @@ impl BoxTree {
     pub fn build(boxes: &[Aabb]) -> Self {
         let order: Vec<u32> =
             (0..boxes.len() as u32).filter(|&k| !boxes[k as usize].is_empty()).collect();
-        let mut tree = Self { nodes: Vec::new(), order };
+        let mut tree = Self { nodes: Vec::new(), order, boxes: Vec::new() };
         if tree.order.is_empty() {
             return tree;
         }
@@ -53,6 +55,7 @@ impl BoxTree {
             stack.push((child + 1, middle, to));
             stack.push((child, from, middle));
         }
+        tree.boxes = tree.order.iter().map(|&k| boxes[k as usize]).collect();
         tree
     }
 
@@ -89,9 +92,10 @@ impl BoxTree {
             }
             let node = &self.nodes[id as usize];
             if node.items > 0 {
-                let items = &self.order[node.first as usize..(node.first + node.items) as usize];
-                for &item in items {
-                    best = visit(item, best);
+                for k in node.first as usize..(node.first + node.items) as usize {
+                    if self.boxes[k].distance_squared(p) <= best {
+                        best = visit(self.order[k], best);
+                    }
                 }
                 continue;
             }

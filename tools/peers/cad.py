@@ -22,7 +22,7 @@ VENV = ROOT / ".local" / "venv-peers"
 TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
 LARGE = 200_000  # bytes
 SAME = 1e-7  # share of the diagonal
-HEAD = ("file", "faces", "read [s], ours / kernel's", "ratio", "points", "same", "ours larger",
+HEAD = ("file", "faces", "read [s], ours / kernel's", "ratio", "peak [MB]", "points", "same", "ours larger",
         "largest excess, deficit / diagonal", "closest [us], ours / kernel's", "ratio")
 
 
@@ -92,7 +92,8 @@ def compare(path, arguments):
     own = json.loads(done.stdout)
     compound, faces, read_s = kernel_read(path)
     row = {"file": path.name, "bytes": path.stat().st_size, "faces": [own["faces"], faces],
-           "read_s": [own["read_s"], read_s], "read_ratio": read_s / own["read_s"]}
+           "read_s": [own["read_s"], read_s], "read_ratio": read_s / own["read_s"],
+           "peak_mb": own["peak_mb"]}
     if not own["points"] or not faces:
         return row
     found, each_s = kernel_distances(compound, own["points"], arguments.seconds)
@@ -113,7 +114,8 @@ def compare(path, arguments):
 def line(r):
     if "refused" in r:
         return f"| {r['file']} | refused: {r['refused']} |"
-    cells = [r["file"], "{} / {}".format(*r["faces"]), "{:.4f} / {:.4f}".format(*r["read_s"]), f"{r['read_ratio']:.1f}"]
+    cells = [r["file"], "{} / {}".format(*r["faces"]), "{:.4f} / {:.4f}".format(*r["read_s"]), f"{r['read_ratio']:.1f}",
+             f"{r['peak_mb']:.0f}" if r["peak_mb"] else ""]
     if "points" in r:
         cells += [str(r["points"]), str(r["same"]), str(r["larger"]),
                   f"{r['largest_excess']:.1e}, {r['largest_deficit']:.1e}",
@@ -128,6 +130,9 @@ def summary(rows):
     return {
         "files": len(rows),
         "read_ratio_median": median([r["read_ratio"] for r in rows if r.get("bytes", 0) > LARGE]),
+        "peak_mb": max((r["peak_mb"] or 0.0 for r in rows if "peak_mb" in r), default=None),
+        "closest_20": sum(r["closest_ratio"] >= 20.0 for r in searched),
+        "searched": len(searched),
         "closest_point_ratio": median([r["closest_ratio"] for r in searched]),
         "points": points,
         "same_share": sum(r["same"] for r in searched) / points if points else None,

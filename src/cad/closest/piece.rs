@@ -1,5 +1,7 @@
 //! Small rectangles of a surface, each with an oriented box and the closest point inside it.
 
+use std::sync::OnceLock;
+
 use super::leaf::Best;
 use crate::cad::model::Face;
 use crate::cad::trim_region::TrimRegion;
@@ -13,6 +15,8 @@ const TURN: f64 = 0.4;
 const MOST: usize = 16;
 /// Halvings of a rectangle that may hold more than one local minimum.
 const DEPTH: u32 = 4;
+/// Halvings up to which the parts are kept for the next search: at most 20 of one piece.
+const KEPT: u32 = 2;
 
 /// A rectangle of a face's parameter plane.
 pub(super) struct Piece {
@@ -29,6 +33,26 @@ pub(super) struct Piece {
     half: Vec3,
     /// The surface at the centre and the corners.
     samples: [SurfaceDerivs; 5],
+    quarters: OnceLock<Vec<Piece>>,
+}
+
+/// A part of a piece on its way through a search.
+enum Part<'p> {
+    Kept(&'p Piece),
+    Own(Box<Piece>),
+}
+
+impl<'p> Part<'p> {
+    fn kept(piece: &'p Piece) -> (Self, u32) {
+        (Self::Kept(piece), 1)
+    }
+
+    fn get(&self) -> &Piece {
+        match self {
+            Self::Kept(piece) => piece,
+            Self::Own(piece) => piece,
+        }
+    }
 }
 
 impl Piece {
@@ -48,7 +72,8 @@ impl Piece {
         let bounds = Aabb::of_points(&control);
         let (c, half) = (bounds.center(), 0.5 * (bounds.max - bounds.min));
         let center = axes[0] * c.x + axes[1] * c.y + axes[2] * c.z;
-        Self { face, low, high, piece, crosses, center, axes, half, samples }
+        let quarters = OnceLock::new();
+        Self { face, low, high, piece, crosses, center, axes, half, samples, quarters }
     }
 
     /// Axis-aligned box of the control points.
@@ -65,15 +90,30 @@ impl Piece {
     /// Improves `best` by the points of this rectangle that are inside the trim. Where the distance may have
     /// more than one minimum in it, its quarters are searched too.
     pub fn search(&self, p: &Vec3, region: &TrimRegion, best: &mut Best) {
-        let mut stack: Vec<(Self, u32)> = Vec::new();
-        if self.visit(p, region, best) {
-            stack.extend(self.quarters().map(|q| (q, 1)));
+        if !self.visit(p, region, best) {
+            return;
         }
-        while let Some((leaf, depth)) = stack.pop() {
-            if leaf.visit(p, region, best) && depth < DEPTH {
-                stack.extend(leaf.quarters().map(|q| (q, depth + 1)));
+        let mut stack: Vec<(Part, u32)> = self.kept_quarters().iter().map(Part::kept).collect();
+        while let Some((part, depth)) = stack.pop() {
+            if !part.get().visit(p, region, best) || depth >= DEPTH {
+                continue;
+            }
+            match part {
+                Part::Kept(piece) if depth < KEPT => {
+                    let quarters = piece.kept_quarters().iter();
+                    stack.extend(quarters.map(|q| (Part::Kept(q), depth + 1)));
+                }
+                _ => {
+                    let quarters = part.get().quarters();
+                    stack.extend(quarters.into_iter().map(|q| (Part::Own(Box::new(q)), depth + 1)));
+                }
             }
         }
+    }
+
+    /// Its quarters, made once.
+    fn kept_quarters(&self) -> &[Self] {
+        self.quarters.get_or_init(|| self.quarters())
     }
 
     /// Takes the local minimum; true when there may be another one.
@@ -110,14 +150,15 @@ impl Piece {
         convex || even || clear(0) || clear(1)
     }
 
-    fn quarters(&self) -> impl Iterator<Item = Self> + '_ {
+    fn quarters(&self) -> Vec<Self> {
         let m = 0.5 * (self.low + self.high);
         let (us, vs) = ([self.low.x, m.x, self.high.x], [self.low.y, m.y, self.high.y]);
-        (0..4).filter_map(move |k| {
+        let quarter = |k: usize| {
             let (i, j) = (k % 2, k / 2);
             let piece = self.piece.trimmed([us[i], us[i + 1]], [vs[j], vs[j + 1]]).ok()?;
             Some(Self::new(self.face, piece, self.crosses))
-        })
+        };
+        (0..4).filter_map(quarter).collect()
     }
 
     fn clamp(&self, uv: Vec2) -> Vec2 {

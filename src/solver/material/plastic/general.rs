@@ -157,7 +157,7 @@ impl<'a> General<'a> {
         let residual = at.residual();
         // Of a trial stress far outside only so many digits are left.
         let rounding = 4.0 * f64::EPSILON * tensor::dot(&at.target, &at.target).sqrt();
-        if !(residual <= ACCEPTED.max(rounding / at.yield_stress)) {
+        if residual.is_nan() || residual > ACCEPTED.max(rounding / at.yield_stress) {
             return Err(MaterialError::ReturnMapping { residual, iterations: MAX_BISECTION });
         }
         // The flow that makes stress and backstress agree with ξ to rounding.

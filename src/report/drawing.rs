@@ -57,7 +57,9 @@ const PANEL: (u32, u32) = (330, 300);
 const LEGEND: u32 = 96;
 /// Colours told apart, less one.
 const SHADES: f64 = 32.0;
-const COLORS: [RGBColor; 8] = [
+/// Width of the names beside a chart.
+const NAMES: u32 = 170;
+const COLORS: [RGBColor; 12] = [
     RGBColor(31, 119, 180),
     RGBColor(214, 39, 40),
     RGBColor(44, 160, 44),
@@ -66,6 +68,10 @@ const COLORS: [RGBColor; 8] = [
     RGBColor(23, 190, 207),
     RGBColor(140, 86, 75),
     RGBColor(90, 90, 90),
+    RGBColor(227, 119, 194),
+    RGBColor(188, 189, 34),
+    RGBColor(0, 90, 60),
+    RGBColor(250, 180, 120),
 ];
 
 fn color(value: f64, scale: &Range<f64>) -> RGBColor {
@@ -168,36 +174,18 @@ fn draw_scale(area: &Area<'_>, scale: &Range<f64>, meaning: &str) -> Drawn {
 /// # Errors
 /// [`WriteError`].
 pub fn write_chart(path: &Path, chart: &Chart) -> Result<(), WriteError> {
-    write_svg(path, (760, 440), |root| {
+    write_svg(path, (700 + NAMES, 440), |root| {
+        let (root, names) = root.split_horizontally(700);
+        draw_names(&names, &chart.lines)?;
         let x = range_of(chart, chart.x.1, |p| p.0);
         let y = range_of(chart, chart.y.1, |p| p.1);
         match (chart.x.1, chart.y.1) {
-            (false, false) => draw_lines(root, chart, x, y),
-            (true, false) => draw_lines(root, chart, x.log_scale(), y),
-            (false, true) => draw_lines(root, chart, x, y.log_scale()),
-            (true, true) => draw_lines(root, chart, x.log_scale(), y.log_scale()),
+            (false, false) => draw_lines(&root, chart, x, y),
+            (true, false) => draw_lines(&root, chart, x.log_scale(), y),
+            (false, true) => draw_lines(&root, chart, x, y.log_scale()),
+            (true, true) => draw_lines(&root, chart, x.log_scale(), y.log_scale()),
         }
     })
-}
-
-impl Chart {
-    /// The upper corner that fewer points are in.
-    fn legend_at(&self) -> SeriesLabelPosition {
-        let (x, y) = (range_of(self, self.x.1, |p| p.0), range_of(self, self.y.1, |p| p.1));
-        let share = |v: f64, r: &Range<f64>, log: bool| {
-            let of = |v: f64| if log { v.ln() } else { v };
-            (of(v) - of(r.start)) / (of(r.end) - of(r.start))
-        };
-        let points = self.lines.iter().flat_map(|l| &l.points).filter(|p| drawable(self, p));
-        let upper = points.filter(|p| share(p.1, &y, self.y.1) > 0.6);
-        let right = |p: &(f64, f64)| share(p.0, &x, self.x.1) > 0.5;
-        let (right, left): (Vec<_>, Vec<_>) = upper.copied().partition(right);
-        if right.len() > left.len() {
-            SeriesLabelPosition::UpperLeft
-        } else {
-            SeriesLabelPosition::UpperRight
-        }
-    }
 }
 
 /// Points that can be drawn: finite, and positive on logarithmic axes.
@@ -248,15 +236,19 @@ where
             area.draw_series(points.iter().map(|&p| Circle::new(p, 3, color.filled())))?;
         }
         let drawn = if line.marks_only { Vec::new() } else { points };
-        area.draw_series(LineSeries::new(drawn, color.stroke_width(2)))?
-            .label(&line.name)
-            .legend(move |(x, y)| Rectangle::new([(x, y - 3), (x + 14, y + 3)], color.filled()));
+        area.draw_series(LineSeries::new(drawn, color.stroke_width(2)))?;
     }
-    area.configure_series_labels()
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.4))
-        .position(chart.legend_at())
-        .draw()?;
+    Ok(())
+}
+
+/// The lines' names and colours, one below the other.
+fn draw_names(area: &Area<'_>, lines: &[Line]) -> Drawn {
+    for (k, line) in lines.iter().enumerate() {
+        let y = 44 + 20 * k as i32;
+        let fill = COLORS[k % COLORS.len()].filled();
+        area.draw(&Rectangle::new([(4, y - 4), (18, y + 4)], fill))?;
+        area.draw(&Text::new(line.name.clone(), (24, y - 6), ("sans-serif", 12)))?;
+    }
     Ok(())
 }
 
@@ -266,7 +258,7 @@ struct Short(f64);
 impl Display for Short {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let size = self.0.abs();
-        if size != 0.0 && !(1e-3..1e5).contains(&size) {
+        if size != 0.0 && !(1e-3..1e6).contains(&size) {
             write!(f, "{:.0e}", self.0)
         } else {
             write!(f, "{}", (self.0 * 1e6).round() / 1e6)

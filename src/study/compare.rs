@@ -101,7 +101,8 @@ pub fn tools(scene: &Value) -> (usize, Option<f64>) {
     for file in files {
         let bytes = std::fs::read(file).unwrap_or_default();
         let tool: Value = serde_json::from_slice(&bytes).unwrap_or_default();
-        patches += tool.get("patches").and_then(Value::as_array).map_or(0, Vec::len);
+        let count = |key: &str| tool.get(key).and_then(Value::as_array).map_or(0, Vec::len);
+        patches += count("patches") + count("bezier_patches");
         let named = tool.pointer("/provenance/shape_error_mm").and_then(Value::as_f64);
         error = named.map_or(error, |e| Some(e.abs().max(error.unwrap_or(0.0))));
     }

@@ -282,7 +282,8 @@ fn taylor(c: &mut [Vec3], stride: usize, origin: f64, scale: f64) {
     let n = c.len().div_ceil(stride) - 1;
     for level in 0..n {
         for k in (level..n).rev() {
-            c[k * stride] = c[k * stride] + c[(k + 1) * stride] * origin;
+            let next = c[(k + 1) * stride];
+            c[k * stride] += next * origin;
         }
     }
     let mut power = 1.0;

@@ -399,7 +399,8 @@ fn to_bernstein(c: &mut [Vec3]) {
     let n = c.len() - 1;
     for level in 0..n {
         for k in (level..n).rev() {
-            c[k] = c[k] - c[k + 1];
+            let next = c[k + 1];
+            c[k] -= next;
         }
     }
     let mut factor = 1.0;
@@ -410,7 +411,8 @@ fn to_bernstein(c: &mut [Vec3]) {
     }
     for level in 1..=n {
         for k in (level..=n).rev() {
-            c[k] = c[k] + c[k - 1];
+            let last = c[k - 1];
+            c[k] += last;
         }
     }
 }

@@ -36,13 +36,12 @@ impl Node {
     #[inline]
     fn distances(&self, p: [f32; 3]) -> [f32; WIDE] {
         let mut sum = [0.0; WIDE];
-        for k in 0..3 {
-            for lane in 0..WIDE {
-                let below = self.low[k][lane] - p[k];
-                let above = p[k] - self.high[k][lane];
+        for ((low, high), p) in self.low.iter().zip(&self.high).zip(p) {
+            for ((low, high), sum) in low.iter().zip(high).zip(&mut sum) {
+                let (below, above) = (low - p, p - high);
                 let d = if below > above { below } else { above };
                 let d = if d > 0.0 { d } else { 0.0 };
-                sum[lane] += d * d;
+                *sum += d * d;
             }
         }
         sum

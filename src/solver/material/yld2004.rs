@@ -75,13 +75,13 @@ impl Yld2004 {
             return Err(Yld2004Error { field: "exponent", found: exponent, allowed: "in [2, 60]" });
         }
         for (name, &found) in NAMES.iter().zip(first).chain(NAMES.iter().zip(second)) {
-            if !(found.abs() < 1e3) {
+            if found.is_nan() || found.abs() >= 1e3 {
                 return Err(Yld2004Error { field: name, found, allowed: "in (-1000, 1000)" });
             }
         }
         let mut law = Self { exponent, maps: [transformation(first), transformation(second)] };
         let closed = law.closedness();
-        if !(closed > 1e-6) {
+        if closed.is_nan() || closed <= 1e-6 {
             return Err(Yld2004Error {
                 field: "smallest over largest eigenvalue of the transformations together",
                 found: closed,
@@ -131,7 +131,7 @@ impl Yld2004 {
     pub fn derivatives(&self, t: &Mandel) -> Derivatives {
         let [one, two] = [0, 1].map(|k| Frame::new(&self.maps[k], t));
         let largest = largest_difference(&one.values, &two.values);
-        if !(largest > 0.0) {
+        if largest.is_nan() || largest <= 0.0 {
             return Derivatives { value: 0.0, gradient: [0.0; 6], hessian: [[0.0; 6]; 6] };
         }
         // Everything below is at the stress T / largest; the degree of each result puts it back.

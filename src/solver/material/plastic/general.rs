@@ -144,7 +144,7 @@ impl<'a> General<'a> {
 
     /// Finds the state on the yield surface.
     pub(super) fn solve(&self) -> Result<Returned, MaterialError> {
-        self.accept(self.together().unwrap_or_else(|best| self.nested(best)))
+        self.accept(self.together().unwrap_or_else(|best| self.nested(*best)))
     }
 
     /// The same by the bracketed search alone.
@@ -166,7 +166,7 @@ impl<'a> General<'a> {
     }
 
     /// Newton's method on both equations from the radial return; the state it stopped at when it fails.
-    fn together(&self) -> Result<At, At> {
+    fn together(&self) -> Result<At, Box<At>> {
         let start = self.at(self.data(0.0).0, 0.0);
         let slope = if start.slope.is_finite() { start.slope } else { 0.0 };
         let excess = start.equivalent - start.yield_stress;
@@ -178,7 +178,7 @@ impl<'a> General<'a> {
             if residual <= TARGET {
                 return Ok(at);
             }
-            let Some((step, increment)) = newton_step(&at) else { return Err(at) };
+            let Some((step, increment)) = newton_step(&at) else { return Err(Box::new(at)) };
             let mut share = if at.x + increment > 0.0 { 1.0 } else { 0.9 * at.x / -increment };
             let next = loop {
                 let xi = std::array::from_fn(|i| at.xi[i] + share * step[i]);
@@ -195,10 +195,10 @@ impl<'a> General<'a> {
                 Some(next) => at = next,
                 // Rounding ends the descent of a converged state.
                 None if residual <= 0.1 * ACCEPTED => return Ok(at),
-                None => return Err(at),
+                None => return Err(Box::new(at)),
             }
         }
-        if at.residual() <= 0.1 * ACCEPTED { Ok(at) } else { Err(at) }
+        if at.residual() <= 0.1 * ACCEPTED { Ok(at) } else { Err(Box::new(at)) }
     }
 
     /// `x` in a bracket, the convex minimum for each.

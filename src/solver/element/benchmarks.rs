@@ -74,7 +74,7 @@ fn cantilever_in_large_rotation_is_the_elastica() {
     let problem = Problem {
         held: clamp(&select(&mesh, |x| x.x < 1e-9)),
         loads: spread(&tip, force, 2, |_| 1.0),
-        steps: 4,
+        steps: 8,
     };
     for kind in [SHELL, SHELL_ENHANCED, ElementKind::Hex8Enhanced] {
         let (u, history) = solve(&mut body(&mesh, kind, 1e6, 0.0), &problem);

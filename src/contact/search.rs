@@ -89,7 +89,9 @@ impl<'a> Search<'a> {
         }
         let x = x.unwrap_or_else(|| piece.start(&floor));
         let foot = self.descend(piece, chart, w, floor.convex, x);
-        if !floor.convex && !self.is_behind(piece, &w, foot) {
+        // Of a point on the tool nothing is nearer, convex or not.
+        let open = !floor.convex && self.worth() > f64::NEG_INFINITY;
+        if open && !self.is_behind(piece, &w, foot) {
             self.cut(piece, chart);
         }
     }

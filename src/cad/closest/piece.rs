@@ -6,7 +6,7 @@ use super::leaf::Best;
 use crate::cad::model::Face;
 use crate::cad::trim_region::TrimRegion;
 use crate::geometry::frame::unit;
-use crate::geometry::nurbs::{Surface, SurfaceDerivs};
+use crate::geometry::nurbs::{Surface, SurfaceDerivs, newton_step};
 use crate::geometry::{Aabb, Vec2, Vec3};
 
 /// Largest turning of the control polygons across a rectangle [rad].
@@ -209,24 +209,10 @@ impl Piece {
         let full = [gauss[0] + r.dot(&d.suu), gauss[1] + r.dot(&d.suv), gauss[2] + r.dot(&d.svv)];
         let held = [0, 1]
             .map(|k| (uv[k] <= self.low[k] && g[k] > 0.0) || (uv[k] >= self.high[k] && g[k] < 0.0));
-        let newton = if plane { None } else { solve(full, g, held) };
+        let newton = if plane { None } else { newton_step(full, g, held) };
         newton
-            .or_else(|| solve(gauss, g, held))
+            .or_else(|| newton_step(gauss, g, held))
             .unwrap_or_else(|| -g / gauss[0].max(gauss[2]).max(f64::MIN_POSITIVE))
-    }
-}
-
-/// `-H^-1 g` in the parameters not held; `None` unless H is positive definite there.
-fn solve([a, b, c]: [f64; 3], g: Vec2, held: [bool; 2]) -> Option<Vec2> {
-    match held {
-        [true, true] => Some(Vec2::zeros()),
-        [true, false] => (c > 0.0).then(|| Vec2::new(0.0, -g.y / c)),
-        [false, true] => (a > 0.0).then(|| Vec2::new(-g.x / a, 0.0)),
-        [false, false] => {
-            let det = a * c - b * b;
-            let definite = a > 0.0 && det > 1e-14 * a * c;
-            definite.then(|| Vec2::new((b * g.y - c * g.x) / det, (b * g.x - a * g.y) / det))
-        }
     }
 }
 

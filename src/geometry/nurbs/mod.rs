@@ -14,6 +14,7 @@ mod surface;
 mod sweep;
 
 pub use curve::{Curve, Curve2, Curve3, CurveDerivs};
+pub(crate) use newton::newton_step;
 pub use projector::{CurveProjector, SurfaceProjector};
 pub use surface::{Surface, SurfaceDerivs};
 

@@ -76,13 +76,13 @@ fn step(d: &SurfaceDerivs, p: &Vec3, x: Vec2, bounds: &Bounds) -> Vec2 {
             || (x[k] <= bounds.low[k] && g[k] >= 0.0)
             || (x[k] >= bounds.high[k] && g[k] <= 0.0)
     });
-    solve(full, g, held)
-        .or_else(|| solve(gauss, g, held))
+    newton_step(full, g, held)
+        .or_else(|| newton_step(gauss, g, held))
         .unwrap_or_else(|| -g / gauss[0].max(gauss[2]).max(f64::MIN_POSITIVE))
 }
 
 /// `-H^-1 g` in the parameters not held; `None` unless H is positive definite there.
-fn solve([a, b, c]: [f64; 3], g: Vec2, held: [bool; 2]) -> Option<Vec2> {
+pub(crate) fn newton_step([a, b, c]: [f64; 3], g: Vec2, held: [bool; 2]) -> Option<Vec2> {
     match held {
         [true, true] => Some(Vec2::zeros()),
         [true, false] => (c > 0.0).then(|| Vec2::new(0.0, -g.y / c)),

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use super::native::Native;
 use super::raw::RawSurface;
-use crate::geometry::nurbs::SurfaceDerivs;
+use crate::geometry::nurbs::{SurfaceDerivs, newton_step};
 use crate::geometry::{Vec2, Vec3};
 
 /// Samples a surface keeps for starting points, at most.
@@ -202,29 +202,17 @@ impl Native<'_> {
 /// Newton step where the Hessian is positive definite (and true: it converges quadratically), Gauss-Newton
 /// elsewhere, in the parameters not held.
 fn descent(d: &SurfaceDerivs, r: &Vec3, g: Vec2, held: [bool; 2]) -> (Vec2, bool) {
-    let gauss = (d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared());
-    let full = (gauss.0 + r.dot(&d.suu), gauss.1 + r.dot(&d.suv), gauss.2 + r.dot(&d.svv));
-    let solve = |(a, b, c): (f64, f64, f64)| -> Option<Vec2> {
-        match held {
-            [true, true] => Some(Vec2::zeros()),
-            [true, false] => (c > 0.0).then(|| Vec2::new(0.0, -g.y / c)),
-            [false, true] => (a > 0.0).then(|| Vec2::new(-g.x / a, 0.0)),
-            [false, false] => {
-                let det = a * c - b * b;
-                (a > 0.0 && det > 1e-12 * a * c)
-                    .then(|| Vec2::new((b * g.y - c * g.x) / det, (b * g.x - a * g.y) / det))
-            }
-        }
-    };
-    if let Some(step) = solve(full) {
+    let gauss = [d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared()];
+    let full = [gauss[0] + r.dot(&d.suu), gauss[1] + r.dot(&d.suv), gauss[2] + r.dot(&d.svv)];
+    if let Some(step) = newton_step(full, g, held) {
         return (step, true);
     }
-    let step = solve(gauss).unwrap_or_else(|| {
+    let step = newton_step(gauss, g, held).unwrap_or_else(|| {
         // One direction has no extent (a pole): move along the other.
-        if gauss.0 > gauss.2 {
-            Vec2::new(-g.x / gauss.0, 0.0)
+        if gauss[0] > gauss[2] {
+            Vec2::new(-g.x / gauss[0], 0.0)
         } else {
-            Vec2::new(0.0, -g.y / gauss.2.max(f64::MIN_POSITIVE))
+            Vec2::new(0.0, -g.y / gauss[2].max(f64::MIN_POSITIVE))
         }
     });
     (step, false)

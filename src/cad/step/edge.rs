@@ -2,8 +2,8 @@
 
 use std::rc::Rc;
 
-use super::curve::{Form, extent};
 use super::entity::{Entity, Outcome};
+use super::form::{Form, extent};
 use super::resolver::{Resolver, Units};
 use super::surface::Supported;
 use crate::cad::iges::uv::point_on;

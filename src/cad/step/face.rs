@@ -2,14 +2,11 @@
 
 use std::rc::Rc;
 
-use super::curve::extent;
-use super::edge::{EdgeGeometry, flattened};
+use super::edge::EdgeGeometry;
 use super::entity::{Entity, Outcome};
 use super::place::turn_edge;
 use super::resolver::{DEEPEST, Resolver, Units};
 use super::surface::Supported;
-use crate::cad::Severity;
-use crate::cad::iges::uv::point_on;
 use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawSurface};
 use crate::geometry::frame::unit;
 use crate::geometry::nurbs::{Curve2, Curve3};
@@ -161,96 +158,6 @@ impl<'t> Resolver<'t> {
         };
         RawLoop { outer, edges, vertex: None }
     }
-
-    /// A surface that is a face by itself: bounded by its own curves, its trim, or nothing but its domain.
-    pub fn surface_face(&self, e: Entity<'t>, units: Units) -> Outcome<RawFace> {
-        let a = e.attributes();
-        let (on, loops) = match e.kind() {
-            "CURVE_BOUNDED_SURFACE" => self.curve_bounded(e, units)?,
-            "RECTANGULAR_TRIMMED_SURFACE" => {
-                let on = self.surface(e, units, &Aabb::EMPTY, 0)?;
-                let sides = [a.real(2)?, a.real(3)?, a.real(4)?, a.real(5)?];
-                let outline = rectangle(&on.surface, sides, on.scales);
-                let outline =
-                    outline.ok_or_else(|| e.fault("trims that leave nothing", "a range"))?;
-                (on, vec![outline])
-            }
-            _ => (self.surface(e, units, &Aabb::EMPTY, 0)?, vec![]),
-        };
-        let whole = matches!(
-            on.surface,
-            RawSurface::Plane(_) | RawSurface::Cylinder { .. } | RawSurface::Cone { .. }
-        );
-        if loops.is_empty() && whole {
-            return Err(e.fault("an endless surface as a face", "a surface with bounds"));
-        }
-        let flipped = on.turned;
-        Ok(RawFace { surface: on.surface, loops, flipped, source: e.place(), shell: None })
-    }
-
-    /// `CURVE_BOUNDED_SURFACE(name, basis, boundaries, implicit outer)`.
-    fn curve_bounded(&self, e: Entity<'t>, units: Units) -> Outcome<(Supported, Vec<RawLoop>)> {
-        let a = e.attributes();
-        let basis = a.entity(1)?;
-        let mut boundaries = vec![];
-        let mut near = Aabb::EMPTY;
-        for boundary in a.entities(2)? {
-            let mut members = vec![];
-            for (curve, sense) in self.members(boundary)? {
-                // A member may be a parameter curve alone: then there is none in space.
-                let space = if curve.kind() == "PCURVE" {
-                    None
-                } else {
-                    let whole = self.curve(curve, units, 1)?.whole();
-                    Some(whole.ok_or_else(|| curve.fault("an endless segment", "bounded curves"))?)
-                };
-                let points = space.iter().flat_map(|c: &Curve3| c.points());
-                near = near.union(&Aabb::of_points(points));
-                members.push((curve, sense, space));
-            }
-            boundaries.push((boundary, members));
-        }
-        let on = self.surface(basis, units, &near, 1)?;
-        let mut loops = vec![];
-        for (boundary, members) in boundaries {
-            let mut edges = vec![];
-            for (curve, sense, space) in members {
-                let pcurve = self.member_pcurve(curve, &on, units);
-                let mut edge = RawEdge { curve: space, pcurve, ..RawEdge::default() };
-                if edge.curve.is_none() && edge.pcurve.is_none() {
-                    return Err(
-                        curve.fault("a boundary curve on another surface", "one on the basis")
-                    );
-                }
-                if !sense {
-                    turn_edge(&mut edge);
-                }
-                edges.push(edge);
-            }
-            if let Some(turned @ 1..) = chain(&mut edges) {
-                let text = format!("{turned} segments run against their neighbours: turned round");
-                self.note(Severity::Note, "segment-turned", boundary.place(), text);
-            }
-            edges.iter_mut().for_each(|edge| align(edge, &on));
-            let outer = boundary.has("OUTER_BOUNDARY_CURVE").then_some(true);
-            loops.push(RawLoop { outer, edges, vertex: None });
-        }
-        Ok((Supported { entity: e.index, ..on }, loops))
-    }
-
-    fn member_pcurve(&self, curve: Entity<'t>, on: &Supported, units: Units) -> Option<Curve2> {
-        let scales = on.scales?;
-        let listed = match curve.kind() {
-            "PCURVE" => vec![curve],
-            _ => curve.attributes().entities(2).ok()?,
-        };
-        let mut here = listed.into_iter().filter(|p| {
-            p.kind() == "PCURVE" && p.attributes().entity(1).is_ok_and(|s| s.index == on.entity)
-        });
-        let flat = self.flat_curve(here.next()?, units).ok()?.whole()?;
-        self.spend(curve, 0, flat.points().len()).ok()?;
-        flattened(&flat, scales)
-    }
 }
 
 /// Of the two parameter curves of a seam, takes the one next to its neighbours in the loop; where no neighbour
@@ -290,42 +197,6 @@ fn choose_on_seams(uses: Vec<(RawEdge, Vec<Curve2>)>, flipped: bool) -> Vec<RawE
     edges.filter(|edge| edge.curve.is_some() || edge.pcurve.is_some()).collect()
 }
 
-/// Turns segments that join their neighbours backwards only; how many, if all have a curve in space.
-fn chain(edges: &mut [RawEdge]) -> Option<usize> {
-    let ends = |edge: &RawEdge| {
-        let curve = edge.curve.as_ref()?;
-        let [low, high] = curve.domain();
-        Some([curve.point(low), curve.point(high)])
-    };
-    let n = edges.len();
-    let mut turned = 0;
-    for k in 0..n {
-        let [from, to] = ends(&edges[k])?;
-        let (before, after) = (ends(&edges[(k + n - 1) % n])?[1], ends(&edges[(k + 1) % n])?[0]);
-        let gap = |a: Vec3, b: Vec3| (before - a).norm() + (b - after).norm();
-        if n > 2 && gap(to, from) < 0.01 * gap(from, to) {
-            turn_edge(&mut edges[k]);
-            turned += 1;
-        }
-    }
-    Some(turned)
-}
-
-/// Turns a parameter curve that runs against its curve in space; drops one that lies elsewhere.
-fn align(edge: &mut RawEdge, on: &Supported) {
-    let (Some(curve), Some(pcurve)) = (&edge.curve, &edge.pcurve) else { return };
-    let ([a, b], [c, d]) = (curve.domain(), pcurve.domain());
-    let image = |t: f64| point_on(&on.surface, pcurve.point(t));
-    let (Some(first), Some(last)) = (image(c), image(d)) else { return };
-    let (start, end) = (curve.point(a), curve.point(b));
-    let close = 1e-3 * extent(curve) + 1e-6;
-    let fits = |p: Vec3, q: Vec3| (start - p).norm() <= close && (end - q).norm() <= close;
-    if fits(first, last) {
-        return;
-    }
-    edge.pcurve = fits(last, first).then(|| pcurve.reversed());
-}
-
 fn polygon_edges(corners: &[(Vec3, usize)]) -> Vec<RawEdge> {
     let next = corners.iter().cycle().skip(1);
     let sides = corners.iter().zip(next).filter(|(a, b)| a.0 != b.0);
@@ -355,44 +226,6 @@ fn polygon_plane(e: Entity, bounds: &[Bound]) -> Outcome<Supported> {
         .ok_or_else(|| e.fault("corners in one line", "a polygon with an area"))?;
     let surface = RawSurface::Plane(frame);
     Ok(Supported { surface, turned: false, scales: None, entity: e.index })
-}
-
-/// The loop `u1..u2 x v1..v2` in the file's parameters.
-fn rectangle(surface: &RawSurface, sides: [f64; 4], scales: Option<[f64; 2]>) -> Option<RawLoop> {
-    let [su, sv] = scales.unwrap_or([1.0, 1.0]);
-    let [mut u1, mut u2, mut v1, mut v2] =
-        [sides[0] * su, sides[1] * su, sides[2] * sv, sides[3] * sv];
-    let round_u = !matches!(
-        surface,
-        RawSurface::Plane(_)
-            | RawSurface::Nurbs(_)
-            | RawSurface::Extrusion { .. }
-            | RawSurface::Offset { .. }
-    );
-    if u2 <= u1 && round_u {
-        u2 += std::f64::consts::TAU;
-    }
-    if v2 <= v1 && matches!(surface, RawSurface::Torus { .. }) {
-        v2 += std::f64::consts::TAU;
-    }
-    if u1 > u2 {
-        (u1, u2) = (u2, u1);
-    }
-    if v1 > v2 {
-        (v1, v2) = (v2, v1);
-    }
-    if !(u1 < u2 && v1 < v2) {
-        return None;
-    }
-    let corners = [Vec2::new(u1, v1), Vec2::new(u2, v1), Vec2::new(u2, v2), Vec2::new(u1, v2)];
-    let edges = (0..4)
-        .map(|k| RawEdge {
-            pcurve: Some(Curve2::line(corners[k], corners[(k + 1) % 4])),
-            prefer_pcurve: true,
-            ..RawEdge::default()
-        })
-        .collect();
-    Some(RawLoop { outer: Some(true), edges, vertex: None })
 }
 
 fn box_around(bounds: &[Bound]) -> Aabb {

@@ -1,16 +1,20 @@
 //! STEP part 21 (AP203, AP214, AP242).
 //!
 //! The layers, from the text up: [`lexer`] (tokens) -> [`table`] (instances) -> [`entity`] (attributes by position) ->
-//! [`resolver`] (points, placements, budget), [`units`], [`curve`], [`surface`] -> [`edge`], [`face`] (topology) ->
-//! [`items`] (solids, shells, sets) -> [`assembly`] and [`place`] (every placed instance).
+//! [`resolver`] (points, placements, budget), [`units`], [`curve`] and [`form`], [`surface`] -> [`edge`], [`face`],
+//! [`bounded`] (topology) -> [`items`] (solids, shells, sets) -> [`graph`], [`assembly`] and [`place`] (every placed
+//! instance).
 
 #![forbid(unsafe_code)]
 
 mod assembly;
+mod bounded;
 mod curve;
 mod edge;
 mod entity;
 mod face;
+mod form;
+mod graph;
 mod items;
 mod lexer;
 mod place;

@@ -2,8 +2,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::curve::{Form, degree, knots, length, spline_fault};
+use super::curve::{degree, knots, length, spline_fault};
 use super::entity::{Attributes, Entity, Outcome};
+use super::form::Form;
 use super::resolver::{Resolver, Units};
 use crate::cad::raw::RawSurface;
 use crate::geometry::nurbs::{Curve3, Surface};

@@ -203,7 +203,7 @@ const UNIT_SPHERE: &str =
     "#1=CARTESIAN_POINT('',(0.,0.,0.));#2=AXIS2_PLACEMENT_3D('',#1,$,$);#3=SPHERICAL_SURFACE('',#2,1.);
      #4=ADVANCED_FACE('',(),#3,.T.);#5=CLOSED_SHELL('',(#4));#6=MANIFOLD_SOLID_BREP('',#5);";
 
-fn curve_of(data: &str, id: u64) -> Result<super::curve::Form, String> {
+fn curve_of(data: &str, id: u64) -> Result<super::form::Form, String> {
     let bytes = file(data);
     let table = super::parse(&bytes, "curve").unwrap();
     let resolver = super::Resolver::new(&table, bytes.len());
@@ -287,7 +287,7 @@ fn implied_knots_are_those_of_their_kind() {
              B_SPLINE_CURVE(3,(#1,#2,#3,#4,#5,#6,#7),.UNSPECIFIED.,.F.,.F.)BOUNDED_CURVE());"
         );
         for (data, third) in [(simple, 1.0), (complex, 2.0)] {
-            let super::curve::Form::Free(curve) = curve_of(&data, 9).unwrap() else { panic!() };
+            let super::form::Form::Free(curve) = curve_of(&data, 9).unwrap() else { panic!() };
             assert_eq!(curve.knots(), knots, "{kind}");
             assert_eq!(curve.weights()[2], third, "{kind}");
         }

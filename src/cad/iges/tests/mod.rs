@@ -1,5 +1,6 @@
 //! Claims on whole files.
 
+mod boundaries;
 mod build;
 mod entities;
 mod faults;

@@ -1,0 +1,133 @@
+//! Loops that close in the parameter plane: windings round a period are cut open along a seam or led through a pole.
+
+use super::{Native, Path, Side, whole_periods};
+use crate::geometry::Vec2;
+
+/// Twice the signed area that a loop encloses in the parameter plane.
+pub(super) fn signed_area(sides: &[Side]) -> f64 {
+    let mut sum = 0.0;
+    for side in sides {
+        let [a, b] = side.path.domain();
+        let spans = side.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
+        let n = 8 * spans;
+        let mut last = side.start();
+        for k in 1..=n {
+            let next = side.path.point(a + (b - a) * k as f64 / n as f64);
+            sum += last.x * next.y - last.y * next.x;
+            last = next;
+        }
+    }
+    // The way back to the start, for loops that are not closed yet.
+    if let (Some(first), Some(last)) = (sides.first(), sides.last()) {
+        let (start, end) = (first.start(), last.end());
+        sum += end.x * start.y - end.y * start.x;
+    }
+    sum
+}
+
+/// Loops of a face that close in the parameter plane: windings are cut open along a seam and joined in pairs
+/// or through a pole; a face without loops gets the border of its natural range. The outer one comes first.
+pub(in crate::cad) fn closed_loops(
+    native: &Native<'_>,
+    paths: Vec<Path>,
+    left_is_inside: bool,
+) -> Option<Vec<Vec<Side>>> {
+    let (mut winding, plain): (Vec<Path>, Vec<Path>) =
+        paths.into_iter().partition(|p| p.winding.norm() > 0.0);
+    let mut loops: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
+    while let Some(first) = winding.pop() {
+        let partner = winding.iter().position(|p| (p.winding + first.winding).norm() < 1e-9);
+        loops.push(match partner {
+            Some(k) => bridge(native, first, winding.swap_remove(k)),
+            None => through_pole(native, first, left_is_inside)?,
+        });
+    }
+    if loops.is_empty() {
+        loops.push(natural_border(native)?);
+    }
+    sort_and_orient(native, &mut loops);
+    Some(loops)
+}
+
+/// Two windings of opposite sense become one loop with a seam there and back.
+fn bridge(native: &Native<'_>, first: Path, second: Path) -> Vec<Side> {
+    let (Some(end), Some(start)) = (first.sides.last(), second.sides.first()) else {
+        return first.sides;
+    };
+    let shift = whole_periods(native, end.end() - start.start());
+    let second: Vec<Side> = second.sides.iter().map(|s| s.shifted(shift)).collect();
+    let there = Side::straight(end.end(), second[0].start());
+    let back = Side::straight(second[second.len() - 1].end(), first.sides[0].start());
+    let mut sides = first.sides;
+    sides.push(there);
+    sides.extend(second);
+    sides.push(back);
+    sides
+}
+
+/// A single winding is closed through the pole on its inner side.
+fn through_pole(native: &Native<'_>, path: Path, left_is_inside: bool) -> Option<Vec<Side>> {
+    let around = usize::from(path.winding.x == 0.0);
+    let across = 1 - around;
+    let level = path.sides.first()?.start()[across];
+    let poles: Vec<f64> =
+        native.poles().into_iter().filter(|p| p.0 == across).map(|p| p.1).collect();
+    // Left of a side that runs along +u is +v; left of one that runs along +v is -u.
+    let mut up = path.winding[around] > 0.0;
+    if across == 0 {
+        up = !up;
+    }
+    if !left_is_inside {
+        up = !up;
+    }
+    let beyond = |p: &&f64| if up { **p > level } else { **p < level };
+    let nearest = |a: &&f64, b: &&f64| (*a - level).abs().total_cmp(&(*b - level).abs());
+    let pole = poles.iter().filter(beyond).min_by(nearest).or(poles.iter().min_by(nearest))?;
+    let (end, start) = (path.sides.last()?.end(), path.sides.first()?.start());
+    let at = |uv: Vec2| {
+        let mut out = uv;
+        out[across] = *pole;
+        out
+    };
+    let mut sides = path.sides;
+    sides.push(Side::straight(end, at(end)));
+    sides.push(Side::straight(at(end), at(start)));
+    sides.push(Side::straight(at(start), start));
+    Some(sides)
+}
+
+fn natural_border(native: &Native<'_>) -> Option<Vec<Side>> {
+    let [u, v] = native.natural_range()?;
+    let corners =
+        [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])].map(|(x, y)| Vec2::new(x, y));
+    Some((0..4).map(|k| Side::straight(corners[k], corners[(k + 1) % 4])).collect())
+}
+
+/// Largest loop first and counter-clockwise, the others clockwise and moved into its window of periods.
+fn sort_and_orient(native: &Native<'_>, loops: &mut [Vec<Side>]) {
+    let mut areas: Vec<f64> = loops.iter().map(|l| signed_area(l)).collect();
+    let outer = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));
+    if let Some(outer) = outer {
+        loops.swap(0, outer);
+        areas.swap(0, outer);
+    }
+    for (k, sides) in loops.iter_mut().enumerate() {
+        if (areas[k] > 0.0) != (k == 0) {
+            sides.reverse();
+            sides.iter_mut().for_each(|s| *s = s.reversed());
+        }
+    }
+    let middle = |sides: &[Side]| {
+        let points = sides.iter().flat_map(|s| s.path.points());
+        let (low, high) = points.fold(
+            (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY)),
+            |(low, high), p| (low.inf(p), high.sup(p)),
+        );
+        0.5 * (low + high)
+    };
+    let Some((outer, holes)) = loops.split_first_mut() else { return };
+    for hole in holes {
+        let shift = whole_periods(native, middle(outer) - middle(hole));
+        hole.iter_mut().for_each(|s| *s = s.shifted(shift));
+    }
+}

@@ -1,0 +1,323 @@
+//! Which representation holds what, and which is placed in which: products, occurrences, mapped items.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::entity::{Entity, Outcome};
+use super::items::{ItemFaces, ItemKind, item_kind};
+use super::resolver::{Resolver, Units};
+use super::units::Context;
+use crate::cad::Severity;
+use crate::geometry::{Affine, Frame, Mat3};
+
+/// A representation and its resolved items.
+pub struct Sheet<'t> {
+    pub entity: Entity<'t>,
+    pub context: Context,
+    pub items: Vec<ItemFaces>,
+}
+
+/// Representations of one thing in one system of coordinates, and what is placed in it.
+#[derive(Default)]
+pub struct Group {
+    pub sheets: Vec<usize>,
+    pub children: Vec<(usize, Affine)>,
+    /// Placed in another.
+    pub used: bool,
+}
+
+pub struct Graph<'t> {
+    pub sheets: Vec<Sheet<'t>>,
+    pub groups: Vec<Group>,
+    /// Group of a representation, by instance.
+    group_of: FxHashMap<u32, usize>,
+}
+
+/// Representations, their links, their items' faces.
+pub fn graph<'t>(resolver: &Resolver<'t>) -> Outcome<Graph<'t>> {
+    let mut graph = Graph { sheets: vec![], groups: vec![], group_of: FxHashMap::default() };
+    let mut contexts: FxHashMap<u32, Context> = FxHashMap::default();
+    let mut mapped: Vec<(usize, Entity)> = vec![];
+    let mut skipped: [(usize, Option<Entity>); 2] = Default::default();
+    for e in representations(resolver) {
+        let a = e.attributes();
+        let (Ok(items), Ok(context)) = (a.entities(1), a.entity(2)) else {
+            let fault = e.fault("no items or no context", "REPRESENTATION(name, items, context)");
+            resolver.diagnostics.borrow_mut().push(fault.into_diagnostic("entity-invalid"));
+            continue;
+        };
+        let known = contexts.get(&context.index).cloned();
+        let context_read = known.map_or_else(|| resolver.context(context), Ok)?;
+        contexts.insert(context.index, context_read.clone());
+        let units = context_read.units;
+        let number = graph.sheets.len();
+        let mut sheet = Sheet { entity: e, context: context_read, items: vec![] };
+        for item in items {
+            match item_kind(item) {
+                ItemKind::Shape => sheet.items.push(resolver.item(item, units)?),
+                ItemKind::Loose => {
+                    sheet.items.push(ItemFaces {
+                        entity: item.index,
+                        loose_curves: 1,
+                        ..ItemFaces::default()
+                    });
+                }
+                ItemKind::Mapped => mapped.push((number, item)),
+                ItemKind::Tessellated => tally(&mut skipped[0], item),
+                ItemKind::Constructive => tally(&mut skipped[1], item),
+                ItemKind::Other => {}
+            }
+        }
+        graph.sheets.push(sheet);
+    }
+    for ((n, first), kind) in
+        skipped.into_iter().zip([ItemKind::Tessellated, ItemKind::Constructive])
+    {
+        if let Some(first) = first {
+            resolver.left_out(kind, n, first);
+        }
+    }
+    group_sheets(resolver, &mut graph);
+    mapped_items(resolver, &mut graph, &mapped);
+    occurrences(resolver, &mut graph);
+    if graph.sheets.iter().all(|s| s.items.is_empty()) {
+        orphans(resolver, &mut graph)?;
+    }
+    Ok(graph)
+}
+
+fn tally<'t>(count: &mut (usize, Option<Entity<'t>>), item: Entity<'t>) {
+    count.0 += 1;
+    count.1 = count.1.or(Some(item));
+}
+
+/// Shape representations, and whatever a shape definition names as one.
+fn representations<'t>(resolver: &Resolver<'t>) -> Vec<Entity<'t>> {
+    let defined: FxHashSet<u32> = resolver
+        .entities()
+        .filter(|e| e.kind() == "SHAPE_DEFINITION_REPRESENTATION")
+        .filter_map(|e| e.attributes().entity(1).ok().map(|r| r.index))
+        .collect();
+    let is = |e: &Entity| {
+        e.parts().iter().any(|p| {
+            p.keyword.ends_with("SHAPE_REPRESENTATION")
+                && p.keyword != "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"
+        }) || defined.contains(&e.index)
+    };
+    resolver.entities().filter(is).collect()
+}
+
+/// Joins representations that a relationship without transformation calls the same.
+fn group_sheets(resolver: &Resolver, graph: &mut Graph) {
+    let position: FxHashMap<u32, usize> =
+        graph.sheets.iter().enumerate().map(|(k, s)| (s.entity.index, k)).collect();
+    let mut parent: Vec<usize> = (0..graph.sheets.len()).collect();
+    let find = |parent: &mut Vec<usize>, mut k: usize| {
+        while parent[k] != k {
+            parent[k] = parent[parent[k]];
+            k = parent[k];
+        }
+        k
+    };
+    for e in resolver.entities() {
+        let plain =
+            matches!(e.kind(), "SHAPE_REPRESENTATION_RELATIONSHIP" | "REPRESENTATION_RELATIONSHIP");
+        if !plain || e.has("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION") {
+            continue;
+        }
+        let a = e.attributes();
+        let sheet = |k: usize| a.entity(k).ok().and_then(|r| position.get(&r.index).copied());
+        if let (Some(first), Some(second)) = (sheet(2), sheet(3)) {
+            let (first, second) = (find(&mut parent, first), find(&mut parent, second));
+            parent[first.max(second)] = first.min(second);
+        }
+    }
+    let mut group_of_root: FxHashMap<usize, usize> = FxHashMap::default();
+    for k in 0..graph.sheets.len() {
+        let root = find(&mut parent, k);
+        let fresh = group_of_root.len();
+        let group = *group_of_root.entry(root).or_insert(fresh);
+        if group == graph.groups.len() {
+            graph.groups.push(Group::default());
+        }
+        graph.groups[group].sheets.push(k);
+        graph.group_of.insert(graph.sheets[k].entity.index, group);
+    }
+}
+
+impl Graph<'_> {
+    fn units(&self, representation: Entity) -> Option<Units> {
+        let sheet = self.sheets.iter().find(|s| s.entity.index == representation.index)?;
+        Some(sheet.context.units)
+    }
+
+    fn add(&mut self, parent: usize, child: usize, map: Affine) {
+        self.groups[parent].children.push((child, map));
+        self.groups[child].used = true;
+    }
+}
+
+/// `MAPPED_ITEM(name, REPRESENTATION_MAP(origin, representation), target)`.
+fn mapped_items(resolver: &Resolver, graph: &mut Graph, mapped: &[(usize, Entity)]) {
+    for &(sheet, e) in mapped {
+        let into = graph.sheets[sheet].context.units;
+        let read = || -> Outcome<Option<(usize, Affine)>> {
+            let a = e.attributes();
+            let map = a.entity(1)?.attributes();
+            let representation = map.entity(1)?;
+            let Some(&child) = graph.group_of.get(&representation.index) else { return Ok(None) };
+            let from = graph.units(representation).unwrap_or(into);
+            let origin = resolver.frame(map.entity(0)?, from)?;
+            let target = a.entity(2)?;
+            let target = if target.kind().starts_with("CARTESIAN_TRANSFORMATION_OPERATOR") {
+                resolver.operator(target, into)?
+            } else {
+                outward(&resolver.frame(target, into)?)
+            };
+            Ok(Some((child, target.after(&inward(&origin)))))
+        };
+        match read() {
+            Ok(Some((child, map))) => {
+                let parent = graph.group_of[&graph.sheets[sheet].entity.index];
+                graph.add(parent, child, map);
+            }
+            Ok(None) => {
+                let fault = e.fault("a map of something without a shape", "a shape representation");
+                resolver.diagnostics.borrow_mut().push(fault.into_diagnostic("entity-skipped"));
+            }
+            Err(fault) => {
+                resolver.diagnostics.borrow_mut().push(fault.into_diagnostic("entity-invalid"));
+            }
+        }
+    }
+}
+
+/// Components placed by `REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION`, once for each
+/// `CONTEXT_DEPENDENT_SHAPE_REPRESENTATION` that uses it (once if none does).
+fn occurrences(resolver: &Resolver, graph: &mut Graph) {
+    let shapes = shapes_of_products(resolver);
+    let mut uses: FxHashMap<u32, Vec<Option<u32>>> = FxHashMap::default();
+    for e in resolver.entities().filter(|e| e.kind() == "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") {
+        let a = e.attributes();
+        let Ok(relation) = a.entity(0) else { continue };
+        let usage = a.entity(1).and_then(|shape| shape.attributes().entity(2));
+        if usage.as_ref().is_ok_and(|u| u.kind() == "SPECIFIED_HIGHER_USAGE_OCCURRENCE") {
+            continue;
+        }
+        // NEXT_ASSEMBLY_USAGE_OCCURRENCE(id, name, description, relating, related, ..)
+        let component = usage.and_then(|u| u.attributes().entity(4)).ok();
+        uses.entry(relation.index).or_default().push(component.map(|c| c.index));
+    }
+    for e in resolver.entities() {
+        if !e.has("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION") {
+            continue;
+        }
+        let read = relation(resolver, graph, e);
+        let (first, second, map) = match read {
+            Ok(Some(found)) => found,
+            Ok(None) => continue,
+            Err(fault) => {
+                resolver.diagnostics.borrow_mut().push(fault.into_diagnostic("entity-invalid"));
+                continue;
+            }
+        };
+        for component in uses.get(&e.index).map_or([None].as_slice(), Vec::as_slice) {
+            let shape = component.and_then(|c| shapes.get(&c)).and_then(|s| graph.group_of.get(s));
+            // Some writers exchange the two: the occurrence says which is the component.
+            if shape == Some(&second) && first != second {
+                if let Some(back) = map.linear.try_inverse() {
+                    let back = Affine { linear: back, shift: -(back * map.shift) };
+                    graph.add(first, second, back);
+                }
+            } else {
+                graph.add(second, first, map);
+            }
+        }
+    }
+}
+
+/// Groups of both sides and the map from the first to the second.
+fn relation(
+    resolver: &Resolver,
+    graph: &Graph,
+    e: Entity,
+) -> Outcome<Option<(usize, usize, Affine)>> {
+    let a = e.attributes();
+    let pair = e.part("REPRESENTATION_RELATIONSHIP");
+    let sides = pair.as_ref().unwrap_or(&a);
+    let (first, second) = (sides.entity(2)?, sides.entity(3)?);
+    let by = match e.part("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION") {
+        Some(part) => part.entity(part.len().saturating_sub(1))?,
+        None => a.entity(4)?,
+    };
+    let (Some(&one), Some(&two)) =
+        (graph.group_of.get(&first.index), graph.group_of.get(&second.index))
+    else {
+        return Ok(None);
+    };
+    let (Some(from), Some(to)) = (graph.units(first), graph.units(second)) else { return Ok(None) };
+    let map = if by.kind() == "ITEM_DEFINED_TRANSFORMATION" {
+        let t = by.attributes();
+        let (origin, target) =
+            (resolver.frame(t.entity(2)?, from)?, resolver.frame(t.entity(3)?, to)?);
+        outward(&target).after(&inward(&origin))
+    } else {
+        resolver.operator(by, to)?
+    };
+    Ok(Some((one, two, map)))
+}
+
+/// Shape representation of each product definition.
+fn shapes_of_products(resolver: &Resolver) -> FxHashMap<u32, u32> {
+    let pair = |e: Entity| -> Outcome<(u32, u32)> {
+        let a = e.attributes();
+        let definition = a.entity(0)?.attributes().entity(2)?;
+        Ok((definition.index, a.entity(1)?.index))
+    };
+    let definitions = resolver.entities().filter(|e| e.kind() == "SHAPE_DEFINITION_REPRESENTATION");
+    definitions.filter_map(|e| pair(e).ok()).collect()
+}
+
+/// Without any representation that holds shapes: the solids, else the shells, else the faces of the file.
+fn orphans<'t>(resolver: &Resolver<'t>, graph: &mut Graph<'t>) -> Outcome<()> {
+    let tiers: [&[&str]; 3] = [
+        &[
+            "MANIFOLD_SOLID_BREP",
+            "BREP_WITH_VOIDS",
+            "FACETED_BREP",
+            "SHELL_BASED_SURFACE_MODEL",
+            "GEOMETRIC_SET",
+        ],
+        &["CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET"],
+        &["ADVANCED_FACE", "FACE_SURFACE"],
+    ];
+    let of = |tier: &&[&str]| -> Vec<Entity<'t>> {
+        resolver.entities().filter(|e| tier.contains(&e.kind())).collect()
+    };
+    let Some(found) = tiers.iter().map(of).find(|found| !found.is_empty()) else { return Ok(()) };
+    let context = resolver.entities().find(|e| e.has("GLOBAL_UNIT_ASSIGNED_CONTEXT"));
+    let context = context.map_or_else(
+        || {
+            let units = Units { length: 1.0, angle: 1.0 };
+            Ok(Context { units, name: "mm (assumed)".into(), resolution: 0.0 })
+        },
+        |c| resolver.context(c),
+    )?;
+    let text = format!("{} shapes are in no representation: taken as they stand", found.len());
+    resolver.note(Severity::Warning, "shape-unplaced", found[0].place(), text);
+    let units = context.units;
+    let items = found.iter().map(|e| resolver.item(*e, units)).collect::<Outcome<_>>()?;
+    graph.groups.push(Group { sheets: vec![graph.sheets.len()], ..Group::default() });
+    graph.sheets.push(Sheet { entity: found[0], context, items });
+    Ok(())
+}
+
+/// From a frame's coordinates to those it is given in.
+fn outward(f: &Frame) -> Affine {
+    Affine { linear: Mat3::from_columns(&[f.x, f.y, f.z]), shift: f.origin }
+}
+
+/// The inverse of [`outward`].
+fn inward(f: &Frame) -> Affine {
+    let linear = Mat3::from_columns(&[f.x, f.y, f.z]).transpose();
+    Affine { linear, shift: -(linear * f.origin) }
+}

@@ -3,6 +3,7 @@
 //! - [`ToolSurface::closest`]: tree of tight boxes, branch and bound on the true distance
 //! - `form`: a part of a patch as a polynomial about its centre
 //! - `piece`: such a part with what bounds the distance from below and certifies it as convex; its box
+//! - `hull`: its control net, and what proves a foot where its parameters do not
 //! - `project`: bounded Newton inside a piece (Eq. 19-23)
 //! - `search`: one query; `tree`: the boxes
 //! - [`paper`]: the two searches of the paper; [`SearchKind`] names all three, [`ContactSearch`] is their interface
@@ -12,6 +13,7 @@
 
 mod form;
 pub mod friction;
+mod hull;
 mod kind;
 pub mod oracle;
 pub mod paper;

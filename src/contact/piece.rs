@@ -99,14 +99,6 @@ impl Piece {
         Floor { value, ..floor }
     }
 
-    /// No point of the piece is nearer to a point at `w` than this [mm], seen along `direction` (of length one): the
-    /// control net lies on one side of a plane.
-    pub(super) fn distance_along(&self, w: &Vec3, direction: &Vec3) -> f64 {
-        let net = control_net(self);
-        let reach = net.iter().map(|p| direction.dot(&(p - self.form.centre)));
-        w.dot(direction) - reach.fold(f64::NEG_INFINITY, f64::max)
-    }
-
     /// Its four quarters.
     pub(super) fn quarters(&self, chart: &Chart) -> [(Self, Chart); 4] {
         self.shape
@@ -358,63 +350,6 @@ fn turning(piece: &Piece) -> (f64, usize) {
     let along_v = cosine(1, 2).min(cosine(0, 3));
     let smallest = along_u.min(along_v).min(cosine(0, 2)).min(cosine(1, 3));
     (smallest, usize::from(along_v < along_u))
-}
-
-/// A box that holds the piece: that of its Bernstein control net.
-pub(super) fn control_net(piece: &Piece) -> Vec<Vec3> {
-    let (degrees, c) = piece.form.coefficients();
-    if piece.shape == Shape::Triangle {
-        return triangle_net(piece);
-    }
-    let [n, m] = degrees;
-    let mut net = c.to_vec();
-    for row in net.chunks_exact_mut(m + 1) {
-        to_bernstein(row);
-    }
-    let mut column = vec![Vec3::zeros(); n + 1];
-    for j in 0..=m {
-        column.iter_mut().enumerate().for_each(|(i, x)| *x = net[i * (m + 1) + j]);
-        to_bernstein(&mut column);
-        column.iter().enumerate().for_each(|(i, x)| net[i * (m + 1) + j] = *x);
-    }
-    net.iter().map(|p| p + piece.form.centre).collect()
-}
-
-/// Corners and middle control points of a triangle of degree two.
-fn triangle_net(piece: &Piece) -> Vec<Vec3> {
-    let corners = &piece.shape.corners()[..3];
-    let at = |x: &Vec2| piece.form.centre + piece.form.derivs(x.x, x.y).s;
-    let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
-    pairs
-        .flat_map(|(a, b)| {
-            let (p, q) = (at(a), at(b));
-            [p, 2.0 * at(&(0.5 * (a + b))) - 0.5 * (p + q)]
-        })
-        .collect()
-}
-
-/// Monomial coefficients over [-1, 1] to Bernstein ones: `u = 2 t - 1`, then
-/// `P_k = sum_i binomial(k, i) / binomial(n, i) a_i`.
-fn to_bernstein(c: &mut [Vec3]) {
-    let n = c.len() - 1;
-    for level in 0..n {
-        for k in (level..n).rev() {
-            let next = c[k + 1];
-            c[k] -= next;
-        }
-    }
-    let mut factor = 1.0;
-    for (i, x) in c.iter_mut().enumerate() {
-        // 2^i / binomial(n, i)
-        *x *= factor;
-        factor *= 2.0 * (i + 1) as f64 / (n - i).max(1) as f64;
-    }
-    for level in 1..=n {
-        for k in (level..=n).rev() {
-            let last = c[k - 1];
-            c[k] += last;
-        }
-    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! can be nearer by more than [`ToolSurface::tolerance`].
 
 use super::form::Chart;
+use super::hull::control_net;
 use super::piece::{Floor, Piece};
 use super::project::{Descent, start};
 use super::surface::{ToolSurface, unit_normal};
@@ -91,9 +92,17 @@ impl<'a> Search<'a> {
         let foot = self.descend(piece, chart, w, floor.convex, x);
         // Of a point on the tool nothing is nearer, convex or not.
         let open = !floor.convex && self.worth() > f64::NEG_INFINITY;
-        if open && !self.is_behind(piece, &w, foot) {
+        if open && !self.is_proved(k, &w, foot) {
             self.cut(piece, chart);
         }
+    }
+
+    /// No point of piece `k` is nearer than its foot or the best, says what was found out about it beforehand.
+    fn is_proved(&self, k: usize, w: &Vec3, foot: Option<Vec2>) -> bool {
+        let Some(x) = foot else { return false };
+        let (piece, hull) = (&self.surface.pieces[k], &self.surface.hulls[k]);
+        let d = piece.form.derivs(x.x, x.y);
+        hull.floor(w, &d) > self.worth() || self.is_behind(hull.net(), w, &d.s)
     }
 
     /// Offers the minimum Newton finds in a piece from `x`.
@@ -115,12 +124,11 @@ impl<'a> Search<'a> {
 
     /// The piece lies behind the plane through its foot across the distance, as flat and outward curved pieces do:
     /// however their parameters are stretched, no point of them is nearer.
-    fn is_behind(&self, piece: &Piece, w: &Vec3, foot: Option<Vec2>) -> bool {
-        let Some(x) = foot else { return false };
-        let q = w - piece.form.derivs(x.x, x.y).s;
+    fn is_behind(&self, net: &[Vec3], w: &Vec3, foot: &Vec3) -> bool {
+        let q = w - foot;
         let size = q.norm();
         let best = (2.0 * self.best.value).sqrt() - self.surface.tolerance;
-        size > 0.0 && piece.distance_along(w, &(q / size)) > best
+        size > 0.0 && distance_along(net, w, &(q / size)) > best
     }
 
     /// Looks into the parts of a piece where `F` may have several minima, theirs, and so on.
@@ -138,7 +146,11 @@ impl<'a> Search<'a> {
             if floor.convex || nearer {
                 foot = self.descend(&part, &chart, w, floor.convex, part.start(&floor));
             }
-            if !floor.convex && depth < MAX_DEPTH && !self.is_behind(&part, &w, foot) {
+            let behind = |x: Vec2| {
+                let net = control_net(&part);
+                self.is_behind(&net, &w, &part.form.derivs(x.x, x.y).s)
+            };
+            if !floor.convex && depth < MAX_DEPTH && !foot.is_some_and(behind) {
                 self.push_parts(&mut todo, &part, &chart, depth + 1);
             }
         }
@@ -219,6 +231,13 @@ impl<'a> Search<'a> {
             n.dot(&q).abs() / q.norm().max(self.surface.rounding)
         })
     }
+}
+
+/// No point of a net is nearer to `w` than this [mm], seen along `direction` (of length one): it lies on one side of a
+/// plane.
+fn distance_along(net: &[Vec3], w: &Vec3, direction: &Vec3) -> f64 {
+    let reach = net.iter().map(|p| direction.dot(p));
+    w.dot(direction) - reach.fold(f64::NEG_INFINITY, f64::max)
 }
 
 impl Piece {

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::form::{Chart, Form, Shape};
-use super::piece::{Piece, control_net, pieces_of};
+use super::hull::Hull;
+use super::piece::{Piece, pieces_of};
 use super::project::Descent;
 use super::search::Search;
 use super::topology::Borders;
@@ -19,6 +20,8 @@ pub struct ToolSurface {
     pub(super) pieces: Vec<Piece>,
     /// From each piece to its patch.
     pub(super) charts: Vec<Chart>,
+    /// What else bounds each piece.
+    pub(super) hulls: Vec<Hull>,
     /// Pieces of patch k: `by_patch[starts[k]..starts[k + 1]]`.
     by_patch: Vec<u32>,
     starts: Vec<u32>,
@@ -42,12 +45,15 @@ impl ToolSurface {
             .map(|(id, patch)| pieces_of(id as u32, patch))
             .collect();
         let cut: Vec<(Piece, Chart)> = cut.into_iter().flatten().collect();
-        let boxes: Vec<Aabb> = cut.par_iter().map(|(piece, _)| bounds_of(piece)).collect();
+        let hulls: Vec<Hull> = cut.par_iter().map(|(piece, _)| Hull::of(piece)).collect();
+        let boxes: Vec<Aabb> =
+            cut.iter().zip(&hulls).map(|((piece, _), hull)| bounds_of(piece, hull)).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b));
         let mut order: Vec<u32> = (0..cut.len() as u32).collect();
         let tree = Tree::build(&boxes, &mut order);
         let (pieces, charts): (Vec<Piece>, Vec<Chart>) =
             order.iter().map(|&k| cut[k as usize].clone()).unzip();
+        let hulls = order.iter().map(|&k| hulls[k as usize].clone()).collect();
         let (by_patch, starts) = group(&pieces, model.patches.len());
         let size = bounds.diagonal() + bounds.center().amax();
         let borders = Borders::of(&model);
@@ -55,6 +61,7 @@ impl ToolSurface {
             model,
             pieces,
             charts,
+            hulls,
             by_patch,
             starts,
             tree,
@@ -216,8 +223,9 @@ impl ToolSurface {
 }
 
 /// Box of a piece's control net, with room for rounding.
-fn bounds_of(piece: &Piece) -> Aabb {
-    let b = Aabb::of_points(&control_net(piece));
+fn bounds_of(piece: &Piece, hull: &Hull) -> Aabb {
+    let mut b = Aabb::EMPTY;
+    hull.net().iter().for_each(|p| b.grow(&(p + piece.form.centre)));
     b.widened(1e-14 * (1.0 + b.diagonal() + b.center().amax()))
 }
 

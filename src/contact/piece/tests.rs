@@ -1,4 +1,5 @@
 use super::*;
+use crate::contact::hull::{Hull, control_net};
 
 struct Random(u64);
 
@@ -82,7 +83,6 @@ fn no_point_of_a_piece_is_below_its_floor_and_convex_means_convex() {
             }
             let sharp = piece.sharp_floor(&w).value;
             assert!(floor.value <= least && sharp <= least, "{floor:?} {sharp} {least}");
-            assert!(piece.distance_along(&w, &w.normalize()) <= (2.0 * least).sqrt());
             convex += usize::from(floor.convex);
             tight += usize::from(floor.value > 0.5 * least);
         }
@@ -95,7 +95,7 @@ fn the_control_net_holds_the_piece() {
     for piece in pieces() {
         let net = crate::geometry::Aabb::of_points(&control_net(&piece));
         for x in samples(piece.shape) {
-            let s = piece.form.centre + piece.form.derivs(x.x, x.y).s;
+            let s = piece.form.derivs(x.x, x.y).s;
             assert!(net.distance_squared(&s) < 1e-24);
         }
     }
@@ -112,4 +112,38 @@ fn pieces_cover_their_patch_once() {
         let sum: f64 = pieces_of(0, &patch).iter().map(|(_, chart)| area(chart)).sum();
         assert!((sum - 1.0).abs() < 1e-14);
     }
+}
+
+/// From any point of a piece as a foot, not only from the closest one.
+#[test]
+fn no_point_of_a_piece_is_below_the_floor_of_its_hull() {
+    let mut random = Random(11);
+    let mut flat = Vec::new();
+    for taper in [0.3, 0.6, 1.0] {
+        for noise in [0.0, 1e-9, 0.05] {
+            let corner = |x: f64, y: f64| Vec3::new(x * (1.0 + y * (taper - 1.0)), 4.0 * y, 0.0);
+            let points = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)]
+                .map(|(x, y)| corner(x, y) * 5.0 + random.vector() * noise);
+            flat.push(Patch::Bezier { degrees: [1, 1], points: points.to_vec() });
+        }
+    }
+    let flat = flat.iter().flat_map(|p| pieces_of(0, p)).map(|p| p.0);
+    let (mut known, mut tight) = (0, 0);
+    for piece in pieces().into_iter().chain(flat) {
+        let hull = Hull::of(&piece);
+        for reach in [0.1, 1.0, 5.0] {
+            let w = random.vector() * reach;
+            let all: Vec<_> =
+                samples(piece.shape).iter().map(|x| piece.form.derivs(x.x, x.y)).collect();
+            let value = |d: &crate::contact::form::LocalDerivs| 0.5 * (w - d.s).norm_squared();
+            let least = all.iter().map(value).fold(f64::INFINITY, f64::min);
+            for foot in &all {
+                let floor = hull.floor(&w, foot);
+                assert!(floor <= least + 1e-13, "{floor} {least} {piece:?}");
+                known += usize::from(floor.is_finite());
+                tight += usize::from(floor > 0.9 * least);
+            }
+        }
+    }
+    assert!(known > 5000 && tight > 500, "{known} {tight}: the bounds must be of use");
 }

@@ -1,0 +1,227 @@
+//! What proves a foot the closest point of a piece whose parameters say nothing: its control net, and the piece as a
+//! height over the tangent plane of its centre.
+//!
+//! Flat pieces with sides of very different length, and nearly flat ones, bend `F(u, v)` by their parameters alone. As
+//! a function of the place `x` in the plane, with `h(x)` the height of the piece and `(a, c)` the point,
+//! `G(x) = |x - a|^2 / 2 + (h(x) - c)^2 / 2` has second derivatives of at least `mu = 1 - |h - c| |h''|`. Where that is
+//! positive, a foot at `x` with gradient `g` leaves `G(y) >= G(x) + g . (y - x) + mu |y - x|^2 / 2`.
+//!
+//! The bounds hold over a domain larger by [`WIDER`], whose image holds the convex hull of the piece's: a straight
+//! line from foot to any other point of the piece stays where `h` is known.
+
+use super::form::{LocalDerivs, Shape};
+use super::piece::Piece;
+use crate::geometry::{Vec2, Vec3};
+
+/// The larger domain: corners times this.
+const WIDER: f64 = 1.25;
+
+/// Bounds of a piece of the tree that cost too much to find in a query.
+#[derive(Debug, Clone)]
+pub(super) struct Hull {
+    /// Control net, from the piece's centre [mm].
+    net: Box<[Vec3]>,
+    height: Height,
+}
+
+/// The piece over the tangent plane of its centre.
+#[derive(Debug, Clone, Copy)]
+struct Height {
+    normal: Vec3,
+    /// Largest height or depth [mm].
+    most: f64,
+    /// Bound of the second derivatives by place [1/mm]; infinite where the piece is no such graph.
+    bend: f64,
+}
+
+impl Hull {
+    pub(super) fn of(piece: &Piece) -> Self {
+        let net = control_net(piece).into();
+        let flat = Height { normal: Vec3::z(), most: 0.0, bend: f64::INFINITY };
+        Self { net, height: Height::of(piece).unwrap_or(flat) }
+    }
+
+    /// Control net, from the piece's centre [mm].
+    pub(super) fn net(&self) -> &[Vec3] {
+        &self.net
+    }
+
+    /// For a point at `w` from the centre and a foot with derivatives `d`: no point of the piece has half a squared
+    /// distance below this [mm^2]; minus infinity where nothing is known.
+    pub(super) fn floor(&self, w: &Vec3, d: &LocalDerivs) -> f64 {
+        const LEAST: f64 = 0.05;
+        let Height { normal, most, bend } = self.height;
+        let mu = 1.0 - (normal.dot(w).abs() + most) * bend;
+        if mu.is_nan() || mu < LEAST {
+            return f64::NEG_INFINITY;
+        }
+        let q = w - d.s;
+        let in_plane = |v: &Vec3| v - normal * normal.dot(v);
+        let (a, b) = (in_plane(&d.d1), in_plane(&d.d2));
+        let (e, f, g) = (a.norm_squared(), a.dot(&b), b.norm_squared());
+        let (along, across) = (-q.dot(&d.d1), -q.dot(&d.d2));
+        let gradient =
+            (a * (g * along - f * across) + b * (e * across - f * along)) / (e * g - f * f);
+        let to_net = self.net.iter().map(|p| gradient.dot(&(p - d.s)));
+        let linear = to_net.fold(f64::INFINITY, f64::min);
+        0.5 * q.norm_squared() + linear.max(-0.5 * gradient.norm_squared() / mu)
+    }
+}
+
+impl Height {
+    /// `None` where the piece is no graph over the tangent plane of its centre, or where its outline is too far from
+    /// convex.
+    fn of(piece: &Piece) -> Option<Self> {
+        let (degrees, c) = piece.form.coefficients();
+        let (c1, c2) = (piece.form.low[3], piece.form.low[1]);
+        // Parameters as lengths along the two directions at the centre.
+        let [u, v] = [c1.norm(), c2.norm()];
+        let normal = c1.cross(&c2);
+        let sine = normal.norm() / (u * v);
+        if !(sine.is_finite() && sine > 1e-3) {
+            return None;
+        }
+        let normal = normal.normalize();
+        // Norm of the inverse of the two directions as columns, and the share of each in a vector.
+        let inverse = 1.0 / (1.0 - c1.dot(&c2).abs() / (u * v)).sqrt();
+        let (reciprocal1, reciprocal2) =
+            (c2.cross(&normal) / (v * sine), normal.cross(&c1) / (u * sine));
+        let reach = WIDER * piece.shape.reach();
+        let (mut slope, mut up, mut plane, mut turn, mut most) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (at, c) in c.iter().enumerate() {
+            let (i, j) = (at / (degrees[1] + 1), at % (degrees[1] + 1));
+            if i + j < 2 {
+                continue;
+            }
+            let height = normal.dot(c).abs();
+            let flat = (c - normal * normal.dot(c)).norm();
+            let shares = reciprocal1.dot(c).hypot(reciprocal2.dot(c));
+            let (x, y) = (i as f64, j as f64);
+            let first = (x / u).hypot(y / v) * reach.powi((i + j - 1) as i32);
+            let [xx, xy, yy] = [x * (x - 1.0) / (u * u), x * y / (u * v), y * (y - 1.0) / (v * v)];
+            let second =
+                (xx * xx + 2.0 * xy * xy + yy * yy).sqrt() * reach.powi((i + j - 2) as i32);
+            most += height * reach.powi((i + j) as i32);
+            slope += height * first;
+            up += height * second;
+            turn += shares * first;
+            plane += flat * second;
+        }
+        if turn >= 0.9 {
+            return None;
+        }
+        let inverse = inverse / (1.0 - turn);
+        let margin = (WIDER - 1.0) * narrowest(piece.shape) * u.min(v);
+        if 3.0 * inverse * bulge(piece)? > margin {
+            return None;
+        }
+        let bend = inverse * inverse * (up + inverse * slope * plane);
+        Some(Self { normal, most: most * (1.0 + 1e-12), bend: bend * (1.0 + 1e-12) })
+    }
+}
+
+/// How far a domain twice as large begins outside this one.
+fn narrowest(shape: Shape) -> f64 {
+    match shape {
+        Shape::Square => 1.0,
+        Shape::Triangle => 1.0 / 3.0 * std::f64::consts::FRAC_1_SQRT_2,
+    }
+}
+
+/// How far the sides lie off their chords, seen along the normal at the centre [mm]; `None` when the corners are not
+/// those of a convex polygon.
+fn bulge(piece: &Piece) -> Option<f64> {
+    let (e1, e2) = (piece.form.low[3].normalize(), piece.form.low[1]);
+    let e2 = (e2 - e1 * e1.dot(&e2)).normalize();
+    let flat = |p: &Vec3| Vec2::new(e1.dot(p), e2.dot(p));
+    let sides = piece.shape.sides();
+    let corners = piece.shape.corners();
+    let at = |k: usize| flat(&piece.form.derivs(corners[k % sides].x, corners[k % sides].y).s);
+    let mut most = 0.0_f64;
+    for k in 0..sides {
+        let (a, b, c) = (at(k), at(k + 1), at(k + 2));
+        if (b - a).perp(&(c - b)) < 0.0 {
+            return None;
+        }
+        most = most.max(off_chord(piece, [corners[k % sides], corners[(k + 1) % sides]], flat));
+    }
+    Some(most)
+}
+
+/// Bound of how far the side between two corners of the domain lies off its chord: by its second derivative along the
+/// side.
+fn off_chord(piece: &Piece, [from, to]: [Vec2; 2], flat: impl Fn(&Vec3) -> Vec2) -> f64 {
+    let (degrees, c) = piece.form.coefficients();
+    let half = 0.5 * (to - from);
+    let reach = piece.shape.reach();
+    let bend: f64 = c
+        .iter()
+        .enumerate()
+        .map(|(at, c)| {
+            let (i, j) = (at / (degrees[1] + 1), at % (degrees[1] + 1));
+            let (x, y) = (i as f64, j as f64);
+            let factor = x * (x - 1.0) * half.x * half.x
+                + 2.0 * x * y * (half.x * half.y).abs()
+                + y * (y - 1.0) * half.y * half.y;
+            if i + j < 2 { 0.0 } else { flat(c).norm() * factor * reach.powi((i + j - 2) as i32) }
+        })
+        .sum();
+    0.5 * bend
+}
+
+/// Bernstein control points, from the piece's centre [mm]; their convex hull holds the piece.
+pub(super) fn control_net(piece: &Piece) -> Vec<Vec3> {
+    let (degrees, c) = piece.form.coefficients();
+    if piece.shape == Shape::Triangle {
+        return triangle_net(piece);
+    }
+    let [n, m] = degrees;
+    let mut net = c.to_vec();
+    for row in net.chunks_exact_mut(m + 1) {
+        to_bernstein(row);
+    }
+    let mut column = vec![Vec3::zeros(); n + 1];
+    for j in 0..=m {
+        column.iter_mut().enumerate().for_each(|(i, x)| *x = net[i * (m + 1) + j]);
+        to_bernstein(&mut column);
+        column.iter().enumerate().for_each(|(i, x)| net[i * (m + 1) + j] = *x);
+    }
+    net
+}
+
+/// Corners and middle control points of a triangle of degree two.
+fn triangle_net(piece: &Piece) -> Vec<Vec3> {
+    let corners = &piece.shape.corners()[..3];
+    let at = |x: &Vec2| piece.form.derivs(x.x, x.y).s;
+    let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
+    pairs
+        .flat_map(|(a, b)| {
+            let (p, q) = (at(a), at(b));
+            [p, 2.0 * at(&(0.5 * (a + b))) - 0.5 * (p + q)]
+        })
+        .collect()
+}
+
+/// Monomial coefficients over [-1, 1] to Bernstein ones: `u = 2 t - 1`, then
+/// `P_k = sum_i binomial(k, i) / binomial(n, i) a_i`.
+fn to_bernstein(c: &mut [Vec3]) {
+    let n = c.len() - 1;
+    for level in 0..n {
+        for k in (level..n).rev() {
+            let next = c[k + 1];
+            c[k] -= next;
+        }
+    }
+    let mut factor = 1.0;
+    for (i, x) in c.iter_mut().enumerate() {
+        // 2^i / binomial(n, i)
+        *x *= factor;
+        factor *= 2.0 * (i + 1) as f64 / (n - i).max(1) as f64;
+    }
+    for level in 1..=n {
+        for k in (level..=n).rev() {
+            let last = c[k - 1];
+            c[k] += last;
+        }
+    }
+}

@@ -131,6 +131,90 @@ fn a_run_killed_again_and_again_ends_as_one_left_alone() {
     }
 }
 
+/// The collection of steps names grids that are there and whole.
+fn check_collection(folder: &Path) -> usize {
+    let Ok(text) = fs::read_to_string(folder.join("run.pvd")) else { return 0 };
+    assert!(text.trim_end().ends_with("</VTKFile>"));
+    let mut reader = quick_xml::Reader::from_str(&text);
+    let mut steps = 0;
+    loop {
+        match reader.read_event().unwrap() {
+            quick_xml::events::Event::Empty(tag) if tag.name().as_ref() == b"DataSet" => {
+                let file = tag.try_get_attribute("file").unwrap().unwrap();
+                let grid = folder.join(file.unescape_value().unwrap().as_ref());
+                let grid = kanagata::report::vtu_read::read(&grid).unwrap();
+                assert!(!grid.cells.is_empty());
+                steps += 1;
+            }
+            quick_xml::events::Event::Eof => break steps,
+            _ => {}
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_tells_at_any_time_how_its_run_stands() {
+    use kanagata::run::status::{State, status};
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder);
+    let out = folder.join("out");
+    let mut child = command(folder, "out", false).spawn().unwrap();
+    let mut seen = 0;
+    while seen < 4 {
+        std::thread::sleep(Duration::from_millis(5));
+        let Ok(now) = status(&out) else { continue };
+        assert_eq!((now.state, now.restart), (State::Running, None));
+        assert!(now.increment >= seen && now.stages == 2);
+        assert!(check_collection(&out) > 0 || now.increment == 0);
+        seen = now.increment;
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let killed = status(&out).unwrap();
+    assert_eq!((killed.state, killed.stage.as_deref()), (State::Killed, Some("bend")));
+    check_collection(&out);
+    let plane = killed.tools.iter().find(|t| t.name == "plane").unwrap();
+    assert!(plane.travel_mm > 0.0 && plane.force_n > 0.0, "{plane:?}");
+    assert!(killed.checkpoint.is_some_and(|c| c.increment + 1 >= killed.increment));
+    // The command that it names goes on; a signal stops it, and the command is named again.
+    let go_on = || {
+        let text = status(&out).unwrap().restart.unwrap();
+        let words: Vec<String> = text.split(' ').skip(1).map(str::to_owned).collect();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
+        command.args(words).stdout(Stdio::null()).stderr(Stdio::piped());
+        command
+    };
+    let mut child = go_on().spawn().unwrap();
+    while status(&out)
+        .map_or(true, |s| s.state != State::Running || s.increment <= killed.increment)
+    {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(5));
+    assert_eq!(status(&out).unwrap().state, State::Stopped);
+    let lines = go_on().arg("--lines").stdout(Stdio::piped()).output().unwrap();
+    assert!(finished(&lines));
+    let text = String::from_utf8(lines.stdout).unwrap();
+    let done = status(&out).unwrap();
+    assert_eq!((done.state, done.restart, done.time), (State::Finished, None, 2.0));
+    assert!(text.lines().any(|l| Some(l) == done.last_line.as_deref()), "{text}");
+    assert!(check_collection(&out) > 2);
+    let printed = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"))
+        .args(["status", "--json"])
+        .arg(&out)
+        .output()
+        .unwrap();
+    let printed: serde_json::Value = serde_json::from_slice(&printed.stdout).unwrap();
+    assert_eq!(
+        (&printed["state"], &printed["increment"]),
+        (&"finished".into(), &done.increment.into())
+    );
+}
+
 #[test]
 fn what_cannot_be_gone_on_with_says_why() {
     let folder = tempfile::tempdir().unwrap();

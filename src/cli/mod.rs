@@ -11,4 +11,5 @@ pub mod mesh;
 pub mod quantity;
 pub mod run;
 pub mod solve;
+pub mod status;
 pub mod study;

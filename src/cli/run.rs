@@ -1,5 +1,6 @@
 //! `kanagata-solve run SCENE -o DIR`: the run itself, watched on the terminal.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -9,6 +10,8 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::exit::{EXIT_HELP, Exit, Failure};
 use crate::report::record::RunRecord;
+use crate::run::folder::row;
+use crate::run::line::{HEADER, json_line, line};
 use crate::run::{Progress, RunError, RunOptions};
 use crate::scene::{SceneError, read};
 use crate::solver::SimulationError;
@@ -16,6 +19,7 @@ use crate::solver::SimulationError;
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Example:\n  kanagata-solve run fixtures/cross/demo.scene.json -o out/demo\n\n\
+    `kanagata-solve status DIR` says how it stands.\n\
     The folder then holds history.csv, run.json, run.pvd, steps/*.vtu, tools/*.vtu and report.html.\n\n{EXIT_HELP}"))]
 pub struct RunArgs {
     /// Scene file
@@ -29,6 +33,12 @@ pub struct RunArgs {
     /// No progress bar
     #[arg(short, long)]
     quiet: bool,
+    /// A line an increment in place of the bar
+    #[arg(long, conflicts_with_all = ["quiet", "json"])]
+    lines: bool,
+    /// A line of JSON an increment in place of the bar, and run.json in one line at the end
+    #[arg(long, conflicts_with = "quiet")]
+    json: bool,
 }
 
 impl From<RunError> for Failure {
@@ -54,22 +64,41 @@ impl From<RunError> for Failure {
 /// Exit code 2 for a scene that cannot be run, 3 when the solver gives up, 4 when files cannot be read or written.
 pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let plan = read(&args.scene)?;
-    let bar = progress_bar(args.quiet);
+    let by_line = args.lines || args.json;
+    let bar = progress_bar(args.quiet || by_line);
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGTERM, SIGINT] {
         // Without it a signal ends the run at once; the last checkpoint stays.
         let _ = signal_hook::flag::register(signal, Arc::clone(&stop));
     }
     let options = RunOptions { restart: args.restart, stop: Some(&stop) };
-    let outcome = crate::run::run(&plan, &args.scene, &args.output, &options, &mut |progress| {
-        show(&bar, progress);
-    });
+    if args.lines {
+        println!("{HEADER}");
+    }
+    let tools: Vec<String> = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
+    let outcome =
+        crate::run::run(&plan, &args.scene, &args.output, &options, &mut |progress| match (
+            args.lines, args.json,
+        ) {
+            (false, false) => show(&bar, progress),
+            _ if progress.report.increment == 0 => {}
+            (true, _) => print_line(&line(&tools, &row(progress.report))),
+            (_, true) => print_line(&json_line(&tools, &row(progress.report))),
+        });
     bar.finish_and_clear();
     let record = outcome?;
-    if !args.quiet {
+    if args.json {
+        print_line(&serde_json::to_string(&record).map_err(Failure::input)?);
+    } else if !args.quiet {
         print_record(&record, &args.output);
     }
     Ok(Exit::Done)
+}
+
+/// Prints a line at once; who no longer listens does not end the run.
+fn print_line(line: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
 }
 
 const RESOLUTION: u64 = 10_000;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, finish};
-use super::{check, run};
+use super::{check, run, status};
 
 /// Forms a sheet against rigid tools with an implicit finite-element solver.
 #[derive(Debug, Parser)]
@@ -24,6 +24,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Run a scene into a folder
     Run(run::RunArgs),
+    /// Say how a run stands: increment, travels, forces, checkpoint, how to go on
+    Status(status::StatusArgs),
 }
 
 /// Runs the program on the process's arguments.
@@ -37,6 +39,7 @@ pub fn main() -> ExitCode {
     finish(match arguments.command {
         Command::Check(args) => check::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Status(args) => status::run(&args),
     })
 }
 

@@ -59,6 +59,27 @@ impl History {
         write_atomic(path, |w| self.write_to(w))
     }
 
+    /// Reads what [`Self::write`] has written.
+    ///
+    /// # Errors
+    /// What was found, and in which line.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let mut lines = text.lines();
+        let head: Vec<&str> = lines.next().unwrap_or("").split(',').collect();
+        let tools: Vec<String> =
+            head.iter().filter_map(|c| c.strip_suffix("_travel_mm")).map(str::to_owned).collect();
+        let behind = 2 * tools.len() + 7;
+        if head.len() != behind + 2 || head[0] != "increment" {
+            return Err(format!("a first line of {} columns", head.len()));
+        }
+        let mut rows = Vec::new();
+        for (k, text) in lines.enumerate() {
+            let row = parse_row(text, behind);
+            rows.push(row.ok_or_else(|| format!("line {} that is no increment", k + 2))?);
+        }
+        Ok(Self { tools, rows })
+    }
+
     fn write_to(&self, w: &mut dyn Write) -> io::Result<()> {
         write!(w, "increment,stage,time")?;
         for tool in &self.tools {
@@ -83,6 +104,37 @@ impl History {
         }
         Ok(())
     }
+}
+
+/// A line of `history.csv` with `behind` columns behind the stage, whose name may have commas.
+fn parse_row(text: &str, behind: usize) -> Option<HistoryRow> {
+    let (increment, rest) = text.split_once(',')?;
+    let mut columns: Vec<&str> = rest.rsplitn(behind + 1, ',').collect();
+    columns.reverse();
+    let [stage, time, pairs @ .., iterations, contacts, slips, external, internal, friction] =
+        &columns[..]
+    else {
+        return None;
+    };
+    let number = |word: &&str| word.parse::<f64>().ok();
+    let numbers: Vec<f64> = pairs.iter().map(number).collect::<Option<_>>()?;
+    if numbers.len() + 7 != behind {
+        return None;
+    }
+    Some(HistoryRow {
+        increment: increment.parse().ok()?,
+        stage: (*stage).to_owned(),
+        time: number(time)?,
+        travel_mm: numbers.iter().step_by(2).copied().collect(),
+        force_n: numbers.iter().skip(1).step_by(2).copied().collect(),
+        iterations: iterations.parse().ok()?,
+        contacts: [contacts.parse().ok()?, slips.parse().ok()?],
+        energy: Energies {
+            external: number(external)?,
+            internal: number(internal)?,
+            friction: number(friction)?,
+        },
+    })
 }
 
 /// One Newton iteration, as a line of `iterations.csv`.
@@ -138,6 +190,17 @@ pub enum Verdict {
     Stopped,
 }
 
+/// The process that writes a run folder.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Process {
+    /// Its number.
+    pub id: u32,
+    /// When it began, as the system counts (Linux: clock ticks since the machine started).
+    pub started: u64,
+    /// The machine: its name, and what tells one start of it from another.
+    pub host: String,
+}
+
 /// `run.json`: what went in, what it cost, how it ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunRecord {
@@ -186,6 +249,15 @@ pub struct RunRecord {
     pub convergence_order: Option<f64>,
     /// SHA-256 of the scene and of every tool file, by path as the scene names it.
     pub inputs: BTreeMap<String, String>,
+    /// The scene file, as a whole path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<String>,
+    /// Stages of the scene; 0 when an older program wrote this.
+    #[serde(default)]
+    pub stages: usize,
+    /// The process that wrote this, where the system names it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub process: Option<Process>,
 }
 
 impl RunRecord {
@@ -229,5 +301,11 @@ mod tests {
         assert!(text.lines().nth(1).unwrap().starts_with("1,clamp,0.5,0,-10,1.25,10,4,7,2,"));
         let columns = |line: &str| line.split(',').count();
         assert_eq!(columns(text.lines().next().unwrap()), columns(text.lines().nth(1).unwrap()));
+        assert_eq!(History::parse(&text), Ok(history.clone()));
+        let commas = text.replace("clamp", "clamp, and draw");
+        assert_eq!(History::parse(&commas).unwrap().rows[0].stage, "clamp, and draw");
+        let cut = text.trim_end().trim_end_matches(|c| c != ',').trim_end_matches(',');
+        assert!(History::parse(cut).unwrap_err().contains("line 2"));
+        assert!(History::parse("").unwrap_err().contains("first line"));
     }
 }

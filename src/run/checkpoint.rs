@@ -149,6 +149,16 @@ pub fn read(
     Ok(checkpoint)
 }
 
+/// File of the newest whole checkpoint in a folder, and the increment after which it was written.
+#[must_use]
+pub fn newest(folder: &Path) -> Option<(PathBuf, usize)> {
+    let whole = files(folder).into_iter().filter_map(|file| {
+        let increments = parse(&file).ok()?.folder.record.increments;
+        Some((file, increments))
+    });
+    whole.max_by_key(|(_, increments)| *increments)
+}
+
 fn parse(file: &Path) -> Result<Checkpoint, String> {
     let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let bytes = fs::read(file).map_err(|e| format!("{name}: {e}"))?;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::RunError;
 use super::fields;
-use super::resources::{cpu_seconds, peak_megabytes};
+use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use crate::files::{WriteError, sweep};
 use crate::report::record::{
     Energies, History, HistoryRow, IterationRow, RunRecord, Verdict, write_iterations,
@@ -53,11 +53,16 @@ pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
 }
 
 impl RunFolder {
-    /// Makes the folder and writes the first `run.json`.
+    /// Makes the folder for the scene file `scene` and writes the first `run.json`.
     ///
     /// # Errors
     /// [`RunError::Folder`], [`RunError::Write`].
-    pub fn create(path: &Path, plan: &Plan, unknowns: usize) -> Result<Self, RunError> {
+    pub fn create(
+        path: &Path,
+        plan: &Plan,
+        scene: &Path,
+        unknowns: usize,
+    ) -> Result<Self, RunError> {
         for folder in [path.to_path_buf(), path.join("steps"), path.join("tools")] {
             fs::create_dir_all(&folder)
                 .map_err(|source| RunError::Folder { path: folder.clone(), source })?;
@@ -86,6 +91,9 @@ impl RunFolder {
             penetration_mm: 0.0,
             convergence_order: None,
             inputs,
+            scene: fs::canonicalize(scene).ok().map(|p| p.to_string_lossy().into_owned()),
+            stages: plan.scene.stages.len(),
+            process: this_process(),
         };
         let tools = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
         let folder = Self {
@@ -113,6 +121,7 @@ impl RunFolder {
         self.record.threads = rayon::current_num_threads();
         self.record.verdict = Verdict::Running;
         self.record.message = None;
+        self.record.process = this_process();
     }
 
     /// Writes each tool, placed, as `tools/NAME.vtu`.
@@ -251,7 +260,9 @@ impl RunFolder {
     }
 }
 
-fn row(report: &IncrementReport<'_>) -> HistoryRow {
+/// The line of history of an increment.
+#[must_use]
+pub fn row(report: &IncrementReport<'_>) -> HistoryRow {
     let e = &report.energies;
     HistoryRow {
         increment: report.increment,

@@ -7,8 +7,10 @@ pub mod advice;
 pub mod checkpoint;
 pub mod fields;
 pub mod folder;
+pub mod line;
 pub mod report;
 pub mod resources;
+pub mod status;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -99,7 +101,7 @@ pub fn run(
         folder.resume();
         folder
     } else {
-        let folder = RunFolder::create(output, plan, unknowns)?;
+        let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
         checkpoint::remove(output);
         folder.write_tools(plan, &simulation)?;
         folder

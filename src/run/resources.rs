@@ -1,4 +1,6 @@
-//! What a process has used: processor time and memory, as the system counts them.
+//! What a process has used, and whether it is still there, as the system counts.
+
+use crate::report::record::Process;
 
 /// Processor time of all threads since the process began [s]; 0 where the system does not say.
 #[must_use]
@@ -12,6 +14,39 @@ pub fn cpu_seconds() -> f64 {
         Some(user + system)
     };
     ticks().map_or(0.0, |t| t / 100.0)
+}
+
+/// The process this is; `None` where the system does not name it in `/proc`.
+#[must_use]
+pub fn this_process() -> Option<Process> {
+    let id = std::process::id();
+    Some(Process { id, started: started(id)?, host: host()? })
+}
+
+/// Whether a process is still there; `None` when it is not of this machine or the system does not say.
+#[must_use]
+pub fn alive(process: &Process) -> Option<bool> {
+    let here = host()?;
+    (here == process.host).then(|| started(process.id) == Some(process.started))
+}
+
+/// Start of a process in clock ticks since the machine started: field 22 of its stat. One that has ended and only
+/// waits for its parent counts as gone.
+fn started(id: u32) -> Option<u64> {
+    let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
+    let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace();
+    let state = fields.next()?;
+    if matches!(state, "Z" | "X") {
+        return None;
+    }
+    fields.nth(18)?.parse().ok()
+}
+
+/// Name of the machine and of its present start.
+fn host() -> Option<String> {
+    let read = |file: &str| std::fs::read_to_string(format!("/proc/sys/kernel/{file}")).ok();
+    let (name, boot) = (read("hostname")?, read("random/boot_id")?);
+    Some(format!("{} {}", name.trim(), boot.trim()))
 }
 
 /// Largest memory the process has held [MB]; 0 where the system does not say.
@@ -33,5 +68,18 @@ mod tests {
         let spent: f64 = (0..20_000_000).map(|k| f64::from(k).sqrt()).sum();
         assert!(spent > 0.0 && super::cpu_seconds() > 0.0);
         assert!(super::peak_megabytes() > 1.0);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_process_lives_until_it_has_ended() {
+        let mut child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
+        let host = super::host().unwrap();
+        let process =
+            super::Process { id: child.id(), started: super::started(child.id()).unwrap(), host };
+        assert_eq!(super::alive(&process), Some(true));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert_eq!(super::alive(&process), Some(false));
     }
 }

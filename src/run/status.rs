@@ -1,0 +1,363 @@
+//! What a run folder says now: read from the files of the run, whether it goes on, has ended, or was killed.
+
+use std::fmt::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use serde::Serialize;
+
+use super::checkpoint;
+use super::line::{HEADER, line};
+use super::resources;
+use crate::report::record::{History, HistoryRow, RunRecord, Verdict};
+
+/// Why a folder says nothing.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum StatusError {
+    /// No `run.json` that can be read.
+    #[error("cannot read {}: {source}; allowed: the folder given to `kanagata-solve run` with -o", path.display())]
+    Io {
+        /// `run.json`.
+        path: PathBuf,
+        /// What the system said.
+        #[source]
+        source: std::io::Error,
+    },
+    /// A file of the folder is not what a run writes.
+    #[error("{}: found {found}; allowed: a file as this program writes it", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// What was found.
+        found: String,
+    },
+}
+
+/// How a run stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// Its process is at work.
+    Running,
+    /// All stages are done.
+    Finished,
+    /// The solver gave up.
+    GivenUp,
+    /// Stopped by a signal.
+    Stopped,
+    /// Its process is gone and has left no verdict.
+    Killed,
+    /// No verdict yet, and its process cannot be looked up from here (another host, no `/proc`).
+    Elsewhere,
+}
+
+impl State {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Running => "running",
+            Self::Finished => "finished",
+            Self::GivenUp => "given up",
+            Self::Stopped => "stopped",
+            Self::Killed => "killed: its process is gone",
+            Self::Elsewhere => "running when it last wrote; its process is not of this machine",
+        }
+    }
+}
+
+/// A tool after the last increment.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ToolStatus {
+    /// Name.
+    pub name: String,
+    /// Travel along its direction [mm].
+    pub travel_mm: f64,
+    /// Force on the sheet along its direction, of the whole process [N].
+    pub force_n: f64,
+}
+
+/// The newest whole checkpoint.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CheckpointStatus {
+    /// File name.
+    pub file: String,
+    /// Increment after which it was written.
+    pub increment: usize,
+    /// Age [s].
+    pub age_s: f64,
+}
+
+/// What a run folder says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Status {
+    /// The folder.
+    pub folder: String,
+    /// Name of the scene.
+    pub name: String,
+    /// How it stands.
+    pub state: State,
+    /// What the solver said when it ended early.
+    pub message: Option<String>,
+    /// Increments done.
+    pub increment: usize,
+    /// Stage of the last increment.
+    pub stage: Option<String>,
+    /// Stages done plus the share of the one under way.
+    pub time: f64,
+    /// Stages in all; 0 when the folder does not say.
+    pub stages: usize,
+    /// Newton iterations, those of cut increments included.
+    pub iterations: usize,
+    /// Increments that were cut.
+    pub cuts: usize,
+    /// Nodes in contact, and those of them that slip.
+    pub contacts: [usize; 2],
+    /// Tools after the last increment.
+    pub tools: Vec<ToolStatus>,
+    /// Wall time at the last increment [s].
+    pub wall_s: f64,
+    /// Wall time left if the rest goes like what is done [s]; while it runs.
+    pub left_s: Option<f64>,
+    /// Seconds since `run.json` was written.
+    pub updated_s: f64,
+    /// The last line of the history, as `run --lines` prints it.
+    pub last_line: Option<String>,
+    /// What a restart would go on from.
+    pub checkpoint: Option<CheckpointStatus>,
+    /// Command that goes on from there; none when there is nothing left to do or to go on from.
+    pub restart: Option<String>,
+}
+
+/// Reads what the run folder says now.
+///
+/// # Errors
+/// [`StatusError`] when there is no `run.json` or a file was not written by this program.
+pub fn status(folder: &Path) -> Result<Status, StatusError> {
+    let path = folder.join("run.json");
+    let text =
+        std::fs::read(&path).map_err(|source| StatusError::Io { path: path.clone(), source })?;
+    let record: RunRecord = serde_json::from_slice(&text)
+        .map_err(|e| StatusError::Invalid { path: path.clone(), found: e.to_string() })?;
+    let history = read_history(folder, record.increments)?;
+    let state = state(&record);
+    let last = history.rows.last();
+    let time = last.map_or(0.0, |row| row.time);
+    let stages = record.stages;
+    let checkpoint = newest_checkpoint(folder);
+    let running = matches!(state, State::Running | State::Elsewhere);
+    let left_s = (running && time > 0.0 && stages > 0)
+        .then(|| record.wall_s * (stages as f64 - time).max(0.0) / time);
+    let goes_on = matches!(state, State::Stopped | State::Killed) && checkpoint.is_some();
+    Ok(Status {
+        folder: folder.display().to_string(),
+        name: record.name.clone(),
+        state,
+        message: record.message.clone(),
+        increment: record.increments,
+        stage: last.map(|row| row.stage.clone()),
+        time,
+        stages,
+        iterations: record.iterations,
+        cuts: record.cuts,
+        contacts: last.map_or([0; 2], |row| row.contacts),
+        tools: last.map_or_else(Vec::new, |row| tools(&history.tools, row)),
+        wall_s: record.wall_s,
+        left_s,
+        updated_s: age(&path),
+        last_line: last.map(|row| line(&history.tools, row)),
+        checkpoint,
+        restart: if goes_on { restart_command(&record, folder) } else { None },
+    })
+}
+
+fn state(record: &RunRecord) -> State {
+    match (record.verdict, &record.process) {
+        (Verdict::Completed, _) => State::Finished,
+        (Verdict::NoConvergence, _) => State::GivenUp,
+        (Verdict::Stopped, _) => State::Stopped,
+        (Verdict::Running, None) => State::Elsewhere,
+        (Verdict::Running, Some(process)) => match resources::alive(process) {
+            Some(true) => State::Running,
+            Some(false) => State::Killed,
+            None => State::Elsewhere,
+        },
+    }
+}
+
+/// The history up to the increment that `run.json` knows: behind it stands what a run before has left.
+fn read_history(folder: &Path, increments: usize) -> Result<History, StatusError> {
+    let path = folder.join("history.csv");
+    let Ok(text) = std::fs::read_to_string(&path) else { return Ok(History::default()) };
+    let mut history = History::parse(&text)
+        .map_err(|found| StatusError::Invalid { path: path.clone(), found })?;
+    // It is written just before run.json: one line may be ahead of it.
+    history.rows.retain(|row| row.increment <= increments + 1);
+    Ok(history)
+}
+
+fn tools(names: &[String], row: &HistoryRow) -> Vec<ToolStatus> {
+    let numbers = row.travel_mm.iter().zip(&row.force_n);
+    let of = |(name, (&travel_mm, &force_n)): (&String, (&f64, &f64))| ToolStatus {
+        name: name.clone(),
+        travel_mm,
+        force_n,
+    };
+    names.iter().zip(numbers).map(of).collect()
+}
+
+fn newest_checkpoint(folder: &Path) -> Option<CheckpointStatus> {
+    let (path, increment) = checkpoint::newest(folder)?;
+    let file = path.file_name()?.to_string_lossy().into_owned();
+    Some(CheckpointStatus { file, increment, age_s: age(&path) })
+}
+
+/// Seconds since a file was written; 0 where the system does not say.
+fn age(path: &Path) -> f64 {
+    let written = std::fs::metadata(path).and_then(|m| m.modified()).ok();
+    let past = written.and_then(|at| SystemTime::now().duration_since(at).ok());
+    past.map_or(0.0, |d| d.as_secs_f64())
+}
+
+fn restart_command(record: &RunRecord, folder: &Path) -> Option<String> {
+    let quoted = |word: &str| {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@".contains(c);
+        if !word.is_empty() && word.chars().all(plain) {
+            word.to_owned()
+        } else {
+            format!("'{}'", word.replace('\'', r"'\''"))
+        }
+    };
+    let scene = quoted(record.scene.as_ref()?);
+    let folder = quoted(&folder.to_string_lossy());
+    Some(format!("kanagata-solve run {scene} -o {folder} --restart"))
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut out = format!("{}: {}", self.name, self.state.words());
+        let mut say = |key: &str, what: String| {
+            let _ = write!(out, "\n  {key:10} {what}");
+        };
+        if let Some(message) = &self.message {
+            say("because", message.clone());
+        }
+        if let Some(stage) = &self.stage {
+            let of = if self.stages > 0 { format!(" of {}", self.stages) } else { String::new() };
+            say("stage", format!("{stage}; {:.3}{of} stages done", self.time));
+        }
+        say(
+            "increment",
+            format!(
+                "{}, {} iterations and {} cuts so far, {} nodes touch, {} slip",
+                self.increment, self.iterations, self.cuts, self.contacts[0], self.contacts[1]
+            ),
+        );
+        for tool in &self.tools {
+            let (name, travel, force) = (&tool.name, tool.travel_mm, tool.force_n / 1e3);
+            say("tool", format!("{name}: travel {travel:.3} mm, force {force:.3} kN"));
+        }
+        let left = self.left_s.map_or_else(String::new, |s| format!(", about {} left", clock(s)));
+        let (wall, ago) = (clock(self.wall_s), clock(self.updated_s));
+        say("time", format!("{wall} at the last increment, {ago} ago{left}"));
+        if let Some(line) = &self.last_line {
+            say("last line", HEADER.to_owned());
+            say("", line.clone());
+        }
+        match &self.checkpoint {
+            Some(c) => {
+                let age = clock(c.age_s);
+                say("checkpoint", format!("{} of increment {}, {age} old", c.file, c.increment));
+            }
+            None if self.state == State::Finished => {}
+            None => say("checkpoint", "none".into()),
+        }
+        match (&self.restart, self.state) {
+            (Some(command), _) => say("go on with", command.clone()),
+            (None, State::GivenUp) => say(
+                "go on with",
+                "a changed scene, from the start; the last good state is steps/last.vtu".into(),
+            ),
+            _ => {}
+        }
+        f.write_str(&out)
+    }
+}
+
+/// Hours, minutes and seconds.
+fn clock(seconds: f64) -> String {
+    let whole = seconds.max(0.0).round() as u64;
+    let (h, m, s) = (whole / 3600, whole / 60 % 60, whole % 60);
+    if h > 0 { format!("{h}:{m:02}:{s:02}") } else { format!("{m}:{s:02}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::record::Process;
+
+    fn record() -> RunRecord {
+        let text = r#"{"format": "kanagata-run", "version": 1, "program": "p", "name": "n",
+            "verdict": "running", "increments": 0, "iterations": 0, "cuts": 0, "wall_s": 0.0,
+            "cpu_s": 0.0, "peak_mb": 0.0, "timings_s": {}, "threads": 1, "unknowns": 3,
+            "force_balance": 0.0, "energy_balance": 0.0, "penetration_mm": 0.0, "inputs": {}}"#;
+        serde_json::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn a_record_without_verdict_is_of_a_process_that_lives_or_not() {
+        let mut r = record();
+        assert_eq!(state(&r), State::Elsewhere);
+        r.process = resources::this_process();
+        if let Some(process) = r.process.clone() {
+            assert_eq!(state(&r), State::Running);
+            // The same number, given to another process later.
+            r.process = Some(Process { started: process.started + 1, ..process.clone() });
+            assert_eq!(state(&r), State::Killed);
+            r.process = Some(Process { host: "elsewhere".into(), ..process });
+            assert_eq!(state(&r), State::Elsewhere);
+        }
+        r.verdict = Verdict::NoConvergence;
+        assert_eq!(state(&r), State::GivenUp);
+    }
+
+    #[test]
+    fn a_folder_tells_its_last_increment_and_no_line_of_the_run_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = status(folder.path()).unwrap_err().to_string();
+        assert!(missing.contains("run.json") && missing.contains("allowed"), "{missing}");
+        let mut r = record();
+        (r.increments, r.wall_s, r.stages) = (1, 30.0, 2);
+        (r.verdict, r.scene) = (Verdict::Stopped, Some("/a b/x.json".into()));
+        r.write(&folder.path().join("run.json")).unwrap();
+        let row = |increment: usize| HistoryRow {
+            increment,
+            stage: "clamp, then draw".into(),
+            time: 0.5 * increment as f64,
+            travel_mm: vec![2.5],
+            force_n: vec![-100.0],
+            iterations: 4,
+            contacts: [7, 2],
+            energy: Default::default(),
+        };
+        let rows = [1, 2, 3].map(row).to_vec();
+        let history = History { tools: vec!["die".into()], rows };
+        history.write(&folder.path().join("history.csv")).unwrap();
+        let found = status(folder.path()).unwrap();
+        assert_eq!((found.state, found.time, found.left_s), (State::Stopped, 1.0, None));
+        assert_eq!(found.stage.as_deref(), Some("clamp, then draw"));
+        assert_eq!(
+            found.tools,
+            [ToolStatus { name: "die".into(), travel_mm: 2.5, force_n: -100.0 }]
+        );
+        assert_eq!((found.checkpoint, found.restart), (None, None));
+        let command = restart_command(&r, Path::new("out"));
+        assert_eq!(command.as_deref(), Some("kanagata-solve run '/a b/x.json' -o out --restart"));
+        std::fs::write(folder.path().join("history.csv"), "increment,stage\n1,2,3\n").unwrap();
+        assert!(matches!(status(folder.path()), Err(StatusError::Invalid { .. })));
+    }
+
+    #[test]
+    fn times_are_told_by_the_clock() {
+        assert_eq!([clock(0.4), clock(61.0), clock(3725.2)], ["0:00", "1:01", "1:02:05"]);
+    }
+}

@@ -107,7 +107,12 @@ impl Zone {
         })?;
         let travels = travels(scene);
         let whole: f64 = travels.values().sum();
-        let thickness = scene.blank.thickness_mm;
+        let around = blank_box(scene, folder)?;
+        let thickness = match scene.blank.thickness_mm {
+            given if given > 0.0 => given,
+            // Hexahedra of a file: no thicker than their box.
+            _ => around.max.z - around.min.z,
+        };
         let along = Vec3::from(tool.direction).normalize();
         // The direction was checked with the scene: it has a frame.
         let frame = Frame::from_z_x(Vec3::zeros(), along, Vec3::x()).unwrap_or_else(Frame::world);
@@ -116,7 +121,7 @@ impl Zone {
             Place::Touch => (Vec3::zeros(), true),
             Place::Shift(by) => (Vec3::from(by), false),
         };
-        let corners = blank_box(scene, folder)?.corners();
+        let corners = around.corners();
         let blank = axes.map(|axis| {
             let at = corners.iter().map(|p| (p - offset).dot(&axis));
             at.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
@@ -170,7 +175,7 @@ fn blank_box(scene: &Scene, folder: &Path) -> Result<Aabb, ReachError> {
         BlankShape::QuarterDisc { radius_mm: r, .. } => {
             Aabb { min: Vec3::zeros(), max: Vec3::new(*r, *r, 0.0) }
         }
-        BlankShape::Mesh { file } => io::read(&folder.join(file))?.bbox(),
+        BlankShape::Mesh { file } => io::read_sheet(&folder.join(file))?.bbox(),
     };
     let low = Vec3::z() * blank.z_mm;
     let high = Vec3::z() * (blank.z_mm + blank.thickness_mm);

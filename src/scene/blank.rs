@@ -5,9 +5,10 @@ use std::path::Path;
 use super::read::SceneError;
 use super::types::{Blank, BlankShape, Region, Scene};
 use crate::geometry::Vec3;
-use crate::mesh::io;
+use crate::mesh::io::{self, SheetElements};
 use crate::solver::Constraints;
 use crate::solver::blank::{HexMesh, quarter_disc, rectangle, thickened};
+use crate::solver::columns::{SheetError, from_hexahedra, oriented};
 
 /// Nodes this close to a plane or a radius are on it [share of the blank's size].
 const ON: f64 = 1e-9;
@@ -34,50 +35,61 @@ pub(super) fn blank_mesh(
             let (points, quads) = quarter_disc(*radius_mm, *core, *rings);
             thickened(&points, &quads, blank.thickness_mm, blank.layers)
         }
-        BlankShape::Mesh { file } => {
-            let (points, quads) = quads_of_file(scene, &folder.join(file))?;
-            thickened(&points, &quads, blank.thickness_mm, blank.layers)
-        }
+        BlankShape::Mesh { file } => of_file(blank, scene, &folder.join(file))?,
     };
     mesh.nodes.iter_mut().for_each(|x| x.z += blank.z_mm);
     Ok(mesh)
 }
 
-fn quads_of_file(scene: &Path, file: &Path) -> Result<(Vec<Vec3>, Vec<[u32; 4]>), SceneError> {
+/// Thickness and layers given with hexahedra may differ from theirs by this share.
+const SAME: f64 = 0.01;
+
+fn of_file(blank: &Blank, scene: &Path, file: &Path) -> Result<HexMesh, SceneError> {
     let at = |cause: String| SceneError::Blank { path: scene.to_path_buf(), cause };
-    let mesh = io::read(file).map_err(|e| at(e.to_string()))?;
-    let mut quads = Vec::with_capacity(mesh.elements.len());
-    for (k, element) in mesh.elements.iter().enumerate() {
-        let Ok(quad) = <[u32; 4]>::try_from(element.nodes()) else {
-            let found = format!("element {k} with {} nodes", element.nodes().len());
-            return Err(at(format!("{}: found {found}; allowed: quadrilaterals", file.display())));
-        };
-        quads.push(quad);
+    let in_file = |e: SheetError| at(format!("{}: {e}", file.display()));
+    let mesh = io::read_sheet(file).map_err(|e| at(e.to_string()))?;
+    match mesh.elements {
+        SheetElements::Quads(quads) => {
+            if blank.thickness_mm <= 0.0 {
+                let found = "quadrilaterals and no blank.thickness_mm";
+                let file = file.display();
+                return Err(at(format!("{file}: found {found}; allowed: a thickness above 0")));
+            }
+            let quads = oriented(&mesh.points, &quads).map_err(in_file)?;
+            Ok(thickened(&mesh.points, &quads, blank.thickness_mm, blank.layers))
+        }
+        SheetElements::Hexahedra { elements, stacked } => {
+            let sheet = from_hexahedra(&mesh.points, &elements, stacked).map_err(in_file)?;
+            let (given, own) = (blank.thickness_mm, sheet.mean_thickness());
+            if given > 0.0 && (given - own).abs() > SAME * own {
+                return Err(at(format!(
+                    "{}: found hexahedra {own} mm thick and blank.thickness_mm {given}; allowed: the same, or none",
+                    file.display()
+                )));
+            }
+            let layers = sheet.nodes_per_column.saturating_sub(1);
+            if blank.layers > 1 && blank.layers != layers {
+                return Err(at(format!(
+                    "{}: found {layers} layers of hexahedra and blank.layers {}; allowed: the same, or none",
+                    file.display(),
+                    blank.layers
+                )));
+            }
+            Ok(sheet)
+        }
     }
-    if quads.is_empty() {
-        return Err(at(format!("{}: found no element; allowed: quadrilaterals", file.display())));
-    }
-    Ok(used(&mesh.vertices, &quads))
 }
 
-/// The points that elements use, and the elements by them.
-fn used(points: &[Vec3], quads: &[[u32; 4]]) -> (Vec<Vec3>, Vec<[u32; 4]>) {
-    let mut number = vec![u32::MAX; points.len()];
-    let mut kept = Vec::with_capacity(points.len());
-    let quads = quads
-        .iter()
-        .map(|quad| {
-            quad.map(|n| {
-                let id = &mut number[n as usize];
-                if *id == u32::MAX {
-                    *id = kept.len() as u32;
-                    kept.push(points[n as usize]);
-                }
-                *id
-            })
-        })
-        .collect();
-    (kept, quads)
+/// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself.
+pub(super) fn fill_in(blank: &mut Blank, scene: &Path, folder: &Path) -> Result<(), SceneError> {
+    if let BlankShape::Mesh { file } = &blank.shape {
+        let mesh = of_file(blank, scene, &folder.join(file))?;
+        blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);
+        if blank.thickness_mm <= 0.0 {
+            blank.thickness_mm = mesh.mean_thickness();
+        }
+    }
+    Ok(())
 }
 
 /// Symmetry planes and held nodes.
@@ -159,21 +171,96 @@ mod tests {
         assert_eq!(count(r#"{"beyond_radius_mm": 5.0}"#).unwrap_err().0, "here");
     }
 
+    fn blank(file: &str, thickness_mm: f64, layers: usize) -> Blank {
+        let shape = serde_json::json!({"mesh": {"file": file}});
+        serde_json::from_value(
+            serde_json::json!({"shape": shape, "thickness_mm": thickness_mm, "layers": layers}),
+        )
+        .unwrap()
+    }
+
     #[test]
     fn a_mesh_file_of_quads_makes_a_sheet_and_others_say_why_not() {
         let folder = tempfile::tempdir().unwrap();
         let scene = folder.path().join("x.scene.json");
         let file = folder.path().join("x.obj");
-        std::fs::write(&file, "v 0 0 9\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 2 3 4 5\n").unwrap();
-        let (points, quads) = quads_of_file(&scene, &file).unwrap();
-        let mesh = thickened(&points, &quads, 0.5, 1);
-        assert_eq!((points.len(), mesh.nodes.len(), mesh.elements.len()), (4, 8, 1));
+        let read = |thickness| blank_mesh(&blank("x.obj", thickness, 1), &scene, folder.path());
+        // Seen from below: it is turned over.
+        std::fs::write(&file, "v 0 0 9\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 5 4 3 2\n").unwrap();
+        let mesh = read(0.5).unwrap();
+        assert_eq!((mesh.nodes.len(), mesh.elements.len()), (8, 1));
         assert!((mesh.nodes[1] - mesh.nodes[0] - Vec3::z() * 0.5).norm() < 1e-15);
+        let message = read(0.0).unwrap_err().to_string();
+        assert!(message.contains("blank.thickness_mm"), "{message}");
         std::fs::write(&file, "v 0 0 0\nv 2 0 0\nv 2 1 0\nf 1 2 3\n").unwrap();
-        let message = quads_of_file(&scene, &file).unwrap_err().to_string();
-        assert!(
-            message.contains("3 nodes") && message.contains("allowed: quadrilaterals"),
-            "{message}"
+        let message = read(0.5).unwrap_err().to_string();
+        assert!(message.contains("3 nodes") && message.contains("allowed: quadri"), "{message}");
+    }
+
+    /// The same sheet from three formats, its elements lying on their sides.
+    #[test]
+    fn hexahedra_of_every_format_make_the_sheet_that_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("x.scene.json");
+        let whole = rectangle(6.0, 4.0, 1.0, 3, 2, 2);
+        let lying = whole.elements.iter().map(|e| [0, 3, 7, 4, 1, 2, 6, 5].map(|k| e[k]));
+        let lying: Vec<[u32; 8]> = lying.collect();
+        let write = |name: &str, text: String| {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        };
+        let rows = |label: bool, sep: &str, shift: u32| -> [String; 2] {
+            let nodes = whole.nodes.iter().enumerate().map(|(n, x)| {
+                let head = if label { format!("{}{sep}", n as u32 + shift) } else { String::new() };
+                format!("{head}{}{sep}{}{sep}{}\n", x.x, x.y, x.z)
+            });
+            let elements = lying.iter().enumerate().map(|(k, e)| {
+                let ids: Vec<String> = e.iter().map(|n| (n + shift).to_string()).collect();
+                let middle = if sep == " " { "5 2 0 1 " } else { "" };
+                format!("{}{sep}{middle}{}\n", k + 1, ids.join(sep))
+            });
+            [nodes.collect(), elements.collect()]
+        };
+        let [nodes, elements] = rows(true, ",", 1);
+        write("x.inp", format!("*NODE\n{nodes}*ELEMENT, TYPE=C3D8R\n{elements}"));
+        let [nodes, elements] = rows(true, " ", 1);
+        let (n, e) = (whole.nodes.len(), lying.len());
+        write(
+            "x.msh",
+            format!(
+                "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{n}\n{nodes}$EndNodes\n\
+                 $Elements\n{e}\n{elements}$EndElements\n"
+            ),
         );
+        let mut grid = crate::report::Vtu::new(whole.nodes.clone());
+        lying.iter().for_each(|e| grid.push_cell(crate::report::CellKind::Hexahedron, e));
+        grid.write(&folder.path().join("x.vtu")).unwrap();
+        let volume = |m: &HexMesh| -> f64 {
+            let x = |n: u32| m.nodes[n as usize];
+            let of = |e: &[u32; 8]| {
+                (x(e[1]) - x(e[0])).cross(&(x(e[3]) - x(e[0]))).dot(&(x(e[4]) - x(e[0])))
+            };
+            m.elements.iter().map(of).sum()
+        };
+        for name in ["x.inp", "x.msh", "x.vtu"] {
+            let mut own = blank(name, 0.0, 1);
+            own.z_mm = 0.25;
+            let mesh = blank_mesh(&own, &scene, folder.path()).unwrap();
+            assert_eq!((mesh.column_count(), mesh.nodes_per_column), (12, 3), "{name}");
+            assert!((volume(&mesh) - 24.0).abs() < 1e-12, "{name}");
+            let low = mesh.bottom_nodes().iter().all(|&n| mesh.nodes[n as usize].z == 0.25);
+            assert!(low, "{name}");
+            fill_in(&mut own, &scene, folder.path()).unwrap();
+            assert_eq!((own.thickness_mm, own.layers), (1.0, 2));
+            let message = blank_mesh(&blank(name, 0.8, 1), &scene, folder.path()).unwrap_err();
+            assert!(message.to_string().contains("0.8"), "{message}");
+            let message = blank_mesh(&blank(name, 1.0, 3), &scene, folder.path()).unwrap_err();
+            assert!(message.to_string().contains("2 layers"), "{message}");
+        }
+        let tetrahedron = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n0\n$EndNodes\n\
+             $Elements\n1\n1 4 0 1 2 3 4\n$EndElements\n";
+        write("x.msh", tetrahedron.into());
+        let message = blank_mesh(&blank("x.msh", 1.0, 1), &scene, folder.path()).unwrap_err();
+        let message = message.to_string();
+        assert!(message.contains("x.msh, line 9") && message.contains("type 4"), "{message}");
     }
 }

@@ -119,8 +119,9 @@ impl Plan {
 /// # Errors
 /// [`SceneError`] names the file, the key, what was found and what is allowed.
 pub fn read(path: &Path) -> Result<Plan, SceneError> {
-    let (scene, bytes) = scene_of(path)?;
+    let (mut scene, bytes) = scene_of(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    super::blank::fill_in(&mut scene.blank, path, &folder)?;
     let tools = load_tools(&scene, path, &folder)?;
     let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };
     let card = match &scene.material {
@@ -234,8 +235,10 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
         }
         BlankShape::Mesh { .. } => Vec::new(),
     };
+    // Hexahedra of a file bring their thickness.
+    let own = matches!(blank.shape, BlankShape::Mesh { .. }) && blank.thickness_mm == 0.0;
     for (key, value) in lengths.into_iter().chain([("thickness_mm", blank.thickness_mm)]) {
-        if !(value > 0.0 && value.is_finite()) {
+        if !(value > 0.0 && value.is_finite() || own) {
             return Err((format!("blank.{key}"), value.to_string(), "above 0".into()));
         }
     }

@@ -50,15 +50,16 @@ pub enum FormatTag {
     Scene,
 }
 
-/// The sheet before forming: hexahedra in layers, thickness along z.
+/// The sheet before forming: hexahedra in layers, thickness along z (of a file, as it is there).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Blank {
     /// Its outline and elements in plan.
     pub shape: BlankShape,
-    /// Thickness [mm], > 0.
+    /// Thickness [mm], > 0; may be left out when the blank is a file of hexahedra.
+    #[serde(default)]
     pub thickness_mm: f64,
-    /// Elements through the thickness, >= 1.
+    /// Elements through the thickness, >= 1; those of a file of hexahedra are the file's.
     #[serde(default = "one")]
     pub layers: usize,
     /// z of its lower face [mm].
@@ -99,7 +100,8 @@ pub enum BlankShape {
         /// Elements from the core to the rim, >= 1.
         rings: usize,
     },
-    /// The quadrilaterals of a mesh file (.msh, .vtu, .obj), which are the sheet's lower face.
+    /// A mesh file: the hexahedra of .msh (2.2, 4.1), .vtu or an Abaqus deck (.inp: C3D8*, SC8R*), numbered and turned
+    /// in any way, or the quadrilaterals of those (S4*) and of .obj, which are the sheet's lower face.
     Mesh {
         /// Mesh file, relative to the scene.
         file: String,

@@ -158,6 +158,14 @@ impl HexMesh {
             .collect()
     }
 
+    /// Mean length of the columns [mm].
+    #[must_use]
+    pub fn mean_thickness(&self) -> f64 {
+        let steps = self.nodes.chunks(self.nodes_per_column.max(1)).flat_map(|c| c.windows(2));
+        let sum: f64 = steps.map(|w| (w[1] - w[0]).norm()).sum();
+        sum / self.column_count().max(1) as f64
+    }
+
     /// Unknowns (three a node) grouped by through-thickness column when the mesh has them, else by node.
     #[must_use]
     pub fn groups(&self) -> Groups {

@@ -8,6 +8,7 @@
 mod active_set;
 pub mod assembly;
 pub mod blank;
+pub mod columns;
 pub mod constraints;
 mod contact;
 pub mod element;

@@ -1,11 +1,13 @@
 //! Mesh files: MSH 4.1 and VTU written; MSH 2.2 and 4.1 (ASCII, binary), STL, OBJ and VTU read, all others through
 //! Python's meshio when it is installed.
 
+mod abaqus;
 mod cursor;
 mod meshio;
 mod msh_read;
 mod msh_write;
 mod obj;
+mod sheet;
 mod stl;
 #[cfg(test)]
 mod tests;
@@ -62,6 +64,7 @@ pub fn write(mesh: &SurfaceMesh, path: &Path) -> Result<(), MeshError> {
     }
 }
 
+pub use sheet::{SheetElements, SheetMesh, read_sheet};
 pub use vtu::grid as to_vtu;
 
 /// Merges vertices with the same coordinates (to the bit) into a mesh.

@@ -1,12 +1,22 @@
-//! MSH 2.2 and 4.1, ASCII and binary: nodes and the triangles and quads of surfaces (of higher order:
-//! their corners). All other sections and elements are passed over.
+//! MSH 2.2 and 4.1, ASCII and binary: nodes, the triangles and quads of surfaces and the hexahedra of volumes (of
+//! higher order: their corners). All other sections and elements are passed over.
 
 use std::collections::HashMap;
 
 use super::UNATTACHED;
 use super::cursor::Cursor;
+use super::sheet::Volumes;
 use crate::geometry::Vec3;
 use crate::mesh::{Element, MeshError, SurfaceMesh};
+
+/// Corners of hexahedra of gmsh's element types, 0 for those of other volumes, `None` for what is no volume.
+fn volume_type(kind: i64) -> Option<usize> {
+    match kind {
+        5 | 12 | 17 | 92 | 93 => Some(8),
+        4 | 6 | 7 | 11 | 13 | 14 | 18 | 19 | 29 | 30 | 31 => Some(0),
+        _ => None,
+    }
+}
 
 /// Nodes and corners of gmsh's element types; corners are 0 for what is no surface element.
 fn element_type(kind: i64) -> Option<(usize, usize)> {
@@ -50,10 +60,23 @@ struct Reader<'a> {
     ids: HashMap<u64, u32>,
     /// Corner tags and surface of each element, until all nodes are known.
     cells: Vec<(Vec<u64>, u32)>,
+    /// Corner tags of hexahedra.
+    hexahedra: Vec<[u64; 8]>,
+    /// The first volume that is no hexahedron.
+    other: Option<MeshError>,
 }
 
-/// Parses a MSH file; `file` is used in messages.
+/// Parses the surfaces of a MSH file; `file` is used in messages.
 pub fn parse(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
+    read(bytes, file)?.surfaces()
+}
+
+/// Parses the hexahedra of a MSH file.
+pub fn parse_volumes(bytes: &[u8], file: &str) -> Result<Volumes, MeshError> {
+    read(bytes, file)?.volumes()
+}
+
+fn read<'a>(bytes: &'a [u8], file: &'a str) -> Result<Reader<'a>, MeshError> {
     let cursor = Cursor::new(bytes, file);
     let mut reader = Reader {
         cursor,
@@ -61,6 +84,8 @@ pub fn parse(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
         vertices: Vec::new(),
         ids: HashMap::new(),
         cells: Vec::new(),
+        hexahedra: Vec::new(),
+        other: None,
     };
     while let Some(line) = reader.cursor.line() {
         let Some(section) = line.strip_prefix('$') else { continue };
@@ -79,7 +104,7 @@ pub fn parse(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
         let found = "no $MeshFormat section at the start";
         return Err(reader.cursor.error(found, "a gmsh mesh of version 2.2 or 4.1"));
     }
-    reader.finish()
+    Ok(reader)
 }
 
 impl Reader<'_> {
@@ -155,21 +180,25 @@ impl Reader<'_> {
         })
     }
 
-    /// Nodes of one element; kept when it is of a surface. `wide`: tags of eight bytes.
-    fn element(
-        &mut self,
-        shape: (usize, usize),
-        surface: u32,
-        wide: bool,
-    ) -> Result<(), MeshError> {
+    /// Nodes of one element of a type; kept when it is of a surface or a hexahedron. `wide`: tags of eight bytes.
+    fn element(&mut self, kind: i64, surface: u32, wide: bool) -> Result<(), MeshError> {
+        let shape = self.kind(kind)?;
+        let volume = volume_type(kind);
+        if volume == Some(0) && self.other.is_none() {
+            let found = format!("a volume element of gmsh's type {kind}");
+            self.other = Some(self.cursor.error(found, "hexahedra (type 5)"));
+        }
+        let kept = shape.1.max(volume.unwrap_or(0));
         let mut corners = Vec::new();
         for k in 0..shape.0 {
             let tag = if wide { self.cursor.size()? } else { self.cursor.int()? as u64 };
-            if k < shape.1 {
+            if k < kept {
                 corners.push(tag);
             }
         }
-        if shape.1 > 0 {
+        if let Ok(hexahedron) = <[u64; 8]>::try_from(&corners[..]) {
+            self.hexahedra.push(hexahedron);
+        } else if shape.1 > 0 {
             self.cells.push((corners, surface));
         }
         Ok(())
@@ -186,7 +215,7 @@ impl Reader<'_> {
             } else {
                 (head[1], 1, head[2])
             };
-            let shape = self.kind(kind)?;
+            self.kind(kind)?;
             for _ in 0..follow.max(1) {
                 if self.cursor.binary {
                     self.cursor.int()?;
@@ -198,7 +227,7 @@ impl Reader<'_> {
                         surface = tag as u32;
                     }
                 }
-                self.element(shape, surface, false)?;
+                self.element(kind, surface, false)?;
                 read += 1;
             }
         }
@@ -210,29 +239,45 @@ impl Reader<'_> {
         (0..3).try_for_each(|_| self.cursor.size().map(|_| ()))?;
         for _ in 0..blocks {
             let (_dim, tag, kind) = (self.cursor.int()?, self.cursor.int()?, self.cursor.int()?);
-            let shape = self.kind(kind)?;
+            self.kind(kind)?;
             for _ in 0..self.cursor.size()? {
                 self.cursor.size()?;
-                self.element(shape, tag as u32, true)?;
+                self.element(kind, tag as u32, true)?;
             }
         }
         Ok(())
     }
 
-    fn finish(self) -> Result<SurfaceMesh, MeshError> {
-        let mut mesh = SurfaceMesh { vertices: self.vertices, elements: Vec::new() };
+    fn node(&self, tag: u64) -> Result<u32, MeshError> {
+        self.ids.get(&tag).copied().ok_or_else(|| {
+            let found = format!("an element that uses node {tag}");
+            self.cursor.error(found, "nodes listed in $Nodes")
+        })
+    }
+
+    fn surfaces(self) -> Result<SurfaceMesh, MeshError> {
+        let mut elements = Vec::new();
         for (tags, surface) in &self.cells {
-            let mut ring = Vec::with_capacity(4);
-            for tag in tags {
-                let known = self.ids.get(tag).copied();
-                ring.push(known.ok_or_else(|| {
-                    let found = format!("an element that uses node {tag}");
-                    self.cursor.error(found, "nodes listed in $Nodes")
-                })?);
-            }
-            mesh.elements.extend(Element::from_ring(&ring, *surface));
+            let ring: Vec<u32> = tags.iter().map(|t| self.node(*t)).collect::<Result<_, _>>()?;
+            elements.extend(Element::from_ring(&ring, *surface));
         }
+        let mut mesh = SurfaceMesh { vertices: self.vertices, elements };
         mesh.compact();
         Ok(mesh)
+    }
+
+    fn volumes(mut self) -> Result<Volumes, MeshError> {
+        if let Some(error) = self.other.take() {
+            return Err(error);
+        }
+        let mut hexahedra = Vec::with_capacity(self.hexahedra.len());
+        for tags in &self.hexahedra {
+            let mut nodes = [0; 8];
+            for (node, tag) in nodes.iter_mut().zip(tags) {
+                *node = self.node(*tag)?;
+            }
+            hexahedra.push(nodes);
+        }
+        Ok(Volumes { points: self.vertices, hexahedra })
     }
 }

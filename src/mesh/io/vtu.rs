@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::UNATTACHED;
+use super::sheet::Volumes;
 use crate::mesh::{Element, MeshError, SurfaceMesh};
 use crate::report::vtu_read::{self, VtuError};
 use crate::report::{CellKind, DataArray, Vtu};
@@ -20,9 +21,8 @@ pub fn grid(mesh: &SurfaceMesh) -> Vtu {
     out
 }
 
-/// Reads the triangles and quads of a VTU file; other cells are passed over.
-pub fn read(path: &Path, file: &str) -> Result<SurfaceMesh, MeshError> {
-    let grid = vtu_read::read(path).map_err(|e| match e {
+fn grid_of(path: &Path, file: &str) -> Result<vtu_read::Grid, MeshError> {
+    vtu_read::read(path).map_err(|e| match e {
         VtuError::Io { path, source } => MeshError::Read { path, source },
         VtuError::Invalid { place, found, .. } => MeshError::Invalid {
             file: file.into(),
@@ -30,7 +30,35 @@ pub fn read(path: &Path, file: &str) -> Result<SurfaceMesh, MeshError> {
             found,
             allowed: "an uncompressed unstructured grid, ascii or inline base64".into(),
         },
-    })?;
+    })
+}
+
+/// Reads the hexahedra of a VTU file (cells of VTK's types 12 and 11); surfaces, lines and points are passed over.
+pub fn read_volumes(path: &Path, file: &str) -> Result<Volumes, MeshError> {
+    let grid = grid_of(path, file)?;
+    let mut hexahedra = Vec::new();
+    for (k, (kind, nodes)) in grid.cells.iter().enumerate() {
+        match (kind, <[u32; 8]>::try_from(&nodes[..])) {
+            (12, Ok(nodes)) => hexahedra.push(nodes),
+            // A voxel counts its nodes along x, then y, then z.
+            (11, Ok([a, b, d, c, e, f, h, g])) => hexahedra.push([a, b, c, d, e, f, g, h]),
+            (1..=9 | 21..=23 | 28, _) => {}
+            _ => {
+                return Err(MeshError::Invalid {
+                    file: file.into(),
+                    place: format!("cell {k}"),
+                    found: format!("a cell of VTK's type {kind} with {} points", nodes.len()),
+                    allowed: "hexahedra of eight points (type 12)".into(),
+                });
+            }
+        }
+    }
+    Ok(Volumes { points: grid.points, hexahedra })
+}
+
+/// Reads the triangles and quads of a VTU file; other cells are passed over.
+pub fn read(path: &Path, file: &str) -> Result<SurfaceMesh, MeshError> {
+    let grid = grid_of(path, file)?;
     let faces = grid.cell_data.iter().find(|a| a.name == "face" && a.components == 1);
     let mut mesh = SurfaceMesh { vertices: grid.points, elements: Vec::new() };
     for (k, (kind, nodes)) in grid.cells.iter().enumerate() {

@@ -137,7 +137,7 @@ const LIBRARY: [&str; 10] = [
     include_str!("cards/aa6111-t4-barlat2005.json"),
     include_str!("cards/aa6016-t4-esaform2021.json"),
     include_str!("cards/aa6022-t4-tian2017.json"),
-    include_str!("cards/aluminium-killed-steel-abaqus.json"),
+    include_str!("cards/structural-steel-hartloper-uvc.json"),
 ];
 
 /// The cards embedded in the program.

@@ -215,6 +215,56 @@ fn a_folder_tells_at_any_time_how_its_run_stands() {
     );
 }
 
+/// A patch far from the sheet is left out, and no result knows it.
+#[test]
+fn leaving_out_what_is_beyond_reach_changes_no_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder);
+    let path = folder.join("plane.tool.json");
+    let mut plane: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    for (key, more) in [
+        ("vertices", serde_json::json!([[60.0, -1.0, 1.0], [60.0, 3.0, 1.0]])),
+        ("normals", serde_json::json!([[0.0, 0.0, -1.0], [0.0, 0.0, -1.0]])),
+        (
+            "patches",
+            serde_json::json!([{"vertices": [2, 5, 7, 6], "normals": [2, 5, 7, 6], "face": 0}]),
+        ),
+    ] {
+        let all = plane[key].as_array_mut().unwrap();
+        all.extend(more.as_array().unwrap().iter().cloned());
+    }
+    fs::write(&path, plane.to_string()).unwrap();
+    assert!(finished(&command(folder, "whole", false).output().unwrap()));
+    assert!(finished(&command(folder, "auto", false).arg("--auto").output().unwrap()));
+    let record = |out: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(folder.join(out).join("run.json")).unwrap()).unwrap()
+    };
+    let left_out = serde_json::json!([{"tool": "plane", "patches": 1, "of": 3}]);
+    assert_eq!(
+        (&record("auto")["left_out"], &record("whole")["left_out"]),
+        (&left_out, &serde_json::Value::Null)
+    );
+    let [whole, auto] = ["whole", "auto"].map(|out| results(&folder.join(out)));
+    assert_eq!(whole.len(), auto.len());
+    let differs = whole.iter().zip(&auto).find(|(a, b)| a != b);
+    assert!(differs.is_none(), "{:?}", differs.map(|(a, _)| &a.0));
+    let check = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"))
+        .args(["check", "--auto"])
+        .arg(folder.join("bend.scene.json"))
+        .output()
+        .unwrap();
+    let text = String::from_utf8(check.stdout).unwrap();
+    for line in
+        ["unknowns", "memory", "expected", "1 of 3 patches of plane", "auto       leaves out 1"]
+    {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    // Sheet and tools are symmetric about y = 1, and the radius of 5 mm has more than six elements.
+    assert!(text.contains("symmetric about y = 1.0000"), "{text}");
+    assert!(!text.contains("coarse for the radius"), "{text}");
+}
+
 #[test]
 fn what_cannot_be_gone_on_with_says_why() {
     let folder = tempfile::tempdir().unwrap();

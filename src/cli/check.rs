@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
-use crate::geometry::Vec3;
 use crate::run::advice::advice;
+use crate::run::cost::{Cost, cost};
 use crate::scene::types::{BlankShape, Drive};
 use crate::scene::{Plan, SceneError, read};
-use crate::solver::SimulationSetup;
-use crate::solver::linear::multifrontal::{PatternRef, Symbolic};
+use crate::solver::reach::leave_out;
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
@@ -16,6 +15,9 @@ use crate::solver::linear::multifrontal::{PatternRef, Symbolic};
 pub struct CheckArgs {
     /// Scene file
     scene: PathBuf,
+    /// Also say what `run --auto` leaves out
+    #[arg(long)]
+    auto: bool,
 }
 
 impl From<SceneError> for Failure {
@@ -31,7 +33,9 @@ impl From<SceneError> for Failure {
 /// Exit code 2 for a scene that cannot be run, 4 when the scene cannot be read.
 pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     let plan = read(&args.scene)?;
-    let setup = plan.simulation_setup(&args.scene)?;
+    let mut setup = plan.simulation_setup(&args.scene)?;
+    let placed = setup.place();
+    let cost = cost(&mut setup).map_err(Failure::input)?;
     let mesh = setup.body.mesh();
     let scene = &plan.scene;
     println!("{}: {}", args.scene.display(), scene.name);
@@ -55,9 +59,21 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
         );
     }
     print_stages(&plan);
-    print_cost(&setup)?;
-    for remark in advice(&plan, &setup) {
+    print_cost(&cost);
+    // What is wrong with a placement is said last, after all that is known.
+    placed.map_err(Failure::input)?;
+    for remark in advice(&plan, &setup, &cost) {
         println!("  note       {remark}");
+    }
+    if args.auto {
+        let (left_out, _) = leave_out(&mut setup).map_err(Failure::input)?;
+        for left in &left_out {
+            let tool = &plan.scene.tools[left.tool].name;
+            println!("  auto       leaves out {} of {} patches of {tool}", left.patches, left.of);
+        }
+        if left_out.is_empty() {
+            println!("  auto       leaves out nothing");
+        }
     }
     Ok(Exit::Done)
 }
@@ -80,6 +96,10 @@ fn print_stages(plan: &Plan) {
                 Drive::TravelMm(to) => format!("{tool} to {to} mm"),
                 Drive::AdvanceMm(by) => format!("{tool} by {by} mm"),
                 Drive::ForceN(n) => format!("{tool} {n} N ({} N on the modelled part)", n / share),
+                Drive::Spring(s) => format!(
+                    "{tool} held by a spring of {} N/mm, {} N at travel zero",
+                    s.stiffness_n_per_mm, s.force_n
+                ),
                 Drive::Release(_) => format!("{tool} released"),
                 Drive::Absent(_) => format!("{tool} away"),
             })
@@ -88,23 +108,25 @@ fn print_stages(plan: &Plan) {
     }
 }
 
-/// Unknowns, memory and work of a factorisation.
-fn print_cost(setup: &SimulationSetup) -> Result<(), Failure> {
-    let mesh = setup.body.mesh();
-    let pattern = setup.body.pattern();
-    let unknowns = 3 * mesh.nodes.len();
-    let levels = mesh.nodes_per_column.max(1);
-    let block: Vec<u32> = (0..unknowns).map(|i| (i / (3 * levels)) as u32).collect();
-    let centers: Vec<Vec3> =
-        mesh.column_coordinates().iter().map(|c| Vec3::new(c.x, c.y, 0.0)).collect();
-    let columns: Vec<u32> = pattern.col_idx.iter().map(|&c| c as u32).collect();
-    let pattern = PatternRef { row_start: &pattern.row_ptr, columns: &columns };
-    let plan = Symbolic::new(pattern, &block, &centers).map_err(Failure::input)?;
-    println!("  unknowns   {unknowns}");
+fn print_cost(cost: &Cost) {
+    println!("  unknowns   {}", cost.unknowns);
     println!(
-        "  a factorisation  {:.2} Gflop, {:.0} MB of factors and workspace",
-        plan.flops() / 1e9,
-        plan.bytes() as f64 / 1e6
+        "  memory     about {:.0} MB, {:.0} MB of them factors and workspace",
+        cost.memory_mb, cost.factors_mb
     );
-    Ok(())
+    println!(
+        "  measured   an element loop {:.3} s, a factorisation {:.3} s ({:.2} Gflop), on {} threads",
+        cost.elements_s,
+        cost.factor_s,
+        cost.flop / 1e9,
+        rayon::current_num_threads()
+    );
+    println!(
+        "  expected   {:.0} to {:.0} increments, {:.0} to {:.0} iterations, {}",
+        cost.increments[0],
+        cost.increments[1],
+        cost.iterations[0],
+        cost.iterations[1],
+        cost.times(1.0)
+    );
 }

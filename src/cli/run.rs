@@ -30,6 +30,9 @@ pub struct RunArgs {
     /// Go on from the checkpoint in DIR, to the same results as without the break
     #[arg(long)]
     restart: bool,
+    /// Leave out what loses no accuracy (patches of tools that the sheet cannot come near); run.json says what
+    #[arg(long)]
+    auto: bool,
     /// No progress bar
     #[arg(short, long)]
     quiet: bool,
@@ -53,6 +56,7 @@ impl From<RunError> for Failure {
                 SimulationError::Stopped { .. } => Exit::Stopped,
                 _ => Exit::NoConvergence,
             },
+            RunError::LeftOut { .. } => Exit::NoConvergence,
         };
         Self::new(exit, error)
     }
@@ -71,7 +75,7 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
         // Without it a signal ends the run at once; the last checkpoint stays.
         let _ = signal_hook::flag::register(signal, Arc::clone(&stop));
     }
-    let options = RunOptions { restart: args.restart, stop: Some(&stop) };
+    let options = RunOptions { restart: args.restart, auto: args.auto, stop: Some(&stop) };
     if args.lines {
         println!("{HEADER}");
     }
@@ -152,6 +156,9 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
     );
     if let Some(order) = record.convergence_order {
         println!("  Newton converges with order {order:.2} (median over the increments)");
+    }
+    for left in &record.left_out {
+        println!("  {} of {} patches of {} left out", left.patches, left.of, left.tool);
     }
     println!("  {}", output.join("report.html").display());
 }

@@ -292,5 +292,6 @@ pub(super) fn weingarten(d: &PatchDerivs, n: &Vec3) -> Mat3 {
     s1 * s1.transpose() * b11 + (cross + cross.transpose()) * b12 + s2 * s2.transpose() * b22
 }
 
+mod keeping;
 #[cfg(test)]
 mod tests;

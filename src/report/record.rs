@@ -190,6 +190,17 @@ pub enum Verdict {
     Stopped,
 }
 
+/// Patches of a tool that `--auto` left out of the contact search.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct LeftOutRecord {
+    /// Tool.
+    pub tool: String,
+    /// Patches left out.
+    pub patches: usize,
+    /// Patches of the tool.
+    pub of: usize,
+}
+
 /// The process that writes a run folder.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Process {
@@ -255,6 +266,9 @@ pub struct RunRecord {
     /// Stages of the scene; 0 when an older program wrote this.
     #[serde(default)]
     pub stages: usize,
+    /// What `--auto` left out: patches that the sheet did not come near.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<LeftOutRecord>,
     /// The process that wrote this, where the system names it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process: Option<Process>,

@@ -12,7 +12,8 @@ use super::fields;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use crate::files::{WriteError, sweep};
 use crate::report::record::{
-    Energies, History, HistoryRow, IterationRow, RunRecord, Verdict, write_iterations,
+    Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
+    write_iterations,
 };
 use crate::report::write_pvd;
 use crate::scene::Plan;
@@ -93,6 +94,7 @@ impl RunFolder {
             inputs,
             scene: fs::canonicalize(scene).ok().map(|p| p.to_string_lossy().into_owned()),
             stages: plan.scene.stages.len(),
+            left_out: Vec::new(),
             process: this_process(),
         };
         let tools = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
@@ -122,6 +124,11 @@ impl RunFolder {
         self.record.verdict = Verdict::Running;
         self.record.message = None;
         self.record.process = this_process();
+    }
+
+    /// Notes what was left out.
+    pub fn left_out(&mut self, what: impl Iterator<Item = LeftOutRecord>) {
+        self.record.left_out = what.collect();
     }
 
     /// Writes each tool, placed, as `tools/NAME.vtu`.

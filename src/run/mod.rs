@@ -5,6 +5,7 @@
 
 pub mod advice;
 pub mod checkpoint;
+pub mod cost;
 pub mod fields;
 pub mod folder;
 pub mod line;
@@ -17,8 +18,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use crate::files::WriteError;
-use crate::report::record::{RunRecord, Verdict};
+use crate::report::record::{LeftOutRecord, RunRecord, Verdict};
 use crate::scene::{Plan, SceneError};
+use crate::solver::reach::{Guard, leave_out};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
 use checkpoint::CheckpointError;
@@ -46,6 +48,20 @@ pub enum RunError {
     /// There is nothing to go on from.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+    /// The sheet came where patches had been left out.
+    #[error(
+        "increment {increment}: node {node} has come within the contact search's reach of a patch of `{tool}` that --auto had left out; run without --auto\n  the last good state is in {}", folder.display()
+    )]
+    LeftOut {
+        /// Increment, whose result may be wrong.
+        increment: usize,
+        /// Tool.
+        tool: String,
+        /// Node.
+        node: usize,
+        /// The run folder.
+        folder: PathBuf,
+    },
     /// The solver cannot start or gave up.
     #[error("{cause}\n  the last good state is in {}", folder.display())]
     Solver {
@@ -71,6 +87,8 @@ pub struct Progress<'a> {
 pub struct RunOptions<'a> {
     /// Go on from the checkpoint in the folder.
     pub restart: bool,
+    /// Leave out what loses no accuracy: patches of tools that the sheet cannot come near.
+    pub auto: bool,
     /// Set from outside: save a checkpoint after the present increment and stop.
     pub stop: Option<&'a AtomicBool>,
 }
@@ -87,11 +105,17 @@ pub fn run(
     watch: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<RunRecord, RunError> {
     let start = Instant::now();
-    let setup = plan.simulation_setup(scene_path)?;
+    let mut setup = plan.simulation_setup(scene_path)?;
     let unknowns = 3 * setup.body.mesh().nodes.len();
     let failed = |cause: SimulationError| RunError::Solver {
         cause: Box::new(cause),
         folder: output.to_path_buf(),
+    };
+    let (left_out, guard) = if options.auto {
+        let (left_out, guard) = leave_out(&mut setup).map_err(failed)?;
+        (left_out, Some(guard))
+    } else {
+        (Vec::new(), None)
     };
     let mut simulation = Simulation::new(setup).map_err(failed)?;
     let mut folder = if options.restart {
@@ -106,7 +130,13 @@ pub fn run(
         folder.write_tools(plan, &simulation)?;
         folder
     };
-    let outcome = go_on(&mut simulation, &mut folder, plan, options, start, watch)?;
+    folder.left_out(left_out.iter().map(|l| LeftOutRecord {
+        tool: plan.scene.tools[l.tool].name.clone(),
+        patches: l.patches,
+        of: l.of,
+    }));
+    let run = Run { plan, options, guard, start };
+    let outcome = run.go_on(&mut simulation, &mut folder, watch)?;
     folder.write_last_state(&simulation)?;
     let verdict = match &outcome {
         Ok(()) => Verdict::Completed,
@@ -123,43 +153,59 @@ pub fn run(
     outcome.map(|()| folder.record).map_err(failed)
 }
 
-/// Increment by increment to the end, with checkpoints.
-fn go_on(
-    simulation: &mut Simulation,
-    folder: &mut RunFolder,
-    plan: &Plan,
-    options: &RunOptions<'_>,
+/// What stays the same while a run goes on.
+struct Run<'a> {
+    plan: &'a Plan,
+    options: &'a RunOptions<'a>,
+    guard: Option<Guard>,
     start: Instant,
-    watch: &mut dyn FnMut(&Progress<'_>),
-) -> Result<Result<(), SimulationError>, RunError> {
-    let mesh = simulation.body().mesh().clone();
-    let stages = plan.scene.stages.len() as f64;
-    let every = plan.scene.output.checkpoint_every;
-    let mut count = 0;
-    loop {
-        let mut write_error = None;
-        let more = simulation.advance(&mut |report| {
-            let done = (report.stage as f64 + report.share) / stages;
-            watch(&Progress { report, done, elapsed_s: start.elapsed().as_secs_f64() });
-            write_error = folder.take(report, &mesh, start).err();
-            if write_error.is_some() { Control::Stop } else { Control::Continue }
-        });
-        if let Some(error) = write_error {
-            return Err(error.into());
-        }
-        let increment = simulation.summary().increments;
-        match more {
-            Ok(true) => {}
-            Ok(false) => return Ok(Ok(())),
-            Err(error) => return Ok(Err(error)),
-        }
-        let stop = options.stop.is_some_and(|flag| flag.load(Ordering::Relaxed));
-        if stop || (every > 0 && increment.is_multiple_of(every)) {
-            checkpoint::write(folder, &simulation.state(), count)?;
-            count += 1;
-        }
-        if stop {
-            return Ok(Err(SimulationError::Stopped { increment }));
+}
+
+impl Run<'_> {
+    /// Increment by increment to the end, with checkpoints.
+    fn go_on(
+        &self,
+        simulation: &mut Simulation,
+        folder: &mut RunFolder,
+        watch: &mut dyn FnMut(&Progress<'_>),
+    ) -> Result<Result<(), SimulationError>, RunError> {
+        let Self { plan, options, start, .. } = *self;
+        let mesh = simulation.body().mesh().clone();
+        let stages = plan.scene.stages.len() as f64;
+        let every = plan.scene.output.checkpoint_every;
+        let mut count = 0;
+        loop {
+            let mut write_error = None;
+            let more = simulation.advance(&mut |report| {
+                let done = (report.stage as f64 + report.share) / stages;
+                watch(&Progress { report, done, elapsed_s: start.elapsed().as_secs_f64() });
+                write_error = folder.take(report, &mesh, start).err();
+                if write_error.is_some() { Control::Stop } else { Control::Continue }
+            });
+            if let Some(error) = write_error {
+                return Err(error.into());
+            }
+            let increment = simulation.summary().increments;
+            match more {
+                Ok(true) => {}
+                Ok(false) => return Ok(Ok(())),
+                Err(error) => return Ok(Err(error)),
+            }
+            if let Some((tool, node)) = self.guard.as_ref().and_then(|g| g.breach(simulation)) {
+                let tool = plan.scene.tools[tool].name.clone();
+                let error =
+                    RunError::LeftOut { increment, tool, node, folder: folder.path.clone() };
+                folder.finish(Verdict::NoConvergence, Some(error.to_string()), start)?;
+                return Err(error);
+            }
+            let stop = options.stop.is_some_and(|flag| flag.load(Ordering::Relaxed));
+            if stop || (every > 0 && increment.is_multiple_of(every)) {
+                checkpoint::write(folder, &simulation.state(), count)?;
+                count += 1;
+            }
+            if stop {
+                return Ok(Err(SimulationError::Stopped { increment }));
+            }
         }
     }
 }

@@ -229,7 +229,8 @@ fn restart_command(record: &RunRecord, folder: &Path) -> Option<String> {
     };
     let scene = quoted(record.scene.as_ref()?);
     let folder = quoted(&folder.to_string_lossy());
-    Some(format!("kanagata-solve run {scene} -o {folder} --restart"))
+    let auto = if record.left_out.is_empty() { "" } else { " --auto" };
+    Some(format!("kanagata-solve run {scene} -o {folder} --restart{auto}"))
 }
 
 impl fmt::Display for Status {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::types::{BlankShape, MaterialChoice, Scene};
+use super::types::{BlankShape, Drive, MaterialChoice, Scene};
 use crate::contact::ToolSurface;
 use crate::files::sha256_hex;
 use crate::solver::material::Material;
@@ -210,6 +210,16 @@ fn check(scene: &Scene) -> Result<(), Fault> {
             let place = format!("stages[{k}].drive");
             return Err((place, format!("tool '{name}'"), names.join(", ")));
         }
+        for (name, drive) in &stage.drive {
+            if let Drive::Spring(spring) = drive {
+                let stiffness = spring.stiffness_n_per_mm;
+                let place = format!("stages[{k}].drive.{name}.spring.stiffness_n_per_mm");
+                let fits = stiffness > 0.0 && stiffness.is_finite();
+                need(fits, place, stiffness.to_string(), "above 0")?;
+                let place = format!("stages[{k}].drive.{name}.spring.force_n");
+                need(spring.force_n.is_finite(), place, spring.force_n.to_string(), "a number")?;
+            }
+        }
         for (key, value) in [
             ("first_increment", stage.first_increment),
             ("largest_increment", stage.largest_increment),
@@ -320,6 +330,11 @@ mod tests {
         assert!(message.contains("'dye'") && message.contains("allowed: die"), "{message}");
         let message = fails(|s| s["tools"][0]["direction"] = serde_json::json!([0, 0, 0]));
         assert!(message.contains("tools[0].direction"), "{message}");
+        let message = fails(|s| {
+            s["stages"][0]["drive"] =
+                serde_json::json!({"die": {"spring": {"stiffness_n_per_mm": 0}}})
+        });
+        assert!(message.contains("drive.die.spring.stiffness_n_per_mm: found 0"), "{message}");
         let message = fails(|s| s["version"] = 3.into());
         assert!(message.contains("version: found 3"), "{message}");
     }

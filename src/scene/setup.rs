@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::blank::{blank_mesh, constraints, loads};
 use super::read::{Plan, SceneError};
-use super::types::{Drive, Place, Side, Tool};
+use super::types::{Drive, Place, Side, Spring, Tool};
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
 use crate::solver::{
@@ -88,6 +88,8 @@ enum Last {
     Travel(f64),
     /// Pushed by this force [N].
     Force(f64),
+    /// Held by this spring.
+    Spring(Spring),
     /// Gone.
     Gone,
 }
@@ -97,6 +99,10 @@ fn motion(drive: Option<&Drive>, last: &mut Last) -> Motion {
     match drive {
         None => match before {
             Last::Force(force) => Motion::Force(Curve::constant(force)),
+            Last::Spring(Spring { stiffness_n_per_mm, force_n }) => {
+                let force = Curve::constant(force_n);
+                Motion::Spring { force, stiffness: stiffness_n_per_mm }
+            }
             Last::Gone => Motion::Absent,
             _ => Motion::Hold,
         },
@@ -116,6 +122,16 @@ fn motion(drive: Option<&Drive>, last: &mut Last) -> Motion {
             *last = Last::Force(to);
             let from = if let Last::Force(from) = before { from } else { 0.0 };
             Motion::Force(Curve::ramp(from, to))
+        }
+        Some(&Drive::Spring(spring)) => {
+            *last = Last::Spring(spring);
+            let from = match before {
+                Last::Force(from) => from,
+                Last::Spring(before) => before.force_n,
+                _ => 0.0,
+            };
+            let force = Curve::ramp(from, spring.force_n);
+            Motion::Spring { force, stiffness: spring.stiffness_n_per_mm }
         }
         Some(Drive::Release(true)) => {
             *last = Last::Gone;
@@ -169,6 +185,12 @@ mod tests {
         );
         assert_eq!(motion(Some(&Drive::Release(true)), &mut last), Motion::Release);
         assert_eq!(motion(None, &mut last), Motion::Absent);
+        let spring = |stiffness_n_per_mm: f64, force_n: f64| Spring { stiffness_n_per_mm, force_n };
+        let of = |force: Curve| Motion::Spring { force, stiffness: 7.0 };
+        let mut last = Last::Nothing;
+        let drive = Drive::Spring(spring(7.0, 50.0));
+        assert_eq!(motion(Some(&drive), &mut last), of(Curve::ramp(0.0, 50.0)));
+        assert_eq!(motion(None, &mut last), of(Curve::constant(50.0)));
         let mut last = Last::Travel(20.0);
         assert_eq!(
             motion(Some(&Drive::TravelMm(60.0)), &mut last),

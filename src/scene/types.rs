@@ -270,10 +270,24 @@ pub enum Drive {
     /// Force on the sheet along its direction, of the whole process (all symmetric parts together), reached
     /// linearly at the end of the stage [N].
     ForceN(f64),
+    /// Held by a spring.
+    Spring(Spring),
     /// Its forces on the sheet fall to zero over the stage; then it is gone (`true`).
     Release(bool),
     /// Not there during this stage (`true`).
     Absent(bool),
+}
+
+/// A spring behind a tool: it pushes along the tool's direction with `force_n - stiffness_n_per_mm * travel`, travel
+/// along that direction since the start of the run (a tool pushed back has a negative one). Of the whole process.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Spring {
+    /// Stiffness [N/mm], > 0.
+    pub stiffness_n_per_mm: f64,
+    /// Force at travel zero [N], reached linearly at the end of the stage.
+    #[serde(default)]
+    pub force_n: f64,
 }
 
 /// Limits of the solver. Everything has a default that fits ordinary sheet forming.

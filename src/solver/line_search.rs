@@ -7,7 +7,7 @@
 use super::element::Want;
 use super::linearised::Correction;
 use super::newton::apply;
-use super::system::{Role, System};
+use super::system::System;
 
 /// A correction is good when the slope at its end is at most this share of the slope at its beginning.
 const GOOD: f64 = 0.5;
@@ -24,11 +24,11 @@ fn slope(sys: &System, correction: &Correction) -> f64 {
     let tools: f64 = correction
         .travels
         .iter()
-        .map(|&(tool, travel)| match sys.roles[tool] {
-            Role::Force(wanted) => {
+        .map(|&(tool, travel)| match sys.roles[tool].push(sys.tools[tool].travel) {
+            Some(wanted) => {
                 (sys.tool_force(tool).dot(&sys.tools[tool].setup.direction) - wanted) * travel
             }
-            _ => 0.0,
+            None => 0.0,
         })
         .sum();
     nodes + tools

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::contact::Condition;
 use super::linear::LinearError;
-use super::system::{Role, System};
+use super::system::System;
 use crate::geometry::Vec3;
 
 /// A correction: of the displacements, and of the travels of the tools moved by force.
@@ -30,7 +30,7 @@ impl System {
             .roles
             .iter()
             .enumerate()
-            .filter_map(|(t, role)| if let Role::Force(f) = role { Some((t, *f)) } else { None })
+            .filter_map(|(t, role)| Some((t, role.push(self.tools[t].travel)?)))
             .collect();
         let mut all = vec![rhs];
         all.extend(moved.iter().map(|&(tool, _)| self.travel_column(tool)));
@@ -110,7 +110,7 @@ impl System {
         row
     }
 
-    /// The bordered unknowns: `[K -Z; W 0]` with one row and column a tool moved by force.
+    /// The bordered unknowns: `[K -Z; W S]` with one row and column a tool moved by force; S the stiffness of springs.
     fn border(
         &self,
         mut all: Vec<Vec<f64>>,
@@ -124,7 +124,11 @@ impl System {
         if m == 0 {
             return Ok((u, Vec::new()));
         }
-        let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| dot(&borders[i], &z[j]));
+        let spring = |i: usize, j: usize| {
+            if i == j { self.roles[moved[i].0].stiffness() } else { 0.0 }
+        };
+        let matrix =
+            nalgebra::DMatrix::from_fn(m, m, |i, j| dot(&borders[i], &z[j]) + spring(i, j));
         let missing = nalgebra::DVector::from_fn(m, |i, _| {
             let (tool, wanted) = moved[i];
             let now = self.tool_force(tool).dot(&self.tools[tool].setup.direction);

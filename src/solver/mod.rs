@@ -18,6 +18,7 @@ mod linearised;
 pub mod material;
 pub mod newton;
 pub mod pattern;
+pub mod reach;
 mod rigid;
 pub mod simulation;
 pub mod stages;

@@ -11,7 +11,7 @@ use super::stages::{
 };
 use super::stepping::{Committed, UnderWay, advance};
 use super::system::System;
-use super::tools::{Placement, Tool, ToolSetup};
+use super::tools::{Placement, SheetSide, Tool, ToolSetup};
 use crate::geometry::Vec3;
 
 /// Everything a run needs.
@@ -31,6 +31,22 @@ pub struct SimulationSetup {
     /// The whole process over the modelled part: 4 for a quarter model. Forces given and reported are of
     /// the whole process.
     pub share: f64,
+}
+
+impl SimulationSetup {
+    /// Puts every tool that is to be placed touching where it touches; it then is as given.
+    ///
+    /// # Errors
+    /// [`SimulationError::NoTouch`].
+    pub fn place(&mut self) -> Result<(), SimulationError> {
+        let tools = self.tools.iter().cloned();
+        let mut tools: Vec<Tool> = tools.map(|setup| Tool { setup, travel: 0.0 }).collect();
+        place(&mut tools, &self.body)?;
+        for (own, placed) in self.tools.iter_mut().zip(tools) {
+            *own = ToolSetup { placement: Placement::AsGiven, ..placed.setup };
+        }
+        Ok(())
+    }
 }
 
 /// Why a run cannot start or go on.
@@ -192,6 +208,12 @@ impl Simulation {
     #[must_use]
     pub fn tool_shifts(&self) -> Vec<Vec3> {
         self.sys.tools.iter().map(Tool::shift).collect()
+    }
+
+    /// Faces of the sheet that each tool may touch.
+    #[must_use]
+    pub fn tool_sides(&self) -> Vec<SheetSide> {
+        self.sys.tools.iter().map(|t| t.setup.side).collect()
     }
 
     /// Totals so far.

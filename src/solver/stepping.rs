@@ -205,6 +205,10 @@ fn set_targets(sys: &mut System, stage: &Stage, plan: &Plan, share: f64, whole: 
             Motion::Travel(curve) => (Role::Travel, Some(curve.at(share))),
             Motion::Advance(curve) => (Role::Travel, Some(start + curve.at(share))),
             Motion::Force(curve) => (Role::Force(curve.at(share) / whole), None),
+            Motion::Spring { force, stiffness } => {
+                let force = force.at(share) / whole;
+                (Role::Spring { force, stiffness: stiffness / whole }, None)
+            }
             Motion::Release | Motion::Absent => (Role::Absent, None),
         };
         sys.roles[tool] = role;

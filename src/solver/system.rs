@@ -23,6 +23,24 @@ pub(super) enum Role {
     Travel,
     /// Pushes with this force along its direction [N], of the modelled part; its travel is unknown.
     Force(f64),
+    /// Pushes with `force - stiffness * travel` [N, N/mm], of the modelled part; its travel is unknown.
+    Spring { force: f64, stiffness: f64 },
+}
+
+impl Role {
+    /// Force with which a tool whose travel is unknown is to push at that travel [N].
+    pub(super) fn push(self, travel: f64) -> Option<f64> {
+        match self {
+            Self::Force(force) => Some(force),
+            Self::Spring { force, stiffness } => Some(force - stiffness * travel),
+            Self::Absent | Self::Travel => None,
+        }
+    }
+
+    /// How much less it pushes a travel of one farther on [N/mm].
+    pub(super) fn stiffness(self) -> f64 {
+        if let Self::Spring { stiffness, .. } = self { stiffness } else { 0.0 }
+    }
 }
 
 /// State of the iteration.
@@ -221,7 +239,7 @@ impl System {
             }
         }
         for (tool, role) in self.roles.iter().enumerate() {
-            if let Role::Force(wanted) = role {
+            if let Some(wanted) = role.push(self.tools[tool].travel) {
                 let off = self.tool_force(tool).dot(&self.tools[tool].setup.direction) - wanted;
                 squares += off * off;
             }
@@ -273,7 +291,7 @@ impl System {
     }
 }
 
-fn edge_lengths(body: &Body) -> Lengths {
+pub(super) fn edge_lengths(body: &Body) -> Lengths {
     const EDGES: [(usize, usize); 12] = [
         (0, 1),
         (1, 2),

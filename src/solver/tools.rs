@@ -51,6 +51,14 @@ impl Curve {
         Self::new(vec![(0.0, value)])
     }
 
+    /// Smallest and largest value.
+    #[must_use]
+    pub fn extent(&self) -> [f64; 2] {
+        let values = self.points.iter().map(|p| p.1);
+        let all = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
+        if self.points.is_empty() { [0.0; 2] } else { all }
+    }
+
     /// Value at `share` of the stage.
     #[must_use]
     pub fn at(&self, share: f64) -> f64 {
@@ -75,6 +83,14 @@ pub enum Motion {
     Advance(Curve),
     /// Force pushing it along its direction [N], of the whole process; its travel follows.
     Force(Curve),
+    /// Held by a spring: pushes along its direction with `force - stiffness * travel`, travel since the start of the run
+    /// [N, N/mm], of the whole process; its travel follows.
+    Spring {
+        /// Force at travel zero.
+        force: Curve,
+        /// Stiffness, > 0.
+        stiffness: f64,
+    },
     /// Taken away: its forces on the sheet fall linearly to zero over the stage (springback).
     Release,
     /// Not there.

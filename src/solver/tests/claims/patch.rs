@@ -6,7 +6,7 @@ use crate::solver::blank::{HexMesh, rectangle};
 use crate::solver::material::elastic::Elastic;
 use crate::solver::material::log_strain;
 use crate::solver::tensor;
-use crate::solver::{Constraints, Control, Curve, Motion, SheetSide, Simulation};
+use crate::solver::{Constraints, Control, Curve, Motion, SheetSide, Simulation, ToolSetup};
 
 /// A block of distorted elements whose faces are flat.
 fn distorted() -> HexMesh {
@@ -25,6 +25,11 @@ fn distorted() -> HexMesh {
 
 /// Pressed between a flat bed and a flat press.
 fn pressed(mesh: &HexMesh, press: Motion) -> Simulation {
+    let (constraints, tools) = bed_and_press(mesh);
+    pressed_by(mesh, [Motion::Hold, press], constraints, tools, 1.0)
+}
+
+fn bed_and_press(mesh: &HexMesh) -> (Constraints, Vec<ToolSetup>) {
     let mut constraints = Constraints::none(mesh.nodes.len());
     constraints.symmetry_plane(&mesh.nodes, 0, 0.0, 1e-9);
     constraints.symmetry_plane(&mesh.nodes, 1, 0.0, 1e-9);
@@ -32,9 +37,20 @@ fn pressed(mesh: &HexMesh, press: Motion) -> Simulation {
         tool("bed", square("bed", 0.0, true), Vec3::z(), SheetSide::Bottom, 0.0),
         tool("press", square("press", 2.0, false), -Vec3::z(), SheetSide::Top, 0.0),
     ];
-    let stages = vec![stage("press", vec![Motion::Hold, press], 0.5)];
+    (constraints, tools)
+}
+
+fn pressed_by(
+    mesh: &HexMesh,
+    motions: [Motion; 2],
+    constraints: Constraints,
+    tools: Vec<ToolSetup>,
+    share: f64,
+) -> Simulation {
+    let stages = vec![stage("press", motions.to_vec(), 0.5)];
     let mut setup = setup(body(mesh.clone(), steel()), constraints, tools, stages);
     setup.limits.force_tolerance = 1e-12;
+    setup.share = share;
     let mut sim = Simulation::new(setup).unwrap();
     sim.run(&mut |_| Control::Continue).unwrap();
     sim
@@ -109,4 +125,33 @@ fn a_flat_press_makes_a_uniform_pressure_on_a_distorted_mesh() {
         .map(|stress| (stress - expected).amax() / pressure)
         .fold(0.0, f64::max);
     assert!(worst < 1e-10, "{worst:e}");
+}
+
+/// A bed that rises against a sprung press: the spring's force is that of the block compressed by what the bed rises and
+/// the press does not give way. Of one quarter, the spring is that of the whole.
+#[test]
+fn a_block_between_a_tool_that_moves_and_a_sprung_one_finds_its_balance() {
+    const RISE: f64 = 0.3;
+    let mesh = distorted();
+    for (stiffness, preload, share) in
+        [(4e5, 0.0, 1.0), (4e5, 20_000.0, 4.0), (2e3, 5e4, 1.0), (1e9, 0.0, 1.0)]
+    {
+        let (constraints, tools) = bed_and_press(&mesh);
+        let spring = Motion::Spring { force: Curve::ramp(0.0, preload), stiffness };
+        let motions = [Motion::Travel(Curve::ramp(0.0, RISE)), spring];
+        let sim = pressed_by(&mesh, motions, constraints, tools, share);
+        let travel = -sim.tool_shifts()[1].z;
+        // Nominal stress of uniaxial logarithmic strain: E ln(l) / l.
+        let block = |travel: f64| {
+            let stretch: f64 = (2.0 - RISE - travel) / 2.0;
+            -210_000.0 * stretch.ln() / stretch * 6.0 * 4.0 * share
+        };
+        let off = |travel: f64| preload - stiffness * travel - block(travel);
+        let (mut low, mut high) = (-RISE, 0.5);
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if off(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        assert!((travel - low).abs() < 1e-9, "{stiffness}: {travel} {low}");
+    }
 }

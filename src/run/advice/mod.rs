@@ -1,0 +1,128 @@
+//! What a scene has too much or too little of, said before it runs, each with what it costs.
+
+mod clearance;
+mod symmetry;
+mod tools;
+
+use std::fmt;
+
+use super::cost::Cost;
+use crate::scene::Plan;
+use crate::solver::blank::HexMesh;
+use crate::solver::element::ElementKind;
+use crate::solver::reach::reachable;
+use crate::solver::{Motion, SimulationSetup};
+
+/// In-plane size over layer thickness from which fully integrated hexahedra are far too stiff in bending.
+const SLENDER: f64 = 4.0;
+/// Points through the thickness from which a solid-shell gains nothing in bending, and those that springback wants.
+const POINTS: [u8; 2] = [5, 7];
+/// Time grows with this power of the unknowns (`docs/results/solver.md`).
+const GROWTH: f64 = 1.5;
+
+/// A remark on a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Remark {
+    /// What is too much, too little, or missing.
+    pub what: String,
+    /// What that costs, or what the remedy would.
+    pub cost: String,
+    /// `--auto` sees to it.
+    pub auto: bool,
+}
+
+impl Remark {
+    fn new(what: String, cost: String) -> Self {
+        Self { what, cost, auto: false }
+    }
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let auto = if self.auto { " (--auto does it)" } else { "" };
+        write!(f, "{}; {}{auto}", self.what, self.cost)
+    }
+}
+
+/// Remarks on a scene whose tools have been placed; none when there is nothing to say.
+#[must_use]
+pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> {
+    let size = element_size(setup.body.mesh());
+    let mut out = Vec::new();
+    out.extend(symmetry::unused(plan, setup, cost));
+    elements(plan, setup, cost, &mut out);
+    let kept = reachable(setup);
+    for (k, tool) in setup.tools.iter().enumerate() {
+        tools::remarks(tool, &kept[k], size, cost, &mut out);
+    }
+    clearance::remarks(plan, setup, &mut out);
+    out
+}
+
+/// Layers and points against what bending needs.
+fn elements(plan: &Plan, setup: &SimulationSetup, cost: &Cost, out: &mut Vec<Remark>) {
+    let blank = &plan.scene.blank;
+    let mesh = setup.body.mesh();
+    let (size, layers) = (element_size(mesh), mesh.nodes_per_column.saturating_sub(1).max(1));
+    let slender = size / (mesh.mean_thickness() / layers as f64);
+    let released = |m: &Motion| matches!(m, Motion::Release | Motion::Absent);
+    let springs_back = setup.stages.iter().skip(1).any(|s| s.motions.iter().any(released));
+    let fewer = ((2.0 / (layers + 1) as f64) as f64).powf(GROWTH);
+    match blank.element {
+        ElementKind::Hex8 if slender > SLENDER => out.push(Remark::new(
+            format!(
+                "hex8 elements of {size:.2} mm are {slender:.0} times as long as thick and too stiff where the sheet bends"
+            ),
+            if layers > 1 {
+                format!("solid-shell bends with one layer, for about {:.0} % of the time", 100.0 * fewer)
+            } else {
+                "solid-shell bends with one layer".into()
+            },
+        )),
+        ElementKind::SolidShell { .. } if layers > 1 => out.push(Remark::new(
+            format!("{layers} layers of solid-shell: one bends as well"),
+            format!("one takes {} in place of {}", cost.times(fewer), cost.times(1.0)),
+        )),
+        ElementKind::Hex8Enhanced if layers > 3 => out.push(Remark::new(
+            format!("{layers} layers of hex8-enhanced: two bend within a few per cent"),
+            format!("two take about {}", cost.times((3.0 / (layers + 1) as f64).powf(GROWTH))),
+        )),
+        _ => {}
+    }
+    if let ElementKind::SolidShell { points, .. } = blank.element {
+        let wanted = POINTS[usize::from(springs_back)];
+        let share = cost.elements_s * cost.iterations[0] / cost.seconds[0].max(1e-300);
+        let change = 1.0 + share * (f64::from(wanted) / f64::from(points) - 1.0);
+        if points > wanted {
+            out.push(Remark::new(
+                format!("{points} points through the thickness: {wanted} are enough here"),
+                format!("{wanted} take about {}", cost.times(change)),
+            ));
+        } else if springs_back && points < POINTS[0] {
+            out.push(Remark::new(
+                format!("{points} points through the thickness and a stage that releases tools: springback wants {wanted}"),
+                format!("{wanted} take about {}", cost.times(change)),
+            ));
+        }
+    }
+}
+
+/// Mean edge of the elements in plan [mm].
+fn element_size(mesh: &HexMesh) -> f64 {
+    let edge = |e: &[u32; 8], a: usize, b: usize| {
+        (mesh.nodes[e[a] as usize] - mesh.nodes[e[b] as usize]).norm()
+    };
+    let sum: f64 = mesh.elements.iter().map(|e| 0.5 * (edge(e, 0, 1) + edge(e, 1, 2))).sum();
+    sum / mesh.elements.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::blank::rectangle;
+
+    #[test]
+    fn elements_are_measured_in_plan() {
+        assert!((element_size(&rectangle(10.0, 20.0, 0.8, 5, 10, 2)) - 2.0).abs() < 1e-12);
+    }
+}

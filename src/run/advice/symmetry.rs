@@ -1,0 +1,135 @@
+//! Symmetry that the scene does not use: sheet, supports, loads and tools that a plane mirrors onto themselves.
+
+use std::collections::HashMap;
+
+use super::{GROWTH, Remark};
+use crate::geometry::{Aabb, Vec3};
+use crate::run::cost::Cost;
+use crate::scene::Plan;
+use crate::solver::{SimulationSetup, ToolSetup};
+
+/// Positions this close are the same, as a share of the sheet's size; of tools, at most that many times farther.
+const SAME: f64 = 1e-6;
+const SAME_TOOL: f64 = 1e-5;
+/// Points of a tool that are mirrored, at most.
+const SAMPLES: usize = 2000;
+
+/// A remark for x and for y when the plane across it in the middle of the sheet mirrors everything.
+pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> {
+    let sheet = Aabb::of_points(&setup.body.mesh().nodes);
+    let found: Vec<usize> = (0..2)
+        .filter(|&axis| {
+            let used = plan.scene.symmetry.iter().any(|p| p.normal.index() == axis);
+            !used && mirrors(plan, setup, axis, sheet.center()[axis])
+        })
+        .collect();
+    let name = |axis: usize| ["x", "y"][axis];
+    found
+        .iter()
+        .map(|&axis| {
+            let at = sheet.center()[axis];
+            let half = cost.unknowns / 2;
+            Remark::new(
+                format!("sheet and tools are symmetric about {} = {at:.4} mm, and both halves are modelled", name(axis)),
+                format!(
+                    "half the sheet and a symmetry plane there have {half} unknowns and take about {}",
+                    cost.times(0.5_f64.powf(GROWTH))
+                ),
+            )
+        })
+        .collect()
+}
+
+fn mirrors(plan: &Plan, setup: &SimulationSetup, axis: usize, at: f64) -> bool {
+    let size = Aabb::of_points(&setup.body.mesh().nodes).diagonal();
+    // Only rolling along x or y is its own mirror image.
+    let angle = plan.scene.blank.rolling_direction_deg / 90.0;
+    let along = (angle - angle.round()).abs() < 1e-9;
+    let moves_across = |t: &ToolSetup| t.direction[axis].abs() > 1e-9;
+    if !along || setup.tools.iter().any(moves_across) {
+        return false;
+    }
+    sheet_mirrors(setup, axis, at, SAME * size)
+        && setup.tools.iter().all(|t| tool_mirrors(t, axis, at, SAME_TOOL * size))
+}
+
+/// Every node has its image, held and loaded alike.
+fn sheet_mirrors(setup: &SimulationSetup, axis: usize, at: f64, near: f64) -> bool {
+    let nodes = &setup.body.mesh().nodes;
+    // Cells twice the tolerance wide: an image lies in its own cell or one beside it.
+    let cell = |x: &Vec3| [0, 1, 2].map(|k| (x[k] / (2.0 * near)).floor() as i64);
+    let mut by_cell: HashMap<[i64; 3], usize> = HashMap::with_capacity(nodes.len());
+    for (n, x) in nodes.iter().enumerate() {
+        by_cell.insert(cell(x), n);
+    }
+    let image_of = |x: &Vec3| -> Option<usize> {
+        let mut image = *x;
+        image[axis] = 2.0 * at - x[axis];
+        let key = cell(&image);
+        (0..27_i64).find_map(|k| {
+            let shift = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
+            let beside = [0, 1, 2].map(|i| key[i].saturating_add(shift[i]));
+            by_cell.get(&beside).copied().filter(|&n| (nodes[n] - image).norm() <= near)
+        })
+    };
+    let load = |n: usize, k: usize| setup.loads.get(3 * n + k).copied().unwrap_or(0.0);
+    let most = setup.loads.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+    nodes.iter().enumerate().all(|(n, x)| {
+        let Some(image) = image_of(x) else { return false };
+        (0..3).all(|k| {
+            let sign = if k == axis { -1.0 } else { 1.0 };
+            setup.constraints.is_held(n, k) == setup.constraints.is_held(image, k)
+                && (load(n, k) - sign * load(image, k)).abs() <= 1e-9 * most
+        })
+    })
+}
+
+/// The images of points of the tool lie on it.
+fn tool_mirrors(tool: &ToolSetup, axis: usize, at: f64, near: f64) -> bool {
+    let middle = at - tool.offset[axis];
+    let patches = &tool.surface.model().patches;
+    let every = patches.len().div_ceil(SAMPLES).max(1);
+    let places = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.6, 0.3)];
+    patches.iter().step_by(every).all(|patch| {
+        places.iter().all(|&(eta, zeta)| {
+            let mut image = patch.derivs(eta, zeta).s;
+            image[axis] = 2.0 * middle - image[axis];
+            let foot = tool.surface.closest(&image, None);
+            (foot.point - image).norm() <= near
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::contact::ToolSurface;
+    use crate::contact::test_tools::plane;
+    use crate::solver::{Placement, SheetSide};
+
+    #[test]
+    fn a_tool_is_its_own_image_or_not() {
+        let tool = |x: f64| ToolSetup {
+            name: "t".into(),
+            surface: Arc::new(ToolSurface::new(plane(
+                "t",
+                Vec3::new(x, -1.0, 0.0),
+                Vec3::x() * 6.0,
+                Vec3::y() * 2.0,
+                Vec3::z(),
+            ))),
+            offset: Vec3::new(1.0, 0.0, 0.0),
+            direction: Vec3::z(),
+            placement: Placement::AsGiven,
+            friction: 0.0,
+            side: SheetSide::Bottom,
+        };
+        // From -3 to 3, moved by 1.
+        assert!(tool_mirrors(&tool(-3.0), 0, 1.0, 1e-6));
+        assert!(!tool_mirrors(&tool(-3.0), 0, 0.9, 1e-6));
+        assert!(tool_mirrors(&tool(-3.0), 1, 0.0, 1e-6));
+        assert!(!tool_mirrors(&tool(-3.0), 1, 0.1, 1e-6));
+    }
+}

@@ -1,0 +1,173 @@
+//! What a run will take, said before it runs: unknowns, memory, time.
+
+use std::time::Instant;
+
+use crate::geometry::Vec3;
+use crate::solver::assembly::Evaluation;
+use crate::solver::element::Want;
+use crate::solver::linear::LinearError;
+use crate::solver::linear::multifrontal::{Factors, PatternRef, Symbolic};
+use crate::solver::{SimulationSetup, Stage};
+
+/// In-plane stretch at which the element loop is timed: most sheets are plastic there, as in a run.
+const STRETCH: f64 = 0.03;
+/// A factorisation above this is not tried, its time is that of a smaller part of it [flop].
+const TRIED_FLOP: f64 = 4e10;
+/// Flop a second of a factorisation too large to be tried, a core; large ones do better.
+const RATE: f64 = 1.5e10;
+/// Factorisations an iteration: the active set is settled in between (`docs/results/main-job.md`: 934 in 381).
+const FACTORISATIONS: f64 = 2.5;
+/// Substitution, contact and search over factorisation and elements together, there.
+const BESIDE: f64 = 1.35;
+/// Newton iterations an increment, cuts included, there and in the other runs of `docs/results`.
+const ITERATIONS: [f64; 2] = [5.0, 7.5];
+/// Increments over those of a run in which every step grows as it may.
+const CUTS: f64 = 4.0;
+
+/// What a run will take.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cost {
+    /// Unknowns of the sheet.
+    pub unknowns: usize,
+    /// Work of one factorisation [flop].
+    pub flop: f64,
+    /// Factors and workspace [MB].
+    pub factors_mb: f64,
+    /// Memory of the process [MB].
+    pub memory_mb: f64,
+    /// One element loop with tangent [s].
+    pub elements_s: f64,
+    /// One factorisation [s].
+    pub factor_s: f64,
+    /// Increments: fewest, and many.
+    pub increments: [f64; 2],
+    /// Newton iterations: few, and many.
+    pub iterations: [f64; 2],
+    /// Wall time [s]: if all goes well, and if it goes badly.
+    pub seconds: [f64; 2],
+}
+
+/// Measures one element loop and one factorisation of the set-up on this machine.
+///
+/// # Errors
+/// [`LinearError`] when the matrix cannot be planned.
+pub fn cost(setup: &mut SimulationSetup) -> Result<Cost, LinearError> {
+    let unknowns = 3 * setup.body.mesh().nodes.len();
+    let pattern = setup.body.pattern();
+    let groups = setup.body.mesh().groups();
+    let columns: Vec<u32> = pattern.col_idx.iter().map(|&c| c as u32).collect();
+    let view = PatternRef { row_start: &pattern.row_ptr, columns: &columns };
+    let plan = Symbolic::new(view, &groups.of_unknown, &groups.centers)
+        .map_err(|e| LinearError::Pattern(e.to_string()))?;
+    let (flop, factors) = (plan.flops(), plan.bytes() as f64);
+    let (elements_s, mut values) = element_loop(setup);
+    let pattern = setup.body.pattern();
+    let factor_s = if flop <= TRIED_FLOP && values.len() == pattern.nnz() {
+        // Nothing holds the sheet yet: what makes the matrix regular is added.
+        let diagonal: Vec<usize> =
+            (0..unknowns).filter_map(|row| pattern.position(row, row)).collect();
+        let most = diagonal.iter().map(|&q| values[q].abs()).fold(0.0, f64::max);
+        diagonal.iter().for_each(|&q| values[q] += most);
+        let mut store = Factors::default();
+        let mut once = || {
+            let start = Instant::now();
+            let _ = plan.factor(&values, &mut store);
+            start.elapsed().as_secs_f64()
+        };
+        // The first one also takes its memory from the system.
+        once().min(once())
+    } else {
+        flop / (RATE * rayon::current_num_threads().max(1) as f64)
+    };
+    // Matrix, tangent, columns and their gathering; an element's block, its points and its history twice.
+    let (elements, state) = (setup.body.mesh().elements.len(), setup.body.export_state().len());
+    let bytes =
+        factors + pattern.nnz() as f64 * 32.0 + elements as f64 * 10_600.0 + 2.0 * state as f64;
+    let least: f64 = setup.stages.iter().map(fewest_increments).sum();
+    let increments = [least, CUTS * least];
+    let iterations = [0, 1].map(|k| increments[k] * ITERATIONS[k]);
+    let one = BESIDE * (elements_s + FACTORISATIONS * factor_s);
+    Ok(Cost {
+        unknowns,
+        flop,
+        factors_mb: factors / 1e6,
+        memory_mb: 25.0 + bytes / 1e6,
+        elements_s,
+        factor_s,
+        increments,
+        iterations,
+        seconds: iterations.map(|n| n * one),
+    })
+}
+
+/// Wall time of an element loop over the stretched sheet [s], and the tangent it makes (none when it fails).
+fn element_loop(setup: &mut SimulationSetup) -> (f64, Vec<f64>) {
+    let stretch = |x: &Vec3| [STRETCH * x.x, STRETCH * x.y, 0.0];
+    let u: Vec<f64> = setup.body.mesh().nodes.iter().flat_map(stretch).collect();
+    let mut out = Evaluation::default();
+    let mut least = f64::INFINITY;
+    for _ in 0..3 {
+        let start = Instant::now();
+        let done = setup.body.evaluate(&u, Want::ResidualAndTangent, &mut out).is_ok();
+        least = least.min(start.elapsed().as_secs_f64());
+        if !done {
+            out.tangent.clear();
+        }
+    }
+    setup.body.restore();
+    (least, out.tangent)
+}
+
+/// Increments of a stage in which every step grows by half until it is as large as allowed.
+fn fewest_increments(stage: &Stage) -> f64 {
+    let (mut step, mut share, mut count) = (stage.first_step.min(stage.largest_step), 0.0, 0.0);
+    while share < 1.0 - 1e-9 && count < 1e6 {
+        share += step;
+        step = (1.5 * step).min(stage.largest_step);
+        count += 1.0;
+    }
+    count
+}
+
+impl Cost {
+    /// Wall time of a run that costs `factor` times as much, in words.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> String {
+        let [low, high] = self.seconds.map(|s| duration(s * factor));
+        format!("{low} to {high}")
+    }
+}
+
+/// Seconds, minutes or hours.
+#[must_use]
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 10.0 => format!("{s:.1} s"),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::{Curve, Motion};
+
+    #[test]
+    fn steps_grow_by_half() {
+        let stage = |first_step: f64, largest_step: f64| Stage {
+            name: String::new(),
+            duration: 1.0,
+            motions: vec![Motion::Hold],
+            load: Curve::constant(0.0),
+            first_step,
+            largest_step,
+        };
+        assert_eq!(fewest_increments(&stage(1.0, 1.0)), 1.0);
+        assert_eq!(fewest_increments(&stage(0.1, 0.1)), 10.0);
+        // 0.25, 0.375, 0.5625.
+        assert_eq!(fewest_increments(&stage(0.25, 1.0)), 3.0);
+        assert_eq!(duration(600.0), "10 min");
+    }
+}

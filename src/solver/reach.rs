@@ -1,0 +1,242 @@
+//! Patches of the tools that the sheet cannot come near, and the proof after each increment that it has not.
+//!
+//! Before a run it is known where the sheet begins and how far the tools travel. The sheet is taken to stay in its box,
+//! moved along every axis by what all tools travel along it and widened by a twentieth of its size; seen from a tool,
+//! the box is moved by the tool's own travel, which of a tool driven by force or spring may be as far as all others go.
+//! Patches that do not meet this box, widened by the reach of the contact search, are left out of the search. That box
+//! is an estimate: [`Guard`] makes sure of it.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::simulation::{Simulation, SimulationError, SimulationSetup};
+use super::system::edge_lengths;
+use super::tools::{Motion, SheetSide};
+use crate::geometry::box_tree::BoxTree;
+use crate::geometry::{Aabb, Vec3};
+
+/// Share of the sheet's size that it may grow or turn up at its rim.
+const RIM: f64 = 0.05;
+
+/// Patches of a tool that are left out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Position of the tool in the set-up.
+    pub tool: usize,
+    /// Patches left out.
+    pub patches: usize,
+    /// Patches of the tool.
+    pub of: usize,
+}
+
+/// For each tool, which of its patches the sheet may come near. Tools must have been placed.
+#[must_use]
+pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
+    let mesh = setup.body.mesh();
+    let sheet = Aabb::of_points(&mesh.nodes);
+    let travels: Vec<Option<[f64; 2]>> =
+        (0..setup.tools.len()).map(|tool| travel_range(setup, tool)).collect();
+    let moved = travels.iter().flatten().any(|[low, high]| high > low);
+    let known = moved && setup.loads.iter().all(|f| *f == 0.0);
+    let length = |range: &[f64; 2]| range[1] - range[0];
+    let whole: f64 = if known { travels.iter().flatten().map(length).sum() } else { f64::INFINITY };
+    let rim = (RIM * sheet.diagonal()).max(2.0 * mesh.mean_thickness());
+    let margin = rim + edge_lengths(&setup.body).longest_edge;
+    // Nothing times no share is nothing, however far that may be.
+    let along = |far: f64, share: f64| if share.abs() > 1e-12 { far * share } else { 0.0 };
+    let may_move: Vec3 = setup.tools.iter().zip(&travels).fold(Vec3::zeros(), |sum, (t, range)| {
+        let far = if known { range.as_ref().map_or(0.0, length) } else { f64::INFINITY };
+        sum + t.direction.map(|d| along(far, d.abs()))
+    });
+    let near = |(tool, own): (&super::ToolSetup, &Option<[f64; 2]>)| -> Vec<bool> {
+        let [low, high] = own.unwrap_or([-whole, whole]);
+        let mut zone = sheet;
+        for k in 0..3 {
+            let d = tool.direction[k];
+            let (a, b) = (along(low, d), along(high, d));
+            zone.min[k] -= tool.offset[k] + a.max(b) + may_move[k] + margin;
+            zone.max[k] += may_move[k] + margin - tool.offset[k] - a.min(b);
+        }
+        let meets = |b: &Aabb| (0..3).all(|k| b.min[k] <= zone.max[k] && b.max[k] >= zone.min[k]);
+        tool.surface.patch_bounds().iter().map(meets).collect()
+    };
+    setup.tools.iter().zip(&travels).map(near).collect()
+}
+
+/// Smallest and largest travel of a tool over all stages [mm]; `None` when forces decide.
+fn travel_range(setup: &SimulationSetup, tool: usize) -> Option<[f64; 2]> {
+    let (mut now, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
+    for stage in &setup.stages {
+        let ([a, b], end) = match &stage.motions[tool] {
+            Motion::Hold | Motion::Release | Motion::Absent => ([now; 2], now),
+            Motion::Travel(curve) => (curve.extent(), curve.at(1.0)),
+            Motion::Advance(curve) => (curve.extent().map(|x| x + now), now + curve.at(1.0)),
+            Motion::Force(_) | Motion::Spring { .. } => return None,
+        };
+        (low, high, now) = (low.min(a), high.max(b), end);
+    }
+    Some([low, high])
+}
+
+/// Places the tools and takes from their search what the sheet cannot come near. Results stay the same bits; after
+/// each increment [`Guard::breach`] says whether that was right.
+///
+/// # Errors
+/// [`SimulationError::NoTouch`].
+pub fn leave_out(setup: &mut SimulationSetup) -> Result<(Vec<LeftOut>, Guard), SimulationError> {
+    setup.place()?;
+    let reach = edge_lengths(&setup.body).longest_edge;
+    let mut guard = Guard { reach, tools: Vec::new() };
+    let mut out = Vec::new();
+    for (tool, kept) in reachable(setup).into_iter().enumerate() {
+        let of = kept.len();
+        let patches = kept.iter().filter(|k| !**k).count();
+        // A tool wholly out of reach is the scene's mistake to show, not ours to hide.
+        if patches == 0 || patches == of {
+            guard.tools.push(None);
+            continue;
+        }
+        let surface = &setup.tools[tool].surface;
+        let boxes = surface.patch_bounds();
+        let dropped = boxes.iter().zip(&kept).map(|(b, k)| if *k { Aabb::EMPTY } else { *b });
+        guard.tools.push(Some(BoxTree::build(&dropped.collect::<Vec<_>>())));
+        let reduced = surface.keeping(&kept);
+        setup.tools[tool].surface = Arc::new(reduced);
+        out.push(LeftOut { tool, patches, of });
+    }
+    Ok((out, guard))
+}
+
+/// Watches that the sheet stays away from the patches that were left out.
+pub struct Guard {
+    /// How far the contact search looks [mm].
+    reach: f64,
+    tools: Vec<Option<BoxTree>>,
+}
+
+impl Guard {
+    /// The first tool with a patch left out, and a node that is nearer to its box than the contact search looks.
+    #[must_use]
+    pub fn breach(&self, simulation: &Simulation) -> Option<(usize, usize)> {
+        let mesh = simulation.body().mesh();
+        let u = simulation.displacements();
+        let levels = mesh.nodes_per_column.max(1);
+        let shifts = simulation.tool_shifts();
+        let sides = simulation.tool_sides();
+        for (tool, tree) in self.tools.iter().enumerate() {
+            let Some(tree) = tree else { continue };
+            let meant = |n: usize| match (sides[tool], n % levels) {
+                (SheetSide::Top, level) => level + 1 == levels,
+                (SheetSide::Bottom, level) => level == 0,
+                (SheetSide::Both, level) => level == 0 || level + 1 == levels,
+            };
+            let limit = self.reach * self.reach;
+            let near = |&n: &usize| {
+                let at = mesh.nodes[n] + Vec3::from_column_slice(&u[3 * n..3 * n + 3]);
+                // A visit means a box within the limit; the search ends there.
+                tree.nearest(&(at - shifts[tool]), limit, |_, _| -1.0) < 0.0
+            };
+            let found =
+                (0..mesh.nodes.len()).into_par_iter().filter(|&n| meant(n)).find_first(near);
+            if let Some(node) = found {
+                return Some((tool, node));
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+    use crate::contact::ToolSurface;
+    use crate::contact::test_tools::{arc, revolved};
+    use crate::solver::assembly::Body;
+    use crate::solver::blank::rectangle;
+    use crate::solver::element::ElementKind;
+    use crate::solver::material::elastic::Elastic;
+    use crate::solver::{Constraints, Curve, Limits, Placement, Stage, ToolSetup};
+
+    /// A quarter of a ball of radius 7 over the corner of a sheet of 4 x 4 x 0.5 in elements of 1 mm.
+    fn ball_over_sheet(motion: Motion) -> SimulationSetup {
+        let profile = [arc(12, [0.0, 7.0], 7.0, [-FRAC_PI_2, 0.0], 1.0)];
+        let mesh = rectangle(4.0, 4.0, 0.5, 4, 4, 1);
+        let mut constraints = Constraints::none(mesh.nodes.len());
+        (0..mesh.nodes.len()).for_each(|n| (0..3).for_each(|k| constraints.hold(n, k)));
+        let material = Arc::new(Elastic { young: 210_000.0, poisson: 0.3 });
+        let tool = ToolSetup {
+            name: "ball".into(),
+            surface: Arc::new(ToolSurface::new(revolved("ball", 4, FRAC_PI_2, &profile))),
+            offset: Vec3::z() * 3.0,
+            direction: -Vec3::z(),
+            placement: Placement::Touch,
+            friction: 0.0,
+            side: SheetSide::Top,
+        };
+        let stage = Stage {
+            name: "press".into(),
+            duration: 1.0,
+            motions: vec![motion],
+            load: Curve::constant(0.0),
+            first_step: 1.0,
+            largest_step: 1.0,
+        };
+        SimulationSetup {
+            body: Body::new(mesh, ElementKind::Hex8, material).unwrap(),
+            constraints,
+            loads: Vec::new(),
+            tools: vec![tool],
+            stages: vec![stage],
+            limits: Limits::default(),
+            share: 1.0,
+        }
+    }
+
+    #[test]
+    fn patches_are_kept_as_far_as_travels_reach() {
+        let mut setup = ball_over_sheet(Motion::Travel(Curve::ramp(0.0, 1.0)));
+        setup.place().unwrap();
+        assert!((setup.tools[0].offset.z - 0.5).abs() < 1e-9);
+        // The sheet ends at 0.5 and may be moved by 1, and widened by twice its thickness and an element's edge; the
+        // ball comes down by 1.
+        let height = 0.5 + 1.0 + 1.0 + 1.0 + 1.0 - 0.5;
+        let boxes = setup.tools[0].surface.patch_bounds();
+        let kept = &reachable(&setup)[0];
+        assert!(boxes.iter().zip(kept).all(|(b, k)| *k == (b.min.z <= height)));
+        assert!(kept.iter().any(|k| *k) && kept.iter().any(|k| !*k));
+        // Of a tool that is driven by force alone, and of a sheet under loads, no depth is known: only what lies
+        // beside the sheet is left out.
+        let beside = |kept: &[bool]| {
+            let over = |b: &Aabb| b.min.x <= 6.0 && b.min.y <= 6.0;
+            boxes.iter().zip(kept).all(|(b, k)| *k == over(b))
+        };
+        let forced = ball_over_sheet(Motion::Force(Curve::constant(1.0)));
+        assert!(beside(&reachable(&forced)[0]));
+        setup.loads = vec![1.0; 3 * setup.body.mesh().nodes.len()];
+        assert!(beside(&reachable(&setup)[0]));
+    }
+
+    #[test]
+    fn the_guard_sees_a_node_come_near() {
+        let mut setup = ball_over_sheet(Motion::Travel(Curve::ramp(0.0, 1.0)));
+        let (left_out, mut guard) = leave_out(&mut setup).unwrap();
+        assert!(left_out.len() == 1 && left_out[0].patches > 0);
+        let simulation = Simulation::new(setup).unwrap();
+        assert_eq!(guard.breach(&simulation), None);
+        let at = |z: f64| {
+            let corner = Vec3::new(4.0, 4.0, z) - simulation.tool_shifts()[0];
+            Some(BoxTree::build(&[Aabb { min: corner, max: corner + Vec3::repeat(1.0) }]))
+        };
+        guard.tools = vec![at(0.5 + 0.99 * guard.reach)];
+        let breach = guard.breach(&simulation).unwrap();
+        assert_eq!(
+            (breach.0, simulation.body().mesh().nodes[breach.1]),
+            (0, Vec3::new(4.0, 4.0, 0.5))
+        );
+        guard.tools = vec![at(0.5 + 1.01 * guard.reach)];
+        assert_eq!(guard.breach(&simulation), None);
+    }
+}

@@ -140,8 +140,13 @@ fn show(bar: &ProgressBar, progress: &Progress<'_>) {
 fn print_record(record: &RunRecord, output: &std::path::Path) {
     println!("{}: all stages done", record.name);
     println!(
-        "  {} increments, {} iterations, {} factorisations, {} cuts, {} unknowns",
-        record.increments, record.iterations, record.factorisations, record.cuts, record.unknowns
+        "  {} increments, {} iterations, {} factorisations and {} updates of them, {} cuts, {} unknowns",
+        record.increments,
+        record.iterations,
+        record.factorisations,
+        record.updates,
+        record.cuts,
+        record.unknowns
     );
     println!(
         "  {:.1} s wall, {:.1} s processor on {} threads, {:.0} MB",

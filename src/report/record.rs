@@ -237,6 +237,9 @@ pub struct RunRecord {
     /// Factorisations of the matrix.
     #[serde(default)]
     pub factorisations: usize,
+    /// Times the factors were brought up to date for a changed active set instead.
+    #[serde(default)]
+    pub updates: usize,
     /// Wall time [s].
     pub wall_s: f64,
     /// Processor time of all threads [s].

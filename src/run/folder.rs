@@ -81,6 +81,7 @@ impl RunFolder {
             iterations: 0,
             cuts: 0,
             factorisations: 0,
+            updates: 0,
             wall_s: 0.0,
             cpu_s: 0.0,
             peak_mb: 0.0,
@@ -205,6 +206,7 @@ impl RunFolder {
         record.peak_mb = record.peak_mb.max(peak_megabytes());
         let t = &report.timings;
         record.factorisations = t.factorisations;
+        record.updates = t.updates;
         record.timings_s = [
             ("search", t.search),
             ("elements", t.elements),

@@ -94,7 +94,7 @@ pub(super) fn settle(
         }
         keep_pushed_tools(sys);
         sys.assemble();
-        correction = sys.correct()?;
+        correction = sys.correct_again()?;
     }
     Ok((correction, MOST))
 }

@@ -1,10 +1,12 @@
 //! The system linearised at one iterate: the conditions put in the place of equations, the matrix in the mesh's own
 //! pattern, the unknown travels of tools moved by force on its border; its solution, the correction.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use super::contact::Condition;
-use super::linear::LinearError;
+use super::linear::{ChangedRows, LinearError};
+use super::pattern::Pattern;
 use super::system::System;
 use crate::geometry::Vec3;
 
@@ -25,6 +27,20 @@ impl System {
     pub(super) fn correct(&mut self) -> Result<Correction, LinearError> {
         let start = Instant::now();
         self.condense();
+        self.timings.contact += start.elapsed().as_secs_f64();
+        self.correct_with(None)
+    }
+
+    /// Solves it again after some conditions have changed, at the same iterate.
+    pub(super) fn correct_again(&mut self) -> Result<Correction, LinearError> {
+        let start = Instant::now();
+        let changed = self.change_conditions();
+        self.timings.contact += start.elapsed().as_secs_f64();
+        self.correct_with(Some(&changed))
+    }
+
+    fn correct_with(&mut self, changed: Option<&ChangedRows>) -> Result<Correction, LinearError> {
+        let start = Instant::now();
         let rhs: Vec<f64> = self.residual_vector().iter().map(|f| -f).collect();
         let moved: Vec<(usize, f64)> = self
             .roles
@@ -36,9 +52,18 @@ impl System {
         all.extend(moved.iter().map(|&(tool, _)| self.travel_column(tool)));
         let borders: Vec<Vec<f64>> = moved.iter().map(|&(tool, _)| self.force_row(tool)).collect();
         self.timings.contact += start.elapsed().as_secs_f64();
-        let solved = self.solver.solve(&self.values, &mut all);
+        let before = self.solver.factorisations;
+        let solved = match changed {
+            Some(changed) => self.solver.solve_changed(&self.values, changed, &mut all),
+            None => self.solver.solve(&self.values, &mut all),
+        };
+        if self.solver.factorisations > before {
+            self.factored.clone_from(&self.conditions);
+            self.replaced.clear();
+        }
         (self.timings.factor, self.timings.solve) = (self.solver.factor_s, self.solver.solve_s);
         self.timings.factorisations = self.solver.factorisations;
+        self.timings.updates = self.solver.updates;
         solved?;
         let start = Instant::now();
         let (u, travels) = self.border(all, &borders, &moved)?;
@@ -62,24 +87,37 @@ impl System {
         self.values.copy_from_slice(&self.eval.tangent);
         let pattern = self.body.pattern();
         for c in &self.conditions {
-            let start = pattern.row_ptr[3 * c.node];
-            let width = pattern.row_ptr[3 * c.node + 1] - start;
-            let (row0, rest) = self.values[start..start + 3 * width].split_at_mut(width);
-            let (row1, row2) = rest.split_at_mut(width);
-            for j in 0..width {
-                let v = c.a * Vec3::new(row0[j], row1[j], row2[j]);
-                (row0[j], row1[j], row2[j]) = (v.x, v.y, v.z);
-            }
-            let Some(at) = pattern.position(3 * c.node, 3 * c.node).map(|q| q - start) else {
-                continue;
-            };
-            let b = c.b + c.b_tool;
-            for k in 0..3 {
-                row0[at + k] += b[(0, k)];
-                row1[at + k] += b[(1, k)];
-                row2[at + k] += b[(2, k)];
-            }
+            let rows = rows_of(pattern, c.node);
+            put(c, pattern, &mut self.values[rows]);
         }
+    }
+
+    /// Puts the conditions that differ from those in the factors in their place; what that adds to the rows in the
+    /// factors.
+    fn change_conditions(&mut self) -> ChangedRows {
+        let mut changed = ChangedRows::default();
+        let pattern = self.body.pattern();
+        for (rows, values) in self.replaced.drain(..) {
+            self.values[rows].copy_from_slice(&values);
+        }
+        for (node, [before, now]) in different(&self.factored, &self.conditions) {
+            let rows = rows_of(pattern, node);
+            let width = rows.len() / 3;
+            let with = |condition: Option<&Condition>| {
+                let mut values = self.eval.tangent[rows.clone()].to_vec();
+                condition.iter().for_each(|c| put(c, pattern, &mut values));
+                values
+            };
+            let (before, now) = (with(before), with(now));
+            self.values[rows.clone()].copy_from_slice(&now);
+            let added: Vec<f64> = now.iter().zip(&before).map(|(now, old)| now - old).collect();
+            for (k, added) in added.chunks_exact(width).enumerate() {
+                changed.rows.push(3 * node + k);
+                changed.added.push(added.to_vec());
+            }
+            self.replaced.push((rows, before));
+        }
+        changed
     }
 
     /// Minus the derivative of the residual by the travel of `tool`: the extra right-hand side.
@@ -158,4 +196,52 @@ impl System {
         };
         self.conditions.iter().filter_map(|c| c.candidate.map(|k| of(c, k))).collect()
     }
+}
+
+/// Places of a node's three rows in the values.
+fn rows_of(pattern: &Pattern, node: usize) -> Range<usize> {
+    pattern.row_ptr[3 * node]..pattern.row_ptr[3 * node + 3]
+}
+
+/// Puts a condition in the place of its node's three rows.
+fn put(c: &Condition, pattern: &Pattern, rows: &mut [f64]) {
+    let start = pattern.row_ptr[3 * c.node];
+    let width = rows.len() / 3;
+    let (row0, rest) = rows.split_at_mut(width);
+    let (row1, row2) = rest.split_at_mut(width);
+    for j in 0..width {
+        let v = c.a * Vec3::new(row0[j], row1[j], row2[j]);
+        (row0[j], row1[j], row2[j]) = (v.x, v.y, v.z);
+    }
+    let Some(at) = pattern.position(3 * c.node, 3 * c.node).map(|q| q - start) else {
+        return;
+    };
+    let b = c.b + c.b_tool;
+    for k in 0..3 {
+        row0[at + k] += b[(0, k)];
+        row1[at + k] += b[(1, k)];
+        row2[at + k] += b[(2, k)];
+    }
+}
+
+/// Nodes whose conditions differ in two lists by rising nodes, with both.
+fn different<'a>(
+    before: &'a [Condition],
+    now: &'a [Condition],
+) -> Vec<(usize, [Option<&'a Condition>; 2])> {
+    let mut out = Vec::new();
+    let (mut before, mut now) = (before.iter().peekable(), now.iter().peekable());
+    while let Some(node) =
+        before.peek().map(|c| c.node).into_iter().chain(now.peek().map(|c| c.node)).min()
+    {
+        let pair = [before.next_if(|c| c.node == node), now.next_if(|c| c.node == node)];
+        let same = match pair {
+            [Some(a), Some(b)] => (a.a, a.b, a.b_tool) == (b.a, b.b, b.b_tool),
+            _ => false,
+        };
+        if !same {
+            out.push((node, pair));
+        }
+    }
+    out
 }

@@ -70,6 +70,9 @@ pub struct Timings {
     pub solve: f64,
     /// Factorisations counted by `factor`: at least one an iteration, more where the active set is settled.
     pub factorisations: usize,
+    /// Times factors were brought up to date for a changed active set instead.
+    #[serde(default)]
+    pub updates: usize,
 }
 
 /// Work since the start of the run [mJ], of the whole process.

@@ -1,5 +1,6 @@
 //! The whole system at one iterate: body, tools, contact and constraints, and its residual.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use super::assembly::{Body, ElementFailure, Evaluation};
@@ -57,6 +58,10 @@ pub(super) struct System {
     pub(super) applied: Vec<f64>,
     pub(super) eval: Evaluation,
     pub(super) conditions: Vec<Condition>,
+    /// Conditions in the factors of the linear solver.
+    pub(super) factored: Vec<Condition>,
+    /// Places in `values` that are not those of the factors, with what stands in these.
+    pub(super) replaced: Vec<(Range<usize>, Vec<f64>)>,
     pub(super) scales: Scales,
     pub(super) lengths: Lengths,
     pub(super) timings: Timings,
@@ -108,6 +113,8 @@ impl System {
             held_at: vec![0.0; n],
             eval: Evaluation::default(),
             conditions: Vec::new(),
+            factored: Vec::new(),
+            replaced: Vec::new(),
             scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0 },
             timings: Timings::default(),
             solver,

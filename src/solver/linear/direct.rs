@@ -35,6 +35,13 @@ impl LinearSolver for MultifrontalLu {
         self.plan.solve(&self.factors, rhs);
     }
 
+    fn inverse_block(&self, columns: &[usize], rows: &[usize]) -> Option<Vec<f64>> {
+        const WORTH: f64 = 0.2;
+        let block = self.plan.inverse_block(columns, rows);
+        let worth = self.plan.share_of_factorisation(&block) <= WORTH;
+        worth.then(|| self.plan.solve_block(&self.factors, &block))
+    }
+
     fn name(&self) -> &'static str {
         "multifrontal LU"
     }

@@ -3,9 +3,11 @@
 pub mod direct;
 pub mod multifrontal;
 pub mod refine;
+pub mod update;
 
 pub use direct::{MultifrontalLu, SparseLu};
 pub use refine::CheckedSolver;
+pub use update::ChangedRows;
 
 use super::pattern::Pattern;
 use crate::geometry::Vec3;
@@ -62,6 +64,13 @@ pub trait LinearSolver: Send + Sync {
 
     /// Solves in place with the last factors.
     fn solve(&self, rhs: &mut [f64]);
+
+    /// The rows `rows` of the columns `columns` of the inverse, column by column, with the last factors; `None` where
+    /// that would cost nearly as much as factors of a changed matrix, or cannot be done.
+    fn inverse_block(&self, columns: &[usize], rows: &[usize]) -> Option<Vec<f64>> {
+        let _ = (columns, rows);
+        None
+    }
 
     /// Name for the log.
     fn name(&self) -> &'static str;

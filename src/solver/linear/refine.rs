@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::update::{ChangedRows, Update};
 use super::{Groups, LinearError, LinearSolver, MultifrontalLu, SparseLu};
 use crate::solver::pattern::Pattern;
 
@@ -15,12 +16,17 @@ pub struct CheckedSolver {
     planned: usize,
     /// Solver that holds the present factors.
     current: usize,
+    factored: bool,
+    /// Right-hand sides and solutions with these factors.
+    known: Vec<(Vec<f64>, Vec<f64>)>,
     /// Times a later solver had to help.
     pub fallbacks: usize,
     /// Wall time of all factorisations so far [s].
     pub factor_s: f64,
     /// Factorisations so far.
     pub factorisations: usize,
+    /// Times factors were brought up to date instead.
+    pub updates: usize,
     /// Wall time of all substitutions and refinements so far [s].
     pub solve_s: f64,
 }
@@ -55,6 +61,9 @@ impl CheckedSolver {
             solvers,
             planned: 0,
             current: 0,
+            factored: false,
+            known: Vec::new(),
+            updates: 0,
             fallbacks: 0,
             factor_s: 0.0,
             factorisations: 0,
@@ -90,9 +99,13 @@ impl CheckedSolver {
             last = self.solvers[k].factor(values);
             self.factor_s += start.elapsed().as_secs_f64();
             self.factorisations += 1;
+            self.factored = last.is_ok();
             if last.is_ok() {
                 let start = Instant::now();
-                last = self.refined_all(values, rhs, &given);
+                let solver = self.solvers[k].as_ref();
+                let solve = |_: usize, x: &mut [f64]| solver.solve(x);
+                last = self.refined_all(values, rhs, &given, [&solve, &solve]);
+                self.known = given.iter().cloned().zip(rhs.iter().cloned()).collect();
                 self.solve_s += start.elapsed().as_secs_f64();
             }
             if last.is_ok() {
@@ -102,26 +115,69 @@ impl CheckedSolver {
         last
     }
 
+    /// Solves for every right-hand side in place with the factors of an earlier matrix; `values` is the matrix now,
+    /// which differs by `changed`. Without factors, where too much has changed or the accuracy is not met, as
+    /// [`CheckedSolver::solve`].
+    ///
+    /// # Errors
+    /// The last solver's error when none succeeds.
+    pub fn solve_changed(
+        &mut self,
+        values: &[f64],
+        changed: &ChangedRows,
+        rhs: &mut [Vec<f64>],
+    ) -> Result<(), LinearError> {
+        let start = Instant::now();
+        let given: Vec<Vec<f64>> = rhs.to_vec();
+        let solver = self.solvers[self.current].as_ref();
+        if self.factored
+            && let Some(update) = Update::new(solver, &self.pattern, changed)
+        {
+            let again = |x: &mut [f64]| update.solve(solver, x);
+            let first = |k: usize, x: &mut [f64]| match self.known.get(k) {
+                Some((b, known)) => update.solve_from(solver, x, (b, known)),
+                None => again(x),
+            };
+            let solved = self.refined_all(values, rhs, &given, [&first, &|_, x| again(x)]);
+            if solved.is_ok() {
+                self.updates += 1;
+                self.solve_s += start.elapsed().as_secs_f64();
+                return Ok(());
+            }
+            rhs.clone_from_slice(&given);
+        }
+        self.solve_s += start.elapsed().as_secs_f64();
+        self.solve(values, rhs)
+    }
+
     /// Right-hand sides at the same time, each on its own.
     fn refined_all(
         &self,
         values: &[f64],
         rhs: &mut [Vec<f64>],
         given: &[Vec<f64>],
+        [first, next]: [&Solve<'_>; 2],
     ) -> Result<(), LinearError> {
-        let done: Vec<_> =
-            rhs.par_iter_mut().zip(given).map(|(x, b)| self.refined(values, x, b)).collect();
+        let each = rhs.par_iter_mut().zip(given).enumerate();
+        let done: Vec<_> = each
+            .map(|(k, (x, b))| self.refined(values, x, b, [&|x| first(k, x), &|x| next(k, x)]))
+            .collect();
         done.into_iter().collect()
     }
 
-    fn refined(&self, values: &[f64], x: &mut [f64], b: &[f64]) -> Result<(), LinearError> {
+    fn refined(
+        &self,
+        values: &[f64],
+        x: &mut [f64],
+        b: &[f64],
+        [first, next]: [&dyn Fn(&mut [f64]); 2],
+    ) -> Result<(), LinearError> {
         let size = norm(b);
         if size == 0.0 {
             x.fill(0.0);
             return Ok(());
         }
-        let solver = &self.solvers[self.current];
-        solver.solve(x);
+        first(x);
         let mut left = f64::INFINITY;
         for _ in 0..6 {
             let mut residual = self.pattern.residual(values, x, b);
@@ -134,7 +190,7 @@ impl CheckedSolver {
                 break;
             }
             left = now;
-            solver.solve(&mut residual);
+            next(&mut residual);
             x.iter_mut().zip(&residual).for_each(|(x, d)| *x += d);
         }
         if left <= ALLOWED {
@@ -143,6 +199,9 @@ impl CheckedSolver {
         Err(LinearError::Inaccurate { relative: left, allowed: ALLOWED })
     }
 }
+
+/// Solves in place for the right-hand side of this number.
+type Solve<'a> = dyn Fn(usize, &mut [f64]) + Sync + 'a;
 
 fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()

@@ -13,6 +13,7 @@ mod supernodes;
 mod symbolic;
 
 pub use numeric::{Factors, Singular};
+pub use solve::InverseBlock;
 pub use symbolic::{PatternError, PatternRef, Symbolic};
 
 #[cfg(test)]

@@ -158,3 +158,26 @@ fn patterns_that_do_not_fit_are_refused() {
     assert!(refused(&[0, 2], &[0], &[0]), "row starts beyond the columns");
     assert!(refused(&[0, 1], &[0], &[1]), "block without a centre");
 }
+
+#[test]
+fn a_block_of_the_inverse_is_that_of_whole_solutions() {
+    let m = matrix(23, 17, 6, 5.0);
+    let n = m.block.len();
+    let (plan, mut factors) = (m.plan(), Factors::default());
+    plan.factor(&m.values, &mut factors).unwrap();
+    let columns: Vec<usize> = (0..20).map(|k| (k * 613 + 5) % n).collect();
+    let rows: Vec<usize> = (0..50).map(|k| (k * 337 + 1) % n).collect();
+    let block = plan.inverse_block(&columns, &rows);
+    let found = plan.solve_block(&factors, &block);
+    for (column, found) in columns.iter().zip(found.chunks_exact(rows.len())) {
+        let mut x = vec![0.0; n];
+        x[*column] = 1.0;
+        plan.solve(&factors, &mut x);
+        for (&row, found) in rows.iter().zip(found) {
+            assert!((found - x[row]).abs() < 1e-14, "{found} {}", x[row]);
+        }
+    }
+    let near = plan.inverse_block(&[0, 1, 2], &[0, 1, 2, 3]);
+    let (few, many) = (plan.share_of_factorisation(&near), plan.share_of_factorisation(&block));
+    assert!(few > 0.0 && few < 0.1 * many, "{few} {many}");
+}

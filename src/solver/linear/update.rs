@@ -1,0 +1,202 @@
+//! Solving after a few rows of the matrix have changed, with the factors from before.
+//!
+//! With `A' = A + E D` (`E` the unit columns of the changed rows, `D` what was added to them) and `Z = A^-1 E`,
+//! `x = A^-1 (b - E m)` solves `A' x = b` when `(I + D Z) m = D A^-1 b` (Sherman, Morrison, Woodbury). Of `Z` only the
+//! rows that `D` meets are needed.
+
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+use super::LinearSolver;
+use crate::solver::pattern::Pattern;
+
+/// Rows of the matrix that changed since it was factored, rising.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ChangedRows {
+    /// The rows.
+    pub rows: Vec<usize>,
+    /// What was added to each, in the pattern's order of its entries.
+    pub added: Vec<Vec<f64>>,
+}
+
+/// Factors brought up to date.
+pub(super) struct Update<'a> {
+    pattern: &'a Pattern,
+    changed: &'a ChangedRows,
+    /// `D Z`.
+    by_changes: DMatrix<f64>,
+    /// `I + D Z`.
+    small: LU<f64, Dyn, Dyn>,
+}
+
+impl<'a> Update<'a> {
+    /// `None` where new factors are worth their cost or the rows cannot be exchanged.
+    pub(super) fn new(
+        solver: &dyn LinearSolver,
+        pattern: &'a Pattern,
+        changed: &'a ChangedRows,
+    ) -> Option<Self> {
+        let m = changed.rows.len();
+        let mut met: Vec<usize> =
+            changed.rows.iter().flat_map(|&row| columns_of(pattern, row)).copied().collect();
+        met.sort_unstable();
+        met.dedup();
+        let z = solver.inverse_block(&changed.rows, &met)?;
+        let mut by_changes = DMatrix::zeros(m, m);
+        let mut place = vec![0; pattern.dim()];
+        met.iter().enumerate().for_each(|(k, &column)| place[column] = k);
+        for (i, (&row, added)) in changed.rows.iter().zip(&changed.added).enumerate() {
+            for (j, z) in z.chunks_exact(met.len()).enumerate() {
+                let columns = columns_of(pattern, row).iter();
+                by_changes[(i, j)] = columns.zip(added).map(|(&c, d)| d * z[place[c]]).sum::<f64>();
+            }
+        }
+        let small = (DMatrix::identity(m, m) + &by_changes).lu();
+        small.is_invertible().then_some(Self { pattern, changed, by_changes, small })
+    }
+
+    /// Solves in place.
+    pub(super) fn solve(&self, solver: &dyn LinearSolver, x: &mut [f64]) {
+        let mut y = x.to_vec();
+        solver.solve(&mut y);
+        let met = self.meet(&y);
+        self.finish(solver, met, x);
+    }
+
+    /// Solves in place with half the work where the right-hand side `given` and solution `known` of the matrix in the
+    /// factors differ from the present one in changed rows only.
+    pub(super) fn solve_from(
+        &self,
+        solver: &dyn LinearSolver,
+        x: &mut [f64],
+        (given, known): (&[f64], &[f64]),
+    ) {
+        let change = |&row: &usize| x[row] - given[row];
+        let changes: Vec<f64> = self.changed.rows.iter().map(change).collect();
+        let changed = x.iter().zip(given).filter(|(x, g)| x != g).count();
+        if changed > changes.iter().filter(|c| **c != 0.0).count() {
+            return self.solve(solver, x);
+        }
+        // D A^-1 b = D known + D Z changes
+        let changes = DVector::from_vec(changes);
+        let met = self.meet(known) + &self.by_changes * changes;
+        self.finish(solver, met, x);
+    }
+
+    /// `D y`.
+    fn meet(&self, y: &[f64]) -> DVector<f64> {
+        let rows = self.changed.rows.iter().zip(&self.changed.added);
+        let met = rows.map(|(&row, added)| {
+            let columns = columns_of(self.pattern, row).iter();
+            columns.zip(added).map(|(&c, d)| d * y[c]).sum()
+        });
+        DVector::from_iterator(self.changed.rows.len(), met)
+    }
+
+    fn finish(&self, solver: &dyn LinearSolver, met: DVector<f64>, x: &mut [f64]) {
+        if let Some(m) = self.small.solve(&met) {
+            self.changed.rows.iter().zip(m.iter()).for_each(|(&row, m)| x[row] -= m);
+        }
+        solver.solve(x);
+    }
+}
+
+fn columns_of(pattern: &Pattern, row: usize) -> &[usize] {
+    &pattern.col_idx[pattern.row_ptr[row]..pattern.row_ptr[row + 1]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec3;
+    use crate::solver::linear::{CheckedSolver, Groups};
+
+    /// Five-point grid, unsymmetric, with the solver that holds its factors.
+    fn grid(n: usize) -> (Pattern, Vec<f64>, Groups) {
+        let mut pattern = Pattern { row_ptr: vec![0], col_idx: vec![] };
+        let mut values = vec![];
+        let at = |i: usize, j: usize| i * n + j;
+        for i in 0..n {
+            for j in 0..n {
+                for (k, l) in
+                    [(i.wrapping_sub(1), j), (i, j.wrapping_sub(1)), (i, j), (i, j + 1), (i + 1, j)]
+                {
+                    if k < n && l < n {
+                        pattern.col_idx.push(at(k, l));
+                        let same = (k, l) == (i, j);
+                        values.push(if same {
+                            4.5
+                        } else {
+                            -1.0 + 0.1 * ((k + 3 * l) as f64).sin()
+                        });
+                    }
+                }
+                pattern.row_ptr.push(pattern.col_idx.len());
+            }
+        }
+        let groups = Groups {
+            of_unknown: (0..(n * n) as u32).collect(),
+            centers: (0..n * n).map(|k| Vec3::new((k / n) as f64, (k % n) as f64, 0.0)).collect(),
+        };
+        (pattern, values, groups)
+    }
+
+    /// Every entry of these rows but the diagonal halved, the diagonal negative in every other row.
+    fn change(pattern: &Pattern, values: &mut [f64], rows: Vec<usize>) -> ChangedRows {
+        let mut changed = ChangedRows::default();
+        for row in rows {
+            let places = pattern.row_ptr[row]..pattern.row_ptr[row + 1];
+            let old = values[places.clone()].to_vec();
+            for q in places.clone() {
+                let turned = pattern.col_idx[q] == row && row % 2 == 0;
+                values[q] *= if turned { -1.0 } else { 0.5 };
+            }
+            let added = values[places].iter().zip(&old).map(|(new, old)| new - old).collect();
+            changed.rows.push(row);
+            changed.added.push(added);
+        }
+        changed
+    }
+
+    fn right_hand_side(n: usize) -> Vec<f64> {
+        (0..n).map(|k| (0.3 * k as f64).cos()).collect()
+    }
+
+    #[test]
+    fn a_few_changed_rows_need_no_new_factors() {
+        let (pattern, mut values, groups) = grid(40);
+        let n = pattern.dim();
+        let mut solver = CheckedSolver::new(&pattern, groups).unwrap();
+        let b = right_hand_side(n);
+        solver.solve(&values, &mut [b.clone()]).unwrap();
+        let rows = vec![3, 4, 777, 1000];
+        let changed = change(&pattern, &mut values, rows.clone());
+        // Right-hand sides that change with the rows, and everywhere.
+        let mut near = b.clone();
+        rows.iter().for_each(|&row| near[row] += 1.0);
+        let far: Vec<f64> = b.iter().map(|b| b + 0.5).collect();
+        for given in [b, near, far] {
+            let mut x = [given.clone()];
+            solver.solve_changed(&values, &changed, &mut x).unwrap();
+            let left = pattern.residual(&values, &x[0], &given);
+            assert!(left.iter().all(|r| r.abs() < 1e-10));
+        }
+        assert_eq!((solver.factorisations, solver.updates), (1, 3));
+    }
+
+    #[test]
+    fn many_changed_rows_and_none_known_are_factored_anew() {
+        let (pattern, mut values, groups) = grid(20);
+        let n = pattern.dim();
+        let mut solver = CheckedSolver::new(&pattern, groups).unwrap();
+        let b = right_hand_side(n);
+        let changed = change(&pattern, &mut values, vec![5]);
+        solver.solve_changed(&values, &changed, &mut [b.clone()]).unwrap();
+        assert_eq!((solver.factorisations, solver.updates), (1, 0), "no factors before");
+        let changed = change(&pattern, &mut values, (0..n).collect());
+        let mut x = [b.clone()];
+        solver.solve_changed(&values, &changed, &mut x).unwrap();
+        assert_eq!((solver.factorisations, solver.updates), (2, 0), "too many rows");
+        let left = pattern.residual(&values, &x[0], &b);
+        assert!(left.iter().all(|r| r.abs() < 1e-10));
+    }
+}

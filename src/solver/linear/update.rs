@@ -93,7 +93,9 @@ impl<'a> Update<'a> {
     }
 
     fn finish(&self, solver: &dyn LinearSolver, met: DVector<f64>, x: &mut [f64]) {
-        if let Some(m) = self.small.solve(&met) {
+        if !met.is_empty()
+            && let Some(m) = self.small.solve(&met)
+        {
             self.changed.rows.iter().zip(m.iter()).for_each(|(&row, m)| x[row] -= m);
         }
         solver.solve(x);
@@ -168,6 +170,9 @@ mod tests {
         let mut solver = CheckedSolver::new(&pattern, groups).unwrap();
         let b = right_hand_side(n);
         solver.solve(&values, &mut [b.clone()]).unwrap();
+        let mut x = [b.clone()];
+        solver.solve_changed(&values, &ChangedRows::default(), &mut x).unwrap();
+        assert!(pattern.residual(&values, &x[0], &b).iter().all(|r| r.abs() < 1e-10));
         let rows = vec![3, 4, 777, 1000];
         let changed = change(&pattern, &mut values, rows.clone());
         // Right-hand sides that change with the rows, and everywhere.
@@ -180,7 +185,7 @@ mod tests {
             let left = pattern.residual(&values, &x[0], &given);
             assert!(left.iter().all(|r| r.abs() < 1e-10));
         }
-        assert_eq!((solver.factorisations, solver.updates), (1, 3));
+        assert_eq!((solver.factorisations, solver.updates), (1, 4));
     }
 
     #[test]

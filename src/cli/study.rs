@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use crate::study::StudyError;
 use crate::study::cases::cases;
+use crate::study::checks::Outcome;
 use crate::study::collect::collect;
 use crate::study::execute::{Execution, State, execute};
 use crate::study::file::{Description, Study, read};
@@ -59,7 +60,7 @@ fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> StudyError {
 /// Runs the study.
 ///
 /// # Errors
-/// Exit code 2 for a study that cannot be run, 3 when a case failed, 4 when files cannot be read or written.
+/// Exit code 1 when a check does not hold, 2 for a study that cannot be run, 3 when a case failed, 4 when files cannot be read or written.
 pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
     match read(&args.file)? {
         Description::Forming(study) => forming(args, &study),
@@ -97,12 +98,21 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
         again: args.again,
     };
     let manifest = execute(&open, &how, &|line| println!("{line}"))?;
-    collect(study, &all, &manifest, &args.output)?;
+    let checks = collect(study, &all, &manifest, &args.output)?;
     let failed = open
         .iter()
         .filter(|c| manifest.cases.get(&c.id).is_some_and(|entry| entry.state != State::Done));
     let failed = failed.count();
     println!("{} cases, {failed} of those run not done", all.len());
+    for (check, outcome) in &checks {
+        let [state, value] = outcome.words();
+        println!("  {state:13} {}: {value}, {} expected", check.says, check.allowed());
+    }
     println!("  {}", args.output.join("study.html").display());
-    Ok(if failed == 0 { Exit::Done } else { Exit::NoConvergence })
+    let broken = checks.iter().any(|(_, outcome)| matches!(outcome, Outcome::Fails { .. }));
+    Ok(match (failed, broken) {
+        (1.., _) => Exit::NoConvergence,
+        (0, true) => Exit::Limit,
+        (0, false) => Exit::Done,
+    })
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::file::Study;
+use super::file::{Choice, Study};
 
 /// Cases of a study, at most.
 const MOST: usize = 10_000;
@@ -24,6 +24,24 @@ pub struct Case {
 #[must_use]
 pub fn cases(study: &Study, tools: &Path, quick: bool) -> Vec<Case> {
     let mut base = study.scene.clone();
+    if let (true, Some(change)) = (quick, &study.quick) {
+        merge(&mut base, change);
+    }
+    combinations(study).into_iter().map(|taken| case(study, &base, tools, &taken)).collect()
+}
+
+/// Names of the cases, in their order.
+#[must_use]
+pub fn ids(study: &Study) -> Vec<String> {
+    let name = |(choice, &k): (&Choice, &usize)| choice.options[k].name.clone();
+    let id = |taken: Vec<usize>| {
+        study.choices.iter().zip(&taken).map(name).collect::<Vec<_>>().join("_")
+    };
+    combinations(study).into_iter().map(id).collect()
+}
+
+/// Options taken in every case.
+fn combinations(study: &Study) -> Vec<Vec<usize>> {
     let mut out = vec![Vec::new()];
     for choice in &study.choices {
         out = out
@@ -34,10 +52,7 @@ pub fn cases(study: &Study, tools: &Path, quick: bool) -> Vec<Case> {
             .take(MOST)
             .collect();
     }
-    if let (true, Some(change)) = (quick, &study.quick) {
-        merge(&mut base, change);
-    }
-    out.into_iter().map(|taken| case(study, &base, tools, &taken)).collect()
+    out
 }
 
 fn case(study: &Study, base: &Value, tools: &Path, taken: &[usize]) -> Case {

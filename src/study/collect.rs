@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::StudyError;
 use super::cases::Case;
+use super::checks::{Check, Figure, Outcome};
 use super::compare::{Sheet, at, front, largest_difference, sheet, tools};
 use super::execute::{Manifest, State, folder_of};
 use super::file::Study;
@@ -63,6 +64,8 @@ const RESULTS: [&str; 10] = [
 
 /// Writes `study.csv`, `study.html` and the drawings into `folder`.
 ///
+/// Returns how the study's checks came out.
+///
 /// # Errors
 /// [`StudyError::Write`].
 pub fn collect(
@@ -70,7 +73,7 @@ pub fn collect(
     cases: &[Case],
     manifest: &Manifest,
     folder: &Path,
-) -> Result<(), StudyError> {
+) -> Result<Vec<(Check, Outcome)>, StudyError> {
     let mut rows: Vec<Row<'_>> = cases.iter().map(|c| row(study, c, manifest, folder)).collect();
     compare(&mut rows, study.reference.as_deref());
     let mut head: Vec<&str> = study.choices.iter().map(|c| c.name.as_str()).collect();
@@ -91,6 +94,18 @@ pub fn collect(
     let mut page = Page::new(&study.name);
     page.heading("Cases");
     page.table(&head, &table);
+    let checks = judge(study, &rows);
+    if !checks.is_empty() {
+        let said = |(check, outcome): &(Check, Outcome)| {
+            let [state, value] = outcome.words();
+            vec![check.says.clone(), state, value, check.allowed()]
+        };
+        page.heading("What it is expected to show");
+        page.table(
+            &["expected", "", "found", "allowed"],
+            &checks.iter().map(said).collect::<Vec<_>>(),
+        );
+    }
     for (_, chart) in &charts {
         page.heading(&chart.title);
         let series: Vec<Series> = chart.lines.iter().map(series).collect();
@@ -103,7 +118,45 @@ pub fn collect(
         page.plot(&traces, &layout, 480);
     }
     page.write(&folder.join("study.html"))?;
-    Ok(())
+    Ok(checks)
+}
+
+/// Every check with its outcome.
+fn judge(study: &Study, rows: &[Row<'_>]) -> Vec<(Check, Outcome)> {
+    let done = |id: &str| rows.iter().find(|r| r.case.id == id && r.state == State::Done);
+    let judged = |check: &Check| {
+        let other = check.against.as_ref().or(study.reference.as_ref()).and_then(|id| done(id));
+        let about = rows.iter().filter(|r| {
+            let named = check.cases.is_empty() || check.cases.contains(&r.case.id);
+            named && r.state == State::Done
+        });
+        let values: Vec<(String, f64)> = about
+            .filter_map(|r| Some((r.case.id.clone(), figure(check.figure, r, other)?)))
+            .collect();
+        (check.clone(), check.judge(&values))
+    };
+    study.checks.iter().map(judged).collect()
+}
+
+/// A figure of a row, beside another one; `None` where one of them has not got it.
+fn figure(figure: Figure, row: &Row<'_>, other: Option<&Row<'_>>) -> Option<f64> {
+    let record = row.record.as_ref()?;
+    let seconds = |r: &RunRecord| r.cpu_s / r.iterations.max(1) as f64;
+    Some(match figure {
+        Figure::ForceRms => force_rms(&row.curve, &other?.curve)?,
+        Figure::ThicknessMm => {
+            let (now, then) = (&row.sheet, &other?.sheet);
+            let off = largest_difference(&now.dx, &then.dx)?;
+            off.max(largest_difference(&now.dxy, &then.dxy)?)
+        }
+        Figure::PatchesOverReference => row.patches as f64 / other?.patches.max(1) as f64,
+        Figure::SecondsAnIterationOverReference => {
+            seconds(record) / seconds(other?.record.as_ref()?)
+        }
+        Figure::ForceBalance => record.force_balance,
+        Figure::EnergyBalance => record.energy_balance,
+        Figure::PenetrationMm => record.penetration_mm,
+    })
 }
 
 fn row<'a>(study: &Study, case: &'a Case, manifest: &Manifest, folder: &Path) -> Row<'a> {

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::StudyError;
+use super::cases::ids;
+use super::checks::Check;
 use super::stability::StabilityStudy;
 
 /// One scene in many variants: every combination of the choices is a case.
@@ -32,6 +34,9 @@ pub struct Study {
     /// Case the others are compared with: the options taken, in the order of the choices, joined by `_`.
     #[serde(default)]
     pub reference: Option<String>,
+    /// What the study is expected to show.
+    #[serde(default)]
+    pub checks: Vec<Check>,
 }
 
 /// The constant that marks a study file.
@@ -121,6 +126,21 @@ fn check(study: &Study, path: &Path) -> Result<(), StudyError> {
         }
         if choice.options.is_empty() {
             return Err(fault(format!("choices[{k}].options"), "none".into(), "at least one"));
+        }
+    }
+    let cases = ids(study);
+    let reference = study.reference.iter().map(|r| ("reference".to_owned(), r));
+    let checked = study.checks.iter().enumerate().flat_map(|(k, check)| {
+        let named = check.cases.iter().chain(&check.against);
+        named.map(move |case| (format!("checks[{k}]"), case))
+    });
+    for (place, case) in reference.chain(checked) {
+        if !cases.contains(case) {
+            return Err(fault(
+                place,
+                format!("'{case}'"),
+                "a case: one option of every choice, joined by '_'",
+            ));
         }
     }
     Ok(())

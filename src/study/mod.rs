@@ -1,9 +1,11 @@
 //! Studies: one scene in many variants, run, kept, gone on with and compared.
 //!
 //! [`file`] is the description, [`cases`] makes a scene of every combination of choices, [`execute`] runs those that
-//! are not done, [`mod@collect`] puts their records side by side.
+//! are not done, [`mod@collect`] puts their records side by side,
+//! [`checks`] holds them against what the study is expected to show.
 
 pub mod cases;
+pub mod checks;
 pub mod collect;
 pub mod compare;
 pub mod execute;

@@ -1,0 +1,142 @@
+//! What a study is expected to show, held against what its cases did.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One expectation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Check {
+    /// What is expected, in words.
+    pub says: String,
+    /// Cases it is expected of; all of them when empty.
+    #[serde(default)]
+    pub cases: Vec<String>,
+    /// Case they are compared with; the study's reference when not given.
+    #[serde(default)]
+    pub against: Option<String>,
+    /// What is looked at.
+    pub figure: Figure,
+    /// Largest value allowed.
+    #[serde(default)]
+    pub at_most: Option<f64>,
+    /// Smallest value allowed.
+    #[serde(default)]
+    pub at_least: Option<f64>,
+}
+
+/// A figure of a case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Figure {
+    /// RMS of the difference of force over the travel, over that of the other case.
+    ForceRms,
+    /// Largest difference of thickness along dx and dxy from the other case [mm].
+    ThicknessMm,
+    /// Patches over those of the other case.
+    PatchesOverReference,
+    /// Processor time an iteration over that of the other case.
+    SecondsAnIterationOverReference,
+    /// Nodal contact forces against tool forces, as a share of the largest.
+    ForceBalance,
+    /// Energy not accounted for, as a share of the work done.
+    EnergyBalance,
+    /// Deepest node in a tool [mm].
+    PenetrationMm,
+}
+
+/// How a check came out.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// No case it is about is done.
+    Open,
+    /// It holds for every case that is done; the value nearest to a limit, and its case.
+    Holds {
+        /// The value.
+        value: f64,
+        /// The case.
+        case: String,
+    },
+    /// It does not; the value farthest from what is allowed, and its case.
+    Fails {
+        /// The value.
+        value: f64,
+        /// The case.
+        case: String,
+    },
+}
+
+impl Check {
+    /// Judges the values of the cases that have one.
+    #[must_use]
+    pub fn judge(&self, values: &[(String, f64)]) -> Outcome {
+        let room = |v: f64| {
+            let above = self.at_most.map_or(f64::INFINITY, |most| most - v);
+            above.min(self.at_least.map_or(f64::INFINITY, |least| v - least))
+        };
+        // A value that is no number has no room.
+        let room = |v: f64| if v.is_nan() { f64::NEG_INFINITY } else { room(v) };
+        let Some((case, value)) = values.iter().min_by(|a, b| room(a.1).total_cmp(&room(b.1)))
+        else {
+            return Outcome::Open;
+        };
+        let (case, value) = (case.clone(), *value);
+        if room(value) >= 0.0 {
+            Outcome::Holds { value, case }
+        } else {
+            Outcome::Fails { value, case }
+        }
+    }
+
+    /// What is allowed, in words.
+    #[must_use]
+    pub fn allowed(&self) -> String {
+        match (self.at_least, self.at_most) {
+            (Some(a), Some(b)) => format!("{a} to {b}"),
+            (Some(a), None) => format!("at least {a}"),
+            (None, Some(b)) => format!("at most {b}"),
+            (None, None) => "anything".into(),
+        }
+    }
+}
+
+impl Outcome {
+    /// In words: state, and the value with its case.
+    #[must_use]
+    pub fn words(&self) -> [String; 2] {
+        match self {
+            Self::Open => ["open".into(), String::new()],
+            Self::Holds { value, case } => ["holds".into(), format!("{value:.3e} ({case})")],
+            Self::Fails { value, case } => {
+                ["DOES NOT HOLD".into(), format!("{value:.3e} ({case})")]
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_case_decides() {
+        let check = |at_least: Option<f64>, at_most: Option<f64>| Check {
+            says: String::new(),
+            cases: vec![],
+            against: None,
+            figure: Figure::ForceRms,
+            at_most,
+            at_least,
+        };
+        let values = [("a".to_owned(), 0.01), ("b".to_owned(), 0.03)];
+        let holds = Outcome::Holds { value: 0.03, case: "b".into() };
+        assert_eq!(check(None, Some(0.05)).judge(&values), holds);
+        let fails = Outcome::Fails { value: 0.03, case: "b".into() };
+        assert_eq!(check(None, Some(0.02)).judge(&values), fails);
+        let fails = Outcome::Fails { value: 0.01, case: "a".into() };
+        assert_eq!(check(Some(0.02), Some(0.05)).judge(&values), fails);
+        assert_eq!(check(Some(0.02), None).judge(&[]), Outcome::Open);
+        let nothing = [("c".to_owned(), f64::NAN)];
+        assert!(matches!(check(None, Some(1.0)).judge(&nothing), Outcome::Fails { .. }));
+    }
+}

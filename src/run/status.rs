@@ -60,7 +60,9 @@ impl State {
             Self::GivenUp => "given up",
             Self::Stopped => "stopped",
             Self::Killed => "killed: its process is gone",
-            Self::Elsewhere => "running when it last wrote; its process is not of this machine",
+            Self::Elsewhere => {
+                "running when it last wrote; whether it still does cannot be seen from here"
+            }
         }
     }
 }

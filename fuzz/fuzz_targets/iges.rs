@@ -1,5 +1,5 @@
 //! Any bytes give a model or a typed error: `cargo fuzz run iges fuzz/seeds/iges -- -max_total_time=60`, with the small
-//! `fixtures/forming/*.igs` copied to `fuzz/seeds/iges`.
+//! `fixtures/forming/*.igs` copied to `fuzz/seeds/iges`. A find goes to `fixtures/fuzz/NAME.igs`, where the tests read it again.
 
 #![no_main]
 

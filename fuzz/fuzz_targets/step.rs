@@ -1,5 +1,5 @@
 //! Any bytes give a model or a typed error: `cargo fuzz run step fuzz/seeds/step -- -max_total_time=60`, with the small
-//! `fixtures/forming/*.stp` copied to `fuzz/seeds/step`.
+//! `fixtures/forming/*.stp` copied to `fuzz/seeds/step`. A find goes to `fixtures/fuzz/NAME.stp`, where the tests read it again.
 
 #![no_main]
 

@@ -36,7 +36,7 @@ impl ToolSurface {
         let (by_patch, starts) = group(&pieces, self.model.patches.len());
         Self {
             model: self.model.clone(),
-            charts: order.iter().map(|k| self.charts[position(k)].clone()).collect(),
+            charts: order.iter().map(|k| self.charts[position(k)]).collect(),
             pieces,
             hulls,
             by_patch,

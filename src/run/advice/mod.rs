@@ -67,7 +67,7 @@ fn elements(plan: &Plan, setup: &SimulationSetup, cost: &Cost, out: &mut Vec<Rem
     let slender = size / (mesh.mean_thickness() / layers as f64);
     let released = |m: &Motion| matches!(m, Motion::Release | Motion::Absent);
     let springs_back = setup.stages.iter().skip(1).any(|s| s.motions.iter().any(released));
-    let fewer = ((2.0 / (layers + 1) as f64) as f64).powf(GROWTH);
+    let fewer = (2.0 / (layers + 1) as f64).powf(GROWTH);
     match blank.element {
         ElementKind::Hex8 if slender > SLENDER => out.push(Remark::new(
             format!(

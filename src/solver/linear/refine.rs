@@ -170,7 +170,7 @@ impl CheckedSolver {
         values: &[f64],
         x: &mut [f64],
         b: &[f64],
-        [first, next]: [&dyn Fn(&mut [f64]); 2],
+        [first, next]: [SolveOne<'_>; 2],
     ) -> Result<(), LinearError> {
         let size = norm(b);
         if size == 0.0 {
@@ -199,6 +199,9 @@ impl CheckedSolver {
         Err(LinearError::Inaccurate { relative: left, allowed: ALLOWED })
     }
 }
+
+/// Solves in place.
+type SolveOne<'a> = &'a dyn Fn(&mut [f64]);
 
 /// Solves in place for the right-hand side of this number.
 type Solve<'a> = dyn Fn(usize, &mut [f64]) + Sync + 'a;

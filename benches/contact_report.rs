@@ -1,6 +1,7 @@
 //! The contact search measured: misses against an oracle, time, growth, threads, the paper's searches, facets.
 //! The last line is JSON. `KANAGATA_POINTS` (default 20000) points of each kind are judged on the first model, a
-//! tenth of that on the others.
+//! tenth of that on the others. With `KANAGATA_MODELS`, a folder of tool models (`tools/models FOLDER`), only the tree is
+//! judged, on so many points of each kind on every one of them.
 
 #[path = "contact_cases/mod.rs"]
 mod cases;
@@ -32,6 +33,9 @@ fn main() {
     }
     let points = std::env::var("KANAGATA_POINTS").ok().and_then(|n| n.parse().ok());
     let points: usize = points.unwrap_or(20_000);
+    if let Some(folder) = std::env::var_os("KANAGATA_MODELS") {
+        return only_tree(&models::of_folder(folder.as_ref()), points);
+    }
     let [misses, uncertified] = exactness(&models, points);
     smoothness(&models);
     miss_rates(&models[0].1);
@@ -125,13 +129,39 @@ fn exactness(models: &[(String, ToolModel)], points: usize) -> [usize; 2] {
     [misses, uncertified]
 }
 
-fn judge(
+/// The tree alone against the oracle on given models.
+fn only_tree(models: &[(String, ToolModel)], points: usize) {
+    let mut all = Tally::default();
+    for (name, model) in models {
+        let tree = ToolSurface::new(model.clone());
+        let oracle = Oracle::new(model);
+        let tallies =
+            (0..KINDS.len()).map(|k| judge(model, &oracle, &[("tree", &tree)], k, points)[0]);
+        let sum = tallies.fold(Tally::default(), Tally::and);
+        println!(
+            "{name:28} {:6} patches {:8} points missed {:4} not certified {:4} worst {:.1e} mm",
+            model.patches.len(),
+            sum.points,
+            sum.missed,
+            sum.failed,
+            sum.worst
+        );
+        all = all.and(sum);
+    }
+    let Tally { points, missed, failed, worst, .. } = all;
+    println!(
+        "{}",
+        serde_json::json!({"points": points, "misses": missed, "uncertified": failed, "worst_mm": worst})
+    );
+}
+
+fn judge<const N: usize>(
     model: &ToolModel,
     oracle: &Oracle,
-    searches: &[(&str, &dyn ContactSearch); 3],
+    searches: &[(&str, &dyn ContactSearch); N],
     kind: usize,
     count: usize,
-) -> [Tally; 3] {
+) -> [Tally; N] {
     (0..count)
         .into_par_iter()
         .map(|k| {
@@ -144,7 +174,7 @@ fn judge(
                 Tally::default().add((p - foot.point).norm() - best, foot.outcome)
             })
         })
-        .reduce(|| [Tally::default(); 3], |a, b| [a[0].and(b[0]), a[1].and(b[1]), a[2].and(b[2])])
+        .reduce(|| [Tally::default(); N], |a, b| std::array::from_fn(|k| a[k].and(b[k])))
 }
 
 /// Jumps over patch borders, model by model.

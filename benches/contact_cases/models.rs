@@ -73,3 +73,21 @@ pub fn facets_as_good_as(tool: &ToolModel) -> (f64, ToolModel) {
         divisions = divisions * 5 / 4;
     }
 }
+
+/// All tool files one folder down, by name.
+pub fn of_folder(folder: &Path) -> Vec<(String, ToolModel)> {
+    let inside = |path: &Path| {
+        let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
+        let mut all: Vec<_> = entries.map(|e| e.path()).collect();
+        all.sort();
+        all
+    };
+    let files = inside(folder).into_iter().flat_map(|model| inside(&model));
+    let tools = files.filter(|path| path.to_string_lossy().ends_with(".tool.json"));
+    let read = |path: std::path::PathBuf| {
+        let name = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
+        let loaded = kanagata::tool::file::read(&path).expect("the folder holds sound tool files");
+        (name.trim_end_matches(".tool.json").to_owned(), loaded.model)
+    };
+    tools.map(read).collect()
+}

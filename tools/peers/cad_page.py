@@ -29,8 +29,8 @@ the diagonal."""
 DAMAGED = """## Damaged files
 
 `tests/mutations.rs` reads 20,400 mutants of the small files of `fixtures/forming`, leads every pointer of every instance back to
-itself and to what refers to it, and reads `fixtures/fuzz` again. `fuzz/` has targets for cargo-fuzz (IGES, STEP), which has not
-been run: the machines so far had no cargo-fuzz. `libfuzzer-sys` itself builds."""
+itself and to what refers to it, and reads `fixtures/fuzz` again. `fuzz/` has targets for cargo-fuzz (IGES, STEP), which have
+neither been built nor run: the machines so far had no cargo-fuzz."""
 
 
 def table(head, rows):

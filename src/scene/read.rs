@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::types::{BlankShape, Drive, MaterialChoice, Scene};
+use super::types::{BlankShape, Drive, MaterialChoice, Scene, SolverLimits};
 use crate::contact::ToolSurface;
 use crate::files::sha256_hex;
 use crate::solver::material::Material;
@@ -228,7 +228,36 @@ fn check(scene: &Scene) -> Result<(), Fault> {
             need(fits, format!("stages[{k}].{key}"), format!("{value:?}"), "above 0, at most 1")?;
         }
     }
-    Ok(())
+    check_solver(&scene.solver)
+}
+
+fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
+    const LEAST_TOLERANCE: f64 = 1e-13;
+    let fault = |key: &str, found: &dyn std::fmt::Debug, allowed: &str| {
+        Err((format!("solver.{key}"), format!("{found:?}"), allowed.to_owned()))
+    };
+    let tolerance = solver.force_tolerance;
+    if !(LEAST_TOLERANCE..0.1).contains(&tolerance) {
+        return fault("force_tolerance", &tolerance, "1e-13 to 0.1");
+    }
+    if solver.iterations == 0 || solver.wanted_iterations == 0 {
+        let found = (solver.iterations, solver.wanted_iterations);
+        return fault("iterations, wanted_iterations", &found, "at least 1");
+    }
+    let step = solver.smallest_increment;
+    if !(step > 0.0 && step <= 1.0) {
+        return fault("smallest_increment", &step, "above 0, at most 1");
+    }
+    let transition = solver.friction_transition;
+    if !(0.0..1.0).contains(&transition) {
+        return fault("friction_transition", &transition, "0 to 1");
+    }
+    match solver.contact.stiffness() {
+        Some(stiffness) if !(stiffness > 0.0 && stiffness.is_finite()) => {
+            fault("contact.stiffness", &stiffness, "above 0")
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Elements of a blank, at most.
@@ -335,6 +364,11 @@ mod tests {
                 serde_json::json!({"die": {"spring": {"stiffness_n_per_mm": 0}}})
         });
         assert!(message.contains("drive.die.spring.stiffness_n_per_mm: found 0"), "{message}");
+        let spring = |stiffness: f64| serde_json::json!({"penalty": {"stiffness": stiffness}});
+        let message = fails(|s| s["solver"] = serde_json::json!({"contact": spring(-1.0)}));
+        assert!(message.contains("solver.contact.stiffness: found -1"), "{message}");
+        let message = fails(|s| s["solver"] = serde_json::json!({"force_tolerance": 0}));
+        assert!(message.contains("solver.force_tolerance: found 0"), "{message}");
         let message = fails(|s| s["version"] = 3.into());
         assert!(message.contains("version: found 3"), "{message}");
     }

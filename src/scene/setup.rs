@@ -54,6 +54,7 @@ impl Plan {
             smallest_step: given.smallest_increment,
             increments: given.increments,
             friction_transition: given.friction_transition,
+            contact: given.contact,
             ..Limits::default()
         }
     }

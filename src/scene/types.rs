@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::solver::element::ElementKind;
 use crate::solver::material::card::MaterialCard;
-use crate::solver::stages::Limits;
+use crate::solver::stages::{ContactMethod, Limits};
 
 /// A forming run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -307,6 +307,8 @@ pub struct SolverLimits {
     /// Slip in an increment over which friction rises to Coulomb's force, as a share of the longest element edge;
     /// 0: exact stick and slip.
     pub friction_transition: f64,
+    /// How a node is kept out of a tool: `exact`, or by springs to compare with.
+    pub contact: ContactMethod,
 }
 
 /// The law's force is then within 1 % of Coulomb's from a slip of 7e-4 of an element on.
@@ -322,6 +324,7 @@ impl Default for SolverLimits {
             smallest_increment: limits.smallest_step,
             increments: limits.increments,
             friction_transition: FRICTION_TRANSITION,
+            contact: limits.contact,
         }
     }
 }

@@ -204,4 +204,5 @@ fn switch(sys: &mut System, k: usize, active: bool) {
     c.active = active;
     c.sliding = true;
     c.fresh = active;
+    c.push = 0.0;
 }

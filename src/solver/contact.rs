@@ -13,6 +13,9 @@
 //! A touching node's three equations, as one vector in space: `k g n + R_t = 0`, where `R_t = k s` while it
 //! sticks and Coulomb's residual while it slips. Its linearisation is
 //! `A K du + B dp + residual = 0` with the node's rows `K` of the tangent: the pattern of the mesh is kept.
+//!
+//! To compare, a spring may stand between node and tool ([`super::stages::ContactMethod`]): `g` is then
+//! `g + (lambda - push) / stiffness`, with the force `push` known from outside (zero for a penalty).
 
 use rayon::prelude::*;
 
@@ -38,6 +41,8 @@ pub(super) struct Candidate {
     pub(super) overshoot: f64,
     /// Foot at the last converged increment, in the tool's frame.
     pub(super) anchor: Vec3,
+    /// Force at which the spring of an augmented method has no length [N].
+    pub(super) push: f64,
 }
 
 /// What a restored increment needs of a candidate.
@@ -47,6 +52,8 @@ pub(super) struct SavedContact {
     sliding: bool,
     patch: u32,
     anchor: [f64; 3],
+    #[serde(default)]
+    push: f64,
 }
 
 /// All candidates, by node and tool.
@@ -83,6 +90,8 @@ pub(super) struct Scales {
     pub(super) tangential: f64,
     /// Slip that is nothing but rounding [mm].
     pub(super) rounding: f64,
+    /// One over the stiffness of the spring between node and tool [mm/N]; 0: none.
+    pub(super) compliance: f64,
 }
 
 /// How far past a tool's border a touching node goes on touching, over the reach of the search. Without it a node at
@@ -142,6 +151,7 @@ impl ContactSet {
                 foot: Projection::nowhere(),
                 overshoot: 0.0,
                 anchor: Vec3::zeros(),
+                push: 0.0,
             })
             .collect();
         let saved = candidates
@@ -151,6 +161,7 @@ impl ContactSet {
                 sliding: true,
                 patch: u32::MAX,
                 anchor: [0.0; 3],
+                push: 0.0,
             })
             .collect();
         Self { candidates, saved }
@@ -176,6 +187,7 @@ impl ContactSet {
                 sliding: c.sliding,
                 patch: c.foot.patch,
                 anchor: c.anchor.into(),
+                push: c.push,
             };
         }
     }
@@ -202,6 +214,7 @@ impl ContactSet {
             c.sliding = saved.sliding;
             c.foot.patch = saved.patch;
             c.anchor = saved.anchor.into();
+            c.push = saved.push;
             c.fresh = false;
             c.swings = 0;
         }
@@ -263,6 +276,7 @@ pub(super) fn touching(
     scales: Scales,
 ) -> Option<Condition> {
     let Frame { normal, gap, tangent, curvature } = frame(&c.foot, free)?;
+    let gap = gap + (normal.dot(r) - c.push) * scales.compliance;
     let from_anchor = p - c.anchor;
     let slip = tangent * from_anchor;
     let rise = normal.dot(&from_anchor);
@@ -283,12 +297,14 @@ pub(super) fn touching(
     let at = FrictionPoint { lambda, traction, slip, stiffness };
     let exact = law.transition == 0.0;
     let answer = if exact && c.sliding && backward { Friction::Stick } else { law.law(&at) };
+    let spring = scales.normal * scales.compliance;
     let mut out = Condition {
         node: c.node,
         candidate: None,
-        a: Mat3::zeros(),
+        a: normal * normal.transpose() * spring,
         b: Mat3::zeros(),
-        b_tool: (normal * normal.transpose() - curvature * gap) * scales.normal,
+        b_tool: (normal * normal.transpose() - curvature * gap) * scales.normal
+            - normal * (curvature * r).transpose() * spring,
         residual: normal * (gap * scales.normal),
         force: Vec3::zeros(),
         length: gap.abs(),
@@ -304,7 +320,7 @@ pub(super) fn touching(
             out.slipping = false;
         }
         Friction::Slip { residual, by_traction, by_slip, by_lambda } => {
-            out.a = tangent * (by_traction * tangent + by_lambda * normal.transpose());
+            out.a += tangent * (by_traction * tangent + by_lambda * normal.transpose());
             let bend = by_traction * curvature * lambda
                 - by_lambda * (curvature * traction).transpose()
                 + by_slip * by_motion;

@@ -31,7 +31,8 @@ pub mod tools;
 pub use constraints::Constraints;
 pub use simulation::{Control, Simulation, SimulationError, SimulationSetup};
 pub use stages::{
-    IncrementReport, IterationRecord, Limits, RunSummary, Stage, ToolReport, convergence_order,
+    ContactMethod, IncrementReport, IterationRecord, Limits, RunSummary, Stage, ToolReport,
+    convergence_order,
 };
 pub use tools::{Curve, Motion, Placement, SheetSide, ToolSetup};
 

@@ -6,7 +6,7 @@ use super::element::Want;
 use super::line_search;
 use super::linear::LinearError;
 use super::linearised::Correction;
-use super::stages::{IterationRecord, Limits};
+use super::stages::{ContactMethod, IterationRecord, Limits};
 use super::system::{Residual, System};
 
 /// What an iterate is.
@@ -63,6 +63,9 @@ pub struct NewtonStats {
     pub cycling: usize,
 }
 
+/// Gap that an augmented method may leave, over the sheet's thickness.
+const GAP: f64 = 1e-6;
+
 /// Solves the increment from the present iterate of `sys`; `history` receives every iterate, also on failure.
 /// Unless `patient`, an iteration that leads nowhere is ended early: a shorter step costs less.
 ///
@@ -78,6 +81,8 @@ pub(super) fn solve(
     let mut last: Option<Correction> = None;
     let mut near_balance = false;
     let mut pivoting = Pivoting::new();
+    // Iterations before the springs of an augmented method were last moved.
+    let mut before = 0;
     loop {
         evaluate_or_shorten(sys, &mut last)?;
         sys.search();
@@ -88,7 +93,12 @@ pub(super) fn solve(
         history.push(record);
         stats.changes += changes;
         stats.cycling = pivoting.damped;
-        match verdict(sys, &residual, changes, stats.iterations, limits) {
+        match verdict(sys, &residual, changes, stats.iterations - before, limits) {
+            Verdict::Converged if augments(sys, limits) => {
+                before = stats.iterations;
+                pivoting = Pivoting::new();
+                sys.assemble();
+            }
             Verdict::Converged => return Ok(stats),
             Verdict::Continue if patient || !hopeless(history) => {}
             Verdict::Continue | Verdict::Diverging | Verdict::Exhausted => {
@@ -112,6 +122,12 @@ pub(super) fn solve(
         stats.iterations += 1;
         last = Some(correction);
     }
+}
+
+/// Moves the springs of an augmented method while gaps are open; true when it did.
+fn augments(sys: &mut System, limits: &Limits) -> bool {
+    let augmented = matches!(limits.contact, ContactMethod::Augmented { .. });
+    augmented && sys.augment(GAP * sys.lengths.shortest_edge)
 }
 
 fn verdict(

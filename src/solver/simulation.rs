@@ -148,7 +148,7 @@ impl Simulation {
         sys.lengths.transition = limits.friction_transition * sys.lengths.longest_edge;
         sys.evaluate(Want::ResidualAndTangent)
             .map_err(|e| SimulationError::Setup(format!("the undeformed blank: {e}")))?;
-        sys.set_scales();
+        sys.set_scales(limits.contact.stiffness());
         let committed = Committed::of(&sys);
         Ok(Self {
             sys,

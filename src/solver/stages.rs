@@ -1,5 +1,6 @@
 //! Stages of a process and what an increment reports.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::tools::{Curve, Motion};
@@ -39,6 +40,38 @@ pub struct Limits {
     /// Slip in an increment over which friction rises to Coulomb's force, over the longest element edge;
     /// 0: exact stick and slip. See [`crate::contact::friction::Coulomb`].
     pub friction_transition: f64,
+    /// How a node is kept out of a tool.
+    pub contact: ContactMethod,
+}
+
+/// How a node is kept out of a tool. Stiffnesses are shares of the undeformed mesh's own, so that no unit enters.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactMethod {
+    /// Exactly, the normal force being what equilibrium leaves over.
+    #[default]
+    Exact,
+    /// By a spring: the node lies in the tool by its normal force over the stiffness.
+    Penalty {
+        /// Of the spring, over the mesh's, > 0.
+        stiffness: f64,
+    },
+    /// By a spring about a known force, which is corrected from outside until the gap is closed.
+    Augmented {
+        /// Of the spring, over the mesh's, > 0.
+        stiffness: f64,
+    },
+}
+
+impl ContactMethod {
+    /// Stiffness of the spring over the mesh's, where there is one.
+    #[must_use]
+    pub fn stiffness(self) -> Option<f64> {
+        match self {
+            Self::Exact => None,
+            Self::Penalty { stiffness } | Self::Augmented { stiffness } => Some(stiffness),
+        }
+    }
 }
 
 impl Default for Limits {
@@ -51,6 +84,7 @@ impl Default for Limits {
             smallest_step: 1e-4,
             increments: 100_000,
             friction_transition: 0.0,
+            contact: ContactMethod::Exact,
         }
     }
 }

@@ -115,7 +115,7 @@ impl System {
             conditions: Vec::new(),
             factored: Vec::new(),
             replaced: Vec::new(),
-            scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0 },
+            scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },
             timings: Timings::default(),
             solver,
             values: vec![0.0; body.pattern().nnz()],
@@ -189,8 +189,9 @@ impl System {
         self.timings.search += start.elapsed().as_secs_f64();
     }
 
-    /// Scales the conditions by the tangent of the undeformed sheet.
-    pub(super) fn set_scales(&mut self) {
+    /// Scales the conditions by the tangent of the undeformed sheet; `stiffness` of the springs between nodes and tools
+    /// is over the mesh's, if there are any.
+    pub(super) fn set_scales(&mut self, stiffness: Option<f64>) {
         let pattern = self.body.pattern();
         let diagonal =
             |row: usize| pattern.position(row, row).map_or(0.0, |q| self.eval.tangent[q].abs());
@@ -206,7 +207,20 @@ impl System {
             normal: positive(most),
             tangential: positive(least),
             rounding: 1e-10 * self.lengths.shortest_edge,
+            compliance: stiffness.map_or(0.0, |s| 1.0 / (s * positive(most))),
         };
+    }
+
+    /// Moves the springs between nodes and tools to the present forces where a gap is larger than `allowed` [mm]; true
+    /// when it did.
+    pub(super) fn augment(&mut self, allowed: f64) -> bool {
+        if self.contact.active().all(|(_, c)| c.foot.gap.abs() <= allowed) {
+            return false;
+        }
+        let forces: Vec<(usize, f64)> =
+            self.contact.active().map(|(k, _)| (k, self.lambda(k).max(0.0))).collect();
+        forces.into_iter().for_each(|(k, force)| self.contact.candidates[k].push = force);
+        true
     }
 
     /// Conditions of all nodes that are held or touch, and the size of the residual. Touching nodes that no

@@ -5,6 +5,7 @@ mod hertz;
 mod ironing;
 mod patch;
 mod springback;
+mod springs;
 
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::plane;

@@ -12,7 +12,7 @@ use crate::solver::system::{Role, System};
 use crate::solver::{Constraints, Curve, Motion, SheetSide, Simulation};
 
 /// A small block under a ball of Nagata patches, pushed in, turned a little, everything touching that can.
-fn pressed(mu: f64) -> System {
+fn pressed(mu: f64, stiffness: Option<f64>) -> System {
     let mesh = rectangle(4.0, 4.0, 2.0, 4, 4, 2);
     let mut constraints = Constraints::none(mesh.nodes.len());
     constraints.symmetry_plane(&mesh.nodes, 2, 0.0, 1e-9);
@@ -41,7 +41,7 @@ fn pressed(mu: f64) -> System {
         sys.contact.candidates[k].sliding = false;
         sys.contact.candidates[k].fresh = true;
     }
-    sys.set_scales();
+    sys.set_scales(stiffness);
     // Small enough for both branches of the friction law to occur.
     sys.scales.tangential *= 0.02;
     sys
@@ -66,8 +66,8 @@ fn direction(n: usize) -> Vec<f64> {
 }
 
 /// Largest relative difference between the matrix and central differences, and how many nodes slip and stick.
-fn mismatch(mu: f64) -> (f64, usize, usize) {
-    let mut sys = pressed(mu);
+fn mismatch(mu: f64, stiffness: Option<f64>) -> (f64, usize, usize) {
+    let mut sys = pressed(mu, stiffness);
     let (_, states) = residual(&mut sys);
     let touching: Vec<usize> = sys
         .conditions
@@ -104,10 +104,15 @@ fn mismatch(mu: f64) -> (f64, usize, usize) {
 #[test]
 fn condensed_matrix_is_the_derivative_of_the_residual() {
     let mut seen = (0, 0);
-    for mu in [0.0, 0.3, 3.0, 30.0] {
-        let (worst, slip, stick) = mismatch(mu);
-        assert!(worst < 1e-6, "mu {mu}: {worst:e} with {slip} slipping, {stick} sticking");
-        seen = (seen.0 + slip, seen.1 + stick);
+    for stiffness in [None, Some(1.0), Some(50.0)] {
+        for mu in [0.0, 0.3, 3.0, 30.0] {
+            let (worst, slip, stick) = mismatch(mu, stiffness);
+            assert!(
+                worst < 1e-6,
+                "mu {mu}, {stiffness:?}: {worst:e} with {slip} slipping, {stick} sticking"
+            );
+            seen = (seen.0 + slip, seen.1 + stick);
+        }
     }
     assert!(seen.0 > 10 && seen.1 > 3, "{seen:?}: both branches must have been tested");
 }

@@ -1,9 +1,11 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
+use crate::cad::model::Face;
 use crate::cad::model::{Edge, EdgeUse, SurfaceKind, TrimLoop};
 use crate::geometry::nurbs::{Curve2, Curve3, Surface};
 use crate::geometry::{Frame, Vec2};
+use crate::mesh::Element;
 
 /// Puts faces together by hand: sides with the same ends and middle are one edge.
 #[derive(Default)]

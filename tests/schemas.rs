@@ -23,6 +23,7 @@ fn schemas_are_what_the_types_say() {
     check::<kanagata::audit::AuditReport>("audit.schema.json");
     check::<kanagata::study::file::Study>("study.schema.json");
     check::<kanagata::study::stability::StabilityStudy>("stability.schema.json");
+    check::<kanagata::study::patches::PatchStudy>("patches.schema.json");
 }
 
 #[test]

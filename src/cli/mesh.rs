@@ -81,12 +81,11 @@ impl From<MeshError> for Failure {
 
 impl MesherArgs {
     /// Meshes the model; the result is checked against the model's area.
-    pub(super) fn mesh(&self, file: &Path, model: &Model) -> Result<SurfaceMesh, Failure> {
-        let mesh = match self.mesher {
-            Mesher::Mapped => mapped::mesh(model, &self.mapped_options())?,
-            Mesher::Gmsh => gmsh::mesh(file, model, &self.gmsh_options())?,
-        };
-        Ok(mesh)
+    pub(super) fn mesh(&self, file: &Path, model: &Model) -> Result<SurfaceMesh, MeshError> {
+        match self.mesher {
+            Mesher::Mapped => mapped::mesh(model, &self.mapped_options()),
+            Mesher::Gmsh => gmsh::mesh(file, model, &self.gmsh_options()),
+        }
     }
 
     /// True for the mesher that is built in.

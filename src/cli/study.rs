@@ -1,8 +1,9 @@
 //! `kanagata study FILE -o DIR`: runs the cases of a study that are not done and compares them; draws maps of where
-//! methods fail.
+//! methods fail; measures what accuracy costs in patches and time.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use crate::study::StudyError;
 use crate::study::cases::cases;
@@ -10,17 +11,19 @@ use crate::study::checks::Outcome;
 use crate::study::collect::collect;
 use crate::study::execute::{Execution, State, execute};
 use crate::study::file::{Description, Study, read};
+use crate::study::patches::{self, PatchStudy};
 use crate::study::stability;
 
 /// Arguments of `study`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Example:\n  tools/models out/models\n  \
     kanagata study fixtures/studies/cross-tool.json --tools out/models -o out/study --quick\n  \
-    kanagata study fixtures/studies/stability.json -o out/stability\n\n\
+    kanagata study fixtures/studies/stability.json -o out/stability\n  \
+    kanagata study fixtures/studies/patches.json -o out/patches\n\n\
     Cases that are done are not run again; those that were killed go on from their checkpoint. The folder then holds\n\
     manifest.json, study.csv, study.html and cases/NAME/run.\n\n{EXIT_HELP}"))]
 pub struct StudyArgs {
-    /// Study file (schemas/study.schema.json or schemas/stability.schema.json)
+    /// Study file (schemas/study.schema.json, stability.schema.json or patches.schema.json)
     file: PathBuf,
     /// Folder for the results; made if missing
     #[arg(short, long, value_name = "DIR")]
@@ -52,7 +55,7 @@ impl From<StudyError> for Failure {
     }
 }
 
-fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> StudyError {
+fn io(path: &Path) -> impl FnOnce(std::io::Error) -> StudyError {
     let path = path.to_path_buf();
     move |source| StudyError::Io { path, source }
 }
@@ -74,7 +77,19 @@ pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
             }
             Ok(Exit::Done)
         }
+        Description::Patches(study) => patch_study(args, &study),
     }
+}
+
+fn patch_study(args: &StudyArgs, study: &PatchStudy) -> Result<Exit, Failure> {
+    let model = read_model(&args.file.parent().unwrap_or(Path::new("")).join(&study.cad))?;
+    std::fs::create_dir_all(&args.output).map_err(io(&args.output))?;
+    let lost = patches::run(study, &model, [&args.file, &args.output], &|line| println!("{line}"))?;
+    if lost > 0 {
+        println!("{lost} models could not be made; patches.csv has the reasons");
+    }
+    println!("  {}", args.output.join("patches.html").display());
+    Ok(Exit::Done)
 }
 
 fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
@@ -87,7 +102,7 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
         |id: &str| args.only.is_empty() || args.only.iter().any(|o| id.contains(o.as_str()));
     let mut open = all.clone();
     open.retain(|c| !args.collect && wanted(&c.id));
-    let this = std::env::current_exe().map_err(io(std::path::Path::new("this program")))?;
+    let this = std::env::current_exe().map_err(io(Path::new("this program")))?;
     let program = this.with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX));
     let threads = (rayon::current_num_threads() / args.jobs.max(1)).max(1);
     let how = Execution {

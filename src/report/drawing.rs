@@ -36,7 +36,7 @@ pub struct Line {
     pub name: String,
     /// Points, as they are (not their logarithms).
     pub points: Vec<(f64, f64)>,
-    /// Draw marks only.
+    /// Draw black rings only, around points of other lines.
     pub marks_only: bool,
 }
 
@@ -229,24 +229,36 @@ where
         .y_label_formatter(&label)
         .draw()?;
     for (k, line) in chart.lines.iter().enumerate() {
-        let color = COLORS[k % COLORS.len()];
+        let color = color_of(k, line);
         let points: Vec<_> = line.points.iter().filter(|p| drawable(chart, p)).copied().collect();
+        if line.marks_only {
+            area.draw_series(points.iter().map(|&p| Circle::new(p, 6, color.stroke_width(1))))?;
+            continue;
+        }
         let marks = points.len() <= 40;
         if marks {
             area.draw_series(points.iter().map(|&p| Circle::new(p, 3, color.filled())))?;
         }
-        let drawn = if line.marks_only { Vec::new() } else { points };
-        area.draw_series(LineSeries::new(drawn, color.stroke_width(2)))?;
+        area.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
     }
     Ok(())
+}
+
+/// Colour of line `k`; rings are black.
+fn color_of(k: usize, line: &Line) -> RGBColor {
+    if line.marks_only { BLACK } else { COLORS[k % COLORS.len()] }
 }
 
 /// The lines' names and colours, one below the other.
 fn draw_names(area: &Area<'_>, lines: &[Line]) -> Drawn {
     for (k, line) in lines.iter().enumerate() {
         let y = 44 + 20 * k as i32;
-        let fill = COLORS[k % COLORS.len()].filled();
-        area.draw(&Rectangle::new([(4, y - 4), (18, y + 4)], fill))?;
+        let color = color_of(k, line);
+        if line.marks_only {
+            area.draw(&Circle::new((11, y), 6, color.stroke_width(1)))?;
+        } else {
+            area.draw(&Rectangle::new([(4, y - 4), (18, y + 4)], color.filled()))?;
+        }
         area.draw(&Text::new(line.name.clone(), (24, y - 6), ("sans-serif", 12)))?;
     }
     Ok(())

@@ -9,6 +9,7 @@ use serde_json::Value;
 use super::StudyError;
 use super::cases::ids;
 use super::checks::Check;
+use super::patches::{self, PatchStudy};
 use super::stability::StabilityStudy;
 
 /// One scene in many variants: every combination of the choices is a case.
@@ -75,6 +76,8 @@ pub enum Description {
     Forming(Study),
     /// Maps of where methods fail (`kanagata-stability`).
     Stability(StabilityStudy),
+    /// Patches against accuracy (`kanagata-patches`).
+    Patches(PatchStudy),
 }
 
 /// Reads a study of any kind, told by its `format`.
@@ -95,6 +98,12 @@ pub fn read(path: &Path) -> Result<Description, StudyError> {
         let study = serde_json::from_slice(&bytes)
             .map_err(|e| fault(e, "the keys and values of schemas/stability.schema.json"))?;
         return Ok(Description::Stability(study));
+    }
+    if value.get("format").and_then(Value::as_str) == Some("kanagata-patches") {
+        let study = serde_json::from_slice(&bytes)
+            .map_err(|e| fault(e, "the keys and values of schemas/patches.schema.json"))?;
+        patches::check(&study, path)?;
+        return Ok(Description::Patches(study));
     }
     let study = serde_json::from_slice(&bytes)
         .map_err(|e| fault(e, "the keys and values of schemas/study.schema.json"))?;

@@ -4,7 +4,7 @@ use super::print::print_reach;
 use super::{ConvertArgs, To, provenance, side_and_flip, stem};
 use crate::cad::Model;
 use crate::cli::exit::{Exit, Failure};
-use crate::convert::bezier::{BezierOptions, bezier_from_cad};
+use crate::convert::bezier::{BezierError, BezierOptions, FINEST, Within, within_tolerance};
 use crate::convert::reach::Reached;
 use crate::mesh::{attach, io};
 use crate::tool::edge::EdgeRule;
@@ -18,7 +18,6 @@ pub(super) fn bezier(
     reached: Option<&Reached>,
 ) -> Result<Exit, Failure> {
     const TOLERANCE: f64 = 1e-4;
-    const FINEST: usize = 64;
     let tolerance_mm = args.tol.unwrap_or(TOLERANCE);
     let options = BezierOptions {
         name: args.name.clone().unwrap_or_else(|| stem(&args.output)),
@@ -26,34 +25,21 @@ pub(super) fn bezier(
         sheet_side: side_and_flip(args, reached).0,
         flip: side_and_flip(args, reached).1,
     };
-    let mut divisions = 1;
-    let (mut tool, report) = loop {
-        let mesh = match &args.mesh {
-            Some(path) => attach::attach(&io::read(path)?, model)?,
-            // Finer borders may bound a face that coarse chords do not.
-            None => match args.mesher.with_divisions(divisions).mesh(&args.file, model) {
-                Err(_) if divisions < FINEST => {
-                    divisions *= 2;
-                    continue;
-                }
-                made => made?,
-            },
-        };
-        let (tool, report) = bezier_from_cad(model, &mesh, &options)?;
-        if report.error_mm <= tolerance_mm && (report.folded.is_empty() || args.allow_folds) {
-            break (tool, report);
-        }
-        divisions *= 2;
-        if divisions > FINEST || args.mesh.is_some() {
-            return Err(Failure::input(format!(
-                "{}: Bezier patches of degree 6 are {:.2e} mm off on patch {}, and {} fold; allowed: {tolerance_mm} mm, none; allow more with --tol and --allow-folds, or mesh finer",
-                args.file.display(),
-                report.error_mm,
-                report.worst,
-                report.folded.len()
-            )));
-        }
+    let given = match &args.mesh {
+        Some(path) => Some(attach::attach(&io::read(path)?, model)?),
+        None => None,
     };
+    let finest = if given.is_some() { 1 } else { FINEST };
+    let mesh = |divisions| match &given {
+        Some(mesh) => Ok(mesh.clone()),
+        None => args.mesher.with_divisions(divisions).mesh(&args.file, model),
+    };
+    let made = within_tolerance(model, &options, args.allow_folds, finest, mesh);
+    let Within { mut tool, report, divisions } = made.map_err(|e| match e {
+        BezierError::Mesh(e) => e.into(),
+        BezierError::Convert(e) => e.into(),
+        BezierError::NotReached { .. } => Failure::input(format!("{}: {e}", args.file.display())),
+    })?;
     if let Some(reached) = reached {
         reached.renumber(&mut tool);
     }

@@ -6,6 +6,7 @@
 
 mod basis;
 mod parameters;
+mod refine;
 mod side;
 
 use std::collections::BTreeMap;
@@ -13,6 +14,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use self::basis::{Basis, NODES};
+pub use self::refine::{BezierError, FINEST, Within, within_tolerance};
 use self::side::Sides;
 use super::{ConvertError, looks_away, normals};
 use crate::cad::Model;

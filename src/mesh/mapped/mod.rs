@@ -30,7 +30,17 @@ use crate::cad::Model;
 use crate::geometry::Vec3;
 
 /// What kinds of element a mesh is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum MeshStyle {
     /// Quads on four-sided faces, three blocks of quads on curved three-sided ones; elsewhere quads with a

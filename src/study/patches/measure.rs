@@ -1,0 +1,264 @@
+//! One model of a method: made, audited, asked for closest points.
+
+use std::fmt;
+use std::time::Instant;
+
+use super::{Edges, Method, PatchStudy, Queries};
+use crate::audit::{AuditOptions, CadReference, audit};
+use crate::cad::Model;
+use crate::contact::ToolSurface;
+use crate::convert::bezier::{BezierOptions, FINEST, within_tolerance};
+use crate::convert::tolerance::{Goal, to_tolerance};
+use crate::convert::{ConvertOptions, convert};
+use crate::geometry::Vec3;
+use crate::mesh::mapped::{self, MappedOptions};
+use crate::mesh::{MeshError, SurfaceMesh};
+use crate::tool::edge::EdgeRule;
+use crate::tool::{ToolKind, ToolModel};
+
+/// How fine a model is asked to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Size {
+    /// Divisions of 90 degrees.
+    Divisions(usize),
+    /// Largest |shape error| [mm].
+    Tolerance(f64),
+}
+
+/// What came of one size of a method.
+#[derive(Debug, Clone)]
+pub(super) struct Row<'a> {
+    pub method: &'a Method,
+    pub size: Size,
+    /// `None` when there is no model.
+    pub figures: Option<Figures>,
+    /// Why there is no model, or none that could be used; empty when there is.
+    pub reason: String,
+}
+
+/// What was measured of a model. Times are processor seconds of one thread of this machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Figures {
+    pub patches: usize,
+    /// Largest |shape error| (Eq. 24) [mm].
+    pub error_mm: f64,
+    /// Its root mean square over the area [mm].
+    pub rms_mm: f64,
+    /// Largest normal error [degrees].
+    pub normal_deg: f64,
+    /// Time from the CAD model in memory to the tool model [s].
+    pub convert_s: f64,
+    /// Time from the tool model to its search tree [s].
+    pub index_s: f64,
+    /// Time of a closest point without a hint [us].
+    pub query_us: f64,
+}
+
+impl Row<'_> {
+    /// The figures of a model that can be used.
+    pub fn sound(&self) -> Option<&Figures> {
+        self.figures.as_ref().filter(|_| self.reason.is_empty())
+    }
+}
+
+impl fmt::Display for Row<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.size {
+            Size::Divisions(n) => write!(f, "{}, {n} divisions:", self.method.name)?,
+            Size::Tolerance(t) => write!(f, "{}, {t} mm:", self.method.name)?,
+        }
+        if let Some(Figures { patches, error_mm, normal_deg, .. }) = self.figures {
+            write!(f, " {patches} patches, {error_mm:.2e} mm, {normal_deg:.3} degrees")?;
+        }
+        if !self.reason.is_empty() {
+            write!(f, " {}", self.reason)?;
+        }
+        Ok(())
+    }
+}
+
+/// What all models have in common.
+pub(super) struct Bench<'a> {
+    model: &'a Model,
+    reference: CadReference<'a>,
+    points: Vec<Vec3>,
+    sheet_side: Option<Vec3>,
+    /// One thread, for what is timed; `None` when there cannot be another: then the caller's.
+    alone: Option<rayon::ThreadPool>,
+}
+
+impl<'a> Bench<'a> {
+    /// # Errors
+    /// [`MeshError`] when the CAD cannot be meshed, on whose elements the query points are thrown.
+    pub fn new(study: &PatchStudy, model: &'a Model) -> Result<Self, MeshError> {
+        const DIVISIONS: usize = 8;
+        let options = MappedOptions { arc_divisions: DIVISIONS, ..MappedOptions::default() };
+        Ok(Self {
+            model,
+            reference: CadReference::new(model),
+            points: points_near(&mapped::mesh(model, &options)?, &study.queries),
+            sheet_side: study.sheet_side.map(Vec3::from),
+            alone: rayon::ThreadPoolBuilder::new().num_threads(1).build().ok(),
+        })
+    }
+
+    /// Makes and measures a model.
+    pub fn row<'m>(&self, method: &'m Method, size: Size) -> Row<'m> {
+        let (made, convert_s) = self.timed(|| self.made(method, size));
+        let (figures, reason) = match made {
+            Err(reason) => (None, reason),
+            Ok((tool, folded)) => match self.figures(&tool, convert_s) {
+                Ok(figures) if folded == 0 => (Some(figures), String::new()),
+                Ok(figures) => (Some(figures), format!("{folded} patches fold")),
+                Err(reason) => (None, reason),
+            },
+        };
+        Row { method, size, figures, reason }
+    }
+
+    /// A model, and how many of its patches fold.
+    fn made(&self, method: &Method, size: Size) -> Result<(ToolModel, usize), String> {
+        let mesh = MappedOptions { style: method.style, ..MappedOptions::default() };
+        let options = ConvertOptions {
+            name: method.name.clone(),
+            kind: method.kind,
+            edges: match method.edges() {
+                Edges::Plain => EdgeRule::Plain,
+                Edges::Guarded | Edges::Cad => EdgeRule::Guarded,
+            },
+            through_cad: method.edges() == Edges::Cad,
+            sheet_side: self.sheet_side,
+            ..ConvertOptions::default()
+        };
+        match size {
+            Size::Tolerance(tol_mm) if method.kind == ToolKind::Bezier => {
+                self.bezier(&mesh, &options, tol_mm)
+            }
+            Size::Tolerance(tol_mm) => {
+                let two_sided = !method.on_cad;
+                let goal = Goal { tol_mm, normal_deg: f64::INFINITY, two_sided };
+                let found = to_tolerance(self.model, &mesh, &options, &goal);
+                found.map(|r| (r.tool, r.report.folded.len())).map_err(|e| e.to_string())
+            }
+            Size::Divisions(arc_divisions) => {
+                let options_here = MappedOptions { arc_divisions, ..mesh };
+                let mesh = mapped::mesh(self.model, &options_here).map_err(|e| e.to_string())?;
+                let found = convert(self.model, &mesh, &options);
+                found.map(|(tool, r)| (tool, r.folded.len())).map_err(|e| e.to_string())
+            }
+        }
+    }
+
+    fn bezier(
+        &self,
+        mesh: &MappedOptions,
+        options: &ConvertOptions,
+        tolerance_mm: f64,
+    ) -> Result<(ToolModel, usize), String> {
+        let options = BezierOptions {
+            name: options.name.clone(),
+            tolerance_mm,
+            sheet_side: options.sheet_side,
+            flip: options.flip,
+        };
+        let mesh_of = |n| mapped::mesh(self.model, &MappedOptions { arc_divisions: n, ..*mesh });
+        let found = within_tolerance(self.model, &options, false, FINEST, mesh_of);
+        found.map(|w| (w.tool, w.report.folded.len())).map_err(|e| e.to_string())
+    }
+
+    fn figures(&self, tool: &ToolModel, convert_s: f64) -> Result<Figures, String> {
+        let found = audit(tool, &self.reference, &AuditOptions::default());
+        let report = found.map_err(|e| e.to_string())?.report;
+        let (surface, index_s) = self.timed(|| ToolSurface::new(tool.clone()));
+        let gaps = || self.points.iter().map(|p| surface.closest(p, None).gap).sum::<f64>();
+        let (_, queries_s) = self.timed(gaps);
+        Ok(Figures {
+            patches: tool.patches.len(),
+            error_mm: report.worst_mm(),
+            rms_mm: report.rms_mm,
+            normal_deg: report.normal_max_deg,
+            convert_s,
+            index_s,
+            query_us: 1e6 * queries_s / self.points.len() as f64,
+        })
+    }
+
+    /// What `work` gives, and its processor time on one thread [s]: the mean over enough turns for the clock.
+    fn timed<T: Send>(&self, work: impl Fn() -> T + Sync) -> (T, f64) {
+        const ENOUGH_S: f64 = 0.15;
+        const MOST: u32 = 1000;
+        let turns = || {
+            let (begin, mut turns) = (Moment::now(), 0);
+            loop {
+                let out = work();
+                turns += 1;
+                let spent = begin.spent_s();
+                if spent >= ENOUGH_S || turns == MOST {
+                    return (out, spent / f64::from(turns));
+                }
+            }
+        };
+        match &self.alone {
+            Some(pool) => pool.install(turns),
+            None => turns(),
+        }
+    }
+}
+
+/// A point of time on this thread's own clock.
+struct Moment {
+    wall: Instant,
+    processor_ns: Option<u64>,
+}
+
+impl Moment {
+    fn now() -> Self {
+        Self { wall: Instant::now(), processor_ns: processor_ns() }
+    }
+
+    /// Processor time of this thread since then [s]; wall time where the system does not tell it.
+    fn spent_s(&self) -> f64 {
+        match (self.processor_ns, processor_ns()) {
+            (Some(from), Some(to)) => to.saturating_sub(from) as f64 * 1e-9,
+            _ => self.wall.elapsed().as_secs_f64(),
+        }
+    }
+}
+
+/// Processor time of this thread [ns].
+fn processor_ns() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    text.split_ascii_whitespace().next()?.parse().ok()
+}
+
+/// Random points off the elements of a mesh, by their areas, along their normals.
+pub(super) fn points_near(mesh: &SurfaceMesh, queries: &Queries) -> Vec<Vec3> {
+    let mut state = queries.seed;
+    let mut random = move || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut triangles: Vec<[Vec3; 3]> = Vec::new();
+    for element in &mesh.elements {
+        let x = |k: usize| mesh.vertices[element.nodes()[k] as usize];
+        triangles.extend((1..element.nodes().len() - 1).map(|k| [x(0), x(k), x(k + 1)]));
+    }
+    let mut sums = Vec::with_capacity(triangles.len());
+    let mut area = 0.0;
+    for [a, b, c] in &triangles {
+        area += (b - a).cross(&(c - a)).norm();
+        sums.push(area);
+    }
+    let point = |_| {
+        let share = random() * area;
+        let [a, b, c] = triangles[sums.partition_point(|s| *s <= share).min(sums.len() - 1)];
+        let (mut u, mut v) = (random(), random());
+        if u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
+        a + (b - a) * u + (c - a) * v + normal * ((2.0 * random() - 1.0) * queries.distance_mm)
+    };
+    (0..queries.points).map(point).collect()
+}

@@ -102,9 +102,10 @@ fn a_study_writes_its_tables_and_drawings_and_goes_on_after_a_model_that_cannot_
     assert_eq!(rows.len(), 1 + 6);
     assert!(rows[1].starts_with("\"facets, uniform\",facets,structured,2,,sound,"), "{}", rows[1]);
     assert!(rows[5].starts_with("Bezier,bezier,structured,,0.001,sound,"), "{}", rows[5]);
-    assert!(rows[6].contains(",failed,,,") && rows[6].contains("1e-16 mm"), "{}", rows[6]);
-    let front = |k: usize| rows[k].contains(",yes,");
-    assert!(front(5) && !front(6) && !front(2), "{text}");
+    assert!(rows[6].contains(",failed,,,") && rows[6].contains("allowed: 0.0000"), "{}", rows[6]);
+    // Fewer patches and less error than all others; what lasts how long is not for a test.
+    let front = |k: usize| rows[k].rsplit(',').nth(3).unwrap();
+    assert_eq!([1, 2, 3, 4, 5].map(front), ["", "", "", "", "yes"], "{text}");
 
     let fewest = std::fs::read_to_string(folder.path().join("fewest.csv")).unwrap();
     assert!(fewest.starts_with("error_mm,\"facets, uniform\",Nagata,Bezier\n"), "{fewest}");

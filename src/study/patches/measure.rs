@@ -185,7 +185,7 @@ impl<'a> Bench<'a> {
 
     /// What `work` gives, and its processor time on one thread [s]: the mean over enough turns for the clock.
     fn timed<T: Send>(&self, work: impl Fn() -> T + Sync) -> (T, f64) {
-        const ENOUGH_S: f64 = 0.15;
+        const ENOUGH_S: f64 = 0.1;
         const MOST: u32 = 1000;
         let turns = || {
             let (begin, mut turns) = (Moment::now(), 0);

@@ -44,6 +44,3 @@ pub fn run(
     output::write(study, &rows, folder)?;
     Ok(rows.iter().filter(|r| r.sound().is_none()).count())
 }
-
-#[cfg(test)]
-mod tests;

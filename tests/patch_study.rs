@@ -1,19 +1,14 @@
+//! Studies of patches: errors and orders of closed form, tables and drawings, what is refused.
+
 use std::f64::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
 
+use kanagata::study::file::{Description, read};
+use kanagata::study::patches::run;
 use serde_json::{Value, json};
-
-use super::measure::{Figures, points_near};
-use super::*;
-use crate::mesh::mapped::{self, MappedOptions};
-use crate::study::file::{Description, read};
 
 fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name)
-}
-
-fn model(name: &str) -> Model {
-    crate::cad::read(&fixture(name)).unwrap().0
 }
 
 fn small() -> Value {
@@ -28,21 +23,40 @@ fn small() -> Value {
     })
 }
 
+/// Facets and Nagata patches at 4 and 8 divisions.
+fn two() -> Value {
+    let mut study = small();
+    study["methods"] = json!([
+        {"name": "facets", "kind": "facets", "divisions": [4, 8]},
+        {"name": "Nagata", "kind": "nagata", "divisions": [4, 8]},
+    ]);
+    study
+}
+
 fn written(folder: &Path, study: &Value) -> PathBuf {
     let path = folder.join("small.json");
     std::fs::write(&path, study.to_string()).unwrap();
     path
 }
 
-fn parsed(study: Value) -> PatchStudy {
-    serde_json::from_value(study).unwrap()
+/// Runs the study; gives how many models could not be made.
+fn run_in(folder: &Path, study: &Value, cad: &str) -> usize {
+    let file = written(folder, study);
+    let Description::Patches(study) = read(&file).unwrap() else { panic!("another study") };
+    let model = kanagata::cad::read(&fixture(cad)).unwrap().0;
+    run(&study, &model, [&file, folder], &|_| ()).unwrap()
 }
 
-fn figures(study: &PatchStudy, model: &Model) -> Vec<Vec<Figures>> {
-    let bench = Bench::new(study, model).unwrap();
-    let one = |m: &Method, n: usize| *bench.row(m, Size::Divisions(n)).sound().unwrap();
-    let of = |m: &Method| m.divisions.iter().map(|&n| one(m, n)).collect();
-    study.methods.iter().map(of).collect()
+/// What the table says of two sizes of two methods: patches, largest shape error [mm] and normal error [degrees].
+fn figures(study: &Value, cad: &str) -> [[[f64; 3]; 2]; 2] {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(run_in(folder.path(), study, cad), 0);
+    let text = std::fs::read_to_string(folder.path().join("patches.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+    let column = |name: &str| rows[0].iter().position(|c| *c == name).unwrap();
+    let columns = ["patches", "error_mm", "normal_deg"].map(column);
+    let row = |k: usize| columns.map(|c| rows[k][c].parse::<f64>().unwrap());
+    [[row(1), row(2)], [row(3), row(4)]]
 }
 
 /// Arcs of half angle h: chords miss them by `R (1 - cos h)`, Eq. 8 by `R (1 - cos h)^2 / (2 cos h)`; the normal of a
@@ -50,18 +64,16 @@ fn figures(study: &PatchStudy, model: &Model) -> Vec<Vec<Figures>> {
 #[test]
 fn a_cylinder_has_the_errors_of_the_closed_form() {
     const RADIUS: f64 = 20.0;
-    let mut study = parsed(small());
-    study.methods.truncate(2);
-    let found = figures(&study, &model("forming/cylinder_144.igs"));
-    for (k, n) in [2.0, 4.0].into_iter().enumerate() {
+    let found = figures(&two(), "forming/cylinder_144.igs");
+    for (k, n) in [4.0, 8.0].into_iter().enumerate() {
         let h = FRAC_PI_4 / n;
         let chord = RADIUS * (1.0 - h.cos());
-        let (facets, nagata) = (found[0][k], found[1][k]);
-        assert!((facets.error_mm - chord).abs() < 1e-6, "{facets:?} {chord}");
-        assert!((facets.normal_deg - h.to_degrees()).abs() < 1e-4, "{facets:?}");
+        let ([patches, error, normal], nagata) = (found[0][k], found[1][k]);
+        assert!((error / chord - 1.0).abs() < 1e-4, "{error} {chord}");
+        assert!((normal / h.to_degrees() - 1.0).abs() < 1e-4, "{normal}");
         let exact = chord * (1.0 - h.cos()) / (2.0 * h.cos());
-        assert!((nagata.error_mm - exact).abs() < 1e-6, "{nagata:?} {exact}");
-        assert_eq!(facets.patches, nagata.patches);
+        assert!((nagata[1] / exact - 1.0).abs() < 1e-4, "{nagata:?} {exact}");
+        assert_eq!(patches, nagata[0]);
     }
 }
 
@@ -69,34 +81,22 @@ fn a_cylinder_has_the_errors_of_the_closed_form() {
 /// fourth: slopes of -1 and -2 over the number of patches. Normals: of first and of third order.
 #[test]
 fn slopes_over_the_patches_of_a_torus_are_those_of_the_orders() {
-    let mut study = small();
-    study["methods"] = json!([
-        {"name": "facets", "kind": "facets", "divisions": [4, 8]},
-        {"name": "Nagata", "kind": "nagata", "divisions": [4, 8]},
-    ]);
-    let found = figures(&parsed(study), &model("forming/torus_144.igs"));
+    let found = figures(&two(), "forming/torus_144.igs");
     for (method, slopes) in found.iter().zip([[-1.0, -0.5], [-2.0, -1.5]]) {
-        let more = (method[1].patches as f64 / method[0].patches as f64).ln();
-        let error = (method[1].error_mm / method[0].error_mm).ln() / more;
-        let normal = (method[1].normal_deg / method[0].normal_deg).ln() / more;
-        println!("{error} {normal} {method:?}");
-        assert!((error - slopes[0]).abs() < 0.15, "{error} {method:?}");
-        assert!((normal - slopes[1]).abs() < 0.15, "{normal} {method:?}");
+        let [coarse, fine] = method;
+        let more = (fine[0] / coarse[0]).ln();
+        for (k, slope) in slopes.into_iter().enumerate() {
+            let found = (fine[k + 1] / coarse[k + 1]).ln() / more;
+            assert!((found - slope).abs() < 0.15, "{found} {slope} {method:?}");
+        }
     }
-    assert!(found[1][0].error_mm < found[0][0].error_mm / 10.0);
+    assert!(found[1][0][1] < found[0][0][1] / 10.0, "{found:?}");
 }
 
 #[test]
 fn a_study_writes_its_tables_and_drawings_and_goes_on_after_a_model_that_cannot_be_made() {
     let folder = tempfile::tempdir().unwrap();
-    let file = written(folder.path(), &small());
-    let Description::Patches(study) = read(&file).unwrap() else { panic!("another study") };
-    let said = std::cell::RefCell::new(Vec::new());
-    let say = |line: &str| said.borrow_mut().push(line.to_owned());
-    let cylinder = model("forming/cylinder_144.igs");
-    assert_eq!(run(&study, &cylinder, [&file, folder.path()], &say).unwrap(), 1);
-    assert_eq!(said.borrow().len(), 6);
-
+    assert_eq!(run_in(folder.path(), &small(), "forming/cylinder_144.igs"), 1);
     let text = std::fs::read_to_string(folder.path().join("patches.csv")).unwrap();
     let rows: Vec<&str> = text.lines().collect();
     assert_eq!(rows.len(), 1 + 6);
@@ -115,21 +115,6 @@ fn a_study_writes_its_tables_and_drawings_and_goes_on_after_a_model_that_cannot_
     }
     let page = std::fs::read_to_string(folder.path().join("patches.html")).unwrap();
     assert!(page.contains("nobody beats") && page.contains("hold nowhere else"));
-}
-
-#[test]
-fn query_points_lie_within_their_distance_and_follow_the_seed() {
-    let torus = model("forming/torus_144.igs");
-    let mesh = mapped::mesh(&torus, &MappedOptions { arc_divisions: 32, ..Default::default() });
-    let queries = Queries { seed: 3, points: 400, distance_mm: 0.5 };
-    let points = points_near(&mesh.as_ref().unwrap().clone(), &queries);
-    let index = crate::cad::closest::ClosestPoint::new(&torus);
-    let off: Vec<f64> =
-        points.iter().map(|p| (index.closest(p).unwrap().point - p).norm()).collect();
-    assert!(off.iter().all(|d| *d < 0.52) && off.iter().any(|d| *d > 0.4));
-    assert_eq!(points, points_near(mesh.as_ref().unwrap(), &queries));
-    let other = points_near(mesh.as_ref().unwrap(), &Queries { seed: 4, ..queries });
-    assert_ne!(points, other);
 }
 
 #[test]
@@ -172,5 +157,5 @@ fn the_shipped_study_is_sound() {
     let file = fixture("studies/patches.json");
     let Description::Patches(study) = read(&file).unwrap() else { panic!("another study") };
     assert!(file.parent().unwrap().join(&study.cad).exists());
-    assert!(study.methods.iter().any(|m| m.kind == crate::tool::ToolKind::Facets));
+    assert!(study.methods.iter().any(|m| m.kind == kanagata::tool::ToolKind::Facets));
 }

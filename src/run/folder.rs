@@ -237,7 +237,7 @@ impl RunFolder {
         let open = (e.external - e.internal - e.friction).abs();
         let work = e.external.abs().max(e.internal.abs());
         record.energy_balance = if work > 0.0 { open / work } else { 0.0 };
-        let deepest = report.history.last().map_or(0.0, |last| last.gap);
+        let deepest = report.history.last().map_or(0.0, |last| last.penetration);
         record.penetration_mm = record.penetration_mm.max(deepest);
     }
 

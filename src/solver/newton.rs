@@ -163,6 +163,7 @@ fn record(
     IterationRecord {
         residual: residual.force / residual.reference.max(floor),
         gap: residual.length,
+        penetration: residual.penetration,
         correction: last.map_or(0.0, |c| c.u.iter().map(|v| v * v).sum::<f64>().sqrt()),
         contacts: sys.contact.active().count(),
         slipping: residual.slipping,

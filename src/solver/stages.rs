@@ -131,6 +131,8 @@ pub struct IterationRecord {
     pub residual: f64,
     /// Largest violation of a contact condition on the gap [mm].
     pub gap: f64,
+    /// Deepest node in a tool [mm]; with a spring between them that is not the violation.
+    pub penetration: f64,
     /// Norm of the displacement correction that led here [mm].
     pub correction: f64,
     /// Nodes in contact.

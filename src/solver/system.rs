@@ -89,6 +89,8 @@ pub(super) struct Residual {
     pub(super) reference: f64,
     /// Largest violation of gap and stick [mm].
     pub(super) length: f64,
+    /// Deepest node in a tool [mm].
+    pub(super) penetration: f64,
     /// Node with the largest unbalanced force.
     pub(super) worst_node: usize,
     pub(super) slipping: usize,
@@ -232,8 +234,14 @@ impl System {
         for (k, c) in self.contact.active() {
             by_node[c.node].get_or_insert(k);
         }
-        let mut residual =
-            Residual { force: 0.0, reference: 0.0, length: 0.0, worst_node: 0, slipping: 0 };
+        let mut residual = Residual {
+            force: 0.0,
+            reference: 0.0,
+            length: 0.0,
+            penetration: 0.0,
+            worst_node: 0,
+            slipping: 0,
+        };
         let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
         for (node, touching) in by_node.iter().enumerate() {
             let r = self.force_at(node);
@@ -252,6 +260,10 @@ impl System {
                 (worst, residual.worst_node) = (unbalanced, node);
             }
             residual.length = residual.length.max(condition.length);
+            if let Some(k) = condition.candidate {
+                let gap = self.contact.candidates[k].foot.gap;
+                residual.penetration = residual.penetration.max(-gap);
+            }
             residual.slipping += usize::from(condition.slipping);
             if !plain {
                 let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);

@@ -22,15 +22,18 @@ fn pressed(contact: ContactMethod) -> (f64, usize, [f64; 2]) {
     let mut setup = setup(body(mesh, steel()), constraints, tools, stages);
     setup.limits.contact = contact;
     let mut sim = Simulation::new(setup).unwrap();
-    let (mut force, mut iterations) = (0.0, 0);
+    let (mut force, mut iterations, mut reported) = (0.0, 0, 0.0);
     sim.run(&mut |r: &IncrementReport<'_>| {
         (force, iterations) = (r.tools[1].force, r.iterations_total);
+        reported = r.history.last().map_or(0.0, |last| last.penetration);
         Control::Continue
     })
     .unwrap();
     let top = sim.sys.contact.active().filter(|(_, c)| c.tool == 1);
     let gaps: Vec<f64> = top.map(|(_, c)| c.foot.gap).collect();
     assert_eq!(gaps.len(), 12);
+    let all = sim.sys.contact.active().map(|(_, c)| -c.foot.gap).fold(0.0, f64::max);
+    assert!((reported - all).abs() < 1e-15, "{reported} {all}");
     if let ContactMethod::Penalty { .. } = contact {
         for (k, c) in sim.sys.contact.active() {
             let spring = sim.sys.lambda(k) * sim.sys.scales.compliance;

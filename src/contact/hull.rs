@@ -12,6 +12,7 @@
 use super::form::{LocalDerivs, Shape};
 use super::piece::Piece;
 use crate::geometry::{Vec2, Vec3};
+use crate::tool::bezier::along_both;
 
 /// The larger domain: corners times this.
 const WIDER: f64 = 1.25;
@@ -72,7 +73,6 @@ impl Height {
     /// `None` where the piece is no graph over the tangent plane of its centre, or where its outline is too far from
     /// convex.
     fn of(piece: &Piece) -> Option<Self> {
-        let (degrees, c) = piece.form.coefficients();
         let (c1, c2) = (piece.form.low[3], piece.form.low[1]);
         // Parameters as lengths along the two directions at the centre.
         let [u, v] = [c1.norm(), c2.norm()];
@@ -86,27 +86,8 @@ impl Height {
         let inverse = 1.0 / (1.0 - c1.dot(&c2).abs() / (u * v)).sqrt();
         let (reciprocal1, reciprocal2) =
             (c2.cross(&normal) / (v * sine), normal.cross(&c1) / (u * sine));
-        let reach = WIDER * piece.shape.reach();
-        let (mut slope, mut up, mut plane, mut turn, mut most) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for (at, c) in c.iter().enumerate() {
-            let (i, j) = (at / (degrees[1] + 1), at % (degrees[1] + 1));
-            if i + j < 2 {
-                continue;
-            }
-            let height = normal.dot(c).abs();
-            let flat = (c - normal * normal.dot(c)).norm();
-            let shares = reciprocal1.dot(c).hypot(reciprocal2.dot(c));
-            let (x, y) = (i as f64, j as f64);
-            let first = (x / u).hypot(y / v) * reach.powi((i + j - 1) as i32);
-            let [xx, xy, yy] = [x * (x - 1.0) / (u * u), x * y / (u * v), y * (y - 1.0) / (v * v)];
-            let second =
-                (xx * xx + 2.0 * xy * xy + yy * yy).sqrt() * reach.powi((i + j - 2) as i32);
-            most += height * reach.powi((i + j) as i32);
-            slope += height * first;
-            up += height * second;
-            turn += shares * first;
-            plane += flat * second;
-        }
+        let share = |c: &Vec3| reciprocal1.dot(c).hypot(reciprocal2.dot(c));
+        let Sums { most, slope, up, plane, turn } = Sums::of(piece, &normal, [u, v], share);
         if turn >= 0.9 {
             return None;
         }
@@ -117,6 +98,46 @@ impl Height {
         }
         let bend = inverse * inverse * (up + inverse * slope * plane);
         Some(Self { normal, most: most * (1.0 + 1e-12), bend: bend * (1.0 + 1e-12) })
+    }
+}
+
+/// Bounds over the larger domain, of the terms of second and higher order; derivatives by lengths along the two
+/// directions at the centre.
+#[derive(Default)]
+struct Sums {
+    /// Of the height.
+    most: f64,
+    slope: f64,
+    up: f64,
+    /// Of the second derivatives of the place.
+    plane: f64,
+    /// Of the change of the first ones, over those at the centre.
+    turn: f64,
+}
+
+impl Sums {
+    fn of(piece: &Piece, normal: &Vec3, [u, v]: [f64; 2], share: impl Fn(&Vec3) -> f64) -> Self {
+        let (degrees, c) = piece.form.coefficients();
+        let reach = WIDER * piece.shape.reach();
+        let mut sums = Self::default();
+        for (at, c) in c.iter().enumerate() {
+            let (i, j) = (at / (degrees[1] + 1), at % (degrees[1] + 1));
+            if i + j < 2 {
+                continue;
+            }
+            let height = normal.dot(c).abs();
+            let (x, y) = (i as f64, j as f64);
+            let first = (x / u).hypot(y / v) * reach.powi((i + j - 1) as i32);
+            let [xx, xy, yy] = [x * (x - 1.0) / (u * u), x * y / (u * v), y * (y - 1.0) / (v * v)];
+            let second =
+                (xx * xx + 2.0 * xy * xy + yy * yy).sqrt() * reach.powi((i + j - 2) as i32);
+            sums.most += height * reach.powi((i + j) as i32);
+            sums.slope += height * first;
+            sums.up += height * second;
+            sums.turn += share(c) * first;
+            sums.plane += (c - normal * normal.dot(c)).norm() * second;
+        }
+        sums
     }
 }
 
@@ -175,18 +196,7 @@ pub(super) fn control_net(piece: &Piece) -> Vec<Vec3> {
     if piece.shape == Shape::Triangle {
         return triangle_net(piece);
     }
-    let [n, m] = degrees;
-    let mut net = c.to_vec();
-    for row in net.chunks_exact_mut(m + 1) {
-        to_bernstein(row);
-    }
-    let mut column = vec![Vec3::zeros(); n + 1];
-    for j in 0..=m {
-        column.iter_mut().enumerate().for_each(|(i, x)| *x = net[i * (m + 1) + j]);
-        to_bernstein(&mut column);
-        column.iter().enumerate().for_each(|(i, x)| net[i * (m + 1) + j] = *x);
-    }
-    net
+    along_both(degrees, c, to_bernstein)
 }
 
 /// Corners and middle control points of a triangle of degree two.

@@ -102,13 +102,7 @@ pub(super) fn solve(
             Verdict::Converged => return Ok(stats),
             Verdict::Continue if patient || !hopeless(history) => {}
             Verdict::Continue | Verdict::Diverging | Verdict::Exhausted => {
-                return Err(NewtonError::NotConverged {
-                    iterations: stats.iterations,
-                    residual: record.residual,
-                    gap_mm: residual.length,
-                    changes,
-                    node: residual.worst_node,
-                });
+                return Err(gave_up(stats.iterations, &record, residual.worst_node));
             }
         }
         let first = sys.correct()?;
@@ -122,6 +116,11 @@ pub(super) fn solve(
         stats.iterations += 1;
         last = Some(correction);
     }
+}
+
+fn gave_up(iterations: usize, last: &IterationRecord, node: usize) -> NewtonError {
+    let &IterationRecord { residual, gap: gap_mm, changes, .. } = last;
+    NewtonError::NotConverged { iterations, residual, gap_mm, changes, node }
 }
 
 /// Moves the springs of an augmented method while gaps are open; true when it did.

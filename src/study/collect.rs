@@ -9,8 +9,7 @@ use super::checks::{Check, Figure, Outcome};
 use super::compare::{Sheet, at, front, largest_difference, sheet, tools};
 use super::execute::{Manifest, State, folder_of};
 use super::file::Study;
-use crate::files::write_atomic;
-use crate::report::charts::{Series, lines};
+use super::output::{plot, write_csv};
 use crate::report::drawing::{Chart, Line, write_chart};
 use crate::report::page::Page;
 use crate::report::record::RunRecord;
@@ -79,46 +78,35 @@ pub fn collect(
     let mut head: Vec<&str> = study.choices.iter().map(|c| c.name.as_str()).collect();
     head.extend(COUNTS.iter().chain(&["cpu_s"]).chain(&PHASES).chain(&RESULTS));
     let table: Vec<Vec<String>> = rows.iter().map(cells).collect();
-    write_atomic(&folder.join("study.csv"), |w| {
-        writeln!(w, "case,{}", head.join(","))?;
-        for (row, cells) in rows.iter().zip(&table) {
-            let quoted: Vec<String> = cells.iter().map(|c| quote(c)).collect();
-            writeln!(w, "{},{}", row.case.id, quoted.join(","))?;
-        }
-        Ok(())
-    })?;
+    let named =
+        rows.iter().zip(&table).map(|(row, cells)| [&[row.case.id.clone()], &cells[..]].concat());
+    let named: Vec<Vec<String>> = named.collect();
+    write_csv(&folder.join("study.csv"), &[&["case"], &head[..]].concat(), &named)?;
     let charts = charts(study, &rows);
     for (name, chart) in &charts {
         write_chart(&folder.join(name).with_extension("svg"), chart)?;
     }
+    let checks = judge(study, &rows);
     let mut page = Page::new(&study.name);
     page.heading("Cases");
     page.table(&head, &table);
-    let checks = judge(study, &rows);
-    if !checks.is_empty() {
-        let said = |(check, outcome): &(Check, Outcome)| {
-            let [state, value] = outcome.words();
-            vec![check.says.clone(), state, value, check.allowed()]
-        };
-        page.heading("What it is expected to show");
-        page.table(
-            &["expected", "", "found", "allowed"],
-            &checks.iter().map(said).collect::<Vec<_>>(),
-        );
-    }
-    for (_, chart) in &charts {
-        page.heading(&chart.title);
-        let series: Vec<Series> = chart.lines.iter().map(series).collect();
-        let (traces, mut layout) = lines(&series, &chart.x.0, &chart.y.0);
-        for (axis, log) in [("xaxis", chart.x.1), ("yaxis", chart.y.1)] {
-            if log {
-                layout[axis]["type"] = "log".into();
-            }
-        }
-        page.plot(&traces, &layout, 480);
-    }
+    put_checks(&mut page, &checks);
+    charts.iter().for_each(|(_, chart)| plot(&mut page, chart));
     page.write(&folder.join("study.html"))?;
     Ok(checks)
+}
+
+fn put_checks(page: &mut Page, checks: &[(Check, Outcome)]) {
+    if checks.is_empty() {
+        return;
+    }
+    let said = |(check, outcome): &(Check, Outcome)| {
+        let [state, value] = outcome.words();
+        vec![check.says.clone(), state, value, check.allowed()]
+    };
+    page.heading("What it is expected to show");
+    let said: Vec<Vec<String>> = checks.iter().map(said).collect();
+    page.table(&["expected", "", "found", "allowed"], &said);
 }
 
 /// Every check with its outcome.
@@ -248,11 +236,6 @@ fn line(name: &str, points: Vec<(f64, f64)>) -> Line {
     Line { name: name.into(), points, marks_only: false }
 }
 
-fn series(line: &Line) -> Series {
-    let (x, y) = line.points.iter().copied().unzip();
-    Series { name: line.name.clone(), x, y }
-}
-
 /// Travel and force of a tool from `history.csv`, as long as its travel grows.
 fn curve(history: &str, tool: &str) -> Vec<(f64, f64)> {
     let mut rows = history.lines().map(|l| l.split(',').collect::<Vec<_>>());
@@ -319,14 +302,6 @@ fn cells(row: &Row<'_>) -> Vec<String> {
     out.extend(row.off.thickness.map(maybe));
     out.push(row.reason.clone().unwrap_or_default());
     out
-}
-
-fn quote(cell: &str) -> String {
-    if cell.contains([',', '"', '\n']) {
-        format!("\"{}\"", cell.replace('"', "\"\""))
-    } else {
-        cell.to_owned()
-    }
 }
 
 #[cfg(test)]

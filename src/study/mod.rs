@@ -10,6 +10,7 @@ pub mod collect;
 pub mod compare;
 pub mod execute;
 pub mod file;
+mod output;
 pub mod patches;
 pub mod stability;
 

@@ -44,18 +44,24 @@ fn eq15(c: &[Vec3; 8]) -> [Vec3; 9] {
 /// Monomial coefficients b_ij of Eq. 4 from control points, in the same order (Eq. 5, 6).
 #[must_use]
 pub fn monomial(degrees: [usize; 2], points: &[Vec3]) -> Vec<Vec3> {
-    let [n, m] = degrees;
-    let mut b = points.to_vec();
-    for row in b.chunks_mut(m + 1) {
-        to_powers(row);
-    }
+    along_both(degrees, points, to_powers)
+}
+
+/// Changes every row, then every column of a net, (i, j) at `i (m + 1) + j`.
+pub(crate) fn along_both(
+    [n, m]: [usize; 2],
+    net: &[Vec3],
+    change: impl Fn(&mut [Vec3]),
+) -> Vec<Vec3> {
+    let mut net = net.to_vec();
+    net.chunks_exact_mut(m + 1).for_each(&change);
     let mut column = vec![Vec3::zeros(); n + 1];
     for j in 0..=m {
-        column.iter_mut().enumerate().for_each(|(i, x)| *x = b[i * (m + 1) + j]);
-        to_powers(&mut column);
-        column.iter().enumerate().for_each(|(i, x)| b[i * (m + 1) + j] = *x);
+        column.iter_mut().enumerate().for_each(|(i, x)| *x = net[i * (m + 1) + j]);
+        change(&mut column);
+        column.iter().enumerate().for_each(|(i, x)| net[i * (m + 1) + j] = *x);
     }
-    b
+    net
 }
 
 /// Control points of a curve to its monomial coefficients: `b_k = binomial(n, k) D^k P_0` with forward differences D.

@@ -4,12 +4,11 @@ use std::path::Path;
 
 use super::PatchStudy;
 use super::measure::{Figures, Row, Size};
-use crate::files::write_atomic;
-use crate::report::charts::{Series, lines};
 use crate::report::drawing::{Chart, Line, write_chart};
 use crate::report::page::Page;
 use crate::study::StudyError;
 use crate::study::compare::front;
+use crate::study::output::{plot, write_csv};
 
 const HEAD: [&str; 17] = [
     "method",
@@ -70,7 +69,6 @@ pub(super) fn write(study: &PatchStudy, rows: &[Row<'_>], folder: &Path) -> Resu
     for (name, title, quantities, marked) in CHARTS {
         let chart = chart(study, rows, title, quantities, marked);
         write_chart(&folder.join(name).with_extension("svg"), &chart)?;
-        page.heading(title);
         plot(&mut page, &chart);
     }
     page.heading("Fewest patches of those tried, by the largest shape error allowed");
@@ -79,25 +77,6 @@ pub(super) fn write(study: &PatchStudy, rows: &[Row<'_>], folder: &Path) -> Resu
     page.table(&HEAD, &table);
     page.write(&folder.join("patches.html"))?;
     Ok(())
-}
-
-fn write_csv(path: &Path, head: &[&str], table: &[Vec<String>]) -> Result<(), StudyError> {
-    write_atomic(path, |w| {
-        writeln!(w, "{}", head.iter().map(|c| quote(c)).collect::<Vec<_>>().join(","))?;
-        for row in table {
-            writeln!(w, "{}", row.iter().map(|c| quote(c)).collect::<Vec<_>>().join(","))?;
-        }
-        Ok(())
-    })?;
-    Ok(())
-}
-
-fn quote(cell: &str) -> String {
-    if cell.contains([',', '"', '\n']) {
-        format!("\"{}\"", cell.replace('"', "\"\""))
-    } else {
-        cell.to_owned()
-    }
 }
 
 /// Whether each row is on the front of two quantities; those without a sound model are not.
@@ -180,23 +159,4 @@ fn chart(
     }
     let [x, y] = [x, y].map(|(title, _)| (title.to_owned(), true));
     Chart { title: title.into(), x, y, lines }
-}
-
-fn plot(page: &mut Page, chart: &Chart) {
-    let series = |line: &Line| {
-        let (x, y) = line.points.iter().copied().unzip();
-        Series { name: line.name.clone(), x, y }
-    };
-    let all: Vec<Series> = chart.lines.iter().map(series).collect();
-    let (mut traces, mut layout) = lines(&all, &chart.x.0, &chart.y.0);
-    for (trace, line) in traces.iter_mut().zip(&chart.lines).filter(|(_, l)| l.marks_only) {
-        trace["mode"] = "markers".into();
-        trace["marker"] =
-            serde_json::json!({"symbol": "circle-open", "size": 14, "color": "black"});
-        trace["name"] = line.name.as_str().into();
-    }
-    for axis in ["xaxis", "yaxis"] {
-        layout[axis]["type"] = "log".into();
-    }
-    page.plot(&traces, &layout, 480);
 }

@@ -1,0 +1,71 @@
+//! What all studies write: tables of comma-separated values, and charts on a page.
+
+use std::path::Path;
+
+use super::StudyError;
+use crate::files::write_atomic;
+use crate::report::charts::{Series, lines};
+use crate::report::drawing::{Chart, Line};
+use crate::report::page::Page;
+
+/// Writes a table; cells with commas, quotes or line ends are quoted.
+pub(super) fn write_csv(
+    path: &Path,
+    head: &[&str],
+    table: &[Vec<String>],
+) -> Result<(), StudyError> {
+    write_atomic(path, |w| {
+        writeln!(w, "{}", head.iter().map(|c| quote(c)).collect::<Vec<_>>().join(","))?;
+        for row in table {
+            writeln!(w, "{}", row.iter().map(|c| quote(c)).collect::<Vec<_>>().join(","))?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+fn quote(cell: &str) -> String {
+    if cell.contains([',', '"', '\n']) {
+        format!("\"{}\"", cell.replace('"', "\"\""))
+    } else {
+        cell.to_owned()
+    }
+}
+
+/// Puts a chart on a page, under its title; lines of marks only become rings.
+pub(super) fn plot(page: &mut Page, chart: &Chart) {
+    let series = |line: &Line| {
+        let (x, y) = line.points.iter().copied().unzip();
+        Series { name: line.name.clone(), x, y }
+    };
+    let all: Vec<Series> = chart.lines.iter().map(series).collect();
+    let (mut traces, mut layout) = lines(&all, &chart.x.0, &chart.y.0);
+    for (trace, line) in traces.iter_mut().zip(&chart.lines).filter(|(_, l)| l.marks_only) {
+        trace["mode"] = "markers".into();
+        trace["marker"] =
+            serde_json::json!({"symbol": "circle-open", "size": 14, "color": "black"});
+        trace["name"] = line.name.as_str().into();
+    }
+    for (axis, log) in [("xaxis", chart.x.1), ("yaxis", chart.y.1)] {
+        if log {
+            layout[axis]["type"] = "log".into();
+        }
+    }
+    page.heading(&chart.title);
+    page.plot(&traces, &layout, 480);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_quoted_where_they_must_be() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        let row = ["1", "a,b", "say \"no\""].map(String::from).to_vec();
+        write_csv(&path, &["x", "y", "z"], &[row]).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text, "x,y,z\n1,\"a,b\",\"say \"\"no\"\"\"\n");
+    }
+}

@@ -3,9 +3,12 @@
 use std::path::Path;
 
 use kanagata::audit::{AuditOptions, CadReference, audit};
+use kanagata::cad::model::{Edge, EdgeUse, Face, SurfaceKind, TrimLoop};
 use kanagata::cad::{self, Model};
 use kanagata::convert::tolerance::{Goal, Refined, to_patches, to_tolerance};
 use kanagata::convert::{ConvertOptions, convert};
+use kanagata::geometry::nurbs::{Curve2, Curve3, Surface};
+use kanagata::geometry::{Vec2, Vec3};
 use kanagata::mesh::mapped::{MappedOptions, mesh};
 
 fn read(file: &str) -> Model {
@@ -85,6 +88,33 @@ fn balanced_vertices_need_no_more_patches() {
     assert!(two.audit.max_mm <= 0.1 && two.audit.min_mm >= -0.1);
 }
 
+/// Its vertices are all on creases: they move within the flats, which stay flat.
+#[test]
+fn a_cylinder_between_flats_is_balanced_on_its_creases() {
+    let model = read("forming/cylinder_144.igs");
+    let tol_mm = 1e-3 * model.bbox().diagonal();
+    let (one, two) = (refined(&model, tol_mm, false, true), refined(&model, tol_mm, true, true));
+    let worst: Vec<f64> =
+        two.audit.faces.iter().map(|f| f.max_mm.abs().max(f.min_mm.abs())).collect();
+    println!("{} and {} patches, {worst:?}", one.tool.patches.len(), two.tool.patches.len());
+    assert!(two.tool.patches.len() < one.tool.patches.len() && two.moved_mm > 0.0);
+    assert!(two.audit.min_mm < -0.3 * two.audit.max_mm);
+    let flat = |k: &usize| model.faces[*k].kind == SurfaceKind::Plane;
+    assert_eq!((0..worst.len()).filter(flat).count(), 2);
+    // Across the flats; along them their border is where the cylinder's patches are.
+    let off = two.tool.corners.iter().flat_map(|c| &c.vertices).map(|&v| {
+        let x = two.tool.vertices[v as usize];
+        (0..worst.len())
+            .filter(flat)
+            .map(|k| {
+                let n = model.faces[k].normal(Vec2::zeros()).unwrap();
+                n.dot(&(x - model.faces[k].surface.point(Vec2::zeros()))).abs()
+            })
+            .fold(f64::INFINITY, f64::min)
+    });
+    assert!(off.fold(0.0, f64::max) < 1e-9);
+}
+
 #[test]
 fn a_number_of_patches_is_not_exceeded_and_more_patches_are_better() {
     let model = read("forming/cross_punch_144.igs");
@@ -126,4 +156,73 @@ fn a_whole_sphere_reaches_a_tolerance() {
     let uniform = uniform(&model, found.audit.worst_mm());
     println!("{} patches, uniform {uniform}", found.tool.patches.len());
     assert!(found.tool.patches.len() <= uniform);
+}
+
+/// Half a nose: the parabola `x = 100 t^2, z = 30 t (1 - t)` mm, its normal along -x at the front, 300 mm wide.
+fn nose() -> Model {
+    let profile = [(0.0, 0.0), (0.0, 15.0), (100.0, 0.0)];
+    let wide = [0.0, 300.0];
+    let points: Vec<Vec3> =
+        profile.iter().flat_map(|&(x, z)| wide.map(|y| Vec3::new(x, y, z))).collect();
+    let (bent, straight) = (vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]);
+    let curve = |degree: usize, knots: &[f64], ids: &[usize]| {
+        Curve3::try_new(degree, knots.to_vec(), ids.iter().map(|&k| points[k]).collect(), None)
+            .unwrap()
+    };
+    // From corner to corner, with the ids of both.
+    let sides = [
+        (curve(2, &bent, &[0, 2, 4]), [0, 1]),
+        (curve(1, &straight, &[4, 5]), [1, 2]),
+        (curve(2, &bent, &[5, 3, 1]), [2, 3]),
+        (curve(1, &straight, &[1, 0]), [3, 0]),
+    ];
+    let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(u, v)| Vec2::new(u, v));
+    let uses = (0..4).map(|k| EdgeUse {
+        pcurve: Curve2::line(corners[k], corners[(k + 1) % 4]),
+        edge: Some(k),
+        reversed: false,
+    });
+    let face = Face {
+        loops: vec![TrimLoop { uses: uses.collect() }],
+        surface: Surface::try_new([2, 1], [bent.clone(), straight.clone()], points.clone(), None)
+            .unwrap(),
+        kind: SurfaceKind::Nurbs,
+        analytic: None,
+        flipped: false,
+        source: "nose".into(),
+        shell: None,
+    };
+    let edges = sides.into_iter().enumerate();
+    Model {
+        faces: vec![face],
+        edges: edges
+            .map(|(k, (curve, vertices))| Edge { curve, vertices, uses: vec![[0, 0, k]] })
+            .collect(),
+        vertices: [0, 4, 5, 1].map(|k| points[k]).to_vec(),
+        ..Model::default()
+    }
+}
+
+/// Normals that turn by nearly a right angle: a curve that leaves them for the CAD's middle once stood 6 mm out. Eq. 8
+/// has the parabola itself.
+#[test]
+fn around_a_nose_edges_are_those_of_eq_8() {
+    let model = nose();
+    let found = refined(&model, 0.3, true, true);
+    println!("{} patches, {:.1e} mm", found.tool.patches.len(), found.audit.worst_mm());
+    assert!(found.tool.patches.len() <= 2 && found.audit.worst_mm() < 1e-9);
+}
+
+#[test]
+fn a_tolerance_never_takes_more_patches_than_the_uniform_mesh_of_the_same_error() {
+    let files = ["cone_144.igs", "hemi_punch_186.igs", "frustum_AP214.stp", "square_punch_144.igs"];
+    for file in files {
+        let model = read(&format!("forming/{file}"));
+        for share in [3e-3, 1e-3] {
+            let found = refined(&model, share * model.bbox().diagonal(), true, true);
+            let uniform = uniform(&model, found.audit.worst_mm());
+            println!("{file} {share}: {} patches, uniform {uniform}", found.tool.patches.len());
+            assert!(found.tool.patches.len() <= uniform, "{file} {share}");
+        }
+    }
 }

@@ -57,27 +57,36 @@ pub(super) fn follow(
     let found: Vec<Option<(GivenCurve, Option<StraightEdge>)>> = list
         .par_iter()
         .map(|(vertices, around)| {
-            let [a, b] = vertices.map(|v| mesh.vertices[v as usize]);
-            let (d, middle) = (b - a, (a + b) * 0.5);
-            let through = finder.middle(*vertices, &around.faces)?;
-            let pairs: Vec<[Vec3; 2]> =
-                ends.get(vertices)?.iter().map(|p| p.map(|n| normals[n as usize])).collect();
-            let curve = nearest_coefficient(&d, &pairs, &((middle - through) * 4.0));
-            let plain = edge_curve(&d, &pairs, EdgeRule::Guarded);
-            if (curve.c - plain.c).norm() <= EQUAL * d.norm() {
-                return None;
-            }
-            let straight = |fault| StraightEdge {
-                patches: around.patches.clone(),
-                vertices: *vertices,
-                fault,
-            };
-            let given = GivenCurve { vertices: *vertices, c: curve.c.into() };
-            Some((given, curve.fault.map(straight)))
+            let pairs = ends.get(vertices)?.iter().map(|p| p.map(|n| normals[n as usize]));
+            given(&finder, *vertices, around, &pairs.collect::<Vec<[Vec3; 2]>>())
         })
         .collect();
     let (given, bent): (Vec<_>, Vec<_>) = found.into_iter().flatten().unzip();
     Followed { given, bent: bent.into_iter().flatten().collect() }
+}
+
+/// The curve of one edge through the CAD, where it is not that of Eq. 8.
+fn given(
+    finder: &Finder<'_>,
+    vertices: [u32; 2],
+    around: &Around,
+    pairs: &[[Vec3; 2]],
+) -> Option<(GivenCurve, Option<StraightEdge>)> {
+    let [a, b] = vertices.map(|v| finder.mesh.vertices[v as usize]);
+    let (d, middle) = (b - a, (a + b) * 0.5);
+    let wanted = (middle - finder.middle(vertices, &around.faces)?) * 4.0;
+    let curve = nearest_coefficient(&d, pairs, &wanted);
+    let plain = edge_curve(&d, pairs, EdgeRule::Guarded);
+    if (curve.c - plain.c).norm() <= EQUAL * d.norm() {
+        return None;
+    }
+    let off = |c: &Vec3| finder.off(vertices, &around.faces, c);
+    // Around a nose the way out that `nearest_coefficient` takes can stand far out of the CAD.
+    if curve.fault.is_some() && off(&plain.c) <= off(&curve.c) {
+        return None;
+    }
+    let straight = |fault| StraightEdge { patches: around.patches.clone(), vertices, fault };
+    Some((GivenCurve { vertices, c: curve.c.into() }, curve.fault.map(straight)))
 }
 
 /// Given edges of a model whose vertices move to `vertices`: as near to what they were as the normals let them be.
@@ -153,6 +162,26 @@ impl<'a> Finder<'a> {
         let curve = &self.model.edges[self.edge(vertices, faces)?].curve;
         let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
         Some(curve.point(curve.closest(&((a + b) * 0.5)).0))
+    }
+
+    /// Largest distance of three points of the curve with coefficient `c` from the edge of the model it runs along, or
+    /// from the face it runs inside of [mm].
+    fn off(&self, vertices: [u32; 2], faces: &[u32], c: &Vec3) -> f64 {
+        let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
+        let inside = matches!(*faces, [f, g] if f == g);
+        let edge = if inside { None } else { self.edge(vertices, faces) };
+        let point = |e: f64| a + (b - a - c) * e + c * (e * e);
+        let nearest = |p: Vec3| match edge.map(|e| &self.model.edges[e].curve) {
+            Some(curve) => curve.point(curve.closest(&p).0),
+            None => {
+                let surface = &self.model.faces[faces[0] as usize].surface;
+                surface.point(surface.closest(&p).0)
+            }
+        };
+        [0.25, 0.5, 0.75]
+            .map(|e| (nearest(point(e)) - point(e)).norm())
+            .into_iter()
+            .fold(0.0, f64::max)
     }
 
     /// The edge of the model between these faces (or on the one face) that both vertices are on.

@@ -11,7 +11,7 @@ use crate::tool::edge::EdgeRule;
 use crate::tool::exchange::{to_bezier, to_nagata};
 use crate::tool::file::ToolFile;
 
-/// Bezier patches straight from the CAD, a quarter turn in 1, 2, 4 ... patches until they are within the tolerance.
+/// Bezier patches straight from the CAD, a quarter turn in 1, 2, 3, 4, 6 ... patches until they are within the tolerance.
 pub(super) fn bezier(
     args: &ConvertArgs,
     model: &Model,

@@ -99,25 +99,23 @@ pub fn bezier_from_cad(
         .map(|e| shape(&model.faces[e.face as usize], e, &sides, &basis, options.tolerance_mm))
         .collect();
     agree(&mut shapes);
-    let built: Vec<(Patch, f64, bool)> = mesh
-        .elements
-        .par_iter()
-        .zip(&shapes)
-        .map(|(e, s)| build(&model.faces[e.face as usize], s, &sides, &basis))
-        .collect();
+    let build =
+        |shape: &Shape, face: u32| build(&model.faces[face as usize], shape, &sides, &basis);
+    let built = raised(&mut shapes, mesh, options.tolerance_mm, build);
     let mut report = BezierReport::default();
-    for (id, (_, error, folds)) in built.iter().enumerate() {
-        if *folds {
+    for (id, b) in built.iter().enumerate() {
+        if b.folds {
             report.folded.push(id as u32);
         }
-        if *error > report.error_mm {
-            (report.error_mm, report.worst) = (*error, id as u32);
+        if b.error_mm > report.error_mm {
+            (report.error_mm, report.worst) = (b.error_mm, id as u32);
         }
     }
     report.degree = shapes.iter().flat_map(|s| s.degrees).max().unwrap_or(0);
     report.turned = looks_away(mesh, options.sheet_side);
     let turn = report.turned ^ options.flip;
-    let patches = built.into_iter().map(|(p, ..)| if turn { mirrored(p) } else { p }).collect();
+    let patches =
+        built.into_iter().map(|b| if turn { mirrored(b.patch) } else { b.patch }).collect();
     let tool = ToolModel {
         name: options.name.clone(),
         kind: ToolKind::Bezier,
@@ -165,13 +163,47 @@ fn agree(shapes: &mut [Shape]) {
     }
 }
 
-/// The patch, its largest distance from the face, and whether it folds.
-fn build(face: &Face, shape: &Shape, sides: &Sides, basis: &Basis) -> (Patch, f64, bool) {
+/// A patch, its largest distance from its face, and whether it folds.
+struct Built {
+    patch: Patch,
+    error_mm: f64,
+    folds: bool,
+}
+
+fn build(face: &Face, shape: &Shape, sides: &Sides, basis: &Basis) -> Built {
     let points = shape.map.net(face, shape.degrees, sides, basis);
     let patch = Patch::Bezier { degrees: shape.degrees, points };
-    let off = error(face, &patch, &shape.map);
-    let folds = folds(face, &patch);
-    (patch, off, folds)
+    let (error_mm, folds) = (error(face, &patch, &shape.map), folds(face, &patch));
+    Built { patch, error_mm, folds }
+}
+
+/// Builds all patches; the degrees of those that miss the tolerance or fold are raised until they do not, or are the
+/// largest: a degree more is cheaper than a finer mesh.
+fn raised(
+    shapes: &mut [Shape],
+    mesh: &SurfaceMesh,
+    tolerance: f64,
+    build: impl Fn(&Shape, u32) -> Built + Sync,
+) -> Vec<Built> {
+    let all = mesh.elements.par_iter().zip(&*shapes);
+    let mut built: Vec<Built> = all.map(|(e, s)| build(s, e.face)).collect();
+    loop {
+        let before: Vec<[usize; 2]> = shapes.iter().map(|s| s.degrees).collect();
+        for (s, b) in shapes.iter_mut().zip(&built) {
+            if b.folds || b.error_mm > tolerance {
+                s.degrees = s.degrees.map(|d| (d + 1).min(MAX_DEGREE));
+            }
+        }
+        agree(shapes);
+        let changed: Vec<usize> =
+            (0..shapes.len()).filter(|&k| shapes[k].degrees != before[k]).collect();
+        if changed.is_empty() {
+            return built;
+        }
+        let again: Vec<Built> =
+            changed.par_iter().map(|&k| build(&shapes[k], mesh.elements[k].face)).collect();
+        changed.into_iter().zip(again).for_each(|(k, b)| built[k] = b);
+    }
 }
 
 /// True when a patch looks against its face somewhere.

@@ -16,7 +16,7 @@ pub struct Within {
     pub tool: ToolModel,
     /// What its conversion found.
     pub report: BezierReport,
-    /// Divisions of a quarter turn: 1, 2, 4 ...
+    /// Divisions of a quarter turn: 1, 2, 3, 4, 6, 8 ...
     pub divisions: usize,
 }
 
@@ -46,7 +46,7 @@ pub enum BezierError {
     Convert(#[from] ConvertError),
 }
 
-/// Bezier patches over `mesh_of(n)` for n = 1, 2, 4 ... up to `finest` divisions of a quarter turn, until they keep
+/// Bezier patches over `mesh_of(n)` for n = 1, 2, 3, 4, 6, 8 ... up to `finest` divisions of a quarter turn, until they keep
 /// `options.tolerance_mm` and none folds (or `allow_folds`). Meshes that cannot be made are passed over: finer borders
 /// may bound a face that coarse chords do not.
 ///
@@ -61,7 +61,8 @@ pub fn within_tolerance(
 ) -> Result<Within, BezierError> {
     let mut divisions = 1;
     loop {
-        let last = 2 * divisions > finest;
+        let finer = finer(divisions);
+        let last = finer > finest;
         match mesh_of(divisions) {
             Err(error) if last => return Err(error.into()),
             Err(_) => {}
@@ -81,6 +82,15 @@ pub fn within_tolerance(
                 }
             }
         }
-        divisions *= 2;
+        divisions = finer;
+    }
+}
+
+/// The next of 1, 2, 3, 4, 6, 8, 12, 16 ...
+fn finer(divisions: usize) -> usize {
+    match divisions {
+        1 => 2,
+        n if n.is_power_of_two() => n / 2 * 3,
+        n => n / 3 * 4,
     }
 }

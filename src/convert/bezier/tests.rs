@@ -117,3 +117,22 @@ fn folded_patches_are_found() {
     }
     assert!(folded[0] > 0 && folded[2] == 0, "{folded:?}");
 }
+
+/// A degree more before a finer mesh: what a tolerance takes, a looser one takes too.
+#[test]
+fn a_looser_tolerance_never_takes_more_patches() {
+    for file in ["cross/die.igs", "cross/punch.igs"] {
+        let model = read(file);
+        let mesh_of = |arc_divisions| {
+            mesh(&model, &MappedOptions { arc_divisions, ..MappedOptions::default() })
+        };
+        let mut most = usize::MAX;
+        for tolerance in [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0] {
+            let found = within_tolerance(&model, &options(tolerance), false, 16, mesh_of).unwrap();
+            let (count, report) = (found.tool.patches.len(), &found.report);
+            println!("{file} {tolerance:.0e} mm: {count} patches, {report:?}");
+            assert!(count <= most && report.error_mm <= tolerance && report.folded.is_empty());
+            most = count;
+        }
+    }
+}

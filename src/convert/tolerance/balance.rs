@@ -1,4 +1,4 @@
-//! Vertices moved along their normals so that the error of the patches around them has two sides.
+//! Vertices moved along their normals (on a crease with a flat: within it) so that the error of the patches around them has two sides.
 //!
 //! A Nagata patch on an arc stands out of it everywhere: half of that error is taken off by moving its vertices
 //! inwards by the other half. With vertex shifts `s` the error at a point of a patch is, to first order,
@@ -9,6 +9,7 @@ use crate::audit::sample::PatchSamples;
 use crate::audit::{Audit, AuditOptions, CadReference, audit};
 use crate::cad::Model;
 use crate::convert::{ConvertError, ConvertOptions, edges};
+use crate::geometry::Vec3;
 use crate::mesh::mapped::is_flat;
 use crate::tool::ToolModel;
 use crate::tool::build::{EdgeChoice, build};
@@ -21,6 +22,8 @@ const POWER: i32 = 12;
 const STEPS: usize = 60;
 /// Times the moved model is audited and corrected.
 const ROUNDS: usize = 3;
+/// Least sine of the angle between a curved face and a flat on whose crease a vertex moves.
+const STEEPEST: f64 = 0.5;
 
 /// `plain` with its vertices balanced, or as it was when that does not lower its largest error.
 ///
@@ -34,13 +37,13 @@ pub(super) fn balanced(
     options: &ConvertOptions,
     audit_options: &AuditOptions,
 ) -> Result<Refined, ToleranceError> {
-    let free = free_vertices(&plain.tool, model);
+    let ways = ways(&plain.tool, model);
     let mut shifts = vec![0.0; plain.tool.vertices.len()];
     let (mut best, mut samples) = (plain.clone(), found.samples);
     for _ in 0..ROUNDS {
-        let more = least_shifts(&plain.tool, &samples, &free);
+        let more = least_shifts(&plain.tool, &samples, &ways);
         shifts.iter_mut().zip(&more).for_each(|(s, m)| *s += m);
-        let tool = moved(&plain.tool, &shifts, options)?;
+        let tool = moved(&plain.tool, &shifts, &ways, options)?;
         let found = audit(&tool, reference, audit_options)?;
         if found.report.worst_mm() >= 0.999 * best.audit.worst_mm() {
             break;
@@ -52,36 +55,59 @@ pub(super) fn balanced(
     Ok(best)
 }
 
-/// Vertices that may move: one normal, and no face around that is a plane. A flat stays exactly flat.
-fn free_vertices(tool: &ToolModel, model: &Model) -> Vec<bool> {
-    let flat: Vec<bool> = model.faces.iter().map(is_flat).collect();
-    let mut normal = vec![None; tool.vertices.len()];
-    let mut free = vec![true; tool.vertices.len()];
-    for p in &tool.corners {
-        for (&v, &n) in p.vertices.iter().zip(&p.normals) {
-            let v = v as usize;
-            free[v] &= *normal[v].get_or_insert(n) == n && !flat[p.face as usize];
-        }
-    }
-    free
+/// What faces ask of a vertex: normals of flats around it, and that of its curved faces.
+#[derive(Default)]
+struct Asked {
+    flats: Vec<u32>,
+    curved: Option<u32>,
+    /// Curved faces meet in a crease.
+    several: bool,
 }
 
-/// The model with its vertices moved along their normals.
-fn moved(
-    tool: &ToolModel,
-    shifts: &[f64],
-    options: &ConvertOptions,
-) -> Result<ToolModel, ConvertError> {
-    let mut vertices = tool.vertices.clone();
-    let mut done = vec![false; vertices.len()];
+/// The direction each vertex may move along, if any: the normal of its curved faces, as far as that lies within the flats
+/// around it. A flat stays exactly flat; its border on a crease follows the curved face.
+fn ways(tool: &ToolModel, model: &Model) -> Vec<Option<Vec3>> {
+    let flat: Vec<bool> = model.faces.iter().map(is_flat).collect();
+    let mut asked: Vec<Asked> = Vec::new();
+    asked.resize_with(tool.vertices.len(), Asked::default);
     for p in &tool.corners {
         for (&v, &n) in p.vertices.iter().zip(&p.normals) {
-            let v = v as usize;
-            if !std::mem::replace(&mut done[v], true) {
-                vertices[v] += tool.normals[n as usize] * shifts[v];
+            let vertex = &mut asked[v as usize];
+            if flat[p.face as usize] {
+                vertex.flats.push(n);
+            } else {
+                vertex.several |= *vertex.curved.get_or_insert(n) != n;
             }
         }
     }
+    asked.iter().map(|vertex| way(vertex, &tool.normals)).collect()
+}
+
+fn way(asked: &Asked, normals: &[Vec3]) -> Option<Vec3> {
+    let normal = asked.curved.filter(|_| !asked.several).map(|n| normals[n as usize])?;
+    let mut flats: Vec<Vec3> = Vec::new();
+    for &n in &asked.flats {
+        let n = normals[n as usize];
+        let rest = flats.iter().fold(n, |rest, f| rest - f * f.dot(&rest));
+        // Flats that are nearly one leave a direction that rounding picks.
+        if rest.norm() > 1e-3 {
+            flats.push(rest.normalize());
+        }
+    }
+    let rest = flats.iter().fold(normal, |rest, f| rest - f * f.dot(&rest));
+    (rest.norm() >= STEEPEST).then(|| rest.normalize())
+}
+
+/// The model with its vertices moved along their ways.
+fn moved(
+    tool: &ToolModel,
+    shifts: &[f64],
+    ways: &[Option<Vec3>],
+    options: &ConvertOptions,
+) -> Result<ToolModel, ConvertError> {
+    let ends = tool.vertices.iter().zip(ways).zip(shifts);
+    let vertices: Vec<Vec3> =
+        ends.map(|((x, way), s)| way.map_or(*x, |way| x + way * *s)).collect();
     let given = edges::moved(tool, &vertices);
     let (normals, corners) = (tool.normals.clone(), tool.corners.clone());
     let choice = EdgeChoice { rule: options.edges, given };
@@ -95,10 +121,15 @@ struct Row {
     weights: [(usize, f64); 4],
 }
 
-fn rows(tool: &ToolModel, samples: &[PatchSamples], free: &[bool]) -> Vec<Row> {
+fn rows(tool: &ToolModel, samples: &[PatchSamples], ways: &[Option<Vec3>]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (corners, grid) in tool.corners.iter().zip(samples) {
-        if corners.vertices.iter().all(|&v| !free[v as usize]) {
+        // How far the patch moves along its normal with each of its vertices.
+        let ends = corners.vertices.iter().zip(&corners.normals);
+        let rates: Vec<f64> = ends
+            .map(|(&v, &n)| ways[v as usize].map_or(0.0, |w| w.dot(&tool.normals[n as usize])))
+            .collect();
+        if rates.iter().all(|r| r.abs() < 1e-9) {
             continue;
         }
         for s in grid.valid() {
@@ -109,10 +140,8 @@ fn rows(tool: &ToolModel, samples: &[PatchSamples], free: &[bool]) -> Vec<Row> {
                 [(1.0 - e) * (1.0 - z), e * (1.0 - z), e * z, (1.0 - e) * z]
             };
             let mut weights = [(0, 0.0); 4];
-            for ((slot, &v), w) in weights.iter_mut().zip(&corners.vertices).zip(shares) {
-                let v = v as usize;
-                *slot = (v, if free[v] { w } else { 0.0 });
-            }
+            let slots = weights.iter_mut().zip(&corners.vertices).zip(&rates).zip(shares);
+            slots.for_each(|(((slot, &v), rate), w)| *slot = (v as usize, w * rate));
             rows.push(Row { delta: s.delta, weights });
         }
     }
@@ -120,9 +149,9 @@ fn rows(tool: &ToolModel, samples: &[PatchSamples], free: &[bool]) -> Vec<Row> {
 }
 
 /// Shifts that make the sum of `|delta + N s|^P` least.
-fn least_shifts(tool: &ToolModel, samples: &[PatchSamples], free: &[bool]) -> Vec<f64> {
-    let rows = rows(tool, samples, free);
-    let mut shifts = vec![0.0; free.len()];
+fn least_shifts(tool: &ToolModel, samples: &[PatchSamples], ways: &[Option<Vec3>]) -> Vec<f64> {
+    let rows = rows(tool, samples, ways);
+    let mut shifts = vec![0.0; ways.len()];
     let residuals = |shifts: &[f64]| -> Vec<f64> {
         let at = |r: &Row| r.delta + r.weights.iter().map(|&(v, w)| w * shifts[v]).sum::<f64>();
         rows.iter().map(at).collect()
@@ -134,7 +163,7 @@ fn least_shifts(tool: &ToolModel, samples: &[PatchSamples], free: &[bool]) -> Ve
         if scale < 1e-12 {
             break;
         }
-        let step = newton_step(&rows, &r, scale, free.len());
+        let step = newton_step(&rows, &r, scale, ways.len());
         let now = value(&r, scale);
         let mut length = 1.0;
         let next = loop {

@@ -4,18 +4,20 @@
 //!
 //! - [`search`]: which divisions; every face is judged alone, by the audit of its own patches
 //! - [`balance`]: vertices moved along their normals
+//! - [`uniform`]: meshes of one division of a quarter turn, taken where they have fewer patches
 //!
 //! The model is conforming; its largest error is the audit's, of the finished model.
 
 pub mod balance;
 mod face;
 mod search;
+mod uniform;
 
-use crate::audit::{AuditError, AuditOptions, AuditReport, CadReference, audit};
+use crate::audit::{Audit, AuditError, AuditOptions, AuditReport, CadReference, audit};
 use crate::cad::Model;
-use crate::mesh::MeshError;
 use crate::mesh::mapped::MappedOptions;
 use crate::mesh::mapped::plan::Plan;
+use crate::mesh::{MeshError, SurfaceMesh};
 use crate::tool::ToolModel;
 
 use super::{ConvertError, ConvertOptions, ConvertReport, convert};
@@ -124,11 +126,11 @@ pub fn to_tolerance(
             return Err(ToleranceError::Goal { what, found });
         }
     }
-    let coarse = MappedOptions { arc_divisions: 1, ..*mesh };
-    let work =
-        Work { plan: Plan::new(model, &coarse)?, reference: CadReference::new(model), options };
+    let work = Work::new(model, mesh, options)?;
     let judge = Judge::new(&work.plan, &work.reference, options);
-    work.refine(&judge, goal)
+    let refined = work.refine(&judge, goal);
+    let limit = refined.as_ref().map_or(uniform::MOST, |found| found.tool.patches.len());
+    work.uniform(goal, limit).map_or(refined, Ok)
 }
 
 /// Converts `model` with at most `patches` patches and as small an error as it can.
@@ -142,9 +144,7 @@ pub fn to_patches(
     patches: usize,
     two_sided: bool,
 ) -> Result<Refined, ToleranceError> {
-    let coarse = MappedOptions { arc_divisions: 1, ..*mesh };
-    let work =
-        Work { plan: Plan::new(model, &coarse)?, reference: CadReference::new(model), options };
+    let work = Work::new(model, mesh, options)?;
     let judge = Judge::new(&work.plan, &work.reference, options);
     let goal = |tol_mm: f64| Goal { tol_mm, normal_deg: f64::INFINITY, two_sided };
     let mut high = crate::geometry::Aabb::of_points(&model.vertices).diagonal();
@@ -181,10 +181,21 @@ pub fn to_patches(
 struct Work<'a> {
     plan: Plan<'a>,
     reference: CadReference<'a>,
+    mesh: MappedOptions,
     options: &'a ConvertOptions,
 }
 
-impl Work<'_> {
+impl<'a> Work<'a> {
+    fn new(
+        model: &'a Model,
+        mesh: &MappedOptions,
+        options: &'a ConvertOptions,
+    ) -> Result<Self, MeshError> {
+        let coarse = MappedOptions { arc_divisions: 1, ..*mesh };
+        let plan = Plan::new(model, &coarse)?;
+        Ok(Self { plan, reference: CadReference::new(model), mesh: coarse, options })
+    }
+
     /// The fewest patches over the loosenings.
     fn refine(&self, judge: &Judge<'_>, goal: &Goal) -> Result<Refined, ToleranceError> {
         let loosenings: &[f64] = if goal.two_sided { &LOOSENINGS } else { &[1.0] };
@@ -264,18 +275,40 @@ impl Work<'_> {
     /// The whole model of a state, balanced and audited.
     fn finish(&self, state: &State, goal: &Goal) -> Result<Refined, ToleranceError> {
         let mesh = self.plan.mesh(&state.minima, &state.density)?;
-        let (tool, report) = convert(self.plan.model(), &mesh, self.options)?;
-        let options = AuditOptions {
+        let (plain, found) = self.plain(&mesh, self.options, goal)?;
+        if goal.two_sided { self.two_sided(plain, found, self.options) } else { Ok(plain) }
+    }
+
+    /// The model of a mesh, its vertices on the CAD, and its audit.
+    fn plain(
+        &self,
+        mesh: &SurfaceMesh,
+        options: &ConvertOptions,
+        goal: &Goal,
+    ) -> Result<(Refined, Audit), ToleranceError> {
+        let (tool, report) = convert(self.plan.model(), mesh, options)?;
+        let asked = AuditOptions {
             tolerance_mm: goal.tol_mm.is_finite().then_some(goal.tol_mm),
             normal_tolerance_deg: goal.normal_deg.is_finite().then_some(goal.normal_deg),
             ..AuditOptions::default()
         };
-        let found = audit(&tool, &self.reference, &options)?;
-        let plain = Refined { tool, report, audit: found.report.clone(), moved_mm: 0.0 };
-        if !goal.two_sided {
-            return Ok(plain);
-        }
-        balanced(plain, found, self.plan.model(), &self.reference, self.options, &options)
+        let found = audit(&tool, &self.reference, &asked)?;
+        Ok((Refined { tool, report, audit: found.report.clone(), moved_mm: 0.0 }, found))
+    }
+
+    /// That model with its vertices balanced.
+    fn two_sided(
+        &self,
+        plain: Refined,
+        found: Audit,
+        options: &ConvertOptions,
+    ) -> Result<Refined, ToleranceError> {
+        let asked = AuditOptions {
+            tolerance_mm: plain.audit.tolerance_mm,
+            normal_tolerance_deg: plain.audit.normal_tolerance_deg,
+            ..AuditOptions::default()
+        };
+        balanced(plain, found, self.plan.model(), &self.reference, options, &asked)
     }
 
     /// Why the search ended before every face kept its share: the face that is farthest from the tolerance.

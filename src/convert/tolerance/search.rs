@@ -54,6 +54,8 @@ const MOST: usize = 2000;
 const EXCHANGES: usize = 96;
 /// Patches audited from which on divisions are no longer lowered or exchanged: large models take what growth gives.
 pub(super) const ENOUGH: u64 = 60_000;
+/// Divisions of a quarter turn of uniform meshes that are lowered.
+const UNIFORM: [usize; 7] = [2, 3, 4, 6, 8, 12, 16];
 /// Raises without a tenth less error, besides one for each of its edges, after which a face is given up.
 const PATIENCE: usize = 12;
 /// Edges of a face that is not mapped, nearest to its worst point, that are tried for raising.
@@ -74,12 +76,37 @@ impl Search<'_> {
         let minima = self.plan.minima().to_vec();
         let density = vec![1; self.plan.model().faces.len()];
         let mut state = self.prune(self.grow(self.state(minima, density)));
+        if let Some(uniform) = self.uniform(8 * state.patches() + 16) {
+            let lowered = self.prune(uniform);
+            if !self.keeps(&state) || lowered.patches() < state.patches() {
+                state = lowered;
+            }
+        }
         let mut tried = 0;
         while tried < EXCHANGES && self.judge.spent() < ENOUGH {
             let Some(better) = self.exchange(&state, &mut tried) else { break };
             state = better;
         }
         state
+    }
+
+    /// The coarsest uniform divisions that keep every face within its share of the tolerance, with at most `limit`
+    /// patches: to be lowered, where growth from the coarsest ones went astray.
+    fn uniform(&self, limit: usize) -> Option<State> {
+        let faces = self.plan.model().faces.len();
+        for &n in &UNIFORM {
+            if self.judge.spent() >= ENOUGH {
+                return None;
+            }
+            let state = self.state(self.plan.minima_at(n), vec![n; faces]);
+            if self.keeps(&state) {
+                return Some(state);
+            }
+            if state.patches() > limit {
+                return None;
+            }
+        }
+        None
     }
 
     fn state(&self, minima: Vec<usize>, density: Vec<usize>) -> State {

@@ -20,9 +20,9 @@ const MOST_ELEMENTS: usize = 200_000_000;
 #[derive(Clone)]
 pub(super) struct Mesher<'m> {
     pub(super) model: &'m Model,
-    options: MappedOptions,
+    pub(super) options: MappedOptions,
     /// Mesh with borders half as fine, then split every element into quads.
-    halved: bool,
+    pub(super) halved: bool,
     /// Flats with one loop get quads only, borders divided until that is possible.
     pub(super) even_flats: bool,
     pub(super) shapes: Vec<Shape>,

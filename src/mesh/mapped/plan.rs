@@ -58,6 +58,13 @@ impl<'m> Plan<'m> {
         &self.mesher.minima
     }
 
+    /// Least divisions of each edge at `arc_divisions` of a quarter turn: those of the uniform mesh.
+    #[must_use]
+    pub fn minima_at(&self, arc_divisions: usize) -> Vec<usize> {
+        let options = MappedOptions { arc_divisions, ..self.mesher.options };
+        Mesher::new(self.mesher.model, &options, self.mesher.halved).minima
+    }
+
     /// For each edge the first edge of its chain: edges of a chain always have equal divisions.
     #[must_use]
     pub fn chains(&self) -> &[usize] {

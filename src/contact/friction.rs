@@ -92,16 +92,23 @@ impl Coulomb {
 impl Coulomb {
     /// The law with a transition: no point sticks wholly, one that hardly moves is held by a force in
     /// proportion to its slip. The force is within `(transition / |s|)^2 / 2` of Coulomb's.
+    ///
+    /// With `w = sqrt(|s|^2 + transition^2)` the residual is `r_t + mu lambda s / w`. Its own derivative by the slip
+    /// all but vanishes where `|s|` is far above the transition, and Newton's method leaps from one direction of slip
+    /// to the other. The derivatives are therefore those of the same law as `w r_t + mu lambda s = 0`, over `w` (primal
+    /// and dual unknowns side by side, as Chan, Golub & Mulet 1999 do it for total variation): equal where the law
+    /// holds, and firm where `r_t` says that the point sticks. `r_t` is cut to Coulomb's bound in them.
     fn smoothed(&self, at: &FrictionPoint) -> Friction {
-        let size = at.slip.norm_squared() + self.transition * self.transition;
-        let size = size.sqrt();
-        let direction = at.slip / size;
+        let weight = (at.slip.norm_squared() + self.transition * self.transition).sqrt();
+        let direction = at.slip / weight;
         let bound = (self.mu * at.lambda).max(0.0);
         let by_lambda = if at.lambda >= 0.0 { direction * self.mu } else { Vec3::zeros() };
+        let size = at.traction.norm();
+        let held = if size > bound { at.traction * (bound / size) } else { at.traction };
         Friction::Slip {
             residual: at.traction + direction * bound,
             by_traction: Mat3::identity(),
-            by_slip: (Mat3::identity() - direction * direction.transpose()) * (bound / size),
+            by_slip: (Mat3::identity() * bound + held * direction.transpose()) / weight,
             by_lambda,
         }
     }
@@ -155,6 +162,62 @@ mod tests {
             assert!((shifted(&|p, d| p.traction[k] += d) - by_traction.column(k)).norm() < 1e-8);
             assert!((shifted(&|p, d| p.slip[k] += d) - by_slip.column(k)).norm() < 1e-6);
             assert!((shifted(&|p, d| p.lambda += d) - by_lambda).norm() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn derivatives_with_a_transition_are_those_of_the_weighted_law() {
+        let law = Coulomb { mu: 0.3, transition: 0.02 };
+        let weighted = |at: &FrictionPoint| {
+            let weight = (at.slip.norm_squared() + law.transition * law.transition).sqrt();
+            residual(&law, at) * weight
+        };
+        for (traction, slip) in [([1.0, -2.0], [-0.08, 0.05]), ([-0.4, 0.3], [1e-3, 2e-3])] {
+            let at = point(traction, slip, 11.0);
+            let Friction::Slip { by_traction, by_slip, by_lambda, .. } = law.law(&at) else {
+                panic!("never sticks wholly")
+            };
+            let weight = (at.slip.norm_squared() + law.transition * law.transition).sqrt();
+            let h = 1e-6;
+            for k in 0..2 {
+                let shifted = |change: &dyn Fn(&mut FrictionPoint, f64)| {
+                    let (mut plus, mut minus) = (at, at);
+                    change(&mut plus, h);
+                    change(&mut minus, -h);
+                    (weighted(&plus) - weighted(&minus)) / (2.0 * h * weight)
+                };
+                let traction = shifted(&|p, d| p.traction[k] += d) - by_traction.column(k);
+                let slip = shifted(&|p, d| p.slip[k] += d) - by_slip.column(k);
+                let lambda = shifted(&|p, d| p.lambda += d) - by_lambda;
+                assert!(traction.norm() < 1e-8 && slip.norm() < 1e-6 && lambda.norm() < 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_that_sticks_is_found_from_far_away() {
+        // A spring pulls the point; its pull, below Coulomb's bound, is carried in the transition.
+        let (stiffness, pull, bound) = (50.0, 2.0, 3.0);
+        for transition in [1e-3, 1e-6, 1e-9] {
+            let law = Coulomb { mu: 0.3, transition };
+            for start in [0.3, -0.3, 0.02] {
+                let mut slip = start;
+                let mut iterations = 0;
+                loop {
+                    let at = point([stiffness * slip - pull, 0.0], [slip, 0.0], bound / law.mu);
+                    let Friction::Slip { residual, by_slip, .. } = law.law(&at) else {
+                        panic!("never sticks wholly")
+                    };
+                    if residual.x.abs() < 1e-9 * bound {
+                        break;
+                    }
+                    assert!(iterations < 20, "transition {transition}, from {start}: {slip}");
+                    slip -= residual.x / (stiffness + by_slip[(0, 0)]);
+                    iterations += 1;
+                }
+                let carried = bound * slip / slip.hypot(transition);
+                assert!((carried + stiffness * slip - pull).abs() < 1e-8);
+            }
         }
     }
 }

@@ -312,7 +312,7 @@ pub struct SolverLimits {
 }
 
 /// The law's force is then within 1 % of Coulomb's from a slip of 7e-4 of an element on.
-const FRICTION_TRANSITION: f64 = 1e-4;
+const FRICTION_TRANSITION: f64 = 1e-5;
 
 impl Default for SolverLimits {
     fn default() -> Self {

@@ -1,20 +1,96 @@
-//! How much of a correction to take where whole ones lead nowhere.
+//! How much of a correction to take.
 //!
-//! Elastic and plastic, sticking and sliding points in turn make Newton's iteration swing between two iterates. The
-//! work of the residual along the correction, `G(s) = du . R(u + s du)`, is the slope of the incremental energy: it is
-//! negative where a correction begins and vanishes where its best part ends.
+//! Elastic and plastic, sticking and sliding points in turn, and sheets that are soft in bending and stiff in their
+//! plane, make whole corrections lead too far. The work of the residual along the correction,
+//! `G(s) = du . R(u + s du)`, is the slope of the incremental energy: it is negative where a correction begins and
+//! vanishes where its best part ends. The whole correction is tried first; where it is good, nothing is done twice.
 
+use super::assembly::ElementFailure;
 use super::element::Want;
 use super::linearised::Correction;
-use super::newton::apply;
 use super::system::System;
 
 /// A correction is good when the slope at its end is at most this share of the slope at its beginning.
-const GOOD: f64 = 0.5;
-/// Trials.
-const TRIALS: usize = 5;
+const GOOD: f64 = 0.2;
+/// Trials of shorter steps.
+const TRIALS: usize = 4;
 /// Smallest share taken.
 const LEAST: f64 = 0.05;
+/// Halvings of a correction after which an element fails.
+const HALVINGS: usize = 6;
+
+/// Applies `correction`, at most the share `most` of it; leaves the body evaluated and the tools searched there.
+///
+/// # Errors
+/// An element that fails however short the step.
+pub(super) fn go(
+    sys: &mut System,
+    correction: &Correction,
+    most: f64,
+) -> Result<(), ElementFailure> {
+    let start = slope(sys, correction);
+    let share = first_step(sys, correction, most)?;
+    sys.search();
+    if start >= 0.0 {
+        return Ok(());
+    }
+    sys.assemble();
+    let end = slope(sys, correction);
+    if end <= -GOOD * start {
+        return Ok(());
+    }
+    let shorter = shorten(sys, correction, start, (share, end));
+    apply(sys, correction, shorter - share);
+    sys.evaluate(Want::ResidualAndTangent)?;
+    sys.search();
+    Ok(())
+}
+
+/// Takes the share `most`, or as many halves of it as an element needs.
+fn first_step(sys: &mut System, correction: &Correction, most: f64) -> Result<f64, ElementFailure> {
+    let mut share = most;
+    apply(sys, correction, share);
+    for _ in 0..HALVINGS {
+        if sys.evaluate(Want::ResidualAndTangent).is_ok() {
+            return Ok(share);
+        }
+        share *= 0.5;
+        apply(sys, correction, -share);
+    }
+    sys.evaluate(Want::ResidualAndTangent).map(|()| share)
+}
+
+/// Share after which the slope has nearly vanished, when it is `start` at the beginning and positive at `end`, where
+/// the iterate is and stays.
+fn shorten(sys: &mut System, correction: &Correction, start: f64, end: (f64, f64)) -> f64 {
+    let mut at = |share: f64| {
+        apply(sys, correction, share - end.0);
+        let found = sys.evaluate(Want::Residual).is_ok().then(|| {
+            sys.search();
+            sys.assemble();
+            slope(sys, correction)
+        });
+        apply(sys, correction, end.0 - share);
+        found.unwrap_or(f64::INFINITY)
+    };
+    let (mut low, mut high) = ((0.0, start), end);
+    let mut share = high.0;
+    for _ in 0..TRIALS {
+        let width = high.0 - low.0;
+        let secant = low.0 - low.1 * width / (high.1 - low.1);
+        share = if high.1.is_finite() {
+            secant.clamp(low.0 + 0.1 * width, low.0 + 0.7 * width)
+        } else {
+            low.0 + 0.5 * width
+        };
+        match at(share) {
+            slope if slope.abs() <= -GOOD * start => break,
+            slope if slope < 0.0 => low = (share, slope),
+            slope => high = (share, slope),
+        }
+    }
+    share.max(LEAST * end.0)
+}
 
 /// Work of the residual along a correction, with the conditions that [`System::assemble`] left.
 fn slope(sys: &System, correction: &Correction) -> f64 {
@@ -34,37 +110,9 @@ fn slope(sys: &System, correction: &Correction) -> f64 {
     nodes + tools
 }
 
-/// Share of `correction`, at most `most`, after which the slope has nearly vanished. The iterate stays where it was.
-pub(super) fn share(sys: &mut System, correction: &Correction, most: f64) -> f64 {
-    let start = slope(sys, correction);
-    if start >= 0.0 {
-        return most;
+fn apply(sys: &mut System, correction: &Correction, share: f64) {
+    sys.u.iter_mut().zip(&correction.u).for_each(|(u, d)| *u += share * d);
+    for &(tool, travel) in &correction.travels {
+        sys.tools[tool].travel += share * travel;
     }
-    let mut at = |share: f64| {
-        apply(sys, correction, share);
-        let found = sys.evaluate(Want::Residual).is_ok().then(|| {
-            sys.search();
-            sys.assemble();
-            slope(sys, correction)
-        });
-        apply(sys, correction, -share);
-        found
-    };
-    // The slope changes sign between `low` and `high`.
-    let (mut low, mut high) = ((0.0, start), None);
-    let mut share = most;
-    for _ in 0..TRIALS {
-        match at(share) {
-            Some(g) if g.abs() <= -GOOD * start => return share,
-            Some(g) if g < 0.0 && high.is_none() => return share,
-            Some(g) if g < 0.0 => low = (share, g),
-            Some(g) => high = Some((share, g)),
-            None => high = Some((share, f64::INFINITY)),
-        }
-        let Some((right, g)) = high else { return share };
-        let secant = low.0 - low.1 * (right - low.0) / (g - low.1);
-        let (least, largest) = (low.0 + 0.1 * (right - low.0), low.0 + 0.7 * (right - low.0));
-        share = if g.is_finite() { secant.clamp(least, largest) } else { 0.5 * (low.0 + right) };
-    }
-    share.max(LEAST)
 }

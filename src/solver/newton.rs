@@ -83,9 +83,9 @@ pub(super) fn solve(
     let mut pivoting = Pivoting::new();
     // Iterations before the springs of an augmented method were last moved.
     let mut before = 0;
+    sys.evaluate(Want::ResidualAndTangent)?;
+    sys.search();
     loop {
-        evaluate_or_shorten(sys, &mut last)?;
-        sys.search();
         let changes = revise(sys, last.as_ref(), near_balance, limits, &mut pivoting);
         let residual = sys.assemble();
         let record = record(sys, &residual, last.as_ref(), changes);
@@ -109,10 +109,7 @@ pub(super) fn solve(
         let (correction, solves) = settle(sys, first, limits)?;
         sys.remember_sliding();
         stats.solves += 1 + solves;
-        let bound = bounded_share(sys, &correction);
-        let share =
-            if swings(history) { line_search::share(sys, &correction, bound) } else { bound };
-        apply(sys, &correction, share);
+        line_search::go(sys, &correction, bounded_share(sys, &correction))?;
         stats.iterations += 1;
         last = Some(correction);
     }
@@ -170,28 +167,6 @@ fn record(
     }
 }
 
-/// Evaluates the body; while an element fails, takes back half of the last correction.
-fn evaluate_or_shorten(sys: &mut System, last: &mut Option<Correction>) -> Result<(), NewtonError> {
-    const HALVINGS: usize = 6;
-    let mut back = 0.5;
-    for _ in 0..HALVINGS {
-        match (sys.evaluate(Want::ResidualAndTangent), last.as_ref()) {
-            (Ok(()), _) => return Ok(()),
-            (Err(failure), None) => return Err(failure.into()),
-            (Err(_), Some(correction)) => apply(sys, correction, -back),
-        }
-        back *= 0.5;
-    }
-    Ok(sys.evaluate(Want::ResidualAndTangent)?)
-}
-
-/// True when two iterations have not brought the residual down: points that are elastic and plastic, or stick and
-/// slide, in turn.
-fn swings(history: &[IterationRecord]) -> bool {
-    let n = history.len();
-    n >= 4 && history[n - 1].residual > 0.3 * history[n - 3].residual
-}
-
 /// True when the forces are still out of balance by as much as the contact forces themselves, although
 /// corrections have been growing twice in a row or six iterations are done.
 fn hopeless(history: &[IterationRecord]) -> bool {
@@ -210,11 +185,4 @@ fn bounded_share(sys: &System, correction: &Correction) -> f64 {
     let largest = correction.u.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let allowed = 2.0 * sys.lengths.longest_edge;
     if largest > allowed { allowed / largest } else { 1.0 }
-}
-
-pub(super) fn apply(sys: &mut System, correction: &Correction, share: f64) {
-    sys.u.iter_mut().zip(&correction.u).for_each(|(u, d)| *u += share * d);
-    for &(tool, travel) in &correction.travels {
-        sys.tools[tool].travel += share * travel;
-    }
 }

@@ -79,7 +79,7 @@ impl Default for Limits {
         Self {
             iterations: 25,
             wanted_iterations: 7,
-            force_tolerance: 1e-8,
+            force_tolerance: 1e-6,
             gap_tolerance: 1e-10,
             smallest_step: 1e-4,
             increments: 100_000,

@@ -78,8 +78,10 @@ pub fn collect(
     let mut head: Vec<&str> = study.choices.iter().map(|c| c.name.as_str()).collect();
     head.extend(COUNTS.iter().chain(&["cpu_s"]).chain(&PHASES).chain(&RESULTS));
     let table: Vec<Vec<String>> = rows.iter().map(cells).collect();
-    let named =
-        rows.iter().zip(&table).map(|(row, cells)| [&[row.case.id.clone()], &cells[..]].concat());
+    let named = rows
+        .iter()
+        .zip(&table)
+        .map(|(row, cells)| [std::slice::from_ref(&row.case.id), &cells[..]].concat());
     let named: Vec<Vec<String>> = named.collect();
     write_csv(&folder.join("study.csv"), &[&["case"], &head[..]].concat(), &named)?;
     let charts = charts(study, &rows);

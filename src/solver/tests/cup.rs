@@ -68,7 +68,11 @@ fn cup(case: &Case) -> SimulationSetup {
         loads: Vec::new(),
         tools,
         stages: stages(case),
-        limits: Limits { friction_transition: case.transition, ..Limits::default() },
+        limits: Limits {
+            friction_transition: case.transition,
+            force_tolerance: 1e-8,
+            ..Limits::default()
+        },
         share: 4.0,
     }
 }

@@ -63,7 +63,7 @@ fn setup(
         loads: Vec::new(),
         tools,
         stages,
-        limits: Limits::default(),
+        limits: Limits { force_tolerance: 1e-8, ..Limits::default() },
         share: 1.0,
     }
 }

@@ -3,6 +3,7 @@
 
 mod closed;
 mod project;
+mod seam;
 
 pub(super) use closed::closed_loops;
 

@@ -207,6 +207,15 @@ impl<'a> Native<'a> {
         self.poles().into_iter().map(at).collect()
     }
 
+    /// A surface without any border of its own: a loop on it has a piece of the surface on either side.
+    pub fn closed_all_round(&self) -> bool {
+        match self.raw {
+            RawSurface::Sphere { .. } => true,
+            RawSurface::Torus { major, minor, .. } => major > minor,
+            _ => false,
+        }
+    }
+
     /// Natural ranges of a whole surface (our order); `None` for an unbounded one.
     pub fn natural_range(&self) -> Option<[[f64; 2]; 2]> {
         match self.raw {

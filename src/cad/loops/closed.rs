@@ -1,5 +1,6 @@
 //! Loops that close in the parameter plane: windings round a period are cut open along a seam or led through a pole.
 
+use super::seam::Seam;
 use super::{Native, Path, Side, whole_periods};
 use crate::geometry::Vec2;
 
@@ -35,26 +36,31 @@ pub(in crate::cad) fn closed_loops(
     let (mut winding, plain): (Vec<Path>, Vec<Path>) =
         paths.into_iter().partition(|p| p.winding.norm() > 0.0);
     let mut loops: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
+    let holes_only = winding.is_empty()
+        && native.closed_all_round()
+        && loops.iter().all(|l| leaves_its_inside_out(l, left_is_inside));
     while let Some(first) = winding.pop() {
         let partner = winding.iter().position(|p| (p.winding + first.winding).norm() < 1e-9);
         loops.push(match partner {
-            Some(k) => bridge(native, first, winding.swap_remove(k)),
+            Some(k) => bridge(native, first, winding.swap_remove(k), left_is_inside),
             None => through_pole(native, first, left_is_inside)?,
         });
     }
-    if loops.is_empty() {
-        loops.push(natural_border(native)?);
+    if loops.is_empty() || holes_only {
+        loops.push(natural_border(native, loops.first().map(|l| middle(l)))?);
     }
     sort_and_orient(native, &mut loops);
     Some(loops)
 }
 
 /// Two windings of opposite sense become one loop with a seam there and back.
-fn bridge(native: &Native<'_>, first: Path, second: Path) -> Vec<Side> {
+fn bridge(native: &Native<'_>, first: Path, second: Path, left_is_inside: bool) -> Vec<Side> {
+    let seam = Seam::new(native, &first, left_is_inside);
+    let (first, second) = seam.along_a_line(&first, &second).unwrap_or((first, second));
     let (Some(end), Some(start)) = (first.sides.last(), second.sides.first()) else {
         return first.sides;
     };
-    let shift = whole_periods(native, end.end() - start.start());
+    let shift = seam.shift(end.end(), start.start());
     let second: Vec<Side> = second.sides.iter().map(|s| s.shifted(shift)).collect();
     let there = Side::straight(end.end(), second[0].start());
     let back = Side::straight(second[second.len() - 1].end(), first.sides[0].start());
@@ -67,19 +73,11 @@ fn bridge(native: &Native<'_>, first: Path, second: Path) -> Vec<Side> {
 
 /// A single winding is closed through the pole on its inner side.
 fn through_pole(native: &Native<'_>, path: Path, left_is_inside: bool) -> Option<Vec<Side>> {
-    let around = usize::from(path.winding.x == 0.0);
+    let (around, up) = inner_side(&path, left_is_inside);
     let across = 1 - around;
     let level = path.sides.first()?.start()[across];
     let poles: Vec<f64> =
         native.poles().into_iter().filter(|p| p.0 == across).map(|p| p.1).collect();
-    // Left of a side that runs along +u is +v; left of one that runs along +v is -u.
-    let mut up = path.winding[around] > 0.0;
-    if across == 0 {
-        up = !up;
-    }
-    if !left_is_inside {
-        up = !up;
-    }
     let beyond = |p: &&f64| if up { **p > level } else { **p < level };
     let nearest = |a: &&f64, b: &&f64| (*a - level).abs().total_cmp(&(*b - level).abs());
     let pole = poles.iter().filter(beyond).min_by(nearest).or(poles.iter().min_by(nearest))?;
@@ -96,11 +94,44 @@ fn through_pole(native: &Native<'_>, path: Path, left_is_inside: bool) -> Option
     Some(sides)
 }
 
-fn natural_border(native: &Native<'_>) -> Option<Vec<Side>> {
-    let [u, v] = native.natural_range()?;
+/// The parameter that a winding runs along, and whether the face lies at larger values of the other one.
+pub(super) fn inner_side(path: &Path, left_is_inside: bool) -> (usize, bool) {
+    let around = usize::from(path.winding.x == 0.0);
+    // Left of a side that runs along +u is +v; left of one that runs along +v is -u.
+    let left = (path.winding[around] > 0.0) == (around == 0);
+    (around, left == left_is_inside)
+}
+
+/// A B-rep's loop that runs clockwise about what it encloses: the face is all the rest of a closed surface. Without
+/// the file's own edges nothing says that the loop's direction was meant.
+fn leaves_its_inside_out(sides: &[Side], left_is_inside: bool) -> bool {
+    let extent = sides.iter().fold(0.0, |m: f64, s| m.max((s.end() - s.start()).norm()));
+    let area = signed_area(sides) * if left_is_inside { 1.0 } else { -1.0 };
+    area < -1e-6 * extent * extent && sides.iter().any(|s| s.edge_id.is_some())
+}
+
+/// The border of the natural range, its seams as far from `about` as they can be.
+fn natural_border(native: &Native<'_>, about: Option<Vec2>) -> Option<Vec<Side>> {
+    let mut ranges = native.natural_range()?;
+    for (k, (range, period)) in ranges.iter_mut().zip(native.periods()).enumerate() {
+        if let (Some(p), Some(about)) = (period, about) {
+            *range = [about[k] - 0.5 * p, about[k] + 0.5 * p];
+        }
+    }
+    let [u, v] = ranges;
     let corners =
         [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])].map(|(x, y)| Vec2::new(x, y));
     Some((0..4).map(|k| Side::straight(corners[k], corners[(k + 1) % 4])).collect())
+}
+
+/// Middle of a loop's box in the parameter plane.
+fn middle(sides: &[Side]) -> Vec2 {
+    let points = sides.iter().flat_map(|s| s.path.points());
+    let (low, high) = points
+        .fold((Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY)), |(low, high), p| {
+            (low.inf(p), high.sup(p))
+        });
+    0.5 * (low + high)
 }
 
 /// Largest loop first and counter-clockwise, the others clockwise and moved into its window of periods.
@@ -117,14 +148,6 @@ fn sort_and_orient(native: &Native<'_>, loops: &mut [Vec<Side>]) {
             sides.iter_mut().for_each(|s| *s = s.reversed());
         }
     }
-    let middle = |sides: &[Side]| {
-        let points = sides.iter().flat_map(|s| s.path.points());
-        let (low, high) = points.fold(
-            (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY)),
-            |(low, high), p| (low.inf(p), high.sup(p)),
-        );
-        0.5 * (low + high)
-    };
     let Some((outer, holes)) = loops.split_first_mut() else { return };
     for hole in holes {
         let shift = whole_periods(native, middle(outer) - middle(hole));

@@ -24,7 +24,9 @@ pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
     for group in 0..graph.groups.len() {
         count(&graph, group, &mut counts, 0)?;
     }
-    let roots: Vec<usize> = (0..graph.groups.len()).filter(|&g| !graph.groups[g].used).collect();
+    let placed = items_placed_elsewhere(&graph);
+    let root = |&g: &usize| !graph.groups[g].used && !is_aside(&graph, g, &placed);
+    let roots: Vec<usize> = (0..graph.groups.len()).filter(root).collect();
     let total = roots.iter().fold(0, |sum: usize, &g| sum.saturating_add(counts[g].unwrap_or(0)));
     if total > MOST_FACES
         && let Some(sheet) = graph.sheets.first()
@@ -46,6 +48,19 @@ pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
         placer.place(&graph, root, &counts);
     }
     Ok(())
+}
+
+/// Items of the representations that are placed in others.
+fn items_placed_elsewhere(graph: &Graph) -> FxHashSet<u32> {
+    let sheets = graph.groups.iter().filter(|g| g.used).flat_map(|g| &g.sheets);
+    sheets.flat_map(|&s| &graph.sheets[s].items).map(|i| i.entity).collect()
+}
+
+/// A representation of nothing but what components hold: validation properties name a component's solid once more.
+fn is_aside(graph: &Graph, group: usize, placed: &FxHashSet<u32>) -> bool {
+    let g = &graph.groups[group];
+    let mut items = g.sheets.iter().flat_map(|&s| &graph.sheets[s].items).peekable();
+    g.children.is_empty() && items.peek().is_some() && items.all(|i| placed.contains(&i.entity))
 }
 
 fn describe(graph: &Graph, model: &mut RawModel) {

@@ -15,6 +15,8 @@ mod entity;
 mod face;
 mod form;
 mod graph;
+#[cfg(test)]
+mod habits;
 mod items;
 mod lexer;
 mod place;

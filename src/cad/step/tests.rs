@@ -89,7 +89,7 @@ fn corpus_has_as_many_faces_as_the_kernel_says() {
 }
 
 /// A file with these instances, in mm.
-fn file(data: &str) -> Vec<u8> {
+pub(super) fn file(data: &str) -> Vec<u8> {
     format!(
         "ISO-10303-21;HEADER;FILE_NAME('','',(''),(''),'p','s','');ENDSEC;DATA;
 #901=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));
@@ -199,7 +199,7 @@ fn doubling_mapped_items_are_refused_and_few_are_placed() {
     assert!(error.contains("placed faces"), "{error}");
 }
 
-const UNIT_SPHERE: &str =
+pub(super) const UNIT_SPHERE: &str =
     "#1=CARTESIAN_POINT('',(0.,0.,0.));#2=AXIS2_PLACEMENT_3D('',#1,$,$);#3=SPHERICAL_SURFACE('',#2,1.);
      #4=ADVANCED_FACE('',(),#3,.T.);#5=CLOSED_SHELL('',(#4));#6=MANIFOLD_SOLID_BREP('',#5);";
 

@@ -75,10 +75,10 @@ impl<'a> Judge<'a> {
 
     fn judge(&self, f: usize, divisions: &Divisions, density: usize) -> Option<Figures> {
         let mesh = self.plan.face(f, divisions, density).ok()?;
-        let (tool, _) = convert(self.plan.model(), &mesh, &self.options).ok()?;
+        let (tool, made) = convert(self.plan.model(), &mesh, &self.options).ok()?;
         let options = AuditOptions { samples: 4, refine: 4, ..AuditOptions::default() };
         let report = audit(&tool, self.reference, &options).ok()?.report;
-        if !report.folded.is_empty() {
+        if !made.folded.is_empty() || !report.folded.is_empty() {
             return None;
         }
         Some(Figures {

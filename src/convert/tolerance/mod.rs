@@ -258,7 +258,7 @@ impl<'a> Work<'a> {
                 return Err(self.given_up(goal, &next));
             }
             let refined = self.finish(&next, goal)?;
-            let over = exceeding(&refined.audit, goal);
+            let over = exceeding(&refined, goal);
             if over.is_empty() {
                 return Ok(Some(refined));
             }
@@ -344,10 +344,14 @@ impl<'a> Work<'a> {
         let audit = refined.audit.faces.iter().find(|f| f.face as usize == worst);
         let (mm, deg) =
             audit.map_or((0.0, 0.0), |f| (f.max_mm.abs().max(f.min_mm.abs()), f.normal_max_deg));
+        let source_entity = self.plan.model().faces[worst].source.clone();
+        if mm <= goal.tol_mm && deg <= goal.normal_deg {
+            return ToleranceError::NoPatches { face: worst, source_entity };
+        }
         let by_length = mm / goal.tol_mm >= deg / goal.normal_deg;
         ToleranceError::NotReached {
             face: worst,
-            source_entity: self.plan.model().faces[worst].source.clone(),
+            source_entity,
             found: if by_length { mm } else { deg },
             allowed: if by_length { goal.tol_mm } else { goal.normal_deg },
             unit: if by_length { "mm" } else { "degrees" },
@@ -356,12 +360,16 @@ impl<'a> Work<'a> {
     }
 }
 
-/// Faces above the tolerance, and how many times.
-fn exceeding(report: &AuditReport, goal: &Goal) -> Vec<(usize, f64)> {
+/// Faces above the tolerance, and how many times; those with a folded patch count as half as much again above it.
+fn exceeding(found: &Refined, goal: &Goal) -> Vec<(usize, f64)> {
+    const FOLDED: f64 = 1.5;
+    let folded = found.report.folded.iter().chain(&found.audit.folded);
+    let folded: Vec<u32> = folded.map(|&k| found.tool.faces[k as usize]).collect();
     let ratio = |f: &crate::audit::report::FaceAudit| {
         let mm = f.max_mm.abs().max(f.min_mm.abs()) / goal.tol_mm;
-        mm.max(f.normal_max_deg / goal.normal_deg)
+        let ratio = mm.max(f.normal_max_deg / goal.normal_deg);
+        if folded.contains(&f.face) { ratio.max(FOLDED) } else { ratio }
     };
-    let all = report.faces.iter().map(|f| (f.face as usize, ratio(f)));
+    let all = found.audit.faces.iter().map(|f| (f.face as usize, ratio(f)));
     all.filter(|(_, r)| *r > 1.0).collect()
 }

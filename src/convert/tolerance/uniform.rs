@@ -87,5 +87,5 @@ fn is_sound(found: &Refined) -> bool {
 
 /// Error over the tolerance; at most one when the goal is kept.
 fn over(found: &Refined, goal: &Goal) -> f64 {
-    exceeding(&found.audit, goal).iter().fold(0.0, |most, face| most.max(face.1))
+    exceeding(found, goal).iter().fold(0.0, |most, face| most.max(face.1))
 }

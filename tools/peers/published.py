@@ -3,6 +3,8 @@
 
 hemisphere: stretching of a clamped disc over a hemispherical punch (Code_Aster SSNV501).
 bend: unconstrained cylindrical bending (NUMISHEET 2002 B, NAFEMS contact benchmark 3), a quarter of the strip.
+cup: square cup (NUMISHEET'93), a quarter; tools/bench makes its tools from fixtures/forming/square_*.stp, beside the scene.
+draw: 2-D draw bending (NUMISHEET'93, mild steel), half of a millimetre of the strip in plane strain.
 """
 
 import json
@@ -94,6 +96,54 @@ def bend(folder=FIXTURES / "bend"):
     })
 
 
+def cup(folder, elements=30, largest=0.02):
+    """The tools die, holder and punch are expected beside the scene."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tool = lambda name, up: {"name": name, "file": f"{name}.tool.json", "direction": [0, 0, up], "friction": 0.162}
+    draw = lambda name, travel: {"name": name, "drive": {"punch": {"travel_mm": travel}}, "largest_increment": largest}
+    write_scene(folder, {
+        "name": "Square cup, NUMISHEET'93",
+        "blank": {"shape": {"rectangle": {"size_mm": [75.0, 75.0], "elements": [elements, elements]}},
+                  "thickness_mm": 0.81, "layers": 1, "element": {"solid-shell": {}}},
+        "material": "aluminium-numisheet93-cup",
+        "symmetry": [{"normal": "x"}, {"normal": "y"}],
+        "tools": [tool("die", 1), tool("holder", -1), tool("punch", -1)],
+        "stages": [{"name": "clamp", "drive": {"holder": {"force_n": 19600.0}},
+                    "first_increment": 0.25, "largest_increment": 1.0},
+                   draw("to 15 mm", 15.0), draw("to 40 mm", 40.0)],
+        "output": {"vtu_every": 0},
+    })
+
+
+def draw(folder=FIXTURES / "draw", elements=175, largest=0.01, points=7):
+    folder.mkdir(parents=True, exist_ok=True)
+    half_length, thickness, half_punch, half_die, radius, stroke, patches = 175.0, 0.78, 25.0, 26.0, 5.0, 70.0, 4
+    die = [(half_length + 5, 0, 0, 1), *arc((half_die + radius, -radius), radius, 90, 180, patches),
+           (half_die, -stroke - 20, -1, 0)]
+    nose = [(0, thickness, 0, -1), *arc((half_punch - radius, thickness + radius), radius, -90, 0, patches),
+            (half_punch, thickness + stroke + 20, 1, 0)]
+    holder = [(half_die + radius, thickness, 0, -1), (half_length + 5, thickness, 0, -1)]
+    for name, chain in (("die", die), ("punch", nose), ("holder", holder)):
+        write_tool(folder / f"{name}.tool.json", strip(chain, -0.5, 1.5))
+    tool = lambda name, up: {"name": name, "file": f"{name}.tool.json", "direction": [0, 0, up], "friction": 0.144,
+                             "place": {"shift": [0, 0, 0]}}
+    release = {name: {"release": True} for name in ("punch", "holder", "die")}
+    write_scene(folder, {
+        "name": "2-D draw bending, NUMISHEET'93",
+        "blank": {"shape": {"rectangle": {"size_mm": [half_length, 1.0], "elements": [elements, 1]}},
+                  "thickness_mm": thickness, "layers": 1, "element": {"solid-shell": {"points": points}}},
+        "material": "mild-steel-numisheet93",
+        "symmetry": [{"normal": "x"}],
+        "holds": [{"where": {"all": True}, "axes": ["y"]}],
+        "tools": [tool("die", 1), tool("holder", -1), tool("punch", -1)],
+        "stages": [{"name": "clamp", "drive": {"holder": {"force_n": 70.0}}, "first_increment": 0.25},
+                   {"name": "draw", "drive": {"punch": {"travel_mm": stroke}}, "largest_increment": largest},
+                   {"name": "release", "drive": release, "largest_increment": 0.25}],
+        "output": {"vtu_every": 0},
+    })
+
+
 if __name__ == "__main__":
     hemisphere()
     bend()
+    draw()

@@ -97,8 +97,8 @@ def p1(folder, element, layers=2, patches=4, core=10, rings=20):
     })
 
 
-def p3(folder, divisions, kind="nagata", element="hex8-enhanced", layers=2, depth=15.0):
-    """`divisions` patches over 90 degrees of each radius."""
+def p3(folder, divisions, kind="nagata", element=None, layers=2, depth=15.0):
+    """`divisions` patches over 90 degrees of each radius; solid-shells unless another element is named."""
     pathlib.Path(folder).mkdir(parents=True, exist_ok=True)
     length, thickness, half_punch, r_punch, r_die, clearance, gap = 70.0, 0.8, 25.0, 5.0, 7.0, 1.1, 0.016
 
@@ -118,7 +118,7 @@ def p3(folder, divisions, kind="nagata", element="hex8-enhanced", layers=2, dept
     return write_scene(folder, {
         "name": f"P3: U-draw, {divisions} {kind} patches over 90 degrees",
         "blank": {"shape": {"rectangle": {"size_mm": [length, 1.0], "elements": [70, 1]}},
-                  "thickness_mm": thickness, "layers": layers, "element": element},
+                  "thickness_mm": thickness, "layers": layers, "element": element or {"solid-shell": {}}},
         "holds": [{"where": {"all": True}, "axes": ["y"]}, {"where": {"plane": {"normal": "x"}}, "axes": ["x"]}],
         "loads": [{"where": {"plane": {"normal": "x", "at_mm": length}}, "force_n": [20 * thickness, 0, 0]}],
         "tools": [tool("die", 1), tool("holder", -1), tool("punch", -1)],

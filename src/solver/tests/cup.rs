@@ -158,14 +158,14 @@ fn orders(histories: &[Vec<IterationRecord>]) -> Vec<f64> {
 }
 
 #[test]
-fn the_same_bits_with_one_and_two_threads_and_twice() {
+fn the_same_bits_with_one_two_and_four_threads_and_twice() {
     let case = Case { depth: 0.3, ..QUICK };
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| run(&case).sim.displacements().to_vec())
     };
     let one = with(1);
-    assert!(one == with(2) && one == with(2));
+    assert!(one == with(2) && one == with(2) && one == with(4));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 use kanagata::audit::{AuditOptions, CadReference, audit};
 use kanagata::cad::model::{Edge, EdgeUse, Face, SurfaceKind, TrimLoop};
 use kanagata::cad::{self, Model};
-use kanagata::convert::tolerance::{Goal, Refined, to_patches, to_tolerance};
+use kanagata::convert::tolerance::{Goal, Refined, ToleranceError, to_patches, to_tolerance};
 use kanagata::convert::{ConvertOptions, convert};
 use kanagata::geometry::nurbs::{Curve2, Curve3, Surface};
 use kanagata::geometry::{Vec2, Vec3};
@@ -158,24 +158,8 @@ fn a_whole_sphere_reaches_a_tolerance() {
     assert!(found.tool.patches.len() <= uniform);
 }
 
-/// Half a nose: the parabola `x = 100 t^2, z = 30 t (1 - t)` mm, its normal along -x at the front, 300 mm wide.
-fn nose() -> Model {
-    let profile = [(0.0, 0.0), (0.0, 15.0), (100.0, 0.0)];
-    let wide = [0.0, 300.0];
-    let points: Vec<Vec3> =
-        profile.iter().flat_map(|&(x, z)| wide.map(|y| Vec3::new(x, y, z))).collect();
-    let (bent, straight) = (vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]);
-    let curve = |degree: usize, knots: &[f64], ids: &[usize]| {
-        Curve3::try_new(degree, knots.to_vec(), ids.iter().map(|&k| points[k]).collect(), None)
-            .unwrap()
-    };
-    // From corner to corner, with the ids of both.
-    let sides = [
-        (curve(2, &bent, &[0, 2, 4]), [0, 1]),
-        (curve(1, &straight, &[4, 5]), [1, 2]),
-        (curve(2, &bent, &[5, 3, 1]), [2, 3]),
-        (curve(1, &straight, &[1, 0]), [3, 0]),
-    ];
+/// A model of one face, whole over its surface; `sides` go around it from corner to corner.
+fn one_face(surface: Surface, sides: [Curve3; 4], source: &str) -> Model {
     let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(u, v)| Vec2::new(u, v));
     let uses = (0..4).map(|k| EdgeUse {
         pcurve: Curve2::line(corners[k], corners[(k + 1) % 4]),
@@ -184,22 +168,61 @@ fn nose() -> Model {
     });
     let face = Face {
         loops: vec![TrimLoop { uses: uses.collect() }],
-        surface: Surface::try_new([2, 1], [bent.clone(), straight.clone()], points.clone(), None)
-            .unwrap(),
+        surface,
         kind: SurfaceKind::Nurbs,
         analytic: None,
         flipped: false,
-        source: "nose".into(),
+        source: source.into(),
         shell: None,
     };
+    let vertices = sides.iter().map(|c| c.point(0.0)).collect();
     let edges = sides.into_iter().enumerate();
-    Model {
-        faces: vec![face],
-        edges: edges
-            .map(|(k, (curve, vertices))| Edge { curve, vertices, uses: vec![[0, 0, k]] })
-            .collect(),
-        vertices: [0, 4, 5, 1].map(|k| points[k]).to_vec(),
-        ..Model::default()
+    let edge = |(k, curve)| Edge { curve, vertices: [k, (k + 1) % 4], uses: vec![[0, 0, k]] };
+    Model { faces: vec![face], edges: edges.map(edge).collect(), vertices, ..Model::default() }
+}
+
+/// The surface over these poles, `[degree; 2]`, and the curves of its sides.
+fn patch(degrees: [usize; 2], poles: &[Vec3], source: &str) -> Model {
+    let [p, q] = degrees;
+    let knots = |n: usize| [vec![0.0; n + 1], vec![1.0; n + 1]].concat();
+    let curve = |degree: usize, ids: &mut dyn Iterator<Item = usize>| {
+        Curve3::try_new(degree, knots(degree), ids.map(|k| poles[k]).collect(), None).unwrap()
+    };
+    let at = |i: usize, j: usize| i * (q + 1) + j;
+    let sides = [
+        curve(p, &mut (0..=p).map(|i| at(i, 0))),
+        curve(q, &mut (0..=q).map(|j| at(p, j))),
+        curve(p, &mut (0..=p).rev().map(|i| at(i, q))),
+        curve(q, &mut (0..=q).rev().map(|j| at(0, j))),
+    ];
+    let surface = Surface::try_new(degrees, [knots(p), knots(q)], poles.to_vec(), None).unwrap();
+    one_face(surface, sides, source)
+}
+
+/// Half a nose: the parabola `x = 100 t^2, z = 30 t (1 - t)` mm, its normal along -x at the front, 300 mm wide.
+fn nose() -> Model {
+    let profile = [(0.0, 0.0), (0.0, 15.0), (100.0, 0.0)];
+    let poles: Vec<Vec3> =
+        profile.iter().flat_map(|&(x, z)| [0.0, 300.0].map(|y| Vec3::new(x, y, z))).collect();
+    patch([2, 1], &poles, "nose")
+}
+
+/// A strip that runs out to x = 16.1 mm and back over itself: its normal turns over on the way, however finely it is
+/// divided.
+#[test]
+fn a_face_that_folds_is_refused_by_name() {
+    let profile = [(0.0, 0.0), (25.0, 0.1), (10.0, 0.1)];
+    let poles: Vec<Vec3> =
+        profile.iter().flat_map(|&(x, z)| [0.0, 10.0].map(|y| Vec3::new(x, y, z))).collect();
+    let model = patch([2, 1], &poles, "folded strip");
+    let goal = Goal { tol_mm: 0.05, normal_deg: f64::INFINITY, two_sided: true };
+    let found = to_tolerance(&model, &MappedOptions::default(), &ConvertOptions::default(), &goal);
+    match found {
+        Err(ToleranceError::NoPatches { face: 0, source_entity }) => {
+            assert_eq!(source_entity, "folded strip")
+        }
+        Ok(found) => panic!("{} patches", found.tool.patches.len()),
+        Err(other) => panic!("{other}"),
     }
 }
 

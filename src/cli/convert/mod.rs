@@ -296,6 +296,9 @@ fn refined(
             let face = r.kept[face];
             ToleranceError::NotReached { face, source_entity, found, allowed, unit, patches }
         }
+        (ToleranceError::NoPatches { face, source_entity }, Some(r)) => {
+            ToleranceError::NoPatches { face: r.kept[face], source_entity }
+        }
         (other, _) => other,
     };
     let found = match args.patches {

@@ -8,6 +8,7 @@ use rustc_hash::FxHashMap;
 use crate::audit::{AuditOptions, CadReference, audit};
 use crate::convert::{ConvertOptions, convert};
 use crate::geometry::Vec3;
+use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::plan::{Divisions, Plan};
 
 /// What the audit of a face's patches says.
@@ -35,7 +36,7 @@ pub(super) struct Judge<'a> {
     reference: &'a CadReference<'a>,
     options: ConvertOptions,
     known: Mutex<FxHashMap<Key, Figures>>,
-    /// Patches audited so far: work done, the same for any number of threads.
+    /// Patches made so far: work done, the same for any number of threads.
     spent: AtomicU64,
 }
 
@@ -59,26 +60,31 @@ impl<'a> Judge<'a> {
         if let Some(found) = known(&key) {
             return found;
         }
-        let found = self.judge(f, divisions, density).unwrap_or(NONE);
+        let mesh = self.plan.face(f, divisions, density).ok();
+        let work = mesh.as_ref().map_or(0, |mesh| mesh.elements.len());
+        let found = mesh.and_then(|mesh| self.judge(&mesh)).unwrap_or(NONE);
         if let Ok(mut known) = self.known.lock()
             && known.insert(key, found).is_none()
         {
-            self.spent.fetch_add(1 + found.patches as u64, Ordering::Relaxed);
+            self.spent.fetch_add(1 + work as u64, Ordering::Relaxed);
         }
         found
     }
 
-    /// Work done so far, in patches audited.
+    /// Work done so far, in patches made.
     pub fn spent(&self) -> u64 {
         self.spent.load(Ordering::Relaxed)
     }
 
-    fn judge(&self, f: usize, divisions: &Divisions, density: usize) -> Option<Figures> {
-        let mesh = self.plan.face(f, divisions, density).ok()?;
-        let (tool, made) = convert(self.plan.model(), &mesh, &self.options).ok()?;
+    /// Figures of one face's mesh; none when its patches fold or cannot be made.
+    fn judge(&self, mesh: &SurfaceMesh) -> Option<Figures> {
+        let (tool, made) = convert(self.plan.model(), mesh, &self.options).ok()?;
+        if !made.folded.is_empty() {
+            return None;
+        }
         let options = AuditOptions { samples: 4, refine: 4, ..AuditOptions::default() };
         let report = audit(&tool, self.reference, &options).ok()?.report;
-        if !made.folded.is_empty() || !report.folded.is_empty() {
+        if !report.folded.is_empty() {
             return None;
         }
         Some(Figures {

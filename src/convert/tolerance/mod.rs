@@ -81,7 +81,7 @@ pub enum ToleranceError {
     },
     /// A face of which no patches come out sound.
     #[error(
-        "{source_entity} (face {face}): its patches fold or cannot be made however finely its border is divided; repair the face in the CAD, or convert with --arc-divisions and --allow-folds to see where"
+        "{source_entity} (face {face}): its patches fold or cannot be made, even with its border divided ten times as finely; repair the face in the CAD, or convert with --arc-divisions and --allow-folds to see where"
     )]
     NoPatches {
         /// The face.
@@ -255,21 +255,26 @@ impl<'a> Work<'a> {
                 return Ok(None);
             }
             if !search.keeps(&next) {
-                return Err(self.given_up(goal, &next));
+                return Err(match last {
+                    Some(last) => self.not_reached(goal, &last),
+                    None => self.given_up(goal, &next),
+                });
             }
             let refined = self.finish(&next, goal)?;
-            let over = exceeding(&refined, goal);
-            if over.is_empty() {
+            let (over, folded) = (exceeding(&refined.audit, goal), folded(&refined));
+            if over.is_empty() && folded.is_empty() {
                 return Ok(Some(refined));
             }
-            for &(face, ratio) in &over {
-                shares[face] =
-                    (shares[face] / ratio.clamp(1.02, 1.5)).min(next.badness(face) * 0.99);
-            }
-            last = Some((over, refined));
-            state = Some(next);
+            let less = |&(face, ratio): &(usize, f64)| {
+                let held: f64 = shares[face] / ratio.clamp(1.02, 1.5);
+                (face, held.min(next.badness(face) * 0.99))
+            };
+            let less: Vec<(usize, f64)> = over.iter().map(less).collect();
+            state = Some(folded.iter().fold(next, |state, &face| search.unfolded(&state, face)));
+            less.into_iter().for_each(|(face, share)| shares[face] = share);
+            last = Some(refined);
         }
-        Err(self.not_reached(goal, last))
+        Err(last.map_or(ToleranceError::TooFew { least: 0 }, |last| self.not_reached(goal, &last)))
     }
 
     /// The whole model of a state, balanced and audited.
@@ -332,15 +337,11 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn not_reached(
-        &self,
-        goal: &Goal,
-        last: Option<(Vec<(usize, f64)>, Refined)>,
-    ) -> ToleranceError {
-        let Some((over, refined)) = last else {
-            return ToleranceError::TooFew { least: 0 };
-        };
-        let worst = over.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |w| w.0);
+    /// Why a whole model is not what was asked for: its face farthest above the tolerance, or one that folds.
+    fn not_reached(&self, goal: &Goal, refined: &Refined) -> ToleranceError {
+        let over = exceeding(&refined.audit, goal);
+        let worst = over.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|w| w.0);
+        let worst = worst.or(folded(refined).first().copied()).unwrap_or(0);
         let audit = refined.audit.faces.iter().find(|f| f.face as usize == worst);
         let (mm, deg) =
             audit.map_or((0.0, 0.0), |f| (f.max_mm.abs().max(f.min_mm.abs()), f.normal_max_deg));
@@ -360,16 +361,21 @@ impl<'a> Work<'a> {
     }
 }
 
-/// Faces above the tolerance, and how many times; those with a folded patch count as half as much again above it.
-fn exceeding(found: &Refined, goal: &Goal) -> Vec<(usize, f64)> {
-    const FOLDED: f64 = 1.5;
-    let folded = found.report.folded.iter().chain(&found.audit.folded);
-    let folded: Vec<u32> = folded.map(|&k| found.tool.faces[k as usize]).collect();
+/// Faces above the tolerance, and how many times.
+fn exceeding(report: &AuditReport, goal: &Goal) -> Vec<(usize, f64)> {
     let ratio = |f: &crate::audit::report::FaceAudit| {
         let mm = f.max_mm.abs().max(f.min_mm.abs()) / goal.tol_mm;
-        let ratio = mm.max(f.normal_max_deg / goal.normal_deg);
-        if folded.contains(&f.face) { ratio.max(FOLDED) } else { ratio }
+        mm.max(f.normal_max_deg / goal.normal_deg)
     };
-    let all = found.audit.faces.iter().map(|f| (f.face as usize, ratio(f)));
+    let all = report.faces.iter().map(|f| (f.face as usize, ratio(f)));
     all.filter(|(_, r)| *r > 1.0).collect()
+}
+
+/// Faces with a folded patch, each once.
+fn folded(found: &Refined) -> Vec<usize> {
+    let patches = found.report.folded.iter().chain(&found.audit.folded);
+    let mut faces: Vec<usize> = patches.map(|&k| found.tool.faces[k as usize] as usize).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces
 }

@@ -52,12 +52,14 @@ enum Move {
 const MOST: usize = 2000;
 /// Chains that are tried for exchange, at most.
 const EXCHANGES: usize = 96;
-/// Patches audited from which on divisions are no longer lowered or exchanged: large models take what growth gives.
+/// Patches made from which on divisions are no longer lowered or exchanged: large models take what growth gives.
 pub(super) const ENOUGH: u64 = 60_000;
 /// Divisions of a quarter turn of uniform meshes that are lowered.
 const UNIFORM: [usize; 7] = [2, 3, 4, 6, 8, 12, 16];
 /// Raises without a tenth less error, besides one for each of its edges, after which a face is given up.
 const PATIENCE: usize = 12;
+/// Raises after which a face without sound patches is given up.
+const UNSOUND: usize = 8;
 /// Edges of a face that is not mapped, nearest to its worst point, that are tried for raising.
 const NEAREST: usize = 3;
 
@@ -141,7 +143,10 @@ impl Search<'_> {
             let worst = (0..state.faces.len())
                 .max_by(|&a, &b| self.over(&state, a).total_cmp(&self.over(&state, b)));
             let Some(f) = worst.filter(|&f| self.over(&state, f) > 1.0) else { return state };
-            if best[f].1 > PATIENCE + self.edges(f).count() {
+            // Without sound patches all divisions grow by a third at a time.
+            let sound = state.badness[f].is_finite();
+            let patience = if sound { PATIENCE + self.edges(f).count() } else { UNSOUND };
+            if best[f].1 > patience {
                 return state;
             }
             let moves = self.moves(&state, f);
@@ -167,6 +172,19 @@ impl Search<'_> {
                 }
             }
         }
+    }
+
+    /// One division more on every side of face `f` and inside it, for patches that fold only beside their neighbours.
+    pub fn unfolded(&self, state: &State, f: usize) -> State {
+        let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
+        for e in self.edges(f).filter(|&e| state.divisions.counts[e] < MOST) {
+            let chain = self.plan.chains()[e];
+            minima[chain] = minima[chain].max(state.divisions.counts[e] + 1);
+        }
+        if self.divides_inside(state, f) && density[f] < MOST {
+            density[f] += 1;
+        }
+        self.state(minima, density)
     }
 
     fn moves(&self, state: &State, f: usize) -> Vec<Move> {

@@ -1,6 +1,6 @@
 //! The uniform structured mesh as a rival: what a tolerance takes is never more than it needs.
 
-use super::{Goal, Refined, Work, exceeding};
+use super::{Goal, Refined, Work, exceeding, folded};
 use crate::convert::ConvertOptions;
 use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::{MappedOptions, mesh};
@@ -81,11 +81,10 @@ impl Work<'_> {
 }
 
 fn is_sound(found: &Refined) -> bool {
-    let folds = !found.report.folded.is_empty() || !found.audit.folded.is_empty();
-    !folds && found.audit.points_lost == 0
+    folded(found).is_empty() && found.audit.points_lost == 0
 }
 
 /// Error over the tolerance; at most one when the goal is kept.
 fn over(found: &Refined, goal: &Goal) -> f64 {
-    exceeding(found, goal).iter().fold(0.0, |most, face| most.max(face.1))
+    exceeding(&found.audit, goal).iter().fold(0.0, |most, face| most.max(face.1))
 }

@@ -3,7 +3,7 @@
 
 use super::patchwork::{Node, Patchwork};
 use crate::cad::model::Face;
-use crate::geometry::Vec2;
+use crate::geometry::{Vec2, Vec3};
 
 /// Elements whose worst corner (sine of its angle, signed) is below this are worked on.
 const POOR: f64 = 0.15;
@@ -20,59 +20,75 @@ impl Patchwork {
         for (k, e) in self.elements.iter().enumerate() {
             e.nodes().iter().for_each(|&n| around[n as usize].push(k));
         }
+        let normals = self.nodes.iter().map(|n| face.surface.normal(n.uv)).collect();
+        let mut work = Untangling { face, normals, patchwork: self };
         for _ in 0..SWEEPS {
-            let poor: Vec<usize> = (0..self.nodes.len())
-                .filter(|&n| self.nodes[n].id.is_none() && self.worst_of(face, &around[n]) < POOR)
+            let free = |n: &usize| work.patchwork.nodes[*n].id.is_none();
+            let poor: Vec<usize> = (0..work.normals.len())
+                .filter(|n| free(n) && work.worst_of(&around[*n]) < POOR)
                 .collect();
-            let moved = poor.iter().filter(|&&n| self.improve(face, n, &around[n])).count();
+            let moved = poor.iter().filter(|&&n| work.improve(n, &around[n])).count();
             if moved == 0 {
                 return;
             }
         }
     }
+}
 
-    fn worst_of(&self, face: &Face, elements: &[usize]) -> f64 {
-        elements.iter().map(|&k| self.corner(face, k)).fold(1.0, f64::min)
+struct Untangling<'a> {
+    face: &'a Face,
+    patchwork: &'a mut Patchwork,
+    /// Of the surface at each node; none where it is degenerate.
+    normals: Vec<Option<Vec3>>,
+}
+
+impl Untangling<'_> {
+    fn worst_of(&self, elements: &[usize]) -> f64 {
+        elements.iter().map(|&k| self.corner(k)).fold(1.0, f64::min)
     }
 
     /// Worst corner of one element.
-    fn corner(&self, face: &Face, element: usize) -> f64 {
-        let ring = self.elements[element].nodes();
+    fn corner(&self, element: usize) -> f64 {
+        let ring = self.patchwork.elements[element].nodes();
         let count = ring.len();
-        let node = |k: usize| &self.nodes[ring[k % count] as usize];
+        let point = |k: usize| &self.patchwork.nodes[ring[k % count] as usize].point;
         let sine = |k: usize| {
-            let Some(normal) = face.surface.normal(node(k).uv) else { return 1.0 };
-            let (before, after) = (&node(k + count - 1).point, &node(k + 1).point);
-            super::corner_sine(before, &node(k).point, after, &normal)
+            let Some(normal) = &self.normals[ring[k] as usize] else { return 1.0 };
+            super::corner_sine(point(k + count - 1), point(k), point(k + 1), normal)
         };
         (0..count).map(sine).fold(1.0, f64::min)
     }
 
+    fn put(&mut self, n: usize, node: Node) {
+        self.patchwork.nodes[n] = node;
+        self.normals[n] = self.face.surface.normal(node.uv);
+    }
+
     /// Pattern search around node `n`; true when it found a better place.
-    fn improve(&mut self, face: &Face, n: usize, elements: &[usize]) -> bool {
-        let start = self.nodes[n];
+    fn improve(&mut self, n: usize, elements: &[usize]) -> bool {
+        let start = self.patchwork.nodes[n];
         let reach = elements
             .iter()
-            .flat_map(|&k| self.elements[k].nodes())
-            .map(|&m| (self.nodes[m as usize].uv - start.uv).abs())
+            .flat_map(|&k| self.patchwork.elements[k].nodes())
+            .map(|&m| (self.patchwork.nodes[m as usize].uv - start.uv).abs())
             .fold(Vec2::zeros(), |a, b| a.sup(&b));
-        let (mut best, mut value) = (start, self.worst_of(face, elements));
+        let (mut best, mut value) = (start, self.worst_of(elements));
         let mut step = reach * 0.25;
         for _ in 0..HALVINGS {
             let centre = best.uv;
             for k in 0..9_i32 {
                 let shift = Vec2::new(f64::from(k % 3 - 1), f64::from(k / 3 - 1));
-                self.nodes[n] = Node::inside(face, centre + step.component_mul(&shift));
-                let found = self.worst_of(face, elements);
+                self.put(n, Node::inside(self.face, centre + step.component_mul(&shift)));
+                let found = self.worst_of(elements);
                 if found > value {
-                    (best, value) = (self.nodes[n], found);
+                    (best, value) = (self.patchwork.nodes[n], found);
                 }
             }
             if best.uv == centre {
                 step *= 0.5;
             }
         }
-        self.nodes[n] = best;
+        self.put(n, best);
         best.uv != start.uv
     }
 }

@@ -159,6 +159,12 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
         "  forces balance to {:.1e}, energy to {:.1e}, penetration at most {:.1e} mm",
         record.force_balance, record.energy_balance, record.penetration_mm
     );
+    if record.snaps > 0 {
+        println!(
+            "  the sheet snapped {} times, {:.1} N mm set free",
+            record.snaps, record.snap_work_nmm
+        );
+    }
     if let Some(order) = record.convergence_order {
         println!("  Newton converges with order {order:.2} (median over the increments)");
     }

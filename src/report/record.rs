@@ -234,6 +234,12 @@ pub struct RunRecord {
     pub iterations: usize,
     /// Increments that were cut and tried again.
     pub cuts: usize,
+    /// Times the sheet snapped from one balance to another.
+    #[serde(default)]
+    pub snaps: usize,
+    /// Energy set free in that [N mm].
+    #[serde(default)]
+    pub snap_work_nmm: f64,
     /// Factorisations of the matrix.
     #[serde(default)]
     pub factorisations: usize,

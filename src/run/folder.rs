@@ -80,6 +80,8 @@ impl RunFolder {
             increments: 0,
             iterations: 0,
             cuts: 0,
+            snaps: 0,
+            snap_work_nmm: 0.0,
             factorisations: 0,
             updates: 0,
             wall_s: 0.0,
@@ -201,6 +203,8 @@ impl RunFolder {
         record.increments = report.increment;
         record.iterations = report.iterations_total;
         record.cuts = report.cuts;
+        record.snaps = report.snaps;
+        record.snap_work_nmm = report.energies.snaps;
         record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
         record.cpu_s = self.spent_s[1] + cpu_seconds();
         record.peak_mb = record.peak_mb.max(peak_megabytes());
@@ -234,7 +238,7 @@ impl RunFolder {
             record.force_balance = record.force_balance.max(off / self.force_scale);
         }
         let e = &report.energies;
-        let open = (e.external - e.internal - e.friction).abs();
+        let open = (e.external - e.internal - e.friction - e.snaps).abs();
         let work = e.external.abs().max(e.internal.abs());
         record.energy_balance = if work > 0.0 { open / work } else { 0.0 };
         let deepest = report.history.last().map_or(0.0, |last| last.penetration);

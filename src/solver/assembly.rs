@@ -93,7 +93,7 @@ pub struct Body {
     kind: ElementKind,
     material: Arc<dyn Material>,
     gather: Gather,
-    /// Kept for the kinds that integrate at the eight Gauss points; empty for the others.
+    /// Of the eight Gauss points of every undeformed element.
     geometry: Vec<[PointGeometry; 8]>,
     thickness_rule: Vec<(f64, f64)>,
     /// Converged history of each element: its points', then the record of its internal modes.
@@ -179,6 +179,11 @@ impl Body {
     #[must_use]
     pub fn is_symmetric(&self) -> bool {
         self.material.is_symmetric()
+    }
+
+    /// Volumes of the undeformed elements [mm³].
+    pub fn volumes(&self) -> impl Iterator<Item = f64> {
+        self.geometry.iter().map(|points| points.iter().map(|point| point.weight).sum())
     }
 
     /// Forces, energies and (if wanted) tangent at `displacement` [mm] (three a node), from the last

@@ -3,7 +3,7 @@
 //! - [`blank`], [`element`], [`material`], [`assembly`]: the sheet; forces and tangent
 //! - [`tools`], [`constraints`], `contact`: what acts on it
 //! - `system`: residual and condensed matrix; [`linear`]: its solution
-//! - [`newton`], `stepping`, [`stages`]: increments; [`simulation`]: the driver
+//! - [`newton`], `stepping`, `relaxation`, [`stages`]: increments; [`simulation`]: the driver
 
 mod active_set;
 pub mod assembly;
@@ -17,8 +17,10 @@ pub mod linear;
 mod linearised;
 pub mod material;
 pub mod newton;
+mod pace;
 pub mod pattern;
 pub mod reach;
+mod relaxation;
 mod rigid;
 pub mod simulation;
 pub mod stages;

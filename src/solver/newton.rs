@@ -48,6 +48,12 @@ pub enum NewtonError {
         /// Node with the largest unbalanced force.
         node: usize,
     },
+    /// Followed as a slow motion, the sheet did not come to rest.
+    #[error("the sheet snaps, and is not at rest after {steps} steps of slow motion")]
+    StillMoving {
+        /// Steps followed.
+        steps: usize,
+    },
 }
 
 /// A converged increment.
@@ -63,20 +69,47 @@ pub struct NewtonStats {
     pub cycling: usize,
 }
 
+impl NewtonStats {
+    /// The sum of both.
+    #[must_use]
+    pub(super) fn and(self, other: Self) -> Self {
+        Self {
+            iterations: self.iterations + other.iterations,
+            solves: self.solves + other.solves,
+            changes: self.changes + other.changes,
+            cycling: self.cycling + other.cycling,
+        }
+    }
+}
+
+/// When an iteration is ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Patience {
+    /// When it leads nowhere: a shorter step costs less.
+    Hopeful,
+    /// After the iterations allowed.
+    All,
+    /// After so many.
+    Some(usize),
+}
+
 /// Gap that an augmented method may leave, over the sheet's thickness.
 const GAP: f64 = 1e-6;
 
 /// Solves the increment from the present iterate of `sys`; `history` receives every iterate, also on failure.
-/// Unless `patient`, an iteration that leads nowhere is ended early: a shorter step costs less.
 ///
 /// # Errors
 /// [`NewtonError`]; the caller restores the last converged state.
 pub(super) fn solve(
     sys: &mut System,
     limits: &Limits,
-    patient: bool,
+    patience: Patience,
     history: &mut Vec<IterationRecord>,
 ) -> Result<NewtonStats, NewtonError> {
+    let allowed = match patience {
+        Patience::Some(iterations) => iterations,
+        _ => limits.iterations,
+    };
     let mut stats = NewtonStats::default();
     let mut last: Option<Correction> = None;
     let mut near_balance = false;
@@ -93,14 +126,14 @@ pub(super) fn solve(
         history.push(record);
         stats.changes += changes;
         stats.cycling = pivoting.damped;
-        match verdict(sys, &residual, changes, stats.iterations - before, limits) {
+        match verdict(sys, &residual, changes, [stats.iterations - before, allowed], limits) {
             Verdict::Converged if augments(sys, limits) => {
                 before = stats.iterations;
                 pivoting = Pivoting::new();
                 sys.assemble();
             }
             Verdict::Converged => return Ok(stats),
-            Verdict::Continue if patient || !hopeless(history) => {}
+            Verdict::Continue if patience != Patience::Hopeful || !hopeless(history) => {}
             Verdict::Continue | Verdict::Diverging | Verdict::Exhausted => {
                 return Err(gave_up(stats.iterations, &record, residual.worst_node));
             }
@@ -130,7 +163,7 @@ fn verdict(
     sys: &System,
     residual: &Residual,
     changes: usize,
-    iterations: usize,
+    [iterations, allowed]: [usize; 2],
     limits: &Limits,
 ) -> Verdict {
     let rounding = 1e-13 * sys.scales.normal * sys.lengths.shortest_edge;
@@ -146,7 +179,7 @@ fn verdict(
     if !residual.force.is_finite() || !residual.length.is_finite() {
         return Verdict::Diverging;
     }
-    if iterations >= limits.iterations { Verdict::Exhausted } else { Verdict::Continue }
+    if iterations >= allowed { Verdict::Exhausted } else { Verdict::Continue }
 }
 
 fn record(

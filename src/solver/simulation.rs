@@ -241,6 +241,7 @@ impl Simulation {
             iterations,
             iterations_total: self.summary.iterations,
             cuts: self.summary.cuts,
+            snaps: self.summary.snaps,
             history: &self.history,
             energies: self.energies,
             contacts: sys.contact.active().count(),

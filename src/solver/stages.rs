@@ -122,6 +122,9 @@ pub struct Energies {
     pub plastic: f64,
     /// Dissipated by friction between sheet and tools.
     pub friction: f64,
+    /// Set free where the sheet snapped from one balance to another: heat, once it is at rest.
+    #[serde(default)]
+    pub snaps: f64,
 }
 
 /// One Newton iteration.
@@ -199,6 +202,8 @@ pub struct IncrementReport<'a> {
     pub iterations_total: usize,
     /// Increments cut since the start.
     pub cuts: usize,
+    /// Times the sheet has snapped since the start.
+    pub snaps: usize,
     /// Residual history of this increment.
     pub history: &'a [IterationRecord],
     /// Work and energy.
@@ -224,6 +229,9 @@ pub struct RunSummary {
     pub iterations: usize,
     /// Increments cut.
     pub cuts: usize,
+    /// Times the sheet snapped from one balance to another.
+    #[serde(default)]
+    pub snaps: usize,
     /// Wall time by phase [s].
     pub timings: Timings,
 }

@@ -25,6 +25,13 @@ pub struct SimulationState {
     pub material: Vec<u8>,
 }
 
+impl SimulationState {
+    /// Work since the start of the run.
+    pub(super) fn energies(&self) -> &Energies {
+        &self.energies
+    }
+}
+
 impl Simulation {
     /// The state after the last converged increment.
     #[must_use]

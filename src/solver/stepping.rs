@@ -2,7 +2,9 @@
 
 use super::active_set::{keep_pushed_tools, take_in};
 use super::constraints::Constraints;
-use super::newton::{NewtonError, NewtonStats, solve};
+use super::newton::{NewtonError, NewtonStats, Patience, solve};
+use super::pace::Pace;
+use super::relaxation::relax;
 use super::rigid::hold_rigid_modes;
 use super::simulation::{Control, Simulation, SimulationError};
 use super::stages::{IncrementReport, Stage};
@@ -22,7 +24,7 @@ pub(super) struct Committed {
     /// Force of each tool along its direction [N].
     pushes: Vec<f64>,
     /// Step (share of the stage), displacements and travels of the last increment of this stage.
-    last: Option<(f64, Vec<f64>, Vec<f64>)>,
+    pub(super) last: Option<(f64, Vec<f64>, Vec<f64>)>,
 }
 
 impl Committed {
@@ -54,9 +56,14 @@ fn pushing_force(sys: &System, tool: usize) -> f64 {
     sys.tool_force(tool).dot(&sys.tools[tool].setup.direction)
 }
 
+/// Steps shorter than this share of a stage's first one are taken for the approach to a limit point, and the next
+/// balance is sought this share of the first step beyond it.
+const SNAPS: f64 = 0.02;
+const BEYOND: f64 = 0.1;
+
 /// What a stage fixes when it begins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Plan {
+pub(super) struct Plan {
     stage: usize,
     start_travels: Vec<f64>,
     /// Contact forces of the tools being taken away (three a node).
@@ -85,47 +92,64 @@ pub(super) fn advance(
         Some(now) => now,
         None => begin_stage(sim, observer)?,
     };
-    let (first, stage) = (sim.stages[now.plan.stage].first_step, now.plan.stage);
-    let stats = loop {
-        if sim.summary.increments >= sim.limits.increments {
-            return Err(SimulationError::TooManyIncrements { limit: sim.limits.increments });
-        }
-        let share = now.share;
-        let target = if share + 1.001 * now.pace.step >= 1.0 { 1.0 } else { share + now.pace.step };
-        sim.history.clear();
-        match attempt(sim, &now.plan, share, target, now.pace.patient()) {
-            Ok(stats) => {
-                accept(sim, target - share);
-                now.share = target;
-                break stats;
-            }
-            Err(cause) => {
-                let error = gave_up(sim, stage, share, target - share, cause);
-                sim.summary.iterations += sim.history.len().saturating_sub(1);
-                sim.summary.cuts += 1;
-                restore(sim);
-                now.pace.failed(target - share);
-                if now.pace.step < sim.limits.smallest_step * first {
-                    return Err(error);
-                }
-            }
-        }
-    };
+    let stage = now.plan.stage;
+    let iterations = increment(sim, &mut now)?.iterations;
     sim.time = now.start_time + now.share * sim.stages[stage].duration;
     sim.summary.increments += 1;
-    sim.summary.iterations += stats.iterations;
-    now.pace.went_well(stats.iterations);
+    sim.summary.iterations += iterations;
     let share = now.share;
     if share < 1.0 {
         sim.under_way = Some(now);
     } else {
         sim.stage += 1;
     }
-    sim.report(stage, share, stats.iterations, observer)?;
+    sim.report(stage, share, iterations, observer)?;
     if share >= 1.0 {
         end(sim);
     }
     Ok(true)
+}
+
+/// Tries shorter and shorter steps until one ends in balance; past a limit point, the way to the next balance.
+fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, SimulationError> {
+    let (stage, share) = (now.plan.stage, now.share);
+    let Stage { first_step: first, largest_step: largest, .. } = sim.stages[stage];
+    let mut snaps = false;
+    loop {
+        if sim.summary.increments >= sim.limits.increments {
+            return Err(SimulationError::TooManyIncrements { limit: sim.limits.increments });
+        }
+        let target = if share + 1.001 * now.pace.step >= 1.0 { 1.0 } else { share + now.pace.step };
+        sim.history.clear();
+        let cause = match attempt(sim, &now.plan, [share, target], now.pace.patience()) {
+            Ok(stats) => {
+                accept(sim, target - share);
+                now.share = target;
+                now.pace.went_well(stats.iterations);
+                return Ok(stats);
+            }
+            Err(cause) => cause,
+        };
+        let error = gave_up(sim, stage, share, target - share, cause);
+        sim.summary.iterations += sim.history.len().saturating_sub(1);
+        sim.summary.cuts += 1;
+        restore(sim);
+        now.pace.failed(target - share);
+        if now.pace.step < SNAPS * first && !snaps {
+            snaps = true;
+            let target = (share + BEYOND * first).min(1.0);
+            sim.history.clear();
+            if let Ok(stats) = relax(sim, &now.plan, target) {
+                now.share = target;
+                now.pace = Pace::new(BEYOND * first, largest, sim.limits.wanted_iterations);
+                return Ok(stats);
+            }
+            sim.summary.iterations += sim.history.len();
+        }
+        if now.pace.step < sim.limits.smallest_step * first {
+            return Err(error);
+        }
+    }
 }
 
 fn begin_stage(
@@ -226,18 +250,17 @@ fn add_loads(sys: &mut System, loads: &[f64], share: f64) {
     sys.applied.iter_mut().zip(loads).for_each(|(a, load)| *a += share * load);
 }
 
-fn attempt(
+pub(super) fn attempt(
     sim: &mut Simulation,
     plan: &Plan,
-    share: f64,
-    target: f64,
-    patient: bool,
+    [share, target]: [f64; 2],
+    patience: Patience,
 ) -> Result<NewtonStats, NewtonError> {
     predict(&mut sim.sys, &sim.committed, target - share);
     let stage = &sim.stages[plan.stage];
     set_targets(&mut sim.sys, stage, plan, target, sim.share);
     add_loads(&mut sim.sys, &sim.loads, stage.load.at(target));
-    solve(&mut sim.sys, &sim.limits, patient, &mut sim.history)
+    solve(&mut sim.sys, &sim.limits, patience, &mut sim.history)
 }
 
 /// Starts the iteration where the last increment, repeated in proportion, would lead.
@@ -250,7 +273,7 @@ fn predict(sys: &mut System, committed: &Committed, step: f64) {
     }
 }
 
-fn accept(sim: &mut Simulation, step: f64) {
+pub(super) fn accept(sim: &mut Simulation, step: f64) {
     add_work(sim);
     let sys = &mut sim.sys;
     sys.body.commit();
@@ -304,51 +327,6 @@ fn add_work(sim: &mut Simulation) {
     e.plastic = whole * sys.eval.plastic_work;
 }
 
-/// How large the next step is (share of the stage).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Pace {
-    step: f64,
-    largest: f64,
-    wanted_iterations: usize,
-    /// Failures since the last increment that went well.
-    failures: usize,
-    /// Steps above this failed not long ago.
-    ceiling: Option<f64>,
-}
-
-impl Pace {
-    fn new(first: f64, largest: f64, wanted_iterations: usize) -> Self {
-        let step = first.min(largest);
-        Self { step, largest, wanted_iterations, failures: 0, ceiling: None }
-    }
-
-    /// After repeated failures an increment may take its time.
-    fn patient(&self) -> bool {
-        self.failures >= 4
-    }
-
-    /// Larger after easy increments, smaller after hard ones; a step that failed is approached slowly.
-    fn went_well(&mut self, iterations: usize) {
-        let (n, wanted) = (iterations, self.wanted_iterations);
-        let factor = match n {
-            n if 4 * n <= 3 * wanted => 1.5,
-            n if 4 * n <= 5 * wanted => 1.2,
-            n if n <= 3 * wanted => 1.0,
-            _ => 0.7,
-        };
-        self.failures = 0;
-        let ceiling = self.ceiling.unwrap_or(f64::INFINITY);
-        self.step = (factor * self.step).min(ceiling).min(self.largest);
-        self.ceiling = self.ceiling.map(|c| 1.15 * c);
-    }
-
-    fn failed(&mut self, step: f64) {
-        self.failures += 1;
-        self.ceiling = Some(0.7 * step);
-        self.step = 0.4 * step;
-    }
-}
-
 fn gave_up(
     sim: &Simulation,
     stage: usize,
@@ -363,7 +341,7 @@ fn gave_up(
         NewtonError::Linear(super::linear::LinearError::Singular { unknown }) => {
             (unknown / 3).min(sys.node_count().saturating_sub(1))
         }
-        NewtonError::Linear(_) => 0,
+        NewtonError::Linear(_) | NewtonError::StillMoving { .. } => 0,
     };
     let x = sys.position(node);
     let nearest = sys

@@ -10,6 +10,7 @@ use super::contact::{
 };
 use super::element::Want;
 use super::linear::{CheckedSolver, LinearError};
+use super::relaxation::Damper;
 use super::stages::Timings;
 use super::tools::Tool;
 use crate::contact::friction::Coulomb;
@@ -57,6 +58,8 @@ pub(super) struct System {
     /// Applied nodal forces (three a node) [N].
     pub(super) applied: Vec<f64>,
     pub(super) eval: Evaluation,
+    /// Holds the nodes back while the sheet is followed past a limit point.
+    pub(super) damper: Option<Damper>,
     pub(super) conditions: Vec<Condition>,
     /// Conditions in the factors of the linear solver.
     pub(super) factored: Vec<Condition>,
@@ -114,6 +117,7 @@ impl System {
             applied: vec![0.0; n],
             held_at: vec![0.0; n],
             eval: Evaluation::default(),
+            damper: None,
             conditions: Vec::new(),
             factored: Vec::new(),
             replaced: Vec::new(),
@@ -169,10 +173,13 @@ impl System {
             .sum()
     }
 
-    /// Element loop at the present displacements.
+    /// Element loop at the present displacements, and the damper if there is one.
     pub(super) fn evaluate(&mut self, want: Want) -> Result<(), ElementFailure> {
         let start = Instant::now();
         let done = self.body.evaluate(&self.u, want, &mut self.eval);
+        if let (Ok(()), Some(damper)) = (&done, &self.damper) {
+            damper.add(&self.u, want, self.body.pattern(), &mut self.eval);
+        }
         self.timings.elements += start.elapsed().as_secs_f64();
         done
     }

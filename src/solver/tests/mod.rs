@@ -3,6 +3,7 @@
 mod claims;
 mod cross;
 mod cup;
+mod snap;
 mod tangent;
 mod tension;
 

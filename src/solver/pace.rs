@@ -1,0 +1,50 @@
+//! How long the steps of a stage are.
+
+use serde::{Deserialize, Serialize};
+
+use super::newton::Patience;
+
+/// How large the next step is (share of the stage).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Pace {
+    pub(super) step: f64,
+    largest: f64,
+    wanted_iterations: usize,
+    /// Failures since the last increment that went well.
+    failures: usize,
+    /// Steps above this failed not long ago.
+    ceiling: Option<f64>,
+}
+
+impl Pace {
+    pub(super) fn new(first: f64, largest: f64, wanted_iterations: usize) -> Self {
+        let step = first.min(largest);
+        Self { step, largest, wanted_iterations, failures: 0, ceiling: None }
+    }
+
+    /// After repeated failures an increment may take its time.
+    pub(super) fn patience(&self) -> Patience {
+        if self.failures >= 4 { Patience::All } else { Patience::Hopeful }
+    }
+
+    /// Larger after easy increments, smaller after hard ones; a step that failed is approached slowly.
+    pub(super) fn went_well(&mut self, iterations: usize) {
+        let (n, wanted) = (iterations, self.wanted_iterations);
+        let factor = match n {
+            n if 4 * n <= 3 * wanted => 1.5,
+            n if 4 * n <= 5 * wanted => 1.2,
+            n if n <= 3 * wanted => 1.0,
+            _ => 0.7,
+        };
+        self.failures = 0;
+        let ceiling = self.ceiling.unwrap_or(f64::INFINITY);
+        self.step = (factor * self.step).min(ceiling).min(self.largest);
+        self.ceiling = self.ceiling.map(|c| 1.15 * c);
+    }
+
+    pub(super) fn failed(&mut self, step: f64) {
+        self.failures += 1;
+        self.ceiling = Some(0.7 * step);
+        self.step = 0.4 * step;
+    }
+}

@@ -1,0 +1,62 @@
+//! A shallow arch under a dead load: past its limit point there is no balance near the last one.
+
+use super::{setup, stage, steel};
+use crate::solver::assembly::Body;
+use crate::solver::blank::rectangle;
+use crate::solver::element::ElementKind;
+use crate::solver::stages::{Energies, RunSummary};
+use crate::solver::{Constraints, Control, Curve, IncrementReport, Simulation, SimulationSetup};
+
+const HALF: f64 = 20.0;
+const RISE: f64 = 1.0;
+
+/// Half an arch of thickness 0.2, clamped at x = 20, symmetric at x = 0, under `force` there; drop of its crown after
+/// every increment.
+fn arch(force: f64) -> (Vec<f64>, Energies, RunSummary) {
+    let mut mesh = rectangle(HALF, 1.0, 0.2, 20, 1, 1);
+    let flat: Vec<f64> = mesh.nodes.iter().map(|x| x.x).collect();
+    for (x, flat) in mesh.nodes.iter_mut().zip(&flat) {
+        x.z += RISE * (0.5 + 0.5 * (std::f64::consts::PI * flat / HALF).cos());
+    }
+    let count = mesh.nodes.len();
+    let mut constraints = Constraints::none(count);
+    constraints.symmetry_plane(&mesh.nodes, 0, 0.0, 1e-9);
+    for (node, x) in flat.iter().enumerate() {
+        constraints.hold(node, 1);
+        if *x > HALF - 1e-9 {
+            (0..3).for_each(|axis| constraints.hold(node, axis));
+        }
+    }
+    let crown: Vec<usize> = (0..count).filter(|&n| flat[n] < 1e-9).collect();
+    let mut loads = vec![0.0; 3 * count];
+    crown.iter().for_each(|&n| loads[3 * n + 2] = -force / crown.len() as f64);
+    let kind = ElementKind::SolidShell { points: 3, membrane: true };
+    let body = Body::new(mesh, kind, steel()).unwrap();
+    let mut pushed = stage("push", Vec::new(), 0.05);
+    pushed.load = Curve::ramp(0.0, 1.0);
+    pushed.largest_step = 0.05;
+    let setup = SimulationSetup { loads, ..setup(body, constraints, Vec::new(), vec![pushed]) };
+    let (mut drops, mut energies) = (Vec::new(), Energies::default());
+    let mut sim = Simulation::new(setup).unwrap();
+    let summary = sim
+        .run(&mut |r: &IncrementReport<'_>| {
+            drops.push(-r.displacements[3 * crown[0] + 2]);
+            energies = r.energies;
+            Control::Continue
+        })
+        .unwrap();
+    (drops, energies, summary)
+}
+
+#[test]
+fn a_shallow_arch_snaps_to_its_other_balance_and_loses_the_energy_between() {
+    let (drops, energies, summary) = arch(30.0);
+    assert_eq!(summary.snaps, 1, "{summary:?}");
+    let jump = drops.windows(2).position(|w| w[1] - w[0] > 0.5 * RISE).unwrap();
+    assert!(drops[jump] < 0.5 * RISE && drops[jump + 1] > 2.0 * RISE, "{drops:?}");
+    assert!(drops.windows(2).skip(jump + 1).all(|w| w[1] > w[0]), "{drops:?}");
+    // Elastic: what the load has done and is not stored was set free.
+    let lost = energies.external - energies.elastic;
+    assert!((lost - energies.snaps).abs() < 1e-3 * lost, "{lost} {energies:?}");
+    assert!(lost > 0.05 * energies.external);
+}

@@ -33,6 +33,9 @@ impl System {
 
     /// Solves it again after some conditions have changed, at the same iterate.
     pub(super) fn correct_again(&mut self) -> Result<Correction, LinearError> {
+        if self.symmetric {
+            return self.correct();
+        }
         let start = Instant::now();
         let changed = self.change_conditions();
         self.timings.contact += start.elapsed().as_secs_f64();
@@ -53,8 +56,13 @@ impl System {
         let borders: Vec<Vec<f64>> = moved.iter().map(|&(tool, _)| self.force_row(tool)).collect();
         self.timings.contact += start.elapsed().as_secs_f64();
         let before = self.solver.factorisations;
+        self.symmetric = changed.is_none() && moved.is_empty() && self.is_symmetric();
         let solved = match changed {
             Some(changed) => self.solver.solve_changed(&self.values, changed, &mut all),
+            None if self.symmetric => {
+                self.move_held_columns(&mut all[0]);
+                self.solver.solve_symmetric(&self.values, &mut all)
+            }
             None => self.solver.solve(&self.values, &mut all),
         };
         if self.solver.factorisations > before {
@@ -70,6 +78,31 @@ impl System {
         let lambdas = self.predicted_lambdas(&u);
         self.timings.contact += start.elapsed().as_secs_f64();
         Ok(Correction { u, travels, lambdas })
+    }
+
+    /// Whether nothing but held components stands in the way of a symmetric matrix.
+    fn is_symmetric(&self) -> bool {
+        self.body.is_symmetric() && self.conditions.iter().all(|c| c.candidate.is_none())
+    }
+
+    /// Takes the columns of held components, whose corrections are known, to the right-hand side.
+    fn move_held_columns(&mut self, rhs: &mut [f64]) {
+        let pattern = self.body.pattern();
+        for c in &self.conditions {
+            for i in (0..3).filter(|&k| self.constraints.is_held(c.node, k)).map(|k| 3 * c.node + k)
+            {
+                let Some(diagonal) = pattern.position(i, i) else { continue };
+                let known = rhs[i] / self.values[diagonal];
+                // The pattern is its own mirror.
+                for q in pattern.row_ptr[i]..pattern.row_ptr[i + 1] {
+                    let row = pattern.col_idx[q];
+                    if let Some(place) = pattern.position(row, i).filter(|_| row != i) {
+                        rhs[row] -= self.values[place] * known;
+                        self.values[place] = 0.0;
+                    }
+                }
+            }
+        }
     }
 
     /// Residual of every row: equilibrium, or the conditions in its place.

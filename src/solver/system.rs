@@ -70,6 +70,8 @@ pub(super) struct System {
     pub(super) timings: Timings,
     pub(super) solver: CheckedSolver,
     pub(super) values: Vec<f64>,
+    /// The factors are of a symmetric matrix.
+    pub(super) symmetric: bool,
 }
 
 /// Lengths of the problem [mm].
@@ -125,6 +127,7 @@ impl System {
             timings: Timings::default(),
             solver,
             values: vec![0.0; body.pattern().nnz()],
+            symmetric: false,
             body,
             constraints,
             tools,

@@ -31,12 +31,21 @@ impl LinearSolver for MultifrontalLu {
             .map_err(|e| LinearError::Singular { unknown: e.unknown })
     }
 
+    fn factor_symmetric(&mut self, values: &[f64]) -> Result<(), LinearError> {
+        self.plan
+            .factor_symmetric(values, &mut self.factors)
+            .map_err(|e| LinearError::Singular { unknown: e.unknown })
+    }
+
     fn solve(&self, rhs: &mut [f64]) {
         self.plan.solve(&self.factors, rhs);
     }
 
     fn inverse_block(&self, columns: &[usize], rows: &[usize]) -> Option<Vec<f64>> {
         const WORTH: f64 = 0.2;
+        if self.factors.is_symmetric() {
+            return None;
+        }
         let block = self.plan.inverse_block(columns, rows);
         let worth = self.plan.share_of_factorisation(&block) <= WORTH;
         worth.then(|| self.plan.solve_block(&self.factors, &block))

@@ -62,6 +62,14 @@ pub trait LinearSolver: Send + Sync {
     /// [`LinearError::Singular`].
     fn factor(&mut self, values: &[f64]) -> Result<(), LinearError>;
 
+    /// Factors a symmetric matrix that should be positive definite, in half the time where the solver can.
+    ///
+    /// # Errors
+    /// [`LinearError::Singular`], also when it is not positive definite.
+    fn factor_symmetric(&mut self, values: &[f64]) -> Result<(), LinearError> {
+        self.factor(values)
+    }
+
     /// Solves in place with the last factors.
     fn solve(&self, rhs: &mut [f64]);
 

@@ -81,6 +81,23 @@ impl CheckedSolver {
         Ok(())
     }
 
+    /// As [`CheckedSolver::solve`] for a symmetric matrix, by LL^T if it is positive definite.
+    ///
+    /// # Errors
+    /// The last solver's error when none succeeds.
+    pub fn solve_symmetric(
+        &mut self,
+        values: &[f64],
+        rhs: &mut [Vec<f64>],
+    ) -> Result<(), LinearError> {
+        let given: Vec<Vec<f64>> = rhs.to_vec();
+        if self.solve_with(0, true, values, rhs, &given).is_ok() {
+            return Ok(());
+        }
+        rhs.clone_from_slice(&given);
+        self.solve(values, rhs)
+    }
+
     /// Factors `values` and solves for every right-hand side in place.
     ///
     /// # Errors
@@ -90,29 +107,43 @@ impl CheckedSolver {
         let mut last = Ok(());
         for k in 0..self.solvers.len() {
             self.plan(k)?;
-            self.current = k;
             if k > 0 {
                 self.fallbacks += 1;
                 rhs.clone_from_slice(&given);
             }
-            let start = Instant::now();
-            last = self.solvers[k].factor(values);
-            self.factor_s += start.elapsed().as_secs_f64();
-            self.factorisations += 1;
-            self.factored = last.is_ok();
-            if last.is_ok() {
-                let start = Instant::now();
-                let solver = self.solvers[k].as_ref();
-                let solve = |_: usize, x: &mut [f64]| solver.solve(x);
-                last = self.refined_all(values, rhs, &given, [&solve, &solve]);
-                self.known = given.iter().cloned().zip(rhs.iter().cloned()).collect();
-                self.solve_s += start.elapsed().as_secs_f64();
-            }
+            last = self.solve_with(k, false, values, rhs, &given);
             if last.is_ok() {
                 break;
             }
         }
         last
+    }
+
+    /// Factors and solves by one solver.
+    fn solve_with(
+        &mut self,
+        k: usize,
+        symmetric: bool,
+        values: &[f64],
+        rhs: &mut [Vec<f64>],
+        given: &[Vec<f64>],
+    ) -> Result<(), LinearError> {
+        self.current = k;
+        let start = Instant::now();
+        let solver = &mut self.solvers[k];
+        let factored =
+            if symmetric { solver.factor_symmetric(values) } else { solver.factor(values) };
+        self.factor_s += start.elapsed().as_secs_f64();
+        self.factorisations += 1;
+        self.factored = factored.is_ok();
+        factored?;
+        let start = Instant::now();
+        let solver = self.solvers[k].as_ref();
+        let solve = |_: usize, x: &mut [f64]| solver.solve(x);
+        let solved = self.refined_all(values, rhs, given, [&solve, &solve]);
+        self.known = given.iter().cloned().zip(rhs.iter().cloned()).collect();
+        self.solve_s += start.elapsed().as_secs_f64();
+        solved
     }
 
     /// Solves for every right-hand side in place with the factors of an earlier matrix; `values` is the matrix now,

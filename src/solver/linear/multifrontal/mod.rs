@@ -1,4 +1,4 @@
-//! A multifrontal LU of our own on dense kernels: nested dissection of blocks by their coordinates, static
+//! A multifrontal LU, and LL^T where the matrix is symmetric and positive definite, of our own on dense kernels: nested dissection of blocks by their coordinates, static
 //! memory reused by every refactorisation, pivoting inside fronts, subtrees in parallel, the same bits for any
 //! number of threads.
 //!
@@ -11,6 +11,7 @@ mod order;
 mod solve;
 mod supernodes;
 mod symbolic;
+mod symmetric;
 
 pub use numeric::{Factors, Singular};
 pub use solve::InverseBlock;

@@ -11,10 +11,11 @@ use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::symbolic::{Front, Symbolic};
+use super::symmetric;
 
 /// Columns of a strip of a large product; operations below which a front is not cut into strips.
-const STRIP: usize = 96;
-const STRIP_FLOPS: f64 = 2e7;
+pub(super) const STRIP: usize = 96;
+pub(super) const STRIP_FLOPS: f64 = 2e7;
 
 /// A front whose pivot block is singular.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -26,6 +27,16 @@ pub struct Singular {
     pub unknown: usize,
 }
 
+/// What is factored.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Any matrix: P A = L U within every front.
+    #[default]
+    General,
+    /// Symmetric and positive definite: A = L L^T; only the lower triangle is read.
+    Symmetric,
+}
+
 /// Factors of one matrix, and the memory for the next ones of the same pattern.
 #[derive(Debug, Default)]
 pub struct Factors {
@@ -34,9 +45,16 @@ pub struct Factors {
     /// Row of the pivot block that stands in each place after pivoting, counted within its front.
     pub(super) pivot: Vec<u32>,
     inverse: Vec<u32>,
+    pub(super) kind: Kind,
 }
 
 impl Factors {
+    /// Whether they are those of a symmetric matrix.
+    #[must_use]
+    pub fn is_symmetric(&self) -> bool {
+        self.kind == Kind::Symmetric
+    }
+
     /// Panels and U12 blocks of all fronts.
     pub(super) fn storage(&self) -> &[f64] {
         self.storage.get()
@@ -78,6 +96,7 @@ struct Part<'a> {
     unknown_from: usize,
     workspace: &'a mut [f64],
     workspace_from: usize,
+    kind: Kind,
 }
 
 impl Symbolic {
@@ -86,6 +105,20 @@ impl Symbolic {
     /// # Errors
     /// [`Singular`] when a pivot block has no inverse.
     pub fn factor(&self, values: &[f64], factors: &mut Factors) -> Result<(), Singular> {
+        self.factor_as(Kind::General, values, factors)
+    }
+
+    /// Factors a symmetric, positive definite matrix into `factors`; only its lower triangle, in the plan's numbering, is
+    /// read.
+    ///
+    /// # Errors
+    /// [`Singular`] when it is not positive definite.
+    pub fn factor_symmetric(&self, values: &[f64], factors: &mut Factors) -> Result<(), Singular> {
+        self.factor_as(Kind::Symmetric, values, factors)
+    }
+
+    fn factor_as(&self, kind: Kind, values: &[f64], factors: &mut Factors) -> Result<(), Singular> {
+        factors.kind = kind;
         factors.storage.resize(self.storage);
         factors.workspace.resize(self.workspace);
         factors.pivot.resize(self.n, 0);
@@ -98,6 +131,7 @@ impl Symbolic {
             unknown_from: 0,
             workspace: factors.workspace.get_mut(),
             workspace_from: 0,
+            kind,
         };
         for &root in &self.roots {
             let (mut own, rest) = self.split(part, root as usize);
@@ -125,6 +159,7 @@ impl Symbolic {
             unknown_from: part.unknown_from + unknown_end,
             workspace: &mut [],
             workspace_from: part.workspace_from,
+            kind: part.kind,
         };
         (Part { storage, pivot, inverse, ..part }, rest)
     }
@@ -161,6 +196,7 @@ impl Symbolic {
             unknown_from: part.unknown_from,
             workspace: &mut [],
             workspace_from: 0,
+            kind: part.kind,
         };
         let mut workspace_from = front.contribution + front.contribution_len();
         let mut workspace = &mut part.workspace[workspace_from - part.workspace_from..];
@@ -186,24 +222,51 @@ impl Symbolic {
         let base = front.contribution - part.workspace_from;
         let (low, above) = part.workspace.split_at_mut(base + front.contribution_len());
         let contribution = &mut low[base..base + front.below * front.below];
-        storage.fill(0.0);
-        contribution.fill(0.0);
-        for k in front.entries.clone() {
-            storage[self.entry_place[k] as usize] += values[self.entry_value[k] as usize];
-        }
         let (panel, u12) = storage.split_at_mut(front.panel_len());
+        self.take_values(front, values, part.kind, panel, u12);
+        contribution.fill(0.0);
         let above_from = front.contribution + front.contribution_len();
         for &c in &front.children {
             let child = &self.fronts[c as usize];
             let start = child.contribution - above_from;
             let source = &above[start..start + child.below * child.below];
-            extend_add(front, child, source, panel, u12, contribution);
+            match part.kind {
+                Kind::General => extend_add(front, child, source, panel, u12, contribution),
+                Kind::Symmetric => symmetric::extend_add(front, child, source, panel, contribution),
+            }
+        }
+        let singular = |k| Singular { unknown: self.old_of_new[front.first + k] as usize };
+        if part.kind == Kind::Symmetric {
+            return symmetric::eliminate(front, panel, contribution).map_err(singular);
         }
         let at = front.first - part.unknown_from;
         let pivot = &mut part.pivot[at..at + front.pivots];
         let inverse = &mut part.inverse[at..at + front.pivots];
-        eliminate(front, panel, u12, contribution, (pivot, inverse))
-            .map_err(|k| Singular { unknown: self.old_of_new[front.first + k] as usize })
+        eliminate(front, panel, u12, contribution, (pivot, inverse)).map_err(singular)
+    }
+
+    /// The matrix's own values in a front.
+    fn take_values(
+        &self,
+        front: &Front,
+        values: &[f64],
+        kind: Kind,
+        panel: &mut [f64],
+        u12: &mut [f64],
+    ) {
+        panel.fill(0.0);
+        if kind == Kind::General {
+            u12.fill(0.0);
+        }
+        for k in front.entries.clone() {
+            let (place, value) =
+                (self.entry_place[k] as usize, values[self.entry_value[k] as usize]);
+            if place < panel.len() {
+                panel[place] += value;
+            } else if kind == Kind::General {
+                u12[place - panel.len()] += value;
+            }
+        }
     }
 }
 
@@ -244,7 +307,7 @@ fn extend_add(
 }
 
 #[inline]
-fn add(to: &mut [f64], from: &[f64], len: u32) {
+pub(super) fn add(to: &mut [f64], from: &[f64], len: u32) {
     let len = len as usize;
     for (t, f) in to[..len].iter_mut().zip(&from[..len]) {
         *t += f;

@@ -5,7 +5,7 @@ use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::numeric::Factors;
+use super::numeric::{Factors, Kind};
 use super::symbolic::{Front, Symbolic};
 
 /// Columns of the inverse worked on together.
@@ -17,8 +17,13 @@ impl Symbolic {
         let mut y: Vec<f64> = self.old_of_new.iter().map(|&old| rhs[old as usize]).collect();
         let widest = self.fronts.iter().map(|f| f.pivots + f.below).max().unwrap_or(0);
         let mut work = vec![0.0; widest];
-        self.forward(factors, &mut y, &mut work);
-        self.backward(factors, &mut y, &mut work);
+        match factors.kind {
+            Kind::General => {
+                self.forward(factors, &mut y, &mut work);
+                self.backward(factors, &mut y, &mut work);
+            }
+            Kind::Symmetric => self.substitute_symmetric(factors, &mut y, &mut work),
+        }
         for (&old, value) in self.old_of_new.iter().zip(&y) {
             rhs[old as usize] = *value;
         }
@@ -106,7 +111,7 @@ impl Symbolic {
         2.0 * panels as f64 * block.columns.len() as f64 / whole.max(1.0)
     }
 
-    /// The block, column by column.
+    /// The block, column by column, with the factors of [`Symbolic::factor`].
     #[must_use]
     pub fn solve_block(&self, factors: &Factors, block: &InverseBlock) -> Vec<f64> {
         let rows = block.rows.len();
@@ -184,7 +189,7 @@ impl Symbolic {
 }
 
 #[inline]
-fn subtract(to: &mut [f64], column: &[f64], by: f64) {
+pub(super) fn subtract(to: &mut [f64], column: &[f64], by: f64) {
     for (t, c) in to.iter_mut().zip(column) {
         *t -= by * c;
     }

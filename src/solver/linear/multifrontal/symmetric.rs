@@ -1,0 +1,156 @@
+//! LL^T of a front: half the work of LU. Lower triangles only; what stands above them is never read.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor as llt;
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve as triangular;
+use faer::prelude::IntoConst;
+use faer::{Accum, MatMut, MatRef, Par};
+use rayon::prelude::*;
+
+use super::numeric::{Factors, STRIP, STRIP_FLOPS, add};
+use super::symbolic::{Front, Run, Symbolic};
+
+/// Adds the lower triangle of a child's contribution into its parent's front. Both number unknowns in the same order, so
+/// it lands in lower triangles.
+pub(super) fn extend_add(
+    front: &Front,
+    child: &Front,
+    source: &[f64],
+    panel: &mut [f64],
+    contribution: &mut [f64],
+) {
+    let (np, m) = (front.pivots, front.below);
+    let height = np + m;
+    for (k, run) in child.runs.iter().enumerate() {
+        for i in 0..run.len {
+            let from = &source[(run.child + i) as usize * child.below..][..child.below];
+            let column = (run.parent + i) as usize;
+            let (to, above) = if column < np {
+                (&mut panel[column * height..(column + 1) * height], 0)
+            } else {
+                (&mut contribution[(column - np) * m..(column - np + 1) * m], np)
+            };
+            let rest = Run { child: run.child + i, parent: run.parent + i, len: run.len - i };
+            for rows in std::iter::once(&rest).chain(&child.runs[k + 1..]) {
+                add(
+                    &mut to[rows.parent as usize - above..],
+                    &from[rows.child as usize..],
+                    rows.len,
+                );
+            }
+        }
+    }
+}
+
+/// A11 = L11 L11^T, L21 = A21 L11^-T, contribution -= L21 L21^T. On failure the index of a pivot that is not positive.
+pub(super) fn eliminate(
+    front: &Front,
+    panel: &mut [f64],
+    contribution: &mut [f64],
+) -> Result<(), usize> {
+    let (np, m) = (front.pivots, front.below);
+    let panel = MatMut::from_column_major_slice_mut(panel, np + m, np);
+    let (mut top, bottom) = panel.split_at_row_mut(np);
+    let scratch = llt::cholesky_in_place_scratch::<f64>(np, Par::Seq, Default::default());
+    let mut memory = MemBuffer::new(scratch);
+    let stack = MemStack::new(&mut memory);
+    llt::cholesky_in_place(top.as_mut(), Default::default(), Par::Seq, stack, Default::default())
+        .map_err(|llt::LltError::NonPositivePivot { index }| index)?;
+    if let Some(k) = (0..np).find(|&k| !top[(k, k)].is_finite()) {
+        return Err(k);
+    }
+    if m == 0 {
+        return Ok(());
+    }
+    let side_by_side = (np * m) as f64 * (np + m) as f64 > STRIP_FLOPS;
+    let bottom = lower(top.as_ref(), bottom, side_by_side);
+    update(bottom, contribution, side_by_side);
+    Ok(())
+}
+
+/// L21 = A21 L11^-T, strip of rows by strip.
+fn lower<'a>(top: MatRef<'_, f64>, bottom: MatMut<'a, f64>, side_by_side: bool) -> MatRef<'a, f64> {
+    let mut bottom = bottom;
+    let solve = |strip: MatMut<'_, f64>| {
+        triangular::solve_lower_triangular_in_place(top, strip.transpose_mut(), Par::Seq);
+    };
+    if side_by_side {
+        let mut strips = Vec::with_capacity(bottom.nrows().div_ceil(STRIP));
+        let mut rest = bottom.as_mut();
+        while rest.nrows() > STRIP {
+            let (strip, below) = rest.split_at_row_mut(STRIP);
+            strips.push(strip);
+            rest = below;
+        }
+        strips.push(rest);
+        strips.into_par_iter().for_each(solve);
+    } else {
+        solve(bottom.as_mut());
+    }
+    bottom.into_const()
+}
+
+/// contribution -= L21 L21^T on and below its diagonal, strip of columns by strip.
+fn update(l21: MatRef<'_, f64>, contribution: &mut [f64], side_by_side: bool) {
+    let m = l21.nrows();
+    let strip = |(k, to): (usize, &mut [f64])| {
+        let (first, columns) = (k * STRIP, to.len() / m);
+        let to = MatMut::from_column_major_slice_mut(to, m, columns).subrows_mut(first, m - first);
+        let (left, right) = (l21.subrows(first, m - first), l21.subrows(first, columns));
+        matmul(to, Accum::Add, left, right.transpose(), -1.0, Par::Seq);
+    };
+    if side_by_side {
+        contribution.par_chunks_mut(STRIP * m).enumerate().for_each(strip);
+    } else {
+        contribution.chunks_mut(STRIP * m).enumerate().for_each(strip);
+    }
+}
+
+impl Symbolic {
+    /// Forward and backward substitution with LL^T, in the plan's numbering.
+    pub(super) fn substitute_symmetric(&self, factors: &Factors, y: &mut [f64], work: &mut [f64]) {
+        for front in &self.fronts {
+            let (np, height) = (front.pivots, front.pivots + front.below);
+            let panel = &factors.storage()[front.storage..front.storage + front.panel_len()];
+            let w = &mut work[..height];
+            w[..np].copy_from_slice(&y[front.first..front.first + np]);
+            w[np..].fill(0.0);
+            for (j, column) in panel.chunks_exact(height).enumerate() {
+                let (head, tail) = w.split_at_mut(j + 1);
+                head[j] /= column[j];
+                super::solve::subtract(tail, &column[j + 1..], head[j]);
+            }
+            y[front.first..front.first + np].copy_from_slice(&w[..np]);
+            for (&row, value) in front.rows.iter().zip(&w[np..]) {
+                y[row as usize] += value;
+            }
+        }
+        for front in self.fronts.iter().rev() {
+            let (np, height) = (front.pivots, front.pivots + front.below);
+            let panel = &factors.storage()[front.storage..front.storage + front.panel_len()];
+            let w = &mut work[..height];
+            w[..np].copy_from_slice(&y[front.first..front.first + np]);
+            for (w, &row) in w[np..].iter_mut().zip(&front.rows) {
+                *w = y[row as usize];
+            }
+            for (j, column) in panel.chunks_exact(height).enumerate().rev() {
+                w[j] = (w[j] - dot(&column[j + 1..], &w[j + 1..])) / column[j];
+            }
+            y[front.first..front.first + np].copy_from_slice(&w[..np]);
+        }
+    }
+}
+
+/// Eight sums side by side, for the vector units.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(x, y)| x * y).sum();
+    for (a, b) in a.zip(b) {
+        for (sum, (x, y)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += x * y;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}

@@ -116,3 +116,54 @@ fn apply(sys: &mut System, correction: &Correction, share: f64) {
         sys.tools[tool].travel += share * travel;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::blank::rectangle;
+    use crate::solver::tests::{body, setup, steel};
+    use crate::solver::{Constraints, Simulation};
+
+    /// A flat strip of 10 x 1 x 0.1 mm, clamped at both ends, with `force` [N] on its middle: soft in bending, stiff once
+    /// it hangs. Share of the first correction taken, and the slope along it before and after.
+    fn first_step(force: f64) -> (f64, [f64; 2]) {
+        let mesh = rectangle(10.0, 1.0, 0.1, 20, 1, 1);
+        let mut constraints = Constraints::none(mesh.nodes.len());
+        let mut applied = vec![0.0; 3 * mesh.nodes.len()];
+        for (node, x) in mesh.nodes.iter().enumerate() {
+            if x.x < 1e-9 || x.x > 10.0 - 1e-9 {
+                (0..3).for_each(|axis| constraints.hold(node, axis));
+            }
+            if (x.x - 5.0).abs() < 1e-9 {
+                applied[3 * node + 2] = -force / 4.0;
+            }
+        }
+        let setup = setup(body(mesh, steel()), constraints, Vec::new(), Vec::new());
+        let mut sys = Simulation::new(setup).unwrap().sys;
+        sys.applied = applied;
+        sys.search();
+        sys.assemble();
+        let correction = sys.correct().unwrap();
+        let start = slope(&sys, &correction);
+        go(&mut sys, &correction, 1.0).unwrap();
+        sys.assemble();
+        let end = slope(&sys, &correction);
+        let most = (0..sys.u.len())
+            .max_by(|&a, &b| correction.u[a].abs().total_cmp(&correction.u[b].abs()));
+        let most = most.unwrap();
+        (sys.u[most] / correction.u[most], [start, end])
+    }
+
+    #[test]
+    fn a_good_correction_is_taken_whole() {
+        let (share, [start, end]) = first_step(1e-4);
+        assert!((share - 1.0).abs() < 1e-12 && start < 0.0 && end.abs() < -0.01 * start);
+    }
+
+    #[test]
+    fn a_correction_that_leads_too_far_is_shortened_to_where_the_slope_vanishes() {
+        let (share, [start, end]) = first_step(5.0);
+        assert!(share < 0.9 && share >= LEAST, "{share}");
+        assert!(start < 0.0 && end.abs() <= -GOOD * start, "{start} {end}");
+    }
+}

@@ -21,11 +21,11 @@ use crate::solver::{
 };
 use crate::tool::ToolModel;
 
-fn steel() -> Arc<Elastic> {
+pub(super) fn steel() -> Arc<Elastic> {
     Arc::new(Elastic { young: 210_000.0, poisson: 0.3 })
 }
 
-fn body(mesh: HexMesh, material: Arc<dyn Material>) -> Body {
+pub(super) fn body(mesh: HexMesh, material: Arc<dyn Material>) -> Body {
     Body::new(mesh, ElementKind::Hex8, material).unwrap()
 }
 
@@ -52,7 +52,7 @@ fn stage(name: &str, motions: Vec<Motion>, first_step: f64) -> Stage {
     }
 }
 
-fn setup(
+pub(super) fn setup(
     body: Body,
     constraints: Constraints,
     tools: Vec<ToolSetup>,

@@ -109,19 +109,7 @@ pub fn clearance(
     let samples = options.samples.clamp(1, 256);
     let grids: Vec<Vec<(Facing, f64)>> =
         tool.patches.par_iter().map(|p| gauge.grid(p, samples)).collect();
-    let mut least: Vec<(u32, Facing)> = (0..)
-        .zip(&grids)
-        .filter_map(|(k, g)| {
-            let first = g.iter().map(|f| f.0).min_by(|a, b| a.clearance.total_cmp(&b.clearance));
-            first.map(|f| (k, f))
-        })
-        .collect();
-    least.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
-    let refined = least.len().min(options.refine);
-    least[..refined].par_iter_mut().for_each(|(k, f)| {
-        *f = gauge.descend(&tool.patches[*k as usize], *f, 1.0 / samples as f64);
-    });
-    least.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
+    let least = gauge.least(tool, &grids, samples);
     let near = |&(patch, f): &(u32, Facing)| NearPatch {
         patch,
         face: tool.faces[patch as usize],
@@ -148,19 +136,27 @@ pub fn clearance(
         histogram: vec![0.0; BARS],
         nearest: least.iter().take(options.nearest).map(near).collect(),
     };
-    for (f, area) in grids.iter().flatten() {
-        report.facing_mm2 += area;
-        if f.clearance < thickness * (1.0 - SLACK) {
-            report.share_below += area;
-        }
-        let bar = (f.clearance / thickness / BAR).clamp(0.0, BARS as f64 - 1.0) as usize;
-        report.histogram[bar] += area;
-    }
-    if report.facing_mm2 > 0.0 {
-        report.share_below /= report.facing_mm2;
-        report.histogram.iter_mut().for_each(|b| *b /= report.facing_mm2);
-    }
+    report.take_areas(grids.iter().flatten());
     report
+}
+
+impl ClearanceReport {
+    /// Takes in the areas that the points stand for.
+    fn take_areas<'f>(&mut self, points: impl Iterator<Item = &'f (Facing, f64)>) {
+        for (f, area) in points {
+            self.facing_mm2 += area;
+            if f.clearance < self.thickness_mm * (1.0 - SLACK) {
+                self.share_below += area;
+            }
+            let bar =
+                (f.clearance / self.thickness_mm / BAR).clamp(0.0, BARS as f64 - 1.0) as usize;
+            self.histogram[bar] += area;
+        }
+        if self.facing_mm2 > 0.0 {
+            self.share_below /= self.facing_mm2;
+            self.histogram.iter_mut().for_each(|b| *b /= self.facing_mm2);
+        }
+    }
 }
 
 struct Gauge<'a> {
@@ -169,6 +165,30 @@ struct Gauge<'a> {
 }
 
 impl Gauge<'_> {
+    /// The least clearance of every patch that faces the other tool, smallest first; the smallest are refined.
+    fn least(
+        &self,
+        tool: &ToolModel,
+        grids: &[Vec<(Facing, f64)>],
+        samples: usize,
+    ) -> Vec<(u32, Facing)> {
+        let mut least: Vec<(u32, Facing)> = (0..)
+            .zip(grids)
+            .filter_map(|(k, g)| {
+                let first =
+                    g.iter().map(|f| f.0).min_by(|a, b| a.clearance.total_cmp(&b.clearance));
+                first.map(|f| (k, f))
+            })
+            .collect();
+        least.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
+        let refined = least.len().min(self.options.refine);
+        least[..refined].par_iter_mut().for_each(|(k, f)| {
+            *f = self.descend(&tool.patches[*k as usize], *f, 1.0 / samples as f64);
+        });
+        least.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
+        least
+    }
+
     /// The point of a patch at the end of the travel, if it faces the other tool: its foot is not on a border there,
     /// and the two look at each other.
     fn at(&self, patch: &Patch, eta: f64, zeta: f64, hint: Option<u32>) -> Option<Facing> {

@@ -96,14 +96,12 @@ pub(super) fn path_of(
             continue;
         };
         let at_pole = is_pole(native, end, tolerance);
-        let side = match collapsed_direction(native, end, tolerance).filter(|_| at_pole) {
-            Some(k) => {
-                let mut shift = whole_periods(native, end - side.start());
-                shift[k] = 0.0;
-                side.shifted(shift)
-            }
-            None => align(native, &side, end),
-        };
+        let side = behind(
+            native,
+            &side,
+            end,
+            collapsed_direction(native, end, tolerance).filter(|_| at_pole),
+        );
         if at_pole && is_pole(native, side.start(), tolerance) {
             // A side in the plane even if it has no length yet: the turn about the pole is settled at the end.
             sides.push(Side::straight(end, side.start()));
@@ -114,28 +112,44 @@ pub(super) fn path_of(
         }
     }
     let (first, last) = (sides.first()?.start(), sides.last()?.end());
-    let mut winding = whole_periods(native, last - first);
-    let ends_at_pole = is_pole(native, first, tolerance) && is_pole(native, last, tolerance);
-    if let Some(k) = behind_pole {
-        // The way round the pole may be a whole turn off: it winds, or runs back on itself.
-        let mut off = winding;
-        if ends_at_pole {
-            winding = Vec2::zeros();
-            off = if runs_back_on_itself(&sides) { one_turn(native, last) } else { winding };
+    let winding = match behind_pole {
+        Some(k) => {
+            settle_turn(native, &mut sides, k, tolerance);
+            Vec2::zeros()
         }
-        if off.norm() > 0.0 {
-            let (before, after) = sides.split_at_mut(k);
-            after.iter_mut().for_each(|s| *s = s.shifted(-off));
-            before[k - 1] = Side::straight(before[k - 1].start(), before[k - 1].end() - off);
-            winding = Vec2::zeros();
-        }
-    }
+        None => whole_periods(native, last - first),
+    };
     let last = sides.last()?.end();
     let gap = last - first - winding;
     if gap.norm() > 0.0 {
         close(native, &mut sides, first + winding, tolerance, faults);
     }
     Some(Path { sides, winding })
+}
+
+/// A side moved by whole periods to begin at `end`; at a pole not along the direction that has no length there.
+fn behind(native: &Native<'_>, side: &Side, end: Vec2, collapsed: Option<usize>) -> Side {
+    let Some(k) = collapsed else { return align(native, side, end) };
+    let mut shift = whole_periods(native, end - side.start());
+    shift[k] = 0.0;
+    side.shifted(shift)
+}
+
+/// The way round the last pole, side `k - 1`, may be a whole turn off: then the loop winds, or runs back on itself.
+fn settle_turn(native: &Native<'_>, sides: &mut [Side], k: usize, tolerance: f64) {
+    let (Some(first), Some(last)) = (sides.first(), sides.last()) else { return };
+    let (first, last) = (first.start(), last.end());
+    let ends_at_pole = is_pole(native, first, tolerance) && is_pole(native, last, tolerance);
+    let off = match ends_at_pole {
+        true if runs_back_on_itself(sides) => one_turn(native, last),
+        true => Vec2::zeros(),
+        false => whole_periods(native, last - first),
+    };
+    if off.norm() > 0.0 {
+        let (before, after) = sides.split_at_mut(k);
+        after.iter_mut().for_each(|s| *s = s.shifted(-off));
+        before[k - 1] = Side::straight(before[k - 1].start(), before[k - 1].end() - off);
+    }
 }
 
 /// The nearest whole number of periods to a difference of parameters.

@@ -19,8 +19,44 @@ pub(super) fn runs_against(model: &Model, [f, l, k]: [usize; 3]) -> bool {
 /// Turns faces so that neighbours agree: over an edge shared by two faces, these run in opposite directions. In each
 /// connected part the orientation that most faces already have is kept.
 pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
-    let count = model.faces.len();
-    let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); count];
+    let neighbours = neighbours(model);
+    let mut turn: Vec<Option<bool>> = vec![None; model.faces.len()];
+    let mut diagnostics = Vec::new();
+    for first in 0..model.faces.len() {
+        if turn[first].is_some() {
+            continue;
+        }
+        let (part, one_sided) = walk(first, &neighbours, &mut turn);
+        let turned = part.iter().filter(|&&f| turn[f] == Some(true)).count();
+        let most = 2 * turned > part.len();
+        let flips: Vec<usize> = part.iter().copied().filter(|&f| turn[f] == Some(!most)).collect();
+        for &f in &flips {
+            model.faces[f].flipped = !model.faces[f].flipped;
+        }
+        let (of, place) = (part.len(), &model.faces[first].source);
+        let mut say = |severity, code, text| {
+            diagnostics.push(Diagnostic { severity, code, place: place.clone(), text });
+        };
+        if !flips.is_empty() {
+            let text = format!(
+                "{} of {of} joined faces turned to agree with their neighbours",
+                flips.len()
+            );
+            say(Severity::Note, "faces-turned", text);
+        }
+        if one_sided {
+            let text = format!(
+                "{of} joined faces have no consistent outside (a one-sided surface, or faces that lie on each other)"
+            );
+            say(Severity::Warning, "one-sided", text);
+        }
+    }
+    diagnostics
+}
+
+/// Of each face those that share an edge with it, and whether both look to the same side.
+fn neighbours(model: &Model) -> Vec<Vec<(usize, bool)>> {
+    let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); model.faces.len()];
     for edge in &model.edges {
         let [a, b] = edge.uses[..] else { continue };
         if a[0] != b[0] {
@@ -29,61 +65,31 @@ pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
             neighbours[b[0]].push((a[0], agree));
         }
     }
-    let mut turn: Vec<Option<bool>> = vec![None; count];
-    let mut diagnostics = Vec::new();
-    for first in 0..count {
-        if turn[first].is_some() {
-            continue;
-        }
-        turn[first] = Some(false);
-        let (mut part, mut at) = (vec![first], 0);
-        let mut one_sided = 0;
-        while let Some(&face) = part.get(at) {
-            at += 1;
-            let own = turn[face].unwrap_or(false);
-            for &(other, agree) in &neighbours[face] {
-                let wanted = own ^ !agree;
-                match turn[other] {
-                    None => {
-                        turn[other] = Some(wanted);
-                        part.push(other);
-                    }
-                    Some(there) if there != wanted => one_sided += 1,
-                    Some(_) => {}
+    neighbours
+}
+
+/// The faces joined to `first`, each marked with whether it must be turned to agree with it; true when no marks agree
+/// everywhere.
+fn walk(
+    first: usize,
+    neighbours: &[Vec<(usize, bool)>],
+    turn: &mut [Option<bool>],
+) -> (Vec<usize>, bool) {
+    turn[first] = Some(false);
+    let (mut part, mut at, mut one_sided) = (vec![first], 0, false);
+    while let Some(&face) = part.get(at) {
+        at += 1;
+        let own = turn[face].unwrap_or(false);
+        for &(other, agree) in &neighbours[face] {
+            let wanted = own ^ !agree;
+            match turn[other] {
+                None => {
+                    turn[other] = Some(wanted);
+                    part.push(other);
                 }
+                Some(there) => one_sided |= there != wanted,
             }
         }
-        let turned = part.iter().filter(|&&f| turn[f] == Some(true)).count();
-        let most = 2 * turned > part.len();
-        let flips: Vec<usize> = part.iter().copied().filter(|&f| turn[f] == Some(!most)).collect();
-        for &f in &flips {
-            model.faces[f].flipped = !model.faces[f].flipped;
-        }
-        let place = model.faces[first].source.clone();
-        let of = part.len();
-        if !flips.is_empty() {
-            let text = format!(
-                "{} of {of} joined faces turned to agree with their neighbours",
-                flips.len()
-            );
-            diagnostics.push(Diagnostic {
-                severity: Severity::Note,
-                code: "faces-turned",
-                place: place.clone(),
-                text,
-            });
-        }
-        if one_sided > 0 {
-            let text = format!(
-                "{of} joined faces have no consistent outside (a one-sided surface, or faces that lie on each other)"
-            );
-            diagnostics.push(Diagnostic {
-                severity: Severity::Warning,
-                code: "one-sided",
-                place,
-                text,
-            });
-        }
     }
-    diagnostics
+    (part, one_sided)
 }

@@ -144,53 +144,43 @@ mod tests {
         assert!(matches!(law.law(&point([2.1, 0.0], [0.0, 0.0], 10.0)), Friction::Slip { .. }));
     }
 
-    #[test]
-    fn derivatives_agree_with_differences() {
-        let law = Coulomb { mu: 0.3, transition: 0.0 };
-        let at = point([1.0, -2.0], [-0.08, 0.05], 11.0);
+    /// The derivatives of the law at a point are those of `residual`, by central differences.
+    fn assert_derivatives(
+        law: &Coulomb,
+        at: FrictionPoint,
+        residual: impl Fn(&FrictionPoint) -> Vec3,
+    ) {
         let Friction::Slip { by_traction, by_slip, by_lambda, .. } = law.law(&at) else {
             panic!("slips")
         };
         let h = 1e-6;
+        let by = |change: &dyn Fn(&mut FrictionPoint, f64)| {
+            let (mut plus, mut minus) = (at, at);
+            change(&mut plus, h);
+            change(&mut minus, -h);
+            (residual(&plus) - residual(&minus)) / (2.0 * h)
+        };
         for k in 0..2 {
-            let shifted = |change: &dyn Fn(&mut FrictionPoint, f64)| {
-                let (mut plus, mut minus) = (at, at);
-                change(&mut plus, h);
-                change(&mut minus, -h);
-                (residual(&law, &plus) - residual(&law, &minus)) / (2.0 * h)
-            };
-            assert!((shifted(&|p, d| p.traction[k] += d) - by_traction.column(k)).norm() < 1e-8);
-            assert!((shifted(&|p, d| p.slip[k] += d) - by_slip.column(k)).norm() < 1e-6);
-            assert!((shifted(&|p, d| p.lambda += d) - by_lambda).norm() < 1e-8);
+            assert!((by(&|p, d| p.traction[k] += d) - by_traction.column(k)).norm() < 1e-8);
+            assert!((by(&|p, d| p.slip[k] += d) - by_slip.column(k)).norm() < 1e-6);
+            assert!((by(&|p, d| p.lambda += d) - by_lambda).norm() < 1e-8);
         }
+    }
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let law = Coulomb { mu: 0.3, transition: 0.0 };
+        assert_derivatives(&law, point([1.0, -2.0], [-0.08, 0.05], 11.0), |p| residual(&law, p));
     }
 
     #[test]
     fn derivatives_with_a_transition_are_those_of_the_weighted_law() {
         let law = Coulomb { mu: 0.3, transition: 0.02 };
-        let weighted = |at: &FrictionPoint| {
-            let weight = (at.slip.norm_squared() + law.transition * law.transition).sqrt();
-            residual(&law, at) * weight
-        };
+        let weight =
+            |p: &FrictionPoint| (p.slip.norm_squared() + law.transition * law.transition).sqrt();
         for (traction, slip) in [([1.0, -2.0], [-0.08, 0.05]), ([-0.4, 0.3], [1e-3, 2e-3])] {
             let at = point(traction, slip, 11.0);
-            let Friction::Slip { by_traction, by_slip, by_lambda, .. } = law.law(&at) else {
-                panic!("never sticks wholly")
-            };
-            let weight = (at.slip.norm_squared() + law.transition * law.transition).sqrt();
-            let h = 1e-6;
-            for k in 0..2 {
-                let shifted = |change: &dyn Fn(&mut FrictionPoint, f64)| {
-                    let (mut plus, mut minus) = (at, at);
-                    change(&mut plus, h);
-                    change(&mut minus, -h);
-                    (weighted(&plus) - weighted(&minus)) / (2.0 * h * weight)
-                };
-                let traction = shifted(&|p, d| p.traction[k] += d) - by_traction.column(k);
-                let slip = shifted(&|p, d| p.slip[k] += d) - by_slip.column(k);
-                let lambda = shifted(&|p, d| p.lambda += d) - by_lambda;
-                assert!(traction.norm() < 1e-8 && slip.norm() < 1e-6 && lambda.norm() < 1e-8);
-            }
+            assert_derivatives(&law, at, |p| residual(&law, p) * weight(p) / weight(&at));
         }
     }
 

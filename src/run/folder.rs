@@ -69,41 +69,10 @@ impl RunFolder {
                 .map_err(|source| RunError::Folder { path: folder.clone(), source })?;
             sweep(&folder);
         }
-        let inputs = inputs(plan);
-        let record = RunRecord {
-            format: "kanagata-run".into(),
-            version: 1,
-            program: PROGRAM.into(),
-            name: plan.scene.name.clone(),
-            verdict: Verdict::Running,
-            message: None,
-            increments: 0,
-            iterations: 0,
-            cuts: 0,
-            snaps: 0,
-            snap_work_nmm: 0.0,
-            factorisations: 0,
-            updates: 0,
-            wall_s: 0.0,
-            cpu_s: 0.0,
-            peak_mb: 0.0,
-            timings_s: BTreeMap::new(),
-            threads: rayon::current_num_threads(),
-            unknowns,
-            force_balance: 0.0,
-            energy_balance: 0.0,
-            penetration_mm: 0.0,
-            convergence_order: None,
-            inputs,
-            scene: fs::canonicalize(scene).ok().map(|p| p.to_string_lossy().into_owned()),
-            stages: plan.scene.stages.len(),
-            left_out: Vec::new(),
-            process: this_process(),
-        };
         let tools = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
         let folder = Self {
             path: path.to_path_buf(),
-            record,
+            record: first_record(plan, scene, unknowns),
             history: History { tools, rows: Vec::new() },
             steps: Vec::new(),
             vtu_every: plan.scene.output.vtu_every,
@@ -270,6 +239,40 @@ impl RunFolder {
         self.record.cpu_s = self.spent_s[1] + cpu_seconds();
         self.record.peak_mb = self.record.peak_mb.max(peak_megabytes());
         self.record.write(&self.path.join("run.json"))
+    }
+}
+
+/// The record of a run that begins.
+fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
+    RunRecord {
+        format: "kanagata-run".into(),
+        version: 1,
+        program: PROGRAM.into(),
+        name: plan.scene.name.clone(),
+        verdict: Verdict::Running,
+        message: None,
+        increments: 0,
+        iterations: 0,
+        cuts: 0,
+        snaps: 0,
+        snap_work_nmm: 0.0,
+        factorisations: 0,
+        updates: 0,
+        wall_s: 0.0,
+        cpu_s: 0.0,
+        peak_mb: 0.0,
+        timings_s: BTreeMap::new(),
+        threads: rayon::current_num_threads(),
+        unknowns,
+        force_balance: 0.0,
+        energy_balance: 0.0,
+        penetration_mm: 0.0,
+        convergence_order: None,
+        inputs: inputs(plan),
+        scene: fs::canonicalize(scene).ok().map(|p| p.to_string_lossy().into_owned()),
+        stages: plan.scene.stages.len(),
+        left_out: Vec::new(),
+        process: this_process(),
     }
 }
 

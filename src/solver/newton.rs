@@ -93,6 +93,13 @@ pub(super) enum Patience {
     Some(usize),
 }
 
+impl Patience {
+    /// Iterations allowed.
+    fn iterations(self, limits: &Limits) -> usize {
+        if let Self::Some(iterations) = self { iterations } else { limits.iterations }
+    }
+}
+
 /// Gap that an augmented method may leave, over the sheet's thickness.
 const GAP: f64 = 1e-6;
 
@@ -106,10 +113,7 @@ pub(super) fn solve(
     patience: Patience,
     history: &mut Vec<IterationRecord>,
 ) -> Result<NewtonStats, NewtonError> {
-    let allowed = match patience {
-        Patience::Some(iterations) => iterations,
-        _ => limits.iterations,
-    };
+    let allowed = patience.iterations(limits);
     let mut stats = NewtonStats::default();
     let mut last: Option<Correction> = None;
     let mut near_balance = false;
@@ -138,14 +142,20 @@ pub(super) fn solve(
                 return Err(gave_up(stats.iterations, &record, residual.worst_node));
             }
         }
-        let first = sys.correct()?;
-        let (correction, solves) = settle(sys, first, limits)?;
-        sys.remember_sliding();
-        stats.solves += 1 + solves;
-        line_search::go(sys, &correction, bounded_share(sys, &correction))?;
+        let (correction, solves) = iterate(sys, limits)?;
+        stats.solves += solves;
         stats.iterations += 1;
         last = Some(correction);
     }
+}
+
+/// Goes from one iterate to the next: the correction, and how many solves it took.
+fn iterate(sys: &mut System, limits: &Limits) -> Result<(Correction, usize), NewtonError> {
+    let first = sys.correct()?;
+    let (correction, solves) = settle(sys, first, limits)?;
+    sys.remember_sliding();
+    line_search::go(sys, &correction, bounded_share(sys, &correction))?;
+    Ok((correction, 1 + solves))
 }
 
 fn gave_up(iterations: usize, last: &IterationRecord, node: usize) -> NewtonError {

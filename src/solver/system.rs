@@ -86,7 +86,7 @@ pub(super) struct Lengths {
 }
 
 /// Size of the residual.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Residual {
     /// Norm of unbalanced forces [N].
     pub(super) force: f64,
@@ -244,24 +244,14 @@ impl System {
         for (k, c) in self.contact.active() {
             by_node[c.node].get_or_insert(k);
         }
-        let mut residual = Residual {
-            force: 0.0,
-            reference: 0.0,
-            length: 0.0,
-            penetration: 0.0,
-            worst_node: 0,
-            slipping: 0,
-        };
+        let mut residual = Residual::default();
         let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
         for (node, touching) in by_node.iter().enumerate() {
             let r = self.force_at(node);
             let free = self.constraints.free_projector(node);
             let condition = touching.and_then(|k| self.touching(k, &r, &free));
-            if condition.is_some() {
-                supports += r.norm_squared();
-            } else {
-                supports += (r - free * r).norm_squared();
-            }
+            let supported = if condition.is_some() { r } else { r - free * r };
+            supports += supported.norm_squared();
             let plain = condition.is_none() && self.constraints.is_free(node);
             let mut condition = condition.unwrap_or_else(|| untouched(node, &r, &free));
             let unbalanced = condition.force.norm_squared();
@@ -281,16 +271,20 @@ impl System {
                 self.conditions.push(condition);
             }
         }
-        for (tool, role) in self.roles.iter().enumerate() {
-            if let Some(wanted) = role.push(self.tools[tool].travel) {
-                let off = self.tool_force(tool).dot(&self.tools[tool].setup.direction) - wanted;
-                squares += off * off;
-            }
-        }
-        residual.force = squares.sqrt();
+        residual.force = (squares + self.unbalanced_tools()).sqrt();
         residual.reference = supports.sqrt();
         self.timings.contact += start.elapsed().as_secs_f64();
         residual
+    }
+
+    /// Square of what the tools moved by force lack of it.
+    fn unbalanced_tools(&self) -> f64 {
+        let roles = self.roles.iter().enumerate();
+        let off = |(tool, role): (usize, &Role)| {
+            let wanted = role.push(self.tools[tool].travel)?;
+            Some(self.tool_force(tool).dot(&self.tools[tool].setup.direction) - wanted)
+        };
+        roles.filter_map(off).map(|off| off * off).sum()
     }
 
     /// Force out of balance at every node [N]: equilibrium, or Coulomb's law where a tool or a support takes the rest.

@@ -19,27 +19,10 @@ pub(super) fn bezier(
 ) -> Result<Exit, Failure> {
     const TOLERANCE: f64 = 1e-4;
     let tolerance_mm = args.tol.unwrap_or(TOLERANCE);
-    let options = BezierOptions {
-        name: args.name.clone().unwrap_or_else(|| stem(&args.output)),
-        tolerance_mm,
-        sheet_side: side_and_flip(args, reached).0,
-        flip: side_and_flip(args, reached).1,
-    };
-    let given = match &args.mesh {
-        Some(path) => Some(attach::attach(&io::read(path)?, model)?),
-        None => None,
-    };
-    let finest = if given.is_some() { 1 } else { FINEST };
-    let mesh = |divisions| match &given {
-        Some(mesh) => Ok(mesh.clone()),
-        None => args.mesher.with_divisions(divisions).mesh(&args.file, model),
-    };
-    let made = within_tolerance(model, &options, args.allow_folds, finest, mesh);
-    let Within { mut tool, report, divisions } = made.map_err(|e| match e {
-        BezierError::Mesh(e) => e.into(),
-        BezierError::Convert(e) => e.into(),
-        BezierError::NotReached { .. } => Failure::input(format!("{}: {e}", args.file.display())),
-    })?;
+    let (sheet_side, flip) = side_and_flip(args, reached);
+    let name = args.name.clone().unwrap_or_else(|| stem(&args.output));
+    let options = BezierOptions { name, tolerance_mm, sheet_side, flip };
+    let Within { mut tool, report, divisions } = made_within(args, model, &options)?;
     if let Some(reached) = reached {
         reached.renumber(&mut tool);
     }
@@ -65,6 +48,28 @@ pub(super) fn bezier(
     }
     println!("  {}", args.output.display());
     Ok(Exit::Done)
+}
+
+/// The Bezier tool of a model, over the mesh that is given or the coarsest that keeps the tolerance.
+fn made_within(
+    args: &ConvertArgs,
+    model: &Model,
+    options: &BezierOptions,
+) -> Result<Within, Failure> {
+    let given = match &args.mesh {
+        Some(path) => Some(attach::attach(&io::read(path)?, model)?),
+        None => None,
+    };
+    let finest = if given.is_some() { 1 } else { FINEST };
+    let mesh = |divisions| match &given {
+        Some(mesh) => Ok(mesh.clone()),
+        None => args.mesher.with_divisions(divisions).mesh(&args.file, model),
+    };
+    within_tolerance(model, options, args.allow_folds, finest, mesh).map_err(|e| match e {
+        BezierError::Mesh(e) => e.into(),
+        BezierError::Convert(e) => e.into(),
+        BezierError::NotReached { .. } => Failure::input(format!("{}: {e}", args.file.display())),
+    })
 }
 
 /// A tool file from one kind to another.

@@ -1,6 +1,6 @@
 //! Where every matrix value goes: the assembly map from the pattern to the fronts' storage.
 
-use super::symbolic::{PatternError, PatternRef, Symbolic};
+use super::symbolic::{Front, PatternError, PatternRef, Symbolic};
 
 /// Fills the plan's assembly map.
 pub(super) fn map_entries(
@@ -19,35 +19,13 @@ pub(super) fn map_entries(
     for (f, front) in plan.fronts.iter().enumerate() {
         front_of[front.first..front.first + front.pivots].fill(f as u32);
     }
-    // Values by the front in which their row or column is eliminated first.
-    let mut count = vec![0usize; plan.fronts.len() + 1];
-    let owner = |row: usize, column: u32| -> usize {
-        front_of[new_of_old[row].min(new_of_old[column as usize]) as usize] as usize
-    };
-    for_each_value(pattern, |_, row, column| count[owner(row, column) + 1] += 1);
-    for f in 0..plan.fronts.len() {
-        count[f + 1] += count[f];
-    }
-    let mut value = vec![0u32; pattern.columns.len()];
-    let mut next = count.clone();
-    let mut at = vec![[0u32; 2]; pattern.columns.len()];
-    for_each_value(pattern, |q, row, column| {
-        let slot = &mut next[owner(row, column)];
-        value[*slot] = q as u32;
-        at[*slot] = [new_of_old[row], new_of_old[column as usize]];
-        *slot += 1;
-    });
+    let Sorted { start, value, at } = by_front(&front_of, &new_of_old, pattern);
     let mut local = vec![u32::MAX; n];
     let mut place = vec![0u32; value.len()];
     for (f, front) in plan.fronts.iter_mut().enumerate() {
-        for k in 0..front.pivots {
-            local[front.first + k] = k as u32;
-        }
-        for (k, &row) in front.rows.iter().enumerate() {
-            local[row as usize] = (front.pivots + k) as u32;
-        }
+        front.entries = start[f]..start[f + 1];
+        number(front, &mut local, |k| k);
         let (np, height) = (front.pivots, front.pivots + front.below);
-        front.entries = count[f]..count[f + 1];
         for k in front.entries.clone() {
             let [row, column] = at[k].map(|new| local[new as usize] as usize);
             if row >= height || column >= height {
@@ -61,16 +39,51 @@ pub(super) fn map_entries(
             place[k] = offset as u32;
         }
         // Rows of later fronts must not be found here.
-        for k in 0..front.pivots {
-            local[front.first + k] = u32::MAX;
-        }
-        for &row in &front.rows {
-            local[row as usize] = u32::MAX;
-        }
+        number(front, &mut local, |_| u32::MAX);
     }
     plan.entry_value = value;
     plan.entry_place = place;
     Ok(())
+}
+
+/// Gives the unknowns of a front their numbers in it.
+fn number(front: &Front, local: &mut [u32], to: impl Fn(u32) -> u32) {
+    let pivots = front.first as u32..(front.first + front.pivots) as u32;
+    for (k, unknown) in (0..).zip(pivots.chain(front.rows.iter().copied())) {
+        local[unknown as usize] = to(k);
+    }
+}
+
+/// Matrix values sorted by the front in which their row or column is eliminated first.
+struct Sorted {
+    /// Where each front's values begin, one more than fronts.
+    start: Vec<usize>,
+    /// Index in the matrix.
+    value: Vec<u32>,
+    /// Row and column in the plan's numbering.
+    at: Vec<[u32; 2]>,
+}
+
+fn by_front(front_of: &[u32], new_of_old: &[u32], pattern: PatternRef<'_>) -> Sorted {
+    let fronts = front_of.iter().max().map_or(0, |f| *f as usize + 1);
+    let owner = |row: usize, column: u32| -> usize {
+        front_of[new_of_old[row].min(new_of_old[column as usize]) as usize] as usize
+    };
+    let mut start = vec![0usize; fronts + 1];
+    for_each_value(pattern, |_, row, column| start[owner(row, column) + 1] += 1);
+    for f in 0..fronts {
+        start[f + 1] += start[f];
+    }
+    let mut next = start.clone();
+    let mut value = vec![0u32; pattern.columns.len()];
+    let mut at = vec![[0u32; 2]; pattern.columns.len()];
+    for_each_value(pattern, |q, row, column| {
+        let slot = &mut next[owner(row, column)];
+        value[*slot] = q as u32;
+        at[*slot] = [new_of_old[row], new_of_old[column as usize]];
+        *slot += 1;
+    });
+    Sorted { start, value, at }
 }
 
 fn for_each_value(pattern: PatternRef<'_>, mut visit: impl FnMut(usize, usize, u32)) {

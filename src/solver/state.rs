@@ -78,7 +78,11 @@ impl Simulation {
         self.time = state.time;
         self.committed = state.committed;
         self.energies = state.energies;
-        self.sys.timings = state.summary.timings;
+        let spent = state.summary.timings;
+        self.sys.timings = spent;
+        let solver = &mut self.sys.solver;
+        (solver.factor_s, solver.solve_s) = (spent.factor, spent.solve);
+        (solver.factorisations, solver.updates) = (spent.factorisations, spent.updates);
         self.summary = state.summary;
         self.sys.constraints.take_bits(&state.held);
         self.sys.held_at = state.held_at;

@@ -154,9 +154,12 @@ fn row<'a>(study: &Study, case: &'a Case, manifest: &Manifest, folder: &Path) ->
     let entry = manifest.cases.get(&case.id);
     let text = fs::read(run.join("run.json")).unwrap_or_default();
     let (patches, shape_error) = tools(&case.scene);
+    let state = entry.map_or(State::Waiting, |e| e.state);
+    // The last picture of a case under way is of no stage that others have too.
+    let last = (state == State::Done).then(|| sheet(&run)).flatten();
     Row {
         case,
-        state: entry.map_or(State::Waiting, |e| e.state),
+        state,
         reason: entry.and_then(|e| e.reason.clone()),
         record: serde_json::from_slice(&text).ok(),
         patches,
@@ -165,7 +168,7 @@ fn row<'a>(study: &Study, case: &'a Case, manifest: &Manifest, folder: &Path) ->
             &fs::read_to_string(run.join("history.csv")).unwrap_or_default(),
             &study.watch,
         ),
-        sheet: sheet(&run).unwrap_or_default(),
+        sheet: last.unwrap_or_default(),
         off: Off::default(),
     }
 }

@@ -20,6 +20,9 @@ pub(super) struct BasisWindow<const SIZE: usize> {
 /// Index k with `knots[k] <= t < knots[k + 1]` inside the domain; the last non-empty span at its end.
 pub(super) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
     let (low, high) = (degree, knots.len() - 1 - degree);
+    if high == low + 1 {
+        return low;
+    }
     let t = t.clamp(knots[low], knots[high]);
     // Knots up to and including t, within the domain.
     let k = low + knots[low..=high].partition_point(|&k| k <= t) - 1;
@@ -35,22 +38,13 @@ pub(super) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
 pub(super) fn basis<const SIZE: usize>(degree: usize, knots: &[f64], t: f64) -> BasisWindow<SIZE> {
     let t = t.clamp(knots[degree], knots[knots.len() - 1 - degree]);
     let k = span(degree, knots, t);
-    let mut row = [0.0; SIZE];
     let mut lower = [[0.0; SIZE]; 2];
-    row[0] = 1.0;
-    for j in 1..=degree {
+    let keep = |j: usize, row: &[f64; SIZE]| {
         if j + 1 >= degree {
-            lower[j + 1 - degree] = row;
+            lower[j + 1 - degree] = *row;
         }
-        let mut saved = 0.0;
-        for r in 0..j {
-            let (right, left) = (knots[k + r + 1] - t, t - knots[k + 1 + r - j]);
-            let share = row[r] / (right + left);
-            row[r] = saved + right * share;
-            saved = left * share;
-        }
-        row[j] = saved;
-    }
+    };
+    let row = cox_de_boor(degree, knots, k, t, keep);
     let mut values = [row, [0.0; SIZE], [0.0; SIZE]];
     if degree >= 1 {
         values[1] = derive(degree, knots, k, &lower[1]);
@@ -70,19 +64,40 @@ pub(super) fn basis_values<const SIZE: usize>(
 ) -> (usize, [f64; SIZE]) {
     let t = t.clamp(knots[degree], knots[knots.len() - 1 - degree]);
     let k = span(degree, knots, t);
+    // With a constant degree the loops are unrolled.
+    let row = match degree {
+        1 => cox_de_boor(1, knots, k, t, |_, _| {}),
+        2 => cox_de_boor(2, knots, k, t, |_, _| {}),
+        3 => cox_de_boor(3, knots, k, t, |_, _| {}),
+        _ => cox_de_boor(degree, knots, k, t, |_, _| {}),
+    };
+    (k - degree, row)
+}
+
+/// The functions of `degree` in span k; `before(j, ..)` sees those of degree j - 1.
+#[inline(always)]
+fn cox_de_boor<const SIZE: usize>(
+    degree: usize,
+    knots: &[f64],
+    k: usize,
+    t: f64,
+    mut before: impl FnMut(usize, &[f64; SIZE]),
+) -> [f64; SIZE] {
+    let near = &knots[k + 1 - degree..k + 1 + degree];
     let mut row = [0.0; SIZE];
     row[0] = 1.0;
     for j in 1..=degree {
+        before(j, &row);
         let mut saved = 0.0;
         for r in 0..j {
-            let (right, left) = (knots[k + r + 1] - t, t - knots[k + 1 + r - j]);
+            let (right, left) = (near[degree + r] - t, t - near[degree + r - j]);
             let share = row[r] / (right + left);
             row[r] = saved + right * share;
             saved = left * share;
         }
         row[j] = saved;
     }
-    (k - degree, row)
+    row
 }
 
 /// `p (f_i / (t_{i+p} - t_i) - f_{i+1} / (t_{i+p+1} - t_{i+1}))`: turns (derivatives of) the functions of degree

@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn a_correction_that_leads_too_far_is_shortened_to_where_the_slope_vanishes() {
         let (share, [start, end]) = first_step(5.0);
-        assert!(share < 0.9 && share >= LEAST, "{share}");
+        assert!((LEAST..0.9).contains(&share), "{share}");
         assert!(start < 0.0 && end.abs() <= -GOOD * start, "{start} {end}");
     }
 }

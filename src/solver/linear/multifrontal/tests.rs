@@ -112,17 +112,15 @@ fn factors_have_the_same_bits_for_any_number_of_threads_and_when_reused() {
 impl Matrix {
     /// The mean of it and its transpose.
     fn symmetric(mut self) -> Self {
-        let at = |row: usize, column: u32| {
-            (self.row_start[row]..self.row_start[row + 1]).find(|&q| self.columns[q] == column)
+        let row = |q: usize| self.row_start.partition_point(|&start| start <= q) - 1;
+        let mirror = |q: usize| {
+            let from = self.columns[q] as usize;
+            (self.row_start[from]..self.row_start[from + 1])
+                .find(|&other| self.columns[other] as usize == row(q))
+                .unwrap()
         };
-        let mut values = self.values.clone();
-        for row in 0..self.block.len() {
-            for q in self.row_start[row]..self.row_start[row + 1] {
-                let mirror = at(self.columns[q] as usize, row as u32).unwrap();
-                values[q] = 0.5 * (self.values[q] + self.values[mirror]);
-            }
-        }
-        self.values = values;
+        let mean = |q: usize| 0.5 * (self.values[q] + self.values[mirror(q)]);
+        self.values = (0..self.values.len()).map(mean).collect();
         self
     }
 }

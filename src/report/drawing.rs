@@ -220,13 +220,16 @@ where
         .x_label_area_size(40)
         .y_label_area_size(64)
         .build_cartesian_2d(x, y)?;
-    let label = |v: &f64| format!("{}", Short(*v));
+    let label = |log: bool| {
+        move |v: &f64| if log && !is_round(*v) { String::new() } else { Short(*v).to_string() }
+    };
+    let (label_x, label_y) = (label(chart.x.1), label(chart.y.1));
     area.configure_mesh()
         .x_desc(&chart.x.0)
         .y_desc(&chart.y.0)
         .light_line_style(WHITE)
-        .x_label_formatter(&label)
-        .y_label_formatter(&label)
+        .x_label_formatter(&label_x)
+        .y_label_formatter(&label_y)
         .draw()?;
     for (k, line) in chart.lines.iter().enumerate() {
         let color = color_of(k, line);
@@ -242,6 +245,12 @@ where
         area.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
     }
     Ok(())
+}
+
+/// Marks of a logarithmic axis that are named; the others stand too close for a name.
+fn is_round(value: f64) -> bool {
+    let first = value / 10f64.powf(value.log10().floor());
+    [1.0, 2.0, 3.0, 5.0, 10.0].iter().any(|round| (first / round - 1.0).abs() < 1e-6)
 }
 
 /// Colour of line `k`; rings are black.
@@ -298,6 +307,12 @@ fn write_svg(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn marks_of_a_logarithmic_axis_are_named_where_there_is_room() {
+        assert!([1e-6, 0.2, 3.0, 500.0, 1000.0].iter().all(|v| is_round(*v)));
+        assert!(![0.4, 6e-5, 700.0, 900.0].iter().any(|v| is_round(*v)));
+    }
 
     #[test]
     fn drawings_hold_their_cells_lines_and_titles_whatever_the_values() {

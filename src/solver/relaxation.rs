@@ -76,7 +76,7 @@ pub(super) fn relax(
     let found = follow(sim, plan, target);
     if found.is_err() {
         // It is of this very set-up.
-        let _ = sim.resume(before);
+        let _ = sim.go_back(before);
         return found;
     }
     accept(sim, 0.0);

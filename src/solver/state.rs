@@ -67,22 +67,28 @@ impl Simulation {
         {
             return other("its stages or tools".into());
         }
+        let spent = state.summary.timings;
+        if let Err(what) = self.go_back(state) {
+            return other(what);
+        }
+        self.sys.timings = spent;
+        let solver = &mut self.sys.solver;
+        (solver.factor_s, solver.solve_s) = (spent.factor, spent.solve);
+        (solver.factorisations, solver.updates) = (spent.factorisations, spent.updates);
+        Ok(())
+    }
+
+    /// Takes a state of this set-up; time spent stays spent.
+    pub(super) fn go_back(&mut self, state: SimulationState) -> Result<(), String> {
         if !self.sys.contact.resume(&state.contact) {
-            return other(format!("{} contact candidates", state.contact.len()));
+            return Err(format!("{} contact candidates", state.contact.len()));
         }
-        if let Err(error) = self.sys.body.import_state(&state.material) {
-            return other(error.to_string());
-        }
+        self.sys.body.import_state(&state.material).map_err(|error| error.to_string())?;
         self.stage = state.stage;
         self.under_way = state.under_way;
         self.time = state.time;
         self.committed = state.committed;
         self.energies = state.energies;
-        let spent = state.summary.timings;
-        self.sys.timings = spent;
-        let solver = &mut self.sys.solver;
-        (solver.factor_s, solver.solve_s) = (spent.factor, spent.solve);
-        (solver.factorisations, solver.updates) = (spent.factorisations, spent.updates);
         self.summary = state.summary;
         self.sys.constraints.take_bits(&state.held);
         self.sys.held_at = state.held_at;

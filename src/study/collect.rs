@@ -227,11 +227,12 @@ fn error_against(cost: &str, rows: &[Row<'_>], of: fn(&Row<'_>) -> f64) -> Chart
         (r.state == State::Done).then(|| (r.case.id.as_str(), (of(r), error)))
     });
     let (names, points): (Vec<&str>, Vec<(f64, f64)>) = points.unzip();
-    let mut lines: Vec<Line> = names.iter().zip(&points).map(|(n, p)| line(n, vec![*p])).collect();
     let unbeaten = points.iter().zip(front(&points)).filter(|(_, f)| *f);
     let mut best: Vec<(f64, f64)> = unbeaten.map(|(p, _)| *p).collect();
     best.sort_by(|a, b| a.0.total_cmp(&b.0));
-    lines.push(line("nobody beats", best));
+    // Under the marks of the cases.
+    let mut lines = vec![line("nobody beats", best)];
+    lines.extend(names.iter().zip(&points).map(|(n, p)| line(n, vec![*p])));
     let title = format!("Error of the force against {}", cost.split(" [").next().unwrap_or(cost));
     let y = ("RMS difference / RMS of the reference".into(), true);
     Chart { title, x: (cost.into(), true), y, lines }

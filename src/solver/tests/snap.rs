@@ -1,9 +1,15 @@
-//! A shallow arch under a dead load: past its limit point there is no balance near the last one.
+//! Limit points: a shallow arch under a dead load has a balance beyond, far from the last one; a bar that is torn has none.
+
+use std::sync::Arc;
 
 use super::{setup, stage, steel};
 use crate::solver::assembly::Body;
 use crate::solver::blank::rectangle;
 use crate::solver::element::ElementKind;
+use crate::solver::material::elastic::Elastic;
+use crate::solver::material::hardening::Hardening;
+use crate::solver::material::hill48::Hill48;
+use crate::solver::material::plastic::Plastic;
 use crate::solver::stages::{Energies, RunSummary};
 use crate::solver::{Constraints, Control, Curve, IncrementReport, Simulation, SimulationSetup};
 
@@ -59,4 +65,38 @@ fn a_shallow_arch_snaps_to_its_other_balance_and_loses_the_energy_between() {
     let lost = energies.external - energies.elastic;
     assert!((lost - energies.snaps).abs() < 1e-3 * lost, "{lost} {energies:?}");
     assert!(lost > 0.05 * energies.external);
+}
+
+/// A bar that hardens to 300 MPa at most, pulled with twice that: there is no next balance.
+#[test]
+fn a_load_that_nothing_balances_leaves_the_last_state() {
+    let mesh = rectangle(4.0, 1.0, 1.0, 4, 1, 1);
+    let count = mesh.nodes.len();
+    let mut constraints = Constraints::none(count);
+    let mut loads = vec![0.0; 3 * count];
+    for (node, x) in mesh.nodes.iter().enumerate() {
+        if x.x < 1e-9 {
+            (0..3).for_each(|axis| constraints.hold(node, axis));
+        } else if x.x > 4.0 - 1e-9 {
+            loads[3 * node] = 600.0 / 4.0;
+        }
+    }
+    let elastic = Elastic { young: 210_000.0, poisson: 0.3 };
+    let voce = Hardening::Voce { sigma0: 200.0, q: 100.0, b: 50.0 };
+    let material = Arc::new(Plastic::new(elastic, &Hill48::MISES, voce).unwrap());
+    let mut pull = stage("pull", Vec::new(), 0.05);
+    pull.load = Curve::ramp(0.0, 1.0);
+    let body = super::body(mesh, material);
+    let setup = SimulationSetup { loads, ..setup(body, constraints, Vec::new(), vec![pull]) };
+    let mut sim = Simulation::new(setup).unwrap();
+    let (mut last, mut energies) = (Vec::new(), Energies::default());
+    let error = sim
+        .run(&mut |r: &IncrementReport<'_>| {
+            (last, energies) = (r.displacements.to_vec(), r.energies);
+            Control::Continue
+        })
+        .unwrap_err();
+    assert!(error.to_string().contains("gave up"), "{error}");
+    assert!(sim.displacements() == last && sim.energies == energies);
+    assert_eq!(sim.summary().snaps, 0);
 }

@@ -4,8 +4,6 @@
 mod closed;
 mod project;
 mod seam;
-#[cfg(test)]
-mod tests;
 
 pub(super) use closed::closed_loops;
 

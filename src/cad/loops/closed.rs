@@ -1,6 +1,6 @@
 //! Loops that close in the parameter plane: windings round a period are cut open along a seam or led through a pole.
 
-use super::seam::{Seam, Taken};
+use super::seam::Seam;
 use super::{Native, Path, Side, whole_periods};
 use crate::geometry::Vec2;
 
@@ -35,33 +35,28 @@ pub(in crate::cad) fn closed_loops(
 ) -> Option<Vec<Vec<Side>>> {
     let (mut winding, plain): (Vec<Path>, Vec<Path>) =
         paths.into_iter().partition(|p| p.winding.norm() > 0.0);
-    let plain: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
-    let mut loops = Vec::new();
+    let mut loops: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
     let holes_only = winding.is_empty()
         && native.closed_all_round()
-        && plain.iter().all(|l| leaves_its_inside_out(l, left_is_inside));
+        && loops.iter().all(|l| leaves_its_inside_out(l, left_is_inside));
     while let Some(first) = winding.pop() {
         let partner = winding.iter().position(|p| (p.winding + first.winding).norm() < 1e-9);
-        let seam = Seam::new(native, &first, left_is_inside, &plain);
         loops.push(match partner {
-            Some(k) => bridge(&seam, first, winding.swap_remove(k)),
-            None => through_pole(native, &seam, first, left_is_inside)?,
+            Some(k) => bridge(native, first, winding.swap_remove(k), left_is_inside),
+            None => through_pole(native, first, left_is_inside)?,
         });
     }
-    if holes_only || (loops.is_empty() && plain.is_empty()) {
-        loops.push(natural_border(native, &plain)?);
+    if loops.is_empty() || holes_only {
+        loops.push(natural_border(native, loops.first().map(|l| middle(l)))?);
     }
-    loops.extend(plain);
     sort_and_orient(native, &mut loops);
     Some(loops)
 }
 
 /// Two windings of opposite sense become one loop with a seam there and back.
-fn bridge(seam: &Seam<'_, '_>, first: Path, second: Path) -> Vec<Side> {
-    let once = || Some(seam.once_through(&[&first, &second])?.into_iter());
-    let once = once().and_then(|mut paths| Some((paths.next()?, paths.next()?)));
-    let joined = once.or_else(|| seam.along_a_line(&first, &second));
-    let (first, second) = joined.unwrap_or((first, second));
+fn bridge(native: &Native<'_>, first: Path, second: Path, left_is_inside: bool) -> Vec<Side> {
+    let seam = Seam::new(native, &first, left_is_inside);
+    let (first, second) = seam.along_a_line(&first, &second).unwrap_or((first, second));
     let (Some(end), Some(start)) = (first.sides.last(), second.sides.first()) else {
         return first.sides;
     };
@@ -77,13 +72,7 @@ fn bridge(seam: &Seam<'_, '_>, first: Path, second: Path) -> Vec<Side> {
 }
 
 /// A single winding is closed through the pole on its inner side.
-fn through_pole(
-    native: &Native<'_>,
-    seam: &Seam<'_, '_>,
-    path: Path,
-    left_is_inside: bool,
-) -> Option<Vec<Side>> {
-    let path = seam.once_through(&[&path]).and_then(|mut p| p.pop()).unwrap_or(path);
+fn through_pole(native: &Native<'_>, path: Path, left_is_inside: bool) -> Option<Vec<Side>> {
     let (around, up) = inner_side(&path, left_is_inside);
     let across = 1 - around;
     let level = path.sides.first()?.start()[across];
@@ -121,14 +110,13 @@ fn leaves_its_inside_out(sides: &[Side], left_is_inside: bool) -> bool {
     area < -1e-6 * extent * extent && sides.iter().any(|s| s.edge_id.is_some())
 }
 
-/// The border of the natural range, its seams as far from the loops as they can be.
-fn natural_border(native: &Native<'_>, loops: &[Vec<Side>]) -> Option<Vec<Side>> {
+/// The border of the natural range, its seams as far from `about` as they can be.
+fn natural_border(native: &Native<'_>, about: Option<Vec2>) -> Option<Vec<Side>> {
     let mut ranges = native.natural_range()?;
     for (k, (range, period)) in ranges.iter_mut().zip(native.periods()).enumerate() {
-        let (Some(p), Some(first)) = (period, loops.first()) else { continue };
-        let gaps = Taken::new(loops, k, p).gaps(std::iter::empty());
-        let begin = gaps.first().copied().unwrap_or_else(|| middle(first)[k] - 0.5 * p);
-        *range = [begin, begin + p];
+        if let (Some(p), Some(about)) = (period, about) {
+            *range = [about[k] - 0.5 * p, about[k] + 0.5 * p];
+        }
     }
     let [u, v] = ranges;
     let corners =

@@ -1,4 +1,4 @@
-//! Where windings are cut open: along a line of one parameter that meets each of them once and no other loop.
+//! Where two windings are joined by a seam: along a line of one parameter that crosses no side.
 
 use super::closed::inner_side;
 use super::{Native, Path, Side, whole_periods};
@@ -11,7 +11,7 @@ const SAME: f64 = 1e-9;
 /// A side that comes this near to the seam's end, as a share of the seam, only touches it.
 const TOUCH: f64 = 1e-6;
 
-/// The way from one winding to the other, or to a pole.
+/// The way from one winding to the other.
 pub(super) struct Seam<'n, 'a> {
     native: &'n Native<'a>,
     /// The parameter that the windings run along, and its period.
@@ -19,64 +19,19 @@ pub(super) struct Seam<'n, 'a> {
     period: f64,
     /// The face lies at larger values of the other parameter than the first winding.
     up: bool,
-    /// What of the period the face's other loops take up.
-    taken: Taken,
 }
 
-/// A point of a winding at a seam's parameter: side, parameter on it (`None` at its start), place.
+/// A point of a winding at a seam's parameter: side, parameter on it, place.
 struct Crossing {
     side: usize,
-    t: Option<f64>,
+    t: f64,
     uv: Vec2,
 }
 
-/// Ranges of a periodic parameter that loops take up.
-pub(super) struct Taken {
-    period: f64,
-    ranges: Vec<[f64; 2]>,
-}
-
-impl Taken {
-    pub fn new(loops: &[Vec<Side>], around: usize, period: f64) -> Self {
-        let range = |sides: &Vec<Side>| {
-            let values = sides.iter().flat_map(|s| s.path.points()).map(|p| p[around]);
-            let ends = [f64::INFINITY, f64::NEG_INFINITY];
-            values.fold(ends, |[low, high], x| [low.min(x), high.max(x)])
-        };
-        Self { period, ranges: loops.iter().map(range).collect() }
-    }
-
-    fn has(&self, level: f64) -> bool {
-        let margin = TOUCH * self.period;
-        self.ranges.iter().any(|[low, high]| {
-            let above = (level - low + margin).rem_euclid(self.period);
-            above <= high - low + 2.0 * margin
-        })
-    }
-
-    /// Middles of the gaps that the ranges and further levels leave, the widest first.
-    pub fn gaps(&self, levels: impl Iterator<Item = f64>) -> Vec<f64> {
-        let ends = self.ranges.iter().flatten().copied();
-        let mut at: Vec<f64> = ends.chain(levels).map(|x| x.rem_euclid(self.period)).collect();
-        at.sort_by(f64::total_cmp);
-        let next = at.iter().skip(1).copied().chain(at.first().map(|x| x + self.period));
-        let mut gaps: Vec<[f64; 2]> = at.iter().copied().zip(next).map(<[f64; 2]>::from).collect();
-        gaps.sort_by(|a, b| (b[1] - b[0]).total_cmp(&(a[1] - a[0])));
-        gaps.iter().map(|g| 0.5 * (g[0] + g[1])).filter(|&level| !self.has(level)).collect()
-    }
-}
-
 impl<'n, 'a> Seam<'n, 'a> {
-    /// `others`: the loops of the face that do not wind.
-    pub fn new(
-        native: &'n Native<'a>,
-        first: &Path,
-        left_is_inside: bool,
-        others: &[Vec<Side>],
-    ) -> Self {
+    pub fn new(native: &'n Native<'a>, first: &Path, left_is_inside: bool) -> Self {
         let (around, up) = inner_side(first, left_is_inside);
-        let period = first.winding[around].abs();
-        Self { native, around, period, up, taken: Taken::new(others, around, period) }
+        Self { native, around, period: first.winding[around].abs(), up }
     }
 
     /// Whole periods that bring a point of the second winding to the end of the seam that begins at `from`: where
@@ -93,55 +48,8 @@ impl<'n, 'a> Seam<'n, 'a> {
         shift
     }
 
-    /// The windings begun where a line of one parameter meets each of them once and no other loop: at corners, else at
-    /// a corner of one, else between corners. `None` where there is no such line.
-    pub fn once_through(&self, paths: &[&Path]) -> Option<Vec<Path>> {
-        let corners = |path: &&Path| {
-            let starts = path.sides.iter().map(|s| s.start()[self.around]);
-            starts.take(MOST_CORNERS).collect::<Vec<f64>>()
-        };
-        let levels: Vec<f64> = paths.iter().flat_map(corners).collect();
-        let mut at_a_corner = None;
-        for &level in levels.iter().filter(|&&level| !self.taken.has(level)) {
-            let Some(hits) = self.hits(paths, level) else { continue };
-            if hits.iter().all(|hit| hit.t.is_none()) {
-                return self.begun(paths, &hits);
-            }
-            at_a_corner.get_or_insert(hits);
-        }
-        let gaps = self.taken.gaps(levels.into_iter());
-        let between = || gaps.iter().take(MOST_CORNERS).find_map(|&x| self.hits(paths, x));
-        self.begun(paths, &at_a_corner.or_else(between)?)
-    }
-
-    fn hits(&self, paths: &[&Path], level: f64) -> Option<Vec<Crossing>> {
-        paths.iter().map(|path| self.only_crossing(path, level)).collect()
-    }
-
-    fn begun(&self, paths: &[&Path], hits: &[Crossing]) -> Option<Vec<Path>> {
-        paths.iter().zip(hits).map(|(path, hit)| begun_at(self.native, path, hit)).collect()
-    }
-
-    /// Where a winding has a level, if it comes there once only.
-    fn only_crossing(&self, path: &Path, level: f64) -> Option<Crossing> {
-        let turns = |uv: Vec2| (uv[self.around] - level) / self.period;
-        let corner = |(side, s): (usize, &Side)| {
-            let (uv, turns) = (s.start(), turns(s.start()));
-            ((turns - turns.round()).abs() <= SAME).then_some(Crossing { side, t: None, uv })
-        };
-        let mut found: Vec<Crossing> = path.sides.iter().enumerate().filter_map(corner).collect();
-        found.extend(self.crossings(path, level));
-        let place = self.native.point(found.first()?.uv);
-        let off = |uv: Vec2| (self.native.point(uv) - place).norm();
-        let halfway = |s: &Side| s.path.point(0.5 * (s.path.domain()[0] + s.path.domain()[1]));
-        let size =
-            path.sides.iter().fold(0.0, |m: f64, s| m.max(off(s.start())).max(off(halfway(s))));
-        let one = found.iter().all(|c| off(c.uv) <= TOUCH * size);
-        one.then(|| found.swap_remove(0))
-    }
-
-    /// Both windings begun where a line of one parameter joins them, which crosses neither in between: from corner to
-    /// corner, else from a corner of the first to a side of the second, which is cut there.
+    /// Both windings begun where a line of one parameter joins them: from corner to corner, else from a corner of the
+    /// first to a side of the second, which is cut there. `None` where every such line crosses a side.
     pub fn along_a_line(&self, first: &Path, second: &Path) -> Option<(Path, Path)> {
         let corners = |path: &Path| path.sides.len().min(MOST_CORNERS);
         for i in 0..corners(first) {
@@ -157,9 +65,10 @@ impl<'n, 'a> Seam<'n, 'a> {
         }
         for i in 0..corners(first) {
             let from = first.sides[i].start();
-            for hit in self.crossings(second, from[self.around]) {
+            for hit in self.crossings(second, from) {
                 if self.clear(from, hit.uv, first, second) {
-                    return Some((rotated(first, i), begun_at(self.native, second, &hit)?));
+                    let cut = cut(self.native, second, &hit)?;
+                    return Some((rotated(first, i), rotated(&cut, hit.side + 1)));
                 }
             }
         }
@@ -176,16 +85,14 @@ impl<'n, 'a> Seam<'n, 'a> {
             let near = hit.uv[across] + whole_periods(self.native, middle - hit.uv)[across];
             near > a.min(b) + margin && near < a.max(b) - margin
         };
-        ![first, second]
-            .iter()
-            .any(|path| self.crossings(path, from[self.around]).iter().any(between))
+        ![first, second].iter().any(|path| self.crossings(path, from).iter().any(between))
     }
 
-    /// Where a winding passes a level.
-    fn crossings(&self, path: &Path, at: f64) -> Vec<Crossing> {
+    /// Where a winding has the parameter of `at`.
+    fn crossings(&self, path: &Path, at: Vec2) -> Vec<Crossing> {
         let mut found = Vec::new();
         for (side, s) in path.sides.iter().enumerate() {
-            let turn = |t: f64| (s.path.point(t)[self.around] - at) / self.period;
+            let turn = |t: f64| (s.path.point(t)[self.around] - at[self.around]) / self.period;
             let [low, high] = s.path.domain();
             let spans = s.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
             let n = 8 * spans;
@@ -207,8 +114,8 @@ impl<'n, 'a> Seam<'n, 'a> {
                     }
                 }
                 let mut uv = s.path.point(b);
-                uv[self.around] = at + level * self.period;
-                found.push(Crossing { side, t: Some(b), uv });
+                uv[self.around] = at[self.around] + level * self.period;
+                found.push(Crossing { side, t: b, uv });
             }
         }
         found
@@ -222,12 +129,11 @@ fn rotated(path: &Path, begin: usize) -> Path {
     Path { sides: after.iter().cloned().chain(before).collect(), winding: path.winding }
 }
 
-/// The winding begun at a point, where its side is cut in two.
-fn begun_at(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
-    let Some(t) = hit.t else { return Some(rotated(path, hit.side)) };
+/// The winding with one side cut in two.
+fn cut(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
     let whole = &path.sides[hit.side];
     let [low, high] = whole.path.domain();
-    let ends = [whole.path.trimmed(low, t).ok()?, whole.path.trimmed(t, high).ok()?];
+    let ends = [whole.path.trimmed(low, hit.t).ok()?, whole.path.trimmed(hit.t, high).ok()?];
     let curves = whole.curve.as_ref().and_then(|c| {
         let [low, high] = c.domain();
         let (t, _) = c.closest(&native.point(hit.uv));
@@ -241,5 +147,5 @@ fn begun_at(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
     ];
     let mut sides = path.sides.clone();
     sides.splice(hit.side..=hit.side, halves);
-    Some(rotated(&Path { sides, winding: path.winding }, hit.side + 1))
+    Some(Path { sides, winding: path.winding })
 }

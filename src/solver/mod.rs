@@ -3,7 +3,7 @@
 //! - [`blank`], [`element`], [`material`], [`assembly`]: the sheet; forces and tangent
 //! - [`tools`], [`constraints`], `contact`: what acts on it
 //! - `system`: residual and condensed matrix; [`linear`]: its solution
-//! - [`newton`], `stepping`, `relaxation`, [`stages`]: increments; [`simulation`]: the driver
+//! - [`newton`], `trial`, `relaxation`, `stepping`, [`stages`]: increments; [`simulation`]: the driver
 
 mod active_set;
 pub mod assembly;
@@ -11,6 +11,7 @@ pub mod blank;
 pub mod columns;
 pub mod constraints;
 mod contact;
+mod damper;
 pub mod element;
 mod line_search;
 pub mod linear;
@@ -29,6 +30,7 @@ mod stepping;
 mod system;
 pub mod tensor;
 pub mod tools;
+mod trial;
 
 pub use constraints::Constraints;
 pub use simulation::{Control, Simulation, SimulationError, SimulationSetup};

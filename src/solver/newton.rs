@@ -49,10 +49,10 @@ pub enum NewtonError {
         node: usize,
     },
     /// Followed as a slow motion, the sheet did not come to rest.
-    #[error("the sheet snaps, and is not at rest after {steps} steps of slow motion")]
+    #[error("the sheet snaps, and is not at rest after {iterations} iterations of slow motion")]
     StillMoving {
-        /// Steps followed.
-        steps: usize,
+        /// Iterations it was followed.
+        iterations: usize,
     },
 }
 
@@ -90,13 +90,13 @@ pub(super) enum Patience {
     /// After the iterations allowed.
     All,
     /// After so many.
-    Some(usize),
+    UpTo(usize),
 }
 
 impl Patience {
     /// Iterations allowed.
     fn iterations(self, limits: &Limits) -> usize {
-        if let Self::Some(iterations) = self { iterations } else { limits.iterations }
+        if let Self::UpTo(iterations) = self { iterations } else { limits.iterations }
     }
 }
 

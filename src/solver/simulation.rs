@@ -9,9 +9,10 @@ use super::newton::NewtonError;
 use super::stages::{
     Energies, IncrementReport, IterationRecord, Limits, RunSummary, Stage, ToolReport,
 };
-use super::stepping::{Committed, UnderWay, advance};
+use super::stepping::{UnderWay, advance};
 use super::system::System;
 use super::tools::{Placement, SheetSide, Tool, ToolSetup};
+use super::trial::Committed;
 use crate::geometry::Vec3;
 
 /// Everything a run needs.

@@ -229,7 +229,7 @@ pub struct RunSummary {
     pub iterations: usize,
     /// Increments cut.
     pub cuts: usize,
-    /// Times the sheet snapped from one balance to another.
+    /// Times the sheet was followed to a balance that is not near the last one: a snap, as a rule.
     #[serde(default)]
     pub snaps: usize,
     /// Wall time by phase [s].

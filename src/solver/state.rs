@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::contact::SavedContact;
 use super::simulation::{Simulation, SimulationError};
 use super::stages::{Energies, RunSummary};
-use super::stepping::{Committed, UnderWay, restore};
+use super::stepping::UnderWay;
+use super::trial::{Committed, restore};
 
 /// Everything that changes during a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

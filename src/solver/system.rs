@@ -8,9 +8,9 @@ use super::constraints::Constraints;
 use super::contact::{
     Condition, ContactSet, Scales, can_touch, contact_normal, hold, touching, untouched,
 };
+use super::damper::Damper;
 use super::element::Want;
 use super::linear::{CheckedSolver, LinearError};
-use super::relaxation::Damper;
 use super::stages::Timings;
 use super::tools::Tool;
 use crate::contact::friction::Coulomb;

@@ -135,4 +135,27 @@ mod tests {
         assert_eq!(found[2].scene["name"], "s: b, 1");
         assert_eq!(cases(&study, Path::new("t"), true)[1].scene["blank"]["layers"], 9);
     }
+
+    #[test]
+    fn every_case_of_the_studies_that_come_with_it_is_a_scene() {
+        use super::super::file::{Description, read};
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/studies");
+        let out = tempfile::tempdir().unwrap();
+        let file = out.path().join("scene.json");
+        let mut scenes = 0;
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let description = read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+            let Description::Forming(study) = description else { continue };
+            for quick in [false, true] {
+                for case in cases(&study, Path::new("t"), quick) {
+                    std::fs::write(&file, case.scene.to_string()).unwrap();
+                    let checked = crate::scene::read::scene_of(&file);
+                    assert!(checked.is_ok(), "{} {}: {:?}", path.display(), case.id, checked.err());
+                    scenes += 1;
+                }
+            }
+        }
+        assert!(scenes >= 40, "{scenes} scenes");
+    }
 }

@@ -270,7 +270,8 @@ impl<'a> Work<'a> {
                 (face, held.min(next.badness(face) * 0.99))
             };
             let less: Vec<(usize, f64)> = over.iter().map(less).collect();
-            state = Some(folded.iter().fold(next, |state, &face| search.unfolded(&state, face)));
+            let unfolded = (!folded.is_empty()).then(|| search.unfolded(&next, &folded));
+            state = Some(unfolded.unwrap_or(next));
             less.into_iter().for_each(|(face, share)| shares[face] = share);
             last = Some(refined);
         }

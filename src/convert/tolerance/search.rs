@@ -77,12 +77,16 @@ impl Search<'_> {
     pub fn fewest(&self) -> State {
         let minima = self.plan.minima().to_vec();
         let density = vec![1; self.plan.model().faces.len()];
-        let mut state = self.prune(self.grow(self.state(minima, density)));
+        let grown = self.grow(self.state(minima, density));
+        let mut state = if self.keeps(&grown) { self.prune(grown) } else { grown };
         if let Some(uniform) = self.uniform(8 * state.patches() + 16) {
             let lowered = self.prune(uniform);
             if !self.keeps(&state) || lowered.patches() < state.patches() {
                 state = lowered;
             }
+        }
+        if !self.keeps(&state) {
+            return state;
         }
         let mut tried = 0;
         while tried < EXCHANGES && self.judge.spent() < ENOUGH {
@@ -174,15 +178,17 @@ impl Search<'_> {
         }
     }
 
-    /// One division more on every side of face `f` and inside it, for patches that fold only beside their neighbours.
-    pub fn unfolded(&self, state: &State, f: usize) -> State {
+    /// One division more on every side of `faces` and inside them, for patches that fold only beside their neighbours.
+    pub fn unfolded(&self, state: &State, faces: &[usize]) -> State {
         let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
-        for e in self.edges(f).filter(|&e| state.divisions.counts[e] < MOST) {
-            let chain = self.plan.chains()[e];
-            minima[chain] = minima[chain].max(state.divisions.counts[e] + 1);
-        }
-        if self.divides_inside(state, f) && density[f] < MOST {
-            density[f] += 1;
+        for &f in faces {
+            for e in self.edges(f).filter(|&e| state.divisions.counts[e] < MOST) {
+                let chain = self.plan.chains()[e];
+                minima[chain] = minima[chain].max(state.divisions.counts[e] + 1);
+            }
+            if self.divides_inside(state, f) && density[f] < MOST {
+                density[f] += 1;
+            }
         }
         self.state(minima, density)
     }

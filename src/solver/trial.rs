@@ -1,0 +1,176 @@
+//! One increment tried: predict, set tools and loads, solve; then accept it with its work, or restore.
+
+use serde::{Deserialize, Serialize};
+
+use super::newton::{NewtonError, NewtonStats, Patience, solve};
+use super::simulation::Simulation;
+use super::stages::Stage;
+use super::system::{Role, System};
+use super::tools::Motion;
+
+/// The last converged state, and the increment before it for the predictor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Committed {
+    pub(super) u: Vec<f64>,
+    travels: Vec<f64>,
+    internal_force: Vec<f64>,
+    pub(super) applied: Vec<f64>,
+    /// Force of each tool along its direction [N].
+    pushes: Vec<f64>,
+    /// Step (share of the stage), displacements and travels of the last increment of this stage.
+    last: Option<(f64, Vec<f64>, Vec<f64>)>,
+}
+
+impl Committed {
+    pub(super) fn of(sys: &System) -> Self {
+        Self {
+            u: sys.u.clone(),
+            travels: sys.tools.iter().map(|t| t.travel).collect(),
+            internal_force: sys.eval.internal_force.clone(),
+            applied: sys.applied.clone(),
+            pushes: (0..sys.tools.len()).map(|t| pushing_force(sys, t)).collect(),
+            last: None,
+        }
+    }
+
+    /// Nothing to predict the next increment from: another stage, or a way that is not gone on with.
+    pub(super) fn forget_last(&mut self) {
+        self.last = None;
+    }
+
+    /// Whether it is of a system with so many tools and unknowns.
+    pub(super) fn fits(&self, tools: usize, unknowns: usize) -> bool {
+        let of_tools = |v: &Vec<f64>| v.len() == tools;
+        let of_nodes = |v: &Vec<f64>| v.len() == unknowns;
+        [&self.travels, &self.pushes].into_iter().all(of_tools)
+            && [&self.u, &self.internal_force, &self.applied].into_iter().all(of_nodes)
+            && self.last.as_ref().is_none_or(|(_, u, t)| of_nodes(u) && of_tools(t))
+    }
+}
+
+/// Force of a tool on the modelled part along its direction [N].
+fn pushing_force(sys: &System, tool: usize) -> f64 {
+    sys.tool_force(tool).dot(&sys.tools[tool].setup.direction)
+}
+
+/// What a stage fixes when it begins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Plan {
+    pub(super) stage: usize,
+    pub(super) start_travels: Vec<f64>,
+    /// Contact forces of the tools being taken away (three a node).
+    pub(super) released: Vec<f64>,
+}
+
+/// Sets tools and applied forces to their state at `share` of the stage.
+pub(super) fn set_targets(sys: &mut System, stage: &Stage, plan: &Plan, share: f64, whole: f64) {
+    for (tool, motion) in stage.motions.iter().enumerate() {
+        let start = plan.start_travels[tool];
+        let (role, travel) = match motion {
+            Motion::Hold => (Role::Travel, Some(start)),
+            Motion::Travel(curve) => (Role::Travel, Some(curve.at(share))),
+            Motion::Advance(curve) => (Role::Travel, Some(start + curve.at(share))),
+            Motion::Force(curve) => (Role::Force(curve.at(share) / whole), None),
+            Motion::Spring { force, stiffness } => {
+                let force = force.at(share) / whole;
+                (Role::Spring { force, stiffness: stiffness / whole }, None)
+            }
+            Motion::Release | Motion::Absent => (Role::Absent, None),
+        };
+        sys.roles[tool] = role;
+        if let Some(travel) = travel {
+            sys.tools[tool].travel = travel;
+        }
+    }
+    let remaining = 1.0 - share;
+    for (a, r) in sys.applied.iter_mut().zip(&plan.released) {
+        *a = r * remaining;
+    }
+}
+
+/// Adds a share of the set-up's loads to the applied forces.
+pub(super) fn add_loads(sys: &mut System, loads: &[f64], share: f64) {
+    sys.applied.iter_mut().zip(loads).for_each(|(a, load)| *a += share * load);
+}
+
+/// Solves the increment from one share of the stage to another; the caller accepts or restores.
+pub(super) fn attempt(
+    sim: &mut Simulation,
+    plan: &Plan,
+    [share, target]: [f64; 2],
+    patience: Patience,
+) -> Result<NewtonStats, NewtonError> {
+    predict(&mut sim.sys, &sim.committed, target - share);
+    let stage = &sim.stages[plan.stage];
+    set_targets(&mut sim.sys, stage, plan, target, sim.share);
+    add_loads(&mut sim.sys, &sim.loads, stage.load.at(target));
+    solve(&mut sim.sys, &sim.limits, patience, &mut sim.history)
+}
+
+/// Starts the iteration where the last increment, repeated in proportion, would lead.
+fn predict(sys: &mut System, committed: &Committed, step: f64) {
+    let Some((last_step, du, dtravel)) = &committed.last else { return };
+    let factor = step / last_step;
+    sys.u.iter_mut().zip(du).for_each(|(u, d)| *u += factor * d);
+    for (tool, d) in sys.tools.iter_mut().zip(dtravel) {
+        tool.travel += factor * d;
+    }
+}
+
+/// Makes the present iterate the last converged state; `step`: share of the stage that led there, for the predictor.
+pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
+    add_work(sim);
+    let sys = &mut sim.sys;
+    sys.body.commit();
+    sys.contact.commit();
+    let old = &sim.committed;
+    let last = step.map(|step| {
+        let du = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();
+        let travels = sys.tools.iter().zip(&old.travels).map(|(t, b)| t.travel - b).collect();
+        (step, du, travels)
+    });
+    sim.committed = Committed { last, ..Committed::of(sys) };
+}
+
+/// Goes back to the last converged state.
+pub(super) fn restore(sim: &mut Simulation) {
+    let (sys, old) = (&mut sim.sys, &sim.committed);
+    sys.body.restore();
+    sys.contact.restore();
+    sys.u.copy_from_slice(&old.u);
+    sys.applied.copy_from_slice(&old.applied);
+    sys.eval.internal_force.copy_from_slice(&old.internal_force);
+    for (tool, travel) in sys.tools.iter_mut().zip(&old.travels) {
+        tool.travel = *travel;
+    }
+}
+
+/// Work of the increment (trapezoidal rule), before it is committed.
+fn add_work(sim: &mut Simulation) {
+    let (sys, old) = (&sim.sys, &sim.committed);
+    let mean = |i: usize, now: &[f64], before: &[f64]| 0.5 * (now[i] + before[i]);
+    let (mut internal, mut applied, mut friction) = (0.0, 0.0, 0.0);
+    for i in 0..sys.u.len() {
+        let du = sys.u[i] - old.u[i];
+        internal += mean(i, &sys.eval.internal_force, &old.internal_force) * du;
+        applied += mean(i, &sys.applied, &old.applied) * du;
+    }
+    for (_, c) in sys.contact.active() {
+        let slip = sys.position(c.node) - sys.tools[c.tool].shift() - c.anchor;
+        let along = slip - c.foot.normal * c.foot.normal.dot(&slip);
+        friction -= sys.contact_force(c.node).dot(&along);
+    }
+    let pushed: f64 = (0..sys.tools.len())
+        .map(|t| {
+            let moved = sys.tools[t].travel - old.travels[t];
+            0.5 * (pushing_force(sys, t) + old.pushes[t]) * moved
+        })
+        .sum();
+    let e = &mut sim.energies;
+    let whole = sim.share;
+    e.internal += whole * internal;
+    e.friction += whole * friction;
+    e.external += whole * (pushed + applied);
+    e.elastic = whole * sys.eval.elastic_energy;
+    e.plastic = whole * sys.eval.plastic_work;
+}

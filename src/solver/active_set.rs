@@ -69,16 +69,16 @@ pub(super) fn revise(
 }
 
 /// Settles the active set on the linearised system, where plasticity cannot interfere: corrects again until
-/// the predicted forces push and the predicted gaps are open, or `MOST` times. Returns the last correction
+/// the predicted forces push and the predicted gaps are open, or `rounds` times. Returns the last correction
 /// and how often the system was solved again.
 pub(super) fn settle(
     sys: &mut System,
     mut correction: Correction,
     limits: &Limits,
+    rounds: usize,
 ) -> Result<(Correction, usize), LinearError> {
-    const MOST: usize = 3;
     let mut pivoting = Pivoting::new();
-    for solves in 0..MOST {
+    for solves in 0..rounds {
         let pulled = pulled(sys, Some(&correction), false);
         let inside = {
             let mut moves = vec![0.0; sys.tools.len()];
@@ -96,7 +96,7 @@ pub(super) fn settle(
         sys.assemble();
         correction = sys.correct_again()?;
     }
-    Ok((correction, MOST))
+    Ok((correction, rounds))
 }
 
 fn touch(sys: &System, limits: &Limits) -> f64 {

@@ -142,17 +142,30 @@ pub(super) fn solve(
                 return Err(gave_up(stats.iterations, &record, residual.worst_node));
             }
         }
-        let (correction, solves) = iterate(sys, limits)?;
+        let (correction, solves) = iterate(sys, limits, record.residual)?;
         stats.solves += solves;
         stats.iterations += 1;
         last = Some(correction);
     }
 }
 
-/// Goes from one iterate to the next: the correction, and how many solves it took.
-fn iterate(sys: &mut System, limits: &Limits) -> Result<(Correction, usize), NewtonError> {
+/// Rounds in which the active set settles on the linearised system; more of them near balance, where that system is
+/// what matters.
+const ROUNDS: usize = 3;
+const ROUNDS_NEAR: usize = 8;
+/// Residual that counts as near.
+const NEAR: f64 = 1e-2;
+
+/// Goes from one iterate, with its `residual` over the contact forces, to the next: the correction, and how many solves
+/// it took.
+fn iterate(
+    sys: &mut System,
+    limits: &Limits,
+    residual: f64,
+) -> Result<(Correction, usize), NewtonError> {
     let first = sys.correct()?;
-    let (correction, solves) = settle(sys, first, limits)?;
+    let rounds = if residual < NEAR { ROUNDS_NEAR } else { ROUNDS };
+    let (correction, solves) = settle(sys, first, limits, rounds)?;
     sys.remember_sliding();
     line_search::go(sys, &correction, bounded_share(sys, &correction))?;
     Ok((correction, 1 + solves))

@@ -63,7 +63,8 @@ pub(super) fn advance(
 /// Tries shorter and shorter steps until one ends in balance; past a limit point, the way to the next balance.
 fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, SimulationError> {
     let (stage, share) = (now.plan.stage, now.share);
-    let Stage { first_step: first, largest_step: largest, .. } = sim.stages[stage];
+    let Stage { first_step, largest_step: largest, .. } = sim.stages[stage];
+    let first = first_step.min(largest);
     let mut snaps = false;
     loop {
         if sim.summary.increments >= sim.limits.increments {

@@ -20,6 +20,7 @@ const LEAST: f64 = 0.05;
 const HALVINGS: usize = 6;
 
 /// Applies `correction`, at most the share `most` of it; leaves the body evaluated and the tools searched there.
+/// With `whole` no more is asked than that the elements can be evaluated.
 ///
 /// # Errors
 /// An element that fails however short the step.
@@ -27,11 +28,12 @@ pub(super) fn go(
     sys: &mut System,
     correction: &Correction,
     most: f64,
+    whole: bool,
 ) -> Result<(), ElementFailure> {
     let start = slope(sys, correction);
     let share = first_step(sys, correction, most)?;
     sys.search();
-    if start >= 0.0 {
+    if start >= 0.0 || whole {
         return Ok(());
     }
     sys.assemble();
@@ -145,7 +147,7 @@ mod tests {
         sys.assemble();
         let correction = sys.correct().unwrap();
         let start = slope(&sys, &correction);
-        go(&mut sys, &correction, 1.0).unwrap();
+        go(&mut sys, &correction, 1.0, false).unwrap();
         sys.assemble();
         let end = slope(&sys, &correction);
         let most = (0..sys.u.len())

@@ -149,12 +149,11 @@ pub(super) fn solve(
     }
 }
 
-/// Rounds in which the active set settles on the linearised system; more of them near balance, where that system is
-/// what matters.
+/// Residual below which the linearised system is what matters: corrections are taken whole.
+const NEAR: f64 = 1e-2;
+/// Rounds in which the active set settles on the linearised system, farther off and near.
 const ROUNDS: usize = 3;
 const ROUNDS_NEAR: usize = 8;
-/// Residual that counts as near.
-const NEAR: f64 = 1e-2;
 
 /// Goes from one iterate, with its `residual` over the contact forces, to the next: the correction, and how many solves
 /// it took.
@@ -164,10 +163,11 @@ fn iterate(
     residual: f64,
 ) -> Result<(Correction, usize), NewtonError> {
     let first = sys.correct()?;
-    let rounds = if residual < NEAR { ROUNDS_NEAR } else { ROUNDS };
+    let near = residual < NEAR;
+    let rounds = if near { ROUNDS_NEAR } else { ROUNDS };
     let (correction, solves) = settle(sys, first, limits, rounds)?;
     sys.remember_sliding();
-    line_search::go(sys, &correction, bounded_share(sys, &correction))?;
+    line_search::go(sys, &correction, bounded_share(sys, &correction), near)?;
     Ok((correction, 1 + solves))
 }
 

@@ -33,7 +33,7 @@ pub struct Limits {
     pub force_tolerance: f64,
     /// Largest penetration of a node [mm] over the sheet's thickness.
     pub gap_tolerance: f64,
-    /// Smallest increment, a share of the first one.
+    /// Smallest increment, a share of the first one (of the largest, where that is smaller).
     pub smallest_step: f64,
     /// Increments of the whole run.
     pub increments: usize,
@@ -80,7 +80,7 @@ impl Default for Limits {
             iterations: 25,
             wanted_iterations: 7,
             force_tolerance: 1e-6,
-            gap_tolerance: 1e-10,
+            gap_tolerance: 1e-8,
             smallest_step: 1e-4,
             increments: 100_000,
             friction_transition: 0.0,

@@ -19,6 +19,7 @@ const THIRD: f64 = 1.0 / 3.0;
 
 impl Shape {
     /// Largest `|u|` and `|v|`.
+    #[inline(always)]
     pub(super) fn reach(self) -> f64 {
         if self == Self::Square { 1.0 } else { 2.0 * THIRD }
     }
@@ -39,19 +40,8 @@ impl Shape {
         if self == Self::Square { 4 } else { 3 }
     }
 
-    /// Smallest `g . y` over the domain.
-    #[inline]
-    pub(super) fn lowest(self, g: &Vec2) -> f64 {
-        match self {
-            Self::Square => -(g.x.abs() + g.y.abs()),
-            Self::Triangle => {
-                let low = g.x.min(g.y).min(0.0);
-                low - THIRD * (g.x + g.y)
-            }
-        }
-    }
-
     /// `x` within the domain, within rounding.
+    #[inline(always)]
     pub(super) fn holds(self, x: &Vec2) -> bool {
         const ON: f64 = 1e-9;
         match self {
@@ -98,12 +88,13 @@ impl Chart {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn at(&self, x: &Vec2) -> Vec2 {
         self.origin + self.columns[0] * x.x + self.columns[1] * x.y
     }
 
     /// Solution of `at(x) = y`.
+    #[inline(always)]
     pub(super) fn inverse(&self, y: &Vec2) -> Vec2 {
         let [a, b] = self.columns;
         let (d, det) = (y - self.origin, a.x * b.y - b.x * a.y);
@@ -118,14 +109,18 @@ impl Chart {
 }
 
 /// The polynomial. Coefficient (i, j) of what is at most quadratic in each direction stands at `3 i + j`.
+/// What a query reads stands together.
 #[derive(Debug, Clone)]
+#[repr(C)]
 pub(super) struct Form {
-    /// `S` at the centre [mm].
-    pub(super) centre: Vec3,
     /// `c_ij`, i and j up to 2; `c_00` is zero.
     pub(super) low: [Vec3; 9],
     /// All of them where a degree is above two.
     pub(super) high: Option<Box<High>>,
+    /// `S` at the centre [mm].
+    pub(super) centre: Vec3,
+    /// `c_01` to `c_22` again, each in four numbers.
+    pub(super) padded: [[f64; 4]; 8],
 }
 
 /// Coefficients of higher degree.
@@ -176,9 +171,14 @@ impl Form {
                     low[7] = c[6] * (a.x * a.x * b.y);
                     low[5] = c[7] * (a.x * b.y * b.y);
                 }
-                Self { centre: d.s, low, high: None }
+                Self::new(d.s, low, None)
             }
         }
+    }
+
+    fn new(centre: Vec3, low: [Vec3; 9], high: Option<Box<High>>) -> Self {
+        let padded = std::array::from_fn(|k| padded(&low[k + 1]));
+        Self { low, high, centre, padded }
     }
 
     fn pack(centre: Vec3, degrees: [usize; 2], c: Vec<Vec3>) -> Self {
@@ -190,7 +190,7 @@ impl Form {
             }
         }
         let high = (n > 2 || m > 2).then(|| Box::new(High { degrees, c }));
-        Self { centre, low, high }
+        Self::new(centre, low, high)
     }
 
     /// Degrees and coefficients, (i, j) at `i (m + 1) + j`.
@@ -209,7 +209,7 @@ impl Form {
             shift([2, 2], &mut low, chart.origin, scale);
             let centre = self.centre + low[0];
             low[0] = Vec3::zeros();
-            return Self { centre, low, high: None };
+            return Self::new(centre, low, None);
         };
         let (degrees, mut c) = (high.degrees, high.c.clone());
         shift(degrees, &mut c, chart.origin, scale);
@@ -219,7 +219,7 @@ impl Form {
     }
 
     /// `S - centre` and derivatives.
-    #[inline]
+    #[inline(always)]
     pub(super) fn derivs(&self, u: f64, v: f64) -> LocalDerivs {
         if let Some(high) = &self.high {
             return high.derivs(u, v);
@@ -264,6 +264,12 @@ impl High {
         d.d22 *= 2.0;
         d
     }
+}
+
+/// A vector in four numbers.
+#[inline(always)]
+pub(super) fn padded(x: &Vec3) -> [f64; 4] {
+    [x.x, x.y, x.z, 0.0]
 }
 
 /// Coefficients in `u', v'` with `u = origin.x + scale[0] u'`, `v = origin.y + scale[1] v'`.
@@ -346,16 +352,6 @@ mod tests {
                         + exact.d22 * (b.y * b.y);
                     assert!((d.d22 - second).norm() < 1e-10, "{patch:?}");
                 }
-            }
-        }
-    }
-
-    #[test]
-    fn lowest_is_at_a_corner() {
-        for shape in [Shape::Square, Shape::Triangle] {
-            for g in [Vec2::new(1.0, 0.3), Vec2::new(-1.0, 0.3), Vec2::new(-0.2, -0.3)] {
-                let least = shape.corners().iter().map(|c| g.dot(c)).fold(f64::INFINITY, f64::min);
-                assert!((shape.lowest(&g) - least).abs() < 1e-15);
             }
         }
     }

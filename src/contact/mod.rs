@@ -5,7 +5,7 @@
 //! - `piece`: such a part with what bounds the distance from below and certifies it as convex; its box
 //! - `hull`: its control net, and what proves a foot where its parameters do not
 //! - `project`: bounded Newton inside a piece (Eq. 19-23)
-//! - `search`: one query; `tree`: the boxes
+//! - `search`: one query; `tree`: the boxes; `wide`: several numbers at once
 //! - [`paper`]: the two searches of the paper; [`SearchKind`] names all three, [`ContactSearch`] is their interface
 //! - [`oracle`]: dense sampling, the judge of them all
 //! - `topology`: which sides of a patch are free borders
@@ -25,6 +25,7 @@ mod surface;
 pub(crate) mod test_tools;
 mod topology;
 mod tree;
+mod wide;
 
 pub use kind::{ContactSearch, SearchKind};
 pub use surface::ToolSurface;

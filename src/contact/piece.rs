@@ -7,7 +7,8 @@
 //! of length `e_ij` at most. So every second derivative lies in an interval that costs three dot products, and
 //! by Taylor `F(y) >= F(0) + g . y + y H y / 2` with the lowest `H` of the intervals.
 
-use super::form::{Chart, Form, Shape};
+use super::form::{Chart, Form, Shape, padded};
+use super::wide::{Plain, Wide};
 use crate::geometry::{Vec2, Vec3};
 use crate::tool::Patch;
 
@@ -31,7 +32,7 @@ struct Curving {
 
 /// A piece of a patch.
 #[derive(Debug, Clone)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub(super) struct Piece {
     pub(super) form: Form,
     curving: Curving,
@@ -46,6 +47,9 @@ pub(super) struct Floor {
     pub(super) value: f64,
     /// `F` is convex over the piece for certain.
     pub(super) convex: bool,
+    /// What the second derivatives of `F` leave along u and v when their mixed part is taken off: for any two points
+    /// of the piece `F(y) >= F(x) + g . (y - x) + sum least_i (y_i - x_i)^2 / 2`.
+    pub(super) least: [f64; 2],
     /// Gradient of `F` at the centre.
     pub(super) gradient: Vec2,
     /// Second derivatives `uu, uv, vv` of `F` at the centre.
@@ -59,12 +63,16 @@ impl Piece {
     }
 
     /// Bounds for a point at `w` from the centre.
-    #[inline]
-    pub(super) fn floor(&self, w: &Vec3) -> Floor {
-        let (c, k) = (&self.form.low, &self.curving);
-        let gradient = Vec2::new(-w.dot(&c[3]), -w.dot(&c[1]));
-        let pull = [2.0 * w.dot(&c[6]), w.dot(&c[4]), 2.0 * w.dot(&c[2])];
-        let size2 = w.norm_squared();
+    #[inline(always)]
+    pub(super) fn floor(&self, wide: impl Wide, w: &Vec3) -> Floor {
+        let k = &self.curving;
+        let [c01, c02, c10, c11, _, c20, ..] = self.form.padded;
+        let four = wide.four(padded(w));
+        let along = |c| wide.mul(four, wide.four(c));
+        let [g1, g2, w20, w11] = wide.sums([along(c10), along(c01), along(c20), along(c11)]);
+        let [w02, size2] = wide.two_sums(along(c02), wide.mul(four, four));
+        let gradient = Vec2::new(-g1, -g2);
+        let pull = [2.0 * w20, w11, 2.0 * w02];
         let size = size2.sqrt();
         let h11 = k.least[0] - pull[0] - size * k.change[0];
         let h22 = k.least[1] - pull[2] - size * k.change[2];
@@ -72,13 +80,13 @@ impl Piece {
         let convex = h11 > 0.0 && h22 > 0.0 && h11 * h22 > h12 * h12 * (1.0 + 1e-9);
         // h12 |y1 y2| <= h12 (ratio y1^2 + y2^2 / ratio) / 2: what is left is separable.
         let (m1, m2) = (h11 - h12 * k.ratio[0], h22 - h12 * k.ratio[1]);
-        let low = match self.shape {
-            Shape::Square => lowest(gradient.x, m1, -1.0, 1.0) + lowest(gradient.y, m2, -1.0, 1.0),
-            Shape::Triangle => lowest_over_triangle(gradient, m1, m2),
-        };
+        let low = lowest_over(self.shape, gradient, [m1, m2]);
+        // Of a convex `F` the gradient alone is a bound.
+        let least = if convex && (m1 < 0.0 || m2 < 0.0) { [0.0; 2] } else { [m1, m2] };
         Floor {
             value: (0.5 - ROUNDING) * size2 + low,
             convex,
+            least,
             gradient,
             hessian: [k.metric[0] - pull[0], k.metric[1] - pull[1], k.metric[2] - pull[2]],
         }
@@ -87,7 +95,7 @@ impl Piece {
     /// The same for a point where the mixed derivative matters, with a floor to second order: the gap closes with
     /// the third power of the piece's size.
     pub(super) fn sharp_floor(&self, w: &Vec3) -> Floor {
-        let floor = self.floor(w);
+        let floor = self.floor(Plain, w);
         let (c, k) = (&self.form.low, &self.curving);
         let size = w.norm();
         let h11 = k.least[0] - 2.0 * w.dot(&c[6]) - size * k.change[0];
@@ -99,47 +107,71 @@ impl Piece {
         Floor { value, ..floor }
     }
 
-    /// Its four quarters.
-    pub(super) fn quarters(&self, chart: &Chart) -> [(Self, Chart); 4] {
-        self.shape
-            .quarters()
-            .map(|q| (Self::new(self.patch, self.shape, self.form.part(&q)), chart.after(&q)))
+    /// The part that `chart` maps onto.
+    pub(super) fn part(&self, chart: &Chart) -> Self {
+        Self::new(self.patch, self.shape, self.form.part(chart))
     }
 
     /// Its halves across the longer parameter, or its quarters where neither is much longer. A side of no length stays
     /// whole however near the parts come to it: its pieces would double with every cut.
-    pub(super) fn parts(&self, chart: &Chart) -> Vec<(Self, Chart)> {
+    pub(super) fn cuts(&self) -> Vec<Chart> {
         const LONGER: f64 = 4.0;
         let [g11, _, g22] = self.curving.metric;
-        let axis = usize::from(g22 > g11);
         if self.shape == Shape::Triangle || g11.max(g22) <= LONGER * g11.min(g22) {
-            return self.quarters(chart).into();
+            return self.shape.quarters().into();
         }
-        self.halves(axis, chart).into()
+        halves(usize::from(g22 > g11)).into()
     }
 
-    /// Its halves across axis 0 (u) or 1 (v) of a square.
-    fn halves(&self, axis: usize, chart: &Chart) -> [(Self, Chart); 2] {
-        [-0.5, 0.5].map(|at| {
-            let half = half(axis, at);
-            (Self::new(self.patch, self.shape, self.form.part(&half)), chart.after(&half))
-        })
+    /// `F` is nowhere below this in the part that `chart` maps onto, for a point at `w` whose [`Floor::least`] over the
+    /// whole piece is given: no part needs to be made that this rules out.
+    pub(super) fn floor_of_part(&self, w: &Vec3, least: [f64; 2], chart: &Chart) -> f64 {
+        let d = self.form.derivs(chart.origin.x, chart.origin.y);
+        let q = w - d.s;
+        let (x, y) = (chart.columns[0].x, chart.columns[1].y);
+        let gradient = Vec2::new(-q.dot(&d.d1) * x, -q.dot(&d.d2) * y);
+        let least = [least[0] * x * x, least[1] * y * y];
+        floor_about(self.shape, &Vec2::zeros(), 0.5 * q.norm_squared(), &gradient, least)
     }
 
     /// `S_i . S_j` at the centre.
-    #[inline]
+    #[inline(always)]
     pub(super) fn metric(&self) -> [f64; 3] {
         self.curving.metric
     }
 
     /// True where the metric alone (a point on the surface) is known to be regular all over the piece.
     fn regular(&self) -> bool {
-        self.floor(&Vec3::zeros()).convex
+        self.floor(Plain, &Vec3::zeros()).convex
     }
 }
 
+/// Least `g . y + sum m_i y_i^2 / 2` over the domain.
+#[inline(always)]
+fn lowest_over(shape: Shape, g: Vec2, m: [f64; 2]) -> f64 {
+    let both_ways = |g: f64, m: f64| {
+        let size = g.abs();
+        if size < m { -0.5 * g * g / m } else { 0.5 * m - size }
+    };
+    match shape {
+        Shape::Square => both_ways(g.x, m[0]) + both_ways(g.y, m[1]),
+        Shape::Triangle => lowest_over_triangle(g, m[0], m[1]),
+    }
+}
+
+/// `F` is nowhere in the domain below this, by its value and gradient at `x` and what [`Floor::least`] says.
+#[inline(always)]
+pub(super) fn floor_about(shape: Shape, x: &Vec2, value: f64, gradient: &Vec2, m: [f64; 2]) -> f64 {
+    let moved = Vec2::new(gradient.x - m[0] * x.x, gradient.y - m[1] * x.y);
+    let bend = 0.5 * (m[0] * x.x * x.x + m[1] * x.y * x.y);
+    let constant = value - gradient.dot(x) + bend;
+    let rounding =
+        ROUNDING * (value + m[0].abs() + m[1].abs() + gradient.x.abs() + gradient.y.abs());
+    constant - rounding + lowest_over(shape, moved, m)
+}
+
 /// Least `g t + m t^2 / 2` for `a <= t <= b`.
-#[inline]
+#[inline(always)]
 fn lowest(g: f64, m: f64, a: f64, b: f64) -> f64 {
     let at = |t: f64| (g + 0.5 * m * t) * t;
     if m > 0.0 && -g > a * m && -g < b * m {
@@ -251,13 +283,18 @@ fn changes([_, m]: [usize; 2], c: &[Vec3], reach: f64) -> [f64; 3] {
         let (i, j) = (at / (m + 1), at % (m + 1));
         let factors = [i * i.saturating_sub(1), i * j, j * j.saturating_sub(1)];
         if i + j > 2 {
-            let size = c.norm() * reach.powi((i + j - 2) as i32) * (1.0 + 1e-13);
+            let size = c.norm() * power(reach, i + j - 2) * (1.0 + 1e-13);
             for (change, factor) in change.iter_mut().zip(factors) {
                 *change += factor as f64 * size;
             }
         }
     }
     change
+}
+
+/// `x^n`.
+fn power(x: f64, n: usize) -> f64 {
+    (0..n).map(|_| x).product()
 }
 
 /// Range of a polynomial over `|u|, |v| <= reach`, term by term.
@@ -275,7 +312,7 @@ impl Range {
         if coefficient == 0.0 {
             return;
         }
-        let size = coefficient * reach.powi((i + j) as i32);
+        let size = coefficient * power(reach, i + j);
         if i + j == 0 {
             self.low += size;
             self.high += size;
@@ -302,23 +339,21 @@ pub(super) fn pieces_of(id: u32, patch: &Patch) -> Vec<(Piece, Chart)> {
         match axis {
             None => done.push((piece, chart)),
             Some(_) if shape == Shape::Triangle => {
-                todo.extend(piece.quarters(&chart).map(|(p, c)| (p, c, depth + 2)));
+                todo.extend(shape.quarters().map(|q| (piece.part(&q), chart.after(&q), depth + 2)));
             }
             Some(axis) => {
-                todo.extend(piece.halves(axis, &chart).map(|(p, c)| (p, c, depth + 1)));
+                todo.extend(halves(axis).map(|h| (piece.part(&h), chart.after(&h), depth + 1)));
             }
         }
     }
     done
 }
 
-/// The half about `at` on axis 0 (u) or 1 (v).
-fn half(axis: usize, at: f64) -> Chart {
-    let mut origin = Vec2::zeros();
-    origin[axis] = at;
+/// The halves of a square across axis 0 (u) or 1 (v).
+fn halves(axis: usize) -> [Chart; 2] {
     let mut columns = [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)];
     columns[axis] *= 0.5;
-    Chart { origin, columns }
+    [-1.0, 1.0].map(|side| Chart { origin: columns[axis] * side, columns })
 }
 
 /// The axis across which the piece should be cut, if it should.

@@ -11,7 +11,9 @@
 //! grows. Where `h` is not positive definite the metric takes its place. Where `F` is known to be convex the
 //! gradient bounds it from below, and a piece that cannot beat the best is left at once.
 
-use super::form::{Form, Shape};
+use super::form::{Form, Shape, padded};
+use super::piece::floor_about;
+use super::wide::Wide;
 use crate::geometry::{Vec2, Vec3};
 
 /// A minimum of `F` over a domain.
@@ -23,15 +25,16 @@ pub(super) struct Minimum {
 }
 
 /// What Newton works on.
-pub(super) struct Descent<'a> {
+pub(super) struct Descent<'a, W> {
+    pub(super) wide: W,
     pub(super) form: &'a Form,
     pub(super) shape: Shape,
     /// The domain's corners times this.
     pub(super) scale: f64,
     /// From the centre to the point.
     pub(super) w: Vec3,
-    /// `F` is convex over the domain.
-    pub(super) convex: bool,
+    /// [`super::piece::Floor::least`], good for the whole domain.
+    pub(super) least: [f64; 2],
     /// Values above this are of no use.
     pub(super) limit: f64,
 }
@@ -47,15 +50,15 @@ pub(super) struct Model {
 /// Steps below this square to nothing.
 const SMALL_STEP: f64 = 1e-8;
 
-impl Descent<'_> {
-    /// A local minimum over the domain from `start`; where `F` is convex, the minimum, or `None` when it lies above
-    /// the limit.
+impl<W: Wide> Descent<'_, W> {
+    /// A local minimum over the domain from `start`; `None` when `F` lies above the limit all over it.
+    #[inline(always)]
     pub(super) fn run(&self, start: Vec2) -> Option<Minimum> {
         const MAX_STEPS: usize = 60;
         let mut x = start;
         let (mut model, mut sound) = self.model(x);
         for _ in 0..MAX_STEPS {
-            if self.convex && self.floor(&model, &x) > self.limit {
+            if model.value > self.limit && self.floor(&model, &x) > self.limit {
                 return None;
             }
             let step = self.lowest(&model, &x) - x;
@@ -74,8 +77,11 @@ impl Descent<'_> {
     }
 
     /// Model at `x` and whether its second derivatives are those of `F`.
-    #[inline]
+    #[inline(always)]
     fn model(&self, x: Vec2) -> (Model, bool) {
+        if self.form.high.is_none() {
+            return self.low_model(x);
+        }
         let d = self.form.derivs(x.x, x.y);
         let q = self.w - d.s;
         let metric = [d.d1.norm_squared(), d.d1.dot(&d.d2), d.d2.norm_squared()];
@@ -86,19 +92,44 @@ impl Descent<'_> {
         (Model { value: 0.5 * q.norm_squared(), gradient, hessian }, sound)
     }
 
-    /// `F` is nowhere in the domain below this, where it is convex.
-    #[inline]
+    /// The same where no degree is above two.
+    #[inline(always)]
+    fn low_model(&self, x: Vec2) -> (Model, bool) {
+        let wide = self.wide;
+        let (add, mul) = (|a, b| wide.add(a, b), |a, b| wide.mul(a, b));
+        let [c01, c02, c10, c11, c12, c20, c21, c22] = self.form.padded.map(|c| wide.four(c));
+        let [u, v, u2, v2] = [x.x, x.y, 2.0 * x.x, 2.0 * x.y].map(|t| wide.splat(t));
+        let a1 = add(c10, mul(add(c11, mul(c12, v)), v));
+        let a2 = add(c20, mul(add(c21, mul(c22, v)), v));
+        let b1 = add(c11, mul(c12, v2));
+        let b2 = add(c21, mul(c22, v2));
+        let s = add(mul(add(c01, mul(c02, v)), v), mul(add(a1, mul(a2, u)), u));
+        let d1 = add(a1, mul(a2, u2));
+        let d2 = add(add(c01, mul(c02, v2)), mul(add(b1, mul(b2, u)), u));
+        let d12 = add(b1, mul(b2, u2));
+        let half22 = add(c02, mul(add(c12, mul(c22, u)), u));
+        let q = wide.sub(wide.four(padded(&self.w)), s);
+        let [e, f, g, g1] = wide.sums([mul(d1, d1), mul(d1, d2), mul(d2, d2), mul(q, d1)]);
+        let [q11, q12, q22, g2] = wide.sums([mul(q, a2), mul(q, d12), mul(q, half22), mul(q, d2)]);
+        let [size2, _] = wide.two_sums(mul(q, q), q);
+        let full = [e - 2.0 * q11, f - q12, g - 2.0 * q22];
+        let (hessian, sound) = definite(full, [e, f, g]);
+        (Model { value: 0.5 * size2, gradient: Vec2::new(-g1, -g2), hessian }, sound)
+    }
+
+    #[inline(always)]
     fn floor(&self, model: &Model, x: &Vec2) -> f64 {
-        model.value + self.scale * self.shape.lowest(&model.gradient) - model.gradient.dot(x)
+        floor_about(self.shape, x, model.value, &model.gradient, self.least)
     }
 
     /// Where the model about `x` is lowest in the domain.
-    #[inline]
+    #[inline(always)]
     fn lowest(&self, model: &Model, x: &Vec2) -> Vec2 {
         lowest_of(model, x, self.shape, self.scale)
     }
 
     /// Halves `step` until the distance falls.
+    #[inline(always)]
     fn lower(&self, model: &Model, x: Vec2, step: Vec2) -> Option<(Vec2, Model, bool)> {
         // Below this the distance cannot tell better from worse, but the gradient still can.
         let rounding = 1e-13 * model.value + 1e-15 * self.w.norm_squared();
@@ -116,7 +147,7 @@ impl Descent<'_> {
 }
 
 /// `full` where it is positive definite by a margin, else the metric.
-#[inline]
+#[inline(always)]
 fn definite(full: [f64; 3], metric: [f64; 3]) -> ([f64; 3], bool) {
     const SHARE: f64 = 1e-8;
     let sound = full[0] > SHARE * metric[0]
@@ -130,14 +161,14 @@ fn definite(full: [f64; 3], metric: [f64; 3]) -> ([f64; 3], bool) {
 }
 
 /// Where the model with these derivatives at the centre of `shape` is lowest: a start for Newton.
-#[inline]
+#[inline(always)]
 pub(super) fn start(gradient: Vec2, hessian: [f64; 3], metric: [f64; 3], shape: Shape) -> Vec2 {
     let (hessian, _) = definite(hessian, metric);
     lowest_of(&Model { value: 0.0, gradient, hessian }, &Vec2::zeros(), shape, 1.0)
 }
 
 /// Minimum of a convex quadratic over the domain: free, or on one of the sides that the free one violates.
-#[inline]
+#[inline(always)]
 fn lowest_of(model: &Model, x: &Vec2, shape: Shape, scale: f64) -> Vec2 {
     let free = x + model.newton();
     match shape {
@@ -197,20 +228,21 @@ fn shape_corners(scale: f64) -> [Vec2; 3] {
 }
 
 impl Model {
-    #[inline]
+    #[inline(always)]
     fn newton(&self) -> Vec2 {
         let ([a, b, c], g) = (self.hessian, self.gradient);
         Vec2::new(b * g.y - c * g.x, b * g.x - a * g.y) / (a * c - b * b)
     }
 
     /// `a h b`.
+    #[inline(always)]
     fn form(&self, a: &Vec2, b: &Vec2) -> f64 {
         let h = &self.hessian;
         h[0] * a.x * b.x + h[1] * (a.x * b.y + a.y * b.x) + h[2] * a.y * b.y
     }
 
     /// Change of the model over `step`.
-    #[inline]
+    #[inline(always)]
     fn change(&self, step: &Vec2) -> f64 {
         self.gradient.dot(step) + 0.5 * self.form(step, step)
     }

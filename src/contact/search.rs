@@ -5,12 +5,13 @@
 //! curvature, at a collapsed or folded corner) the piece is cut up until that is so, or until no part
 //! can be nearer by more than [`ToolSurface::tolerance`].
 
-use super::form::Chart;
+use super::form::{Chart, LocalDerivs, Shape};
 use super::hull::control_net;
-use super::piece::{Floor, Piece};
+use super::piece::{Floor, Piece, floor_about};
 use super::project::{Descent, start};
 use super::surface::{ToolSurface, unit_normal};
-use super::tree::Probe;
+use super::tree::{Probe, Walk};
+use super::wide::Wide;
 use super::{Location, Outcome};
 use crate::geometry::{Vec2, Vec3};
 
@@ -33,93 +34,112 @@ pub(super) struct Best {
     facing: f64,
 }
 
-pub(super) struct Search<'a> {
+pub(super) struct Search<'a, W> {
+    wide: W,
     surface: &'a ToolSurface,
     p: Vec3,
     probe: Probe,
     pub(super) best: Best,
     threshold: f32,
-    /// The piece looked into before the tree.
-    first: usize,
     parts: u32,
 }
 
-impl<'a> Search<'a> {
-    pub(super) fn new(surface: &'a ToolSurface, p: &Vec3, reach: f64) -> Self {
+impl<'a, W: Wide> Search<'a, W> {
+    #[inline(always)]
+    pub(super) fn new(wide: W, surface: &'a ToolSurface, p: &Vec3, reach: f64) -> Self {
         let value = 0.5 * reach * reach;
         let probe = Probe::new(p);
         let best =
             Best { patch: u32::MAX, at: Vec2::zeros(), value, limit: value, facing: f64::NAN };
         let threshold = probe.threshold(reach);
-        Self { surface, p: *p, probe, best, threshold, first: usize::MAX, parts: 0 }
+        Self { wide, surface, p: *p, probe, best, threshold, parts: 0 }
     }
 
     /// How sure the answer is.
+    #[inline(always)]
     pub(super) fn outcome(&self) -> Outcome {
         if self.parts < MOST_PARTS { Outcome::Certified } else { Outcome::WorkSpent }
     }
 
-    /// Looks at all pieces that may be nearer than the best.
-    pub(super) fn whole_tree(&mut self) {
-        if !self.p.iter().all(|x| x.is_finite()) {
+    /// Looks at all pieces that may be nearer than the best, at `first` before all others.
+    #[inline(always)]
+    pub(super) fn run(&mut self, first: Option<(usize, Option<Vec2>)>) {
+        let tree = &self.surface.tree;
+        if self.surface.pieces.is_empty() || !self.p.iter().all(|x| x.is_finite()) {
             return;
         }
-        let surface = self.surface;
-        let probe = self.probe;
-        surface.tree.nearest(&probe, self.threshold, |k| {
-            if k != self.first {
-                self.look(k, None);
-            }
-            self.threshold
-        });
+        let (first, mut x) = match first {
+            Some(first) => first,
+            None => (tree.dive(self.wide, &self.probe), None),
+        };
+        let mut walk = Walk::new();
+        let mut k = first;
+        loop {
+            self.look(k, x);
+            x = None;
+            k = loop {
+                match walk.next(self.wide, tree, &self.probe, self.threshold) {
+                    None => return,
+                    Some(k) if k != first => break k,
+                    _ => {}
+                }
+            };
+        }
     }
 
-    /// Looks into a piece before the tree does, from `x` if that is given.
-    pub(super) fn try_piece(&mut self, k: usize, x: Option<Vec2>) {
-        self.look(k, x);
-        self.first = k;
-    }
-
+    #[inline(always)]
     fn look(&mut self, k: usize, x: Option<Vec2>) {
         let surface = self.surface;
         let (piece, chart) = (&surface.pieces[k], &surface.charts[k]);
         let w = self.p - piece.form.centre;
-        let floor = piece.floor(&w);
+        let floor = piece.floor(self.wide, &w);
         if floor.value > self.best.limit {
             return;
         }
-        let x = x.unwrap_or_else(|| piece.start(&floor));
-        let foot = self.descend(piece, chart, w, floor.convex, x);
+        let x = match x {
+            Some(x) => x,
+            None => piece.start(&floor),
+        };
+        let Some(foot) = self.descend(piece, chart, w, floor.least, x) else { return };
         // Of a point on the tool nothing is nearer, convex or not.
         let open = !floor.convex && self.worth() > f64::NEG_INFINITY;
-        if open && !self.is_proved(k, &w, foot) {
-            self.cut(piece, chart);
+        if open && !self.is_proved(k, &w, &floor, foot) {
+            self.cut(piece, chart, &floor);
         }
     }
 
     /// No point of piece `k` is nearer than its foot or the best, says what was found out about it beforehand.
-    fn is_proved(&self, k: usize, w: &Vec3, foot: Option<Vec2>) -> bool {
-        let Some(x) = foot else { return false };
+    fn is_proved(&self, k: usize, w: &Vec3, floor: &Floor, x: Vec2) -> bool {
         let (piece, hull) = (&self.surface.pieces[k], &self.surface.hulls[k]);
         let d = piece.form.derivs(x.x, x.y);
-        hull.floor(w, &d) > self.worth() || self.is_behind(hull.net(), w, &d.s)
+        self.is_low(piece.shape, w, floor, &x, &d)
+            || hull.floor(w, &d) > self.worth()
+            || self.is_behind(hull.net(), w, &d.s)
     }
 
-    /// Offers the minimum Newton finds in a piece from `x`.
+    /// Offers the minimum Newton finds in a piece from `x`; `None` when nothing of it is nearer.
+    #[inline(always)]
     fn descend(
         &mut self,
         piece: &Piece,
         chart: &Chart,
         w: Vec3,
-        convex: bool,
+        least: [f64; 2],
         x: Vec2,
     ) -> Option<Vec2> {
         let limit = self.best.limit;
-        let descent =
-            Descent { form: &piece.form, shape: piece.shape, scale: 1.0, w, convex, limit };
+        let (wide, form, shape) = (self.wide, &piece.form, piece.shape);
+        let descent = Descent { wide, form, shape, scale: 1.0, w, least, limit };
         let found = descent.run(x)?;
         self.offer(piece.patch, chart, found.at, found.value);
         Some(found.at)
+    }
+
+    /// No point of a piece is nearer than its foot with derivatives `d`, say the second derivatives of `F`.
+    fn is_low(&self, shape: Shape, w: &Vec3, floor: &Floor, x: &Vec2, d: &LocalDerivs) -> bool {
+        let q = w - d.s;
+        let gradient = Vec2::new(-q.dot(&d.d1), -q.dot(&d.d2));
+        floor_about(shape, x, 0.5 * q.norm_squared(), &gradient, floor.least) > self.worth()
     }
 
     /// The piece lies behind the plane through its foot across the distance, as flat and outward curved pieces do:
@@ -133,25 +153,29 @@ impl<'a> Search<'a> {
 
     /// Looks into the parts of a piece where `F` may have several minima, theirs, and so on.
     #[cold]
-    fn cut(&mut self, piece: &Piece, chart: &Chart) {
+    fn cut(&mut self, piece: &Piece, chart: &Chart, floor: &Floor) {
         let mut todo: Vec<(Piece, Chart, Floor, u32)> = Vec::new();
-        self.push_parts(&mut todo, piece, chart, 1);
+        self.push_parts(&mut todo, piece, chart, floor, 1);
         while let Some((part, chart, floor, depth)) = todo.pop() {
             if floor.value > self.worth() {
                 continue;
             }
             let w = self.p - part.form.centre;
             let nearer = 0.5 * w.norm_squared() < self.best.value;
-            let mut foot = Some(Vec2::zeros());
+            let mut foot = Vec2::zeros();
             if floor.convex || nearer {
-                foot = self.descend(&part, &chart, w, floor.convex, part.start(&floor));
+                match self.descend(&part, &chart, w, floor.least, part.start(&floor)) {
+                    Some(x) => foot = x,
+                    None => continue,
+                }
             }
-            let behind = |x: Vec2| {
-                let net = control_net(&part);
-                self.is_behind(&net, &w, &part.form.derivs(x.x, x.y).s)
+            let proved = |x: Vec2| {
+                let d = part.form.derivs(x.x, x.y);
+                self.is_low(part.shape, &w, &floor, &x, &d)
+                    || self.is_behind(&control_net(&part), &w, &d.s)
             };
-            if !floor.convex && depth < MAX_DEPTH && !foot.is_some_and(behind) {
-                self.push_parts(&mut todo, &part, &chart, depth + 1);
+            if !floor.convex && depth < MAX_DEPTH && !proved(foot) {
+                self.push_parts(&mut todo, &part, &chart, &floor, depth + 1);
             }
         }
     }
@@ -162,29 +186,37 @@ impl<'a> Search<'a> {
         todo: &mut Vec<(Piece, Chart, Floor, u32)>,
         piece: &Piece,
         chart: &Chart,
+        floor: &Floor,
         depth: u32,
     ) {
         if self.parts >= MOST_PARTS {
             return;
         }
         let first = todo.len();
-        for (part, chart) in piece.parts(chart) {
+        let w = self.p - piece.form.centre;
+        for cut in piece.cuts() {
             self.parts += 1;
+            if piece.floor_of_part(&w, floor.least, &cut) > self.worth() {
+                continue;
+            }
+            let part = piece.part(&cut);
             let floor = part.sharp_floor(&(self.p - part.form.centre));
             if floor.value <= self.worth() {
-                todo.push((part, chart, floor, depth));
+                todo.push((part, chart.after(&cut), floor, depth));
             }
         }
         todo[first..].sort_by(|a, b| b.2.value.total_cmp(&a.2.value));
     }
 
     /// Parts above this are not nearer by more than the tolerance.
+    #[inline(always)]
     fn worth(&self) -> f64 {
         let distance = (2.0 * self.best.value).sqrt() - self.surface.tolerance;
         if distance > 0.0 { 0.5 * distance * distance } else { f64::NEG_INFINITY }
     }
 
     /// Takes a foot if it is nearer than the best, or as near and better.
+    #[inline(always)]
     fn offer(&mut self, patch: u32, chart: &Chart, x: Vec2, value: f64) {
         if value > self.best.limit {
             return;
@@ -242,7 +274,7 @@ fn distance_along(net: &[Vec3], w: &Vec3, direction: &Vec3) -> f64 {
 
 impl Piece {
     /// Where Newton starts that knows nothing better.
-    #[inline]
+    #[inline(always)]
     fn start(&self, floor: &Floor) -> Vec2 {
         start(floor.gradient, floor.hessian, self.metric(), self.shape)
     }

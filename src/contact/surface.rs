@@ -6,9 +6,10 @@ use super::form::{Chart, Form, Shape};
 use super::hull::Hull;
 use super::piece::{Piece, pieces_of};
 use super::project::Descent;
-use super::search::Search;
+use super::search::{Best, Search};
 use super::topology::Borders;
 use super::tree::Tree;
+use super::wide::{Plain, Wide};
 use super::{Location, Outcome, Projection};
 use crate::geometry::{Aabb, Mat3, Vec2, Vec3};
 use crate::tool::{PatchDerivs, ToolModel};
@@ -98,12 +99,8 @@ impl ToolSurface {
     /// far from a tool then cost next to nothing.
     #[must_use]
     pub fn within(&self, p: &Vec3, hint: Option<u32>, reach: f64) -> Projection {
-        let mut search = Search::new(self, p, reach);
-        if let Some(patch) = hint {
-            self.pieces_of(patch).iter().for_each(|&k| search.try_piece(k as usize, None));
-        }
-        search.whole_tree();
-        self.finish(p, &search)
+        let first = hint.and_then(|patch| self.nearest_piece(patch, p)).map(|k| (k, None));
+        Query { surface: self, p, first, reach }.run()
     }
 
     /// The same from the last answer for this point, or for one close by: Newton starts there, and the bound over all
@@ -111,17 +108,12 @@ impl ToolSurface {
     /// feet at the same distance.
     #[must_use]
     pub fn from_last(&self, p: &Vec3, last: &Projection, reach: f64) -> Projection {
-        let mut search = Search::new(self, p, reach);
         let at = Vec2::new(last.eta, last.zeta);
-        for &k in self.pieces_of(last.patch) {
+        let first = self.pieces_of(last.patch).iter().find_map(|&k| {
             let x = self.charts[k as usize].inverse(&at);
-            if self.pieces[k as usize].shape.holds(&x) {
-                search.try_piece(k as usize, Some(x));
-                break;
-            }
-        }
-        search.whole_tree();
-        self.finish(p, &search)
+            self.pieces[k as usize].shape.holds(&x).then_some((k as usize, Some(x)))
+        });
+        Query { surface: self, p, first, reach }.run()
     }
 
     /// Closest points to all `points`, on all threads; `last` holds answers for the same points earlier, or is empty.
@@ -144,11 +136,12 @@ impl ToolSurface {
         let chart = Chart::whole(shape);
         let form = Form::of(patch, &chart);
         let descent = Descent {
+            wide: Plain,
             form: &form,
             shape,
             scale: 1.0 + 2.0 * PAST,
             w: p - form.centre,
-            convex: false,
+            least: [0.0; 2],
             limit: f64::INFINITY,
         };
         let found = descent.run(chart.inverse(&Vec2::new(from.eta, from.zeta)))?;
@@ -172,7 +165,15 @@ impl ToolSurface {
         })
     }
 
+    /// The piece of a patch whose centre is nearest.
+    fn nearest_piece(&self, patch: u32, p: &Vec3) -> Option<usize> {
+        let pieces = self.pieces_of(patch).iter().map(|&k| k as usize);
+        let far = |k: &usize| (p - self.pieces[*k].form.centre).norm_squared();
+        pieces.min_by(|a, b| far(a).total_cmp(&far(b)))
+    }
+
     /// Positions of the pieces of a patch; none of a patch that is not there.
+    #[inline(always)]
     fn pieces_of(&self, patch: u32) -> &[u32] {
         let k = patch as usize;
         match (self.starts.get(k), self.starts.get(k.wrapping_add(1))) {
@@ -186,11 +187,11 @@ impl ToolSurface {
         locate(self.model.patches[patch as usize].sides(), at).0
     }
 
-    fn finish(&self, p: &Vec3, search: &Search) -> Projection {
-        let Some(patch) = self.model.patches.get(search.best.patch as usize) else {
-            return Projection { outcome: search.outcome(), ..Projection::nowhere() };
+    #[inline(always)]
+    fn finish(&self, p: &Vec3, best: &Best, outcome: Outcome) -> Projection {
+        let Some(patch) = self.model.patches.get(best.patch as usize) else {
+            return Projection { outcome, ..Projection::nowhere() };
         };
-        let best = &search.best;
         let (location, at) = locate(patch.sides(), best.at);
         let d = patch.derivs(at.x, at.y);
         let normal = unit_normal(&d).or_else(|| d.normal(at.x, at.y)).unwrap_or_else(|| {
@@ -217,8 +218,47 @@ impl ToolSurface {
             normal,
             gap,
             curvature: weingarten(&d, &normal),
-            outcome: search.outcome(),
+            outcome,
         }
+    }
+}
+
+/// One query, compiled for the widest vectors of the machine.
+struct Query<'a> {
+    surface: &'a ToolSurface,
+    p: &'a Vec3,
+    /// The piece to look into first and the parameters to start from there.
+    first: Option<(usize, Option<Vec2>)>,
+    reach: f64,
+}
+
+impl Query<'_> {
+    #[inline(always)]
+    fn answer(self, wide: impl Wide) -> Projection {
+        let mut search = Search::new(wide, self.surface, self.p, self.reach);
+        search.run(self.first);
+        self.surface.finish(self.p, &search.best, search.outcome())
+    }
+
+    fn run(self) -> Projection {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v3) = pulp::x86::V3::try_new() {
+            return pulp::Simd::vectorize(v3, OnV3(self, v3));
+        }
+        self.answer(Plain)
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+struct OnV3<'a>(Query<'a>, pulp::x86::V3);
+
+#[cfg(target_arch = "x86_64")]
+impl pulp::WithSimd for OnV3<'_> {
+    type Output = Projection;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Projection {
+        self.0.answer(self.1)
     }
 }
 
@@ -243,6 +283,7 @@ fn group(pieces: &[Piece], patches: usize) -> (Vec<u32>, Vec<u32>) {
     (by_patch, starts)
 }
 
+#[inline(always)]
 pub(super) fn unit_normal(d: &PatchDerivs) -> Option<Vec3> {
     let n = d.d1.cross(&d.d2);
     let size = n.norm();
@@ -250,6 +291,7 @@ pub(super) fn unit_normal(d: &PatchDerivs) -> Option<Vec3> {
 }
 
 /// Side or corner of the domain within rounding of `at`, and `at` set onto it.
+#[inline(always)]
 pub(super) fn locate(sides: usize, at: Vec2) -> (Location, Vec2) {
     const ON: f64 = 1e-12;
     let corners: &[(f64, f64)] = &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)][..sides];
@@ -279,6 +321,7 @@ pub(super) fn locate(sides: usize, at: Vec2) -> (Location, Vec2) {
 }
 
 /// Curvature tensor `b_ij S^i (x) S^j` from the two fundamental forms; zero where the patch is degenerate.
+#[inline(always)]
 pub(super) fn weingarten(d: &PatchDerivs, n: &Vec3) -> Mat3 {
     let (e, f, g) = (d.d1.norm_squared(), d.d1.dot(&d.d2), d.d2.norm_squared());
     let det = e * g - f * f;

@@ -1,24 +1,24 @@
 //! A tree of boxes, eight to a node, in single precision rounded outwards; nearest-first descent with pruning.
 
+use super::wide::Wide;
 use crate::geometry::{Aabb, Vec3};
 
-const WIDE: usize = 8;
+/// Children of a node.
+pub(super) const WIDE: usize = 8;
 /// Set in a child that is a piece.
 const PIECE: u32 = 1 << 31;
-/// Each binary cut leaves at least a quarter of the pieces on either side: 2^31 pieces need 75 cuts, three to a node.
-const STACK: usize = 26 * (WIDE - 1) + 1;
 
 /// Boxes of eight children side by side.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
-struct Node {
-    low: [[f32; WIDE]; 3],
-    high: [[f32; WIDE]; 3],
+pub(super) struct Node {
+    pub(super) low: [[f32; WIDE]; 3],
+    pub(super) high: [[f32; WIDE]; 3],
     child: [u32; WIDE],
 }
 
 impl Node {
-    const EMPTY: Self = Self {
+    pub(super) const EMPTY: Self = Self {
         low: [[f32::INFINITY; WIDE]; 3],
         high: [[f32::NEG_INFINITY; WIDE]; 3],
         child: [PIECE; WIDE],
@@ -30,21 +30,6 @@ impl Node {
             self.high[k][lane] = -down(-bounds.max[k]);
         }
         self.child[lane] = child;
-    }
-
-    /// Squared distances to the children; infinite for missing ones.
-    #[inline]
-    fn distances(&self, p: [f32; 3]) -> [f32; WIDE] {
-        let mut sum = [0.0; WIDE];
-        for ((low, high), p) in self.low.iter().zip(&self.high).zip(p) {
-            for ((low, high), sum) in low.iter().zip(high).zip(&mut sum) {
-                let (below, above) = (low - p, p - high);
-                let d = if below > above { below } else { above };
-                let d = if d > 0.0 { d } else { 0.0 };
-                *sum += d * d;
-            }
-        }
-        sum
     }
 }
 
@@ -69,7 +54,7 @@ pub(super) struct Probe {
 }
 
 impl Probe {
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(p: &Vec3) -> Self {
         let q = [p.x as f32, p.y as f32, p.z as f32];
         let back = Vec3::new(f64::from(q[0]), f64::from(q[1]), f64::from(q[2]));
@@ -77,7 +62,7 @@ impl Probe {
     }
 
     /// Boxes beyond this squared distance are farther from the point than `radius`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn threshold(&self, radius: f64) -> f32 {
         const SINGLE: f64 = 1.0 + 2e-6;
         let r = (radius + self.off) * SINGLE;
@@ -121,43 +106,105 @@ impl Tree {
         Self { nodes }
     }
 
-    /// Calls `visit` with every piece whose box is not beyond the threshold `visit` returned last, nearest boxes
-    /// first.
-    #[inline]
-    pub(super) fn nearest(
-        &self,
-        probe: &Probe,
-        mut threshold: f32,
-        mut visit: impl FnMut(usize) -> f32,
-    ) {
-        let mut stack = [(0.0_f32, 0_u32); STACK];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let (distance, id) = stack[depth];
-            if distance > threshold {
-                continue;
-            }
-            if id & PIECE != 0 {
-                threshold = visit((id & !PIECE) as usize);
-                continue;
-            }
+    /// A piece near the point: the child whose box is nearest, again and again.
+    #[inline(always)]
+    pub(super) fn dive(&self, wide: impl Wide, probe: &Probe) -> usize {
+        let mut id = 0;
+        while id & PIECE == 0 {
             let node = &self.nodes[id as usize];
-            let distances = node.distances(probe.p);
-            let first = depth;
-            for (lane, &d) in distances.iter().enumerate() {
-                if d <= threshold {
-                    // Farthest first, so that the nearest comes off the stack first.
-                    let mut at = depth;
-                    while at > first && stack[at - 1].0 < d {
-                        stack[at] = stack[at - 1];
-                        at -= 1;
-                    }
-                    stack[at] = (d, node.child[lane]);
-                    depth += 1;
-                }
+            id = node.child[wide.least(wide.distances(node, probe.p))];
+        }
+        (id & !PIECE) as usize
+    }
+}
+
+/// A walk over the pieces whose boxes are near, the nearest of a node first.
+pub(super) struct Walk {
+    /// Where it goes on: squared distance in the upper half, child in the lower.
+    next: Option<u64>,
+    stack: [u64; SMALL],
+    depth: usize,
+    /// What the stack has no room for.
+    more: Vec<u64>,
+}
+
+const SMALL: usize = 32;
+
+impl Walk {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        Self { next: Some(0), stack: [0; SMALL], depth: 0, more: Vec::new() }
+    }
+
+    /// The next piece whose box is not beyond the threshold.
+    #[inline(always)]
+    pub(super) fn next(
+        &mut self,
+        wide: impl Wide,
+        tree: &Tree,
+        probe: &Probe,
+        threshold: f32,
+    ) -> Option<usize> {
+        loop {
+            let entry = match self.next.take() {
+                Some(entry) => entry,
+                None => self.pop(threshold)?,
+            };
+            let id = entry as u32;
+            if id & PIECE != 0 {
+                return Some((id & !PIECE) as usize);
+            }
+            if self.depth + WIDE > SMALL {
+                self.put_by();
+            }
+            let node = &tree.nodes[id as usize];
+            let distances = wide.distances(node, probe.p);
+            let mut near = wide.not_above(distances, threshold);
+            let distances = wide.eight(distances);
+            let mut take = || {
+                let lane = near.trailing_zeros() as usize % WIDE;
+                let found = near != 0;
+                near &= near.wrapping_sub(1);
+                let entry =
+                    u64::from(distances[lane].to_bits()) << 32 | u64::from(node.child[lane]);
+                found.then_some(entry)
+            };
+            self.next = take();
+            while let (Some(best), Some(other)) = (self.next, take()) {
+                self.next = Some(best.min(other));
+                self.push(best.max(other));
             }
         }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, entry: u64) {
+        self.stack[self.depth % SMALL] = entry;
+        self.depth += 1;
+    }
+
+    /// The last one put by that is not beyond the threshold.
+    #[inline(always)]
+    fn pop(&mut self, threshold: f32) -> Option<u64> {
+        loop {
+            let entry = match self.depth.checked_sub(1) {
+                Some(depth) => {
+                    self.depth = depth;
+                    self.stack[depth % SMALL]
+                }
+                None => self.more.pop()?,
+            };
+            if f32::from_bits((entry >> 32) as u32) <= threshold {
+                return Some(entry);
+            }
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn put_by(&mut self) {
+        self.more.extend_from_slice(&self.stack[..self.depth]);
+        self.depth = 0;
     }
 }
 
@@ -196,6 +243,7 @@ fn surface(b: &Aabb) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::wide::Plain;
     use super::*;
 
     #[test]
@@ -219,10 +267,10 @@ mod tests {
             let probe = Probe::new(&p);
             let mut seen = vec![];
             let threshold = probe.threshold(radius);
-            tree.nearest(&probe, threshold, |k| {
+            let mut walk = Walk::new();
+            while let Some(k) = walk.next(Plain, &tree, &probe, threshold) {
                 seen.push(order[k]);
-                threshold
-            });
+            }
             let inside = |k: &u32| boxes[*k as usize].distance_squared(&p) <= radius * radius;
             let expected = (0..1000).filter(inside).count();
             assert_eq!(seen.iter().filter(|k| inside(k)).count(), expected);
@@ -236,12 +284,8 @@ mod tests {
             let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
             let tree = Tree::build(boxes, &mut order);
             let probe = Probe::new(&Vec3::zeros());
-            let mut count = 0;
-            tree.nearest(&probe, probe.threshold(1e30), |_| {
-                count += 1;
-                f32::MAX
-            });
-            count
+            let mut walk = Walk::new();
+            std::iter::from_fn(|| walk.next(Plain, &tree, &probe, f32::MAX)).count()
         };
         assert_eq!(visits(&[]), 0);
         assert_eq!(visits(&[Aabb { min: Vec3::zeros(), max: Vec3::zeros() }; 100]), 100);

@@ -68,7 +68,7 @@ fn no_point_of_a_piece_is_below_its_floor_and_convex_means_convex() {
     for piece in pieces() {
         for reach in [1.0, 5.0, 50.0] {
             let w = random.vector() * reach;
-            let floor = piece.floor(&w);
+            let floor = piece.floor(Plain, &w);
             let mut least = f64::INFINITY;
             for x in samples(piece.shape) {
                 let d = piece.form.derivs(x.x, x.y);
@@ -88,6 +88,37 @@ fn no_point_of_a_piece_is_below_its_floor_and_convex_means_convex() {
         }
     }
     assert!(convex > 50 && tight > 100, "{convex} {tight}: the bounds must be of use");
+}
+
+#[test]
+fn no_point_of_a_piece_or_part_is_below_the_floor_about_any_other() {
+    let mut random = Random(21);
+    let (mut tight, mut of_parts) = (0, 0);
+    for piece in pieces() {
+        for reach in [0.5, 5.0, 50.0] {
+            let w = random.vector() * reach;
+            let least = piece.floor(Plain, &w).least;
+            let value = |x: &Vec2| 0.5 * (w - piece.form.derivs(x.x, x.y).s).norm_squared();
+            let places = samples(piece.shape);
+            let lowest = places.iter().map(value).fold(f64::INFINITY, f64::min);
+            for x in places.iter().step_by(7) {
+                let d = piece.form.derivs(x.x, x.y);
+                let q = w - d.s;
+                let gradient = Vec2::new(-q.dot(&d.d1), -q.dot(&d.d2));
+                let floor = floor_about(piece.shape, x, value(x), &gradient, least);
+                assert!(floor <= lowest, "{floor} {lowest} about {x:?}");
+                tight += usize::from(floor > 0.9 * lowest);
+            }
+            for cut in piece.cuts() {
+                let floor = piece.floor_of_part(&w, least, &cut);
+                let inside = places.iter().map(|x| value(&cut.at(x)));
+                let lowest = inside.fold(f64::INFINITY, f64::min);
+                assert!(floor <= lowest, "{floor} {lowest} in {cut:?}");
+                of_parts += usize::from(floor > 0.9 * lowest);
+            }
+        }
+    }
+    assert!(tight > 500 && of_parts > 300, "{tight} {of_parts}: the bounds must be of use");
 }
 
 #[test]

@@ -164,10 +164,10 @@ mod avx2 {
             let avx = self.avx;
             let zero = avx._mm256_setzero_ps();
             let mut sum = zero;
-            for k in 0..3 {
-                let at = avx._mm256_set1_ps(p[k]);
-                let below = avx._mm256_sub_ps(cast(node.low[k]), at);
-                let above = avx._mm256_sub_ps(at, cast(node.high[k]));
+            for ((low, high), p) in node.low.iter().zip(&node.high).zip(p) {
+                let at = avx._mm256_set1_ps(p);
+                let below = avx._mm256_sub_ps(cast(*low), at);
+                let above = avx._mm256_sub_ps(at, cast(*high));
                 let d = avx._mm256_max_ps(avx._mm256_max_ps(below, above), zero);
                 sum = avx._mm256_add_ps(sum, avx._mm256_mul_ps(d, d));
             }
@@ -212,10 +212,10 @@ mod tests {
     fn node(seed: &mut u64) -> Node {
         let mut node = Node::EMPTY;
         // The last lane stays empty.
-        for lane in 0..WIDE - 1 {
-            for k in 0..3 {
-                node.low[k][lane] = random(seed) as f32;
-                node.high[k][lane] = node.low[k][lane] + (random(seed) as f32).abs();
+        for (low, high) in node.low.iter_mut().zip(&mut node.high) {
+            for (low, high) in low.iter_mut().zip(high).take(WIDE - 1) {
+                *low = random(seed) as f32;
+                *high = *low + (random(seed) as f32).abs();
             }
         }
         node

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::model::{Edge, Model};
-use super::topology::{Piece, join};
+use super::topology::{Piece, join, lies_along};
 use crate::geometry::nurbs::CurveProjector;
 use crate::geometry::{Aabb, Vec3};
 
@@ -89,7 +89,10 @@ impl Model {
                     let curve = &self.edges[edge].curve;
                     let curve = if used.reversed { curve.reversed() } else { curve.clone() };
                     let pcurve = used.pcurve.clone();
-                    pieces.push(Piece { at: [f, l, k], pcurve, curve: Some(curve), edge_id: None });
+                    // Another side may have made the edge, farther off than now is allowed.
+                    let own = lies_along(&face.surface, &pcurve, &curve, tolerance);
+                    let curve = own.then_some(curve);
+                    pieces.push(Piece { at: [f, l, k], pcurve, curve, edge_id: None });
                 }
             }
         }

@@ -251,3 +251,89 @@ fn feet_on_edges_and_vertices_choose_the_face_that_looks_at_the_point() {
     assert!(index.closest(&Vec3::repeat(f64::NAN)).is_none());
     assert!(ClosestPoint::new(&Model::default()).closest(&Vec3::zeros()).is_none());
 }
+
+/// A square to either side of the line from (0, 0) to (10, 0) in one plane, with edges of their own. The first side of
+/// each runs along `borders` in the plane, mirrored for the second square, and in space along `curves`.
+fn two_squares(borders: [Curve2; 2], curves: [Curve3; 2]) -> Model {
+    let above = Frame { origin: Vec3::zeros(), x: Vec3::x(), y: Vec3::y(), z: Vec3::z() };
+    let below = Frame { origin: Vec3::zeros(), x: Vec3::x(), y: -Vec3::y(), z: -Vec3::z() };
+    let (mut faces, mut all) = (Vec::new(), Vec::new());
+    for ((frame, border), curve) in [above, below].into_iter().zip(borders).zip(curves) {
+        let [low, high] = border.domain().map(|t| border.point(t));
+        let far = [Vec2::new(10.0, 10.0), Vec2::new(0.0, 10.0)];
+        let lines = [(high, far[0]), (far[0], far[1]), (far[1], low)];
+        let mut uses = vec![EdgeUse { pcurve: border, edge: Some(all.len()), reversed: false }];
+        all.push(curve);
+        for (a, b) in lines {
+            uses.push(EdgeUse {
+                pcurve: Curve2::line(a, b),
+                edge: Some(all.len()),
+                reversed: false,
+            });
+            let [a, b] = [a, b].map(|q| frame.point(&Vec3::new(q.x, q.y, 0.0)));
+            all.push(Curve3::line(a, b));
+        }
+        faces.push(face(Surface::plane(&frame, [-1.0, 11.0], [-1.0, 11.0]), vec![uses]));
+    }
+    model(faces, all)
+}
+
+#[test]
+fn sides_join_up_to_the_tolerance_and_no_farther() {
+    let line = Curve2::line(Vec2::zeros(), Vec2::new(10.0, 0.0));
+    let straight = Curve3::line(Vec3::zeros(), Vec3::x() * 10.0);
+    for (gap, joined) in [(0.009, 1), (0.011, 0), (0.019, 0)] {
+        // Ends meet; the middle of the second lies off by the gap.
+        let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+        let y = [0.0, 2.0 * gap, 0.0];
+        let flat = (0..3).map(|k| Vec2::new(5.0 * k as f64, y[k])).collect();
+        let space = (0..3).map(|k| Vec3::new(5.0 * k as f64, -y[k], 0.0)).collect();
+        let bent = Curve2::try_new(2, knots.clone(), flat, None).unwrap();
+        let curve = Curve3::try_new(2, knots, space, None).unwrap();
+        let sheets = two_squares([line.clone(), bent], [straight.clone(), curve]);
+        // Having been joined more loosely before makes no difference.
+        for sheets in [sheets.joined_within(0.05), sheets] {
+            let found = sheets.joined_within(0.01);
+            assert_eq!(found.edges.iter().filter(|e| e.uses.len() == 2).count(), joined, "{gap}");
+        }
+    }
+}
+
+#[test]
+fn a_side_may_swing_out_at_one_place() {
+    let line = Curve2::line(Vec2::zeros(), Vec2::new(10.0, 0.0));
+    let straight = Curve3::line(Vec3::zeros(), Vec3::x() * 10.0);
+    let at = [0.0, 0.4, 0.7, 1.0, 2.0, 2.3, 2.6, 10.0];
+    let knots = [&at[..1], &at, &at[7..]].concat();
+    // How far it swings out at 0.7 and at 2.3.
+    for (swing, joined) in [([0.016, 0.0], 1), ([0.024, 0.0], 0), ([0.016, 0.016], 0)] {
+        let y = [0.0, 0.0, swing[0], 0.0, 0.0, swing[1], 0.0, 0.0];
+        let flat = at.iter().zip(y).map(|(&x, y)| Vec2::new(x, y)).collect();
+        let space = at.iter().zip(y).map(|(&x, y)| Vec3::new(x, -y, 0.0)).collect();
+        let bent = Curve2::try_new(1, knots.clone(), flat, None).unwrap();
+        let curve = Curve3::try_new(1, knots.clone(), space, None).unwrap();
+        let sheets = two_squares([line.clone(), bent], [straight.clone(), curve]);
+        let found = sheets.joined_within(0.01);
+        assert_eq!(found.edges.iter().filter(|e| e.uses.len() == 2).count(), joined, "{swing:?}");
+    }
+}
+
+#[test]
+fn sides_whose_curves_meet_join_though_their_surfaces_end_apart() {
+    let straight = Curve3::line(Vec3::zeros(), Vec3::x() * 10.0);
+    let joined = |shift: Vec2| {
+        let border = |d: Vec2| Curve2::line(d, Vec2::new(10.0, d.y));
+        // The second square is mirrored: an equal shift across the line goes the other way there.
+        let borders = [border(shift), border(Vec2::new(-shift.x, shift.y))];
+        let sheets = two_squares(borders, [straight.clone(), straight.clone()]);
+        let found = sheets.joined_within(0.01);
+        let shared = found.edges.iter().filter(|e| e.uses.len() == 2).count();
+        (shared, found.edges.len())
+    };
+    // Across the line, both sides a little off it.
+    assert_eq!(joined(Vec2::new(0.0, 0.007)), (1, 7));
+    assert_eq!(joined(Vec2::new(0.0, 0.011)), (0, 8));
+    // Along the line: what is too far from the curve's end is a side of its own beside the common one.
+    assert_eq!(joined(Vec2::new(0.007, 0.0)), (1, 7));
+    assert_eq!(joined(Vec2::new(0.011, 0.0)), (1, 8));
+}

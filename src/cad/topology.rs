@@ -1,11 +1,14 @@
 //! Joins the sides of faces into edges and vertices: by place, within a tolerance. A side on which another
 //! face has a corner is split there, so that an edge use is always a whole edge.
 
+mod corners;
+
 use std::cell::OnceCell;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use self::corners::Corners;
 use super::model::{Edge, EdgeUse, Model};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector, Surface};
@@ -34,6 +37,8 @@ struct Part {
 const SAMPLES: usize = 17;
 /// Shares of a side's parameter range at which it must lie on an edge; the middle tells most.
 const PROBES: [f64; 7] = [0.5, 0.23, 0.81, 0.07, 0.36, 0.66, 0.94];
+/// So many of these may lie off by up to twice the tolerance: a curve that swings out at one place still is the other's.
+const ASTRAY: usize = 1;
 /// Sides of one edge of the file may lie apart by this share of its length.
 const OWN_EDGE: f64 = 0.02;
 
@@ -55,6 +60,10 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
             if let Some(id) = piece.edge_id {
                 known.insert(id, (*own, 1));
             }
+        }
+        if let Some(curve) = &piece.curve {
+            let [a, b] = curve.domain();
+            corners.also(*own, [curve.point(a), curve.point(b)]);
         }
     }
     let places: Vec<Aabb> = corners.points.iter().map(|p| Aabb::of_points([p])).collect();
@@ -133,87 +142,6 @@ fn ends(surface: &Surface, pcurve: &Curve2) -> [Vec3; 2] {
     [surface.point(pcurve.point(a)), surface.point(pcurve.point(b))]
 }
 
-/// Width of a cell in tolerances: corners are rarely this near to each other, and a corner's surroundings rarely reach
-/// into a second cell.
-const CELL: f64 = 16.0;
-
-/// Corner points, each once, found by a grid of cells.
-struct Corners {
-    points: Vec<Vec3>,
-    /// Places and the corners they stand for: a corner has several where a file's edge ends twice.
-    cells: FxHashMap<[i64; 3], Vec<(Vec3, usize)>>,
-    /// The corner that each stands for, or a nearer one to it: the smallest number is the corner itself.
-    parents: Vec<usize>,
-    tolerance: f64,
-}
-
-impl Corners {
-    fn new(tolerance: f64) -> Self {
-        Self { points: Vec::new(), cells: FxHashMap::default(), parents: Vec::new(), tolerance }
-    }
-
-    fn cell(&self, p: &Vec3) -> [i64; 3] {
-        let size = CELL * self.tolerance.max(f64::MIN_POSITIVE);
-        // Coordinates beyond all measure share cells.
-        [0, 1, 2].map(|k| (p[k] / size).floor().clamp(-1e15, 1e15) as i64)
-    }
-
-    /// The corner within the tolerance of `p`, or a new one.
-    fn id(&mut self, p: &Vec3) -> usize {
-        if let Some(id) = self.find(p) {
-            return id;
-        }
-        self.points.push(*p);
-        self.parents.push(self.parents.len());
-        self.cells.entry(self.cell(p)).or_default().push((*p, self.points.len() - 1));
-        self.points.len() - 1
-    }
-
-    /// The ends of one side of an edge stand for the corners at the ends of another, whichever way it runs.
-    fn same(&mut self, own: [Vec3; 2], first: [Vec3; 2]) {
-        let apart = |k: usize| (own[0] - first[k]).norm() + (own[1] - first[1 - k]).norm();
-        let swap = usize::from(apart(1) < apart(0));
-        let near = (OWN_EDGE * (first[1] - first[0]).norm()).max(10.0 * self.tolerance);
-        for (k, p) in own.iter().enumerate() {
-            let there = first[(k + swap) % 2];
-            let id = self.id(&there);
-            match self.find(p) {
-                None => self.cells.entry(self.cell(p)).or_default().push((*p, id)),
-                Some(other) if (p - there).norm() <= near => {
-                    self.parents[id.max(other)] = id.min(other);
-                }
-                Some(_) => {}
-            }
-        }
-    }
-
-    /// The corner that a corner stands for.
-    fn root(&self, mut id: usize) -> usize {
-        while self.parents[id] != id {
-            id = self.parents[id];
-        }
-        id
-    }
-
-    /// The nearest corner within the tolerance of `p`.
-    fn find(&self, p: &Vec3) -> Option<usize> {
-        let reach = Vec3::repeat(self.tolerance);
-        let (low, high) = (self.cell(&(p - reach)), self.cell(&(p + reach)));
-        let mut best: Option<(f64, usize)> = None;
-        for (x, y) in (low[0]..=high[0]).flat_map(|x| (low[1]..=high[1]).map(move |y| (x, y))) {
-            for z in low[2]..=high[2] {
-                for &(place, id) in self.cells.get(&[x, y, z]).into_iter().flatten() {
-                    let d = (place - p).norm();
-                    if d <= self.tolerance && best.is_none_or(|b| d < b.0) {
-                        best = Some((d, id));
-                    }
-                }
-            }
-        }
-        best.map(|b| self.root(b.1))
-    }
-}
-
 /// Cuts a side at the corners of other faces that lie on it.
 fn cut_at_corners(
     surface: &Surface,
@@ -232,7 +160,7 @@ fn cut_at_corners(
     let own = [corners.find(&samples[0]), corners.find(&samples[SAMPLES - 1])];
     tree.overlapping(&reach, |id| {
         let (id, corner) = (id as usize, &corners.points[id as usize]);
-        if own.contains(&Some(id)) || reach.distance_squared(corner) > 0.0 {
+        if own.contains(&Some(corners.root(id))) || reach.distance_squared(corner) > 0.0 {
             return;
         }
         let near = |p: &Vec3| (p - corner).norm();
@@ -308,6 +236,21 @@ fn image(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> Curve3 {
     Curve3::fitted(|t| surface.point(pcurve.point(t)), &breaks, 1e-4 * tolerance)
 }
 
+/// Points of a curve at [`PROBES`].
+fn probes_of(curve: &Curve3) -> [Vec3; PROBES.len()] {
+    let [a, b] = curve.domain();
+    PROBES.map(|s| curve.point(a + (b - a) * s))
+}
+
+/// A side's image is nowhere farther than `most` from a curve that runs the same way.
+pub(super) fn lies_along(surface: &Surface, pcurve: &Curve2, curve: &Curve3, most: f64) -> bool {
+    let ([a, b], [c, d]) = (pcurve.domain(), curve.domain());
+    PROBES.iter().all(|&s| {
+        let p = surface.point(pcurve.point(a + (b - a) * s));
+        curve.closest_near(&p, c + (d - c) * s, most * most).1 <= most * most
+    })
+}
+
 struct Joined {
     edges: Vec<Edge>,
     /// The file's own edges.
@@ -367,9 +310,8 @@ impl Joined {
         for &edge in self.by_ends.get(&key).into_iter().flatten() {
             let (curve, search) = (&self.edges[edge].curve, &self.searches[edge]);
             let same = piece.edge_id.is_some() && self.ids[edge] == piece.edge_id;
-            let reach = if same { OWN_EDGE * search.length } else { 0.0 };
-            // Each of two sides may lie a tolerance from the edge between them, as corners do.
-            let reach = reach.max(2.0 * self.tolerance);
+            let own = OWN_EDGE * search.length;
+            let reach = if same { own.max(2.0 * self.tolerance) } else { self.tolerance };
             let [from, to] = curve.domain();
             let at = |s: f64| from + (to - from) * s;
             let reversed = if a == b {
@@ -378,8 +320,19 @@ impl Joined {
                 self.edges[edge].vertices != [a, b]
             };
             let expected = |s: f64| at(if reversed { 1.0 - s } else { s });
-            let mut probes = PROBES.iter().zip(&part.probes);
-            if probes.all(|(&s, p)| search.within(curve, p, expected(s), reach)) {
+            let on = |points: &[Vec3; PROBES.len()]| {
+                let mut astray = 0;
+                PROBES.iter().zip(points).all(|(&s, p)| {
+                    let within = |reach: f64| search.within(curve, p, expected(s), reach);
+                    within(reach) || {
+                        astray += 1;
+                        astray <= ASTRAY && within(2.0 * reach)
+                    }
+                })
+            };
+            // The sides may meet though their surfaces lie off the file's curves: then their curves do.
+            let joins = on(&part.probes) || piece.curve.as_ref().is_some_and(|c| on(&probes_of(c)));
+            if joins {
                 return EdgeUse { pcurve: piece.pcurve, edge: Some(edge), reversed };
             }
         }

@@ -4,6 +4,8 @@
 mod closed;
 mod project;
 mod seam;
+#[cfg(test)]
+mod tests;
 
 pub(super) use closed::closed_loops;
 

@@ -1,6 +1,6 @@
 //! Loops that close in the parameter plane: windings round a period are cut open along a seam or led through a pole.
 
-use super::seam::Seam;
+use super::seam::{Seam, Taken};
 use super::{Native, Path, Side, whole_periods};
 use crate::geometry::Vec2;
 
@@ -10,7 +10,8 @@ pub(super) fn signed_area(sides: &[Side]) -> f64 {
     for side in sides {
         let [a, b] = side.path.domain();
         let spans = side.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
-        let n = 8 * spans;
+        let straight = side.path.points().len() == 2;
+        let n = if straight { 1 } else { 8 * spans };
         let mut last = side.start();
         for k in 1..=n {
             let next = side.path.point(a + (b - a) * k as f64 / n as f64);
@@ -35,28 +36,30 @@ pub(in crate::cad) fn closed_loops(
 ) -> Option<Vec<Vec<Side>>> {
     let (mut winding, plain): (Vec<Path>, Vec<Path>) =
         paths.into_iter().partition(|p| p.winding.norm() > 0.0);
-    let mut loops: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
+    let plain: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
+    let mut cut_open = Vec::new();
     let holes_only = winding.is_empty()
         && native.closed_all_round()
-        && loops.iter().all(|l| leaves_its_inside_out(l, left_is_inside));
+        && plain.iter().all(|l| leaves_its_inside_out(l, left_is_inside));
     while let Some(first) = winding.pop() {
         let partner = winding.iter().position(|p| (p.winding + first.winding).norm() < 1e-9);
-        loops.push(match partner {
-            Some(k) => bridge(native, first, winding.swap_remove(k), left_is_inside),
-            None => through_pole(native, first, left_is_inside)?,
+        let seam = Seam::new(native, &first, left_is_inside, &plain);
+        cut_open.push(match partner {
+            Some(k) => bridge(&seam, first, winding.swap_remove(k)),
+            None => through_pole(native, &seam, first, left_is_inside)?,
         });
     }
-    if loops.is_empty() || holes_only {
-        loops.push(natural_border(native, loops.first().map(|l| middle(l)))?);
+    if holes_only || (cut_open.is_empty() && plain.is_empty()) {
+        cut_open.push(natural_border(native, &plain)?);
     }
+    let mut loops: Vec<Vec<Side>> = plain.into_iter().chain(cut_open).collect();
     sort_and_orient(native, &mut loops);
     Some(loops)
 }
 
 /// Two windings of opposite sense become one loop with a seam there and back.
-fn bridge(native: &Native<'_>, first: Path, second: Path, left_is_inside: bool) -> Vec<Side> {
-    let seam = Seam::new(native, &first, left_is_inside);
-    let (first, second) = seam.along_a_line(&first, &second).unwrap_or((first, second));
+fn bridge(seam: &Seam<'_, '_>, first: Path, second: Path) -> Vec<Side> {
+    let (first, second) = seam.of_two(&first, &second).unwrap_or((first, second));
     let (Some(end), Some(start)) = (first.sides.last(), second.sides.first()) else {
         return first.sides;
     };
@@ -72,7 +75,13 @@ fn bridge(native: &Native<'_>, first: Path, second: Path, left_is_inside: bool) 
 }
 
 /// A single winding is closed through the pole on its inner side.
-fn through_pole(native: &Native<'_>, path: Path, left_is_inside: bool) -> Option<Vec<Side>> {
+fn through_pole(
+    native: &Native<'_>,
+    seam: &Seam<'_, '_>,
+    path: Path,
+    left_is_inside: bool,
+) -> Option<Vec<Side>> {
+    let path = seam.of_one(&path).unwrap_or(path);
     let (around, up) = inner_side(&path, left_is_inside);
     let across = 1 - around;
     let level = path.sides.first()?.start()[across];
@@ -110,13 +119,15 @@ fn leaves_its_inside_out(sides: &[Side], left_is_inside: bool) -> bool {
     area < -1e-6 * extent * extent && sides.iter().any(|s| s.edge_id.is_some())
 }
 
-/// The border of the natural range, its seams as far from `about` as they can be.
-fn natural_border(native: &Native<'_>, about: Option<Vec2>) -> Option<Vec<Side>> {
+/// The border of the natural range, its seams opposite the first loop, or where none of the loops lies.
+fn natural_border(native: &Native<'_>, loops: &[Vec<Side>]) -> Option<Vec<Side>> {
     let mut ranges = native.natural_range()?;
     for (k, (range, period)) in ranges.iter_mut().zip(native.periods()).enumerate() {
-        if let (Some(p), Some(about)) = (period, about) {
-            *range = [about[k] - 0.5 * p, about[k] + 0.5 * p];
-        }
+        let (Some(p), Some(first)) = (period, loops.first()) else { continue };
+        let (taken, opposite) = (Taken::new(loops, k, p), middle(first)[k] - 0.5 * p);
+        let gap = || taken.gaps(std::iter::empty()).first().copied().unwrap_or(opposite);
+        let begin = if taken.has(opposite) { gap() } else { opposite };
+        *range = [begin, begin + p];
     }
     let [u, v] = ranges;
     let corners =

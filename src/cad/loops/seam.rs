@@ -1,4 +1,4 @@
-//! Where two windings are joined by a seam: along a line of one parameter that crosses no side.
+//! Where windings are cut open: along a line of one parameter that meets each of them once and no other loop.
 
 use super::closed::inner_side;
 use super::{Native, Path, Side, whole_periods};
@@ -11,7 +11,7 @@ const SAME: f64 = 1e-9;
 /// A side that comes this near to the seam's end, as a share of the seam, only touches it.
 const TOUCH: f64 = 1e-6;
 
-/// The way from one winding to the other.
+/// The way from one winding to the other, or to a pole.
 pub(super) struct Seam<'n, 'a> {
     native: &'n Native<'a>,
     /// The parameter that the windings run along, and its period.
@@ -19,19 +19,65 @@ pub(super) struct Seam<'n, 'a> {
     period: f64,
     /// The face lies at larger values of the other parameter than the first winding.
     up: bool,
+    /// What of the period the face's other loops take up.
+    taken: Taken,
 }
 
-/// A point of a winding at a seam's parameter: side, parameter on it, place.
+/// A point of a winding at a seam's parameter: side, parameter on it (`None` at its start), place.
 struct Crossing {
     side: usize,
-    t: f64,
+    t: Option<f64>,
     uv: Vec2,
 }
 
+/// Ranges of a periodic parameter that loops take up.
+pub(super) struct Taken {
+    period: f64,
+    ranges: Vec<[f64; 2]>,
+}
+
+impl Taken {
+    pub fn new(loops: &[Vec<Side>], around: usize, period: f64) -> Self {
+        let range = |sides: &Vec<Side>| {
+            let values = sides.iter().flat_map(|s| s.path.points()).map(|p| p[around]);
+            let ends = [f64::INFINITY, f64::NEG_INFINITY];
+            values.fold(ends, |[low, high], x| [low.min(x), high.max(x)])
+        };
+        Self { period, ranges: loops.iter().map(range).collect() }
+    }
+
+    /// A loop lies at this level, or touches it.
+    pub fn has(&self, level: f64) -> bool {
+        let margin = TOUCH * self.period;
+        self.ranges.iter().any(|[low, high]| {
+            let above = (level - low + margin).rem_euclid(self.period);
+            above <= high - low + 2.0 * margin
+        })
+    }
+
+    /// Middles of the gaps that the ranges and further levels leave, the widest first.
+    pub fn gaps(&self, levels: impl Iterator<Item = f64>) -> Vec<f64> {
+        let ends = self.ranges.iter().flatten().copied();
+        let mut at: Vec<f64> = ends.chain(levels).map(|x| x.rem_euclid(self.period)).collect();
+        at.sort_by(f64::total_cmp);
+        let next = at.iter().skip(1).copied().chain(at.first().map(|x| x + self.period));
+        let mut gaps: Vec<[f64; 2]> = at.iter().copied().zip(next).map(<[f64; 2]>::from).collect();
+        gaps.sort_by(|a, b| (b[1] - b[0]).total_cmp(&(a[1] - a[0])));
+        gaps.iter().map(|g| 0.5 * (g[0] + g[1])).filter(|&level| !self.has(level)).collect()
+    }
+}
+
 impl<'n, 'a> Seam<'n, 'a> {
-    pub fn new(native: &'n Native<'a>, first: &Path, left_is_inside: bool) -> Self {
+    /// `others`: the loops of the face that do not wind.
+    pub fn new(
+        native: &'n Native<'a>,
+        first: &Path,
+        left_is_inside: bool,
+        others: &[Vec<Side>],
+    ) -> Self {
         let (around, up) = inner_side(first, left_is_inside);
-        Self { native, around, period: first.winding[around].abs(), up }
+        let period = first.winding[around].abs();
+        Self { native, around, period, up, taken: Taken::new(others, around, period) }
     }
 
     /// Whole periods that bring a point of the second winding to the end of the seam that begins at `from`: where
@@ -48,8 +94,87 @@ impl<'n, 'a> Seam<'n, 'a> {
         shift
     }
 
-    /// Both windings begun where a line of one parameter joins them: from corner to corner, else from a corner of the
-    /// first to a side of the second, which is cut there. `None` where every such line crosses a side.
+    /// Two windings begun where a seam joins them: at the first line between a corner of one and the other that crosses
+    /// neither, as long as that is free; then elsewhere.
+    pub fn of_two(&self, first: &Path, second: &Path) -> Option<(Path, Path)> {
+        let nearest = self.along_a_line(first, second);
+        if nearest.as_ref().is_some_and(|(a, b)| self.is_free([a, b])) {
+            return nearest;
+        }
+        let moved = || Some(self.once_through(&[first, second])?.into_iter());
+        moved().and_then(|mut paths| Some((paths.next()?, paths.next()?))).or(nearest)
+    }
+
+    /// A winding begun elsewhere, where the line from its start to a pole is not free.
+    pub fn of_one(&self, path: &Path) -> Option<Path> {
+        if self.is_free([path]) {
+            return None;
+        }
+        self.once_through(&[path])?.pop()
+    }
+
+    /// Where the windings begin no other loop lies, and none of them runs back over its beginning.
+    fn is_free<const N: usize>(&self, paths: [&Path; N]) -> bool {
+        paths.iter().all(|path| {
+            let Some(start) = path.sides.first().map(|s| s.start()[self.around]) else {
+                return false;
+            };
+            let sense = path.winding[self.around].signum();
+            let turns = |uv: Vec2| sense * (uv[self.around] - start) / self.period;
+            let within = |uv: Vec2| turns(uv) >= -TOUCH && turns(uv) <= 1.0 + TOUCH;
+            !self.taken.has(start) && path.sides.iter().all(|s| points_of(s).all(within))
+        })
+    }
+
+    /// The windings begun where a line of one parameter meets each of them once and no other loop: at corners, else at
+    /// a corner of one, else between corners. `None` where there is no such line.
+    pub fn once_through(&self, paths: &[&Path]) -> Option<Vec<Path>> {
+        let corners = |path: &&Path| {
+            let starts = path.sides.iter().map(|s| s.start()[self.around]);
+            starts.take(MOST_CORNERS).collect::<Vec<f64>>()
+        };
+        let levels: Vec<f64> = paths.iter().flat_map(corners).collect();
+        let mut at_a_corner = None;
+        for &level in levels.iter().filter(|&&level| !self.taken.has(level)) {
+            let Some(hits) = self.hits(paths, level) else { continue };
+            if hits.iter().all(|hit| hit.t.is_none()) {
+                return self.begun(paths, &hits);
+            }
+            at_a_corner.get_or_insert(hits);
+        }
+        let gaps = self.taken.gaps(levels.into_iter());
+        let between = || gaps.iter().take(MOST_CORNERS).find_map(|&x| self.hits(paths, x));
+        self.begun(paths, &at_a_corner.or_else(between)?)
+    }
+
+    fn hits(&self, paths: &[&Path], level: f64) -> Option<Vec<Crossing>> {
+        paths.iter().map(|path| self.only_crossing(path, level)).collect()
+    }
+
+    fn begun(&self, paths: &[&Path], hits: &[Crossing]) -> Option<Vec<Path>> {
+        paths.iter().zip(hits).map(|(path, hit)| begun_at(self.native, path, hit)).collect()
+    }
+
+    /// Where a winding has a level, if it comes there once only.
+    fn only_crossing(&self, path: &Path, level: f64) -> Option<Crossing> {
+        let turns = |uv: Vec2| (uv[self.around] - level) / self.period;
+        let corner = |(side, s): (usize, &Side)| {
+            let (uv, turns) = (s.start(), turns(s.start()));
+            ((turns - turns.round()).abs() <= SAME).then_some(Crossing { side, t: None, uv })
+        };
+        let mut found: Vec<Crossing> = path.sides.iter().enumerate().filter_map(corner).collect();
+        found.extend(self.crossings(path, level));
+        let place = self.native.point(found.first()?.uv);
+        let off = |uv: Vec2| (self.native.point(uv) - place).norm();
+        let halfway = |s: &Side| s.path.point(0.5 * (s.path.domain()[0] + s.path.domain()[1]));
+        let size =
+            path.sides.iter().fold(0.0, |m: f64, s| m.max(off(s.start())).max(off(halfway(s))));
+        let one = found.iter().all(|c| off(c.uv) <= TOUCH * size);
+        one.then(|| found.swap_remove(0))
+    }
+
+    /// Both windings begun where a line of one parameter joins them, which crosses neither in between: from corner to
+    /// corner, else from a corner of the first to a side of the second, which is cut there.
     pub fn along_a_line(&self, first: &Path, second: &Path) -> Option<(Path, Path)> {
         let corners = |path: &Path| path.sides.len().min(MOST_CORNERS);
         for i in 0..corners(first) {
@@ -65,10 +190,9 @@ impl<'n, 'a> Seam<'n, 'a> {
         }
         for i in 0..corners(first) {
             let from = first.sides[i].start();
-            for hit in self.crossings(second, from) {
+            for hit in self.crossings(second, from[self.around]) {
                 if self.clear(from, hit.uv, first, second) {
-                    let cut = cut(self.native, second, &hit)?;
-                    return Some((rotated(first, i), rotated(&cut, hit.side + 1)));
+                    return Some((rotated(first, i), begun_at(self.native, second, &hit)?));
                 }
             }
         }
@@ -85,17 +209,18 @@ impl<'n, 'a> Seam<'n, 'a> {
             let near = hit.uv[across] + whole_periods(self.native, middle - hit.uv)[across];
             near > a.min(b) + margin && near < a.max(b) - margin
         };
-        ![first, second].iter().any(|path| self.crossings(path, from).iter().any(between))
+        ![first, second]
+            .iter()
+            .any(|path| self.crossings(path, from[self.around]).iter().any(between))
     }
 
-    /// Where a winding has the parameter of `at`.
-    fn crossings(&self, path: &Path, at: Vec2) -> Vec<Crossing> {
+    /// Where a winding passes a level.
+    fn crossings(&self, path: &Path, at: f64) -> Vec<Crossing> {
         let mut found = Vec::new();
         for (side, s) in path.sides.iter().enumerate() {
-            let turn = |t: f64| (s.path.point(t)[self.around] - at[self.around]) / self.period;
+            let turn = |t: f64| (s.path.point(t)[self.around] - at) / self.period;
             let [low, high] = s.path.domain();
-            let spans = s.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
-            let n = 8 * spans;
+            let n = samples_of(s);
             let share = |k: usize| low + (high - low) * k as f64 / n as f64;
             for k in 0..n {
                 let (mut a, mut b) = (share(k), share(k + 1));
@@ -114,12 +239,23 @@ impl<'n, 'a> Seam<'n, 'a> {
                     }
                 }
                 let mut uv = s.path.point(b);
-                uv[self.around] = at[self.around] + level * self.period;
-                found.push(Crossing { side, t: b, uv });
+                uv[self.around] = at + level * self.period;
+                found.push(Crossing { side, t: Some(b), uv });
             }
         }
         found
     }
+}
+
+/// Points of a side, eight to each span.
+fn points_of(side: &Side) -> impl Iterator<Item = Vec2> + '_ {
+    let [low, high] = side.path.domain();
+    let n = samples_of(side);
+    (0..=n).map(move |k| side.path.point(low + (high - low) * k as f64 / n as f64))
+}
+
+fn samples_of(side: &Side) -> usize {
+    8 * side.path.knots().windows(2).filter(|w| w[0] < w[1]).count()
 }
 
 /// The winding begun at another corner.
@@ -129,11 +265,12 @@ fn rotated(path: &Path, begin: usize) -> Path {
     Path { sides: after.iter().cloned().chain(before).collect(), winding: path.winding }
 }
 
-/// The winding with one side cut in two.
-fn cut(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
+/// The winding begun at a point, where its side is cut in two.
+fn begun_at(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
+    let Some(t) = hit.t else { return Some(rotated(path, hit.side)) };
     let whole = &path.sides[hit.side];
     let [low, high] = whole.path.domain();
-    let ends = [whole.path.trimmed(low, hit.t).ok()?, whole.path.trimmed(hit.t, high).ok()?];
+    let ends = [whole.path.trimmed(low, t).ok()?, whole.path.trimmed(t, high).ok()?];
     let curves = whole.curve.as_ref().and_then(|c| {
         let [low, high] = c.domain();
         let (t, _) = c.closest(&native.point(hit.uv));
@@ -147,5 +284,5 @@ fn cut(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
     ];
     let mut sides = path.sides.clone();
     sides.splice(hit.side..=hit.side, halves);
-    Some(Path { sides, winding: path.winding })
+    Some(rotated(&Path { sides, winding: path.winding }, hit.side + 1))
 }

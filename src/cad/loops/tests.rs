@@ -1,0 +1,199 @@
+//! Faces on surfaces that close on themselves, their areas in closed form.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use crate::cad::build::build;
+use crate::cad::model::Model;
+use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
+use crate::geometry::nurbs::Curve3;
+use crate::geometry::{Frame, Vec3};
+
+const CYLINDER: f64 = 10.0;
+const MAJOR: f64 = 30.0;
+const MINOR: f64 = 8.0;
+const BALL: f64 = 25.0;
+
+fn cylinder() -> RawSurface {
+    RawSurface::Cylinder { frame: Frame::world(), radius: CYLINDER }
+}
+
+fn torus() -> RawSurface {
+    RawSurface::Torus { frame: Frame::world(), major: MAJOR, minor: MINOR, keep_outer: None }
+}
+
+fn sphere() -> RawSurface {
+    RawSurface::Sphere { frame: Frame::world(), radius: BALL }
+}
+
+/// Circle arc about a centre, from angle to angle, either way.
+fn arc(origin: Vec3, [x, y]: [Vec3; 2], radius: f64, [from, to]: [f64; 2]) -> Curve3 {
+    let frame = Frame { origin, x, y, z: x.cross(&y) };
+    let rising = Curve3::ellipse_arc(&frame, radius, radius, from.min(to), from.max(to));
+    if from < to { rising } else { rising.reversed() }
+}
+
+/// The curve on a surface along which one parameter stays.
+fn along(surface: &RawSurface, a: (f64, f64), b: (f64, f64)) -> Curve3 {
+    let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
+    let out = x * a.0.cos() + y * a.0.sin();
+    let (centre, tube) = match surface {
+        RawSurface::Torus { major, minor, .. } => (*major, *minor),
+        RawSurface::Sphere { radius, .. } => (0.0, *radius),
+        _ => (CYLINDER, 0.0),
+    };
+    let height = |v: f64| if tube > 0.0 { tube * v.sin() } else { v };
+    if a.1 == b.1 {
+        let radius = if tube > 0.0 { centre + tube * a.1.cos() } else { centre };
+        arc(z * height(a.1), [x, y], radius, [a.0, b.0])
+    } else if tube > 0.0 {
+        arc(out * centre, [out, z], tube, [a.1, b.1])
+    } else {
+        Curve3::line(out * centre + z * a.1, out * centre + z * b.1)
+    }
+}
+
+/// A loop through points of the parameter plane, along one parameter from each to the next; numbered edges.
+fn ring(surface: &RawSurface, points: &[(f64, f64)]) -> RawLoop {
+    let edges = points.windows(2).enumerate().map(|(k, w)| RawEdge {
+        curve: Some(along(surface, w[0], w[1])),
+        edge_id: Some(k),
+        ..RawEdge::default()
+    });
+    RawLoop { outer: None, edges: edges.collect(), vertex: None }
+}
+
+fn rectangle(surface: &RawSurface, [u0, u1]: [f64; 2], [v0, v1]: [f64; 2]) -> RawLoop {
+    ring(surface, &[(u0, v0), (u0, v1), (u1, v1), (u1, v0), (u0, v0)])
+}
+
+/// Area of the one face, as it is and turned inside out.
+fn areas(surface: &RawSurface, loops: &[RawLoop]) -> [f64; 2] {
+    [false, true].map(|flipped| {
+        let mut loops = loops.to_vec();
+        for ring in loops.iter_mut().filter(|_| flipped) {
+            ring.edges.reverse();
+            for edge in &mut ring.edges {
+                edge.curve = edge.curve.as_ref().map(Curve3::reversed);
+            }
+        }
+        model_of(surface, loops, flipped).faces[0].area(1e-12)
+    })
+}
+
+/// The model of one face.
+fn model_of(surface: &RawSurface, mut loops: Vec<RawLoop>, flipped: bool) -> Model {
+    for (k, edge) in loops.iter_mut().flat_map(|l| &mut l.edges).enumerate() {
+        edge.edge_id = Some(k);
+    }
+    let (surface, source) = (surface.clone(), "face".into());
+    let face = RawFace { surface, loops, flipped, source, shell: None };
+    let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "face");
+    assert_eq!(model.faces.len(), 1, "{said:?}");
+    assert!(said.is_empty(), "{said:?}");
+    model
+}
+
+fn assert_areas(found: [f64; 2], exact: f64) {
+    for area in found {
+        assert!((area / exact - 1.0).abs() < 1e-9, "{area} instead of {exact}");
+    }
+}
+
+#[test]
+fn a_window_where_both_circles_of_a_cylinder_begin() {
+    let on = cylinder();
+    let whole = TAU * CYLINDER * 20.0;
+    let circles = [ring(&on, &[(0.0, 0.0), (TAU, 0.0)]), ring(&on, &[(TAU, 20.0), (0.0, 20.0)])];
+    for begin in [-0.9, -0.4, 0.0, 1.0] {
+        let window = rectangle(&on, [begin, begin + 0.9], [5.0, 12.0]);
+        let loops = [circles.as_slice(), &[window]].concat();
+        assert_areas(areas(&on, &loops), whole - CYLINDER * 0.9 * 7.0);
+    }
+}
+
+#[test]
+fn windows_that_leave_a_cylinder_one_gap() {
+    let on = cylinder();
+    let begins = [0.0, 1.5, 3.0, 4.5];
+    let mut loops =
+        vec![ring(&on, &[(0.3, 0.0), (TAU + 0.3, 0.0)]), ring(&on, &[(TAU, 20.0), (0.0, 20.0)])];
+    loops.extend(begins.map(|u| rectangle(&on, [u, u + 1.6], [2.0 + 2.0 * u, 4.0 + 2.0 * u])));
+    assert_areas(areas(&on, &loops), CYLINDER * (TAU * 20.0 - 4.0 * 1.6 * 2.0));
+}
+
+#[test]
+fn a_band_of_a_torus_whose_border_hangs_over_its_beginning() {
+    let on = torus();
+    // A hook: back over the beginning, up, nearly round, down, and on to the beginning from below.
+    let hook =
+        [(0.0, 1.0), (-0.4, 1.0), (-0.4, 1.5), (5.0, 1.5), (5.0, 0.5), (TAU, 0.5), (TAU, 1.0)];
+    let upper: Vec<(f64, f64)> = hook.iter().rev().copied().collect();
+    let loops = [ring(&on, &[(0.0, 0.0), (TAU, 0.0)]), ring(&on, &upper)];
+    let below = |v: f64| MINOR * (MAJOR * v + MINOR * v.sin());
+    let exact = 5.0 * below(1.5) + 0.4 * (below(1.5) - below(1.0)) + (TAU - 5.0) * below(0.5);
+    assert_areas(areas(&on, &loops), exact);
+}
+
+#[test]
+fn a_cap_with_a_window_where_its_border_begins() {
+    let on = sphere();
+    let loops = [ring(&on, &[(0.0, 0.0), (TAU, 0.0)]), rectangle(&on, [-0.5, 0.7], [0.4, 1.1])];
+    let exact = BALL * BALL * (TAU - 1.2 * (1.1_f64.sin() - 0.4_f64.sin()));
+    assert_areas(areas(&on, &loops), exact);
+}
+
+#[test]
+fn a_ball_with_windows_on_opposite_sides() {
+    let on = sphere();
+    let windows = [0.0, PI, FRAC_PI_2].map(|u| rectangle(&on, [u - 0.3, u + 0.4], [-0.2, 0.5]));
+    let one = 0.7 * (0.5_f64.sin() + 0.2_f64.sin());
+    assert_areas(areas(&on, &windows), BALL * BALL * (2.0 * TAU - 3.0 * one));
+}
+
+#[test]
+fn the_part_between_two_meridians_or_all_the_rest() {
+    let on = sphere();
+    let lune = [(0.3, FRAC_PI_2), (0.3, -FRAC_PI_2)];
+    let back = [(1.6, -FRAC_PI_2), (1.6, FRAC_PI_2)];
+    let half = |ends: [(f64, f64); 2], k: usize| RawEdge {
+        curve: Some(along(&on, ends[0], ends[1])),
+        edge_id: Some(k),
+        ..RawEdge::default()
+    };
+    let inside = RawLoop { outer: None, edges: vec![half(lune, 0), half(back, 1)], vertex: None };
+    assert_areas(areas(&on, &[inside]), BALL * BALL * 2.0 * 1.3);
+    let [up, down] = [[back[1], back[0]], [lune[1], lune[0]]];
+    let outside = RawLoop { outer: None, edges: vec![half(up, 0), half(down, 1)], vertex: None };
+    assert_areas(areas(&on, &[outside]), BALL * BALL * (2.0 * TAU - 2.0 * 1.3));
+}
+
+#[test]
+fn a_quarter_of_a_ball_whose_border_runs_over_the_pole_or_all_the_rest() {
+    let on = sphere();
+    let over = arc(Vec3::zeros(), [Vec3::y(), Vec3::z()], BALL, [0.0, PI]);
+    let front = arc(Vec3::zeros(), [Vec3::x(), Vec3::y()], BALL, [-FRAC_PI_2, FRAC_PI_2]);
+    let ring_of = |curves: [Curve3; 2]| {
+        let edges = curves.into_iter().map(|c| RawEdge { curve: Some(c), ..RawEdge::default() });
+        RawLoop { outer: None, edges: edges.collect(), vertex: None }
+    };
+    let quarter = ring_of([front.clone(), over.clone()]);
+    assert_areas(areas(&on, &[quarter]), PI * BALL * BALL);
+    let rest = ring_of([over.reversed(), front.reversed()]);
+    assert_areas(areas(&on, &[rest]), 3.0 * PI * BALL * BALL);
+}
+
+#[test]
+fn a_seam_stays_where_a_winding_begins_unless_something_is_in_its_way() {
+    let on = cylinder();
+    let circles =
+        [ring(&on, &[(0.7, 0.0), (TAU + 0.7, 0.0)]), ring(&on, &[(TAU + 0.7, 20.0), (0.7, 20.0)])];
+    for (window, kept) in [([1.0, 1.5], true), ([0.5, 1.0], false)] {
+        let mut loops = circles.to_vec();
+        loops.push(rectangle(&on, window, [5.0, 12.0]));
+        let found = model_of(&on, loops, false);
+        let corner = Vec3::new(CYLINDER * 0.7_f64.cos(), CYLINDER * 0.7_f64.sin(), 0.0);
+        let seam = found.edges.iter().find(|e| e.uses.len() == 2).expect("a seam has two sides");
+        let nearest = seam.curve.closest(&corner).1.sqrt();
+        assert_eq!(nearest < 1e-9, kept, "{nearest}");
+    }
+}

@@ -5,7 +5,8 @@
 
 The corpus is KANAGATA_CORPUS or ../shared/cad. The kernel is installed into .local/venv-peers on the first run. Both
 sides run on one thread, one after the other, file by file. A file's points end when the kernel has searched S seconds
-(10). Prints a table and, as the last line, one JSON object.
+(10). Prints a table and, as the last line, one JSON object; its figures of closest points are over all files, and over
+those that the corpus's truth.json calls checked.
 """
 
 import argparse
@@ -84,14 +85,14 @@ def kernel_distances(compound, points, limit_s):
     return found, (time.perf_counter() - start) / max(len(found), 1)
 
 
-def compare(path, arguments):
+def compare(path, checked, arguments):
     command = [arguments.program, path, str(arguments.points)]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if done.returncode:
         return {"file": path.name, "refused": done.stderr.strip()}
     own = json.loads(done.stdout)
     compound, faces, read_s = kernel_read(path)
-    row = {"file": path.name, "bytes": path.stat().st_size, "faces": [own["faces"], faces],
+    row = {"file": path.name, "checked": checked, "bytes": path.stat().st_size, "faces": [own["faces"], faces],
            "read_s": [own["read_s"], read_s], "read_ratio": read_s / own["read_s"],
            "peak_mb": own["peak_mb"]}
     if not own["points"] or not faces:
@@ -126,7 +127,8 @@ def line(r):
 def summary(rows):
     median = lambda values: statistics.median(values) if values else None
     searched = [r for r in rows if "points" in r]
-    points = sum(r["points"] for r in searched)
+    checked = [r for r in searched if r["checked"]]
+    points, points_checked = (sum(r["points"] for r in some) for some in (searched, checked))
     return {
         "files": len(rows),
         "read_ratio_median": median([r["read_ratio"] for r in rows if r.get("bytes", 0) > LARGE]),
@@ -137,6 +139,9 @@ def summary(rows):
         "points": points,
         "same_share": sum(r["same"] for r in searched) / points if points else None,
         "larger": sum(r["larger"] for r in searched),
+        "points_checked": points_checked,
+        "same_share_checked": sum(r["same"] for r in checked) / points_checked if points_checked else None,
+        "larger_checked": sum(r["larger"] for r in checked),
     }
 
 
@@ -156,9 +161,12 @@ def main():
     if not files:
         sys.exit(f"tools/peers/cad.py: no .igs or .stp files in {corpus}; set KANAGATA_CORPUS to a folder that has some")
     print("| " + " | ".join(HEAD) + " |\n|" + "---|" * len(HEAD))
+    known = corpus / "truth.json"
+    truths = json.loads(known.read_text()) if known.exists() else {}
     rows = []
     for path in files:
-        rows.append(compare(path, arguments))
+        checked = truths.get(path.name, {}).get("truth", {}).get("trust") == "checked"
+        rows.append(compare(path, checked, arguments))
         print(line(rows[-1]), flush=True)
     print(json.dumps(summary(rows)))
 

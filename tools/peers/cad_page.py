@@ -104,9 +104,18 @@ def coarse_faces(rows, truth):
     return table(head, body)
 
 
-def page(rows, truth, searches, load):
-    """The page, and the figures of agreement. `searches`: the table of tools/peers/cad.py, `load`: the seconds a file
-    of the kernel's searches in it, the machine's load average before and after."""
+def shares(found):
+    """What the closest points came to, in words; `found`: the figures of tools/peers/cad.py."""
+    share = lambda x: "-" if x is None else f"{100 * x:.3f} %"
+    return (f"Of {found['points']} points in all files, {share(found['same_share'])} have the kernel's distance, and ours is larger for "
+            f"{found['larger']}. Of {found['points_checked']} in the files that the truth calls checked, "
+            f"{share(found['same_share_checked'])} have it, and ours is larger for {found['larger_checked']}; what the kernel says of the "
+            "others is in doubt (above).")
+
+
+def page(rows, truth, searches, found, load):
+    """The page, and the figures of agreement. `searches`: the table of tools/peers/cad.py, `found`: its figures, `load`: the
+    seconds a file of the kernel's searches in it, the machine's load average before and after."""
     texts = json.loads((HERE / "cad_differences.json").read_text())
     checked = [r for r in rows if r["checked"]]
     exact = sum(not r["differs"] for r in checked)
@@ -125,6 +134,6 @@ def page(rows, truth, searches, load):
         "## Reading and closest points beside Open CASCADE", TIMES,
         "The kernel searched {} s a file. Load average of the machine (1 minute) before and after: {:.1f}, {:.1f}; where it is "
         "above 1 the machine was shared, and only ratios mean something, loosely.".format(*load),
-        searches, DAMAGED,
+        shares(found), searches, DAMAGED,
     ]
     return "\n\n".join(p for p in parts if p), figures

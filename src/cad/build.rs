@@ -172,8 +172,15 @@ fn is_point(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> bool {
 
 /// Native range that covers the loops.
 fn range_of(native: &Native<'_>, loops: &[Vec<Side>]) -> Option<[[f64; 2]; 2]> {
-    let (mut low, mut high) = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
+    let ends = loops.iter().flatten().flat_map(|s| [s.start(), s.end()]);
+    let nothing = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
+    let (mut low, mut high) = ends.fold(nothing, |(low, high), p| (low.inf(&p), high.sup(&p)));
     for side in loops.iter().flatten() {
+        // A curve lies within the box of its control points.
+        let inside = |p: &Vec2| low.inf(p) == low && high.sup(p) == high;
+        if side.path.points().iter().all(inside) {
+            continue;
+        }
         let [a, b] = side.path.domain();
         let spans = side.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
         let n = 16 * spans;

@@ -195,7 +195,7 @@ impl Native<'_> {
         let us = along(0, 200);
         let vs = along(1, (MOST_SAMPLES / us.len()).max(8));
         let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| Vec2::new(u, v)));
-        pairs.map(|uv| (uv, whole.point(uv))).collect()
+        pairs.zip(whole.grid(&us, &vs)).collect()
     }
 }
 

@@ -56,9 +56,10 @@ pub(super) struct ParameterCard {
 /// Sorts the lines of `bytes` into sections.
 pub(super) fn split(bytes: &[u8]) -> Cards<'_> {
     let mut cards = Cards { parameters: Vec::with_capacity(bytes.len()), ..Cards::default() };
-    let runs_on = column_65_holds_data(bytes);
+    let lines: Vec<&[u8]> = Lines::new(bytes).collect();
+    let runs_on = column_65_holds_data(&lines);
     let mut section = b' ';
-    for (line, text) in Lines::new(bytes) {
+    for (line, text) in (1..).zip(lines) {
         let lettered = letter(text);
         match lettered {
             Some(found) => section = found,
@@ -109,10 +110,10 @@ fn push_parameter_card(
 }
 
 /// True when column 65 of the parameter cards is more than blanks or the leading zero of a wide pointer.
-fn column_65_holds_data(bytes: &[u8]) -> bool {
-    Lines::new(bytes).any(|(_, text)| {
-        letter(text) == Some(b'P')
-            && text.get(64).is_some_and(|b| !b.is_ascii_whitespace() && *b != b'0')
+fn column_65_holds_data(lines: &[&[u8]]) -> bool {
+    lines.iter().any(|text| {
+        text.get(64).is_some_and(|b| !b.is_ascii_whitespace() && *b != b'0')
+            && letter(text) == Some(b'P')
     })
 }
 
@@ -147,10 +148,9 @@ pub(super) fn number(text: &[u8]) -> u32 {
     }
 }
 
-/// Lines with any ends, or bare 80-byte records, with their numbers from 1.
+/// Lines with any ends, or bare 80-byte records.
 struct Lines<'a> {
     rest: &'a [u8],
-    line: usize,
     /// What is left of a run of bare records.
     records: &'a [u8],
 }
@@ -158,32 +158,48 @@ struct Lines<'a> {
 impl<'a> Lines<'a> {
     fn new(bytes: &'a [u8]) -> Self {
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-        Self { rest: bytes, line: 0, records: &[] }
+        Self { rest: bytes, records: &[] }
     }
 }
 
 impl<'a> Iterator for Lines<'a> {
-    type Item = (usize, &'a [u8]);
+    type Item = &'a [u8];
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.line += 1;
         if !self.records.is_empty() {
             let (record, rest) = self.records.split_at(self.records.len().min(80));
             self.records = rest;
-            return Some((self.line, record));
+            return Some(record);
         }
         if self.rest.is_empty() {
             return None;
         }
-        let end =
-            self.rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(self.rest.len());
-        let (text, rest) = self.rest.split_at(end);
+        let (text, rest) = self.rest.split_at(line_end(self.rest));
         let feed = if rest.starts_with(b"\r\n") { 2 } else { rest.len().min(1) };
         self.rest = &rest[feed..];
         if text.len() > 160 && letter(text).is_some() && letter(&text[80..]).is_some() {
             self.records = &text[80..];
-            return Some((self.line, &text[..80]));
+            return Some(&text[..80]);
         }
-        Some((self.line, text))
+        Some(text)
     }
+}
+
+/// Where the first line feed or carriage return is, or the end: eight bytes at a time.
+fn line_end(bytes: &[u8]) -> usize {
+    const ONES: u64 = u64::from_ne_bytes([1; 8]);
+    const HIGH: u64 = u64::from_ne_bytes([0x80; 8]);
+    // A byte of `x` that is zero leaves its high bit set, and so may one above it, but none without one.
+    let zero = |x: u64| x.wrapping_sub(ONES) & !x & HIGH;
+    let ends = |b: &u8| matches!(b, b'\n' | b'\r');
+    let mut at = 0;
+    for chunk in bytes.as_chunks::<8>().0 {
+        let word = u64::from_ne_bytes(*chunk);
+        let found = zero(word ^ (ONES * u64::from(b'\n'))) | zero(word ^ (ONES * u64::from(b'\r')));
+        if found != 0 {
+            break;
+        }
+        at += 8;
+    }
+    at + bytes[at..].iter().position(ends).unwrap_or(bytes.len() - at)
 }

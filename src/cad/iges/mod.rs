@@ -62,10 +62,12 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
     let mut diagnostics = whole_file(&file);
     diagnostics.extend(file.diagnostics());
     diagnostics.extend(names::passed_over(&file));
-    let mut entities = BTreeMap::new();
+    let mut counts = BTreeMap::new();
     for entry in &file.directory.entries {
-        *entities.entry(format!("{}:{}", entry.kind, entry.form)).or_insert(0) += 1;
+        *counts.entry((entry.kind, entry.form)).or_insert(0) += 1;
     }
+    let named = |((kind, form), count)| (format!("{kind}:{form}"), count);
+    let entities = counts.into_iter().map(named).collect();
     Ok(RawModel {
         unit: file.global.unit.clone(),
         unit_mm,

@@ -1,6 +1,6 @@
 //! Tokens of the global and parameter sections: numbers, Hollerith strings, defaults. Nothing is copied.
 
-use nom::bytes::complete::{tag_no_case, take, take_till, take_while};
+use nom::bytes::complete::{tag_no_case, take};
 use nom::character::complete::digit1;
 use nom::{IResult, Parser};
 
@@ -41,26 +41,37 @@ pub(super) enum Token<'a> {
 /// A Hollerith whose count does not lead to a delimiter is taken to end at the next one.
 pub(super) fn token(input: &[u8], delimiters: Delimiters) -> (&[u8], Token<'_>) {
     let trimmed = input.trim_ascii_start();
-    if trimmed.first().is_some_and(u8::is_ascii_digit)
-        && let Ok((after, text)) = hollerith(trimmed)
-    {
+    if begins_as_hollerith(trimmed) {
+        return text(trimmed, delimiters);
+    }
+    let (rest, word) = until_delimiter(trimmed, delimiters);
+    let word = word.trim_ascii_end();
+    (rest, if word.is_empty() { Token::Blank } else { Token::Word(word) })
+}
+
+/// Digits, and an `H`.
+fn begins_as_hollerith(input: &[u8]) -> bool {
+    let behind = input.iter().find(|b| !b.is_ascii_digit());
+    behind.is_some_and(|b| b.eq_ignore_ascii_case(&b'H')) && input[0].is_ascii_digit()
+}
+
+/// A Hollerith string; with a wrong count it ends at the next delimiter.
+fn text(input: &[u8], delimiters: Delimiters) -> (&[u8], Token<'_>) {
+    if let Ok((after, text)) = hollerith(input) {
         let next = after.trim_ascii_start();
         if next.first().is_none_or(|b| delimiters.ends(*b)) {
             return (next, Token::Text(text));
         }
-        let body = head_after_h(trimmed);
-        let (rest, text) = until_delimiter(body, delimiters);
+        let (rest, text) = until_delimiter(head_after_h(input), delimiters);
         return (rest, Token::Text(text.trim_ascii_end()));
     }
-    let (rest, word) = until_delimiter(trimmed, delimiters);
+    // The count leads past the end of the text.
+    let (rest, word) = until_delimiter(input, delimiters);
     let word = word.trim_ascii_end();
-    if word.is_empty() {
-        return (rest, Token::Blank);
-    }
-    if let Some(body) = broken_hollerith(word) {
-        return (rest, Token::Text(body));
-    }
-    (rest, Token::Word(word))
+    (
+        rest,
+        if begins_as_hollerith(word) { Token::Text(head_after_h(word)) } else { Token::Word(word) },
+    )
 }
 
 /// `nHtext`.
@@ -78,16 +89,10 @@ fn head_after_h(input: &[u8]) -> &[u8] {
     input.get(digits + 1..).unwrap_or_default()
 }
 
-/// Content of a Hollerith whose count leads past the end of the text.
-fn broken_hollerith(word: &[u8]) -> Option<&[u8]> {
-    let digits = word.iter().take_while(|b| b.is_ascii_digit()).count();
-    (digits > 0 && word.get(digits).is_some_and(|b| b.eq_ignore_ascii_case(&b'H')))
-        .then(|| head_after_h(word))
-}
-
 fn until_delimiter(input: &[u8], delimiters: Delimiters) -> (&[u8], &[u8]) {
-    let found: IResult<&[u8], &[u8]> = take_till(|b| delimiters.ends(b))(input);
-    found.unwrap_or((&[], input))
+    let end = input.iter().position(|b| delimiters.ends(*b)).unwrap_or(input.len());
+    let (word, rest) = input.split_at(end);
+    (rest, word)
 }
 
 /// All parameters of a record, up to its record delimiter or the end of `input`. The flag says whether the
@@ -119,14 +124,8 @@ pub(super) fn record(input: &[u8], delimiters: Delimiters) -> (Vec<Token<'_>>, b
 /// A real: integers, a bare point at either end, `E`, `e`, `D` or `d` exponents, blanks inside (a number cut by
 /// the end of a card). `None` for anything else and for what no double can hold.
 pub(super) fn real(word: &[u8]) -> Option<f64> {
-    let plain: IResult<&[u8], &[u8]> =
-        take_while(|b: u8| b.is_ascii_digit() || matches!(b, b'.' | b'-' | b'+' | b'E' | b'e'))(
-            word,
-        );
-    let value = match plain {
-        Ok(([], text)) => parse(text),
-        _ => None,
-    };
+    // What else Rust reads as a number, `inf` and `nan`, is not finite.
+    let value = parse(word).filter(|v| v.is_finite());
     value.or_else(|| spelled(word)).filter(|v| v.is_finite())
 }
 

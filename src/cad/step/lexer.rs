@@ -2,10 +2,11 @@
 
 use nom::branch::alt;
 use nom::bytes::complete::{tag, take_until, take_while, take_while1};
-use nom::character::complete::{char, digit1, one_of};
+use nom::character::complete::char;
 use nom::combinator::{map, map_opt, opt, recognize, value};
+use nom::error::{Error, ErrorKind};
 use nom::multi::many0_count;
-use nom::sequence::{delimited, pair, preceded};
+use nom::sequence::{delimited, preceded};
 use nom::{IResult, Parser};
 
 /// A token; text borrows from the file.
@@ -60,31 +61,45 @@ pub fn blank(input: &[u8]) -> &[u8] {
 
 /// The next token; the error's input is where it broke.
 pub fn token(input: &[u8]) -> IResult<&[u8], Token<'_>> {
-    let first = input.first().copied().unwrap_or(b' ');
+    let Some((&first, rest)) = input.split_first() else { return keyword(input) };
+    let one = |token| Ok((rest, token));
     match first {
-        b'#' => map(preceded(char('#'), map_opt(digit1, whole)), Token::Id).parse(input),
+        b'#' => id(input, rest),
         b'\'' => text(input),
-        b'.' if input.get(1).is_some_and(u8::is_ascii_digit) => number(input),
+        b'.' if rest.first().is_some_and(u8::is_ascii_digit) => number(input),
         b'.' => enumeration(input),
         b'0'..=b'9' | b'+' | b'-' => number(input),
         b'"' => map(delimited(char('"'), take_while(|c| c != b'"'), char('"')), |_| Token::Opaque)
             .parse(input),
         b'<' => map(delimited(char('<'), take_while(|c| c != b'>'), char('>')), |_| Token::Opaque)
             .parse(input),
-        b'$' => value(Token::Missing, char('$')).parse(input),
-        b'*' => value(Token::Derived, char('*')).parse(input),
-        b'(' => value(Token::Open, char('(')).parse(input),
-        b')' => value(Token::Close, char(')')).parse(input),
-        b',' => value(Token::Comma, char(',')).parse(input),
-        b'=' => value(Token::Equals, char('=')).parse(input),
-        b';' => value(Token::Semicolon, char(';')).parse(input),
-        b'&' => value(Token::Ampersand, char('&')).parse(input),
+        b'$' => one(Token::Missing),
+        b'*' => one(Token::Derived),
+        b'(' => one(Token::Open),
+        b')' => one(Token::Close),
+        b',' => one(Token::Comma),
+        b'=' => one(Token::Equals),
+        b';' => one(Token::Semicolon),
+        b'&' => one(Token::Ampersand),
         _ => keyword(input),
     }
 }
 
-fn whole(digits: &[u8]) -> Option<u64> {
-    std::str::from_utf8(digits).ok()?.parse().ok()
+/// How many digits `text` begins with.
+fn digits(text: &[u8]) -> usize {
+    text.iter().take_while(|b| b.is_ascii_digit()).count()
+}
+
+fn broken(input: &[u8]) -> nom::Err<Error<&[u8]>> {
+    nom::Err::Error(Error::new(input, ErrorKind::Digit))
+}
+
+/// The number behind a `#`.
+fn id<'a>(input: &'a [u8], behind: &'a [u8]) -> IResult<&'a [u8], Token<'a>> {
+    let (digits, rest) = behind.split_at(digits(behind));
+    let append = |n: u64, d: &u8| n.checked_mul(10)?.checked_add(u64::from(d - b'0'));
+    let whole = digits.iter().try_fold(0, append).filter(|_| !digits.is_empty());
+    whole.map(|n| (rest, Token::Id(n))).ok_or_else(|| broken(input))
 }
 
 fn name(input: &[u8]) -> IResult<&[u8], &str> {
@@ -107,20 +122,33 @@ fn text(input: &[u8]) -> IResult<&[u8], Token<'_>> {
     map(delimited(char('\''), inside, char('\'')), Token::Text).parse(input)
 }
 
+/// Sign, digits, point and digits, exponent: all of them may be missing, but not the digits of an exponent.
 fn number(input: &[u8]) -> IResult<&[u8], Token<'_>> {
-    let digits = || take_while(|c: u8| c.is_ascii_digit());
-    let exponent = (one_of("eEdD"), opt(one_of("+-")), digit1);
-    let fraction = pair(char('.'), digits());
-    let shape = recognize((opt(one_of("+-")), digits(), opt(fraction), opt(exponent)));
-    map_opt(shape, real).parse(input)
+    let behind = |at: usize| input.get(at..).unwrap_or(&[]);
+    let sign = |at: usize| usize::from(matches!(input.get(at), Some(b'+' | b'-')));
+    let mut end = sign(0);
+    end += digits(behind(end));
+    let mut whole = true;
+    if input.get(end) == Some(&b'.') {
+        whole = false;
+        end += 1 + digits(behind(end + 1));
+    }
+    if matches!(input.get(end), Some(b'e' | b'E' | b'd' | b'D')) {
+        let from = end + 1 + sign(end + 1);
+        let power = digits(behind(from));
+        if power > 0 {
+            (whole, end) = (false, from + power);
+        }
+    }
+    let (text, rest) = input.split_at(end);
+    real(text, whole).map(|token| (rest, token)).ok_or_else(|| broken(input))
 }
 
-/// The value of a number's text; `None` when it is not finite (1E400) or holds no digit.
-fn real(text: &[u8]) -> Option<Token<'static>> {
+/// The value of a number's text, `whole` without point and exponent; `None` when it is not finite (1E400) or holds no
+/// digit.
+fn real(text: &[u8], whole: bool) -> Option<Token<'static>> {
     let text = std::str::from_utf8(text).ok()?;
-    if !text.contains(['.', 'e', 'E', 'd', 'D'])
-        && let Ok(whole) = text.parse()
-    {
+    if whole && let Ok(whole) = text.parse() {
         return Some(Token::Integer(whole));
     }
     let number: f64 = match text.parse() {

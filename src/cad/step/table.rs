@@ -121,7 +121,9 @@ impl<'a> Table<'a> {
 pub fn parse<'a>(bytes: &'a [u8], name: &str) -> Result<Table<'a>, CadError> {
     let start = find(bytes, b"ISO-10303-21").unwrap_or(0);
     let rest = bytes.get(start..).unwrap_or(&[]);
-    let mut parser = Parser { file: name, bytes, rest, table: Table::default(), pending: vec![] };
+    let table = Table::default();
+    let (pending, lists, parts) = (vec![], vec![], vec![]);
+    let mut parser = Parser { file: name, bytes, rest, table, pending, lists, parts };
     parser.expect(|t| matches!(t, Token::Keyword("ISO-10303-21")), "ISO-10303-21;")?;
     parser.expect(|t| *t == Token::Semicolon, "`;`")?;
     while parser.section()? {}
@@ -146,6 +148,10 @@ struct Parser<'a, 'n> {
     table: Table<'a>,
     /// Values of lists that are still open.
     pending: Vec<Value<'a>>,
+    /// Where the values of each open list begin, and the keyword before it.
+    lists: Vec<(usize, Option<&'a str>)>,
+    /// Parts of the instance that is being read.
+    parts: Vec<Part<'a>>,
 }
 
 impl<'a> Parser<'a, '_> {
@@ -212,18 +218,11 @@ impl<'a> Parser<'a, '_> {
 
     fn instance(&mut self, id: u64) -> Result<(), CadError> {
         self.expect(|t| *t == Token::Equals, "`=`")?;
-        let mut parts = vec![];
         match self.next()? {
-            Token::Keyword(keyword) => {
-                self.open()?;
-                parts.push(Part { keyword, values: self.list()? });
-            }
+            Token::Keyword(keyword) => self.part(keyword)?,
             Token::Open => loop {
                 match self.next()? {
-                    Token::Keyword(keyword) => {
-                        self.open()?;
-                        parts.push(Part { keyword, values: self.list()? });
-                    }
+                    Token::Keyword(keyword) => self.part(keyword)?,
                     Token::Close => break,
                     other => return Err(self.unexpected(other, "a keyword or `)`")),
                 }
@@ -232,24 +231,32 @@ impl<'a> Parser<'a, '_> {
         }
         self.semicolon()?;
         let start = position(self.table.parts.len());
-        self.table.parts.append(&mut parts);
+        self.table.parts.append(&mut self.parts);
         let parts = Span { start, end: position(self.table.parts.len()) };
         self.table.instances.push(Instance { id, parts });
         Ok(())
     }
 
+    fn part(&mut self, keyword: &'a str) -> Result<(), CadError> {
+        self.open()?;
+        let values = self.list()?;
+        self.parts.push(Part { keyword, values });
+        Ok(())
+    }
+
     /// Values up to the `)` that closes the list just opened. Nesting lives on a stack of its own.
     fn list(&mut self) -> Result<Span, CadError> {
-        let mut open: Vec<(usize, Option<&'a str>)> = vec![(self.pending.len(), None)];
+        self.lists.clear();
+        self.lists.push((self.pending.len(), None));
         let mut keyword = None;
         let mut after_value = false;
         loop {
             let token = self.next()?;
             let value = match token {
                 Token::Close if keyword.is_none() => {
-                    let Some((start, kind)) = open.pop() else { return Ok(Span::default()) };
+                    let Some((start, kind)) = self.lists.pop() else { return Ok(Span::default()) };
                     let span = self.close(start);
-                    if open.is_empty() {
+                    if self.lists.is_empty() {
                         return Ok(span);
                     }
                     match kind {
@@ -266,11 +273,11 @@ impl<'a> Parser<'a, '_> {
                     continue;
                 }
                 Token::Open if !after_value => {
-                    if open.len() >= DEEPEST_LIST {
+                    if self.lists.len() >= DEEPEST_LIST {
                         let found = format!("lists nested deeper than {DEEPEST_LIST}");
                         return Err(self.fault(&found, "the nesting a schema gives (at most 4)"));
                     }
-                    open.push((self.pending.len(), keyword.take()));
+                    self.lists.push((self.pending.len(), keyword.take()));
                     continue;
                 }
                 _ if after_value || keyword.is_some() => {

@@ -6,6 +6,8 @@ pub(super) const MAX_DEGREE: usize = 25;
 pub(super) const SMALL: usize = 4;
 /// Buffer for degrees up to 9.
 pub(super) const MEDIUM: usize = 10;
+/// Buffer for degrees up to 15.
+pub(super) const WIDE: usize = 16;
 /// Buffer for any degree.
 pub(super) const LARGE: usize = MAX_DEGREE + 1;
 
@@ -38,6 +40,24 @@ pub(super) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
 pub(super) fn basis<const SIZE: usize>(degree: usize, knots: &[f64], t: f64) -> BasisWindow<SIZE> {
     let t = t.clamp(knots[degree], knots[knots.len() - 1 - degree]);
     let k = span(degree, knots, t);
+    // With a constant degree the loops are unrolled.
+    let values = match degree {
+        1 => with_derivatives(1, knots, k, t),
+        2 => with_derivatives(2, knots, k, t),
+        3 => with_derivatives(3, knots, k, t),
+        _ => with_derivatives(degree, knots, k, t),
+    };
+    BasisWindow { first: k - degree, values }
+}
+
+/// Values, first and second derivatives of the functions of `degree` in span k.
+#[inline(always)]
+fn with_derivatives<const SIZE: usize>(
+    degree: usize,
+    knots: &[f64],
+    k: usize,
+    t: f64,
+) -> [[f64; SIZE]; 3] {
     let mut lower = [[0.0; SIZE]; 2];
     let keep = |j: usize, row: &[f64; SIZE]| {
         if j + 1 >= degree {
@@ -53,7 +73,7 @@ pub(super) fn basis<const SIZE: usize>(degree: usize, knots: &[f64], t: f64) -> 
         let first = derive(degree - 1, knots, k, &lower[0]);
         values[2] = derive(degree, knots, k, &first);
     }
-    BasisWindow { first: k - degree, values }
+    values
 }
 
 /// The basis functions alone, the same to the bit as [`basis`] has them: index of the first, and values.
@@ -69,6 +89,7 @@ pub(super) fn basis_values<const SIZE: usize>(
         1 => cox_de_boor(1, knots, k, t, |_, _| {}),
         2 => cox_de_boor(2, knots, k, t, |_, _| {}),
         3 => cox_de_boor(3, knots, k, t, |_, _| {}),
+        5 if SIZE > 5 => cox_de_boor(5, knots, k, t, |_, _| {}),
         _ => cox_de_boor(degree, knots, k, t, |_, _| {}),
     };
     (k - degree, row)
@@ -102,16 +123,17 @@ fn cox_de_boor<const SIZE: usize>(
 
 /// `p (f_i / (t_{i+p} - t_i) - f_{i+1} / (t_{i+p+1} - t_{i+1}))`: turns (derivatives of) the functions of degree
 /// p - 1 into the next derivatives of those of degree p, all in span k.
+#[inline(always)]
 fn derive<const SIZE: usize>(
     p: usize,
     knots: &[f64],
     k: usize,
     lower: &[f64; SIZE],
 ) -> [f64; SIZE] {
+    let near = &knots[k + 1 - p..k + 1 + p];
     let mut out = [0.0; SIZE];
     for r in 0..p {
-        let i = k - p + r;
-        let share = p as f64 * lower[r] / (knots[i + p + 1] - knots[i + 1]);
+        let share = p as f64 * lower[r] / (near[p + r] - near[r]);
         out[r] -= share;
         out[r + 1] += share;
     }

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::NurbsError;
-use super::basis::{LARGE, MEDIUM, SMALL, basis, basis_values};
+use super::basis::{LARGE, MEDIUM, SMALL, WIDE, basis, basis_values};
 use super::net::{Net, check_knots, check_weights};
 use crate::geometry::Affine;
 
@@ -96,6 +96,7 @@ impl<const D: usize> Curve<D> {
         match self.degree {
             0..SMALL => self.point_sized::<SMALL>(t),
             SMALL..MEDIUM => self.point_sized::<MEDIUM>(t),
+            MEDIUM..WIDE => self.point_sized::<WIDE>(t),
             _ => self.point_sized::<LARGE>(t),
         }
     }
@@ -117,6 +118,7 @@ impl<const D: usize> Curve<D> {
         match self.degree {
             0..SMALL => self.derivs_sized::<SMALL>(t),
             SMALL..MEDIUM => self.derivs_sized::<MEDIUM>(t),
+            MEDIUM..WIDE => self.derivs_sized::<WIDE>(t),
             _ => self.derivs_sized::<LARGE>(t),
         }
     }

@@ -36,7 +36,8 @@ impl<const D: usize> Curve<D> {
             let mut stack: Vec<Interval<D>> = vec![Interval::new(w[0], w[1])];
             while let Some(whole) = stack.pop() {
                 let (a, b) = (whole.from, whole.to);
-                let piece = interpolate(&|t| f(t, whole.about(t)), basis, a, b);
+                let known = [points.last().copied(), whole.end()];
+                let piece = interpolate(&|t| f(t, whole.about(t)), basis, [a, b], known);
                 let off = error(&f, &piece, a, b);
                 if whole.depth < DEPTH && off > tolerance && off <= 0.5 * whole.above[2] {
                     stack.extend(whole.halves(piece, off));
@@ -63,7 +64,7 @@ impl<const D: usize> Curve<D> {
     /// The polynomial of degree 5 on `[a, b]` through `f` at [`Curve::nodes_between`].
     #[must_use]
     pub fn through(f: &dyn Fn(f64) -> SVector<f64, D>, a: f64, b: f64) -> Self {
-        let points = interpolate(&|t| f(t), Basis::get(), a, b);
+        let points = interpolate(&|t| f(t), Basis::get(), [a, b], [None; 2]);
         Self::bezier(points.to_vec(), a, b)
     }
 
@@ -131,6 +132,12 @@ impl<const D: usize> Interval<D> {
         })
     }
 
+    /// The value at its end, where the interval around it ends there as well.
+    fn end(&self) -> Option<SVector<f64, D>> {
+        let (piece, _, b) = self.parent.as_ref()?;
+        (*b == self.to).then_some(piece[DEGREE])
+    }
+
     /// The value at `t` by the piece over the interval around it.
     fn about(&self, t: f64) -> Option<SVector<f64, D>> {
         let (piece, a, b) = self.parent.as_ref()?;
@@ -170,14 +177,18 @@ impl Basis {
     }
 }
 
-/// Bezier points of the polynomial through f at the nodes of `[a, b]`.
+/// Bezier points of the polynomial through f at the nodes of `[a, b]`; values at the ends may be known.
 fn interpolate<const D: usize>(
     f: &impl Fn(f64) -> SVector<f64, D>,
     basis: &Basis,
-    a: f64,
-    b: f64,
+    [a, b]: [f64; 2],
+    [start, end]: [Option<SVector<f64, D>>; 2],
 ) -> [SVector<f64, D>; DEGREE + 1] {
-    let values = basis.nodes.map(|t| if t >= 1.0 { f(b) } else { f(a + (b - a) * t) });
+    let values = std::array::from_fn(|k| match k {
+        0 => start.unwrap_or_else(|| f(a)),
+        DEGREE => end.unwrap_or_else(|| f(b)),
+        _ => f(a + (b - a) * basis.nodes[k]),
+    });
     controls(&values, &basis.inverse)
 }
 

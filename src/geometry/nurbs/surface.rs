@@ -3,7 +3,7 @@
 use nalgebra::Vector4;
 
 use super::NurbsError;
-use super::basis::{BasisWindow, LARGE, MEDIUM, SMALL, basis, basis_values};
+use super::basis::{BasisWindow, LARGE, MEDIUM, SMALL, WIDE, basis, basis_values};
 use super::curve::{Curve2, Curve3};
 use super::net::{Net, check_knots, check_weights};
 use crate::geometry::frame::unit;
@@ -102,6 +102,7 @@ impl Surface {
         match self.degrees[0].max(self.degrees[1]) {
             0..SMALL => self.point_sized::<SMALL>(uv),
             SMALL..MEDIUM => self.point_sized::<MEDIUM>(uv),
+            MEDIUM..WIDE => self.point_sized::<WIDE>(uv),
             _ => self.point_sized::<LARGE>(uv),
         }
     }
@@ -124,12 +125,52 @@ impl Surface {
         sum.xyz() / sum.w
     }
 
+    /// Points at all pairs of `us` and `vs`, v running fastest, to the bit those of [`Surface::point`]: along each row
+    /// of control points once for every v.
+    #[must_use]
+    pub fn grid(&self, us: &[f64], vs: &[f64]) -> Vec<Vec3> {
+        match self.degrees[0].max(self.degrees[1]) {
+            0..SMALL => self.grid_sized::<SMALL>(us, vs),
+            SMALL..MEDIUM => self.grid_sized::<MEDIUM>(us, vs),
+            MEDIUM..WIDE => self.grid_sized::<WIDE>(us, vs),
+            _ => self.grid_sized::<LARGE>(us, vs),
+        }
+    }
+
+    fn grid_sized<const N: usize>(&self, us: &[f64], vs: &[f64]) -> Vec<Vec3> {
+        let [count_u, count_v] = self.count();
+        let mut rows = Vec::with_capacity(count_u * vs.len());
+        let along_v = vs.iter().map(|&v| basis_values::<N>(self.degrees[1], &self.knots[1], v));
+        let along_v: Vec<(usize, [f64; N])> = along_v.collect();
+        for i in 0..count_u {
+            for (first, values) in &along_v {
+                let from = i * count_v + first;
+                let to = from + self.degrees[1] + 1;
+                let row = self.points[from..to].iter().zip(&self.weights[from..to]);
+                let one = row.zip(values).map(|((p, &w), c)| (p * w).push(w) * *c);
+                rows.push(one.fold(Vector4::zeros(), |sum, h| sum + h));
+            }
+        }
+        let mut points = Vec::with_capacity(us.len() * vs.len());
+        for &u in us {
+            let (first, values) = basis_values::<N>(self.degrees[0], &self.knots[0], u);
+            for j in 0..vs.len() {
+                let at = |i: usize| rows[(first + i) * vs.len() + j];
+                let used = values.iter().enumerate().take(self.degrees[0] + 1);
+                let sum = used.fold(Vector4::zeros(), |sum, (i, b)| sum + at(i) * *b);
+                points.push(sum.xyz() / sum.w);
+            }
+        }
+        points
+    }
+
     /// Point and derivatives at `uv` (clamped to the domain). No allocation.
     #[must_use]
     pub fn derivs(&self, uv: Vec2) -> SurfaceDerivs {
         match self.degrees[0].max(self.degrees[1]) {
             0..SMALL => self.derivs_sized::<SMALL>(uv),
             SMALL..MEDIUM => self.derivs_sized::<MEDIUM>(uv),
+            MEDIUM..WIDE => self.derivs_sized::<WIDE>(uv),
             _ => self.derivs_sized::<LARGE>(uv),
         }
     }

@@ -65,6 +65,17 @@ fn points_are_those_of_the_derivatives_to_the_bit() {
 }
 
 #[test]
+fn points_of_a_grid_are_the_single_points_to_the_bit() {
+    for seed in 0..5 {
+        let s = random_surface(seed);
+        let (us, vs) = ([0.0, 0.1, 0.4, 0.65, 1.0], [-1.0, 0.5, 0.7, 2.0]);
+        let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| Vec2::new(u, v)));
+        let single: Vec<Vec3> = pairs.map(|uv| s.point(uv)).collect();
+        assert_eq!(s.grid(&us, &vs), single);
+    }
+}
+
+#[test]
 fn lines_of_one_parameter_are_exact() {
     let s = random_surface(7);
     for (a, b) in [([0.2, -0.5], [0.2, 1.7]), ([0.9, 0.3], [0.1, 0.3]), ([0.0, -1.0], [1.0, -1.0])]

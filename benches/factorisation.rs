@@ -68,7 +68,7 @@ fn factorisation(c: &mut Criterion) {
     group.bench_function("solve 62x62x2", |b| {
         b.iter(|| {
             let mut x = rhs.clone();
-            plan.solve(&factors, &mut x);
+            plan.solve(&factors, &mut [&mut x]);
             x
         });
     });

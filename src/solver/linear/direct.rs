@@ -37,7 +37,7 @@ impl LinearSolver for MultifrontalLu {
             .map_err(|e| LinearError::Singular { unknown: e.unknown })
     }
 
-    fn solve(&self, rhs: &mut [f64]) {
+    fn solve(&self, rhs: &mut [&mut [f64]]) {
         self.plan.solve(&self.factors, rhs);
     }
 
@@ -85,10 +85,11 @@ impl LinearSolver for SparseLu {
         Ok(())
     }
 
-    fn solve(&self, rhs: &mut [f64]) {
-        let n = rhs.len();
-        if let Some(factors) = &self.factors {
-            let view = MatMut::from_column_major_slice_mut(rhs, n, 1);
+    fn solve(&self, rhs: &mut [&mut [f64]]) {
+        let Some(factors) = &self.factors else { return };
+        for one in rhs {
+            let n = one.len();
+            let view = MatMut::from_column_major_slice_mut(one, n, 1);
             factors.solve_transpose_in_place_with_conj(Conj::No, view);
         }
     }

@@ -70,8 +70,8 @@ pub trait LinearSolver: Send + Sync {
         self.factor(values)
     }
 
-    /// Solves in place with the last factors.
-    fn solve(&self, rhs: &mut [f64]);
+    /// Solves in place for every right-hand side with the last factors.
+    fn solve(&self, rhs: &mut [&mut [f64]]);
 
     /// The rows `rows` of the columns `columns` of the inverse, column by column, with the last factors; `None` where
     /// that would cost nearly as much as factors of a changed matrix, or cannot be done.

@@ -139,8 +139,8 @@ impl CheckedSolver {
         factored?;
         let start = Instant::now();
         let solver = self.solvers[k].as_ref();
-        let solve = |_: usize, x: &mut [f64]| solver.solve(x);
-        let solved = self.refined_all(values, rhs, given, [&solve, &solve]);
+        let solve = |x: &mut [&mut [f64]]| solver.solve(x);
+        let solved = self.refined(values, rhs, given, [&solve, &solve]);
         self.known = given.iter().cloned().zip(rhs.iter().cloned()).collect();
         self.solve_s += start.elapsed().as_secs_f64();
         solved
@@ -164,12 +164,9 @@ impl CheckedSolver {
         if self.factored
             && let Some(update) = Update::new(solver, &self.pattern, changed)
         {
-            let again = |x: &mut [f64]| update.solve(solver, x);
-            let first = |k: usize, x: &mut [f64]| match self.known.get(k) {
-                Some((b, known)) => update.solve_from(solver, x, (b, known)),
-                None => again(x),
-            };
-            let solved = self.refined_all(values, rhs, &given, [&first, &|_, x| again(x)]);
+            let first = |x: &mut [&mut [f64]]| update.solve(solver, x, &self.known);
+            let next = |x: &mut [&mut [f64]]| update.solve(solver, x, &[]);
+            let solved = self.refined(values, rhs, &given, [&first, &next]);
             if solved.is_ok() {
                 self.updates += 1;
                 self.solve_s += start.elapsed().as_secs_f64();
@@ -181,75 +178,94 @@ impl CheckedSolver {
         self.solve(values, rhs)
     }
 
-    /// Right-hand sides at the same time, each on its own.
-    fn refined_all(
+    /// Solves for all right-hand sides together, looks at what is left of each, and solves again for those of which it is
+    /// too much.
+    fn refined(
         &self,
         values: &[f64],
         rhs: &mut [Vec<f64>],
         given: &[Vec<f64>],
         [first, next]: [&Solve<'_>; 2],
     ) -> Result<(), LinearError> {
-        let each = rhs.par_iter_mut().zip(given).enumerate();
-        let done: Vec<_> = each
-            .map(|(k, (x, b))| self.refined(values, x, b, [&|x| first(k, x), &|x| next(k, x)]))
-            .collect();
-        done.into_iter().collect()
-    }
-
-    fn refined(
-        &self,
-        values: &[f64],
-        x: &mut [f64],
-        b: &[f64],
-        [first, next]: [SolveOne<'_>; 2],
-    ) -> Result<(), LinearError> {
-        let size = norm(b);
-        if size == 0.0 {
-            x.fill(0.0);
-            return Ok(());
-        }
-        first(x);
-        let mut left = f64::INFINITY;
+        first(&mut rhs.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
+        let mut left = vec![f64::INFINITY; rhs.len()];
+        let mut open: Vec<usize> = (0..rhs.len()).collect();
         for _ in 0..6 {
-            let mut residual = self.pattern.residual(values, x, b);
-            let now = norm(&residual) / size;
-            if now <= WANTED {
-                return Ok(());
+            let pairs: Vec<_> = open.iter().map(|&k| [&rhs[k][..], &given[k][..]]).collect();
+            let mut again = Vec::new();
+            for (&k, residual) in open.iter().zip(self.pattern.residuals(values, &pairs)) {
+                let now = norm(&residual) / norm(&given[k]).max(f64::MIN_POSITIVE);
+                let wrong = now.is_nan() || now >= 0.5 * left[k];
+                left[k] = if wrong { left[k].min(now) } else { now };
+                if !wrong && now > WANTED {
+                    again.push((k, residual));
+                }
             }
-            if now.is_nan() || now >= 0.5 * left {
-                left = left.min(now);
+            open = again.iter().map(|&(k, _)| k).collect();
+            if open.is_empty() {
                 break;
             }
-            left = now;
-            next(&mut residual);
-            x.iter_mut().zip(&residual).for_each(|(x, d)| *x += d);
+            next(&mut again.iter_mut().map(|(_, d)| d.as_mut_slice()).collect::<Vec<_>>());
+            for (k, d) in again {
+                rhs[k].iter_mut().zip(&d).for_each(|(x, d)| *x += d);
+            }
         }
-        if left <= ALLOWED {
-            return Ok(());
+        match left.into_iter().find(|left| left.is_nan() || *left > ALLOWED) {
+            None => Ok(()),
+            Some(relative) => Err(LinearError::Inaccurate { relative, allowed: ALLOWED }),
         }
-        Err(LinearError::Inaccurate { relative: left, allowed: ALLOWED })
     }
 }
 
-/// Solves in place.
-type SolveOne<'a> = &'a dyn Fn(&mut [f64]);
-
-/// Solves in place for the right-hand side of this number.
-type Solve<'a> = dyn Fn(usize, &mut [f64]) + Sync + 'a;
+/// Solves in place for every right-hand side.
+type Solve<'a> = dyn Fn(&mut [&mut [f64]]) + 'a;
 
 fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 impl Pattern {
-    /// `b - A x` for the matrix with these values.
+    /// `b - A x` for the matrix with these values and every pair `[x, b]`.
     #[must_use]
-    pub fn residual(&self, values: &[f64], x: &[f64], b: &[f64]) -> Vec<f64> {
-        let row = |r: usize| {
-            let range = self.row_ptr[r]..self.row_ptr[r + 1];
-            let dot: f64 = range.map(|q| values[q] * x[self.col_idx[q]]).sum();
-            b[r] - dot
-        };
-        (0..self.dim()).into_par_iter().with_min_len(2048).map(row).collect()
+    pub fn residuals(&self, values: &[f64], pairs: &[[&[f64]; 2]]) -> Vec<Vec<f64>> {
+        match pairs {
+            [] => Vec::new(),
+            [one] => self.residuals_of(values, [one]).into(),
+            [one, two] => self.residuals_of(values, [one, two]).into(),
+            [one, two, rest @ ..] => {
+                let mut out: Vec<_> = self.residuals_of(values, [one, two]).into();
+                out.extend(self.residuals(values, rest));
+                out
+            }
+        }
+    }
+
+    /// The same of `R` pairs in one pass over the matrix.
+    fn residuals_of<const R: usize>(
+        &self,
+        values: &[f64],
+        pairs: [&[&[f64]; 2]; R],
+    ) -> [Vec<f64>; R] {
+        const ROWS: usize = 2048;
+        let mut out = pairs.map(|[_, b]| b.to_vec());
+        let mut chunks: Vec<[&mut [f64]; R]> = Vec::new();
+        let mut parts = out.each_mut().map(|out| out.chunks_mut(ROWS));
+        for _ in 0..self.dim().div_ceil(ROWS) {
+            chunks.push(parts.each_mut().map(|part| part.next().unwrap_or_default()));
+        }
+        chunks.into_par_iter().enumerate().for_each(|(chunk, mut out)| {
+            for i in 0..out.first().map_or(0, |out| out.len()) {
+                let row = chunk * ROWS + i;
+                let mut sums = [0.0; R];
+                let range = self.row_ptr[row]..self.row_ptr[row + 1];
+                for (value, &column) in values[range.clone()].iter().zip(&self.col_idx[range]) {
+                    for (sum, [x, _]) in sums.iter_mut().zip(pairs) {
+                        *sum += value * x[column];
+                    }
+                }
+                out.iter_mut().zip(sums).for_each(|(out, sum)| out[i] -= sum);
+            }
+        });
+        out
     }
 }

@@ -54,32 +54,44 @@ impl<'a> Update<'a> {
         small.is_invertible().then_some(Self { pattern, changed, by_changes, small })
     }
 
-    /// Solves in place.
-    pub(super) fn solve(&self, solver: &dyn LinearSolver, x: &mut [f64]) {
-        let mut y = x.to_vec();
-        solver.solve(&mut y);
-        let met = self.meet(&y);
-        self.finish(solver, met, x);
-    }
-
-    /// Solves in place with half the work where the right-hand side `given` and solution `known` of the matrix in the
-    /// factors differ from the present one in changed rows only.
-    pub(super) fn solve_from(
+    /// Solves in place. `known`: right-hand sides and solutions of the matrix in the factors, by number; where the present
+    /// right-hand side differs from the known one in changed rows only, half the work is done.
+    pub(super) fn solve(
         &self,
         solver: &dyn LinearSolver,
-        x: &mut [f64],
-        (given, known): (&[f64], &[f64]),
+        rhs: &mut [&mut [f64]],
+        known: &[(Vec<f64>, Vec<f64>)],
     ) {
+        let mut met: Vec<Option<DVector<f64>>> =
+            rhs.iter().enumerate().map(|(k, x)| self.met_before(x, known.get(k)?)).collect();
+        let unknown = || rhs.iter().zip(&met).filter(|(_, met)| met.is_none());
+        let mut first: Vec<Vec<f64>> = unknown().map(|(x, _)| x.to_vec()).collect();
+        if !first.is_empty() {
+            solver.solve(&mut first.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
+        }
+        for (met, y) in met.iter_mut().filter(|met| met.is_none()).zip(&first) {
+            *met = Some(self.meet(y));
+        }
+        for (x, met) in rhs.iter_mut().zip(met.iter().flatten()) {
+            let met = Some(met).filter(|met| !met.is_empty());
+            if let Some(m) = met.and_then(|met| self.small.solve(met)) {
+                self.changed.rows.iter().zip(m.iter()).for_each(|(&row, m)| x[row] -= m);
+            }
+        }
+        solver.solve(rhs);
+    }
+
+    /// `D A^-1 x` from what is known, if it can be told.
+    fn met_before(&self, x: &[f64], known: &(Vec<f64>, Vec<f64>)) -> Option<DVector<f64>> {
+        let (given, known) = known;
         let change = |&row: &usize| x[row] - given[row];
         let changes: Vec<f64> = self.changed.rows.iter().map(change).collect();
         let changed = x.iter().zip(given).filter(|(x, g)| x != g).count();
         if changed > changes.iter().filter(|c| **c != 0.0).count() {
-            return self.solve(solver, x);
+            return None;
         }
         // D A^-1 b = D known + D Z changes
-        let changes = DVector::from_vec(changes);
-        let met = self.meet(known) + &self.by_changes * changes;
-        self.finish(solver, met, x);
+        Some(self.meet(known) + &self.by_changes * DVector::from_vec(changes))
     }
 
     /// `D y`.
@@ -90,15 +102,6 @@ impl<'a> Update<'a> {
             columns.zip(added).map(|(&c, d)| d * y[c]).sum()
         });
         DVector::from_iterator(self.changed.rows.len(), met)
-    }
-
-    fn finish(&self, solver: &dyn LinearSolver, met: DVector<f64>, x: &mut [f64]) {
-        if !met.is_empty()
-            && let Some(m) = self.small.solve(&met)
-        {
-            self.changed.rows.iter().zip(m.iter()).for_each(|(&row, m)| x[row] -= m);
-        }
-        solver.solve(x);
     }
 }
 
@@ -172,7 +175,7 @@ mod tests {
         solver.solve(&values, &mut [b.clone()]).unwrap();
         let mut x = [b.clone()];
         solver.solve_changed(&values, &ChangedRows::default(), &mut x).unwrap();
-        assert!(pattern.residual(&values, &x[0], &b).iter().all(|r| r.abs() < 1e-10));
+        assert!(pattern.residuals(&values, &[[&x[0], &b]])[0].iter().all(|r| r.abs() < 1e-10));
         let rows = vec![3, 4, 777, 1000];
         let changed = change(&pattern, &mut values, rows.clone());
         // Right-hand sides that change with the rows, and everywhere.
@@ -182,7 +185,7 @@ mod tests {
         for given in [b, near, far] {
             let mut x = [given.clone()];
             solver.solve_changed(&values, &changed, &mut x).unwrap();
-            let left = pattern.residual(&values, &x[0], &given);
+            let left = &pattern.residuals(&values, &[[&x[0], &given]])[0];
             assert!(left.iter().all(|r| r.abs() < 1e-10));
         }
         assert_eq!((solver.factorisations, solver.updates), (1, 4));
@@ -201,7 +204,7 @@ mod tests {
         let mut x = [b.clone()];
         solver.solve_changed(&values, &changed, &mut x).unwrap();
         assert_eq!((solver.factorisations, solver.updates), (2, 0), "too many rows");
-        let left = pattern.residual(&values, &x[0], &b);
+        let left = &pattern.residuals(&values, &[[&x[0], &b]])[0];
         assert!(left.iter().all(|r| r.abs() < 1e-10));
     }
 }

@@ -6,15 +6,16 @@
 //! sheet at least); whoever calls checks the residual and refines.
 
 mod entries;
+mod inverse;
 mod numeric;
 mod order;
-mod solve;
+mod substitute;
 mod supernodes;
 mod symbolic;
 mod symmetric;
 
+pub use inverse::InverseBlock;
 pub use numeric::{Factors, Singular};
-pub use solve::InverseBlock;
 pub use symbolic::{PatternError, PatternRef, Symbolic};
 
 #[cfg(test)]

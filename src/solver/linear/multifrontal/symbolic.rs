@@ -26,6 +26,10 @@ pub(super) struct Front {
     pub rows: Vec<u32>,
     /// Fronts whose contributions are added here, rising.
     pub children: Vec<u32>,
+    /// The front that this one's contribution is added to; of a root any.
+    pub parent: u32,
+    /// Start of its pivots and the unknowns below among those of all fronts.
+    pub local: usize,
     /// How this front's contribution lands in its parent.
     pub runs: Vec<Run>,
     /// Start in the factor storage.
@@ -76,6 +80,8 @@ pub struct Symbolic {
     pub(super) entry_value: Vec<u32>,
     /// Where it goes in its front's storage.
     pub(super) entry_place: Vec<u32>,
+    /// Pivots and unknowns below of all fronts.
+    pub(super) locals: usize,
     /// Length of the factor storage.
     pub(super) storage: usize,
     /// Length of the workspace.
@@ -176,6 +182,8 @@ impl Symbolic {
                 return Err(PatternError("a front holds more than 2^32 numbers"));
             }
             front.children.clone_from(&node.children);
+            front.local = plan.locals;
+            plan.locals += front.pivots + front.below;
             front.storage = plan.storage;
             // Fronts begin on cache lines: faster, and the kernels see the same alignment every time.
             plan.storage += front.storage_len().next_multiple_of(8);
@@ -200,6 +208,7 @@ impl Symbolic {
             for &c in &children {
                 let runs = runs_into(&self.fronts[c as usize], &self.fronts[i]);
                 self.fronts[c as usize].runs = runs;
+                self.fronts[c as usize].parent = i as u32;
             }
             self.fronts[i].children = children;
         }

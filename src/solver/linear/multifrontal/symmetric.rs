@@ -108,8 +108,17 @@ fn update(l21: MatRef<'_, f64>, contribution: &mut [f64], side_by_side: bool) {
 }
 
 impl Symbolic {
-    /// Forward and backward substitution with LL^T, in the plan's numbering.
-    pub(super) fn substitute_symmetric(&self, factors: &Factors, y: &mut [f64], work: &mut [f64]) {
+    /// Solves in place with LL^T for a right-hand side in the pattern's numbering.
+    pub(super) fn solve_symmetric(&self, factors: &Factors, rhs: &mut [f64]) {
+        let mut y: Vec<f64> = self.old_of_new.iter().map(|&old| rhs[old as usize]).collect();
+        let tallest = self.fronts.iter().map(|f| f.pivots + f.below).max().unwrap_or(0);
+        self.substitute_symmetric(factors, &mut y, &mut vec![0.0; tallest]);
+        for (&old, value) in self.old_of_new.iter().zip(&y) {
+            rhs[old as usize] = *value;
+        }
+    }
+
+    fn substitute_symmetric(&self, factors: &Factors, y: &mut [f64], work: &mut [f64]) {
         for front in &self.fronts {
             let (np, height) = (front.pivots, front.pivots + front.below);
             let panel = &factors.storage()[front.storage..front.storage + front.panel_len()];
@@ -119,7 +128,7 @@ impl Symbolic {
             for (j, column) in panel.chunks_exact(height).enumerate() {
                 let (head, tail) = w.split_at_mut(j + 1);
                 head[j] /= column[j];
-                super::solve::subtract(tail, &column[j + 1..], head[j]);
+                subtract(tail, &column[j + 1..], head[j]);
             }
             y[front.first..front.first + np].copy_from_slice(&w[..np]);
             for (&row, value) in front.rows.iter().zip(&w[np..]) {
@@ -139,6 +148,13 @@ impl Symbolic {
             }
             y[front.first..front.first + np].copy_from_slice(&w[..np]);
         }
+    }
+}
+
+#[inline]
+fn subtract(to: &mut [f64], column: &[f64], by: f64) {
+    for (t, c) in to.iter_mut().zip(column) {
+        *t -= by * c;
     }
 }
 

@@ -65,7 +65,7 @@ impl Matrix {
         let (plan, mut factors) = (self.plan(), Factors::default());
         plan.factor(&self.values, &mut factors).unwrap();
         let mut x = rhs.clone();
-        plan.solve(&factors, &mut x);
+        plan.solve(&factors, &mut [&mut x]);
         let worst = self.times(&x).iter().zip(&rhs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         worst / rhs.iter().fold(0.0, |m: f64, v| m.max(v.abs()))
     }
@@ -98,7 +98,7 @@ fn factors_have_the_same_bits_for_any_number_of_threads_and_when_reused() {
             plan.factor(&others, &mut factors).unwrap();
             plan.factor(&m.values, &mut factors).unwrap();
             let mut x: Vec<f64> = (0..m.block.len()).map(|i| i as f64).collect();
-            plan.solve(&factors, &mut x);
+            plan.solve(&factors, &mut [&mut x]);
             x
         })
     };
@@ -140,7 +140,7 @@ fn symmetric_factors_solve_as_well_with_the_same_bits_for_any_number_of_threads(
                 plan.factor(&m.values, &mut factors).unwrap();
                 plan.factor_symmetric(&m.values, &mut factors).unwrap();
                 let mut x = rhs.clone();
-                plan.solve(&factors, &mut x);
+                plan.solve(&factors, &mut [&mut x]);
                 x
             })
         };
@@ -225,7 +225,7 @@ fn a_block_of_the_inverse_is_that_of_whole_solutions() {
     for (column, found) in columns.iter().zip(found.chunks_exact(rows.len())) {
         let mut x = vec![0.0; n];
         x[*column] = 1.0;
-        plan.solve(&factors, &mut x);
+        plan.solve(&factors, &mut [&mut x]);
         for (&row, found) in rows.iter().zip(found) {
             assert!((found - x[row]).abs() < 1e-14, "{found} {}", x[row]);
         }

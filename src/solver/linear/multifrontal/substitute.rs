@@ -1,0 +1,317 @@
+//! Forward and backward substitution with LU for one or two right-hand sides that share every pass over the factors,
+//! which is what the time goes into. Subtrees are worked on side by side: every front keeps its part of the solution
+//! in a place of its own, and parents add up their children's parts in a fixed order.
+
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+use super::numeric::{Factors, Kind};
+use super::symbolic::{Front, Symbolic};
+
+/// Columns of the factors worked on together.
+const COLUMNS: usize = 4;
+
+impl Symbolic {
+    /// Solves in place for right-hand sides in the pattern's numbering.
+    pub fn solve(&self, factors: &Factors, rhs: &mut [&mut [f64]]) {
+        if factors.kind == Kind::Symmetric {
+            rhs.iter_mut().for_each(|one| self.solve_symmetric(factors, one));
+            return;
+        }
+        for pair in rhs.chunks_mut(2) {
+            match pair {
+                [one] => self.substitute(factors, [&mut **one]),
+                [one, two] => self.substitute(factors, [&mut **one, &mut **two]),
+                _ => {}
+            }
+        }
+    }
+
+    fn substitute<const R: usize>(&self, factors: &Factors, rhs: [&mut [f64]; R]) {
+        let pass = Pass::<R> { plan: self, factors, rhs: rhs.each_ref().map(|one| &**one) };
+        let mut locals = vec![0.0; R * self.locals];
+        let mut rest = &mut locals[..];
+        for &root in &self.roots {
+            let own;
+            (own, rest) = rest.split_at_mut(pass.len(root as usize));
+            pass.forward(root as usize, own);
+            pass.backward(root as usize, own, &[]);
+        }
+        for (r, rhs) in rhs.into_iter().enumerate() {
+            for front in &self.fronts {
+                let old = &self.old_of_new[front.first..front.first + front.pivots];
+                let start = R * front.local + r * (front.pivots + front.below);
+                old.iter().zip(&locals[start..]).for_each(|(&old, x)| rhs[old as usize] = *x);
+            }
+        }
+    }
+}
+
+/// One solve. A front's local numbers are, for one right-hand side after the other, its pivots and the unknowns below.
+struct Pass<'a, const R: usize> {
+    plan: &'a Symbolic,
+    factors: &'a Factors,
+    rhs: [&'a [f64]; R],
+}
+
+impl<const R: usize> Pass<'_, R> {
+    fn front(&self, i: usize) -> &Front {
+        &self.plan.fronts[i]
+    }
+
+    /// Where the local numbers of a subtree begin.
+    fn base(&self, root: usize) -> usize {
+        R * self.front(self.front(root).subtree).local
+    }
+
+    /// Local numbers of a subtree.
+    fn len(&self, root: usize) -> usize {
+        let front = self.front(root);
+        R * (front.local + front.pivots + front.below) - self.base(root)
+    }
+
+    /// Cuts the local numbers of the children off those of a subtree.
+    fn children<'l>(&self, root: usize, locals: &'l mut [f64]) -> Vec<(usize, &'l mut [f64])> {
+        let mut rest = locals;
+        let mut out = Vec::new();
+        for &child in &self.front(root).children {
+            let own;
+            (own, rest) = rest.split_at_mut(self.len(child as usize));
+            out.push((child as usize, own));
+        }
+        out
+    }
+
+    fn forward(&self, root: usize, locals: &mut [f64]) {
+        let front = self.front(root);
+        let base = self.base(root);
+        if front.forks {
+            let children = self.children(root, locals);
+            if front.parallel {
+                children.into_par_iter().for_each(|(child, own)| self.forward(child, own));
+            } else {
+                children.into_iter().for_each(|(child, own)| self.forward(child, own));
+            }
+            self.forward_front(root, locals, base);
+        } else {
+            (front.subtree..=root).for_each(|i| self.forward_front(i, locals, base));
+        }
+    }
+
+    /// `L^-1 P` of a front's right-hand side and its children's contributions.
+    fn forward_front(&self, i: usize, locals: &mut [f64], base: usize) {
+        let front = self.front(i);
+        let (np, height) = (front.pivots, front.pivots + front.below);
+        let (before, own) = locals.split_at_mut(R * front.local - base);
+        let own = &mut own[..R * height];
+        let old = &self.plan.old_of_new[front.first..front.first + np];
+        for (own, rhs) in own.chunks_exact_mut(height).zip(self.rhs) {
+            own.iter_mut().zip(old).for_each(|(own, &old)| *own = rhs[old as usize]);
+            own[np..].fill(0.0);
+        }
+        for &child in &front.children {
+            let child = self.front(child as usize);
+            let from = &before[R * child.local - base..];
+            let parts = from.chunks_exact(child.pivots + child.below);
+            for (own, part) in own.chunks_exact_mut(height).zip(parts) {
+                for run in &child.runs {
+                    let part = &part[child.pivots + run.child as usize..];
+                    super::numeric::add(&mut own[run.parent as usize..], part, run.len);
+                }
+            }
+        }
+        let pivot = &self.factors.pivot[front.first..front.first + np];
+        if pivot.iter().enumerate().any(|(k, &p)| k != p as usize) {
+            for own in own.chunks_exact_mut(height) {
+                let straight = own[..np].to_vec();
+                own.iter_mut().zip(pivot).for_each(|(own, &p)| *own = straight[p as usize]);
+            }
+        }
+        let panel = &self.factors.storage()[front.storage..front.storage + front.panel_len()];
+        Arch::new().dispatch(Lower::<R> { panel, pivots: np, own });
+    }
+
+    /// `parent`: the local numbers of the root's parent.
+    fn backward(&self, root: usize, locals: &mut [f64], parent: &[f64]) {
+        let front = self.front(root);
+        let base = self.base(root);
+        let (before, own) = locals.split_at_mut(R * front.local - base);
+        self.backward_front(root, own, parent);
+        let own = &*own;
+        if front.forks {
+            let children = self.children(root, before);
+            if front.parallel {
+                children.into_par_iter().for_each(|(child, of)| self.backward(child, of, own));
+            } else {
+                children.into_iter().for_each(|(child, of)| self.backward(child, of, own));
+            }
+            return;
+        }
+        for i in (front.subtree..root).rev() {
+            let front = self.front(i);
+            if front.parent as usize == root {
+                self.backward_front(i, &mut before[R * front.local - base..], own);
+            } else {
+                let parent = R * self.front(front.parent as usize).local - base;
+                let (low, parent) = before.split_at_mut(parent);
+                self.backward_front(i, &mut low[R * front.local - base..], parent);
+            }
+        }
+    }
+
+    /// `U^-1` of what [`Pass::forward_front`] left, with the solution above taken from the parent.
+    fn backward_front(&self, i: usize, own: &mut [f64], parent: &[f64]) {
+        let front = self.front(i);
+        let (np, height) = (front.pivots, front.pivots + front.below);
+        let own = &mut own[..R * height];
+        if front.below > 0 {
+            let above = self.front(front.parent as usize);
+            let parts = parent.chunks_exact(above.pivots + above.below);
+            for (own, part) in own.chunks_exact_mut(height).zip(parts) {
+                for run in &front.runs {
+                    let (to, from) = (np + run.child as usize, run.parent as usize);
+                    let len = run.len as usize;
+                    own[to..to + len].copy_from_slice(&part[from..from + len]);
+                }
+            }
+        }
+        let storage = &self.factors.storage()[front.storage..front.storage + front.storage_len()];
+        let (panel, beside) = storage.split_at(front.panel_len());
+        Arch::new().dispatch(Upper::<R> { panel, beside, pivots: np, own });
+    }
+}
+
+/// Solves with the unit lower triangle on top of `panel` and subtracts what stands below it.
+struct Lower<'a, const R: usize> {
+    panel: &'a [f64],
+    pivots: usize,
+    own: &'a mut [f64],
+}
+
+impl<const R: usize> WithSimd for Lower<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let height = self.own.len() / R;
+        let mut x = parts::<R>(self.own, height);
+        let mut columns = self.panel.chunks_exact(height);
+        for first in (0..self.pivots).step_by(COLUMNS) {
+            let width = COLUMNS.min(self.pivots - first);
+            let columns: [&[f64]; COLUMNS] =
+                std::array::from_fn(|k| columns.next().filter(|_| k < width).unwrap_or_default());
+            for (k, column) in columns[..width].iter().enumerate() {
+                for x in &mut x {
+                    let by = x[first + k];
+                    for row in first + k + 1..first + width {
+                        x[row] -= column[row] * by;
+                    }
+                }
+            }
+            let by = x.each_ref().map(|x| four(&x[first..first + width]));
+            let below = x.each_mut().map(|x| &mut x[first + width..]);
+            let columns = columns.map(|column| column.get(first + width..).unwrap_or_default());
+            subtract(simd, columns, width, by, below);
+        }
+    }
+}
+
+/// Subtracts `beside` times what stands below and solves with the upper triangle on top of `panel`.
+struct Upper<'a, const R: usize> {
+    panel: &'a [f64],
+    beside: &'a [f64],
+    pivots: usize,
+    own: &'a mut [f64],
+}
+
+impl<const R: usize> WithSimd for Upper<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let np = self.pivots;
+        let height = self.own.len() / R;
+        let x = parts::<R>(self.own, height);
+        let mut split = x.map(|x| x.split_at_mut(np));
+        for (first, columns) in (0..).step_by(COLUMNS).zip(self.beside.chunks(COLUMNS * np)) {
+            let width = columns.len() / np;
+            let by = split.each_ref().map(|(_, below)| four(&below[first..first + width]));
+            let columns: [&[f64]; COLUMNS] =
+                std::array::from_fn(|k| columns.get(k * np..(k + 1) * np).unwrap_or_default());
+            subtract(simd, columns, width, by, split.each_mut().map(|(top, _)| &mut **top));
+        }
+        for first in (0..np).step_by(COLUMNS).rev() {
+            let width = COLUMNS.min(np - first);
+            let column = |k: usize| &self.panel[(first + k) * height..][..first + k + 1];
+            for k in (0..width).rev() {
+                let column = column(k);
+                for (x, _) in &mut split {
+                    x[first + k] /= column[first + k];
+                    let by = x[first + k];
+                    for row in first..first + k {
+                        x[row] -= column[row] * by;
+                    }
+                }
+            }
+            let by = split.each_ref().map(|(x, _)| four(&x[first..first + width]));
+            let above = split.each_mut().map(|(x, _)| &mut x[..first]);
+            let columns: [&[f64]; COLUMNS] = std::array::from_fn(|k| {
+                if k < width { &column(k)[..first] } else { Default::default() }
+            });
+            subtract(simd, columns, width, by, above);
+        }
+    }
+}
+
+/// The parts of the right-hand sides.
+#[inline(always)]
+fn parts<const R: usize>(own: &mut [f64], height: usize) -> [&mut [f64]; R] {
+    let mut parts = own.chunks_exact_mut(height);
+    std::array::from_fn(|_| parts.next().unwrap_or_default())
+}
+
+/// Up to four numbers, filled up with zeros.
+#[inline(always)]
+fn four(x: &[f64]) -> [f64; COLUMNS] {
+    std::array::from_fn(|k| x.get(k).copied().unwrap_or(0.0))
+}
+
+/// `to_r -= Σ_k columns_k by_rk` with the first `width` columns, all as long as every `to_r`.
+#[inline(always)]
+fn subtract<S: Simd, const R: usize>(
+    simd: S,
+    columns: [&[f64]; COLUMNS],
+    width: usize,
+    by: [[f64; COLUMNS]; R],
+    to: [&mut [f64]; R],
+) {
+    if width < COLUMNS {
+        for (to, by) in to.into_iter().zip(by) {
+            for (column, by) in columns[..width].iter().zip(by) {
+                to.iter_mut().zip(*column).for_each(|(to, value)| *to -= value * by);
+            }
+        }
+        return;
+    }
+    let columns = columns.map(|column| S::as_simd_f64s(column));
+    let mut to = to.map(|to| S::as_mut_simd_f64s(to));
+    let factors = by.map(|by| by.map(|by| simd.splat_f64s(-by)));
+    let count = columns[0].0.len();
+    let wide = columns.map(|(wide, _)| &wide[..count]);
+    let mut wide_to = to.each_mut().map(|(to, _)| &mut to[..count]);
+    for i in 0..count {
+        let values = wide.map(|column| column[i]);
+        for (to, factors) in wide_to.iter_mut().zip(&factors) {
+            let one = simd.mul_add_e_f64s(values[0], factors[0], to[i]);
+            let two = simd.mul_f64s(values[1], factors[1]);
+            let one = simd.mul_add_e_f64s(values[2], factors[2], one);
+            let two = simd.mul_add_e_f64s(values[3], factors[3], two);
+            to[i] = simd.add_f64s(one, two);
+        }
+    }
+    for ((_, to), by) in to.iter_mut().zip(by) {
+        for ((_, column), by) in columns.iter().zip(by) {
+            to.iter_mut().zip(*column).for_each(|(to, value)| *to -= value * by);
+        }
+    }
+}

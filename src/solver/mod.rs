@@ -13,6 +13,7 @@ pub mod constraints;
 mod contact;
 mod damper;
 pub mod element;
+mod lanes;
 mod line_search;
 pub mod linear;
 mod linearised;

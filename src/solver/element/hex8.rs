@@ -10,22 +10,23 @@
 //! The stored energy is `∫ W(Ē) dV`; its first and second variations give force and tangent exactly:
 //! `dĒ = g (B + ½ C ⊗ dφ)`, `dφ = ⅔ (d ln J̄ - d ln J)`,
 //! `S : d²Ē = ½ g (S:C) (dφ ⊗ dφ + d²φ) + g (s ⊗ dφ + dφ ⊗ s) + g S : d²(½C)`, `s = Bᵀ S`.
+//!
+//! With `d ln J = F⁻ᵀ : dF` all but the terms in `d ln J̄` are local to a point: a nominal stress `P` and its derivative
+//! by `F` ([`super::nominal`]). The eight points are worked on side by side, one a SIMD lane.
 
-use super::kernels::{self, Row};
+mod moduli;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use self::moduli::Moduli;
+use super::nominal::{self, Nine, Nodal};
 use super::shape::PointGeometry;
-use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want};
-use crate::solver::material::log_strain;
-use crate::solver::tensor::{self, Mandel, PAIRS};
+use super::{ElementInput, ElementMatrices, FailureReason, PointFailure, Want};
+use crate::solver::lanes::{Eight, Lane, POINTS};
+use crate::solver::material::log_strain::{self, Responses};
+use crate::solver::tensor::{PAIRS, factor};
 
-/// Kinematics of one point.
-#[derive(Clone, Copy)]
-pub(crate) struct Point {
-    /// F by rows.
-    pub f: [[f64; 3]; 3],
-    jacobian: f64,
-    /// d ln J by degree of freedom: spatial gradients of the shape functions.
-    volume_rate: [f64; DOFS],
-}
+const NONE: Eight = [0.0; POINTS];
 
 /// Evaluates the element; `new_state` receives the trial history of all points.
 ///
@@ -37,287 +38,245 @@ pub fn evaluate(
     new_state: &mut [f64],
     out: &mut ElementMatrices,
 ) -> Result<(), PointFailure> {
-    kernels::vectorised(|| evaluate_inlined(input, points, new_state, out))
+    Arch::new().dispatch(Evaluate { input, points, new_state, out })
 }
 
-#[inline(always)]
-fn evaluate_inlined(
-    input: &ElementInput<'_>,
-    points: &[PointGeometry; 8],
-    new_state: &mut [f64],
-    out: &mut ElementMatrices,
-) -> Result<(), PointFailure> {
-    *out = ElementMatrices::zero();
-    let state_len = input.material.state_len();
-    let mut kinematics = [Point { f: [[0.0; 3]; 3], jacobian: 1.0, volume_rate: [0.0; DOFS] }; 8];
-    let mut volume = 0.0;
-    let mut current = 0.0;
-    let mut mean_rate = [0.0; DOFS];
-    for (index, (point, geometry)) in kinematics.iter_mut().zip(points).enumerate() {
-        *point = deform(geometry, input.displacement).map_err(|ratio| PointFailure {
-            point: index,
-            reason: FailureReason::Inverted { ratio },
-        })?;
-        volume += geometry.weight;
-        current += geometry.weight * point.jacobian;
-        for (sum, rate) in mean_rate.iter_mut().zip(&point.volume_rate) {
-            *sum += geometry.weight * point.jacobian * rate;
-        }
-    }
-    mean_rate.iter_mut().for_each(|rate| *rate /= current);
-    let mean_jacobian = current / volume;
+struct Evaluate<'a> {
+    input: &'a ElementInput<'a>,
+    points: &'a [PointGeometry; 8],
+    new_state: &'a mut [f64],
+    out: &'a mut ElementMatrices,
+}
 
-    let mut sums = TangentSums::new();
-    for (index, (point, geometry)) in kinematics.iter().zip(points).enumerate() {
-        let range = index * state_len..(index + 1) * state_len;
-        let fail = |reason| PointFailure { point: index, reason };
-        let c = cauchy_green(&point.f);
-        let scale = (mean_jacobian / point.jacobian).cbrt().powi(2);
-        let assumed: Mandel = c.map(|value| scale * value);
-        let response = log_strain::update(
+impl WithSimd for Evaluate<'_> {
+    type Output = Result<(), PointFailure>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { input, points, new_state, out } = self;
+        let wants_tangent = input.want == Want::ResidualAndTangent;
+        let motion = Motion::new(simd, points, input.displacement)?;
+        let mean = Mean::new(simd, &motion, points);
+        let assumed = motion.assumed(simd, &mean.scale);
+        let mut answer = Responses::zero();
+        log_strain::update_lanes(
+            simd,
             input.material,
             &assumed,
-            &input.old_state[range.clone()],
-            &mut new_state[range],
-            input.want == Want::ResidualAndTangent,
+            POINTS,
+            (input.old_state, new_state),
+            wants_tangent,
+            &mut answer,
         )
-        .map_err(|error| fail(error.into()))?;
-        out.elastic_energy += geometry.weight * response.elastic_energy;
-        out.plastic_work += geometry.weight * response.plastic_work;
-        let pressure = 0.5 * geometry.weight * tensor::dot(&response.stress, &assumed);
-        let strains = generalised_strains(point, geometry, &mean_rate);
-        let stress = response.stress.map(|value| value * geometry.weight * scale);
-        add_force(&strains, &stress, pressure, &mut out.force);
-        if input.want == Want::ResidualAndTangent {
-            let stiffness =
-                response.tangent.map(|row| row.map(|v| v * geometry.weight * scale * scale));
-            let generalised = generalised_stiffness(&c, &stiffness, &stress, pressure);
-            sums.add_point(index, &strains, &generalised, pressure);
-            add_nodal_stress(geometry, &stress, &mut sums.initial_stress);
+        .map_err(|(point, error)| PointFailure { point, reason: error.into() })?;
+        let weighted = |energy: &Eight| -> f64 {
+            points.iter().zip(energy).map(|(point, energy)| point.weight * energy).sum()
+        };
+        out.elastic_energy = weighted(&answer.elastic_energy);
+        out.plastic_work = weighted(&answer.plastic_work);
+        out.internal_residual = 0.0;
+        let stressed = Stressed::new(simd, &motion, &mean, &assumed, &answer);
+        let mut force = nominal::nodal(simd, &stressed.nominal, points);
+        let total: f64 = 2.0 / 3.0 * stressed.pressure.iter().sum::<f64>();
+        for (force, mean) in force.iter_mut().zip(&mean.rate) {
+            force.iter_mut().zip(mean).for_each(|(force, mean)| *force += total * mean);
         }
+        out.force = nominal::by_node(&force);
+        if wants_tangent {
+            let moduli = Moduli::new(simd, &motion, &mean, &stressed, &answer.tangent, total);
+            let dyads = moduli.dyads(simd, &mean, points);
+            nominal::tangent(simd, &moduli.local, points, &dyads, &mut out.tangent);
+        }
+        Ok(())
     }
-    if input.want == Want::ResidualAndTangent {
-        sums.finish(&kinematics, points, &mean_rate, current, &mut out.tangent);
-    }
-    Ok(())
 }
 
-/// What the tangent is summed from, so that one product of tall matrices makes it.
-struct TangentSums {
-    /// Generalised strains of all points, then the volume rates of the points, then the mean one.
-    left: [Row; ROWS],
-    /// Their stiffness times them.
-    right: [Row; ROWS],
-    /// `Σ w ∇N_a · S ∇N_b` by node pair.
-    initial_stress: [[f64; 8]; 8],
-    pressure: [f64; 8],
+/// Deformation of the points.
+struct Motion {
+    /// `F`.
+    gradient: Nine,
+    /// `F⁻ᵀ`.
+    inverse: Nine,
+    /// `J`.
+    jacobian: Eight,
+    /// Reference volumes.
+    weight: Eight,
 }
 
-/// Six strains and the dilatation.
-const STRAINS: usize = 7;
-const ROWS: usize = 8 * STRAINS + 9;
-
-impl TangentSums {
-    fn new() -> Self {
-        Self {
-            left: [[0.0; DOFS]; ROWS],
-            right: [[0.0; DOFS]; ROWS],
-            initial_stress: [[0.0; 8]; 8],
-            pressure: [0.0; 8],
-        }
-    }
-
-    /// Adds the terms in `B` and `dφ` of one point.
+impl Motion {
     #[inline(always)]
-    fn add_point(
-        &mut self,
-        index: usize,
-        strains: &[Row; STRAINS],
-        stiffness: &[[f64; STRAINS]; STRAINS],
-        pressure: f64,
-    ) {
-        let range = index * STRAINS..(index + 1) * STRAINS;
-        self.left[range.clone()].copy_from_slice(strains);
-        kernels::combine(stiffness, strains, &mut self.right[range]);
-        self.pressure[index] = pressure;
+    fn new<S: Simd>(
+        simd: S,
+        points: &[PointGeometry; 8],
+        u: &[f64; super::DOFS],
+    ) -> Result<Self, PointFailure> {
+        let mut out =
+            Self { gradient: [NONE; 9], inverse: [NONE; 9], jacobian: NONE, weight: NONE };
+        let mut shapes = [[NONE; 8]; 3];
+        for (p, point) in points.iter().enumerate() {
+            out.weight[p] = point.weight;
+            for (shapes, gradient) in shapes.iter_mut().zip(&point.gradient) {
+                shapes.iter_mut().zip(gradient).for_each(|(to, from)| to[p] = *from);
+            }
+        }
+        for first in Lane::<S>::groups() {
+            out.deform(simd, &shapes, u, first);
+        }
+        match (0..POINTS).find(|&p| !(out.jacobian[p] > 0.0 && out.jacobian[p].is_finite())) {
+            None => Ok(out),
+            Some(point) => {
+                let ratio = out.jacobian[point];
+                Err(PointFailure { point, reason: FailureReason::Inverted { ratio } })
+            }
+        }
     }
 
-    /// Adds `Σ ½ w g (S:C) d²φ` with `d² ln J = -g_a[j] g_b[i]` and
-    /// `d² ln J̄ = Σ w J (b bᵀ - g_a[j] g_b[i]) / (V J̄) - b̄ b̄ᵀ`, and multiplies everything out.
-    fn finish(
-        mut self,
-        kinematics: &[Point; 8],
-        points: &[PointGeometry; 8],
-        mean_rate: &Row,
-        current: f64,
-        tangent: &mut [Row; DOFS],
+    #[inline(always)]
+    fn deform<S: Simd>(
+        &mut self,
+        simd: S,
+        shapes: &[[Eight; 8]; 3],
+        u: &[f64; super::DOFS],
+        first: usize,
     ) {
-        let total = 2.0 / 3.0 * self.pressure.iter().sum::<f64>();
-        let mut crossed_left = [[0.0; DOFS]; 8];
-        let mut crossed_right = [[0.0; DOFS]; 8];
-        for (index, (point, geometry)) in kinematics.iter().zip(points).enumerate() {
-            let share = total * geometry.weight * point.jacobian / current;
-            let swap = 2.0 / 3.0 * self.pressure[index] - share;
-            let row = 8 * STRAINS + index;
-            self.left[row] = point.volume_rate;
-            self.right[row] = point.volume_rate.map(|rate| share * rate);
-            crossed_left[index] = point.volume_rate;
-            crossed_right[index] = point.volume_rate.map(|rate| swap * rate);
-        }
-        self.left[ROWS - 1] = *mean_rate;
-        self.right[ROWS - 1] = mean_rate.map(|rate| -total * rate);
-        kernels::add_gram(&self.left, &self.right, tangent);
-        let mut crossed = [[0.0; DOFS]; DOFS];
-        kernels::add_gram(&crossed_left, &crossed_right, &mut crossed);
+        let (zero, one) = (Lane::splat(simd, 0.0), Lane::splat(simd, 1.0));
+        let mut f = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         for a in 0..8 {
-            for b in 0..8 {
-                for i in 0..3 {
-                    for j in 0..3 {
-                        tangent[3 * a + i][3 * b + j] += crossed[3 * a + j][3 * b + i];
-                    }
+            let gradient = [
+                Lane::load(simd, &shapes[0][a], first),
+                Lane::load(simd, &shapes[1][a], first),
+                Lane::load(simd, &shapes[2][a], first),
+            ];
+            for (i, row) in f.iter_mut().enumerate() {
+                let u = Lane::splat(simd, u[3 * a + i]);
+                for (value, gradient) in row.iter_mut().zip(gradient) {
+                    *value = u.mul_add(gradient, *value);
                 }
             }
         }
-        spread_nodal_stress(&self.initial_stress, tangent);
-    }
-}
-
-/// `[B; dφ]` at a point.
-#[inline(always)]
-fn generalised_strains(point: &Point, geometry: &PointGeometry, mean_rate: &Row) -> [Row; STRAINS] {
-    let mut strains = [[0.0; DOFS]; STRAINS];
-    strains[..6].copy_from_slice(&strain_derivative(&point.f, geometry));
-    strains[6] = std::array::from_fn(|dof| 2.0 / 3.0 * (mean_rate[dof] - point.volume_rate[dof]));
-    strains
-}
-
-/// Deformation gradient, its determinant and the spatial gradients; `Err(det F)` unless it is above zero.
-#[inline(always)]
-pub(crate) fn deform(geometry: &PointGeometry, u: &[f64; DOFS]) -> Result<Point, f64> {
-    let mut f = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    for a in 0..8 {
-        for (i, row) in f.iter_mut().enumerate() {
-            for (j, value) in row.iter_mut().enumerate() {
-                *value += u[3 * a + i] * geometry.gradient[j][a];
-            }
-        }
-    }
-    let cofactor = |i: usize, j: usize| {
-        let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
-        f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1]
-    };
-    let cofactors: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| cofactor(i, j)));
-    let jacobian =
-        f[0][0] * cofactors[0][0] + f[0][1] * cofactors[0][1] + f[0][2] * cofactors[0][2];
-    if !(jacobian > 0.0 && jacobian.is_finite()) {
-        return Err(jacobian);
-    }
-    let mut volume_rate = [0.0; DOFS];
-    for a in 0..8 {
+        let mut cofactors = [[zero; 3]; 3];
         for i in 0..3 {
-            let sum: f64 = (0..3).map(|j| cofactors[i][j] * geometry.gradient[j][a]).sum();
-            volume_rate[3 * a + i] = sum / jacobian;
+            for j in 0..3 {
+                let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+                cofactors[i][j] = f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1];
+            }
         }
-    }
-    Ok(Point { f, jacobian, volume_rate })
-}
-
-/// `C = FᵀF` as a Mandel vector.
-#[inline(always)]
-pub(crate) fn cauchy_green(f: &[[f64; 3]; 3]) -> Mandel {
-    std::array::from_fn(|pair| {
-        let (a, b) = PAIRS[pair];
-        tensor::factor(pair) * (f[0][a] * f[0][b] + f[1][a] * f[1][b] + f[2][a] * f[2][b])
-    })
-}
-
-/// `B = ∂E_GL/∂u` of the compatible strain, by Mandel component.
-#[inline(always)]
-pub(crate) fn strain_derivative(f: &[[f64; 3]; 3], geometry: &PointGeometry) -> [[f64; DOFS]; 6] {
-    let mut b = [[0.0; DOFS]; 6];
-    for (pair, row) in b.iter_mut().enumerate() {
-        let (p, q) = PAIRS[pair];
-        let half = 0.5 * tensor::factor(pair);
-        for a in 0..8 {
-            let (np, nq) = (geometry.gradient[p][a], geometry.gradient[q][a]);
-            for i in 0..3 {
-                row[3 * a + i] = half * (f[i][p] * nq + f[i][q] * np);
+        let jacobian = f[0][2]
+            .mul_add(cofactors[0][2], f[0][1].mul_add(cofactors[0][1], f[0][0] * cofactors[0][0]));
+        jacobian.store(&mut self.jacobian, first);
+        let inverse = one / jacobian;
+        for i in 0..3 {
+            for j in 0..3 {
+                f[i][j].store(&mut self.gradient[3 * i + j], first);
+                (cofactors[i][j] * inverse).store(&mut self.inverse[3 * i + j], first);
             }
         }
     }
-    b
-}
 
-/// Adds `w dĒᵀ S`; `stress` is `w g S` and `pressure` is `½ w g S:C`.
-#[inline(always)]
-fn add_force(strains: &[Row; STRAINS], stress: &Mandel, pressure: f64, force: &mut Row) {
-    for (row, value) in strains.iter().zip(stress.iter().chain([&pressure])) {
-        for (sum, rate) in force.iter_mut().zip(row) {
-            *sum += rate * value;
-        }
-    }
-}
-
-/// Stiffness of the generalised strains `[B; dφ]`.
-#[inline(always)]
-fn generalised_stiffness(
-    c: &Mandel,
-    stiffness: &tensor::Mandel66,
-    stress: &Mandel,
-    pressure: f64,
-) -> [[f64; STRAINS]; STRAINS] {
-    let half_c = c.map(|value| 0.5 * value);
-    let right = tensor::apply(stiffness, &half_c);
-    let left = tensor::apply(&tensor::transpose(stiffness), &half_c);
-    let mut generalised = [[0.0; STRAINS]; STRAINS];
-    for i in 0..6 {
-        generalised[i][..6].copy_from_slice(&stiffness[i]);
-        generalised[i][6] = right[i] + stress[i];
-        generalised[6][i] = left[i] + stress[i];
-    }
-    generalised[6][6] = tensor::dot(&half_c, &right) + pressure;
-    generalised
-}
-
-/// Adds `Bᵀ D B` for `N` generalised strains.
-pub(crate) fn add_congruence<const N: usize>(
-    strains: &[Row; N],
-    stiffness: &[[f64; N]; N],
-    tangent: &mut [Row; DOFS],
-) {
-    let mut product = [[0.0; DOFS]; N];
-    kernels::combine(stiffness, strains, &mut product);
-    kernels::add_gram(strains, &product, tangent);
-}
-
-/// Adds `∇N_a · S ∇N_b` by node pair; `stress` carries the weight.
-#[inline(always)]
-pub(crate) fn add_nodal_stress(
-    geometry: &PointGeometry,
-    stress: &Mandel,
-    sums: &mut [[f64; 8]; 8],
-) {
-    let s = tensor::to_matrix(stress);
-    let g = &geometry.gradient;
-    for j in 0..3 {
-        let sg: [f64; 8] = std::array::from_fn(|b| {
-            s[(j, 0)] * g[0][b] + s[(j, 1)] * g[1][b] + s[(j, 2)] * g[2][b]
-        });
-        for (row, factor) in sums.iter_mut().zip(g[j]) {
-            for (sum, value) in row.iter_mut().zip(sg) {
-                *sum += factor * value;
+    /// Assumed right Cauchy-Green tensors `g C`, `scale` being `g`.
+    #[inline(always)]
+    fn assumed<S: Simd>(&self, simd: S, scale: &Eight) -> [Eight; 6] {
+        let mut out = [NONE; 6];
+        for first in Lane::<S>::groups() {
+            let f = Lane::load_all(simd, &self.gradient, first);
+            let scale = Lane::load(simd, scale, first);
+            for (pair, out) in out.iter_mut().enumerate() {
+                let (a, b) = PAIRS[pair];
+                let sum = f[6 + a].mul_add(f[6 + b], f[3 + a].mul_add(f[3 + b], f[a] * f[b]));
+                (sum * scale * factor(pair)).store(out, first);
             }
         }
+        out
     }
 }
 
-/// Puts the sums of [`add_nodal_stress`] on the diagonal of each node pair.
-pub(crate) fn spread_nodal_stress(sums: &[[f64; 8]; 8], tangent: &mut [Row; DOFS]) {
-    for (a, row) in sums.iter().enumerate() {
-        for (b, value) in row.iter().enumerate() {
-            for i in 0..3 {
-                tangent[3 * a + i][3 * b + i] += value;
-            }
+/// The mean dilatation.
+struct Mean {
+    /// `d ln J̄` by node and direction.
+    rate: Nodal,
+    /// `g` by point.
+    scale: Eight,
+    /// Present volume.
+    current: f64,
+}
+
+impl Mean {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, motion: &Motion, points: &[PointGeometry; 8]) -> Self {
+        let present: Eight = std::array::from_fn(|p| motion.weight[p] * motion.jacobian[p]);
+        let current: f64 = present.iter().sum();
+        let mean = current / motion.weight.iter().sum::<f64>();
+        let mut share = [NONE; 9];
+        for (share, inverse) in share.iter_mut().zip(&motion.inverse) {
+            *share = std::array::from_fn(|p| present[p] / current * inverse[p]);
+        }
+        Self {
+            rate: nominal::nodal(simd, &share, points),
+            scale: motion.jacobian.map(|jacobian| {
+                let root = (mean / jacobian).cbrt();
+                root * root
+            }),
+            current,
         }
     }
+}
+
+/// Stresses of the points, with their weights.
+struct Stressed {
+    /// `w g S` by Mandel component.
+    stress: [Eight; 6],
+    /// `½ w g S:C`.
+    pressure: Eight,
+    /// Nominal stress `F w g S - ⅔ p F⁻ᵀ`.
+    nominal: Nine,
+}
+
+impl Stressed {
+    #[inline(always)]
+    fn new<S: Simd>(
+        simd: S,
+        motion: &Motion,
+        mean: &Mean,
+        assumed: &[Eight; 6],
+        answer: &Responses,
+    ) -> Self {
+        let mut out = Self { stress: [NONE; 6], pressure: NONE, nominal: [NONE; 9] };
+        for first in Lane::<S>::groups() {
+            let weight = Lane::load(simd, &motion.weight, first);
+            let weighted_scale = weight * Lane::load(simd, &mean.scale, first);
+            let stress = Lane::load_all(simd, &answer.stress, first);
+            let assumed = Lane::load_all(simd, assumed, first);
+            let work = Lane::dot(&stress, &assumed);
+            let pressure = work * weight * 0.5;
+            pressure.store(&mut out.pressure, first);
+            let stress = Lane::scaled(stress, weighted_scale);
+            for (value, out) in stress.iter().zip(&mut out.stress) {
+                value.store(out, first);
+            }
+            let f = Lane::load_all(simd, &motion.gradient, first);
+            let inverse = Lane::load_all(simd, &motion.inverse, first);
+            let shared = pressure * (-2.0 / 3.0);
+            let nominal = times_symmetric(&f, &stress);
+            for k in 0..9 {
+                shared.mul_add(inverse[k], nominal[k]).store(&mut out.nominal[k], first);
+            }
+        }
+        out
+    }
+}
+
+/// `F A` for a symmetric `A` (Mandel components).
+#[inline(always)]
+fn times_symmetric<S: Simd>(f: &[Lane<S>; 9], a: &[Lane<S>; 6]) -> [Lane<S>; 9] {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let [xy, yz, zx] = [a[3] * half, a[4] * half, a[5] * half];
+    let a = [[a[0], xy, zx], [xy, a[1], yz], [zx, yz, a[2]]];
+    let mut out = *f;
+    for i in 0..3 {
+        let row = [f[3 * i], f[3 * i + 1], f[3 * i + 2]];
+        for j in 0..3 {
+            out[3 * i + j] = Lane::dot(&row, &a[j]);
+        }
+    }
+    out
 }

@@ -6,8 +6,9 @@
 
 use super::modes::{Mode, ModeSums};
 use super::shape::{PointGeometry, gauss_2x2x2, jacobian};
-use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, hex8};
-use crate::solver::material::log_strain;
+use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible};
+use crate::solver::lanes::POINTS;
+use crate::solver::material::log_strain::{self, Responses};
 use crate::solver::tensor::{self, Mandel, Mandel66};
 
 /// Number of modes.
@@ -69,38 +70,46 @@ fn evaluate_at(
     out: &mut ElementMatrices,
 ) -> Result<(), PointFailure> {
     *out = ElementMatrices::zero();
-    let state_len = input.material.state_len();
     let mut sums = ModeSums::<MODE_COUNT>::zero();
     let mut initial_stress = [[0.0; 8]; 8];
-    for (index, (geometry, xi)) in points.iter().zip(gauss_2x2x2()).enumerate() {
-        let range = index * state_len..(index + 1) * state_len;
-        let fail = |reason| PointFailure { point: index, reason };
-        let point = hex8::deform(geometry, input.displacement)
-            .map_err(|ratio| fail(FailureReason::Inverted { ratio }))?;
-        let directions = mode_strains(centre, geometry.weight, xi);
-        let mut c = hex8::cauchy_green(&point.f);
-        for (direction, value) in directions.iter().zip(alpha) {
-            (0..6).for_each(|i| c[i] += 2.0 * value * direction[i]);
+    let mut gradients = [[[0.0; 3]; 3]; 8];
+    let mut c = [[0.0; POINTS]; 6];
+    let directions: [_; 8] = std::array::from_fn(|index| {
+        mode_strains(centre, points[index].weight, gauss_2x2x2()[index])
+    });
+    for (index, geometry) in points.iter().enumerate() {
+        let reason = |ratio| FailureReason::Inverted { ratio };
+        let f = compatible::deform(geometry, input.displacement)
+            .map_err(|ratio| PointFailure { point: index, reason: reason(ratio) })?;
+        let mut stretch = compatible::cauchy_green(&f);
+        for (direction, value) in directions[index].iter().zip(alpha) {
+            (0..6).for_each(|i| stretch[i] += 2.0 * value * direction[i]);
         }
-        let (old, new) = (&input.old_state[range.clone()], &mut new_state[range]);
-        let response = log_strain::update(input.material, &c, old, new, true)
-            .map_err(|error| fail(error.into()))?;
+        (0..6).for_each(|i| c[i][index] = stretch[i]);
+        gradients[index] = f;
+    }
+    let mut answers = Responses::zero();
+    let histories = (input.old_state, new_state);
+    log_strain::update_points(input.material, &c, POINTS, histories, true, &mut answers)
+        .map_err(|(point, error)| PointFailure { point, reason: error.into() })?;
+    for (index, geometry) in points.iter().enumerate() {
+        let response = answers.at(index);
         let weight = geometry.weight;
         out.elastic_energy += weight * response.elastic_energy;
         out.plastic_work += weight * response.plastic_work;
         let stress = response.stress.map(|value| weight * value);
         let tangent = response.tangent.map(|row| row.map(|value| weight * value));
-        let b = hex8::strain_derivative(&point.f, geometry);
+        let b = compatible::strain_derivative(&gradients[index], geometry);
         for (row, value) in b.iter().zip(&stress) {
             out.force.iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * value);
         }
         if input.want == Want::ResidualAndTangent {
-            hex8::add_congruence(&b, &tangent, &mut out.tangent);
-            hex8::add_nodal_stress(geometry, &stress, &mut initial_stress);
+            compatible::add_congruence(&b, &tangent, &mut out.tangent);
+            compatible::add_nodal_stress(geometry, &stress, &mut initial_stress);
         }
-        add_modes(&directions, &stress, &tangent, &b, &mut sums);
+        add_modes(&directions[index], &stress, &tangent, &b, &mut sums);
     }
-    hex8::spread_nodal_stress(&initial_stress, &mut out.tangent);
+    compatible::spread_nodal_stress(&initial_stress, &mut out.tangent);
     sums.condense(alpha, input.displacement, input.want, record, out)
         .map_err(|reason| PointFailure { point: 0, reason })
 }

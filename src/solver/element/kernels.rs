@@ -26,12 +26,6 @@ pub(crate) fn combine<const N: usize>(coefficients: &[[f64; N]], rows: &[Row; N]
     Arch::new().dispatch(Combine { coefficients, rows, out });
 }
 
-/// Runs `work` compiled for the widest vectors of this machine; what it calls must be inlined to profit.
-#[inline(always)]
-pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
-    Arch::new().dispatch(work)
-}
-
 struct Gram<'a> {
     left: &'a [Row],
     right: &'a [Row],

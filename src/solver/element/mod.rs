@@ -9,10 +9,12 @@
     reason = "loops over components and nodes follow the formulas' indices"
 )]
 
+mod compatible;
 pub mod hex8;
 pub(crate) mod hex8_enhanced;
 mod kernels;
 pub(crate) mod modes;
+mod nominal;
 mod shape;
 pub(crate) mod solid_shell;
 

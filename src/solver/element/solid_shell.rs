@@ -15,10 +15,12 @@
 //! surface the stress is gathered into twelve generalised stresses of `[m, k, q, E_33, E_23, E_31]`, so
 //! more points through the thickness cost material updates and little else.
 
+mod column;
+
+use self::column::Column;
 use super::modes::{Mode, ModeSums};
-use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, hex8};
+use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible};
 use crate::geometry::{Mat3, Vec3};
-use crate::solver::material::log_strain;
 use crate::solver::tensor::{self, Mandel, Mandel66};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -301,7 +303,7 @@ fn evaluate_at<const M: usize>(
             }
         }
         if input.want == Want::ResidualAndTangent {
-            hex8::add_congruence(&b, &totals.stiffness, &mut out.tangent);
+            compatible::add_congruence(&b, &totals.stiffness, &mut out.tangent);
             add_curvature(&totals.stress, xi, eta, &mut curvature);
         }
     }
@@ -328,99 +330,4 @@ fn add_pair_form(form: &[[f64; 8]; 8], tangent: &mut [[f64; DOFS]; DOFS]) {
             }
         }
     }
-}
-
-/// Generalised stress and stiffness of one column of points.
-struct Totals<const M: usize> {
-    stress: [f64; GENERALISED],
-    stiffness: [[f64; GENERALISED]; GENERALISED],
-    left: [[f64; GENERALISED]; M],
-    right: [[f64; GENERALISED]; M],
-}
-
-/// The points above one point of the mid surface.
-struct Column<'a> {
-    input: &'a ElementInput<'a>,
-    shape: &'a Shape<'a>,
-    current: &'a Pairs,
-    index: usize,
-    xi: f64,
-    eta: f64,
-}
-
-impl Column<'_> {
-    fn integrate<const M: usize>(
-        &self,
-        alpha: &[f64; M],
-        new_state: &mut [f64],
-        sums: &mut ModeSums<M>,
-        out: &mut ElementMatrices,
-    ) -> Result<Totals<M>, PointFailure> {
-        let (xi, eta) = (self.xi, self.eta);
-        let rule = self.shape.rule;
-        let state_len = self.input.material.state_len();
-        let (before, now) = (products(self.shape.pairs, xi, eta), products(self.current, xi, eta));
-        let strain: [f64; GENERALISED] = std::array::from_fn(|i| now[i] - before[i]);
-        let plane = Plane::at(xi, eta);
-        let mut totals = Totals {
-            stress: [0.0; GENERALISED],
-            stiffness: [[0.0; GENERALISED]; GENERALISED],
-            left: [[0.0; GENERALISED]; M],
-            right: [[0.0; GENERALISED]; M],
-        };
-        for (layer, &(zeta, quadrature)) in rule.iter().enumerate() {
-            let point = self.index * rule.len() + layer;
-            let range = point * state_len..(point + 1) * state_len;
-            let fail = |reason| PointFailure { point, reason };
-            let (map, det) = to_cartesian(self.shape.pairs, &plane, zeta)
-                .ok_or_else(|| fail(FailureReason::Inverted { ratio: 0.0 }))?;
-            let directions = mode_strains::<M>(self.shape.centre, det, [xi, eta, zeta]);
-            let mut assumed = tensor::apply(&map, &natural(&strain, zeta));
-            for (direction, value) in directions.iter().zip(alpha) {
-                (0..6).for_each(|i| assumed[i] += value * direction[i]);
-            }
-            let c = std::array::from_fn(|i| tensor::UNIT[i] + 2.0 * assumed[i]);
-            let response = log_strain::update(
-                self.input.material,
-                &c,
-                &self.input.old_state[range.clone()],
-                &mut new_state[range],
-                true,
-            )
-            .map_err(|error| fail(error.into()))?;
-            let weight = det * quadrature;
-            out.elastic_energy += weight * response.elastic_energy;
-            out.plastic_work += weight * response.plastic_work;
-            let stress = response.stress.map(|value| weight * value);
-            let tangent = response.tangent.map(|row| row.map(|value| weight * value));
-            let back = tensor::transpose(&map);
-            add_generalised(&tensor::apply(&back, &stress), zeta, &mut totals.stress);
-            if self.input.want == Want::ResidualAndTangent {
-                let natural_tangent = tensor::product(&tensor::product(&back, &tangent), &map);
-                add_generalised_stiffness(&natural_tangent, zeta, &mut totals.stiffness);
-            }
-            let tangent_transposed = tensor::transpose(&tangent);
-            for (k, direction) in directions.iter().enumerate() {
-                sums.residual[k] += tensor::dot(direction, &stress);
-                let column = tensor::apply(&tangent, direction);
-                let row = tensor::apply(&tangent_transposed, direction);
-                for (l, other) in directions.iter().enumerate() {
-                    sums.stiffness[k][l] += tensor::dot(&row, other);
-                }
-                add_generalised(&tensor::apply(&back, &column), zeta, &mut totals.left[k]);
-                add_generalised(&tensor::apply(&back, &row), zeta, &mut totals.right[k]);
-            }
-        }
-        Ok(totals)
-    }
-}
-
-/// Cartesian strains `(j0/j) T0 M` of the modes at a point.
-fn mode_strains<const M: usize>(centre: &(Mandel66, f64), det: f64, xi: [f64; 3]) -> [Mandel; M] {
-    let (map, centre_det) = centre;
-    std::array::from_fn(|k| {
-        let mode = &MODES[k];
-        let value = mode.value(xi) * centre_det / det;
-        std::array::from_fn(|i| value * map[i][mode.column])
-    })
 }

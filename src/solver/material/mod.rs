@@ -17,6 +17,7 @@ pub mod plastic;
 pub mod yield_function;
 pub mod yld2004;
 
+use super::lanes::{Eight, POINTS};
 use super::tensor::{Mandel, Mandel66};
 
 /// What a material law answers at a point, in logarithmic strain space.
@@ -44,6 +45,55 @@ impl LogResponse {
             elastic_energy: 0.0,
             plastic_work: 0.0,
             plastic: false,
+        }
+    }
+}
+
+/// What a material law answers at eight points side by side.
+#[derive(Debug, Clone)]
+pub struct LogResponses {
+    /// Stresses `T` conjugate to the logarithmic strain [MPa].
+    pub stress: [Eight; 6],
+    /// Consistent tangents `dT/dE` [MPa].
+    pub tangent: [[Eight; 6]; 6],
+    /// Stored elastic energy per reference volume [N mm / mm³].
+    pub elastic_energy: Eight,
+    /// Plastic work per reference volume since the beginning [N mm / mm³].
+    pub plastic_work: Eight,
+    /// Whether plastic flow took place in this increment.
+    pub plastic: [bool; POINTS],
+}
+
+impl LogResponses {
+    /// All zero.
+    #[must_use]
+    pub fn zero() -> Self {
+        const NONE: Eight = [0.0; POINTS];
+        Self {
+            stress: [NONE; 6],
+            tangent: [[NONE; 6]; 6],
+            elastic_energy: NONE,
+            plastic_work: NONE,
+            plastic: [false; POINTS],
+        }
+    }
+
+    fn put(&mut self, point: usize, one: &LogResponse) {
+        self.stress.iter_mut().zip(one.stress).for_each(|(to, from)| to[point] = from);
+        let tangents = self.tangent.as_flattened_mut().iter_mut().zip(one.tangent.as_flattened());
+        tangents.for_each(|(to, from)| to[point] = *from);
+        self.elastic_energy[point] = one.elastic_energy;
+        self.plastic_work[point] = one.plastic_work;
+        self.plastic[point] = one.plastic;
+    }
+
+    fn get(&self, point: usize) -> LogResponse {
+        LogResponse {
+            stress: self.stress.map(|of| of[point]),
+            tangent: self.tangent.map(|row| row.map(|of| of[point])),
+            elastic_energy: self.elastic_energy[point],
+            plastic_work: self.plastic_work[point],
+            plastic: self.plastic[point],
         }
     }
 }
@@ -96,6 +146,20 @@ pub trait Material: Send + Sync + std::fmt::Debug {
         response: &mut LogResponse,
     ) -> Result<(), MaterialError>;
 
+    /// [`Material::update`] of `count` points (at most eight, side by side in `strains`) whose histories follow one another.
+    ///
+    /// # Errors
+    /// [`MaterialError`] with the first point that failed.
+    fn update_points(
+        &self,
+        strains: &[Eight; 6],
+        count: usize,
+        (old, new): (&[f64], &mut [f64]),
+        out: &mut LogResponses,
+    ) -> Result<(), (usize, MaterialError)> {
+        one_by_one(self, strains, count, (old, new), out)
+    }
+
     /// Equivalent plastic strain held in a history; zero for elastic laws.
     fn equivalent_plastic_strain(&self, state: &[f64]) -> f64 {
         let _ = state;
@@ -106,4 +170,25 @@ pub trait Material: Send + Sync + std::fmt::Debug {
     fn is_symmetric(&self) -> bool {
         true
     }
+}
+
+/// Updates points by [`Material::update`].
+fn one_by_one<M: Material + ?Sized>(
+    material: &M,
+    strains: &[Eight; 6],
+    count: usize,
+    (old, new): (&[f64], &mut [f64]),
+    out: &mut LogResponses,
+) -> Result<(), (usize, MaterialError)> {
+    let len = material.state_len();
+    let mut response = LogResponse::zero();
+    for point in 0..count {
+        let range = point * len..(point + 1) * len;
+        let strain = strains.map(|of| of[point]);
+        material
+            .update(&strain, &old[range.clone()], &mut new[range], &mut response)
+            .map_err(|error| (point, error))?;
+        out.put(point, &response);
+    }
+    Ok(())
 }

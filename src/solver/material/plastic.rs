@@ -14,12 +14,15 @@
 //! equation, `Ψ(x) = σ_trial (σ_y / σ̄ - 1) = 0`, a straight line for von Mises with linear hardening;
 //! Newton's method kept inside a bracket solves it for every increment.
 
+use pulp::Arch;
+
 use super::elastic::Elastic;
 use super::hardening::{Hardening, HardeningError};
-use super::hill48::{Hill48, Spectrum};
+use super::hill48::Hill48;
 use super::yield_function::{YieldError, YieldFunction};
-use super::{LogResponse, Material, MaterialError};
+use super::{LogResponse, LogResponses, Material, MaterialError, one_by_one};
 use crate::geometry::Mat3;
+use crate::solver::lanes::{Eight, POINTS};
 use crate::solver::tensor::{self, Mandel, Mandel66};
 
 /// One backstress of Chaboche's law.
@@ -149,6 +152,7 @@ impl Plastic {
         self
     }
 
+    /// [`Material::update`] in material axes for criteria that are not quadratic.
     fn update_in_axes(
         &self,
         strain: &Mandel,
@@ -159,9 +163,9 @@ impl Plastic {
         new.copy_from_slice(old);
         let elastic_strain: Mandel = std::array::from_fn(|i| strain[i] - old[STRAIN + i]);
         let trial = self.elastic.stress(&elastic_strain);
-        let (yield_stress, _) = self.hardening.flow_stress(old[EQUIVALENT]);
+        let flow_stress = self.hardening.flow_stress(old[EQUIVALENT]);
         if self.criterion.equivalent(&self.relative(&trial, old))
-            <= yield_stress * (1.0 + YIELD_TOLERANCE)
+            <= flow_stress.0 * (1.0 + YIELD_TOLERANCE)
         {
             out.stress = trial;
             out.tangent = self.elastic.stiffness();
@@ -170,12 +174,7 @@ impl Plastic {
             out.plastic = false;
             return Ok(());
         }
-        let (increment, flow) = match &self.criterion {
-            YieldFunction::Hill48(spectrum) => {
-                self.return_quadratic(spectrum, &trial, old, &mut out.tangent)?
-            }
-            _ => self.return_general(&trial, old, &mut out.tangent)?,
-        };
+        let (increment, flow) = self.return_general(&trial, old, &mut out.tangent)?;
         let two_mu = 2.0 * self.elastic.shear_modulus();
         out.stress = std::array::from_fn(|i| trial[i] - two_mu * flow[i]);
         for i in 0..6 {
@@ -208,23 +207,7 @@ impl Plastic {
         relative
     }
 
-    /// Increments of equivalent and of plastic strain of a quadratic criterion.
-    fn return_quadratic(
-        &self,
-        spectrum: &Spectrum,
-        trial: &Mandel,
-        old: &[f64],
-        tangent: &mut Mandel66,
-    ) -> Result<(f64, Mandel), MaterialError> {
-        let step = Step::new(self, spectrum, trial, old);
-        let increment = step.solve()?;
-        let at = step.at(increment);
-        let flow: [f64; 5] = std::array::from_fn(|i| at.lambda * spectrum.values[i] * at.xi[i]);
-        step.tangent(&at, tangent);
-        Ok((increment, spectrum.tensor(&flow)))
-    }
-
-    /// The same of any criterion.
+    /// Increments of equivalent and of plastic strain of any criterion.
     fn return_general(
         &self,
         trial: &Mandel,
@@ -235,145 +218,6 @@ impl Plastic {
         let returned = step.solve()?;
         *tangent = step.tangent(&returned);
         Ok((returned.increment, returned.flow))
-    }
-}
-
-/// The scalar equation of one return mapping.
-struct Step<'a> {
-    material: &'a Plastic,
-    spectrum: &'a Spectrum,
-    old: &'a [f64],
-    /// Trial stress in the eigenbasis.
-    trial: [f64; 5],
-    trial_equivalent: f64,
-}
-
-/// Everything at one value of the increment `x`.
-struct At {
-    lambda: f64,
-    lambda_rate: f64,
-    slope: f64,
-    yield_stress: f64,
-    equivalent: f64,
-    /// `ξ_i`.
-    xi: [f64; 5],
-    /// `a_i = 1 / (1 + m λ π_i)`.
-    reduction: [f64; 5],
-    /// `dξ_i/dx` at fixed trial stress.
-    xi_rate: [f64; 5],
-}
-
-impl<'a> Step<'a> {
-    fn new(material: &'a Plastic, spectrum: &'a Spectrum, trial: &Mandel, old: &'a [f64]) -> Self {
-        let trial_equivalent = spectrum.equivalent(&material.relative(trial, old));
-        Self { material, spectrum, old, trial: spectrum.components(trial), trial_equivalent }
-    }
-
-    fn at(&self, x: f64) -> At {
-        let material = self.material;
-        let (yield_stress, slope) = material.hardening.flow_stress(self.old[EQUIVALENT] + x);
-        let lambda = x / yield_stress;
-        let lambda_rate = (1.0 - lambda * slope) / yield_stress;
-        let mut modulus = 2.0 * material.elastic.shear_modulus();
-        let mut modulus_rate = 0.0;
-        let mut b = self.trial;
-        let mut b_rate = [0.0; 5];
-        for (k, one) in material.backstresses.iter().enumerate() {
-            let theta = 1.0 / (1.0 + one.recovery * x);
-            let theta_rate = -one.recovery * theta * theta;
-            modulus += 2.0 / 3.0 * one.modulus * theta;
-            modulus_rate += 2.0 / 3.0 * one.modulus * theta_rate;
-            let start: Mandel = std::array::from_fn(|i| self.old[BACKSTRESS + 6 * k + i]);
-            let start = self.spectrum.components(&start);
-            for i in 0..5 {
-                b[i] -= theta * start[i];
-                b_rate[i] -= theta_rate * start[i];
-            }
-        }
-        let values = &self.spectrum.values;
-        let reduction: [f64; 5] =
-            std::array::from_fn(|i| 1.0 / (1.0 + modulus * lambda * values[i]));
-        let xi: [f64; 5] = std::array::from_fn(|i| b[i] * reduction[i]);
-        let product_rate = modulus_rate * lambda + modulus * lambda_rate;
-        let xi_rate =
-            std::array::from_fn(|i| (b_rate[i] - product_rate * values[i] * xi[i]) * reduction[i]);
-        let equivalent = (0..5).map(|i| values[i] * xi[i] * xi[i]).sum::<f64>().sqrt();
-        At { lambda, lambda_rate, slope, yield_stress, equivalent, xi, reduction, xi_rate }
-    }
-
-    /// The increment of equivalent plastic strain.
-    fn solve(&self) -> Result<f64, MaterialError> {
-        let values = &self.spectrum.values;
-        let elastic_step = self.trial_equivalent / (2.0 * self.material.elastic.shear_modulus());
-        let (mut low, mut high) = (0.0, f64::INFINITY);
-        let mut x = 0.0;
-        let mut residual = f64::INFINITY;
-        for _ in 0..MAX_ITERATIONS {
-            let at = self.at(x);
-            residual = at.yield_stress / at.equivalent - 1.0;
-            if residual.abs() <= 2e-15 {
-                return Ok(x);
-            }
-            if residual < 0.0 {
-                low = x
-            } else {
-                high = x
-            }
-            let equivalent_rate =
-                (0..5).map(|i| values[i] * at.xi[i] * at.xi_rate[i]).sum::<f64>() / at.equivalent;
-            let rate =
-                (at.slope - at.yield_stress / at.equivalent * equivalent_rate) / at.equivalent;
-            let mut next = x - residual / rate;
-            if !(next > low && next < high) {
-                next = if high.is_finite() {
-                    0.5 * (low + high)
-                } else {
-                    (2.0 * low).max(1e-9 * elastic_step)
-                };
-            }
-            let still = (next - x).abs() <= 1e-16 * next;
-            if still || next == low || next == high {
-                break;
-            }
-            x = next;
-        }
-        let residual = residual.abs();
-        if residual <= 1e-11 {
-            Ok(x)
-        } else {
-            Err(MaterialError::ReturnMapping { residual, iterations: MAX_ITERATIONS })
-        }
-    }
-
-    /// `dT/dE`: bulk part, shrunk deviatoric part, and one rank-one term along the flow.
-    fn tangent(&self, at: &At, tangent: &mut Mandel66) {
-        let spectrum = self.spectrum;
-        let values = &spectrum.values;
-        let two_mu = 2.0 * self.material.elastic.shear_modulus();
-        let hardening: f64 = (0..5).map(|i| values[i] * at.xi[i] * at.xi_rate[i]).sum();
-        let denominator = at.yield_stress * at.slope - hardening;
-        let normal: [f64; 5] =
-            std::array::from_fn(|i| two_mu * values[i] * at.xi[i] * at.reduction[i] / denominator);
-        let flow: [f64; 5] = std::array::from_fn(|i| {
-            two_mu * values[i] * (at.lambda * at.xi_rate[i] + at.lambda_rate * at.xi[i])
-        });
-        let kept: [f64; 5] = std::array::from_fn(|i| {
-            two_mu * (1.0 - two_mu * at.lambda * values[i] * at.reduction[i])
-        });
-        let (normal, flow) = (spectrum.tensor(&normal), spectrum.tensor(&flow));
-        for (i, row) in tangent.iter_mut().enumerate() {
-            for (j, value) in row.iter_mut().enumerate() {
-                *value = -flow[i] * normal[j];
-            }
-        }
-        let bulk = self.material.elastic.bulk_modulus();
-        let [v, w] = &spectrum.normal;
-        for i in 0..3 {
-            for j in 0..3 {
-                tangent[i][j] += bulk + kept[0] * v[i] * v[j] + kept[1] * w[i] * w[j];
-            }
-            tangent[i + 3][i + 3] += kept[i + 2];
-        }
     }
 }
 
@@ -389,6 +233,23 @@ impl Material for Plastic {
         new: &mut [f64],
         response: &mut LogResponse,
     ) -> Result<(), MaterialError> {
+        if let YieldFunction::Hill48(spectrum) = &self.criterion {
+            let strains = strain.map(|value| [value; POINTS]);
+            let mut all = LogResponses::zero();
+            let out = &mut all;
+            let one = quadratic::Update {
+                material: self,
+                spectrum,
+                strains: &strains,
+                count: 1,
+                old,
+                new,
+                out,
+            };
+            Arch::new().dispatch(one).map_err(|(_, error)| error)?;
+            *response = all.get(0);
+            return Ok(());
+        }
         let Some(turn) = &self.to_material else {
             return self.update_in_axes(strain, old, new, response);
         };
@@ -397,6 +258,23 @@ impl Material for Plastic {
         response.stress = tensor::apply(&back, &response.stress);
         response.tangent = tensor::product(&tensor::product(&back, &response.tangent), turn);
         Ok(())
+    }
+
+    fn update_points(
+        &self,
+        strains: &[Eight; 6],
+        count: usize,
+        (old, new): (&[f64], &mut [f64]),
+        out: &mut LogResponses,
+    ) -> Result<(), (usize, MaterialError)> {
+        match &self.criterion {
+            YieldFunction::Hill48(spectrum) => {
+                let material = self;
+                let all = quadratic::Update { material, spectrum, strains, count, old, new, out };
+                Arch::new().dispatch(all)
+            }
+            _ => one_by_one(self, strains, count, (old, new), out),
+        }
     }
 
     fn equivalent_plastic_strain(&self, state: &[f64]) -> f64 {
@@ -409,6 +287,7 @@ impl Material for Plastic {
 }
 
 mod general;
+mod quadratic;
 #[cfg(test)]
 mod random_paths;
 #[cfg(test)]

@@ -11,11 +11,47 @@
 //! With `f = ½ ln`, in the eigenframe of `C`: `dE_ab = f[λ_a, λ_b] dC_ab` and
 //! `d²E_ab = 2 Σ_c f[λ_a, λ_c, λ_b] dC_ac dC_cb`, where `f[..]` are divided differences. Near-equal
 //! eigenvalues take the series of the divided difference, so nothing is perturbed and no case is special.
+//!
+//! Eight points are worked on side by side, one a SIMD lane; only the law itself sees them one by one.
 
-use super::{LogResponse, Material, MaterialError};
-use crate::solver::tensor::{self, Mandel, Mandel66, PAIRS};
+mod differences;
+mod eigen;
 
-/// Stress and tangent at a point, as the elements use them.
+use pulp::{Arch, Simd, WithSimd};
+
+use self::differences::Differences;
+use super::{LogResponses, Material, MaterialError};
+use crate::solver::lanes::{Eight, Lane, POINTS};
+use crate::solver::tensor::{Mandel, Mandel66, PAIRS};
+
+/// Stress and tangent of eight points side by side, as the elements use them.
+#[derive(Debug, Clone)]
+pub struct Responses {
+    /// Second Piola-Kirchhoff stress [MPa] by Mandel component.
+    pub stress: [Eight; 6],
+    /// Tangent `dS/dE_GL` with respect to the Green-Lagrange strain [MPa]; left as it is when not wanted.
+    pub tangent: [[Eight; 6]; 6],
+    /// Stored elastic energy per reference volume [N mm / mm³].
+    pub elastic_energy: Eight,
+    /// Plastic work per reference volume since the beginning [N mm / mm³].
+    pub plastic_work: Eight,
+}
+
+impl Responses {
+    /// All zero.
+    #[must_use]
+    pub fn zero() -> Self {
+        const NONE: Eight = [0.0; POINTS];
+        Self {
+            stress: [NONE; 6],
+            tangent: [[NONE; 6]; 6],
+            elastic_energy: NONE,
+            plastic_work: NONE,
+        }
+    }
+}
+
+/// Stress and tangent at one point.
 #[derive(Debug, Clone, Copy)]
 pub struct PointResponse {
     /// Second Piola-Kirchhoff stress [MPa].
@@ -28,11 +64,23 @@ pub struct PointResponse {
     pub plastic_work: f64,
 }
 
-/// Updates a point at the right Cauchy-Green tensor `c`; with `want_tangent` false the tangent is left zero.
+impl Responses {
+    /// What is answered at one of the points.
+    #[must_use]
+    pub fn at(&self, point: usize) -> PointResponse {
+        PointResponse {
+            stress: self.stress.map(|of| of[point]),
+            tangent: self.tangent.map(|row| row.map(|of| of[point])),
+            elastic_energy: self.elastic_energy[point],
+            plastic_work: self.plastic_work[point],
+        }
+    }
+}
+
+/// Updates one point at the right Cauchy-Green tensor `c`; with `want_tangent` false the tangent is left zero.
 ///
 /// # Errors
 /// [`MaterialError::Collapsed`] unless `c` is positive definite and finite; whatever the law itself returns.
-#[inline(always)]
 pub fn update(
     material: &dyn Material,
     c: &Mandel,
@@ -40,231 +88,223 @@ pub fn update(
     new: &mut [f64],
     want_tangent: bool,
 ) -> Result<PointResponse, MaterialError> {
-    let (values, q) = tensor::eigen(c);
-    for value in values {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(MaterialError::Collapsed { value });
-        }
-    }
-    let to_global = tensor::congruence(&q);
-    let log_values = values.map(|value| 0.5 * value.ln());
-    let strain: Mandel = std::array::from_fn(|row| {
-        let r = &to_global[row];
-        r[0] * log_values[0] + r[1] * log_values[1] + r[2] * log_values[2]
-    });
-    let mut law = LogResponse::zero();
-    material.update(&strain, old, new, &mut law)?;
-
-    let first: Mandel = std::array::from_fn(|pair| {
-        let (a, b) = PAIRS[pair];
-        2.0 * first_difference(values[a], values[b])
-    });
-    // S = P T with P = R diag(2 f[a,b]) Rᵀ; T in the eigenframe is kept for the second-order term.
-    let from_global = tensor::transpose(&to_global);
-    let t_eigen = tensor::apply(&from_global, &law.stress);
-    let s_eigen: Mandel = std::array::from_fn(|i| first[i] * t_eigen[i]);
-    let stress = tensor::apply(&to_global, &s_eigen);
-    let mut tangent = [[0.0; 6]; 6];
-    if want_tangent {
-        let mut eigen_tangent =
-            tensor::product(&tensor::product(&from_global, &law.tangent), &to_global);
-        for (row, factor) in eigen_tangent.iter_mut().zip(first) {
-            for (value, column) in row.iter_mut().zip(first) {
-                *value *= factor * column;
-            }
-        }
-        add_second_order(&mut eigen_tangent, &values, &first, &t_eigen);
-        tangent = tensor::product(&tensor::product(&to_global, &eigen_tangent), &from_global);
-    }
-    Ok(PointResponse {
-        stress,
-        tangent,
-        elastic_energy: law.elastic_energy,
-        plastic_work: law.plastic_work,
-    })
+    let c = c.map(|value| [value; POINTS]);
+    let mut all = Responses::zero();
+    update_points(material, &c, 1, (old, new), want_tangent, &mut all).map_err(|(_, e)| e)?;
+    Ok(all.at(0))
 }
 
-/// Logarithmic strain `½ ln C`.
+/// Updates `count` points (at most eight, side by side in `c`) whose histories follow one another in `old` and `new`;
+/// without `want_tangent` the tangents are left as they are.
 ///
 /// # Errors
-/// [`MaterialError::Collapsed`] unless `c` is positive definite and finite.
-pub fn logarithmic_strain(c: &Mandel) -> Result<Mandel, MaterialError> {
-    let (values, q) = tensor::eigen(c);
-    for value in values {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(MaterialError::Collapsed { value });
-        }
-    }
-    let logs = values.map(|value| 0.5 * value.ln());
-    Ok(tensor::apply(&tensor::congruence(&q), &[logs[0], logs[1], logs[2], 0.0, 0.0, 0.0]))
+/// As [`update`], with the first point that failed.
+pub fn update_points(
+    material: &dyn Material,
+    c: &[Eight; 6],
+    count: usize,
+    (old, new): (&[f64], &mut [f64]),
+    want_tangent: bool,
+    out: &mut Responses,
+) -> Result<(), (usize, MaterialError)> {
+    Arch::new().dispatch(Update { material, c, count, old, new, want_tangent, out })
 }
 
-/// Adds `4 T : ∂²E/∂C²`, everything in the eigenframe; `first` holds `2 f[a,b]` by pair.
+struct Update<'a> {
+    material: &'a dyn Material,
+    c: &'a [Eight; 6],
+    count: usize,
+    old: &'a [f64],
+    new: &'a mut [f64],
+    want_tangent: bool,
+    out: &'a mut Responses,
+}
+
+impl WithSimd for Update<'_> {
+    type Output = Result<(), (usize, MaterialError)>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { material, c, count, old, new, want_tangent, out } = self;
+        update_lanes(simd, material, c, count, (old, new), want_tangent, out)
+    }
+}
+
+/// [`update_points`] for one kind of vectors.
+#[inline(always)]
+pub(crate) fn update_lanes<S: Simd>(
+    simd: S,
+    material: &dyn Material,
+    c: &[Eight; 6],
+    count: usize,
+    (old, new): (&[f64], &mut [f64]),
+    want_tangent: bool,
+    out: &mut Responses,
+) -> Result<(), (usize, MaterialError)> {
+    const NONE: Eight = [0.0; POINTS];
+    let (mut values, mut vectors) = ([NONE; 3], [[NONE; 3]; 3]);
+    for first in Lane::<S>::groups_of(count) {
+        let (l, q) = eigen::eigen(simd, Lane::load_all(simd, c, first));
+        for a in 0..3 {
+            l[a].store(&mut values[a], first);
+            for i in 0..3 {
+                q[i][a].store(&mut vectors[i][a], first);
+            }
+        }
+    }
+    let mut logs = [NONE; 3];
+    for point in 0..count {
+        for a in 0..3 {
+            let value = values[a][point];
+            if !(value > 0.0 && value.is_finite()) {
+                return Err((point, MaterialError::Collapsed { value }));
+            }
+            logs[a][point] = 0.5 * value.ln();
+        }
+    }
+    let mut strains = [NONE; 6];
+    let mut to_global = [[NONE; 6]; 6];
+    for first in Lane::<S>::groups_of(count) {
+        let [x, y, z] = &vectors;
+        let q = [
+            Lane::load_all(simd, x, first),
+            Lane::load_all(simd, y, first),
+            Lane::load_all(simd, z, first),
+        ];
+        let log = Lane::load_all(simd, &logs, first);
+        let map = eigen::congruence(simd, &q);
+        for row in 0..6 {
+            let [x, y, z, ..] = map[row];
+            z.mul_add(log[2], y.mul_add(log[1], x * log[0])).store(&mut strains[row], first);
+            for column in 0..6 {
+                map[row][column].store(&mut to_global[row][column], first);
+            }
+        }
+    }
+    let mut laws = LogResponses::zero();
+    material.update_points(&strains, count, (old, new), &mut laws)?;
+    (out.elastic_energy, out.plastic_work) = (laws.elastic_energy, laws.plastic_work);
+    let at = Frame { values: &values, logs: &logs, to_global: &to_global };
+    for first in Lane::<S>::groups_of(count) {
+        at.carry(simd, first, &laws, want_tangent, out);
+    }
+    Ok(())
+}
+
+/// Where the law's answers are carried to: the eigenframes of `C`.
+struct Frame<'a> {
+    values: &'a [Eight; 3],
+    /// Half the logarithms of the values.
+    logs: &'a [Eight; 3],
+    to_global: &'a [[Eight; 6]; 6],
+}
+
+impl Frame<'_> {
+    /// Stress and tangent with respect to the Green-Lagrange strain from those in logarithmic strain space:
+    /// `S = P T` with `P = R diag(2 f[a,b]) Rᵀ`, its derivative `P D P` and the second-order term.
+    #[inline(always)]
+    fn carry<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        laws: &LogResponses,
+        want_tangent: bool,
+        out: &mut Responses,
+    ) {
+        let values = Lane::load_all(simd, self.values, first);
+        let differences = Differences::new(simd, values, Lane::load_all(simd, self.logs, first));
+        let zero = Lane::splat(simd, 0.0);
+        let mut map = [[zero; 6]; 6];
+        // Its transpose.
+        let mut back = [[zero; 6]; 6];
+        for i in 0..6 {
+            map[i] = Lane::load_all(simd, &self.to_global[i], first);
+            for k in 0..6 {
+                back[k][i] = map[i][k];
+            }
+        }
+        let stress = Lane::load_all(simd, &laws.stress, first);
+        // T in the eigenframe is kept for the second-order term.
+        let (mut t, mut s) = ([zero; 6], [zero; 6]);
+        for i in 0..6 {
+            t[i] = Lane::dot(&back[i], &stress);
+            s[i] = differences.first[i] * t[i];
+        }
+        for (row, out) in map.iter().zip(&mut out.stress) {
+            Lane::dot(row, &s).store(out, first);
+        }
+        if !want_tangent {
+            return;
+        }
+        let mut turned = [[zero; 6]; 6];
+        for (row, from) in turned.iter_mut().zip(&laws.tangent) {
+            *row = multiply(simd, &Lane::load_all(simd, from, first), &map);
+        }
+        let mut eigen_tangent = [[zero; 6]; 6];
+        for (i, row) in eigen_tangent.iter_mut().enumerate() {
+            *row = multiply(simd, &back[i], &turned);
+            for (value, factor) in row.iter_mut().zip(differences.first) {
+                *value = *value * (differences.first[i] * factor);
+            }
+        }
+        add_second_order(&mut eigen_tangent, &differences, &t);
+        for (row, turned) in eigen_tangent.iter().zip(&mut turned) {
+            *turned = multiply(simd, row, &back);
+        }
+        for (row, out) in map.iter().zip(&mut out.tangent) {
+            for (value, out) in multiply(simd, row, &turned).into_iter().zip(out) {
+                value.store(out, first);
+            }
+        }
+    }
+}
+
+/// A row times a matrix.
+#[inline(always)]
+fn multiply<S: Simd>(simd: S, row: &[Lane<S>; 6], matrix: &[[Lane<S>; 6]; 6]) -> [Lane<S>; 6] {
+    let mut sums = [Lane::splat(simd, 0.0); 6];
+    for (factor, row) in row.iter().zip(matrix) {
+        for (sum, value) in sums.iter_mut().zip(row) {
+            *sum = factor.mul_add(*value, *sum);
+        }
+    }
+    sums
+}
+
+/// Adds `4 T : ∂²E/∂C²`, everything in the eigenframe.
 ///
 /// For unit Mandel directions `I = (a,b)`, `J = (c,d)` the bilinear form is
 /// `Σ_pqr T_pr f[p,q,r] (H_pq G_qr + G_pq H_qr)`.
 #[inline(always)]
-fn add_second_order(tangent: &mut Mandel66, values: &[f64; 3], first: &Mandel, t_eigen: &Mandel) {
-    // twice[a][b] = f[a,a,b] for a, b of three; distinct = f[0,1,2].
-    let (twice, distinct) = second_differences(values, first);
+fn add_second_order<S: Simd>(
+    tangent: &mut [[Lane<S>; 6]; 6],
+    differences: &Differences<S>,
+    t: &[Lane<S>; 6],
+) {
+    let Differences { twice, distinct, .. } = differences;
     let half = std::f64::consts::FRAC_1_SQRT_2;
-    let t = [
-        [t_eigen[0], t_eigen[3] * half, t_eigen[5] * half],
-        [t_eigen[3] * half, t_eigen[1], t_eigen[4] * half],
-        [t_eigen[5] * half, t_eigen[4] * half, t_eigen[2]],
-    ];
+    let [t01, t12, t20] = [t[3] * half, t[4] * half, t[5] * half];
+    let t = [[t[0], t01, t20], [t01, t[1], t12], [t20, t12, t[2]]];
     // Diagonal-diagonal: H = e_a e_a, only I = J contributes: 2 f[a,a,a] T_aa.
     for a in 0..3 {
-        tangent[a][a] += 8.0 * twice[a][a] * t[a][a];
+        tangent[a][a] = tangent[a][a] + twice[a][a] * t[a][a] * 8.0;
     }
     for shear in 3..6 {
         let (a, b) = PAIRS[shear];
         // Diagonal c with shear (a, b), nonzero only for c in {a, b}: √2 T_ab f[c,c,other].
         for (c, other) in [(a, b), (b, a)] {
-            let value = 4.0 * std::f64::consts::SQRT_2 * twice[c][other] * t[a][b];
-            tangent[c][shear] += value;
-            tangent[shear][c] += value;
+            let value = twice[c][other] * t[a][b] * (4.0 * std::f64::consts::SQRT_2);
+            tangent[c][shear] = tangent[c][shear] + value;
+            tangent[shear][c] = tangent[shear][c] + value;
         }
         // Shear with itself: T_aa f[a,b,a] + T_bb f[b,a,b].
-        tangent[shear][shear] += 4.0 * (t[a][a] * twice[a][b] + t[b][b] * twice[b][a]);
+        let value = (t[a][a] * twice[a][b] + t[b][b] * twice[b][a]) * 4.0;
+        tangent[shear][shear] = tangent[shear][shear] + value;
     }
     // Two different shears share one index q: T_pr f[p,q,r].
     for (i, j, p, r) in [(3, 4, 0, 2), (4, 5, 1, 0), (3, 5, 1, 2)] {
-        let value = 4.0 * t[p][r] * distinct;
-        tangent[i][j] += value;
-        tangent[j][i] += value;
-    }
-}
-
-/// `f[a, b]` of `f = ½ ln` for positive `a`, `b`: `atanh(x) / (x (a + b))`, `x = (a - b) / (a + b)`.
-fn first_difference(a: f64, b: f64) -> f64 {
-    let x = (a - b) / (a + b);
-    let y = x * x;
-    let quotient = if y < 2.5e-3 {
-        1.0 + y
-            * (1.0 / 3.0
-                + y * (0.2 + y * (1.0 / 7.0 + y * (1.0 / 9.0 + y * (1.0 / 11.0 + y / 13.0)))))
-    } else {
-        x.atanh() / x
-    };
-    quotient / (a + b)
-}
-
-/// Relative distance of arguments from their mean below which divided differences take their series.
-const NEAR: f64 = 0.05;
-
-/// `f[a,a,b]` for all pairs and `f[0,1,2]`, from the first differences (`first` holds `2 f[a,b]` by pair).
-#[inline(always)]
-fn second_differences(values: &[f64; 3], first: &Mandel) -> ([[f64; 3]; 3], f64) {
-    let mut twice = [[0.0; 3]; 3];
-    for a in 0..3 {
-        twice[a][a] = -0.25 / (values[a] * values[a]);
-    }
-    for shear in 3..6 {
-        let (a, b) = PAIRS[shear];
-        let apart = values[b] - values[a];
-        if apart.abs() < 3.0 * NEAR * values[a].min(values[b]) {
-            twice[a][b] = near_difference(values[a], values[a], values[b]);
-            twice[b][a] = near_difference(values[b], values[b], values[a]);
-        } else {
-            twice[a][b] = 0.5 * (first[shear] - first[a]) / apart;
-            twice[b][a] = 0.5 * (first[b] - first[shear]) / apart;
-        }
-    }
-    // The pair farthest apart divides best: f[a,b,c] = (f[a,c] - f[c,b]) / (a - b).
-    let (shear, apart) =
-        (3..6).map(|shear| (shear, values[PAIRS[shear].0] - values[PAIRS[shear].1])).fold(
-            (3, 0.0),
-            |best: (usize, f64), now| if now.1.abs() > best.1.abs() { now } else { best },
-        );
-    let least = values[0].min(values[1]).min(values[2]);
-    let distinct = if apart.abs() < 3.0 * NEAR * least {
-        near_difference(values[0], values[1], values[2])
-    } else {
-        // Shears are the pairs 01, 12, 20: the two others share the third index.
-        let (with_first, with_second) = match shear {
-            3 => (first[5], first[4]),
-            4 => (first[3], first[5]),
-            _ => (first[4], first[3]),
-        };
-        0.5 * (with_first - with_second) / apart
-    };
-    (twice, distinct)
-}
-
-/// `f[a, b, c]` of `f = ½ ln` for arguments near each other:
-/// `½ Σ_k (-1)^{k+1}/k h_{k-2}(δ) / m²` (complete homogeneous polynomials of the relative deviations `δ` from
-/// their mean `m`).
-fn near_difference(a: f64, b: f64, c: f64) -> f64 {
-    /// `(-1)^{k+1} / k`, k = 3 ..
-    const SERIES: [f64; 16] = [
-        1.0 / 3.0,
-        -0.25,
-        0.2,
-        -1.0 / 6.0,
-        1.0 / 7.0,
-        -0.125,
-        1.0 / 9.0,
-        -0.1,
-        1.0 / 11.0,
-        -1.0 / 12.0,
-        1.0 / 13.0,
-        -1.0 / 14.0,
-        1.0 / 15.0,
-        -1.0 / 16.0,
-        1.0 / 17.0,
-        -1.0 / 18.0,
-    ];
-    let mean = (a + b + c) / 3.0;
-    let (x, y, z) = (a / mean - 1.0, b / mean - 1.0, c / mean - 1.0);
-    let spread = x.abs().max(y.abs()).max(z.abs());
-    let (mut one, mut two, mut three) = (1.0, 1.0, 1.0);
-    let mut sum = -0.5;
-    let mut size = 1.0;
-    for coefficient in SERIES {
-        one *= z;
-        two = y * two + one;
-        three = x * three + two;
-        sum += coefficient * three;
-        size *= spread;
-        if size < 1e-18 {
-            break;
-        }
-    }
-    0.5 * sum / (mean * mean)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Against the divided difference written out, where that does not cancel.
-    #[test]
-    fn second_differences_agree_across_the_switch() {
-        let f = |a: f64, b: f64| if a == b { 0.5 / a } else { 0.5 * (a / b).ln() / (a - b) };
-        for spread in [0.5, 0.2, 0.16, 0.155, 0.145, 0.14, 0.1] {
-            let values: [f64; 3] = [1.3 * (1.0 + spread), 1.3, 1.3 * (1.0 + 0.4 * spread)];
-            let first: Mandel = std::array::from_fn(|pair| {
-                let (a, b) = PAIRS[pair];
-                2.0 * first_difference(values[a], values[b])
-            });
-            let (twice, distinct) = second_differences(&values, &first);
-            for a in 0..3 {
-                for b in 0..3 {
-                    if a != b {
-                        let (x, y) = (values[a], values[b]);
-                        let exact = (f(x, y) - f(x, x)) / (y - x);
-                        assert!((twice[a][b] / exact - 1.0).abs() < 1e-12, "{spread} {a} {b}");
-                    }
-                }
-            }
-            let [x, y, z] = values;
-            let exact = (f(x, z) - f(z, y)) / (x - y);
-            assert!((distinct / exact - 1.0).abs() < 1e-12, "{spread}");
-        }
-        let equal = [2.0, 2.0, 2.0];
-        let first = [0.5; 6];
-        let (twice, distinct) = second_differences(&equal, &first);
-        assert!((twice[0][1] + 0.0625).abs() < 1e-16 && (distinct + 0.0625).abs() < 1e-16);
+        let value = t[p][r] * *distinct * 4.0;
+        tangent[i][j] = tangent[i][j] + value;
+        tangent[j][i] = tangent[j][i] + value;
     }
 }

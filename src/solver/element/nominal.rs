@@ -1,0 +1,157 @@
+//! The tangent of a trilinear element from its points' nominal tangents.
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | `A_iJkL` | derivative of the nominal stress `P_iJ` of a point by `F_kL`, with the point's weight |
+//! | `N_a,J` | gradient of shape function `a` |
+//!
+//! `K_(a,i)(b,k) = Σ A_iJkL N_a,J N_b,L` over the points: first `T_(i,kL)(a) = Σ_J A_iJkL N_a,J`, then `Σ_L T N_b,L`, with
+//! nodes as SIMD lanes. Rows and columns are numbered direction by direction inside and node by node outside.
+
+use pulp::Simd;
+
+use super::shape::PointGeometry;
+use super::{DOFS, kernels::Row};
+use crate::solver::lanes::{Eight, Lane};
+
+/// Nine numbers `iJ` of eight points.
+pub(crate) type Nine = [Eight; 9];
+
+/// Numbers of the nodes, direction by direction.
+pub(crate) type Nodal = [[f64; 8]; 3];
+
+/// `Σ P_iJ N_a,J` over the points: nodal forces of nominal stresses that carry the points' weights.
+#[inline(always)]
+pub(crate) fn nodal<S: Simd>(simd: S, stress: &Nine, points: &[PointGeometry; 8]) -> Nodal {
+    let mut out = [[0.0; 8]; 3];
+    for first in Lane::<S>::groups() {
+        let mut sums = [Lane::splat(simd, 0.0); 3];
+        for (p, point) in points.iter().enumerate() {
+            let gradient = Lane::load_all(simd, &point.gradient, first);
+            for (i, sum) in sums.iter_mut().enumerate() {
+                for (j, gradient) in gradient.iter().enumerate() {
+                    *sum = Lane::splat(simd, stress[3 * i + j][p]).mul_add(*gradient, *sum);
+                }
+            }
+        }
+        for (out, sum) in out.iter_mut().zip(sums) {
+            sum.store(out, first);
+        }
+    }
+    out
+}
+
+/// Node by node.
+#[inline(always)]
+pub(crate) fn by_node(nodal: &Nodal) -> Row {
+    std::array::from_fn(|dof| nodal[dof % 3][dof / 3])
+}
+
+/// `left ⊗ right`, one of the terms of a tangent that are not local to a point.
+pub(crate) struct Dyad {
+    pub left: Nodal,
+    pub right: Nodal,
+}
+
+/// Sets `tangent` to the sum of all points' `A` and of `dyads`.
+#[inline(always)]
+pub(crate) fn tangent<S: Simd>(
+    simd: S,
+    moduli: &[Nine; 9],
+    points: &[PointGeometry; 8],
+    dyads: &[Dyad],
+    tangent: &mut [Row; DOFS],
+) {
+    let mut half = [[[0.0; 8]; 9]; 8];
+    for i in 0..3 {
+        for (p, (half, point)) in half.iter_mut().zip(points).enumerate() {
+            contract_left(
+                simd,
+                [&moduli[3 * i], &moduli[3 * i + 1], &moduli[3 * i + 2]],
+                p,
+                point,
+                half,
+            );
+        }
+        for a in (0..8).step_by(2) {
+            match S::F64_LANES {
+                8 => rows::<S, 1>(simd, [i, a], &half, points, dyads, tangent),
+                _ => rows::<S, 2>(simd, [i, a], &half, points, dyads, tangent),
+            }
+        }
+    }
+}
+
+/// `T_(i,kL)(a) = Σ_J A_iJkL N_a,J` of point `p` from the rows `A_iJ` of one `i`.
+#[inline(always)]
+fn contract_left<S: Simd>(
+    simd: S,
+    moduli: [&Nine; 3],
+    p: usize,
+    point: &PointGeometry,
+    half: &mut [[f64; 8]; 9],
+) {
+    for first in Lane::<S>::groups() {
+        let gradient = Lane::load_all(simd, &point.gradient, first);
+        for (kl, out) in half.iter_mut().enumerate() {
+            let mut sum = Lane::splat(simd, moduli[0][kl][p]) * gradient[0];
+            sum = Lane::splat(simd, moduli[1][kl][p]).mul_add(gradient[1], sum);
+            sum = Lane::splat(simd, moduli[2][kl][p]).mul_add(gradient[2], sum);
+            sum.store(out, first);
+        }
+    }
+}
+
+/// Rows of direction `i` of the nodes `a` and `a + 1`, in `V` vectors a direction.
+#[inline(always)]
+fn rows<S: Simd, const V: usize>(
+    simd: S,
+    [i, a]: [usize; 2],
+    half: &[[[f64; 8]; 9]; 8],
+    points: &[PointGeometry; 8],
+    dyads: &[Dyad],
+    tangent: &mut [Row; DOFS],
+) {
+    for first in (0..8).step_by(V * S::F64_LANES) {
+        let mut sums = [[[Lane::splat(simd, 0.0); V]; 3]; 2];
+        for Dyad { left, right } in dyads {
+            for (r, sums) in sums.iter_mut().enumerate() {
+                let left = Lane::splat(simd, left[i][a + r]);
+                for (k, sums) in sums.iter_mut().enumerate() {
+                    for (v, sum) in sums.iter_mut().enumerate() {
+                        *sum = left
+                            .mul_add(Lane::load(simd, &right[k], first + v * S::F64_LANES), *sum);
+                    }
+                }
+            }
+        }
+        for (half, point) in half.iter().zip(points) {
+            for l in 0..3 {
+                let mut gradient = [Lane::splat(simd, 0.0); V];
+                for (v, gradient) in gradient.iter_mut().enumerate() {
+                    *gradient = Lane::load(simd, &point.gradient[l], first + v * S::F64_LANES);
+                }
+                for (r, sums) in sums.iter_mut().enumerate() {
+                    for (k, sums) in sums.iter_mut().enumerate() {
+                        let factor = Lane::splat(simd, half[3 * k + l][a + r]);
+                        for (sum, gradient) in sums.iter_mut().zip(gradient) {
+                            *sum = factor.mul_add(gradient, *sum);
+                        }
+                    }
+                }
+            }
+        }
+        for (r, sums) in sums.iter().enumerate() {
+            let row = &mut tangent[3 * (a + r) + i];
+            for (k, sums) in sums.iter().enumerate() {
+                let mut values = [0.0; 8];
+                for (v, sum) in sums.iter().enumerate() {
+                    sum.store(&mut values, first + v * S::F64_LANES);
+                }
+                for b in first..(first + V * S::F64_LANES).min(8) {
+                    row[3 * b + k] = values[b];
+                }
+            }
+        }
+    }
+}

@@ -179,11 +179,15 @@ pub fn write_chart(path: &Path, chart: &Chart) -> Result<(), WriteError> {
         draw_names(&names, &chart.lines)?;
         let x = range_of(chart, chart.x.1, |p| p.0);
         let y = range_of(chart, chart.y.1, |p| p.1);
+        let log = |range: Range<f64>| {
+            let marks = marks(&range);
+            range.log_scale().with_key_points(marks)
+        };
         match (chart.x.1, chart.y.1) {
             (false, false) => draw_lines(&root, chart, x, y),
-            (true, false) => draw_lines(&root, chart, x.log_scale(), y),
-            (false, true) => draw_lines(&root, chart, x, y.log_scale()),
-            (true, true) => draw_lines(&root, chart, x.log_scale(), y.log_scale()),
+            (true, false) => draw_lines(&root, chart, log(x), y),
+            (false, true) => draw_lines(&root, chart, x, log(y)),
+            (true, true) => draw_lines(&root, chart, log(x), log(y)),
         }
     })
 }
@@ -220,16 +224,13 @@ where
         .x_label_area_size(40)
         .y_label_area_size(64)
         .build_cartesian_2d(x, y)?;
-    let label = |log: bool| {
-        move |v: &f64| if log && !is_round(*v) { String::new() } else { Short(*v).to_string() }
-    };
-    let (label_x, label_y) = (label(chart.x.1), label(chart.y.1));
+    let label = |v: &f64| Short(*v).to_string();
     area.configure_mesh()
         .x_desc(&chart.x.0)
         .y_desc(&chart.y.0)
         .light_line_style(WHITE)
-        .x_label_formatter(&label_x)
-        .y_label_formatter(&label_y)
+        .x_label_formatter(&label)
+        .y_label_formatter(&label)
         .draw()?;
     for (k, line) in chart.lines.iter().enumerate() {
         let color = color_of(k, line);
@@ -247,10 +248,17 @@ where
     Ok(())
 }
 
-/// Marks of a logarithmic axis that are named; the others stand too close for a name.
-fn is_round(value: f64) -> bool {
-    let first = value / 10f64.powf(value.log10().floor());
-    [1.0, 2.0, 3.0, 5.0, 10.0].iter().any(|round| (first / round - 1.0).abs() < 1e-6)
+/// Marks of a logarithmic axis, rising: the closer its ends, the more to a decade; of a very short one its ends.
+fn marks(range: &Range<f64>) -> Vec<f64> {
+    let (first, last) = (range.start.log10().floor() as i32, range.end.log10().ceil() as i32);
+    let to_a_decade: &[f64] = match (range.end / range.start).log10() {
+        decades if decades < 1.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
+        decades if decades < 3.5 => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
+    let decades = (first..=last).flat_map(|k| to_a_decade.iter().map(move |m| m * 10f64.powi(k)));
+    let marks: Vec<f64> = decades.filter(|mark| range.contains(mark)).collect();
+    if marks.len() < 2 { vec![range.start, range.end] } else { marks }
 }
 
 /// Colour of line `k`; rings are black.
@@ -309,9 +317,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn marks_of_a_logarithmic_axis_are_named_where_there_is_room() {
-        assert!([1e-6, 0.2, 3.0, 500.0, 1000.0].iter().all(|v| is_round(*v)));
-        assert!(![0.4, 6e-5, 700.0, 900.0].iter().any(|v| is_round(*v)));
+    fn marks_of_a_logarithmic_axis_are_round_and_few() {
+        assert_eq!(marks(&(0.9..60.0)), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0]);
+        assert_eq!(marks(&(3e-9..4e-2)).len(), 7);
+        assert_eq!(marks(&(30.0..2400.0)), [50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0]);
+        assert_eq!(marks(&(7.1..8.0)), [7.1, 8.0]);
     }
 
     #[test]

@@ -224,25 +224,28 @@ impl Symbolic {
         let contribution = &mut low[base..base + front.below * front.below];
         let (panel, u12) = storage.split_at_mut(front.panel_len());
         self.take_values(front, values, part.kind, panel, u12);
-        contribution.fill(0.0);
         let above_from = front.contribution + front.contribution_len();
-        for &c in &front.children {
-            let child = &self.fronts[c as usize];
-            let start = child.contribution - above_from;
-            let source = &above[start..start + child.below * child.below];
-            match part.kind {
-                Kind::General => extend_add(front, child, source, panel, u12, contribution),
-                Kind::Symmetric => symmetric::extend_add(front, child, source, panel, contribution),
-            }
-        }
+        let children = || {
+            front.children.iter().map(|&c| {
+                let child = &self.fronts[c as usize];
+                let start = child.contribution - above_from;
+                (child, &above[start..start + child.below * child.below])
+            })
+        };
         let singular = |k| Singular { unknown: self.old_of_new[front.first + k] as usize };
         if part.kind == Kind::Symmetric {
-            return symmetric::eliminate(front, panel, contribution).map_err(singular);
+            children().for_each(|(child, s)| symmetric::add_to_panel(front, child, s, panel));
+            symmetric::eliminate(front, panel, contribution).map_err(singular)?;
+            children().for_each(|(c, s)| symmetric::add_to_contribution(front, c, s, contribution));
+            return Ok(());
         }
         let at = front.first - part.unknown_from;
         let pivot = &mut part.pivot[at..at + front.pivots];
         let inverse = &mut part.inverse[at..at + front.pivots];
-        eliminate(front, panel, u12, contribution, (pivot, inverse)).map_err(singular)
+        children().for_each(|(child, s)| add_to_panel(front, child, s, panel, u12));
+        eliminate(front, panel, u12, contribution, (pivot, inverse)).map_err(singular)?;
+        children().for_each(|(child, s)| add_to_contribution(front, child, s, contribution));
+        Ok(())
     }
 
     /// The matrix's own values in a front.
@@ -270,40 +273,40 @@ impl Symbolic {
     }
 }
 
-/// Adds a child's contribution into its parent's front.
-fn extend_add(
-    front: &Front,
-    child: &Front,
-    source: &[f64],
-    panel: &mut [f64],
-    u12: &mut [f64],
-    contribution: &mut [f64],
-) {
-    let (np, m) = (front.pivots, front.below);
-    let height = np + m;
-    for column_run in &child.runs {
-        for k in 0..column_run.len as usize {
-            let from = &source[(column_run.child as usize + k) * child.below..][..child.below];
-            let column = column_run.parent as usize + k;
-            if column < np {
-                let to = &mut panel[column * height..(column + 1) * height];
-                for run in &child.runs {
-                    add(&mut to[run.parent as usize..], &from[run.child as usize..], run.len);
-                }
-            } else {
-                let top = &mut u12[(column - np) * np..(column - np + 1) * np];
-                let bottom = &mut contribution[(column - np) * m..(column - np + 1) * m];
-                for run in &child.runs {
-                    let (source, place) = (&from[run.child as usize..], run.parent as usize);
-                    if place < np {
-                        add(&mut top[place..], source, run.len);
-                    } else {
-                        add(&mut bottom[place - np..], source, run.len);
-                    }
-                }
-            }
+/// Adds what a child contributes to its parent's pivots.
+fn add_to_panel(front: &Front, child: &Front, source: &[f64], panel: &mut [f64], u12: &mut [f64]) {
+    let (np, height) = (front.pivots, front.pivots + front.below);
+    for (column, from) in columns(child, source) {
+        let (to, rows) = if column < np {
+            (&mut panel[column * height..(column + 1) * height], height)
+        } else {
+            (&mut u12[(column - np) * np..(column - np + 1) * np], np)
+        };
+        // A run does not straddle the border between pivots and the rest.
+        for run in child.runs.iter().filter(|run| (run.parent as usize) < rows) {
+            add(&mut to[run.parent as usize..], &from[run.child as usize..], run.len);
         }
     }
+}
+
+/// Adds what a child contributes to its parent's contribution.
+fn add_to_contribution(front: &Front, child: &Front, source: &[f64], contribution: &mut [f64]) {
+    let (np, m) = (front.pivots, front.below);
+    for (column, from) in columns(child, source).filter(|&(column, _)| column >= np) {
+        let to = &mut contribution[(column - np) * m..(column - np + 1) * m];
+        for run in child.runs.iter().filter(|run| run.parent as usize >= np) {
+            add(&mut to[run.parent as usize - np..], &from[run.child as usize..], run.len);
+        }
+    }
+}
+
+/// Columns of a child's contribution, with their places in its parent.
+fn columns<'a>(
+    child: &'a Front,
+    source: &'a [f64],
+) -> impl Iterator<Item = (usize, &'a [f64])> + 'a {
+    let places = child.runs.iter().flat_map(|run| run.parent..run.parent + run.len);
+    places.map(|place| place as usize).zip(source.chunks_exact(child.below))
 }
 
 #[inline]
@@ -314,7 +317,7 @@ pub(super) fn add(to: &mut [f64], from: &[f64], len: u32) {
     }
 }
 
-/// P A11 = L11 U11, U12 = L11^-1 P A12, L21 = A21 U11^-1, contribution -= L21 U12. On failure the index of a
+/// P A11 = L11 U11, U12 = L11^-1 P A12, L21 = A21 U11^-1, contribution = -L21 U12. On failure the index of a
 /// pivot without a finite inverse.
 fn eliminate(
     front: &Front,
@@ -379,7 +382,7 @@ fn lower_strips(top: MatRef<'_, f64>, bottom: MatMut<'_, f64>, width: usize) {
     });
 }
 
-/// contribution -= L21 U12, strip of columns by strip.
+/// contribution = -L21 U12, strip of columns by strip.
 fn update_strips(l21: MatRef<'_, f64>, u12: &[f64], contribution: &mut [f64], width: usize) {
     let (m, np) = (l21.nrows(), l21.ncols());
     let strips = contribution.par_chunks_mut(width * m).zip(u12.par_chunks(width * np));
@@ -387,6 +390,6 @@ fn update_strips(l21: MatRef<'_, f64>, u12: &[f64], contribution: &mut [f64], wi
         let columns = to.len() / m;
         let to = MatMut::from_column_major_slice_mut(to, m, columns);
         let from = MatRef::from_column_major_slice(from, np, columns);
-        matmul(to, Accum::Add, l21, from, -1.0, Par::Seq);
+        matmul(to, Accum::Replace, l21, from, -1.0, Par::Seq);
     });
 }

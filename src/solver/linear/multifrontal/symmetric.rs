@@ -11,39 +11,55 @@ use rayon::prelude::*;
 use super::numeric::{Factors, STRIP, STRIP_FLOPS, add};
 use super::symbolic::{Front, Run, Symbolic};
 
-/// Adds the lower triangle of a child's contribution into its parent's front. Both number unknowns in the same order, so
-/// it lands in lower triangles.
-pub(super) fn extend_add(
+/// Adds what the lower triangle of a child's contribution brings to its parent's pivots. Both number unknowns in the same
+/// order, so it lands in lower triangles.
+pub(super) fn add_to_panel(front: &Front, child: &Front, source: &[f64], panel: &mut [f64]) {
+    let height = front.pivots + front.below;
+    for_each_column(child, source, |column, from, runs| {
+        if column < front.pivots {
+            let to = &mut panel[column * height..(column + 1) * height];
+            runs.for_each(|run| {
+                add(&mut to[run.parent as usize..], &from[run.child as usize..], run.len);
+            });
+        }
+    });
+}
+
+/// Adds what it brings to its parent's contribution.
+pub(super) fn add_to_contribution(
     front: &Front,
     child: &Front,
     source: &[f64],
-    panel: &mut [f64],
     contribution: &mut [f64],
 ) {
     let (np, m) = (front.pivots, front.below);
-    let height = np + m;
+    for_each_column(child, source, |column, from, runs| {
+        if column >= np {
+            let to = &mut contribution[(column - np) * m..(column - np + 1) * m];
+            runs.for_each(|run| {
+                add(&mut to[run.parent as usize - np..], &from[run.child as usize..], run.len);
+            });
+        }
+    });
+}
+
+/// Calls `work` for every column of a child's lower triangle with its place in the parent and its runs of rows.
+fn for_each_column(
+    child: &Front,
+    source: &[f64],
+    mut work: impl FnMut(usize, &[f64], &mut dyn Iterator<Item = Run>),
+) {
     for (k, run) in child.runs.iter().enumerate() {
         for i in 0..run.len {
             let from = &source[(run.child + i) as usize * child.below..][..child.below];
-            let column = (run.parent + i) as usize;
-            let (to, above) = if column < np {
-                (&mut panel[column * height..(column + 1) * height], 0)
-            } else {
-                (&mut contribution[(column - np) * m..(column - np + 1) * m], np)
-            };
             let rest = Run { child: run.child + i, parent: run.parent + i, len: run.len - i };
-            for rows in std::iter::once(&rest).chain(&child.runs[k + 1..]) {
-                add(
-                    &mut to[rows.parent as usize - above..],
-                    &from[rows.child as usize..],
-                    rows.len,
-                );
-            }
+            let mut rows = std::iter::once(rest).chain(child.runs[k + 1..].iter().copied());
+            work((run.parent + i) as usize, from, &mut rows);
         }
     }
 }
 
-/// A11 = L11 L11^T, L21 = A21 L11^-T, contribution -= L21 L21^T. On failure the index of a pivot that is not positive.
+/// A11 = L11 L11^T, L21 = A21 L11^-T, contribution = -L21 L21^T. On failure the index of a pivot that is not positive.
 pub(super) fn eliminate(
     front: &Front,
     panel: &mut [f64],
@@ -91,14 +107,14 @@ fn lower<'a>(top: MatRef<'_, f64>, bottom: MatMut<'a, f64>, side_by_side: bool) 
     bottom.into_const()
 }
 
-/// contribution -= L21 L21^T on and below its diagonal, strip of columns by strip.
+/// contribution = -L21 L21^T on and below its diagonal, strip of columns by strip.
 fn update(l21: MatRef<'_, f64>, contribution: &mut [f64], side_by_side: bool) {
     let m = l21.nrows();
     let strip = |(k, to): (usize, &mut [f64])| {
         let (first, columns) = (k * STRIP, to.len() / m);
         let to = MatMut::from_column_major_slice_mut(to, m, columns).subrows_mut(first, m - first);
         let (left, right) = (l21.subrows(first, m - first), l21.subrows(first, columns));
-        matmul(to, Accum::Add, left, right.transpose(), -1.0, Par::Seq);
+        matmul(to, Accum::Replace, left, right.transpose(), -1.0, Par::Seq);
     };
     if side_by_side {
         contribution.par_chunks_mut(STRIP * m).enumerate().for_each(strip);

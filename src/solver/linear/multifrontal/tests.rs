@@ -86,6 +86,23 @@ fn pivoting_inside_fronts_carries_weak_diagonals() {
 }
 
 #[test]
+fn right_hand_sides_solved_together_are_those_solved_alone() {
+    for dominance in [30.0, 0.0] {
+        let m = matrix(31, 17, 6, dominance);
+        let (plan, mut factors) = (m.plan(), Factors::default());
+        plan.factor(&m.values, &mut factors).unwrap();
+        let n = m.block.len();
+        let rhs = [0.3, 0.7, 1.1].map(|f| (0..n).map(|i| (i as f64 * f).cos()).collect());
+        let mut together: [Vec<f64>; 3] = rhs.clone();
+        plan.solve(&factors, &mut together.each_mut().map(Vec::as_mut_slice));
+        for (mut alone, one) in rhs.into_iter().zip(&together) {
+            plan.solve(&factors, &mut [&mut alone]);
+            assert!(alone.iter().zip(one).all(|(a, b)| a.to_bits() == b.to_bits()));
+        }
+    }
+}
+
+#[test]
 fn factors_have_the_same_bits_for_any_number_of_threads_and_when_reused() {
     let m = matrix(40, 36, 9, 30.0);
     let plan = m.plan();

@@ -6,7 +6,7 @@ use kanagata::audit::{AuditOptions, AuditReport, CadReference, audit};
 use kanagata::cad::model::ClosestPoint;
 use kanagata::cad::{self, Model};
 use kanagata::convert::bezier::{BezierOptions, bezier_from_cad};
-use kanagata::convert::tolerance::{Goal, to_tolerance};
+use kanagata::convert::tolerance::{Borders, Goal, to_tolerance};
 use kanagata::convert::{ConvertOptions, convert};
 use kanagata::mesh::mapped::{MappedOptions, MeshStyle, mesh};
 use kanagata::tool::edge::EdgeRule;
@@ -106,7 +106,12 @@ fn the_largest_error_reported_is_the_largest_there_is() {
 #[test]
 fn so_it_is_of_models_whose_error_has_two_sides() {
     let model = read("cross/die.igs");
-    let goal = Goal { tol_mm: 0.05, normal_deg: f64::INFINITY, two_sided: true };
+    let goal = Goal {
+        tol_mm: 0.05,
+        normal_deg: f64::INFINITY,
+        two_sided: true,
+        borders: Borders::Conforming,
+    };
     let options = ConvertOptions { through_cad: true, ..ConvertOptions::default() };
     let refined = to_tolerance(&model, &MappedOptions::default(), &options, &goal).unwrap();
     check("die to a tolerance", &refined.tool, &model);

@@ -156,3 +156,39 @@ fn an_abaqus_deck_becomes_a_tool() {
     println!("{:?} {}", found.jumps, found.worst_mm());
     assert!(found.worst_mm() < 0.05 && found.folded.is_empty());
 }
+
+/// Said on the terminal, in the tool file and in the audit; refused where nothing is divided.
+#[test]
+fn faces_divided_independently_say_their_gap() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("die.tool.json");
+    let cad_file = fixture("cross/die.igs");
+    let options = ["--tol", "0.01mm", "--sheet-side", "+z", "--borders", "independent"];
+    let (text, found) = converted(&cad_file, &out, &options);
+    let loaded = read(&out).unwrap();
+    println!("{text} {:?}", found.jumps);
+    assert!(text.contains("faces divided independently: ") && text.contains("gap up to "));
+    assert!(loaded.provenance.mesher.ends_with("borders=independent"));
+    let gap = found.jumps.border_gap_mm;
+    assert!(gap > 0.0 && gap <= 0.01 && found.jumps.border_gap_at.is_some());
+    assert!(loaded.model.border_gap_mm >= gap && loaded.model.border_gap_mm <= 0.0102);
+    let said = ["audit", out.to_str().unwrap(), "--cad", cad_file.to_str().unwrap(), "--tol"];
+    let audited = |tol: &str| kanagata(&[&said[..], &[tol]].concat(), None);
+    let (code, text, _) = audited("0.01mm");
+    assert_eq!(code, 0, "{text}");
+    assert!(
+        text.contains("sides do not meet their neighbours'") && text.contains("that gap is at")
+    );
+    assert!(loaded.model.patches.len() < 71, "{}", loaded.model.patches.len());
+
+    for (options, reason) in [
+        (&["--kind", "bezier", "--tol", "0.01mm"][..], "share their control points"),
+        (&["--arc-divisions", "4"][..], "nothing is refined"),
+        (&["--to", "bezier"][..], "keeps the borders it has"),
+    ] {
+        let asked = ["convert", cad_file.to_str().unwrap(), "-o", out.to_str().unwrap()];
+        let asked = [&asked[..], &["--borders", "independent"], options].concat();
+        let (code, _, errors) = kanagata(&asked, None);
+        assert!(code == 2 && errors.contains(reason), "{code} {errors}");
+    }
+}

@@ -120,7 +120,7 @@ fn a_study_writes_its_tables_and_drawings_and_goes_on_after_a_model_that_cannot_
 #[test]
 fn a_description_that_makes_no_sense_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let refusals: [(&str, Value, &str, &str); 13] = [
+    let refusals: [(&str, Value, &str, &str); 14] = [
         ("/version", json!(2), "version: found 2", "allowed: 1"),
         ("/queries/points", json!(0), "queries.points: found 0", "1 to 1000000"),
         ("/queries/distance_mm", json!(-1.0), "queries.distance_mm: found -1", "above 0 mm"),
@@ -132,6 +132,7 @@ fn a_description_that_makes_no_sense_is_refused() {
         ("/methods/2/tolerances_mm/1", json!(0.0), "tolerances_mm[1]: found 0", "above 0 mm"),
         ("/methods/1/kind", json!("bezier"), "methods[1].divisions: found 2", "tolerances_mm"),
         ("/methods/1/on_cad", json!(true), "methods[1].on_cad: found true", "false, but for"),
+        ("/methods/1/independent", json!(true), "independent: found true", "false, but for"),
         ("/methods/0/edges", json!("cad"), "methods[0].edges: found cad", "Nagata"),
         ("/methods/0/colour", json!("red"), "colour", "schemas/patches.schema.json"),
     ];

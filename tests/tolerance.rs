@@ -5,7 +5,9 @@ use std::path::Path;
 use kanagata::audit::{AuditOptions, CadReference, audit};
 use kanagata::cad::model::{Edge, EdgeUse, Face, SurfaceKind, TrimLoop};
 use kanagata::cad::{self, Model};
-use kanagata::convert::tolerance::{Goal, Refined, ToleranceError, to_patches, to_tolerance};
+use kanagata::convert::tolerance::{
+    Borders, Goal, Refined, ToleranceError, to_patches, to_tolerance,
+};
 use kanagata::convert::{ConvertOptions, convert};
 use kanagata::geometry::nurbs::{Curve2, Curve3, Surface};
 use kanagata::geometry::{Vec2, Vec3};
@@ -17,7 +19,7 @@ fn read(file: &str) -> Model {
 }
 
 fn refined(model: &Model, tol_mm: f64, two_sided: bool, through_cad: bool) -> Refined {
-    let goal = Goal { tol_mm, normal_deg: f64::INFINITY, two_sided };
+    let goal = Goal { tol_mm, normal_deg: f64::INFINITY, two_sided, borders: Borders::Conforming };
     let options = ConvertOptions { through_cad, ..ConvertOptions::default() };
     let found = to_tolerance(model, &MappedOptions::default(), &options, &goal).unwrap();
     let again = audit(&found.tool, &CadReference::new(model), &AuditOptions::default()).unwrap();
@@ -119,8 +121,15 @@ fn a_cylinder_between_flats_is_balanced_on_its_creases() {
 fn a_number_of_patches_is_not_exceeded_and_more_patches_are_better() {
     let model = read("forming/cross_punch_144.igs");
     let made = |patches| {
-        to_patches(&model, &MappedOptions::default(), &ConvertOptions::default(), patches, false)
-            .unwrap()
+        to_patches(
+            &model,
+            &MappedOptions::default(),
+            &ConvertOptions::default(),
+            patches,
+            false,
+            Borders::Conforming,
+        )
+        .unwrap()
     };
     let (few, many) = (made(40), made(120));
     println!("{} {}", few.audit.worst_mm(), many.audit.worst_mm());
@@ -215,7 +224,12 @@ fn a_face_that_folds_is_refused_by_name() {
     let poles: Vec<Vec3> =
         profile.iter().flat_map(|&(x, z)| [0.0, 10.0].map(|y| Vec3::new(x, y, z))).collect();
     let model = patch([2, 1], &poles, "folded strip");
-    let goal = Goal { tol_mm: 0.05, normal_deg: f64::INFINITY, two_sided: true };
+    let goal = Goal {
+        tol_mm: 0.05,
+        normal_deg: f64::INFINITY,
+        two_sided: true,
+        borders: Borders::Conforming,
+    };
     let found = to_tolerance(&model, &MappedOptions::default(), &ConvertOptions::default(), &goal);
     match found {
         Err(ToleranceError::NoPatches { face: 0, source_entity }) => {

@@ -6,7 +6,7 @@ use std::path::Path;
 use kanagata::audit::{AuditOptions, AuditReport, CadReference, audit};
 use kanagata::cad::{self, Model};
 use kanagata::convert::bezier::{BezierOptions, bezier_from_cad};
-use kanagata::convert::tolerance::{Goal, to_tolerance};
+use kanagata::convert::tolerance::{Borders, Goal, to_tolerance};
 use kanagata::convert::{ConvertOptions, convert};
 use kanagata::geometry::Vec3;
 use kanagata::mesh::mapped::{MappedOptions, MeshStyle, mesh};
@@ -149,7 +149,12 @@ fn borders(patch: &Patch) -> Vec<Vec<Vec3>> {
 #[test]
 fn models_to_a_tolerance_are_as_tight() {
     let model = read("cross/punch.igs");
-    let goal = Goal { tol_mm: 0.05, normal_deg: f64::INFINITY, two_sided: true };
+    let goal = Goal {
+        tol_mm: 0.05,
+        normal_deg: f64::INFINITY,
+        two_sided: true,
+        borders: Borders::Conforming,
+    };
     let options = ConvertOptions { through_cad: true, ..ConvertOptions::default() };
     let found = to_tolerance(&model, &MappedOptions::default(), &options, &goal).unwrap();
     assert!(found.moved_mm > 0.0);

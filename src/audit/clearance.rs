@@ -301,6 +301,7 @@ mod tests {
             curves: vec![],
             patches: vec![patch],
             faces: vec![0],
+            border_gap_mm: 0.0,
         }
     }
 

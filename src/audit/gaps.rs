@@ -4,102 +4,131 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
-use super::jumps::{Side, on_side};
+use super::jumps::Side;
 use super::reference::ReferenceSurface;
-use crate::geometry::{Aabb, Vec3};
+use crate::geometry::Vec3;
+use crate::geometry::box_tree::BoxTree;
 use crate::tool::ToolModel;
+use crate::tool::side::{SideCurve, least};
 
-/// Points of a side that the nearest one is looked for from.
-const STEPS: usize = 16;
 /// A side this near to an edge of the CAD, over its length, is on it.
 const ON: f64 = 0.25;
+/// Points of a side its gap is looked for from, at least.
+const POINTS: usize = 16;
+/// Largest gaps among those points whose neighbourhoods are searched.
+const REFINED: usize = 3;
 
-/// A side that one patch uses, and the faces the surface goes on with beyond it.
-struct Open {
+/// The side of a patch that no other patch shares although the CAD goes on beyond it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenSide {
+    /// The patch.
+    pub patch: usize,
+    /// Its side, in turning order.
+    pub side: usize,
+    /// Edge of the CAD that it lies on.
+    pub edge: usize,
+    /// Largest distance of its points from the sides of the patches beyond that edge [mm].
+    pub gap_mm: f64,
+    /// Where that is.
+    pub at: Vec3,
+}
+
+/// A side before its gap is known.
+struct Found<'a> {
     side: Side,
+    curve: SideCurve<'a>,
+    edge: usize,
     beyond: Vec<u32>,
 }
 
-/// How many of the `free` sides of a tool have more of the CAD beyond them, and the largest distance from `n + 1` points
-/// of each to the free sides of the patches there [mm]. A tool of a single face has no neighbours.
+/// Those of the `free` sides of a tool that have more of the CAD beyond them, each with its largest gap over `n` steps
+/// and around the largest of these. A tool of a single face has no neighbours.
 pub(super) fn across(
     tool: &ToolModel,
     reference: &impl ReferenceSurface,
     free: &[Side],
     n: usize,
-) -> (usize, f64) {
+) -> Vec<OpenSide> {
     // A face without patches was left out: nothing to be apart from.
     let there: BTreeSet<u32> = tool.faces.iter().copied().collect();
     if there.len() < 2 {
-        return (0, 0.0);
+        return Vec::new();
     }
     let of_side = |&side: &Side| {
-        let mut beyond = beyond(tool, reference, side);
-        beyond.retain(|f| there.contains(f));
-        Open { side, beyond }
+        let mut found = found(tool, reference, side)?;
+        found.beyond.retain(|f| there.contains(f));
+        (!found.beyond.is_empty()).then_some(found)
     };
-    let open: Vec<Open> = free.par_iter().map(of_side).filter(|o| !o.beyond.is_empty()).collect();
-    let mut of_face: BTreeMap<u32, Vec<(Side, Aabb)>> = BTreeMap::new();
-    for o in &open {
-        let points = (0..=STEPS).map(|k| point(tool, o.side, k as f64 / STEPS as f64));
-        let points: Vec<Vec3> = points.collect();
-        // A side bulges between its points by less than their distances.
-        let around = Aabb::of_points(&points);
-        let around = around.widened(around.diagonal() / STEPS as f64);
-        of_face.entry(tool.faces[o.side.patch]).or_default().push((o.side, around));
+    let open: Vec<Found<'_>> = free.par_iter().filter_map(of_side).collect();
+    let mut of_face: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (k, o) in open.iter().enumerate() {
+        of_face.entry(tool.faces[o.side.patch]).or_default().push(k);
     }
-    let gap = |o: &Open| {
-        let points = (0..=n).map(|k| point(tool, o.side, k as f64 / n as f64));
-        let sides = || o.beyond.iter().filter_map(|f| of_face.get(f)).flatten();
-        let apart = points.map(|p| nearest(tool, o.side, &p, sides()));
-        apart.filter(|d| d.is_finite()).fold(0.0, f64::max)
+    let indexed = |(face, sides): (u32, Vec<usize>)| {
+        let boxes: Vec<_> = sides.iter().map(|&k| open[k].curve.bounds()).collect();
+        (face, (BoxTree::build(&boxes), sides))
     };
-    let gaps: Vec<f64> = open.par_iter().map(gap).collect();
-    (open.len(), gaps.into_iter().fold(0.0, f64::max))
+    let of_face: BTreeMap<u32, (BoxTree, Vec<usize>)> = of_face.into_iter().map(indexed).collect();
+    let gap = |o: &Found<'_>| {
+        let apart = |t: f64| {
+            let p = o.curve.point(t);
+            let sides = o.beyond.iter().filter_map(|f| of_face.get(f));
+            sides.fold(f64::INFINITY, |best, near| nearest(&open, o.side, &p, near, best))
+        };
+        let (at, gap_mm) = largest(apart, n.max(POINTS));
+        let Side { patch, side, .. } = o.side;
+        OpenSide { patch, side, edge: o.edge, gap_mm, at: o.curve.point(at) }
+    };
+    open.par_iter().map(gap).collect()
 }
 
-fn point(tool: &ToolModel, side: Side, t: f64) -> Vec3 {
-    on_side(&tool.patches[side.patch], side, t).0
+/// The side with the edge of the CAD that it lies on and the faces beyond.
+fn found<'a>(
+    tool: &'a ToolModel,
+    reference: &impl ReferenceSurface,
+    side: Side,
+) -> Option<Found<'a>> {
+    let curve = SideCurve::new(&tool.patches[side.patch], side.side);
+    let border = reference.border(&curve.point(0.5), tool.faces[side.patch])?;
+    let on = border.distance <= ON * curve.chord();
+    on.then_some(Found { side, curve, edge: border.edge, beyond: border.beyond })
 }
 
-/// Faces beyond the edge of the CAD that a side lies on.
-fn beyond(tool: &ToolModel, reference: &impl ReferenceSurface, side: Side) -> Vec<u32> {
-    let [a, b] = [0.0, 1.0].map(|t| point(tool, side, t));
-    let found = reference.border(&point(tool, side, 0.5), tool.faces[side.patch]);
-    found.filter(|f| f.distance <= ON * (b - a).norm()).map_or_else(Vec::new, |f| f.beyond)
-}
-
-/// Distance from `p` to the nearest of `sides`, its own aside.
-fn nearest<'a>(
-    tool: &ToolModel,
+/// Distance from `p` to the nearest of the sides of a face, its own aside, or `best` when none is nearer.
+fn nearest(
+    open: &[Found<'_>],
     own: Side,
     p: &Vec3,
-    sides: impl Iterator<Item = &'a (Side, Aabb)>,
+    (tree, sides): &(BoxTree, Vec<usize>),
+    best: f64,
 ) -> f64 {
-    let mut best = f64::INFINITY;
-    for (side, around) in sides {
-        let same = side.patch == own.patch && side.side == own.side;
-        if same || around.distance_squared(p) >= best * best {
-            continue;
-        }
-        let off = |t: f64| (point(tool, *side, t) - p).norm();
-        let at = |k: usize| k as f64 / STEPS as f64;
-        let steps = (0..=STEPS).map(|k| (off(at(k)), k));
-        let Some((_, k)) = steps.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
-        best = best.min(least(off, at(k.saturating_sub(1)), at((k + 1).min(STEPS))));
-    }
-    best
+    let visit = |k: u32, best: f64| {
+        let other = &open[sides[k as usize]];
+        let same = other.side.patch == own.patch && other.side.side == own.side;
+        if same { best } else { best.min(other.curve.distance(p).powi(2)) }
+    };
+    tree.nearest(p, best * best, visit).sqrt()
 }
 
-/// Least value between `a` and `b` by golden sections.
-fn least(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
-    const SHARE: f64 = 0.618_033_988_749_894_9;
-    let mut best = f(a).min(f(b));
-    for _ in 0..40 {
-        let (c, d) = (b - SHARE * (b - a), a + SHARE * (b - a));
-        let (fc, fd) = (f(c), f(d));
-        best = best.min(fc).min(fd);
-        if fc < fd { b = d } else { a = c }
+/// Largest finite value of `f` over [0, 1], and where: on `n` steps, and between the neighbours of the largest of
+/// these. Zero when there is none.
+fn largest(f: impl Fn(f64) -> f64, n: usize) -> (f64, f64) {
+    let at = |k: usize| k as f64 / n as f64;
+    let value = |t: f64| Some(f(t)).filter(|v| v.is_finite()).unwrap_or(0.0);
+    let values: Vec<f64> = (0..=n).map(|k| value(at(k))).collect();
+    let tops = |&k: &usize| {
+        let [before, after] = [k.saturating_sub(1), (k + 1).min(n)];
+        values[k] >= values[before] && values[k] >= values[after]
+    };
+    let mut tops: Vec<usize> = (0..=n).filter(tops).collect();
+    tops.sort_by(|&a, &b| values[b].total_cmp(&values[a]).then(a.cmp(&b)));
+    let mut best = tops.first().map_or((0.0, 0.0), |&k| (at(k), values[k]));
+    for &k in tops.iter().take(REFINED) {
+        let around = [at(k.saturating_sub(1)), at((k + 1).min(n))];
+        let (t, negative) = least(|t| -value(t), around, 24);
+        if -negative > best.1 {
+            best = (t, -negative);
+        }
     }
     best
 }

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::gaps;
+use super::gaps::{self, OpenSide};
 use super::reference::ReferenceSurface;
 use super::report::Jumps;
 use super::sample::{angle_deg, patch_normal};
 use crate::geometry::{Aabb, Vec3};
+use crate::tool::side::corners;
 use crate::tool::{Patch, ToolModel};
 
 /// A side of a patch on an edge.
@@ -21,17 +22,8 @@ pub(super) struct Side {
     reversed: bool,
 }
 
-/// Parameters of the corners, in turning order.
-fn corners(sides: usize) -> &'static [(f64, f64)] {
-    if sides == 3 {
-        &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]
-    } else {
-        &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
-    }
-}
-
 /// Point and normal of a patch at the share `t` of an edge.
-pub(super) fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>) {
+fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>) {
     let c = corners(patch.sides());
     let (a, b) = (c[side.side], c[(side.side + 1) % c.len()]);
     let t = if side.reversed { 1.0 - t } else { t };
@@ -44,9 +36,13 @@ pub(super) fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>)
 pub(super) fn find(tool: &ToolModel, reference: &impl ReferenceSurface, n: usize) -> Jumps {
     let edges: Vec<([u32; 2], Vec<Side>)> = edges(tool).into_iter().collect();
     let found: Vec<Jumps> = edges.par_iter().map(|(_, s)| of_edge(tool, reference, s, n)).collect();
-    let free: Vec<Side> = edges.iter().filter(|e| e.1.len() == 1).map(|e| e.1[0]).collect();
-    let (open_sides, border_gap_mm) = gaps::across(tool, reference, &free, n);
-    let mut all = Jumps { open_sides, border_gap_mm, ..Jumps::default() };
+    let open = gaps::across(tool, reference, &free(&edges), n);
+    let mut all = Jumps { open_sides: open.len(), ..Jumps::default() };
+    if let Some(o) = open.iter().max_by(|a, b| a.gap_mm.total_cmp(&b.gap_mm)) {
+        all.border_gap_mm = o.gap_mm;
+        all.border_gap_patch = Some(o.patch as u32);
+        all.border_gap_at = Some(o.at.into());
+    }
     for j in found {
         all.shared_edges += j.shared_edges;
         all.free_edges += j.free_edges;
@@ -58,6 +54,21 @@ pub(super) fn find(tool: &ToolModel, reference: &impl ReferenceSurface, n: usize
         }
     }
     all
+}
+
+/// Sides that one patch uses beyond which the CAD goes on, with their gaps: those of faces divided apart.
+pub(super) fn open_sides(
+    tool: &ToolModel,
+    reference: &impl ReferenceSurface,
+    n: usize,
+) -> Vec<OpenSide> {
+    let edges: Vec<([u32; 2], Vec<Side>)> = edges(tool).into_iter().collect();
+    gaps::across(tool, reference, &free(&edges), n)
+}
+
+/// Sides that one patch uses.
+fn free(edges: &[([u32; 2], Vec<Side>)]) -> Vec<Side> {
+    edges.iter().filter(|e| e.1.len() == 1).map(|e| e.1[0]).collect()
 }
 
 fn of_edge(tool: &ToolModel, reference: &impl ReferenceSurface, sides: &[Side], n: usize) -> Jumps {

@@ -31,6 +31,7 @@ pub mod view;
 use rayon::prelude::*;
 
 use crate::tool::ToolModel;
+pub use gaps::OpenSide;
 pub use reference::{CadReference, ReferenceSurface};
 pub use report::AuditReport;
 use sample::{PatchSamples, Probe};
@@ -122,6 +123,17 @@ pub fn audit(
         options,
     );
     Ok(Audit { report, samples })
+}
+
+/// Sides of patches that no other patch shares although the CAD goes on beyond them, each with its gap: found at
+/// `samples` steps along it, 16 at least, and around the largest. Conforming models have none.
+#[must_use]
+pub fn open_sides(
+    tool: &ToolModel,
+    reference: &impl ReferenceSurface,
+    samples: usize,
+) -> Vec<OpenSide> {
+    jumps::open_sides(tool, reference, samples)
 }
 
 /// +1, or -1 when the tool model as a whole looks the other way than the CAD (it was turned to the sheet when

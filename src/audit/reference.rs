@@ -36,6 +36,8 @@ pub trait ReferenceSurface: Sync {
 pub struct Border {
     /// Distance to it [mm].
     pub distance: f64,
+    /// Its number.
+    pub edge: usize,
     /// Faces on which the surface goes on beyond it: none at its own border, the face itself at a seam.
     pub beyond: Vec<u32>,
 }
@@ -104,14 +106,14 @@ impl ReferenceSurface for CadReference<'_> {
 
     fn border(&self, p: &Vec3, face: u32) -> Option<Border> {
         let uses = self.model.faces.get(face as usize)?.loops.iter().flat_map(|l| &l.uses);
-        let edges = uses.filter_map(|u| self.model.edges.get(u.edge?));
+        let edges = uses.filter_map(|u| Some((u.edge?, self.model.edges.get(u.edge?)?)));
         let off = |e: &Edge| (e.curve.point(e.curve.closest(p).0) - p).norm();
-        let nearest = edges.map(|e| (off(e), e)).min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (distance, edge) = nearest;
-        let mut beyond: Vec<u32> = edge.uses.iter().map(|u| u[0] as u32).collect();
+        let nearest = edges.map(|(k, e)| (off(e), k, e)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (distance, edge, found) = nearest;
+        let mut beyond: Vec<u32> = found.uses.iter().map(|u| u[0] as u32).collect();
         if let Some(own) = beyond.iter().position(|&f| f == face) {
             beyond.remove(own);
         }
-        Some(Border { distance, beyond })
+        Some(Border { distance, edge, beyond })
     }
 }

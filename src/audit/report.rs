@@ -44,7 +44,8 @@ pub struct AuditReport {
     pub tolerance_mm: Option<f64>,
     /// Largest normal error allowed [degrees].
     pub normal_tolerance_deg: Option<f64>,
-    /// True when both are kept and every point could be compared; null when nothing was asked.
+    /// True when both are kept, no gap between faces divided apart is larger, and every point could be compared; null
+    /// when nothing was asked.
     pub within_tolerance: Option<bool>,
     /// Area of the patches [mm^2].
     pub area_mm2: f64,
@@ -98,6 +99,12 @@ pub struct Jumps {
     /// Largest distance from a point of such a side to the neighbours across the CAD's edge [mm].
     #[serde(default)]
     pub border_gap_mm: f64,
+    /// Where that is [mm].
+    #[serde(default)]
+    pub border_gap_at: Option<[f64; 3]>,
+    /// The patch whose side that is.
+    #[serde(default)]
+    pub border_gap_patch: Option<u32>,
     /// Largest angle between the normals of neighbours across a smooth shared edge [degrees].
     pub normal_deg: f64,
     /// The two patches of that edge.

@@ -91,6 +91,7 @@ pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
     let asked = options.tolerance_mm.is_some() || options.normal_tolerance_deg.is_some();
     let within = kept(options.tolerance_mm, worst_mm)
         && kept(options.normal_tolerance_deg, whole.normal)
+        && kept(options.tolerance_mm, found.jumps.border_gap_mm)
         && lost == 0;
     let extreme = found.extremes.iter().flat_map(|e| [e.max.distance, e.min.distance]);
     AuditReport {

@@ -297,6 +297,9 @@ fn print_report(r: &AuditReport) {
         r.jumps.open_sides,
         r.jumps.border_gap_mm
     );
+    if let (Some([x, y, z]), Some(patch)) = (r.jumps.border_gap_at, r.jumps.border_gap_patch) {
+        println!("    that gap is at patch {patch} at ({x:.3}, {y:.3}, {z:.3})");
+    }
     if !r.folded.is_empty() {
         println!(
             "  {} patches fold, the first ones {:?}",

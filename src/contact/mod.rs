@@ -8,12 +8,13 @@
 //! - `search`: one query; `tree`: the boxes; `wide`: several numbers at once
 //! - [`paper`]: the two searches of the paper; [`SearchKind`] names all three, [`ContactSearch`] is their interface
 //! - [`oracle`]: dense sampling, the judge of them all
-//! - `topology`: which sides of a patch are free borders
+//! - `topology`: which sides of a patch are free borders; `joints`: between faces divided independently
 //! - [`friction`]: Coulomb's law; sees gap, slip and traction, never geometry
 
 mod form;
 pub mod friction;
 mod hull;
+mod joints;
 mod kind;
 pub mod oracle;
 pub mod paper;
@@ -47,7 +48,8 @@ pub enum Location {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// No point of the tool is nearer: proved by bounds, to rounding, and to 1e-12 of the tool's size (2e-10 mm at
-    /// most) where the distance is not convex.
+    /// most) where the distance is not convex. Over the border between faces that were divided independently another
+    /// foot may be given, no farther than the nearest by more than the gap there ([`crate::tool::ToolModel::border_gap_mm`]).
     Certified,
     /// The best found when the work allowed was spent; no bound.
     WorkSpent,

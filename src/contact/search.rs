@@ -27,18 +27,18 @@ pub(super) struct Best {
     pub(super) patch: u32,
     pub(super) at: Vec2,
     /// Half its squared distance [mm^2].
-    value: f64,
+    pub(super) value: f64,
     /// The same and what may be rounding.
-    limit: f64,
+    pub(super) limit: f64,
     /// Share of the distance that lies along the patch's normal; not yet known when NaN.
-    facing: f64,
+    pub(super) facing: f64,
 }
 
 pub(super) struct Search<'a, W> {
-    wide: W,
-    surface: &'a ToolSurface,
-    p: Vec3,
-    probe: Probe,
+    pub(super) wide: W,
+    pub(super) surface: &'a ToolSurface,
+    pub(super) p: Vec3,
+    pub(super) probe: Probe,
     pub(super) best: Best,
     threshold: f32,
     parts: u32,
@@ -256,7 +256,7 @@ impl<'a, W: Wide> Search<'a, W> {
         }
     }
 
-    fn facing(&self, foot: &Best) -> f64 {
+    pub(super) fn facing(&self, foot: &Best) -> f64 {
         let d = self.surface.model().patches[foot.patch as usize].derivs(foot.at.x, foot.at.y);
         unit_normal(&d).map_or(0.0, |n| {
             let q = self.p - d.s;
@@ -275,7 +275,7 @@ fn distance_along(net: &[Vec3], w: &Vec3, direction: &Vec3) -> f64 {
 impl Piece {
     /// Where Newton starts that knows nothing better.
     #[inline(always)]
-    fn start(&self, floor: &Floor) -> Vec2 {
+    pub(super) fn start(&self, floor: &Floor) -> Vec2 {
         start(floor.gradient, floor.hessian, self.metric(), self.shape)
     }
 }

@@ -27,7 +27,7 @@ pub struct ToolSurface {
     by_patch: Vec<u32>,
     starts: Vec<u32>,
     pub(super) tree: Tree,
-    borders: Borders,
+    pub(super) borders: Borders,
     bounds: Aabb,
     /// A length that is nothing but rounding [mm].
     pub(super) rounding: f64,
@@ -202,11 +202,7 @@ impl ToolSurface {
         });
         let q = p - d.s;
         let gap = q.dot(&normal);
-        let on_border = match location {
-            Location::Inside => false,
-            Location::Edge(k) => self.borders.side_is_free(best.patch, k),
-            Location::Vertex(k) => self.borders.corner_is_free(best.patch, k),
-        };
+        let on_border = self.borders.is_free(best.patch, location);
         let past = || (q - normal * gap).norm() > 1e-6 * self.bounds.diagonal();
         Projection {
             patch: best.patch,
@@ -237,6 +233,7 @@ impl Query<'_> {
     fn answer(self, wide: impl Wide) -> Projection {
         let mut search = Search::new(wide, self.surface, self.p, self.reach);
         search.run(self.first);
+        search.over_joints(self.reach);
         self.surface.finish(self.p, &search.best, search.outcome())
     }
 

@@ -23,6 +23,7 @@ impl Builder {
             curves: vec![],
             patches: vec![],
             faces: vec![],
+            border_gap_mm: 0.0,
         };
         Self { model }
     }

@@ -1,43 +1,37 @@
-//! Which sides and corners of the patches lie on the free border of the tool.
+//! Which sides and corners of the patches lie on the free border of the tool, and which on its [`joints`].
 //!
 //! Two patches are neighbours when they share the two vertices of a side; Bezier patches, which list no
 //! vertices, when their corners coincide within 1e-7 of the model's size.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::{Location, joints};
 use crate::geometry::{Aabb, Vec3};
+use crate::tool::side::sides_used_once;
 use crate::tool::{Patch, ToolModel};
 
-/// Free sides and corners of every patch, one bit each.
-#[derive(Debug, Clone)]
-pub(super) struct Borders {
+/// Sides and corners of every patch, one bit each; without patches none.
+#[derive(Debug, Clone, Default)]
+struct Bits {
     sides: Vec<u8>,
     corners: Vec<u8>,
 }
 
-impl Borders {
-    pub(super) fn of(model: &ToolModel) -> Self {
-        let ids = corner_ids(model);
-        let mut users: FxHashMap<(u32, u32), u32> = FxHashMap::default();
-        for corners in &ids {
-            for (a, b) in sides_of(corners) {
-                *users.entry((a.min(b), a.max(b))).or_default() += 1;
-            }
-        }
-        let mut free_vertex: FxHashMap<u32, bool> = FxHashMap::default();
-        let mut out = Self { sides: vec![0; ids.len()], corners: vec![0; ids.len()] };
-        for (patch, corners) in ids.iter().enumerate() {
+impl Bits {
+    /// These sides and, wherever patches share them, the corners at their ends.
+    fn of_sides(ids: &[Vec<u32>], sides: Vec<u8>) -> Self {
+        let mut ends: FxHashSet<u32> = FxHashSet::default();
+        for (corners, bits) in ids.iter().zip(&sides) {
             for (k, (a, b)) in sides_of(corners).enumerate() {
-                if a != b && users[&(a.min(b), a.max(b))] == 1 {
-                    out.sides[patch] |= 1 << k;
-                    free_vertex.insert(a, true);
-                    free_vertex.insert(b, true);
+                if bits & (1 << k) != 0 {
+                    ends.extend([a, b]);
                 }
             }
         }
+        let mut out = Self { sides, corners: vec![0; ids.len()] };
         for (patch, corners) in ids.iter().enumerate() {
             for (k, id) in corners.iter().enumerate() {
-                if free_vertex.contains_key(id) {
+                if ends.contains(id) {
                     out.corners[patch] |= 1 << k;
                     // A side of no length is its corner.
                     if corners[(k + 1) % corners.len()] == *id {
@@ -49,13 +43,66 @@ impl Borders {
         out
     }
 
-    pub(super) fn side_is_free(&self, patch: u32, side: u8) -> bool {
-        self.sides[patch as usize] & (1 << side) != 0
+    fn holds(&self, patch: u32, location: Location) -> bool {
+        let set = |bits: &[u8], k: u8| bits.get(patch as usize).is_some_and(|b| b & (1 << k) != 0);
+        match location {
+            Location::Inside => false,
+            Location::Edge(k) => set(&self.sides, k),
+            Location::Vertex(k) => set(&self.corners, k),
+        }
+    }
+}
+
+/// The free border of a tool, and its joints.
+#[derive(Debug, Clone)]
+pub(super) struct Borders {
+    free: Bits,
+    joints: Bits,
+}
+
+impl Borders {
+    pub(super) fn of(model: &ToolModel) -> Self {
+        let ids = corner_ids(model);
+        let once = used_once(&ids);
+        if model.border_gap_mm == 0.0 {
+            return Self { free: Bits::of_sides(&ids, once), joints: Bits::default() };
+        }
+        let joint = joints::sides(model, &once);
+        let outer: Vec<u8> = once.iter().zip(&joint).map(|(all, joint)| all & !joint).collect();
+        let ends = joints::ends(model, &outer);
+        let mut free = Bits::of_sides(&ids, outer);
+        let joints = Bits::of_sides(&ids, joint);
+        // Where a joint comes out of the tool its corners are on the border although no free side of theirs is.
+        for (patch, bits) in joints.corners.iter().enumerate() {
+            for k in (0..4).filter(|k| bits & (1 << k) != 0) {
+                free.corners[patch] |= u8::from(ends.near(model, patch, k)) << k;
+            }
+        }
+        Self { free, joints }
     }
 
-    pub(super) fn corner_is_free(&self, patch: u32, corner: u8) -> bool {
-        self.corners[patch as usize] & (1 << corner) != 0
+    /// True when the foot at `location` lies on the free border.
+    pub(super) fn is_free(&self, patch: u32, location: Location) -> bool {
+        self.free.holds(patch, location)
     }
+
+    /// True when there are joints.
+    #[inline(always)]
+    pub(super) fn has_joints(&self) -> bool {
+        !self.joints.sides.is_empty()
+    }
+
+    /// True when the foot at `location` lies on a joint.
+    pub(super) fn is_joint(&self, patch: u32, location: Location) -> bool {
+        self.joints.holds(patch, location)
+    }
+}
+
+/// Sides of some length that one patch uses.
+fn used_once(ids: &[Vec<u32>]) -> Vec<u8> {
+    let rings: Vec<&[u32]> = ids.iter().map(|ring| &ring[..]).collect();
+    let bits = |sides: Vec<usize>| sides.iter().fold(0, |bits, k| bits | 1 << k);
+    sides_used_once(&rings).into_iter().map(bits).collect()
 }
 
 fn sides_of(corners: &[u32]) -> impl Iterator<Item = (u32, u32)> + '_ {
@@ -71,7 +118,10 @@ pub(super) fn corner_ids(model: &ToolModel) -> Vec<Vec<u32>> {
     let size = Aabb::of_points(points.iter().flatten()).diagonal();
     let mut seen =
         Welder { cell: (1e-7 * size).max(1e-300), cells: FxHashMap::default(), count: 0 };
-    points.iter().map(|c| c.iter().map(|p| seen.id(p)).collect()).collect()
+    // Faces that were divided independently share nothing.
+    let part = |face: u32| if model.border_gap_mm > 0.0 { face } else { 0 };
+    let rings = points.iter().zip(&model.faces);
+    rings.map(|(c, &face)| c.iter().map(|p| seen.id(p, part(face))).collect()).collect()
 }
 
 fn corner_points(patch: &Patch) -> Vec<Vec3> {
@@ -79,27 +129,30 @@ fn corner_points(patch: &Patch) -> Vec<Vec3> {
     all[..patch.sides()].iter().map(|&(eta, zeta)| patch.derivs(eta, zeta).s).collect()
 }
 
-/// Gives equal ids to points within a cell of each other.
+/// A cell of one part.
+type Cell = ([i64; 3], u32);
+
+/// Gives equal ids to points of one part within a cell of each other.
 struct Welder {
     cell: f64,
-    cells: FxHashMap<[i64; 3], Vec<(Vec3, u32)>>,
+    cells: FxHashMap<Cell, Vec<(Vec3, u32)>>,
     count: u32,
 }
 
 impl Welder {
-    fn id(&mut self, p: &Vec3) -> u32 {
+    fn id(&mut self, p: &Vec3, part: u32) -> u32 {
         let key = [0, 1, 2].map(|k| (p[k] / self.cell).floor() as i64);
         for near in 0..27_i64 {
             let shift = [near % 3 - 1, near / 3 % 3 - 1, near / 9 - 1];
             let cell = [0, 1, 2].map(|k| key[k].saturating_add(shift[k]));
-            let hit = self.cells.get(&cell).and_then(|points| {
+            let hit = self.cells.get(&(cell, part)).and_then(|points| {
                 points.iter().find(|(q, _)| (q - p).norm() <= self.cell).map(|&(_, id)| id)
             });
             if let Some(id) = hit {
                 return id;
             }
         }
-        self.cells.entry(key).or_default().push((*p, self.count));
+        self.cells.entry((key, part)).or_default().push((*p, self.count));
         self.count += 1;
         self.count - 1
     }

@@ -122,6 +122,7 @@ mod tests {
                 curves: vec![],
                 patches: vec![patch],
                 faces: vec![0],
+                border_gap_mm: 0.0,
             };
             let (points, triangles) = tessellate(&model, 3, &Vec3::zeros());
             let signed: f64 = triangles

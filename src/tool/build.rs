@@ -75,6 +75,14 @@ pub enum ToolError {
         /// Control points found.
         points: usize,
     },
+    /// A gap between borders that is none.
+    #[error("border_gap_mm is {found}; allowed: 0 to {most:.4}, a hundredth of the tool's size")]
+    Gap {
+        /// Gap found [mm].
+        found: f64,
+        /// Largest allowed [mm].
+        most: f64,
+    },
 }
 
 /// An edge that the guard made straight.
@@ -128,7 +136,18 @@ pub fn build(
     let c = |a: u32, b: u32| edges.get(&key(a, b)).map_or_else(Vec3::zeros, |e| e.c);
     let patches = corners.iter().map(|p| patch(&p.vertices, &vertices, c)).collect();
     let faces = corners.iter().map(|p| p.face).collect();
-    Ok((ToolModel { name, kind, vertices, normals, corners, curves, patches, faces }, straight))
+    let tool = ToolModel {
+        name,
+        kind,
+        vertices,
+        normals,
+        corners,
+        curves,
+        patches,
+        faces,
+        border_gap_mm: 0.0,
+    };
+    Ok((tool, straight))
 }
 
 /// Replaces the coefficients of given edges.

@@ -22,6 +22,7 @@ pub fn to_bezier(tool: &ToolModel) -> ToolModel {
         curves: Vec::new(),
         patches: tool.patches.iter().map(of_nagata).collect(),
         faces: tool.faces.clone(),
+        border_gap_mm: tool.border_gap_mm,
     }
 }
 
@@ -81,8 +82,12 @@ pub fn to_nagata(tool: &ToolModel) -> Result<(ToolModel, Discrepancy), ToolError
     let given = given(&weld, &corners, &wanted, patches.iter().all(quadratic));
     let choice = EdgeChoice { rule: EdgeRule::Guarded, given };
     let (vertices, normals) = (weld.vertices, weld.normals);
-    let (made, _) = build(tool.name.clone(), ToolKind::Nagata, vertices, normals, corners, choice)?;
+    let (mut made, _) =
+        build(tool.name.clone(), ToolKind::Nagata, vertices, normals, corners, choice)?;
     let lost = discrepancy(&patches, &made.patches);
+    if tool.border_gap_mm > 0.0 {
+        made.border_gap_mm = tool.border_gap_mm + 2.0 * lost.max_mm;
+    }
     Ok((made, lost))
 }
 

@@ -9,8 +9,12 @@ use super::build::{EdgeChoice, StraightEdge, ToolError, build};
 use super::edge::EdgeRule;
 use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::{MAX_DEGREE, Patch};
+use super::side::corners;
 use crate::files::{WriteError, write_atomic};
-use crate::geometry::Vec3;
+use crate::geometry::{Aabb, Vec3};
+
+/// Largest gap between the borders of faces that may be one surface, over the size of the model.
+pub const LARGEST_GAP: f64 = 0.01;
 
 /// File version this program writes and reads.
 pub const VERSION: u32 = 1;
@@ -48,6 +52,14 @@ pub struct ToolFile {
     /// Patches by control points (Bezier).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bezier_patches: Vec<BezierNet>,
+    /// Largest distance of the borders of faces that were divided independently, so that their patches do not share
+    /// vertices across the edge of the CAD between them [mm]; 0: all share them.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub border_gap_mm: f64,
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// The constant that marks a tool file.
@@ -204,6 +216,7 @@ impl ToolFile {
             patches: model.corners.clone(),
             curves: model.curves.clone(),
             bezier_patches: model.patches.iter().zip(&model.faces).filter_map(net).collect(),
+            border_gap_mm: model.border_gap_mm,
         }
     }
 
@@ -212,18 +225,20 @@ impl ToolFile {
     /// # Errors
     /// [`ToolError`] names the patch, vertex or normal.
     pub fn into_model(self) -> Result<(ToolModel, Vec<StraightEdge>), ToolError> {
-        if self.kind == ToolKind::Bezier {
-            return Ok((bezier_model(self.name, &self.bezier_patches)?, Vec::new()));
-        }
         let points = |list: Vec<[f64; 3]>| list.into_iter().map(Vec3::from).collect();
-        build(
-            self.name,
-            self.kind,
-            points(self.vertices),
-            points(self.normals),
-            self.patches,
-            EdgeChoice { rule: self.edges, given: self.curves },
-        )
+        let (mut model, straight) = match self.kind {
+            ToolKind::Bezier => (bezier_model(self.name, &self.bezier_patches)?, Vec::new()),
+            _ => build(
+                self.name,
+                self.kind,
+                points(self.vertices),
+                points(self.normals),
+                self.patches,
+                EdgeChoice { rule: self.edges, given: self.curves },
+            )?,
+        };
+        model.border_gap_mm = allowed_gap(self.border_gap_mm, &model)?;
+        Ok((model, straight))
     }
 
     /// Writes the file beside its name and renames it.
@@ -236,6 +251,19 @@ impl ToolFile {
             writeln!(w)
         })
     }
+}
+
+/// The border gap that a file declares, if it is one.
+fn allowed_gap(found: f64, model: &ToolModel) -> Result<f64, ToolError> {
+    let corners = |p: &Patch| -> Vec<Vec3> {
+        corners(p.sides()).iter().map(|&(eta, zeta)| p.derivs(eta, zeta).s).collect()
+    };
+    if found == 0.0 {
+        return Ok(found);
+    }
+    let points: Vec<Vec3> = model.patches.iter().flat_map(corners).collect();
+    let most = LARGEST_GAP * Aabb::of_points(&points).diagonal();
+    if (0.0..=most).contains(&found) { Ok(found) } else { Err(ToolError::Gap { found, most }) }
 }
 
 fn bezier_model(name: String, nets: &[BezierNet]) -> Result<ToolModel, ToolError> {
@@ -264,6 +292,7 @@ fn bezier_model(name: String, nets: &[BezierNet]) -> Result<ToolModel, ToolError
         curves: Vec::new(),
         patches,
         faces,
+        border_gap_mm: 0.0,
     })
 }
 
@@ -294,6 +323,7 @@ mod tests {
             }],
             curves: vec![GivenCurve { vertices: [2, 1], c: [0.0, 0.1 / 3.0, 0.0] }],
             bezier_patches: vec![],
+            border_gap_mm: 0.0,
         }
     }
 

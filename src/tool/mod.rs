@@ -7,6 +7,7 @@ pub mod exchange;
 pub mod file;
 pub mod model;
 pub mod patch;
+pub mod side;
 
 pub use model::{GivenCurve, ToolKind, ToolModel};
 pub use patch::{Patch, PatchDerivs};

@@ -60,4 +60,6 @@ pub struct ToolModel {
     pub patches: Vec<super::Patch>,
     /// CAD face id of each patch.
     pub faces: Vec<u32>,
+    /// Faces that were divided independently meet to within this [mm]; 0: neighbours share vertices and curves.
+    pub border_gap_mm: f64,
 }

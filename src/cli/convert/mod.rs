@@ -16,6 +16,7 @@ use super::quantity::{angle_deg, length_mm};
 use crate::audit::AuditReport;
 use crate::cad::Model;
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
+use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance};
 use crate::convert::{ConvertError, ConvertOptions, ConvertReport, convert};
 use crate::files::sha256_hex;
@@ -78,6 +79,9 @@ pub struct ConvertArgs {
     /// With --tol or --patches: leave all vertices on the CAD instead of balancing them about it
     #[arg(long)]
     on_cad: bool,
+    /// With --tol or --patches: how the patches of neighbouring faces meet
+    #[arg(long, value_enum, default_value_t = Borders::Conforming)]
+    borders: Borders,
     /// Leave out faces that the sheet of this scene cannot touch; the tool is the one of this name or output file there
     #[arg(long, value_name = "SCENE", conflicts_with = "mesh")]
     reach: Option<PathBuf>,
@@ -94,6 +98,15 @@ enum Kind {
     Facets,
     /// Bezier patches of degree 1 to 6 straight from the CAD's faces, within --tol (1e-4 mm when not given)
     Bezier,
+}
+
+/// How faces meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Borders {
+    /// They share vertices and curves: no gap
+    Conforming,
+    /// Each face has its own divisions, as few as its own error allows: gaps within the tolerance, measured and reported
+    Independent,
 }
 
 /// Kinds that tool files are converted to.
@@ -168,7 +181,17 @@ impl From<ToleranceError> for Failure {
 struct Converted {
     tool: ToolModel,
     report: ConvertReport,
-    refined: Option<(AuditReport, f64)>,
+    refined: Option<Fit>,
+}
+
+/// What refinement says of its model.
+struct Fit {
+    audit: AuditReport,
+    /// Largest distance that a vertex was moved off the CAD [mm].
+    moved_mm: f64,
+    borders: Meeting,
+    /// Faces were to be divided independently.
+    asked_apart: bool,
 }
 
 /// Converts the file.
@@ -177,6 +200,7 @@ struct Converted {
 /// Exit code 2 for a file that is no CAD, cannot be meshed or not within the tolerance, 4 when files cannot be read
 /// or written.
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
+    check_borders(args)?;
     if let Some(to) = args.to {
         return exchange(args, to);
     }
@@ -214,13 +238,29 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
             made.report.folded.len()
         )));
     }
-    let error_mm = made.refined.as_ref().map(|r| r.0.worst_mm());
+    let error_mm = made.refined.as_ref().map(|r| r.audit.worst_mm());
     let provenance = provenance(args, &model.unit, error_mm, reached.as_ref())?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
     print_report(&made);
     reached.iter().for_each(print_reach);
     println!("  {}", args.output.display());
     Ok(Exit::Done)
+}
+
+/// Refuses independent borders where there is nothing to divide independently.
+fn check_borders(args: &ConvertArgs) -> Result<(), Failure> {
+    let reason = match args.borders {
+        Borders::Conforming => return Ok(()),
+        _ if args.to.is_some() => "with --to; a tool file keeps the borders it has",
+        _ if args.kind == Kind::Bezier => {
+            "with --kind bezier; patches straight from the CAD share their control points; convert to --kind nagata and that file with --to bezier"
+        }
+        _ if !is_refined(args) => {
+            "without --tol, --normal-tol or --patches; nothing is refined, and uniform meshes are conforming"
+        }
+        Borders::Independent => return Ok(()),
+    };
+    Err(Failure::input(format!("--borders independent {reason}; or leave --borders out")))
 }
 
 /// What of the model the sheet of a scene can touch.
@@ -301,13 +341,20 @@ fn refined(
         }
         (other, _) => other,
     };
+    let borders = match args.borders {
+        Borders::Conforming => Meeting::Conforming,
+        Borders::Independent => Meeting::Independent,
+    };
     let found = match args.patches {
-        Some(patches) => to_patches(model, &mesh, options, patches, !args.on_cad).map_err(whole)?,
+        Some(patches) => {
+            to_patches(model, &mesh, options, patches, !args.on_cad, borders).map_err(whole)?
+        }
         None => {
             let goal = Goal {
                 tol_mm: args.tol.unwrap_or(f64::INFINITY),
                 normal_deg: args.normal_tol.unwrap_or(f64::INFINITY),
                 two_sided: !args.on_cad,
+                borders,
             };
             to_tolerance(model, &mesh, options, &goal).map_err(whole)?
         }
@@ -315,7 +362,12 @@ fn refined(
     Ok(Converted {
         tool: found.tool,
         report: found.report,
-        refined: Some((found.audit, found.moved_mm)),
+        refined: Some(Fit {
+            audit: found.audit,
+            moved_mm: found.moved_mm,
+            borders: found.borders,
+            asked_apart: borders == Meeting::Independent,
+        }),
     })
 }
 
@@ -362,5 +414,9 @@ fn goal(args: &ConvertArgs) -> String {
     let patches = args.patches.map_or_else(String::new, |n| format!(" patches={n}"));
     let vertices = if args.on_cad { " vertices=on-cad" } else { " vertices=balanced" };
     let edges = format!(" edges={}", format!("{:?}", edge(args)).to_lowercase());
-    format!("{tol}{normal}{patches}{vertices}{edges}")
+    let borders = match args.borders {
+        Borders::Conforming => "",
+        Borders::Independent => " borders=independent",
+    };
+    format!("{tol}{normal}{patches}{vertices}{edges}{borders}")
 }

@@ -1,7 +1,8 @@
 //! What `convert` prints of what it made.
 
-use super::Converted;
+use super::{Converted, Fit};
 use crate::convert::reach::{Reached, Why};
+use crate::convert::tolerance::Borders;
 use crate::geometry::Vec3;
 use crate::tool::build::StraightEdge;
 
@@ -13,11 +14,20 @@ pub(super) fn print_report(made: &Converted) {
     let (patches, vertices) = (made.tool.patches.len(), made.tool.vertices.len());
     let report = &made.report;
     println!("{patches} patches, {vertices} vertices, {} crease edges", report.creases);
-    if let Some((audit, moved)) = &made.refined {
+    if let Some(Fit { audit, moved_mm, borders, asked_apart }) = &made.refined {
         println!(
-            "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved:.5} mm off the CAD",
+            "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved_mm:.5} mm off the CAD",
             audit.min_mm, audit.max_mm, audit.normal_max_deg
         );
+        if *borders == Borders::Independent {
+            let [x, y, z] = audit.jumps.border_gap_at.unwrap_or_default();
+            println!(
+                "  faces divided independently: {} sides do not meet their neighbours', gap up to {:.5} mm at ({x:.3}, {y:.3}, {z:.3}) mm",
+                audit.jumps.open_sides, audit.jumps.border_gap_mm
+            );
+        } else if *asked_apart {
+            println!("  no fewer patches with faces divided independently: conforming");
+        }
     }
     if report.turned {
         println!("  turned round to look at the sheet");

@@ -125,6 +125,7 @@ pub fn bezier_from_cad(
         curves: Vec::new(),
         patches,
         faces: mesh.elements.iter().map(|e| e.face).collect(),
+        border_gap_mm: 0.0,
     };
     Ok((tool, report))
 }

@@ -6,7 +6,7 @@
 //! sum of its P-th powers over all points, by Newton's method with conjugate gradients.
 
 use crate::audit::sample::PatchSamples;
-use crate::audit::{Audit, AuditOptions, CadReference, audit};
+use crate::audit::{Audit, AuditOptions, audit};
 use crate::cad::Model;
 use crate::convert::{ConvertError, ConvertOptions, edges};
 use crate::geometry::Vec3;
@@ -14,6 +14,7 @@ use crate::mesh::mapped::is_flat;
 use crate::tool::ToolModel;
 use crate::tool::build::{EdgeChoice, build};
 
+use super::work::Work;
 use super::{Refined, ToleranceError};
 
 /// Power of the error whose sum is made least: near enough to its largest.
@@ -32,24 +33,24 @@ const STEEPEST: f64 = 0.5;
 pub(super) fn balanced(
     plain: Refined,
     found: Audit,
-    model: &Model,
-    reference: &CadReference<'_>,
+    work: &Work<'_>,
     options: &ConvertOptions,
     audit_options: &AuditOptions,
 ) -> Result<Refined, ToleranceError> {
-    let ways = ways(&plain.tool, model);
+    let ways = ways(&plain.tool, work.plan.model(), work.first);
     let mut shifts = vec![0.0; plain.tool.vertices.len()];
     let (mut best, mut samples) = (plain.clone(), found.samples);
     for _ in 0..ROUNDS {
         let more = least_shifts(&plain.tool, &samples, &ways);
         shifts.iter_mut().zip(&more).for_each(|(s, m)| *s += m);
         let tool = moved(&plain.tool, &shifts, &ways, options)?;
-        let found = audit(&tool, reference, audit_options)?;
+        let found = audit(&tool, work.reference, audit_options)?;
         if found.report.worst_mm() >= 0.999 * best.audit.worst_mm() {
             break;
         }
         let moved_mm = shifts.iter().fold(0.0f64, |m, s| m.max(s.abs()));
-        best = Refined { tool, report: plain.report.clone(), audit: found.report, moved_mm };
+        let (report, audit) = (plain.report.clone(), found.report);
+        best = Refined { tool, report, audit, moved_mm, borders: plain.borders };
         samples = found.samples;
     }
     Ok(best)
@@ -65,15 +66,16 @@ struct Asked {
 }
 
 /// The direction each vertex may move along, if any: the normal of its curved faces, as far as that lies within the flats
-/// around it. A flat stays exactly flat; its border on a crease follows the curved face.
-fn ways(tool: &ToolModel, model: &Model) -> Vec<Option<Vec3>> {
+/// around it. A flat stays exactly flat; its border on a crease follows the curved face. The model's faces have numbers
+/// from `first` on.
+fn ways(tool: &ToolModel, model: &Model, first: u32) -> Vec<Option<Vec3>> {
     let flat: Vec<bool> = model.faces.iter().map(is_flat).collect();
     let mut asked: Vec<Asked> = Vec::new();
     asked.resize_with(tool.vertices.len(), Asked::default);
     for p in &tool.corners {
         for (&v, &n) in p.vertices.iter().zip(&p.normals) {
             let vertex = &mut asked[v as usize];
-            if flat[p.face as usize] {
+            if flat[(p.face - first) as usize] {
                 vertex.flats.push(n);
             } else {
                 vertex.several |= *vertex.curved.get_or_insert(n) != n;

@@ -5,14 +5,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rustc_hash::FxHashMap;
 
+use super::work::{Work, renumber};
 use crate::audit::{AuditOptions, CadReference, audit};
+use crate::cad::model::Edge;
 use crate::convert::{ConvertOptions, convert};
-use crate::geometry::Vec3;
+use crate::geometry::{Aabb, Vec3};
 use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::plan::{Divisions, Plan};
+use crate::tool::ToolModel;
+use crate::tool::side::{SideCurve, sides_used_once};
 
 /// What the audit of a face's patches says.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Figures {
     /// Patches.
     pub patches: usize,
@@ -22,10 +26,18 @@ pub(super) struct Figures {
     pub normal_deg: f64,
     /// Where the error is largest, if there are patches.
     pub worst: Option<Vec3>,
+    /// For each edge of the plan's model the largest distance of the patches' sides on it from it [mm]; empty when
+    /// borders are shared.
+    pub off: Vec<f64>,
 }
 
-const NONE: Figures =
-    Figures { patches: 0, error_mm: f64::INFINITY, normal_deg: f64::INFINITY, worst: None };
+const NONE: Figures = Figures {
+    patches: 0,
+    error_mm: f64::INFINITY,
+    normal_deg: f64::INFINITY,
+    worst: None,
+    off: Vec::new(),
+};
 
 /// Divisions of the face's edges in loop order, density, mapped.
 type Key = (usize, Vec<usize>, usize, bool);
@@ -35,19 +47,34 @@ pub(super) struct Judge<'a> {
     plan: &'a Plan<'a>,
     reference: &'a CadReference<'a>,
     options: ConvertOptions,
+    /// Number of the plan's first face in the reference.
+    first: u32,
+    /// Edges of the plan's model that other faces divide in their own way; empty: none.
+    apart: &'a [bool],
+    /// Boxes around its edges, a little wider.
+    boxes: Vec<Aabb>,
     known: Mutex<FxHashMap<Key, Figures>>,
     /// Patches made so far: work done, the same for any number of threads.
     spent: AtomicU64,
 }
 
 impl<'a> Judge<'a> {
-    pub fn new(
-        plan: &'a Plan<'a>,
-        reference: &'a CadReference<'a>,
-        options: &ConvertOptions,
-    ) -> Self {
-        let options = ConvertOptions { sheet_side: None, flip: false, ..options.clone() };
-        Self { plan, reference, options, known: Mutex::default(), spent: AtomicU64::new(0) }
+    pub fn new(work: &'a Work<'_>, apart: &'a [bool]) -> Self {
+        let options = ConvertOptions { sheet_side: None, flip: false, ..work.options.clone() };
+        let Work { plan, reference, first, .. } = work;
+        let model = plan.model();
+        let near = 1e-6 * model.bbox().diagonal() + 2.0 * model.join_tolerance;
+        let hull = |e: &Edge| Aabb::of_points(e.curve.points()).widened(near);
+        Self {
+            plan,
+            reference,
+            options,
+            first: *first,
+            apart,
+            boxes: model.edges.iter().map(hull).collect(),
+            known: Mutex::default(),
+            spent: AtomicU64::new(0),
+        }
     }
 
     /// Figures of face `f`.
@@ -56,7 +83,7 @@ impl<'a> Judge<'a> {
         let edges = face.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge);
         let key: Key =
             (f, edges.map(|e| divisions.counts[e]).collect(), density, divisions.mapped[f]);
-        let known = |k: &Key| self.known.lock().ok()?.get(k).copied();
+        let known = |k: &Key| self.known.lock().ok()?.get(k).cloned();
         if let Some(found) = known(&key) {
             return found;
         }
@@ -64,7 +91,7 @@ impl<'a> Judge<'a> {
         let work = mesh.as_ref().map_or(0, |mesh| mesh.elements.len());
         let found = mesh.and_then(|mesh| self.judge(&mesh)).unwrap_or(NONE);
         if let Ok(mut known) = self.known.lock()
-            && known.insert(key, found).is_none()
+            && known.insert(key, found.clone()).is_none()
         {
             self.spent.fetch_add(1 + work as u64, Ordering::Relaxed);
         }
@@ -78,7 +105,9 @@ impl<'a> Judge<'a> {
 
     /// Figures of one face's mesh; none when its patches fold or cannot be made.
     fn judge(&self, mesh: &SurfaceMesh) -> Option<Figures> {
-        let (tool, made) = convert(self.plan.model(), mesh, &self.options).ok()?;
+        let (mut tool, made) = convert(self.plan.model(), mesh, &self.options).ok()?;
+        let off = self.off(&tool);
+        renumber(&mut tool, self.first);
         if !made.folded.is_empty() {
             return None;
         }
@@ -92,6 +121,41 @@ impl<'a> Judge<'a> {
             error_mm: report.worst_mm(),
             normal_deg: report.normal_max_deg,
             worst: report.worst.first().map(|w| w.point.into()),
+            off,
         })
+    }
+
+    /// How far the sides of the patches are from the edges that are divided apart, on these.
+    fn off(&self, tool: &ToolModel) -> Vec<f64> {
+        const STEPS: usize = 8;
+        if self.apart.is_empty() {
+            return Vec::new();
+        }
+        let edges = &self.plan.model().edges;
+        let mut off = vec![0.0f64; edges.len()];
+        let far = |e: usize, p: &Vec3| {
+            let curve = &edges[e].curve;
+            (curve.point(curve.closest(p).0) - p).norm()
+        };
+        let rings: Vec<&[u32]> = tool.corners.iter().map(|c| &c.vertices[..]).collect();
+        for (sides, p) in sides_used_once(&rings).iter().zip(&tool.patches) {
+            for curve in sides.iter().map(|&side| SideCurve::new(p, side)) {
+                let Some(e) = self.edge(&curve, far).filter(|&e| self.apart[e]) else { continue };
+                let steps = (1..STEPS).map(|k| far(e, &curve.point(k as f64 / STEPS as f64)));
+                off[e] = steps.fold(off[e], f64::max);
+            }
+        }
+        off
+    }
+
+    /// The edge of the plan's model that both ends of a side are on; of several the one its middle is nearest to.
+    fn edge(&self, side: &SideCurve<'_>, far: impl Fn(usize, &Vec3) -> f64) -> Option<usize> {
+        let [from, middle, to] = [0.0, 0.5, 1.0].map(|t| side.point(t));
+        let reached =
+            |e: &usize| [from, to].iter().all(|p| self.boxes[*e].distance_squared(p) == 0.0);
+        // The middle decides between edges of the same ends.
+        let away = |e: usize| far(e, &from) + far(e, &to) + 1e-3 * far(e, &middle);
+        let found = (0..self.boxes.len()).filter(reached).map(|e| (away(e), e));
+        found.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|f| f.1)
     }
 }

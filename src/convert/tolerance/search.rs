@@ -33,6 +33,11 @@ impl State {
         (self.faces[face].error_mm, self.faces[face].normal_deg)
     }
 
+    /// For each edge how far the patches' sides on it are from it [mm]; empty when that was not asked.
+    pub fn off(&self, face: usize) -> &[f64] {
+        &self.faces[face].off
+    }
+
     /// Error of a face over the tolerance, without its share.
     pub fn badness(&self, face: usize) -> f64 {
         self.badness[face]
@@ -70,6 +75,10 @@ pub(super) struct Search<'a> {
     pub goal: &'a Goal,
     /// Share of the tolerance each face is held to.
     pub shares: &'a [f64],
+    /// How far the patches' sides on each edge may be from it [mm]; empty: any distance.
+    pub borders: &'a [f64],
+    /// Patches made from which on divisions are no longer lowered or exchanged.
+    pub enough: u64,
 }
 
 impl Search<'_> {
@@ -89,7 +98,7 @@ impl Search<'_> {
             return state;
         }
         let mut tried = 0;
-        while tried < EXCHANGES && self.judge.spent() < ENOUGH {
+        while tried < EXCHANGES && self.judge.spent() < self.enough {
             let Some(better) = self.exchange(&state, &mut tried) else { break };
             state = better;
         }
@@ -101,7 +110,7 @@ impl Search<'_> {
     fn uniform(&self, limit: usize) -> Option<State> {
         let faces = self.plan.model().faces.len();
         for &n in &UNIFORM {
-            if self.judge.spent() >= ENOUGH {
+            if self.judge.spent() >= self.enough {
                 return None;
             }
             let state = self.state(self.plan.minima_at(n), vec![n; faces]);
@@ -121,12 +130,18 @@ impl Search<'_> {
             .into_par_iter()
             .map(|f| self.judge.of(f, &divisions, density[f]))
             .collect();
-        let badness = faces.iter().map(|f| self.ratio(f)).collect();
+        let badness = faces.iter().enumerate().map(|(k, f)| self.ratio(k, f)).collect();
         State { minima, density, divisions, faces, badness }
     }
 
-    fn ratio(&self, f: &Figures) -> f64 {
-        (f.error_mm / self.goal.tol_mm).max(f.normal_deg / self.goal.normal_deg)
+    /// Error of face `k` over the tolerance; the sides' distance from its edges is no matter of its share.
+    fn ratio(&self, k: usize, f: &Figures) -> f64 {
+        let error = (f.error_mm / self.goal.tol_mm).max(f.normal_deg / self.goal.normal_deg);
+        if f.off.is_empty() {
+            return error;
+        }
+        let off = f.off.iter().zip(self.borders).map(|(off, allowed)| off / allowed);
+        error.max(self.shares[k] * off.fold(0.0, f64::max))
     }
 
     fn over(&self, state: &State, f: usize) -> f64 {
@@ -247,8 +262,8 @@ impl Search<'_> {
         let after = self.judge.of(f, &divisions, density[f]);
         let before = state.badness[f];
         let won = if before.is_finite() {
-            (before / self.ratio(&after).max(1e-12)).ln()
-        } else if self.ratio(&after).is_finite() {
+            (before / self.ratio(f, &after).max(1e-12)).ln()
+        } else if self.ratio(f, &after).is_finite() {
             1.0
         } else {
             0.0
@@ -284,7 +299,7 @@ impl Search<'_> {
         loop {
             let mut any = false;
             for m in self.lowerings(&state) {
-                if self.judge.spent() >= ENOUGH {
+                if self.judge.spent() >= self.enough {
                     return state;
                 }
                 let Some(lower) = self.lowered(&state, m) else { continue };

@@ -1,6 +1,7 @@
 //! The uniform structured mesh as a rival: what a tolerance takes is never more than it needs.
 
-use super::{Goal, Refined, Work, exceeding, folded};
+use super::work::{Work, exceeding, folded};
+use super::{Goal, Refined};
 use crate::convert::ConvertOptions;
 use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::{MappedOptions, mesh};

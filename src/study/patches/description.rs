@@ -67,6 +67,9 @@ pub struct Method {
     /// With tolerances: leave all vertices on the CAD instead of balancing them about it.
     #[serde(default)]
     pub on_cad: bool,
+    /// With tolerances: faces are divided independently where that takes fewer patches, borders within the tolerance.
+    #[serde(default)]
+    pub independent: bool,
     /// Uniform meshes: divisions of 90 degrees, 1 to 256 each (Nagata patches and facets).
     #[serde(default)]
     pub divisions: Vec<usize>,
@@ -115,6 +118,10 @@ impl Method {
         if self.on_cad && (given > 0 || self.kind == ToolKind::Bezier) {
             let allowed = "false, but for Nagata patches and facets with tolerances_mm";
             return fault("on_cad", "true".into(), allowed);
+        }
+        if self.independent && (given > 0 || self.kind == ToolKind::Bezier) {
+            let allowed = "false, but for Nagata patches and facets with tolerances_mm";
+            return fault("independent", "true".into(), allowed);
         }
         if let Some(k) = self.divisions.iter().position(|n| !(1..=256).contains(n)) {
             return fault(&format!("divisions[{k}]"), self.divisions[k].to_string(), "1 to 256");

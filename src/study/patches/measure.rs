@@ -8,7 +8,7 @@ use crate::audit::{AuditOptions, CadReference, audit};
 use crate::cad::Model;
 use crate::contact::ToolSurface;
 use crate::convert::bezier::{BezierOptions, FINEST, within_tolerance};
-use crate::convert::tolerance::{Goal, to_tolerance};
+use crate::convert::tolerance::{Borders, Goal, to_tolerance};
 use crate::convert::{ConvertOptions, convert};
 use crate::geometry::Vec3;
 use crate::mesh::mapped::{self, MappedOptions};
@@ -136,7 +136,9 @@ impl<'a> Bench<'a> {
             }
             Size::Tolerance(tol_mm) => {
                 let two_sided = !method.on_cad;
-                let goal = Goal { tol_mm, normal_deg: f64::INFINITY, two_sided };
+                let borders =
+                    if method.independent { Borders::Independent } else { Borders::Conforming };
+                let goal = Goal { tol_mm, normal_deg: f64::INFINITY, two_sided, borders };
                 let found = to_tolerance(self.model, &mesh, &options, &goal);
                 found.map(|r| (r.tool, r.report.folded.len())).map_err(|e| e.to_string())
             }

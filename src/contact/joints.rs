@@ -1,0 +1,256 @@
+//! Joints: borders inside a tool between faces that were divided independently.
+//!
+//! Their patches do not share vertices there, and their sides are up to [`ToolModel::border_gap_mm`] apart: a step or a
+//! slit. A point over a step of height s, h away from the lower face, has its nearest point on the upper face's side
+//! as long as it is not farther from that than `sqrt(2 h s)` sideways: much more than the step. Such a foot is no border of
+//! the tool, and its normal may be that of the wrong side of a crease. So where the nearest point is on a joint, the
+//! foot is taken that faces the point most, of those on other faces that are no farther away by more than the gap.
+
+use super::project::Descent;
+use super::search::{Best, Search};
+use super::tree::Walk;
+use super::wide::Wide;
+use crate::geometry::box_tree::BoxTree;
+use crate::geometry::{Aabb, Vec3};
+use crate::tool::ToolModel;
+use crate::tool::side::{SideCurve, corners};
+
+/// Shares of a side at which the sides of other faces have to run beside it.
+const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
+/// Feet whose shares of the distance along the normal differ by less face a point as much.
+const SAME: f64 = 1e-9;
+
+/// A side that one patch uses.
+struct Single<'a> {
+    patch: usize,
+    side: usize,
+    curve: SideCurve<'a>,
+}
+
+fn singles<'a>(model: &'a ToolModel, bits: &[u8]) -> Vec<Single<'a>> {
+    let mut out = Vec::new();
+    for (patch, bits) in bits.iter().enumerate() {
+        for side in (0..4).filter(|k| bits & (1 << k) != 0) {
+            let curve = SideCurve::new(&model.patches[patch], side);
+            out.push(Single { patch, side, curve });
+        }
+    }
+    out
+}
+
+/// Those of the sides in `once`, which one patch uses, that have sides of other faces all along them, no farther away
+/// than the model's border gap.
+pub(super) fn sides(model: &ToolModel, once: &[u8]) -> Vec<u8> {
+    let all = singles(model, once);
+    let boxes: Vec<Aabb> = all.iter().map(|s| s.curve.bounds()).collect();
+    let tree = BoxTree::build(&boxes);
+    let reach = model.border_gap_mm * model.border_gap_mm * (1.0 + 1e-9);
+    let is_met = |own: &Single<'_>, p: &Vec3| {
+        let visit = |k: u32, best: f64| {
+            let other = &all[k as usize];
+            let same = model.faces[other.patch] == model.faces[own.patch];
+            if same { best } else { best.min(other.curve.distance(p).powi(2)) }
+        };
+        tree.nearest(p, reach, visit) < reach
+    };
+    let mut joints = vec![0; once.len()];
+    for own in &all {
+        if PLACES.iter().all(|&t| is_met(own, &own.curve.point(t))) {
+            joints[own.patch] |= 1 << own.side;
+        }
+    }
+    joints
+}
+
+/// Ends of the sides on the free border.
+pub(super) struct Ends {
+    points: Vec<Vec3>,
+    tree: BoxTree,
+}
+
+/// Ends of the sides in `outer`.
+pub(super) fn ends(model: &ToolModel, outer: &[u8]) -> Ends {
+    let sides = singles(model, outer);
+    let points: Vec<Vec3> =
+        sides.iter().flat_map(|s| [s.curve.point(0.0), s.curve.point(1.0)]).collect();
+    let boxes: Vec<Aabb> = points.iter().map(|p| Aabb::of_points([p])).collect();
+    Ends { points, tree: BoxTree::build(&boxes) }
+}
+
+impl Ends {
+    /// True when corner `k` of a patch is no farther from one of them than the model's border gap.
+    pub(super) fn near(&self, model: &ToolModel, patch: usize, k: usize) -> bool {
+        let patch = &model.patches[patch];
+        let Some(&(eta, zeta)) = corners(patch.sides()).get(k) else { return false };
+        let p = patch.derivs(eta, zeta).s;
+        let reach = model.border_gap_mm * model.border_gap_mm * (1.0 + 1e-9);
+        let visit = |k: u32, best: f64| best.min((self.points[k as usize] - p).norm_squared());
+        self.tree.nearest(&p, reach, visit) < reach
+    }
+}
+
+impl<W: Wide> Search<'_, W> {
+    /// Takes, where the best foot is on a joint, the foot that faces the point most, no farther than `reach` [mm].
+    #[inline(always)]
+    pub(super) fn over_joints(&mut self, reach: f64) {
+        let surface = self.surface;
+        if surface.borders.has_joints() && self.best.patch != u32::MAX {
+            let location = surface.location(self.best.patch, self.best.at);
+            if surface.borders.is_joint(self.best.patch, location) {
+                self.best = self.most_facing(reach);
+            }
+        }
+    }
+
+    /// Of the best foot and those on other faces that are hardly farther the one that faces the point most; of several
+    /// the nearest, then that on the lowest patch.
+    #[cold]
+    fn most_facing(&self, reach: f64) -> Best {
+        let surface = self.surface;
+        let model = surface.model();
+        let farthest = ((2.0 * self.best.value).sqrt() + model.border_gap_mm).min(reach);
+        let limit = 0.5 * farthest * farthest;
+        let own = model.faces[self.best.patch as usize];
+        let mut feet = vec![Best { facing: self.facing(&self.best), ..self.best }];
+        let (mut walk, threshold) = (Walk::new(), self.probe.threshold(farthest));
+        while let Some(k) = walk.next(self.wide, &surface.tree, &self.probe, threshold) {
+            let (piece, chart) = (&surface.pieces[k], &surface.charts[k]);
+            if model.faces[piece.patch as usize] == own {
+                continue;
+            }
+            let w = self.p - piece.form.centre;
+            let floor = piece.floor(self.wide, &w);
+            if floor.value > limit {
+                continue;
+            }
+            let (wide, form, shape) = (self.wide, &piece.form, piece.shape);
+            let descent = Descent { wide, form, shape, scale: 1.0, w, least: floor.least, limit };
+            let found = descent.run(piece.start(&floor)).filter(|found| found.value <= limit);
+            feet.extend(found.map(|found| {
+                let (patch, at) = (piece.patch, chart.at(&found.at));
+                let foot = Best { patch, at, value: found.value, ..self.best };
+                Best { facing: self.facing(&foot), ..foot }
+            }));
+        }
+        let most = feet.iter().map(|foot| foot.facing).fold(f64::NEG_INFINITY, f64::max);
+        let order = |a: &Best, b: &Best| a.value.total_cmp(&b.value).then(a.patch.cmp(&b.patch));
+        let facing = feet.into_iter().filter(|foot| foot.facing >= most - SAME);
+        facing.min_by(order).unwrap_or(self.best)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::contact::{Location, Outcome, ToolSurface};
+    use crate::geometry::Vec3;
+    use crate::tool::build::build;
+    use crate::tool::edge::EdgeRule;
+    use crate::tool::model::PatchCorners;
+    use crate::tool::{ToolKind, ToolModel};
+
+    /// A step, or how far two faces are apart [mm].
+    const STEP: f64 = 0.01;
+
+    /// Flat quads `[corner, side, other side]` with their face, none sharing vertices.
+    fn plates(quads: &[([Vec3; 3], u32)], border_gap_mm: f64) -> ToolModel {
+        let (mut vertices, mut normals, mut corners) = (Vec::new(), Vec::new(), Vec::new());
+        for &([o, a, b], face) in quads {
+            let first = vertices.len() as u32;
+            corners.push(PatchCorners {
+                vertices: (first..first + 4).collect(),
+                normals: vec![normals.len() as u32; 4],
+                face,
+            });
+            vertices.extend([o, o + a, o + a + b, o + b]);
+            normals.push(a.cross(&b).normalize());
+        }
+        let made =
+            build("plates".into(), ToolKind::Facets, vertices, normals, corners, EdgeRule::Guarded);
+        ToolModel { border_gap_mm, ..made.unwrap().0 }
+    }
+
+    /// A plate in one piece for x < 0, and one in two pieces beyond it, lower by a step: a T in the middle.
+    fn step(gap: f64) -> ToolSurface {
+        let (x, y) = (Vec3::x() * 10.0, Vec3::y() * 10.0);
+        let low = -Vec3::z() * STEP;
+        ToolSurface::new(plates(
+            &[([-x, x, y], 0), ([low, x, y * 0.4], 1), ([low + y * 0.4, x, y * 0.6], 1)],
+            gap,
+        ))
+    }
+
+    #[test]
+    fn beside_a_step_the_lower_face_is_seen_and_nobody_has_left_the_tool() {
+        let surface = step(STEP);
+        for k in 0..400 {
+            let (t, y) = (1e-3 * f64::from(k % 40 - 20), 0.2 + 0.024 * f64::from(k));
+            for h in [1e-4, 0.1, 2.0, -0.1, -2.0] {
+                // The foot of the nearest point is on the upper plate's side for t up to sqrt(2 h s).
+                let foot = surface.closest(&Vec3::new(t, y, h), None);
+                assert!(!foot.past_border, "{t} {y} {h}: {foot:?}");
+                assert_eq!(foot.outcome, Outcome::Certified);
+                let exact = if t > 0.0 { h + STEP } else { h };
+                assert!((foot.gap - exact).abs() <= STEP * (1.0 + 1e-9), "{t} {h}: {foot:?}");
+                // Beside the joint, not over it, the face below is the one that is seen.
+                if t.abs() > 1e-12 && h > 2.0 * STEP {
+                    assert!((foot.gap - exact).abs() < 1e-12, "{t} {h}: {foot:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_the_gap_declared_such_points_have_left_the_tool() {
+        let foot = step(0.0).closest(&Vec3::new(0.1, 3.0, 2.0), None);
+        assert!(foot.past_border && foot.location == Location::Edge(1), "{foot:?}");
+    }
+
+    #[test]
+    fn past_the_end_of_a_joint_is_past_the_border() {
+        let surface = step(STEP);
+        for x in [-1.0, -1e-3, 0.0, 1e-3, 0.05, 1.0] {
+            for y in [-0.5, 10.5] {
+                for z in [0.2, -0.2] {
+                    assert!(surface.closest(&Vec3::new(x, y, z), None).past_border, "{x} {y} {z}");
+                }
+            }
+        }
+        assert!(surface.closest(&Vec3::new(-10.5, 3.0, 0.1), None).past_border);
+        assert!(surface.closest(&Vec3::new(10.5, 4.0, 0.1), None).past_border);
+    }
+
+    /// The wall of a block stands back from the edge of its top: the top's side is nearer to points before the wall
+    /// than the wall is, and says that they are inside.
+    #[test]
+    fn before_a_wall_beside_a_crease_the_gap_is_the_walls() {
+        let (x, y, z) = (Vec3::x() * 10.0, Vec3::y() * 10.0, Vec3::z() * 10.0);
+        let wall = -Vec3::x() * STEP - z;
+        let quads = [([-x, x, y], 0), ([wall, y * 0.4, z], 1), ([wall + y * 0.4, y * 0.6, z], 1)];
+        let (apart, open) =
+            (ToolSurface::new(plates(&quads, STEP)), ToolSurface::new(plates(&quads, 0.0)));
+        for (h, t) in [(1.0, 0.1), (1.0, 0.02), (0.2, 0.05), (0.5, 1e-3)] {
+            let p = Vec3::new(h, 3.9, -t);
+            let foot = apart.closest(&p, None);
+            assert!((foot.gap - h - STEP).abs() < 1e-12 && !foot.past_border, "{h} {t}: {foot:?}");
+            assert!(open.closest(&p, None).gap < 0.0, "the top's");
+        }
+        // Over the edge as before: what faces the point more.
+        let over = apart.closest(&Vec3::new(0.3, 2.0, 0.4), None);
+        assert!((over.gap - 0.4).abs() < 1e-9 && !over.past_border, "{over:?}");
+    }
+
+    #[test]
+    fn a_slit_is_no_border() {
+        let (x, y) = (Vec3::x() * 10.0, Vec3::y() * 10.0);
+        let right = Vec3::x() * STEP;
+        let quads = [([-x, x, y], 0), ([right, x, y * 0.3], 1), ([right + y * 0.3, x, y * 0.7], 1)];
+        let surface = ToolSurface::new(plates(&quads, STEP));
+        for k in 0..50 {
+            let p = Vec3::new(STEP * f64::from(k) / 50.0, 0.1 + 0.19 * f64::from(k), 0.3);
+            let foot = surface.closest(&p, None);
+            assert!(!foot.past_border && (foot.gap - 0.3).abs() < 1e-12, "{foot:?}");
+            let on = surface.closest(&Vec3::new(p.x, p.y, -0.02), None);
+            assert!(!on.past_border && (on.gap + 0.02).abs() < 1e-12, "{on:?}");
+        }
+    }
+}

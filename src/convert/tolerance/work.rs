@@ -1,0 +1,252 @@
+//! A model, or one face of it, refined: divisions searched with faces held to shares of the tolerance, the whole made,
+//! balanced and audited, and faces that still exceed it held to less.
+
+use super::balance::balanced;
+use super::face::Judge;
+use super::search::{self, Search, State};
+use super::{Borders, Goal, Refined, ToleranceError};
+use crate::audit::{Audit, AuditOptions, AuditReport, CadReference, audit};
+use crate::cad::Model;
+use crate::convert::{ConvertOptions, convert};
+use crate::mesh::mapped::MappedOptions;
+use crate::mesh::mapped::plan::Plan;
+use crate::mesh::{MeshError, SurfaceMesh};
+use crate::tool::ToolModel;
+
+/// Shares of the tolerance that faces judged alone are held to, largest first: balancing takes the rest off.
+const LOOSENINGS: [f64; 6] = [2.0, 1.8, 1.6, 1.4, 1.2, 1.0];
+/// Times the faces that still exceed the tolerance in the whole model are held to less.
+const ROUNDS: usize = 12;
+
+/// What is refined: a model, or one face of it.
+pub(super) struct Work<'a> {
+    pub plan: Plan<'a>,
+    pub reference: &'a CadReference<'a>,
+    /// Number of the plan's first face in the reference.
+    pub first: u32,
+    pub mesh: MappedOptions,
+    pub options: &'a ConvertOptions,
+    /// Patches judged from which on the search takes what growth gives.
+    pub enough: u64,
+}
+
+/// Gives faces of a tool their numbers in the reference.
+pub(super) fn renumber(tool: &mut ToolModel, first: u32) {
+    tool.faces.iter_mut().for_each(|face| *face += first);
+    tool.corners.iter_mut().for_each(|c| c.face += first);
+}
+
+impl<'a> Work<'a> {
+    pub(super) fn new(
+        model: &'a Model,
+        reference: &'a CadReference<'a>,
+        mesh: &MappedOptions,
+        options: &'a ConvertOptions,
+    ) -> Result<Self, MeshError> {
+        let coarse = MappedOptions { arc_divisions: 1, ..*mesh };
+        let plan = Plan::new(model, &coarse)?;
+        Ok(Self { plan, reference, first: 0, mesh: coarse, options, enough: search::ENOUGH })
+    }
+
+    /// The fewest patches over the loosenings.
+    pub(super) fn refine(&self, judge: &Judge<'_>, goal: &Goal) -> Result<Refined, ToleranceError> {
+        self.refine_within(judge, goal, &[]).map(|found| found.0)
+    }
+
+    /// The same with sides no farther from the edges than `borders` [mm], and the state it is made from.
+    pub(super) fn refine_within(
+        &self,
+        judge: &Judge<'_>,
+        goal: &Goal,
+        borders: &[f64],
+    ) -> Result<(Refined, State), ToleranceError> {
+        let loosenings: &[f64] = if goal.two_sided { &LOOSENINGS } else { &[1.0] };
+        let mut best: Option<(Refined, State)> = None;
+        let mut last = None;
+        for &share in loosenings.iter().rev() {
+            if best.is_some() && judge.spent() >= self.enough {
+                break;
+            }
+            let limit = best.as_ref().map_or(usize::MAX, |b| b.0.tool.patches.len());
+            match self.held_to(judge, goal, (share, borders), limit) {
+                Ok(Some(found)) => best = Some(found),
+                Ok(None) => {}
+                Err(ToleranceError::NotReached { .. }) if best.is_some() => {}
+                Err(error) => {
+                    // Twice the tolerance is not within what balancing takes off.
+                    let hopeless = match &error {
+                        ToleranceError::NotReached { found, allowed, .. } => {
+                            *found > LOOSENINGS[0] * allowed
+                        }
+                        _ => true,
+                    };
+                    last = Some(error);
+                    if hopeless {
+                        break;
+                    }
+                }
+            }
+        }
+        match (best, last) {
+            (Some(best), _) => Ok(best),
+            (None, Some(error)) => Err(error),
+            (None, None) => unreachable!("every loosening gives a model or an error"),
+        }
+    }
+
+    /// Refines with faces held to `share` of the tolerance, and those that exceed it in the whole model to less;
+    /// `None` when it takes as many patches as `limit`.
+    fn held_to(
+        &self,
+        judge: &Judge<'_>,
+        goal: &Goal,
+        (share, borders): (f64, &[f64]),
+        limit: usize,
+    ) -> Result<Option<(Refined, State)>, ToleranceError> {
+        let faces = self.plan.model().faces.len();
+        let mut shares = vec![share; faces];
+        let mut state: Option<State> = None;
+        let mut last = None;
+        for _ in 0..ROUNDS {
+            let (plan, enough) = (&self.plan, self.enough);
+            let search = Search { plan, judge, goal, shares: &shares, borders, enough };
+            let next = match state.take() {
+                Some(state) => search.grow(state),
+                None => search.fewest(),
+            };
+            if next.patches() >= limit {
+                return Ok(None);
+            }
+            if !search.keeps(&next) {
+                return Err(match last {
+                    Some(last) => self.not_reached(goal, &last),
+                    None => self.given_up(goal, &next),
+                });
+            }
+            let refined = self.finish(&next, goal)?;
+            let own = |face: usize| face - self.first as usize;
+            let over = exceeding(&refined.audit, goal).into_iter().map(|(f, r)| (own(f), r));
+            let over: Vec<(usize, f64)> = over.collect();
+            let folded: Vec<usize> = folded(&refined).into_iter().map(own).collect();
+            if over.is_empty() && folded.is_empty() {
+                return Ok(Some((refined, next)));
+            }
+            let less = |&(face, ratio): &(usize, f64)| {
+                let held: f64 = shares[face] / ratio.clamp(1.02, 1.5);
+                (face, held.min(next.badness(face) * 0.99))
+            };
+            let less: Vec<(usize, f64)> = over.iter().map(less).collect();
+            let unfolded = (!folded.is_empty()).then(|| search.unfolded(&next, &folded));
+            state = Some(unfolded.unwrap_or(next));
+            less.into_iter().for_each(|(face, share)| shares[face] = share);
+            last = Some(refined);
+        }
+        Err(last.map_or(ToleranceError::TooFew { least: 0 }, |last| self.not_reached(goal, &last)))
+    }
+
+    /// The whole model of a state, balanced and audited.
+    fn finish(&self, state: &State, goal: &Goal) -> Result<Refined, ToleranceError> {
+        let mesh = self.plan.mesh(&state.minima, &state.density)?;
+        let (plain, found) = self.plain(&mesh, self.options, goal)?;
+        if goal.two_sided { self.two_sided(plain, found, self.options) } else { Ok(plain) }
+    }
+
+    /// The model of a mesh, its vertices on the CAD, and its audit.
+    pub(super) fn plain(
+        &self,
+        mesh: &SurfaceMesh,
+        options: &ConvertOptions,
+        goal: &Goal,
+    ) -> Result<(Refined, Audit), ToleranceError> {
+        let (mut tool, report) = convert(self.plan.model(), mesh, options)?;
+        renumber(&mut tool, self.first);
+        let asked = AuditOptions {
+            tolerance_mm: goal.tol_mm.is_finite().then_some(goal.tol_mm),
+            normal_tolerance_deg: goal.normal_deg.is_finite().then_some(goal.normal_deg),
+            ..AuditOptions::default()
+        };
+        let found = audit(&tool, self.reference, &asked)?;
+        let (audit, borders) = (found.report.clone(), Borders::Conforming);
+        Ok((Refined { tool, report, audit, moved_mm: 0.0, borders }, found))
+    }
+
+    /// That model with its vertices balanced.
+    pub(super) fn two_sided(
+        &self,
+        plain: Refined,
+        found: Audit,
+        options: &ConvertOptions,
+    ) -> Result<Refined, ToleranceError> {
+        let asked = AuditOptions {
+            tolerance_mm: plain.audit.tolerance_mm,
+            normal_tolerance_deg: plain.audit.normal_tolerance_deg,
+            ..AuditOptions::default()
+        };
+        balanced(plain, found, self, options, &asked)
+    }
+
+    /// Why the search ended before every face kept its share: the face that is farthest from the tolerance.
+    fn given_up(&self, goal: &Goal, state: &State) -> ToleranceError {
+        let worst = (0..self.plan.model().faces.len())
+            .max_by(|&a, &b| state.badness(a).total_cmp(&state.badness(b)))
+            .unwrap_or(0);
+        let (mm, deg) = state.figures(worst);
+        let source_entity = self.plan.model().faces[worst].source.clone();
+        let face = worst + self.first as usize;
+        if !mm.is_finite() {
+            return ToleranceError::NoPatches { face, source_entity };
+        }
+        let by_length = mm / goal.tol_mm >= deg / goal.normal_deg;
+        ToleranceError::NotReached {
+            face,
+            source_entity,
+            found: if by_length { mm } else { deg },
+            allowed: if by_length { goal.tol_mm } else { goal.normal_deg },
+            unit: if by_length { "mm" } else { "degrees" },
+            patches: state.patches(),
+        }
+    }
+
+    /// Why a whole model is not what was asked for: its face farthest above the tolerance, or one that folds.
+    pub(super) fn not_reached(&self, goal: &Goal, refined: &Refined) -> ToleranceError {
+        let over = exceeding(&refined.audit, goal);
+        let worst = over.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|w| w.0);
+        let worst = worst.or(folded(refined).first().copied()).unwrap_or(self.first as usize);
+        let audit = refined.audit.faces.iter().find(|f| f.face as usize == worst);
+        let (mm, deg) =
+            audit.map_or((0.0, 0.0), |f| (f.max_mm.abs().max(f.min_mm.abs()), f.normal_max_deg));
+        let of = worst - self.first as usize;
+        let source_entity = self.plan.model().faces[of].source.clone();
+        if mm <= goal.tol_mm && deg <= goal.normal_deg {
+            return ToleranceError::NoPatches { face: worst, source_entity };
+        }
+        let by_length = mm / goal.tol_mm >= deg / goal.normal_deg;
+        ToleranceError::NotReached {
+            face: worst,
+            source_entity,
+            found: if by_length { mm } else { deg },
+            allowed: if by_length { goal.tol_mm } else { goal.normal_deg },
+            unit: if by_length { "mm" } else { "degrees" },
+            patches: refined.tool.patches.len(),
+        }
+    }
+}
+
+/// Faces above the tolerance, and how many times.
+pub(super) fn exceeding(report: &AuditReport, goal: &Goal) -> Vec<(usize, f64)> {
+    let ratio = |f: &crate::audit::report::FaceAudit| {
+        let mm = f.max_mm.abs().max(f.min_mm.abs()) / goal.tol_mm;
+        mm.max(f.normal_max_deg / goal.normal_deg)
+    };
+    let all = report.faces.iter().map(|f| (f.face as usize, ratio(f)));
+    all.filter(|(_, r)| *r > 1.0).collect()
+}
+
+/// Faces with a folded patch, each once.
+pub(super) fn folded(found: &Refined) -> Vec<usize> {
+    let patches = found.report.folded.iter().chain(&found.audit.folded);
+    let mut faces: Vec<usize> = patches.map(|&k| found.tool.faces[k as usize] as usize).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces
+}

@@ -159,6 +159,33 @@ fn inputs_that_broke_a_reader_once_are_read_again() {
     assert!(count > 1, "{count} files in fixtures/fuzz");
 }
 
+/// Small files whose cost grew with the square of what they say, or beyond: each is told so and stays small.
+#[test]
+fn what_multiplies_itself_is_bounded_and_told() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/fuzz");
+    let read = |name: &str| {
+        let bytes = std::fs::read(folder.join(name)).unwrap();
+        read_raw(&bytes, name).map(|raw| build::build(raw, name)).map_err(|e| e.to_string())
+    };
+    // 131072 placed faces of a file of 5 kB.
+    let refused = read("assembly-that-doubles.stp").unwrap_err();
+    assert!(refused.contains("placed faces have 524288 sides"), "{refused}");
+    let told = |name: &str, code: &str| {
+        let (model, said) = read(name).unwrap();
+        assert!(said.iter().any(|d| d.code == code), "{name}: {said:?}");
+        model
+    };
+    let pieces =
+        told("offset-that-folds.igs", "offset-coarse").faces[0].surface.points().len() / 25;
+    assert!((1369..14_000).contains(&pieces), "{pieces} pieces");
+    // 1024 squares in a row, each over nearly all the others: a million places where a corner lies on a side.
+    let overlapping = told("faces-on-each-other.stp", "faces-overlap");
+    assert_eq!(overlapping.faces.len(), 1024);
+    assert!(overlapping.edges.len() < 200_000, "{} edges", overlapping.edges.len());
+    // 4096 half discs about one axis.
+    assert_eq!(told("arcs-with-the-same-ends.stp", "faces-overlap").faces.len(), 4096);
+}
+
 fn step(data: &str) -> Vec<u8> {
     format!(
         "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n\

@@ -1,12 +1,19 @@
-//! Any bytes give a model or a typed error: `cargo fuzz run iges fuzz/seeds/iges -- -max_total_time=60`, with the small
-//! `fixtures/forming/*.igs` copied to `fuzz/seeds/iges`. A find goes to `fixtures/fuzz/NAME.igs`, where the tests read it again.
+//! Any bytes give a model or a typed error, soon and in little memory: `tools/fuzz`.
 
 #![no_main]
 
-use kanagata::cad::{build, iges};
+use kanagata_fuzz::cad::{build, iges};
+use kanagata_fuzz::mutate::{Text, mutate};
+use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    if let Ok(raw) = iges::read_bytes(bytes, "fuzz.igs") {
-        let _ = build::build(raw, "fuzz.igs");
-    }
+fuzz_target!(|bytes: &[u8]| {
+    kanagata_fuzz::within_limits(|| {
+        if let Ok(raw) = iges::read_bytes(bytes, "fuzz.igs") {
+            let _ = build::build(raw, "fuzz.igs");
+        }
+    });
+});
+
+fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
+    mutate(Text::Iges, include_str!("../iges.dict"), data, size, max_size, seed)
 });

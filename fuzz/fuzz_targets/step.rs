@@ -1,12 +1,19 @@
-//! Any bytes give a model or a typed error: `cargo fuzz run step fuzz/seeds/step -- -max_total_time=60`, with the small
-//! `fixtures/forming/*.stp` copied to `fuzz/seeds/step`. A find goes to `fixtures/fuzz/NAME.stp`, where the tests read it again.
+//! Any bytes give a model or a typed error, soon and in little memory: `tools/fuzz`.
 
 #![no_main]
 
-use kanagata::cad::{build, step};
+use kanagata_fuzz::cad::{build, step};
+use kanagata_fuzz::mutate::{Text, mutate};
+use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    if let Ok(raw) = step::read_bytes(bytes, "fuzz.stp") {
-        let _ = build::build(raw, "fuzz.stp");
-    }
+fuzz_target!(|bytes: &[u8]| {
+    kanagata_fuzz::within_limits(|| {
+        if let Ok(raw) = step::read_bytes(bytes, "fuzz.stp") {
+            let _ = build::build(raw, "fuzz.stp");
+        }
+    });
+});
+
+fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
+    mutate(Text::Step, include_str!("../step.dict"), data, size, max_size, seed)
 });

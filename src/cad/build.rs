@@ -8,7 +8,7 @@ use super::analytic::Analytic;
 use super::loops::{LoopFault, Side, closed_loops, path_of};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
-use super::offset::offset;
+use super::offset::{Fineness, offset, shares};
 use super::raw::{RawFace, RawModel, RawSurface};
 use super::topology::{Piece, join};
 use super::{Diagnostic, Severity};
@@ -36,11 +36,12 @@ pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
         ..Model::default()
     };
     let mut pieces = Vec::new();
-    let one = |(face, bounds): (&RawFace, &Aabb)| {
+    let one = |((face, bounds), fineness): ((&RawFace, &Aabb), Fineness)| {
         let mut said = Vec::new();
-        (build_face(face, bounds.diagonal(), tolerance, &mut said), said)
+        (build_face(face, bounds.diagonal(), tolerance, fineness, &mut said), said)
     };
-    let built: Vec<_> = raw.faces.par_iter().zip(&boxes).map(one).collect();
+    let offsets = shares(&raw.faces, raw.bytes);
+    let built: Vec<_> = raw.faces.par_iter().zip(&boxes).zip(offsets).map(one).collect();
     for (face, (outcome, said)) in raw.faces.iter().zip(built) {
         diagnostics.extend(said);
         match outcome {
@@ -58,7 +59,7 @@ pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
             }),
         }
     }
-    join(&mut model, pieces, tolerance);
+    diagnostics.extend(join(&mut model, pieces, tolerance));
     diagnostics.extend(super::orient::make_consistent(&mut model));
     (model, diagnostics)
 }
@@ -93,12 +94,16 @@ fn build_face(
     raw: &RawFace,
     size: f64,
     tolerance: f64,
+    mut fineness: Fineness,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<(Face, Vec<Piece>), String> {
     let made;
     let surface = match &raw.surface {
         RawSurface::Offset { base, distance } => {
-            made = offset(base, *distance, 1e-2 * tolerance)?;
+            made = offset(base, *distance, 1e-2 * tolerance, &mut fineness)?;
+            if fineness.coarse {
+                diagnostics.push(coarse(raw, &fineness, 1e-2 * tolerance));
+            }
             &made
         }
         own => own,
@@ -143,6 +148,16 @@ fn build_face(
         shell: raw.shell,
     };
     Ok((face, pieces))
+}
+
+fn coarse(raw: &RawFace, fineness: &Fineness, tolerance: f64) -> Diagnostic {
+    let text = format!(
+        "its offset surface bends too much (or folds) to be followed within {tolerance:.1e} mm by the {} pieces that \
+         a file of this size may take",
+        fineness.most
+    );
+    let place = raw.source.clone();
+    Diagnostic { severity: Severity::Warning, code: "offset-coarse", place, text }
 }
 
 fn report(raw: &RawFace, faults: &[LoopFault], diagnostics: &mut Vec<Diagnostic>) {

@@ -1,6 +1,6 @@
 //! Offset surfaces as surfaces of their own: exact for planes, quadrics and tori, fitted for sweeps and splines.
 
-use super::raw::RawSurface;
+use super::raw::{RawFace, RawSurface};
 use crate::geometry::frame::unit;
 use crate::geometry::nurbs::{Curve3, Surface};
 use crate::geometry::{Vec2, Vec3};
@@ -9,8 +9,51 @@ use crate::geometry::{Vec2, Vec3};
 const DEGREE: usize = 5;
 /// Halvings of a fitted piece.
 const DEPTH: u32 = 7;
+/// Pieces that all offsets of a file may be fitted with, besides one for every [`BYTES_A_PIECE`] bytes of the file.
+const PIECES: usize = 8_192;
+/// See [`PIECES`]. A bicubic patch takes more than 500 bytes, and so may become more than 100 pieces.
+const BYTES_A_PIECE: usize = 4;
 
-/// The surface `distance` along the normal of `base`, with the parameters of `base`.
+/// How finely an offset may be fitted.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Fineness {
+    /// Pieces of the spline that stands for it.
+    pub most: usize,
+    /// They were too few: it is followed more coarsely than asked for.
+    pub coarse: bool,
+}
+
+/// What each face of a file of `bytes` bytes may use: in proportion to the spans of its base, nothing where these alone,
+/// with those of the faces before it, are too many (one base that many faces share).
+pub(super) fn shares(faces: &[RawFace], bytes: usize) -> Vec<Fineness> {
+    let total = PIECES + bytes / BYTES_A_PIECE;
+    let mut sum = 0;
+    let mut needed: Vec<(usize, usize)> =
+        faces.iter().map(|f| spans_under(&f.surface, 0)).collect();
+    for (spans, levels) in &mut needed {
+        let all = spans.saturating_mul(*levels);
+        *spans = if sum + all <= total { *spans } else { 0 };
+        sum += if *spans > 0 { all } else { 0 };
+    }
+    let share = |(spans, _): (usize, usize)| spans * total / sum.max(1);
+    needed.into_iter().map(|n| Fineness { most: share(n), coarse: false }).collect()
+}
+
+/// Spans of the spline under so many offsets, and how many these are; none for another surface.
+fn spans_under(surface: &RawSurface, levels: usize) -> (usize, usize) {
+    match surface {
+        RawSurface::Offset { base, .. } => spans_under(base, levels + 1),
+        RawSurface::Nurbs(s) if levels > 0 => {
+            let domain = s.domain();
+            let spans = |k: usize| breaks_of(s.knots()[k], domain[k]).len() - 1;
+            (spans(0) * spans(1), levels)
+        }
+        _ => (0, levels),
+    }
+}
+
+/// The surface `distance` along the normal of `base`, with the parameters of `base`, within `tolerance` [mm] as far as
+/// `fineness` allows.
 ///
 /// # Errors
 /// Says why there is none: it shrinks to nothing, or the base has no normal.
@@ -18,6 +61,7 @@ pub(super) fn offset(
     base: &RawSurface,
     distance: f64,
     tolerance: f64,
+    fineness: &mut Fineness,
 ) -> Result<RawSurface, String> {
     let grown = |radius: f64| {
         let r = radius + distance;
@@ -76,9 +120,10 @@ pub(super) fn offset(
                 range: *range,
             }
         }
-        RawSurface::Nurbs(s) => RawSurface::Nurbs(offset_spline(s, distance, tolerance)?),
+        RawSurface::Nurbs(s) => RawSurface::Nurbs(offset_spline(s, distance, tolerance, fineness)?),
         RawSurface::Offset { base, distance: first } => {
-            offset(&offset(base, *first, tolerance)?, distance, tolerance)?
+            let inner = offset(base, *first, tolerance, fineness)?;
+            offset(&inner, distance, tolerance, fineness)?
         }
     })
 }
@@ -110,7 +155,12 @@ fn breaks_of(knots: &[f64], [a, b]: [f64; 2]) -> Vec<f64> {
 }
 
 /// Offset of a spline surface: bi-quintic pieces over its spans, halved until they follow it.
-fn offset_spline(base: &Surface, distance: f64, tolerance: f64) -> Result<Surface, String> {
+fn offset_spline(
+    base: &Surface,
+    distance: f64,
+    tolerance: f64,
+    fineness: &mut Fineness,
+) -> Result<Surface, String> {
     let at = |u: f64, v: f64| {
         let uv = Vec2::new(u, v);
         base.point(uv) + base.normal(uv).unwrap_or_else(Vec3::zeros) * distance
@@ -121,9 +171,23 @@ fn offset_spline(base: &Surface, distance: f64, tolerance: f64) -> Result<Surfac
     if base.normal(Vec2::new(middle(domain[0]), middle(domain[1]))).is_none() {
         return Err("an offset of a surface that has no normal".into());
     }
+    let pieces = |breaks: &[Vec<f64>; 2]| (breaks[0].len() - 1) * (breaks[1].len() - 1);
+    if pieces(&breaks) > fineness.most {
+        return Err(format!(
+            "an offset of a surface of {} spans; allowed: {} here (all offsets of a file together: {PIECES}, and one \
+             for every {BYTES_A_PIECE} bytes)",
+            pieces(&breaks),
+            fineness.most
+        ));
+    }
     for _ in 0..DEPTH {
         let split = [0, 1].map(|k| cells_to_halve(&at, &breaks, k, tolerance));
         if split.iter().all(Vec::is_empty) {
+            break;
+        }
+        let [u, v] = [0, 1].map(|k| breaks[k].len() - 1 + split[k].len());
+        if u * v > fineness.most {
+            fineness.coarse = true;
             break;
         }
         for (list, more) in breaks.iter_mut().zip(split) {
@@ -206,13 +270,15 @@ mod tests {
     use super::*;
     use crate::geometry::Frame;
 
+    const FREE: Fineness = Fineness { most: 10_000, coarse: false };
+
     #[test]
     fn a_spline_offset_stays_at_its_distance() {
         let (f, r) = (Frame::world(), 10.0);
         let meridian = Frame { y: f.z, z: -f.y, ..f };
         let arc = Curve3::ellipse_arc(&meridian, r, r, -1.0, 1.2);
         let sphere = Surface::revolution(&arc, Vec3::zeros(), Vec3::z(), [0.2, 3.0]);
-        let out = offset_spline(&sphere, 1.5, 1e-9).unwrap();
+        let out = offset_spline(&sphere, 1.5, 1e-9, &mut FREE.clone()).unwrap();
         for k in 0..400 {
             let t = |m: f64| (f64::from(k) * m).fract();
             let [u, v] = sphere.domain();
@@ -222,10 +288,64 @@ mod tests {
         }
     }
 
+    /// Waves of height 4 on a grid of `n` spans a way, which an offset by 1.5 folds over.
+    fn waves(n: usize) -> Surface {
+        let at = |i: usize, j: usize| Vec3::new(i as f64, j as f64, ((7 * i + 3 * j) % 5) as f64);
+        let points = (0..n + 3).flat_map(|i| (0..n + 3).map(move |j| at(i, j))).collect();
+        let inner = (0..=n).map(|k| k as f64);
+        let knots: Vec<f64> = [vec![0.0; 3], inner.collect(), vec![n as f64; 3]].concat();
+        Surface::try_new([3, 3], [knots.clone(), knots], points, None).unwrap()
+    }
+
+    #[test]
+    fn an_offset_that_folds_is_followed_as_finely_as_the_file_is_large() {
+        let face = |surface: RawSurface| RawFace {
+            surface,
+            loops: Vec::new(),
+            flipped: false,
+            source: "#1".into(),
+            shell: None,
+        };
+        let base = RawSurface::Nurbs(waves(10));
+        let over =
+            |base: &RawSurface| RawSurface::Offset { base: Box::new(base.clone()), distance: 1.5 };
+        let faces = [face(base.clone()), face(over(&base)), face(over(&over(&base)))];
+        let shares = shares(&faces, 4_000);
+        // 100 spans once and, at two levels, twice, of 9192 pieces.
+        assert_eq!([0, 1, 2].map(|k| shares[k].most), [0, 3064, 3064]);
+        let mut own = shares[1];
+        let Ok(RawSurface::Nurbs(found)) = offset(&base, 1.5, 1e-9, &mut own) else {
+            panic!("a spline's offset is a spline");
+        };
+        assert!(own.coarse);
+        let pieces = found.points().len() / (DEGREE * DEGREE);
+        assert!((100..=3300).contains(&pieces), "{pieces}");
+        assert!(offset(&base, 1.5, 1e-9, &mut Fineness { most: 99, coarse: false }).is_err());
+    }
+
+    #[test]
+    fn a_base_that_many_faces_share_is_offset_only_so_often() {
+        let surface =
+            RawSurface::Offset { base: Box::new(RawSurface::Nurbs(waves(40))), distance: 0.1 };
+        let face = RawFace {
+            surface,
+            loops: Vec::new(),
+            flipped: false,
+            source: "#1".into(),
+            shell: None,
+        };
+        let shares = shares(&vec![face; 20], 0);
+        let given: usize = shares.iter().map(|s| s.most).sum();
+        assert_eq!(shares.iter().filter(|s| s.most >= 1600).count(), 5);
+        assert!(given <= PIECES, "{given}");
+    }
+
     #[test]
     fn a_cone_offset_keeps_its_parameters() {
         let cone = RawSurface::Cone { frame: Frame::world(), radius: 5.0, semi_angle: 0.4 };
-        let Ok(RawSurface::Cone { frame, radius, .. }) = offset(&cone, 2.0, 1e-9) else {
+        let Ok(RawSurface::Cone { frame, radius, .. }) =
+            offset(&cone, 2.0, 1e-9, &mut FREE.clone())
+        else {
             panic!("a cone's offset is a cone");
         };
         let v = 3.0;
@@ -234,6 +354,6 @@ mod tests {
         let found = frame.point(&Vec3::new(radius + v * 0.4f64.tan(), 0.0, v));
         assert!((found - (base + normal * 2.0)).norm() < 1e-12);
         let ball = RawSurface::Sphere { frame: Frame::world(), radius: 1.0 };
-        assert!(offset(&ball, -1.0, 1e-9).is_err());
+        assert!(offset(&ball, -1.0, 1e-9, &mut FREE.clone()).is_err());
     }
 }

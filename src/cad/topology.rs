@@ -10,6 +10,7 @@ use rustc_hash::FxHashMap;
 
 use self::corners::Corners;
 use super::model::{Edge, EdgeUse, Model};
+use super::{Diagnostic, Severity};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector, Surface};
 use crate::geometry::{Aabb, Vec3};
@@ -42,8 +43,19 @@ const ASTRAY: usize = 1;
 /// Sides of one edge of the file may lie apart by this share of its length.
 const OWN_EDGE: f64 = 0.02;
 
-/// Fills the model's vertices and edges, and the edge ids of its loops.
-pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
+/// Cuts a model may take, besides [`CUTS_A_CORNER`]: a corner lies on one or two sides of neighbours, and on more only
+/// where faces lie on each other, which would make parts with the square of their number.
+const CUTS: usize = 4096;
+const CUTS_A_CORNER: usize = 4;
+/// Sides cut before it is seen whether there are too many.
+const BLOCK: usize = 64;
+/// Edges with the same ends that sides may be compared with, besides [`COMPARED_A_SIDE`].
+const COMPARED: usize = 65_536;
+const COMPARED_A_SIDE: usize = 64;
+
+/// Fills the model's vertices and edges, and the edge ids of its loops. Says so where faces lie on each other beyond
+/// measure: the sides of some are then left whole or free.
+pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) -> Option<Diagnostic> {
     let faces = &model.faces;
     let surface = |piece: &Piece| &faces[piece.at[0]].surface;
     let tips: Vec<[Vec3; 2]> = pieces.par_iter().map(|p| ends(surface(p), &p.pcurve)).collect();
@@ -68,9 +80,10 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
     }
     let places: Vec<Aabb> = corners.points.iter().map(|p| Aabb::of_points([p])).collect();
     let tree = BoxTree::build(&places);
-    let cut = |piece: Piece| {
+    let cut = |piece: Piece, all_whole: bool| {
         // What the file itself joins stays whole.
-        let whole = piece.edge_id.is_some_and(|id| known.get(&id).is_some_and(|k| k.1 > 1));
+        let whole =
+            all_whole || piece.edge_id.is_some_and(|id| known.get(&id).is_some_and(|k| k.1 > 1));
         let (at, surface) = (piece.at, surface(&piece));
         let pieces = if whole {
             vec![piece]
@@ -80,13 +93,24 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
         let parts: Vec<Part> = pieces.into_iter().map(|p| Part::new(surface, p)).collect();
         (at, parts)
     };
-    let mut split: Vec<([usize; 3], Vec<Part>)> = pieces.into_par_iter().map(cut).collect();
+    let compared = COMPARED + COMPARED_A_SIDE * pieces.len();
+    let mut cuts = CUTS + CUTS_A_CORNER * corners.points.len();
+    let mut split: Vec<([usize; 3], Vec<Part>)> = Vec::with_capacity(pieces.len());
+    let mut pieces = pieces.into_iter();
+    while pieces.len() > 0 {
+        let block: Vec<Piece> = pieces.by_ref().take(BLOCK).collect();
+        let from = split.len();
+        split.par_extend(block.into_par_iter().map(|p| cut(p, cuts == 0)));
+        let more = split[from..].iter().map(|(_, parts)| parts.len().saturating_sub(1));
+        cuts = cuts.saturating_sub(more.sum());
+    }
     let mut joined = Joined {
         edges: Vec::new(),
         ids: Vec::new(),
         searches: Vec::new(),
         by_ends: FxHashMap::default(),
         tolerance,
+        compared,
     };
     // Later sides of a loop first, so that earlier positions stay right while one becomes several.
     split.sort_by_key(|(at, _)| std::cmp::Reverse(*at));
@@ -100,6 +124,12 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) {
     model.edges = joined.edges;
     number_vertices(model, &corners);
     number_uses(model);
+    (cuts == 0 || joined.compared == 0).then(|| Diagnostic {
+        severity: Severity::Warning,
+        code: "faces-overlap",
+        place: String::new(),
+        text: "so many faces lie on each other or end in the same two points that not all sides were joined".into(),
+    })
 }
 
 impl Part {
@@ -259,6 +289,8 @@ struct Joined {
     searches: Vec<Search>,
     by_ends: FxHashMap<[usize; 2], Vec<usize>>,
     tolerance: f64,
+    /// Comparisons left.
+    compared: usize,
 }
 
 /// An edge's box and chords; the projector when first asked.
@@ -307,7 +339,9 @@ impl Joined {
         let [a, b] = part.ends.map(|p| corners.id(&p));
         let piece = part.piece;
         let key = [a.min(b), a.max(b)];
-        for &edge in self.by_ends.get(&key).into_iter().flatten() {
+        let candidates = self.by_ends.get(&key).map_or(&[][..], Vec::as_slice);
+        for &edge in &candidates[..candidates.len().min(self.compared)] {
+            self.compared -= 1;
             let (curve, search) = (&self.edges[edge].curve, &self.searches[edge]);
             let same = piece.edge_id.is_some() && self.ids[edge] == piece.edge_id;
             let own = OWN_EDGE * search.length;

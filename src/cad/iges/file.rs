@@ -8,6 +8,7 @@ use super::directory::{self, Directory, Entry};
 use super::global::{self, Global};
 use super::params::Params;
 use super::token;
+use crate::cad::raw::most_sides;
 use crate::cad::{Diagnostic, Severity};
 
 /// Parameters that may be read beyond eight times the file: what instances and shared entities may repeat.
@@ -37,6 +38,8 @@ pub(super) struct File<'a> {
     cards: Cards<'a>,
     /// Parameters that may still be read: following pointers cannot cost more than this.
     budget: Cell<usize>,
+    /// Length of the file [bytes].
+    bytes: usize,
     log: RefCell<Log>,
 }
 
@@ -53,7 +56,7 @@ impl<'a> File<'a> {
         let global = global::parse(&cards.global);
         let directory = directory::parse(&cards, global.delimiters);
         let budget = Cell::new(BUDGET + 8 * cards.parameters.len());
-        Self { global, directory, cards, budget, log: RefCell::default() }
+        Self { global, directory, cards, budget, bytes: bytes.len(), log: RefCell::default() }
     }
 
     /// The cards, for checks of the whole file.
@@ -143,6 +146,23 @@ impl<'a> File<'a> {
                 format!("at most {BUDGET} parameters read again, beyond eight times the file"),
             )
         })
+    }
+
+    /// Fails when faces of `sides` sides in all are more than a file of this size may have.
+    ///
+    /// # Errors
+    /// A fault with the code `work-limit`.
+    pub fn allow_sides(&self, entity: usize, sides: usize) -> Result<(), Fault> {
+        let most = most_sides(self.bytes);
+        if sides <= most {
+            return Ok(());
+        }
+        Err(self.fault(
+            entity,
+            "work-limit",
+            "pointers lead to the same faces again and again",
+            format!("faces of at most {most} sides in all in a file of {} bytes", self.bytes),
+        ))
     }
 
     /// True when the budget of work is spent.

@@ -77,6 +77,7 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
         faces: found.faces,
         loose_curves: found.loose_curves,
         diagnostics,
+        bytes: bytes.len(),
     })
 }
 

@@ -20,6 +20,8 @@ pub(super) struct Found {
     /// Faults that cost a face, first one kept.
     pub first_fault: Option<Fault>,
     shells: usize,
+    /// Of all faces.
+    sides: usize,
     edge_ids: FxHashMap<(usize, usize, usize), usize>,
     instances: usize,
 }
@@ -103,8 +105,8 @@ impl Reader<'_, '_> {
         }
         let below = |entity, map, instance| Task { entity, map, depth: depth + 1, instance };
         match kind {
-            144 => found.push(self.trimmed_surface(entity, &map)?),
-            143 => found.push(self.bounded_surface(entity, &map)?),
+            144 => found.push(self, entity, self.trimmed_surface(entity, &map)?)?,
+            143 => found.push(self, entity, self.bounded_surface(entity, &map)?)?,
             186 | 514 | 510 => self.show_brep(task, found)?,
             308 | 402 => {
                 let placed = if kind == 308 { self.placed(entity, &map)? } else { map };
@@ -127,7 +129,7 @@ impl Reader<'_, '_> {
             }
             kind if SURFACES.contains(&kind) => {
                 if let Some(face) = self.whole_surface(entity, &map)? {
-                    found.push(face);
+                    found.push(self, entity, face)?;
                 }
             }
             _ => {}
@@ -194,7 +196,7 @@ impl Reader<'_, '_> {
                     *ids.entry((instance, list, number)).or_insert(next)
                 };
                 match self.brep_face(face, &map, !along, &mut edge_id) {
-                    Ok(raw) => found.push(RawFace { shell, ..raw }),
+                    Ok(raw) => found.push(self, face, RawFace { shell, ..raw })?,
                     Err(fault) if fault.code == "work-limit" => return Err(fault),
                     Err(fault) => found.lose(self, face, fault),
                 }
@@ -256,8 +258,15 @@ impl Reader<'_, '_> {
 }
 
 impl Found {
-    fn push(&mut self, face: RawFace) {
+    /// Takes a face of `entity`.
+    ///
+    /// # Errors
+    /// A fault with the code `work-limit` when instances multiply the faces beyond what a file of this size may have.
+    fn push(&mut self, reader: &Reader<'_, '_>, entity: usize, face: RawFace) -> Result<(), Fault> {
+        self.sides += face.sides();
+        reader.file.allow_sides(entity, self.sides)?;
         self.faces.push(face);
+        Ok(())
     }
 
     fn next_shell(&mut self) -> usize {

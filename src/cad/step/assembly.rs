@@ -8,11 +8,8 @@ use super::items::ItemFaces;
 use super::place;
 use super::resolver::{DEEPEST, Resolver};
 use crate::cad::Severity;
-use crate::cad::raw::{RawFace, RawModel};
+use crate::cad::raw::{RawFace, RawModel, most_sides};
 use crate::geometry::Affine;
-
-/// Most placed faces a file may give.
-const MOST_FACES: usize = 250_000;
 
 /// Fills the model's faces.
 ///
@@ -28,12 +25,13 @@ pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
     let root = |&g: &usize| !graph.groups[g].used && !is_aside(&graph, g, &placed);
     let roots: Vec<usize> = (0..graph.groups.len()).filter(root).collect();
     let total = roots.iter().fold(0, |sum: usize, &g| sum.saturating_add(counts[g].unwrap_or(0)));
-    if total > MOST_FACES
+    let most = most_sides(model.bytes);
+    if total > most
         && let Some(sheet) = graph.sheets.first()
     {
-        let mut fault = sheet
-            .entity
-            .fault(format!("an assembly of {total} placed faces"), format!("at most {MOST_FACES}"));
+        let found = format!("an assembly whose placed faces have {total} sides in all");
+        let allowed = format!("at most {most} in a file of {} bytes", model.bytes);
+        let mut fault = sheet.entity.fault(found, allowed);
         fault.fatal = true;
         return Err(fault);
     }
@@ -72,7 +70,7 @@ fn describe(graph: &Graph, model: &mut RawModel) {
     model.loose_curves = graph.sheets.iter().flat_map(|s| &s.items).map(|i| i.loose_curves).sum();
 }
 
-/// Faces under a group, every instance counted.
+/// Sides of the faces under a group, every instance counted.
 fn count(
     graph: &Graph,
     group: usize,
@@ -92,9 +90,8 @@ fn count(
         fault.fatal = true;
         return Err(fault);
     }
-    let own: usize =
-        g.sheets.iter().flat_map(|&s| &graph.sheets[s].items).map(|i| i.faces.len()).sum();
-    let mut n = own;
+    let faces = g.sheets.iter().flat_map(|&s| &graph.sheets[s].items).flat_map(|i| &i.faces);
+    let mut n: usize = faces.map(RawFace::sides).sum();
     for &(child, _) in &g.children {
         n = n.saturating_add(count(graph, child, counts, depth + 1)?);
     }

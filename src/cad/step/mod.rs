@@ -42,7 +42,8 @@ use super::{CadError, Severity};
 pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
     let table = parse(bytes, name)?;
     let resolver = Resolver::new(&table, bytes.len());
-    let mut model = RawModel { writer: writer(&table), unit_mm: 1.0, ..RawModel::default() };
+    let (writer, bytes) = (writer(&table), bytes.len());
+    let mut model = RawModel { writer, unit_mm: 1.0, bytes, ..RawModel::default() };
     let mut counts: FxHashMap<_, usize> = FxHashMap::default();
     for e in resolver.entities() {
         *counts.entry(e.counted_as()).or_default() += 1;

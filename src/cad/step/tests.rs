@@ -195,6 +195,9 @@ fn doubling_mapped_items_are_refused_and_few_are_placed() {
         read_bytes(&file(&data), "doubling")
     };
     assert_eq!(doubled(3).unwrap().faces.len(), 8);
+    // 8192 spheres of four sides; the file's length adds some hundred sides.
+    assert_eq!(doubled(13).unwrap().faces.len(), 8192);
+    assert!(doubled(14).unwrap_err().to_string().contains("placed faces"));
     let error = doubled(40).unwrap_err().to_string();
     assert!(error.contains("placed faces"), "{error}");
 }

@@ -190,6 +190,20 @@ fn references_that_double_forty_times_are_refused() {
 }
 
 #[test]
+fn faces_multiply_no_further_than_the_file_is_long() {
+    let doubled = |levels: usize| {
+        let mut items: Vec<_> =
+            (1..=levels).map(|i| item(308, 0, format!("0,1Hx,2,{0},{0}", 2 * i + 1))).collect();
+        items.push(item(196, 0, format!("{},1.", 2 * levels + 3)));
+        items.push(item(116, 0, "0.,0.,0."));
+        read_bytes(&file(&items), "doubled").map(|model| model.faces.len())
+    };
+    assert_eq!(doubled(12).unwrap(), 4096);
+    let error = doubled(14).unwrap_err().to_string();
+    assert!(error.contains("again and again") && error.contains("sides"), "{error}");
+}
+
+#[test]
 fn long_chains_end() {
     let n = 20_000;
     let chain = |kind: u32, form: i32, text: &dyn Fn(usize) -> String| -> Vec<super::build::Item> {

@@ -178,12 +178,12 @@ fn what_multiplies_itself_is_bounded_and_told() {
     let pieces =
         told("offset-that-folds.igs", "offset-coarse").faces[0].surface.points().len() / 25;
     assert!((1369..14_000).contains(&pieces), "{pieces} pieces");
-    // 1024 squares in a row, each over nearly all the others: a million places where a corner lies on a side.
+    // 256 squares in a row, each over nearly all the others: some 130000 places where a corner lies on a side.
     let overlapping = told("faces-on-each-other.stp", "faces-overlap");
-    assert_eq!(overlapping.faces.len(), 1024);
-    assert!(overlapping.edges.len() < 200_000, "{} edges", overlapping.edges.len());
-    // 4096 half discs about one axis.
-    assert_eq!(told("arcs-with-the-same-ends.stp", "faces-overlap").faces.len(), 4096);
+    assert_eq!(overlapping.faces.len(), 256);
+    assert!(overlapping.edges.len() < 40_000, "{} edges", overlapping.edges.len());
+    // 1024 half discs about one axis.
+    assert_eq!(told("arcs-with-the-same-ends.stp", "faces-overlap").faces.len(), 1024);
 }
 
 fn step(data: &str) -> Vec<u8> {

@@ -47,8 +47,8 @@ const OWN_EDGE: f64 = 0.02;
 /// where faces lie on each other, which would make parts with the square of their number.
 const CUTS: usize = 4096;
 const CUTS_A_CORNER: usize = 4;
-/// Sides cut before it is seen whether there are too many.
-const BLOCK: usize = 64;
+/// Fewest and most sides cut before it is seen whether there are too many: few where the last ones took many cuts.
+const BLOCK: [usize; 2] = [8, 1024];
 /// Edges with the same ends that sides may be compared with, besides [`COMPARED_A_SIDE`].
 const COMPARED: usize = 65_536;
 const COMPARED_A_SIDE: usize = 64;
@@ -97,12 +97,15 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) -> Opt
     let mut cuts = CUTS + CUTS_A_CORNER * corners.points.len();
     let mut split: Vec<([usize; 3], Vec<Part>)> = Vec::with_capacity(pieces.len());
     let mut pieces = pieces.into_iter();
+    let mut size = BLOCK[0];
     while pieces.len() > 0 {
-        let block: Vec<Piece> = pieces.by_ref().take(BLOCK).collect();
+        let block: Vec<Piece> = pieces.by_ref().take(size).collect();
         let from = split.len();
         split.par_extend(block.into_par_iter().map(|p| cut(p, cuts == 0)));
-        let more = split[from..].iter().map(|(_, parts)| parts.len().saturating_sub(1));
-        cuts = cuts.saturating_sub(more.sum());
+        let more = || split[from..].iter().map(|(_, parts)| parts.len().saturating_sub(1));
+        cuts = cuts.saturating_sub(more().sum());
+        let each = more().max().unwrap_or(0);
+        size = if cuts == 0 { BLOCK[1] } else { (cuts / (8 + 8 * each)).clamp(BLOCK[0], BLOCK[1]) };
     }
     let mut joined = Joined {
         edges: Vec::new(),

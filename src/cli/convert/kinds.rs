@@ -1,7 +1,8 @@
 //! `convert --kind bezier` and `convert --to KIND`.
 
+use super::args::{ConvertArgs, To};
 use super::print::print_reach;
-use super::{ConvertArgs, To, provenance, side_and_flip, stem};
+use super::{provenance, stem};
 use crate::cad::Model;
 use crate::cli::exit::{Exit, Failure};
 use crate::convert::bezier::{BezierError, BezierOptions, FINEST, Within, within_tolerance};
@@ -19,7 +20,7 @@ pub(super) fn bezier(
 ) -> Result<Exit, Failure> {
     const TOLERANCE: f64 = 1e-4;
     let tolerance_mm = args.tol.unwrap_or(TOLERANCE);
-    let (sheet_side, flip) = side_and_flip(args, reached);
+    let (sheet_side, flip) = args.side_and_flip(reached);
     let name = args.name.clone().unwrap_or_else(|| stem(&args.output));
     let options = BezierOptions { name, tolerance_mm, sheet_side, flip };
     let Within { mut tool, report, divisions } = made_within(args, model, &options)?;

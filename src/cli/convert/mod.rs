@@ -1,18 +1,17 @@
 //! `kanagata convert FILE -o TOOL`.
 
+mod args;
 mod kinds;
 mod print;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use clap::ValueEnum;
-
+pub use self::args::ConvertArgs;
+use self::args::{Borders, Edge, Kind, SheetSide};
 use self::kinds::{bezier, exchange};
 use self::print::{print_reach, print_report};
 use super::cad::read_model;
-use super::exit::{EXIT_HELP, Exit, Failure};
-use super::mesh::MesherArgs;
-use super::quantity::{angle_deg, length_mm};
+use super::exit::{Exit, Failure};
 use crate::audit::AuditReport;
 use crate::cad::Model;
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
@@ -20,150 +19,10 @@ use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance};
 use crate::convert::{ConvertError, ConvertOptions, ConvertReport, convert};
 use crate::files::sha256_hex;
-use crate::geometry::Vec3;
 use crate::mesh::{attach, io};
 use crate::tool::edge::EdgeRule;
 use crate::tool::file::{Provenance, ToolFile};
 use crate::tool::{ToolKind, ToolModel};
-
-/// Arguments of `convert`.
-#[derive(Debug, clap::Args)]
-#[command(after_help = format!("Examples:\n  kanagata convert die.igs -o die.tool.json --sheet-side +z\n  \
-    kanagata convert punch.stp -o punch.tool.json --sheet-side=-z --arc-divisions 6\n  \
-    kanagata convert die.igs -o die.tool.json --sheet-side +z --tol 0.01mm --normal-tol 0.5deg\n  \
-    kanagata convert die.igs -o die.tool.json --mesh die.msh\n  \
-    kanagata convert die.stp -o die.tool.json --tol 0.01mm --reach cup.scene.json\n  \
-    kanagata convert die.tool.json -o bezier.tool.json --to bezier\n\n{EXIT_HELP}"))]
-pub struct ConvertArgs {
-    /// IGES or STEP file; with --to a tool file
-    file: PathBuf,
-    /// Tool file
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Name of the tool; from the output file when not given
-    #[arg(long)]
-    name: Option<String>,
-    /// What the patches are
-    #[arg(long, value_enum, default_value_t = Kind::Nagata)]
-    kind: Kind,
-    /// From a tool file to one of this kind: Nagata patches and facets to biquadratic Bezier patches (Eq. 15), and back
-    #[arg(long, value_enum, value_name = "KIND")]
-    to: Option<To>,
-    /// How edges are curved; `guarded` when not given, with --tol or --patches `cad`
-    #[arg(long, value_enum)]
-    edge: Option<Edge>,
-    /// Write a tool file although patches fold
-    #[arg(long)]
-    allow_folds: bool,
-    /// Side the sheet is on: the model is turned round when its faces look the other way on the whole
-    #[arg(long, value_enum, value_name = "SIDE", allow_hyphen_values = true)]
-    sheet_side: Option<SheetSide>,
-    /// Turn the model round
-    #[arg(long)]
-    flip: bool,
-    /// Normals of neighbouring faces closer than this are one [degrees]
-    #[arg(long, value_name = "DEG", default_value_t = 0.5)]
-    smooth_deg: f64,
-    /// Take this mesh (.msh, .stl, .obj, .vtu; other formats through Python's meshio) instead of making one
-    #[arg(long, value_name = "FILE")]
-    mesh: Option<PathBuf>,
-    /// Refine until the largest |shape error| is within this, as `0.01mm` [mm], with as few patches as that takes
-    #[arg(long, value_name = "LENGTH", value_parser = length_mm, conflicts_with = "patches")]
-    tol: Option<f64>,
-    /// Refine until the largest normal error is within this, as `0.5deg` [degrees]
-    #[arg(long, value_name = "ANGLE", value_parser = angle_deg, conflicts_with_all = ["mesh", "patches"])]
-    normal_tol: Option<f64>,
-    /// As small an error as so many patches can have
-    #[arg(long, value_name = "N", conflicts_with = "mesh")]
-    patches: Option<usize>,
-    /// With --tol or --patches: leave all vertices on the CAD instead of balancing them about it
-    #[arg(long)]
-    on_cad: bool,
-    /// With --tol or --patches: how the patches of neighbouring faces meet
-    #[arg(long, value_enum, default_value_t = Borders::Conforming)]
-    borders: Borders,
-    /// Leave out faces that the sheet of this scene cannot touch; the tool is the one of this name or output file there
-    #[arg(long, value_name = "SCENE", conflicts_with = "mesh")]
-    reach: Option<PathBuf>,
-    #[command(flatten)]
-    mesher: MesherArgs,
-}
-
-/// Kinds of patch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Kind {
-    /// Nagata patches
-    Nagata,
-    /// Flat triangles and bilinear quadrilaterals
-    Facets,
-    /// Bezier patches of degree 1 to 6 straight from the CAD's faces, within --tol (1e-4 mm when not given)
-    Bezier,
-}
-
-/// How faces meet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Borders {
-    /// They share vertices and curves: no gap
-    Conforming,
-    /// Each face has its own divisions, as few as its own error allows: gaps within the tolerance, measured and reported
-    Independent,
-}
-
-/// Kinds that tool files are converted to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum To {
-    /// Nagata patches
-    Nagata,
-    /// Bezier patches
-    Bezier,
-}
-
-/// Rules for edges.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Edge {
-    /// Eq. 8 where its curve runs forward, straight elsewhere
-    Guarded,
-    /// Eq. 8 everywhere, also where it fails
-    Plain,
-    /// Eq. 8, and where it leaves the curve open or fails, through the CAD; given in the tool file
-    Cad,
-}
-
-/// Sides along the coordinate axes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum SheetSide {
-    /// Towards +x
-    #[value(name = "+x")]
-    PlusX,
-    /// Towards -x
-    #[value(name = "-x")]
-    MinusX,
-    /// Towards +y
-    #[value(name = "+y")]
-    PlusY,
-    /// Towards -y
-    #[value(name = "-y")]
-    MinusY,
-    /// Towards +z
-    #[value(name = "+z")]
-    PlusZ,
-    /// Towards -z
-    #[value(name = "-z")]
-    MinusZ,
-}
-
-impl SheetSide {
-    fn direction(self) -> Vec3 {
-        match self {
-            Self::PlusX => Vec3::x(),
-            Self::MinusX => -Vec3::x(),
-            Self::PlusY => Vec3::y(),
-            Self::MinusY => -Vec3::y(),
-            Self::PlusZ => Vec3::z(),
-            Self::MinusZ => -Vec3::z(),
-        }
-    }
-}
 
 impl From<ConvertError> for Failure {
     fn from(error: ConvertError) -> Self {
@@ -200,11 +59,11 @@ struct Fit {
 /// Exit code 2 for a file that is no CAD, cannot be meshed or not within the tolerance, 4 when files cannot be read
 /// or written.
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
-    check_borders(args)?;
+    args.check_borders()?;
     if let Some(to) = args.to {
         return exchange(args, to);
     }
-    if args.mesh.is_some() && is_refined(args) {
+    if args.mesh.is_some() && args.is_refined() {
         return Err(Failure::input(
             "--tol with --mesh; allowed: with --kind bezier; a given mesh is not refined, leave one of them out",
         ));
@@ -216,7 +75,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
         return bezier(args, model, reached.as_ref());
     }
     let options = options(args, reached.as_ref());
-    let mut made = if is_refined(args) {
+    let mut made = if args.is_refined() {
         refined(args, model, &options, reached.as_ref())?
     } else {
         let mesh = match &args.mesh {
@@ -230,7 +89,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
         reached.renumber(&mut made.tool);
         made.report.turned = reached.turned;
     }
-    if !made.report.folded.is_empty() && !args.allow_folds && edge(args) != Edge::Plain {
+    if !made.report.folded.is_empty() && !args.allow_folds && args.edge() != Edge::Plain {
         print_report(&made);
         return Err(Failure::input(format!(
             "{}: {} patches fold; allowed: none; mesh finer (--arc-divisions, --max-size-mm, --tol), or write them with --allow-folds",
@@ -245,22 +104,6 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     reached.iter().for_each(print_reach);
     println!("  {}", args.output.display());
     Ok(Exit::Done)
-}
-
-/// Refuses independent borders where there is nothing to divide independently.
-fn check_borders(args: &ConvertArgs) -> Result<(), Failure> {
-    let reason = match args.borders {
-        Borders::Conforming => return Ok(()),
-        _ if args.to.is_some() => "with --to; a tool file keeps the borders it has",
-        _ if args.kind == Kind::Bezier => {
-            "with --kind bezier; patches straight from the CAD share their control points; convert to --kind nagata and that file with --to bezier"
-        }
-        _ if !is_refined(args) => {
-            "without --tol, --normal-tol or --patches; nothing is refined, and uniform meshes are conforming"
-        }
-        Borders::Independent => return Ok(()),
-    };
-    Err(Failure::input(format!("--borders independent {reason}; or leave --borders out")))
 }
 
 /// What of the model the sheet of a scene can touch.
@@ -283,26 +126,8 @@ fn reach(args: &ConvertArgs, scene: &Path, model: &Model) -> Result<Reached, Fai
     })
 }
 
-/// Side the sheet is on and whether to flip: with a reach that was settled on the whole model.
-fn side_and_flip(args: &ConvertArgs, reached: Option<&Reached>) -> (Option<Vec3>, bool) {
-    match reached {
-        Some(reached) => (None, reached.turned),
-        None => (args.sheet_side.map(SheetSide::direction), args.flip),
-    }
-}
-
-fn edge(args: &ConvertArgs) -> Edge {
-    let usual = if is_refined(args) { Edge::Cad } else { Edge::Guarded };
-    args.edge.unwrap_or(usual)
-}
-
-fn is_refined(args: &ConvertArgs) -> bool {
-    let asked = args.tol.is_some() || args.normal_tol.is_some() || args.patches.is_some();
-    asked && args.kind != Kind::Bezier
-}
-
 fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {
-    let (sheet_side, flip) = side_and_flip(args, reached);
+    let (sheet_side, flip) = args.side_and_flip(reached);
     ConvertOptions {
         name: args.name.clone().unwrap_or_else(|| stem(&args.output)),
         kind: match args.kind {
@@ -310,11 +135,11 @@ fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {
             Kind::Facets => ToolKind::Facets,
             Kind::Bezier => ToolKind::Bezier,
         },
-        edges: match edge(args) {
+        edges: match args.edge() {
             Edge::Plain => EdgeRule::Plain,
             Edge::Guarded | Edge::Cad => EdgeRule::Guarded,
         },
-        through_cad: edge(args) == Edge::Cad,
+        through_cad: args.edge() == Edge::Cad,
         smooth_deg: args.smooth_deg,
         sheet_side,
         flip,
@@ -397,7 +222,7 @@ fn provenance(
         cad_unit: unit.to_owned(),
         mesher: match &args.mesh {
             Some(path) => format!("mesh file {}", name(path)),
-            None if is_refined(args) => {
+            None if args.is_refined() => {
                 format!("{}{}", args.mesher.describe_refinement(), goal(args))
             }
             None => args.mesher.describe(),
@@ -413,7 +238,7 @@ fn goal(args: &ConvertArgs) -> String {
     let normal = args.normal_tol.map_or_else(String::new, |t| format!(" normal-tol-deg={t}"));
     let patches = args.patches.map_or_else(String::new, |n| format!(" patches={n}"));
     let vertices = if args.on_cad { " vertices=on-cad" } else { " vertices=balanced" };
-    let edges = format!(" edges={}", format!("{:?}", edge(args)).to_lowercase());
+    let edges = format!(" edges={}", format!("{:?}", args.edge()).to_lowercase());
     let borders = match args.borders {
         Borders::Conforming => "",
         Borders::Independent => " borders=independent",

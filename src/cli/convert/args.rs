@@ -1,0 +1,189 @@
+//! What `kanagata convert` is asked.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+
+use crate::cli::exit::{EXIT_HELP, Failure};
+use crate::cli::mesh::MesherArgs;
+use crate::cli::quantity::{angle_deg, length_mm};
+use crate::convert::reach::Reached;
+use crate::geometry::Vec3;
+
+/// Arguments of `convert`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Examples:\n  kanagata convert die.igs -o die.tool.json --sheet-side +z\n  \
+    kanagata convert punch.stp -o punch.tool.json --sheet-side=-z --arc-divisions 6\n  \
+    kanagata convert die.igs -o die.tool.json --sheet-side +z --tol 0.01mm --normal-tol 0.5deg\n  \
+    kanagata convert die.igs -o die.tool.json --mesh die.msh\n  \
+    kanagata convert die.stp -o die.tool.json --tol 0.01mm --reach cup.scene.json\n  \
+    kanagata convert die.tool.json -o bezier.tool.json --to bezier\n\n{EXIT_HELP}"))]
+pub struct ConvertArgs {
+    /// IGES or STEP file; with --to a tool file
+    pub(super) file: PathBuf,
+    /// Tool file
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
+    /// Name of the tool; from the output file when not given
+    #[arg(long)]
+    pub(super) name: Option<String>,
+    /// What the patches are
+    #[arg(long, value_enum, default_value_t = Kind::Nagata)]
+    pub(super) kind: Kind,
+    /// From a tool file to one of this kind: Nagata patches and facets to biquadratic Bezier patches (Eq. 15), and back
+    #[arg(long, value_enum, value_name = "KIND")]
+    pub(super) to: Option<To>,
+    /// How edges are curved; `guarded` when not given, with --tol or --patches `cad`
+    #[arg(long, value_enum)]
+    pub(super) edge: Option<Edge>,
+    /// Write a tool file although patches fold
+    #[arg(long)]
+    pub(super) allow_folds: bool,
+    /// Side the sheet is on: the model is turned round when its faces look the other way on the whole
+    #[arg(long, value_enum, value_name = "SIDE", allow_hyphen_values = true)]
+    pub(super) sheet_side: Option<SheetSide>,
+    /// Turn the model round
+    #[arg(long)]
+    pub(super) flip: bool,
+    /// Normals of neighbouring faces closer than this are one [degrees]
+    #[arg(long, value_name = "DEG", default_value_t = 0.5)]
+    pub(super) smooth_deg: f64,
+    /// Take this mesh (.msh, .stl, .obj, .vtu; other formats through Python's meshio) instead of making one
+    #[arg(long, value_name = "FILE")]
+    pub(super) mesh: Option<PathBuf>,
+    /// Refine until the largest |shape error| is within this, as `0.01mm` [mm], with as few patches as that takes
+    #[arg(long, value_name = "LENGTH", value_parser = length_mm, conflicts_with = "patches")]
+    pub(super) tol: Option<f64>,
+    /// Refine until the largest normal error is within this, as `0.5deg` [degrees]
+    #[arg(long, value_name = "ANGLE", value_parser = angle_deg, conflicts_with_all = ["mesh", "patches"])]
+    pub(super) normal_tol: Option<f64>,
+    /// As small an error as so many patches can have
+    #[arg(long, value_name = "N", conflicts_with = "mesh")]
+    pub(super) patches: Option<usize>,
+    /// With --tol or --patches: leave all vertices on the CAD instead of balancing them about it
+    #[arg(long)]
+    pub(super) on_cad: bool,
+    /// With --tol or --patches: how the patches of neighbouring faces meet
+    #[arg(long, value_enum, default_value_t = Borders::Conforming)]
+    pub(super) borders: Borders,
+    /// Leave out faces that the sheet of this scene cannot touch; the tool is the one of this name or output file there
+    #[arg(long, value_name = "SCENE", conflicts_with = "mesh")]
+    pub(super) reach: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) mesher: MesherArgs,
+}
+
+/// Kinds of patch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Kind {
+    /// Nagata patches
+    Nagata,
+    /// Flat triangles and bilinear quadrilaterals
+    Facets,
+    /// Bezier patches of degree 1 to 6 straight from the CAD's faces, within --tol (1e-4 mm when not given)
+    Bezier,
+}
+
+/// How faces meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Borders {
+    /// They share vertices and curves: no gap
+    Conforming,
+    /// Each face has its own divisions, as few as its own error allows: gaps within the tolerance, measured and reported
+    Independent,
+}
+
+/// Kinds that tool files are converted to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum To {
+    /// Nagata patches
+    Nagata,
+    /// Bezier patches
+    Bezier,
+}
+
+/// Rules for edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Edge {
+    /// Eq. 8 where its curve runs forward, straight elsewhere
+    Guarded,
+    /// Eq. 8 everywhere, also where it fails
+    Plain,
+    /// Eq. 8, and where it leaves the curve open or fails, through the CAD; given in the tool file
+    Cad,
+}
+
+/// Sides along the coordinate axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum SheetSide {
+    /// Towards +x
+    #[value(name = "+x")]
+    PlusX,
+    /// Towards -x
+    #[value(name = "-x")]
+    MinusX,
+    /// Towards +y
+    #[value(name = "+y")]
+    PlusY,
+    /// Towards -y
+    #[value(name = "-y")]
+    MinusY,
+    /// Towards +z
+    #[value(name = "+z")]
+    PlusZ,
+    /// Towards -z
+    #[value(name = "-z")]
+    MinusZ,
+}
+
+impl SheetSide {
+    /// Unit vector towards that side.
+    pub(super) fn direction(self) -> Vec3 {
+        match self {
+            Self::PlusX => Vec3::x(),
+            Self::MinusX => -Vec3::x(),
+            Self::PlusY => Vec3::y(),
+            Self::MinusY => -Vec3::y(),
+            Self::PlusZ => Vec3::z(),
+            Self::MinusZ => -Vec3::z(),
+        }
+    }
+}
+
+impl ConvertArgs {
+    /// The rule for edges: the one asked for, or the usual one.
+    pub(super) fn edge(&self) -> Edge {
+        let usual = if self.is_refined() { Edge::Cad } else { Edge::Guarded };
+        self.edge.unwrap_or(usual)
+    }
+
+    /// A mesh is to be refined until it fits.
+    pub(super) fn is_refined(&self) -> bool {
+        let asked = self.tol.is_some() || self.normal_tol.is_some() || self.patches.is_some();
+        asked && self.kind != Kind::Bezier
+    }
+
+    /// Side the sheet is on and whether to flip: with a reach that was settled on the whole model.
+    pub(super) fn side_and_flip(&self, reached: Option<&Reached>) -> (Option<Vec3>, bool) {
+        match reached {
+            Some(reached) => (None, reached.turned),
+            None => (self.sheet_side.map(SheetSide::direction), self.flip),
+        }
+    }
+
+    /// Refuses independent borders where there is nothing to divide independently.
+    pub(super) fn check_borders(&self) -> Result<(), Failure> {
+        let reason = match self.borders {
+            Borders::Conforming => return Ok(()),
+            _ if self.to.is_some() => "with --to; a tool file keeps the borders it has",
+            _ if self.kind == Kind::Bezier => {
+                "with --kind bezier; patches straight from the CAD share their control points; convert to --kind nagata and that file with --to bezier"
+            }
+            _ if !self.is_refined() => {
+                "without --tol, --normal-tol or --patches; nothing is refined, and uniform meshes are conforming"
+            }
+            Borders::Independent => return Ok(()),
+        };
+        Err(Failure::input(format!("--borders independent {reason}; or leave --borders out")))
+    }
+}

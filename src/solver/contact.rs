@@ -4,7 +4,7 @@
 //! | symbol | meaning |
 //! |---|---|
 //! | `r` | internal minus applied force at the node = force of the tool on it [N] |
-//! | `p` | position of the node in the tool's frame; `anchor` its foot at the last converged increment |
+//! | `p` | position of the node in the tool's frame; `anchor` its foot at the last converged increment, less remembered slip |
 //! | `n` | the tool's normal at the foot, within the node's free directions |
 //! | `g` | gap; `lambda = n . r`; `r_t = P r` with `P` the tangential projector |
 //! | `h` | curvature of the surface through `p` parallel to the tool: `dn = -h dp` |
@@ -40,6 +40,8 @@ pub(super) struct Candidate {
     /// How far the node lies past the tool's border, along the surface, over what a touching node may [1].
     pub(super) overshoot: f64,
     /// Foot at the last converged increment, in the tool's frame.
+    pub(super) start: Vec3,
+    /// Where friction measures slip from: `start`, less the slip that the law still remembers.
     pub(super) anchor: Vec3,
     /// Force at which the spring of an augmented method has no length [N].
     pub(super) push: f64,
@@ -51,6 +53,7 @@ pub(super) struct SavedContact {
     active: bool,
     sliding: bool,
     patch: u32,
+    start: [f64; 3],
     anchor: [f64; 3],
     #[serde(default)]
     push: f64,
@@ -98,6 +101,10 @@ pub(super) struct Scales {
 /// the very border, where sheet and tool often end together, would be lost and found for ever.
 const OVERHANG: f64 = 0.05;
 
+/// Slip that friction remembers from one increment to the next, over its transition: the law is within a fiftieth of
+/// Coulomb's force there.
+const REMEMBERED: f64 = 5.0;
+
 /// Changes of patch in an increment after which a touching node stays on its patch.
 const SWINGS: u32 = 3;
 
@@ -122,6 +129,17 @@ impl Candidate {
         } else {
             0.0
         };
+    }
+}
+
+impl Candidate {
+    /// The part of the slip that goes back when the force does. Without it a node that sticks would creep by about the
+    /// transition in every increment, to be held anew.
+    fn remembered(&self, transition: f64) -> Vec3 {
+        let from_anchor = self.foot.point - self.anchor;
+        let slip = from_anchor - self.foot.normal * self.foot.normal.dot(&from_anchor);
+        let (size, most) = (slip.norm(), REMEMBERED * transition);
+        if size > most { slip * (most / size) } else { slip }
     }
 }
 
@@ -150,6 +168,7 @@ impl ContactSet {
                 sliding: true,
                 foot: Projection::nowhere(),
                 overshoot: 0.0,
+                start: Vec3::zeros(),
                 anchor: Vec3::zeros(),
                 push: 0.0,
             })
@@ -160,6 +179,7 @@ impl ContactSet {
                 active: false,
                 sliding: true,
                 patch: u32::MAX,
+                start: [0.0; 3],
                 anchor: [0.0; 3],
                 push: 0.0,
             })
@@ -176,16 +196,20 @@ impl ContactSet {
         });
     }
 
-    /// Makes the present feet the anchors of the next increment.
-    pub(super) fn commit(&mut self) {
+    /// Makes the present feet those that the next increment starts from; friction with this `transition` [mm].
+    pub(super) fn commit(&mut self, transition: f64) {
         for (c, saved) in self.candidates.iter_mut().zip(&mut self.saved) {
-            c.anchor = c.foot.point;
+            c.start = c.foot.point;
+            let kept =
+                if c.active && saved.active { c.remembered(transition) } else { Vec3::zeros() };
+            c.anchor = c.start - kept;
             c.fresh = false;
             c.swings = 0;
             *saved = SavedContact {
                 active: c.active,
                 sliding: c.sliding,
                 patch: c.foot.patch,
+                start: c.start.into(),
                 anchor: c.anchor.into(),
                 push: c.push,
             };
@@ -213,6 +237,7 @@ impl ContactSet {
             c.active = saved.active;
             c.sliding = saved.sliding;
             c.foot.patch = saved.patch;
+            c.start = saved.start.into();
             c.anchor = saved.anchor.into();
             c.push = saved.push;
             c.fresh = false;
@@ -309,7 +334,7 @@ pub(super) fn touching(
         force: Vec3::zeros(),
         length: gap.abs(),
         normal,
-        slipping: true,
+        slipping: exact || slip.norm() > REMEMBERED * law.transition,
     };
     match answer {
         Friction::Stick => {

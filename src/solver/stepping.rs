@@ -143,7 +143,7 @@ fn begin(sim: &mut Simulation, stage: usize) -> Plan {
     sys.search();
     take_in(sys, 1e-6 * sys.lengths.shortest_edge);
     keep_pushed_tools(sys);
-    sys.contact.commit();
+    sys.contact.commit(sys.lengths.transition);
     let supported = motions.iter().any(|m| !matches!(m, Motion::Absent | Motion::Release));
     if !supported {
         hold_where_it_is(sys);

@@ -122,7 +122,7 @@ pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
     add_work(sim);
     let sys = &mut sim.sys;
     sys.body.commit();
-    sys.contact.commit();
+    sys.contact.commit(sys.lengths.transition);
     let old = &sim.committed;
     let last = step.map(|step| {
         let du = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();
@@ -156,7 +156,7 @@ fn add_work(sim: &mut Simulation) {
         applied += mean(i, &sys.applied, &old.applied) * du;
     }
     for (_, c) in sys.contact.active() {
-        let slip = sys.position(c.node) - sys.tools[c.tool].shift() - c.anchor;
+        let slip = sys.position(c.node) - sys.tools[c.tool].shift() - c.start;
         let along = slip - c.foot.normal * c.foot.normal.dot(&slip);
         friction -= sys.contact_force(c.node).dot(&along);
     }

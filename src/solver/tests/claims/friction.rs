@@ -89,6 +89,29 @@ fn a_block_stays_below_and_goes_above_the_limit_of_friction() {
     }
 }
 
+/// With a transition between stick and slip, a block that friction holds gives by as much in many increments as in few.
+#[test]
+fn a_block_that_sticks_does_not_creep_from_increment_to_increment() {
+    let (mu, transition) = (0.3, 1e-3);
+    let run = |increments: f64| {
+        let mut scene = drawn_block(mu, 0.7 * mu);
+        scene.limits.friction_transition = transition;
+        // Drawn in the first half, then held there.
+        let ramp = |share: f64| (share, (2.0 * share).min(1.0));
+        scene.stages[0].load = Curve::new(vec![ramp(0.0), ramp(0.5), ramp(1.0)]);
+        scene.stages[0].first_step = 1.0 / increments;
+        scene.stages[0].largest_step = 1.0 / increments;
+        let mut sim = Simulation::new(scene).unwrap();
+        sim.run(&mut |_| Control::Continue).unwrap();
+        let low = sim.body().mesh().bottom_nodes();
+        low.iter().map(|&n| sim.displacements()[3 * n as usize]).sum::<f64>() / low.len() as f64
+    };
+    let (few, many) = (run(4.0), run(40.0));
+    // `0.7 / sqrt(1 - 0.7^2)` of the transition, which is a share of the edge of 2 mm.
+    assert!((few / (2.0 * transition) - 0.98).abs() < 0.1, "{few}");
+    assert!((many / few - 1.0).abs() < 0.03, "{few} {many}");
+}
+
 /// Radius of the cylinder and thickness of the strip [mm].
 const CYLINDER: f64 = 10.0;
 const THICKNESS: f64 = 0.1;

@@ -6,10 +6,10 @@ mod corners;
 use std::cell::OnceCell;
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use self::corners::Corners;
-use super::model::{Edge, EdgeUse, Model};
+use super::model::{Edge, EdgeUse, Face, Model};
 use super::{Diagnostic, Severity};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector, Surface};
@@ -56,57 +56,9 @@ const COMPARED_A_SIDE: usize = 64;
 /// Fills the model's vertices and edges, and the edge ids of its loops. Says so where faces lie on each other beyond
 /// measure: the sides of some are then left whole or free.
 pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) -> Option<Diagnostic> {
-    let faces = &model.faces;
-    let surface = |piece: &Piece| &faces[piece.at[0]].surface;
-    let tips: Vec<[Vec3; 2]> = pieces.par_iter().map(|p| ends(surface(p), &p.pcurve)).collect();
-    let mut corners = Corners::new(tolerance);
-    let mut known: FxHashMap<usize, ([Vec3; 2], usize)> = FxHashMap::default();
-    for (piece, own) in pieces.iter().zip(&tips) {
-        if let Some((first, sides)) = piece.edge_id.and_then(|id| known.get_mut(&id)) {
-            *sides += 1;
-            corners.same(*own, *first);
-        } else {
-            for p in own {
-                corners.id(p);
-            }
-            if let Some(id) = piece.edge_id {
-                known.insert(id, (*own, 1));
-            }
-        }
-        if let Some(curve) = &piece.curve {
-            let [a, b] = curve.domain();
-            corners.also(*own, [curve.point(a), curve.point(b)]);
-        }
-    }
-    let places: Vec<Aabb> = corners.points.iter().map(|p| Aabb::of_points([p])).collect();
-    let tree = BoxTree::build(&places);
-    let cut = |piece: Piece, all_whole: bool| {
-        // What the file itself joins stays whole.
-        let whole =
-            all_whole || piece.edge_id.is_some_and(|id| known.get(&id).is_some_and(|k| k.1 > 1));
-        let (at, surface) = (piece.at, surface(&piece));
-        let pieces = if whole {
-            vec![piece]
-        } else {
-            cut_at_corners(surface, piece, (&corners, &tree), tolerance)
-        };
-        let parts: Vec<Part> = pieces.into_iter().map(|p| Part::new(surface, p)).collect();
-        (at, parts)
-    };
+    let (mut corners, shared) = corners_of(&model.faces, &pieces, tolerance);
     let compared = COMPARED + COMPARED_A_SIDE * pieces.len();
-    let mut cuts = CUTS + CUTS_A_CORNER * corners.points.len();
-    let mut split: Vec<([usize; 3], Vec<Part>)> = Vec::with_capacity(pieces.len());
-    let mut pieces = pieces.into_iter();
-    let mut size = BLOCK[0];
-    while pieces.len() > 0 {
-        let block: Vec<Piece> = pieces.by_ref().take(size).collect();
-        let from = split.len();
-        split.par_extend(block.into_par_iter().map(|p| cut(p, cuts == 0)));
-        let more = || split[from..].iter().map(|(_, parts)| parts.len().saturating_sub(1));
-        cuts = cuts.saturating_sub(more().sum());
-        let each = more().max().unwrap_or(0);
-        size = if cuts == 0 { BLOCK[1] } else { (cuts / (8 + 8 * each)).clamp(BLOCK[0], BLOCK[1]) };
-    }
+    let (mut split, all_cut) = cut_all(&model.faces, pieces, (&corners, &shared), tolerance);
     let mut joined = Joined {
         edges: Vec::new(),
         ids: Vec::new(),
@@ -127,12 +79,76 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) -> Opt
     model.edges = joined.edges;
     number_vertices(model, &corners);
     number_uses(model);
-    (cuts == 0 || joined.compared == 0).then(|| Diagnostic {
+    (!all_cut || joined.compared == 0).then(|| Diagnostic {
         severity: Severity::Warning,
         code: "faces-overlap",
         place: String::new(),
         text: "so many faces lie on each other or end in the same two points that not all sides were joined".into(),
     })
+}
+
+/// Corners where sides end, and the file's edges that more than one side uses.
+fn corners_of(faces: &[Face], pieces: &[Piece], tolerance: f64) -> (Corners, FxHashSet<usize>) {
+    let surface = |piece: &Piece| &faces[piece.at[0]].surface;
+    let tips: Vec<[Vec3; 2]> = pieces.par_iter().map(|p| ends(surface(p), &p.pcurve)).collect();
+    let mut corners = Corners::new(tolerance);
+    let mut first: FxHashMap<usize, [Vec3; 2]> = FxHashMap::default();
+    let mut shared = FxHashSet::default();
+    for (piece, own) in pieces.iter().zip(&tips) {
+        if let Some((id, known)) = piece.edge_id.and_then(|id| Some((id, first.get(&id)?))) {
+            shared.insert(id);
+            corners.same(*own, *known);
+        } else {
+            for p in own {
+                corners.id(p);
+            }
+            if let Some(id) = piece.edge_id {
+                first.insert(id, *own);
+            }
+        }
+        if let Some(curve) = &piece.curve {
+            let [a, b] = curve.domain();
+            corners.also(*own, [curve.point(a), curve.point(b)]);
+        }
+    }
+    (corners, shared)
+}
+
+/// Sides cut where corners of others lie on them, each with its place; what the file itself joins (`shared`) stays
+/// whole. False when so many cuts were due that the last sides were left whole.
+fn cut_all(
+    faces: &[Face],
+    pieces: Vec<Piece>,
+    (corners, shared): (&Corners, &FxHashSet<usize>),
+    tolerance: f64,
+) -> (Vec<([usize; 3], Vec<Part>)>, bool) {
+    let places: Vec<Aabb> = corners.points.iter().map(|p| Aabb::of_points([p])).collect();
+    let tree = BoxTree::build(&places);
+    let cut = |piece: Piece, all_whole: bool| {
+        let whole = all_whole || piece.edge_id.is_some_and(|id| shared.contains(&id));
+        let (at, surface) = (piece.at, &faces[piece.at[0]].surface);
+        let pieces = if whole {
+            vec![piece]
+        } else {
+            cut_at_corners(surface, piece, (corners, &tree), tolerance)
+        };
+        let parts: Vec<Part> = pieces.into_iter().map(|p| Part::new(surface, p)).collect();
+        (at, parts)
+    };
+    let mut cuts = CUTS + CUTS_A_CORNER * corners.points.len();
+    let mut split: Vec<([usize; 3], Vec<Part>)> = Vec::with_capacity(pieces.len());
+    let mut pieces = pieces.into_iter();
+    let mut size = BLOCK[0];
+    while pieces.len() > 0 {
+        let block: Vec<Piece> = pieces.by_ref().take(size).collect();
+        let from = split.len();
+        split.par_extend(block.into_par_iter().map(|p| cut(p, cuts == 0)));
+        let more = || split[from..].iter().map(|(_, parts)| parts.len().saturating_sub(1));
+        cuts = cuts.saturating_sub(more().sum());
+        let each = more().max().unwrap_or(0);
+        size = if cuts == 0 { BLOCK[1] } else { (cuts / (8 + 8 * each)).clamp(BLOCK[0], BLOCK[1]) };
+    }
+    (split, cuts > 0)
 }
 
 impl Part {

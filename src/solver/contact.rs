@@ -1,28 +1,11 @@
-//! Node to smooth rigid tool: which nodes touch, and the conditions a touching node puts in the place of its
-//! equilibrium. Exact, no penalty; the multiplier is what its equilibrium leaves over.
-//!
-//! | symbol | meaning |
-//! |---|---|
-//! | `r` | internal minus applied force at the node = force of the tool on it [N] |
-//! | `p` | position of the node in the tool's frame; `anchor` its foot at the last converged increment, less remembered slip |
-//! | `n` | the tool's normal at the foot, within the node's free directions |
-//! | `g` | gap; `lambda = n . r`; `r_t = P r` with `P` the tangential projector |
-//! | `h` | curvature of the surface through `p` parallel to the tool: `dn = -h dp` |
-//! | `s` | slip `P (p - anchor)` |
-//!
-//! A touching node's three equations, as one vector in space: `k g n + R_t = 0`, where `R_t = k s` while it
-//! sticks and Coulomb's residual while it slips. Its linearisation is
-//! `A K du + B dp + residual = 0` with the node's rows `K` of the tangent: the pattern of the mesh is kept.
-//!
-//! To compare, a spring may stand between node and tool ([`super::stages::ContactMethod`]): `g` is then
-//! `g + (lambda - push) / stiffness`, with the force `push` known from outside (zero for a penalty).
+//! Which nodes may touch which tools, where, and since when; the conditions they then obey are in
+//! [`super::conditions`].
 
 use rayon::prelude::*;
 
 use super::tools::{SheetSide, Tool};
 use crate::contact::Projection;
-use crate::contact::friction::{Coulomb, Friction, FrictionPoint};
-use crate::geometry::{Mat3, Vec3};
+use crate::geometry::Vec3;
 
 /// A node and a tool it may touch.
 #[derive(Debug, Clone)]
@@ -66,44 +49,13 @@ pub(super) struct ContactSet {
     saved: Vec<SavedContact>,
 }
 
-/// The conditions of one node: `a` acts on its rows of the tangent, `b` on its own displacement.
-#[derive(Debug, Clone)]
-pub(super) struct Condition {
-    pub(super) node: usize,
-    /// Touching candidate, if any.
-    pub(super) candidate: Option<usize>,
-    pub(super) a: Mat3,
-    pub(super) b: Mat3,
-    /// Part of `b` that acts on the displacement relative to the tool.
-    pub(super) b_tool: Mat3,
-    pub(super) residual: Vec3,
-    /// Residual in newtons (equilibrium, Coulomb's law), without the scaled lengths.
-    pub(super) force: Vec3,
-    /// Violation of gap and stick [mm].
-    pub(super) length: f64,
-    /// Normal used.
-    pub(super) normal: Vec3,
-    pub(super) slipping: bool,
-}
-
-/// Stiffnesses that scale the conditions [N/mm]; from the elastic tangent, so that units cancel.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Scales {
-    pub(super) normal: f64,
-    pub(super) tangential: f64,
-    /// Slip that is nothing but rounding [mm].
-    pub(super) rounding: f64,
-    /// One over the stiffness of the spring between node and tool [mm/N]; 0: none.
-    pub(super) compliance: f64,
-}
-
 /// How far past a tool's border a touching node goes on touching, over the reach of the search. Without it a node at
 /// the very border, where sheet and tool often end together, would be lost and found for ever.
 const OVERHANG: f64 = 0.05;
 
 /// Slip that friction remembers from one increment to the next, over its transition: the law is within a fiftieth of
 /// Coulomb's force there.
-const REMEMBERED: f64 = 5.0;
+pub(super) const REMEMBERED: f64 = 5.0;
 
 /// Changes of patch in an increment after which a touching node stays on its patch.
 const SWINGS: u32 = 3;
@@ -130,9 +82,7 @@ impl Candidate {
             0.0
         };
     }
-}
 
-impl Candidate {
     /// The part of the slip that goes back when the force does. Without it a node that sticks would creep by about the
     /// transition in every increment, to be held anew.
     fn remembered(&self, transition: f64) -> Vec3 {
@@ -248,147 +198,5 @@ impl ContactSet {
     /// Nodes in contact, and of one tool.
     pub(super) fn active(&self) -> impl Iterator<Item = (usize, &Candidate)> {
         self.candidates.iter().enumerate().filter(|(_, c)| c.active)
-    }
-}
-
-/// Geometry of a touching node within its free directions.
-struct Frame {
-    normal: Vec3,
-    gap: f64,
-    /// Tangential projector.
-    tangent: Mat3,
-    /// Curvature at the node.
-    curvature: Mat3,
-}
-
-/// A node whose free directions hold less than this share of the normal cannot be pushed by the tool.
-const PUSHABLE: f64 = 0.3;
-
-fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
-    let along = free * foot.normal;
-    let share = along.norm();
-    if share.is_nan() || share <= PUSHABLE {
-        return None;
-    }
-    let normal = along / share;
-    let tangent = free - normal * normal.transpose();
-    let parallel = (Mat3::identity() - foot.curvature * foot.gap)
-        .try_inverse()
-        .map_or(foot.curvature, |inverse| foot.curvature * inverse);
-    Some(Frame { normal, gap: foot.gap / share, tangent, curvature: tangent * parallel * tangent })
-}
-
-/// True when the tool can push this node where it is: the foot is not past the tool's border (or, for a node that
-/// touches already, not far past it) and the normal lies in the node's free directions.
-pub(super) fn can_touch(c: &Candidate, free: &Mat3) -> bool {
-    let over_the_tool = !c.foot.past_border || (c.active && c.overshoot <= 1.0);
-    over_the_tool && (free * c.foot.normal).norm() > PUSHABLE
-}
-
-/// Normal of a touching node within its free directions, or zero when it cannot be pushed.
-pub(super) fn contact_normal(c: &Candidate, free: &Mat3) -> Vec3 {
-    frame(&c.foot, free).map_or_else(Vec3::zeros, |f| f.normal)
-}
-
-/// Conditions of a touching node: `p` its position in the tool's frame, `r` the force at it, `free` the
-/// projector on its free directions. `None` when the tool cannot push it.
-pub(super) fn touching(
-    c: &Candidate,
-    p: &Vec3,
-    r: &Vec3,
-    free: &Mat3,
-    law: Coulomb,
-    scales: Scales,
-) -> Option<Condition> {
-    let Frame { normal, gap, tangent, curvature } = frame(&c.foot, free)?;
-    let gap = gap + (normal.dot(r) - c.push) * scales.compliance;
-    let from_anchor = p - c.anchor;
-    let slip = tangent * from_anchor;
-    let rise = normal.dot(&from_anchor);
-    let by_motion = tangent + curvature * rise;
-    let lambda = normal.dot(r);
-    let traction = tangent * r;
-    // Pulled, not pushed (an iterate on its way): no friction. A node that has just touched has no normal
-    // force yet, but its coupling to friction.
-    let law = if lambda > 0.0 || c.fresh { law } else { Coulomb { mu: 0.0, transition: 0.0 } };
-    let bound = law.mu * lambda;
-    let moved = slip.norm() > scales.rounding;
-    let backward = bound > 0.0 && moved && traction.dot(&slip) > 0.25 * bound * slip.norm();
-    let stiffness = if c.sliding && !backward {
-        slip_stiffness(bound.max(traction.norm()), slip.norm(), scales.tangential)
-    } else {
-        scales.tangential
-    };
-    let at = FrictionPoint { lambda, traction, slip, stiffness };
-    let exact = law.transition == 0.0;
-    let answer = if exact && c.sliding && backward { Friction::Stick } else { law.law(&at) };
-    let spring = scales.normal * scales.compliance;
-    let mut out = Condition {
-        node: c.node,
-        candidate: None,
-        a: normal * normal.transpose() * spring,
-        b: Mat3::zeros(),
-        b_tool: (normal * normal.transpose() - curvature * gap) * scales.normal
-            - normal * (curvature * r).transpose() * spring,
-        residual: normal * (gap * scales.normal),
-        force: Vec3::zeros(),
-        length: gap.abs(),
-        normal,
-        slipping: exact || slip.norm() > REMEMBERED * law.transition,
-    };
-    match answer {
-        Friction::Stick => {
-            let turn = normal * (curvature * slip).transpose();
-            out.b_tool += (by_motion + turn) * scales.tangential;
-            out.residual += slip * scales.tangential;
-            out.length = out.length.max(slip.norm());
-            out.slipping = false;
-        }
-        Friction::Slip { residual, by_traction, by_slip, by_lambda } => {
-            out.a += tangent * (by_traction * tangent + by_lambda * normal.transpose());
-            let bend = by_traction * curvature * lambda
-                - by_lambda * (curvature * traction).transpose()
-                + by_slip * by_motion;
-            out.force = tangent * residual;
-            out.b_tool += tangent * bend + normal * (curvature * out.force).transpose();
-            out.residual += out.force;
-        }
-    }
-    Some(out)
-}
-
-/// The stiffness `c` of the trial force `r_t - c s` of a node that slid (any positive value has the same
-/// solution).
-///
-/// With `c |s| = 1.5` times the friction force a node that slid goes on, and one that has no friction force
-/// yet begins to slide. A stiffness of the mesh would be too large wherever a whole part of the sheet moves
-/// together: its nodes would turn back and forth for ever.
-fn slip_stiffness(force: f64, slip: f64, mesh: f64) -> f64 {
-    // Never so large that the rounding of `s` would show.
-    let most = 10.0 * mesh;
-    if force > 0.0 && most * slip > 1.5 * force { 1.5 * force / slip } else { mesh }
-}
-
-/// Adds the held directions of a node to its condition: `k (u - held) = 0` along them.
-pub(super) fn hold(out: &mut Condition, free: &Mat3, offset: &Vec3, scales: Scales) {
-    let held = Mat3::identity() - free;
-    out.b += held * scales.normal;
-    out.residual += held * offset * scales.normal;
-}
-
-/// Condition of a node that touches nothing: equilibrium in its free directions.
-pub(super) fn untouched(node: usize, r: &Vec3, free: &Mat3) -> Condition {
-    let force = free * r;
-    Condition {
-        node,
-        candidate: None,
-        a: *free,
-        b: Mat3::zeros(),
-        b_tool: Mat3::zeros(),
-        residual: force,
-        force,
-        length: 0.0,
-        normal: Vec3::zeros(),
-        slipping: false,
     }
 }

@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use super::contact::Condition;
+use super::conditions::Condition;
 use super::linear::{ChangedRows, LinearError};
 use super::pattern::Pattern;
 use super::system::System;

@@ -1,7 +1,7 @@
 //! The implicit forming solver: blank, elements, materials, contact, Newton, stepping.
 //!
 //! - [`blank`], [`element`], [`material`], [`assembly`]: the sheet; forces and tangent
-//! - [`tools`], [`constraints`], `contact`: what acts on it
+//! - [`tools`], [`constraints`], `contact`, `conditions`: what acts on it
 //! - `system`: residual and condensed matrix; [`linear`]: its solution
 //! - [`newton`], `trial`, `relaxation`, `stepping`, [`stages`]: increments; [`simulation`]: the driver
 
@@ -9,6 +9,7 @@ mod active_set;
 pub mod assembly;
 pub mod blank;
 pub mod columns;
+mod conditions;
 pub mod constraints;
 mod contact;
 mod damper;

@@ -4,10 +4,9 @@ use std::ops::Range;
 use std::time::Instant;
 
 use super::assembly::{Body, ElementFailure, Evaluation};
+use super::conditions::{Condition, Scales, can_touch, contact_normal, hold, touching, untouched};
 use super::constraints::Constraints;
-use super::contact::{
-    Condition, ContactSet, Scales, can_touch, contact_normal, hold, touching, untouched,
-};
+use super::contact::ContactSet;
 use super::damper::Damper;
 use super::element::Want;
 use super::linear::{CheckedSolver, LinearError};

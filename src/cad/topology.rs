@@ -34,6 +34,9 @@ struct Part {
     probes: [Vec3; PROBES.len()],
 }
 
+/// A side's place, and what it was cut into.
+type Cut = ([usize; 3], Vec<Part>);
+
 /// Points of a side among which corners are looked for.
 const SAMPLES: usize = 17;
 /// Shares of a side's parameter range at which it must lie on an edge; the middle tells most.
@@ -121,7 +124,7 @@ fn cut_all(
     pieces: Vec<Piece>,
     (corners, shared): (&Corners, &FxHashSet<usize>),
     tolerance: f64,
-) -> (Vec<([usize; 3], Vec<Part>)>, bool) {
+) -> (Vec<Cut>, bool) {
     let places: Vec<Aabb> = corners.points.iter().map(|p| Aabb::of_points([p])).collect();
     let tree = BoxTree::build(&places);
     let cut = |piece: Piece, all_whole: bool| {
@@ -136,7 +139,7 @@ fn cut_all(
         (at, parts)
     };
     let mut cuts = CUTS + CUTS_A_CORNER * corners.points.len();
-    let mut split: Vec<([usize; 3], Vec<Part>)> = Vec::with_capacity(pieces.len());
+    let mut split: Vec<Cut> = Vec::with_capacity(pieces.len());
     let mut pieces = pieces.into_iter();
     let mut size = BLOCK[0];
     while pieces.len() > 0 {

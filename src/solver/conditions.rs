@@ -38,7 +38,10 @@ pub(super) struct Condition {
     pub(super) length: f64,
     /// Normal used.
     pub(super) normal: Vec3,
+    /// It slides: by more than the slip that friction remembers.
     pub(super) slipping: bool,
+    /// It sticks as the law without a transition has it.
+    pub(super) stuck: bool,
 }
 
 /// Stiffnesses that scale the conditions [N/mm]; from the elastic tangent, so that units cancel.
@@ -123,6 +126,7 @@ pub(super) fn touching(
         length: gap.abs(),
         normal,
         slipping: all_slip || slip.norm() > REMEMBERED * law.transition,
+        stuck: false,
     };
     match answer {
         Friction::Stick => {
@@ -130,7 +134,7 @@ pub(super) fn touching(
             out.b_tool += (by_motion + turn) * scales.tangential;
             out.residual += slip * scales.tangential;
             out.length = out.length.max(slip.norm());
-            out.slipping = false;
+            (out.slipping, out.stuck) = (false, true);
         }
         Friction::Slip { residual, by_traction, by_slip, by_lambda } => {
             out.a += tangent * (by_traction * tangent + by_lambda * normal.transpose());
@@ -200,5 +204,6 @@ pub(super) fn untouched(node: usize, r: &Vec3, free: &Mat3) -> Condition {
         length: 0.0,
         normal: Vec3::zeros(),
         slipping: false,
+        stuck: false,
     }
 }

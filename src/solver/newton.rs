@@ -219,6 +219,7 @@ fn record(
         correction: last.map_or(0.0, |c| c.u.iter().map(|v| v * v).sum::<f64>().sqrt()),
         contacts: sys.contact.active().count(),
         slipping: residual.slipping,
+        stuck: residual.stuck,
         changes,
     }
 }

@@ -142,6 +142,8 @@ pub struct IterationRecord {
     pub contacts: usize,
     /// Nodes in contact that slip.
     pub slipping: usize,
+    /// Nodes in contact that stick, as friction without a transition has it.
+    pub stuck: usize,
     /// Contact states that changed since the iteration before (touch or part).
     pub changes: usize,
 }
@@ -154,7 +156,7 @@ pub fn convergence_order(history: &[IterationRecord]) -> Option<f64> {
     const BASIN: f64 = 0.1;
     const ROUNDING: f64 = 1e-9;
     let settled = |w: &[IterationRecord]| {
-        w.iter().all(|r| r.changes == 0 && r.slipping == w[0].slipping)
+        w.iter().all(|r| r.changes == 0 && [r.contacts, r.stuck] == [w[0].contacts, w[0].stuck])
             && w[0].residual < BASIN
             && w[2].residual > ROUNDING
     };

@@ -98,6 +98,8 @@ pub(super) struct Residual {
     /// Node with the largest unbalanced force.
     pub(super) worst_node: usize,
     pub(super) slipping: usize,
+    /// Touching nodes that stick, as the law without a transition has it.
+    pub(super) stuck: usize,
 }
 
 impl System {
@@ -264,6 +266,7 @@ impl System {
                 residual.penetration = residual.penetration.max(-gap);
             }
             residual.slipping += usize::from(condition.slipping);
+            residual.stuck += usize::from(condition.stuck);
             if !plain {
                 let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
                 hold(&mut condition, &free, &(self.displacement(node) - held), self.scales);
@@ -298,7 +301,7 @@ impl System {
     pub(super) fn remember_sliding(&mut self) {
         for c in &self.conditions {
             if let Some(k) = c.candidate {
-                self.contact.candidates[k].sliding = c.slipping;
+                self.contact.candidates[k].sliding = !c.stuck;
             }
         }
     }

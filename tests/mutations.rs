@@ -7,27 +7,15 @@ use std::time::{Duration, Instant};
 use kanagata::cad::{build, read_raw};
 use rayon::prelude::*;
 
+use self::dice::Dice;
+
+#[path = "../fuzz/src/dice.rs"]
+mod dice;
+
 /// Mutants in all.
 const MUTANTS: u64 = 20_400;
 /// No damage may make reading endless: far above what any of these small files needs.
 const TOO_LONG: Duration = Duration::from_secs(20);
-
-/// splitmix64: the same mutants everywhere.
-struct Dice(u64);
-
-impl Dice {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n.max(1) as u64) as usize
-    }
-}
 
 fn seeds() -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");

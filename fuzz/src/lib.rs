@@ -9,6 +9,7 @@
 
 #[path = "../../src/cad/mod.rs"]
 pub mod cad;
+pub mod dice;
 #[path = "../../src/geometry/mod.rs"]
 pub mod geometry;
 pub mod limits;

@@ -2,6 +2,8 @@
 
 use libfuzzer_sys::fuzzer_mutate;
 
+use crate::dice::Dice;
+
 /// Which text it is.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Text {
@@ -36,23 +38,6 @@ const NUMBERS: [&[u8]; 22] = [
     b"2147483647",
     b"",
 ];
-
-/// splitmix64.
-struct Dice(u64);
-
-impl Dice {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n.max(1) as u64) as usize
-    }
-}
 
 /// Changes the input in place and gives its new length: one time in three libFuzzer's own way, else word by word.
 /// `known`: a dictionary in libFuzzer's form, a word in quotes a line.

@@ -59,7 +59,9 @@ const COMPARED_A_SIDE: usize = 64;
 /// Fills the model's vertices and edges, and the edge ids of its loops. Says so where faces lie on each other beyond
 /// measure: the sides of some are then left whole or free.
 pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) -> Option<Diagnostic> {
-    let (mut corners, shared) = corners_of(&model.faces, &pieces, tolerance);
+    let tip = |p: &Piece| ends(&model.faces[p.at[0]].surface, &p.pcurve);
+    let tips: Vec<[Vec3; 2]> = pieces.par_iter().map(tip).collect();
+    let (mut corners, shared) = Corners::of_sides(&pieces, &tips, tolerance);
     let compared = COMPARED + COMPARED_A_SIDE * pieces.len();
     let (mut split, all_cut) = cut_all(&model.faces, pieces, (&corners, &shared), tolerance);
     let mut joined = Joined {
@@ -88,33 +90,6 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) -> Opt
         place: String::new(),
         text: "so many faces lie on each other or end in the same two points that not all sides were joined".into(),
     })
-}
-
-/// Corners where sides end, and the file's edges that more than one side uses.
-fn corners_of(faces: &[Face], pieces: &[Piece], tolerance: f64) -> (Corners, FxHashSet<usize>) {
-    let surface = |piece: &Piece| &faces[piece.at[0]].surface;
-    let tips: Vec<[Vec3; 2]> = pieces.par_iter().map(|p| ends(surface(p), &p.pcurve)).collect();
-    let mut corners = Corners::new(tolerance);
-    let mut first: FxHashMap<usize, [Vec3; 2]> = FxHashMap::default();
-    let mut shared = FxHashSet::default();
-    for (piece, own) in pieces.iter().zip(&tips) {
-        if let Some((id, known)) = piece.edge_id.and_then(|id| Some((id, first.get(&id)?))) {
-            shared.insert(id);
-            corners.same(*own, *known);
-        } else {
-            for p in own {
-                corners.id(p);
-            }
-            if let Some(id) = piece.edge_id {
-                first.insert(id, *own);
-            }
-        }
-        if let Some(curve) = &piece.curve {
-            let [a, b] = curve.domain();
-            corners.also(*own, [curve.point(a), curve.point(b)]);
-        }
-    }
-    (corners, shared)
 }
 
 /// Sides cut where corners of others lie on them, each with its place; what the file itself joins (`shared`) stays

@@ -1,4 +1,5 @@
-//! Node to smooth rigid tool: the conditions a touching node puts in the place of its equilibrium. Exact, no penalty; the multiplier is what its equilibrium leaves over.
+//! Node to smooth rigid tool: the conditions a touching node puts in the place of its equilibrium. Exact, no penalty; the
+//! multiplier is what its equilibrium leaves over.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -54,6 +55,7 @@ pub(super) struct Scales {
     /// One over the stiffness of the spring between node and tool [mm/N]; 0: none.
     pub(super) compliance: f64,
 }
+
 /// Geometry of a touching node within its free directions.
 struct Frame {
     normal: Vec3,

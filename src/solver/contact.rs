@@ -38,7 +38,6 @@ pub(super) struct SavedContact {
     patch: u32,
     start: [f64; 3],
     anchor: [f64; 3],
-    #[serde(default)]
     push: f64,
 }
 

@@ -1,8 +1,8 @@
 //! Corner points, each once, however many sides end there.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::OWN_EDGE;
+use super::{OWN_EDGE, Piece};
 use crate::geometry::Vec3;
 
 /// Width of a cell in tolerances: corners are rarely this near to each other, and a corner's surroundings rarely reach
@@ -24,6 +24,35 @@ pub(super) struct Corners {
 impl Corners {
     pub fn new(tolerance: f64) -> Self {
         Self { points: Vec::new(), cells: FxHashMap::default(), parents: Vec::new(), tolerance }
+    }
+
+    /// Corners where sides end, each with its `tips`, and the file's edges that more than one side uses.
+    pub fn of_sides(
+        pieces: &[Piece],
+        tips: &[[Vec3; 2]],
+        tolerance: f64,
+    ) -> (Self, FxHashSet<usize>) {
+        let mut corners = Self::new(tolerance);
+        let mut first: FxHashMap<usize, [Vec3; 2]> = FxHashMap::default();
+        let mut shared = FxHashSet::default();
+        for (piece, own) in pieces.iter().zip(tips) {
+            if let Some((id, known)) = piece.edge_id.and_then(|id| Some((id, first.get(&id)?))) {
+                shared.insert(id);
+                corners.same(*own, *known);
+            } else {
+                for p in own {
+                    corners.id(p);
+                }
+                if let Some(id) = piece.edge_id {
+                    first.insert(id, *own);
+                }
+            }
+            if let Some(curve) = &piece.curve {
+                let [a, b] = curve.domain();
+                corners.also(*own, [curve.point(a), curve.point(b)]);
+            }
+        }
+        (corners, shared)
     }
 
     fn cell(&self, p: &Vec3) -> [i64; 3] {

@@ -43,6 +43,8 @@ pub struct AuditOptions {
     pub samples: usize,
     /// Patches of each CAD face around whose worst points the extremes are searched for, at most.
     pub refine: usize,
+    /// Whether the extremes of the normal error are searched for too: else they are those of the grid.
+    pub refine_normals: bool,
     /// How many patches `worst` lists.
     pub worst: usize,
     /// Largest |shape error| allowed [mm].
@@ -53,7 +55,14 @@ pub struct AuditOptions {
 
 impl Default for AuditOptions {
     fn default() -> Self {
-        Self { samples: 8, refine: 256, worst: 10, tolerance_mm: None, normal_tolerance_deg: None }
+        Self {
+            samples: 8,
+            refine: 256,
+            refine_normals: true,
+            worst: 10,
+            tolerance_mm: None,
+            normal_tolerance_deg: None,
+        }
     }
 }
 
@@ -116,7 +125,7 @@ pub fn audit(
     if let Some(patch) = samples.iter().position(|s| s.valid().next().is_none()) {
         return Err(AuditError::Incomparable { patch });
     }
-    let extremes = refine::extremes(&probes, &samples, options.refine);
+    let extremes = refine::extremes(&probes, &samples, options);
     let jumps = jumps::find(tool, reference, options.samples);
     let report = summary::report(
         &summary::Found { tool, samples: &samples, extremes, jumps, sign },

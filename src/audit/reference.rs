@@ -80,28 +80,22 @@ impl CadReference<'_> {
 
 impl ReferenceSurface for CadReference<'_> {
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
-        let foot = self.index.closest(p)?;
-        let global = ReferenceFoot {
+        let at = |foot: &Foot, own_normal: Option<Vec3>| ReferenceFoot {
             point: foot.point,
-            normal: self.normal(&foot),
-            own_normal: None,
+            normal: self.normal(foot),
+            own_normal,
             face: foot.face as u32,
         };
-        if foot.face == face as usize || face as usize >= self.faces {
-            return Some(global);
-        }
-        let Some(own) = self.index.closest_on_face(face as usize, p) else {
-            return Some(global);
+        let own = (face as usize) < self.faces;
+        let Some(own) = own.then(|| self.index.closest_on_face(face as usize, p)).flatten() else {
+            return Some(at(&self.index.closest(p)?, None));
         };
-        if own.distance <= foot.distance + self.tie {
-            return Some(ReferenceFoot {
-                point: own.point,
-                normal: self.normal(&own),
-                own_normal: None,
-                face,
-            });
-        }
-        Some(ReferenceFoot { own_normal: Some(self.normal(&own)), ..global })
+        // The face's own foot, unless something else is nearer.
+        let nearer = self.index.closest_within(p, own.distance - self.tie);
+        Some(match nearer.filter(|foot| foot.face != own.face) {
+            Some(foot) => at(&foot, Some(self.normal(&own))),
+            None => at(&own, None),
+        })
     }
 
     fn border(&self, p: &Vec3, face: u32) -> Option<Border> {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::AuditOptions;
 use super::reference::ReferenceSurface;
 use super::sample::{PatchSamples, Probe, Sample, inside};
 
@@ -55,14 +56,14 @@ struct Estimate {
     slack: f64,
 }
 
-/// Extremes of every patch (samples must not be empty), refined on at most `limit` patches of each CAD face.
+/// Extremes of every patch (samples must not be empty), refined on at most `options.refine` patches of each CAD face.
 pub(super) fn extremes<R: ReferenceSurface>(
     probes: &[Probe<'_, R>],
     samples: &[PatchSamples],
-    limit: usize,
+    options: &AuditOptions,
 ) -> Vec<Extremes> {
     let mut found: Vec<Extremes> = samples.iter().filter_map(on_grid).collect();
-    let work = candidates(probes, samples, limit);
+    let work = candidates(probes, samples, options);
     let refined: Vec<Option<Sample>> = work
         .par_iter()
         .map(|(e, floor)| search(&probes[e.patch], &samples[e.patch], e, *floor))
@@ -102,10 +103,11 @@ fn on_grid(samples: &PatchSamples) -> Option<Extremes> {
 fn candidates<R>(
     probes: &[Probe<'_, R>],
     samples: &[PatchSamples],
-    limit: usize,
+    options: &AuditOptions,
 ) -> Vec<(Estimate, f64)> {
     let mut work = Vec::new();
-    for quantity in QUANTITIES {
+    let wanted = |q: &Quantity| *q != Quantity::Normal || options.refine_normals;
+    for quantity in QUANTITIES.into_iter().filter(wanted) {
         let mut of_face: BTreeMap<u32, Vec<Estimate>> = BTreeMap::new();
         for (patch, (probe, grid)) in probes.iter().zip(samples).enumerate() {
             if let Some(e) = estimate(grid, patch, quantity) {
@@ -116,7 +118,7 @@ fn candidates<R>(
             let floor = list.iter().map(|e| e.best).fold(f64::NEG_INFINITY, f64::max);
             list.retain(|e| e.slack > 0.0 && e.best + e.slack > floor);
             list.sort_by(|a, b| (b.best + b.slack).total_cmp(&(a.best + a.slack)));
-            work.extend(list.into_iter().take(limit).map(|e| (e, floor)));
+            work.extend(list.into_iter().take(options.refine).map(|e| (e, floor)));
         }
     }
     work
@@ -164,64 +166,130 @@ fn estimate(grid: &PatchSamples, patch: usize, quantity: Quantity) -> Option<Est
 
 /// Starts of the search in one patch, at most.
 const STARTS: usize = 4;
-/// The step is halved so often: a 512th of a patch at 8 samples.
-const HALVINGS: usize = 6;
+/// Rings of points around the best one, each a quarter as wide as the one before: the last is a 32nd of the grid's
+/// spacing, and the parabola through it finer by far.
+const RINGS: usize = 3;
+/// Width of the first ring over the grid's spacing.
+const FIRST: f64 = 0.5;
 
-/// Pattern search from the local maxima of the grid that may reach `floor`.
+/// Moves with rings of one width, where the best point is at their rim.
+const MOVES: usize = 3;
+
+/// Values around a point, in the order of [`DIRECTIONS`].
+type Ring = [Option<f64>; 8];
+
+/// Search from the local maxima of the grid that may reach `floor`.
 fn search<R: ReferenceSurface>(
     probe: &Probe<'_, R>,
     grid: &PatchSamples,
     e: &Estimate,
     floor: f64,
 ) -> Option<Sample> {
-    let mut starts: Vec<(f64, Sample)> = Vec::new();
+    let mut starts: Vec<(Top, Ring)> = Vec::new();
     for (at, point) in grid.coordinates().zip(&grid.points) {
-        let Some((point, value)) = point.as_ref().and_then(|p| Some((p, e.quantity.of(p)?))) else {
+        let Some((sample, value)) = point.as_ref().and_then(|p| Some((p, e.quantity.of(p)?)))
+        else {
             continue;
         };
-        let top = DIRECTIONS
-            .iter()
-            .all(|&d| neighbour(grid, e.quantity, at, d).is_none_or(|v| v <= value));
-        if top && value + e.slack > floor {
-            starts.push((value, *point));
+        let ring = DIRECTIONS.map(|d| neighbour(grid, e.quantity, at, d));
+        if ring.iter().flatten().all(|v| *v <= value) && value + e.slack > floor {
+            starts.push((Top { value, sample: *sample }, ring));
         }
     }
-    starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    starts.sort_by(|a, b| b.0.value.total_cmp(&a.0.value));
+    let climb = Climb { probe, quantity: e.quantity };
     let climbed = starts
         .into_iter()
         .take(STARTS)
-        .map(|(value, start)| climb(probe, e.quantity, start, value, 1.0 / grid.n as f64));
-    climbed.reduce(|a, b| if b.0 > a.0 { b } else { a }).map(|(_, s)| s)
+        .map(|(top, ring)| climb.from(top, &ring, 1.0 / grid.n as f64));
+    climbed.reduce(|a, b| if b.value > a.value { b } else { a }).map(|top| top.sample)
 }
 
-fn climb<R: ReferenceSurface>(
-    probe: &Probe<'_, R>,
+/// The best point so far.
+#[derive(Clone, Copy)]
+struct Top {
+    value: f64,
+    sample: Sample,
+}
+
+/// A search for a maximum on one patch: rings of points, and the tops of the parabolas through them.
+struct Climb<'a, R> {
+    probe: &'a Probe<'a, R>,
     quantity: Quantity,
-    mut best: Sample,
-    mut value: f64,
-    step: f64,
-) -> (f64, Sample) {
-    let sides = probe.patch.sides();
-    let mut step = step / 2.0;
-    for _ in 0..HALVINGS {
-        // At most two moves a step length: a start is a grid maximum, twice the step away from the next.
-        for _ in 0..2 {
-            let start = best;
-            for [di, dj] in DIRECTIONS {
-                let (eta, zeta) = (start.eta + step * di as f64, start.zeta + step * dj as f64);
-                if !inside(sides, eta, zeta) {
-                    continue;
-                }
-                let Some(s) = probe.at(eta, zeta) else { continue };
-                if let Some(v) = quantity.of(&s).filter(|v| *v > value) {
-                    (best, value) = (s, v);
-                }
-            }
-            if best == start {
-                break;
-            }
+}
+
+impl<R: ReferenceSurface> Climb<'_, R> {
+    /// From a grid maximum with its neighbours at the distance `spacing`.
+    fn from(&self, mut top: Top, ring: &Ring, spacing: f64) -> Top {
+        if let Some(better) = self.summit(&top, ring, spacing) {
+            top = better;
         }
-        step /= 2.0;
+        let mut width = FIRST * spacing;
+        for _ in 0..RINGS {
+            for _ in 0..MOVES {
+                let (before, next) = (top.sample, self.step(top, width));
+                top = next;
+                let moved =
+                    (top.sample.eta - before.eta).abs().max((top.sample.zeta - before.zeta).abs());
+                // Within the ring: a narrower one next.
+                if moved < 0.7 * width {
+                    break;
+                }
+            }
+            width /= 4.0;
+        }
+        top
     }
-    (value, best)
+
+    /// The best of a point, a ring around it and the top of the parabola through them.
+    fn step(&self, top: Top, width: f64) -> Top {
+        let around =
+            DIRECTIONS.map(|[di, dj]| self.at(&top, [width * di as f64, width * dj as f64]));
+        let values = around.map(|t| t.map(|t| t.value));
+        let summit = self.summit(&top, &values, width);
+        let best = around.into_iter().chain([summit]).flatten();
+        best.fold(top, |a, b| if b.value > a.value { b } else { a })
+    }
+
+    /// The point at a shift from `top`, if it is on the patch.
+    fn at(&self, top: &Top, [eta, zeta]: [f64; 2]) -> Option<Top> {
+        let (eta, zeta) = (top.sample.eta + eta, top.sample.zeta + zeta);
+        let sample = inside(self.probe.patch.sides(), eta, zeta)
+            .then(|| self.probe.at(eta, zeta))
+            .flatten()?;
+        Some(Top { value: self.quantity.of(&sample)?, sample })
+    }
+
+    /// Where the parabola through the ring is highest, if that is higher: along one direction at the patch's border.
+    fn summit(&self, top: &Top, ring: &Ring, width: f64) -> Option<Top> {
+        let [x, y] = parabola(top.value, ring)?;
+        let shift = [x.clamp(-1.0, 1.0) * width, y.clamp(-1.0, 1.0) * width];
+        self.at(top, shift).filter(|t| t.value > top.value)
+    }
+}
+
+/// Highest point of the parabola through the value at the centre and a ring around it, in widths of the ring; along
+/// the direction that promises most where the ring is not whole or bends upwards. `None` where nothing does.
+fn parabola(centre: f64, ring: &Ring) -> Option<[f64; 2]> {
+    let [px, py, pp, pm, mx, my, mm, mp] = *ring;
+    if let (Some(px), Some(py), Some(mx), Some(my)) = (px, py, mx, my)
+        && let (Some(pp), Some(pm), Some(mm), Some(mp)) = (pp, pm, mm, mp)
+    {
+        let (gx, gy) = (0.5 * (px - mx), 0.5 * (py - my));
+        let (hxx, hyy) = (px - 2.0 * centre + mx, py - 2.0 * centre + my);
+        let hxy = 0.25 * (pp - pm - mp + mm);
+        let det = hxx * hyy - hxy * hxy;
+        if hxx < 0.0 && det > 0.0 {
+            return Some([(hxy * gy - hyy * gx) / det, (hxy * gx - hxx * gy) / det]);
+        }
+    }
+    let along = |k: usize| {
+        let (ahead, behind) = (ring[k]?, ring[k + 4]?);
+        let (slope, bend) = (0.5 * (ahead - behind), ahead - 2.0 * centre + behind);
+        let share = (-slope / bend).clamp(-1.0, 1.0);
+        let rise = slope * share + 0.5 * bend * share * share;
+        (bend < 0.0 && rise > 0.0).then_some((rise, k, share))
+    };
+    let best = (0..4).filter_map(along).max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, k, share)| DIRECTIONS[k].map(|d| share * d as f64))
 }

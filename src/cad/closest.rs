@@ -92,9 +92,23 @@ impl<'m> ClosestPoint<'m> {
         if !p.iter().all(|x| x.is_finite()) {
             return None;
         }
+        self.nearest(Search::new(p))
+    }
+
+    /// As [`Self::closest`], if it is nearer than `distance` [mm].
+    #[must_use]
+    pub fn closest_within(&self, p: &Vec3, distance: f64) -> Option<Foot> {
+        if !p.iter().all(|x| x.is_finite()) || distance.is_nan() || distance <= 0.0 {
+            return None;
+        }
         let mut search = Search::new(p);
+        search.inside.distance = distance * distance;
+        self.nearest(search).filter(|foot| foot.distance < distance)
+    }
+
+    fn nearest(&self, mut search: Search) -> Option<Foot> {
         let leaves = self.leaves.len() as u32;
-        self.tree.nearest(p, f64::INFINITY, |k, _| {
+        self.tree.nearest(search.p, self.reach(&search), |k, _| {
             if k < leaves {
                 self.try_leaf(k, &mut search);
             } else {

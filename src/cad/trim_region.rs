@@ -75,11 +75,16 @@ impl Piece {
         if self.points.len() == 2 {
             return self.line_crossings(uv, border);
         }
+        if let Some(crossings) = self.by_chord(uv, border) {
+            return Some(crossings);
+        }
         let mut winding = 0;
         let mut stack: Vec<(Self, u32)> = self.halves().map(|h| (h, 1)).into();
         while let Some((p, depth)) = stack.pop() {
             if p.beside(uv, border) {
                 winding += p.by_ends(uv);
+            } else if let Some(crossings) = p.by_chord(uv, border) {
+                winding += crossings;
             } else if depth >= DEPTH || (p.high - p.low).norm() <= border {
                 return None;
             } else {
@@ -87,6 +92,24 @@ impl Piece {
             }
         }
         Some(winding)
+    }
+
+    /// Signed crossings with the ray, those of the chord: where no control point is as far beside the chord as the point,
+    /// the piece can be drawn tight without passing over it.
+    fn by_chord(&self, uv: Vec2, border: f64) -> Option<i32> {
+        let (a, b) = (self.start(), self.end());
+        let d = b - a;
+        let length = d.norm();
+        if length <= border {
+            return None;
+        }
+        let side = d.perp(&(uv - a)) / length;
+        let beside = |p: &(Vec2, f64)| (d.perp(&(p.0 / p.1 - a)) / length).abs();
+        let widest = self.points.iter().map(beside).fold(0.0, f64::max);
+        (side.abs() > widest + border).then(|| {
+            i32::from(a.y <= uv.y && uv.y < b.y && side > 0.0)
+                - i32::from(b.y <= uv.y && uv.y < a.y && side < 0.0)
+        })
     }
 
     fn line_crossings(&self, uv: Vec2, border: f64) -> Option<i32> {

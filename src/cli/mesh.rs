@@ -93,6 +93,11 @@ impl MesherArgs {
         self.mesher == Mesher::Mapped
     }
 
+    /// Options of the built-in mesher, if it is that.
+    pub(super) fn built_in(&self) -> Option<MappedOptions> {
+        self.is_built_in().then(|| self.mapped_options())
+    }
+
     /// The same with other divisions of a quarter turn.
     pub(super) fn with_divisions(&self, arc_divisions: usize) -> Self {
         Self { arc_divisions, ..self.clone() }
@@ -120,6 +125,7 @@ impl MesherArgs {
             arc_divisions: self.arc_divisions,
             max_size: self.max_size_mm,
             chord_error: self.chord_mm,
+            through_cad: false,
             style: match self.style {
                 Style::Structured => MeshStyle::Structured,
                 Style::Mixed => MeshStyle::Mixed,

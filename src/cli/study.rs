@@ -72,7 +72,7 @@ pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
             for line in stability::run(&study, &args.file, &args.output)? {
                 println!("{line}");
             }
-            for name in ["newton", "edges", "evaluation"] {
+            for name in stability::DRAWINGS {
                 println!("  {}", args.output.join(name).with_extension("svg").display());
             }
             Ok(Exit::Done)

@@ -7,6 +7,7 @@ mod normals;
 pub mod reach;
 mod repair;
 pub mod tolerance;
+pub mod unfolded;
 
 use rayon::prelude::*;
 
@@ -62,6 +63,8 @@ pub struct ConvertReport {
     pub bent: Vec<StraightEdge>,
     /// Quadrilaterals that folded and were split in two triangles.
     pub split: usize,
+    /// Faces that were divided more finely than asked, as patches of them folded.
+    pub finer: Vec<usize>,
     /// Patches that fold still: somewhere `(S_eta x S_zeta) . n < 0`.
     pub folded: Vec<u32>,
     /// The model was turned round to look at the sheet.

@@ -29,7 +29,8 @@ pub enum EdgeRule {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EdgeFault {
-    /// `|q| >= 1`: the parabola turns back at an end (an inflected profile, a normal averaged over a crease).
+    /// `|q| > 0.99`: the parabola turns back at an end, or all but does (an inflected profile, a normal averaged over a
+    /// crease, a normal that is off at one end only).
     TurnsBack,
     /// `|c| >= 2 |d|`: it swings out sideways (near-parallel normals on a tilted edge).
     SwingsOut,
@@ -60,10 +61,20 @@ pub struct EdgeCurve {
 /// normals): the edge is straight along them. A tangential part `(nu . d)/|dl|^2 dl` from noise alone would be as
 /// long as the edge itself, and the flats of a die beside its fillets would fold.
 const PARALLEL: f64 = 1e-8;
+/// Lean of the mean normal along the edge, over the half difference of the normals, beyond which that difference tells
+/// nothing of the edge, for half differences up to so much: what Eq. 8 makes of it runs within the surface, along whatever
+/// direction the normals happen to differ in. The lean is of the order of the edge's length on a smooth surface. Where the
+/// curvature changes by 60 % along the edge it is 0.1, beyond 1/3 the profile is inflected, which no parabola is; where
+/// the normals differ by noise it is anything. Wide arcs of ellipses lean by 0.4.
+const LEANS: [(f64, f64); 2] = [(0.01, 0.1), (0.1, 1.0 / 3.0)];
 /// Mean normals below this belong to opposite normals.
 const OPPOSITE: f64 = 1e-12;
 /// Largest `|c| / |d|` of a sound edge; a 90 degree arc has 1, one of 120 degrees 1.73.
 const SWING: f64 = 2.0;
+
+/// Largest `|q| = |c . d| / d^2` of a sound edge. At 1 the parabola stands still at an end, and turns back beyond; where
+/// one normal is square to the chord and the other is off by however little, rounding decides on which side of 1 it is.
+const FORWARD: f64 = 0.99;
 
 /// The coefficient c of `x0 + (d - c) e + c e^2` for the edge vector `d = x1 - x0` and unit normals `n0`, `n1`:
 /// the smallest c with `n0 . (d - c) = 0` and `n1 . (d + c) = 0` (Eq. 8).
@@ -86,6 +97,13 @@ pub fn coefficient(d: &Vec3, n0: &Vec3, n1: &Vec3) -> Vec3 {
     c
 }
 
+/// Whether the direction in which the normals differ tells nothing of the edge.
+fn is_noise(d: &Vec3, n0: &Vec3, n1: &Vec3) -> bool {
+    let (nu, dl) = ((n0 + n1) * 0.5, (n0 - n1) * 0.5);
+    let lean = nu.dot(d).abs() / d.norm();
+    LEANS.iter().any(|&(least, most)| dl.norm() < least && lean > most * dl.norm())
+}
+
 /// The curve of an edge whose neighbours have the normals `ends` at its two ends, a pair for each patch. One
 /// distinct pair: Eq. 8. Several: a crease, one curve for all of them with end tangents along
 /// `n_left x n_right` (least squares where they do not agree).
@@ -94,11 +112,15 @@ pub fn edge_curve(d: &Vec3, ends: &[[Vec3; 2]], rule: EdgeRule) -> EdgeCurve {
     let c = match ends {
         [] => Vec3::zeros(),
         [[n0, n1]] => coefficient(d, n0, n1),
-        several => crease_coefficient(d, several),
+        several => smallest_solution(&conditions(d, several, Kept::All), &Vec3::zeros()),
     };
     let fault = check(d, &c, ends);
     match (rule, fault) {
         (EdgeRule::Guarded, Some(_)) => EdgeCurve { c: Vec3::zeros(), fault },
+        (EdgeRule::Guarded, None) if ends.iter().any(|[n0, n1]| is_noise(d, n0, n1)) => {
+            let c = smallest_solution(&conditions(d, ends, Kept::Sound), &Vec3::zeros());
+            EdgeCurve { c, fault }
+        }
         _ => EdgeCurve { c, fault },
     }
 }
@@ -108,7 +130,7 @@ fn check(d: &Vec3, c: &Vec3, ends: &[[Vec3; 2]]) -> Option<EdgeFault> {
     let opposed = ends.iter().any(|[n0, n1]| (n0 + n1).norm() < 1e-6);
     if d2 == 0.0 || opposed || c.iter().any(|x| !x.is_finite()) {
         Some(EdgeFault::Degenerate)
-    } else if c.dot(d).abs() >= d2 {
+    } else if c.dot(d).abs() > FORWARD * d2 {
         Some(EdgeFault::TurnsBack)
     } else if c.norm_squared() >= SWING * SWING * d2 {
         Some(EdgeFault::SwingsOut)
@@ -123,13 +145,14 @@ fn check(d: &Vec3, c: &Vec3, ends: &[[Vec3; 2]]) -> Option<EdgeFault> {
 /// is, and the fault says so; the curve then still goes the way `wanted` goes.
 #[must_use]
 pub fn nearest_coefficient(d: &Vec3, ends: &[[Vec3; 2]], wanted: &Vec3) -> EdgeCurve {
-    let full = wanted + smallest_solution(&conditions(d, ends, false), wanted);
+    let bent = |kept: Kept| wanted + smallest_solution(&conditions(d, ends, kept), wanted);
+    let full = bent(Kept::All);
     // Normals that turn along the edge as a parabola's do need a correction of higher order only.
     let kept = (full - wanted).norm() <= CORRECTION * d.norm();
     match check(d, &full, ends) {
-        None if kept => EdgeCurve { c: full, fault: None },
+        None if kept => EdgeCurve { c: bent(Kept::Sound), fault: None },
         fault => {
-            let c = wanted + smallest_solution(&conditions(d, ends, true), wanted);
+            let c = bent(Kept::Means);
             let fault = fault.or(Some(EdgeFault::TurnsBack));
             match check(d, &c, ends) {
                 None => EdgeCurve { c, fault },
@@ -142,15 +165,30 @@ pub fn nearest_coefficient(d: &Vec3, ends: &[[Vec3; 2]], wanted: &Vec3) -> EdgeC
 /// Largest correction of a wanted coefficient, over the length of the edge, that is none of an inflected edge.
 const CORRECTION: f64 = 0.2;
 
-/// `nu . c = dl . d` and, unless `mean_only`, `dl . c = nu . d` of every side, rows of length about one.
-fn conditions(d: &Vec3, ends: &[[Vec3; 2]], mean_only: bool) -> Vec<(Vec3, f64)> {
+/// Which conditions on an edge are kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kept {
+    All,
+    /// Without differences of normals that are noise.
+    Sound,
+    /// Those on the means of normals.
+    Means,
+}
+
+/// `nu . c = dl . d` and, where it is kept, `dl . c = nu . d` of every side, rows of length about one.
+fn conditions(d: &Vec3, ends: &[[Vec3; 2]], kept: Kept) -> Vec<(Vec3, f64)> {
     let mut rows: Vec<(Vec3, f64)> = Vec::with_capacity(2 * ends.len());
     for [n0, n1] in ends {
         let (nu, dl) = ((n0 + n1) * 0.5, (n0 - n1) * 0.5);
         rows.push((nu, dl.dot(d)));
         let size = dl.norm();
-        // Below this the condition is rounding noise; the side is flat along the crease.
-        if size > PARALLEL && !mean_only {
+        let wanted = match kept {
+            Kept::All => true,
+            Kept::Sound => !is_noise(d, n0, n1),
+            Kept::Means => false,
+        };
+        // Below this the condition is rounding; the side is flat along the crease.
+        if size > PARALLEL && wanted {
             rows.push((dl / size, nu.dot(d) / size));
         }
     }
@@ -165,11 +203,6 @@ fn smallest_solution(rows: &[(Vec3, f64)], start: &Vec3) -> Vec3 {
     // Directions seen under less than 1e-6 rad are not determined by the normals: no bulge along them.
     let smallest = 1e-6 * svd.singular_values.max();
     svd.solve(&right, smallest).map_or_else(|_| Vec3::zeros(), |c| Vec3::new(c[0], c[1], c[2]))
-}
-
-/// Least squares over `nu . c = dl . d` and `dl . c = nu . d` of every side, smallest norm.
-fn crease_coefficient(d: &Vec3, ends: &[[Vec3; 2]]) -> Vec3 {
-    smallest_solution(&conditions(d, ends, false), &Vec3::zeros())
 }
 
 #[cfg(test)]
@@ -215,6 +248,20 @@ mod tests {
         let d = Vec3::new(30.0, 35.0, 0.0);
         let noisy = Vec3::new(-7.25e-11, 3.9e-11, 1.0);
         assert!(coefficient(&d, &noisy, &Vec3::z()).norm() < 1e-10 * d.norm());
+    }
+
+    /// As on the chamfers of NIST's MBE PMI 1: normals of one plane, 1e-5 apart.
+    #[test]
+    fn normals_that_differ_by_noise_do_not_bend_an_edge_within_the_surface() {
+        let d = Vec3::new(58.0, 0.0, 0.0);
+        let noisy = |x: f64, y: f64| Vec3::new(x, y, 1.0).normalize();
+        let (n0, n1) = (noisy(4e-6, 1e-5), noisy(3e-6, -1e-5));
+        assert!(coefficient(&d, &n0, &n1).norm() > 0.3 * d.norm());
+        for ends in [vec![[n0, n1]], vec![[n0, n1], [noisy(4e-6, 1.1e-5), n1]]] {
+            let found = edge_curve(&d, &ends, EdgeRule::Guarded);
+            assert!(found.c.norm() < 1e-5 * d.norm(), "{:?}", found.c);
+        }
+        assert!(edge_curve(&d, &[[n0, n1]], EdgeRule::Plain).c.norm() > 0.3 * d.norm());
     }
 
     #[test]
@@ -276,6 +323,20 @@ mod tests {
         let found = nearest_coefficient(&d, &ends, &wanted);
         assert!(found.fault.is_some() && (found.c - wanted).norm() < 0.1);
         assert!(coefficient(&d, &ends[0][0], &ends[0][1]).norm() > 100.0);
+    }
+
+    #[test]
+    fn a_normal_off_at_one_end_only_leaves_the_edge_straight_and_is_named() {
+        let d = Vec3::new(1911.0, 0.0, 0.0);
+        for off in [1e-6, 1e-4, 3e-3, 0.05, 0.3] {
+            for lean in [-off, off] {
+                let n1 = Vec3::new(lean, 0.01 * off, 1.0).normalize();
+                let c = coefficient(&d, &Vec3::z(), &n1);
+                assert!((c.norm() / d.norm() - 1.0).abs() < 0.03, "{lean}: {c:?}");
+                let guarded = edge_curve(&d, &[[Vec3::z(), n1]], EdgeRule::Guarded);
+                assert_eq!((guarded.c, guarded.fault), (Vec3::zeros(), Some(EdgeFault::TurnsBack)));
+            }
+        }
     }
 
     #[test]

@@ -17,8 +17,10 @@ use crate::cad::Model;
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance};
+use crate::convert::unfolded::{UnfoldedError, mesh_and_convert};
 use crate::convert::{ConvertError, ConvertOptions, ConvertReport, convert};
 use crate::files::sha256_hex;
+use crate::mesh::mapped::MappedOptions;
 use crate::mesh::{attach, io};
 use crate::tool::edge::EdgeRule;
 use crate::tool::file::{Provenance, ToolFile};
@@ -78,24 +80,17 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     let mut made = if args.is_refined() {
         refined(args, model, &options, reached.as_ref())?
     } else {
-        let mesh = match &args.mesh {
-            Some(path) => attach::attach(&io::read(path)?, model)?,
-            None => args.mesher.mesh(&args.file, model)?,
-        };
-        let (tool, report) = convert(model, &mesh, &options)?;
+        let (tool, report) = meshed(args, model, &options)?;
         Converted { tool, report, refined: None }
     };
     if let Some(reached) = &reached {
         reached.renumber(&mut made.tool);
         made.report.turned = reached.turned;
+        made.report.finer.iter_mut().for_each(|f| *f = reached.kept[*f]);
     }
     if !made.report.folded.is_empty() && !args.allow_folds && args.edge() != Edge::Plain {
         print_report(&made);
-        return Err(Failure::input(format!(
-            "{}: {} patches fold; allowed: none; mesh finer (--arc-divisions, --max-size-mm, --tol), or write them with --allow-folds",
-            args.file.display(),
-            made.report.folded.len()
-        )));
+        return Err(folds(args, made.report.folded.len()));
     }
     let error_mm = made.refined.as_ref().map(|r| r.audit.worst_mm());
     let provenance = provenance(args, &model.unit, error_mm, reached.as_ref())?;
@@ -144,6 +139,41 @@ fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {
         sheet_side,
         flip,
     }
+}
+
+fn folds(args: &ConvertArgs, count: usize) -> Failure {
+    let file = args.file.display();
+    Failure::input(if args.mesh.is_none() && args.mesher.is_built_in() {
+        format!(
+            "{file}: {count} patches fold however finely their faces are divided; allowed: none; repair these faces in \
+             the CAD, or write them with --allow-folds"
+        )
+    } else {
+        format!(
+            "{file}: {count} patches fold; allowed: none; mesh finer there, or write them with --allow-folds"
+        )
+    })
+}
+
+/// The model of one mesh; folds are meshed finer unless they were asked for.
+fn meshed(
+    args: &ConvertArgs,
+    model: &Model,
+    options: &ConvertOptions,
+) -> Result<(ToolModel, ConvertReport), Failure> {
+    let may_fold = args.allow_folds || args.edge() == Edge::Plain;
+    let mesh = match (&args.mesh, args.mesher.built_in()) {
+        (Some(path), _) => attach::attach(&io::read(path)?, model)?,
+        (None, Some(mesh)) if !may_fold => {
+            let mesh = MappedOptions { through_cad: options.through_cad, ..mesh };
+            return mesh_and_convert(model, &mesh, options).map_err(|error| match error {
+                UnfoldedError::Mesh(error) => error.into(),
+                UnfoldedError::Convert(error) => error.into(),
+            });
+        }
+        (None, _) => args.mesher.mesh(&args.file, model)?,
+    };
+    Ok(convert(model, &mesh, options)?)
 }
 
 fn refined(

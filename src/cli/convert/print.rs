@@ -34,6 +34,15 @@ pub(super) fn print_report(made: &Converted) {
     }
     list_edges(made, &report.straight, "straight");
     list_edges(made, &report.bent, "follows the CAD, off its normals");
+    if !report.finer.is_empty() {
+        let listed = report.finer.iter().take(MOST_LISTED).map(usize::to_string);
+        let more = if report.finer.len() > MOST_LISTED { ", ..." } else { "" };
+        println!(
+            "  {} faces divided more finely than asked, as patches of them folded: {}{more}",
+            report.finer.len(),
+            listed.collect::<Vec<_>>().join(", ")
+        );
+    }
     if report.split > 0 {
         eprintln!("warning: {} folded quadrilaterals split in two triangles", report.split);
     }

@@ -135,6 +135,7 @@ fn of_part<'a>(
         first: face as u32,
         mesh: whole.mesh,
         options,
+        normals: whole.normals,
         enough: (search::ENOUGH / faces).max(ENOUGH),
     })
 }

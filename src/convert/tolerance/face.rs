@@ -49,6 +49,8 @@ pub(super) struct Judge<'a> {
     options: ConvertOptions,
     /// Number of the plan's first face in the reference.
     first: u32,
+    /// Whether normals have a tolerance.
+    normals: bool,
     /// Edges of the plan's model that other faces divide in their own way; empty: none.
     apart: &'a [bool],
     /// Boxes around its edges, a little wider.
@@ -61,7 +63,7 @@ pub(super) struct Judge<'a> {
 impl<'a> Judge<'a> {
     pub fn new(work: &'a Work<'_>, apart: &'a [bool]) -> Self {
         let options = ConvertOptions { sheet_side: None, flip: false, ..work.options.clone() };
-        let Work { plan, reference, first, .. } = work;
+        let &Work { ref plan, reference, first, normals, .. } = work;
         let model = plan.model();
         let near = 1e-6 * model.bbox().diagonal() + 2.0 * model.join_tolerance;
         let hull = |e: &Edge| Aabb::of_points(e.curve.points()).widened(near);
@@ -69,7 +71,8 @@ impl<'a> Judge<'a> {
             plan,
             reference,
             options,
-            first: *first,
+            first,
+            normals,
             apart,
             boxes: model.edges.iter().map(hull).collect(),
             known: Mutex::default(),
@@ -111,7 +114,12 @@ impl<'a> Judge<'a> {
         if !made.folded.is_empty() {
             return None;
         }
-        let options = AuditOptions { samples: 4, refine: 4, ..AuditOptions::default() };
+        let options = AuditOptions {
+            samples: 4,
+            refine: 4,
+            refine_normals: self.normals,
+            ..AuditOptions::default()
+        };
         let report = audit(&tool, self.reference, &options).ok()?.report;
         if !report.folded.is_empty() {
             return None;

@@ -152,7 +152,7 @@ pub fn to_tolerance(
         }
     }
     let reference = CadReference::new(model);
-    let work = Work::new(model, &reference, mesh, options)?;
+    let work = Work::new(model, &reference, mesh, options, goal.normal_deg.is_finite())?;
     let judge = Judge::new(&work, &[]);
     let refined = work.refine(&judge, goal);
     let limit = refined.as_ref().map_or(uniform::MOST, |found| found.tool.patches.len());
@@ -191,7 +191,7 @@ pub fn to_patches(
     borders: Borders,
 ) -> Result<Refined, ToleranceError> {
     let reference = CadReference::new(model);
-    let work = Work::new(model, &reference, mesh, options)?;
+    let work = Work::new(model, &reference, mesh, options, false)?;
     let judge = Judge::new(&work, &[]);
     let goal = |tol_mm: f64| Goal { tol_mm, normal_deg: f64::INFINITY, two_sided, borders };
     let together = |tol_mm: f64| work.refine(&judge, &goal(tol_mm));

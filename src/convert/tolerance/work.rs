@@ -26,6 +26,8 @@ pub(super) struct Work<'a> {
     pub first: u32,
     pub mesh: MappedOptions,
     pub options: &'a ConvertOptions,
+    /// Whether normals have a tolerance.
+    pub normals: bool,
     /// Patches judged from which on the search takes what growth gives.
     pub enough: u64,
 }
@@ -42,10 +44,19 @@ impl<'a> Work<'a> {
         reference: &'a CadReference<'a>,
         mesh: &MappedOptions,
         options: &'a ConvertOptions,
+        normals: bool,
     ) -> Result<Self, MeshError> {
-        let coarse = MappedOptions { arc_divisions: 1, ..*mesh };
+        let coarse = MappedOptions { arc_divisions: 1, through_cad: options.through_cad, ..*mesh };
         let plan = Plan::new(model, &coarse)?;
-        Ok(Self { plan, reference, first: 0, mesh: coarse, options, enough: search::ENOUGH })
+        Ok(Self {
+            plan,
+            reference,
+            first: 0,
+            mesh: coarse,
+            options,
+            normals,
+            enough: search::ENOUGH,
+        })
     }
 
     /// The fewest patches over the loosenings.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::bends::Bends;
 use super::patchwork::Node;
 use super::sample::{Lifted, Measured};
 use super::sides::{Shape, is_joint};
@@ -9,48 +10,82 @@ use crate::cad::Model;
 use crate::cad::model::{EdgeUse, Face};
 use crate::geometry::{Vec2, Vec3};
 
+/// One edge divided.
+#[derive(Clone, Default)]
+struct Divided {
+    /// Points between its ends.
+    inner: Vec<Vec3>,
+    /// Tangents at its ends and at these, where they matter.
+    tangents: Vec<Vec3>,
+}
+
+impl Divided {
+    fn new(model: &Model, edge: usize, count: usize, bent: bool) -> Self {
+        let curve = Measured::new(&model.edges[edge].curve);
+        let tangents = if bent { curve.tangents(count) } else { Vec::new() };
+        let points = curve.divide(count);
+        Self { inner: points[1..points.len() - 1].to_vec(), tangents }
+    }
+}
+
 /// Vertices of the mesh on the edges of the model.
 pub struct Border {
     /// Positions (mm): the model's vertices first, then the inner points of the edges in order.
     pub points: Vec<Vec3>,
     /// Vertex ids along each edge, both ends included.
     along: Vec<Vec<u32>>,
+    /// Tangents at these of the bent edges; none for the others.
+    tangents: Vec<Vec<Vec3>>,
 }
 
 impl Border {
-    /// Divides every edge into its count of equal lengths.
-    pub fn new(model: &Model, counts: &[usize]) -> Self {
+    /// Divides every edge into its count of equal lengths; `bent`: edges whose tangents matter.
+    pub fn new(model: &Model, counts: &[usize], bent: &[bool]) -> Self {
         use rayon::prelude::*;
-        let divided: Vec<Vec<Vec3>> = model
-            .edges
-            .par_iter()
-            .zip(counts)
-            .map(|(edge, &n)| Measured::new(&edge.curve).divide(n))
-            .collect();
-        Self::of(model, &divided)
+        let edges = (0..model.edges.len()).into_par_iter();
+        let divided: Vec<Divided> =
+            edges.map(|e| Divided::new(model, e, counts[e], bent[e])).collect();
+        Self::of(model, divided)
     }
 
     /// The same for the edges of one face; the others are left undivided.
-    pub fn of_face(model: &Model, counts: &[usize], face: &Face) -> Self {
-        let mut divided = vec![vec![Vec3::zeros(); 2]; model.edges.len()];
+    pub fn of_face(model: &Model, counts: &[usize], bent: &[bool], face: &Face) -> Self {
+        let mut divided = vec![Divided::default(); model.edges.len()];
         for e in face.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge) {
-            divided[e] = Measured::new(&model.edges[e].curve).divide(counts[e]);
+            divided[e] = Divided::new(model, e, counts[e], bent[e]);
         }
-        Self::of(model, &divided)
+        Self::of(model, divided)
     }
 
-    fn of(model: &Model, divided: &[Vec<Vec3>]) -> Self {
+    fn of(model: &Model, divided: Vec<Divided>) -> Self {
         let mut points = model.vertices.clone();
-        let mut along = Vec::with_capacity(divided.len());
-        for (edge, inner) in model.edges.iter().zip(divided) {
+        let (mut along, mut tangents) = (Vec::new(), Vec::new());
+        for (edge, of_edge) in model.edges.iter().zip(divided) {
             let first = points.len() as u32;
-            points.extend(&inner[1..inner.len() - 1]);
+            points.extend(of_edge.inner);
             let mut ids = vec![edge.vertices[0] as u32];
             ids.extend(first..points.len() as u32);
             ids.push(edge.vertices[1] as u32);
             along.push(ids);
+            tangents.push(of_edge.tangents);
         }
-        Self { points, along }
+        Self { points, along, tangents }
+    }
+
+    /// How the sides of elements on the border of a face leave its nodes.
+    pub fn bends(&self, face: &Face) -> Bends {
+        let mut bends = Bends::default();
+        for side in face.loops.iter().flat_map(|l| &l.uses) {
+            let Some(e) = side.edge.filter(|&e| !self.tangents[e].is_empty()) else { continue };
+            let (mut ids, mut tangents) = (self.along[e].clone(), self.tangents[e].clone());
+            if side.reversed {
+                ids.reverse();
+                tangents.reverse();
+                tangents.iter_mut().for_each(|t| *t = -*t);
+            }
+            bends.add(&ids, &tangents);
+        }
+        bends
     }
 
     /// Nodes of every use of a face's loops, in the loops' direction, both ends included. A degenerate side

@@ -82,6 +82,24 @@ fn separate_twins(model: &Model, minima: &mut [usize]) {
     }
 }
 
+/// True for a curved edge whose faces meet at an angle: the patches on both sides share a curve along it. Where they are
+/// tangent the normals say nothing of it, and Eq. 8 takes the chord.
+pub fn is_bent_crease(model: &Model, edge: usize) -> bool {
+    const ANGLE: f64 = 0.01;
+    let found = &model.edges[edge];
+    let middle = |&[f, l, k]: &[usize; 3]| -> Option<Vec3> {
+        let face = model.faces.get(f)?;
+        let side = face.loops.get(l)?.uses.get(k)?;
+        let lifted = Lifted::new(face, side);
+        let [a, b] = lifted.domain();
+        face.surface.normal(lifted.uv(0.5 * (a + b)))
+    };
+    let normals: Vec<Vec3> = found.uses.iter().filter_map(middle).collect();
+    // Faces may be turned either way.
+    let meet = |w: &[Vec3]| w[0].cross(&w[1]).norm() > ANGLE;
+    normals.windows(2).any(meet) && Measured::new(&found.curve).turn() > ANGLE
+}
+
 /// True when the normals of a face agree (to 1e-6 rad) over a grid on its surface.
 pub fn is_flat(face: &Face) -> bool {
     if face.kind == SurfaceKind::Plane {

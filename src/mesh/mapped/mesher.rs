@@ -1,12 +1,15 @@
 //! One meshing of a model: divisions agreed, faces mapped, cut up or triangulated, and joined.
 
+mod flats;
+
 use rayon::prelude::*;
 
+use super::bends::Bends;
 use super::border::{Border, every_other, halfway, joined};
 use super::divisions::{Assignment, Rule, assign};
 use super::patchwork::{Node, Patchwork};
 use super::sides::Shape;
-use super::{MappedOptions, MeshStyle, demand, pairing, polygon, regions, sides, trimmed};
+use super::{MappedOptions, MeshStyle, demand, pairing, regions, sides, trimmed};
 use crate::cad::Model;
 use crate::cad::model::Face;
 use crate::mesh::{Element, MeshError, SurfaceMesh};
@@ -28,6 +31,8 @@ pub(super) struct Mesher<'m> {
     pub(super) shapes: Vec<Shape>,
     flats: Vec<bool>,
     lengths: Vec<f64>,
+    /// Edges along which sides of patches bend off their chords within the faces beside them.
+    pub(super) bent: Vec<bool>,
     pub(super) minima: Vec<usize>,
     floors: Vec<usize>,
     /// Divisions of a pole that faces another pole, by face, at `arc_divisions`.
@@ -54,6 +59,8 @@ impl<'m> Mesher<'m> {
                 raise_side(face, side, asked[k % 2], &mut minima, &lengths);
             }
         }
+        let creases = || (0..model.edges.len()).map(|e| demand::is_bent_crease(model, e)).collect();
+        let bent = if options.through_cad { vec![false; model.edges.len()] } else { creases() };
         let poles = inside.iter().map(|a| a[0].max(a[1]).max(2)).collect();
         let density = vec![options.arc_divisions; model.faces.len()];
         Self {
@@ -64,6 +71,7 @@ impl<'m> Mesher<'m> {
             shapes,
             flats,
             lengths,
+            bent,
             minima,
             floors,
             poles,
@@ -77,7 +85,7 @@ impl<'m> Mesher<'m> {
         for _ in 0..ROUNDS {
             let (counts, mapped) = self.agree(&self.minima, &rules, &owners);
             self.check_size(&counts)?;
-            let border = Border::new(self.model, &counts);
+            let border = Border::new(self.model, &counts, &self.bent);
             let works: Vec<Result<Patchwork, String>> = (0..self.model.faces.len())
                 .into_par_iter()
                 .map(|f| self.face(&border, f, mapped[f], self.density[f]))
@@ -176,66 +184,9 @@ impl<'m> Mesher<'m> {
         (rules, owners)
     }
 
-    /// True for a flat that is to be cut into quads only.
-    fn is_even_flat(&self, f: usize) -> bool {
-        self.even_flats && self.flats[f] && self.model.faces[f].loops.len() == 1
-    }
-
     fn edges_of(&self, f: usize) -> Vec<usize> {
         let uses = self.model.faces[f].loops.iter().flat_map(|l| &l.uses);
         uses.filter_map(|u| u.edge).collect()
-    }
-
-    /// Edges of face `f` that bound only flats, longest first: what their divisions are does not matter to shapes.
-    fn free_edges(&self, f: usize) -> Vec<usize> {
-        let mut edges = self.edges_of(f);
-        edges.retain(|&e| self.model.edges[e].uses.iter().all(|u| self.flats[u[0]]));
-        edges.sort_by(|&a, &b| self.lengths[b].total_cmp(&self.lengths[a]).then(a.cmp(&b)));
-        edges
-    }
-
-    /// Raises the minima of the longest free edges of flat `f` by as little as lets it be cut into quads; false when
-    /// nothing does.
-    fn divide_flat(&mut self, f: usize, counts: &[usize]) -> bool {
-        const EDGES: usize = 3;
-        const MOST_TRIES: usize = 4000;
-        let edges: Vec<usize> = self.free_edges(f).into_iter().take(EDGES).collect();
-        if edges.is_empty() {
-            return false;
-        }
-        let mut tries = 0;
-        for more in 1.. {
-            let mut best: Option<(f64, Vec<usize>)> = None;
-            for first in 0..=more {
-                for second in 0..=more - first {
-                    let extra = [first, second, more - first - second];
-                    // Nothing for edges there are none of.
-                    if extra[edges.len()..].iter().any(|&n| n > 0) {
-                        continue;
-                    }
-                    tries += 1;
-                    let mut raised = counts.to_vec();
-                    edges.iter().zip(extra).for_each(|(&e, n)| raised[e] += n);
-                    let face = &self.model.faces[f];
-                    let border = Border::of_face(self.model, &raised, face);
-                    let loops = border.loops(face, &self.shapes[f], 2);
-                    let found = polygon::quads(face, &ring(&loops[0]), false);
-                    if let Some((_, badness)) = found
-                        && best.as_ref().is_none_or(|b| badness < b.0)
-                    {
-                        best = Some((badness, raised));
-                    }
-                }
-            }
-            if let Some((_, raised)) = best {
-                edges.iter().for_each(|&e| self.minima[e] = self.minima[e].max(raised[e]));
-                return true;
-            }
-            if tries > MOST_TRIES {
-                return false;
-            }
-        }
-        false
     }
 
     fn three_blocks(&self) -> bool {
@@ -273,20 +224,22 @@ impl<'m> Mesher<'m> {
         let poles = (self.poles[f] * density).div_ceil(self.options.arc_divisions);
         let sides = border.loops(face, shape, poles + poles % 2);
         if !self.halved {
-            return self.region(f, &sides, mapped, density);
+            return self.region(f, &sides, &border.bends(face), (mapped, density));
         }
+        // Halved sides bend by half the angle: no corner of theirs is straight.
+        let chords = Bends::default();
         let (thin, middle) = (every_other(&sides), halfway(&sides));
         let split = |coarse: Patchwork| {
             let mut fine = coarse.refined(face, &middle);
             fine.untangle(face);
             (fine.worst_corner(face), fine)
         };
-        let (worst, fine) = split(self.region(f, &thin, mapped, density)?);
+        let (worst, fine) = split(self.region(f, &thin, &chords, (mapped, density))?);
         if worst > 0.0 || mapped {
             return Ok(fine);
         }
         // An arc of the border reaches past the middle of a quad: triangles leave its parts more room.
-        let (other, plain) = split(self.triangles(f, &thin, density)?);
+        let (other, plain) = split(self.triangles(f, &thin, &chords, density)?);
         match worst.max(other) {
             best if best <= 0.0 => {
                 Err("an arc of its border reaches past the quads beside it".into())
@@ -300,8 +253,8 @@ impl<'m> Mesher<'m> {
         &self,
         f: usize,
         loops: &[Vec<Vec<Node>>],
-        mapped: bool,
-        density: usize,
+        bends: &Bends,
+        (mapped, density): (bool, usize),
     ) -> Result<Patchwork, String> {
         let (face, shape) = (&self.model.faces[f], &self.shapes[f]);
         let side = |uses: &Vec<usize>| joined(&loops[0], uses);
@@ -321,42 +274,30 @@ impl<'m> Mesher<'m> {
         if let Some(work) = work {
             return Ok(work);
         }
-        if let Some(work) = self.polygon(f, loops) {
+        if let Some(work) = self.polygon(f, loops, bends) {
             return Ok(work);
         }
         if self.is_even_flat(f) {
             return Err("no convex quads between the nodes of its border".into());
         }
-        let mut work = self.triangles(f, loops, density)?;
+        let mut work = self.triangles(f, loops, bends, density)?;
         if self.options.style != MeshStyle::Triangles {
-            pairing::pair(face, &mut work);
+            pairing::pair(face, &mut work, bends);
         }
         work.untangle(face);
         Ok(work)
-    }
-
-    /// A flat with one loop without nodes inside.
-    fn polygon(&self, f: usize, loops: &[Vec<Vec<Node>>]) -> Option<Patchwork> {
-        let [sides] = loops else { return None };
-        let wanted = self.options.style == MeshStyle::Structured
-            && !self.options.unstructured
-            && !self.halved
-            && self.flats[f]
-            && self.options.max_size.is_none();
-        let triangles = !self.even_flats;
-        let cut = || polygon::quads(&self.model.faces[f], &ring(sides), triangles);
-        wanted.then(cut).flatten().map(|found| found.0)
     }
 
     fn triangles(
         &self,
         f: usize,
         loops: &[Vec<Vec<Node>>],
+        bends: &Bends,
         density: usize,
     ) -> Result<Patchwork, String> {
         let rings: Vec<Vec<Node>> = loops.iter().map(|sides| ring(sides)).collect();
         let options = MappedOptions { arc_divisions: density, ..self.options };
-        trimmed::triangulate(&self.model.faces[f], &rings, &options)
+        trimmed::triangulate(&self.model.faces[f], &rings, bends, &options)
     }
 
     /// The mesh of some faces.

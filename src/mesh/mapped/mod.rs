@@ -6,6 +6,7 @@
 //! once, so that neighbours share their nodes; how often is agreed over chains of opposite edges
 //! ([`divisions`]) from what the curvature asks ([`MappedOptions::arc_divisions`]). Flats get the fewest.
 
+mod bends;
 mod border;
 mod demand;
 pub mod divisions;
@@ -66,6 +67,9 @@ pub struct MappedOptions {
     pub chord_error: Option<f64>,
     /// Kinds of element.
     pub style: MeshStyle,
+    /// Sides on edges of the CAD will follow these, wherever the normals would have them go: their corners are then never
+    /// straight.
+    pub through_cad: bool,
     /// No face is mapped: triangles of about equal size everywhere, joined to quads as the style asks.
     pub unstructured: bool,
 }
@@ -77,6 +81,7 @@ impl Default for MappedOptions {
             max_size: None,
             chord_error: None,
             style: MeshStyle::default(),
+            through_cad: false,
             unstructured: false,
         }
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::bends::Bends;
 use super::patchwork::Patchwork;
 use crate::cad::model::Face;
 use crate::geometry::Vec3;
@@ -14,7 +15,7 @@ const BENT: f64 = 0.5;
 
 /// Joins triangles of `work` to quads where the quad's corners are good. Elements that are quads already
 /// stay as they are.
-pub fn pair(face: &Face, work: &mut Patchwork) {
+pub fn pair(face: &Face, work: &mut Patchwork, bends: &Bends) {
     let mut owner: BTreeMap<[u32; 2], usize> = BTreeMap::new();
     for (k, e) in work.elements.iter().enumerate().filter(|(_, e)| e.nodes().len() == 3) {
         e.sides().for_each(|side| {
@@ -30,7 +31,8 @@ pub fn pair(face: &Face, work: &mut Patchwork) {
         // `left` runs a b c, `right` b a d: the quad is a d b c.
         let ring = [a, d, b, c];
         let quality = quality(work, ring, &normals);
-        if quality >= WORST {
+        let nodes = ring.map(|n| &work.nodes[n as usize]);
+        if quality >= WORST && bends.suit(face, &nodes) {
             pairs.push((quality, left, right, ring));
         }
     }

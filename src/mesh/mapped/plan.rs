@@ -101,7 +101,8 @@ impl<'m> Plan<'m> {
         density: usize,
     ) -> Result<SurfaceMesh, String> {
         let mesher = &self.mesher;
-        let border = Border::of_face(mesher.model, &divisions.counts, &mesher.model.faces[f]);
+        let face = &mesher.model.faces[f];
+        let border = Border::of_face(mesher.model, &divisions.counts, &mesher.bent, face);
         let work = mesher.face(&border, f, divisions.mapped[f], density)?;
         Ok(mesher.merge(border, vec![(f, work)]))
     }

@@ -95,6 +95,13 @@ impl<'c> Measured<'c> {
         t
     }
 
+    /// Unit tangents at these `count + 1` points.
+    pub fn tangents(&self, count: usize) -> Vec<Vec3> {
+        let at = |k: usize| self.parameter(self.length() * k as f64 / count as f64);
+        let tangent = |k: usize| self.curve.derivs(at(k)).d1.try_normalize(0.0);
+        (0..=count).map(|k| tangent(k).unwrap_or_else(Vec3::zeros)).collect()
+    }
+
     /// The `count + 1` points that cut the curve into equal lengths.
     pub fn divide(&self, count: usize) -> Vec<Vec3> {
         let domain = self.curve.domain();

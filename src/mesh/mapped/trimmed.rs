@@ -1,12 +1,15 @@
 //! Any trimmed face: constrained Delaunay triangulation in a parameter plane scaled to lengths in space,
 //! with points added where the surface curves.
 
+mod corners;
+
 use std::collections::BTreeSet;
 
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, PositionInTriangulation, Triangulation};
 
 use super::MappedOptions;
+use super::bends::Bends;
 use super::demand::divisions;
 use super::patchwork::{Node, Patchwork};
 use super::sample::angle;
@@ -80,6 +83,7 @@ struct Triangulator<'f> {
 pub fn triangulate(
     face: &Face,
     loops: &[Vec<Node>],
+    bends: &Bends,
     options: &MappedOptions,
 ) -> Result<Patchwork, String> {
     let plane = Plane::of(face, loops);
@@ -90,6 +94,7 @@ pub fn triangulate(
     work.check_border(&inside, &segments)?;
     let border_count = work.nodes.len();
     work.refine(options)?;
+    work.open_corners(bends)?;
     work.smooth(border_count);
     let mut out = Patchwork { nodes: work.nodes.clone(), elements: Vec::new() };
     for triangle in work.inside() {

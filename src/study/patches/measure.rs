@@ -118,7 +118,11 @@ impl<'a> Bench<'a> {
 
     /// A model, and how many of its patches fold.
     fn made(&self, method: &Method, size: Size) -> Result<(ToolModel, usize), String> {
-        let mesh = MappedOptions { style: method.style, ..MappedOptions::default() };
+        let mesh = MappedOptions {
+            style: method.style,
+            through_cad: method.edges() == Edges::Cad,
+            ..MappedOptions::default()
+        };
         let options = ConvertOptions {
             name: method.name.clone(),
             kind: method.kind,

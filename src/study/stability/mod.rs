@@ -1,8 +1,9 @@
 //! Maps of where methods fail: the paper's Newton by starting point, forms of evaluation by degree, Eq. 8 by the
-//! normals of an edge.
+//! normals of an edge, contact by springs by the size of the increments, facets by their number.
 
 mod edges;
 mod evaluation;
+mod forming;
 mod newton;
 
 use std::path::Path;
@@ -10,9 +11,11 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use self::forming::Drawn;
 use super::StudyError;
 use crate::files::write_atomic;
 use crate::report::drawing::{Chart, HeatMap, write_chart, write_heat_maps};
+use crate::solver::ContactMethod;
 
 /// What is mapped, and how finely.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -30,6 +33,8 @@ pub struct StabilityStudy {
     pub evaluation: EvaluationMap,
     /// Eq. 8 plain and guarded.
     pub edges: EdgeMap,
+    /// A strip drawn over a radius.
+    pub forming: FormingMap,
 }
 
 /// The constant that marks a study of stability.
@@ -72,6 +77,22 @@ pub struct EdgeMap {
     pub cells: usize,
 }
 
+/// A strip of mild steel drawn over a radius of 7 mm by a punch, held down and pulled back, in one layer of thickness.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FormingMap {
+    /// Depth [mm], above 0 and at most 15.
+    pub depth_mm: f64,
+    /// Ways to keep the strip out of the tools, each drawn in each of `increments`.
+    pub methods: Vec<ContactMethod>,
+    /// Numbers of equal increments, none of which may be cut.
+    pub increments: Vec<usize>,
+    /// Nagata patches over 90 degrees for these.
+    pub patches: usize,
+    /// Numbers of Nagata patches, and of facets, over 90 degrees, each drawn with steps as the solver takes them.
+    pub divisions: Vec<usize>,
+}
+
 /// A map with a number for the summary.
 struct Panel {
     map: HeatMap,
@@ -79,8 +100,10 @@ struct Panel {
     sound: f64,
 }
 
-/// Computes all maps and writes `newton.svg`, `evaluation.svg`, `edges.svg` and a table of each (CSV) into `folder`;
-/// returns a line a panel.
+/// Drawings of a study, in `folder` beside a table of the same name (CSV).
+pub const DRAWINGS: [&str; 5] = ["newton", "edges", "evaluation", "increments", "facets"];
+
+/// Computes all maps and writes [`DRAWINGS`] and a table of each (CSV) into `folder`; returns a line a panel.
 ///
 /// # Errors
 /// [`StudyError::Value`] for sizes that make no sense, [`StudyError::Write`].
@@ -112,7 +135,47 @@ pub fn run(study: &StabilityStudy, file: &Path, folder: &Path) -> Result<Vec<Str
         let last = l.points.last().map_or((0.0, 0.0), |p| *p);
         format!("{}: error {:.1} units of rounding at degree {}", l.name, last.1, last.0)
     }));
+    said.extend(forming_charts(&study.forming, folder)?);
     Ok(said)
+}
+
+fn forming_charts(plan: &FormingMap, folder: &Path) -> Result<Vec<String>, StudyError> {
+    let depth = plan.depth_mm;
+    let drawn = forming::by_increments(plan);
+    let words = ["equal increments, no cuts", "increments of the draw", "depth reached [mm]"];
+    let chart = forming::chart(words, &drawn, |d| Some(d.depth));
+    let mut said = write_draws(folder, "increments", &chart, depth, &drawn)?;
+    let drawn = forming::by_divisions(plan);
+    let words = ["steps as the solver takes them", "patches over 90 degrees", "Newton iterations"];
+    let ended = |d: &Drawn| d.ended(depth).then_some(d.iterations as f64);
+    let chart = forming::chart(words, &drawn, ended);
+    said.extend(write_draws(folder, "facets", &chart, depth, &drawn)?);
+    Ok(said)
+}
+
+/// Chart and table of draws; returns a line each.
+fn write_draws(
+    folder: &Path,
+    name: &str,
+    chart: &Chart,
+    depth: f64,
+    drawn: &[Drawn],
+) -> Result<Vec<String>, StudyError> {
+    write_chart(&folder.join(format!("{name}.svg")), chart)?;
+    write_atomic(&folder.join(format!("{name}.csv")), |w| {
+        writeln!(w, "line,x,iterations,depth_mm,force_n")?;
+        for d in drawn {
+            let line = d.line.replace(',', ";");
+            writeln!(w, "{line},{},{},{},{}", d.x, d.iterations, d.depth, d.force)?;
+        }
+        Ok(())
+    })?;
+    let say = |d: &Drawn| {
+        let end = if d.ended(depth) { "in" } else { "gives up after" };
+        let (line, x, depth, n) = (&d.line, &chart.x.0, d.depth, d.iterations);
+        format!("{line}, {} {x}: {depth:.2} mm, {end} {n} iterations", d.x)
+    };
+    Ok(drawn.iter().map(say).collect())
 }
 
 fn check(study: &StabilityStudy, file: &Path) -> Result<(), StudyError> {
@@ -146,6 +209,30 @@ fn check(study: &StabilityStudy, file: &Path) -> Result<(), StudyError> {
     }
     if !(1..=1_000_000).contains(&e.polynomials) {
         return fault("evaluation.polynomials", e.polynomials.to_string(), "1 to 1000000");
+    }
+    check_forming(&study.forming, &fault)
+}
+
+fn check_forming(
+    plan: &FormingMap,
+    fault: &dyn Fn(&str, String, &str) -> Result<(), StudyError>,
+) -> Result<(), StudyError> {
+    if !(plan.depth_mm > 0.0 && plan.depth_mm <= forming::DEEPEST) {
+        return fault("forming.depth_mm", plan.depth_mm.to_string(), "above 0 and at most 15");
+    }
+    let positive = |s: f64| s > 0.0 && s.is_finite();
+    let mut stiffnesses = plan.methods.iter().filter_map(|m| m.stiffness());
+    if let Some(stiffness) = stiffnesses.find(|s| !positive(*s)) {
+        return fault("forming.methods", stiffness.to_string(), "stiffnesses above 0");
+    }
+    for (place, counts, most) in [
+        ("forming.increments", plan.increments.as_slice(), 100_000),
+        ("forming.divisions", plan.divisions.as_slice(), 1000),
+        ("forming.patches", &[plan.patches], 1000),
+    ] {
+        if let Some(count) = counts.iter().find(|c| !(1..=most).contains(*c)) {
+            return fault(place, count.to_string(), &format!("1 to {most}"));
+        }
     }
     Ok(())
 }

@@ -9,6 +9,13 @@ fn small() -> StabilityStudy {
         newton: NewtonMap { angles_deg: vec![60.0], starts: 3, columns: 8, rows: 20 },
         evaluation: EvaluationMap { highest_degree: 12, polynomials: 20 },
         edges: EdgeMap { cells: 24 },
+        forming: FormingMap {
+            depth_mm: 1.0,
+            methods: vec![ContactMethod::Exact, ContactMethod::Penalty { stiffness: 1.0 }],
+            increments: vec![1, 40],
+            patches: 4,
+            divisions: vec![4],
+        },
     }
 }
 
@@ -70,11 +77,23 @@ fn the_guard_leaves_no_wild_edge_and_touches_no_arc() {
 fn a_study_writes_its_drawings_and_refuses_nonsense() {
     let folder = tempfile::tempdir().unwrap();
     let said = run(&small(), Path::new("study.json"), folder.path()).unwrap();
-    assert_eq!(said.len(), 1 + 2 + 3);
-    for name in ["newton", "edges", "evaluation"] {
+    assert_eq!(said.len(), 1 + 2 + 3 + 4 + 2);
+    for name in DRAWINGS {
         assert!(folder.path().join(format!("{name}.svg")).exists());
         assert!(folder.path().join(format!("{name}.csv")).exists());
     }
+    let table = std::fs::read_to_string(folder.path().join("increments.csv")).unwrap();
+    let depth = |line: &str| -> f64 {
+        let row = table.lines().find(|l| l.starts_with(line)).unwrap();
+        row.split(',').nth(3).unwrap().parse().unwrap()
+    };
+    // In equal increments of 0.025 mm exact contact and a spring come to the end, in one of 1 mm neither.
+    assert!(depth("exact,40,") > 0.999 && depth("penalty; 1,40,") > 0.999, "{table}");
+    assert!(depth("exact,1,") == 0.0, "{table}");
+    let mut wrong = small();
+    wrong.forming.divisions = vec![0];
+    let error = run(&wrong, Path::new("study.json"), folder.path()).unwrap_err().to_string();
+    assert!(error.contains("forming.divisions") && error.contains("1 to 1000"), "{error}");
     let mut wrong = small();
     wrong.newton.angles_deg = vec![200.0];
     let error = run(&wrong, Path::new("study.json"), folder.path()).unwrap_err().to_string();

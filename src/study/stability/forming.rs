@@ -1,0 +1,228 @@
+//! A strip drawn over a radius: exact contact, springs and augmented springs by the number of equal increments; facets
+//! against Nagata patches by the iterations they take.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::FormingMap;
+use crate::contact::ToolSurface;
+use crate::geometry::Vec3;
+use crate::report::drawing::{Chart, Line};
+use crate::solver::assembly::Body;
+use crate::solver::blank::rectangle;
+use crate::solver::element::ElementKind;
+use crate::solver::material::card;
+use crate::solver::{
+    Constraints, ContactMethod, Control, Curve, Limits, Motion, Placement, SheetSide, Simulation,
+    SimulationSetup, Stage, ToolSetup,
+};
+use crate::tool::build::build;
+use crate::tool::edge::EdgeRule;
+use crate::tool::model::PatchCorners;
+use crate::tool::{ToolKind, ToolModel};
+
+/// Deepest draw the tools are long enough for [mm].
+pub(super) const DEEPEST: f64 = 15.0;
+/// Half the strip's length and its thickness [mm].
+const STRIP: [f64; 2] = [70.0, 0.8];
+/// Half the width of the punch [mm].
+const HALF_PUNCH: f64 = 25.0;
+/// Radius of the punch [mm].
+const PUNCH_RADIUS: f64 = 5.0;
+/// Radius of the die [mm].
+const DIE_RADIUS: f64 = 7.0;
+/// Between the walls of punch and die [mm].
+const CLEARANCE: f64 = 1.1;
+/// Between holder and strip [mm].
+const PLAY: f64 = 0.016;
+/// Pull on the strip's end [N a mm of width].
+const PULL: f64 = 16.0;
+const FRICTION: f64 = 0.1;
+
+/// How a draw went.
+pub(super) struct Drawn {
+    /// Line of its chart.
+    pub(super) line: String,
+    /// Place on the horizontal axis.
+    pub(super) x: usize,
+    /// How far it came [mm].
+    pub(super) depth: f64,
+    /// Newton iterations of that, those of increments given up included.
+    pub(super) iterations: usize,
+    /// Force on the punch at the end [N a mm of width].
+    pub(super) force: f64,
+}
+
+/// Draws with each method in each number of equal increments.
+pub(super) fn by_increments(plan: &FormingMap) -> Vec<Drawn> {
+    let cases: Vec<(ContactMethod, usize)> = plan
+        .methods
+        .iter()
+        .flat_map(|method| plan.increments.iter().map(|count| (*method, *count)))
+        .collect();
+    let draw = |&(contact, count): &(ContactMethod, usize)| {
+        let mut setup = setup(plan.depth_mm, ToolKind::Nagata, plan.patches);
+        setup.limits.contact = contact;
+        // Equal steps: never longer, never shorter.
+        (setup.stages[0].first_step, setup.stages[0].largest_step) =
+            (1.0 / count as f64, 1.0 / count as f64);
+        (setup.limits.wanted_iterations, setup.limits.smallest_step) =
+            (setup.limits.iterations, 1.0);
+        run(setup, name(contact), count)
+    };
+    cases.par_iter().map(draw).collect()
+}
+
+/// Draws with each number of patches and facets over 90 degrees, with steps as the solver takes them.
+pub(super) fn by_divisions(plan: &FormingMap) -> Vec<Drawn> {
+    let kinds = [(ToolKind::Nagata, "Nagata patches"), (ToolKind::Facets, "facets")];
+    let cases: Vec<(ToolKind, &str, usize)> = kinds
+        .iter()
+        .flat_map(|(kind, name)| plan.divisions.iter().map(|count| (*kind, *name, *count)))
+        .collect();
+    let draw = |&(kind, line, count): &(ToolKind, &str, usize)| {
+        run(setup(plan.depth_mm, kind, count), line.into(), count)
+    };
+    cases.par_iter().map(draw).collect()
+}
+
+/// A line for every method or kind of tool.
+pub(super) fn chart(
+    [title, x, y]: [&str; 3],
+    drawn: &[Drawn],
+    value: impl Fn(&Drawn) -> Option<f64>,
+) -> Chart {
+    let mut lines: Vec<Line> = Vec::new();
+    for one in drawn {
+        if lines.last().is_none_or(|l| l.name != one.line) {
+            lines.push(Line { name: one.line.clone(), points: Vec::new(), marks_only: false });
+        }
+        if let (Some(line), Some(value)) = (lines.last_mut(), value(one)) {
+            line.points.push((one.x as f64, value));
+        }
+    }
+    Chart { title: title.into(), x: (x.into(), true), y: (y.into(), false), lines }
+}
+
+impl Drawn {
+    /// Whether it came to `depth` [mm].
+    pub(super) fn ended(&self, depth: f64) -> bool {
+        self.depth >= depth * (1.0 - 1e-9)
+    }
+}
+
+fn name(contact: ContactMethod) -> String {
+    match contact {
+        ContactMethod::Exact => "exact".into(),
+        ContactMethod::Penalty { stiffness } => format!("penalty, {stiffness}"),
+        ContactMethod::Augmented { stiffness } => format!("augmented, {stiffness}"),
+    }
+}
+
+fn run(setup: SimulationSetup, line: String, x: usize) -> Drawn {
+    let mut sim = Simulation::new(setup).expect("a sound set-up");
+    let mut drawn = Drawn { line, x, depth: 0.0, iterations: 0, force: 0.0 };
+    // A draw that gives up is a result: how far it came.
+    let _ = sim.run(&mut |report| {
+        (drawn.depth, drawn.force) = (report.tools[2].travel, report.tools[2].force);
+        Control::Continue
+    });
+    drawn.iterations = sim.summary().iterations;
+    drawn
+}
+
+/// The strip between die, holder and punch, `count` patches over 90 degrees of each radius.
+fn setup(depth: f64, kind: ToolKind, count: usize) -> SimulationSetup {
+    let [length, thickness] = STRIP;
+    let mesh = rectangle(length, 1.0, thickness, 70, 1, 2);
+    let nodes = mesh.nodes.len();
+    let mut constraints = Constraints::none(nodes);
+    let mut loads = vec![0.0; 3 * nodes];
+    let ends: Vec<usize> = (0..nodes).filter(|&n| mesh.nodes[n].x > length - 1e-9).collect();
+    for node in 0..nodes {
+        constraints.hold(node, 1);
+        if mesh.nodes[node].x < 1e-9 {
+            constraints.hold(node, 0);
+        }
+    }
+    for &node in &ends {
+        loads[3 * node] = PULL / ends.len() as f64;
+    }
+    let steel =
+        card::find("mild-steel-neto2012").and_then(|c| c.build(0.0)).expect("a card of our own");
+    let shell = ElementKind::SolidShell { points: 5, membrane: false };
+    let travel = Motion::Travel(Curve::ramp(0.0, depth));
+    SimulationSetup {
+        body: Body::new(mesh, shell, steel).expect("a sound mesh"),
+        constraints,
+        loads,
+        tools: tools(kind, count),
+        stages: vec![Stage {
+            name: "draw".into(),
+            duration: 1.0,
+            motions: vec![Motion::Hold, Motion::Hold, travel],
+            load: Curve::constant(1.0),
+            first_step: 0.01,
+            largest_step: 0.1,
+        }],
+        limits: Limits { friction_transition: 1e-5, ..Limits::default() },
+        share: 1.0,
+    }
+}
+
+fn tools(kind: ToolKind, count: usize) -> Vec<ToolSetup> {
+    let [length, thickness] = STRIP;
+    let (wall, end, below) = (HALF_PUNCH + CLEARANCE, length + 5.0, DEEPEST + 10.0);
+    let arc = |x: f64, z: f64, radius: f64, from: f64| {
+        (0..=count).map(move |k| {
+            let (s, c) = (from + 90.0 * k as f64 / count as f64).to_radians().sin_cos();
+            [x + radius * c, z + radius * s, c, s]
+        })
+    };
+    let mut die = vec![[end, 0.0, 0.0, 1.0]];
+    die.extend(arc(wall + DIE_RADIUS, -DIE_RADIUS, DIE_RADIUS, 90.0));
+    die.push([wall, -DIE_RADIUS - below, -1.0, 0.0]);
+    let lid = thickness + PLAY;
+    let holder = vec![[wall + DIE_RADIUS, lid, 0.0, -1.0], [end, lid, 0.0, -1.0]];
+    let mut punch = vec![[0.0, thickness, 0.0, -1.0]];
+    let (x, z) = (HALF_PUNCH - PUNCH_RADIUS, thickness + PUNCH_RADIUS);
+    punch.extend(arc(x, z, PUNCH_RADIUS, -90.0));
+    punch.push([HALF_PUNCH, z + below, 1.0, 0.0]);
+    let all = [
+        ("die", die, 1.0, SheetSide::Bottom),
+        ("holder", holder, -1.0, SheetSide::Top),
+        ("punch", punch, -1.0, SheetSide::Top),
+    ];
+    let tool = |(name, chain, up, side): (&str, Vec<[f64; 4]>, f64, SheetSide)| ToolSetup {
+        name: name.into(),
+        surface: Arc::new(ToolSurface::new(extruded(name, kind, &chain))),
+        offset: Vec3::zeros(),
+        direction: Vec3::z() * up,
+        placement: Placement::AsGiven,
+        friction: FRICTION,
+        side,
+    };
+    all.into_iter().map(tool).collect()
+}
+
+/// A profile of points and normals in x and z, drawn out along y beyond the strip.
+fn extruded(name: &str, kind: ToolKind, chain: &[[f64; 4]]) -> ToolModel {
+    let rows = chain.iter().flat_map(|&[x, z, nx, nz]| {
+        [-0.5, 1.5].map(|y| (Vec3::new(x, y, z), Vec3::new(nx, 0.0, nz)))
+    });
+    let (vertices, normals): (Vec<Vec3>, Vec<Vec3>) = rows.unzip();
+    let corners = (0..chain.len() as u32 - 1).map(|k| {
+        let ids = [2 * k, 2 * k + 2, 2 * k + 3, 2 * k + 1];
+        let [a, b, c] = [0, 1, 3].map(|i| vertices[ids[i] as usize]);
+        let outward =
+            (b - a).cross(&(c - a)).dot(&(normals[ids[0] as usize] + normals[ids[1] as usize]))
+                > 0.0;
+        let ids: Vec<u32> =
+            if outward { ids.to_vec() } else { ids.iter().rev().copied().collect() };
+        PatchCorners { vertices: ids.clone(), normals: ids, face: 0 }
+    });
+    let corners = corners.collect();
+    let built = build(name.into(), kind, vertices, normals, corners, EdgeRule::Guarded);
+    built.expect("a sound profile").0
+}

@@ -34,6 +34,22 @@ fn converted(cad_file: &Path, out: &Path, options: &[&str]) -> (String, AuditRep
     (text, found.report)
 }
 
+/// Triangles of the die fold at one division of a quarter turn: the faces they are on are divided more finely, and listed;
+/// asked for as they are they stay.
+#[test]
+fn faces_whose_patches_fold_are_divided_more_finely() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("die.tool.json");
+    let coarse = ["--style", "triangles", "--arc-divisions", "1"];
+    let (text, found) = converted(&fixture("cross/die.igs"), &out, &coarse);
+    assert!(text.contains("3 faces divided more finely than asked"), "{text}");
+    assert!(found.folded.is_empty() && found.jumps.open_sides == 0);
+    let asked: Vec<&str> = coarse.into_iter().chain(["--allow-folds"]).collect();
+    let (text, folded) = converted(&fixture("cross/die.igs"), &out, &asked);
+    assert!(!text.contains("more finely") && !folded.folded.is_empty(), "{text}");
+    assert!(folded.patches < found.patches);
+}
+
 /// The punch folds at one division of a quarter turn: it is divided until it does not. A tighter tolerance takes more
 /// patches or higher degrees; the audit agrees with what is said.
 #[test]

@@ -286,8 +286,13 @@ mod tests {
         use crate::mesh::mapped::{MappedOptions, trimmed};
         let (nodes, bends) = rounded(1);
         let made = |bends: &Bends| {
-            trimmed::triangulate(&plane(), &[nodes.clone()], bends, &MappedOptions::default())
-                .unwrap()
+            trimmed::triangulate(
+                &plane(),
+                std::slice::from_ref(&nodes),
+                bends,
+                &MappedOptions::default(),
+            )
+            .unwrap()
         };
         let (closed, open) = (made(&Bends::default()), made(&bends));
         assert!(folded(&closed, &bends) >= 2 && folded(&open, &bends) == 0);

@@ -97,6 +97,6 @@ impl Triangulator<'_> {
     fn is_inside(&self, p: Point2<f64>) -> bool {
         let PositionInTriangulation::OnFace(face) = self.cdt.locate(p) else { return false };
         let corners = self.cdt.face(face).vertices().map(|v| v.fix().index());
-        self.inside().iter().any(|t| *t == corners)
+        self.inside().contains(&corners)
     }
 }

@@ -2,9 +2,14 @@
 
 use super::work::{Work, exceeding, folded};
 use super::{Goal, Refined};
-use crate::convert::ConvertOptions;
+use crate::convert::unfolded::mesh_and_convert;
+use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::{MappedOptions, mesh};
+use crate::tool::ToolModel;
+
+/// A way to make a model.
+type Make<'a> = &'a dyn Fn() -> Option<(ToolModel, ConvertReport)>;
 
 /// Most divisions of a quarter turn that are tried.
 const FINEST: usize = 128;
@@ -22,8 +27,8 @@ impl Work<'_> {
     /// asked, or of Eq. 8. Patches are counted before anything is audited, and the audits go from fine to coarse.
     pub(super) fn uniform(&self, goal: &Goal, limit: usize) -> Option<Refined> {
         let (mut best, mut missed) = (None, 0);
-        for mesh in self.below(limit).iter().rev() {
-            let (ratio, found) = self.keeping(mesh, goal);
+        for (arc_divisions, mesh) in self.below(limit).iter().rev() {
+            let (ratio, found) = self.keeping(*arc_divisions, mesh, goal, limit);
             match found {
                 Some(found) => (best, missed) = (Some(found), 0),
                 None => missed += 1,
@@ -35,9 +40,9 @@ impl Work<'_> {
         best
     }
 
-    /// Uniform meshes with fewer patches than `limit`, coarsest first.
-    fn below(&self, limit: usize) -> Vec<SurfaceMesh> {
-        let mut found: Vec<SurfaceMesh> = Vec::new();
+    /// Uniform meshes with fewer patches than `limit` and their divisions of a quarter turn, coarsest first.
+    fn below(&self, limit: usize) -> Vec<(usize, SurfaceMesh)> {
+        let mut found: Vec<(usize, SurfaceMesh)> = Vec::new();
         for arc_divisions in 1..=FINEST {
             let options = MappedOptions { arc_divisions, ..self.mesh };
             // Finer borders may bound a face that coarse chords do not.
@@ -45,21 +50,37 @@ impl Work<'_> {
             if next.elements.len() >= limit {
                 break;
             }
-            if found.last().is_none_or(|last| last.elements.len() < next.elements.len()) {
-                found.push(next);
+            if found.last().is_none_or(|last| last.1.elements.len() < next.elements.len()) {
+                found.push((arc_divisions, next));
             }
         }
         found
     }
 
-    /// Least error over the tolerance of the models of a mesh, and the first one that keeps the goal.
-    fn keeping(&self, mesh: &SurfaceMesh, goal: &Goal) -> (f64, Option<Refined>) {
+    /// Least error over the tolerance of the models of a mesh, and the first one that keeps the goal with fewer patches
+    /// than `limit`. Where edges follow the CAD, those of Eq. 8 are tried as well, on the mesh that suits them, with faces
+    /// that fold divided more finely.
+    fn keeping(
+        &self,
+        arc_divisions: usize,
+        mesh: &SurfaceMesh,
+        goal: &Goal,
+        limit: usize,
+    ) -> (f64, Option<Refined>) {
         let eq8 = ConvertOptions { through_cad: false, ..self.options.clone() };
-        let rules =
-            if self.options.through_cad { vec![self.options, &eq8] } else { vec![self.options] };
+        let asked = || convert(self.plan.model(), mesh, self.options).ok();
+        let other = || {
+            let options = MappedOptions { arc_divisions, through_cad: false, ..self.mesh };
+            mesh_and_convert(self.plan.model(), &options, &eq8).ok()
+        };
+        let mut rules: Vec<(&ConvertOptions, Make)> = vec![(self.options, &asked)];
+        if self.options.through_cad {
+            rules.push((&eq8, &other));
+        }
         let mut least = f64::INFINITY;
-        for options in rules {
-            let Ok((plain, found)) = self.plain(mesh, options, goal) else { continue };
+        for (options, make) in rules {
+            let Some(made) = make().filter(|made| made.0.patches.len() < limit) else { continue };
+            let Ok((plain, found)) = self.audited(made, goal) else { continue };
             if !is_sound(&plain) {
                 continue;
             }

@@ -7,7 +7,7 @@ use super::search::{self, Search, State};
 use super::{Borders, Goal, Refined, ToleranceError};
 use crate::audit::{Audit, AuditOptions, AuditReport, CadReference, audit};
 use crate::cad::Model;
-use crate::convert::{ConvertOptions, convert};
+use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::mesh::mapped::MappedOptions;
 use crate::mesh::mapped::plan::Plan;
 use crate::mesh::{MeshError, SurfaceMesh};
@@ -169,7 +169,15 @@ impl<'a> Work<'a> {
         options: &ConvertOptions,
         goal: &Goal,
     ) -> Result<(Refined, Audit), ToleranceError> {
-        let (mut tool, report) = convert(self.plan.model(), mesh, options)?;
+        self.audited(convert(self.plan.model(), mesh, options)?, goal)
+    }
+
+    /// A model of the plan's faces and its audit.
+    pub(super) fn audited(
+        &self,
+        (mut tool, report): (ToolModel, ConvertReport),
+        goal: &Goal,
+    ) -> Result<(Refined, Audit), ToleranceError> {
         renumber(&mut tool, self.first);
         let asked = AuditOptions {
             tolerance_mm: goal.tol_mm.is_finite().then_some(goal.tol_mm),

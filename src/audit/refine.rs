@@ -1,4 +1,4 @@
-//! Extremes between the grid points: a pattern search from the worst grid points of every patch that may hold the
+//! Extremes between the grid points: a search from the worst grid points of every patch that may hold the
 //! largest or smallest value of its CAD face, so that the reported maximum is a maximum.
 
 use std::collections::BTreeMap;

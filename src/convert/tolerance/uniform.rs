@@ -33,7 +33,8 @@ impl Work<'_> {
                 Some(found) => (best, missed) = (Some(found), 0),
                 None => missed += 1,
             }
-            if ratio > HOPELESS || missed == PATIENCE {
+            // Without a sound model the next coarser one may have one.
+            if (ratio.is_finite() && ratio > HOPELESS) || missed == PATIENCE {
                 break;
             }
         }

@@ -106,10 +106,7 @@ impl Piece {
         let side = d.perp(&(uv - a)) / length;
         let beside = |p: &(Vec2, f64)| (d.perp(&(p.0 / p.1 - a)) / length).abs();
         let widest = self.points.iter().map(beside).fold(0.0, f64::max);
-        (side.abs() > widest + border).then(|| {
-            i32::from(a.y <= uv.y && uv.y < b.y && side > 0.0)
-                - i32::from(b.y <= uv.y && uv.y < a.y && side < 0.0)
-        })
+        (side.abs() > widest + border).then(|| crossed(a, b, uv, side))
     }
 
     fn line_crossings(&self, uv: Vec2, border: f64) -> Option<i32> {
@@ -123,10 +120,15 @@ impl Piece {
         if side.abs() <= border && along >= -border && along <= length + border {
             return None;
         }
-        // The line lies to the right of the point: on its left side while it rises.
-        let up = i32::from(a.y <= uv.y && uv.y < b.y && side > 0.0);
-        Some(up - i32::from(b.y <= uv.y && uv.y < a.y && side < 0.0))
+        Some(crossed(a, b, uv, side))
     }
+}
+
+/// Signed crossings of the ray from `uv` with the line from `a` to `b`, which has the point on its `side`: the line lies to
+/// the right of a point that is on its left side while it rises.
+fn crossed(a: Vec2, b: Vec2, uv: Vec2, side: f64) -> i32 {
+    i32::from(a.y <= uv.y && uv.y < b.y && side > 0.0)
+        - i32::from(b.y <= uv.y && uv.y < a.y && side < 0.0)
 }
 
 /// The region inside a face's loops.

@@ -59,9 +59,9 @@ pub fn mesh_and_convert(
                 minima[e] = minima[e].max(more(counts[e]));
             }
         }
-        // Too fine to be meshed: what there is.
+        // Too fine to be meshed, or a vertex without a normal: what there is.
         let Ok(mesh) = plan.mesh(&minima, &density) else { break };
-        let next = convert(model, &mesh, options)?;
+        let Ok(next) = convert(model, &mesh, options) else { break };
         if next.0.patches.len() > most {
             break;
         }

@@ -46,8 +46,7 @@ impl Bends {
         }
         let back = back.map_or(before.point - at.point, |b| b[1]);
         let out = out.map_or(after.point - at.point, |o| o[0]);
-        let scale = out.norm() * back.norm() * normal.norm();
-        Some(if scale > 0.0 { out.cross(&back).dot(normal) / scale } else { -1.0 })
+        Some(super::sine(&out, &back, normal))
     }
 
     /// Whether no corner of an element is turned over along the border.

@@ -12,6 +12,8 @@ use crate::geometry::{Vec2, Vec3};
 
 /// Turns are rounded up to whole divisions only beyond this share of a division: noise of converters.
 const SLACK: f64 = 0.02;
+/// Angle at which faces meet in a crease, and turn of an edge that is curved [rad].
+const CREASE: f64 = 0.01;
 /// Most divisions one edge may be given.
 const MOST: usize = 20_000;
 
@@ -33,33 +35,38 @@ pub struct EdgeDemand {
     pub floors: Vec<usize>,
     /// Length (mm).
     pub lengths: Vec<f64>,
+    /// Curved edges whose faces meet at an angle: the patches on both sides share a curve along it. Where they are
+    /// tangent the normals say nothing of it, and Eq. 8 takes the chord.
+    pub bent: Vec<bool>,
 }
 
 /// Measures every edge of the model.
 pub fn edge_demand(model: &Model, options: &MappedOptions) -> EdgeDemand {
     use rayon::prelude::*;
-    let found: Vec<(usize, f64)> = model
+    let found: Vec<(usize, f64, bool)> = model
         .edges
         .par_iter()
         .map(|edge| {
             let measured = Measured::new(&edge.curve);
             let mut turn = measured.turn();
+            let bent = turn > CREASE && is_crease(model, edge);
             for &[f, l, k] in &edge.uses {
                 let side = model.faces.get(f).and_then(|f| f.loops.get(l)?.uses.get(k));
                 if let Some(side) = side {
                     turn = turn.max(Lifted::new(&model.faces[f], side).normal_turn());
                 }
             }
-            (divisions(options, turn, measured.length()), measured.length())
+            (divisions(options, turn, measured.length()), measured.length(), bent)
         })
         .collect();
     let lengths = found.iter().map(|f| f.1).collect();
+    let bent = found.iter().map(|f| f.2).collect();
     let closed = |e: &Edge| e.vertices[0] == e.vertices[1];
     let mut floors: Vec<usize> =
         model.edges.iter().map(|e| if closed(e) { 3 } else { 1 }).collect();
     separate_twins(model, &mut floors);
     let minima = found.iter().zip(&floors).map(|(f, &floor)| f.0.max(floor)).collect();
-    EdgeDemand { minima, floors, lengths }
+    EdgeDemand { minima, floors, lengths, bent }
 }
 
 /// Edges between the same two vertices would share a chord: all but the shortest get a second division.
@@ -82,11 +89,8 @@ fn separate_twins(model: &Model, minima: &mut [usize]) {
     }
 }
 
-/// True for a curved edge whose faces meet at an angle: the patches on both sides share a curve along it. Where they are
-/// tangent the normals say nothing of it, and Eq. 8 takes the chord.
-pub fn is_bent_crease(model: &Model, edge: usize) -> bool {
-    const ANGLE: f64 = 0.01;
-    let found = &model.edges[edge];
+/// Whether the faces of an edge meet at an angle in its middle.
+fn is_crease(model: &Model, edge: &Edge) -> bool {
     let middle = |&[f, l, k]: &[usize; 3]| -> Option<Vec3> {
         let face = model.faces.get(f)?;
         let side = face.loops.get(l)?.uses.get(k)?;
@@ -94,10 +98,9 @@ pub fn is_bent_crease(model: &Model, edge: usize) -> bool {
         let [a, b] = lifted.domain();
         face.surface.normal(lifted.uv(0.5 * (a + b)))
     };
-    let normals: Vec<Vec3> = found.uses.iter().filter_map(middle).collect();
+    let normals: Vec<Vec3> = edge.uses.iter().filter_map(middle).collect();
     // Faces may be turned either way.
-    let meet = |w: &[Vec3]| w[0].cross(&w[1]).norm() > ANGLE;
-    normals.windows(2).any(meet) && Measured::new(&found.curve).turn() > ANGLE
+    normals.windows(2).any(|w| w[0].cross(&w[1]).norm() > CREASE)
 }
 
 /// True when the normals of a face agree (to 1e-6 rad) over a grid on its surface.

@@ -45,7 +45,7 @@ impl<'m> Mesher<'m> {
     pub(super) fn new(model: &'m Model, options: &MappedOptions, halved: bool) -> Self {
         let shapes: Vec<Shape> = model.faces.par_iter().map(sides::shape).collect();
         let flats = model.faces.par_iter().map(demand::is_flat).collect();
-        let demand::EdgeDemand { mut minima, floors, lengths } =
+        let demand::EdgeDemand { mut minima, floors, lengths, bent } =
             demand::edge_demand(model, options);
         let inside: Vec<[usize; 2]> = model
             .faces
@@ -59,8 +59,7 @@ impl<'m> Mesher<'m> {
                 raise_side(face, side, asked[k % 2], &mut minima, &lengths);
             }
         }
-        let creases = || (0..model.edges.len()).map(|e| demand::is_bent_crease(model, e)).collect();
-        let bent = if options.through_cad { vec![false; model.edges.len()] } else { creases() };
+        let bent = bent.into_iter().map(|bent| bent && !options.through_cad).collect();
         let poles = inside.iter().map(|a| a[0].max(a[1]).max(2)).collect();
         let density = vec![options.arc_divisions; model.faces.len()];
         Self {
@@ -226,7 +225,7 @@ impl<'m> Mesher<'m> {
         if !self.halved {
             return self.region(f, &sides, &border.bends(face), (mapped, density));
         }
-        // Halved sides bend by half the angle: no corner of theirs is straight.
+        // The coarse elements go by their chords: the bends known are those of the halved sides.
         let chords = Bends::default();
         let (thin, middle) = (every_other(&sides), halfway(&sides));
         let split = |coarse: Patchwork| {

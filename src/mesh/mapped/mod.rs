@@ -136,7 +136,11 @@ fn check_options(options: &MappedOptions) -> Result<(), MeshError> {
 
 /// Corner normal test shared by the checks: signed sine of the corner at `at` against `normal`.
 pub(super) fn corner_sine(before: &Vec3, at: &Vec3, after: &Vec3, normal: &Vec3) -> f64 {
-    let (out, back) = (after - at, before - at);
+    sine(&(after - at), &(before - at), normal)
+}
+
+/// Signed sine of the corner from the side `out` to the side `back` against `normal`; -1 where one of them is zero.
+fn sine(out: &Vec3, back: &Vec3, normal: &Vec3) -> f64 {
     let scale = out.norm() * back.norm() * normal.norm();
-    if scale > 0.0 { out.cross(&back).dot(normal) / scale } else { -1.0 }
+    if scale > 0.0 { out.cross(back).dot(normal) / scale } else { -1.0 }
 }

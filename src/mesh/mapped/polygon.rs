@@ -124,7 +124,7 @@ impl Cut<'_> {
             let chord = |to: usize| self.points[to] - self.points[at];
             let (back, on) =
                 (back.unwrap_or_else(|| chord(before)), on.unwrap_or_else(|| chord(after)));
-            on.cross(&back).dot(&self.normal) <= TURNED * on.norm() * back.norm()
+            super::sine(&on, &back, &self.normal) <= TURNED
         })
     }
 

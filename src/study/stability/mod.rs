@@ -77,7 +77,8 @@ pub struct EdgeMap {
     pub cells: usize,
 }
 
-/// A strip of mild steel drawn over a radius of 7 mm by a punch, held down and pulled back, in one layer of thickness.
+/// A strip of mild steel drawn over a radius of 7 mm by a punch, held down and pulled back: one
+/// element wide, two layers of solid-shells.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FormingMap {

@@ -2,6 +2,7 @@
 //! face has a corner is split there, so that an edge use is always a whole edge.
 
 mod corners;
+mod spurs;
 
 use std::cell::OnceCell;
 
@@ -82,6 +83,7 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) -> Opt
         model.faces[face].loops[l].uses.splice(k..=k, uses);
     }
     model.edges = joined.edges;
+    spurs::remove(model);
     number_vertices(model, &corners);
     number_uses(model);
     (!all_cut || joined.compared == 0).then(|| Diagnostic {

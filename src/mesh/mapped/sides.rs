@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::sample::Lifted;
 use crate::cad::model::{EdgeUse, Face, TrimLoop};
-use crate::geometry::Vec3;
+use crate::geometry::{Vec2, Vec3};
 
 /// A joint that turns less than this (rad) continues a side; one that turns more is a corner.
 const CORNER: f64 = 40.0 * std::f64::consts::PI / 180.0;
@@ -48,7 +48,8 @@ pub fn shape(face: &Face) -> Shape {
     }
 }
 
-/// True for a use that only closes a gap of rounding between its neighbours: it is no side, not even a pole's.
+/// True for a use that only closes a gap between its neighbours: it is no side, not even a pole's. Its length in the
+/// parameter plane is one of rounding, or it is short because the gap is, and not because the surface has no extent there.
 pub fn is_joint(face: &Face, side: &EdgeUse) -> bool {
     const NONE: f64 = 1e-9;
     let [u, v] = face.surface.domain();
@@ -57,8 +58,21 @@ pub fn is_joint(face: &Face, side: &EdgeUse) -> bool {
     side.edge.is_none()
         && [0.5, 1.0].iter().all(|s| {
             let off = side.pcurve.point(a + (b - a) * s) - start;
-            off.x.abs() <= NONE * (u[1] - u[0]) && off.y.abs() <= NONE * (v[1] - v[0])
+            let rounding =
+                off.x.abs() <= NONE * (u[1] - u[0]) && off.y.abs() <= NONE * (v[1] - v[0]);
+            rounding || extends_along(face, start, off)
         })
+}
+
+/// True where the surface has an extent along `direction` at `uv`: at least a hundredth of what it has in the middle.
+fn extends_along(face: &Face, uv: Vec2, direction: Vec2) -> bool {
+    let speed = |uv: Vec2| {
+        let d = face.surface.derivs(uv);
+        (d.su * direction.x + d.sv * direction.y).norm()
+    };
+    let [u, v] = face.surface.domain();
+    let middle = Vec2::new(0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1]));
+    speed(uv).min(speed(uv + direction)) >= 0.01 * speed(middle)
 }
 
 /// Angle (rad) the loop turns by, to the left, from one use to the next; a quarter turn beside a pole.

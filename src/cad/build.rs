@@ -111,10 +111,11 @@ fn build_face(
     let native = Native::new(surface);
     let mut faults = Vec::new();
     let edged = raw.loops.iter().filter(|l| !l.edges.is_empty());
-    let paths: Vec<_> =
-        edged.filter_map(|l| path_of(&native, l, size, tolerance, &mut faults)).collect();
-    report(raw, &faults, diagnostics);
     let flipped = raw.flipped ^ native.swapped();
+    let limits = (size, tolerance);
+    let paths: Vec<_> =
+        edged.filter_map(|l| path_of(&native, l, limits, !flipped, &mut faults)).collect();
+    report(raw, &faults, diagnostics);
     let loops = closed_loops(&native, paths, !flipped).ok_or(
         "its loops cannot be closed on the surface, and the surface has no natural border",
     )?;
@@ -209,8 +210,8 @@ fn range_of(native: &Native<'_>, loops: &[Vec<Side>]) -> Option<[[f64; 2]; 2]> {
     let mut range = [[low.x, high.x], [low.y, high.y]];
     for (k, (r, period)) in range.iter_mut().zip(native.periods()).enumerate() {
         if let Some(p) = period {
-            // A turn too long by rounding is one turn.
-            if r[1] - r[0] > p * (1.0 - 1e-9) {
+            // A turn too long by rounding is one turn; a thread takes more.
+            if (r[1] - r[0] - p).abs() < 1e-9 * p {
                 r[1] = r[0] + p;
             }
         } else if let Some(natural) = natural {

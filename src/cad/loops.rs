@@ -9,7 +9,7 @@ mod tests;
 
 pub(super) use closed::closed_loops;
 
-use closed::signed_area;
+use closed::{leaves_its_inside_out, signed_area};
 use project::side_of;
 
 use super::native::Native;
@@ -77,8 +77,43 @@ pub(super) enum LoopFault {
 pub(super) fn path_of(
     native: &Native<'_>,
     raw: &RawLoop,
-    size: f64,
-    tolerance: f64,
+    (size, tolerance): (f64, f64),
+    left_is_inside: bool,
+    faults: &mut Vec<LoopFault>,
+) -> Option<Path> {
+    let mut said = Vec::new();
+    let limits = (size, tolerance);
+    let path = path_from(native, raw, limits, (None, left_is_inside), &mut said)?;
+    let elsewhere = begins_elsewhere(native, &path, tolerance);
+    if let Some(end) = elsewhere {
+        let mut again = Vec::new();
+        let other = path_from(native, raw, limits, (Some(end), left_is_inside), &mut again);
+        if let Some(other) = other.filter(|o| begins_elsewhere(native, o, tolerance).is_none()) {
+            faults.extend(again);
+            return Some(other);
+        }
+    }
+    faults.extend(said);
+    Some(path)
+}
+
+/// Where a loop ends whose first side begins at the same place, but at other parameters that no period explains: on a
+/// surface that covers itself (a profile turned about an axis that it crosses) the first side may be put on either sheet.
+fn begins_elsewhere(native: &Native<'_>, path: &Path, tolerance: f64) -> Option<Vec2> {
+    let last = path.sides.last().filter(|s| s.curve.is_none() && native.searches())?;
+    let (end, start) = (last.start(), last.end());
+    let one_place = (native.point(end) - native.point(start)).norm() <= tolerance;
+    let middle = native.point(0.5 * (end + start));
+    let apart = (middle - native.point(start)).norm() > 10.0 * tolerance;
+    (one_place && apart && native.regular(end) && native.regular(start)).then_some(end)
+}
+
+/// Reads one loop, its first side where `begin` is, when that is known.
+fn path_from(
+    native: &Native<'_>,
+    raw: &RawLoop,
+    (size, tolerance): (f64, f64),
+    (begin, left_is_inside): (Option<Vec2>, bool),
     faults: &mut Vec<LoopFault>,
 ) -> Option<Path> {
     let mut sides: Vec<Side> = Vec::with_capacity(raw.edges.len());
@@ -86,7 +121,8 @@ pub(super) fn path_of(
     let mut behind_pole = None;
     let edges = cut_at_poles(native, &raw.edges, tolerance);
     for edge in &edges {
-        let after = sides.last().map(Side::end).filter(|&uv| !is_pole(native, uv, tolerance));
+        let before = sides.last().map(Side::end).or(begin);
+        let after = before.filter(|&uv| !is_pole(native, uv, tolerance));
         let Some(side) = side_of(native, edge, (size, tolerance), after) else {
             faults.push(LoopFault::NoCurve);
             continue;
@@ -114,10 +150,10 @@ pub(super) fn path_of(
     let (first, last) = (sides.first()?.start(), sides.last()?.end());
     let winding = match behind_pole {
         Some(k) => {
-            settle_turn(native, &mut sides, k, tolerance);
+            settle_turn(native, &mut sides, k, left_is_inside, tolerance);
             Vec2::zeros()
         }
-        None => whole_periods(native, last - first),
+        None => turns(native, first, last, tolerance),
     };
     let last = sides.last()?.end();
     let gap = last - first - winding;
@@ -125,6 +161,19 @@ pub(super) fn path_of(
         close(native, &mut sides, first + winding, tolerance, faults);
     }
     Some(Path { sides, winding })
+}
+
+/// Whole periods from the first to the last point of a loop; none about a pole at which it begins and ends: it is closed
+/// there, however far it has turned.
+fn turns(native: &Native<'_>, first: Vec2, last: Vec2, tolerance: f64) -> Vec2 {
+    let mut turns = whole_periods(native, last - first);
+    if let Some(k) = collapsed_direction(native, first, tolerance)
+        && collapsed_direction(native, last, tolerance) == Some(k)
+        && (native.point(first) - native.point(last)).norm() <= tolerance
+    {
+        turns[k] = 0.0;
+    }
+    turns
 }
 
 /// A side moved by whole periods to begin at `end`; at a pole not along the direction that has no length there.
@@ -135,21 +184,42 @@ fn behind(native: &Native<'_>, side: &Side, end: Vec2, collapsed: Option<usize>)
     side.shifted(shift)
 }
 
-/// The way round the last pole, side `k - 1`, may be a whole turn off: then the loop winds, or runs back on itself.
-fn settle_turn(native: &Native<'_>, sides: &mut [Side], k: usize, tolerance: f64) {
+/// The way round the last pole, side `k - 1`, may be a whole turn off: then the loop winds, or runs back on itself, or
+/// has on its left what should be on its right.
+fn settle_turn(
+    native: &Native<'_>,
+    sides: &mut [Side],
+    k: usize,
+    left_is_inside: bool,
+    tolerance: f64,
+) {
     let (Some(first), Some(last)) = (sides.first(), sides.last()) else { return };
     let (first, last) = (first.start(), last.end());
     let ends_at_pole = is_pole(native, first, tolerance) && is_pole(native, last, tolerance);
     let off = match ends_at_pole {
         true if runs_back_on_itself(sides) => one_turn(native, last),
+        true if leaves_its_inside_out(sides, left_is_inside) => {
+            let turn = one_turn(native, last);
+            let right = [turn, -turn].into_iter().find(|&off| {
+                let mut turned = sides.to_vec();
+                turn_behind(&mut turned, k, off);
+                !leaves_its_inside_out(&turned, left_is_inside)
+            });
+            right.unwrap_or_else(Vec2::zeros)
+        }
         true => Vec2::zeros(),
         false => whole_periods(native, last - first),
     };
     if off.norm() > 0.0 {
-        let (before, after) = sides.split_at_mut(k);
-        after.iter_mut().for_each(|s| *s = s.shifted(-off));
-        before[k - 1] = Side::straight(before[k - 1].start(), before[k - 1].end() - off);
+        turn_behind(sides, k, off);
     }
+}
+
+/// Moves all sides from `k` on by `-off`, which side `k - 1` makes up for.
+fn turn_behind(sides: &mut [Side], k: usize, off: Vec2) {
+    let (before, after) = sides.split_at_mut(k);
+    after.iter_mut().for_each(|s| *s = s.shifted(-off));
+    before[k - 1] = Side::straight(before[k - 1].start(), before[k - 1].end() - off);
 }
 
 /// The nearest whole number of periods to a difference of parameters.

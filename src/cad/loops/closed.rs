@@ -113,7 +113,7 @@ pub(super) fn inner_side(path: &Path, left_is_inside: bool) -> (usize, bool) {
 
 /// A B-rep's loop that runs clockwise about what it encloses: the face is all the rest of a closed surface. Without
 /// the file's own edges nothing says that the loop's direction was meant.
-fn leaves_its_inside_out(sides: &[Side], left_is_inside: bool) -> bool {
+pub(super) fn leaves_its_inside_out(sides: &[Side], left_is_inside: bool) -> bool {
     let extent = sides.iter().fold(0.0, |m: f64, s| m.max((s.end() - s.start()).norm()));
     let area = signed_area(sides) * if left_is_inside { 1.0 } else { -1.0 };
     area < -1e-6 * extent * extent && sides.iter().any(|s| s.edge_id.is_some())

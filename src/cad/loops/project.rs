@@ -18,6 +18,13 @@ const PREFERRED: f64 = 1e-2;
 
 /// Samples of each span of a curve that is projected.
 const SAMPLES_A_SPAN: usize = 2;
+/// Most of them where a curve turns fast.
+const MOST_SAMPLES: usize = 4096;
+/// Cosine of the angle between chords at a sharp turn.
+const SHARP: f64 = 0.8;
+/// A circle of latitude whose diameter is below this share of the face's size is a pole.
+const POLE: f64 = 1e-7;
+
 /// `after` is where the side before it ends.
 pub(super) fn side_of(
     native: &Native<'_>,
@@ -83,9 +90,8 @@ fn projected(native: &Native<'_>, curve: &Curve3, hints: Hints, size: f64) -> Cu
     }
     let [a, b] = curve.domain();
     let spans = curve.knots().windows(2).filter(|w| w[0] < w[1]).count();
-    let n = (SAMPLES_A_SPAN * spans).clamp(16, 400);
-    let at = |k: usize| a + (b - a) * k as f64 / n as f64;
-    let points: Vec<Vec3> = (0..=n).map(|k| curve.point(at(k))).collect();
+    let points = points_of(curve, (SAMPLES_A_SPAN * spans).clamp(16, 400));
+    let n = points.len() - 1;
     let feet = projected_samples(native, &points, hints, size);
     let samples = &feet;
     let gap = samples[1..n].iter().map(|s| s.miss).fold(0.0, f64::max);
@@ -125,6 +131,24 @@ fn projected(native: &Native<'_>, curve: &Curve3, hints: Hints, size: f64) -> Cu
         }
     };
     Curve2::fitted_near(f, &breaks, tolerance)
+}
+
+/// `n + 1` points of a curve, or more where it turns too fast between them (a helix may be one span).
+fn points_of(curve: &Curve3, mut n: usize) -> Vec<Vec3> {
+    let [a, b] = curve.domain();
+    loop {
+        let at = |k: usize| a + (b - a) * k as f64 / n as f64;
+        let points: Vec<Vec3> = (0..=n).map(|k| curve.point(at(k))).collect();
+        let sharp = points.windows(3).filter(|w| {
+            let (before, after) = (w[1] - w[0], w[2] - w[1]);
+            before.dot(&after) < SHARP * before.norm() * after.norm()
+        });
+        // Corners stay however many points there are.
+        if 4 * sharp.count() <= n || n >= MOST_SAMPLES {
+            return points;
+        }
+        n *= 2;
+    }
 }
 
 /// A point's parameters on a surface, the point there, and how far that is off [mm].
@@ -202,9 +226,25 @@ fn projected_samples(native: &Native<'_>, points: &[Vec3], hints: Hints, size: f
             }
             allowed = allowed.max(2.0 * found.miss);
         }
+        if k == 0 || k == n {
+            found = beside_pole(native, found, expected, size);
+        }
         samples[k] = found;
     }
     samples
+}
+
+/// At a pole the angle is anybody's: there it is the one expected.
+fn beside_pole(native: &Native<'_>, mut found: Sample, expected: Vec2, size: f64) -> Sample {
+    for (k, period) in native.periods().into_iter().enumerate() {
+        let Some(p) = period else { continue };
+        let mut opposite = found.uv;
+        opposite[k] += 0.5 * p;
+        if (native.point(opposite) - found.foot).norm() <= POLE * size {
+            found.uv[k] = expected[k];
+        }
+    }
+    found
 }
 
 /// Where the next sample is expected, from its two neighbours on the side already known, which begins at `begin`.

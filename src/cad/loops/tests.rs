@@ -197,3 +197,64 @@ fn a_seam_stays_where_a_winding_begins_unless_something_is_in_its_way() {
         assert_eq!(nearest < 1e-9, kept, "{nearest}");
     }
 }
+
+#[test]
+fn half_a_turn_between_two_sides_of_a_pole_is_no_winding() {
+    let on = sphere();
+    for (sign, begin) in [(1.0, 0.0), (-1.0, 0.0), (1.0, 2.5)] {
+        let end = begin + sign * PI;
+        let half = [(begin, -FRAC_PI_2), (begin, 0.0), (end, 0.0), (end, -FRAC_PI_2)];
+        let model = model_of(&on, vec![ring(&on, &half)], sign > 0.0);
+        let uses = &model.faces[0].loops[0].uses;
+        assert_eq!(uses.iter().filter(|u| u.edge.is_none()).count(), 1, "{uses:?}");
+        assert!((model.faces[0].area(1e-12) / (PI * BALL * BALL) - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_thread_runs_round_its_cylinder_several_times() {
+    let (on, turns, pitch, width) = (cylinder(), 5.25, 1.0, 0.5);
+    let end = turns * TAU;
+    let at =
+        |u: f64, v: f64| Vec3::new(CYLINDER * u.cos(), CYLINDER * u.sin(), v + pitch * u / TAU);
+    let helix = |v: f64, from: f64, to: f64| {
+        let breaks: Vec<f64> = (0..=22).map(|k| f64::from(k) / 22.0).collect();
+        Curve3::fitted(|t| at(from + (to - from) * t, v), &breaks, 1e-10)
+    };
+    let curves = [
+        helix(0.0, 0.0, end),
+        Curve3::line(at(end, 0.0), at(end, width)),
+        helix(width, end, 0.0),
+        Curve3::line(at(0.0, width), at(0.0, 0.0)),
+    ];
+    let edges = curves.map(|c| RawEdge { curve: Some(c), ..RawEdge::default() }).to_vec();
+    let model = model_of(&on, vec![RawLoop { outer: None, edges, vertex: None }], false);
+    let exact = CYLINDER * end * width;
+    assert!(
+        (model.faces[0].area(1e-10) / exact - 1.0).abs() < 1e-7,
+        "{}",
+        model.faces[0].area(1e-10)
+    );
+    let height = model.bbox().max.z - model.bbox().min.z;
+    assert!((height - (turns * pitch + width)).abs() < 1e-6, "{height}");
+}
+
+#[test]
+fn lines_that_end_a_hair_off_the_tip_of_a_cone_stay_straight() {
+    let on = RawSurface::Cone { frame: Frame::world(), radius: 0.0, semi_angle: PI / 4.0 };
+    let rim = |u: f64| Vec3::new(u.cos(), u.sin(), 1.0) * 5.0;
+    // The tip as two edges have it: off by rounding, at angles that have nothing to do with theirs.
+    let tip = |angle: f64| Vec3::new(angle.cos(), angle.sin(), 1.0) * 1e-11;
+    let curves = [
+        Curve3::line(tip(2.0), rim(0.0)),
+        arc(Vec3::z() * 5.0, [Vec3::x(), Vec3::y()], 5.0, [0.0, 1.0]),
+        Curve3::line(rim(1.0), tip(-1.5)),
+    ];
+    let edges = curves.map(|c| RawEdge { curve: Some(c), ..RawEdge::default() }).to_vec();
+    let model = model_of(&on, vec![RawLoop { outer: None, edges, vertex: None }], false);
+    for side in &model.faces[0].loops[0].uses {
+        let [a, b] = side.pcurve.domain();
+        let [start, middle, end] = [a, 0.5 * (a + b), b].map(|t| side.pcurve.point(t));
+        assert!((0.5 * (start + end) - middle).norm() < 1e-6, "{start} {middle} {end}");
+    }
+}

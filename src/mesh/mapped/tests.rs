@@ -349,3 +349,26 @@ fn a_gap_bridged_back_over_the_side_before_it_is_no_side() {
         mesh.area()
     );
 }
+
+#[test]
+fn a_hole_may_touch_the_border_at_a_vertex() {
+    let p = |x, y| at(x, y, 0.0);
+    let plate = Surface::plane(&Frame::world(), [-10.0, 10.0], [0.0, 20.0]);
+    let border = vec![
+        line(p(0.0, 0.0), p(10.0, 0.0)),
+        line(p(10.0, 0.0), p(10.0, 20.0)),
+        line(p(10.0, 20.0), p(-10.0, 20.0)),
+        line(p(-10.0, 20.0), p(-10.0, 0.0)),
+        line(p(-10.0, 0.0), p(0.0, 0.0)),
+    ];
+    let centre = Frame { origin: p(0.0, 4.0), x: -Vec3::y(), y: Vec3::x(), z: Vec3::z() };
+    let circle = Curve3::ellipse_arc(&centre, 4.0, 4.0, 0.0, 2.0 * PI).reversed();
+    let mut model = Builder::default()
+        .face(plate, SurfaceKind::Plane, vec![border, vec![flat_side(circle)]])
+        .model;
+    // Where the loops meet, their parameters are the same but for rounding.
+    let hole = &mut model.faces[0].loops[1].uses[0].pcurve;
+    *hole = hole.with_start(Vec2::new(3e-16, -4e-15)).with_end(Vec2::new(-2e-16, -4e-15));
+    let mesh = mesh(&model, &options(16, MeshStyle::Triangles)).unwrap();
+    assert!((mesh.area() / (400.0 - 16.0 * PI) - 1.0).abs() < 1e-3, "{}", mesh.area());
+}

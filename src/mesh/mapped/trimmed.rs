@@ -3,7 +3,7 @@
 
 mod corners;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, PositionInTriangulation, Triangulation};
@@ -18,6 +18,8 @@ use crate::geometry::{Vec2, Vec3};
 
 type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
+/// Nodes of one vertex nearer to each other in the plane (of size 1) are one.
+const ROUNDING: f64 = 1e-9;
 /// Rounds of halving edges that turn too much.
 const ROUNDS: usize = 24;
 /// Most nodes one face may get.
@@ -73,6 +75,8 @@ struct Triangulator<'f> {
     /// Node of each vertex of the triangulation.
     nodes: Vec<Node>,
     normals: Vec<Option<Vec3>>,
+    /// Nodes at each vertex of the model's border: several at a pole or on a seam.
+    vertices: BTreeMap<u32, Vec<usize>>,
 }
 
 /// Triangles between closed loops of border nodes (outer loop counter-clockwise, holes clockwise; the
@@ -87,8 +91,14 @@ pub fn triangulate(
     options: &MappedOptions,
 ) -> Result<Patchwork, String> {
     let plane = Plane::of(face, loops);
-    let mut work =
-        Triangulator { face, plane, cdt: Delaunay::new(), nodes: Vec::new(), normals: Vec::new() };
+    let mut work = Triangulator {
+        face,
+        plane,
+        cdt: Delaunay::new(),
+        nodes: Vec::new(),
+        normals: Vec::new(),
+        vertices: BTreeMap::new(),
+    };
     let segments = work.insert_border(loops)?;
     let inside = work.inside();
     work.check_border(&inside, &segments)?;
@@ -108,13 +118,24 @@ pub fn triangulate(
 
 impl Triangulator<'_> {
     fn add(&mut self, node: Node) -> Result<FixedVertexHandle, String> {
-        let place = self.plane.to_plane(node.uv);
+        let place = self.known_place(&node).unwrap_or_else(|| self.plane.to_plane(node.uv));
         let handle = self.cdt.insert(place).map_err(|e| format!("parameters {e}"))?;
         if handle.index() == self.nodes.len() {
+            if let Some(id) = node.id {
+                self.vertices.entry(id).or_default().push(self.nodes.len());
+            }
             self.nodes.push(node);
             self.normals.push(self.face.surface.normal(node.uv));
         }
         Ok(handle)
+    }
+
+    /// Where another loop, or another side, has the same vertex at the same parameters but for rounding.
+    fn known_place(&self, node: &Node) -> Option<Point2<f64>> {
+        let place = self.plane.to_plane(node.uv);
+        let ids = self.vertices.get(&node.id?)?;
+        let places = ids.iter().map(|&n| self.place(n));
+        places.into_iter().find(|p| (p.x - place.x).hypot(p.y - place.y) < ROUNDING)
     }
 
     fn insert_border(&mut self, loops: &[Vec<Node>]) -> Result<BTreeSet<[usize; 2]>, String> {

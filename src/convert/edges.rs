@@ -13,7 +13,7 @@ use crate::cad::Model;
 use crate::geometry::{Aabb, Vec3};
 use crate::mesh::SurfaceMesh;
 use crate::tool::build::{StraightEdge, edge_ends};
-use crate::tool::edge::{EdgeRule, edge_curve, nearest_coefficient};
+use crate::tool::edge::{EdgeFault, EdgeRule, edge_curve, nearest_coefficient};
 use crate::tool::model::PatchCorners;
 use crate::tool::{GivenCurve, ToolModel};
 
@@ -87,6 +87,28 @@ fn given(
     }
     let straight = |fault| StraightEdge { patches: around.patches.clone(), vertices, fault };
     Some((GivenCurve { vertices, c: curve.c.into() }, curve.fault.map(straight)))
+}
+
+/// The edges `chords`, with the patches beside them.
+pub(super) fn straightened<T>(
+    corners: &[PatchCorners],
+    chords: &BTreeMap<[u32; 2], T>,
+) -> Vec<StraightEdge> {
+    let edge = |&vertices: &[u32; 2]| {
+        let patches = Vec::new();
+        (vertices, StraightEdge { patches, vertices, fault: EdgeFault::Folds })
+    };
+    let mut out: BTreeMap<[u32; 2], StraightEdge> = chords.keys().map(edge).collect();
+    for (k, patch) in corners.iter().enumerate() {
+        let count = patch.vertices.len();
+        for i in 0..count {
+            let (a, b) = (patch.vertices[i], patch.vertices[(i + 1) % count]);
+            if let Some(edge) = out.get_mut(&[a.min(b), a.max(b)]) {
+                edge.patches.push(k as u32);
+            }
+        }
+    }
+    out.into_values().collect()
 }
 
 /// Given edges of a model whose vertices move to `vertices`: as near to what they were as the normals let them be.

@@ -17,7 +17,7 @@ use crate::mesh::SurfaceMesh;
 use crate::tool::build::{EdgeChoice, StraightEdge, ToolError, build, edge_ends};
 use crate::tool::edge::EdgeRule;
 use crate::tool::model::PatchCorners;
-use crate::tool::{Patch, ToolKind, ToolModel};
+use crate::tool::{GivenCurve, Patch, ToolKind, ToolModel};
 
 /// Choices of a conversion.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +36,8 @@ pub struct ConvertOptions {
     pub sheet_side: Option<Vec3>,
     /// Turns the model round (after `sheet_side`).
     pub flip: bool,
+    /// Edges of patches that fold whatever else is done are made straight (Nagata).
+    pub straighten: bool,
 }
 
 impl Default for ConvertOptions {
@@ -48,6 +50,7 @@ impl Default for ConvertOptions {
             smooth_deg: 0.5,
             sheet_side: None,
             flip: false,
+            straighten: false,
         }
     }
 }
@@ -128,19 +131,28 @@ pub fn convert(
     if let Some(element) = mesh.elements.iter().position(|e| e.face as usize >= count) {
         return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
     }
-    let (tool, report) = convert_once(model, mesh, options, &[])?;
+    let (tool, report) = convert_once(model, mesh, options, &Exempt::default())?;
     if report.folded.is_empty() || options.edges == EdgeRule::Plain {
         return Ok((tool, report));
     }
     repair::repaired(model, mesh, options, (tool, report))
 }
 
-/// Converts; no edge of an element in `plain` is given.
+/// Elements whose edges are not what was asked.
+#[derive(Default, Clone)]
+struct Exempt {
+    /// Their edges are those of Eq. 8.
+    plain: Vec<u32>,
+    /// Their edges are chords.
+    straight: Vec<u32>,
+}
+
+/// Converts; no edge of an `exempt` element follows the CAD.
 fn convert_once(
     model: &Model,
     mesh: &SurfaceMesh,
     options: &ConvertOptions,
-    plain: &[u32],
+    exempt: &Exempt,
 ) -> Result<(ToolModel, ConvertReport), ConvertError> {
     let mut report =
         ConvertReport { turned: looks_away(mesh, options.sheet_side), ..ConvertReport::default() };
@@ -162,19 +174,29 @@ fn convert_once(
         })
         .collect();
     let mut choice = EdgeChoice::from(options.edges);
+    let edges_of = |elements: &[u32]| {
+        edge_ends(
+            &elements.iter().map(|&k| corners[k as usize].clone()).collect::<Vec<PatchCorners>>(),
+        )
+    };
+    let chords = edges_of(&exempt.straight);
     if options.through_cad && options.kind == ToolKind::Nagata {
         let found = edges::follow(model, mesh, &table.feet, &corners, &unit);
-        let of_plain = edge_ends(
-            &plain.iter().map(|&k| corners[k as usize].clone()).collect::<Vec<PatchCorners>>(),
-        );
-        let free = |vertices: &[u32; 2]| !of_plain.contains_key(vertices);
+        let of_plain = edges_of(&exempt.plain);
+        let free = |vertices: &[u32; 2]| {
+            !of_plain.contains_key(vertices) && !chords.contains_key(vertices)
+        };
         choice.given = found.given.into_iter().filter(|g| free(&g.vertices)).collect();
         report.bent = found.bent.into_iter().filter(|b| free(&b.vertices)).collect();
     }
+    let chord = |&vertices: &[u32; 2]| GivenCurve { vertices, c: [0.0; 3] };
+    choice.given.extend(chords.keys().map(chord));
+    let chords = edges::straightened(&corners, &chords);
     let vertices = mesh.vertices.clone();
     let (tool, straight) =
         build(options.name.clone(), options.kind, vertices, unit, corners, choice)?;
     report.straight = straight;
+    report.straight.extend(chords);
     report.creases = crease_count(&tool);
     report.folded = folded(&tool);
     Ok((tool, report))

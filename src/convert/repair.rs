@@ -1,16 +1,16 @@
-//! Folded patches repaired: without their given curves, and as two triangles.
+//! Folded patches repaired: without their given curves, as two triangles, with straight edges.
 
-use super::{ConvertError, ConvertOptions, ConvertReport, convert_once};
+use super::{ConvertError, ConvertOptions, ConvertReport, Exempt, convert_once};
 use crate::cad::Model;
 use crate::geometry::Vec3;
 use crate::mesh::{Element, SurfaceMesh};
-use crate::tool::ToolModel;
+use crate::tool::{ToolKind, ToolModel};
 
 /// Rounds of repair: a dropped curve can fold a neighbour.
 const ROUNDS: usize = 4;
 
 /// The model with as few folded patches as found: first the edges of folded patches become those of Eq. 8, then
-/// folded quadrilaterals are split.
+/// folded quadrilaterals are split, and where that is asked the edges of what still folds become straight.
 pub(super) fn repaired(
     model: &Model,
     mesh: &SurfaceMesh,
@@ -18,14 +18,12 @@ pub(super) fn repaired(
     first: (ToolModel, ConvertReport),
 ) -> Result<(ToolModel, ConvertReport), ConvertError> {
     let mut best = first;
-    let mut plain: Vec<u32> = Vec::new();
+    let mut exempt = Exempt::default();
     if options.through_cad {
         for _ in 0..ROUNDS {
-            plain.extend(&best.1.folded);
-            plain.sort_unstable();
-            plain.dedup();
-            let next = convert_once(model, mesh, options, &plain)?;
-            let done = next.1.folded.iter().all(|k| plain.contains(k));
+            grow(&mut exempt.plain, &best.1.folded);
+            let next = convert_once(model, mesh, options, &exempt)?;
+            let done = next.1.folded.iter().all(|k| exempt.plain.contains(k));
             if next.1.folded.len() <= best.1.folded.len() {
                 best = next;
             }
@@ -35,16 +33,50 @@ pub(super) fn repaired(
         }
     }
     let (cut, split) = split(mesh, &best.0, &best.1.folded);
-    if split == 0 {
-        return Ok(best);
+    let mut mesh = mesh;
+    if split > 0 {
+        // Split elements are replaced by their first half; the second halves follow at the end, so that ids stay.
+        let mut next = convert_once(model, &cut, options, &exempt)?;
+        if next.1.folded.len() < best.1.folded.len() {
+            next.1.split = split;
+            best = next;
+            mesh = &cut;
+        }
     }
-    // Split elements are replaced by their first half; the second halves follow at the end, so that ids stay.
-    let mut next = convert_once(model, &cut, options, &plain)?;
-    if next.1.folded.len() < best.1.folded.len() {
+    if options.straighten && options.kind == ToolKind::Nagata {
+        best = straightened(model, mesh, options, exempt, best)?;
+    }
+    Ok(best)
+}
+
+/// The edges of folded patches as chords, as long as that unfolds some.
+fn straightened(
+    model: &Model,
+    mesh: &SurfaceMesh,
+    options: &ConvertOptions,
+    mut exempt: Exempt,
+    mut best: (ToolModel, ConvertReport),
+) -> Result<(ToolModel, ConvertReport), ConvertError> {
+    let split = best.1.split;
+    for _ in 0..ROUNDS {
+        if best.1.folded.is_empty() {
+            break;
+        }
+        grow(&mut exempt.straight, &best.1.folded);
+        let mut next = convert_once(model, mesh, options, &exempt)?;
+        if next.1.folded.len() >= best.1.folded.len() {
+            break;
+        }
         next.1.split = split;
         best = next;
     }
     Ok(best)
+}
+
+fn grow(list: &mut Vec<u32>, by: &[u32]) {
+    list.extend(by);
+    list.sort_unstable();
+    list.dedup();
 }
 
 /// The mesh with the folded quadrilaterals cut along the diagonal whose triangles turn least against the normals.

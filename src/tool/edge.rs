@@ -36,6 +36,8 @@ pub enum EdgeFault {
     SwingsOut,
     /// Both ends coincide, or the normals are opposite.
     Degenerate,
+    /// A patch beside it would fold however fine it is: two borders meet there without an angle.
+    Folds,
 }
 
 impl std::fmt::Display for EdgeFault {
@@ -44,6 +46,7 @@ impl std::fmt::Display for EdgeFault {
             Self::TurnsBack => "its parabola would turn back (an inflected profile, or a normal averaged over a crease)",
             Self::SwingsOut => "its parabola would swing out sideways (near-parallel normals on a tilted edge)",
             Self::Degenerate => "its ends coincide or their normals are opposite",
+            Self::Folds => "a patch beside it would fold (borders that meet without an angle)",
         })
     }
 }

@@ -138,6 +138,7 @@ fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {
         smooth_deg: args.smooth_deg,
         sheet_side,
         flip,
+        straighten: false,
     }
 }
 

@@ -240,13 +240,17 @@ impl Model {
     }
 
     fn tiny_faces(&self) -> Vec<usize> {
-        let border = |f: usize| -> f64 {
-            let uses = self.faces[f].loops.iter().flat_map(|l| &l.uses);
-            let edges = uses.filter_map(|u| u.edge);
-            edges.map(|e| self.edges[e].curve.length()).sum()
-        };
-        let tiny = |f: &usize| 2.0 * self.faces[*f].area(1e-9) <= self.join_tolerance * border(*f);
-        (0..self.faces.len()).into_par_iter().filter(tiny).collect()
+        (0..self.faces.len()).into_par_iter().filter(|&f| self.is_tiny(f)).collect()
+    }
+
+    /// The mean width of face `f`, twice its area over its border, is no more than the tolerance of joining.
+    #[must_use]
+    pub fn is_tiny(&self, f: usize) -> bool {
+        let uses = self.faces[f].loops.iter().flat_map(|l| &l.uses);
+        let edges = uses.filter_map(|u| u.edge);
+        let border: f64 = edges.map(|e| self.edges[e].curve.length()).sum();
+        let tolerance = self.join_tolerance;
+        2.0 * self.faces[f].area(1e-9) <= tolerance * (border + tolerance)
     }
 
     /// Pairs of the same area, centroid and box, within the tolerance.

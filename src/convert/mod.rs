@@ -68,6 +68,8 @@ pub struct ConvertReport {
     pub split: usize,
     /// Faces that were divided more finely than asked, as patches of them folded.
     pub finer: Vec<usize>,
+    /// Faces without a patch: of no area within the tolerance to which the model is joined, or not in the mesh.
+    pub bare: Vec<usize>,
     /// Patches that fold still: somewhere `(S_eta x S_zeta) . n < 0`.
     pub folded: Vec<u32>,
     /// The model was turned round to look at the sheet.
@@ -138,6 +140,17 @@ pub fn convert(
     repair::repaired(model, mesh, options, (tool, report))
 }
 
+/// Faces of `model` without an element.
+fn bare(model: &Model, mesh: &SurfaceMesh) -> Vec<usize> {
+    let mut without = vec![true; model.faces.len()];
+    for element in &mesh.elements {
+        if let Some(face) = without.get_mut(element.face as usize) {
+            *face = false;
+        }
+    }
+    (0..without.len()).filter(|&f| without[f]).collect()
+}
+
 /// Elements whose edges are not what was asked.
 #[derive(Default, Clone)]
 struct Exempt {
@@ -198,6 +211,7 @@ fn convert_once(
     report.straight = straight;
     report.straight.extend(chords);
     report.creases = crease_count(&tool);
+    report.bare = bare(model, mesh);
     report.folded = folded(&tool);
     Ok((tool, report))
 }

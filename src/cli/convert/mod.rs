@@ -86,7 +86,8 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     if let Some(reached) = &reached {
         reached.renumber(&mut made.tool);
         made.report.turned = reached.turned;
-        made.report.finer.iter_mut().for_each(|f| *f = reached.kept[*f]);
+        let (finer, bare) = (&mut made.report.finer, &mut made.report.bare);
+        finer.iter_mut().chain(bare).for_each(|f| *f = reached.kept[*f]);
     }
     if !made.report.folded.is_empty() && !args.allow_folds && args.edge() != Edge::Plain {
         print_report(&made);
@@ -138,7 +139,7 @@ fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {
         smooth_deg: args.smooth_deg,
         sheet_side,
         flip,
-        straighten: false,
+        straighten: args.tol.is_some() || args.patches.is_some(),
     }
 }
 

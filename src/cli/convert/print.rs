@@ -34,15 +34,11 @@ pub(super) fn print_report(made: &Converted) {
     }
     list_edges(made, &report.straight, "straight");
     list_edges(made, &report.bent, "follows the CAD, off its normals");
-    if !report.finer.is_empty() {
-        let listed = report.finer.iter().take(MOST_LISTED).map(usize::to_string);
-        let more = if report.finer.len() > MOST_LISTED { ", ..." } else { "" };
-        println!(
-            "  {} faces divided more finely than asked, as patches of them folded: {}{more}",
-            report.finer.len(),
-            listed.collect::<Vec<_>>().join(", ")
-        );
-    }
+    list_faces(&report.finer, "divided more finely than asked, as patches of them folded");
+    list_faces(
+        &report.bare,
+        "without a patch (they have no area, or the mesh has nothing on them)",
+    );
     if report.split > 0 {
         eprintln!("warning: {} folded quadrilaterals split in two triangles", report.split);
     }
@@ -58,6 +54,15 @@ fn at(made: &Converted, vertices: &[u32]) -> String {
     let sum: Vec3 = vertices.iter().map(|&v| made.tool.vertices[v as usize]).sum();
     let p = sum / vertices.len() as f64;
     format!("({:.3}, {:.3}, {:.3}) mm", p.x, p.y, p.z)
+}
+
+fn list_faces(faces: &[usize], what: &str) {
+    if faces.is_empty() {
+        return;
+    }
+    let listed: Vec<String> = faces.iter().take(MOST_LISTED).map(usize::to_string).collect();
+    let more = if faces.len() > MOST_LISTED { ", ..." } else { "" };
+    println!("  {} faces {what}: {}{more}", faces.len(), listed.join(", "));
 }
 
 fn list_edges(made: &Converted, edges: &[StraightEdge], what: &str) {

@@ -39,6 +39,10 @@ const NONE: Figures = Figures {
     off: Vec::new(),
 };
 
+/// A face of no area, which has no patches.
+const BARE: Figures =
+    Figures { patches: 0, error_mm: 0.0, normal_deg: 0.0, worst: None, off: Vec::new() };
+
 /// Divisions of the face's edges in loop order, density, mapped.
 type Key = (usize, Vec<usize>, usize, bool);
 
@@ -92,7 +96,8 @@ impl<'a> Judge<'a> {
         }
         let mesh = self.plan.face(f, divisions, density).ok();
         let work = mesh.as_ref().map_or(0, |mesh| mesh.elements.len());
-        let found = mesh.and_then(|mesh| self.judge(&mesh)).unwrap_or(NONE);
+        let bare = |mesh: &SurfaceMesh| mesh.elements.is_empty().then_some(BARE);
+        let found = mesh.and_then(|mesh| bare(&mesh).or_else(|| self.judge(&mesh))).unwrap_or(NONE);
         if let Ok(mut known) = self.known.lock()
             && known.insert(key, found.clone()).is_none()
         {

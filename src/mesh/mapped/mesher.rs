@@ -212,7 +212,22 @@ impl<'m> Mesher<'m> {
         Ok(())
     }
 
+    /// Elements of face `f`; none where it cannot be meshed and has no area within the tolerance of the model.
     pub(super) fn face(
+        &self,
+        border: &Border,
+        f: usize,
+        mapped: bool,
+        density: usize,
+    ) -> Result<Patchwork, String> {
+        let none = |reason| match self.model.is_tiny(f) {
+            true => Ok(Patchwork::default()),
+            false => Err(reason),
+        };
+        self.elements_of(border, f, mapped, density).or_else(none)
+    }
+
+    fn elements_of(
         &self,
         border: &Border,
         f: usize,

@@ -372,3 +372,27 @@ fn a_hole_may_touch_the_border_at_a_vertex() {
     let mesh = mesh(&model, &options(16, MeshStyle::Triangles)).unwrap();
     assert!((mesh.area() / (400.0 - 16.0 * PI) - 1.0).abs() < 1e-3, "{}", mesh.area());
 }
+
+#[test]
+fn a_face_of_no_area_gets_no_elements_and_one_with_an_area_is_not_left_out() {
+    let p = |x, y| at(x, y, 0.0);
+    let round =
+        |corners: [Vec3; 4]| (0..4).map(|k| line(corners[k], corners[(k + 1) % 4])).collect();
+    let beside =
+        |border: Vec<builder::Side>| {
+            let plate = Surface::plane(&Frame::world(), [0.0, 10.0], [-1.0, 1.0]);
+            let square = round([p(0.0, 0.0), p(0.0, -1.0), p(10.0, -1.0), p(10.0, 0.0)]);
+            let faces = Builder::default()
+                .face(plate.clone(), SurfaceKind::Plane, vec![square])
+                .face(plate, SurfaceKind::Plane, vec![border]);
+            let model = Model { join_tolerance: 1e-5, ..faces.model };
+            mesh(&model, &options(2, MeshStyle::Structured))
+        };
+    let (start, end) = (p(0.0, 0.0), p(10.0, 1e-6));
+    let mesh = beside(vec![line(start, end), line(end, start)]).unwrap();
+    assert!(mesh.elements.iter().all(|e| e.face == 0) && (mesh.area() - 10.0).abs() < 1e-9);
+    // A border that crosses itself about something is a fault of the file, and said so.
+    let tie = round([p(0.0, 0.0), p(10.0, 1.0), p(10.0, 0.0), p(0.0, 0.2)]);
+    let Err(MeshError::Faces { count, face, .. }) = beside(tie) else { panic!("no error") };
+    assert_eq!((count, face), (1, 1));
+}

@@ -89,32 +89,41 @@ fn given(
     Some((GivenCurve { vertices, c: curve.c.into() }, curve.fault.map(straight)))
 }
 
-/// The edges `chords`, with the patches beside them.
-pub(super) fn straightened<T>(
-    corners: &[PatchCorners],
-    chords: &BTreeMap<[u32; 2], T>,
-) -> Vec<StraightEdge> {
-    let edge = |&vertices: &[u32; 2]| {
-        let patches = Vec::new();
-        (vertices, StraightEdge { patches, vertices, fault: EdgeFault::Folds })
+/// The edges of `elements`, made straight, with the patches beside them.
+pub(super) fn straightened(corners: &[PatchCorners], elements: &[u32]) -> Vec<StraightEdge> {
+    fn sides(corners: &[PatchCorners], k: u32) -> impl Iterator<Item = [u32; 2]> {
+        let vertices = &corners[k as usize].vertices;
+        let count = vertices.len();
+        (0..count).map(move |i| {
+            let (a, b) = (vertices[i], vertices[(i + 1) % count]);
+            [a.min(b), a.max(b)]
+        })
+    }
+    let edge = |vertices| {
+        (vertices, StraightEdge { patches: Vec::new(), vertices, fault: EdgeFault::Folds })
     };
-    let mut out: BTreeMap<[u32; 2], StraightEdge> = chords.keys().map(edge).collect();
-    for (k, patch) in corners.iter().enumerate() {
-        let count = patch.vertices.len();
-        for i in 0..count {
-            let (a, b) = (patch.vertices[i], patch.vertices[(i + 1) % count]);
-            if let Some(edge) = out.get_mut(&[a.min(b), a.max(b)]) {
-                edge.patches.push(k as u32);
+    let mut out: BTreeMap<[u32; 2], StraightEdge> =
+        elements.iter().flat_map(|&k| sides(corners, k)).map(edge).collect();
+    if !out.is_empty() {
+        for k in 0..corners.len() as u32 {
+            for side in sides(corners, k) {
+                if let Some(edge) = out.get_mut(&side) {
+                    edge.patches.push(k);
+                }
             }
         }
     }
     out.into_values().collect()
 }
 
-/// Given edges of a model whose vertices move to `vertices`: as near to what they were as the normals let them be.
+/// Given edges of a model whose vertices move to `vertices`: as near to what they were as the normals let them be;
+/// chords stay chords.
 pub(super) fn moved(tool: &ToolModel, vertices: &[Vec3]) -> Vec<GivenCurve> {
     let ends = edge_ends(&tool.corners);
     let again = |curve: &GivenCurve| {
+        if curve.c == [0.0; 3] {
+            return *curve;
+        }
         let [a, b] = curve.vertices;
         let d = vertices[b as usize] - vertices[a as usize];
         let pairs = ends.get(&[a.min(b), a.max(b)]).map_or(&[][..], |p| &p[..]);

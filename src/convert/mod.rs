@@ -186,25 +186,10 @@ fn convert_once(
             PatchCorners { vertices, normals, face: element.face }
         })
         .collect();
-    let mut choice = EdgeChoice::from(options.edges);
-    let edges_of = |elements: &[u32]| {
-        edge_ends(
-            &elements.iter().map(|&k| corners[k as usize].clone()).collect::<Vec<PatchCorners>>(),
-        )
-    };
-    let chords = edges_of(&exempt.straight);
-    if options.through_cad && options.kind == ToolKind::Nagata {
-        let found = edges::follow(model, mesh, &table.feet, &corners, &unit);
-        let of_plain = edges_of(&exempt.plain);
-        let free = |vertices: &[u32; 2]| {
-            !of_plain.contains_key(vertices) && !chords.contains_key(vertices)
-        };
-        choice.given = found.given.into_iter().filter(|g| free(&g.vertices)).collect();
-        report.bent = found.bent.into_iter().filter(|b| free(&b.vertices)).collect();
-    }
-    let chord = |&vertices: &[u32; 2]| GivenCurve { vertices, c: [0.0; 3] };
-    choice.given.extend(chords.keys().map(chord));
-    let chords = edges::straightened(&corners, &chords);
+    let follow = || edges::follow(model, mesh, &table.feet, &corners, &unit);
+    let (choice, bent) = edge_choice(options, exempt, &corners, follow);
+    report.bent = bent;
+    let chords = edges::straightened(&corners, &exempt.straight);
     let vertices = mesh.vertices.clone();
     let (tool, straight) =
         build(options.name.clone(), options.kind, vertices, unit, corners, choice)?;
@@ -214,6 +199,31 @@ fn convert_once(
     report.bare = bare(model, mesh);
     report.folded = folded(&tool);
     Ok((tool, report))
+}
+
+/// Curves of the edges, and those of them that leave their normals.
+fn edge_choice(
+    options: &ConvertOptions,
+    exempt: &Exempt,
+    corners: &[PatchCorners],
+    follow: impl FnOnce() -> edges::Followed,
+) -> (EdgeChoice, Vec<StraightEdge>) {
+    let mut choice = EdgeChoice::from(options.edges);
+    let mut bent = Vec::new();
+    let edges_of = |elements: &[u32]| {
+        let some = elements.iter().map(|&k| corners[k as usize].clone());
+        edge_ends(&some.collect::<Vec<PatchCorners>>())
+    };
+    let (plain, chords) = (edges_of(&exempt.plain), edges_of(&exempt.straight));
+    if options.through_cad && options.kind == ToolKind::Nagata {
+        let found = follow();
+        let free = |v: &[u32; 2]| !plain.contains_key(v) && !chords.contains_key(v);
+        choice.given = found.given.into_iter().filter(|g| free(&g.vertices)).collect();
+        bent = found.bent.into_iter().filter(|b| free(&b.vertices)).collect();
+    }
+    let chord = |&vertices: &[u32; 2]| GivenCurve { vertices, c: [0.0; 3] };
+    choice.given.extend(chords.keys().map(chord));
+    (choice, bent)
 }
 
 /// Vector area of the mesh against the side the sheet is on.

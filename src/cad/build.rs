@@ -19,6 +19,10 @@ use crate::geometry::{Aabb, Vec2, Vec3};
 const JOIN: f64 = 1e-6;
 /// No resolution a file gives may join more than this share of the diagonal.
 const JOIN_MOST: f64 = 1e-4;
+/// Turns of a cylinder or cone that the loops of a face may take: each costs memory whatever the file's length.
+const MOST_TURNS: f64 = 100.0;
+/// A turn that is off by this share is one turn.
+const ROUNDING: f64 = 1e-9;
 
 /// Builds the model. What was repaired or skipped is in the diagnostics, the reader's own first.
 #[must_use]
@@ -119,7 +123,7 @@ fn build_face(
     let loops = closed_loops(&native, paths, !flipped).ok_or(
         "its loops cannot be closed on the surface, and the surface has no natural border",
     )?;
-    let range = range_of(&native, &loops).ok_or("its loops enclose no parameter range")?;
+    let range = range_of(&native, &loops)?;
     let (surface, angles) = native.to_nurbs(range);
     let analytic = Analytic::new(native.raw(), angles);
     let map =
@@ -186,8 +190,34 @@ fn is_point(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> bool {
     std::iter::once(8).chain(1..=16).all(|k| (at(k) - first).norm() <= tolerance)
 }
 
-/// Native range that covers the loops.
-fn range_of(native: &Native<'_>, loops: &[Vec<Side>]) -> Option<[[f64; 2]; 2]> {
+/// Native range that covers the loops: one turn of a closed surface at most, but for threads on cylinders and cones.
+fn range_of(native: &Native<'_>, loops: &[Vec<Side>]) -> Result<[[f64; 2]; 2], String> {
+    let (low, high) = bounds_of(loops);
+    let natural = native.natural_range();
+    let threads = matches!(native.raw(), RawSurface::Cylinder { .. } | RawSurface::Cone { .. });
+    let mut range = [[low.x, high.x], [low.y, high.y]];
+    for (k, (r, period)) in range.iter_mut().zip(native.periods()).enumerate() {
+        if let Some(p) = period {
+            let turns = (r[1] - r[0]) / p;
+            if turns > MOST_TURNS && threads {
+                let text =
+                    format!("its loops run {turns:.0} times round it; allowed: {MOST_TURNS}");
+                return Err(text);
+            }
+            // A turn too long by rounding is one turn.
+            if turns > 1.0 - ROUNDING && (turns < 1.0 + ROUNDING || !threads) {
+                r[1] = r[0] + p;
+            }
+        } else if let Some(natural) = natural {
+            *r = [r[0].max(natural[k][0]), r[1].min(natural[k][1])];
+        }
+    }
+    let sound = range.iter().all(|r| r[0].is_finite() && r[1].is_finite() && r[1] > r[0]);
+    if sound { Ok(range) } else { Err("its loops enclose no parameter range".into()) }
+}
+
+/// Smallest and largest native parameters of the loops.
+fn bounds_of(loops: &[Vec<Side>]) -> (Vec2, Vec2) {
     let ends = loops.iter().flatten().flat_map(|s| [s.start(), s.end()]);
     let nothing = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
     let (mut low, mut high) = ends.fold(nothing, |(low, high), p| (low.inf(&p), high.sup(&p)));
@@ -206,20 +236,7 @@ fn range_of(native: &Native<'_>, loops: &[Vec<Side>]) -> Option<[[f64; 2]; 2]> {
             high = high.sup(&p);
         }
     }
-    let natural = native.natural_range();
-    let mut range = [[low.x, high.x], [low.y, high.y]];
-    for (k, (r, period)) in range.iter_mut().zip(native.periods()).enumerate() {
-        if let Some(p) = period {
-            // A turn too long by rounding is one turn; a thread takes more.
-            if (r[1] - r[0] - p).abs() < 1e-9 * p {
-                r[1] = r[0] + p;
-            }
-        } else if let Some(natural) = natural {
-            *r = [r[0].max(natural[k][0]), r[1].min(natural[k][1])];
-        }
-    }
-    let sound = range.iter().all(|r| r[0].is_finite() && r[1].is_finite() && r[1] > r[0]);
-    sound.then_some(range)
+    (low, high)
 }
 
 /// From native parameters to those of the B-spline.

@@ -116,37 +116,7 @@ fn path_from(
     (begin, left_is_inside): (Option<Vec2>, bool),
     faults: &mut Vec<LoopFault>,
 ) -> Option<Path> {
-    let mut sides: Vec<Side> = Vec::with_capacity(raw.edges.len());
-    // First side behind the last pole that the loop runs through.
-    let mut behind_pole = None;
-    let edges = cut_at_poles(native, &raw.edges, tolerance);
-    for edge in &edges {
-        let before = sides.last().map(Side::end).or(begin);
-        let after = before.filter(|&uv| !is_pole(native, uv, tolerance));
-        let Some(side) = side_of(native, edge, (size, tolerance), after) else {
-            faults.push(LoopFault::NoCurve);
-            continue;
-        };
-        let Some(end) = sides.last().map(Side::end) else {
-            sides.push(side);
-            continue;
-        };
-        let at_pole = is_pole(native, end, tolerance);
-        let side = behind(
-            native,
-            &side,
-            end,
-            collapsed_direction(native, end, tolerance).filter(|_| at_pole),
-        );
-        if at_pole && is_pole(native, side.start(), tolerance) {
-            // A side in the plane even if it has no length yet: the turn about the pole is settled at the end.
-            sides.push(Side::straight(end, side.start()));
-            behind_pole = Some(sides.len());
-            sides.push(side);
-        } else {
-            sides.extend(join(native, end, side, tolerance, faults));
-        }
-    }
+    let (mut sides, behind_pole) = joined_sides(native, raw, (size, tolerance), begin, faults);
     let (first, last) = (sides.first()?.start(), sides.last()?.end());
     let winding = match behind_pole {
         Some(k) => {
@@ -161,6 +131,42 @@ fn path_from(
         close(native, &mut sides, first + winding, tolerance, faults);
     }
     Some(Path { sides, winding })
+}
+
+/// The sides of a loop, each beginning where the one before it ends, and the first of them behind the last pole that the
+/// loop runs through.
+fn joined_sides(
+    native: &Native<'_>,
+    raw: &RawLoop,
+    (size, tolerance): (f64, f64),
+    begin: Option<Vec2>,
+    faults: &mut Vec<LoopFault>,
+) -> (Vec<Side>, Option<usize>) {
+    let mut sides: Vec<Side> = Vec::with_capacity(raw.edges.len());
+    let mut behind_pole = None;
+    for edge in &cut_at_poles(native, &raw.edges, tolerance) {
+        let before = sides.last().map(Side::end).or(begin);
+        let after = before.filter(|&uv| !is_pole(native, uv, tolerance));
+        let Some(side) = side_of(native, edge, (size, tolerance), after) else {
+            faults.push(LoopFault::NoCurve);
+            continue;
+        };
+        let Some(end) = sides.last().map(Side::end) else {
+            sides.push(side);
+            continue;
+        };
+        let pole = collapsed_direction(native, end, tolerance);
+        let side = behind(native, &side, end, pole);
+        if pole.is_some() && is_pole(native, side.start(), tolerance) {
+            // A side in the plane even if it has no length yet: the turn about the pole is settled at the end.
+            sides.push(Side::straight(end, side.start()));
+            behind_pole = Some(sides.len());
+            sides.push(side);
+        } else {
+            sides.extend(join(native, end, side, tolerance, faults));
+        }
+    }
+    (sides, behind_pole)
 }
 
 /// Whole periods from the first to the last point of a loop; none about a pole at which it begins and ends: it is closed

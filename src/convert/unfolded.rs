@@ -2,9 +2,9 @@
 
 use super::{ConvertError, ConvertOptions, ConvertReport, convert};
 use crate::cad::Model;
-use crate::mesh::MeshError;
 use crate::mesh::mapped::MappedOptions;
 use crate::mesh::mapped::plan::Plan;
+use crate::mesh::{MeshError, SurfaceMesh};
 use crate::tool::ToolModel;
 
 /// Times the folded faces are divided more finely.
@@ -51,7 +51,6 @@ pub fn mesh_and_convert(
             break;
         }
         let counts = plan.agree(&minima).counts;
-        let more = |n: usize| n + n.div_ceil(3);
         for &f in &folded {
             finer[f] = true;
             density[f] = more(density[f]);
@@ -75,11 +74,26 @@ pub fn mesh_and_convert(
         }
     }
     if !best.1.folded.is_empty() {
-        let finer = std::mem::take(&mut best.1.finer);
-        best = convert(model, &best_mesh, &ConvertOptions { straighten: true, ..options.clone() })?;
-        best.1.finer = finer;
+        best = straightened(model, &best_mesh, options, best.1.finer)?;
     }
     Ok(best)
+}
+
+/// The model of a mesh, edges of what folds whatever is done straight.
+fn straightened(
+    model: &Model,
+    mesh: &SurfaceMesh,
+    options: &ConvertOptions,
+    finer: Vec<usize>,
+) -> Result<(ToolModel, ConvertReport), ConvertError> {
+    let options = ConvertOptions { straighten: true, ..options.clone() };
+    let (tool, report) = convert(model, mesh, &options)?;
+    Ok((tool, ConvertReport { finer, ..report }))
+}
+
+/// A third more divisions.
+fn more(n: usize) -> usize {
+    n + n.div_ceil(3)
 }
 
 /// Faces with a folded patch, each once.

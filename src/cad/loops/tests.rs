@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use crate::cad::build::build;
 use crate::cad::model::Model;
 use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
-use crate::geometry::nurbs::Curve3;
-use crate::geometry::{Frame, Vec3};
+use crate::geometry::nurbs::{Curve2, Curve3};
+use crate::geometry::{Frame, Vec2, Vec3};
 
 const CYLINDER: f64 = 10.0;
 const MAJOR: f64 = 30.0;
@@ -237,6 +237,65 @@ fn a_thread_runs_round_its_cylinder_several_times() {
     );
     let height = model.bbox().max.z - model.bbox().min.z;
     assert!((height - (turns * pitch + width)).abs() < 1e-6, "{height}");
+}
+
+#[test]
+fn loops_that_wind_without_end_are_refused_before_their_surface_is_made() {
+    let turns = 1e12;
+    let corners = [(0.0, 0.0), (turns * TAU, 0.0), (turns * TAU, 1.0), (0.0, 1.0)];
+    let at = |k: usize| Vec2::new(corners[k % 4].0, corners[k % 4].1);
+    let edge = |k| RawEdge { pcurve: Some(Curve2::line(at(k), at(k + 1))), ..RawEdge::default() };
+    let loops = vec![RawLoop { outer: None, edges: (0..4).map(edge).collect(), vertex: None }];
+    let face =
+        RawFace { surface: cylinder(), loops, flipped: false, source: "face".into(), shell: None };
+    let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "face");
+    assert!(model.faces.is_empty());
+    assert!(said.iter().any(|d| d.text.contains("times round")), "{said:?}");
+}
+
+/// A sphere as a profile turned about the axis that it crosses: by a whole circle it covers itself.
+fn turned_circle(angles: [f64; 2]) -> RawSurface {
+    let frame = Frame { y: Vec3::z(), z: -Vec3::y(), ..Frame::world() };
+    RawSurface::Revolution {
+        generatrix: Curve3::ellipse_arc(&frame, BALL, BALL, angles[0], angles[1]),
+        origin: Vec3::zeros(),
+        axis: Vec3::z(),
+        angles: None,
+        curve_first: false,
+    }
+}
+
+#[test]
+fn a_profile_across_its_axis_is_taken_on_one_sheet() {
+    let cap = turned_circle([-FRAC_PI_2 - 1.2, -FRAC_PI_2 + 1.2]);
+    for k in 0..8 {
+        let (u, rim, width) = (0.3 + 0.7 * f64::from(k), -FRAC_PI_2 + 1.0, 0.9);
+        let sides = [((u, rim), (u, -FRAC_PI_2)), ((u + width, -FRAC_PI_2), (u + width, rim))];
+        let round = ((u + width, rim), (u, rim));
+        let curves = [sides[0], sides[1], round].map(|(a, b)| along(&sphere(), a, b));
+        let edges = curves.map(|c| RawEdge { curve: Some(c), ..RawEdge::default() }).to_vec();
+        let model = model_of(&cap, vec![RawLoop { outer: None, edges, vertex: None }], true);
+        let uses = &model.faces[0].loops[0].uses;
+        assert_eq!((uses.len(), uses.iter().filter(|u| u.edge.is_none()).count()), (4, 1), "{k}");
+        let exact = width * BALL * BALL * (1.0 - 1.0f64.cos());
+        assert!((model.faces[0].area(1e-12) / exact - 1.0).abs() < 1e-9, "{k}");
+    }
+}
+
+#[test]
+fn the_side_of_a_loop_tells_a_slice_from_the_rest() {
+    let ball = turned_circle([-FRAC_PI_2, FRAC_PI_2]);
+    let slice = |from: f64, to: f64| {
+        let up = along(&sphere(), (from, -FRAC_PI_2), (from, FRAC_PI_2));
+        let down = along(&sphere(), (to, FRAC_PI_2), (to, -FRAC_PI_2));
+        let edges = [up, down].map(|c| RawEdge { curve: Some(c), ..RawEdge::default() }).to_vec();
+        let model = model_of(&ball, vec![RawLoop { outer: None, edges, vertex: None }], false);
+        model.faces[0].area(1e-12) / (2.0 * BALL * BALL)
+    };
+    for from in [0.0, 0.4, 3.0] {
+        let (one, rest) = (slice(from + 1.0, from), slice(from, from + 1.0));
+        assert!((one - 1.0).abs() < 1e-9 && (rest - (TAU - 1.0)).abs() < 1e-9, "{one} {rest}");
+    }
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Spurs: places where a loop runs along an edge and straight back.
 
-use crate::cad::model::{EdgeUse, Model, TrimLoop};
+use std::collections::VecDeque;
+
+use crate::cad::model::{EdgeUse, Model};
 
 /// Two ways along an edge are one if they are no farther apart than this share of their length in the parameter plane:
 /// those along a seam are a period apart.
@@ -10,10 +12,9 @@ const SAME: f64 = 1e-3;
 pub(super) fn remove(model: &mut Model) {
     let mut removed = false;
     for trim in model.faces.iter_mut().flat_map(|f| &mut f.loops) {
-        while let Some(k) = spur(trim) {
-            let next = (k + 1) % trim.uses.len();
-            trim.uses.remove(k.max(next));
-            trim.uses.remove(k.min(next));
+        let kept = outside_spurs(&trim.uses);
+        if kept.len() < trim.uses.len() && kept.len() > 1 {
+            trim.uses = kept.into_iter().map(|k| trim.uses[k].clone()).collect();
             removed = true;
         }
     }
@@ -22,13 +23,26 @@ pub(super) fn remove(model: &mut Model) {
     }
 }
 
-/// Position of a use after which the loop runs back the same way.
-fn spur(trim: &TrimLoop) -> Option<usize> {
-    let count = trim.uses.len();
-    // A loop of three or fewer would have no inside left.
-    (0..count)
-        .filter(|_| count > 3)
-        .find(|&k| runs_back(&trim.uses[k], &trim.uses[(k + 1) % count]))
+/// Positions of the uses that are part of no spur.
+fn outside_spurs(uses: &[EdgeUse]) -> VecDeque<usize> {
+    let mut kept: VecDeque<usize> = VecDeque::with_capacity(uses.len());
+    for (k, side) in uses.iter().enumerate() {
+        match kept.back() {
+            Some(&before) if runs_back(&uses[before], side) => {
+                kept.pop_back();
+            }
+            _ => kept.push_back(k),
+        }
+    }
+    // A spur about the loop's beginning.
+    while let (Some(&first), Some(&last)) = (kept.front(), kept.back()) {
+        if kept.len() < 2 || !runs_back(&uses[last], &uses[first]) {
+            break;
+        }
+        kept.pop_front();
+        kept.pop_back();
+    }
+    kept
 }
 
 fn runs_back(there: &EdgeUse, back: &EdgeUse) -> bool {
@@ -65,24 +79,20 @@ fn drop_unused(model: &mut Model) {
 
 #[cfg(test)]
 mod tests {
+    use crate::cad::Diagnostic;
     use crate::cad::build::build;
+    use crate::cad::model::Model;
     use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
     use crate::geometry::nurbs::Curve3;
     use crate::geometry::{Frame, Vec3};
 
-    #[test]
-    fn an_overshoot_bridged_back_is_taken_out_of_the_loop() {
-        let ends = [
-            [0.0, 0.0, 10.3, 0.0],
-            [10.0, 0.0, 10.0, 10.0],
-            [10.0, 10.0, 0.0, 10.0],
-            [0.0, 10.0, 0.0, 0.0],
-        ];
-        let edge = |[a, b, c, d]: [f64; 4]| RawEdge {
-            curve: Some(Curve3::line(Vec3::new(a, b, 0.0), Vec3::new(c, d, 0.0))),
+    /// A square face whose border runs through `corners`.
+    fn plate(corners: &[[f64; 4]]) -> (Model, Vec<Diagnostic>) {
+        let edge = |[a, b, c, d]: &[f64; 4]| RawEdge {
+            curve: Some(Curve3::line(Vec3::new(*a, *b, 0.0), Vec3::new(*c, *d, 0.0))),
             ..RawEdge::default()
         };
-        let ring = RawLoop { outer: None, edges: ends.map(edge).to_vec(), vertex: None };
+        let ring = RawLoop { outer: None, edges: corners.iter().map(edge).collect(), vertex: None };
         let surface = RawSurface::Plane(Frame::world());
         let face = RawFace {
             surface,
@@ -91,13 +101,48 @@ mod tests {
             source: "face".into(),
             shell: None,
         };
-        let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "face");
-        assert!(said.iter().any(|d| d.code == "loop-open"), "{said:?}");
+        build(RawModel { faces: vec![face], ..RawModel::default() }, "face")
+    }
+
+    #[test]
+    fn an_overshoot_bridged_back_is_taken_out_of_the_loop() {
+        let mut sides = [
+            [0.0, 0.0, 10.3, 0.0],
+            [10.0, 0.0, 10.0, 10.0],
+            [10.0, 10.0, 0.0, 10.0],
+            [0.0, 10.0, 0.0, 0.0],
+        ];
+        // Wherever the loop begins.
+        for _ in 0..4 {
+            sides.rotate_left(1);
+            let (model, said) = plate(&sides);
+            assert!(said.iter().any(|d| d.code == "loop-open"), "{said:?}");
+            let uses = model.faces[0].loops[0].uses.len();
+            assert_eq!((model.edges.len(), model.vertices.len(), uses), (4, 4, 4));
+            assert!(model.edges.iter().all(|e| e.uses.len() == 1), "{:?}", model.edges);
+            assert!((model.faces[0].area(1e-12) - 100.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_spur_of_many_sides_about_the_beginning_goes_too() {
+        let count = 50;
+        let step = |k: usize| 5.0 * k as f64 / count as f64;
+        let there = (0..count).map(|k| [step(k), step(k), step(k + 1), step(k + 1)]);
+        let back: Vec<[f64; 4]> = there.clone().map(|[a, b, c, d]| [c, d, a, b]).rev().collect();
+        let square = [
+            [0.0, 0.0, 10.0, 0.0],
+            [10.0, 0.0, 10.0, 10.0],
+            [10.0, 10.0, 0.0, 10.0],
+            [0.0, 10.0, 0.0, 0.0],
+        ];
+        // The loop begins at the tip of the slit.
+        let sides: Vec<[f64; 4]> = back.into_iter().chain(square).chain(there).collect();
+        let (model, _) = plate(&sides);
         assert_eq!(
-            (model.edges.len(), model.vertices.len(), model.faces[0].loops[0].uses.len()),
+            (model.faces[0].loops[0].uses.len(), model.edges.len(), model.vertices.len()),
             (4, 4, 4)
         );
-        assert!(model.edges.iter().all(|e| e.uses.len() == 1), "{:?}", model.edges);
         assert!((model.faces[0].area(1e-12) - 100.0).abs() < 1e-9);
     }
 }

@@ -2,6 +2,8 @@
 
 mod flats;
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use super::bends::Bends;
@@ -30,6 +32,8 @@ pub(super) struct Mesher<'m> {
     pub(super) even_flats: bool,
     pub(super) shapes: Vec<Shape>,
     flats: Vec<bool>,
+    /// Faces of no area, asked of those that cannot be meshed.
+    tiny: Vec<OnceLock<bool>>,
     lengths: Vec<f64>,
     /// Edges along which sides of patches bend off their chords within the faces beside them.
     pub(super) bent: Vec<bool>,
@@ -69,6 +73,7 @@ impl<'m> Mesher<'m> {
             even_flats: false,
             shapes,
             flats,
+            tiny: vec![OnceLock::new(); model.faces.len()],
             lengths,
             bent,
             minima,
@@ -98,19 +103,8 @@ impl<'m> Mesher<'m> {
                 return Ok(self.merge(border, works.into_iter().flatten().enumerate().collect()));
             }
             for (f, _) in &failed {
-                if self.is_even_flat(*f) && self.divide_flat(*f, &counts) {
-                    continue;
-                }
-                let uses = self.model.faces[*f].loops.iter().flat_map(|l| &l.uses);
-                let edges: Vec<usize> = uses.filter_map(|u| u.edge).collect();
-                let divided = edges.iter().any(|&e| counts[e] > 2);
-                for e in edges {
-                    let finer = match (self.halved, divided, counts[e]) {
-                        // Quads: arcs that are divided already, a step finer.
-                        (true, true, n) => n + 2 * usize::from(n > 2),
-                        (_, _, n) => 2 * n,
-                    };
-                    self.minima[e] = self.minima[e].max(finer.min(20_000));
+                if !(self.is_even_flat(*f) && self.divide_flat(*f, &counts)) {
+                    self.divide_border(*f, &counts);
                 }
             }
         }
@@ -122,6 +116,20 @@ impl<'m> Mesher<'m> {
             source_entity: self.model.faces[face].source.clone(),
             reason,
         })
+    }
+
+    /// Asks for a finer border of face `f`.
+    fn divide_border(&mut self, f: usize, counts: &[usize]) {
+        let edges = self.edges_of(f);
+        let divided = edges.iter().any(|&e| counts[e] > 2);
+        for e in edges {
+            let finer = match (self.halved, divided, counts[e]) {
+                // Quads: arcs that are divided already, a step finer.
+                (true, true, n) => n + 2 * usize::from(n > 2),
+                (_, _, n) => 2 * n,
+            };
+            self.minima[e] = self.minima[e].max(finer.min(20_000));
+        }
     }
 
     /// Counts of every edge that keep the rules, and the faces that can be mapped with them.
@@ -220,7 +228,7 @@ impl<'m> Mesher<'m> {
         mapped: bool,
         density: usize,
     ) -> Result<Patchwork, String> {
-        let none = |reason| match self.model.is_tiny(f) {
+        let none = |reason| match *self.tiny[f].get_or_init(|| self.model.is_tiny(f)) {
             true => Ok(Patchwork::default()),
             false => Err(reason),
         };

@@ -142,6 +142,7 @@ def summary(rows):
         "points_checked": points_checked,
         "same_share_checked": sum(r["same"] for r in checked) / points_checked if points_checked else None,
         "larger_checked": sum(r["larger"] for r in checked),
+        "larger_in": [r["file"] for r in checked if r["larger"]],
     }
 
 

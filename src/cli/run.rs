@@ -161,7 +161,7 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
     );
     if record.snaps > 0 {
         println!(
-            "  the sheet snapped {} times, {:.1} N mm set free",
+            "  the sheet moved on by itself {} times (snapped, or sprang back): {:.1} N mm set free",
             record.snaps, record.snap_work_nmm
         );
     }

@@ -234,7 +234,7 @@ pub struct RunRecord {
     pub iterations: usize,
     /// Increments that were cut and tried again.
     pub cuts: usize,
-    /// Times the sheet was followed to a balance that is not near the last one: a snap, as a rule.
+    /// Times the sheet was followed to a balance that is not near the last one: a snap, or its release where no balance lasted.
     #[serde(default)]
     pub snaps: usize,
     /// Energy set free in that [N mm].

@@ -57,11 +57,13 @@ impl System {
         self.timings.contact += start.elapsed().as_secs_f64();
         let before = self.solver.factorisations;
         self.symmetric = changed.is_none() && moved.is_empty() && self.is_symmetric();
+        self.unstable = false;
         let solved = match changed {
             Some(changed) => self.solver.solve_changed(&self.values, changed, &mut all),
             None if self.symmetric => {
                 self.move_held_columns(&mut all[0]);
-                self.solver.solve_symmetric(&self.values, &mut all)
+                let definite = self.solver.solve_symmetric(&self.values, &mut all);
+                definite.map(|definite| self.unstable = !definite)
             }
             None => self.solver.solve(&self.values, &mut all),
         };

@@ -15,6 +15,10 @@ const FACTOR: f64 = 4.0;
 /// Iterations of a step that went very well (damping falls by the factor squared), and of one that went well.
 const EASY: usize = 3;
 const WELL: usize = 5;
+/// How fast it is forgotten that less damping failed, a step.
+const FORGET: f64 = 0.5;
+/// Iterations after which a step has failed.
+const ENOUGH: usize = 12;
 /// Force of the dampers, over the largest before, at which balance without any is tried.
 const SLOW: f64 = 1e-2;
 /// Iterations in all: real snaps took 31 to 45, a sheet that nothing balances never ends.
@@ -49,12 +53,15 @@ pub(super) fn relax(
 fn follow(sim: &mut Simulation, plan: &Plan, target: f64) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
     let (mut damping, mut largest) = (FIRST, 0.0);
+    // Less damping than what failed is tried again after two more steps.
+    let mut floor: f64 = 0.0;
     for _ in 0..ITERATIONS {
         if sim.history.len() >= ITERATIONS {
             break;
         }
         let Ok((stats, force)) = step(sim, plan, target, damping) else {
             damping *= FACTOR;
+            floor = damping;
             continue;
         };
         damping /= match stats.iterations {
@@ -62,6 +69,8 @@ fn follow(sim: &mut Simulation, plan: &Plan, target: f64) -> Result<NewtonStats,
             n if n <= WELL => FACTOR,
             _ => 1.0,
         };
+        floor *= FORGET;
+        damping = damping.max(floor);
         total = total.and(stats);
         largest = force.max(largest);
         if force <= SLOW * largest {
@@ -85,7 +94,7 @@ fn step(
     sim.committed.forget_last();
     let stiffness = damping * sim.sys.scales.tangential;
     sim.sys.damper = Some(Damper::new(&sim.sys.body, &sim.sys.u, stiffness));
-    let found = attempt(sim, plan, [target; 2], Patience::All);
+    let found = attempt(sim, plan, [target; 2], Patience::UpTo(ENOUGH));
     let damper = sim.sys.damper.take();
     let (Ok(stats), Some(damper)) = (&found, damper) else {
         restore(sim);

@@ -122,7 +122,7 @@ pub struct Energies {
     pub plastic: f64,
     /// Dissipated by friction between sheet and tools.
     pub friction: f64,
-    /// Set free where the sheet snapped from one balance to another: heat, once it is at rest.
+    /// Set free where the sheet moved by itself from one balance to another: heat, once it is at rest.
     #[serde(default)]
     pub snaps: f64,
 }
@@ -204,7 +204,7 @@ pub struct IncrementReport<'a> {
     pub iterations_total: usize,
     /// Increments cut since the start.
     pub cuts: usize,
-    /// Times the sheet has snapped since the start.
+    /// Times the sheet has moved on by itself since the start.
     pub snaps: usize,
     /// Residual history of this increment.
     pub history: &'a [IterationRecord],
@@ -231,7 +231,7 @@ pub struct RunSummary {
     pub iterations: usize,
     /// Increments cut.
     pub cuts: usize,
-    /// Times the sheet was followed to a balance that is not near the last one: a snap, as a rule.
+    /// Times the sheet was followed to a balance that is not near the last one: a snap, or its release where no balance lasted.
     #[serde(default)]
     pub snaps: usize,
     /// Wall time by phase [s].

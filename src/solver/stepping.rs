@@ -65,6 +65,7 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
     let (stage, share) = (now.plan.stage, now.share);
     let Stage { first_step, largest_step: largest, .. } = sim.stages[stage];
     let first = first_step.min(largest);
+    let let_go = lets_go(&sim.stages[stage]);
     let mut snaps = false;
     loop {
         if sim.summary.increments >= sim.limits.increments {
@@ -72,35 +73,60 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
         }
         let target = if share + 1.001 * now.pace.step >= 1.0 { 1.0 } else { share + now.pace.step };
         sim.history.clear();
-        let cause = match attempt(sim, &now.plan, [share, target], now.pace.patience()) {
-            Ok(stats) => {
+        let error = match attempt(sim, &now.plan, [share, target], now.pace.patience()) {
+            Ok(stats) if snaps || !(let_go && sim.sys.unstable) => {
                 accept(sim, Some(target - share));
                 now.share = target;
                 now.pace.went_well(stats.iterations);
                 return Ok(stats);
             }
-            Err(cause) => cause,
+            Ok(_) => None,
+            Err(cause) => Some(gave_up(sim, stage, share, target - share, cause)),
         };
-        let error = gave_up(sim, stage, share, target - share, cause);
         sim.summary.iterations += sim.history.len().saturating_sub(1);
-        sim.summary.cuts += 1;
         restore(sim);
-        now.pace.failed(target - share);
-        if now.pace.step < SNAPS * first && !snaps {
+        if error.is_some() {
+            sim.summary.cuts += 1;
+            now.pace.failed(target - share);
+        }
+        if (error.is_none() || now.pace.step < SNAPS * first) && !snaps {
             snaps = true;
-            let target = (share + BEYOND * first).min(1.0);
-            sim.history.clear();
-            if let Ok(stats) = relax(sim, &now.plan, target) {
-                now.share = target;
-                now.pace = Pace::new(BEYOND * first, largest, sim.limits.wanted_iterations);
+            if let Some(stats) = past_limit_point(sim, now) {
                 return Ok(stats);
             }
-            sim.summary.iterations += sim.history.len();
         }
-        if now.pace.step < sim.limits.smallest_step * first {
+        if let Some(error) = error
+            && now.pace.step < sim.limits.smallest_step * first
+        {
             return Err(error);
         }
     }
+}
+
+/// Whether a stage takes tools away and leaves none.
+fn lets_go(stage: &Stage) -> bool {
+    let gone = |m: &Motion| matches!(m, Motion::Release | Motion::Absent);
+    stage.motions.contains(&Motion::Release) && stage.motions.iter().all(gone)
+}
+
+/// Follows the sheet to the next balance past a limit point, or to a balance that lasts. Tools that are let go stay behind
+/// as forces that fall to nothing, and forces that no tool guides can fold a sheet as tools never would: it is then
+/// followed to where it lies without any, where it comes to rest.
+fn past_limit_point(sim: &mut Simulation, now: &mut UnderWay) -> Option<NewtonStats> {
+    let stage = &sim.stages[now.plan.stage];
+    let beyond = BEYOND * stage.first_step.min(stage.largest_step);
+    let pace = Pace::new(beyond, stage.largest_step, sim.limits.wanted_iterations);
+    let near = (now.share + beyond).min(1.0);
+    for target in [lets_go(stage).then_some(1.0), Some(near)].into_iter().flatten() {
+        sim.history.clear();
+        if let Ok(stats) = relax(sim, &now.plan, target) {
+            now.share = target;
+            now.pace = pace;
+            return Some(stats);
+        }
+        sim.summary.iterations += sim.history.len();
+    }
+    None
 }
 
 fn begin_stage(

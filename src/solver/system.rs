@@ -71,6 +71,8 @@ pub(super) struct System {
     pub(super) values: Vec<f64>,
     /// The factors are of a symmetric matrix.
     pub(super) symmetric: bool,
+    /// The tangent last factored is symmetric and not positive definite: a balance there does not last.
+    pub(super) unstable: bool,
 }
 
 /// Lengths of the problem [mm].
@@ -129,6 +131,7 @@ impl System {
             solver,
             values: vec![0.0; body.pattern().nnz()],
             symmetric: false,
+            unstable: false,
             body,
             constraints,
             tools,

@@ -81,7 +81,7 @@ impl CheckedSolver {
         Ok(())
     }
 
-    /// As [`CheckedSolver::solve`] for a symmetric matrix, by LL^T if it is positive definite.
+    /// As [`CheckedSolver::solve`] for a symmetric matrix, by LL^T if it is positive definite; whether it is.
     ///
     /// # Errors
     /// The last solver's error when none succeeds.
@@ -89,13 +89,13 @@ impl CheckedSolver {
         &mut self,
         values: &[f64],
         rhs: &mut [Vec<f64>],
-    ) -> Result<(), LinearError> {
+    ) -> Result<bool, LinearError> {
         let given: Vec<Vec<f64>> = rhs.to_vec();
         if self.solve_with(0, true, values, rhs, &given).is_ok() {
-            return Ok(());
+            return Ok(true);
         }
         rhs.clone_from_slice(&given);
-        self.solve(values, rhs)
+        self.solve(values, rhs).map(|()| false)
     }
 
     /// Factors `values` and solves for every right-hand side in place.

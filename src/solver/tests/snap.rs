@@ -1,31 +1,34 @@
-//! Limit points: a shallow arch under a dead load has a balance beyond, far from the last one; a bar that is torn has none.
+//! Limit points: a shallow arch under a dead load has a balance beyond, far from the last one; a bar that is torn has none;
+//! an arch that is let go springs back whatever a force without a tool would do to it.
 
 use std::sync::Arc;
 
-use super::{setup, stage, steel};
+use super::{setup, stage, steel, tool};
+use crate::contact::test_tools::plane;
+use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::rectangle;
+use crate::solver::blank::{HexMesh, rectangle};
 use crate::solver::element::ElementKind;
 use crate::solver::material::elastic::Elastic;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
 use crate::solver::stages::{Energies, RunSummary};
-use crate::solver::{Constraints, Control, Curve, IncrementReport, Simulation, SimulationSetup};
+use crate::solver::{
+    Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
+};
 
 const HALF: f64 = 20.0;
 const RISE: f64 = 1.0;
 
-/// Half an arch of thickness 0.2, clamped at x = 20, symmetric at x = 0, under `force` there; drop of its crown after
-/// every increment, energies, and what is out of balance at the end [N].
-fn arch(force: f64, first_step: f64) -> (Vec<f64>, Energies, RunSummary, f64) {
-    let mut mesh = rectangle(HALF, 1.0, 0.2, 20, 1, 1);
+/// Half an arch of a thickness, clamped at x = 20 and symmetric at x = 0; places of its nodes along x.
+fn half_arch(thickness: f64) -> (HexMesh, Constraints, Vec<f64>) {
+    let mut mesh = rectangle(HALF, 1.0, thickness, 20, 1, 1);
     let flat: Vec<f64> = mesh.nodes.iter().map(|x| x.x).collect();
     for (x, flat) in mesh.nodes.iter_mut().zip(&flat) {
         x.z += RISE * (0.5 + 0.5 * (std::f64::consts::PI * flat / HALF).cos());
     }
-    let count = mesh.nodes.len();
-    let mut constraints = Constraints::none(count);
+    let mut constraints = Constraints::none(mesh.nodes.len());
     constraints.symmetry_plane(&mesh.nodes, 0, 0.0, 1e-9);
     for (node, x) in flat.iter().enumerate() {
         constraints.hold(node, 1);
@@ -33,6 +36,14 @@ fn arch(force: f64, first_step: f64) -> (Vec<f64>, Energies, RunSummary, f64) {
             (0..3).for_each(|axis| constraints.hold(node, axis));
         }
     }
+    (mesh, constraints, flat)
+}
+
+/// Half an arch of thickness 0.2, clamped at x = 20, symmetric at x = 0, under `force` there; drop of its crown after
+/// every increment, energies, and what is out of balance at the end [N].
+fn arch(force: f64, first_step: f64) -> (Vec<f64>, Energies, RunSummary, f64) {
+    let (mesh, constraints, flat) = half_arch(0.2);
+    let count = mesh.nodes.len();
     let crown: Vec<usize> = (0..count).filter(|&n| flat[n] < 1e-9).collect();
     let mut loads = vec![0.0; 3 * count];
     crown.iter().for_each(|&n| loads[3 * n + 2] = -force / crown.len() as f64);
@@ -114,4 +125,41 @@ fn a_load_that_nothing_balances_leaves_the_last_state() {
     assert_eq!(sim.summary().snaps, 0);
     // Giving up may not cost more than a run.
     assert!(sim.summary().iterations < 800, "{:?}", sim.summary());
+}
+
+/// An arch of thickness 0.4, its crown pressed down by `depth` and let go: drop of the crown, largest displacement, and
+/// how often it snapped.
+fn pressed_and_let_go(depth: f64) -> (f64, f64, usize) {
+    let thickness = 0.4;
+    let (mesh, constraints, flat) = half_arch(thickness);
+    let crown = flat.iter().position(|x| *x < 1e-9).unwrap();
+    let corner = Vec3::new(-0.5, -1.0, RISE + thickness);
+    let face = plane("punch", corner, Vec3::x(), Vec3::y() * 3.0, -Vec3::z());
+    let punch = tool("punch", face, -Vec3::z(), SheetSide::Top, 0.0);
+    let mut press = stage("press", vec![Motion::Travel(Curve::ramp(0.0, depth))], 0.05);
+    press.largest_step = 0.1;
+    let mut release = stage("release", vec![Motion::Release], 0.1);
+    release.largest_step = 0.1;
+    let kind = ElementKind::SolidShell { points: 3, membrane: true };
+    let body = Body::new(mesh, kind, steel()).unwrap();
+    let setup = setup(body, constraints, vec![punch], vec![press, release]);
+    let mut sim = Simulation::new(setup).unwrap();
+    let summary = sim.run(&mut |_| Control::Continue).unwrap();
+    let most = sim.displacements().iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+    (-sim.displacements()[3 * crown + 2], most, summary.snaps)
+}
+
+/// Past the limit point (0.53) the force that the tool leaves behind pushes the crown farther as it falls, along balances
+/// that do not last, down to one without any force at 1.31. The arch itself, between the tool and that, springs back.
+#[test]
+fn an_arch_let_go_springs_back_and_does_not_stay_where_nothing_keeps_it() {
+    let (drop, most, snaps) = pressed_and_let_go(1.0);
+    assert!(most < 1e-9 * RISE && snaps == 1, "{drop} {most} {snaps}");
+}
+
+/// Pressed beyond that the crown leaves the tool, and lies where it does however deep it was pressed.
+#[test]
+fn an_arch_let_go_on_its_far_side_stays_there() {
+    let [(drop, ..), (deeper, ..)] = [1.6, 1.9].map(pressed_and_let_go);
+    assert!(drop > 1.6 && (deeper - drop).abs() < 1e-6, "{drop} {deeper}");
 }

@@ -58,7 +58,10 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("material", plan.card.name.clone()),
         ("forces out of balance", format!("{:.1e} of the largest", r.force_balance)),
         ("energy not accounted for", format!("{:.2e} of the work done", r.energy_balance)),
-        ("moves of the sheet by itself, energy set free", format!("{}, {:.1} N mm", r.snaps, r.snap_work_nmm)),
+        (
+            "moves of the sheet by itself, energy set free",
+            format!("{}, {:.1} N mm", r.snaps, r.snap_work_nmm),
+        ),
         ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
     ];
     let rows: Vec<Vec<String>> = rows.into_iter().map(|(a, b)| vec![a.to_owned(), b]).collect();

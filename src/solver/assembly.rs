@@ -318,10 +318,14 @@ impl Body {
                     hex8_enhanced::evaluate(&input, &geometry[element], states, record, block)
                 }
                 ElementKind::SolidShell { membrane: false, .. } => {
-                    solid_shell::evaluate::<4>(&input, rule, states, record, block)
+                    solid_shell::evaluate::<{ solid_shell::THICKNESS_MODES }>(
+                        &input, rule, states, record, block,
+                    )
                 }
                 ElementKind::SolidShell { membrane: true, .. } => {
-                    solid_shell::evaluate::<8>(&input, rule, states, record, block)
+                    solid_shell::evaluate::<{ solid_shell::MEMBRANE_MODES }>(
+                        &input, rule, states, record, block,
+                    )
                 }
             };
             result.err().map(|PointFailure { point, reason }| ElementFailure {

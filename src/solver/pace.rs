@@ -33,6 +33,7 @@ impl Pace {
         let factor = match n {
             n if 4 * n <= 3 * wanted => 1.5,
             n if 4 * n <= 5 * wanted => 1.2,
+            n if 2 * n <= 3 * wanted => 1.1,
             n if n <= 3 * wanted => 1.0,
             _ => 0.7,
         };

@@ -1,5 +1,6 @@
 //! Published and closed-form benchmarks of the elements.
 
+mod flange;
 mod shells;
 
 use std::sync::Arc;

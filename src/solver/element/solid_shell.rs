@@ -11,13 +11,16 @@
 //! | `E_33` | at the four node pairs, bilinear (Betsch & Stein 1995) |
 //!
 //! and enhanced by modes `(j0/j) T0 M(ξ, η, ζ)`: `ζ, ζξ, ζη, ζξη` in `E_33` (no Poisson locking through the
-//! thickness), with `membrane` also `ξ` in `E_11`, `η` in `E_22`, `ξ, η` in `E_12`. Per point of the mid
+//! thickness). With `membrane`, modes `ξ` in `E_11` and `η` in `E_22` follow what the other strain asks for, and the shear
+//! `E_12` of the mid surface is that at the centre (`in_plane`). Per point of the mid
 //! surface the stress is gathered into twelve generalised stresses of `[m, k, q, E_33, E_23, E_31]`, so
 //! more points through the thickness cost material updates and little else.
 
 mod column;
+mod in_plane;
 
 use self::column::Column;
+use self::in_plane::InPlane;
 use super::modes::{Mode, ModeSums};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible};
 use crate::geometry::{Mat3, Vec3};
@@ -31,16 +34,18 @@ const fn mode(column: usize, powers: [u8; 3]) -> Mode {
     Mode { column, powers }
 }
 
+/// Modes through the thickness, and with those of the membrane.
+pub(crate) const THICKNESS_MODES: usize = 4;
+pub(crate) const MEMBRANE_MODES: usize = 6;
+
 /// Thickness modes, then membrane modes.
-const MODES: [Mode; 8] = [
+const MODES: [Mode; MEMBRANE_MODES] = [
     mode(2, [0, 0, 1]),
     mode(2, [1, 0, 1]),
     mode(2, [0, 1, 1]),
     mode(2, [1, 1, 1]),
     mode(0, [1, 0, 0]),
     mode(1, [0, 1, 0]),
-    mode(3, [1, 0, 0]),
-    mode(3, [0, 1, 0]),
 ];
 
 /// Node pairs of one configuration.
@@ -98,13 +103,15 @@ fn shear_samples(xi: f64, eta: f64) -> [(Plane, bool, f64); 4] {
 }
 
 /// Generalised products `½ g_i·g_j` of one configuration; strains are differences of two of these.
-fn products(pairs: &Pairs, xi: f64, eta: f64) -> [f64; GENERALISED] {
+fn products(pairs: &Pairs, in_plane: &InPlane, xi: f64, eta: f64) -> [f64; GENERALISED] {
     let plane = Plane::at(xi, eta);
     let (a1, a2) = (blend(&plane.by_xi, &pairs.mean), blend(&plane.by_eta, &pairs.mean));
     let (d1, d2) = (blend(&plane.by_xi, &pairs.half), blend(&plane.by_eta, &pairs.half));
     let r = FRAC_1_SQRT_2;
     let mut p = [0.0; GENERALISED];
-    p[..3].copy_from_slice(&[0.5 * a1.dot(&a1), 0.5 * a2.dot(&a2), r * a1.dot(&a2)]);
+    let (c1, c2) = in_plane::tangents(pairs);
+    let own = [0.5 * a1.dot(&a1), 0.5 * a2.dot(&a2), r * a1.dot(&a2)];
+    p[..3].copy_from_slice(&in_plane.assumed(&own, r * c1.dot(&c2)));
     p[3..6].copy_from_slice(&[a1.dot(&d1), a2.dot(&d2), r * (a1.dot(&d2) + a2.dot(&d1))]);
     p[6..9].copy_from_slice(&[0.5 * d1.dot(&d1), 0.5 * d2.dot(&d2), r * d1.dot(&d2)]);
     p[9] = (0..4).map(|i| 0.5 * plane.value[i] * pairs.half[i].norm_squared()).sum();
@@ -116,7 +123,7 @@ fn products(pairs: &Pairs, xi: f64, eta: f64) -> [f64; GENERALISED] {
 }
 
 /// Derivatives of [`products`] by the nodal displacements.
-fn derivatives(pairs: &Pairs, xi: f64, eta: f64) -> [[f64; DOFS]; GENERALISED] {
+fn derivatives(pairs: &Pairs, in_plane: &InPlane, xi: f64, eta: f64) -> [[f64; DOFS]; GENERALISED] {
     let plane = Plane::at(xi, eta);
     let (n1, n2) = (&plane.by_xi, &plane.by_eta);
     let (a1, a2) = (blend(n1, &pairs.mean), blend(n2, &pairs.mean));
@@ -130,10 +137,13 @@ fn derivatives(pairs: &Pairs, xi: f64, eta: f64) -> [[f64; DOFS]; GENERALISED] {
         }
     };
     let none = Vec3::zeros();
+    let ((c1, c2), middle) = (in_plane::tangents(pairs), Plane::at(0.0, 0.0));
     for k in 0..4 {
-        put(0, k, a1 * n1[k], none);
-        put(1, k, a2 * n2[k], none);
-        put(2, k, (a2 * n1[k] + a1 * n2[k]) * r, none);
+        let own = [a1 * n1[k], a2 * n2[k], (a2 * n1[k] + a1 * n2[k]) * r];
+        let centre = (c2 * middle.by_xi[k] + c1 * middle.by_eta[k]) * r;
+        for (row, by) in in_plane.assumed(&own, centre).into_iter().enumerate() {
+            put(row, k, by, none);
+        }
         put(3, k, d1 * n1[k], a1 * n1[k]);
         put(4, k, d2 * n2[k], a2 * n2[k]);
         put(5, k, (d2 * n1[k] + d1 * n2[k]) * r, (a2 * n1[k] + a1 * n2[k]) * r);
@@ -154,20 +164,26 @@ fn derivatives(pairs: &Pairs, xi: f64, eta: f64) -> [[f64; DOFS]; GENERALISED] {
 
 /// Adds the second derivatives of [`products`] times the generalised stress, as scalars between the eight
 /// vectors `a_0..a_3, d_0..d_3`.
-fn add_curvature(stress: &[f64; GENERALISED], xi: f64, eta: f64, sum: &mut [[f64; 8]; 8]) {
-    let plane = Plane::at(xi, eta);
+fn add_curvature(
+    stress: &[f64; GENERALISED],
+    in_plane: &InPlane,
+    (xi, eta): (f64, f64),
+    sum: &mut [[f64; 8]; 8],
+) {
+    let (plane, middle) = (Plane::at(xi, eta), Plane::at(0.0, 0.0));
     let r = FRAC_1_SQRT_2;
-    let form = |s: &[f64], i: usize, j: usize| {
-        let (n1, n2) = (&plane.by_xi, &plane.by_eta);
+    let form = |at: &Plane, s: &[f64], i: usize, j: usize| {
+        let (n1, n2) = (&at.by_xi, &at.by_eta);
         s[0] * n1[i] * n1[j] + s[1] * n2[i] * n2[j] + s[2] * r * (n1[i] * n2[j] + n2[i] * n1[j])
     };
+    let (own, centre) = in_plane.work([stress[0], stress[1], stress[2]]);
     for i in 0..4 {
         for j in 0..4 {
-            sum[i][j] += form(&stress[..3], i, j);
-            let mixed = form(&stress[3..6], i, j);
+            sum[i][j] += form(&plane, &own, i, j) + form(&middle, &[0.0, 0.0, centre], i, j);
+            let mixed = form(&plane, &stress[3..6], i, j);
             sum[i][j + 4] += mixed;
             sum[i + 4][j] += mixed;
-            sum[i + 4][j + 4] += form(&stress[6..9], i, j);
+            sum[i + 4][j + 4] += form(&plane, &stress[6..9], i, j);
         }
         sum[i + 4][i + 4] += stress[9] * plane.value[i];
     }
@@ -234,7 +250,7 @@ fn to_cartesian(pairs: &Pairs, plane: &Plane, zeta: f64) -> Option<(Mandel66, f6
     Some((tensor::congruence(&rows), det))
 }
 
-/// Evaluates the element with `M` modes (4, or 8 with membrane modes).
+/// Evaluates the element with `M` modes: [`THICKNESS_MODES`] or [`MEMBRANE_MODES`].
 ///
 /// `thickness_rule` lists points and weights on [-1, 1]; `new_state` receives the trial history, point
 /// `layers * plane + layer`; `record` is the element's mode record.
@@ -290,9 +306,14 @@ fn evaluate_at<const M: usize>(
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].into_iter().enumerate()
     {
         let (xi, eta) = (xi * gauss, eta * gauss);
-        let column = Column { input, shape, current: &current, index, xi, eta };
+        let in_plane = match M {
+            MEMBRANE_MODES => InPlane::with_shear_of_centre(shape.pairs, xi, eta),
+            _ => InPlane::AS_IT_IS,
+        };
+        let column =
+            Column { input, shape, current: &current, in_plane: &in_plane, index, xi, eta };
         let totals = column.integrate::<M>(alpha, new_state, &mut sums, out)?;
-        let b = derivatives(&current, xi, eta);
+        let b = derivatives(&current, &in_plane, xi, eta);
         for (row, value) in b.iter().zip(&totals.stress) {
             out.force.iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * value);
         }
@@ -304,7 +325,7 @@ fn evaluate_at<const M: usize>(
         }
         if input.want == Want::ResidualAndTangent {
             compatible::add_congruence(&b, &totals.stiffness, &mut out.tangent);
-            add_curvature(&totals.stress, xi, eta, &mut curvature);
+            add_curvature(&totals.stress, &in_plane, (xi, eta), &mut curvature);
         }
     }
     if input.want == Want::ResidualAndTangent {

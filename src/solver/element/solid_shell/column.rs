@@ -1,8 +1,8 @@
 //! The points of a solid-shell above one point of its mid surface.
 
 use super::{
-    GENERALISED, MODES, Pairs, Plane, Shape, add_generalised, add_generalised_stiffness, natural,
-    products, to_cartesian,
+    GENERALISED, InPlane, MODES, Pairs, Plane, Shape, add_generalised, add_generalised_stiffness,
+    natural, products, to_cartesian,
 };
 use crate::solver::element::modes::ModeSums;
 use crate::solver::element::{ElementInput, ElementMatrices, FailureReason, PointFailure, Want};
@@ -23,6 +23,7 @@ pub(super) struct Column<'a> {
     pub input: &'a ElementInput<'a>,
     pub shape: &'a Shape<'a>,
     pub current: &'a Pairs,
+    pub in_plane: &'a InPlane,
     pub index: usize,
     pub xi: f64,
     pub eta: f64,
@@ -39,7 +40,8 @@ impl Column<'_> {
     ) -> Result<Totals<M>, PointFailure> {
         let (xi, eta) = (self.xi, self.eta);
         let rule = self.shape.rule;
-        let (before, now) = (products(self.shape.pairs, xi, eta), products(self.current, xi, eta));
+        let at = |pairs: &Pairs| products(pairs, self.in_plane, xi, eta);
+        let (before, now) = (at(self.shape.pairs), at(self.current));
         let strain: [f64; GENERALISED] = std::array::from_fn(|i| now[i] - before[i]);
         let mut totals = Totals {
             stress: [0.0; GENERALISED],

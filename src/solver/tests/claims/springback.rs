@@ -79,7 +79,7 @@ fn bend(kind: ElementKind, layers: usize, cells: usize, force: f64) -> [f64; 3] 
 
 #[test]
 fn a_bend_springs_back_by_its_moment_over_its_stiffness() {
-    let shell = |points| ElementKind::SolidShell { points, membrane: false };
+    let shell = |points| ElementKind::SolidShell { points, membrane: true };
     for (kind, layers) in [(shell(5), 1), (shell(9), 1), (ElementKind::Hex8Enhanced, 4)] {
         let [moment, bent, left] = bend(kind, layers, 20, 44.0);
         let exact = 12.0 * moment * (1.0 - POISSON * POISSON) / YOUNG;

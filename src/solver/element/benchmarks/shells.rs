@@ -60,7 +60,7 @@ fn slit_plate(kind: ElementKind, cells: [usize; 2], steps: usize) -> [f64; 2] {
     })
 }
 
-/// Sze, Liu & Lo (2004): 13.891 and 17.528.
+/// Sze, Liu & Lo (2004): 13.891 and 17.528. In 24 steps an iterate of this plain Newton driver turns an element inside out.
 #[test]
 fn slit_annular_plate_lifts_as_published() {
     let found = slit_plate(SHELL_ENHANCED, [8, 60], 48);

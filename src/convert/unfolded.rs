@@ -112,6 +112,7 @@ mod tests {
     use super::*;
     use crate::cad::build::build;
     use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
+    use crate::convert::tolerance::{Borders, Goal, to_tolerance};
     use crate::geometry::nurbs::Curve3;
     use crate::geometry::{Frame, Vec3};
     use crate::tool::edge::EdgeFault;
@@ -185,5 +186,39 @@ mod tests {
             }
         }
         assert!(chords > 0);
+    }
+
+    /// Curves of the edges made straight because patches folded, in order.
+    fn chords((tool, report): &(ToolModel, ConvertReport)) -> Vec<[f64; 3]> {
+        let folds = report.straight.iter().filter(|e| e.fault == EdgeFault::Folds);
+        let curve = |v: [u32; 2]| tool.curves.iter().find(|c| c.vertices == v).map(|c| c.c);
+        folds.map(|e| curve(e.vertices).unwrap()).collect()
+    }
+
+    #[test]
+    fn straight_edges_stay_straight_where_vertices_move() {
+        let options = ConvertOptions { through_cad: true, ..ConvertOptions::default() };
+        let asked = MappedOptions { arc_divisions: 4, ..MappedOptions::default() };
+        let mut found = mesh_and_convert(&nut(), &asked, &options).unwrap();
+        let count = chords(&found).len();
+        let up = Vec3::z() * 1e-3;
+        let moved: Vec<Vec3> = found.0.vertices.iter().map(|x| x + up * x.x.sin()).collect();
+        found.0.curves = crate::convert::edges::moved(&found.0, &moved);
+        assert!(count > 0 && chords(&found) == vec![[0.0; 3]; count]);
+    }
+
+    #[test]
+    fn a_corner_without_an_angle_is_straight_to_a_tolerance_too() {
+        let options = ConvertOptions { through_cad: true, ..ConvertOptions::default() };
+        let mut straight = 0;
+        for tol_mm in [0.2, 0.05, 0.01] {
+            let borders = Borders::Conforming;
+            let goal = Goal { tol_mm, normal_deg: f64::INFINITY, two_sided: true, borders };
+            let found = to_tolerance(&nut(), &MappedOptions::default(), &options, &goal).unwrap();
+            assert!(found.report.folded.is_empty() && found.audit.folded.is_empty(), "{tol_mm}");
+            assert!(found.audit.worst_mm() <= tol_mm, "{tol_mm}");
+            straight += chords(&(found.tool, found.report)).len();
+        }
+        assert!(straight > 0);
     }
 }

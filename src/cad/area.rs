@@ -2,7 +2,7 @@
 
 use super::model::{Face, Model};
 use super::trim_region::TrimRegion;
-use crate::geometry::nurbs::{Curve2, Surface, SurfaceDerivs};
+use crate::geometry::nurbs::{Curve2, FirstDerivs, Surface};
 use crate::geometry::{Aabb, Vec2, Vec3};
 
 /// Nodes and weights of the 15-point Kronrod rule on [-1, 1] (positive half, centre last) and the weights of the
@@ -81,7 +81,7 @@ fn breaks_between(knots: &[f64], a: f64, b: f64) -> Vec<f64> {
 /// Area and first moment of a face, |su x sv| its density.
 fn moments(face: &Face, relative: f64) -> Moments {
     let size = Aabb::of_points(face.surface.points()).diagonal();
-    let density = |d: &SurfaceDerivs| {
+    let density = |d: &FirstDerivs| {
         let da = d.su.cross(&d.sv).norm();
         (da, d.s * da)
     };
@@ -93,7 +93,7 @@ fn moments(face: &Face, relative: f64) -> Moments {
 fn surface_integral(
     face: &Face,
     tolerance: f64,
-    density: &dyn Fn(&SurfaceDerivs) -> Moments,
+    density: &dyn Fn(&FirstDerivs) -> Moments,
 ) -> Moments {
     let surface = &face.surface;
     let region = TrimRegion::new(face);
@@ -126,13 +126,14 @@ fn strip(
     knots: &[f64],
     low: f64,
     uv: Vec2,
-    (density, tolerance): (&dyn Fn(&SurfaceDerivs) -> Moments, f64),
+    (density, tolerance): (&dyn Fn(&FirstDerivs) -> Moments, f64),
 ) -> Moments {
     let (from, to, sign) = if uv.x >= low { (low, uv.x, 1.0) } else { (uv.x, low, -1.0) };
     if to <= from {
         return (0.0, Vec3::zeros());
     }
-    let mut along = |u: f64| density(&surface.derivs(Vec2::new(u, uv.y)));
+    let line = surface.isoline(uv.y, [from, to]);
+    let mut along = |u: f64| density(&line.derivs(u));
     let found = integrate(&mut along, &breaks_between(knots, from, to), tolerance);
     (sign * found.0, found.1 * sign)
 }
@@ -311,7 +312,7 @@ impl Model {
             let face = &self.faces[f];
             let size = Aabb::of_points(face.surface.points()).diagonal();
             let density =
-                |d: &SurfaceDerivs| ((d.s - origin).dot(&d.su.cross(&d.sv)) / 3.0, Vec3::zeros());
+                |d: &FirstDerivs| ((d.s - origin).dot(&d.su.cross(&d.sv)) / 3.0, Vec3::zeros());
             let sum = surface_integral(face, 1e-9 * size.powi(3), &density).0;
             if face.flipped { -sum } else { sum }
         };

@@ -61,7 +61,7 @@ pub fn inspect(model: &Model, diagnostics: &[Diagnostic]) -> Inspection {
         area_mm2: model.area(),
         bbox_mm,
         free_edges: free.len(),
-        free_edge_length_mm: free.iter().map(|e| e.curve.length()).sum(),
+        free_edge_length_mm: free.iter().map(|e| e.curve.length()).fold(0.0, |sum, l| sum + l),
         edges: model.edges.len(),
         join_tolerance_mm: model.join_tolerance,
         entities: model.entities.clone(),
@@ -69,16 +69,29 @@ pub fn inspect(model: &Model, diagnostics: &[Diagnostic]) -> Inspection {
     }
 }
 
+/// Entities with their counts, in lines of about a hundred columns.
+fn entity_lines(entities: &BTreeMap<String, usize>) -> Vec<String> {
+    const COLUMNS: usize = 100;
+    let mut lines = vec![String::new()];
+    for (kind, count) in entities {
+        let item = format!("{count} x {kind}");
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => *line = item,
+            Some(line) if line.len() + item.len() < COLUMNS => *line += &format!(", {item}"),
+            _ => lines.push(item),
+        }
+    }
+    lines
+}
+
 impl fmt::Display for Inspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let list = |counts: Vec<(String, usize)>| {
-            counts.iter().map(|(k, n)| format!("{n} {k}")).collect::<Vec<_>>().join(", ")
-        };
-        let kinds = self.faces_by_type.iter().map(|(k, &n)| (format!("{k:?}").to_lowercase(), n));
+        let kinds = self.faces_by_type.iter().map(|(k, n)| format!("{n} {k:?}").to_lowercase());
+        let kinds = kinds.collect::<Vec<_>>().join(", ");
         let b = &self.bbox_mm;
         writeln!(f, "{}", self.file)?;
         writeln!(f, "  unit        {} ({} mm)", self.unit, self.unit_mm)?;
-        writeln!(f, "  faces       {}: {}", self.faces, list(kinds.collect()))?;
+        writeln!(f, "  faces       {}: {}", self.faces, kinds)?;
         writeln!(f, "  area        {:.6} mm2", self.area_mm2)?;
         writeln!(
             f,
@@ -90,12 +103,27 @@ impl fmt::Display for Inspection {
             "  free edges  {} of {}, {:.4} mm long (joined within {:.1e} mm)",
             self.free_edges, self.edges, self.free_edge_length_mm, self.join_tolerance_mm
         )?;
-        let entities = self.entities.iter().map(|(k, &n)| (format!("x {k}"), n)).collect();
-        write!(f, "  entities    {}", list(entities))?;
+        write!(f, "  entities    {}", entity_lines(&self.entities).join("\n              "))?;
         for d in &self.diagnostics {
             let mark = if d.severity == Severity::Warning { "warning" } else { "note" };
             write!(f, "\n  {mark}: {} {}: {}", d.code, d.place, d.text)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_entity_is_listed_in_lines_that_a_terminal_holds() {
+        let entities: BTreeMap<String, usize> =
+            (1..60).map(|k| (format!("ENTITY_NUMBER_{k:02}"), k)).collect();
+        let lines = entity_lines(&entities);
+        assert!(lines.len() > 10 && lines.iter().all(|l| l.len() <= 101), "{lines:?}");
+        let all = lines.join(", ");
+        assert_eq!(all.split(", ").count(), 59);
+        assert!(all.contains("7 x ENTITY_NUMBER_07") && entity_lines(&BTreeMap::new()) == [""]);
     }
 }

@@ -6,6 +6,7 @@ mod bezier;
 mod curve;
 mod distance_form;
 mod fit;
+mod isoline;
 mod net;
 mod newton;
 mod project;
@@ -14,6 +15,7 @@ mod surface;
 mod sweep;
 
 pub use curve::{Curve, Curve2, Curve3, CurveDerivs};
+pub use isoline::{FirstDerivs, Isoline};
 pub(crate) use newton::newton_step;
 pub use projector::{CurveProjector, SurfaceProjector};
 pub use surface::{Surface, SurfaceDerivs};

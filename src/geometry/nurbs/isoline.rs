@@ -1,0 +1,121 @@
+//! A line of constant v on a surface, for many points of it.
+
+use nalgebra::Vector4;
+
+use super::Surface;
+use super::basis::{BasisWindow, LARGE, MEDIUM, SMALL, WIDE, basis, span};
+use crate::geometry::Vec3;
+
+/// Point and first derivatives of a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FirstDerivs {
+    /// Point.
+    pub s: Vec3,
+    /// Derivative by u.
+    pub su: Vec3,
+    /// Derivative by v.
+    pub sv: Vec3,
+}
+
+/// The line `v` = constant of a surface between two values of u: its rows of control points summed over v once.
+#[derive(Debug)]
+pub struct Isoline<'a> {
+    degree: usize,
+    knots: &'a [f64],
+    /// Row that `rows[0]` belongs to.
+    first: usize,
+    /// Homogeneous points, and their derivatives by v.
+    rows: Vec<[Vector4<f64>; 2]>,
+}
+
+impl Surface {
+    /// The line at `v` from `u[0]` to `u[1]` (rising; both clamped to the domain).
+    #[must_use]
+    pub fn isoline(&self, v: f64, u: [f64; 2]) -> Isoline<'_> {
+        match self.degrees[1] {
+            0..SMALL => self.isoline_sized::<SMALL>(v, u),
+            SMALL..MEDIUM => self.isoline_sized::<MEDIUM>(v, u),
+            MEDIUM..WIDE => self.isoline_sized::<WIDE>(v, u),
+            _ => self.isoline_sized::<LARGE>(v, u),
+        }
+    }
+
+    fn isoline_sized<const N: usize>(&self, v: f64, u: [f64; 2]) -> Isoline<'_> {
+        let (degree, knots) = (self.degrees[0], &self.knots[0][..]);
+        let [first, last] = [span(degree, knots, u[0]) - degree, span(degree, knots, u[1])];
+        let across: BasisWindow<N> = basis(self.degrees[1], &self.knots[1], v);
+        let [values, slopes, _] = &across.values;
+        let row = |i: usize| {
+            let from = i * self.count()[1] + across.first;
+            let to = from + self.degrees[1] + 1;
+            let mut sums = [Vector4::zeros(); 2];
+            let row = self.points[from..to].iter().zip(&self.weights[from..to]);
+            for (((p, &w), b), slope) in row.zip(values).zip(slopes) {
+                let h = (p * w).push(w);
+                sums[0] += h * *b;
+                sums[1] += h * *slope;
+            }
+            sums
+        };
+        Isoline { degree, knots, first, rows: (first..=last).map(row).collect() }
+    }
+}
+
+impl Isoline<'_> {
+    /// Point and first derivatives at `u`, which lies between those the line was made for.
+    #[must_use]
+    pub fn derivs(&self, u: f64) -> FirstDerivs {
+        match self.degree {
+            0..SMALL => self.derivs_sized::<SMALL>(u),
+            SMALL..MEDIUM => self.derivs_sized::<MEDIUM>(u),
+            MEDIUM..WIDE => self.derivs_sized::<WIDE>(u),
+            _ => self.derivs_sized::<LARGE>(u),
+        }
+    }
+
+    fn derivs_sized<const N: usize>(&self, u: f64) -> FirstDerivs {
+        let along: BasisWindow<N> = basis(self.degree, self.knots, u);
+        let [values, slopes, _] = &along.values;
+        let mut sums = [Vector4::zeros(); 3];
+        let used = &self.rows[along.first - self.first..][..=self.degree];
+        for ((row, b), slope) in used.iter().zip(values).zip(slopes) {
+            sums[0] += row[0] * *b;
+            sums[1] += row[0] * *slope;
+            sums[2] += row[1] * *b;
+        }
+        let [a, du, dv] = sums;
+        let s = a.xyz() / a.w;
+        FirstDerivs { s, su: (du.xyz() - s * du.w) / a.w, sv: (dv.xyz() - s * dv.w) / a.w }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec2;
+
+    #[test]
+    fn a_line_is_the_surface_at_its_parameter() {
+        let knots_u = vec![0.0, 0.0, 0.0, 0.0, 0.3, 0.3, 1.0, 2.0, 2.0, 2.0, 2.0];
+        let knots_v = vec![-1.0, -1.0, -1.0, 0.5, 1.0, 1.0, 1.0];
+        let at = |k: usize| {
+            let (i, j) = (k as f64 / 4.0, k as f64 % 4.0);
+            Vec3::new(i, j + 0.2 * i * i, (i * j).sin())
+        };
+        let weights = (0..28).map(|k| 1.0 + 0.3 * f64::from(k % 5)).collect();
+        let points = (0..28).map(at).collect();
+        let surface = Surface::try_new([3, 2], [knots_u, knots_v], points, Some(weights)).unwrap();
+        for v in [-1.0, 0.2, 0.5, 1.0] {
+            for ends in [[0.0, 2.0], [0.1, 0.3], [0.31, 0.9], [1.0, 1.5]] {
+                let line = surface.isoline(v, ends);
+                for share in [0.0, 0.4, 1.0] {
+                    let u = ends[0] + share * (ends[1] - ends[0]);
+                    let (found, expected) = (line.derivs(u), surface.derivs(Vec2::new(u, v)));
+                    assert!((found.s - expected.s).norm() < 1e-14);
+                    assert!((found.su - expected.su).norm() < 1e-12);
+                    assert!((found.sv - expected.sv).norm() < 1e-12);
+                }
+            }
+        }
+    }
+}

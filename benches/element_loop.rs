@@ -22,7 +22,8 @@ fn element_loop(criterion: &mut Criterion) {
     let kinds = [
         ("hex8", ElementKind::Hex8, 2),
         ("hex8-enhanced", ElementKind::Hex8Enhanced, 2),
-        ("solid-shell 5", ElementKind::SolidShell { points: 5, membrane: false }, 1),
+        ("solid-shell 5", ElementKind::SolidShell { points: 5, membrane: true }, 1),
+        ("solid-shell 5 plain", ElementKind::SolidShell { points: 5, membrane: false }, 1),
     ];
     let mut group = criterion.benchmark_group("element loop 62x62");
     group.sample_size(10);

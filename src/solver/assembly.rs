@@ -3,6 +3,9 @@
 //! Elements are evaluated in parallel into their own blocks; every row then gathers its contributions in
 //! element order. The sums do not depend on the number of threads.
 
+mod foresight;
+mod saved;
+
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -15,6 +18,8 @@ use super::element::{
 use super::material::Material;
 use super::pattern::{Gather, Pattern};
 use crate::geometry::Vec3;
+
+pub use foresight::Foresight;
 
 /// Forces, tangent and energies of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -99,6 +104,8 @@ pub struct Body {
     /// Converged history of each element: its points', then the record of its internal modes.
     committed: Vec<f64>,
     trial: Vec<f64>,
+    /// Logarithmic strains before the last commit, six a point; none where the material keeps no memory.
+    before: Vec<f64>,
     blocks: Vec<ElementMatrices>,
 }
 
@@ -144,8 +151,11 @@ impl Body {
         let gather = Gather::new(count, &mesh.elements);
         let blocks = vec![ElementMatrices::zero(); mesh.elements.len()];
         let thickness_rule = kind.thickness_rule();
+        let remembered = if material.memory().is_some() { 6 * kind.point_count() } else { 0 };
+        let before = vec![0.0; mesh.elements.len() * remembered];
         Ok(Self {
             trial: committed.clone(),
+            before,
             mesh,
             kind,
             material,
@@ -197,7 +207,17 @@ impl Body {
         want: Want,
         out: &mut Evaluation,
     ) -> Result<(), ElementFailure> {
-        self.evaluate_elements(displacement, want)?;
+        let material = Arc::clone(&self.material);
+        let history = std::mem::take(&mut self.committed);
+        let done = self.evaluate_elements(displacement, want, (material.as_ref(), &history));
+        self.committed = history;
+        done?;
+        self.gather_all(want, out);
+        Ok(())
+    }
+
+    /// Sums of what the elements answered last.
+    fn gather_all(&self, want: Want, out: &mut Evaluation) {
         out.internal_force.resize(3 * self.mesh.nodes.len(), 0.0);
         self.gather_forces(&mut out.internal_force);
         if want == Want::ResidualAndTangent {
@@ -208,42 +228,18 @@ impl Body {
         out.plastic_work = self.blocks.iter().map(|block| block.plastic_work).sum();
         out.internal_residual =
             self.blocks.iter().map(|block| block.internal_residual).fold(0.0, f64::max);
-        Ok(())
     }
 
     /// Makes the history of the last evaluation the converged one. Call it only after [`Body::evaluate`]
     /// at the accepted displacement.
     pub fn commit(&mut self) {
+        self.keep_strains();
         self.committed.copy_from_slice(&self.trial);
     }
 
     /// Forgets everything since the last [`Body::commit`].
     pub fn restore(&mut self) {
         self.trial.copy_from_slice(&self.committed);
-    }
-
-    /// The committed history as bytes (little-endian 64-bit numbers), for checkpoints.
-    #[must_use]
-    pub fn export_state(&self) -> Vec<u8> {
-        self.committed.iter().flat_map(|value| value.to_le_bytes()).collect()
-    }
-
-    /// Takes a history written by [`Body::export_state`]; the next evaluation repeats to the bit.
-    ///
-    /// # Errors
-    /// [`BodyError::StateSize`] when the bytes belong to another model.
-    pub fn import_state(&mut self, bytes: &[u8]) -> Result<(), BodyError> {
-        let expected = 8 * self.committed.len();
-        if bytes.len() != expected {
-            return Err(BodyError::StateSize { found: bytes.len(), expected });
-        }
-        for (value, chunk) in self.committed.iter_mut().zip(bytes.chunks_exact(8)) {
-            let mut raw = [0; 8];
-            raw.copy_from_slice(chunk);
-            *value = f64::from_le_bytes(raw);
-        }
-        self.restore();
-        Ok(())
     }
 
     /// Equivalent plastic strain of each element at the last commit: mean over its points.
@@ -289,13 +285,12 @@ impl Body {
         &mut self,
         displacement: &[f64],
         want: Want,
+        (material, committed): (&dyn Material, &[f64]),
     ) -> Result<(), ElementFailure> {
         let stride = self.stride();
         let point_len = self.kind.point_count() * self.material.state_len();
         let rule = &self.thickness_rule;
-        let (mesh, geometry, material, kind) =
-            (&self.mesh, &self.geometry, &self.material, self.kind);
-        let committed = &self.committed;
+        let (mesh, geometry, kind) = (&self.mesh, &self.geometry, self.kind);
         let work = |element: usize, new_state: &mut [f64], block: &mut ElementMatrices| {
             let ids = mesh.elements[element];
             let nodes = ids.map(|node| mesh.nodes[node as usize]);
@@ -305,7 +300,7 @@ impl Body {
                     .copy_from_slice(&displacement[3 * node as usize..3 * node as usize + 3]);
             }
             let input = ElementInput {
-                material: material.as_ref(),
+                material,
                 nodes: &nodes,
                 displacement: &local,
                 old_state: &committed[element * stride..element * stride + point_len],

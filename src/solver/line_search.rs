@@ -48,6 +48,30 @@ pub(super) fn go(
     Ok(())
 }
 
+/// Applies `correction`, at most the share `most` of it, if it is good; otherwise everything stays where it was but what the
+/// body and the tools were last evaluated for.
+///
+/// # Errors
+/// An element that fails however short the step.
+pub(super) fn fits(
+    sys: &mut System,
+    correction: &Correction,
+    most: f64,
+) -> Result<bool, ElementFailure> {
+    let start = slope(sys, correction);
+    let share = first_step(sys, correction, most)?;
+    sys.search();
+    if start >= 0.0 {
+        return Ok(true);
+    }
+    sys.assemble();
+    let good = slope(sys, correction) <= -GOOD * start;
+    if !good {
+        apply(sys, correction, -share);
+    }
+    Ok(good)
+}
+
 /// Takes the share `most`, or as many halves of it as an element needs.
 fn first_step(sys: &mut System, correction: &Correction, most: f64) -> Result<f64, ElementFailure> {
     let mut share = most;

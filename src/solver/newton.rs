@@ -1,7 +1,7 @@
 //! One increment: semi-smooth Newton with plasticity, contact and friction in the same loop.
 
 use super::active_set::{Pivoting, revise, settle};
-use super::assembly::ElementFailure;
+use super::assembly::{ElementFailure, Foresight};
 use super::element::Want;
 use super::line_search;
 use super::linear::LinearError;
@@ -103,7 +103,8 @@ impl Patience {
 /// Gap that an augmented method may leave, over the sheet's thickness.
 const GAP: f64 = 1e-6;
 
-/// Solves the increment from the present iterate of `sys`; `history` receives every iterate, also on failure.
+/// Solves the increment from the present iterate of `sys`; `history` receives every iterate, also on failure. An iterate
+/// that was extrapolated begins with what is foreseen: `foreseen` is the increment over the last one.
 ///
 /// # Errors
 /// [`NewtonError`]; the caller restores the last converged state.
@@ -111,6 +112,7 @@ pub(super) fn solve(
     sys: &mut System,
     limits: &Limits,
     patience: Patience,
+    mut foreseen: Option<f64>,
     history: &mut Vec<IterationRecord>,
 ) -> Result<NewtonStats, NewtonError> {
     let allowed = patience.iterations(limits);
@@ -120,7 +122,10 @@ pub(super) fn solve(
     let mut pivoting = Pivoting::new();
     // Iterations before the springs of an augmented method were last moved.
     let mut before = 0;
-    sys.evaluate(Want::ResidualAndTangent)?;
+    match foreseen {
+        Some(factor) => sys.evaluate_foreseen(Foresight { factor, stiff: false })?,
+        None => sys.evaluate(Want::ResidualAndTangent)?,
+    }
     sys.search();
     loop {
         let changes = revise(sys, last.as_ref(), near_balance, limits, &mut pivoting);
@@ -142,7 +147,11 @@ pub(super) fn solve(
                 return Err(gave_up(stats.iterations, &record, residual.worst_node));
             }
         }
-        let (correction, solves) = iterate(sys, limits, record.residual)?;
+        let near = record.residual < NEAR;
+        let (correction, solves) = match foreseen.take() {
+            Some(factor) => first_iterate(sys, limits, factor, near)?,
+            None => iterate(sys, limits, near)?,
+        };
         stats.solves += solves;
         stats.iterations += 1;
         last = Some(correction);
@@ -155,19 +164,47 @@ const NEAR: f64 = 1e-2;
 const ROUNDS: usize = 3;
 const ROUNDS_NEAR: usize = 8;
 
-/// Goes from one iterate, with its `residual` over the contact forces, to the next: the correction, and how many solves
-/// it took.
+/// Goes from one iterate to the next: the correction, and how many solves it took.
 fn iterate(
     sys: &mut System,
     limits: &Limits,
-    residual: f64,
+    near: bool,
+) -> Result<(Correction, usize), NewtonError> {
+    let (correction, solves) = settled(sys, limits, near)?;
+    line_search::go(sys, &correction, bounded_share(sys, &correction), near)?;
+    Ok((correction, solves))
+}
+
+/// The first correction of an increment, from what is foreseen. Where it leads too far, points that were foreseen to
+/// flow no longer do: then one with all flow as foreseen, from the same iterate.
+fn first_iterate(
+    sys: &mut System,
+    limits: &Limits,
+    factor: f64,
+    near: bool,
+) -> Result<(Correction, usize), NewtonError> {
+    let (correction, solves) = settled(sys, limits, near)?;
+    if line_search::fits(sys, &correction, bounded_share(sys, &correction))? {
+        return Ok((correction, solves));
+    }
+    sys.evaluate_foreseen(Foresight { factor, stiff: true })?;
+    sys.search();
+    sys.assemble();
+    let (correction, more) = settled(sys, limits, near)?;
+    line_search::go(sys, &correction, bounded_share(sys, &correction), true)?;
+    Ok((correction, solves + more))
+}
+
+/// The correction from the present iterate with its active set settled, and how many solves it took.
+fn settled(
+    sys: &mut System,
+    limits: &Limits,
+    near: bool,
 ) -> Result<(Correction, usize), NewtonError> {
     let first = sys.correct()?;
-    let near = residual < NEAR;
     let rounds = if near { ROUNDS_NEAR } else { ROUNDS };
     let (correction, solves) = settle(sys, first, limits, rounds)?;
     sys.remember_sliding();
-    line_search::go(sys, &correction, bounded_share(sys, &correction), near)?;
     Ok((correction, 1 + solves))
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use super::assembly::{Body, ElementFailure, Evaluation};
+use super::assembly::{Body, ElementFailure, Evaluation, Foresight};
 use super::conditions::{Condition, Scales, can_touch, contact_normal, hold, touching, untouched};
 use super::constraints::Constraints;
 use super::contact::ContactSet;
@@ -187,6 +187,14 @@ impl System {
         if let (Ok(()), Some(damper)) = (&done, &self.damper) {
             damper.add(&self.u, want, self.body.pattern(), &mut self.eval);
         }
+        self.timings.elements += start.elapsed().as_secs_f64();
+        done
+    }
+
+    /// The same with the law linear about what is foreseen.
+    pub(super) fn evaluate_foreseen(&mut self, foresight: Foresight) -> Result<(), ElementFailure> {
+        let start = Instant::now();
+        let done = self.body.evaluate_foreseen(&self.u, foresight, &mut self.eval);
         self.timings.elements += start.elapsed().as_secs_f64();
         done
     }

@@ -100,21 +100,23 @@ pub(super) fn attempt(
     [share, target]: [f64; 2],
     patience: Patience,
 ) -> Result<NewtonStats, NewtonError> {
-    predict(&mut sim.sys, &sim.committed, target - share);
+    let foreseen = predict(&mut sim.sys, &sim.committed, target - share);
     let stage = &sim.stages[plan.stage];
     set_targets(&mut sim.sys, stage, plan, target, sim.share);
     add_loads(&mut sim.sys, &sim.loads, stage.load.at(target));
-    solve(&mut sim.sys, &sim.limits, patience, &mut sim.history)
+    solve(&mut sim.sys, &sim.limits, patience, foreseen, &mut sim.history)
 }
 
-/// Starts the iteration where the last increment, repeated in proportion, would lead.
-fn predict(sys: &mut System, committed: &Committed, step: f64) {
-    let Some((last_step, du, dtravel)) = &committed.last else { return };
+/// Starts the iteration where the last increment, repeated in proportion, would lead; that proportion, where the
+/// material can be foreseen too.
+fn predict(sys: &mut System, committed: &Committed, step: f64) -> Option<f64> {
+    let (last_step, du, dtravel) = committed.last.as_ref()?;
     let factor = step / last_step;
     sys.u.iter_mut().zip(du).for_each(|(u, d)| *u += factor * d);
     for (tool, d) in sys.tools.iter_mut().zip(dtravel) {
         tool.travel += factor * d;
     }
+    sys.body.can_foresee().then_some(factor)
 }
 
 /// Makes the present iterate the last converged state; `step`: share of the stage that led there, for the predictor.

@@ -10,6 +10,7 @@
 
 pub mod card;
 pub mod elastic;
+pub mod foreseen;
 pub mod hardening;
 pub mod hill48;
 pub mod log_strain;
@@ -17,6 +18,7 @@ pub mod plastic;
 pub mod yield_function;
 pub mod yld2004;
 
+use self::foreseen::Memory;
 use super::lanes::{Eight, POINTS};
 use super::tensor::{Mandel, Mandel66};
 
@@ -164,6 +166,11 @@ pub trait Material: Send + Sync + std::fmt::Debug {
     fn equivalent_plastic_strain(&self, state: &[f64]) -> f64 {
         let _ = state;
         0.0
+    }
+
+    /// What a history keeps that the next increment can be foreseen from; `None` for laws that need no such thing.
+    fn memory(&self) -> Option<Memory> {
+        None
     }
 
     /// Whether the tangent is symmetric (associated flow without recovery terms).

@@ -17,6 +17,7 @@
 use pulp::Arch;
 
 use super::elastic::Elastic;
+use super::foreseen::Memory;
 use super::hardening::{Hardening, HardeningError};
 use super::hill48::Hill48;
 use super::yield_function::{YieldError, YieldFunction};
@@ -34,11 +35,12 @@ pub struct Backstress {
     pub recovery: f64,
 }
 
-/// History of a point: `Ep` (6), `p`, plastic work, then six values for each backstress.
+/// History of a point: `Ep` (6), `p`, plastic work, `E` (6, global axes), then six values for each backstress.
 const STRAIN: usize = 0;
 const EQUIVALENT: usize = 6;
 const WORK: usize = 7;
-const BACKSTRESS: usize = 8;
+const LOG_STRAIN: usize = 8;
+const BACKSTRESS: usize = 14;
 /// Yield check, relative to the flow stress.
 const YIELD_TOLERANCE: f64 = 1e-12;
 const MAX_ITERATIONS: usize = 200;
@@ -248,12 +250,13 @@ impl Material for Plastic {
             };
             Arch::new().dispatch(one).map_err(|(_, error)| error)?;
             *response = all.get(0);
+            new[LOG_STRAIN..BACKSTRESS].copy_from_slice(strain);
             return Ok(());
         }
-        let Some(turn) = &self.to_material else {
-            return self.update_in_axes(strain, old, new, response);
-        };
-        self.update_in_axes(&tensor::apply(turn, strain), old, new, response)?;
+        let own = self.to_material.as_ref().map_or(*strain, |turn| tensor::apply(turn, strain));
+        self.update_in_axes(&own, old, new, response)?;
+        new[LOG_STRAIN..BACKSTRESS].copy_from_slice(strain);
+        let Some(turn) = &self.to_material else { return Ok(()) };
         let back = tensor::transpose(turn);
         response.stress = tensor::apply(&back, &response.stress);
         response.tangent = tensor::product(&tensor::product(&back, &response.tangent), turn);
@@ -270,8 +273,15 @@ impl Material for Plastic {
         match &self.criterion {
             YieldFunction::Hill48(spectrum) => {
                 let material = self;
-                let all = quadratic::Update { material, spectrum, strains, count, old, new, out };
-                Arch::new().dispatch(all)
+                let to = &mut *new;
+                let all =
+                    quadratic::Update { material, spectrum, strains, count, old, new: to, out };
+                Arch::new().dispatch(all)?;
+                let histories = new.chunks_exact_mut(self.state_len()).take(count);
+                for (point, history) in histories.enumerate() {
+                    history[LOG_STRAIN..BACKSTRESS].copy_from_slice(&strains.map(|of| of[point]));
+                }
+                Ok(())
             }
             _ => one_by_one(self, strains, count, (old, new), out),
         }
@@ -279,6 +289,10 @@ impl Material for Plastic {
 
     fn equivalent_plastic_strain(&self, state: &[f64]) -> f64 {
         state[EQUIVALENT]
+    }
+
+    fn memory(&self) -> Option<Memory> {
+        Some(Memory { strain: LOG_STRAIN, stiffness: self.elastic.stiffness() })
     }
 
     fn is_symmetric(&self) -> bool {

@@ -151,7 +151,7 @@ fn setup(depth: f64, kind: ToolKind, count: usize) -> SimulationSetup {
     }
     let steel =
         card::find("mild-steel-neto2012").and_then(|c| c.build(0.0)).expect("a card of our own");
-    let shell = ElementKind::SolidShell { points: 5, membrane: false };
+    let shell = ElementKind::SolidShell { points: 5, membrane: true };
     let travel = Motion::Travel(Curve::ramp(0.0, depth));
     SimulationSetup {
         body: Body::new(mesh, shell, steel).expect("a sound mesh"),

@@ -1,0 +1,30 @@
+//! A body's history as bytes, for checkpoints.
+
+use super::{Body, BodyError};
+
+impl Body {
+    /// The committed history and what it was foreseen from, as bytes (little-endian 64-bit numbers), for checkpoints.
+    #[must_use]
+    pub fn export_state(&self) -> Vec<u8> {
+        self.committed.iter().chain(&self.before).flat_map(|value| value.to_le_bytes()).collect()
+    }
+
+    /// Takes a history written by [`Body::export_state`]; the next evaluation repeats to the bit.
+    ///
+    /// # Errors
+    /// [`BodyError::StateSize`] when the bytes belong to another model.
+    pub fn import_state(&mut self, bytes: &[u8]) -> Result<(), BodyError> {
+        let expected = 8 * (self.committed.len() + self.before.len());
+        if bytes.len() != expected {
+            return Err(BodyError::StateSize { found: bytes.len(), expected });
+        }
+        let all = self.committed.iter_mut().chain(&mut self.before);
+        for (value, chunk) in all.zip(bytes.chunks_exact(8)) {
+            let mut raw = [0; 8];
+            raw.copy_from_slice(chunk);
+            *value = f64::from_le_bytes(raw);
+        }
+        self.restore();
+        Ok(())
+    }
+}

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::blank::HexMesh;
 use super::element::{
     DOFS, ElementInput, ElementKind, ElementMatrices, FailureReason, PointFailure, PointGeometry,
-    Want, hex8, hex8_enhanced, modes, reference_points, solid_shell,
+    Want, modes, reference_points,
 };
 use super::material::Material;
 use super::pattern::{Gather, Pattern};
@@ -109,6 +109,20 @@ pub struct Body {
     blocks: Vec<ElementMatrices>,
 }
 
+/// History of so many elements before anything happened.
+fn virgin(elements: usize, kind: ElementKind, material: &dyn Material) -> Vec<f64> {
+    let (state_len, point_len) = (material.state_len(), kind.point_count() * material.state_len());
+    let stride = point_len + modes::record_len(kind.mode_count());
+    let mut history = vec![0.0; elements * stride];
+    if state_len > 0 {
+        for element in history.chunks_exact_mut(stride) {
+            let (states, _) = element.split_at_mut(point_len);
+            states.chunks_exact_mut(state_len).for_each(|state| material.initial_state(state));
+        }
+    }
+    history
+}
+
 /// Nodes gathered by one task.
 const NODES_PER_TASK: usize = 128;
 
@@ -138,16 +152,7 @@ impl Body {
         {
             return Err(BodyError::BadPointCount { found: points });
         }
-        let (state_len, point_len) =
-            (material.state_len(), kind.point_count() * material.state_len());
-        let stride = point_len + modes::record_len(kind.mode_count());
-        let mut committed = vec![0.0; mesh.elements.len() * stride];
-        if state_len > 0 {
-            for element in committed.chunks_exact_mut(stride) {
-                let (states, _) = element.split_at_mut(point_len);
-                states.chunks_exact_mut(state_len).for_each(|state| material.initial_state(state));
-            }
-        }
+        let committed = virgin(mesh.elements.len(), kind, material.as_ref());
         let gather = Gather::new(count, &mesh.elements);
         let blocks = vec![ElementMatrices::zero(); mesh.elements.len()];
         let thickness_rule = kind.thickness_rule();
@@ -207,11 +212,7 @@ impl Body {
         want: Want,
         out: &mut Evaluation,
     ) -> Result<(), ElementFailure> {
-        let material = Arc::clone(&self.material);
-        let history = std::mem::take(&mut self.committed);
-        let done = self.evaluate_elements(displacement, want, (material.as_ref(), &history));
-        self.committed = history;
-        done?;
+        self.evaluate_elements(displacement, want, None)?;
         self.gather_all(want, out);
         Ok(())
     }
@@ -281,12 +282,15 @@ impl Body {
             + modes::record_len(self.kind.mode_count())
     }
 
+    /// Evaluates all elements into their blocks: with the material about the committed history, or another law about
+    /// another.
     fn evaluate_elements(
         &mut self,
         displacement: &[f64],
         want: Want,
-        (material, committed): (&dyn Material, &[f64]),
+        other: Option<(&dyn Material, &[f64])>,
     ) -> Result<(), ElementFailure> {
+        let (material, history) = other.unwrap_or((self.material.as_ref(), &self.committed[..]));
         let stride = self.stride();
         let point_len = self.kind.point_count() * self.material.state_len();
         let rule = &self.thickness_rule;
@@ -303,31 +307,13 @@ impl Body {
                 material,
                 nodes: &nodes,
                 displacement: &local,
-                old_state: &committed[element * stride..element * stride + point_len],
+                old_state: &history[element * stride..element * stride + point_len],
                 want,
             };
             let (states, record) = new_state.split_at_mut(point_len);
-            let result = match kind {
-                ElementKind::Hex8 => hex8::evaluate(&input, &geometry[element], states, block),
-                ElementKind::Hex8Enhanced => {
-                    hex8_enhanced::evaluate(&input, &geometry[element], states, record, block)
-                }
-                ElementKind::SolidShell { membrane: false, .. } => {
-                    solid_shell::evaluate::<{ solid_shell::THICKNESS_MODES }>(
-                        &input, rule, states, record, block,
-                    )
-                }
-                ElementKind::SolidShell { membrane: true, .. } => {
-                    solid_shell::evaluate::<{ solid_shell::MEMBRANE_MODES }>(
-                        &input, rule, states, record, block,
-                    )
-                }
-            };
-            result.err().map(|PointFailure { point, reason }| ElementFailure {
-                element,
-                point,
-                reason,
-            })
+            let result = kind.evaluate(&input, (&geometry[element], rule), (states, record), block);
+            let failed = |PointFailure { point, reason }| ElementFailure { element, point, reason };
+            result.err().map(failed)
         };
         let mut states: Vec<&mut [f64]> = if stride == 0 {
             (0..mesh.elements.len()).map(|_| <&mut [f64]>::default()).collect()

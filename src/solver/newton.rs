@@ -122,11 +122,7 @@ pub(super) fn solve(
     let mut pivoting = Pivoting::new();
     // Iterations before the springs of an augmented method were last moved.
     let mut before = 0;
-    match foreseen {
-        Some(factor) => sys.evaluate_foreseen(Foresight { factor, stiff: false })?,
-        None => sys.evaluate(Want::ResidualAndTangent)?,
-    }
-    sys.search();
+    begin(sys, foreseen)?;
     loop {
         let changes = revise(sys, last.as_ref(), near_balance, limits, &mut pivoting);
         let residual = sys.assemble();
@@ -156,6 +152,16 @@ pub(super) fn solve(
         stats.iterations += 1;
         last = Some(correction);
     }
+}
+
+/// Evaluates and searches the first iterate.
+fn begin(sys: &mut System, foreseen: Option<f64>) -> Result<(), ElementFailure> {
+    match foreseen {
+        Some(factor) => sys.evaluate_foreseen(Foresight { factor, stiff: false })?,
+        None => sys.evaluate(Want::ResidualAndTangent)?,
+    }
+    sys.search();
+    Ok(())
 }
 
 /// Residual below which the linearised system is what matters: corrections are taken whole.

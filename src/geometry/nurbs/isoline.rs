@@ -22,6 +22,7 @@ pub struct FirstDerivs {
 pub struct Isoline<'a> {
     degree: usize,
     knots: &'a [f64],
+    ends: [f64; 2],
     /// Row that `rows[0]` belongs to.
     first: usize,
     /// Homogeneous points, and their derivatives by v.
@@ -57,14 +58,15 @@ impl Surface {
             }
             sums
         };
-        Isoline { degree, knots, first, rows: (first..=last).map(row).collect() }
+        Isoline { degree, knots, ends: u, first, rows: (first..=last).map(row).collect() }
     }
 }
 
 impl Isoline<'_> {
-    /// Point and first derivatives at `u`, which lies between those the line was made for.
+    /// Point and first derivatives at `u`, clamped to the values the line was made for.
     #[must_use]
     pub fn derivs(&self, u: f64) -> FirstDerivs {
+        let u = u.max(self.ends[0]).min(self.ends[1]);
         match self.degree {
             0..SMALL => self.derivs_sized::<SMALL>(u),
             SMALL..MEDIUM => self.derivs_sized::<MEDIUM>(u),
@@ -108,7 +110,7 @@ mod tests {
         for v in [-1.0, 0.2, 0.5, 1.0] {
             for ends in [[0.0, 2.0], [0.1, 0.3], [0.31, 0.9], [1.0, 1.5]] {
                 let line = surface.isoline(v, ends);
-                for share in [0.0, 0.4, 1.0] {
+                for share in [0.0_f64, 0.4, 1.0, 1.0 + f64::EPSILON] {
                     let u = ends[0] + share * (ends[1] - ends[0]);
                     let (found, expected) = (line.derivs(u), surface.derivs(Vec2::new(u, v)));
                     assert!((found.s - expected.s).norm() < 1e-14);

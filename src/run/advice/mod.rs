@@ -16,7 +16,7 @@ use crate::solver::{Motion, SimulationSetup};
 /// In-plane size over layer thickness from which fully integrated hexahedra are far too stiff in bending.
 const SLENDER: f64 = 4.0;
 /// In-plane size over thickness below which solid-shells with assumed in-plane strains got a checkerboard of thickness
-/// where a flange was compressed (`docs/results/study.md`: at 1.2, not at 2.5).
+/// where a flange was compressed (`docs/results/study.md`: at 1.26, not at 2.5).
 const NARROW: f64 = 1.5;
 /// Points through the thickness from which a solid-shell gains nothing in bending, and those that springback wants.
 const POINTS: [u8; 2] = [5, 7];

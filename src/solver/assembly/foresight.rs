@@ -46,7 +46,7 @@ impl Body {
             }
         }
         let law = Foreseen::new(Arc::clone(&self.material), &memory, stiff);
-        self.evaluate_elements(displacement, Want::ResidualAndTangent, (&law, &history))?;
+        self.evaluate_elements(displacement, Want::ResidualAndTangent, Some((&law, &history)))?;
         self.gather_all(Want::ResidualAndTangent, out);
         Ok(())
     }
@@ -65,5 +65,65 @@ impl Body {
         let (stride, len) = (self.stride(), self.material.state_len());
         let (elements, points) = (self.mesh.elements.len(), self.kind.point_count());
         (0..elements).flat_map(move |e| (0..points).map(move |p| e * stride + p * len + place))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Mat3, Vec3};
+    use crate::solver::blank::rectangle;
+    use crate::solver::element::ElementKind;
+    use crate::solver::material::card;
+
+    /// A sheet of 2 x 2 elements, stretched in proportion to `step` and turned by 0.1 rad with each: displacements.
+    fn stretched_and_turned(body: &Body, step: f64) -> Vec<f64> {
+        let (s, c) = (0.1 * step).sin_cos();
+        let turn = Mat3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c);
+        let [long, thin] = [0.01 * step, -0.005 * step].map(f64::exp);
+        let moved = |x: &Vec3| turn * Vec3::new(long * x.x, thin * x.y, thin * x.z) - x;
+        body.mesh().nodes.iter().flat_map(|x| <[f64; 3]>::from(moved(x))).collect()
+    }
+
+    fn largest_difference(a: &Evaluation, b: &Evaluation) -> f64 {
+        let pairs = a.internal_force.iter().zip(&b.internal_force);
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn strains_are_carried_on_as_they_grow_however_the_sheet_turns() {
+        let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
+        for kind in [ElementKind::Hex8, ElementKind::SolidShell { points: 3, membrane: true }] {
+            let mesh = rectangle(2.0, 2.0, 0.8, 2, 2, 1);
+            let mut body = Body::new(mesh.clone(), kind, Arc::clone(&steel)).unwrap();
+            let [mut out, mut foreseen] = [Evaluation::default(), Evaluation::default()];
+            for step in [1.0, 2.0] {
+                let u = stretched_and_turned(&body, step);
+                body.evaluate(&u, Want::ResidualAndTangent, &mut out).unwrap();
+                body.commit();
+            }
+            // What is foreseen survives a checkpoint.
+            let saved = body.export_state();
+            body = Body::new(mesh, kind, Arc::clone(&steel)).unwrap();
+            body.import_state(&saved).unwrap();
+            let [before, last, next] =
+                [1.0, 2.0, 3.5].map(|step| stretched_and_turned(&body, step));
+            body.evaluate(&next, Want::ResidualAndTangent, &mut out).unwrap();
+            let force = out.internal_force.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+            for stiff in [false, true] {
+                let foresight = Foresight { factor: 1.5, stiff };
+                body.evaluate_foreseen(&next, foresight, &mut foreseen).unwrap();
+                let off = largest_difference(&foreseen, &out);
+                assert!(off < 1e-9 * force, "{kind:?} {stiff}: {off} of {force}");
+            }
+            // With another factor it is not what is there, and displacements carried on are farther off than the strains.
+            let foresight = Foresight { factor: 1.0, stiff: false };
+            body.evaluate_foreseen(&next, foresight, &mut foreseen).unwrap();
+            assert!(largest_difference(&foreseen, &out) > 1e-3 * force);
+            let carried: Vec<f64> =
+                last.iter().zip(&before).map(|(u, b)| u + 1.5 * (u - b)).collect();
+            body.evaluate(&carried, Want::ResidualAndTangent, &mut foreseen).unwrap();
+            assert!(largest_difference(&foreseen, &out) > 0.1 * force);
+        }
     }
 }

@@ -97,6 +97,36 @@ impl ElementKind {
     }
 }
 
+impl ElementKind {
+    /// Evaluates one element: its undeformed Gauss points or points through the thickness, whichever it has; its points'
+    /// new histories and the record of its modes.
+    ///
+    /// # Errors
+    /// [`PointFailure`] where the material, the shape or the modes fail.
+    pub(crate) fn evaluate(
+        self,
+        input: &ElementInput<'_>,
+        (points, rule): (&[PointGeometry; 8], &[(f64, f64)]),
+        (states, record): (&mut [f64], &mut [f64]),
+        out: &mut ElementMatrices,
+    ) -> Result<(), PointFailure> {
+        match self {
+            Self::Hex8 => hex8::evaluate(input, points, states, out),
+            Self::Hex8Enhanced => hex8_enhanced::evaluate(input, points, states, record, out),
+            Self::SolidShell { membrane: false, .. } => {
+                solid_shell::evaluate::<{ solid_shell::THICKNESS_MODES }>(
+                    input, rule, states, record, out,
+                )
+            }
+            Self::SolidShell { membrane: true, .. } => {
+                solid_shell::evaluate::<{ solid_shell::MEMBRANE_MODES }>(
+                    input, rule, states, record, out,
+                )
+            }
+        }
+    }
+}
+
 /// What is asked of an evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Want {

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use super::{LogResponse, LogResponses, Material, MaterialError};
-use crate::solver::lanes::Eight;
+use crate::solver::lanes::{Eight, POINTS};
 use crate::solver::tensor::{Mandel, Mandel66};
 
 /// What a law keeps that an increment can be foreseen from.
@@ -49,16 +49,10 @@ impl Material for Foreseen {
         new: &mut [f64],
         response: &mut LogResponse,
     ) -> Result<(), MaterialError> {
-        let foreseen = std::array::from_fn(|i| old[self.strain + i]);
-        self.law.update(&foreseen, old, new, response)?;
-        if let Some(tangent) = self.tangent {
-            response.tangent = tangent;
-        }
-        for i in 0..6 {
-            for j in 0..6 {
-                response.stress[i] += response.tangent[i][j] * (strain[j] - foreseen[j]);
-            }
-        }
+        let mut all = LogResponses::zero();
+        let strains = strain.map(|value| [value; POINTS]);
+        self.update_points(&strains, 1, (old, new), &mut all).map_err(|(_, error)| error)?;
+        *response = all.get(0);
         Ok(())
     }
 
@@ -95,7 +89,6 @@ impl Material for Foreseen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::lanes::POINTS;
     use crate::solver::material::card;
 
     /// A point of mild steel that flows, the strain it is foreseen to reach put in its history.

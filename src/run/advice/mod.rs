@@ -15,9 +15,6 @@ use crate::solver::{Motion, SimulationSetup};
 
 /// In-plane size over layer thickness from which fully integrated hexahedra are far too stiff in bending.
 const SLENDER: f64 = 4.0;
-/// In-plane size over thickness below which solid-shells with assumed in-plane strains got a checkerboard of thickness
-/// where a flange was compressed (`docs/results/study.md`: at 1.26, not at 2.5).
-const NARROW: f64 = 1.5;
 /// Points through the thickness from which a solid-shell gains nothing in bending, and those that springback wants.
 const POINTS: [u8; 2] = [5, 7];
 /// Time grows with this power of the unknowns (`docs/results/solver.md`).
@@ -54,7 +51,6 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     let mut out = Vec::new();
     out.extend(symmetry::unused(plan, setup, cost));
     elements(plan, setup, cost, &mut out);
-    out.extend(narrow(blank.element, size / setup.body.mesh().mean_thickness()));
     let kept = reachable(setup);
     for (k, tool) in setup.tools.iter().enumerate() {
         tools::remarks(tool, &kept[k], size, cost, &mut out);
@@ -111,17 +107,6 @@ fn elements(plan: &Plan, setup: &SimulationSetup, cost: &Cost, out: &mut Vec<Rem
     }
 }
 
-/// Solid-shells too narrow for the thickness of their sheet.
-fn narrow(element: ElementKind, over_thickness: f64) -> Option<Remark> {
-    let assumed = matches!(element, ElementKind::SolidShell { membrane: true, .. });
-    (assumed && over_thickness < NARROW).then(|| {
-        Remark::new(
-            format!("solid-shells only {over_thickness:.1} times as wide as the sheet is thick"),
-            "under large compression their thickness may grow a checkerboard: take wider ones, or \"membrane\": false, which is stiffer in its plane".into(),
-        )
-    })
-}
-
 /// Mean edge of the elements in plan [mm].
 fn element_size(mesh: &HexMesh) -> f64 {
     let edge = |e: &[u32; 8], a: usize, b: usize| {
@@ -135,15 +120,6 @@ fn element_size(mesh: &HexMesh) -> f64 {
 mod tests {
     use super::*;
     use crate::solver::blank::rectangle;
-
-    #[test]
-    fn narrow_solid_shells_are_told() {
-        let shell = |membrane| ElementKind::SolidShell { points: 5, membrane };
-        let told = narrow(shell(true), 1.2).unwrap().to_string();
-        assert!(told.starts_with("solid-shells only 1.2 times as wide"), "{told}");
-        assert!(narrow(shell(true), 2.5).is_none() && narrow(shell(false), 1.2).is_none());
-        assert!(narrow(ElementKind::Hex8, 1.2).is_none());
-    }
 
     #[test]
     fn elements_are_measured_in_plan() {

@@ -1,5 +1,6 @@
 //! Published and closed-form benchmarks of the elements.
 
+mod compressed;
 mod flange;
 mod shells;
 

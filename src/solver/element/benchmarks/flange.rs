@@ -34,7 +34,7 @@ fn drawn_in(kind: ElementKind, radial: usize) -> f64 {
     let elastic = Elastic { young: 210_000.0, poisson: 0.3 };
     let steel = Arc::new(Plastic::new(elastic, &Hill48::MISES, swift).unwrap());
     let mut body = Body::new(mesh, kind, steel).unwrap();
-    let (u, _) = solve(&mut body, &Problem { held, loads: Vec::new(), steps: 60 });
+    let (u, _) = solve(&mut body, &Problem { held, loads: Vec::new(), steps: 90 });
     let mut out = Evaluation::default();
     body.evaluate(&u, Want::Residual, &mut out).unwrap();
     let along = |(node, d): (usize, nalgebra::Vector2<f64>)| {
@@ -46,8 +46,8 @@ fn drawn_in(kind: ElementKind, radial: usize) -> f64 {
 /// Four elements along the radius: strains as they are make the flange too stiff.
 #[test]
 fn a_flange_drawn_in_by_coarse_shells_is_not_too_stiff() {
-    let fine = drawn_in(SHELL_ENHANCED, 12);
+    let fine = drawn_in(SHELL_ENHANCED, 10);
     let [assumed, plain] = [SHELL_ENHANCED, SHELL].map(|kind| drawn_in(kind, 4) / fine - 1.0);
     println!("flange: {fine:.1} N, {assumed:+.4} assumed, {plain:+.4} as they are");
-    assert!(assumed.abs() < 0.01 && plain > 0.03, "{assumed} {plain}");
+    assert!(assumed.abs() < 0.012 && plain > 0.2, "{assumed} {plain}");
 }

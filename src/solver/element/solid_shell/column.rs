@@ -1,11 +1,19 @@
 //! The points of a solid-shell above one point of its mid surface.
 
-use super::{
-    GENERALISED, InPlane, MODES, Pairs, Plane, Shape, add_generalised, add_generalised_stiffness,
-    natural, products, to_cartesian,
+use super::generalised::{
+    GENERALISED, add_curvature, add_generalised, add_generalised_stiffness, derivatives, natural,
+    products,
 };
+use super::stretch::Stretch;
+use super::{
+    InPlane, MODES, Moved, Pairs, Plane, Shape, Sums, THICKNESS_MODES, base_vectors, inverse,
+    to_cartesian,
+};
+use crate::geometry::Mat3;
 use crate::solver::element::modes::ModeSums;
-use crate::solver::element::{ElementInput, ElementMatrices, FailureReason, PointFailure, Want};
+use crate::solver::element::{
+    ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible,
+};
 use crate::solver::lanes::POINTS;
 use crate::solver::material::log_strain::{self, PointResponse, Responses};
 use crate::solver::tensor::{self, Mandel, Mandel66};
@@ -22,7 +30,7 @@ pub(super) struct Totals<const M: usize> {
 pub(super) struct Column<'a> {
     pub input: &'a ElementInput<'a>,
     pub shape: &'a Shape<'a>,
-    pub current: &'a Pairs,
+    pub moved: &'a Moved,
     pub in_plane: &'a InPlane,
     pub index: usize,
     pub xi: f64,
@@ -40,8 +48,9 @@ impl Column<'_> {
     ) -> Result<Totals<M>, PointFailure> {
         let (xi, eta) = (self.xi, self.eta);
         let rule = self.shape.rule;
-        let at = |pairs: &Pairs| products(pairs, self.in_plane, xi, eta);
-        let (before, now) = (at(self.shape.pairs), at(self.current));
+        let at = |pairs: &Pairs, turned| products(pairs, self.in_plane, turned, (xi, eta));
+        let before = at(self.shape.pairs, &[0.0; 2]);
+        let now = at(&self.moved.pairs, &self.moved.fibres.value);
         let strain: [f64; GENERALISED] = std::array::from_fn(|i| now[i] - before[i]);
         let mut totals = Totals {
             stress: [0.0; GENERALISED],
@@ -50,12 +59,13 @@ impl Column<'_> {
             right: [[0.0; GENERALISED]; M],
         };
         let first = self.index * rule.len();
+        let stretch = self.stretch(alpha)?;
         for (chunk, rule) in rule.chunks(POINTS).enumerate() {
             let first = first + chunk * POINTS;
-            let layers = self.layers::<M>(&strain, alpha, rule, first)?;
+            let layers = self.layers::<M>(&strain, (alpha, stretch.as_ref()), rule, first)?;
             let mut c = [[1.0; POINTS]; 6];
             for (k, layer) in layers.iter().enumerate() {
-                (0..6).for_each(|i| c[i][k] = layer.stretch[i]);
+                (0..6).for_each(|i| c[i][k] = layer.stretched[i]);
             }
             let len = self.input.material.state_len();
             let range = first * len..(first + rule.len()) * len;
@@ -72,49 +82,123 @@ impl Column<'_> {
             .map_err(|(k, error)| PointFailure { point: first + k, reason: error.into() })?;
             for (k, layer) in layers.iter().enumerate() {
                 let wants_tangent = self.input.want == Want::ResidualAndTangent;
-                layer.add(&answers.at(k), wants_tangent, &mut totals, sums, out);
+                let answer = answers.at(k);
+                layer.add(&answer, stretch.as_ref(), wants_tangent, &mut totals, sums, out);
             }
         }
         Ok(totals)
+    }
+
+    /// Adds what the points gave to the element.
+    pub(super) fn add<const M: usize>(
+        &self,
+        totals: &Totals<M>,
+        sums: &mut Sums<M>,
+        out: &mut ElementMatrices,
+    ) {
+        let at = (self.xi, self.eta);
+        let b = derivatives(self.moved, self.in_plane, at);
+        for (row, value) in b.iter().zip(&totals.stress) {
+            out.force.iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * value);
+        }
+        let modes = &mut sums.modes;
+        for k in 0..M {
+            for (row, (left, right)) in b.iter().zip(totals.left[k].iter().zip(&totals.right[k])) {
+                modes.left[k].iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * left);
+                modes.right[k].iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * right);
+            }
+        }
+        if self.input.want == Want::ResidualAndTangent {
+            compatible::add_congruence(&b, &totals.stiffness, &mut out.tangent);
+            let curvature = (&mut sums.curvature, &mut sums.turning);
+            add_curvature(&totals.stress, self.in_plane, at, curvature);
+        }
+    }
+
+    /// Stretches of the column, if it has such modes: the same at all its points, so weighted by the mean of det J.
+    fn stretch<const M: usize>(
+        &self,
+        alpha: &[f64; M],
+    ) -> Result<Option<Stretch<'_>>, PointFailure> {
+        let [along, across] = match alpha[THICKNESS_MODES..] {
+            [along, across] => [along, across],
+            _ => return Ok(None),
+        };
+        let plane = Plane::at(self.xi, self.eta);
+        let det = |zeta: f64| base_vectors(self.shape.pairs, &plane, zeta).determinant();
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for &(zeta, weight) in self.shape.rule {
+            sum += weight * det(zeta);
+            weights += weight;
+        }
+        let share = self.shape.centre.1 * weights / sum;
+        let stretch =
+            self.shape.axes.stretched([self.xi * share, self.eta * share], [along, across]);
+        stretch.map(Some).map_err(|ratio| PointFailure {
+            point: self.index * self.shape.rule.len(),
+            reason: FailureReason::Inverted { ratio },
+        })
     }
 
     /// The points `first` and on, at the places `rule` through the thickness.
     fn layers<const M: usize>(
         &self,
         strain: &[f64; GENERALISED],
-        alpha: &[f64; M],
+        (alpha, stretch): (&[f64; M], Option<&Stretch<'_>>),
         rule: &[(f64, f64)],
         first: usize,
     ) -> Result<Vec<Layer<M>>, PointFailure> {
         let (xi, eta) = (self.xi, self.eta);
         let plane = Plane::at(xi, eta);
+        let gradient = stretch.map_or_else(Mat3::identity, |stretch| stretch.gradient);
+        let (through, unit) = over(&gradient, &self.shape.centre.0);
         let layer = |(k, &(zeta, quadrature)): (usize, &(f64, f64))| {
-            let (map, det) = to_cartesian(self.shape.pairs, &plane, zeta).ok_or({
+            let base = base_vectors(self.shape.pairs, &plane, zeta);
+            let (inverse, det) = inverse(&base).ok_or({
                 let reason = FailureReason::Inverted { ratio: 0.0 };
                 PointFailure { point: first + k, reason }
             })?;
-            let directions = mode_strains::<M>(self.shape.centre, det, [xi, eta, zeta]);
-            let mut assumed = tensor::apply(&map, &natural(strain, zeta));
-            for (direction, value) in directions.iter().zip(alpha) {
-                (0..6).for_each(|i| assumed[i] += value * direction[i]);
+            let map = to_cartesian(&(inverse * gradient));
+            let mut directions = [[0.0; 6]; M];
+            let share = self.shape.centre.1 / det;
+            for (direction, mode) in directions.iter_mut().zip(&MODES) {
+                let value = mode.value([xi, eta, zeta]) * share;
+                *direction = through.map(|entry| value * entry);
             }
-            let stretch = std::array::from_fn(|i| tensor::UNIT[i] + 2.0 * assumed[i]);
-            Ok(Layer { zeta, weight: det * quadrature, map, directions, stretch })
+            let mut half = tensor::apply(&map, &natural(strain, zeta));
+            for (direction, value) in directions[..THICKNESS_MODES].iter().zip(alpha) {
+                (0..6).for_each(|i| half[i] += value * direction[i]);
+            }
+            let stretched = std::array::from_fn(|i| unit[i] + 2.0 * half[i]);
+            if let Some(stretch) = stretch {
+                directions[THICKNESS_MODES..].copy_from_slice(&stretch.directions(&stretched));
+            }
+            Ok(Layer { zeta, weight: det * quadrature, map, directions, stretched })
         };
         rule.iter().enumerate().map(layer).collect()
     }
+}
+
+/// The strain through the thickness, and `1`, with the stretch `U` over them: `Uᵀ e U` and `Uᵀ U`.
+fn over(gradient: &Mat3, centre: &Mandel66) -> (Mandel, Mandel) {
+    let rows = std::array::from_fn(|i| std::array::from_fn(|j| gradient[(j, i)]));
+    let through = centre.map(|row| row[2]);
+    (
+        tensor::apply(&tensor::congruence(&rows), &through),
+        tensor::from_matrix(&(gradient.transpose() * gradient)),
+    )
 }
 
 /// One point of a column.
 struct Layer<const M: usize> {
     zeta: f64,
     weight: f64,
-    /// From natural to Cartesian strain.
+    /// From natural to Cartesian strain, stretched.
     map: Mandel66,
     /// Cartesian strains of the modes.
     directions: [Mandel; M],
     /// Assumed right Cauchy-Green tensor.
-    stretch: Mandel,
+    stretched: Mandel,
 }
 
 impl<const M: usize> Layer<M> {
@@ -122,6 +206,7 @@ impl<const M: usize> Layer<M> {
     fn add(
         &self,
         response: &PointResponse,
+        stretch: Option<&Stretch<'_>>,
         wants_tangent: bool,
         totals: &mut Totals<M>,
         sums: &mut ModeSums<M>,
@@ -139,25 +224,35 @@ impl<const M: usize> Layer<M> {
             add_generalised_stiffness(&natural_tangent, zeta, &mut totals.stiffness);
         }
         let tangent_transposed = tensor::transpose(&tangent);
+        let work = stretch.map(|stretch| stretch.work(&stress));
         for (k, direction) in directions.iter().enumerate() {
             sums.residual[k] += tensor::dot(direction, &stress);
-            let column = tensor::apply(&tangent, direction);
-            let row = tensor::apply(&tangent_transposed, direction);
+            let mut column = tensor::apply(&tangent, direction);
+            let mut row = tensor::apply(&tangent_transposed, direction);
             for (l, other) in directions.iter().enumerate() {
                 sums.stiffness[k][l] += tensor::dot(&row, other);
+            }
+            if let (Some(work), true) = (&work, k >= THICKNESS_MODES) {
+                let work = &work[k - THICKNESS_MODES];
+                for (l, other) in directions[..THICKNESS_MODES].iter().enumerate() {
+                    let value = tensor::dot(work, other);
+                    sums.stiffness[k][l] += value;
+                    sums.stiffness[l][k] += value;
+                }
+                column.iter_mut().zip(work).for_each(|(x, w)| *x += w);
+                row.iter_mut().zip(work).for_each(|(x, w)| *x += w);
             }
             add_generalised(&tensor::apply(&back, &column), zeta, &mut totals.left[k]);
             add_generalised(&tensor::apply(&back, &row), zeta, &mut totals.right[k]);
         }
+        if let Some(stretch) = stretch {
+            let second = stretch.second(&self.stretched, &stress);
+            for (row, values) in sums.stiffness[THICKNESS_MODES..].iter_mut().zip(second) {
+                row[THICKNESS_MODES..]
+                    .iter_mut()
+                    .zip(values)
+                    .for_each(|(sum, value)| *sum += value);
+            }
+        }
     }
-}
-
-/// Cartesian strains `(j0/j) T0 M` of the modes at a point.
-fn mode_strains<const M: usize>(centre: &(Mandel66, f64), det: f64, xi: [f64; 3]) -> [Mandel; M] {
-    let (map, centre_det) = centre;
-    std::array::from_fn(|k| {
-        let mode = &MODES[k];
-        let value = mode.value(xi) * centre_det / det;
-        std::array::from_fn(|i| value * map[i][mode.column])
-    })
 }

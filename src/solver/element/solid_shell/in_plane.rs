@@ -1,4 +1,4 @@
-//! The in-plane strain of the mid surface, with the shear of the element's centre.
+//! The in-plane strain of the mid surface: its shear that of the element's centre, turned fibres not stretched.
 //!
 //! A bilinear element that bends in its plane has a shear of its own, `E_12` linear in `ξ` and `η`, that the sheet has
 //! not; likewise one that is warped. Taken at the centre instead, the shear is free of both. So that a uniform strain
@@ -16,6 +16,8 @@ use crate::geometry::Vec3;
 pub(super) struct InPlane {
     own: [[f64; 3]; 3],
     centre: [f64; 3],
+    /// Factors of the squares of turns (`fibres`) that are taken from the strains at the point.
+    pub turned: [f64; 2],
 }
 
 /// Base vectors of the mid surface at the centre.
@@ -26,11 +28,14 @@ pub(super) fn tangents(pairs: &Pairs) -> (Vec3, Vec3) {
 
 impl InPlane {
     /// Strains as they are at the point.
-    pub const AS_IT_IS: Self =
-        Self { own: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], centre: [0.0; 3] };
+    pub const AS_IT_IS: Self = Self {
+        own: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        centre: [0.0; 3],
+        turned: [0.0; 2],
+    };
 
     /// At `(ξ, η)` of an element with these pairs before anything moved.
-    pub fn with_shear_of_centre(reference: &Pairs, xi: f64, eta: f64) -> Self {
+    pub fn assumed_at(reference: &Pairs, xi: f64, eta: f64) -> Self {
         let (c1, c2) = tangents(reference);
         let plane = Plane::at(xi, eta);
         let metric = [c1.norm_squared(), c1.dot(&c2), c2.norm_squared()];
@@ -51,7 +56,11 @@ impl InPlane {
         let own = std::array::from_fn(|i| {
             std::array::from_fn(|j| f64::from(u8::from(i == j)) - back[i] * shear[j])
         });
-        Self { own, centre: back.map(|t| t * FRAC_1_SQRT_2) }
+        Self {
+            own,
+            centre: back.map(|t| t * FRAC_1_SQRT_2),
+            turned: [0.5 * eta * eta, 0.5 * xi * xi],
+        }
     }
 
     /// The assumed strains, or their derivatives.

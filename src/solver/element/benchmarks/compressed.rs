@@ -1,0 +1,118 @@
+//! Sheets under large strain in their plane: the waves that an endless mesh of one element resists, and which it does not.
+
+use nalgebra::SMatrix;
+
+use super::*;
+use crate::solver::assembly::Evaluation;
+use crate::solver::material::card;
+
+const PI: f64 = std::f64::consts::PI;
+/// Waves tried along each axis, up to one of two elements.
+const WAVES: usize = 8;
+
+/// Least stiffness of the waves `exp(i k·x)` on an endless mesh of elements with this tangent (rows by the element's own
+/// order of nodes), the lower side held flat, and the wave in parts of the shortest.
+fn weakest_wave(tangent: &[[f64; DOFS]; DOFS]) -> (f64, [f64; 2]) {
+    let places = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let stiffness = |k: [f64; 2]| {
+        // Real and imaginary parts of three displacements below and three above.
+        let mut sum = SMatrix::<f64, 12, 12>::zeros();
+        for (a, b) in (0..8).flat_map(|a| (0..8).map(move |b| (a, b))) {
+            let (p, q): ([f64; 2], [f64; 2]) = (places[a % 4], places[b % 4]);
+            let (s, c) = (k[0] * (q[0] - p[0]) + k[1] * (q[1] - p[1])).sin_cos();
+            for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                let value = tangent[3 * a + i][3 * b + j];
+                let (row, column) = (3 * (a / 4) + i, 3 * (b / 4) + j);
+                sum[(row, column)] += c * value;
+                sum[(row + 6, column + 6)] += c * value;
+                sum[(row + 6, column)] += s * value;
+                sum[(row, column + 6)] -= s * value;
+            }
+        }
+        for held in [2, 8] {
+            sum.row_mut(held).fill(0.0);
+            sum.column_mut(held).fill(0.0);
+            sum[(held, held)] = 1e9;
+        }
+        ((sum + sum.transpose()) * 0.5).symmetric_eigenvalues().min()
+    };
+    let waves = (1..(WAVES + 1).pow(2)).map(|n| [n / (WAVES + 1), n % (WAVES + 1)]);
+    waves
+        .map(|n| n.map(|n| n as f64 / WAVES as f64))
+        .map(|share| (stiffness(share.map(|share| PI * share)), share))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap()
+}
+
+/// Tangent of one element of 1 x 1 x 0.8 mm of the cross tool's steel, strained in its plane to these logarithmic strains
+/// in 40 steps, free to thicken.
+fn strained(kind: ElementKind, strain: [f64; 2]) -> [[f64; DOFS]; DOFS] {
+    let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
+    let mesh = blank::rectangle(1.0, 1.0, 0.8, 1, 1, 1);
+    let mut body = Body::new(mesh.clone(), kind, steel).unwrap();
+    let mut out = Evaluation::default();
+    let mut thickening = 0.0;
+    let upper = select(&mesh, |x| x.z > 1e-9);
+    let steps = 40;
+    for step in 1..=steps {
+        let share = f64::from(step) / f64::from(steps);
+        let mut force = |body: &mut Body, thickening: f64| {
+            let rates = [share * strain[0], share * strain[1], thickening].map(f64::exp_m1);
+            let u: Vec<f64> =
+                mesh.nodes.iter().flat_map(|x| [0, 1, 2].map(|i| rates[i] * x[i])).collect();
+            body.evaluate(&u, Want::ResidualAndTangent, &mut out).unwrap();
+            upper.iter().map(|&node| out.internal_force[3 * node + 2]).sum::<f64>()
+        };
+        for _ in 0..12 {
+            let pull = force(&mut body, thickening);
+            let more = force(&mut body, thickening + 1e-7);
+            thickening -= 1e-7 * pull / (more - pull);
+        }
+        force(&mut body, thickening);
+        body.commit();
+    }
+    let mut own = [0; 8];
+    for (local, &node) in mesh.elements[0].iter().enumerate() {
+        own[node as usize] = local;
+    }
+    let pattern = body.pattern();
+    let mut tangent = [[0.0; DOFS]; DOFS];
+    for row in 0..DOFS {
+        for at in pattern.row_ptr[row]..pattern.row_ptr[row + 1] {
+            let column = pattern.col_idx[at];
+            tangent[3 * own[row / 3] + row % 3][3 * own[column / 3] + column % 3] = out.tangent[at];
+        }
+    }
+    tangent
+}
+
+/// A flange is drawn in: stretched one way, compressed the other, by a logarithmic strain of 0.8 each. The shortest waves
+/// cost a bilinear element less than the sheet, whose bending they take for their own; still they must cost something.
+#[test]
+fn a_flange_drawn_in_far_resists_every_wave_of_its_mesh() {
+    let far = [[0.4, -0.5], [0.8, -0.8], [-0.8, 0.8], [0.6, -0.9], [0.0, -0.8]];
+    for strain in far {
+        let (least, wave) = weakest_wave(&strained(SHELL_ENHANCED, strain));
+        println!("{strain:?}: {least:.1} N/mm at {wave:?}");
+        assert!(least > 0.0, "{strain:?}: {least} at {wave:?}");
+    }
+}
+
+/// First strain, stretched one way and compressed the other, from which some wave is not resisted, of those up to 1.2 in
+/// steps of 0.1.
+fn gives_way(kind: ElementKind) -> Option<f64> {
+    let strains = (1..=12).map(|n| 0.1 * f64::from(n));
+    strains.into_iter().find(|&e| weakest_wave(&strained(kind, [e, -e])).0 < 0.0)
+}
+
+/// Modes added to the strain, as `hex8-enhanced` has them, give way in a checkerboard long before the sheet does.
+#[test]
+fn multiplied_modes_hold_where_added_ones_give_way() {
+    let all = [SHELL, SHELL_ENHANCED, ElementKind::Hex8, ElementKind::Hex8Enhanced];
+    let [plain, shell, brick, enhanced] = all.map(gives_way);
+    println!("shell {plain:?}, enhanced {shell:?}; brick {brick:?}, enhanced {enhanced:?}");
+    assert!(enhanced.is_some_and(|e| e < 0.35), "{enhanced:?}");
+    assert!([plain, shell, brick] == [None; 3], "{plain:?} {shell:?} {brick:?}");
+    let (least, wave) = weakest_wave(&strained(ElementKind::Hex8Enhanced, [0.8, -0.8]));
+    assert!(least < -100.0 && wave == [1.0, 1.0], "{least} at {wave:?}");
+}

@@ -47,7 +47,7 @@ impl fmt::Display for Remark {
 /// Remarks on a scene whose tools have been placed; none when there is nothing to say.
 #[must_use]
 pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> {
-    let (blank, size) = (&plan.scene.blank, element_size(setup.body.mesh()));
+    let size = element_size(setup.body.mesh());
     let mut out = Vec::new();
     out.extend(symmetry::unused(plan, setup, cost));
     elements(plan, setup, cost, &mut out);

@@ -55,7 +55,7 @@ impl Axes {
             Stretch { axes: self, gradient: Mat3::identity(), rates: [0.0; STRETCHES] };
         for k in 0..STRETCHES {
             let b = values[k] * alpha[k];
-            if !(1.0 + b > 0.0) {
+            if b <= -1.0 || b.is_nan() {
                 return Err(1.0 + b);
             }
             stretch.gradient += self.base[k] * self.dual[k].transpose() * b;

@@ -1,0 +1,130 @@
+//! Where the sheet of a scene may be, seen from one of its tools.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::ReachError;
+use crate::geometry::frame::Frame;
+use crate::geometry::{Aabb, Vec3};
+use crate::mesh::io;
+use crate::scene::types::{BlankShape, Drive, Place, Scene, Tool};
+
+/// Share of the blank's size that it may grow at its rim.
+const RIM: f64 = 0.05;
+
+/// Where the sheet may be during a run, seen from one tool.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zone {
+    /// Axes across the tool's direction, and along it.
+    pub(super) axes: [Vec3; 3],
+    /// Extents of the undeformed blank along the axes, in the tool's frame [mm].
+    pub(super) blank: [[f64; 2]; 3],
+    /// How far beside the blank the sheet may be along the first two axes [mm].
+    pub(super) margin: [f64; 2],
+    /// How far behind the tool's front the sheet may be [mm].
+    pub(super) depth: f64,
+    /// The tool is moved along its direction until it touches.
+    pub(super) touches: bool,
+}
+
+impl Zone {
+    /// The zone of the tool that a scene calls `name` or whose file there is called `file`; `folder` is what the scene's
+    /// paths are relative to.
+    ///
+    /// # Errors
+    /// [`ReachError::NoTool`]; [`ReachError::Mesh`] when the blank's mesh file cannot be read.
+    pub fn of_scene(
+        scene: &Scene,
+        folder: &Path,
+        file: &str,
+        name: &str,
+    ) -> Result<Self, ReachError> {
+        let of_file = |t: &&Tool| Path::new(&t.file).file_name().is_some_and(|f| f == file);
+        let found = scene.tools.iter().find(|t| t.name == name);
+        let found = found.or_else(|| scene.tools.iter().find(of_file));
+        let tool = found.ok_or_else(|| ReachError::NoTool {
+            file: file.into(),
+            name: name.into(),
+            allowed: scene.tools.iter().map(|t| t.name.as_str()).collect::<Vec<_>>().join(", "),
+        })?;
+        let around = blank_box(scene, folder)?;
+        let thickness = match scene.blank.thickness_mm {
+            given if given > 0.0 => given,
+            // Hexahedra of a file: no thicker than their box.
+            _ => around.max.z - around.min.z,
+        };
+        Ok(Self::of_tool(scene, tool, &around, thickness))
+    }
+
+    /// The zone of a blank within the box `around`.
+    fn of_tool(scene: &Scene, tool: &Tool, around: &Aabb, thickness: f64) -> Self {
+        let along = Vec3::from(tool.direction).normalize();
+        // The direction was checked with the scene: it has a frame.
+        let frame = Frame::from_z_x(Vec3::zeros(), along, Vec3::x()).unwrap_or_else(Frame::world);
+        let axes = [frame.x, frame.y, along];
+        let (offset, touches) = match tool.place {
+            Place::Touch => (Vec3::zeros(), true),
+            Place::Shift(by) => (Vec3::from(by), false),
+        };
+        let corners = around.corners();
+        let blank = axes.map(|axis| {
+            let at = corners.iter().map(|p| (p - offset).dot(&axis));
+            at.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+        });
+        let size = (blank[0][1] - blank[0][0]).hypot(blank[1][1] - blank[1][0]);
+        let travels = travels(scene);
+        let across = |axis: &Vec3| -> f64 {
+            let of = |t: &Tool| {
+                let direction = Vec3::from(t.direction).normalize();
+                travels.get(t.name.as_str()).map_or(0.0, |s| s * direction.dot(axis).abs())
+            };
+            scene.tools.iter().map(of).sum()
+        };
+        let rim = (RIM * size).max(2.0 * thickness);
+        let whole: f64 = travels.values().sum();
+        let follows = !travels.contains_key(tool.name.as_str());
+        let known = !travels.is_empty() && scene.loads.is_empty();
+        let own = if follows { whole } else { 0.0 };
+        let depth = if known { whole + own + 2.0 * thickness } else { f64::INFINITY };
+        Self { axes, blank, margin: [0, 1].map(|k| rim + across(&axes[k])), depth, touches }
+    }
+
+    /// Unit vector from the tool to the sheet.
+    #[must_use]
+    pub fn direction(&self) -> Vec3 {
+        self.axes[2]
+    }
+}
+
+/// How far each tool that is driven by travel goes from where it starts, and back [mm].
+fn travels(scene: &Scene) -> BTreeMap<&str, f64> {
+    let mut range: BTreeMap<&str, [f64; 3]> = BTreeMap::new();
+    for stage in &scene.stages {
+        for (name, drive) in &stage.drive {
+            let [now, low, high] = range.get(name.as_str()).copied().unwrap_or_default();
+            let to = match drive {
+                Drive::TravelMm(to) => *to,
+                Drive::AdvanceMm(by) => now + by,
+                _ => continue,
+            };
+            range.insert(name, [to, low.min(to), high.max(to)]);
+        }
+    }
+    range.into_iter().map(|(name, [_, low, high])| (name, high - low)).collect()
+}
+
+fn blank_box(scene: &Scene, folder: &Path) -> Result<Aabb, ReachError> {
+    let blank = &scene.blank;
+    let flat = match &blank.shape {
+        BlankShape::Rectangle { corner_mm: [x, y], size_mm: [w, h], .. } => {
+            Aabb { min: Vec3::new(*x, *y, 0.0), max: Vec3::new(x + w, y + h, 0.0) }
+        }
+        BlankShape::QuarterDisc { radius_mm: r, .. } => {
+            Aabb { min: Vec3::zeros(), max: Vec3::new(*r, *r, 0.0) }
+        }
+        BlankShape::Mesh { file } => io::read_sheet(&folder.join(file))?.bbox(),
+    };
+    let low = Vec3::z() * blank.z_mm;
+    let high = Vec3::z() * (blank.z_mm + blank.thickness_mm);
+    Ok(Aabb { min: flat.min + low, max: flat.max + high })
+}

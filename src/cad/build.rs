@@ -128,21 +128,7 @@ fn build_face(
     let analytic = Analytic::new(native.raw(), angles);
     let map =
         ParameterMap { angles, extent: [range[0][1] - range[0][0], range[1][1] - range[1][0]] };
-    let mut pieces = Vec::new();
-    let mut trims = Vec::new();
-    for (l, sides) in loops.iter().enumerate() {
-        let mut uses = Vec::new();
-        for side in sides {
-            let pcurve = map.curve(&side.path);
-            if !is_point(&surface, &pcurve, tolerance) {
-                let curve = side.curve.clone();
-                let at = [0, l, uses.len()];
-                pieces.push(Piece { at, pcurve: pcurve.clone(), curve, edge_id: side.edge_id });
-            }
-            uses.push(EdgeUse { pcurve, edge: None, reversed: false });
-        }
-        trims.push(TrimLoop { uses });
-    }
+    let (trims, pieces) = trims_of(&loops, &map, &surface, tolerance);
     let face = Face {
         surface,
         kind: kind_of(&raw.surface),
@@ -153,6 +139,30 @@ fn build_face(
         shell: raw.shell,
     };
     Ok((face, pieces))
+}
+
+/// Loops in the parameters of `surface`, and the sides of theirs that are not points, to be joined to edges.
+fn trims_of(
+    loops: &[Vec<Side>],
+    map: &ParameterMap,
+    surface: &Surface,
+    tolerance: f64,
+) -> (Vec<TrimLoop>, Vec<Piece>) {
+    let (mut pieces, mut trims) = (Vec::new(), Vec::new());
+    for (l, sides) in loops.iter().enumerate() {
+        let mut uses = Vec::new();
+        for side in sides {
+            let pcurve = map.curve(&side.path);
+            if !is_point(surface, &pcurve, tolerance) {
+                let curve = side.curve.clone();
+                let at = [0, l, uses.len()];
+                pieces.push(Piece { at, pcurve: pcurve.clone(), curve, edge_id: side.edge_id });
+            }
+            uses.push(EdgeUse { pcurve, edge: None, reversed: false });
+        }
+        trims.push(TrimLoop { uses });
+    }
+    (trims, pieces)
 }
 
 fn coarse(raw: &RawFace, fineness: &Fineness, tolerance: f64) -> Diagnostic {

@@ -80,13 +80,8 @@ struct Hints<'h> {
 
 /// Parameter curve of a curve in space by projection.
 fn projected(native: &Native<'_>, curve: &Curve3, hints: Hints, size: f64) -> Curve2 {
-    if let RawSurface::Plane(frame) = native.raw() {
-        // Exact: a projection along the normal is an affine map.
-        let points = curve.points().iter().map(|p| frame.local(p).xy()).collect();
-        let (knots, weights) = (curve.knots().to_vec(), curve.weights().to_vec());
-        if let Ok(path) = Curve2::try_new(curve.degree(), knots, points, Some(weights)) {
-            return path;
-        }
+    if let Some(path) = along_normal(native, curve) {
+        return path;
     }
     let [a, b] = curve.domain();
     let spans = curve.knots().windows(2).filter(|w| w[0] < w[1]).count();
@@ -99,19 +94,7 @@ fn projected(native: &Native<'_>, curve: &Curve3, hints: Hints, size: f64) -> Cu
     if let Some(line) = along_one_parameter(native, samples, allowed) {
         return line;
     }
-    // The cubic through the four samples about t.
-    let near = |t: f64| {
-        let x = ((t - a) / (b - a) * n as f64).clamp(0.0, n as f64);
-        let k = (x as usize).clamp(1, n - 2) - 1;
-        let x = x - k as f64;
-        let shares = [
-            (1.0 - x) * (2.0 - x) * (3.0 - x) / 6.0,
-            x * (2.0 - x) * (3.0 - x) / 2.0,
-            x * (x - 1.0) * (3.0 - x) / 2.0,
-            x * (x - 1.0) * (x - 2.0) / 6.0,
-        ];
-        (0..4).map(|i| samples[k + i].uv * shares[i]).sum()
-    };
+    let near = |t: f64| cubic(samples, (t - a) / (b - a) * n as f64);
     let first = samples[0].uv;
     let extent = samples.iter().fold(Vec2::zeros(), |m: Vec2, s| m.sup(&(s.uv - first).abs()));
     let extent = extent.norm().max(1e-12 * size);
@@ -131,6 +114,29 @@ fn projected(native: &Native<'_>, curve: &Curve3, hints: Hints, size: f64) -> Cu
         }
     };
     Curve2::fitted_near(f, &breaks, tolerance)
+}
+
+/// On a plane: exact, as a projection along the normal is an affine map.
+fn along_normal(native: &Native<'_>, curve: &Curve3) -> Option<Curve2> {
+    let RawSurface::Plane(frame) = native.raw() else { return None };
+    let points = curve.points().iter().map(|p| frame.local(p).xy()).collect();
+    let (knots, weights) = (curve.knots().to_vec(), curve.weights().to_vec());
+    Curve2::try_new(curve.degree(), knots, points, Some(weights)).ok()
+}
+
+/// The cubic through the four samples about `x`, which counts samples.
+fn cubic(samples: &[Sample], x: f64) -> Vec2 {
+    let n = samples.len() - 1;
+    let x = x.clamp(0.0, n as f64);
+    let k = (x as usize).clamp(1, n - 2) - 1;
+    let x = x - k as f64;
+    let shares = [
+        (1.0 - x) * (2.0 - x) * (3.0 - x) / 6.0,
+        x * (2.0 - x) * (3.0 - x) / 2.0,
+        x * (x - 1.0) * (3.0 - x) / 2.0,
+        x * (x - 1.0) * (x - 2.0) / 6.0,
+    ];
+    (0..4).map(|i| samples[k + i].uv * shares[i]).sum()
 }
 
 /// `n + 1` points of a curve, or more where it turns too fast between them (a helix may be one span).

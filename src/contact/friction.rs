@@ -7,6 +7,7 @@
 //! | `s` | slip of the sheet on the tool since the last increment [mm], tangential |
 //! | `c` | a stiffness that makes `c s` a force; the solution does not depend on it |
 //! | `tau` | trial force `r_t - c s` (Alart & Curnier 1991) |
+//! | `lambda*`, `r_t*` | forces that the law is linearised about: those that the last correction foretold |
 //!
 //! Stick while `|tau| <= mu lambda`: then `s = 0`. Else slip: `r_t = mu lambda tau / |tau|`; at a solution
 //! `tau` is parallel to `r_t` and so to `-s`. No regularisation.
@@ -34,58 +35,60 @@ pub struct FrictionPoint {
     pub slip: Vec3,
     /// Scaling stiffness [N/mm], > 0.
     pub stiffness: f64,
+    /// Normal and tangential force that a law with a transition is linearised about [N].
+    pub about: (f64, Vec3),
 }
 
-/// What the law asks for.
+/// What the law asks of a point that slips.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Friction {
-    /// The point may not move: `s = 0`.
-    Stick,
-    /// The residual `r_t - mu lambda tau / |tau|` [N] must vanish.
-    Slip {
-        /// Residual [N].
-        residual: Vec3,
-        /// Derivative by the traction.
-        by_traction: Mat3,
-        /// Derivative by the slip [N/mm].
-        by_slip: Mat3,
-        /// Derivative by the normal force.
-        by_lambda: Vec3,
-    },
+pub struct Slip {
+    /// Residual `r_t - mu lambda tau / |tau|` [N], which must vanish.
+    pub residual: Vec3,
+    /// Residual of the linearisation at this point [N]; the residual itself where that is about this point.
+    pub linear: Vec3,
+    /// Derivative by the traction.
+    pub by_traction: Mat3,
+    /// Derivative by the slip [N/mm].
+    pub by_slip: Mat3,
+    /// Derivative by the normal force.
+    pub by_lambda: Vec3,
 }
 
 impl Coulomb {
-    /// Stick or slip at a point, and the residual of slip.
+    /// The law at a point that slips; `None` where it sticks: it may not move, `s = 0`.
     ///
     /// Derivatives are exact while `0 <= lambda` and `mu lambda <= |tau|`; a negative normal force (an
     /// iterate on its way) keeps the terms that stay bounded.
     #[must_use]
-    pub fn law(&self, at: &FrictionPoint) -> Friction {
+    pub fn law(&self, at: &FrictionPoint) -> Option<Slip> {
         if self.transition > 0.0 {
-            return self.smoothed(at);
+            return Some(self.smoothed(at));
         }
         let tau = at.traction - at.slip * at.stiffness;
         let size = tau.norm();
         let bound = self.mu * at.lambda;
         if self.mu > 0.0 && size <= bound.max(0.0) {
-            return Friction::Stick;
+            return None;
         }
         if self.mu == 0.0 || size == 0.0 {
-            return Friction::Slip {
+            return Some(Slip {
                 residual: at.traction,
+                linear: at.traction,
                 by_traction: Mat3::identity(),
                 by_slip: Mat3::zeros(),
                 by_lambda: Vec3::zeros(),
-            };
+            });
         }
         let direction = tau / size;
         let turn = (Mat3::identity() - direction * direction.transpose()) * (bound / size).max(0.0);
-        Friction::Slip {
-            residual: at.traction - direction * bound,
+        let residual = at.traction - direction * bound;
+        Some(Slip {
+            residual,
+            linear: residual,
             by_traction: Mat3::identity() - turn,
             by_slip: turn * at.stiffness,
             by_lambda: -direction * self.mu,
-        }
+        })
     }
 }
 
@@ -98,21 +101,46 @@ impl Coulomb {
     /// to the other. The derivatives are therefore those of the same law as `w r_t + mu lambda s = 0`, over `w` (primal
     /// and dual unknowns side by side, as Chan, Golub & Mulet 1999 do it for total variation): equal where the law
     /// holds, and firm where `r_t` says that the point sticks. `r_t` is cut to Coulomb's bound in them.
-    fn smoothed(&self, at: &FrictionPoint) -> Friction {
-        let weight = (at.slip.norm_squared() + self.transition * self.transition).sqrt();
-        let direction = at.slip / weight;
-        let bound = (self.mu * at.lambda).max(0.0);
-        let by_lambda = if at.lambda >= 0.0 { direction * self.mu } else { Vec3::zeros() };
-        let size = at.traction.norm();
-        let held = if size > bound { at.traction * (bound / size) } else { at.traction };
-        Friction::Slip {
-            residual: at.traction + direction * bound,
+    ///
+    /// What equilibrium leaves over at an iterate is far off wherever the sheet is stiff; the forces in the derivatives are
+    /// therefore `lambda*` and `r_t*`, dual unknowns in their own right. A point within a few transitions is taken to
+    /// be where the law has it under `r_t*`: from its own slip it would creep there.
+    fn smoothed(&self, at: &FrictionPoint) -> Slip {
+        let weight = |slip: &Vec3| slip.norm().hypot(self.transition);
+        let (lambda, traction) = at.about;
+        let bound = (self.mu * lambda).max(0.0);
+        let near = at.slip.norm() <= NEAR * self.transition;
+        let slip = if near { self.slip_of(&traction, bound) } else { at.slip };
+        let direction = slip / weight(&slip);
+        let size = traction.norm();
+        let held = if size > bound { traction * (bound / size) } else { traction };
+        let by_slip = (Mat3::identity() * bound + held * direction.transpose()) / weight(&slip);
+        let by_lambda = if lambda >= 0.0 { direction * self.mu } else { Vec3::zeros() };
+        Slip {
+            residual: at.traction + at.slip * ((self.mu * at.lambda).max(0.0) / weight(&at.slip)),
+            linear: at.traction + by_lambda * at.lambda + by_slip * (at.slip - slip),
             by_traction: Mat3::identity(),
-            by_slip: (Mat3::identity() * bound + held * direction.transpose()) / weight,
+            by_slip,
             by_lambda,
         }
     }
+
+    /// The slip at which the law with a transition has this traction, no farther than it counts as near.
+    fn slip_of(&self, traction: &Vec3, bound: f64) -> Vec3 {
+        let (size, most) = (traction.norm(), NEAR * self.transition);
+        if size == 0.0 {
+            return Vec3::zeros();
+        }
+        let share = size / bound;
+        let slip =
+            if share < 1.0 { self.transition * share / (1.0 - share * share).sqrt() } else { most };
+        traction * (-slip.min(most) / size)
+    }
 }
+
+/// Slip, over the transition, up to which a point is where the force says rather than where it is. The law is within a
+/// fiftieth of Coulomb's force there.
+const NEAR: f64 = 5.0;
 
 #[cfg(test)]
 mod tests {
@@ -124,14 +152,12 @@ mod tests {
             traction: Vec3::new(traction[0], traction[1], 0.0),
             slip: Vec3::new(slip[0], slip[1], 0.0),
             stiffness: 50.0,
+            about: (lambda, Vec3::new(traction[0], traction[1], 0.0)),
         }
     }
 
     fn residual(law: &Coulomb, at: &FrictionPoint) -> Vec3 {
-        match law.law(at) {
-            Friction::Slip { residual, .. } => residual,
-            Friction::Stick => panic!("the test point must slip"),
-        }
+        law.law(at).expect("the test point slips").residual
     }
 
     #[test]
@@ -140,8 +166,8 @@ mod tests {
         let slip = Vec3::new(0.3, -0.4, 0.0);
         let at = point([-0.2 * 10.0 * 0.6, 0.2 * 10.0 * 0.8], [slip.x, slip.y], 10.0);
         assert!(residual(&law, &at).norm() < 1e-15);
-        assert_eq!(law.law(&point([1.0, 0.0], [0.0, 0.0], 10.0)), Friction::Stick);
-        assert!(matches!(law.law(&point([2.1, 0.0], [0.0, 0.0], 10.0)), Friction::Slip { .. }));
+        assert_eq!(law.law(&point([1.0, 0.0], [0.0, 0.0], 10.0)), None);
+        assert!(law.law(&point([2.1, 0.0], [0.0, 0.0], 10.0)).is_some());
     }
 
     /// The derivatives of the law at a point are those of `residual`, by central differences.
@@ -150,9 +176,7 @@ mod tests {
         at: FrictionPoint,
         residual: impl Fn(&FrictionPoint) -> Vec3,
     ) {
-        let Friction::Slip { by_traction, by_slip, by_lambda, .. } = law.law(&at) else {
-            panic!("slips")
-        };
+        let Slip { by_traction, by_slip, by_lambda, .. } = law.law(&at).unwrap();
         let h = 1e-6;
         let by = |change: &dyn Fn(&mut FrictionPoint, f64)| {
             let (mut plus, mut minus) = (at, at);
@@ -178,9 +202,28 @@ mod tests {
         let law = Coulomb { mu: 0.3, transition: 0.02 };
         let weight =
             |p: &FrictionPoint| (p.slip.norm_squared() + law.transition * law.transition).sqrt();
-        for (traction, slip) in [([1.0, -2.0], [-0.08, 0.05]), ([-0.4, 0.3], [1e-3, 2e-3])] {
+        // Far from sticking, and near, where the law holds.
+        let near = law.slip_of(&Vec3::new(-1.6, 1.2, 0.0), 0.3 * 11.0);
+        for (traction, slip) in [([1.0, -2.0], [-0.08, 0.15]), ([-1.6, 1.2], [near.x, near.y])] {
             let at = point(traction, slip, 11.0);
             assert_derivatives(&law, at, |p| residual(&law, p) * weight(p) / weight(&at));
+        }
+    }
+
+    #[test]
+    fn near_sticking_the_linearisation_is_about_the_slip_of_the_force() {
+        let law = Coulomb { mu: 0.3, transition: 0.02 };
+        let at = |slip: [f64; 2]| {
+            let slip = law.law(&point([-1.6, 1.2], slip, 11.0)).unwrap();
+            (slip.linear, slip.by_slip)
+        };
+        let there = law.slip_of(&Vec3::new(-1.6, 1.2, 0.0), 0.3 * 11.0);
+        let (zero, stiffness) = at([there.x, there.y]);
+        assert!(zero.norm() < 1e-14);
+        for slip in [[0.0, 0.0], [0.05, 0.0], [-0.01, 0.08]] {
+            let (linear, by_slip) = at(slip);
+            let expected = stiffness * (Vec3::new(slip[0], slip[1], 0.0) - there);
+            assert!((linear - expected).norm() < 1e-13 && (by_slip - stiffness).norm() < 1e-12);
         }
     }
 
@@ -195,14 +238,12 @@ mod tests {
                 let mut iterations = 0;
                 loop {
                     let at = point([stiffness * slip - pull, 0.0], [slip, 0.0], bound / law.mu);
-                    let Friction::Slip { residual, by_slip, .. } = law.law(&at) else {
-                        panic!("never sticks wholly")
-                    };
+                    let Slip { residual, linear, by_slip, .. } = law.law(&at).unwrap();
                     if residual.x.abs() < 1e-9 * bound {
                         break;
                     }
                     assert!(iterations < 20, "transition {transition}, from {start}: {slip}");
-                    slip -= residual.x / (stiffness + by_slip[(0, 0)]);
+                    slip -= linear.x / (stiffness + by_slip[(0, 0)]);
                     iterations += 1;
                 }
                 let carried = bound * slip / slip.hypot(transition);

@@ -6,7 +6,7 @@
 
 use super::contact::Candidate;
 use super::linear::LinearError;
-use super::linearised::Correction;
+use super::linearised::{Correction, Foretold};
 use super::stages::Limits;
 use super::system::{Role, System};
 use crate::geometry::Vec3;
@@ -126,14 +126,14 @@ fn pivot(
 /// Touching candidates that would be pulled, with their normal force.
 fn pulled(sys: &System, last: Option<&Correction>, near_balance: bool) -> Vec<(usize, f64)> {
     let Some(last) = last else { return Vec::new() };
-    let largest = last.lambdas.iter().fold(0.0, |m: f64, l| m.max(l.1.abs()));
+    let largest = last.foretold.iter().fold(0.0, |m: f64, f| m.max(f.lambda.abs()));
     let of_note = -1e-10 * largest;
-    let wrong = |&(k, lambda): &(usize, f64)| {
-        sys.contact.candidates[k].active
-            && lambda < of_note
-            && (!near_balance || sys.lambda(k) < 0.0)
+    let wrong = |f: &&Foretold| {
+        sys.contact.candidates[f.candidate].active
+            && f.lambda < of_note
+            && (!near_balance || sys.lambda(f.candidate) < 0.0)
     };
-    last.lambdas.iter().filter(|l| wrong(l)).copied().collect()
+    last.foretold.iter().filter(wrong).map(|f| (f.candidate, f.lambda)).collect()
 }
 
 /// Free nodes whose `gap` is below `touch` [mm], with it; of two tools, the one a node is deeper in.
@@ -204,5 +204,6 @@ fn switch(sys: &mut System, k: usize, active: bool) {
     c.active = active;
     c.sliding = true;
     c.fresh = active;
+    c.force = None;
     c.push = 0.0;
 }

@@ -19,7 +19,7 @@
 
 use super::contact::{Candidate, REMEMBERED};
 use crate::contact::Projection;
-use crate::contact::friction::{Coulomb, Friction, FrictionPoint};
+use crate::contact::friction::{Coulomb, FrictionPoint, Slip};
 use crate::geometry::{Mat3, Vec3};
 
 /// The conditions of one node: `a` acts on its rows of the tangent, `b` on its own displacement.
@@ -113,7 +113,9 @@ pub(super) fn touching(
     let by_motion = tangent + curvature * rise;
     let lambda = normal.dot(r);
     let traction = tangent * r;
-    let answer = friction(c, law, FrictionPoint { lambda, traction, slip, stiffness: 0.0 }, scales);
+    let about = c.force.map_or((lambda, traction), |r| (normal.dot(&r), tangent * r));
+    let at = FrictionPoint { lambda, traction, slip, stiffness: 0.0, about };
+    let answer = friction(c, law, at, scales);
     let all_slip = law.transition == 0.0 || lambda <= 0.0;
     let spring = scales.normal * scales.compliance;
     let mut out = Condition {
@@ -131,29 +133,32 @@ pub(super) fn touching(
         stuck: false,
     };
     match answer {
-        Friction::Stick => {
+        None => {
             let turn = normal * (curvature * slip).transpose();
             out.b_tool += (by_motion + turn) * scales.tangential;
             out.residual += slip * scales.tangential;
             out.length = out.length.max(slip.norm());
             (out.slipping, out.stuck) = (false, true);
         }
-        Friction::Slip { residual, by_traction, by_slip, by_lambda } => {
+        Some(Slip { residual, linear, by_traction, by_slip, by_lambda }) => {
             out.a += tangent * (by_traction * tangent + by_lambda * normal.transpose());
             let bend = by_traction * curvature * lambda
                 - by_lambda * (curvature * traction).transpose()
                 + by_slip * by_motion;
             out.force = tangent * residual;
             out.b_tool += tangent * bend + normal * (curvature * out.force).transpose();
-            out.residual += out.force;
+            out.residual += tangent * linear;
         }
     }
     Some(out)
 }
 
-/// What the law asks of a touching node; the stiffness of its trial force is chosen here.
-fn friction(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales) -> Friction {
+/// What the law asks of a touching node, `None` to stick; the stiffness of its trial force is chosen here.
+fn friction(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales) -> Option<Slip> {
     let FrictionPoint { lambda, traction, slip, .. } = at;
+    if law.transition > 0.0 {
+        return law.law(&at);
+    }
     // Pulled, not pushed (an iterate on its way): no friction. A node that has just touched has no normal
     // force yet, but its coupling to friction.
     let law = if lambda > 0.0 || c.fresh { law } else { Coulomb { mu: 0.0, transition: 0.0 } };
@@ -165,12 +170,7 @@ fn friction(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales) -> F
     } else {
         scales.tangential
     };
-    let exact = law.transition == 0.0;
-    if exact && c.sliding && backward {
-        Friction::Stick
-    } else {
-        law.law(&FrictionPoint { stiffness, ..at })
-    }
+    if c.sliding && backward { None } else { law.law(&FrictionPoint { stiffness, ..at }) }
 }
 
 /// The stiffness `c` of the trial force `r_t - c s` of a node that slid (any positive value has the same

@@ -26,6 +26,8 @@ pub(super) struct Candidate {
     pub(super) start: Vec3,
     /// Where friction measures slip from: `start`, less the slip that the law still remembers.
     pub(super) anchor: Vec3,
+    /// Force of the tool that the last correction foretold; at the beginning of an increment that of the last balance [N].
+    pub(super) force: Option<Vec3>,
     /// Force at which the spring of an augmented method has no length [N].
     pub(super) push: f64,
 }
@@ -119,6 +121,7 @@ impl ContactSet {
                 overshoot: 0.0,
                 start: Vec3::zeros(),
                 anchor: Vec3::zeros(),
+                force: None,
                 push: 0.0,
             })
             .collect();

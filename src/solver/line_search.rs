@@ -19,8 +19,8 @@ const LEAST: f64 = 0.05;
 /// Halvings of a correction after which an element fails.
 const HALVINGS: usize = 6;
 
-/// Applies `correction`, at most the share `most` of it; leaves the body evaluated and the tools searched there.
-/// With `whole` no more is asked than that the elements can be evaluated.
+/// Applies `correction`, at most the share `most` of it; leaves the body evaluated and the tools searched there. The share
+/// taken. With `whole` no more is asked than that the elements can be evaluated.
 ///
 /// # Errors
 /// An element that fails however short the step.
@@ -29,27 +29,27 @@ pub(super) fn go(
     correction: &Correction,
     most: f64,
     whole: bool,
-) -> Result<(), ElementFailure> {
+) -> Result<f64, ElementFailure> {
     let start = slope(sys, correction);
     let share = first_step(sys, correction, most)?;
     sys.search();
     if start >= 0.0 || whole {
-        return Ok(());
+        return Ok(share);
     }
     sys.assemble();
     let end = slope(sys, correction);
     if end <= -GOOD * start {
-        return Ok(());
+        return Ok(share);
     }
     let shorter = shorten(sys, correction, start, (share, end));
     apply(sys, correction, shorter - share);
     sys.evaluate(Want::ResidualAndTangent)?;
     sys.search();
-    Ok(())
+    Ok(shorter)
 }
 
-/// Applies `correction`, at most the share `most` of it, if it is good; otherwise everything stays where it was but what the
-/// body and the tools were last evaluated for.
+/// Applies `correction`, at most the share `most` of it, if it is good: the share taken. Otherwise everything stays where it
+/// was but what the body and the tools were last evaluated for.
 ///
 /// # Errors
 /// An element that fails however short the step.
@@ -57,19 +57,19 @@ pub(super) fn fits(
     sys: &mut System,
     correction: &Correction,
     most: f64,
-) -> Result<bool, ElementFailure> {
+) -> Result<Option<f64>, ElementFailure> {
     let start = slope(sys, correction);
     let share = first_step(sys, correction, most)?;
     sys.search();
     if start >= 0.0 {
-        return Ok(true);
+        return Ok(Some(share));
     }
     sys.assemble();
     let good = slope(sys, correction) <= -GOOD * start;
     if !good {
         apply(sys, correction, -share);
     }
-    Ok(good)
+    Ok(good.then_some(share))
 }
 
 /// Takes the share `most`, or as many halves of it as an element needs.

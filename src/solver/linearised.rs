@@ -15,8 +15,18 @@ use crate::geometry::Vec3;
 pub(super) struct Correction {
     pub(super) u: Vec<f64>,
     pub(super) travels: Vec<(usize, f64)>,
-    /// Predicted normal force of every touching candidate.
-    pub(super) lambdas: Vec<(usize, f64)>,
+    /// What it foretells of every touching candidate.
+    pub(super) foretold: Vec<Foretold>,
+}
+
+/// The force that a correction foretells at a touching node.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Foretold {
+    pub(super) candidate: usize,
+    /// Force of the tool, `r + K du` [N].
+    pub(super) force: Vec3,
+    /// Normal force [N].
+    pub(super) lambda: f64,
 }
 
 /// Displacements, and the travel of each tool moved by force.
@@ -77,9 +87,9 @@ impl System {
         solved?;
         let start = Instant::now();
         let (u, travels) = self.border(all, &borders, &moved)?;
-        let lambdas = self.predicted_lambdas(&u);
+        let foretold = self.foretold(&u);
         self.timings.contact += start.elapsed().as_secs_f64();
-        Ok(Correction { u, travels, lambdas })
+        Ok(Correction { u, travels, foretold })
     }
 
     /// Whether nothing but held components stands in the way of a symmetric matrix.
@@ -215,11 +225,11 @@ impl System {
         Ok((u, moved.iter().zip(travels.iter()).map(|(&(tool, _), &s)| (tool, s)).collect()))
     }
 
-    /// Normal forces `n . (r + K du)` the linearised system gives the touching nodes.
-    fn predicted_lambdas(&self, du: &[f64]) -> Vec<(usize, f64)> {
+    /// Forces that the linearised system gives the touching nodes.
+    fn foretold(&self, du: &[f64]) -> Vec<Foretold> {
         let pattern = self.body.pattern();
         let values = &self.eval.tangent;
-        let of = |c: &Condition, k: usize| {
+        let of = |c: &Condition, candidate: usize| {
             let mut change = Vec3::zeros();
             for i in 0..3 {
                 let row = 3 * c.node + i;
@@ -227,7 +237,8 @@ impl System {
                     .map(|q| values[q] * du[pattern.col_idx[q]])
                     .sum();
             }
-            (k, c.normal.dot(&(self.force_at(c.node) + change)))
+            let force = self.force_at(c.node) + change;
+            Foretold { candidate, force, lambda: c.normal.dot(&force) }
         };
         self.conditions.iter().filter_map(|c| c.candidate.map(|k| of(c, k))).collect()
     }

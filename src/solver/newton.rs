@@ -177,7 +177,7 @@ fn iterate(
     near: bool,
 ) -> Result<(Correction, usize), NewtonError> {
     let (correction, solves) = settled(sys, limits, near)?;
-    line_search::go(sys, &correction, bounded_share(sys, &correction), near)?;
+    go(sys, &correction, near)?;
     Ok((correction, solves))
 }
 
@@ -190,15 +190,23 @@ fn first_iterate(
     near: bool,
 ) -> Result<(Correction, usize), NewtonError> {
     let (correction, solves) = settled(sys, limits, near)?;
-    if line_search::fits(sys, &correction, bounded_share(sys, &correction))? {
+    if let Some(share) = line_search::fits(sys, &correction, bounded_share(sys, &correction))? {
+        sys.foretell(&correction, share);
         return Ok((correction, solves));
     }
     sys.evaluate_foreseen(Foresight { factor, stiff: true })?;
     sys.search();
     sys.assemble();
     let (correction, more) = settled(sys, limits, near)?;
-    line_search::go(sys, &correction, bounded_share(sys, &correction), true)?;
+    go(sys, &correction, true)?;
     Ok((correction, solves + more))
+}
+
+/// Takes a correction, whole or as much of it as is good, and the same share of the forces that it foretells.
+fn go(sys: &mut System, correction: &Correction, whole: bool) -> Result<(), ElementFailure> {
+    let share = line_search::go(sys, correction, bounded_share(sys, correction), whole)?;
+    sys.foretell(correction, share);
+    Ok(())
 }
 
 /// The correction from the present iterate with its active set settled, and how many solves it took.

@@ -10,6 +10,7 @@ use super::contact::ContactSet;
 use super::damper::Damper;
 use super::element::Want;
 use super::linear::{CheckedSolver, LinearError};
+use super::linearised::Correction;
 use super::stages::Timings;
 use super::tools::Tool;
 use crate::contact::friction::Coulomb;
@@ -306,6 +307,23 @@ impl System {
         (0..self.node_count()).map(move |node| {
             conditions.next_if(|c| c.node == node).map_or_else(|| self.force_at(node), |c| c.force)
         })
+    }
+
+    /// Lets touching candidates go on with the forces of the balance that the body was last evaluated for.
+    pub(super) fn foretell_balance(&mut self) {
+        for k in 0..self.contact.candidates.len() {
+            let c = &self.contact.candidates[k];
+            self.contact.candidates[k].force = c.active.then(|| self.contact_force(c.node));
+        }
+    }
+
+    /// Lets touching candidates go on with the forces that `correction` foretells, of which this share was taken.
+    pub(super) fn foretell(&mut self, correction: &Correction, share: f64) {
+        for foretold in &correction.foretold {
+            let c = &mut self.contact.candidates[foretold.candidate];
+            let before = c.force.unwrap_or(foretold.force);
+            c.force = Some(before + (foretold.force - before) * share);
+        }
     }
 
     /// Lets every touching candidate remember whether it slides; once an iterate.

@@ -35,8 +35,9 @@ pub struct FrictionPoint {
     pub slip: Vec3,
     /// Scaling stiffness [N/mm], > 0.
     pub stiffness: f64,
-    /// Normal and tangential force that a law with a transition is linearised about [N].
-    pub about: (f64, Vec3),
+    /// Normal and tangential force that a law with a transition is linearised about [N]; without the tangential one, about
+    /// the law's own at this slip.
+    pub about: (f64, Option<Vec3>),
 }
 
 /// What the law asks of a point that slips.
@@ -103,44 +104,25 @@ impl Coulomb {
     /// holds, and firm where `r_t` says that the point sticks. `r_t` is cut to Coulomb's bound in them.
     ///
     /// What equilibrium leaves over at an iterate is far off wherever the sheet is stiff; the forces in the derivatives are
-    /// therefore `lambda*` and `r_t*`, dual unknowns in their own right. A point within a few transitions is taken to
-    /// be where the law has it under `r_t*`: from its own slip it would creep there.
+    /// therefore `lambda*` and `r_t*`, dual unknowns in their own right.
     fn smoothed(&self, at: &FrictionPoint) -> Slip {
-        let weight = |slip: &Vec3| slip.norm().hypot(self.transition);
+        let weight = at.slip.norm().hypot(self.transition);
+        let direction = at.slip / weight;
         let (lambda, traction) = at.about;
         let bound = (self.mu * lambda).max(0.0);
-        let near = at.slip.norm() <= NEAR * self.transition;
-        let slip = if near { self.slip_of(&traction, bound) } else { at.slip };
-        let direction = slip / weight(&slip);
+        let traction = traction.unwrap_or(direction * -bound);
         let size = traction.norm();
         let held = if size > bound { traction * (bound / size) } else { traction };
-        let by_slip = (Mat3::identity() * bound + held * direction.transpose()) / weight(&slip);
         let by_lambda = if lambda >= 0.0 { direction * self.mu } else { Vec3::zeros() };
         Slip {
-            residual: at.traction + at.slip * ((self.mu * at.lambda).max(0.0) / weight(&at.slip)),
-            linear: at.traction + by_lambda * at.lambda + by_slip * (at.slip - slip),
+            residual: at.traction + direction * (self.mu * at.lambda).max(0.0),
+            linear: at.traction + by_lambda * at.lambda,
             by_traction: Mat3::identity(),
-            by_slip,
+            by_slip: (Mat3::identity() * bound + held * direction.transpose()) / weight,
             by_lambda,
         }
     }
-
-    /// The slip at which the law with a transition has this traction, no farther than it counts as near.
-    fn slip_of(&self, traction: &Vec3, bound: f64) -> Vec3 {
-        let (size, most) = (traction.norm(), NEAR * self.transition);
-        if size == 0.0 {
-            return Vec3::zeros();
-        }
-        let share = size / bound;
-        let slip =
-            if share < 1.0 { self.transition * share / (1.0 - share * share).sqrt() } else { most };
-        traction * (-slip.min(most) / size)
-    }
 }
-
-/// Slip, over the transition, up to which a point is where the force says rather than where it is. The law is within a
-/// fiftieth of Coulomb's force there.
-const NEAR: f64 = 5.0;
 
 #[cfg(test)]
 mod tests {
@@ -152,7 +134,7 @@ mod tests {
             traction: Vec3::new(traction[0], traction[1], 0.0),
             slip: Vec3::new(slip[0], slip[1], 0.0),
             stiffness: 50.0,
-            about: (lambda, Vec3::new(traction[0], traction[1], 0.0)),
+            about: (lambda, Some(Vec3::new(traction[0], traction[1], 0.0))),
         }
     }
 
@@ -202,29 +184,32 @@ mod tests {
         let law = Coulomb { mu: 0.3, transition: 0.02 };
         let weight =
             |p: &FrictionPoint| (p.slip.norm_squared() + law.transition * law.transition).sqrt();
-        // Far from sticking, and near, where the law holds.
-        let near = law.slip_of(&Vec3::new(-1.6, 1.2, 0.0), 0.3 * 11.0);
-        for (traction, slip) in [([1.0, -2.0], [-0.08, 0.15]), ([-1.6, 1.2], [near.x, near.y])] {
+        for (traction, slip) in [([1.0, -2.0], [-0.08, 0.05]), ([-0.4, 0.3], [1e-3, 2e-3])] {
             let at = point(traction, slip, 11.0);
             assert_derivatives(&law, at, |p| residual(&law, p) * weight(p) / weight(&at));
         }
     }
 
     #[test]
-    fn near_sticking_the_linearisation_is_about_the_slip_of_the_force() {
+    fn a_point_that_an_iterate_pulls_keeps_the_friction_of_the_force_foretold() {
         let law = Coulomb { mu: 0.3, transition: 0.02 };
-        let at = |slip: [f64; 2]| {
-            let slip = law.law(&point([-1.6, 1.2], slip, 11.0)).unwrap();
-            (slip.linear, slip.by_slip)
-        };
-        let there = law.slip_of(&Vec3::new(-1.6, 1.2, 0.0), 0.3 * 11.0);
-        let (zero, stiffness) = at([there.x, there.y]);
-        assert!(zero.norm() < 1e-14);
-        for slip in [[0.0, 0.0], [0.05, 0.0], [-0.01, 0.08]] {
-            let (linear, by_slip) = at(slip);
-            let expected = stiffness * (Vec3::new(slip[0], slip[1], 0.0) - there);
-            assert!((linear - expected).norm() < 1e-13 && (by_slip - stiffness).norm() < 1e-12);
-        }
+        let pulled = point([0.5, 0.1], [-0.08, 0.05], -2.0);
+        let apart = law.law(&pulled).unwrap();
+        assert_eq!((apart.linear, apart.by_slip.norm()), (pulled.traction, 0.0));
+        let pressed = point([1.0, -0.6], [-0.08, 0.05], 11.0);
+        let (kept, there) = (
+            law.law(&FrictionPoint { about: pressed.about, ..pulled }).unwrap(),
+            law.law(&pressed).unwrap(),
+        );
+        // The residual is the law's, whatever was foretold; the rest is as under the force foretold.
+        assert_eq!(kept.residual, apart.residual);
+        assert_eq!((kept.by_slip, kept.by_lambda), (there.by_slip, there.by_lambda));
+        assert_eq!(kept.linear, pulled.traction + there.by_lambda * pulled.lambda);
+        // Without a tangential force it is the law's own: along the slip nothing holds.
+        let own = law.law(&FrictionPoint { about: (11.0, None), ..pressed }).unwrap();
+        let along = pressed.slip.normalize();
+        let held = along.dot(&(own.by_slip * along)) * pressed.slip.norm();
+        assert!((0.0..0.1 * 0.3 * 11.0).contains(&held), "{held}");
     }
 
     #[test]

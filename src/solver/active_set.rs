@@ -204,6 +204,6 @@ fn switch(sys: &mut System, k: usize, active: bool) {
     c.active = active;
     c.sliding = true;
     c.fresh = active;
-    c.force = None;
+    c.expected = None;
     c.push = 0.0;
 }

@@ -17,7 +17,7 @@
 //! To compare, a spring may stand between node and tool ([`super::stages::ContactMethod`]): `g` is then
 //! `g + (lambda - push) / stiffness`, with the force `push` known from outside (zero for a penalty).
 
-use super::contact::{Candidate, REMEMBERED};
+use super::contact::{Candidate, Expected, REMEMBERED};
 use crate::contact::Projection;
 use crate::contact::friction::{Coulomb, FrictionPoint, Slip};
 use crate::geometry::{Mat3, Vec3};
@@ -113,7 +113,11 @@ pub(super) fn touching(
     let by_motion = tangent + curvature * rise;
     let lambda = normal.dot(r);
     let traction = tangent * r;
-    let about = c.force.map_or((lambda, traction), |r| (normal.dot(&r), tangent * r));
+    let about = match c.expected {
+        None => (lambda, Some(traction)),
+        Some(Expected::AsLast(force)) => (normal.dot(&force), None),
+        Some(Expected::Foretold(force)) => (normal.dot(&force), Some(tangent * force)),
+    };
     let at = FrictionPoint { lambda, traction, slip, stiffness: 0.0, about };
     let answer = friction(c, law, at, scales);
     let all_slip = law.transition == 0.0 || lambda <= 0.0;

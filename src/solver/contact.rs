@@ -26,10 +26,19 @@ pub(super) struct Candidate {
     pub(super) start: Vec3,
     /// Where friction measures slip from: `start`, less the slip that the law still remembers.
     pub(super) anchor: Vec3,
-    /// Force of the tool that the last correction foretold; at the beginning of an increment that of the last balance [N].
-    pub(super) force: Option<Vec3>,
+    /// Force of the tool that friction is linearised about, if not the one of the iterate.
+    pub(super) expected: Option<Expected>,
     /// Force at which the spring of an augmented method has no length [N].
     pub(super) push: f64,
+}
+
+/// A force of a tool on a node, as expected before equilibrium says what it is [N].
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Expected {
+    /// That of the last balance; friction goes with the slip.
+    AsLast(Vec3),
+    /// What the last correction foretold.
+    Foretold(Vec3),
 }
 
 /// What a restored increment needs of a candidate.
@@ -121,7 +130,7 @@ impl ContactSet {
                 overshoot: 0.0,
                 start: Vec3::zeros(),
                 anchor: Vec3::zeros(),
-                force: None,
+                expected: None,
                 push: 0.0,
             })
             .collect();

@@ -191,7 +191,7 @@ fn first_iterate(
 ) -> Result<(Correction, usize), NewtonError> {
     let (correction, solves) = settled(sys, limits, near)?;
     if let Some(share) = line_search::fits(sys, &correction, bounded_share(sys, &correction))? {
-        sys.foretell(&correction, share);
+        sys.expect(&correction, share);
         return Ok((correction, solves));
     }
     sys.evaluate_foreseen(Foresight { factor, stiff: true })?;
@@ -205,7 +205,7 @@ fn first_iterate(
 /// Takes a correction, whole or as much of it as is good, and the same share of the forces that it foretells.
 fn go(sys: &mut System, correction: &Correction, whole: bool) -> Result<(), ElementFailure> {
     let share = line_search::go(sys, correction, bounded_share(sys, correction), whole)?;
-    sys.foretell(correction, share);
+    sys.expect(correction, share);
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::assembly::{Body, ElementFailure, Evaluation, Foresight};
 use super::conditions::{Condition, Scales, can_touch, contact_normal, hold, touching, untouched};
 use super::constraints::Constraints;
-use super::contact::ContactSet;
+use super::contact::{ContactSet, Expected};
 use super::damper::Damper;
 use super::element::Want;
 use super::linear::{CheckedSolver, LinearError};
@@ -309,20 +309,25 @@ impl System {
         })
     }
 
-    /// Lets touching candidates go on with the forces of the balance that the body was last evaluated for.
-    pub(super) fn foretell_balance(&mut self) {
+    /// Lets touching candidates expect the forces of the balance that the body was last evaluated for.
+    pub(super) fn expect_as_last(&mut self) {
         for k in 0..self.contact.candidates.len() {
             let c = &self.contact.candidates[k];
-            self.contact.candidates[k].force = c.active.then(|| self.contact_force(c.node));
+            let force = c.active.then(|| self.contact_force(c.node));
+            self.contact.candidates[k].expected = force.map(Expected::AsLast);
         }
     }
 
-    /// Lets touching candidates go on with the forces that `correction` foretells, of which this share was taken.
-    pub(super) fn foretell(&mut self, correction: &Correction, share: f64) {
+    /// Lets touching candidates expect the forces that `correction` foretells, of which this share was taken.
+    pub(super) fn expect(&mut self, correction: &Correction, share: f64) {
         for foretold in &correction.foretold {
             let c = &mut self.contact.candidates[foretold.candidate];
-            let before = c.force.unwrap_or(foretold.force);
-            c.force = Some(before + (foretold.force - before) * share);
+            let before = match c.expected {
+                Some(Expected::AsLast(force) | Expected::Foretold(force)) => force,
+                None => foretold.force,
+            };
+            let force = before + (foretold.force - before) * share;
+            c.expected = Some(Expected::Foretold(force));
         }
     }
 

@@ -100,7 +100,7 @@ pub(super) fn attempt(
     [share, target]: [f64; 2],
     patience: Patience,
 ) -> Result<NewtonStats, NewtonError> {
-    sim.sys.foretell_balance();
+    sim.sys.expect_as_last();
     let foreseen = predict(&mut sim.sys, &sim.committed, target - share);
     let stage = &sim.stages[plan.stage];
     set_targets(&mut sim.sys, stage, plan, target, sim.share);

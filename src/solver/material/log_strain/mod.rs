@@ -24,9 +24,6 @@ use super::{LogResponses, Material, MaterialError};
 use crate::solver::lanes::{Eight, Lane, POINTS};
 use crate::solver::tensor::{Mandel, Mandel66, PAIRS};
 
-/// A map of Mandel components.
-type Rows<S> = [[Lane<S>; 6]; 6];
-
 /// Stress and tangent of eight points side by side, as the elements use them.
 #[derive(Debug, Clone)]
 pub struct Responses {
@@ -144,10 +141,50 @@ pub(crate) fn update_lanes<S: Simd>(
     want_tangent: bool,
     out: &mut Responses,
 ) -> Result<(), (usize, MaterialError)> {
-    let at = Frames::of(simd, c, count)?;
+    const NONE: Eight = [0.0; POINTS];
+    let (mut values, mut vectors) = ([NONE; 3], [[NONE; 3]; 3]);
+    for first in Lane::<S>::groups_of(count) {
+        let (l, q) = eigen::eigen(simd, Lane::load_all(simd, c, first));
+        for a in 0..3 {
+            l[a].store(&mut values[a], first);
+            for i in 0..3 {
+                q[i][a].store(&mut vectors[i][a], first);
+            }
+        }
+    }
+    let mut logs = [NONE; 3];
+    for point in 0..count {
+        for a in 0..3 {
+            let value = values[a][point];
+            if !(value > 0.0 && value.is_finite()) {
+                return Err((point, MaterialError::Collapsed { value }));
+            }
+            logs[a][point] = 0.5 * value.ln();
+        }
+    }
+    let mut strains = [NONE; 6];
+    let mut to_global = [[NONE; 6]; 6];
+    for first in Lane::<S>::groups_of(count) {
+        let [x, y, z] = &vectors;
+        let q = [
+            Lane::load_all(simd, x, first),
+            Lane::load_all(simd, y, first),
+            Lane::load_all(simd, z, first),
+        ];
+        let log = Lane::load_all(simd, &logs, first);
+        let map = eigen::congruence(simd, &q);
+        for row in 0..6 {
+            let [x, y, z, ..] = map[row];
+            z.mul_add(log[2], y.mul_add(log[1], x * log[0])).store(&mut strains[row], first);
+            for column in 0..6 {
+                map[row][column].store(&mut to_global[row][column], first);
+            }
+        }
+    }
     let mut laws = LogResponses::zero();
-    material.update_points(&at.strains, count, (old, new), &mut laws)?;
+    material.update_points(&strains, count, (old, new), &mut laws)?;
     (out.elastic_energy, out.plastic_work) = (laws.elastic_energy, laws.plastic_work);
+    let at = Frame { values: &values, logs: &logs, to_global: &to_global };
     for first in Lane::<S>::groups_of(count) {
         at.carry(simd, first, &laws, want_tangent, out);
     }
@@ -155,48 +192,14 @@ pub(crate) fn update_lanes<S: Simd>(
 }
 
 /// Where the law's answers are carried to: the eigenframes of `C`.
-struct Frames {
-    values: [Eight; 3],
+struct Frame<'a> {
+    values: &'a [Eight; 3],
     /// Half the logarithms of the values.
-    logs: [Eight; 3],
-    /// From Mandel components in the eigenframe to global ones.
-    to_global: [[Eight; 6]; 6],
-    /// Logarithmic strain, global.
-    strains: [Eight; 6],
+    logs: &'a [Eight; 3],
+    to_global: &'a [[Eight; 6]; 6],
 }
 
-impl Frames {
-    #[inline(always)]
-    fn of<S: Simd>(simd: S, c: &[Eight; 6], count: usize) -> Result<Self, (usize, MaterialError)> {
-        const NONE: Eight = [0.0; POINTS];
-        let (mut values, mut vectors) = ([NONE; 3], [[NONE; 3]; 3]);
-        for first in Lane::<S>::groups_of(count) {
-            let (l, q) = eigen::eigen(simd, Lane::load_all(simd, c, first));
-            for a in 0..3 {
-                l[a].store(&mut values[a], first);
-                for i in 0..3 {
-                    q[i][a].store(&mut vectors[i][a], first);
-                }
-            }
-        }
-        let logs = logarithms(&values, count)?;
-        let (mut strains, mut to_global) = ([NONE; 6], [[NONE; 6]; 6]);
-        for first in Lane::<S>::groups_of(count) {
-            let [x, y, z] = &vectors;
-            let q = [x, y, z].map(|row| Lane::load_all(simd, row, first));
-            let log = Lane::load_all(simd, &logs, first);
-            let map = eigen::congruence(simd, &q);
-            for row in 0..6 {
-                let [x, y, z, ..] = map[row];
-                z.mul_add(log[2], y.mul_add(log[1], x * log[0])).store(&mut strains[row], first);
-                for column in 0..6 {
-                    map[row][column].store(&mut to_global[row][column], first);
-                }
-            }
-        }
-        Ok(Self { values, logs, to_global, strains })
-    }
-
+impl Frame<'_> {
     /// Stress and tangent with respect to the Green-Lagrange strain from those in logarithmic strain space:
     /// `S = P T` with `P = R diag(2 f[a,b]) Rᵀ`, its derivative `P D P` and the second-order term.
     #[inline(always)]
@@ -208,8 +211,8 @@ impl Frames {
         want_tangent: bool,
         out: &mut Responses,
     ) {
-        let values = Lane::load_all(simd, &self.values, first);
-        let differences = Differences::new(simd, values, Lane::load_all(simd, &self.logs, first));
+        let values = Lane::load_all(simd, self.values, first);
+        let differences = Differences::new(simd, values, Lane::load_all(simd, self.logs, first));
         let zero = Lane::splat(simd, 0.0);
         let mut map = [[zero; 6]; 6];
         // Its transpose.
@@ -233,62 +236,32 @@ impl Frames {
         if !want_tangent {
             return;
         }
-        let mut law = [[zero; 6]; 6];
-        for (row, from) in law.iter_mut().zip(&laws.tangent) {
-            *row = Lane::load_all(simd, from, first);
+        let mut turned = [[zero; 6]; 6];
+        for (row, from) in turned.iter_mut().zip(&laws.tangent) {
+            *row = multiply(simd, &Lane::load_all(simd, from, first), &map);
         }
-        tangent(simd, law, (&map, &back), &differences, &t, &mut out.tangent, first);
-    }
-}
-
-/// Half the logarithms of eigenvalues.
-fn logarithms(values: &[Eight; 3], count: usize) -> Result<[Eight; 3], (usize, MaterialError)> {
-    let mut logs = [[0.0; POINTS]; 3];
-    for point in 0..count {
-        for a in 0..3 {
-            let value = values[a][point];
-            if !(value > 0.0 && value.is_finite()) {
-                return Err((point, MaterialError::Collapsed { value }));
+        let mut eigen_tangent = [[zero; 6]; 6];
+        for (i, row) in eigen_tangent.iter_mut().enumerate() {
+            *row = multiply(simd, &back[i], &turned);
+            for (value, factor) in row.iter_mut().zip(differences.first) {
+                *value = *value * (differences.first[i] * factor);
             }
-            logs[a][point] = 0.5 * value.ln();
         }
-    }
-    Ok(logs)
-}
-
-/// `P D P` and the second-order term, from `D` (`law`) and `T` in the eigenframe (`t`); `map` leads out of the eigenframe.
-#[inline(always)]
-fn tangent<S: Simd>(
-    simd: S,
-    law: Rows<S>,
-    (map, back): (&Rows<S>, &Rows<S>),
-    differences: &Differences<S>,
-    t: &[Lane<S>; 6],
-    out: &mut [[Eight; 6]; 6],
-    first: usize,
-) {
-    let mut turned = law.map(|row| multiply(simd, &row, map));
-    let mut eigen_tangent = [[Lane::splat(simd, 0.0); 6]; 6];
-    for (i, row) in eigen_tangent.iter_mut().enumerate() {
-        *row = multiply(simd, &back[i], &turned);
-        for (value, factor) in row.iter_mut().zip(differences.first) {
-            *value = *value * (differences.first[i] * factor);
+        add_second_order(&mut eigen_tangent, &differences, &t);
+        for (row, turned) in eigen_tangent.iter().zip(&mut turned) {
+            *turned = multiply(simd, row, &back);
         }
-    }
-    add_second_order(&mut eigen_tangent, differences, t);
-    for (row, turned) in eigen_tangent.iter().zip(&mut turned) {
-        *turned = multiply(simd, row, back);
-    }
-    for (row, out) in map.iter().zip(out) {
-        for (value, out) in multiply(simd, row, &turned).into_iter().zip(out) {
-            value.store(out, first);
+        for (row, out) in map.iter().zip(&mut out.tangent) {
+            for (value, out) in multiply(simd, row, &turned).into_iter().zip(out) {
+                value.store(out, first);
+            }
         }
     }
 }
 
 /// A row times a matrix.
 #[inline(always)]
-fn multiply<S: Simd>(simd: S, row: &[Lane<S>; 6], matrix: &Rows<S>) -> [Lane<S>; 6] {
+fn multiply<S: Simd>(simd: S, row: &[Lane<S>; 6], matrix: &[[Lane<S>; 6]; 6]) -> [Lane<S>; 6] {
     let mut sums = [Lane::splat(simd, 0.0); 6];
     for (factor, row) in row.iter().zip(matrix) {
         for (sum, value) in sums.iter_mut().zip(row) {
@@ -304,7 +277,7 @@ fn multiply<S: Simd>(simd: S, row: &[Lane<S>; 6], matrix: &Rows<S>) -> [Lane<S>;
 /// `Σ_pqr T_pr f[p,q,r] (H_pq G_qr + G_pq H_qr)`.
 #[inline(always)]
 fn add_second_order<S: Simd>(
-    tangent: &mut Rows<S>,
+    tangent: &mut [[Lane<S>; 6]; 6],
     differences: &Differences<S>,
     t: &[Lane<S>; 6],
 ) {

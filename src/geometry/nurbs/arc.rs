@@ -51,12 +51,8 @@ impl Curve3 {
             frame.point(&Vec3::new(rx * factor * a.cos(), ry * factor * a.sin(), 0.0))
         };
         let control = arc_points(&angles);
-        Curve {
-            degree: 2,
-            knots: arc_knots(&angles),
-            points: control.iter().map(place).collect(),
-            weights: control.iter().map(|c| c.2).collect(),
-        }
+        let points = control.iter().map(place).collect();
+        Curve::raw(2, arc_knots(&angles), points, control.iter().map(|c| c.2).collect())
     }
 }
 

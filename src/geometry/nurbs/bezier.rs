@@ -186,7 +186,7 @@ impl BezierPiece {
             [vec![self.low[k]; p + 1], vec![self.high[k]; p + 1]].concat()
         };
         let (points, weights) = self.net.iter().map(|h| (h.xyz() / h.w, h.w)).unzip();
-        Surface { degrees: self.degrees, knots: [ends(0), ends(1)], points, weights }
+        Surface::raw(self.degrees, [ends(0), ends(1)], points, weights)
     }
 
     /// Box of the control points: the piece lies inside.

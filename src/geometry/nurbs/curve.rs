@@ -5,6 +5,8 @@ use nalgebra::SVector;
 use super::NurbsError;
 use super::basis::{LARGE, MEDIUM, SMALL, WIDE, basis, basis_values};
 use super::net::{Net, check_knots, check_weights};
+use super::prepared::Prepared;
+use super::projector::CurveProjector;
 use crate::geometry::Affine;
 
 /// A rational B-spline curve in `D` dimensions. Invariants (kept by [`Curve::try_new`]): degree >= 1,
@@ -15,6 +17,8 @@ pub struct Curve<const D: usize> {
     pub(super) knots: Vec<f64>,
     pub(super) points: Vec<SVector<f64, D>>,
     pub(super) weights: Vec<f64>,
+    /// For closest points.
+    pub(super) prepared: Prepared<CurveProjector>,
 }
 
 /// A curve in a parameter plane.
@@ -50,14 +54,24 @@ impl<const D: usize> Curve<D> {
         if points.iter().any(|p| p.iter().any(|x| !x.is_finite())) {
             return Err(NurbsError::NotFinite);
         }
-        Ok(Self { degree, knots, points, weights })
+        Ok(Self::raw(degree, knots, points, weights))
+    }
+
+    /// A curve from control data known to keep the invariants.
+    pub(super) fn raw(
+        degree: usize,
+        knots: Vec<f64>,
+        points: Vec<SVector<f64, D>>,
+        weights: Vec<f64>,
+    ) -> Self {
+        Self { degree, knots, points, weights, prepared: Prepared::default() }
     }
 
     /// The straight segment from `a` to `b` on the domain `[0, 1]`.
     #[must_use]
     pub fn line(a: SVector<f64, D>, b: SVector<f64, D>) -> Self {
         let knots = vec![0.0, 0.0, 1.0, 1.0];
-        Self { degree: 1, knots, points: vec![a, b], weights: vec![1.0; 2] }
+        Self::raw(1, knots, vec![a, b], vec![1.0; 2])
     }
 
     /// Degree.
@@ -171,7 +185,7 @@ impl<const D: usize> Curve<D> {
         let mut net = Net::of_curve(&self.knots, self.degree, &self.points, &self.weights);
         net.cut(from, to);
         let (points, weights) = net.projected();
-        Ok(Self { degree: self.degree, knots: net.knots, points, weights })
+        Ok(Self::raw(self.degree, net.knots, points, weights))
     }
 
     /// The same curve with clamped knots: its first and last control points are its ends.
@@ -262,7 +276,7 @@ impl<const D: usize> Curve<D> {
             knots.extend(std::iter::repeat_n(w[1], degree));
         }
         knots.push(high);
-        Self { degree, knots, points, weights }
+        Self::raw(degree, knots, points, weights)
     }
 }
 

@@ -56,7 +56,7 @@ impl<const D: usize> Curve<D> {
         }
         knots.push(breaks[breaks.len() - 1]);
         let weights = vec![1.0; points.len()];
-        Self { degree: DEGREE, knots, points, weights }
+        Self::raw(DEGREE, knots, points, weights)
     }
 }
 
@@ -83,7 +83,7 @@ impl<const D: usize> Curve<D> {
     fn bezier(points: Vec<SVector<f64, D>>, a: f64, b: f64) -> Self {
         let knots = [vec![a; DEGREE + 1], vec![b; DEGREE + 1]].concat();
         let weights = vec![1.0; points.len()];
-        Self { degree: DEGREE, knots, points, weights }
+        Self::raw(DEGREE, knots, points, weights)
     }
 }
 

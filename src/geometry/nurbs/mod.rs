@@ -9,6 +9,7 @@ mod fit;
 mod isoline;
 mod net;
 mod newton;
+mod prepared;
 mod project;
 mod projector;
 mod surface;

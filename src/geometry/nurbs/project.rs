@@ -1,5 +1,5 @@
-//! Closest points of curves and surfaces asked once. For many points of the same one, prepare a
-//! [`SurfaceProjector`] or [`CurveProjector`].
+//! Closest points of curves and surfaces: what is prepared for the first is kept with the curve or surface. To keep it
+//! elsewhere, prepare a [`SurfaceProjector`] or [`CurveProjector`].
 
 use super::curve::{Curve2, Curve3};
 use super::newton::{Bounds, descend};
@@ -11,7 +11,7 @@ impl Curve3 {
     /// Closest point: parameter and squared distance [mm^2], global over the curve.
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> (f64, f64) {
-        CurveProjector::new(self).closest(p)
+        self.prepared.get(|| CurveProjector::new(self)).closest(p)
     }
 
     /// A local minimum of the distance downhill of `start`: parameter and squared distance [mm^2], never more than
@@ -57,9 +57,12 @@ impl Curve2 {
     /// Closest point: parameter and squared distance, global over the curve.
     #[must_use]
     pub fn closest(&self, p: &Vec2) -> (f64, f64) {
-        let points = self.points.iter().map(|x| x.push(0.0)).collect();
-        let (knots, weights) = (self.knots.clone(), self.weights.clone());
-        Curve3 { degree: self.degree, knots, points, weights }.closest(&p.push(0.0))
+        let lifted = || {
+            let points = self.points.iter().map(|x| x.push(0.0)).collect();
+            let (knots, weights) = (self.knots.clone(), self.weights.clone());
+            CurveProjector::new(&Curve3::raw(self.degree, knots, points, weights))
+        };
+        self.prepared.get(lifted).closest(&p.push(0.0))
     }
 }
 
@@ -67,7 +70,7 @@ impl Surface {
     /// Closest point of the untrimmed surface: parameters and squared distance [mm^2]; global.
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> (Vec2, f64) {
-        SurfaceProjector::new(self).closest(p)
+        self.prepared.get(|| SurfaceProjector::new(self)).closest(p)
     }
 
     /// Closest point by Newton from `start` with bounds and a fallback to [`Surface::closest`]; for

@@ -6,6 +6,8 @@ use super::NurbsError;
 use super::basis::{BasisWindow, LARGE, MEDIUM, SMALL, WIDE, basis, basis_values};
 use super::curve::{Curve2, Curve3};
 use super::net::{Net, check_knots, check_weights};
+use super::prepared::Prepared;
+use super::projector::SurfaceProjector;
 use crate::geometry::frame::unit;
 use crate::geometry::{Affine, Vec2, Vec3};
 
@@ -16,6 +18,8 @@ pub struct Surface {
     pub(super) knots: [Vec<f64>; 2],
     pub(super) points: Vec<Vec3>,
     pub(super) weights: Vec<f64>,
+    /// For closest points.
+    pub(super) prepared: Prepared<SurfaceProjector>,
 }
 
 /// Value and derivatives of a surface.
@@ -59,7 +63,17 @@ impl Surface {
         if points.iter().any(|p| p.iter().any(|x| !x.is_finite())) {
             return Err(NurbsError::NotFinite);
         }
-        Ok(Self { degrees, knots, points, weights })
+        Ok(Self::raw(degrees, knots, points, weights))
+    }
+
+    /// A surface from control data known to keep the invariants.
+    pub(super) fn raw(
+        degrees: [usize; 2],
+        knots: [Vec<f64>; 2],
+        points: Vec<Vec3>,
+        weights: Vec<f64>,
+    ) -> Self {
+        Self { degrees, knots, points, weights, prepared: Prepared::default() }
     }
 
     /// Degrees along u and v.
@@ -323,7 +337,7 @@ impl Surface {
         let order = (0..nv).flat_map(|j| (0..nu).map(move |i| i * nv + j));
         let (points, weights) = order.map(|k| (self.points[k], self.weights[k])).unzip();
         let [ku, kv] = self.knots.clone();
-        Self { degrees: [self.degrees[1], self.degrees[0]], knots: [kv, ku], points, weights }
+        Self::raw([self.degrees[1], self.degrees[0]], [kv, ku], points, weights)
     }
 
     /// Image under an affine map.

@@ -13,7 +13,7 @@ impl Surface {
         let knots = [u, v].map(|r| vec![r[0], r[0], r[1], r[1]]);
         let points =
             vec![corner(u[0], v[0]), corner(u[0], v[1]), corner(u[1], v[0]), corner(u[1], v[1])];
-        Self { degrees: [1, 1], knots, points, weights: vec![1.0; 4] }
+        Self::raw([1, 1], knots, points, vec![1.0; 4])
     }
 
     /// Surface of revolution of `generatrix` (along v, keeping its parameters) about the axis
@@ -35,7 +35,7 @@ impl Surface {
             }
         }
         let knots = [arc_knots(&spans), generatrix.knots.clone()];
-        Self { degrees: [2, generatrix.degree], knots, points, weights }
+        Self::raw([2, generatrix.degree], knots, points, weights)
     }
 
     /// Sweep of `directrix` (along u, keeping its parameters) by `v * direction`, v in the given range.
@@ -47,7 +47,7 @@ impl Surface {
             weights.extend([w, w]);
         }
         let knots = [directrix.knots.clone(), vec![v[0], v[0], v[1], v[1]]];
-        Self { degrees: [directrix.degree, 1], knots, points, weights }
+        Self::raw([directrix.degree, 1], knots, points, weights)
     }
 
     /// Ruled surface between two curves: u runs over both (each domain mapped to [0, 1] linearly), v from 0
@@ -63,7 +63,7 @@ impl Surface {
             weights.extend([a.weights[k], b.weights[k]]);
         }
         let knots = [a.knots, vec![0.0, 0.0, 1.0, 1.0]];
-        Self { degrees: [degree, 1], knots, points, weights }
+        Self::raw([degree, 1], knots, points, weights)
     }
 
     /// Rational parameter of the angle `angle` on an arc built by [`Curve3::ellipse_arc`] or

@@ -139,6 +139,9 @@ mod tests {
         assert!((d2 - 1.25).abs() < 1e-12);
         let near = circle.closest_near(&Vec3::new(-4.0, 0.0, 0.5), t + 0.4, 0.0);
         assert!((near.0 - t).abs() < 1e-7 && (near.1 - d2).abs() < 1e-12);
+        // What was prepared for the first answers does not follow a copy that is changed.
+        let moved = circle.mapped(|x| x + Vec3::new(10.0, 0.0, 0.0));
+        assert!((moved.closest(&Vec3::new(6.0, 0.0, 0.5)).1 - 1.25).abs() < 1e-12);
         let early = circle.closest_near(&Vec3::new(-4.0, 0.0, 0.5), t + 0.4, 10.0);
         assert_eq!(early.0, t + 0.4);
         let tube = Frame { origin: Vec3::x() * 40.0, x: Vec3::x(), y: Vec3::z(), z: -Vec3::y() };

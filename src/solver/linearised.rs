@@ -4,7 +4,10 @@
 use std::ops::Range;
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 use super::conditions::Condition;
+use super::contact::Expected;
 use super::linear::{ChangedRows, LinearError};
 use super::pattern::Pattern;
 use super::system::System;
@@ -29,8 +32,19 @@ pub(super) struct Foretold {
     pub(super) lambda: f64,
 }
 
-/// Displacements, and the travel of each tool moved by force.
-type Bordered = (Vec<f64>, Vec<(usize, f64)>);
+/// What solutions of the linear system do to the forces at the touching nodes: the nodes' rows of the tangent times each.
+struct Changes {
+    /// Touching candidates, rising.
+    touching: Vec<usize>,
+    /// Solutions.
+    solutions: usize,
+    /// One candidate's changes by all solutions after the other's.
+    of: Vec<Vec3>,
+}
+
+/// Nodes whose rows are multiplied by one task, and numbers copied by one.
+const NODES_PER_TASK: usize = 64;
+const COPIED_PER_TASK: usize = 1 << 16;
 
 impl System {
     /// Solves the linearised system for the correction.
@@ -63,7 +77,6 @@ impl System {
             .collect();
         let mut all = vec![rhs];
         all.extend(moved.iter().map(|&(tool, _)| self.travel_column(tool)));
-        let borders: Vec<Vec<f64>> = moved.iter().map(|&(tool, _)| self.force_row(tool)).collect();
         self.timings.contact += start.elapsed().as_secs_f64();
         let before = self.solver.factorisations;
         self.symmetric = changed.is_none() && moved.is_empty() && self.is_symmetric();
@@ -86,10 +99,9 @@ impl System {
         self.timings.updates = self.solver.updates;
         solved?;
         let start = Instant::now();
-        let (u, travels) = self.border(all, &borders, &moved)?;
-        let foretold = self.foretold(&u);
+        let correction = self.border(all, &moved);
         self.timings.contact += start.elapsed().as_secs_f64();
-        Ok(Correction { u, travels, foretold })
+        correction
     }
 
     /// Whether nothing but held components stands in the way of a symmetric matrix.
@@ -129,7 +141,9 @@ impl System {
 
     /// Rows of the tangent with the conditions in place.
     pub(super) fn condense(&mut self) {
-        self.values.copy_from_slice(&self.eval.tangent);
+        let from = self.eval.tangent.par_chunks(COPIED_PER_TASK);
+        let parts = self.values.par_chunks_mut(COPIED_PER_TASK).zip(from);
+        parts.for_each(|(to, from)| to.copy_from_slice(from));
         let pattern = self.body.pattern();
         for c in &self.conditions {
             let rows = rows_of(pattern, c.node);
@@ -177,70 +191,114 @@ impl System {
         column
     }
 
-    /// Derivative of the tool's force along its direction by the displacements.
-    fn force_row(&self, tool: usize) -> Vec<f64> {
-        let mut row = vec![0.0; self.u.len()];
-        let pattern = self.body.pattern();
-        let d = self.tools[tool].setup.direction;
-        for (_, c) in self.contact.active().filter(|(_, c)| c.tool == tool) {
-            let along = self.constraints.free_projector(c.node) * d;
-            for k in 0..3 {
-                for q in pattern.row_ptr[3 * c.node + k]..pattern.row_ptr[3 * c.node + k + 1] {
-                    row[pattern.col_idx[q]] += along[k] * self.eval.tangent[q];
-                }
-            }
-        }
-        row
-    }
-
     /// The bordered unknowns: `[K -Z; W S]` with one row and column a tool moved by force; S the stiffness of springs.
+    /// `all`: the solution of the right-hand side, then one for the travel of each tool in `moved`.
     fn border(
         &self,
         mut all: Vec<Vec<f64>>,
-        borders: &[Vec<f64>],
         moved: &[(usize, f64)],
-    ) -> Result<Bordered, LinearError> {
+    ) -> Result<Correction, LinearError> {
+        let changes = self.changes_of_force(&all);
         let z = all.split_off(1);
-        let Some(mut u) = all.pop() else { return Ok((Vec::new(), Vec::new())) };
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let m = moved.len();
-        if m == 0 {
-            return Ok((u, Vec::new()));
-        }
-        let spring = |i: usize, j: usize| {
-            if i == j { self.roles[moved[i].0].stiffness() } else { 0.0 }
-        };
-        let matrix =
-            nalgebra::DMatrix::from_fn(m, m, |i, j| dot(&borders[i], &z[j]) + spring(i, j));
-        let missing = nalgebra::DVector::from_fn(m, |i, _| {
-            let (tool, wanted) = moved[i];
-            let now = self.tool_force(tool).dot(&self.tools[tool].setup.direction);
-            wanted - now - dot(&borders[i], &u)
-        });
-        let travels =
-            matrix.lu().solve(&missing).ok_or(LinearError::Singular { unknown: self.u.len() })?;
+        let mut u = all.pop().unwrap_or_default();
+        let travels = self.travels(&changes, moved)?;
         for (column, travel) in z.iter().zip(travels.iter()) {
             u.iter_mut().zip(column).for_each(|(u, z)| *u += z * travel);
         }
-        Ok((u, moved.iter().zip(travels.iter()).map(|(&(tool, _), &s)| (tool, s)).collect()))
+        let foretold = self.foretold(&changes, &travels);
+        let travels = moved.iter().zip(&travels).map(|(&(tool, _), &s)| (tool, s)).collect();
+        Ok(Correction { u, travels, foretold })
+    }
+
+    fn changes_of_force(&self, solutions: &[Vec<f64>]) -> Changes {
+        let touching: Vec<usize> = self.contact.active().map(|(k, _)| k).collect();
+        let count = solutions.len();
+        let mut of = vec![Vec3::zeros(); count * touching.len()];
+        let (pattern, values) = (self.body.pattern(), &self.eval.tangent);
+        let candidates = &self.contact.candidates;
+        let tasks = of.par_chunks_mut(count.max(1)).with_min_len(NODES_PER_TASK);
+        tasks.zip(&touching).for_each(|(of, &k)| {
+            let rows = rows_of(pattern, candidates[k].node);
+            let width = rows.len() / 3;
+            let columns = &pattern.col_idx[rows.start..rows.start + width];
+            let (row0, rest) = values[rows].split_at(width);
+            let (row1, row2) = rest.split_at(width);
+            for (of, x) in of.iter_mut().zip(solutions) {
+                // A node's three columns follow one another; a sum for each keeps the processor busy.
+                let mut sums = [Vec3::zeros(); 3];
+                for (block, columns) in columns.chunks_exact(3).enumerate() {
+                    for (k, sum) in sums.iter_mut().enumerate() {
+                        let j = 3 * block + k;
+                        *sum += Vec3::new(row0[j], row1[j], row2[j]) * x[columns[k]];
+                    }
+                }
+                *of = sums[0] + sums[1] + sums[2];
+            }
+        });
+        Changes { touching, solutions: count, of }
+    }
+
+    /// Travels of the tools moved by force that make them push as they are to.
+    fn travels(&self, changes: &Changes, moved: &[(usize, f64)]) -> Result<Vec<f64>, LinearError> {
+        let m = moved.len();
+        if m == 0 {
+            return Ok(Vec::new());
+        }
+        // By how much solution `j` changes the push of the i-th tool.
+        let pushed = |i: usize, j: usize| -> f64 {
+            let (tool, d) = (moved[i].0, self.tools[moved[i].0].setup.direction);
+            let all = changes.touching.iter().zip(changes.of.chunks_exact(changes.solutions));
+            let of_tool = all.filter(|&(&k, _)| self.contact.candidates[k].tool == tool);
+            let along = |node: usize| self.constraints.free_projector(node) * d;
+            of_tool.map(|(&k, of)| along(self.contact.candidates[k].node).dot(&of[j])).sum()
+        };
+        let spring = |i: usize, j: usize| {
+            if i == j { self.roles[moved[i].0].stiffness() } else { 0.0 }
+        };
+        let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| pushed(i, j + 1) + spring(i, j));
+        let missing = nalgebra::DVector::from_fn(m, |i, _| {
+            let (tool, wanted) = moved[i];
+            let now = self.tool_force(tool).dot(&self.tools[tool].setup.direction);
+            wanted - now - pushed(i, 0)
+        });
+        let travels = matrix.lu().solve(&missing);
+        let travels = travels.ok_or(LinearError::Singular { unknown: self.u.len() })?;
+        Ok(travels.iter().copied().collect())
+    }
+
+    /// Lets touching candidates expect the forces of the balance that the body was last evaluated for.
+    pub(super) fn expect_as_last(&mut self) {
+        for k in 0..self.contact.candidates.len() {
+            let c = &self.contact.candidates[k];
+            let force = c.active.then(|| self.contact_force(c.node));
+            self.contact.candidates[k].expected = force.map(Expected::AsLast);
+        }
+    }
+
+    /// Lets touching candidates expect the forces that `correction` foretells, of which this share was taken.
+    pub(super) fn expect(&mut self, correction: &Correction, share: f64) {
+        for foretold in &correction.foretold {
+            let c = &mut self.contact.candidates[foretold.candidate];
+            let before = match c.expected {
+                Some(Expected::AsLast(force) | Expected::Foretold(force)) => force,
+                None => foretold.force,
+            };
+            let force = before + (foretold.force - before) * share;
+            c.expected = Some(Expected::Foretold(force));
+        }
     }
 
     /// Forces that the linearised system gives the touching nodes.
-    fn foretold(&self, du: &[f64]) -> Vec<Foretold> {
-        let pattern = self.body.pattern();
-        let values = &self.eval.tangent;
-        let of = |c: &Condition, candidate: usize| {
-            let mut change = Vec3::zeros();
-            for i in 0..3 {
-                let row = 3 * c.node + i;
-                change[i] = (pattern.row_ptr[row]..pattern.row_ptr[row + 1])
-                    .map(|q| values[q] * du[pattern.col_idx[q]])
-                    .sum();
-            }
-            let force = self.force_at(c.node) + change;
-            Foretold { candidate, force, lambda: c.normal.dot(&force) }
+    fn foretold(&self, changes: &Changes, travels: &[f64]) -> Vec<Foretold> {
+        let of = |c: &Condition| {
+            let candidate = c.candidate?;
+            let at = changes.touching.binary_search(&candidate).ok()? * changes.solutions;
+            let (first, rest) = changes.of[at..at + changes.solutions].split_first()?;
+            let by_travels = rest.iter().zip(travels).map(|(change, travel)| change * *travel);
+            let force = self.force_at(c.node) + by_travels.fold(*first, |sum, change| sum + change);
+            Some(Foretold { candidate, force, lambda: c.normal.dot(&force) })
         };
-        self.conditions.iter().filter_map(|c| c.candidate.map(|k| of(c, k))).collect()
+        self.conditions.iter().filter_map(of).collect()
     }
 }
 

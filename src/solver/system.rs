@@ -3,18 +3,19 @@
 use std::ops::Range;
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 use super::assembly::{Body, ElementFailure, Evaluation, Foresight};
 use super::conditions::{Condition, Scales, can_touch, contact_normal, hold, touching, untouched};
 use super::constraints::Constraints;
-use super::contact::{ContactSet, Expected};
+use super::contact::ContactSet;
 use super::damper::Damper;
 use super::element::Want;
 use super::linear::{CheckedSolver, LinearError};
-use super::linearised::Correction;
 use super::stages::Timings;
 use super::tools::Tool;
 use crate::contact::friction::Coulomb;
-use crate::geometry::{Mat3, Vec3};
+use crate::geometry::Vec3;
 
 /// What a tool is during the present increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -257,12 +258,17 @@ impl System {
         for (k, c) in self.contact.active() {
             by_node[c.node].get_or_insert(k);
         }
+        let touching: Vec<_> = by_node
+            .par_iter()
+            .with_min_len(64)
+            .enumerate()
+            .map(|(n, k)| self.touching(n, (*k)?))
+            .collect();
         let mut residual = Residual::default();
         let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
-        for (node, touching) in by_node.iter().enumerate() {
+        for (node, condition) in touching.into_iter().enumerate() {
             let r = self.force_at(node);
             let free = self.constraints.free_projector(node);
-            let condition = touching.and_then(|k| self.touching(k, &r, &free));
             let supported = if condition.is_some() { r } else { r - free * r };
             supports += supported.norm_squared();
             let plain = condition.is_none() && self.constraints.is_free(node);
@@ -309,28 +315,6 @@ impl System {
         })
     }
 
-    /// Lets touching candidates expect the forces of the balance that the body was last evaluated for.
-    pub(super) fn expect_as_last(&mut self) {
-        for k in 0..self.contact.candidates.len() {
-            let c = &self.contact.candidates[k];
-            let force = c.active.then(|| self.contact_force(c.node));
-            self.contact.candidates[k].expected = force.map(Expected::AsLast);
-        }
-    }
-
-    /// Lets touching candidates expect the forces that `correction` foretells, of which this share was taken.
-    pub(super) fn expect(&mut self, correction: &Correction, share: f64) {
-        for foretold in &correction.foretold {
-            let c = &mut self.contact.candidates[foretold.candidate];
-            let before = match c.expected {
-                Some(Expected::AsLast(force) | Expected::Foretold(force)) => force,
-                None => foretold.force,
-            };
-            let force = before + (foretold.force - before) * share;
-            c.expected = Some(Expected::Foretold(force));
-        }
-    }
-
     /// Lets every touching candidate remember whether it slides; once an iterate.
     pub(super) fn remember_sliding(&mut self) {
         for c in &self.conditions {
@@ -340,7 +324,9 @@ impl System {
         }
     }
 
-    fn touching(&self, k: usize, r: &Vec3, free: &Mat3) -> Option<Condition> {
+    /// The condition that candidate `k` of a node puts in the place of its equilibrium.
+    fn touching(&self, node: usize, k: usize) -> Option<Condition> {
+        let (r, free) = (&self.force_at(node), &self.constraints.free_projector(node));
         let c = &self.contact.candidates[k];
         let tool = &self.tools[c.tool];
         let p = self.position(c.node) - tool.shift();

@@ -42,7 +42,7 @@ impl LinearSolver for MultifrontalLu {
     }
 
     fn inverse_block(&self, columns: &[usize], rows: &[usize]) -> Option<Vec<f64>> {
-        const WORTH: f64 = 0.2;
+        const WORTH: f64 = 0.4;
         if self.factors.is_symmetric() {
             return None;
         }

@@ -55,43 +55,52 @@ impl<'a> Update<'a> {
     }
 
     /// Solves in place. `known`: right-hand sides and solutions of the matrix in the factors, by number; where the present
-    /// right-hand side differs from the known one in changed rows only, half the work is done.
+    /// right-hand side differs from the known one in changed rows only, what is solved for is the difference: half the
+    /// work, and less where the solver passes over what is zero.
     pub(super) fn solve(
         &self,
         solver: &dyn LinearSolver,
         rhs: &mut [&mut [f64]],
         known: &[(Vec<f64>, Vec<f64>)],
     ) {
-        let mut met: Vec<Option<DVector<f64>>> =
-            rhs.iter().enumerate().map(|(k, x)| self.met_before(x, known.get(k)?)).collect();
-        let unknown = || rhs.iter().zip(&met).filter(|(_, met)| met.is_none());
+        let near: Vec<Option<&(Vec<f64>, Vec<f64>)>> = rhs
+            .iter()
+            .enumerate()
+            .map(|(k, x)| known.get(k).filter(|k| self.near(x, &k.0)))
+            .collect();
+        let unknown = || rhs.iter().zip(&near).filter(|(_, near)| near.is_none());
         let mut first: Vec<Vec<f64>> = unknown().map(|(x, _)| x.to_vec()).collect();
         if !first.is_empty() {
             solver.solve(&mut first.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
         }
-        for (met, y) in met.iter_mut().filter(|met| met.is_none()).zip(&first) {
-            *met = Some(self.meet(y));
-        }
-        for (x, met) in rhs.iter_mut().zip(met.iter().flatten()) {
-            let met = Some(met).filter(|met| !met.is_empty());
-            if let Some(m) = met.and_then(|met| self.small.solve(met)) {
+        let mut first = first.iter();
+        for (x, near) in rhs.iter_mut().zip(&near) {
+            let met = match near {
+                // D A^-1 b = D known + D Z changes
+                Some((given, known)) => {
+                    x.iter_mut().zip(given).for_each(|(x, given)| *x -= given);
+                    let changes = self.changed.rows.iter().map(|&row| x[row]);
+                    let changes = DVector::from_iterator(self.changed.rows.len(), changes);
+                    Some(self.meet(known) + &self.by_changes * changes)
+                }
+                None => first.next().map(|y| self.meet(y)),
+            };
+            let met = met.filter(|met| !met.is_empty());
+            if let Some(m) = met.and_then(|met| self.small.solve(&met)) {
                 self.changed.rows.iter().zip(m.iter()).for_each(|(&row, m)| x[row] -= m);
             }
         }
         solver.solve(rhs);
+        for (x, (_, known)) in rhs.iter_mut().zip(&near).filter_map(|(x, near)| Some((x, (*near)?)))
+        {
+            x.iter_mut().zip(known).for_each(|(x, known)| *x += known);
+        }
     }
 
-    /// `D A^-1 x` from what is known, if it can be told.
-    fn met_before(&self, x: &[f64], known: &(Vec<f64>, Vec<f64>)) -> Option<DVector<f64>> {
-        let (given, known) = known;
-        let change = |&row: &usize| x[row] - given[row];
-        let changes: Vec<f64> = self.changed.rows.iter().map(change).collect();
-        let changed = x.iter().zip(given).filter(|(x, g)| x != g).count();
-        if changed > changes.iter().filter(|c| **c != 0.0).count() {
-            return None;
-        }
-        // D A^-1 b = D known + D Z changes
-        Some(self.meet(known) + &self.by_changes * DVector::from_vec(changes))
+    /// Whether two right-hand sides differ in changed rows only.
+    fn near(&self, x: &[f64], given: &[f64]) -> bool {
+        let differ = x.iter().zip(given).filter(|(x, g)| x != g).count();
+        differ == self.changed.rows.iter().filter(|&&row| x[row] != given[row]).count()
     }
 
     /// `D y`.

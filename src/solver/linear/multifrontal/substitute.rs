@@ -120,6 +120,10 @@ impl<const R: usize> Pass<'_, R> {
                 }
             }
         }
+        // Right-hand sides that are zero in the whole subtree, as those of a few changed rows are.
+        if own.iter().all(|x| *x == 0.0) {
+            return;
+        }
         let pivot = &self.factors.pivot[front.first..front.first + np];
         if pivot.iter().enumerate().any(|(k, &p)| k != p as usize) {
             for own in own.chunks_exact_mut(height) {

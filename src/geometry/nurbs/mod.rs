@@ -9,6 +9,7 @@ mod fit;
 mod isoline;
 mod net;
 mod newton;
+mod pinched;
 mod prepared;
 mod project;
 mod projector;

@@ -73,6 +73,12 @@ impl Surface {
         self.prepared.get(|| SurfaceProjector::new(self)).closest(p)
     }
 
+    /// The same, quicker where `start` is near the foot: what is found from there is proved, or bettered.
+    #[must_use]
+    pub fn closest_from(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
+        self.prepared.get(|| SurfaceProjector::new(self)).closest_from(p, start)
+    }
+
     /// Closest point by Newton from `start` with bounds and a fallback to [`Surface::closest`]; for
     /// points whose neighbour's foot is known.
     #[must_use]

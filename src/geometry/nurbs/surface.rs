@@ -235,12 +235,15 @@ impl Surface {
         [0, 1].map(|k| self.knots[k].len() - self.degrees[k] - 1)
     }
 
-    /// Unit normal `su x sv / |.|`; at a pole or collapsed edge its limit along the surface; `None` where
-    /// there is none (apex of a cone).
+    /// Unit normal `su x sv / |.|`; at a pole, a collapsed edge or a pinched corner ([`Surface::is_pinched`]) its limit
+    /// along the surface; `None` where there is none (apex of a cone).
     #[must_use]
     pub fn normal(&self, uv: Vec2) -> Option<Vec3> {
         let d = self.derivs(uv);
         let n = d.su.cross(&d.sv);
+        if let Some(limit) = self.pinched(uv, &d) {
+            return unit(limit);
+        }
         let [u, v] = self.domain();
         let (reach_u, reach_v) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
         if n.norm() > 1e-9 * d.su.norm() * d.sv.norm()

@@ -87,7 +87,16 @@ fn grid(face: &Face, border: &FourSides<Node>, in_space: bool) -> Patchwork {
     let at = |i: usize, j: usize| (j * (m + 1) + i) as u32;
     for j in 0..n {
         for i in 0..m {
-            out.push(&[at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            let ring = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            // A quad whose corner is straight folds: two triangles end there.
+            match (0..4).find(|&k| face.surface.is_pinched(out.nodes[ring[k] as usize].uv)) {
+                Some(k) => {
+                    let turned = |by: usize| ring[(k + by) % 4];
+                    out.push(&[turned(0), turned(1), turned(2)]);
+                    out.push(&[turned(0), turned(2), turned(3)]);
+                }
+                None => out.push(&ring),
+            }
         }
     }
     out

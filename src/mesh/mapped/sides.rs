@@ -26,7 +26,7 @@ pub fn shape(face: &Face) -> Shape {
     let real: Vec<usize> =
         (0..outer.uses.len()).filter(|&k| !is_joint(face, &outer.uses[k])).collect();
     let count = real.len();
-    let mut starts = Vec::new();
+    let (mut starts, mut straight) = (Vec::new(), Vec::new());
     for k in 0..count {
         let turn = turn_between(face, outer, real[(k + count - 1) % count], real[k]);
         if turn < -CORNER {
@@ -34,7 +34,13 @@ pub fn shape(face: &Face) -> Shape {
         }
         if turn > CORNER {
             starts.push(k);
+        } else if is_straight_corner(face, outer, real[(k + count - 1) % count], real[k]) {
+            straight.push(k);
         }
+    }
+    if starts.len() + straight.len() == 4 {
+        starts.extend(straight);
+        starts.sort_unstable();
     }
     let side = |c: usize| -> Vec<usize> {
         let (from, to) = (starts[c], starts[(c + 1) % starts.len()]);
@@ -86,6 +92,18 @@ fn turn_between(face: &Face, outer: &TrimLoop, before: usize, after: usize) -> f
     let uv = after.uv(after.domain()[0]);
     let Some(normal) = face.surface.normal(uv) else { return FRAC_PI_2 };
     signed_angle(&into, &out, &normal)
+}
+
+/// Whether the loop has a corner in the parameter plane where it runs smoothly on in space: the surface's derivatives have
+/// one direction there (the stem of a ship's bow runs on into its keel so).
+fn is_straight_corner(face: &Face, outer: &TrimLoop, before: usize, after: usize) -> bool {
+    let [before, after] = [before, after].map(|k| &outer.uses[k].pcurve);
+    let (into, out) = (before.derivs(before.domain()[1]).d1, after.derivs(after.domain()[0]).d1);
+    let uv = after.point(after.domain()[0]);
+    let [u, v] = face.surface.domain();
+    let size = Vec2::new(u[1] - u[0], v[1] - v[0]);
+    let (into, out) = (into.component_div(&size), out.component_div(&size));
+    into.perp(&out).atan2(into.dot(&out)) > CORNER && face.surface.is_pinched(uv)
 }
 
 /// Angle from `a` to `b` about `normal`, in (-pi, pi].

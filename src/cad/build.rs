@@ -5,6 +5,7 @@ use std::cell::LazyCell;
 use rayon::prelude::*;
 
 use super::analytic::Analytic;
+use super::creases::{self, Crease, Part};
 use super::loops::{LoopFault, Side, closed_loops, path_of};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
@@ -49,11 +50,13 @@ pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
     for (face, (outcome, said)) in raw.faces.iter().zip(built) {
         diagnostics.extend(said);
         match outcome {
-            Ok((built, mut sides)) => {
-                let index = model.faces.len();
-                sides.iter_mut().for_each(|p| p.at[0] = index);
-                pieces.extend(sides);
-                model.faces.push(built);
+            Ok(parts) => {
+                for (built, mut sides) in parts {
+                    let index = model.faces.len();
+                    sides.iter_mut().for_each(|p| p.at[0] = index);
+                    pieces.extend(sides);
+                    model.faces.push(built);
+                }
             }
             Err(text) => diagnostics.push(Diagnostic {
                 severity: Severity::Warning,
@@ -94,13 +97,14 @@ fn face_bounds(face: &RawFace) -> Aabb {
     bounds
 }
 
+/// The face, several where its surface has creases inside it, each with its sides.
 fn build_face(
     raw: &RawFace,
     size: f64,
     tolerance: f64,
     mut fineness: Fineness,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Result<(Face, Vec<Piece>), String> {
+) -> Result<Vec<(Face, Vec<Piece>)>, String> {
     let made;
     let surface = match &raw.surface {
         RawSurface::Offset { base, distance } => {
@@ -128,31 +132,42 @@ fn build_face(
     let analytic = Analytic::new(native.raw(), angles);
     let map =
         ParameterMap { angles, extent: [range[0][1] - range[0][0], range[1][1] - range[1][0]] };
-    let (trims, pieces) = trims_of(&loops, &map, &surface, tolerance);
-    let face = Face {
-        surface,
-        kind: kind_of(&raw.surface),
-        analytic,
-        loops: trims,
-        flipped,
-        source: raw.source.clone(),
-        shell: raw.shell,
+    let mapped = |s: &Side| Side { path: map.curve(&s.path), ..s.clone() };
+    let loops = loops.iter().map(|l| l.iter().map(mapped).collect()).collect();
+    let whole = Part { surface, loops };
+    let (parts, found) = match analytic {
+        None => creases::cut(whole, tolerance),
+        Some(_) => (vec![whole], Vec::new()),
     };
-    Ok((face, pieces))
+    diagnostics.extend(creased(raw, &found, parts.len()));
+    let face = |Part { surface, loops }| {
+        let (loops, pieces) = trims_of(&loops, &surface, tolerance);
+        let (kind, source) = (kind_of(&raw.surface), raw.source.clone());
+        let analytic = analytic.clone();
+        (Face { surface, kind, analytic, loops, flipped, source, shell: raw.shell }, pieces)
+    };
+    Ok(parts.into_iter().map(face).collect())
+}
+
+fn creased(raw: &RawFace, found: &[Crease], parts: usize) -> Option<Diagnostic> {
+    let line = |c: &Crease| {
+        format!("{} = {} ({:.1} degrees)", ["u", "v"][c.axis], c.at, c.angle.to_degrees())
+    };
+    let lines: Vec<String> = found.iter().map(line).collect();
+    let text =
+        format!("its surface has creases along {}; cut there into {parts} faces", lines.join(", "));
+    let place = raw.source.clone();
+    let note = Diagnostic { severity: Severity::Note, code: "face-creased", place, text };
+    (!found.is_empty()).then_some(note)
 }
 
 /// Loops in the parameters of `surface`, and the sides of theirs that are not points, to be joined to edges.
-fn trims_of(
-    loops: &[Vec<Side>],
-    map: &ParameterMap,
-    surface: &Surface,
-    tolerance: f64,
-) -> (Vec<TrimLoop>, Vec<Piece>) {
+fn trims_of(loops: &[Vec<Side>], surface: &Surface, tolerance: f64) -> (Vec<TrimLoop>, Vec<Piece>) {
     let (mut pieces, mut trims) = (Vec::new(), Vec::new());
     for (l, sides) in loops.iter().enumerate() {
         let mut uses = Vec::new();
         for side in sides {
-            let pcurve = map.curve(&side.path);
+            let pcurve = side.path.clone();
             if !is_point(surface, &pcurve, tolerance) {
                 let curve = side.curve.clone();
                 let at = [0, l, uses.len()];

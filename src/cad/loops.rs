@@ -7,9 +7,9 @@ mod seam;
 #[cfg(test)]
 mod tests;
 
-pub(super) use closed::closed_loops;
+pub(super) use closed::{closed_loops, signed_area};
 
-use closed::{leaves_its_inside_out, signed_area};
+use closed::leaves_its_inside_out;
 use project::side_of;
 
 use super::native::Native;
@@ -36,7 +36,7 @@ impl Side {
         self.path.points()[self.path.points().len() - 1]
     }
 
-    fn straight(from: Vec2, to: Vec2) -> Self {
+    pub fn straight(from: Vec2, to: Vec2) -> Self {
         Self { path: Curve2::line(from, to), curve: None, edge_id: None }
     }
 

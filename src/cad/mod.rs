@@ -7,6 +7,7 @@ mod analytic;
 mod area;
 pub mod build;
 pub mod closest;
+mod creases;
 pub mod health;
 #[cfg(test)]
 mod health_tests;

@@ -5,7 +5,7 @@ use super::{Native, Path, Side, whole_periods};
 use crate::geometry::Vec2;
 
 /// Twice the signed area that a loop encloses in the parameter plane.
-pub(super) fn signed_area(sides: &[Side]) -> f64 {
+pub(in crate::cad) fn signed_area(sides: &[Side]) -> f64 {
     let mut sum = 0.0;
     for side in sides {
         let [a, b] = side.path.domain();

@@ -1,0 +1,277 @@
+//! Loops of a face split along a line of one parameter: what lies on either side is closed along the line.
+
+use crate::cad::loops::{Side, signed_area};
+use crate::geometry::nurbs::Surface;
+use crate::geometry::{Aabb, Vec2, Vec3};
+
+/// A part that reaches no farther from the line than this share of the face's size is no face of its own.
+const THIN: f64 = 1e-3;
+/// Corners within the tolerance of the line, and this share of the parameter's range, are on it.
+const NEAR: f64 = 1e-3;
+/// Halvings until a crossing is known to the last digit.
+const HALVINGS: usize = 60;
+
+/// A line of one parameter on a surface.
+pub(super) struct Line<'a> {
+    pub surface: &'a Surface,
+    /// The parameter that does not change: 0: u, 1: v.
+    pub axis: usize,
+    /// Its value.
+    pub at: f64,
+    /// What counts as touching [mm].
+    pub tolerance: f64,
+}
+
+/// A face split in two.
+#[derive(Debug)]
+pub(super) struct Halves {
+    /// Faces at smaller values of the parameter: loops, the outer one first.
+    pub lower: Vec<Vec<Vec<Side>>>,
+    /// Faces at larger ones.
+    pub upper: Vec<Vec<Vec<Side>>>,
+    /// Ranges of the other parameter in which the line is inside the face.
+    pub inside: Vec<[f64; 2]>,
+}
+
+/// A side that does not cross the line, and whether it belongs to the upper half.
+type Piece = (Side, bool);
+
+impl Line<'_> {
+    /// The face between `loops` split; `None` where the line does not cross it, or parts would be thin.
+    pub fn split(&self, loops: &[Vec<Side>]) -> Option<Halves> {
+        let net = || loops.iter().flatten().flat_map(|s| s.path.points());
+        let off = |uv: &Vec2| uv[self.axis] - self.at;
+        if net().all(|uv| off(uv) >= 0.0) || net().all(|uv| off(uv) <= 0.0) {
+            return None;
+        }
+        let pieces: Vec<Vec<Piece>> = loops.iter().map(|l| self.pieces(l)).collect();
+        let (lower, inside) = self.half(&pieces, false)?;
+        let (upper, _) = self.half(&pieces, true)?;
+        let points = || loops.iter().flatten().flat_map(samples);
+        let size =
+            Aabb::of_points(&points().map(|uv| self.surface.point(uv)).collect::<Vec<Vec3>>());
+        let thin = |face: &Vec<Vec<Side>>| {
+            let widest = face[0].iter().flat_map(samples).map(|uv| self.far(uv));
+            widest.fold(0.0, f64::max) <= THIN * size.diagonal()
+        };
+        let whole = !inside.is_empty() && !lower.is_empty() && !upper.is_empty();
+        (whole && !lower.iter().chain(&upper).any(thin)).then_some(Halves { lower, upper, inside })
+    }
+
+    fn onto(&self, mut uv: Vec2) -> Vec2 {
+        uv[self.axis] = self.at;
+        uv
+    }
+
+    /// Distance from the line along the parameter that changes across it [mm].
+    fn far(&self, uv: Vec2) -> f64 {
+        (self.surface.point(uv) - self.surface.point(self.onto(uv))).norm()
+    }
+
+    /// The sides of a loop, cut where they cross the line, corners near it moved onto it.
+    fn pieces(&self, sides: &[Side]) -> Vec<Piece> {
+        let [low, high] = self.surface.domain()[self.axis];
+        let moved = |uv: Vec2| {
+            let near = (uv[self.axis] - self.at).abs() <= NEAR * (high - low);
+            if near && self.far(uv) <= self.tolerance { self.onto(uv) } else { uv }
+        };
+        let snapped = sides.iter().map(|s| {
+            let path = s.path.with_start(moved(s.start())).with_end(moved(s.end()));
+            Side { path, ..s.clone() }
+        });
+        snapped.flat_map(|side| self.cut(side)).map(|side| self.placed(side)).collect()
+    }
+
+    /// A side cut where it crosses the line.
+    fn cut(&self, side: Side) -> Vec<Side> {
+        let off = |t: f64| side.path.point(t)[self.axis] - self.at;
+        let [low, high] = side.path.domain();
+        let count = count(&side);
+        let mut cuts = Vec::new();
+        let mut before: Option<(f64, bool)> = None;
+        for k in 0..=count {
+            let t = low + (high - low) * k as f64 / count as f64;
+            let end = [(0, side.start()), (count, side.end())].into_iter().find(|e| e.0 == k);
+            let value = end.map_or_else(|| off(t), |e| e.1[self.axis] - self.at);
+            if value == 0.0 {
+                continue;
+            }
+            if let Some((from, above)) = before.filter(|b| b.1 != (value > 0.0)) {
+                cuts.push(crossing(|t| (off(t) > 0.0) == above, from, t));
+            }
+            before = Some((t, value > 0.0));
+        }
+        cuts.retain(|t| *t > low && *t < high);
+        if cuts.is_empty() {
+            return vec![side];
+        }
+        self.cut_at(&side, &cuts).unwrap_or_else(|| vec![side])
+    }
+
+    /// A side cut at these parameters, where it crosses the line.
+    fn cut_at(&self, side: &Side, cuts: &[f64]) -> Option<Vec<Side>> {
+        let [low, high] = side.path.domain();
+        let bounds = [&[low], cuts, &[high]].concat();
+        let mut out = Vec::with_capacity(bounds.len() - 1);
+        for (k, w) in bounds.windows(2).enumerate() {
+            let mut path = side.path.trimmed(w[0], w[1]).ok()?;
+            if k > 0 {
+                path = path.with_start(self.onto(path.points()[0]));
+            }
+            if k + 1 < bounds.len() - 1 {
+                path = path.with_end(self.onto(path.points()[path.points().len() - 1]));
+            }
+            let [a, b] = [path.points()[0], path.points()[path.points().len() - 1]];
+            let curve = side.curve.as_ref().and_then(|c| {
+                let [a, b] = [a, b].map(|uv| c.closest(&self.surface.point(uv)).0);
+                c.trimmed(a, b).ok()
+            });
+            out.push(Side { path, curve, edge_id: None });
+        }
+        Some(out)
+    }
+
+    /// The half a piece belongs to; one that runs along the line is made straight and belongs to the half on its left.
+    fn placed(&self, side: Side) -> Piece {
+        let off = |uv: &Vec2| uv[self.axis] - self.at;
+        let inner = samples(&side).skip(1);
+        let widest = inner.max_by(|a, b| off(a).abs().total_cmp(&off(b).abs()));
+        let widest = widest.unwrap_or_else(|| side.end());
+        let ends = [side.start(), side.end()];
+        let along = ends.iter().all(|uv| off(uv) == 0.0) && self.far(widest) <= self.tolerance;
+        if !along || (ends[1] - ends[0]).norm() == 0.0 {
+            let upper = off(&widest) > 0.0;
+            return (side, upper);
+        }
+        let forward = ends[1][1 - self.axis] > ends[0][1 - self.axis];
+        // Left of +v is -u, left of +u is +v.
+        let upper = forward == (self.axis == 1);
+        (Side { path: crate::geometry::nurbs::Curve2::line(ends[0], ends[1]), ..side }, upper)
+    }
+
+    /// The faces of one half, and the ranges of the other parameter in which the line closes them.
+    fn half(
+        &self,
+        loops: &[Vec<Piece>],
+        upper: bool,
+    ) -> Option<(Vec<Vec<Vec<Side>>>, Vec<[f64; 2]>)> {
+        let (mut closed, mut chains) = (Vec::new(), Vec::new());
+        for pieces in loops {
+            let sides = |pieces: &[Piece]| pieces.iter().map(|p| p.0.clone()).collect();
+            match pieces.iter().position(|p| p.1 != upper) {
+                None => closed.push(sides(pieces)),
+                Some(k) => {
+                    let rotated = [&pieces[k..], &pieces[..k]].concat();
+                    let runs = rotated.chunk_by(|a, b| a.1 == b.1).filter(|run| run[0].1 == upper);
+                    chains.extend(runs.map(|run| -> Vec<Side> { sides(run) }));
+                }
+            }
+        }
+        let (next, inside) = self.followers(&chains, upper)?;
+        let mut done = vec![false; chains.len()];
+        for first in 0..chains.len() {
+            let (mut k, mut ring) = (first, Vec::new());
+            while !std::mem::replace(&mut done[k], true) {
+                self.append(&mut ring, &chains[k]);
+                k = next[k];
+            }
+            if let Some(start) = ring.first().cloned() {
+                self.append(&mut ring, &[start]);
+                ring.pop();
+                closed.push(ring);
+            }
+        }
+        Some((faces(closed)?, inside))
+    }
+
+    /// For each chain that which follows it along the line with the face on the left, and the ranges in between.
+    fn followers(&self, chains: &[Vec<Side>], upper: bool) -> Option<(Vec<usize>, Vec<[f64; 2]>)> {
+        // Left of +v is -u, left of +u is +v.
+        let sign = if upper == (self.axis == 0) { -1.0 } else { 1.0 };
+        let mut ends: Vec<(f64, bool, usize)> = Vec::with_capacity(2 * chains.len());
+        for (k, chain) in chains.iter().enumerate() {
+            for (uv, starts) in [(chain.first()?.start(), true), (chain.last()?.end(), false)] {
+                if uv[self.axis] != self.at {
+                    return None;
+                }
+                ends.push((sign * uv[1 - self.axis], starts, k));
+            }
+        }
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut next = vec![0; chains.len()];
+        let mut inside = Vec::new();
+        for pair in ends.chunks(2) {
+            let [(from, false, end), (to, true, start)] = *pair else { return None };
+            next[end] = start;
+            let [low, high] = [sign * from, sign * to];
+            if from < to {
+                inside.push([low.min(high), low.max(high)]);
+            }
+        }
+        Some((next, inside))
+    }
+
+    /// Adds sides to a loop, along the line where they begin elsewhere than it ends.
+    fn append(&self, ring: &mut Vec<Side>, sides: &[Side]) {
+        if let (Some(last), Some(first)) = (ring.last_mut(), sides.first()) {
+            let (from, to) = (last.end(), first.start());
+            if (self.surface.point(from) - self.surface.point(to)).norm() <= self.tolerance {
+                last.path = last.path.with_end(to);
+            } else {
+                ring.push(Side::straight(from, to));
+            }
+        }
+        ring.extend(sides.iter().cloned());
+    }
+}
+
+/// Where a test changes from true to false.
+fn crossing(test: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (from + to);
+        if test(middle) {
+            from = middle;
+        } else {
+            to = middle;
+        }
+    }
+    to
+}
+
+/// Loops sorted to faces: every outer one with the holes inside it.
+fn faces(loops: Vec<Vec<Side>>) -> Option<Vec<Vec<Vec<Side>>>> {
+    let (outer, holes): (Vec<_>, Vec<_>) = loops.into_iter().partition(|l| signed_area(l) > 0.0);
+    let mut faces: Vec<Vec<Vec<Side>>> = outer.into_iter().map(|l| vec![l]).collect();
+    for hole in holes {
+        let start = hole.first()?.start();
+        let around =
+            if faces.len() == 1 { 0 } else { faces.iter().position(|f| encloses(&f[0], start))? };
+        faces.get_mut(around)?.push(hole);
+    }
+    Some(faces)
+}
+
+/// Whether a loop runs round a point, which is not on it.
+fn encloses(sides: &[Side], p: Vec2) -> bool {
+    let ring: Vec<Vec2> = sides.iter().flat_map(|s| samples(s).skip(1)).collect();
+    let mut inside = false;
+    for (k, b) in ring.iter().enumerate() {
+        let a = ring[(k + ring.len() - 1) % ring.len()];
+        if (a.y > p.y) != (b.y > p.y) {
+            inside ^= p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y);
+        }
+    }
+    inside
+}
+
+fn count(side: &Side) -> usize {
+    let spans = side.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
+    8 * spans.max(2)
+}
+
+/// Points along a side, both ends included.
+fn samples(side: &Side) -> impl Iterator<Item = Vec2> + '_ {
+    let [low, high] = side.path.domain();
+    let count = count(side);
+    (0..=count).map(move |k| side.path.point(low + (high - low) * k as f64 / count as f64))
+}

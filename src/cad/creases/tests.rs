@@ -1,0 +1,120 @@
+//! Faces with creases inside: cut there, and nowhere else.
+
+use std::f64::consts::FRAC_PI_4;
+
+use crate::cad::Model;
+use crate::cad::build::build;
+use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
+use crate::convert::ConvertOptions;
+use crate::convert::tolerance::{Borders, Goal, to_tolerance};
+use crate::geometry::Vec2;
+use crate::geometry::Vec3;
+use crate::geometry::nurbs::{Curve2, Surface};
+use crate::mesh::mapped::MappedOptions;
+
+/// A roof of 60 by 60 mm over the square of parameters from 0 to 2 along u and 0 to 1 along v, with three equal knots at
+/// u = 1: there it turns by twice `angles[j]` at the j-th control points along v.
+fn roof(angles: [f64; 3]) -> Surface {
+    let mut points = Vec::new();
+    for i in 0..7 {
+        for (j, angle) in angles.iter().enumerate() {
+            let x = 10.0 * f64::from(i) - 30.0;
+            points.push(Vec3::new(x, 30.0 * j as f64, -x.abs() * angle.tan()));
+        }
+    }
+    let u = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0];
+    let v = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+    Surface::try_new([3, 2], [u, v], points, None).unwrap()
+}
+
+/// The face of a surface between rings of straight lines in the parameter plane; without any its natural border.
+fn model(surface: Surface, rings: &[&[[f64; 2]]]) -> (Model, Vec<String>) {
+    let ring = |ends: &&[[f64; 2]]| {
+        let at = |k: usize| Vec2::from(ends[k % ends.len()]);
+        let line = |k: usize| RawEdge {
+            pcurve: Some(Curve2::line(at(k), at(k + 1))),
+            ..RawEdge::default()
+        };
+        RawLoop { outer: None, edges: (0..ends.len()).map(line).collect(), vertex: None }
+    };
+    let loops = rings.iter().map(ring).collect();
+    let surface = RawSurface::Nurbs(surface);
+    let face = RawFace { surface, loops, flipped: false, source: "roof".into(), shell: None };
+    let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "roof");
+    (model, said.into_iter().map(|d| format!("{}: {}", d.code, d.text)).collect())
+}
+
+fn area(model: &Model) -> f64 {
+    model.area()
+}
+
+/// Loops of every face, each as its number of sides.
+fn sides(model: &Model) -> Vec<Vec<usize>> {
+    model.faces.iter().map(|f| f.loops.iter().map(|l| l.uses.len()).collect()).collect()
+}
+
+#[test]
+fn a_ridge_cuts_its_face_in_two() {
+    let (model, said) = model(roof([FRAC_PI_4; 3]), &[]);
+    assert_eq!(sides(&model), [[4], [4]], "{said:?}");
+    assert_eq!(model.edges.iter().filter(|e| e.uses.len() == 2).count(), 1);
+    assert!((area(&model) - 3600.0 * 2f64.sqrt()).abs() < 1e-6);
+    assert!(said[0].contains("u = 1 (90.0 degrees); cut there into 2 faces"), "{said:?}");
+    for face in &model.faces {
+        let along = |f: &crate::cad::model::Face| f.normal(Vec2::new(1.0, 0.5)).unwrap();
+        assert!((along(face).x.abs() - 0.5f64.sqrt()).abs() < 1e-9);
+    }
+    assert!(model.faces[0].normal(Vec2::new(1.0, 0.5)).unwrap().x < 0.0);
+    assert!(model.faces[1].normal(Vec2::new(1.0, 0.5)).unwrap().x > 0.0);
+}
+
+#[test]
+fn equal_knots_without_a_ridge_cut_nothing() {
+    assert_eq!(sides(&model(roof([0.0; 3]), &[]).0), [[4]]);
+    // Four degrees are no ridge.
+    assert_eq!(sides(&model(roof([2f64.to_radians(); 3]), &[]).0), [[4]]);
+}
+
+#[test]
+fn loops_are_closed_along_the_ridge() {
+    let corners: &[[f64; 2]] = &[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]];
+    let beside: &[[f64; 2]] = &[[0.2, 0.4], [0.2, 0.6], [0.6, 0.6], [0.6, 0.4]];
+    let across: &[[f64; 2]] = &[[0.5, 0.4], [0.5, 0.6], [1.5, 0.6], [1.5, 0.4]];
+    let angles = [FRAC_PI_4; 3];
+    let (one, _) = model(roof(angles), &[corners, beside]);
+    assert_eq!(sides(&one), [vec![4, 4], vec![4]]);
+    let (two, _) = model(roof(angles), &[corners, across]);
+    // The hole is open to both sides: each has the ridge twice.
+    assert_eq!(sides(&two), [[8], [8]]);
+    assert_eq!(two.edges.iter().filter(|e| e.uses.len() == 2).count(), 2);
+    for (m, hole) in [(&one, beside), (&two, across)] {
+        let [a, b] = [0, 2].map(|k| roof(angles).point(Vec2::from(hole[k])));
+        let flat = 3600.0 - (b.x - a.x).abs() * (b.y - a.y).abs();
+        assert!((area(m) - flat * 2f64.sqrt()).abs() < 1e-6, "{}", area(m));
+    }
+    // A cross: two faces on either side of a ridge that is inside the face twice.
+    let comb: &[[f64; 2]] = &[
+        [0.5, 0.0],
+        [1.5, 0.0],
+        [1.5, 0.3],
+        [0.7, 0.3],
+        [0.7, 0.7],
+        [1.5, 0.7],
+        [1.5, 1.0],
+        [0.5, 1.0],
+    ];
+    let (comb, _) = model(roof(angles), &[comb]);
+    assert_eq!(sides(&comb), [[8], [4], [4]]);
+}
+
+#[test]
+fn a_ridge_that_runs_out_converts_with_few_patches() {
+    let (model, _) = model(roof([FRAC_PI_4, 0.2, 0.0]), &[]);
+    assert_eq!(model.faces.len(), 2);
+    let options = ConvertOptions { through_cad: true, straighten: true, ..Default::default() };
+    let borders = Borders::Conforming;
+    let goal = Goal { tol_mm: 0.05, normal_deg: f64::INFINITY, two_sided: true, borders };
+    let found = to_tolerance(&model, &MappedOptions::default(), &options, &goal).unwrap();
+    assert!(found.audit.worst_mm() <= 0.05 && found.audit.folded.is_empty());
+    assert!(found.tool.patches.len() <= 40, "{}", found.tool.patches.len());
+}

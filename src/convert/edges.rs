@@ -202,15 +202,20 @@ impl<'a> Finder<'a> {
         let inside = matches!(*faces, [f, g] if f == g);
         let edge = if inside { None } else { self.edge(vertices, faces) };
         let point = |e: f64| a + (b - a - c) * e + c * (e * e);
-        let nearest = |p: Vec3| match edge.map(|e| &self.model.edges[e].curve) {
+        let feet = vertices.map(|v| self.feet.get(&(v, faces[0])));
+        let nearest = |e: f64, p: Vec3| match edge.map(|e| &self.model.edges[e].curve) {
             Some(curve) => curve.point(curve.closest(&p).0),
             None => {
                 let surface = &self.model.faces[faces[0] as usize].surface;
-                surface.point(surface.closest(&p).0)
+                let foot = match feet {
+                    [Some(a), Some(b)] => surface.closest_from(&p, a * (1.0 - e) + b * e),
+                    _ => surface.closest(&p),
+                };
+                surface.point(foot.0)
             }
         };
         [0.25, 0.5, 0.75]
-            .map(|e| (nearest(point(e)) - point(e)).norm())
+            .map(|e| (nearest(e, point(e)) - point(e)).norm())
             .into_iter()
             .fold(0.0, f64::max)
     }

@@ -9,6 +9,8 @@ mod repair;
 pub mod tolerance;
 pub mod unfolded;
 
+use std::cell::OnceCell;
+
 use rayon::prelude::*;
 
 use crate::cad::Model;
@@ -133,11 +135,12 @@ pub fn convert(
     if let Some(element) = mesh.elements.iter().position(|e| e.face as usize >= count) {
         return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
     }
-    let (tool, report) = convert_once(model, mesh, options, &Exempt::default())?;
+    let ground = Ground::new(model, mesh, options)?;
+    let (tool, report) = ground.convert(&Exempt::default())?;
     if report.folded.is_empty() || options.edges == EdgeRule::Plain {
         return Ok((tool, report));
     }
-    repair::repaired(model, mesh, options, (tool, report))
+    repair::repaired(&ground, (tool, report))
 }
 
 /// Faces of `model` without an element.
@@ -160,53 +163,80 @@ struct Exempt {
     straight: Vec<u32>,
 }
 
-/// Converts; no edge of an `exempt` element follows the CAD.
-fn convert_once(
-    model: &Model,
-    mesh: &SurfaceMesh,
-    options: &ConvertOptions,
-    exempt: &Exempt,
-) -> Result<(ToolModel, ConvertReport), ConvertError> {
-    let mut report =
-        ConvertReport { turned: looks_away(mesh, options.sheet_side), ..ConvertReport::default() };
-    let turn = report.turned ^ options.flip;
-    let table = normals::table(model, mesh, options.smooth_deg.to_radians())?;
-    let sign = if turn { -1.0 } else { 1.0 };
-    let unit: Vec<Vec3> = table.normals.iter().map(|n| n * sign).collect();
-    let corners: Vec<PatchCorners> = mesh
-        .elements
-        .iter()
-        .zip(table.ids)
-        .map(|(element, mut normals)| {
+/// What a conversion takes from CAD and mesh, whatever elements are exempt.
+struct Ground<'a> {
+    model: &'a Model,
+    mesh: &'a SurfaceMesh,
+    options: &'a ConvertOptions,
+    /// The model is turned round to look at the sheet.
+    turned: bool,
+    normals: Vec<Vec3>,
+    corners: Vec<PatchCorners>,
+    feet: normals::Feet,
+    /// Edges through the CAD, when first asked for.
+    followed: OnceCell<edges::Followed>,
+}
+
+impl<'a> Ground<'a> {
+    fn new(
+        model: &'a Model,
+        mesh: &'a SurfaceMesh,
+        options: &'a ConvertOptions,
+    ) -> Result<Self, ConvertError> {
+        let turned = looks_away(mesh, options.sheet_side);
+        let turn = turned ^ options.flip;
+        let table = normals::table(model, mesh, options.smooth_deg.to_radians())?;
+        let sign = if turn { -1.0 } else { 1.0 };
+        let corners = mesh.elements.iter().zip(table.ids).map(|(element, mut normals)| {
             let mut vertices = element.nodes().to_vec();
             if turn {
                 vertices.reverse();
                 normals.reverse();
             }
             PatchCorners { vertices, normals, face: element.face }
+        });
+        Ok(Self {
+            model,
+            mesh,
+            options,
+            turned,
+            corners: corners.collect(),
+            normals: table.normals.iter().map(|n| n * sign).collect(),
+            feet: table.feet,
+            followed: OnceCell::new(),
         })
-        .collect();
-    let follow = || edges::follow(model, mesh, &table.feet, &corners, &unit);
-    let (choice, bent) = edge_choice(options, exempt, &corners, follow);
-    report.bent = bent;
-    let chords = edges::straightened(&corners, &exempt.straight);
-    let vertices = mesh.vertices.clone();
-    let (tool, straight) =
-        build(options.name.clone(), options.kind, vertices, unit, corners, choice)?;
-    report.straight = straight;
-    report.straight.extend(chords);
-    report.creases = crease_count(&tool);
-    report.bare = bare(model, mesh);
-    report.folded = folded(&tool);
-    Ok((tool, report))
+    }
+
+    fn followed(&self) -> &edges::Followed {
+        let Self { model, mesh, feet, corners, normals, .. } = self;
+        self.followed.get_or_init(|| edges::follow(model, mesh, feet, corners, normals))
+    }
+
+    /// Converts; no edge of an `exempt` element follows the CAD.
+    fn convert(&self, exempt: &Exempt) -> Result<(ToolModel, ConvertReport), ConvertError> {
+        let Self { options, corners, .. } = self;
+        let mut report = ConvertReport { turned: self.turned, ..ConvertReport::default() };
+        let (choice, bent) = edge_choice(options, exempt, corners, || self.followed());
+        report.bent = bent;
+        let chords = edges::straightened(corners, &exempt.straight);
+        let (vertices, normals) = (self.mesh.vertices.clone(), self.normals.clone());
+        let (name, kind) = (options.name.clone(), options.kind);
+        let (tool, straight) = build(name, kind, vertices, normals, corners.clone(), choice)?;
+        report.straight = straight;
+        report.straight.extend(chords);
+        report.creases = crease_count(&tool);
+        report.bare = bare(self.model, self.mesh);
+        report.folded = folded(&tool);
+        Ok((tool, report))
+    }
 }
 
 /// Curves of the edges, and those of them that leave their normals.
-fn edge_choice(
+fn edge_choice<'f>(
     options: &ConvertOptions,
     exempt: &Exempt,
     corners: &[PatchCorners],
-    follow: impl FnOnce() -> edges::Followed,
+    follow: impl FnOnce() -> &'f edges::Followed,
 ) -> (EdgeChoice, Vec<StraightEdge>) {
     let mut choice = EdgeChoice::from(options.edges);
     let mut bent = Vec::new();
@@ -218,8 +248,8 @@ fn edge_choice(
     if options.through_cad && options.kind == ToolKind::Nagata {
         let found = follow();
         let free = |v: &[u32; 2]| !plain.contains_key(v) && !chords.contains_key(v);
-        choice.given = found.given.into_iter().filter(|g| free(&g.vertices)).collect();
-        bent = found.bent.into_iter().filter(|b| free(&b.vertices)).collect();
+        choice.given = found.given.iter().filter(|g| free(&g.vertices)).copied().collect();
+        bent = found.bent.iter().filter(|b| free(&b.vertices)).cloned().collect();
     }
     let chord = |&vertices: &[u32; 2]| GivenCurve { vertices, c: [0.0; 3] };
     choice.given.extend(chords.keys().map(chord));

@@ -1,28 +1,28 @@
 //! Folded patches repaired: without their given curves, as two triangles, with straight edges.
 
-use super::{ConvertError, ConvertOptions, ConvertReport, Exempt, convert_once};
-use crate::cad::Model;
+use super::{ConvertError, ConvertReport, Exempt, Ground};
 use crate::geometry::Vec3;
 use crate::mesh::{Element, SurfaceMesh};
 use crate::tool::{ToolKind, ToolModel};
 
 /// Rounds of repair: a dropped curve can fold a neighbour.
 const ROUNDS: usize = 4;
+/// Rounds of making edges straight: a chord can fold a neighbour too.
+const STRAIGHTENINGS: usize = 16;
 
 /// The model with as few folded patches as found: first the edges of folded patches become those of Eq. 8, then
 /// folded quadrilaterals are split, and where that is asked the edges of what still folds become straight.
 pub(super) fn repaired(
-    model: &Model,
-    mesh: &SurfaceMesh,
-    options: &ConvertOptions,
+    ground: &Ground<'_>,
     first: (ToolModel, ConvertReport),
 ) -> Result<(ToolModel, ConvertReport), ConvertError> {
+    let &Ground { model, mesh, options, .. } = ground;
     let mut best = first;
     let mut exempt = Exempt::default();
     if options.through_cad {
         for _ in 0..ROUNDS {
             grow(&mut exempt.plain, &best.1.folded);
-            let next = convert_once(model, mesh, options, &exempt)?;
+            let next = ground.convert(&exempt)?;
             let done = next.1.folded.iter().all(|k| exempt.plain.contains(k));
             if next.1.folded.len() <= best.1.folded.len() {
                 best = next;
@@ -32,43 +32,44 @@ pub(super) fn repaired(
             }
         }
     }
+    let straighten = options.straighten && options.kind == ToolKind::Nagata;
+    let straightened = |ground: &Ground<'_>, exempt, best| {
+        if straighten { straightened(ground, exempt, best) } else { Ok(best) }
+    };
     let (cut, split) = split(mesh, &best.0, &best.1.folded);
-    let mut mesh = mesh;
     if split > 0 {
         // Split elements are replaced by their first half; the second halves follow at the end, so that ids stay.
-        let mut next = convert_once(model, &cut, options, &exempt)?;
+        let cut = Ground::new(model, &cut, options)?;
+        let mut next = cut.convert(&exempt)?;
         if next.1.folded.len() < best.1.folded.len() {
             next.1.split = split;
-            best = next;
-            mesh = &cut;
+            return straightened(&cut, exempt, next);
         }
     }
-    if options.straighten && options.kind == ToolKind::Nagata {
-        best = straightened(model, mesh, options, exempt, best)?;
-    }
-    Ok(best)
+    straightened(ground, exempt, best)
 }
 
-/// The edges of folded patches as chords, as long as that unfolds some.
+/// The edges of folded patches as chords, and those of patches that fold beside them then, until none does or all that
+/// fold are straight: the model that folds least.
 fn straightened(
-    model: &Model,
-    mesh: &SurfaceMesh,
-    options: &ConvertOptions,
+    ground: &Ground<'_>,
     mut exempt: Exempt,
     mut best: (ToolModel, ConvertReport),
 ) -> Result<(ToolModel, ConvertReport), ConvertError> {
     let split = best.1.split;
-    for _ in 0..ROUNDS {
-        if best.1.folded.is_empty() {
+    let mut folded = best.1.folded.clone();
+    for _ in 0..STRAIGHTENINGS {
+        let before = exempt.straight.len();
+        grow(&mut exempt.straight, &folded);
+        if exempt.straight.len() == before {
             break;
         }
-        grow(&mut exempt.straight, &best.1.folded);
-        let mut next = convert_once(model, mesh, options, &exempt)?;
-        if next.1.folded.len() >= best.1.folded.len() {
-            break;
+        let mut next = ground.convert(&exempt)?;
+        folded.clone_from(&next.1.folded);
+        if folded.len() < best.1.folded.len() {
+            next.1.split = split;
+            best = next;
         }
-        next.1.split = split;
-        best = next;
     }
     Ok(best)
 }

@@ -100,7 +100,9 @@ fn mutant(seed: &[u8], numbers: &[std::ops::Range<usize>], dice: &mut Dice) -> V
 fn fault(name: &str, bytes: &[u8]) -> Option<String> {
     let start = Instant::now();
     let outcome = catch_unwind(AssertUnwindSafe(|| {
-        read_raw(bytes, name).map(|raw| build::build(raw, name)).map_err(|e| e.to_string())
+        read_raw(bytes, name)
+            .map(|raw| build::build_with(raw, name, build::Creases::Cut))
+            .map_err(|e| e.to_string())
     }));
     let took = start.elapsed();
     match outcome {
@@ -153,7 +155,9 @@ fn what_multiplies_itself_is_bounded_and_told() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/fuzz");
     let read = |name: &str| {
         let bytes = std::fs::read(folder.join(name)).unwrap();
-        read_raw(&bytes, name).map(|raw| build::build(raw, name)).map_err(|e| e.to_string())
+        read_raw(&bytes, name)
+            .map(|raw| build::build_with(raw, name, build::Creases::Cut))
+            .map_err(|e| e.to_string())
     };
     // 131072 placed faces of a file of 5 kB.
     let refused = read("assembly-that-doubles.stp").unwrap_err();

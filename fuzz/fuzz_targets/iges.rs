@@ -9,7 +9,7 @@ use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 fuzz_target!(|bytes: &[u8]| {
     kanagata_fuzz::within_limits(|| {
         if let Ok(raw) = iges::read_bytes(bytes, "fuzz.igs") {
-            let _ = build::build(raw, "fuzz.igs");
+            let _ = build::build_with(raw, "fuzz.igs", build::Creases::Cut);
         }
     });
 });

@@ -9,7 +9,7 @@ use libfuzzer_sys::{fuzz_mutator, fuzz_target};
 fuzz_target!(|bytes: &[u8]| {
     kanagata_fuzz::within_limits(|| {
         if let Ok(raw) = step::read_bytes(bytes, "fuzz.stp") {
-            let _ = build::build(raw, "fuzz.stp");
+            let _ = build::build_with(raw, "fuzz.stp", build::Creases::Cut);
         }
     });
 });

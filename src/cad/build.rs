@@ -28,6 +28,21 @@ const ROUNDING: f64 = 1e-9;
 /// Builds the model. What was repaired or skipped is in the diagnostics, the reader's own first.
 #[must_use]
 pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
+    build_with(raw, name, Creases::Kept)
+}
+
+/// What becomes of creases inside a face (lines of a spline along which it has another tangent plane on either side).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Creases {
+    /// The face stays one, as the file has it.
+    Kept,
+    /// The face is cut there; a note `face-creased` names the lines.
+    Cut,
+}
+
+/// As [`build`], with a choice of what becomes of creases inside faces.
+#[must_use]
+pub fn build_with(raw: RawModel, name: &str, creases: Creases) -> (Model, Vec<Diagnostic>) {
     let mut diagnostics = raw.diagnostics;
     let boxes: Vec<Aabb> = raw.faces.par_iter().map(face_bounds).collect();
     let size = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal();
@@ -43,7 +58,8 @@ pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
     let mut pieces = Vec::new();
     let one = |((face, bounds), fineness): ((&RawFace, &Aabb), Fineness)| {
         let mut said = Vec::new();
-        (build_face(face, bounds.diagonal(), tolerance, fineness, &mut said), said)
+        let whole = whole_face(face, bounds.diagonal(), tolerance, fineness, &mut said);
+        (whole.map(|whole| parts_of(face, whole, creases, tolerance, &mut said)), said)
     };
     let offsets = shares(&raw.faces, raw.bytes);
     let built: Vec<_> = raw.faces.par_iter().zip(&boxes).zip(offsets).map(one).collect();
@@ -97,14 +113,20 @@ fn face_bounds(face: &RawFace) -> Aabb {
     bounds
 }
 
-/// The face, several where its surface has creases inside it, each with its sides.
-fn build_face(
+/// A face before its sides are joined to edges.
+struct Whole {
+    part: Part,
+    analytic: Option<Analytic>,
+    flipped: bool,
+}
+
+fn whole_face(
     raw: &RawFace,
     size: f64,
     tolerance: f64,
     mut fineness: Fineness,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Result<Vec<(Face, Vec<Piece>)>, String> {
+) -> Result<Whole, String> {
     let made;
     let surface = match &raw.surface {
         RawSurface::Offset { base, distance } => {
@@ -134,10 +156,20 @@ fn build_face(
         ParameterMap { angles, extent: [range[0][1] - range[0][0], range[1][1] - range[1][0]] };
     let mapped = |s: &Side| Side { path: map.curve(&s.path), ..s.clone() };
     let loops = loops.iter().map(|l| l.iter().map(mapped).collect()).collect();
-    let whole = Part { surface, loops };
+    Ok(Whole { part: Part { surface, loops }, analytic, flipped })
+}
+
+/// The face, several where its surface is cut at creases inside it, each with its sides.
+fn parts_of(
+    raw: &RawFace,
+    Whole { part, analytic, flipped }: Whole,
+    creases: Creases,
+    tolerance: f64,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Vec<(Face, Vec<Piece>)> {
     let (parts, found) = match analytic {
-        None => creases::cut(whole, tolerance),
-        Some(_) => (vec![whole], Vec::new()),
+        None if creases == Creases::Cut => creases::cut(part, tolerance),
+        _ => (vec![part], Vec::new()),
     };
     diagnostics.extend(creased(raw, &found, parts.len()));
     let face = |Part { surface, loops }| {
@@ -146,7 +178,7 @@ fn build_face(
         let analytic = analytic.clone();
         (Face { surface, kind, analytic, loops, flipped, source, shell: raw.shell }, pieces)
     };
-    Ok(parts.into_iter().map(face).collect())
+    parts.into_iter().map(face).collect()
 }
 
 fn creased(raw: &RawFace, found: &[Crease], parts: usize) -> Option<Diagnostic> {

@@ -28,6 +28,7 @@ pub mod trim_region;
 
 use std::path::{Path, PathBuf};
 
+pub use build::Creases;
 pub use model::Model;
 
 /// How much a [`Diagnostic`] matters.
@@ -98,11 +99,20 @@ pub enum CadError {
 /// [`CadError`] when the file cannot be read or its text is beyond repair. What was survived is in the
 /// diagnostics.
 pub fn read(path: &Path) -> Result<(Model, Vec<Diagnostic>), CadError> {
+    read_with(path, Creases::Kept)
+}
+
+/// As [`read`], with a choice of what becomes of creases inside faces; a tool model needs them cut, as on a crease no
+/// patch has one normal.
+///
+/// # Errors
+/// [`CadError`] as for [`read`].
+pub fn read_with(path: &Path, creases: Creases) -> Result<(Model, Vec<Diagnostic>), CadError> {
     let bytes =
         std::fs::read(path).map_err(|source| CadError::Io { path: path.to_path_buf(), source })?;
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let raw = read_raw(&bytes, &name)?;
-    Ok(build::build(raw, &name))
+    Ok(build::build_with(raw, &name, creases))
 }
 
 /// Tells IGES from STEP by content and parses the bytes.

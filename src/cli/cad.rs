@@ -54,10 +54,13 @@ pub fn main() -> ExitCode {
     })
 }
 
-/// Reads a CAD file that must have faces; warnings go to standard error.
+/// Reads a CAD file that must have faces for a tool model: cut at creases. Warnings and cuts go to standard error.
 pub(super) fn read_model(path: &Path) -> Result<Model, Failure> {
-    let (model, diagnostics) = crate::cad::read(path)?;
+    let (model, diagnostics) = crate::cad::read_with(path, crate::cad::Creases::Cut)?;
     warn(&diagnostics);
+    for d in diagnostics.iter().filter(|d| d.code == "face-creased") {
+        eprintln!("note: {} {}: {}", d.code, d.place, d.text);
+    }
     refuse_guessed_units(path, &diagnostics)?;
     if model.faces.is_empty() {
         let kinds: Vec<String> = model.entities.iter().map(|(k, n)| format!("{n} x {k}")).collect();

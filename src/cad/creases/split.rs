@@ -25,13 +25,16 @@ pub(super) struct Line<'a> {
 /// A face split in two.
 #[derive(Debug)]
 pub(super) struct Halves {
-    /// Faces at smaller values of the parameter: loops, the outer one first.
-    pub lower: Vec<Vec<Vec<Side>>>,
+    /// Faces at smaller values of the parameter.
+    pub lower: Vec<Loops>,
     /// Faces at larger ones.
-    pub upper: Vec<Vec<Vec<Side>>>,
+    pub upper: Vec<Loops>,
     /// Ranges of the other parameter in which the line is inside the face.
     pub inside: Vec<[f64; 2]>,
 }
+
+/// A face's loops, the outer one first.
+type Loops = Vec<Vec<Side>>;
 
 /// A side that does not cross the line, and whether it belongs to the upper half.
 type Piece = (Side, bool);
@@ -50,7 +53,7 @@ impl Line<'_> {
         let points = || loops.iter().flatten().flat_map(samples);
         let size =
             Aabb::of_points(&points().map(|uv| self.surface.point(uv)).collect::<Vec<Vec3>>());
-        let thin = |face: &Vec<Vec<Side>>| {
+        let thin = |face: &Loops| {
             let widest = face[0].iter().flat_map(samples).map(|uv| self.far(uv));
             widest.fold(0.0, f64::max) <= THIN * size.diagonal()
         };
@@ -150,11 +153,7 @@ impl Line<'_> {
     }
 
     /// The faces of one half, and the ranges of the other parameter in which the line closes them.
-    fn half(
-        &self,
-        loops: &[Vec<Piece>],
-        upper: bool,
-    ) -> Option<(Vec<Vec<Vec<Side>>>, Vec<[f64; 2]>)> {
+    fn half(&self, loops: &[Vec<Piece>], upper: bool) -> Option<(Vec<Loops>, Vec<[f64; 2]>)> {
         let (mut closed, mut chains) = (Vec::new(), Vec::new());
         for pieces in loops {
             let sides = |pieces: &[Piece]| pieces.iter().map(|p| p.0.clone()).collect();
@@ -239,9 +238,9 @@ fn crossing(test: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
 }
 
 /// Loops sorted to faces: every outer one with the holes inside it.
-fn faces(loops: Vec<Vec<Side>>) -> Option<Vec<Vec<Vec<Side>>>> {
+fn faces(loops: Vec<Vec<Side>>) -> Option<Vec<Loops>> {
     let (outer, holes): (Vec<_>, Vec<_>) = loops.into_iter().partition(|l| signed_area(l) > 0.0);
-    let mut faces: Vec<Vec<Vec<Side>>> = outer.into_iter().map(|l| vec![l]).collect();
+    let mut faces: Vec<Loops> = outer.into_iter().map(|l| vec![l]).collect();
     for hole in holes {
         let start = hole.first()?.start();
         let around =

@@ -3,14 +3,11 @@
 use std::f64::consts::FRAC_PI_4;
 
 use crate::cad::Model;
-use crate::cad::build::build;
+use crate::cad::build::{Creases, build, build_with};
 use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
-use crate::convert::ConvertOptions;
-use crate::convert::tolerance::{Borders, Goal, to_tolerance};
 use crate::geometry::Vec2;
 use crate::geometry::Vec3;
 use crate::geometry::nurbs::{Curve2, Surface};
-use crate::mesh::mapped::MappedOptions;
 
 /// A roof of 60 by 60 mm over the square of parameters from 0 to 2 along u and 0 to 1 along v, with three equal knots at
 /// u = 1: there it turns by twice `angles[j]` at the j-th control points along v.
@@ -40,7 +37,8 @@ fn model(surface: Surface, rings: &[&[[f64; 2]]]) -> (Model, Vec<String>) {
     let loops = rings.iter().map(ring).collect();
     let surface = RawSurface::Nurbs(surface);
     let face = RawFace { surface, loops, flipped: false, source: "roof".into(), shell: None };
-    let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "roof");
+    let (model, said) =
+        build_with(RawModel { faces: vec![face], ..RawModel::default() }, "roof", Creases::Cut);
     (model, said.into_iter().map(|d| format!("{}: {}", d.code, d.text)).collect())
 }
 
@@ -66,6 +64,16 @@ fn a_ridge_cuts_its_face_in_two() {
     }
     assert!(model.faces[0].normal(Vec2::new(1.0, 0.5)).unwrap().x < 0.0);
     assert!(model.faces[1].normal(Vec2::new(1.0, 0.5)).unwrap().x > 0.0);
+}
+
+#[test]
+fn a_face_stays_as_the_file_has_it_unless_asked() {
+    let surface = RawSurface::Nurbs(roof([FRAC_PI_4; 3]));
+    let face =
+        RawFace { surface, loops: vec![], flipped: false, source: "roof".into(), shell: None };
+    let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "roof");
+    assert_eq!(sides(&model), [[4]], "{said:?}");
+    assert!(said.iter().all(|d| d.code != "face-creased"));
 }
 
 #[test]
@@ -105,16 +113,4 @@ fn loops_are_closed_along_the_ridge() {
     ];
     let (comb, _) = model(roof(angles), &[comb]);
     assert_eq!(sides(&comb), [[8], [4], [4]]);
-}
-
-#[test]
-fn a_ridge_that_runs_out_converts_with_few_patches() {
-    let (model, _) = model(roof([FRAC_PI_4, 0.2, 0.0]), &[]);
-    assert_eq!(model.faces.len(), 2);
-    let options = ConvertOptions { through_cad: true, straighten: true, ..Default::default() };
-    let borders = Borders::Conforming;
-    let goal = Goal { tol_mm: 0.05, normal_deg: f64::INFINITY, two_sided: true, borders };
-    let found = to_tolerance(&model, &MappedOptions::default(), &options, &goal).unwrap();
-    assert!(found.audit.worst_mm() <= 0.05 && found.audit.folded.is_empty());
-    assert!(found.tool.patches.len() <= 40, "{}", found.tool.patches.len());
 }

@@ -74,17 +74,17 @@ pub fn build_with(raw: RawModel, name: &str, creases: Creases) -> (Model, Vec<Di
                     model.faces.push(built);
                 }
             }
-            Err(text) => diagnostics.push(Diagnostic {
-                severity: Severity::Warning,
-                code: "face-skipped",
-                place: face.source.clone(),
-                text,
-            }),
+            Err(text) => diagnostics.push(skipped(face, text)),
         }
     }
     diagnostics.extend(join(&mut model, pieces, tolerance));
     diagnostics.extend(super::orient::make_consistent(&mut model));
     (model, diagnostics)
+}
+
+fn skipped(face: &RawFace, text: String) -> Diagnostic {
+    let place = face.source.clone();
+    Diagnostic { severity: Severity::Warning, code: "face-skipped", place, text }
 }
 
 /// Box of a face's boundary curves, or of its surface when it has none.

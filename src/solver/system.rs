@@ -253,17 +253,8 @@ impl System {
     /// tool can push any more are let go.
     pub(super) fn assemble(&mut self) -> Residual {
         let start = Instant::now();
+        let touching = self.touching_conditions();
         self.conditions.clear();
-        let mut by_node: Vec<Option<usize>> = vec![None; self.node_count()];
-        for (k, c) in self.contact.active() {
-            by_node[c.node].get_or_insert(k);
-        }
-        let touching: Vec<_> = by_node
-            .par_iter()
-            .with_min_len(64)
-            .enumerate()
-            .map(|(n, k)| self.touching(n, (*k)?))
-            .collect();
         let mut residual = Residual::default();
         let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
         for (node, condition) in touching.into_iter().enumerate() {
@@ -322,6 +313,16 @@ impl System {
                 self.contact.candidates[k].sliding = !c.stuck;
             }
         }
+    }
+
+    /// The condition of every node that touches and that a tool can push.
+    fn touching_conditions(&self) -> Vec<Option<Condition>> {
+        let mut by_node: Vec<Option<usize>> = vec![None; self.node_count()];
+        for (k, c) in self.contact.active() {
+            by_node[c.node].get_or_insert(k);
+        }
+        let nodes = by_node.par_iter().with_min_len(64).enumerate();
+        nodes.map(|(node, k)| self.touching(node, (*k)?)).collect()
     }
 
     /// The condition that candidate `k` of a node puts in the place of its equilibrium.

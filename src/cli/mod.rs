@@ -12,4 +12,5 @@ pub mod quantity;
 pub mod run;
 pub mod solve;
 pub mod status;
+mod stop;
 pub mod study;

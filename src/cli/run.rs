@@ -2,13 +2,11 @@
 
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::stop::stop_flag;
 use crate::report::record::RunRecord;
 use crate::run::folder::row;
 use crate::run::line::{HEADER, json_line, line};
@@ -70,11 +68,7 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let plan = read(&args.scene)?;
     let by_line = args.lines || args.json;
     let bar = progress_bar(args.quiet || by_line);
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGTERM, SIGINT] {
-        // Without it a signal ends the run at once; the last checkpoint stays.
-        let _ = signal_hook::flag::register(signal, Arc::clone(&stop));
-    }
+    let stop = stop_flag();
     let options = RunOptions { restart: args.restart, auto: args.auto, stop: Some(&stop) };
     if args.lines {
         println!("{HEADER}");

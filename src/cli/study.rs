@@ -2,15 +2,18 @@
 //! methods fail; measures what accuracy costs in patches and time.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::stop::stop_flag;
 use crate::study::StudyError;
 use crate::study::cases::cases;
 use crate::study::checks::Outcome;
 use crate::study::collect::collect;
 use crate::study::execute::{Execution, State, execute};
 use crate::study::file::{Description, Study, read};
+use crate::study::follow::with_leaders;
 use crate::study::patches::{self, PatchStudy};
 use crate::study::stability;
 
@@ -34,7 +37,7 @@ pub struct StudyArgs {
     /// Cases at a time
     #[arg(long, default_value_t = 1, value_name = "N")]
     jobs: usize,
-    /// Only cases whose name holds this; may be given more than once
+    /// Only cases whose name holds this, and those they follow; may be given more than once
     #[arg(long, value_name = "CASE")]
     only: Vec<String>,
     /// With the study's changes for a quick look
@@ -63,7 +66,7 @@ fn io(path: &Path) -> impl FnOnce(std::io::Error) -> StudyError {
 /// Runs the study.
 ///
 /// # Errors
-/// Exit code 1 when a check does not hold, 2 for a study that cannot be run, 3 when a case failed, 4 when files cannot be read or written.
+/// Exit code 1 when a check does not hold, 2 for a study that cannot be run, 3 when a case failed, 4 when files cannot be read or written, 5 when it was stopped.
 pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
     match read(&args.file)? {
         Description::Forming(study) => forming(args, &study),
@@ -98,21 +101,26 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
     std::fs::create_dir_all(&args.output).map_err(io(&args.output))?;
     let tools = tools.canonicalize().map_err(io(&tools))?;
     let all = cases(study, &tools, args.quick);
-    let wanted =
+    let named =
         |id: &str| args.only.is_empty() || args.only.iter().any(|o| id.contains(o.as_str()));
-    let mut open = all.clone();
-    open.retain(|c| !args.collect && wanted(&c.id));
+    let open = with_leaders(&all, |id| !args.collect && named(id));
     let this = std::env::current_exe().map_err(io(Path::new("this program")))?;
     let program = this.with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX));
     let threads = (rayon::current_num_threads() / args.jobs.max(1)).max(1);
+    let stop = stop_flag();
     let how = Execution {
         folder: &args.output,
         program: &program,
         jobs: args.jobs,
         threads,
         again: args.again,
+        stop: &stop,
     };
     let manifest = execute(&open, &how, &|line| println!("{line}"))?;
+    if stop.load(Ordering::Relaxed) {
+        println!("stopped; the same command goes on from there");
+        return Ok(Exit::Stopped);
+    }
     let checks = collect(study, &all, &manifest, &args.output)?;
     let failed = open
         .iter()

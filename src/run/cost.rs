@@ -125,9 +125,12 @@ fn element_loop(setup: &mut SimulationSetup) -> (f64, Vec<f64>) {
     (least, out.tangent)
 }
 
-/// Increments of a stage in which every step grows by half until it is as large as allowed.
+/// Increments of a stage: those of the run it follows, behind them as many as if every step grew by half until it is as
+/// large as allowed.
 fn fewest_increments(stage: &Stage) -> f64 {
-    let (mut step, mut share, mut count) = (stage.first_step.min(stage.largest_step), 0.0, 0.0);
+    let mut step = stage.first_step.min(stage.largest_step);
+    let (mut share, mut count) =
+        (stage.ends.last().copied().unwrap_or(0.0), stage.ends.len() as f64);
     while share < 1.0 - 1e-9 && count < 1e6 {
         share += step;
         step = (1.5 * step).min(stage.largest_step);
@@ -183,8 +186,11 @@ mod tests {
             load: Curve::constant(0.0),
             first_step,
             largest_step,
+            ends: Vec::new(),
         };
         assert_eq!(fewest_increments(&stage(1.0, 1.0)), 1.0);
+        let followed = Stage { ends: vec![0.1, 0.3, 0.5], ..stage(0.25, 0.25) };
+        assert_eq!(fewest_increments(&followed), 5.0);
         assert_eq!(fewest_increments(&stage(0.1, 0.1)), 10.0);
         // 0.25, 0.375, 0.5625.
         assert_eq!(fewest_increments(&stage(0.25, 1.0)), 3.0);

@@ -50,7 +50,11 @@ pub(super) const PROGRAM: &str = concat!("kanagata-solve ", env!("CARGO_PKG_VERS
 pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
     let tools = plan.scene.tools.iter().zip(&plan.tools);
     let tools = tools.map(|(tool, loaded)| (tool.file.clone(), loaded.sha256.clone()));
-    std::iter::once(("scene".to_owned(), plan.sha256.clone())).chain(tools).collect()
+    let followed = plan.followed.iter().map(|f| (f.file.clone(), f.sha256.clone()));
+    std::iter::once(("scene".to_owned(), plan.sha256.clone()))
+        .chain(tools)
+        .chain(followed)
+        .collect()
 }
 
 impl RunFolder {
@@ -185,6 +189,7 @@ impl RunFolder {
             ("elements", t.elements),
             ("contact", t.contact),
             ("factor", t.factor),
+            ("update", t.update),
             ("solve", t.solve),
         ]
         .map(|(name, seconds)| (name.to_owned(), seconds))

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::follow::{Followed, followed};
 use super::types::{BlankShape, Drive, MaterialChoice, Scene, SolverLimits};
 use crate::contact::ToolSurface;
 use crate::files::sha256_hex;
@@ -92,6 +93,8 @@ pub struct Plan {
     pub card: MaterialCard,
     /// The material law, its axes turned to the rolling direction.
     pub material: Arc<dyn Material>,
+    /// The run whose increments are taken.
+    pub followed: Option<Followed>,
 }
 
 /// A tool with its surface.
@@ -123,6 +126,7 @@ pub fn read(path: &Path) -> Result<Plan, SceneError> {
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     super::blank::fill_in(&mut scene.blank, path, &folder)?;
     let tools = load_tools(&scene, path, &folder)?;
+    let followed = followed(&scene, path, &folder)?;
     let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };
     let card = match &scene.material {
         MaterialChoice::Named(name) => card::find(name).map_err(card_of)?,
@@ -130,7 +134,7 @@ pub fn read(path: &Path) -> Result<Plan, SceneError> {
     };
     let angle = scene.blank.rolling_direction_deg.to_radians();
     let material = card.build(angle).map_err(card_of)?;
-    Ok(Plan { scene, folder, sha256: sha256_hex(&bytes), tools, card, material })
+    Ok(Plan { scene, folder, sha256: sha256_hex(&bytes), tools, card, material, followed })
 }
 
 /// Reads and checks the scene at `path` without its tool files, which need not be there yet; with the file's bytes.

@@ -63,7 +63,7 @@ impl Plan {
         let mut last = vec![Last::Nothing; self.scene.tools.len()];
         let mut load = 0.0;
         let mut stages = Vec::with_capacity(self.scene.stages.len());
-        for stage in &self.scene.stages {
+        for (k, stage) in self.scene.stages.iter().enumerate() {
             let tools = self.scene.tools.iter().zip(&mut last);
             let motions = tools.map(|(tool, last)| motion(stage.drive.get(&tool.name), last));
             let next = stage.load_share.unwrap_or(1.0);
@@ -74,6 +74,7 @@ impl Plan {
                 load: Curve::ramp(std::mem::replace(&mut load, next), next),
                 first_step: stage.first_increment.unwrap_or(FIRST_INCREMENT),
                 largest_step: stage.largest_increment.unwrap_or(LARGEST_INCREMENT),
+                ends: self.followed.as_ref().map_or_else(Vec::new, |f| f.ends[k].clone()),
             });
         }
         stages

@@ -309,6 +309,10 @@ pub struct SolverLimits {
     pub friction_transition: f64,
     /// How a node is kept out of a tool: `exact`, or by springs to compare with.
     pub contact: ContactMethod,
+    /// `history.csv` of a run of the same stages, relative to the scene: increments end where its own ended (one that
+    /// fails is cut, and the next ends there again). Stages that take all tools away choose their own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub increments_of: Option<String>,
 }
 
 /// The law's force is then within 1 % of Coulomb's from a slip of 7e-4 of an element on.
@@ -325,6 +329,7 @@ impl Default for SolverLimits {
             increments: limits.increments,
             friction_transition: FRICTION_TRANSITION,
             contact: limits.contact,
+            increments_of: None,
         }
     }
 }

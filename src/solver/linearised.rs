@@ -94,7 +94,9 @@ impl System {
             self.factored.clone_from(&self.conditions);
             self.replaced.clear();
         }
-        (self.timings.factor, self.timings.solve) = (self.solver.factor_s, self.solver.solve_s);
+        let solver = &self.solver;
+        (self.timings.factor, self.timings.update) = (solver.factor_s, solver.update_s);
+        self.timings.solve = solver.solve_s;
         self.timings.factorisations = self.solver.factorisations;
         self.timings.updates = self.solver.updates;
         solved?;

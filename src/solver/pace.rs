@@ -27,6 +27,11 @@ impl Pace {
         if self.failures >= 4 { Patience::All } else { Patience::Hopeful }
     }
 
+    /// Whether the increment under way has been cut.
+    pub(super) fn has_failed(&self) -> bool {
+        self.failures > 0
+    }
+
     /// Larger after easy increments, smaller after hard ones; a step that failed is approached slowly.
     pub(super) fn went_well(&mut self, iterations: usize) {
         let (n, wanted) = (iterations, self.wanted_iterations);

@@ -183,6 +183,7 @@ mod tests {
             load: Curve::constant(0.0),
             first_step: 1.0,
             largest_step: 1.0,
+            ends: Vec::new(),
         };
         SimulationSetup {
             body: Body::new(mesh, ElementKind::Hex8, material).unwrap(),

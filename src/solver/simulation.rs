@@ -338,6 +338,16 @@ fn check(setup: &SimulationSetup) -> Result<(), SimulationError> {
                 stage.name, stage.first_step, stage.largest_step, stage.duration
             ));
         }
+        let from = |k: usize| if k == 0 { 0.0 } else { stage.ends[k - 1] };
+        let bad = stage.ends.iter().enumerate().find(|&(k, &end)| !(end > from(k) && end <= 1.0));
+        if let Some((k, end)) = bad {
+            return fail(format!(
+                "stage `{}`: increment {} ends at a share of {end}, must lie in ({}, 1]",
+                stage.name,
+                k + 1,
+                from(k)
+            ));
+        }
     }
     Ok(())
 }

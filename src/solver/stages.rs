@@ -20,6 +20,9 @@ pub struct Stage {
     pub first_step: f64,
     /// Largest increment, a share of the stage in (0, 1].
     pub largest_step: f64,
+    /// Ends of increments, ascending shares of the stage in (0, 1]; empty: the run finds its own, as it does behind the
+    /// last and where all tools are taken away.
+    pub ends: Vec<f64>,
 }
 
 /// Limits of the solver. Forces and lengths are scaled by the problem itself: no unit enters.
@@ -100,6 +103,9 @@ pub struct Timings {
     pub contact: f64,
     /// Factorisation.
     pub factor: f64,
+    /// Factors brought up to date where few rows have changed.
+    #[serde(default)]
+    pub update: f64,
     /// Substitution and refinement.
     pub solve: f64,
     /// Factorisations counted by `factor`: at least one an iteration, more where the active set is settled.

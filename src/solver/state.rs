@@ -74,7 +74,8 @@ impl Simulation {
         }
         self.sys.timings = spent;
         let solver = &mut self.sys.solver;
-        (solver.factor_s, solver.solve_s) = (spent.factor, spent.solve);
+        (solver.factor_s, solver.update_s, solver.solve_s) =
+            (spent.factor, spent.update, spent.solve);
         (solver.factorisations, solver.updates) = (spent.factorisations, spent.updates);
         Ok(())
     }

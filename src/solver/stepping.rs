@@ -2,7 +2,7 @@
 
 use super::active_set::{keep_pushed_tools, take_in};
 use super::constraints::Constraints;
-use super::newton::{NewtonError, NewtonStats};
+use super::newton::{NewtonError, NewtonStats, Patience};
 use super::pace::Pace;
 use super::relaxation::relax;
 use super::rigid::hold_rigid_modes;
@@ -28,6 +28,23 @@ pub(super) struct UnderWay {
     /// Share of the stage done.
     share: f64,
     start_time: f64,
+}
+
+impl UnderWay {
+    /// Where the next increment ends, and how long it may take. One that another run has made is tried whole, and given
+    /// all the time it wants, as that run may have come to it by cutting.
+    fn next(&self, stage: &Stage) -> (f64, Patience) {
+        let (share, step) = (self.share, self.pace.step);
+        let ends: &[f64] = if lets_go(stage) { &[] } else { &stage.ends };
+        let at = ends.partition_point(|&end| end <= share);
+        let end = ends.get(at).copied().unwrap_or(1.0);
+        let met = share == 0.0 || at.checked_sub(1).is_some_and(|last| ends[last] == share);
+        if at < ends.len() && met && !self.pace.has_failed() {
+            return (end, Patience::All);
+        }
+        let target = if share + 1.001 * step >= end { end } else { share + step };
+        (target, self.pace.patience())
+    }
 }
 
 /// Makes one increment, beginning the next stage where one has ended; false when all stages are done.
@@ -63,17 +80,16 @@ pub(super) fn advance(
 /// Tries shorter and shorter steps until one ends in balance; past a limit point, the way to the next balance.
 fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, SimulationError> {
     let (stage, share) = (now.plan.stage, now.share);
-    let Stage { first_step, largest_step: largest, .. } = sim.stages[stage];
-    let first = first_step.min(largest);
+    let first = sim.stages[stage].first_step.min(sim.stages[stage].largest_step);
     let let_go = lets_go(&sim.stages[stage]);
     let mut snaps = false;
     loop {
         if sim.summary.increments >= sim.limits.increments {
             return Err(SimulationError::TooManyIncrements { limit: sim.limits.increments });
         }
-        let target = if share + 1.001 * now.pace.step >= 1.0 { 1.0 } else { share + now.pace.step };
+        let (target, patience) = now.next(&sim.stages[stage]);
         sim.history.clear();
-        let error = match attempt(sim, &now.plan, [share, target], now.pace.patience()) {
+        let error = match attempt(sim, &now.plan, [share, target], patience) {
             Ok(stats) if snaps || !(let_go && sim.sys.unstable) => {
                 accept(sim, Some(target - share));
                 now.share = target;

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::file::{Choice, Study};
+use super::follow;
 
 /// Cases of a study, at most.
 const MOST: usize = 10_000;
@@ -16,6 +17,8 @@ pub struct Case {
     pub id: String,
     /// Option of every choice.
     pub options: Vec<String>,
+    /// The case whose increments it takes.
+    pub follows: Option<String>,
     /// Its scene.
     pub scene: Value,
 }
@@ -74,8 +77,12 @@ fn case(study: &Study, base: &Value, tools: &Path, taken: &[usize]) -> Case {
         }
     }
     let id = options.join("_");
+    let follows = follow::of(study, &id).map(str::to_owned);
+    if let Some(other) = &follows {
+        scene["solver"]["increments_of"] = format!("../{other}/run/history.csv").into();
+    }
     scene["name"] = format!("{}: {}", study.name, options.join(", ")).into();
-    Case { id, options, scene }
+    Case { id, options, follows, scene }
 }
 
 /// JSON merge patch (RFC 7386).

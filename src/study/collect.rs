@@ -37,7 +37,7 @@ struct Off {
     thickness: [Option<f64>; 2],
 }
 
-const PHASES: [&str; 5] = ["search", "contact", "elements", "factor", "solve"];
+const PHASES: [&str; 6] = ["search", "contact", "elements", "factor", "update", "solve"];
 const COUNTS: [&str; 8] = [
     "state",
     "patches",

@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
 use super::cases::Case;
+use super::follow::ranks;
+use super::process;
 use crate::files::{WriteError, sha256_hex, write_atomic};
 
 /// How a case stands.
@@ -73,6 +75,8 @@ pub struct Execution<'a> {
     pub threads: usize,
     /// Run cases that failed before again.
     pub again: bool,
+    /// Set from outside: ask the runs under way to leave a checkpoint, begin no other.
+    pub stop: &'a AtomicBool,
 }
 
 /// Folder of a case.
@@ -81,7 +85,7 @@ pub fn folder_of(study: &Path, case: &str) -> PathBuf {
     study.join("cases").join(case)
 }
 
-/// Runs all cases that are not done; `say` is told of each that begins and ends.
+/// Runs all cases that are not done, those that follow another behind it; `say` is told of each that begins and ends.
 ///
 /// # Errors
 /// [`StudyError`] when files cannot be read or written; a case that fails is an entry with its reason.
@@ -91,26 +95,54 @@ pub fn execute(
     say: &(dyn Fn(&str) + Sync),
 ) -> Result<Manifest, StudyError> {
     let mut manifest = Manifest::read(how.folder);
+    for rank in ranks(cases) {
+        manifest = execute_rank(&rank, manifest, how, say)?;
+    }
+    manifest.write(how.folder)?;
+    Ok(manifest)
+}
+
+/// Runs cases that do not wait for each other.
+fn execute_rank(
+    cases: &[&Case],
+    mut manifest: Manifest,
+    how: &Execution<'_>,
+    say: &(dyn Fn(&str) + Sync),
+) -> Result<Manifest, StudyError> {
     let mut open = Vec::new();
-    for case in cases {
-        let inputs = digest(case)?;
-        let old = manifest.cases.get(&case.id).filter(|e| e.inputs == inputs);
-        let fresh = Entry { inputs, state: State::Waiting, reason: None };
-        let entry = old.cloned().unwrap_or(fresh);
-        if entry.state == State::Waiting || (how.again && entry.state == State::Failed) {
-            open.push(case);
-        }
+    for &case in cases {
+        let leader = case.follows.as_ref().map(|other| (other, manifest.cases.get(other)));
+        let entry = match leader {
+            Some((other, entry)) if entry.is_none_or(|e| e.state != State::Done) => Entry {
+                inputs: String::new(),
+                state: State::Waiting,
+                reason: Some(format!("follows {other}, which is not done")),
+            },
+            _ => {
+                let inputs = digest(case, how.folder)?;
+                let old = manifest.cases.get(&case.id).filter(|e| e.inputs == inputs);
+                let fresh = Entry { inputs, state: State::Waiting, reason: None };
+                let entry = old.cloned().unwrap_or(fresh);
+                if entry.state == State::Waiting || (how.again && entry.state == State::Failed) {
+                    open.push(case);
+                }
+                entry
+            }
+        };
         manifest.cases.insert(case.id.clone(), entry);
     }
     let manifest = Mutex::new(manifest);
     let next = AtomicUsize::new(0);
     let work = || -> Result<(), StudyError> {
         while let Some(case) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if how.stop.load(Ordering::Relaxed) {
+                break;
+            }
             say(&format!("{}: begins", case.id));
             let (state, reason) = run(case, how)?;
             say(&format!("{}: {}", case.id, reason.as_deref().unwrap_or("done")));
             // A worker that panicked has left the map whole.
-            let mut shared = manifest.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut shared = manifest.lock().unwrap_or_else(PoisonError::into_inner);
             if let Some(entry) = shared.cases.get_mut(&case.id) {
                 (entry.state, entry.reason) = (state, reason);
             }
@@ -125,20 +157,18 @@ pub fn execute(
             Err(panic) => std::panic::resume_unwind(panic),
         })
     })?;
-    let manifest = manifest.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    manifest.write(how.folder)?;
-    Ok(manifest)
+    Ok(manifest.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-fn digest(case: &Case) -> Result<String, StudyError> {
+/// SHA-256 of the scene, its tool files and the history it follows.
+fn digest(case: &Case, study: &Path) -> Result<String, StudyError> {
     let mut all = serde_json::to_vec(&case.scene).unwrap_or_default();
     let tools = case.scene.get("tools").and_then(serde_json::Value::as_array);
-    for tool in tools.into_iter().flatten() {
-        if let Some(file) = tool.get("file").and_then(serde_json::Value::as_str) {
-            let path = PathBuf::from(file);
-            let bytes = fs::read(&path).map_err(|source| StudyError::Io { path, source })?;
-            all.extend(sha256_hex(&bytes).into_bytes());
-        }
+    let files = tools.into_iter().flatten().filter_map(|tool| tool.get("file")?.as_str());
+    let followed = case.follows.iter().map(|id| folder_of(study, id).join("run/history.csv"));
+    for path in files.map(PathBuf::from).chain(followed) {
+        let bytes = fs::read(&path).map_err(|source| StudyError::Io { path, source })?;
+        all.extend(sha256_hex(&bytes).into_bytes());
     }
     Ok(sha256_hex(&all))
 }
@@ -158,23 +188,20 @@ fn run(case: &Case, how: &Execution<'_>) -> Result<(State, Option<String>), Stud
     let start = |restart: bool| {
         let mut command = Command::new(how.program);
         command.arg("--threads").arg(how.threads.to_string()).arg("run").arg(&scene);
-        command.arg("-o").arg(folder.join("run")).arg("-q").stdin(Stdio::null());
+        command.arg("-o").arg(folder.join("run")).arg("-q");
         if restart {
             command.arg("--restart");
         }
-        command.output().map_err(io(how.program))
+        process::run(&mut command, how.stop).map_err(io(how.program))
     };
     let saved = |n: u8| folder.join(format!("run/checkpoint-{n}.bin")).exists();
-    let mut output = start(saved(0) || saved(1))?;
-    if output.status.code() == Some(2) && (saved(0) || saved(1)) {
+    let (mut status, mut said) = start(saved(0) || saved(1))?;
+    if status.code() == Some(2) && (saved(0) || saved(1)) {
         // A checkpoint of other inputs.
-        output = start(false)?;
+        (status, said) = start(false)?;
     }
-    if output.status.success() {
-        return Ok((State::Done, None));
-    }
-    let said = String::from_utf8_lossy(&output.stderr).trim().replace('\n', " ");
-    let state = match output.status.code() {
+    let state = match status.code() {
+        Some(0) => return Ok((State::Done, None)),
         // Killed or stopped: it goes on next time.
         None | Some(5) => State::Waiting,
         Some(_) => State::Failed,

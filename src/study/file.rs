@@ -9,6 +9,7 @@ use serde_json::Value;
 use super::StudyError;
 use super::cases::ids;
 use super::checks::Check;
+use super::follow;
 use super::patches::{self, PatchStudy};
 use super::stability::StabilityStudy;
 
@@ -35,9 +36,23 @@ pub struct Study {
     /// Case the others are compared with: the options taken, in the order of the choices, joined by `_`.
     #[serde(default)]
     pub reference: Option<String>,
+    /// Whose increments cases take instead of choosing their own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub follow: Vec<Follow>,
     /// What the study is expected to show.
     #[serde(default)]
     pub checks: Vec<Check>,
+}
+
+/// Cases whose increments end where those of another case ended (`solver.increments_of` of a scene), so that they differ
+/// from it by what is varied and not by their steps. They are run when it is done.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Follow {
+    /// The case whose increments are taken.
+    pub of: String,
+    /// Cases that take them; a case follows one other at most, and none that follows it.
+    pub cases: Vec<String>,
 }
 
 /// The constant that marks a study file.
@@ -143,7 +158,11 @@ fn check(study: &Study, path: &Path) -> Result<(), StudyError> {
         let named = check.cases.iter().chain(&check.against);
         named.map(move |case| (format!("checks[{k}]"), case))
     });
-    for (place, case) in reference.chain(checked) {
+    let followed = study.follow.iter().enumerate().flat_map(|(k, follow)| {
+        let named = follow.cases.iter().chain(std::iter::once(&follow.of));
+        named.map(move |case| (format!("follow[{k}]"), case))
+    });
+    for (place, case) in reference.chain(checked).chain(followed) {
         if !cases.contains(case) {
             return Err(fault(
                 place,
@@ -152,5 +171,10 @@ fn check(study: &Study, path: &Path) -> Result<(), StudyError> {
             ));
         }
     }
-    Ok(())
+    match follow::fault(study) {
+        None => Ok(()),
+        Some((place, found)) => {
+            Err(fault(place, found, "at most one case to follow, and none that follows it"))
+        }
+    }
 }

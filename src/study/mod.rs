@@ -1,7 +1,7 @@
 //! Studies: one scene in many variants, run, kept, gone on with and compared.
 //!
 //! [`file`] is the description, [`cases`] makes a scene of every combination of choices, [`execute`] runs those that
-//! are not done, [`mod@collect`] puts their records side by side,
+//! are not done ([`follow`]: in which order, where cases take the increments of others), [`mod@collect`] puts their records side by side,
 //! [`checks`] holds them against what the study is expected to show.
 
 pub mod cases;
@@ -10,8 +10,10 @@ pub mod collect;
 pub mod compare;
 pub mod execute;
 pub mod file;
+pub mod follow;
 mod output;
 pub mod patches;
+mod process;
 pub mod stability;
 
 use std::path::PathBuf;

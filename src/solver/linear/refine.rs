@@ -27,6 +27,8 @@ pub struct CheckedSolver {
     pub factorisations: usize,
     /// Times factors were brought up to date instead.
     pub updates: usize,
+    /// Wall time of these updates so far [s].
+    pub update_s: f64,
     /// Wall time of all substitutions and refinements so far [s].
     pub solve_s: f64,
 }
@@ -67,6 +69,7 @@ impl CheckedSolver {
             fallbacks: 0,
             factor_s: 0.0,
             factorisations: 0,
+            update_s: 0.0,
             solve_s: 0.0,
         };
         out.plan(0)?;
@@ -162,22 +165,23 @@ impl CheckedSolver {
         rhs: &mut [Vec<f64>],
     ) -> Result<(), LinearError> {
         let start = Instant::now();
-        let given: Vec<Vec<f64>> = rhs.to_vec();
         let solver = self.solvers[self.current].as_ref();
-        if self.factored
-            && let Some(update) = Update::new(solver, &self.pattern, changed)
-        {
+        let update =
+            if self.factored { Update::new(solver, &self.pattern, changed) } else { None };
+        self.update_s += start.elapsed().as_secs_f64();
+        if let Some(update) = update {
+            let start = Instant::now();
+            let given: Vec<Vec<f64>> = rhs.to_vec();
             let first = |x: &mut [&mut [f64]]| update.solve(solver, x, &self.known);
             let next = |x: &mut [&mut [f64]]| update.solve(solver, x, &[]);
             let solved = self.refined(values, rhs, &given, [&first, &next]);
+            self.solve_s += start.elapsed().as_secs_f64();
             if solved.is_ok() {
                 self.updates += 1;
-                self.solve_s += start.elapsed().as_secs_f64();
                 return Ok(());
             }
             rhs.clone_from_slice(&given);
         }
-        self.solve_s += start.elapsed().as_secs_f64();
         self.solve(values, rhs)
     }
 

@@ -19,7 +19,7 @@ use crate::solver::{
 };
 
 /// Size of the case. `unit` is the length of a millimetre in the unit of the run.
-struct Case {
+pub(super) struct Case {
     cells: usize,
     depth: f64,
     mu: f64,
@@ -29,10 +29,10 @@ struct Case {
     transition: f64,
 }
 
-const QUICK: Case =
+pub(super) const QUICK: Case =
     Case { cells: 7, depth: 1.0, mu: 0.05, unit: 1.0, release: false, transition: 0.0 };
 
-fn cup(case: &Case) -> SimulationSetup {
+pub(super) fn cup(case: &Case) -> SimulationSetup {
     let u = case.unit;
     let stress = 1.0 / (u * u);
     let mesh = rectangle(60.0 * u, 60.0 * u, 0.8 * u, case.cells, case.cells, 2);

@@ -3,6 +3,7 @@
 mod claims;
 mod cross;
 mod cup;
+mod followed;
 mod snap;
 mod tangent;
 mod tension;
@@ -49,6 +50,7 @@ fn stage(name: &str, motions: Vec<Motion>, first_step: f64) -> Stage {
         load: Curve::constant(0.0),
         first_step,
         largest_step: 1.0,
+        ends: Vec::new(),
     }
 }
 

@@ -165,6 +165,7 @@ fn setup(depth: f64, kind: ToolKind, count: usize) -> SimulationSetup {
             load: Curve::constant(1.0),
             first_step: 0.01,
             largest_step: 0.1,
+            ends: Vec::new(),
         }],
         limits: Limits { friction_transition: 1e-5, ..Limits::default() },
         share: 1.0,

@@ -1,0 +1,80 @@
+//! A process that is stopped with the study: asked to end where the study is asked to.
+
+use std::io::{self, Read};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+/// Between two looks at the process.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// Runs `command` to its end; what it says on standard error comes back. When `stop` is set it is asked to end (the solver
+/// then leaves a checkpoint) and waited for.
+///
+/// # Errors
+/// What the system says when the program cannot be started or waited for.
+pub(super) fn run(command: &mut Command, stop: &AtomicBool) -> io::Result<(ExitStatus, String)> {
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn()?;
+    let mut pipe = child.stderr.take();
+    let said = thread::spawn(move || {
+        let mut said = Vec::new();
+        // What was said until the pipe broke is what there is to tell.
+        let _ = pipe.as_mut().map(|p| p.read_to_end(&mut said));
+        said
+    });
+    let mut asked = false;
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        if stop.load(Ordering::Relaxed) && !asked {
+            ask_to_end(&mut child)?;
+            asked = true;
+        }
+        thread::sleep(PAUSE);
+    };
+    let said = said.join().unwrap_or_default();
+    Ok((status, String::from_utf8_lossy(&said).trim().replace('\n', " ")))
+}
+
+#[cfg(unix)]
+fn ask_to_end(child: &mut Child) -> io::Result<()> {
+    use rustix::process::{Pid, Signal, kill_process};
+    let pid = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
+    pid.map_or(Ok(()), |pid| kill_process(pid, Signal::TERM)).map_err(io::Error::from)
+}
+
+/// Where there is no signal to ask with, the last checkpoint is what the run goes on from.
+#[cfg(not(unix))]
+fn ask_to_end(child: &mut Child) -> io::Result<()> {
+    child.kill()
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::time::Instant;
+
+    #[test]
+    fn what_is_said_and_how_it_ended_come_back() {
+        let stop = AtomicBool::new(false);
+        let mut command = Command::new("sh");
+        command.args(["-c", "echo far >&2; echo away >&2; exit 3"]);
+        let (status, said) = run(&mut command, &stop).unwrap();
+        assert_eq!((status.code(), said.as_str()), (Some(3), "far away"));
+    }
+
+    #[test]
+    fn a_process_is_asked_to_end_when_the_study_is() {
+        let stop = AtomicBool::new(true);
+        let mut command = Command::new("sh");
+        command.args(["-c", "trap 'kill $!; exit 5' TERM; sleep 60 & wait"]);
+        let start = Instant::now();
+        let (status, _) = run(&mut command, &stop).unwrap();
+        // Asked before its trap was set it ends by the signal itself.
+        assert!(status.code().is_none_or(|code| code == 5), "{status}");
+        assert!(start.elapsed() < Duration::from_secs(30));
+    }
+}

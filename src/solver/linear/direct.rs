@@ -5,7 +5,7 @@ use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut};
 
-use super::multifrontal::{Factors, PatternRef, Symbolic};
+use super::multifrontal::{Factors, PatternRef, SparseRow, Symbolic};
 use super::{Groups, LinearError, LinearSolver};
 use crate::solver::pattern::Pattern;
 
@@ -41,14 +41,14 @@ impl LinearSolver for MultifrontalLu {
         self.plan.solve(&self.factors, rhs);
     }
 
-    fn inverse_block(&self, columns: &[usize], rows: &[usize]) -> Option<Vec<f64>> {
-        const WORTH: f64 = 0.4;
+    fn products_with_inverse(&self, rows: &[SparseRow<'_>], columns: &[usize]) -> Option<Vec<f64>> {
+        const WORTH: f64 = 0.6;
         if self.factors.is_symmetric() {
             return None;
         }
-        let block = self.plan.inverse_block(columns, rows);
-        let worth = self.plan.share_of_factorisation(&block) <= WORTH;
-        worth.then(|| self.plan.solve_block(&self.factors, &block))
+        let meeting = self.plan.meeting(rows, columns);
+        let worth = self.plan.share_of_factorisation(&meeting) <= WORTH;
+        worth.then(|| self.plan.products(&self.factors, &meeting))
     }
 
     fn name(&self) -> &'static str {

@@ -1,11 +1,13 @@
 //! Linear solvers behind one trait, and the checked solve that all of them go through.
 
+mod dense;
 pub mod direct;
 pub mod multifrontal;
 pub mod refine;
 pub mod update;
 
 pub use direct::{MultifrontalLu, SparseLu};
+pub use multifrontal::SparseRow;
 pub use refine::CheckedSolver;
 pub use update::ChangedRows;
 
@@ -73,10 +75,10 @@ pub trait LinearSolver: Send + Sync {
     /// Solves in place for every right-hand side with the last factors.
     fn solve(&self, rhs: &mut [&mut [f64]]);
 
-    /// The rows `rows` of the columns `columns` of the inverse, column by column, with the last factors; `None` where
+    /// The products of `rows`, the inverse and the unit `columns`, column by column, with the last factors; `None` where
     /// that would cost nearly as much as factors of a changed matrix, or cannot be done.
-    fn inverse_block(&self, columns: &[usize], rows: &[usize]) -> Option<Vec<f64>> {
-        let _ = (columns, rows);
+    fn products_with_inverse(&self, rows: &[SparseRow<'_>], columns: &[usize]) -> Option<Vec<f64>> {
+        let _ = (rows, columns);
         None
     }
 

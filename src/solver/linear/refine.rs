@@ -166,8 +166,7 @@ impl CheckedSolver {
     ) -> Result<(), LinearError> {
         let start = Instant::now();
         let solver = self.solvers[self.current].as_ref();
-        let update =
-            if self.factored { Update::new(solver, &self.pattern, changed) } else { None };
+        let update = if self.factored { Update::new(solver, &self.pattern, changed) } else { None };
         self.update_s += start.elapsed().as_secs_f64();
         if let Some(update) = update {
             let start = Instant::now();

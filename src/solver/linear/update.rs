@@ -1,12 +1,10 @@
 //! Solving after a few rows of the matrix have changed, with the factors from before.
 //!
 //! With `A' = A + E D` (`E` the unit columns of the changed rows, `D` what was added to them) and `Z = A^-1 E`,
-//! `x = A^-1 (b - E m)` solves `A' x = b` when `(I + D Z) m = D A^-1 b` (Sherman, Morrison, Woodbury). Of `Z` only the
-//! rows that `D` meets are needed.
+//! `x = A^-1 (b - E m)` solves `A' x = b` when `(I + D Z) m = D A^-1 b` (Sherman, Morrison, Woodbury).
 
-use nalgebra::{DMatrix, DVector, Dyn, LU};
-
-use super::LinearSolver;
+use super::dense::DenseLu;
+use super::{LinearSolver, SparseRow};
 use crate::solver::pattern::Pattern;
 
 /// Rows of the matrix that changed since it was factored, rising.
@@ -22,10 +20,10 @@ pub struct ChangedRows {
 pub(super) struct Update<'a> {
     pattern: &'a Pattern,
     changed: &'a ChangedRows,
-    /// `D Z`.
-    by_changes: DMatrix<f64>,
+    /// `D Z`, column by column.
+    by_changes: Vec<f64>,
     /// `I + D Z`.
-    small: LU<f64, Dyn, Dyn>,
+    small: DenseLu,
 }
 
 impl<'a> Update<'a> {
@@ -36,22 +34,14 @@ impl<'a> Update<'a> {
         changed: &'a ChangedRows,
     ) -> Option<Self> {
         let m = changed.rows.len();
-        let mut met: Vec<usize> =
-            changed.rows.iter().flat_map(|&row| columns_of(pattern, row)).copied().collect();
-        met.sort_unstable();
-        met.dedup();
-        let z = solver.inverse_block(&changed.rows, &met)?;
-        let mut by_changes = DMatrix::zeros(m, m);
-        let mut place = vec![0; pattern.dim()];
-        met.iter().enumerate().for_each(|(k, &column)| place[column] = k);
-        for (i, (&row, added)) in changed.rows.iter().zip(&changed.added).enumerate() {
-            for (j, z) in z.chunks_exact(met.len()).enumerate() {
-                let columns = columns_of(pattern, row).iter();
-                by_changes[(i, j)] = columns.zip(added).map(|(&c, d)| d * z[place[c]]).sum::<f64>();
-            }
-        }
-        let small = (DMatrix::identity(m, m) + &by_changes).lu();
-        small.is_invertible().then_some(Self { pattern, changed, by_changes, small })
+        let columns = changed.rows.iter().map(|&row| columns_of(pattern, row));
+        let rows: Vec<SparseRow<'_>> =
+            columns.zip(&changed.added).map(|(columns, added)| (columns, &added[..])).collect();
+        let by_changes = solver.products_with_inverse(&rows, &changed.rows)?;
+        let mut small = by_changes.clone();
+        small.iter_mut().step_by(m + 1).for_each(|diagonal| *diagonal += 1.0);
+        let small = DenseLu::new(m, small)?;
+        Some(Self { pattern, changed, by_changes, small })
     }
 
     /// Solves in place. `known`: right-hand sides and solutions of the matrix in the factors, by number; where the present
@@ -79,15 +69,18 @@ impl<'a> Update<'a> {
                 // D A^-1 b = D known + D Z changes
                 Some((given, known)) => {
                     x.iter_mut().zip(given).for_each(|(x, given)| *x -= given);
-                    let changes = self.changed.rows.iter().map(|&row| x[row]);
-                    let changes = DVector::from_iterator(self.changed.rows.len(), changes);
-                    Some(self.meet(known) + &self.by_changes * changes)
+                    let mut met = self.meet(known);
+                    let columns = self.by_changes.chunks_exact(met.len().max(1));
+                    for (column, &row) in columns.zip(&self.changed.rows) {
+                        met.iter_mut().zip(column).for_each(|(met, z)| *met += z * x[row]);
+                    }
+                    Some(met)
                 }
                 None => first.next().map(|y| self.meet(y)),
             };
-            let met = met.filter(|met| !met.is_empty());
-            if let Some(m) = met.and_then(|met| self.small.solve(&met)) {
-                self.changed.rows.iter().zip(m.iter()).for_each(|(&row, m)| x[row] -= m);
+            if let Some(met) = met {
+                let m = self.small.solve(&met);
+                self.changed.rows.iter().zip(m).for_each(|(&row, m)| x[row] -= m);
             }
         }
         solver.solve(rhs);
@@ -104,13 +97,13 @@ impl<'a> Update<'a> {
     }
 
     /// `D y`.
-    fn meet(&self, y: &[f64]) -> DVector<f64> {
+    fn meet(&self, y: &[f64]) -> Vec<f64> {
         let rows = self.changed.rows.iter().zip(&self.changed.added);
-        let met = rows.map(|(&row, added)| {
+        rows.map(|(&row, added)| {
             let columns = columns_of(self.pattern, row).iter();
             columns.zip(added).map(|(&c, d)| d * y[c]).sum()
-        });
-        DVector::from_iterator(self.changed.rows.len(), met)
+        })
+        .collect()
     }
 }
 

@@ -1,209 +1,253 @@
-//! Blocks of the inverse.
+//! Sparse rows times the inverse times unit columns, `D A^-1 E`, which an exchange of a few rows needs.
+//!
+//! With `P A = L U` in the new numbering that is `(D U^-1) (L^-1 P E)`: two sweeps from the leaves to the roots. Each meets
+//! only the fronts between its entries and the roots, and in each of them only the right-hand sides that have entries at it
+//! or below; then come the products of what the two left at the pivots of the fronts that they share.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::numeric::Factors;
+use super::numeric::{Factors, add};
 use super::symbolic::{Front, Symbolic};
 
-/// Most columns of the inverse worked on together: every pass reads the factors anew.
-const TOGETHER: usize = 48;
+/// A sparse row: columns, and the entry in each.
+pub type SparseRow<'a> = (&'a [usize], &'a [f64]);
 
-/// Part of the inverse: some rows of some columns. Only the fronts between theirs and the roots take part.
+/// Rows and columns that meet by way of the inverse, and the fronts on their way.
 #[derive(Debug, Clone)]
-pub struct InverseBlock {
-    columns: Vec<u32>,
-    rows: Vec<u32>,
-    /// Fronts on the way to the roots, rising, and where the unknowns of each (its pivots and those below) begin among
-    /// those of all.
-    fronts: Vec<(u32, usize)>,
-    /// Unknowns of all these fronts.
-    unknowns: usize,
+pub struct Meeting {
+    rows: Side,
+    columns: Side,
 }
 
-impl InverseBlock {
-    /// Place of a front among those on the way.
-    fn place(&self, front: u32) -> Option<usize> {
-        self.fronts.binary_search_by_key(&front, |&(k, _)| k).ok()
+/// Right-hand sides of one sweep.
+#[derive(Debug, Clone)]
+struct Side {
+    /// Unknown (new numbering), right-hand side and value; by unknown, then right-hand side.
+    entries: Vec<(u32, u32, f64)>,
+    /// For every front the right-hand sides with entries in its subtree, rising.
+    active: Vec<Vec<u32>>,
+    /// How many there are.
+    count: usize,
+}
+
+impl Side {
+    fn new(fronts: &[Front], mut entries: Vec<(u32, u32, f64)>, count: usize) -> Self {
+        entries.sort_unstable_by_key(|&(unknown, side, _)| (unknown, side));
+        let mut side = Self { entries, active: Vec::with_capacity(fronts.len()), count };
+        for front in fronts {
+            let below = front.children.iter().flat_map(|&child| &side.active[child as usize]);
+            let own = side.entries_of(front).iter().map(|(_, side, _)| side);
+            let mut active: Vec<u32> = below.chain(own).copied().collect();
+            active.sort_unstable();
+            active.dedup();
+            side.active.push(active);
+        }
+        side
+    }
+
+    /// Entries at the pivots of a front.
+    fn entries_of(&self, front: &Front) -> &[(u32, u32, f64)] {
+        let before = |end: usize| self.entries.partition_point(|e| (e.0 as usize) < end);
+        &self.entries[before(front.first)..before(front.first + front.pivots)]
+    }
+
+    /// Operations of its sweep.
+    fn operations(&self, fronts: &[Front]) -> f64 {
+        let of = |(front, active): (&Front, &Vec<u32>)| {
+            active.len() as f64 * (front.pivots * (front.pivots + 2 * front.below)) as f64
+        };
+        fronts.iter().zip(&self.active).map(of).sum()
     }
 }
 
 impl Symbolic {
-    /// Plans the rows `rows` of the columns `columns` of the inverse (numbered as in the pattern).
+    /// Plans the products of `rows` and unit `columns` (numbered as in the pattern).
     #[must_use]
-    pub fn inverse_block(&self, columns: &[usize], rows: &[usize]) -> InverseBlock {
+    pub fn meeting(&self, rows: &[SparseRow<'_>], columns: &[usize]) -> Meeting {
         let mut new_of_old = vec![0; self.n];
         for (new, &old) in self.old_of_new.iter().enumerate() {
             new_of_old[old as usize] = new as u32;
         }
-        let renumber = |list: &[usize]| list.iter().map(|&k| new_of_old[k]).collect::<Vec<u32>>();
-        let (columns, rows) = (renumber(columns), renumber(rows));
-        let mut on_the_way = vec![false; self.fronts.len()];
-        for &unknown in columns.iter().chain(&rows) {
-            on_the_way[self.front_of(unknown)] = true;
-        }
-        for (k, front) in self.fronts.iter().enumerate() {
-            on_the_way[k] |= front.children.iter().any(|&c| on_the_way[c as usize]);
-        }
-        let mut unknowns = 0;
-        let fronts = (0..self.fronts.len() as u32).filter(|&k| on_the_way[k as usize]);
-        let fronts = fronts
-            .map(|k| {
-                let from = unknowns;
-                unknowns += height(&self.fronts[k as usize]);
-                (k, from)
-            })
-            .collect();
-        InverseBlock { columns, rows, fronts, unknowns }
-    }
-
-    /// The front that eliminates an unknown (new numbering).
-    fn front_of(&self, unknown: u32) -> usize {
-        self.fronts.partition_point(|f| f.first <= unknown as usize) - 1
-    }
-
-    /// Operations for the block, over those of a factorisation.
-    #[must_use]
-    pub fn share_of_factorisation(&self, block: &InverseBlock) -> f64 {
-        let panels: usize =
-            block.fronts.iter().map(|&(k, _)| self.fronts[k as usize].storage_len()).sum();
-        let whole: f64 = self.roots.iter().map(|&r| self.fronts[r as usize].flops).sum();
-        2.0 * panels as f64 * block.columns.len() as f64 / whole.max(1.0)
-    }
-
-    /// The block, column by column, with the factors of [`Symbolic::factor`].
-    #[must_use]
-    pub fn solve_block(&self, factors: &Factors, block: &InverseBlock) -> Vec<f64> {
-        let rows = block.rows.len().max(1);
-        let mut out = vec![0.0; rows * block.columns.len()];
-        // Parts of equal width, an even number of them; not by the number of threads, of which results are independent.
-        let parts = 2 * block.columns.len().div_ceil(2 * TOGETHER);
-        let width = block.columns.len().div_ceil(parts.max(1)).max(1);
-        let parts = out.par_chunks_mut(width * rows).zip(block.columns.par_chunks(width));
-        parts.for_each(|(out, columns)| {
-            let mut locals = vec![0.0; block.unknowns * columns.len()];
-            for at in 0..block.fronts.len() {
-                self.forward_block(factors, block, columns, at, &mut locals);
-            }
-            for at in (0..block.fronts.len()).rev() {
-                self.backward_block(factors, block, columns.len(), at, &mut locals);
-            }
-            for (i, &row) in block.rows.iter().enumerate() {
-                let front = self.front_of(row);
-                let Some(place) = block.place(front as u32) else { continue };
-                let front = &self.fronts[front];
-                let from = block.fronts[place].1 * columns.len() + row as usize - front.first;
-                for (j, out) in out.chunks_exact_mut(rows).enumerate() {
-                    out[i] = locals[from + j * height(front)];
-                }
-            }
+        let entries = rows.iter().enumerate().flat_map(|(i, (columns, values))| {
+            columns.iter().zip(*values).map(move |(&column, &value)| (column, i as u32, value))
         });
+        let entries = entries.map(|(column, i, value)| (new_of_old[column], i, value)).collect();
+        let rows = Side::new(&self.fronts, entries, rows.len());
+        let units =
+            columns.iter().enumerate().map(|(j, &column)| (new_of_old[column], j as u32, 1.0));
+        let columns = Side::new(&self.fronts, units.collect(), columns.len());
+        Meeting { rows, columns }
+    }
+
+    /// Operations for the products, over those of a factorisation.
+    #[must_use]
+    pub fn share_of_factorisation(&self, meeting: &Meeting) -> f64 {
+        let Meeting { rows, columns } = meeting;
+        let shared = self.fronts.iter().zip(rows.active.iter().zip(&columns.active));
+        let products =
+            shared.map(|(front, (rows, columns))| 2 * front.pivots * rows.len() * columns.len());
+        let products: usize = products.sum();
+        let sweeps = rows.operations(&self.fronts) + columns.operations(&self.fronts);
+        let whole: f64 = self.roots.iter().map(|&r| self.fronts[r as usize].flops).sum();
+        (sweeps + products as f64) / whole.max(1.0)
+    }
+
+    /// The products, those of one column after those of the other, with the factors of [`Symbolic::factor`].
+    #[must_use]
+    pub fn products(&self, factors: &Factors, meeting: &Meeting) -> Vec<f64> {
+        let Meeting { rows, columns } = meeting;
+        let sweep = |side, of_rows| Sweep { plan: self, factors, side, of_rows }.all();
+        let (by_rows, by_columns) = rayon::join(|| sweep(rows, true), || sweep(columns, false));
+        let mut out = vec![0.0; rows.count * columns.count];
+        let mut by_columns = by_columns.iter().peekable();
+        for (front, left) in &by_rows {
+            while by_columns.next_if(|(other, _)| other < front).is_some() {}
+            let Some((_, right)) = by_columns.next_if(|(other, _)| other == front) else {
+                continue;
+            };
+            let k = *front as usize;
+            let pivots = self.fronts[k].pivots;
+            let [wide, long] = [&columns.active[k], &rows.active[k]];
+            let mut product = vec![0.0; long.len() * wide.len()];
+            let left = MatRef::from_column_major_slice(left, pivots, long.len());
+            let right = MatRef::from_column_major_slice(right, pivots, wide.len());
+            let into = MatMut::from_column_major_slice_mut(&mut product, long.len(), wide.len());
+            matmul(into, Accum::Replace, left.transpose(), right, 1.0, Par::Seq);
+            for (&j, product) in wide.iter().zip(product.chunks_exact(long.len())) {
+                let out = &mut out[j as usize * rows.count..(j as usize + 1) * rows.count];
+                long.iter().zip(product).for_each(|(&i, product)| out[i as usize] += product);
+            }
+        }
         out
-    }
-
-    /// `L^-1 P` of the unit columns in the front at place `at` of the block, with its children's contributions.
-    fn forward_block(
-        &self,
-        factors: &Factors,
-        block: &InverseBlock,
-        columns: &[u32],
-        at: usize,
-        locals: &mut [f64],
-    ) {
-        let (k, from) = block.fronts[at];
-        let front = &self.fronts[k as usize];
-        let (np, height, count) = (front.pivots, height(front), columns.len());
-        let (before, own) = locals.split_at_mut(from * count);
-        let own = &mut own[..height * count];
-        self.gather_block(block, columns, front, before, own);
-        if own.iter().all(|x| *x == 0.0) {
-            return;
-        }
-        let pivot = &factors.pivot[front.first..front.first + np];
-        let mut straight = vec![0.0; np];
-        for own in own.chunks_exact_mut(height) {
-            straight.copy_from_slice(&own[..np]);
-            own.iter_mut().zip(pivot).for_each(|(own, &p)| *own = straight[p as usize]);
-        }
-        let panel = &factors.storage()[front.storage..front.storage + front.panel_len()];
-        let (top, low) = MatRef::from_column_major_slice(panel, height, np).split_at_row(np);
-        let own = MatMut::from_column_major_slice_mut(own, height, count);
-        let (mut head, tail) = own.split_at_row_mut(np);
-        triangular::solve_unit_lower_triangular_in_place(top, head.as_mut(), Par::Seq);
-        if front.below > 0 {
-            matmul(tail, Accum::Add, low, head.as_ref(), -1.0, Par::Seq);
-        }
-    }
-
-    /// The unit columns in a front, and what its children contribute.
-    fn gather_block(
-        &self,
-        block: &InverseBlock,
-        columns: &[u32],
-        front: &Front,
-        before: &[f64],
-        own: &mut [f64],
-    ) {
-        for (own, &column) in own.chunks_exact_mut(height(front)).zip(columns) {
-            if let Some(k) =
-                (column as usize).checked_sub(front.first).filter(|&k| k < front.pivots)
-            {
-                own[k] = 1.0;
-            }
-        }
-        for &child in &front.children {
-            let Some(place) = block.place(child) else { continue };
-            let child = &self.fronts[child as usize];
-            let parts = before[block.fronts[place].1 * columns.len()..].chunks_exact(height(child));
-            for (own, part) in own.chunks_exact_mut(height(front)).zip(parts) {
-                for run in &child.runs {
-                    let part = &part[child.pivots + run.child as usize..];
-                    super::numeric::add(&mut own[run.parent as usize..], part, run.len);
-                }
-            }
-        }
-    }
-
-    /// `U^-1` of what is left by [`Symbolic::forward_block`], with the solution above taken from the parent.
-    fn backward_block(
-        &self,
-        factors: &Factors,
-        block: &InverseBlock,
-        count: usize,
-        at: usize,
-        locals: &mut [f64],
-    ) {
-        let (k, from) = block.fronts[at];
-        let front = &self.fronts[k as usize];
-        let (np, height) = (front.pivots, height(front));
-        let (own, after) = locals[from * count..].split_at_mut(height * count);
-        if let Some(place) = block.place(front.parent).filter(|_| front.below > 0) {
-            let above = self::height(&self.fronts[front.parent as usize]);
-            let parent = &after[(block.fronts[place].1 - from - height) * count..];
-            for (own, part) in own.chunks_exact_mut(height).zip(parent.chunks_exact(above)) {
-                for run in &front.runs {
-                    let (to, from) = (np + run.child as usize, run.parent as usize);
-                    let len = run.len as usize;
-                    own[to..to + len].copy_from_slice(&part[from..from + len]);
-                }
-            }
-        }
-        let storage = &factors.storage()[front.storage..front.storage + front.storage_len()];
-        let (panel, u12) = storage.split_at(front.panel_len());
-        let top = MatRef::from_column_major_slice(panel, height, np).subrows(0, np);
-        let own = MatMut::from_column_major_slice_mut(own, height, count);
-        let (mut head, tail) = own.split_at_row_mut(np);
-        if front.below > 0 {
-            let u12 = MatRef::from_column_major_slice(u12, np, front.below);
-            matmul(head.as_mut(), Accum::Add, u12, tail.as_ref(), -1.0, Par::Seq);
-        }
-        triangular::solve_upper_triangular_in_place(top, head.as_mut(), Par::Seq);
     }
 }
 
-/// Unknowns of a front: its pivots and those below.
-fn height(front: &Front) -> usize {
-    front.pivots + front.below
+/// One sweep: `L^-1 P` of unit columns, or `U^-T` of rows.
+struct Sweep<'a> {
+    plan: &'a Symbolic,
+    factors: &'a Factors,
+    side: &'a Side,
+    of_rows: bool,
+}
+
+/// What the active right-hand sides of a front leave at its pivots.
+type Head = (u32, Vec<f64>);
+
+/// What a subtree leaves: at its pivots, front by front, and for the parent of its root.
+#[derive(Default)]
+struct Left {
+    heads: Vec<Head>,
+    tail: Vec<f64>,
+}
+
+impl Sweep<'_> {
+    fn all(&self) -> Vec<Head> {
+        let roots = self.plan.roots.iter();
+        roots.flat_map(|&root| self.subtree(root as usize).heads).collect()
+    }
+
+    fn subtree(&self, root: usize) -> Left {
+        if self.side.active[root].is_empty() {
+            return Left::default();
+        }
+        let front = &self.plan.fronts[root];
+        if front.forks {
+            return self.forked(root);
+        }
+        let mut heads = Vec::new();
+        let mut tails = vec![Vec::new(); root + 1 - front.subtree];
+        for k in (front.subtree..=root).filter(|&k| !self.side.active[k].is_empty()) {
+            let children = self.plan.fronts[k].children.iter();
+            let children =
+                children.map(|&c| (c, std::mem::take(&mut tails[c as usize - front.subtree])));
+            let [head, tail] = self.eliminate(k, &children.collect::<Vec<_>>());
+            heads.push((k as u32, head));
+            tails[k - front.subtree] = tail;
+        }
+        Left { heads, tail: tails.pop().unwrap_or_default() }
+    }
+
+    /// A subtree whose parts are worked on side by side.
+    fn forked(&self, root: usize) -> Left {
+        let children = &self.plan.fronts[root].children;
+        let below = |&child: &u32| (child, self.subtree(child as usize));
+        let below: Vec<(u32, Left)> = if self.plan.fronts[root].parallel {
+            children.par_iter().map(below).collect()
+        } else {
+            children.iter().map(below).collect()
+        };
+        let (mut heads, mut tails) = (Vec::new(), Vec::with_capacity(below.len()));
+        for (child, left) in below {
+            heads.extend(left.heads);
+            tails.push((child, left.tail));
+        }
+        let [head, tail] = self.eliminate(root, &tails);
+        heads.push((root as u32, head));
+        Left { heads, tail }
+    }
+
+    /// Works on a front: what its right-hand sides leave at its pivots, and for its parent.
+    fn eliminate(&self, k: usize, children: &[(u32, Vec<f64>)]) -> [Vec<f64>; 2] {
+        let front = &self.plan.fronts[k];
+        let (np, count) = (front.pivots, self.side.active[k].len());
+        let [mut head, mut tail] = self.gathered(k, children);
+        let storage = &self.factors.storage()[front.storage..front.storage + front.storage_len()];
+        let (panel, u12) = storage.split_at(front.panel_len());
+        let (top, low) =
+            MatRef::from_column_major_slice(panel, np + front.below, np).split_at_row(np);
+        if !self.of_rows {
+            let pivot = &self.factors.pivot[front.first..front.first + np];
+            let mut straight = vec![0.0; np];
+            for one in head.chunks_exact_mut(np) {
+                straight.copy_from_slice(one);
+                one.iter_mut().zip(pivot).for_each(|(one, &p)| *one = straight[p as usize]);
+            }
+        }
+        let mut at_pivots = MatMut::from_column_major_slice_mut(&mut head, np, count);
+        let for_parent = MatMut::from_column_major_slice_mut(&mut tail, front.below, count);
+        if self.of_rows {
+            triangular::solve_lower_triangular_in_place(
+                top.transpose(),
+                at_pivots.as_mut(),
+                Par::Seq,
+            );
+            let u12 = MatRef::from_column_major_slice(u12, np, front.below);
+            matmul(for_parent, Accum::Add, u12.transpose(), at_pivots.as_ref(), -1.0, Par::Seq);
+        } else {
+            triangular::solve_unit_lower_triangular_in_place(top, at_pivots.as_mut(), Par::Seq);
+            matmul(for_parent, Accum::Add, low, at_pivots.as_ref(), -1.0, Par::Seq);
+        }
+        [head, tail]
+    }
+
+    /// A front's right-hand sides with what its children leave, at its pivots and below.
+    fn gathered(&self, k: usize, children: &[(u32, Vec<f64>)]) -> [Vec<f64>; 2] {
+        let (front, active) = (&self.plan.fronts[k], &self.side.active[k]);
+        let (np, below) = (front.pivots, front.below);
+        let mut head = vec![0.0; np * active.len()];
+        let mut tail = vec![0.0; below * active.len()];
+        for &(unknown, side, value) in self.side.entries_of(front) {
+            let at = active.partition_point(|&other| other < side);
+            head[at * np + unknown as usize - front.first] += value;
+        }
+        for (child, left) in children.iter().filter(|(_, left)| !left.is_empty()) {
+            let runs = &self.plan.fronts[*child as usize].runs;
+            let parts = left.chunks_exact(self.plan.fronts[*child as usize].below);
+            for (part, side) in parts.zip(&self.side.active[*child as usize]) {
+                let at = active.partition_point(|other| other < side);
+                for run in runs {
+                    // A run does not straddle the border between pivots and the rest.
+                    let (from, to) = (&part[run.child as usize..], run.parent as usize);
+                    match to.checked_sub(np) {
+                        None => add(&mut head[at * np + to..], from, run.len),
+                        Some(to) => add(&mut tail[at * below + to..], from, run.len),
+                    }
+                }
+            }
+        }
+        [head, tail]
+    }
 }

@@ -14,7 +14,7 @@ mod supernodes;
 mod symbolic;
 mod symmetric;
 
-pub use inverse::InverseBlock;
+pub use inverse::{Meeting, SparseRow};
 pub use numeric::{Factors, Singular};
 pub use symbolic::{PatternError, PatternRef, Symbolic};
 

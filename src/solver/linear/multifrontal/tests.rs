@@ -230,24 +230,30 @@ fn patterns_that_do_not_fit_are_refused() {
 }
 
 #[test]
-fn a_block_of_the_inverse_is_that_of_whole_solutions() {
+fn products_with_the_inverse_are_those_of_whole_solutions() {
     let m = matrix(23, 17, 6, 5.0);
     let n = m.block.len();
     let (plan, mut factors) = (m.plan(), Factors::default());
     plan.factor(&m.values, &mut factors).unwrap();
     let columns: Vec<usize> = (0..20).map(|k| (k * 613 + 5) % n).collect();
-    let rows: Vec<usize> = (0..50).map(|k| (k * 337 + 1) % n).collect();
-    let block = plan.inverse_block(&columns, &rows);
-    let found = plan.solve_block(&factors, &block);
+    // Rows with entries near each other and far apart, one of them empty.
+    let places = |i: usize| (0..i).map(|k| (i * 337 + k * (1 + i * 91)) % n).collect::<Vec<_>>();
+    let rows: Vec<(Vec<usize>, Vec<f64>)> = (0..30)
+        .map(|i| (places(i), (0..i).map(|k| (1.0 + k as f64 + i as f64).sin()).collect()))
+        .collect();
+    let rows: Vec<SparseRow<'_>> = rows.iter().map(|(c, v)| (&c[..], &v[..])).collect();
+    let meeting = plan.meeting(&rows, &columns);
+    let found = plan.products(&factors, &meeting);
     for (column, found) in columns.iter().zip(found.chunks_exact(rows.len())) {
         let mut x = vec![0.0; n];
         x[*column] = 1.0;
         plan.solve(&factors, &mut [&mut x]);
-        for (&row, found) in rows.iter().zip(found) {
-            assert!((found - x[row]).abs() < 1e-14, "{found} {}", x[row]);
+        for ((columns, values), found) in rows.iter().zip(found) {
+            let sought: f64 = columns.iter().zip(*values).map(|(&c, v)| v * x[c]).sum();
+            assert!((found - sought).abs() < 1e-13, "{found} {sought}");
         }
     }
-    let near = plan.inverse_block(&[0, 1, 2], &[0, 1, 2, 3]);
-    let (few, many) = (plan.share_of_factorisation(&near), plan.share_of_factorisation(&block));
-    assert!(few > 0.0 && few < 0.1 * many, "{few} {many}");
+    let near = plan.meeting(&[(&[0, 1], &[1.0, 2.0])], &[0, 1, 2]);
+    let (few, many) = (plan.share_of_factorisation(&near), plan.share_of_factorisation(&meeting));
+    assert!(few > 0.0 && few < 0.2 * many, "{few} {many}");
 }

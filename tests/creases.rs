@@ -1,13 +1,15 @@
 //! Creases inside a face of the CAD: cut where a tool model is made of it.
 
+use kanagata::audit::{AuditOptions, CadReference, audit};
 use kanagata::cad::Creases;
 use kanagata::cad::build::build_with;
 use kanagata::cad::raw::{RawFace, RawModel, RawSurface};
-use kanagata::convert::ConvertOptions;
 use kanagata::convert::tolerance::{Borders, Goal, to_tolerance};
-use kanagata::geometry::Vec3;
+use kanagata::convert::{ConvertOptions, convert};
 use kanagata::geometry::nurbs::Surface;
+use kanagata::geometry::{Vec2, Vec3};
 use kanagata::mesh::mapped::MappedOptions;
+use kanagata::mesh::{Element, MeshReport, SurfaceMesh, attach};
 
 /// A roof of 60 by 60 mm with three equal knots at u = 1, where it turns by 90 degrees at one end of the ridge and not
 /// at all at the other.
@@ -41,4 +43,54 @@ fn a_ridge_inside_a_face_is_cut_for_patches() {
     assert!(found.tool.patches.len() <= 100, "{}", found.tool.patches.len());
     // Patches that meet in the ridge without a border there have one normal where the roof has two.
     assert!(to(Creases::Kept).is_err());
+}
+
+/// The mesh of a program that knows of no crease: `count` by `count` quads over each of some surfaces, numbered by them.
+fn foreign(surfaces: &[&Surface], count: usize) -> SurfaceMesh {
+    let mut mesh = SurfaceMesh::default();
+    for (number, surface) in surfaces.iter().enumerate() {
+        let first = mesh.vertices.len();
+        let [u, v] = surface.domain();
+        let at = |r: [f64; 2], k: usize| r[0] + (r[1] - r[0]) * k as f64 / count as f64;
+        for k in 0..(count + 1) * (count + 1) {
+            let uv = Vec2::new(at(u, k % (count + 1)), at(v, k / (count + 1)));
+            mesh.vertices.push(surface.point(uv));
+        }
+        for k in 0..count * count {
+            let corner = (first + k % count + k / count * (count + 1)) as u32;
+            let row = count as u32 + 1;
+            let ring = [corner, corner + 1, corner + 1 + row, corner + row];
+            mesh.elements.push(Element::quad(ring, 7 + number as u32));
+        }
+    }
+    mesh
+}
+
+#[test]
+fn meshes_of_other_programs_are_put_on_both_sides_of_a_crease() {
+    let mut raw = roof();
+    let RawSurface::Nurbs(one) = raw.faces[0].surface.clone() else { unreachable!() };
+    let far = |p: &Vec3| p + Vec3::new(0.0, 200.0, 0.0);
+    let points = one.points().iter().map(far).collect();
+    let other = Surface::try_new([3, 2], one.knots().map(<[f64]>::to_vec), points, None).unwrap();
+    raw.faces.push(RawFace { surface: RawSurface::Nurbs(other.clone()), ..raw.faces[0].clone() });
+    let made = |count, creases| {
+        let (model, _) = build_with(raw.clone(), "roofs", creases);
+        let mesh = attach(&foreign(&[&one, &other], count), &model).unwrap();
+        MeshReport::new(&mesh, &model).check(&model, 0.05).unwrap();
+        let (tool, report) = convert(&model, &mesh, &ConvertOptions::default()).unwrap();
+        assert!(report.folded.is_empty());
+        let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap();
+        (model.faces.len(), mesh, found.report)
+    };
+    // Lines of the mesh along the ridges: as good as the built-in mesh.
+    let (faces, mesh, report) = made(8, Creases::Cut);
+    let on = |f| mesh.elements.iter().filter(|e| e.face == f).count();
+    assert_eq!((faces, [0, 1, 2, 3].map(on)), (4, [32; 4]));
+    assert!(report.worst_mm() < 0.2, "{}", report.worst_mm());
+    // Elements across the ridges: no worse than without the cut.
+    let (_, _, cut) = made(7, Creases::Cut);
+    let (_, _, kept) = made(7, Creases::Kept);
+    println!("{} {} {}", report.worst_mm(), cut.worst_mm(), kept.worst_mm());
+    assert!(cut.worst_mm() <= 1.001 * kept.worst_mm(), "{} {}", cut.worst_mm(), kept.worst_mm());
 }

@@ -67,6 +67,10 @@ pub fn build_with(raw: RawModel, name: &str, creases: Creases) -> (Model, Vec<Di
         diagnostics.extend(said);
         match outcome {
             Ok(parts) => {
+                let first = model.faces.len();
+                if parts.len() > 1 {
+                    model.cut.push(first..first + parts.len());
+                }
                 for (built, mut sides) in parts {
                     let index = model.faces.len();
                     sides.iter_mut().for_each(|p| p.at[0] = index);

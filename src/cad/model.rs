@@ -1,5 +1,7 @@
 //! Trimmed NURBS faces, joined at their edges.
 
+use std::ops::Range;
+
 use crate::geometry::nurbs::{Curve2, Curve3, Surface};
 use crate::geometry::{Vec2, Vec3};
 
@@ -16,6 +18,8 @@ pub struct Model {
     pub entities: std::collections::BTreeMap<String, usize>,
     /// Trimmed faces.
     pub faces: Vec<Face>,
+    /// Numbers of faces that are parts of one face of the file, cut at creases inside it.
+    pub cut: Vec<Range<usize>>,
     /// Edges, each used by one face (free), two, or more. Faces that meet along part of an edge have it
     /// split there, so that a use is always a whole edge.
     pub edges: Vec<Edge>,
@@ -124,6 +128,14 @@ pub struct Foot {
     pub distance: f64,
     /// Inside a face, on an edge, at a vertex.
     pub location: FootLocation,
+}
+
+impl Model {
+    /// The faces that with face `f` are one face of the file: itself alone, or the parts it was cut into.
+    #[must_use]
+    pub fn cut_with(&self, f: usize) -> Range<usize> {
+        self.cut.iter().find(|parts| parts.contains(&f)).cloned().unwrap_or(f..f + 1)
+    }
 }
 
 impl Face {

@@ -49,15 +49,23 @@ pub(super) fn table(
         .par_iter()
         .map(|place| foot(&model.faces[place.face as usize], &mesh.vertices[place.vertex as usize]))
         .collect();
+    let beyond = |place: &Place, uv: Vec2| {
+        beyond_crease(model, place.face as usize, uv, &mesh.vertices[place.vertex as usize])
+    };
     let mut known: FxHashMap<Place, Vec3> = FxHashMap::default();
     let mut degenerate: FxHashMap<(u32, u32), Vec2> = FxHashMap::default();
     let mut regular: Feet = FxHashMap::default();
     for (place, (uv, normal)) in places.iter().zip(&feet) {
         match normal {
-            Some(n) => {
-                known.insert(*place, *n);
-                regular.insert((place.vertex, place.face), *uv);
-            }
+            Some(n) => match beyond(place, *uv) {
+                Some(other) => {
+                    known.insert(*place, other);
+                }
+                None => {
+                    known.insert(*place, *n);
+                    regular.insert((place.vertex, place.face), *uv);
+                }
+            },
             None => {
                 degenerate.insert((place.vertex, place.face), *uv);
             }
@@ -86,6 +94,27 @@ fn foot(face: &Face, x: &Vec3) -> (Vec2, Option<Vec3>) {
     let (reach_u, reach_v) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
     let regular = reach_u.min(reach_v) > 1e-6 * reach_u.max(reach_v);
     (uv, if regular { face.normal(uv) } else { None })
+}
+
+/// Normal at a vertex that lies on another part of the face of the file of which face `f` is one, where another program's
+/// element goes across the crease between them; `uv`: its foot on face `f`.
+fn beyond_crease(model: &Model, f: usize, uv: Vec2, x: &Vec3) -> Option<Vec3> {
+    let parts = model.cut_with(f);
+    if parts.len() < 2 {
+        return None;
+    }
+    let off = |face: &Face, uv: Vec2| (face.surface.point(uv) - x).norm();
+    let own = off(&model.faces[f], uv);
+    if own <= model.join_tolerance {
+        return None;
+    }
+    let others = parts.filter(|&k| k != f).filter_map(|k| {
+        let face = &model.faces[k];
+        let (uv, normal) = foot(face, x);
+        Some((off(face, uv), normal?))
+    });
+    let nearest = others.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (nearest.0 < 0.5 * own).then_some(nearest.1)
 }
 
 /// Normal on the way from a degenerate point into an element: there the surface is regular, and a thousandth of

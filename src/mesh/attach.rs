@@ -19,7 +19,8 @@ const VOTERS: usize = 64;
 /// moves vertices that lie within 1e-4 of the model's diagonal onto the model.
 ///
 /// Elements that carry one surface number (MSH entities) belong to one face, chosen by vote; elements
-/// without a number choose alone: the face all their corners lie on, nearest to their middle.
+/// without a number choose alone: the face all their corners lie on, nearest to their middle. So do elements of a face
+/// that was cut at creases, among its parts: other programs know nothing of the cut.
 ///
 /// # Errors
 /// [`MeshError::NoFaces`]; [`MeshError::Check`] when an element's corners are farther from the model than
@@ -42,8 +43,12 @@ pub fn attach(mesh: &SurfaceMesh, model: &Model) -> Result<SurfaceMesh, MeshErro
         .elements
         .par_iter()
         .map(|e| {
-            let voted = by_surface.get(&e.face).copied();
-            let face = voted.or_else(|| own_face(&out, e, &index, &feet)).unwrap_or(0);
+            let face = match by_surface.get(&e.face).map(|&f| model.cut_with(f)) {
+                Some(parts) if parts.len() == 1 => Some(parts.start),
+                Some(parts) => nearest_face(&out, e, &index, parts),
+                None => own_face(&out, e, &index, &feet),
+            };
+            let face = face.unwrap_or(0);
             let mut element = *e;
             element.face = face as u32;
             orient(&out, element, &index)
@@ -97,8 +102,7 @@ fn vote(mesh: &SurfaceMesh, index: &ClosestPoint<'_>) -> BTreeMap<u32, usize> {
     groups.iter().filter_map(|(&surface, e)| Some((surface, elect(e)?))).collect()
 }
 
-/// The face nearest to all corners of `e` together, then to its middle; candidates are the faces the
-/// corners and the middle are nearest to.
+/// The nearest of the faces the corners of `e` and its middle are nearest to.
 fn own_face(
     mesh: &SurfaceMesh,
     e: &Element,
@@ -111,12 +115,24 @@ fn own_face(
     candidates.extend(index.closest(&centre).map(|f| f.face));
     candidates.sort_unstable();
     candidates.dedup();
+    nearest_face(mesh, e, index, candidates)
+}
+
+/// Of some faces that nearest to all corners of `e` together, then to its middle.
+fn nearest_face(
+    mesh: &SurfaceMesh,
+    e: &Element,
+    index: &ClosestPoint<'_>,
+    candidates: impl IntoIterator<Item = usize>,
+) -> Option<usize> {
+    let centre = middle(mesh, e);
     let corners = mesh.corners(e);
     let cost = |face: usize| {
         let off = |p: &Vec3| index.closest_on_face(face, p).map_or(f64::INFINITY, |f| f.distance);
         corners.iter().map(off).fold(0.0, f64::max) + 0.01 * off(&centre)
     };
-    candidates.into_iter().map(|f| (cost(f), f)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|c| c.1)
+    let costs = candidates.into_iter().map(|f| (cost(f), f));
+    costs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|c| c.1)
 }
 
 fn orient(mesh: &SurfaceMesh, e: Element, index: &ClosestPoint<'_>) -> Element {

@@ -173,6 +173,8 @@ fn subset(model: &Model, kept: &[usize]) -> Model {
     let number: BTreeMap<usize, usize> = kept.iter().enumerate().map(|(k, &f)| (f, k)).collect();
     let mut out = model.clone();
     out.faces = kept.iter().map(|&f| model.faces[f].clone()).collect();
+    // Numbers change, and who asks for parts attaches meshes of whole files.
+    out.cut.clear();
     for edge in &mut out.edges {
         let uses = edge.uses.iter();
         edge.uses = uses.filter_map(|u| Some([*number.get(&u[0])?, u[1], u[2]])).collect();

@@ -126,6 +126,8 @@ impl MesherArgs {
             max_size: self.max_size_mm,
             chord_error: self.chord_mm,
             through_cad: false,
+            by_turn: false,
+            fewest: false,
             style: match self.style {
                 Style::Structured => MeshStyle::Structured,
                 Style::Mixed => MeshStyle::Mixed,

@@ -186,17 +186,15 @@ fn refined(
 ) -> Result<Converted, Failure> {
     let mesh = args.mesher.mapped_for_refinement()?;
     let whole = |error: ToleranceError| match (error, reached) {
-        (
-            ToleranceError::NotReached { face, source_entity, found, allowed, unit, patches },
-            Some(r),
-        ) => {
-            let face = r.kept[face];
-            ToleranceError::NotReached { face, source_entity, found, allowed, unit, patches }
+        (mut error, Some(r)) => {
+            if let ToleranceError::NotReached { face, .. }
+            | ToleranceError::NoPatches { face, .. } = &mut error
+            {
+                *face = r.kept[*face];
+            }
+            error
         }
-        (ToleranceError::NoPatches { face, source_entity }, Some(r)) => {
-            ToleranceError::NoPatches { face: r.kept[face], source_entity }
-        }
-        (other, _) => other,
+        (other, None) => other,
     };
     let borders = match args.borders {
         Borders::Conforming => Meeting::Conforming,

@@ -81,7 +81,7 @@ pub enum ToleranceError {
     },
     /// The tolerance was not reached.
     #[error(
-        "{source_entity} (face {face}) still has {found:.3e} {unit} with {patches} patches; asked: {allowed:.3e}; allow more, or repair the face in the CAD"
+        "{source_entity} (face {face}) still has {found:.3e} {unit}{near} with {patches} patches; asked: {allowed:.3e}; allow more, or repair the face in the CAD"
     )]
     NotReached {
         /// Face with the largest error.
@@ -90,6 +90,8 @@ pub enum ToleranceError {
         source_entity: String,
         /// Error found.
         found: f64,
+        /// Where it is, as ` near (x, y, z) mm`; empty where that is not known.
+        near: String,
         /// Error allowed.
         allowed: f64,
         /// mm or degrees.
@@ -154,7 +156,11 @@ pub fn to_tolerance(
     let reference = CadReference::new(model);
     let work = Work::new(model, &reference, mesh, options, goal.normal_deg.is_finite())?;
     let judge = Judge::new(&work, &[]);
-    let refined = work.refine(&judge, goal);
+    let mut refined = work.refine(&judge, goal);
+    if work.plan.may_save() && (refined.is_err() || judge.spent() < work.enough) {
+        let other = work.with_nodes_inside()?;
+        refined = fewer(refined, other.refine(&Judge::new(&other, &[]), goal));
+    }
     let limit = refined.as_ref().map_or(uniform::MOST, |found| found.tool.patches.len());
     let together = work.uniform(goal, limit).map_or(refined, Ok);
     match goal.borders {

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::Goal;
 use super::face::{Figures, Judge};
+use crate::geometry::Vec3;
 use crate::mesh::mapped::plan::{Divisions, Plan};
 
 /// Divisions tried, and what every face makes of them.
@@ -31,6 +32,11 @@ impl State {
     /// Largest shape error [mm] and normal error [degrees] of a face.
     pub fn figures(&self, face: usize) -> (f64, f64) {
         (self.faces[face].error_mm, self.faces[face].normal_deg)
+    }
+
+    /// Where the error of a face is largest.
+    pub fn worst(&self, face: usize) -> Option<Vec3> {
+        self.faces[face].worst
     }
 
     /// For each edge how far the patches' sides on it are from it [mm]; empty when that was not asked.

@@ -5,7 +5,7 @@ use super::{Goal, Refined};
 use crate::convert::unfolded::mesh_and_convert;
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::mesh::SurfaceMesh;
-use crate::mesh::mapped::{MappedOptions, mesh};
+use crate::mesh::mapped::{self, MappedOptions, mesh};
 use crate::tool::ToolModel;
 
 /// A way to make a model.
@@ -70,11 +70,18 @@ impl Work<'_> {
     ) -> (f64, Option<Refined>) {
         let eq8 = ConvertOptions { through_cad: false, ..self.options.clone() };
         let asked = || convert(self.plan.model(), mesh, self.options).ok();
+        let plain = MappedOptions { arc_divisions, by_turn: false, fewest: false, ..self.mesh };
+        // Flats with nodes inside fold less beside arcs of their borders.
+        let evenly = || {
+            let mesh = mapped::mesh(self.plan.model(), &plain).ok()?;
+            convert(self.plan.model(), &mesh, self.options).ok()
+        };
         let other = || {
-            let options = MappedOptions { arc_divisions, through_cad: false, ..self.mesh };
+            let options = MappedOptions { through_cad: false, ..plain };
             mesh_and_convert(self.plan.model(), &options, &eq8).ok()
         };
-        let mut rules: Vec<(&ConvertOptions, Make)> = vec![(self.options, &asked)];
+        let mut rules: Vec<(&ConvertOptions, Make)> =
+            vec![(self.options, &asked), (self.options, &evenly)];
         if self.options.through_cad {
             rules.push((&eq8, &other));
         }

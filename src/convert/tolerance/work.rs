@@ -5,6 +5,7 @@ use super::balance::balanced;
 use super::face::Judge;
 use super::search::{self, Search, State};
 use super::{Borders, Goal, Refined, ToleranceError};
+use crate::audit::report::PatchAudit;
 use crate::audit::{Audit, AuditOptions, AuditReport, CadReference, audit};
 use crate::cad::Model;
 use crate::convert::{ConvertOptions, ConvertReport, convert};
@@ -46,7 +47,9 @@ impl<'a> Work<'a> {
         options: &'a ConvertOptions,
         normals: bool,
     ) -> Result<Self, MeshError> {
-        let coarse = MappedOptions { arc_divisions: 1, through_cad: options.through_cad, ..*mesh };
+        let through_cad = options.through_cad;
+        let coarse =
+            MappedOptions { arc_divisions: 1, through_cad, by_turn: true, fewest: true, ..*mesh };
         let plan = Plan::new(model, &coarse)?;
         Ok(Self {
             plan,
@@ -57,6 +60,14 @@ impl<'a> Work<'a> {
             normals,
             enough: search::ENOUGH,
         })
+    }
+
+    /// The same with triangles at poles and nodes inside flats with holes: quads at poles are not better everywhere, and
+    /// flats without nodes inside fold sooner beside arcs of their borders.
+    pub(super) fn with_nodes_inside(&self) -> Result<Self, MeshError> {
+        let mesh = MappedOptions { fewest: false, ..self.mesh };
+        let plan = Plan::new(self.plan.model(), &mesh)?;
+        Ok(Self { plan, mesh, ..*self })
     }
 
     /// The fewest patches over the loosenings.
@@ -220,6 +231,7 @@ impl<'a> Work<'a> {
             face,
             source_entity,
             found: if by_length { mm } else { deg },
+            near: near(state.worst(worst).filter(|_| by_length).map(Into::into)),
             allowed: if by_length { goal.tol_mm } else { goal.normal_deg },
             unit: if by_length { "mm" } else { "degrees" },
             patches: state.patches(),
@@ -244,11 +256,23 @@ impl<'a> Work<'a> {
             face: worst,
             source_entity,
             found: if by_length { mm } else { deg },
+            near: near(worst_place(&refined.audit, worst).filter(|_| by_length)),
             allowed: if by_length { goal.tol_mm } else { goal.normal_deg },
             unit: if by_length { "mm" } else { "degrees" },
             patches: refined.tool.patches.len(),
         }
     }
+}
+
+/// Where the shape error of a face is largest.
+fn worst_place(report: &AuditReport, face: usize) -> Option<[f64; 3]> {
+    let off = |p: &PatchAudit| p.max_mm.abs().max(p.min_mm.abs());
+    let own = report.by_patch.iter().filter(|p| p.face as usize == face);
+    own.max_by(|a, b| off(a).total_cmp(&off(b))).map(|p| p.worst_point)
+}
+
+fn near(place: Option<[f64; 3]>) -> String {
+    place.map_or_else(String::new, |[x, y, z]| format!(" near ({x:.3}, {y:.3}, {z:.3}) mm"))
 }
 
 /// Faces above the tolerance, and how many times.

@@ -19,10 +19,22 @@ struct Divided {
     tangents: Vec<Vec3>,
 }
 
+/// How edges are divided.
+pub struct Cuts<'a> {
+    /// Divisions of each edge.
+    pub counts: &'a [usize],
+    /// Edges whose tangents matter.
+    pub bent: &'a [bool],
+    /// Edges that turn very unevenly are divided by that, all others into equal lengths.
+    pub by_turn: bool,
+}
+
 impl Divided {
-    fn new(model: &Model, edge: usize, count: usize, bent: bool) -> Self {
+    fn new(model: &Model, edge: usize, cuts: &Cuts<'_>) -> Self {
         let curve = Measured::new(&model.edges[edge].curve);
-        let tangents = if bent { curve.tangents(count) } else { Vec::new() };
+        let curve = if cuts.by_turn { curve.by_turn() } else { curve };
+        let count = cuts.counts[edge];
+        let tangents = if cuts.bent[edge] { curve.tangents(count) } else { Vec::new() };
         let points = curve.divide(count);
         Self { inner: points[1..points.len() - 1].to_vec(), tangents }
     }
@@ -39,20 +51,18 @@ pub struct Border {
 }
 
 impl Border {
-    /// Divides every edge into its count of equal lengths; `bent`: edges whose tangents matter.
-    pub fn new(model: &Model, counts: &[usize], bent: &[bool]) -> Self {
+    /// Divides every edge.
+    pub fn new(model: &Model, cuts: &Cuts<'_>) -> Self {
         use rayon::prelude::*;
         let edges = (0..model.edges.len()).into_par_iter();
-        let divided: Vec<Divided> =
-            edges.map(|e| Divided::new(model, e, counts[e], bent[e])).collect();
-        Self::of(model, divided)
+        Self::of(model, edges.map(|e| Divided::new(model, e, cuts)).collect())
     }
 
     /// The same for the edges of one face; the others are left undivided.
-    pub fn of_face(model: &Model, counts: &[usize], bent: &[bool], face: &Face) -> Self {
+    pub fn of_face(model: &Model, cuts: &Cuts<'_>, face: &Face) -> Self {
         let mut divided = vec![Divided::default(); model.edges.len()];
         for e in face.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge) {
-            divided[e] = Divided::new(model, e, counts[e], bent[e]);
+            divided[e] = Divided::new(model, e, cuts);
         }
         Self::of(model, divided)
     }

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 
 use super::bends::Bends;
-use super::border::{Border, every_other, halfway, joined};
+use super::border::{Border, Cuts, every_other, halfway, joined};
 use super::divisions::{Assignment, Rule, assign};
 use super::patchwork::{Node, Patchwork};
 use super::sides::Shape;
@@ -31,7 +31,7 @@ pub(super) struct Mesher<'m> {
     /// Flats with one loop get quads only, borders divided until that is possible.
     pub(super) even_flats: bool,
     pub(super) shapes: Vec<Shape>,
-    flats: Vec<bool>,
+    pub(super) flats: Vec<bool>,
     /// Faces of no area, asked of those that cannot be meshed.
     tiny: Vec<OnceLock<bool>>,
     lengths: Vec<f64>,
@@ -89,7 +89,7 @@ impl<'m> Mesher<'m> {
         for _ in 0..ROUNDS {
             let (counts, mapped) = self.agree(&self.minima, &rules, &owners);
             self.check_size(&counts)?;
-            let border = Border::new(self.model, &counts, &self.bent);
+            let border = Border::new(self.model, &self.cuts(&counts));
             let works: Vec<Result<Patchwork, String>> = (0..self.model.faces.len())
                 .into_par_iter()
                 .map(|f| self.face(&border, f, mapped[f], self.density[f]))
@@ -116,6 +116,11 @@ impl<'m> Mesher<'m> {
             source_entity: self.model.faces[face].source.clone(),
             reason,
         })
+    }
+
+    /// Edges divided so many times.
+    pub(super) fn cuts<'a>(&'a self, counts: &'a [usize]) -> Cuts<'a> {
+        Cuts { counts, bent: &self.bent, by_turn: self.options.by_turn }
     }
 
     /// Asks for a finer border of face `f`.
@@ -284,7 +289,10 @@ impl<'m> Mesher<'m> {
             Shape::Four(s) if mapped => {
                 let sides = [side(&s[0]), side(&s[1]), side(&s[2]), side(&s[3])];
                 let agree = sides[0].len() == sides[2].len() && sides[1].len() == sides[3].len();
-                if agree { regions::four(face, &sides) } else { None }
+                let joined = self.options.fewest
+                    && self.options.style == MeshStyle::Structured
+                    && !self.halved;
+                if agree { regions::four(face, &sides, joined) } else { None }
             }
             Shape::Three(s) if mapped => {
                 let sides = [side(&s[0]), side(&s[1]), side(&s[2])];

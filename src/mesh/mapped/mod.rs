@@ -8,6 +8,7 @@
 
 mod bends;
 mod border;
+mod bridges;
 mod demand;
 pub mod divisions;
 mod grid;
@@ -15,6 +16,7 @@ mod mesher;
 mod pairing;
 mod patchwork;
 pub mod plan;
+mod poles;
 mod polygon;
 mod regions;
 mod sample;
@@ -70,6 +72,11 @@ pub struct MappedOptions {
     /// Sides on edges of the CAD will follow these, wherever the normals would have them go: their corners are then never
     /// straight.
     pub through_cad: bool,
+    /// Edges that turn very unevenly are divided by that and not into equal lengths.
+    pub by_turn: bool,
+    /// As few elements as the divisions allow: quads in place of pairs of triangles around poles, flats with holes without
+    /// nodes inside.
+    pub fewest: bool,
     /// No face is mapped: triangles of about equal size everywhere, joined to quads as the style asks.
     pub unstructured: bool,
 }
@@ -82,6 +89,8 @@ impl Default for MappedOptions {
             chord_error: None,
             style: MeshStyle::default(),
             through_cad: false,
+            by_turn: false,
+            fewest: false,
             unstructured: false,
         }
     }

@@ -82,6 +82,20 @@ impl<'m> Plan<'m> {
         !mapped || facing(0) || facing(1)
     }
 
+    /// True when [`MappedOptions::fewest`] may make a difference: there are poles on four-sided faces, or flats with holes.
+    #[must_use]
+    pub fn may_save(&self) -> bool {
+        let Mesher { model, shapes, flats, .. } = &self.mesher;
+        let saves = |f: usize| match &shapes[f] {
+            Shape::Four(sides) => {
+                let uses = &model.faces[f].loops[0].uses;
+                sides.iter().any(|side| side.iter().all(|&u| uses[u].edge.is_none()))
+            }
+            _ => flats[f] && model.faces[f].loops.len() > 1,
+        };
+        (0..shapes.len()).any(saves)
+    }
+
     /// Divisions of every edge, at least `minima`, that keep the rules.
     #[must_use]
     pub fn agree(&self, minima: &[usize]) -> Divisions {
@@ -102,7 +116,7 @@ impl<'m> Plan<'m> {
     ) -> Result<SurfaceMesh, String> {
         let mesher = &self.mesher;
         let face = &mesher.model.faces[f];
-        let border = Border::of_face(mesher.model, &divisions.counts, &mesher.bent, face);
+        let border = Border::of_face(mesher.model, &mesher.cuts(&divisions.counts), face);
         let work = mesher.face(&border, f, divisions.mapped[f], density)?;
         Ok(mesher.merge(border, vec![(f, work)]))
     }

@@ -2,6 +2,7 @@
 
 use super::grid::{FourSides, Shares, ThreeSides};
 use super::patchwork::{Node, Patchwork};
+use super::poles;
 use crate::cad::model::Face;
 use crate::geometry::{Vec2, Vec3};
 
@@ -11,8 +12,8 @@ pub const WORST: f64 = 0.05;
 const POOR: f64 = 0.3;
 
 /// Tensor grid of quads between four sides, each a list of nodes in the loop's direction. `None` when the
-/// grid folds. A side that is one point in space (pole) gives a row of triangles.
-pub fn four(face: &Face, sides: &[Vec<Node>; 4]) -> Option<Patchwork> {
+/// grid folds. A side that is one point in space (pole) gives a row of triangles, with `quads` quads of two each.
+pub fn four(face: &Face, sides: &[Vec<Node>; 4], quads: bool) -> Option<Patchwork> {
     let back = |s: &[Node]| s.iter().rev().copied().collect::<Vec<_>>();
     let border = FourSides {
         bottom: sides[0].clone(),
@@ -25,7 +26,13 @@ pub fn four(face: &Face, sides: &[Vec<Node>; 4]) -> Option<Patchwork> {
     // At a pole corners are narrow whatever is done.
     let has_pole = sides.iter().any(|s| s.iter().all(|n| n.same(&s[0])));
     if quality >= POOR || has_pole {
-        return (quality > 0.0).then_some(plane);
+        let joined = |mut work: Patchwork| {
+            if quads && has_pole {
+                poles::join(face, &mut work, border.cells());
+            }
+            work
+        };
+        return (quality > 0.0).then(|| joined(plane));
     }
     let space = grid(face, &border, true);
     let other = space.worst_corner(face);

@@ -4,6 +4,10 @@ use crate::cad::model::{EdgeUse, Face};
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Vec2, Vec3};
 
+/// Turn from which on a curve may be divided by it [rad].
+const TURNING: f64 = 0.2;
+/// Times as many divisions that equal lengths would need for the error of unequal ones, from which on these are taken.
+const UNEVEN: f64 = 6.0;
 /// Pieces of a knot span that lengths and turns are measured on.
 const PIECES: usize = 16;
 /// Nodes and weights of Gauss-Legendre quadrature with five points on [-1, 1].
@@ -45,6 +49,8 @@ pub struct Measured<'c> {
     curve: &'c Curve3,
     stations: Vec<f64>,
     lengths: Vec<f64>,
+    /// For a curve whose turn is very uneven what is divided instead of its length, summed up to each station.
+    graded: Option<Vec<f64>>,
 }
 
 impl<'c> Measured<'c> {
@@ -57,7 +63,22 @@ impl<'c> Measured<'c> {
             total += length_between(curve, pair[0], pair[1]);
             lengths.push(total);
         }
-        Self { curve, stations, lengths }
+        Self { curve, stations, lengths, graded: None }
+    }
+
+    /// The same, to be divided by its turn where that is very uneven.
+    pub fn by_turn(self) -> Self {
+        let graded = graded(self.curve, &self.stations, &self.lengths);
+        Self { graded, ..self }
+    }
+
+    /// Parameter at a share of the curve's divisions: of its length, or of what its turn asks.
+    fn at_share(&self, share: f64) -> f64 {
+        let Some(graded) = &self.graded else { return self.parameter(self.length() * share) };
+        let wanted = graded[graded.len() - 1] * share;
+        let k = graded.partition_point(|&g| g <= wanted).clamp(1, graded.len() - 1);
+        let way = ((wanted - graded[k - 1]) / (graded[k] - graded[k - 1])).clamp(0.0, 1.0);
+        self.parameter(self.lengths[k - 1] + way * (self.lengths[k] - self.lengths[k - 1]))
     }
 
     /// Whole length (mm).
@@ -97,23 +118,51 @@ impl<'c> Measured<'c> {
 
     /// Unit tangents at these `count + 1` points.
     pub fn tangents(&self, count: usize) -> Vec<Vec3> {
-        let at = |k: usize| self.parameter(self.length() * k as f64 / count as f64);
+        let at = |k: usize| self.at_share(k as f64 / count as f64);
         let tangent = |k: usize| self.curve.derivs(at(k)).d1.try_normalize(0.0);
         (0..=count).map(|k| tangent(k).unwrap_or_else(Vec3::zeros)).collect()
     }
 
-    /// The `count + 1` points that cut the curve into equal lengths.
+    /// The `count + 1` points that cut the curve into equal lengths, or, where its turn is very uneven, into pieces with
+    /// about equal errors.
     pub fn divide(&self, count: usize) -> Vec<Vec3> {
         let domain = self.curve.domain();
         let mut out = Vec::with_capacity(count + 1);
         out.push(self.curve.point(domain[0]));
         for k in 1..count {
-            let s = self.length() * k as f64 / count as f64;
-            out.push(self.curve.point(self.parameter(s)));
+            out.push(self.curve.point(self.at_share(k as f64 / count as f64)));
         }
         out.push(self.curve.point(domain[1]));
         out
     }
+}
+
+/// The integral of a density of divisions up to each station, where equal lengths would take many times as many for the
+/// same error: that of an edge of length h with curvature k is as `k^3 h^4`, so that h is to be as `k^(-3/4)`; the mean
+/// curvature is added, so that flat parts keep their share.
+fn graded(curve: &Curve3, stations: &[f64], lengths: &[f64]) -> Option<Vec<f64>> {
+    let whole = lengths[lengths.len() - 1];
+    let tangents: Vec<Vec3> = stations.iter().map(|&t| curve.derivs(t).d1).collect();
+    let turns: Vec<f64> = tangents.windows(2).map(|w| angle(&w[0], &w[1])).collect();
+    let turn: f64 = turns.iter().sum();
+    if turn < TURNING || whole <= 0.0 {
+        return None;
+    }
+    let span = |k: usize| lengths[k + 1] - lengths[k];
+    let density = |turn: f64, length: f64| {
+        if length > 1e-9 * whole { (turn / length * whole).powf(0.75) } else { 0.0 }
+    };
+    let most = (0..turns.len()).map(|k| density(turns[k], span(k))).fold(0.0, f64::max);
+    let mean = turn.powf(0.75);
+    let mut sum = vec![0.0];
+    let mut last = 0.0;
+    let mut plain = 0.0;
+    for (k, turn) in turns.iter().enumerate() {
+        plain += density(*turn, span(k)) * span(k);
+        last += (density(*turn, span(k)) + mean) * span(k);
+        sum.push(last);
+    }
+    (most * whole > UNEVEN * plain).then_some(sum)
 }
 
 fn length_between(curve: &Curve3, t0: f64, t1: f64) -> f64 {
@@ -218,4 +267,54 @@ fn invert(stations: &[f64], lengths: &[f64], s: f64) -> f64 {
     let gap = lengths[k] - lengths[k - 1];
     let share = if gap > 0.0 { ((s - lengths[k - 1]) / gap).clamp(0.0, 1.0) } else { 0.0 };
     stations[k - 1] + share * (stations[k] - stations[k - 1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spans(curve: &Curve3, count: usize) -> [Vec<f64>; 2] {
+        let gaps = |m: Measured<'_>| {
+            m.divide(count).windows(2).map(|w| (w[1] - w[0]).norm()).collect::<Vec<f64>>()
+        };
+        [gaps(Measured::new(curve)), gaps(Measured::new(curve).by_turn())]
+    }
+
+    /// A long leg, a turn of 90 degrees within a hundredth of it, and another long leg.
+    #[test]
+    fn a_sharp_bend_between_long_legs_is_divided_where_it_turns() {
+        let p = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+        let points = vec![
+            p(-50.0, 0.0),
+            p(-20.0, 0.0),
+            p(-0.5, 0.0),
+            p(0.0, 0.0),
+            p(0.0, 0.5),
+            p(0.0, 20.0),
+            p(0.0, 50.0),
+        ];
+        let knots = vec![0.0, 0.0, 0.0, 1.0, 1.1, 1.2, 1.3, 2.3, 2.3, 2.3];
+        let curve = Curve3::try_new(2, knots, points, None).unwrap();
+        let [even, graded] = spans(&curve, 6);
+        assert!(even.iter().all(|s| (s - even[0]).abs() < 0.3 * even[0]), "{even:?}");
+        let at_bend = graded[2].max(graded[3]);
+        assert!(at_bend < 0.5 * graded[0] && at_bend < 0.6 * even[2], "{graded:?}");
+        assert!((graded.iter().sum::<f64>() - 100.0).abs() < 2.0);
+    }
+
+    #[test]
+    fn arcs_and_ellipses_keep_equal_lengths() {
+        let w = std::f64::consts::FRAC_1_SQRT_2;
+        for height in [1.0, 3.0] {
+            let points = vec![
+                Vec3::new(1.0, 0.0, 0.0),
+                Vec3::new(1.0, height, 0.0),
+                Vec3::new(0.0, height, 0.0),
+            ];
+            let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+            let arc = Curve3::try_new(2, knots, points, Some(vec![1.0, w, 1.0])).unwrap();
+            let [even, graded] = spans(&arc, 5);
+            assert_eq!(even, graded);
+        }
+    }
 }

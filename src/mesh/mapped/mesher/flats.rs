@@ -4,7 +4,7 @@ use super::{Mesher, ring};
 use crate::mesh::mapped::bends::Bends;
 use crate::mesh::mapped::border::Border;
 use crate::mesh::mapped::patchwork::{Node, Patchwork};
-use crate::mesh::mapped::{MeshStyle, polygon};
+use crate::mesh::mapped::{MeshStyle, bridges, polygon};
 
 impl Mesher<'_> {
     /// True for a flat that is to be cut into quads only.
@@ -43,7 +43,7 @@ impl Mesher<'_> {
                     let mut raised = counts.to_vec();
                     edges.iter().zip(extra).for_each(|(&e, n)| raised[e] += n);
                     let face = &self.model.faces[f];
-                    let border = Border::of_face(self.model, &raised, &self.bent, face);
+                    let border = Border::of_face(self.model, &self.cuts(&raised), face);
                     let loops = border.loops(face, &self.shapes[f], 2);
                     let bends = border.bends(face);
                     let found = polygon::quads(face, &ring(&loops[0]), &bends, false);
@@ -65,21 +65,29 @@ impl Mesher<'_> {
         false
     }
 
-    /// A flat with one loop without nodes inside.
+    /// A flat without nodes inside: one with one loop, and where few elements are asked also one with holes.
     pub(super) fn polygon(
         &self,
         f: usize,
         loops: &[Vec<Vec<Node>>],
         bends: &Bends,
     ) -> Option<Patchwork> {
-        let [sides] = loops else { return None };
         let wanted = self.options.style == MeshStyle::Structured
             && !self.options.unstructured
             && !self.halved
             && self.flats[f]
             && self.options.max_size.is_none();
         let triangles = !self.even_flats;
-        let cut = || polygon::quads(&self.model.faces[f], &ring(sides), bends, triangles);
-        wanted.then(cut).flatten().map(|found| found.0)
+        let face = &self.model.faces[f];
+        let ring = match loops {
+            _ if !wanted => return None,
+            [sides] => ring(sides),
+            _ if self.options.fewest => {
+                let rings: Vec<Vec<Node>> = loops.iter().map(|sides| ring(sides)).collect();
+                bridges::one_ring(face, &rings)?
+            }
+            _ => return None,
+        };
+        Some(polygon::quads(face, &ring, bends, triangles)?.0)
     }
 }

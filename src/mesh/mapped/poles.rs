@@ -1,0 +1,96 @@
+//! Quads around poles: two triangles beside each other at a point where the surface has one normal are a quad, which
+//! misses the surface by less.
+
+use super::corner_sine;
+use super::patchwork::Patchwork;
+use crate::cad::model::Face;
+use crate::geometry::Vec3;
+use crate::mesh::Element;
+
+/// Pairs whose worst corner (sine of its angle) is below this stay triangles.
+const WORST: f64 = 0.3;
+/// Normals around a pole that differ by more (sine) have no limit there: the tip of a cone.
+const ONE_NORMAL: f64 = 0.05;
+/// Share of the way along a column at which the normal beside its pole is asked.
+const BESIDE: f64 = 1e-3;
+
+/// A row of triangles along a pole, counter-clockwise about it.
+struct Fan {
+    /// Elements.
+    elements: Vec<usize>,
+    /// The pole's node of each column, one more than elements.
+    poles: Vec<usize>,
+    /// The node beside it.
+    beside: Vec<usize>,
+}
+
+impl Fan {
+    /// The rows at the four sides of a grid of so many cells along and across, from the lower side on.
+    fn rows([m, n]: [usize; 2]) -> [Self; 4] {
+        let at = |i: usize, j: usize| j * (m + 1) + i;
+        let fan = |count: usize,
+                   place: &dyn Fn(usize, bool) -> [usize; 2],
+                   cell: &dyn Fn(usize) -> usize| {
+            let nodes = |inner: bool| {
+                (0..=count).map(|k| place(k, inner)).map(|[i, j]| at(i, j)).collect::<Vec<usize>>()
+            };
+            Self {
+                elements: (0..count).map(cell).collect(),
+                poles: nodes(false),
+                beside: nodes(true),
+            }
+        };
+        let step = usize::from;
+        [
+            fan(m, &|k, inner| [m - k, step(inner)], &|k| m - 1 - k),
+            fan(n, &|k, inner| [m - step(inner), n - k], &|k| (n - 1 - k) * m + m - 1),
+            fan(m, &|k, inner| [k, n - step(inner)], &|k| (n - 1) * m + k),
+            fan(n, &|k, inner| [step(inner), k], &|k| k * m),
+        ]
+    }
+
+    /// The triangles from column `k` and the next one as a quad; none where its corners are poor.
+    fn quad(&self, face: &Face, work: &Patchwork, k: usize) -> Option<Element> {
+        let normal = |k: usize| {
+            let [pole, beside] = [self.poles[k], self.beside[k]].map(|n| work.nodes[n].uv);
+            face.surface.normal(pole + (beside - pole) * BESIDE)
+        };
+        let [first, limit, last] = [normal(k)?, normal(k + 1)?, normal(k + 2)?];
+        let is_one = |n: &Vec3| n.cross(&limit).norm() <= ONE_NORMAL && n.dot(&limit) > 0.0;
+        if !is_one(&first) || !is_one(&last) {
+            return None;
+        }
+        let ring = [self.poles[k + 1], self.beside[k], self.beside[k + 1], self.beside[k + 2]];
+        let point = |c: usize| &work.nodes[ring[c % 4]].point;
+        let sine = |c: usize| {
+            let normal =
+                if c == 0 { limit } else { face.surface.normal(work.nodes[ring[c]].uv)? };
+            Some(corner_sine(point(c + 3), point(c), point(c + 1), &normal))
+        };
+        let worst = (0..4).map(sine).try_fold(1.0f64, |worst, s| Some(worst.min(s?)))?;
+        (worst >= WORST).then(|| Element::quad(ring.map(|n| n as u32), 0))
+    }
+}
+
+/// Joins the triangles at the poles of a grid of so many cells in pairs, where these make good quads.
+pub fn join(face: &Face, work: &mut Patchwork, cells: [usize; 2]) {
+    // Cells that were cut in two, or poles on both sides of one row: no rows to count on.
+    if work.elements.len() != cells[0] * cells[1] || cells.contains(&1) {
+        return;
+    }
+    let mut dropped = vec![false; work.elements.len()];
+    for fan in Fan::rows(cells) {
+        let is_pole = fan.poles.iter().all(|&n| work.nodes[n].same(&work.nodes[fan.poles[0]]));
+        let mut k = 0;
+        while is_pole && k + 1 < fan.elements.len() {
+            if let Some(quad) = fan.quad(face, work, k) {
+                work.elements[fan.elements[k]] = quad;
+                dropped[fan.elements[k + 1]] = true;
+                k += 1;
+            }
+            k += 1;
+        }
+    }
+    let mut kept = dropped.iter().map(|dropped| !dropped);
+    work.elements.retain(|_| kept.next().unwrap_or(true));
+}

@@ -6,6 +6,8 @@ use crate::geometry::{Vec2, Vec3};
 
 /// Turn from which on a curve may be divided by it [rad].
 const TURNING: f64 = 0.2;
+/// Angle between the tangents before and behind a point that make it a corner [rad].
+const CORNER: f64 = 0.05;
 /// Times as many divisions that equal lengths would need for the error of unequal ones, from which on these are taken.
 const UNEVEN: f64 = 6.0;
 /// Pieces of a knot span that lengths and turns are measured on.
@@ -145,7 +147,13 @@ fn graded(curve: &Curve3, stations: &[f64], lengths: &[f64]) -> Option<Vec<f64>>
     let tangents: Vec<Vec3> = stations.iter().map(|&t| curve.derivs(t).d1).collect();
     let turns: Vec<f64> = tangents.windows(2).map(|w| angle(&w[0], &w[1])).collect();
     let turn: f64 = turns.iter().sum();
-    if turn < TURNING || whole <= 0.0 {
+    // At a corner no division is fine enough: it would draw all of them.
+    let has_corner = || {
+        let before = |t: f64| curve.derivs(t.next_down()).d1;
+        let inner = stations.iter().zip(&tangents).skip(1).take(turns.len() - 1);
+        inner.into_iter().any(|(&t, after)| angle(&before(t), after) > CORNER)
+    };
+    if turn < TURNING || whole <= 0.0 || has_corner() {
         return None;
     }
     let span = |k: usize| lengths[k + 1] - lengths[k];

@@ -241,11 +241,11 @@ fn a_face_that_folds_is_refused_by_name() {
 }
 
 /// Normals that turn by nearly a right angle: a curve that leaves them for the CAD's middle once stood 6 mm out. Eq. 8
-/// has the parabola itself.
+/// has the parabola itself. (To 0.3 mm two patches divided by turn do too, one of them with the guard on inflected profiles.)
 #[test]
 fn around_a_nose_edges_are_those_of_eq_8() {
     let model = nose();
-    let found = refined(&model, 0.3, true, true);
+    let found = refined(&model, 0.1, true, true);
     println!("{} patches, {:.1e} mm", found.tool.patches.len(), found.audit.worst_mm());
     assert!(found.tool.patches.len() <= 2 && found.audit.worst_mm() < 1e-9);
 }

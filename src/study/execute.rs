@@ -102,6 +102,28 @@ pub fn execute(
     Ok(manifest)
 }
 
+/// How a case stands before anything runs, and whether it is to be run.
+fn standing(
+    case: &Case,
+    manifest: &Manifest,
+    how: &Execution<'_>,
+) -> Result<(Entry, bool), StudyError> {
+    let done = |id: &String| manifest.cases.get(id).is_some_and(|e| e.state == State::Done);
+    if let Some(other) = case.follows.as_ref().filter(|other| !done(other)) {
+        let reason = Some(format!("follows {other}, which is not done"));
+        return Ok((Entry { inputs: String::new(), state: State::Waiting, reason }, false));
+    }
+    let inputs = digest(case, how.folder)?;
+    let old = manifest.cases.get(&case.id).filter(|e| e.inputs == inputs);
+    let entry = old.cloned().unwrap_or(Entry { inputs, state: State::Waiting, reason: None });
+    let runs = match entry.state {
+        State::Waiting => true,
+        State::Failed => how.again,
+        State::Done => false,
+    };
+    Ok((entry, runs))
+}
+
 /// Runs cases that do not wait for each other.
 fn execute_rank(
     cases: &[&Case],
@@ -111,24 +133,8 @@ fn execute_rank(
 ) -> Result<Manifest, StudyError> {
     let mut open = Vec::new();
     for &case in cases {
-        let leader = case.follows.as_ref().map(|other| (other, manifest.cases.get(other)));
-        let entry = match leader {
-            Some((other, entry)) if entry.is_none_or(|e| e.state != State::Done) => Entry {
-                inputs: String::new(),
-                state: State::Waiting,
-                reason: Some(format!("follows {other}, which is not done")),
-            },
-            _ => {
-                let inputs = digest(case, how.folder)?;
-                let old = manifest.cases.get(&case.id).filter(|e| e.inputs == inputs);
-                let fresh = Entry { inputs, state: State::Waiting, reason: None };
-                let entry = old.cloned().unwrap_or(fresh);
-                if entry.state == State::Waiting || (how.again && entry.state == State::Failed) {
-                    open.push(case);
-                }
-                entry
-            }
-        };
+        let (entry, runs) = standing(case, &manifest, how)?;
+        open.extend(runs.then_some(case));
         manifest.cases.insert(case.id.clone(), entry);
     }
     let manifest = Mutex::new(manifest);

@@ -8,8 +8,11 @@ use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::{self, MappedOptions, mesh};
 use crate::tool::ToolModel;
 
+/// A model with the record of its making.
+type Made = (ToolModel, ConvertReport);
+
 /// A way to make a model.
-type Make<'a> = &'a dyn Fn() -> Option<(ToolModel, ConvertReport)>;
+type Make<'a> = &'a dyn Fn() -> Option<Made>;
 
 /// Most divisions of a quarter turn that are tried.
 const FINEST: usize = 128;
@@ -88,25 +91,29 @@ impl Work<'_> {
         let mut least = f64::INFINITY;
         for (options, make) in rules {
             let Some(made) = make().filter(|made| made.0.patches.len() < limit) else { continue };
-            let Ok((plain, found)) = self.audited(made, goal) else { continue };
-            if !is_sound(&plain) {
-                continue;
-            }
-            let ratio = over(&plain, goal);
+            let (ratio, refined) = self.judged(made, options, goal);
             least = least.min(ratio);
-            let refined = match ratio {
-                r if r <= 1.0 => Ok(plain),
-                r if r <= BALANCED && goal.two_sided => self.two_sided(plain, found, options),
-                _ => continue,
-            };
-            if let Ok(refined) = refined
-                && is_sound(&refined)
-                && over(&refined, goal) <= 1.0
-            {
-                return (least, Some(refined));
+            if refined.is_some() {
+                return (least, refined);
             }
         }
         (least, None)
+    }
+
+    /// How far a model is from the goal, as a ratio (infinite where it is not sound), and what keeps it: the model itself,
+    /// or with its vertices moved about the CAD.
+    fn judged(&self, made: Made, options: &ConvertOptions, goal: &Goal) -> (f64, Option<Refined>) {
+        let Ok((plain, found)) = self.audited(made, goal) else { return (f64::INFINITY, None) };
+        if !is_sound(&plain) {
+            return (f64::INFINITY, None);
+        }
+        let ratio = over(&plain, goal);
+        let refined = match ratio {
+            r if r <= 1.0 => Ok(plain),
+            r if r <= BALANCED && goal.two_sided => self.two_sided(plain, found, options),
+            _ => return (ratio, None),
+        };
+        (ratio, refined.ok().filter(|r| is_sound(r) && over(r, goal) <= 1.0))
     }
 }
 

@@ -105,23 +105,9 @@ fn is_free(rings: &[Vec<Place>], bridge: &[Place; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cad::model::{SurfaceKind, TrimLoop};
-    use crate::geometry::Frame;
-    use crate::geometry::nurbs::Surface;
     use crate::mesh::mapped::bends::Bends;
     use crate::mesh::mapped::polygon::quads;
-
-    fn plane() -> Face {
-        Face {
-            surface: Surface::plane(&Frame::world(), [-10.0, 10.0], [-10.0, 10.0]),
-            kind: SurfaceKind::Plane,
-            analytic: None,
-            loops: vec![TrimLoop { uses: vec![] }],
-            flipped: false,
-            source: "plane".into(),
-            shell: None,
-        }
-    }
+    use crate::mesh::mapped::polygon::tests::plane;
 
     /// Nodes of a regular polygon, numbered from `first` on, clockwise where `turn` is negative.
     fn polygon(centre: [f64; 2], radius: f64, count: u32, turn: f64, first: u32) -> Vec<Node> {

@@ -152,7 +152,7 @@ fn sides(ring: &[Node], bends: &Bends) -> Vec<[Option<Vec3>; 2]> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
     use super::*;
@@ -161,7 +161,8 @@ mod tests {
     use crate::geometry::{Frame, Vec2};
     use crate::mesh::Element;
 
-    fn plane() -> Face {
+    /// A plane of 20 by 20 about the origin, without loops of its own.
+    pub(in crate::mesh::mapped) fn plane() -> Face {
         let frame = Frame::world();
         Face {
             surface: Surface::plane(&frame, [-10.0, 10.0], [-10.0, 10.0]),

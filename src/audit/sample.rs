@@ -16,6 +16,8 @@ pub struct Sample {
     pub point: Vec3,
     /// Signed shape error `(P_patch - P_CAD) . n_CAD` of Eq. 24 [mm]; positive: the patch stands out of the CAD.
     pub delta: f64,
+    /// `n_CAD` of Eq. 24, out of the tool; the patch's own normal where the CAD has none, zero where neither has one.
+    pub reference_normal: Vec3,
     /// Distance of the patch's point to the CAD [mm]. More than |delta| beyond a free edge.
     pub distance: f64,
     /// Angle between the normals of patch and CAD [degrees]; `None` where one of them has none.
@@ -45,6 +47,7 @@ impl<R: ReferenceSurface> Probe<'_, R> {
         let normal = patch_normal(&d);
         let offset = d.s - foot.point;
         // At an apex the CAD has no normal: the patch's own tells the side, and the distance is the error.
+        let reference = unit(foot.normal).map(|n| n * self.sign);
         let delta = match unit(foot.normal) {
             Some(n) => offset.dot(&n) * self.sign,
             None => normal.map_or(1.0, |n| offset.dot(&n).signum()) * offset.norm(),
@@ -62,6 +65,7 @@ impl<R: ReferenceSurface> Probe<'_, R> {
             zeta,
             point: d.s,
             delta,
+            reference_normal: reference.or(normal).unwrap_or_default(),
             distance,
             normal_deg,
             jacobian,

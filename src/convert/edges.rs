@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use super::normals::Feet;
 use crate::cad::Model;
-use crate::geometry::{Aabb, Vec3};
+use crate::geometry::nurbs::Surface;
+use crate::geometry::{Aabb, Vec2, Vec3};
 use crate::mesh::SurfaceMesh;
 use crate::tool::build::{StraightEdge, edge_ends};
 use crate::tool::edge::{EdgeFault, EdgeRule, edge_curve, nearest_coefficient};
@@ -116,8 +117,8 @@ pub(super) fn straightened(corners: &[PatchCorners], elements: &[u32]) -> Vec<St
     out.into_values().collect()
 }
 
-/// Given edges of a model whose vertices move to `vertices`: as near to what they were as the normals let them be;
-/// chords stay chords.
+/// Given edges of a model whose vertices move to `vertices`: as near to what they were, longer or shorter with their chords,
+/// as the normals let them be; chords stay chords.
 pub(super) fn moved(tool: &ToolModel, vertices: &[Vec3]) -> Vec<GivenCurve> {
     let ends = edge_ends(&tool.corners);
     let again = |curve: &GivenCurve| {
@@ -126,11 +127,13 @@ pub(super) fn moved(tool: &ToolModel, vertices: &[Vec3]) -> Vec<GivenCurve> {
         }
         let [a, b] = curve.vertices;
         let d = vertices[b as usize] - vertices[a as usize];
+        let before = (tool.vertices[b as usize] - tool.vertices[a as usize]).norm();
+        let longer = if before > 0.0 { d.norm() / before } else { 1.0 };
         let pairs = ends.get(&[a.min(b), a.max(b)]).map_or(&[][..], |p| &p[..]);
         let turn = |p: &[u32; 2]| if a < b { *p } else { [p[1], p[0]] };
         let normals: Vec<[Vec3; 2]> =
             pairs.iter().map(|p| turn(p).map(|n| tool.normals[n as usize])).collect();
-        let c = nearest_coefficient(&d, &normals, &Vec3::from(curve.c)).c;
+        let c = nearest_coefficient(&d, &normals, &(longer * Vec3::from(curve.c))).c;
         GivenCurve { vertices: curve.vertices, c: c.into() }
     };
     tool.curves.iter().map(again).collect()
@@ -177,15 +180,22 @@ impl<'a> Finder<'a> {
         sound.then_some(found)
     }
 
-    /// Halfway in the parameters of the face.
+    /// Halfway in the parameters of the face; across the seam of a closed surface where that is the way.
     fn inside(&self, [a, b]: [u32; 2], face: u32) -> Option<Vec3> {
         let (p, q) = (self.feet.get(&(a, face))?, self.feet.get(&(b, face))?);
         let surface = &self.model.faces[face as usize].surface;
-        let point = surface.point((p + q) * 0.5);
         let [a, b] = [a, b].map(|v| self.mesh.vertices[v as usize]);
-        // A vertex on the seam of a closed surface has two parameters: the other one was meant.
-        let sound = (point - (a + b) * 0.5).norm() <= SAGITTA * (b - a).norm();
-        Some(if sound { point } else { surface.point(surface.closest(&((a + b) * 0.5)).0) })
+        let off = |point: &Vec3| (point - (a + b) * 0.5).norm();
+        let sound = |point: &Vec3| off(point) <= SAGITTA * (b - a).norm();
+        let point = surface.point((p + q) * 0.5);
+        if sound(&point) {
+            return Some(point);
+        }
+        // A vertex on a seam has two parameters: the other one was meant.
+        let across = other_ways(surface, &((p + q) * 0.5));
+        let across = across.into_iter().map(|uv| surface.point(uv));
+        let nearest = across.min_by(|x, y| off(x).total_cmp(&off(y))).filter(sound);
+        Some(nearest.unwrap_or_else(|| surface.point(surface.closest(&((a + b) * 0.5)).0)))
     }
 
     /// On the edge of the model that both vertices are on, where it is nearest to the middle of the chord.
@@ -236,4 +246,25 @@ impl<'a> Finder<'a> {
         let best = curves.map(|&e| (off(e), e)).min_by(|x, y| x.0.total_cmp(&y.0))?;
         (best.0 <= self.near).then_some(best.1)
     }
+}
+
+/// Parameters half a turn from `uv` in the directions in which a surface is closed there.
+fn other_ways(surface: &Surface, uv: &Vec2) -> Vec<Vec2> {
+    let domain = surface.domain();
+    let mut ways = vec![*uv];
+    for (k, [low, high]) in domain.into_iter().enumerate() {
+        let at = |x: f64, mut uv: Vec2| {
+            uv[k] = x;
+            uv
+        };
+        let half = |uv: Vec2| {
+            let x = uv[k] + 0.5 * (high - low);
+            at(if x > high { x - (high - low) } else { x }, uv)
+        };
+        let [a, b, c] = [at(low, *uv), at(high, *uv), half(*uv)].map(|uv| surface.point(uv));
+        if (b - a).norm() <= 1e-6 * (c - a).norm() {
+            ways.extend(ways.clone().into_iter().map(half));
+        }
+    }
+    ways.split_off(1)
 }

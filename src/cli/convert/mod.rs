@@ -50,6 +50,8 @@ struct Fit {
     audit: AuditReport,
     /// Largest distance that a vertex was moved off the CAD [mm].
     moved_mm: f64,
+    /// Largest distance that a vertex slid within a flat, off its smooth border [mm].
+    slid_mm: f64,
     borders: Meeting,
     /// Faces were to be divided independently.
     asked_apart: bool,
@@ -220,6 +222,7 @@ fn refined(
         refined: Some(Fit {
             audit: found.audit,
             moved_mm: found.moved_mm,
+            slid_mm: found.slid_mm,
             borders: found.borders,
             asked_apart: borders == Meeting::Independent,
         }),

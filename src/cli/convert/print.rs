@@ -14,11 +14,16 @@ pub(super) fn print_report(made: &Converted) {
     let (patches, vertices) = (made.tool.patches.len(), made.tool.vertices.len());
     let report = &made.report;
     println!("{patches} patches, {vertices} vertices, {} crease edges", report.creases);
-    if let Some(Fit { audit, moved_mm, borders, asked_apart }) = &made.refined {
+    if let Some(Fit { audit, moved_mm, slid_mm, borders, asked_apart }) = &made.refined {
         println!(
             "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved_mm:.5} mm off the CAD",
             audit.min_mm, audit.max_mm, audit.normal_max_deg
         );
+        if *slid_mm > 0.0 {
+            println!(
+                "  vertices on smooth borders of flats up to {slid_mm:.5} mm off these, within the flat"
+            );
+        }
         if *borders == Borders::Independent {
             let [x, y, z] = audit.jumps.border_gap_at.unwrap_or_default();
             println!(

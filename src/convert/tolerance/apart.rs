@@ -319,7 +319,9 @@ impl Apart<'_> {
             patches += tool.patches.len() as u32;
         }
         let moved_mm = made.iter().fold(0.0f64, |m, f| m.max(f.refined.moved_mm));
-        let found = Refined { tool, report, audit, moved_mm, borders: Borders::Independent };
+        let slid_mm = made.iter().fold(0.0f64, |m, f| m.max(f.refined.slid_mm));
+        let borders = Borders::Independent;
+        let found = Refined { tool, report, audit, moved_mm, slid_mm, borders };
         if exceeding(&found.audit, goal).is_empty() && folded(&found).is_empty() {
             Ok(found)
         } else {

@@ -1,19 +1,21 @@
 //! Vertices moved along their normals (on a crease with a flat: within it) so that the error of the patches around them has two sides.
 //!
 //! A Nagata patch on an arc stands out of it everywhere: half of that error is taken off by moving its vertices
-//! inwards by the other half. With vertex shifts `s` the error at a point of a patch is, to first order,
-//! `delta + sum_k N_k(eta, zeta) s_k`, with the bilinear (or linear) weights of its corners; the shifts minimise the
-//! sum of its P-th powers over all points, by Newton's method with conjugate gradients.
+//! inwards by the other half. Between a flat and another one a fillet's vertices slide within these ([`super::ways`]): the
+//! curve is longer and passes nearer to the arc, one patch over 90 degrees to within 0.011 instead of 0.061 radii. The error at a
+//! point of a patch is, to first order, `delta + sum_k N_k s_k` in the shifts `s`; these minimise the sum of its P-th powers
+//! over all points, by Newton's method with conjugate gradients.
+
+use std::collections::BTreeSet;
 
 use crate::audit::sample::PatchSamples;
 use crate::audit::{Audit, AuditOptions, audit};
-use crate::cad::Model;
 use crate::convert::{ConvertError, ConvertOptions, edges};
-use crate::geometry::Vec3;
-use crate::mesh::mapped::is_flat;
-use crate::tool::ToolModel;
+use crate::geometry::Aabb;
 use crate::tool::build::{EdgeChoice, build};
+use crate::tool::{ToolModel, side};
 
+use super::ways::{Way, ways};
 use super::work::Work;
 use super::{Refined, ToleranceError};
 
@@ -22,9 +24,13 @@ const POWER: i32 = 12;
 /// Newton steps.
 const STEPS: usize = 60;
 /// Times the moved model is audited and corrected.
-const ROUNDS: usize = 3;
-/// Least sine of the angle between a curved face and a flat on whose crease a vertex moves.
-const STEEPEST: f64 = 0.5;
+const ROUNDS: usize = 6;
+/// Share of a step below which no shorter one is tried.
+const SHORTEST: f64 = 0.25;
+/// Share of the error before below which it is worth another round.
+const LESS: f64 = 0.99;
+/// Share by which a slide is made shorter first where a patch turns over; twice as much each time.
+const FIRST_CUT: f64 = 2e-3;
 
 /// `plain` with its vertices balanced, or as it was when that does not lower its largest error.
 ///
@@ -38,78 +44,96 @@ pub(super) fn balanced(
     audit_options: &AuditOptions,
 ) -> Result<Refined, ToleranceError> {
     let ways = ways(&plain.tool, work.plan.model(), work.first);
-    let mut shifts = vec![0.0; plain.tool.vertices.len()];
+    let mut shifts = vec![0.0; ways.len()];
     let (mut best, mut samples) = (plain.clone(), found.samples);
+    let mut length = 1.0;
+    let mut step: Option<Vec<f64>> = None;
     for _ in 0..ROUNDS {
-        let more = least_shifts(&plain.tool, &samples, &ways);
-        shifts.iter_mut().zip(&more).for_each(|(s, m)| *s += m);
-        let tool = moved(&plain.tool, &shifts, &ways, options)?;
+        let more = match step.take() {
+            Some(step) => step,
+            None => least_shifts(&rows(&best.tool, &samples, &ways, options)?, &shifts, &ways),
+        };
+        let mut tried: Vec<f64> = shifts.iter().zip(&more).map(|(s, m)| s + length * m).collect();
+        let tool = unfolded(&plain.tool, &mut tried, &ways, options)?;
         let found = audit(&tool, work.reference, audit_options)?;
-        if found.report.worst_mm() >= 0.999 * best.audit.worst_mm() {
+        let folds = found.report.folded.len() > plain.audit.folded.len();
+        if folds || found.report.worst_mm() >= best.audit.worst_mm() {
+            if length <= SHORTEST {
+                break;
+            }
+            (length, step) = (0.5 * length, Some(more));
+            continue;
+        }
+        length = (2.0 * length).min(1.0);
+        let enough = found.report.worst_mm() > LESS * best.audit.worst_mm();
+        let [moved_mm, slid_mm] = [false, true].map(|slides| farthest(&ways, &tried, slides));
+        best = Refined { tool, audit: found.report, moved_mm, slid_mm, ..best };
+        (samples, shifts) = (found.samples, tried);
+        if enough {
             break;
         }
-        let moved_mm = shifts.iter().fold(0.0f64, |m, s| m.max(s.abs()));
-        let (report, audit) = (plain.report.clone(), found.report);
-        best = Refined { tool, report, audit, moved_mm, borders: plain.borders };
-        samples = found.samples;
     }
     Ok(best)
 }
 
-/// What faces ask of a vertex: normals of flats around it, and that of its curved faces.
-#[derive(Default)]
-struct Asked {
-    flats: Vec<u32>,
-    curved: Option<u32>,
-    /// Curved faces meet in a crease.
-    several: bool,
+/// The largest shift of a way that slides, or of one that does not [mm].
+fn farthest(ways: &[Way], shifts: &[f64], slides: bool) -> f64 {
+    let of = ways.iter().zip(shifts).filter(|(way, _)| way.slides == slides);
+    of.fold(0.0, |most, (_, shift)| most.max(shift.abs()))
 }
 
-/// The direction each vertex may move along, if any: the normal of its curved faces, as far as that lies within the flats
-/// around it. A flat stays exactly flat; its border on a crease follows the curved face. The model's faces have numbers
-/// from `first` on.
-fn ways(tool: &ToolModel, model: &Model, first: u32) -> Vec<Option<Vec3>> {
-    let flat: Vec<bool> = model.faces.iter().map(is_flat).collect();
-    let mut asked: Vec<Asked> = Vec::new();
-    asked.resize_with(tool.vertices.len(), Asked::default);
-    for p in &tool.corners {
-        for (&v, &n) in p.vertices.iter().zip(&p.normals) {
-            let vertex = &mut asked[v as usize];
-            if flat[(p.face - first) as usize] {
-                vertex.flats.push(n);
-            } else {
-                vertex.several |= *vertex.curved.get_or_insert(n) != n;
+/// The model with its vertices moved by `shifts`; slides of vertices at which a patch turns over are made shorter.
+fn unfolded(
+    tool: &ToolModel,
+    shifts: &mut [f64],
+    ways: &[Way],
+    options: &ConvertOptions,
+) -> Result<ToolModel, ConvertError> {
+    let mut shorter = FIRST_CUT;
+    loop {
+        let found = moved(tool, shifts, ways, options)?;
+        let turned = turned_corners(&found);
+        let slid = |way: &Way, shift: f64| {
+            way.slides && shift != 0.0 && turned.contains(&(way.vertex as u32))
+        };
+        let mut any = false;
+        for (way, shift) in ways.iter().zip(shifts.iter_mut()) {
+            if slid(way, *shift) {
+                *shift *= 1.0 - shorter;
+                any = true;
+            }
+        }
+        if !any {
+            return Ok(found);
+        }
+        shorter = (2.0 * shorter).min(1.0);
+    }
+}
+
+/// Vertices at which a patch turns over, against its normal there.
+fn turned_corners(tool: &ToolModel) -> BTreeSet<u32> {
+    let mut out = BTreeSet::new();
+    for (patch, corners) in tool.patches.iter().zip(&tool.corners) {
+        for (k, &(eta, zeta)) in side::corners(patch.sides()).iter().enumerate() {
+            let d = patch.derivs(eta, zeta);
+            let normal = tool.normals[corners.normals[k] as usize];
+            if d.d1.cross(&d.d2).dot(&normal) < -1e-9 * d.d1.norm() * d.d2.norm() {
+                out.insert(corners.vertices[k]);
             }
         }
     }
-    asked.iter().map(|vertex| way(vertex, &tool.normals)).collect()
-}
-
-fn way(asked: &Asked, normals: &[Vec3]) -> Option<Vec3> {
-    let normal = asked.curved.filter(|_| !asked.several).map(|n| normals[n as usize])?;
-    let mut flats: Vec<Vec3> = Vec::new();
-    for &n in &asked.flats {
-        let n = normals[n as usize];
-        let rest = flats.iter().fold(n, |rest, f| rest - f * f.dot(&rest));
-        // Flats that are nearly one leave a direction that rounding picks.
-        if rest.norm() > 1e-3 {
-            flats.push(rest.normalize());
-        }
-    }
-    let rest = flats.iter().fold(normal, |rest, f| rest - f * f.dot(&rest));
-    (rest.norm() >= STEEPEST).then(|| rest.normalize())
+    out
 }
 
 /// The model with its vertices moved along their ways.
 fn moved(
     tool: &ToolModel,
     shifts: &[f64],
-    ways: &[Option<Vec3>],
+    ways: &[Way],
     options: &ConvertOptions,
 ) -> Result<ToolModel, ConvertError> {
-    let ends = tool.vertices.iter().zip(ways).zip(shifts);
-    let vertices: Vec<Vec3> =
-        ends.map(|((x, way), s)| way.map_or(*x, |way| x + way * *s)).collect();
+    let mut vertices = tool.vertices.clone();
+    ways.iter().zip(shifts).for_each(|(way, s)| vertices[way.vertex] += way.direction * *s);
     let given = edges::moved(tool, &vertices);
     let (normals, corners) = (tool.normals.clone(), tool.corners.clone());
     let choice = EdgeChoice { rule: options.edges, given };
@@ -117,45 +141,70 @@ fn moved(
     Ok(tool)
 }
 
-/// A point's error and the weights of the vertices that move it.
+/// A point's error, and how far it moves with each way of the vertices around it.
 struct Row {
     delta: f64,
-    weights: [(usize, f64); 4],
+    rates: Vec<(usize, f64)>,
 }
 
-fn rows(tool: &ToolModel, samples: &[PatchSamples], ways: &[Option<Vec3>]) -> Vec<Row> {
-    let mut rows = Vec::new();
-    for (corners, grid) in tool.corners.iter().zip(samples) {
-        // How far the patch moves along its normal with each of its vertices.
-        let ends = corners.vertices.iter().zip(&corners.normals);
-        let rates: Vec<f64> = ends
-            .map(|(&v, &n)| ways[v as usize].map_or(0.0, |w| w.dot(&tool.normals[n as usize])))
-            .collect();
-        if rates.iter().all(|r| r.abs() < 1e-9) {
-            continue;
+/// A colour for each way: no two of one colour are on the same patch.
+fn colours(tool: &ToolModel, ways: &[Way]) -> Vec<usize> {
+    let mut at = vec![Vec::new(); tool.vertices.len()];
+    ways.iter().enumerate().for_each(|(k, way)| at[way.vertex].push(k));
+    let mut beside = vec![Vec::new(); tool.vertices.len()];
+    for p in &tool.corners {
+        p.vertices.iter().for_each(|&v| beside[v as usize].extend_from_slice(&p.vertices));
+    }
+    let mut colours = vec![usize::MAX; ways.len()];
+    for (k, way) in ways.iter().enumerate() {
+        let near = || beside[way.vertex].iter().flat_map(|&v| &at[v as usize]);
+        colours[k] = (0..).find(|&c| near().all(|&other| colours[other] != c)).unwrap_or(0);
+    }
+    colours
+}
+
+/// How far each point of the patches moves off the CAD with each way: patches depend on their vertices linearly, so
+/// that one small step of all ways of a colour tells.
+fn rows(
+    tool: &ToolModel,
+    samples: &[PatchSamples],
+    ways: &[Way],
+    options: &ConvertOptions,
+) -> Result<Vec<Row>, ConvertError> {
+    let colours = colours(tool, ways);
+    let step = 1e-6 * Aabb::of_points(&tool.vertices).diagonal();
+    let all = samples.iter().flat_map(PatchSamples::valid);
+    let mut rows: Vec<Row> = all.map(|s| Row { delta: s.delta, rates: Vec::new() }).collect();
+    for colour in 0..colours.iter().map(|c| c + 1).max().unwrap_or(0) {
+        let mut of = vec![None; tool.vertices.len()];
+        let mut shifts = vec![0.0; ways.len()];
+        for k in (0..ways.len()).filter(|&k| colours[k] == colour) {
+            (of[ways[k].vertex], shifts[k]) = (Some(k), step);
         }
-        for s in grid.valid() {
-            let (e, z) = (s.eta, s.zeta);
-            let shares = if grid.sides == 3 {
-                [1.0 - e, e - z, z, 0.0]
-            } else {
-                [(1.0 - e) * (1.0 - z), e * (1.0 - z), e * z, (1.0 - e) * z]
-            };
-            let mut weights = [(0, 0.0); 4];
-            let slots = weights.iter_mut().zip(&corners.vertices).zip(&rates).zip(shares);
-            slots.for_each(|(((slot, &v), rate), w)| *slot = (v as usize, w * rate));
-            rows.push(Row { delta: s.delta, weights });
+        let other = moved(tool, &shifts, ways, options)?;
+        let mut rest = &mut rows[..];
+        for (k, corners) in tool.corners.iter().enumerate() {
+            let (own, after) = rest.split_at_mut(samples[k].valid().count());
+            rest = after;
+            let Some(way) = corners.vertices.iter().find_map(|&v| of[v as usize]) else { continue };
+            for (row, s) in own.iter_mut().zip(samples[k].valid()) {
+                let moved = other.patches[k].derivs(s.eta, s.zeta).s - s.point;
+                row.rates.push((way, s.reference_normal.dot(&moved) / step));
+            }
         }
     }
-    rows
+    rows.retain(|row| row.rates.iter().any(|w| w.1.abs() > 1e-9));
+    Ok(rows)
 }
 
-/// Shifts that make the sum of `|delta + N s|^P` least.
-fn least_shifts(tool: &ToolModel, samples: &[PatchSamples], ways: &[Option<Vec3>]) -> Vec<f64> {
-    let rows = rows(tool, samples, ways);
+/// Shifts that make the sum of `|delta + N s|^P` least, with those there are within their ranges.
+fn least_shifts(rows: &[Row], there: &[f64], ways: &[Way]) -> Vec<f64> {
     let mut shifts = vec![0.0; ways.len()];
+    let within = |k: usize, shift: f64| {
+        shift.clamp(ways[k].range[0] - there[k], ways[k].range[1] - there[k])
+    };
     let residuals = |shifts: &[f64]| -> Vec<f64> {
-        let at = |r: &Row| r.delta + r.weights.iter().map(|&(v, w)| w * shifts[v]).sum::<f64>();
+        let at = |r: &Row| r.delta + r.rates.iter().map(|&(v, w)| w * shifts[v]).sum::<f64>();
         rows.iter().map(at).collect()
     };
     let value = |r: &[f64], scale: f64| r.iter().map(|x| (x / scale).powi(POWER)).sum::<f64>();
@@ -165,11 +214,22 @@ fn least_shifts(tool: &ToolModel, samples: &[PatchSamples], ways: &[Option<Vec3>
         if scale < 1e-12 {
             break;
         }
-        let step = newton_step(&rows, &r, scale, ways.len());
+        // What is at the end of its range and would leave it stays there.
+        let leaves = |k: usize, step: f64| step != 0.0 && within(k, shifts[k] + step) == shifts[k];
+        let mut held = vec![false; ways.len()];
+        let step = loop {
+            let step = newton_step(rows, &r, scale, &held);
+            let more: Vec<usize> = (0..step.len()).filter(|&k| leaves(k, step[k])).collect();
+            if more.is_empty() {
+                break step;
+            }
+            more.into_iter().for_each(|k| held[k] = true);
+        };
         let now = value(&r, scale);
         let mut length = 1.0;
         let next = loop {
-            let tried: Vec<f64> = shifts.iter().zip(&step).map(|(s, d)| s + length * d).collect();
+            let tried: Vec<f64> =
+                (0..shifts.len()).map(|k| within(k, shifts[k] + length * step[k])).collect();
             if value(&residuals(&tried), scale) < now {
                 break Some(tried);
             }
@@ -184,14 +244,16 @@ fn least_shifts(tool: &ToolModel, samples: &[PatchSamples], ways: &[Option<Vec3>
     shifts
 }
 
-/// Newton's step of the sum of P-th powers: `(P - 1) J' W J d = -J' W r`, `W = |r|^(P - 2)`, by conjugate gradients.
-fn newton_step(rows: &[Row], r: &[f64], scale: f64, count: usize) -> Vec<f64> {
+/// Newton's step of the sum of P-th powers: `(P - 1) J' W J d = -J' W r`, `W = |r|^(P - 2)`, by conjugate gradients; zero
+/// for what is held.
+fn newton_step(rows: &[Row], r: &[f64], scale: f64, held: &[bool]) -> Vec<f64> {
+    let count = held.len();
     let weight: Vec<f64> = r.iter().map(|x| (x / scale).powi(POWER - 2)).collect();
     let mut gradient = vec![0.0; count];
     // A little stiffness keeps vertices that nothing asks to move where they are.
     let mut diagonal = vec![1e-9; count];
     for ((row, x), w) in rows.iter().zip(r).zip(&weight) {
-        for &(v, n) in &row.weights {
+        for &(v, n) in row.rates.iter().filter(|rate| !held[rate.0]) {
             gradient[v] -= w * x * n / f64::from(POWER - 1);
             diagonal[v] += w * n * n;
         }
@@ -199,8 +261,9 @@ fn newton_step(rows: &[Row], r: &[f64], scale: f64, count: usize) -> Vec<f64> {
     let apply = |d: &[f64]| -> Vec<f64> {
         let mut out: Vec<f64> = d.iter().map(|x| 1e-9 * x).collect();
         for (row, w) in rows.iter().zip(&weight) {
-            let along: f64 = row.weights.iter().map(|&(v, n)| n * d[v]).sum();
-            row.weights.iter().for_each(|&(v, n)| out[v] += w * n * along);
+            let along: f64 = row.rates.iter().map(|&(v, n)| n * d[v]).sum();
+            let free = row.rates.iter().filter(|rate| !held[rate.0]);
+            free.for_each(|&(v, n)| out[v] += w * n * along);
         }
         out
     };

@@ -15,6 +15,7 @@ pub mod balance;
 mod face;
 mod search;
 mod uniform;
+mod ways;
 mod work;
 
 use crate::audit::{AuditError, AuditReport, CadReference};
@@ -63,6 +64,8 @@ pub struct Refined {
     pub audit: AuditReport,
     /// Largest distance that a vertex was moved off the CAD [mm].
     pub moved_mm: f64,
+    /// Largest distance that a vertex was moved within a flat, off its smooth border [mm].
+    pub slid_mm: f64,
     /// How its faces meet.
     pub borders: Borders,
 }
@@ -156,9 +159,15 @@ pub fn to_tolerance(
     let reference = CadReference::new(model);
     let work = Work::new(model, &reference, mesh, options, goal.normal_deg.is_finite())?;
     let judge = Judge::new(&work, &[]);
-    let mut refined = work.refine(&judge, goal);
-    if work.plan.may_save() && (refined.is_err() || judge.spent() < work.enough) {
-        let other = work.with_nodes_inside()?;
+    let refined = work.refine_within(&judge, goal, &[]);
+    let again = work.plan.may_save() && (refined.is_err() || judge.spent() < work.enough);
+    let other = again.then(|| work.with_nodes_inside()).transpose()?;
+    let differs = |other: &Work<'_>| {
+        refined.as_ref().map_or(true, |(_, state)| other.differs_from(&work, state))
+    };
+    let other = other.filter(differs);
+    let mut refined = refined.map(|found| found.0);
+    if let Some(other) = other {
         refined = fewer(refined, other.refine(&Judge::new(&other, &[]), goal));
     }
     let limit = refined.as_ref().map_or(uniform::MOST, |found| found.tool.patches.len());

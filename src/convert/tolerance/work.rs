@@ -15,7 +15,7 @@ use crate::mesh::{MeshError, SurfaceMesh};
 use crate::tool::ToolModel;
 
 /// Shares of the tolerance that faces judged alone are held to, largest first: balancing takes the rest off.
-const LOOSENINGS: [f64; 6] = [2.0, 1.8, 1.6, 1.4, 1.2, 1.0];
+const LOOSENINGS: [f64; 9] = [5.0, 3.5, 2.5, 2.0, 1.8, 1.6, 1.4, 1.2, 1.0];
 /// Times the faces that still exceed the tolerance in the whole model are held to less.
 const ROUNDS: usize = 12;
 
@@ -68,6 +68,12 @@ impl<'a> Work<'a> {
         let mesh = MappedOptions { fewest: false, ..self.mesh };
         let plan = Plan::new(self.plan.model(), &mesh)?;
         Ok(Self { plan, mesh, ..*self })
+    }
+
+    /// True when it meshes a state in another way than `other` does.
+    pub(super) fn differs_from(&self, other: &Self, state: &State) -> bool {
+        let mesh = |work: &Self| work.plan.mesh(&state.minima, &state.density).ok();
+        mesh(self) != mesh(other)
     }
 
     /// The fewest patches over the loosenings.
@@ -197,7 +203,7 @@ impl<'a> Work<'a> {
         };
         let found = audit(&tool, self.reference, &asked)?;
         let (audit, borders) = (found.report.clone(), Borders::Conforming);
-        Ok((Refined { tool, report, audit, moved_mm: 0.0, borders }, found))
+        Ok((Refined { tool, report, audit, moved_mm: 0.0, slid_mm: 0.0, borders }, found))
     }
 
     /// That model with its vertices balanced.

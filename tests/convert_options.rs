@@ -179,23 +179,23 @@ fn faces_divided_independently_say_their_gap() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("die.tool.json");
     let cad_file = fixture("cross/die.igs");
-    let options = ["--tol", "0.01mm", "--sheet-side", "+z", "--borders", "independent"];
+    let options = ["--tol", "0.03mm", "--sheet-side", "+z", "--borders", "independent"];
     let (text, found) = converted(&cad_file, &out, &options);
     let loaded = read(&out).unwrap();
     println!("{text} {:?}", found.jumps);
     assert!(text.contains("faces divided independently: ") && text.contains("gap up to "));
     assert!(loaded.provenance.mesher.ends_with("borders=independent"));
     let gap = found.jumps.border_gap_mm;
-    assert!(gap > 0.0 && gap <= 0.01 && found.jumps.border_gap_at.is_some());
-    assert!(loaded.model.border_gap_mm >= gap && loaded.model.border_gap_mm <= 0.0102);
+    assert!(gap > 0.0 && gap <= 0.03 && found.jumps.border_gap_at.is_some());
+    assert!(loaded.model.border_gap_mm >= gap && loaded.model.border_gap_mm <= 0.0306);
     let said = ["audit", out.to_str().unwrap(), "--cad", cad_file.to_str().unwrap(), "--tol"];
     let audited = |tol: &str| kanagata(&[&said[..], &[tol]].concat(), None);
-    let (code, text, _) = audited("0.01mm");
+    let (code, text, _) = audited("0.03mm");
     assert_eq!(code, 0, "{text}");
     assert!(
         text.contains("sides do not meet their neighbours'") && text.contains("that gap is at")
     );
-    assert!(loaded.model.patches.len() < 71, "{}", loaded.model.patches.len());
+    assert!(loaded.model.patches.len() < 49, "{}", loaded.model.patches.len());
 
     for (options, reason) in [
         (&["--kind", "bezier", "--tol", "0.01mm"][..], "share their control points"),

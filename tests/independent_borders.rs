@@ -20,8 +20,10 @@ fn read(file: &str) -> Model {
     cad::read(&path).unwrap().0
 }
 
+/// Facets with their vertices on the CAD: balanced ones need no more where borders are shared.
 fn refined(model: &Model, kind: ToolKind, tol_mm: f64, borders: Borders) -> Refined {
-    let goal = Goal { tol_mm, normal_deg: f64::INFINITY, two_sided: true, borders };
+    let two_sided = kind == ToolKind::Nagata;
+    let goal = Goal { tol_mm, normal_deg: f64::INFINITY, two_sided, borders };
     let options =
         ConvertOptions { kind, through_cad: kind == ToolKind::Nagata, ..ConvertOptions::default() };
     to_tolerance(model, &MappedOptions::default(), &options, &goal).unwrap()
@@ -43,7 +45,7 @@ fn apart(model: &Model, kind: ToolKind, tol_mm: f64) -> Refined {
 #[test]
 fn the_cross_die_takes_fewer_patches_and_its_gaps_are_within_the_tolerance() {
     let model = read("cross/die.igs");
-    for tol_mm in [0.1, 0.01] {
+    for tol_mm in [0.1, 0.03] {
         let one = apart(&model, ToolKind::Nagata, tol_mm);
         let all = refined(&model, ToolKind::Nagata, tol_mm, Borders::Conforming);
         let [few, many] = [&one, &all].map(|r| r.tool.patches.len());
@@ -78,11 +80,11 @@ fn as_many_patches_as_asked_have_no_larger_an_error() {
     let model = read("cross/punch.igs");
     let made = |borders| {
         let options = ConvertOptions { through_cad: true, ..ConvertOptions::default() };
-        to_patches(&model, &MappedOptions::default(), &options, 60, true, borders).unwrap()
+        to_patches(&model, &MappedOptions::default(), &options, 55, true, borders).unwrap()
     };
     let (one, all) = (made(Borders::Independent), made(Borders::Conforming));
     println!("{:.2e} mm and {:.2e} mm", one.audit.worst_mm(), all.audit.worst_mm());
-    assert!(one.tool.patches.len() <= 60 && all.tool.patches.len() <= 60);
+    assert!(one.tool.patches.len() <= 55 && all.tool.patches.len() <= 55);
     assert!(one.audit.worst_mm() < all.audit.worst_mm());
     assert!(one.audit.jumps.border_gap_mm <= one.audit.worst_mm().max(one.tool.border_gap_mm));
 }
@@ -146,7 +148,7 @@ fn random(seed: &mut u64) -> f64 {
 /// within what the patches and their borders are off; over the tool all of them.
 #[test]
 fn points_over_joints_are_as_far_away_as_from_the_cad_and_have_not_left_the_tool() {
-    for (file, tol_mm) in [("cross/die.igs", 0.03), ("forming/square_die_144.igs", 0.2)] {
+    for (file, tol_mm) in [("cross/die.igs", 0.03), ("forming/square_punch_144.igs", 0.1)] {
         let model = read(file);
         let reference = CadReference::new(&model);
         let found = apart(&model, ToolKind::Nagata, tol_mm);

@@ -136,7 +136,10 @@ fn a_seam_makes_no_difference() {
             errors[errors.len() - 1]
         );
         let ring = |ring: &[f64]| ring[ring.len() - 1] - ring[0] < 1e-2 * ring[ring.len() - 1];
-        assert!(errors.len().is_multiple_of(strips) && errors.chunks(strips).all(ring), "{errors:?}");
+        assert!(
+            errors.len().is_multiple_of(strips) && errors.chunks(strips).all(ring),
+            "{errors:?}"
+        );
     }
 }
 

@@ -117,7 +117,7 @@ pub(super) fn with<R>(
     let works = parts.iter().enumerate().map(|(f, part)| of_part(whole, part, f, &options));
     let works: Vec<Work<'_>> = works.collect::<Result<_, _>>()?;
     let judges: Vec<Judge<'_>> =
-        works.iter().zip(&parts).map(|(work, part)| Judge::new(work, &part.apart)).collect();
+        works.iter().zip(&parts).map(|(work, part)| Judge::new(work, &part.apart, None)).collect();
     Ok(then(&Apart { whole, parts: &parts, works: &works, judges: &judges, turned }))
 }
 

@@ -23,12 +23,16 @@ use super::{Refined, ToleranceError};
 const POWER: i32 = 12;
 /// Newton steps.
 const STEPS: usize = 60;
-/// Times the moved model is audited and corrected.
-const ROUNDS: usize = 6;
+/// Patches of a model whose errors are followed as far as they fall.
+const FEW: usize = 500;
+/// Times such a model is audited and corrected: errors are not linear in slides.
+const ROUNDS: usize = 8;
+/// The same for others.
+const STRAIGHT: usize = 3;
 /// Share of a step below which no shorter one is tried.
 const SHORTEST: f64 = 0.25;
 /// Share of the error before below which it is worth another round.
-const LESS: f64 = 0.99;
+const LESS: f64 = 0.995;
 /// Share by which a slide is made shorter first where a patch turns over; twice as much each time.
 const FIRST_CUT: f64 = 2e-3;
 
@@ -48,7 +52,8 @@ pub(super) fn balanced(
     let (mut best, mut samples) = (plain.clone(), found.samples);
     let mut length = 1.0;
     let mut step: Option<Vec<f64>> = None;
-    for _ in 0..ROUNDS {
+    let few = plain.tool.patches.len() <= FEW;
+    for _ in 0..if few { ROUNDS } else { STRAIGHT } {
         let more = match step.take() {
             Some(step) => step,
             None => least_shifts(&rows(&best.tool, &samples, &ways, options)?, &shifts, &ways),
@@ -58,7 +63,7 @@ pub(super) fn balanced(
         let found = audit(&tool, work.reference, audit_options)?;
         let folds = found.report.folded.len() > plain.audit.folded.len();
         if folds || found.report.worst_mm() >= best.audit.worst_mm() {
-            if length <= SHORTEST {
+            if length <= SHORTEST || !few {
                 break;
             }
             (length, step) = (0.5 * length, Some(more));
@@ -142,9 +147,20 @@ fn moved(
 }
 
 /// A point's error, and how far it moves with each way of the vertices around it.
-struct Row {
+pub(super) struct Row {
     delta: f64,
     rates: Vec<(usize, f64)>,
+}
+
+impl Row {
+    fn at(&self, shifts: &[f64]) -> f64 {
+        self.delta + self.rates.iter().map(|&(way, rate)| rate * shifts[way]).sum::<f64>()
+    }
+}
+
+/// Largest error with such shifts [mm].
+pub(super) fn left(rows: &[Row], shifts: &[f64]) -> f64 {
+    rows.iter().fold(0.0, |most, row| most.max(row.at(shifts).abs()))
 }
 
 /// A colour for each way: no two of one colour are on the same patch.
@@ -165,7 +181,7 @@ fn colours(tool: &ToolModel, ways: &[Way]) -> Vec<usize> {
 
 /// How far each point of the patches moves off the CAD with each way: patches depend on their vertices linearly, so
 /// that one small step of all ways of a colour tells.
-fn rows(
+pub(super) fn rows(
     tool: &ToolModel,
     samples: &[PatchSamples],
     ways: &[Way],
@@ -193,20 +209,18 @@ fn rows(
             }
         }
     }
-    rows.retain(|row| row.rates.iter().any(|w| w.1.abs() > 1e-9));
     Ok(rows)
 }
 
 /// Shifts that make the sum of `|delta + N s|^P` least, with those there are within their ranges.
-fn least_shifts(rows: &[Row], there: &[f64], ways: &[Way]) -> Vec<f64> {
+pub(super) fn least_shifts(rows: &[Row], there: &[f64], ways: &[Way]) -> Vec<f64> {
+    let moves = |row: &&Row| row.rates.iter().any(|rate| rate.1.abs() > 1e-9);
+    let rows: Vec<&Row> = rows.iter().filter(moves).collect();
     let mut shifts = vec![0.0; ways.len()];
     let within = |k: usize, shift: f64| {
         shift.clamp(ways[k].range[0] - there[k], ways[k].range[1] - there[k])
     };
-    let residuals = |shifts: &[f64]| -> Vec<f64> {
-        let at = |r: &Row| r.delta + r.rates.iter().map(|&(v, w)| w * shifts[v]).sum::<f64>();
-        rows.iter().map(at).collect()
-    };
+    let residuals = |shifts: &[f64]| -> Vec<f64> { rows.iter().map(|r| r.at(shifts)).collect() };
     let value = |r: &[f64], scale: f64| r.iter().map(|x| (x / scale).powi(POWER)).sum::<f64>();
     for _ in 0..STEPS {
         let r = residuals(&shifts);
@@ -218,7 +232,7 @@ fn least_shifts(rows: &[Row], there: &[f64], ways: &[Way]) -> Vec<f64> {
         let leaves = |k: usize, step: f64| step != 0.0 && within(k, shifts[k] + step) == shifts[k];
         let mut held = vec![false; ways.len()];
         let step = loop {
-            let step = newton_step(rows, &r, scale, &held);
+            let step = newton_step(&rows, &r, scale, &held);
             let more: Vec<usize> = (0..step.len()).filter(|&k| leaves(k, step[k])).collect();
             if more.is_empty() {
                 break step;
@@ -246,7 +260,7 @@ fn least_shifts(rows: &[Row], there: &[f64], ways: &[Way]) -> Vec<f64> {
 
 /// Newton's step of the sum of P-th powers: `(P - 1) J' W J d = -J' W r`, `W = |r|^(P - 2)`, by conjugate gradients; zero
 /// for what is held.
-fn newton_step(rows: &[Row], r: &[f64], scale: f64, held: &[bool]) -> Vec<f64> {
+fn newton_step(rows: &[&Row], r: &[f64], scale: f64, held: &[bool]) -> Vec<f64> {
     let count = held.len();
     let weight: Vec<f64> = r.iter().map(|x| (x / scale).powi(POWER - 2)).collect();
     let mut gradient = vec![0.0; count];

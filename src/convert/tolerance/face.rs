@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rustc_hash::FxHashMap;
 
+use super::alone::Neighbours;
 use super::work::{Work, renumber};
 use crate::audit::{AuditOptions, CadReference, audit};
 use crate::cad::model::Edge;
@@ -43,6 +44,11 @@ const NONE: Figures = Figures {
 const BARE: Figures =
     Figures { patches: 0, error_mm: 0.0, normal_deg: 0.0, worst: None, off: Vec::new() };
 
+/// Shares of the tolerance that faces judged alone are held to, largest first: balancing takes the rest off.
+const LOOSENINGS: [f64; 9] = [5.0, 3.5, 2.5, 2.0, 1.8, 1.6, 1.4, 1.2, 1.0];
+/// The same where what balancing takes off is foreseen: not all of it, as faces share vertices.
+const FORESEEN: [f64; 3] = [1.6, 1.3, 1.0];
+
 /// Divisions of the face's edges in loop order, density, mapped.
 type Key = (usize, Vec<usize>, usize, bool);
 
@@ -55,6 +61,8 @@ pub(super) struct Judge<'a> {
     first: u32,
     /// Whether normals have a tolerance.
     normals: bool,
+    /// The faces around each one, where errors are those that moving vertices leaves.
+    neighbours: Option<&'a Neighbours>,
     /// Edges of the plan's model that other faces divide in their own way; empty: none.
     apart: &'a [bool],
     /// Boxes around its edges, a little wider.
@@ -65,7 +73,7 @@ pub(super) struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    pub fn new(work: &'a Work<'_>, apart: &'a [bool]) -> Self {
+    pub fn new(work: &'a Work<'_>, apart: &'a [bool], neighbours: Option<&'a Neighbours>) -> Self {
         let options = ConvertOptions { sheet_side: None, flip: false, ..work.options.clone() };
         let &Work { ref plan, reference, first, normals, .. } = work;
         let model = plan.model();
@@ -77,6 +85,7 @@ impl<'a> Judge<'a> {
             options,
             first,
             normals,
+            neighbours,
             apart,
             boxes: model.edges.iter().map(hull).collect(),
             known: Mutex::default(),
@@ -97,7 +106,8 @@ impl<'a> Judge<'a> {
         let mesh = self.plan.face(f, divisions, density).ok();
         let work = mesh.as_ref().map_or(0, |mesh| mesh.elements.len());
         let bare = |mesh: &SurfaceMesh| mesh.elements.is_empty().then_some(BARE);
-        let found = mesh.and_then(|mesh| bare(&mesh).or_else(|| self.judge(&mesh))).unwrap_or(NONE);
+        let found =
+            mesh.and_then(|mesh| bare(&mesh).or_else(|| self.judge(f, &mesh))).unwrap_or(NONE);
         if let Ok(mut known) = self.known.lock()
             && known.insert(key, found.clone()).is_none()
         {
@@ -112,7 +122,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Figures of one face's mesh; none when its patches fold or cannot be made.
-    fn judge(&self, mesh: &SurfaceMesh) -> Option<Figures> {
+    fn judge(&self, f: usize, mesh: &SurfaceMesh) -> Option<Figures> {
         let (mut tool, made) = convert(self.plan.model(), mesh, &self.options).ok()?;
         let off = self.off(&tool);
         renumber(&mut tool, self.first);
@@ -125,13 +135,19 @@ impl<'a> Judge<'a> {
             refine_normals: self.normals,
             ..AuditOptions::default()
         };
-        let report = audit(&tool, self.reference, &options).ok()?.report;
+        let found = audit(&tool, self.reference, &options).ok()?;
+        let report = &found.report;
         if !report.folded.is_empty() {
             return None;
         }
+        let edge = |side: &SideCurve<'_>| self.edge(side);
+        let error_mm = match self.neighbours {
+            Some(n) => n.foreseen(f, (&tool, &found), &self.options, edge).ok()?,
+            None => report.worst_mm(),
+        };
         Some(Figures {
             patches: tool.patches.len(),
-            error_mm: report.worst_mm(),
+            error_mm,
             normal_deg: report.normal_max_deg,
             worst: report.worst.first().map(|w| w.point.into()),
             off,
@@ -144,30 +160,36 @@ impl<'a> Judge<'a> {
         if self.apart.is_empty() {
             return Vec::new();
         }
-        let edges = &self.plan.model().edges;
-        let mut off = vec![0.0f64; edges.len()];
-        let far = |e: usize, p: &Vec3| {
-            let curve = &edges[e].curve;
-            (curve.point(curve.closest(p).0) - p).norm()
-        };
+        let mut off = vec![0.0f64; self.boxes.len()];
         let rings: Vec<&[u32]> = tool.corners.iter().map(|c| &c.vertices[..]).collect();
         for (sides, p) in sides_used_once(&rings).iter().zip(&tool.patches) {
             for curve in sides.iter().map(|&side| SideCurve::new(p, side)) {
-                let Some(e) = self.edge(&curve, far).filter(|&e| self.apart[e]) else { continue };
-                let steps = (1..STEPS).map(|k| far(e, &curve.point(k as f64 / STEPS as f64)));
+                let Some(e) = self.edge(&curve).filter(|&e| self.apart[e]) else { continue };
+                let steps = (1..STEPS).map(|k| self.far(e, &curve.point(k as f64 / STEPS as f64)));
                 off[e] = steps.fold(off[e], f64::max);
             }
         }
         off
     }
 
+    /// Distance of a point from an edge of the plan's model [mm].
+    fn far(&self, e: usize, p: &Vec3) -> f64 {
+        let curve = &self.plan.model().edges[e].curve;
+        (curve.point(curve.closest(p).0) - p).norm()
+    }
+
+    /// Shares of the tolerance that faces are held to.
+    pub fn loosenings(&self) -> &'static [f64] {
+        if self.neighbours.is_some() { &FORESEEN } else { &LOOSENINGS }
+    }
+
     /// The edge of the plan's model that both ends of a side are on; of several the one its middle is nearest to.
-    fn edge(&self, side: &SideCurve<'_>, far: impl Fn(usize, &Vec3) -> f64) -> Option<usize> {
+    fn edge(&self, side: &SideCurve<'_>) -> Option<usize> {
         let [from, middle, to] = [0.0, 0.5, 1.0].map(|t| side.point(t));
         let reached =
             |e: &usize| [from, to].iter().all(|p| self.boxes[*e].distance_squared(p) == 0.0);
         // The middle decides between edges of the same ends.
-        let away = |e: usize| far(e, &from) + far(e, &to) + 1e-3 * far(e, &middle);
+        let away = |e: usize| self.far(e, &from) + self.far(e, &to) + 1e-3 * self.far(e, &middle);
         let found = (0..self.boxes.len()).filter(reached).map(|e| (away(e), e));
         found.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|f| f.1)
     }

@@ -2,6 +2,7 @@
 //! face says so, in the direction that buys most, lowered again where they are not needed, and the vertices are
 //! balanced about the CAD so that the error has two sides.
 //!
+//! - [`alone`]: what moving its vertices will take off a face's error
 //! - [`apart`]: every face with divisions of its own, borders meeting to within the tolerance
 //! - [`search`]: which divisions; every face is judged alone, by the audit of its own patches
 //! - [`balance`]: vertices moved along their normals
@@ -10,6 +11,7 @@
 //!
 //! The model is conforming unless asked otherwise; its largest error is the audit's, of the finished model.
 
+mod alone;
 mod apart;
 pub mod balance;
 mod face;
@@ -25,7 +27,9 @@ use crate::mesh::mapped::MappedOptions;
 use crate::tool::ToolModel;
 
 use super::{ConvertError, ConvertOptions, ConvertReport};
+use alone::Neighbours;
 use face::Judge;
+use search::State;
 use work::Work;
 
 /// What a model is refined to.
@@ -158,9 +162,10 @@ pub fn to_tolerance(
     }
     let reference = CadReference::new(model);
     let work = Work::new(model, &reference, mesh, options, goal.normal_deg.is_finite())?;
-    let judge = Judge::new(&work, &[]);
-    let refined = work.refine_within(&judge, goal, &[]);
-    let again = work.plan.may_save() && (refined.is_err() || judge.spent() < work.enough);
+    let neighbours = Neighbours::new(model);
+    let slides = (goal.two_sided && neighbours.slides()).then_some(&neighbours);
+    let (refined, spent) = searched(&work, goal, slides);
+    let again = work.plan.may_save() && (refined.is_err() || spent < work.enough);
     let other = again.then(|| work.with_nodes_inside()).transpose()?;
     let differs = |other: &Work<'_>| {
         refined.as_ref().map_or(true, |(_, state)| other.differs_from(&work, state))
@@ -168,7 +173,7 @@ pub fn to_tolerance(
     let other = other.filter(differs);
     let mut refined = refined.map(|found| found.0);
     if let Some(other) = other {
-        refined = fewer(refined, other.refine(&Judge::new(&other, &[]), goal));
+        refined = fewer(refined, other.refine(&Judge::new(&other, &[], slides), goal));
     }
     let limit = refined.as_ref().map_or(uniform::MOST, |found| found.tool.patches.len());
     let together = work.uniform(goal, limit).map_or(refined, Ok);
@@ -179,6 +184,27 @@ pub fn to_tolerance(
             fewer(together, apart.and_then(|found| found))
         }
     }
+}
+
+/// The search with faces judged as they are and, where there are flats for vertices to slide in, with what that takes off
+/// their errors; and the work done.
+fn searched(
+    work: &Work<'_>,
+    goal: &Goal,
+    slides: Option<&Neighbours>,
+) -> (Result<(Refined, State), ToleranceError>, u64) {
+    let judge = Judge::new(work, &[], None);
+    let plain = work.refine_within(&judge, goal, &[]);
+    let Some(neighbours) = slides.filter(|_| judge.spent() < work.enough / 4) else {
+        return (plain, judge.spent());
+    };
+    let judge = Judge::new(work, &[], Some(neighbours));
+    let found = match (plain, work.refine_within(&judge, goal, &[])) {
+        (Ok(one), Ok(other)) if one.0.tool.patches.len() <= other.0.tool.patches.len() => Ok(one),
+        (plain, Err(_)) => plain,
+        (_, other) => other,
+    };
+    (found, judge.spent())
 }
 
 /// The model with fewer patches; the conforming one when the other has as many.
@@ -207,9 +233,15 @@ pub fn to_patches(
 ) -> Result<Refined, ToleranceError> {
     let reference = CadReference::new(model);
     let work = Work::new(model, &reference, mesh, options, false)?;
-    let judge = Judge::new(&work, &[]);
+    let neighbours = Neighbours::new(model);
+    let slides = two_sided && neighbours.slides();
+    let judge = Judge::new(&work, &[], None);
+    let foreseeing = Judge::new(&work, &[], Some(&neighbours));
     let goal = |tol_mm: f64| Goal { tol_mm, normal_deg: f64::INFINITY, two_sided, borders };
-    let together = |tol_mm: f64| work.refine(&judge, &goal(tol_mm));
+    let together = |tol_mm: f64| {
+        let plain = work.refine(&judge, &goal(tol_mm));
+        if slides { fewer(plain, work.refine(&foreseeing, &goal(tol_mm))) } else { plain }
+    };
     let size = crate::geometry::Aabb::of_points(&model.vertices).diagonal();
     match borders {
         Borders::Conforming => least_error(together, size, patches),

@@ -9,7 +9,7 @@ use crate::tool::ToolModel;
 use crate::tool::side::SideCurve;
 
 /// Least sine of the angle between a curved face and a flat on whose crease a vertex moves.
-const STEEPEST: f64 = 0.5;
+pub(super) const STEEPEST: f64 = 0.5;
 /// Sine of the angle below which a curved face is the smooth continuation of a flat.
 const SMOOTH: f64 = 2e-3;
 /// Share of the way to the flat's next vertices that a vertex may slide.
@@ -169,15 +169,15 @@ impl Around<'_> {
         Some(move |t: f64| curve.point(if ahead { t } else { 1.0 - t }))
     }
 
-    /// Unit vector in the flat across its border from `v` to `w`, into it.
+    /// Unit vector in the flat across its border from `v` to `w`, into it: patches lie to the left of their sides.
     fn inwards(&self, v: usize, w: u32, normal: &Vec3, inside: &[(usize, usize)]) -> Option<Vec3> {
-        let from = self.tool.vertices[v];
-        let beginning = self.side(v, w, inside)?(1e-4) - from;
-        let across = normal.cross(&beginning).try_normalize(1e-12)?;
-        let &(k, _) = inside.iter().find(|&&at| self.beside(at).contains(&w))?;
-        let ring = &self.tool.corners[k].vertices;
-        let reach: f64 = ring.iter().map(|&u| (self.point(u) - from).dot(&across)).sum();
-        Some(if reach < 0.0 { -across } else { across })
+        let beginning = self.side(v, w, inside)?(1e-4) - self.tool.vertices[v];
+        let left = normal.cross(&beginning).try_normalize(1e-12)?;
+        let &at = inside.iter().find(|&&at| self.beside(at).contains(&w))?;
+        let (eta, zeta) =
+            if self.tool.corners[at.0].vertices.len() == 3 { (0.6, 0.3) } else { (0.5, 0.5) };
+        let outwards = self.tool.patches[at.0].normal(eta, zeta)?.dot(normal) > 0.0;
+        Some(if (self.beside(at)[0] == w) == outwards { left } else { -left })
     }
 
     /// Direction from `v` to `w` where the side between them is straight.

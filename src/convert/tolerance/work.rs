@@ -14,8 +14,12 @@ use crate::mesh::mapped::plan::Plan;
 use crate::mesh::{MeshError, SurfaceMesh};
 use crate::tool::ToolModel;
 
-/// Shares of the tolerance that faces judged alone are held to, largest first: balancing takes the rest off.
-const LOOSENINGS: [f64; 9] = [5.0, 3.5, 2.5, 2.0, 1.8, 1.6, 1.4, 1.2, 1.0];
+/// Share of the tolerance beyond which it is only tried where the search was easy.
+const LOOSE: f64 = 2.0;
+/// Share of a face's error in the whole model from which on it is its own.
+const OWN: f64 = 0.3;
+/// Times the tolerance that balancing takes off at most.
+const BALANCED: f64 = 5.0;
 /// Times the faces that still exceed the tolerance in the whole model are held to less.
 const ROUNDS: usize = 12;
 
@@ -88,11 +92,12 @@ impl<'a> Work<'a> {
         goal: &Goal,
         borders: &[f64],
     ) -> Result<(Refined, State), ToleranceError> {
-        let loosenings: &[f64] = if goal.two_sided { &LOOSENINGS } else { &[1.0] };
+        let loosenings: &[f64] = if goal.two_sided { judge.loosenings() } else { &[1.0] };
         let mut best: Option<(Refined, State)> = None;
         let mut last = None;
         for &share in loosenings.iter().rev() {
-            if best.is_some() && judge.spent() >= self.enough {
+            let enough = if share > LOOSE { self.enough / 4 } else { self.enough };
+            if best.is_some() && judge.spent() >= enough {
                 break;
             }
             let limit = best.as_ref().map_or(usize::MAX, |b| b.0.tool.patches.len());
@@ -101,10 +106,9 @@ impl<'a> Work<'a> {
                 Ok(None) => {}
                 Err(ToleranceError::NotReached { .. }) if best.is_some() => {}
                 Err(error) => {
-                    // Twice the tolerance is not within what balancing takes off.
                     let hopeless = match &error {
                         ToleranceError::NotReached { found, allowed, .. } => {
-                            *found > LOOSENINGS[0] * allowed
+                            *found > BALANCED * allowed
                         }
                         _ => true,
                     };
@@ -160,6 +164,7 @@ impl<'a> Work<'a> {
                 return Ok(Some((refined, next)));
             }
             let less = |&(face, ratio): &(usize, f64)| {
+                let face = self.cause(&next, face, ratio);
                 let held: f64 = shares[face] / ratio.clamp(1.02, 1.5);
                 (face, held.min(next.badness(face) * 0.99))
             };
@@ -170,6 +175,19 @@ impl<'a> Work<'a> {
             last = Some(refined);
         }
         Err(last.map_or(ToleranceError::TooFew { least: 0 }, |last| self.not_reached(goal, &last)))
+    }
+
+    /// The face to hold to less where face `f` is `ratio` times the tolerance off: itself, or when its own patches are much
+    /// nearer, the worst of the faces beside it, for which its vertices were moved.
+    fn cause(&self, state: &State, f: usize, ratio: f64) -> usize {
+        if state.badness(f) >= OWN * ratio {
+            return f;
+        }
+        let model = self.plan.model();
+        let edges = model.faces[f].loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge);
+        let beside = edges.flat_map(|e| &model.edges[e].uses).map(|u| u[0]);
+        let worse = |a: &usize, b: &usize| state.badness(*a).total_cmp(&state.badness(*b));
+        beside.chain([f]).max_by(worse).unwrap_or(f)
     }
 
     /// The whole model of a state, balanced and audited.

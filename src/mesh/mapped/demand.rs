@@ -90,7 +90,7 @@ fn separate_twins(model: &Model, minima: &mut [usize]) {
 }
 
 /// Whether the faces of an edge meet at an angle in its middle.
-fn is_crease(model: &Model, edge: &Edge) -> bool {
+pub fn is_crease(model: &Model, edge: &Edge) -> bool {
     let middle = |&[f, l, k]: &[usize; 3]| -> Option<Vec3> {
         let face = model.faces.get(f)?;
         let side = face.loops.get(l)?.uses.get(k)?;

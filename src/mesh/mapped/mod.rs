@@ -26,7 +26,7 @@ mod tests;
 mod trimmed;
 mod untangle;
 
-pub use self::demand::is_flat;
+pub use self::demand::{is_crease, is_flat};
 use self::mesher::Mesher;
 use super::{MeshError, SurfaceMesh};
 use crate::cad::Model;

@@ -15,8 +15,6 @@ const TURN: f64 = 0.4;
 const MOST: usize = 16;
 /// Halvings of a rectangle that may hold more than one local minimum.
 const DEPTH: u32 = 4;
-/// Halvings up to which the parts are kept for the next search: at most 20 of one piece.
-const KEPT: u32 = 2;
 
 /// A rectangle of a face's parameter plane.
 pub(super) struct Piece {
@@ -34,25 +32,6 @@ pub(super) struct Piece {
     /// The surface at the centre and the corners.
     samples: [SurfaceDerivs; 5],
     quarters: OnceLock<Vec<Piece>>,
-}
-
-/// A part of a piece on its way through a search.
-enum Part<'p> {
-    Kept(&'p Piece),
-    Own(Box<Piece>),
-}
-
-impl<'p> Part<'p> {
-    fn kept(piece: &'p Piece) -> (Self, u32) {
-        (Self::Kept(piece), 1)
-    }
-
-    fn get(&self) -> &Piece {
-        match self {
-            Self::Kept(piece) => piece,
-            Self::Own(piece) => piece,
-        }
-    }
 }
 
 impl Piece {
@@ -93,25 +72,15 @@ impl Piece {
         if !self.visit(p, region, best) {
             return;
         }
-        let mut stack: Vec<(Part, u32)> = self.kept_quarters().iter().map(Part::kept).collect();
+        let mut stack: Vec<(&Self, u32)> = self.kept_quarters().iter().map(|q| (q, 1)).collect();
         while let Some((part, depth)) = stack.pop() {
-            if !part.get().visit(p, region, best) || depth >= DEPTH {
-                continue;
-            }
-            match part {
-                Part::Kept(piece) if depth < KEPT => {
-                    let quarters = piece.kept_quarters().iter();
-                    stack.extend(quarters.map(|q| (Part::Kept(q), depth + 1)));
-                }
-                _ => {
-                    let quarters = part.get().quarters();
-                    stack.extend(quarters.into_iter().map(|q| (Part::Own(Box::new(q)), depth + 1)));
-                }
+            if part.visit(p, region, best) && depth < DEPTH {
+                stack.extend(part.kept_quarters().iter().map(|q| (q, depth + 1)));
             }
         }
     }
 
-    /// Its quarters, made once.
+    /// Its quarters, made once: most searches come by the same ones again.
     fn kept_quarters(&self) -> &[Self] {
         self.quarters.get_or_init(|| self.quarters())
     }

@@ -195,7 +195,7 @@ fn searched(
 ) -> (Result<(Refined, State), ToleranceError>, u64) {
     let judge = Judge::new(work, &[], None);
     let plain = work.refine_within(&judge, goal, &[]);
-    let Some(neighbours) = slides.filter(|_| judge.spent() < work.enough / 4) else {
+    let Some(neighbours) = slides.filter(|_| judge.spent() < work.enough / 8) else {
         return (plain, judge.spent());
     };
     let judge = Judge::new(work, &[], Some(neighbours));

@@ -96,7 +96,7 @@ impl<'a> Work<'a> {
         let mut best: Option<(Refined, State)> = None;
         let mut last = None;
         for &share in loosenings.iter().rev() {
-            let enough = if share > LOOSE { self.enough / 4 } else { self.enough };
+            let enough = if share > LOOSE { self.enough / 8 } else { self.enough };
             if best.is_some() && judge.spent() >= enough {
                 break;
             }

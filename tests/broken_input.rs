@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
 use assert_cmd::Command;
 
@@ -145,4 +146,31 @@ fn an_audit_above_its_limit_has_exit_code_1() {
     assert_eq!(made.code, 0, "{}", made.stderr);
     assert_eq!(run("kanagata", &["audit", &tool, "--cad", &cad, "--tol", "1e-4"], |_| {}).code, 1);
     assert_eq!(run("kanagata", &["audit", &tool, "--cad", &cad, "--tol", "5"], |_| {}).code, 0);
+}
+
+/// `kanagata ... | head`: who reads may go at any time; the work is done all the same.
+#[test]
+fn a_reader_that_goes_away_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let tool = folder.path().join("die.tool.json");
+    let cad = fixture("cross/die.igs");
+    let started = |arguments: &[&std::ffi::OsStr]| {
+        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_kanagata"))
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let ended = child.wait_with_output().unwrap();
+        let stderr = String::from_utf8_lossy(&ended.stderr).into_owned();
+        Outcome { code: ended.status.code().unwrap_or(-1), stderr }
+    };
+    let made = started(&["convert".as_ref(), cad.as_os_str(), "-o".as_ref(), tool.as_os_str()]);
+    expect(&made, 0, &[]);
+    assert!(tool.exists() && !made.stderr.contains("panicked"), "{}", made.stderr);
+    let limit = ["--cad".as_ref(), cad.as_os_str(), "--tol".as_ref(), "1e-4".as_ref()];
+    let audited = started(&[&["audit".as_ref(), tool.as_os_str()], &limit[..]].concat());
+    expect(&audited, 1, &[]);
+    assert!(!audited.stderr.contains("panicked"), "{}", audited.stderr);
 }

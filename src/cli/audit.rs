@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::quantity::{angle_deg, length_mm};
+use super::say::{err, out};
 use crate::audit::clearance::{ClearanceOptions, ClearanceReport, clearance};
 use crate::audit::{Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, page, view};
 use crate::contact::ToolSurface;
@@ -85,9 +86,13 @@ pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
     if let (Some(against), Some(thickness)) = (&args.against, args.thickness) {
         let die = ToolSurface::new(read(against)?.model);
         if several {
-            println!(
+            out!(
                 "{:32} {:>8} {:>14} {:>9} {:>11}",
-                "tool", "patches", "clearance [mm]", "pinch %", "below %"
+                "tool",
+                "patches",
+                "clearance [mm]",
+                "pinch %",
+                "below %"
             );
         }
         for tool in &args.tools {
@@ -97,7 +102,7 @@ pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
         let model = read_model(cad)?;
         let reference = CadReference::new(&model);
         if several {
-            println!(
+            out!(
                 "{:32} {:>8} {:>10} {:>10} {:>10} {:>10} {:>8} {:>8} {:>9}",
                 "tool",
                 "patches",
@@ -134,7 +139,7 @@ fn audited(
     let mut found = audit(&loaded.model, reference, &options)?;
     name_inputs(&mut found.report, tool, cad, loaded.sha256)?;
     if loaded.provenance.cad_sha256 != found.report.cad_sha256 {
-        eprintln!(
+        err!(
             "warning: {} was made from another CAD file ({}) than {}",
             tool.display(),
             loaded.provenance.cad_file,
@@ -144,7 +149,7 @@ fn audited(
     write_outputs(args, &loaded.model, &found)?;
     let r = &found.report;
     if args.tools.len() > 1 {
-        println!(
+        out!(
             "{:32} {:>8} {:>+10.5} {:>+10.5} {:>10.5} {:>10.5} {:>8.3} {:>8.3} {:>9.1e}",
             short(tool),
             r.patches,
@@ -192,7 +197,7 @@ fn cleared(
     };
     let [pinch, below] = [100.0 * r.pinch, 100.0 * r.share_below];
     if args.tools.len() > 1 {
-        println!(
+        out!(
             "{:32} {:>8} {min:>14.5} {pinch:>9.2} {below:>11.3}",
             short(tool),
             loaded.model.patches.len()
@@ -204,22 +209,25 @@ fn cleared(
 }
 
 fn print_clearance(r: &ClearanceReport, min: f64) {
-    println!("{} against {} after {:?} mm", r.tool_file, r.against_file, r.travel_mm);
-    println!(
+    out!("{} against {} after {:?} mm", r.tool_file, r.against_file, r.travel_mm);
+    out!(
         "  least clearance {min:.5} mm, {:.2} % below the {} mm asked for",
         100.0 * r.pinch,
         r.thickness_mm
     );
-    println!(
+    out!(
         "  {:.3} % of the {:.1} mm2 that face each other have less",
         100.0 * r.share_below,
         r.facing_mm2
     );
     for n in r.nearest.iter().take(3) {
         let [x, y, z] = n.point;
-        println!(
+        out!(
             "  patch {} on face {}: {:.5} mm to patch {} at ({x:.3}, {y:.3}, {z:.3})",
-            n.patch, n.face, n.clearance_mm, n.against
+            n.patch,
+            n.face,
+            n.clearance_mm,
+            n.against
         );
     }
 }
@@ -280,16 +288,20 @@ fn write_outputs(
 }
 
 fn print_report(r: &AuditReport) {
-    println!("{} against {}: {} patches, {} points", r.tool_file, r.cad_file, r.patches, r.points);
-    println!(
+    out!("{} against {}: {} patches, {} points", r.tool_file, r.cad_file, r.patches, r.points);
+    out!(
         "  shape error {:+.5} to {:+.5} mm, rms {:.5} mm; 99 % of the area within {:.5} mm",
-        r.min_mm, r.max_mm, r.rms_mm, r.percentiles_mm.p99
+        r.min_mm,
+        r.max_mm,
+        r.rms_mm,
+        r.percentiles_mm.p99
     );
-    println!(
+    out!(
         "  normal error up to {:.3} deg; across shared edges normals jump by up to {:.3} deg",
-        r.normal_max_deg, r.jumps.normal_deg
+        r.normal_max_deg,
+        r.jumps.normal_deg
     );
-    println!(
+    out!(
         "  {} edges shared, {} of them creases, gap up to {:.1e} mm; {} sides do not meet their neighbours', gap up to {:.5} mm",
         r.jumps.shared_edges,
         r.jumps.creases,
@@ -298,23 +310,28 @@ fn print_report(r: &AuditReport) {
         r.jumps.border_gap_mm
     );
     if let (Some([x, y, z]), Some(patch)) = (r.jumps.border_gap_at, r.jumps.border_gap_patch) {
-        println!("    that gap is at patch {patch} at ({x:.3}, {y:.3}, {z:.3})");
+        out!("    that gap is at patch {patch} at ({x:.3}, {y:.3}, {z:.3})");
     }
     if !r.folded.is_empty() {
-        println!(
+        out!(
             "  {} patches fold, the first ones {:?}",
             r.folded.len(),
             &r.folded[..r.folded.len().min(8)]
         );
     }
     for w in r.worst.iter().take(3) {
-        println!(
+        out!(
             "  patch {} on face {}: {:+.5} mm at ({:.3}, {:.3}, {:.3})",
-            w.patch, w.face, w.delta_mm, w.point[0], w.point[1], w.point[2]
+            w.patch,
+            w.face,
+            w.delta_mm,
+            w.point[0],
+            w.point[1],
+            w.point[2]
         );
     }
     if let Some(tolerance) = r.tolerance_mm {
         let kept = if r.within_tolerance == Some(true) { "within" } else { "ABOVE" };
-        println!("  {kept} the {tolerance} mm asked for");
+        out!("  {kept} the {tolerance} mm asked for");
     }
 }

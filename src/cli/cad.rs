@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, Failure, finish};
+use super::say::err;
 use super::{audit, convert, inspect, material, mesh, study};
 use crate::cad::{Diagnostic, Model, Severity};
 
@@ -59,7 +60,7 @@ pub(super) fn read_model(path: &Path) -> Result<Model, Failure> {
     let (model, diagnostics) = crate::cad::read_with(path, crate::cad::Creases::Cut)?;
     warn(&diagnostics);
     for d in diagnostics.iter().filter(|d| d.code == "face-creased") {
-        eprintln!("note: {} {}: {}", d.code, d.place, d.text);
+        err!("note: {} {}: {}", d.code, d.place, d.text);
     }
     refuse_guessed_units(path, &diagnostics)?;
     if model.faces.is_empty() {
@@ -94,10 +95,10 @@ fn warn(diagnostics: &[Diagnostic]) {
     const MOST: usize = 10;
     let warnings: Vec<_> = diagnostics.iter().filter(|d| d.severity == Severity::Warning).collect();
     for d in warnings.iter().take(MOST) {
-        eprintln!("warning: {} {}: {}", d.code, d.place, d.text);
+        err!("warning: {} {}: {}", d.code, d.place, d.text);
     }
     if warnings.len() > MOST {
-        eprintln!("warning: and {} more; `kanagata inspect` lists them", warnings.len() - MOST);
+        err!("warning: and {} more; `kanagata inspect` lists them", warnings.len() - MOST);
     }
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::say::out;
 use crate::run::advice::advice;
 use crate::run::cost::{Cost, cost};
 use crate::scene::types::{BlankShape, Drive};
@@ -38,8 +39,8 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     let cost = cost(&mut setup).map_err(Failure::input)?;
     let mesh = setup.body.mesh();
     let scene = &plan.scene;
-    println!("{}: {}", args.scene.display(), scene.name);
-    println!(
+    out!("{}: {}", args.scene.display(), scene.name);
+    out!(
         "  blank      {}, {} mm thick, {} elements in {} layers, {} nodes",
         outline(&scene.blank.shape),
         scene.blank.thickness_mm,
@@ -47,11 +48,11 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
         scene.blank.layers,
         mesh.nodes.len()
     );
-    println!("  material   {}", plan.card.name);
+    out!("  material   {}", plan.card.name);
     for (tool, loaded) in scene.tools.iter().zip(&plan.tools) {
         let error =
             loaded.shape_error_mm.map_or_else(String::new, |e| format!(", shape error {e:.4} mm"));
-        println!(
+        out!(
             "  tool       {}: {} patches{error}, friction {}",
             tool.name,
             loaded.surface.model().patches.len(),
@@ -63,16 +64,16 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     // What is wrong with a placement is said last, after all that is known.
     placed.map_err(Failure::input)?;
     for remark in advice(&plan, &setup, &cost) {
-        println!("  note       {remark}");
+        out!("  note       {remark}");
     }
     if args.auto {
         let (left_out, _) = leave_out(&mut setup).map_err(Failure::input)?;
         for left in &left_out {
             let tool = &plan.scene.tools[left.tool].name;
-            println!("  auto       leaves out {} of {} patches of {tool}", left.patches, left.of);
+            out!("  auto       leaves out {} of {} patches of {tool}", left.patches, left.of);
         }
         if left_out.is_empty() {
-            println!("  auto       leaves out nothing");
+            out!("  auto       leaves out nothing");
         }
     }
     Ok(Exit::Done)
@@ -104,24 +105,25 @@ fn print_stages(plan: &Plan) {
                 Drive::Absent(_) => format!("{tool} away"),
             })
             .collect();
-        println!("  stage      {}: {}", stage.name, drives.join(", "));
+        out!("  stage      {}: {}", stage.name, drives.join(", "));
     }
 }
 
 fn print_cost(cost: &Cost) {
-    println!("  unknowns   {}", cost.unknowns);
-    println!(
+    out!("  unknowns   {}", cost.unknowns);
+    out!(
         "  memory     about {:.0} MB, {:.0} MB of them factors and workspace",
-        cost.memory_mb, cost.factors_mb
+        cost.memory_mb,
+        cost.factors_mb
     );
-    println!(
+    out!(
         "  measured   an element loop {:.3} s, a factorisation {:.3} s ({:.2} Gflop), on {} threads",
         cost.elements_s,
         cost.factor_s,
         cost.flop / 1e9,
         rayon::current_num_threads()
     );
-    println!(
+    out!(
         "  expected   {:.0} to {:.0} increments, {:.0} to {:.0} iterations, {}",
         cost.increments[0],
         cost.increments[1],

@@ -1,5 +1,6 @@
 //! How the programs end: exit codes and the one place where errors are printed.
 
+use super::say::err;
 use std::error::Error;
 use std::process::ExitCode;
 
@@ -65,7 +66,7 @@ pub fn finish(outcome: Result<Exit, Failure>) -> ExitCode {
     match outcome {
         Ok(exit) => ExitCode::from(exit as u8),
         Err(failure) => {
-            eprintln!("error: {}", failure.error);
+            err!("error: {}", failure.error);
             ExitCode::from(failure.exit as u8)
         }
     }

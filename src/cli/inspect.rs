@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::say::out;
 use crate::cad::health::Health;
 use crate::cad::inspect::Inspection;
 
@@ -39,12 +40,12 @@ pub fn run(args: &InspectArgs) -> Result<Exit, Failure> {
     let health = args.health.then(|| model.health());
     if args.json {
         let all = Printed { facts, health };
-        println!("{}", serde_json::to_string_pretty(&all).map_err(Failure::input)?);
+        out!("{}", serde_json::to_string_pretty(&all).map_err(Failure::input)?);
         return Ok(Exit::Done);
     }
-    println!("{facts}");
+    out!("{facts}");
     if let Some(health) = health {
-        println!("{}", health.told_of(&model));
+        out!("{}", health.told_of(&model));
     }
     Ok(Exit::Done)
 }

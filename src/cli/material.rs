@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::say::out;
 use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
 use crate::solver::material::card::{self, MaterialCard};
@@ -47,17 +48,17 @@ pub fn run(args: &MaterialArgs) -> Result<Exit, Failure> {
             let cards = card::library();
             let width = cards.iter().map(|c| c.name.len()).max().unwrap_or(0);
             for card in cards {
-                println!("{:width$}  {}", card.name, card.source);
+                out!("{:width$}  {}", card.name, card.source);
             }
         }
         MaterialCommand::Show { card, html } => {
             let card = load(card)?;
             card.build(0.0).map_err(Failure::input)?;
             let function = card.yield_function().map_err(Failure::input)?;
-            print!("{}", told(&card, function.as_ref()));
+            out!("{}", told(&card, function.as_ref()).trim_end());
             if let Some(path) = html {
                 page(&card, function.as_ref()).write(path)?;
-                println!("page: {}", path.display());
+                out!("page: {}", path.display());
             }
         }
     }

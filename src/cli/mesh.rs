@@ -6,6 +6,7 @@ use clap::ValueEnum;
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::say::out;
 use crate::cad::Model;
 use crate::mesh::mapped::{self, MappedOptions, MeshStyle};
 use crate::mesh::{MeshError, MeshReport, SurfaceMesh, gmsh, io};
@@ -177,23 +178,31 @@ pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
     report.check(&model, args.mesher.area_tolerance())?;
     io::write(&mesh, &args.output)?;
     print_report(&report);
-    println!("  {}", args.output.display());
+    out!("  {}", args.output.display());
     Ok(Exit::Done)
 }
 
 fn print_report(r: &MeshReport) {
-    println!(
+    out!(
         "{} elements ({} quads, {} triangles) on {} faces, {} vertices",
-        r.elements, r.quads, r.triangles, r.faces, r.vertices
+        r.elements,
+        r.quads,
+        r.triangles,
+        r.faces,
+        r.vertices
     );
-    println!(
+    out!(
         "  area {:.4} mm2, the model's {:.4} ({:+.4} %)",
         r.area_mm2,
         r.model_area_mm2,
         100.0 * r.area_error
     );
-    println!(
+    out!(
         "  {} border sides, {} irregular; smallest corner Jacobian {:.3}, {} inverted elements; largest aspect {:.1}",
-        r.free_sides, r.irregular_sides, r.min_corner_jacobian, r.inverted, r.max_aspect
+        r.free_sides,
+        r.irregular_sides,
+        r.min_corner_jacobian,
+        r.inverted,
+        r.max_aspect
     );
 }

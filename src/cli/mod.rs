@@ -10,6 +10,7 @@ pub mod material;
 pub mod mesh;
 pub mod quantity;
 pub mod run;
+mod say;
 pub mod solve;
 pub mod status;
 mod stop;

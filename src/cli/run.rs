@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::say::out;
 use super::stop::stop_flag;
 use crate::report::record::RunRecord;
 use crate::run::folder::row;
@@ -71,7 +72,7 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let stop = stop_flag();
     let options = RunOptions { restart: args.restart, auto: args.auto, stop: Some(&stop) };
     if args.lines {
-        println!("{HEADER}");
+        out!("{HEADER}");
     }
     let tools: Vec<String> = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
     let outcome =
@@ -132,8 +133,8 @@ fn show(bar: &ProgressBar, progress: &Progress<'_>) {
 }
 
 fn print_record(record: &RunRecord, output: &std::path::Path) {
-    println!("{}: all stages done", record.name);
-    println!(
+    out!("{}: all stages done", record.name);
+    out!(
         "  {} increments, {} iterations, {} factorisations and {} updates of them, {} cuts, {} unknowns",
         record.increments,
         record.iterations,
@@ -142,28 +143,34 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
         record.cuts,
         record.unknowns
     );
-    println!(
+    out!(
         "  {:.1} s wall, {:.1} s processor on {} threads, {:.0} MB",
-        record.wall_s, record.cpu_s, record.threads, record.peak_mb
+        record.wall_s,
+        record.cpu_s,
+        record.threads,
+        record.peak_mb
     );
     for (phase, seconds) in &record.timings_s {
-        println!("    {phase:10} {seconds:7.2} s");
+        out!("    {phase:10} {seconds:7.2} s");
     }
-    println!(
+    out!(
         "  forces balance to {:.1e}, energy to {:.1e}, penetration at most {:.1e} mm",
-        record.force_balance, record.energy_balance, record.penetration_mm
+        record.force_balance,
+        record.energy_balance,
+        record.penetration_mm
     );
     if record.snaps > 0 {
-        println!(
+        out!(
             "  the sheet moved on by itself {} times (snapped, or sprang back): {:.1} N mm set free",
-            record.snaps, record.snap_work_nmm
+            record.snaps,
+            record.snap_work_nmm
         );
     }
     if let Some(order) = record.convergence_order {
-        println!("  Newton converges with order {order:.2} (median over the increments)");
+        out!("  Newton converges with order {order:.2} (median over the increments)");
     }
     for left in &record.left_out {
-        println!("  {} of {} patches of {} left out", left.patches, left.of, left.tool);
+        out!("  {} of {} patches of {} left out", left.patches, left.of, left.tool);
     }
-    println!("  {}", output.join("report.html").display());
+    out!("  {}", output.join("report.html").display());
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::say::out;
 use crate::run::status::{StatusError, status};
 
 /// Arguments of `status`.
@@ -32,9 +33,9 @@ impl From<StatusError> for Failure {
 pub fn run(args: &StatusArgs) -> Result<Exit, Failure> {
     let found = status(&args.folder)?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&found).map_err(Failure::input)?);
+        out!("{}", serde_json::to_string_pretty(&found).map_err(Failure::input)?);
     } else {
-        println!("{found}");
+        out!("{found}");
     }
     Ok(Exit::Done)
 }

@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::say::out;
 use super::stop::stop_flag;
 use crate::study::StudyError;
 use crate::study::cases::cases;
@@ -73,10 +74,10 @@ pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
         Description::Stability(study) => {
             std::fs::create_dir_all(&args.output).map_err(io(&args.output))?;
             for line in stability::run(&study, &args.file, &args.output)? {
-                println!("{line}");
+                out!("{line}");
             }
             for name in stability::DRAWINGS {
-                println!("  {}", args.output.join(name).with_extension("svg").display());
+                out!("  {}", args.output.join(name).with_extension("svg").display());
             }
             Ok(Exit::Done)
         }
@@ -87,11 +88,11 @@ pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
 fn patch_study(args: &StudyArgs, study: &PatchStudy) -> Result<Exit, Failure> {
     let model = read_model(&args.file.parent().unwrap_or(Path::new("")).join(&study.cad))?;
     std::fs::create_dir_all(&args.output).map_err(io(&args.output))?;
-    let lost = patches::run(study, &model, [&args.file, &args.output], &|line| println!("{line}"))?;
+    let lost = patches::run(study, &model, [&args.file, &args.output], &|line| out!("{line}"))?;
     if lost > 0 {
-        println!("{lost} models could not be made; patches.csv has the reasons");
+        out!("{lost} models could not be made; patches.csv has the reasons");
     }
-    println!("  {}", args.output.join("patches.html").display());
+    out!("  {}", args.output.join("patches.html").display());
     Ok(Exit::Done)
 }
 
@@ -116,9 +117,9 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
         again: args.again,
         stop: &stop,
     };
-    let manifest = execute(&open, &how, &|line| println!("{line}"))?;
+    let manifest = execute(&open, &how, &|line| out!("{line}"))?;
     if stop.load(Ordering::Relaxed) {
-        println!("stopped; the same command goes on from there");
+        out!("stopped; the same command goes on from there");
         return Ok(Exit::Stopped);
     }
     let checks = collect(study, &all, &manifest, &args.output)?;
@@ -126,12 +127,12 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
         .iter()
         .filter(|c| manifest.cases.get(&c.id).is_some_and(|entry| entry.state != State::Done));
     let failed = failed.count();
-    println!("{} cases, {failed} of those run not done", all.len());
+    out!("{} cases, {failed} of those run not done", all.len());
     for (check, outcome) in &checks {
         let [state, value] = outcome.words();
-        println!("  {state:13} {}: {value}, {} expected", check.says, check.allowed());
+        out!("  {state:13} {}: {value}, {} expected", check.says, check.allowed());
     }
-    println!("  {}", args.output.join("study.html").display());
+    out!("  {}", args.output.join("study.html").display());
     let broken = checks.iter().any(|(_, outcome)| matches!(outcome, Outcome::Fails { .. }));
     Ok(match (failed, broken) {
         (1.., _) => Exit::NoConvergence,

@@ -72,6 +72,8 @@ pub struct ConvertReport {
     pub finer: Vec<usize>,
     /// Faces without a patch: of no area within the tolerance to which the model is joined, or not in the mesh.
     pub bare: Vec<usize>,
+    /// Patches whose edges lost the curves that were asked for, as patches folded with them.
+    pub redone: Vec<u32>,
     /// Patches that fold still: somewhere `(S_eta x S_zeta) . n < 0`.
     pub folded: Vec<u32>,
     /// The model was turned round to look at the sheet.
@@ -226,6 +228,7 @@ impl<'a> Ground<'a> {
         report.straight.extend(chords);
         report.creases = crease_count(&tool);
         report.bare = bare(self.model, self.mesh);
+        report.redone = exempt.plain.iter().chain(&exempt.straight).copied().collect();
         report.folded = folded(&tool);
         Ok((tool, report))
     }

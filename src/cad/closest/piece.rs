@@ -6,7 +6,8 @@ use super::leaf::Best;
 use crate::cad::model::Face;
 use crate::cad::trim_region::TrimRegion;
 use crate::geometry::frame::unit;
-use crate::geometry::nurbs::{Surface, SurfaceDerivs, newton_step};
+use crate::geometry::nurbs::newton::{Bounds, boxed_step, descend};
+use crate::geometry::nurbs::{Surface, SurfaceDerivs};
 use crate::geometry::{Aabb, Vec2, Vec3};
 
 /// Largest turning of the control polygons across a rectangle [rad].
@@ -130,58 +131,17 @@ impl Piece {
         (0..4).filter_map(quarter).collect()
     }
 
-    fn clamp(&self, uv: Vec2) -> Vec2 {
-        uv.sup(&self.low).inf(&self.high)
-    }
-
-    /// Local minimum in the rectangle: bounded Newton from the foot on the tangent plane at the centre,
-    /// Gauss-Newton where the Hessian is not positive, halved until the distance does not grow.
+    /// Local minimum in the rectangle, downhill of the foot on the tangent plane at the centre.
     fn descend(&self, p: &Vec3) -> (Vec2, f64) {
-        let middle = 0.5 * (self.low + self.high);
-        let mut d = self.samples[0];
-        let mut uv = middle;
-        let mut best = (d.s - p).norm_squared();
-        let enough = 1e-26 * (best + self.half.norm_squared());
-        for k in 0..50 {
-            let step = self.step(&d, p, uv, k == 0);
-            let mut next = self.clamp(uv + step);
-            let mut e = self.piece.derivs(next);
-            let mut distance = (e.s - p).norm_squared();
-            let mut halvings = 0;
-            // Near the foot the distances differ by rounding only.
-            let allowed = best * (1.0 + 4.0 * f64::EPSILON);
-            while distance > allowed && halvings < 30 {
-                halvings += 1;
-                next = self.clamp(uv + step * 0.5f64.powi(halvings));
-                e = self.piece.derivs(next);
-                distance = (e.s - p).norm_squared();
-                if (e.s - d.s).norm_squared() <= enough {
-                    break;
-                }
-            }
-            let moved = (e.s - d.s).norm_squared();
-            if distance <= allowed {
-                (uv, d, best) = (next, e, distance);
-            }
-            if moved <= enough {
-                break;
-            }
-        }
-        (uv, best)
-    }
-
-    /// A step downhill, in the parameters not held at a border.
-    fn step(&self, d: &SurfaceDerivs, p: &Vec3, uv: Vec2, plane: bool) -> Vec2 {
+        let (middle, d) = (0.5 * (self.low + self.high), &self.samples[0]);
+        let bounds = Bounds { low: self.low, high: self.high };
         let r = d.s - p;
-        let g = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
         let gauss = [d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared()];
-        let full = [gauss[0] + r.dot(&d.suu), gauss[1] + r.dot(&d.suv), gauss[2] + r.dot(&d.svv)];
-        let held = [0, 1]
-            .map(|k| (uv[k] <= self.low[k] && g[k] > 0.0) || (uv[k] >= self.high[k] && g[k] < 0.0));
-        let newton = if plane { None } else { newton_step(full, g, held) };
-        newton
-            .or_else(|| newton_step(gauss, g, held))
-            .unwrap_or_else(|| -g / gauss[0].max(gauss[2]).max(f64::MIN_POSITIVE))
+        let slope = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
+        let step = boxed_step(gauss, slope, [self.low - middle, self.high - middle]);
+        let from = |start: Vec2| descend(|uv| self.piece.derivs(uv), p, start, bounds);
+        let found = from(middle + step.unwrap_or_default());
+        if found.1 <= r.norm_squared() { found } else { from(middle) }
     }
 }
 

@@ -5,6 +5,7 @@ use super::print::print_reach;
 use super::{provenance, stem};
 use crate::cad::Model;
 use crate::cli::exit::{Exit, Failure};
+use crate::cli::say::out;
 use crate::convert::bezier::{BezierError, BezierOptions, FINEST, Within, within_tolerance};
 use crate::convert::reach::Reached;
 use crate::mesh::{attach, io};
@@ -35,19 +36,19 @@ pub(super) fn bezier(
     }
     provenance.mesher += &format!(" bezier tol-mm={tolerance_mm}");
     ToolFile::of_model(&tool, EdgeRule::Guarded, provenance).write(&args.output)?;
-    println!(
+    out!(
         "{} patches of degree up to {}, {:.2e} mm off the CAD's surfaces at most",
         tool.patches.len(),
         report.degree,
         report.error_mm
     );
     if report.turned || reached.is_some_and(|r| r.turned) {
-        println!("  turned round to look at the sheet");
+        out!("  turned round to look at the sheet");
     }
     if let Some(reached) = reached {
         print_reach(reached);
     }
-    println!("  {}", args.output.display());
+    out!("  {}", args.output.display());
     Ok(Exit::Done)
 }
 
@@ -81,7 +82,7 @@ pub(super) fn exchange(args: &ConvertArgs, to: To) -> Result<Exit, Failure> {
         To::Nagata => {
             let (tool, lost) = to_nagata(&loaded.model)
                 .map_err(|e| Failure::input(format!("{}: {e}", args.file.display())))?;
-            println!("largest discrepancy {:.3e} mm, on patch {}", lost.max_mm, lost.patch);
+            out!("largest discrepancy {:.3e} mm, on patch {}", lost.max_mm, lost.patch);
             tool
         }
     };
@@ -90,6 +91,6 @@ pub(super) fn exchange(args: &ConvertArgs, to: To) -> Result<Exit, Failure> {
     provenance.mesher += &format!(" to={to:?}").to_lowercase();
     provenance.shape_error_mm = provenance.shape_error_mm.filter(|_| to == To::Bezier);
     ToolFile::of_model(&tool, EdgeRule::Guarded, provenance).write(&args.output)?;
-    println!("{} patches\n  {}", tool.patches.len(), args.output.display());
+    out!("{} patches\n  {}", tool.patches.len(), args.output.display());
     Ok(Exit::Done)
 }

@@ -14,6 +14,7 @@ use super::cad::read_model;
 use super::exit::{Exit, Failure};
 use crate::audit::AuditReport;
 use crate::cad::Model;
+use crate::cli::say::out;
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance};
@@ -100,7 +101,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
     print_report(&made);
     reached.iter().for_each(print_reach);
-    println!("  {}", args.output.display());
+    out!("  {}", args.output.display());
     Ok(Exit::Done)
 }
 

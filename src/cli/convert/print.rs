@@ -1,6 +1,7 @@
 //! What `convert` prints of what it made.
 
 use super::{Converted, Fit};
+use crate::cli::say::{err, out};
 use crate::convert::reach::{Reached, Why};
 use crate::convert::tolerance::Borders;
 use crate::geometry::Vec3;
@@ -13,29 +14,32 @@ const MOST_LISTED: usize = 50;
 pub(super) fn print_report(made: &Converted) {
     let (patches, vertices) = (made.tool.patches.len(), made.tool.vertices.len());
     let report = &made.report;
-    println!("{patches} patches, {vertices} vertices, {} crease edges", report.creases);
+    out!("{patches} patches, {vertices} vertices, {} crease edges", report.creases);
     if let Some(Fit { audit, moved_mm, slid_mm, borders, asked_apart }) = &made.refined {
-        println!(
+        out!(
             "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved_mm:.5} mm off the CAD",
-            audit.min_mm, audit.max_mm, audit.normal_max_deg
+            audit.min_mm,
+            audit.max_mm,
+            audit.normal_max_deg
         );
         if *slid_mm > 0.0 {
-            println!(
+            out!(
                 "  vertices on smooth borders of flats up to {slid_mm:.5} mm off these, within the flat"
             );
         }
         if *borders == Borders::Independent {
             let [x, y, z] = audit.jumps.border_gap_at.unwrap_or_default();
-            println!(
+            out!(
                 "  faces divided independently: {} sides do not meet their neighbours', gap up to {:.5} mm at ({x:.3}, {y:.3}, {z:.3}) mm",
-                audit.jumps.open_sides, audit.jumps.border_gap_mm
+                audit.jumps.open_sides,
+                audit.jumps.border_gap_mm
             );
         } else if *asked_apart {
-            println!("  no fewer patches with faces divided independently: conforming");
+            out!("  no fewer patches with faces divided independently: conforming");
         }
     }
     if report.turned {
-        println!("  turned round to look at the sheet");
+        out!("  turned round to look at the sheet");
     }
     list_edges(made, &report.straight, "straight");
     list_edges(made, &report.bent, "follows the CAD, off its normals");
@@ -45,12 +49,12 @@ pub(super) fn print_report(made: &Converted) {
         "without a patch (they have no area, or the mesh has nothing on them)",
     );
     if report.split > 0 {
-        eprintln!("warning: {} folded quadrilaterals split in two triangles", report.split);
+        err!("warning: {} folded quadrilaterals split in two triangles", report.split);
     }
     for &patch in report.folded.iter().take(MOST_LISTED) {
         let p = at(made, &made.tool.corners[patch as usize].vertices);
         let face = made.tool.faces[patch as usize];
-        eprintln!("warning: patch {patch} on face {face} near {p} folds; mesh finer there");
+        err!("warning: patch {patch} on face {face} near {p} folds; mesh finer there");
     }
 }
 
@@ -67,7 +71,7 @@ fn list_faces(faces: &[usize], what: &str) {
     }
     let listed: Vec<String> = faces.iter().take(MOST_LISTED).map(usize::to_string).collect();
     let more = if faces.len() > MOST_LISTED { ", ..." } else { "" };
-    println!("  {} faces {what}: {}{more}", faces.len(), listed.join(", "));
+    out!("  {} faces {what}: {}{more}", faces.len(), listed.join(", "));
 }
 
 fn list_edges(made: &Converted, edges: &[StraightEdge], what: &str) {
@@ -75,17 +79,17 @@ fn list_edges(made: &Converted, edges: &[StraightEdge], what: &str) {
         let ([a, b], p) = (edge.vertices, at(made, &edge.vertices));
         let patches: Vec<String> = edge.patches.iter().map(u32::to_string).collect();
         let patches = patches.join(", ");
-        eprintln!("warning: edge {a}-{b} of patches {patches} near {p}: {what}; {}", edge.fault);
+        err!("warning: edge {a}-{b} of patches {patches} near {p}: {what}; {}", edge.fault);
     }
     if edges.len() > MOST_LISTED {
-        eprintln!("warning: and {} more edges: {what}", edges.len() - MOST_LISTED);
+        err!("warning: and {} more edges: {what}", edges.len() - MOST_LISTED);
     }
 }
 
 /// Faces left out.
 pub(super) fn print_reach(reached: &Reached) {
     let of = |why| reached.left_out.iter().filter(|l| l.1 == why).count();
-    println!(
+    out!(
         "  {} of {} faces within the sheet's reach; left out: {} beside it, {} behind, {} looking away",
         reached.kept.len(),
         reached.kept.len() + reached.left_out.len(),

@@ -12,6 +12,7 @@ use crate::cad::model::Edge;
 use crate::convert::{ConvertOptions, convert};
 use crate::geometry::{Aabb, Vec3};
 use crate::mesh::SurfaceMesh;
+use crate::mesh::mapped::is_crease;
 use crate::mesh::mapped::plan::{Divisions, Plan};
 use crate::tool::ToolModel;
 use crate::tool::side::{SideCurve, sides_used_once};
@@ -25,6 +26,9 @@ pub(super) struct Figures {
     pub error_mm: f64,
     /// Largest normal error [degrees]; infinite when the face cannot be meshed so.
     pub normal_deg: f64,
+    /// How far sides that lost their curves, as patches folded, are from the creases they are on [mm]: what the faces
+    /// beyond them are then off, though a flat is not.
+    pub cut_mm: f64,
     /// Where the error is largest, if there are patches.
     pub worst: Option<Vec3>,
     /// For each edge of the plan's model the largest distance of the patches' sides on it from it [mm]; empty when
@@ -32,17 +36,19 @@ pub(super) struct Figures {
     pub off: Vec<f64>,
 }
 
-const NONE: Figures = Figures {
-    patches: 0,
-    error_mm: f64::INFINITY,
-    normal_deg: f64::INFINITY,
-    worst: None,
-    off: Vec::new(),
-};
-
-/// A face of no area, which has no patches.
-const BARE: Figures =
-    Figures { patches: 0, error_mm: 0.0, normal_deg: 0.0, worst: None, off: Vec::new() };
+impl Figures {
+    /// No patches: a face of no area, or one that cannot be meshed so, whose errors are infinite.
+    const fn bare(error: f64) -> Self {
+        Self {
+            patches: 0,
+            error_mm: error,
+            normal_deg: error,
+            cut_mm: 0.0,
+            worst: None,
+            off: Vec::new(),
+        }
+    }
+}
 
 /// Shares of the tolerance that faces judged alone are held to, largest first: balancing takes the rest off.
 const LOOSENINGS: [f64; 9] = [5.0, 3.5, 2.5, 2.0, 1.8, 1.6, 1.4, 1.2, 1.0];
@@ -65,6 +71,8 @@ pub(super) struct Judge<'a> {
     neighbours: Option<&'a Neighbours>,
     /// Edges of the plan's model that other faces divide in their own way; empty: none.
     apart: &'a [bool],
+    /// Whether the faces at each edge meet at an angle.
+    creases: Vec<bool>,
     /// Boxes around its edges, a little wider.
     boxes: Vec<Aabb>,
     known: Mutex<FxHashMap<Key, Figures>>,
@@ -87,6 +95,7 @@ impl<'a> Judge<'a> {
             normals,
             neighbours,
             apart,
+            creases: model.edges.iter().map(|e| is_crease(model, e)).collect(),
             boxes: model.edges.iter().map(hull).collect(),
             known: Mutex::default(),
             spent: AtomicU64::new(0),
@@ -105,9 +114,10 @@ impl<'a> Judge<'a> {
         }
         let mesh = self.plan.face(f, divisions, density).ok();
         let work = mesh.as_ref().map_or(0, |mesh| mesh.elements.len());
-        let bare = |mesh: &SurfaceMesh| mesh.elements.is_empty().then_some(BARE);
-        let found =
-            mesh.and_then(|mesh| bare(&mesh).or_else(|| self.judge(f, &mesh))).unwrap_or(NONE);
+        let bare = |mesh: &SurfaceMesh| mesh.elements.is_empty().then_some(Figures::bare(0.0));
+        let found = mesh
+            .and_then(|mesh| bare(&mesh).or_else(|| self.judge(f, &mesh)))
+            .unwrap_or(Figures::bare(f64::INFINITY));
         if let Ok(mut known) = self.known.lock()
             && known.insert(key, found.clone()).is_none()
         {
@@ -145,11 +155,14 @@ impl<'a> Judge<'a> {
             Some(n) => n.foreseen(f, (&tool, &found), &self.options, edge).ok()?,
             None => report.worst_mm(),
         };
+        let (cut_mm, at) = self.cut_off(&tool, &made.redone);
+        let worst = report.worst.first().map(|w| w.point.into());
         Some(Figures {
             patches: tool.patches.len(),
             error_mm,
             normal_deg: report.normal_max_deg,
-            worst: report.worst.first().map(|w| w.point.into()),
+            worst: if cut_mm > error_mm { at } else { worst },
+            cut_mm,
             off,
         })
     }
@@ -170,6 +183,26 @@ impl<'a> Judge<'a> {
             }
         }
         off
+    }
+
+    /// How far sides that lost their curves are from the edges they are on [mm], and where that is most. Where faces run on
+    /// smoothly it takes them off their surfaces by its square only.
+    fn cut_off(&self, tool: &ToolModel, redone: &[u32]) -> (f64, Option<Vec3>) {
+        let none = (0.0, None);
+        if redone.is_empty() {
+            return none;
+        }
+        let rings: Vec<&[u32]> = tool.corners.iter().map(|c| &c.vertices[..]).collect();
+        let once = sides_used_once(&rings);
+        let sides =
+            redone.iter().flat_map(|&k| once[k as usize].iter().map(move |&side| (k, side)));
+        let curves = sides.map(|(k, side)| SideCurve::new(&tool.patches[k as usize], side));
+        let off = |side: SideCurve<'_>| {
+            let middle = side.point(0.5);
+            let edge = self.edge(&side).filter(|&e| self.creases[e])?;
+            Some((self.far(edge, &middle), Some(middle)))
+        };
+        curves.filter_map(off).fold(none, |most, next| if next.0 > most.0 { next } else { most })
     }
 
     /// Distance of a point from an edge of the plan's model [mm].

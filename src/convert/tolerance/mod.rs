@@ -4,8 +4,8 @@
 //!
 //! - [`alone`]: what moving its vertices will take off a face's error
 //! - [`apart`]: every face with divisions of its own, borders meeting to within the tolerance
-//! - [`search`]: which divisions; every face is judged alone, by the audit of its own patches
-//! - [`balance`]: vertices moved along their normals
+//! - [`search`], [`state`]: which divisions; every face is judged alone, by the audit of its own patches
+//! - [`balance`], [`ways`]: vertices moved along their normals, or within flats
 //! - [`work`]: a model, or one face, refined and audited as a whole
 //! - [`uniform`]: meshes of one division of a quarter turn, taken where they have fewer patches
 //!
@@ -16,6 +16,7 @@ mod apart;
 pub mod balance;
 mod face;
 mod search;
+mod state;
 mod uniform;
 mod ways;
 mod work;
@@ -29,7 +30,7 @@ use crate::tool::ToolModel;
 use super::{ConvertError, ConvertOptions, ConvertReport};
 use alone::Neighbours;
 use face::Judge;
-use search::State;
+use state::State;
 use work::Work;
 
 /// What a model is refined to.

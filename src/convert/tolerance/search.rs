@@ -7,48 +7,8 @@ use rayon::prelude::*;
 
 use super::Goal;
 use super::face::{Figures, Judge};
-use crate::geometry::Vec3;
+use super::state::State;
 use crate::mesh::mapped::plan::{Divisions, Plan};
-
-/// Divisions tried, and what every face makes of them.
-#[derive(Debug, Clone)]
-pub(super) struct State {
-    /// Least divisions of each edge.
-    pub minima: Vec<usize>,
-    /// Divisions of a quarter turn inside each face where that is not up to its edges.
-    pub density: Vec<usize>,
-    divisions: Divisions,
-    faces: Vec<Figures>,
-    /// Error of each face over its tolerance.
-    badness: Vec<f64>,
-}
-
-impl State {
-    /// Patches in all.
-    pub fn patches(&self) -> usize {
-        self.faces.iter().map(|f| f.patches).sum()
-    }
-
-    /// Largest shape error [mm] and normal error [degrees] of a face.
-    pub fn figures(&self, face: usize) -> (f64, f64) {
-        (self.faces[face].error_mm, self.faces[face].normal_deg)
-    }
-
-    /// Where the error of a face is largest.
-    pub fn worst(&self, face: usize) -> Option<Vec3> {
-        self.faces[face].worst
-    }
-
-    /// For each edge how far the patches' sides on it are from it [mm]; empty when that was not asked.
-    pub fn off(&self, face: usize) -> &[f64] {
-        &self.faces[face].off
-    }
-
-    /// Error of a face over the tolerance, without its share.
-    pub fn badness(&self, face: usize) -> f64 {
-        self.badness[face]
-    }
-}
 
 /// A way to make a face better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -140,9 +100,11 @@ impl Search<'_> {
         State { minima, density, divisions, faces, badness }
     }
 
-    /// Error of face `k` over the tolerance; the sides' distance from its edges is no matter of its share.
+    /// Error of face `k` over the tolerance; the sides' distance from its edges is no matter of its share, but where that is
+    /// less than one.
     fn ratio(&self, k: usize, f: &Figures) -> f64 {
         let error = (f.error_mm / self.goal.tol_mm).max(f.normal_deg / self.goal.normal_deg);
+        let error = error.max(self.shares[k].max(1.0) * f.cut_mm / self.goal.tol_mm);
         if f.off.is_empty() {
             return error;
         }

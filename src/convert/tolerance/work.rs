@@ -3,14 +3,15 @@
 
 use super::balance::balanced;
 use super::face::Judge;
-use super::search::{self, Search, State};
+use super::search::{self, Search};
+use super::state::State;
 use super::{Borders, Goal, Refined, ToleranceError};
 use crate::audit::report::PatchAudit;
 use crate::audit::{Audit, AuditOptions, AuditReport, CadReference, audit};
 use crate::cad::Model;
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::mesh::mapped::MappedOptions;
-use crate::mesh::mapped::plan::Plan;
+use crate::mesh::mapped::plan::{Divisions, Plan};
 use crate::mesh::{MeshError, SurfaceMesh};
 use crate::tool::ToolModel;
 
@@ -35,6 +36,24 @@ pub(super) struct Work<'a> {
     pub normals: bool,
     /// Patches judged from which on the search takes what growth gives.
     pub enough: u64,
+}
+
+/// Divisions of edges and insides of faces whose whole model was not what was asked for, and why.
+struct Failed {
+    divisions: (Divisions, Vec<usize>),
+    faults: Faults,
+}
+
+/// Faces that exceed the tolerance in a whole model, and how many times; and those with folded patches.
+struct Faults {
+    over: Vec<(usize, f64)>,
+    folded: Vec<usize>,
+}
+
+impl Faults {
+    fn none(&self) -> bool {
+        self.over.is_empty() && self.folded.is_empty()
+    }
 }
 
 /// Gives faces of a tool their numbers in the reference.
@@ -95,13 +114,14 @@ impl<'a> Work<'a> {
         let loosenings: &[f64] = if goal.two_sided { judge.loosenings() } else { &[1.0] };
         let mut best: Option<(Refined, State)> = None;
         let mut last = None;
+        let mut failed = Vec::new();
         for &share in loosenings.iter().rev() {
             let enough = if share > LOOSE { self.enough / 8 } else { self.enough };
             if best.is_some() && judge.spent() >= enough {
                 break;
             }
             let limit = best.as_ref().map_or(usize::MAX, |b| b.0.tool.patches.len());
-            match self.held_to(judge, goal, (share, borders), limit) {
+            match self.held_to(judge, goal, (share, borders), (limit, &mut failed)) {
                 Ok(Some(found)) => best = Some(found),
                 Ok(None) => {}
                 Err(ToleranceError::NotReached { .. }) if best.is_some() => {}
@@ -127,16 +147,15 @@ impl<'a> Work<'a> {
     }
 
     /// Refines with faces held to `share` of the tolerance, and those that exceed it in the whole model to less;
-    /// `None` when it takes as many patches as `limit`.
+    /// `None` when it takes as many patches as `limit`. States that `failed` are not made again.
     fn held_to(
         &self,
         judge: &Judge<'_>,
         goal: &Goal,
         (share, borders): (f64, &[f64]),
-        limit: usize,
+        (limit, failed): (usize, &mut Vec<Failed>),
     ) -> Result<Option<(Refined, State)>, ToleranceError> {
-        let faces = self.plan.model().faces.len();
-        let mut shares = vec![share; faces];
+        let mut shares = vec![share; self.plan.model().faces.len()];
         let mut state: Option<State> = None;
         let mut last = None;
         for _ in 0..ROUNDS {
@@ -150,31 +169,45 @@ impl<'a> Work<'a> {
                 return Ok(None);
             }
             if !search.keeps(&next) {
-                return Err(match last {
-                    Some(last) => self.not_reached(goal, &last),
-                    None => self.given_up(goal, &next),
-                });
+                return Err(last.unwrap_or_else(|| self.given_up(goal, &next)));
             }
-            let refined = self.finish(&next, goal)?;
-            let own = |face: usize| face - self.first as usize;
-            let over = exceeding(&refined.audit, goal).into_iter().map(|(f, r)| (own(f), r));
-            let over: Vec<(usize, f64)> = over.collect();
-            let folded: Vec<usize> = folded(&refined).into_iter().map(own).collect();
-            if over.is_empty() && folded.is_empty() {
-                return Ok(Some((refined, next)));
-            }
-            let less = |&(face, ratio): &(usize, f64)| {
-                let face = self.cause(&next, face, ratio);
-                let held: f64 = shares[face] / ratio.clamp(1.02, 1.5);
-                (face, held.min(next.badness(face) * 0.99))
+            let known = failed.iter().position(|f| next.is_of(&f.divisions));
+            let known = match known {
+                Some(known) => known,
+                None => {
+                    let refined = self.finish(&next, goal)?;
+                    let faults = self.faults(&refined, goal);
+                    if faults.none() {
+                        return Ok(Some((refined, next)));
+                    }
+                    last = Some(self.not_reached(goal, &refined));
+                    failed.push(Failed { divisions: next.key(), faults });
+                    failed.len() - 1
+                }
             };
-            let less: Vec<(usize, f64)> = over.iter().map(less).collect();
-            let unfolded = (!folded.is_empty()).then(|| search.unfolded(&next, &folded));
+            let faults = &failed[known].faults;
+            let less: Vec<(usize, f64)> =
+                faults.over.iter().map(|&over| self.less(&next, &shares, over)).collect();
+            let unfolded =
+                (!faults.folded.is_empty()).then(|| search.unfolded(&next, &faults.folded));
             state = Some(unfolded.unwrap_or(next));
             less.into_iter().for_each(|(face, share)| shares[face] = share);
-            last = Some(refined);
         }
-        Err(last.map_or(ToleranceError::TooFew { least: 0 }, |last| self.not_reached(goal, &last)))
+        last.map_or(Ok(None), Err)
+    }
+
+    /// What keeps a whole model from the goal; faces have the plan's numbers.
+    fn faults(&self, refined: &Refined, goal: &Goal) -> Faults {
+        let own = |face: usize| face - self.first as usize;
+        let over = exceeding(&refined.audit, goal).into_iter().map(|(f, ratio)| (own(f), ratio));
+        Faults { over: over.collect(), folded: folded(refined).into_iter().map(own).collect() }
+    }
+
+    /// The face to hold to less as face `f` is `ratio` times the tolerance off, and to what share of the tolerance.
+    fn less(&self, state: &State, shares: &[f64], (f, ratio): (usize, f64)) -> (usize, f64) {
+        let face = self.cause(state, f, ratio);
+        let held: f64 = shares[face] / ratio.clamp(1.02, 1.5);
+        (face, held.min(state.badness(face) * 0.99))
     }
 
     /// The face to hold to less where face `f` is `ratio` times the tolerance off: itself, or when its own patches are much

@@ -8,7 +8,7 @@ mod distance_form;
 mod fit;
 mod isoline;
 mod net;
-mod newton;
+pub(crate) mod newton;
 mod pinched;
 mod prepared;
 mod project;

@@ -5,8 +5,10 @@ use crate::geometry::{Vec2, Vec3};
 
 /// A rectangle of parameters; a direction without width is held.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
+pub(crate) struct Bounds {
+    /// Least parameters.
     pub low: Vec2,
+    /// Largest parameters.
     pub high: Vec2,
 }
 
@@ -20,10 +22,13 @@ impl Bounds {
 
 /// Newton steps at most.
 const STEPS: u32 = 50;
+/// Least curvature of a model whose curvatures were turned up; that of the surface's metric is one.
+const FLATTEST: f64 = 0.05;
 
-/// The local minimum downhill of `start`: parameters and squared distance. Newton where the Hessian is positive
-/// definite, Gauss-Newton elsewhere, steps cut at the bounds and halved until the distance does not grow.
-pub(super) fn descend(
+/// The local minimum downhill of `start`: parameters and squared distance. Newton where the Hessian is positive definite
+/// (along a side of the bounds at least), with its curvatures made positive elsewhere; steps to the least of their model
+/// within the bounds, halved until the distance does not grow.
+pub(crate) fn descend(
     derivs: impl Fn(Vec2) -> SurfaceDerivs,
     p: &Vec3,
     start: Vec2,
@@ -71,14 +76,61 @@ fn step(d: &SurfaceDerivs, p: &Vec3, x: Vec2, bounds: &Bounds) -> Vec2 {
     let g = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
     let gauss = [d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared()];
     let full = [gauss[0] + r.dot(&d.suu), gauss[1] + r.dot(&d.suv), gauss[2] + r.dot(&d.svv)];
-    let held = [0, 1].map(|k| {
-        bounds.low[k] >= bounds.high[k]
-            || (x[k] <= bounds.low[k] && g[k] >= 0.0)
-            || (x[k] >= bounds.high[k] && g[k] <= 0.0)
+    let room = [bounds.low - x, bounds.high - x];
+    // Along a side that the distance grows away from, it may have a least where it has none about it.
+    let along = room.map(|end| {
+        let held =
+            |k: usize| (room[0][k] >= 0.0 && g[k] >= 0.0) || (room[1][k] <= 0.0 && g[k] <= 0.0);
+        Vec2::from_fn(|k, _| if held(k) { 0.0 } else { end[k] })
     });
-    newton_step(full, g, held)
-        .or_else(|| newton_step(gauss, g, held))
+    boxed_step(full, g, room)
+        .or_else(|| boxed_step(full, g, along))
+        .or_else(|| boxed_step(turned_up(full, gauss)?, g, room))
+        .or_else(|| boxed_step(gauss, g, room))
         .unwrap_or_else(|| -g / gauss[0].max(gauss[2]).max(f64::MIN_POSITIVE))
+}
+
+/// The Hessian with its curvatures, measured in the metric `gauss` of the surface, made positive: large ones stay as short
+/// of steps as they are. `None` where there is no metric.
+fn turned_up([a, b, c]: [f64; 3], gauss: [f64; 3]) -> Option<[f64; 3]> {
+    let [e, f, g] = gauss;
+    let det = e * g - f * f;
+    if det.is_nan() || det <= 1e-14 * e * g {
+        return None;
+    }
+    let mean = 0.5 * (e * c - 2.0 * f * b + g * a) / det;
+    let spread = (mean * mean - (a * c - b * b) / det).max(0.0).sqrt();
+    let [most, least] = [mean + spread, mean - spread].map(|x| x.abs().max(FLATTEST));
+    let share = if spread > 0.0 { (most - least) / (2.0 * spread) } else { 0.0 };
+    let rest = most - share * (mean + spread);
+    Some([share * a + rest * e, share * b + rest * f, share * c + rest * g])
+}
+
+/// The step within `room` (least and largest one) that makes `g . s + s . H s / 2` least; `None` unless `H = [a, b, c]` is
+/// positive definite.
+pub(crate) fn boxed_step([a, b, c]: [f64; 3], g: Vec2, room: [Vec2; 2]) -> Option<Vec2> {
+    let det = a * c - b * b;
+    let wide = [0, 1].map(|k| room[0][k] < room[1][k]);
+    if wide[0] && wide[1] && a > 0.0 && det > 1e-14 * a * c {
+        let step = Vec2::new((b * g.y - c * g.x) / det, (b * g.x - a * g.y) / det);
+        if (0..2).all(|k| room[0][k] <= step[k] && step[k] <= room[1][k]) {
+            return Some(step);
+        }
+    } else if wide == [true, true] || (wide[0] && a <= 0.0) || (wide[1] && c <= 0.0) {
+        return None;
+    }
+    // The least is on a side of the room.
+    let value = |s: &Vec2| g.dot(s) + 0.5 * (a * s.x * s.x + c * s.y * s.y) + b * s.x * s.y;
+    let side = |k: usize, end: usize| {
+        let (other, curvature) = (1 - k, if k == 0 { c } else { a });
+        let mut s = Vec2::zeros();
+        s[k] = room[end][k];
+        let free = -(g[other] + b * s[k]) / curvature;
+        s[other] = if free.is_finite() { free } else { 0.0 };
+        s.sup(&room[0]).inf(&room[1])
+    };
+    let sides = [side(0, 0), side(0, 1), side(1, 0), side(1, 1)];
+    sides.into_iter().min_by(|x, y| value(x).total_cmp(&value(y)))
 }
 
 /// `-H^-1 g` in the parameters not held; `None` unless H is positive definite there.
@@ -92,5 +144,99 @@ pub(crate) fn newton_step([a, b, c]: [f64; 3], g: Vec2, held: [bool; 2]) -> Opti
             let definite = a > 0.0 && det > 1e-14 * a * c;
             definite.then(|| Vec2::new((b * g.y - c * g.x) / det, (b * g.x - a * g.y) / det))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_boxed_step_is_the_least_of_dense_sampling() {
+        let room = [Vec2::new(-0.5, -0.2), Vec2::new(1.5, 0.0)];
+        let hessians = [[2.0, 0.0, 1.0], [1.0, 0.9, 1.0], [3.0, -1.7, 1.0]];
+        for (h, k) in hessians.into_iter().flat_map(|h| (0..16).map(move |k| (h, k))) {
+            let g = 2.0 * Vec2::new(f64::from(k % 4) - 1.5, f64::from(k / 4) - 1.5);
+            let value = |s: Vec2| {
+                let [a, b, c] = h;
+                g.dot(&s) + 0.5 * (a * s.x * s.x + c * s.y * s.y) + b * s.x * s.y
+            };
+            let at = |i: i32, j: i32| {
+                room[0]
+                    + (room[1] - room[0]).component_mul(&(Vec2::new(i.into(), j.into()) / 400.0))
+            };
+            let dense = (0..=400).flat_map(|i| (0..=400).map(move |j| value(at(i, j))));
+            let dense = dense.fold(f64::INFINITY, f64::min);
+            let found = value(boxed_step(h, g, room).unwrap());
+            assert!(found <= dense && dense - found < 1e-3, "{h:?} {g:?}: {found} {dense}");
+        }
+        assert_eq!(boxed_step([1.0, 2.0, 1.0], Vec2::x(), room), None);
+    }
+
+    #[test]
+    fn a_direction_without_width_is_held() {
+        let room = [Vec2::new(0.0, -1.0), Vec2::new(0.0, 1.0)];
+        let found = boxed_step([0.0, 0.0, 2.0], Vec2::new(5.0, 1.0), room);
+        assert_eq!(found, Some(Vec2::new(0.0, -0.5)));
+        assert_eq!(boxed_step([1.0, 0.0, 0.0], Vec2::new(5.0, 1.0), room), None);
+    }
+
+    /// A trough that runs askew through the rectangle: full steps lead out of it again and again.
+    #[test]
+    fn a_descent_to_a_border_takes_few_points() {
+        let evaluated = std::cell::Cell::new(0);
+        let derivs = |x: Vec2| {
+            evaluated.set(evaluated.get() + 1);
+            let across = x.x - 0.6 * x.y;
+            SurfaceDerivs {
+                s: Vec3::new(x.x, x.y, 40.0 * across * across),
+                su: Vec3::new(1.0, 0.0, 80.0 * across),
+                sv: Vec3::new(0.0, 1.0, -48.0 * across),
+                suu: Vec3::new(0.0, 0.0, 80.0),
+                suv: Vec3::new(0.0, 0.0, -48.0),
+                svv: Vec3::new(0.0, 0.0, 28.8),
+            }
+        };
+        let bounds = Bounds { low: Vec2::new(0.0, 0.0), high: Vec2::new(1.0, 1.0) };
+        let p = Vec3::new(2.0, 3.0, -1.0);
+        let (x, squared) = descend(derivs, &p, Vec2::new(1.0, 0.0), bounds);
+        let searched = evaluated.get();
+        let at = |i: i32, j: i32| derivs(Vec2::new(f64::from(i), f64::from(j)) / 1000.0).s - p;
+        let dense = (0..=1000).flat_map(|i| (0..=1000).map(move |j| at(i, j).norm_squared()));
+        let dense = dense.fold(f64::INFINITY, f64::min);
+        assert!(squared <= dense && dense - squared < 1e-5, "{x:?}: {squared} {dense}");
+        assert!(searched <= 30, "{searched}");
+    }
+
+    #[test]
+    fn curvatures_are_turned_up_in_the_metric_of_the_surface() {
+        // In the metric the curvatures are 3 and -2 along (1, 1) and (1, -1).
+        let gauss = [4.0, 0.0, 1.0];
+        let scaled = |m: [f64; 3]| [4.0 * m[0], 2.0 * m[1], m[2]];
+        let found = turned_up(scaled([0.5, 2.5, 0.5]), gauss).unwrap();
+        let expected = scaled([2.5, 0.5, 2.5]);
+        assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 1e-12), "{found:?}");
+        assert_eq!(turned_up([8.0, 0.0, 1.0], gauss), Some([8.0, 0.0, 1.0]));
+        assert_eq!(turned_up([-8.0, 0.0, -2.0], gauss), Some([8.0, 0.0, 2.0]));
+        assert_eq!(turned_up([1.0, 0.0, 1.0], [0.0, 0.0, 1.0]), None);
+    }
+
+    /// Concave across the side it ends at: Newton along that side, not Gauss-Newton's many steps.
+    #[test]
+    fn a_descent_ends_exactly_on_a_side_it_is_pushed_against() {
+        let derivs = |x: Vec2| SurfaceDerivs {
+            s: Vec3::new(x.x, x.y, 2.0 * x.x * x.x - 3.0 * x.y * x.y),
+            su: Vec3::new(1.0, 0.0, 4.0 * x.x),
+            sv: Vec3::new(0.0, 1.0, -6.0 * x.y),
+            suu: Vec3::new(0.0, 0.0, 4.0),
+            suv: Vec3::zeros(),
+            svv: Vec3::new(0.0, 0.0, -6.0),
+        };
+        let bounds = Bounds { low: Vec2::new(-1.0, -1.0), high: Vec2::new(1.0, 0.25) };
+        let p = Vec3::new(0.8, 3.0, -8.0);
+        let (x, _) = descend(derivs, &p, Vec2::new(-0.3, 0.2), bounds);
+        let d = derivs(x);
+        let slant = d.su.dot(&(d.s - p)) / (d.su.norm() * (d.s - p).norm());
+        assert!(x.y == 0.25 && slant.abs() < 1e-12, "{x:?} {slant:e}");
     }
 }

@@ -236,7 +236,7 @@ impl Surface {
     }
 
     /// Unit normal `su x sv / |.|`; at a pole, a collapsed edge or a pinched corner ([`Surface::is_pinched`]) its limit
-    /// along the surface; `None` where there is none (apex of a cone).
+    /// along the surface; `None` where there is none (apex of a cone, a stretch of the parameters that is a line in space).
     #[must_use]
     pub fn normal(&self, uv: Vec2) -> Option<Vec3> {
         let d = self.derivs(uv);
@@ -254,11 +254,15 @@ impl Surface {
         // A collapsed side: the first term of su x sv that does not vanish on the way inwards.
         let inward =
             |t: f64, range: [f64; 2]| if 2.0 * t > range[0] + range[1] { -1.0 } else { 1.0 };
-        if reach_u < reach_v {
-            unit(d.suv.cross(&d.sv) * inward(uv.y, v))
+        let (first, second, sign) = if reach_u < reach_v {
+            (d.suv, d.sv, inward(uv.y, v))
         } else {
-            unit(d.su.cross(&d.suv) * inward(uv.x, u))
-        }
+            (d.su, d.suv, inward(uv.x, u))
+        };
+        // Where the surface is a line over a stretch of its parameters, rounding is all that is left.
+        let limit = first.cross(&second);
+        let noise = 1e-9 * first.norm() * second.norm();
+        (limit.norm() > noise).then(|| unit(limit * sign)).flatten()
     }
 
     /// The piece on `[u0, u1] x [v0, v1]`, keeping its parameters.

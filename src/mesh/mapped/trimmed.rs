@@ -117,9 +117,12 @@ pub fn triangulate(
 }
 
 impl Triangulator<'_> {
-    fn add(&mut self, node: Node) -> Result<FixedVertexHandle, String> {
+    /// Adds a node, whose place is looked for from node `from` on.
+    fn add(&mut self, node: Node, from: usize) -> Result<FixedVertexHandle, String> {
         let place = self.known_place(&node).unwrap_or_else(|| self.plane.to_plane(node.uv));
-        let handle = self.cdt.insert(place).map_err(|e| format!("parameters {e}"))?;
+        let hint = FixedVertexHandle::from_index(from);
+        let added = self.cdt.insert_with_hint(place, hint);
+        let handle = added.map_err(|e| format!("parameters {e}"))?;
         if handle.index() == self.nodes.len() {
             if let Some(id) = node.id {
                 self.vertices.entry(id).or_default().push(self.nodes.len());
@@ -141,7 +144,8 @@ impl Triangulator<'_> {
     fn insert_border(&mut self, loops: &[Vec<Node>]) -> Result<BTreeSet<[usize; 2]>, String> {
         let mut rings = Vec::new();
         for nodes in loops {
-            let mut ring = nodes.iter().map(|&n| self.add(n)).collect::<Result<Vec<_>, _>>()?;
+            let added = nodes.iter().map(|&n| self.add(n, self.nodes.len().saturating_sub(1)));
+            let mut ring = added.collect::<Result<Vec<_>, _>>()?;
             ring.dedup();
             rings.push(ring);
         }
@@ -216,7 +220,7 @@ impl Triangulator<'_> {
     /// Halves inner edges along which the surface asks for more divisions than one.
     fn refine(&mut self, options: &MappedOptions) -> Result<(), String> {
         for _ in 0..ROUNDS {
-            let mut wanted: Vec<(f64, Point2<f64>)> = Vec::new();
+            let mut wanted: Vec<(f64, Point2<f64>, usize)> = Vec::new();
             let mut seen = BTreeSet::new();
             for t in self.inside() {
                 let (length, a, b, apex) = self.longest_offender(&t, options);
@@ -226,7 +230,7 @@ impl Triangulator<'_> {
                     let span = (pa.x - pb.x).hypot(pa.y - pb.y);
                     let c = self.place(apex);
                     if (c.x - mid.x).hypot(c.y - mid.y) > 0.2 * span {
-                        wanted.push((length, mid));
+                        wanted.push((length, mid, a));
                     }
                 }
             }
@@ -234,8 +238,8 @@ impl Triangulator<'_> {
                 break;
             }
             wanted.sort_by(|a, b| b.0.total_cmp(&a.0));
-            for (length, mid) in wanted {
-                self.insert_inside(mid, length)?;
+            for (length, mid, near) in wanted {
+                self.insert_inside(mid, length, near)?;
             }
         }
         Ok(())
@@ -276,9 +280,11 @@ impl Triangulator<'_> {
         best
     }
 
-    /// Adds a point unless it falls on the border or near an existing node (under 0.3 of `length`).
-    fn insert_inside(&mut self, p: Point2<f64>, length: f64) -> Result<(), String> {
-        let edge_or_face: Vec<usize> = match self.cdt.locate(p) {
+    /// Adds a point, looked for from node `from` on, unless it falls on the border or near an existing node (under 0.3 of
+    /// `length`).
+    fn insert_inside(&mut self, p: Point2<f64>, length: f64, from: usize) -> Result<(), String> {
+        let hint = FixedVertexHandle::from_index(from);
+        let edge_or_face: Vec<usize> = match self.cdt.locate_with_hint(p, hint) {
             PositionInTriangulation::OnFace(f) => {
                 self.cdt.face(f).vertices().iter().map(|v| v.fix().index()).collect()
             }
@@ -295,7 +301,7 @@ impl Triangulator<'_> {
         let near =
             edge_or_face.iter().any(|&n| (self.nodes[n].point - node.point).norm() < 0.3 * length);
         if !near {
-            self.add(node)?;
+            self.add(node, edge_or_face[0])?;
         }
         Ok(())
     }

@@ -12,6 +12,8 @@ const CORNER_ROUNDS: usize = 3;
 
 /// Room for a node beside the border, in the plane.
 struct Beside {
+    /// A node there.
+    node: usize,
     /// A place on the border.
     middle: Vec2,
     /// From there inwards, as long as the sides there.
@@ -64,7 +66,7 @@ impl Triangulator<'_> {
         let of = |from: usize, to: usize, middle: Vec2, (side, length): (f64, f64)| {
             let along = place(to) - place(from);
             let inwards = Vec2::new(-along.y, along.x) / along.norm();
-            Beside { middle, reach: inwards * side, length }
+            Beside { node: from, middle, reach: inwards * side, length }
         };
         Some(match (on_border(before, at), on_border(at, after)) {
             (true, true) => {
@@ -83,7 +85,7 @@ impl Triangulator<'_> {
             let p = beside.middle + beside.reach * share;
             let (p, count) = (Point2::new(p.x, p.y), self.nodes.len());
             if self.is_inside(p) {
-                self.insert_inside(p, share * beside.length)?;
+                self.insert_inside(p, share * beside.length, beside.node)?;
             }
             if self.nodes.len() > count {
                 break;

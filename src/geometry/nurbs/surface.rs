@@ -236,9 +236,18 @@ impl Surface {
     }
 
     /// Unit normal `su x sv / |.|`; at a pole, a collapsed edge or a pinched corner ([`Surface::is_pinched`]) its limit
-    /// along the surface; `None` where there is none (apex of a cone, a stretch of the parameters that is a line in space).
+    /// along the surface; where that is a line over a stretch of its parameters, what it has on the way to the middle of its
+    /// domain. `None` where there is nothing but a line.
     #[must_use]
     pub fn normal(&self, uv: Vec2) -> Option<Vec3> {
+        let inside = |share: f64| {
+            let [u, v] = self.domain();
+            self.limit_normal(uv + (Vec2::new(u[0] + u[1], v[0] + v[1]) * 0.5 - uv) * share)
+        };
+        self.limit_normal(uv).or_else(|| (-8..=-1).find_map(|k| inside(10f64.powi(k))))
+    }
+
+    fn limit_normal(&self, uv: Vec2) -> Option<Vec3> {
         let d = self.derivs(uv);
         let n = d.su.cross(&d.sv);
         if let Some(limit) = self.pinched(uv, &d) {

@@ -10,6 +10,8 @@ const TURNING: f64 = 0.2;
 const CORNER: f64 = 0.05;
 /// Times as many divisions that equal lengths would need for the error of unequal ones, from which on these are taken.
 const UNEVEN: f64 = 6.0;
+/// Speed over that of the same curve run evenly below which it rests.
+const RESTING: f64 = 1e-9;
 /// Pieces of a knot span that lengths and turns are measured on.
 const PIECES: usize = 16;
 /// Nodes and weights of Gauss-Legendre quadrature with five points on [-1, 1].
@@ -90,7 +92,7 @@ impl<'c> Measured<'c> {
 
     /// Angle the tangent turns through along the curve (rad).
     pub fn turn(&self) -> f64 {
-        let tangents: Vec<Vec3> = self.stations.iter().map(|&t| self.curve.derivs(t).d1).collect();
+        let tangents = tangents_at(self.curve, &self.stations, self.length());
         tangents.windows(2).map(|w| angle(&w[0], &w[1])).sum()
     }
 
@@ -139,12 +141,25 @@ impl<'c> Measured<'c> {
     }
 }
 
+/// Tangents of a curve of this length; that before it where it rests and has none but for rounding.
+fn tangents_at(curve: &Curve3, stations: &[f64], length: f64) -> Vec<Vec3> {
+    let [a, b] = curve.domain();
+    let resting = RESTING * length / (b - a);
+    let mut last = Vec3::zeros();
+    let tangent = |&t: &f64| {
+        let own = curve.derivs(t).d1;
+        last = if own.norm() > resting { own } else { last };
+        last
+    };
+    stations.iter().map(tangent).collect()
+}
+
 /// The integral of a density of divisions up to each station, where equal lengths would take many times as many for the
 /// same error: that of an edge of length h with curvature k is as `k^3 h^4`, so that h is to be as `k^(-3/4)`; the mean
 /// curvature is added, so that flat parts keep their share.
 fn graded(curve: &Curve3, stations: &[f64], lengths: &[f64]) -> Option<Vec<f64>> {
     let whole = lengths[lengths.len() - 1];
-    let tangents: Vec<Vec3> = stations.iter().map(|&t| curve.derivs(t).d1).collect();
+    let tangents = tangents_at(curve, stations, whole);
     let turns: Vec<f64> = tangents.windows(2).map(|w| angle(&w[0], &w[1])).collect();
     let turn: f64 = turns.iter().sum();
     // At a corner no division is fine enough: it would draw all of them.
@@ -200,17 +215,26 @@ impl<'f> Lifted<'f> {
         self.curve.domain()
     }
 
-    /// Tangent at the start or end, in the loop's direction; a short chord where the derivative vanishes.
+    /// Tangent at the start or end, in the loop's direction; a short chord where the derivative vanishes, as long as it takes
+    /// where the curve rests in one point for a while.
     pub fn end_tangent(&self, at_end: bool) -> Vec3 {
         let [t0, t1] = self.domain();
         let t = if at_end { t1 } else { t0 };
         let uv = self.curve.derivs(t);
         let s = self.face.surface.derivs(uv.c);
         let tangent = s.su * uv.d1.x + s.sv * uv.d1.y;
-        let inside = t + (t0 + t1 - 2.0 * t) * 1e-3;
-        let chord =
-            (self.face.surface.point(self.uv(inside)) - s.s) * if at_end { -1.0 } else { 1.0 };
-        let speed = chord.norm() / (1e-3 * (t1 - t0));
+        let away = |share: f64| {
+            let inside = t + (t0 + t1 - 2.0 * t) * share;
+            (self.face.surface.point(self.uv(inside)) - s.s) * if at_end { -1.0 } else { 1.0 }
+        };
+        let resting =
+            RESTING * (1..=8).map(|k| away(f64::from(k) / 8.0).norm()).fold(0.0, f64::max);
+        let shares = (0..9).map(|k| 1e-3 * f64::from(1 << k));
+        let chords = shares.map(|share| (share, away(share)));
+        let Some((share, chord)) = chords.into_iter().find(|(_, c)| c.norm() > resting) else {
+            return tangent;
+        };
+        let speed = chord.norm() / (share * (t1 - t0));
         if tangent.norm() > 1e-3 * speed { tangent } else { chord }
     }
 
@@ -324,5 +348,26 @@ mod tests {
             let [even, graded] = spans(&arc, 5);
             assert_eq!(even, graded);
         }
+    }
+
+    /// Two straight legs at 90 degrees, with a stretch of the parameter in between over which the curve rests.
+    #[test]
+    fn where_a_curve_rests_it_does_not_turn() {
+        let legs =
+            [Vec3::new(-0.1, 0.3, 0.7), Vec3::new(10.1, 0.3, 0.7), Vec3::new(10.1, 7.3, 0.7)];
+        let mut points: Vec<Vec3> =
+            (0..3).map(|k| legs[0].lerp(&legs[1], f64::from(k) / 3.0)).collect();
+        points.extend([legs[1]; 4]);
+        points.extend((1..=3).map(|k| legs[1].lerp(&legs[2], f64::from(k) / 3.0)));
+        let knots = [0.0, 1.0, 2.0, 3.0].into_iter().flat_map(|k| [k; 3]);
+        let knots: Vec<f64> = std::iter::once(0.0).chain(knots).chain([3.0]).collect();
+        let curve = Curve3::try_new(3, knots, points, None).unwrap();
+        let measured = Measured::new(&curve);
+        assert!((measured.length() - 17.2).abs() < 1e-12);
+        assert!(
+            (measured.turn() - std::f64::consts::FRAC_PI_2).abs() < 1e-12,
+            "{}",
+            measured.turn()
+        );
     }
 }

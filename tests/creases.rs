@@ -8,7 +8,7 @@ use kanagata::convert::tolerance::{Borders, Goal, to_tolerance};
 use kanagata::convert::{ConvertOptions, convert};
 use kanagata::geometry::nurbs::Surface;
 use kanagata::geometry::{Vec2, Vec3};
-use kanagata::mesh::mapped::MappedOptions;
+use kanagata::mesh::mapped::{MappedOptions, mesh};
 use kanagata::mesh::{Element, MeshReport, SurfaceMesh, attach};
 
 /// A roof of 60 by 60 mm with three equal knots at u = 1, where it turns by 90 degrees at one end of the ridge and not
@@ -93,4 +93,62 @@ fn meshes_of_other_programs_are_put_on_both_sides_of_a_crease() {
     let (_, _, kept) = made(7, Creases::Kept);
     println!("{} {} {}", report.worst_mm(), cut.worst_mm(), kept.worst_mm());
     assert!(cut.worst_mm() <= 1.001 * kept.worst_mm(), "{} {}", cut.worst_mm(), kept.worst_mm());
+}
+
+/// A rib of a wing as its modeller writes it: flat, between a straight line and a profile, from the trailing edge on. Both
+/// rest together in the middle, and before the last of the pieces of the spline, in which the profile comes down to the end
+/// of the line.
+fn rib() -> RawModel {
+    let stations = |end: f64| {
+        let mut line = vec![[100.0, 0.0], [80.0, 0.0], [50.0, 0.0], [50.0, 0.0], [10.0, 0.0]];
+        line.extend([[end, 0.0]; 2]);
+        let mut profile = vec![[100.0, 0.0], [80.0, 5.0], [50.0, 9.0], [50.0, 9.0], [10.0, 6.0]];
+        profile.extend([[10.0, 6.0], [end, 0.0]]);
+        [line, profile]
+    };
+    let mut points = Vec::new();
+    for row in stations(10.0) {
+        let at = |[x, z]: [f64; 2]| Vec3::new(x + 0.1, 0.3, z + 0.7);
+        points.push(at(row[0]));
+        for pair in row.windows(2) {
+            let (a, b) = (at(pair[0]), at(pair[1]));
+            points.extend((1..=3).map(|k| if a == b { a } else { a.lerp(&b, f64::from(k) / 3.0) }));
+        }
+    }
+    let inner = (0..=6).flat_map(|k| [f64::from(k); 3]);
+    let v: Vec<f64> = std::iter::once(0.0).chain(inner).chain([6.0]).collect();
+    let surface = RawSurface::Nurbs(
+        Surface::try_new([1, 3], [vec![0.0, 0.0, 1.0, 1.0], v], points, None).unwrap(),
+    );
+    let face =
+        RawFace { surface, loops: vec![], flipped: false, source: "rib".into(), shell: None };
+    RawModel { faces: vec![face], ..RawModel::default() }
+}
+
+#[test]
+fn surfaces_that_rest_ask_for_no_divisions_there() {
+    let mapped = |raw, arc_divisions| {
+        let (model, _) = build_with(raw, "rib", Creases::Cut);
+        let options = MappedOptions { arc_divisions, ..MappedOptions::default() };
+        (mesh(&model, &options).unwrap(), model)
+    };
+    for n in [1, 4, 16] {
+        let (mesh, model) = mapped(rib(), n);
+        assert!(mesh.elements.len() <= 60 * n, "{n}: {} elements", mesh.elements.len());
+        let (tool, report) = convert(&model, &mesh, &ConvertOptions::default()).unwrap();
+        let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap();
+        println!(
+            "{n}: {} patches, {:?} fold, {}",
+            tool.patches.len(),
+            report.folded,
+            found.report.worst_mm()
+        );
+    }
+    let (model, _) = build_with(rib(), "rib", Creases::Cut);
+    let borders = Borders::Conforming;
+    let goal = Goal { tol_mm: 0.1, normal_deg: 1.0, two_sided: true, borders };
+    let options = ConvertOptions { through_cad: true, straighten: true, ..Default::default() };
+    let found = to_tolerance(&model, &MappedOptions::default(), &options, &goal).unwrap();
+    assert!(found.audit.worst_mm() <= 0.1 && found.audit.folded.is_empty());
+    assert!(found.tool.patches.len() <= 20, "{}", found.tool.patches.len());
 }

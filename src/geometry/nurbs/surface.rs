@@ -244,7 +244,7 @@ impl Surface {
             let [u, v] = self.domain();
             self.limit_normal(uv + (Vec2::new(u[0] + u[1], v[0] + v[1]) * 0.5 - uv) * share)
         };
-        self.limit_normal(uv).or_else(|| (-8..=-1).find_map(|k| inside(10f64.powi(k))))
+        self.limit_normal(uv).or_else(|| (-26..=0).find_map(|k| inside(2f64.powi(k))))
     }
 
     fn limit_normal(&self, uv: Vec2) -> Option<Vec3> {

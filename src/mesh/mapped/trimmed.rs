@@ -14,7 +14,7 @@ use super::demand::divisions;
 use super::patchwork::{Node, Patchwork};
 use super::sample::angle;
 use crate::cad::model::Face;
-use crate::geometry::{Vec2, Vec3};
+use crate::geometry::{Aabb, Vec2, Vec3};
 
 type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
@@ -22,6 +22,8 @@ type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 const ROUNDING: f64 = 1e-9;
 /// Rounds of halving edges that turn too much.
 const ROUNDS: usize = 24;
+/// Times a side is halved in the search for a kink.
+const KINK_HALVINGS: usize = 16;
 /// Most nodes one face may get.
 const MOST_NODES: usize = 400_000;
 /// An edge is halved when it asks for more than this many divisions.
@@ -71,6 +73,8 @@ impl Plane {
 struct Triangulator<'f> {
     face: &'f Face,
     plane: Plane,
+    /// Diagonal of the box around its border (mm).
+    size: f64,
     cdt: Delaunay,
     /// Node of each vertex of the triangulation.
     nodes: Vec<Node>,
@@ -94,6 +98,7 @@ pub fn triangulate(
     let mut work = Triangulator {
         face,
         plane,
+        size: Aabb::of_points(loops.iter().flatten().map(|n| &n.point)).diagonal(),
         cdt: Delaunay::new(),
         nodes: Vec::new(),
         normals: Vec::new(),
@@ -273,11 +278,34 @@ impl Triangulator<'_> {
             let turn = |n: Option<Vec3>| n.zip(normal).map_or(0.0, |(a, b)| angle(&a, &b));
             let turn = turn(self.normals[a]) + turn(self.normals[b]);
             // A diagonal may turn through half as much again as a side.
-            if length > best.0 && divisions(options, turn / 1.5, length / 1.5) > TOO_LONG {
+            let too_long = divisions(options, turn / 1.5, length / 1.5) > TOO_LONG;
+            if length > best.0 && too_long && !self.stays_kinked([a, b], length, options) {
                 best = (length, a, b, apex);
             }
         }
         best
+    }
+
+    /// Whether what a side turns by, it turns in one point, so that no halving takes it away: a crease that is no crease of
+    /// the face, a surface that folds back on itself. Sides across it are as short as elements of such divisions are along
+    /// an arc of the face's size.
+    fn stays_kinked(&self, [a, b]: [usize; 2], length: f64, options: &MappedOptions) -> bool {
+        if length * 4.0 * options.arc_divisions as f64 > self.size {
+            return false;
+        }
+        let mut ends = [a, b].map(|n| (self.nodes[n].uv, self.normals[n]));
+        let turn = |ends: &[(Vec2, Option<Vec3>); 2]| {
+            ends[0].1.zip(ends[1].1).map_or(0.0, |(a, b)| angle(&a, &b))
+        };
+        let mut most = 0.0f64;
+        for _ in 0..KINK_HALVINGS {
+            let uv = (ends[0].0 + ends[1].0) * 0.5;
+            let middle = (uv, self.face.surface.normal(uv));
+            let halves = [[ends[0], middle], [middle, ends[1]]];
+            ends = halves[usize::from(turn(&halves[1]) > turn(&halves[0]))];
+            most = most.max(turn(&ends));
+        }
+        turn(&ends) > 0.1 * most
     }
 
     /// Adds a point, looked for from node `from` on, unless it falls on the border or near an existing node (under 0.3 of

@@ -9,7 +9,8 @@ use crate::mesh::mapped::{is_crease, is_flat};
 use crate::tool::ToolModel;
 use crate::tool::side::{SideCurve, sides_used_once};
 
-use super::balance::{least_shifts, left, rows};
+use super::balance::rows;
+use super::least::{least_shifts, left};
 use super::ways::{STEEPEST, Way};
 
 /// Share of the error that slides leave at best: what is foreseen is linear, and they are not.

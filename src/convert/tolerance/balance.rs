@@ -3,8 +3,7 @@
 //! A Nagata patch on an arc stands out of it everywhere: half of that error is taken off by moving its vertices
 //! inwards by the other half. Between a flat and another one a fillet's vertices slide within these ([`super::ways`]): the
 //! curve is longer and passes nearer to the arc, one patch over 90 degrees to within 0.011 instead of 0.061 radii. The error at a
-//! point of a patch is, to first order, `delta + sum_k N_k s_k` in the shifts `s`; these minimise the sum of its P-th powers
-//! over all points, by Newton's method with conjugate gradients.
+//! point of a patch is, to first order, `delta + sum_k N_k s_k` in the shifts `s`; [`super::least`] finds those that make it least.
 
 use std::collections::BTreeSet;
 
@@ -15,14 +14,11 @@ use crate::geometry::Aabb;
 use crate::tool::build::{EdgeChoice, build};
 use crate::tool::{ToolModel, side};
 
+use super::least::{Row, least_shifts};
 use super::ways::{Way, ways};
 use super::work::Work;
 use super::{Refined, ToleranceError};
 
-/// Power of the error whose sum is made least: near enough to its largest.
-const POWER: i32 = 12;
-/// Newton steps.
-const STEPS: usize = 60;
 /// Patches of a model whose errors are followed as far as they fall.
 const FEW: usize = 500;
 /// Times such a model is audited and corrected: errors are not linear in slides.
@@ -146,23 +142,6 @@ fn moved(
     Ok(tool)
 }
 
-/// A point's error, and how far it moves with each way of the vertices around it.
-pub(super) struct Row {
-    delta: f64,
-    rates: Vec<(usize, f64)>,
-}
-
-impl Row {
-    fn at(&self, shifts: &[f64]) -> f64 {
-        self.delta + self.rates.iter().map(|&(way, rate)| rate * shifts[way]).sum::<f64>()
-    }
-}
-
-/// Largest error with such shifts [mm].
-pub(super) fn left(rows: &[Row], shifts: &[f64]) -> f64 {
-    rows.iter().fold(0.0, |most, row| most.max(row.at(shifts).abs()))
-}
-
 /// A colour for each way: no two of one colour are on the same patch.
 fn colours(tool: &ToolModel, ways: &[Way]) -> Vec<usize> {
     let mut at = vec![Vec::new(); tool.vertices.len()];
@@ -210,106 +189,4 @@ pub(super) fn rows(
         }
     }
     Ok(rows)
-}
-
-/// Shifts that make the sum of `|delta + N s|^P` least, with those there are within their ranges.
-pub(super) fn least_shifts(rows: &[Row], there: &[f64], ways: &[Way]) -> Vec<f64> {
-    let moves = |row: &&Row| row.rates.iter().any(|rate| rate.1.abs() > 1e-9);
-    let rows: Vec<&Row> = rows.iter().filter(moves).collect();
-    let mut shifts = vec![0.0; ways.len()];
-    let within = |k: usize, shift: f64| {
-        shift.clamp(ways[k].range[0] - there[k], ways[k].range[1] - there[k])
-    };
-    let residuals = |shifts: &[f64]| -> Vec<f64> { rows.iter().map(|r| r.at(shifts)).collect() };
-    let value = |r: &[f64], scale: f64| r.iter().map(|x| (x / scale).powi(POWER)).sum::<f64>();
-    for _ in 0..STEPS {
-        let r = residuals(&shifts);
-        let scale = r.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        if scale < 1e-12 {
-            break;
-        }
-        // What is at the end of its range and would leave it stays there.
-        let leaves = |k: usize, step: f64| step != 0.0 && within(k, shifts[k] + step) == shifts[k];
-        let mut held = vec![false; ways.len()];
-        let step = loop {
-            let step = newton_step(&rows, &r, scale, &held);
-            let more: Vec<usize> = (0..step.len()).filter(|&k| leaves(k, step[k])).collect();
-            if more.is_empty() {
-                break step;
-            }
-            more.into_iter().for_each(|k| held[k] = true);
-        };
-        let now = value(&r, scale);
-        let mut length = 1.0;
-        let next = loop {
-            let tried: Vec<f64> =
-                (0..shifts.len()).map(|k| within(k, shifts[k] + length * step[k])).collect();
-            if value(&residuals(&tried), scale) < now {
-                break Some(tried);
-            }
-            length *= 0.5;
-            if length < 1e-4 {
-                break None;
-            }
-        };
-        let Some(next) = next else { break };
-        shifts = next;
-    }
-    shifts
-}
-
-/// Newton's step of the sum of P-th powers: `(P - 1) J' W J d = -J' W r`, `W = |r|^(P - 2)`, by conjugate gradients; zero
-/// for what is held.
-fn newton_step(rows: &[&Row], r: &[f64], scale: f64, held: &[bool]) -> Vec<f64> {
-    let count = held.len();
-    let weight: Vec<f64> = r.iter().map(|x| (x / scale).powi(POWER - 2)).collect();
-    let mut gradient = vec![0.0; count];
-    // A little stiffness keeps vertices that nothing asks to move where they are.
-    let mut diagonal = vec![1e-9; count];
-    for ((row, x), w) in rows.iter().zip(r).zip(&weight) {
-        for &(v, n) in row.rates.iter().filter(|rate| !held[rate.0]) {
-            gradient[v] -= w * x * n / f64::from(POWER - 1);
-            diagonal[v] += w * n * n;
-        }
-    }
-    let apply = |d: &[f64]| -> Vec<f64> {
-        let mut out: Vec<f64> = d.iter().map(|x| 1e-9 * x).collect();
-        for (row, w) in rows.iter().zip(&weight) {
-            let along: f64 = row.rates.iter().map(|&(v, n)| n * d[v]).sum();
-            let free = row.rates.iter().filter(|rate| !held[rate.0]);
-            free.for_each(|&(v, n)| out[v] += w * n * along);
-        }
-        out
-    };
-    conjugate_gradients(apply, &gradient, &diagonal)
-}
-
-fn conjugate_gradients(
-    apply: impl Fn(&[f64]) -> Vec<f64>,
-    right: &[f64],
-    diagonal: &[f64],
-) -> Vec<f64> {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    let scaled = |r: &[f64]| r.iter().zip(diagonal).map(|(x, d)| x / d).collect::<Vec<f64>>();
-    let mut x = vec![0.0; right.len()];
-    let mut r = right.to_vec();
-    let mut z = scaled(&r);
-    let mut p = z.clone();
-    let mut rz = dot(&r, &z);
-    let end = 1e-6 * rz;
-    for _ in 0..200 {
-        if rz <= end || rz <= 0.0 {
-            break;
-        }
-        let q = apply(&p);
-        let a = rz / dot(&p, &q);
-        x.iter_mut().zip(&p).for_each(|(x, p)| *x += a * p);
-        r.iter_mut().zip(&q).for_each(|(r, q)| *r -= a * q);
-        z = scaled(&r);
-        let next = dot(&r, &z);
-        let b = next / rz;
-        p.iter_mut().zip(&z).for_each(|(p, z)| *p = z + b * *p);
-        rz = next;
-    }
-    x
 }

@@ -5,7 +5,7 @@
 //! - [`alone`]: what moving its vertices will take off a face's error
 //! - [`apart`]: every face with divisions of its own, borders meeting to within the tolerance
 //! - [`search`], [`state`]: which divisions; every face is judged alone, by the audit of its own patches
-//! - [`balance`], [`ways`]: vertices moved along their normals, or within flats
+//! - [`balance`], [`ways`], [`least`]: vertices moved along their normals, or within flats
 //! - [`work`]: a model, or one face, refined and audited as a whole
 //! - [`uniform`]: meshes of one division of a quarter turn, taken where they have fewer patches
 //!
@@ -15,6 +15,7 @@ mod alone;
 mod apart;
 pub mod balance;
 mod face;
+mod least;
 mod search;
 mod state;
 mod uniform;

@@ -185,12 +185,8 @@ impl<'a> Work<'a> {
                     failed.len() - 1
                 }
             };
-            let faults = &failed[known].faults;
-            let less: Vec<(usize, f64)> =
-                faults.over.iter().map(|&over| self.less(&next, &shares, over)).collect();
-            let unfolded =
-                (!faults.folded.is_empty()).then(|| search.unfolded(&next, &faults.folded));
-            state = Some(unfolded.unwrap_or(next));
+            let (after, less) = self.tightened(&search, next, &failed[known].faults);
+            state = Some(after);
             less.into_iter().for_each(|(face, share)| shares[face] = share);
         }
         last.map_or(Ok(None), Err)
@@ -201,6 +197,19 @@ impl<'a> Work<'a> {
         let own = |face: usize| face - self.first as usize;
         let over = exceeding(&refined.audit, goal).into_iter().map(|(f, ratio)| (own(f), ratio));
         Faults { over: over.collect(), folded: folded(refined).into_iter().map(own).collect() }
+    }
+
+    /// Where to go on from a state whose whole model has faults, and the faces to hold to less, with their shares.
+    fn tightened(
+        &self,
+        search: &Search<'_>,
+        state: State,
+        faults: &Faults,
+    ) -> (State, Vec<(usize, f64)>) {
+        let over = faults.over.iter();
+        let less = over.map(|&over| self.less(&state, search.shares, over)).collect();
+        let unfolded = (!faults.folded.is_empty()).then(|| search.unfolded(&state, &faults.folded));
+        (unfolded.unwrap_or(state), less)
     }
 
     /// The face to hold to less as face `f` is `ratio` times the tolerance off, and to what share of the tolerance.

@@ -1,6 +1,7 @@
-//! Points of a surface where its derivatives have one direction, and which way it faces there.
+//! Which way a surface faces, also where its derivatives vanish or have one direction.
 
 use super::surface::{Surface, SurfaceDerivs};
+use crate::geometry::frame::unit;
 use crate::geometry::{Vec2, Vec3};
 
 /// Sine of the angle between the first derivatives below which a point may be pinched.
@@ -8,7 +9,56 @@ const PINCHED: f64 = 0.05;
 /// It is where that sine is below this share of what it is a hundredth of the domain away.
 const NOISE: f64 = 0.15;
 
+/// Sine of the angle between the first derivatives of a surface that is a line there.
+const LINE: f64 = 1e-9;
+/// Rounding of coordinates, relative to their size, several operations on.
+const COORDINATES: f64 = 1e-13;
+
 impl Surface {
+    /// Unit normal `su x sv / |.|`; at a pole, a collapsed edge or a pinched corner ([`Surface::is_pinched`]) its limit
+    /// along the surface; where that is a line over a stretch of its parameters, what it has on the way to the middle of its
+    /// domain. `None` where there is nothing but a line.
+    #[must_use]
+    pub fn normal(&self, uv: Vec2) -> Option<Vec3> {
+        let inside = |share: f64| {
+            let [u, v] = self.domain();
+            self.limit_normal(uv + (Vec2::new(u[0] + u[1], v[0] + v[1]) * 0.5 - uv) * share)
+        };
+        self.limit_normal(uv).or_else(|| (-26..=0).find_map(|k| inside(2f64.powi(k))))
+    }
+
+    /// The normal there, or its limit on the way inwards.
+    fn limit_normal(&self, uv: Vec2) -> Option<Vec3> {
+        let d = self.derivs(uv);
+        let n = d.su.cross(&d.sv);
+        if let Some(limit) = self.pinched(uv, &d) {
+            return unit(limit);
+        }
+        let [u, v] = self.domain();
+        let (reach_u, reach_v) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
+        // What the rounding of coordinates alone can make of derivatives and their products.
+        let rounding = COORDINATES * d.s.abs().max();
+        let [per_u, per_v] = [u, v].map(|range| range[1] - range[0]);
+        let [per_u, per_v] = [self.count()[0] as f64 / per_u, self.count()[1] as f64 / per_v];
+        let noise = rounding * (per_u * d.sv.norm() + per_v * d.su.norm());
+        if n.norm() > noise.max(LINE * d.su.norm() * d.sv.norm())
+            && reach_u.min(reach_v) > 1e-9 * reach_u.max(reach_v)
+        {
+            return unit(n);
+        }
+        // A collapsed side: the first term of su x sv that does not vanish on the way inwards.
+        let inward =
+            |t: f64, range: [f64; 2]| if 2.0 * t > range[0] + range[1] { -1.0 } else { 1.0 };
+        let (there, limit) = if reach_u < reach_v {
+            (d.sv, d.suv.cross(&d.sv) * inward(uv.y, v))
+        } else {
+            (d.su, d.su.cross(&d.suv) * inward(uv.x, u))
+        };
+        // Where the surface is a line over a stretch of its parameters, there is none.
+        let noise = (rounding * per_u * per_v).max(LINE * d.suv.norm()) * there.norm();
+        (limit.norm() > noise).then(|| unit(limit)).flatten()
+    }
+
     /// Whether su and sv have one direction at `uv`, but for less than three degrees, and not a hundredth of the domain
     /// away: where two borders of a surface run smoothly on into each other (a ship's keel into its stem). What of
     /// `su x sv` is left there may be noise.
@@ -18,7 +68,7 @@ impl Surface {
     }
 
     /// At a pinched point the direction of `su x sv` on the way from there to the middle of the domain.
-    pub(super) fn pinched(&self, uv: Vec2, d: &SurfaceDerivs) -> Option<Vec3> {
+    fn pinched(&self, uv: Vec2, d: &SurfaceDerivs) -> Option<Vec3> {
         let sine = |d: &SurfaceDerivs| d.su.cross(&d.sv).norm() / (d.su.norm() * d.sv.norm());
         let [u, v] = self.domain();
         let (reach_u, reach_v) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
@@ -28,7 +78,8 @@ impl Surface {
         }
         let way = Vec2::new(0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])) - uv;
         let at = |share: f64| self.derivs(uv + way * share);
-        if here > NOISE * sine(&at(0.01)) {
+        let beside = sine(&at(0.01));
+        if here > NOISE * beside || beside <= LINE {
             return None;
         }
         let near = at(1e-4);

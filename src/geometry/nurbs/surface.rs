@@ -8,7 +8,6 @@ use super::curve::{Curve2, Curve3};
 use super::net::{Net, check_knots, check_weights};
 use super::prepared::Prepared;
 use super::projector::SurfaceProjector;
-use crate::geometry::frame::unit;
 use crate::geometry::{Affine, Vec2, Vec3};
 
 /// A rational B-spline surface. Control point (i, j), i along u and j along v, is `points[i * count_v + j]`.
@@ -233,45 +232,6 @@ impl Surface {
     #[must_use]
     pub fn count(&self) -> [usize; 2] {
         [0, 1].map(|k| self.knots[k].len() - self.degrees[k] - 1)
-    }
-
-    /// Unit normal `su x sv / |.|`; at a pole, a collapsed edge or a pinched corner ([`Surface::is_pinched`]) its limit
-    /// along the surface; where that is a line over a stretch of its parameters, what it has on the way to the middle of its
-    /// domain. `None` where there is nothing but a line.
-    #[must_use]
-    pub fn normal(&self, uv: Vec2) -> Option<Vec3> {
-        let inside = |share: f64| {
-            let [u, v] = self.domain();
-            self.limit_normal(uv + (Vec2::new(u[0] + u[1], v[0] + v[1]) * 0.5 - uv) * share)
-        };
-        self.limit_normal(uv).or_else(|| (-26..=0).find_map(|k| inside(2f64.powi(k))))
-    }
-
-    fn limit_normal(&self, uv: Vec2) -> Option<Vec3> {
-        let d = self.derivs(uv);
-        let n = d.su.cross(&d.sv);
-        if let Some(limit) = self.pinched(uv, &d) {
-            return unit(limit);
-        }
-        let [u, v] = self.domain();
-        let (reach_u, reach_v) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
-        if n.norm() > 1e-9 * d.su.norm() * d.sv.norm()
-            && reach_u.min(reach_v) > 1e-9 * reach_u.max(reach_v)
-        {
-            return unit(n);
-        }
-        // A collapsed side: the first term of su x sv that does not vanish on the way inwards.
-        let inward =
-            |t: f64, range: [f64; 2]| if 2.0 * t > range[0] + range[1] { -1.0 } else { 1.0 };
-        let (first, second, sign) = if reach_u < reach_v {
-            (d.suv, d.sv, inward(uv.y, v))
-        } else {
-            (d.su, d.suv, inward(uv.x, u))
-        };
-        // Where the surface is a line over a stretch of its parameters, rounding is all that is left.
-        let limit = first.cross(&second);
-        let noise = 1e-9 * first.norm() * second.norm();
-        (limit.norm() > noise).then(|| unit(limit * sign)).flatten()
     }
 
     /// The piece on `[u0, u1] x [v0, v1]`, keeping its parameters.

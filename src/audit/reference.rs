@@ -1,8 +1,11 @@
 //! What a tool model is compared with: the trimmed CAD, or any surface that knows its closest points.
 
+use rayon::prelude::*;
+
 use crate::cad::Model;
 use crate::cad::model::{ClosestPoint, Edge, Foot};
 use crate::geometry::Vec3;
+use crate::tool::{Patch, ToolModel};
 
 /// The closest point of a reference surface, as Eq. 24 uses it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,6 +68,17 @@ impl<'m> CadReference<'m> {
 }
 
 impl CadReference<'_> {
+    /// The face nearest to the middle of every patch, for models that were not made from this CAD.
+    #[must_use]
+    pub fn faces_of(&self, tool: &ToolModel) -> Vec<u32> {
+        let middle = |patch: &Patch| match patch {
+            Patch::Triangle(_) => patch.derivs(2.0 / 3.0, 1.0 / 3.0).s,
+            _ => patch.derivs(0.5, 0.5).s,
+        };
+        let nearest = |patch| self.index.closest(&middle(patch)).map_or(0, |foot| foot.face as u32);
+        tool.patches.par_iter().map(nearest).collect()
+    }
+
     /// Normal at a foot; zero where the surface is degenerate but for rounding: at the apex of a cone every direction
     /// of its normals is as near, and the one that rounding picks may be opposite to a patch's.
     fn normal(&self, foot: &Foot) -> Vec3 {

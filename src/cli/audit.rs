@@ -129,7 +129,17 @@ fn audited(
     cad: &Path,
     reference: &CadReference<'_>,
 ) -> Result<Exit, Failure> {
-    let loaded = read(tool)?;
+    let mut loaded = read(tool)?;
+    let cad_sha256 = sha256_of(cad)?;
+    if loaded.provenance.cad_sha256 != cad_sha256 {
+        err!(
+            "warning: {} was made from another file ({}) than {}; each patch is put on the face nearest to it",
+            tool.display(),
+            loaded.provenance.cad_file,
+            cad.display()
+        );
+        loaded.model.faces = reference.faces_of(&loaded.model);
+    }
     let options = AuditOptions {
         samples: args.samples,
         tolerance_mm: args.tol,
@@ -137,15 +147,7 @@ fn audited(
         ..AuditOptions::default()
     };
     let mut found = audit(&loaded.model, reference, &options)?;
-    name_inputs(&mut found.report, tool, cad, loaded.sha256)?;
-    if loaded.provenance.cad_sha256 != found.report.cad_sha256 {
-        err!(
-            "warning: {} was made from another CAD file ({}) than {}",
-            tool.display(),
-            loaded.provenance.cad_file,
-            cad.display()
-        );
-    }
+    name_inputs(&mut found.report, tool, cad, [loaded.sha256, cad_sha256]);
     write_outputs(args, &loaded.model, &found)?;
     let r = &found.report;
     if args.tools.len() > 1 {
@@ -255,19 +257,16 @@ fn vector_mm(text: &str) -> Result<Vec3, String> {
     }
 }
 
-fn name_inputs(
-    report: &mut AuditReport,
-    tool: &Path,
-    cad: &Path,
-    sha256: String,
-) -> Result<(), Failure> {
+fn sha256_of(cad: &Path) -> Result<String, Failure> {
     let bytes = std::fs::read(cad)
         .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", cad.display())))?;
+    Ok(sha256_hex(&bytes))
+}
+
+fn name_inputs(report: &mut AuditReport, tool: &Path, cad: &Path, sha256: [String; 2]) {
     report.tool_file = file_name(tool);
-    report.tool_sha256 = sha256;
     report.cad_file = file_name(cad);
-    report.cad_sha256 = sha256_hex(&bytes);
-    Ok(())
+    [report.tool_sha256, report.cad_sha256] = sha256;
 }
 
 fn write_outputs(

@@ -19,6 +19,7 @@ use crate::tool::model::PatchCorners;
 use crate::tool::{GivenCurve, ToolModel};
 
 /// Given edges, and those that leave their normals.
+#[derive(Default)]
 pub(super) struct Followed {
     pub given: Vec<GivenCurve>,
     pub bent: Vec<StraightEdge>,

@@ -4,6 +4,7 @@
 pub mod bezier;
 mod edges;
 mod normals;
+pub mod own;
 pub mod reach;
 mod repair;
 pub mod tolerance;
@@ -20,6 +21,8 @@ use crate::tool::build::{EdgeChoice, StraightEdge, ToolError, build, edge_ends};
 use crate::tool::edge::EdgeRule;
 use crate::tool::model::PatchCorners;
 use crate::tool::{GivenCurve, Patch, ToolKind, ToolModel};
+
+use self::normals::NormalTable;
 
 /// Choices of a conversion.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,6 +118,21 @@ pub enum ConvertError {
         "patches of kind Bezier do not come from vertices and normals; allowed: nagata, facets; see `bezier_from_cad`"
     )]
     Kind,
+    /// A mesh without CAD whose elements cannot all look outwards.
+    #[error(
+        "the elements on both sides of the edge from ({from}) to ({to}) mm cannot be turned alike, as on a Moebius strip; allowed: a mesh with two sides; cut it there, or mesh the part again"
+    )]
+    OneSided {
+        /// One end [mm].
+        from: String,
+        /// The other one [mm].
+        to: String,
+    },
+    /// A mesh without elements of any area.
+    #[error(
+        "the mesh has no triangles or quadrilaterals; allowed: one at least; export the surface of the tool"
+    )]
+    NoElements,
     /// The tool cannot be built.
     #[error(transparent)]
     Tool(#[from] ToolError),
@@ -137,12 +155,7 @@ pub fn convert(
     if let Some(element) = mesh.elements.iter().position(|e| e.face as usize >= count) {
         return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
     }
-    let ground = Ground::new(model, mesh, options)?;
-    let (tool, report) = ground.convert(&Exempt::default())?;
-    if report.folded.is_empty() || options.edges == EdgeRule::Plain {
-        return Ok((tool, report));
-    }
-    repair::repaired(&ground, (tool, report))
+    Ground::new(Source::Cad(model), mesh, options)?.convert_and_repair()
 }
 
 /// Faces of `model` without an element.
@@ -165,9 +178,17 @@ struct Exempt {
     straight: Vec<u32>,
 }
 
+/// Where normals come from.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Cad(&'a Model),
+    /// Those of a mesh without CAD, corner by corner.
+    Own(&'a NormalTable),
+}
+
 /// What a conversion takes from CAD and mesh, whatever elements are exempt.
 struct Ground<'a> {
-    model: &'a Model,
+    source: Source<'a>,
     mesh: &'a SurfaceMesh,
     options: &'a ConvertOptions,
     /// The model is turned round to look at the sheet.
@@ -181,13 +202,16 @@ struct Ground<'a> {
 
 impl<'a> Ground<'a> {
     fn new(
-        model: &'a Model,
+        source: Source<'a>,
         mesh: &'a SurfaceMesh,
         options: &'a ConvertOptions,
     ) -> Result<Self, ConvertError> {
         let turned = looks_away(mesh, options.sheet_side);
         let turn = turned ^ options.flip;
-        let table = normals::table(model, mesh, options.smooth_deg.to_radians())?;
+        let table = match source {
+            Source::Cad(model) => normals::table(model, mesh, options.smooth_deg.to_radians())?,
+            Source::Own(table) => table.clone(),
+        };
         let sign = if turn { -1.0 } else { 1.0 };
         let corners = mesh.elements.iter().zip(table.ids).map(|(element, mut normals)| {
             let mut vertices = element.nodes().to_vec();
@@ -198,7 +222,7 @@ impl<'a> Ground<'a> {
             PatchCorners { vertices, normals, face: element.face }
         });
         Ok(Self {
-            model,
+            source,
             mesh,
             options,
             turned,
@@ -210,8 +234,20 @@ impl<'a> Ground<'a> {
     }
 
     fn followed(&self) -> &edges::Followed {
-        let Self { model, mesh, feet, corners, normals, .. } = self;
-        self.followed.get_or_init(|| edges::follow(model, mesh, feet, corners, normals))
+        let Self { source, mesh, feet, corners, normals, .. } = self;
+        self.followed.get_or_init(|| match source {
+            Source::Cad(model) => edges::follow(model, mesh, feet, corners, normals),
+            Source::Own(_) => edges::Followed::default(),
+        })
+    }
+
+    /// Converts, and repairs what folds unless Eq. 8 was to be left as it is.
+    fn convert_and_repair(&self) -> Result<(ToolModel, ConvertReport), ConvertError> {
+        let (tool, report) = self.convert(&Exempt::default())?;
+        if report.folded.is_empty() || self.options.edges == EdgeRule::Plain {
+            return Ok((tool, report));
+        }
+        repair::repaired(self, (tool, report))
     }
 
     /// Converts; no edge of an `exempt` element follows the CAD.
@@ -227,7 +263,9 @@ impl<'a> Ground<'a> {
         report.straight = straight;
         report.straight.extend(chords);
         report.creases = crease_count(&tool);
-        report.bare = bare(self.model, self.mesh);
+        if let Source::Cad(model) = self.source {
+            report.bare = bare(model, self.mesh);
+        }
         report.redone = exempt.plain.iter().chain(&exempt.straight).copied().collect();
         report.folded = folded(&tool);
         Ok((tool, report))

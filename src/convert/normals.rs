@@ -10,6 +10,7 @@ use crate::geometry::{Vec2, Vec3};
 use crate::mesh::SurfaceMesh;
 
 /// Normals, and for every element the ids at its corners.
+#[derive(Clone, Default)]
 pub(super) struct NormalTable {
     pub normals: Vec<Vec3>,
     pub ids: Vec<Vec<u32>>,

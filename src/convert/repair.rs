@@ -1,6 +1,7 @@
 //! Folded patches repaired: without their given curves, as two triangles, with straight edges.
 
-use super::{ConvertError, ConvertReport, Exempt, Ground};
+use super::normals::NormalTable;
+use super::{ConvertError, ConvertReport, Exempt, Ground, Source};
 use crate::geometry::Vec3;
 use crate::mesh::{Element, SurfaceMesh};
 use crate::tool::{ToolKind, ToolModel};
@@ -16,7 +17,7 @@ pub(super) fn repaired(
     ground: &Ground<'_>,
     first: (ToolModel, ConvertReport),
 ) -> Result<(ToolModel, ConvertReport), ConvertError> {
-    let &Ground { model, mesh, options, .. } = ground;
+    let &Ground { source, mesh, options, .. } = ground;
     let mut best = first;
     let mut exempt = Exempt::default();
     if options.through_cad {
@@ -36,10 +37,15 @@ pub(super) fn repaired(
     let straightened = |ground: &Ground<'_>, exempt, best| {
         if straighten { straightened(ground, exempt, best) } else { Ok(best) }
     };
-    let (cut, split) = split(mesh, &best.0, &best.1.folded);
+    let (cut, parents) = split(mesh, &best.0, &best.1.folded);
+    let split = parents.len();
     if split > 0 {
         // Split elements are replaced by their first half; the second halves follow at the end, so that ids stay.
-        let cut = Ground::new(model, &cut, options)?;
+        let own = match source {
+            Source::Cad(_) => None,
+            Source::Own(table) => Some(of_parts(table, mesh, &cut, &parents)),
+        };
+        let cut = Ground::new(own.as_ref().map_or(source, Source::Own), &cut, options)?;
         let mut next = cut.convert(&exempt)?;
         if next.1.folded.len() < best.1.folded.len() {
             next.1.split = split;
@@ -81,9 +87,10 @@ fn grow(list: &mut Vec<u32>, by: &[u32]) {
 }
 
 /// The mesh with the folded quadrilaterals cut along the diagonal whose triangles turn least against the normals.
-fn split(mesh: &SurfaceMesh, tool: &ToolModel, folded: &[u32]) -> (SurfaceMesh, usize) {
+/// Elements that the second halves are of follow.
+fn split(mesh: &SurfaceMesh, tool: &ToolModel, folded: &[u32]) -> (SurfaceMesh, Vec<u32>) {
     let mut out = mesh.clone();
-    let mut seconds = Vec::new();
+    let (mut seconds, mut parents) = (Vec::new(), Vec::new());
     for &k in folded {
         let element = mesh.elements[k as usize];
         let [a, b, c, d] = *element.nodes() else { continue };
@@ -100,9 +107,26 @@ fn split(mesh: &SurfaceMesh, tool: &ToolModel, folded: &[u32]) -> (SurfaceMesh, 
         if worst(pair) > 0.0 {
             out.elements[k as usize] = Element::triangle(pair[0], element.face);
             seconds.push(Element::triangle(pair[1], element.face));
+            parents.push(k);
         }
     }
-    let split = seconds.len();
     out.elements.extend(seconds);
-    (out, split)
+    (out, parents)
+}
+
+/// Normals at the corners of a mesh some of whose elements were cut: those of the elements before.
+fn of_parts(
+    table: &NormalTable,
+    before: &SurfaceMesh,
+    cut: &SurfaceMesh,
+    parents: &[u32],
+) -> NormalTable {
+    let count = before.elements.len();
+    let parent = |k: usize| if k < count { k } else { parents[k - count] as usize };
+    let ids = cut.elements.iter().enumerate().map(|(k, element)| {
+        let whole = before.elements[parent(k)].nodes().iter().zip(&table.ids[parent(k)]);
+        let id = |v: &u32| whole.clone().find(|pair| pair.0 == v).map(|pair| *pair.1);
+        element.nodes().iter().filter_map(id).collect()
+    });
+    NormalTable { ids: ids.collect(), ..table.clone() }
 }

@@ -16,10 +16,12 @@ use crate::geometry::Vec3;
     kanagata convert punch.stp -o punch.tool.json --sheet-side=-z --arc-divisions 6\n  \
     kanagata convert die.igs -o die.tool.json --sheet-side +z --tol 0.01mm --normal-tol 0.5deg\n  \
     kanagata convert die.igs -o die.tool.json --mesh die.msh\n  \
+    kanagata convert die.stl -o die.tool.json --sheet-side +z\n  \
     kanagata convert die.stp -o die.tool.json --tol 0.01mm --reach cup.scene.json\n  \
     kanagata convert die.tool.json -o bezier.tool.json --to bezier\n\n{EXIT_HELP}"))]
 pub struct ConvertArgs {
-    /// IGES or STEP file; with --to a tool file
+    /// IGES or STEP file, or a mesh alone (.msh, .stl, .obj, .vtu, ...) with its own or estimated normals; with --to a tool
+    /// file
     pub(super) file: PathBuf,
     /// Tool file
     #[arg(short, long, value_name = "FILE")]
@@ -48,6 +50,9 @@ pub struct ConvertArgs {
     /// Normals of neighbouring faces closer than this are one [degrees]
     #[arg(long, value_name = "DEG", default_value_t = 0.5)]
     pub(super) smooth_deg: f64,
+    /// A mesh alone: elements that meet at more than this meet in a crease, where normals are estimated [degrees]
+    #[arg(long, value_name = "DEG", default_value_t = 40.0)]
+    pub(super) crease_deg: f64,
     /// Take this mesh (.msh, .stl, .obj, .vtu; other formats through Python's meshio) instead of making one
     #[arg(long, value_name = "FILE")]
     pub(super) mesh: Option<PathBuf>,

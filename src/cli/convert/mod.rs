@@ -1,7 +1,8 @@
-//! `kanagata convert FILE -o TOOL`.
+//! `kanagata convert FILE -o TOOL`: [`own`] for meshes, [`kinds`] for Bezier patches and tool files, here for the rest.
 
 mod args;
 mod kinds;
+mod own;
 mod print;
 
 use std::path::Path;
@@ -67,6 +68,9 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     args.check_borders()?;
     if let Some(to) = args.to {
         return exchange(args, to);
+    }
+    if io::is_mesh(&args.file) {
+        return own::own(args);
     }
     if args.mesh.is_some() && args.is_refined() {
         return Err(Failure::input(
@@ -148,7 +152,8 @@ fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {
 
 fn folds(args: &ConvertArgs, count: usize) -> Failure {
     let file = args.file.display();
-    Failure::input(if args.mesh.is_none() && args.mesher.is_built_in() {
+    let is_built_in = args.mesh.is_none() && args.mesher.is_built_in();
+    Failure::input(if is_built_in && !io::is_mesh(&args.file) {
         format!(
             "{file}: {count} patches fold however finely their faces are divided; allowed: none; repair these faces in \
              the CAD, or write them with --allow-folds"

@@ -23,7 +23,8 @@ impl<'a> Cursor<'a> {
         let place = if self.binary {
             format!("byte {}", self.at)
         } else {
-            let before = &self.bytes[..self.at.min(self.bytes.len())];
+            // A line that was read ends behind its own end.
+            let before = &self.bytes[..self.at.min(self.bytes.len()).saturating_sub(1)];
             format!("line {}", before.iter().filter(|&&b| b == b'\n').count() + 1)
         };
         MeshError::Invalid {

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::obj;
+use super::{MeshFile, obj};
+use crate::mesh::MeshError;
 use crate::mesh::outside::{WorkFolder, on_path, wait};
-use crate::mesh::{MeshError, SurfaceMesh};
 
 /// Time limit [s].
 const LIMIT_S: u64 = 300;
@@ -15,7 +15,7 @@ const LIMIT_S: u64 = 300;
 const ABSENT: i32 = 77;
 
 /// Writes the corners of all triangles and quadrilaterals (also those of higher order) as OBJ text, which keeps every
-/// digit of their coordinates. Points in the plane get z = 0.
+/// digit of their coordinates, and the normals of their points if there are any. Points in the plane get z = 0.
 const SCRIPT: &str = r#"
 import sys
 try:
@@ -28,14 +28,22 @@ with open(sys.argv[2], "w") as out:
     for point in mesh.points:
         x = [float(c) for c in point[:3]] + [0.0] * (3 - len(point))
         out.write("v %r %r %r\n" % tuple(x))
+    data = {name.lower(): values for name, values in mesh.point_data.items()}
+    normals = data.get("normals")
+    if normals is None and all(name in data for name in ("nx", "ny", "nz")):
+        normals = list(zip(data["nx"], data["ny"], data["nz"]))
+    for normal in [] if normals is None else normals:
+        out.write("vn %r %r %r\n" % tuple(float(c) for c in normal))
+    corner = "%d" if normals is None else "%d//%d"
     for block in mesh.cells:
         corners = 3 if block.type.startswith("triangle") else 4 if block.type.startswith("quad") else 0
         for cell in block.data if corners else []:
-            out.write("f %s\n" % " ".join(str(int(n) + 1) for n in cell[:corners]))
+            ids = [int(n) + 1 for n in cell[:corners]]
+            out.write("f %s\n" % " ".join(corner % ((n,) * corner.count("%d")) for n in ids))
 "#;
 
 /// Reads `path` with the Python named by KANAGATA_PYTHON, or else the one on PATH.
-pub fn read(path: &Path, file: &str) -> Result<SurfaceMesh, MeshError> {
+pub fn read(path: &Path, file: &str) -> Result<MeshFile, MeshError> {
     let named = std::env::var_os("KANAGATA_PYTHON").map(PathBuf::from);
     let named = named.filter(|p| !p.as_os_str().is_empty());
     let python = named.or_else(|| on_path(&["python3", "python", "python.exe"]));
@@ -47,7 +55,7 @@ pub fn read(path: &Path, file: &str) -> Result<SurfaceMesh, MeshError> {
 }
 
 /// Reads `path` with this Python.
-pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<SurfaceMesh, MeshError> {
+pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<MeshFile, MeshError> {
     let folder = WorkFolder::new("meshio")?;
     let (out, log) = (folder.path.join("mesh.obj"), folder.path.join("log.txt"));
     let errors = fs::File::create(&log)
@@ -72,11 +80,11 @@ pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<Surfac
     }
     let bytes =
         fs::read(&out).map_err(|source| MeshError::Read { path: path.to_path_buf(), source })?;
-    let mesh = obj::parse(&bytes, file)?;
-    if mesh.elements.is_empty() {
+    let found = obj::parse(&bytes, file)?;
+    if found.mesh.elements.is_empty() {
         return Err(failed("it holds no triangles or quadrilaterals".into()));
     }
-    Ok(mesh)
+    Ok(found)
 }
 
 /// The last line that says something.

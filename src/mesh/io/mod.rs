@@ -18,11 +18,53 @@ use std::path::Path;
 
 use super::{Element, MeshError, SurfaceMesh};
 use crate::geometry::Vec3;
+use crate::geometry::frame::unit;
 
 /// Face number of elements whose file names none; [`attach()`](super::attach()) finds it.
 pub const UNATTACHED: u32 = u32::MAX;
 
-/// Reads a surface mesh, told by the file's ending: `.msh`, `.stl`, `.obj`, `.vtu`; any other (Abaqus, Nastran, VTK,
+/// Unit normals at the corners of an element, in the order of its nodes; zero where the file has none.
+pub type CornerNormals = [Vec3; 4];
+
+/// What a mesh file holds.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MeshFile {
+    /// The mesh.
+    pub mesh: SurfaceMesh,
+    /// Normals of every element's corners: those of OBJ (`vn`), of the point array `Normals` of VTU, and of a point array
+    /// of that name (or `nx`, `ny`, `nz`) in what meshio reads; none when the file has none.
+    pub normals: Vec<CornerNormals>,
+}
+
+impl From<SurfaceMesh> for MeshFile {
+    fn from(mesh: SurfaceMesh) -> Self {
+        Self { mesh, normals: Vec::new() }
+    }
+}
+
+/// Endings of mesh files, of those read here and of some that meshio reads.
+const ENDINGS: [&str; 13] =
+    ["msh", "stl", "obj", "vtu", "vtk", "ply", "off", "inp", "bdf", "nas", "fem", "med", "xdmf"];
+
+/// Whether a file's ending is one of mesh files.
+#[must_use]
+pub fn is_mesh(path: &Path) -> bool {
+    ENDINGS.contains(&ending(path).as_str())
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Reads a surface mesh; see [`read_file`].
+///
+/// # Errors
+/// Those of [`read_file`].
+pub fn read(path: &Path) -> Result<SurfaceMesh, MeshError> {
+    Ok(read_file(path)?.mesh)
+}
+
+/// Reads a surface mesh and its normals, told by the file's ending: `.msh`, `.stl`, `.obj`, `.vtu`; any other (Abaqus, Nastran, VTK,
 /// PLY, ...) is read by Python's meshio if that is installed. Coordinates are taken as mm. `Element::face` is the
 /// surface number the file gives (MSH entity, VTU cell array `face`), or [`UNATTACHED`].
 ///
@@ -30,17 +72,17 @@ pub const UNATTACHED: u32 = u32::MAX;
 /// [`MeshError::Read`]; [`MeshError::Invalid`] with line or byte, what was found and what is allowed;
 /// [`MeshError::MeshioAbsent`] for a format that is not read here when meshio is not there, and
 /// [`MeshError::MeshioFailed`] with what it says when it cannot read the file either.
-pub fn read(path: &Path) -> Result<SurfaceMesh, MeshError> {
+pub fn read_file(path: &Path) -> Result<MeshFile, MeshError> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let ending = ending(path);
     if ending == "vtu" {
         return vtu::read(path, &name);
     }
     let bytes = std::fs::read(path)
         .map_err(|source| MeshError::Read { path: path.to_path_buf(), source })?;
     match ending.as_str() {
-        "msh" => msh_read::parse(&bytes, &name),
-        "stl" => stl::parse(&bytes, &name),
+        "msh" => Ok(msh_read::parse(&bytes, &name)?.into()),
+        "stl" => Ok(stl::parse(&bytes, &name)?.into()),
         "obj" => obj::parse(&bytes, &name),
         _ => meshio::read(path, &name),
     }
@@ -51,7 +93,7 @@ pub fn read(path: &Path) -> Result<SurfaceMesh, MeshError> {
 /// # Errors
 /// [`MeshError::Write`]; [`MeshError::Invalid`] for another ending.
 pub fn write(mesh: &SurfaceMesh, path: &Path) -> Result<(), MeshError> {
-    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let ending = ending(path);
     match ending.as_str() {
         "msh" => Ok(msh_write::write(mesh, path)?),
         "vtu" => Ok(vtu::grid(mesh).write(path)?),
@@ -66,6 +108,27 @@ pub fn write(mesh: &SurfaceMesh, path: &Path) -> Result<(), MeshError> {
 
 pub use sheet::{SheetElements, SheetMesh, read_sheet};
 pub use vtu::grid as to_vtu;
+
+/// The element over a ring of vertices that each have a normal, if enough of them differ; with the normals of its corners.
+fn with_normals(ring: &[(u32, Vec3)], face: u32) -> Option<(Element, CornerNormals)> {
+    let ids: Vec<u32> = ring.iter().map(|corner| corner.0).collect();
+    let element = Element::from_ring(&ids, face)?;
+    let mut normals = [Vec3::zeros(); 4];
+    for (normal, node) in normals.iter_mut().zip(element.nodes()) {
+        let given = ring.iter().find(|corner| corner.0 == *node).map(|corner| corner.1);
+        *normal = given.and_then(unit).unwrap_or_default();
+    }
+    Some((element, normals))
+}
+
+/// A mesh of such elements; without normals when all of them are zero.
+fn of_elements(vertices: Vec<Vec3>, elements: Vec<(Element, CornerNormals)>) -> MeshFile {
+    let (elements, normals): (Vec<_>, Vec<_>) = elements.into_iter().unzip();
+    let mut mesh = SurfaceMesh { vertices, elements };
+    mesh.compact();
+    let none = normals.iter().flatten().all(|n| *n == Vec3::zeros());
+    MeshFile { mesh, normals: if none { Vec::new() } else { normals } }
+}
 
 /// Merges vertices with the same coordinates (to the bit) into a mesh.
 #[derive(Default)]

@@ -1,56 +1,73 @@
-//! Wavefront OBJ: vertices and faces; faces of more than four corners are cut into triangles.
+//! Wavefront OBJ: vertices, normals and faces; faces of more than four corners are cut into triangles.
 
-use super::UNATTACHED;
 use super::cursor::Cursor;
+use super::{MeshFile, UNATTACHED, of_elements, with_normals};
 use crate::geometry::Vec3;
-use crate::mesh::{Element, MeshError, SurfaceMesh};
+use crate::mesh::MeshError;
+
+/// Number of a normal that a corner does not name.
+const NONE: u32 = u32::MAX;
 
 /// Parses an OBJ file; `file` is used in messages.
-pub fn parse(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
+pub fn parse(bytes: &[u8], file: &str) -> Result<MeshFile, MeshError> {
     let mut cursor = Cursor::new(bytes, file);
-    let mut mesh = SurfaceMesh::default();
-    let mut rings: Vec<Vec<u32>> = Vec::new();
+    let (mut vertices, mut normals) = (Vec::new(), Vec::new());
+    let mut rings: Vec<Vec<[u32; 2]>> = Vec::new();
     while let Some(line) = cursor.line() {
         let mut words = line.split_ascii_whitespace();
+        let wrong = |allowed: &str| cursor.error(format!("'{}'", short(line)), allowed);
         match words.next() {
-            Some("v") => {
-                let x: Vec<f64> = words.take(3).filter_map(|w| w.parse().ok()).collect();
-                match x[..] {
-                    [x, y, z] if (x + y + z).is_finite() => mesh.vertices.push(Vec3::new(x, y, z)),
-                    _ => return Err(cursor.error(format!("'{}'", short(line)), "v x y z")),
-                }
-            }
+            Some("v") => vertices.push(vector(words).ok_or_else(|| wrong("v x y z"))?),
+            Some("vn") => normals.push(vector(words).ok_or_else(|| wrong("vn x y z"))?),
             Some("f") => {
-                let ids: Option<Vec<u32>> =
-                    words.map(|w| vertex_id(w, mesh.vertices.len())).collect();
-                let ids = ids.filter(|ids| ids.len() >= 3);
-                rings.push(ids.ok_or_else(|| {
-                    let allowed = "f with three or more numbers of vertices above it";
-                    cursor.error(format!("'{}'", short(line)), allowed)
+                let corners = words.map(|w| corner(w, vertices.len(), normals.len()));
+                let ring = corners.collect::<Option<Vec<[u32; 2]>>>().filter(|r| r.len() >= 3);
+                rings.push(ring.ok_or_else(|| {
+                    wrong("f with three or more numbers of vertices, and of normals, above it")
                 })?);
             }
             _ => {}
         }
     }
+    let normal = |id: u32| normals.get(id as usize).copied().unwrap_or_default();
+    let corner = |&[v, n]: &[u32; 2]| (v, normal(n));
+    let mut elements = Vec::new();
     for ring in &rings {
+        let ring: Vec<(u32, Vec3)> = ring.iter().map(corner).collect();
         if ring.len() <= 4 {
-            mesh.elements.extend(Element::from_ring(ring, UNATTACHED));
+            elements.extend(with_normals(&ring, UNATTACHED));
         } else {
             let fan = (1..ring.len() - 1).map(|k| [ring[0], ring[k], ring[k + 1]]);
-            mesh.elements.extend(fan.filter_map(|t| Element::from_ring(&t, UNATTACHED)));
+            elements.extend(fan.filter_map(|t| with_normals(&t, UNATTACHED)));
         }
     }
-    mesh.compact();
-    Ok(mesh)
+    Ok(of_elements(vertices, elements))
+}
+
+/// Three finite numbers.
+fn vector<'a>(words: impl Iterator<Item = &'a str>) -> Option<Vec3> {
+    let x: Vec<f64> = words.take(3).filter_map(|w| w.parse().ok()).collect();
+    match x[..] {
+        [x, y, z] if (x + y + z).is_finite() => Some(Vec3::new(x, y, z)),
+        _ => None,
+    }
 }
 
 fn short(line: &str) -> String {
     line.chars().take(60).collect()
 }
 
-/// `7`, `7/1/2` or `-1` (the last vertex so far) as a zero-based id.
-fn vertex_id(word: &str, count: usize) -> Option<u32> {
-    let number: i64 = word.split('/').next()?.parse().ok()?;
-    let id = if number < 0 { count as i64 + number } else { number - 1 };
-    (id >= 0 && id < count as i64).then_some(id as u32)
+/// Zero-based ids of vertex and normal from `7`, `7/1/2`, `7//2` or `-1` (the last vertex so far).
+fn corner(word: &str, vertices: usize, normals: usize) -> Option<[u32; 2]> {
+    let mut parts = word.split('/');
+    let id = |word: &str, count: usize| {
+        let number: i64 = word.parse().ok()?;
+        let id = if number < 0 { (count as i64).checked_add(number)? } else { number - 1 };
+        (id >= 0 && id < count as i64).then_some(id as u32)
+    };
+    let vertex = id(parts.next()?, vertices)?;
+    match parts.nth(1).filter(|word| !word.is_empty()) {
+        Some(word) => Some([vertex, id(word, normals)?]),
+        None => Some([vertex, NONE]),
+    }
 }

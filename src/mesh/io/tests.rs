@@ -122,9 +122,9 @@ fn stl_corners_are_merged() {
 
 #[test]
 fn obj_takes_slashes_and_negative_numbers() {
-    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -1 .5 0\nf 1/2 2/2/3 3//1 4\nf -1 1 4\n\
-                f 1 2 3 4 5\n";
-    let mesh = obj::parse(text.as_bytes(), "a.obj").unwrap();
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -1 .5 0\nvn 0 0 1\nvn 1 0 0\n\
+                vn 0 1 0\nf 1/2 2/2/3 3//1 4\nf -1 1 4\nf 1 2 3 4 5\n";
+    let mesh = obj::parse(text.as_bytes(), "a.obj").unwrap().mesh;
     assert_eq!(mesh.elements.len(), 2 + 3);
     assert_eq!(mesh.elements[1].nodes(), [4, 0, 3]);
     let bad = obj::parse(b"v 0 0 0\nf 1 2 9\n", "b.obj").unwrap_err().to_string();
@@ -161,11 +161,17 @@ fn other_formats_are_read_by_meshio() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("deck.inp");
     std::fs::write(&path, DECK).unwrap();
-    let mesh = meshio::read_with(&python, &path, "deck.inp").unwrap();
+    let mesh = meshio::read_with(&python, &path, "deck.inp").unwrap().mesh;
     let sizes: Vec<usize> = mesh.elements.iter().map(|e| e.nodes().len()).collect();
     assert_eq!(sizes, [4, 4, 3]);
     assert_eq!(mesh.vertices[1], Vec3::new(1.0, 0.0, 0.25));
     assert!(mesh.elements.iter().all(|e| e.face == UNATTACHED));
+    let path = folder.path().join("normals.vtk");
+    let text = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 double\n0 0 0 1 0 0 0 1 0\n\
+                CELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\nPOINT_DATA 3\nVECTORS Normals double\n0 0 1 0 0 1 0 0 1\n";
+    std::fs::write(&path, text).unwrap();
+    let file = meshio::read_with(&python, &path, "normals.vtk").unwrap();
+    assert_eq!(file.normals[0][..3], [Vec3::z(); 3]);
     for (name, text) in
         [("torn.inp", &DECK[..60]), ("what.xyzzy", "?"), ("points.inp", &DECK[..30])]
     {

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use super::UNATTACHED;
 use super::sheet::Volumes;
-use crate::mesh::{Element, MeshError, SurfaceMesh};
-use crate::report::vtu_read::{self, VtuError};
+use super::{MeshFile, UNATTACHED, of_elements, with_normals};
+use crate::geometry::Vec3;
+use crate::mesh::{MeshError, SurfaceMesh};
+use crate::report::vtu_read::{self, GridArray, VtuError};
 use crate::report::{CellKind, DataArray, Vtu};
 
 /// The mesh as a VTU grid with the cell array `face`, to which more arrays may be added.
@@ -56,26 +57,33 @@ pub fn read_volumes(path: &Path, file: &str) -> Result<Volumes, MeshError> {
     Ok(Volumes { points: grid.points, hexahedra })
 }
 
-/// Reads the triangles and quads of a VTU file; other cells are passed over.
-pub fn read(path: &Path, file: &str) -> Result<SurfaceMesh, MeshError> {
+/// Reads the triangles and quads of a VTU file, and the normals of its point array `Normals`; other cells are passed over.
+pub fn read(path: &Path, file: &str) -> Result<MeshFile, MeshError> {
     let grid = grid_of(path, file)?;
     let faces = grid.cell_data.iter().find(|a| a.name == "face" && a.components == 1);
-    let mut mesh = SurfaceMesh { vertices: grid.points, elements: Vec::new() };
+    let is_normals = |a: &&GridArray| a.name.eq_ignore_ascii_case("normals") && a.components == 3;
+    let normals = grid.point_data.iter().find(is_normals);
+    let normal = |n: u32| {
+        let k = 3 * n as usize;
+        let given = normals.and_then(|a| a.values.get(k..k + 3));
+        given.map_or_else(Vec3::zeros, Vec3::from_column_slice)
+    };
+    let mut elements = Vec::new();
     for (k, (kind, nodes)) in grid.cells.iter().enumerate() {
         if !matches!((kind, nodes.len()), (5, 3) | (9, 4)) {
             continue;
         }
-        if let Some(&n) = nodes.iter().find(|&&n| n as usize >= mesh.vertices.len()) {
+        if let Some(&n) = nodes.iter().find(|&&n| n as usize >= grid.points.len()) {
             return Err(MeshError::Invalid {
                 file: file.into(),
                 place: format!("cell {k}"),
                 found: format!("point {n}"),
-                allowed: format!("points 0 to {}", mesh.vertices.len().saturating_sub(1)),
+                allowed: format!("points 0 to {}", grid.points.len().saturating_sub(1)),
             });
         }
         let face = faces.and_then(|a| a.values.get(k)).filter(|f| **f >= 0.0);
-        mesh.elements.extend(Element::from_ring(nodes, face.map_or(UNATTACHED, |f| *f as u32)));
+        let ring: Vec<(u32, Vec3)> = nodes.iter().map(|&n| (n, normal(n))).collect();
+        elements.extend(with_normals(&ring, face.map_or(UNATTACHED, |f| *f as u32)));
     }
-    mesh.compact();
-    Ok(mesh)
+    Ok(of_elements(grid.points, elements))
 }

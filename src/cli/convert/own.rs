@@ -1,0 +1,76 @@
+//! `kanagata convert MESH -o TOOL`: meshes without CAD.
+
+use super::args::{ConvertArgs, Edge, Kind};
+use super::print::print_report;
+use super::{Converted, folds, options};
+use crate::cli::exit::{Exit, Failure};
+use crate::cli::say::out;
+use crate::convert::own::{NormalSource, convert_mesh};
+use crate::files::sha256_hex;
+use crate::mesh::io;
+use crate::tool::file::{Provenance, ToolFile};
+
+/// Makes a tool of a mesh file, with its own normals or those estimated from its vertices.
+pub(super) fn own(args: &ConvertArgs) -> Result<Exit, Failure> {
+    check(args)?;
+    let file = io::read_file(&args.file)?;
+    let options = options(args, None);
+    let (tool, report, source) = convert_mesh(&file, &options, args.crease_deg)
+        .map_err(|e| Failure::input(format!("{}: {e}", args.file.display())))?;
+    let made = Converted { tool, report, refined: None };
+    if !made.report.folded.is_empty() && !args.allow_folds && args.edge() != Edge::Plain {
+        print_report(&made);
+        return Err(folds(args, made.report.folded.len()));
+    }
+    ToolFile::of_model(&made.tool, options.edges, provenance(args, &source)?)
+        .write(&args.output)?;
+    print_report(&made);
+    let NormalSource { given, estimated, regions } = source;
+    out!(
+        "  no CAD: {given} normals of corners from the file, {estimated} estimated from its vertices; {regions} smooth regions"
+    );
+    out!("  {}", args.output.display());
+    Ok(Exit::Done)
+}
+
+/// Refuses what only a CAD file can give.
+fn check(args: &ConvertArgs) -> Result<(), Failure> {
+    let option = if args.mesh.is_some() {
+        "--mesh"
+    } else if args.is_refined() || args.tol.is_some() {
+        "--tol, --normal-tol or --patches"
+    } else if args.reach.is_some() {
+        "--reach"
+    } else if args.kind == Kind::Bezier {
+        "--kind bezier"
+    } else if args.edge == Some(Edge::Cad) {
+        "--edge cad"
+    } else if !args.mesher.is_built_in() {
+        "--mesher gmsh"
+    } else {
+        return Ok(());
+    };
+    Err(Failure::input(format!(
+        "{option} with the mesh {} alone; allowed: with an IGES or STEP file; give the CAD first and this file by --mesh",
+        args.file.display()
+    )))
+}
+
+fn provenance(args: &ConvertArgs, source: &NormalSource) -> Result<Provenance, Failure> {
+    let bytes = std::fs::read(&args.file)
+        .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", args.file.display())))?;
+    let name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let normals = match (source.given, source.estimated) {
+        (_, 0) => "given".to_owned(),
+        (0, _) => format!("estimated crease-deg={}", args.crease_deg),
+        (_, n) => format!("given, {n} corners estimated crease-deg={}", args.crease_deg),
+    };
+    Ok(Provenance {
+        cad_file: name,
+        cad_sha256: sha256_hex(&bytes),
+        cad_unit: "mm".into(),
+        mesher: format!("mesh file without CAD, normals {normals}"),
+        program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
+        shape_error_mm: None,
+    })
+}

@@ -61,6 +61,10 @@ fn edges_that_follow_the_cad_halve_that() {
     println!("0.01 mm, edges through the CAD: {} patches", found.tool.patches.len());
     assert!(found.tool.patches.len() as f64 <= 0.5 * uniform as f64);
     assert!(!found.tool.curves.is_empty() && found.audit.normal_max_deg < 0.6);
+    // As `kanagata convert --tol 0.01mm` does it: with vertices balanced about the CAD, sliding within flats.
+    let balanced = refined(&model, 0.01, true, true).tool.patches.len();
+    println!("vertices balanced: {balanced} patches");
+    assert!(balanced <= 64 && balanced as f64 <= 0.4 * uniform as f64);
 }
 
 /// The same mesh: Eq. 8 draws chords where a flat meets a fillet; and the order stays four.

@@ -50,26 +50,18 @@ pub(super) fn table(
         .par_iter()
         .map(|place| foot(&model.faces[place.face as usize], &mesh.vertices[place.vertex as usize]))
         .collect();
-    let beyond = |place: &Place, uv: Vec2| {
-        beyond_crease(model, place.face as usize, uv, &mesh.vertices[place.vertex as usize])
-    };
-    let mut known: FxHashMap<Place, Vec3> = FxHashMap::default();
+    let (mut known, mut regular) = (FxHashMap::default(), Feet::default());
     let mut degenerate: FxHashMap<(u32, u32), Vec2> = FxHashMap::default();
-    let mut regular: Feet = FxHashMap::default();
-    for (place, (uv, normal)) in places.iter().zip(&feet) {
-        match normal {
-            Some(n) => match beyond(place, *uv) {
-                Some(other) => {
-                    known.insert(*place, other);
-                }
-                None => {
-                    known.insert(*place, *n);
-                    regular.insert((place.vertex, place.face), *uv);
-                }
-            },
-            None => {
-                degenerate.insert((place.vertex, place.face), *uv);
-            }
+    for (place, &(uv, normal)) in places.iter().zip(&feet) {
+        let Some(own) = normal else {
+            degenerate.insert((place.vertex, place.face), uv);
+            continue;
+        };
+        let x = &mesh.vertices[place.vertex as usize];
+        let other = beyond_crease(model, place.face as usize, uv, x);
+        known.insert(*place, other.unwrap_or(own));
+        if other.is_none() {
+            regular.insert((place.vertex, place.face), uv);
         }
     }
     for (id, element) in mesh.elements.iter().enumerate() {
@@ -148,40 +140,35 @@ fn number(
     let mut normals: Vec<Vec3> = Vec::new();
     let mut id_of: FxHashMap<Place, u32> = FxHashMap::default();
     for group in places.chunk_by(|a, b| a.vertex == b.vertex) {
-        let first = normals.len();
-        let mut clusters: Vec<(Vec3, Vec3, Vec<Place>)> = Vec::new();
-        for &place in group {
-            let n = known[&place];
-            let near = |c: &&mut (Vec3, Vec3, Vec<Place>)| {
-                c.0.cross(&n).norm() <= smooth.sin() && c.0.dot(&n) > 0.0
-            };
-            match clusters.iter_mut().find(near) {
-                Some(cluster) => {
-                    cluster.1 += n;
-                    cluster.2.push(place);
-                }
-                None => clusters.push((n, n, vec![place])),
-            }
-        }
-        for (k, (_, sum, members)) in clusters.into_iter().enumerate() {
-            normals.push(sum.normalize());
-            members.into_iter().for_each(|m| {
-                id_of.insert(m, (first + k) as u32);
-            });
-        }
+        let here: Vec<Vec3> = group.iter().map(|place| known[place]).collect();
+        let numbers = merged(&here, smooth, &mut normals);
+        id_of.extend(group.iter().copied().zip(numbers));
     }
-    let ids = mesh
-        .elements
-        .iter()
-        .enumerate()
-        .map(|(id, e)| {
-            let at =
-                |vertex: u32, element: u32| id_of.get(&Place { vertex, face: e.face, element });
-            e.nodes()
-                .iter()
-                .filter_map(|&v| at(v, EVERY_ELEMENT).or_else(|| at(v, id as u32)).copied())
-                .collect()
-        })
-        .collect();
-    (normals, ids)
+    let ids = mesh.elements.iter().enumerate().map(|(id, e)| {
+        let at = |vertex: u32, element: u32| id_of.get(&Place { vertex, face: e.face, element });
+        let known = |&v: &u32| at(v, EVERY_ELEMENT).or_else(|| at(v, id as u32)).copied();
+        e.nodes().iter().filter_map(known).collect()
+    });
+    (normals, ids.collect())
+}
+
+/// Puts the normals of one vertex behind all others, those that differ by less than `smooth` [rad] as one, their mean;
+/// returns the number of each.
+pub(super) fn merged(here: &[Vec3], smooth: f64, all: &mut Vec<Vec3>) -> Vec<u32> {
+    // First normal and sum of each that is told apart.
+    let mut clusters: Vec<(Vec3, Vec3)> = Vec::new();
+    let first = all.len();
+    let numbers = here.iter().map(|n| {
+        let near = |c: &(Vec3, Vec3)| c.0.cross(n).norm() <= smooth.sin() && c.0.dot(n) > 0.0;
+        let known = clusters.iter().position(near);
+        let k = known.unwrap_or(clusters.len());
+        match known {
+            Some(k) => clusters[k].1 += n,
+            None => clusters.push((*n, *n)),
+        }
+        (first + k) as u32
+    });
+    let numbers = numbers.collect();
+    all.extend(clusters.iter().map(|c| c.1.normalize()));
+    numbers
 }

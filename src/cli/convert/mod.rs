@@ -47,6 +47,16 @@ struct Converted {
     refined: Option<Fit>,
 }
 
+impl Converted {
+    /// Gives faces the numbers that they have in the whole model.
+    fn number_as(&mut self, reached: &Reached) {
+        reached.renumber(&mut self.tool);
+        self.report.turned = reached.turned;
+        let (finer, bare) = (&mut self.report.finer, &mut self.report.bare);
+        finer.iter_mut().chain(bare).for_each(|f| *f = reached.kept[*f]);
+    }
+}
+
 /// What refinement says of its model.
 struct Fit {
     audit: AuditReport,
@@ -91,10 +101,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
         Converted { tool, report, refined: None }
     };
     if let Some(reached) = &reached {
-        reached.renumber(&mut made.tool);
-        made.report.turned = reached.turned;
-        let (finer, bare) = (&mut made.report.finer, &mut made.report.bare);
-        finer.iter_mut().chain(bare).for_each(|f| *f = reached.kept[*f]);
+        made.number_as(reached);
     }
     if !made.report.folded.is_empty() && !args.allow_folds && args.edge() != Edge::Plain {
         print_report(&made);
@@ -193,17 +200,7 @@ fn refined(
     reached: Option<&Reached>,
 ) -> Result<Converted, Failure> {
     let mesh = args.mesher.mapped_for_refinement()?;
-    let whole = |error: ToleranceError| match (error, reached) {
-        (mut error, Some(r)) => {
-            if let ToleranceError::NotReached { face, .. }
-            | ToleranceError::NoPatches { face, .. } = &mut error
-            {
-                *face = r.kept[*face];
-            }
-            error
-        }
-        (other, None) => other,
-    };
+    let whole = |error| of_whole(error, reached);
     let borders = match args.borders {
         Borders::Conforming => Meeting::Conforming,
         Borders::Independent => Meeting::Independent,
@@ -233,6 +230,18 @@ fn refined(
             asked_apart: borders == Meeting::Independent,
         }),
     })
+}
+
+/// An error that names a face of the whole model, not of what is within reach.
+fn of_whole(mut error: ToleranceError, reached: Option<&Reached>) -> ToleranceError {
+    if let (
+        Some(reached),
+        ToleranceError::NotReached { face, .. } | ToleranceError::NoPatches { face, .. },
+    ) = (reached, &mut error)
+    {
+        *face = reached.kept[*face];
+    }
+    error
 }
 
 /// The file's name without `.tool.json`.

@@ -10,7 +10,7 @@ mod orient;
 #[cfg(test)]
 mod tests;
 
-use super::normals::NormalTable;
+use super::normals::{NormalTable, merged};
 use super::{ConvertError, ConvertOptions, ConvertReport, Ground, Source};
 use crate::geometry::Vec3;
 use crate::mesh::SurfaceMesh;
@@ -109,23 +109,10 @@ fn numbered(mesh: &SurfaceMesh, corners: &[CornerNormals], smooth: f64) -> Norma
         ids.push(vec![0; element.nodes().len()]);
     }
     let mut normals: Vec<Vec3> = Vec::new();
-    for corners_here in &at {
-        let mut clusters: Vec<(Vec3, Vec3, Vec<(usize, usize)>)> = Vec::new();
-        for &(k, c) in corners_here {
-            let n = corners[k][c];
-            let near = |c: &&mut (Vec3, Vec3, Vec<_>)| c.0.dot(&n) >= smooth.cos();
-            match clusters.iter_mut().find(near) {
-                Some(cluster) => {
-                    cluster.1 += n;
-                    cluster.2.push((k, c));
-                }
-                None => clusters.push((n, n, vec![(k, c)])),
-            }
-        }
-        for (_, sum, members) in clusters {
-            members.into_iter().for_each(|(k, c)| ids[k][c] = normals.len() as u32);
-            normals.push(sum.normalize());
-        }
+    for places in &at {
+        let here: Vec<Vec3> = places.iter().map(|&(k, c)| corners[k][c]).collect();
+        let numbers = merged(&here, smooth, &mut normals);
+        places.iter().zip(numbers).for_each(|(&(k, c), number)| ids[k][c] = number);
     }
     NormalTable { normals, ids, ..NormalTable::default() }
 }

@@ -1,15 +1,12 @@
 //! Clearance between two tools at the end of their travel against a thickness: what the paper's 340 kN peak comes
 //! from, found before any run.
 
-use std::path::Path;
-
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::sample::inside;
 use crate::contact::{Location, ToolSurface};
-use crate::files::{WriteError, write_atomic};
 use crate::geometry::Vec3;
 use crate::tool::{Patch, ToolModel};
 
@@ -258,19 +255,6 @@ impl Gauge<'_> {
             step *= 0.5;
         }
         best
-    }
-}
-
-impl ClearanceReport {
-    /// Writes the report beside its name and renames it.
-    ///
-    /// # Errors
-    /// [`WriteError`] when the folder is missing or full.
-    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
-        write_atomic(path, |w| {
-            serde_json::to_writer_pretty(&mut *w, self)?;
-            writeln!(w)
-        })
     }
 }
 

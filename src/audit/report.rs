@@ -1,11 +1,7 @@
 //! The figures of an audit, as `*.audit.json` has them. Lengths in mm, angles in degrees.
 
-use std::path::Path;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use crate::files::{WriteError, write_atomic};
 
 /// What the audit of a tool model found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -173,16 +169,5 @@ impl AuditReport {
     #[must_use]
     pub fn worst_mm(&self) -> f64 {
         self.max_mm.abs().max(self.min_mm.abs())
-    }
-
-    /// Writes the report beside its name and renames it.
-    ///
-    /// # Errors
-    /// [`WriteError`] when the folder is missing or full.
-    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
-        write_atomic(path, |w| {
-            serde_json::to_writer_pretty(&mut *w, self)?;
-            writeln!(w)
-        })
     }
 }

@@ -9,7 +9,7 @@ use super::say::{err, out};
 use crate::audit::clearance::{ClearanceOptions, ClearanceReport, clearance};
 use crate::audit::{Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, page, view};
 use crate::contact::ToolSurface;
-use crate::files::sha256_hex;
+use crate::files::{sha256_hex, write_atomic};
 use crate::geometry::Vec3;
 use crate::tool::file::{ToolFileError, read};
 
@@ -47,7 +47,7 @@ pub struct AuditArgs {
     /// Intervals of the grid of points along a side of a patch
     #[arg(long, value_name = "N", default_value_t = 8)]
     samples: usize,
-    /// Write the figures
+    /// Write the figures; with several tools a list of them
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Write the patches coloured by their error
@@ -77,49 +77,56 @@ impl From<ToolFileError> for Failure {
 /// Exit code 2 for bad input, 4 when files cannot be read or written.
 pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
     let several = args.tools.len() > 1;
-    if several && (args.vtu.is_some() || args.html.is_some() || args.json.is_some()) {
+    if several && (args.vtu.is_some() || args.html.is_some()) {
         return Err(Failure::input(
-            "--json, --vtu and --html with several tools; allowed: with one, the table is printed",
+            "--vtu and --html with several tools; allowed: with one; the table is printed, --json writes a list",
         ));
     }
-    let mut exits = Vec::new();
-    if let (Some(against), Some(thickness)) = (&args.against, args.thickness) {
-        let die = ToolSurface::new(read(against)?.model);
-        if several {
-            out!(
-                "{:32} {:>8} {:>14} {:>9} {:>11}",
-                "tool",
-                "patches",
-                "clearance [mm]",
-                "pinch %",
-                "below %"
-            );
-        }
-        for tool in &args.tools {
-            exits.push(cleared(args, tool, &die, thickness)?);
-        }
-    } else if let Some(cad) = &args.cad {
-        let model = read_model(cad)?;
-        let reference = CadReference::new(&model);
-        if several {
-            out!(
-                "{:32} {:>8} {:>10} {:>10} {:>10} {:>10} {:>8} {:>8} {:>9}",
-                "tool",
-                "patches",
-                "max [mm]",
-                "min [mm]",
-                "rms [mm]",
-                "p99 [mm]",
-                "normal",
-                "jump",
-                "gap [mm]"
-            );
-        }
-        for tool in &args.tools {
-            exits.push(audited(args, tool, cad, &reference)?);
-        }
-    }
+    let exits = match (&args.against, args.thickness, &args.cad) {
+        (Some(against), Some(thickness), _) => clearances(args, against, thickness)?,
+        (_, _, Some(cad)) => audits(args, cad)?,
+        _ => Vec::new(),
+    };
     Ok(if exits.contains(&Exit::Limit) { Exit::Limit } else { Exit::Done })
+}
+
+/// The tools against another one.
+fn clearances(args: &AuditArgs, against: &Path, thickness_mm: f64) -> Result<Vec<Exit>, Failure> {
+    let die = ToolSurface::new(read(against)?.model);
+    if args.tools.len() > 1 {
+        let (clearance, pinch, below) = ("clearance [mm]", "pinch %", "below %");
+        out!("{:32} {:>8} {clearance:>14} {pinch:>9} {below:>11}", "tool", "patches");
+    }
+    let each = |tool: &PathBuf| cleared(args, tool, &die, thickness_mm);
+    let found = args.tools.iter().map(each).collect::<Result<Vec<_>, _>>()?;
+    let (reports, exits): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    write_json(args, &reports)?;
+    Ok(exits)
+}
+
+/// The tools against their CAD.
+fn audits(args: &AuditArgs, cad: &Path) -> Result<Vec<Exit>, Failure> {
+    let model = read_model(cad)?;
+    let reference = CadReference::new(&model);
+    if args.tools.len() > 1 {
+        out!(
+            "{:32} {:>8} {:>10} {:>10} {:>10} {:>10} {:>8} {:>8} {:>9}",
+            "tool",
+            "patches",
+            "max [mm]",
+            "min [mm]",
+            "rms [mm]",
+            "p99 [mm]",
+            "normal",
+            "jump",
+            "gap [mm]"
+        );
+    }
+    let each = |tool: &PathBuf| audited(args, tool, cad, &reference);
+    let found = args.tools.iter().map(each).collect::<Result<Vec<_>, _>>()?;
+    let (reports, exits): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    write_json(args, &reports)?;
+    Ok(exits)
 }
 
 /// One tool against its CAD.
@@ -128,7 +135,7 @@ fn audited(
     tool: &Path,
     cad: &Path,
     reference: &CadReference<'_>,
-) -> Result<Exit, Failure> {
+) -> Result<(AuditReport, Exit), Failure> {
     let mut loaded = read(tool)?;
     let cad_sha256 = sha256_of(cad)?;
     if loaded.provenance.cad_sha256 != cad_sha256 {
@@ -148,7 +155,7 @@ fn audited(
     };
     let mut found = audit(&loaded.model, reference, &options)?;
     name_inputs(&mut found.report, tool, cad, [loaded.sha256, cad_sha256]);
-    write_outputs(args, &loaded.model, &found)?;
+    write_pictures(args, &loaded.model, &found)?;
     let r = &found.report;
     if args.tools.len() > 1 {
         out!(
@@ -166,7 +173,8 @@ fn audited(
     } else {
         print_report(r);
     }
-    Ok(if r.within_tolerance == Some(false) { Exit::Limit } else { Exit::Done })
+    let exit = if r.within_tolerance == Some(false) { Exit::Limit } else { Exit::Done };
+    Ok((found.report, exit))
 }
 
 /// One tool against another.
@@ -175,7 +183,7 @@ fn cleared(
     tool: &Path,
     against: &ToolSurface,
     thickness_mm: f64,
-) -> Result<Exit, Failure> {
+) -> Result<(ClearanceReport, Exit), Failure> {
     let loaded = read(tool)?;
     let options = ClearanceOptions {
         travel: args.travel.unwrap_or_else(Vec3::zeros),
@@ -187,10 +195,8 @@ fn cleared(
     let mut r = clearance(&loaded.model, against, &options);
     r.tool_file = file_name(tool);
     r.against_file = args.against.as_deref().map_or_else(String::new, file_name);
-    if let Some(path) = &args.json {
-        r.write(path)?;
-    }
     let Some(min) = r.min_mm else {
+        write_json(args, &[&r])?;
         return Err(Failure::input(format!(
             "{}: no point faces {} at the end of the travel; check --travel and the tools' sides",
             tool.display(),
@@ -207,7 +213,8 @@ fn cleared(
     } else {
         print_clearance(&r, min);
     }
-    Ok(if r.pinch > args.pinch { Exit::Limit } else { Exit::Done })
+    let exit = if r.pinch > args.pinch { Exit::Limit } else { Exit::Done };
+    Ok((r, exit))
 }
 
 fn print_clearance(r: &ClearanceReport, min: f64) {
@@ -269,14 +276,24 @@ fn name_inputs(report: &mut AuditReport, tool: &Path, cad: &Path, sha256: [Strin
     [report.tool_sha256, report.cad_sha256] = sha256;
 }
 
-fn write_outputs(
+/// The figures of one tool, or a list of those of several in the order they were named.
+fn write_json<R: serde::Serialize>(args: &AuditArgs, reports: &[R]) -> Result<(), Failure> {
+    let Some(path) = &args.json else { return Ok(()) };
+    write_atomic(path, |w| {
+        match reports {
+            [one] if args.tools.len() == 1 => serde_json::to_writer_pretty(&mut *w, one)?,
+            several => serde_json::to_writer_pretty(&mut *w, several)?,
+        }
+        writeln!(w)
+    })?;
+    Ok(())
+}
+
+fn write_pictures(
     args: &AuditArgs,
     tool: &crate::tool::ToolModel,
     found: &Audit,
 ) -> Result<(), Failure> {
-    if let Some(path) = &args.json {
-        found.report.write(path)?;
-    }
     if let Some(path) = &args.vtu {
         view::grid(tool, &found.samples).write(path)?;
     }

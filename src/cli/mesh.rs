@@ -34,7 +34,7 @@ pub struct MesherArgs {
     /// Elements over 90 degrees of a fillet
     #[arg(long, value_name = "N", default_value_t = 4)]
     arc_divisions: usize,
-    /// Longest element side [mm]
+    /// Longest element side [mm]: none is longer (gmsh: about; with --tol or --patches before vertices are balanced)
     #[arg(long, value_name = "MM")]
     max_size_mm: Option<f64>,
     /// Largest distance of flat elements from the surface [mm] (built-in mesher)

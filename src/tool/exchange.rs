@@ -39,6 +39,8 @@ pub struct Discrepancy {
 const NEAR: f64 = 1e-7;
 /// Normals at a vertex that differ by less [rad] are one.
 const SMOOTH: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// Coefficients that differ by less, over the length of the edge, are equal.
+const EQUAL: f64 = 1e-13;
 /// Intervals of the grid the discrepancy is measured on.
 const GRID: usize = 8;
 
@@ -107,7 +109,7 @@ fn given(
             ends.iter().map(|p| p.map(|n| weld.normals[n as usize])).collect();
         // A quadratic side is its own curve; one of higher degree is replaced by a curve across the normals.
         let c = if exact { *c } else { nearest_coefficient(&d, &pairs, c).c };
-        if (c - edge_curve(&d, &pairs, EdgeRule::Guarded).c).norm() > 1e-12 * d.norm() {
+        if (c - edge_curve(&d, &pairs, EdgeRule::Guarded).c).norm() > EQUAL * d.norm() {
             given.push(GivenCurve { vertices, c: c.into() });
         }
     }

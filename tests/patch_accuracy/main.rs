@@ -1,12 +1,15 @@
 //! The accuracy of Nagata patches on exact shapes, against tables computed independently.
 
 mod order;
+mod saddle;
 mod shapes;
+mod slivers;
 mod traps;
 
 use std::f64::consts::FRAC_PI_2;
 
 use kanagata::audit::{AuditOptions, AuditReport, ReferenceSurface, audit};
+use kanagata::geometry::Vec3;
 use kanagata::tool::{ToolKind, ToolModel};
 use shapes::{Cells, Cylinder, Sphere, Torus, grid, octant, rectangle};
 
@@ -120,13 +123,49 @@ fn arcs_have_the_closed_form() {
     for h in [FRAC_PI_2 / 2.0, 0.4, 0.2, 0.1, 0.02, 1e-3] {
         let tool = grid(1, Cells::Quads, |s, t| {
             let a = h * (2.0 * s - 1.0);
-            let n = kanagata::geometry::Vec3::new(a.sin(), 0.0, a.cos());
-            (n * radius + kanagata::geometry::Vec3::y() * t, n)
+            let n = Vec3::new(a.sin(), 0.0, a.cos());
+            (n * radius + Vec3::y() * t, n)
         });
         let r = report(&tool, &Cylinder(radius));
         let exact = radius * (1.0 - h.cos()).powi(2) / (2.0 * h.cos());
         assert!((r.max_mm - exact).abs() < 1e-9 * radius, "h {h}: {} {exact}", r.max_mm);
         assert!(r.min_mm > -1e-14);
+    }
+}
+
+/// Half a unit of the last digit printed.
+fn rounds_to(found: f64, printed: &str) -> bool {
+    let digits = printed.split_once('.').map_or(0, |(_, d)| d.len() as i32);
+    (found - printed.parse::<f64>().unwrap()).abs() <= 0.5 * 10f64.powi(-digits) + 1e-9
+}
+
+/// One patch over an arc: position error [% of R] and normal error [degrees], Nagata and flat facet, as printed.
+#[test]
+fn arcs_and_their_facets_have_the_errors_of_the_table() {
+    for (degrees, nagata, facet) in [
+        (90.0, ["6.06602", "6.63"], ["29.29", "45"]),
+        (45.0, ["0.31359", "0.703"], ["7.61", "22.5"]),
+        (30.0, ["0.06010", "0.202"], ["3.41", "15"]),
+        (22.5, ["0.01882", "0.085"], ["1.92", "11.25"]),
+        (15.0, ["0.00369", "0.025"], ["0.856", "7.5"]),
+    ] {
+        for (kind, side, printed) in
+            [(ToolKind::Nagata, 1.0, nagata), (ToolKind::Facets, -1.0, facet)]
+        {
+            let tool = rectangle([1, 1], Cells::Quads, kind, |s, t| {
+                let a = f64::to_radians(degrees * (s - 0.5));
+                let n = Vec3::new(a.sin(), 0.0, a.cos());
+                (n * 7.0 + Vec3::y() * t, n)
+            });
+            let r = report(&tool, &Cylinder(7.0));
+            let found = [100.0 * r.worst_mm() / 7.0, r.normal_max_deg];
+            println!("{degrees} {kind:?}: {found:.6?} against {printed:?}");
+            for (f, p) in found.into_iter().zip(printed) {
+                assert!(rounds_to(f, p), "{degrees} {kind:?}: {f} against {p}");
+            }
+            let other = if side > 0.0 { r.min_mm } else { r.max_mm };
+            assert!(other.abs() < 1e-13, "all of it outward, or inward: {other}");
+        }
     }
 }
 
@@ -148,10 +187,11 @@ fn a_torus_corner_takes_sixteen_times_the_facets() {
             |n: u32| (1..=most / n).find(|&m| worst(kind, [n, m]) <= tol).map(|m| (n * m, [n, m]));
         (1..=most).filter_map(first).min().unwrap()
     };
-    for (tol, nagata, facets) in [(0.01, 24, 375), (0.03, 15, 135), (0.1, 8, 40)] {
+    for (tol, nagata, facets) in [(0.01, [6, 4], 375), (0.03, [5, 3], 135), (0.1, [4, 2], 40)] {
         let smooth = fewest(ToolKind::Nagata, tol, 40);
         let flat = fewest(ToolKind::Facets, tol, facets + 20);
         println!("{tol} mm: {smooth:?} Nagata quads, {flat:?} bilinear facets");
-        assert_eq!((smooth.0, flat.0), (nagata, facets), "{tol} mm");
+        assert_eq!(smooth, (nagata[0] * nagata[1], nagata), "{tol} mm");
+        assert_eq!(flat.0, facets, "{tol} mm");
     }
 }

@@ -76,9 +76,9 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     top / logs.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>()
 }
 
-/// Sizes of a patch: angles between the normals of its corners, from 0.2 rad to below 1e-5.
+/// Sizes of a patch: angles about its equator, from 0.2 rad to 3e-6.
 fn sizes() -> impl Iterator<Item = f64> {
-    (0..15).map(|k| 0.2 * 0.5f64.powi(k))
+    (0..17).map(|k| 0.2 * 0.5f64.powi(k))
 }
 
 const SHAPES: [Equator; 2] =
@@ -105,7 +105,14 @@ fn cell(shape: &Equator, h: f64, cells: Cells, corners: Corners) -> ToolModel {
     grid(1, cells, place)
 }
 
-/// Errors by size: the slope must reach `order`, and no error may exceed `bound * tube * h^ceil(order)`.
+/// Largest angle between the normals at two corners [rad].
+fn widest(tool: &ToolModel) -> f64 {
+    let off = |a: &Vec3| tool.normals.iter().map(|b| (a - b).norm()).fold(0.0, f64::max);
+    tool.normals.iter().map(off).fold(0.0, f64::max)
+}
+
+/// Errors by size: the slope must reach `order`, and from 0.05 rad on every halving must; no error may exceed
+/// `bound * tube * h^ceil(order)`.
 fn check(cells: Cells, corners: Corners, order: f64, bound: f64) {
     for shape in &SHAPES {
         let errors: Vec<(f64, f64)> =
@@ -113,7 +120,13 @@ fn check(cells: Cells, corners: Corners, order: f64, bound: f64) {
         let found = slope(&errors);
         println!("{cells:?} {corners:?} side {}: order {found:.3}", shape.side);
         assert!(found >= order, "{cells:?} {corners:?}: order {found}");
-        assert!(errors.last().unwrap().0 < 1.3e-5);
+        for pair in errors.windows(2).filter(|p| p[0].0 <= 0.051) {
+            let halved = (pair[0].1 / pair[1].1).log2();
+            assert!(halved >= order, "{cells:?} {corners:?}, h = {}: order {halved}", pair[1].0);
+        }
+        let last = errors[errors.len() - 1].0;
+        let apart = widest(&cell(shape, last, cells, corners));
+        assert!(apart < 1e-5, "the smallest normals are {apart} rad apart");
         for (h, e) in &errors {
             let scaled = e / (shape.tube * h.powf(order.ceil()));
             assert!(scaled < bound, "{cells:?}, h = {h}: {scaled}");

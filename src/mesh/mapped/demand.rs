@@ -12,6 +12,8 @@ use crate::geometry::{Vec2, Vec3};
 
 /// Turns are rounded up to whole divisions only beyond this share of a division: noise of converters.
 const SLACK: f64 = 0.02;
+/// Lengths are right to this share.
+const ROUNDING: f64 = 1e-6;
 /// Angle at which faces meet in a crease, and turn of an edge that is curved [rad].
 const CREASE: f64 = 0.01;
 /// Most divisions one edge may be given.
@@ -20,7 +22,7 @@ const MOST: usize = 20_000;
 /// Divisions for a curve of `length` (mm) that turns through `turn` (rad) (its own tangent or the normal).
 pub fn divisions(options: &MappedOptions, turn: f64, length: f64) -> usize {
     let by_turn = turn / FRAC_PI_2 * options.arc_divisions as f64 - SLACK;
-    let by_size = options.max_size.map_or(0.0, |size| length / size - SLACK);
+    let by_size = options.max_size.map_or(0.0, |size| length / size * (1.0 - ROUNDING));
     // Sag of an arc: (length / n) (turn / n) / 8.
     let by_sag =
         options.chord_error.map_or(0.0, |sag| (length * turn / (8.0 * sag)).sqrt() - SLACK);

@@ -1,6 +1,7 @@
 //! One meshing of a model: divisions agreed, faces mapped, cut up or triangulated, and joined.
 
 mod flats;
+mod size;
 
 use std::sync::OnceLock;
 
@@ -18,6 +19,8 @@ use crate::mesh::{Element, MeshError, SurfaceMesh};
 
 /// Times the borders of faces that could not be meshed are made finer.
 const ROUNDS: usize = 7;
+/// Times faces with sides longer than the largest size are meshed again.
+const SIZE_ROUNDS: usize = 5;
 /// Most elements of a mesh (ids are 32 bits).
 const MOST_ELEMENTS: usize = 200_000_000;
 
@@ -43,6 +46,8 @@ pub(super) struct Mesher<'m> {
     poles: Vec<usize>,
     /// Divisions of a quarter turn inside faces that are not mapped, and of poles that face each other, by face.
     pub(super) density: Vec<usize>,
+    /// Share of the largest size that inner sides are asked to keep, by face that is not mapped.
+    sizes: Vec<f64>,
 }
 
 impl<'m> Mesher<'m> {
@@ -80,13 +85,15 @@ impl<'m> Mesher<'m> {
             floors,
             poles,
             density,
+            sizes: vec![size::first_share(halved); model.faces.len()],
         }
     }
 
     pub(super) fn run(mut self) -> Result<SurfaceMesh, MeshError> {
         let mut failed = Vec::new();
         let (rules, owners) = self.rules();
-        for _ in 0..ROUNDS {
+        let (mut failures, mut sizings) = (0, 0);
+        while failures < ROUNDS {
             let (counts, mapped) = self.agree(&self.minima, &rules, &owners);
             self.check_size(&counts)?;
             let border = Border::new(self.model, &self.cuts(&counts));
@@ -94,13 +101,20 @@ impl<'m> Mesher<'m> {
                 .into_par_iter()
                 .map(|f| self.face(&border, f, mapped[f], self.density[f]))
                 .collect();
-            failed = works
-                .iter()
-                .enumerate()
-                .filter_map(|(f, w)| w.as_ref().err().map(|e| (f, e.clone())))
-                .collect::<Vec<_>>();
+            let reasons = works.iter().map(|w| w.as_ref().err().cloned()).enumerate();
+            failed = reasons.filter_map(|(f, e)| Some((f, e?))).collect::<Vec<_>>();
             if failed.is_empty() {
-                return Ok(self.merge(border, works.into_iter().flatten().enumerate().collect()));
+                let works: Vec<Patchwork> = works.into_iter().flatten().collect();
+                if sizings == SIZE_ROUNDS || !self.ask_for_size(&works, &mapped, &counts) {
+                    return Ok(self.merge(border, works.into_iter().enumerate().collect()));
+                }
+                sizings += 1;
+                continue;
+            }
+            failures += 1;
+            // A flat with a largest size has nodes inside, and is never cut into quads between those of its border.
+            if self.options.max_size.is_some() && failed.iter().any(|f| self.is_even_flat(f.0)) {
+                break;
             }
             for (f, _) in &failed {
                 if !(self.is_even_flat(*f) && self.divide_flat(*f, &counts)) {
@@ -108,14 +122,19 @@ impl<'m> Mesher<'m> {
                 }
             }
         }
+        Err(self.fault(failed))
+    }
+
+    /// The first of the faces that cannot be meshed, named.
+    fn fault(&self, mut failed: Vec<(usize, String)>) -> MeshError {
         let (face, reason) = failed.swap_remove(0);
-        Err(MeshError::Faces {
+        MeshError::Faces {
             count: failed.len() + 1,
             total: self.model.faces.len(),
             face,
             source_entity: self.model.faces[face].source.clone(),
             reason,
-        })
+        }
     }
 
     /// Edges divided so many times.
@@ -326,8 +345,14 @@ impl<'m> Mesher<'m> {
         density: usize,
     ) -> Result<Patchwork, String> {
         let rings: Vec<Vec<Node>> = loops.iter().map(|sides| ring(sides)).collect();
-        let options = MappedOptions { arc_divisions: density, ..self.options };
-        trimmed::triangulate(&self.model.faces[f], &rings, bends, &options)
+        let max_size = self.options.max_size.map(|size| size * self.sizes[f]);
+        let options = MappedOptions { arc_divisions: density, max_size, ..self.options };
+        let face = &self.model.faces[f];
+        let mut work = trimmed::triangulate(face, &rings, bends, &options)?;
+        if let Some(size) = max_size {
+            work.bisect(face, size / size::FIRST_SHARE);
+        }
+        Ok(work)
     }
 
     /// The mesh of some faces.

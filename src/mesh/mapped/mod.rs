@@ -7,6 +7,7 @@
 //! ([`divisions`]) from what the curvature asks ([`MappedOptions::arc_divisions`]). Flats get the fewest.
 
 mod bends;
+mod bisect;
 mod border;
 mod bridges;
 mod demand;
@@ -63,7 +64,7 @@ pub enum MeshStyle {
 pub struct MappedOptions {
     /// Divisions of a fillet that turns through 90 degrees, 1 to 1000.
     pub arc_divisions: usize,
-    /// Longest element side (mm) (about), > 0; `None` = as long as curvature lets it.
+    /// Longest element side (mm), > 0: faces with longer ones are meshed again; `None` = as long as curvature lets it.
     pub max_size: Option<f64>,
     /// Largest distance of a flat element from the surface (mm) (about), > 0.
     pub chord_error: Option<f64>,

@@ -42,7 +42,7 @@ enum Algorithm {
     FrontalQuads,
     /// Packing of parallelograms
     Parallelograms,
-    /// Quasi-structured quads, whatever the style; many and small ones
+    /// Quasi-structured quads on all faces, whatever the style; many and small ones
     QuasiStructured,
 }
 

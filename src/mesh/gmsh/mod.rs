@@ -91,9 +91,11 @@ impl Default for GmshOptions {
 }
 
 impl GmshOptions {
-    /// Surfaces with three or four sides become grids.
+    /// Surfaces with three or four sides become grids; quasi-structured meshes are made without them in any case.
     fn has_grids(&self) -> bool {
-        !self.unstructured && matches!(self.style, MeshStyle::Structured | MeshStyle::Mixed)
+        !self.unstructured
+            && self.algorithm != GmshAlgorithm::QuasiStructured
+            && matches!(self.style, MeshStyle::Structured | MeshStyle::Mixed)
     }
 
     /// Allowed difference of area of one face, relative: squared half angle of an element, which flat elements

@@ -128,6 +128,22 @@ fn a_missing_gmsh_is_named_with_the_remedy() {
 }
 
 #[test]
+fn options_of_gmsh_are_refused_with_the_built_in_mesher() {
+    let cad = fixture("cross/die.igs").to_string_lossy().into_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("die.msh").to_string_lossy().into_owned();
+    for option in [["--gmsh-algorithm", "frontal-quads"], ["--gmsh-limit", "20"]] {
+        for command in ["mesh", "convert"] {
+            let arguments = [command, &cad, "-o", &out, option[0], option[1]];
+            let outcome = run("kanagata", &arguments, |_| {});
+            expect(&outcome, 2, &[option[0], "--mesher gmsh", "leave the option out"]);
+        }
+    }
+    let arguments = ["mesh", &cad, "-o", &out, "--mesher", "gmsh", "--gmsh-algorithm", "finest"];
+    expect(&run("kanagata", &arguments, |_| {}), 2, &["finest", "bamg", "frontal-delaunay"]);
+}
+
+#[test]
 fn usage_errors_have_exit_code_2() {
     assert_eq!(run("kanagata", &["convert"], |_| {}).code, 2);
     assert_eq!(run("kanagata-solve", &["fly"], |_| {}).code, 2);

@@ -6,7 +6,8 @@ use clap::ValueEnum;
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::say::out;
+use super::gmsh::GmshArgs;
+use super::say::{err, out};
 use crate::cad::Model;
 use crate::mesh::mapped::{self, MappedOptions, MeshStyle};
 use crate::mesh::{MeshError, MeshReport, SurfaceMesh, gmsh, io};
@@ -14,7 +15,7 @@ use crate::mesh::{MeshError, MeshReport, SurfaceMesh, gmsh, io};
 /// Arguments of `mesh`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  kanagata mesh die.igs -o die.msh --arc-divisions 4\n  \
-    kanagata mesh die.igs -o die.vtu --mesher gmsh --style triangles\n\n{EXIT_HELP}"))]
+    kanagata mesh die.igs -o die.vtu --mesher gmsh --style triangles --gmsh-algorithm delaunay\n\n{EXIT_HELP}"))]
 pub struct MeshArgs {
     /// IGES or STEP file
     file: PathBuf,
@@ -40,15 +41,14 @@ pub struct MesherArgs {
     /// Largest distance of flat elements from the surface [mm] (built-in mesher)
     #[arg(long, value_name = "MM")]
     chord_mm: Option<f64>,
-    /// Kinds of element; gmsh knows triangles and quads
+    /// Kinds of element
     #[arg(long, value_enum, default_value_t = Style::Structured)]
     style: Style,
-    /// Map no face: elements of about equal size everywhere (built-in mesher)
+    /// Map no face (gmsh: no transfinite grids): elements of about equal size everywhere
     #[arg(long)]
     unstructured: bool,
-    /// The gmsh program, if not on PATH nor named by KANAGATA_GMSH
-    #[arg(long, value_name = "PROGRAM")]
-    gmsh: Option<PathBuf>,
+    #[command(flatten)]
+    gmsh: GmshArgs,
 }
 
 /// Meshers.
@@ -63,13 +63,14 @@ enum Mesher {
 /// Kinds of element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Style {
-    /// Quads on three- and four-sided faces, few triangles elsewhere
+    /// Quads on three- and four-sided faces, few triangles elsewhere; gmsh: transfinite grids on such faces (on
+    /// three-sided ones with triangles along a border), recombined triangles elsewhere
     Structured,
-    /// Triangles on three-sided faces
+    /// Triangles on three-sided faces; gmsh: quads on four-sided faces only
     Mixed,
     /// Triangles only
     Triangles,
-    /// Quads only
+    /// Quads only; gmsh: recombined triangles everywhere, a few of which may be left
     Quads,
 }
 
@@ -85,8 +86,17 @@ impl MesherArgs {
     pub(super) fn mesh(&self, file: &Path, model: &Model) -> Result<SurfaceMesh, MeshError> {
         match self.mesher {
             Mesher::Mapped => mapped::mesh(model, &self.mapped_options()),
-            Mesher::Gmsh => gmsh::mesh(file, model, &self.gmsh_options()),
+            Mesher::Gmsh => {
+                let made = gmsh::mesh(file, model, &self.gmsh_options())?;
+                made.notes.iter().for_each(|note| err!("note: {note}"));
+                Ok(made.mesh)
+            }
         }
+    }
+
+    /// Refuses what only gmsh understands when it is not the mesher.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        if self.is_built_in() { self.gmsh.refuse() } else { Ok(()) }
     }
 
     /// True for the mesher that is built in.
@@ -129,23 +139,29 @@ impl MesherArgs {
             through_cad: false,
             by_turn: false,
             fewest: false,
-            style: match self.style {
-                Style::Structured => MeshStyle::Structured,
-                Style::Mixed => MeshStyle::Mixed,
-                Style::Triangles => MeshStyle::Triangles,
-                Style::Quads => MeshStyle::Quads,
-            },
+            style: self.mesh_style(),
             unstructured: self.unstructured,
         }
     }
 
+    fn mesh_style(&self) -> MeshStyle {
+        match self.style {
+            Style::Structured => MeshStyle::Structured,
+            Style::Mixed => MeshStyle::Mixed,
+            Style::Triangles => MeshStyle::Triangles,
+            Style::Quads => MeshStyle::Quads,
+        }
+    }
+
     fn gmsh_options(&self) -> gmsh::GmshOptions {
+        let default = gmsh::GmshOptions::default();
         gmsh::GmshOptions {
-            program: self.gmsh.clone(),
-            quads: self.style != Style::Triangles,
-            per_turn: 4 * self.arc_divisions,
+            style: self.mesh_style(),
+            unstructured: self.unstructured,
+            per_turn: self.arc_divisions.saturating_mul(4),
             size: [None, self.max_size_mm],
-            ..gmsh::GmshOptions::default()
+            area_tolerance: self.area_tolerance().max(default.area_tolerance),
+            ..self.gmsh.options()
         }
     }
 
@@ -154,7 +170,10 @@ impl MesherArgs {
         let size = self.max_size_mm.map_or_else(String::new, |s| format!(" max-size-mm={s}"));
         let chord = self.chord_mm.map_or_else(String::new, |c| format!(" chord-mm={c}"));
         let style = format!("{:?}", self.style).to_lowercase();
-        let mesher = format!("{:?}", self.mesher).to_lowercase();
+        let mesher = match self.mesher {
+            Mesher::Mapped => "mapped".to_owned(),
+            Mesher::Gmsh => format!("gmsh {}", self.gmsh.describe()),
+        };
         let free = if self.unstructured { " unstructured" } else { "" };
         format!("{mesher} arc-divisions={}{size}{chord} style={style}{free}", self.arc_divisions)
     }
@@ -172,6 +191,7 @@ impl MesherArgs {
 /// # Errors
 /// Exit code 2 for a file that is no CAD or cannot be meshed, 4 when files cannot be read or written.
 pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
+    args.mesher.check()?;
     let model = read_model(&args.file)?;
     let mesh = args.mesher.mesh(&args.file, &model)?;
     let report = MeshReport::new(&mesh, &model);

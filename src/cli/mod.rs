@@ -5,6 +5,7 @@ pub mod cad;
 pub mod check;
 pub mod convert;
 pub mod exit;
+mod gmsh;
 pub mod inspect;
 pub mod material;
 pub mod mesh;

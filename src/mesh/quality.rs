@@ -24,6 +24,10 @@ pub struct MeshReport {
     pub faces: usize,
     /// Faces of the file without an element: of one that was cut at creases any part will do.
     pub missing: usize,
+    /// The first of these.
+    pub first_missing: Option<usize>,
+    /// The face of the file whose elements are off most in area.
+    pub worst_area: Option<FaceArea>,
     /// Area of the elements, quads as two triangles (mm^2).
     pub area_mm2: f64,
     /// Area of the model (mm^2).
@@ -42,6 +46,39 @@ pub struct MeshReport {
     pub free_sides: usize,
     /// Sides used by more than two elements, or twice in the same direction.
     pub irregular_sides: usize,
+}
+
+/// Area of one face of the file: of one that was cut at creases, all parts together.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct FaceArea {
+    /// The face, or the first of its parts.
+    pub face: usize,
+    /// Elements on it.
+    pub elements: usize,
+    /// Area of these (mm^2).
+    pub area_mm2: f64,
+    /// Area of the face (mm^2).
+    pub model_area_mm2: f64,
+}
+
+impl FaceArea {
+    /// What the elements have too much or too little (mm^2).
+    #[must_use]
+    pub fn off_mm2(&self) -> f64 {
+        (self.area_mm2 - self.model_area_mm2).abs()
+    }
+
+    /// Whether that is more than `tolerance` of the face's area.
+    #[must_use]
+    pub fn is_off(&self, tolerance: f64) -> bool {
+        let off = self.off_mm2();
+        off.is_nan() || off > tolerance * self.model_area_mm2
+    }
+
+    fn place(&self, model: &Model) -> String {
+        let source = model.faces.get(self.face).map_or("", |f| &f.source);
+        format!("face {} ({source})", self.face)
+    }
 }
 
 /// How often sides of elements are used.
@@ -115,25 +152,25 @@ impl MeshReport {
     pub fn new(mesh: &SurfaceMesh, model: &Model) -> Self {
         let triangles = mesh.elements.iter().filter(|e| e.nodes().len() == 3).count();
         let corners = corner_jacobians(mesh, model);
-        let areas: Vec<f64> = model.faces.par_iter().map(|f| f.area(1e-6)).collect();
-        let model_area: f64 = areas.iter().sum();
+        let areas = face_areas(mesh, model);
+        let model_area: f64 = areas.iter().map(|a| a.model_area_mm2).sum();
         let area = mesh.area();
         let (max_aspect, max_warp) = mesh.shape();
         let conformity = mesh.conformity();
         let mut faces: Vec<u32> = mesh.elements.iter().map(|e| e.face).collect();
         faces.sort_unstable();
         faces.dedup();
-        let has = |f: &usize| faces.binary_search(&(*f as u32)).is_ok();
-        let missing = (0..model.faces.len())
-            .filter(|&f| model.cut_with(f).start == f && !model.cut_with(f).any(|part| has(&part)))
-            .count();
+        let mut missing = areas.iter().filter(|a| a.elements == 0);
+        let worst = areas.iter().max_by(|a, b| a.off_mm2().total_cmp(&b.off_mm2()));
         Self {
             vertices: mesh.vertices.len(),
             elements: mesh.elements.len(),
             triangles,
             quads: mesh.elements.len() - triangles,
             faces: faces.len(),
-            missing,
+            missing: missing.clone().count(),
+            first_missing: missing.next().map(|a| a.face),
+            worst_area: worst.copied(),
             area_mm2: area,
             model_area_mm2: model_area,
             area_error: area / model_area - 1.0,
@@ -155,13 +192,26 @@ impl MeshReport {
         let fail = |found: String, allowed: String, remedy| {
             Err(MeshError::Check { found, allowed, remedy })
         };
-        if self.missing > 0 {
-            let found = format!("{} of {} CAD faces have elements", self.faces, model.faces.len());
-            return fail(found, "all".into(), "mesh finer or use the other mesher");
+        if let Some(first) = self.first_missing {
+            let source = model.faces.get(first).map_or("", |f| &f.source);
+            let found = format!(
+                "{} of {} CAD faces have no elements, the first is face {first} ({source})",
+                self.missing,
+                model.faces.len()
+            );
+            return fail(found, "elements on all".into(), "mesh finer or use the other mesher");
         }
         if self.area_error.is_nan() || self.area_error.abs() > area_tolerance {
+            let worst = self.worst_area.map_or_else(String::new, |w| {
+                format!(
+                    ", most on {}: {:.6} where it has {:.6}",
+                    w.place(model),
+                    w.area_mm2,
+                    w.model_area_mm2
+                )
+            });
             let found = format!(
-                "area {:.6} mm2 where the model has {:.6} ({:+.3} %)",
+                "area {:.6} mm2 where the model has {:.6} ({:+.3} %){worst}",
                 self.area_mm2,
                 self.model_area_mm2,
                 100.0 * self.area_error
@@ -175,6 +225,53 @@ impl MeshReport {
         }
         Ok(())
     }
+
+    /// Refuses a mesh with a face whose area is off by more than `area_tolerance` (relative) and by more than a
+    /// thousandth of the model's: outside programs mesh single faces without points inside, or not to their borders.
+    ///
+    /// # Errors
+    /// [`MeshError::Check`] with the face.
+    pub fn check_faces(&self, model: &Model, area_tolerance: f64) -> Result<(), MeshError> {
+        let Some(worst) = self.worst_area else { return Ok(()) };
+        if !worst.is_off(area_tolerance) || worst.off_mm2() <= 1e-3 * self.model_area_mm2 {
+            return Ok(());
+        }
+        Err(MeshError::Check {
+            found: format!(
+                "{} has elements of {:.6} mm2 where the CAD has {:.6} ({:+.3} %)",
+                worst.place(model),
+                worst.area_mm2,
+                worst.model_area_mm2,
+                100.0 * (worst.area_mm2 / worst.model_area_mm2 - 1.0)
+            ),
+            allowed: format!("{:.3} %", 100.0 * area_tolerance),
+            remedy: "mesh finer, choose another --gmsh-algorithm, or use the built-in mesher",
+        })
+    }
+}
+
+/// Area of every face of the file and of the elements on it.
+#[must_use]
+pub fn face_areas(mesh: &SurfaceMesh, model: &Model) -> Vec<FaceArea> {
+    let parts: Vec<f64> = model.faces.par_iter().map(|f| f.area(1e-6)).collect();
+    let mut found = vec![(0, 0.0); parts.len()];
+    for e in &mesh.elements {
+        if let Some((count, area)) = found.get_mut(e.face as usize) {
+            *count += 1;
+            *area += mesh.element_area(e);
+        }
+    }
+    let starts = (0..parts.len()).filter(|&f| model.cut_with(f).start == f);
+    let area = |face: usize| {
+        let all = model.cut_with(face);
+        FaceArea {
+            face,
+            elements: all.clone().map(|f| found[f].0).sum(),
+            area_mm2: all.clone().map(|f| found[f].1).sum(),
+            model_area_mm2: all.map(|f| parts[f]).sum(),
+        }
+    };
+    starts.map(area).collect()
 }
 
 /// Smallest corner Jacobian of every element: signed sine of the corner's angle against the normal of the

@@ -76,6 +76,7 @@ struct Fit {
 /// or written.
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     args.check_borders()?;
+    args.mesher.check()?;
     if let Some(to) = args.to {
         return exchange(args, to);
     }

@@ -2,7 +2,7 @@
 //! Python's meshio when it is installed.
 
 mod abaqus;
-mod cursor;
+pub(super) mod cursor;
 mod meshio;
 mod msh_read;
 mod msh_write;

@@ -36,17 +36,17 @@ pub enum EdgeFault {
     SwingsOut,
     /// Both ends coincide, or the normals are opposite.
     Degenerate,
-    /// A patch beside it would fold however fine it is: two borders meet there without an angle.
+    /// A patch beside it would fold: two borders meet there without an angle, or go on into each other.
     Folds,
 }
 
 impl std::fmt::Display for EdgeFault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Self::TurnsBack => "its parabola would turn back (an inflected profile, or a normal averaged over a crease)",
+            Self::TurnsBack => "its parabola would turn back (an inflected profile, a normal averaged over a crease, or an apex)",
             Self::SwingsOut => "its parabola would swing out sideways (near-parallel normals on a tilted edge)",
             Self::Degenerate => "its ends coincide or their normals are opposite",
-            Self::Folds => "a patch beside it would fold (borders that meet without an angle)",
+            Self::Folds => "a patch beside it would fold (borders that meet without an angle, or a corner near 180 degrees)",
         })
     }
 }

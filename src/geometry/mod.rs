@@ -1,9 +1,10 @@
-//! Ground floor: vectors, boxes, the tree of boxes, rational B-splines.
+//! Ground floor: vectors, boxes, the tree of boxes, disjoint sets, rational B-splines.
 
 pub mod aabb;
 pub mod box_tree;
 pub mod frame;
 pub mod nurbs;
+pub mod sets;
 
 pub use aabb::Aabb;
 pub use frame::{Affine, Frame};

@@ -7,6 +7,7 @@ use super::items::{ItemFaces, ItemKind, item_kind};
 use super::resolver::{Resolver, Units};
 use super::units::Context;
 use crate::cad::Severity;
+use crate::geometry::sets::DisjointSets;
 use crate::geometry::{Affine, Frame, Mat3};
 
 /// A representation and its resolved items.
@@ -110,14 +111,7 @@ fn representations<'t>(resolver: &Resolver<'t>) -> Vec<Entity<'t>> {
 fn group_sheets(resolver: &Resolver, graph: &mut Graph) {
     let position: FxHashMap<u32, usize> =
         graph.sheets.iter().enumerate().map(|(k, s)| (s.entity.index, k)).collect();
-    let mut parent: Vec<usize> = (0..graph.sheets.len()).collect();
-    let find = |parent: &mut Vec<usize>, mut k: usize| {
-        while parent[k] != k {
-            parent[k] = parent[parent[k]];
-            k = parent[k];
-        }
-        k
-    };
+    let mut sets = DisjointSets::new(graph.sheets.len());
     for e in resolver.entities() {
         let plain =
             matches!(e.kind(), "SHAPE_REPRESENTATION_RELATIONSHIP" | "REPRESENTATION_RELATIONSHIP");
@@ -127,18 +121,12 @@ fn group_sheets(resolver: &Resolver, graph: &mut Graph) {
         let a = e.attributes();
         let sheet = |k: usize| a.entity(k).ok().and_then(|r| position.get(&r.index).copied());
         if let (Some(first), Some(second)) = (sheet(2), sheet(3)) {
-            let (first, second) = (find(&mut parent, first), find(&mut parent, second));
-            parent[first.max(second)] = first.min(second);
+            sets.join(first, second);
         }
     }
-    let mut group_of_root: FxHashMap<usize, usize> = FxHashMap::default();
-    for k in 0..graph.sheets.len() {
-        let root = find(&mut parent, k);
-        let fresh = group_of_root.len();
-        let group = *group_of_root.entry(root).or_insert(fresh);
-        if group == graph.groups.len() {
-            graph.groups.push(Group::default());
-        }
+    let (group_of, count) = sets.numbered();
+    graph.groups.resize_with(count, Group::default);
+    for (k, group) in group_of.into_iter().enumerate() {
         graph.groups[group].sheets.push(k);
         graph.group_of.insert(graph.sheets[k].entity.index, group);
     }

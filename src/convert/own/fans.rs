@@ -3,6 +3,7 @@
 use super::orient::{edges, vector_area};
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
+use crate::geometry::sets::DisjointSets;
 use crate::mesh::SurfaceMesh;
 
 /// Which corners have one normal, and which elements are on one smooth region.
@@ -29,8 +30,8 @@ impl Fans {
         }
         let facets: Vec<Option<Vec3>> =
             mesh.elements.iter().map(|e| unit(vector_area(mesh, e))).collect();
-        let mut corners = Sets::new(starts[starts.len() - 1]);
-        let mut elements = Sets::new(mesh.elements.len());
+        let mut corners = DisjointSets::new(starts[starts.len() - 1]);
+        let mut elements = DisjointSets::new(mesh.elements.len());
         let corner = |k: usize, vertex: u32| {
             let at = mesh.elements[k].nodes().iter().position(|&n| n == vertex);
             starts[k] + at.unwrap_or(0)
@@ -52,46 +53,5 @@ impl Fans {
     /// Fan of corner `at` of element `k`.
     pub fn of(&self, k: usize, at: usize) -> usize {
         self.fan_of[self.starts[k] + at]
-    }
-}
-
-/// Disjoint sets of numbers.
-struct Sets {
-    parent: Vec<usize>,
-}
-
-impl Sets {
-    fn new(count: usize) -> Self {
-        Self { parent: (0..count).collect() }
-    }
-
-    /// The least member of the set of `k`.
-    fn root(&mut self, mut k: usize) -> usize {
-        while self.parent[k] != k {
-            self.parent[k] = self.parent[self.parent[k]];
-            k = self.parent[k];
-        }
-        k
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parent[a.max(b)] = a.min(b);
-    }
-
-    /// Number of every member's set, in the order of their least members, and how many sets there are.
-    fn numbered(mut self) -> (Vec<usize>, usize) {
-        let mut count = 0;
-        let mut numbers = vec![0; self.parent.len()];
-        for k in 0..numbers.len() {
-            let root = self.root(k);
-            if root == k {
-                numbers[k] = count;
-                count += 1;
-            } else {
-                numbers[k] = numbers[root];
-            }
-        }
-        (numbers, count)
     }
 }

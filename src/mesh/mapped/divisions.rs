@@ -1,6 +1,8 @@
 //! Whole numbers of divisions agreed over the model: opposite sides of a four-sided face get the same
 //! count, so that counts travel along chains of opposite edges.
 
+use crate::geometry::sets::DisjointSets;
+
 /// What a face asks of the counts of its edges.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Rule {
@@ -22,26 +24,6 @@ pub struct Assignment {
 /// A side may grow to this many times the largest minimum before its rule is given up.
 const GROWTH: usize = 8;
 
-/// Classes of edges whose counts must be equal.
-struct Classes {
-    parent: Vec<usize>,
-}
-
-impl Classes {
-    fn find(&mut self, mut e: usize) -> usize {
-        while self.parent[e] != e {
-            self.parent[e] = self.parent[self.parent[e]];
-            e = self.parent[e];
-        }
-        e
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.parent[a.max(b)] = a.min(b);
-    }
-}
-
 /// Finds counts as small as it can: `minima[e] >= 1` is the least for edge e, `lengths[e]` (mm) decides
 /// which edge of a side takes another division (the one with the longest segments).
 ///
@@ -49,7 +31,8 @@ impl Classes {
 /// from their minima.
 #[must_use]
 pub fn assign(minima: &[usize], lengths: &[f64], rules: &[Rule]) -> Assignment {
-    let mut classes = Classes { parent: (0..minima.len()).collect() };
+    // Edges whose counts must be equal.
+    let mut classes = DisjointSets::new(minima.len());
     for rule in rules {
         if let Rule::Equal(a, b) = rule
             && let ([a], [b]) = (&a[..], &b[..])
@@ -57,7 +40,7 @@ pub fn assign(minima: &[usize], lengths: &[f64], rules: &[Rule]) -> Assignment {
             classes.join(*a, *b);
         }
     }
-    let class: Vec<usize> = (0..minima.len()).map(|e| classes.find(e)).collect();
+    let class: Vec<usize> = (0..minima.len()).map(|e| classes.least(e)).collect();
     let mut count = vec![1; minima.len()];
     let mut length = vec![0.0f64; minima.len()];
     for e in 0..minima.len() {

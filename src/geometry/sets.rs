@@ -1,0 +1,64 @@
+//! Disjoint sets of numbers: what is joined pair by pair.
+
+/// Numbers from 0, each in one set.
+#[derive(Debug, Clone)]
+pub struct DisjointSets {
+    parent: Vec<usize>,
+}
+
+impl DisjointSets {
+    /// So many numbers, each in a set of its own.
+    #[must_use]
+    pub fn new(count: usize) -> Self {
+        Self { parent: (0..count).collect() }
+    }
+
+    /// The least member of the set of `k`.
+    pub fn least(&mut self, mut k: usize) -> usize {
+        while self.parent[k] != k {
+            self.parent[k] = self.parent[self.parent[k]];
+            k = self.parent[k];
+        }
+        k
+    }
+
+    /// Makes the sets of two numbers one.
+    pub fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.least(a), self.least(b));
+        self.parent[a.max(b)] = a.min(b);
+    }
+
+    /// Number of every member's set, in the order of their least members, and how many sets there are.
+    #[must_use]
+    pub fn numbered(mut self) -> (Vec<usize>, usize) {
+        let mut count = 0;
+        let mut numbers = vec![0; self.parent.len()];
+        for k in 0..numbers.len() {
+            let least = self.least(k);
+            if least == k {
+                numbers[k] = count;
+                count += 1;
+            } else {
+                numbers[k] = numbers[least];
+            }
+        }
+        (numbers, count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_are_numbered_by_their_least_members_whatever_the_order_of_joins() {
+        let joined = |pairs: &[[usize; 2]]| {
+            let mut sets = DisjointSets::new(7);
+            pairs.iter().for_each(|&[a, b]| sets.join(a, b));
+            sets.numbered()
+        };
+        let expected = (vec![0, 1, 0, 2, 1, 0, 3], 4);
+        assert_eq!(joined(&[[5, 2], [2, 0], [4, 1]]), expected);
+        assert_eq!(joined(&[[1, 4], [0, 5], [5, 2], [2, 5]]), expected);
+    }
+}

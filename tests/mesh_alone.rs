@@ -1,9 +1,11 @@
 //! `kanagata convert` on meshes without CAD, audited against the CAD that they came from.
 
+mod command;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use assert_cmd::Command;
+use command::{fixture, kanagata};
 use kanagata::audit::{AuditOptions, AuditReport, CadReference, audit};
 use kanagata::tool::file::read;
 use kanagata::{cad, mesh};
@@ -12,14 +14,7 @@ use kanagata::{cad, mesh};
 const WITH_CAD: f64 = 0.02611;
 
 fn die() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/cross/die.igs")
-}
-
-/// Exit code, output and error text.
-fn kanagata(arguments: &[&str]) -> (i32, String, String) {
-    let done = Command::cargo_bin("kanagata").unwrap().args(arguments).output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (done.status.code().unwrap_or(-1), text(&done.stdout), text(&done.stderr))
+    fixture("cross/die.igs").into()
 }
 
 fn done(arguments: &[&str]) -> String {
@@ -37,17 +32,8 @@ fn audited(tool: &Path) -> AuditReport {
     audit(&tool, &reference, &AuditOptions::default()).unwrap().report
 }
 
-#[test]
-fn normals_of_the_file_make_the_tool_that_the_cad_makes_and_estimated_ones_a_worse_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name);
-    let text = |name: &str| path(name).to_str().unwrap().to_owned();
-    let cad_file = die();
-    done(&["mesh", cad_file.to_str().unwrap(), "-o", &text("die.vtu")]);
-    done(&["convert", cad_file.to_str().unwrap(), "-o", &text("cad.tool.json")]);
-    let made = read(&path("cad.tool.json")).unwrap().model;
-
-    // The same vertices and normals as OBJ: every fourth element the wrong way round.
+/// The vertices and normals of a tool as OBJ: every fourth element the wrong way round.
+fn obj(made: &kanagata::tool::ToolModel) -> String {
     let mut obj = String::new();
     for p in &made.vertices {
         writeln!(obj, "v {} {} {}", p.x, p.y, p.z).unwrap();
@@ -63,7 +49,20 @@ fn normals_of_the_file_make_the_tool_that_the_cad_makes_and_estimated_ones_a_wor
         }
         writeln!(obj, "f {}", words.join(" ")).unwrap();
     }
-    std::fs::write(path("die.obj"), obj).unwrap();
+    obj
+}
+
+#[test]
+fn normals_of_the_file_make_the_tool_that_the_cad_makes_and_estimated_ones_a_worse_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let text = |name: &str| path(name).to_str().unwrap().to_owned();
+    let cad_file = die();
+    done(&["mesh", cad_file.to_str().unwrap(), "-o", &text("die.vtu")]);
+    done(&["convert", cad_file.to_str().unwrap(), "-o", &text("cad.tool.json")]);
+    let made = read(&path("cad.tool.json")).unwrap().model;
+
+    std::fs::write(path("die.obj"), obj(&made)).unwrap();
     let said = done(&["convert", &text("die.obj"), "-o", &text("given.tool.json")]);
     assert!(said.contains("normals of corners from the file, 0 estimated"), "{said}");
     let given = audited(&path("given.tool.json"));
@@ -91,14 +90,8 @@ fn normals_of_the_file_make_the_tool_that_the_cad_makes_and_estimated_ones_a_wor
     assert_eq!(report["max_mm"].as_f64(), Some(own.max_mm));
 }
 
-#[test]
-fn stl_becomes_facets_and_what_needs_cad_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    let model = cad::read(&die()).unwrap().0;
-    let options =
-        mesh::mapped::MappedOptions { arc_divisions: 4, ..mesh::mapped::MappedOptions::default() };
-    let triangles = mesh::mapped::mesh(&model, &options).unwrap().to_triangles();
+/// A mesh of triangles as STL, without normals.
+fn stl(triangles: &mesh::SurfaceMesh) -> String {
     let mut stl = String::from("solid die\n");
     for element in &triangles.elements {
         stl += "facet normal 0 0 0\nouter loop\n";
@@ -108,7 +101,18 @@ fn stl_becomes_facets_and_what_needs_cad_is_refused() {
         stl += "endloop\nendfacet\n";
     }
     stl += "endsolid die\n";
-    std::fs::write(path("die.stl"), stl).unwrap();
+    stl
+}
+
+#[test]
+fn stl_becomes_facets_and_what_needs_cad_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let model = cad::read(&die()).unwrap().0;
+    let options =
+        mesh::mapped::MappedOptions { arc_divisions: 4, ..mesh::mapped::MappedOptions::default() };
+    let triangles = mesh::mapped::mesh(&model, &options).unwrap().to_triangles();
+    std::fs::write(path("die.stl"), stl(&triangles)).unwrap();
     let said = done(&[
         "convert",
         &path("die.stl"),
@@ -137,4 +141,15 @@ fn stl_becomes_facets_and_what_needs_cad_is_refused() {
         assert_eq!(code, 2, "{wrong:?}: {errors}");
         assert!(errors.contains("allowed: with an IGES or STEP file"), "{wrong:?}: {errors}");
     }
+}
+
+#[test]
+fn the_angle_of_creases_goes_with_a_mesh_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("none.tool.json");
+    let (cad, out) = (fixture("cross/die.igs"), out.to_str().unwrap());
+    let (code, _, errors) = kanagata(&["convert", &cad, "-o", out, "--crease-deg", "30"]);
+    assert!(code == 2 && errors.contains("--crease-deg with a CAD file"), "{errors}");
+    let (code, _, errors) = kanagata(&["convert", "none.stl", "-o", out, "--crease-deg=-3"]);
+    assert!(code == 2 && errors.contains("--crease-deg"), "{errors}");
 }

@@ -122,7 +122,8 @@ fn audits(args: &AuditArgs, cad: &Path) -> Result<Vec<Exit>, Failure> {
             "gap [mm]"
         );
     }
-    let each = |tool: &PathBuf| audited(args, tool, cad, &reference);
+    let cad_sha256 = sha256_of(cad)?;
+    let each = |tool: &PathBuf| audited(args, tool, (cad, &cad_sha256), &reference);
     let found = args.tools.iter().map(each).collect::<Result<Vec<_>, _>>()?;
     let (reports, exits): (Vec<_>, Vec<_>) = found.into_iter().unzip();
     write_json(args, &reports)?;
@@ -133,11 +134,10 @@ fn audits(args: &AuditArgs, cad: &Path) -> Result<Vec<Exit>, Failure> {
 fn audited(
     args: &AuditArgs,
     tool: &Path,
-    cad: &Path,
+    (cad, cad_sha256): (&Path, &str),
     reference: &CadReference<'_>,
 ) -> Result<(AuditReport, Exit), Failure> {
     let mut loaded = read(tool)?;
-    let cad_sha256 = sha256_of(cad)?;
     if loaded.provenance.cad_sha256 != cad_sha256 {
         err!(
             "warning: {} was made from another file ({}) than {}; each patch is put on the face nearest to it",
@@ -154,27 +154,32 @@ fn audited(
         ..AuditOptions::default()
     };
     let mut found = audit(&loaded.model, reference, &options)?;
-    name_inputs(&mut found.report, tool, cad, [loaded.sha256, cad_sha256]);
+    name_inputs(&mut found.report, tool, cad, [loaded.sha256, cad_sha256.to_owned()]);
     write_pictures(args, &loaded.model, &found)?;
     let r = &found.report;
     if args.tools.len() > 1 {
-        out!(
-            "{:32} {:>8} {:>+10.5} {:>+10.5} {:>10.5} {:>10.5} {:>8.3} {:>8.3} {:>9.1e}",
-            short(tool),
-            r.patches,
-            r.max_mm,
-            r.min_mm,
-            r.rms_mm,
-            r.percentiles_mm.p99,
-            r.normal_max_deg,
-            r.jumps.normal_deg,
-            r.jumps.position_mm.max(r.jumps.border_gap_mm)
-        );
+        print_row(tool, r);
     } else {
         print_report(r);
     }
     let exit = if r.within_tolerance == Some(false) { Exit::Limit } else { Exit::Done };
     Ok((found.report, exit))
+}
+
+/// The figures of one of several tools.
+fn print_row(tool: &Path, r: &AuditReport) {
+    out!(
+        "{:32} {:>8} {:>+10.5} {:>+10.5} {:>10.5} {:>10.5} {:>8.3} {:>8.3} {:>9.1e}",
+        short(tool),
+        r.patches,
+        r.max_mm,
+        r.min_mm,
+        r.rms_mm,
+        r.percentiles_mm.p99,
+        r.normal_max_deg,
+        r.jumps.normal_deg,
+        r.jumps.position_mm.max(r.jumps.border_gap_mm)
+    );
 }
 
 /// One tool against another.

@@ -50,9 +50,10 @@ pub struct ConvertArgs {
     /// Normals of neighbouring faces closer than this are one [degrees]
     #[arg(long, value_name = "DEG", default_value_t = 0.5)]
     pub(super) smooth_deg: f64,
-    /// A mesh alone: elements that meet at more than this meet in a crease, where normals are estimated [degrees]
-    #[arg(long, value_name = "DEG", default_value_t = 40.0)]
-    pub(super) crease_deg: f64,
+    /// A mesh alone: elements that meet at more than this meet in a crease, where normals are estimated [degrees]; 40 when not
+    /// given
+    #[arg(long, value_name = "DEG", value_parser = angle_deg)]
+    pub(super) crease_deg: Option<f64>,
     /// Take this mesh (.msh, .stl, .obj, .vtu; other formats through Python's meshio) instead of making one
     #[arg(long, value_name = "FILE")]
     pub(super) mesh: Option<PathBuf>,
@@ -174,6 +175,22 @@ impl ConvertArgs {
             Some(reached) => (None, reached.turned),
             None => (self.sheet_side.map(SheetSide::direction), self.flip),
         }
+    }
+
+    /// Refuses what goes with a mesh alone, or with a mesh that is made here.
+    pub(super) fn check_cad(&self) -> Result<(), Failure> {
+        if self.crease_deg.is_some() {
+            return Err(Failure::input(
+                "--crease-deg with a CAD file; allowed: with a mesh alone; the CAD knows where its creases are (--smooth-deg \
+                 says which normals are one), leave it out",
+            ));
+        }
+        if self.mesh.is_some() && self.is_refined() {
+            return Err(Failure::input(
+                "--tol with --mesh; allowed: with --kind bezier; a given mesh is not refined, leave one of them out",
+            ));
+        }
+        Ok(())
     }
 
     /// Refuses independent borders where there is nothing to divide independently.

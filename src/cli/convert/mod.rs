@@ -83,11 +83,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     if io::is_mesh(&args.file) {
         return own::own(args);
     }
-    if args.mesh.is_some() && args.is_refined() {
-        return Err(Failure::input(
-            "--tol with --mesh; allowed: with --kind bezier; a given mesh is not refined, leave one of them out",
-        ));
-    }
+    args.check_cad()?;
     let whole = read_model(&args.file)?;
     let reached = args.reach.as_deref().map(|scene| reach(args, scene, &whole)).transpose()?;
     let model = reached.as_ref().map_or(&whole, |r| &r.model);
@@ -104,10 +100,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     if let Some(reached) = &reached {
         made.number_as(reached);
     }
-    if !made.report.folded.is_empty() && !args.allow_folds && args.edge() != Edge::Plain {
-        print_report(&made);
-        return Err(folds(args, made.report.folded.len()));
-    }
+    refuse_folds(args, &made)?;
     let error_mm = made.refined.as_ref().map(|r| r.audit.worst_mm());
     let provenance = provenance(args, &model.unit, error_mm, reached.as_ref())?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
@@ -158,10 +151,16 @@ fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {
     }
 }
 
-fn folds(args: &ConvertArgs, count: usize) -> Failure {
+/// Refuses a model with folded patches, which it prints, unless they were asked for.
+fn refuse_folds(args: &ConvertArgs, made: &Converted) -> Result<(), Failure> {
+    let count = made.report.folded.len();
+    if count == 0 || args.allow_folds || args.edge() == Edge::Plain {
+        return Ok(());
+    }
+    print_report(made);
     let file = args.file.display();
     let is_built_in = args.mesh.is_none() && args.mesher.is_built_in();
-    Failure::input(if is_built_in && !io::is_mesh(&args.file) {
+    Err(Failure::input(if is_built_in && !io::is_mesh(&args.file) {
         format!(
             "{file}: {count} patches fold however finely their faces are divided; allowed: none; repair these faces in \
              the CAD, or write them with --allow-folds"
@@ -170,7 +169,7 @@ fn folds(args: &ConvertArgs, count: usize) -> Failure {
         format!(
             "{file}: {count} patches fold; allowed: none; mesh finer there, or write them with --allow-folds"
         )
-    })
+    }))
 }
 
 /// The model of one mesh; folds are meshed finer unless they were asked for.

@@ -2,7 +2,7 @@
 
 use super::args::{ConvertArgs, Edge, Kind};
 use super::print::print_report;
-use super::{Converted, folds, options};
+use super::{Converted, options, refuse_folds};
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::say::out;
 use crate::convert::own::{NormalSource, convert_mesh};
@@ -10,18 +10,22 @@ use crate::files::sha256_hex;
 use crate::mesh::io;
 use crate::tool::file::{Provenance, ToolFile};
 
+/// Angle of creases when none is given [degrees]: fillets of three elements over 90 degrees are smooth, chamfers are not.
+const CREASE_DEG: f64 = 40.0;
+
+fn crease_deg(args: &ConvertArgs) -> f64 {
+    args.crease_deg.unwrap_or(CREASE_DEG)
+}
+
 /// Makes a tool of a mesh file, with its own normals or those estimated from its vertices.
 pub(super) fn own(args: &ConvertArgs) -> Result<Exit, Failure> {
     check(args)?;
     let file = io::read_file(&args.file)?;
     let options = options(args, None);
-    let (tool, report, source) = convert_mesh(&file, &options, args.crease_deg)
+    let (tool, report, source) = convert_mesh(&file, &options, crease_deg(args))
         .map_err(|e| Failure::input(format!("{}: {e}", args.file.display())))?;
     let made = Converted { tool, report, refined: None };
-    if !made.report.folded.is_empty() && !args.allow_folds && args.edge() != Edge::Plain {
-        print_report(&made);
-        return Err(folds(args, made.report.folded.len()));
-    }
+    refuse_folds(args, &made)?;
     ToolFile::of_model(&made.tool, options.edges, provenance(args, &source)?)
         .write(&args.output)?;
     print_report(&made);
@@ -62,8 +66,8 @@ fn provenance(args: &ConvertArgs, source: &NormalSource) -> Result<Provenance, F
     let name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let normals = match (source.given, source.estimated) {
         (_, 0) => "given".to_owned(),
-        (0, _) => format!("estimated crease-deg={}", args.crease_deg),
-        (_, n) => format!("given, {n} corners estimated crease-deg={}", args.crease_deg),
+        (0, _) => format!("estimated crease-deg={}", crease_deg(args)),
+        (_, n) => format!("given, {n} corners estimated crease-deg={}", crease_deg(args)),
     };
     Ok(Provenance {
         cad_file: name,

@@ -1,15 +1,17 @@
 //! The paper's tool models of the cross tool (`fixtures/cross/models/models.json`): counts of patches, where their errors
 //! are, and what the clearance of punch and die says before anything is formed.
 
+mod command;
+
 use std::path::{Path, PathBuf};
 
-use assert_cmd::Command;
+use command::fixture;
 use kanagata::cad;
 use kanagata::geometry::Vec3;
 use serde_json::Value;
 
 fn cross() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/cross")
+    fixture("cross").into()
 }
 
 fn json(path: &Path) -> Value {
@@ -18,9 +20,8 @@ fn json(path: &Path) -> Value {
 
 /// Exit code of the program.
 fn kanagata(arguments: &[&str]) -> i32 {
-    let done = Command::cargo_bin("kanagata").unwrap().args(arguments).output().unwrap();
-    let code = done.status.code().unwrap_or(-1);
-    assert!(code <= 1, "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
+    let (code, _, errors) = command::kanagata(arguments);
+    assert!(code <= 1, "{arguments:?}: {errors}");
     code
 }
 

@@ -186,6 +186,12 @@ enum Source<'a> {
     Own(&'a NormalTable),
 }
 
+impl<'a> Source<'a> {
+    fn own(self) -> Option<&'a NormalTable> {
+        if let Source::Own(table) = self { Some(table) } else { None }
+    }
+}
+
 /// What a conversion takes from CAD and mesh, whatever elements are exempt.
 struct Ground<'a> {
     source: Source<'a>,

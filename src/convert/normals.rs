@@ -64,6 +64,18 @@ pub(super) fn table(
             regular.insert((place.vertex, place.face), uv);
         }
     }
+    add_limits(model, mesh, &degenerate, &mut known)?;
+    let (normals, ids) = number(mesh, &known, smooth);
+    Ok(NormalTable { normals, ids, feet: regular })
+}
+
+/// Adds normals at degenerate points of faces, an element's each.
+fn add_limits(
+    model: &Model,
+    mesh: &SurfaceMesh,
+    degenerate: &FxHashMap<(u32, u32), Vec2>,
+    known: &mut FxHashMap<Place, Vec3>,
+) -> Result<(), ConvertError> {
     for (id, element) in mesh.elements.iter().enumerate() {
         for &vertex in element.nodes() {
             let Some(&uv) = degenerate.get(&(vertex, element.face)) else { continue };
@@ -75,8 +87,7 @@ pub(super) fn table(
             known.insert(Place { vertex, face: element.face, element: id as u32 }, normal);
         }
     }
-    let (normals, ids) = number(mesh, &known, smooth);
-    Ok(NormalTable { normals, ids, feet: regular })
+    Ok(())
 }
 
 /// Foot of a vertex on its own face's surface, and the normal where it is well defined.

@@ -38,17 +38,13 @@ pub(super) fn repaired(
         if straighten { straightened(ground, exempt, best) } else { Ok(best) }
     };
     let (cut, parents) = split(mesh, &best.0, &best.1.folded);
-    let split = parents.len();
-    if split > 0 {
+    if !parents.is_empty() {
         // Split elements are replaced by their first half; the second halves follow at the end, so that ids stay.
-        let own = match source {
-            Source::Cad(_) => None,
-            Source::Own(table) => Some(of_parts(table, mesh, &cut, &parents)),
-        };
+        let own = source.own().map(|table| of_parts(table, mesh, &cut, &parents));
         let cut = Ground::new(own.as_ref().map_or(source, Source::Own), &cut, options)?;
         let mut next = cut.convert(&exempt)?;
         if next.1.folded.len() < best.1.folded.len() {
-            next.1.split = split;
+            next.1.split = parents.len();
             return straightened(&cut, exempt, next);
         }
     }

@@ -204,11 +204,8 @@ fn with_grids(
             other => other?,
         };
         let faults = faults::of_grids(&plan, &found, &mesh, model, options.face_tolerance());
-        for note in faults.iter().map(|f| f.note(model)) {
-            if !notes.contains(&note) {
-                notes.push(note);
-            }
-        }
+        let said = faults.iter().map(|f| f.note(model)).filter(|note| !notes.contains(note));
+        notes.extend(said.collect::<Vec<_>>());
         refused.extend(faults.iter().filter(|f| f.is_bad()).map(Fault::surface));
         if !faults.iter().any(Fault::is_bad) {
             return Ok((mesh, notes));

@@ -77,7 +77,7 @@ pub fn cost(setup: &mut SimulationSetup) -> Result<Cost, LinearError> {
         let mut store = Factors::default();
         let mut once = || {
             let start = Instant::now();
-            let _ = plan.factor(&values, &mut store);
+            let _ = plan.factor(&values, &mut store, &[]);
             start.elapsed().as_secs_f64()
         };
         // The first one also takes its memory from the system.

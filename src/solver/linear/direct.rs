@@ -25,9 +25,9 @@ impl LinearSolver for MultifrontalLu {
         Ok(())
     }
 
-    fn factor(&mut self, values: &[f64]) -> Result<(), LinearError> {
+    fn factor(&mut self, values: &[f64], rhs: &[&[f64]]) -> Result<(), LinearError> {
         self.plan
-            .factor(values, &mut self.factors)
+            .factor(values, &mut self.factors, rhs)
             .map_err(|e| LinearError::Singular { unknown: e.unknown })
     }
 
@@ -35,6 +35,10 @@ impl LinearSolver for MultifrontalLu {
         self.plan
             .factor_symmetric(values, &mut self.factors)
             .map_err(|e| LinearError::Singular { unknown: e.unknown })
+    }
+
+    fn finish(&mut self, rhs: &mut [&mut [f64]]) {
+        self.plan.finish(&mut self.factors, rhs);
     }
 
     fn solve(&self, rhs: &mut [&mut [f64]]) {
@@ -74,7 +78,7 @@ impl LinearSolver for SparseLu {
         Ok(())
     }
 
-    fn factor(&mut self, values: &[f64]) -> Result<(), LinearError> {
+    fn factor(&mut self, values: &[f64], _rhs: &[&[f64]]) -> Result<(), LinearError> {
         let Some((pattern, symbolic)) = &self.pattern else {
             return Err(LinearError::Pattern("factor before analyze".into()));
         };

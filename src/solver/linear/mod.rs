@@ -4,6 +4,7 @@ mod dense;
 pub mod direct;
 pub mod multifrontal;
 pub mod refine;
+mod rows;
 pub mod update;
 
 pub use direct::{MultifrontalLu, SparseLu};
@@ -58,18 +59,24 @@ pub trait LinearSolver: Send + Sync {
     /// [`LinearError::Pattern`].
     fn analyze(&mut self, pattern: &Pattern, groups: &Groups) -> Result<(), LinearError>;
 
-    /// Factors the matrix with these values, in the pattern's order.
+    /// Factors the matrix with these values, in the pattern's order. Of the right-hand sides `rhs`, which
+    /// [`LinearSolver::finish`] is to be called for next, a solver may eliminate what it can while it factors.
     ///
     /// # Errors
     /// [`LinearError::Singular`].
-    fn factor(&mut self, values: &[f64]) -> Result<(), LinearError>;
+    fn factor(&mut self, values: &[f64], rhs: &[&[f64]]) -> Result<(), LinearError>;
 
     /// Factors a symmetric matrix that should be positive definite, in half the time where the solver can.
     ///
     /// # Errors
     /// [`LinearError::Singular`], also when it is not positive definite.
     fn factor_symmetric(&mut self, values: &[f64]) -> Result<(), LinearError> {
-        self.factor(values)
+        self.factor(values, &[])
+    }
+
+    /// Solves in place for the right-hand sides that the last factorisation was given.
+    fn finish(&mut self, rhs: &mut [&mut [f64]]) {
+        self.solve(rhs);
     }
 
     /// Solves in place for every right-hand side with the last factors.

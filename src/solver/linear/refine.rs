@@ -2,8 +2,6 @@
 
 use std::time::Instant;
 
-use rayon::prelude::*;
-
 use super::update::{ChangedRows, Update};
 use super::{Groups, LinearError, LinearSolver, MultifrontalLu, SparseLu};
 use crate::solver::pattern::Pattern;
@@ -11,6 +9,8 @@ use crate::solver::pattern::Pattern;
 /// Direct solvers in order of preference; the first that meets the accuracy answers.
 pub struct CheckedSolver {
     pattern: Pattern,
+    /// Rows with the same columns.
+    together: usize,
     groups: Groups,
     solvers: Vec<Box<dyn LinearSolver>>,
     planned: usize,
@@ -59,6 +59,7 @@ impl CheckedSolver {
     ) -> Result<Self, LinearError> {
         let mut out = Self {
             pattern: pattern.clone(),
+            together: pattern.rows_together(),
             groups,
             solvers,
             planned: 0,
@@ -137,16 +138,20 @@ impl CheckedSolver {
         self.current = k;
         let start = Instant::now();
         let solver = &mut self.solvers[k];
-        let factored =
-            if symmetric { solver.factor_symmetric(values) } else { solver.factor(values) };
+        let factored = if symmetric {
+            solver.factor_symmetric(values)
+        } else {
+            solver.factor(values, &given.iter().map(Vec::as_slice).collect::<Vec<_>>())
+        };
         self.factor_s += start.elapsed().as_secs_f64();
         self.factorisations += 1;
         self.factored = factored.is_ok();
         factored?;
         let start = Instant::now();
+        let solver = self.solvers[k].as_mut();
+        solver.finish(&mut slices(rhs));
         let solver = self.solvers[k].as_ref();
-        let solve = |x: &mut [&mut [f64]]| solver.solve(x);
-        let solved = self.refined(values, rhs, given, [&solve, &solve]);
+        let solved = self.refined(values, rhs, given, &|x| solver.solve(x));
         self.known = given.iter().cloned().zip(rhs.iter().cloned()).collect();
         self.solve_s += start.elapsed().as_secs_f64();
         solved
@@ -171,9 +176,8 @@ impl CheckedSolver {
         if let Some(update) = update {
             let start = Instant::now();
             let given: Vec<Vec<f64>> = rhs.to_vec();
-            let first = |x: &mut [&mut [f64]]| update.solve(solver, x, &self.known);
-            let next = |x: &mut [&mut [f64]]| update.solve(solver, x, &[]);
-            let solved = self.refined(values, rhs, &given, [&first, &next]);
+            update.solve(solver, &mut slices(rhs), &self.known);
+            let solved = self.refined(values, rhs, &given, &|x| update.solve(solver, x, &[]));
             self.solve_s += start.elapsed().as_secs_f64();
             if solved.is_ok() {
                 self.updates += 1;
@@ -184,22 +188,22 @@ impl CheckedSolver {
         self.solve(values, rhs)
     }
 
-    /// Solves for all right-hand sides together, looks at what is left of each, and solves again for those of which it is
+    /// Looks at what solutions leave of the right-hand sides that were `given`, and solves again for those of which it is
     /// too much.
     fn refined(
         &self,
         values: &[f64],
         rhs: &mut [Vec<f64>],
         given: &[Vec<f64>],
-        [first, next]: [&Solve<'_>; 2],
+        again_for: &Solve<'_>,
     ) -> Result<(), LinearError> {
-        first(&mut rhs.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
         let mut left = vec![f64::INFINITY; rhs.len()];
         let mut open: Vec<usize> = (0..rhs.len()).collect();
         for _ in 0..6 {
             let pairs: Vec<_> = open.iter().map(|&k| [&rhs[k][..], &given[k][..]]).collect();
             let mut again = Vec::new();
-            for (&k, residual) in open.iter().zip(self.pattern.residuals(values, &pairs)) {
+            let residuals = self.pattern.residuals(values, &pairs, self.together);
+            for (&k, residual) in open.iter().zip(residuals) {
                 let now = norm(&residual) / norm(&given[k]).max(f64::MIN_POSITIVE);
                 let wrong = now.is_nan() || now >= 0.5 * left[k];
                 left[k] = if wrong { left[k].min(now) } else { now };
@@ -211,7 +215,7 @@ impl CheckedSolver {
             if open.is_empty() {
                 break;
             }
-            next(&mut again.iter_mut().map(|(_, d)| d.as_mut_slice()).collect::<Vec<_>>());
+            again_for(&mut again.iter_mut().map(|(_, d)| d.as_mut_slice()).collect::<Vec<_>>());
             for (k, d) in again {
                 rhs[k].iter_mut().zip(&d).for_each(|(x, d)| *x += d);
             }
@@ -226,52 +230,10 @@ impl CheckedSolver {
 /// Solves in place for every right-hand side.
 type Solve<'a> = dyn Fn(&mut [&mut [f64]]) + 'a;
 
-fn norm(v: &[f64]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+fn slices(all: &mut [Vec<f64>]) -> Vec<&mut [f64]> {
+    all.iter_mut().map(Vec::as_mut_slice).collect()
 }
 
-impl Pattern {
-    /// `b - A x` for the matrix with these values and every pair `[x, b]`.
-    #[must_use]
-    pub fn residuals(&self, values: &[f64], pairs: &[[&[f64]; 2]]) -> Vec<Vec<f64>> {
-        match pairs {
-            [] => Vec::new(),
-            [one] => self.residuals_of(values, [one]).into(),
-            [one, two] => self.residuals_of(values, [one, two]).into(),
-            [one, two, rest @ ..] => {
-                let mut out: Vec<_> = self.residuals_of(values, [one, two]).into();
-                out.extend(self.residuals(values, rest));
-                out
-            }
-        }
-    }
-
-    /// The same of `R` pairs in one pass over the matrix.
-    fn residuals_of<const R: usize>(
-        &self,
-        values: &[f64],
-        pairs: [&[&[f64]; 2]; R],
-    ) -> [Vec<f64>; R] {
-        const ROWS: usize = 2048;
-        let mut out = pairs.map(|[_, b]| b.to_vec());
-        let mut chunks: Vec<[&mut [f64]; R]> = Vec::new();
-        let mut parts = out.each_mut().map(|out| out.chunks_mut(ROWS));
-        for _ in 0..self.dim().div_ceil(ROWS) {
-            chunks.push(parts.each_mut().map(|part| part.next().unwrap_or_default()));
-        }
-        chunks.into_par_iter().enumerate().for_each(|(chunk, mut out)| {
-            for i in 0..out.first().map_or(0, |out| out.len()) {
-                let row = chunk * ROWS + i;
-                let mut sums = [0.0; R];
-                let range = self.row_ptr[row]..self.row_ptr[row + 1];
-                for (value, &column) in values[range.clone()].iter().zip(&self.col_idx[range]) {
-                    for (sum, [x, _]) in sums.iter_mut().zip(pairs) {
-                        *sum += value * x[column];
-                    }
-                }
-                out.iter_mut().zip(sums).for_each(|(out, sum)| out[i] -= sum);
-            }
-        });
-        out
-    }
+fn norm(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

@@ -9,6 +9,7 @@ mod entries;
 mod inverse;
 mod numeric;
 mod order;
+mod part;
 mod substitute;
 mod supernodes;
 mod symbolic;

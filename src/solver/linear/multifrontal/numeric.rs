@@ -10,6 +10,8 @@ use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
+use super::part::Part;
+use super::substitute::TOGETHER;
 use super::symbolic::{Front, Symbolic};
 use super::symmetric;
 
@@ -40,12 +42,14 @@ pub(super) enum Kind {
 /// Factors of one matrix, and the memory for the next ones of the same pattern.
 #[derive(Debug, Default)]
 pub struct Factors {
-    storage: Aligned,
-    workspace: Aligned,
+    pub(super) storage: Aligned,
+    pub(super) workspace: Aligned,
     /// Row of the pivot block that stands in each place after pivoting, counted within its front.
     pub(super) pivot: Vec<u32>,
-    inverse: Vec<u32>,
+    pub(super) inverse: Vec<u32>,
     pub(super) kind: Kind,
+    /// What was left of the right-hand sides in every front when its pivots were eliminated.
+    pub(super) eliminated: Vec<f64>,
 }
 
 impl Factors {
@@ -63,7 +67,7 @@ impl Factors {
 
 /// A vector of numbers that begins on a cache line.
 #[derive(Debug, Default)]
-struct Aligned {
+pub(super) struct Aligned {
     numbers: Vec<f64>,
     from: usize,
     len: usize,
@@ -82,30 +86,24 @@ impl Aligned {
         &self.numbers[self.from..self.from + self.len]
     }
 
-    fn get_mut(&mut self) -> &mut [f64] {
+    pub(super) fn get_mut(&mut self) -> &mut [f64] {
         &mut self.numbers[self.from..self.from + self.len]
     }
 }
 
-/// The parts of the output that belong to one subtree: fronts `first_front..`, unknowns `first_unknown..`.
-struct Part<'a> {
-    storage: &'a mut [f64],
-    storage_from: usize,
-    pivot: &'a mut [u32],
-    inverse: &'a mut [u32],
-    unknown_from: usize,
-    workspace: &'a mut [f64],
-    workspace_from: usize,
-    kind: Kind,
-}
-
 impl Symbolic {
-    /// Factors the matrix with these values (in the pattern's order) into `factors`, reusing its memory.
+    /// Factors the matrix with these values (in the pattern's order) into `factors`, reusing its memory, and eliminates
+    /// up to two right-hand sides on the way, for [`Symbolic::finish`].
     ///
     /// # Errors
     /// [`Singular`] when a pivot block has no inverse.
-    pub fn factor(&self, values: &[f64], factors: &mut Factors) -> Result<(), Singular> {
-        self.factor_as(Kind::General, values, factors)
+    pub fn factor(
+        &self,
+        values: &[f64],
+        factors: &mut Factors,
+        rhs: &[&[f64]],
+    ) -> Result<(), Singular> {
+        self.factor_as(Kind::General, values, factors, rhs)
     }
 
     /// Factors a symmetric, positive definite matrix into `factors`; only its lower triangle, in the plan's numbering, is
@@ -114,25 +112,24 @@ impl Symbolic {
     /// # Errors
     /// [`Singular`] when it is not positive definite.
     pub fn factor_symmetric(&self, values: &[f64], factors: &mut Factors) -> Result<(), Singular> {
-        self.factor_as(Kind::Symmetric, values, factors)
+        self.factor_as(Kind::Symmetric, values, factors, &[])
     }
 
-    fn factor_as(&self, kind: Kind, values: &[f64], factors: &mut Factors) -> Result<(), Singular> {
+    fn factor_as(
+        &self,
+        kind: Kind,
+        values: &[f64],
+        factors: &mut Factors,
+        rhs: &[&[f64]],
+    ) -> Result<(), Singular> {
+        let rhs = &rhs[..rhs.len().min(TOGETHER)];
         factors.kind = kind;
         factors.storage.resize(self.storage);
         factors.workspace.resize(self.workspace);
         factors.pivot.resize(self.n, 0);
         factors.inverse.resize(self.n, 0);
-        let mut part = Part {
-            storage: factors.storage.get_mut(),
-            storage_from: 0,
-            pivot: &mut factors.pivot,
-            inverse: &mut factors.inverse,
-            unknown_from: 0,
-            workspace: factors.workspace.get_mut(),
-            workspace_from: 0,
-            kind,
-        };
+        factors.eliminated.resize(rhs.len() * self.locals, 0.0);
+        let mut part = Part::whole(kind, factors, rhs);
         for &root in &self.roots {
             let (mut own, rest) = self.split(part, root as usize);
             self.subtree(root as usize, values, &mut own)?;
@@ -140,28 +137,6 @@ impl Symbolic {
             part = Part { workspace: own.workspace, workspace_from: own.workspace_from, ..rest };
         }
         Ok(())
-    }
-
-    /// Cuts the part of subtree `root` off the front of `part`; both keep the whole workspace's start.
-    fn split<'a>(&self, part: Part<'a>, root: usize) -> (Part<'a>, Part<'a>) {
-        let front = &self.fronts[root];
-        let storage_end =
-            self.fronts.get(root + 1).map_or(self.storage, |f| f.storage) - part.storage_from;
-        let unknown_end = front.first + front.pivots - part.unknown_from;
-        let (storage, storage_rest) = part.storage.split_at_mut(storage_end);
-        let (pivot, pivot_rest) = part.pivot.split_at_mut(unknown_end);
-        let (inverse, inverse_rest) = part.inverse.split_at_mut(unknown_end);
-        let rest = Part {
-            storage: storage_rest,
-            storage_from: part.storage_from + storage_end,
-            pivot: pivot_rest,
-            inverse: inverse_rest,
-            unknown_from: part.unknown_from + unknown_end,
-            workspace: &mut [],
-            workspace_from: part.workspace_from,
-            kind: part.kind,
-        };
-        (Part { storage, pivot, inverse, ..part }, rest)
     }
 
     fn subtree(&self, root: usize, values: &[f64], part: &mut Part<'_>) -> Result<(), Singular> {
@@ -188,29 +163,11 @@ impl Symbolic {
         values: &[f64],
         part: &mut Part<'_>,
     ) -> Result<(), Singular> {
-        let mut rest = Part {
-            storage: part.storage,
-            storage_from: part.storage_from,
-            pivot: part.pivot,
-            inverse: part.inverse,
-            unknown_from: part.unknown_from,
-            workspace: &mut [],
-            workspace_from: 0,
-            kind: part.kind,
-        };
-        let mut workspace_from = front.contribution + front.contribution_len();
-        let mut workspace = &mut part.workspace[workspace_from - part.workspace_from..];
-        let mut tasks = Vec::with_capacity(front.children.len());
-        for &c in &front.children {
-            let (mut own, after) = self.split(rest, c as usize);
-            rest = after;
-            let (room, beyond) = workspace.split_at_mut(self.fronts[c as usize].workspace);
-            workspace = beyond;
-            own.workspace = room;
-            own.workspace_from = workspace_from;
-            workspace_from += self.fronts[c as usize].workspace;
-            tasks.push((c as usize, own, Ok(())));
-        }
+        let mut tasks: Vec<_> = self
+            .parts_of_children(front, part)
+            .into_iter()
+            .map(|(c, own)| (c, own, Ok(())))
+            .collect();
         tasks.par_iter_mut().for_each(|(c, own, outcome)| *outcome = self.subtree(*c, values, own));
         tasks.into_iter().try_for_each(|(_, _, outcome)| outcome)
     }
@@ -244,6 +201,20 @@ impl Symbolic {
         let inverse = &mut part.inverse[at..at + front.pivots];
         children().for_each(|(child, s)| add_to_panel(front, child, s, panel, u12));
         eliminate(front, panel, u12, contribution, (pivot, inverse)).map_err(singular)?;
+        let (panel, pivot) = (&*panel, &*pivot);
+        match *part.rhs {
+            [one] => {
+                self.forward_front(i, [one], (panel, pivot), part.eliminated, part.eliminated_from)
+            }
+            [one, two] => self.forward_front(
+                i,
+                [one, two],
+                (panel, pivot),
+                part.eliminated,
+                part.eliminated_from,
+            ),
+            _ => {}
+        }
         children().for_each(|(child, s)| add_to_contribution(front, child, s, contribution));
         Ok(())
     }

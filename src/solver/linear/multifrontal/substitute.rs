@@ -11,6 +11,9 @@ use super::symbolic::{Front, Symbolic};
 /// Columns of the factors worked on together.
 const COLUMNS: usize = 4;
 
+/// Right-hand sides that share a pass.
+pub(super) const TOGETHER: usize = 2;
+
 impl Symbolic {
     /// Solves in place for right-hand sides in the pattern's numbering.
     pub fn solve(&self, factors: &Factors, rhs: &mut [&mut [f64]]) {
@@ -18,23 +21,45 @@ impl Symbolic {
             rhs.iter_mut().for_each(|one| self.solve_symmetric(factors, one));
             return;
         }
-        for pair in rhs.chunks_mut(2) {
+        for pair in rhs.chunks_mut(TOGETHER) {
             match pair {
-                [one] => self.substitute(factors, [&mut **one]),
-                [one, two] => self.substitute(factors, [&mut **one, &mut **two]),
+                [one] => self.substitute(factors, [&mut **one], None),
+                [one, two] => self.substitute(factors, [&mut **one, &mut **two], None),
                 _ => {}
             }
         }
     }
 
-    fn substitute<const R: usize>(&self, factors: &Factors, rhs: [&mut [f64]; R]) {
+    /// The same for the right-hand sides that were eliminated with the factorisation, and others behind them.
+    pub fn finish(&self, factors: &mut Factors, rhs: &mut [&mut [f64]]) {
+        let eliminated = std::mem::take(&mut factors.eliminated);
+        let done = eliminated.len() / self.locals.max(1);
+        let (first, rest) = rhs.split_at_mut(done.min(rhs.len()));
+        match first {
+            [one] => self.substitute(factors, [&mut **one], Some(eliminated)),
+            [one, two] => self.substitute(factors, [&mut **one, &mut **two], Some(eliminated)),
+            _ => {}
+        }
+        self.solve(factors, rest);
+    }
+
+    /// `eliminated`: what is left of the right-hand sides in every front, if they were eliminated before.
+    fn substitute<const R: usize>(
+        &self,
+        factors: &Factors,
+        rhs: [&mut [f64]; R],
+        eliminated: Option<Vec<f64>>,
+    ) {
         let pass = Pass::<R> { plan: self, factors, rhs: rhs.each_ref().map(|one| &**one) };
-        let mut locals = vec![0.0; R * self.locals];
+        let is_eliminated = eliminated.is_some();
+        let mut locals = eliminated.unwrap_or_else(|| vec![0.0; R * self.locals]);
         let mut rest = &mut locals[..];
         for &root in &self.roots {
             let own;
             (own, rest) = rest.split_at_mut(pass.len(root as usize));
-            pass.forward(root as usize, own);
+            if !is_eliminated {
+                pass.forward(root as usize, own);
+            }
             pass.backward(root as usize, own, &[]);
         }
         for (r, rhs) in rhs.into_iter().enumerate() {
@@ -44,6 +69,49 @@ impl Symbolic {
                 old.iter().zip(&locals[start..]).for_each(|(&old, x)| rhs[old as usize] = *x);
             }
         }
+    }
+
+    /// `L^-1 P` of a front's right-hand side and its children's contributions.
+    /// `locals`: the local numbers of its subtree at least, from `base` on.
+    pub(super) fn forward_front<const R: usize>(
+        &self,
+        i: usize,
+        rhs: [&[f64]; R],
+        (panel, pivot): (&[f64], &[u32]),
+        locals: &mut [f64],
+        base: usize,
+    ) {
+        let front = &self.fronts[i];
+        let (np, height) = (front.pivots, front.pivots + front.below);
+        let (before, own) = locals.split_at_mut(R * front.local - base);
+        let own = &mut own[..R * height];
+        let old = &self.old_of_new[front.first..front.first + np];
+        for (own, rhs) in own.chunks_exact_mut(height).zip(rhs) {
+            own.iter_mut().zip(old).for_each(|(own, &old)| *own = rhs[old as usize]);
+            own[np..].fill(0.0);
+        }
+        for &child in &front.children {
+            let child = &self.fronts[child as usize];
+            let from = &before[R * child.local - base..];
+            let parts = from.chunks_exact(child.pivots + child.below);
+            for (own, part) in own.chunks_exact_mut(height).zip(parts) {
+                for run in &child.runs {
+                    let part = &part[child.pivots + run.child as usize..];
+                    super::numeric::add(&mut own[run.parent as usize..], part, run.len);
+                }
+            }
+        }
+        // Right-hand sides that are zero in the whole subtree, as those of a few changed rows are.
+        if own.iter().all(|x| *x == 0.0) {
+            return;
+        }
+        if pivot.iter().enumerate().any(|(k, &p)| k != p as usize) {
+            for own in own.chunks_exact_mut(height) {
+                let straight = own[..np].to_vec();
+                own.iter_mut().zip(pivot).for_each(|(own, &p)| *own = straight[p as usize]);
+            }
+        }
+        Arch::new().dispatch(Lower::<R> { panel, pivots: np, own });
     }
 }
 
@@ -98,41 +166,11 @@ impl<const R: usize> Pass<'_, R> {
         }
     }
 
-    /// `L^-1 P` of a front's right-hand side and its children's contributions.
     fn forward_front(&self, i: usize, locals: &mut [f64], base: usize) {
         let front = self.front(i);
-        let (np, height) = (front.pivots, front.pivots + front.below);
-        let (before, own) = locals.split_at_mut(R * front.local - base);
-        let own = &mut own[..R * height];
-        let old = &self.plan.old_of_new[front.first..front.first + np];
-        for (own, rhs) in own.chunks_exact_mut(height).zip(self.rhs) {
-            own.iter_mut().zip(old).for_each(|(own, &old)| *own = rhs[old as usize]);
-            own[np..].fill(0.0);
-        }
-        for &child in &front.children {
-            let child = self.front(child as usize);
-            let from = &before[R * child.local - base..];
-            let parts = from.chunks_exact(child.pivots + child.below);
-            for (own, part) in own.chunks_exact_mut(height).zip(parts) {
-                for run in &child.runs {
-                    let part = &part[child.pivots + run.child as usize..];
-                    super::numeric::add(&mut own[run.parent as usize..], part, run.len);
-                }
-            }
-        }
-        // Right-hand sides that are zero in the whole subtree, as those of a few changed rows are.
-        if own.iter().all(|x| *x == 0.0) {
-            return;
-        }
-        let pivot = &self.factors.pivot[front.first..front.first + np];
-        if pivot.iter().enumerate().any(|(k, &p)| k != p as usize) {
-            for own in own.chunks_exact_mut(height) {
-                let straight = own[..np].to_vec();
-                own.iter_mut().zip(pivot).for_each(|(own, &p)| *own = straight[p as usize]);
-            }
-        }
         let panel = &self.factors.storage()[front.storage..front.storage + front.panel_len()];
-        Arch::new().dispatch(Lower::<R> { panel, pivots: np, own });
+        let pivot = &self.factors.pivot[front.first..front.first + front.pivots];
+        self.plan.forward_front(i, self.rhs, (panel, pivot), locals, base);
     }
 
     /// `parent`: the local numbers of the root's parent.

@@ -63,7 +63,7 @@ impl Matrix {
         let exact: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64 * 0.37).sin()).collect();
         let rhs = self.times(&exact);
         let (plan, mut factors) = (self.plan(), Factors::default());
-        plan.factor(&self.values, &mut factors).unwrap();
+        plan.factor(&self.values, &mut factors, &[]).unwrap();
         let mut x = rhs.clone();
         plan.solve(&factors, &mut [&mut x]);
         let worst = self.times(&x).iter().zip(&rhs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -90,7 +90,7 @@ fn right_hand_sides_solved_together_are_those_solved_alone() {
     for dominance in [30.0, 0.0] {
         let m = matrix(31, 17, 6, dominance);
         let (plan, mut factors) = (m.plan(), Factors::default());
-        plan.factor(&m.values, &mut factors).unwrap();
+        plan.factor(&m.values, &mut factors, &[]).unwrap();
         let n = m.block.len();
         let rhs = [0.3, 0.7, 1.1].map(|f| (0..n).map(|i| (i as f64 * f).cos()).collect());
         let mut together: [Vec<f64>; 3] = rhs.clone();
@@ -112,8 +112,8 @@ fn factors_have_the_same_bits_for_any_number_of_threads_and_when_reused() {
         pool.install(|| {
             let mut factors = Factors::default();
             let others: Vec<f64> = m.values.iter().map(|v| 1.5 * v + 1.0).collect();
-            plan.factor(&others, &mut factors).unwrap();
-            plan.factor(&m.values, &mut factors).unwrap();
+            plan.factor(&others, &mut factors, &[]).unwrap();
+            plan.factor(&m.values, &mut factors, &[]).unwrap();
             let mut x: Vec<f64> = (0..m.block.len()).map(|i| i as f64).collect();
             plan.solve(&factors, &mut [&mut x]);
             x
@@ -154,7 +154,7 @@ fn symmetric_factors_solve_as_well_with_the_same_bits_for_any_number_of_threads(
             pool.install(|| {
                 let mut factors = Factors::default();
                 // What an unsymmetric factorisation leaves behind must not be seen.
-                plan.factor(&m.values, &mut factors).unwrap();
+                plan.factor(&m.values, &mut factors, &[]).unwrap();
                 plan.factor_symmetric(&m.values, &mut factors).unwrap();
                 let mut x = rhs.clone();
                 plan.solve(&factors, &mut [&mut x]);
@@ -176,7 +176,7 @@ fn a_matrix_that_is_not_positive_definite_has_no_symmetric_factors() {
     m.values[diagonal.unwrap()] = -40.0;
     let mut factors = Factors::default();
     assert!(m.plan().factor_symmetric(&m.values, &mut factors).is_err());
-    assert!(m.plan().factor(&m.values, &mut factors).is_ok());
+    assert!(m.plan().factor(&m.values, &mut factors, &[]).is_ok());
 }
 
 #[test]
@@ -186,10 +186,10 @@ fn a_singular_matrix_is_named_not_solved() {
     for q in m.row_start[row]..m.row_start[row + 1] {
         m.values[q] = 0.0;
     }
-    let singular = m.plan().factor(&m.values, &mut Factors::default()).unwrap_err();
+    let singular = m.plan().factor(&m.values, &mut Factors::default(), &[]).unwrap_err();
     assert!(singular.unknown < m.block.len());
     m.values[m.row_start[row]] = f64::NAN;
-    assert!(m.plan().factor(&m.values, &mut Factors::default()).is_err());
+    assert!(m.plan().factor(&m.values, &mut Factors::default(), &[]).is_err());
 }
 
 #[test]
@@ -234,7 +234,7 @@ fn products_with_the_inverse_are_those_of_whole_solutions() {
     let m = matrix(23, 17, 6, 5.0);
     let n = m.block.len();
     let (plan, mut factors) = (m.plan(), Factors::default());
-    plan.factor(&m.values, &mut factors).unwrap();
+    plan.factor(&m.values, &mut factors, &[]).unwrap();
     let columns: Vec<usize> = (0..20).map(|k| (k * 613 + 5) % n).collect();
     // Rows with entries near each other and far apart, one of them empty.
     let places = |i: usize| (0..i).map(|k| (i * 337 + k * (1 + i * 91)) % n).collect::<Vec<_>>();

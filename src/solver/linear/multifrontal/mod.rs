@@ -7,6 +7,7 @@
 
 mod entries;
 mod inverse;
+mod memory;
 mod numeric;
 mod order;
 mod part;

@@ -10,6 +10,7 @@ use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
+use super::memory::Memory;
 use super::part::Part;
 use super::substitute::TOGETHER;
 use super::symbolic::{Front, Symbolic};
@@ -42,8 +43,8 @@ pub(super) enum Kind {
 /// Factors of one matrix, and the memory for the next ones of the same pattern.
 #[derive(Debug, Default)]
 pub struct Factors {
-    pub(super) storage: Aligned,
-    pub(super) workspace: Aligned,
+    pub(super) storage: Memory,
+    pub(super) workspace: Memory,
     /// Row of the pivot block that stands in each place after pivoting, counted within its front.
     pub(super) pivot: Vec<u32>,
     pub(super) inverse: Vec<u32>,
@@ -62,32 +63,6 @@ impl Factors {
     /// Panels and U12 blocks of all fronts.
     pub(super) fn storage(&self) -> &[f64] {
         self.storage.get()
-    }
-}
-
-/// A vector of numbers that begins on a cache line.
-#[derive(Debug, Default)]
-pub(super) struct Aligned {
-    numbers: Vec<f64>,
-    from: usize,
-    len: usize,
-}
-
-impl Aligned {
-    fn resize(&mut self, len: usize) {
-        if self.len != len || self.numbers.is_empty() {
-            self.numbers = vec![0.0; len + 8];
-            self.from = self.numbers.as_ptr().align_offset(64).min(8);
-            self.len = len;
-        }
-    }
-
-    fn get(&self) -> &[f64] {
-        &self.numbers[self.from..self.from + self.len]
-    }
-
-    pub(super) fn get_mut(&mut self) -> &mut [f64] {
-        &mut self.numbers[self.from..self.from + self.len]
     }
 }
 

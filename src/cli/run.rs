@@ -166,6 +166,12 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
             record.snap_work_nmm
         );
     }
+    if record.cycling > 0 {
+        out!(
+            "  contact states went back and forth {} times and were changed in part",
+            record.cycling
+        );
+    }
     if let Some(order) = record.convergence_order {
         out!("  Newton converges with order {order:.2} (median over the increments)");
     }

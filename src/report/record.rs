@@ -246,6 +246,9 @@ pub struct RunRecord {
     /// Times the factors were brought up to date for a changed active set instead.
     #[serde(default)]
     pub updates: usize,
+    /// Times blocks of contact states went back and forth, so that only a part of them was changed.
+    #[serde(default)]
+    pub cycling: usize,
     /// Wall time [s].
     pub wall_s: f64,
     /// Processor time of all threads [s].

@@ -15,10 +15,10 @@ use crate::report::record::{
     Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
     write_iterations,
 };
-use crate::report::write_pvd;
+use crate::report::{DataArray, write_pvd};
 use crate::scene::Plan;
 use crate::solver::blank::HexMesh;
-use crate::solver::{IncrementReport, Simulation, convergence_order};
+use crate::solver::{IncrementReport, IterationRecord, Simulation, convergence_order};
 
 /// Divisions of a patch in the tool's picture.
 const TOOL_DIVISIONS: usize = 6;
@@ -132,6 +132,7 @@ impl RunFolder {
     ) -> Result<(), WriteError> {
         if report.increment > 0 {
             self.history.rows.push(row(report));
+            self.take_iterations(report.increment, report.history);
             self.take_convergence(report);
         }
         self.update_record(report, start);
@@ -153,17 +154,18 @@ impl RunFolder {
         self.record.write(&self.path.join("run.json"))
     }
 
-    fn take_convergence(&mut self, report: &IncrementReport<'_>) {
-        self.iterations.extend(report.history.iter().enumerate().map(|(iteration, r)| {
-            IterationRow {
-                increment: report.increment,
-                iteration,
-                residual: r.residual,
-                gap_mm: r.gap,
-                correction_mm: r.correction,
-                contacts: [r.contacts, r.slipping, r.changes],
-            }
+    fn take_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
+        self.iterations.extend(history.iter().enumerate().map(|(iteration, r)| IterationRow {
+            increment,
+            iteration,
+            residual: r.residual,
+            gap_mm: r.gap,
+            correction_mm: r.correction,
+            contacts: [r.contacts, r.slipping, r.changes],
         }));
+    }
+
+    fn take_convergence(&mut self, report: &IncrementReport<'_>) {
         if let Some(order) = convergence_order(report.history) {
             let at = self.orders.partition_point(|&o| o < order);
             self.orders.insert(at, order);
@@ -184,6 +186,7 @@ impl RunFolder {
         let t = &report.timings;
         record.factorisations = t.factorisations;
         record.updates = t.updates;
+        record.cycling = t.cycling;
         record.timings_s = [
             ("search", t.search),
             ("elements", t.elements),
@@ -219,12 +222,36 @@ impl RunFolder {
         record.penetration_mm = record.penetration_mm.max(deepest);
     }
 
-    /// Writes the state the simulation stands at as `steps/last.vtu`.
+    /// Takes the increment that the solver gave up: what it cost, and the iterations of its last attempt.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
-    pub fn write_last_state(&self, simulation: &Simulation) -> Result<(), WriteError> {
-        let grid = fields::sheet(simulation.body().mesh(), simulation.displacements(), &[]);
+    pub fn take_failure(&mut self, simulation: &Simulation) -> Result<(), WriteError> {
+        let done = simulation.summary();
+        self.record.iterations = done.iterations;
+        self.record.cuts = done.cuts;
+        self.record.cycling = done.timings.cycling;
+        self.take_iterations(done.increments + 1, simulation.last_attempt());
+        write_iterations(&self.path.join("iterations.csv"), &self.iterations)
+    }
+
+    /// Writes the state the simulation stands at as `steps/last.vtu`, with a mark at `node`: where the solver gave up.
+    ///
+    /// # Errors
+    /// [`WriteError`] when the folder is missing or full.
+    pub fn write_last_state(
+        &self,
+        simulation: &Simulation,
+        node: Option<usize>,
+    ) -> Result<(), WriteError> {
+        let mesh = simulation.body().mesh();
+        let forces = simulation.contact_forces();
+        let mut grid = fields::sheet(mesh, simulation.displacements(), &forces);
+        if let Some(worst) = node {
+            let mark = |node: usize| if node == worst { 1.0 } else { 0.0 };
+            let marks = (0..mesh.nodes.len()).map(mark).collect();
+            grid.point_data.push(DataArray::scalar("gave_up_here", marks));
+        }
         grid.write(&self.path.join("steps/last.vtu"))
     }
 
@@ -263,6 +290,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         snap_work_nmm: 0.0,
         factorisations: 0,
         updates: 0,
+        cycling: 0,
         wall_s: 0.0,
         cpu_s: 0.0,
         peak_mb: 0.0,

@@ -50,7 +50,7 @@ pub enum RunError {
     Checkpoint(#[from] CheckpointError),
     /// The sheet came where patches had been left out.
     #[error(
-        "increment {increment}: node {node} has come within the contact search's reach of a patch of `{tool}` that --auto had left out; run without --auto\n  the last good state is in {}", folder.display()
+        "increment {increment}: node {node} has come within the contact search's reach of a patch of `{tool}` that --auto had left out; run without --auto\n  the state at the end of that increment is in {}/steps/last.vtu", folder.display()
     )]
     LeftOut {
         /// Increment, whose result may be wrong.
@@ -137,7 +137,14 @@ pub fn run(
     }));
     let run = Run { plan, options, guard, start };
     let outcome = run.go_on(&mut simulation, &mut folder, watch)?;
-    folder.write_last_state(&simulation)?;
+    let node = match &outcome {
+        Err(SimulationError::GaveUp { node, .. }) => Some(*node),
+        _ => None,
+    };
+    folder.write_last_state(&simulation, node)?;
+    if node.is_some() {
+        folder.take_failure(&simulation)?;
+    }
     let verdict = match &outcome {
         Ok(()) => Verdict::Completed,
         Err(SimulationError::Stopped { .. }) => Verdict::Stopped,
@@ -195,6 +202,7 @@ impl Run<'_> {
                 let tool = plan.scene.tools[tool].name.clone();
                 let error =
                     RunError::LeftOut { increment, tool, node, folder: folder.path.clone() };
+                folder.write_last_state(simulation, Some(node))?;
                 folder.finish(Verdict::NoConvergence, Some(error.to_string()), start)?;
                 return Err(error);
             }

@@ -18,8 +18,6 @@ pub(super) struct Pivoting {
     fewest: usize,
     /// Iterations since.
     since: usize,
-    /// Times blocks had to be cut down.
-    pub(super) damped: usize,
 }
 
 /// Iterations without fewer wrong nodes before only a part of them is changed.
@@ -27,7 +25,7 @@ const PATIENCE: usize = 4;
 
 impl Pivoting {
     pub(super) fn new() -> Self {
-        Self { fewest: usize::MAX, since: 0, damped: 0 }
+        Self { fewest: usize::MAX, since: 0 }
     }
 
     /// How many of `wrong` nodes (of `total` in both lists) to change now.
@@ -35,13 +33,14 @@ impl Pivoting {
         if self.since <= PATIENCE { wrong } else { wrong.div_ceil(self.since.min(6)) }
     }
 
-    fn count(&mut self, wrong: usize) {
+    /// Takes the number of wrong nodes; whether blocks of them go back and forth and are cut down now.
+    fn count(&mut self, wrong: usize) -> bool {
         if wrong < self.fewest {
             (self.fewest, self.since) = (wrong, 0);
         } else if wrong > 0 {
             self.since += 1;
-            self.damped += usize::from(self.since > PATIENCE);
         }
+        wrong > 0 && self.since > PATIENCE
     }
 }
 
@@ -111,7 +110,7 @@ fn pivot(
     pivoting: &mut Pivoting,
 ) -> usize {
     let wrong = pulled.len() + inside.len();
-    pivoting.count(wrong);
+    sys.timings.cycling += usize::from(pivoting.count(wrong));
     pulled.sort_by(|a, b| a.1.total_cmp(&b.1));
     inside.sort_by(|a, b| a.1.total_cmp(&b.1));
     for &(k, _) in &pulled[..pivoting.block(pulled.len())] {
@@ -206,4 +205,26 @@ fn switch(sys: &mut System, k: usize, active: bool) {
     c.fresh = active;
     c.expected = None;
     c.push = 0.0;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_that_go_back_and_forth_are_cut_down() {
+        let mut pivoting = Pivoting::new();
+        for _ in 0..=PATIENCE {
+            assert!(!pivoting.count(12));
+            assert_eq!(pivoting.block(12), 12);
+        }
+        assert!(pivoting.count(12));
+        assert_eq!(pivoting.block(12), 3);
+        assert!(pivoting.count(13));
+        assert_eq!(pivoting.block(12), 2);
+        // Fewer than ever: whole blocks again.
+        assert!(!pivoting.count(5));
+        assert_eq!(pivoting.block(5), 5);
+        assert!(!pivoting.count(0));
+    }
 }

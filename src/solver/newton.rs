@@ -65,8 +65,6 @@ pub struct NewtonStats {
     pub solves: usize,
     /// Contact states that changed on the way.
     pub changes: usize,
-    /// Iterations in which contact states went back and forth and were damped.
-    pub cycling: usize,
 }
 
 impl NewtonStats {
@@ -77,7 +75,6 @@ impl NewtonStats {
             iterations: self.iterations + other.iterations,
             solves: self.solves + other.solves,
             changes: self.changes + other.changes,
-            cycling: self.cycling + other.cycling,
         }
     }
 }
@@ -130,7 +127,6 @@ pub(super) fn solve(
         near_balance = record.residual < 1e-3;
         history.push(record);
         stats.changes += changes;
-        stats.cycling = pivoting.damped;
         match verdict(sys, &residual, changes, [stats.iterations - before, allowed], limits) {
             Verdict::Converged if augments(sys, limits) => {
                 before = stats.iterations;

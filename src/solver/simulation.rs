@@ -205,6 +205,18 @@ impl Simulation {
         &self.sys.u
     }
 
+    /// Contact forces on the nodes, three a node [N].
+    #[must_use]
+    pub fn contact_forces(&self) -> Vec<f64> {
+        contact_forces(&self.sys)
+    }
+
+    /// Iterations of the attempt made last, also of one that failed.
+    #[must_use]
+    pub fn last_attempt(&self) -> &[IterationRecord] {
+        &self.history
+    }
+
     /// Shift of each tool from its file's frame to the world [mm].
     #[must_use]
     pub fn tool_shifts(&self) -> Vec<Vec3> {

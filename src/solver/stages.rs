@@ -113,6 +113,9 @@ pub struct Timings {
     /// Times factors were brought up to date for a changed active set instead.
     #[serde(default)]
     pub updates: usize,
+    /// Times blocks of contact states went back and forth, so that only a part of them was changed.
+    #[serde(default)]
+    pub cycling: usize,
 }
 
 /// Work since the start of the run [mJ], of the whole process.

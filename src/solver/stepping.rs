@@ -213,6 +213,11 @@ fn end(sim: &mut Simulation) {
     sim.committed.applied.fill(0.0);
 }
 
+fn farthest_from_balance(sys: &System) -> usize {
+    let forces = sys.unbalanced().map(|force| force.norm_squared()).enumerate();
+    forces.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(node, _)| node)
+}
+
 fn gave_up(
     sim: &Simulation,
     stage: usize,
@@ -227,7 +232,7 @@ fn gave_up(
         NewtonError::Linear(super::linear::LinearError::Singular { unknown }) => {
             (unknown / 3).min(sys.node_count().saturating_sub(1))
         }
-        NewtonError::Linear(_) | NewtonError::StillMoving { .. } => 0,
+        NewtonError::Linear(_) | NewtonError::StillMoving { .. } => farthest_from_balance(sys),
     };
     let x = sys.position(node);
     let nearest = sys

@@ -7,6 +7,7 @@ mod followed;
 mod snap;
 mod tangent;
 mod tension;
+mod turned;
 
 use std::sync::Arc;
 

@@ -52,7 +52,12 @@ pub(super) struct Drawn {
     pub(super) iterations: usize,
     /// Force on the punch at the end [N a mm of width].
     pub(super) force: f64,
+    /// Travel [mm] and that force after every increment.
+    pub(super) curve: Vec<[f64; 2]>,
 }
+
+/// Longest increment where roughness is looked at [mm]: a tenth of an element.
+const FINE: f64 = 0.1;
 
 /// Draws with each method in each number of equal increments.
 pub(super) fn by_increments(plan: &FormingMap) -> Vec<Drawn> {
@@ -76,15 +81,29 @@ pub(super) fn by_increments(plan: &FormingMap) -> Vec<Drawn> {
 
 /// Draws with each number of patches and facets over 90 degrees, with steps as the solver takes them.
 pub(super) fn by_divisions(plan: &FormingMap) -> Vec<Drawn> {
-    let kinds = [(ToolKind::Nagata, "Nagata patches"), (ToolKind::Facets, "facets")];
-    let cases: Vec<(ToolKind, &str, usize)> = kinds
-        .iter()
-        .flat_map(|(kind, name)| plan.divisions.iter().map(|count| (*kind, *name, *count)))
-        .collect();
-    let draw = |&(kind, line, count): &(ToolKind, &str, usize)| {
+    let draw = |(kind, line, count): (ToolKind, &str, usize)| {
         run(setup(plan.depth_mm, kind, count), line.into(), count)
     };
-    cases.par_iter().map(draw).collect()
+    divided(plan).into_par_iter().map(draw).collect()
+}
+
+/// The same in short steps, for the roughness of their forces.
+pub(super) fn by_divisions_finely(plan: &FormingMap) -> Vec<Drawn> {
+    let draw = |(kind, line, count): (ToolKind, &str, usize)| {
+        let mut setup = setup(plan.depth_mm, kind, count);
+        setup.stages[0].largest_step = (FINE / plan.depth_mm).min(1.0);
+        run(setup, line.into(), count)
+    };
+    divided(plan).into_par_iter().map(draw).collect()
+}
+
+/// Nagata patches and facets, by their number over 90 degrees.
+fn divided(plan: &FormingMap) -> Vec<(ToolKind, &'static str, usize)> {
+    let kinds = [(ToolKind::Nagata, "Nagata patches"), (ToolKind::Facets, "facets")];
+    let all = kinds
+        .iter()
+        .flat_map(|(kind, name)| plan.divisions.iter().map(|count| (*kind, *name, *count)));
+    all.collect()
 }
 
 /// A line for every method or kind of tool.
@@ -110,6 +129,31 @@ impl Drawn {
     pub(super) fn ended(&self, depth: f64) -> bool {
         self.depth >= depth * (1.0 - 1e-9)
     }
+
+    /// Roughness of the force: RMS of what a straight line over 1 mm of travel to either side leaves of it, over its mean,
+    /// after the first 3 mm; `None` for shorter draws.
+    pub(super) fn roughness(&self) -> Option<f64> {
+        const NEAR: f64 = 1.0;
+        const BEGINNING: f64 = 3.0;
+        let last = self.curve.last()?[0];
+        let sound = self.curve.iter().filter(|[x, _]| (BEGINNING..=last - NEAR).contains(x));
+        let left: Vec<[f64; 2]> = sound
+            .map(|&[x, force]| {
+                let near = self.curve.iter().filter(|p| (p[0] - x).abs() <= NEAR);
+                let sums = near.fold([0.0; 5], |s, &[a, f]| {
+                    let a = a - x;
+                    [s[0] + 1.0, s[1] + a, s[2] + a * a, s[3] + f, s[4] + a * f]
+                });
+                let [n, a, aa, f, af] = sums;
+                // The line's value at x.
+                let line = (aa * f - a * af) / (n * aa - a * a);
+                [force - line, force]
+            })
+            .collect();
+        let mean =
+            |of: &dyn Fn(&[f64; 2]) -> f64| left.iter().map(of).sum::<f64>() / left.len() as f64;
+        (left.len() > 2).then(|| mean(&|p| p[0] * p[0]).sqrt() / mean(&|p| p[1]))
+    }
 }
 
 fn name(contact: ContactMethod) -> String {
@@ -122,10 +166,11 @@ fn name(contact: ContactMethod) -> String {
 
 fn run(setup: SimulationSetup, line: String, x: usize) -> Drawn {
     let mut sim = Simulation::new(setup).expect("a sound set-up");
-    let mut drawn = Drawn { line, x, depth: 0.0, iterations: 0, force: 0.0 };
+    let mut drawn = Drawn { line, x, depth: 0.0, iterations: 0, force: 0.0, curve: Vec::new() };
     // A draw that gives up is a result: how far it came.
     let _ = sim.run(&mut |report| {
         (drawn.depth, drawn.force) = (report.tools[2].travel, report.tools[2].force);
+        drawn.curve.push([drawn.depth, drawn.force]);
         Control::Continue
     });
     drawn.iterations = sim.summary().iterations;

@@ -1,5 +1,6 @@
 //! Maps of where methods fail: the paper's Newton by starting point, forms of evaluation by degree, Eq. 8 by the
-//! normals of an edge, contact by springs by the size of the increments, facets by their number.
+//! normals of an edge, contact by springs by the size of the increments, facets by their number, with the roughness of the
+//! force.
 
 mod edges;
 mod evaluation;
@@ -102,7 +103,8 @@ struct Panel {
 }
 
 /// Drawings of a study, in `folder` beside a table of the same name (CSV).
-pub const DRAWINGS: [&str; 5] = ["newton", "edges", "evaluation", "increments", "facets"];
+pub const DRAWINGS: [&str; 6] =
+    ["newton", "edges", "evaluation", "increments", "facets", "roughness"];
 
 /// Computes all maps and writes [`DRAWINGS`] and a table of each (CSV) into `folder`; returns a line a panel.
 ///
@@ -151,6 +153,18 @@ fn forming_charts(plan: &FormingMap, folder: &Path) -> Result<Vec<String>, Study
     let ended = |d: &Drawn| d.ended(depth).then_some(d.iterations as f64);
     let chart = forming::chart(words, &drawn, ended);
     said.extend(write_draws(folder, "facets", &chart, depth, &drawn)?);
+    let drawn = forming::by_divisions_finely(plan);
+    let words =
+        ["increments of 0.1 mm", "patches over 90 degrees", "roughness of the punch force [%]"];
+    let rough = |d: &Drawn| d.roughness().filter(|_| d.ended(depth)).map(|r| 100.0 * r);
+    let chart = forming::chart(words, &drawn, rough);
+    write_chart(&folder.join("roughness.svg"), &chart)?;
+    write_lines(&folder.join("roughness.csv"), &chart)?;
+    said.extend(chart.lines.iter().flat_map(|line| {
+        line.points
+            .iter()
+            .map(|(x, y)| format!("{}, {x} over 90 degrees: force rough by {y:.2} %", line.name))
+    }));
     Ok(said)
 }
 

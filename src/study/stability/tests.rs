@@ -99,3 +99,18 @@ fn a_study_writes_its_drawings_and_refuses_nonsense() {
     let error = run(&wrong, Path::new("study.json"), folder.path()).unwrap_err().to_string();
     assert!(error.contains("study.json") && error.contains("200"), "{error}");
 }
+
+#[test]
+fn roughness_is_what_a_line_leaves() {
+    let curve = |force: &dyn Fn(f64) -> f64| {
+        (0..=100).map(|k| f64::from(k) * 0.1).map(|x| [x, force(x)]).collect::<Vec<_>>()
+    };
+    let drawn =
+        |curve| Drawn { line: String::new(), x: 1, depth: 10.0, iterations: 1, force: 1.0, curve };
+    let straight = drawn(curve(&|x| 30.0 + 2.0 * x)).roughness().unwrap();
+    assert!(straight < 1e-13, "{straight}");
+    // Waves shorter than the line: their RMS over the mean.
+    let wavy = drawn(curve(&|x| 30.0 + 3.0 * (20.0 * x).sin())).roughness().unwrap();
+    assert!((wavy - 0.1 / 2.0_f64.sqrt()).abs() < 0.01, "{wavy}");
+    assert!(drawn(vec![[0.0, 0.0], [1.0, 5.0]]).roughness().is_none());
+}

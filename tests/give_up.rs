@@ -1,0 +1,61 @@
+//! A run that cannot go on says where and why, and leaves what it had.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::{Value, json};
+
+/// The strip of `fixtures/u-draw`, crushed by its holder in three iterations an increment, which do not suffice.
+fn crushed(folder: &Path) -> (Option<i32>, String) {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/u-draw");
+    for entry in fs::read_dir(&from).unwrap() {
+        let path = entry.unwrap().path();
+        fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
+    }
+    let scene = fs::read_to_string(from.join("u-draw.scene.json")).unwrap();
+    let mut scene: Value = serde_json::from_str(&scene).unwrap();
+    scene["blank"]["shape"]["rectangle"]["elements"] = json!([35, 1]);
+    scene["blank"]["layers"] = json!(1);
+    let crush = json!({"holder": {"travel_mm": 1.2}});
+    scene["stages"] = json!([{"name": "crush", "drive": crush, "first_increment": 1.0}]);
+    scene["solver"] = json!({"iterations": 3});
+    let file = folder.join("crush.scene.json");
+    fs::write(&file, scene.to_string()).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
+    command.arg("run").arg(&file).arg("-q").arg("-o").arg(folder.join("run"));
+    let done = command.output().unwrap();
+    (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
+}
+
+#[test]
+fn giving_up_names_the_place_and_leaves_state_and_residuals() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, said) = crushed(folder.path());
+    assert_eq!(code, Some(3), "{said}");
+    for words in ["stage `crush`", "no balance after 3 iterations", "Nearest tool there", "node "] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let node: usize =
+        said.split("worst at node ").nth(1).unwrap().split('.').next().unwrap().parse().unwrap();
+    let run = folder.path().join("run");
+    let read = |name: &str| fs::read_to_string(run.join(name)).unwrap();
+    let record: Value = serde_json::from_str(&read("run.json")).unwrap();
+    assert_eq!(record["verdict"], "no_convergence");
+    let count = |name: &str| record[name].as_u64().unwrap();
+    assert!(count("cuts") > 0 && count("iterations") > 3 * count("cuts") / 2, "{record}");
+
+    // The iterations of the last attempt stand behind those of the increments that ended.
+    let table = read("iterations.csv");
+    let last = table.lines().last().unwrap();
+    let failed = count("increments") + 1;
+    assert!(last.starts_with(&format!("{failed},")), "{last}");
+
+    // The state before it, with the forces of the tools, and the node marked.
+    let grid = kanagata::report::vtu_read::read(&run.join("steps/last.vtu")).unwrap();
+    let array = |name: &str| grid.point_data.iter().find(|a| a.name == name).unwrap();
+    let marked: Vec<usize> =
+        (0..grid.points.len()).filter(|&node| array("gave_up_here").values[node] != 0.0).collect();
+    assert_eq!(marked, [node]);
+    assert!(array("contact_force_n").values.iter().any(|f| f.abs() > 1.0));
+}

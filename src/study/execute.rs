@@ -108,10 +108,34 @@ fn execute_rank(
         manifest.cases.insert(case.id.clone(), entry);
     }
     manifest.write(how.folder)?;
-    let manifest = Mutex::new(manifest);
-    let next = AtomicUsize::new(0);
-    let work = || -> Result<(), StudyError> {
-        while let Some(case) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
+    let shared = Shared { manifest: Mutex::new(manifest), next: AtomicUsize::new(0) };
+    let work = || shared.work(&open, how, say);
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..how.jobs.max(1)).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().try_for_each(|w| match w.join() {
+            Ok(result) => result,
+            Err(panic) => std::panic::resume_unwind(panic),
+        })
+    })?;
+    Ok(shared.manifest.into_inner().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// What workers share.
+struct Shared {
+    manifest: Mutex<Manifest>,
+    /// The case that nobody has taken yet.
+    next: AtomicUsize,
+}
+
+impl Shared {
+    /// Takes and runs cases until there are none, or the study is to stop.
+    fn work(
+        &self,
+        open: &[&Case],
+        how: &Execution<'_>,
+        say: &(dyn Fn(&str) + Sync),
+    ) -> Result<(), StudyError> {
+        while let Some(case) = open.get(self.next.fetch_add(1, Ordering::Relaxed)) {
             if how.stop.load(Ordering::Relaxed) {
                 break;
             }
@@ -123,22 +147,14 @@ fn execute_rank(
             };
             say(&format!("{}: {}", case.id, reason.as_deref().unwrap_or("done")));
             // A worker that panicked has left the map whole.
-            let mut shared = manifest.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some(entry) = shared.cases.get_mut(&case.id) {
+            let mut manifest = self.manifest.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(entry) = manifest.cases.get_mut(&case.id) {
                 (entry.state, entry.reason) = (state, reason);
             }
-            shared.write(how.folder)?;
+            manifest.write(how.folder)?;
         }
         Ok(())
-    };
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..how.jobs.max(1)).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().try_for_each(|w| match w.join() {
-            Ok(result) => result,
-            Err(panic) => std::panic::resume_unwind(panic),
-        })
-    })?;
-    Ok(manifest.into_inner().unwrap_or_else(PoisonError::into_inner))
+    }
 }
 
 /// Runs a case to its end, or goes on with it: how it then stands, and why it ended early.
@@ -153,13 +169,7 @@ fn run(
     if let Some(reason) = process::wait_for(&output, how.stop, &tell) {
         return Ok((State::Waiting, Some(reason)));
     }
-    fs::create_dir_all(&folder)
-        .map_err(|source| StudyError::Folder { path: folder.clone(), source })?;
-    let scene = folder.join("case.scene.json");
-    let text = scene_text(case);
-    if fs::read(&scene).ok().as_deref() != Some(text.as_slice()) {
-        write_atomic(&scene, |w| w.write_all(&text))?;
-    }
+    let scene = put_scene(case, &folder)?;
     let start = |restart: bool| {
         let mut command = Command::new(how.program);
         command.arg("--threads").arg(how.threads.to_string()).arg("run").arg(&scene);
@@ -186,4 +196,16 @@ fn run(
         }
         Some(_) => (State::Failed, Some(said)),
     })
+}
+
+/// Writes the case's scene into its folder.
+fn put_scene(case: &Case, folder: &Path) -> Result<PathBuf, StudyError> {
+    fs::create_dir_all(folder)
+        .map_err(|source| StudyError::Folder { path: folder.to_path_buf(), source })?;
+    let scene = folder.join("case.scene.json");
+    let text = scene_text(case);
+    if fs::read(&scene).ok().as_deref() != Some(text.as_slice()) {
+        write_atomic(&scene, |w| w.write_all(&text))?;
+    }
+    Ok(scene)
 }

@@ -1,56 +1,16 @@
 //! Runs that are killed, stopped and gone on with end as runs that nobody touched.
 
+mod bend;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-/// A strip held at one end is bent over a cylinder of two Nagata patches by a plane.
+/// The bend in the folder, with a checkpoint after every increment.
 fn write_scene(folder: &Path) {
-    let tool = |name: &str, points: [[f64; 4]; 3]| {
-        // A profile (x, z, nx, nz) along y.
-        let at = |y: f64| points.map(|p| serde_json::json!([p[0], y, p[1]]));
-        let vertices: Vec<_> = at(-1.0).into_iter().chain(at(3.0)).collect();
-        let normals = points.map(|p| [p[2], 0.0, p[3]]).repeat(2);
-        let up = points[0][3] + points[2][3] > 0.0;
-        let quad = |k: usize| if up { [k, k + 1, k + 4, k + 3] } else { [k, k + 3, k + 4, k + 1] };
-        let patches: Vec<_> = [quad(0), quad(1)]
-            .iter()
-            .map(|q| serde_json::json!({"vertices": q, "normals": q, "face": 0}))
-            .collect();
-        let file = serde_json::json!({
-            "format": "kanagata-tool", "version": 1, "name": name, "kind": "nagata",
-            "edges": "guarded", "provenance": {}, "vertices": vertices, "normals": normals,
-            "patches": patches,
-        });
-        fs::write(folder.join(format!("{name}.tool.json")), file.to_string()).unwrap();
-    };
-    let (s, c) = std::f64::consts::FRAC_PI_4.sin_cos();
-    let arc = [
-        [10.0 - 5.0 * s, 5.0 * c - 5.0, -s, c],
-        [10.0, 0.0, 0.0, 1.0],
-        [10.0 + 5.0 * s, 5.0 * c - 5.0, s, c],
-    ];
-    tool("post", arc);
-    tool("plane", [[14.0, 1.0, 0.0, -1.0], [20.0, 1.0, 0.0, -1.0], [40.0, 1.0, 0.0, -1.0]]);
-    let scene = serde_json::json!({
-        "format": "kanagata-scene", "version": 1, "name": "bend",
-        "blank": {
-            "shape": {"rectangle": {"size_mm": [20.0, 2.0], "elements": [16, 1]}},
-            "thickness_mm": 1.0, "layers": 2
-        },
-        "material": "mild-steel-neto2012",
-        "holds": [{"where": {"plane": {"normal": "x"}}, "axes": ["x", "y", "z"]}],
-        "tools": [
-            {"name": "post", "file": "post.tool.json", "direction": [0, 0, 1], "friction": 0.1},
-            {"name": "plane", "file": "plane.tool.json", "direction": [0, 0, -1], "friction": 0.1}
-        ],
-        "stages": [
-            {"name": "bend", "drive": {"plane": {"travel_mm": 3.0}}, "largest_increment": 0.05},
-            {"name": "release", "drive": {"plane": {"release": true}, "post": {"release": true}}}
-        ],
-        "output": {"vtu_every": 2, "checkpoint_every": 1}
-    });
+    bend::write_tools(folder);
+    let scene = bend::scene("");
     fs::write(folder.join("bend.scene.json"), scene.to_string()).unwrap();
 }
 

@@ -2,6 +2,8 @@
 
 use std::io::Write as _;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -32,6 +34,9 @@ pub struct RunArgs {
     /// Leave out what loses no accuracy (patches of tools that the sheet cannot come near); run.json says what
     #[arg(long)]
     auto: bool,
+    /// Stop, leaving a checkpoint, when standard input ends: the run does not outlive the program that started it
+    #[arg(long)]
+    tied: bool,
     /// No progress bar
     #[arg(short, long)]
     quiet: bool,
@@ -48,6 +53,7 @@ impl From<RunError> for Failure {
         let exit = match &error {
             RunError::Scene(SceneError::Io { .. })
             | RunError::Write(_)
+            | RunError::Busy { .. }
             | RunError::Folder { .. } => Exit::Io,
             RunError::Scene(_) | RunError::Checkpoint(_) => Exit::Input,
             RunError::Solver { cause, .. } => match **cause {
@@ -70,6 +76,9 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let by_line = args.lines || args.json;
     let bar = progress_bar(args.quiet || by_line);
     let stop = stop_flag();
+    if args.tied {
+        stop_with_input(Arc::clone(&stop));
+    }
     let options = RunOptions { restart: args.restart, auto: args.auto, stop: Some(&stop) };
     if args.lines {
         out!("{HEADER}");
@@ -92,6 +101,15 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
         print_record(&record, &args.output);
     }
     Ok(Exit::Done)
+}
+
+/// Sets `stop` when standard input ends.
+fn stop_with_input(stop: Arc<AtomicBool>) {
+    std::thread::spawn(move || {
+        // Input that cannot be read has ended too.
+        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+        stop.store(true, Ordering::Relaxed);
+    });
 }
 
 /// Prints a line at once; who no longer listens does not end the run.

@@ -1,18 +1,19 @@
 //! `kanagata study FILE -o DIR`: runs the cases of a study that are not done and compares them; draws maps of where
 //! methods fail; measures what accuracy costs in patches and time.
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::say::out;
 use super::stop::stop_flag;
 use crate::study::StudyError;
-use crate::study::cases::cases;
+use crate::study::cases::{Case, Roots, cases, chosen, ids};
 use crate::study::checks::Outcome;
 use crate::study::collect::collect;
-use crate::study::execute::{Execution, State, execute};
+use crate::study::execute::{Execution, Manifest, State, execute};
 use crate::study::file::{Description, Study, read};
 use crate::study::follow::with_leaders;
 use crate::study::patches::{self, PatchStudy};
@@ -24,8 +25,10 @@ use crate::study::stability;
     kanagata study fixtures/studies/cross-tool.json --tools out/models -o out/study --quick\n  \
     kanagata study fixtures/studies/stability.json -o out/stability\n  \
     kanagata study fixtures/studies/patches.json -o out/patches\n\n\
-    Cases that are done are not run again; those that were killed go on from their checkpoint. The folder then holds\n\
-    manifest.json, study.csv, study.html and cases/NAME/run.\n\n{EXIT_HELP}"))]
+    Cases that are done are not run again unless the scene, a file it names or the program's version has changed (remove\n\
+    cases/NAME to run one again); those that were killed go on from their checkpoint. A solver that a killed study has\n\
+    left behind is asked to end first; one study at a time works in a folder. The folder then holds manifest.json,\n\
+    study.csv, study.html and cases/NAME/run.\n\n{EXIT_HELP}"))]
 pub struct StudyArgs {
     /// Study file (schemas/study.schema.json, stability.schema.json or patches.schema.json)
     file: PathBuf,
@@ -35,10 +38,11 @@ pub struct StudyArgs {
     /// Folder that the scene's tool files are relative to; the study's own when not given
     #[arg(long, value_name = "DIR")]
     tools: Option<PathBuf>,
-    /// Cases at a time
-    #[arg(long, default_value_t = 1, value_name = "N")]
-    jobs: usize,
-    /// Only cases whose name holds this, and those they follow; may be given more than once
+    /// Cases at a time; 1 when not given
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// Only the case of this name, or where none has it those whose names hold it, and those they follow; may be given
+    /// more than once
     #[arg(long, value_name = "CASE")]
     only: Vec<String>,
     /// With the study's changes for a quick look
@@ -48,7 +52,7 @@ pub struct StudyArgs {
     #[arg(long)]
     again: bool,
     /// Run nothing, only compare what there is
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["only", "again", "jobs"])]
     collect: bool,
 }
 
@@ -57,6 +61,11 @@ impl From<StudyError> for Failure {
         let exit = if matches!(error, StudyError::Value { .. }) { Exit::Input } else { Exit::Io };
         Self::new(exit, error)
     }
+}
+
+fn folder(path: &Path) -> impl FnOnce(std::io::Error) -> StudyError {
+    let path = path.to_path_buf();
+    move |source| StudyError::Folder { path, source }
 }
 
 fn io(path: &Path) -> impl FnOnce(std::io::Error) -> StudyError {
@@ -72,7 +81,8 @@ pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
     match read(&args.file)? {
         Description::Forming(study) => forming(args, &study),
         Description::Stability(study) => {
-            std::fs::create_dir_all(&args.output).map_err(io(&args.output))?;
+            only_of_forming(args, "kanagata-stability")?;
+            std::fs::create_dir_all(&args.output).map_err(folder(&args.output))?;
             for line in stability::run(&study, &args.file, &args.output)? {
                 out!("{line}");
             }
@@ -81,13 +91,45 @@ pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
             }
             Ok(Exit::Done)
         }
-        Description::Patches(study) => patch_study(args, &study),
+        Description::Patches(study) => {
+            only_of_forming(args, "kanagata-patches")?;
+            patch_study(args, &study)
+        }
     }
+}
+
+/// Refuses what says something only to studies of forming.
+fn only_of_forming(args: &StudyArgs, format: &str) -> Result<(), Failure> {
+    let given = [
+        ("--tools", args.tools.is_some()),
+        ("--jobs", args.jobs.is_some()),
+        ("--only", !args.only.is_empty()),
+        ("--quick", args.quick),
+        ("--again", args.again),
+        ("--collect", args.collect),
+    ];
+    let given: Vec<&str> =
+        given.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect();
+    if given.is_empty() {
+        return Ok(());
+    }
+    Err(value(
+        &args.file,
+        "format",
+        format!("{format} with {}", given.join(" ")),
+        format!(
+            "-o alone: those are for cases of the solver (kanagata-study), and {format} is done as a whole; leave them out"
+        ),
+    ))
+}
+
+fn value(path: &Path, place: &str, found: String, allowed: String) -> Failure {
+    StudyError::Value { path: path.to_path_buf(), place: place.to_owned(), found, allowed }.into()
 }
 
 fn patch_study(args: &StudyArgs, study: &PatchStudy) -> Result<Exit, Failure> {
     let model = read_model(&args.file.parent().unwrap_or(Path::new("")).join(&study.cad))?;
-    std::fs::create_dir_all(&args.output).map_err(io(&args.output))?;
+    std::fs::create_dir_all(&args.output).map_err(folder(&args.output))?;
     let lost = patches::run(study, &model, [&args.file, &args.output], &|line| out!("{line}"))?;
     if lost > 0 {
         out!("{lost} models could not be made; patches.csv has the reasons");
@@ -96,37 +138,60 @@ fn patch_study(args: &StudyArgs, study: &PatchStudy) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
-    let own = args.file.parent().map(PathBuf::from).unwrap_or_default();
-    let tools = args.tools.clone().unwrap_or(own);
-    std::fs::create_dir_all(&args.output).map_err(io(&args.output))?;
-    let tools = tools.canonicalize().map_err(io(&tools))?;
-    let all = cases(study, &tools, args.quick);
-    let named =
-        |id: &str| args.only.is_empty() || args.only.iter().any(|o| id.contains(o.as_str()));
-    let open = with_leaders(&all, |id| !args.collect && named(id));
+/// The study's own folder and that of its tools, as whole paths.
+fn folders(args: &StudyArgs) -> Result<[PathBuf; 2], Failure> {
+    let own = args.file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let own = own.canonicalize().map_err(io(own))?;
+    let tools = match &args.tools {
+        None => own.clone(),
+        Some(given) => given.canonicalize().map_err(|e| {
+            let found = format!("{}: {e}", given.display());
+            let allowed =
+                "a folder with tool files (`tools/models DIR` makes those of the studies here)";
+            value(&args.file, "--tools", found, allowed.into())
+        })?,
+    };
+    Ok([own, tools])
+}
+
+/// The cases that are to be run: those that are wanted, and those they follow.
+fn wanted(args: &StudyArgs, study: &Study, all: &[Case]) -> Result<Vec<Case>, Failure> {
+    let ids = ids(study);
+    let chosen = chosen(&ids, &args.only).map_err(|name| {
+        let allowed = format!("a case, or a part of its name: {}", ids.join(", "));
+        value(&args.file, "--only", format!("'{name}'"), allowed)
+    })?;
+    Ok(with_leaders(all, |id| chosen.contains(id)))
+}
+
+fn run_cases(args: &StudyArgs, open: &[Case], stop: &AtomicBool) -> Result<Manifest, Failure> {
     let this = std::env::current_exe().map_err(io(Path::new("this program")))?;
     let program = this.with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX));
-    let threads = (rayon::current_num_threads() / args.jobs.max(1)).max(1);
-    let stop = stop_flag();
-    let how = Execution {
-        folder: &args.output,
-        program: &program,
-        jobs: args.jobs,
-        threads,
-        again: args.again,
-        stop: &stop,
+    let jobs = args.jobs.map_or(1, NonZeroUsize::get);
+    let threads = (rayon::current_num_threads() / jobs).max(1);
+    let folder = &args.output;
+    let how = Execution { folder, program: &program, jobs, threads, again: args.again, stop };
+    Ok(execute(open, &how, &|line| out!("{line}"))?)
+}
+
+fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
+    let [own, tools] = folders(args)?;
+    let all = cases(study, &Roots { tools: &tools, own: &own }, args.quick);
+    let open = wanted(args, study, &all)?;
+    std::fs::create_dir_all(&args.output).map_err(folder(&args.output))?;
+    let manifest = if args.collect {
+        Manifest::read(&args.output)?
+    } else {
+        let stop = stop_flag();
+        let manifest = run_cases(args, &open, &stop)?;
+        if stop.load(Ordering::Relaxed) {
+            out!("stopped; the same command goes on from there");
+            return Ok(Exit::Stopped);
+        }
+        manifest
     };
-    let manifest = execute(&open, &how, &|line| out!("{line}"))?;
-    if stop.load(Ordering::Relaxed) {
-        out!("stopped; the same command goes on from there");
-        return Ok(Exit::Stopped);
-    }
     let checks = collect(study, &all, &manifest, &args.output)?;
-    let failed = open
-        .iter()
-        .filter(|c| manifest.cases.get(&c.id).is_some_and(|entry| entry.state != State::Done));
-    let failed = failed.count();
+    let failed = if args.collect { 0 } else { not_done(&open, &manifest) };
     out!("{} cases, {failed} of those run not done", all.len());
     for (check, outcome) in &checks {
         let [state, value] = outcome.words();
@@ -139,4 +204,9 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
         (0, true) => Exit::Limit,
         (0, false) => Exit::Done,
     })
+}
+
+fn not_done(open: &[Case], manifest: &Manifest) -> usize {
+    let done = |c: &&Case| manifest.cases.get(&c.id).is_some_and(|e| e.state == State::Done);
+    open.len() - open.iter().filter(done).count()
 }

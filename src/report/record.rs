@@ -270,7 +270,7 @@ pub struct RunRecord {
     /// Order of convergence of the Newton iteration: median over the increments that show one (a quadratic
     /// iteration has 2).
     pub convergence_order: Option<f64>,
-    /// SHA-256 of the scene and of every tool file, by path as the scene names it.
+    /// SHA-256 of the scene and of every file it names (tools, a mesh of the blank, a history), by path as the scene has it.
     pub inputs: BTreeMap<String, String>,
     /// The scene file, as a whole path.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -44,9 +44,9 @@ pub struct RunFolder {
 }
 
 /// Name and version of the program.
-pub(super) const PROGRAM: &str = concat!("kanagata-solve ", env!("CARGO_PKG_VERSION"));
+pub const PROGRAM: &str = concat!("kanagata-solve ", env!("CARGO_PKG_VERSION"));
 
-/// SHA-256 of the scene and its tool files.
+/// SHA-256 of the scene and the files it names: tools, a mesh of the blank, a history whose increments are taken.
 pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
     let tools = plan.scene.tools.iter().zip(&plan.tools);
     let tools = tools.map(|(tool, loaded)| (tool.file.clone(), loaded.sha256.clone()));
@@ -54,6 +54,7 @@ pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
     std::iter::once(("scene".to_owned(), plan.sha256.clone()))
         .chain(tools)
         .chain(followed)
+        .chain(plan.blank_file.clone())
         .collect()
 }
 

@@ -9,6 +9,7 @@ pub mod cost;
 pub mod fields;
 pub mod folder;
 pub mod line;
+pub mod lock;
 pub mod report;
 pub mod resources;
 pub mod status;
@@ -44,6 +45,16 @@ pub enum RunError {
         /// What the system said.
         #[source]
         source: std::io::Error,
+    },
+    /// Another process works in the folder.
+    #[error(
+        "{}: {who} works in this folder; allowed: one run at a time; wait for it, end it (`kill`; it leaves a checkpoint), or give another folder with -o", folder.display()
+    )]
+    Busy {
+        /// The folder.
+        folder: PathBuf,
+        /// The process, in words.
+        who: String,
     },
     /// There is nothing to go on from.
     #[error(transparent)]
@@ -118,6 +129,7 @@ pub fn run(
         (Vec::new(), None)
     };
     let mut simulation = Simulation::new(setup).map_err(failed)?;
+    let _lock = alone_in(output, options.restart)?;
     let mut folder = if options.restart {
         let checkpoint = checkpoint::read(output, &inputs(plan), PROGRAM)?;
         simulation.resume(checkpoint.state).map_err(failed)?;
@@ -158,6 +170,23 @@ pub fn run(
         report::write(&folder, plan, &simulation)?;
     }
     outcome.map(|()| folder.record).map_err(failed)
+}
+
+/// Keeps other runs out of the folder until the lock is dropped. A folder that is to be gone on in and is not there
+/// needs none.
+fn alone_in(output: &Path, restart: bool) -> Result<Option<lock::Lock>, RunError> {
+    if restart && !output.is_dir() {
+        return Ok(None);
+    }
+    std::fs::create_dir_all(output)
+        .map_err(|source| RunError::Folder { path: output.to_path_buf(), source })?;
+    match lock::take(&lock::file_in(output))? {
+        lock::Attempt::Ours(lock) => Ok(Some(lock)),
+        lock::Attempt::Theirs(process) => {
+            let who = lock::named(process.as_ref());
+            Err(RunError::Busy { folder: output.to_path_buf(), who })
+        }
+    }
 }
 
 /// What stays the same while a run goes on.

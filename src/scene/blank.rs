@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::read::SceneError;
 use super::types::{Blank, BlankShape, Region, Scene};
+use crate::files::sha256_hex;
 use crate::geometry::Vec3;
 use crate::mesh::io::{self, SheetElements};
 use crate::solver::Constraints;
@@ -81,15 +82,24 @@ fn of_file(blank: &Blank, scene: &Path, file: &Path) -> Result<HexMesh, SceneErr
 }
 
 /// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself.
-pub(super) fn fill_in(blank: &mut Blank, scene: &Path, folder: &Path) -> Result<(), SceneError> {
-    if let BlankShape::Mesh { file } = &blank.shape {
-        let mesh = of_file(blank, scene, &folder.join(file))?;
-        blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);
-        if blank.thickness_mm <= 0.0 {
-            blank.thickness_mm = mesh.mean_thickness();
-        }
+/// Gives the file as the scene names it, and its SHA-256.
+pub(super) fn fill_in(
+    blank: &mut Blank,
+    scene: &Path,
+    folder: &Path,
+) -> Result<Option<(String, String)>, SceneError> {
+    let BlankShape::Mesh { file } = &blank.shape else { return Ok(None) };
+    let (name, path) = (file.clone(), folder.join(file));
+    let mesh = of_file(blank, scene, &path)?;
+    blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);
+    if blank.thickness_mm <= 0.0 {
+        blank.thickness_mm = mesh.mean_thickness();
     }
-    Ok(())
+    let bytes = std::fs::read(&path).map_err(|e| SceneError::Blank {
+        path: scene.to_path_buf(),
+        cause: format!("{}: {e}", path.display()),
+    })?;
+    Ok(Some((name, sha256_hex(&bytes))))
 }
 
 /// Symmetry planes and held nodes.

@@ -5,6 +5,7 @@
 //! that into what the solver runs.
 
 mod blank;
+pub mod check;
 mod follow;
 pub mod read;
 pub mod setup;

@@ -59,7 +59,7 @@ pub enum SimulationError {
     Setup(String),
     /// A tool that should be placed touching never meets the sheet.
     #[error(
-        "tool `{tool}` cannot be placed touching: moved along its direction it never meets the sheet; check its direction and offset"
+        "tool `{tool}` cannot be placed touching: moved along its direction it never meets the sheet; check its `direction`, or put it there with `place`"
     )]
     NoTouch {
         /// Tool.
@@ -70,7 +70,7 @@ pub enum SimulationError {
     Linear(#[from] LinearError),
     /// An increment did not converge, however small.
     #[error(
-        "stage `{stage}`, increment {increment}, share {share:.6}: gave up at a step of {step:e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. Try a finer blank mesh near that place, a smaller first_step, or check the tools' clearance there"
+        "stage `{stage}`, increment {increment}, share {share:.6}: gave up at a step of {step:e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. Try a finer blank mesh near that place, a smaller first_increment of the stage, or check the tools' clearance there"
     )]
     GaveUp {
         /// Stage name.
@@ -95,7 +95,7 @@ pub enum SimulationError {
         cause: Box<NewtonError>,
     },
     /// The limit on increments was reached.
-    #[error("{limit} increments done and the process is not finished; raise limits.increments")]
+    #[error("{limit} increments done and the process is not finished; raise solver.increments")]
     TooManyIncrements {
         /// Limit.
         limit: usize,

@@ -1,5 +1,6 @@
 //! Every combination of a study's choices, as a scene.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::Value;
@@ -8,7 +9,7 @@ use super::file::{Choice, Study};
 use super::follow;
 
 /// Cases of a study, at most.
-const MOST: usize = 10_000;
+pub(super) const MOST: usize = 10_000;
 
 /// One case.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,14 +24,23 @@ pub struct Case {
     pub scene: Value,
 }
 
-/// The cases of `study`, the last choice running fastest; tool files are under `tools`. At most 10,000 are made.
+/// Folders that files of a study's scene are relative to.
+#[derive(Debug, Clone, Copy)]
+pub struct Roots<'a> {
+    /// Of tool files.
+    pub tools: &'a Path,
+    /// Of all others: the study file's own.
+    pub own: &'a Path,
+}
+
+/// The cases of `study`, the last choice running fastest. At most 10,000 are made.
 #[must_use]
-pub fn cases(study: &Study, tools: &Path, quick: bool) -> Vec<Case> {
+pub fn cases(study: &Study, roots: &Roots<'_>, quick: bool) -> Vec<Case> {
     let mut base = study.scene.clone();
     if let (true, Some(change)) = (quick, &study.quick) {
         merge(&mut base, change);
     }
-    combinations(study).into_iter().map(|taken| case(study, &base, tools, &taken)).collect()
+    combinations(study).into_iter().map(|taken| case(study, &base, roots, &taken)).collect()
 }
 
 /// Names of the cases, in their order.
@@ -58,7 +68,7 @@ fn combinations(study: &Study) -> Vec<Vec<usize>> {
     out
 }
 
-fn case(study: &Study, base: &Value, tools: &Path, taken: &[usize]) -> Case {
+fn case(study: &Study, base: &Value, roots: &Roots<'_>, taken: &[usize]) -> Case {
     let mut scene = base.clone();
     let mut options = Vec::with_capacity(taken.len());
     for (choice, &k) in study.choices.iter().zip(taken) {
@@ -72,9 +82,10 @@ fn case(study: &Study, base: &Value, tools: &Path, taken: &[usize]) -> Case {
         fill(&mut scene, &format!("{{{}}}", choice.name), option);
     }
     for tool in scene.get_mut("tools").and_then(Value::as_array_mut).into_iter().flatten() {
-        if let Some(file) = tool.get("file").and_then(Value::as_str) {
-            tool["file"] = tools.join(file).display().to_string().into();
-        }
+        put_under(roots.tools, tool.get_mut("file"));
+    }
+    for file in ["/blank/shape/mesh/file", "/solver/increments_of"] {
+        put_under(roots.own, scene.pointer_mut(file));
     }
     let id = options.join("_");
     let follows = follow::of(study, &id).map(str::to_owned);
@@ -83,6 +94,37 @@ fn case(study: &Study, base: &Value, tools: &Path, taken: &[usize]) -> Case {
     }
     scene["name"] = format!("{}: {}", study.name, options.join(", ")).into();
     Case { id, options, follows, scene }
+}
+
+/// Makes a file's name in a scene one under `folder`.
+fn put_under(folder: &Path, file: Option<&mut Value>) {
+    if let Some(file) = file
+        && let Some(name) = file.as_str()
+    {
+        *file = folder.join(name).display().to_string().into();
+    }
+}
+
+/// The cases that `wanted` names: a name in full that one alone, any other all whose names hold it; all where it names
+/// none.
+///
+/// # Errors
+/// The one that is in no case's name.
+pub fn chosen(ids: &[String], wanted: &[String]) -> Result<BTreeSet<String>, String> {
+    if wanted.is_empty() {
+        return Ok(ids.iter().cloned().collect());
+    }
+    let mut chosen = BTreeSet::new();
+    for name in wanted {
+        let in_full = ids.contains(name);
+        let fits = |id: &&String| if in_full { *id == name } else { id.contains(name.as_str()) };
+        let mut found = ids.iter().filter(fits).peekable();
+        if found.peek().is_none() {
+            return Err(name.clone());
+        }
+        chosen.extend(found.cloned());
+    }
+    Ok(chosen)
 }
 
 /// JSON merge patch (RFC 7386).
@@ -133,14 +175,49 @@ mod tests {
             "quick": {"blank": {"layers": 9}}
         }))
         .unwrap();
-        let found = cases(&study, Path::new("t"), false);
+        let roots = Roots { tools: Path::new("t"), own: Path::new("own") };
+        let found = cases(&study, &roots, false);
         let ids: Vec<&str> = found.iter().map(|c| c.id.as_str()).collect();
         assert_eq!(ids, ["a_1", "a_2", "b_1", "b_2"]);
         assert_eq!(found[2].scene["blank"], serde_json::json!({"layers": 1}));
         assert_eq!(found[3].scene["blank"], serde_json::json!({"layers": 2, "z_mm": 1}));
         assert_eq!(found[2].scene["tools"][0]["file"], "t/b/die.json");
         assert_eq!(found[2].scene["name"], "s: b, 1");
-        assert_eq!(cases(&study, Path::new("t"), true)[1].scene["blank"]["layers"], 9);
+        assert_eq!(cases(&study, &roots, true)[1].scene["blank"]["layers"], 9);
+    }
+
+    #[test]
+    fn files_of_a_scene_are_under_the_folders_they_belong_to() {
+        let study: Study = serde_json::from_value(serde_json::json!({
+            "format": "kanagata-study", "version": 1, "name": "s", "watch": "punch",
+            "scene": {
+                "blank": {"shape": {"mesh": {"file": "{mesh}.inp"}}},
+                "tools": [{"file": "die.json"}, {"file": "/far/punch.json"}],
+                "solver": {"increments_of": "other/history.csv"}
+            },
+            "choices": [{"name": "mesh", "options": [{"name": "fine"}]}],
+        }))
+        .unwrap();
+        let roots = Roots { tools: Path::new("t"), own: Path::new("own") };
+        let scene = &cases(&study, &roots, false)[0].scene;
+        assert_eq!(scene["tools"][0]["file"], "t/die.json");
+        assert_eq!(scene["tools"][1]["file"], "/far/punch.json");
+        assert_eq!(scene["blank"]["shape"]["mesh"]["file"], "own/fine.inp");
+        assert_eq!(scene["solver"]["increments_of"], "own/other/history.csv");
+    }
+
+    #[test]
+    fn a_name_in_full_chooses_one_case_and_a_part_all_that_hold_it() {
+        let ids = ["St-85", "St-85-Bezier", "Unst-9"].map(String::from);
+        let choose = |wanted: &[&str]| {
+            let wanted: Vec<String> = wanted.iter().map(|w| (*w).to_owned()).collect();
+            chosen(&ids, &wanted).map(|found| found.into_iter().collect::<Vec<_>>().join(" "))
+        };
+        assert_eq!(choose(&["St-85"]).unwrap(), "St-85");
+        assert_eq!(choose(&["St-8"]).unwrap(), "St-85 St-85-Bezier");
+        assert_eq!(choose(&["St-85", "Un"]).unwrap(), "St-85 Unst-9");
+        assert_eq!(choose(&[]).unwrap(), "St-85 St-85-Bezier Unst-9");
+        assert_eq!(choose(&["St-85", "nosuch"]).unwrap_err(), "nosuch");
     }
 
     #[test]
@@ -149,13 +226,13 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/studies");
         let out = tempfile::tempdir().unwrap();
         let file = out.path().join("scene.json");
-        let mut scenes = 0;
+        let (mut scenes, own) = (0, Path::new("t"));
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             let description = read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
             let Description::Forming(study) = description else { continue };
             for quick in [false, true] {
-                for case in cases(&study, Path::new("t"), quick) {
+                for case in cases(&study, &Roots { tools: own, own }, quick) {
                     std::fs::write(&file, case.scene.to_string()).unwrap();
                     let checked = crate::scene::read::scene_of(&file);
                     assert!(checked.is_ok(), "{} {}: {:?}", path.display(), case.id, checked.err());

@@ -1,67 +1,19 @@
 //! Runs the cases that are not done: each in a process of its own, gone on with where it was killed.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 use super::StudyError;
 use super::cases::Case;
 use super::follow::ranks;
+use super::inputs::{digest, inputs, proved, scene_text, there};
+pub use super::manifest::{Entry, Manifest, State};
 use super::process;
-use crate::files::{WriteError, sha256_hex, write_atomic};
-
-/// How a case stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum State {
-    /// Not begun, or broken off.
-    Waiting,
-    /// All stages done.
-    Done,
-    /// It ended early.
-    Failed,
-}
-
-/// A case in the manifest.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Entry {
-    /// SHA-256 of the scene and its tool files.
-    pub inputs: String,
-    /// How it stands.
-    pub state: State,
-    /// Why it ended early.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reason: Option<String>,
-}
-
-/// `manifest.json`: the cases of a study by name.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Manifest {
-    /// Cases.
-    pub cases: BTreeMap<String, Entry>,
-}
-
-impl Manifest {
-    /// The manifest in `folder`; an empty one when there is none that can be read.
-    #[must_use]
-    pub fn read(folder: &Path) -> Self {
-        let text = fs::read(folder.join("manifest.json")).unwrap_or_default();
-        serde_json::from_slice(&text).unwrap_or_default()
-    }
-
-    fn write(&self, folder: &Path) -> Result<(), WriteError> {
-        write_atomic(&folder.join("manifest.json"), |w| {
-            serde_json::to_writer_pretty(&mut *w, self)?;
-            writeln!(w)
-        })
-    }
-}
+use crate::files::write_atomic;
+use crate::run::lock::{self, Attempt};
 
 /// How cases are run.
 pub struct Execution<'a> {
@@ -86,42 +38,57 @@ pub fn folder_of(study: &Path, case: &str) -> PathBuf {
 }
 
 /// Runs all cases that are not done, those that follow another behind it; `say` is told of each that begins and ends.
+/// Cases whose `run.json` proves that they are done count as done.
 ///
 /// # Errors
-/// [`StudyError`] when files cannot be read or written; a case that fails is an entry with its reason.
+/// [`StudyError`] when another study works in the folder, when the solver cannot be started, or when the manifest cannot
+/// be read or written; a case that fails is an entry with its reason.
 pub fn execute(
     cases: &[Case],
     how: &Execution<'_>,
     say: &(dyn Fn(&str) + Sync),
 ) -> Result<Manifest, StudyError> {
-    let mut manifest = Manifest::read(how.folder);
+    let _lock = match lock::take(&how.folder.join("study.lock"))? {
+        Attempt::Ours(lock) => lock,
+        Attempt::Theirs(process) => {
+            let who = lock::named(process.as_ref());
+            return Err(StudyError::Busy { folder: how.folder.to_path_buf(), who });
+        }
+    };
+    let mut manifest = Manifest::read_or_set_aside(how.folder, say)?;
     for rank in ranks(cases) {
         manifest = execute_rank(&rank, manifest, how, say)?;
     }
-    manifest.write(how.folder)?;
     Ok(manifest)
 }
 
 /// How a case stands before anything runs, and whether it is to be run.
-fn standing(
-    case: &Case,
-    manifest: &Manifest,
-    how: &Execution<'_>,
-) -> Result<(Entry, bool), StudyError> {
+fn standing(case: &Case, manifest: &Manifest, how: &Execution<'_>) -> (Entry, bool) {
+    let stands = |inputs, state, reason| Entry { inputs, state, reason };
     let done = |id: &String| manifest.cases.get(id).is_some_and(|e| e.state == State::Done);
     if let Some(other) = case.follows.as_ref().filter(|other| !done(other)) {
-        let reason = Some(format!("follows {other}, which is not done"));
-        return Ok((Entry { inputs: String::new(), state: State::Waiting, reason }, false));
+        let reason = format!("follows {other}, which is not done");
+        return (stands(String::new(), State::Waiting, Some(reason)), false);
     }
-    let inputs = digest(case, how.folder)?;
-    let old = manifest.cases.get(&case.id).filter(|e| e.inputs == inputs);
-    let entry = old.cloned().unwrap_or(Entry { inputs, state: State::Waiting, reason: None });
+    let inputs = match inputs(case, how.folder) {
+        Ok(inputs) => inputs,
+        Err(reason) => return (stands(String::new(), State::Failed, Some(reason)), false),
+    };
+    let digest = digest(&inputs);
+    let known = manifest.cases.get(&case.id).filter(|e| e.inputs == digest);
+    // A run whose folder was removed is to be made again.
+    let kept = |e: &&Entry| e.state == State::Failed || there(case, how.folder);
+    let ended = known.filter(|e| e.state != State::Waiting).filter(kept).cloned();
+    let entry = ended.unwrap_or_else(|| {
+        let (state, reason) = proved(case, how.folder, &inputs).unwrap_or((State::Waiting, None));
+        stands(digest, state, reason)
+    });
     let runs = match entry.state {
         State::Waiting => true,
         State::Failed => how.again,
         State::Done => false,
     };
-    Ok((entry, runs))
+    (entry, runs)
 }
 
 /// Runs cases that do not wait for each other.
@@ -133,29 +100,16 @@ fn execute_rank(
 ) -> Result<Manifest, StudyError> {
     let mut open = Vec::new();
     for &case in cases {
-        let (entry, runs) = standing(case, &manifest, how)?;
+        let (entry, runs) = standing(case, &manifest, how);
+        if let (false, Some(reason)) = (runs, &entry.reason) {
+            say(&format!("{}: {}: {reason}", case.id, entry.state.word()));
+        }
         open.extend(runs.then_some(case));
         manifest.cases.insert(case.id.clone(), entry);
     }
-    let manifest = Mutex::new(manifest);
-    let next = AtomicUsize::new(0);
-    let work = || -> Result<(), StudyError> {
-        while let Some(case) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
-            if how.stop.load(Ordering::Relaxed) {
-                break;
-            }
-            say(&format!("{}: begins", case.id));
-            let (state, reason) = run(case, how)?;
-            say(&format!("{}: {}", case.id, reason.as_deref().unwrap_or("done")));
-            // A worker that panicked has left the map whole.
-            let mut shared = manifest.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some(entry) = shared.cases.get_mut(&case.id) {
-                (entry.state, entry.reason) = (state, reason);
-            }
-            shared.write(how.folder)?;
-        }
-        Ok(())
-    };
+    manifest.write(how.folder)?;
+    let shared = Shared { manifest: Mutex::new(manifest), next: AtomicUsize::new(0) };
+    let work = || shared.work(&open, how, say);
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..how.jobs.max(1)).map(|_| scope.spawn(work)).collect();
         workers.into_iter().try_for_each(|w| match w.join() {
@@ -163,54 +117,95 @@ fn execute_rank(
             Err(panic) => std::panic::resume_unwind(panic),
         })
     })?;
-    Ok(manifest.into_inner().unwrap_or_else(PoisonError::into_inner))
+    Ok(shared.manifest.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// SHA-256 of the scene, its tool files and the history it follows.
-fn digest(case: &Case, study: &Path) -> Result<String, StudyError> {
-    let mut all = serde_json::to_vec(&case.scene).unwrap_or_default();
-    let tools = case.scene.get("tools").and_then(serde_json::Value::as_array);
-    let files = tools.into_iter().flatten().filter_map(|tool| tool.get("file")?.as_str());
-    let followed = case.follows.iter().map(|id| folder_of(study, id).join("run/history.csv"));
-    for path in files.map(PathBuf::from).chain(followed) {
-        let bytes = fs::read(&path).map_err(|source| StudyError::Io { path, source })?;
-        all.extend(sha256_hex(&bytes).into_bytes());
+/// What workers share.
+struct Shared {
+    manifest: Mutex<Manifest>,
+    /// The case that nobody has taken yet.
+    next: AtomicUsize,
+}
+
+impl Shared {
+    /// Takes and runs cases until there are none, or the study is to stop.
+    fn work(
+        &self,
+        open: &[&Case],
+        how: &Execution<'_>,
+        say: &(dyn Fn(&str) + Sync),
+    ) -> Result<(), StudyError> {
+        while let Some(case) = open.get(self.next.fetch_add(1, Ordering::Relaxed)) {
+            if how.stop.load(Ordering::Relaxed) {
+                break;
+            }
+            say(&format!("{}: begins", case.id));
+            let (state, reason) = match run(case, how, say) {
+                Err(error @ StudyError::Start { .. }) => return Err(error),
+                Err(error) => (State::Failed, Some(error.to_string())),
+                Ok(ended) => ended,
+            };
+            say(&format!("{}: {}", case.id, reason.as_deref().unwrap_or("done")));
+            // A worker that panicked has left the map whole.
+            let mut manifest = self.manifest.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(entry) = manifest.cases.get_mut(&case.id) {
+                (entry.state, entry.reason) = (state, reason);
+            }
+            manifest.write(how.folder)?;
+        }
+        Ok(())
     }
-    Ok(sha256_hex(&all))
 }
 
-fn run(case: &Case, how: &Execution<'_>) -> Result<(State, Option<String>), StudyError> {
+/// Runs a case to its end, or goes on with it: how it then stands, and why it ended early.
+fn run(
+    case: &Case,
+    how: &Execution<'_>,
+    say: &(dyn Fn(&str) + Sync),
+) -> Result<(State, Option<String>), StudyError> {
     let folder = folder_of(how.folder, &case.id);
-    let io = |path: &Path| {
-        let path = path.to_path_buf();
-        move |source| StudyError::Io { path, source }
-    };
-    fs::create_dir_all(&folder).map_err(io(&folder))?;
-    let scene = folder.join("case.scene.json");
-    let text = serde_json::to_vec_pretty(&case.scene).unwrap_or_default();
-    if fs::read(&scene).ok().as_deref() != Some(text.as_slice()) {
-        write_atomic(&scene, |w| w.write_all(&text))?;
+    let output = folder.join("run");
+    let tell = |text: &str| say(&format!("{}: {text}", case.id));
+    if let Some(reason) = process::wait_for(&output, how.stop, &tell) {
+        return Ok((State::Waiting, Some(reason)));
     }
+    let scene = put_scene(case, &folder)?;
     let start = |restart: bool| {
         let mut command = Command::new(how.program);
         command.arg("--threads").arg(how.threads.to_string()).arg("run").arg(&scene);
-        command.arg("-o").arg(folder.join("run")).arg("-q");
+        command.arg("-o").arg(&output).args(["-q", "--tied"]);
         if restart {
             command.arg("--restart");
         }
-        process::run(&mut command, how.stop).map_err(io(how.program))
+        let failed = |source| StudyError::Start { path: how.program.to_path_buf(), source };
+        process::run(&mut command, how.stop).map_err(failed)
     };
-    let saved = |n: u8| folder.join(format!("run/checkpoint-{n}.bin")).exists();
+    let saved = |n: u8| output.join(format!("checkpoint-{n}.bin")).exists();
     let (mut status, mut said) = start(saved(0) || saved(1))?;
     if status.code() == Some(2) && (saved(0) || saved(1)) {
         // A checkpoint of other inputs.
         (status, said) = start(false)?;
     }
-    let state = match status.code() {
-        Some(0) => return Ok((State::Done, None)),
-        // Killed or stopped: it goes on next time.
-        None | Some(5) => State::Waiting,
-        Some(_) => State::Failed,
-    };
-    Ok((state, Some(said)))
+    Ok(match status.code() {
+        Some(0) => (State::Done, None),
+        // It goes on next time.
+        Some(5) => (State::Waiting, Some(said)),
+        None => {
+            let reason = format!("killed ({status}); the same command goes on with it {said}");
+            (State::Waiting, Some(reason.trim_end().to_owned()))
+        }
+        Some(_) => (State::Failed, Some(said)),
+    })
+}
+
+/// Writes the case's scene into its folder.
+fn put_scene(case: &Case, folder: &Path) -> Result<PathBuf, StudyError> {
+    fs::create_dir_all(folder)
+        .map_err(|source| StudyError::Folder { path: folder.to_path_buf(), source })?;
+    let scene = folder.join("case.scene.json");
+    let text = scene_text(case);
+    if fs::read(&scene).ok().as_deref() != Some(text.as_slice()) {
+        write_atomic(&scene, |w| w.write_all(&text))?;
+    }
+    Ok(scene)
 }

@@ -7,11 +7,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::StudyError;
-use super::cases::ids;
 use super::checks::Check;
-use super::follow;
 use super::patches::{self, PatchStudy};
 use super::stability::StabilityStudy;
+use super::validate;
 
 /// One scene in many variants: every combination of the choices is a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -24,7 +23,7 @@ pub struct Study {
     /// Name, for reports.
     pub name: String,
     /// The scene that the choices change. `{NAME}` in a text stands for the option taken of the choice NAME; tool files
-    /// are relative to the folder given with `--tools`.
+    /// are relative to the folder given with `--tools`, a mesh of the blank and a history to the study.
     pub scene: Value,
     /// What is varied.
     pub choices: Vec<Choice>,
@@ -122,59 +121,6 @@ pub fn read(path: &Path) -> Result<Description, StudyError> {
     }
     let study = serde_json::from_slice(&bytes)
         .map_err(|e| fault(e, "the keys and values of schemas/study.schema.json"))?;
-    check(&study, path)?;
+    validate::check(&study, path)?;
     Ok(Description::Forming(study))
-}
-
-fn check(study: &Study, path: &Path) -> Result<(), StudyError> {
-    let fault = |place: String, found: String, allowed: &str| StudyError::Value {
-        path: path.to_path_buf(),
-        place,
-        found,
-        allowed: allowed.into(),
-    };
-    if study.version != 1 {
-        return Err(fault("version".into(), study.version.to_string(), "1"));
-    }
-    let word = |s: &str| {
-        let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
-        s.starts_with(|c: char| c.is_ascii_alphanumeric()) && s.chars().all(fits)
-    };
-    for (k, choice) in study.choices.iter().enumerate() {
-        let names = std::iter::once(&choice.name).chain(choice.options.iter().map(|o| &o.name));
-        for name in names {
-            if !word(name) {
-                let found = format!("'{name}'");
-                return Err(fault(format!("choices[{k}]"), found, "letters, digits, '-' and '.'"));
-            }
-        }
-        if choice.options.is_empty() {
-            return Err(fault(format!("choices[{k}].options"), "none".into(), "at least one"));
-        }
-    }
-    let cases = ids(study);
-    let reference = study.reference.iter().map(|r| ("reference".to_owned(), r));
-    let checked = study.checks.iter().enumerate().flat_map(|(k, check)| {
-        let named = check.cases.iter().chain(&check.against);
-        named.map(move |case| (format!("checks[{k}]"), case))
-    });
-    let followed = study.follow.iter().enumerate().flat_map(|(k, follow)| {
-        let named = follow.cases.iter().chain(std::iter::once(&follow.of));
-        named.map(move |case| (format!("follow[{k}]"), case))
-    });
-    for (place, case) in reference.chain(checked).chain(followed) {
-        if !cases.contains(case) {
-            return Err(fault(
-                place,
-                format!("'{case}'"),
-                "a case: one option of every choice, joined by '_'",
-            ));
-        }
-    }
-    match follow::fault(study) {
-        None => Ok(()),
-        Some((place, found)) => {
-            Err(fault(place, found, "at most one case to follow, and none that follows it"))
-        }
-    }
 }

@@ -118,7 +118,9 @@ mod tests {
     #[test]
     fn a_case_names_the_history_it_takes_its_increments_from() {
         let study = study(serde_json::json!([{"of": "a", "cases": ["b"]}]));
-        let cases = super::super::cases::cases(&study, std::path::Path::new("t"), false);
+        let here = std::path::Path::new("t");
+        let roots = super::super::cases::Roots { tools: here, own: here };
+        let cases = super::super::cases::cases(&study, &roots, false);
         assert_eq!(cases[1].scene["solver"]["increments_of"], "../a/run/history.csv");
         assert_eq!(cases[1].follows.as_deref(), Some("a"));
         assert!(cases[0].scene.get("solver").is_none());

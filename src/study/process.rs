@@ -1,22 +1,27 @@
-//! A process that is stopped with the study: asked to end where the study is asked to.
+//! Processes of a study: each is asked to end where the study is, and one that an earlier study left behind gives way.
 
 use std::io::{self, Read};
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use crate::run::lock;
+use crate::run::resources::alive;
+
 /// Between two looks at the process.
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// Runs `command` to its end; what it says on standard error comes back. When `stop` is set it is asked to end (the solver
-/// then leaves a checkpoint) and waited for.
+/// then leaves a checkpoint) and waited for. Its standard input stays open as long as this process lives.
 ///
 /// # Errors
 /// What the system says when the program cannot be started or waited for.
 pub(super) fn run(command: &mut Command, stop: &AtomicBool) -> io::Result<(ExitStatus, String)> {
-    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+    command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
     let mut child = command.spawn()?;
+    let _open = child.stdin.take();
     let mut pipe = child.stderr.take();
     let said = thread::spawn(move || {
         let mut said = Vec::new();
@@ -30,7 +35,7 @@ pub(super) fn run(command: &mut Command, stop: &AtomicBool) -> io::Result<(ExitS
             break status;
         }
         if stop.load(Ordering::Relaxed) && !asked {
-            ask_to_end(&mut child)?;
+            end(&mut child)?;
             asked = true;
         }
         thread::sleep(PAUSE);
@@ -39,17 +44,60 @@ pub(super) fn run(command: &mut Command, stop: &AtomicBool) -> io::Result<(ExitS
     Ok((status, String::from_utf8_lossy(&said).trim().replace('\n', " ")))
 }
 
+/// Waits until no solver works in the folder `run`; one of this machine is asked to end, so that it leaves a checkpoint.
+/// Gives the reason where the folder cannot be had.
+pub(super) fn wait_for(run: &Path, stop: &AtomicBool, say: &dyn Fn(&str)) -> Option<String> {
+    let mut asked = None;
+    while let Some(holder) = lock::holder(&lock::file_in(run)) {
+        let who = lock::named(holder.as_ref());
+        if stop.load(Ordering::Relaxed) {
+            return Some(format!("{who} still works in {}", run.display()));
+        }
+        if let Some(process) = holder {
+            match alive(&process) {
+                None if !process.host.is_empty() => {
+                    return Some(format!(
+                        "{who} works in {}; wait for it, or end it there, and give the command again",
+                        run.display()
+                    ));
+                }
+                // The name of one that is gone, until the one that works there has written its own.
+                Some(false) => {}
+                _ if asked == Some(process.id) => {}
+                _ => {
+                    say(&format!("{who} still works in its folder: asked to end, waited for"));
+                    // Where it cannot be asked it is waited for all the same.
+                    let _ = ask_to_end(process.id);
+                    asked = Some(process.id);
+                }
+            }
+        }
+        thread::sleep(PAUSE);
+    }
+    None
+}
+
 #[cfg(unix)]
-fn ask_to_end(child: &mut Child) -> io::Result<()> {
-    use rustix::process::{Pid, Signal, kill_process};
-    let pid = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
-    pid.map_or(Ok(()), |pid| kill_process(pid, Signal::TERM)).map_err(io::Error::from)
+fn end(child: &mut Child) -> io::Result<()> {
+    ask_to_end(child.id())
 }
 
 /// Where there is no signal to ask with, the last checkpoint is what the run goes on from.
 #[cfg(not(unix))]
-fn ask_to_end(child: &mut Child) -> io::Result<()> {
+fn end(child: &mut Child) -> io::Result<()> {
     child.kill()
+}
+
+#[cfg(unix)]
+fn ask_to_end(process: u32) -> io::Result<()> {
+    use rustix::process::{Pid, Signal, kill_process};
+    let pid = i32::try_from(process).ok().and_then(Pid::from_raw);
+    pid.map_or(Ok(()), |pid| kill_process(pid, Signal::TERM)).map_err(io::Error::from)
+}
+
+#[cfg(not(unix))]
+fn ask_to_end(_: u32) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 #[cfg(all(test, unix))]

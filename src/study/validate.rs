@@ -1,0 +1,274 @@
+//! What a study of forming may say: found before anything runs.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::StudyError;
+use super::cases::{Case, MOST, Roots, cases, ids};
+use super::file::Study;
+use super::follow;
+use crate::scene::check::Fault;
+use crate::scene::read::check_value;
+
+/// Checks a study, and the scene of every case of it, as it is and with `--quick`.
+///
+/// # Errors
+/// [`StudyError::Value`].
+pub(super) fn check(study: &Study, path: &Path) -> Result<(), StudyError> {
+    let all = [version, names, marks, references, scenes];
+    all.iter().try_for_each(|of| of(study)).map_err(|(place, found, allowed)| StudyError::Value {
+        path: path.to_path_buf(),
+        place,
+        found,
+        allowed,
+    })
+}
+
+fn version(study: &Study) -> Result<(), Fault> {
+    match study.version {
+        1 => Ok(()),
+        other => Err(("version".into(), other.to_string(), "1".into())),
+    }
+}
+
+/// Names of choices and options, and how many cases they make.
+fn names(study: &Study) -> Result<(), Fault> {
+    let word = |s: &str| {
+        let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
+        s.starts_with(|c: char| c.is_ascii_alphanumeric()) && s.chars().all(fits)
+    };
+    let sound = |place: String, names: &[&str]| -> Result<(), Fault> {
+        for (k, name) in names.iter().enumerate() {
+            let place = format!("{place}[{k}].name");
+            if !word(name) {
+                let allowed = "letters, digits, '-' and '.', the first a letter or digit";
+                return Err((place, format!("'{name}'"), allowed.into()));
+            }
+            if names[..k].contains(name) {
+                return Err((place, format!("'{name}' once more"), "a name of its own".into()));
+            }
+        }
+        if names.is_empty() {
+            return Err((place, "none".into(), "at least one".into()));
+        }
+        Ok(())
+    };
+    let choices: Vec<&str> = study.choices.iter().map(|c| c.name.as_str()).collect();
+    sound("choices".into(), &choices)?;
+    for (k, choice) in study.choices.iter().enumerate() {
+        let options: Vec<&str> = choice.options.iter().map(|o| o.name.as_str()).collect();
+        sound(format!("choices[{k}].options"), &options)?;
+    }
+    let counts = study.choices.iter().map(|c| c.options.len());
+    let count = counts.fold(1usize, usize::saturating_mul);
+    if count > MOST {
+        let found = format!("{count} cases");
+        return Err(("choices".into(), found, format!("at most {MOST}: fewer options")));
+    }
+    Ok(())
+}
+
+/// `{NAME}` that stands for no choice.
+fn marks(study: &Study) -> Result<(), Fault> {
+    let choices: Vec<String> = study.choices.iter().map(|c| format!("{{{}}}", c.name)).collect();
+    let changes = study.choices.iter().enumerate().flat_map(|(k, choice)| {
+        let changes = choice.options.iter().enumerate();
+        changes.filter_map(move |(j, option)| {
+            Some((format!("choices[{k}].options[{j}].change"), option.change.as_ref()?))
+        })
+    });
+    let quick = study.quick.iter().map(|q| ("quick".to_owned(), q));
+    let scene = std::iter::once(("scene".to_owned(), &study.scene));
+    for (place, value) in scene.chain(quick).chain(changes) {
+        if let Some((place, mark)) = unknown_mark(value, place, &choices) {
+            let allowed = format!("{}: a choice's name in braces", choices.join(", "));
+            return Err((place, format!("'{mark}'"), allowed));
+        }
+    }
+    Ok(())
+}
+
+/// The first text in `value` with a mark that is none of `known`: its place, and the mark.
+fn unknown_mark(value: &Value, place: String, known: &[String]) -> Option<(String, String)> {
+    match value {
+        Value::String(text) => {
+            let marks = text.match_indices('{').filter_map(|(from, _)| {
+                let to = text[from..].find('}')?;
+                Some(&text[from..=from + to])
+            });
+            let mark = marks.into_iter().find(|m| !known.iter().any(|k| k == m))?;
+            Some((place, mark.to_owned()))
+        }
+        Value::Array(list) => list
+            .iter()
+            .enumerate()
+            .find_map(|(k, value)| unknown_mark(value, format!("{place}[{k}]"), known)),
+        Value::Object(object) => object
+            .iter()
+            .find_map(|(key, value)| unknown_mark(value, format!("{place}.{key}"), known)),
+        _ => None,
+    }
+}
+
+/// Cases that are named.
+fn references(study: &Study) -> Result<(), Fault> {
+    let cases = ids(study);
+    let reference = study.reference.iter().map(|r| ("reference".to_owned(), r));
+    let checked = study.checks.iter().enumerate().flat_map(|(k, check)| {
+        let named = check.cases.iter().chain(&check.against);
+        named.map(move |case| (format!("checks[{k}]"), case))
+    });
+    let followed = study.follow.iter().enumerate().flat_map(|(k, follow)| {
+        let named = follow.cases.iter().chain(std::iter::once(&follow.of));
+        named.map(move |case| (format!("follow[{k}]"), case))
+    });
+    for (place, case) in reference.chain(checked).chain(followed) {
+        if !cases.contains(case) {
+            let allowed = "a case: one option of every choice, joined by '_'";
+            return Err((place, format!("'{case}'"), allowed.into()));
+        }
+    }
+    let allowed = "at most one case to follow, and none that follows it";
+    follow::fault(study).map_or(Ok(()), |(place, found)| Err((place, found, allowed.into())))
+}
+
+/// The scene of every case, read as the solver reads it.
+fn scenes(study: &Study) -> Result<(), Fault> {
+    let roots = Roots { tools: Path::new(""), own: Path::new("") };
+    for quick in [false, true] {
+        let all = cases(study, &roots, quick);
+        let faults: Vec<Option<Fault>> = all.iter().map(|case| fault_in(study, case)).collect();
+        if let Some(k) = faults.iter().position(Option::is_some) {
+            let bad: Vec<bool> = faults.iter().map(Option::is_some).collect();
+            let (key, found, allowed) = faults.into_iter().nth(k).flatten().unwrap_or_default();
+            let with = if quick { " with --quick" } else { "" };
+            let place = format!("{}{with}", blame(study, &all, k, &bad));
+            let key = if key.is_empty() { key } else { format!(": {key}") };
+            return Err((format!("{place}{key}"), found, allowed));
+        }
+    }
+    Ok(())
+}
+
+fn fault_in(study: &Study, case: &Case) -> Option<Fault> {
+    let scene = match check_value(&case.scene) {
+        Ok(scene) => scene,
+        Err(fault) => return Some(fault),
+    };
+    let tools: Vec<&str> = scene.tools.iter().map(|t| t.name.as_str()).collect();
+    let watched = tools.contains(&study.watch.as_str());
+    (!watched).then(|| ("watch".into(), format!("'{}'", study.watch), tools.join(", ")))
+}
+
+/// Where the fault of the case `k` comes from: the scene where all cases have one, else the options that no case without
+/// a fault has, or all it has.
+fn blame(study: &Study, all: &[Case], k: usize, bad: &[bool]) -> String {
+    let case = &all[k];
+    if bad.iter().all(|b| *b) {
+        return format!("scene of every case (first {})", case.id);
+    }
+    let options = || study.choices.iter().zip(&case.options).enumerate();
+    let said = |(_, (choice, option)): (_, (&super::file::Choice, &String))| {
+        format!("{} = {option}", choice.name)
+    };
+    let guilty = |j: usize, option: &String| {
+        all.iter().zip(bad).all(|(other, bad)| *bad || other.options[j] != *option)
+    };
+    let mut by: Vec<String> =
+        options().filter(|(j, (_, option))| guilty(*j, option)).map(said).collect();
+    if by.is_empty() {
+        by = options().map(said).collect();
+    }
+    format!("scene of the case {} (by {})", case.id, by.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn study() -> Value {
+        serde_json::json!({
+            "format": "kanagata-study", "version": 1, "name": "s", "watch": "die",
+            "scene": {
+                "format": "kanagata-scene", "version": 1, "name": "",
+                "blank": {
+                    "shape": {"rectangle": {"size_mm": [10.0, 10.0], "elements": [2, 2]}},
+                    "thickness_mm": 1.0
+                },
+                "material": "mild-steel-neto2012",
+                "tools": [{"name": "die", "file": "{model}/die.json", "direction": [0, 0, 1]}],
+                "stages": [{"name": "draw", "drive": {"die": {"travel_mm": 1.0}}}],
+            },
+            "choices": [
+                {"name": "model", "options": [{"name": "a"}, {"name": "b"}]},
+                {"name": "layers", "options": [
+                    {"name": "1"}, {"name": "2", "change": {"blank": {"layers": 2}}}
+                ]},
+            ],
+        })
+    }
+
+    fn fault(change: impl Fn(&mut Value)) -> String {
+        let mut value = study();
+        change(&mut value);
+        let study = serde_json::from_value(value).unwrap();
+        check(&study, Path::new("s.json")).map_or_else(|e| e.to_string(), |()| String::new())
+    }
+
+    fn holds(message: &str, words: &[&str]) {
+        assert!(words.iter().all(|w| message.contains(w)), "{message}: {words:?}");
+    }
+
+    #[test]
+    fn names_are_names_of_their_own() {
+        assert_eq!(fault(|_| ()), "");
+        let twice = fault(|s| s["choices"][0]["options"][1]["name"] = "a".into());
+        holds(&twice, &["s.json, choices[0].options[1].name", "'a' once more"]);
+        let twice = fault(|s| s["choices"][1]["name"] = "model".into());
+        holds(&twice, &["choices[1].name", "'model' once more"]);
+        holds(&fault(|s| s["choices"] = serde_json::json!([])), &["choices: found none"]);
+        holds(&fault(|s| s["choices"][0]["options"] = serde_json::json!([])), &["options: found"]);
+        holds(&fault(|s| s["choices"][0]["name"] = "a/b".into()), &["'a/b'", "letters, digits"]);
+        let many: Vec<Value> =
+            (0..101).map(|k| serde_json::json!({"name": k.to_string()})).collect();
+        let many = fault(|s| {
+            s["choices"][0]["options"] = many.clone().into();
+            s["choices"][1]["options"] = many.clone().into();
+        });
+        holds(&many, &["10201 cases", "at most 10000"]);
+    }
+
+    #[test]
+    fn marks_stand_for_choices() {
+        let wrong = fault(|s| s["scene"]["tools"][0]["file"] = "{modle}/die.json".into());
+        holds(&wrong, &["scene.tools[0].file", "'{modle}'", "{model}, {layers}"]);
+        let change = serde_json::json!({"name": "x {Model}"});
+        let wrong = fault(|s| s["choices"][1]["options"][0]["change"] = change.clone());
+        holds(&wrong, &["choices[1].options[0].change.name", "'{Model}'"]);
+        holds(&fault(|s| s["quick"] = serde_json::json!({"name": "{}"})), &["quick.name", "'{}'"]);
+    }
+
+    #[test]
+    fn scenes_of_all_cases_are_read_and_faults_named_by_case_and_option() {
+        let key = serde_json::json!({"blank": {"layerz": 2}});
+        let wrong = fault(|s| s["choices"][1]["options"][1]["change"] = key.clone());
+        holds(&wrong, &["s.json, scene of the case a_2 (by layers = 2)", "layerz", "allowed"]);
+        assert!(!wrong.contains("--quick"), "{wrong}");
+        let wrong = fault(|s| s["quick"] = key.clone());
+        holds(&wrong, &["every case", "with --quick", "layerz"]);
+        let none = serde_json::json!({"blank": {"layers": 0}});
+        let wrong = fault(|s| s["choices"][0]["options"][1]["change"] = none.clone());
+        // The option 2 of layers puts it right.
+        holds(&wrong, &["the case b_1 (by model = b, layers = 1): blank", "at least 1"]);
+        holds(&fault(|s| s["scene"]["material"] = "cheese".into()), &["material", "cheese"]);
+        holds(&fault(|s| s["watch"] = "punch".into()), &["watch: found 'punch'", "allowed: die"]);
+    }
+
+    #[test]
+    fn cases_that_are_named_are_there() {
+        holds(&fault(|s| s["reference"] = "a".into()), &["reference: found 'a'", "joined by '_'"]);
+        let follow = serde_json::json!([{"of": "a_1", "cases": ["a_1"]}]);
+        holds(&fault(|s| s["follow"] = follow.clone()), &["follow[0].cases", "follows itself"]);
+    }
+}

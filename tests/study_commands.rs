@@ -1,0 +1,334 @@
+//! `kanagata study` from end to end: what is run, what is not run again, what goes on, what is refused.
+
+mod bend;
+mod command;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use command::{fixture, kanagata};
+use serde_json::{Value, json};
+
+/// A study of bends: cases by the name of their tools' folder, with what each changes of the scene.
+struct Bends {
+    folder: tempfile::TempDir,
+}
+
+impl Bends {
+    /// Largest increments of `share` of a stage; two to eleven of them go through the strip in a fraction of a second.
+    fn new(cases: &[(&str, Value)], share: f64) -> Self {
+        let bends = Self { folder: tempfile::tempdir().unwrap() };
+        let mut scene = bend::scene("{tools}");
+        scene["stages"] = json!([{
+            "name": "bend", "drive": {"plane": {"travel_mm": 1.0}}, "largest_increment": share,
+        }]);
+        scene["output"] = json!({"vtu_every": 0, "checkpoint_every": 1});
+        let options: Vec<Value> =
+            cases.iter().map(|(name, change)| json!({"name": name, "change": change})).collect();
+        let study = json!({
+            "format": "kanagata-study", "version": 1, "name": "bends", "watch": "plane",
+            "scene": scene, "choices": [{"name": "tools", "options": options}],
+        });
+        fs::write(bends.at("study.json"), study.to_string()).unwrap();
+        cases.iter().for_each(|(name, _)| bends.put_tools(name));
+        bends
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn put_tools(&self, case: &str) {
+        fs::create_dir_all(self.at(case)).unwrap();
+        bend::write_tools(&self.at(case));
+    }
+
+    /// The folder of a case's run.
+    fn run_of(&self, case: &str) -> PathBuf {
+        self.at("out/cases").join(case).join("run")
+    }
+
+    fn arguments(&self) -> Vec<String> {
+        let path = |name: &str| self.at(name).to_str().unwrap().to_owned();
+        vec!["study".into(), path("study.json"), "-o".into(), path("out")]
+    }
+
+    /// Exit code, output and errors of the study.
+    fn study(&self, options: &[&str]) -> (i32, String, String) {
+        let arguments = self.arguments();
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        kanagata(&[&arguments[..], options].concat())
+    }
+
+    /// Cases that a study has begun; it must end with `code`.
+    fn begun(&self, options: &[&str], code: i32) -> String {
+        let (found, text, errors) = self.study(options);
+        assert_eq!(found, code, "{options:?}: {text}{errors}");
+        let mut begun: Vec<&str> =
+            text.lines().filter_map(|l| l.strip_suffix(": begins")).collect();
+        begun.sort_unstable();
+        begun.join(" ")
+    }
+
+    /// State and reason of a case in `study.csv`.
+    fn row(&self, case: &str) -> (String, String) {
+        let text = fs::read_to_string(self.at("out/study.csv")).unwrap();
+        let column = |name: &str| text.lines().next().unwrap().split(',').position(|c| c == name);
+        let row = text.lines().find(|l| l.starts_with(&format!("{case},"))).unwrap();
+        let cells: Vec<&str> = row.split(',').collect();
+        let reason = column("reason").unwrap();
+        (cells[column("state").unwrap()].to_owned(), cells[reason..].join(","))
+    }
+}
+
+/// A page without what stands in its scripts.
+fn markup(page: &str) -> String {
+    let mut out = String::new();
+    let mut rest = page;
+    while let Some(at) = rest.find("<script") {
+        let open = at + rest[at..].find('>').unwrap() + 1;
+        out += &rest[..open];
+        rest = &rest[open + rest[open..].find("</script>").unwrap()..];
+    }
+    out + rest
+}
+
+/// The page is whole by itself: it loads nothing from elsewhere.
+fn check_page(page: &Path) {
+    let text = fs::read_to_string(page).unwrap();
+    assert!(text.trim_end().ends_with("</html>") && text.contains("Plotly.newPlot"));
+    let markup = markup(&text);
+    for what in ["http:", "https:", "src=", "<link", "url(", "@import"] {
+        assert!(!markup.contains(what), "{what} in {}", page.display());
+    }
+}
+
+#[test]
+fn cases_that_are_done_are_run_again_only_where_something_has_changed() {
+    let bends = Bends::new(&[("a", json!({})), ("b", json!({}))], 0.5);
+    assert_eq!(bends.begun(&["--jobs", "2"], 0), "a b");
+    assert_eq!((bends.row("a").0, bends.row("b").0), ("done".into(), "done".into()));
+    check_page(&bends.at("out/study.html"));
+    assert_eq!(bends.begun(&[], 0), "");
+    let tool = bends.at("b/plane.tool.json");
+    let text = fs::read_to_string(&tool).unwrap();
+    fs::write(&tool, format!("{text}\n")).unwrap();
+    assert_eq!(bends.begun(&[], 0), "b");
+    fs::remove_dir_all(bends.at("out/cases/a")).unwrap();
+    assert_eq!(bends.begun(&[], 0), "a");
+    // What the runs say of themselves is enough.
+    fs::remove_file(bends.at("out/manifest.json")).unwrap();
+    assert_eq!(bends.begun(&[], 0), "");
+    fs::write(bends.at("out/manifest.json"), "{\"cases\": {").unwrap();
+    let (code, _, errors) = bends.study(&["--collect"]);
+    assert!(code == 2 && errors.contains("manifest.json, line 1"), "{errors}");
+    let (code, text, _) = bends.study(&[]);
+    assert!(code == 0 && !text.contains("begins"), "{text}");
+    assert!(text.contains("warning") && text.contains("manifest.damaged.json"), "{text}");
+    for file in ["out/study.csv", "out/study.html"] {
+        fs::remove_file(bends.at(file)).unwrap();
+    }
+    fs::remove_file(&tool).unwrap();
+    assert_eq!(bends.begun(&["--collect"], 0), "");
+    assert_eq!(bends.row("b").0, "done");
+    assert!(bends.at("out/study.html").exists());
+}
+
+#[test]
+fn a_name_in_full_runs_one_case_and_an_unknown_one_none() {
+    let bends = Bends::new(&[("a", json!({})), ("a-2", json!({})), ("b", json!({}))], 0.5);
+    let (code, _, errors) = bends.study(&["--only", "nosuch"]);
+    assert_eq!(code, 2, "{errors}");
+    assert!(errors.contains("--only: found 'nosuch'") && errors.contains("a, a-2, b"), "{errors}");
+    assert!(!bends.at("out").exists());
+    let (code, _, errors) = bends.study(&["--only", "a", "--collect"]);
+    assert!(code == 2 && errors.contains("--collect"), "{errors}");
+    assert_eq!(bends.study(&["--jobs", "0"]).0, 2);
+    assert_eq!(bends.begun(&["--only", "a"], 0), "a");
+    assert_eq!(bends.row("a-2").0, "waiting");
+    assert_eq!(bends.begun(&["--only", "a-"], 0), "a-2");
+    // From the study's folder, by its bare name.
+    let mut here = assert_cmd::Command::cargo_bin("kanagata").unwrap();
+    let done = here.current_dir(bends.folder.path()).args(["study", "study.json", "-o", "out"]);
+    let done = done.output().unwrap();
+    let text = String::from_utf8_lossy(&done.stdout);
+    assert!(done.status.success() && text.contains("b: begins"), "{text}");
+    assert!(!text.contains("a: begins"), "{text}");
+}
+
+#[test]
+fn a_case_that_fails_is_a_row_with_its_reason() {
+    let few = json!({"solver": {"increments": 2}});
+    let bends = Bends::new(&[("few", few), ("good", json!({})), ("lost", json!({}))], 0.5);
+    fs::remove_dir_all(bends.at("lost")).unwrap();
+    assert_eq!(bends.begun(&[], 3), "few good");
+    let (state, reason) = bends.row("few");
+    assert!(state == "failed" && reason.contains("raise solver.increments"), "{reason}");
+    let (state, reason) = bends.row("lost");
+    assert!(state == "failed" && reason.contains("tools[0].file"), "{reason}");
+    assert!(reason.contains("lost/post.tool.json") && reason.contains("--tools"), "{reason}");
+    assert_eq!(bends.row("good"), ("done".into(), String::new()));
+    let (code, text, _) = bends.study(&[]);
+    assert!(code == 3 && !text.contains("begins"), "{text}");
+    assert!(text.contains("lost: failed: tools[0].file"), "{text}");
+    assert_eq!(bends.begun(&["--again"], 3), "few");
+    bends.put_tools("lost");
+    assert_eq!(bends.begun(&[], 3), "lost");
+    assert_eq!(bends.row("lost").0, "done");
+}
+
+#[test]
+fn what_has_no_meaning_or_is_mistyped_is_refused_before_anything_runs() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().join("out");
+    let to = folder.to_str().unwrap();
+    for (file, format) in [("patches", "kanagata-patches"), ("stability", "kanagata-stability")] {
+        let file = fixture(&format!("studies/{file}.json"));
+        for option in [&["--only", "x"][..], &["--quick"], &["--collect"], &["--jobs", "1"]] {
+            let (code, _, errors) = kanagata(&[&["study", &file, "-o", to], option].concat());
+            assert_eq!(code, 2, "{errors}");
+            assert!(errors.contains(format) && errors.contains(option[0]), "{errors}");
+            assert!(errors.contains("allowed: -o"), "{errors}");
+        }
+    }
+    let bends = Bends::new(&[("a", json!({})), ("b", json!({"blank": {"layerz": 1}}))], 0.5);
+    let (code, _, errors) = bends.study(&[]);
+    assert_eq!(code, 2);
+    for word in ["study.json", "the case b", "tools = b", "layerz"] {
+        assert!(errors.contains(word), "{word}: {errors}");
+    }
+    let text = fs::read_to_string(bends.at("study.json")).unwrap();
+    fs::write(bends.at("study.json"), text.replace("{tools}", "{tolls}")).unwrap();
+    let (code, _, errors) = bends.study(&[]);
+    assert!(code == 2 && errors.contains("'{tolls}'") && errors.contains("{tools}"), "{errors}");
+    let (code, _, errors) = bends.study(&["--tools", "nosuch"]);
+    assert!(code == 2 && !errors.contains("nosuch"), "the study file comes first: {errors}");
+    assert!(!folder.exists() && !bends.at("out").exists());
+}
+
+#[cfg(target_os = "linux")]
+mod processes {
+    use super::*;
+    use kanagata::run::lock;
+    use kanagata::run::status::{State, Status, status};
+    use std::process::{Child, Command, Stdio};
+    use std::time::{Duration, Instant, SystemTime};
+
+    /// A study that would go on for a minute.
+    fn long() -> Bends {
+        Bends::new(&[("a", json!({}))], 0.001)
+    }
+
+    fn begin(bends: &Bends) -> Child {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata"));
+        command.args(bends.arguments()).stdout(Stdio::null()).stderr(Stdio::piped());
+        command.spawn().unwrap()
+    }
+
+    fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+        let start = Instant::now();
+        loop {
+            if let Some(found) = look() {
+                return found;
+            }
+            assert!(start.elapsed() < Duration::from_secs(60), "{what}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Waits until the run is at work and has done some increments more than `before`.
+    fn at_work(bends: &Bends, before: usize) -> Status {
+        until("no run at work", || {
+            let now = status(&bends.run_of("a")).ok()?;
+            let works = now.state == State::Running && now.increment > before + 1;
+            (works && now.checkpoint.is_some()).then_some(now)
+        })
+    }
+
+    fn signal(process: u32, name: &str) {
+        let done = Command::new("kill").args([name, &process.to_string()]).status().unwrap();
+        assert!(done.success());
+    }
+
+    /// When the run was begun: its tools are written then, and not when it goes on.
+    fn begun_at(bends: &Bends) -> SystemTime {
+        fs::metadata(bends.run_of("a").join("tools/plane.vtu")).unwrap().modified().unwrap()
+    }
+
+    /// Has the study go on by some increments.
+    fn go_on(bends: &Bends, before: &Status) {
+        let mut study = begin(bends);
+        at_work(bends, before.increment);
+        signal(study.id(), "-TERM");
+        assert_eq!(study.wait().unwrap().code(), Some(5));
+    }
+
+    #[test]
+    fn a_study_that_is_asked_to_end_leaves_checkpoints_and_goes_on() {
+        let bends = long();
+        let mut study = begin(&bends);
+        at_work(&bends, 0);
+        assert!(bends.at("out/manifest.json").exists(), "written before the first case begins");
+        let (code, _, errors) = bends.study(&[]);
+        assert!(code == 4 && errors.contains("works in this folder"), "{errors}");
+        let (begun, seen) = (begun_at(&bends), Instant::now());
+        signal(study.id(), "-TERM");
+        assert_eq!(study.wait().unwrap().code(), Some(5));
+        assert!(seen.elapsed() < Duration::from_secs(20));
+        let stopped = status(&bends.run_of("a")).unwrap();
+        assert_eq!(stopped.state, State::Stopped);
+        assert!(stopped.checkpoint.as_ref().is_some_and(|c| c.increment == stopped.increment));
+        go_on(&bends, &stopped);
+        assert_eq!(begun_at(&bends), begun);
+    }
+
+    #[test]
+    fn a_study_that_is_killed_takes_its_solver_with_it_and_goes_on() {
+        let bends = long();
+        let mut study = begin(&bends);
+        at_work(&bends, 0);
+        let begun = begun_at(&bends);
+        study.kill().unwrap();
+        study.wait().unwrap();
+        let run = lock::file_in(&bends.run_of("a"));
+        until("the solver goes on", || lock::holder(&run).is_none().then_some(()));
+        let stopped = status(&bends.run_of("a")).unwrap();
+        assert_eq!(stopped.state, State::Stopped);
+        go_on(&bends, &stopped);
+        assert_eq!(begun_at(&bends), begun);
+    }
+
+    #[test]
+    fn a_solver_that_was_left_behind_gives_way() {
+        let bends = long();
+        let mut study = begin(&bends);
+        let before = at_work(&bends, 0);
+        signal(study.id(), "-TERM");
+        study.wait().unwrap();
+        let solver = || {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
+            command.arg("run").arg(bends.at("out/cases/a/case.scene.json")).arg("-o");
+            command.arg(bends.run_of("a")).args(["-q", "--restart"]);
+            command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+            command
+        };
+        let mut left = solver().spawn().unwrap();
+        let now = at_work(&bends, before.increment);
+        let second = solver().output().unwrap();
+        let said = String::from_utf8_lossy(&second.stderr);
+        assert_eq!(second.status.code(), Some(4), "{said}");
+        assert!(said.contains("works in this folder") && said.contains("-o"), "{said}");
+        assert!(said.contains(&format!("process {}", left.id())), "{said}");
+        let begun = begun_at(&bends);
+        let mut study = begin(&bends);
+        let run = lock::file_in(&bends.run_of("a"));
+        until("the solver stays", || {
+            lock::holder(&run).flatten().filter(|process| process.id != left.id())
+        });
+        at_work(&bends, now.increment);
+        signal(study.id(), "-TERM");
+        assert_eq!(study.wait().unwrap().code(), Some(5));
+        assert_eq!(left.wait().unwrap().code(), Some(5), "it leaves a checkpoint");
+        assert_eq!(begun_at(&bends), begun);
+    }
+}

@@ -11,6 +11,7 @@ pub mod folder;
 pub mod line;
 pub mod report;
 pub mod resources;
+pub mod springback;
 pub mod status;
 
 use std::path::{Path, PathBuf};
@@ -25,6 +26,7 @@ use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
 use checkpoint::CheckpointError;
 use folder::{PROGRAM, RunFolder, inputs};
+use springback::Springback;
 
 /// Why a run ends early.
 #[non_exhaustive]
@@ -117,6 +119,7 @@ pub fn run(
     } else {
         (Vec::new(), None)
     };
+    let springback = Springback::of(&setup.stages);
     let mut simulation = Simulation::new(setup).map_err(failed)?;
     let mut folder = if options.restart {
         let checkpoint = checkpoint::read(output, &inputs(plan), PROGRAM)?;
@@ -125,7 +128,7 @@ pub fn run(
         folder.resume();
         folder
     } else {
-        let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
+        let folder = RunFolder::create(output, plan, scene_path, (unknowns, springback))?;
         checkpoint::remove(output);
         folder.write_tools(plan, &simulation)?;
         folder

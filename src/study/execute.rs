@@ -167,7 +167,7 @@ fn execute_rank(
 }
 
 /// SHA-256 of the scene, its tool files and the history it follows.
-fn digest(case: &Case, study: &Path) -> Result<String, StudyError> {
+pub(super) fn digest(case: &Case, study: &Path) -> Result<String, StudyError> {
     let mut all = serde_json::to_vec(&case.scene).unwrap_or_default();
     let tools = case.scene.get("tools").and_then(serde_json::Value::as_array);
     let files = tools.into_iter().flatten().filter_map(|tool| tool.get("file")?.as_str());

@@ -99,7 +99,7 @@ table{border-collapse:collapse;font-size:14px;margin:8px 0}th,td{padding:3px 12p
 border-bottom:1px solid #e6eaef}th{color:#5a6675;font-weight:600}td.n{text-align:right;\
 font-variant-numeric:tabular-nums}p{max-width:75ch}\
 .wide{overflow-x:auto;max-width:100%}.wide th{vertical-align:bottom}\
-.wide th:first-child,.wide td:first-child{position:sticky;left:0;background:#fff}";
+.wide th:first-child,.wide td:first-child{position:sticky;left:0;background:#fff;min-width:9em}";
 
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

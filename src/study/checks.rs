@@ -113,9 +113,9 @@ impl Check {
     #[must_use]
     pub fn allowed(&self) -> String {
         match (self.at_least, self.at_most) {
-            (Some(a), Some(b)) => format!("{a} to {b}"),
-            (Some(a), None) => format!("at least {a}"),
-            (None, Some(b)) => format!("at most {b}"),
+            (Some(a), Some(b)) => format!("{a:?} to {b:?}"),
+            (Some(a), None) => format!("at least {a:?}"),
+            (None, Some(b)) => format!("at most {b:?}"),
             (None, None) => "anything".into(),
         }
     }

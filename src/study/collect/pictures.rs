@@ -121,13 +121,17 @@ pub(super) fn bars(rows: &[Row<'_>]) -> Vec<(&'static str, Bars)> {
     out
 }
 
+/// Processor time, shared out as the phases share the wall time: the clocks of phases stand while other work has the
+/// processor, which would make a case that ran beside it look dear.
 fn time(done: &[(&Row<'_>, &RunRecord)]) -> Bars {
-    let of = |k: usize| done.iter().map(|(_, record)| seconds(record, k)).collect();
+    let share =
+        |r: &RunRecord, wall: f64| if r.wall_s > 0.0 { r.cpu_s * wall / r.wall_s } else { 0.0 };
+    let of = |k: usize| done.iter().map(|(_, r)| share(r, seconds(r, k))).collect();
     let phases = PHASES.iter().enumerate().map(|(k, (_, name))| ((*name).to_owned(), of(k)));
-    let rest = done.iter().map(|(_, record)| rest(record)).collect();
+    let rest = done.iter().map(|(_, r)| share(r, rest(r))).collect();
     Bars {
         title: "Total time by phase".into(),
-        x: "wall time [s]".into(),
+        x: "processor time [s], by the phases' shares of wall time".into(),
         names: done.iter().map(|(row, _)| row.case.id.clone()).collect(),
         parts: phases.chain([("rest".to_owned(), rest)]).collect(),
         stacked: true,

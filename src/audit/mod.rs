@@ -20,6 +20,7 @@
 pub mod clearance;
 mod gaps;
 mod jumps;
+pub mod map;
 pub mod page;
 pub mod reference;
 mod refine;

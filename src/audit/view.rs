@@ -7,14 +7,15 @@ use crate::report::{CellKind, DataArray, Vtu};
 use crate::tool::ToolModel;
 
 /// Grid points of all patches and the cells between them; points that could not be compared carry NaN.
-struct Cut {
-    points: Vec<Vec3>,
-    delta: Vec<f64>,
+pub(super) struct Cut {
+    pub(super) points: Vec<Vec3>,
+    pub(super) delta: Vec<f64>,
     normal: Vec<f64>,
-    cells: Vec<(usize, Vec<usize>)>,
+    /// Patch and points of each.
+    pub(super) cells: Vec<(usize, Vec<usize>)>,
 }
 
-fn cut(tool: &ToolModel, samples: &[PatchSamples]) -> Cut {
+pub(super) fn cut(tool: &ToolModel, samples: &[PatchSamples]) -> Cut {
     let mut out = Cut { points: vec![], delta: vec![], normal: vec![], cells: vec![] };
     for (id, (patch, grid)) in tool.patches.iter().zip(samples).enumerate() {
         let start = out.points.len();

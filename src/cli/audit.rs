@@ -7,7 +7,9 @@ use super::exit::{EXIT_HELP, Exit, Failure};
 use super::quantity::{angle_deg, length_mm};
 use super::say::{err, out};
 use crate::audit::clearance::{ClearanceOptions, ClearanceReport, clearance};
-use crate::audit::{Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, page, view};
+use crate::audit::{
+    Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, map, page, view,
+};
 use crate::contact::ToolSurface;
 use crate::files::{sha256_hex, write_atomic};
 use crate::geometry::Vec3;
@@ -27,7 +29,7 @@ pub struct AuditArgs {
     #[arg(long, value_name = "FILE", required_unless_present = "against")]
     cad: Option<PathBuf>,
     /// Clearance to this tool file at the end of --travel, against --thickness; exit code 1 below it
-    #[arg(long, value_name = "TOOL", requires = "thickness", conflicts_with_all = ["cad", "vtu", "html"])]
+    #[arg(long, value_name = "TOOL", requires = "thickness", conflicts_with_all = ["cad", "vtu", "html", "map"])]
     against: Option<PathBuf>,
     /// Travel of the tools, as 0,0,-60 [mm]
     #[arg(long, value_name = "X,Y,Z", value_parser = vector_mm, allow_hyphen_values = true, requires = "against")]
@@ -53,6 +55,9 @@ pub struct AuditArgs {
     /// Write the patches coloured by their error
     #[arg(long, value_name = "FILE")]
     vtu: Option<PathBuf>,
+    /// Write a map (SVG): the tool seen along -z, coloured by its shape error
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
     /// Write a page with tables, histogram and a 3-D view
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
@@ -77,9 +82,9 @@ impl From<ToolFileError> for Failure {
 /// Exit code 2 for bad input, 4 when files cannot be read or written.
 pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
     let several = args.tools.len() > 1;
-    if several && (args.vtu.is_some() || args.html.is_some()) {
+    if several && (args.vtu.is_some() || args.html.is_some() || args.map.is_some()) {
         return Err(Failure::input(
-            "--vtu and --html with several tools; allowed: with one; the table is printed, --json writes a list",
+            "--vtu, --map and --html with several tools; allowed: with one; the table is printed, --json writes a list",
         ));
     }
     let exits = match (&args.against, args.thickness, &args.cad) {
@@ -301,6 +306,10 @@ fn write_pictures(
 ) -> Result<(), Failure> {
     if let Some(path) = &args.vtu {
         view::grid(tool, &found.samples).write(path)?;
+    }
+    if let Some(path) = &args.map {
+        let text = map::svg(tool, found);
+        write_atomic(path, |w| w.write_all(text.as_bytes()))?;
     }
     if let Some(path) = &args.html {
         page::page(tool, found).write(path)?;

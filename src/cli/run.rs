@@ -171,12 +171,22 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
     for (phase, seconds) in &record.timings_s {
         out!("    {phase:10} {seconds:7.2} s");
     }
+    let volume =
+        record.volume_balance.map_or(String::new(), |off| format!(", volume to {off:.1e}"));
     out!(
-        "  forces balance to {:.1e}, energy to {:.1e}, penetration at most {:.1e} mm",
+        "  forces balance to {:.1e}, energy to {:.1e}{volume}, penetration at most {:.1e} mm",
         record.force_balance,
         record.energy_balance,
         record.penetration_mm
     );
+    if let Some(s) = &record.springback {
+        out!(
+            "  springback: {:.3} mm at most, {:.3} mm RMS; {:.0} N mm of elastic energy given back",
+            s.largest_mm,
+            s.rms_mm,
+            s.energy_nmm
+        );
+    }
     if record.snaps > 0 {
         out!(
             "  the sheet moved on by itself {} times (snapped, or sprang back): {:.1} N mm set free",

@@ -10,9 +10,9 @@ use plotters::prelude::*;
 
 use crate::files::{WriteError, write_atomic};
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// What the drawing library says; writing to a string it has nothing to say.
-type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
+pub(super) type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 /// One panel of coloured cells.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,8 +58,8 @@ const LEGEND: u32 = 96;
 /// Colours told apart, less one.
 const SHADES: f64 = 32.0;
 /// Width of the names beside a chart.
-const NAMES: u32 = 170;
-const COLORS: [RGBColor; 12] = [
+pub(super) const NAMES: u32 = 170;
+pub(super) const COLORS: [RGBColor; 12] = [
     RGBColor(31, 119, 180),
     RGBColor(214, 39, 40),
     RGBColor(44, 160, 44),
@@ -267,7 +267,7 @@ fn color_of(k: usize, line: &Line) -> RGBColor {
 }
 
 /// The lines' names and colours, one below the other.
-fn draw_names(area: &Area<'_>, lines: &[Line]) -> Drawn {
+pub(super) fn draw_names(area: &Area<'_>, lines: &[Line]) -> Drawn {
     for (k, line) in lines.iter().enumerate() {
         let y = 44 + 20 * k as i32;
         let color = color_of(k, line);
@@ -282,7 +282,7 @@ fn draw_names(area: &Area<'_>, lines: &[Line]) -> Drawn {
 }
 
 /// A number as short as an axis wants it.
-struct Short(f64);
+pub(super) struct Short(pub(super) f64);
 
 impl Display for Short {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -295,7 +295,7 @@ impl Display for Short {
     }
 }
 
-fn write_svg(
+pub(super) fn write_svg(
     path: &Path,
     size: (u32, u32),
     draw: impl FnOnce(&Area<'_>) -> Drawn,

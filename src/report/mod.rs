@@ -1,5 +1,6 @@
 //! What people look at: history, VTU, HTML. Knows neither CAD nor solver.
 
+pub mod bars;
 pub mod charts;
 pub mod drawing;
 pub mod page;

@@ -35,9 +35,10 @@ impl Page {
         let _ = writeln!(self.body, "<p>{}</p>", escape(text));
     }
 
-    /// A table; cells that parse as numbers are set flush right.
+    /// A table; cells that parse as numbers are set flush right. One wider than the page scrolls in a box of its own, its
+    /// first column staying where it is.
     pub fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
-        self.body.push_str("<table><thead><tr>");
+        self.body.push_str("<div class=\"wide\"><table><thead><tr>");
         for cell in head {
             let _ = write!(self.body, "<th>{}</th>", escape(cell));
         }
@@ -50,7 +51,7 @@ impl Page {
             }
             self.body.push_str("</tr>\n");
         }
-        self.body.push_str("</tbody></table>\n");
+        self.body.push_str("</tbody></table></div>\n");
     }
 
     /// A plot from plotly traces and layout, `height` in CSS pixels.
@@ -96,7 +97,9 @@ main{max-width:1080px;margin:0 auto;padding:24px}h1{font-size:28px;margin:0 0 8p
 h2{font-size:20px;margin:32px 0 8px;border-bottom:1px solid #d5dbe3;padding-bottom:4px}\
 table{border-collapse:collapse;font-size:14px;margin:8px 0}th,td{padding:3px 12px 3px 0;text-align:left;\
 border-bottom:1px solid #e6eaef}th{color:#5a6675;font-weight:600}td.n{text-align:right;\
-font-variant-numeric:tabular-nums}p{max-width:75ch}";
+font-variant-numeric:tabular-nums}p{max-width:75ch}\
+.wide{overflow-x:auto;max-width:100%}.wide th{vertical-align:bottom}\
+.wide th:first-child,.wide td:first-child{position:sticky;left:0;background:#fff;min-width:9em}";
 
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
@@ -116,6 +119,7 @@ mod tests {
         assert!(html.contains("<title>a &lt;b&gt; &amp; &quot;c&quot;</title>"));
         assert!(html.contains("<td class=\"n\">1.5</td>") && html.contains("&lt;/td&gt;"));
         assert!(html.contains("<\\/script>"));
+        assert!(html.contains("<div class=\"wide\"><table>") && html.contains("position:sticky"));
         assert!(!html.contains("<script src") && !html.contains("<link"));
         assert!(html.len() > 1_000_000, "the plotting script is inside");
     }

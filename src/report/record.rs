@@ -212,6 +212,20 @@ pub struct Process {
     pub host: String,
 }
 
+/// How far the sheet has sprung back since its tools were let go. Rigid motions that no symmetry plane holds are held at as few
+/// nodes as that takes, the first of the mesh where several serve.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SpringbackRecord {
+    /// Largest displacement of a node [mm].
+    pub largest_mm: f64,
+    /// RMS of the displacements of all nodes [mm].
+    pub rms_mm: f64,
+    /// Forces of the tools let go, summed without regard to sign, of the whole process [N].
+    pub force_n: f64,
+    /// Elastic energy given back, of the whole process [N mm].
+    pub energy_nmm: f64,
+}
+
 /// `run.json`: what went in, what it cost, how it ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunRecord {
@@ -255,7 +269,9 @@ pub struct RunRecord {
     pub cpu_s: f64,
     /// Largest memory of the process [MB].
     pub peak_mb: f64,
-    /// Wall time by phase [s].
+    /// Wall time by phase [s]: `search` (global search of the tools and projection on their patches, which alternate node by
+    /// node), `contact` (its conditions), `elements` (element loop and assembly of the matrix), `factor`, `update` (factors
+    /// brought up to date), `solve` (substitution).
     pub timings_s: BTreeMap<String, f64>,
     /// Threads used.
     pub threads: usize,
@@ -265,8 +281,16 @@ pub struct RunRecord {
     pub force_balance: f64,
     /// Energy that does not close, as a share of the work done.
     pub energy_balance: f64,
+    /// Volume of the sheet that does not balance, as a share of it, largest over the increments: volumes of the elements
+    /// against what the elastic strains of their points leave of the undeformed ones, summed without regard to sign.
+    /// None for a material without plasticity.
+    #[serde(default)]
+    pub volume_balance: Option<f64>,
     /// Deepest penetration of a node at the end of an increment [mm].
     pub penetration_mm: f64,
+    /// From the last balance with tools to the present one without; none while tools are there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub springback: Option<SpringbackRecord>,
     /// Order of convergence of the Newton iteration: median over the increments that show one (a quadratic
     /// iteration has 2).
     pub convergence_order: Option<f64>,

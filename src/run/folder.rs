@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::RunError;
 use super::fields;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
+use super::springback::Springback;
 use crate::files::{WriteError, sweep};
 use crate::report::record::{
     Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
@@ -41,6 +42,7 @@ pub struct RunFolder {
     orders: Vec<f64>,
     /// Wall and processor time of the processes before this one [s].
     spent_s: [f64; 2],
+    springback: Springback,
 }
 
 /// Name and version of the program.
@@ -67,7 +69,7 @@ impl RunFolder {
         path: &Path,
         plan: &Plan,
         scene: &Path,
-        unknowns: usize,
+        (unknowns, springback): (usize, Springback),
     ) -> Result<Self, RunError> {
         for folder in [path.to_path_buf(), path.join("steps"), path.join("tools")] {
             fs::create_dir_all(&folder)
@@ -86,6 +88,7 @@ impl RunFolder {
             iterations: Vec::new(),
             orders: Vec::new(),
             spent_s: [0.0; 2],
+            springback,
         };
         folder.record.write(&path.join("run.json"))?;
         Ok(folder)
@@ -221,6 +224,9 @@ impl RunFolder {
         record.energy_balance = if work > 0.0 { open / work } else { 0.0 };
         let deepest = report.history.last().map_or(0.0, |last| last.penetration);
         record.penetration_mm = record.penetration_mm.max(deepest);
+        let volume = report.volume_balance.map(|off| off.max(record.volume_balance.unwrap_or(0.0)));
+        record.volume_balance = volume.or(record.volume_balance);
+        record.springback = self.springback.take(report);
     }
 
     /// Takes the increment that the solver gave up: what it cost, and the iterations of its last attempt.
@@ -300,7 +306,9 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         unknowns,
         force_balance: 0.0,
         energy_balance: 0.0,
+        volume_balance: None,
         penetration_mm: 0.0,
+        springback: None,
         convergence_order: None,
         inputs: inputs(plan),
         scene: fs::canonicalize(scene).ok().map(|p| p.to_string_lossy().into_owned()),

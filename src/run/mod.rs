@@ -12,6 +12,7 @@ pub mod line;
 pub mod lock;
 pub mod report;
 pub mod resources;
+pub mod springback;
 pub mod status;
 
 use std::path::{Path, PathBuf};
@@ -26,6 +27,7 @@ use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
 use checkpoint::CheckpointError;
 use folder::{PROGRAM, RunFolder, inputs};
+use springback::Springback;
 
 /// Why a run ends early.
 #[non_exhaustive]
@@ -128,6 +130,7 @@ pub fn run(
     } else {
         (Vec::new(), None)
     };
+    let springback = Springback::of(&setup.stages);
     let mut simulation = Simulation::new(setup).map_err(failed)?;
     let _lock = alone_in(output, options.restart)?;
     let mut folder = if options.restart {
@@ -137,7 +140,7 @@ pub fn run(
         folder.resume();
         folder
     } else {
-        let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
+        let folder = RunFolder::create(output, plan, scene_path, (unknowns, springback))?;
         checkpoint::remove(output);
         folder.write_tools(plan, &simulation)?;
         folder

@@ -49,6 +49,11 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
 fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     let r = &folder.record;
     let verdict = format!("{:?}", r.verdict);
+    let volume = r.volume_balance.map_or("-".into(), |off| format!("{off:.1e} of the sheet's"));
+    let springback = r.springback.map_or("-".into(), |s| {
+        let [largest, rms] = [s.largest_mm, s.rms_mm];
+        format!("{largest:.3} and {rms:.3} mm, {:.0} N m given back", 1e-3 * s.energy_nmm)
+    });
     let rows = [
         ("verdict", verdict),
         ("increments, iterations, cuts", format!("{}, {}, {}", r.increments, r.iterations, r.cuts)),
@@ -58,11 +63,13 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("material", plan.card.name.clone()),
         ("forces out of balance", format!("{:.1e} of the largest", r.force_balance)),
         ("energy not accounted for", format!("{:.2e} of the work done", r.energy_balance)),
+        ("volume out of balance", volume),
         (
             "moves of the sheet by itself, energy set free",
             format!("{}, {:.1} N mm", r.snaps, r.snap_work_nmm),
         ),
         ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
+        ("springback, largest and RMS", springback),
     ];
     let rows: Vec<Vec<String>> = rows.into_iter().map(|(a, b)| vec![a.to_owned(), b]).collect();
     page.table(&["", ""], &rows);

@@ -5,6 +5,7 @@
 
 mod foresight;
 mod saved;
+mod volume;
 
 use std::sync::Arc;
 

@@ -257,6 +257,7 @@ impl Simulation {
             snaps: self.summary.snaps,
             history: &self.history,
             energies: self.energies,
+            volume_balance: sys.body.volume_balance(&sys.u),
             contacts: sys.contact.active().count(),
             slipping: sys.conditions.iter().filter(|c| c.slipping).count(),
             timings: sys.timings,

@@ -25,6 +25,15 @@ pub struct Stage {
     pub ends: Vec<f64>,
 }
 
+impl Stage {
+    /// Whether it takes tools away and leaves none.
+    #[must_use]
+    pub fn lets_go(&self) -> bool {
+        let gone = |m: &Motion| matches!(m, Motion::Release | Motion::Absent);
+        self.motions.contains(&Motion::Release) && self.motions.iter().all(gone)
+    }
+}
+
 /// Limits of the solver. Forces and lengths are scaled by the problem itself: no unit enters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
@@ -93,9 +102,12 @@ impl Default for Limits {
 }
 
 /// Wall time by phase [s].
+///
+/// Searching the tree and projecting on patches alternate within every node's query, some tenths of a microsecond each:
+/// clocks between them would cost as much as they measure, so they are one figure.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timings {
-    /// Closest points on the tools.
+    /// Closest points on the tools: the global search and the projection on patches.
     pub search: f64,
     /// Element loop and assembly of the matrix.
     pub elements: f64,
@@ -219,6 +231,9 @@ pub struct IncrementReport<'a> {
     pub history: &'a [IterationRecord],
     /// Work and energy.
     pub energies: Energies,
+    /// Volume that does not balance, as a share of the sheet's ([`super::assembly::Body::volume_balance`]); `None` where
+    /// the material keeps no strains.
+    pub volume_balance: Option<f64>,
     /// Nodes in contact.
     pub contacts: usize,
     /// Nodes in contact that slip.

@@ -35,7 +35,7 @@ impl UnderWay {
     /// all the time it wants, as that run may have come to it by cutting.
     fn next(&self, stage: &Stage) -> (f64, Patience) {
         let (share, step) = (self.share, self.pace.step);
-        let ends: &[f64] = if lets_go(stage) { &[] } else { &stage.ends };
+        let ends: &[f64] = if stage.lets_go() { &[] } else { &stage.ends };
         let at = ends.partition_point(|&end| end <= share);
         let end = ends.get(at).copied().unwrap_or(1.0);
         let met = share == 0.0 || at.checked_sub(1).is_some_and(|last| ends[last] == share);
@@ -81,7 +81,7 @@ pub(super) fn advance(
 fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, SimulationError> {
     let (stage, share) = (now.plan.stage, now.share);
     let first = sim.stages[stage].first_step.min(sim.stages[stage].largest_step);
-    let let_go = lets_go(&sim.stages[stage]);
+    let let_go = sim.stages[stage].lets_go();
     let mut snaps = false;
     loop {
         if sim.summary.increments >= sim.limits.increments {
@@ -119,12 +119,6 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
     }
 }
 
-/// Whether a stage takes tools away and leaves none.
-fn lets_go(stage: &Stage) -> bool {
-    let gone = |m: &Motion| matches!(m, Motion::Release | Motion::Absent);
-    stage.motions.contains(&Motion::Release) && stage.motions.iter().all(gone)
-}
-
 /// Follows the sheet to the next balance past a limit point, or to a balance that lasts. Tools that are let go stay behind
 /// as forces that fall to nothing, and forces that no tool guides can fold a sheet as tools never would: it is then
 /// followed to where it lies without any, where it comes to rest.
@@ -133,7 +127,7 @@ fn past_limit_point(sim: &mut Simulation, now: &mut UnderWay) -> Option<NewtonSt
     let beyond = BEYOND * stage.first_step.min(stage.largest_step);
     let pace = Pace::new(beyond, stage.largest_step, sim.limits.wanted_iterations);
     let near = (now.share + beyond).min(1.0);
-    for target in [lets_go(stage).then_some(1.0), Some(near)].into_iter().flatten() {
+    for target in [stage.lets_go().then_some(1.0), Some(near)].into_iter().flatten() {
         sim.history.clear();
         if let Ok(stats) = relax(sim, &now.plan, target) {
             now.share = target;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::files::sha256_hex;
 use crate::geometry::{Vec2, Vec3};
 use crate::report::vtu_read;
 
@@ -92,21 +93,34 @@ pub fn at(curve: &[(f64, f64)], x: f64) -> f64 {
     y0 + (y1 - y0) * ((x - x0) / (x1 - x0)).clamp(0.0, 1.0)
 }
 
-/// Patches of all tools of a scene and the largest shape error that their files name [mm].
+/// Patches of all tools of a scene and the largest of their shape errors [mm], where that of every tool is known.
 #[must_use]
 pub fn tools(scene: &Value) -> (usize, Option<f64>) {
     let files = scene.get("tools").and_then(Value::as_array).into_iter().flatten();
     let files = files.filter_map(|t| t.get("file").and_then(Value::as_str));
-    let (mut patches, mut error) = (0, None);
+    let (mut patches, mut errors) = (0, Vec::new());
     for file in files {
         let bytes = std::fs::read(file).unwrap_or_default();
         let tool: Value = serde_json::from_slice(&bytes).unwrap_or_default();
         let count = |key: &str| tool.get(key).and_then(Value::as_array).map_or(0, Vec::len);
         patches += count("patches") + count("bezier_patches");
         let named = tool.pointer("/provenance/shape_error_mm").and_then(Value::as_f64);
-        error = named.map_or(error, |e| Some(e.abs().max(error.unwrap_or(0.0))));
+        errors.push(audited(Path::new(file), &bytes).or(named).map(f64::abs));
     }
-    (patches, error)
+    let known: Option<Vec<f64>> = errors.into_iter().collect();
+    (patches, known.and_then(|errors| errors.into_iter().reduce(f64::max)))
+}
+
+/// Largest shape error in the audit beside a tool file (`NAME.audit.json`), if it is of this very file [mm].
+fn audited(file: &Path, bytes: &[u8]) -> Option<f64> {
+    let name = file.file_name()?.to_str()?.strip_suffix(".tool.json")?;
+    let beside = std::fs::read(file.with_file_name(format!("{name}.audit.json"))).ok()?;
+    let audit: Value = serde_json::from_slice(&beside).ok()?;
+    if audit.get("tool_sha256")?.as_str()? != sha256_hex(bytes) {
+        return None;
+    }
+    let number = |key: &str| audit.get(key).and_then(Value::as_f64);
+    Some(number("max_mm")?.abs().max(number("min_mm")?.abs()))
 }
 
 /// Which of the points (cost, error) no other one beats in both.
@@ -159,6 +173,27 @@ mod tests {
         let reference = [(0.0, 1.0), (10.0, 2.0)];
         assert_eq!(largest_difference(&[(5.0, 1.5), (7.5, 1.5)], &reference), Some(0.25));
         assert_eq!(largest_difference(&[(5.0, 1.5)], &[]), None);
+    }
+
+    #[test]
+    fn shape_errors_are_those_of_every_tool_or_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let put = |name: &str, value: Value| std::fs::write(path(name), value.to_string()).unwrap();
+        put(
+            "die.tool.json",
+            serde_json::json!({"patches": [1, 2], "provenance": {"shape_error_mm": -0.3}}),
+        );
+        put("punch.tool.json", serde_json::json!({"bezier_patches": [1], "provenance": {}}));
+        let file = |name: &str| serde_json::json!({"file": path(name)});
+        let scene = serde_json::json!({"tools": [file("die.tool.json"), file("punch.tool.json")]});
+        assert_eq!(tools(&scene), (3, None));
+        let mut audit = serde_json::json!({"tool_sha256": "other", "max_mm": 0.1, "min_mm": -0.4});
+        put("punch.audit.json", audit.clone());
+        assert_eq!(tools(&scene), (3, None));
+        audit["tool_sha256"] = sha256_hex(&std::fs::read(path("punch.tool.json")).unwrap()).into();
+        put("punch.audit.json", audit);
+        assert_eq!(tools(&scene), (3, Some(0.4)));
     }
 
     #[test]

@@ -78,6 +78,9 @@ pub struct Choice {
 pub struct ChoiceOption {
     /// Name: letters, digits, `-` and `.`.
     pub name: String,
+    /// The method that it is one of, for the charts of accuracy against cost: cases of the same methods are one line.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<String>,
     /// Changes of the scene: objects are merged, null removes, everything else replaces.
     #[serde(default)]
     pub change: Option<Value>,

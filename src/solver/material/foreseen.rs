@@ -16,6 +16,8 @@ use crate::solver::tensor::{Mandel, Mandel66};
 pub struct Memory {
     /// Where in a history the logarithmic strain begins (six values, global axes).
     pub strain: usize,
+    /// Where the plastic part of it begins (six values; the axes may be the material's).
+    pub plastic: usize,
     /// Elastic stiffness [MPa], global axes.
     pub stiffness: Mandel66,
 }

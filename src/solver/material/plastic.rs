@@ -292,7 +292,8 @@ impl Material for Plastic {
     }
 
     fn memory(&self) -> Option<Memory> {
-        Some(Memory { strain: LOG_STRAIN, stiffness: self.elastic.stiffness() })
+        let stiffness = self.elastic.stiffness();
+        Some(Memory { strain: LOG_STRAIN, plastic: STRAIN, stiffness })
     }
 
     fn is_symmetric(&self) -> bool {

@@ -1,0 +1,127 @@
+//! Volume of the sheet: that of its nodes against what the elastic strains of its points leave.
+
+use rayon::prelude::*;
+
+use super::Body;
+use crate::solver::element::PointGeometry;
+use crate::solver::material::foreseen::Memory;
+
+impl Body {
+    /// Volume that does not balance, as a share of the undeformed volume: plastic flow keeps the volume, so an element at
+    /// `displacement` has the volume `∫ exp tr(E - Ep) dV` of its points' elastic strains (of the last commit). Summed over
+    /// the elements without regard to sign. `None` for a material that keeps no strains.
+    #[must_use]
+    pub fn volume_balance(&self, displacement: &[f64]) -> Option<f64> {
+        let memory = self.material.memory()?;
+        let (stride, len) = (self.stride(), self.material.state_len());
+        let point_len = self.kind.point_count() * len;
+        let weights = self.point_weights();
+        let off = |element: usize| {
+            let points = &self.geometry[element];
+            let states = &self.committed[element * stride..element * stride + point_len];
+            let undeformed: f64 = points.iter().map(|point| point.weight).sum();
+            let elastic: f64 = match &weights {
+                Some(weights) => undeformed * elastic_ratio(states, len, &memory, weights),
+                None => {
+                    let own = points.each_ref().map(|point| point.weight);
+                    elastic_ratio(states, len, &memory, &own)
+                }
+            };
+            [(self.present_volume(element, displacement) - elastic).abs(), undeformed]
+        };
+        // Collected in order, so that the sum is the same for any number of threads.
+        let each: Vec<[f64; 2]> = (0..self.mesh.elements.len()).into_par_iter().map(off).collect();
+        let [off, all] = each.iter().fold([0.0; 2], |[a, b], [off, all]| [a + off, b + all]);
+        Some(off / all)
+    }
+
+    /// Shares of an element's volume that its points stand for; `None` where its Gauss points say it.
+    fn point_weights(&self) -> Option<Vec<f64>> {
+        let through = self.kind.point_count() / 4;
+        let whole: f64 = self.thickness_rule.iter().map(|(_, weight)| weight).sum();
+        (!self.thickness_rule.is_empty()).then(|| {
+            let rule = self.thickness_rule.iter().map(|(_, weight)| weight / (4.0 * whole));
+            rule.cycle().take(4 * through).collect()
+        })
+    }
+
+    /// Volume of an element at `displacement` [mm³].
+    fn present_volume(&self, element: usize, displacement: &[f64]) -> f64 {
+        let moved = self.mesh.elements[element].map(|node| {
+            let at = 3 * node as usize;
+            [displacement[at], displacement[at + 1], displacement[at + 2]]
+        });
+        self.geometry[element].iter().map(|point| point.weight * volume_ratio(point, &moved)).sum()
+    }
+}
+
+/// `det F` at a point.
+fn volume_ratio(point: &PointGeometry, moved: &[[f64; 3]; 8]) -> f64 {
+    let mut f = crate::geometry::Mat3::identity();
+    for (a, u) in moved.iter().enumerate() {
+        for (i, u) in u.iter().enumerate() {
+            for (j, gradient) in point.gradient.iter().enumerate() {
+                f[(i, j)] += u * gradient[a];
+            }
+        }
+    }
+    f.determinant()
+}
+
+/// `Σ w exp tr(E - Ep)` over the points of an element, whose histories of `len` values follow one another.
+fn elastic_ratio(states: &[f64], len: usize, memory: &Memory, weights: &[f64]) -> f64 {
+    let trace = |state: &[f64], at: usize| state[at..at + 3].iter().sum::<f64>();
+    let ratio = |state: &[f64]| (trace(state, memory.strain) - trace(state, memory.plastic)).exp();
+    states.chunks_exact(len).zip(weights).map(|(state, weight)| weight * ratio(state)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::assembly::Evaluation;
+    use crate::solver::blank::rectangle;
+    use crate::solver::element::{ElementKind, Want};
+    use crate::solver::material::card;
+
+    /// Volume that does not balance in a sheet of 3 x 3 elements, pulled by 10 % along x as `width` and `thickness` say
+    /// and sheared unevenly.
+    fn balance(kind: ElementKind, card_name: &str, [width, thickness]: [f64; 2]) -> f64 {
+        let steel = card::find(card_name).unwrap().build(0.3).unwrap();
+        let mut body = Body::new(rectangle(6.0, 6.0, 0.8, 3, 3, 1), kind, steel).unwrap();
+        let mut out = Evaluation::default();
+        let mut found = body.volume_balance(&vec![0.0; 3 * body.mesh().nodes.len()]).unwrap();
+        assert!(found < 1e-15, "{kind:?}: {found} at rest");
+        for step in 1..=5 {
+            let share = f64::from(step) / 5.0;
+            let moved = |x: &crate::geometry::Vec3| {
+                let bend = 0.004 * x.x * x.y;
+                [share * (0.1 * x.x + bend), share * width * x.y, share * thickness * x.z]
+            };
+            let u: Vec<f64> = body.mesh().nodes.iter().flat_map(moved).collect();
+            body.evaluate(&u, Want::Residual, &mut out).unwrap();
+            body.commit();
+            found = body.volume_balance(&u).unwrap();
+        }
+        found
+    }
+
+    #[test]
+    fn plastic_flow_keeps_the_volume_of_elements_with_mean_dilatation() {
+        // The second one is squeezed by 3 % of its volume, all of which is elastic.
+        for way in [[-0.045, -0.05], [-0.045, -0.08]] {
+            for card in ["mild-steel-neto2012", "aa2090-t3-barlat2005"] {
+                let off = balance(ElementKind::Hex8, card, way);
+                assert!(off < 1e-13, "{card} {way:?}: {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn assumed_strains_balance_the_volume_as_well_as_they_fit_the_nodes() {
+        let shell = ElementKind::SolidShell { points: 5, membrane: true };
+        for kind in [ElementKind::Hex8Enhanced, shell] {
+            let off = balance(kind, "mild-steel-neto2012", [-0.045, -0.05]);
+            assert!(off < 5e-3, "{kind:?}: {off}");
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! The table of cases: one list of columns for the file and the page.
+
+use super::{Row, Standing};
+use crate::report::record::RunRecord;
+use crate::study::file::Study;
+
+/// A column: its name and what stands in it.
+type Column = (&'static str, fn(&Row<'_>) -> String);
+
+/// Phases of a run as `run.json` names them, and as they are called.
+pub(super) const PHASES: [(&str, &str); 6] = [
+    ("search", "search and projection"),
+    ("contact", "contact"),
+    ("elements", "elements (assembly)"),
+    ("factor", "factorisation"),
+    ("update", "updates of factors"),
+    ("solve", "solves"),
+];
+
+const COLUMNS: [Column; 40] = [
+    ("state", state),
+    ("method", |r| r.method.clone()),
+    ("patches", |r| r.patches.to_string()),
+    ("shape_error_mm", |r| maybe(r.shape_error, 5)),
+    ("increments", |r| of(r, |r| r.increments.to_string())),
+    ("iterations", |r| of(r, |r| r.iterations.to_string())),
+    ("cuts", |r| of(r, |r| r.cuts.to_string())),
+    ("factorisations", |r| of(r, |r| r.factorisations.to_string())),
+    ("updates", |r| of(r, |r| r.updates.to_string())),
+    ("wall_s", |r| of(r, |r| format!("{:.1}", r.wall_s))),
+    ("cpu_s", |r| of(r, |r| format!("{:.1}", r.cpu_s))),
+    ("peak_mb", |r| of(r, |r| format!("{:.0}", r.peak_mb))),
+    ("search_and_projection_s", |r| of(r, |r| phase(r, 0))),
+    ("contact_s", |r| of(r, |r| phase(r, 1))),
+    ("elements_s", |r| of(r, |r| phase(r, 2))),
+    ("factor_s", |r| of(r, |r| phase(r, 3))),
+    ("update_s", |r| of(r, |r| phase(r, 4))),
+    ("solve_s", |r| of(r, |r| phase(r, 5))),
+    ("rest_s", |r| of(r, |r| format!("{:.2}", rest(r)))),
+    ("travel_mm", |r| maybe(r.curve.last().map(|p| p.0), 3)),
+    ("force_max_n", |r| maybe(r.curve.iter().map(|p| p.1).reduce(f64::max), 0)),
+    ("force_end_n", |r| maybe(r.curve.last().map(|p| p.1), 0)),
+    ("draw_in_dx_mm", |r| maybe(r.sheet.as_ref().map(|s| s.draw_in[0]), 4)),
+    ("draw_in_dxy_mm", |r| maybe(r.sheet.as_ref().map(|s| s.draw_in[1]), 4)),
+    ("thinnest_mm", |r| maybe(r.sheet.as_ref().map(|s| s.thinnest), 4)),
+    ("springback_mm", |r| springback(r, |s| format!("{:.4}", s.largest_mm))),
+    ("springback_rms_mm", |r| springback(r, |s| format!("{:.4}", s.rms_mm))),
+    ("forces_let_go_n", |r| springback(r, |s| format!("{:.0}", s.force_n))),
+    ("energy_given_back_nmm", |r| springback(r, |s| format!("{:.0}", s.energy_nmm))),
+    ("snaps", |r| of(r, |r| r.snaps.to_string())),
+    ("snap_work_nmm", |r| of(r, |r| format!("{:.0}", r.snap_work_nmm))),
+    ("force_balance", |r| of(r, |r| format!("{:.1e}", r.force_balance))),
+    ("energy_balance", |r| of(r, |r| format!("{:.1e}", r.energy_balance))),
+    ("volume_balance", |r| of(r, |r| r.volume_balance.map_or("".into(), |v| format!("{v:.1e}")))),
+    ("penetration_mm", |r| of(r, |r| format!("{:.1e}", r.penetration_mm))),
+    ("force_rms_to_reference", |r| maybe(r.off.force_rms, 5)),
+    ("thickness_dx_off_mm", |r| maybe(r.off.thickness[0], 5)),
+    ("thickness_dxy_off_mm", |r| maybe(r.off.thickness[1], 5)),
+    ("threads", |r| of(r, |r| r.threads.to_string())),
+    ("reason", |r| r.reason.clone().unwrap_or_default()),
+];
+
+/// Head and rows: the case, its options where there are several choices, and what its run left.
+pub(super) fn table(study: &Study, rows: &[Row<'_>]) -> (Vec<String>, Vec<Vec<String>>) {
+    let choices = study.choices.iter().map(|c| c.name.clone());
+    let head = std::iter::once("case".to_owned())
+        .chain(choices)
+        .chain(COLUMNS.map(|(name, _)| name.to_owned()))
+        .collect();
+    let cells = |row: &Row<'_>| {
+        let named = std::iter::once(row.case.id.clone()).chain(row.case.options.iter().cloned());
+        named.chain(COLUMNS.map(|(_, cell)| cell(row))).collect()
+    };
+    (head, rows.iter().map(cells).collect())
+}
+
+/// Seconds of phase `k` of [`PHASES`].
+pub(super) fn seconds(record: &RunRecord, k: usize) -> f64 {
+    record.timings_s.get(PHASES[k].0).copied().unwrap_or(0.0)
+}
+
+/// Wall time that is of no phase [s].
+pub(super) fn rest(record: &RunRecord) -> f64 {
+    let phases: f64 = (0..PHASES.len()).map(|k| seconds(record, k)).sum();
+    (record.wall_s - phases).max(0.0)
+}
+
+fn state(row: &Row<'_>) -> String {
+    match row.standing {
+        Standing::Waiting => "waiting",
+        Standing::Done => "done",
+        Standing::Failed => "failed",
+        Standing::Stale => "stale",
+    }
+    .into()
+}
+
+fn phase(record: &RunRecord, k: usize) -> String {
+    format!("{:.2}", seconds(record, k))
+}
+
+fn of(row: &Row<'_>, cell: impl Fn(&RunRecord) -> String) -> String {
+    row.record.as_ref().map_or_else(String::new, cell)
+}
+
+fn springback(
+    row: &Row<'_>,
+    cell: impl Fn(&crate::report::record::SpringbackRecord) -> String,
+) -> String {
+    let found = row.record.as_ref().and_then(|r| r.springback.as_ref());
+    found.map_or_else(String::new, cell)
+}
+
+/// A number, nothing where there is none.
+fn maybe(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(String::new, |v| format!("{v:.digits$}"))
+}

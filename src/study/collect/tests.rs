@@ -1,0 +1,205 @@
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use super::*;
+use crate::study::cases::{Roots, cases};
+use crate::study::execute::Entry;
+
+/// A study of three models in a folder, the first two run and done, the third never begun.
+struct Made {
+    folder: tempfile::TempDir,
+    study: Study,
+    cases: Vec<Case>,
+    manifest: Manifest,
+}
+
+impl Made {
+    fn new(checks: Value) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        for model in ["fine", "coarse", "later"] {
+            let tool = json!({"patches": [1, 2], "provenance": {"shape_error_mm": 0.1}});
+            fs::create_dir(folder.path().join(model)).unwrap();
+            fs::write(folder.path().join(model).join("die.tool.json"), tool.to_string()).unwrap();
+        }
+        let study: Study = serde_json::from_value(json!({
+            "format": "kanagata-study", "version": 1, "name": "s", "watch": "punch", "reference": "fine",
+            "scene": {"blank": 1, "tools": [{"file": "{model}/die.tool.json"}]},
+            "choices": [{"name": "model", "options": [
+                {"name": "fine", "method": "smooth"}, {"name": "coarse", "method": "smooth"}, {"name": "later"}
+            ]}],
+            "checks": checks
+        }))
+        .unwrap();
+        let roots = Roots { tools: folder.path(), own: folder.path() };
+        let cases = cases(&study, &roots, false);
+        let mut manifest = Manifest::default();
+        for (case, force) in cases.iter().zip([10.0, 12.0]) {
+            let inputs = digest(&inputs(case, folder.path()).unwrap());
+            manifest
+                .cases
+                .insert(case.id.clone(), Entry { inputs, state: State::Done, reason: None });
+            put_run(&folder_of(folder.path(), &case.id).join("run"), force);
+        }
+        Self { folder, study, cases, manifest }
+    }
+
+    fn collect(&self) -> Vec<(Check, Outcome)> {
+        collect(&self.study, &self.cases, &self.manifest, self.folder.path()).unwrap()
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// A cell of `study.csv`.
+    fn cell(&self, case: &str, column: &str) -> String {
+        let text = fs::read_to_string(self.path("study.csv")).unwrap();
+        let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+        let head = cells(text.lines().next().unwrap());
+        let row = text.lines().map(cells).find(|r| r[0] == case).unwrap();
+        row[head.iter().position(|h| h == column).unwrap()].clone()
+    }
+}
+
+fn put_run(run: &Path, force: f64) {
+    fs::create_dir_all(run).unwrap();
+    let record = json!({
+        "format": "kanagata-run", "version": 1, "program": "", "name": "", "verdict": "completed",
+        "increments": 3, "iterations": 6, "cuts": 0, "wall_s": 9.0, "cpu_s": force, "peak_mb": 5.0,
+        "timings_s": {"search": 3.0, "factor": 4.0}, "threads": 1, "unknowns": 3, "force_balance": 1e-12,
+        "energy_balance": 1e-3, "volume_balance": 1e-15, "penetration_mm": 0.0, "inputs": {},
+        "springback": {"largest_mm": 0.5, "rms_mm": 0.25, "force_n": 40.0, "energy_nmm": 7.0}
+    });
+    fs::write(run.join("run.json"), record.to_string()).unwrap();
+    let row = |n: u8| format!("{n},{n},{}\n", force * f64::from(n));
+    let history =
+        format!("increment,punch_travel_mm,punch_force_n\n{}{}{}", row(1), row(2), row(3));
+    fs::write(run.join("history.csv"), history).unwrap();
+}
+
+#[test]
+fn results_of_other_tools_are_stale_and_take_part_in_nothing() {
+    let checks = json!([
+        {"says": "forces agree", "figure": "force_rms", "at_most": 0.3},
+        {"says": "volume balances", "figure": "volume_balance", "at_most": 1e-12},
+        {"says": "no late peak", "figure": "late_force_excess", "cases": ["coarse"], "at_most": 0.3},
+        {"says": "time is the same", "figure": "seconds_over_reference", "at_most": 1.3}
+    ]);
+    let made = Made::new(checks);
+    for (_, outcome) in made.collect() {
+        assert!(matches!(outcome, Outcome::Holds { .. }), "{outcome:?}");
+    }
+    assert_eq!(made.cell("coarse", "state"), "done");
+    assert_eq!(made.cell("coarse", "force_rms_to_reference"), "0.20000");
+    let late = made.collect().swap_remove(2).1;
+    assert!(matches!(&late, Outcome::Holds { case, value }
+        if case == "coarse at 3.0 mm" && (value - 0.2).abs() < 1e-12));
+    fs::write(made.path("coarse/die.tool.json"), "{}").unwrap();
+    let checks = made.collect();
+    assert_eq!(made.cell("coarse", "state"), "stale");
+    assert!(made.cell("coarse", "reason").contains("a tool file"));
+    for column in ["force_rms_to_reference", "force_end_n", "iterations", "springback_mm"] {
+        assert_eq!(made.cell("coarse", column), "", "{column}");
+    }
+    assert!(matches!(&checks[0].1, Outcome::Holds { case, .. } if case == "fine"));
+    assert_eq!(checks[2].1, Outcome::Open);
+    let drawing = fs::read_to_string(made.path("force.svg")).unwrap();
+    assert!(drawing.contains("fine") && !drawing.contains("coarse"));
+    // Without the reference nothing is compared, with a tool gone nothing is known.
+    fs::remove_file(made.path("fine/die.tool.json")).unwrap();
+    assert_eq!(made.collect()[0].1, Outcome::Open);
+    assert!(made.cell("fine", "reason").contains("cannot be compared"));
+}
+
+#[test]
+fn who_follows_a_stale_case_is_stale_too() {
+    let mut made = Made::new(json!([]));
+    made.cases[1].follows = Some("fine".into());
+    let inputs = digest(&inputs(&made.cases[1], made.folder.path()).unwrap());
+    made.manifest.cases.get_mut("coarse").unwrap().inputs = inputs;
+    made.collect();
+    assert_eq!(made.cell("coarse", "state"), "done");
+    fs::write(made.path("fine/die.tool.json"), "{}").unwrap();
+    made.collect();
+    assert_eq!(made.cell("coarse", "state"), "stale");
+    assert!(made.cell("coarse", "reason").contains("follows fine"));
+}
+
+#[test]
+fn cases_that_were_not_run_have_no_numbers() {
+    let mut made = Made::new(json!([]));
+    let inputs = digest(&inputs(&made.cases[2], made.folder.path()).unwrap());
+    made.collect();
+    assert_eq!(made.cell("later", "state"), "waiting");
+    let reason = Some("gave up".to_owned());
+    made.manifest.cases.insert("later".into(), Entry { inputs, state: State::Failed, reason });
+    made.collect();
+    assert_eq!(made.cell("later", "state"), "failed");
+    assert_eq!(made.cell("later", "reason"), "gave up");
+    for column in ["travel_mm", "force_max_n", "force_end_n", "thinnest_mm", "draw_in_dx_mm"] {
+        assert_eq!(made.cell("later", column), "", "{column}");
+    }
+    assert_eq!(made.cell("later", "patches"), "2");
+    assert_eq!(made.cell("later", "method"), "later");
+}
+
+#[test]
+fn costs_and_balances_are_in_the_table_and_drawn() {
+    let made = Made::new(json!([]));
+    made.collect();
+    for (column, expected) in [
+        ("search_and_projection_s", "3.00"),
+        ("factor_s", "4.00"),
+        ("rest_s", "2.00"),
+        ("volume_balance", "1.0e-15"),
+        ("energy_balance", "1.0e-3"),
+        ("springback_rms_mm", "0.2500"),
+        ("forces_let_go_n", "40"),
+        ("method", "smooth"),
+    ] {
+        assert_eq!(made.cell("coarse", column), expected, "{column}");
+    }
+    for drawing in ["time", "springback", "error-against-time", "shape-error-against-patches"] {
+        assert!(made.path(drawing).with_extension("svg").exists(), "{drawing}");
+    }
+    let page = fs::read_to_string(made.path("study.html")).unwrap();
+    assert!(page.contains("Total time by phase") && page.contains("search and projection"));
+}
+
+#[test]
+fn methods_are_lines_and_the_best_are_ringed() {
+    let made = Made::new(json!([]));
+    let mut rows: Vec<Row<'_>> = made
+        .cases
+        .iter()
+        .map(|case| {
+            let standing = standing(case, &made.cases, &made.manifest, made.folder.path());
+            row(&made.study, case, standing, made.folder.path())
+        })
+        .collect();
+    rows[0].shape_error = Some(0.01);
+    let error = ("shape", "Shape error", "mm", (|r, _| r.shape_error) as pictures::Number);
+    let cost = ("time", "time", "s", (|_, record| Some(record.cpu_s)) as pictures::Number);
+    let chart = pictures::against(&rows, &error, &cost);
+    assert_eq!(chart.lines.len(), 2);
+    assert_eq!(chart.lines[0].name, "smooth");
+    assert_eq!(chart.lines[0].points, [(10.0, 0.01), (12.0, 0.1)]);
+    assert!(chart.lines[1].marks_only && chart.lines[1].points == [(10.0, 0.01)]);
+}
+
+#[test]
+fn curves_are_compared_over_their_common_travel() {
+    let text = "increment,stage,punch_travel_mm,punch_force_n\n1,clamp,0,5\n2,draw,1,10\n3,draw,3,30\n4,release,3,0\n";
+    let a = curve(text, "punch");
+    assert_eq!(a, [(1.0, 10.0), (3.0, 30.0)]);
+    assert!(curve(text, "die").is_empty());
+    let b: Vec<(f64, f64)> = [(1.0, 11.0), (2.0, 22.0), (4.0, 44.0)].into();
+    assert!((judge::force_rms(&b, &a).unwrap() - 0.1).abs() < 1e-12);
+    assert!((judge::force_rms(&a, &a).unwrap()).abs() < 1e-15);
+    assert!(judge::force_rms(&a, &[]).is_none());
+    // A peak in the middle is not late.
+    let c = [(1.0, 10.0), (1.5, 90.0), (2.0, 20.0), (2.5, 28.0), (3.0, 30.0)];
+    let (travel, excess) = judge::late_excess(&c, &a).unwrap();
+    assert!((travel - 2.5).abs() < 0.01 && (excess - 0.1).abs() < 2e-3, "{travel} {excess}");
+}

@@ -149,20 +149,21 @@ fn penetrating(sys: &System, touch: f64, gap: impl Fn(&Candidate) -> f64) -> Vec
         .collect();
     out.sort_by(|a, b| set[a.0].node.cmp(&set[b.0].node).then(a.1.total_cmp(&b.1)));
     out.dedup_by_key(|c| set[c.0].node);
-    crests(sys, &out)
+    crests(sys, &out, touch.max(0.0))
 }
 
 /// Of penetrating nodes only those that are as deep as the deepest of their neighbours. Where a stretch of the
 /// sheet dips into a tool its crest is what touches; all of it at once would have to be let go again one row of
-/// nodes after the other.
-fn crests(sys: &System, inside: &[(usize, f64)]) -> Vec<(usize, f64)> {
+/// nodes after the other. Depths are counted from the gap `from` [mm], so that nodes that just touch have one whatever
+/// their rounding.
+fn crests(sys: &System, inside: &[(usize, f64)], from: f64) -> Vec<(usize, f64)> {
     /// Share of the deepest neighbour's depth.
     const DEEP: f64 = 0.999;
     let set = &sys.contact.candidates;
     let mut depth = vec![0.0_f64; sys.node_count()];
-    inside.iter().for_each(|&(k, gap)| depth[set[k].node] = -gap);
+    inside.iter().for_each(|&(k, gap)| depth[set[k].node] = from - gap);
     let deepest = |node: usize| sys.neighbours(node).map(|n| depth[n]).fold(0.0, f64::max);
-    inside.iter().filter(|&&(k, gap)| -gap >= DEEP * deepest(set[k].node)).copied().collect()
+    inside.iter().filter(|&&(k, gap)| from - gap >= DEEP * deepest(set[k].node)).copied().collect()
 }
 
 /// Takes in every free node whose gap is below `touch` [mm].

@@ -52,6 +52,7 @@ fn stretched(turn: &Mat3, kind: ElementKind, layers: usize) -> (Vec<usize>, Vec<
     let body = Body::new(mesh, kind, Arc::new(steel)).unwrap();
     let mut all = setup(body, constraints, vec![dome], vec![draw]);
     all.limits.friction_transition = 1e-4;
+    all.limits.force_tolerance = 1e-6;
     let mut iterations = Vec::new();
     let mut sim = Simulation::new(all).unwrap();
     sim.run(&mut |r: &IncrementReport<'_>| {

@@ -220,9 +220,35 @@ fn leaving_out_what_is_beyond_reach_changes_no_bit() {
     {
         assert!(text.contains(line), "{line}: {text}");
     }
-    // Sheet and tools are symmetric about y = 1, and the radius of 5 mm has more than six elements.
-    assert!(text.contains("symmetric about y = 1.0000"), "{text}");
+    // The radius of 5 mm has more than six elements.
     assert!(!text.contains("coarse for the radius"), "{text}");
+}
+
+/// Sheet and tools are symmetric about y = 1: two elements across have halves, one has none.
+#[test]
+fn symmetry_is_told_where_the_mesh_has_halves() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder);
+    let path = folder.join("bend.scene.json");
+    let told = || {
+        let out = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"))
+            .arg("check")
+            .arg(&path)
+            .output()
+            .unwrap();
+        String::from_utf8(out.stdout).unwrap()
+    };
+    let text = told();
+    assert!(text.contains("unknowns") && !text.contains("symmetric about"), "{text}");
+    let scene = fs::read_to_string(&path).unwrap();
+    let two = scene.replace("[16,1]", "[16,2]");
+    assert_ne!(scene, two);
+    fs::write(&path, two).unwrap();
+    let text = told();
+    assert!(text.contains("symmetric about y = 1.0000"), "{text}");
+    // 17 x 2 columns of three nodes.
+    assert!(text.contains("have 306 unknowns"), "{text}");
 }
 
 #[test]

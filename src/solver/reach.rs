@@ -3,6 +3,7 @@
 //! Before a run it is known where the sheet begins and how far the tools travel. The sheet is taken to stay in its box,
 //! moved along every axis by what all tools travel along it and widened by a twentieth of its size; seen from a tool,
 //! the box is moved by the tool's own travel, which of a tool driven by force or spring may be as far as all others go.
+//! Loads may swing the sheet by its own size if that is more, and carry it off where nothing holds it against them.
 //! Patches that do not meet this box, widened by the reach of the contact search, are left out of the search. That box
 //! is an estimate: [`Guard`] makes sure of it.
 
@@ -38,17 +39,24 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
     let travels: Vec<Option<[f64; 2]>> =
         (0..setup.tools.len()).map(|tool| travel_range(setup, tool)).collect();
     let moved = travels.iter().flatten().any(|[low, high]| high > low);
-    let known = moved && setup.loads.iter().all(|f| *f == 0.0);
+    let swing = swing(setup, sheet.diagonal());
+    let carried = (0..3).any(|k| swing[k].is_infinite());
     let length = |range: &[f64; 2]| range[1] - range[0];
-    let whole: f64 = if known { travels.iter().flatten().map(length).sum() } else { f64::INFINITY };
+    let whole: f64 = if moved && !carried {
+        travels.iter().flatten().map(length).sum::<f64>() + swing.max()
+    } else {
+        f64::INFINITY
+    };
     let rim = (RIM * sheet.diagonal()).max(2.0 * mesh.mean_thickness());
     let margin = rim + edge_lengths(&setup.body).longest_edge;
     // Nothing times no share is nothing, however far that may be.
     let along = |far: f64, share: f64| if share.abs() > 1e-12 { far * share } else { 0.0 };
-    let may_move: Vec3 = setup.tools.iter().zip(&travels).fold(Vec3::zeros(), |sum, (t, range)| {
-        let far = if known { range.as_ref().map_or(0.0, length) } else { f64::INFINITY };
+    let pushed: Vec3 = setup.tools.iter().zip(&travels).fold(Vec3::zeros(), |sum, (t, range)| {
+        let far = if moved { range.as_ref().map_or(0.0, length) } else { f64::INFINITY };
         sum + t.direction.map(|d| along(far, d.abs()))
     });
+    let driven = |k: usize| setup.tools.iter().any(|t| t.direction[k].abs() > 1e-12);
+    let may_move = Vec3::from_fn(|k, _| pushed[k].max(if driven(k) { swing[k] } else { 0.0 }));
     let near = |(tool, own): (&super::ToolSetup, &Option<[f64; 2]>)| -> Vec<bool> {
         let [low, high] = own.unwrap_or([-whole, whole]);
         let mut zone = sheet;
@@ -62,6 +70,18 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
         tool.surface.patch_bounds().iter().map(meets).collect()
     };
     setup.tools.iter().zip(&travels).map(near).collect()
+}
+
+/// How far loads may move the sheet along the axes, tools aside [mm]: no more than `size`, as it turns about what holds
+/// it; without end along an axis that they act along and no node is held along; nothing without loads.
+fn swing(setup: &SimulationSetup, size: f64) -> Vec3 {
+    let nodes = setup.body.mesh().nodes.len();
+    let loaded = |k: usize| setup.loads.iter().skip(k).step_by(3).any(|f| *f != 0.0);
+    let held = |k: usize| (0..nodes).any(|n| setup.constraints.is_held(n, k));
+    if !(0..3).any(loaded) {
+        return Vec3::zeros();
+    }
+    Vec3::from_fn(|k, _| if loaded(k) && !held(k) { f64::INFINITY } else { size })
 }
 
 /// Smallest and largest travel of a tool over all stages [mm]; `None` when forces decide.
@@ -208,8 +228,8 @@ mod tests {
         let kept = &reachable(&setup)[0];
         assert!(boxes.iter().zip(kept).all(|(b, k)| *k == (b.min.z <= height)));
         assert!(kept.iter().any(|k| *k) && kept.iter().any(|k| !*k));
-        // Of a tool that is driven by force alone, and of a sheet under loads, no depth is known: only what lies
-        // beside the sheet is left out.
+        // Of a tool that is driven by force alone, and of a sheet that loads carry off, no depth is known: only what
+        // lies beside the sheet is left out.
         let beside = |kept: &[bool]| {
             let over = |b: &Aabb| b.min.x <= 6.0 && b.min.y <= 6.0;
             boxes.iter().zip(kept).all(|(b, k)| *k == over(b))
@@ -217,7 +237,37 @@ mod tests {
         let forced = ball_over_sheet(Motion::Force(Curve::constant(1.0)));
         assert!(beside(&reachable(&forced)[0]));
         setup.loads = vec![1.0; 3 * setup.body.mesh().nodes.len()];
+        setup.constraints = Constraints::none(setup.body.mesh().nodes.len());
         assert!(beside(&reachable(&setup)[0]));
+    }
+
+    /// Loads in the sheet's plane do not lift it by more than its size, nor do others where it is held against them.
+    #[test]
+    fn a_loaded_sheet_does_not_reach_a_tool_far_above() {
+        let mut setup = ball_over_sheet(Motion::Travel(Curve::ramp(0.0, 1.0)));
+        setup.place().unwrap();
+        let nodes = setup.body.mesh().nodes.len();
+        // Its diagonal is 5.7 mm.
+        let reached = |setup: &mut SimulationSetup, above: f64| {
+            setup.tools[0].offset.z += above;
+            let any = reachable(setup)[0].iter().any(|k| *k);
+            setup.tools[0].offset.z -= above;
+            any
+        };
+        assert!(reached(&mut setup, 3.0) && !reached(&mut setup, 6.0));
+        let load =
+            |axis: usize| (0..3 * nodes).map(|i| f64::from(u8::from(i % 3 == axis))).collect();
+        for axis in [0, 2] {
+            setup.loads = load(axis);
+            assert!(reached(&mut setup, 8.0) && !reached(&mut setup, 1000.0), "{axis}");
+        }
+        // Held along x alone it stays in reach under a load along x, and is carried off by one along z.
+        setup.constraints = Constraints::none(nodes);
+        setup.constraints.hold(0, 0);
+        setup.loads = load(0);
+        assert!(!reached(&mut setup, 1000.0));
+        setup.loads = load(2);
+        assert!(reached(&mut setup, 1000.0));
     }
 
     #[test]

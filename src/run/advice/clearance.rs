@@ -1,6 +1,7 @@
 //! Clearance that tools leave the sheet at the end of their travels, against its thickness and the tools' shape error.
 
 use super::Remark;
+use super::coarse::{ShapeError, shape_error};
 use crate::audit::clearance::{ClearanceOptions, clearance};
 use crate::geometry::Vec3;
 use crate::scene::Plan;
@@ -12,8 +13,14 @@ const OF_THICKNESS: f64 = 0.02;
 /// Intervals along a side of a patch.
 const SAMPLES: usize = 3;
 
-/// Remarks on pairs of tools that face each other and whose travels are given.
-pub(super) fn remarks(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Remark>) {
+/// Remarks on pairs of tools that face each other and whose travels are given; `kept`: each tool's patches that the sheet
+/// may come near.
+pub(super) fn remarks(
+    plan: &Plan,
+    setup: &SimulationSetup,
+    kept: &[Vec<bool>],
+    out: &mut Vec<Remark>,
+) {
     let thickness = setup.body.mesh().mean_thickness();
     let tools = &setup.tools;
     for a in 0..tools.len() {
@@ -35,44 +42,66 @@ pub(super) fn remarks(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Remark
             };
             let found = clearance(tools[a].surface.model(), &tools[b].surface, &options);
             if let Some(least) = found.min_mm {
-                let errors = [a, b].map(|k| plan.tools[k].shape_error_mm);
-                let names = format!("{} and {}", tools[a].name, tools[b].name);
-                out.extend(remark(&names, least, thickness, errors, found.at_mm.map(Vec3::from)));
+                let errors = [a, b].map(|k| {
+                    let patches = &tools[k].surface.model().patches;
+                    shape_error(plan.tools[k].shape_error_mm, patches, &kept[k])
+                });
+                let names = [a, b].map(|k| tools[k].name.as_str());
+                out.extend(remark(names, least, thickness, &errors, found.at_mm.map(Vec3::from)));
             }
         }
     }
 }
 
 fn remark(
-    names: &str,
+    names: [&str; 2],
     least: f64,
     thickness: f64,
-    errors: [Option<f64>; 2],
+    errors: &[Option<ShapeError>; 2],
     at: Option<Vec3>,
 ) -> Option<Remark> {
     let place =
         at.map_or_else(String::new, |p| format!(" at ({:.1}, {:.1}, {:.1}) mm", p.x, p.y, p.z));
+    let both = names.join(" and ");
     let room = least - thickness;
-    if room < -OF_THICKNESS * thickness {
-        return Some(Remark::new(
-            format!(
-                "{names} leave {least:.3} mm at the end of their travel{place}, the sheet has {thickness:.3} mm"
-            ),
-            "it is ironed there: forces and increments grow many times".into(),
-        ));
-    }
+    let ironed = room < -OF_THICKNESS * thickness;
     let allowed = OF_ROOM * room.max(2.0 * OF_THICKNESS * thickness);
-    let known: f64 = errors.iter().flatten().sum();
-    if known > allowed {
+    let known: f64 = errors.iter().flatten().map(|e| e.mm).sum();
+    let coarse = known > allowed;
+    if !ironed && !coarse {
+        return None;
+    }
+    let estimated = errors.iter().flatten().any(|e| e.from.is_some());
+    let about = if estimated { "about " } else { "" };
+    let off: Vec<String> = errors
+        .iter()
+        .zip(names)
+        .filter_map(|(e, name)| e.as_ref()?.words(name, 0.5 * allowed))
+        .collect();
+    let patches =
+        if off.is_empty() { String::new() } else { format!(" (estimated: {})", off.join("; ")) };
+    let finer = format!("convert with --tol {:.4}; unknowns stay the same", 0.5 * allowed);
+    if !ironed {
         return Some(Remark::new(
             format!(
-                "the shape errors of {names} are {known:.3} mm together, their clearance leaves {:.3} mm beside the sheet{place}: too coarse",
+                "the shape errors of {both} are {about}{known:.3} mm together{patches}, their clearance leaves {:.3} mm beside the sheet{place}: too coarse",
                 room.max(0.0)
             ),
-            format!("convert with --tol {:.4}; unknowns stay the same", 0.5 * allowed),
+            finer,
         ));
     }
-    None
+    let (mut what, mut cost) = (
+        format!(
+            "{both} leave {least:.3} mm at the end of their travel{place}, the sheet has {thickness:.3} mm"
+        ),
+        "it is ironed there: forces and increments grow many times".to_owned(),
+    );
+    if coarse {
+        what +=
+            &format!("; their shape errors are {about}{known:.3} mm together{patches}: too coarse");
+        cost += &format!("; {finer}");
+    }
+    Some(Remark::new(what, cost))
 }
 
 /// Travel of a tool farthest from its start [mm]; `None` when forces decide.
@@ -93,16 +122,40 @@ fn farthest(setup: &SimulationSetup, tool: usize) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
     use super::*;
+    use crate::contact::test_tools::{arc, revolved};
 
     #[test]
     fn room_is_held_against_thickness_and_shape_error() {
         let told = |least: f64, errors: [Option<f64>; 2]| {
-            remark("a and b", least, 1.0, errors, None).map(|r| r.to_string())
+            let errors = errors.map(|mm| mm.map(|mm| ShapeError { mm, from: None }));
+            remark(["a", "b"], least, 1.0, &errors, None).map(|r| r.to_string())
         };
         assert_eq!(told(1.2, [Some(0.01), None]), None);
-        assert!(told(0.9, [None; 2]).unwrap().contains("ironed"));
+        let ironed = told(0.9, [None; 2]).unwrap();
+        assert!(ironed.contains("ironed") && !ironed.contains("coarse"), "{ironed}");
         let coarse = told(1.1, [Some(0.04), Some(0.03)]).unwrap();
         assert!(coarse.contains("0.070 mm") && coarse.contains("--tol 0.0250"), "{coarse}");
+        let both = told(0.9, [Some(0.04), None]).unwrap();
+        assert!(both.contains("ironed") && both.contains("--tol 0.0100"), "{both}");
+    }
+
+    #[test]
+    fn coarse_patches_are_named_where_the_file_says_nothing() {
+        let told = |divisions: usize, least: f64| {
+            let profile = [arc(divisions, [0.0, 7.0], 7.0, [-FRAC_PI_2, 0.0], 1.0)];
+            let patches = revolved("die", divisions, FRAC_PI_2, &profile).patches;
+            let error = shape_error(None, &patches, &vec![true; patches.len()]);
+            remark(["die", "punch"], least, 1.0, &[error, None], None).map(|r| r.to_string())
+        };
+        for least in [0.9, 1.1] {
+            let text = told(1, least).unwrap();
+            for part in ["of die", "turns by 90 degrees", "too coarse", "--tol"] {
+                assert!(text.contains(part), "{part}: {text}");
+            }
+        }
+        assert_eq!(told(8, 1.1), None);
     }
 }

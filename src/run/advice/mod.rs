@@ -1,14 +1,17 @@
 //! What a scene has too much or too little of, said before it runs, each with what it costs.
 
 mod clearance;
+mod coarse;
+mod curvature;
+mod size;
 mod symmetry;
 mod tools;
 
 use std::fmt;
 
+use self::size::Sizes;
 use super::cost::Cost;
 use crate::scene::Plan;
-use crate::solver::blank::HexMesh;
 use crate::solver::element::ElementKind;
 use crate::solver::reach::reachable;
 use crate::solver::{Motion, SimulationSetup};
@@ -47,23 +50,23 @@ impl fmt::Display for Remark {
 /// Remarks on a scene whose tools have been placed; none when there is nothing to say.
 #[must_use]
 pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> {
-    let size = element_size(setup.body.mesh());
+    let sizes = Sizes::new(setup.body.mesh());
     let mut out = Vec::new();
     out.extend(symmetry::unused(plan, setup, cost));
-    elements(plan, setup, cost, &mut out);
+    elements(plan, setup, sizes.mean, cost, &mut out);
     let kept = reachable(setup);
     for (k, tool) in setup.tools.iter().enumerate() {
-        tools::remarks(tool, &kept[k], size, cost, &mut out);
+        tools::remarks(tool, &kept[k], &sizes, cost, &mut out);
     }
-    clearance::remarks(plan, setup, &mut out);
+    clearance::remarks(plan, setup, &kept, &mut out);
     out
 }
 
 /// Layers and points against what bending needs.
-fn elements(plan: &Plan, setup: &SimulationSetup, cost: &Cost, out: &mut Vec<Remark>) {
+fn elements(plan: &Plan, setup: &SimulationSetup, size: f64, cost: &Cost, out: &mut Vec<Remark>) {
     let blank = &plan.scene.blank;
     let mesh = setup.body.mesh();
-    let (size, layers) = (element_size(mesh), mesh.nodes_per_column.saturating_sub(1).max(1));
+    let layers = mesh.nodes_per_column.saturating_sub(1).max(1);
     let slender = size / (mesh.mean_thickness() / layers as f64);
     let released = |m: &Motion| matches!(m, Motion::Release | Motion::Absent);
     let springs_back = setup.stages.iter().skip(1).any(|s| s.motions.iter().any(released));
@@ -104,25 +107,5 @@ fn elements(plan: &Plan, setup: &SimulationSetup, cost: &Cost, out: &mut Vec<Rem
                 format!("{wanted} take about {}", cost.times(change)),
             ));
         }
-    }
-}
-
-/// Mean edge of the elements in plan [mm].
-fn element_size(mesh: &HexMesh) -> f64 {
-    let edge = |e: &[u32; 8], a: usize, b: usize| {
-        (mesh.nodes[e[a] as usize] - mesh.nodes[e[b] as usize]).norm()
-    };
-    let sum: f64 = mesh.elements.iter().map(|e| 0.5 * (edge(e, 0, 1) + edge(e, 1, 2))).sum();
-    sum / mesh.elements.len().max(1) as f64
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::solver::blank::rectangle;
-
-    #[test]
-    fn elements_are_measured_in_plan() {
-        assert!((element_size(&rectangle(10.0, 20.0, 0.8, 5, 10, 2)) - 2.0).abs() < 1e-12);
     }
 }

@@ -6,6 +6,7 @@ use super::{GROWTH, Remark};
 use crate::geometry::{Aabb, Vec3};
 use crate::run::cost::Cost;
 use crate::scene::Plan;
+use crate::solver::blank::HexMesh;
 use crate::solver::{SimulationSetup, ToolSetup};
 
 /// Positions this close are the same, as a share of the sheet's size; of tools, at most that many times farther.
@@ -24,20 +25,32 @@ pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<R
         })
         .collect();
     let name = |axis: usize| ["x", "y"][axis];
-    found
-        .iter()
-        .map(|&axis| {
-            let at = sheet.center()[axis];
-            let half = cost.unknowns / 2;
-            Remark::new(
-                format!("sheet and tools are symmetric about {} = {at:.4} mm, and both halves are modelled", name(axis)),
-                format!(
-                    "half the sheet and a symmetry plane there have {half} unknowns and take about {}",
-                    cost.times(0.5_f64.powf(GROWTH))
-                ),
-            )
-        })
-        .collect()
+    let remark = |&axis: &usize| {
+        let at = sheet.center()[axis];
+        let half = halved(setup.body.mesh(), axis, at, SAME * sheet.diagonal())?;
+        let share = half as f64 / cost.unknowns.max(1) as f64;
+        Some(Remark::new(
+            format!(
+                "sheet and tools are symmetric about {} = {at:.4} mm, and both halves are modelled",
+                name(axis)
+            ),
+            format!(
+                "half the sheet and a symmetry plane there have {half} unknowns and take about {}",
+                cost.times(share.powf(GROWTH))
+            ),
+        ))
+    };
+    found.iter().filter_map(remark).collect()
+}
+
+/// Unknowns of the half of the sheet below the plane, its nodes on the plane among them; `None` where an element lies
+/// across the plane (an odd number of elements; one has no halves).
+fn halved(mesh: &HexMesh, axis: usize, at: f64, near: f64) -> Option<usize> {
+    let beside = |n: &u32| mesh.nodes[*n as usize][axis] - at;
+    let across =
+        |e: &[u32; 8]| e.iter().any(|n| beside(n) > near) && e.iter().any(|n| beside(n) < -near);
+    let whole = !mesh.elements.iter().any(across);
+    whole.then(|| 3 * mesh.nodes.iter().filter(|x| x[axis] - at <= near).count())
 }
 
 fn mirrors(plan: &Plan, setup: &SimulationSetup, axis: usize, at: f64) -> bool {
@@ -107,6 +120,7 @@ mod tests {
     use super::*;
     use crate::contact::ToolSurface;
     use crate::contact::test_tools::plane;
+    use crate::solver::blank::rectangle;
     use crate::solver::{Placement, SheetSide};
 
     #[test]
@@ -131,5 +145,17 @@ mod tests {
         assert!(!tool_mirrors(&tool(-3.0), 0, 0.9, 1e-6));
         assert!(tool_mirrors(&tool(-3.0), 1, 0.0, 1e-6));
         assert!(!tool_mirrors(&tool(-3.0), 1, 0.1, 1e-6));
+    }
+
+    #[test]
+    fn only_meshes_with_nodes_on_the_plane_have_halves() {
+        let half = |nx: usize, ny: usize, axis: usize| {
+            let mesh = rectangle(8.0, 2.0, 1.0, nx, ny, 1);
+            halved(&mesh, axis, [4.0, 1.0][axis], 1e-6)
+        };
+        // 5 x 3 of 9 x 3 columns of two nodes, three unknowns each; 9 x 2.
+        assert_eq!((half(8, 2, 0), half(8, 2, 1)), (Some(90), Some(108)));
+        // One element across, and an odd number of them.
+        assert_eq!((half(8, 1, 1), half(7, 2, 0), half(1, 2, 0)), (None, None, None));
     }
 }

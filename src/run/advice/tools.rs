@@ -1,5 +1,7 @@
 //! Patches that the sheet cannot reach, patches far finer than its elements, radii that its elements cannot follow.
 
+use super::curvature::{Bend, FLAT, bends, corners};
+use super::size::{Size, Sizes};
 use super::{GROWTH, Remark};
 use crate::geometry::Vec3;
 use crate::run::cost::Cost;
@@ -8,16 +10,18 @@ use crate::tool::Patch;
 
 /// Elements over 90 degrees of a radius that follow it well.
 const OVER_A_RADIUS: f64 = 4.0;
-/// Angle between normals of a patch [rad] below which it counts as flat.
-const FLAT: f64 = 1e-3;
 /// Patches shorter than this share of an element, and turning by less than this angle [rad], are not felt.
 const FINE: (f64, f64) = (0.25, 0.09);
+/// Share of a bend's direction from which finer elements along an edge help.
+const HELPS: f64 = 0.5;
+/// Memory of a patch's pieces and their tree.
+const BYTES_A_PATCH: f64 = 2500.0;
 
-/// Remarks on one tool; `kept`: patches the sheet may come near; `size`: of its elements [mm].
+/// Remarks on one tool; `kept`: patches the sheet may come near.
 pub(super) fn remarks(
     tool: &ToolSetup,
     kept: &[bool],
-    size: f64,
+    sizes: &Sizes,
     cost: &Cost,
     out: &mut Vec<Remark>,
 ) {
@@ -43,11 +47,12 @@ pub(super) fn remarks(
     }
     let model = tool.surface.model();
     let near = || model.patches.iter().zip(kept).filter(|(_, k)| **k).map(|(p, _)| p);
-    let fine = near().filter(|p| is_fine(p, size)).count();
+    let fine = near().filter(|p| is_fine(p, &tool.offset, sizes)).count();
     if 2 * fine > count {
         out.push(Remark::new(
             format!(
-                "{fine} of {count} patches of {name} within reach are shorter than a quarter of the elements' {size:.2} mm and nearly flat"
+                "{fine} of {count} patches of {name} within reach are shorter than a quarter of the elements along their curvature and turn by less than {:.0} degrees",
+                FINE.1.to_degrees()
             ),
             format!(
                 "about {} and the time to search them; convert with --tol instead of fixed divisions",
@@ -55,67 +60,82 @@ pub(super) fn remarks(
             ),
         ));
     }
-    let Some(radius) = smallest_radius(near()) else { return };
-    let over = std::f64::consts::FRAC_PI_2 * radius / size;
-    if over < OVER_A_RADIUS {
-        let finer = OVER_A_RADIUS / over;
-        // Twice in plan, and increments grow with the number of contacts that change.
-        let unknowns = cost.unknowns as f64 * finer.powi(2);
-        out.push(Remark::new(
-            format!(
-                "elements of {size:.2} mm are coarse for the radius of {radius:.2} mm of {name}: {over:.1} over 90 degrees"
-            ),
-            format!(
-                "{OVER_A_RADIUS} want elements of {:.2} mm: {unknowns:.0} unknowns everywhere, {}",
-                size / finer,
-                cost.times(finer.powf(2.0 * GROWTH))
-            ),
-        ));
-    }
+    out.extend(coarse_elements(name, &tool.offset, near(), sizes, cost));
 }
-
-/// Memory of a patch's pieces and their tree.
-const BYTES_A_PATCH: f64 = 2500.0;
 
 fn megabytes(bytes: f64) -> String {
     if bytes < 1e5 { "less than 0.1 MB".into() } else { format!("{:.1} MB", bytes / 1e6) }
 }
 
-/// Corners of a patch with their normals, where it has them.
-fn corners(patch: &Patch) -> Vec<(Vec3, Vec3)> {
-    let all = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
-    let at = |&(eta, zeta): &(f64, f64)| {
-        // Just inside, where collapsed corners have a normal.
-        let inside = |v: f64, to: f64| v + 1e-6 * (to - v);
-        let normal = patch.normal(inside(eta, 0.6), inside(zeta, 0.4))?;
-        Some((patch.derivs(eta, zeta).s, normal))
+/// A bend and the size of the elements along it.
+type SizedBend = (Bend, Size);
+
+/// The two bends of a patch, each with the size of the elements along it; those along which it is flat have none.
+fn sized(patch: &Patch, offset: &Vec3, sizes: &Sizes) -> Option<(Vec3, [Option<SizedBend>; 2])> {
+    let (middle, both) = bends(&corners(patch))?;
+    let at = middle + offset;
+    let size = |k: usize| {
+        let (bend, other) = (both[k], both[1 - k].direction);
+        let size = || sizes.along(&at, &bend.direction, &other).map(|size| (bend, size));
+        (bend.turn() > FLAT).then(size).flatten()
     };
-    all[..patch.sides()].iter().filter_map(at).collect()
+    Some((at, [size(0), size(1)]))
 }
 
-fn is_fine(patch: &Patch, size: f64) -> bool {
-    let corners = corners(patch);
-    let pairs = || (0..corners.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-    let longest = pairs().map(|(a, b)| (corners[a].0 - corners[b].0).norm()).fold(0.0, f64::max);
-    let turn = pairs().map(|(a, b)| corners[a].1.angle(&corners[b].1)).fold(0.0, f64::max);
-    longest < FINE.0 * size && turn < FINE.1
-}
-
-/// Smallest radius of curvature [mm], from the turn of the normal along the patches' sides; `None` for flat ones.
-fn smallest_radius<'a>(patches: impl Iterator<Item = &'a Patch>) -> Option<f64> {
-    let mut least = f64::INFINITY;
-    for patch in patches {
+/// Whether coarser patches would do: short against the elements and hardly turning along a curvature, or, where there is
+/// none, in all directions.
+fn is_fine(patch: &Patch, offset: &Vec3, sizes: &Sizes) -> bool {
+    let bent = sized(patch, offset, sizes).map_or([None; 2], |(_, bent)| bent);
+    if bent == [None; 2] {
         let corners = corners(patch);
-        for k in 0..corners.len() {
-            let ((a, na), (b, nb)) = (corners[k], corners[(k + 1) % corners.len()]);
-            let angle = na.angle(&nb);
-            if angle > FLAT && (b - a).norm() > 0.0 {
-                // An arc of this chord.
-                least = least.min(0.5 * (b - a).norm() / (0.5 * angle).sin());
+        let pairs = (0..corners.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
+        let longest = pairs.map(|(a, b)| (corners[a].0 - corners[b].0).norm()).fold(0.0, f64::max);
+        return longest < FINE.0 * sizes.mean;
+    }
+    let fine = |(b, s): &SizedBend| b.length < FINE.0 * s.length && b.turn() < FINE.1;
+    bent.iter().flatten().any(fine)
+}
+
+/// A remark on the place of a tool that has the fewest elements over its radius, and what enough of them cost.
+fn coarse_elements<'a>(
+    name: &str,
+    offset: &Vec3,
+    patches: impl Iterator<Item = &'a Patch>,
+    sizes: &Sizes,
+    cost: &Cost,
+) -> Option<Remark> {
+    let mut worst: Option<(f64, Vec3, Bend, Size)> = None;
+    // How many times finer along the two edges of the elements.
+    let mut finer = [1.0_f64; 2];
+    for patch in patches {
+        let Some((at, bent)) = sized(patch, offset, sizes) else { continue };
+        for (bend, size) in bent.into_iter().flatten() {
+            let over = std::f64::consts::FRAC_PI_2 * bend.radius / size.length;
+            for (finer, share) in finer.iter_mut().zip(size.shares) {
+                if share > HELPS {
+                    *finer = finer.max(OVER_A_RADIUS / over);
+                }
+            }
+            if worst.as_ref().is_none_or(|w| over < w.0) {
+                worst = Some((over, at, bend, size));
             }
         }
     }
-    least.is_finite().then_some(least)
+    let (over, at, bend, size) = worst.filter(|w| w.0 < OVER_A_RADIUS)?;
+    let more = finer[0] * finer[1];
+    Some(Remark::new(
+        format!(
+            "elements of {:.2} mm along the bend are coarse for the radius of {:.2} mm of {name} at ({:.1}, {:.1}, {:.1}) mm: {over:.1} over 90 degrees",
+            size.length, bend.radius, at.x, at.y, at.z
+        ),
+        // Increments grow with the number of contacts that change.
+        format!(
+            "{OVER_A_RADIUS} want elements of {:.2} mm along it: {:.0} unknowns if all are, {}",
+            size.length * over / OVER_A_RADIUS,
+            cost.unknowns as f64 * more,
+            cost.times(more.powf(GROWTH))
+        ),
+    ))
 }
 
 #[cfg(test)]
@@ -124,17 +144,66 @@ mod tests {
 
     use super::*;
     use crate::contact::test_tools::{arc, plane, revolved};
+    use crate::solver::blank::rectangle;
+    use crate::tool::ToolModel;
+
+    fn cost() -> Cost {
+        Cost {
+            unknowns: 1000,
+            flop: 0.0,
+            factors_mb: 0.0,
+            memory_mb: 0.0,
+            elements_s: 0.0,
+            factor_s: 0.0,
+            increments: [1.0; 2],
+            iterations: [1.0; 2],
+            seconds: [1.0; 2],
+        }
+    }
+
+    /// A torus sector of small radius 4 and large radius 2000: a shoulder that bends along x, 40 mm wide along y.
+    fn shoulder(divisions: usize) -> ToolModel {
+        let angle = 40.0 / 2000.0;
+        let profile = [arc(divisions, [2000.0, 0.0], 4.0, [0.0, FRAC_PI_2], 1.0)];
+        revolved("shoulder", 2, angle, &profile)
+    }
+
+    fn told(nx: usize, ny: usize, tool: &ToolModel) -> Option<String> {
+        let sizes = Sizes::new(&rectangle(60.0, 60.0, 1.0, nx, ny, 1));
+        let offset = Vec3::new(-1950.0, 0.0, 0.0);
+        coarse_elements("die", &offset, tool.patches.iter(), &sizes, &cost()).map(|r| r.to_string())
+    }
 
     #[test]
-    fn radii_are_found_and_fine_patches_told() {
+    fn elements_are_held_against_radii_along_the_bend() {
+        let die = shoulder(6);
+        // 6.3 elements of 1 mm over 90 degrees, however long they are along the shoulder.
+        assert_eq!((told(60, 60, &die), told(60, 1, &die)), (None, None));
+        let coarse = told(6, 60, &die).unwrap();
+        assert!(
+            coarse.contains("9.99 mm along the bend") && coarse.contains(": 0.6 over 90"),
+            "{coarse}"
+        );
+        // Finer along x alone: 4 / 0.63 times as many.
+        assert!(coarse.contains("elements of 1.57 mm") && coarse.contains(": 63"), "{coarse}");
+    }
+
+    #[test]
+    fn patches_short_across_their_curvature_are_fine() {
+        let sizes = Sizes::new(&rectangle(60.0, 60.0, 1.0, 20, 20, 1));
+        let fine = |tool: &ToolModel| {
+            let offset = Vec3::new(-1950.0, 0.0, 0.0);
+            tool.patches.iter().filter(|p| is_fine(p, &offset, &sizes)).count()
+        };
+        // 0.26 mm by 20 mm, 3.75 degrees; 0.79 mm, 11.25 degrees; elements of 3 mm.
+        assert_eq!((fine(&shoulder(24)), fine(&shoulder(8))), (48, 0));
+        let flat = plane("p", Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z());
+        let of = |size: usize| Sizes::new(&rectangle(60.0, 60.0, 1.0, 60 / size, 60 / size, 1));
+        let is = |size: usize| is_fine(&flat.patches[0], &Vec3::zeros(), &of(size));
+        assert!(is(6) && !is(5));
+        // A sixth of 90 degrees turns too much to be left to fewer patches.
         let ball =
             revolved("ball", 4, FRAC_PI_2, &[arc(6, [0.0, 7.0], 7.0, [-FRAC_PI_2, 0.0], 1.0)]);
-        let radius = smallest_radius(ball.patches.iter()).unwrap();
-        assert!(radius < 7.0 + 1e-3 && radius > 0.9, "{radius}");
-        let flat = plane("p", Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z());
-        assert!(smallest_radius(flat.patches.iter()).is_none());
-        assert!(is_fine(&flat.patches[0], 6.0) && !is_fine(&flat.patches[0], 5.0));
-        // A sixth of 90 degrees turns too much to be left to fewer patches.
-        assert!(ball.patches.iter().all(|p| !is_fine(p, 1e3)));
+        assert!(ball.patches.iter().all(|p| !is_fine(p, &Vec3::zeros(), &of(60))));
     }
 }

@@ -1,0 +1,111 @@
+//! Sizes of the sheet's elements along directions in it.
+
+use crate::geometry::box_tree::BoxTree;
+use crate::geometry::frame::unit;
+use crate::geometry::{Aabb, Vec3};
+use crate::solver::blank::HexMesh;
+
+/// Share of a direction that must lie in an element's plane for it to say where the sheet bends.
+const IN_PLANE: f64 = 0.1;
+
+/// The sheet's elements in its plane.
+pub(super) struct Sizes {
+    tree: BoxTree,
+    boxes: Vec<Aabb>,
+    /// Mean edges of each element along its two directions [mm].
+    edges: Vec<[Vec3; 2]>,
+    /// Mean length of all edges [mm].
+    pub mean: f64,
+}
+
+/// An element's size along a direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Size {
+    /// Length of the element [mm].
+    pub length: f64,
+    /// Share of the direction that each of the element's edges takes; their squares make one.
+    pub shares: [f64; 2],
+}
+
+impl Sizes {
+    /// Those of the lowest layer's elements, which all other layers share.
+    pub(super) fn new(mesh: &HexMesh) -> Self {
+        let levels = mesh.nodes_per_column.max(1);
+        let lowest = |e: &&[u32; 8]| levels == 1 || (e[0] as usize).is_multiple_of(levels);
+        let elements: Vec<&[u32; 8]> = mesh.elements.iter().filter(lowest).collect();
+        let corner = |e: &[u32; 8], k: usize| mesh.nodes[e[k] as usize];
+        let edges: Vec<[Vec3; 2]> = elements
+            .iter()
+            .map(|e| {
+                let [p, q, r, s] = [0, 1, 2, 3].map(|k| corner(e, k));
+                [0.5 * (q - p + r - s), 0.5 * (s - p + r - q)]
+            })
+            .collect();
+        let boxes: Vec<Aabb> =
+            elements.iter().map(|e| Aabb::of_points(&[0, 1, 2, 3].map(|k| corner(e, k)))).collect();
+        let sum: f64 = edges.iter().map(|[a, b]| 0.5 * (a.norm() + b.norm())).sum();
+        let mean = sum / edges.len().max(1) as f64;
+        Self { tree: BoxTree::build(&boxes), boxes, edges, mean }
+    }
+
+    /// Size along `direction` of the element nearest to `at`; where that stands on the sheet (walls that it is drawn
+    /// along), across `other`, the direction along the bend.
+    pub(super) fn along(&self, at: &Vec3, direction: &Vec3, other: &Vec3) -> Option<Size> {
+        let mut nearest = None;
+        self.tree.nearest(at, f64::INFINITY, |k, best| {
+            let distance = self.boxes[k as usize].distance_squared(at);
+            if distance < best || nearest.is_none() {
+                nearest = Some(k);
+            }
+            distance.min(best)
+        });
+        let [a, b] = self.edges[nearest? as usize];
+        let normal = unit(a.cross(&b))?;
+        let flat = |v: &Vec3| v - normal * v.dot(&normal);
+        let mut wanted = flat(direction);
+        if wanted.norm() < IN_PLANE {
+            wanted = normal.cross(&flat(other));
+        }
+        let wanted = unit(wanted)?;
+        // In parts of the edges: wanted = alpha a + beta b.
+        let (aa, ab, bb) = (a.norm_squared(), a.dot(&b), b.norm_squared());
+        let (wa, wb) = (wanted.dot(&a), wanted.dot(&b));
+        let whole = aa * bb - ab * ab;
+        let parts = [(wa * bb - wb * ab) / whole, (wb * aa - wa * ab) / whole];
+        let length = 1.0 / parts[0].hypot(parts[1]);
+        length.is_finite().then(|| Size { length, shares: parts.map(|p| (p * length).abs()) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::blank::rectangle;
+
+    #[test]
+    fn elements_are_measured_along_directions() {
+        assert!((Sizes::new(&rectangle(10.0, 20.0, 0.8, 5, 10, 2)).mean - 2.0).abs() < 1e-12);
+        // 1 x 5 mm.
+        let sizes = Sizes::new(&rectangle(10.0, 20.0, 0.8, 10, 4, 2));
+        let at = Vec3::new(3.0, 3.0, 40.0);
+        let length = |d: Vec3, o: Vec3| sizes.along(&at, &d, &o).unwrap().length;
+        let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
+        assert!((length(x, y) - 1.0).abs() < 1e-12 && (length(y, x) - 5.0).abs() < 1e-12);
+        // Half down a shoulder, and at its lower end.
+        assert!((length((x - z).normalize(), y) - 1.0).abs() < 1e-12);
+        assert!((length(z, y) - 1.0).abs() < 1e-12);
+        let askew = sizes.along(&at, &(x + y).normalize(), &z).unwrap();
+        assert!(askew.length > 1.0 && askew.length < 5.0 && askew.shares[0] > askew.shares[1]);
+    }
+
+    #[test]
+    fn the_element_at_the_place_is_measured() {
+        let mut mesh = rectangle(10.0, 2.0, 0.8, 2, 1, 1);
+        // Columns at 0, 2 and 10 mm.
+        mesh.nodes.iter_mut().filter(|n| n.x == 5.0).for_each(|n| n.x = 2.0);
+        let sizes = Sizes::new(&mesh);
+        let at =
+            |x: f64| sizes.along(&Vec3::new(x, 1.0, 3.0), &Vec3::x(), &Vec3::y()).unwrap().length;
+        assert!((at(1.0) - 2.0).abs() < 1e-12 && (at(9.0) - 8.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,117 @@
+//! What `kanagata-solve check` says of the scenes in `fixtures`, and of the same with their meshes and tools spoilt.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::{Value, json};
+
+/// A copy of a fixture's folder.
+fn copied(fixture: &str, into: &Path) {
+    for entry in fs::read_dir(Path::new("fixtures").join(fixture)).unwrap() {
+        let entry = entry.unwrap();
+        if entry.file_name().to_string_lossy().ends_with(".json") {
+            fs::copy(entry.path(), into.join(entry.file_name())).unwrap();
+        }
+    }
+}
+
+/// What `check` prints of the scene in `folder` after `change`.
+fn told(folder: &Path, scene: &str, change: impl Fn(&mut Value)) -> String {
+    let mut value: Value = serde_json::from_slice(&fs::read(folder.join(scene)).unwrap()).unwrap();
+    change(&mut value);
+    let path = folder.join("changed.scene.json");
+    fs::write(&path, value.to_string()).unwrap();
+    let out = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"))
+        .args(["check", "--threads", "1"])
+        .arg(&path)
+        .output()
+        .unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    String::from_utf8(out.stdout).unwrap()
+}
+
+fn elements(counts: [usize; 2]) -> impl Fn(&mut Value) {
+    move |scene| scene["blank"]["shape"]["rectangle"]["elements"] = json!(counts)
+}
+
+#[test]
+fn one_element_across_has_no_halves() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("published/draw", folder);
+    let text = told(folder, "case.scene.json", |_| {});
+    assert!(!text.contains("symmetric about"), "{text}");
+    let text = told(folder, "case.scene.json", elements([175, 2]));
+    // 176 x 2 columns of two nodes.
+    assert!(text.contains("symmetric about y = 0.5") && text.contains("2112 unknowns"), "{text}");
+}
+
+#[test]
+fn elements_are_coarse_along_the_bend_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("published/bend", folder);
+    let with = |counts| told(folder, "case.scene.json", elements(counts));
+    // 90 degrees of the shoulder's 4 mm are 6.3 mm along x.
+    for counts in [[60, 6], [60, 1]] {
+        let text = with(counts);
+        assert!(!text.contains("coarse for the radius"), "{text}");
+    }
+    let text = with([6, 60]);
+    for part in ["elements of 10.00 mm along the bend", "4.00 mm of die", ": 0.6 over 90"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+#[test]
+fn a_tool_far_from_a_loaded_sheet_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("u-draw", folder);
+    let above = |up: f64| {
+        told(folder, "u-draw.scene.json", |scene| {
+            scene["tools"][2]["place"]["shift"] = json!([0.0, 0.0, up]);
+        })
+    };
+    let text = above(0.0);
+    assert!(!text.contains("can be reached"), "{text}");
+    for up in [100.0, 1000.0] {
+        let text = above(up);
+        assert!(text.contains("patches of punch can be reached by the sheet"), "{text}");
+    }
+}
+
+/// The cross tool of the demo with so many patches over 90 degrees.
+fn cross(divisions: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for tool in ["die", "punch", "holder"] {
+        let cad: PathBuf = ["fixtures", "cross", &format!("{tool}.igs")].iter().collect();
+        let out = Command::new(env!("CARGO_BIN_EXE_kanagata"))
+            .arg("convert")
+            .arg(cad)
+            .args(["--threads", "1", "--arc-divisions", divisions, "-o"])
+            .arg(folder.join(format!("{tool}.tool.json")))
+            .output()
+            .unwrap();
+        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    }
+    copied("cross", folder);
+    told(folder, "demo.scene.json", |_| {})
+}
+
+#[test]
+fn patches_of_the_cross_tool_are_too_coarse_right_or_too_fine() {
+    let coarse = cross("1");
+    for part in ["too coarse", "of die", "turns by 90 degrees", "convert with --tol"] {
+        assert!(coarse.contains(part), "{part}: {coarse}");
+    }
+    assert!(!coarse.contains("shorter than a quarter"), "{coarse}");
+    let fine = cross("24");
+    for tool in ["die", "punch"] {
+        let note = format!("patches of {tool} within reach are shorter than a quarter");
+        assert!(fine.contains(&note), "{fine}");
+    }
+    assert!(!fine.contains("too coarse"), "{fine}");
+}

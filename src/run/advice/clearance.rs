@@ -2,6 +2,7 @@
 
 use super::Remark;
 use super::coarse::{ShapeError, shape_error};
+use super::size::TOLERANCE;
 use crate::audit::clearance::{ClearanceOptions, clearance};
 use crate::geometry::Vec3;
 use crate::scene::Plan;
@@ -9,7 +10,7 @@ use crate::solver::{Motion, SimulationSetup};
 
 /// Shares of the room beside the sheet, and of its thickness, that shape errors may take up.
 const OF_ROOM: f64 = 0.5;
-const OF_THICKNESS: f64 = 0.02;
+const OF_THICKNESS: f64 = 2.0 * TOLERANCE;
 /// Intervals along a side of a patch.
 const SAMPLES: usize = 3;
 

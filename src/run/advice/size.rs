@@ -8,6 +8,9 @@ use crate::solver::blank::HexMesh;
 /// Share of a direction that must lie in an element's plane for it to say where the sheet bends.
 const IN_PLANE: f64 = 0.1;
 
+/// Shape error that tools may have in any case, as a share of the sheet's thickness.
+pub(super) const TOLERANCE: f64 = 0.01;
+
 /// The sheet's elements in its plane.
 pub(super) struct Sizes {
     tree: BoxTree,
@@ -16,6 +19,8 @@ pub(super) struct Sizes {
     edges: Vec<[Vec3; 2]>,
     /// Mean length of all edges [mm].
     pub mean: f64,
+    /// Shape error that a tool may have [mm].
+    pub tolerance: f64,
 }
 
 /// An element's size along a direction.
@@ -45,7 +50,8 @@ impl Sizes {
             elements.iter().map(|e| Aabb::of_points(&[0, 1, 2, 3].map(|k| corner(e, k)))).collect();
         let sum: f64 = edges.iter().map(|[a, b]| 0.5 * (a.norm() + b.norm())).sum();
         let mean = sum / edges.len().max(1) as f64;
-        Self { tree: BoxTree::build(&boxes), boxes, edges, mean }
+        let tolerance = TOLERANCE * mesh.mean_thickness();
+        Self { tree: BoxTree::build(&boxes), boxes, edges, mean, tolerance }
     }
 
     /// Size along `direction` of the element nearest to `at`; where that stands on the sheet (walls that it is drawn

@@ -10,8 +10,11 @@ use crate::tool::Patch;
 
 /// Elements over 90 degrees of a radius that follow it well.
 const OVER_A_RADIUS: f64 = 4.0;
-/// Patches shorter than this share of an element, and turning by less than this angle [rad], are not felt.
-const FINE: (f64, f64) = (0.25, 0.09);
+/// Patches shorter than this share of an element, and within the tolerance even when longer by its inverse, are not felt.
+const FINE: f64 = 0.25;
+/// Shape error of a patch over the radius times the turn to the fourth power: 1 / 128 for an arc, up to five times as much
+/// on saddles (the cross tool).
+const ERROR: f64 = 5.0 / 128.0;
 /// Share of a bend's direction from which finer elements along an edge help.
 const HELPS: f64 = 0.5;
 /// Memory of a patch's pieces and their tree.
@@ -51,12 +54,13 @@ pub(super) fn remarks(
     if 2 * fine > count {
         out.push(Remark::new(
             format!(
-                "{fine} of {count} patches of {name} within reach are shorter than a quarter of the elements along their curvature and turn by less than {:.0} degrees",
-                FINE.1.to_degrees()
+                "{fine} of {count} patches of {name} within reach are shorter than a quarter of the elements along their curvature, and within {:.4} mm even at four times their length",
+                sizes.tolerance
             ),
             format!(
-                "about {} and the time to search them; convert with --tol instead of fixed divisions",
-                megabytes(fine as f64 * BYTES_A_PATCH)
+                "about {} and the time to search them; convert with --tol {:.4} instead of fixed divisions",
+                megabytes(fine as f64 * BYTES_A_PATCH),
+                sizes.tolerance
             ),
         ));
     }
@@ -82,17 +86,18 @@ fn sized(patch: &Patch, offset: &Vec3, sizes: &Sizes) -> Option<(Vec3, [Option<S
     Some((at, [size(0), size(1)]))
 }
 
-/// Whether coarser patches would do: short against the elements and hardly turning along a curvature, or, where there is
-/// none, in all directions.
+/// Whether coarser patches would do: short against the elements, and far within the tolerance, along a curvature, or, where
+/// there is none, short in all directions.
 fn is_fine(patch: &Patch, offset: &Vec3, sizes: &Sizes) -> bool {
     let bent = sized(patch, offset, sizes).map_or([None; 2], |(_, bent)| bent);
     if bent == [None; 2] {
         let corners = corners(patch);
         let pairs = (0..corners.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
         let longest = pairs.map(|(a, b)| (corners[a].0 - corners[b].0).norm()).fold(0.0, f64::max);
-        return longest < FINE.0 * sizes.mean;
+        return longest < FINE * sizes.mean;
     }
-    let fine = |(b, s): &SizedBend| b.length < FINE.0 * s.length && b.turn() < FINE.1;
+    let within = |b: &Bend| ERROR * b.radius * (b.turn() / FINE).powi(4) < sizes.tolerance;
+    let fine = |(b, s): &SizedBend| b.length < FINE * s.length && within(b);
     bent.iter().flatten().any(fine)
 }
 
@@ -201,9 +206,9 @@ mod tests {
         let of = |size: usize| Sizes::new(&rectangle(60.0, 60.0, 1.0, 60 / size, 60 / size, 1));
         let is = |size: usize| is_fine(&flat.patches[0], &Vec3::zeros(), &of(size));
         assert!(is(6) && !is(5));
-        // A sixth of 90 degrees turns too much to be left to fewer patches.
+        // A quarter of 90 degrees turns too much to be left to fewer patches.
         let ball =
-            revolved("ball", 4, FRAC_PI_2, &[arc(6, [0.0, 7.0], 7.0, [-FRAC_PI_2, 0.0], 1.0)]);
+            revolved("ball", 3, FRAC_PI_2, &[arc(4, [0.0, 7.0], 7.0, [-FRAC_PI_2, 0.0], 1.0)]);
         assert!(ball.patches.iter().all(|p| !is_fine(p, &Vec3::zeros(), &of(60))));
     }
 }

@@ -46,13 +46,14 @@ pub struct RunFolder {
 /// Name and version of the program.
 pub(super) const PROGRAM: &str = concat!("kanagata-solve ", env!("CARGO_PKG_VERSION"));
 
-/// SHA-256 of the scene and its tool files.
+/// SHA-256 of the scene and of the files that it names.
 pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
     let tools = plan.scene.tools.iter().zip(&plan.tools);
     let tools = tools.map(|(tool, loaded)| (tool.file.clone(), loaded.sha256.clone()));
     let followed = plan.followed.iter().map(|f| (f.file.clone(), f.sha256.clone()));
     std::iter::once(("scene".to_owned(), plan.sha256.clone()))
         .chain(tools)
+        .chain(plan.files.iter().map(|f| (f.file.clone(), f.sha256.clone())))
         .chain(followed)
         .collect()
 }

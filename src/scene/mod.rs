@@ -5,10 +5,13 @@
 //! that into what the solver runs.
 
 mod blank;
+mod check;
+mod course;
 mod follow;
+mod motions;
 pub mod read;
 pub mod setup;
 pub mod types;
 
-pub use read::{Plan, PlannedTool, SceneError, read};
+pub use read::{Plan, PlannedFile, PlannedTool, SceneError, read};
 pub use types::Scene;

@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::check::check;
 use super::follow::{Followed, followed};
-use super::types::{BlankShape, Drive, MaterialChoice, Scene, SolverLimits};
+use super::types::{MaterialChoice, Scene};
 use crate::contact::ToolSurface;
 use crate::files::sha256_hex;
 use crate::solver::material::Material;
 use crate::solver::material::card::{self, CardError, MaterialCard};
 use crate::tool::file::{ToolFileError, read as read_tool};
 
-/// Scene file version this program reads.
-pub const VERSION: u32 = 1;
+pub use super::check::VERSION;
 
 /// Why a scene cannot be run.
 #[non_exhaustive]
@@ -69,6 +69,16 @@ pub enum SceneError {
         /// What is wrong with the tool file.
         cause: Box<ToolFileError>,
     },
+    /// The material's card file cannot be used.
+    #[error("{}, material: {}: {cause}; allowed: the JSON of a material card, as a scene or `kanagata material show` takes it, or the name of a card in the library (`kanagata material list`)", path.display(), file.display())]
+    CardFile {
+        /// The scene.
+        path: PathBuf,
+        /// The card file.
+        file: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
     /// A material that cannot be used.
     #[error("{}, material: {cause}", path.display())]
     Material {
@@ -93,8 +103,19 @@ pub struct Plan {
     pub card: MaterialCard,
     /// The material law, its axes turned to the rolling direction.
     pub material: Arc<dyn Material>,
+    /// Mesh file of the blank and card file of the material, where there are such.
+    pub files: Vec<PlannedFile>,
     /// The run whose increments are taken.
     pub followed: Option<Followed>,
+}
+
+/// A file that the scene names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlannedFile {
+    /// As the scene names it.
+    pub file: String,
+    /// SHA-256 of the file.
+    pub sha256: String,
 }
 
 /// A tool with its surface.
@@ -124,17 +145,45 @@ impl Plan {
 pub fn read(path: &Path) -> Result<Plan, SceneError> {
     let (mut scene, bytes) = scene_of(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    super::blank::fill_in(&mut scene.blank, path, &folder)?;
+    let mesh_file = super::blank::fill_in(&mut scene.blank, path, &folder)?;
     let tools = load_tools(&scene, path, &folder)?;
     let followed = followed(&scene, path, &folder)?;
     let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };
-    let card = match &scene.material {
-        MaterialChoice::Named(name) => card::find(name).map_err(card_of)?,
-        MaterialChoice::Card(card) => (**card).clone(),
+    let (card, card_file) = match &scene.material {
+        MaterialChoice::Named(name) if is_path(name) => {
+            let (card, file) = card_of_file(name, path, &folder)?;
+            (card, Some(file))
+        }
+        MaterialChoice::Named(name) => (card::find(name).map_err(card_of)?, None),
+        MaterialChoice::Card(card) => ((**card).clone(), None),
     };
+    let files = mesh_file.into_iter().chain(card_file).collect();
     let angle = scene.blank.rolling_direction_deg.to_radians();
     let material = card.build(angle).map_err(card_of)?;
-    Ok(Plan { scene, folder, sha256: sha256_hex(&bytes), tools, card, material, followed })
+    let sha256 = sha256_hex(&bytes);
+    Ok(Plan { scene, folder, sha256, tools, card, material, files, followed })
+}
+
+/// Whether a material is named by a file and not by a card of the library.
+fn is_path(name: &str) -> bool {
+    name.ends_with(".json") || name.contains(['/', '\\'])
+}
+
+fn card_of_file(
+    name: &str,
+    path: &Path,
+    folder: &Path,
+) -> Result<(MaterialCard, PlannedFile), SceneError> {
+    let file = folder.join(name);
+    let fault = |cause: String| SceneError::CardFile {
+        path: path.to_path_buf(),
+        file: file.clone(),
+        cause,
+    };
+    let bytes = std::fs::read(&file).map_err(|e| fault(e.to_string()))?;
+    // The reader's own words end with line and column.
+    let card = serde_json::from_slice(&bytes).map_err(|e| fault(format!("found {e}")))?;
+    Ok((card, PlannedFile { file: name.to_owned(), sha256: sha256_hex(&bytes) }))
 }
 
 /// Reads and checks the scene at `path` without its tool files, which need not be there yet; with the file's bytes.
@@ -176,136 +225,6 @@ fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTo
         });
     }
     Ok(tools)
-}
-
-type Fault = (String, String, String);
-
-fn check(scene: &Scene) -> Result<(), Fault> {
-    let need = |ok: bool, place: String, found: String, allowed: &str| {
-        if ok { Ok(()) } else { Err((place, found, allowed.to_owned())) }
-    };
-    need(scene.version == VERSION, "version".into(), scene.version.to_string(), "1")?;
-    check_blank(scene)?;
-    need(!scene.tools.is_empty(), "tools".into(), "none".into(), "at least one tool")?;
-    for (k, tool) in scene.tools.iter().enumerate() {
-        let at = |key: &str| format!("tools[{k}].{key}");
-        let word = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        let named = !tool.name.is_empty() && tool.name.chars().all(word);
-        let name = format!("'{}'", tool.name);
-        need(named, at("name"), name.clone(), "letters, digits, '-' and '_'")?;
-        let first = scene.tools.iter().position(|t| t.name == tool.name) == Some(k);
-        need(first, at("name"), name, "a name of its own")?;
-        let length = tool.direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let direction = length > 0.0 && length.is_finite();
-        need(
-            direction,
-            at("direction"),
-            format!("{:?}", tool.direction),
-            "a vector that is not zero",
-        )?;
-        let mu = tool.friction;
-        need((0.0..10.0).contains(&mu), at("friction"), mu.to_string(), "0 to 10")?;
-    }
-    need(!scene.stages.is_empty(), "stages".into(), "none".into(), "at least one stage")?;
-    for (k, stage) in scene.stages.iter().enumerate() {
-        let unknown = stage.drive.keys().find(|n| !scene.tools.iter().any(|t| t.name == **n));
-        if let Some(name) = unknown {
-            let names: Vec<&str> = scene.tools.iter().map(|t| t.name.as_str()).collect();
-            let place = format!("stages[{k}].drive");
-            return Err((place, format!("tool '{name}'"), names.join(", ")));
-        }
-        for (name, drive) in &stage.drive {
-            if let Drive::Spring(spring) = drive {
-                let stiffness = spring.stiffness_n_per_mm;
-                let place = format!("stages[{k}].drive.{name}.spring.stiffness_n_per_mm");
-                let fits = stiffness > 0.0 && stiffness.is_finite();
-                need(fits, place, stiffness.to_string(), "above 0")?;
-                let place = format!("stages[{k}].drive.{name}.spring.force_n");
-                need(spring.force_n.is_finite(), place, spring.force_n.to_string(), "a number")?;
-            }
-        }
-        for (key, value) in [
-            ("first_increment", stage.first_increment),
-            ("largest_increment", stage.largest_increment),
-        ] {
-            let fits = value.is_none_or(|v| v > 0.0 && v <= 1.0);
-            need(fits, format!("stages[{k}].{key}"), format!("{value:?}"), "above 0, at most 1")?;
-        }
-    }
-    check_solver(&scene.solver)
-}
-
-fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
-    const LEAST_TOLERANCE: f64 = 1e-13;
-    let fault = |key: &str, found: &dyn std::fmt::Debug, allowed: &str| {
-        Err((format!("solver.{key}"), format!("{found:?}"), allowed.to_owned()))
-    };
-    let tolerance = solver.force_tolerance;
-    if !(LEAST_TOLERANCE..0.1).contains(&tolerance) {
-        return fault("force_tolerance", &tolerance, "1e-13 to 0.1");
-    }
-    if solver.iterations == 0 || solver.wanted_iterations == 0 {
-        let found = (solver.iterations, solver.wanted_iterations);
-        return fault("iterations, wanted_iterations", &found, "at least 1");
-    }
-    let step = solver.smallest_increment;
-    if !(step > 0.0 && step <= 1.0) {
-        return fault("smallest_increment", &step, "above 0, at most 1");
-    }
-    let transition = solver.friction_transition;
-    if !(0.0..1.0).contains(&transition) {
-        return fault("friction_transition", &transition, "0 to 1");
-    }
-    match solver.contact.stiffness() {
-        Some(stiffness) if !(stiffness > 0.0 && stiffness.is_finite()) => {
-            fault("contact.stiffness", &stiffness, "above 0")
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Elements of a blank, at most.
-const MOST_ELEMENTS: usize = 20_000_000;
-
-fn check_blank(scene: &Scene) -> Result<(), Fault> {
-    let blank = &scene.blank;
-    let lengths = match &blank.shape {
-        BlankShape::Rectangle { size_mm: [x, y], .. } => {
-            vec![("shape.rectangle.size_mm[0]", *x), ("shape.rectangle.size_mm[1]", *y)]
-        }
-        BlankShape::QuarterDisc { radius_mm, .. } => {
-            vec![("shape.quarter_disc.radius_mm", *radius_mm)]
-        }
-        BlankShape::Mesh { .. } => Vec::new(),
-    };
-    // Hexahedra of a file bring their thickness.
-    let own = matches!(blank.shape, BlankShape::Mesh { .. }) && blank.thickness_mm == 0.0;
-    for (key, value) in lengths.into_iter().chain([("thickness_mm", blank.thickness_mm)]) {
-        if !(value > 0.0 && value.is_finite() || own) {
-            return Err((format!("blank.{key}"), value.to_string(), "above 0".into()));
-        }
-    }
-    let counts = match blank.shape {
-        BlankShape::Rectangle { elements: [nx, ny], .. } => [nx, ny, blank.layers],
-        // The core once, and two sides of it to the rim: fewer than this.
-        BlankShape::QuarterDisc { core, rings, .. } => {
-            [core, core.saturating_add(rings.saturating_mul(2)), blank.layers]
-        }
-        BlankShape::Mesh { .. } => [1, 1, blank.layers],
-    };
-    let count = counts.iter().try_fold(1usize, |n, &k| n.checked_mul(k));
-    let none = matches!(blank.shape, BlankShape::QuarterDisc { rings: 0, .. });
-    if none || !count.is_some_and(|n| (1..=MOST_ELEMENTS).contains(&n)) {
-        let allowed = format!("at least 1 each, at most {MOST_ELEMENTS} in all");
-        return Err(("blank".into(), format!("elements {counts:?}"), allowed));
-    }
-    for (k, load) in scene.loads.iter().enumerate() {
-        if load.force_n.iter().any(|f| !f.is_finite()) {
-            let found = format!("{:?}", load.force_n);
-            return Err((format!("loads[{k}].force_n"), found, "numbers".into()));
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -373,8 +292,42 @@ mod tests {
         assert!(message.contains("solver.contact.stiffness: found -1"), "{message}");
         let message = fails(|s| s["solver"] = serde_json::json!({"force_tolerance": 0}));
         assert!(message.contains("solver.force_tolerance: found 0"), "{message}");
+        let drive = |drive: serde_json::Value| {
+            fails(|s| s["stages"][0]["drive"] = serde_json::json!({"die": drive}))
+        };
+        let message = drive(serde_json::json!({"travel_mm": [[0, 0], [0.5, 5], [0.4, 3]]}));
+        assert!(message.contains("stages[0].drive.die.travel_mm[2]: found share 0.4"), "{message}");
+        let message = drive(serde_json::json!({"force_n": [[0, 0], [0.5, 5]]}));
+        assert!(message.contains("drive.die.force_n[1]"), "{message}");
+        let message = drive(serde_json::json!({"travel_mm": [[0, 4], [1, 5]]}));
+        assert!(message.contains("travel_mm[0]: found 4 mm at share 0"), "{message}");
+        assert!(message.contains("allowed: 0 mm, where it is"), "{message}");
+        let message = drive(serde_json::json!({"travel_mm": "far"}));
+        assert!(message.contains("expected a number, or a list of pairs"), "{message}");
+        let message = drive(serde_json::json!({"travel_mm": [[0, 0], [0.5, 5], [1, 3]]}));
+        assert!(message.contains("tools[0].file"), "only the tool is missing: {message}");
         let message = fails(|s| s["version"] = 3.into());
         assert!(message.contains("version: found 3"), "{message}");
+    }
+
+    #[test]
+    fn a_material_with_a_path_is_a_card_file() {
+        assert!(is_path("steel.json") && is_path("./steel") && is_path("cards\\steel"));
+        assert!(!is_path("mild-steel-neto2012"));
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("x.scene.json");
+        let write = |text: &str| std::fs::write(folder.path().join("card.json"), text).unwrap();
+        let read = || card_of_file("./card.json", &scene, folder.path());
+        let message = read().unwrap_err().to_string();
+        assert!(message.contains("x.scene.json, material: ") && message.contains("card.json"));
+        write("{\"name\": \"mine\",\n \"young\": 1}");
+        let message = read().unwrap_err().to_string();
+        assert!(message.contains("`young`") && message.contains("line 2"), "{message}");
+        assert!(message.contains("allowed: the JSON of a material card"), "{message}");
+        write(r#"{"name": "mine", "young_mpa": 70000, "poisson": 0.3}"#);
+        let (card, file) = read().unwrap();
+        assert_eq!((card.young_mpa, file.file.as_str()), (70000.0, "./card.json"));
+        assert_eq!(file.sha256.len(), 64);
     }
 
     #[test]

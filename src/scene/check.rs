@@ -1,0 +1,163 @@
+//! Values of a scene against their ranges, before any file that it names is read.
+
+use super::motions::jump;
+use super::types::{BlankShape, Drive, Scene, SolverLimits};
+
+/// Scene file version this program reads.
+pub const VERSION: u32 = 1;
+
+type Fault = (String, String, String);
+
+/// What is out of range in a scene: place, what was found, what is allowed.
+pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
+    let need = |ok: bool, place: String, found: String, allowed: &str| {
+        if ok { Ok(()) } else { Err((place, found, allowed.to_owned())) }
+    };
+    need(scene.version == VERSION, "version".into(), scene.version.to_string(), "1")?;
+    check_blank(scene)?;
+    need(!scene.tools.is_empty(), "tools".into(), "none".into(), "at least one tool")?;
+    for (k, tool) in scene.tools.iter().enumerate() {
+        let at = |key: &str| format!("tools[{k}].{key}");
+        let word = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        let named = !tool.name.is_empty() && tool.name.chars().all(word);
+        let name = format!("'{}'", tool.name);
+        need(named, at("name"), name.clone(), "letters, digits, '-' and '_'")?;
+        let first = scene.tools.iter().position(|t| t.name == tool.name) == Some(k);
+        need(first, at("name"), name, "a name of its own")?;
+        let length = tool.direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let direction = length > 0.0 && length.is_finite();
+        need(
+            direction,
+            at("direction"),
+            format!("{:?}", tool.direction),
+            "a vector that is not zero",
+        )?;
+        let mu = tool.friction;
+        need((0.0..10.0).contains(&mu), at("friction"), mu.to_string(), "0 to 10")?;
+    }
+    need(!scene.stages.is_empty(), "stages".into(), "none".into(), "at least one stage")?;
+    for (k, stage) in scene.stages.iter().enumerate() {
+        let unknown = stage.drive.keys().find(|n| !scene.tools.iter().any(|t| t.name == **n));
+        if let Some(name) = unknown {
+            let names: Vec<&str> = scene.tools.iter().map(|t| t.name.as_str()).collect();
+            let place = format!("stages[{k}].drive");
+            return Err((place, format!("tool '{name}'"), names.join(", ")));
+        }
+        for (name, drive) in &stage.drive {
+            check_drive(&format!("stages[{k}].drive.{name}"), drive)?;
+        }
+        for (key, value) in [
+            ("first_increment", stage.first_increment),
+            ("largest_increment", stage.largest_increment),
+        ] {
+            let fits = value.is_none_or(|v| v > 0.0 && v <= 1.0);
+            need(fits, format!("stages[{k}].{key}"), format!("{value:?}"), "above 0, at most 1")?;
+        }
+    }
+    if let Some([place, found, allowed]) = jump(scene) {
+        return Err((place, found, allowed));
+    }
+    check_solver(&scene.solver)
+}
+
+fn check_drive(place: &str, drive: &Drive) -> Result<(), Fault> {
+    let (key, course) = match drive {
+        Drive::TravelMm(course) => ("travel_mm", course),
+        Drive::AdvanceMm(course) => ("advance_mm", course),
+        Drive::ForceN(course) => ("force_n", course),
+        Drive::Spring(spring) => ("spring.force_n", &spring.force_n),
+        Drive::Release(_) | Drive::Absent(_) => return Ok(()),
+    };
+    if let Drive::Spring(spring) = drive {
+        let stiffness = spring.stiffness_n_per_mm;
+        if !(stiffness > 0.0 && stiffness.is_finite()) {
+            let place = format!("{place}.spring.stiffness_n_per_mm");
+            return Err((place, stiffness.to_string(), "above 0".into()));
+        }
+    }
+    match course.fault() {
+        Some([at, found, allowed]) => Err((format!("{place}.{key}{at}"), found, allowed)),
+        None => Ok(()),
+    }
+}
+
+fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
+    const LEAST_TOLERANCE: f64 = 1e-13;
+    let fault = |key: &str, found: &dyn std::fmt::Debug, allowed: &str| {
+        Err((format!("solver.{key}"), format!("{found:?}"), allowed.to_owned()))
+    };
+    let tolerance = solver.force_tolerance;
+    if !(LEAST_TOLERANCE..0.1).contains(&tolerance) {
+        return fault("force_tolerance", &tolerance, "1e-13 to 0.1");
+    }
+    if solver.iterations == 0 || solver.wanted_iterations == 0 {
+        let found = (solver.iterations, solver.wanted_iterations);
+        return fault("iterations, wanted_iterations", &found, "at least 1");
+    }
+    let step = solver.smallest_increment;
+    if !(step > 0.0 && step <= 1.0) {
+        return fault("smallest_increment", &step, "above 0, at most 1");
+    }
+    let transition = solver.friction_transition;
+    if !(0.0..1.0).contains(&transition) {
+        return fault("friction_transition", &transition, "0 to 1");
+    }
+    match solver.contact.stiffness() {
+        Some(stiffness) if !(stiffness > 0.0 && stiffness.is_finite()) => {
+            fault("contact.stiffness", &stiffness, "above 0")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Elements of a blank, at most.
+const MOST_ELEMENTS: usize = 20_000_000;
+
+fn check_blank(scene: &Scene) -> Result<(), Fault> {
+    let blank = &scene.blank;
+    let lengths = match &blank.shape {
+        BlankShape::Rectangle { size_mm: [x, y], .. } => {
+            vec![("shape.rectangle.size_mm[0]", *x), ("shape.rectangle.size_mm[1]", *y)]
+        }
+        BlankShape::QuarterDisc { radius_mm, .. } => {
+            vec![("shape.quarter_disc.radius_mm", *radius_mm)]
+        }
+        BlankShape::Disc { radius_mm, .. } => vec![("shape.disc.radius_mm", *radius_mm)],
+        BlankShape::Mesh { .. } => Vec::new(),
+    };
+    // Hexahedra of a file bring their thickness.
+    let own = matches!(blank.shape, BlankShape::Mesh { .. }) && blank.thickness_mm == 0.0;
+    for (key, value) in lengths.into_iter().chain([("thickness_mm", blank.thickness_mm)]) {
+        if !(value > 0.0 && value.is_finite() || own) {
+            return Err((format!("blank.{key}"), value.to_string(), "above 0".into()));
+        }
+    }
+    let counts = match blank.shape {
+        BlankShape::Rectangle { elements: [nx, ny], .. } => [nx, ny, blank.layers],
+        // The core once, and two sides of it to the rim: fewer than this.
+        BlankShape::QuarterDisc { core, rings, .. } => {
+            [core, core.saturating_add(rings.saturating_mul(2)), blank.layers]
+        }
+        BlankShape::Disc { core, rings, .. } => {
+            let across = core.saturating_add(rings.saturating_mul(2)).saturating_mul(2);
+            [core.saturating_mul(2), across, blank.layers]
+        }
+        BlankShape::Mesh { .. } => [1, 1, blank.layers],
+    };
+    let count = counts.iter().try_fold(1usize, |n, &k| n.checked_mul(k));
+    let none = matches!(
+        blank.shape,
+        BlankShape::QuarterDisc { rings: 0, .. } | BlankShape::Disc { rings: 0, .. }
+    );
+    if none || !count.is_some_and(|n| (1..=MOST_ELEMENTS).contains(&n)) {
+        let allowed = format!("at least 1 each, at most {MOST_ELEMENTS} in all");
+        return Err(("blank".into(), format!("elements {counts:?}"), allowed));
+    }
+    for (k, load) in scene.loads.iter().enumerate() {
+        if load.force_n.iter().any(|f| !f.is_finite()) {
+            let found = format!("{:?}", load.force_n);
+            return Err((format!("loads[{k}].force_n"), found, "numbers".into()));
+        }
+    }
+    Ok(())
+}

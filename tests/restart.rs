@@ -251,6 +251,21 @@ fn symmetry_is_told_where_the_mesh_has_halves() {
     assert!(text.contains("have 306 unknowns"), "{text}");
 }
 
+/// The same strip from a mesh file, its material from a card file.
+fn name_files(folder: &Path) {
+    let node = |k: usize| format!("v {} {} 0\n", 1.25 * (k / 2) as f64, 2 * (k % 2));
+    let quad = |k: usize| format!("f {} {} {} {}\n", 2 * k + 1, 2 * k + 3, 2 * k + 4, 2 * k + 2);
+    let mesh = (0..34).map(node).chain((0..16).map(quad));
+    fs::write(folder.join("blank.obj"), mesh.collect::<String>()).unwrap();
+    let card = "src/solver/material/cards/mild-steel-neto2012.json";
+    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join(card), folder.join("steel.json")).unwrap();
+    let path = folder.join("bend.scene.json");
+    let mut scene: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    scene["blank"]["shape"] = serde_json::json!({"mesh": {"file": "blank.obj"}});
+    scene["material"] = "steel.json".into();
+    fs::write(path, scene.to_string()).unwrap();
+}
+
 #[test]
 fn what_cannot_be_gone_on_with_says_why() {
     let folder = tempfile::tempdir().unwrap();
@@ -260,6 +275,7 @@ fn what_cannot_be_gone_on_with_says_why() {
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8_lossy(&output.stderr).into_owned()
     };
+    name_files(folder);
     let none = message(command(folder, "out", true).output().unwrap());
     assert!(none.contains("no checkpoint to go on from") && none.contains("--restart"), "{none}");
     let mut child = command(folder, "out", false).spawn().unwrap();
@@ -274,6 +290,13 @@ fn what_cannot_be_gone_on_with_says_why() {
     let changed = message(command(folder, "out", true).output().unwrap());
     assert!(changed.contains("`scene` has changed"), "{changed}");
     fs::write(&path, scene).unwrap();
+    for file in ["blank.obj", "steel.json"] {
+        let text = fs::read_to_string(folder.join(file)).unwrap();
+        fs::write(folder.join(file), format!("{text}\n")).unwrap();
+        let changed = message(command(folder, "out", true).output().unwrap());
+        assert!(changed.contains(&format!("`{file}` has changed")), "{changed}");
+        fs::write(folder.join(file), text).unwrap();
+    }
     for file in ["out/checkpoint-0.bin", "out/checkpoint-1.bin"] {
         let mut bytes = fs::read(folder.join(file)).unwrap();
         let middle = bytes.len() / 2;

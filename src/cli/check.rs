@@ -6,7 +6,7 @@ use super::exit::{EXIT_HELP, Exit, Failure};
 use super::say::out;
 use crate::run::advice::advice;
 use crate::run::cost::{Cost, cost};
-use crate::scene::types::{BlankShape, Drive};
+use crate::scene::types::{BlankShape, Course, Drive};
 use crate::scene::{Plan, SceneError, read};
 use crate::solver::reach::leave_out;
 
@@ -83,6 +83,7 @@ fn outline(shape: &BlankShape) -> String {
     match shape {
         BlankShape::Rectangle { size_mm: [x, y], .. } => format!("{x} x {y} mm"),
         BlankShape::QuarterDisc { radius_mm, .. } => format!("quarter disc, radius {radius_mm} mm"),
+        BlankShape::Disc { radius_mm, .. } => format!("disc, radius {radius_mm} mm"),
         BlankShape::Mesh { file } => file.clone(),
     }
 }
@@ -96,7 +97,10 @@ fn print_stages(plan: &Plan) {
             .map(|(tool, drive)| match drive {
                 Drive::TravelMm(to) => format!("{tool} to {to} mm"),
                 Drive::AdvanceMm(by) => format!("{tool} by {by} mm"),
-                Drive::ForceN(n) => format!("{tool} {n} N ({} N on the modelled part)", n / share),
+                Drive::ForceN(n @ Course::End(end)) => {
+                    format!("{tool} {n} N ({} N on the modelled part)", end / share)
+                }
+                Drive::ForceN(n) => format!("{tool} {n} N"),
                 Drive::Spring(s) => format!(
                     "{tool} held by a spring of {} N/mm, {} N at travel zero",
                     s.stiffness_n_per_mm, s.force_n

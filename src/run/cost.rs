@@ -141,15 +141,26 @@ fn fewest_increments(stage: &Stage) -> f64 {
 
 /// Travel of all tools that are driven by travel, over all stages [mm].
 fn travelled(setup: &SimulationSetup) -> f64 {
-    let motions = setup.stages.iter().flat_map(|s| &s.motions);
-    let of = |motion: &Motion| match motion {
-        Motion::Travel(curve) | Motion::Advance(curve) => {
+    let of = |tool: usize| -> f64 {
+        let mut now = 0.0;
+        let motions = setup.stages.iter().map(|s| &s.motions[tool]);
+        let range = motions.map(|motion| {
+            let curve = match motion {
+                Motion::Travel(curve) => {
+                    curve.starting_at(std::mem::replace(&mut now, curve.at(1.0)))
+                }
+                Motion::Advance(curve) => {
+                    now += curve.at(1.0);
+                    curve.starting_at(0.0)
+                }
+                _ => return 0.0,
+            };
             let [low, high] = curve.extent();
             high - low
-        }
-        _ => 0.0,
+        });
+        range.sum()
     };
-    motions.map(of).sum()
+    (0..setup.tools.len()).map(of).sum()
 }
 
 impl Cost {

@@ -2,17 +2,20 @@
 
 use std::path::Path;
 
-use super::read::SceneError;
-use super::types::{Blank, BlankShape, Region, Scene};
+use super::read::{PlannedFile, SceneError};
+use super::types::{Blank, BlankShape, Region, Scene, SymmetryPlane};
 use crate::files::sha256_hex;
 use crate::geometry::Vec3;
 use crate::mesh::io::{self, SheetElements};
 use crate::solver::Constraints;
-use crate::solver::blank::{HexMesh, quarter_disc, rectangle, thickened};
+use crate::solver::blank::{HexMesh, disc, quarter_disc, rectangle, thickened};
 use crate::solver::columns::{SheetError, from_hexahedra, oriented};
 
 /// Nodes this close to a plane or a radius are on it [share of the blank's size].
 const ON: f64 = 1e-9;
+
+/// Nodes farther than this beside a symmetry plane are off it [share of the blank's size].
+const BESIDE: f64 = 1e-6;
 
 /// Place, what was found, what is allowed.
 type Fault = (String, String, String);
@@ -34,6 +37,10 @@ pub(super) fn blank_mesh(
         }
         BlankShape::QuarterDisc { radius_mm, core, rings } => {
             let (points, quads) = quarter_disc(*radius_mm, *core, *rings);
+            thickened(&points, &quads, blank.thickness_mm, blank.layers)
+        }
+        BlankShape::Disc { radius_mm, core, rings } => {
+            let (points, quads) = disc(*radius_mm, *core, *rings);
             thickened(&points, &quads, blank.thickness_mm, blank.layers)
         }
         BlankShape::Mesh { file } => of_file(blank, scene, &folder.join(file))?,
@@ -81,25 +88,26 @@ fn of_file(blank: &Blank, scene: &Path, file: &Path) -> Result<HexMesh, SceneErr
     }
 }
 
-/// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself.
-/// Gives the file as the scene names it, and its SHA-256.
+/// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself. The
+/// mesh file, where there is one.
 pub(super) fn fill_in(
     blank: &mut Blank,
     scene: &Path,
     folder: &Path,
-) -> Result<Option<(String, String)>, SceneError> {
+) -> Result<Option<PlannedFile>, SceneError> {
     let BlankShape::Mesh { file } = &blank.shape else { return Ok(None) };
-    let (name, path) = (file.clone(), folder.join(file));
+    let path = folder.join(file);
     let mesh = of_file(blank, scene, &path)?;
-    blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);
-    if blank.thickness_mm <= 0.0 {
-        blank.thickness_mm = mesh.mean_thickness();
-    }
     let bytes = std::fs::read(&path).map_err(|e| SceneError::Blank {
         path: scene.to_path_buf(),
         cause: format!("{}: {e}", path.display()),
     })?;
-    Ok(Some((name, sha256_hex(&bytes))))
+    let found = PlannedFile { file: file.clone(), sha256: sha256_hex(&bytes) };
+    blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);
+    if blank.thickness_mm <= 0.0 {
+        blank.thickness_mm = mesh.mean_thickness();
+    }
+    Ok(Some(found))
 }
 
 /// Symmetry planes and held nodes.
@@ -108,6 +116,8 @@ pub(super) fn constraints(scene: &Scene, nodes: &[Vec3]) -> Result<Constraints, 
     let tolerance = ON * size(nodes);
     for (k, plane) in scene.symmetry.iter().enumerate() {
         let axis = plane.normal.index();
+        check_plane(&scene.symmetry[..k], plane, nodes)
+            .map_err(|(found, allowed)| (format!("symmetry[{k}]"), found, allowed))?;
         if constraints.symmetry_plane(nodes, axis, plane.at_mm, tolerance) == 0 {
             let found = format!("{} mm, where the blank has no node", plane.at_mm);
             let place = format!("symmetry[{k}].at_mm");
@@ -120,6 +130,34 @@ pub(super) fn constraints(scene: &Scene, nodes: &[Vec3]) -> Result<Constraints, 
         }
     }
     Ok(constraints)
+}
+
+/// That a symmetry plane is none of those `before` it, and has all nodes on one side: what was found, what is allowed.
+fn check_plane(
+    before: &[SymmetryPlane],
+    plane: &SymmetryPlane,
+    nodes: &[Vec3],
+) -> Result<(), (String, String)> {
+    let near = BESIDE * size(nodes);
+    let (axis, at) = (plane.normal.index(), plane.at_mm);
+    let name = format!("{} = {at} mm", ["x", "y", "z"][axis]);
+    let same = |p: &SymmetryPlane| p.normal == plane.normal && (p.at_mm - at).abs() <= near;
+    if let Some(first) = before.iter().position(same) {
+        return Err((
+            format!("{name} again, as symmetry[{first}]"),
+            "every plane once: each halves the forces on the modelled part".into(),
+        ));
+    }
+    let reach = |least: [f64; 2], x: &Vec3| [least[0].min(x[axis]), least[1].max(x[axis])];
+    let [low, high] = nodes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], reach);
+    if low < at - near && high > at + near {
+        return Err((
+            format!("{name} inside the blank, which reaches from {low} to {high} mm"),
+            "a side of the blank: model what lies on one side of the plane, or leave the plane out"
+                .into(),
+        ));
+    }
+    Ok(())
 }
 
 /// Forces on the nodes of the modelled part [N], which is one of `share` like parts; empty without loads.
@@ -179,6 +217,38 @@ mod tests {
         assert_eq!(count(r#"{"beyond_radius_mm": 4.0}"#), Ok(6));
         assert_eq!(count(r#"{"box": {"min_mm": [0, 0, 0], "max_mm": [1, 1, 0]}}"#), Ok(4));
         assert_eq!(count(r#"{"beyond_radius_mm": 5.0}"#).unwrap_err().0, "here");
+    }
+
+    #[test]
+    fn a_disc_lies_about_the_origin() {
+        let shape = serde_json::json!({"disc": {"radius_mm": 10.0, "core": 2, "rings": 3}});
+        let blank = serde_json::json!({"shape": shape, "thickness_mm": 1.0, "z_mm": 2.0});
+        let blank: Blank = serde_json::from_value(blank).unwrap();
+        let mesh = blank_mesh(&blank, Path::new("x"), Path::new("")).unwrap();
+        assert_eq!((mesh.column_count(), mesh.elements.len()), (25 + 48, 16 + 48));
+        let centre: Vec3 = mesh.nodes.iter().sum::<Vec3>() / mesh.nodes.len() as f64;
+        assert!((centre - Vec3::z() * 2.5).norm() < 1e-14, "{centre}");
+        assert!(
+            (mesh.nodes.iter().map(|x| x.xy().norm()).fold(0.0, f64::max) - 10.0).abs() < 1e-13
+        );
+    }
+
+    #[test]
+    fn a_symmetry_plane_is_a_side_of_the_blank_and_given_once() {
+        let nodes = nodes();
+        let planes = |text: &str| -> Result<(), (String, String)> {
+            let planes: Vec<SymmetryPlane> = serde_json::from_str(text).unwrap();
+            (0..planes.len()).try_for_each(|k| check_plane(&planes[..k], &planes[k], &nodes))
+        };
+        let x_and_y = r#"[{"normal": "x"}, {"normal": "y"}, {"normal": "y", "at_mm": 2.0}]"#;
+        assert_eq!(planes(x_and_y), Ok(()));
+        // A mesh made elsewhere has its noise.
+        assert_eq!(planes(r#"[{"normal": "x", "at_mm": 1e-7}]"#), Ok(()));
+        let twice = planes(r#"[{"normal": "x"}, {"normal": "x"}, {"normal": "y"}]"#).unwrap_err();
+        assert!(twice.0.contains("x = 0 mm again, as symmetry[0]"), "{twice:?}");
+        let inside = planes(r#"[{"normal": "y", "at_mm": 1.0}]"#).unwrap_err();
+        assert!(inside.0.contains("y = 1 mm inside the blank"), "{inside:?}");
+        assert!(inside.1.contains("a side of the blank"), "{inside:?}");
     }
 
     fn blank(file: &str, thickness_mm: f64, layers: usize) -> Blank {

@@ -1,12 +1,15 @@
-//! What a scene may say.
+//! Values of a scene against their ranges, before any file that it names is read.
 
-use super::read::VERSION;
+use super::motions::jump;
 use super::types::{BlankShape, Drive, Scene, SolverLimits};
+
+/// Scene file version this program reads.
+pub const VERSION: u32 = 1;
 
 /// Key, as a path into the scene; what was found; what is allowed.
 pub type Fault = (String, String, String);
 
-/// Checks what a scene says, without the files it names.
+/// What is out of range in a scene: place, what was found, what is allowed.
 pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     let need = |ok: bool, place: String, found: String, allowed: &str| {
         if ok { Ok(()) } else { Err((place, found, allowed.to_owned())) }
@@ -42,14 +45,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
             return Err((place, format!("tool '{name}'"), names.join(", ")));
         }
         for (name, drive) in &stage.drive {
-            if let Drive::Spring(spring) = drive {
-                let stiffness = spring.stiffness_n_per_mm;
-                let place = format!("stages[{k}].drive.{name}.spring.stiffness_n_per_mm");
-                let fits = stiffness > 0.0 && stiffness.is_finite();
-                need(fits, place, stiffness.to_string(), "above 0")?;
-                let place = format!("stages[{k}].drive.{name}.spring.force_n");
-                need(spring.force_n.is_finite(), place, spring.force_n.to_string(), "a number")?;
-            }
+            check_drive(&format!("stages[{k}].drive.{name}"), drive)?;
         }
         for (key, value) in [
             ("first_increment", stage.first_increment),
@@ -59,7 +55,31 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
             need(fits, format!("stages[{k}].{key}"), format!("{value:?}"), "above 0, at most 1")?;
         }
     }
+    if let Some([place, found, allowed]) = jump(scene) {
+        return Err((place, found, allowed));
+    }
     check_solver(&scene.solver)
+}
+
+fn check_drive(place: &str, drive: &Drive) -> Result<(), Fault> {
+    let (key, course) = match drive {
+        Drive::TravelMm(course) => ("travel_mm", course),
+        Drive::AdvanceMm(course) => ("advance_mm", course),
+        Drive::ForceN(course) => ("force_n", course),
+        Drive::Spring(spring) => ("spring.force_n", &spring.force_n),
+        Drive::Release(_) | Drive::Absent(_) => return Ok(()),
+    };
+    if let Drive::Spring(spring) = drive {
+        let stiffness = spring.stiffness_n_per_mm;
+        if !(stiffness > 0.0 && stiffness.is_finite()) {
+            let place = format!("{place}.spring.stiffness_n_per_mm");
+            return Err((place, stiffness.to_string(), "above 0".into()));
+        }
+    }
+    match course.fault() {
+        Some([at, found, allowed]) => Err((format!("{place}.{key}{at}"), found, allowed)),
+        None => Ok(()),
+    }
 }
 
 fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
@@ -103,6 +123,7 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
         BlankShape::QuarterDisc { radius_mm, .. } => {
             vec![("shape.quarter_disc.radius_mm", *radius_mm)]
         }
+        BlankShape::Disc { radius_mm, .. } => vec![("shape.disc.radius_mm", *radius_mm)],
         BlankShape::Mesh { .. } => Vec::new(),
     };
     // Hexahedra of a file bring their thickness.
@@ -118,10 +139,17 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
         BlankShape::QuarterDisc { core, rings, .. } => {
             [core, core.saturating_add(rings.saturating_mul(2)), blank.layers]
         }
+        BlankShape::Disc { core, rings, .. } => {
+            let across = core.saturating_add(rings.saturating_mul(2)).saturating_mul(2);
+            [core.saturating_mul(2), across, blank.layers]
+        }
         BlankShape::Mesh { .. } => [1, 1, blank.layers],
     };
     let count = counts.iter().try_fold(1usize, |n, &k| n.checked_mul(k));
-    let none = matches!(blank.shape, BlankShape::QuarterDisc { rings: 0, .. });
+    let none = matches!(
+        blank.shape,
+        BlankShape::QuarterDisc { rings: 0, .. } | BlankShape::Disc { rings: 0, .. }
+    );
     if none || !count.is_some_and(|n| (1..=MOST_ELEMENTS).contains(&n)) {
         let allowed = format!("at least 1 each, at most {MOST_ELEMENTS} in all");
         return Err(("blank".into(), format!("elements {counts:?}"), allowed));

@@ -6,10 +6,12 @@
 
 mod blank;
 pub mod check;
+mod course;
 mod follow;
+mod motions;
 pub mod read;
 pub mod setup;
 pub mod types;
 
-pub use read::{Plan, PlannedTool, SceneError, read};
+pub use read::{Plan, PlannedFile, PlannedTool, SceneError, read};
 pub use types::Scene;

@@ -14,8 +14,7 @@ use crate::solver::material::Material;
 use crate::solver::material::card::{self, CardError, MaterialCard};
 use crate::tool::file::{ToolFileError, read as read_tool};
 
-/// Scene file version this program reads.
-pub const VERSION: u32 = 1;
+pub use super::check::VERSION;
 
 /// Why a scene cannot be run.
 #[non_exhaustive]
@@ -72,6 +71,16 @@ pub enum SceneError {
         /// What is wrong with the tool file.
         cause: Box<ToolFileError>,
     },
+    /// The material's card file cannot be used.
+    #[error("{}, material: {}: {cause}; allowed: the JSON of a material card, as a scene or `kanagata material show` takes it, or the name of a card in the library (`kanagata material list`)", path.display(), file.display())]
+    CardFile {
+        /// The scene.
+        path: PathBuf,
+        /// The card file.
+        file: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
     /// A material that cannot be used.
     #[error("{}, material: {cause}", path.display())]
     Material {
@@ -96,10 +105,19 @@ pub struct Plan {
     pub card: MaterialCard,
     /// The material law, its axes turned to the rolling direction.
     pub material: Arc<dyn Material>,
+    /// Mesh file of the blank and card file of the material, where there are such.
+    pub files: Vec<PlannedFile>,
     /// The run whose increments are taken.
     pub followed: Option<Followed>,
-    /// Mesh file of the blank as the scene names it, and the file's SHA-256.
-    pub blank_file: Option<(String, String)>,
+}
+
+/// A file that the scene names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlannedFile {
+    /// As the scene names it.
+    pub file: String,
+    /// SHA-256 of the file.
+    pub sha256: String,
 }
 
 /// A tool with its surface.
@@ -129,24 +147,27 @@ impl Plan {
 pub fn read(path: &Path) -> Result<Plan, SceneError> {
     let (mut scene, bytes) = scene_of(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let blank_file = super::blank::fill_in(&mut scene.blank, path, &folder)?;
+    let mesh_file = super::blank::fill_in(&mut scene.blank, path, &folder)?;
     let tools = load_tools(&scene, path, &folder)?;
     let followed = followed(&scene, path, &folder)?;
-    let (card, material) = material_of(&scene)
-        .map_err(|cause| SceneError::Material { path: path.to_path_buf(), cause })?;
+    let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };
+    let (card, card_file) = match &scene.material {
+        MaterialChoice::Named(name) if is_path(name) => {
+            let (card, file) = card_of_file(name, path, &folder)?;
+            (card, Some(file))
+        }
+        MaterialChoice::Named(name) => (card::find(name).map_err(card_of)?, None),
+        MaterialChoice::Card(card) => ((**card).clone(), None),
+    };
+    let files = mesh_file.into_iter().chain(card_file).collect();
+    let material = law(&card, &scene).map_err(card_of)?;
     let sha256 = sha256_hex(&bytes);
-    Ok(Plan { scene, folder, sha256, tools, card, material, followed, blank_file })
+    Ok(Plan { scene, folder, sha256, tools, card, material, files, followed })
 }
 
-type Law = (MaterialCard, Arc<dyn Material>);
-
-fn material_of(scene: &Scene) -> Result<Law, CardError> {
-    let card = match &scene.material {
-        MaterialChoice::Named(name) => card::find(name)?,
-        MaterialChoice::Card(card) => (**card).clone(),
-    };
-    let material = card.build(scene.blank.rolling_direction_deg.to_radians())?;
-    Ok((card, material))
+/// The law of a card, its axes turned to the rolling direction.
+fn law(card: &MaterialCard, scene: &Scene) -> Result<Arc<dyn Material>, CardError> {
+    card.build(scene.blank.rolling_direction_deg.to_radians())
 }
 
 /// Checks a scene that is no file yet: its keys, values and material; the files it names need not be there.
@@ -159,10 +180,37 @@ pub fn check_value(value: &serde_json::Value) -> Result<Scene, Fault> {
         (String::new(), e.to_string(), allowed.to_owned())
     })?;
     check(&scene)?;
-    material_of(&scene).map_err(|e| {
+    let found = match &scene.material {
+        MaterialChoice::Named(name) if is_path(name) => return Ok(scene),
+        MaterialChoice::Named(name) => card::find(name).and_then(|card| law(&card, &scene)),
+        MaterialChoice::Card(card) => law(card, &scene),
+    };
+    found.map_err(|e| {
         ("material".into(), e.to_string(), "a card's name (`kanagata material`), or a card".into())
     })?;
     Ok(scene)
+}
+
+/// Whether a material is named by a file and not by a card of the library.
+pub(crate) fn is_path(name: &str) -> bool {
+    name.ends_with(".json") || name.contains(['/', '\\'])
+}
+
+fn card_of_file(
+    name: &str,
+    path: &Path,
+    folder: &Path,
+) -> Result<(MaterialCard, PlannedFile), SceneError> {
+    let file = folder.join(name);
+    let fault = |cause: String| SceneError::CardFile {
+        path: path.to_path_buf(),
+        file: file.clone(),
+        cause,
+    };
+    let bytes = std::fs::read(&file).map_err(|e| fault(e.to_string()))?;
+    // The reader's own words end with line and column.
+    let card = serde_json::from_slice(&bytes).map_err(|e| fault(format!("found {e}")))?;
+    Ok((card, PlannedFile { file: name.to_owned(), sha256: sha256_hex(&bytes) }))
 }
 
 /// Reads and checks the scene at `path` without its tool files, which need not be there yet; with the file's bytes.
@@ -271,8 +319,42 @@ mod tests {
         assert!(message.contains("solver.contact.stiffness: found -1"), "{message}");
         let message = fails(|s| s["solver"] = serde_json::json!({"force_tolerance": 0}));
         assert!(message.contains("solver.force_tolerance: found 0"), "{message}");
+        let drive = |drive: serde_json::Value| {
+            fails(|s| s["stages"][0]["drive"] = serde_json::json!({"die": drive}))
+        };
+        let message = drive(serde_json::json!({"travel_mm": [[0, 0], [0.5, 5], [0.4, 3]]}));
+        assert!(message.contains("stages[0].drive.die.travel_mm[2]: found share 0.4"), "{message}");
+        let message = drive(serde_json::json!({"force_n": [[0, 0], [0.5, 5]]}));
+        assert!(message.contains("drive.die.force_n[1]"), "{message}");
+        let message = drive(serde_json::json!({"travel_mm": [[0, 4], [1, 5]]}));
+        assert!(message.contains("travel_mm[0]: found 4 mm at share 0"), "{message}");
+        assert!(message.contains("allowed: 0 mm, where it is"), "{message}");
+        let message = drive(serde_json::json!({"travel_mm": "far"}));
+        assert!(message.contains("expected a number, or a list of pairs"), "{message}");
+        let message = drive(serde_json::json!({"travel_mm": [[0, 0], [0.5, 5], [1, 3]]}));
+        assert!(message.contains("tools[0].file"), "only the tool is missing: {message}");
         let message = fails(|s| s["version"] = 3.into());
         assert!(message.contains("version: found 3"), "{message}");
+    }
+
+    #[test]
+    fn a_material_with_a_path_is_a_card_file() {
+        assert!(is_path("steel.json") && is_path("./steel") && is_path("cards\\steel"));
+        assert!(!is_path("mild-steel-neto2012"));
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("x.scene.json");
+        let write = |text: &str| std::fs::write(folder.path().join("card.json"), text).unwrap();
+        let read = || card_of_file("./card.json", &scene, folder.path());
+        let message = read().unwrap_err().to_string();
+        assert!(message.contains("x.scene.json, material: ") && message.contains("card.json"));
+        write("{\"name\": \"mine\",\n \"young\": 1}");
+        let message = read().unwrap_err().to_string();
+        assert!(message.contains("`young`") && message.contains("line 2"), "{message}");
+        assert!(message.contains("allowed: the JSON of a material card"), "{message}");
+        write(r#"{"name": "mine", "young_mpa": 70000, "poisson": 0.3}"#);
+        let (card, file) = read().unwrap();
+        assert_eq!((card.young_mpa, file.file.as_str()), (70000.0, "./card.json"));
+        assert_eq!(file.sha256.len(), 64);
     }
 
     #[test]

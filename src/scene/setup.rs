@@ -1,15 +1,17 @@
 //! From a plan to what the solver runs: tools and their motions by stage.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::blank::{blank_mesh, constraints, loads};
+use super::motions::motions;
 use super::read::{Plan, SceneError};
-use super::types::{Drive, Place, Side, Spring, Tool};
+use super::types::{Place, Side, Tool};
+use crate::contact::ToolSurface;
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::{
-    Curve, Limits, Motion, Placement, SheetSide, SimulationSetup, Stage, ToolSetup,
-};
+use crate::solver::blank::HexMesh;
+use crate::solver::{Curve, Limits, Placement, SheetSide, SimulationSetup, Stage, ToolSetup};
 
 /// First and largest increment of a stage when the scene says nothing, as shares of the stage.
 const FIRST_INCREMENT: f64 = 0.05;
@@ -33,12 +35,19 @@ impl Plan {
         let loads = loads(&self.scene, &mesh.nodes, self.share()).map_err(value)?;
         let body = Body::new(mesh, self.scene.blank.element, self.material.clone())
             .map_err(|e| value(("blank".into(), e.to_string(), "a sound mesh".into())))?;
-        let tools = self.scene.tools.iter().zip(&self.tools);
+        let up = thickness_direction(body.mesh());
+        let tools = self.scene.tools.iter().zip(&self.tools).enumerate();
+        let tools = tools.map(|(k, (tool, loaded))| {
+            let side = side(tool, &up)
+                .map_err(|(found, allowed)| value((format!("tools[{k}].side"), found, allowed)))?;
+            Ok(tool_setup(tool, side, loaded.surface.clone()))
+        });
+        let tools = tools.collect::<Result<_, SceneError>>()?;
         Ok(SimulationSetup {
             body,
             constraints,
             loads,
-            tools: tools.map(|(tool, loaded)| tool_setup(tool, loaded.surface.clone())).collect(),
+            tools,
             stages: self.stages(),
             limits: self.limits(),
             share: self.share(),
@@ -60,17 +69,15 @@ impl Plan {
     }
 
     fn stages(&self) -> Vec<Stage> {
-        let mut last = vec![Last::Nothing; self.scene.tools.len()];
+        let motions = motions(&self.scene);
         let mut load = 0.0;
         let mut stages = Vec::with_capacity(self.scene.stages.len());
-        for (k, stage) in self.scene.stages.iter().enumerate() {
-            let tools = self.scene.tools.iter().zip(&mut last);
-            let motions = tools.map(|(tool, last)| motion(stage.drive.get(&tool.name), last));
+        for (k, (stage, motions)) in self.scene.stages.iter().zip(motions).enumerate() {
             let next = stage.load_share.unwrap_or(1.0);
             stages.push(Stage {
                 name: stage.name.clone(),
                 duration: 1.0,
-                motions: motions.collect(),
+                motions,
                 load: Curve::ramp(std::mem::replace(&mut load, next), next),
                 first_step: stage.first_increment.unwrap_or(FIRST_INCREMENT),
                 largest_step: stage.largest_increment.unwrap_or(LARGEST_INCREMENT),
@@ -81,84 +88,43 @@ impl Plan {
     }
 }
 
-/// How the stage before left a tool.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Last {
-    /// Standing, at a travel that only the run knows.
-    Nothing,
-    /// Standing at this travel [mm].
-    Travel(f64),
-    /// Pushed by this force [N].
-    Force(f64),
-    /// Held by this spring.
-    Spring(Spring),
-    /// Gone.
-    Gone,
+/// Mean of the unit vectors of the columns, from the lower face to the upper; short where the sheet is bent far.
+fn thickness_direction(mesh: &HexMesh) -> Vec3 {
+    let ends = mesh.bottom_nodes().into_iter().zip(mesh.top_nodes());
+    let column = |(low, high): (u32, u32)| mesh.nodes[high as usize] - mesh.nodes[low as usize];
+    let units = ends.map(|ends| column(ends).try_normalize(0.0).unwrap_or_default());
+    units.sum::<Vec3>() / mesh.column_count().max(1) as f64
 }
 
-fn motion(drive: Option<&Drive>, last: &mut Last) -> Motion {
-    let before = *last;
-    match drive {
-        None => match before {
-            Last::Force(force) => Motion::Force(Curve::constant(force)),
-            Last::Spring(Spring { stiffness_n_per_mm, force_n }) => {
-                let force = Curve::constant(force_n);
-                Motion::Spring { force, stiffness: stiffness_n_per_mm }
-            }
-            Last::Gone => Motion::Absent,
-            _ => Motion::Hold,
-        },
-        Some(&Drive::TravelMm(to)) => {
-            *last = Last::Travel(to);
-            let from = if let Last::Travel(from) = before { from } else { 0.0 };
-            Motion::Travel(Curve::ramp(from, to))
-        }
-        Some(&Drive::AdvanceMm(by)) => {
-            *last = match before {
-                Last::Travel(from) => Last::Travel(from + by),
-                _ => Last::Nothing,
-            };
-            Motion::Advance(Curve::ramp(0.0, by))
-        }
-        Some(&Drive::ForceN(to)) => {
-            *last = Last::Force(to);
-            let from = if let Last::Force(from) = before { from } else { 0.0 };
-            Motion::Force(Curve::ramp(from, to))
-        }
-        Some(&Drive::Spring(spring)) => {
-            *last = Last::Spring(spring);
-            let from = match before {
-                Last::Force(from) => from,
-                Last::Spring(before) => before.force_n,
-                _ => 0.0,
-            };
-            let force = Curve::ramp(from, spring.force_n);
-            Motion::Spring { force, stiffness: spring.stiffness_n_per_mm }
-        }
-        Some(Drive::Release(true)) => {
-            *last = Last::Gone;
-            Motion::Release
-        }
-        Some(Drive::Absent(true)) => {
-            *last = Last::Gone;
-            Motion::Absent
-        }
-        Some(Drive::Release(false) | Drive::Absent(false)) => motion(None, last),
+/// Face of the sheet that a tool may touch, from its direction against the sheet's; else what was found, what is allowed.
+fn side(tool: &Tool, up: &Vec3) -> Result<SheetSide, (String, String)> {
+    /// Cosine of the angle between the two that tells the side.
+    const TOLD: f64 = 0.1;
+    match tool.side {
+        Some(Side::Top) => return Ok(SheetSide::Top),
+        Some(Side::Bottom) => return Ok(SheetSide::Bottom),
+        Some(Side::Both) => return Ok(SheetSide::Both),
+        None => {}
     }
+    let along = Vec3::from(tool.direction).normalize().dot(up);
+    if along.abs() < TOLD {
+        let ([x, y, z], name) = (tool.direction, &tool.name);
+        return Err((
+            format!(
+                "none, where the direction [{x}, {y}, {z}] of '{name}' is nearly square to the sheet's thickness direction [{:.3}, {:.3}, {:.3}]",
+                up.x, up.y, up.z
+            ),
+            "\"side\": \"top\", \"bottom\" or \"both\", the face of the sheet that the tool touches".into(),
+        ));
+    }
+    Ok(if along < 0.0 { SheetSide::Top } else { SheetSide::Bottom })
 }
 
-fn tool_setup(tool: &Tool, surface: std::sync::Arc<crate::contact::ToolSurface>) -> ToolSetup {
+fn tool_setup(tool: &Tool, side: SheetSide, surface: Arc<ToolSurface>) -> ToolSetup {
     let direction = Vec3::from(tool.direction).normalize();
     let (placement, offset) = match tool.place {
         Place::Touch => (Placement::Touch, Vec3::zeros()),
         Place::Shift(by) => (Placement::AsGiven, Vec3::from(by)),
-    };
-    let side = match tool.side {
-        Some(Side::Top) => SheetSide::Top,
-        Some(Side::Bottom) => SheetSide::Bottom,
-        Some(Side::Both) => SheetSide::Both,
-        None if direction.z < 0.0 => SheetSide::Top,
-        None => SheetSide::Bottom,
     };
     ToolSetup {
         name: tool.name.clone(),
@@ -174,29 +140,28 @@ fn tool_setup(tool: &Tool, surface: std::sync::Arc<crate::contact::ToolSurface>)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solver::blank::rectangle;
 
+    fn tool(direction: [f64; 3], side: Option<Side>) -> Tool {
+        let tool = serde_json::json!({"name": "t", "file": "t.json", "direction": direction});
+        Tool { side, ..serde_json::from_value(tool).unwrap() }
+    }
+
+    /// A rectangle with its axes permuted: its thickness runs along x.
     #[test]
-    fn a_tool_that_is_not_named_goes_on_as_it_was() {
-        let mut last = Last::Nothing;
-        assert_eq!(motion(None, &mut last), Motion::Hold);
-        motion(Some(&Drive::ForceN(5.0)), &mut last);
-        assert_eq!(motion(None, &mut last), Motion::Force(Curve::constant(5.0)));
-        assert_eq!(
-            motion(Some(&Drive::ForceN(9.0)), &mut last),
-            Motion::Force(Curve::ramp(5.0, 9.0))
-        );
-        assert_eq!(motion(Some(&Drive::Release(true)), &mut last), Motion::Release);
-        assert_eq!(motion(None, &mut last), Motion::Absent);
-        let spring = |stiffness_n_per_mm: f64, force_n: f64| Spring { stiffness_n_per_mm, force_n };
-        let of = |force: Curve| Motion::Spring { force, stiffness: 7.0 };
-        let mut last = Last::Nothing;
-        let drive = Drive::Spring(spring(7.0, 50.0));
-        assert_eq!(motion(Some(&drive), &mut last), of(Curve::ramp(0.0, 50.0)));
-        assert_eq!(motion(None, &mut last), of(Curve::constant(50.0)));
-        let mut last = Last::Travel(20.0);
-        assert_eq!(
-            motion(Some(&Drive::TravelMm(60.0)), &mut last),
-            Motion::Travel(Curve::ramp(20.0, 60.0))
-        );
+    fn the_side_of_a_tool_is_told_by_the_sheet_and_not_by_z() {
+        let mut mesh = rectangle(4.0, 2.0, 1.0, 4, 2, 2);
+        assert_eq!(thickness_direction(&mesh), Vec3::z());
+        mesh.nodes.iter_mut().for_each(|x| *x = Vec3::new(x.z, x.x, x.y));
+        let up = thickness_direction(&mesh);
+        assert_eq!(up, Vec3::x());
+        let of = |direction| side(&tool(direction, None), &up);
+        assert_eq!(of([-1.0, 0.0, 0.0]), Ok(SheetSide::Top));
+        assert_eq!(of([3.0, 1.0, -2.0]), Ok(SheetSide::Bottom));
+        let (found, allowed) = of([0.0, 0.0, -1.0]).unwrap_err();
+        assert!(found.contains("[0, 0, -1]") && found.contains("[1.000, 0.000"), "{found}");
+        assert!(allowed.contains(r#""side": "top""#), "{allowed}");
+        let said = side(&tool([0.0, 0.0, -1.0], Some(Side::Both)), &up);
+        assert_eq!(said, Ok(SheetSide::Both));
     }
 }

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::course::Course;
 use crate::solver::element::ElementKind;
 use crate::solver::material::card::MaterialCard;
 use crate::solver::stages::{ContactMethod, Limits};
@@ -19,7 +20,7 @@ pub struct Scene {
     pub name: String,
     /// The sheet.
     pub blank: Blank,
-    /// Its material: the name of a card in the library, or a card in full.
+    /// Its material: the name of a card in the library, a card file (`"./steel.json"`), or a card in full.
     pub material: MaterialChoice,
     /// Symmetry planes of the modelled part.
     #[serde(default)]
@@ -100,6 +101,16 @@ pub enum BlankShape {
         /// Elements from the core to the rim, >= 1.
         rings: usize,
     },
+    /// A disc about the origin: four quarter discs. It needs no symmetry planes; what keeps it from gliding and turning in its
+    /// plane (friction, `holds`) is the scene's to say.
+    Disc {
+        /// Radius [mm], > 0.
+        radius_mm: f64,
+        /// Elements along half a side of the square core, >= 1; the rim has eight times as many.
+        core: usize,
+        /// Elements from the core to the rim, >= 1.
+        rings: usize,
+    },
     /// A mesh file: the hexahedra of .msh (2.2, 4.1), .vtu or an Abaqus deck (.inp: C3D8*, SC8R*), numbered and turned
     /// in any way, or the quadrilaterals of those (S4*) and of .obj, which are the sheet's lower face.
     Mesh {
@@ -153,13 +164,13 @@ pub enum Region {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MaterialChoice {
-    /// Name of a card in the library.
+    /// Name of a card in the library; what ends in `.json` or has a `/` or `\` is a card file, relative to the scene.
     Named(String),
     /// A card in full.
     Card(Box<MaterialCard>),
 }
 
-/// A symmetry plane normal to a coordinate axis: nodes on it stay on it.
+/// A symmetry plane normal to a coordinate axis: nodes on it stay on it. The blank lies on one side of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SymmetryPlane {
@@ -210,7 +221,8 @@ pub struct Tool {
     /// Where it stands at the start.
     #[serde(default)]
     pub place: Place,
-    /// Face of the sheet it may touch; from its direction when not said.
+    /// Face of the sheet it may touch. When not said, the one that its direction leads to: against the sheet's thickness
+    /// direction (mean of its columns, upwards) the top, along it the bottom; to be said where the two are nearly square.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Side>,
 }
@@ -238,8 +250,8 @@ pub enum Place {
     Shift([f64; 3]),
 }
 
-/// A stage: each tool is driven by travel or by force. A tool that is not named goes on as the stage before left
-/// it: it holds its travel, or its force.
+/// A stage: each tool is driven by travel or by force, from the travel or the force that it has when the stage begins. A
+/// tool that is not named goes on as the stage before left it: it holds its travel, or its force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
@@ -260,16 +272,15 @@ pub struct Stage {
 }
 
 /// What drives a tool during a stage.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Drive {
-    /// Travel along its direction since the start of the run, reached at the end of the stage [mm].
-    TravelMm(f64),
+    /// Travel along its direction since the start of the run [mm].
+    TravelMm(Course),
     /// Travel along its direction during this stage [mm].
-    AdvanceMm(f64),
-    /// Force on the sheet along its direction, of the whole process (all symmetric parts together), reached
-    /// linearly at the end of the stage [N].
-    ForceN(f64),
+    AdvanceMm(Course),
+    /// Force on the sheet along its direction, of the whole process (all symmetric parts together) [N].
+    ForceN(Course),
     /// Held by a spring.
     Spring(Spring),
     /// Its forces on the sheet fall to zero over the stage; then it is gone (`true`).
@@ -280,14 +291,15 @@ pub enum Drive {
 
 /// A spring behind a tool: it pushes along the tool's direction with `force_n - stiffness_n_per_mm * travel`, travel
 /// along that direction since the start of the run (a tool pushed back has a negative one). Of the whole process.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spring {
     /// Stiffness [N/mm], > 0.
     pub stiffness_n_per_mm: f64,
-    /// Force at travel zero [N], reached linearly at the end of the stage.
+    /// Force at travel zero [N]; where the tool is not held by a like spring already, it comes from the force that keeps up
+    /// what the tool carries when the stage begins.
     #[serde(default)]
-    pub force_n: f64,
+    pub force_n: Course,
 }
 
 /// Limits of the solver. Everything has a default that fits ordinary sheet forming.

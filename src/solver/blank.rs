@@ -1,5 +1,6 @@
 //! The blank: a mesh of 8-node hexahedra whose nodes are grouped by columns through the thickness.
 
+use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
 use super::linear::Groups;
@@ -137,6 +138,37 @@ pub fn quarter_disc(radius: f64, core: usize, rings: usize) -> (Vec<Vec3>, Vec<[
     (points, quads)
 }
 
+/// Quadrilaterals of a disc of a radius [mm] about the origin: four quarter discs, their common nodes once.
+#[must_use]
+pub fn disc(radius: f64, core: usize, rings: usize) -> (Vec<Vec3>, Vec<[u32; 4]>) {
+    let (quarter, cells) = quarter_disc(radius, core, rings);
+    let mut points: Vec<Vec3> = Vec::with_capacity(4 * quarter.len());
+    let mut quads = Vec::with_capacity(4 * cells.len());
+    // Nodes on the axes, exactly the same in both quarters there; 0.0 is added as there are two zeros.
+    let mut on_axes: HashMap<[u64; 2], u32> = HashMap::new();
+    for turns in 0..4 {
+        let turned = |p: &Vec3| {
+            let [x, y] = [[p.x, p.y], [-p.y, p.x], [-p.x, -p.y], [p.y, -p.x]][turns];
+            Vec3::new(x + 0.0, y + 0.0, 0.0)
+        };
+        let ids: Vec<u32> = quarter
+            .iter()
+            .map(|p| {
+                let (at, next) = (turned(p), points.len() as u32);
+                let shared = p.x == 0.0 || p.y == 0.0;
+                let key = [at.x.to_bits(), at.y.to_bits()];
+                let id = if shared { *on_axes.entry(key).or_insert(next) } else { next };
+                if id == next {
+                    points.push(at);
+                }
+                id
+            })
+            .collect();
+        quads.extend(cells.iter().map(|quad| quad.map(|n| ids[n as usize])));
+    }
+    (points, quads)
+}
+
 impl HexMesh {
     /// Number of through-thickness columns.
     #[must_use]
@@ -231,7 +263,36 @@ mod tests {
         let (core, rings) = (5, 7);
         let (points, quads) = quarter_disc(60.0, core, rings);
         assert_eq!(points.len(), (core + 1) * (core + 1) + (2 * core + 1) * rings);
-        let mesh = thickened(&points, &quads, 0.8, 2);
+        check_sheet(&points, &quads, 2 * core);
+    }
+
+    #[test]
+    fn a_thickened_disc_is_sound_and_its_quads_well_shaped() {
+        for (core, rings) in [(1, 1), (2, 3), (5, 7), (12, 9)] {
+            let (points, quads) = disc(60.0, core, rings);
+            // A disc: one more node than sides less quads.
+            assert_eq!(points.len(), (2 * core + 1).pow(2) + 8 * core * rings);
+            assert_eq!(quads.len(), 4 * core * core + 8 * core * rings);
+            let mut sides = HashMap::new();
+            for q in &quads {
+                (0..4).for_each(|k| *sides.entry([q[k], q[(k + 1) % 4]]).or_insert(0) += 1);
+                for k in 0..4 {
+                    let [at, a, b] = [k, k + 1, k + 3].map(|k| points[q[k % 4] as usize]);
+                    let angle = (a - at).angle(&(b - at)).to_degrees();
+                    assert!((40.0..150.0).contains(&angle), "{angle} with {core} and {rings}");
+                }
+            }
+            assert!(sides.values().all(|&n| n == 1));
+            let border = sides.keys().filter(|[a, b]| !sides.contains_key(&[*b, *a])).count();
+            assert_eq!(border, 8 * core);
+            check_sheet(&points, &quads, 8 * core);
+        }
+    }
+
+    /// Positive elements that fill the part of the polygon with `4 * spokes` sides, or `spokes` of a whole disc.
+    fn check_sheet(points: &[Vec3], quads: &[[u32; 4]], spokes: usize) {
+        let whole = points.iter().any(|p| p.x < 0.0);
+        let mesh = thickened(points, quads, 0.8, 2);
         assert_eq!(mesh.column_count(), points.len());
         let mut volume = 0.0;
         for e in &mesh.elements {
@@ -240,8 +301,9 @@ mod tests {
             assert!(area > 0.0);
             volume += area * (p[4] - p[0]).z;
         }
-        let spokes = 2.0 * core as f64;
-        let polygon = spokes * 0.5 * 60.0 * 60.0 * (FRAC_PI_2 / spokes).sin();
+        let spokes = spokes as f64;
+        let turn = if whole { 4.0 * FRAC_PI_2 } else { FRAC_PI_2 };
+        let polygon = spokes * 0.5 * 60.0 * 60.0 * (turn / spokes).sin();
         assert!((volume - 0.8 * polygon).abs() < 1e-9 * volume, "{volume} {polygon}");
     }
 }

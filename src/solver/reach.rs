@@ -90,8 +90,10 @@ fn travel_range(setup: &SimulationSetup, tool: usize) -> Option<[f64; 2]> {
     for stage in &setup.stages {
         let ([a, b], end) = match &stage.motions[tool] {
             Motion::Hold | Motion::Release | Motion::Absent => ([now; 2], now),
-            Motion::Travel(curve) => (curve.extent(), curve.at(1.0)),
-            Motion::Advance(curve) => (curve.extent().map(|x| x + now), now + curve.at(1.0)),
+            Motion::Travel(curve) => (curve.starting_at(now).extent(), curve.at(1.0)),
+            Motion::Advance(curve) => {
+                (curve.starting_at(0.0).extent().map(|x| x + now), now + curve.at(1.0))
+            }
             Motion::Force(_) | Motion::Spring { .. } => return None,
         };
         (low, high, now) = (low.min(a), high.max(b), end);

@@ -95,7 +95,9 @@ pub enum SimulationError {
         cause: Box<NewtonError>,
     },
     /// The limit on increments was reached.
-    #[error("{limit} increments done and the process is not finished; raise solver.increments")]
+    #[error(
+        "{limit} increments done and the process is not finished; raise `solver.increments` in the scene"
+    )]
     TooManyIncrements {
         /// Limit.
         limit: usize,

@@ -164,8 +164,12 @@ fn begin(sim: &mut Simulation, stage: usize) -> Plan {
             released[3 * c.node..3 * c.node + 3].copy_from_slice(force.as_slice());
         }
     }
-    let plan =
-        Plan { stage, start_travels: sys.tools.iter().map(|t| t.travel).collect(), released };
+    let plan = Plan {
+        stage,
+        start_travels: sys.tools.iter().map(|t| t.travel).collect(),
+        start_forces: sim.committed.pushes.iter().map(|force| force * sim.share).collect(),
+        released,
+    };
     sim.committed.forget_last();
     set_targets(sys, now, &plan, 0.0, sim.share);
     add_loads(sys, &sim.loads, now.load.at(0.0));

@@ -45,6 +45,22 @@ impl Curve {
         Self::new(vec![(0.0, from), (1.0, to)])
     }
 
+    /// Linear to `to` from what there is when the stage begins.
+    #[must_use]
+    pub fn to(to: f64) -> Self {
+        Self::new(vec![(1.0, to)])
+    }
+
+    /// The curve of a stage that begins with `start`: that is its value at share 0 where it says none itself.
+    #[must_use]
+    pub fn starting_at(&self, start: f64) -> Self {
+        let mut points = self.points.clone();
+        if points.first().is_some_and(|first| first.0 > 0.0) {
+            points.insert(0, (0.0, start));
+        }
+        Self { points }
+    }
+
     /// The same value throughout.
     #[must_use]
     pub fn constant(value: f64) -> Self {
@@ -72,7 +88,8 @@ impl Curve {
     }
 }
 
-/// What a tool does during a stage.
+/// What a tool does during a stage. A curve whose first share is above 0 comes from the travel, or the force, that the tool
+/// has when the stage begins.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
     /// Stays where it is.
@@ -201,5 +218,7 @@ mod tests {
         let c = Curve::new(vec![(0.5, 2.0), (1.0, 4.0), (0.0, 0.0)]);
         assert_eq!([c.at(-1.0), c.at(0.25), c.at(0.75), c.at(2.0)], [0.0, 1.0, 3.0, 4.0]);
         assert_eq!(Curve::new(vec![]).at(0.3), 0.0);
+        assert_eq!(Curve::to(4.0).starting_at(2.0), Curve::ramp(2.0, 4.0));
+        assert_eq!(c.starting_at(2.0), c);
     }
 }

@@ -16,7 +16,7 @@ pub(super) struct Committed {
     internal_force: Vec<f64>,
     pub(super) applied: Vec<f64>,
     /// Force of each tool along its direction [N].
-    pushes: Vec<f64>,
+    pub(super) pushes: Vec<f64>,
     /// Step (share of the stage), displacements and travels of the last increment of this stage.
     last: Option<(f64, Vec<f64>, Vec<f64>)>,
 }
@@ -58,6 +58,8 @@ fn pushing_force(sys: &System, tool: usize) -> f64 {
 pub(super) struct Plan {
     pub(super) stage: usize,
     pub(super) start_travels: Vec<f64>,
+    /// Force of each tool along its direction [N], of the whole process.
+    pub(super) start_forces: Vec<f64>,
     /// Contact forces of the tools being taken away (three a node).
     pub(super) released: Vec<f64>,
 }
@@ -65,14 +67,19 @@ pub(super) struct Plan {
 /// Sets tools and applied forces to their state at `share` of the stage.
 pub(super) fn set_targets(sys: &mut System, stage: &Stage, plan: &Plan, share: f64, whole: f64) {
     for (tool, motion) in stage.motions.iter().enumerate() {
-        let start = plan.start_travels[tool];
+        let (start, carried) = (plan.start_travels[tool], plan.start_forces[tool]);
         let (role, travel) = match motion {
             Motion::Hold => (Role::Travel, Some(start)),
-            Motion::Travel(curve) => (Role::Travel, Some(curve.at(share))),
-            Motion::Advance(curve) => (Role::Travel, Some(start + curve.at(share))),
-            Motion::Force(curve) => (Role::Force(curve.at(share) / whole), None),
+            Motion::Travel(curve) => (Role::Travel, Some(curve.starting_at(start).at(share))),
+            Motion::Advance(curve) => {
+                (Role::Travel, Some(start + curve.starting_at(0.0).at(share)))
+            }
+            Motion::Force(curve) => {
+                (Role::Force(curve.starting_at(carried).at(share) / whole), None)
+            }
             Motion::Spring { force, stiffness } => {
-                let force = force.at(share) / whole;
+                let at_zero = carried + stiffness * start;
+                let force = force.starting_at(at_zero).at(share) / whole;
                 (Role::Spring { force, stiffness: stiffness / whole }, None)
             }
             Motion::Release | Motion::Absent => (Role::Absent, None),

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::file::{Choice, Study};
 use super::follow;
+use crate::scene::read::is_path;
 
 /// Cases of a study, at most.
 pub(super) const MOST: usize = 10_000;
@@ -86,6 +87,9 @@ fn case(study: &Study, base: &Value, roots: &Roots<'_>, taken: &[usize]) -> Case
     }
     for file in ["/blank/shape/mesh/file", "/solver/increments_of"] {
         put_under(roots.own, scene.pointer_mut(file));
+    }
+    if scene.get("material").and_then(Value::as_str).is_some_and(is_path) {
+        put_under(roots.own, scene.get_mut("material"));
     }
     let id = options.join("_");
     let follows = follow::of(study, &id).map(str::to_owned);

@@ -12,6 +12,7 @@ use super::manifest::State;
 use crate::files::sha256_hex;
 use crate::report::record::{RunRecord, Verdict};
 use crate::run::folder::PROGRAM;
+use crate::scene::read::is_path;
 
 /// SHA-256 of the scene and of the files it names, by their names in it: what the run's `run.json` lists.
 pub(super) type Inputs = BTreeMap<String, String>;
@@ -56,6 +57,10 @@ fn files(case: &Case) -> Vec<(String, &str, String)> {
     if let Some(file) = scene.pointer("/blank/shape/mesh/file").and_then(Value::as_str) {
         let remedy = "a mesh of the blank stands relative to the study file".to_owned();
         files.push(("blank.shape.mesh.file".into(), file, remedy));
+    }
+    if let Some(file) = scene.get("material").and_then(Value::as_str).filter(|m| is_path(m)) {
+        let remedy = "a material card stands relative to the study file".to_owned();
+        files.push(("material".into(), file, remedy));
     }
     if let Some(file) = scene.pointer("/solver/increments_of").and_then(Value::as_str) {
         let remedy = match &case.follows {

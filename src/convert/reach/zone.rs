@@ -102,12 +102,14 @@ fn travels(scene: &Scene) -> BTreeMap<&str, f64> {
     for stage in &scene.stages {
         for (name, drive) in &stage.drive {
             let [now, low, high] = range.get(name.as_str()).copied().unwrap_or_default();
-            let to = match drive {
-                Drive::TravelMm(to) => *to,
-                Drive::AdvanceMm(by) => now + by,
+            let (course, from) = match drive {
+                Drive::TravelMm(to) => (to, 0.0),
+                Drive::AdvanceMm(by) => (by, now),
                 _ => continue,
             };
-            range.insert(name, [to, low.min(to), high.max(to)]);
+            let values = || course.pairs().into_iter().map(move |[_, value]| from + value);
+            let [low, high] = [values().fold(low, f64::min), values().fold(high, f64::max)];
+            range.insert(name, [from + course.end(), low, high]);
         }
     }
     range.into_iter().map(|(name, [_, low, high])| (name, high - low)).collect()
@@ -121,6 +123,9 @@ fn blank_box(scene: &Scene, folder: &Path) -> Result<Aabb, ReachError> {
         }
         BlankShape::QuarterDisc { radius_mm: r, .. } => {
             Aabb { min: Vec3::zeros(), max: Vec3::new(*r, *r, 0.0) }
+        }
+        BlankShape::Disc { radius_mm: r, .. } => {
+            Aabb { min: Vec3::new(-r, -r, 0.0), max: Vec3::new(*r, *r, 0.0) }
         }
         BlankShape::Mesh { file } => io::read_sheet(&folder.join(file))?.bbox(),
     };

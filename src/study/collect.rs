@@ -147,10 +147,16 @@ fn standing(
     manifest: &Manifest,
     folder: &Path,
 ) -> (Standing, Option<String>) {
-    let Some(entry) = manifest.cases.get(&case.id).filter(|e| !e.inputs.is_empty()) else {
-        let reason = manifest.cases.get(&case.id).and_then(|e| e.reason.clone());
-        return (Standing::Waiting, reason);
+    let Some(entry) = manifest.cases.get(&case.id) else { return (Standing::Waiting, None) };
+    let said = match entry.state {
+        State::Waiting => Standing::Waiting,
+        State::Done => Standing::Done,
+        State::Failed => Standing::Failed,
     };
+    // A case that could not be begun has nothing to compare.
+    if entry.inputs.is_empty() {
+        return (said, entry.reason.clone());
+    }
     let mut at = case;
     // Who follows whom goes round in no circle; the count holds where it did.
     for _ in 0..=cases.len() {
@@ -164,12 +170,7 @@ fn standing(
         };
         at = next;
     }
-    let standing = match entry.state {
-        State::Waiting => Standing::Waiting,
-        State::Done => Standing::Done,
-        State::Failed => Standing::Failed,
-    };
-    (standing, entry.reason.clone())
+    (said, entry.reason.clone())
 }
 
 /// Why what the manifest says of a case is not of the case as it is now.

@@ -10,9 +10,11 @@
 //! | `h` | curvature of the surface through `p` parallel to the tool: `dn = -h dp` |
 //! | `s` | slip `P (p - anchor)` |
 //!
-//! A touching node's three equations, as one vector in space: `k g n + R_t = 0`, where `R_t = k s` while it
-//! sticks and Coulomb's residual while it slips. Its linearisation is
-//! `A K du + B dp + residual = 0` with the node's rows `K` of the tangent: the pattern of the mesh is kept.
+//! A touching node's equations are `g = 0` along the normal and `R_t = 0` across it, where `R_t = k s` while it sticks and
+//! Coulomb's residual while it slips; as one vector `k g n + R_t`. They are linearised one by one,
+//! `k n dg + P dR_t + residual = 0`, which is `A K du + B dp + residual = 0` with the node's rows `K` of the tangent: the
+//! pattern of the mesh is kept. What the turning normal does to the vector's length, `k g dn` and `n (n . dR_t)`, is left
+//! out: a node that has yet to come to the tool would have to glide by it, by as much as `k` says.
 //!
 //! To compare, a spring may stand between node and tool ([`super::stages::ContactMethod`]): `g` is then
 //! `g + (lambda - push) / stiffness`, with the force `push` known from outside (zero for a penalty).
@@ -127,7 +129,7 @@ pub(super) fn touching(
         candidate: None,
         a: normal * normal.transpose() * spring,
         b: Mat3::zeros(),
-        b_tool: (normal * normal.transpose() - curvature * gap) * scales.normal
+        b_tool: normal * normal.transpose() * scales.normal
             - normal * (curvature * r).transpose() * spring,
         residual: normal * (gap * scales.normal),
         force: Vec3::zeros(),
@@ -138,8 +140,7 @@ pub(super) fn touching(
     };
     match answer {
         None => {
-            let turn = normal * (curvature * slip).transpose();
-            out.b_tool += (by_motion + turn) * scales.tangential;
+            out.b_tool += by_motion * scales.tangential;
             out.residual += slip * scales.tangential;
             out.length = out.length.max(slip.norm());
             (out.slipping, out.stuck) = (false, true);
@@ -150,7 +151,7 @@ pub(super) fn touching(
                 - by_lambda * (curvature * traction).transpose()
                 + by_slip * by_motion;
             out.force = tangent * residual;
-            out.b_tool += tangent * bend + normal * (curvature * out.force).transpose();
+            out.b_tool += tangent * bend;
             out.residual += tangent * linear;
         }
     }

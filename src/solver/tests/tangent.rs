@@ -1,4 +1,5 @@
-//! The condensed matrix is the derivative of the residual: stick, slip, curvature, held directions, travel.
+//! The condensed matrix is the derivative of the residual, of every equation by itself: stick, slip, curvature, held
+//! directions, travel.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -85,12 +86,23 @@ fn mismatch(mu: f64, stiffness: Option<f64>) -> (f64, usize, usize) {
     let travel = 0.7;
     let linear: Vec<f64> = negative.iter().zip(&column).map(|(v, z)| -v - travel * z).collect();
     let base = (sys.u.clone(), sys.tools[0].travel);
+    let normals: Vec<(usize, Vec3)> =
+        touching.iter().map(|&k| (sys.conditions[k].node, sys.conditions[k].normal)).collect();
     let h = 1e-7;
     let mut at = |step: f64| {
         sys.u.iter_mut().zip(&base.0).zip(&d).for_each(|((u, b), d)| *u = b + step * d);
         sys.tools[0].travel = base.1 + step * travel;
-        let (f, now) = residual(&mut sys);
+        let (mut f, now) = residual(&mut sys);
         assert_eq!(now, states, "the difference must stay on one branch");
+        // The gap along the normal where the matrix was made, the rest across it.
+        for ((node, n), &k) in normals.iter().zip(&touching) {
+            let now = sys.conditions[k].normal;
+            let at = 3 * node..3 * node + 3;
+            let vector = Vec3::from_column_slice(&f[at.clone()]);
+            let rest = vector - now * now.dot(&vector);
+            let apart = n * now.dot(&vector) + rest - n * n.dot(&rest);
+            f[at].copy_from_slice(apart.as_slice());
+        }
         f
     };
     let (plus, minus) = (at(h), at(-h));

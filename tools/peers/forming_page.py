@@ -8,6 +8,7 @@ import re
 import struct
 import subprocess
 
+import membrane
 import published
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -38,13 +39,26 @@ def hemisphere(out, solve, at):
     record = solve(published.FIXTURES / "hemisphere/case.scene.json", out / "hemisphere")
     columns = record["columns"]
     curve = [(0.0, 0.0), *zip((f / 1000 for f in columns["punch_force_n"]), columns["punch_travel_mm"])]
-    rows = {10: 10.6, 20: 15.4, 30: 20.0, 40: 24.7, 50: 28.2, 60: 33.0, 70: 37.4}
-    found = {load: at(curve, load) for load in rows}
+    back = [(travel, load) for load, travel in curve]
+    rows = {10: 10.6, 20: 15.4, 30: 20.0, 40: 24.7, 50: 28.2, 60: 33.0, 70: 37.4, 75: 44.0}
+    most = max(curve)
+    found = {load: at(curve, load) for load in rows if load <= most[0]}
+    sheet = membrane.curve()
+    other = membrane.travels(rows, sheet)
     text = ["## Hemispherical stretching of a clamped disc", "",
-            "R 50.8, no friction (Code_Aster SSNV501; the published travels are read off graphs, good to about 10 %). One layer of",
-            f"solid-shells; increments, iterations, cuts: {effort(record)}.", "",
-            "| load [kN] | published travel [mm] | ours [mm] | deviation |", "|---|---|---|---|"]
-    text += [f"| {load} | {travel} | {found[load]:.2f} | {100 * (found[load] / travel - 1):+.1f} % |" for load, travel in rows.items()]
+            "R 50.8, no friction (Code_Aster SSNV501, whose reference is a calculation read off graphs: 5 % by its text, tests there allow 10 %; its law of",
+            "hardening is a polygon). Membrane: an axisymmetric rigid-plastic one of the same data (`tools/peers/membrane.py`), which shares nothing with",
+            f"the program. One layer of solid-shells; increments, iterations, cuts: {effort(record)}.", "",
+            "| load [kN] | published travel [mm] | ours [mm] | deviation | membrane [mm] | our load at the published travel [kN] | deviation |",
+            "|---|---|---|---|---|---|---|"]
+    for load, travel in rows.items():
+        ours = f"{found[load]:.2f} | {100 * (found[load] / travel - 1):+.1f} %" if load in found else "not reached | "
+        check = "not reached" if other[load] is None else f"{other[load]:.2f}"
+        force = at(back, travel)
+        text.append(f"| {load} | {travel} | {ours} | {check} | {force:.1f} | {100 * (force / load - 1):+.1f} % |")
+    text += ["", f"The largest load is {most[0]:.1f} kN at {most[1]:.1f} mm, the membrane's {max(sheet)[0]:.1f} kN at {max(sheet)[1]:.1f} mm: of these data no sheet carries 75 kN, and",
+             "near the largest load a travel at a load says little. Steps of 4 % instead of 1 % add 0.5 mm at 70 kN, steps of 0.5 % take 0.1 mm off;",
+             "16 x 40 and 20 x 48 elements, two layers of `hex8-enhanced` and 7 points through the thickness change at most 0.1 mm."]
     return text, {"hemisphere_travel_mm": found}
 
 
@@ -75,29 +89,66 @@ def other_readings():
     ]
 
 
+def unbent(card, loaded, radius=24.0):
+    """Angle [degrees] after release of a sheet 1 mm thick that lies on the punch with its inside and is wide: the closed
+    form `12 M (1 - nu^2) / (E t^3)`."""
+    law, young, poisson = card["hardening"], card["young_mpa"], card["poisson"]
+    a = card["yield"].get("exponent", 2)
+    wide = (2 / (1 + 2 ** (1 - a))) ** (1 / a)
+
+    def flow(strain):
+        if law["law"] == "swift":
+            return law["k"] * (law["eps0"] + strain) ** law["n"]
+        pairs = list(zip(law["strain"], law["stress"]))
+        return next(s0 + (s1 - s0) * (strain - e0) / (e1 - e0) for (e0, s0), (e1, s1) in zip(pairs, pairs[1:]) if strain <= e1)
+
+    stiff, moment, layers = young / (1 - poisson**2), 0.0, 400
+    for k in range(layers):
+        height = (k + 0.5) / (2 * layers)
+        low, high = 0.0, stiff * height / radius
+        if high > wide * flow(0.0):
+            for _ in range(50):
+                stress = 0.5 * (low + high)
+                past = stress > wide * flow(wide * (height / radius - stress / stiff))
+                low, high = (low, stress) if past else (stress, high)
+        moment += high * height / layers
+    return loaded + (180 - loaded) * 12 * moment / stiff * radius
+
+
 def bend(out, solve):
     case = published.FIXTURES / "bend/case.scene.json"
     record = solve(case, out / "bend")
     angles = arm_angles(record, out / "bend")
-    text = ["## Unconstrained cylindrical bending, NUMISHEET 2002 B", "",
-            "A quarter, friction 0.1342, isotropic, 60 x 6 solid-shells with 7 points through the thickness; the hardening as published, a power",
-            f"of the total strain above a yield stress of 194 MPa. Increments, iterations, cuts: {effort(record)}.", "",
-            "| angle between the arms [degrees] | published | ours |", "|---|---|---|",
-            f"| loaded | 21.8 (codes spread by 6 to 26 %) | {angles['bend']:.1f} |",
-            f"| released | 48 to 54 | {angles['release']:.1f} |", "",
-            "Released it lies outside the band; 120 x 6 elements give the same angles to 0.2 degrees. The published data at hand name neither a",
-            "yield surface nor the strain that the power is of at small strains, and these move the angle:", "",
-            "| the law read otherwise | loaded | released |", "|---|---|---|"]
     scene = json.loads(case.read_text())
     card = json.loads((ROOT / f"src/solver/material/cards/{scene['material']}.json").read_text())
+    text = ["## Unconstrained cylindrical bending, NUMISHEET 2002 B", "",
+            "A quarter, friction 0.1342, isotropic, 60 x 6 solid-shells with 7 points through the thickness; the hardening as published, a power",
+            "of the total strain above a yield stress of 194 MPa. Closed form: a wide sheet that lies on the punch, by `12 M (1 - nu^2) / (E t^3)`.",
+            f"Increments, iterations, cuts: {effort(record)}.", "",
+            "| angle between the arms [degrees] | published | ours | closed form |", "|---|---|---|---|",
+            f"| loaded | 21.8 (codes spread by 6 to 26 %) | {angles['bend']:.1f} | |",
+            f"| released | 48 to 54 | {angles['release']:.1f} | {unbent(card, angles['bend']):.1f} |", "",
+            "Released it lies outside the band, with the closed form; 120 x 12 elements, 4 layers of `hex8-enhanced`, 9 points, steps of 1 % and the other edge of the",
+            "sheet change at most 0.4 degrees. The published data at hand name neither a yield surface nor the strain that the power is of at",
+            "small strains, and these move the angle, as does friction:", "",
+            "| read otherwise | loaded | released | closed form |", "|---|---|---|---|"]
     for tool in scene["tools"]:
         tool["file"] = str(case.parent / tool["file"])
-    for k, (name, change) in enumerate(other_readings()):
+
+    def row(name, k, changed, closed):
         path = out / f"bend-{k}.scene.json"
-        path.write_text(json.dumps(scene | {"material": card | change}))
+        path.write_text(json.dumps(changed))
         other = arm_angles(solve(path, out / f"bend-{k}"), out / f"bend-{k}")
-        text.append(f"| {name} | {other['bend']:.1f} | {other['release']:.1f} |")
-    text += ["", "The program's card stays with von Mises and the total strain, as published."]
+        last = f"{unbent(closed, other['bend']):.1f}" if closed else ""
+        text.append(f"| {name} | {other['bend']:.1f} | {other['release']:.1f} | {last} |")
+
+    for k, (name, change) in enumerate(other_readings()):
+        row(name, k, scene | {"material": card | change}, card | change)
+    for friction in (0.05, 0.0):
+        tools = [tool | {"friction": friction} for tool in scene["tools"]]
+        row(f"friction {friction:g}", f"friction-{friction:g}", scene | {"tools": tools}, None)
+    text += ["", "The program's card stays with von Mises and the total strain, as published. The closed form is not for less friction: the middle of the",
+             "loaded sheet then stands off the punch, by 0.4 mm; with 0.1342 it does by 0.05 mm."]
     return text, {"bend_angles_deg": angles}
 
 
@@ -144,7 +195,10 @@ def cup(out, solve, convert):
             "and punch straight from their STEP files (`--tol 0.01mm`). The tools' dimensions have no second source. Draw-in of the middles of the",
             "sides (DX, DY) and of the corner along the diagonal (DD); asked: within 10 % at 15 mm, 15 % at 40 mm (outside: bold). Increments, iterations,",
             f"cuts, wall time: {'; '.join(efforts)}.", "",
-            "| draw-in [mm] | measured | " + " | ".join(f"{n} x {n} elements" for n in figures) + " |", "|---|---|" + "---|" * len(figures), *rows]
+            "| draw-in [mm] | measured | " + " | ".join(f"{n} x {n} elements" for n in figures) + " |", "|---|---|" + "---|" * len(figures), *rows, "",
+             "Run once, not with the others: 60 x 60 elements give 5.00, 5.02 and 3.22 at 15 mm. The manual of DEFORM-3D has the same measured values and,",
+             "with von Mises, E 70 GPa and Poisson's ratio 0.3, finds DX 5.5 and DD 3.3 at 15 mm, 26.9 and 15.5 at 40 mm; so taken (its hardening law is a picture,",
+             "ours is kept), 45 x 45 elements give 5.54, 3.25, 27.6 and 15.9."]
     return text, {"cup_draw_in_mm": figures}
 
 

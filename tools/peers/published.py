@@ -64,8 +64,7 @@ def hemisphere(folder=FIXTURES / "hemisphere"):
         "symmetry": [{"normal": "x"}, {"normal": "y"}],
         "holds": [{"where": {"beyond_radius_mm": clamp - 1e-6}, "axes": ["x", "y", "z"]}],
         "tools": [tool("punch", -1), tool("die", 1)],
-        "stages": [{"name": "stretch", "drive": {"punch": {"travel_mm": 43.0}},
-                    "first_increment": 0.01, "largest_increment": 0.04}],
+        "stages": [{"name": "stretch", "drive": {"punch": {"travel_mm": 46.0}}, "largest_increment": 0.01}],
         "output": {"vtu_every": 0},
     })
 

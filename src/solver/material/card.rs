@@ -127,7 +127,7 @@ pub enum CardError {
     },
 }
 
-const LIBRARY: [&str; 10] = [
+const LIBRARY: [&str; 11] = [
     include_str!("cards/mild-steel-neto2012.json"),
     include_str!("cards/mild-steel-numisheet93.json"),
     include_str!("cards/aluminium-numisheet93-cup.json"),
@@ -137,6 +137,7 @@ const LIBRARY: [&str; 10] = [
     include_str!("cards/aa6111-t4-barlat2005.json"),
     include_str!("cards/aa6016-t4-esaform2021.json"),
     include_str!("cards/aa6022-t4-tian2017.json"),
+    include_str!("cards/aa5754-o-coer2018.json"),
     include_str!("cards/structural-steel-hartloper-uvc.json"),
 ];
 

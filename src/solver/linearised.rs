@@ -1,15 +1,11 @@
 //! The system linearised at one iterate: the conditions put in the place of equations, the matrix in the mesh's own
 //! pattern, the unknown travels of tools moved by force on its border; its solution, the correction.
 
-use std::ops::Range;
 use std::time::Instant;
-
-use rayon::prelude::*;
 
 use super::conditions::Condition;
 use super::contact::Expected;
 use super::linear::{ChangedRows, LinearError};
-use super::pattern::Pattern;
 use super::system::System;
 use crate::geometry::Vec3;
 
@@ -36,15 +32,9 @@ pub(super) struct Foretold {
 struct Changes {
     /// Touching candidates, rising.
     touching: Vec<usize>,
-    /// Solutions.
-    solutions: usize,
-    /// One candidate's changes by all solutions after the other's.
-    of: Vec<Vec3>,
+    /// Changes of their forces, by solution.
+    by_solution: Vec<Vec<[f64; 3]>>,
 }
-
-/// Nodes whose rows are multiplied by one task, and numbers copied by one.
-const NODES_PER_TASK: usize = 64;
-const COPIED_PER_TASK: usize = 1 << 16;
 
 impl System {
     /// Solves the linearised system for the correction.
@@ -61,7 +51,7 @@ impl System {
             return self.correct();
         }
         let start = Instant::now();
-        let changed = self.change_conditions();
+        let changed = self.matrix.change(self.body.pattern(), &self.conditions);
         self.timings.contact += start.elapsed().as_secs_f64();
         self.correct_with(Some(&changed))
     }
@@ -82,17 +72,16 @@ impl System {
         self.symmetric = changed.is_none() && moved.is_empty() && self.is_symmetric();
         self.unstable = false;
         let solved = match changed {
-            Some(changed) => self.solver.solve_changed(&self.values, changed, &mut all),
+            Some(changed) => self.solver.solve_changed(&self.matrix.values, changed, &mut all),
             None if self.symmetric => {
                 self.move_held_columns(&mut all[0]);
-                let definite = self.solver.solve_symmetric(&self.values, &mut all);
+                let definite = self.solver.solve_symmetric(&self.matrix.values, &mut all);
                 definite.map(|definite| self.unstable = !definite)
             }
-            None => self.solver.solve(&self.values, &mut all),
+            None => self.solver.solve(&self.matrix.values, &mut all),
         };
         if self.solver.factorisations > before {
-            self.factored.clone_from(&self.conditions);
-            self.replaced.clear();
+            self.matrix.is_factored(&self.conditions);
         }
         let solver = &self.solver;
         (self.timings.factor, self.timings.update) = (solver.factor_s, solver.update_s);
@@ -118,13 +107,13 @@ impl System {
             for i in (0..3).filter(|&k| self.constraints.is_held(c.node, k)).map(|k| 3 * c.node + k)
             {
                 let Some(diagonal) = pattern.position(i, i) else { continue };
-                let known = rhs[i] / self.values[diagonal];
+                let known = rhs[i] / self.matrix.values[diagonal];
                 // The pattern is its own mirror.
                 for q in pattern.row_ptr[i]..pattern.row_ptr[i + 1] {
                     let row = pattern.col_idx[q];
                     if let Some(place) = pattern.position(row, i).filter(|_| row != i) {
-                        rhs[row] -= self.values[place] * known;
-                        self.values[place] = 0.0;
+                        rhs[row] -= self.matrix.values[place] * known;
+                        self.matrix.values[place] = 0.0;
                     }
                 }
             }
@@ -141,44 +130,11 @@ impl System {
         out
     }
 
-    /// Rows of the tangent with the conditions in place.
+    /// Makes the matrix of the tangent and the conditions.
     pub(super) fn condense(&mut self) {
-        let from = self.eval.tangent.par_chunks(COPIED_PER_TASK);
-        let parts = self.values.par_chunks_mut(COPIED_PER_TASK).zip(from);
-        parts.for_each(|(to, from)| to.copy_from_slice(from));
-        let pattern = self.body.pattern();
-        for c in &self.conditions {
-            let rows = rows_of(pattern, c.node);
-            put(c, pattern, &mut self.values[rows]);
-        }
-    }
-
-    /// Puts the conditions that differ from those in the factors in their place; what that adds to the rows in the
-    /// factors.
-    fn change_conditions(&mut self) -> ChangedRows {
-        let mut changed = ChangedRows::default();
-        let pattern = self.body.pattern();
-        for (rows, values) in self.replaced.drain(..) {
-            self.values[rows].copy_from_slice(&values);
-        }
-        for (node, [before, now]) in different(&self.factored, &self.conditions) {
-            let rows = rows_of(pattern, node);
-            let width = rows.len() / 3;
-            let with = |condition: Option<&Condition>| {
-                let mut values = self.eval.tangent[rows.clone()].to_vec();
-                condition.iter().for_each(|c| put(c, pattern, &mut values));
-                values
-            };
-            let (before, now) = (with(before), with(now));
-            self.values[rows.clone()].copy_from_slice(&now);
-            let added: Vec<f64> = now.iter().zip(&before).map(|(now, old)| now - old).collect();
-            for (k, added) in added.chunks_exact(width).enumerate() {
-                changed.rows.push(3 * node + k);
-                changed.added.push(added.to_vec());
-            }
-            self.replaced.push((rows, before));
-        }
-        changed
+        let copy = self.is_symmetric();
+        let tangent = &mut self.eval.tangent;
+        self.matrix.set(self.body.pattern(), tangent, &self.conditions, copy);
     }
 
     /// Minus the derivative of the residual by the travel of `tool`: the extra right-hand side.
@@ -214,30 +170,10 @@ impl System {
 
     fn changes_of_force(&self, solutions: &[Vec<f64>]) -> Changes {
         let touching: Vec<usize> = self.contact.active().map(|(k, _)| k).collect();
-        let count = solutions.len();
-        let mut of = vec![Vec3::zeros(); count * touching.len()];
-        let (pattern, values) = (self.body.pattern(), &self.eval.tangent);
-        let candidates = &self.contact.candidates;
-        let tasks = of.par_chunks_mut(count.max(1)).with_min_len(NODES_PER_TASK);
-        tasks.zip(&touching).for_each(|(of, &k)| {
-            let rows = rows_of(pattern, candidates[k].node);
-            let width = rows.len() / 3;
-            let columns = &pattern.col_idx[rows.start..rows.start + width];
-            let (row0, rest) = values[rows].split_at(width);
-            let (row1, row2) = rest.split_at(width);
-            for (of, x) in of.iter_mut().zip(solutions) {
-                // A node's three columns follow one another; a sum for each keeps the processor busy.
-                let mut sums = [Vec3::zeros(); 3];
-                for (block, columns) in columns.chunks_exact(3).enumerate() {
-                    for (k, sum) in sums.iter_mut().enumerate() {
-                        let j = 3 * block + k;
-                        *sum += Vec3::new(row0[j], row1[j], row2[j]) * x[columns[k]];
-                    }
-                }
-                *of = sums[0] + sums[1] + sums[2];
-            }
-        });
-        Changes { touching, solutions: count, of }
+        let nodes: Vec<usize> = touching.iter().map(|&k| self.contact.candidates[k].node).collect();
+        let (pattern, node_rows) = (self.body.pattern(), &self.node_rows);
+        let by_solution = self.matrix.changes_of_force(pattern, node_rows, &nodes, solutions);
+        Changes { touching, by_solution }
     }
 
     /// Travels of the tools moved by force that make them push as they are to.
@@ -249,10 +185,11 @@ impl System {
         // By how much solution `j` changes the push of the i-th tool.
         let pushed = |i: usize, j: usize| -> f64 {
             let (tool, d) = (moved[i].0, self.tools[moved[i].0].setup.direction);
-            let all = changes.touching.iter().zip(changes.of.chunks_exact(changes.solutions));
+            let all = changes.touching.iter().zip(&changes.by_solution[j]);
             let of_tool = all.filter(|&(&k, _)| self.contact.candidates[k].tool == tool);
             let along = |node: usize| self.constraints.free_projector(node) * d;
-            of_tool.map(|(&k, of)| along(self.contact.candidates[k].node).dot(&of[j])).sum()
+            let push = |node: usize, change: &[f64; 3]| along(node).dot(&Vec3::from(*change));
+            of_tool.map(|(&k, change)| push(self.contact.candidates[k].node, change)).sum()
         };
         let spring = |i: usize, j: usize| {
             if i == j { self.roles[moved[i].0].stiffness() } else { 0.0 }
@@ -294,60 +231,13 @@ impl System {
     fn foretold(&self, changes: &Changes, travels: &[f64]) -> Vec<Foretold> {
         let of = |c: &Condition| {
             let candidate = c.candidate?;
-            let at = changes.touching.binary_search(&candidate).ok()? * changes.solutions;
-            let (first, rest) = changes.of[at..at + changes.solutions].split_first()?;
-            let by_travels = rest.iter().zip(travels).map(|(change, travel)| change * *travel);
-            let force = self.force_at(c.node) + by_travels.fold(*first, |sum, change| sum + change);
+            let at = changes.touching.binary_search(&candidate).ok()?;
+            let change = |solution: &Vec<[f64; 3]>| Vec3::from(solution[at]);
+            let (first, rest) = changes.by_solution.split_first()?;
+            let by_travels = rest.iter().zip(travels).map(|(by, travel)| change(by) * *travel);
+            let force = self.force_at(c.node) + by_travels.fold(change(first), |sum, by| sum + by);
             Some(Foretold { candidate, force, lambda: c.normal.dot(&force) })
         };
         self.conditions.iter().filter_map(of).collect()
     }
-}
-
-/// Places of a node's three rows in the values.
-fn rows_of(pattern: &Pattern, node: usize) -> Range<usize> {
-    pattern.row_ptr[3 * node]..pattern.row_ptr[3 * node + 3]
-}
-
-/// Puts a condition in the place of its node's three rows.
-fn put(c: &Condition, pattern: &Pattern, rows: &mut [f64]) {
-    let start = pattern.row_ptr[3 * c.node];
-    let width = rows.len() / 3;
-    let (row0, rest) = rows.split_at_mut(width);
-    let (row1, row2) = rest.split_at_mut(width);
-    for j in 0..width {
-        let v = c.a * Vec3::new(row0[j], row1[j], row2[j]);
-        (row0[j], row1[j], row2[j]) = (v.x, v.y, v.z);
-    }
-    let Some(at) = pattern.position(3 * c.node, 3 * c.node).map(|q| q - start) else {
-        return;
-    };
-    let b = c.b + c.b_tool;
-    for k in 0..3 {
-        row0[at + k] += b[(0, k)];
-        row1[at + k] += b[(1, k)];
-        row2[at + k] += b[(2, k)];
-    }
-}
-
-/// Nodes whose conditions differ in two lists by rising nodes, with both.
-fn different<'a>(
-    before: &'a [Condition],
-    now: &'a [Condition],
-) -> Vec<(usize, [Option<&'a Condition>; 2])> {
-    let mut out = Vec::new();
-    let (mut before, mut now) = (before.iter().peekable(), now.iter().peekable());
-    while let Some(node) =
-        before.peek().map(|c| c.node).into_iter().chain(now.peek().map(|c| c.node)).min()
-    {
-        let pair = [before.next_if(|c| c.node == node), now.next_if(|c| c.node == node)];
-        let same = match pair {
-            [Some(a), Some(b)] => (a.a, a.b, a.b_tool) == (b.a, b.b, b.b_tool),
-            _ => false,
-        };
-        if !same {
-            out.push((node, pair));
-        }
-    }
-    out
 }

@@ -2,7 +2,7 @@
 //!
 //! - [`blank`], [`element`], [`material`], [`assembly`]: the sheet; forces and tangent
 //! - [`tools`], [`constraints`], `contact`, `conditions`: what acts on it
-//! - `system`: residual and condensed matrix; [`linear`]: its solution
+//! - `system`, `matrix`: residual and condensed matrix; [`linear`]: its solution
 //! - [`newton`], `trial`, `relaxation`, `stepping`, [`stages`]: increments; [`simulation`]: the driver
 
 mod active_set;
@@ -19,6 +19,7 @@ mod line_search;
 pub mod linear;
 mod linearised;
 pub mod material;
+mod matrix;
 pub mod newton;
 mod pace;
 pub mod pattern;

@@ -1,6 +1,5 @@
 //! The whole system at one iterate: body, tools, contact and constraints, and its residual.
 
-use std::ops::Range;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -11,7 +10,8 @@ use super::constraints::Constraints;
 use super::contact::ContactSet;
 use super::damper::Damper;
 use super::element::Want;
-use super::linear::{CheckedSolver, LinearError};
+use super::linear::{CheckedSolver, LinearError, NodeRows};
+use super::matrix::Matrix;
 use super::stages::Timings;
 use super::tools::Tool;
 use crate::contact::friction::Coulomb;
@@ -62,15 +62,12 @@ pub(super) struct System {
     /// Holds the nodes back while the sheet is followed past a limit point.
     pub(super) damper: Option<Damper>,
     pub(super) conditions: Vec<Condition>,
-    /// Conditions in the factors of the linear solver.
-    pub(super) factored: Vec<Condition>,
-    /// Places in `values` that are not those of the factors, with what stands in these.
-    pub(super) replaced: Vec<(Range<usize>, Vec<f64>)>,
     pub(super) scales: Scales,
     pub(super) lengths: Lengths,
     pub(super) timings: Timings,
     pub(super) solver: CheckedSolver,
-    pub(super) values: Vec<f64>,
+    pub(super) node_rows: NodeRows,
+    pub(super) matrix: Matrix,
     /// The factors are of a symmetric matrix.
     pub(super) symmetric: bool,
     /// The tangent last factored is symmetric and not positive definite: a balance there does not last.
@@ -116,6 +113,7 @@ impl System {
         let n = 3 * mesh.nodes.len();
         let contact = ContactSet::new(&mesh.top_nodes(), &mesh.bottom_nodes(), &tools);
         let solver = CheckedSolver::new(body.pattern(), body.mesh().groups())?;
+        let not_of_nodes = || LinearError::Pattern("its rows are not those of nodes".into());
         Ok(Self {
             lengths: edge_lengths(&body),
             roles: vec![Role::Absent; tools.len()],
@@ -126,12 +124,11 @@ impl System {
             eval: Evaluation::default(),
             damper: None,
             conditions: Vec::new(),
-            factored: Vec::new(),
-            replaced: Vec::new(),
             scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },
             timings: Timings::default(),
             solver,
-            values: vec![0.0; body.pattern().nnz()],
+            node_rows: NodeRows::of(body.pattern()).ok_or_else(not_of_nodes)?,
+            matrix: Matrix::new(body.pattern()),
             symmetric: false,
             unstable: false,
             body,
@@ -189,6 +186,9 @@ impl System {
         if let (Ok(()), Some(damper)) = (&done, &self.damper) {
             damper.add(&self.u, want, self.body.pattern(), &mut self.eval);
         }
+        if want == Want::ResidualAndTangent {
+            self.matrix.renew();
+        }
         self.timings.elements += start.elapsed().as_secs_f64();
         done
     }
@@ -197,6 +197,7 @@ impl System {
     pub(super) fn evaluate_foreseen(&mut self, foresight: Foresight) -> Result<(), ElementFailure> {
         let start = Instant::now();
         let done = self.body.evaluate_foreseen(&self.u, foresight, &mut self.eval);
+        self.matrix.renew();
         self.timings.elements += start.elapsed().as_secs_f64();
         done
     }

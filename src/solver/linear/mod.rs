@@ -10,6 +10,7 @@ pub mod update;
 pub use direct::{MultifrontalLu, SparseLu};
 pub use multifrontal::SparseRow;
 pub use refine::CheckedSolver;
+pub use rows::NodeRows;
 pub use update::ChangedRows;
 
 use super::pattern::Pattern;

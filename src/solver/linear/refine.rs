@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::rows::NodeRows;
 use super::update::{ChangedRows, Update};
 use super::{Groups, LinearError, LinearSolver, MultifrontalLu, SparseLu};
 use crate::solver::pattern::Pattern;
@@ -9,8 +10,7 @@ use crate::solver::pattern::Pattern;
 /// Direct solvers in order of preference; the first that meets the accuracy answers.
 pub struct CheckedSolver {
     pattern: Pattern,
-    /// Rows with the same columns.
-    together: usize,
+    nodes: Option<NodeRows>,
     groups: Groups,
     solvers: Vec<Box<dyn LinearSolver>>,
     planned: usize,
@@ -59,7 +59,7 @@ impl CheckedSolver {
     ) -> Result<Self, LinearError> {
         let mut out = Self {
             pattern: pattern.clone(),
-            together: pattern.rows_together(),
+            nodes: NodeRows::of(pattern),
             groups,
             solvers,
             planned: 0,
@@ -202,7 +202,7 @@ impl CheckedSolver {
         for _ in 0..6 {
             let pairs: Vec<_> = open.iter().map(|&k| [&rhs[k][..], &given[k][..]]).collect();
             let mut again = Vec::new();
-            let residuals = self.pattern.residuals(values, &pairs, self.together);
+            let residuals = self.pattern.residuals(values, &pairs, self.nodes.as_ref());
             for (&k, residual) in open.iter().zip(residuals) {
                 let now = norm(&residual) / norm(&given[k]).max(f64::MIN_POSITIVE);
                 let wrong = now.is_nan() || now >= 0.5 * left[k];

@@ -1,30 +1,108 @@
 //! Rows of a matrix times vectors, in one pass over the matrix, which is what the time goes into.
 //!
-//! Where the pattern is that of a mesh, three rows a node with the same columns, a node's rows are multiplied together: the
-//! vectors are gathered once for all three, and the products run over consecutive numbers.
+//! In the pattern of a mesh, three rows and three columns a node, a node's rows are multiplied together: the vectors are
+//! gathered once for all three, node by node, and the products run over consecutive numbers.
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::solver::pattern::Pattern;
 
-/// Rows of one task; a multiple of three.
-const ROWS: usize = 1536;
+/// Nodes of one task.
+const NODES: usize = 512;
+
+/// A pattern of three rows and three columns a node, as a mesh has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NodeRows {
+    /// Neighbours of every node, one after the other.
+    neighbours: Vec<u32>,
+}
+
+impl NodeRows {
+    /// `None` where the pattern is not of that kind.
+    #[must_use]
+    pub fn of(pattern: &Pattern) -> Option<Self> {
+        if !pattern.dim().is_multiple_of(3) {
+            return None;
+        }
+        let columns = |row: usize| &pattern.col_idx[pattern.row_ptr[row]..pattern.row_ptr[row + 1]];
+        let mut neighbours = Vec::with_capacity(pattern.nnz() / 9);
+        for row in (0..pattern.dim()).step_by(3) {
+            let (nodes, rest) = columns(row).as_chunks::<3>();
+            let of_node = |&[a, b, c]: &[usize; 3]| a % 3 == 0 && b == a + 1 && c == a + 2;
+            let alike = columns(row) == columns(row + 1) && columns(row) == columns(row + 2);
+            if !rest.is_empty() || !alike || !nodes.iter().all(of_node) {
+                return None;
+            }
+            neighbours.extend(nodes.iter().map(|[column, ..]| (column / 3) as u32));
+        }
+        Some(Self { neighbours })
+    }
+
+    /// The three rows of each of these nodes times the vectors: by vector, then in the order of `nodes`. `pattern` is the
+    /// one this was made of, `rows` a node's three rows one after the other.
+    #[must_use]
+    pub fn products<'a>(
+        &self,
+        pattern: &Pattern,
+        rows: impl Fn(usize) -> &'a [f64] + Sync,
+        nodes: &[usize],
+        x: &[Vec<f64>],
+    ) -> Vec<Vec<[f64; 3]>> {
+        let mut out = Vec::with_capacity(x.len());
+        for pair in x.chunks(2) {
+            match pair {
+                [one] => out.extend(self.products_of(pattern, &rows, nodes, [one])),
+                [one, two] => out.extend(self.products_of(pattern, &rows, nodes, [one, two])),
+                _ => {}
+            }
+        }
+        out
+    }
+
+    /// Nodes beside one, itself included: nine values each stand in its rows.
+    #[inline(always)]
+    fn neighbours_of(&self, pattern: &Pattern, node: usize) -> &[u32] {
+        &self.neighbours[pattern.row_ptr[3 * node] / 9..pattern.row_ptr[3 * node + 3] / 9]
+    }
+
+    fn products_of<'a, const R: usize>(
+        &self,
+        pattern: &Pattern,
+        rows: &(impl Fn(usize) -> &'a [f64] + Sync),
+        nodes: &[usize],
+        x: [&[f64]; R],
+    ) -> [Vec<[f64; 3]>; R] {
+        let mut out = x.map(|_| vec![[0.0; 3]; nodes.len()]);
+        let mut tasks: Vec<(&[usize], [&mut [[f64; 3]]; R])> = Vec::new();
+        let mut parts = out.each_mut().map(|out| out.chunks_mut(NODES));
+        for nodes in nodes.chunks(NODES) {
+            tasks.push((nodes, parts.each_mut().map(|part| part.next().unwrap_or_default())));
+        }
+        tasks.into_par_iter().for_each(|(nodes, out)| {
+            let of_node =
+                |&node: &usize| OfNode::new(self.neighbours_of(pattern, node), rows(node));
+            let rows = nodes.iter().map(of_node).collect();
+            Arch::new().dispatch(Products { rows, x, out });
+        });
+        out
+    }
+}
 
 impl Pattern {
-    /// `b - A x` for the matrix with these values and every pair `[x, b]`; `together`: [`Pattern::rows_together`].
+    /// `b - A x` for the matrix with these values and every pair `[x, b]`; `nodes` if the pattern is a mesh's.
     #[must_use]
     pub fn residuals(
         &self,
         values: &[f64],
         pairs: &[[&[f64]; 2]],
-        together: usize,
+        nodes: Option<&NodeRows>,
     ) -> Vec<Vec<f64>> {
         let mut out = Vec::with_capacity(pairs.len());
         for pair in pairs.chunks(2) {
             match pair {
-                [one] => out.extend(self.residuals_of(values, [one], together)),
-                [one, two] => out.extend(self.residuals_of(values, [one, two], together)),
+                [one] => out.extend(self.residuals_of(values, [one], nodes)),
+                [one, two] => out.extend(self.residuals_of(values, [one, two], nodes)),
                 _ => {}
             }
         }
@@ -36,39 +114,30 @@ impl Pattern {
         &self,
         values: &[f64],
         pairs: [&[&[f64]; 2]; R],
-        together: usize,
+        nodes: Option<&NodeRows>,
     ) -> [Vec<f64>; R] {
         let mut out = pairs.map(|[_, b]| b.to_vec());
         let mut chunks: Vec<[&mut [f64]; R]> = Vec::new();
-        let mut parts = out.each_mut().map(|out| out.chunks_mut(ROWS));
-        for _ in 0..self.dim().div_ceil(ROWS) {
+        let mut parts = out.each_mut().map(|out| out.chunks_mut(3 * NODES));
+        for _ in 0..self.dim().div_ceil(3 * NODES) {
             chunks.push(parts.each_mut().map(|part| part.next().unwrap_or_default()));
         }
         let x = pairs.map(|[x, _]| *x);
         chunks.into_par_iter().enumerate().for_each(|(chunk, out)| {
-            let first = chunk * ROWS;
-            Arch::new().dispatch(Subtract { pattern: self, values, x, first, together, out });
+            let first = chunk * 3 * NODES;
+            Arch::new().dispatch(Subtract { pattern: self, nodes, values, x, first, out });
         });
         out
-    }
-
-    /// How many rows after one another have the same columns: three in the pattern of a mesh, otherwise one.
-    #[must_use]
-    pub fn rows_together(&self) -> usize {
-        let columns = |row: usize| &self.col_idx[self.row_ptr[row]..self.row_ptr[row + 1]];
-        let alike =
-            |row: usize| columns(row) == columns(row + 1) && columns(row) == columns(row + 2);
-        if self.dim().is_multiple_of(3) && (0..self.dim()).step_by(3).all(alike) { 3 } else { 1 }
     }
 }
 
 /// Subtracts rows times vectors from the rows' numbers, from row `first` on.
 struct Subtract<'a, const R: usize> {
     pattern: &'a Pattern,
+    nodes: Option<&'a NodeRows>,
     values: &'a [f64],
     x: [&'a [f64]; R],
     first: usize,
-    together: usize,
     out: [&'a mut [f64]; R],
 }
 
@@ -77,76 +146,176 @@ impl<const R: usize> WithSimd for Subtract<'_, R> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { pattern, values, x, first, together, out } = self;
+        let Self { pattern, nodes, values, x, first, mut out } = self;
         let count = out.first().map_or(0, |out| out.len());
         let mut near = x.map(|_| Vec::new());
-        for row in (0..count).step_by(together) {
-            let start = pattern.row_ptr[first + row];
-            let columns = &pattern.col_idx[start..pattern.row_ptr[first + row + 1]];
-            for (near, x) in near.iter_mut().zip(x) {
-                near.clear();
-                near.extend(columns.iter().map(|&column| x[column]));
-            }
-            let width = columns.len();
-            for k in 0..together {
-                let values = &values[start + k * width..start + (k + 1) * width];
-                let sums = dots(simd, values, near.each_ref().map(|near| &near[..]));
-                for r in 0..R {
-                    out[r][row + k] -= sums[r];
+        if let Some(nodes) = nodes {
+            for row in (0..count).step_by(3) {
+                let node = (first + row) / 3;
+                let rows = &values[pattern.row_ptr[first + row]..pattern.row_ptr[first + row + 3]];
+                let rows = OfNode::new(nodes.neighbours_of(pattern, node), rows);
+                rows.gather(x, &mut near);
+                let sums = rows.times(simd, near.each_ref().map(|near| &near[..]));
+                for (out, sums) in out.iter_mut().zip(sums) {
+                    out[row..row + 3].iter_mut().zip(sums).for_each(|(out, sum)| *out -= sum);
                 }
+            }
+            return;
+        }
+        for row in 0..count {
+            let range = pattern.row_ptr[first + row]..pattern.row_ptr[first + row + 1];
+            for (out, x) in out.iter_mut().zip(x) {
+                let terms = values[range.clone()].iter().zip(&pattern.col_idx[range.clone()]);
+                out[row] -= terms.map(|(value, &column)| value * x[column]).sum::<f64>();
             }
         }
     }
 }
 
-/// A row times several vectors, all as long as it.
-#[inline(always)]
-fn dots<S: Simd, const R: usize>(simd: S, row: &[f64], x: [&[f64]; R]) -> [f64; R] {
-    let (wide, rest) = S::as_simd_f64s(row);
-    let x = x.map(|x| S::as_simd_f64s(x));
-    // Two sums of each, one after the other, keep the processor busy.
-    let mut sums = [[simd.splat_f64s(0.0); 2]; R];
-    for (i, &values) in wide.iter().enumerate() {
-        for r in 0..R {
-            sums[r][i % 2] = simd.mul_add_e_f64s(values, x[r].0[i], sums[r][i % 2]);
+/// Nodes' rows times vectors.
+struct Products<'a, const R: usize> {
+    rows: Vec<OfNode<'a>>,
+    x: [&'a [f64]; R],
+    out: [&'a mut [[f64; 3]]; R],
+}
+
+impl<const R: usize> WithSimd for Products<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { rows, x, mut out } = self;
+        let mut near = x.map(|_| Vec::new());
+        for (k, rows) in rows.iter().enumerate() {
+            rows.gather(x, &mut near);
+            let sums = rows.times(simd, near.each_ref().map(|near| &near[..]));
+            out.iter_mut().zip(sums).for_each(|(out, sums)| out[k] = sums);
         }
     }
-    let mut out = [0.0; R];
-    for r in 0..R {
-        out[r] = simd.reduce_sum_f64s(simd.add_f64s(sums[r][0], sums[r][1]));
-        for (value, x) in rest.iter().zip(x[r].1) {
-            out[r] += value * x;
+}
+
+/// The rows of one node.
+struct OfNode<'a> {
+    neighbours: &'a [u32],
+    rows: [&'a [f64]; 3],
+}
+
+impl<'a> OfNode<'a> {
+    #[inline(always)]
+    fn new(neighbours: &'a [u32], rows: &'a [f64]) -> Self {
+        let (first, rest) = rows.split_at(3 * neighbours.len());
+        let (second, third) = rest.split_at(3 * neighbours.len());
+        Self { neighbours, rows: [first, second, third] }
+    }
+
+    /// The vectors' numbers at the neighbours.
+    #[inline(always)]
+    fn gather<const R: usize>(&self, x: [&[f64]; R], near: &mut [Vec<f64>; R]) {
+        for (near, x) in near.iter_mut().zip(x) {
+            near.resize(3 * self.neighbours.len(), 0.0);
+            let (near, _) = near.as_chunks_mut::<3>();
+            let (x, _) = x.as_chunks::<3>();
+            for (near, &neighbour) in near.iter_mut().zip(self.neighbours) {
+                *near = x[neighbour as usize];
+            }
         }
     }
-    out
+
+    /// The rows times what was gathered.
+    #[inline(always)]
+    fn times<S: Simd, const R: usize>(&self, simd: S, near: [&[f64]; R]) -> [[f64; 3]; R] {
+        let rows = self.rows.map(|row| S::as_simd_f64s(row));
+        let near = near.map(|near| S::as_simd_f64s(near));
+        let mut sums = [[simd.splat_f64s(0.0); 3]; R];
+        let count = rows[0].0.len();
+        let wide = rows.map(|(wide, _)| &wide[..count]);
+        let wide_near = near.map(|(near, _)| &near[..count]);
+        for i in 0..count {
+            let values = wide.map(|row| row[i]);
+            for (sums, near) in sums.iter_mut().zip(wide_near) {
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum = simd.mul_add_e_f64s(value, near[i], *sum);
+                }
+            }
+        }
+        let mut out = [[0.0; 3]; R];
+        for ((out, sums), (_, near)) in out.iter_mut().zip(sums).zip(near) {
+            for ((out, sum), (_, row)) in out.iter_mut().zip(sums).zip(rows) {
+                let rest: f64 = row.iter().zip(near).map(|(value, x)| value * x).sum();
+                *out = simd.reduce_sum_f64s(sum) + rest;
+            }
+        }
+        out
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn number(k: usize) -> f64 {
+        (0.7 * k as f64 + 0.3).sin()
+    }
+
+    fn pattern(rows: &[Vec<usize>]) -> Pattern {
+        let mut pattern = Pattern { row_ptr: vec![0], col_idx: Vec::new() };
+        for row in rows {
+            pattern.col_idx.extend(row);
+            pattern.row_ptr.push(pattern.col_idx.len());
+        }
+        pattern
+    }
+
+    /// Four nodes, each with its neighbours.
+    fn mesh() -> Pattern {
+        let neighbours = [vec![0, 1, 3], vec![0, 1], vec![2], vec![0, 1, 2, 3]];
+        let columns = |nodes: &Vec<usize>| nodes.iter().flat_map(|n| 3 * n..3 * n + 3).collect();
+        let rows: Vec<Vec<usize>> =
+            neighbours.iter().flat_map(|nodes| [(); 3].map(|()| columns(nodes))).collect();
+        pattern(&rows)
+    }
+
+    fn sum(pattern: &Pattern, values: &[f64], row: usize, x: &[f64]) -> f64 {
+        let range = pattern.row_ptr[row]..pattern.row_ptr[row + 1];
+        range.map(|q| values[q] * x[pattern.col_idx[q]]).sum()
+    }
+
     #[test]
-    fn products_are_those_of_plain_sums() {
-        let mesh = vec![(0..11).collect::<Vec<usize>>(); 12];
-        let others = [vec![0, 3, 10], vec![1, 2, 4, 7], vec![5], vec![0, 9]];
-        for (rows, together) in [(&mesh[..], 3), (&others[..], 1)] {
-            let mut pattern = Pattern { row_ptr: vec![0], col_idx: Vec::new() };
-            for row in rows {
-                pattern.col_idx.extend(row);
-                pattern.row_ptr.push(pattern.col_idx.len());
-            }
-            assert_eq!(pattern.rows_together(), together);
-            let number = |k: usize| (0.7 * k as f64 + 0.3).sin();
+    fn residuals_are_those_of_plain_sums() {
+        let others = pattern(&[vec![0, 3, 10], vec![1, 2, 4, 7], vec![5], vec![0, 9]]);
+        // As wide as a node's rows, but columns that are no node's.
+        let beside = pattern(&[(); 3].map(|()| vec![0, 1, 4]));
+        for (pattern, is_mesh) in [(mesh(), true), (others, false), (beside, false)] {
+            let nodes = NodeRows::of(&pattern);
+            assert_eq!(nodes.is_some(), is_mesh);
             let values: Vec<f64> = (0..pattern.nnz()).map(number).collect();
             let vectors: Vec<Vec<f64>> =
                 (1..7).map(|r| (0..12).map(|k| number(k * r + 5)).collect()).collect();
             let pairs = [0, 1, 2].map(|r| [&vectors[r][..], &vectors[r + 3][..pattern.dim()]]);
-            let found = pattern.residuals(&values, &pairs, together);
+            let found = pattern.residuals(&values, &pairs, nodes.as_ref());
             for (found, [x, b]) in found.iter().zip(pairs) {
                 for row in 0..pattern.dim() {
-                    let range = pattern.row_ptr[row]..pattern.row_ptr[row + 1];
-                    let sum: f64 = range.map(|q| values[q] * x[pattern.col_idx[q]]).sum();
-                    assert!((found[row] - (b[row] - sum)).abs() < 1e-14, "row {row}");
+                    let left = b[row] - sum(&pattern, &values, row, x);
+                    assert!((found[row] - left).abs() < 1e-14, "row {row}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn products_of_nodes_are_those_of_their_rows() {
+        let pattern = mesh();
+        let values: Vec<f64> = (0..pattern.nnz()).map(number).collect();
+        let x: Vec<Vec<f64>> =
+            (1..4).map(|r| (0..12).map(|k| number(k * r + 5)).collect()).collect();
+        let nodes = [3, 0, 2];
+        let rows = |node: usize| &values[pattern.row_ptr[3 * node]..pattern.row_ptr[3 * node + 3]];
+        let found = NodeRows::of(&pattern).unwrap().products(&pattern, rows, &nodes, &x);
+        assert_eq!(found.len(), x.len());
+        for (found, x) in found.iter().zip(&x) {
+            for (found, node) in found.iter().zip(nodes) {
+                for (k, found) in found.iter().enumerate() {
+                    assert!((found - sum(&pattern, &values, 3 * node + k, x)).abs() < 1e-14);
                 }
             }
         }

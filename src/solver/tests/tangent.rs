@@ -81,7 +81,7 @@ fn mismatch(mu: f64, stiffness: Option<f64>) -> (f64, usize, usize) {
     sys.condense();
     let d = direction(sys.u.len());
     let zero = vec![0.0; d.len()];
-    let negative = sys.body.pattern().residuals(&sys.values, &[[&d, &zero]], 3).remove(0);
+    let negative = sys.body.pattern().residuals(&sys.matrix.values, &[[&d, &zero]], None).remove(0);
     let column = sys.travel_column(0);
     let travel = 0.7;
     let linear: Vec<f64> = negative.iter().zip(&column).map(|(v, z)| -v - travel * z).collect();

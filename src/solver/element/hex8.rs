@@ -83,9 +83,11 @@ impl WithSimd for Evaluate<'_> {
         }
         out.force = nominal::by_node(&force);
         if wants_tangent {
+            let symmetric = input.material.is_symmetric();
             let moduli = Moduli::new(simd, &motion, &mean, &stressed, &answer.tangent, total);
             let dyads = moduli.dyads(simd, &mean, points);
-            nominal::tangent(simd, &moduli.local, points, &dyads, &mut out.tangent);
+            let local = (&moduli.local, symmetric);
+            nominal::tangent(simd, local, points, &dyads, &mut out.tangent);
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use super::super::material::Material;
 use super::super::material::elastic::Elastic;
 use super::super::material::hardening::Hardening;
 use super::super::material::hill48::Hill48;
-use super::super::material::plastic::Plastic;
+use super::super::material::plastic::{Backstress, Plastic};
 use super::*;
 use crate::geometry::Mat3;
 
@@ -142,10 +142,22 @@ fn sheet() -> Arc<dyn Material> {
     Arc::new(Plastic::new(Elastic { young: 210_000.0, poisson: 0.3 }, &hill, swift).unwrap())
 }
 
+/// The sheet with a backstress that recovers: its tangent is not symmetric.
+fn recovering() -> Arc<dyn Material> {
+    let hill = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
+    let voce = Hardening::Voce { sigma0: 150.0, q: 100.0, b: 10.0 };
+    let steel = Plastic::new(Elastic { young: 210_000.0, poisson: 0.3 }, &hill, voce).unwrap();
+    let backstress = Backstress { modulus: 5000.0, recovery: 50.0 };
+    Arc::new(steel.with_backstresses(vec![backstress]).unwrap())
+}
+
 #[test]
 fn plastic_tangent_is_the_derivative_of_the_force() {
-    for kind in ALL {
-        let mut body = Body::new(distorted(), kind, sheet()).unwrap();
+    let (sheet, recovering) = (sheet(), recovering());
+    assert!(sheet.is_symmetric() && !recovering.is_symmetric());
+    let laws = [sheet, recovering];
+    for (kind, law) in ALL.into_iter().flat_map(|kind| laws.each_ref().map(|law| (kind, law))) {
+        let mut body = Body::new(distorted(), kind, Arc::clone(law)).unwrap();
         let mut out = Evaluation::default();
         let before: Vec<f64> = pseudo_random(3, 24).iter().map(|x| 0.02 * x).collect();
         settle(&mut body, &before, &mut out);

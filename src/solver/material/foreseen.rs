@@ -44,6 +44,10 @@ impl Material for Foreseen {
         self.law.state_len()
     }
 
+    fn is_symmetric(&self) -> bool {
+        self.law.is_symmetric()
+    }
+
     fn update(
         &self,
         strain: &Mandel,

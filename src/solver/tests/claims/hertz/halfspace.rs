@@ -108,7 +108,7 @@ fn faces(mesh: &HexMesh, axis: usize, at: f64) -> Vec<[usize; 4]> {
     mesh.elements.iter().flat_map(of).filter(on).collect()
 }
 
-/// Under the middle of the disc the surface sinks by the approach, and what a block's faces carry is the force.
+/// Far off the surface sinks as below a force at a point, and what a block's faces carry is the force.
 #[test]
 fn surface_and_faces_are_those_of_hertz() {
     let (a, radius) = (0.03, 30.0);

@@ -21,7 +21,7 @@ use crate::geometry::Vec3;
 pub struct Groups {
     /// Group of each unknown.
     pub of_unknown: Vec<u32>,
-    /// Position of each group [mm].
+    /// Position of each group [mm]; empty where nothing is known of it.
     pub centers: Vec<Vec3>,
 }
 

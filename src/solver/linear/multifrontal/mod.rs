@@ -1,10 +1,11 @@
-//! A multifrontal LU, and LL^T where the matrix is symmetric and positive definite, of our own on dense kernels: nested dissection of blocks by their coordinates, static
-//! memory reused by every refactorisation, pivoting inside fronts, subtrees in parallel, the same bits for any
+//! A multifrontal LU, and LL^T where the matrix is symmetric and positive definite, of our own on dense kernels: nested dissection of blocks by their coordinates (minimum
+//! degree where these say nothing), static memory reused by every refactorisation, pivoting inside fronts, subtrees in parallel, the same bits for any
 //! number of threads.
 //!
 //! Rows are pivoted only within the pivot block of their front (an entire through-thickness column of the
 //! sheet at least); whoever calls checks the residual and refines.
 
+mod choice;
 mod entries;
 mod inverse;
 mod memory;
@@ -16,6 +17,7 @@ mod supernodes;
 mod symbolic;
 mod symmetric;
 
+pub use choice::Ordering;
 pub use inverse::{Meeting, SparseRow};
 pub use numeric::{Factors, Singular};
 pub use symbolic::{PatternError, PatternRef, Symbolic};

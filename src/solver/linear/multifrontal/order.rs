@@ -162,6 +162,34 @@ pub(super) mod tests {
         (graph, centers)
     }
 
+    /// The graph of ties in any order, given once or twice.
+    pub fn from_ties(blocks: usize, ties: impl Iterator<Item = [u32; 2]>) -> BlockGraph {
+        let mut near = vec![std::collections::BTreeSet::new(); blocks];
+        for [a, b] in ties.filter(|[a, b]| a != b) {
+            near[a as usize].insert(b);
+            near[b as usize].insert(a);
+        }
+        let mut graph = BlockGraph { start: vec![0], neighbours: Vec::new() };
+        for others in near {
+            graph.neighbours.extend(others);
+            graph.start.push(graph.neighbours.len());
+        }
+        graph
+    }
+
+    /// An n x n x n grid of blocks, each tied to its six neighbours, whose coordinates have been dealt out anew.
+    pub fn scattered(n: u32) -> (BlockGraph, Vec<Vec3>) {
+        let at = |k: u32| [k / (n * n), k / n % n, k % n];
+        let next = |k: u32, d: usize| (at(k)[d] + 1 < n).then_some([k, k + [n * n, n, 1][d]]);
+        let count = n * n * n;
+        let ties = (0..count).flat_map(|k| (0..3).filter_map(move |d| next(k, d)));
+        let graph = from_ties(count as usize, ties);
+        let mut dealt: Vec<u32> = (0..count).collect();
+        dealt.sort_by_key(|k| (k ^ (k >> 3)).wrapping_mul(0x9E37_79B9).swap_bytes());
+        let centers = dealt.into_iter().map(|k| Vec3::from(at(k).map(f64::from))).collect();
+        (graph, centers)
+    }
+
     #[test]
     fn every_block_comes_once_and_the_last_ones_cut_the_grid() {
         let (graph, centers) = grid(21, 20);

@@ -46,7 +46,7 @@ pub(super) fn supernodes(graph: &BlockGraph, order: &[u32], members: &Members) -
 /// Structures of the columns of L by position, joined into fundamental supernodes.
 fn fundamental(graph: &BlockGraph, order: &[u32], weight: &[usize]) -> Builder {
     let n = order.len();
-    let mut position = vec![0u32; n];
+    let mut position = vec![0u32; graph.len()];
     for (k, &b) in order.iter().enumerate() {
         position[b as usize] = k as u32;
     }

@@ -1,7 +1,8 @@
 //! The plan of a factorisation: fronts, their tree, and where everything lies in memory. Made once for a
 //! pattern, used for every refactorisation.
 
-use super::order::{BlockGraph, nested_dissection};
+use super::choice::{Ordering, elimination, front_operations};
+use super::order::BlockGraph;
 use crate::geometry::Vec3;
 
 /// A run of consecutive rows of a child's contribution that lands on consecutive rows of its parent's front.
@@ -68,6 +69,8 @@ impl Front {
 /// The plan of a factorisation.
 #[derive(Debug, Clone, Default)]
 pub struct Symbolic {
+    /// How the order of elimination was found.
+    ordering: Ordering,
     /// Number of unknowns.
     pub(super) n: usize,
     /// New number of each unknown to its old one.
@@ -105,7 +108,7 @@ pub struct PatternError(pub &'static str);
 impl Symbolic {
     /// Plans the factorisation of a pattern whose unknown `i` belongs to block `block[i]` (unknowns that are
     /// eliminated together: the three of a node, or all of a through-thickness column), block `b` standing at
-    /// `centers[b]`.
+    /// `centers[b]` (none: nothing is known of where they stand).
     ///
     /// # Errors
     /// [`PatternError`] when lengths disagree or a front would be too large for 32-bit places.
@@ -115,7 +118,8 @@ impl Symbolic {
         centers: &[Vec3],
     ) -> Result<Self, PatternError> {
         let n = pattern.row_start.len().saturating_sub(1);
-        if block.len() != n || block.iter().any(|&b| b as usize >= centers.len()) {
+        let most = if centers.is_empty() { n } else { centers.len() };
+        if block.len() != n || block.iter().any(|&b| b as usize >= most) {
             return Err(PatternError("every unknown needs a block and every block a centre"));
         }
         if pattern.row_start.last() != Some(&pattern.columns.len())
@@ -123,13 +127,20 @@ impl Symbolic {
         {
             return Err(PatternError("columns do not fit the row starts"));
         }
-        let members = members_of(block, centers.len());
+        let last = block.iter().max().map_or(0, |&b| b as usize + 1);
+        let members = members_of(block, last.max(centers.len()));
         let graph = quotient(pattern, block, &members);
-        let order = nested_dissection(&graph, centers);
-        let nodes = super::supernodes::supernodes(&graph, &order, &members);
-        let mut plan = Self::lay_out(n, &nodes, &order, &members)?;
+        let found = elimination(&graph, centers, &members)?;
+        let mut plan = Self::lay_out(n, &found.nodes, &found.order, &members)?;
+        plan.ordering = found.ordering;
         super::entries::map_entries(&mut plan, pattern)?;
         Ok(plan)
+    }
+
+    /// How the order of elimination was found.
+    #[must_use]
+    pub fn ordering(&self) -> Ordering {
+        self.ordering
     }
 
     /// Multiplications and additions of a factorisation.
@@ -198,8 +209,7 @@ impl Symbolic {
     /// Subtrees, operation counts and where each contribution lands in its parent.
     fn link(&mut self) {
         for i in 0..self.fronts.len() {
-            let (np, m) = (self.fronts[i].pivots as f64, self.fronts[i].below as f64);
-            let own = 2.0 / 3.0 * np.powi(3) + 2.0 * np * np * m + 2.0 * np * m * m;
+            let own = front_operations(self.fronts[i].pivots, self.fronts[i].below);
             let children = std::mem::take(&mut self.fronts[i].children);
             self.fronts[i].flops =
                 own + children.iter().map(|&c| self.fronts[c as usize].flops).sum::<f64>();
@@ -297,7 +307,7 @@ impl Members {
     }
 }
 
-fn members_of(block: &[u32], blocks: usize) -> Members {
+pub(super) fn members_of(block: &[u32], blocks: usize) -> Members {
     let mut start = vec![0usize; blocks + 1];
     for &b in block {
         start[b as usize + 1] += 1;

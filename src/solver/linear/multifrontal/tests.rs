@@ -1,5 +1,8 @@
 //! Claims about the factorisation as a whole.
 
+mod odd;
+
+use super::order::BlockGraph;
 use super::order::tests::grid;
 use super::*;
 use crate::geometry::Vec3;
@@ -20,10 +23,15 @@ fn random(seed: &mut u64) -> f64 {
 /// An unsymmetric matrix on a grid of blocks of `size` unknowns; dominance 0 leaves weak diagonals.
 fn matrix(nx: usize, ny: usize, size: usize, dominance: f64) -> Matrix {
     let (graph, centers) = grid(nx, ny);
+    on_graph(&graph, centers, size, dominance)
+}
+
+/// The same on any graph of blocks.
+fn on_graph(graph: &BlockGraph, centers: Vec<Vec3>, size: usize, dominance: f64) -> Matrix {
     let mut seed = 7;
     let mut m =
         Matrix { row_start: vec![0], columns: vec![], values: vec![], block: vec![], centers };
-    for b in 0..nx * ny {
+    for b in 0..graph.len() {
         let mut near: Vec<u32> = graph.of(b).to_vec();
         near.push(b as u32);
         near.sort_unstable();

@@ -83,11 +83,9 @@ impl WithSimd for Evaluate<'_> {
         }
         out.force = nominal::by_node(&force);
         if wants_tangent {
-            let symmetric = input.material.is_symmetric();
             let moduli = Moduli::new(simd, &motion, &mean, &stressed, &answer.tangent, total);
             let dyads = moduli.dyads(simd, &mean, points);
-            let local = (&moduli.local, symmetric);
-            nominal::tangent(simd, local, points, &dyads, &mut out.tangent);
+            nominal::tangent(simd, &moduli.local, points, &dyads, &mut out.tangent);
         }
         Ok(())
     }

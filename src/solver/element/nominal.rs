@@ -53,12 +53,11 @@ pub(crate) struct Dyad {
     pub right: Nodal,
 }
 
-/// Sets `tangent` to the sum of all points' `A` and of `dyads`. Of a `symmetric` one the last four nodes' rows are mirrored
-/// as far as the first four nodes' columns go.
+/// Sets `tangent` to the sum of all points' `A` and of `dyads`.
 #[inline(always)]
 pub(crate) fn tangent<S: Simd>(
     simd: S,
-    (moduli, symmetric): (&[Nine; 9], bool),
+    moduli: &[Nine; 9],
     points: &[PointGeometry; 8],
     dyads: &[Dyad],
     tangent: &mut [Row; DOFS],
@@ -76,19 +75,8 @@ pub(crate) fn tangent<S: Simd>(
         }
         for a in (0..8).step_by(2) {
             match S::F64_LANES {
-                8 => rows::<S, 1>(simd, [i, a, 0], &half, points, dyads, tangent),
-                4 if symmetric && a >= 4 => {
-                    rows::<S, 1>(simd, [i, a, 4], &half, points, dyads, tangent);
-                }
-                _ => rows::<S, 2>(simd, [i, a, 0], &half, points, dyads, tangent),
-            }
-        }
-    }
-    if symmetric && S::F64_LANES == 4 {
-        let (upper, lower) = tangent.split_at_mut(DOFS / 2);
-        for (i, row) in lower.iter_mut().enumerate() {
-            for (value, above) in row.iter_mut().zip(&*upper) {
-                *value = above[DOFS / 2 + i];
+                8 => rows::<S, 1>(simd, [i, a], &half, points, dyads, tangent),
+                _ => rows::<S, 2>(simd, [i, a], &half, points, dyads, tangent),
             }
         }
     }
@@ -114,18 +102,17 @@ fn contract_left<S: Simd>(
     }
 }
 
-/// Rows of direction `i` of the nodes `a` and `a + 1`, in `V` vectors a direction, with the columns of the nodes from `from`
-/// on.
+/// Rows of direction `i` of the nodes `a` and `a + 1`, in `V` vectors a direction.
 #[inline(always)]
 fn rows<S: Simd, const V: usize>(
     simd: S,
-    [i, a, from]: [usize; 3],
+    [i, a]: [usize; 2],
     half: &[[[f64; 8]; 9]; 8],
     points: &[PointGeometry; 8],
     dyads: &[Dyad],
     tangent: &mut [Row; DOFS],
 ) {
-    for first in (from..8).step_by(V * S::F64_LANES) {
+    for first in (0..8).step_by(V * S::F64_LANES) {
         let mut sums = [[[Lane::splat(simd, 0.0); V]; 3]; 2];
         for Dyad { left, right } in dyads {
             for (r, sums) in sums.iter_mut().enumerate() {

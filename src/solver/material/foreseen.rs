@@ -44,10 +44,6 @@ impl Material for Foreseen {
         self.law.state_len()
     }
 
-    fn is_symmetric(&self) -> bool {
-        self.law.is_symmetric()
-    }
-
     fn update(
         &self,
         strain: &Mandel,

@@ -111,8 +111,8 @@ fn pivot(
 ) -> usize {
     let wrong = pulled.len() + inside.len();
     sys.timings.cycling += usize::from(pivoting.count(wrong));
-    pulled.sort_by(|a, b| a.1.total_cmp(&b.1));
-    inside.sort_by(|a, b| a.1.total_cmp(&b.1));
+    worst_first(&mut pulled);
+    worst_first(&mut inside);
     for &(k, _) in &pulled[..pivoting.block(pulled.len())] {
         switch(sys, k, false);
     }
@@ -120,6 +120,12 @@ fn pivot(
         switch(sys, k, true);
     }
     wrong
+}
+
+/// Sorts wrong candidates, the worst in front. Of those that are as wrong as each other but for rounding, as symmetric ones
+/// are, the first in order comes first, whatever the axes of the model.
+fn worst_first(wrong: &mut [(usize, f64)]) {
+    wrong.sort_by(|a, b| (a.1 as f32).total_cmp(&(b.1 as f32)).then(a.0.cmp(&b.0)));
 }
 
 /// Touching candidates that would be pulled, with their normal force.
@@ -166,9 +172,12 @@ fn crests(sys: &System, inside: &[(usize, f64)], from: f64) -> Vec<(usize, f64)>
     inside.iter().filter(|&&(k, gap)| from - gap >= DEEP * deepest(set[k].node)).copied().collect()
 }
 
-/// Takes in every free node whose gap is below `touch` [mm].
-pub(super) fn take_in(sys: &mut System, touch: f64) {
-    for (k, _) in penetrating(sys, touch, |c| c.foot.gap) {
+/// Gap of a node that touches but for rounding, over the shortest edge.
+const NEAR: f64 = 1e-6;
+
+/// Takes in every free node that touches.
+pub(super) fn take_in(sys: &mut System) {
+    for (k, _) in penetrating(sys, NEAR * sys.lengths.shortest_edge, |c| c.foot.gap) {
         switch(sys, k, true);
     }
 }
@@ -182,16 +191,16 @@ pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
             continue;
         }
         let busy: Vec<usize> = sys.contact.active().map(|(_, c)| c.node).collect();
-        let nearest = (0..sys.contact.candidates.len())
-            .filter(|&k| {
-                let c = &sys.contact.candidates[k];
-                c.tool == tool && sys.can_touch(k) && busy.binary_search(&c.node).is_err()
-            })
-            .min_by(|&a, &b| {
-                let gap = |k: usize| sys.contact.candidates[k].foot.gap;
-                gap(a).total_cmp(&gap(b))
-            });
-        if let Some(k) = nearest {
+        let gap = |k: usize| sys.contact.candidates[k].foot.gap;
+        let may = |k: &usize| {
+            let c = &sys.contact.candidates[*k];
+            c.tool == tool && sys.can_touch(*k) && busy.binary_search(&c.node).is_err()
+        };
+        let free = || (0..sys.contact.candidates.len()).filter(may);
+        let least = free().map(gap).fold(f64::INFINITY, f64::min);
+        // Of those that are as near but for rounding the first.
+        let near = least + NEAR * sys.lengths.shortest_edge;
+        if let Some(k) = free().find(|&k| gap(k) <= near) {
             switch(sys, k, true);
             changes += 1;
         }

@@ -58,6 +58,13 @@ pub(super) struct Scales {
     pub(super) compliance: f64,
 }
 
+impl Scales {
+    /// A force [N], or zero where it is nothing but rounding: which sign that has must decide nothing.
+    fn of_note(self, force: f64) -> f64 {
+        if force.abs() > self.normal * self.rounding { force } else { 0.0 }
+    }
+}
+
 /// Geometry of a touching node within its free directions.
 struct Frame {
     normal: Vec3,
@@ -115,11 +122,12 @@ pub(super) fn touching(
     let by_motion = tangent + curvature * rise;
     let lambda = normal.dot(r);
     let traction = tangent * r;
-    let about = match c.expected {
+    let (pushed, held) = match c.expected {
         None => (lambda, Some(traction)),
         Some(Expected::AsLast(force)) => (normal.dot(&force), None),
         Some(Expected::Foretold(force)) => (normal.dot(&force), Some(tangent * force)),
     };
+    let about = (scales.of_note(pushed), held);
     let at = FrictionPoint { lambda, traction, slip, stiffness: 0.0, about };
     let answer = friction(c, law, at, scales);
     let all_slip = law.transition == 0.0 || lambda <= 0.0;
@@ -158,6 +166,14 @@ pub(super) fn touching(
     Some(out)
 }
 
+/// Whether friction up to `bound` [N] holds a node that slid and has not moved since. One that slid until the last balance
+/// has Coulomb's force exactly, and one that has just touched may have none at all: of both rounding would say whether they stick.
+fn is_held(traction: &Vec3, bound: f64, scales: Scales) -> bool {
+    /// Share by which the force may be over Coulomb's.
+    const EDGE: f64 = 1e-6;
+    scales.of_note(traction.norm()) <= (1.0 + EDGE) * bound.max(0.0)
+}
+
 /// What the law asks of a touching node, `None` to stick; the stiffness of its trial force is chosen here.
 fn friction(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales) -> Option<Slip> {
     let FrictionPoint { lambda, traction, slip, .. } = at;
@@ -166,16 +182,22 @@ fn friction(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales) -> O
     }
     // Pulled, not pushed (an iterate on its way): no friction. A node that has just touched has no normal
     // force yet, but its coupling to friction.
-    let law = if lambda > 0.0 || c.fresh { law } else { Coulomb { mu: 0.0, transition: 0.0 } };
+    let pushed = scales.of_note(lambda) > 0.0;
+    let law = if pushed || c.fresh { law } else { Coulomb { mu: 0.0, transition: 0.0 } };
     let bound = law.mu * lambda;
     let moved = slip.norm() > scales.rounding;
+    let at_rest = c.sliding && !moved && law.mu > 0.0 && is_held(&traction, bound, scales);
     let backward = bound > 0.0 && moved && traction.dot(&slip) > 0.25 * bound * slip.norm();
     let stiffness = if c.sliding && !backward {
         slip_stiffness(bound.max(traction.norm()), slip.norm(), scales.tangential)
     } else {
         scales.tangential
     };
-    if c.sliding && backward { None } else { law.law(&FrictionPoint { stiffness, ..at }) }
+    if (c.sliding && backward) || at_rest {
+        None
+    } else {
+        law.law(&FrictionPoint { stiffness, ..at })
+    }
 }
 
 /// The stiffness `c` of the trial force `r_t - c s` of a node that slid (any positive value has the same

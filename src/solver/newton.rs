@@ -2,12 +2,12 @@
 
 use super::active_set::{Pivoting, revise, settle};
 use super::assembly::{ElementFailure, Foresight};
-use super::element::Want;
 use super::line_search;
 use super::linear::LinearError;
 use super::linearised::Correction;
 use super::stages::{ContactMethod, IterationRecord, Limits};
 use super::system::{Residual, System};
+use crate::geometry::Vec3;
 
 /// What an iterate is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -150,12 +150,12 @@ pub(super) fn solve(
     }
 }
 
-/// Evaluates and searches the first iterate.
+/// Evaluates and searches the first iterate. Where nothing is foreseen the strains are those of the last balance, where
+/// points that flowed lie on their yield surface: rounding would say which of them yield, so none does.
 fn begin(sys: &mut System, foreseen: Option<f64>) -> Result<(), ElementFailure> {
-    match foreseen {
-        Some(factor) => sys.evaluate_foreseen(Foresight { factor, stiff: false })?,
-        None => sys.evaluate(Want::ResidualAndTangent)?,
-    }
+    let at_rest = Foresight { factor: 0.0, stiff: true };
+    let carried_on = |factor| Foresight { factor, stiff: false };
+    sys.evaluate_foreseen(foreseen.map_or(at_rest, carried_on))?;
     sys.search();
     Ok(())
 }
@@ -286,7 +286,8 @@ fn hopeless(history: &[IterationRecord]) -> bool {
 
 /// Share of the correction that moves no node farther than two element lengths.
 fn bounded_share(sys: &System, correction: &Correction) -> f64 {
-    let largest = correction.u.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let moves = correction.u.chunks_exact(3).map(|du| Vec3::from_column_slice(du).norm());
+    let largest = moves.fold(0.0, f64::max);
     let allowed = 2.0 * sys.lengths.longest_edge;
     if largest > allowed { allowed / largest } else { 1.0 }
 }

@@ -71,9 +71,6 @@ pub(super) fn advance(
         sim.stage += 1;
     }
     sim.report(stage, share, iterations, observer)?;
-    if share >= 1.0 {
-        end(sim);
-    }
     Ok(true)
 }
 
@@ -181,7 +178,7 @@ fn begin(sim: &mut Simulation, stage: usize) -> Plan {
         }
     }
     sys.search();
-    take_in(sys, 1e-6 * sys.lengths.shortest_edge);
+    take_in(sys);
     keep_pushed_tools(sys);
     sys.contact.commit(sys.lengths.transition);
     let supported = motions.iter().any(|m| !matches!(m, Motion::Absent | Motion::Release));
@@ -204,11 +201,6 @@ fn hold_where_it_is(sys: &mut System) {
         }
     }
     sys.constraints = held;
-}
-
-fn end(sim: &mut Simulation) {
-    sim.sys.applied.fill(0.0);
-    sim.committed.applied.fill(0.0);
 }
 
 fn farthest_from_balance(sys: &System) -> usize {

@@ -15,7 +15,7 @@ use super::matrix::Matrix;
 use super::stages::Timings;
 use super::tools::Tool;
 use crate::contact::friction::Coulomb;
-use crate::geometry::Vec3;
+use crate::geometry::{Mat3, Vec3};
 
 /// What a tool is during the present increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -183,21 +183,29 @@ impl System {
     pub(super) fn evaluate(&mut self, want: Want) -> Result<(), ElementFailure> {
         let start = Instant::now();
         let done = self.body.evaluate(&self.u, want, &mut self.eval);
+        self.finish(want, start, done)
+    }
+
+    /// The same with the law linear about what is foreseen, and its tangent.
+    pub(super) fn evaluate_foreseen(&mut self, foresight: Foresight) -> Result<(), ElementFailure> {
+        let start = Instant::now();
+        let done = self.body.evaluate_foreseen(&self.u, foresight, &mut self.eval);
+        self.finish(Want::ResidualAndTangent, start, done)
+    }
+
+    /// Adds the damper, if there is one, to what the elements answered since `start`.
+    fn finish(
+        &mut self,
+        want: Want,
+        start: Instant,
+        done: Result<(), ElementFailure>,
+    ) -> Result<(), ElementFailure> {
         if let (Ok(()), Some(damper)) = (&done, &self.damper) {
             damper.add(&self.u, want, self.body.pattern(), &mut self.eval);
         }
         if want == Want::ResidualAndTangent {
             self.matrix.renew();
         }
-        self.timings.elements += start.elapsed().as_secs_f64();
-        done
-    }
-
-    /// The same with the law linear about what is foreseen.
-    pub(super) fn evaluate_foreseen(&mut self, foresight: Foresight) -> Result<(), ElementFailure> {
-        let start = Instant::now();
-        let done = self.body.evaluate_foreseen(&self.u, foresight, &mut self.eval);
-        self.matrix.renew();
         self.timings.elements += start.elapsed().as_secs_f64();
         done
     }
@@ -216,18 +224,16 @@ impl System {
         self.timings.search += start.elapsed().as_secs_f64();
     }
 
-    /// Scales the conditions by the tangent of the undeformed sheet; `stiffness` of the springs between nodes and tools
+    /// Scales the conditions by the tangent of the undeformed sheet, by the largest and the smallest stiffness that its nodes
+    /// have along any direction, so that the axes of the model do not matter; `stiffness` of the springs between nodes and tools
     /// is over the mesh's, if there are any.
     pub(super) fn set_scales(&mut self, stiffness: Option<f64>) {
-        let pattern = self.body.pattern();
-        let diagonal =
-            |row: usize| pattern.position(row, row).map_or(0.0, |q| self.eval.tangent[q].abs());
         let (mut most, mut least) = (0.0, 0.0);
         let count = self.node_count().max(1) as f64;
         for node in 0..self.node_count() {
-            let d = [0, 1, 2].map(|k| diagonal(3 * node + k));
-            most += d.iter().copied().fold(0.0, f64::max) / count;
-            least += d.iter().copied().fold(f64::INFINITY, f64::min) / count;
+            let stiffness = self.stiffness_of(node).symmetric_eigenvalues();
+            most += stiffness.max() / count;
+            least += stiffness.min() / count;
         }
         let positive = |v: f64| if v > 0.0 && v.is_finite() { v } else { 1.0 };
         self.scales = Scales {
@@ -236,6 +242,16 @@ impl System {
             rounding: 1e-10 * self.lengths.shortest_edge,
             compliance: stiffness.map_or(0.0, |s| 1.0 / (s * positive(most))),
         };
+    }
+
+    /// Stiffness that a node has while all others stand still, the symmetric part of its block of the tangent [N/mm].
+    fn stiffness_of(&self, node: usize) -> Mat3 {
+        let pattern = self.body.pattern();
+        let block = Mat3::from_fn(|i, j| {
+            let place = pattern.position(3 * node + i, 3 * node + j);
+            place.map_or(0.0, |q| self.eval.tangent[q])
+        });
+        0.5 * (block + block.transpose())
     }
 
     /// Moves the springs between nodes and tools to the present forces where a gap is larger than `allowed` [mm]; true

@@ -4,6 +4,7 @@ mod claims;
 mod cross;
 mod cup;
 mod followed;
+mod released;
 mod snap;
 mod tangent;
 mod tension;

@@ -1,11 +1,11 @@
-//! A whole model turned in space: the same iterations, the same results turned.
+//! A whole model turned in space, or in another unit of length: the same iterations, the same results.
 
 use std::sync::Arc;
 
 use nalgebra::{Rotation3, Unit};
 
 use super::{setup, stage, tool};
-use crate::contact::test_tools::Builder;
+use crate::contact::test_tools::{Builder, plane};
 use crate::geometry::{Mat3, Vec3};
 use crate::solver::assembly::Body;
 use crate::solver::blank::rectangle;
@@ -15,21 +15,107 @@ use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
 use crate::solver::{
-    Constraints, Control, Curve, IncrementReport, Motion, Placement, SheetSide, Simulation,
+    Constraints, Control, Curve, IncrementReport, Motion, Placement, SheetSide, Simulation, Stage,
+    ToolSetup,
 };
 
 /// Element and layers of it.
 type Element = (ElementKind, usize);
 
+const ELEMENTS: [Element; 3] = [
+    (ElementKind::Hex8, 2),
+    (ElementKind::Hex8Enhanced, 2),
+    (ElementKind::SolidShell { points: 5, membrane: true }, 1),
+];
+
 /// Travel of the dome [mm].
 const TRAVEL: f64 = 4.0;
 
-/// A sheet of 60 x 60 x 0.8 mm, clamped all round, stretched with friction over a dome of radius 25 mm, out of the middle
-/// so that nothing is symmetric; anisotropic steel. Everything turned by `turn`: the iterations of the increments, and the
-/// displacements at the end turned back.
-fn stretched(turn: &Mat3, element: Element) -> (Vec<usize>, Vec<Vec3>) {
-    let (kind, layers) = element;
-    let mut mesh = rectangle(60.0, 60.0, 0.8, 9, 9, layers);
+/// What is done to the sheet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Process {
+    /// A dome out of the middle is pressed into it, so that nothing is symmetric.
+    Drawn,
+    /// A plate is pressed on it from below by a force, then a dome into it right in the middle, and both are taken away.
+    Released,
+}
+
+/// How a model is described.
+#[derive(Clone, Copy)]
+struct View {
+    element: Element,
+    turn: Mat3,
+    /// Length of a millimetre in the unit of the run; forces stay in newtons.
+    unit: f64,
+    /// Transition from stick to slip in lengths of an edge.
+    transition: f64,
+    process: Process,
+}
+
+impl View {
+    fn straight(element: Element) -> Self {
+        Self {
+            element,
+            turn: Mat3::identity(),
+            unit: 1.0,
+            transition: 1e-4,
+            process: Process::Drawn,
+        }
+    }
+
+    /// Elements along a side.
+    fn cells(&self) -> usize {
+        if self.process == Process::Drawn { 9 } else { 10 }
+    }
+
+    /// A direction or place [mm] as the run has it.
+    fn place(&self, x: &Vec3) -> Vec3 {
+        self.turn * x * self.unit
+    }
+}
+
+/// A dome of radius 25 mm over the sheet.
+fn dome(view: &View) -> ToolSetup {
+    let middle = if view.process == Process::Drawn { [27.0, 31.5] } else { [30.0; 2] };
+    let dome = Builder::new("dome").grid(6, 6, |u, v| {
+        let outward = Vec3::new(1.4 * (u - 0.5), 1.4 * (v - 0.5), -1.0).normalize();
+        let place = view.place(&(Vec3::new(middle[0], middle[1], 30.0) + 25.0 * outward));
+        (place, view.turn * outward)
+    });
+    let dome = tool("dome", dome.build(), view.turn * -Vec3::z(), SheetSide::Top, 0.1);
+    ToolSetup { placement: Placement::Touch, ..dome }
+}
+
+/// A plate of 19 x 19 mm below the middle of the sheet.
+fn plate(view: &View) -> ToolSetup {
+    let along = |x: Vec3| view.place(&(19.0 * x));
+    let corner = view.place(&Vec3::new(20.5, 20.5, 0.0));
+    let up = view.turn * Vec3::z();
+    let plate = plane("plate", corner, along(Vec3::x()), along(Vec3::y()), up);
+    tool("plate", plate, up, SheetSide::Bottom, 0.1)
+}
+
+fn stages(view: &View) -> Vec<Stage> {
+    let travel = |to: f64| Motion::Travel(Curve::to(to * view.unit));
+    let push = |to: f64| Motion::Force(Curve::to(to));
+    let mut stages = match view.process {
+        Process::Drawn => vec![stage("draw", vec![travel(TRAVEL)], 0.05)],
+        Process::Released => vec![
+            stage("press", vec![Motion::Absent, push(50.0)], 0.5),
+            stage("draw", vec![travel(1.0), push(100.0)], 0.1),
+            stage("on", vec![travel(2.0), push(100.0)], 0.1),
+            stage("release", vec![Motion::Release; 2], 0.5),
+        ],
+    };
+    stages.iter_mut().for_each(|stage| stage.largest_step = 0.2);
+    stages
+}
+
+/// A sheet of 60 x 60 x 0.8 mm, clamped all round, of anisotropic steel, formed with friction. The iterations of the increments, and the displacements at the end
+/// turned back [mm].
+fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
+    let (kind, layers) = view.element;
+    let mut mesh = rectangle(60.0, 60.0, 0.8, view.cells(), view.cells(), layers);
     let mut constraints = Constraints::none(mesh.nodes.len());
     for axis in 0..2 {
         for side in [0.0, 60.0] {
@@ -40,22 +126,19 @@ fn stretched(turn: &Mat3, element: Element) -> (Vec<usize>, Vec<Vec3>) {
             }
         }
     }
-    mesh.nodes.iter_mut().for_each(|x| *x = turn * *x);
+    mesh.nodes.iter_mut().for_each(|x| *x = view.place(x));
+    let stress = 1.0 / (view.unit * view.unit);
     let hill = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
-    let swift = Hardening::Swift { k: 565.0, eps0: 0.007, n: 0.26 };
-    let elastic = Elastic { young: 210_000.0, poisson: 0.3 };
-    let steel = Plastic::new(elastic, &hill, swift).unwrap().with_axes(turn);
-    let dome = Builder::new("dome").grid(6, 6, |u, v| {
-        let outward = Vec3::new(1.4 * (u - 0.5), 1.4 * (v - 0.5), -1.0).normalize();
-        (turn * (Vec3::new(27.0, 31.5, 30.0) + 25.0 * outward), turn * outward)
-    });
-    let mut dome = tool("dome", dome.build(), turn * -Vec3::z(), SheetSide::Top, 0.1);
-    dome.placement = Placement::Touch;
-    let mut draw = stage("draw", vec![Motion::Travel(Curve::ramp(0.0, TRAVEL))], 0.05);
-    draw.largest_step = 0.2;
+    let swift = Hardening::Swift { k: 565.0 * stress, eps0: 0.007, n: 0.26 };
+    let elastic = Elastic { young: 210_000.0 * stress, poisson: 0.3 };
+    let steel = Plastic::new(elastic, &hill, swift).unwrap().with_axes(&view.turn);
+    let mut tools = vec![dome(view)];
+    if view.process == Process::Released {
+        tools.push(plate(view));
+    }
     let body = Body::new(mesh, kind, Arc::new(steel)).unwrap();
-    let mut all = setup(body, constraints, vec![dome], vec![draw]);
-    all.limits.friction_transition = 1e-4;
+    let mut all = setup(body, constraints, tools, stages(view));
+    all.limits.friction_transition = view.transition;
     all.limits.force_tolerance = 1e-6;
     let mut iterations = Vec::new();
     let mut sim = Simulation::new(all).unwrap();
@@ -64,8 +147,30 @@ fn stretched(turn: &Mat3, element: Element) -> (Vec<usize>, Vec<Vec3>) {
         Control::Continue
     })
     .unwrap();
-    let back = |u: &[f64]| turn.transpose() * Vec3::from_column_slice(u);
+    let back = |u: &[f64]| view.turn.transpose() * Vec3::from_column_slice(u) / view.unit;
     (iterations, sim.displacements().chunks_exact(3).map(back).collect())
+}
+
+/// The models looked at: both processes, with a transition from stick to slip and without.
+fn models() -> impl Iterator<Item = View> {
+    let ways = [(Process::Drawn, 1e-4), (Process::Released, 1e-4), (Process::Released, 0.0)];
+    let of = move |element| {
+        ways.map(|(process, transition)| View { process, transition, ..View::straight(element) })
+    };
+    ELEMENTS.into_iter().flat_map(of)
+}
+
+/// Holds a model against other views of it.
+fn compare(model: &View, others: &[View]) {
+    let what = (model.element, model.process, model.transition);
+    let (iterations, straight) = stretched(model);
+    for other in others {
+        let (own, found) = stretched(other);
+        let off = straight.iter().zip(&found).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        println!("{what:?}: {} iterations, off by {off:e} mm", own.iter().sum::<usize>());
+        assert_eq!(iterations, own, "{what:?}");
+        assert!(off < 1e-8 * TRAVEL, "{what:?}: {off:e} mm");
+    }
 }
 
 #[test]
@@ -75,24 +180,18 @@ fn a_turned_model_takes_the_same_iterations_to_the_same_result() {
         Mat3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
         Rotation3::from_axis_angle(&axis, 0.7).into_inner(),
     ];
-    let kinds = [
-        (ElementKind::Hex8, 2),
-        (ElementKind::Hex8Enhanced, 2),
-        (ElementKind::SolidShell { points: 5, membrane: true }, 1),
-    ];
-    for element in kinds {
-        let (iterations, straight) = stretched(&Mat3::identity(), element);
-        let deepest = straight.iter().map(|u| -u.z).fold(0.0, f64::max);
-        assert!((deepest - TRAVEL).abs() < 0.2, "{deepest}");
-        for turn in &turns {
-            let (turned_iterations, turned) = stretched(turn, element);
-            let off = straight.iter().zip(&turned).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-            println!(
-                "{element:?}: {} iterations, off by {off:e} mm",
-                iterations.iter().sum::<usize>()
-            );
-            assert_eq!(iterations, turned_iterations, "{element:?}");
-            assert!(off < 1e-8 * TRAVEL, "{element:?}: {off:e} mm");
-        }
+    for model in models() {
+        compare(&model, &turns.map(|turn| View { turn, ..model }));
+    }
+    let (_, drawn) = stretched(&View::straight(ELEMENTS[0]));
+    let deepest = drawn.iter().map(|u| -u.z).fold(0.0, f64::max);
+    assert!((deepest - TRAVEL).abs() < 0.2, "{deepest}");
+}
+
+/// By a power of two rounding is the same and any constant with a unit in it shows; by a thousand rounding is another.
+#[test]
+fn a_model_in_another_unit_of_length_takes_the_same_iterations_to_the_same_result() {
+    for model in models() {
+        compare(&model, &[1.0 / 1024.0, 1e-3].map(|unit| View { unit, ..model }));
     }
 }

@@ -52,7 +52,8 @@ fn a_penalty_errs_with_one_over_its_stiffness_and_an_augmented_one_not_at_all() 
     assert!(error > 1e-3 && soft.2[1] < 0.0, "{error} {:?}", soft.2);
     assert!((8.0..12.0).contains(&(error / smaller)), "{error} {smaller}");
     let (force, many, gaps) = pressed(ContactMethod::Augmented { stiffness: 20.0 });
-    assert!((force / exact - 1.0).abs() < 1e-5, "{force} {exact}");
+    // The gaps that it may leave, over the 0.02 mm that the press moves.
+    assert!((force / exact - 1.0).abs() < 1e-4, "{force} {exact}");
     assert!(gaps.iter().all(|gap| gap.abs() <= 2e-6), "{gaps:?}");
     assert!(
         2 * many > 3 * few,

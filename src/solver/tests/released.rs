@@ -1,0 +1,73 @@
+//! A tool taken away from nodes that carry loads of their own.
+
+use super::claims::square;
+use super::{body, setup, stage, steel, tool};
+use crate::geometry::Vec3;
+use crate::solver::blank::rectangle;
+use crate::solver::{
+    Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
+};
+
+/// Share of the second stage after which it is looked at.
+const FIRST: f64 = 1e-3;
+
+/// A strip of 20 x 4 x 1 mm, held at one end, its other end loaded by 30 N down onto a plate below, which is then taken away
+/// while the load stays.
+fn strip() -> SimulationSetup {
+    let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 1);
+    let mut constraints = Constraints::none(mesh.nodes.len());
+    let mut loads = vec![0.0; 3 * mesh.nodes.len()];
+    for (node, x) in mesh.nodes.iter().enumerate() {
+        if x.x < 1e-9 {
+            (0..3).for_each(|axis| constraints.hold(node, axis));
+        }
+        if x.x > 20.0 - 1e-9 && x.z < 1e-9 {
+            loads[3 * node + 2] = -10.0;
+        }
+    }
+    let plate = tool("plate", square("plate", 0.0, true), Vec3::z(), SheetSide::Bottom, 0.0);
+    let mut press = stage("press", vec![Motion::Hold], 1.0);
+    press.load = Curve::ramp(0.0, 1.0);
+    let mut release = stage("release", vec![Motion::Release], FIRST);
+    release.load = Curve::constant(1.0);
+    let stages = vec![press, release];
+    SimulationSetup { loads, ..setup(body(mesh, steel()), constraints, vec![plate], stages) }
+}
+
+/// Largest difference of two fields.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_force_of_a_tool_taken_away_is_without_the_loads() {
+    let mut states: Vec<(f64, Vec<f64>)> = Vec::new();
+    let mut sim = Simulation::new(strip()).unwrap();
+    sim.run(&mut |r: &IncrementReport<'_>| {
+        states.push((r.share, r.displacements.to_vec()));
+        Control::Continue
+    })
+    .unwrap();
+    let pressed = states.iter().position(|s| s.0 == 1.0).unwrap();
+    let [before, first, last] = [pressed, pressed + 1, states.len() - 1].map(|k| &states[k]);
+    assert!((first.0 - FIRST).abs() < 1e-15);
+    let (little, all) = (apart(&before.1, &first.1), apart(&before.1, &last.1));
+    assert!(all > 0.05, "the strip bends down by {all} mm");
+    assert!((little / all - FIRST).abs() < 0.1 * FIRST, "{little} of {all} mm at once");
+}
+
+#[test]
+fn contact_forces_after_a_stage_are_those_of_its_end() {
+    let mut setup = strip();
+    setup.stages.truncate(1);
+    let mut last = Vec::new();
+    let mut sim = Simulation::new(setup).unwrap();
+    sim.run(&mut |r: &IncrementReport<'_>| {
+        last = r.contact_forces.to_vec();
+        Control::Continue
+    })
+    .unwrap();
+    let pushed: f64 = last.chunks_exact(3).map(|f| f[2]).sum();
+    assert!((pushed - 30.0).abs() < 1.0, "{pushed} N");
+    assert_eq!(last, sim.contact_forces());
+}

@@ -11,6 +11,9 @@ use crate::solver::pattern::Pattern;
 /// Nodes of one task.
 const NODES: usize = 512;
 
+/// Some nodes, and where the products of their rows go, by vector.
+type Task<'a, const R: usize> = (&'a [usize], [&'a mut [[f64; 3]]; R]);
+
 /// A pattern of three rows and three columns a node, as a mesh has it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeRows {
@@ -74,7 +77,7 @@ impl NodeRows {
         x: [&[f64]; R],
     ) -> [Vec<[f64; 3]>; R] {
         let mut out = x.map(|_| vec![[0.0; 3]; nodes.len()]);
-        let mut tasks: Vec<(&[usize], [&mut [[f64; 3]]; R])> = Vec::new();
+        let mut tasks: Vec<Task<'_, R>> = Vec::new();
         let mut parts = out.each_mut().map(|out| out.chunks_mut(NODES));
         for nodes in nodes.chunks(NODES) {
             tasks.push((nodes, parts.each_mut().map(|part| part.next().unwrap_or_default())));

@@ -1,4 +1,4 @@
-//! The paper's study, `fixtures/studies/cross-tool.json` with `--quick`: four of its tool models by the recipes of
+//! The paper's study, `fixtures/studies/cross-tool.json` with `--quick`: three of its tool models by the recipes of
 //! `fixtures/cross/models`, run by the real programs. What it is expected to show holds; times, which are those of the
 //! machine, are not asked.
 
@@ -9,7 +9,7 @@ use std::path::Path;
 use command::{fixture, kanagata};
 use serde_json::Value;
 
-const MODELS: [&str; 4] = ["Bezier-AO", "St-QN-85", "St-QN-85-Bezier", "St-QN-210"];
+const MODELS: [&str; 3] = ["Bezier-AO", "St-QN-210", "St-QN-210-Bezier"];
 
 /// Makes the three tools of a model in a folder of its name.
 fn make(folder: &Path, model: &str) {
@@ -47,7 +47,7 @@ fn the_quick_study_shows_what_it_is_expected_to() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     MODELS.iter().for_each(|model| make(folder.path(), model));
     let (study, tools, out) = (fixture("studies/cross-tool.json"), path(""), path("out"));
-    let mut words = vec!["study", &study, "--tools", &tools, "-o", &out, "--quick", "--jobs", "2"];
+    let mut words = vec!["study", &study, "--tools", &tools, "-o", &out, "--quick"];
     words.extend(MODELS.iter().flat_map(|model| ["--only", model]));
     let (code, text, errors) = kanagata(&words);
     println!("{text}");
@@ -56,7 +56,8 @@ fn the_quick_study_shows_what_it_is_expected_to() {
     let about_time = |line: &&str| line.contains("time");
     let failed = text.lines().filter(|l| l.trim_start().starts_with("DOES NOT HOLD"));
     assert_eq!(failed.filter(|line| !about_time(line)).collect::<Vec<_>>(), [""; 0]);
-    assert!(state("holds") >= 8, "{text}");
+    // In force, in thickness, the converted model, four balances.
+    assert!(state("holds") >= 7, "{text}");
     let csv = std::fs::read_to_string(path("out/study.csv")).unwrap();
     for (case, state) in column(&csv, "state") {
         let expected = if MODELS.contains(&case.as_str()) { "done" } else { "waiting" };

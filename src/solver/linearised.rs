@@ -81,7 +81,7 @@ impl System {
             None => self.solver.solve(&self.matrix.values, &mut all),
         };
         if self.solver.factorisations > before {
-            self.matrix.is_factored(&self.conditions);
+            self.matrix.set_factored(&self.conditions);
         }
         let solver = &self.solver;
         (self.timings.factor, self.timings.update) = (solver.factor_s, solver.update_s);

@@ -133,7 +133,7 @@ impl Matrix {
     }
 
     /// The factors are those of the matrix with these conditions.
-    pub(super) fn is_factored(&mut self, conditions: &[Condition]) {
+    pub(super) fn set_factored(&mut self, conditions: &[Condition]) {
         self.factored.clear();
         self.factored.extend_from_slice(conditions);
         self.replaced.clear();
@@ -284,7 +284,7 @@ mod tests {
         matrix.set(&pattern, &mut values, &first, false);
         assert_eq!(matrix.values, plain(&pattern, &first));
         let expected = forces(&matrix);
-        matrix.is_factored(&first);
+        matrix.set_factored(&first);
         // Gone, new and changed; then back.
         for now in [vec![condition(1, 5.0), condition(2, 7.0)], first.to_vec()] {
             let changed = matrix.change(&pattern, &now);

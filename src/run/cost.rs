@@ -85,10 +85,10 @@ pub fn cost(setup: &mut SimulationSetup) -> Result<Cost, LinearError> {
     } else {
         flop / (RATE * rayon::current_num_threads().max(1) as f64)
     };
-    // Matrix, tangent, columns and their gathering; an element's block, its points and its history twice.
+    // Matrix, tangent, columns and their gathering; an element's points and its history twice.
     let (elements, state) = (setup.body.mesh().elements.len(), setup.body.export_state().len());
     let bytes =
-        factors + pattern.nnz() as f64 * 32.0 + elements as f64 * 10_600.0 + 2.0 * state as f64;
+        factors + pattern.nnz() as f64 * 32.0 + elements as f64 * 6_000.0 + 2.0 * state as f64;
     let least: f64 = setup.stages.iter().map(fewest_increments).sum();
     let thickness = setup.body.mesh().mean_thickness().max(1e-300);
     let increments = [least, (CUTS * least).max(A_THICKNESS * travelled(setup) / thickness)];

@@ -3,22 +3,21 @@
 //! Elements are evaluated in parallel into their own blocks; every row then gathers its contributions in
 //! element order. The sums do not depend on the number of threads.
 
+mod bands;
 mod foresight;
 mod saved;
 mod volume;
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::blank::HexMesh;
 use super::element::{
-    DOFS, ElementInput, ElementKind, ElementMatrices, FailureReason, PointFailure, PointGeometry,
-    Want, modes, reference_points,
+    ElementKind, ElementMatrices, FailureReason, PointGeometry, Want, modes, reference_points,
 };
 use super::material::Material;
 use super::pattern::{Gather, Pattern};
 use crate::geometry::Vec3;
+use bands::Bands;
 
 pub use foresight::Foresight;
 
@@ -107,6 +106,8 @@ pub struct Body {
     trial: Vec<f64>,
     /// Logarithmic strains before the last commit, six a point; none where the material keeps no memory.
     before: Vec<f64>,
+    bands: Bands,
+    /// What elements answered last, of those whose rows are not summed yet.
     blocks: Vec<ElementMatrices>,
 }
 
@@ -123,9 +124,6 @@ fn virgin(elements: usize, kind: ElementKind, material: &dyn Material) -> Vec<f6
     }
     history
 }
-
-/// Nodes gathered by one task.
-const NODES_PER_TASK: usize = 128;
 
 impl Body {
     /// A body at rest with the virgin material.
@@ -155,7 +153,8 @@ impl Body {
         }
         let committed = virgin(mesh.elements.len(), kind, material.as_ref());
         let gather = Gather::new(count, &mesh.elements);
-        let blocks = vec![ElementMatrices::zero(); mesh.elements.len()];
+        let bands = Bands::new(&gather, mesh.elements.len());
+        let blocks = vec![ElementMatrices::zero(); bands.kept];
         let thickness_rule = kind.thickness_rule();
         let remembered = if material.memory().is_some() { 6 * kind.point_count() } else { 0 };
         let before = vec![0.0; mesh.elements.len() * remembered];
@@ -169,6 +168,7 @@ impl Body {
             geometry,
             thickness_rule,
             committed,
+            bands,
             blocks,
         })
     }
@@ -206,30 +206,14 @@ impl Body {
     /// committed history. The trial history is kept for [`Body::commit`].
     ///
     /// # Errors
-    /// [`ElementFailure`] of the lowest-numbered element that failed; cut the increment.
+    /// [`ElementFailure`] of the lowest-numbered element that failed; cut the increment. What is in `out` then is of no use.
     pub fn evaluate(
         &mut self,
         displacement: &[f64],
         want: Want,
         out: &mut Evaluation,
     ) -> Result<(), ElementFailure> {
-        self.evaluate_elements(displacement, want, None)?;
-        self.gather_all(want, out);
-        Ok(())
-    }
-
-    /// Sums of what the elements answered last.
-    fn gather_all(&self, want: Want, out: &mut Evaluation) {
-        out.internal_force.resize(3 * self.mesh.nodes.len(), 0.0);
-        self.gather_forces(&mut out.internal_force);
-        if want == Want::ResidualAndTangent {
-            out.tangent.resize(self.gather.pattern.nnz(), 0.0);
-            self.gather_tangent(&mut out.tangent);
-        }
-        out.elastic_energy = self.blocks.iter().map(|block| block.elastic_energy).sum();
-        out.plastic_work = self.blocks.iter().map(|block| block.plastic_work).sum();
-        out.internal_residual =
-            self.blocks.iter().map(|block| block.internal_residual).fold(0.0, f64::max);
+        self.evaluate_elements(displacement, want, None, out)
     }
 
     /// Makes the history of the last evaluation the converged one. Call it only after [`Body::evaluate`]
@@ -281,103 +265,5 @@ impl Body {
     fn stride(&self) -> usize {
         self.kind.point_count() * self.material.state_len()
             + modes::record_len(self.kind.mode_count())
-    }
-
-    /// Evaluates all elements into their blocks: with the material about the committed history, or another law about
-    /// another.
-    fn evaluate_elements(
-        &mut self,
-        displacement: &[f64],
-        want: Want,
-        other: Option<(&dyn Material, &[f64])>,
-    ) -> Result<(), ElementFailure> {
-        let (material, history) = other.unwrap_or((self.material.as_ref(), &self.committed[..]));
-        let stride = self.stride();
-        let point_len = self.kind.point_count() * self.material.state_len();
-        let rule = &self.thickness_rule;
-        let (mesh, geometry, kind) = (&self.mesh, &self.geometry, self.kind);
-        let work = |element: usize, new_state: &mut [f64], block: &mut ElementMatrices| {
-            let ids = mesh.elements[element];
-            let nodes = ids.map(|node| mesh.nodes[node as usize]);
-            let mut local = [0.0; DOFS];
-            for (a, &node) in ids.iter().enumerate() {
-                local[3 * a..3 * a + 3]
-                    .copy_from_slice(&displacement[3 * node as usize..3 * node as usize + 3]);
-            }
-            let input = ElementInput {
-                material,
-                nodes: &nodes,
-                displacement: &local,
-                old_state: &history[element * stride..element * stride + point_len],
-                want,
-            };
-            let (states, record) = new_state.split_at_mut(point_len);
-            let result = kind.evaluate(&input, (&geometry[element], rule), (states, record), block);
-            let failed = |PointFailure { point, reason }| ElementFailure { element, point, reason };
-            result.err().map(failed)
-        };
-        let mut states: Vec<&mut [f64]> = if stride == 0 {
-            (0..mesh.elements.len()).map(|_| <&mut [f64]>::default()).collect()
-        } else {
-            self.trial.chunks_exact_mut(stride).collect()
-        };
-        let failure = states
-            .par_iter_mut()
-            .zip(self.blocks.par_iter_mut())
-            .enumerate()
-            .with_min_len(16)
-            .filter_map(|(element, (state, block))| work(element, state, block))
-            .min_by_key(|failure| failure.element);
-        failure.map_or(Ok(()), Err)
-    }
-
-    fn gather_forces(&self, force: &mut [f64]) {
-        let (gather, blocks) = (&self.gather, &self.blocks);
-        force.par_chunks_mut(3).with_min_len(NODES_PER_TASK).enumerate().for_each(|(node, sum)| {
-            sum.fill(0.0);
-            for one in &gather.uses[gather.use_ptr[node]..gather.use_ptr[node + 1]] {
-                let block = &blocks[one.element as usize].force;
-                for (i, value) in sum.iter_mut().enumerate() {
-                    *value += block[3 * one.local as usize + i];
-                }
-            }
-        });
-    }
-
-    fn gather_tangent(&self, values: &mut [f64]) {
-        let (gather, blocks) = (&self.gather, &self.blocks);
-        let node_count = self.mesh.nodes.len();
-        let row_ptr = &gather.pattern.row_ptr;
-        let mut tasks = Vec::with_capacity(node_count / NODES_PER_TASK + 1);
-        let mut rest = values;
-        for first in (0..node_count).step_by(NODES_PER_TASK) {
-            let last = (first + NODES_PER_TASK).min(node_count);
-            let (head, tail) = rest.split_at_mut(row_ptr[3 * last] - row_ptr[3 * first]);
-            tasks.push((first..last, head));
-            rest = tail;
-        }
-        tasks.into_par_iter().for_each(|(nodes, values)| {
-            values.fill(0.0);
-            let base = row_ptr[3 * nodes.start];
-            for node in nodes {
-                let start = row_ptr[3 * node] - base;
-                let width = row_ptr[3 * node + 1] - row_ptr[3 * node];
-                let rows = &mut values[start..start + 3 * width];
-                for one in &gather.uses[gather.use_ptr[node]..gather.use_ptr[node + 1]] {
-                    let block = &blocks[one.element as usize].tangent;
-                    for i in 0..3 {
-                        let source = &block[3 * one.local as usize + i];
-                        for (b, &slot) in one.slots.iter().enumerate() {
-                            let at = i * width + 3 * slot as usize;
-                            for (sum, value) in
-                                rows[at..at + 3].iter_mut().zip(&source[3 * b..3 * b + 3])
-                            {
-                                *sum += value;
-                            }
-                        }
-                    }
-                }
-            }
-        });
     }
 }

@@ -97,4 +97,9 @@ impl Gather {
         }
         Self { pattern: Pattern { row_ptr, col_idx }, use_ptr, uses }
     }
+
+    /// The elements around a node, in order.
+    pub(crate) fn around(&self, node: usize) -> &[NodeUse] {
+        &self.uses[self.use_ptr[node]..self.use_ptr[node + 1]]
+    }
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{Body, ElementFailure, Evaluation};
 use crate::solver::element::Want;
+use crate::solver::material::Material;
 use crate::solver::material::foreseen::Foreseen;
 
 /// How an increment is foreseen.
@@ -46,9 +47,8 @@ impl Body {
             }
         }
         let law = Foreseen::new(Arc::clone(&self.material), &memory, stiff);
-        self.evaluate_elements(displacement, Want::ResidualAndTangent, Some((&law, &history)))?;
-        self.gather_all(Want::ResidualAndTangent, out);
-        Ok(())
+        let other: (&dyn Material, &[f64]) = (&law, &history);
+        self.evaluate_elements(displacement, Want::ResidualAndTangent, Some(other), out)
     }
 
     /// Keeps the strains of the last commit, before the next one.

@@ -1,0 +1,326 @@
+//! The element loop, band by band: what elements answer is summed while it is in the cache.
+//!
+//! A band is a run of elements, evaluated side by side; then the rows of all nodes that no later element touches are
+//! summed. Only so many answers are kept as such rows need. Nodes add up their elements in order, whatever the bands.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{Body, ElementFailure, Evaluation};
+use crate::solver::blank::HexMesh;
+use crate::solver::element::{
+    DOFS, ElementInput, ElementKind, ElementMatrices, PointFailure, PointGeometry, Want,
+};
+use crate::solver::material::Material;
+use crate::solver::pattern::{Gather, NodeUse};
+
+/// Elements of a band for every thread: the answers of two bands stay in the cache next to it.
+const ELEMENTS_PER_THREAD: usize = 128;
+/// Elements evaluated, and nodes summed, by one task.
+const ELEMENTS_PER_TASK: usize = 16;
+const NODES_PER_TASK: usize = 32;
+
+/// Elements in bands.
+#[derive(Debug)]
+pub(super) struct Bands {
+    list: Vec<Band>,
+    /// Answers kept, a whole number of bands: that of an element is at its number modulo this.
+    pub(super) kept: usize,
+}
+
+/// A run of elements and the nodes, in order, that no later one touches.
+#[derive(Debug)]
+struct Band {
+    elements: Range<usize>,
+    nodes: Vec<Range<usize>>,
+}
+
+impl Bands {
+    /// For the threads there are, of a mesh whose elements around each node `gather` knows.
+    pub(super) fn new(gather: &Gather, element_count: usize) -> Self {
+        Self::of_length(gather, element_count, ELEMENTS_PER_THREAD * rayon::current_num_threads())
+    }
+
+    fn of_length(gather: &Gather, element_count: usize, length: usize) -> Self {
+        let length = length.min(element_count.max(1));
+        let ends =
+            (0..element_count).step_by(length).map(|first| (first + length).min(element_count));
+        let mut list: Vec<Band> = ends
+            .map(|end| Band { elements: (end - 1) / length * length..end, nodes: Vec::new() })
+            .collect();
+        let mut needed = length;
+        for node in 0..gather.use_ptr.len() - 1 {
+            let around = gather.around(node);
+            let [first, last] = [around.first(), around.last()]
+                .map(|one| one.map_or(0, |one: &NodeUse| one.element as usize));
+            let Some(band) = list.get_mut(last / length) else { continue };
+            // A band takes the place of a whole one, however short it is.
+            needed = needed.max(band.elements.start + length - first);
+            match band.nodes.last_mut() {
+                Some(run) if run.end == node && run.len() < NODES_PER_TASK => run.end += 1,
+                _ => band.nodes.push(node..node + 1),
+            }
+        }
+        Self { list, kept: needed.div_ceil(length) * length }
+    }
+}
+
+/// Sums over the elements.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    elastic_energy: f64,
+    plastic_work: f64,
+    internal_residual: f64,
+}
+
+impl Sums {
+    fn add(&mut self, block: &ElementMatrices) {
+        self.elastic_energy += block.elastic_energy;
+        self.plastic_work += block.plastic_work;
+        self.internal_residual = self.internal_residual.max(block.internal_residual);
+    }
+}
+
+impl Body {
+    /// Evaluates all elements and sums what they answer: with the material about the committed history, or another law
+    /// about another.
+    pub(super) fn evaluate_elements(
+        &mut self,
+        displacement: &[f64],
+        want: Want,
+        other: Option<(&dyn Material, &[f64])>,
+        out: &mut Evaluation,
+    ) -> Result<(), ElementFailure> {
+        let (material, history) = other.unwrap_or((self.material.as_ref(), &self.committed[..]));
+        let stride = self.stride();
+        let all = Elements {
+            mesh: &self.mesh,
+            kind: self.kind,
+            geometry: &self.geometry,
+            rule: &self.thickness_rule,
+            material,
+            history,
+            lengths: [stride, self.kind.point_count() * self.material.state_len()],
+            displacement,
+            want,
+        };
+        let mut states: Vec<&mut [f64]> = if stride == 0 {
+            (0..self.mesh.elements.len()).map(|_| <&mut [f64]>::default()).collect()
+        } else {
+            self.trial.chunks_exact_mut(stride).collect()
+        };
+        out.internal_force.resize(3 * self.mesh.nodes.len(), 0.0);
+        if want == Want::ResidualAndTangent {
+            out.tangent.resize(self.gather.pattern.nnz(), 0.0);
+        }
+        let mut sums = Sums::default();
+        for band in &self.bands.list {
+            let first = band.elements.start % self.bands.kept;
+            let blocks = &mut self.blocks[first..first + band.elements.len()];
+            all.evaluate(band.elements.start, &mut states[band.elements.clone()], blocks)?;
+            blocks.iter().for_each(|block| sums.add(block));
+            let answers = Answers { gather: &self.gather, blocks: &self.blocks, want };
+            answers.sum(&band.nodes, out);
+        }
+        let Sums { elastic_energy, plastic_work, internal_residual } = sums;
+        (out.elastic_energy, out.plastic_work) = (elastic_energy, plastic_work);
+        out.internal_residual = internal_residual;
+        Ok(())
+    }
+}
+
+/// What elements are evaluated from.
+struct Elements<'a> {
+    mesh: &'a HexMesh,
+    kind: ElementKind,
+    geometry: &'a [[PointGeometry; 8]],
+    rule: &'a [(f64, f64)],
+    material: &'a dyn Material,
+    history: &'a [f64],
+    /// Of an element's history, and of its points' in it.
+    lengths: [usize; 2],
+    displacement: &'a [f64],
+    want: Want,
+}
+
+impl Elements<'_> {
+    /// Evaluates the elements from `first` on, each into its new history and its block.
+    fn evaluate(
+        &self,
+        first: usize,
+        states: &mut [&mut [f64]],
+        blocks: &mut [ElementMatrices],
+    ) -> Result<(), ElementFailure> {
+        let failure = states
+            .par_iter_mut()
+            .zip(blocks.par_iter_mut())
+            .enumerate()
+            .with_min_len(ELEMENTS_PER_TASK)
+            .filter_map(|(k, (state, block))| self.evaluate_one(first + k, state, block).err())
+            .min_by_key(|failure| failure.element);
+        failure.map_or(Ok(()), Err)
+    }
+
+    fn evaluate_one(
+        &self,
+        element: usize,
+        new_state: &mut [f64],
+        block: &mut ElementMatrices,
+    ) -> Result<(), ElementFailure> {
+        let [stride, point_len] = self.lengths;
+        let ids = self.mesh.elements[element];
+        let nodes = ids.map(|node| self.mesh.nodes[node as usize]);
+        let mut displacement = [0.0; DOFS];
+        for (local, &node) in displacement.chunks_exact_mut(3).zip(&ids) {
+            local.copy_from_slice(&self.displacement[3 * node as usize..3 * node as usize + 3]);
+        }
+        let input = ElementInput {
+            material: self.material,
+            nodes: &nodes,
+            displacement: &displacement,
+            old_state: &self.history[element * stride..element * stride + point_len],
+            want: self.want,
+        };
+        let geometry = (&self.geometry[element], self.rule);
+        let history = new_state.split_at_mut(point_len);
+        let failed = |PointFailure { point, reason }| ElementFailure { element, point, reason };
+        self.kind.evaluate(&input, geometry, history, block).map_err(failed)
+    }
+}
+
+/// What elements answered, of those that nodes still need.
+struct Answers<'a> {
+    gather: &'a Gather,
+    blocks: &'a [ElementMatrices],
+    want: Want,
+}
+
+impl Answers<'_> {
+    /// Sums forces and, if wanted, rows of the tangent of `nodes`.
+    fn sum(&self, nodes: &[Range<usize>], out: &mut Evaluation) {
+        let row_ptr = &self.gather.pattern.row_ptr;
+        let with_tangent = self.want == Want::ResidualAndTangent;
+        let (mut forces, mut rows) = (&mut out.internal_force[..], &mut out.tangent[..]);
+        let mut done = 0;
+        let mut tasks = Vec::with_capacity(nodes.len());
+        for run in nodes {
+            let force = take(&mut forces, 3 * (run.start - done), 3 * run.len());
+            let tangent = if with_tangent {
+                let [done, start, end] = [done, run.start, run.end].map(|node| row_ptr[3 * node]);
+                take(&mut rows, start - done, end - start)
+            } else {
+                Default::default()
+            };
+            tasks.push((run.clone(), force, tangent));
+            done = run.end;
+        }
+        tasks.into_par_iter().for_each(|(run, force, tangent)| {
+            self.sum_forces(run.clone(), force);
+            if with_tangent {
+                self.sum_rows(run, tangent);
+            }
+        });
+    }
+
+    fn block(&self, one: &NodeUse) -> &ElementMatrices {
+        &self.blocks[one.element as usize % self.blocks.len()]
+    }
+
+    fn sum_forces(&self, nodes: Range<usize>, forces: &mut [f64]) {
+        for (node, sum) in nodes.zip(forces.chunks_exact_mut(3)) {
+            sum.fill(0.0);
+            for one in self.gather.around(node) {
+                let at = 3 * one.local as usize;
+                let force = &self.block(one).force[at..at + 3];
+                sum.iter_mut().zip(force).for_each(|(sum, force)| *sum += force);
+            }
+        }
+    }
+
+    fn sum_rows(&self, nodes: Range<usize>, values: &mut [f64]) {
+        values.fill(0.0);
+        let row_ptr = &self.gather.pattern.row_ptr;
+        let base = row_ptr[3 * nodes.start];
+        for node in nodes {
+            let start = row_ptr[3 * node] - base;
+            let width = row_ptr[3 * node + 1] - row_ptr[3 * node];
+            let rows = &mut values[start..start + 3 * width];
+            for one in self.gather.around(node) {
+                let block = &self.block(one).tangent;
+                for i in 0..3 {
+                    let source = &block[3 * one.local as usize + i];
+                    for (b, &slot) in one.slots.iter().enumerate() {
+                        let at = i * width + 3 * slot as usize;
+                        for (sum, value) in
+                            rows[at..at + 3].iter_mut().zip(&source[3 * b..3 * b + 3])
+                        {
+                            *sum += value;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Takes `len` values off after `skipped` others.
+fn take<'a>(rest: &mut &'a mut [f64], skipped: usize, len: usize) -> &'a mut [f64] {
+    let (_, after) = std::mem::take(rest).split_at_mut(skipped);
+    let (taken, after) = after.split_at_mut(len);
+    *rest = after;
+    taken
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::solver::blank::rectangle;
+    use crate::solver::material::card;
+
+    /// A sheet of 9 x 7 x 2 elements in the order `place` puts them in.
+    fn body(place: impl Fn(usize) -> usize, length: usize) -> Body {
+        let HexMesh { nodes, elements, nodes_per_column } = rectangle(9.0, 7.0, 0.8, 9, 7, 2);
+        let elements = (0..elements.len()).map(|e| elements[place(e)]).collect();
+        let mesh = HexMesh { nodes, elements, nodes_per_column };
+        let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
+        let mut body = Body::new(mesh, ElementKind::Hex8, Arc::clone(&steel)).unwrap();
+        body.bands = Bands::of_length(&body.gather, body.mesh.elements.len(), length);
+        body.blocks = vec![ElementMatrices::zero(); body.bands.kept];
+        body
+    }
+
+    #[test]
+    fn sums_are_the_same_bits_in_bands_of_any_length_and_elements_of_any_order() {
+        let orders: [fn(usize) -> usize; 2] = [|e| e, |e| 47 * e % 126];
+        for place in orders {
+            let mut whole = body(place, 126);
+            let u: Vec<f64> = whole
+                .mesh
+                .nodes
+                .iter()
+                .flat_map(|x| [0.02 * x.x, 3e-3 * x.x * x.y, -0.02 * x.z])
+                .collect();
+            for want in [Want::Residual, Want::ResidualAndTangent] {
+                let mut expected = Evaluation::default();
+                whole.evaluate(&u, want, &mut expected).unwrap();
+                assert!(expected.plastic_work > 0.0);
+                for length in [1, 5, 16, 100, 1000] {
+                    let mut out = Evaluation::default();
+                    body(place, length).evaluate(&u, want, &mut out).unwrap();
+                    assert_eq!(out, expected, "bands of {length}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn only_as_many_answers_are_kept_as_rows_need() {
+        // A node's elements are 2 x 7 apart along x, and 3 next to each other.
+        assert_eq!(body(|e| e, 1).bands.kept, 18);
+        assert_eq!(body(|e| e, 16).bands.kept, 32);
+        assert_eq!(body(|e| 47 * e % 126, 16).bands.kept, 128);
+    }
+}

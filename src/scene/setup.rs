@@ -12,6 +12,7 @@ use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
 use crate::solver::blank::HexMesh;
 use crate::solver::{Curve, Limits, Placement, SheetSide, SimulationSetup, Stage, ToolSetup};
+use crate::tool::ToolModel;
 
 /// First and largest increment of a stage when the scene says nothing, as shares of the stage.
 const FIRST_INCREMENT: f64 = 0.05;
@@ -40,6 +41,8 @@ impl Plan {
         let tools = tools.map(|(k, (tool, loaded))| {
             let side = side(tool, &up)
                 .map_err(|(found, allowed)| value((format!("tools[{k}].side"), found, allowed)))?;
+            looks_at_sheet(tool, loaded.surface.model(), side, &up)
+                .map_err(|(found, allowed)| value((format!("tools[{k}].file"), found, allowed)))?;
             Ok(tool_setup(tool, side, loaded.surface.clone()))
         });
         let tools = tools.collect::<Result<_, SceneError>>()?;
@@ -120,6 +123,36 @@ fn side(tool: &Tool, up: &Vec3) -> Result<SheetSide, (String, String)> {
     Ok(if along < 0.0 { SheetSide::Top } else { SheetSide::Bottom })
 }
 
+/// A tool's faces look at the face of the sheet that it touches, whatever its walls do; else what was found, what is allowed.
+fn looks_at_sheet(
+    tool: &Tool,
+    model: &ToolModel,
+    side: SheetSide,
+    up: &Vec3,
+) -> Result<(), (String, String)> {
+    /// Share of what is seen along the sheet's thickness, less what is seen from behind, that tells a tool turned round.
+    const AWAY: f64 = -0.5;
+    let (face, at_sheet) = match side {
+        SheetSide::Top => ("upper", -up),
+        SheetSide::Bottom => ("lower", *up),
+        SheetSide::Both => return Ok(()),
+    };
+    let Some(at_sheet) = at_sheet.try_normalize(0.0) else { return Ok(()) };
+    let facing = model.facing(&at_sheet);
+    if facing >= AWAY {
+        return Ok(());
+    }
+    Err((
+        format!(
+            "{}, where {:.0} % of the faces of '{}' look away from the sheet's {face} face, which it is to touch",
+            tool.file,
+            50.0 * (1.0 - facing),
+            tool.name
+        ),
+        "a tool whose faces look at the sheet: turn it round (`kanagata convert FILE --flip`), or say which face of the sheet it touches by its `direction` or `side`".into(),
+    ))
+}
+
 fn tool_setup(tool: &Tool, side: SheetSide, surface: Arc<ToolSurface>) -> ToolSetup {
     let direction = Vec3::from(tool.direction).normalize();
     let (placement, offset) = match tool.place {
@@ -140,6 +173,7 @@ fn tool_setup(tool: &Tool, side: SheetSide, surface: Arc<ToolSurface>) -> ToolSe
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::test_tools::plane;
     use crate::solver::blank::rectangle;
 
     fn tool(direction: [f64; 3], side: Option<Side>) -> Tool {
@@ -163,5 +197,28 @@ mod tests {
         assert!(allowed.contains(r#""side": "top""#), "{allowed}");
         let said = side(&tool([0.0, 0.0, -1.0], Some(Side::Both)), &up);
         assert_eq!(said, Ok(SheetSide::Both));
+    }
+
+    /// A flat face with a wall beside it, and the two turned round.
+    #[test]
+    fn a_tool_that_looks_away_from_the_sheet_is_refused() {
+        let flat = |normal: Vec3| {
+            let (a, b) = (Vec3::x() * 3.0, Vec3::y() * 2.0);
+            let mut model = plane("t", Vec3::zeros(), a, b, normal);
+            model.patches.extend(plane("t", Vec3::zeros(), b, Vec3::z() * 9.0, Vec3::x()).patches);
+            model
+        };
+        let tool = tool([0.0, 0.0, -1.0], None);
+        let (up, top, bottom) = (Vec3::z(), SheetSide::Top, SheetSide::Bottom);
+        for (normal, fits, not) in [(-Vec3::z(), top, bottom), (Vec3::z(), bottom, top)] {
+            let model = flat(normal);
+            assert_eq!(looks_at_sheet(&tool, &model, fits, &up), Ok(()));
+            assert_eq!(looks_at_sheet(&tool, &model, SheetSide::Both, &up), Ok(()));
+            let (found, allowed) = looks_at_sheet(&tool, &model, not, &up).unwrap_err();
+            assert!(found.contains("t.json, where 100 % of the faces of 't'"), "{found}");
+            assert!(allowed.contains("--flip"), "{allowed}");
+            // Seen edge-on, where rounding would say which way it looks.
+            assert_eq!(looks_at_sheet(&tool, &model, not, &Vec3::y()), Ok(()));
+        }
     }
 }

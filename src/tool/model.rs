@@ -63,3 +63,21 @@ pub struct ToolModel {
     /// Faces that were divided independently meet to within this [mm]; 0: neighbours share vertices and curves.
     pub border_gap_mm: f64,
 }
+
+impl ToolModel {
+    /// What of its faces looks along a unit vector, less what looks against it, over both: 1 where all do, -1 where
+    /// none does, 0 for a closed body and where all are seen edge-on. Areas are those about the patches' middles.
+    #[must_use]
+    pub fn facing(&self, along: &Vec3) -> f64 {
+        /// Share of the whole area that is seen edge-on but for rounding.
+        const SEEN: f64 = 1e-9;
+        let (mut sum, mut seen, mut area) = (0.0, 0.0, 0.0);
+        for patch in &self.patches {
+            let part = patch.about_its_middle();
+            sum += part.dot(along);
+            seen += part.dot(along).abs();
+            area += part.norm();
+        }
+        if seen > SEEN * area { sum / seen } else { 0.0 }
+    }
+}

@@ -73,6 +73,15 @@ impl Patch {
         self.derivs(eta, zeta).normal(eta, zeta)
     }
 
+    /// Area of the parameter domain times `S_eta x S_zeta` in its middle: the area [mm²] of a flat patch with its normal.
+    #[must_use]
+    pub fn about_its_middle(&self) -> Vec3 {
+        let (eta, zeta, area) =
+            if self.sides() == 3 { (2.0 / 3.0, 1.0 / 3.0, 0.5) } else { (0.5, 0.5, 1.0) };
+        let at = self.derivs(eta, zeta);
+        at.d1.cross(&at.d2) * area
+    }
+
     /// Number of sides: 3 or 4. Side k of a triangle runs from corner k to k + 1, corners at (0,0), (1,0),
     /// (1,1); of a quadrilateral, corners at (0,0), (1,0), (1,1), (0,1).
     #[must_use]

@@ -104,9 +104,10 @@ pub fn congruence(q: &[[f64; 3]; 3]) -> Mandel66 {
 }
 
 /// Eigenvalues and orthonormal eigenvectors of a symmetric tensor by cyclic Jacobi rotations: accurate to
-/// rounding also for equal eigenvalues. Returns `(values, q)` with the eigenvectors in the columns of `q`.
-#[must_use]
-pub fn eigen(v: &Mandel) -> ([f64; 3], [[f64; 3]; 3]) {
+/// rounding also for equal eigenvalues. Returns `(values, q)` with the eigenvectors in the columns of `q`. To test others
+/// against.
+#[cfg(test)]
+pub(crate) fn eigen(v: &Mandel) -> ([f64; 3], [[f64; 3]; 3]) {
     let mut a = [[0.0; 3]; 3];
     for (index, &(i, j)) in PAIRS.iter().enumerate() {
         let value = if index < 3 { v[index] } else { v[index] * FRAC_1_SQRT_2 };
@@ -128,7 +129,7 @@ pub fn eigen(v: &Mandel) -> ([f64; 3], [[f64; 3]; 3]) {
 }
 
 /// One Jacobi rotation that annihilates `a[i][j]`.
-#[inline]
+#[cfg(test)]
 fn jacobi_rotation(a: &mut [[f64; 3]; 3], q: &mut [[f64; 3]; 3], i: usize, j: usize) {
     let off = a[i][j];
     if off == 0.0 {

@@ -9,6 +9,7 @@
 )]
 
 pub mod card;
+mod eigen;
 pub mod elastic;
 pub mod foreseen;
 pub mod hardening;

@@ -12,6 +12,7 @@
 //! Hessian are those of isotropic functions of `L' T` and `L'' T`, taken in their eigenframes: equal
 //! principal values are a limit of the divided differences, not a special case.
 
+use super::eigen::{Eigen, eigen_of_both};
 use crate::solver::tensor::{self, Mandel, Mandel66};
 
 /// Coefficients of one transformation, in the order of [`NAMES`].
@@ -27,6 +28,8 @@ const CLOSE: f64 = 1e-3;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Yld2004 {
     exponent: f64,
+    /// `(a - 2) / 2` where that is a whole number: powers are products then.
+    half: Option<i32>,
     maps: [Mandel66; 2],
 }
 
@@ -79,7 +82,12 @@ impl Yld2004 {
                 return Err(Yld2004Error { field: name, found, allowed: "in (-1000, 1000)" });
             }
         }
-        let mut law = Self { exponent, maps: [transformation(first), transformation(second)] };
+        let half = 0.5 * exponent - 1.0;
+        let mut law = Self {
+            exponent,
+            half: (half.fract() == 0.0).then_some(half as i32),
+            maps: [transformation(first), transformation(second)],
+        };
         let closed = law.closedness();
         if closed.is_nan() || closed <= 1e-6 {
             return Err(Yld2004Error {
@@ -112,7 +120,7 @@ impl Yld2004 {
     /// Equivalent stress [MPa].
     #[must_use]
     pub fn equivalent(&self, t: &Mandel) -> f64 {
-        let [one, two] = [0, 1].map(|k| tensor::eigen(&tensor::apply(&self.maps[k], t)).0);
+        let [(one, _), (two, _)] = eigen_of_both(&self.transformed(t));
         let largest = largest_difference(&one, &two);
         if largest == 0.0 {
             return 0.0;
@@ -120,7 +128,8 @@ impl Yld2004 {
         let mut sum = 0.0;
         for a in one {
             for b in two {
-                sum += ((a - b) / largest).abs().powf(self.exponent);
+                let d = (a - b) / largest;
+                sum += self.power(d) * d * d;
             }
         }
         largest * (0.25 * sum).powf(1.0 / self.exponent)
@@ -129,7 +138,8 @@ impl Yld2004 {
     /// Value, gradient and Hessian; all zero at zero stress.
     #[must_use]
     pub fn derivatives(&self, t: &Mandel) -> Derivatives {
-        let [one, two] = [0, 1].map(|k| Frame::new(&self.maps[k], t));
+        let [first, second] = eigen_of_both(&self.transformed(t));
+        let [one, two] = [Frame::new(&self.maps[0], first), Frame::new(&self.maps[1], second)];
         let largest = largest_difference(&one.values, &two.values);
         if largest.is_nan() || largest <= 0.0 {
             return Derivatives { value: 0.0, gradient: [0.0; 6], hessian: [[0.0; 6]; 6] };
@@ -139,27 +149,34 @@ impl Yld2004 {
         let s = one.values.map(|x| x / largest);
         let z = two.values.map(|x| x / largest);
         let mut phi = 0.0;
-        let mut cross = [[0.0; 3]; 3];
-        let (mut g_s, mut g_z) = ([0.0; 3], [0.0; 3]);
+        let (mut apart, mut slope, mut cross) = ([[0.0; 3]; 3], [[0.0; 3]; 3], [[0.0; 3]; 3]);
         for i in 0..3 {
             for j in 0..3 {
                 let d = s[i] - z[j];
-                let power = d.abs().powf(a - 2.0);
+                let power = self.power(d);
                 phi += power * d * d;
-                g_s[i] += a * power * d;
-                g_z[j] -= a * power * d;
+                apart[i][j] = d;
+                slope[i][j] = a * power * d;
                 cross[i][j] = a * (a - 1.0) * power;
             }
         }
-        let d_s = self.eigenframe_hessian(&s, &z, &std::array::from_fn(|i| cross[i].iter().sum()));
-        let columns = std::array::from_fn(|j| (0..3).map(|i| cross[i][j]).sum());
-        let d_z = self.eigenframe_hessian(&z, &s, &columns);
+        let g_s = slope.map(|row| row.iter().sum::<f64>());
+        let d_s = self.eigenframe_hessian(&apart, &slope, &cross);
+        let d_z = self.eigenframe_hessian(
+            &turned(&apart, -1.0),
+            &turned(&slope, -1.0),
+            &turned(&cross, 1.0),
+        );
+        let g_z = turned(&slope, -1.0).map(|row| row.iter().sum::<f64>());
 
         let value = (0.25 * phi).powf(1.0 / a);
         let scale = value / (a * phi);
         let gradient: Mandel = std::array::from_fn(|m| {
             let sum: f64 = (0..3).map(|i| g_s[i] * one.map[i][m] + g_z[i] * two.map[i][m]).sum();
             scale * sum
+        });
+        let mixed: [Mandel; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|n| (0..3).map(|j| cross[i][j] * two.map[j][n]).sum())
         });
         let mut hessian = [[0.0; 6]; 6];
         for m in 0..6 {
@@ -169,11 +186,8 @@ impl Yld2004 {
                     sum += d_s[k] * one.map[k][m] * one.map[k][n]
                         + d_z[k] * two.map[k][m] * two.map[k][n];
                 }
-                for i in 0..3 {
-                    for j in 0..3 {
-                        sum -= cross[i][j]
-                            * (one.map[i][m] * two.map[j][n] + two.map[j][m] * one.map[i][n]);
-                    }
+                for (row, mixed) in one.map.iter().zip(&mixed) {
+                    sum -= row[m] * mixed[n] + mixed[m] * row[n];
                 }
                 let entry = scale * sum - (a - 1.0) / value * gradient[m] * gradient[n];
                 hessian[m][n] = entry / largest;
@@ -183,27 +197,46 @@ impl Yld2004 {
         Derivatives { value: value * largest, gradient, hessian }
     }
 
+    /// `L' T` and `L'' T`.
+    fn transformed(&self, t: &Mandel) -> [Mandel; 2] {
+        self.maps.each_ref().map(|map| tensor::apply(map, t))
+    }
+
+    /// `|d|^(a - 2)`.
+    fn power(&self, d: f64) -> f64 {
+        match self.half {
+            Some(half) => (d * d).powi(half),
+            None => d.abs().powf(self.exponent - 2.0),
+        }
+    }
+
     /// The part of `∂²φ/∂S²` that is diagonal in the eigenframe of `S`: second derivatives with respect to
-    /// its principal values, then divided differences of the first ones for the turning of the frame.
-    fn eigenframe_hessian(&self, s: &[f64; 3], z: &[f64; 3], second: &[f64; 3]) -> [f64; 6] {
+    /// its principal values, then divided differences of the first ones for the turning of the frame. `apart`, `slope`
+    /// and `second`: differences of each principal value from those of the other stress, `h` and its derivative there.
+    fn eigenframe_hessian(
+        &self,
+        apart: &[[f64; 3]; 3],
+        slope: &[[f64; 3]; 3],
+        second: &[[f64; 3]; 3],
+    ) -> [f64; 6] {
         std::array::from_fn(|k| {
-            if k < 3 {
-                return second[k];
-            }
             let (i, j) = tensor::PAIRS[k];
-            z.iter().map(|z| self.divided_difference(s[i] - z, s[j] - z)).sum()
+            if i == j {
+                return second[i].iter().sum();
+            }
+            let of = |k: usize| [(apart[i][k], slope[i][k]), (apart[j][k], slope[j][k])];
+            (0..3).map(|k| self.divided_difference(of(k))).sum()
         })
     }
 
-    /// `(h(x) - h(y)) / (x - y)` of `h(x) = a |x|^(a-2) x`, also for `x = y`.
-    fn divided_difference(&self, x: f64, y: f64) -> f64 {
-        let a = self.exponent;
+    /// `(h(x) - h(y)) / (x - y)` of `h(x) = a |x|^(a-2) x` from `(x, h(x))` and `(y, h(y))`, also for `x = y`.
+    fn divided_difference(&self, [(x, h_x), (y, h_y)]: [(f64, f64); 2]) -> f64 {
         if (x - y).abs() > CLOSE {
-            let h = |x: f64| a * x.abs().powf(a - 2.0) * x;
-            return (h(x) - h(y)) / (x - y);
+            return (h_x - h_y) / (x - y);
         }
         // The mean of h' between y and x by Gauss' rule with three points.
-        let slope = |t: f64| a * (a - 1.0) * (y + t * (x - y)).abs().powf(a - 2.0);
+        let a = self.exponent;
+        let slope = |t: f64| a * (a - 1.0) * self.power(y + t * (x - y));
         let away = 0.5 * 0.6_f64.sqrt();
         (5.0 * slope(0.5 - away) + 8.0 * slope(0.5) + 5.0 * slope(0.5 + away)) / 18.0
     }
@@ -231,11 +264,23 @@ impl Yld2004 {
 }
 
 impl Frame {
-    fn new(map: &Mandel66, t: &Mandel) -> Self {
-        let (values, q) = tensor::eigen(&tensor::apply(map, t));
-        let to_frame = tensor::transpose(&tensor::congruence(&q));
-        Self { values, map: tensor::product(&to_frame, map) }
+    fn new(map: &Mandel66, (values, q): Eigen) -> Self {
+        let from_frame = tensor::congruence(&q);
+        let mut out = [[0.0; 6]; 6];
+        for (r, out) in out.iter_mut().enumerate() {
+            for (c, out) in out.iter_mut().enumerate() {
+                // Transformations mix normal stresses with each other only.
+                let rows = if c < 3 { 0..3 } else { c..c + 1 };
+                *out = rows.map(|k| from_frame[k][r] * map[k][c]).sum();
+            }
+        }
+        Self { values, map: out }
     }
+}
+
+/// The transpose, times a number.
+fn turned(m: &[[f64; 3]; 3], by: f64) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| by * m[j][i]))
 }
 
 fn largest_difference(one: &[f64; 3], two: &[f64; 3]) -> f64 {

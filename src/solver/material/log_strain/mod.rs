@@ -15,11 +15,11 @@
 //! Eight points are worked on side by side, one a SIMD lane; only the law itself sees them one by one.
 
 mod differences;
-mod eigen;
 
 use pulp::{Arch, Simd, WithSimd};
 
 use self::differences::Differences;
+use super::eigen;
 use super::{LogResponses, Material, MaterialError};
 use crate::solver::lanes::{Eight, Lane, POINTS};
 use crate::solver::tensor::{Mandel, Mandel66, PAIRS};

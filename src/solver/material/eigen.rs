@@ -1,9 +1,43 @@
 //! Eigenvalues and eigenvectors of symmetric tensors, several side by side.
 
-use pulp::Simd;
+use pulp::{Arch, Simd, WithSimd};
 
-use crate::solver::lanes::Lane;
-use crate::solver::tensor::PAIRS;
+use crate::solver::lanes::{Eight, Lane, POINTS};
+use crate::solver::tensor::{Mandel, PAIRS};
+
+/// Eigenvalues, and eigenvectors in the columns.
+pub(super) type Eigen = ([f64; 3], [[f64; 3]; 3]);
+
+/// Those of two tensors at the price of one.
+pub(super) fn eigen_of_both(tensors: &[Mandel; 2]) -> [Eigen; 2] {
+    Arch::new().dispatch(Both(tensors))
+}
+
+struct Both<'a>(&'a [Mandel; 2]);
+
+impl WithSimd for Both<'_> {
+    type Output = [Eigen; 2];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> [Eigen; 2] {
+        let mut tensors = [[0.0; POINTS]; 6];
+        for (k, tensor) in self.0.iter().enumerate() {
+            tensors.iter_mut().zip(tensor).for_each(|(to, from)| to[k] = *from);
+        }
+        let mut out: [Eight; 12] = [[0.0; POINTS]; 12];
+        for first in Lane::<S>::groups_of(2) {
+            let (values, q) = eigen(simd, Lane::load_all(simd, &tensors, first));
+            for (k, value) in values.iter().chain(q.as_flattened()).enumerate() {
+                value.store(&mut out[k], first);
+            }
+        }
+        [0, 1].map(|k| {
+            let at = |place: usize| out[place][k];
+            let row = |i: usize| std::array::from_fn(|j| at(3 + 3 * i + j));
+            (std::array::from_fn(at), std::array::from_fn(row))
+        })
+    }
+}
 
 /// Eigenvalues and orthonormal eigenvectors of symmetric tensors (Mandel components) by cyclic Jacobi rotations:
 /// accurate to rounding also for equal eigenvalues. Returns `(values, q)` with the eigenvectors in the columns of `q`.
@@ -82,7 +116,23 @@ pub(super) fn congruence<S: Simd>(simd: S, q: &[[Lane<S>; 3]; 3]) -> [[Lane<S>; 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::tensor::{self, Mandel};
+    use crate::solver::tensor;
+
+    /// Eigenvalues, in any order, and the tensors that they make with their vectors.
+    fn assert_same(one: &Eigen, two: &Eigen) {
+        let sorted = |(values, _): &Eigen| {
+            let mut values = *values;
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        let rebuilt = |([x, y, z], q): &Eigen| {
+            tensor::apply(&tensor::congruence(q), &[*x, *y, *z, 0.0, 0.0, 0.0])
+        };
+        let pairs = sorted(one).into_iter().zip(sorted(two));
+        for (a, b) in pairs.chain(rebuilt(one).into_iter().zip(rebuilt(two))) {
+            assert!((a - b).abs() < 1e-14, "{one:?} {two:?}");
+        }
+    }
 
     #[test]
     fn they_are_those_of_one_tensor_at_a_time() {
@@ -98,6 +148,11 @@ mod tests {
         for v in tensors {
             let (values, q) = eigen(simd, v.map(|x| Lane::splat(simd, x)));
             let map = congruence(simd, &q).map(|row| row.map(Lane::largest));
+            let mut other = v;
+            other.reverse();
+            let [one, two] = eigen_of_both(&[v, other]);
+            assert_same(&one, &tensor::eigen(&v));
+            assert_same(&two, &tensor::eigen(&other));
             let q = q.map(|row| row.map(Lane::largest));
             assert_eq!(map.as_flattened().len(), 36);
             for (found, expected) in map.iter().zip(tensor::congruence(&q)) {

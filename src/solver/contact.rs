@@ -50,6 +50,32 @@ pub(super) struct SavedContact {
     start: [f64; 3],
     anchor: [f64; 3],
     push: f64,
+    force: Force,
+}
+
+/// Force of a tool on a node, across its surface and along it [N]; zero where they do not touch.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(super) struct Force {
+    normal: [f64; 3],
+    tangential: [f64; 3],
+}
+
+impl Force {
+    pub(super) fn of(c: &Candidate, force: &Vec3) -> Self {
+        if !c.active {
+            return Self::default();
+        }
+        let normal = c.foot.normal * c.foot.normal.dot(force);
+        Self { normal: normal.into(), tangential: (force - normal).into() }
+    }
+
+    pub(super) fn normal(&self) -> Vec3 {
+        self.normal.into()
+    }
+
+    pub(super) fn tangential(&self) -> Vec3 {
+        self.tangential.into()
+    }
 }
 
 /// All candidates, by node and tool.
@@ -143,6 +169,7 @@ impl ContactSet {
                 start: [0.0; 3],
                 anchor: [0.0; 3],
                 push: 0.0,
+                force: Force::default(),
             })
             .collect();
         Self { candidates, saved }
@@ -157,9 +184,11 @@ impl ContactSet {
         });
     }
 
-    /// Makes the present feet those that the next increment starts from; friction with this `transition` [mm].
-    pub(super) fn commit(&mut self, transition: f64) {
-        for (c, saved) in self.candidates.iter_mut().zip(&mut self.saved) {
+    /// Makes the present feet those that the next increment starts from; friction with this `transition` [mm] and these
+    /// forces at the candidates [N].
+    pub(super) fn commit(&mut self, transition: f64, forces: &[Force]) {
+        let candidates = self.candidates.iter_mut().zip(&mut self.saved);
+        for ((c, saved), &force) in candidates.zip(forces) {
             c.start = c.foot.point;
             let kept =
                 if c.active && saved.active { c.remembered(transition) } else { Vec3::zeros() };
@@ -173,8 +202,14 @@ impl ContactSet {
                 start: c.start.into(),
                 anchor: c.anchor.into(),
                 push: c.push,
+                force,
             };
         }
+    }
+
+    /// Whether each candidate touched at the last commit, and with which force.
+    pub(super) fn before(&self) -> impl Iterator<Item = (bool, Force)> {
+        self.saved.iter().map(|saved| (saved.active, saved.force))
     }
 
     /// States of the last commit.

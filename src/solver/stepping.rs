@@ -10,7 +10,7 @@ use super::simulation::{Control, Simulation, SimulationError};
 use super::stages::{IncrementReport, Stage};
 use super::system::{Role, System};
 use super::tools::Motion;
-use super::trial::{Plan, accept, add_loads, attempt, restore, set_targets};
+use super::trial::{Plan, accept, add_loads, attempt, forces, restore, set_targets};
 use crate::geometry::Vec3;
 
 use serde::{Deserialize, Serialize};
@@ -180,7 +180,8 @@ fn begin(sim: &mut Simulation, stage: usize) -> Plan {
     sys.search();
     take_in(sys);
     keep_pushed_tools(sys);
-    sys.contact.commit(sys.lengths.transition);
+    let forces = forces(sys);
+    sys.contact.commit(sys.lengths.transition, &forces);
     let supported = motions.iter().any(|m| !matches!(m, Motion::Absent | Motion::Release));
     if !supported {
         hold_where_it_is(sys);

@@ -2,11 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::contact::Force;
 use super::newton::{NewtonError, NewtonStats, Patience, solve};
 use super::simulation::Simulation;
 use super::stages::Stage;
 use super::system::{Role, System};
 use super::tools::Motion;
+use crate::geometry::Vec3;
 
 /// The last converged state, and the increment before it for the predictor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -129,10 +131,11 @@ fn predict(sys: &mut System, committed: &Committed, step: f64) -> Option<f64> {
 
 /// Makes the present iterate the last converged state; `step`: share of the stage that led there, for the predictor.
 pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
-    add_work(sim);
+    let forces = forces(&sim.sys);
+    add_work(sim, &forces);
     let sys = &mut sim.sys;
     sys.body.commit();
-    sys.contact.commit(sys.lengths.transition);
+    sys.contact.commit(sys.lengths.transition, &forces);
     let old = &sim.committed;
     let last = step.map(|step| {
         let du = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();
@@ -155,21 +158,44 @@ pub(super) fn restore(sim: &mut Simulation) {
     }
 }
 
-/// Work of the increment (trapezoidal rule), before it is committed.
-fn add_work(sim: &mut Simulation) {
+/// Forces of the tools on the candidates' nodes.
+pub(super) fn forces(sys: &System) -> Vec<Force> {
+    sys.contact.candidates.iter().map(|c| Force::of(c, &sys.contact_force(c.node))).collect()
+}
+
+/// Work of friction on the sheet, and of normal forces over the gap of nodes that begin or cease to touch in the increment,
+/// over which there is none: both as the trapezoidal rule has them.
+fn work_of_contact(sys: &System, old: &Committed, forces: &[Force]) -> [f64; 2] {
+    let (mut friction, mut over_gaps) = (0.0, 0.0);
+    let ends = sys.contact.before().zip(forces);
+    for (c, ((touched, before), now)) in sys.contact.candidates.iter().zip(ends) {
+        if !touched && !c.active {
+            continue;
+        }
+        let tool = &sys.tools[c.tool];
+        let place = sys.position(c.node) - tool.shift();
+        friction += 0.5 * (before.tangential() + now.tangential()).dot(&(place - c.start));
+        if touched != c.active {
+            let u = Vec3::from_column_slice(&old.u[3 * c.node..3 * c.node + 3]);
+            let moved = tool.setup.direction * (tool.travel - old.travels[c.tool]);
+            let closer = sys.displacement(c.node) - u - moved;
+            over_gaps += 0.5 * (before.normal() + now.normal()).dot(&closer);
+        }
+    }
+    [friction, over_gaps]
+}
+
+/// Work of the increment (trapezoidal rule), before it is committed; `forces`: of the tools on the nodes now.
+fn add_work(sim: &mut Simulation, forces: &[Force]) {
     let (sys, old) = (&sim.sys, &sim.committed);
     let mean = |i: usize, now: &[f64], before: &[f64]| 0.5 * (now[i] + before[i]);
-    let (mut internal, mut applied, mut friction) = (0.0, 0.0, 0.0);
+    let (mut internal, mut applied) = (0.0, 0.0);
     for i in 0..sys.u.len() {
         let du = sys.u[i] - old.u[i];
         internal += mean(i, &sys.eval.internal_force, &old.internal_force) * du;
         applied += mean(i, &sys.applied, &old.applied) * du;
     }
-    for (_, c) in sys.contact.active() {
-        let slip = sys.position(c.node) - sys.tools[c.tool].shift() - c.start;
-        let along = slip - c.foot.normal * c.foot.normal.dot(&slip);
-        friction -= sys.contact_force(c.node).dot(&along);
-    }
+    let [friction, over_gaps] = work_of_contact(sys, old, forces);
     let pushed: f64 = (0..sys.tools.len())
         .map(|t| {
             let moved = sys.tools[t].travel - old.travels[t];
@@ -179,8 +205,8 @@ fn add_work(sim: &mut Simulation) {
     let e = &mut sim.energies;
     let whole = sim.share;
     e.internal += whole * internal;
-    e.friction += whole * friction;
-    e.external += whole * (pushed + applied);
+    e.friction -= whole * friction;
+    e.external += whole * (pushed + applied + over_gaps);
     e.elastic = whole * sys.eval.elastic_energy;
     e.plastic = whole * sys.eval.plastic_work;
 }

@@ -183,14 +183,18 @@ impl Plastic {
             new[STRAIN + i] += flow[i];
         }
         new[EQUIVALENT] += increment;
-        new[WORK] += tensor::dot(&out.stress, &flow);
+        let harder = self.hardening.flow_stress(new[EQUIVALENT]).0 - flow_stress.0;
+        let mut work = tensor::dot(&out.stress, &flow) - 0.5 * harder * increment;
         for (k, one) in self.backstresses.iter().enumerate() {
             let theta = 1.0 / (1.0 + one.recovery * increment);
             for (i, value) in flow.iter().enumerate() {
                 let x = &mut new[BACKSTRESS + 6 * k + i];
-                *x = theta * (*x + 2.0 / 3.0 * one.modulus * value);
+                let next = theta * (*x + 2.0 / 3.0 * one.modulus * value);
+                work -= 0.5 * (next - *x) * value;
+                *x = next;
             }
         }
+        new[WORK] += work;
         let elastic: Mandel = std::array::from_fn(|i| elastic_strain[i] - flow[i]);
         out.elastic_energy = 0.5 * tensor::dot(&out.stress, &elastic);
         out.plastic_work = new[WORK];

@@ -10,6 +10,7 @@ use crate::geometry::Vec3;
 use crate::solver::blank::rectangle;
 use crate::solver::element::Want;
 use crate::solver::system::{Role, System};
+use crate::solver::trial::forces;
 use crate::solver::{Constraints, Curve, Motion, SheetSide, Simulation};
 
 /// A small block under a ball of Nagata patches, pushed in, turned a little, everything touching that can.
@@ -25,7 +26,8 @@ fn pressed(mu: f64, stiffness: Option<f64>) -> System {
         Simulation::new(setup(body(mesh, steel()), constraints, tools, stages)).unwrap().sys;
     sys.roles[0] = Role::Force(1.0);
     sys.search();
-    sys.contact.commit(sys.lengths.transition);
+    let forces = forces(&sys);
+    sys.contact.commit(sys.lengths.transition, &forces);
     let mut seed = 5_u64;
     for (i, u) in sys.u.iter_mut().enumerate() {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);

@@ -65,6 +65,8 @@ struct Step<'a> {
     x: Eight,
     /// Flow stress there, and its slope.
     flow_stress: [Eight; 2],
+    /// Flow stress at the beginning.
+    before: Eight,
 }
 
 /// Everything at one value of the increments `x` of a group of points.
@@ -104,6 +106,7 @@ impl<'a> Step<'a> {
             plastic: [false; POINTS],
             x: NONE,
             flow_stress: [[1.0; POINTS], NONE],
+            before: NONE,
         };
         for first in Lane::<S>::groups_of(count) {
             out.try_elastic(simd, strains, first);
@@ -114,6 +117,7 @@ impl<'a> Step<'a> {
             (out.flow_stress[0][point], out.flow_stress[1][point]) = (stress, slope);
             let elastic = out.equivalent[point] <= stress * (1.0 + YIELD_TOLERANCE);
             out.plastic[point] = !elastic;
+            out.before[point] = stress;
         }
         out
     }
@@ -301,25 +305,30 @@ impl<'a> Step<'a> {
             new.copy_from_slice(self.history(point));
             if self.plastic[point] {
                 let flow = flows.map(|of| of[point]);
-                self.remember(self.x[point], &flow, works[point], new);
+                let harder = self.flow_stress[0][point] - self.before[point];
+                let work = works[point] - 0.5 * harder * self.x[point];
+                self.remember(self.x[point], &flow, work, new);
             }
             out.plastic_work[point] = new[WORK];
             out.plastic[point] = self.plastic[point];
         }
     }
 
-    /// Takes an increment into the history of its point.
+    /// Takes an increment into the history of its point; `work` with the backstresses of its end.
     fn remember(&self, x: f64, flow: &[f64; 6], work: f64, new: &mut [f64]) {
         new[EQUIVALENT] += x;
-        new[WORK] += work;
+        let mut new_work = new[WORK] + work;
         new[STRAIN..STRAIN + 6].iter_mut().zip(flow).for_each(|(to, flow)| *to += flow);
         for (k, one) in self.material.backstresses.iter().enumerate() {
             let theta = 1.0 / (1.0 + one.recovery * x);
             let backstress = &mut new[BACKSTRESS + 6 * k..BACKSTRESS + 6 * k + 6];
             for (to, flow) in backstress.iter_mut().zip(flow) {
-                *to = theta * (*to + 2.0 / 3.0 * one.modulus * flow);
+                let next = theta * (*to + 2.0 / 3.0 * one.modulus * flow);
+                new_work -= 0.5 * (next - *to) * flow;
+                *to = next;
             }
         }
+        new[WORK] = new_work;
     }
 
     /// `dT/dE`: bulk part, shrunk deviatoric part, and where it flows one rank-one term along the flow.

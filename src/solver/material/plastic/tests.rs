@@ -309,3 +309,26 @@ fn linear_kinematic_hardening_shows_the_bauschinger_effect() {
     let (out, state) = run(&material, &shear(0.03), &state);
     assert!((out.stress[3] - state[BACKSTRESS + 3] + radius).abs() < 1e-9);
 }
+
+/// What the strain's work by the trapezoidal rule leaves open falls with the square of the steps, wherever in one of them
+/// a point begins to flow.
+#[test]
+fn work_is_accounted_for_to_second_order_in_the_steps() {
+    let way = [0.08, -0.03, -0.05, 0.02, 0.01, -0.015];
+    for material in every_kind() {
+        let open = |steps: usize| {
+            let mut state = vec![0.0; material.state_len()];
+            let (mut work, mut stress, mut elastic) = (0.0, [0.0; 6], 0.0);
+            for step in 1..=steps {
+                let strain = way.map(|e| e * step as f64 / steps as f64);
+                let (out, new) = run(&material, &strain, &state);
+                let mean: Mandel = std::array::from_fn(|i| 0.5 * (stress[i] + out.stress[i]));
+                work += tensor::dot(&mean, &way) / steps as f64;
+                (state, stress, elastic) = (new, out.stress, out.elastic_energy);
+            }
+            (elastic + state[WORK]) / work - 1.0
+        };
+        let [few, more] = [20, 320].map(open);
+        assert!(few.abs() < 0.02 && more.abs() < few.abs() / 64.0, "{few:e} {more:e}");
+    }
+}

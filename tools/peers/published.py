@@ -4,6 +4,7 @@
 hemisphere: stretching of a clamped disc over a hemispherical punch (Code_Aster SSNV501).
 bend: unconstrained cylindrical bending (NUMISHEET 2002 B, NAFEMS contact benchmark 3), a quarter of the strip.
 cup: square cup (NUMISHEET'93), a quarter; tools/bench makes its tools from fixtures/forming/square_*.stp, beside the scene.
+round_cup: round cup of AA6016-T4 (ESAFORM 2021), a quarter, drawn through.
 draw: 2-D draw bending (NUMISHEET'93, mild steel), half of a millimetre of the strip in plane strain.
 """
 
@@ -17,23 +18,29 @@ FIXTURES = pathlib.Path(__file__).resolve().parents[2] / "fixtures/published"
 
 
 def revolve(chain, around):
-    """A profile in the (r, z) half-plane, as (r, z, nr, nz), turned through the first quadrant."""
-    points, normals, quads = [], [], []
+    """A profile in the (r, z) half-plane, as (r, z, nr, nz), turned through the first quadrant; on the axis patches are
+    triangles."""
+    points, normals, patches, rings = [], [], [], []
     for j in range(around + 1):
         angle = math.pi / 2 * j / around
         c, s = math.cos(angle), math.sin(angle)
-        points += [(r * c, r * s, z) for r, z, _, _ in chain]
-        normals += [(nr * c, nr * s, nz) for _, _, nr, nz in chain]
-    count = len(chain)
-    for j in range(around):
-        for i in range(count - 1):
-            a, b = j * count + i, j * count + i + 1
+        ring = []
+        for i, (r, z, nr, nz) in enumerate(chain):
+            if r == 0.0 and j > 0:
+                ring.append(rings[0][i])
+                continue
+            ring.append(len(points))
+            points.append((r * c, r * s, z))
+            normals.append((nr * c, nr * s, nz))
+        rings.append(ring)
+    for here, there in zip(rings, rings[1:]):
+        for i in range(len(chain) - 1):
             (r0, z0), (r1, z1) = chain[i][:2], chain[i + 1][:2]
             # The normal of (a, b, b + row, a + row) is e_profile x e_around = (-dz, dr) in the half-plane.
             outward = -(z1 - z0) * (chain[i][2] + chain[i + 1][2]) + (r1 - r0) * (chain[i][3] + chain[i + 1][3])
-            quad = (a, b, b + count, a + count)
-            quads.append(quad if outward > 0 else tuple(reversed(quad)))
-    return points, normals, quads
+            patch = list(dict.fromkeys((here[i], here[i + 1], there[i + 1], there[i])))
+            patches.append(patch if outward > 0 else patch[::-1])
+    return points, normals, patches
 
 
 def arc(centre, radius, start, end, patches, side=1.0):
@@ -114,6 +121,37 @@ def cup(folder, elements=30, largest=0.02):
     })
 
 
+def round_cup(folder=FIXTURES / "round-cup", core=8, rings=22, largest=0.02, holder=40e3):
+    folder.mkdir(parents=True, exist_ok=True)
+    blank, punch, nose, die, shoulder, thickness, stroke = 53.75, 30.0, 5.0, 31.2, 10.0, 1.0, 48.0
+    # The holder stops before the rim leaves it; else its force would push the rim into the die.
+    stop = 23.0
+    outside, below = blank + 10, stroke + 30
+    chains = {
+        "die": [(outside, 0, 0, 1), *arc((die + shoulder, -shoulder), shoulder, 90, 180, 4), (die, -below, -1, 0)],
+        "holder": [(die, thickness, 0, -1), (outside, thickness, 0, -1)],
+        "punch": [(0.0, thickness, 0, -1), *arc((punch - nose, thickness + nose), nose, -90, 0, 4), (punch, below, 1, 0)],
+    }
+    for name, chain in chains.items():
+        write_tool(folder / f"{name}.tool.json", revolve(chain, 8))
+    tool = lambda name, up: {"name": name, "file": f"{name}.tool.json", "direction": [0, 0, up], "friction": 0.07,
+                             "place": {"shift": [0, 0, 0]}}
+    write_scene(folder, {
+        "name": "Round cup of AA6016-T4, ESAFORM 2021",
+        "blank": {"shape": {"quarter_disc": {"radius_mm": blank, "core": core, "rings": rings}},
+                  "thickness_mm": thickness, "layers": 1, "element": {"solid-shell": {}}},
+        "material": "aa6016-t4-esaform2021",
+        "symmetry": [{"normal": "x"}, {"normal": "y"}],
+        "tools": [tool("die", 1), tool("holder", -1), tool("punch", -1)],
+        "stages": [{"name": "clamp", "drive": {"holder": {"force_n": holder}},
+                    "first_increment": 0.25, "largest_increment": 1.0},
+                   {"name": "draw", "drive": {"punch": {"travel_mm": stop}}, "largest_increment": 2 * largest},
+                   {"name": "through", "drive": {"holder": {"advance_mm": 0.0}, "punch": {"travel_mm": stroke}},
+                    "largest_increment": 2 * largest}],
+        "output": {"vtu_every": 0},
+    })
+
+
 def draw(folder=FIXTURES / "draw", elements=175, largest=0.01, points=7):
     folder.mkdir(parents=True, exist_ok=True)
     half_length, thickness, half_punch, half_die, radius, stroke, patches = 175.0, 0.78, 25.0, 26.0, 5.0, 70.0, 4
@@ -145,4 +183,5 @@ def draw(folder=FIXTURES / "draw", elements=175, largest=0.01, points=7):
 if __name__ == "__main__":
     hemisphere()
     bend()
+    round_cup()
     draw()

@@ -1,7 +1,7 @@
-//! Rigid modes of a released sheet, held with as few supports as it takes.
+//! Rigid modes of a released sheet: held with as few supports as it takes, then moved to where the sheet lay.
 
 use super::constraints::Constraints;
-use crate::geometry::Vec3;
+use crate::geometry::{Mat3, Vec3};
 
 /// Holds components of `nodes` until no rigid motion is left free beside those already in `constraints`.
 ///
@@ -53,6 +53,47 @@ pub(super) fn hold_rigid_modes(constraints: &mut Constraints, nodes: &[Vec3]) {
     }
 }
 
+/// The turn and shift that bring points `from` nearest to points `to` (least squares, `x -> turn x + shift`): any, where
+/// `constraints` hold nothing; about and across an axis along which alone they hold. `None` where they hold more.
+pub(super) fn nearest(
+    constraints: &Constraints,
+    from: &[Vec3],
+    to: &[Vec3],
+) -> Option<(Mat3, Vec3)> {
+    let held = |&axis: &usize| (0..constraints.len()).any(|n| constraints.is_held(n, axis));
+    let held: Vec<usize> = (0..3).filter(held).collect();
+    let middle = |points: &[Vec3]| points.iter().sum::<Vec3>() / points.len().max(1) as f64;
+    let (a, b) = (middle(from), middle(to));
+    let products = from.iter().zip(to).map(|(x, y)| (y - b) * (x - a).transpose()).sum::<Mat3>();
+    let turn = match held[..] {
+        [] => turn_of(&products)?,
+        [axis] => turn_about(axis, &products),
+        _ => return None,
+    };
+    let mut shift = b - turn * a;
+    held.iter().for_each(|&axis| shift[axis] = 0.0);
+    Some((turn, shift))
+}
+
+/// The turn with the largest `turn : products` (Kabsch, 1976).
+fn turn_of(products: &Mat3) -> Option<Mat3> {
+    let svd = products.svd(true, true);
+    let (u, v_t) = (svd.u?, svd.v_t?);
+    // Values come in falling order: what would be mirrored is turned over along the least of them.
+    let upright = Vec3::new(1.0, 1.0, (u * v_t).determinant().signum());
+    Some(u * Mat3::from_diagonal(&upright) * v_t)
+}
+
+fn turn_about(axis: usize, products: &Mat3) -> Mat3 {
+    let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+    let angle = (products[(j, i)] - products[(i, j)]).atan2(products[(i, i)] + products[(j, j)]);
+    nalgebra::Rotation3::from_axis_angle(
+        &nalgebra::Unit::new_unchecked(Vec3::ith(axis, 1.0)),
+        angle,
+    )
+    .into_inner()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,5 +119,31 @@ mod tests {
         let before = held(&quarter);
         hold_rigid_modes(&mut quarter, &corners());
         assert_eq!(held(&quarter), before + 1);
+    }
+
+    #[test]
+    fn a_body_moved_is_brought_back_as_far_as_it_is_free() {
+        let about = nalgebra::Unit::new_normalize(Vec3::new(0.3, -1.0, 2.0));
+        let far = nalgebra::Rotation3::from_axis_angle(&about, 2.0).into_inner();
+        let little = nalgebra::Rotation3::from_axis_angle(&Vec3::x_axis(), -0.4).into_inner();
+        let mut on_plane = Constraints::none(8);
+        on_plane.symmetry_plane(&corners(), 0, 0.0, 1e-9);
+        // A flat sheet has no third direction to tell it from its mirror image.
+        let flat: Vec<Vec3> = corners().iter().map(|x| Vec3::new(x.x, 2.0 * x.y, 0.0)).collect();
+        let free = Constraints::none(8);
+        for (held, points, turn, shift) in [
+            (&free, corners(), far, Vec3::new(5.0, -3.0, 1.0)),
+            (&free, flat, far, Vec3::new(5.0, -3.0, 1.0)),
+            (&on_plane, corners(), little, Vec3::new(0.0, 0.2, -0.5)),
+        ] {
+            let moved: Vec<Vec3> = points.iter().map(|x| turn * x + shift).collect();
+            let (back, by) = nearest(held, &moved, &points).unwrap();
+            for (x, y) in points.iter().zip(&moved) {
+                assert!((back * y + by - x).norm() < 1e-14);
+            }
+            assert!((back.determinant() - 1.0).abs() < 1e-14);
+        }
+        on_plane.hold(3, 1);
+        assert_eq!(nearest(&on_plane, &corners(), &corners()), None);
     }
 }

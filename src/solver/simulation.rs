@@ -130,6 +130,8 @@ pub struct Simulation {
     /// Stage under way, or the next one.
     pub(super) stage: usize,
     pub(super) under_way: Option<UnderWay>,
+    /// What the set-up holds, whatever supports a stage adds.
+    pub(super) held: Constraints,
     pub(super) energies: Energies,
     pub(super) history: Vec<IterationRecord>,
     pub(super) summary: RunSummary,
@@ -147,6 +149,7 @@ impl Simulation {
         let mut tools: Vec<Tool> =
             tools.into_iter().map(|setup| Tool { setup, travel: 0.0 }).collect();
         place(&mut tools, &body)?;
+        let held = constraints.clone();
         let mut sys = System::new(body, constraints, tools)?;
         sys.lengths.transition = limits.friction_transition * sys.lengths.longest_edge;
         sys.evaluate(Want::ResidualAndTangent)
@@ -162,6 +165,7 @@ impl Simulation {
             committed,
             stage: 0,
             under_way: None,
+            held,
             energies: Energies::default(),
             history: Vec::new(),
             summary: RunSummary::default(),

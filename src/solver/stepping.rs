@@ -10,7 +10,7 @@ use super::simulation::{Control, Simulation, SimulationError};
 use super::stages::{IncrementReport, Stage};
 use super::system::{Role, System};
 use super::tools::Motion;
-use super::trial::{Plan, accept, add_loads, attempt, forces, restore, set_targets};
+use super::trial::{Plan, accept, add_loads, attempt, forces, lay_down, restore, set_targets};
 use crate::geometry::Vec3;
 
 use serde::{Deserialize, Serialize};
@@ -69,6 +69,7 @@ pub(super) fn advance(
         sim.under_way = Some(now);
     } else {
         sim.stage += 1;
+        lay_down(sim, &now.plan);
     }
     sim.report(stage, share, iterations, observer)?;
     Ok(true)
@@ -152,6 +153,8 @@ fn begin_stage(
 
 fn begin(sim: &mut Simulation, stage: usize) -> Plan {
     let sys = &mut sim.sys;
+    sys.constraints = sim.held.clone();
+    sys.held_at.fill(0.0);
     let mut released = vec![0.0; sys.u.len()];
     let now = &sim.stages[stage];
     let motions = &now.motions;
@@ -161,11 +164,13 @@ fn begin(sim: &mut Simulation, stage: usize) -> Plan {
             released[3 * c.node..3 * c.node + 3].copy_from_slice(force.as_slice());
         }
     }
+    let supported = motions.iter().any(|m| !matches!(m, Motion::Absent | Motion::Release));
     let plan = Plan {
         stage,
         start_travels: sys.tools.iter().map(|t| t.travel).collect(),
         start_forces: sim.committed.pushes.iter().map(|force| force * sim.share).collect(),
         released,
+        unsupported: if supported { Vec::new() } else { sys.u.clone() },
     };
     sim.committed.forget_last();
     set_targets(sys, now, &plan, 0.0, sim.share);
@@ -182,7 +187,6 @@ fn begin(sim: &mut Simulation, stage: usize) -> Plan {
     keep_pushed_tools(sys);
     let forces = forces(sys);
     sys.contact.commit(sys.lengths.transition, &forces);
-    let supported = motions.iter().any(|m| !matches!(m, Motion::Absent | Motion::Release));
     if !supported {
         hold_where_it_is(sys);
     }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::contact::Force;
 use super::newton::{NewtonError, NewtonStats, Patience, solve};
+use super::rigid::nearest;
 use super::simulation::Simulation;
 use super::stages::Stage;
 use super::system::{Role, System};
@@ -64,6 +65,8 @@ pub(super) struct Plan {
     pub(super) start_forces: Vec<f64>,
     /// Contact forces of the tools being taken away (three a node).
     pub(super) released: Vec<f64>,
+    /// Displacements at the beginning of a stage in which no tool holds the sheet; of others none.
+    pub(super) unsupported: Vec<f64>,
 }
 
 /// Sets tools and applied forces to their state at `share` of the stage.
@@ -143,6 +146,28 @@ pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
         (step, du, travels)
     });
     sim.committed = Committed { last, ..Committed::of(sys) };
+}
+
+/// A sheet that nothing holds lies where it comes nearest to where the stage found it, not where the supports that were
+/// chosen for it have it.
+pub(super) fn lay_down(sim: &mut Simulation, plan: &Plan) {
+    let sys = &mut sim.sys;
+    if plan.unsupported.is_empty() || sys.applied.iter().any(|&force| force != 0.0) {
+        return;
+    }
+    let now: Vec<Vec3> = (0..sys.node_count()).map(|node| sys.position(node)).collect();
+    let before = plan.unsupported.chunks_exact(3).map(Vec3::from_column_slice).enumerate();
+    let then: Vec<Vec3> = before.map(|(node, u)| now[node] - sys.displacement(node) + u).collect();
+    let Some((turn, shift)) = nearest(&sim.held, &now, &then) else { return };
+    for (node, x) in now.iter().enumerate() {
+        let at = 3 * node..3 * node + 3;
+        let moved = sys.displacement(node) + (turn * x + shift - x);
+        sys.u[at.clone()].copy_from_slice(moved.as_slice());
+        let force = &mut sys.eval.internal_force[at];
+        let turned = turn * Vec3::from_column_slice(force);
+        force.copy_from_slice(turned.as_slice());
+    }
+    sim.committed = Committed::of(sys);
 }
 
 /// Goes back to the last converged state.

@@ -71,3 +71,39 @@ fn contact_forces_after_a_stage_are_those_of_its_end() {
     assert!((pushed - 30.0).abs() < 1.0, "{pushed} N");
     assert_eq!(last, sim.contact_forces());
 }
+
+/// A free strip between two plates, let go and then pressed by more: what held it while it was let go is gone again.
+#[test]
+fn a_sheet_let_go_and_pressed_again_is_held_by_its_tools_alone() {
+    let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 2);
+    let nothing = Constraints::none(mesh.nodes.len());
+    let plate = |name, z, up: bool, side| {
+        let direction = if up { Vec3::z() } else { -Vec3::z() };
+        tool(name, square(name, z, up), direction, side, 0.1)
+    };
+    let tools = vec![
+        plate("upper", 1.0, false, SheetSide::Top),
+        plate("lower", 0.0, true, SheetSide::Bottom),
+    ];
+    let to = |travel: f64| Motion::Travel(Curve::to(travel));
+    let stages = vec![
+        stage("press", vec![to(1e-3), Motion::Hold], 1.0),
+        stage("release", vec![Motion::Release; 2], 1.0),
+        stage("again", vec![to(-0.2), to(0.203)], 1.0),
+    ];
+    let mut forces = Vec::new();
+    let mut sim = Simulation::new(setup(body(mesh, steel()), nothing, tools, stages)).unwrap();
+    sim.run(&mut |r: &IncrementReport<'_>| {
+        forces = r.tools.iter().map(|tool| tool.force_vector).collect::<Vec<_>>();
+        Control::Continue
+    })
+    .unwrap();
+    // Three times as much as at first.
+    let pressed = 3e-3 * 210_000.0 * 20.0 * 4.0;
+    assert!((forces[1][2] / pressed - 1.0).abs() < 0.2, "{forces:?} N instead of {pressed}");
+    for (one, other) in forces[0].iter().zip(&forces[1]) {
+        assert!((one + other).abs() < 1e-6 * pressed, "{forces:?}");
+    }
+    let moved = sim.displacements().chunks_exact(3);
+    moved.for_each(|u| assert!((u[2] - 0.2).abs() < 0.01, "{u:?}"));
+}

@@ -38,6 +38,8 @@ enum Process {
     Drawn,
     /// A plate is pressed on it from below by a force, then a dome into it right in the middle, and both are taken away.
     Released,
+    /// Nothing but friction holds it: it is bent by the dome, out of the middle, over two rails, and let go.
+    Free,
 }
 
 /// How a model is described.
@@ -65,7 +67,7 @@ impl View {
 
     /// Elements along a side.
     fn cells(&self) -> usize {
-        if self.process == Process::Drawn { 9 } else { 10 }
+        if self.process == Process::Released { 10 } else { 9 }
     }
 
     /// A direction or place [mm] as the run has it.
@@ -76,7 +78,12 @@ impl View {
 
 /// A dome of radius 25 mm over the sheet.
 fn dome(view: &View) -> ToolSetup {
-    let middle = if view.process == Process::Drawn { [27.0, 31.5] } else { [30.0; 2] };
+    let middle = match view.process {
+        Process::Drawn => [27.0, 31.5],
+        Process::Released => [30.0; 2],
+        // Right over a node.
+        Process::Free => [80.0 / 3.0, 100.0 / 3.0],
+    };
     let dome = Builder::new("dome").grid(6, 6, |u, v| {
         let outward = Vec3::new(1.4 * (u - 0.5), 1.4 * (v - 0.5), -1.0).normalize();
         let place = view.place(&(Vec3::new(middle[0], middle[1], 30.0) + 25.0 * outward));
@@ -95,6 +102,19 @@ fn plate(view: &View) -> ToolSetup {
     tool("plate", plate, up, SheetSide::Bottom, 0.1)
 }
 
+/// Two rails below the sheet along y, 29 mm apart.
+fn rails(view: &View) -> ToolSetup {
+    let up = view.turn * Vec3::z();
+    let rail = |x: f64| {
+        let along = |x: Vec3| view.place(&x);
+        let corner = along(Vec3::new(x, -5.0, 0.0));
+        plane("rails", corner, along(10.0 * Vec3::x()), along(70.0 * Vec3::y()), up)
+    };
+    let mut rails = rail(5.5);
+    rails.patches.extend(rail(44.5).patches);
+    tool("rails", rails, up, SheetSide::Bottom, 0.1)
+}
+
 fn stages(view: &View) -> Vec<Stage> {
     let travel = |to: f64| Motion::Travel(Curve::to(to * view.unit));
     let push = |to: f64| Motion::Force(Curve::to(to));
@@ -106,18 +126,22 @@ fn stages(view: &View) -> Vec<Stage> {
             stage("on", vec![travel(2.0), push(100.0)], 0.1),
             stage("release", vec![Motion::Release; 2], 0.5),
         ],
+        Process::Free => vec![
+            stage("bend", vec![travel(0.5 * TRAVEL), Motion::Hold], 0.05),
+            stage("release", vec![Motion::Release; 2], 0.5),
+        ],
     };
     stages.iter_mut().for_each(|stage| stage.largest_step = 0.2);
     stages
 }
 
-/// A sheet of 60 x 60 x 0.8 mm, clamped all round, of anisotropic steel, formed with friction. The iterations of the increments, and the displacements at the end
-/// turned back [mm].
+/// A sheet of 60 x 60 x 0.8 mm, clamped all round unless it is free, of anisotropic steel, formed with friction. The
+/// iterations of the increments, and the displacements at the end turned back [mm].
 fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
     let (kind, layers) = view.element;
     let mut mesh = rectangle(60.0, 60.0, 0.8, view.cells(), view.cells(), layers);
     let mut constraints = Constraints::none(mesh.nodes.len());
-    for axis in 0..2 {
+    for axis in (0..2).filter(|_| view.process != Process::Free) {
         for side in [0.0, 60.0] {
             for node in 0..mesh.nodes.len() {
                 if (mesh.nodes[node][axis] - side).abs() < 1e-9 {
@@ -133,8 +157,10 @@ fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
     let elastic = Elastic { young: 210_000.0 * stress, poisson: 0.3 };
     let steel = Plastic::new(elastic, &hill, swift).unwrap().with_axes(&view.turn);
     let mut tools = vec![dome(view)];
-    if view.process == Process::Released {
-        tools.push(plate(view));
+    match view.process {
+        Process::Drawn => {}
+        Process::Released => tools.push(plate(view)),
+        Process::Free => tools.push(rails(view)),
     }
     let body = Body::new(mesh, kind, Arc::new(steel)).unwrap();
     let mut all = setup(body, constraints, tools, stages(view));
@@ -143,7 +169,10 @@ fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
     let mut iterations = Vec::new();
     let mut sim = Simulation::new(all).unwrap();
     sim.run(&mut |r: &IncrementReport<'_>| {
-        iterations.push(r.iterations);
+        // What is chosen to hold a free sheet let go is held along the axes, whatever way it is turned.
+        if view.process != Process::Free || r.stage == 0 {
+            iterations.push(r.iterations);
+        }
         Control::Continue
     })
     .unwrap();
@@ -151,9 +180,14 @@ fn stretched(view: &View) -> (Vec<usize>, Vec<Vec3>) {
     (iterations, sim.displacements().chunks_exact(3).map(back).collect())
 }
 
-/// The models looked at: both processes, with a transition from stick to slip and without.
+/// The models looked at: all processes, of the second with a transition from stick to slip and without.
 fn models() -> impl Iterator<Item = View> {
-    let ways = [(Process::Drawn, 1e-4), (Process::Released, 1e-4), (Process::Released, 0.0)];
+    let ways = [
+        (Process::Drawn, 1e-4),
+        (Process::Released, 1e-4),
+        (Process::Released, 0.0),
+        (Process::Free, 1e-4),
+    ];
     let of = move |element| {
         ways.map(|(process, transition)| View { process, transition, ..View::straight(element) })
     };
@@ -169,7 +203,9 @@ fn compare(model: &View, others: &[View]) {
         let off = straight.iter().zip(&found).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         println!("{what:?}: {} iterations, off by {off:e} mm", own.iter().sum::<usize>());
         assert_eq!(iterations, own, "{what:?}");
-        assert!(off < 1e-8 * TRAVEL, "{what:?}: {off:e} mm");
+        // Forces that fall to nothing on a free sheet leave some to its supports, which are held along the axes, on the way.
+        let allowed = if model.process == Process::Free { 1e-6 } else { 1e-8 };
+        assert!(off < allowed * TRAVEL, "{what:?}: {off:e} mm");
     }
 }
 

@@ -213,7 +213,8 @@ pub struct Process {
 }
 
 /// How far the sheet has sprung back since its tools were let go. Rigid motions that no symmetry plane holds are held at as few
-/// nodes as that takes, the first of the mesh where several serve.
+/// nodes as that takes, the first of the mesh where several serve; at the end a sheet held nowhere, or along one axis only, is
+/// laid down where it comes nearest to where the tools held it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SpringbackRecord {
     /// Largest displacement of a node [mm].

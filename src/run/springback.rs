@@ -8,9 +8,9 @@ use crate::solver::{IncrementReport, Stage};
 /// The sheet as its tools last held it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Springback {
-    /// Stage that lets go of all tools; `None` when there is none.
-    stage: Option<usize>,
-    /// Displacements when it began, three a node [mm].
+    /// Stages that let go of all tools.
+    stages: Vec<usize>,
+    /// Displacements when the last of them began, three a node [mm].
     held: Vec<f64>,
     /// Forces of all tools then, without regard to sign, of the whole process [N].
     force_n: f64,
@@ -22,19 +22,18 @@ impl Springback {
     /// Of a process with these stages.
     #[must_use]
     pub fn of(stages: &[Stage]) -> Self {
-        let stage = stages.iter().position(Stage::lets_go).filter(|&stage| stage > 0);
-        Self { stage, ..Self::default() }
+        let stages = (1..stages.len()).filter(|&stage| stages[stage].lets_go()).collect();
+        Self { stages, ..Self::default() }
     }
 
-    /// Takes an increment; what has sprung back since the tools were let go.
+    /// Takes an increment; in a stage that lets go of the tools, what has sprung back since it began.
     pub fn take(&mut self, report: &IncrementReport<'_>) -> Option<SpringbackRecord> {
-        let stage = self.stage?;
-        if report.stage < stage {
-            if report.stage + 1 == stage && report.share >= 1.0 - 1e-12 {
-                self.held = report.displacements.to_vec();
-                self.force_n = report.tools.iter().map(|t| t.force.abs()).sum();
-                self.elastic_nmm = report.energies.elastic;
-            }
+        if self.stages.contains(&(report.stage + 1)) && report.share >= 1.0 - 1e-12 {
+            self.held = report.displacements.to_vec();
+            self.force_n = report.tools.iter().map(|t| t.force.abs()).sum();
+            self.elastic_nmm = report.energies.elastic;
+        }
+        if !self.stages.contains(&report.stage) {
             return None;
         }
         let moved = report.displacements.chunks_exact(3).zip(self.held.chunks_exact(3));
@@ -112,6 +111,14 @@ mod tests {
         let found = springback.take(&report(1, 1.0, &there, 2.0)).unwrap();
         assert_eq!([found.largest_mm, found.force_n, found.energy_nmm], [5.0, 40.0, 3.0]);
         assert!((found.rms_mm - 12.5_f64.sqrt()).abs() < 1e-15);
+        // Formed on and let go again: from where the tools held it last.
+        let mut twice = Springback::of(&[held(), gone(), held(), gone()]);
+        for (stage, u) in [(0, 1.0), (1, 2.0), (2, 7.0)] {
+            let found = twice.take(&report(stage, 1.0, &[u; 6], 1.0));
+            assert_eq!(found.is_some(), stage == 1);
+        }
+        let found = twice.take(&report(3, 0.5, &[9.0, 7.0, 7.0, 7.0, 7.0, 7.0], 1.0)).unwrap();
+        assert_eq!(found.largest_mm, 2.0);
         // Nothing is let go, or nothing was held before.
         for stages in [vec![held(), held()], vec![gone()]] {
             let mut springback = Springback::of(&stages);

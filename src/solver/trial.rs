@@ -200,12 +200,12 @@ fn work_of_contact(sys: &System, old: &Committed, forces: &[Force]) -> [f64; 2] 
         let tool = &sys.tools[c.tool];
         let place = sys.position(c.node) - tool.shift();
         friction += 0.5 * (before.tangential() + now.tangential()).dot(&(place - c.start));
-        if touched != c.active {
-            let u = Vec3::from_column_slice(&old.u[3 * c.node..3 * c.node + 3]);
-            let moved = tool.setup.direction * (tool.travel - old.travels[c.tool]);
-            let closer = sys.displacement(c.node) - u - moved;
-            over_gaps += 0.5 * (before.normal() + now.normal()).dot(&closer);
-        }
+        let u = Vec3::from_column_slice(&old.u[3 * c.node..3 * c.node + 3]);
+        let moved = tool.setup.direction * (tool.travel - old.travels[c.tool]);
+        let way = sys.displacement(c.node) - u - moved;
+        // A tool that comes back may find a node within it: a gap too.
+        let closer = if touched == c.active { c.start - (place - way) } else { way };
+        over_gaps += 0.5 * (before.normal() + now.normal()).dot(&closer);
     }
     [friction, over_gaps]
 }

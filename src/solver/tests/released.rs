@@ -95,6 +95,9 @@ fn a_sheet_let_go_and_pressed_again_is_held_by_its_tools_alone() {
     let mut sim = Simulation::new(setup(body(mesh, steel()), nothing, tools, stages)).unwrap();
     sim.run(&mut |r: &IncrementReport<'_>| {
         forces = r.tools.iter().map(|tool| tool.force_vector).collect::<Vec<_>>();
+        let e = r.energies;
+        let open = e.external - e.internal - e.friction;
+        assert!(open.abs() <= 1e-6 * e.external.abs(), "{e:?}");
         Control::Continue
     })
     .unwrap();

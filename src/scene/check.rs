@@ -35,6 +35,9 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
         )?;
         let mu = tool.friction;
         need((0.0..10.0).contains(&mu), at("friction"), mu.to_string(), "0 to 10")?;
+        let stop = tool.stop_mm.unwrap_or(0.0);
+        let ahead = "a travel of 0 mm or more: tools begin at 0";
+        need(stop >= 0.0 && stop.is_finite(), at("stop_mm"), stop.to_string(), ahead)?;
     }
     need(!scene.stages.is_empty(), "stages".into(), "none".into(), "at least one stage")?;
     for (k, stage) in scene.stages.iter().enumerate() {

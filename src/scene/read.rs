@@ -317,6 +317,8 @@ mod tests {
         let spring = |stiffness: f64| serde_json::json!({"penalty": {"stiffness": stiffness}});
         let message = fails(|s| s["solver"] = serde_json::json!({"contact": spring(-1.0)}));
         assert!(message.contains("solver.contact.stiffness: found -1"), "{message}");
+        let message = fails(|s| s["tools"][0]["stop_mm"] = (-0.1).into());
+        assert!(message.contains("tools[0].stop_mm: found -0.1"), "{message}");
         let message = fails(|s| s["solver"] = serde_json::json!({"force_tolerance": 0}));
         assert!(message.contains("solver.force_tolerance: found 0"), "{message}");
         let drive = |drive: serde_json::Value| {

@@ -166,6 +166,7 @@ fn tool_setup(tool: &Tool, side: SheetSide, surface: Arc<ToolSurface>) -> ToolSe
         direction,
         placement,
         friction: tool.friction,
+        stop: tool.stop_mm,
         side,
     }
 }

@@ -225,6 +225,10 @@ pub struct Tool {
     /// direction (mean of its columns, upwards) the top, along it the bottom; to be said where the two are nearly square.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Side>,
+    /// Travel since the start of the run past which a force or a spring does not move it [mm], >= 0: distance blocks, the
+    /// end of a cylinder. No farther back than where a stage finds it; a travel that is given is not touched by it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop_mm: Option<f64>,
 }
 
 /// Faces of the sheet.

@@ -8,6 +8,7 @@ use super::contact::Candidate;
 use super::linear::LinearError;
 use super::linearised::{Correction, Foretold};
 use super::stages::Limits;
+use super::stops;
 use super::system::{Role, System};
 use crate::geometry::Vec3;
 
@@ -64,7 +65,8 @@ pub(super) fn revise(
         None => Vec::new(),
     };
     let wrong = pivot(sys, pulled, inside, pivoting);
-    lost.len() + wrong + keep_pushed_tools(sys)
+    let stops = if last.is_some() { stops::revise(sys) } else { 0 };
+    lost.len() + wrong + stops + keep_pushed_tools(sys)
 }
 
 /// Settles the active set on the linearised system, where plasticity cannot interfere: corrects again until
@@ -88,7 +90,8 @@ pub(super) fn settle(
                 c.foot.gap + c.foot.normal.dot(&(du - tool))
             })
         };
-        if pivot(sys, pulled, inside, &mut pivoting) == 0 {
+        let stops = stops::foresee(sys, &correction);
+        if stops + pivot(sys, pulled, inside, &mut pivoting) == 0 {
             return Ok((correction, solves));
         }
         keep_pushed_tools(sys);
@@ -182,11 +185,11 @@ pub(super) fn take_in(sys: &mut System) {
     }
 }
 
-/// A tool moved by force needs something to push against: its nearest node at least.
+/// A tool moved by force needs something to push against: its nearest node at least, or its stop where that is nearer.
 pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
     let mut changes = 0;
     for tool in 0..sys.tools.len() {
-        let pushed = matches!(sys.roles[tool], Role::Force(_));
+        let pushed = matches!(sys.roles[tool], Role::Force(_)) && !sys.stops[tool].reached;
         if !pushed || sys.contact.active().any(|(_, c)| c.tool == tool) {
             continue;
         }
@@ -200,7 +203,10 @@ pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
         let least = free().map(gap).fold(f64::INFINITY, f64::min);
         // Of those that are as near but for rounding the first.
         let near = least + NEAR * sys.lengths.shortest_edge;
-        if let Some(k) = free().find(|&k| gap(k) <= near) {
+        if sys.stops[tool].at - sys.tools[tool].travel < least {
+            sys.stops[tool].reached = true;
+            changes += 1;
+        } else if let Some(k) = free().find(|&k| gap(k) <= near) {
             switch(sys, k, true);
             changes += 1;
         }

@@ -126,11 +126,8 @@ fn slope(sys: &System, correction: &Correction) -> f64 {
     let tools: f64 = correction
         .travels
         .iter()
-        .map(|&(tool, travel)| match sys.roles[tool].push(sys.tools[tool].travel) {
-            Some(wanted) => {
-                (sys.tool_force(tool).dot(&sys.tools[tool].setup.direction) - wanted) * travel
-            }
-            None => 0.0,
+        .map(|&(tool, travel)| {
+            sys.wanted(tool).map_or(0.0, |wanted| (sys.push_of(tool) - wanted) * travel)
         })
         .sum();
     nodes + tools

@@ -59,14 +59,10 @@ impl System {
     fn correct_with(&mut self, changed: Option<&ChangedRows>) -> Result<Correction, LinearError> {
         let start = Instant::now();
         let rhs: Vec<f64> = self.residual_vector().iter().map(|f| -f).collect();
-        let moved: Vec<(usize, f64)> = self
-            .roles
-            .iter()
-            .enumerate()
-            .filter_map(|(t, role)| Some((t, role.push(self.tools[t].travel)?)))
-            .collect();
+        let unknown = |tool: &usize| self.roles[*tool].push(0.0).is_some();
+        let moved: Vec<usize> = (0..self.tools.len()).filter(unknown).collect();
         let mut all = vec![rhs];
-        all.extend(moved.iter().map(|&(tool, _)| self.travel_column(tool)));
+        all.extend(moved.iter().map(|&tool| self.travel_column(tool)));
         self.timings.contact += start.elapsed().as_secs_f64();
         let before = self.solver.factorisations;
         self.symmetric = changed.is_none() && moved.is_empty() && self.is_symmetric();
@@ -151,11 +147,7 @@ impl System {
 
     /// The bordered unknowns: `[K -Z; W S]` with one row and column a tool moved by force; S the stiffness of springs.
     /// `all`: the solution of the right-hand side, then one for the travel of each tool in `moved`.
-    fn border(
-        &self,
-        mut all: Vec<Vec<f64>>,
-        moved: &[(usize, f64)],
-    ) -> Result<Correction, LinearError> {
+    fn border(&self, mut all: Vec<Vec<f64>>, moved: &[usize]) -> Result<Correction, LinearError> {
         let changes = self.changes_of_force(&all);
         let z = all.split_off(1);
         let mut u = all.pop().unwrap_or_default();
@@ -164,7 +156,7 @@ impl System {
             u.iter_mut().zip(column).for_each(|(u, z)| *u += z * travel);
         }
         let foretold = self.foretold(&changes, &travels);
-        let travels = moved.iter().zip(&travels).map(|(&(tool, _), &s)| (tool, s)).collect();
+        let travels = moved.iter().copied().zip(travels.iter().copied()).collect();
         Ok(Correction { u, travels, foretold })
     }
 
@@ -176,29 +168,29 @@ impl System {
         Changes { touching, by_solution }
     }
 
-    /// Travels of the tools moved by force that make them push as they are to.
-    fn travels(&self, changes: &Changes, moved: &[(usize, f64)]) -> Result<Vec<f64>, LinearError> {
+    /// Travels of the tools moved by force that make them push as they are to, or rest on their stops.
+    fn travels(&self, changes: &Changes, moved: &[usize]) -> Result<Vec<f64>, LinearError> {
         let m = moved.len();
         if m == 0 {
             return Ok(Vec::new());
         }
         // By how much solution `j` changes the push of the i-th tool.
         let pushed = |i: usize, j: usize| -> f64 {
-            let (tool, d) = (moved[i].0, self.tools[moved[i].0].setup.direction);
+            let (tool, d) = (moved[i], self.tools[moved[i]].setup.direction);
             let all = changes.touching.iter().zip(&changes.by_solution[j]);
             let of_tool = all.filter(|&(&k, _)| self.contact.candidates[k].tool == tool);
             let along = |node: usize| self.constraints.free_projector(node) * d;
             let push = |node: usize, change: &[f64; 3]| along(node).dot(&Vec3::from(*change));
             of_tool.map(|(&k, change)| push(self.contact.candidates[k].node, change)).sum()
         };
-        let spring = |i: usize, j: usize| {
-            if i == j { self.roles[moved[i].0].stiffness() } else { 0.0 }
-        };
-        let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| pushed(i, j + 1) + spring(i, j));
+        let own = |i: usize, j: usize, value: f64| if i == j { value } else { 0.0 };
+        let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| match self.short_of_stop(moved[i]) {
+            Some(_) => own(i, j, 1.0),
+            None => pushed(i, j + 1) + own(i, j, self.roles[moved[i]].stiffness()),
+        });
         let missing = nalgebra::DVector::from_fn(m, |i, _| {
-            let (tool, wanted) = moved[i];
-            let now = self.tool_force(tool).dot(&self.tools[tool].setup.direction);
-            wanted - now - pushed(i, 0)
+            let missing = |tool| Some(self.wanted(tool)? - self.push_of(tool) - pushed(i, 0));
+            self.short_of_stop(moved[i]).or_else(|| missing(moved[i])).unwrap_or(0.0)
         });
         let travels = matrix.lu().solve(&missing);
         let travels = travels.ok_or(LinearError::Singular { unknown: self.u.len() })?;

@@ -1,7 +1,7 @@
 //! The implicit forming solver: blank, elements, materials, contact, Newton, stepping.
 //!
 //! - [`blank`], [`element`], [`material`], [`assembly`]: the sheet; forces and tangent
-//! - [`tools`], [`constraints`], `contact`, `conditions`: what acts on it
+//! - [`tools`], [`constraints`], `contact`, `conditions`, `stops`: what acts on it
 //! - `system`, `matrix`: residual and condensed matrix; [`linear`]: its solution
 //! - [`newton`], `trial`, `relaxation`, `stepping`, [`stages`]: increments; [`simulation`]: the driver
 
@@ -30,6 +30,7 @@ pub mod simulation;
 pub mod stages;
 pub mod state;
 mod stepping;
+mod stops;
 mod system;
 pub mod tensor;
 pub mod tools;

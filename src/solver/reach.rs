@@ -197,6 +197,7 @@ mod tests {
             placement: Placement::Touch,
             friction: 0.0,
             side: SheetSide::Top,
+            stop: None,
         };
         let stage = Stage {
             name: "press".into(),

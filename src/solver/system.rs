@@ -13,6 +13,7 @@ use super::element::Want;
 use super::linear::{CheckedSolver, LinearError, NodeRows};
 use super::matrix::Matrix;
 use super::stages::Timings;
+use super::stops::Stop;
 use super::tools::Tool;
 use crate::contact::friction::Coulomb;
 use crate::geometry::{Mat3, Vec3};
@@ -54,6 +55,7 @@ pub(super) struct System {
     pub(super) held_at: Vec<f64>,
     pub(super) tools: Vec<Tool>,
     pub(super) roles: Vec<Role>,
+    pub(super) stops: Vec<Stop>,
     pub(super) contact: ContactSet,
     pub(super) u: Vec<f64>,
     /// Applied nodal forces (three a node) [N].
@@ -117,6 +119,7 @@ impl System {
         Ok(Self {
             lengths: edge_lengths(&body),
             roles: vec![Role::Absent; tools.len()],
+            stops: vec![Stop::NONE; tools.len()],
             contact,
             u: vec![0.0; n],
             applied: vec![0.0; n],
@@ -299,6 +302,8 @@ impl System {
                 self.conditions.push(condition);
             }
         }
+        let stops = (0..self.tools.len()).filter_map(|tool| self.short_of_stop(tool));
+        residual.length = stops.fold(residual.length, |length, off| length.max(off.abs()));
         residual.force = (squares + self.unbalanced_tools()).sqrt();
         residual.reference = supports.sqrt();
         self.timings.contact += start.elapsed().as_secs_f64();
@@ -307,12 +312,8 @@ impl System {
 
     /// Square of what the tools moved by force lack of it.
     fn unbalanced_tools(&self) -> f64 {
-        let roles = self.roles.iter().enumerate();
-        let off = |(tool, role): (usize, &Role)| {
-            let wanted = role.push(self.tools[tool].travel)?;
-            Some(self.tool_force(tool).dot(&self.tools[tool].setup.direction) - wanted)
-        };
-        roles.filter_map(off).map(|off| off * off).sum()
+        let off = |tool: usize| Some(self.push_of(tool) - self.wanted(tool)?);
+        (0..self.tools.len()).filter_map(off).map(|off| off * off).sum()
     }
 
     /// Force out of balance at every node [N]: equilibrium, or Coulomb's law where a tool or a support takes the rest.

@@ -131,6 +131,8 @@ pub struct ToolSetup {
     pub friction: f64,
     /// Nodes it may touch.
     pub side: SheetSide,
+    /// Travel past which no force and no spring moves it [mm], where it has a stop.
+    pub stop: Option<f64>,
 }
 
 /// A tool during the run.

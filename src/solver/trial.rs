@@ -16,6 +16,8 @@ use crate::geometry::Vec3;
 pub(super) struct Committed {
     pub(super) u: Vec<f64>,
     travels: Vec<f64>,
+    /// Whether each tool rests on its stop.
+    on_stop: Vec<bool>,
     internal_force: Vec<f64>,
     pub(super) applied: Vec<f64>,
     /// Force of each tool along its direction [N].
@@ -29,9 +31,10 @@ impl Committed {
         Self {
             u: sys.u.clone(),
             travels: sys.tools.iter().map(|t| t.travel).collect(),
+            on_stop: sys.stops.iter().map(|stop| stop.reached).collect(),
             internal_force: sys.eval.internal_force.clone(),
             applied: sys.applied.clone(),
-            pushes: (0..sys.tools.len()).map(|t| pushing_force(sys, t)).collect(),
+            pushes: (0..sys.tools.len()).map(|t| sys.push_of(t)).collect(),
             last: None,
         }
     }
@@ -45,15 +48,11 @@ impl Committed {
     pub(super) fn fits(&self, tools: usize, unknowns: usize) -> bool {
         let of_tools = |v: &Vec<f64>| v.len() == tools;
         let of_nodes = |v: &Vec<f64>| v.len() == unknowns;
-        [&self.travels, &self.pushes].into_iter().all(of_tools)
+        self.on_stop.len() == tools
+            && [&self.travels, &self.pushes].into_iter().all(of_tools)
             && [&self.u, &self.internal_force, &self.applied].into_iter().all(of_nodes)
             && self.last.as_ref().is_none_or(|(_, u, t)| of_nodes(u) && of_tools(t))
     }
-}
-
-/// Force of a tool on the modelled part along its direction [N].
-fn pushing_force(sys: &System, tool: usize) -> f64 {
-    sys.tool_force(tool).dot(&sys.tools[tool].setup.direction)
 }
 
 /// What a stage fixes when it begins.
@@ -90,6 +89,7 @@ pub(super) fn set_targets(sys: &mut System, stage: &Stage, plan: &Plan, share: f
             Motion::Release | Motion::Absent => (Role::Absent, None),
         };
         sys.roles[tool] = role;
+        sys.set_stop(tool, start);
         if let Some(travel) = travel {
             sys.tools[tool].travel = travel;
         }
@@ -181,6 +181,9 @@ pub(super) fn restore(sim: &mut Simulation) {
     for (tool, travel) in sys.tools.iter_mut().zip(&old.travels) {
         tool.travel = *travel;
     }
+    for (stop, reached) in sys.stops.iter_mut().zip(&old.on_stop) {
+        stop.reached = *reached;
+    }
 }
 
 /// Forces of the tools on the candidates' nodes.
@@ -224,7 +227,7 @@ fn add_work(sim: &mut Simulation, forces: &[Force]) {
     let pushed: f64 = (0..sys.tools.len())
         .map(|t| {
             let moved = sys.tools[t].travel - old.travels[t];
-            0.5 * (pushing_force(sys, t) + old.pushes[t]) * moved
+            0.5 * (sys.push_of(t) + old.pushes[t]) * moved
         })
         .sum();
     let e = &mut sim.energies;

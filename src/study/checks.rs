@@ -43,8 +43,9 @@ pub enum Figure {
     PatchesOverReference,
     /// Processor time over that of the other case.
     SecondsOverReference,
-    /// Processor time an iteration over that of the other case.
-    SecondsAnIterationOverReference,
+    /// Processor time of an iteration in factorisations of the same run, over that of the other case: a machine that
+    /// is faster for one run than for the other makes no difference.
+    IterationInFactorisationsOverReference,
     /// Nodal contact forces against tool forces, as a share of the largest.
     ForceBalance,
     /// Energy not accounted for, as a share of the work done.

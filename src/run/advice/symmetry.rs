@@ -139,6 +139,7 @@ mod tests {
             placement: Placement::AsGiven,
             friction: 0.0,
             side: SheetSide::Bottom,
+            stop: None,
         };
         // From -3 to 3, moved by 1.
         assert!(tool_mirrors(&tool(-3.0), 0, 1.0, 1e-6));

@@ -6,6 +6,7 @@ mod cup;
 mod followed;
 mod released;
 mod snap;
+mod stop;
 mod tangent;
 mod tension;
 mod turned;
@@ -41,6 +42,7 @@ fn tool(name: &str, model: ToolModel, direction: Vec3, side: SheetSide, mu: f64)
         placement: Placement::AsGiven,
         friction: mu,
         side,
+        stop: None,
     }
 }
 

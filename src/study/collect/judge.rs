@@ -35,7 +35,6 @@ pub(super) fn judge(study: &Study, rows: &[Row<'_>]) -> Vec<(Check, Outcome)> {
 /// got it.
 fn figure(figure: Figure, row: &Row<'_>, other: Option<&Row<'_>>) -> Option<(f64, Option<f64>)> {
     let record = row.record.as_ref()?;
-    let pace = |r: &RunRecord| r.cpu_s / r.iterations.max(1) as f64;
     let value = match figure {
         Figure::ForceRms => force_rms(&row.curve, &other?.curve)?,
         Figure::LateForceExcess => {
@@ -45,13 +44,22 @@ fn figure(figure: Figure, row: &Row<'_>, other: Option<&Row<'_>>) -> Option<(f64
         Figure::ThicknessMm => Off::between(row, other?).thickest()?,
         Figure::PatchesOverReference => row.patches as f64 / other?.patches.max(1) as f64,
         Figure::SecondsOverReference => record.cpu_s / other?.record.as_ref()?.cpu_s,
-        Figure::SecondsAnIterationOverReference => pace(record) / pace(other?.record.as_ref()?),
+        Figure::IterationInFactorisationsOverReference => {
+            in_factorisations(record)? / in_factorisations(other?.record.as_ref()?)?
+        }
         Figure::ForceBalance => record.force_balance,
         Figure::EnergyBalance => record.energy_balance,
         Figure::VolumeBalance => record.volume_balance?,
         Figure::PenetrationMm => record.penetration_mm,
     };
     Some((value, None))
+}
+
+/// Processor time of an iteration over the time of a factorisation in the same run; `None` of a run without any.
+fn in_factorisations(run: &RunRecord) -> Option<f64> {
+    let iterations = run.cpu_s / run.iterations.max(1) as f64;
+    let factor = run.timings_s.get("factor")? / run.factorisations.max(1) as f64;
+    (factor > 0.0).then(|| iterations / factor)
 }
 
 /// RMS over the common travel of the difference of two curves, over the second one's RMS.

@@ -248,6 +248,7 @@ fn tools(kind: ToolKind, count: usize) -> Vec<ToolSetup> {
         placement: Placement::AsGiven,
         friction: FRICTION,
         side,
+        stop: None,
     };
     all.into_iter().map(tool).collect()
 }

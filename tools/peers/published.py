@@ -124,8 +124,8 @@ def cup(folder, elements=30, largest=0.02):
 def round_cup(folder=FIXTURES / "round-cup", core=8, rings=22, largest=0.02, holder=40e3):
     folder.mkdir(parents=True, exist_ok=True)
     blank, punch, nose, die, shoulder, thickness, stroke = 53.75, 30.0, 5.0, 31.2, 10.0, 1.0, 48.0
-    # The holder stops before the rim leaves it; else its force would push the rim into the die.
-    stop = 23.0
+    # Blocks between holder and die, hardly lower than the sheet is thick; else the holder's force would push the rim into the die.
+    stop = 0.01
     outside, below = blank + 10, stroke + 30
     chains = {
         "die": [(outside, 0, 0, 1), *arc((die + shoulder, -shoulder), shoulder, 90, 180, 4), (die, -below, -1, 0)],
@@ -136,18 +136,17 @@ def round_cup(folder=FIXTURES / "round-cup", core=8, rings=22, largest=0.02, hol
         write_tool(folder / f"{name}.tool.json", revolve(chain, 8))
     tool = lambda name, up: {"name": name, "file": f"{name}.tool.json", "direction": [0, 0, up], "friction": 0.07,
                              "place": {"shift": [0, 0, 0]}}
+    held_up = {**tool("holder", -1), "stop_mm": stop}
     write_scene(folder, {
         "name": "Round cup of AA6016-T4, ESAFORM 2021",
         "blank": {"shape": {"quarter_disc": {"radius_mm": blank, "core": core, "rings": rings}},
                   "thickness_mm": thickness, "layers": 1, "element": {"solid-shell": {}}},
         "material": "aa6016-t4-esaform2021",
         "symmetry": [{"normal": "x"}, {"normal": "y"}],
-        "tools": [tool("die", 1), tool("holder", -1), tool("punch", -1)],
+        "tools": [tool("die", 1), held_up, tool("punch", -1)],
         "stages": [{"name": "clamp", "drive": {"holder": {"force_n": holder}},
                     "first_increment": 0.25, "largest_increment": 1.0},
-                   {"name": "draw", "drive": {"punch": {"travel_mm": stop}}, "largest_increment": 2 * largest},
-                   {"name": "through", "drive": {"holder": {"advance_mm": 0.0}, "punch": {"travel_mm": stroke}},
-                    "largest_increment": 2 * largest}],
+                   {"name": "draw through", "drive": {"punch": {"travel_mm": stroke}}, "largest_increment": largest}],
         "output": {"vtu_every": 0},
     })
 

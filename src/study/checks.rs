@@ -43,7 +43,7 @@ pub enum Figure {
     PatchesOverReference,
     /// Processor time over that of the other case.
     SecondsOverReference,
-    /// Processor time of an iteration in factorisations of the same run, over that of the other case: a machine that
+    /// Time of an iteration in factorisations of the same run, over that of the other case: a machine that
     /// is faster for one run than for the other makes no difference.
     IterationInFactorisationsOverReference,
     /// Nodal contact forces against tool forces, as a share of the largest.

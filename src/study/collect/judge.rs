@@ -55,11 +55,12 @@ fn figure(figure: Figure, row: &Row<'_>, other: Option<&Row<'_>>) -> Option<(f64
     Some((value, None))
 }
 
-/// Processor time of an iteration over the time of a factorisation in the same run; `None` of a run without any.
+/// Time of an iteration over that of a factorisation in the same run, both by the clocks of its phases; `None` of a run
+/// without any.
 fn in_factorisations(run: &RunRecord) -> Option<f64> {
-    let iterations = run.cpu_s / run.iterations.max(1) as f64;
+    let iteration = run.timings_s.values().sum::<f64>() / run.iterations.max(1) as f64;
     let factor = run.timings_s.get("factor")? / run.factorisations.max(1) as f64;
-    (factor > 0.0).then(|| iterations / factor)
+    (factor > 0.0).then(|| iteration / factor)
 }
 
 /// RMS over the common travel of the difference of two curves, over the second one's RMS.

@@ -78,11 +78,13 @@ pub(super) fn angle_deg(a: &Vec3, b: &Vec3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b)).to_degrees()
 }
 
-/// Unit normal `S_eta x S_zeta / |.|`; `None` where the two are parallel to within 1e-9: at a corner of 180 degrees
-/// (two sides along one smooth border) their product is rounding and points anywhere.
+/// Unit normal `S_eta x S_zeta / |.|`; `None` where the product is rounding and points anywhere: the derivatives are
+/// parallel, or one is nothing beside the other, to within 1e-9. The first at a corner of 180 degrees (two sides along
+/// one smooth border), the second in the middle of a side between two such corners.
 pub(super) fn patch_normal(d: &PatchDerivs) -> Option<Vec3> {
     let cross = d.d1.cross(&d.d2);
-    (cross.norm() > 1e-9 * d.d1.norm() * d.d2.norm()).then(|| unit(cross)).flatten()
+    let longest = d.d1.norm().max(d.d2.norm());
+    (cross.norm() > 1e-9 * longest * longest).then(|| unit(cross)).flatten()
 }
 
 /// Parameters of a point well inside a patch.

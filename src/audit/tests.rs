@@ -79,6 +79,20 @@ fn extremes_between_the_grid_points_are_found() {
 }
 
 #[test]
+fn a_side_between_two_smooth_corners_has_no_normal() {
+    // A flat whose side runs on, at both ends, into the arcs beside it: both derivatives lie along all of that side, and
+    // in its middle one of them is nothing but the rounding of the vertices, here out of the plane.
+    let (x, y) = (Vec3::x(), Vec3::y());
+    let [o, rounding] = [Vec3::zeros(), Vec3::z() * 5e-11];
+    let flat = Patch::Quad([o, x * 50.0, rounding - x * 3.6, x * 7.2, o, y * 1.5 + x * 0.3, o, o]);
+    let at = |eta, zeta| super::sample::patch_normal(&flat.derivs(eta, zeta));
+    for eta in [0.0, 0.25, 0.5, 1.0] {
+        assert_eq!(at(eta, 0.0), None, "{eta}");
+        assert!((at(eta, 1e-6).unwrap() - Vec3::z()).norm() < 1e-4);
+    }
+}
+
+#[test]
 fn a_tool_turned_round_changes_sides() {
     let mut tool = quarter(2);
     let turned = {

@@ -23,7 +23,7 @@ const BEYOND: f64 = 0.1;
 /// A stage under way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct UnderWay {
-    plan: Plan,
+    pub(super) plan: Plan,
     pace: Pace,
     /// Share of the stage done.
     share: f64,

@@ -83,6 +83,8 @@ pub(super) struct Lengths {
     pub(super) shortest_edge: f64,
     /// Longest element edge.
     pub(super) longest_edge: f64,
+    /// Largest distance of a node from the origin, which its place is rounded with.
+    pub(super) farthest: f64,
     /// Slip over which friction rises; 0: exact stick.
     pub(super) transition: f64,
 }
@@ -385,7 +387,9 @@ pub(super) fn edge_lengths(body: &Body) -> Lengths {
         (3, 7),
     ];
     let mesh = body.mesh();
-    let mut out = Lengths { shortest_edge: f64::INFINITY, longest_edge: 0.0, transition: 0.0 };
+    let farthest = mesh.nodes.iter().map(|x| x.norm()).fold(0.0, f64::max);
+    let mut out =
+        Lengths { shortest_edge: f64::INFINITY, longest_edge: 0.0, farthest, transition: 0.0 };
     for element in &mesh.elements {
         for (a, b) in EDGES {
             let x = |k: usize| mesh.nodes[element[k] as usize];

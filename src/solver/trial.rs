@@ -18,7 +18,7 @@ pub(super) struct Committed {
     travels: Vec<f64>,
     /// Whether each tool rests on its stop.
     on_stop: Vec<bool>,
-    internal_force: Vec<f64>,
+    pub(super) internal_force: Vec<f64>,
     pub(super) applied: Vec<f64>,
     /// Force of each tool along its direction [N].
     pub(super) pushes: Vec<f64>,

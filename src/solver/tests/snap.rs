@@ -13,9 +13,12 @@ use crate::solver::material::elastic::Elastic;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
+use crate::solver::newton::NewtonError;
+use crate::solver::relaxation::relax;
 use crate::solver::stages::{Energies, RunSummary};
 use crate::solver::{
-    Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
+    Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationError,
+    SimulationSetup,
 };
 
 const HALF: f64 = 20.0;
@@ -127,9 +130,8 @@ fn a_load_that_nothing_balances_leaves_the_last_state() {
     assert!(sim.summary().iterations < 800, "{:?}", sim.summary());
 }
 
-/// An arch of thickness 0.4, its crown pressed down by `depth` and let go: drop of the crown, largest displacement, and
-/// how often it snapped.
-fn pressed_and_let_go(depth: f64) -> (f64, f64, usize) {
+/// An arch of thickness 0.4, its crown pressed down by `depth` and let go, and a node of its crown.
+fn pressed(depth: f64) -> (Simulation, usize) {
     let thickness = 0.4;
     let (mesh, constraints, flat) = half_arch(thickness);
     let crown = flat.iter().position(|x| *x < 1e-9).unwrap();
@@ -143,7 +145,12 @@ fn pressed_and_let_go(depth: f64) -> (f64, f64, usize) {
     let kind = ElementKind::SolidShell { points: 3, membrane: true };
     let body = Body::new(mesh, kind, steel()).unwrap();
     let setup = setup(body, constraints, vec![punch], vec![press, release]);
-    let mut sim = Simulation::new(setup).unwrap();
+    (Simulation::new(setup).unwrap(), crown)
+}
+
+/// Drop of the crown of a pressed arch that was let go, its largest displacement, and how often it snapped.
+fn pressed_and_let_go(depth: f64) -> (f64, f64, usize) {
+    let (mut sim, crown) = pressed(depth);
     let summary = sim.run(&mut |_| Control::Continue).unwrap();
     let most = sim.displacements().iter().fold(0.0, |m: f64, u| m.max(u.abs()));
     (-sim.displacements()[3 * crown + 2], most, summary.snaps)
@@ -162,4 +169,27 @@ fn an_arch_let_go_springs_back_and_does_not_stay_where_nothing_keeps_it() {
 fn an_arch_let_go_on_its_far_side_stays_there() {
     let [(drop, ..), (deeper, ..)] = [1.6, 1.9].map(pressed_and_let_go);
     assert!(drop > 1.6 && (deeper - drop).abs() < 1e-6, "{drop} {deeper}");
+}
+
+/// A tool that goes ahead while dampers hold the sheet back pushes against these: that is no way to the next balance.
+#[test]
+fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
+    let (mut sim, _) = pressed(5.0);
+    let mut last = Vec::new();
+    let mut advance = |sim: &mut Simulation| {
+        let stopped = sim.run(&mut |r: &IncrementReport<'_>| {
+            last = r.displacements.to_vec();
+            if r.share > 0.0 { Control::Stop } else { Control::Continue }
+        });
+        assert!(matches!(stopped, Err(SimulationError::Stopped { .. })), "{stopped:?}");
+        last.clone()
+    };
+    let first = advance(&mut sim);
+    let (plan, energies) = (sim.under_way.as_ref().unwrap().plan.clone(), sim.energies);
+    sim.history.clear();
+    let found = relax(&mut sim, &plan, 0.9);
+    assert!(matches!(found, Err(NewtonError::StillMoving { .. })), "{found:?}");
+    assert!(sim.displacements() == first && sim.energies == energies);
+    assert_eq!(sim.summary().snaps, 0);
+    assert!(advance(&mut sim) != first);
 }

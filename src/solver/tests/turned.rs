@@ -47,6 +47,8 @@ enum Process {
 struct View {
     element: Element,
     turn: Mat3,
+    /// Way from the origin [mm], after turning.
+    shift: Vec3,
     /// Length of a millimetre in the unit of the run; forces stay in newtons.
     unit: f64,
     /// Transition from stick to slip in lengths of an edge.
@@ -59,6 +61,7 @@ impl View {
         Self {
             element,
             turn: Mat3::identity(),
+            shift: Vec3::zeros(),
             unit: 1.0,
             transition: 1e-4,
             process: Process::Drawn,
@@ -70,9 +73,14 @@ impl View {
         if self.process == Process::Released { 10 } else { 9 }
     }
 
-    /// A direction or place [mm] as the run has it.
-    fn place(&self, x: &Vec3) -> Vec3 {
+    /// A way [mm] as the run has it.
+    fn way(&self, x: &Vec3) -> Vec3 {
         self.turn * x * self.unit
+    }
+
+    /// A place [mm] as the run has it.
+    fn place(&self, x: &Vec3) -> Vec3 {
+        self.way(x) + self.shift * self.unit
     }
 }
 
@@ -95,7 +103,7 @@ fn dome(view: &View) -> ToolSetup {
 
 /// A plate of 19 x 19 mm below the middle of the sheet.
 fn plate(view: &View) -> ToolSetup {
-    let along = |x: Vec3| view.place(&(19.0 * x));
+    let along = |x: Vec3| view.way(&(19.0 * x));
     let corner = view.place(&Vec3::new(20.5, 20.5, 0.0));
     let up = view.turn * Vec3::z();
     let plate = plane("plate", corner, along(Vec3::x()), along(Vec3::y()), up);
@@ -106,8 +114,8 @@ fn plate(view: &View) -> ToolSetup {
 fn rails(view: &View) -> ToolSetup {
     let up = view.turn * Vec3::z();
     let rail = |x: f64| {
-        let along = |x: Vec3| view.place(&x);
-        let corner = along(Vec3::new(x, -5.0, 0.0));
+        let along = |x: Vec3| view.way(&x);
+        let corner = view.place(&Vec3::new(x, -5.0, 0.0));
         plane("rails", corner, along(10.0 * Vec3::x()), along(70.0 * Vec3::y()), up)
     };
     let mut rails = rail(5.5);
@@ -229,5 +237,18 @@ fn a_turned_model_takes_the_same_iterations_to_the_same_result() {
 fn a_model_in_another_unit_of_length_takes_the_same_iterations_to_the_same_result() {
     for model in models() {
         compare(&model, &[1.0 / 1024.0, 1e-3].map(|unit| View { unit, ..model }));
+    }
+}
+
+/// Nodes are rounded as far as the model is from its origin, and that is all the force there is in a free sheet let go.
+#[test]
+fn a_free_sheet_far_from_the_origin_is_let_go_as_well() {
+    for element in ELEMENTS {
+        let model = View { process: Process::Free, ..View::straight(element) };
+        let far = View { shift: Vec3::new(3e4, -2e4, 1e4), ..model };
+        let (near, far) = (stretched(&model).1, stretched(&far).1);
+        let off = near.iter().zip(&far).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        println!("{element:?}: off by {off:e} mm");
+        assert!(off < 1e-5 * TRAVEL, "{element:?}: {off:e} mm");
     }
 }

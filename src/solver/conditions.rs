@@ -60,7 +60,7 @@ pub(super) struct Scales {
 
 impl Scales {
     /// A force [N], or zero where it is nothing but rounding: which sign that has must decide nothing.
-    fn of_note(self, force: f64) -> f64 {
+    pub(super) fn of_note(self, force: f64) -> f64 {
         if force.abs() > self.normal * self.rounding { force } else { 0.0 }
     }
 }
@@ -105,7 +105,7 @@ pub(super) fn contact_normal(c: &Candidate, free: &Mat3) -> Vec3 {
 }
 
 /// Conditions of a touching node: `p` its position in the tool's frame, `r` the force at it, `free` the
-/// projector on its free directions. `None` when the tool cannot push it.
+/// projector on its free directions; `idle`: no tool pushes the sheet yet. `None` when the tool cannot push it.
 pub(super) fn touching(
     c: &Candidate,
     p: &Vec3,
@@ -113,6 +113,7 @@ pub(super) fn touching(
     free: &Mat3,
     law: Coulomb,
     scales: Scales,
+    idle: bool,
 ) -> Option<Condition> {
     let Frame { normal, gap, tangent, curvature } = frame(&c.foot, free)?;
     let gap = gap + (normal.dot(r) - c.push) * scales.compliance;
@@ -129,7 +130,9 @@ pub(super) fn touching(
     };
     let about = (scales.of_note(pushed), held);
     let at = FrictionPoint { lambda, traction, slip, stiffness: 0.0, about };
-    let answer = friction(c, law, at, scales);
+    // Forces that are still to come hold a sheet that lies between its tools as soon as they push it.
+    let rests = idle && law.mu > 0.0 && slip.norm() <= scales.rounding;
+    let answer = if rests { None } else { friction(c, law, at, scales) };
     let all_slip = law.transition == 0.0 || lambda <= 0.0;
     let spring = scales.normal * scales.compliance;
     let mut out = Condition {

@@ -341,18 +341,24 @@ impl System {
         for (k, c) in self.contact.active() {
             by_node[c.node].get_or_insert(k);
         }
+        let idle = (0..by_node.len()).all(|node| by_node[node].is_none_or(|k| !self.is_pushed(k)));
         let nodes = by_node.par_iter().with_min_len(64).enumerate();
-        nodes.map(|(node, k)| self.touching(node, (*k)?)).collect()
+        nodes.map(|(node, k)| self.touching(node, (*k)?, idle)).collect()
     }
 
-    /// The condition that candidate `k` of a node puts in the place of its equilibrium.
-    fn touching(&self, node: usize, k: usize) -> Option<Condition> {
+    /// Whether a touching candidate is pushed by more than rounding.
+    fn is_pushed(&self, k: usize) -> bool {
+        self.scales.of_note(self.lambda(k)) > 0.0
+    }
+
+    /// The condition that candidate `k` of a node puts in the place of its equilibrium; `idle`: no tool pushes the sheet.
+    fn touching(&self, node: usize, k: usize, idle: bool) -> Option<Condition> {
         let (r, free) = (&self.force_at(node), &self.constraints.free_projector(node));
         let c = &self.contact.candidates[k];
         let tool = &self.tools[c.tool];
         let p = self.position(c.node) - tool.shift();
         let law = Coulomb { mu: tool.setup.friction, transition: self.lengths.transition };
-        let mut out = touching(c, &p, r, free, law, self.scales)?;
+        let mut out = touching(c, &p, r, free, law, self.scales, idle)?;
         out.candidate = Some(k);
         Some(out)
     }

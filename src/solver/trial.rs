@@ -15,7 +15,7 @@ use crate::geometry::Vec3;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Committed {
     pub(super) u: Vec<f64>,
-    travels: Vec<f64>,
+    pub(super) travels: Vec<f64>,
     /// Whether each tool rests on its stop.
     on_stop: Vec<bool>,
     pub(super) internal_force: Vec<f64>,

@@ -2,10 +2,12 @@
 
 use super::claims::square;
 use super::{body, setup, stage, steel, tool};
+use crate::contact::test_tools::plane;
 use crate::geometry::Vec3;
 use crate::solver::blank::rectangle;
 use crate::solver::{
-    Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
+    Constraints, Control, Curve, IncrementReport, Limits, Motion, SheetSide, Simulation,
+    SimulationSetup,
 };
 
 /// Share of the second stage after which it is looked at.
@@ -109,4 +111,28 @@ fn a_sheet_let_go_and_pressed_again_is_held_by_its_tools_alone() {
     }
     let moved = sim.displacements().chunks_exact(3);
     moved.for_each(|u| assert!((u[2] - 0.2).abs() < 0.01, "{u:?}"));
+}
+
+/// A free sheet between a plate and a smaller one that is pushed onto it: friction has nothing to hold it by before that.
+#[test]
+fn a_free_sheet_is_clamped_at_once() {
+    let mesh = rectangle(20.0, 20.0, 1.0, 10, 10, 1);
+    let nothing = Constraints::none(mesh.nodes.len());
+    let [x, y] = [Vec3::x(), Vec3::y()].map(|along| 13.0 * along);
+    let upper = plane("upper", Vec3::new(2.5, 3.5, 1.0), x, y, -Vec3::z());
+    let lower = square("lower", 0.0, true);
+    let tools = vec![
+        tool("upper", upper, -Vec3::z(), SheetSide::Top, 0.1),
+        tool("lower", lower, Vec3::z(), SheetSide::Bottom, 0.1),
+    ];
+    let clamp = stage("clamp", vec![Motion::Force(Curve::to(1e4)), Motion::Hold], 1.0);
+    let limits = Limits::default();
+    let setup = setup(body(mesh, steel()), nothing, tools, vec![clamp]);
+    let mut sim = Simulation::new(SimulationSetup { limits, ..setup }).unwrap();
+    let summary = sim.run(&mut |_| Control::Continue).unwrap();
+    assert!(summary.cuts == 0 && summary.increments == 1, "{summary:?}");
+    assert!(summary.iterations <= 6, "{summary:?}");
+    let gliding = |u: &[f64]| u[0].abs().max(u[1].abs());
+    let farthest = sim.displacements().chunks_exact(3).map(gliding).fold(0.0, f64::max);
+    assert!(farthest < 1e-2, "{farthest} mm");
 }

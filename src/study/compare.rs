@@ -73,13 +73,15 @@ impl Nodes<'_> {
     }
 }
 
-/// Largest difference between two profiles at the points of the first [mm].
+/// Largest difference between two profiles [mm], at the points of the one that has fewer: between the points of the coarser
+/// one there is nothing but its interpolation.
 #[must_use]
-pub fn largest_difference(profile: &[(f64, f64)], reference: &[(f64, f64)]) -> Option<f64> {
-    if reference.len() < 2 {
+pub fn largest_difference(one: &[(f64, f64)], other: &[(f64, f64)]) -> Option<f64> {
+    let (coarse, fine) = if one.len() <= other.len() { (one, other) } else { (other, one) };
+    if fine.len() < 2 {
         return None;
     }
-    let off = profile.iter().map(|&(s, t)| (t - at(reference, s)).abs());
+    let off = coarse.iter().map(|&(s, t)| (t - at(fine, s)).abs());
     off.reduce(f64::max)
 }
 
@@ -169,9 +171,13 @@ mod tests {
     }
 
     #[test]
-    fn profiles_are_compared_where_the_first_has_points() {
-        let reference = [(0.0, 1.0), (10.0, 2.0)];
-        assert_eq!(largest_difference(&[(5.0, 1.5), (7.5, 1.5)], &reference), Some(0.25));
+    fn profiles_are_compared_where_the_coarser_has_points() {
+        let coarse = [(0.0, 1.0), (10.0, 2.0)];
+        assert_eq!(largest_difference(&[(5.0, 1.5), (7.5, 1.5)], &coarse), Some(0.25));
+        let fine = [(0.0, 1.0), (5.0, 0.0), (10.0, 1.9)];
+        for off in [largest_difference(&fine, &coarse), largest_difference(&coarse, &fine)] {
+            assert!((off.unwrap() - 0.1).abs() < 1e-12, "{off:?}");
+        }
         assert_eq!(largest_difference(&[(5.0, 1.5)], &[]), None);
     }
 

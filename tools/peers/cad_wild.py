@@ -152,7 +152,8 @@ def compare(path, truth, own):
         return row | {"differs": differs}
     if row["faces"] != truth["faces"]:
         differs.append("faces")
-    if not truth["faces"] or not row["faces"]:
+    # The kernel reads nothing of some borders that it writes (a whole ball as a trimmed surface).
+    if not truth["faces"] or not row["faces"] or not truth["area_truth_mm2"]:
         return row | {"differs": differs}
     row["area_off"] = model["area_mm2"] / truth["area_truth_mm2"] - 1.0
     row["mesh_off"] = truth["area_mesh_mm2"] / truth["area_truth_mm2"] - 1.0

@@ -40,7 +40,7 @@ pub(in crate::cad) fn closed_loops(
     let mut cut_open = Vec::new();
     let holes_only = winding.is_empty()
         && native.closed_all_round()
-        && plain.iter().all(|l| leaves_its_inside_out(l, left_is_inside));
+        && plain.iter().all(|l| leaves_its_inside_out(l, left_is_inside) && !has_seam(native, l));
     while let Some(first) = winding.pop() {
         let partner = winding.iter().position(|p| (p.winding + first.winding).norm() < 1e-9);
         let seam = Seam::new(native, &first, left_is_inside, &plain);
@@ -117,6 +117,17 @@ pub(super) fn leaves_its_inside_out(sides: &[Side], left_is_inside: bool) -> boo
     let extent = sides.iter().fold(0.0, |m: f64, s| m.max((s.end() - s.start()).norm()));
     let area = signed_area(sides) * if left_is_inside { 1.0 } else { -1.0 };
     area < -1e-6 * extent * extent && sides.iter().any(|s| s.edge_id.is_some())
+}
+
+/// A loop that runs along the surface's seam, there and back a period apart: the face has the seam in it, and lies within the
+/// loop in the parameter plane whichever way that runs (kernels write the bands of tori with either sense).
+fn has_seam(native: &Native<'_>, sides: &[Side]) -> bool {
+    let apart = |a: &Side, b: &Side| whole_periods(native, a.start() - b.end()).norm() > 0.0;
+    let twice = |k: usize| {
+        let same = |other: &&Side| other.edge_id.is_some() && other.edge_id == sides[k].edge_id;
+        sides[k + 1..].iter().filter(same).any(|other| apart(&sides[k], other))
+    };
+    (0..sides.len()).any(twice)
 }
 
 /// The border of the natural range, its seams opposite the first loop, or where none of the loops lies.

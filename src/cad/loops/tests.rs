@@ -282,6 +282,38 @@ fn a_profile_across_its_axis_is_taken_on_one_sheet() {
     }
 }
 
+/// All round a torus, its border along the seam there and back: kernels write it with either sense.
+#[test]
+fn a_band_of_a_torus_has_its_seam_in_it_whatever_the_sense_of_its_border() {
+    for [v0, v1] in [[PI, 1.5 * PI], [-0.3, 0.9], [0.5, 0.5 + 1.5 * PI]] {
+        let band = rectangle(&torus(), [0.0, TAU], [v0, v1]);
+        let mut turned = band.clone();
+        turned.edges.reverse();
+        for edge in &mut turned.edges {
+            edge.curve = edge.curve.as_ref().map(Curve3::reversed);
+        }
+        let exact = TAU * MINOR * (MAJOR * (v1 - v0) + MINOR * (v1.sin() - v0.sin()));
+        for mut ring in [band, turned] {
+            // The seam is one edge, used twice.
+            for (edge, id) in ring.edges.iter_mut().zip([0, 1, 0, 2]) {
+                edge.edge_id = Some(id);
+            }
+            let source = "face".to_owned();
+            let face = RawFace {
+                surface: torus(),
+                loops: vec![ring],
+                flipped: false,
+                source,
+                shell: None,
+            };
+            let (model, said) =
+                build(RawModel { faces: vec![face], ..RawModel::default() }, "face");
+            let area = model.faces[0].area(1e-12);
+            assert!((area / exact - 1.0).abs() < 1e-9, "{area} instead of {exact}: {said:?}");
+        }
+    }
+}
+
 #[test]
 fn the_side_of_a_loop_tells_a_slice_from_the_rest() {
     let ball = turned_circle([-FRAC_PI_2, FRAC_PI_2]);

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use kanagata::geometry::Vec3;
+use kanagata::report::record::History;
 use serde_json::{Value, json};
 
 fn succeed(command: &mut Command) {
@@ -27,16 +28,6 @@ fn prepare(folder: &Path) {
     scene["blank"]["shape"]["rectangle"]["elements"] = json!([40, 28]);
     scene["stages"][1]["drive"]["punch"]["travel_mm"] = json!(10.0);
     std::fs::write(folder.join("s-rail.scene.json"), scene.to_string()).unwrap();
-}
-
-/// Stage and iterations of every increment.
-fn increments(run: &Path) -> Vec<(String, usize)> {
-    let text = std::fs::read_to_string(run.join("history.csv")).unwrap();
-    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
-    let head = lines.next().unwrap();
-    let column = |name: &str| head.iter().position(|c| *c == name).unwrap();
-    let of = [column("stage"), column("iterations")];
-    lines.map(|l| (l[of[0]].to_owned(), l[of[1]].parse().unwrap())).collect()
 }
 
 /// Largest displacement, and largest difference between nodes that a half turn takes to each other [mm].
@@ -64,8 +55,10 @@ fn an_s_rail_is_clamped_drawn_and_released_without_help() {
     solve.args(["run", "-q", "-o"]).arg(&run).arg(folder.join("s-rail.scene.json"));
     succeed(&mut solve);
 
-    let clamping = increments(&run).into_iter().filter(|(stage, _)| stage == "clamp");
-    let clamping: Vec<usize> = clamping.map(|(_, iterations)| iterations).collect();
+    let history = std::fs::read_to_string(run.join("history.csv")).unwrap();
+    let history = History::parse(&history).unwrap();
+    let clamping = history.rows.iter().filter(|row| row.stage == "clamp");
+    let clamping: Vec<usize> = clamping.map(|row| row.iterations).collect();
     assert!(clamping.len() <= 12 && clamping.iter().all(|&n| n <= 5), "{clamping:?}");
 
     let text = std::fs::read_to_string(run.join("run.json")).unwrap();

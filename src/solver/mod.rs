@@ -15,6 +15,7 @@ mod contact;
 mod damper;
 pub mod element;
 mod lanes;
+mod lengths;
 mod line_search;
 pub mod linear;
 mod linearised;

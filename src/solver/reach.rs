@@ -11,8 +11,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::lengths::edge_lengths;
 use super::simulation::{Simulation, SimulationError, SimulationSetup};
-use super::system::edge_lengths;
 use super::tools::{Motion, SheetSide};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};

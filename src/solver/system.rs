@@ -10,6 +10,7 @@ use super::constraints::Constraints;
 use super::contact::ContactSet;
 use super::damper::Damper;
 use super::element::Want;
+use super::lengths::{Lengths, edge_lengths};
 use super::linear::{CheckedSolver, LinearError, NodeRows};
 use super::matrix::Matrix;
 use super::stages::Timings;
@@ -74,19 +75,6 @@ pub(super) struct System {
     pub(super) symmetric: bool,
     /// The tangent last factored is symmetric and not positive definite: a balance there does not last.
     pub(super) unstable: bool,
-}
-
-/// Lengths of the problem [mm].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Lengths {
-    /// Smallest thickness of the mesh: the shortest element edge.
-    pub(super) shortest_edge: f64,
-    /// Longest element edge.
-    pub(super) longest_edge: f64,
-    /// Largest distance of a node from the origin, which its place is rounded with.
-    pub(super) farthest: f64,
-    /// Slip over which friction rises; 0: exact stick.
-    pub(super) transition: f64,
 }
 
 /// Size of the residual.
@@ -375,34 +363,4 @@ impl System {
         let free = self.constraints.free_projector(c.node);
         contact_normal(c, &free).dot(&self.force_at(c.node))
     }
-}
-
-pub(super) fn edge_lengths(body: &Body) -> Lengths {
-    const EDGES: [(usize, usize); 12] = [
-        (0, 1),
-        (1, 2),
-        (2, 3),
-        (3, 0),
-        (4, 5),
-        (5, 6),
-        (6, 7),
-        (7, 4),
-        (0, 4),
-        (1, 5),
-        (2, 6),
-        (3, 7),
-    ];
-    let mesh = body.mesh();
-    let farthest = mesh.nodes.iter().map(|x| x.norm()).fold(0.0, f64::max);
-    let mut out =
-        Lengths { shortest_edge: f64::INFINITY, longest_edge: 0.0, farthest, transition: 0.0 };
-    for element in &mesh.elements {
-        for (a, b) in EDGES {
-            let x = |k: usize| mesh.nodes[element[k] as usize];
-            let length = (x(a) - x(b)).norm();
-            out.shortest_edge = out.shortest_edge.min(length);
-            out.longest_edge = out.longest_edge.max(length);
-        }
-    }
-    out
 }

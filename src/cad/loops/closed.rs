@@ -1,5 +1,8 @@
 //! Loops that close in the parameter plane: windings round a period are cut open along a seam or led through a pole.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
 use super::seam::{Seam, Taken};
 use super::{Native, Path, Side, whole_periods};
 use crate::geometry::Vec2;
@@ -122,12 +125,17 @@ pub(super) fn leaves_its_inside_out(sides: &[Side], left_is_inside: bool) -> boo
 /// A loop that runs along the surface's seam, there and back a period apart: the face has the seam in it, and lies within the
 /// loop in the parameter plane whichever way that runs (kernels write the bands of tori with either sense).
 fn has_seam(native: &Native<'_>, sides: &[Side]) -> bool {
-    let apart = |a: &Side, b: &Side| whole_periods(native, a.start() - b.end()).norm() > 0.0;
-    let twice = |k: usize| {
-        let same = |other: &&Side| other.edge_id.is_some() && other.edge_id == sides[k].edge_id;
-        sides[k + 1..].iter().filter(same).any(|other| apart(&sides[k], other))
-    };
-    (0..sides.len()).any(twice)
+    let mut first: BTreeMap<usize, &Side> = BTreeMap::new();
+    sides.iter().any(|side| {
+        let before = side.edge_id.and_then(|id| match first.entry(id) {
+            Entry::Occupied(before) => Some(*before.get()),
+            Entry::Vacant(free) => {
+                free.insert(side);
+                None
+            }
+        });
+        before.is_some_and(|b| whole_periods(native, b.start() - side.end()).norm() > 0.0)
+    })
 }
 
 /// The border of the natural range, its seams opposite the first loop, or where none of the loops lies.

@@ -174,7 +174,7 @@ fn an_arch_let_go_on_its_far_side_stays_there() {
 /// A tool that goes ahead while dampers hold the sheet back pushes against these: that is no way to the next balance.
 #[test]
 fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
-    let (mut sim, _) = pressed(5.0);
+    let (mut sim, _) = pressed(1.2);
     let mut last = Vec::new();
     let mut advance = |sim: &mut Simulation| {
         let stopped = sim.run(&mut |r: &IncrementReport<'_>| {
@@ -187,8 +187,10 @@ fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
     let first = advance(&mut sim);
     let (plan, energies) = (sim.under_way.as_ref().unwrap().plan.clone(), sim.energies);
     sim.history.clear();
-    let found = relax(&mut sim, &plan, 0.9);
-    assert!(matches!(found, Err(NewtonError::StillMoving { .. })), "{found:?}");
+    let found = relax(&mut sim, &plan, 0.6);
+    // Pushed on, the dampers would come to a balance all the same, after 40 iterations.
+    let at_once = matches!(found, Err(NewtonError::StillMoving { iterations }) if iterations < 20);
+    assert!(at_once, "{found:?}");
     assert!(sim.displacements() == first && sim.energies == energies);
     assert_eq!(sim.summary().snaps, 0);
     assert!(advance(&mut sim) != first);

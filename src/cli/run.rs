@@ -194,6 +194,12 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
             record.snap_work_nmm
         );
     }
+    if record.steadied > 0 {
+        out!(
+            "  {} increments had no balance next to the last iterate (a sheet about to buckle between its tools): dampers led to one, and were taken away",
+            record.steadied
+        );
+    }
     if record.cycling > 0 {
         out!(
             "  contact states went back and forth {} times and were changed in part",

@@ -255,6 +255,9 @@ pub struct RunRecord {
     /// Energy set free in that [N mm].
     #[serde(default)]
     pub snap_work_nmm: f64,
+    /// Increments in which contact states came round in a circle and dampers, taken away again, led to a balance.
+    #[serde(default)]
+    pub steadied: usize,
     /// Factorisations of the matrix.
     #[serde(default)]
     pub factorisations: usize,

@@ -184,6 +184,7 @@ impl RunFolder {
         record.iterations = report.iterations_total;
         record.cuts = report.cuts;
         record.snaps = report.snaps;
+        record.steadied = report.steadied;
         record.snap_work_nmm = report.energies.snaps;
         record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
         record.cpu_s = self.spent_s[1] + cpu_seconds();
@@ -295,6 +296,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         iterations: 0,
         cuts: 0,
         snaps: 0,
+        steadied: 0,
         snap_work_nmm: 0.0,
         factorisations: 0,
         updates: 0,

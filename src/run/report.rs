@@ -68,6 +68,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
             "moves of the sheet by itself, energy set free",
             format!("{}, {:.1} N mm", r.snaps, r.snap_work_nmm),
         ),
+        ("increments led to their balance by dampers", r.steadied.to_string()),
         ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
         ("springback, largest and RMS", springback),
     ];

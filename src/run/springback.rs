@@ -89,6 +89,7 @@ mod tests {
             iterations_total: 0,
             cuts: 0,
             snaps: 0,
+            steadied: 0,
             history: &[],
             energies: Energies { elastic, ..Energies::default() },
             volume_balance: None,

@@ -30,6 +30,7 @@ mod rigid;
 pub mod simulation;
 pub mod stages;
 pub mod state;
+mod steadying;
 mod stepping;
 mod stops;
 mod system;

@@ -6,6 +6,7 @@ use super::line_search;
 use super::linear::LinearError;
 use super::linearised::Correction;
 use super::stages::{ContactMethod, IterationRecord, Limits};
+use super::steadying::Steadying;
 use super::system::{Residual, System};
 use crate::geometry::Vec3;
 
@@ -65,6 +66,8 @@ pub struct NewtonStats {
     pub solves: usize,
     /// Contact states that changed on the way.
     pub changes: usize,
+    /// Contact states came round in a circle, and dampers led to the balance.
+    pub steadied: bool,
 }
 
 impl NewtonStats {
@@ -75,6 +78,7 @@ impl NewtonStats {
             iterations: self.iterations + other.iterations,
             solves: self.solves + other.solves,
             changes: self.changes + other.changes,
+            steadied: self.steadied || other.steadied,
         }
     }
 }
@@ -112,42 +116,135 @@ pub(super) fn solve(
     mut foreseen: Option<f64>,
     history: &mut Vec<IterationRecord>,
 ) -> Result<NewtonStats, NewtonError> {
-    let allowed = patience.iterations(limits);
-    let mut stats = NewtonStats::default();
-    let mut last: Option<Correction> = None;
-    let mut near_balance = false;
-    let mut pivoting = Pivoting::new();
-    // Iterations before the springs of an augmented method were last moved.
-    let mut before = 0;
+    let mut run = Run::new(sys, patience, limits);
     begin(sys, foreseen)?;
     loop {
-        let changes = revise(sys, last.as_ref(), near_balance, limits, &mut pivoting);
-        let residual = sys.assemble();
-        let record = record(sys, &residual, last.as_ref(), changes);
-        near_balance = record.residual < 1e-3;
-        history.push(record);
-        stats.changes += changes;
-        let settled = changes == 0 && is_settled(sys, &residual, last.as_ref(), limits);
-        match verdict(&residual, settled, [stats.iterations - before, allowed]) {
-            Verdict::Converged if augments(sys, limits) => {
-                before = stats.iterations;
-                pivoting = Pivoting::new();
-                sys.assemble();
-            }
-            Verdict::Converged => return Ok(stats),
+        let (record, residual) = run.look(sys, limits, history);
+        match run.verdict(sys, &record, &residual, limits) {
+            Verdict::Converged if run.goes_on(sys, limits)? => {}
+            Verdict::Converged => return Ok(run.done()),
+            Verdict::Continue if run.is_circle(sys, &record) => run.steady(sys)?,
             Verdict::Continue if patience != Patience::Hopeful || !hopeless(history) => {}
-            Verdict::Continue | Verdict::Diverging | Verdict::Exhausted => {
-                return Err(gave_up(stats.iterations, &record, residual.worst_node));
-            }
+            _ if run.is_steadied(sys) => run.steady(sys)?,
+            _ => return Err(gave_up(run.stats.iterations, &record, residual.worst_node)),
         }
         let near = record.residual < NEAR;
         let (correction, solves) = match foreseen.take() {
             Some(factor) => first_iterate(sys, limits, factor, near)?,
             None => iterate(sys, limits, near)?,
         };
-        stats.solves += solves;
-        stats.iterations += 1;
-        last = Some(correction);
+        run.stats.solves += solves;
+        run.stats.iterations += 1;
+        run.last = Some(correction);
+    }
+}
+
+/// One increment's iteration.
+struct Run {
+    stats: NewtonStats,
+    /// Iterations allowed before the springs of an augmented method or dampers are moved again, and those before they last
+    /// were.
+    allowed: usize,
+    before: usize,
+    last: Option<Correction>,
+    near_balance: bool,
+    pivoting: Pivoting,
+    /// None where the sheet is being followed with dampers already.
+    steadying: Option<Steadying>,
+}
+
+impl Run {
+    fn new(sys: &System, patience: Patience, limits: &Limits) -> Self {
+        let may_steady = sys.damper.is_none() && !matches!(patience, Patience::UpTo(_));
+        Self {
+            stats: NewtonStats::default(),
+            allowed: patience.iterations(limits),
+            before: 0,
+            last: None,
+            near_balance: false,
+            pivoting: Pivoting::new(),
+            steadying: may_steady.then(Steadying::default),
+        }
+    }
+
+    /// Revises the active set at the iterate and assembles the residual.
+    fn look(
+        &mut self,
+        sys: &mut System,
+        limits: &Limits,
+        history: &mut Vec<IterationRecord>,
+    ) -> (IterationRecord, Residual) {
+        let last = self.last.as_ref();
+        let changes = revise(sys, last, self.near_balance, limits, &mut self.pivoting);
+        let residual = sys.assemble();
+        let record = record(sys, &residual, last, changes);
+        self.near_balance = record.residual < 1e-3;
+        self.stats.changes += changes;
+        history.push(record);
+        (record, residual)
+    }
+
+    fn verdict(
+        &self,
+        sys: &System,
+        record: &IterationRecord,
+        residual: &Residual,
+        limits: &Limits,
+    ) -> Verdict {
+        let iterations = self.stats.iterations;
+        let settled = record.changes == 0 && is_settled(sys, residual, self.last.as_ref(), limits);
+        if settled && iterations > 0 {
+            return Verdict::Converged;
+        }
+        if !residual.force.is_finite() || !residual.length.is_finite() {
+            return Verdict::Diverging;
+        }
+        let spent = iterations - self.before >= self.allowed;
+        if spent { Verdict::Exhausted } else { Verdict::Continue }
+    }
+
+    /// At a balance: moves what holds the sheet besides its tools, if anything does.
+    fn goes_on(&mut self, sys: &mut System, limits: &Limits) -> Result<bool, ElementFailure> {
+        let steadied = sys.damper.is_some();
+        match &mut self.steadying {
+            Some(steadying) if steadied => steadying.go_on(sys)?,
+            _ if !augments(sys, limits) => return Ok(false),
+            _ => {}
+        }
+        self.begin_anew(sys);
+        Ok(true)
+    }
+
+    /// Whether dampers are to be set, or set anew.
+    fn is_circle(&mut self, sys: &System, record: &IterationRecord) -> bool {
+        let iterations = self.stats.iterations;
+        let may = |s: &mut Steadying| s.may_go_on(iterations) && s.is_circle(sys, record);
+        self.steadying.as_mut().is_some_and(may)
+    }
+
+    /// Whether stronger dampers may help an iteration with dampers that leads nowhere.
+    fn is_steadied(&self, sys: &System) -> bool {
+        let iterations = self.stats.iterations;
+        sys.damper.is_some() && self.steadying.as_ref().is_some_and(|s| s.may_go_on(iterations))
+    }
+
+    fn steady(&mut self, sys: &mut System) -> Result<(), ElementFailure> {
+        if let Some(steadying) = &mut self.steadying {
+            steadying.damp(sys, self.stats.iterations)?;
+        }
+        self.begin_anew(sys);
+        Ok(())
+    }
+
+    fn done(self) -> NewtonStats {
+        let steadied = self.steadying.is_some_and(|s| s.has_steadied());
+        NewtonStats { steadied, ..self.stats }
+    }
+
+    fn begin_anew(&mut self, sys: &mut System) {
+        self.before = self.stats.iterations;
+        self.pivoting = Pivoting::new();
+        sys.assemble();
     }
 }
 
@@ -228,16 +325,6 @@ fn gave_up(iterations: usize, last: &IterationRecord, node: usize) -> NewtonErro
 fn augments(sys: &mut System, limits: &Limits) -> bool {
     let augmented = matches!(limits.contact, ContactMethod::Augmented { .. });
     augmented && sys.augment(GAP * sys.lengths.shortest_edge)
-}
-
-fn verdict(residual: &Residual, settled: bool, [iterations, allowed]: [usize; 2]) -> Verdict {
-    if settled && iterations > 0 {
-        return Verdict::Converged;
-    }
-    if !residual.force.is_finite() || !residual.length.is_finite() {
-        return Verdict::Diverging;
-    }
-    if iterations >= allowed { Verdict::Exhausted } else { Verdict::Continue }
 }
 
 /// Whether forces and gaps are within the tolerances.

@@ -261,6 +261,7 @@ impl Simulation {
             iterations_total: self.summary.iterations,
             cuts: self.summary.cuts,
             snaps: self.summary.snaps,
+            steadied: self.summary.steadied,
             history: &self.history,
             energies: self.energies,
             volume_balance: sys.body.volume_balance(&sys.u),

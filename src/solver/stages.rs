@@ -227,6 +227,8 @@ pub struct IncrementReport<'a> {
     pub cuts: usize,
     /// Times the sheet has moved on by itself since the start.
     pub snaps: usize,
+    /// Increments so far in which contact states came round in a circle and dampers led to a balance.
+    pub steadied: usize,
     /// Residual history of this increment.
     pub history: &'a [IterationRecord],
     /// Work and energy.
@@ -258,6 +260,9 @@ pub struct RunSummary {
     /// Times the sheet was followed to a balance that is not near the last one: a snap, or its release where no balance lasted.
     #[serde(default)]
     pub snaps: usize,
+    /// Increments in which contact states came round in a circle and dampers, taken away again, led to a balance.
+    #[serde(default)]
+    pub steadied: usize,
     /// Wall time by phase [s].
     pub timings: Timings,
 }

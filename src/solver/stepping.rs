@@ -8,6 +8,7 @@ use super::relaxation::relax;
 use super::rigid::hold_rigid_modes;
 use super::simulation::{Control, Simulation, SimulationError};
 use super::stages::{IncrementReport, Stage};
+use super::steadying::ITERATIONS;
 use super::system::{Role, System};
 use super::tools::Motion;
 use super::trial::{Plan, accept, add_loads, attempt, forces, lay_down, restore, set_targets};
@@ -19,6 +20,9 @@ use serde::{Deserialize, Serialize};
 /// balance is sought this share of the first step beyond it.
 const SNAPS: f64 = 0.02;
 const BEYOND: f64 = 0.1;
+
+/// Attempts at an increment in which dampers led to no balance, after which there are none: a shorter step meets the same.
+const LOST: usize = 2;
 
 /// A stage under way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -80,16 +84,20 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
     let (stage, share) = (now.plan.stage, now.share);
     let first = sim.stages[stage].first_step.min(sim.stages[stage].largest_step);
     let let_go = sim.stages[stage].lets_go();
-    let mut snaps = false;
+    let (mut snaps, mut lost) = (false, 0);
     loop {
         if sim.summary.increments >= sim.limits.increments {
             return Err(SimulationError::TooManyIncrements { limit: sim.limits.increments });
         }
-        let (target, patience) = now.next(&sim.stages[stage]);
+        let (target, mut patience) = now.next(&sim.stages[stage]);
+        if lost == LOST {
+            patience = Patience::UpTo(sim.limits.iterations);
+        }
         sim.history.clear();
         let error = match attempt(sim, &now.plan, [share, target], patience) {
             Ok(stats) if snaps || !(let_go && sim.sys.unstable) => {
                 accept(sim, Some(target - share));
+                sim.summary.steadied += usize::from(stats.steadied);
                 now.share = target;
                 now.pace.went_well(stats.iterations);
                 return Ok(stats);
@@ -98,6 +106,7 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
             Err(cause) => Some(gave_up(sim, stage, share, target - share, cause)),
         };
         sim.summary.iterations += sim.history.len().saturating_sub(1);
+        lost += usize::from(sim.history.len() > ITERATIONS);
         restore(sim);
         if error.is_some() {
             sim.summary.cuts += 1;

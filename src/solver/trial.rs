@@ -173,6 +173,7 @@ pub(super) fn lay_down(sim: &mut Simulation, plan: &Plan) {
 /// Goes back to the last converged state.
 pub(super) fn restore(sim: &mut Simulation) {
     let (sys, old) = (&mut sim.sys, &sim.committed);
+    sys.damper = None;
     sys.body.restore();
     sys.contact.restore();
     sys.u.copy_from_slice(&old.u);

@@ -6,6 +6,7 @@ mod cup;
 mod followed;
 mod released;
 mod snap;
+mod steadied;
 mod stop;
 mod tangent;
 mod tension;

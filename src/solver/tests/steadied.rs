@@ -1,0 +1,81 @@
+//! Contact states that come round in a circle: a strip that buckles from wall to wall.
+
+use super::{setup, stage, steel, tool};
+use crate::contact::test_tools::plane;
+use crate::geometry::Vec3;
+use crate::solver::assembly::Body;
+use crate::solver::blank::rectangle;
+use crate::solver::element::ElementKind;
+use crate::solver::{
+    Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
+};
+
+const LENGTH: f64 = 60.0;
+const THICKNESS: f64 = 0.2;
+const FORCE: f64 = 60.0;
+
+/// A strip that is clamped at x = 0 and guided at its other end, where it is pushed with 60 N (35 times what it buckles under)
+/// between two walls so far off; every increment's state is a balance, the last is left in the simulation.
+fn squeezed(elements: usize, room: f64, friction: f64) -> Simulation {
+    let mut mesh = rectangle(LENGTH, 1.0, THICKNESS, elements, 1, 1);
+    let flat = mesh.nodes.clone();
+    let count = flat.len();
+    let mut constraints = Constraints::none(count);
+    let mut loads = vec![0.0; 3 * count];
+    let end: Vec<usize> = (0..count).filter(|&n| flat[n].x > LENGTH - 1e-9).collect();
+    for (node, x) in flat.iter().enumerate() {
+        mesh.nodes[node].z += 0.01 * (1.0 - (std::f64::consts::TAU * x.x / LENGTH).cos());
+        constraints.hold(node, 1);
+        if x.x < 1e-9 {
+            (0..3).for_each(|axis| constraints.hold(node, axis));
+        }
+    }
+    for &node in &end {
+        constraints.hold(node, 2);
+        loads[3 * node] = -FORCE / end.len() as f64;
+    }
+    let [along, across] = [Vec3::x() * (LENGTH + 4.0), Vec3::y() * 3.0];
+    let corner = |z: f64| Vec3::new(-2.0, -1.0, z);
+    let up = plane("lower", corner(-room), along, across, Vec3::z());
+    let down = plane("upper", corner(THICKNESS + room), along, across, -Vec3::z());
+    let tools = vec![
+        tool("lower", up, Vec3::z(), SheetSide::Bottom, friction),
+        tool("upper", down, -Vec3::z(), SheetSide::Top, friction),
+    ];
+    let mut push = stage("push", vec![Motion::Hold, Motion::Hold], 0.02);
+    push.load = Curve::ramp(0.0, 1.0);
+    push.largest_step = 0.02;
+    let kind = ElementKind::SolidShell { points: 3, membrane: true };
+    let body = Body::new(mesh, kind, steel()).unwrap();
+    let setup = SimulationSetup { loads, ..setup(body, constraints, tools, vec![push]) };
+    let mut sim = Simulation::new(setup).unwrap();
+    sim.run(&mut |_: &IncrementReport<'_>| Control::Continue).unwrap();
+    sim
+}
+
+/// Force that neither a wall nor a support takes, at the worst node [N].
+fn unbalanced(sim: &Simulation) -> f64 {
+    let sys = &sim.sys;
+    let touches = |node: usize| sys.contact.active().any(|(_, c)| c.node == node);
+    let free = (0..sys.node_count()).filter(|&node| !touches(node));
+    free.map(|node| sys.contact_force(node).norm()).fold(0.0, f64::max)
+}
+
+/// Nodes that touch are pulled, and penetrate when they are let go, wherever a wave of the strip is about to turn over: these
+/// three could not be gone through by shorter steps, nor by following the sheet from the last balance.
+#[test]
+fn a_strip_buckles_from_wall_to_wall() {
+    for (elements, room, friction) in [(40, 0.05, 0.05), (40, 0.25, 0.2), (70, 0.1, 0.0)] {
+        let sim = squeezed(elements, room, friction);
+        let summary = sim.summary();
+        assert!(summary.steadied >= 4, "{summary:?}");
+        assert!(summary.iterations < 2000, "{summary:?}");
+        assert!(sim.sys.damper.is_none());
+        assert!(unbalanced(&sim) < 1e-6 * FORCE, "{} N", unbalanced(&sim));
+        let pushed = |(k, _): (usize, _)| sim.sys.lambda(k);
+        let least = sim.sys.contact.active().map(pushed).fold(f64::INFINITY, f64::min);
+        assert!(least > -1e-6 * FORCE, "pulled with {least} N");
+        let inside = |x: &Vec3| x.z > -room - 1e-6 && x.z < THICKNESS + room + 1e-6;
+        assert!((0..sim.sys.node_count()).all(|node| inside(&sim.sys.position(node))));
+    }
+}

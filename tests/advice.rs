@@ -83,6 +83,36 @@ fn a_tool_far_from_a_loaded_sheet_is_told() {
 }
 
 /// The cross tool of the demo with so many patches over 90 degrees.
+/// The rim of the round cup (radius 53.75 mm) is drawn out from under its holder, which has distance blocks.
+#[test]
+fn a_holder_that_loses_the_sheet_wants_a_stop() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("published/round-cup", folder);
+    let text = told(folder, "case.scene.json", |_| {});
+    assert!(!text.contains("has no stop"), "{text}");
+    let without = |travel: f64| {
+        move |scene: &mut Value| {
+            scene["tools"].as_array_mut().unwrap().iter_mut().for_each(|tool| {
+                tool.as_object_mut().unwrap().remove("stop_mm");
+            });
+            for stage in scene["stages"].as_array_mut().unwrap() {
+                if stage["drive"]["punch"]["travel_mm"].is_number() {
+                    stage["drive"]["punch"]["travel_mm"] = json!(travel);
+                }
+            }
+        }
+    };
+    let text = told(folder, "case.scene.json", without(48.0));
+    for part in
+        ["holder is driven by a force and has no stop", "and 48.0 mm may be drawn", "`stop_mm`"]
+    {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let text = told(folder, "case.scene.json", without(10.0));
+    assert!(!text.contains("has no stop"), "{text}");
+}
+
 fn cross(divisions: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -103,7 +103,6 @@ fn ask_to_end(_: u32) -> io::Result<()> {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
-    use std::time::Instant;
 
     #[test]
     fn what_is_said_and_how_it_ended_come_back() {
@@ -118,11 +117,9 @@ mod tests {
     fn a_process_is_asked_to_end_when_the_study_is() {
         let stop = AtomicBool::new(true);
         let mut command = Command::new("sh");
-        command.args(["-c", "trap 'kill $!; exit 5' TERM; sleep 60 & wait"]);
-        let start = Instant::now();
+        command.args(["-c", "trap 'kill $!; exit 5' TERM; sleep 60 2>/dev/null & wait"]);
         let (status, _) = run(&mut command, &stop).unwrap();
-        // Asked before its trap was set it ends by the signal itself.
+        // Left alone it ends with 0; asked before its trap was set, by the signal itself.
         assert!(status.code().is_none_or(|code| code == 5), "{status}");
-        assert!(start.elapsed() < Duration::from_secs(30));
     }
 }

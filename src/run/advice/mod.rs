@@ -4,6 +4,7 @@ mod clearance;
 mod coarse;
 mod curvature;
 mod size;
+mod stops;
 mod symmetry;
 mod tools;
 
@@ -59,6 +60,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
         tools::remarks(tool, &kept[k], &sizes, cost, &mut out);
     }
     clearance::remarks(plan, setup, &kept, &mut out);
+    stops::remarks(setup, &mut out);
     out
 }
 

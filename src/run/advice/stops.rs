@@ -1,0 +1,67 @@
+//! Tools driven by a force or a spring that lose the sheet: drawn out from under a holder it leaves nothing to push against,
+//! and the holder pinches the rim, then follows the sheet down.
+
+use rayon::prelude::*;
+
+use super::Remark;
+use crate::geometry::{Vec2, Vec3};
+use crate::solver::{Motion, SimulationSetup, ToolSetup};
+
+/// Remarks on tools without a stop under which less sheet lies than the others draw.
+pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
+    for (tool, own) in setup.tools.iter().enumerate().filter(|(_, own)| own.stop.is_none()) {
+        let drawn = drawn(setup, tool);
+        if drawn > 0.0
+            && let Some(width) = width_under(setup, own)
+            && drawn > width
+        {
+            out.push(Remark::new(
+                format!(
+                    "{} is driven by a force and has no stop: {width:.1} mm of the sheet lie under it at most, and {drawn:.1} mm may be drawn",
+                    own.name
+                ),
+                "where the sheet is drawn out from under it, it pinches the rim and goes on; `stop_mm` is the travel past which it does not go".into(),
+            ));
+        }
+    }
+}
+
+/// How far another tool goes at most while a force drives this one [mm].
+fn drawn(setup: &SimulationSetup, tool: usize) -> f64 {
+    let others = || (0..setup.tools.len()).filter(move |&other| other != tool);
+    let mut at = vec![0.0_f64; setup.tools.len()];
+    let mut gone = vec![0.0_f64; setup.tools.len()];
+    for stage in &setup.stages {
+        let pushed = matches!(stage.motions[tool], Motion::Force(_) | Motion::Spring { .. });
+        for other in others() {
+            let before = at[other];
+            at[other] = match &stage.motions[other] {
+                Motion::Travel(curve) => curve.at(1.0),
+                Motion::Advance(curve) => before + curve.at(1.0),
+                _ => before,
+            };
+            if pushed {
+                gone[other] += (at[other] - before).max(0.0);
+            }
+        }
+    }
+    gone.into_iter().fold(0.0, f64::max)
+}
+
+/// The farthest that a node under a tool lies from those that are not, in plan, before forming [mm]; `None` where there are
+/// only nodes of one kind.
+fn width_under(setup: &SimulationSetup, tool: &ToolSetup) -> Option<f64> {
+    let mesh = setup.body.mesh();
+    let nodes: Vec<Vec3> = mesh.top_nodes().iter().map(|&n| mesh.nodes[n as usize]).collect();
+    let points: Vec<Vec3> = nodes.iter().map(|x| x - tool.offset).collect();
+    let feet = tool.surface.closest_of_all(&points, &[]);
+    let (mut under, mut beside): (Vec<Vec2>, Vec<Vec2>) = (Vec::new(), Vec::new());
+    for (x, foot) in nodes.iter().zip(&feet) {
+        // A foot across the direction is one of a node beside the tool.
+        let faces = foot.normal.dot(&tool.direction) > 0.5 && !foot.past_border;
+        if faces { &mut under } else { &mut beside }.push(x.xy());
+    }
+    let nearest = |x: &Vec2| beside.iter().map(|b| (b - x).norm()).fold(f64::INFINITY, f64::min);
+    let width = under.par_iter().map(nearest).reduce(|| 0.0, f64::max);
+    (!under.is_empty() && width.is_finite()).then_some(width)
+}

@@ -82,7 +82,6 @@ fn a_tool_far_from_a_loaded_sheet_is_told() {
     }
 }
 
-/// The cross tool of the demo with so many patches over 90 degrees.
 /// The rim of the round cup (radius 53.75 mm) is drawn out from under its holder, which has distance blocks.
 #[test]
 fn a_holder_that_loses_the_sheet_wants_a_stop() {
@@ -113,6 +112,7 @@ fn a_holder_that_loses_the_sheet_wants_a_stop() {
     assert!(!text.contains("has no stop"), "{text}");
 }
 
+/// The cross tool of the demo with so many patches over 90 degrees.
 fn cross(divisions: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

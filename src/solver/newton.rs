@@ -142,9 +142,9 @@ pub(super) fn solve(
 /// One increment's iteration.
 struct Run {
     stats: NewtonStats,
-    /// Iterations allowed before the springs of an augmented method or dampers are moved again, and those before they last
-    /// were.
+    /// Iterations allowed before the springs of an augmented method or dampers are moved again.
     allowed: usize,
+    /// Iterations before they last were.
     before: usize,
     last: Option<Correction>,
     near_balance: bool,

@@ -83,19 +83,16 @@ pub(super) fn advance(
 fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, SimulationError> {
     let (stage, share) = (now.plan.stage, now.share);
     let first = sim.stages[stage].first_step.min(sim.stages[stage].largest_step);
-    let let_go = sim.stages[stage].lets_go();
     let (mut snaps, mut lost) = (false, 0);
     loop {
         if sim.summary.increments >= sim.limits.increments {
             return Err(SimulationError::TooManyIncrements { limit: sim.limits.increments });
         }
-        let (target, mut patience) = now.next(&sim.stages[stage]);
-        if lost == LOST {
-            patience = Patience::UpTo(sim.limits.iterations);
-        }
+        let (target, patience) = now.next(&sim.stages[stage]);
+        let patience = if lost < LOST { patience } else { Patience::UpTo(sim.limits.iterations) };
         sim.history.clear();
         let error = match attempt(sim, &now.plan, [share, target], patience) {
-            Ok(stats) if snaps || !(let_go && sim.sys.unstable) => {
+            Ok(stats) if snaps || !(sim.sys.unstable && sim.stages[stage].lets_go()) => {
                 accept(sim, Some(target - share));
                 sim.summary.steadied += usize::from(stats.steadied);
                 now.share = target;

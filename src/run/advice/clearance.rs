@@ -1,12 +1,12 @@
 //! Clearance that tools leave the sheet at the end of their travels, against its thickness and the tools' shape error.
 
-use super::Remark;
 use super::coarse::{ShapeError, shape_error};
 use super::size::TOLERANCE;
+use super::{Remark, end_of};
 use crate::audit::clearance::{ClearanceOptions, clearance};
 use crate::geometry::Vec3;
 use crate::scene::Plan;
-use crate::solver::{Motion, SimulationSetup};
+use crate::solver::SimulationSetup;
 
 /// Shares of the room beside the sheet, and of its thickness, that shape errors may take up.
 const OF_ROOM: f64 = 0.5;
@@ -110,12 +110,7 @@ fn farthest(setup: &SimulationSetup, tool: usize) -> Option<f64> {
     let mut now = 0.0_f64;
     let mut most = 0.0_f64;
     for stage in &setup.stages {
-        now = match &stage.motions[tool] {
-            Motion::Hold | Motion::Release | Motion::Absent => now,
-            Motion::Travel(curve) => curve.at(1.0),
-            Motion::Advance(curve) => now + curve.at(1.0),
-            Motion::Force(_) | Motion::Spring { .. } => return None,
-        };
+        now = end_of(&stage.motions[tool], now)?;
         most = if now.abs() > most.abs() { now } else { most };
     }
     Some(most)

@@ -64,6 +64,16 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     out
 }
 
+/// Travel at the end of a stage of a tool that was at `before` when it began [mm]; `None` where a force or a spring has it.
+fn end_of(motion: &Motion, before: f64) -> Option<f64> {
+    match motion {
+        Motion::Hold | Motion::Release | Motion::Absent => Some(before),
+        Motion::Travel(curve) => Some(curve.at(1.0)),
+        Motion::Advance(curve) => Some(before + curve.at(1.0)),
+        Motion::Force(_) | Motion::Spring { .. } => None,
+    }
+}
+
 /// Layers and points against what bending needs.
 fn elements(plan: &Plan, setup: &SimulationSetup, size: f64, cost: &Cost, out: &mut Vec<Remark>) {
     let blank = &plan.scene.blank;

@@ -3,9 +3,9 @@
 
 use rayon::prelude::*;
 
-use super::Remark;
+use super::{Remark, end_of};
 use crate::geometry::{Vec2, Vec3};
-use crate::solver::{Motion, SimulationSetup, ToolSetup};
+use crate::solver::{SimulationSetup, ToolSetup};
 
 /// Remarks on tools without a stop under which less sheet lies than the others draw.
 pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
@@ -28,24 +28,18 @@ pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
 
 /// How far another tool goes at most while a force drives this one [mm].
 fn drawn(setup: &SimulationSetup, tool: usize) -> f64 {
-    let others = || (0..setup.tools.len()).filter(move |&other| other != tool);
-    let mut at = vec![0.0_f64; setup.tools.len()];
-    let mut gone = vec![0.0_f64; setup.tools.len()];
-    for stage in &setup.stages {
-        let pushed = matches!(stage.motions[tool], Motion::Force(_) | Motion::Spring { .. });
-        for other in others() {
-            let before = at[other];
-            at[other] = match &stage.motions[other] {
-                Motion::Travel(curve) => curve.at(1.0),
-                Motion::Advance(curve) => before + curve.at(1.0),
-                _ => before,
-            };
-            if pushed {
-                gone[other] += (at[other] - before).max(0.0);
+    let gone = |other: usize| {
+        let (mut at, mut gone) = (0.0, 0.0);
+        for stage in &setup.stages {
+            let before = at;
+            at = end_of(&stage.motions[other], before).unwrap_or(before);
+            if end_of(&stage.motions[tool], 0.0).is_none() {
+                gone += f64::max(at - before, 0.0);
             }
         }
-    }
-    gone.into_iter().fold(0.0, f64::max)
+        gone
+    };
+    (0..setup.tools.len()).filter(|&other| other != tool).map(gone).fold(0.0, f64::max)
 }
 
 /// The farthest that a node under a tool lies from those that are not, in plan, before forming [mm]; `None` where there are

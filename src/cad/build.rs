@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::analytic::Analytic;
 use super::creases::{self, Crease, Part};
-use super::loops::{LoopFault, Side, closed_loops, path_of};
+use super::loops::{LoopFault, Side, closed_loops, paths_of};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
 use super::offset::{Fineness, offset, shares};
@@ -148,7 +148,7 @@ fn whole_face(
     let flipped = raw.flipped ^ native.swapped();
     let limits = (size, tolerance);
     let paths: Vec<_> =
-        edged.filter_map(|l| path_of(&native, l, limits, !flipped, &mut faults)).collect();
+        edged.flat_map(|l| paths_of(&native, l, limits, !flipped, &mut faults)).collect();
     report(raw, &faults, diagnostics);
     let loops = closed_loops(&native, paths, !flipped).ok_or(
         "its loops cannot be closed on the surface, and the surface has no natural border",

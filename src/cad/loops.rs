@@ -4,6 +4,9 @@
 mod closed;
 mod project;
 mod seam;
+mod slits;
+#[cfg(test)]
+mod slits_tests;
 #[cfg(test)]
 mod tests;
 
@@ -62,6 +65,8 @@ impl Side {
 pub(super) struct Path {
     pub sides: Vec<Side>,
     pub winding: Vec2,
+    /// A point of a slit that was taken out of it: there the face lies.
+    pub on_slit: Option<Vec2>,
 }
 
 /// What could not be done well.
@@ -73,8 +78,22 @@ pub(super) enum LoopFault {
     NoCurve,
 }
 
-/// Reads one loop. `size` is the extent of the face [mm], `tolerance` what counts as touching [mm].
-pub(super) fn path_of(
+/// Reads one loop: one path, or several where slits join them. `size` is the extent of the face [mm], `tolerance` what counts
+/// as touching [mm].
+pub(super) fn paths_of(
+    native: &Native<'_>,
+    raw: &RawLoop,
+    (size, tolerance): (f64, f64),
+    left_is_inside: bool,
+    faults: &mut Vec<LoopFault>,
+) -> Vec<Path> {
+    let Some(path) = path_of(native, raw, (size, tolerance), left_is_inside, faults) else {
+        return Vec::new();
+    };
+    slits::taken_out(native, &path.sides, tolerance).unwrap_or_else(|| vec![path])
+}
+
+fn path_of(
     native: &Native<'_>,
     raw: &RawLoop,
     (size, tolerance): (f64, f64),
@@ -130,7 +149,7 @@ fn path_from(
     if gap.norm() > 0.0 {
         close(native, &mut sides, first + winding, tolerance, faults);
     }
-    Some(Path { sides, winding })
+    Some(Path { sides, winding, on_slit: None })
 }
 
 /// The sides of a loop, each beginning where the one before it ends, and the first of them behind the last pole that the

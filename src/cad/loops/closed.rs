@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use super::seam::{Seam, Taken};
+use super::seam::{Seam, Taken, points_of};
 use super::{Native, Path, Side, whole_periods};
 use crate::geometry::Vec2;
 
@@ -39,11 +39,16 @@ pub(in crate::cad) fn closed_loops(
 ) -> Option<Vec<Vec<Side>>> {
     let (mut winding, plain): (Vec<Path>, Vec<Path>) =
         paths.into_iter().partition(|p| p.winding.norm() > 0.0);
+    let slit_outside =
+        plain.iter().any(|p| p.on_slit.is_some_and(|at| !surrounds(native, &p.sides, at)));
     let plain: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
     let mut cut_open = Vec::new();
     let holes_only = winding.is_empty()
         && native.closed_all_round()
-        && plain.iter().all(|l| leaves_its_inside_out(l, left_is_inside) && !has_seam(native, l));
+        && (slit_outside
+            || plain
+                .iter()
+                .all(|l| leaves_its_inside_out(l, left_is_inside) && !has_seam(native, l)));
     while let Some(first) = winding.pop() {
         let partner = winding.iter().position(|p| (p.winding + first.winding).norm() < 1e-9);
         let seam = Seam::new(native, &first, left_is_inside, &plain);
@@ -136,6 +141,21 @@ fn has_seam(native: &Native<'_>, sides: &[Side]) -> bool {
         });
         before.is_some_and(|b| whole_periods(native, b.start() - side.end()).norm() > 0.0)
     })
+}
+
+/// Whether a loop has a point, or one whole periods from it, within it in the parameter plane.
+fn surrounds(native: &Native<'_>, sides: &[Side], at: Vec2) -> bool {
+    let border: Vec<Vec2> = sides.iter().flat_map(points_of).collect();
+    let near = at + whole_periods(native, middle(sides) - at);
+    let steps = |k: usize| native.periods()[k].map_or(vec![0.0], |p| vec![-p, 0.0, p]);
+    let crosses = |p: Vec2, [a, b]: [Vec2; 2]| {
+        (a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)
+    };
+    let is_within = |p: Vec2| {
+        let next = |k: usize| border[(k + 1) % border.len()];
+        (0..border.len()).filter(|&k| crosses(p, [border[k], next(k)])).count() % 2 == 1
+    };
+    steps(0).iter().any(|&u| steps(1).iter().any(|&v| is_within(near + Vec2::new(u, v))))
 }
 
 /// The border of the natural range, its seams opposite the first loop, or where none of the loops lies.

@@ -248,7 +248,7 @@ impl<'n, 'a> Seam<'n, 'a> {
 }
 
 /// Points of a side, eight to each span.
-fn points_of(side: &Side) -> impl Iterator<Item = Vec2> + '_ {
+pub(super) fn points_of(side: &Side) -> impl Iterator<Item = Vec2> + '_ {
     let [low, high] = side.path.domain();
     let n = samples_of(side);
     (0..=n).map(move |k| side.path.point(low + (high - low) * k as f64 / n as f64))
@@ -262,7 +262,7 @@ fn samples_of(side: &Side) -> usize {
 fn rotated(path: &Path, begin: usize) -> Path {
     let (before, after) = path.sides.split_at(begin % path.sides.len().max(1));
     let before = before.iter().map(|s| s.shifted(path.winding));
-    Path { sides: after.iter().cloned().chain(before).collect(), winding: path.winding }
+    Path { sides: after.iter().cloned().chain(before).collect(), ..path.clone() }
 }
 
 /// The winding begun at a point, where its side is cut in two.
@@ -284,5 +284,5 @@ fn begun_at(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
     ];
     let mut sides = path.sides.clone();
     sides.splice(hit.side..=hit.side, halves);
-    Some(rotated(&Path { sides, winding: path.winding }, hit.side + 1))
+    Some(rotated(&Path { sides, ..path.clone() }, hit.side + 1))
 }

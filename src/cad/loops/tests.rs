@@ -9,19 +9,19 @@ use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Frame, Vec2, Vec3};
 
 const CYLINDER: f64 = 10.0;
-const MAJOR: f64 = 30.0;
-const MINOR: f64 = 8.0;
-const BALL: f64 = 25.0;
+pub(super) const MAJOR: f64 = 30.0;
+pub(super) const MINOR: f64 = 8.0;
+pub(super) const BALL: f64 = 25.0;
 
 fn cylinder() -> RawSurface {
     RawSurface::Cylinder { frame: Frame::world(), radius: CYLINDER }
 }
 
-fn torus() -> RawSurface {
+pub(super) fn torus() -> RawSurface {
     RawSurface::Torus { frame: Frame::world(), major: MAJOR, minor: MINOR, keep_outer: None }
 }
 
-fn sphere() -> RawSurface {
+pub(super) fn sphere() -> RawSurface {
     RawSurface::Sphere { frame: Frame::world(), radius: BALL }
 }
 
@@ -33,7 +33,7 @@ fn arc(origin: Vec3, [x, y]: [Vec3; 2], radius: f64, [from, to]: [f64; 2]) -> Cu
 }
 
 /// The curve on a surface along which one parameter stays.
-fn along(surface: &RawSurface, a: (f64, f64), b: (f64, f64)) -> Curve3 {
+pub(super) fn along(surface: &RawSurface, a: (f64, f64), b: (f64, f64)) -> Curve3 {
     let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
     let out = x * a.0.cos() + y * a.0.sin();
     let (centre, tube) = match surface {
@@ -85,6 +85,11 @@ fn model_of(surface: &RawSurface, mut loops: Vec<RawLoop>, flipped: bool) -> Mod
     for (k, edge) in loops.iter_mut().flat_map(|l| &mut l.edges).enumerate() {
         edge.edge_id = Some(k);
     }
+    model_of_numbered(surface, loops, flipped)
+}
+
+/// The same with the edges' own numbers.
+pub(super) fn model_of_numbered(surface: &RawSurface, loops: Vec<RawLoop>, flipped: bool) -> Model {
     let (surface, source) = (surface.clone(), "face".into());
     let face = RawFace { surface, loops, flipped, source, shell: None };
     let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "face");

@@ -1,0 +1,132 @@
+//! Slits: stretches that a loop on a closed surface runs along there and back, between holes or to the surface's poles. Kernels
+//! lead a face's one loop along its seam so; the face lies on both sides of it.
+
+use super::{Native, Path, Side, collapsed_direction, turns, whole_periods};
+use crate::geometry::Vec2;
+
+/// Two ways along a curve are one if they are no farther apart than this share of their length in the parameter plane:
+/// those along a seam are a period apart.
+const SAME: f64 = 1e-3;
+
+/// The loops that are left when the slits of a loop are taken out, each with a point of a slit; none where it has no slits,
+/// is nothing else, or runs through one pole only: what it turns by there is known from where it ends.
+pub(super) fn taken_out(native: &Native<'_>, sides: &[Side], tolerance: f64) -> Option<Vec<Path>> {
+    let from_pole = |s: &&Side| {
+        s.curve.is_some() && collapsed_direction(native, s.start(), tolerance).is_some()
+    };
+    if !native.closed_all_round() || sides.iter().filter(from_pole).count() == 1 {
+        return None;
+    }
+    let mut slits = Vec::new();
+    let loops = parts(native, sides.to_vec(), tolerance, &mut slits);
+    let on_slit = slits.first().copied()?;
+    let path = |sides: Vec<Side>| {
+        let (first, last) = (sides.first()?.start(), sides.last()?.end());
+        Some(Path { winding: turns(native, first, last, tolerance), sides, on_slit: Some(on_slit) })
+    };
+    let paths: Vec<Path> = loops.into_iter().filter_map(path).collect();
+    (!paths.is_empty()).then_some(paths)
+}
+
+fn parts(
+    native: &Native<'_>,
+    sides: Vec<Side>,
+    tolerance: f64,
+    slits: &mut Vec<Vec2>,
+) -> Vec<Vec<Side>> {
+    let mut left = vec![sides];
+    let mut whole = Vec::new();
+    while let Some(ring) = left.pop() {
+        let ring = without_spurs(native, ring, tolerance, slits);
+        let pair = (0..ring.len()).find_map(|i| {
+            let back =
+                (i + 1..ring.len()).find(|&j| runs_back(native, &ring[i], &ring[j], None))?;
+            Some([i, back])
+        });
+        match pair {
+            Some([there, back]) => {
+                slits.push(middle(&ring[there]));
+                left.push(ring[there + 1..back].to_vec());
+                left.push([&ring[..there], &ring[back + 1..]].concat());
+            }
+            None => whole.push(ring),
+        }
+    }
+    whole.retain(|ring| ring.iter().any(|s| !is_point(native, s, tolerance)));
+    whole
+}
+
+/// A loop without the slits that end in it; what comes behind one is moved by whole periods to go on where it began.
+fn without_spurs(
+    native: &Native<'_>,
+    sides: Vec<Side>,
+    tolerance: f64,
+    slits: &mut Vec<Vec2>,
+) -> Vec<Side> {
+    let mut kept: Vec<Side> = Vec::with_capacity(sides.len());
+    for side in sides {
+        let end = kept.last().map(Side::end);
+        let side =
+            end.map_or(side.clone(), |e| side.shifted(whole_periods(native, e - side.start())));
+        let pole = kept.last().filter(|s| is_point(native, s, tolerance)).map(Side::start);
+        let there = kept.len().checked_sub(1 + usize::from(pole.is_some()));
+        match there.filter(|&k| runs_back(native, &kept[k], &side, pole)) {
+            Some(k) => {
+                slits.push(middle(&side));
+                kept.truncate(k);
+            }
+            None => kept.push(side),
+        }
+    }
+    // A slit about the loop's beginning, which may be a pole.
+    loop {
+        let real = |s: &Side| !is_point(native, s, tolerance);
+        let (Some(first), Some(last)) = (kept.iter().position(real), kept.iter().rposition(real))
+        else {
+            return kept;
+        };
+        let joint = kept[first].start();
+        let pole = collapsed_direction(native, joint, tolerance).map(|_| joint);
+        if first == last || !runs_back(native, &kept[last], &kept[first], pole) {
+            return kept;
+        }
+        slits.push(middle(&kept[first]));
+        kept = kept[first + 1..last].to_vec();
+    }
+}
+
+/// Whether a side is the one before it run backwards; behind a pole it may have turned by whole periods.
+fn runs_back(native: &Native<'_>, there: &Side, back: &Side, pole: Option<Vec2>) -> bool {
+    if there.curve.is_none() || back.curve.is_none() || there.edge_id != back.edge_id {
+        return false;
+    }
+    let at = |side: &Side, share: f64| {
+        let [a, b] = side.path.domain();
+        side.path.point(a + (b - a) * share)
+    };
+    let turned = match pole {
+        Some(_) => whole_periods(native, there.start() - back.end()),
+        None => Vec2::zeros(),
+    };
+    let length = (middle(there) - there.start()).norm() + (there.end() - middle(there)).norm();
+    let near = |share: f64| {
+        let off = at(there, share) - at(back, 1.0 - share) - turned;
+        off.norm() <= SAME * length
+    };
+    // What a pole leaves open is the parameter there.
+    let ends = if pole.is_some() { near(0.0) } else { near(0.0) && near(1.0) };
+    ends && near(0.5)
+}
+
+fn middle(side: &Side) -> Vec2 {
+    let [a, b] = side.path.domain();
+    side.path.point(0.5 * (a + b))
+}
+
+/// A side that has length in the parameter plane only, if there.
+fn is_point(native: &Native<'_>, side: &Side, tolerance: f64) -> bool {
+    side.curve.is_none()
+        && collapsed_direction(native, side.start(), tolerance).is_some()
+        && (native.point(side.start()) - native.point(side.end())).norm() <= tolerance
+        && (native.point(middle(side)) - native.point(side.end())).norm() <= tolerance
+}

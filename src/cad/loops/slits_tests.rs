@@ -1,0 +1,129 @@
+//! Faces that are a closed surface but for holes, their borders led along a seam there and back.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use super::tests::{BALL, MAJOR, MINOR, along, model_of_numbered, sphere, torus};
+use crate::cad::model::Model;
+use crate::cad::raw::{RawEdge, RawLoop, RawSurface};
+
+/// A loop along one parameter at a time, through points of the parameter plane; every side has a number.
+fn ring(on: &RawSurface, sides: &[(Option<usize>, [(f64, f64); 2])]) -> RawLoop {
+    let edge = |&(edge_id, [a, b]): &(Option<usize>, [(f64, f64); 2])| RawEdge {
+        curve: Some(along(on, a, b)),
+        edge_id,
+        ..RawEdge::default()
+    };
+    RawLoop { outer: None, edges: sides.iter().map(edge).collect(), vertex: None }
+}
+
+fn assert_area(model: &Model, exact: f64) {
+    let area = model.faces[0].area(1e-12);
+    assert!((area / exact - 1.0).abs() < 1e-9, "{area} instead of {exact}");
+}
+
+/// No edge is run along there and back but the seam that the surface is cut open along.
+fn slits(model: &Model) -> usize {
+    model.edges.iter().filter(|e| e.uses.len() == 2).count()
+}
+
+/// From the hole to one pole and back, half round the hole, to the other pole and back, and round the rest.
+#[test]
+fn a_ball_with_a_hole_on_its_seam() {
+    let on = sphere();
+    let (a, b, w) = (-0.2, 0.3, 0.25);
+    for numbered in [true, false] {
+        for turned in [false, true] {
+            let mut sides = vec![
+                (0, [(0.0, b), (0.0, FRAC_PI_2)]),
+                (0, [(0.0, FRAC_PI_2), (0.0, b)]),
+                (1, [(0.0, b), (w, b)]),
+                (2, [(w, b), (w, a)]),
+                (3, [(w, a), (0.0, a)]),
+                (4, [(0.0, a), (0.0, -FRAC_PI_2)]),
+                (4, [(0.0, -FRAC_PI_2), (0.0, a)]),
+                (5, [(0.0, a), (-w, a)]),
+                (6, [(-w, a), (-w, b)]),
+                (7, [(-w, b), (0.0, b)]),
+            ];
+            if turned {
+                sides.reverse();
+                sides.iter_mut().for_each(|(_, ends)| ends.reverse());
+            }
+            let sides: Vec<_> =
+                sides.into_iter().map(|(id, ends)| (numbered.then_some(id), ends)).collect();
+            for begin in 0..sides.len() {
+                let mut sides = sides.clone();
+                sides.rotate_left(begin);
+                let model = model_of_numbered(&on, vec![ring(&on, &sides)], turned);
+                let hole = 2.0 * w * (b.sin() - f64::sin(a));
+                assert_area(&model, BALL * BALL * (2.0 * TAU - hole));
+                assert_eq!(
+                    (slits(&model), model.faces[0].loops.len()),
+                    (1, 2),
+                    "{numbered} {turned} {begin}"
+                );
+            }
+        }
+    }
+}
+
+/// Two holes joined by a slit.
+#[test]
+fn a_ball_with_two_holes_on_its_seam() {
+    let on = sphere();
+    let w = 0.25;
+    let half = |low: f64, high: f64, w: f64, id: usize| {
+        [
+            (Some(id), [(0.0, high), (w, high)]),
+            (Some(id + 1), [(w, high), (w, low)]),
+            (Some(id + 2), [(w, low), (0.0, low)]),
+        ]
+    };
+    let back = |of: [(Option<usize>, [(f64, f64); 2]); 3]| {
+        let mut of = of.to_vec();
+        of.reverse();
+        of.iter_mut().for_each(|(_, ends)| ends.reverse());
+        of
+    };
+    let mut sides =
+        vec![(Some(0), [(0.0, 0.7), (0.0, FRAC_PI_2)]), (Some(0), [(0.0, FRAC_PI_2), (0.0, 0.7)])];
+    sides.extend(half(0.3, 0.7, w, 10));
+    sides.push((Some(1), [(0.0, 0.3), (0.0, -0.1)]));
+    sides.extend(half(-0.6, -0.1, w, 20));
+    sides.push((Some(2), [(0.0, -0.6), (0.0, -FRAC_PI_2)]));
+    sides.push((Some(2), [(0.0, -FRAC_PI_2), (0.0, -0.6)]));
+    sides.extend(back(half(-0.6, -0.1, -w, 30)));
+    sides.push((Some(1), [(0.0, -0.1), (0.0, 0.3)]));
+    sides.extend(back(half(0.3, 0.7, -w, 40)));
+    let model = model_of_numbered(&on, vec![ring(&on, &sides)], false);
+    let sines = 0.7_f64.sin() - 0.3_f64.sin() + 0.6_f64.sin() - 0.1_f64.sin();
+    assert_area(&model, BALL * BALL * (2.0 * TAU - 2.0 * w * sines));
+    assert_eq!((slits(&model), model.faces[0].loops.len()), (1, 3));
+}
+
+/// The sides of a border across both seams of a torus, joined by place alone: another way round them than the border's.
+#[test]
+fn a_torus_with_a_hole_whose_sides_come_in_another_order() {
+    let on = torus();
+    let (v, w, h) = (1.3, 0.2, 0.3);
+    let sides = [
+        [(0.0, v - h), (0.0, 0.0)],
+        [(0.0, 0.0), (TAU, 0.0)],
+        [(0.0, 0.0), (0.0, v + h - TAU)],
+        [(0.0, v + h), (w, v + h)],
+        [(w, v + h), (w, v - h)],
+        [(w, v - h), (-w, v - h)],
+        [(-w, v - h), (-w, v + h)],
+        [(-w, v + h), (0.0, v + h)],
+        [(0.0, v + h - TAU), (0.0, 0.0)],
+        [(TAU, 0.0), (0.0, 0.0)],
+        [(0.0, 0.0), (0.0, v - h)],
+    ];
+    for turned in [false, true] {
+        let model =
+            model_of_numbered(&on, vec![ring(&on, &sides.map(|ends| (None, ends)))], turned);
+        let hole = 2.0 * w * MINOR * (MAJOR * 2.0 * h + MINOR * ((v + h).sin() - (v - h).sin()));
+        assert_area(&model, TAU * TAU * MAJOR * MINOR - hole);
+        assert_eq!(model.faces[0].loops.len(), 2);
+    }
+}

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::Goal;
 use super::face::{Figures, Judge};
 use super::state::State;
+use crate::geometry::Vec3;
 use crate::mesh::mapped::plan::{Divisions, Plan};
 
 /// A way to make a face better.
@@ -161,14 +162,22 @@ impl Search<'_> {
         }
     }
 
-    /// One division more on every side of `faces` and inside them, for patches that fold only beside their neighbours.
-    pub fn unfolded(&self, state: &State, faces: &[usize]) -> State {
+    /// For what a face alone does not know of: one division more on every side of faces that fold only beside their
+    /// neighbours and inside them, and on the edges nearest to where others are off.
+    pub fn finer(&self, state: &State, folded: &[usize], places: &[(usize, Vec3)]) -> State {
         let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
-        for &f in faces {
-            for e in self.edges(f).filter(|&e| state.divisions.counts[e] < MOST) {
-                let chain = self.plan.chains()[e];
-                minima[chain] = minima[chain].max(state.divisions.counts[e] + 1);
-            }
+        let mut more = |e: usize| {
+            let chain = self.plan.chains()[e];
+            let n = state.divisions.counts[e];
+            minima[chain] = minima[chain].max(if n < MOST { n + 1 } else { n });
+        };
+        let nearest = |(f, place): &(usize, Vec3)| {
+            let off = self.edges(*f).map(|e| (self.off(e, place), e));
+            off.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|near| near.1)
+        };
+        places.iter().filter_map(nearest).for_each(&mut more);
+        for &f in folded {
+            self.edges(f).for_each(&mut more);
             if self.divides_inside(state, f) && density[f] < MOST {
                 density[f] += 1;
             }
@@ -180,11 +189,8 @@ impl Search<'_> {
         let mut edges: Vec<usize> = self.edges(f).collect();
         if let Some(worst) = state.faces[f].worst.filter(|_| !state.divisions.mapped[f]) {
             // No edge but those beside it can do much about it.
-            let off = |e: usize| {
-                let curve = &self.plan.model().edges[e].curve;
-                (curve.point(curve.closest(&worst).0) - worst).norm()
-            };
-            let mut near: Vec<(f64, usize)> = edges.iter().map(|&e| (off(e), e)).collect();
+            let mut near: Vec<(f64, usize)> =
+                edges.iter().map(|&e| (self.off(e, &worst), e)).collect();
             near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             near.truncate(NEAREST);
             edges = near.into_iter().map(|n| n.1).collect();
@@ -198,6 +204,12 @@ impl Search<'_> {
             all.insert(Move::Inside(f));
         }
         all.into_iter().collect()
+    }
+
+    /// Distance of a place from an edge [mm].
+    fn off(&self, e: usize, place: &Vec3) -> f64 {
+        let curve = &self.plan.model().edges[e].curve;
+        (curve.point(curve.closest(place).0) - place).norm()
     }
 
     fn divides_inside(&self, state: &State, f: usize) -> bool {

@@ -10,6 +10,7 @@ use crate::audit::report::PatchAudit;
 use crate::audit::{Audit, AuditOptions, AuditReport, CadReference, audit};
 use crate::cad::Model;
 use crate::convert::{ConvertOptions, ConvertReport, convert};
+use crate::geometry::Vec3;
 use crate::mesh::mapped::MappedOptions;
 use crate::mesh::mapped::plan::{Divisions, Plan};
 use crate::mesh::{MeshError, SurfaceMesh};
@@ -44,9 +45,13 @@ struct Failed {
     faults: Faults,
 }
 
-/// Faces that exceed the tolerance in a whole model, and how many times; and those with folded patches.
+/// What keeps a whole model from the goal; faces have the plan's numbers.
 struct Faults {
+    /// Faces that exceed the tolerance, and how many times.
     over: Vec<(usize, f64)>,
+    /// Faces that do with all vertices on the CAD, how many times, and where most.
+    on_cad: Vec<(usize, f64, Option<Vec3>)>,
+    /// Faces with folded patches.
     folded: Vec<usize>,
 }
 
@@ -175,8 +180,7 @@ impl<'a> Work<'a> {
             let known = match known {
                 Some(known) => known,
                 None => {
-                    let refined = self.finish(&next, goal)?;
-                    let faults = self.faults(&refined, goal);
+                    let (refined, faults) = self.finish(&next, goal)?;
                     if faults.none() {
                         return Ok(Some((refined, next)));
                     }
@@ -192,13 +196,6 @@ impl<'a> Work<'a> {
         last.map_or(Ok(None), Err)
     }
 
-    /// What keeps a whole model from the goal; faces have the plan's numbers.
-    fn faults(&self, refined: &Refined, goal: &Goal) -> Faults {
-        let own = |face: usize| face - self.first as usize;
-        let over = exceeding(&refined.audit, goal).into_iter().map(|(f, ratio)| (own(f), ratio));
-        Faults { over: over.collect(), folded: folded(refined).into_iter().map(own).collect() }
-    }
-
     /// Where to go on from a state whose whole model has faults, and the faces to hold to less, with their shares.
     fn tightened(
         &self,
@@ -206,10 +203,16 @@ impl<'a> Work<'a> {
         state: State,
         faults: &Faults,
     ) -> (State, Vec<(usize, f64)>) {
-        let over = faults.over.iter();
-        let less = over.map(|&over| self.less(&state, search.shares, over)).collect();
-        let unfolded = (!faults.folded.is_empty()).then(|| search.unfolded(&state, &faults.folded));
-        (unfolded.unwrap_or(state), less)
+        // Their sides on a crease keep to the normals of the face beyond as well, which they do not know alone.
+        let beyond =
+            |f: usize| faults.on_cad.iter().find(|o| o.0 == f && state.badness(f) < OWN * o.1);
+        let at_border = faults.over.iter().filter_map(|over| beyond(over.0));
+        let places: Vec<(usize, Vec3)> = at_border.filter_map(|o| Some((o.0, o.2?))).collect();
+        let own = faults.over.iter().filter(|over| beyond(over.0).is_none());
+        let less = own.map(|&over| self.less(&state, search.shares, over)).collect();
+        let fine = faults.folded.is_empty() && places.is_empty();
+        let state = if fine { state } else { search.finer(&state, &faults.folded, &places) };
+        (state, less)
     }
 
     /// The face to hold to less as face `f` is `ratio` times the tolerance off, and to what share of the tolerance.
@@ -232,11 +235,19 @@ impl<'a> Work<'a> {
         beside.chain([f]).max_by(worse).unwrap_or(f)
     }
 
-    /// The whole model of a state, balanced and audited.
-    fn finish(&self, state: &State, goal: &Goal) -> Result<Refined, ToleranceError> {
+    /// The whole model of a state, balanced and audited, and what keeps it from the goal.
+    fn finish(&self, state: &State, goal: &Goal) -> Result<(Refined, Faults), ToleranceError> {
         let mesh = self.plan.mesh(&state.minima, &state.density)?;
         let (plain, found) = self.plain(&mesh, self.options, goal)?;
-        if goal.two_sided { self.two_sided(plain, found, self.options) } else { Ok(plain) }
+        let own = |face: usize| face - self.first as usize;
+        let over = |report: &AuditReport| exceeding(report, goal).into_iter();
+        let place = |f: usize| worst_place(&plain.audit, f).map(Vec3::from);
+        let on_cad = over(&plain.audit).map(|(f, ratio)| (own(f), ratio, place(f))).collect();
+        let refined =
+            if goal.two_sided { self.two_sided(plain, found, self.options)? } else { plain };
+        let over = over(&refined.audit).map(|(f, ratio)| (own(f), ratio)).collect();
+        let folded = folded(&refined).into_iter().map(own).collect();
+        Ok((refined, Faults { over, on_cad, folded }))
     }
 
     /// The model of a mesh, its vertices on the CAD, and its audit.

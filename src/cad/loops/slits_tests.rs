@@ -6,9 +6,12 @@ use super::tests::{BALL, MAJOR, MINOR, along, model_of_numbered, sphere, torus};
 use crate::cad::model::Model;
 use crate::cad::raw::{RawEdge, RawLoop, RawSurface};
 
+/// An edge's number, and its ends in the parameter plane.
+type Leg = (Option<usize>, [(f64, f64); 2]);
+
 /// A loop along one parameter at a time, through points of the parameter plane; every side has a number.
-fn ring(on: &RawSurface, sides: &[(Option<usize>, [(f64, f64); 2])]) -> RawLoop {
-    let edge = |&(edge_id, [a, b]): &(Option<usize>, [(f64, f64); 2])| RawEdge {
+fn ring(on: &RawSurface, sides: &[Leg]) -> RawLoop {
+    let edge = |&(edge_id, [a, b]): &Leg| RawEdge {
         curve: Some(along(on, a, b)),
         edge_id,
         ..RawEdge::default()
@@ -79,7 +82,7 @@ fn a_ball_with_two_holes_on_its_seam() {
             (Some(id + 2), [(w, low), (0.0, low)]),
         ]
     };
-    let back = |of: [(Option<usize>, [(f64, f64); 2]); 3]| {
+    let back = |of: [Leg; 3]| {
         let mut of = of.to_vec();
         of.reverse();
         of.iter_mut().for_each(|(_, ends)| ends.reverse());

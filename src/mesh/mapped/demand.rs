@@ -21,12 +21,23 @@ const MOST: usize = 20_000;
 
 /// Divisions for a curve of `length` (mm) that turns through `turn` (rad) (its own tangent or the normal).
 pub fn divisions(options: &MappedOptions, turn: f64, length: f64) -> usize {
-    let by_turn = turn / FRAC_PI_2 * options.arc_divisions as f64 - SLACK;
-    let by_size = options.max_size.map_or(0.0, |size| length / size * (1.0 - ROUNDING));
+    let [by_turn, by_size, by_sag] = asked(options, turn, length);
+    let by_size = by_size * (1.0 - ROUNDING);
+    ((by_turn - SLACK).max(by_size).max(by_sag - SLACK).ceil().max(1.0) as usize).min(MOST)
+}
+
+/// What a part of a curve adds to its divisions.
+pub fn shares(options: &MappedOptions, turn: f64, length: f64) -> f64 {
+    asked(options, turn, length).into_iter().fold(0.0, f64::max)
+}
+
+/// Divisions by turn, by size and by sag.
+fn asked(options: &MappedOptions, turn: f64, length: f64) -> [f64; 3] {
+    let by_turn = turn / FRAC_PI_2 * options.arc_divisions as f64;
+    let by_size = options.max_size.map_or(0.0, |size| length / size);
     // Sag of an arc: (length / n) (turn / n) / 8.
-    let by_sag =
-        options.chord_error.map_or(0.0, |sag| (length * turn / (8.0 * sag)).sqrt() - SLACK);
-    (by_turn.max(by_size).max(by_sag).ceil().max(1.0) as usize).min(MOST)
+    let by_sag = options.chord_error.map_or(0.0, |sag| (length * turn / (8.0 * sag)).sqrt());
+    [by_turn, by_size, by_sag]
 }
 
 /// What every edge needs.

@@ -1,7 +1,9 @@
-//! Any trimmed face: constrained Delaunay triangulation in a parameter plane scaled to lengths in space,
-//! with points added where the surface curves.
+//! Any trimmed face: constrained Delaunay triangulation in a parameter plane scaled to lengths in space or to divisions
+//! ([`plane`]), with points on lines along its parameters ([`lattice`]) and where the surface still curves too much.
 
 mod corners;
+mod lattice;
+mod plane;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,6 +17,7 @@ use super::patchwork::{Node, Patchwork};
 use super::sample::angle;
 use crate::cad::model::Face;
 use crate::geometry::{Aabb, Vec2, Vec3};
+use plane::Plane;
 
 type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
@@ -26,49 +29,10 @@ const ROUNDS: usize = 24;
 const KINK_HALVINGS: usize = 16;
 /// Most nodes one face may get.
 const MOST_NODES: usize = 400_000;
+/// Times as many nodes as border and lattice have, beyond which the plane was not the surface's.
+const STRAYS: usize = 2;
 /// An edge is halved when it asks for more than this many divisions.
 const TOO_LONG: usize = 1;
-
-/// The plane the triangulation is made in: (u, v) moved and scaled so that lengths are near those in
-/// space, over the face's size.
-struct Plane {
-    origin: Vec2,
-    scale: Vec2,
-}
-
-impl Plane {
-    fn of(face: &Face, loops: &[Vec<Node>]) -> Self {
-        let nodes = || loops.iter().flatten();
-        let count = nodes().count().max(1) as f64;
-        let mut metric = Vec2::zeros();
-        let (mut low, mut high) = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
-        for node in nodes() {
-            low = low.inf(&node.uv);
-            high = high.sup(&node.uv);
-            let d = face.surface.derivs(node.uv);
-            metric += Vec2::new(d.su.norm(), d.sv.norm()) / count;
-        }
-        let middle = face.surface.derivs((low + high) * 0.5);
-        metric = (metric + Vec2::new(middle.su.norm(), middle.sv.norm())) * 0.5;
-        let size = (high - low).component_mul(&metric).max();
-        let scale = |k: usize| {
-            let s = metric[k] / size;
-            if s.is_finite() && s > 0.0 { s } else { 1.0 / (high[k] - low[k]).max(1e-300) }
-        };
-        Self { origin: low, scale: Vec2::new(scale(0), scale(1)) }
-    }
-
-    fn to_plane(&self, uv: Vec2) -> Point2<f64> {
-        let p = (uv - self.origin).component_mul(&self.scale);
-        // The triangulation refuses coordinates below 1e-142 that are not zero.
-        let clean = |x: f64| if x.abs() < 1e-100 { 0.0 } else { x };
-        Point2::new(clean(p.x), clean(p.y))
-    }
-
-    fn to_uv(&self, p: Point2<f64>) -> Vec2 {
-        Vec2::new(p.x, p.y).component_div(&self.scale) + self.origin
-    }
-}
 
 struct Triangulator<'f> {
     face: &'f Face,
@@ -94,7 +58,39 @@ pub fn triangulate(
     bends: &Bends,
     options: &MappedOptions,
 ) -> Result<Patchwork, String> {
-    let plane = Plane::of(face, loops);
+    let by_lengths =
+        || in_plane(face, loops, bends, options, (plane::by_lengths(face, loops), false));
+    let Some(plane) = plane::by_divisions(face, loops, options) else {
+        return Ok(by_lengths()?.work);
+    };
+    let first = in_plane(face, loops, bends, options, (plane, true));
+    if first.as_ref().is_ok_and(|made| !made.strays && made.work.worst_corner(face) > 0.0) {
+        return Ok(first?.work);
+    }
+    // What a few points say of the surface is not what it is: creases, tips, folds.
+    match (first, by_lengths()) {
+        (Err(_), other) => Ok(other?.work),
+        (Ok(one), Err(_)) => Ok(one.work),
+        (Ok(one), Ok(other)) => {
+            let better = other.work.worst_corner(face) >= one.work.worst_corner(face);
+            Ok(if one.strays || better { other.work } else { one.work })
+        }
+    }
+}
+
+/// Triangles, and whether far more nodes were added to them than the plane foresaw.
+struct Made {
+    work: Patchwork,
+    strays: bool,
+}
+
+fn in_plane(
+    face: &Face,
+    loops: &[Vec<Node>],
+    bends: &Bends,
+    options: &MappedOptions,
+    (plane, by_divisions): (Plane, bool),
+) -> Result<Made, String> {
     let mut work = Triangulator {
         face,
         plane,
@@ -107,10 +103,13 @@ pub fn triangulate(
     let segments = work.insert_border(loops)?;
     let inside = work.inside();
     work.check_border(&inside, &segments)?;
-    let border_count = work.nodes.len();
-    work.refine(options)?;
+    work.add_lattice(loops)?;
+    let foreseen = work.nodes.len();
+    let most = if by_divisions { STRAYS * foreseen } else { MOST_NODES };
+    work.refine(options, most)?;
+    let strays = work.nodes.len() > most;
     work.open_corners(bends)?;
-    work.smooth(border_count);
+    work.smooth(foreseen);
     let mut out = Patchwork { nodes: work.nodes.clone(), elements: Vec::new() };
     for triangle in work.inside() {
         out.push(&triangle.map(|n| n as u32));
@@ -118,7 +117,7 @@ pub fn triangulate(
     if out.elements.is_empty() {
         return Err("its border bounds no area".into());
     }
-    Ok(out)
+    Ok(Made { work: out, strays })
 }
 
 impl Triangulator<'_> {
@@ -222,8 +221,8 @@ impl Triangulator<'_> {
         }
     }
 
-    /// Halves inner edges along which the surface asks for more divisions than one.
-    fn refine(&mut self, options: &MappedOptions) -> Result<(), String> {
+    /// Halves inner edges along which the surface asks for more divisions than one, until there are more nodes than `most`.
+    fn refine(&mut self, options: &MappedOptions, most: usize) -> Result<(), String> {
         for _ in 0..ROUNDS {
             let mut wanted: Vec<(f64, Point2<f64>, usize)> = Vec::new();
             let mut seen = BTreeSet::new();
@@ -239,7 +238,7 @@ impl Triangulator<'_> {
                     }
                 }
             }
-            if wanted.is_empty() || self.nodes.len() > MOST_NODES {
+            if wanted.is_empty() || self.nodes.len() > most {
                 break;
             }
             wanted.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -334,9 +333,9 @@ impl Triangulator<'_> {
         Ok(())
     }
 
-    /// Moves inner nodes towards the middle of their neighbours while no triangle around them gets thinner.
-    fn smooth(&mut self, border_count: usize) {
-        if self.nodes.len() == border_count {
+    /// Moves the nodes from `first` on towards the middle of their neighbours while no triangle around them gets thinner.
+    fn smooth(&mut self, first: usize) {
+        if self.nodes.len() == first {
             return;
         }
         let triangles = self.inside();
@@ -347,7 +346,7 @@ impl Triangulator<'_> {
         let mut place: Vec<Vec2> =
             (0..self.nodes.len()).map(|n| Vec2::new(self.place(n).x, self.place(n).y)).collect();
         for _ in 0..3 {
-            for n in border_count..place.len() {
+            for n in first..place.len() {
                 let star = &around[n];
                 let others = star.iter().flatten().filter(|&&m| m != n);
                 let count = 2 * star.len();
@@ -361,7 +360,7 @@ impl Triangulator<'_> {
                 }
             }
         }
-        for (node, p) in self.nodes.iter_mut().zip(&place).skip(border_count) {
+        for (node, p) in self.nodes.iter_mut().zip(&place).skip(first) {
             *node = Node::inside(self.face, self.plane.to_uv(Point2::new(p.x, p.y)));
         }
     }

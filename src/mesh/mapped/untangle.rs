@@ -7,6 +7,9 @@ use crate::geometry::{Vec2, Vec3};
 
 /// Elements whose worst corner (sine of its angle, signed) is below this are worked on.
 const POOR: f64 = 0.15;
+/// A narrow corner between two sides that run inside the face, as those of a fan about a small hole, is no sign of a turn: it
+/// counts as so many times as wide.
+const NARROW: f64 = 6.0;
 /// Sweeps over the nodes.
 const SWEEPS: usize = 12;
 /// Halvings of the step in a sweep.
@@ -51,10 +54,13 @@ impl Untangling<'_> {
     fn corner(&self, element: usize) -> f64 {
         let ring = self.patchwork.elements[element].nodes();
         let count = ring.len();
-        let point = |k: usize| &self.patchwork.nodes[ring[k % count] as usize].point;
+        let node = |k: usize| &self.patchwork.nodes[ring[k % count] as usize];
         let sine = |k: usize| {
             let Some(normal) = &self.normals[ring[k] as usize] else { return 1.0 };
-            super::corner_sine(point(k + count - 1), point(k), point(k + 1), normal)
+            let [before, at, after] = [node(k + count - 1), node(k), node(k + 1)].map(|n| n.point);
+            let sine = super::corner_sine(&before, &at, &after, normal);
+            let narrow = node(k).id.is_none() && (before - at).dot(&(after - at)) > 0.0;
+            if narrow { NARROW * sine } else { sine }
         };
         (0..count).map(sine).fold(1.0, f64::min)
     }

@@ -14,6 +14,8 @@ use crate::mesh::mapped::sample::angle;
 const INTERVALS: usize = 24;
 /// Divisions each way from which on the plane goes by them.
 const LEAST: f64 = 2.0;
+/// Turn between neighbours on that grid beyond which they do not say how the surface runs between them [rad].
+const SEEN: f64 = 0.9;
 /// A cell is at most this many times as long as it is wide in space...
 const LONGEST: f64 = 6.0;
 /// ...and where the surface curves one way only.
@@ -140,8 +142,9 @@ impl Looked {
     }
 
     /// Divisions asked for along parameter `k`, between the stations of the grid: their sum is the most that a line asks
-    /// for, their distribution that of the most in each interval; and the mean length of each [mm].
-    fn divisions(&self, k: usize, options: &MappedOptions) -> Asked {
+    /// for, their distribution that of the most in each interval; and the mean length of each [mm]. None where the surface
+    /// turns too much to be seen on such a grid.
+    fn divisions(&self, k: usize, options: &MappedOptions) -> Option<Asked> {
         let n = INTERVALS;
         let at = |i: usize, line: usize| match k {
             0 => self.points[i * (n + 1) + line],
@@ -155,7 +158,11 @@ impl Looked {
             for i in 0..n {
                 let (Some(a), Some(b)) = (at(i, line), at(i + 1, line)) else { continue };
                 let long = (b.0 - a.0).norm();
-                let asked = shares(options, angle(&a.1, &b.1), long);
+                let turn = angle(&a.1, &b.1);
+                if turn > SEEN {
+                    return None;
+                }
+                let asked = shares(options, turn, long);
                 most[i] = most[i].max(asked);
                 sum += asked;
                 length[i] += long;
@@ -165,7 +172,8 @@ impl Looked {
         }
         let whole: f64 = most.iter().sum();
         let scale = if whole > 0.0 { longest / whole } else { 0.0 };
-        (most.map(|m| m * scale), std::array::from_fn(|i| length[i] / f64::max(lines[i], 1.0)))
+        let mean = std::array::from_fn(|i| length[i] / f64::max(lines[i], 1.0));
+        Some((most.map(|m| m * scale), mean))
     }
 }
 
@@ -195,7 +203,7 @@ pub(super) fn by_divisions(
         return None;
     }
     let looked = Looked::new(face, loops, [low, high]);
-    let [u, v] = [0, 1].map(|k| looked.divisions(k, options));
+    let (u, v) = (looked.divisions(0, options)?, looked.divisions(1, options)?);
     let sum = |x: &[f64; INTERVALS]| x.iter().sum::<f64>();
     if sum(&u.0).max(sum(&v.0)) < LEAST {
         return None;

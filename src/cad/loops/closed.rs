@@ -39,8 +39,9 @@ pub(in crate::cad) fn closed_loops(
 ) -> Option<Vec<Vec<Side>>> {
     let (mut winding, plain): (Vec<Path>, Vec<Path>) =
         paths.into_iter().partition(|p| p.winding.norm() > 0.0);
-    let slit_outside =
-        plain.iter().any(|p| p.on_slit.is_some_and(|at| !surrounds(native, &p.sides, at)));
+    // Where no loop has a slit within it, the face is what is around them all.
+    let is_around = |at: Vec2| !plain.iter().any(|p| surrounds(native, &p.sides, at));
+    let slit_outside = plain.iter().find_map(|p| p.on_slit).is_some_and(is_around);
     let plain: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
     let mut cut_open = Vec::new();
     let holes_only = winding.is_empty()

@@ -7,14 +7,19 @@ use crate::geometry::Vec2;
 /// Two ways along a curve are one if they are no farther apart than this share of their length in the parameter plane:
 /// those along a seam are a period apart.
 const SAME: f64 = 1e-3;
+/// Sides of a loop up to which slits are looked for: every side is held against every other one.
+const MOST_SIDES: usize = 1000;
 
 /// The loops that are left when the slits of a loop are taken out, each with a point of a slit; none where it has no slits,
-/// is nothing else, or runs through one pole only: what it turns by there is known from where it ends.
+/// is nothing else, has very many sides, or runs through one pole only: what it turns by there is known from where it ends.
 pub(super) fn taken_out(native: &Native<'_>, sides: &[Side], tolerance: f64) -> Option<Vec<Path>> {
     let from_pole = |s: &&Side| {
         s.curve.is_some() && collapsed_direction(native, s.start(), tolerance).is_some()
     };
-    if !native.closed_all_round() || sides.iter().filter(from_pole).count() == 1 {
+    if !native.closed_all_round()
+        || sides.len() > MOST_SIDES
+        || sides.iter().filter(from_pole).count() == 1
+    {
         return None;
     }
     let mut slits = Vec::new();
@@ -40,7 +45,7 @@ fn parts(
         let ring = without_spurs(native, ring, tolerance, slits);
         let pair = (0..ring.len()).find_map(|i| {
             let back =
-                (i + 1..ring.len()).find(|&j| runs_back(native, &ring[i], &ring[j], None))?;
+                (i + 1..ring.len()).find(|&j| runs_back(native, &ring[i], &ring[j], false))?;
             Some([i, back])
         });
         match pair {
@@ -68,9 +73,9 @@ fn without_spurs(
         let end = kept.last().map(Side::end);
         let side =
             end.map_or(side.clone(), |e| side.shifted(whole_periods(native, e - side.start())));
-        let pole = kept.last().filter(|s| is_point(native, s, tolerance)).map(Side::start);
-        let there = kept.len().checked_sub(1 + usize::from(pole.is_some()));
-        match there.filter(|&k| runs_back(native, &kept[k], &side, pole)) {
+        let behind_pole = kept.last().is_some_and(|s| is_point(native, s, tolerance));
+        let there = kept.len().checked_sub(1 + usize::from(behind_pole));
+        match there.filter(|&k| runs_back(native, &kept[k], &side, behind_pole)) {
             Some(k) => {
                 slits.push(middle(&side));
                 kept.truncate(k);
@@ -85,9 +90,8 @@ fn without_spurs(
         else {
             return kept;
         };
-        let joint = kept[first].start();
-        let pole = collapsed_direction(native, joint, tolerance).map(|_| joint);
-        if first == last || !runs_back(native, &kept[last], &kept[first], pole) {
+        let at_pole = collapsed_direction(native, kept[first].start(), tolerance).is_some();
+        if first == last || !runs_back(native, &kept[last], &kept[first], at_pole) {
             return kept;
         }
         slits.push(middle(&kept[first]));
@@ -96,7 +100,7 @@ fn without_spurs(
 }
 
 /// Whether a side is the one before it run backwards; behind a pole it may have turned by whole periods.
-fn runs_back(native: &Native<'_>, there: &Side, back: &Side, pole: Option<Vec2>) -> bool {
+fn runs_back(native: &Native<'_>, there: &Side, back: &Side, behind_pole: bool) -> bool {
     if there.curve.is_none() || back.curve.is_none() || there.edge_id != back.edge_id {
         return false;
     }
@@ -104,9 +108,9 @@ fn runs_back(native: &Native<'_>, there: &Side, back: &Side, pole: Option<Vec2>)
         let [a, b] = side.path.domain();
         side.path.point(a + (b - a) * share)
     };
-    let turned = match pole {
-        Some(_) => whole_periods(native, there.start() - back.end()),
-        None => Vec2::zeros(),
+    let turned = match behind_pole {
+        true => whole_periods(native, there.start() - back.end()),
+        false => Vec2::zeros(),
     };
     let length = (middle(there) - there.start()).norm() + (there.end() - middle(there)).norm();
     let near = |share: f64| {
@@ -114,8 +118,7 @@ fn runs_back(native: &Native<'_>, there: &Side, back: &Side, pole: Option<Vec2>)
         off.norm() <= SAME * length
     };
     // What a pole leaves open is the parameter there.
-    let ends = if pole.is_some() { near(0.0) } else { near(0.0) && near(1.0) };
-    ends && near(0.5)
+    near(0.0) && near(0.5) && (behind_pole || near(1.0))
 }
 
 fn middle(side: &Side) -> Vec2 {

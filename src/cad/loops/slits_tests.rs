@@ -9,7 +9,7 @@ use crate::cad::raw::{RawEdge, RawLoop, RawSurface};
 /// An edge's number, and its ends in the parameter plane.
 type Leg = (Option<usize>, [(f64, f64); 2]);
 
-/// A loop along one parameter at a time, through points of the parameter plane; every side has a number.
+/// A loop along one parameter at a time, through points of the parameter plane.
 fn ring(on: &RawSurface, sides: &[Leg]) -> RawLoop {
     let edge = |&(edge_id, [a, b]): &Leg| RawEdge {
         curve: Some(along(on, a, b)),
@@ -24,7 +24,7 @@ fn assert_area(model: &Model, exact: f64) {
     assert!((area / exact - 1.0).abs() < 1e-9, "{area} instead of {exact}");
 }
 
-/// No edge is run along there and back but the seam that the surface is cut open along.
+/// Edges that are run along there and back: the seam that the surface is cut open along is one.
 fn slits(model: &Model) -> usize {
     model.edges.iter().filter(|e| e.uses.len() == 2).count()
 }
@@ -128,5 +128,38 @@ fn a_torus_with_a_hole_whose_sides_come_in_another_order() {
         let hole = 2.0 * w * MINOR * (MAJOR * 2.0 * h + MINOR * ((v + h).sin() - (v - h).sin()));
         assert_area(&model, TAU * TAU * MAJOR * MINOR - hole);
         assert_eq!(model.faces[0].loops.len(), 2);
+    }
+}
+
+/// A window on a ball or a torus with a hole in it, its one loop led to the hole and back.
+#[test]
+fn a_window_with_a_slit_to_a_hole_in_it_is_no_hole_itself() {
+    let legs = [
+        (0, [(0.3, -0.6), (1.7, -0.6)]),
+        (1, [(1.7, -0.6), (1.7, 0.8)]),
+        (2, [(1.7, 0.8), (0.3, 0.8)]),
+        (3, [(0.3, 0.8), (0.3, 0.2)]),
+        (4, [(0.3, 0.2), (0.7, 0.2)]),
+        (5, [(0.7, 0.2), (0.7, 0.5)]),
+        (6, [(0.7, 0.5), (1.2, 0.5)]),
+        (7, [(1.2, 0.5), (1.2, -0.1)]),
+        (8, [(1.2, -0.1), (0.7, -0.1)]),
+        (9, [(0.7, -0.1), (0.7, 0.2)]),
+        (4, [(0.7, 0.2), (0.3, 0.2)]),
+        (10, [(0.3, 0.2), (0.3, -0.6)]),
+    ];
+    let on_ball = |v: f64| BALL * BALL * v.sin();
+    let on_torus = |v: f64| MINOR * (MAJOR * v + MINOR * v.sin());
+    let band = |f: &dyn Fn(f64) -> f64| 1.4 * (f(0.8) - f(-0.6)) - 0.5 * (f(0.5) - f(-0.1));
+    for (on, exact) in [(sphere(), band(&on_ball)), (torus(), band(&on_torus))] {
+        for numbered in [true, false] {
+            for begin in 0..legs.len() {
+                let mut sides = legs.map(|(id, ends)| (numbered.then_some(id), ends));
+                sides.rotate_left(begin);
+                let model = model_of_numbered(&on, vec![ring(&on, &sides)], false);
+                assert_area(&model, exact);
+                assert_eq!((slits(&model), model.faces[0].loops.len()), (0, 2), "{begin}");
+            }
+        }
     }
 }

@@ -15,7 +15,7 @@ const WIDEST: f64 = 1.3;
 const ALONG: f64 = 1e-6;
 
 impl Triangulator<'_> {
-    /// Adds the nodes, where the plane goes by divisions.
+    /// Adds the nodes, where the plane has cells.
     pub(super) fn add_lattice(&mut self, loops: &[Vec<Node>]) -> Result<(), String> {
         let Some(cell) = self.plane.cell else { return Ok(()) };
         let places: Vec<Vec<Point2<f64>>> =
@@ -102,7 +102,7 @@ fn near_border(loops: &[Vec<Point2<f64>>], [x, y]: [&[f64]; 2], clear: f64) -> V
 }
 
 /// Where the border crosses a level, rising.
-fn crossings(loops: &[Vec<Point2<f64>>], level: f64) -> Vec<f64> {
+pub(super) fn crossings(loops: &[Vec<Point2<f64>>], level: f64) -> Vec<f64> {
     let crosses = segments(loops).filter(|[a, b]| (a.y > level) != (b.y > level));
     let mut found: Vec<f64> =
         crosses.map(|[a, b]| a.x + (b.x - a.x) * (level - a.y) / (b.y - a.y)).collect();

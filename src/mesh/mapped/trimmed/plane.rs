@@ -1,10 +1,11 @@
 //! The plane a trimmed face is triangulated in: its parameters, each stretched so that lengths are near those in space, or,
-//! where the surface curves both ways, so that what asks for one division is of length one both ways.
+//! where the surface curves much, so that what asks for one division is as long both ways, within bounds.
 
 use spade::Point2;
 
 use super::Node;
-use crate::cad::model::Face;
+use super::lattice::crossings;
+use crate::cad::model::{Face, SurfaceKind};
 use crate::geometry::{Vec2, Vec3};
 use crate::mesh::mapped::MappedOptions;
 use crate::mesh::mapped::demand::shares;
@@ -12,7 +13,7 @@ use crate::mesh::mapped::sample::angle;
 
 /// Intervals of the grid on which the surface is looked at, each way.
 const INTERVALS: usize = 24;
-/// Divisions each way from which on the plane goes by them.
+/// Divisions from which on the plane goes by them; each way, for a lattice.
 const LEAST: f64 = 2.0;
 /// Turn between neighbours on that grid beyond which they do not say how the surface runs between them [rad].
 const SEEN: f64 = 0.9;
@@ -20,7 +21,6 @@ const SEEN: f64 = 0.9;
 const LONGEST: f64 = 6.0;
 /// ...and where the surface curves one way only.
 const LONGEST_STRAIGHT: f64 = 3.0;
-
 /// An interval has at least this share of the mean's divisions.
 const LEAST_SHARE: f64 = 0.05;
 
@@ -60,7 +60,7 @@ impl Axis {
 /// (u, v) to the plane and back; the face is of size one there.
 pub(super) struct Plane {
     axes: [Axis; 2],
-    /// Length of a division in the plane, where it goes by these.
+    /// Length of a division in the plane, where the surface asks for a lattice of them.
     pub cell: Option<f64>,
 }
 
@@ -123,11 +123,13 @@ impl Looked {
         let place = |i: usize, j: usize| {
             Vec2::new(low.x + (high.x - low.x) * share(i), low.y + (high.y - low.y) * share(j))
         };
+        let ring = |l: &Vec<Node>| l.iter().map(|n| Point2::new(n.uv.x, n.uv.y)).collect();
+        let border: Vec<Vec<Point2<f64>>> = loops.iter().map(ring).collect();
         let mut points = vec![None; (n + 1) * (n + 1)];
         for j in 0..=n {
             // A little off the level of corners.
             let level = place(0, j).y + 1e-7 * (high.y - low.y) * if j == n { -1.0 } else { 1.0 };
-            let crossings = crossings(loops, level);
+            let crossings = crossings(&border, level);
             for i in 0..=n {
                 let uv = place(i, j);
                 let right = crossings.partition_point(|&x| x <= uv.x + 1e-9 * (high.x - low.x));
@@ -177,21 +179,6 @@ impl Looked {
     }
 }
 
-/// First parameters at which the loops cross a level of the second one, rising.
-fn crossings(loops: &[Vec<Node>], level: f64) -> Vec<f64> {
-    let mut found = Vec::new();
-    for ring in loops {
-        for k in 0..ring.len() {
-            let (a, b) = (ring[k].uv, ring[(k + 1) % ring.len()].uv);
-            if (a.y > level) != (b.y > level) {
-                found.push(a.x + (b.x - a.x) * (level - a.y) / (b.y - a.y));
-            }
-        }
-    }
-    found.sort_by(f64::total_cmp);
-    found
-}
-
 /// The plane by divisions; none where the surface asks for few, or for elements of about equal size.
 pub(super) fn by_divisions(
     face: &Face,
@@ -199,7 +186,12 @@ pub(super) fn by_divisions(
     options: &MappedOptions,
 ) -> Option<Plane> {
     let [low, high] = parameters(loops);
-    if options.unstructured || !(high - low).iter().all(|x| x.is_finite() && *x > 0.0) {
+    // A plane turns nowhere: nothing to look at.
+    let nothing_asked = face.kind == SurfaceKind::Plane && options.max_size.is_none();
+    if nothing_asked
+        || options.unstructured
+        || !(high - low).iter().all(|x| x.is_finite() && *x > 0.0)
+    {
         return None;
     }
     let looked = Looked::new(face, loops, [low, high]);

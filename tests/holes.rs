@@ -40,7 +40,7 @@ fn a_torus_is_cut_along_its_parameters_but_round_its_hole() {
     let (tool, _) = convert(&model, &mesh, &ConvertOptions::default()).unwrap();
     let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap().report;
     assert!(
-        found.worst_mm() < 0.03 && found.rms_mm < 0.0025,
+        found.worst_mm() < 0.021 && found.rms_mm < 0.0016,
         "{} {}",
         found.worst_mm(),
         found.rms_mm

@@ -29,8 +29,8 @@ const ROUNDS: usize = 24;
 const KINK_HALVINGS: usize = 16;
 /// Most nodes one face may get.
 const MOST_NODES: usize = 400_000;
-/// Times as many nodes as border and lattice have, beyond which the plane was not the surface's.
-const STRAYS: usize = 2;
+/// Times as many nodes as border and lattice have, beyond which the lattice was not the surface's.
+const STRAYS: usize = 4;
 /// An edge is halved when it asks for more than this many divisions.
 const TOO_LONG: usize = 1;
 
@@ -58,12 +58,11 @@ pub fn triangulate(
     bends: &Bends,
     options: &MappedOptions,
 ) -> Result<Patchwork, String> {
-    let by_lengths =
-        || in_plane(face, loops, bends, options, (plane::by_lengths(face, loops), false));
+    let by_lengths = || in_plane(face, loops, bends, options, plane::by_lengths(face, loops));
     let Some(plane) = plane::by_divisions(face, loops, options) else {
         return Ok(by_lengths()?.work);
     };
-    let first = in_plane(face, loops, bends, options, (plane, true));
+    let first = in_plane(face, loops, bends, options, plane);
     if first.as_ref().is_ok_and(|made| !made.strays && made.work.worst_corner(face) > 0.0) {
         return Ok(first?.work);
     }
@@ -78,7 +77,7 @@ pub fn triangulate(
     }
 }
 
-/// Triangles, and whether far more nodes were added to them than the plane foresaw.
+/// Triangles, and whether far more nodes were added to them than the lattice foresaw.
 struct Made {
     work: Patchwork,
     strays: bool,
@@ -89,7 +88,7 @@ fn in_plane(
     loops: &[Vec<Node>],
     bends: &Bends,
     options: &MappedOptions,
-    (plane, by_divisions): (Plane, bool),
+    plane: Plane,
 ) -> Result<Made, String> {
     let mut work = Triangulator {
         face,
@@ -105,7 +104,7 @@ fn in_plane(
     work.check_border(&inside, &segments)?;
     work.add_lattice(loops)?;
     let foreseen = work.nodes.len();
-    let most = if by_divisions { STRAYS * foreseen } else { MOST_NODES };
+    let most = if work.plane.cell.is_some() { STRAYS * foreseen } else { MOST_NODES };
     work.refine(options, most)?;
     let strays = work.nodes.len() > most;
     work.open_corners(bends)?;

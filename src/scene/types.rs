@@ -1,7 +1,8 @@
 //! The scene file, version 1. Lengths in mm, forces in N, stresses in MPa, angles in degrees.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::{self, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 pub use super::course::Course;
 use crate::solver::element::ElementKind;
@@ -161,13 +162,39 @@ pub enum Region {
 }
 
 /// A material by name or in full.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MaterialChoice {
     /// Name of a card in the library; what ends in `.json` or has a `/` or `\` is a card file, relative to the scene.
     Named(String),
     /// A card in full.
     Card(Box<MaterialCard>),
+}
+
+impl<'de> Deserialize<'de> for MaterialChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(WrittenMaterial)
+    }
+}
+
+/// Reads a material; a card's faults are told as the card's, which derived code for two readings would not do.
+struct WrittenMaterial;
+
+impl<'de> Visitor<'de> for WrittenMaterial {
+    type Value = MaterialChoice;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("the name of a material, a card file or a card")
+    }
+
+    fn visit_str<E: de::Error>(self, name: &str) -> Result<MaterialChoice, E> {
+        Ok(MaterialChoice::Named(name.to_owned()))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MaterialChoice, A::Error> {
+        let card = MaterialCard::deserialize(de::value::MapAccessDeserializer::new(map))?;
+        Ok(MaterialChoice::Card(Box::new(card)))
+    }
 }
 
 /// A symmetry plane normal to a coordinate axis: nodes on it stay on it. The blank lies on one side of it.

@@ -58,7 +58,7 @@ pub struct Limits {
 
 /// How a node is kept out of a tool. Stiffnesses are shares of the undeformed mesh's own, so that no unit enters.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ContactMethod {
     /// Exactly, the normal force being what equilibrium leaves over.
     #[default]

@@ -13,11 +13,13 @@ mod compatible;
 pub mod hex8;
 pub(crate) mod hex8_enhanced;
 mod kernels;
+mod kind;
 pub(crate) mod modes;
 mod nominal;
 mod shape;
 pub(crate) mod solid_shell;
 
+pub use kind::ElementKind;
 pub use shape::{PointGeometry, reference_points};
 
 use super::material::{Material, MaterialError};
@@ -25,77 +27,6 @@ use crate::geometry::Vec3;
 
 /// Degrees of freedom of an element: 8 nodes, 3 displacements each, node by node.
 pub const DOFS: usize = 24;
-
-/// Which element formulation a body uses.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Default,
-    serde::Serialize,
-    serde::Deserialize,
-    schemars::JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum ElementKind {
-    /// Trilinear with mean dilatation, 2 x 2 x 2 points. Free of volumetric locking; locks in bending.
-    #[default]
-    Hex8,
-    /// Trilinear with twelve condensed strain modes, 2 x 2 x 2 points. Bends without locking at moderate
-    /// proportions; several layers through a sheet.
-    Hex8Enhanced,
-    /// Solid-shell with 2 x 2 x `points` points: bends a thin sheet with one layer of elements.
-    SolidShell {
-        /// Points through the thickness, 2 to 9.
-        #[serde(default = "five")]
-        points: u8,
-        /// Whether the in-plane strains are assumed too, which they should be where a sheet is drawn in and not only
-        /// bent: left as they are, a coarse mesh is too stiff (a fifth in the force of a deep corner).
-        #[serde(default = "yes")]
-        membrane: bool,
-    },
-}
-
-fn five() -> u8 {
-    5
-}
-
-fn yes() -> bool {
-    true
-}
-
-impl ElementKind {
-    /// Material points of an element.
-    #[must_use]
-    pub fn point_count(self) -> usize {
-        match self {
-            Self::Hex8 | Self::Hex8Enhanced => 8,
-            Self::SolidShell { points, .. } => 4 * usize::from(points),
-        }
-    }
-
-    /// Points and weights through the thickness on [-1, 1] (Gauss-Legendre); empty unless a solid-shell.
-    #[must_use]
-    pub fn thickness_rule(self) -> Vec<(f64, f64)> {
-        match self {
-            Self::Hex8 | Self::Hex8Enhanced => Vec::new(),
-            Self::SolidShell { points, .. } => shape::gauss_legendre(usize::from(points)),
-        }
-    }
-
-    /// Internal (condensed) unknowns of an element.
-    #[must_use]
-    pub fn mode_count(self) -> usize {
-        match self {
-            Self::Hex8 => 0,
-            Self::Hex8Enhanced => hex8_enhanced::MODE_COUNT,
-            Self::SolidShell { membrane: false, .. } => solid_shell::THICKNESS_MODES,
-            Self::SolidShell { membrane: true, .. } => solid_shell::MEMBRANE_MODES,
-        }
-    }
-}
 
 impl ElementKind {
     /// Evaluates one element: its undeformed Gauss points or points through the thickness, whichever it has; its points'

@@ -6,6 +6,8 @@
 //! Code on lanes has plain loops over arrays where closures would do: what a closure does is compiled for the widest
 //! vectors only if the compiler takes it in, and of long ones it does not.
 
+pub(crate) mod algebra;
+
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::Simd;
@@ -45,13 +47,17 @@ impl<S: Simd> Lane<S> {
 
     /// The points from `first` on.
     #[inline(always)]
-    pub(crate) fn load(simd: S, from: &Eight, first: usize) -> Self {
+    pub(crate) fn load(simd: S, from: &[f64], first: usize) -> Self {
         Self { simd, value: S::as_simd_f64s(&from[first..first + S::F64_LANES]).0[0] }
     }
 
     /// The points from `first` on of several numbers.
     #[inline(always)]
-    pub(crate) fn load_all<const N: usize>(simd: S, from: &[Eight; N], first: usize) -> [Self; N] {
+    pub(crate) fn load_all<const N: usize, const L: usize>(
+        simd: S,
+        from: &[[f64; L]; N],
+        first: usize,
+    ) -> [Self; N] {
         let mut out = [Self::splat(simd, 0.0); N];
         for (out, from) in out.iter_mut().zip(from) {
             *out = Self::load(simd, from, first);
@@ -60,7 +66,7 @@ impl<S: Simd> Lane<S> {
     }
 
     #[inline(always)]
-    pub(crate) fn store(self, to: &mut Eight, first: usize) {
+    pub(crate) fn store(self, to: &mut [f64], first: usize) {
         S::as_mut_simd_f64s(&mut to[first..first + S::F64_LANES]).0[0] = self.value;
     }
 
@@ -117,6 +123,12 @@ impl<S: Simd> Lane<S> {
             *one = *one * by;
         }
         all
+    }
+
+    /// The sum of the lanes.
+    #[inline(always)]
+    pub(crate) fn sum(self) -> f64 {
+        self.simd.reduce_sum_f64s(self.value)
     }
 
     /// The largest lane.

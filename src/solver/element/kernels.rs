@@ -13,6 +13,8 @@ pub(crate) type Row = [f64; DOFS];
 /// Rows of the result worked on at once, and vectors of each: twelve accumulators fit every register file.
 const ROWS: usize = 4;
 const VECTORS: usize = 3;
+/// Rows of [`combine`] worked on at once.
+const BLOCK: usize = 3;
 
 /// `tangent += leftᵀ right`, summed over the rows of both.
 pub(crate) fn add_gram(left: &[Row], right: &[Row], tangent: &mut [Row; DOFS]) {
@@ -73,21 +75,44 @@ impl<const N: usize> WithSimd for Combine<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let lanes = S::F64_LANES;
-        for (out, coefficients) in self.out.iter_mut().zip(self.coefficients) {
-            for first in (0..DOFS).step_by(VECTORS * lanes) {
-                let mut sums = [simd.splat_f64s(0.0); VECTORS];
-                for (row, &coefficient) in self.rows.iter().zip(coefficients) {
-                    let values = S::as_simd_f64s(&row[first..first + VECTORS * lanes]).0;
-                    let factor = simd.splat_f64s(coefficient);
-                    for (sum, &value) in sums.iter_mut().zip(values) {
-                        *sum = simd.mul_add_e_f64s(factor, value, *sum);
+        let blocks = self.out.chunks_mut(BLOCK).zip(self.coefficients.chunks(BLOCK));
+        for (out, coefficients) in blocks {
+            match (out, coefficients) {
+                ([a, b, c], [x, y, z]) => block(simd, [a, b, c], [x, y, z], self.rows),
+                (out, coefficients) => {
+                    for (out, coefficients) in out.iter_mut().zip(coefficients) {
+                        block(simd, [out], [coefficients], self.rows);
                     }
                 }
-                let out = S::as_mut_simd_f64s(&mut out[first..first + VECTORS * lanes]).0;
-                for (value, sum) in out.iter_mut().zip(sums) {
-                    *value = sum;
+            }
+        }
+    }
+}
+
+/// A few rows of [`combine`] at once: one alone would wait for its own last sum at every step.
+#[inline(always)]
+fn block<S: Simd, const R: usize, const N: usize>(
+    simd: S,
+    mut out: [&mut Row; R],
+    coefficients: [&[f64; N]; R],
+    rows: &[Row; N],
+) {
+    let width = VECTORS * S::F64_LANES;
+    for first in (0..DOFS).step_by(width) {
+        let mut sums = [[simd.splat_f64s(0.0); VECTORS]; R];
+        for (k, row) in rows.iter().enumerate() {
+            let values = S::as_simd_f64s(&row[first..first + width]).0;
+            for (sums, coefficients) in sums.iter_mut().zip(&coefficients) {
+                let factor = simd.splat_f64s(coefficients[k]);
+                for (sum, &value) in sums.iter_mut().zip(values) {
+                    *sum = simd.mul_add_e_f64s(factor, value, *sum);
                 }
+            }
+        }
+        for (out, sums) in out.iter_mut().zip(sums) {
+            let out = S::as_mut_simd_f64s(&mut out[first..first + width]).0;
+            for (value, sum) in out.iter_mut().zip(sums) {
+                *value = sum;
             }
         }
     }

@@ -5,6 +5,7 @@
 //! `r_α(u, α) = 0`, and the next one starts from `α - K_αα⁻¹ (r_α + K_αu (u' - u))`. A residual-only evaluation
 //! predicts the modes the same way and stores nothing, so line searches leave no trace.
 
+use super::kernels;
 use super::{DOFS, ElementMatrices, FailureReason, PointFailure, Want};
 use crate::solver::tensor::Mandel66;
 
@@ -137,13 +138,8 @@ impl<const M: usize> ModeSums<M> {
         if want == Want::Residual {
             return Ok(());
         }
-        for (a, row) in out.tangent.iter_mut().enumerate() {
-            for (left, right) in self.left.iter().zip(&self.right) {
-                for (sum, value) in row.iter_mut().zip(right) {
-                    *sum -= left[a] * value;
-                }
-            }
-        }
+        self.left.as_flattened_mut().iter_mut().for_each(|value| *value = -*value);
+        kernels::add_gram(&self.left, &self.right, &mut out.tangent);
         record[..M].copy_from_slice(alpha);
         record[M..M + DOFS].copy_from_slice(u);
         record[M + DOFS..2 * M + DOFS].copy_from_slice(&self.residual);

@@ -20,6 +20,7 @@ mod column;
 mod fibres;
 mod generalised;
 mod in_plane;
+mod points;
 mod stretch;
 
 use self::column::Column;
@@ -188,18 +189,12 @@ fn evaluate_at<const M: usize>(
     let moved = Moved::new::<M>(input, shape.pairs);
     let mut sums =
         Sums::<M> { modes: ModeSums::zero(), curvature: [[0.0; 8]; 8], turning: [0.0; 2] };
-    let gauss = 1.0 / 3.0_f64.sqrt();
-    for (index, (xi, eta)) in
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].into_iter().enumerate()
-    {
-        let (xi, eta) = (xi * gauss, eta * gauss);
-        let in_plane = match M {
-            MEMBRANE_MODES => InPlane::assumed_at(shape.pairs, xi, eta),
-            _ => InPlane::AS_IT_IS,
-        };
-        let column = Column { input, shape, moved: &moved, in_plane: &in_plane, index, xi, eta };
-        let totals = column.integrate::<M>(alpha, new_state, &mut sums.modes, out)?;
-        column.add(&totals, &mut sums, out);
+    let columns = columns::<M>(input, shape, &moved);
+    let [a, b, c, d] = &columns;
+    let frames = [a.frame(alpha)?, b.frame(alpha)?, c.frame(alpha)?, d.frame(alpha)?];
+    let totals = points::integrate(input, shape.rule, &frames, new_state)?;
+    for (column, totals) in columns.iter().zip(&totals) {
+        column.add(totals, &mut sums, out);
     }
     if input.want == Want::ResidualAndTangent {
         if M == MEMBRANE_MODES {
@@ -210,6 +205,24 @@ fn evaluate_at<const M: usize>(
     sums.modes
         .condense(alpha, input.displacement, input.want, record, out)
         .map_err(|reason| PointFailure { point: 0, reason })
+}
+
+/// The points of the mid surface.
+fn columns<'a, const M: usize>(
+    input: &'a ElementInput<'a>,
+    shape: &'a Shape<'a>,
+    moved: &'a Moved,
+) -> [Column<'a>; points::COLUMNS] {
+    let gauss = 1.0 / 3.0_f64.sqrt();
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    std::array::from_fn(|index| {
+        let (xi, eta) = (corners[index].0 * gauss, corners[index].1 * gauss);
+        let in_plane = match M {
+            MEMBRANE_MODES => InPlane::assumed_at(shape.pairs, xi, eta),
+            _ => InPlane::AS_IT_IS,
+        };
+        Column { input, shape, moved, in_plane, index, xi, eta }
+    })
 }
 
 /// Adds a scalar form between `a_0..a_3, d_0..d_3` to the nodes' diagonal entries.

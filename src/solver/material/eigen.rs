@@ -3,7 +3,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::solver::lanes::{Eight, Lane, POINTS};
-use crate::solver::tensor::{Mandel, PAIRS};
+use crate::solver::tensor::Mandel;
 
 /// Eigenvalues, and eigenvectors in the columns.
 pub(super) type Eigen = ([f64; 3], [[f64; 3]; 3]);
@@ -94,28 +94,10 @@ fn rotate<S: Simd>(
     }
 }
 
-/// The 6 x 6 matrices of the congruences `A ↦ q A qᵀ`, as `tensor::congruence`.
-#[inline(always)]
-pub(super) fn congruence<S: Simd>(simd: S, q: &[[Lane<S>; 3]; 3]) -> [[Lane<S>; 6]; 6] {
-    let root = std::f64::consts::SQRT_2;
-    let zero = Lane::splat(simd, 0.0);
-    let mut out = [[zero; 6]; 6];
-    for (row, &(a, b)) in PAIRS.iter().enumerate() {
-        for (column, &(c, d)) in PAIRS.iter().enumerate() {
-            out[row][column] = match (row < 3, column < 3) {
-                (true, true) => q[a][c] * q[a][c],
-                (false, true) => q[a][c] * q[b][c] * root,
-                (true, false) => q[a][c] * q[a][d] * root,
-                (false, false) => q[a][c].mul_add(q[b][d], q[a][d] * q[b][c]),
-            };
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solver::lanes::algebra::congruence;
     use crate::solver::tensor;
 
     /// Eigenvalues, in any order, and the tensors that they make with their vectors.

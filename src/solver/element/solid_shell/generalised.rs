@@ -1,11 +1,12 @@
 //! Generalised strains `[m, k, q, E_33, E_23, E_31]` at a point of the mid surface: `E = m + ζ k + ζ² q` in the plane.
 
+pub(super) mod lanes;
+
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::in_plane::{self, InPlane};
 use super::{DOFS, Moved, Pairs, Plane, blend};
 use crate::geometry::Vec3;
-use crate::solver::tensor::{Mandel, Mandel66};
 
 /// Generalised strains at a point of the mid surface.
 pub(super) const GENERALISED: usize = 12;
@@ -129,45 +130,5 @@ pub(super) fn add_curvature(
                 sum[j + 4][i] += mixed;
             }
         }
-    }
-}
-
-/// Natural strain at height `zeta` from the generalised one, Mandel order.
-pub(super) fn natural(e: &[f64; GENERALISED], zeta: f64) -> Mandel {
-    let along = |i: usize| e[i] + zeta * (e[i + 3] + zeta * e[i + 6]);
-    [along(0), along(1), e[9], along(2), e[10], e[11]]
-}
-
-/// The transpose of [`natural`]: adds a natural stress to the generalised one.
-pub(super) fn add_generalised(s: &Mandel, zeta: f64, sum: &mut [f64; GENERALISED]) {
-    for (i, value) in [s[0], s[1], s[3]].into_iter().enumerate() {
-        sum[i] += value;
-        sum[i + 3] += zeta * value;
-        sum[i + 6] += zeta * zeta * value;
-    }
-    sum[9] += s[2];
-    sum[10] += s[4];
-    sum[11] += s[5];
-}
-
-/// Adds `Φᵀ D Φ` of one point, `Φ` being [`natural`].
-pub(super) fn add_generalised_stiffness(
-    d: &Mandel66,
-    zeta: f64,
-    sum: &mut [[f64; GENERALISED]; GENERALISED],
-) {
-    let mut half = [[0.0; GENERALISED]; 6];
-    for (row, values) in half.iter_mut().zip(d) {
-        add_generalised(values, zeta, row);
-    }
-    let powers = [1.0, zeta, zeta * zeta];
-    for (group, source) in [(0, 0), (1, 1), (2, 3)] {
-        for (k, power) in powers.iter().enumerate() {
-            let target = &mut sum[group + 3 * k];
-            target.iter_mut().zip(&half[source]).for_each(|(x, y)| *x += power * y);
-        }
-    }
-    for (target, source) in [(9, 2), (10, 4), (11, 5)] {
-        sum[target].iter_mut().zip(&half[source]).for_each(|(x, y)| *x += y);
     }
 }

@@ -21,6 +21,7 @@ use pulp::{Arch, Simd, WithSimd};
 use self::differences::Differences;
 use super::eigen;
 use super::{LogResponses, Material, MaterialError};
+use crate::solver::lanes::algebra::{congruence, multiply};
 use crate::solver::lanes::{Eight, Lane, POINTS};
 use crate::solver::tensor::{Mandel, Mandel66, PAIRS};
 
@@ -172,7 +173,7 @@ pub(crate) fn update_lanes<S: Simd>(
             Lane::load_all(simd, z, first),
         ];
         let log = Lane::load_all(simd, &logs, first);
-        let map = eigen::congruence(simd, &q);
+        let map = congruence(simd, &q);
         for row in 0..6 {
             let [x, y, z, ..] = map[row];
             z.mul_add(log[2], y.mul_add(log[1], x * log[0])).store(&mut strains[row], first);
@@ -238,37 +239,25 @@ impl Frame<'_> {
         }
         let mut turned = [[zero; 6]; 6];
         for (row, from) in turned.iter_mut().zip(&laws.tangent) {
-            *row = multiply(simd, &Lane::load_all(simd, from, first), &map);
+            *row = multiply(&Lane::load_all(simd, from, first), &map);
         }
         let mut eigen_tangent = [[zero; 6]; 6];
         for (i, row) in eigen_tangent.iter_mut().enumerate() {
-            *row = multiply(simd, &back[i], &turned);
+            *row = multiply(&back[i], &turned);
             for (value, factor) in row.iter_mut().zip(differences.first) {
                 *value = *value * (differences.first[i] * factor);
             }
         }
         add_second_order(&mut eigen_tangent, &differences, &t);
         for (row, turned) in eigen_tangent.iter().zip(&mut turned) {
-            *turned = multiply(simd, row, &back);
+            *turned = multiply(row, &back);
         }
         for (row, out) in map.iter().zip(&mut out.tangent) {
-            for (value, out) in multiply(simd, row, &turned).into_iter().zip(out) {
+            for (value, out) in multiply(row, &turned).into_iter().zip(out) {
                 value.store(out, first);
             }
         }
     }
-}
-
-/// A row times a matrix.
-#[inline(always)]
-fn multiply<S: Simd>(simd: S, row: &[Lane<S>; 6], matrix: &[[Lane<S>; 6]; 6]) -> [Lane<S>; 6] {
-    let mut sums = [Lane::splat(simd, 0.0); 6];
-    for (factor, row) in row.iter().zip(matrix) {
-        for (sum, value) in sums.iter_mut().zip(row) {
-            *sum = factor.mul_add(*value, *sum);
-        }
-    }
-    sums
 }
 
 /// Adds `4 T : ∂²E/∂C²`, everything in the eigenframe.

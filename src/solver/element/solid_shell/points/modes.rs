@@ -1,0 +1,185 @@
+//! What the modes of a solid-shell do and feel at points side by side.
+
+use pulp::Simd;
+
+use super::super::column::{DIRECTIONS, Frame, Totals};
+use super::super::generalised::lanes::{Powers, add_generalised};
+use super::super::stretch::STRETCHES;
+use super::{Points, vectors};
+use crate::solver::lanes::Lane;
+use crate::solver::lanes::algebra::{apply, multiply, splat, symmetric, symmetric_matrix};
+
+/// Strains of the modes at points side by side: through the thickness, and the stretches.
+pub(super) struct Modes<S: Simd> {
+    /// How many there are.
+    count: usize,
+    directions: [[Lane<S>; 6]; DIRECTIONS],
+    /// What the stress is to a change of the direction of a stretch.
+    work: [[Lane<S>; 6]; STRETCHES],
+    second: [[Lane<S>; STRETCHES]; STRETCHES],
+}
+
+impl<S: Simd> Modes<S> {
+    #[inline(always)]
+    pub fn new(
+        simd: S,
+        frame: &Frame<'_>,
+        (points, at): (&Points, usize),
+        stress: &[Lane<S>; 6],
+    ) -> Self {
+        let none = [Lane::splat(simd, 0.0); 6];
+        let lift = Lane::load(simd, &points.lift, at);
+        let mut out = Self {
+            count: 1,
+            directions: [Lane::scaled(splat(simd, &frame.through), lift), none, none],
+            work: [none; STRETCHES],
+            second: [[none[0]; STRETCHES]; STRETCHES],
+        };
+        let Some(stretch) = frame.stretch else { return out };
+        out.count = DIRECTIONS;
+        let c = symmetric_matrix(&Lane::load_all(simd, &points.stretched, at));
+        let s = symmetric_matrix(stress);
+        let base = vectors(simd, &stretch.axes.base);
+        let dual = vectors(simd, &stretch.axes.dual);
+        let (mut cb, mut sd) = (base, dual);
+        for k in 0..STRETCHES {
+            for i in 0..3 {
+                cb[k][i] = Lane::dot(&c[i], &base[k]);
+                sd[k][i] = Lane::dot(&s[i], &dual[k]);
+            }
+        }
+        for k in 0..STRETCHES {
+            let rate = Lane::splat(simd, stretch.rates[k]);
+            out.directions[1 + k] = Lane::scaled(symmetric(&cb[k], &dual[k]), rate);
+            out.work[k] = Lane::scaled(symmetric(&base[k], &sd[k]), rate + rate);
+            for l in 0..STRETCHES {
+                let rates = rate * stretch.rates[l];
+                out.second[k][l] =
+                    rates * Lane::dot(&base[k], &cb[l]) * Lane::dot(&dual[k], &sd[l]);
+            }
+        }
+        out
+    }
+
+    /// Adds what the modes feel.
+    #[inline(always)]
+    pub fn gather(
+        &self,
+        back: &[[Lane<S>; 6]; 6],
+        (stress, tangent): (&[Lane<S>; 6], &[[Lane<S>; 6]; 6]),
+        powers: &Powers<S>,
+        totals: &mut Totals,
+    ) {
+        for k in 0..self.count {
+            let direction = &self.directions[k];
+            totals.residual[k] += Lane::dot(direction, stress).sum();
+            let mut column = apply(tangent, direction);
+            let mut row = multiply(direction, tangent);
+            for l in 0..self.count {
+                totals.modes[k][l] += Lane::dot(&row, &self.directions[l]).sum();
+            }
+            if k > 0 {
+                let work = &self.work[k - 1];
+                let value = Lane::dot(work, &self.directions[0]).sum();
+                totals.modes[k][0] += value;
+                totals.modes[0][k] += value;
+                for l in 0..STRETCHES {
+                    totals.modes[k][1 + l] += self.second[k - 1][l].sum();
+                }
+                for i in 0..6 {
+                    column[i] = column[i] + work[i];
+                    row[i] = row[i] + work[i];
+                }
+            }
+            add_generalised(&apply(back, &column), powers, &mut totals.left[k]);
+            add_generalised(&apply(back, &row), powers, &mut totals.right[k]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::stretch::Axes;
+    use super::*;
+    use crate::geometry::{Mat3, Vec3};
+    use crate::solver::tensor::{self, Mandel};
+
+    const BASE: [[f64; 3]; 3] = [[1.0, 0.1, 0.0], [0.4, 0.8, 0.1], [0.0, -0.1, 0.3]];
+    const VALUES: [f64; 2] = [0.5, -0.4];
+    const STRESS: Mandel = [3.0, -1.0, 0.5, 0.7, -0.2, 0.4];
+
+    fn axes() -> Axes {
+        let base = Mat3::from_columns(&BASE.map(Vec3::from));
+        Axes::new(&base, &base.try_inverse().unwrap())
+    }
+
+    /// `E'`, the stretches having the values `alpha`.
+    fn strain(f: &Mat3, alpha: [f64; 2]) -> Mandel {
+        let axes = axes();
+        let moved = f * axes.stretched(VALUES, alpha).unwrap().gradient;
+        tensor::from_matrix(&((moved.transpose() * moved - Mat3::identity()) * 0.5))
+    }
+
+    fn by(a: Mandel, b: Mandel, step: f64) -> Mandel {
+        std::array::from_fn(|i| (a[i] - b[i]) / step)
+    }
+
+    /// Directions of the stretches, what the stress is to their changes, and the second derivatives.
+    fn modes(f: &Mat3, alpha: [f64; 2]) -> ([Mandel; 2], [Mandel; 2], [[f64; 2]; 2]) {
+        let axes = axes();
+        let stretch = axes.stretched(VALUES, alpha).unwrap();
+        let mut points = Points::zero();
+        let strain = strain(f, alpha);
+        for i in 0..6 {
+            points.stretched[i][0] = tensor::UNIT[i] + 2.0 * strain[i];
+        }
+        let zero = Vec3::zeros();
+        let frame = Frame {
+            along: [zero; 2],
+            tilt: [zero; 2],
+            across: zero,
+            strain: [0.0; 12],
+            gradient: stretch.gradient,
+            through: [0.0; 6],
+            unit: [0.0; 6],
+            share: 1.0,
+            thickening: 0.0,
+            stretch: Some(stretch),
+        };
+        let simd = pulp::Scalar::new();
+        let out = Modes::new(simd, &frame, (&points, 0), &splat(simd, &STRESS));
+        let mandel = |v: &[Lane<pulp::Scalar>; 6]| v.map(Lane::sum);
+        (
+            [mandel(&out.directions[1]), mandel(&out.directions[2])],
+            out.work.each_ref().map(mandel),
+            out.second.map(|row| row.map(Lane::sum)),
+        )
+    }
+
+    #[test]
+    fn stretches_have_the_derivatives_that_differences_have() {
+        let f = Mat3::new(1.2, 0.3, 0.0, -0.1, 0.7, 0.2, 0.0, 0.1, 1.1);
+        let (alpha, step) = ([0.4, 0.25], 1e-5);
+        let (directions, work, second) = modes(&f, alpha);
+        let moved = |k: usize, step: f64| {
+            let mut other = alpha;
+            other[k] += step;
+            other
+        };
+        let turned = f + Mat3::new(0.1, -0.2, 0.0, 0.3, 0.1, 0.0, 0.2, 0.0, -0.1) * step;
+        for k in 0..2 {
+            let ends = [moved(k, 0.5 * step), moved(k, -0.5 * step)];
+            let rate = by(strain(&f, ends[0]), strain(&f, ends[1]), step);
+            (0..6).for_each(|i| assert!((rate[i] - directions[k][i]).abs() < 1e-9));
+            for l in 0..2 {
+                let at = |step: f64| modes(&f, moved(l, step)).0[k];
+                let change = by(at(0.5 * step), at(-0.5 * step), step);
+                assert!((tensor::dot(&change, &STRESS) - second[k][l]).abs() < 1e-8);
+            }
+            let change = |alpha| by(strain(&turned, alpha), strain(&f, alpha), step);
+            let rate = by(change(ends[0]), change(ends[1]), step);
+            let expected = tensor::dot(&work[k], &change(alpha));
+            assert!((tensor::dot(&rate, &STRESS) - expected).abs() < 1e-4);
+        }
+    }
+}

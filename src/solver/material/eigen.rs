@@ -10,32 +10,43 @@ pub(super) type Eigen = ([f64; 3], [[f64; 3]; 3]);
 
 /// Those of two tensors at the price of one.
 pub(super) fn eigen_of_both(tensors: &[Mandel; 2]) -> [Eigen; 2] {
-    Arch::new().dispatch(Both(tensors))
+    let mut side_by_side = [[0.0; POINTS]; 6];
+    for (k, tensor) in tensors.iter().enumerate() {
+        side_by_side.iter_mut().zip(tensor).for_each(|(to, from)| to[k] = *from);
+    }
+    let [one, two, ..] = eigen_of_all(&side_by_side, 2);
+    [one, two]
 }
 
-struct Both<'a>(&'a [Mandel; 2]);
+/// Those of the first `count` of eight tensors.
+pub(super) fn eigen_of_all(tensors: &[Eight; 6], count: usize) -> [Eigen; POINTS] {
+    Arch::new().dispatch(All { tensors, count })
+}
 
-impl WithSimd for Both<'_> {
-    type Output = [Eigen; 2];
+struct All<'a> {
+    tensors: &'a [Eight; 6],
+    count: usize,
+}
+
+impl WithSimd for All<'_> {
+    type Output = [Eigen; POINTS];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> [Eigen; 2] {
-        let mut tensors = [[0.0; POINTS]; 6];
-        for (k, tensor) in self.0.iter().enumerate() {
-            tensors.iter_mut().zip(tensor).for_each(|(to, from)| to[k] = *from);
-        }
-        let mut out: [Eight; 12] = [[0.0; POINTS]; 12];
-        for first in Lane::<S>::groups_of(2) {
-            let (values, q) = eigen(simd, Lane::load_all(simd, &tensors, first));
+    fn with_simd<S: Simd>(self, simd: S) -> [Eigen; POINTS] {
+        let mut all: [Eight; 12] = [[0.0; POINTS]; 12];
+        for first in Lane::<S>::groups_of(self.count) {
+            let (values, q) = eigen(simd, Lane::load_all(simd, self.tensors, first));
             for (k, value) in values.iter().chain(q.as_flattened()).enumerate() {
-                value.store(&mut out[k], first);
+                value.store(&mut all[k], first);
             }
         }
-        [0, 1].map(|k| {
-            let at = |place: usize| out[place][k];
-            let row = |i: usize| std::array::from_fn(|j| at(3 + 3 * i + j));
-            (std::array::from_fn(at), std::array::from_fn(row))
-        })
+        let mut out = [([0.0; 3], [[0.0; 3]; 3]); POINTS];
+        for (k, (values, q)) in out.iter_mut().enumerate().take(self.count) {
+            for (to, from) in values.iter_mut().chain(q.as_flattened_mut()).zip(&all) {
+                *to = from[k];
+            }
+        }
+        out
     }
 }
 

@@ -21,7 +21,7 @@ use super::foreseen::Memory;
 use super::hardening::{Hardening, HardeningError};
 use super::hill48::Hill48;
 use super::yield_function::{YieldError, YieldFunction};
-use super::{LogResponse, LogResponses, Material, MaterialError, one_by_one};
+use super::{LogResponse, LogResponses, Material, MaterialError};
 use crate::geometry::Mat3;
 use crate::solver::lanes::{Eight, POINTS};
 use crate::solver::tensor::{self, Mandel, Mandel66};
@@ -153,78 +153,6 @@ impl Plastic {
         self.to_material = Some(tensor::congruence(&rows));
         self
     }
-
-    /// [`Material::update`] in material axes for criteria that are not quadratic.
-    fn update_in_axes(
-        &self,
-        strain: &Mandel,
-        old: &[f64],
-        new: &mut [f64],
-        out: &mut LogResponse,
-    ) -> Result<(), MaterialError> {
-        new.copy_from_slice(old);
-        let elastic_strain: Mandel = std::array::from_fn(|i| strain[i] - old[STRAIN + i]);
-        let trial = self.elastic.stress(&elastic_strain);
-        let flow_stress = self.hardening.flow_stress(old[EQUIVALENT]);
-        if self.criterion.equivalent(&self.relative(&trial, old))
-            <= flow_stress.0 * (1.0 + YIELD_TOLERANCE)
-        {
-            out.stress = trial;
-            out.tangent = self.elastic.stiffness();
-            out.elastic_energy = 0.5 * tensor::dot(&trial, &elastic_strain);
-            out.plastic_work = old[WORK];
-            out.plastic = false;
-            return Ok(());
-        }
-        let (increment, flow) = self.return_general(&trial, old, &mut out.tangent)?;
-        let two_mu = 2.0 * self.elastic.shear_modulus();
-        out.stress = std::array::from_fn(|i| trial[i] - two_mu * flow[i]);
-        for i in 0..6 {
-            new[STRAIN + i] += flow[i];
-        }
-        new[EQUIVALENT] += increment;
-        let harder = self.hardening.flow_stress(new[EQUIVALENT]).0 - flow_stress.0;
-        let mut work = tensor::dot(&out.stress, &flow) - 0.5 * harder * increment;
-        for (k, one) in self.backstresses.iter().enumerate() {
-            let theta = 1.0 / (1.0 + one.recovery * increment);
-            for (i, value) in flow.iter().enumerate() {
-                let x = &mut new[BACKSTRESS + 6 * k + i];
-                let next = theta * (*x + 2.0 / 3.0 * one.modulus * value);
-                work -= 0.5 * (next - *x) * value;
-                *x = next;
-            }
-        }
-        new[WORK] += work;
-        let elastic: Mandel = std::array::from_fn(|i| elastic_strain[i] - flow[i]);
-        out.elastic_energy = 0.5 * tensor::dot(&out.stress, &elastic);
-        out.plastic_work = new[WORK];
-        out.plastic = true;
-        Ok(())
-    }
-
-    /// Stress less the backstresses of `old`.
-    fn relative(&self, stress: &Mandel, old: &[f64]) -> Mandel {
-        let mut relative = *stress;
-        for k in 0..self.backstresses.len() {
-            for (i, value) in relative.iter_mut().enumerate() {
-                *value -= old[BACKSTRESS + 6 * k + i];
-            }
-        }
-        relative
-    }
-
-    /// Increments of equivalent and of plastic strain of any criterion.
-    fn return_general(
-        &self,
-        trial: &Mandel,
-        old: &[f64],
-        tangent: &mut Mandel66,
-    ) -> Result<(f64, Mandel), MaterialError> {
-        let step = general::General::new(self, trial, old);
-        let returned = step.solve()?;
-        *tangent = step.tangent(&returned);
-        Ok((returned.increment, returned.flow))
-    }
 }
 
 impl Material for Plastic {
@@ -239,31 +167,10 @@ impl Material for Plastic {
         new: &mut [f64],
         response: &mut LogResponse,
     ) -> Result<(), MaterialError> {
-        if let YieldFunction::Hill48(spectrum) = &self.criterion {
-            let strains = strain.map(|value| [value; POINTS]);
-            let mut all = LogResponses::zero();
-            let out = &mut all;
-            let one = quadratic::Update {
-                material: self,
-                spectrum,
-                strains: &strains,
-                count: 1,
-                old,
-                new,
-                out,
-            };
-            Arch::new().dispatch(one).map_err(|(_, error)| error)?;
-            *response = all.get(0);
-            new[LOG_STRAIN..BACKSTRESS].copy_from_slice(strain);
-            return Ok(());
-        }
-        let own = self.to_material.as_ref().map_or(*strain, |turn| tensor::apply(turn, strain));
-        self.update_in_axes(&own, old, new, response)?;
-        new[LOG_STRAIN..BACKSTRESS].copy_from_slice(strain);
-        let Some(turn) = &self.to_material else { return Ok(()) };
-        let back = tensor::transpose(turn);
-        response.stress = tensor::apply(&back, &response.stress);
-        response.tangent = tensor::product(&tensor::product(&back, &response.tangent), turn);
+        let strains = strain.map(|value| [value; POINTS]);
+        let mut all = LogResponses::zero();
+        self.update_points(&strains, 1, (old, new), &mut all).map_err(|(_, error)| error)?;
+        *response = all.get(0);
         Ok(())
     }
 
@@ -281,14 +188,16 @@ impl Material for Plastic {
                 let all =
                     quadratic::Update { material, spectrum, strains, count, old, new: to, out };
                 Arch::new().dispatch(all)?;
-                let histories = new.chunks_exact_mut(self.state_len()).take(count);
-                for (point, history) in histories.enumerate() {
-                    history[LOG_STRAIN..BACKSTRESS].copy_from_slice(&strains.map(|of| of[point]));
-                }
-                Ok(())
             }
-            _ => one_by_one(self, strains, count, (old, new), out),
+            YieldFunction::Yld2004(law) => {
+                self.update_general(law, (strains, count), (old, new), out)?;
+            }
         }
+        let histories = new.chunks_exact_mut(self.state_len()).take(count);
+        for (point, history) in histories.enumerate() {
+            history[LOG_STRAIN..BACKSTRESS].copy_from_slice(&strains.map(|of| of[point]));
+        }
+        Ok(())
     }
 
     fn equivalent_plastic_strain(&self, state: &[f64]) -> f64 {
@@ -306,6 +215,7 @@ impl Material for Plastic {
 }
 
 mod general;
+mod points;
 mod quadratic;
 #[cfg(test)]
 mod random_paths;

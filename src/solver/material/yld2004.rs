@@ -12,7 +12,8 @@
 //! Hessian are those of isotropic functions of `L' T` and `L'' T`, taken in their eigenframes: equal
 //! principal values are a limit of the divided differences, not a special case.
 
-use super::eigen::{Eigen, eigen_of_both};
+use super::eigen::{Eigen, eigen_of_all, eigen_of_both};
+use crate::solver::lanes::{Eight, POINTS};
 use crate::solver::tensor::{self, Mandel, Mandel66};
 
 /// Coefficients of one transformation, in the order of [`NAMES`].
@@ -55,6 +56,10 @@ pub struct Derivatives {
     /// `∂²σ̄/∂T²` [1/MPa].
     pub hessian: Mandel66,
 }
+
+/// Both transformed stresses by their principal values and directions.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Principal([Eigen; 2]);
 
 /// One transformed stress in its eigenframe.
 struct Frame {
@@ -120,7 +125,26 @@ impl Yld2004 {
     /// Equivalent stress [MPa].
     #[must_use]
     pub fn equivalent(&self, t: &Mandel) -> f64 {
-        let [(one, _), (two, _)] = eigen_of_both(&self.transformed(t));
+        self.equivalent_of(&Principal(eigen_of_both(&self.transformed(t))))
+    }
+
+    /// Principal values and directions of the transformed stresses of the first `count` of eight points.
+    pub(super) fn principal(&self, stress: &[Eight; 6], count: usize) -> [Principal; POINTS] {
+        let of = |map: &Mandel66| {
+            let mut transformed = [[0.0; POINTS]; 6];
+            for (row, factors) in transformed.iter_mut().zip(map) {
+                for (of, factor) in stress.iter().zip(factors) {
+                    row.iter_mut().zip(of).for_each(|(sum, value)| *sum += factor * value);
+                }
+            }
+            eigen_of_all(&transformed, count)
+        };
+        let (one, two) = (of(&self.maps[0]), of(&self.maps[1]));
+        std::array::from_fn(|k| Principal([one[k], two[k]]))
+    }
+
+    /// [`Self::equivalent`] of a stress whose transformed ones are known.
+    pub(super) fn equivalent_of(&self, &Principal([(one, _), (two, _)]): &Principal) -> f64 {
         let largest = largest_difference(&one, &two);
         if largest == 0.0 {
             return 0.0;
@@ -138,7 +162,11 @@ impl Yld2004 {
     /// Value, gradient and Hessian; all zero at zero stress.
     #[must_use]
     pub fn derivatives(&self, t: &Mandel) -> Derivatives {
-        let [first, second] = eigen_of_both(&self.transformed(t));
+        self.derivatives_of(&Principal(eigen_of_both(&self.transformed(t))))
+    }
+
+    /// [`Self::derivatives`] at a stress whose transformed ones are known.
+    pub(super) fn derivatives_of(&self, &Principal([first, second]): &Principal) -> Derivatives {
         let [one, two] = [Frame::new(&self.maps[0], first), Frame::new(&self.maps[1], second)];
         let largest = largest_difference(&one.values, &two.values);
         if largest.is_nan() || largest <= 0.0 {

@@ -12,7 +12,8 @@
 //! is found by Newton's method with a line search, which cannot fail.
 
 use super::{BACKSTRESS, EQUIVALENT, MaterialError, Plastic};
-use crate::solver::material::yld2004::Derivatives;
+use crate::solver::material::yield_function::YieldFunction;
+use crate::solver::material::yld2004::{Derivatives, Principal};
 use crate::solver::tensor::{self, Mandel, Mandel66};
 
 type Matrix = nalgebra::SMatrix<f64, 6, 6>;
@@ -31,6 +32,8 @@ pub(super) struct General<'a> {
     old: &'a [f64],
     /// Deviator of the trial stress.
     trial: Mandel,
+    /// What is known of the trial stress less the backstresses.
+    known: Option<&'a Principal>,
 }
 
 /// The converged state.
@@ -82,10 +85,15 @@ impl At {
 }
 
 impl<'a> General<'a> {
-    pub(super) fn new(material: &'a Plastic, trial: &Mandel, old: &'a [f64]) -> Self {
+    pub(super) fn new(
+        material: &'a Plastic,
+        trial: &Mandel,
+        old: &'a [f64],
+        known: Option<&'a Principal>,
+    ) -> Self {
         let mean = (trial[0] + trial[1] + trial[2]) / 3.0;
         let trial = std::array::from_fn(|i| trial[i] - if i < 3 { mean } else { 0.0 });
-        Self { material, old, trial }
+        Self { material, old, trial, known }
     }
 
     /// `B`, `dB/dx`, `m`, `dm/dx`.
@@ -108,12 +116,26 @@ impl<'a> General<'a> {
     }
 
     fn at(&self, xi: Mandel, x: f64) -> At {
+        self.with(xi, x, self.material.criterion.derivatives(&xi))
+    }
+
+    /// At the trial stress less the backstresses.
+    fn start(&self) -> At {
+        let xi = self.data(0.0).0;
+        match (&self.material.criterion, self.known) {
+            (YieldFunction::Yld2004(law), Some(known)) => {
+                self.with(xi, 0.0, law.derivatives_of(known))
+            }
+            _ => self.at(xi, 0.0),
+        }
+    }
+
+    fn with(&self, xi: Mandel, x: f64, derivatives: Derivatives) -> At {
         let (target, b_rate, modulus, modulus_rate) = self.data(x);
         let (yield_stress, slope) = self.material.hardening.flow_stress(self.old[EQUIVALENT] + x);
         let lambda = x / yield_stress;
         let lambda_rate = (1.0 - lambda * slope) / yield_stress;
-        let Derivatives { value: equivalent, gradient, hessian } =
-            self.material.criterion.derivatives(&xi);
+        let Derivatives { value: equivalent, gradient, hessian } = derivatives;
         let normal = Vector::from_column_slice(&gradient);
         let curvature =
             Matrix::from_fn(|r, c| gradient[r] * gradient[c] + equivalent * hessian[r][c]);
@@ -167,7 +189,7 @@ impl<'a> General<'a> {
 
     /// Newton's method on both equations from the radial return; the state it stopped at when it fails.
     fn together(&self) -> Result<At, Box<At>> {
-        let start = self.at(self.data(0.0).0, 0.0);
+        let start = self.start();
         let slope = if start.slope.is_finite() { start.slope } else { 0.0 };
         let excess = start.equivalent - start.yield_stress;
         let x = excess / (start.modulus * start.normal.norm_squared() + slope);

@@ -95,7 +95,7 @@ fn general_mapping_of_a_quadratic_criterion_is_the_closed_form() {
                 continue;
             }
             let trial = ELASTIC.stress(&std::array::from_fn(|i| strain[i] - old[i]));
-            let step = general::General::new(&material, &trial, &old);
+            let step = general::General::new(&material, &trial, &old, None);
             for returned in [step.solve().unwrap(), step.solve_bracketed().unwrap()] {
                 let p = new[EQUIVALENT] - old[EQUIVALENT];
                 assert!((returned.increment - p).abs() < 1e-11 * (p + 1e-3));

@@ -1,0 +1,129 @@
+//! Points side by side under a criterion that is not quadratic.
+//!
+//! All trial stresses are taken to their principal values at once; only points that yield go on, one by one.
+
+use super::{
+    BACKSTRESS, EQUIVALENT, LogResponse, LogResponses, MaterialError, Plastic, STRAIN, WORK,
+    YIELD_TOLERANCE, general,
+};
+use crate::solver::lanes::{Eight, POINTS};
+use crate::solver::material::yld2004::{Principal, Yld2004};
+use crate::solver::tensor::{self, Mandel};
+
+/// A point before it is known whether it yields, in material axes.
+struct Trial<'a> {
+    elastic_strain: Mandel,
+    stress: Mandel,
+    old: &'a [f64],
+    /// Of the stress less the backstresses.
+    principal: &'a Principal,
+}
+
+impl Plastic {
+    /// [`Material::update_points`](super::Material::update_points), but for the strain in the history.
+    pub(super) fn update_general(
+        &self,
+        law: &Yld2004,
+        (strains, count): (&[Eight; 6], usize),
+        (old, new): (&[f64], &mut [f64]),
+        out: &mut LogResponses,
+    ) -> Result<(), (usize, MaterialError)> {
+        let len = BACKSTRESS + 6 * self.backstresses.len();
+        let mut elastic = [([0.0; 6], [0.0; 6]); POINTS];
+        let mut relative = [[0.0; POINTS]; 6];
+        for (point, (strain, stress)) in elastic.iter_mut().enumerate().take(count) {
+            let old = &old[point * len..][..len];
+            let own = strains.map(|of| of[point]);
+            let own = self.to_material.as_ref().map_or(own, |turn| tensor::apply(turn, &own));
+            *strain = std::array::from_fn(|i| own[i] - old[STRAIN + i]);
+            *stress = self.elastic.stress(strain);
+            let all = relative.iter_mut().zip(self.relative(stress, old));
+            all.for_each(|(to, value)| to[point] = value);
+        }
+        let principal = law.principal(&relative, count);
+        let mut response = LogResponse::zero();
+        for (point, (elastic_strain, stress)) in elastic.into_iter().enumerate().take(count) {
+            let range = point * len..(point + 1) * len;
+            let trial = Trial {
+                elastic_strain,
+                stress,
+                old: &old[range.clone()],
+                principal: &principal[point],
+            };
+            self.settle(law, &trial, &mut new[range], &mut response).map_err(|e| (point, e))?;
+            if let Some(turn) = &self.to_material {
+                let back = tensor::transpose(turn);
+                response.stress = tensor::apply(&back, &response.stress);
+                let half = tensor::product(&back, &response.tangent);
+                response.tangent = tensor::product(&half, turn);
+            }
+            out.put(point, &response);
+        }
+        Ok(())
+    }
+
+    /// Stress, tangent and history of one point in material axes.
+    fn settle(
+        &self,
+        law: &Yld2004,
+        trial: &Trial<'_>,
+        new: &mut [f64],
+        out: &mut LogResponse,
+    ) -> Result<(), MaterialError> {
+        let &Trial { ref elastic_strain, ref stress, old, principal } = trial;
+        new.copy_from_slice(old);
+        let flow_stress = self.hardening.flow_stress(old[EQUIVALENT]).0;
+        if law.equivalent_of(principal) <= flow_stress * (1.0 + YIELD_TOLERANCE) {
+            out.stress = *stress;
+            out.tangent = self.elastic.stiffness();
+            out.elastic_energy = 0.5 * tensor::dot(stress, elastic_strain);
+            out.plastic_work = old[WORK];
+            out.plastic = false;
+            return Ok(());
+        }
+        let step = general::General::new(self, stress, old, Some(principal));
+        let returned = step.solve()?;
+        out.tangent = step.tangent(&returned);
+        let (increment, flow) = (returned.increment, returned.flow);
+        let two_mu = 2.0 * self.elastic.shear_modulus();
+        out.stress = std::array::from_fn(|i| stress[i] - two_mu * flow[i]);
+        for i in 0..6 {
+            new[STRAIN + i] += flow[i];
+        }
+        new[EQUIVALENT] += increment;
+        let harder = self.hardening.flow_stress(new[EQUIVALENT]).0 - flow_stress;
+        let work = tensor::dot(&out.stress, &flow) - 0.5 * harder * increment;
+        new[WORK] += work - self.harden(increment, &flow, new);
+        let elastic: Mandel = std::array::from_fn(|i| elastic_strain[i] - flow[i]);
+        out.elastic_energy = 0.5 * tensor::dot(&out.stress, &elastic);
+        out.plastic_work = new[WORK];
+        out.plastic = true;
+        Ok(())
+    }
+
+    /// Moves the backstresses with the flow; the work that they store.
+    fn harden(&self, increment: f64, flow: &Mandel, new: &mut [f64]) -> f64 {
+        let mut stored = 0.0;
+        for (k, one) in self.backstresses.iter().enumerate() {
+            let theta = 1.0 / (1.0 + one.recovery * increment);
+            for (i, value) in flow.iter().enumerate() {
+                let x = &mut new[BACKSTRESS + 6 * k + i];
+                let next = theta * (*x + 2.0 / 3.0 * one.modulus * value);
+                stored += 0.5 * (next - *x) * value;
+                *x = next;
+            }
+        }
+        stored
+    }
+
+    /// Stress less the backstresses of `old`.
+    fn relative(&self, stress: &Mandel, old: &[f64]) -> Mandel {
+        let mut relative = *stress;
+        for k in 0..self.backstresses.len() {
+            for (i, value) in relative.iter_mut().enumerate() {
+                *value -= old[BACKSTRESS + 6 * k + i];
+            }
+        }
+        relative
+    }
+}

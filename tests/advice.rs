@@ -145,3 +145,56 @@ fn patches_of_the_cross_tool_are_too_coarse_right_or_too_fine() {
     }
     assert!(!fine.contains("too coarse"), "{fine}");
 }
+
+/// Converts a surface of quadrilaterals.
+fn tool(folder: &Path, name: &str, side: &str, points: &[[f64; 3]], quads: &[[usize; 4]]) {
+    let mut text = String::new();
+    points.iter().for_each(|[x, y, z]| text += &format!("v {x} {y} {z}\n"));
+    quads.iter().for_each(|[a, b, c, d]| text += &format!("f {a} {b} {c} {d}\n"));
+    let (mesh, file) = (folder.join(format!("{name}.obj")), format!("{name}.tool.json"));
+    fs::write(&mesh, text).unwrap();
+    let made = Command::new(env!("CARGO_BIN_EXE_kanagata"))
+        .args(["convert", "--sheet-side", side, "-o"])
+        .args([&folder.join(file), &mesh])
+        .output()
+        .unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+}
+
+#[test]
+fn a_sheet_drawn_over_a_sharp_edge_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // A block whose top and wall meet at x = 12 in a right angle; a bar that goes down beside it.
+    let block = [[12.0, 0.0, -30.0], [12.0, 20.0, -30.0], [12.0, 0.0, 0.0], [12.0, 20.0, 0.0]];
+    let top = [[40.0, 0.0, 0.0], [40.0, 20.0, 0.0]];
+    let block: Vec<[f64; 3]> = block.into_iter().chain(top).collect();
+    tool(folder, "die", "+z", &block, &[[2, 1, 3, 4], [4, 3, 5, 6]]);
+    let bar = [[0.0, 0.0, 1.0], [8.0, 0.0, 1.0], [8.0, 20.0, 1.0], [0.0, 20.0, 1.0]];
+    tool(folder, "bar", "-z", &bar, &[[4, 3, 2, 1]]);
+    let tools = [("die", 1), ("bar", -1)].map(
+        |(name, z)| json!({"name": name, "file": format!("{name}.tool.json"), "direction": [0, 0, z]}),
+    );
+    let scene = json!({
+        "format": "kanagata-scene", "version": 1, "name": "edge",
+        "blank": {
+            "shape": {"rectangle": {"size_mm": [30, 20], "elements": [30, 4]}}, "thickness_mm": 1
+        },
+        "material": "mild-steel-neto2012", "tools": tools, "symmetry": [{"normal": "x"}],
+        "stages": [{"name": "bend", "drive": {"bar": {"travel_mm": 10}}}]
+    });
+    fs::write(folder.join("edge.scene.json"), scene.to_string()).unwrap();
+    let text = told(folder, "edge.scene.json", |_| {});
+    for part in ["die has a sharp edge at (12.0, 10.0, 0.0) mm, of 90 degrees", "radius of 1.27"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let still = told(folder, "edge.scene.json", |scene| {
+        scene["stages"][0]["drive"]["bar"]["travel_mm"] = json!(0.5);
+    });
+    assert!(!still.contains("sharp edge"), "{still}");
+    let beside = told(folder, "edge.scene.json", |scene| {
+        scene["blank"]["shape"]["rectangle"]["size_mm"][0] = json!(11);
+        scene["tools"][0]["place"] = json!({"shift": [0, 0, 0]});
+    });
+    assert!(!beside.contains("sharp edge"), "{beside}");
+}

@@ -24,11 +24,9 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
     let mut page = Page::new(&plan.scene.name);
     summary(&mut page, folder, plan);
     page.heading("Force against travel");
-    let (traces, layout) = lines(
-        &force_series(&folder.history),
-        "travel of the moving tool [mm]",
-        "force, whole process [N]",
-    );
+    let (travelled, title) = path(&folder.history);
+    let series = force_series(&folder.history, &travelled);
+    let (traces, layout) = lines(&series, &title, "force, whole process [N]");
     page.plot(&traces, &layout, 420);
     page.heading("Thickness");
     page.text("Along the sheet's edge in x (dx) and along its diagonal (dxy), from the corner of the blank.");
@@ -82,15 +80,54 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     page.table(&["phase", "wall time [s]"], &timings);
 }
 
-/// Force of every tool over the travel of the one that moves most.
-fn force_series(history: &History) -> Vec<Series> {
-    let last = history.rows.last().map(|r| r.travel_mm.clone()).unwrap_or_default();
-    let leading = (0..last.len()).max_by(|&a, &b| last[a].abs().total_cmp(&last[b].abs()));
+/// A stage counts as one that moves a tool from this share of the longest way on.
+const MOVES: f64 = 0.01;
+
+/// How far the process is at each increment, and what that is: the travel of the tool that moves; where stages move different
+/// ones, their ways one after the other.
+fn path(history: &History) -> (Vec<f64>, String) {
+    let mut stages: Vec<(usize, usize, f64)> = Vec::new();
+    let travel = |row: usize, tool: usize| history.rows[row].travel_mm[tool];
+    let before = |row: usize, tool: usize| if row == 0 { 0.0 } else { travel(row - 1, tool) };
+    let mut first = 0;
+    for stage in history.rows.chunk_by(|a, b| a.stage == b.stage) {
+        let last = first + stage.len() - 1;
+        let way = |tool: usize| (travel(last, tool) - before(first, tool)).abs();
+        let tools = 0..history.tools.len();
+        let leading = tools.max_by(|&a, &b| way(a).total_cmp(&way(b))).unwrap_or_default();
+        stages.push((first, leading, if history.tools.is_empty() { 0.0 } else { way(leading) }));
+        first += stage.len();
+    }
+    let longest = stages.iter().map(|s| s.2).fold(0.0, f64::max);
+    let mut moving: Vec<usize> =
+        stages.iter().filter(|s| s.2 > MOVES * longest).map(|s| s.1).collect();
+    moving.dedup();
+    if let &[tool] = moving.as_slice() {
+        let travels = (0..history.rows.len()).map(|row| travel(row, tool)).collect();
+        return (travels, format!("travel of {} [mm]", history.tools[tool]));
+    }
+    let mut travelled = Vec::with_capacity(history.rows.len());
+    let mut far = 0.0;
+    for (k, &(first, tool, way)) in stages.iter().enumerate() {
+        let end = stages.get(k + 1).map_or(history.rows.len(), |next| next.0);
+        for row in first..end {
+            let step =
+                if way > MOVES * longest { travel(row, tool) - before(row, tool) } else { 0.0 };
+            far += step.abs();
+            travelled.push(far);
+        }
+    }
+    let names: Vec<&str> = moving.iter().map(|&tool| history.tools[tool].as_str()).collect();
+    (travelled, format!("travel of {} [mm]", names.join(", then ")))
+}
+
+/// Force of every tool.
+fn force_series(history: &History, travelled: &[f64]) -> Vec<Series> {
     let tools = history.tools.iter().enumerate();
     tools
         .map(|(k, name)| Series {
             name: name.clone(),
-            x: history.rows.iter().map(|r| r.travel_mm[leading.unwrap_or(k)]).collect(),
+            x: travelled.to_vec(),
             y: history.rows.iter().map(|r| r.force_n[k]).collect(),
         })
         .collect()
@@ -115,7 +152,7 @@ fn thickness_series(mesh: &HexMesh, thickness: &[f64]) -> Vec<Series> {
         Series { name: name.to_owned(), x, y }
     };
     let series = [along("dx", Vec2::x()), along("dxy", high - low)];
-    series.into_iter().filter(|s| s.x.len() > 1).collect()
+    series.into_iter().filter(|s| s.x.len() > 2).collect()
 }
 
 /// The upper face of the sheet, coloured by thickness.
@@ -202,4 +239,38 @@ fn audited_surface(name: &str, path: &Path, shift: &Vec3) -> Option<ValuedSurfac
         opacity: 1.0,
         signed: true,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::record::HistoryRow;
+
+    fn history(rows: &[(&str, [f64; 2])]) -> History {
+        let row = |(stage, travels): &(&str, [f64; 2])| HistoryRow {
+            increment: 1,
+            stage: (*stage).into(),
+            time: 0.0,
+            travel_mm: travels.to_vec(),
+            force_n: vec![0.0; 2],
+            iterations: 1,
+            contacts: [0; 2],
+            energy: Default::default(),
+        };
+        History { tools: vec!["one".into(), "two".into()], rows: rows.iter().map(row).collect() }
+    }
+
+    #[test]
+    fn forces_are_drawn_over_the_tool_that_moves_and_over_one_way_after_the_other() {
+        let mut rows = vec![("hold", [0.01, 0.0]), ("draw", [0.02, 5.0]), ("draw", [0.0, 9.0])];
+        let (travelled, title) = path(&history(&rows));
+        assert_eq!(travelled, [0.0, 5.0, 9.0]);
+        assert_eq!(title, "travel of two [mm]");
+        rows.extend([("back", [2.0, 9.0]), ("back", [6.0, 9.0])]);
+        let (travelled, title) = path(&history(&rows));
+        assert_eq!(travelled, [0.0, 5.0, 9.0, 11.0, 15.0]);
+        assert_eq!(title, "travel of two, then one [mm]");
+        assert!(path(&history(&[])).0.is_empty());
+        assert!(path(&History::default()).0.is_empty());
+    }
 }

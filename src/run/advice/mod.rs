@@ -3,6 +3,7 @@
 mod clearance;
 mod coarse;
 mod curvature;
+mod sharp;
 mod size;
 mod stops;
 mod symmetry;
@@ -58,6 +59,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     let kept = reachable(setup);
     for (k, tool) in setup.tools.iter().enumerate() {
         tools::remarks(tool, &kept[k], &sizes, cost, &mut out);
+        out.extend(sharp::remark(setup, k, &kept[k], &sizes));
     }
     clearance::remarks(plan, setup, &kept, &mut out);
     stops::remarks(setup, &mut out);

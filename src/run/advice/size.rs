@@ -54,6 +54,16 @@ impl Sizes {
         Self { tree: BoxTree::build(&boxes), boxes, edges, mean, tolerance }
     }
 
+    /// Whether a place lies over or under the sheet, seen along `z`, and not over its rim.
+    pub(super) fn covers(&self, at: &Vec3) -> bool {
+        let near = 1e-3 * self.mean;
+        let beside = [(near, 0.0), (-near, 0.0), (0.0, near), (0.0, -near)];
+        beside.into_iter().all(|(x, y)| {
+            let place = [at.x + x, at.y + y];
+            self.boxes.iter().any(|b| (0..2).all(|k| b.min[k] <= place[k] && place[k] <= b.max[k]))
+        })
+    }
+
     /// Size along `direction` of the element nearest to `at`; where that stands on the sheet (walls that it is drawn
     /// along), across `other`, the direction along the bend.
     pub(super) fn along(&self, at: &Vec3, direction: &Vec3, other: &Vec3) -> Option<Size> {

@@ -1,0 +1,136 @@
+//! Sharp edges that a tool opposite draws the sheet over. A sheet is held off tools at its nodes: over an edge it lies on
+//! the two nodes beside it, and its force falls each time that one of them passes.
+
+use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_2;
+
+use super::curvature::corners;
+use super::size::Sizes;
+use super::{Remark, end_of};
+use crate::geometry::Vec3;
+use crate::geometry::frame::unit;
+use crate::solver::{Motion, SimulationSetup, ToolSetup};
+use crate::tool::side::SideCurve;
+
+/// Angle between the faces' normals [rad] from which an edge is sharp.
+const SHARP: f64 = 0.5;
+/// Share of a tool's direction in the normal of a face that looks towards the sheet.
+const TOWARDS: f64 = 0.1;
+/// Places along an edge at which the sheet is looked for.
+const PLACES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
+/// Elements over a radius that lets nodes pass one after the other.
+const OVER_A_RADIUS: f64 = 2.0;
+
+/// A remark on a tool whose sharp edges the sheet is drawn over; `kept`: patches the sheet may come near.
+pub(super) fn remark(
+    setup: &SimulationSetup,
+    tool: usize,
+    kept: &[bool],
+    sizes: &Sizes,
+) -> Option<Remark> {
+    let own = &setup.tools[tool];
+    let far = passed(setup, tool);
+    if far <= setup.body.mesh().mean_thickness() {
+        return None;
+    }
+    let edges = edges(own, kept);
+    let near = own.surface.model().patches.iter().zip(kept).filter(|(_, kept)| **kept);
+    let front = near
+        .flat_map(|(patch, _)| corners(patch))
+        .map(|(x, _)| x.dot(&own.direction))
+        .fold(f64::NEG_INFINITY, f64::max);
+    // The sheet reaches back over an edge no farther than the tool opposite goes.
+    let met =
+        |at: &&Vec3| front - at.dot(&own.direction) < far && sizes.covers(&(**at + own.offset));
+    let met = edges.iter().filter_map(|edge| Some((edge, edge.places.iter().find(met)?)));
+    let (edge, at) = met.max_by(|(a, _), (b, _)| a.turn.total_cmp(&b.turn))?;
+    let Edge { turn, along, across, .. } = edge;
+    let at = at + own.offset;
+    let element = sizes.along(&at, across, along).map_or(sizes.mean, |size| size.length);
+    let radius = OVER_A_RADIUS * element / FRAC_PI_2;
+    Some(Remark::new(
+        format!(
+            "{} has a sharp edge at ({:.1}, {:.1}, {:.1}) mm, of {:.0} degrees, over which the sheet may be drawn",
+            own.name,
+            at.x,
+            at.y,
+            at.z,
+            turn.to_degrees()
+        ),
+        format!(
+            "a sheet is held off tools at its nodes, so forces rise and fall as they pass it; a radius of {radius:.2} mm has two elements over 90 degrees"
+        ),
+    ))
+}
+
+/// How far a tool on the sheet's other side goes past this one while both are there, along its own direction [mm].
+fn passed(setup: &SimulationSetup, tool: usize) -> f64 {
+    let own = &setup.tools[tool];
+    let mut farthest = 0.0_f64;
+    for (other, opposite) in setup.tools.iter().enumerate() {
+        if other == tool || opposite.side == own.side {
+            continue;
+        }
+        let along = own.direction.dot(&opposite.direction);
+        let mut ends = [(0.0, true); 2];
+        for stage in &setup.stages {
+            for ((at, there), which) in ends.iter_mut().zip([tool, other]) {
+                let motion = &stage.motions[which];
+                *at = end_of(motion, *at).unwrap_or(*at);
+                *there = match motion {
+                    Motion::Release | Motion::Absent => false,
+                    Motion::Hold => *there,
+                    _ => true,
+                };
+            }
+            let [(here, _), (there, _)] = ends;
+            if ends.iter().all(|end| end.1) {
+                farthest = farthest.max(there - along * here);
+            }
+        }
+    }
+    farthest
+}
+
+/// A sharp edge.
+struct Edge {
+    /// Places on it, its middle first [mm].
+    places: [Vec3; 5],
+    /// Angle between the normals of its faces [rad].
+    turn: f64,
+    along: Vec3,
+    /// Along the sheet that lies over it.
+    across: Vec3,
+}
+
+/// Sharp convex edges between patches near the sheet.
+fn edges(tool: &ToolSetup, kept: &[bool]) -> Vec<Edge> {
+    let model = tool.surface.model();
+    let mut first: HashMap<[u32; 2], (Vec3, Vec3)> = HashMap::new();
+    let mut out = Vec::new();
+    let near = model.patches.iter().zip(&model.corners).zip(kept).filter(|(_, kept)| **kept);
+    for ((patch, ring), _) in near {
+        let ids = &ring.vertices;
+        let corners = corners(patch);
+        let middle = corners.iter().map(|c| c.0).sum::<Vec3>() / corners.len().max(1) as f64;
+        for k in 0..ids.len() {
+            let side = SideCurve::new(patch, k);
+            let (eta, zeta) = side.parameters(0.5);
+            let Some(normal) = patch.normal(eta, zeta) else { continue };
+            let (a, b) = (ids[k], ids[(k + 1) % ids.len()]);
+            let Some((other, beyond)) = first.insert([a.min(b), a.max(b)], (normal, middle)) else {
+                continue;
+            };
+            let (at, turn) = (side.point(0.5), normal.angle(&other));
+            let convex = (middle - at).dot(&other) < 0.0 && (beyond - at).dot(&normal) < 0.0;
+            let towards = [normal, other].map(|n| n.dot(&tool.direction));
+            if turn > SHARP && convex && towards[0].max(towards[1]) > TOWARDS {
+                let Some(along) = unit(side.point(1.0) - side.point(0.0)) else { continue };
+                let Some(across) = unit(along.cross(&(normal + other))) else { continue };
+                let places = PLACES.map(|t| side.point(t));
+                out.push(Edge { places, turn, along, across });
+            }
+        }
+    }
+    out
+}

@@ -332,3 +332,47 @@ fn work_is_accounted_for_to_second_order_in_the_steps() {
         assert!(few.abs() < 0.02 && more.abs() < few.abs() / 64.0, "{few:e} {more:e}");
     }
 }
+
+/// Eight points of one material, elastic, hardly plastic and far beyond yielding, with histories of their own.
+#[test]
+fn points_side_by_side_are_what_they_are_alone_and_where_the_careful_iteration_ends() {
+    let mut random = Random(7);
+    for material in every_kind() {
+        let len = material.state_len();
+        for size in [1e-3, 1e-2, 0.3] {
+            let mut old = vec![0.0; POINTS * len];
+            let mut strains = [[0.0; POINTS]; 6];
+            for _ in 0..2 {
+                for point in 0..POINTS {
+                    let scale = size * random.next().abs();
+                    strains.iter_mut().for_each(|of| of[point] += scale * random.next());
+                }
+                let (mut new, mut out) = (old.clone(), LogResponses::zero());
+                material.update_points(&strains, POINTS, (&old, &mut new), &mut out).unwrap();
+                for point in 0..POINTS {
+                    let range = point * len..(point + 1) * len;
+                    let (start, end) = (&old[range.clone()], &new[range]);
+                    let (mut alone, mut response) = (start.to_vec(), LogResponse::zero());
+                    let strain = strains.map(|of| of[point]);
+                    material.update(&strain, start, &mut alone, &mut response).unwrap();
+                    assert_eq!(alone, end);
+                    assert_eq!(response.tangent, out.get(point).tangent);
+                    if !response.plastic {
+                        continue;
+                    }
+                    let elastic = std::array::from_fn(|i| strain[i] - start[STRAIN + i]);
+                    let trial = material.elastic.stress(&elastic);
+                    let step = general::General::new(&material, &trial, start, None);
+                    let careful = step.solve().unwrap();
+                    let increment = alone[EQUIVALENT] - start[EQUIVALENT];
+                    assert!((increment - careful.increment).abs() < 1e-10 * size, "{increment}");
+                    let tangent = step.tangent(&careful);
+                    let apart = response.tangent.as_flattened().iter().zip(tangent.as_flattened());
+                    let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                    assert!(apart < 1e-6 * material.elastic.young, "{apart}");
+                }
+                old = new;
+            }
+        }
+    }
+}

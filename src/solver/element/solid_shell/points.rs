@@ -153,15 +153,7 @@ fn place<S: Simd>(simd: S, frame: &Frame<'_>, rule: &Rule, start: usize, points:
         let dual = [cross(&h, &across), cross(&across, &g), cross(&g, &h)];
         let det = Lane::dot(&g, &dual[0]);
         let over = Lane::splat(simd, 1.0) / det;
-        // q[j][i]: component j of the i-th dual base vector, stretched.
-        let mut q = [[over; 3]; 3];
-        for (i, dual) in dual.iter().enumerate() {
-            for j in 0..3 {
-                let column = splat(simd, &[gradient[0][j], gradient[1][j], gradient[2][j]]);
-                q[j][i] = Lane::dot(dual, &column) * over;
-            }
-        }
-        let map = congruence(simd, &q);
+        let map = congruence(simd, &stretched(simd, &dual, over, &gradient));
         let lift = zeta * over * frame.share;
         let strain = natural(simd, &frame.strain, zeta);
         let at = start + first;
@@ -176,6 +168,24 @@ fn place<S: Simd>(simd: S, frame: &Frame<'_>, rule: &Rule, start: usize, points:
         det.store(&mut points.det, at);
         lift.store(&mut points.lift, at);
     }
+}
+
+/// Component `j` of the `i`-th dual base vector in `[j][i]`, stretched: `dual` times `over`, by the rows of `U`.
+#[inline(always)]
+fn stretched<S: Simd>(
+    simd: S,
+    dual: &[[Lane<S>; 3]; 3],
+    over: Lane<S>,
+    gradient: &[[f64; 3]; 3],
+) -> [[Lane<S>; 3]; 3] {
+    let mut q = [[over; 3]; 3];
+    for (i, dual) in dual.iter().enumerate() {
+        for j in 0..3 {
+            let column = splat(simd, &[gradient[0][j], gradient[1][j], gradient[2][j]]);
+            q[j][i] = Lane::dot(dual, &column) * over;
+        }
+    }
+    q
 }
 
 /// What the material answers, eight points at a time.
@@ -230,16 +240,7 @@ fn gather<S: Simd>(
         let weights = Weights { simd, at, share, weight };
         totals.elastic_energy += weights.weighed(&points.elastic_energy).sum();
         totals.plastic_work += weights.weighed(&points.plastic_work).sum();
-        let mut stress = [zero; 6];
-        // Rows of `back` are columns of the map.
-        let (mut tangent, mut back) = ([[zero; 6]; 6], [[zero; 6]; 6]);
-        for i in 0..6 {
-            stress[i] = weights.weighed(&points.stress[i]);
-            for j in 0..6 {
-                tangent[i][j] = weights.weighed(&points.tangent[i][j]);
-                back[j][i] = Lane::load(simd, &points.map[i][j], at);
-            }
-        }
+        let (stress, tangent, back) = weights.answers(points);
         let powers = Powers::new(Lane::load(simd, &rule.zeta, first));
         add_generalised(&apply(&back, &stress), &powers, &mut totals.stress);
         if wants_tangent {
@@ -271,6 +272,22 @@ impl<S: Simd> Weights<S> {
     fn weighed(&self, from: &Each) -> Lane<S> {
         let zero = Lane::splat(self.simd, 0.0);
         zero.if_less(self.share, self.weight * Lane::load(self.simd, from, self.at), zero)
+    }
+
+    /// Stresses and tangents, weighed, and the maps from natural to Cartesian strain, turned over.
+    #[inline(always)]
+    fn answers(&self, points: &Points) -> ([Lane<S>; 6], [[Lane<S>; 6]; 6], [[Lane<S>; 6]; 6]) {
+        let zero = Lane::splat(self.simd, 0.0);
+        let mut stress = [zero; 6];
+        let (mut tangent, mut back) = ([[zero; 6]; 6], [[zero; 6]; 6]);
+        for i in 0..6 {
+            stress[i] = self.weighed(&points.stress[i]);
+            for j in 0..6 {
+                tangent[i][j] = self.weighed(&points.tangent[i][j]);
+                back[j][i] = Lane::load(self.simd, &points.map[i][j], self.at);
+            }
+        }
+        (stress, tangent, back)
     }
 }
 

@@ -333,9 +333,10 @@ fn work_is_accounted_for_to_second_order_in_the_steps() {
     }
 }
 
-/// Eight points of one material, elastic, hardly plastic and far beyond yielding, with histories of their own.
+/// Eight points of one material, elastic, hardly plastic and far beyond yielding, with histories of their own; those that
+/// yield are where the general mapping ends.
 #[test]
-fn points_side_by_side_are_what_they_are_alone_and_where_the_careful_iteration_ends() {
+fn points_side_by_side_are_what_they_are_alone() {
     let mut random = Random(7);
     for material in every_kind() {
         let len = material.state_len();
@@ -364,12 +365,13 @@ fn points_side_by_side_are_what_they_are_alone_and_where_the_careful_iteration_e
                     let trial = material.elastic.stress(&elastic);
                     let step = general::General::new(&material, &trial, start, None);
                     let careful = step.solve().unwrap();
-                    let increment = alone[EQUIVALENT] - start[EQUIVALENT];
-                    assert!((increment - careful.increment).abs() < 1e-10 * size, "{increment}");
+                    let off = alone[EQUIVALENT] - start[EQUIVALENT] - careful.increment;
+                    assert!(off.abs() < 1e-10 * size, "{off}");
                     let tangent = step.tangent(&careful);
-                    let apart = response.tangent.as_flattened().iter().zip(tangent.as_flattened());
-                    let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                    assert!(apart < 1e-6 * material.elastic.young, "{apart}");
+                    for (a, b) in response.tangent.as_flattened().iter().zip(tangent.as_flattened())
+                    {
+                        assert!((a - b).abs() < 1e-6 * material.elastic.young, "{a} {b}");
+                    }
                 }
                 old = new;
             }

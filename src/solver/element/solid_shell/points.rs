@@ -28,6 +28,9 @@ const RULE: usize = 2 * POINTS;
 /// One number of each point.
 type Each = [f64; ROOM];
 
+/// Linear maps of symmetric tensors, side by side.
+type Map<S> = [[Lane<S>; 6]; 6];
+
 /// Places and weights through the thickness, zero beyond the last.
 struct Rule {
     count: usize,
@@ -276,7 +279,7 @@ impl<S: Simd> Weights<S> {
 
     /// Stresses and tangents, weighed, and the maps from natural to Cartesian strain, turned over.
     #[inline(always)]
-    fn answers(&self, points: &Points) -> ([Lane<S>; 6], [[Lane<S>; 6]; 6], [[Lane<S>; 6]; 6]) {
+    fn answers(&self, points: &Points) -> ([Lane<S>; 6], Map<S>, Map<S>) {
         let zero = Lane::splat(self.simd, 0.0);
         let mut stress = [zero; 6];
         let (mut tangent, mut back) = ([[zero; 6]; 6], [[zero; 6]; 6]);

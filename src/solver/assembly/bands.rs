@@ -115,10 +115,18 @@ impl Body {
             out.tangent.resize(self.gather.pattern.nnz(), 0.0);
         }
         let mut sums = Sums::default();
+        // An element's modes go on from where it was last evaluated: all are, whichever fails, as bands are as long as
+        // there are threads for them.
+        let mut failure = Ok(());
         for band in &self.bands.list {
             let first = band.elements.start % self.bands.kept;
             let blocks = &mut self.blocks[first..first + band.elements.len()];
-            all.evaluate(band.elements.start, &mut states[band.elements.clone()], blocks)?;
+            let done =
+                all.evaluate(band.elements.start, &mut states[band.elements.clone()], blocks);
+            failure = failure.and(done);
+            if failure.is_err() {
+                continue;
+            }
             blocks.iter().for_each(|block| sums.add(block));
             let answers = Answers { gather: &self.gather, blocks: &self.blocks, want };
             answers.sum(&band.nodes, out);
@@ -126,7 +134,7 @@ impl Body {
         let Sums { elastic_energy, plastic_work, internal_residual } = sums;
         (out.elastic_energy, out.plastic_work) = (elastic_energy, plastic_work);
         out.internal_residual = internal_residual;
-        Ok(())
+        failure
     }
 }
 
@@ -282,11 +290,15 @@ mod tests {
 
     /// A sheet of 9 x 7 x 2 elements in the order `place` puts them in.
     fn body(place: impl Fn(usize) -> usize, length: usize) -> Body {
+        body_of(ElementKind::Hex8, place, length)
+    }
+
+    fn body_of(kind: ElementKind, place: impl Fn(usize) -> usize, length: usize) -> Body {
         let HexMesh { nodes, elements, nodes_per_column } = rectangle(9.0, 7.0, 0.8, 9, 7, 2);
         let elements = (0..elements.len()).map(|e| elements[place(e)]).collect();
         let mesh = HexMesh { nodes, elements, nodes_per_column };
         let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
-        let mut body = Body::new(mesh, ElementKind::Hex8, Arc::clone(&steel)).unwrap();
+        let mut body = Body::new(mesh, kind, Arc::clone(&steel)).unwrap();
         body.bands = Bands::of_length(&body.gather, body.mesh.elements.len(), length);
         body.blocks = vec![ElementMatrices::zero(); body.bands.kept];
         body
@@ -312,6 +324,35 @@ mod tests {
                     body(place, length).evaluate(&u, want, &mut out).unwrap();
                     assert_eq!(out, expected, "bands of {length}");
                 }
+            }
+        }
+    }
+
+    /// Modes go on from the last evaluation, so what comes after a failed one must not depend on where it stopped.
+    #[test]
+    fn after_an_element_has_failed_bands_of_any_length_go_on_alike() {
+        for kind in [ElementKind::default(), ElementKind::Hex8Enhanced] {
+            let after = |length: usize| {
+                let mut body = body_of(kind, |e| e, length);
+                let bent = |body: &Body, by: f64| -> Vec<f64> {
+                    let nodes = body.mesh.nodes.iter();
+                    nodes
+                        .flat_map(|x| [0.02 * x.x, by * x.x * x.y, -0.1 * by * x.x * x.z])
+                        .collect()
+                };
+                let mut out = Evaluation::default();
+                let mut failing = bent(&body, 0.01);
+                // A corner of an element in the middle, pushed through the face opposite.
+                let node = body.mesh.elements[60][0] as usize;
+                failing[3 * node + 2] += 5.0;
+                let failed = body.evaluate(&failing, Want::ResidualAndTangent, &mut out);
+                let element = failed.unwrap_err().element;
+                body.evaluate(&bent(&body, 0.004), Want::ResidualAndTangent, &mut out).unwrap();
+                (element, out)
+            };
+            let expected = after(126);
+            for length in [1, 16, 100] {
+                assert!(after(length) == expected, "{kind:?} in bands of {length}");
             }
         }
     }

@@ -117,7 +117,9 @@ pub(super) fn attempt(
     let stage = &sim.stages[plan.stage];
     set_targets(&mut sim.sys, stage, plan, target, sim.share);
     add_loads(&mut sim.sys, &sim.loads, stage.load.at(target));
-    solve(&mut sim.sys, &sim.limits, patience, foreseen, &mut sim.history)
+    let found = solve(&mut sim.sys, &sim.limits, patience, foreseen, &mut sim.history)?;
+    sim.sys.body.not_inside_out(&sim.sys.u)?;
+    Ok(found)
 }
 
 /// Starts the iteration where the last increment, repeated in proportion, would lead; that proportion, where the

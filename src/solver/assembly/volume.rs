@@ -1,9 +1,9 @@
-//! Volume of the sheet: that of its nodes against what the elastic strains of its points leave.
+//! Volume of the sheet: that of its nodes against what the elastic strains of its points leave, and whether each element has one.
 
 use rayon::prelude::*;
 
-use super::Body;
-use crate::solver::element::PointGeometry;
+use super::{Body, ElementFailure};
+use crate::solver::element::{FailureReason, PointGeometry};
 use crate::solver::material::foreseen::Memory;
 
 impl Body {
@@ -35,6 +35,30 @@ impl Body {
         Some(off / all)
     }
 
+    /// Whether every element is as its nodes were numbered: has a volume over each of the four Gauss points of its plane, between
+    /// its faces. Strains that are measured by lengths, as those of a solid-shell, are as sound in one that is turned over.
+    ///
+    /// # Errors
+    /// [`FailureReason::Inverted`] for the lowest-numbered element that has none.
+    pub fn not_inside_out(&self, displacement: &[f64]) -> Result<(), ElementFailure> {
+        let least = |element: usize| {
+            let (points, moved) = (&self.geometry[element], self.moved(element, displacement));
+            let over = |place: usize| {
+                let pair = [&points[place], &points[place + 4]];
+                let [volume, own] = pair.iter().fold([0.0; 2], |[volume, own], point| {
+                    [volume + point.weight * volume_ratio(point, &moved), own + point.weight]
+                });
+                (place, volume / own)
+            };
+            (0..4).map(over).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
+        };
+        let elements = (0..self.mesh.elements.len()).into_par_iter();
+        let turned = elements.map(|k| (k, least(k))).find_first(|(_, (_, ratio))| *ratio <= 0.0);
+        turned.map_or(Ok(()), |(element, (point, ratio))| {
+            Err(ElementFailure { element, point, reason: FailureReason::Inverted { ratio } })
+        })
+    }
+
     /// Shares of an element's volume that its points stand for; `None` where its Gauss points say it.
     fn point_weights(&self) -> Option<Vec<f64>> {
         let through = self.kind.point_count() / 4;
@@ -47,11 +71,16 @@ impl Body {
 
     /// Volume of an element at `displacement` [mm³].
     fn present_volume(&self, element: usize, displacement: &[f64]) -> f64 {
-        let moved = self.mesh.elements[element].map(|node| {
+        let moved = self.moved(element, displacement);
+        self.geometry[element].iter().map(|point| point.weight * volume_ratio(point, &moved)).sum()
+    }
+
+    /// Displacements of an element's nodes [mm].
+    fn moved(&self, element: usize, displacement: &[f64]) -> [[f64; 3]; 8] {
+        self.mesh.elements[element].map(|node| {
             let at = 3 * node as usize;
             [displacement[at], displacement[at + 1], displacement[at + 2]]
-        });
-        self.geometry[element].iter().map(|point| point.weight * volume_ratio(point, &moved)).sum()
+        })
     }
 }
 
@@ -103,6 +132,31 @@ mod tests {
             found = body.volume_balance(&u).unwrap();
         }
         found
+    }
+
+    #[test]
+    fn an_element_whose_corner_is_drawn_across_it_is_inside_out() {
+        let steel = card::find("mild-steel-neto2012").unwrap().build(0.3).unwrap();
+        let shell = ElementKind::SolidShell { points: 5, membrane: true };
+        let body = Body::new(rectangle(6.0, 6.0, 0.8, 3, 3, 1), shell, steel).unwrap();
+        let drawn = |share: f64| -> Vec<f64> {
+            // The corner of the blank, both its nodes, towards the other end of the diagonal of its element.
+            let moved = |x: &crate::geometry::Vec3| {
+                let corner = f64::from(x.x > 5.9 && x.y > 5.9);
+                [-2.0 * share * corner, -2.0 * share * corner, 0.0]
+            };
+            body.mesh().nodes.iter().flat_map(moved).collect()
+        };
+        // At a Gauss point det J of this plane is 1 - 1.577 share.
+        assert_eq!(body.not_inside_out(&drawn(0.63)), Ok(()));
+        let failure = body.not_inside_out(&drawn(0.64)).unwrap_err();
+        assert_eq!(failure.element, 8);
+        let FailureReason::Inverted { ratio } = failure.reason else { panic!("{failure}") };
+        assert!((ratio + 0.0094).abs() < 1e-3, "{ratio}");
+        // Turned over as a whole.
+        let over: Vec<f64> =
+            body.mesh().nodes.iter().flat_map(|x| [0.0, 0.0, -2.0 * x.z]).collect();
+        assert_eq!(body.not_inside_out(&over).unwrap_err().element, 0);
     }
 
     #[test]

@@ -126,7 +126,9 @@ pub struct PointFailure {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FailureReason {
     /// The element is turned inside out.
-    #[error("volume ratio {ratio}, must be above zero: cut the increment")]
+    #[error(
+        "volume ratio {ratio}, must be above zero: the element turns inside out, as where a sheet folds or tears; cut the increment"
+    )]
     Inverted {
         /// det F at the point.
         ratio: f64,

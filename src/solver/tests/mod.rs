@@ -3,6 +3,7 @@
 mod claims;
 mod cross;
 mod cup;
+mod folded;
 mod followed;
 mod released;
 mod snap;

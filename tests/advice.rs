@@ -65,6 +65,24 @@ fn elements_are_coarse_along_the_bend_alone() {
 }
 
 #[test]
+fn a_tool_that_begins_in_the_sheet_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("u-draw", folder);
+    let at = |down: f64| {
+        told(folder, "u-draw.scene.json", |scene| {
+            scene["tools"][2]["place"] = json!({"shift": [0.0, 0.0, -down]});
+        })
+    };
+    assert!(!at(0.0).contains("undeformed sheet"));
+    let text = at(0.3);
+    assert!(
+        text.contains("nodes of the undeformed sheet are inside punch, the deepest by 0.3"),
+        "{text}"
+    );
+}
+
+#[test]
 fn a_tool_far_from_a_loaded_sheet_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -197,4 +215,9 @@ fn a_sheet_drawn_over_a_sharp_edge_is_told() {
         scene["tools"][0]["place"] = json!({"shift": [0, 0, 0]});
     });
     assert!(!beside.contains("sharp edge"), "{beside}");
+    // Past the die's flat and not past its edge: nothing takes the sheet down there.
+    let over = told(folder, "edge.scene.json", |scene| {
+        scene["tools"][1]["place"] = json!({"shift": [20, 0, 0]});
+    });
+    assert!(!over.contains("sharp edge"), "{over}");
 }

@@ -35,7 +35,7 @@ impl Page {
         let _ = writeln!(self.body, "<p>{}</p>", escape(text));
     }
 
-    /// A table; cells that parse as numbers are set flush right. One wider than the page scrolls in a box of its own, its
+    /// A table; cells that parse as numbers are set flush right, unless its columns have no names. One wider than the page scrolls in a box of its own, its
     /// first column staying where it is.
     pub fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
         self.body.push_str("<div class=\"wide\"><table><thead><tr>");
@@ -43,10 +43,11 @@ impl Page {
             let _ = write!(self.body, "<th>{}</th>", escape(cell));
         }
         self.body.push_str("</tr></thead><tbody>\n");
+        let named = head.iter().any(|cell| !cell.is_empty());
         for row in rows {
             self.body.push_str("<tr>");
             for cell in row {
-                let class = if cell.parse::<f64>().is_ok() { " class=\"n\"" } else { "" };
+                let class = if named && cell.parse::<f64>().is_ok() { " class=\"n\"" } else { "" };
                 let _ = write!(self.body, "<td{class}>{}</td>", escape(cell));
             }
             self.body.push_str("</tr>\n");

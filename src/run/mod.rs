@@ -76,7 +76,7 @@ pub enum RunError {
         folder: PathBuf,
     },
     /// The solver cannot start or gave up.
-    #[error("{cause}\n  the last good state is in {}", folder.display())]
+    #[error("{cause}\n  the last good state is in {}; `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room", folder.display())]
     Solver {
         /// What the solver said.
         cause: Box<SimulationError>,

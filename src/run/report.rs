@@ -32,7 +32,7 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
     page.text("Along the sheet's edge in x (dx) and along its diagonal (dxy), from the corner of the blank.");
     let (traces, layout) = lines(
         &thickness_series(mesh, &thickness),
-        "distance in the flat blank [mm]",
+        "distance along the blank [mm]",
         "thickness [mm]",
     );
     page.plot(&traces, &layout, 380);
@@ -133,22 +133,34 @@ fn force_series(history: &History, travelled: &[f64]) -> Vec<Series> {
         .collect()
 }
 
-/// Thickness along the side y = lowest (dx) and along the diagonal of the blank's box (dxy), where it has nodes there.
+/// Thickness along the side y = lowest (dx) and along the diagonal of the blank's box (dxy), where it has nodes there,
+/// over the way along the blank: the distance in plan, and where the blank climbs (a tube) that along its slope.
 fn thickness_series(mesh: &HexMesh, thickness: &[f64]) -> Vec<Series> {
     let plan = mesh.column_coordinates();
+    let height: Vec<f64> = mesh.bottom_nodes().iter().map(|&n| mesh.nodes[n as usize].z).collect();
     let low = plan.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
     let high = plan.iter().copied().reduce(|a, b| a.sup(&b)).unwrap_or_default();
     let near = 1e-6 * (high - low).norm();
     let along = |name: &str, direction: Vec2| {
         let line = direction.normalize();
-        let mut columns: Vec<(f64, f64)> = plan
-            .iter()
-            .zip(thickness)
-            .filter(|(p, _)| line.perp(&(*p - low)).abs() <= near)
-            .map(|(p, t)| (line.dot(&(p - low)), *t))
-            .collect();
-        columns.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (x, y) = columns.into_iter().unzip();
+        let on = |&k: &usize| line.perp(&(plan[k] - low)).abs() <= near;
+        let place = |k: usize| Vec2::new(line.dot(&(plan[k] - low)), height[k]);
+        // Columns one above the other in order of their height.
+        let rounded = |k: usize| Vec2::new((place(k).x / near).round(), height[k]);
+        let mut columns: Vec<usize> = (0..plan.len()).filter(on).collect();
+        columns.sort_by(|&a, &b| {
+            let [a, b] = [a, b].map(rounded);
+            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
+        });
+        let mut last = columns.first().map_or(Vec2::zeros(), |&k| Vec2::new(0.0, height[k]));
+        let mut way = 0.0;
+        let mut x = Vec::with_capacity(columns.len());
+        for &k in &columns {
+            way += (place(k) - last).norm();
+            last = place(k);
+            x.push(way);
+        }
+        let y = columns.iter().map(|&k| thickness[k]).collect();
         Series { name: name.to_owned(), x, y }
     };
     let series = [along("dx", Vec2::x()), along("dxy", high - low)];
@@ -245,6 +257,7 @@ fn audited_surface(name: &str, path: &Path, shift: &Vec3) -> Option<ValuedSurfac
 mod tests {
     use super::*;
     use crate::report::record::HistoryRow;
+    use crate::solver::blank::rectangle;
 
     fn history(rows: &[(&str, [f64; 2])]) -> History {
         let row = |(stage, travels): &(&str, [f64; 2])| HistoryRow {
@@ -258,6 +271,25 @@ mod tests {
             energy: Default::default(),
         };
         History { tools: vec!["one".into(), "two".into()], rows: rows.iter().map(row).collect() }
+    }
+
+    #[test]
+    fn thickness_is_drawn_over_the_way_along_the_blank() {
+        let mut mesh = rectangle(6.0, 2.0, 1.0, 3, 2, 1);
+        mesh.nodes.iter_mut().for_each(|x| x.x += 5.0);
+        let thickness: Vec<f64> = (0..mesh.column_count()).map(|k| k as f64).collect();
+        let ways = |mesh: &HexMesh| thickness_series(mesh, &thickness)[0].x.clone();
+        // From the corner of the blank's box, at 5.
+        assert_eq!(ways(&mesh), [0.0, 2.0, 4.0, 6.0]);
+        // A slope of 3 in 4, then a wall.
+        mesh.nodes.iter_mut().for_each(|x| x.z += 0.75 * (x.x - 5.0));
+        for (a, b) in ways(&mesh).iter().zip([0.0, 2.5, 5.0, 7.5]) {
+            assert!((a - b).abs() < 1e-12, "{a}");
+        }
+        mesh.nodes.iter_mut().for_each(|x| x.x = if x.y > 0.5 { 9.0 } else { 5.0 });
+        for (a, b) in ways(&mesh).iter().zip([0.0, 1.5, 3.0, 4.5]) {
+            assert!((a - b).abs() < 1e-12, "{a}");
+        }
     }
 
     #[test]

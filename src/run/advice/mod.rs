@@ -3,6 +3,7 @@
 mod clearance;
 mod coarse;
 mod curvature;
+mod inside;
 mod sharp;
 mod size;
 mod stops;
@@ -59,6 +60,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     let kept = reachable(setup);
     for (k, tool) in setup.tools.iter().enumerate() {
         tools::remarks(tool, &kept[k], &sizes, cost, &mut out);
+        out.extend(inside::remark(setup, k, &sizes));
         out.extend(sharp::remark(setup, k, &kept[k], &sizes));
     }
     clearance::remarks(plan, setup, &kept, &mut out);

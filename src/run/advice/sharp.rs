@@ -29,7 +29,8 @@ pub(super) fn remark(
     sizes: &Sizes,
 ) -> Option<Remark> {
     let own = &setup.tools[tool];
-    let far = passed(setup, tool);
+    let passing = passing(setup, tool);
+    let far = passing.iter().map(|other| other.far).fold(0.0, f64::max);
     if far <= setup.body.mesh().mean_thickness() {
         return None;
     }
@@ -39,10 +40,15 @@ pub(super) fn remark(
         .flat_map(|(patch, _)| corners(patch))
         .map(|(x, _)| x.dot(&own.direction))
         .fold(f64::NEG_INFINITY, f64::max);
-    // The sheet reaches back over an edge no farther than the tool opposite goes.
+    let met = |edge: &Edge, at: &Vec3| {
+        let back = front - at.dot(&own.direction);
+        let at = at + own.offset;
+        // The sheet reaches back over an edge no farther than the tool opposite goes there.
+        let passed = |other: &Passing| back < other.far && other.reaches_past(&at, &edge.across);
+        sizes.covers(&at) && passing.iter().any(passed)
+    };
     let met =
-        |at: &&Vec3| front - at.dot(&own.direction) < far && sizes.covers(&(**at + own.offset));
-    let met = edges.iter().filter_map(|edge| Some((edge, edge.places.iter().find(met)?)));
+        edges.iter().filter_map(|edge| Some((edge, edge.places.iter().find(|at| met(edge, at))?)));
     let (edge, at) = met.max_by(|(a, _), (b, _)| a.turn.total_cmp(&b.turn))?;
     let Edge { turn, along, across, .. } = edge;
     let at = at + own.offset;
@@ -63,30 +69,56 @@ pub(super) fn remark(
     ))
 }
 
-/// How far a tool on the sheet's other side goes past this one while both are there, along its own direction [mm].
-fn passed(setup: &SimulationSetup, tool: usize) -> f64 {
+/// A tool on the sheet's other side that goes past another.
+struct Passing {
+    /// How far, along the other's direction [mm].
+    far: f64,
+    /// Corners of its patches where it begins [mm].
+    corners: Vec<Vec3>,
+}
+
+impl Passing {
+    /// Whether some of it lies beyond a place, along a direction across the way it goes.
+    fn reaches_past(&self, at: &Vec3, across: &Vec3) -> bool {
+        self.corners.iter().any(|x| (x - at).dot(across) > 0.0)
+    }
+}
+
+/// The tools on the sheet's other side that go past this one while both are there.
+fn passing(setup: &SimulationSetup, tool: usize) -> Vec<Passing> {
     let own = &setup.tools[tool];
+    let opposite = setup.tools.iter().enumerate();
+    let opposite = opposite.filter(|&(other, opposite)| other != tool && opposite.side != own.side);
+    opposite
+        .map(|(other, opposite)| Passing {
+            far: farthest_past(setup, tool, other),
+            corners: {
+                let patches = opposite.surface.model().patches.iter();
+                patches.flat_map(corners).map(|(x, _)| x + opposite.offset).collect()
+            },
+        })
+        .filter(|passing| passing.far > 0.0)
+        .collect()
+}
+
+/// How far another tool goes past this one while both are there, along this one's direction [mm].
+fn farthest_past(setup: &SimulationSetup, tool: usize, other: usize) -> f64 {
+    let along = setup.tools[tool].direction.dot(&setup.tools[other].direction);
     let mut farthest = 0.0_f64;
-    for (other, opposite) in setup.tools.iter().enumerate() {
-        if other == tool || opposite.side == own.side {
-            continue;
+    let mut ends = [(0.0, true); 2];
+    for stage in &setup.stages {
+        for ((at, there), which) in ends.iter_mut().zip([tool, other]) {
+            let motion = &stage.motions[which];
+            *at = end_of(motion, *at).unwrap_or(*at);
+            *there = match motion {
+                Motion::Release | Motion::Absent => false,
+                Motion::Hold => *there,
+                _ => true,
+            };
         }
-        let along = own.direction.dot(&opposite.direction);
-        let mut ends = [(0.0, true); 2];
-        for stage in &setup.stages {
-            for ((at, there), which) in ends.iter_mut().zip([tool, other]) {
-                let motion = &stage.motions[which];
-                *at = end_of(motion, *at).unwrap_or(*at);
-                *there = match motion {
-                    Motion::Release | Motion::Absent => false,
-                    Motion::Hold => *there,
-                    _ => true,
-                };
-            }
-            let [(here, _), (there, _)] = ends;
-            if ends.iter().all(|end| end.1) {
-                farthest = farthest.max(there - along * here);
-            }
+        let [(here, _), (there, _)] = ends;
+        if ends.iter().all(|end| end.1) {
+            farthest = farthest.max(there - along * here);
         }
     }
     farthest
@@ -99,7 +131,7 @@ struct Edge {
     /// Angle between the normals of its faces [rad].
     turn: f64,
     along: Vec3,
-    /// Along the sheet that lies over it.
+    /// Square to it and to the tool's direction, from the face that looks towards the sheet to what falls off.
     across: Vec3,
 }
 
@@ -126,7 +158,9 @@ fn edges(tool: &ToolSetup, kept: &[bool]) -> Vec<Edge> {
             let towards = [normal, other].map(|n| n.dot(&tool.direction));
             if turn > SHARP && convex && towards[0].max(towards[1]) > TOWARDS {
                 let Some(along) = unit(side.point(1.0) - side.point(0.0)) else { continue };
-                let Some(across) = unit(along.cross(&(normal + other))) else { continue };
+                let land = if towards[0] > towards[1] { middle } else { beyond };
+                let Some(across) = unit(along.cross(&tool.direction)) else { continue };
+                let across = if (land - at).dot(&across) > 0.0 { -across } else { across };
                 let places = PLACES.map(|t| side.point(t));
                 out.push(Edge { places, turn, along, across });
             }

@@ -42,7 +42,7 @@ pub(super) fn remarks(
         out.push(Remark {
             what: format!("{beyond} of {patches} patches of {name} are beyond the reach of the sheet"),
             cost: format!(
-                "about {} of search trees, no unknowns; `kanagata convert --reach` leaves such faces out of the file",
+                "{} of search trees, no unknowns; `kanagata convert --reach` leaves such faces out of the file",
                 megabytes(beyond as f64 * BYTES_A_PATCH)
             ),
             auto: true,
@@ -58,7 +58,7 @@ pub(super) fn remarks(
                 sizes.tolerance
             ),
             format!(
-                "about {} and the time to search them; convert with --tol {:.4} instead of fixed divisions",
+                "{} and the time to search them; convert with --tol {:.4} instead of fixed divisions",
                 megabytes(fine as f64 * BYTES_A_PATCH),
                 sizes.tolerance
             ),
@@ -68,7 +68,7 @@ pub(super) fn remarks(
 }
 
 fn megabytes(bytes: f64) -> String {
-    if bytes < 1e5 { "less than 0.1 MB".into() } else { format!("{:.1} MB", bytes / 1e6) }
+    if bytes < 1e5 { "less than 0.1 MB".into() } else { format!("about {:.1} MB", bytes / 1e6) }
 }
 
 /// A bend and the size of the elements along it.

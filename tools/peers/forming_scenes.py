@@ -5,100 +5,27 @@
   forming_scenes.py FOLDER [--programs target/release] [--only NAME ...] [--tol 0.05]
 
 Needs `pip install cadquery gmsh`. Scenes: hole-expansion, nakazima, redraw (reverse, five stages), wipe, wipe-sharp, tray
-(nothing symmetric, holder on a spring), knife (sharp edges everywhere), ironing, needle.
+(nothing symmetric, holder on a spring), knife (sharp edges everywhere), ironing, needle; erichsen, bead (channel over a
+drawbead), flare and nose (a tube of shuffled hexahedra in an Abaqus deck), vee (air bending, then bottoming by a force),
+channels (bipolar plate of foil), conical (a cup drawn without a holder, which wrinkles), emboss (and pressed flat again), cups.
 """
 
 import argparse
 import json
 import math
 import pathlib
+import random
 import shutil
 import subprocess
 
 import cadquery as cq
 import gmsh
 
-MILD, AA6016, AA5754 = "mild-steel-neto2012", "aa6016-t4-esaform2021", "aa5754-o-coer2018"
+from forming_solids import solids
+
+MILD, DEEP = "mild-steel-neto2012", "mild-steel-numisheet93"
+AA6016, AA5754, AA2090 = "aa6016-t4-esaform2021", "aa5754-o-coer2018", "aa2090-t3-barlat2005"
 QUARTER = [{"normal": "x"}, {"normal": "y"}]
-
-
-def inner(solid, face, radius, nth=0):
-    return solid.faces(face).edges(cq.selectors.RadiusNthSelector(nth)).fillet(radius)
-
-
-def ring(outer, opening, low, high):
-    return cq.Workplane("XY").workplane(offset=low).circle(outer).circle(opening).extrude(high - low)
-
-
-def punch(radius, fillet, low, high, face):
-    return cq.Workplane("XY").workplane(offset=low).circle(radius).extrude(high - low).faces(face).edges().fillet(fillet)
-
-
-def bar(points, width=60):
-    return cq.Workplane("XZ").polyline(points).close().extrude(-width).translate((0, -5, 0))
-
-
-def cone(points):
-    return cq.Workplane("XZ").polyline(points).close().revolve(360, (0, 0, 0), (0, 1, 0))
-
-
-def along_y(solid, x, z, radius):
-    return solid.edges("|Y").edges(cq.selectors.BoxSelector((x - 1, -100, z - 1), (x + 1, 100, z + 1))).fillet(radius)
-
-
-def tray():
-    kite = [(-60, -40), (55, -50), (70, 35), (-45, 50)]
-    plate = lambda low, high: cq.Workplane("XY").workplane(offset=low).rect(240, 200).extrude(high - low)
-    hole = lambda low, high: (
-        cq.Workplane("XY").workplane(offset=low).polyline(kite).close().extrude(high - low).edges("|Z").fillet(14)
-    )
-    mouth = cq.selectors.BoxSelector((-100, -80, -1), (100, 80, 1))
-    die = plate(-40, 0).cut(hole(-40, 0)).faces(">Z").edges(mouth).fillet(6)
-    stamp = cq.Workplane("XY").polyline(kite).close().offset2D(-1.3).extrude(40).edges("|Z").fillet(12.7)
-    slope = cq.Workplane("XZ").polyline([(-80, -1), (90, -1), (90, 9), (-80, 0)]).close().extrude(160)
-    stamp = stamp.cut(slope.translate((0, 80, 0))).faces("<Z").edges().fillet(7)
-    return {"die": (die, "+z"), "holder": (plate(0, 10).cut(hole(0, 10)), "-z"), "punch": (stamp, "-z")}
-
-
-def solids(name):
-    """Tools of a scene, each with the way that its side for the sheet looks."""
-    if name == "hole-expansion":
-        tip = cone([(0, -60), (25, -60), (25, -43.3), (2, -3.46), (0, -3.46)])
-        tip = tip.edges(cq.selectors.BoxSelector((-3, -3, -4), (3, 3, -3))).fillet(1.9)
-        die = inner(ring(70, 30, 0, 20), "<Z", 5)
-        return {"die": (die, "-z"), "holder": (ring(70, 31, -10, 0), "+z"), "punch": (tip, "+z")}
-    if name == "nakazima":
-        ball = cq.Workplane("XY").sphere(50).translate((0, 0, -50))
-        die = inner(ring(100, 55, 0, 20), "<Z", 6)
-        return {"die": (die, "-z"), "holder": (ring(100, 56, -10, 0), "+z"), "punch": (ball, "+z")}
-    if name == "redraw":
-        second = inner(inner(ring(44.3, 31.3, 0, 60), "<Z", 5), "<Z", 7, 1)
-        return {
-            "die": (inner(ring(100, 46.3, -60, 0), ">Z", 7), "+z"),
-            "holder": (ring(100, 47, 0, 10), "-z"),
-            "punch": (punch(45, 8, 0, 60, "<Z"), "-z"),
-            "die2": (second, "-z"),
-            "punch2": (punch(30, 6, -60, 0, ">Z"), "+z"),
-        }
-    if name in ("wipe", "wipe-sharp"):
-        die = bar([(-60, -40), (0, -40), (0, 0), (-60, 0)])
-        wiper = bar([(1.1, 0), (41.1, 0), (41.1, 40), (1.1, 40)])
-        if name == "wipe":
-            die, wiper = along_y(die, 0, 0, 2), along_y(wiper, 1.1, 0, 4)
-        pad = cq.Workplane("XY").box(56, 60, 10, centered=False).translate((-60, -5, 0))
-        return {"die": (die, "+z"), "pad": (pad, "-z"), "wipe": (wiper, "-z")}
-    if name == "tray":
-        return tray()
-    if name == "knife":
-        return {
-            "die": (bar([(12, 0), (40, 0), (40, -30), (12, -30)], 40), "+z"),
-            "punch": (bar([(0, 0), (12, 22), (-12, 22)], 40), "-z"),
-        }
-    if name == "ironing":
-        die = inner(ring(60, 20.85, -40, 0), ">Z", 6)
-        return {"die": (die, "+z"), "holder": (ring(60, 21, 0, 10), "-z"), "punch": (punch(20, 5, 0, 50, "<Z"), "-z")}
-    tip = cone([(0, 0), (12, 25), (0, 25)])
-    return {"die": (ring(45, 15, -20, 0), "+z"), "holder": (ring(45, 15, 0, 10), "-z"), "punch": (tip, "-z")}
 
 
 def mesh(path, outline, size):
@@ -116,6 +43,29 @@ def mesh(path, outline, size):
     gmsh.finalize()
 
 
+def tube(path, around, up, inner, thickness, height):
+    """Deck of a quarter of a tube that stands on z = 0: nodes and elements numbered and listed at random."""
+    number, cells = {}, []
+    corners = [(i, j, k) for i in range(around + 1) for j in range(up + 1) for k in range(2)]
+    draw = random.Random(5)
+    draw.shuffle(corners)
+    number = {corner: 7 + 3 * n for n, corner in enumerate(corners)}
+    for i in range(around):
+        for j in range(up):
+            ring = [(j, 0), (j + 1, 0), (j + 1, 1), (j, 1)]
+            cells.append([number[(i + a, *place)] for a in range(2) for place in ring])
+    draw.shuffle(cells)
+    with open(path, "w") as deck:
+        deck.write("*HEADING\ntube\n*NODE\n")
+        for i, j, k in corners:
+            angle, radius = math.pi / 2 * i / around, inner + thickness * k
+            x, y = (0.0 if i == around else math.cos(angle)), (0.0 if i == 0 else math.sin(angle))
+            deck.write(f"{number[i, j, k]}, {radius * x:.12g}, {radius * y:.12g}, {height * j / up:.12g}\n")
+        deck.write("*ELEMENT, TYPE=C3D8, ELSET=TUBE\n")
+        for n, cell in enumerate(cells):
+            deck.write(", ".join(map(str, [n + 11, *cell])) + "\n")
+
+
 def blank(name, folder):
     annulus = lambda k: k.cut([(2, k.addDisk(0, 0, 0, 65, 65))], [(2, k.addDisk(0, 0, 0, 5, 5))])[0]
     strip = lambda k: k.cut([(2, k.addDisk(0, 0, 0, 90, 90))], [(2, k.addDisk(0, 75, 0, 60, 60))])[0]
@@ -125,6 +75,10 @@ def blank(name, folder):
         mesh(folder / "blank.msh", annulus, lambda r: 0.8 + 2.7 * min(1, max(0, (r - 5) / 25)))
     elif name == "nakazima":
         mesh(folder / "blank.msh", strip, lambda r: 2.0 if r < 35 else 3.5)
+    if name in ("flare", "nose"):
+        tube(folder / "blank.inp", 24, 40, 20, 1, 40)
+        return {"shape": {"mesh": {"file": "blank.inp"}}, "element": "solid-shell"}
+    cup = (disc(85, 6, 14), 1.0)
     shapes = {
         "redraw": (disc(80, 8, 20), 1.0),
         "wipe": (rectangle([62, 50], [62, 10], [-45, 0]), 0.9),
@@ -133,6 +87,14 @@ def blank(name, folder):
         "knife": (rectangle([30, 20], [60, 8], [0, 0]), 1.5),
         "ironing": (disc(36, 8, 20), 1.0),
         "needle": (disc(40, 8, 16), 0.5),
+        "erichsen": (disc(45, 14, 30), 0.8),
+        "bead": (rectangle([105, 1], [210, 1], [0, 0]), 0.8),
+        "vee": (rectangle([40, 20], [80, 6], [0, 0]), 2.0),
+        "channels": (rectangle([2, 0.1], [80, 1], [0, 0]), 0.1),
+        "conical": (disc(70, 10, 24), 0.5),
+        "emboss": (disc(25, 10, 16), 1.0),
+        "cup-mild": cup, "cup-aa6016": cup, "cup-aa2090": cup,
+        "cup-aa2090-whole": ({"disc": {"radius_mm": 85, "core": 6, "rings": 14}}, 1.0),
     }
     file = {"mesh": {"file": "blank.msh"}}
     shape, thickness = shapes.get(name, (file, 1.2 if name == "hole-expansion" else 1.0))
@@ -149,7 +111,7 @@ def travel(mm):
 
 # Material; friction by tool; shifts of tools that are not placed touching; stages by name, tool and drive; the rest.
 SCENES = {
-    "hole-expansion": ("mild-steel-numisheet93", {"die": 0.12, "holder": 0.12, "punch": 0.05}, {},
+    "hole-expansion": (DEEP, {"die": 0.12, "holder": 0.12, "punch": 0.05}, {},
                        [("clamp", {"holder": force(150e3)}), ("expand", {"punch": travel(25)})],
                        {"symmetry": QUARTER, "holds": [{"where": {"beyond_radius_mm": 64.9}, "axes": ["x", "y"]}]}),
     "nakazima": (AA6016, {"die": 0.3, "holder": 0.3, "punch": 0.02}, {},
@@ -180,6 +142,35 @@ SCENES = {
 SCENES["wipe-sharp"] = (MILD, {"die": 0.15, "pad": 0.15, "wipe": 0.15}, {},
                         [("clamp", {"pad": force(30e3)}), ("wipe", {"wipe": travel(20)})], SCENES["wipe"][4])
 
+BASE = {"where": {"plane": {"normal": "z"}}, "axes": ["x", "y", "z"]}
+STRIP = {"symmetry": [{"normal": "x"}], "holds": [{"where": {"all": True}, "axes": ["y"]}]}
+PERIOD = {"symmetry": [{"normal": "x"}, {"normal": "x", "at_mm": 2}], "holds": STRIP["holds"]}
+CUP = [("clamp", {"holder": force(30e3)}), ("draw", {"punch": travel(30)})]
+ABSENT, RELEASE = {"absent": True}, {"release": True}
+SCENES |= {
+    "erichsen": (AA6016, {"die": 0.12, "holder": 0.12, "punch": 0.05}, {},
+                 [("clamp", {"holder": force(10e3)}), ("dome", {"punch": travel(9)})], {"symmetry": QUARTER}),
+    "bead": (MILD, {"die": 0.1, "holder": 0.1, "punch": 0.1}, {},
+             [("clamp", {"holder": force(800)}), ("draw", {"punch": travel(40)})], STRIP),
+    "flare": (MILD, {"cone": 0.1}, {}, [("flare", {"cone": travel(25)})], {"symmetry": QUARTER, "holds": [BASE]}),
+    "nose": (MILD, {"cone": 0.05}, {}, [("nose", {"cone": travel(14)})], {"symmetry": QUARTER, "holds": [BASE]}),
+    "vee": (DEEP, {"die": 0.1, "punch": 0.1}, {},
+            [("bend", {"punch": travel(15)}), ("bottom", {"punch": force(80e3)})], {"symmetry": QUARTER}),
+    "channels": (DEEP, {"die": 0.1, "punch": 0.1}, {"punch": 0.5}, [("form", {"punch": travel(0.47)})], PERIOD),
+    "conical": (AA5754, {"die": 0.08, "punch": 0.15}, {}, [("draw", {"punch": travel(35)})], {"symmetry": QUARTER}),
+    "emboss": (AA6016, dict.fromkeys(["die", "holder", "punch", "low", "flat"], 0.1), {"low": -3.2},
+               [("clamp", {"holder": force(20e3), "low": ABSENT, "flat": ABSENT}), ("emboss", {"punch": travel(3)}),
+                ("off", {"punch": RELEASE, "holder": RELEASE, "die": RELEASE}),
+                ("flatten", {"flat": force(60e3), "low": travel(0)})], {"symmetry": QUARTER}),
+    "cup-mild": (MILD, dict.fromkeys(["die", "holder", "punch"], 0.06), {}, CUP, {"symmetry": QUARTER}),
+}
+SCENES["cup-aa6016"] = (AA6016, *SCENES["cup-mild"][1:])
+SCENES["cup-aa2090"] = (AA2090, *SCENES["cup-mild"][1:])
+SCENES["cup-aa2090-whole"] = (AA2090, *SCENES["cup-mild"][1:4], {})
+# Tools that the sheet's thickness direction does not tell the side of, and those that a stage before the last let go.
+SIDES = {"flare": "bottom", "nose": "top"}
+GONE = {"redraw": ("punch", "holder"), "emboss": ("punch", "holder", "die")}
+
 
 def write(name, folder, programs, tol):
     folder.mkdir(parents=True, exist_ok=True)
@@ -194,12 +185,14 @@ def write(name, folder, programs, tol):
         )
         direction = [0, 0, 1 if side == "+z" else -1]
         entry = {"name": tool, "file": f"{tool}.tool.json", "direction": direction, "friction": friction[tool]}
+        if name in SIDES:
+            entry["side"] = SIDES[name]
         if tool in shifts:
             entry["place"] = {"shift": [0, 0, shifts[tool]]}
         tools.append(entry)
     stages = [{"name": stage, "drive": drive} for stage, drive in stages]
-    gone = [t for t in friction if not (name == "redraw" and t in ("punch", "holder"))]
-    stages.append({"name": "free", "drive": {tool: {"release": True} for tool in gone}})
+    there = [tool for tool in friction if tool not in GONE.get(name, ())]
+    stages.append({"name": "free", "drive": {tool: RELEASE for tool in there}})
     scene = {"format": "kanagata-scene", "version": 1, "name": name, "blank": blank(name, folder),
              "material": material, "tools": tools, "stages": stages, "output": {"vtu_every": 0}, **rest}
     path = folder / f"{name}.scene.json"

@@ -348,7 +348,8 @@ pub struct SolverLimits {
     /// Increments allowed in the whole run.
     pub increments: usize,
     /// Slip in an increment over which friction rises to Coulomb's force, as a share of the longest element edge;
-    /// 0: exact stick and slip.
+    /// 0: stick and slip apart, to compare with: takes many times the iterations and may find no balance; 1e-8 is as near as that
+    /// and as fast as the default.
     pub friction_transition: f64,
     /// How a node is kept out of a tool: `exact`, or by springs to compare with.
     pub contact: ContactMethod,

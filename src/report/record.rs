@@ -1,6 +1,7 @@
 //! The records of a run folder: `history.csv`, a line an increment, `iterations.csv`, and `run.json`.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -227,6 +228,26 @@ pub struct SpringbackRecord {
     pub energy_nmm: f64,
 }
 
+/// The sheet's thickness, between the nodes of its faces.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ThicknessRecord {
+    /// Where it has become the smallest share of what it was [mm].
+    pub least_mm: f64,
+    /// What it was there [mm].
+    pub was_mm: f64,
+    /// That place, on the upper face, as it is now [mm].
+    pub at_mm: [f64; 3],
+    /// The largest anywhere [mm].
+    pub most_mm: f64,
+}
+
+impl fmt::Display for ThicknessRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { least_mm, was_mm, at_mm: [x, y, z], .. } = self;
+        write!(f, "{least_mm:.4} of {was_mm:.4} mm at ({x:.1}, {y:.1}, {z:.1}) mm")
+    }
+}
+
 /// `run.json`: what went in, what it cost, how it ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunRecord {
@@ -292,6 +313,9 @@ pub struct RunRecord {
     pub volume_balance: Option<f64>,
     /// Deepest penetration of a node at the end of an increment [mm].
     pub penetration_mm: f64,
+    /// Thickness of the sheet at the last balance; none in what an older program wrote.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thickness: Option<ThicknessRecord>,
     /// From the last balance with tools to the present one without; none while tools are there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springback: Option<SpringbackRecord>,

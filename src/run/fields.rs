@@ -1,6 +1,7 @@
 //! Fields on the sheet and the tools, as VTU grids.
 
 use crate::geometry::Vec3;
+use crate::report::record::ThicknessRecord;
 use crate::report::{CellKind, DataArray, Vtu};
 use crate::solver::blank::HexMesh;
 use crate::tool::{Patch, ToolModel};
@@ -20,6 +21,21 @@ pub fn column_thickness(mesh: &HexMesh, positions: &[Vec3]) -> Vec<f64> {
         .zip(&high)
         .map(|(&a, &b)| (positions[b as usize] - positions[a as usize]).norm())
         .collect()
+}
+
+/// The least and the largest thickness at `displacements`; none of a sheet without columns.
+#[must_use]
+pub fn thickness(mesh: &HexMesh, displacements: &[f64]) -> Option<ThicknessRecord> {
+    let positions = positions(mesh, displacements);
+    let (now, before) = (column_thickness(mesh, &positions), column_thickness(mesh, &mesh.nodes));
+    let share = |column: &usize| now[*column] / before[*column];
+    let thinnest = (0..now.len()).min_by(|a, b| share(a).total_cmp(&share(b)))?;
+    Some(ThicknessRecord {
+        least_mm: now[thinnest],
+        was_mm: before[thinnest],
+        at_mm: positions[mesh.top_nodes()[thinnest] as usize].into(),
+        most_mm: now.iter().copied().fold(0.0, f64::max),
+    })
 }
 
 /// The formed sheet: displacement, thickness and contact force at the nodes.
@@ -100,6 +116,9 @@ mod tests {
         u[3 * top + 2] = -0.1;
         let thickness = column_thickness(&mesh, &positions(&mesh, &u));
         assert!((thickness[3] - 0.7).abs() < 1e-15 && (thickness[0] - 0.8).abs() < 1e-15);
+        let told = super::thickness(&mesh, &u).unwrap();
+        assert_eq!(told.to_string(), "0.7000 of 0.8000 mm at (2.0, 2.0, 0.7) mm");
+        assert_eq!(told.most_mm, 0.8);
     }
 
     #[test]

@@ -141,6 +141,7 @@ impl RunFolder {
             self.take_convergence(report);
         }
         self.update_record(report, start);
+        self.record.thickness = fields::thickness(mesh, report.displacements);
         let stage_end = report.share >= 1.0 - 1e-12;
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
         let first = self.last_stage.is_none();
@@ -311,6 +312,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         energy_balance: 0.0,
         volume_balance: None,
         penetration_mm: 0.0,
+        thickness: None,
         springback: None,
         convergence_order: None,
         inputs: inputs(plan),

@@ -76,10 +76,12 @@ pub enum RunError {
         folder: PathBuf,
     },
     /// The solver cannot start or gave up.
-    #[error("{cause}\n  the last good state is in {}; `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room", folder.display())]
+    #[error("{cause}{more}\n  the last good state is in {}", folder.display())]
     Solver {
         /// What the solver said.
         cause: Box<SimulationError>,
+        /// What the sheet at its last balance, and other commands, say to that.
+        more: String,
         /// The run folder.
         folder: PathBuf,
     },
@@ -122,6 +124,7 @@ pub fn run(
     let unknowns = 3 * setup.body.mesh().nodes.len();
     let failed = |cause: SimulationError| RunError::Solver {
         cause: Box::new(cause),
+        more: String::new(),
         folder: output.to_path_buf(),
     };
     let (left_out, guard) = if options.auto {
@@ -165,14 +168,33 @@ pub fn run(
         Err(SimulationError::Stopped { .. }) => Verdict::Stopped,
         Err(_) => Verdict::NoConvergence,
     };
-    folder.finish(verdict, outcome.as_ref().err().map(ToString::to_string), start)?;
+    let more = if node.is_some() { to_giving_up(&folder.record) } else { String::new() };
+    let message = outcome.as_ref().err().map(|cause| format!("{cause}{more}"));
+    folder.finish(verdict, message, start)?;
     if verdict == Verdict::Completed {
         checkpoint::remove(output);
     }
     if verdict != Verdict::Stopped {
         report::write(&folder, plan, &simulation)?;
     }
-    outcome.map(|()| folder.record).map_err(failed)
+    outcome.map(|()| folder.record).map_err(|cause| RunError::Solver {
+        cause: Box::new(cause),
+        more,
+        folder: output.to_path_buf(),
+    })
+}
+
+/// What is to be said beside where and why the solver gave up.
+fn to_giving_up(record: &RunRecord) -> String {
+    /// Share of its thickness to which hardly any sheet can be stretched.
+    const TORN: f64 = 0.5;
+    let torn = record.thickness.filter(|thickness| thickness.least_mm < TORN * thickness.was_mm);
+    let torn = torn.map_or(String::new(), |thickness| {
+        format!(". The sheet is thinned to {thickness}: it tears before that")
+    });
+    format!(
+        "{torn}. `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room"
+    )
 }
 
 /// Keeps other runs out of the folder until the lock is dropped. A folder that is to be gone on in and is not there

@@ -59,6 +59,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("wall time, processor time", format!("{:.1} s, {:.1} s", r.wall_s, r.cpu_s)),
         ("peak memory", format!("{:.0} MB", r.peak_mb)),
         ("material", plan.card.name.clone()),
+        ("thinnest", r.thickness.map_or("-".into(), |thickness| thickness.to_string())),
         ("forces out of balance", format!("{:.1e} of the largest", r.force_balance)),
         ("energy not accounted for", format!("{:.2e} of the work done", r.energy_balance)),
         ("volume out of balance", volume),

@@ -16,7 +16,6 @@ use super::element::{
 };
 use super::material::Material;
 use super::pattern::{Gather, Pattern};
-use crate::geometry::Vec3;
 use bands::Bands;
 
 pub use foresight::Foresight;
@@ -247,18 +246,6 @@ impl Body {
             .chunks_exact(self.stride())
             .map(|element| mean(&element[..points * state_len]))
             .collect()
-    }
-
-    /// Distance [mm] from bottom to top node of every column at `displacement`: the sheet's thickness.
-    #[must_use]
-    pub fn column_thickness(&self, displacement: &[f64]) -> Vec<f64> {
-        let place = |node: u32| {
-            let at = 3 * node as usize;
-            let u = &displacement[at..at + 3];
-            self.mesh.nodes[node as usize] + Vec3::new(u[0], u[1], u[2])
-        };
-        let (low, high) = (self.mesh.bottom_nodes(), self.mesh.top_nodes());
-        low.iter().zip(&high).map(|(&a, &b)| (place(b) - place(a)).norm()).collect()
     }
 
     /// Stored values of an element.

@@ -241,10 +241,19 @@ pub struct ThicknessRecord {
     pub most_mm: f64,
 }
 
+impl ThicknessRecord {
+    /// Whether the sheet is thinner somewhere than hardly any can be stretched: half of what it was.
+    #[must_use]
+    pub fn is_torn(&self) -> bool {
+        self.least_mm < 0.5 * self.was_mm
+    }
+}
+
 impl fmt::Display for ThicknessRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { least_mm, was_mm, at_mm: [x, y, z], .. } = self;
-        write!(f, "{least_mm:.4} of {was_mm:.4} mm at ({x:.1}, {y:.1}, {z:.1}) mm")
+        write!(f, "{least_mm:.4} of {was_mm:.4} mm at ({x:.1}, {y:.1}, {z:.1}) mm")?;
+        if self.is_torn() { write!(f, " (a sheet tears before that)") } else { Ok(()) }
     }
 }
 

@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use crate::files::WriteError;
-use crate::report::record::{LeftOutRecord, RunRecord, Verdict};
+use crate::report::record::{LeftOutRecord, RunRecord, ThicknessRecord, Verdict};
 use crate::scene::{Plan, SceneError};
 use crate::solver::reach::{Guard, leave_out};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
@@ -186,12 +186,9 @@ pub fn run(
 
 /// What is to be said beside where and why the solver gave up.
 fn to_giving_up(record: &RunRecord) -> String {
-    /// Share of its thickness to which hardly any sheet can be stretched.
-    const TORN: f64 = 0.5;
-    let torn = record.thickness.filter(|thickness| thickness.least_mm < TORN * thickness.was_mm);
-    let torn = torn.map_or(String::new(), |thickness| {
-        format!(". The sheet is thinned to {thickness}: it tears before that")
-    });
+    let torn = record.thickness.filter(ThicknessRecord::is_torn);
+    let torn =
+        torn.map_or(String::new(), |thickness| format!(". The sheet is thinned to {thickness}"));
     format!(
         "{torn}. `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room"
     )

@@ -33,7 +33,8 @@ fn giving_up_names_the_place_and_leaves_state_and_residuals() {
     let folder = tempfile::tempdir().unwrap();
     let (code, said) = crushed(folder.path());
     assert_eq!(code, Some(3), "{said}");
-    for words in ["stage `crush`", "no balance after 5 iterations", "Nearest tool there", "node "] {
+    let words = ["stage `crush`", "no balance after 5 iterations", "Nearest tool there", "node "];
+    for words in words.into_iter().chain(["`kanagata-solve check` names places"]) {
         assert!(said.contains(words), "{words}: {said}");
     }
     let node: usize =
@@ -42,6 +43,11 @@ fn giving_up_names_the_place_and_leaves_state_and_residuals() {
     let read = |name: &str| fs::read_to_string(run.join(name)).unwrap();
     let record: Value = serde_json::from_str(&read("run.json")).unwrap();
     assert_eq!(record["verdict"], "no_convergence");
+    // What is said of a sheet that has torn: this one, by as much as run.json has it.
+    let thickness = |name: &str| record["thickness"][name].as_f64().unwrap();
+    let torn = thickness("least_mm") < 0.5 * thickness("was_mm");
+    assert_eq!(said.contains("The sheet is thinned to"), torn, "{said}");
+    assert!(record["message"].as_str().unwrap().contains("kanagata-solve check"));
     let count = |name: &str| record[name].as_u64().unwrap();
     assert!(count("cuts") > 0 && count("iterations") > 3 * count("cuts") / 2, "{record}");
 

@@ -35,8 +35,8 @@ impl Page {
         let _ = writeln!(self.body, "<p>{}</p>", escape(text));
     }
 
-    /// A table; cells that parse as numbers are set flush right, unless its columns have no names. One wider than the page scrolls in a box of its own, its
-    /// first column staying where it is.
+    /// A table; cells that parse as numbers are set flush right, unless its columns have no names. One wider than the
+    /// page scrolls in a box of its own, its first column staying where it is.
     pub fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
         self.body.push_str("<div class=\"wide\"><table><thead><tr>");
         for cell in head {

@@ -155,33 +155,8 @@ pub fn run(
     }));
     let run = Run { plan, options, guard, start };
     let outcome = run.go_on(&mut simulation, &mut folder, watch)?;
-    let node = match &outcome {
-        Err(SimulationError::GaveUp { node, .. }) => Some(*node),
-        _ => None,
-    };
-    folder.write_last_state(&simulation, node)?;
-    if node.is_some() {
-        folder.take_failure(&simulation)?;
-    }
-    let verdict = match &outcome {
-        Ok(()) => Verdict::Completed,
-        Err(SimulationError::Stopped { .. }) => Verdict::Stopped,
-        Err(_) => Verdict::NoConvergence,
-    };
-    let more = if node.is_some() { to_giving_up(&folder.record) } else { String::new() };
-    let message = outcome.as_ref().err().map(|cause| format!("{cause}{more}"));
-    folder.finish(verdict, message, start)?;
-    if verdict == Verdict::Completed {
-        checkpoint::remove(output);
-    }
-    if verdict != Verdict::Stopped {
-        report::write(&folder, plan, &simulation)?;
-    }
-    outcome.map(|()| folder.record).map_err(|cause| RunError::Solver {
-        cause: Box::new(cause),
-        more,
-        folder: output.to_path_buf(),
-    })
+    run.end(&simulation, &mut folder, outcome)?;
+    Ok(folder.record)
 }
 
 /// What is to be said beside where and why the solver gave up.
@@ -266,5 +241,41 @@ impl Run<'_> {
                 return Ok(Err(SimulationError::Stopped { increment }));
             }
         }
+    }
+
+    /// Writes how the run ended; an error where it did not end by itself.
+    fn end(
+        &self,
+        simulation: &Simulation,
+        folder: &mut RunFolder,
+        outcome: Result<(), SimulationError>,
+    ) -> Result<(), RunError> {
+        let node = match &outcome {
+            Err(SimulationError::GaveUp { node, .. }) => Some(*node),
+            _ => None,
+        };
+        folder.write_last_state(simulation, node)?;
+        if node.is_some() {
+            folder.take_failure(simulation)?;
+        }
+        let verdict = match &outcome {
+            Ok(()) => Verdict::Completed,
+            Err(SimulationError::Stopped { .. }) => Verdict::Stopped,
+            Err(_) => Verdict::NoConvergence,
+        };
+        let more = if node.is_some() { to_giving_up(&folder.record) } else { String::new() };
+        let message = outcome.as_ref().err().map(|cause| format!("{cause}{more}"));
+        folder.finish(verdict, message, self.start)?;
+        if verdict == Verdict::Completed {
+            checkpoint::remove(&folder.path);
+        }
+        if verdict != Verdict::Stopped {
+            report::write(folder, self.plan, simulation)?;
+        }
+        outcome.map_err(|cause| RunError::Solver {
+            cause: Box::new(cause),
+            more,
+            folder: folder.path.clone(),
+        })
     }
 }

@@ -3,7 +3,8 @@
 
 use rayon::prelude::*;
 
-use super::tools::{SheetSide, Tool};
+use super::blank::HexMesh;
+use super::tools::Tool;
 use crate::contact::Projection;
 use crate::geometry::Vec3;
 
@@ -131,15 +132,10 @@ impl Candidate {
 
 impl ContactSet {
     /// Candidates for every tool: the nodes of the faces it may touch.
-    pub(super) fn new(top: &[u32], bottom: &[u32], tools: &[Tool]) -> Self {
+    pub(super) fn new(mesh: &HexMesh, tools: &[Tool]) -> Self {
         let mut pairs: Vec<(usize, usize)> = Vec::new();
         for (tool, t) in tools.iter().enumerate() {
-            if matches!(t.setup.side, SheetSide::Top | SheetSide::Both) {
-                pairs.extend(top.iter().map(|&n| (n as usize, tool)));
-            }
-            if matches!(t.setup.side, SheetSide::Bottom | SheetSide::Both) {
-                pairs.extend(bottom.iter().map(|&n| (n as usize, tool)));
-            }
+            pairs.extend(t.setup.side.nodes(mesh).into_iter().map(|n| (n as usize, tool)));
         }
         pairs.sort_unstable();
         pairs.dedup();

@@ -302,14 +302,8 @@ fn contact_forces(sys: &System) -> Vec<f64> {
 
 fn place(tools: &mut [Tool], body: &Body) -> Result<(), SimulationError> {
     let mesh = body.mesh();
-    let (top, bottom) = (mesh.top_nodes(), mesh.bottom_nodes());
     for tool in tools.iter_mut().filter(|t| t.setup.placement == Placement::Touch) {
-        use super::tools::SheetSide::{Both, Bottom, Top};
-        let ids: Vec<u32> = match tool.setup.side {
-            Top => top.clone(),
-            Bottom => bottom.clone(),
-            Both => top.iter().chain(&bottom).copied().collect(),
-        };
+        let ids = tool.setup.side.nodes(mesh);
         let points: Vec<Vec3> = ids.iter().map(|&n| mesh.nodes[n as usize]).collect();
         if tool.place_touching(&points).is_none() {
             return Err(SimulationError::NoTouch { tool: tool.setup.name.clone() });

@@ -103,7 +103,7 @@ impl System {
     ) -> Result<Self, LinearError> {
         let mesh = body.mesh();
         let n = 3 * mesh.nodes.len();
-        let contact = ContactSet::new(&mesh.top_nodes(), &mesh.bottom_nodes(), &tools);
+        let contact = ContactSet::new(mesh, &tools);
         let solver = CheckedSolver::new(body.pattern(), body.mesh().groups())?;
         let not_of_nodes = || LinearError::Pattern("its rows are not those of nodes".into());
         Ok(Self {

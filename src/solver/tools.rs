@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::blank::HexMesh;
 use crate::contact::{Projection, ToolSurface};
 use crate::geometry::Vec3;
 
@@ -14,6 +15,18 @@ pub enum SheetSide {
     Bottom,
     /// Nodes of both faces.
     Both,
+}
+
+impl SheetSide {
+    /// Nodes of a mesh that lie there.
+    #[must_use]
+    pub fn nodes(self, mesh: &HexMesh) -> Vec<u32> {
+        match self {
+            Self::Top => mesh.top_nodes(),
+            Self::Bottom => mesh.bottom_nodes(),
+            Self::Both => [mesh.top_nodes(), mesh.bottom_nodes()].concat(),
+        }
+    }
 }
 
 /// Where a tool stands when the run begins.

@@ -3,7 +3,7 @@
 use super::Remark;
 use super::size::Sizes;
 use crate::geometry::Vec3;
-use crate::solver::{Motion, SheetSide, SimulationSetup};
+use crate::solver::{Motion, SimulationSetup};
 
 /// Depth over the thickness that is told: shape errors of tools are less.
 const DEEP: f64 = 0.02;
@@ -18,22 +18,14 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize, sizes: &Sizes) -> Opt
         return None;
     }
     let mesh = setup.body.mesh();
-    let nodes: Vec<Vec3> = match own.side {
-        SheetSide::Top => mesh.top_nodes(),
-        SheetSide::Bottom => mesh.bottom_nodes(),
-        SheetSide::Both => [mesh.top_nodes(), mesh.bottom_nodes()].concat(),
-    }
-    .into_iter()
-    .map(|n| mesh.nodes[n as usize])
-    .collect();
+    let nodes = own.side.nodes(mesh).into_iter().map(|n| mesh.nodes[n as usize]);
     let thickness = mesh.mean_thickness();
     let reach = REACH * sizes.mean.max(thickness);
     let depth = |x: &Vec3| {
         let foot = own.surface.within(&(x - own.offset), None, reach);
         (!foot.past_border && foot.gap < -DEEP * thickness).then_some(-foot.gap)
     };
-    let inside: Vec<(Vec3, f64)> =
-        nodes.into_iter().filter_map(|x| Some((x, depth(&x)?))).collect();
+    let inside: Vec<(Vec3, f64)> = nodes.filter_map(|x| Some((x, depth(&x)?))).collect();
     let (at, deepest) = inside.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(Remark::new(
         format!(

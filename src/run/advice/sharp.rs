@@ -50,14 +50,18 @@ pub(super) fn remark(
     let met =
         edges.iter().filter_map(|edge| Some((edge, edge.places.iter().find(|at| met(edge, at))?)));
     let (edge, at) = met.max_by(|(a, _), (b, _)| a.turn.total_cmp(&b.turn))?;
+    Some(told(own, edge, at + own.offset, sizes))
+}
+
+/// That a tool has this edge there, and the radius that would do.
+fn told(tool: &ToolSetup, edge: &Edge, at: Vec3, sizes: &Sizes) -> Remark {
     let Edge { turn, along, across, .. } = edge;
-    let at = at + own.offset;
     let element = sizes.along(&at, across, along).map_or(sizes.mean, |size| size.length);
     let radius = OVER_A_RADIUS * element / FRAC_PI_2;
-    Some(Remark::new(
+    Remark::new(
         format!(
             "{} has a sharp edge at ({:.1}, {:.1}, {:.1}) mm, of {:.0} degrees, over which the sheet may be drawn",
-            own.name,
+            tool.name,
             at.x,
             at.y,
             at.z,
@@ -66,7 +70,7 @@ pub(super) fn remark(
         format!(
             "a sheet is held off tools at its nodes, so forces rise and fall as they pass it; a radius of {radius:.2} mm has two elements over 90 degrees"
         ),
-    ))
+    )
 }
 
 /// A tool on the sheet's other side that goes past another.

@@ -207,8 +207,8 @@ def main():
     parser.add_argument("--only", nargs="*", choices=sorted(SCENES))
     parser.add_argument("--tol", type=float, default=0.05)
     args = parser.parse_args()
-    print("| scene | unknowns | increments | iterations | cuts | snaps | energy | order | processor [s] |")
-    print("|---|---|---|---|---|---|---|---|---|")
+    print("| scene | unknowns | increments | iterations | cuts | snaps | energy | order | thinnest | processor [s] |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
     for name in args.only or SCENES:
         path = write(name, args.folder / name, args.programs, args.tol)
         out = args.folder / name / "run"
@@ -218,12 +218,13 @@ def main():
             capture_output=True, text=True,
         )
         if done.returncode != 0:
-            print(f"| {name} | exit {done.returncode}: {done.stderr.strip().splitlines()[-1:]} |", flush=True)
+            print(f"| {name} | exit {done.returncode}: {done.stderr.strip()} |", flush=True)
             continue
         r = json.loads((out / "run.json").read_text())
-        order = r.get("convergence_order")
+        order, thickness = r.get("convergence_order"), r["thickness"]
         print(f"| {name} | {r['unknowns']} | {r['increments']} | {r['iterations']} | {r['cuts']} | {r['snaps']} "
-              f"| {r['energy_balance']:.1e} | {order if order is None else round(order, 2)} | {r['cpu_s']:.1f} |", flush=True)
+              f"| {r['energy_balance']:.1e} | {order if order is None else round(order, 2)} "
+              f"| {thickness['least_mm'] / thickness['was_mm']:.3f} | {r['cpu_s']:.1f} |", flush=True)
 
 
 if __name__ == "__main__":

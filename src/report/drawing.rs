@@ -248,7 +248,7 @@ where
     Ok(())
 }
 
-/// Marks of a logarithmic axis, rising: the closer its ends, the more to a decade; of a very short one its ends.
+/// Marks of a logarithmic axis, rising: the closer its ends, the more to a decade; of a very short one round steps.
 fn marks(range: &Range<f64>) -> Vec<f64> {
     let (first, last) = (range.start.log10().floor() as i32, range.end.log10().ceil() as i32);
     let to_a_decade: &[f64] = match (range.end / range.start).log10() {
@@ -258,7 +258,17 @@ fn marks(range: &Range<f64>) -> Vec<f64> {
     };
     let decades = (first..=last).flat_map(|k| to_a_decade.iter().map(move |m| m * 10f64.powi(k)));
     let marks: Vec<f64> = decades.filter(|mark| range.contains(mark)).collect();
-    if marks.len() < 2 { vec![range.start, range.end] } else { marks }
+    if marks.len() < 3 { steps(range) } else { marks }
+}
+
+/// Three to nine multiples of 1, 2 or 5 times a power of ten within a range.
+fn steps(range: &Range<f64>) -> Vec<f64> {
+    let quarter = (range.end - range.start) / 4.0;
+    let decade = 10f64.powi(quarter.log10().floor() as i32);
+    let step = [5.0, 2.0, 1.0].map(|m| m * decade).into_iter().find(|&step| step <= quarter);
+    let step = step.unwrap_or(decade);
+    let first = (range.start / step).ceil();
+    (0..).map(|k| (first + f64::from(k)) * step).take_while(|mark| range.contains(mark)).collect()
 }
 
 /// Colour of line `k`; rings are black.
@@ -321,7 +331,8 @@ mod tests {
         assert_eq!(marks(&(0.9..60.0)), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0]);
         assert_eq!(marks(&(3e-9..4e-2)).len(), 7);
         assert_eq!(marks(&(30.0..2400.0)), [50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0]);
-        assert_eq!(marks(&(7.1..8.0)), [7.1, 8.0]);
+        assert_eq!(marks(&(242.78..387.72)), [260.0, 280.0, 300.0, 320.0, 340.0, 360.0, 380.0]);
+        assert_eq!(marks(&(7.1..8.1)).len(), 5);
     }
 
     #[test]

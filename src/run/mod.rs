@@ -159,14 +159,18 @@ pub fn run(
     Ok(folder.record)
 }
 
-/// What is to be said beside where and why the solver gave up.
-fn to_giving_up(record: &RunRecord) -> String {
-    let torn = record.thickness.filter(ThicknessRecord::is_torn);
-    let torn =
-        torn.map_or(String::new(), |thickness| format!(". The sheet is thinned to {thickness}"));
-    format!(
-        "{torn}. `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room"
-    )
+/// What is to be said beside where and why the solver gave up; `begins`: at the beginning of a stage.
+fn to_giving_up(record: &RunRecord, simulation: &Simulation, begins: bool) -> String {
+    let inside = if begins { simulation.inside() } else { Vec::new() };
+    let mut said: String =
+        inside.iter().map(|inside| format!(". Where the stage begins {inside}")).collect();
+    if !said.is_empty() {
+        said += "; a tool must come in clear of the sheet as that has been formed by then";
+    }
+    if let Some(thickness) = record.thickness.filter(ThicknessRecord::is_torn) {
+        said += &format!(". The sheet is thinned to {thickness}");
+    }
+    said + ". `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room"
 }
 
 /// Keeps other runs out of the folder until the lock is dropped. A folder that is to be gone on in and is not there
@@ -250,12 +254,12 @@ impl Run<'_> {
         folder: &mut RunFolder,
         outcome: Result<(), SimulationError>,
     ) -> Result<(), RunError> {
-        let node = match &outcome {
-            Err(SimulationError::GaveUp { node, .. }) => Some(*node),
+        let gave_up = match &outcome {
+            Err(SimulationError::GaveUp { node, share, .. }) => Some((*node, *share == 0.0)),
             _ => None,
         };
-        folder.write_last_state(simulation, node)?;
-        if node.is_some() {
+        folder.write_last_state(simulation, gave_up.map(|(node, _)| node))?;
+        if gave_up.is_some() {
             folder.take_failure(simulation)?;
         }
         let verdict = match &outcome {
@@ -263,7 +267,8 @@ impl Run<'_> {
             Err(SimulationError::Stopped { .. }) => Verdict::Stopped,
             Err(_) => Verdict::NoConvergence,
         };
-        let more = if node.is_some() { to_giving_up(&folder.record) } else { String::new() };
+        let more = gave_up
+            .map_or(String::new(), |(_, begins)| to_giving_up(&folder.record, simulation, begins));
         let message = outcome.as_ref().err().map(|cause| format!("{cause}{more}"));
         folder.finish(verdict, message, self.start)?;
         if verdict == Verdict::Completed {

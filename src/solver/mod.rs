@@ -14,6 +14,7 @@ pub mod constraints;
 mod contact;
 mod damper;
 pub mod element;
+pub mod inside;
 mod lanes;
 mod lengths;
 mod line_search;

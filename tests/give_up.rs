@@ -1,4 +1,4 @@
-//! A run that cannot go on says where and why, and leaves what it had.
+//! A run that cannot go on says where and why, and leaves what it had; one that can does.
 
 use std::fs;
 use std::path::Path;
@@ -56,6 +56,22 @@ fn a_sheet_that_has_torn_and_a_tool_that_comes_in_within_it_are_named() {
     assert!(said.contains("stage `meet`") && said.contains("share 0.000000"), "{said}");
     assert!(said.contains("nodes of the sheet are inside late, the deepest by 1.0"), "{said}");
     assert!(said.contains("The sheet is thinned to") && said.contains("tears before"), "{said}");
+}
+
+/// The strip crushed by its holder between die and symmetry plane, until what has no tool on it buckles plastically. The way
+/// to the balance beyond takes some hundred iterations of slow motion.
+#[test]
+fn a_strip_crushed_until_it_buckles_is_followed_to_rest() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, said) = run(folder.path(), |scene| {
+        let crush = json!({"holder": {"travel_mm": 0.2}});
+        scene["stages"] = json!([{"name": "crush", "drive": crush, "first_increment": 0.05}]);
+    });
+    assert_eq!(code, Some(0), "{said}");
+    let record = fs::read_to_string(folder.path().join("run/run.json")).unwrap();
+    let record: Value = serde_json::from_str(&record).unwrap();
+    assert!(record["snaps"].as_u64().unwrap() > 0, "{record}");
+    assert!(record["energy_balance"].as_f64().unwrap() < 1e-2, "{record}");
 }
 
 #[test]

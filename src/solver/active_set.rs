@@ -136,9 +136,12 @@ fn pulled(sys: &System, last: Option<&Correction>, near_balance: bool) -> Vec<(u
     let Some(last) = last else { return Vec::new() };
     let largest = last.foretold.iter().fold(0.0, |m: f64, f| m.max(f.lambda.abs()));
     let of_note = -1e-10 * largest;
+    // A sheet that tools alone carry along is not pushed at all: of the forces there is only rounding.
+    let carried = sys.is_without_loads();
     let wrong = |f: &&Foretold| {
         sys.contact.candidates[f.candidate].active
             && f.lambda < of_note
+            && !(carried && sys.scales.of_note(f.lambda) == 0.0)
             && (!near_balance || sys.lambda(f.candidate) < 0.0)
     };
     last.foretold.iter().filter(wrong).map(|f| (f.candidate, f.lambda)).collect()

@@ -96,12 +96,14 @@ impl System {
         self.body.is_symmetric() && self.conditions.iter().all(|c| c.candidate.is_none())
     }
 
-    /// Takes the columns of held components, whose corrections are known, to the right-hand side.
+    /// Takes the columns of components that are held or stand still, whose corrections are known, to the right-hand side.
     fn move_held_columns(&mut self, rhs: &mut [f64]) {
         let pattern = self.body.pattern();
         for c in &self.conditions {
-            for i in (0..3).filter(|&k| self.constraints.is_held(c.node, k)).map(|k| 3 * c.node + k)
-            {
+            let stands = |&k: &usize| {
+                self.constraints.is_held(c.node, k) || self.still.contains(&(c.node, k))
+            };
+            for i in (0..3).filter(stands).map(|k| 3 * c.node + k) {
                 let Some(diagonal) = pattern.position(i, i) else { continue };
                 let known = rhs[i] / self.matrix.values[diagonal];
                 // The pattern is its own mirror.

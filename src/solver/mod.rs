@@ -14,6 +14,7 @@ pub mod constraints;
 mod contact;
 mod damper;
 pub mod element;
+mod floating;
 pub mod inside;
 mod lanes;
 mod lengths;

@@ -2,12 +2,15 @@
 //! is followed to the next as a slow viscous motion at constant loads and tools, with ever less damping, until it is in
 //! balance without any. The energy set free is what is left over, and is reported; no state accepted here has damping in it.
 
+use serde::{Deserialize, Serialize};
+
 use super::damper::Damper;
 use super::newton::{NewtonError, NewtonStats, Patience};
 use super::simulation::Simulation;
 use super::stages::Energies;
 use super::system::{Role, System};
 use super::trial::{Plan, accept, attempt, restore};
+use crate::geometry::{Aabb, Vec3};
 
 /// Damping tried first: stiffness of a node's damper over the mesh's.
 const FIRST: f64 = 1e-3;
@@ -22,14 +25,36 @@ const FORGET: f64 = 0.5;
 const ENOUGH: usize = 12;
 /// Force of the dampers, over the largest before, at which balance without any is tried.
 const SLOW: f64 = 1e-2;
+/// The same where the motion is all but over.
+const OVER: f64 = 1e-3;
 /// Force of the dampers, over what the sheet carried before, at which it is the dampers that tools which go ahead push
 /// against: a step of the tools that the sheet cannot follow dents it.
 const LOUD: f64 = 2.0;
 /// Damping at which a step hardly moves any node: one that fails there fails however it is held back.
 const MOST: f64 = 100.0;
-/// Iterations in all: snaps of sheets that are let go took 31 to 45, a strip crushed until it buckles 245 and 451; a sheet
+/// Iterations in all: snaps of sheets that are let go took 31 to 45, strips crushed until they buckle 223 to 810; a sheet
 /// that nothing balances never ends.
-const ITERATIONS: usize = 600;
+const ITERATIONS: usize = 1000;
+const FEWEST: usize = 125;
+/// Way of a node over the size of the sheet before which it comes to rest, if at all: nothing balances one that runs away.
+const FAR: f64 = 1.0;
+
+/// How long the sheet is followed in a stage: half as long after each time that it has come to no rest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Endurance {
+    iterations: usize,
+}
+
+impl Endurance {
+    /// All the way.
+    pub(super) const FULL: Self = Self { iterations: ITERATIONS };
+
+    /// What is left of it after a sheet has come to rest, or has not.
+    pub(super) fn after(&self, rest: bool) -> Self {
+        let less = Self { iterations: (self.iterations / 2).max(FEWEST) };
+        if rest { Self::FULL } else { less }
+    }
+}
 
 /// Goes from the last balance to the next one at share `target` of the stage, however far that is.
 ///
@@ -39,9 +64,10 @@ pub(super) fn relax(
     sim: &mut Simulation,
     plan: &Plan,
     target: f64,
+    endurance: &Endurance,
 ) -> Result<NewtonStats, NewtonError> {
     let before = sim.state();
-    let found = follow(sim, plan, target);
+    let found = follow(sim, plan, target, endurance.iterations);
     if found.is_err() {
         // It is of this very set-up.
         let _ = sim.go_back(before);
@@ -57,15 +83,20 @@ pub(super) fn relax(
     found
 }
 
-fn follow(sim: &mut Simulation, plan: &Plan, target: f64) -> Result<NewtonStats, NewtonError> {
+fn follow(
+    sim: &mut Simulation,
+    plan: &Plan,
+    target: f64,
+    iterations: usize,
+) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
     let (mut damping, mut largest) = (FIRST, 0.0);
     let carried = norm(&sim.committed.internal_force);
-    let before = sim.committed.travels.clone();
+    let (before, from) = (sim.committed.travels.clone(), sim.committed.u.clone());
     // Less damping than what failed is tried again after two more steps.
     let mut floor: f64 = 0.0;
     let mut last = f64::NAN;
-    while sim.history.len() < ITERATIONS && damping <= MOST {
+    while sim.history.len() < iterations && damping <= MOST {
         // The motion goes on as it went in the step before, if that was as long.
         if damping != last {
             sim.committed.forget_last();
@@ -76,7 +107,7 @@ fn follow(sim: &mut Simulation, plan: &Plan, target: f64) -> Result<NewtonStats,
             floor = damping;
             continue;
         };
-        if force > LOUD * carried && goes_ahead(&sim.sys, &before) {
+        if force > LOUD * carried && goes_ahead(&sim.sys, &before) || is_far(&sim.sys, &from) {
             break;
         }
         damping /= match stats.iterations {
@@ -89,9 +120,10 @@ fn follow(sim: &mut Simulation, plan: &Plan, target: f64) -> Result<NewtonStats,
         total = total.and(stats);
         largest = force.max(largest);
         if force <= SLOW * largest {
-            // Where many iterations lead is not what the motion leads to.
+            // Where many iterations lead is not what the motion leads to, unless that is all but over.
+            let patience = if force <= OVER * largest { ENOUGH } else { WELL };
             sim.committed.forget_last();
-            if let Ok(stats) = attempt(sim, plan, [target; 2], Patience::UpTo(WELL)) {
+            if let Ok(stats) = attempt(sim, plan, [target; 2], Patience::UpTo(patience)) {
                 return Ok(total.and(stats));
             }
             restore(sim);
@@ -100,8 +132,8 @@ fn follow(sim: &mut Simulation, plan: &Plan, target: f64) -> Result<NewtonStats,
     Err(NewtonError::StillMoving { iterations: sim.history.len() })
 }
 
-/// One step of the motion, which begins with the last one again where that is not forgotten; force that remains in the
-/// dampers [N].
+/// One step of the motion, which begins with the last one again where that is not forgotten (steps count as one long); force
+/// that remains in the dampers [N].
 fn step(
     sim: &mut Simulation,
     plan: &Plan,
@@ -121,6 +153,14 @@ fn step(
     sys.eval.internal_force.iter_mut().zip(&damped).for_each(|(f, damped)| *f -= damped);
     accept(sim, Some(1.0));
     Ok((stats.clone(), norm(&damped)))
+}
+
+/// Whether a node has moved by more than the sheet is large.
+fn is_far(sys: &System, from: &[f64]) -> bool {
+    let way = sys.u.chunks_exact(3).zip(from.chunks_exact(3)).map(|(now, before)| {
+        (Vec3::from_column_slice(now) - Vec3::from_column_slice(before)).norm()
+    });
+    way.fold(0.0, f64::max) > FAR * Aabb::of_points(&sys.body.mesh().nodes).diagonal()
 }
 
 /// Whether a tool whose travel is given is not where it was.

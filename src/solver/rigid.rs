@@ -1,56 +1,111 @@
-//! Rigid modes of a released sheet: held with as few supports as it takes, then moved to where the sheet lay.
+//! Rigid modes of a sheet that is not held: as few supports as it takes, and the way back to where a released sheet lay.
 
 use super::constraints::Constraints;
 use crate::geometry::{Mat3, Vec3};
 
-/// Holds components of `nodes` until no rigid motion is left free beside those already in `constraints`.
-///
-/// Rows of the rigid motions (three translations, three rotations about the centre) at every component are
-/// orthogonalised; the component that holds most of what is still free is taken each time.
-pub(super) fn hold_rigid_modes(constraints: &mut Constraints, nodes: &[Vec3]) {
-    let centre = nodes.iter().sum::<Vec3>() / nodes.len().max(1) as f64;
-    let size = nodes.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max).max(1e-300);
-    let row = |node: usize, axis: usize| {
-        let arm = (nodes[node] - centre) / size;
-        let e = Vec3::ith(axis, 1.0);
-        let turn = arm.cross(&e);
-        nalgebra::Vector6::new(e.x, e.y, e.z, turn.x, turn.y, turn.z)
-    };
-    let mut basis: Vec<nalgebra::Vector6<f64>> = Vec::new();
-    let left = |basis: &[nalgebra::Vector6<f64>], node: usize, axis: usize| {
-        let mut v = row(node, axis);
+/// Share of a rigid motion that must be left free for it to count.
+const FREE: f64 = 1e-6;
+
+type Row = nalgebra::Vector6<f64>;
+
+/// Rigid motions (three translations, three rotations about the centre) that nothing holds yet.
+struct RigidModes<'a> {
+    nodes: &'a [Vec3],
+    centre: Vec3,
+    size: f64,
+    /// What is held, orthonormal.
+    held: Vec<Row>,
+}
+
+impl<'a> RigidModes<'a> {
+    fn of(nodes: &'a [Vec3]) -> Self {
+        let centre = nodes.iter().sum::<Vec3>() / nodes.len().max(1) as f64;
+        let size = nodes.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max).max(1e-300);
+        Self { nodes, centre, size, held: Vec::new() }
+    }
+
+    /// What a support of `node` along a unit vector holds that is not held yet.
+    fn left(&self, node: usize, along: &Vec3) -> Row {
+        let turn = ((self.nodes[node] - self.centre) / self.size).cross(along);
+        let mut row = Row::new(along.x, along.y, along.z, turn.x, turn.y, turn.z);
         for _ in 0..2 {
-            for b in basis {
-                v -= b * b.dot(&v);
+            for held in &self.held {
+                row -= held * held.dot(&row);
             }
         }
-        v
-    };
-    let enough = 1e-6;
-    for node in 0..nodes.len() {
-        for axis in (0..3).filter(|&axis| constraints.is_held(node, axis)) {
-            let v = left(&basis, node, axis);
-            if v.norm() > enough {
-                basis.push(v.normalize());
+        row
+    }
+
+    fn support(&mut self, node: usize, along: &Vec3) {
+        if self.all_held() {
+            return;
+        }
+        let row = self.left(node, along);
+        if row.norm() > FREE {
+            self.held.push(row.normalize());
+        }
+    }
+
+    fn support_held(&mut self, constraints: &Constraints) {
+        for node in 0..self.nodes.len() {
+            for axis in (0..3).filter(|&axis| constraints.is_held(node, axis)) {
+                self.support(node, &Vec3::ith(axis, 1.0));
             }
         }
     }
-    while basis.len() < 6 {
-        let mut best = (0, 0, enough);
-        for node in 0..nodes.len() {
-            for axis in 0..3 {
-                let size = left(&basis, node, axis).norm();
-                if size > best.2 * (1.0 + 1e-9) {
-                    best = (node, axis, size);
+
+    fn all_held(&self) -> bool {
+        self.held.len() == 6
+    }
+
+    /// Components of nodes that `may` be held, as few as it takes to hold what is left: each time the one that holds most.
+    fn hold_rest(mut self, may: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
+        let mut out = Vec::new();
+        while !self.all_held() {
+            let mut best = (0, 0, FREE);
+            for node in (0..self.nodes.len()).filter(|&node| may(node)) {
+                for axis in 0..3 {
+                    let size = self.left(node, &Vec3::ith(axis, 1.0)).norm();
+                    if size > best.2 * (1.0 + 1e-9) {
+                        best = (node, axis, size);
+                    }
                 }
             }
+            let (node, axis, size) = best;
+            if size <= FREE {
+                break;
+            }
+            self.support(node, &Vec3::ith(axis, 1.0));
+            out.push((node, axis));
         }
-        if best.2 <= enough {
-            break;
-        }
-        basis.push(left(&basis, best.0, best.1).normalize());
-        constraints.hold(best.0, best.1);
+        out
     }
+}
+
+/// Holds components of `nodes` until no rigid motion is left free beside those already in `constraints`.
+pub(super) fn hold_rigid_modes(constraints: &mut Constraints, nodes: &[Vec3]) {
+    let mut modes = RigidModes::of(nodes);
+    modes.support_held(constraints);
+    for (node, axis) in modes.hold_rest(|_| true) {
+        constraints.hold(node, axis);
+    }
+}
+
+/// Components that hold the rigid motions which neither `constraints` do nor supports of nodes along directions; of other
+/// nodes than those.
+pub(super) fn unsupported(
+    constraints: &Constraints,
+    nodes: &[Vec3],
+    supports: &[(usize, Vec3)],
+) -> Vec<(usize, usize)> {
+    let mut modes = RigidModes::of(nodes);
+    modes.support_held(constraints);
+    let mut supported = vec![false; nodes.len()];
+    for (node, along) in supports {
+        modes.support(*node, along);
+        supported[*node] = true;
+    }
+    modes.hold_rest(|node| !supported[node])
 }
 
 /// The turn and shift that bring points `from` nearest to points `to` (least squares, `x -> turn x + shift`): any, where

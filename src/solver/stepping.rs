@@ -4,7 +4,7 @@ use super::active_set::{keep_pushed_tools, take_in};
 use super::constraints::Constraints;
 use super::newton::{NewtonError, NewtonStats, Patience};
 use super::pace::Pace;
-use super::relaxation::relax;
+use super::relaxation::{Endurance, relax};
 use super::rigid::hold_rigid_modes;
 use super::simulation::{Control, Simulation, SimulationError};
 use super::stages::{IncrementReport, Stage};
@@ -29,6 +29,7 @@ const LOST: usize = 2;
 pub(super) struct UnderWay {
     pub(super) plan: Plan,
     pace: Pace,
+    endurance: Endurance,
     /// Share of the stage done.
     share: f64,
     start_time: f64,
@@ -133,7 +134,9 @@ fn past_limit_point(sim: &mut Simulation, now: &mut UnderWay) -> Option<NewtonSt
     let near = (now.share + beyond).min(1.0);
     for target in [stage.lets_go().then_some(1.0), Some(near)].into_iter().flatten() {
         sim.history.clear();
-        if let Ok(stats) = relax(sim, &now.plan, target) {
+        let found = relax(sim, &now.plan, target, &now.endurance);
+        now.endurance = now.endurance.after(found.is_ok());
+        if let Ok(stats) = found {
             now.share = target;
             now.pace = pace;
             return Some(stats);
@@ -154,7 +157,8 @@ fn begin_stage(
     }
     let (first, largest) = (sim.stages[stage].first_step, sim.stages[stage].largest_step);
     let pace = Pace::new(first, largest, sim.limits.wanted_iterations);
-    Ok(UnderWay { plan, pace, share: 0.0, start_time: sim.time })
+    let endurance = Endurance::FULL;
+    Ok(UnderWay { plan, pace, endurance, share: 0.0, start_time: sim.time })
 }
 
 fn begin(sim: &mut Simulation, stage: usize) -> Plan {

@@ -65,6 +65,8 @@ pub(super) struct System {
     /// Holds the nodes back while the sheet is followed past a limit point.
     pub(super) damper: Option<Damper>,
     pub(super) conditions: Vec<Condition>,
+    /// Components that stand still in the next correction, as nothing holds the sheet ([`super::floating`]).
+    pub(super) still: Vec<(usize, usize)>,
     pub(super) scales: Scales,
     pub(super) lengths: Lengths,
     pub(super) timings: Timings,
@@ -117,6 +119,7 @@ impl System {
             eval: Evaluation::default(),
             damper: None,
             conditions: Vec::new(),
+            still: Vec::new(),
             scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },
             timings: Timings::default(),
             solver,
@@ -264,6 +267,7 @@ impl System {
     pub(super) fn assemble(&mut self) -> Residual {
         let start = Instant::now();
         let touching = self.touching_conditions();
+        self.still = self.floating(&touching);
         self.conditions.clear();
         let mut residual = Residual::default();
         let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
@@ -272,7 +276,9 @@ impl System {
             let free = self.constraints.free_projector(node);
             let supported = if condition.is_some() { r } else { r - free * r };
             supports += supported.norm_squared();
-            let plain = condition.is_none() && self.constraints.is_free(node);
+            let still = self.still.iter().filter(|(at, _)| *at == node).map(|(_, axis)| *axis);
+            let still: Vec<usize> = still.collect();
+            let plain = condition.is_none() && still.is_empty() && self.constraints.is_free(node);
             let mut condition = condition.unwrap_or_else(|| untouched(node, &r, &free));
             let unbalanced = condition.force.norm_squared();
             squares += unbalanced;
@@ -289,6 +295,7 @@ impl System {
             if !plain {
                 let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
                 hold(&mut condition, &free, &(self.displacement(node) - held), self.scales);
+                still.iter().for_each(|&axis| condition.stand_still(axis, self.scales.normal));
                 self.conditions.push(condition);
             }
         }

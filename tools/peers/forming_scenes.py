@@ -7,7 +7,11 @@
 Needs `pip install cadquery gmsh`. Scenes: hole-expansion, nakazima, redraw (reverse, five stages), wipe, wipe-sharp, tray
 (nothing symmetric, holder on a spring), knife (sharp edges everywhere), ironing, needle; erichsen, bead (channel over a
 drawbead), flare and nose (a tube of shuffled hexahedra in an Abaqus deck), vee (air bending, then bottoming by a force),
-channels (bipolar plate of foil), conical (a cup drawn without a holder, which wrinkles), emboss (and pressed flat again), cups.
+channels (bipolar plate of foil), conical (a cup drawn without a holder, which wrinkles), emboss (and pressed flat again), cups;
+stretch-bend, hem (flanged, bent on, pressed flat), shrink (flange that wrinkles and is ironed), crash (hat curved in plan),
+coin, upset (4 mm thick, six layers of hex8), joggle, clinch, restrike (hat drawn, then again with sharper edges), dimples (six
+balls one after the other), level (bent to and fro), crush (tube between plates), coarse (cup of elements larger than the radii),
+pulse (cup, punch to and fro, holder's force up and down), counter (cup, floor pinched), pouch (battery, foil of 0.15 mm).
 """
 
 import argparse
@@ -21,10 +25,11 @@ import subprocess
 import cadquery as cq
 import gmsh
 
-from forming_solids import solids
+from forming_solids_more import SPOTS, solids
 
 MILD, DEEP = "mild-steel-neto2012", "mild-steel-numisheet93"
 AA6016, AA5754, AA2090 = "aa6016-t4-esaform2021", "aa5754-o-coer2018", "aa2090-t3-barlat2005"
+AA6022, CYCLIC = "aa6022-t4-tian2017", "structural-steel-hartloper-uvc"
 QUARTER = [{"normal": "x"}, {"normal": "y"}]
 
 
@@ -75,8 +80,8 @@ def blank(name, folder):
         mesh(folder / "blank.msh", annulus, lambda r: 0.8 + 2.7 * min(1, max(0, (r - 5) / 25)))
     elif name == "nakazima":
         mesh(folder / "blank.msh", strip, lambda r: 2.0 if r < 35 else 3.5)
-    if name in ("flare", "nose"):
-        tube(folder / "blank.inp", 24, 40, 20, 1, 40)
+    if name in TUBES:
+        tube(folder / "blank.inp", *TUBES[name])
         return {"shape": {"mesh": {"file": "blank.inp"}}, "element": "solid-shell"}
     cup = (disc(85, 6, 14), 1.0)
     shapes = {
@@ -93,12 +98,26 @@ def blank(name, folder):
         "channels": (rectangle([2, 0.1], [80, 1], [0, 0]), 0.1),
         "conical": (disc(70, 10, 24), 0.5),
         "emboss": (disc(25, 10, 16), 1.0),
-        "cup-mild": cup, "cup-aa6016": cup, "cup-aa2090": cup,
+        "cup-mild": cup, "cup-aa6016": cup, "cup-aa2090": cup, "pulse": cup, "counter": cup,
+        "coarse": (disc(85, 4, 8), 1.0),
+        "stretch-bend": (rectangle([200, 15], [100, 6], [-100, 0]), 1.2),
+        "hem": (rectangle([52, 4], [130, 2], [-40, 0]), 1.0),
+        "shrink": (disc(50, 16, 40), 0.8),
+        "crash": (rectangle([110, 50], [74, 34], [245, 0]), 1.4),
+        "coin": (disc(10, 16, 20), 1.0),
+        "upset": (disc(10, 8, 8), 4.0),
+        "joggle": (rectangle([40, 5], [100, 3], [-20, 0]), 1.5),
+        "clinch": (disc(12, 14, 24), 1.5),
+        "restrike": (rectangle([70, 1], [175, 1], [0, 0]), 1.0),
+        "dimples": (rectangle([60, 40], [48, 32], [-30, -20]), 0.8),
+        "level": (rectangle([130, 10], [64, 4], [-65, 0]), 2.0),
+        "pouch": (rectangle([50, 40], [50, 40], [0, 0]), 0.15),
         "cup-aa2090-whole": ({"disc": {"radius_mm": 85, "core": 6, "rings": 14}}, 1.0),
     }
     file = {"mesh": {"file": "blank.msh"}}
     shape, thickness = shapes.get(name, (file, 1.2 if name == "hole-expansion" else 1.0))
-    return {"shape": shape, "thickness_mm": thickness, "element": "solid-shell"}
+    bulk = {"element": "hex8", "layers": 6} if name == "upset" else {"element": "solid-shell"}
+    return {"shape": shape, "thickness_mm": thickness, **bulk}
 
 
 def force(newton):
@@ -167,9 +186,73 @@ SCENES |= {
 SCENES["cup-aa6016"] = (AA6016, *SCENES["cup-mild"][1:])
 SCENES["cup-aa2090"] = (AA2090, *SCENES["cup-mild"][1:])
 SCENES["cup-aa2090-whole"] = (AA2090, *SCENES["cup-mild"][1:4], {})
-# Tools that the sheet's thickness direction does not tell the side of, and those that a stage before the last let go.
-SIDES = {"flare": "bottom", "nose": "top"}
-GONE = {"redraw": ("punch", "holder"), "emboss": ("punch", "holder", "die")}
+
+
+def at(normal, place=0):
+    return {"plane": {"normal": normal, "at_mm": place}}
+
+
+def clamped(*planes):
+    return [{"where": at(*plane), "axes": ["x", "y", "z"]} for plane in planes]
+
+
+def mu(tools, value):
+    return dict.fromkeys(tools.split(), value)
+
+
+BALLS = [f"ball{k}" for k in range(len(SPOTS))]
+PRESSES = [(f"press{k}", {ball: travel(4.5), **({BALLS[k - 1]: RELEASE} if k else dict.fromkeys(BALLS[1:], ABSENT))})
+           for k, ball in enumerate(BALLS)]
+TO_AND_FRO = travel([[0, 0], [0.3, 12], [0.4, 9], [0.7, 22], [0.8, 19], [1, 30]])
+UP_AND_DOWN = force([[0, 30e3], [0.3, 30e3], [0.35, 5e3], [0.5, 40e3], [1, 20e3]])
+SCENES |= {
+    "stretch-bend": (AA6022, {"punch": 0.15}, {}, [("form", {"punch": travel(40)})],
+                     {"symmetry": [{"normal": "y"}], "holds": clamped(("x", -100), ("x", 100))}),
+    "hem": (AA6016, mu("die inner pad wipe pre flat", 0.1), {"pre": [22, 0, 0], "flat": 10},
+            [("clamp", {"pad": force(8e3), "pre": ABSENT, "flat": ABSENT}), ("wipe", {"wipe": travel(16)}),
+             ("off", {"wipe": RELEASE, "die": RELEASE}), ("pre", {"pre": travel(28)}), ("preoff", {"pre": RELEASE}),
+             ("hem", {"flat": travel(27.5)})],
+            {"holds": [{"where": at("x", -40), "axes": ["x", "z"]}, *STRIP["holds"]]}),
+    "shrink": (AA5754, mu("die pad wipe", 0.1), {}, [("clamp", {"pad": force(20e3)}), ("wipe", {"wipe": travel(25)})],
+               {"symmetry": QUARTER}),
+    "crash": ("sheet-ssnv501", mu("die punch", 0.14), {}, [("form", {"punch": travel(30)})],
+              {"symmetry": [{"normal": "y"}]}),
+    "coin": (AA5754, mu("die punch", 0.15), {}, [("coin", {"punch": travel(0.3)})], {"symmetry": QUARTER}),
+    "upset": (MILD, mu("die punch", 0.3), {}, [("upset", {"punch": travel(1.6)})], {"symmetry": QUARTER}),
+    "joggle": (DEEP, mu("die punch", 0.12), {}, [("form", {"punch": force(60e3)})], {"holds": STRIP["holds"]}),
+    "clinch": (MILD, mu("die holder punch", 0.12), {},
+               [("clamp", {"holder": force(3e3)}), ("press", {"punch": travel(1.9)})], {"symmetry": QUARTER}),
+    "restrike": (DEEP, mu("die holder punch die2 holder2 punch2", 0.1), {"die2": -40, "holder2": 10, "punch2": 10},
+                 [("clamp", {"holder": force(1000), **dict.fromkeys(["die2", "punch2", "holder2"], ABSENT)}),
+                  ("draw", {"punch": travel(30)}), ("off", dict.fromkeys(["punch", "holder", "die"], RELEASE)),
+                  ("seat", {"die2": travel(40), "holder2": travel(8.9)}), ("hold", {"holder2": force(2000)}),
+                  ("restrike", {"punch2": travel(41)})], STRIP),
+    "dimples": (DEEP, dict.fromkeys(BALLS, 0.1), {}, PRESSES,
+                {"holds": clamped(("x", -30), ("x", 30), ("y", -20), ("y", 20))}),
+    "level": (CYCLIC, mu("low1 low2 top1 top2 down up", 0.05), {"up": -14, "down": 16},
+              [("down1", {"down": travel(26)}), ("change1", {"down": travel(0)}), ("up1", {"up": travel(25)}),
+               ("change2", {"up": travel(0)}), ("down2", {"down": travel(22)}), ("change3", {"down": travel(0)}),
+               ("up2", {"up": travel(20)}), ("back", {"up": travel(0)})],
+              {"holds": [{"where": at("y"), "axes": ["y"]}, {"where": at("x"), "axes": ["x"]}]}),
+    "crush": (MILD, {"plate": 0.1}, {}, [("crush", {"plate": travel(15)})], {"symmetry": [*QUARTER, {"normal": "z"}]}),
+    "coarse": SCENES["cup-mild"],
+    "pulse": (MILD, mu("die holder punch", 0.06), {},
+              [CUP[0], ("draw", {"punch": TO_AND_FRO, "holder": UP_AND_DOWN})], {"symmetry": QUARTER}),
+    "counter": (MILD, {"die": 0.06, "holder": 0.06, "punch": 0.1, "counter": 0.1}, {},
+                [("clamp", {"holder": force(30e3), "counter": force(20e3), "punch": travel(0)}), CUP[1]],
+                {"symmetry": QUARTER}),
+    "pouch": (AA5754, {"die": 0.12, "holder": 0.12, "punch": 0.05}, {},
+              [("clamp", {"holder": force(6e3)}), ("draw", {"punch": travel(5)})], {"symmetry": QUARTER}),
+}
+# Elements around and up of tubes, inner radius, thickness and height.
+TUBES = {"flare": (24, 40, 20, 1, 40), "nose": (24, 40, 20, 1, 40), "crush": (40, 4, 20, 1, 8)}
+# Tools that the sheet's thickness direction does not tell the side of, those that go along no z, those that a stage before
+# the last let go, and shape errors of tools with small radii [mm].
+SIDES = {"flare": {"cone": "bottom"}, "nose": {"cone": "top"}, "hem": mu("pre flat", "top"), "crush": {"plate": "top"}}
+DIRECTIONS = {"-x": [-1, 0, 0], "+z": [0, 0, 1], "-z": [0, 0, -1]}
+GONE = {"redraw": "punch holder", "emboss": "punch holder die", "hem": "wipe die pre", "restrike": "die holder punch",
+        "dimples": " ".join(BALLS[:-1])}
+TOLERANCES = {"coin": 0.005, "clinch": 0.01, "joggle": 0.01, **mu("hem pouch restrike shrink", 0.03)}
 
 
 def write(name, folder, programs, tol):
@@ -179,19 +262,19 @@ def write(name, folder, programs, tol):
     for tool, (solid, side) in solids(name).items():
         cq.exporters.export(solid, str(folder / f"{tool}.step"))
         subprocess.run(
-            [programs / "kanagata", "convert", folder / f"{tool}.step", "--tol", str(tol), "--sheet-side", side,
-             "-o", folder / f"{tool}.tool.json"],
+            [programs / "kanagata", "convert", folder / f"{tool}.step", "--tol", str(TOLERANCES.get(name, tol)),
+             "--sheet-side", side, "-o", folder / f"{tool}.tool.json"],
             check=True, capture_output=True,
         )
-        direction = [0, 0, 1 if side == "+z" else -1]
-        entry = {"name": tool, "file": f"{tool}.tool.json", "direction": direction, "friction": friction[tool]}
-        if name in SIDES:
-            entry["side"] = SIDES[name]
+        entry = {"name": tool, "file": f"{tool}.tool.json", "direction": DIRECTIONS[side], "friction": friction[tool]}
+        if tool in SIDES.get(name, {}):
+            entry["side"] = SIDES[name][tool]
         if tool in shifts:
-            entry["place"] = {"shift": [0, 0, shifts[tool]]}
+            shift = shifts[tool]
+            entry["place"] = {"shift": shift if isinstance(shift, list) else [0, 0, shift]}
         tools.append(entry)
     stages = [{"name": stage, "drive": drive} for stage, drive in stages]
-    there = [tool for tool in friction if tool not in GONE.get(name, ())]
+    there = [tool for tool in friction if tool not in GONE.get(name, "").split()]
     stages.append({"name": "free", "drive": {tool: RELEASE for tool in there}})
     scene = {"format": "kanagata-scene", "version": 1, "name": name, "blank": blank(name, folder),
              "material": material, "tools": tools, "stages": stages, "output": {"vtu_every": 0}, **rest}

@@ -3,6 +3,7 @@
 mod claims;
 mod cross;
 mod cup;
+mod floating;
 mod folded;
 mod followed;
 mod released;

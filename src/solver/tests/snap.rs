@@ -14,7 +14,7 @@ use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
 use crate::solver::newton::NewtonError;
-use crate::solver::relaxation::relax;
+use crate::solver::relaxation::{Endurance, relax};
 use crate::solver::stages::{Energies, RunSummary};
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationError,
@@ -187,7 +187,7 @@ fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
     let first = advance(&mut sim);
     let (plan, energies) = (sim.under_way.as_ref().unwrap().plan.clone(), sim.energies);
     sim.history.clear();
-    let found = relax(&mut sim, &plan, 0.6);
+    let found = relax(&mut sim, &plan, 0.6, &Endurance::FULL);
     // Pushed on, the dampers would come to a balance all the same, after 40 iterations.
     let at_once = matches!(found, Err(NewtonError::StillMoving { iterations }) if iterations < 20);
     assert!(at_once, "{found:?}");

@@ -1,0 +1,50 @@
+//! A sheet that nothing holds yet: between two stages, or carried along by a tool that meets no resistance.
+//!
+//! Where no force is applied, nothing pushes it along the rigid motions that are free, and it stays where it is in them until
+//! a tool takes it along. The matrix says nothing about them; left to it, rounding would say where the sheet goes. A
+//! correction therefore has none of them: as many components as it takes stand still in it. What is balanced is the sheet
+//! without these supports, which carry nothing.
+
+use super::conditions::Condition;
+use super::rigid::unsupported;
+use super::system::System;
+use crate::geometry::{Mat3, Vec3};
+
+impl System {
+    /// Whether no force acts on the sheet but those of tools and supports.
+    pub(super) fn is_without_loads(&self) -> bool {
+        self.applied.iter().all(|&force| force == 0.0)
+    }
+
+    /// Components (node and axis) that stand still in the next correction; `touching`: conditions of the nodes that touch.
+    pub(super) fn floating(&self, touching: &[Option<Condition>]) -> Vec<(usize, usize)> {
+        if self.damper.is_some() || !self.is_without_loads() {
+            return Vec::new();
+        }
+        let supports: Vec<(usize, Vec3)> =
+            touching.iter().flatten().flat_map(|c| self.supports(c)).collect();
+        let now: Vec<Vec3> = (0..self.node_count()).map(|node| self.position(node)).collect();
+        unsupported(&self.constraints, &now, &supports)
+    }
+
+    /// Directions in which a tool holds a node: across its surface, and along it where friction has a force to go by.
+    fn supports(&self, c: &Condition) -> impl Iterator<Item = (usize, Vec3)> {
+        let node = c.node;
+        let along = self.constraints.free_projector(node) - c.normal * c.normal.transpose();
+        let held = (along * c.b_tool * along).norm() > 0.0;
+        let axes = (0..3).map(move |axis| along * Vec3::ith(axis, 1.0)).filter(move |_| held);
+        let axes = axes.filter_map(|axis| axis.try_normalize(0.1));
+        std::iter::once(c.normal).chain(axes).map(move |along| (node, along))
+    }
+}
+
+impl Condition {
+    /// Lets a component stand still in the correction. The force out of balance stays what it is.
+    pub(super) fn stand_still(&mut self, axis: usize, stiffness: f64) {
+        let along = Vec3::ith(axis, 1.0);
+        let own = along * along.transpose();
+        self.a = (Mat3::identity() - own) * self.a;
+        self.b += own * stiffness;
+        self.residual[axis] = 0.0;
+    }
+}

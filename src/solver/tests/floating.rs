@@ -1,0 +1,55 @@
+//! A sheet that nothing holds: it lies still until a tool comes, and goes with it.
+
+use super::{body, setup, stage, steel, tool};
+use crate::contact::test_tools::plane;
+use crate::geometry::Vec3;
+use crate::solver::blank::rectangle;
+use crate::solver::{
+    Constraints, Control, Curve, IncrementReport, Limits, Motion, RunSummary, SheetSide,
+    Simulation, SimulationSetup,
+};
+
+/// Displacements [mm] at a travel of the tool [mm].
+type State = (f64, Vec<Vec3>);
+
+/// A free sheet of 20 x 4 x 1 mm pushed up by a plate that begins 2 mm below it and goes 7 mm, with `mm` for a millimetre.
+fn pushed_up(friction: f64, mm: f64) -> (Vec<State>, RunSummary) {
+    let mesh = rectangle(20.0 * mm, 4.0 * mm, mm, 10, 2, 1);
+    let nothing = Constraints::none(mesh.nodes.len());
+    let corner = Vec3::new(-10.0, -10.0, -2.0) * mm;
+    let [a, b] = [Vec3::x(), Vec3::y()].map(|along| 40.0 * mm * along);
+    let plate = plane("plate", corner, a, b, Vec3::z());
+    let tools = vec![tool("plate", plate, Vec3::z(), SheetSide::Bottom, friction)];
+    let up = Motion::Travel(Curve::to(7.0 * mm));
+    let setup = setup(body(mesh, steel()), nothing, tools, vec![stage("lift", vec![up], 0.1)]);
+    let setup = SimulationSetup { limits: Limits::default(), ..setup };
+    let mut states = Vec::new();
+    let mut look = |r: &IncrementReport<'_>| {
+        let moved = r.displacements.chunks_exact(3).map(|u| Vec3::from_column_slice(u) / mm);
+        states.push((r.tools[0].travel / mm, moved.collect()));
+        Control::Continue
+    };
+    let summary = Simulation::new(setup).unwrap().run(&mut look).unwrap();
+    (states, summary)
+}
+
+#[test]
+fn a_free_sheet_lies_still_and_goes_with_the_tool_that_comes() {
+    for friction in [0.0, 0.1] {
+        let (states, summary) = pushed_up(friction, 1.0);
+        assert_eq!(summary.cuts, 0, "{summary:?}");
+        assert!(states.iter().any(|(travel, _)| *travel > 0.0 && *travel < 2.0));
+        for (travel, moved) in &states {
+            let along = Vec3::new(0.0, 0.0, (travel - 2.0).max(0.0));
+            let off = moved.iter().map(|u| (u - along).norm()).fold(0.0, f64::max);
+            assert!(off <= if *travel < 2.0 { 0.0 } else { 1e-9 }, "{off} at {travel}, {friction}");
+        }
+        let (others, in_metres) = pushed_up(friction, 1e-3);
+        assert_eq!(
+            (summary.increments, summary.iterations),
+            (in_metres.increments, in_metres.iterations)
+        );
+        let apart = |(a, b): (&State, &State)| (a.1[0] - b.1[0]).norm();
+        assert!(states.iter().zip(&others).map(apart).all(|apart| apart < 1e-9));
+    }
+}

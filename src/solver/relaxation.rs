@@ -56,6 +56,30 @@ impl Endurance {
     }
 }
 
+/// Damping of the next step.
+struct Damping {
+    now: f64,
+    /// What failed not long ago, less what has been forgotten of it: there is no less before.
+    floor: f64,
+}
+
+impl Damping {
+    fn failed(&mut self) {
+        self.now *= FACTOR;
+        self.floor = self.now;
+    }
+
+    fn went(&mut self, iterations: usize) {
+        self.floor *= FORGET;
+        let less = match iterations {
+            n if n <= EASY => FACTOR * FACTOR,
+            n if n <= WELL => FACTOR,
+            _ => 1.0,
+        };
+        self.now = (self.now / less).max(self.floor);
+    }
+}
+
 /// Goes from the last balance to the next one at share `target` of the stage, however far that is.
 ///
 /// # Errors
@@ -90,33 +114,24 @@ fn follow(
     iterations: usize,
 ) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
-    let (mut damping, mut largest) = (FIRST, 0.0);
+    let (mut damping, mut largest) = (Damping { now: FIRST, floor: 0.0 }, 0.0);
     let carried = norm(&sim.committed.internal_force);
     let (before, from) = (sim.committed.travels.clone(), sim.committed.u.clone());
-    // Less damping than what failed is tried again after two more steps.
-    let mut floor: f64 = 0.0;
     let mut last = f64::NAN;
-    while sim.history.len() < iterations && damping <= MOST {
+    while sim.history.len() < iterations && damping.now <= MOST {
         // The motion goes on as it went in the step before, if that was as long.
-        if damping != last {
+        if damping.now != last {
             sim.committed.forget_last();
         }
-        last = damping;
-        let Ok((stats, force)) = step(sim, plan, target, damping) else {
-            damping *= FACTOR;
-            floor = damping;
+        last = damping.now;
+        let Ok((stats, force)) = step(sim, plan, target, last) else {
+            damping.failed();
             continue;
         };
         if force > LOUD * carried && goes_ahead(&sim.sys, &before) || is_far(&sim.sys, &from) {
             break;
         }
-        damping /= match stats.iterations {
-            n if n <= EASY => FACTOR * FACTOR,
-            n if n <= WELL => FACTOR,
-            _ => 1.0,
-        };
-        floor *= FORGET;
-        damping = damping.max(floor);
+        damping.went(stats.iterations);
         total = total.and(stats);
         largest = force.max(largest);
         if force <= SLOW * largest {

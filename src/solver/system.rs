@@ -276,9 +276,8 @@ impl System {
             let free = self.constraints.free_projector(node);
             let supported = if condition.is_some() { r } else { r - free * r };
             supports += supported.norm_squared();
-            let still = self.still.iter().filter(|(at, _)| *at == node).map(|(_, axis)| *axis);
-            let still: Vec<usize> = still.collect();
-            let plain = condition.is_none() && still.is_empty() && self.constraints.is_free(node);
+            let still = self.still.iter().any(|(at, _)| *at == node);
+            let plain = condition.is_none() && !still && self.constraints.is_free(node);
             let mut condition = condition.unwrap_or_else(|| untouched(node, &r, &free));
             let unbalanced = condition.force.norm_squared();
             squares += unbalanced;
@@ -293,9 +292,7 @@ impl System {
             residual.slipping += usize::from(condition.slipping);
             residual.stuck += usize::from(condition.stuck);
             if !plain {
-                let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
-                hold(&mut condition, &free, &(self.displacement(node) - held), self.scales);
-                still.iter().for_each(|&axis| condition.stand_still(axis, self.scales.normal));
+                self.support(&mut condition, &free);
                 self.conditions.push(condition);
             }
         }
@@ -305,6 +302,16 @@ impl System {
         residual.reference = supports.sqrt();
         self.timings.contact += start.elapsed().as_secs_f64();
         residual
+    }
+
+    /// Adds the held components of a node to its condition, and those that stand still.
+    fn support(&self, condition: &mut Condition, free: &Mat3) {
+        let node = condition.node;
+        let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
+        hold(condition, free, &(self.displacement(node) - held), self.scales);
+        for (_, axis) in self.still.iter().filter(|(at, _)| *at == node) {
+            condition.stand_still(*axis, self.scales.normal);
+        }
     }
 
     /// Square of what the tools moved by force lack of it.

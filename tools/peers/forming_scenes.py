@@ -210,7 +210,7 @@ SCENES |= {
                      {"symmetry": [{"normal": "y"}], "holds": clamped(("x", -100), ("x", 100))}),
     "hem": (AA6016, mu("die inner pad wipe pre flat", 0.1), {"pre": [22, 0, 0], "flat": 10},
             [("clamp", {"pad": force(8e3), "pre": ABSENT, "flat": ABSENT}), ("wipe", {"wipe": travel(16)}),
-             ("off", {"wipe": RELEASE, "die": RELEASE}), ("pre", {"pre": travel(28)}), ("preoff", {"pre": RELEASE}),
+             ("off", {"wipe": RELEASE, "die": RELEASE}), ("pre", {"pre": travel(45)}), ("preoff", {"pre": RELEASE}),
              ("hem", {"flat": travel(27.5)})],
             {"holds": [{"where": at("x", -40), "axes": ["x", "z"]}, *STRIP["holds"]]}),
     "shrink": (AA5754, mu("die pad wipe", 0.1), {}, [("clamp", {"pad": force(20e3)}), ("wipe", {"wipe": travel(25)})],

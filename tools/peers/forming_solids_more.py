@@ -42,6 +42,8 @@ def section(points):
 
 def crash():
     die = section([(220, -50), (380, -50), (380, 0), (326.6, 0), (322.6, -30), (277.4, -30), (273.4, 0), (220, 0)])
+    inside = lambda edge: 273 < edge.radius() < 327
+    die = die.newObject([edge for edge in die.edges("%CIRCLE").vals() if inside(edge)]).fillet(5)
     stamp = section([(279, -28.4), (321, -28.4), (326.6, 20), (273.4, 20)])
     stamp = stamp.edges("%CIRCLE").edges(near(400, 400, -29, -27)).fillet(6)
     return {"die": (die, "+z"), "punch": (stamp, "-z")}

@@ -127,6 +127,30 @@ fn a_holder_that_loses_the_sheet_wants_a_stop() {
     assert!(!text.contains("has no stop"), "{text}");
 }
 
+#[test]
+fn a_tool_that_pushes_against_nothing_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("u-draw", folder);
+    let with = |last: Value| {
+        told(folder, "u-draw.scene.json", |scene| {
+            let clamp = json!({"holder": {"force_n": 100.0}});
+            scene["stages"] =
+                json!([{"name": "clamp", "drive": clamp}, {"name": "off", "drive": last}]);
+        })
+    };
+    let words = "at the end of stage `off` holder pushes with 100 N and no tool stands against it";
+    for (last, is_told) in [
+        (json!({"punch": {"travel_mm": 1.0}}), false),
+        (json!({"die": {"release": true}}), true),
+        (json!({"die": {"release": true}, "holder": {"release": true}}), false),
+    ] {
+        let text = with(last);
+        assert_eq!(text.contains(words), is_told, "{text}");
+        assert!(!text.contains("at the end of stage `clamp`"), "{text}");
+    }
+}
+
 /// The cross tool of the demo with so many patches over 90 degrees.
 fn cross(divisions: &str) -> String {
     let folder = tempfile::tempdir().unwrap();

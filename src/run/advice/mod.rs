@@ -9,6 +9,7 @@ mod size;
 mod stops;
 mod symmetry;
 mod tools;
+mod unopposed;
 
 use std::fmt;
 
@@ -65,6 +66,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     }
     clearance::remarks(plan, setup, &kept, &mut out);
     stops::remarks(setup, &mut out);
+    unopposed::remarks(setup, &mut out);
     out
 }
 

@@ -1,0 +1,42 @@
+//! Tools that push with a force while no tool stands on the sheet's other side: taken away too early, or not there yet.
+
+use super::Remark;
+use crate::solver::{Motion, SheetSide, SimulationSetup};
+
+/// Remarks on stages in which nothing stands against a tool that pushes.
+pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
+    for stage in &setup.stages {
+        for (tool, own) in setup.tools.iter().enumerate() {
+            let Some(force) = force_at_end(&stage.motions[tool]).filter(|force| *force > 0.0)
+            else {
+                continue;
+            };
+            let against = |(other, motion): (usize, &Motion)| {
+                other != tool
+                    && !matches!(motion, Motion::Release | Motion::Absent)
+                    && (own.side == SheetSide::Both || setup.tools[other].side != own.side)
+            };
+            if !stage.motions.iter().enumerate().any(against) {
+                out.push(Remark::new(
+                    format!(
+                        "at the end of stage `{}` {} pushes with {force:.0} N and no tool stands against it",
+                        stage.name, own.name
+                    ),
+                    "there is no balance unless supports of the sheet carry that; keep a tool on its other side, or release this one too".into(),
+                ));
+            }
+        }
+    }
+}
+
+/// Force of a tool at the end of a stage that drives it by one, or by a spring at its travel zero [N].
+fn force_at_end(motion: &Motion) -> Option<f64> {
+    match motion {
+        Motion::Force(curve) | Motion::Spring { force: curve, .. } => Some(curve.at(1.0)),
+        Motion::Hold
+        | Motion::Travel(_)
+        | Motion::Advance(_)
+        | Motion::Release
+        | Motion::Absent => None,
+    }
+}

@@ -21,14 +21,13 @@ impl System {
         if self.damper.is_some() || !self.is_without_loads() {
             return Vec::new();
         }
-        let supports: Vec<(usize, Vec3)> =
-            touching.iter().flatten().flat_map(|c| self.supports(c)).collect();
+        let supports = touching.iter().flatten().flat_map(|c| self.supports(c));
         let now: Vec<Vec3> = (0..self.node_count()).map(|node| self.position(node)).collect();
-        unsupported(&self.constraints, &now, &supports)
+        unsupported(&self.constraints, &now, supports)
     }
 
     /// Directions in which a tool holds a node: across its surface, and along it where friction has a force to go by.
-    fn supports(&self, c: &Condition) -> impl Iterator<Item = (usize, Vec3)> {
+    fn supports(&self, c: &Condition) -> impl Iterator<Item = (usize, Vec3)> + Clone {
         let node = c.node;
         let along = self.constraints.free_projector(node) - c.normal * c.normal.transpose();
         let held = (along * c.b_tool * along).norm() > 0.0;

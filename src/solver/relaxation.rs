@@ -117,14 +117,16 @@ fn follow(
     let (mut damping, mut largest) = (Damping { now: FIRST, floor: 0.0 }, 0.0);
     let carried = norm(&sim.committed.internal_force);
     let (before, from) = (sim.committed.travels.clone(), sim.committed.u.clone());
-    let mut last = f64::NAN;
+    let (mut last, mut lost) = (f64::NAN, 0);
     while sim.history.len() < iterations && damping.now <= MOST {
         // The motion goes on as it went in the step before, if that was as long.
         if damping.now != last {
             sim.committed.forget_last();
         }
         last = damping.now;
+        let before_step = sim.history.len() + 1;
         let Ok((stats, force)) = step(sim, plan, target, last) else {
+            lost += sim.history.len().saturating_sub(before_step);
             damping.failed();
             continue;
         };
@@ -138,9 +140,12 @@ fn follow(
             // Where many iterations lead is not what the motion leads to, unless that is all but over.
             let patience = if force <= OVER * largest { ENOUGH } else { WELL };
             sim.committed.forget_last();
+            let before_rest = sim.history.len() + 1;
             if let Ok(stats) = attempt(sim, plan, [target; 2], Patience::UpTo(patience)) {
+                sim.summary.iterations += lost;
                 return Ok(total.and(stats));
             }
+            lost += sim.history.len().saturating_sub(before_rest);
             restore(sim);
         }
     }

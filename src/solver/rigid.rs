@@ -96,15 +96,18 @@ pub(super) fn hold_rigid_modes(constraints: &mut Constraints, nodes: &[Vec3]) {
 pub(super) fn unsupported(
     constraints: &Constraints,
     nodes: &[Vec3],
-    supports: &[(usize, Vec3)],
+    supports: impl Iterator<Item = (usize, Vec3)> + Clone,
 ) -> Vec<(usize, usize)> {
     let mut modes = RigidModes::of(nodes);
     modes.support_held(constraints);
-    let mut supported = vec![false; nodes.len()];
-    for (node, along) in supports {
-        modes.support(*node, along);
-        supported[*node] = true;
+    for (node, along) in supports.clone() {
+        if modes.all_held() {
+            return Vec::new();
+        }
+        modes.support(node, &along);
     }
+    let mut supported = vec![false; nodes.len()];
+    supports.for_each(|(node, _)| supported[node] = true);
     modes.hold_rest(|node| !supported[node])
 }
 

@@ -107,9 +107,9 @@ pub enum CardError {
         /// Names there are.
         known: String,
     },
-    /// `yield` without `hardening` or the other way round.
+    /// `yield` without `hardening` or the other way round, or backstresses without either.
     #[error(
-        "material '{name}': {missing} is missing; a plastic material needs both yield and hardening, an elastic one neither"
+        "material '{name}': {missing} is missing; a plastic material needs both yield and hardening, an elastic one neither, and no backstresses"
     )]
     Half {
         /// Card.
@@ -198,8 +198,13 @@ impl MaterialCard {
     pub fn build(&self, angle: f64) -> Result<Arc<dyn Material>, CardError> {
         let elastic = Elastic { young: self.young_mpa, poisson: self.poisson };
         let half = |missing| CardError::Half { name: self.name.clone(), missing };
+        let data = |cause| CardError::Data { name: self.name.clone(), cause };
         let (criterion, hardening) = match (self.criterion, &self.hardening) {
-            (None, None) => return Ok(Arc::new(elastic)),
+            (None, None) if !self.backstresses.is_empty() => return Err(half("yield")),
+            (None, None) => {
+                elastic.check().map_err(data)?;
+                return Ok(Arc::new(elastic));
+            }
             (Some(_), None) => return Err(half("hardening")),
             (None, Some(_)) => return Err(half("yield")),
             (Some(criterion), Some(hardening)) => (criterion, hardening.clone()),
@@ -212,7 +217,7 @@ impl MaterialCard {
             .collect();
         let plastic = Plastic::with_yield(elastic, function, hardening)
             .and_then(|p| p.with_backstresses(backstresses))
-            .map_err(|cause| CardError::Data { name: self.name.clone(), cause })?;
+            .map_err(data)?;
         let (s, c) = angle.sin_cos();
         let axes = Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
         Ok(Arc::new(if angle == 0.0 { plastic } else { plastic.with_axes(&axes) }))
@@ -239,8 +244,14 @@ mod tests {
         assert!(find("unobtainium").unwrap_err().to_string().contains("mild-steel-neto2012"));
         let half = MaterialCard { hardening: None, ..steel.clone() };
         assert!(matches!(half.build(0.0), Err(CardError::Half { missing: "hardening", .. })));
-        let soft = MaterialCard { poisson: 0.6, ..steel };
-        assert!(soft.build(0.0).unwrap_err().to_string().contains("poisson is 0.6"));
+        let soft = MaterialCard { poisson: 0.6, ..steel.clone() };
+        let elastic = |card| MaterialCard { criterion: None, hardening: None, ..card };
+        for card in [soft.clone(), elastic(soft)] {
+            assert!(card.build(0.0).unwrap_err().to_string().contains("poisson is 0.6"));
+        }
+        let backstresses = vec![BackstressCard { c_mpa: 1000.0, gamma: 10.0 }];
+        let kinematic = MaterialCard { backstresses, ..elastic(steel) };
+        assert!(matches!(kinematic.build(0.0), Err(CardError::Half { missing: "yield", .. })));
         assert!(serde_json::from_str::<MaterialCard>(r#"{"name":"x","young":1}"#).is_err());
     }
 }

@@ -1,5 +1,6 @@
 //! Hencky elasticity: isotropic, linear between logarithmic strain and its conjugate stress.
 
+use super::plastic::MaterialDataError;
 use super::{LogResponse, Material, MaterialError};
 use crate::solver::tensor::{Mandel, Mandel66, dot};
 
@@ -13,6 +14,22 @@ pub struct Elastic {
 }
 
 impl Elastic {
+    /// Checks the constants.
+    ///
+    /// # Errors
+    /// [`MaterialDataError::Elastic`] for the first one out of its range.
+    pub fn check(&self) -> Result<(), MaterialDataError> {
+        let refused =
+            |field, found, allowed| Err(MaterialDataError::Elastic { field, found, allowed });
+        if !(self.young > 0.0 && self.young.is_finite()) {
+            return refused("young", self.young, "above zero");
+        }
+        if !(self.poisson > -1.0 && self.poisson < 0.5) {
+            return refused("poisson", self.poisson, "in (-1, 0.5)");
+        }
+        Ok(())
+    }
+
     /// Shear modulus `μ` [MPa].
     #[must_use]
     pub fn shear_modulus(&self) -> f64 {

@@ -73,7 +73,8 @@ pub struct HardeningError {
 }
 
 impl Hardening {
-    /// Flow stress and its slope [MPa] at equivalent plastic strain `p >= 0`.
+    /// Flow stress and its slope [MPa] at equivalent plastic strain `p >= 0`; Ludwik's curve with `n < 1` begins upright, its
+    /// slope at 0 is infinite.
     #[must_use]
     pub fn flow_stress(&self, p: f64) -> (f64, f64) {
         match self {
@@ -87,7 +88,8 @@ impl Hardening {
             }
             Self::Ludwik { sigma0, k, n } => {
                 let power = k * p.powf(*n);
-                (sigma0 + power, if p > 0.0 { n * power / p } else { k * n * p.powf(n - 1.0) })
+                let upright = if *n < 1.0 && *k > 0.0 { f64::INFINITY } else { k * n };
+                (sigma0 + power, if p > 0.0 { n * power / p } else { upright })
             }
             Self::Table { strain, stress } => table(strain, stress, p),
         }

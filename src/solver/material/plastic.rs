@@ -101,21 +101,7 @@ impl Plastic {
         criterion: YieldFunction,
         hardening: Hardening,
     ) -> Result<Self, MaterialDataError> {
-        let Elastic { young, poisson } = elastic;
-        if !(young > 0.0 && young.is_finite()) {
-            return Err(MaterialDataError::Elastic {
-                field: "young",
-                found: young,
-                allowed: "above zero",
-            });
-        }
-        if !(poisson > -1.0 && poisson < 0.5) {
-            return Err(MaterialDataError::Elastic {
-                field: "poisson",
-                found: poisson,
-                allowed: "in (-1, 0.5)",
-            });
-        }
+        elastic.check()?;
         hardening.check()?;
         Ok(Self { elastic, criterion, hardening, backstresses: Vec::new(), to_material: None })
     }

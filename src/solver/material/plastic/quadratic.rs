@@ -114,6 +114,8 @@ impl<'a> Step<'a> {
         for point in 0..count {
             let before = out.history(point)[EQUIVALENT];
             let (stress, slope) = material.hardening.flow_stress(before);
+            // Ludwik's curve begins upright: elastic points have no use for that, and the search begins without it.
+            let slope = if slope.is_finite() { slope } else { 0.0 };
             (out.flow_stress[0][point], out.flow_stress[1][point]) = (stress, slope);
             let elastic = out.equivalent[point] <= stress * (1.0 + YIELD_TOLERANCE);
             out.plastic[point] = !elastic;

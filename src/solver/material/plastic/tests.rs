@@ -15,6 +15,12 @@ pub(super) fn paper() -> Plastic {
     Plastic::new(ELASTIC, &PAPER, swift()).unwrap()
 }
 
+/// Its curve has no slope where it begins.
+fn ludwik() -> Plastic {
+    let hardening = Hardening::Ludwik { sigma0: 120.0, k: 400.0, n: 0.5 };
+    Plastic::new(ELASTIC, &PAPER, hardening).unwrap()
+}
+
 pub(super) fn kinematic() -> Plastic {
     let backstresses = vec![
         Backstress { modulus: 8000.0, recovery: 60.0 },
@@ -36,9 +42,9 @@ pub(super) fn sheet(name: &str) -> [Plastic; 2] {
     [plain.clone(), plain.with_backstresses(backstresses).unwrap()]
 }
 
-/// Sheets of every kind: quadratic, Yld2004-18p, Hosford with a high and with a broken exponent.
+/// Sheets of every kind: quadratic, with Ludwik's hardening, Yld2004-18p, Hosford with a high and with a broken exponent.
 pub(super) fn every_kind() -> Vec<Plastic> {
-    let mut all = vec![paper(), kinematic()];
+    let mut all = vec![paper(), kinematic(), ludwik()];
     all.extend(sheet("aa2090-t3-barlat2005"));
     all.extend(sheet("aa6111-t4-barlat2005"));
     for exponent in [6.5, 20.0] {

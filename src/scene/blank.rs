@@ -11,11 +11,8 @@ use crate::solver::Constraints;
 use crate::solver::blank::{HexMesh, disc, quarter_disc, rectangle, thickened};
 use crate::solver::columns::{SheetError, from_hexahedra, oriented};
 
-/// Nodes this close to a plane or a radius are on it [share of the blank's size].
-const ON: f64 = 1e-9;
-
-/// Nodes farther than this beside a symmetry plane are off it [share of the blank's size].
-const BESIDE: f64 = 1e-6;
+/// Nodes this close to a plane or a radius are on it [share of the blank's size]: what files written with seven digits leave.
+const ON: f64 = 1e-6;
 
 /// Place, what was found, what is allowed.
 type Fault = (String, String, String);
@@ -138,7 +135,7 @@ fn check_plane(
     plane: &SymmetryPlane,
     nodes: &[Vec3],
 ) -> Result<(), (String, String)> {
-    let near = BESIDE * size(nodes);
+    let near = ON * size(nodes);
     let (axis, at) = (plane.normal.index(), plane.at_mm);
     let name = format!("{} = {at} mm", ["x", "y", "z"][axis]);
     let same = |p: &SymmetryPlane| p.normal == plane.normal && (p.at_mm - at).abs() <= near;

@@ -64,7 +64,7 @@ pub struct Blank {
     /// Elements through the thickness, >= 1; those of a file of hexahedra are the file's.
     #[serde(default = "one")]
     pub layers: usize,
-    /// z of its lower face [mm].
+    /// z of its lower face [mm]; how far a mesh from a file is shifted along z.
     #[serde(default)]
     pub z_mm: f64,
     /// Element formulation.

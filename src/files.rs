@@ -59,6 +59,16 @@ pub fn sweep(folder: &Path) {
     }
 }
 
+/// Removes the files of `folder` whose names `goes` picks; folders stay.
+pub fn remove_where(folder: &Path, goes: impl Fn(&str) -> bool) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        if goes(&entry.file_name().to_string_lossy()) && entry.path().is_file() {
+            // What cannot be removed is written over where it is written at all.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// Lower-case hexadecimal SHA-256 of `bytes`.
 #[must_use]
 pub fn sha256_hex(bytes: &[u8]) -> String {

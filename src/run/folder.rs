@@ -11,7 +11,7 @@ use super::RunError;
 use super::fields;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
-use crate::files::{WriteError, sweep};
+use crate::files::{WriteError, remove_where, sweep};
 use crate::report::record::{
     Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
     write_iterations,
@@ -61,6 +61,9 @@ pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
         .collect()
 }
 
+/// Files beside `run.json` that tell of one run.
+const RESULTS: [&str; 4] = ["history.csv", "iterations.csv", "run.pvd", "report.html"];
+
 impl RunFolder {
     /// Makes the folder for the scene file `scene` and writes the first `run.json`.
     ///
@@ -70,13 +73,18 @@ impl RunFolder {
         path: &Path,
         plan: &Plan,
         scene: &Path,
-        (unknowns, springback): (usize, Springback),
+        unknowns: usize,
     ) -> Result<Self, RunError> {
         for folder in [path.to_path_buf(), path.join("steps"), path.join("tools")] {
             fs::create_dir_all(&folder)
                 .map_err(|source| RunError::Folder { path: folder.clone(), source })?;
             sweep(&folder);
         }
+        // What an earlier run left would pass for this one's.
+        for folder in ["steps", "tools"] {
+            remove_where(&path.join(folder), |name| name.ends_with(".vtu"));
+        }
+        remove_where(path, |name| RESULTS.contains(&name));
         let tools = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
         let folder = Self {
             path: path.to_path_buf(),
@@ -89,7 +97,7 @@ impl RunFolder {
             iterations: Vec::new(),
             orders: Vec::new(),
             spent_s: [0.0; 2],
-            springback,
+            springback: Springback::default(),
         };
         folder.record.write(&path.join("run.json"))?;
         Ok(folder)

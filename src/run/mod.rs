@@ -27,7 +27,6 @@ use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
 use checkpoint::CheckpointError;
 use folder::{PROGRAM, RunFolder, inputs};
-use springback::Springback;
 
 /// Why a run ends early.
 #[non_exhaustive]
@@ -133,7 +132,6 @@ pub fn run(
     } else {
         (Vec::new(), None)
     };
-    let springback = Springback::of(&setup.stages);
     let mut simulation = Simulation::new(setup).map_err(failed)?;
     let _lock = alone_in(output, options.restart)?;
     let mut folder = if options.restart {
@@ -143,7 +141,7 @@ pub fn run(
         folder.resume();
         folder
     } else {
-        let folder = RunFolder::create(output, plan, scene_path, (unknowns, springback))?;
+        let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
         checkpoint::remove(output);
         folder.write_tools(plan, &simulation)?;
         folder

@@ -196,6 +196,10 @@ pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
         if !pushed || sys.contact.active().any(|(_, c)| c.tool == tool) {
             continue;
         }
+        let near = |c: &Candidate| c.tool == tool && c.foot.gap.is_finite();
+        if !sys.contact.candidates.iter().any(near) {
+            sys.search_far(tool);
+        }
         let busy: Vec<usize> = sys.contact.active().map(|(_, c)| c.node).collect();
         let gap = |k: usize| sys.contact.candidates[k].foot.gap;
         let may = |k: &usize| {

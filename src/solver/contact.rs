@@ -23,6 +23,10 @@ pub(super) struct Candidate {
     pub(super) foot: Projection,
     /// How far the node lies past the tool's border, along the surface, over what a touching node may [1].
     pub(super) overshoot: f64,
+    /// Where the node was at the last converged increment, in the tool's frame; `None` while the tool was not there.
+    before: Option<Vec3>,
+    /// `start` is known: then the node was not too far from the tool to be looked for.
+    placed: bool,
     /// Foot at the last converged increment, in the tool's frame.
     pub(super) start: Vec3,
     /// Where friction measures slip from: `start`, less the slip that the law still remembers.
@@ -48,6 +52,8 @@ pub(super) struct SavedContact {
     active: bool,
     sliding: bool,
     patch: u32,
+    before: Option<[f64; 3]>,
+    placed: bool,
     start: [f64; 3],
     anchor: [f64; 3],
     push: f64,
@@ -98,8 +104,9 @@ pub(super) const REMEMBERED: f64 = 5.0;
 const SWINGS: u32 = 3;
 
 impl Candidate {
-    /// Projects anew. A touching node that swings between two patches, whose normals never agree quite, is
-    /// held to the last one, carried on smoothly, until the increment is done.
+    /// Projects anew, as far as `reach` [mm] and what node and tool have moved past each other since the last balance, so that
+    /// no step takes one through the other unseen. A touching node that swings between two patches, whose normals never agree
+    /// quite, is held to the last one, carried on smoothly, until the increment is done.
     fn follow(&mut self, x: &Vec3, tool: &Tool, reach: f64) {
         if self.active
             && self.swings >= SWINGS
@@ -109,15 +116,40 @@ impl Candidate {
             return;
         }
         let hint = (self.foot.patch != u32::MAX).then_some(self.foot.patch);
-        let foot = tool.within(x, hint, reach);
+        let foot = tool.within(x, hint, reach + self.moved(x, tool));
         self.swings += u32::from(self.active && foot.patch != self.foot.patch);
         self.foot = foot;
+        if !self.placed && foot.patch != u32::MAX {
+            let began =
+                self.before.map(|place| tool.setup.surface.closest(&place, Some(foot.patch)));
+            self.start = began.map_or(foot.point, |began| began.point);
+            (self.anchor, self.placed) = (self.start, true);
+        }
         self.overshoot = if foot.past_border {
             let off = x - tool.shift() - foot.point;
             (off - foot.normal * foot.normal.dot(&off)).norm() / (OVERHANG * reach)
         } else {
             0.0
         };
+    }
+
+    /// How far node and tool have moved past each other since the last balance [mm]; any distance where there is none.
+    pub(super) fn moved(&self, x: &Vec3, tool: &Tool) -> f64 {
+        self.before.map_or(f64::INFINITY, |before| (x - tool.shift() - before).norm())
+    }
+
+    /// Whether the tool stood in the node's way since the last balance although it is clear of it now: looked at every half
+    /// a `reach` [mm].
+    pub(super) fn passed_through(&self, x: &Vec3, tool: &Tool, reach: f64) -> bool {
+        let Some(before) = self.before else { return false };
+        let way = x - tool.shift() - before;
+        let steps = (2.0 * way.norm() / reach).ceil().min(1000.0);
+        let inside = |step: usize| {
+            let place = before + way * (step as f64 / steps);
+            let foot = tool.setup.surface.within(&place, None, reach);
+            !foot.past_border && foot.gap < 0.0
+        };
+        (1..steps as usize).any(inside)
     }
 
     /// The part of the slip that goes back when the force does. Without it a node that sticks would creep by about the
@@ -150,6 +182,8 @@ impl ContactSet {
                 sliding: true,
                 foot: Projection::nowhere(),
                 overshoot: 0.0,
+                before: None,
+                placed: false,
                 start: Vec3::zeros(),
                 anchor: Vec3::zeros(),
                 expected: None,
@@ -162,6 +196,8 @@ impl ContactSet {
                 active: false,
                 sliding: true,
                 patch: u32::MAX,
+                before: None,
+                placed: false,
                 start: [0.0; 3],
                 anchor: [0.0; 3],
                 push: 0.0,
@@ -171,7 +207,7 @@ impl ContactSet {
         Self { candidates, saved }
     }
 
-    /// Closest points of all candidates of tools that are present, as far as `reach` [mm].
+    /// Closest points of all candidates of tools that are present, as far as `reach` [mm] beyond what they have moved.
     pub(super) fn search(&mut self, x: &[Vec3], tools: &[Tool], present: &[bool], reach: f64) {
         self.candidates.par_iter_mut().with_min_len(64).for_each(|c| {
             if present[c.tool] {
@@ -180,11 +216,19 @@ impl ContactSet {
         });
     }
 
-    /// Makes the present feet those that the next increment starts from; friction with this `transition` [mm] and these
-    /// forces at the candidates [N].
-    pub(super) fn commit(&mut self, transition: f64, forces: &[Force]) {
+    /// Makes the present feet those that the next increment starts from, of nodes at `x` and tools that are `present`;
+    /// friction with this `transition` [mm] and these forces at the candidates [N].
+    pub(super) fn commit(
+        &mut self,
+        x: &[Vec3],
+        (tools, present): (&[Tool], &[bool]),
+        transition: f64,
+        forces: &[Force],
+    ) {
         let candidates = self.candidates.iter_mut().zip(&mut self.saved);
         for ((c, saved), &force) in candidates.zip(forces) {
+            c.before = present[c.tool].then(|| x[c.node] - tools[c.tool].shift());
+            c.placed = c.before.is_some() && c.foot.patch != u32::MAX;
             c.start = c.foot.point;
             let kept =
                 if c.active && saved.active { c.remembered(transition) } else { Vec3::zeros() };
@@ -195,6 +239,8 @@ impl ContactSet {
                 active: c.active,
                 sliding: c.sliding,
                 patch: c.foot.patch,
+                before: c.before.map(Into::into),
+                placed: c.placed,
                 start: c.start.into(),
                 anchor: c.anchor.into(),
                 push: c.push,
@@ -229,6 +275,8 @@ impl ContactSet {
             c.active = saved.active;
             c.sliding = saved.sliding;
             c.foot.patch = saved.patch;
+            c.before = saved.before.map(Into::into);
+            c.placed = saved.placed;
             c.start = saved.start.into();
             c.anchor = saved.anchor.into();
             c.push = saved.push;

@@ -195,8 +195,9 @@ impl System {
             self.short_of_stop(moved[i]).or_else(|| missing(moved[i])).unwrap_or(0.0)
         });
         let travels = matrix.lu().solve(&missing);
-        let travels = travels.ok_or(LinearError::Singular { unknown: self.u.len() })?;
-        Ok(travels.iter().copied().collect())
+        let idle = |tool: &&usize| !self.contact.active().any(|(_, c)| c.tool == **tool);
+        let tool = moved.iter().find(idle).or(moved.first()).copied().unwrap_or(0);
+        Ok(travels.ok_or(LinearError::Unopposed { tool })?.iter().copied().collect())
     }
 
     /// Lets touching candidates expect the forces of the balance that the body was last evaluated for.

@@ -49,6 +49,12 @@ pub enum NewtonError {
         /// Node with the largest unbalanced force.
         node: usize,
     },
+    /// A balance with a tool on the wrong side of the sheet.
+    #[error("in one step a tool and node {node} of the sheet went through each other")]
+    PassedThrough {
+        /// Node that did not touch the tool on the way.
+        node: usize,
+    },
     /// Followed as a slow motion, the sheet did not come to rest.
     #[error("the sheet snaps, and is not at rest after {iterations} iterations of slow motion")]
     StillMoving {
@@ -100,6 +106,9 @@ impl Patience {
         if let Self::UpTo(iterations) = self { iterations } else { limits.iterations }
     }
 }
+
+/// Iterations of an increment, over those allowed between two augmentations: springs far too soft close no gap in any number.
+const ALL: usize = 40;
 
 /// Gap that an augmented method may leave, over the sheet's thickness.
 const GAP: f64 = 1e-6;
@@ -199,7 +208,7 @@ impl Run {
         if !residual.force.is_finite() || !residual.length.is_finite() {
             return Verdict::Diverging;
         }
-        let spent = iterations - self.before >= self.allowed;
+        let spent = iterations - self.before >= self.allowed || iterations >= ALL * self.allowed;
         if spent { Verdict::Exhausted } else { Verdict::Continue }
     }
 
@@ -362,11 +371,13 @@ fn record(
     changes: usize,
 ) -> IterationRecord {
     let floor = 1e-12 * sys.scales.normal * sys.lengths.shortest_edge;
+    // An iterate out of all proportion goes on record too, and records are read again.
+    let number = |value: f64| if value.is_finite() { value } else { f64::MAX };
     IterationRecord {
-        residual: residual.force / residual.reference.max(floor),
-        gap: residual.length,
-        penetration: residual.penetration,
-        correction: last.map_or(0.0, size),
+        residual: number(residual.force / residual.reference.max(floor)),
+        gap: number(residual.length),
+        penetration: number(residual.penetration),
+        correction: number(last.map_or(0.0, size)),
         contacts: sys.contact.active().count(),
         slipping: residual.slipping,
         stuck: residual.stuck,

@@ -91,6 +91,25 @@ pub(super) fn hold_rigid_modes(constraints: &mut Constraints, nodes: &[Vec3]) {
     }
 }
 
+/// Which share of `forces` on `nodes` (three a node) pushes along rigid motions that `constraints` leave free.
+pub(super) fn share_along_free_motions(
+    constraints: &Constraints,
+    nodes: &[Vec3],
+    forces: &[f64],
+) -> f64 {
+    let mut modes = RigidModes::of(nodes);
+    modes.support_held(constraints);
+    let (mut along, mut all) = (Row::zeros(), 0.0);
+    for (node, force) in forces.chunks_exact(3).map(Vec3::from_column_slice).enumerate() {
+        let force = constraints.free_projector(node) * force;
+        let turn = ((nodes[node] - modes.centre) / modes.size).cross(&force);
+        along += Row::new(force.x, force.y, force.z, turn.x, turn.y, turn.z);
+        all += force.norm();
+    }
+    modes.held.iter().for_each(|held| along -= held * held.dot(&along));
+    if all > 0.0 { along.norm() / all } else { 0.0 }
+}
+
 /// Components that hold the rigid motions which neither `constraints` do nor supports of nodes along directions; of other
 /// nodes than those.
 pub(super) fn unsupported(
@@ -177,6 +196,23 @@ mod tests {
         let before = held(&quarter);
         hold_rigid_modes(&mut quarter, &corners());
         assert_eq!(held(&quarter), before + 1);
+    }
+
+    #[test]
+    fn loads_push_along_the_motions_that_are_free() {
+        let (free, mut on_plane) = (Constraints::none(8), Constraints::none(8));
+        on_plane.symmetry_plane(&corners(), 0, 0.0, 1e-9);
+        let share = |held: &Constraints, loads: &[(usize, f64)]| {
+            let mut forces = [0.0; 24];
+            loads.iter().for_each(|&(unknown, force)| forces[unknown] = force);
+            share_along_free_motions(held, &corners(), &forces)
+        };
+        let stretch = [(0, -2.0), (3, 2.0)];
+        let couple = [(0, -2.0), (9, 2.0)];
+        assert!(share(&free, &stretch) < 1e-15 && share(&free, &[]) == 0.0);
+        assert!(share(&free, &couple) > 0.1);
+        // A plane holds its nodes along x, and the body against turning about y and z.
+        assert!(share(&on_plane, &couple) < 1e-15 && share(&on_plane, &[(4, 1.0)]) > 0.9);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::stages::{
     Energies, IncrementReport, IterationRecord, Limits, RunSummary, Stage, ToolReport,
 };
 use super::stepping::{UnderWay, advance};
-use super::system::System;
+use super::system::{Role, System};
 use super::tools::{Placement, SheetSide, Tool, ToolSetup};
 use super::trial::Committed;
 use crate::geometry::Vec3;
@@ -93,6 +93,16 @@ pub enum SimulationError {
         tool: String,
         /// What Newton said.
         cause: Box<NewtonError>,
+    },
+    /// No tool holds the sheet, and its loads are not in balance by themselves.
+    #[error(
+        "stage `{stage}`: no tool holds the sheet, and {:.2} % of the scene's loads push it along as a whole, which nothing balances. Let them go with the tools (`load_share` 0 at the end of the stage), hold the sheet (`holds`), or keep a tool at it", 100.0 * share
+    )]
+    NothingHolds {
+        /// Stage name.
+        stage: String,
+        /// Share of the loads that is not balanced.
+        share: f64,
     },
     /// The limit on increments was reached.
     #[error(
@@ -256,6 +266,7 @@ impl Simulation {
             stage_name: &self.stages[stage].name,
             time: self.time,
             share,
+            free: sys.roles.iter().all(|role| *role == Role::Absent),
             tools: (0..sys.tools.len()).map(|t| tool_report(sys, t, self.share)).collect(),
             iterations,
             iterations_total: self.summary.iterations,

@@ -25,15 +25,6 @@ pub struct Stage {
     pub ends: Vec<f64>,
 }
 
-impl Stage {
-    /// Whether it takes tools away and leaves none.
-    #[must_use]
-    pub fn lets_go(&self) -> bool {
-        let gone = |m: &Motion| matches!(m, Motion::Release | Motion::Absent);
-        self.motions.contains(&Motion::Release) && self.motions.iter().all(gone)
-    }
-}
-
 /// Limits of the solver. Forces and lengths are scaled by the problem itself: no unit enters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
@@ -217,6 +208,8 @@ pub struct IncrementReport<'a> {
     pub time: f64,
     /// Share of the stage done.
     pub share: f64,
+    /// No tool holds the sheet in this stage.
+    pub free: bool,
     /// Every tool, in order.
     pub tools: Vec<ToolReport>,
     /// Newton iterations of this increment (linear solves).

@@ -2,10 +2,11 @@
 
 use super::active_set::{keep_pushed_tools, take_in};
 use super::constraints::Constraints;
+use super::linear::LinearError;
 use super::newton::{NewtonError, NewtonStats, Patience};
 use super::pace::Pace;
 use super::relaxation::{Endurance, relax};
-use super::rigid::hold_rigid_modes;
+use super::rigid::{hold_rigid_modes, share_along_free_motions};
 use super::simulation::{Control, Simulation, SimulationError};
 use super::stages::{IncrementReport, Stage};
 use super::steadying::ITERATIONS;
@@ -38,9 +39,10 @@ pub(super) struct UnderWay {
 impl UnderWay {
     /// Where the next increment ends, and how long it may take. One that another run has made is tried whole, and given
     /// all the time it wants, as that run may have come to it by cutting.
-    fn next(&self, stage: &Stage) -> (f64, Patience) {
+    fn next(&self, stages: &[Stage]) -> (f64, Patience) {
         let (share, step) = (self.share, self.pace.step);
-        let ends: &[f64] = if stage.lets_go() { &[] } else { &stage.ends };
+        let none = self.plan.lets_go(stages);
+        let ends: &[f64] = if none { &[] } else { &stages[self.plan.stage].ends };
         let at = ends.partition_point(|&end| end <= share);
         let end = ends.get(at).copied().unwrap_or(1.0);
         let met = share == 0.0 || at.checked_sub(1).is_some_and(|last| ends[last] == share);
@@ -84,16 +86,17 @@ pub(super) fn advance(
 fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, SimulationError> {
     let (stage, share) = (now.plan.stage, now.share);
     let first = sim.stages[stage].first_step.min(sim.stages[stage].largest_step);
+    let lets_go = now.plan.lets_go(&sim.stages);
     let (mut snaps, mut lost) = (false, 0);
     loop {
         if sim.summary.increments >= sim.limits.increments {
             return Err(SimulationError::TooManyIncrements { limit: sim.limits.increments });
         }
-        let (target, patience) = now.next(&sim.stages[stage]);
+        let (target, patience) = now.next(&sim.stages);
         let patience = if lost < LOST { patience } else { Patience::UpTo(sim.limits.iterations) };
         sim.history.clear();
         let error = match attempt(sim, &now.plan, [share, target], patience) {
-            Ok(stats) if snaps || !(sim.sys.unstable && sim.stages[stage].lets_go()) => {
+            Ok(stats) if snaps || !(sim.sys.unstable && lets_go) => {
                 accept(sim, Some(target - share));
                 sim.summary.steadied += usize::from(stats.steadied);
                 now.share = target;
@@ -132,7 +135,8 @@ fn past_limit_point(sim: &mut Simulation, now: &mut UnderWay) -> Option<NewtonSt
     let beyond = BEYOND * stage.first_step.min(stage.largest_step);
     let pace = Pace::new(beyond, stage.largest_step, sim.limits.wanted_iterations);
     let near = (now.share + beyond).min(1.0);
-    for target in [stage.lets_go().then_some(1.0), Some(near)].into_iter().flatten() {
+    let lets_go = now.plan.lets_go(&sim.stages);
+    for target in [lets_go.then_some(1.0), Some(near)].into_iter().flatten() {
         sim.history.clear();
         let found = relax(sim, &now.plan, target, &now.endurance);
         now.endurance = now.endurance.after(found.is_ok());
@@ -151,7 +155,7 @@ fn begin_stage(
     observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
 ) -> Result<UnderWay, SimulationError> {
     let stage = sim.stage;
-    let plan = begin(sim, stage);
+    let plan = begin(sim, stage)?;
     if stage == 0 {
         sim.report(0, 0.0, 0, observer)?;
     }
@@ -161,51 +165,77 @@ fn begin_stage(
     Ok(UnderWay { plan, pace, endurance, share: 0.0, start_time: sim.time })
 }
 
-fn begin(sim: &mut Simulation, stage: usize) -> Plan {
+fn begin(sim: &mut Simulation, stage: usize) -> Result<Plan, SimulationError> {
     let sys = &mut sim.sys;
     sys.constraints = sim.held.clone();
     sys.held_at.fill(0.0);
-    let mut released = vec![0.0; sys.u.len()];
     let now = &sim.stages[stage];
-    let motions = &now.motions;
-    for (_, c) in sys.contact.active() {
-        if motions[c.tool] == Motion::Release {
-            let force = sys.contact_force(c.node);
-            released[3 * c.node..3 * c.node + 3].copy_from_slice(force.as_slice());
-        }
-    }
-    let supported = motions.iter().any(|m| !matches!(m, Motion::Absent | Motion::Release));
-    let plan = Plan {
+    let mut plan = Plan {
         stage,
         start_travels: sys.tools.iter().map(|t| t.travel).collect(),
         start_forces: sim.committed.pushes.iter().map(|force| force * sim.share).collect(),
-        released,
-        unsupported: if supported { Vec::new() } else { sys.u.clone() },
+        released: released(sys, &now.motions),
+        unsupported: Vec::new(),
+        clear: Vec::new(),
     };
     sim.committed.forget_last();
     set_targets(sys, now, &plan, 0.0, sim.share);
     add_loads(sys, &sim.loads, now.load.at(0.0));
     sim.committed.applied.copy_from_slice(&sys.applied);
-    for k in 0..sys.contact.candidates.len() {
-        let tool = sys.contact.candidates[k].tool;
-        if sys.roles[tool] == Role::Absent {
-            sys.contact.candidates[k].active = false;
-        }
+    for c in &mut sys.contact.candidates {
+        c.active &= sys.roles[c.tool] != Role::Absent;
     }
     sys.search();
     take_in(sys);
     keep_pushed_tools(sys);
-    let forces = forces(sys);
-    sys.contact.commit(sys.lengths.transition, &forces);
-    if !supported {
-        hold_where_it_is(sys);
+    if !is_held_by_tools(sys, &now.motions) {
+        plan.unsupported = sys.u.clone();
+        plan.clear = (0..sys.tools.len()).filter(|&t| sys.roles[t] != Role::Absent).collect();
+        plan.clear.iter().for_each(|&tool| sys.roles[tool] = Role::Absent);
     }
-    plan
+    let forces = forces(sys);
+    sys.commit_contact(&forces);
+    if plan.is_free() {
+        let pushes = sim.loads.iter().map(|load| load * now.load.at(1.0)).collect::<Vec<_>>();
+        hold_where_it_is(sys, &pushes)
+            .map_err(|share| SimulationError::NothingHolds { stage: now.name.clone(), share })?;
+    }
+    Ok(plan)
 }
 
-/// Holds the rigid modes of the sheet where it is now.
-fn hold_where_it_is(sys: &mut System) {
+/// Forces on the nodes of the tools that are taken away (three a node) [N].
+fn released(sys: &System, motions: &[Motion]) -> Vec<f64> {
+    let mut out = vec![0.0; sys.u.len()];
+    for (_, c) in sys.contact.active().filter(|(_, c)| motions[c.tool] == Motion::Release) {
+        let force = sys.contact_force(c.node);
+        out[3 * c.node..3 * c.node + 3].copy_from_slice(force.as_slice());
+    }
+    out
+}
+
+/// Whether tools hold the sheet where a stage begins, or come to it. One that stays where it is, clear of a sheet that others
+/// let go, does not.
+fn is_held_by_tools(sys: &System, motions: &[Motion]) -> bool {
+    let lets_go = motions.contains(&Motion::Release);
+    let touches = |tool: usize| sys.contact.active().any(|(_, c)| c.tool == tool);
+    motions.iter().enumerate().any(|(tool, motion)| match motion {
+        Motion::Absent | Motion::Release => false,
+        Motion::Hold => !lets_go || touches(tool),
+        _ => true,
+    })
+}
+
+/// Holds the rigid modes of the sheet where it is now, which `loads` must not push it along.
+///
+/// # Errors
+/// The share of the loads that does.
+fn hold_where_it_is(sys: &mut System, loads: &[f64]) -> Result<(), f64> {
+    const ROUNDING: f64 = 1e-6;
     let now: Vec<Vec3> = (0..sys.node_count()).map(|n| sys.position(n)).collect();
+    let share = share_along_free_motions(&sys.constraints, &now, loads);
+    if share > ROUNDING {
+        return Err(share);
+    }
     let mut held: Constraints = sys.constraints.clone();
     hold_rigid_modes(&mut held, &now);
     for node in 0..now.len() {
@@ -216,6 +246,7 @@ fn hold_where_it_is(sys: &mut System) {
         }
     }
     sys.constraints = held;
+    Ok(())
 }
 
 fn farthest_from_balance(sys: &System) -> usize {
@@ -232,21 +263,23 @@ fn gave_up(
 ) -> SimulationError {
     let sys = &sim.sys;
     let node = match &cause {
-        NewtonError::NotConverged { node, .. } => *node,
+        NewtonError::NotConverged { node, .. } | NewtonError::PassedThrough { node } => *node,
         NewtonError::Element(failure) => sys.body.mesh().elements[failure.element][0] as usize,
-        NewtonError::Linear(super::linear::LinearError::Singular { unknown }) => {
+        NewtonError::Linear(LinearError::Singular { unknown }) => {
             (unknown / 3).min(sys.node_count().saturating_sub(1))
         }
         NewtonError::Linear(_) | NewtonError::StillMoving { .. } => farthest_from_balance(sys),
     };
     let x = sys.position(node);
-    let nearest = sys
-        .tools
-        .iter()
-        .zip(&sys.roles)
-        .filter(|(_, role)| **role != Role::Absent)
-        .map(|(t, _)| (t.closest(&x, None).gap.abs(), t.setup.name.clone()))
+    let name = |tool: usize| sys.tools[tool].setup.name.clone();
+    let there = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] != Role::Absent);
+    let nearest = there
+        .map(|tool| (sys.tools[tool].closest(&x, None).gap.abs(), tool))
         .min_by(|a, b| a.0.total_cmp(&b.0));
+    let tool = match &cause {
+        NewtonError::Linear(LinearError::Unopposed { tool }) => Some(*tool),
+        _ => nearest.map(|n| n.1),
+    };
     SimulationError::GaveUp {
         stage: sim.stages[stage].name.clone(),
         increment: sim.summary.increments + 1,
@@ -256,7 +289,7 @@ fn gave_up(
         x: x.x,
         y: x.y,
         z: x.z,
-        tool: nearest.map_or_else(|| "none".into(), |n| n.1),
+        tool: tool.map_or_else(|| "none".into(), name),
         cause: Box::new(cause),
     }
 }

@@ -66,6 +66,20 @@ pub(super) struct Plan {
     pub(super) released: Vec<f64>,
     /// Displacements at the beginning of a stage in which no tool holds the sheet; of others none.
     pub(super) unsupported: Vec<f64>,
+    /// Tools that stand clear of a sheet that is let go: one that nothing holds moves out of their way.
+    pub(super) clear: Vec<usize>,
+}
+
+impl Plan {
+    /// Whether no tool holds the sheet.
+    pub(super) fn is_free(&self) -> bool {
+        !self.unsupported.is_empty()
+    }
+
+    /// Whether the stage takes away what held the sheet.
+    pub(super) fn lets_go(&self, stages: &[Stage]) -> bool {
+        self.is_free() && stages[self.stage].motions.contains(&Motion::Release)
+    }
 }
 
 /// Sets tools and applied forces to their state at `share` of the stage.
@@ -88,6 +102,7 @@ pub(super) fn set_targets(sys: &mut System, stage: &Stage, plan: &Plan, share: f
             }
             Motion::Release | Motion::Absent => (Role::Absent, None),
         };
+        let role = if plan.clear.contains(&tool) { Role::Absent } else { role };
         sys.roles[tool] = role;
         sys.set_stop(tool, start);
         if let Some(travel) = travel {
@@ -119,7 +134,10 @@ pub(super) fn attempt(
     add_loads(&mut sim.sys, &sim.loads, stage.load.at(target));
     let found = solve(&mut sim.sys, &sim.limits, patience, foreseen, &mut sim.history)?;
     sim.sys.body.not_inside_out(&sim.sys.u)?;
-    Ok(found)
+    match sim.sys.passed_through() {
+        Some((node, _)) => Err(NewtonError::PassedThrough { node }),
+        None => Ok(found),
+    }
 }
 
 /// Starts the iteration where the last increment, repeated in proportion, would lead; that proportion, where the
@@ -140,7 +158,7 @@ pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
     add_work(sim, &forces);
     let sys = &mut sim.sys;
     sys.body.commit();
-    sys.contact.commit(sys.lengths.transition, &forces);
+    sys.commit_contact(&forces);
     let old = &sim.committed;
     let last = step.map(|step| {
         let du = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();
@@ -154,7 +172,7 @@ pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
 /// chosen for it have it.
 pub(super) fn lay_down(sim: &mut Simulation, plan: &Plan) {
     let sys = &mut sim.sys;
-    if plan.unsupported.is_empty() || sys.applied.iter().any(|&force| force != 0.0) {
+    if !plan.is_free() || sys.applied.iter().any(|&force| force != 0.0) {
         return;
     }
     let now: Vec<Vec3> = (0..sys.node_count()).map(|node| sys.position(node)).collect();

@@ -40,6 +40,14 @@ pub enum LinearError {
         /// Unknown (3 node + direction) where it was noticed.
         unknown: usize,
     },
+    /// A tool moved by force or spring meets nothing that its travel could change the force of.
+    #[error(
+        "the tool that is moved by a force there has nothing to push against: moved along its direction it meets no node of the sheet that it could push"
+    )]
+    Unopposed {
+        /// Which tool.
+        tool: usize,
+    },
     /// The solution does not satisfy the equations.
     #[error(
         "the linear solution leaves {relative:e} of its right-hand side (allowed {allowed:e}): the matrix is nearly singular"

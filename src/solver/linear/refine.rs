@@ -108,22 +108,23 @@ impl CheckedSolver {
     /// Factors `values` and solves for every right-hand side in place.
     ///
     /// # Errors
-    /// The last solver's error when none succeeds.
+    /// The first solver's error when none succeeds: it says where the matrix is singular.
     pub fn solve(&mut self, values: &[f64], rhs: &mut [Vec<f64>]) -> Result<(), LinearError> {
         let given: Vec<Vec<f64>> = rhs.to_vec();
-        let mut last = Ok(());
+        let mut done = Ok(());
         for k in 0..self.solvers.len() {
             self.plan(k)?;
             if k > 0 {
                 self.fallbacks += 1;
                 rhs.clone_from_slice(&given);
             }
-            last = self.solve_with(k, false, values, rhs, &given);
-            if last.is_ok() {
-                break;
+            let found = self.solve_with(k, false, values, rhs, &given);
+            if found.is_ok() {
+                return found;
             }
+            done = done.and(found);
         }
-        last
+        done
     }
 
     /// Factors and solves by one solver.

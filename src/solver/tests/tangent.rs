@@ -27,7 +27,7 @@ fn pressed(mu: f64, stiffness: Option<f64>) -> System {
     sys.roles[0] = Role::Force(1.0);
     sys.search();
     let forces = forces(&sys);
-    sys.contact.commit(sys.lengths.transition, &forces);
+    sys.commit_contact(&forces);
     let mut seed = 5_u64;
     for (i, u) in sys.u.iter_mut().enumerate() {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);

@@ -10,8 +10,8 @@
 //! | `E_23` | at `(∓1, 0, 0)`, linear in `ξ` |
 //! | `E_33` | at the four node pairs, bilinear (Betsch & Stein 1995) |
 //!
-//! and enhanced by modes `(j0/j) T0 M(ξ, η, ζ)`: `ζ, ζξ, ζη, ζξη` in `E_33` (no Poisson locking through the
-//! thickness). With `membrane`, modes `ξ` in `E_11` and `η` in `E_22` follow what the other strain asks for, and the shear
+//! and enhanced by modes `(j0/j) T0 M(ξ, η, ζ)` in `E_33`: `ζ` and `ζ² - 1/3` times `1, ξ, η, ξη` (no locking through the
+//! thickness, of Poisson's ratio where the sheet is bent a little, of its volume where it is bent sharply). With `membrane`, modes `ξ` in `E_11` and `η` in `E_22` follow what the other strain asks for, and the shear
 //! `E_12` of the mid surface is that at the centre (`in_plane`). Per point of the mid
 //! surface the stress is gathered into twelve generalised stresses of `[m, k, q, E_33, E_23, E_31]`, so
 //! more points through the thickness cost material updates and little else.
@@ -36,13 +36,15 @@ const fn mode(column: usize, powers: [u8; 3]) -> Mode {
     Mode { column, powers }
 }
 
+/// Shapes of the strain through the thickness, each over the mid surface as one of [`PLANE`].
+const SHAPES: usize = 2;
 /// Modes through the thickness, and with those of the membrane.
-pub(crate) const THICKNESS_MODES: usize = 4;
+pub(crate) const THICKNESS_MODES: usize = SHAPES * PLANE.len();
 pub(crate) const MEMBRANE_MODES: usize = THICKNESS_MODES + STRETCHES;
 
-/// Strains through the thickness.
-const MODES: [Mode; THICKNESS_MODES] =
-    [mode(2, [0, 0, 1]), mode(2, [1, 0, 1]), mode(2, [0, 1, 1]), mode(2, [1, 1, 1])];
+/// How modes through the thickness go over the mid surface.
+const PLANE: [Mode; 4] =
+    [mode(2, [0, 0, 0]), mode(2, [1, 0, 0]), mode(2, [0, 1, 0]), mode(2, [1, 1, 0])];
 
 /// Node pairs of one configuration.
 #[derive(Clone, Copy)]
@@ -127,7 +129,8 @@ pub(crate) fn evaluate<const M: usize>(
         .ok_or(PointFailure { point: 0, reason: FailureReason::Inverted { ratio: 0.0 } })?;
     let (centre, axes) = ((to_cartesian(&inverse), det), Axes::new(&base, &inverse));
     // A stretch has the size of a strain.
-    let unit = std::array::from_fn(|k| MODES.get(k).map_or(1.0, |mode| mode.unit(&centre.0)));
+    let unit =
+        std::array::from_fn(|k| if k < THICKNESS_MODES { PLANE[0].unit(&centre.0) } else { 1.0 });
     ModeSums::<M>::with_prediction(record, input.displacement, &unit, |alpha, record| {
         let shape = Shape { pairs: &reference, centre: &centre, axes: &axes, rule: thickness_rule };
         evaluate_at(input, &shape, alpha, new_state, record, out)

@@ -2,7 +2,7 @@
 
 use super::generalised::{GENERALISED, add_curvature, derivatives, products};
 use super::stretch::{STRETCHES, Stretch};
-use super::{InPlane, MODES, Moved, Pairs, Plane, Shape, Sums, THICKNESS_MODES, blend};
+use super::{InPlane, Moved, PLANE, Pairs, Plane, SHAPES, Shape, Sums, THICKNESS_MODES, blend};
 use crate::geometry::{Mat3, Vec3};
 use crate::solver::element::kernels::{self, Row};
 use crate::solver::element::{
@@ -10,8 +10,9 @@ use crate::solver::element::{
 };
 use crate::solver::tensor::{self, Mandel, Mandel66};
 
-/// Directions in which modes strain a point: through the thickness, where all modes go one way, and the stretches.
-pub(super) const DIRECTIONS: usize = 1 + STRETCHES;
+/// Directions in which modes strain a point: through the thickness, one for each shape as all modes go one way, and the
+/// stretches.
+pub(super) const DIRECTIONS: usize = SHAPES + STRETCHES;
 
 /// A point of the mid surface.
 pub(super) struct Column<'a> {
@@ -40,8 +41,8 @@ pub(super) struct Frame<'a> {
     pub unit: Mandel,
     /// det J at the centre.
     pub share: f64,
-    /// Values of the modes through the thickness at `ζ = 1`, added up.
-    pub thickening: f64,
+    /// Values of the modes through the thickness over the mid surface, added up by shape.
+    pub thickening: [f64; SHAPES],
     /// Stretches, if the element has such modes.
     pub stretch: Option<Stretch<'a>>,
 }
@@ -92,7 +93,9 @@ impl<'a> Column<'a> {
         let stretch = self.stretch(alpha, volume(&along) + volume(&tilt) / 3.0)?;
         let gradient = stretch.as_ref().map_or_else(Mat3::identity, |stretch| stretch.gradient);
         let (through, unit) = over(&gradient, &self.shape.centre.0);
-        let own = self.thickness_modes();
+        let own = self.over_plane();
+        let sum =
+            |shape: usize| own.iter().zip(&alpha[shape * PLANE.len()..]).map(|(v, a)| v * a).sum();
         Ok(Frame {
             along,
             tilt,
@@ -102,14 +105,14 @@ impl<'a> Column<'a> {
             through,
             unit,
             share: self.shape.centre.1,
-            thickening: own.iter().zip(alpha).map(|(own, alpha)| own * alpha).sum(),
+            thickening: std::array::from_fn(sum),
             stretch,
         })
     }
 
-    /// Values of the modes through the thickness at `ζ = 1`; all are linear in `ζ`.
-    fn thickness_modes(&self) -> [f64; THICKNESS_MODES] {
-        MODES.map(|mode| mode.value([self.xi, self.eta, 1.0]))
+    /// Values of the modes through the thickness here, without their shapes.
+    fn over_plane(&self) -> [f64; PLANE.len()] {
+        PLANE.map(|mode| mode.value([self.xi, self.eta, 1.0]))
     }
 
     /// Stretches of the column, if it has such modes: the same at all its points, so weighted by the mean of det J.
@@ -156,13 +159,13 @@ impl<'a> Column<'a> {
         totals: &Totals,
         sums: &mut Sums<M>,
     ) {
-        let own = self.thickness_modes();
-        let share = |k: usize| match own.get(k) {
-            Some(&value) => (0, value),
-            None => (1 + k - THICKNESS_MODES, 1.0),
+        let own = self.over_plane();
+        let share = |k: usize| match k.checked_sub(THICKNESS_MODES) {
+            None => (k / own.len(), own[k % own.len()]),
+            Some(stretch) => (SHAPES + stretch, 1.0),
         };
         let (mut left, mut right) = ([[0.0; DOFS]; DIRECTIONS], [[0.0; DOFS]; DIRECTIONS]);
-        let count = 1 + M - THICKNESS_MODES;
+        let count = SHAPES + M - THICKNESS_MODES;
         kernels::combine(&totals.left[..count], b, &mut left[..count]);
         kernels::combine(&totals.right[..count], b, &mut right[..count]);
         let modes = &mut sums.modes;

@@ -9,6 +9,7 @@ mod modes;
 use pulp::{Arch, Simd, WithSimd};
 
 use self::modes::Modes;
+use super::SHAPES;
 use super::column::{Frame, Totals};
 use super::generalised::lanes::{Powers, add_generalised, add_generalised_stiffness, natural};
 use crate::geometry::Vec3;
@@ -58,8 +59,8 @@ impl Rule {
 struct Points {
     /// det J.
     det: Each,
-    /// Strain through the thickness at a mode's value of one, over the strain at the centre.
-    lift: Each,
+    /// Strain through the thickness at a mode's value of one, over the strain at the centre, by shape.
+    lift: [Each; SHAPES],
     /// From natural to Cartesian strain, stretched.
     map: [[Each; 6]; 6],
     /// Assumed right Cauchy-Green tensor.
@@ -75,7 +76,7 @@ impl Points {
         const NONE: Each = [0.0; ROOM];
         Self {
             det: NONE,
-            lift: NONE,
+            lift: [NONE; SHAPES],
             map: [[NONE; 6]; 6],
             stretched: [NONE; 6],
             stress: [NONE; 6],
@@ -157,11 +158,14 @@ fn place<S: Simd>(simd: S, frame: &Frame<'_>, rule: &Rule, start: usize, points:
         let det = Lane::dot(&g, &dual[0]);
         let over = Lane::splat(simd, 1.0) / det;
         let map = congruence(simd, &stretched(simd, &dual, over, &gradient));
-        let lift = zeta * over * frame.share;
+        let share = over * frame.share;
+        // Neither does work on a constant stress.
+        let lift = [zeta * share, (zeta * zeta - Lane::splat(simd, 1.0 / 3.0)) * share];
+        let thickening = lift[0] * frame.thickening[0] + lift[1] * frame.thickening[1];
         let strain = natural(simd, &frame.strain, zeta);
         let at = start + first;
         for i in 0..6 {
-            let thick = through[i] * lift * frame.thickening;
+            let thick = through[i] * thickening;
             let half = thick + Lane::dot(&map[i], &strain);
             half.mul_add(two, unit[i]).store(&mut points.stretched[i], at);
             for j in 0..6 {
@@ -169,7 +173,7 @@ fn place<S: Simd>(simd: S, frame: &Frame<'_>, rule: &Rule, start: usize, points:
             }
         }
         det.store(&mut points.det, at);
-        lift.store(&mut points.lift, at);
+        lift.iter().zip(&mut points.lift).for_each(|(lift, to)| lift.store(to, at));
     }
 }
 

@@ -2,6 +2,7 @@
 
 use pulp::Simd;
 
+use super::super::SHAPES;
 use super::super::column::{DIRECTIONS, Frame, Totals};
 use super::super::generalised::lanes::{Powers, add_generalised};
 use super::super::stretch::STRETCHES;
@@ -28,10 +29,14 @@ impl<S: Simd> Modes<S> {
         stress: &[Lane<S>; 6],
     ) -> Self {
         let none = [Lane::splat(simd, 0.0); 6];
-        let lift = Lane::load(simd, &points.lift, at);
+        let through = splat(simd, &frame.through);
+        let mut directions = [none; DIRECTIONS];
+        for (direction, lift) in directions.iter_mut().zip(&points.lift) {
+            *direction = Lane::scaled(through, Lane::load(simd, lift, at));
+        }
         let mut out = Self {
-            count: 1,
-            directions: [Lane::scaled(splat(simd, &frame.through), lift), none, none],
+            count: SHAPES,
+            directions,
             work: [none; STRETCHES],
             second: [[none[0]; STRETCHES]; STRETCHES],
         };
@@ -50,7 +55,7 @@ impl<S: Simd> Modes<S> {
         }
         for k in 0..STRETCHES {
             let rate = Lane::splat(simd, stretch.rates[k]);
-            out.directions[1 + k] = Lane::scaled(symmetric(&cb[k], &dual[k]), rate);
+            out.directions[SHAPES + k] = Lane::scaled(symmetric(&cb[k], &dual[k]), rate);
             out.work[k] = Lane::scaled(symmetric(&base[k], &sd[k]), rate + rate);
             for l in 0..STRETCHES {
                 let rates = rate * stretch.rates[l];
@@ -78,13 +83,15 @@ impl<S: Simd> Modes<S> {
             for l in 0..self.count {
                 totals.modes[k][l] += Lane::dot(&row, &self.directions[l]).sum();
             }
-            if k > 0 {
-                let work = &self.work[k - 1];
-                let value = Lane::dot(work, &self.directions[0]).sum();
-                totals.modes[k][0] += value;
-                totals.modes[0][k] += value;
+            if let Some(stretch) = k.checked_sub(SHAPES) {
+                let work = &self.work[stretch];
+                for l in 0..SHAPES {
+                    let value = Lane::dot(work, &self.directions[l]).sum();
+                    totals.modes[k][l] += value;
+                    totals.modes[l][k] += value;
+                }
                 for l in 0..STRETCHES {
-                    totals.modes[k][1 + l] += self.second[k - 1][l].sum();
+                    totals.modes[k][SHAPES + l] += self.second[stretch][l].sum();
                 }
                 for i in 0..6 {
                     column[i] = column[i] + work[i];
@@ -143,14 +150,14 @@ mod tests {
             through: [0.0; 6],
             unit: [0.0; 6],
             share: 1.0,
-            thickening: 0.0,
+            thickening: [0.0; SHAPES],
             stretch: Some(stretch),
         };
         let simd = pulp::Scalar::new();
         let out = Modes::new(simd, &frame, (&points, 0), &splat(simd, &STRESS));
         let mandel = |v: &[Lane<pulp::Scalar>; 6]| v.map(Lane::sum);
         (
-            [mandel(&out.directions[1]), mandel(&out.directions[2])],
+            [0, 1].map(|k| mandel(&out.directions[SHAPES + k])),
             out.work.each_ref().map(mandel),
             out.second.map(|row| row.map(Lane::sum)),
         )

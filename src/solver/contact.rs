@@ -105,7 +105,7 @@ const SWINGS: u32 = 3;
 
 impl Candidate {
     /// Projects anew, as far as `reach` [mm] and what node and tool have moved past each other since the last balance, so that
-    /// no step takes one through the other unseen. A touching node that swings between two patches, whose normals never agree
+    /// no step takes one through the other unseen; a touching node, as one is that a force is to bring a tool to, however far. A touching node that swings between two patches, whose normals never agree
     /// quite, is held to the last one, carried on smoothly, until the increment is done.
     fn follow(&mut self, x: &Vec3, tool: &Tool, reach: f64) {
         if self.active
@@ -116,7 +116,8 @@ impl Candidate {
             return;
         }
         let hint = (self.foot.patch != u32::MAX).then_some(self.foot.patch);
-        let foot = tool.within(x, hint, reach + self.moved(x, tool));
+        let far = if self.active { f64::INFINITY } else { reach + self.moved(x, tool) };
+        let foot = tool.within(x, hint, far);
         self.swings += u32::from(self.active && foot.patch != self.foot.patch);
         self.foot = foot;
         if !self.placed && foot.patch != u32::MAX {

@@ -6,7 +6,7 @@
 //! without these supports, which carry nothing.
 
 use super::conditions::Condition;
-use super::rigid::unsupported;
+use super::rigid::{take_free_motions, unsupported};
 use super::system::System;
 use crate::geometry::{Mat3, Vec3};
 
@@ -22,8 +22,18 @@ impl System {
             return Vec::new();
         }
         let supports = touching.iter().flatten().flat_map(|c| self.supports(c));
-        let now: Vec<Vec3> = (0..self.node_count()).map(|node| self.position(node)).collect();
-        unsupported(&self.constraints, &now, supports)
+        unsupported(&self.constraints, &self.positions(), supports)
+    }
+
+    /// Takes from `moves`, the displacements of the last increment, the rigid motions that nothing holds any more: a sheet
+    /// that a tool has carried or thrown off does not fly on.
+    pub(super) fn stop_floating(&self, moves: &mut [f64]) {
+        if self.still.is_empty() {
+            return;
+        }
+        let touching = self.conditions.iter().filter(|c| c.candidate.is_some());
+        let supports = touching.flat_map(|c| self.supports(c));
+        take_free_motions(&self.constraints, &self.positions(), supports, moves);
     }
 
     /// Directions in which a tool holds a node: across its surface, and along it where friction has a force to go by.

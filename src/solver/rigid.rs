@@ -54,6 +54,34 @@ impl<'a> RigidModes<'a> {
         }
     }
 
+    /// Displacements of the rigid motions that are left free (three a node), orthonormal.
+    fn free_motions(&self) -> Vec<Vec<f64>> {
+        let mut rows = self.held.clone();
+        let mut out: Vec<Vec<f64>> = Vec::new();
+        for k in 0..6 {
+            let mut row = Row::ith(k, 1.0);
+            (0..2).for_each(|_| rows.iter().for_each(|held| row -= held * held.dot(&row)));
+            if row.norm() <= FREE {
+                continue;
+            }
+            let row = row.normalize();
+            rows.push(row);
+            let (shift, turn) =
+                (Vec3::new(row[0], row[1], row[2]), Vec3::new(row[3], row[4], row[5]));
+            let at = |x: &Vec3| shift + turn.cross(&((x - self.centre) / self.size));
+            let mut motion: Vec<f64> =
+                self.nodes.iter().flat_map(|x| <[f64; 3]>::from(at(x))).collect();
+            for other in &out {
+                let along: f64 = motion.iter().zip(other).map(|(a, b)| a * b).sum();
+                motion.iter_mut().zip(other).for_each(|(a, b)| *a -= along * b);
+            }
+            let size = motion.iter().map(|v| v * v).sum::<f64>().sqrt();
+            motion.iter_mut().for_each(|v| *v /= size);
+            out.push(motion);
+        }
+        out
+    }
+
     fn all_held(&self) -> bool {
         self.held.len() == 6
     }
@@ -108,6 +136,24 @@ pub(super) fn share_along_free_motions(
     }
     modes.held.iter().for_each(|held| along -= held * held.dot(&along));
     if all > 0.0 { along.norm() / all } else { 0.0 }
+}
+
+/// Takes from displacements `moves` of `nodes` (three a node) what of them is a rigid motion that neither `constraints` hold
+/// nor supports of nodes along directions.
+pub(super) fn take_free_motions(
+    constraints: &Constraints,
+    nodes: &[Vec3],
+    supports: impl Iterator<Item = (usize, Vec3)>,
+    moves: &mut [f64],
+) {
+    let mut modes = RigidModes::of(nodes);
+    modes.support_held(constraints);
+    supports.for_each(|(node, along)| modes.support(node, &along));
+    let motions = modes.free_motions();
+    for motion in &motions {
+        let along: f64 = moves.iter().zip(motion).map(|(a, b)| a * b).sum();
+        moves.iter_mut().zip(motion).for_each(|(a, b)| *a -= along * b);
+    }
 }
 
 /// Components that hold the rigid motions which neither `constraints` do nor supports of nodes along directions; of other
@@ -196,6 +242,31 @@ mod tests {
         let before = held(&quarter);
         hold_rigid_modes(&mut quarter, &corners());
         assert_eq!(held(&quarter), before + 1);
+    }
+
+    #[test]
+    fn free_motions_are_taken_and_nothing_else() {
+        let mut on_plane = Constraints::none(8);
+        on_plane.symmetry_plane(&corners(), 0, 0.0, 1e-9);
+        let stretch = |x: &Vec3| Vec3::new(0.1 * x.x, 0.2 * (x.y - 0.5), -0.3 * (x.z - 0.5));
+        let turn = |x: &Vec3| Vec3::x().cross(&(x - Vec3::repeat(0.5))) * 0.02;
+        let moves = |shift: Vec3| -> Vec<f64> {
+            let at = |x: &Vec3| <[f64; 3]>::from(stretch(x) + turn(x) + shift);
+            corners().iter().flat_map(at).collect()
+        };
+        let mut left = moves(Vec3::new(0.0, 3.0, -2.0));
+        take_free_motions(&on_plane, &corners(), std::iter::empty(), &mut left);
+        for (at, x) in left.chunks_exact(3).zip(corners()) {
+            assert!((Vec3::from_column_slice(at) - stretch(&x)).norm() < 1e-12);
+        }
+        // A support along y at the middle of the plane leaves the motion along z.
+        let supports = corners().into_iter().enumerate().map(|(node, _)| (node, Vec3::y()));
+        let mut left = moves(Vec3::new(0.0, 3.0, -2.0));
+        take_free_motions(&on_plane, &corners(), supports, &mut left);
+        for (at, x) in left.chunks_exact(3).zip(corners()) {
+            let kept = stretch(&x) + turn(&x) + Vec3::new(0.0, 3.0, 0.0);
+            assert!((Vec3::from_column_slice(at) - kept).norm() < 1e-12);
+        }
     }
 
     #[test]

@@ -245,7 +245,7 @@ impl System {
         found.map(|c| (c.node, c.tool))
     }
 
-    fn positions(&self) -> Vec<Vec3> {
+    pub(super) fn positions(&self) -> Vec<Vec3> {
         (0..self.node_count()).map(|node| self.position(node)).collect()
     }
 

@@ -161,7 +161,8 @@ pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
     sys.commit_contact(&forces);
     let old = &sim.committed;
     let last = step.map(|step| {
-        let du = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();
+        let mut du: Vec<f64> = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();
+        sys.stop_floating(&mut du);
         let travels = sys.tools.iter().zip(&old.travels).map(|(t, b)| t.travel - b).collect();
         (step, du, travels)
     });

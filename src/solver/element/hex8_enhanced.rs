@@ -4,7 +4,7 @@
 //! strain): nine modes linear in the natural coordinates remove shear locking in bending, three bilinear
 //! volume modes remove volumetric locking. 2 x 2 x 2 points.
 
-use super::modes::{Mode, ModeSums};
+use super::modes::{Mode, ModeSums, Unsettled};
 use super::shape::{PointGeometry, gauss_2x2x2, jacobian};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible};
 use crate::solver::lanes::POINTS;
@@ -13,6 +13,8 @@ use crate::solver::tensor::{self, Mandel, Mandel66};
 
 /// Number of modes.
 pub(crate) const MODE_COUNT: usize = 12;
+/// Steps in which the modes settle in one evaluation.
+const ROUNDS: usize = 10;
 /// Stands for the volume strain in [`Mode::column`].
 const VOLUME: usize = 6;
 
@@ -55,9 +57,10 @@ pub(crate) fn evaluate(
     let centre =
         centre.ok_or(PointFailure { point: 0, reason: FailureReason::Inverted { ratio: det } })?;
     let unit = MODES.map(|mode| mode.unit(&centre.0));
-    ModeSums::<MODE_COUNT>::with_prediction(record, input.displacement, &unit, |alpha, record| {
+    let at = |alpha: &_, record: &mut _| {
         evaluate_at(input, points, &centre, alpha, new_state, record, out)
-    })
+    };
+    ModeSums::with_prediction(record, input.displacement, &unit, ROUNDS, at)
 }
 
 fn evaluate_at(
@@ -68,7 +71,7 @@ fn evaluate_at(
     new_state: &mut [f64],
     record: &mut [f64],
     out: &mut ElementMatrices,
-) -> Result<(), PointFailure> {
+) -> Result<Unsettled<MODE_COUNT>, PointFailure> {
     *out = ElementMatrices::zero();
     let mut sums = ModeSums::<MODE_COUNT>::zero();
     let mut initial_stress = [[0.0; 8]; 8];

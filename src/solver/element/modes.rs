@@ -4,6 +4,10 @@
 //! modes are unknowns of the global Newton iteration: each full evaluation stores the linearisation of
 //! `r_α(u, α) = 0`, and the next one starts from `α - K_αα⁻¹ (r_α + K_αu (u' - u))`. A residual-only evaluation
 //! predicts the modes the same way and stores nothing, so line searches leave no trace.
+//!
+//! Where points begin or cease to flow one such step may lead nowhere, and the next back: the modes of a single element go
+//! round in a circle, and with them the whole sheet. They are then settled at the displacements there are, by further steps
+//! of their own, no longer than the work of `r_α` along them allows.
 
 use super::kernels;
 use super::{DOFS, ElementMatrices, FailureReason, PointFailure, Want};
@@ -11,6 +15,12 @@ use crate::solver::tensor::Mandel66;
 
 /// Largest change of the modes' strain in one iterate.
 const LARGEST_CHANGE: f64 = 0.1;
+/// Strain of the modes that is still to come where they count as settled.
+const SETTLED: f64 = 1e-5;
+/// A step of the modes is good when the slope at its end is at most this share of the slope at its beginning.
+const GOOD: f64 = 0.2;
+/// Trials of a step.
+const TRIALS: usize = 4;
 
 /// Stored values of an element with `modes` modes: α, u, `K_αα⁻¹ r_α`, `K_αα⁻¹ K_αu`.
 #[must_use]
@@ -48,6 +58,25 @@ impl Mode {
         }
         product
     }
+}
+
+/// What an evaluation says of the modes: `r_α` [N mm] and `K_αα⁻¹ r_α`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unsettled<const M: usize> {
+    residual: [f64; M],
+    step: [f64; M],
+}
+
+impl<const M: usize> Unsettled<M> {
+    /// Work of `r_α` along minus the step `of`.
+    fn slope(&self, of: &[f64; M]) -> f64 {
+        -self.residual.iter().zip(of).map(|(r, s)| r * s).sum::<f64>()
+    }
+}
+
+/// Size of the strain of modes with these values, `unit` being that of each per unit.
+fn strain<const M: usize>(values: &[f64; M], unit: &[f64; M]) -> f64 {
+    values.iter().zip(unit).map(|(value, unit)| (value * unit).powi(2)).sum::<f64>().sqrt()
 }
 
 /// Sums over the points of an element with `M` modes.
@@ -89,30 +118,63 @@ impl<const M: usize> ModeSums<M> {
 
     /// Runs `evaluate` with the predicted modes, their change kept under [`LARGEST_CHANGE`] of strain (`unit` is
     /// the size of the strain per unit of each mode); where the prediction still collapses the material (a
-    /// step far beyond the linearisation), again with the modes nearer to the stored ones.
+    /// step far beyond the linearisation), again with the modes nearer to the stored ones. Then settles them in up to `rounds`
+    /// steps.
     ///
     /// # Errors
     /// What `evaluate` returns with the stored modes.
-    pub(crate) fn with_prediction<T>(
+    pub(crate) fn with_prediction(
         record: &mut [f64],
         u: &[f64; DOFS],
         unit: &[f64; M],
-        mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<T, PointFailure>,
-    ) -> Result<T, PointFailure> {
+        rounds: usize,
+        mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<Unsettled<M>, PointFailure>,
+    ) -> Result<(), PointFailure> {
         let predicted = Self::predict(record, u);
         let mut stored = [0.0; M];
         stored.copy_from_slice(&record[..M]);
-        let change: f64 =
-            (0..M).map(|k| ((predicted[k] - stored[k]) * unit[k]).powi(2)).sum::<f64>().sqrt();
+        let change = strain(&std::array::from_fn(|k| predicted[k] - stored[k]), unit);
         let allowed = if change > LARGEST_CHANGE { LARGEST_CHANGE / change } else { 1.0 };
         for share in [1.0, 0.5, 0.25, 0.125] {
             let share = share * allowed;
             let alpha = std::array::from_fn(|k| stored[k] + share * (predicted[k] - stored[k]));
-            if let Ok(done) = evaluate(&alpha, record) {
-                return Ok(done);
+            if let Ok(found) = evaluate(&alpha, record) {
+                return Self::settle(record, unit, rounds, (alpha, found), &mut evaluate);
             }
         }
-        evaluate(&stored, record)
+        evaluate(&stored, record).map(|_| ())
+    }
+
+    /// Goes on from modes `alpha`, which were evaluated last, until they are settled.
+    fn settle(
+        record: &mut [f64],
+        unit: &[f64; M],
+        rounds: usize,
+        (mut alpha, mut found): ([f64; M], Unsettled<M>),
+        mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<Unsettled<M>, PointFailure>,
+    ) -> Result<(), PointFailure> {
+        for _ in 0..rounds {
+            let (step, start) = (found.step, found.slope(&found.step));
+            let size = strain(&step, unit);
+            if size <= SETTLED || start >= 0.0 {
+                break;
+            }
+            let mut share = (LARGEST_CHANGE / size).min(1.0);
+            let mut last = None;
+            for _ in 0..TRIALS {
+                let there = std::array::from_fn(|k| alpha[k] - share * step[k]);
+                last = evaluate(&there, record).ok().map(|found| (there, found));
+                let end = last.map_or(f64::INFINITY, |(_, found)| found.slope(&step));
+                if end <= -GOOD * start {
+                    break;
+                }
+                share *=
+                    if end.is_finite() { (start / (start - end)).clamp(0.1, 0.7) } else { 0.5 };
+            }
+            let Some(next) = last else { return evaluate(&alpha, record).map(|_| ()) };
+            (alpha, found) = next;
+        }
+        Ok(())
     }
 
     /// Condenses the modes out of `out`; a full evaluation stores its linearisation in `record`.
@@ -126,8 +188,10 @@ impl<const M: usize> ModeSums<M> {
         want: Want,
         record: &mut [f64],
         out: &mut ElementMatrices,
-    ) -> Result<(), FailureReason> {
+    ) -> Result<Unsettled<M>, FailureReason> {
+        let residual = self.residual;
         self.solve()?;
+        let unsettled = Unsettled { residual, step: self.residual };
         let mut disturbance = 0.0;
         for dof in 0..DOFS {
             let change: f64 = (0..M).map(|k| self.left[k][dof] * self.residual[k]).sum();
@@ -136,7 +200,7 @@ impl<const M: usize> ModeSums<M> {
         }
         out.internal_residual = disturbance.sqrt();
         if want == Want::Residual {
-            return Ok(());
+            return Ok(unsettled);
         }
         self.left.as_flattened_mut().iter_mut().for_each(|value| *value = -*value);
         kernels::add_gram(&self.left, &self.right, &mut out.tangent);
@@ -146,7 +210,7 @@ impl<const M: usize> ModeSums<M> {
         for (chunk, row) in record[2 * M + DOFS..].chunks_exact_mut(DOFS).zip(&self.right) {
             chunk.copy_from_slice(row);
         }
-        Ok(())
+        Ok(unsettled)
     }
 
     /// Replaces `right` and `residual` by `K_αα⁻¹` times themselves (elimination with row pivoting).

@@ -27,7 +27,7 @@ use self::column::Column;
 use self::fibres::{Fibres, Hourglass};
 use self::in_plane::InPlane;
 use self::stretch::{Axes, STRETCHES};
-use super::modes::{Mode, ModeSums};
+use super::modes::{Mode, ModeSums, Unsettled};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want};
 use crate::geometry::{Mat3, Vec3};
 use crate::solver::tensor::{self, Mandel66};
@@ -35,6 +35,9 @@ use crate::solver::tensor::{self, Mandel66};
 const fn mode(column: usize, powers: [u8; 3]) -> Mode {
     Mode { column, powers }
 }
+
+/// Steps in which the modes settle in one evaluation.
+const ROUNDS: usize = 0;
 
 /// Shapes of the strain through the thickness, each over the mid surface as one of [`PLANE`].
 const SHAPES: usize = 2;
@@ -131,10 +134,11 @@ pub(crate) fn evaluate<const M: usize>(
     // A stretch has the size of a strain.
     let unit =
         std::array::from_fn(|k| if k < THICKNESS_MODES { PLANE[0].unit(&centre.0) } else { 1.0 });
-    ModeSums::<M>::with_prediction(record, input.displacement, &unit, |alpha, record| {
+    let at = |alpha: &_, record: &mut _| {
         let shape = Shape { pairs: &reference, centre: &centre, axes: &axes, rule: thickness_rule };
         evaluate_at(input, &shape, alpha, new_state, record, out)
-    })
+    };
+    ModeSums::<M>::with_prediction(record, input.displacement, &unit, ROUNDS, at)
 }
 
 /// What does not change with the displacement.
@@ -187,7 +191,7 @@ fn evaluate_at<const M: usize>(
     new_state: &mut [f64],
     record: &mut [f64],
     out: &mut ElementMatrices,
-) -> Result<(), PointFailure> {
+) -> Result<Unsettled<M>, PointFailure> {
     *out = ElementMatrices::zero();
     let moved = Moved::new::<M>(input, shape.pairs);
     let mut sums =

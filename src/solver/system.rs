@@ -329,12 +329,22 @@ impl System {
                 self.conditions.push(condition);
             }
         }
+        let busy = (0..self.contact.candidates.len()).filter(|&k| self.is_beyond_a_second_tool(k));
+        let depth = busy.map(|k| -self.contact.candidates[k].foot.gap);
+        residual.penetration = depth.fold(residual.penetration, f64::max);
         let stops = (0..self.tools.len()).filter_map(|tool| self.short_of_stop(tool));
         residual.length = stops.fold(residual.length, |length, off| length.max(off.abs()));
         residual.force = (squares + self.unbalanced_tools()).sqrt();
         residual.reference = supports.sqrt();
         self.timings.contact += start.elapsed().as_secs_f64();
         residual
+    }
+
+    /// Whether a candidate's node, which touches another tool, lies inside this one: a node is held off one tool at a time.
+    fn is_beyond_a_second_tool(&self, k: usize) -> bool {
+        let c = &self.contact.candidates[k];
+        let present = self.roles[c.tool] != Role::Absent;
+        !c.active && present && c.foot.gap < 0.0 && !c.foot.past_border && self.can_touch(k)
     }
 
     /// Adds the held components of a node to its condition, and those that stand still.

@@ -1,6 +1,7 @@
 //! Claims about contact, friction, Newton and stepping, on tools made by hand.
 
 mod claims;
+mod coming;
 mod cross;
 mod cup;
 mod floating;

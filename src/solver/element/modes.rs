@@ -17,6 +17,8 @@ use crate::solver::tensor::Mandel66;
 const LARGEST_CHANGE: f64 = 0.1;
 /// Strain of the modes that is still to come where they count as settled.
 const SETTLED: f64 = 1e-5;
+/// Steps in which they settle.
+const ROUNDS: usize = 10;
 /// A step of the modes is good when the slope at its end is at most this share of the slope at its beginning.
 const GOOD: f64 = 0.2;
 /// Trials of a step.
@@ -118,7 +120,7 @@ impl<const M: usize> ModeSums<M> {
 
     /// Runs `evaluate` with the predicted modes, their change kept under [`LARGEST_CHANGE`] of strain (`unit` is
     /// the size of the strain per unit of each mode); where the prediction still collapses the material (a
-    /// step far beyond the linearisation), again with the modes nearer to the stored ones. Then settles them in up to `rounds`
+    /// step far beyond the linearisation), again with the modes nearer to the stored ones. Then settles them in up to [`ROUNDS`]
     /// steps.
     ///
     /// # Errors
@@ -127,7 +129,6 @@ impl<const M: usize> ModeSums<M> {
         record: &mut [f64],
         u: &[f64; DOFS],
         unit: &[f64; M],
-        rounds: usize,
         mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<Unsettled<M>, PointFailure>,
     ) -> Result<(), PointFailure> {
         let predicted = Self::predict(record, u);
@@ -139,7 +140,7 @@ impl<const M: usize> ModeSums<M> {
             let share = share * allowed;
             let alpha = std::array::from_fn(|k| stored[k] + share * (predicted[k] - stored[k]));
             if let Ok(found) = evaluate(&alpha, record) {
-                return Self::settle(record, unit, rounds, (alpha, found), &mut evaluate);
+                return Self::settle(record, unit, (alpha, found), &mut evaluate);
             }
         }
         evaluate(&stored, record).map(|_| ())
@@ -149,11 +150,10 @@ impl<const M: usize> ModeSums<M> {
     fn settle(
         record: &mut [f64],
         unit: &[f64; M],
-        rounds: usize,
         (mut alpha, mut found): ([f64; M], Unsettled<M>),
         mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<Unsettled<M>, PointFailure>,
     ) -> Result<(), PointFailure> {
-        for _ in 0..rounds {
+        for _ in 0..ROUNDS {
             let (step, start) = (found.step, found.slope(&found.step));
             let size = strain(&step, unit);
             if size <= SETTLED || start >= 0.0 {

@@ -117,7 +117,10 @@ fn a_sharp_bend_has_the_moment_of_its_fibres() {
     ] {
         let [moment, bent, _] = bend((kind, layers), (2.0, 4), force);
         let off = moment / moment_of_fibres(bent) - 1.0;
-        println!("{kind:?} x {layers}: R/t {:.2}, M {moment:.2}, {off:+.4} of its fibres'", 1.0 / bent);
+        println!(
+            "{kind:?} x {layers}: R/t {:.2}, M {moment:.2}, {off:+.4} of its fibres'",
+            1.0 / bent
+        );
         assert!((5.0..15.0).contains(&(1.0 / bent)) && off.abs() < 0.05, "{kind:?}: {off}");
     }
 }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::blank::HexMesh;
 use crate::contact::{Projection, ToolSurface};
-use crate::geometry::Vec3;
+use crate::geometry::{Aabb, Vec3};
+use crate::tool::Patch;
 
 /// Faces of the sheet a tool may touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -146,6 +147,38 @@ pub struct ToolSetup {
     pub side: SheetSide,
     /// Travel past which no force and no spring moves it [mm], where it has a stop.
     pub stop: Option<f64>,
+}
+
+impl ToolSetup {
+    /// What is likely to be wrong with a tool that cannot be placed touching nodes at `points` [mm], and what to do.
+    pub(super) fn why_not_touching(&self, points: &[Vec3]) -> String {
+        /// Ratio of sizes from which one of the two is in another unit.
+        const UNITS: f64 = 100.0;
+        let mut said = if self.looks_back() {
+            "its normals face away from the sheet: turn them round (`kanagata convert FILE --flip`, or the other `--sheet-side`)"
+        } else {
+            "check its `direction`, or put it there with `place`"
+        }
+        .to_owned();
+        let [sheet, own] = [Aabb::of_points(points), self.surface.bounds()].map(|b| b.diagonal());
+        if (sheet / own).max(own / sheet) >= UNITS {
+            said += &format!(
+                ". The sheet is {sheet:.3} mm across and the tool {own:.3} mm: check the units"
+            );
+        }
+        said
+    }
+
+    /// Whether its face foremost along its direction looks back: a tool turned inside out, or turned round.
+    fn looks_back(&self) -> bool {
+        let seen = |patch: &Patch| {
+            let (eta, zeta) = (0.5, 0.25);
+            Some((patch.derivs(eta, zeta).s.dot(&self.direction), patch.normal(eta, zeta)?))
+        };
+        let faces = self.surface.model().patches.iter().filter_map(seen);
+        let foremost = faces.max_by(|a, b| a.0.total_cmp(&b.0));
+        foremost.is_some_and(|(_, normal)| normal.dot(&self.direction) < 0.0)
+    }
 }
 
 /// A tool during the run.

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::{Remark, end_of};
-use crate::geometry::{Vec2, Vec3};
+use crate::geometry::Vec3;
 use crate::solver::{SimulationSetup, ToolSetup};
 
 /// Remarks on tools without a stop under which less sheet lies than the others draw.
@@ -42,20 +42,22 @@ fn drawn(setup: &SimulationSetup, tool: usize) -> f64 {
     (0..setup.tools.len()).filter(|&other| other != tool).map(gone).fold(0.0, f64::max)
 }
 
-/// The farthest that a node under a tool lies from those that are not, in plan, before forming [mm]; `None` where there are
-/// only nodes of one kind.
+/// The farthest that a node under a tool lies from those that are not, seen along the tool's way, before forming [mm]; `None`
+/// where there are only nodes of one kind.
 fn width_under(setup: &SimulationSetup, tool: &ToolSetup) -> Option<f64> {
     let mesh = setup.body.mesh();
-    let nodes: Vec<Vec3> = mesh.top_nodes().iter().map(|&n| mesh.nodes[n as usize]).collect();
+    let ids = tool.side.nodes(mesh);
+    let nodes: Vec<Vec3> = ids.into_iter().map(|n| mesh.nodes[n as usize]).collect();
     let points: Vec<Vec3> = nodes.iter().map(|x| x - tool.offset).collect();
     let feet = tool.surface.closest_of_all(&points, &[]);
-    let (mut under, mut beside): (Vec<Vec2>, Vec<Vec2>) = (Vec::new(), Vec::new());
+    let seen = |x: &Vec3| x - tool.direction * x.dot(&tool.direction);
+    let (mut under, mut beside): (Vec<Vec3>, Vec<Vec3>) = (Vec::new(), Vec::new());
     for (x, foot) in nodes.iter().zip(&feet) {
         // A foot across the direction is one of a node beside the tool.
         let faces = foot.normal.dot(&tool.direction) > 0.5 && !foot.past_border;
-        if faces { &mut under } else { &mut beside }.push(x.xy());
+        if faces { &mut under } else { &mut beside }.push(seen(x));
     }
-    let nearest = |x: &Vec2| beside.iter().map(|b| (b - x).norm()).fold(f64::INFINITY, f64::min);
+    let nearest = |x: &Vec3| beside.iter().map(|b| (b - x).norm()).fold(f64::INFINITY, f64::min);
     let width = under.par_iter().map(nearest).reduce(|| 0.0, f64::max);
     (!under.is_empty() && width.is_finite()).then_some(width)
 }

@@ -17,7 +17,9 @@ const RIM: f64 = 0.05;
 pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Remark> {
     let own = &setup.tools[tool];
     let [low, high] = travel_range(setup, tool)?;
-    if high <= low || !setup.loads.is_empty() {
+    let pulled =
+        setup.loads.chunks_exact(3).map(|f| own.direction.dot(&Vec3::from_column_slice(f)));
+    if high <= low || pulled.into_iter().any(|force| force.abs() > 1e-9) {
         return None;
     }
     let ends = [low, high].map(|travel| (travel, distance(setup, own, travel)));

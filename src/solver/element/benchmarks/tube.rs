@@ -7,7 +7,7 @@ use crate::solver::blank::thickened;
 use crate::solver::material::hill48::Hill48;
 
 const RADIUS: f64 = 50.0;
-const THICKNESS: f64 = 0.2;
+const THICKNESS: f64 = 0.4;
 const HEIGHT: f64 = 30.0;
 
 /// A quarter of a tube about z, its outer face the upper one.
@@ -44,7 +44,7 @@ fn r_value(rolling: &Vec3) -> f64 {
         .flat_map(|axis| on(axis, 0.0).into_iter().map(move |node| (3 * node + axis, 0.0)))
         .collect();
     held.extend(on(2, HEIGHT).into_iter().map(|node| (3 * node + 2, 0.08 * HEIGHT)));
-    let (u, _) = solve(&mut body, &Problem { held, loads: Vec::new(), steps: 4 });
+    let (u, _) = solve(&mut body, &Problem { held, loads: Vec::new(), steps: 60 });
     let moved =
         |node: usize| mesh.nodes[node] + Vec3::from_column_slice(&u[3 * node..3 * node + 3]);
     let mut out = Evaluation::default();

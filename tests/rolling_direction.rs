@@ -22,10 +22,11 @@ fn turned(x: &Vec3, degrees: f64) -> Vec3 {
     Vec3::new(x.x, c * x.y - s * x.z, s * x.y + c * x.z)
 }
 
-/// The scene of a strip of hexahedra in a deck, pulled along x by a force, its tools absent.
+/// The scene of a strip of hexahedra in a deck, one across so that equal forces on its nodes pull it evenly along x; its tools
+/// are absent.
 fn scene(folder: &Path, degrees: f64, change: impl FnOnce(&mut Value)) -> PathBuf {
     bend::write_tools(folder);
-    let mesh = rectangle(LENGTH, WIDTH, THICKNESS, 4, 2, 1);
+    let mesh = rectangle(LENGTH, WIDTH, THICKNESS, 4, 1, 1);
     let mut deck = String::from("*NODE\n");
     for (n, x) in mesh.nodes.iter().enumerate() {
         let x = turned(x, degrees);

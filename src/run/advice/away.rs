@@ -1,6 +1,7 @@
 //! Tools moved by their travel that go away from the sheet, or end short of it: a direction or a sign turned round.
 
 use super::Remark;
+use crate::contact::Projection;
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::reach::travel_range;
 use crate::solver::{Motion, SimulationSetup, ToolSetup};
@@ -52,7 +53,8 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Remark> {
     })
 }
 
-/// Least distance of the sheet's nodes that a tool may touch from it, where they lie before forming [mm].
+/// Least distance of the sheet's nodes that a tool may touch from it, where they lie before forming [mm]; below zero where it
+/// would be past them.
 fn distance(setup: &SimulationSetup, tool: &ToolSetup, travel: f64) -> f64 {
     let mesh = setup.body.mesh();
     let ids = tool.side.nodes(mesh);
@@ -61,7 +63,11 @@ fn distance(setup: &SimulationSetup, tool: &ToolSetup, travel: f64) -> f64 {
     let points: Vec<Vec3> =
         ids.into_iter().step_by(every).map(|n| mesh.nodes[n as usize] - shift).collect();
     let feet = tool.surface.closest_of_all(&points, &[]);
-    points.iter().zip(&feet).map(|(x, foot)| (foot.point - x).norm()).fold(f64::INFINITY, f64::min)
+    let signed = |(x, foot): (&Vec3, &Projection)| {
+        let distance = (foot.point - x).norm();
+        if foot.gap < 0.0 && !foot.past_border { -distance } else { distance }
+    };
+    points.iter().zip(&feet).map(signed).fold(f64::INFINITY, f64::min)
 }
 
 /// Whether no other tool has travelled before the stage in which this one does: it is not one that has done its work and is

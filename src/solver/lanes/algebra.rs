@@ -90,8 +90,8 @@ pub(crate) fn turned<S: Simd>(map: &Mandel66, back: bool, t: &[Lane<S>; 6]) -> [
     for (i, out) in out.iter_mut().enumerate() {
         let entry = |k: usize| if back { map[k][i] } else { map[i][k] };
         *out = t[0] * entry(0);
-        for k in 1..6 {
-            *out = *out + t[k] * entry(k);
+        for (k, value) in t.iter().enumerate().skip(1) {
+            *out = *out + *value * entry(k);
         }
     }
     out

@@ -38,7 +38,8 @@ fn a_tool_that_cannot_be_placed_is_told_why_and_no_state_is_spoken_of() {
     });
     assert_eq!(code, Some(2), "{said}");
     assert!(
-        said.contains("`punch` cannot be placed touching") && said.contains("--flip"),
+        said.contains("`punch` cannot be placed touching")
+            && said.contains("check its `direction`"),
         "{said}"
     );
     assert!(!said.contains("last good state") && !folder.path().join("run").exists(), "{said}");

@@ -151,6 +151,32 @@ fn a_tool_that_pushes_against_nothing_is_told() {
     }
 }
 
+#[test]
+fn a_tool_that_goes_the_wrong_way_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("u-draw", folder);
+    let with = |up: f64, travel: f64| {
+        told(folder, "u-draw.scene.json", |scene| {
+            scene["tools"][2]["place"]["shift"] = json!([0.0, 0.0, up]);
+            scene["stages"][0]["drive"]["punch"]["travel_mm"] = json!(travel);
+        })
+    };
+    let text = with(0.0, 15.0);
+    assert!(!text.contains("moves away") && !text.contains("comes no nearer"), "{text}");
+    let text = with(0.0, -15.0);
+    assert!(text.contains("punch moves away from the sheet all the time"), "{text}");
+    assert!(text.contains("is 15.0") && text.contains("turned round"), "{text}");
+    let text = with(7.0, 2.0);
+    assert!(text.contains("punch travels from 0.00 to 2.00 mm and comes no nearer"), "{text}");
+    // A punch that has drawn, and a die that goes with it.
+    let after = told(folder, "u-draw.scene.json", |scene| {
+        let back = json!({"name": "back", "drive": {"punch": {"travel_mm": -1.0}, "die": {"travel_mm": -9.0}}});
+        scene["stages"].as_array_mut().unwrap().push(back);
+    });
+    assert!(!after.contains("moves away"), "{after}");
+}
+
 /// The cross tool of the demo with so many patches over 90 degrees.
 fn cross(divisions: &str) -> String {
     let folder = tempfile::tempdir().unwrap();

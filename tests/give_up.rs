@@ -26,6 +26,25 @@ fn run(folder: &Path, change: impl FnOnce(&mut Value)) -> (Option<i32>, String) 
     (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
 }
 
+#[test]
+fn a_tool_that_cannot_be_placed_is_told_why_and_no_state_is_spoken_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, said) = run(folder.path(), |scene| {
+        let punch = &mut scene["tools"][2];
+        assert_eq!(punch["name"], "punch");
+        punch["direction"] = json!([0, 0, 1]);
+        punch["side"] = json!("top");
+        punch["place"] = json!("touch");
+    });
+    assert_eq!(code, Some(2), "{said}");
+    assert!(
+        said.contains("`punch` cannot be placed touching")
+            && said.contains("check its `direction`"),
+        "{said}"
+    );
+    assert!(!said.contains("last good state") && !folder.path().join("run").exists(), "{said}");
+}
+
 /// The strip crushed by its holder in five iterations an increment, which do not suffice.
 fn crushed(folder: &Path) -> (Option<i32>, String) {
     run(folder, |scene| {

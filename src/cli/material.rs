@@ -10,7 +10,6 @@ use super::say::out;
 use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
 use crate::solver::material::card::{self, MaterialCard};
-use crate::solver::material::hardening::Hardening;
 use crate::solver::material::yield_function::YieldFunction;
 
 /// Arguments of `material`.
@@ -93,12 +92,13 @@ fn told(card: &MaterialCard, function: Option<&YieldFunction>) -> String {
             let _ = writeln!(out, "  {:>8} {:>9} {:>12}", row[0], row[1], row[2]);
         }
     }
-    if let Some(hardening) = &card.hardening {
+    let rows = curve(card);
+    if !rows.is_empty() {
         let _ = writeln!(out, "\n  {:>8} {:>12} {:>12}", "p", "stress MPa", "slope MPa");
-        for row in curve(hardening) {
+        for row in rows {
             let _ = writeln!(out, "  {:>8} {:>12} {:>12}", row[0], row[1], row[2]);
         }
-        if let Some(strain) = uniform_strain(hardening) {
+        if let Some(strain) = uniform_strain(card) {
             let _ = writeln!(out, "  uniform plastic strain in tension (Considere): {strain:.4}");
         }
     }
@@ -135,22 +135,20 @@ fn angles(function: &YieldFunction) -> Vec<Vec<String>> {
     rows
 }
 
-fn curve(hardening: &Hardening) -> Vec<Vec<String>> {
+/// Plastic strain, stress and slope of tension, backstresses and all; empty for an elastic card.
+fn curve(card: &MaterialCard) -> Vec<Vec<String>> {
     STRAINS
         .iter()
-        .map(|&p| {
-            let (stress, slope) = hardening.flow_stress(p);
-            vec![format!("{p}"), format!("{stress:.2}"), format!("{slope:.1}")]
+        .filter_map(|&p| {
+            let (stress, slope) = card.tension(p)?;
+            Some(vec![format!("{p}"), format!("{stress:.2}"), format!("{slope:.1}")])
         })
         .collect()
 }
 
-/// Plastic strain where the slope of the curve falls to the stress; `None` when it does not below 2.
-fn uniform_strain(hardening: &Hardening) -> Option<f64> {
-    let excess = |p: f64| {
-        let (stress, slope) = hardening.flow_stress(p);
-        slope - stress
-    };
+/// Plastic strain where the slope of tension's curve falls to its stress; `None` when it does not below 2.
+fn uniform_strain(card: &MaterialCard) -> Option<f64> {
+    let excess = |p: f64| card.tension(p).map_or(0.0, |(stress, slope)| slope - stress);
     let (mut low, mut high) = (0.0, 2.0);
     if !(excess(low) > 0.0 && excess(high) < 0.0) {
         return None;
@@ -166,14 +164,15 @@ fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
     let mut page = Page::new(&card.name);
     page.text(&format!("Source: {}", card.source));
     page.text(&format!("E {} MPa, Poisson's ratio {}", card.young_mpa, card.poisson));
-    if let Some(hardening) = &card.hardening {
+    let rows = curve(card);
+    if !rows.is_empty() {
         page.heading("Hardening");
         let x: Vec<f64> = (0..=200).map(|k| 0.0025 * f64::from(k)).collect();
-        let y = x.iter().map(|&p| hardening.flow_stress(p).0).collect();
-        let series = Series { name: "flow stress".into(), x, y };
-        let (traces, layout) = lines(&[series], "equivalent plastic strain", "flow stress [MPa]");
+        let y = x.iter().filter_map(|&p| Some(card.tension(p)?.0)).collect();
+        let series = Series { name: "stress".into(), x, y };
+        let (traces, layout) = lines(&[series], "plastic strain in tension", "stress [MPa]");
         page.plot(&traces, &layout, 420);
-        page.table(&["p", "stress [MPa]", "slope [MPa]"], &curve(hardening));
+        page.table(&["p", "stress [MPa]", "slope [MPa]"], &rows);
     }
     if let Some(function) = function {
         page.heading("Yield locus");
@@ -249,8 +248,34 @@ mod tests {
             assert!((x * x - x * y + y * y - 1.0).abs() < 1e-12);
         }
         let steel = card::find("mild-steel-neto2012").unwrap();
-        let strain = uniform_strain(steel.hardening.as_ref().unwrap()).unwrap();
+        let strain = uniform_strain(&steel).unwrap();
         assert!((strain - (0.268 - 0.00439)).abs() < 1e-9);
+    }
+
+    /// Voce with two backstresses: `s = s0 + Q (1 - e^-bp) + Σ C/γ (1 - e^-γp)`; Considere's strain solves `ds/dp = s`.
+    #[test]
+    fn stress_and_uniform_strain_have_the_backstresses_in_them() {
+        let mut card = card::find("structural-steel-hartloper-uvc").unwrap();
+        let parts = [(100.7, 8.0), (11608.2 / 145.2, 145.2), (1026.3 / 4.7, 4.7)];
+        let stress =
+            |p: f64| 318.5 + parts.iter().map(|(q, b)| q * (1.0 - f64::exp(-b * p))).sum::<f64>();
+        let slope = |p: f64| parts.iter().map(|(q, b)| q * b * f64::exp(-b * p)).sum::<f64>();
+        let strain = uniform_strain(&card).unwrap();
+        assert!((slope(strain) - stress(strain)).abs() < 1e-6 && (strain - 0.188).abs() < 1e-3);
+        let text = told(&card, card.yield_function().unwrap().as_ref());
+        assert!(text.contains("(Considere): 0.18"), "{text}");
+        assert!(
+            text.contains(&format!("0.1 {:>12.2} {:>12.1}", stress(0.1), slope(0.1))),
+            "{text}"
+        );
+        assert!(page(&card, None).html().contains(&format!("{:.2}", stress(0.1))));
+        // Prager's: a straight line.
+        let before = card.tension(0.2).unwrap();
+        card.backstresses.push(card::BackstressCard { c_mpa: 50.0, gamma: 0.0 });
+        let after = card.tension(0.2).unwrap();
+        assert!(
+            (after.0 - before.0 - 10.0).abs() < 1e-12 && (after.1 - before.1 - 50.0).abs() < 1e-12
+        );
     }
 
     #[test]

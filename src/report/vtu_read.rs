@@ -34,6 +34,9 @@ pub enum VtuError {
     },
 }
 
+/// What is found where arrays are compressed, as meshio and ParaView do unless told otherwise.
+const COMPRESSED: &str = "compressed arrays (write it without: in Python `meshio.write(\"blank.vtu\", mesh, compression=None)`, in ParaView with compressor None)";
+
 /// A grid read back. Cells keep VTK's type numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grid {
@@ -133,7 +136,7 @@ fn read_encoding(tag: &BytesStart<'_>) -> Result<Encoding, Fault> {
         return Err(fault("VTKFile", format!("type '{found}'")));
     }
     if attribute(tag, "compressor").is_some() {
-        return Err(fault("VTKFile", "compressed arrays"));
+        return Err(fault("VTKFile", COMPRESSED));
     }
     Ok(Encoding {
         big_endian: attribute(tag, "byte_order").as_deref() == Some("BigEndian"),
@@ -272,6 +275,14 @@ mod tests {
         assert_eq!(grid.point_data[0].name, "error & sign");
         assert_eq!(grid.point_data[0].values, [0.1, -0.2, 0.3, f64::MIN]);
         assert_eq!(grid.cell_data[0].values, [3.0, -4.0]);
+    }
+
+    #[test]
+    fn of_compressed_arrays_the_remedy_is_told() {
+        let text = String::from_utf8(written()).unwrap();
+        let text = text.replace("<VTKFile ", "<VTKFile compressor=\"vtkZLibDataCompressor\" ");
+        let (place, found) = parse(text.as_bytes()).unwrap_err();
+        assert!(place == "VTKFile" && found.contains("compression=None"), "{found}");
     }
 
     #[test]

@@ -75,15 +75,20 @@ pub enum RunError {
         folder: PathBuf,
     },
     /// The solver cannot start or gave up.
-    #[error("{cause}{more}\n  the last good state is in {}", folder.display())]
+    #[error("{cause}{more}{}", last_state(folder.as_deref()))]
     Solver {
         /// What the solver said.
         cause: Box<SimulationError>,
         /// What the sheet at its last balance, and other commands, say to that.
         more: String,
-        /// The run folder.
-        folder: PathBuf,
+        /// The run folder, where there is a state in it.
+        folder: Option<PathBuf>,
     },
+}
+
+/// Where the last good state is, in words.
+fn last_state(folder: Option<&Path>) -> String {
+    folder.map_or_else(String::new, |f| format!("\n  the last good state is in {}", f.display()))
 }
 
 /// What somebody watching a run is told after every increment.
@@ -124,7 +129,7 @@ pub fn run(
     let failed = |cause: SimulationError| RunError::Solver {
         cause: Box::new(cause),
         more: String::new(),
-        folder: output.to_path_buf(),
+        folder: None,
     };
     let (left_out, guard) = if options.auto {
         let (left_out, guard) = leave_out(&mut setup).map_err(failed)?;
@@ -278,7 +283,7 @@ impl Run<'_> {
         outcome.map_err(|cause| RunError::Solver {
             cause: Box::new(cause),
             more,
-            folder: folder.path.clone(),
+            folder: Some(folder.path.clone()),
         })
     }
 }

@@ -1,6 +1,7 @@
 //! Values of a scene against their ranges, before any file that it names is read.
 
 use super::motions::jump;
+use super::rolling;
 use super::types::{BlankShape, Drive, Scene, SolverLimits};
 
 /// Scene file version this program reads.
@@ -157,6 +158,7 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
         let allowed = format!("at least 1 each, at most {MOST_ELEMENTS} in all");
         return Err(("blank".into(), format!("elements {counts:?}"), allowed));
     }
+    rolling::check(blank)?;
     for (k, load) in scene.loads.iter().enumerate() {
         if load.force_n.iter().any(|f| !f.is_finite()) {
             let found = format!("{:?}", load.force_n);

@@ -10,6 +10,7 @@ mod course;
 mod follow;
 mod motions;
 pub mod read;
+mod rolling;
 pub mod setup;
 pub mod types;
 

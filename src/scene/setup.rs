@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::blank::{blank_mesh, constraints, loads};
 use super::motions::motions;
 use super::read::{Plan, SceneError};
+use super::rolling;
 use super::types::{Place, Side, Tool};
 use crate::contact::ToolSurface;
 use crate::geometry::Vec3;
@@ -34,8 +35,9 @@ impl Plan {
         let mesh = blank_mesh(&self.scene.blank, path, &self.folder)?;
         let constraints = constraints(&self.scene, &mesh.nodes).map_err(value)?;
         let loads = loads(&self.scene, &mesh.nodes, self.share()).map_err(value)?;
-        let body = Body::new(mesh, self.scene.blank.element, self.material.clone())
+        let mut body = Body::new(mesh, self.scene.blank.element, self.material.clone())
             .map_err(|e| value(("blank".into(), e.to_string(), "a sound mesh".into())))?;
+        rolling::orient(self, &mut body).map_err(value)?;
         let up = thickness_direction(body.mesh());
         let tools = self.scene.tools.iter().zip(&self.tools).enumerate();
         let tools = tools.map(|(k, (tool, loaded))| {

@@ -70,9 +70,14 @@ pub struct Blank {
     /// Element formulation.
     #[serde(default)]
     pub element: ElementKind,
-    /// Angle from x to the rolling direction [degrees].
+    /// Angle about z from x to the rolling direction [degrees], of a sheet that lies across z.
     #[serde(default)]
     pub rolling_direction_deg: f64,
+    /// Rolling direction of a sheet that lies in any way, in place of the angle: a vector, of which what lies in each element's
+    /// mid-surface counts; at least 10 degrees from the normals of all elements. Needed where the material is anisotropic and
+    /// the sheet does not lie across z: its third axis is along the normal of each element.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rolling_direction: Option<[f64; 3]>,
 }
 
 fn one() -> usize {
@@ -115,7 +120,7 @@ pub enum BlankShape {
     /// A mesh file: the hexahedra of .msh (2.2, 4.1), .vtu or an Abaqus deck (.inp: C3D8*, SC8R*), numbered and turned
     /// in any way, or the quadrilaterals of those (S4*) and of .obj, which are the sheet's lower face.
     Mesh {
-        /// Mesh file, relative to the scene.
+        /// Mesh file, relative to the scene. A .vtu without compression (`meshio.write(file, mesh, compression=None)`).
         file: String,
     },
 }

@@ -3,6 +3,7 @@
 //! Elements are evaluated in parallel into their own blocks; every row then gathers its contributions in
 //! element order. The sums do not depend on the number of threads.
 
+mod axes;
 mod bands;
 mod foresight;
 mod saved;
@@ -16,8 +17,10 @@ use super::element::{
 };
 use super::material::Material;
 use super::pattern::{Gather, Pattern};
+use crate::geometry::Mat3;
 use bands::Bands;
 
+pub use axes::AlongNormal;
 pub use foresight::Foresight;
 
 /// Forces, tangent and energies of a body.
@@ -100,6 +103,8 @@ pub struct Body {
     /// Of the eight Gauss points of every undeformed element.
     geometry: Vec<[PointGeometry; 8]>,
     thickness_rule: Vec<(f64, f64)>,
+    /// Of the material in each element, where they differ from element to element.
+    axes: Option<Vec<Mat3>>,
     /// Converged history of each element: its points', then the record of its internal modes.
     committed: Vec<f64>,
     trial: Vec<f64>,
@@ -166,6 +171,7 @@ impl Body {
             gather,
             geometry,
             thickness_rule,
+            axes: None,
             committed,
             bands,
             blocks,

@@ -190,6 +190,18 @@ impl HexMesh {
             .collect()
     }
 
+    /// Unit normals of the mid-surfaces of the elements at their centres, from the lower face to the upper.
+    #[must_use]
+    pub fn normals(&self) -> Vec<Vec3> {
+        let normal = |element: &[u32; 8]| {
+            let x = element.map(|n| self.nodes[n as usize]);
+            let middle = |k: usize| 0.5 * (x[k] + x[k + 4]);
+            let across = (middle(2) - middle(0)).cross(&(middle(3) - middle(1)));
+            across.try_normalize(0.0).unwrap_or_default()
+        };
+        self.elements.iter().map(normal).collect()
+    }
+
     /// Mean length of the columns [mm].
     #[must_use]
     pub fn mean_thickness(&self) -> f64 {

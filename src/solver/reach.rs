@@ -84,8 +84,9 @@ fn swing(setup: &SimulationSetup, size: f64) -> Vec3 {
     Vec3::from_fn(|k, _| if loaded(k) && !held(k) { f64::INFINITY } else { size })
 }
 
-/// Smallest and largest travel of a tool over all stages [mm]; `None` when forces decide.
-fn travel_range(setup: &SimulationSetup, tool: usize) -> Option<[f64; 2]> {
+/// Smallest and largest travel of a tool over all stages, the start among them [mm]; `None` when forces decide.
+#[must_use]
+pub fn travel_range(setup: &SimulationSetup, tool: usize) -> Option<[f64; 2]> {
     let (mut now, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
     for stage in &setup.stages {
         let ([a, b], end) = match &stage.motions[tool] {

@@ -59,11 +59,13 @@ pub enum SimulationError {
     Setup(String),
     /// A tool that should be placed touching never meets the sheet.
     #[error(
-        "tool `{tool}` cannot be placed touching: moved along its direction it never meets the sheet; check its `direction`, or put it there with `place`"
+        "tool `{tool}` cannot be placed touching: moved along its direction it never meets the sheet; {remedy}"
     )]
     NoTouch {
         /// Tool.
         tool: String,
+        /// What is likely to be wrong, and what to do.
+        remedy: String,
     },
     /// The matrix cannot be planned.
     #[error("{0}")]
@@ -317,7 +319,8 @@ fn place(tools: &mut [Tool], body: &Body) -> Result<(), SimulationError> {
         let ids = tool.setup.side.nodes(mesh);
         let points: Vec<Vec3> = ids.iter().map(|&n| mesh.nodes[n as usize]).collect();
         if tool.place_touching(&points).is_none() {
-            return Err(SimulationError::NoTouch { tool: tool.setup.name.clone() });
+            let remedy = tool.setup.why_not_touching(&points);
+            return Err(SimulationError::NoTouch { tool: tool.setup.name.clone(), remedy });
         }
     }
     Ok(())

@@ -17,8 +17,8 @@ use super::system::System;
 const NEAR: f64 = 1e-2;
 /// Share by which the residual has fallen at least between two iterates with the same nodes touching, if that is no circle.
 const FALLS: f64 = 0.3;
-/// How often besides they have been met, where none is wrong.
-const OFTEN: usize = 2;
+/// Iterates near balance after which states that are not wrong, but changed and changed back, are a circle too.
+const LONG: usize = 6;
 /// Damping tried first: stiffness of a node's damper over the mesh's; where it falls to the least it is none.
 const FIRST: f64 = 1e-3;
 const LEAST: f64 = 1e-10;
@@ -55,25 +55,20 @@ pub(super) struct Steadying {
 }
 
 impl Steadying {
-    /// Whether contact states that were wrong have been met before; or such as were changed since and changed back, more
-    /// than once, as corrections do that foretell them from one iterate to the next.
+    /// Whether contact states have been met before that were wrong; or, after some iterates near balance, that were changed
+    /// since and changed back, as corrections do that foretell them from one iterate to the next.
     pub(super) fn is_circle(&mut self, sys: &System, now: &IterationRecord) -> bool {
         if now.residual > NEAR {
             return false;
         }
         let touching: Vec<usize> = sys.contact.active().map(|(k, _)| k).collect();
-        let met = |(_, (before, residual)): &(usize, &(Vec<usize>, f64))| {
-            *before == touching && now.residual > FALLS * residual
+        let changed = |since: usize| self.seen[since..].iter().any(|(other, _)| *other != touching);
+        let long = self.seen.len() >= LONG;
+        let met = |(at, (before, residual)): (usize, &(Vec<usize>, f64))| {
+            let same = *before == touching && now.residual > FALLS * residual;
+            same && (now.changes > 0 || (long && changed(at)))
         };
-        let mut before = self.seen.iter().enumerate().filter(met).map(|(at, _)| at);
-        let found = match before.next() {
-            None => false,
-            Some(_) if now.changes > 0 => true,
-            Some(first) => {
-                let changed = self.seen[first..].iter().any(|(other, _)| *other != touching);
-                changed && before.count() >= OFTEN
-            }
-        };
+        let found = self.seen.iter().enumerate().any(met);
         self.seen.push((touching, now.residual));
         found
     }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::blank::HexMesh;
 use crate::contact::{Projection, ToolSurface};
-use crate::geometry::Vec3;
+use crate::geometry::{Aabb, Vec3};
+use crate::tool::Patch;
 
 /// Faces of the sheet a tool may touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -148,6 +149,38 @@ pub struct ToolSetup {
     pub stop: Option<f64>,
 }
 
+impl ToolSetup {
+    /// What is likely to be wrong with a tool that cannot be placed touching nodes at `points` [mm], and what to do.
+    pub(super) fn why_not_touching(&self, points: &[Vec3]) -> String {
+        /// Ratio of sizes from which one of the two is in another unit.
+        const UNITS: f64 = 100.0;
+        let mut said = if self.looks_back() {
+            "its foremost faces look away from the sheet: turn their normals round (`kanagata convert FILE --flip`, or the other `--sheet-side`), or its `direction`, which points towards the sheet"
+        } else {
+            "check its `direction`, or put it there with `place`"
+        }
+        .to_owned();
+        let [sheet, own] = [Aabb::of_points(points), self.surface.bounds()].map(|b| b.diagonal());
+        if (sheet / own).max(own / sheet) >= UNITS {
+            said += &format!(
+                ". The sheet is {sheet:.3} mm across and the tool {own:.3} mm: check the units"
+            );
+        }
+        said
+    }
+
+    /// Whether its face foremost along its direction looks back: a tool turned inside out, or turned round.
+    fn looks_back(&self) -> bool {
+        let seen = |patch: &Patch| {
+            let (eta, zeta) = (0.5, 0.25);
+            Some((patch.derivs(eta, zeta).s.dot(&self.direction), patch.normal(eta, zeta)?))
+        };
+        let faces = self.surface.model().patches.iter().filter_map(seen);
+        let foremost = faces.max_by(|a, b| a.0.total_cmp(&b.0));
+        foremost.is_some_and(|(_, normal)| normal.dot(&self.direction) < 0.0)
+    }
+}
+
 /// A tool during the run.
 #[derive(Clone)]
 pub(super) struct Tool {
@@ -226,7 +259,39 @@ impl Tool {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::{FRAC_PI_2, TAU};
+
     use super::*;
+    use crate::contact::test_tools::{arc, revolved};
+    use crate::solver::blank::rectangle;
+
+    /// Tries to place a ball on a sheet of 4 x 4 mm from above: how far it was moved, or why not.
+    fn placed(radius: f64, side: f64) -> Result<f64, String> {
+        let profile = [arc(12, [0.0, radius], radius, [-FRAC_PI_2, FRAC_PI_2], side)];
+        let setup = ToolSetup {
+            name: "ball".into(),
+            surface: Arc::new(ToolSurface::new(revolved("ball", 12, TAU, &profile))),
+            offset: Vec3::new(2.0, 2.0, 9.0),
+            direction: -Vec3::z(),
+            placement: Placement::Touch,
+            friction: 0.0,
+            side: SheetSide::Top,
+            stop: None,
+        };
+        let points = rectangle(4.0, 4.0, 1.0, 4, 4, 1).nodes;
+        let why = setup.why_not_touching(&points);
+        Tool { setup, travel: 0.0 }.place_touching(&points).ok_or(why)
+    }
+
+    #[test]
+    fn a_ball_turned_inside_out_and_one_in_metres_are_named() {
+        assert!((placed(7.0, 1.0).unwrap() - 8.0).abs() < 1e-9);
+        let why = placed(7.0, -1.0).unwrap_err();
+        assert!(why.contains("look away") && why.contains("--flip"), "{why}");
+        assert!(!why.contains("units"), "{why}");
+        let why = placed(7e-3, -1.0).unwrap_err();
+        assert!(why.contains("The sheet is 5.745 mm across and the tool 0.024 mm"), "{why}");
+    }
 
     #[test]
     fn curve_is_linear_between_points_and_constant_outside() {

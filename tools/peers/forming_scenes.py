@@ -82,7 +82,7 @@ def blank(name, folder):
         mesh(folder / "blank.msh", strip, lambda r: 2.0 if r < 35 else 3.5)
     if name in TUBES:
         tube(folder / "blank.inp", *TUBES[name])
-        return {"shape": {"mesh": {"file": "blank.inp"}}, "element": "solid-shell"}
+        return {"shape": {"mesh": {"file": "blank.inp"}}, "element": "solid-shell", "rolling_direction": [0, 0, 1]}
     cup = (disc(85, 6, 14), 1.0)
     shapes = {
         "redraw": (disc(80, 8, 20), 1.0),

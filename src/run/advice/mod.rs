@@ -1,5 +1,6 @@
 //! What a scene has too much or too little of, said before it runs, each with what it costs.
 
+mod away;
 mod clearance;
 mod coarse;
 mod curvature;
@@ -61,6 +62,8 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     let kept = reachable(setup);
     for (k, tool) in setup.tools.iter().enumerate() {
         tools::remarks(tool, &kept[k], &sizes, cost, &mut out);
+        // Of a tool that is out of reach that has been said.
+        out.extend(kept[k].contains(&true).then(|| away::remark(setup, k)).flatten());
         out.extend(inside::remark(setup, k, &sizes));
         out.extend(sharp::remark(setup, k, &kept[k], &sizes));
     }

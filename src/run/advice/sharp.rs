@@ -45,7 +45,7 @@ pub(super) fn remark(
         let at = at + own.offset;
         // The sheet reaches back over an edge no farther than the tool opposite goes there.
         let passed = |other: &Passing| back < other.far && other.reaches_past(&at, &edge.across);
-        sizes.covers(&at) && passing.iter().any(passed)
+        sizes.covers(&at, &own.direction) && passing.iter().any(passed)
     };
     let met =
         edges.iter().filter_map(|edge| Some((edge, edge.places.iter().find(|at| met(edge, at))?)));

@@ -54,13 +54,18 @@ impl Sizes {
         Self { tree: BoxTree::build(&boxes), boxes, edges, mean, tolerance }
     }
 
-    /// Whether a place lies over or under the sheet, seen along `z`, and not over its rim.
-    pub(super) fn covers(&self, at: &Vec3) -> bool {
+    /// Whether a place lies over or under the sheet, seen along the axis nearest to `along`, and not over its rim.
+    pub(super) fn covers(&self, at: &Vec3, along: &Vec3) -> bool {
         let near = 1e-3 * self.mean;
-        let beside = [(near, 0.0), (-near, 0.0), (0.0, near), (0.0, -near)];
-        beside.into_iter().all(|(x, y)| {
-            let place = [at.x + x, at.y + y];
-            self.boxes.iter().any(|b| (0..2).all(|k| b.min[k] <= place[k] && place[k] <= b.max[k]))
+        let axis = along.iamax();
+        let across = [(axis + 1) % 3, (axis + 2) % 3];
+        let beside = across.into_iter().flat_map(|k| [near, -near].map(|by| (k, by)));
+        beside.into_iter().all(|(k, by)| {
+            let mut place = *at;
+            place[k] += by;
+            let over =
+                |b: &Aabb| across.iter().all(|&k| b.min[k] <= place[k] && place[k] <= b.max[k]);
+            self.boxes.iter().any(over)
         })
     }
 

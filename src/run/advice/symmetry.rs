@@ -55,15 +55,31 @@ fn halved(mesh: &HexMesh, axis: usize, at: f64, near: f64) -> Option<usize> {
 
 fn mirrors(plan: &Plan, setup: &SimulationSetup, axis: usize, at: f64) -> bool {
     let size = Aabb::of_points(&setup.body.mesh().nodes).diagonal();
-    // Only rolling along x or y is its own mirror image.
-    let angle = plan.scene.blank.rolling_direction_deg / 90.0;
-    let along = (angle - angle.round()).abs() < 1e-9;
     let moves_across = |t: &ToolSetup| t.direction[axis].abs() > 1e-9;
-    if !along || setup.tools.iter().any(moves_across) {
+    if !rolling_mirrors(plan, axis) || setup.tools.iter().any(moves_across) {
         return false;
     }
     sheet_mirrors(setup, axis, at, SAME * size)
         && setup.tools.iter().all(|t| tool_mirrors(t, axis, at, SAME_TOOL * size))
+}
+
+/// Only a rolling direction along or across the axis is its own mirror image, but for a material that has none.
+fn rolling_mirrors(plan: &Plan, axis: usize) -> bool {
+    const NEAR: f64 = 1e-9;
+    if plan.card.is_isotropic().unwrap_or(false) {
+        return true;
+    }
+    let blank = &plan.scene.blank;
+    match blank.rolling_direction.map(Vec3::from) {
+        Some(vector) => {
+            let across = Vec3::ith(axis, vector[axis]);
+            [across, vector - across].iter().any(|part| part.norm() < NEAR * vector.norm())
+        }
+        None => {
+            let angle = blank.rolling_direction_deg / 90.0;
+            (angle - angle.round()).abs() < NEAR
+        }
+    }
 }
 
 /// Every node has its image, held and loaded alike.

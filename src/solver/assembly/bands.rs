@@ -8,11 +8,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Body, ElementFailure, Evaluation};
+use crate::geometry::Mat3;
 use crate::solver::blank::HexMesh;
 use crate::solver::element::{
     DOFS, ElementInput, ElementKind, ElementMatrices, PointFailure, PointGeometry, Want,
 };
-use crate::solver::material::Material;
+use crate::solver::material::{Material, Turned};
 use crate::solver::pattern::{Gather, NodeUse};
 
 /// Elements of a band for every thread: the answers of two bands stay in the cache next to it.
@@ -100,6 +101,7 @@ impl Body {
             geometry: &self.geometry,
             rule: &self.thickness_rule,
             material,
+            axes: self.axes.as_deref(),
             history,
             lengths: [stride, self.kind.point_count() * self.material.state_len()],
             displacement,
@@ -145,6 +147,7 @@ struct Elements<'a> {
     geometry: &'a [[PointGeometry; 8]],
     rule: &'a [(f64, f64)],
     material: &'a dyn Material,
+    axes: Option<&'a [Mat3]>,
     history: &'a [f64],
     /// Of an element's history, and of its points' in it.
     lengths: [usize; 2],
@@ -183,8 +186,9 @@ impl Elements<'_> {
         for (local, &node) in displacement.chunks_exact_mut(3).zip(&ids) {
             local.copy_from_slice(&self.displacement[3 * node as usize..3 * node as usize + 3]);
         }
+        let turned = self.axes.map(|axes| Turned::new(self.material, &axes[element]));
         let input = ElementInput {
-            material: self.material,
+            material: turned.as_ref().map_or(self.material, |turned| turned),
             nodes: &nodes,
             displacement: &displacement,
             old_state: &self.history[element * stride..element * stride + point_len],

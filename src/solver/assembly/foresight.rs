@@ -93,9 +93,18 @@ mod tests {
     #[test]
     fn strains_are_carried_on_as_they_grow_however_the_sheet_turns() {
         let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
-        for kind in [ElementKind::Hex8, ElementKind::SolidShell { points: 3, membrane: true }] {
+        let kinds = [ElementKind::Hex8, ElementKind::SolidShell { points: 3, membrane: true }];
+        // With the axes of the body, and with those of each element.
+        for (kind, rolling) in kinds.into_iter().flat_map(|kind| [(kind, false), (kind, true)]) {
             let mesh = rectangle(2.0, 2.0, 0.8, 2, 2, 1);
-            let mut body = Body::new(mesh.clone(), kind, Arc::clone(&steel)).unwrap();
+            let new = || {
+                let mut body = Body::new(mesh.clone(), kind, Arc::clone(&steel)).unwrap();
+                if rolling {
+                    body.set_rolling_direction(&Vec3::new(1.0, 2.0, 0.5)).unwrap();
+                }
+                body
+            };
+            let mut body = new();
             let [mut out, mut foreseen] = [Evaluation::default(), Evaluation::default()];
             for step in [1.0, 2.0] {
                 let u = stretched_and_turned(&body, step);
@@ -104,7 +113,7 @@ mod tests {
             }
             // What is foreseen survives a checkpoint.
             let saved = body.export_state();
-            body = Body::new(mesh, kind, Arc::clone(&steel)).unwrap();
+            body = new();
             body.import_state(&saved).unwrap();
             let [before, last, next] =
                 [1.0, 2.0, 3.5].map(|step| stretched_and_turned(&body, step));

@@ -3,6 +3,7 @@
 mod compressed;
 mod flange;
 mod shells;
+mod tube;
 
 use std::sync::Arc;
 

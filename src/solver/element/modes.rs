@@ -17,6 +17,8 @@ use crate::solver::tensor::Mandel66;
 const LARGEST_CHANGE: f64 = 0.1;
 /// Strain of the modes that is still to come where they count as settled.
 const SETTLED: f64 = 1e-5;
+/// Share of a step's strain that is still to come after it at most where it has led on.
+const LEFT: f64 = 0.1;
 /// Steps in which they settle.
 const ROUNDS: usize = 10;
 /// A step of the modes is good when the slope at its end is at most this share of the slope at its beginning.
@@ -140,6 +142,10 @@ impl<const M: usize> ModeSums<M> {
             let share = share * allowed;
             let alpha = std::array::from_fn(|k| stored[k] + share * (predicted[k] - stored[k]));
             if let Ok(found) = evaluate(&alpha, record) {
+                // A step that leads on leaves little to come.
+                if strain(&found.step, unit) <= LEFT * share * change {
+                    return Ok(());
+                }
                 return Self::settle(record, unit, (alpha, found), &mut evaluate);
             }
         }

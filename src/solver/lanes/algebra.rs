@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::Lane;
-use crate::solver::tensor::PAIRS;
+use crate::solver::tensor::{Mandel66, PAIRS};
 
 /// The vector in every lane.
 #[inline(always)]
@@ -81,4 +81,37 @@ pub(crate) fn congruence<S: Simd>(simd: S, q: &[[Lane<S>; 3]; 3]) -> [[Lane<S>; 
         }
     }
     out
+}
+
+/// `map t`, or with the transpose of `map`.
+#[inline(always)]
+pub(crate) fn turned<S: Simd>(map: &Mandel66, back: bool, t: &[Lane<S>; 6]) -> [Lane<S>; 6] {
+    let mut out = *t;
+    for (i, out) in out.iter_mut().enumerate() {
+        let entry = |k: usize| if back { map[k][i] } else { map[i][k] };
+        *out = t[0] * entry(0);
+        for (k, value) in t.iter().enumerate().skip(1) {
+            *out = *out + *value * entry(k);
+        }
+    }
+    out
+}
+
+/// A tangent in axes that `turn` turns into, carried to those that it turns from.
+#[inline(always)]
+pub(crate) fn turn_back<S: Simd>(turn: &Mandel66, tangent: &mut [[Lane<S>; 6]; 6]) {
+    // Rows, then columns, with the transpose of `turn`.
+    for row in tangent.iter_mut() {
+        *row = turned(turn, true, row);
+    }
+    for column in 0..6 {
+        let mut one = tangent[0];
+        for (one, row) in one.iter_mut().zip(tangent.iter()) {
+            *one = row[column];
+        }
+        let one = turned(turn, true, &one);
+        for (one, row) in one.iter().zip(tangent.iter_mut()) {
+            row[column] = *one;
+        }
+    }
 }

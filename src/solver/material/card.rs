@@ -95,6 +95,16 @@ pub struct BackstressCard {
     pub gamma: f64,
 }
 
+impl BackstressCard {
+    /// What it adds to the stress of tension that never turned, and to its slope [MPa], at plastic strain `p`.
+    fn tension(&self, p: f64) -> (f64, f64) {
+        let Self { c_mpa, gamma } = *self;
+        let left = (-gamma * p).exp();
+        let grown = if gamma > 0.0 { -(-gamma * p).exp_m1() / gamma } else { p };
+        (c_mpa * grown, c_mpa * left)
+    }
+}
+
 /// Why a card gives no material.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -191,6 +201,23 @@ impl MaterialCard {
         })
     }
 
+    /// Stress and its slope [MPa] of tension that never turned, at plastic strain `p >= 0`: flow stress and backstresses. `None`
+    /// for an elastic card. Of an anisotropic sheet with backstresses an estimate, as it flows a little off its axis.
+    #[must_use]
+    pub fn tension(&self, p: f64) -> Option<(f64, f64)> {
+        let parts = self.backstresses.iter().map(|one| one.tension(p));
+        let flow = self.hardening.as_ref()?.flow_stress(p);
+        Some(parts.fold(flow, |(stress, slope), (own, rise)| (stress + own, slope + rise)))
+    }
+
+    /// Whether the material has no axes: elastic, or with a yield function that is the same in all of them.
+    ///
+    /// # Errors
+    /// As [`MaterialCard::yield_function`].
+    pub fn is_isotropic(&self) -> Result<bool, CardError> {
+        Ok(self.yield_function()?.is_none_or(|function| function.is_isotropic()))
+    }
+
     /// The material law, its rolling direction turned by `angle` [rad] from x about z.
     ///
     /// # Errors
@@ -236,6 +263,25 @@ mod tests {
             assert!(!card.source.is_empty(), "{}", card.name);
             card.build(0.3).unwrap();
         }
+    }
+
+    #[test]
+    fn isotropy_is_told_by_the_criterion() {
+        let isotropic = |name: &str| find(name).unwrap().is_isotropic().unwrap();
+        assert!(isotropic("sheet-ssnv501") && isotropic("structural-steel-hartloper-uvc"));
+        assert!(!isotropic("mild-steel-neto2012") && !isotropic("aa2090-t3-barlat2005"));
+        let steel = find("mild-steel-neto2012").unwrap();
+        let with = |criterion| {
+            let card = MaterialCard { criterion: Some(criterion), ..steel.clone() };
+            card.is_isotropic().unwrap()
+        };
+        assert!(with(YieldCriterion::Hosford { exponent: 8.0 }));
+        let mut first = [1.1; 9];
+        assert!(with(YieldCriterion::Yld2004 { exponent: 6.0, first, second: [0.9; 9] }));
+        first[8] = 1.101;
+        assert!(!with(YieldCriterion::Yld2004 { exponent: 6.0, first, second: [0.9; 9] }));
+        let elastic = MaterialCard { criterion: None, hardening: None, ..steel };
+        assert!(elastic.is_isotropic().unwrap());
     }
 
     #[test]

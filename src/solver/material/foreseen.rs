@@ -14,11 +14,11 @@ use crate::solver::tensor::{Mandel, Mandel66};
 /// What a law keeps that an increment can be foreseen from.
 #[derive(Debug, Clone, Copy)]
 pub struct Memory {
-    /// Where in a history the logarithmic strain begins (six values, global axes).
+    /// Where in a history the logarithmic strain begins (six values, in the axes in which the law was asked).
     pub strain: usize,
     /// Where the plastic part of it begins (six values; the axes may be the material's).
     pub plastic: usize,
-    /// Elastic stiffness [MPa], global axes.
+    /// Elastic stiffness [MPa]; isotropic.
     pub stiffness: Mandel66,
 }
 

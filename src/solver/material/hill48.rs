@@ -4,6 +4,7 @@
 //! = Tᵀ P T = Σ_i π_i (v_i · T)²`. The five deviatoric eigenvectors `v_i` of `P` are also eigenvectors of
 //! isotropic elasticity, which turns the return mapping into one scalar equation.
 
+use super::yield_function::ISOTROPIC;
 use crate::solver::tensor::Mandel;
 
 /// Hill's parameters, dimensionless; axes 1 rolling, 2 transverse, 3 thickness.
@@ -137,6 +138,13 @@ impl Spectrum {
         Self { values, normal }
     }
 
+    /// Whether it is von Mises' form, the same in all axes (to [`ISOTROPIC`]).
+    #[must_use]
+    pub fn is_isotropic(&self) -> bool {
+        let [first, ref rest @ ..] = self.values;
+        rest.iter().all(|value| (value - first).abs() <= ISOTROPIC * first)
+    }
+
     /// Components `v_i · t`.
     #[must_use]
     #[inline]
@@ -217,5 +225,7 @@ mod tests {
     fn mises_is_isotropic() {
         let values = Spectrum::new(&Hill48::MISES).values;
         assert!(values.iter().all(|v| (v - 1.5).abs() < 1e-15), "{values:?}");
+        let alike = |r45| Spectrum::new(&Hill48::from_r_values(1.0, r45, 1.0)).is_isotropic();
+        assert!(alike(1.0) && !alike(1.001) && !Spectrum::new(&PAPER).is_isotropic());
     }
 }

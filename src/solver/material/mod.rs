@@ -16,8 +16,11 @@ pub mod hardening;
 pub mod hill48;
 pub mod log_strain;
 pub mod plastic;
+mod turned;
 pub mod yield_function;
 pub mod yld2004;
+
+pub(crate) use self::turned::Turned;
 
 use self::foreseen::Memory;
 use super::lanes::{Eight, POINTS};

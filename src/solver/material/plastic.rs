@@ -35,7 +35,7 @@ pub struct Backstress {
     pub recovery: f64,
 }
 
-/// History of a point: `Ep` (6), `p`, plastic work, `E` (6, global axes), then six values for each backstress.
+/// History of a point: `Ep` (6), `p`, plastic work, `E` (6, in the axes in which it was asked), then six values for each backstress.
 const STRAIN: usize = 0;
 const EQUIVALENT: usize = 6;
 const WORK: usize = 7;
@@ -52,7 +52,7 @@ pub struct Plastic {
     criterion: YieldFunction,
     hardening: Hardening,
     backstresses: Vec<Backstress>,
-    /// Turns global tensors into material axes; `None` when the axes coincide.
+    /// Turns the tensors that it is asked with into material axes; `None` when the axes coincide.
     to_material: Option<Mandel66>,
 }
 

@@ -4,6 +4,9 @@ use super::hill48::{Hill48, Hill48Error, Spectrum};
 use super::yld2004::{Derivatives, Yld2004, Yld2004Error};
 use crate::solver::tensor::{Mandel, Mandel66};
 
+/// Numbers of a criterion that differ by no more than this share are the same.
+pub(super) const ISOTROPIC: f64 = 1e-9;
+
 /// A yield criterion `σ̄(T)`, scaled so that tension along the rolling direction gives the stress itself.
 #[derive(Debug, Clone)]
 pub enum YieldFunction {
@@ -33,6 +36,15 @@ impl YieldFunction {
     pub fn hill48(hill: &Hill48) -> Result<Self, YieldError> {
         hill.check()?;
         Ok(Self::Hill48(Spectrum::new(&hill.normalised())))
+    }
+
+    /// Whether it is the same in all axes.
+    #[must_use]
+    pub fn is_isotropic(&self) -> bool {
+        match self {
+            Self::Hill48(spectrum) => spectrum.is_isotropic(),
+            Self::Yld2004(law) => law.is_isotropic(),
+        }
     }
 
     /// Equivalent stress [MPa].

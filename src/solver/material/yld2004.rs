@@ -13,6 +13,7 @@
 //! principal values are a limit of the divided differences, not a special case.
 
 use super::eigen::{Eigen, eigen_of_all, eigen_of_both};
+use super::yield_function::ISOTROPIC;
 use crate::solver::lanes::{Eight, POINTS};
 use crate::solver::tensor::{self, Mandel, Mandel66};
 
@@ -114,6 +115,17 @@ impl Yld2004 {
     /// [`Yld2004Error`] when the exponent is outside [2, 60].
     pub fn hosford(exponent: f64) -> Result<Self, Yld2004Error> {
         Self::new(exponent, &[1.0; 9], &[1.0; 9])
+    }
+
+    /// Whether both transformations are the deviator times a number: the same in all axes (to [`ISOTROPIC`]).
+    #[must_use]
+    pub fn is_isotropic(&self) -> bool {
+        let deviator = transformation(&[1.0; 9]);
+        self.maps.iter().all(|map| {
+            let factor = map[3][3];
+            let pairs = map.as_flattened().iter().zip(deviator.as_flattened());
+            pairs.into_iter().all(|(a, b)| (a - factor * b).abs() <= ISOTROPIC * factor.abs())
+        })
     }
 
     /// The exponent `a`.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
 
 use super::body;
+use crate::geometry::Vec3;
 use crate::solver::assembly::{Body, Evaluation};
 use crate::solver::blank::rectangle;
 use crate::solver::element::Want;
@@ -22,22 +23,23 @@ fn stretch(e: &Strain) -> Matrix3<f64> {
     q * Matrix3::from_diagonal(&eigen.eigenvalues.map(f64::exp)) * q.transpose()
 }
 
-fn displacement(body: &Body, e: &Strain) -> Vec<f64> {
-    let u = stretch(e) - Matrix3::identity();
+/// Of a body that has been turned before.
+fn displacement(body: &Body, turn: &Matrix3<f64>, e: &Strain) -> Vec<f64> {
+    let u = turn * stretch(e) * turn.transpose() - Matrix3::identity();
     body.mesh().nodes.iter().flat_map(|x| (u * x).as_slice().to_vec()).collect()
 }
 
 /// Stresses that the element's nodal forces stand for: force times change of place by strain, over the volume.
-fn stresses(body: &mut Body, e: &Strain) -> [f64; 6] {
+fn stresses(body: &mut Body, turn: &Matrix3<f64>, e: &Strain) -> [f64; 6] {
     let mut out = Evaluation::default();
-    body.evaluate(&displacement(body, e), Want::Residual, &mut out).unwrap();
+    body.evaluate(&displacement(body, turn, e), Want::Residual, &mut out).unwrap();
     let volume: f64 = 2.0 * 3.0 * 0.8;
     std::array::from_fn(|i| {
         let step = 1e-5;
         let shifted = |by: f64| {
             let mut s = *e;
             s[i] += by;
-            displacement(body, &s)
+            displacement(body, turn, &s)
         };
         let (up, down) = (shifted(step), shifted(-step));
         let work: f64 = out
@@ -51,10 +53,10 @@ fn stresses(body: &mut Body, e: &Strain) -> [f64; 6] {
 }
 
 /// Strains at an axial strain for which only the axial stress is left; and that stress.
-fn tension(body: &mut Body, axial: f64) -> (Strain, f64) {
+fn tension(body: &mut Body, turn: &Matrix3<f64>, axial: f64) -> (Strain, f64) {
     let mut e = [axial, -0.6 * axial, -0.4 * axial, 0.0, 0.0, 0.0];
     for _ in 0..30 {
-        let now = stresses(body, &e);
+        let now = stresses(body, turn, &e);
         if now[1..].iter().all(|s| s.abs() < 1e-8 * now[0]) {
             return (e, now[0]);
         }
@@ -63,7 +65,7 @@ fn tension(body: &mut Body, axial: f64) -> (Strain, f64) {
         for c in 0..5 {
             let mut s = e;
             s[c + 1] += step;
-            let moved = stresses(body, &s);
+            let moved = stresses(body, turn, &s);
             (0..5).for_each(|r| jacobian[(r, c)] = (moved[r + 1] - now[r + 1]) / step);
         }
         let rhs = SVector::<f64, 5>::from_fn(|r, _| -now[r + 1]);
@@ -88,7 +90,7 @@ fn r_values_and_yield_ratios_of_one_element_in_tension() {
     for (angle, r, ratio) in cases {
         let material = steel.build(angle).unwrap();
         let mut body = body(rectangle(2.0, 3.0, 0.8, 1, 1, 1), Arc::clone(&material));
-        let (e, stress) = tension(&mut body, 0.08);
+        let (e, stress) = tension(&mut body, &Matrix3::identity(), 0.08);
         let plastic = |i: usize| e[i] + poisson * stress / young;
         let found = plastic(1) / plastic(2);
         assert!((found - r).abs() < 1e-6, "r at {angle}: {found} {r}");
@@ -97,5 +99,35 @@ fn r_values_and_yield_ratios_of_one_element_in_tension() {
         let p = body.equivalent_plastic_strain()[0];
         let found = stress / flow(p);
         assert!((found - ratio).abs() < 1e-6, "yield at {angle}: {found} {ratio}");
+    }
+}
+
+/// Strips pulled along x at an angle to rolling, which lies in their plane however that has been turned about x.
+#[test]
+fn a_strip_that_stands_upright_is_the_strip_that_lies_down() {
+    let cards =
+        ["mild-steel-neto2012", "aa2090-t3-barlat2005"].map(|name| card::find(name).unwrap());
+    for (card, angle) in cards.iter().flat_map(|card| [0.0, 0.6].map(|angle| (card, angle))) {
+        let flat = rectangle(2.0, 3.0, 0.8, 1, 1, 1);
+        let mut lying = body(flat.clone(), card.build(angle).unwrap());
+        assert!(lying.material_axes().is_none());
+        let (e, stress) = tension(&mut lying, &Matrix3::identity(), 0.05);
+        for degrees in [0.0_f64, 45.0, 90.0, 200.0] {
+            let (s, c) = degrees.to_radians().sin_cos();
+            let turn = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
+            let mut mesh = flat.clone();
+            mesh.nodes.iter_mut().for_each(|x| *x = turn * *x);
+            let mut upright = body(mesh, card.build(0.0).unwrap());
+            // What it has across the sheet is left out.
+            let rolling = Vec3::new(angle.cos(), angle.sin(), 0.7);
+            upright.set_rolling_direction(&(turn * rolling)).unwrap();
+            let own = stresses(&mut upright, &turn, &e);
+            assert!((own[0] / stress - 1.0).abs() < 1e-9, "{own:?} {stress}");
+            let lying = stresses(&mut lying, &Matrix3::identity(), &e);
+            for (found, flat) in own.iter().zip(&lying) {
+                let off = (found - flat).abs() / stress;
+                assert!(off < 1e-9, "{} at {angle}, {degrees} degrees: {off:e}", card.name);
+            }
+        }
     }
 }

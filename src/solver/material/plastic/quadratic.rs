@@ -8,10 +8,11 @@ mod search;
 
 use pulp::{Simd, WithSimd};
 
-use self::axes::{components, tensor, turn_back, turned};
+use self::axes::{components, tensor};
 use self::search::{ACCEPTED, Search};
 
 use super::{BACKSTRESS, EQUIVALENT, MAX_ITERATIONS, Plastic, STRAIN, WORK, YIELD_TOLERANCE};
+use crate::solver::lanes::algebra::{turn_back, turned};
 use crate::solver::lanes::{Eight, Lane, POINTS};
 use crate::solver::material::hill48::Spectrum;
 use crate::solver::material::{LogResponses, MaterialError};

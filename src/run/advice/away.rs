@@ -1,0 +1,97 @@
+//! Tools moved by their travel that go away from the sheet, or end short of it: a direction or a sign turned round.
+
+use super::Remark;
+use crate::contact::Projection;
+use crate::geometry::{Aabb, Vec3};
+use crate::solver::reach::travel_range;
+use crate::solver::{Motion, SimulationSetup, ToolSetup};
+
+/// Nodes whose distance is looked at, at most.
+const SAMPLES: usize = 2000;
+/// Share of the way at which it is.
+const PLACES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+/// Share of the sheet's size that its rim may come towards a tool by itself.
+const RIM: f64 = 0.05;
+
+/// A remark on a tool that travels and never meets the sheet where that lies, with no other tool and no load that could bring
+/// the sheet along.
+pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Remark> {
+    let own = &setup.tools[tool];
+    let [low, high] = travel_range(setup, tool)?;
+    let pulled =
+        setup.loads.chunks_exact(3).map(|f| own.direction.dot(&Vec3::from_column_slice(f)));
+    if high <= low || pulled.into_iter().any(|force| force.abs() > 1e-9) {
+        return None;
+    }
+    let ends = [low, high].map(|travel| (travel, distance(setup, own, travel)));
+    let start = distance(setup, own, 0.0);
+    let between = PLACES.iter().map(|share| distance(setup, own, low + share * (high - low)));
+    let least = between.fold(start, f64::min);
+    let (far, most) = if ends[0].1 > ends[1].1 { ends[0] } else { ends[1] };
+    let (thickness, size) =
+        (setup.body.mesh().mean_thickness(), Aabb::of_points(&setup.body.mesh().nodes).diagonal());
+    let leaves = least >= start - 1e-6 * size && most > start + thickness;
+    let short = least > f64::max(2.0 * thickness, RIM * size);
+    if !(leaves || short) || (leaves && !begins_it(setup, tool)) || brought(setup, tool, far) {
+        return None;
+    }
+    let name = &own.name;
+    Some(if leaves {
+        Remark::new(
+            format!(
+                "{name} moves away from the sheet all the time: it begins {start:.2} mm from it, and at a travel of {far:.2} mm is {most:.2} mm away"
+            ),
+            "positive travel goes along `direction`: one of the two is turned round".into(),
+        )
+    } else {
+        Remark::new(
+            format!(
+                "{name} travels from {low:.2} to {high:.2} mm and comes no nearer to the sheet than {least:.2} mm"
+            ),
+            "check its place, its direction and how far it travels".into(),
+        )
+    })
+}
+
+/// Least distance of the sheet's nodes that a tool may touch from it, where they lie before forming [mm]; below zero where it
+/// would be past them.
+fn distance(setup: &SimulationSetup, tool: &ToolSetup, travel: f64) -> f64 {
+    let mesh = setup.body.mesh();
+    let ids = tool.side.nodes(mesh);
+    let shift = tool.offset + tool.direction * travel;
+    let every = ids.len().div_ceil(SAMPLES).max(1);
+    let points: Vec<Vec3> =
+        ids.into_iter().step_by(every).map(|n| mesh.nodes[n as usize] - shift).collect();
+    let feet = tool.surface.closest_of_all(&points, &[]);
+    let signed = |(x, foot): (&Vec3, &Projection)| {
+        let distance = (foot.point - x).norm();
+        if foot.gap < 0.0 && !foot.past_border { -distance } else { distance }
+    };
+    points.iter().zip(&feet).map(signed).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether no other tool has travelled before the stage in which this one does: it is not one that has done its work and is
+/// taken away.
+fn begins_it(setup: &SimulationSetup, tool: usize) -> bool {
+    let travels = |motion: &Motion| {
+        let extent = match motion {
+            Motion::Travel(curve) | Motion::Advance(curve) => curve.extent(),
+            _ => [0.0; 2],
+        };
+        extent != [0.0; 2]
+    };
+    let first = setup.stages.iter().find(|stage| stage.motions.iter().any(travels));
+    first.is_some_and(|stage| travels(&stage.motions[tool]))
+}
+
+/// Whether another tool goes, or is pushed, the way that this one does to the travel `far`: the sheet may be between them.
+fn brought(setup: &SimulationSetup, tool: usize, far: f64) -> bool {
+    let way = setup.tools[tool].direction * far;
+    (0..setup.tools.len()).filter(|&other| other != tool).any(|other| {
+        let along = setup.tools[other].direction.dot(&way);
+        match travel_range(setup, other) {
+            Some([low, high]) => along * low > 0.0 || along * high > 0.0,
+            None => along > 0.0,
+        }
+    })
+}

@@ -1,0 +1,145 @@
+//! A law in axes of the place: strains are turned into them, stresses and tangents back. The law keeps its histories in
+//! these axes and knows of no others, so that it is one for a whole body whose axes differ from element to element.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{LogResponse, LogResponses, Material, MaterialError};
+use crate::geometry::Mat3;
+use crate::solver::lanes::algebra::{turn_back, turned};
+use crate::solver::lanes::{Eight, Lane, POINTS};
+use crate::solver::tensor::{self, Mandel, Mandel66};
+
+/// A law asked in global axes that answers in its own.
+#[derive(Debug)]
+pub(crate) struct Turned<'a> {
+    law: &'a dyn Material,
+    /// Turns global tensors into the axes.
+    turn: Mandel66,
+}
+
+impl<'a> Turned<'a> {
+    /// In the axes that are the columns of the rotation `axes`.
+    pub(crate) fn new(law: &'a dyn Material, axes: &Mat3) -> Self {
+        let rows = std::array::from_fn(|i| std::array::from_fn(|j| axes[(j, i)]));
+        Self { law, turn: tensor::congruence(&rows) }
+    }
+}
+
+impl Material for Turned<'_> {
+    fn state_len(&self) -> usize {
+        self.law.state_len()
+    }
+
+    fn update(
+        &self,
+        strain: &Mandel,
+        old: &[f64],
+        new: &mut [f64],
+        response: &mut LogResponse,
+    ) -> Result<(), MaterialError> {
+        let strains = strain.map(|value| [value; POINTS]);
+        let mut all = LogResponses::zero();
+        self.update_points(&strains, 1, (old, new), &mut all).map_err(|(_, error)| error)?;
+        *response = all.get(0);
+        Ok(())
+    }
+
+    fn update_points(
+        &self,
+        strains: &[Eight; 6],
+        count: usize,
+        (old, new): (&[f64], &mut [f64]),
+        out: &mut LogResponses,
+    ) -> Result<(), (usize, MaterialError)> {
+        let (turn, mut own) = (&self.turn, [[0.0; POINTS]; 6]);
+        Arch::new().dispatch(Into { turn, strains, own: &mut own });
+        self.law.update_points(&own, count, (old, new), out)?;
+        Arch::new().dispatch(Back { turn, out });
+        Ok(())
+    }
+}
+
+/// Strains turned into the axes.
+struct Into<'a> {
+    turn: &'a Mandel66,
+    strains: &'a [Eight; 6],
+    own: &'a mut [Eight; 6],
+}
+
+impl WithSimd for Into<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for first in Lane::<S>::groups() {
+            let own = turned(self.turn, false, &Lane::load_all(simd, self.strains, first));
+            for (value, to) in own.iter().zip(self.own.iter_mut()) {
+                value.store(to, first);
+            }
+        }
+    }
+}
+
+/// Stresses and tangents turned back.
+struct Back<'a> {
+    turn: &'a Mandel66,
+    out: &'a mut LogResponses,
+}
+
+impl WithSimd for Back<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let LogResponses { stress, tangent, .. } = self.out;
+        for first in Lane::<S>::groups() {
+            let global = turned(self.turn, true, &Lane::load_all(simd, stress, first));
+            for (value, to) in global.iter().zip(stress.iter_mut()) {
+                value.store(to, first);
+            }
+            let mut rows = [global; 6];
+            for (row, from) in rows.iter_mut().zip(tangent.iter()) {
+                *row = Lane::load_all(simd, from, first);
+            }
+            turn_back(self.turn, &mut rows);
+            for (row, to) in rows.iter().zip(tangent.iter_mut()) {
+                for (value, to) in row.iter().zip(to.iter_mut()) {
+                    value.store(to, first);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::material::card;
+
+    /// The rolling direction at an angle in the plane: by the law itself, or by axes turned about its normal.
+    #[test]
+    fn a_law_turned_from_outside_answers_as_one_turned_by_itself() {
+        for name in ["mild-steel-neto2012", "aa2090-t3-barlat2005"] {
+            let [own, flat] =
+                [0.4, 0.0].map(|angle| card::find(name).unwrap().build(angle).unwrap());
+            let (s, c) = 0.4_f64.sin_cos();
+            let axes = Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
+            let turned = Turned::new(flat.as_ref(), &axes);
+            let old = vec![0.0; flat.state_len()];
+            let strain = [0.02, -0.005, -0.015, 0.01, 0.003, -0.002];
+            let answer = |law: &dyn Material| {
+                let (mut new, mut out) = (old.clone(), LogResponse::zero());
+                law.update(&strain, &old, &mut new, &mut out).unwrap();
+                (out, law.equivalent_plastic_strain(&new), new)
+            };
+            let ((a, p, _), (b, _, new)) = (answer(own.as_ref()), answer(&turned));
+            assert!((p - flat.equivalent_plastic_strain(&new)).abs() < 1e-12 && p > 0.01);
+            for i in 0..6 {
+                assert!((a.stress[i] - b.stress[i]).abs() < 1e-9, "{name} {i}");
+                for k in 0..6 {
+                    assert!((a.tangent[i][k] - b.tangent[i][k]).abs() < 1e-6, "{name} {i} {k}");
+                }
+            }
+        }
+    }
+}

@@ -67,7 +67,7 @@ mod tests {
         let mut out = Evaluation::default();
         for share in steps {
             let moved = |x: &crate::geometry::Vec3| {
-                let bend = curvature * (x.z - 0.4) * x.x;
+                let bend = curvature * (x.z - 0.4) * (x.x - 1.0);
                 [share * (0.1 * x.x + bend), -0.04 * share * x.y, -0.05 * share * x.z]
             };
             let u: Vec<f64> = body.mesh().nodes.iter().flat_map(moved).collect();

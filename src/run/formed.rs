@@ -15,6 +15,9 @@ pub struct Formed {
     pub states: Option<Vec<ElementState>>,
 }
 
+/// A surface of an element.
+type Face = fn(&ElementStrains) -> Principal;
+
 impl Formed {
     /// Of a body at `displacements` (three a node [mm]), those of its last commit.
     #[must_use]
@@ -39,7 +42,7 @@ impl Formed {
         let mut push = |name: String, value: &dyn Fn(&ElementStrains) -> f64| {
             arrays.push(DataArray::scalar(name, self.strains.iter().map(value).collect()));
         };
-        let faces: [(&str, fn(&ElementStrains) -> Principal); 3] =
+        let faces: [(&str, Face); 3] =
             [("", |one| one.middle), ("_lower", |one| one.lower), ("_upper", |one| one.upper)];
         for (suffix, face) in faces {
             push(format!("major_strain{suffix}"), &|one| face(one).major);

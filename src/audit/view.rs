@@ -66,5 +66,6 @@ pub fn surface(tool: &ToolModel, samples: &[PatchSamples]) -> ValuedSurface {
         quantity: "shape error [mm]".into(),
         opacity: 1.0,
         signed: true,
+        hidden: false,
     }
 }

@@ -182,6 +182,9 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
     if let Some(thickness) = &record.thickness {
         out!("  thickness {thickness}, {:.4} mm at most", thickness.most_mm);
     }
+    if let Some(strain) = &record.strain {
+        out!("  strain {strain}");
+    }
     if let Some(s) = &record.springback {
         out!(
             "  springback: {:.3} mm at most, {:.3} mm RMS; {:.0} N mm of elastic energy given back",

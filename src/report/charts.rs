@@ -36,6 +36,29 @@ pub fn lines(series: &[Series], x_title: &str, y_title: &str) -> (Vec<Value>, Va
     (traces, layout)
 }
 
+/// Traces and layout of a chart of points, numbered from 0 when pointed at, over lines that guide the eye.
+#[must_use]
+pub fn points(
+    points: &Series,
+    guides: &[Series],
+    x_title: &str,
+    y_title: &str,
+) -> (Vec<Value>, Value) {
+    let (mut traces, mut layout) = lines(guides, x_title, y_title);
+    for trace in &mut traces {
+        trace["mode"] = json!("lines");
+        trace["line"] = json!({"dash": "dot", "width": 1.5});
+        trace["hoverinfo"] = json!("skip");
+    }
+    traces.push(json!({"type": "scatter", "mode": "markers", "name": points.name,
+        "x": short(&points.x), "y": short(&points.y),
+        "marker": {"size": 4, "opacity": 0.6, "color": "#1b6ca8"},
+        "hovertemplate": "%{x:.4f}, %{y:.4f}<extra>%{pointNumber}</extra>"}));
+    layout["showlegend"] = json!(true);
+    layout["hovermode"] = json!("closest");
+    (traces, layout)
+}
+
 /// A triangulated surface with a value at every point.
 #[derive(Debug, Clone, Default)]
 pub struct ValuedSurface {
@@ -53,6 +76,8 @@ pub struct ValuedSurface {
     pub opacity: f64,
     /// The colour scale is centred on zero (signed quantities).
     pub signed: bool,
+    /// Not shown until its name in the legend is clicked.
+    pub hidden: bool,
 }
 
 /// Traces and layout of a 3-D view of surfaces, each with its own colour bar.
@@ -74,6 +99,9 @@ pub fn surfaces(parts: &[ValuedSurface]) -> (Vec<Value>, Value) {
         } else {
             colour(&mut trace, part, bars);
             bars += 1;
+        }
+        if part.hidden {
+            trace["visible"] = json!("legendonly");
         }
         traces.push(trace);
     }
@@ -120,6 +148,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn points_lie_over_their_guides() {
+        let of = |name: &str| Series { name: name.into(), x: vec![0.0, 0.5], y: vec![0.0, 1.0] };
+        let (traces, layout) = points(&of("elements"), &[of("guide")], "minor", "major");
+        assert_eq!(
+            (traces[0]["mode"].clone(), traces[1]["mode"].clone()),
+            ("lines".into(), "markers".into())
+        );
+        assert_eq!(traces[1]["y"], json!([0.0, 1.0]));
+        assert_eq!(layout["xaxis"]["title"]["text"], json!("minor"));
+    }
+
+    #[test]
     fn a_signed_surface_has_a_scale_centred_on_zero() {
         let part = ValuedSurface {
             name: "die".into(),
@@ -129,6 +169,7 @@ mod tests {
             quantity: "shape error [mm]".into(),
             opacity: 1.0,
             signed: true,
+            hidden: false,
         };
         let (traces, _) = surfaces(&[part]);
         assert_eq!(traces[0]["cmin"], json!(-0.1));

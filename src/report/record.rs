@@ -1,7 +1,8 @@
 //! The records of a run folder: `history.csv`, a line an increment, `iterations.csv`, and `run.json`.
 
+mod sheet;
+
 use std::collections::BTreeMap;
-use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -9,6 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::files::{WriteError, write_atomic};
+
+pub use sheet::{PlasticRecord, SpringbackRecord, StrainRecord, ThicknessRecord};
 
 /// One increment, as a line of `history.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -213,50 +216,6 @@ pub struct Process {
     pub host: String,
 }
 
-/// How far the sheet has sprung back since its tools were let go. Rigid motions that no symmetry plane holds are held at as few
-/// nodes as that takes, the first of the mesh where several serve; at the end a sheet held nowhere, or along one axis only, is
-/// laid down where it comes nearest to where the tools held it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct SpringbackRecord {
-    /// Largest displacement of a node [mm].
-    pub largest_mm: f64,
-    /// RMS of the displacements of all nodes [mm].
-    pub rms_mm: f64,
-    /// Forces of the tools let go, summed without regard to sign, of the whole process [N].
-    pub force_n: f64,
-    /// Elastic energy given back, of the whole process [N mm].
-    pub energy_nmm: f64,
-}
-
-/// The sheet's thickness, between the nodes of its faces.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ThicknessRecord {
-    /// Where it has become the smallest share of what it was [mm].
-    pub least_mm: f64,
-    /// What it was there [mm].
-    pub was_mm: f64,
-    /// That place, on the upper face, as it is now [mm].
-    pub at_mm: [f64; 3],
-    /// The largest anywhere [mm].
-    pub most_mm: f64,
-}
-
-impl ThicknessRecord {
-    /// Whether the sheet is thinner somewhere than hardly any can be stretched: half of what it was.
-    #[must_use]
-    pub fn is_torn(&self) -> bool {
-        self.least_mm < 0.5 * self.was_mm
-    }
-}
-
-impl fmt::Display for ThicknessRecord {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { least_mm, was_mm, at_mm: [x, y, z], .. } = self;
-        write!(f, "{least_mm:.4} of {was_mm:.4} mm at ({x:.1}, {y:.1}, {z:.1}) mm")?;
-        if self.is_torn() { write!(f, " (a sheet tears before that)") } else { Ok(()) }
-    }
-}
-
 /// `run.json`: what went in, what it cost, how it ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunRecord {
@@ -325,6 +284,9 @@ pub struct RunRecord {
     /// Thickness of the sheet at the last balance; none in what an older program wrote.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness: Option<ThicknessRecord>,
+    /// Strains of the sheet at the last balance; none in what an older program wrote.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strain: Option<StrainRecord>,
     /// From the last balance with tools to the present one without; none while tools are there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springback: Option<SpringbackRecord>,

@@ -1,5 +1,6 @@
 //! Fields on the sheet and the tools, as VTU grids.
 
+use super::formed::Formed;
 use crate::geometry::Vec3;
 use crate::report::record::ThicknessRecord;
 use crate::report::{CellKind, DataArray, Vtu};
@@ -38,9 +39,15 @@ pub fn thickness(mesh: &HexMesh, displacements: &[f64]) -> Option<ThicknessRecor
     })
 }
 
-/// The formed sheet: displacement, thickness and contact force at the nodes.
+/// The formed sheet: displacement, thickness and contact force at the nodes, strains, plastic strain and stress of the elements.
+/// Points are the nodes as they are now.
 #[must_use]
-pub fn sheet(mesh: &HexMesh, displacements: &[f64], contact_forces: &[f64]) -> Vtu {
+pub fn sheet(
+    mesh: &HexMesh,
+    displacements: &[f64],
+    contact_forces: &[f64],
+    formed: &Formed,
+) -> Vtu {
     let positions = positions(mesh, displacements);
     let by_column = column_thickness(mesh, &positions);
     let levels = mesh.nodes_per_column.max(1);
@@ -57,6 +64,7 @@ pub fn sheet(mesh: &HexMesh, displacements: &[f64], contact_forces: &[f64]) -> V
     if contact_forces.len() == displacements.len() {
         grid.point_data.push(DataArray::vector("contact_force_n", &vectors(contact_forces)));
     }
+    grid.cell_data = formed.cell_data();
     grid
 }
 

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::RunError;
 use super::fields;
+use super::formed::Formed;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
@@ -18,7 +19,6 @@ use crate::report::record::{
 };
 use crate::report::{DataArray, write_pvd};
 use crate::scene::Plan;
-use crate::solver::blank::HexMesh;
 use crate::solver::{IncrementReport, IterationRecord, Simulation, convergence_order};
 
 /// Divisions of a patch in the tool's picture.
@@ -42,7 +42,8 @@ pub struct RunFolder {
     orders: Vec<f64>,
     /// Wall and processor time of the processes before this one [s].
     spent_s: [f64; 2],
-    springback: Springback,
+    /// The sheet as its tools last held it.
+    pub(super) springback: Springback,
 }
 
 /// Name and version of the program.
@@ -137,26 +138,24 @@ impl RunFolder {
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
-    pub fn take(
-        &mut self,
-        report: &IncrementReport<'_>,
-        mesh: &HexMesh,
-        start: Instant,
-    ) -> Result<(), WriteError> {
+    pub fn take(&mut self, report: &IncrementReport<'_>, start: Instant) -> Result<(), WriteError> {
         if report.increment > 0 {
             self.history.rows.push(row(report));
             self.take_iterations(report.increment, report.history);
             self.take_convergence(report);
         }
         self.update_record(report, start);
-        self.record.thickness = fields::thickness(mesh, report.displacements);
+        let (mesh, now) = (report.body.mesh(), report.displacements);
+        let formed = Formed::of(report.body, now);
+        self.record.thickness = fields::thickness(mesh, now);
+        self.record.strain = formed.record(report.body, &fields::positions(mesh, now));
         let stage_end = report.share >= 1.0 - 1e-12;
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
         let first = self.last_stage.is_none();
         self.last_stage = Some(report.stage);
         if first || due || stage_end {
             let name = format!("steps/{:06}.vtu", report.increment);
-            fields::sheet(mesh, report.displacements, report.contact_forces)
+            fields::sheet(mesh, now, report.contact_forces, &formed)
                 .write(&self.path.join(&name))?;
             if self.steps.last().is_none_or(|(_, last)| *last != name) {
                 self.steps.push((report.time, name));
@@ -264,7 +263,8 @@ impl RunFolder {
     ) -> Result<(), WriteError> {
         let mesh = simulation.body().mesh();
         let forces = simulation.contact_forces();
-        let mut grid = fields::sheet(mesh, simulation.displacements(), &forces);
+        let now = simulation.displacements();
+        let mut grid = fields::sheet(mesh, now, &forces, &Formed::of(simulation.body(), now));
         if let Some(worst) = node {
             let mark = |node: usize| if node == worst { 1.0 } else { 0.0 };
             let marks = (0..mesh.nodes.len()).map(mark).collect();
@@ -321,6 +321,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         volume_balance: None,
         penetration_mm: 0.0,
         thickness: None,
+        strain: None,
         springback: None,
         convergence_order: None,
         inputs: inputs(plan),

@@ -8,12 +8,14 @@ pub mod checkpoint;
 pub mod cost;
 pub mod fields;
 pub mod folder;
+pub mod formed;
 pub mod line;
 pub mod lock;
 pub mod report;
 pub mod resources;
 pub mod springback;
 pub mod status;
+pub mod strains;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -210,7 +212,6 @@ impl Run<'_> {
         watch: &mut dyn FnMut(&Progress<'_>),
     ) -> Result<Result<(), SimulationError>, RunError> {
         let Self { plan, options, start, .. } = *self;
-        let mesh = simulation.body().mesh().clone();
         let stages = plan.scene.stages.len() as f64;
         let every = plan.scene.output.checkpoint_every;
         let mut count = 0;
@@ -219,7 +220,7 @@ impl Run<'_> {
             let more = simulation.advance(&mut |report| {
                 let done = (report.stage as f64 + report.share) / stages;
                 watch(&Progress { report, done, elapsed_s: start.elapsed().as_secs_f64() });
-                write_error = folder.take(report, &mesh, start).err();
+                write_error = folder.take(report, start).err();
                 if write_error.is_some() { Control::Stop } else { Control::Continue }
             });
             if let Some(error) = write_error {

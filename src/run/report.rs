@@ -1,5 +1,7 @@
 //! `report.html`: force against travel, thickness, the formed sheet and the tools in 3-D, the audits.
 
+mod sheet;
+
 use std::path::Path;
 
 use super::fields;
@@ -36,9 +38,8 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
         "thickness [mm]",
     );
     page.plot(&traces, &layout, 380);
-    page.heading("The formed sheet");
-    let (traces, layout) = surfaces(&[sheet_surface(mesh, &positions, &thickness)]);
-    page.plot(&traces, &layout, 620);
+    sheet::strains(&mut page, folder, simulation);
+    sheet::formed(&mut page, simulation.body(), &positions, thickness);
     page.heading("The tools and their shape error");
     tools(&mut page, plan, simulation);
     page.write(&folder.path.join("report.html"))
@@ -60,6 +61,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("peak memory", format!("{:.0} MB", r.peak_mb)),
         ("material", plan.card.name.clone()),
         ("thinnest", r.thickness.map_or("-".into(), |thickness| thickness.to_string())),
+        ("largest strains", r.strain.map_or("-".into(), |strain| strain.to_string())),
         ("forces out of balance", format!("{:.1e} of the largest", r.force_balance)),
         ("energy not accounted for", format!("{:.2e} of the work done", r.energy_balance)),
         ("volume out of balance", volume),
@@ -168,29 +170,6 @@ fn thickness_series(mesh: &HexMesh, thickness: &[f64]) -> Vec<Series> {
     series.into_iter().filter(|s| s.x.len() > 2).collect()
 }
 
-/// The upper face of the sheet, coloured by thickness.
-fn sheet_surface(mesh: &HexMesh, positions: &[Vec3], thickness: &[f64]) -> ValuedSurface {
-    let levels = mesh.nodes_per_column.max(1) as u32;
-    let top = mesh.top_nodes();
-    let mut triangles = Vec::new();
-    for e in &mesh.elements {
-        let upper = [e[4], e[5], e[6], e[7]];
-        if upper.iter().all(|&n| n % levels == levels - 1) {
-            let [a, b, c, d] = upper.map(|n| n / levels);
-            triangles.extend([[a, b, c], [a, c, d]]);
-        }
-    }
-    ValuedSurface {
-        name: "sheet".into(),
-        points: top.iter().map(|&n| positions[n as usize]).collect(),
-        triangles,
-        values: thickness.to_vec(),
-        quantity: "thickness [mm]".into(),
-        opacity: 1.0,
-        signed: false,
-    }
-}
-
 fn tools(page: &mut Page, plan: &Plan, simulation: &Simulation) {
     let shifts = simulation.tool_shifts();
     let mut rows = Vec::new();
@@ -251,6 +230,7 @@ fn audited_surface(name: &str, path: &Path, shift: &Vec3) -> Option<ValuedSurfac
         quantity: format!("{name}: shape error [mm]"),
         opacity: 1.0,
         signed: true,
+        hidden: false,
     })
 }
 

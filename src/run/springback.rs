@@ -17,6 +17,12 @@ pub struct Springback {
 }
 
 impl Springback {
+    /// Displacements where the tools last held the sheet, three a node [mm]; empty where they never did.
+    #[must_use]
+    pub fn held(&self) -> &[f64] {
+        &self.held
+    }
+
     /// Takes an increment; while no tool holds the sheet, what has sprung back since one did.
     pub fn take(&mut self, report: &IncrementReport<'_>) -> Option<SpringbackRecord> {
         if !report.free {
@@ -43,9 +49,20 @@ impl Springback {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
+
+    use crate::solver::assembly::Body;
+    use crate::solver::blank::rectangle;
+    use crate::solver::element::ElementKind;
+    use crate::solver::material::elastic::Elastic;
     use crate::solver::stages::{Energies, Timings, ToolReport};
 
-    fn report(free: bool, u: &[f64], elastic: f64) -> IncrementReport<'_> {
+    fn body() -> Body {
+        let elastic = Arc::new(Elastic { young: 7e4, poisson: 0.3 });
+        Body::new(rectangle(1.0, 1.0, 1.0, 1, 1, 1), ElementKind::Hex8, elastic).unwrap()
+    }
+
+    fn report<'a>(body: &'a Body, free: bool, u: &'a [f64], elastic: f64) -> IncrementReport<'a> {
         let tool = |force: f64| ToolReport {
             name: String::new(),
             travel: 0.0,
@@ -73,6 +90,7 @@ mod tests {
             contacts: 0,
             slipping: 0,
             timings: Timings::default(),
+            body,
             displacements: u,
             contact_forces: &[],
         }
@@ -80,6 +98,8 @@ mod tests {
 
     #[test]
     fn what_moves_back_is_measured_from_where_the_tools_held_the_sheet() {
+        let body = body();
+        let report = |free, u, elastic| report(&body, free, u, elastic);
         let mut springback = Springback::default();
         assert_eq!(springback.take(&report(false, &[9.0; 6], 9.0)), None);
         assert_eq!(springback.take(&report(false, &[1.0; 6], 5.0)), None);

@@ -7,6 +7,7 @@ mod axes;
 mod bands;
 mod foresight;
 mod saved;
+mod states;
 mod volume;
 
 use std::sync::Arc;
@@ -22,6 +23,7 @@ use bands::Bands;
 
 pub use axes::AlongNormal;
 pub use foresight::Foresight;
+pub use states::ElementState;
 
 /// Forces, tangent and energies of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -231,27 +233,6 @@ impl Body {
     /// Forgets everything since the last [`Body::commit`].
     pub fn restore(&mut self) {
         self.trial.copy_from_slice(&self.committed);
-    }
-
-    /// Equivalent plastic strain of each element at the last commit: mean over its points.
-    #[must_use]
-    pub fn equivalent_plastic_strain(&self) -> Vec<f64> {
-        let state_len = self.material.state_len();
-        let points = self.kind.point_count();
-        if state_len == 0 {
-            return vec![0.0; self.mesh.elements.len()];
-        }
-        let mean = |states: &[f64]| {
-            let sum: f64 = states
-                .chunks_exact(state_len)
-                .map(|state| self.material.equivalent_plastic_strain(state))
-                .sum();
-            sum / points as f64
-        };
-        self.committed
-            .chunks_exact(self.stride())
-            .map(|element| mean(&element[..points * state_len]))
-            .collect()
     }
 
     /// Stored values of an element.

@@ -281,6 +281,7 @@ impl Simulation {
             contacts: sys.contact.active().count(),
             slipping: sys.conditions.iter().filter(|c| c.slipping).count(),
             timings: sys.timings,
+            body: &sys.body,
             displacements: &sys.u,
             contact_forces: &forces,
         };

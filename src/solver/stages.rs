@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::assembly::Body;
 use super::tools::{Curve, Motion};
 
 /// One stage: clamp, draw, release, ...
@@ -235,6 +236,8 @@ pub struct IncrementReport<'a> {
     pub slipping: usize,
     /// Wall time by phase since the start.
     pub timings: Timings,
+    /// The sheet, its history committed.
+    pub body: &'a Body,
     /// Displacements, three a node [mm].
     pub displacements: &'a [f64],
     /// Contact forces on the nodes, three a node [N].

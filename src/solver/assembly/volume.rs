@@ -60,7 +60,7 @@ impl Body {
     }
 
     /// Shares of an element's volume that its points stand for; `None` where its Gauss points say it.
-    fn point_weights(&self) -> Option<Vec<f64>> {
+    pub(super) fn point_weights(&self) -> Option<Vec<f64>> {
         let through = self.kind.point_count() / 4;
         let whole: f64 = self.thickness_rule.iter().map(|(_, weight)| weight).sum();
         (!self.thickness_rule.is_empty()).then(|| {

@@ -104,6 +104,17 @@ impl LogResponses {
     }
 }
 
+/// What a point has come to.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PointState {
+    /// Equivalent plastic strain.
+    pub plastic_strain: f64,
+    /// What the yield function says of the stress `T` (not of its distance from backstresses) [MPa].
+    pub equivalent_stress: f64,
+    /// Pressure, a third of the trace of `-T` [MPa].
+    pub pressure: f64,
+}
+
 /// Why a material point could not be updated. The remedy is always a smaller increment.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -166,10 +177,10 @@ pub trait Material: Send + Sync + std::fmt::Debug {
         one_by_one(self, strains, count, (old, new), out)
     }
 
-    /// Equivalent plastic strain held in a history; zero for elastic laws.
-    fn equivalent_plastic_strain(&self, state: &[f64]) -> f64 {
-        let _ = state;
-        0.0
+    /// What a history says of its point; `None` for laws that keep none.
+    fn point_state(&self, history: &[f64]) -> Option<PointState> {
+        let _ = history;
+        None
     }
 
     /// What a history keeps that the next increment can be foreseen from; `None` for laws that need no such thing.

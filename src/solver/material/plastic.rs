@@ -21,7 +21,7 @@ use super::foreseen::Memory;
 use super::hardening::{Hardening, HardeningError};
 use super::hill48::Hill48;
 use super::yield_function::{YieldError, YieldFunction};
-use super::{LogResponse, LogResponses, Material, MaterialError};
+use super::{LogResponse, LogResponses, Material, MaterialError, PointState};
 use crate::geometry::Mat3;
 use crate::solver::lanes::{Eight, POINTS};
 use crate::solver::tensor::{self, Mandel, Mandel66};
@@ -186,8 +186,16 @@ impl Material for Plastic {
         Ok(())
     }
 
-    fn equivalent_plastic_strain(&self, state: &[f64]) -> f64 {
-        state[EQUIVALENT]
+    fn point_state(&self, history: &[f64]) -> Option<PointState> {
+        let total: Mandel = std::array::from_fn(|i| history[LOG_STRAIN + i]);
+        let total = self.to_material.as_ref().map_or(total, |turn| tensor::apply(turn, &total));
+        let elastic = std::array::from_fn(|i| total[i] - history[STRAIN + i]);
+        let stress = self.elastic.stress(&elastic);
+        Some(PointState {
+            plastic_strain: history[EQUIVALENT],
+            equivalent_stress: self.criterion.equivalent(&stress),
+            pressure: -(stress[0] + stress[1] + stress[2]) / 3.0,
+        })
     }
 
     fn memory(&self) -> Option<Memory> {

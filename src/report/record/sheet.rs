@@ -1,0 +1,82 @@
+//! What `run.json` says of the sheet itself.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How far the sheet has sprung back since its tools were let go. Rigid motions that no symmetry plane holds are held at as few
+/// nodes as that takes, the first of the mesh where several serve; at the end a sheet held nowhere, or along one axis only, is
+/// laid down where it comes nearest to where the tools held it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SpringbackRecord {
+    /// Largest displacement of a node [mm].
+    pub largest_mm: f64,
+    /// RMS of the displacements of all nodes [mm].
+    pub rms_mm: f64,
+    /// Forces of the tools let go, summed without regard to sign, of the whole process [N].
+    pub force_n: f64,
+    /// Elastic energy given back, of the whole process [N mm].
+    pub energy_nmm: f64,
+}
+
+/// The sheet's thickness, between the nodes of its faces.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ThicknessRecord {
+    /// Where it has become the smallest share of what it was [mm].
+    pub least_mm: f64,
+    /// What it was there [mm].
+    pub was_mm: f64,
+    /// That place, on the upper face, as it is now [mm].
+    pub at_mm: [f64; 3],
+    /// The largest anywhere [mm].
+    pub most_mm: f64,
+}
+
+impl ThicknessRecord {
+    /// Whether the sheet is thinner somewhere than hardly any can be stretched: half of what it was.
+    #[must_use]
+    pub fn is_torn(&self) -> bool {
+        self.least_mm < 0.5 * self.was_mm
+    }
+}
+
+impl fmt::Display for ThicknessRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { least_mm, was_mm, at_mm: [x, y, z], .. } = self;
+        write!(f, "{least_mm:.4} of {was_mm:.4} mm at ({x:.1}, {y:.1}, {z:.1}) mm")?;
+        if self.is_torn() { write!(f, " (a sheet tears before that)") } else { Ok(()) }
+    }
+}
+
+/// The largest strains of the sheet, total ones from the undeformed blank on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StrainRecord {
+    /// Largest major strain: logarithmic, of the mid-surface at the centre of an element.
+    pub major: f64,
+    /// Minor strain there.
+    pub minor: f64,
+    /// That place, as it is now [mm].
+    pub at_mm: [f64; 3],
+    /// Largest equivalent plastic strain; none for a material without plasticity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plastic: Option<PlasticRecord>,
+}
+
+/// The largest equivalent plastic strain.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PlasticRecord {
+    /// Of a material point.
+    pub largest: f64,
+    /// Centre of the point's element, as it is now [mm].
+    pub at_mm: [f64; 3],
+}
+
+impl fmt::Display for StrainRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { major, minor, at_mm: [x, y, z], plastic } = self;
+        write!(f, "major {major:.4} with minor {minor:.4} at ({x:.1}, {y:.1}, {z:.1}) mm")?;
+        let Some(PlasticRecord { largest, at_mm: [x, y, z] }) = plastic else { return Ok(()) };
+        write!(f, ", plastic {largest:.4} at ({x:.1}, {y:.1}, {z:.1}) mm")
+    }
+}

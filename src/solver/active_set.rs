@@ -197,7 +197,8 @@ pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
             continue;
         }
         let near = |c: &Candidate| c.tool == tool && c.foot.gap.is_finite();
-        if !sys.contact.candidates.iter().any(near) {
+        let far = !sys.contact.candidates.iter().any(near);
+        if far {
             sys.search_far(tool);
         }
         let busy: Vec<usize> = sys.contact.active().map(|(_, c)| c.node).collect();
@@ -215,6 +216,7 @@ pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
             changes += 1;
         } else if let Some(k) = free().find(|&k| gap(k) <= near) {
             switch(sys, k, true);
+            sys.contact.candidates[k].sought = far;
             changes += 1;
         }
     }
@@ -225,6 +227,7 @@ fn switch(sys: &mut System, k: usize, active: bool) {
     let c = &mut sys.contact.candidates[k];
     c.active = active;
     c.sliding = true;
+    c.sought = false;
     c.fresh = active;
     c.expected = None;
     c.push = 0.0;

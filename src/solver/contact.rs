@@ -25,6 +25,8 @@ pub(super) struct Candidate {
     pub(super) overshoot: f64,
     /// Where the node was at the last converged increment, in the tool's frame; `None` while the tool was not there.
     before: Option<Vec3>,
+    /// A force is to bring the tool to it from however far.
+    pub(super) sought: bool,
     /// `start` is known: then the node was not too far from the tool to be looked for.
     placed: bool,
     /// Foot at the last converged increment, in the tool's frame.
@@ -105,8 +107,8 @@ const SWINGS: u32 = 3;
 
 impl Candidate {
     /// Projects anew, as far as `reach` [mm] and what node and tool have moved past each other since the last balance, so that
-    /// no step takes one through the other unseen; a touching node, as one is that a force is to bring a tool to, however far. A touching node that swings between two patches, whose normals never agree
-    /// quite, is held to the last one, carried on smoothly, until the increment is done.
+    /// no step takes one through the other unseen; however far for a node that a force is to bring a tool to. A touching node
+    /// that swings between two patches, whose normals never agree quite, is held to the last one, carried on smoothly, until the increment is done.
     fn follow(&mut self, x: &Vec3, tool: &Tool, reach: f64) {
         if self.active
             && self.swings >= SWINGS
@@ -116,7 +118,7 @@ impl Candidate {
             return;
         }
         let hint = (self.foot.patch != u32::MAX).then_some(self.foot.patch);
-        let far = if self.active { f64::INFINITY } else { reach + self.moved(x, tool) };
+        let far = if self.sought { f64::INFINITY } else { reach + self.moved(x, tool) };
         let foot = tool.within(x, hint, far);
         self.swings += u32::from(self.active && foot.patch != self.foot.patch);
         self.foot = foot;
@@ -139,18 +141,22 @@ impl Candidate {
         self.before.map_or(f64::INFINITY, |before| (x - tool.shift() - before).norm())
     }
 
-    /// Whether the tool stood in the node's way since the last balance although it is clear of it now: looked at every half
-    /// a `reach` [mm].
+    /// Whether the tool stood in the node's way since the last balance although it is clear of it now. The way is followed by
+    /// the distance that there is from the tool, at least a small share of `reach` [mm].
     pub(super) fn passed_through(&self, x: &Vec3, tool: &Tool, reach: f64) -> bool {
+        const LEAST: f64 = 0.01;
         let Some(before) = self.before else { return false };
         let way = x - tool.shift() - before;
-        let steps = (2.0 * way.norm() / reach).ceil().min(1000.0);
-        let inside = |step: usize| {
-            let place = before + way * (step as f64 / steps);
-            let foot = tool.setup.surface.within(&place, None, reach);
-            !foot.past_border && foot.gap < 0.0
-        };
-        (1..steps as usize).any(inside)
+        let (length, mut done) = (way.norm(), 0.0);
+        while done < length {
+            let place = before + way * (done / length);
+            let foot = tool.setup.surface.within(&place, None, length - done);
+            if foot.gap < 0.0 && !foot.past_border {
+                return true;
+            }
+            done += foot.gap.abs().max(LEAST * reach);
+        }
+        false
     }
 
     /// The part of the slip that goes back when the force does. Without it a node that sticks would creep by about the
@@ -184,6 +190,7 @@ impl ContactSet {
                 foot: Projection::nowhere(),
                 overshoot: 0.0,
                 before: None,
+                sought: false,
                 placed: false,
                 start: Vec3::zeros(),
                 anchor: Vec3::zeros(),

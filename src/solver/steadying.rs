@@ -17,8 +17,6 @@ use super::system::System;
 const NEAR: f64 = 1e-2;
 /// Share by which the residual has fallen at least between two iterates with the same nodes touching, if that is no circle.
 const FALLS: f64 = 0.3;
-/// Iterates near balance after which states that are not wrong, but changed and changed back, are a circle too.
-const LONG: usize = 6;
 /// Damping tried first: stiffness of a node's damper over the mesh's; where it falls to the least it is none.
 const FIRST: f64 = 1e-3;
 const LEAST: f64 = 1e-10;
@@ -55,20 +53,16 @@ pub(super) struct Steadying {
 }
 
 impl Steadying {
-    /// Whether contact states have been met before that were wrong; or, after some iterates near balance, that were changed
-    /// since and changed back, as corrections do that foretell them from one iterate to the next.
+    /// Whether an iterate whose contact states were wrong has been met before.
     pub(super) fn is_circle(&mut self, sys: &System, now: &IterationRecord) -> bool {
-        if now.residual > NEAR {
+        if now.residual > NEAR || now.changes == 0 {
             return false;
         }
         let touching: Vec<usize> = sys.contact.active().map(|(k, _)| k).collect();
-        let changed = |since: usize| self.seen[since..].iter().any(|(other, _)| *other != touching);
-        let long = self.seen.len() >= LONG;
-        let met = |(at, (before, residual)): (usize, &(Vec<usize>, f64))| {
-            let same = *before == touching && now.residual > FALLS * residual;
-            same && (now.changes > 0 || (long && changed(at)))
+        let met = |(before, residual): &(Vec<usize>, f64)| {
+            *before == touching && now.residual > FALLS * residual
         };
-        let found = self.seen.iter().enumerate().any(met);
+        let found = self.seen.iter().any(met);
         self.seen.push((touching, now.residual));
         found
     }

@@ -13,6 +13,8 @@ use crate::solver::tensor::{self, Mandel, Mandel66};
 
 /// Number of modes.
 pub(crate) const MODE_COUNT: usize = 12;
+/// Steps in which modes settle in one evaluation.
+const ROUNDS: usize = 10;
 /// Stands for the volume strain in [`Mode::column`].
 const VOLUME: usize = 6;
 
@@ -58,7 +60,7 @@ pub(crate) fn evaluate(
     let at = |alpha: &_, record: &mut _| {
         evaluate_at(input, points, &centre, alpha, new_state, record, out)
     };
-    ModeSums::with_prediction(record, input.displacement, &unit, at)
+    ModeSums::with_prediction(record, input.displacement, &unit, ROUNDS, at)
 }
 
 fn evaluate_at(

@@ -19,8 +19,6 @@ const LARGEST_CHANGE: f64 = 0.1;
 const SETTLED: f64 = 1e-5;
 /// Share of a step's strain that is still to come after it at most where it has led on.
 const LEFT: f64 = 0.1;
-/// Steps in which they settle.
-const ROUNDS: usize = 10;
 /// A step of the modes is good when the slope at its end is at most this share of the slope at its beginning.
 const GOOD: f64 = 0.2;
 /// Trials of a step.
@@ -122,8 +120,8 @@ impl<const M: usize> ModeSums<M> {
 
     /// Runs `evaluate` with the predicted modes, their change kept under [`LARGEST_CHANGE`] of strain (`unit` is
     /// the size of the strain per unit of each mode); where the prediction still collapses the material (a
-    /// step far beyond the linearisation), again with the modes nearer to the stored ones. Then settles them in up to [`ROUNDS`]
-    /// steps.
+    /// step far beyond the linearisation), again with the modes nearer to the stored ones. Then settles them in up to
+    /// `rounds` steps, or leaves them where they were predicted.
     ///
     /// # Errors
     /// What `evaluate` returns with the stored modes.
@@ -131,6 +129,7 @@ impl<const M: usize> ModeSums<M> {
         record: &mut [f64],
         u: &[f64; DOFS],
         unit: &[f64; M],
+        rounds: usize,
         mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<Unsettled<M>, PointFailure>,
     ) -> Result<(), PointFailure> {
         let predicted = Self::predict(record, u);
@@ -143,27 +142,34 @@ impl<const M: usize> ModeSums<M> {
             let alpha = std::array::from_fn(|k| stored[k] + share * (predicted[k] - stored[k]));
             if let Ok(found) = evaluate(&alpha, record) {
                 // A step that leads on leaves little to come.
-                if strain(&found.step, unit) <= LEFT * share * change {
+                if rounds == 0 || strain(&found.step, unit) <= LEFT * share * change {
                     return Ok(());
                 }
-                return Self::settle(record, unit, (alpha, found), &mut evaluate);
+                if Self::settle(record, unit, rounds, (alpha, found), &mut evaluate) {
+                    return Ok(());
+                }
+                return evaluate(&alpha, record).map(|_| ());
             }
         }
         evaluate(&stored, record).map(|_| ())
     }
 
-    /// Goes on from modes `alpha`, which were evaluated last, until they are settled.
+    /// Goes on from modes `alpha`, which were evaluated last, until they are settled; whether they are.
     fn settle(
         record: &mut [f64],
         unit: &[f64; M],
+        rounds: usize,
         (mut alpha, mut found): ([f64; M], Unsettled<M>),
         mut evaluate: impl FnMut(&[f64; M], &mut [f64]) -> Result<Unsettled<M>, PointFailure>,
-    ) -> Result<(), PointFailure> {
-        for _ in 0..ROUNDS {
+    ) -> bool {
+        for _ in 0..rounds {
             let (step, start) = (found.step, found.slope(&found.step));
             let size = strain(&step, unit);
-            if size <= SETTLED || start >= 0.0 {
-                break;
+            if size <= SETTLED {
+                return true;
+            }
+            if start >= 0.0 {
+                return false;
             }
             let mut share = (LARGEST_CHANGE / size).min(1.0);
             let mut last = None;
@@ -177,10 +183,10 @@ impl<const M: usize> ModeSums<M> {
                 share *=
                     if end.is_finite() { (start / (start - end)).clamp(0.1, 0.7) } else { 0.5 };
             }
-            let Some(next) = last else { return evaluate(&alpha, record).map(|_| ()) };
+            let Some(next) = last else { return false };
             (alpha, found) = next;
         }
-        Ok(())
+        strain(&found.step, unit) <= SETTLED
     }
 
     /// Condenses the modes out of `out`; a full evaluation stores its linearisation in `record`.

@@ -36,6 +36,9 @@ const fn mode(column: usize, powers: [u8; 3]) -> Mode {
     Mode { column, powers }
 }
 
+/// Steps in which modes settle in one evaluation: they do without.
+const ROUNDS: usize = 0;
+
 /// Shapes of the strain through the thickness, each over the mid surface as one of [`PLANE`].
 const SHAPES: usize = 2;
 /// Modes through the thickness, and with those of the membrane.
@@ -135,7 +138,7 @@ pub(crate) fn evaluate<const M: usize>(
         let shape = Shape { pairs: &reference, centre: &centre, axes: &axes, rule: thickness_rule };
         evaluate_at(input, &shape, alpha, new_state, record, out)
     };
-    ModeSums::<M>::with_prediction(record, input.displacement, &unit, at)
+    ModeSums::<M>::with_prediction(record, input.displacement, &unit, ROUNDS, at)
 }
 
 /// What does not change with the displacement.

@@ -52,13 +52,13 @@ fn a_tool_that_comes_in_one_step_meets_the_sheet() {
     assert!((fast[1] / slow[1] - 1.0).abs() < 1e-6, "{fast:?} {slow:?}");
 }
 
-/// Both faces of a slab 0.5 mm thick, which a step of 15 mm takes clean through the sheet: a balance without a force, on the
+/// Both faces of a slab 3 mm thick, which a step of 15 mm takes clean through the sheet: a balance without a force, on the
 /// wrong side.
 #[test]
 fn a_slab_is_not_taken_through_the_sheet_in_one_step() {
     let mut setup = cantilever(Motion::Travel(Curve::to(AWAY + 6.0)), 1.0);
     let at = |z: f64| move |u: f64, v: f64| Vec3::new(17.0 + 30.0 * u, 60.0 * v - 20.0, z);
-    let (front, back) = (at(1.0 + AWAY), at(1.5 + AWAY));
+    let (front, back) = (at(1.0 + AWAY), at(4.0 + AWAY));
     let faces = Builder::new("slab").grid(1, 1, |u, v| (front(u, v), -Vec3::z()));
     let both = faces.grid(1, 1, |u, v| (back(u, v), Vec3::z())).build();
     setup.tools[0] = tool("slab", both, -Vec3::z(), SheetSide::Top, 0.0);

@@ -136,9 +136,9 @@ impl Candidate {
         };
     }
 
-    /// How far node and tool have moved past each other since the last balance [mm]; any distance where there is none.
+    /// How far node and tool have moved past each other since the last balance [mm]; 0 where there is none.
     pub(super) fn moved(&self, x: &Vec3, tool: &Tool) -> f64 {
-        self.before.map_or(f64::INFINITY, |before| (x - tool.shift() - before).norm())
+        self.before.map_or(0.0, |before| (x - tool.shift() - before).norm())
     }
 
     /// Whether the tool stood in the node's way since the last balance although it is clear of it now. The way is followed by

@@ -7,6 +7,7 @@
 
 mod active_set;
 pub mod assembly;
+mod balance;
 pub mod blank;
 pub mod columns;
 mod conditions;
@@ -29,6 +30,7 @@ pub mod pattern;
 pub mod reach;
 mod relaxation;
 mod rigid;
+mod search;
 pub mod simulation;
 pub mod stages;
 pub mod state;

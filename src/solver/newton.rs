@@ -2,6 +2,7 @@
 
 use super::active_set::{Pivoting, revise, settle};
 use super::assembly::{ElementFailure, Foresight};
+use super::balance::{is_settled, record};
 use super::line_search;
 use super::linear::LinearError;
 use super::linearised::Correction;
@@ -334,55 +335,6 @@ fn gave_up(iterations: usize, last: &IterationRecord, node: usize) -> NewtonErro
 fn augments(sys: &mut System, limits: &Limits) -> bool {
     let augmented = matches!(limits.contact, ContactMethod::Augmented { .. });
     augmented && sys.augment(GAP * sys.lengths.shortest_edge)
-}
-
-/// Whether forces and gaps are within the tolerances.
-fn is_settled(
-    sys: &System,
-    residual: &Residual,
-    last: Option<&Correction>,
-    limits: &Limits,
-) -> bool {
-    let rounding = 1e-13 * sys.scales.normal * sys.lengths.shortest_edge;
-    let force = limits.force_tolerance * residual.reference + rounding;
-    let gap = limits.gap_tolerance * sys.lengths.shortest_edge;
-    let unbalanced = residual.force.max(sys.eval.internal_residual);
-    residual.length <= gap && (unbalanced <= force || is_rounding(sys, unbalanced, last))
-}
-
-/// Whether an iterate is the balance but for the rounding of the nodes' places: the last correction was no more than that,
-/// and neither is what it leaves out of balance. A sheet that nothing holds has no other force to go by, and its
-/// supports, which carry next to nothing, none that is worth a tolerance.
-fn is_rounding(sys: &System, unbalanced: f64, last: Option<&Correction>) -> bool {
-    const PLACES: f64 = 4.0;
-    let places = PLACES * f64::EPSILON * sys.lengths.farthest * (sys.u.len() as f64).sqrt();
-    unbalanced <= sys.scales.normal * places && last.is_some_and(|c| size(c) <= places)
-}
-
-/// Norm of the displacements of a correction [mm].
-fn size(correction: &Correction) -> f64 {
-    correction.u.iter().map(|v| v * v).sum::<f64>().sqrt()
-}
-
-fn record(
-    sys: &System,
-    residual: &Residual,
-    last: Option<&Correction>,
-    changes: usize,
-) -> IterationRecord {
-    let floor = 1e-12 * sys.scales.normal * sys.lengths.shortest_edge;
-    // An iterate out of all proportion goes on record too, and records are read again.
-    let number = |value: f64| if value.is_finite() { value } else { f64::MAX };
-    IterationRecord {
-        residual: number(residual.force / residual.reference.max(floor)),
-        gap: number(residual.length),
-        penetration: number(residual.penetration),
-        correction: number(last.map_or(0.0, size)),
-        contacts: sys.contact.active().count(),
-        slipping: residual.slipping,
-        stuck: residual.stuck,
-        changes,
-    }
 }
 
 /// True when the forces are still out of balance by as much as the contact forces themselves, although

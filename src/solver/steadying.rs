@@ -53,16 +53,18 @@ pub(super) struct Steadying {
 }
 
 impl Steadying {
-    /// Whether an iterate whose contact states were wrong has been met before.
+    /// Whether contact states have been met before that were changed since, or were wrong.
     pub(super) fn is_circle(&mut self, sys: &System, now: &IterationRecord) -> bool {
-        if now.residual > NEAR || now.changes == 0 {
+        if now.residual > NEAR {
             return false;
         }
         let touching: Vec<usize> = sys.contact.active().map(|(k, _)| k).collect();
-        let met = |(before, residual): &(Vec<usize>, f64)| {
-            *before == touching && now.residual > FALLS * residual
+        let others = |since: usize| self.seen[since..].iter().any(|(other, _)| *other != touching);
+        let met = |(at, (before, residual)): (usize, &(Vec<usize>, f64))| {
+            let changed = now.changes > 0 || others(at);
+            *before == touching && now.residual > FALLS * residual && changed
         };
-        let found = self.seen.iter().any(met);
+        let found = self.seen.iter().enumerate().any(met);
         self.seen.push((touching, now.residual));
         found
     }

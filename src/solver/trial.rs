@@ -135,7 +135,7 @@ pub(super) fn attempt(
     let found = solve(&mut sim.sys, &sim.limits, patience, foreseen, &mut sim.history)?;
     sim.sys.body.not_inside_out(&sim.sys.u)?;
     match sim.sys.passed_through() {
-        Some((node, _)) => Err(NewtonError::PassedThrough { node }),
+        Some(node) => Err(NewtonError::PassedThrough { node }),
         None => Ok(found),
     }
 }
@@ -159,6 +159,7 @@ pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
     let sys = &mut sim.sys;
     sys.body.commit();
     sys.commit_contact(&forces);
+    sys.contact.candidates.iter_mut().for_each(|c| c.sought = false);
     let old = &sim.committed;
     let last = step.map(|step| {
         let mut du: Vec<f64> = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();

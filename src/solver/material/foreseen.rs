@@ -7,8 +7,8 @@
 
 use std::sync::Arc;
 
-use super::{LogResponse, LogResponses, Material, MaterialError};
-use crate::solver::lanes::{Eight, POINTS};
+use super::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
+use crate::solver::lanes::Eight;
 use crate::solver::tensor::{Mandel, Mandel66};
 
 /// What a law keeps that an increment can be foreseen from.
@@ -51,11 +51,7 @@ impl Material for Foreseen {
         new: &mut [f64],
         response: &mut LogResponse,
     ) -> Result<(), MaterialError> {
-        let mut all = LogResponses::zero();
-        let strains = strain.map(|value| [value; POINTS]);
-        self.update_points(&strains, 1, (old, new), &mut all).map_err(|(_, error)| error)?;
-        *response = all.get(0);
-        Ok(())
+        one_as_points(self, strain, (old, new), response)
     }
 
     fn update_points(
@@ -91,6 +87,7 @@ impl Material for Foreseen {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solver::lanes::POINTS;
     use crate::solver::material::card;
 
     /// A point of mild steel that flows, the strain it is foreseen to reach put in its history.

@@ -194,6 +194,20 @@ pub trait Material: Send + Sync + std::fmt::Debug {
     }
 }
 
+/// One point of a law that is asked for points side by side.
+fn one_as_points(
+    law: &dyn Material,
+    strain: &Mandel,
+    histories: (&[f64], &mut [f64]),
+    response: &mut LogResponse,
+) -> Result<(), MaterialError> {
+    let mut all = LogResponses::zero();
+    let strains = strain.map(|value| [value; POINTS]);
+    law.update_points(&strains, 1, histories, &mut all).map_err(|(_, error)| error)?;
+    *response = all.get(0);
+    Ok(())
+}
+
 /// Updates points by [`Material::update`].
 fn one_by_one<M: Material + ?Sized>(
     material: &M,

@@ -21,9 +21,9 @@ use super::foreseen::Memory;
 use super::hardening::{Hardening, HardeningError};
 use super::hill48::Hill48;
 use super::yield_function::{YieldError, YieldFunction};
-use super::{LogResponse, LogResponses, Material, MaterialError, PointState};
+use super::{LogResponse, LogResponses, Material, MaterialError, PointState, one_as_points};
 use crate::geometry::Mat3;
-use crate::solver::lanes::{Eight, POINTS};
+use crate::solver::lanes::Eight;
 use crate::solver::tensor::{self, Mandel, Mandel66};
 
 /// One backstress of Chaboche's law.
@@ -153,11 +153,7 @@ impl Material for Plastic {
         new: &mut [f64],
         response: &mut LogResponse,
     ) -> Result<(), MaterialError> {
-        let strains = strain.map(|value| [value; POINTS]);
-        let mut all = LogResponses::zero();
-        self.update_points(&strains, 1, (old, new), &mut all).map_err(|(_, error)| error)?;
-        *response = all.get(0);
-        Ok(())
+        one_as_points(self, strain, (old, new), response)
     }
 
     fn update_points(

@@ -3,7 +3,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{LogResponse, LogResponses, Material, MaterialError};
+use super::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
 use crate::geometry::Mat3;
 use crate::solver::lanes::algebra::{turn_back, turned};
 use crate::solver::lanes::{Eight, Lane, POINTS};
@@ -37,11 +37,7 @@ impl Material for Turned<'_> {
         new: &mut [f64],
         response: &mut LogResponse,
     ) -> Result<(), MaterialError> {
-        let strains = strain.map(|value| [value; POINTS]);
-        let mut all = LogResponses::zero();
-        self.update_points(&strains, 1, (old, new), &mut all).map_err(|(_, error)| error)?;
-        *response = all.get(0);
-        Ok(())
+        one_as_points(self, strain, (old, new), response)
     }
 
     fn update_points(

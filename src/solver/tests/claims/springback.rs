@@ -111,8 +111,8 @@ fn a_sharp_bend_has_the_moment_of_its_fibres() {
     for ((kind, layers), force) in [
         ((shell(5), 1), 59.0),
         ((shell(9), 1), 59.0),
-        ((shell(9), 1), 70.0),
-        ((ElementKind::SolidShell { points: 9, membrane: false }, 1), 70.0),
+        ((shell(9), 1), 76.0),
+        ((ElementKind::SolidShell { points: 9, membrane: false }, 1), 76.0),
         ((ElementKind::Hex8Enhanced, 2), 59.0),
     ] {
         let [moment, bent, _] = bend((kind, layers), (2.0, 4), force);
@@ -121,7 +121,7 @@ fn a_sharp_bend_has_the_moment_of_its_fibres() {
             "{kind:?} x {layers}: R/t {:.2}, M {moment:.2}, {off:+.4} of its fibres'",
             1.0 / bent
         );
-        assert!((5.0..15.0).contains(&(1.0 / bent)) && off.abs() < 0.05, "{kind:?}: {off}");
+        assert!((4.0..15.0).contains(&(1.0 / bent)) && off.abs() < 0.05, "{kind:?}: {off}");
     }
 }
 

@@ -1,0 +1,54 @@
+//! Whether an iterate is a balance, and what goes on record of it.
+
+use super::linearised::Correction;
+use super::stages::{IterationRecord, Limits};
+use super::system::{Residual, System};
+
+/// Whether forces and gaps are within the tolerances.
+pub(super) fn is_settled(
+    sys: &System,
+    residual: &Residual,
+    last: Option<&Correction>,
+    limits: &Limits,
+) -> bool {
+    let rounding = 1e-13 * sys.scales.normal * sys.lengths.shortest_edge;
+    let force = limits.force_tolerance * residual.reference + rounding;
+    let gap = limits.gap_tolerance * sys.lengths.shortest_edge;
+    let unbalanced = residual.force.max(sys.eval.internal_residual);
+    residual.length <= gap && (unbalanced <= force || is_rounding(sys, unbalanced, last))
+}
+
+/// Whether an iterate is the balance but for the rounding of the nodes' places: the last correction was no more than that,
+/// and neither is what it leaves out of balance. A sheet that nothing holds has no other force to go by, and its
+/// supports, which carry next to nothing, none that is worth a tolerance.
+fn is_rounding(sys: &System, unbalanced: f64, last: Option<&Correction>) -> bool {
+    const PLACES: f64 = 4.0;
+    let places = PLACES * f64::EPSILON * sys.lengths.farthest * (sys.u.len() as f64).sqrt();
+    unbalanced <= sys.scales.normal * places && last.is_some_and(|c| size(c) <= places)
+}
+
+/// Norm of the displacements of a correction [mm].
+fn size(correction: &Correction) -> f64 {
+    correction.u.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+pub(super) fn record(
+    sys: &System,
+    residual: &Residual,
+    last: Option<&Correction>,
+    changes: usize,
+) -> IterationRecord {
+    let floor = 1e-12 * sys.scales.normal * sys.lengths.shortest_edge;
+    // An iterate out of all proportion goes on record too, and records are read again.
+    let number = |value: f64| if value.is_finite() { value } else { f64::MAX };
+    IterationRecord {
+        residual: number(residual.force / residual.reference.max(floor)),
+        gap: number(residual.length),
+        penetration: number(residual.penetration),
+        correction: number(last.map_or(0.0, size)),
+        contacts: sys.contact.active().count(),
+        slipping: residual.slipping,
+        stuck: residual.stuck,
+        changes,
+    }
+}

@@ -1,12 +1,14 @@
-//! Reads `.vtu` files back: unstructured grids with ascii or inline base64 arrays, uncompressed.
+//! Reads `.vtu` files: unstructured grids of one piece with ascii, base64 or appended arrays, as they are or compressed
+//! by zlib: what this program, meshio, VTK and ParaView write unless told otherwise.
+
+mod arrays;
 
 use std::path::{Path, PathBuf};
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
+use self::arrays::{Encoding, Source};
 use crate::geometry::Vec3;
 
 /// Why a `.vtu` file gives no grid.
@@ -23,7 +25,7 @@ pub enum VtuError {
         source: std::io::Error,
     },
     /// The text is not a grid this reader knows.
-    #[error("{}, {place}: {found}; allowed: VTK XML UnstructuredGrid, one piece, ascii or inline base64 arrays without compression; save it again in that form", path.display())]
+    #[error("{}, {place}: {found}; allowed: VTK XML UnstructuredGrid, one piece, arrays as ascii, base64 or appended, uncompressed or by zlib; save it again in that form", path.display())]
     Invalid {
         /// The file.
         path: PathBuf,
@@ -33,9 +35,6 @@ pub enum VtuError {
         found: String,
     },
 }
-
-/// What is found where arrays are compressed, as meshio and ParaView do unless told otherwise.
-const COMPRESSED: &str = "compressed arrays (write it without: in Python `meshio.write(\"blank.vtu\", mesh, compression=None)`, in ParaView with compressor None)";
 
 /// A grid read back. Cells keep VTK's type numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -81,16 +80,36 @@ fn fault(place: &str, found: impl Into<String>) -> Fault {
     (place.to_owned(), found.into())
 }
 
-/// Number types of VTK, and how the file writes lengths.
-#[derive(Clone, Copy)]
-struct Encoding {
-    big_endian: bool,
-    wide_lengths: bool,
+/// What stands behind the XML of a file: arrays, one after the other, that its elements name by where they begin.
+struct Appended<'a> {
+    base64: bool,
+    data: &'a [u8],
+}
+
+/// The XML of a file and what is appended to it.
+fn split(text: &[u8]) -> Result<(&[u8], Option<Appended<'_>>), Fault> {
+    const TAG: &[u8] = b"<AppendedData";
+    let Some(at) = text.windows(TAG.len()).position(|w| w == TAG) else {
+        return Ok((text, None));
+    };
+    let cut = |what: u8, from: usize| {
+        let found = text[from..].iter().position(|&b| b == what);
+        found.map(|k| from + k).ok_or_else(|| fault("AppendedData", "the file ends in its head"))
+    };
+    let end = cut(b'>', at)?;
+    let tag = String::from_utf8_lossy(&text[at + 1..end]);
+    let base64 = match attribute(&BytesStart::from_content(tag, TAG.len() - 1), "encoding") {
+        Some(name) if name == "raw" => false,
+        Some(name) if name == "base64" => true,
+        other => return Err(fault("AppendedData", format!("encoding {other:?}"))),
+    };
+    Ok((&text[..at], Some(Appended { base64, data: &text[cut(b'_', end)? + 1..] })))
 }
 
 fn parse(text: &[u8]) -> Result<Grid, Fault> {
-    let mut reader = Reader::from_reader(text);
-    let mut encoding = Encoding { big_endian: false, wide_lengths: false };
+    let (xml, appended) = split(text)?;
+    let mut reader = Reader::from_reader(xml);
+    let mut encoding = Encoding::default();
     let mut section = String::new();
     let mut arrays: Vec<(String, GridArray)> = Vec::new();
     let mut pieces = 0;
@@ -100,6 +119,9 @@ fn parse(text: &[u8]) -> Result<Grid, Fault> {
             .read_event_into(&mut buffer)
             .map_err(|e| fault("XML", format!("{e} at byte {}", reader.buffer_position())))?;
         match event {
+            Event::Empty(tag) if tag.name().as_ref() == b"DataArray" => {
+                arrays.push((section.clone(), read_array(&tag, "", encoding, appended.as_ref())?));
+            }
             Event::Start(tag) => match tag.name().as_ref() {
                 b"VTKFile" => encoding = read_encoding(&tag)?,
                 b"Piece" => pieces += 1,
@@ -108,12 +130,14 @@ fn parse(text: &[u8]) -> Result<Grid, Fault> {
                 }
                 b"DataArray" => {
                     let tag = tag.into_owned();
-                    let array = read_array(&mut reader, &tag, encoding)?;
+                    let body = text_of(&mut reader, &attribute(&tag, "Name").unwrap_or_default())?;
+                    let array = read_array(&tag, &body, encoding, appended.as_ref())?;
                     arrays.push((section.clone(), array));
                 }
                 _ => {}
             },
             Event::End(tag) if tag.name().as_ref() == b"VTKFile" => break,
+            Event::Eof if appended.is_some() => break,
             Event::Eof => return Err(fault("VTKFile", "the file ends before </VTKFile>")),
             _ => {}
         }
@@ -135,75 +159,68 @@ fn read_encoding(tag: &BytesStart<'_>) -> Result<Encoding, Fault> {
         let found = attribute(tag, "type").unwrap_or_default();
         return Err(fault("VTKFile", format!("type '{found}'")));
     }
-    if attribute(tag, "compressor").is_some() {
-        return Err(fault("VTKFile", COMPRESSED));
+    let compressor = attribute(tag, "compressor");
+    if let Some(name) = compressor.as_ref().filter(|c| *c != "vtkZLibDataCompressor") {
+        return Err(fault("VTKFile", format!("compressor '{name}'")));
     }
     Ok(Encoding {
         big_endian: attribute(tag, "byte_order").as_deref() == Some("BigEndian"),
         wide_lengths: attribute(tag, "header_type").as_deref() == Some("UInt64"),
+        zlib: compressor.is_some(),
     })
 }
 
+/// The text of an element that has begun, without that of elements inside it (VTK writes ranges of norms there).
+fn text_of(reader: &mut Reader<&[u8]>, name: &str) -> Result<String, Fault> {
+    let mut buffer = Vec::new();
+    let mut body = String::new();
+    let mut depth = 0usize;
+    loop {
+        match reader.read_event_into(&mut buffer) {
+            Ok(Event::Text(text)) if depth == 0 => body.push_str(&String::from_utf8_lossy(&text)),
+            Ok(Event::Start(_)) => depth += 1,
+            Ok(Event::End(_)) if depth == 0 => return Ok(body),
+            Ok(Event::End(_)) => depth -= 1,
+            Ok(Event::Eof) => return Err(fault(name, "the file ends inside the array")),
+            Ok(_) => {}
+            Err(e) => return Err(fault(name, e.to_string())),
+        }
+        buffer.clear();
+    }
+}
+
 fn read_array(
-    reader: &mut Reader<&[u8]>,
     tag: &BytesStart<'_>,
+    body: &str,
     encoding: Encoding,
+    appended: Option<&Appended<'_>>,
 ) -> Result<GridArray, Fault> {
     let name = attribute(tag, "Name").unwrap_or_default();
     let kind = attribute(tag, "type").unwrap_or_default();
     let components = attribute(tag, "NumberOfComponents")
         .map_or(Ok(1), |c| c.parse().map_err(|_| fault(&name, format!("{c} components"))))?;
-    let mut buffer = Vec::new();
-    let mut body = String::new();
-    loop {
-        match reader.read_event_into(&mut buffer) {
-            Ok(Event::Text(text)) => body.push_str(&String::from_utf8_lossy(&text)),
-            Ok(Event::End(_)) => break,
-            Ok(Event::Eof) => return Err(fault(&name, "the file ends inside the array")),
-            Ok(_) => {}
-            Err(e) => return Err(fault(&name, e.to_string())),
-        }
-        buffer.clear();
-    }
     let values = match attribute(tag, "format").as_deref() {
         Some("ascii") => body
             .split_ascii_whitespace()
             .map(|w| w.parse::<f64>().map_err(|_| fault(&name, format!("'{w}' for a number"))))
             .collect::<Result<_, _>>()?,
-        Some("binary") => decode(body.trim(), &kind, encoding).map_err(|e| fault(&name, e))?,
+        Some("binary") => {
+            let source = Source::Base64(body.trim().as_bytes());
+            encoding.numbers(&source, &kind).map_err(|e| fault(&name, e))?
+        }
+        Some("appended") => {
+            let offset = attribute(tag, "offset").and_then(|o| o.parse::<usize>().ok());
+            let place = offset.and_then(|o| Some((appended?.base64, appended?.data.get(o..)?)));
+            let source = match place {
+                Some((true, data)) => Source::Base64(data),
+                Some((false, data)) => Source::Raw(data),
+                None => return Err(fault(&name, format!("offset {offset:?}, nothing is there"))),
+            };
+            encoding.numbers(&source, &kind).map_err(|e| fault(&name, e))?
+        }
         other => return Err(fault(&name, format!("format {other:?}"))),
     };
     Ok(GridArray { name, components, values })
-}
-
-fn decode(body: &str, kind: &str, encoding: Encoding) -> Result<Vec<f64>, String> {
-    let raw = STANDARD.decode(body).map_err(|e| e.to_string())?;
-    let head = if encoding.wide_lengths { 8 } else { 4 };
-    let data = raw.get(head..).ok_or("an array without its length")?;
-    let numbers = |size: usize, convert: &dyn Fn([u8; 8]) -> f64| -> Vec<f64> {
-        data.chunks_exact(size)
-            .map(|chunk| {
-                let mut bytes = [0u8; 8];
-                bytes[..size].copy_from_slice(chunk);
-                if encoding.big_endian {
-                    bytes[..size].reverse();
-                }
-                convert(bytes)
-            })
-            .collect()
-    };
-    let low4 = |b: [u8; 8]| [b[0], b[1], b[2], b[3]];
-    Ok(match kind {
-        "Float64" => numbers(8, &f64::from_le_bytes),
-        "Float32" => numbers(4, &|b| f64::from(f32::from_le_bytes(low4(b)))),
-        "Int64" => numbers(8, &|b| i64::from_le_bytes(b) as f64),
-        "UInt64" => numbers(8, &|b| u64::from_le_bytes(b) as f64),
-        "Int32" => numbers(4, &|b| f64::from(i32::from_le_bytes(low4(b)))),
-        "UInt32" => numbers(4, &|b| f64::from(u32::from_le_bytes(low4(b)))),
-        "UInt8" => numbers(1, &|b| f64::from(b[0])),
-        "Int8" => numbers(1, &|b| f64::from(b[0] as i8)),
-        other => return Err(format!("numbers of type '{other}'")),
-    })
 }
 
 fn assemble(arrays: Vec<(String, GridArray)>) -> Result<Grid, Fault> {
@@ -251,54 +268,4 @@ fn assemble(arrays: Vec<(String, GridArray)>) -> Result<Grid, Fault> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::vtu::{CellKind, DataArray, Vtu};
-    use super::*;
-
-    fn written() -> Vec<u8> {
-        let mut grid =
-            Vtu::new(vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::new(1.0, 1.0, 0.25)]);
-        grid.push_cell(CellKind::Triangle, &[0, 1, 2]);
-        grid.push_cell(CellKind::Quad, &[0, 1, 3, 2]);
-        grid.point_data.push(DataArray::scalar("error & sign", vec![0.1, -0.2, 0.3, f64::MIN]));
-        grid.cell_data.push(DataArray::integer("face", vec![3, -4]));
-        let mut bytes = Vec::new();
-        grid.write_to(&mut bytes).unwrap();
-        bytes
-    }
-
-    #[test]
-    fn what_is_written_is_read_back() {
-        let grid = parse(&written()).unwrap();
-        assert_eq!(grid.points[3], Vec3::new(1.0, 1.0, 0.25));
-        assert_eq!(grid.cells, [(5, vec![0, 1, 2]), (9, vec![0, 1, 3, 2])]);
-        assert_eq!(grid.point_data[0].name, "error & sign");
-        assert_eq!(grid.point_data[0].values, [0.1, -0.2, 0.3, f64::MIN]);
-        assert_eq!(grid.cell_data[0].values, [3.0, -4.0]);
-    }
-
-    #[test]
-    fn of_compressed_arrays_the_remedy_is_told() {
-        let text = String::from_utf8(written()).unwrap();
-        let text = text.replace("<VTKFile ", "<VTKFile compressor=\"vtkZLibDataCompressor\" ");
-        let (place, found) = parse(text.as_bytes()).unwrap_err();
-        assert!(place == "VTKFile" && found.contains("compression=None"), "{found}");
-    }
-
-    #[test]
-    fn every_truncation_and_wrong_id_is_an_error_and_never_a_panic() {
-        let bytes = written();
-        for end in (0..bytes.len() - 20).step_by(7) {
-            assert!(parse(&bytes[..end]).is_err(), "{end}");
-        }
-        let text = String::from_utf8(bytes).unwrap().replace("UInt64", "UInt32");
-        let _ = parse(text.as_bytes());
-        let ascii = "<VTKFile type=\"UnstructuredGrid\"><Piece><Points><DataArray type=\"Float64\" \
-             NumberOfComponents=\"3\" format=\"ascii\">0 0 0</DataArray></Points><Cells>\
-             <DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 7</DataArray>\
-             <DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">2</DataArray>\
-             <DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">3</DataArray></Cells></Piece></VTKFile>";
-        let (place, found) = parse(ascii.as_bytes()).unwrap_err();
-        assert_eq!((place.as_str(), found.as_str()), ("connectivity", "point 7 in cell 0"));
-    }
-}
+mod tests;

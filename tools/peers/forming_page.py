@@ -146,9 +146,11 @@ def bend(out, solve):
         row(name, k, scene | {"material": card | change}, card | change)
     for friction in (0.05, 0.0):
         tools = [tool | {"friction": friction} for tool in scene["tools"]]
-        row(f"friction {friction:g}", f"friction-{friction:g}", scene | {"tools": tools}, None)
+        stages = [scene["stages"][0] | {"largest_increment": 0.02}, *scene["stages"][1:]]
+        row(f"friction {friction:g}, steps of at most 2 %", f"friction-{friction:g}", scene | {"tools": tools, "stages": stages}, None)
     text += ["", "The program's card stays with von Mises and the total strain, as published. The closed form is not for less friction: the middle of the",
-             "loaded sheet then stands off the punch, by 0.4 mm; with 0.1342 it does by 0.05 mm."]
+             "loaded sheet then stands off the punch, by 0.4 mm; with 0.1342 it does by 0.05 mm. With less friction the sheet jumps from balance to balance",
+             "on its way, and steps of 4 % pass over some of them to another end (without friction 42.8 degrees instead of 48.2)."]
     return text, {"bend_angles_deg": angles}
 
 

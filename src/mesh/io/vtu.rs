@@ -29,7 +29,7 @@ fn grid_of(path: &Path, file: &str) -> Result<vtu_read::Grid, MeshError> {
             file: file.into(),
             place,
             found,
-            allowed: "an uncompressed unstructured grid, ascii or inline base64".into(),
+            allowed: "an unstructured grid of one piece, arrays as ascii, base64 or appended, as they are or compressed by zlib".into(),
         },
     })
 }

@@ -1,0 +1,140 @@
+//! Binary arrays of VTK's XML files: a length, or the lengths of compressed blocks, then numbers.
+
+use std::borrow::Cow;
+use std::io::Read;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::read::ZlibDecoder;
+
+/// How a file writes its arrays.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Encoding {
+    /// Highest byte first, in lengths and numbers.
+    pub big_endian: bool,
+    /// Lengths of eight bytes instead of four.
+    pub wide_lengths: bool,
+    /// Numbers in blocks compressed by zlib.
+    pub zlib: bool,
+}
+
+/// Where an array begins; more may stand behind it.
+pub(super) enum Source<'a> {
+    /// Text. Its parts (the lengths, the data) may each be filled up to a whole number of characters by `=`.
+    Base64(&'a [u8]),
+    /// Bytes.
+    Raw(&'a [u8]),
+}
+
+impl Source<'_> {
+    /// The first bytes.
+    ///
+    /// # Errors
+    /// Fewer are there, or text that is not base64.
+    fn take(&self, count: usize) -> Result<Cow<'_, [u8]>, String> {
+        let ends = |found: usize| format!("{found} bytes of an array of {count} or more");
+        match self {
+            Source::Raw(data) => {
+                data.get(..count).map(Cow::Borrowed).ok_or_else(|| ends(data.len()))
+            }
+            Source::Base64(text) => {
+                let mut text = *text;
+                let mut bytes = Vec::new();
+                while bytes.len() < count {
+                    if text.is_empty() {
+                        return Err(ends(bytes.len()));
+                    }
+                    let padding = text.iter().position(|&c| c == b'=').unwrap_or(text.len());
+                    let behind = text[padding..].iter().take_while(|&&c| c == b'=').count();
+                    let wanted = (count - bytes.len()).div_ceil(3).saturating_mul(4);
+                    let (part, rest) = text.split_at((padding + behind).min(wanted));
+                    STANDARD.decode_vec(part, &mut bytes).map_err(|e| e.to_string())?;
+                    text = rest;
+                }
+                bytes.truncate(count);
+                Ok(Cow::Owned(bytes))
+            }
+        }
+    }
+}
+
+impl Encoding {
+    /// The numbers of an array of VTK's type `kind`.
+    ///
+    /// # Errors
+    /// An unknown type, an array that ends early, or data that are not what they are said to be.
+    pub fn numbers(self, source: &Source<'_>, kind: &str) -> Result<Vec<f64>, String> {
+        let data = self.data(source)?;
+        let numbers = |size: usize, convert: &dyn Fn([u8; 8]) -> f64| -> Vec<f64> {
+            data.chunks_exact(size)
+                .map(|chunk| {
+                    let mut bytes = [0u8; 8];
+                    bytes[..size].copy_from_slice(chunk);
+                    if self.big_endian {
+                        bytes[..size].reverse();
+                    }
+                    convert(bytes)
+                })
+                .collect()
+        };
+        let low4 = |b: [u8; 8]| [b[0], b[1], b[2], b[3]];
+        Ok(match kind {
+            "Float64" => numbers(8, &f64::from_le_bytes),
+            "Float32" => numbers(4, &|b| f64::from(f32::from_le_bytes(low4(b)))),
+            "Int64" => numbers(8, &|b| i64::from_le_bytes(b) as f64),
+            "UInt64" => numbers(8, &|b| u64::from_le_bytes(b) as f64),
+            "Int32" => numbers(4, &|b| f64::from(i32::from_le_bytes(low4(b)))),
+            "UInt32" => numbers(4, &|b| f64::from(u32::from_le_bytes(low4(b)))),
+            "UInt8" => numbers(1, &|b| f64::from(b[0])),
+            "Int8" => numbers(1, &|b| f64::from(b[0] as i8)),
+            other => return Err(format!("numbers of type '{other}'")),
+        })
+    }
+
+    /// The bytes of an array's numbers: `[bytes][data]`, or `[blocks][bytes of a block, uncompressed][of the last]
+    /// [compressed bytes of each][blocks]`.
+    fn data(self, source: &Source<'_>) -> Result<Vec<u8>, String> {
+        let word = if self.wide_lengths { 8 } else { 4 };
+        let too_long = || "an array longer than the file".to_owned();
+        let first = self.length(&source.take(word)?, 0);
+        if !self.zlib {
+            let end = first.checked_add(word).ok_or_else(too_long)?;
+            return Ok(source.take(end)?[word..].to_vec());
+        }
+        if first == 0 {
+            return Ok(Vec::new());
+        }
+        let head = first.checked_add(3).and_then(|n| n.checked_mul(word)).ok_or_else(too_long)?;
+        let lengths = source.take(head)?;
+        let mut ends = vec![head];
+        for k in 3..3 + first {
+            let end = ends[k - 3].checked_add(self.length(&lengths, k)).ok_or_else(too_long)?;
+            ends.push(end);
+        }
+        let compressed = source.take(ends[first])?;
+        let block = self.length(&lengths, 1);
+        let mut data = Vec::new();
+        for (k, bounds) in ends.windows(2).enumerate() {
+            let before = data.len();
+            let part = ZlibDecoder::new(&compressed[bounds[0]..bounds[1]]);
+            let said = part.take((block as u64).saturating_add(1)).read_to_end(&mut data);
+            said.map_err(|e| format!("block {k} of compressed data: {e}"))?;
+            let found = data.len() - before;
+            if found > block || (k + 1 < first && found < block) {
+                return Err(format!("{found} bytes in block {k} of compressed data, {block} said"));
+            }
+        }
+        Ok(data)
+    }
+
+    /// The k-th length; one beyond what can be addressed is the largest number.
+    fn length(self, bytes: &[u8], k: usize) -> usize {
+        let word = if self.wide_lengths { 8 } else { 4 };
+        let mut wide = [0u8; 8];
+        wide[..word].copy_from_slice(&bytes[k * word..(k + 1) * word]);
+        if self.big_endian {
+            wide[..word].reverse();
+        }
+        usize::try_from(u64::from_le_bytes(wide)).unwrap_or(usize::MAX)
+    }
+}

@@ -1,0 +1,90 @@
+use super::super::vtu::{CellKind, DataArray, Vtu};
+use super::*;
+
+fn written() -> Vec<u8> {
+    let mut grid = Vtu::new(vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::new(1.0, 1.0, 0.25)]);
+    grid.push_cell(CellKind::Triangle, &[0, 1, 2]);
+    grid.push_cell(CellKind::Quad, &[0, 1, 3, 2]);
+    grid.point_data.push(DataArray::scalar("error & sign", vec![0.1, -0.2, 0.3, f64::MIN]));
+    grid.cell_data.push(DataArray::integer("face", vec![3, -4]));
+    let mut bytes = Vec::new();
+    grid.write_to(&mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let grid = parse(&written()).unwrap();
+    assert_eq!(grid.points[3], Vec3::new(1.0, 1.0, 0.25));
+    assert_eq!(grid.cells, [(5, vec![0, 1, 2]), (9, vec![0, 1, 3, 2])]);
+    assert_eq!(grid.point_data[0].name, "error & sign");
+    assert_eq!(grid.point_data[0].values, [0.1, -0.2, 0.3, f64::MIN]);
+    assert_eq!(grid.cell_data[0].values, [3.0, -4.0]);
+}
+
+/// Files of other programs (fixtures/vtu, by `tools/peers/vtu.py`): the same grid in every form they write.
+const FORMS: [(&str, &[u8]); 6] = [
+    ("meshio, zlib", include_bytes!("../../../fixtures/vtu/meshio.vtu")),
+    ("VTK, ascii", include_bytes!("../../../fixtures/vtu/ascii.vtu")),
+    ("VTK, base64, zlib in blocks", include_bytes!("../../../fixtures/vtu/inline.vtu")),
+    ("VTK, base64, big-endian", include_bytes!("../../../fixtures/vtu/big-endian.vtu")),
+    ("VTK, appended, zlib, wide lengths", include_bytes!("../../../fixtures/vtu/appended.vtu")),
+    ("VTK, appended as base64", include_bytes!("../../../fixtures/vtu/appended-base64.vtu")),
+];
+
+#[test]
+fn every_form_of_other_programs_gives_the_same_grid() {
+    for (form, text) in FORMS {
+        let grid = parse(text).unwrap_or_else(|e| panic!("{form}: {e:?}"));
+        assert_eq!((grid.points.len(), grid.cells.len()), (24, 8), "{form}");
+        for (k, p) in grid.points.iter().enumerate() {
+            let (i, j, h) = (k % 4, k / 4 % 3, k / 12);
+            assert_eq!(*p, Vec3::new(i as f64 / 3.0, 0.1 * j as f64, 0.7 * h as f64), "{form}");
+        }
+        assert_eq!(grid.cells[5], (12, vec![6, 7, 11, 10, 18, 19, 23, 22]), "{form}");
+        assert_eq!(grid.cells[6], (9, vec![0, 1, 5, 4]), "{form}");
+        let heat = grid.point_data.iter().find(|a| a.name == "heat").unwrap();
+        assert!(heat.values.iter().enumerate().all(|(k, v)| *v == (k * k) as f64 / 7.0), "{form}");
+        let part = grid.cell_data.iter().find(|a| a.name == "part").unwrap();
+        assert_eq!(part.values, [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0], "{form}");
+    }
+}
+
+#[test]
+fn files_cut_or_with_a_byte_changed_are_errors_or_grids_and_never_a_panic() {
+    for (form, text) in FORMS {
+        let mut failed = 0;
+        for k in (0..text.len()).step_by(5) {
+            failed += usize::from(parse(&text[..k]).is_err());
+            let mut changed = text.to_vec();
+            changed[k] = changed[k].wrapping_add(1 + (k % 250) as u8);
+            let _ = parse(&changed);
+        }
+        assert!(failed > text.len() / 10, "{form}: {failed}");
+    }
+}
+
+#[test]
+fn a_compressor_that_is_not_read_is_named() {
+    let text = String::from_utf8(written()).unwrap();
+    let text = text.replace("<VTKFile ", "<VTKFile compressor=\"vtkLZ4DataCompressor\" ");
+    let (place, found) = parse(text.as_bytes()).unwrap_err();
+    assert!(place == "VTKFile" && found.contains("vtkLZ4"), "{found}");
+}
+
+#[test]
+fn every_truncation_and_wrong_id_is_an_error_and_never_a_panic() {
+    let bytes = written();
+    for end in (0..bytes.len() - 20).step_by(7) {
+        assert!(parse(&bytes[..end]).is_err(), "{end}");
+    }
+    let text = String::from_utf8(bytes).unwrap().replace("UInt64", "UInt32");
+    let _ = parse(text.as_bytes());
+    let ascii = "<VTKFile type=\"UnstructuredGrid\"><Piece><Points><DataArray type=\"Float64\" \
+         NumberOfComponents=\"3\" format=\"ascii\">0 0 0</DataArray></Points><Cells>\
+         <DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 7</DataArray>\
+         <DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">2</DataArray>\
+         <DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">3</DataArray></Cells></Piece></VTKFile>";
+    let (place, found) = parse(ascii.as_bytes()).unwrap_err();
+    assert_eq!((place.as_str(), found.as_str()), ("connectivity", "point 7 in cell 0"));
+}

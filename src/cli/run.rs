@@ -150,6 +150,26 @@ fn show(bar: &ProgressBar, progress: &Progress<'_>) {
     ));
 }
 
+/// What of a run that came to its end is not as it should be.
+fn print_doubts(record: &RunRecord) {
+    /// Share of the thickness that a node may lie in a tool, and of the work that energy may lack.
+    const DEEP: f64 = 0.05;
+    const OPEN: f64 = 0.01;
+    let thickness = record.thickness.as_ref().map_or(f64::INFINITY, |t| t.most_mm);
+    if record.penetration_mm > DEEP * thickness {
+        out!(
+            "  WARNING: nodes lie up to {:.3} mm in a tool, as another tool holds them, of two tools at one node only one is seen (a corner made of two files, a tool that pushes on an edge between two others), or as the springs of `solver.contact` are soft",
+            record.penetration_mm
+        );
+    }
+    if record.energy_balance > OPEN {
+        out!(
+            "  WARNING: {:.1} % of the work is not accounted for: increments are too long for what happens in them (contact that closes in one step, a sheet that jumps); a smaller largest_increment sees more",
+            100.0 * record.energy_balance
+        );
+    }
+}
+
 fn print_record(record: &RunRecord, output: &std::path::Path) {
     out!("{}: all stages done", record.name);
     out!(
@@ -179,6 +199,7 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
         record.energy_balance,
         record.penetration_mm
     );
+    print_doubts(record);
     if let Some(thickness) = &record.thickness {
         out!("  thickness {thickness}, {:.4} mm at most", thickness.most_mm);
     }

@@ -272,8 +272,11 @@ pub struct RunRecord {
     pub unknowns: usize,
     /// Largest out-of-balance of tool forces against nodal contact forces, as a share of the force.
     pub force_balance: f64,
-    /// Energy that does not close, as a share of the work done.
+    /// Energy that does not close, as a share of `work_nmm`.
     pub energy_balance: f64,
+    /// The most work that had been done on the sheet, or by its inner forces, at any increment [N mm].
+    #[serde(default)]
+    pub work_nmm: f64,
     /// Volume of the sheet that does not balance, as a share of it, largest over the increments: volumes of the elements
     /// against what the elastic strains of their points leave of the undeformed ones, summed without regard to sign.
     /// None for a material without plasticity.

@@ -14,7 +14,7 @@ use crate::files::{WriteError, sha256_hex, write_atomic};
 use crate::solver::state::SimulationState;
 
 /// Version of the file.
-const VERSION: u32 = 9;
+const VERSION: u32 = 10;
 const MAGIC: &str = "kanagata-checkpoint";
 
 /// Why a run cannot go on from its folder.

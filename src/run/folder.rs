@@ -230,8 +230,9 @@ impl RunFolder {
         }
         let e = &report.energies;
         let open = (e.external - e.internal - e.friction - e.snaps).abs();
-        let work = e.external.abs().max(e.internal.abs());
+        let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
         record.energy_balance = if work > 0.0 { open / work } else { 0.0 };
+        record.work_nmm = work;
         let deepest = report.history.last().map_or(0.0, |last| last.penetration);
         record.penetration_mm = record.penetration_mm.max(deepest);
         let volume = report.volume_balance.map(|off| off.max(record.volume_balance.unwrap_or(0.0)));
@@ -318,6 +319,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         unknowns,
         force_balance: 0.0,
         energy_balance: 0.0,
+        work_nmm: 0.0,
         volume_balance: None,
         penetration_mm: 0.0,
         thickness: None,

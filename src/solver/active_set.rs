@@ -4,6 +4,7 @@
 //! penetrates is taken in, at once; when that no longer brings fewer wrong nodes, only the worst of them
 //! (block principal pivoting, Judice & Pires 1994), which ends the going back and forth of large blocks.
 
+use super::ahead::FACING;
 use super::contact::Candidate;
 use super::linear::LinearError;
 use super::linearised::{Correction, Foretold};
@@ -188,7 +189,8 @@ pub(super) fn take_in(sys: &mut System) {
     }
 }
 
-/// A tool moved by force needs something to push against: its nearest node at least, or its stop where that is nearer.
+/// A tool moved by force needs something to push against: the node that it comes to first, or its stop where that is nearer.
+/// One that is far away is brought to the sheet.
 pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
     let mut changes = 0;
     for tool in 0..sys.tools.len() {
@@ -196,38 +198,53 @@ pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
         if !pushed || sys.contact.active().any(|(_, c)| c.tool == tool) {
             continue;
         }
-        let near = |c: &Candidate| c.tool == tool && c.foot.gap.is_finite();
-        let far = !sys.contact.candidates.iter().any(near);
-        if far {
-            sys.search_far(tool);
-        }
-        let busy: Vec<usize> = sys.contact.active().map(|(_, c)| c.node).collect();
-        let gap = |k: usize| sys.contact.candidates[k].foot.gap;
-        let may = |k: &usize| {
-            let c = &sys.contact.candidates[*k];
-            c.tool == tool && sys.can_touch(*k) && busy.binary_search(&c.node).is_err()
-        };
-        let free = || (0..sys.contact.candidates.len()).filter(may);
-        let least = free().map(gap).fold(f64::INFINITY, f64::min);
-        // Of those that are as near but for rounding the first.
-        let near = least + NEAR * sys.lengths.shortest_edge;
-        if sys.stops[tool].at - sys.tools[tool].travel < least {
+        let near = first_ahead(sys, tool);
+        let far = if near.is_none() { sys.way_ahead(tool) } else { None };
+        let way = near.map(|n| n.1).or(far).unwrap_or(f64::INFINITY);
+        if sys.stops[tool].at - sys.tools[tool].travel < way {
             sys.stops[tool].reached = true;
             changes += 1;
-        } else if let Some(k) = free().find(|&k| gap(k) <= near) {
+            continue;
+        }
+        if let Some(far) = far {
+            sys.tools[tool].travel += far;
+            sys.search_again(tool);
+        }
+        if let Some((k, _)) = near.or_else(|| first_ahead(sys, tool)) {
             switch(sys, k, true);
-            sys.contact.candidates[k].sought = far;
             changes += 1;
         }
     }
     changes
 }
 
+/// The candidate that a tool comes to first by what the search has found, and the way there [mm].
+fn first_ahead(sys: &System, tool: usize) -> Option<(usize, f64)> {
+    let busy: Vec<usize> = sys.contact.active().map(|(_, c)| c.node).collect();
+    let direction = sys.tools[tool].setup.direction;
+    let way = |k: usize| {
+        let foot = &sys.contact.candidates[k].foot;
+        let facing = foot.normal.dot(&direction);
+        let ahead = foot.gap.is_finite() && facing > FACING;
+        ahead.then(|| foot.gap / facing).filter(|_| sys.can_touch(k))
+    };
+    let may = |k: &usize| {
+        let c = &sys.contact.candidates[*k];
+        c.tool == tool && busy.binary_search(&c.node).is_err()
+    };
+    let ways = || {
+        let of_tool = (0..sys.contact.candidates.len()).filter(may);
+        of_tool.filter_map(|k| Some((k, way(k)?)))
+    };
+    // Of those that are as near but for rounding the first.
+    let near = ways().map(|w| w.1).fold(f64::INFINITY, f64::min) + NEAR * sys.lengths.shortest_edge;
+    ways().find(|w| w.1 <= near)
+}
+
 fn switch(sys: &mut System, k: usize, active: bool) {
     let c = &mut sys.contact.candidates[k];
     c.active = active;
     c.sliding = true;
-    c.sought = false;
     c.fresh = active;
     c.expected = None;
     c.push = 0.0;

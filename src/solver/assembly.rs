@@ -78,7 +78,7 @@ pub enum BodyError {
         count: usize,
     },
     /// A solid-shell with too few or too many points through its thickness.
-    #[error("{found} points through the thickness, a solid-shell takes 2 to 9")]
+    #[error("{found} points through the thickness, a solid-shell takes 3 to 9")]
     BadPointCount {
         /// Points asked for.
         found: u8,
@@ -153,7 +153,7 @@ impl Body {
             );
         }
         if let ElementKind::SolidShell { points, .. } = kind
-            && !(2..=9).contains(&points)
+            && !(3..=9).contains(&points)
         {
             return Err(BodyError::BadPointCount { found: points });
         }

@@ -76,7 +76,7 @@ struct Frame {
 }
 
 /// A node whose free directions hold less than this share of the normal cannot be pushed by the tool.
-const PUSHABLE: f64 = 0.3;
+pub(super) const PUSHABLE: f64 = 0.3;
 
 fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
     let along = free * foot.normal;

@@ -25,11 +25,10 @@ pub(super) struct Candidate {
     pub(super) overshoot: f64,
     /// Where the node was at the last converged increment, in the tool's frame; `None` while the tool was not there.
     before: Option<Vec3>,
-    /// A force is to bring the tool to it from however far.
-    pub(super) sought: bool,
-    /// `start` is known: then the node was not too far from the tool to be looked for.
-    placed: bool,
-    /// Foot at the last converged increment, in the tool's frame.
+    /// It touched at the last converged increment.
+    touched: bool,
+    /// Foot at the last converged increment, in the tool's frame; of a node that did not touch then, the foot it has when it
+    /// comes to touch, back along the tool by what they have moved past each other.
     pub(super) start: Vec3,
     /// Where friction measures slip from: `start`, less the slip that the law still remembers.
     pub(super) anchor: Vec3,
@@ -55,7 +54,6 @@ pub(super) struct SavedContact {
     sliding: bool,
     patch: u32,
     before: Option<[f64; 3]>,
-    placed: bool,
     start: [f64; 3],
     anchor: [f64; 3],
     push: f64,
@@ -102,12 +100,18 @@ const OVERHANG: f64 = 0.05;
 /// Coulomb's force there.
 pub(super) const REMEMBERED: f64 = 5.0;
 
+/// How deep in a tool a node was that left it past its border and did not slide off it, over the reach of the search.
+const DEEP: f64 = 0.25;
+
+/// Shortest step along a way past a tool, over the reach of the search.
+pub(super) const LEAST_STEP: f64 = 0.01;
+
 /// Changes of patch in an increment after which a touching node stays on its patch.
 const SWINGS: u32 = 3;
 
 impl Candidate {
     /// Projects anew, as far as `reach` [mm] and what node and tool have moved past each other since the last balance, so that
-    /// no step takes one through the other unseen; however far for a node that a force is to bring a tool to. A touching node
+    /// no step takes one through the other unseen. A touching node
     /// that swings between two patches, whose normals never agree quite, is held to the last one, carried on smoothly, until the increment is done.
     fn follow(&mut self, x: &Vec3, tool: &Tool, reach: f64) {
         if self.active
@@ -118,15 +122,13 @@ impl Candidate {
             return;
         }
         let hint = (self.foot.patch != u32::MAX).then_some(self.foot.patch);
-        let far = if self.sought { f64::INFINITY } else { reach + self.moved(x, tool) };
-        let foot = tool.within(x, hint, far);
+        let foot = tool.within(x, hint, reach + self.way(x, tool).norm());
         self.swings += u32::from(self.active && foot.patch != self.foot.patch);
         self.foot = foot;
-        if !self.placed && foot.patch != u32::MAX {
-            let began =
-                self.before.map(|place| tool.setup.surface.closest(&place, Some(foot.patch)));
-            self.start = began.map_or(foot.point, |began| began.point);
-            (self.anchor, self.placed) = (self.start, true);
+        if !self.active && !self.touched {
+            let way = self.way(x, tool);
+            self.start = foot.point - (way - foot.normal * foot.normal.dot(&way));
+            self.anchor = self.start;
         }
         self.overshoot = if foot.past_border {
             let off = x - tool.shift() - foot.point;
@@ -136,27 +138,38 @@ impl Candidate {
         };
     }
 
-    /// How far node and tool have moved past each other since the last balance [mm]; 0 where there is none.
-    pub(super) fn moved(&self, x: &Vec3, tool: &Tool) -> f64 {
-        self.before.map_or(0.0, |before| (x - tool.shift() - before).norm())
+    /// How node and tool have moved past each other since the last balance [mm]; not at all where there is none.
+    pub(super) fn way(&self, x: &Vec3, tool: &Tool) -> Vec3 {
+        self.before.map_or_else(Vec3::zeros, |before| x - tool.shift() - before)
     }
 
     /// Whether the tool stood in the node's way since the last balance although it is clear of it now. The way is followed by
-    /// the distance that there is from the tool, at least a small share of `reach` [mm].
+    /// the distance that there is from the tool, at least a small share of `reach` [mm]. One that goes in and comes out on the
+    /// same side is a chord: of a node that slid round a radius, or that touched and has been left. One that comes out past the
+    /// tool's border slid off it, if it was not deep in the tool.
     pub(super) fn passed_through(&self, x: &Vec3, tool: &Tool, reach: f64) -> bool {
-        const LEAST: f64 = 0.01;
         let Some(before) = self.before else { return false };
         let way = x - tool.shift() - before;
         let (length, mut done) = (way.norm(), 0.0);
-        while done < length {
-            let place = before + way * (done / length);
-            let foot = tool.setup.surface.within(&place, None, length - done);
-            if foot.gap < 0.0 && !foot.past_border {
-                return true;
+        let mut entered: Option<(Vec3, f64)> = None;
+        loop {
+            let place = before + way * (done / length).min(1.0);
+            let foot = tool.setup.surface.within(&place, None, length);
+            let inside = foot.gap < 0.0 && !foot.past_border;
+            if inside {
+                let (side, depth) = entered.unwrap_or((foot.normal, 0.0));
+                entered = Some((side, depth.max(-foot.gap)));
+            } else if let Some((side, depth)) = entered.take() {
+                let out_of_back = foot.past_border && depth > DEEP * reach;
+                if out_of_back || side.dot(&foot.normal) < 0.0 {
+                    return true;
+                }
             }
-            done += foot.gap.abs().max(LEAST * reach);
+            if done >= length {
+                return false;
+            }
+            done += foot.gap.abs().max(LEAST_STEP * reach);
         }
-        false
     }
 
     /// The part of the slip that goes back when the force does. Without it a node that sticks would creep by about the
@@ -190,8 +203,7 @@ impl ContactSet {
                 foot: Projection::nowhere(),
                 overshoot: 0.0,
                 before: None,
-                sought: false,
-                placed: false,
+                touched: false,
                 start: Vec3::zeros(),
                 anchor: Vec3::zeros(),
                 expected: None,
@@ -205,7 +217,6 @@ impl ContactSet {
                 sliding: true,
                 patch: u32::MAX,
                 before: None,
-                placed: false,
                 start: [0.0; 3],
                 anchor: [0.0; 3],
                 push: 0.0,
@@ -236,7 +247,7 @@ impl ContactSet {
         let candidates = self.candidates.iter_mut().zip(&mut self.saved);
         for ((c, saved), &force) in candidates.zip(forces) {
             c.before = present[c.tool].then(|| x[c.node] - tools[c.tool].shift());
-            c.placed = c.before.is_some() && c.foot.patch != u32::MAX;
+            c.touched = c.active;
             c.start = c.foot.point;
             let kept =
                 if c.active && saved.active { c.remembered(transition) } else { Vec3::zeros() };
@@ -248,7 +259,6 @@ impl ContactSet {
                 sliding: c.sliding,
                 patch: c.foot.patch,
                 before: c.before.map(Into::into),
-                placed: c.placed,
                 start: c.start.into(),
                 anchor: c.anchor.into(),
                 push: c.push,
@@ -284,7 +294,7 @@ impl ContactSet {
             c.sliding = saved.sliding;
             c.foot.patch = saved.patch;
             c.before = saved.before.map(Into::into);
-            c.placed = saved.placed;
+            c.touched = saved.active;
             c.start = saved.start.into();
             c.anchor = saved.anchor.into();
             c.push = saved.push;

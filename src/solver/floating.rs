@@ -1,24 +1,28 @@
 //! A sheet that nothing holds yet: between two stages, or carried along by a tool that meets no resistance.
 //!
-//! Where no force is applied, nothing pushes it along the rigid motions that are free, and it stays where it is in them until
+//! Where the scene has no loads, nothing pushes it along the rigid motions that are free, and it stays where it is in them until
 //! a tool takes it along. The matrix says nothing about them; left to it, rounding would say where the sheet goes. A
 //! correction therefore has none of them: as many components as it takes stand still in it. What is balanced is the sheet
-//! without these supports, which carry nothing.
+//! without these supports, which carry nothing. Forces of tools that are let go balance by themselves, but for what the sheet
+//! moves under them while they fall to nothing: that alone the supports carry.
 
 use super::conditions::Condition;
 use super::rigid::{take_free_motions, unsupported};
 use super::system::System;
 use crate::geometry::{Mat3, Vec3};
 
+/// Stiffness of friction by which a tool holds a node, over the mesh's: less cannot be told from rounding.
+const OF_NOTE: f64 = 1e-10;
+
 impl System {
-    /// Whether no force acts on the sheet but those of tools and supports.
+    /// Whether no force acts on the sheet but those of tools that touch it and supports.
     pub(super) fn is_without_loads(&self) -> bool {
         self.applied.iter().all(|&force| force == 0.0)
     }
 
     /// Components (node and axis) that stand still in the next correction; `touching`: conditions of the nodes that touch.
     pub(super) fn floating(&self, touching: &[Option<Condition>]) -> Vec<(usize, usize)> {
-        if self.damper.is_some() || !self.is_without_loads() {
+        if self.damper.is_some() || self.loaded {
             return Vec::new();
         }
         let supports = touching.iter().flatten().flat_map(|c| self.supports(c));
@@ -40,7 +44,7 @@ impl System {
     fn supports(&self, c: &Condition) -> impl Iterator<Item = (usize, Vec3)> + Clone {
         let node = c.node;
         let along = self.constraints.free_projector(node) - c.normal * c.normal.transpose();
-        let held = (along * c.b_tool * along).norm() > 0.0;
+        let held = (along * c.b_tool * along).norm() > OF_NOTE * self.scales.tangential;
         let axes = (0..3).map(move |axis| along * Vec3::ith(axis, 1.0)).filter(move |_| held);
         let axes = axes.filter_map(|axis| axis.try_normalize(0.1));
         std::iter::once(c.normal).chain(axes).map(move |along| (node, along))

@@ -6,6 +6,7 @@
 //! - [`newton`], `trial`, `relaxation`, `stepping`, [`stages`]: increments; [`simulation`]: the driver
 
 mod active_set;
+mod ahead;
 pub mod assembly;
 mod balance;
 pub mod blank;

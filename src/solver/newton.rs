@@ -2,7 +2,7 @@
 
 use super::active_set::{Pivoting, revise, settle};
 use super::assembly::{ElementFailure, Foresight};
-use super::balance::{is_settled, record};
+use super::balance::{is_settled, record, size};
 use super::line_search;
 use super::linear::LinearError;
 use super::linearised::Correction;
@@ -145,6 +145,7 @@ pub(super) fn solve(
         };
         run.stats.solves += solves;
         run.stats.iterations += 1;
+        run.stagnates = run.last.is_some_and(|last| size(&correction) >= 0.5 * size(&last));
         run.last = Some(correction);
     }
 }
@@ -157,6 +158,8 @@ struct Run {
     /// Iterations before they last were.
     before: usize,
     last: Option<Correction>,
+    /// The last correction was no smaller than half the one before.
+    stagnates: bool,
     near_balance: bool,
     pivoting: Pivoting,
     /// None where the sheet is being followed with dampers already.
@@ -171,6 +174,7 @@ impl Run {
             allowed: patience.iterations(limits),
             before: 0,
             last: None,
+            stagnates: false,
             near_balance: false,
             pivoting: Pivoting::new(),
             steadying: may_steady.then(Steadying::default),
@@ -202,7 +206,9 @@ impl Run {
         limits: &Limits,
     ) -> Verdict {
         let iterations = self.stats.iterations;
-        let settled = record.changes == 0 && is_settled(sys, residual, self.last.as_ref(), limits);
+        let last = self.last.as_ref();
+        let settled =
+            record.changes == 0 && is_settled(sys, residual, last, self.stagnates, limits);
         if settled && iterations > 0 {
             return Verdict::Converged;
         }

@@ -2,7 +2,8 @@
 //!
 //! Before a run it is known where the sheet begins and how far the tools travel. The sheet is taken to stay in its box,
 //! moved along every axis by what all tools travel along it and widened by a twentieth of its size; seen from a tool,
-//! the box is moved by the tool's own travel, which of a tool driven by force or spring may be as far as all others go.
+//! the box is moved by the tool's own travel, which of a tool on a spring may be as far as all others go, and has no bound where
+//! a force moves it.
 //! Loads may swing the sheet by its own size if that is more, and carry it off where nothing holds it against them.
 //! Patches that do not meet this box, widened by the reach of the contact search, are left out of the search. That box
 //! is an estimate: [`Guard`] makes sure of it.
@@ -13,7 +14,8 @@ use rayon::prelude::*;
 
 use super::lengths::edge_lengths;
 use super::simulation::{Simulation, SimulationError, SimulationSetup};
-use super::tools::{Motion, SheetSide};
+use super::stages::Stage;
+use super::tools::{Motion, SheetSide, ToolSetup};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
 
@@ -57,8 +59,13 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
     });
     let driven = |k: usize| setup.tools.iter().any(|t| t.direction[k].abs() > 1e-12);
     let may_move = Vec3::from_fn(|k, _| pushed[k].max(if driven(k) { swing[k] } else { 0.0 }));
-    let near = |(tool, own): (&super::ToolSetup, &Option<[f64; 2]>)| -> Vec<bool> {
-        let [low, high] = own.unwrap_or([-whole, whole]);
+    // A force brings a tool to the sheet from however far.
+    let is_force = |stage: &Stage, tool: usize| matches!(stage.motions[tool], Motion::Force(_));
+    let forced = (0..setup.tools.len()).map(|t| setup.stages.iter().any(|s| is_force(s, t)));
+    let forced: Vec<bool> = forced.collect();
+    let near = |(index, (tool, own)): (usize, (&ToolSetup, &Option<[f64; 2]>))| -> Vec<bool> {
+        let [low, high] =
+            own.unwrap_or([-whole, if forced[index] { f64::INFINITY } else { whole }]);
         let mut zone = sheet;
         for k in 0..3 {
             let d = tool.direction[k];
@@ -69,7 +76,7 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
         let meets = |b: &Aabb| (0..3).all(|k| b.min[k] <= zone.max[k] && b.max[k] >= zone.min[k]);
         tool.surface.patch_bounds().iter().map(meets).collect()
     };
-    setup.tools.iter().zip(&travels).map(near).collect()
+    setup.tools.iter().zip(&travels).enumerate().map(near).collect()
 }
 
 /// How far loads may move the sheet along the axes, tools aside [mm]: no more than `size`, as it turns about what holds
@@ -181,7 +188,7 @@ mod tests {
     use crate::solver::blank::rectangle;
     use crate::solver::element::ElementKind;
     use crate::solver::material::elastic::Elastic;
-    use crate::solver::{Constraints, Curve, Limits, Placement, Stage, ToolSetup};
+    use crate::solver::{Constraints, Curve, Limits, Placement};
 
     /// A quarter of a ball of radius 7 over the corner of a sheet of 4 x 4 x 0.5 in elements of 1 mm.
     fn ball_over_sheet(motion: Motion) -> SimulationSetup {

@@ -72,7 +72,7 @@ pub enum SimulationError {
     Linear(#[from] LinearError),
     /// An increment did not converge, however small.
     #[error(
-        "stage `{stage}`, increment {increment}, share {share:.6}: gave up at a step of {step:e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. Try a finer blank mesh near that place, a smaller first_increment of the stage, or check the tools' clearance there"
+        "stage `{stage}`, increment {increment}, share {share:.6}: gave up at a step of {step:e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. {remedy}"
     )]
     GaveUp {
         /// Stage name.
@@ -95,6 +95,8 @@ pub enum SimulationError {
         tool: String,
         /// What Newton said.
         cause: Box<NewtonError>,
+        /// What may be wrong, and what to try.
+        remedy: String,
     },
     /// No tool holds the sheet, and its loads are not in balance by themselves.
     #[error(

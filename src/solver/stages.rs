@@ -26,6 +26,27 @@ pub struct Stage {
     pub ends: Vec<f64>,
 }
 
+impl Stage {
+    fn curves(&self) -> impl Iterator<Item = &Curve> {
+        self.motions.iter().filter_map(Motion::curve).chain([&self.load])
+    }
+
+    /// Share behind `share` at which a curve of a tool or the loads next turns, or the stage ends: increments end there.
+    pub(super) fn next_corner(&self, share: f64) -> f64 {
+        let corners = self.curves().flat_map(Curve::corners);
+        corners.filter(|corner| *corner > share).fold(1.0, f64::min)
+    }
+
+    /// Whether a tool or the loads turn back at `share`, or go on at less than half or more than twice the speed: then the next
+    /// increment is not like the last.
+    pub(super) fn turns(&self, share: f64) -> bool {
+        self.curves().filter(|curve| curve.corners().contains(&share)).any(|curve| {
+            let [before, after] = curve.rates(share);
+            !(0.5..=2.0).contains(&(after / before))
+        })
+    }
+}
+
 /// Limits of the solver. Forces and lengths are scaled by the problem itself: no unit enters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
@@ -163,11 +184,12 @@ pub struct IterationRecord {
 
 /// Order of convergence shown by the last iterations of an increment: of the last three residuals in a row that
 /// follow no change of contact states (touch or part, stick or slip), lie below a tenth of the contact forces and
-/// above rounding. `None` when an increment has no such three.
+/// above rounding, and fall. `None` when an increment has no such three.
 #[must_use]
 pub fn convergence_order(history: &[IterationRecord]) -> Option<f64> {
     const BASIN: f64 = 0.1;
     const ROUNDING: f64 = 1e-9;
+    const LEAST: f64 = 0.1;
     let settled = |w: &[IterationRecord]| {
         w.iter().all(|r| r.changes == 0 && [r.contacts, r.stuck] == [w[0].contacts, w[0].stuck])
             && w[0].residual < BASIN
@@ -175,8 +197,8 @@ pub fn convergence_order(history: &[IterationRecord]) -> Option<f64> {
     };
     let last = history.windows(3).rev().find(|w| settled(w))?;
     let fall = |k: usize| (last[k].residual / last[k + 1].residual).ln();
-    let order = fall(1) / fall(0);
-    order.is_finite().then_some(order)
+    // Where residuals hardly fall, their falls say nothing of each other.
+    (fall(0) > LEAST && fall(1) > 0.0).then(|| fall(1) / fall(0))
 }
 
 /// A tool at the end of an increment.

@@ -44,7 +44,8 @@ impl UnderWay {
         let none = self.plan.lets_go(stages);
         let ends: &[f64] = if none { &[] } else { &stages[self.plan.stage].ends };
         let at = ends.partition_point(|&end| end <= share);
-        let end = ends.get(at).copied().unwrap_or(1.0);
+        let end =
+            ends.get(at).copied().unwrap_or_else(|| stages[self.plan.stage].next_corner(share));
         let met = share == 0.0 || at.checked_sub(1).is_some_and(|last| ends[last] == share);
         if at < ends.len() && met && !self.pace.has_failed() {
             return (end, Patience::All);
@@ -97,7 +98,8 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
         sim.history.clear();
         let error = match attempt(sim, &now.plan, [share, target], patience) {
             Ok(stats) if snaps || !(sim.sys.unstable && lets_go) => {
-                accept(sim, Some(target - share));
+                let as_before = !sim.stages[stage].turns(target);
+                accept(sim, as_before.then_some(target - share));
                 sim.summary.steadied += usize::from(stats.steadied);
                 now.share = target;
                 now.pace.went_well(stats.iterations);
@@ -134,7 +136,7 @@ fn past_limit_point(sim: &mut Simulation, now: &mut UnderWay) -> Option<NewtonSt
     let stage = &sim.stages[now.plan.stage];
     let beyond = BEYOND * stage.first_step.min(stage.largest_step);
     let pace = Pace::new(beyond, stage.largest_step, sim.limits.wanted_iterations);
-    let near = (now.share + beyond).min(1.0);
+    let near = (now.share + beyond).min(stage.next_corner(now.share));
     let lets_go = now.plan.lets_go(&sim.stages);
     for target in [lets_go.then_some(1.0), Some(near)].into_iter().flatten() {
         sim.history.clear();
@@ -188,7 +190,7 @@ fn begin(sim: &mut Simulation, stage: usize) -> Result<Plan, SimulationError> {
     sys.search();
     take_in(sys);
     keep_pushed_tools(sys);
-    if !is_held_by_tools(sys, &now.motions) {
+    if !is_held_by_tools(sys, &now.motions, &plan.start_forces) {
         plan.unsupported = sys.u.clone();
         plan.clear = (0..sys.tools.len()).filter(|&t| sys.roles[t] != Role::Absent).collect();
         plan.clear.iter().for_each(|&tool| sys.roles[tool] = Role::Absent);
@@ -213,15 +215,14 @@ fn released(sys: &System, motions: &[Motion]) -> Vec<f64> {
     out
 }
 
-/// Whether tools hold the sheet where a stage begins, or come to it. One that stays where it is, clear of a sheet that others
-/// let go, does not.
-fn is_held_by_tools(sys: &System, motions: &[Motion]) -> bool {
+/// Whether tools hold the sheet where a stage begins, or come to it in the stage. Those that stand clear of a sheet that others
+/// let go, or go away from it, do not; `carried`: forces of the tools when the stage begins [N].
+fn is_held_by_tools(sys: &System, motions: &[Motion], carried: &[f64]) -> bool {
     let lets_go = motions.contains(&Motion::Release);
     let touches = |tool: usize| sys.contact.active().any(|(_, c)| c.tool == tool);
     motions.iter().enumerate().any(|(tool, motion)| match motion {
         Motion::Absent | Motion::Release => false,
-        Motion::Hold => !lets_go || touches(tool),
-        _ => true,
+        _ => !lets_go || touches(tool) || sys.comes(tool, motion, carried[tool]),
     })
 }
 
@@ -290,6 +291,34 @@ fn gave_up(
         y: x.y,
         z: x.z,
         tool: tool.map_or_else(|| "none".into(), name),
+        remedy: remedy(sim, &sim.stages[stage], share, &cause),
         cause: Box::new(cause),
     }
+}
+
+/// What may have ended a run, and what to try.
+fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> String {
+    let sys = &sim.sys;
+    let grows = |tool: usize| match &stage.motions[tool] {
+        Motion::Force(curve) => curve.rates(share)[1] > 0.0 && !sys.stops[tool].reached,
+        _ => false,
+    };
+    let mut out = String::new();
+    for tool in (0..sys.tools.len()).filter(|&tool| grows(tool)) {
+        out += &format!(
+            "`{}` pushes with {:.4e} N there, and is to push with more: the sheet may not carry it (a `travel_mm` goes past a largest force). ",
+            sys.tools[tool].setup.name,
+            sim.committed.pushes[tool] * sim.share
+        );
+    }
+    out += match cause {
+        NewtonError::Linear(LinearError::Unopposed { .. }) => "Let it push where the sheet is",
+        NewtonError::Linear(_) => {
+            "Nothing may hold the sheet there against its loads and tools (friction may have given way): hold it (`holds`, `symmetry`), or keep a tool at it"
+        }
+        _ => {
+            "Try a finer blank mesh near that place, a smaller first_increment of the stage, or check the tools' clearance there"
+        }
+    };
+    out
 }

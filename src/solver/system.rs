@@ -17,7 +17,7 @@ use super::stages::Timings;
 use super::stops::Stop;
 use super::tools::Tool;
 use crate::contact::friction::Coulomb;
-use crate::geometry::{Mat3, Vec3};
+use crate::geometry::{Aabb, Mat3, Vec3};
 
 /// What a tool is during the present increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,6 +61,10 @@ pub(super) struct System {
     pub(super) u: Vec<f64>,
     /// Applied nodal forces (three a node) [N].
     pub(super) applied: Vec<f64>,
+    /// Loads of the scene are among them.
+    pub(super) loaded: bool,
+    /// Forces of tools that are let go are among them.
+    pub(super) fading: bool,
     pub(super) eval: Evaluation,
     /// Holds the nodes back while the sheet is followed past a limit point.
     pub(super) damper: Option<Damper>,
@@ -106,7 +110,8 @@ impl System {
         let mesh = body.mesh();
         let n = 3 * mesh.nodes.len();
         let contact = ContactSet::new(mesh, &tools);
-        let solver = CheckedSolver::new(body.pattern(), body.mesh().groups())?;
+        let mut solver = CheckedSolver::new(body.pattern(), body.mesh().groups())?;
+        solver.plausible = Aabb::of_points(&mesh.nodes).diagonal();
         let not_of_nodes = || LinearError::Pattern("its rows are not those of nodes".into());
         Ok(Self {
             lengths: edge_lengths(&body),
@@ -115,6 +120,8 @@ impl System {
             contact,
             u: vec![0.0; n],
             applied: vec![0.0; n],
+            loaded: false,
+            fading: false,
             held_at: vec![0.0; n],
             eval: Evaluation::default(),
             damper: None,
@@ -269,6 +276,9 @@ impl System {
             let still = self.still.iter().any(|(at, _)| *at == node);
             let plain = condition.is_none() && !still && self.constraints.is_free(node);
             let mut condition = condition.unwrap_or_else(|| untouched(node, &r, &free));
+            if self.fading {
+                self.still.iter().filter(|s| s.0 == node).for_each(|s| condition.force[s.1] = 0.0);
+            }
             let unbalanced = condition.force.norm_squared();
             squares += unbalanced;
             if unbalanced > worst {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::ahead::way_to;
 use super::blank::HexMesh;
 use crate::contact::{Projection, ToolSurface};
 use crate::geometry::{Aabb, Vec3};
@@ -89,6 +90,38 @@ impl Curve {
         if self.points.is_empty() { [0.0; 2] } else { all }
     }
 
+    /// Shares inside the stage at which the curve turns: points without which it would be another, not those of a dense table
+    /// of a smooth one.
+    pub(super) fn corners(&self) -> Vec<f64> {
+        const FLAT: f64 = 1e-3;
+        let [low, high] = self.extent();
+        let off = |from: usize, to: usize, k: usize| {
+            let [(t0, v0), (t1, v1), (t, v)] = [from, to, k].map(|k| self.points[k]);
+            (v0 + (v1 - v0) * (t - t0) / (t1 - t0) - v).abs()
+        };
+        let mut out = Vec::new();
+        let mut last = None;
+        for k in 0..self.points.len() {
+            let straight = |from: usize| {
+                let next = k + 1 < self.points.len();
+                next && (from + 1..=k).all(|j| off(from, k + 1, j) <= FLAT * (high - low))
+            };
+            if last.is_none_or(|from| !straight(from)) {
+                last = Some(k);
+                out.push(self.points[k].0);
+            }
+        }
+        out.retain(|share| *share > 0.0 && *share < 1.0);
+        out
+    }
+
+    /// How fast it rises just before and just after `share`.
+    pub(super) fn rates(&self, share: f64) -> [f64; 2] {
+        const NEAR: f64 = 1e-6;
+        let now = self.at(share);
+        [now - self.at(share - NEAR), self.at(share + NEAR) - now].map(|change| change / NEAR)
+    }
+
     /// Value at `share` of the stage.
     #[must_use]
     pub fn at(&self, share: f64) -> f64 {
@@ -128,6 +161,17 @@ pub enum Motion {
     Absent,
 }
 
+impl Motion {
+    /// The curve that it follows, if it does.
+    pub(super) fn curve(&self) -> Option<&Curve> {
+        match self {
+            Self::Travel(curve) | Self::Advance(curve) | Self::Force(curve) => Some(curve),
+            Self::Spring { force, .. } => Some(force),
+            Self::Hold | Self::Release | Self::Absent => None,
+        }
+    }
+}
+
 /// A tool as the scene gives it.
 #[derive(Clone)]
 pub struct ToolSetup {
@@ -148,6 +192,9 @@ pub struct ToolSetup {
     /// Travel past which no force and no spring moves it [mm], where it has a stop.
     pub stop: Option<f64>,
 }
+
+/// Cosine between a tool's way and the normal of a wall that the way goes along.
+const WALL: f64 = 1e-3;
 
 impl ToolSetup {
     /// What is likely to be wrong with a tool that cannot be placed touching nodes at `points` [mm], and what to do.
@@ -228,9 +275,14 @@ impl Tool {
         let front = (0..8).map(|k| reach(&corner(k))).fold(f64::NEG_INFINITY, f64::max);
         let size = bounds.diagonal().max(1e-300);
         let mut along = nearest - front - 0.01 * size;
-        for _ in 0..500 {
+        for step in 0..500 {
             self.setup.offset = start + d * along;
-            let (gap, rate) = self.smallest_gap(points, size)?;
+            let Some((gap, rate)) = self.smallest_gap(points, size) else {
+                // Its walls may stand around the sheet, and what faces it lie behind them.
+                let far = if step == 0 { self.way_to(points, size) } else { None };
+                along += far?;
+                continue;
+            };
             if gap.abs() <= 1e-13 * size {
                 return Some(along);
             }
@@ -239,7 +291,21 @@ impl Tool {
         None
     }
 
-    /// Smallest gap to the points that lie over the tool, and how fast travel closes it. Looks near first.
+    /// How far the tool is from the first of the points along its direction [mm].
+    fn way_to(&self, points: &[Vec3], size: f64) -> Option<f64> {
+        use rayon::prelude::*;
+        let (surface, direction) = (&self.setup.surface, self.setup.direction);
+        let sheet = Aabb::of_points(points).diagonal();
+        let ways = points.par_iter().filter_map(|x| {
+            let place = x - self.shift();
+            way_to(surface, &place, &direction, [2.0 * (size + sheet), 0.01 * size], |_| true)
+        });
+        let least = ways.reduce(|| f64::INFINITY, f64::min);
+        least.is_finite().then_some(least)
+    }
+
+    /// Smallest gap to the points that lie over the tool, and how fast travel closes it; not to walls that the way goes along.
+    /// Looks near first.
     fn smallest_gap(&self, points: &[Vec3], size: f64) -> Option<(f64, f64)> {
         use rayon::prelude::*;
         [0.02, 0.1, 0.5, 4.0].iter().find_map(|share| {
@@ -248,7 +314,9 @@ impl Tool {
                 .map(|x| {
                     let foot = self.within(x, None, share * size);
                     let rate = foot.normal.dot(&self.setup.direction);
-                    if foot.past_border { (f64::INFINITY, rate) } else { (foot.gap, rate) }
+                    let is_wall = foot.gap > 0.0 && rate < WALL;
+                    let gap = if foot.past_border || is_wall { f64::INFINITY } else { foot.gap };
+                    (gap, rate)
                 })
                 .collect();
             let least = all.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a });
@@ -300,5 +368,20 @@ mod tests {
         assert_eq!(Curve::new(vec![]).at(0.3), 0.0);
         assert_eq!(Curve::to(4.0).starting_at(2.0), Curve::ramp(2.0, 4.0));
         assert_eq!(c.starting_at(2.0), c);
+    }
+
+    #[test]
+    fn corners_are_where_a_curve_turns() {
+        let corners = |points: &[(f64, f64)]| Curve::new(points.to_vec()).corners();
+        assert_eq!(corners(&[(0.0, 0.0), (1.0, 3.0)]), [] as [f64; 0]);
+        assert_eq!(corners(&[(0.25, 2.0), (0.75, -2.0), (1.0, 0.0)]), [0.25, 0.75]);
+        assert_eq!(corners(&[(0.0, 0.0), (0.5, 1.0), (1.0, 2.0)]), [] as [f64; 0]);
+        let pulse = [(0.0, 1.0), (0.49, 1.0), (0.5, 6.0), (0.51, 1.0), (1.0, 1.0)];
+        assert_eq!(corners(&pulse), [0.49, 0.5, 0.51]);
+        // A thousand points of half a sine are as many straight stretches as it takes to keep to a thousandth of it.
+        let sine =
+            |k: u32| (f64::from(k) / 1e3, (f64::from(k) * 1e-3 * std::f64::consts::PI).sin());
+        let few = corners(&(0..=1000).map(sine).collect::<Vec<_>>()).len();
+        assert!((20..60).contains(&few), "{few}");
     }
 }

@@ -97,8 +97,10 @@ pub(super) fn set_targets(sys: &mut System, stage: &Stage, plan: &Plan, share: f
             }
             Motion::Spring { force, stiffness } => {
                 let at_zero = carried + stiffness * start;
-                let force = force.starting_at(at_zero).at(share) / whole;
-                (Role::Spring { force, stiffness: stiffness / whole }, None)
+                let force = force.starting_at(at_zero).at(share);
+                // One that is left out, clear of the sheet, goes where its spring has no force.
+                let slack = plan.clear.contains(&tool).then_some(force / stiffness);
+                (Role::Spring { force: force / whole, stiffness: stiffness / whole }, slack)
             }
             Motion::Release | Motion::Absent => (Role::Absent, None),
         };
@@ -113,10 +115,12 @@ pub(super) fn set_targets(sys: &mut System, stage: &Stage, plan: &Plan, share: f
     for (a, r) in sys.applied.iter_mut().zip(&plan.released) {
         *a = r * remaining;
     }
+    sys.fading = sys.applied.iter().any(|&force| force != 0.0);
 }
 
 /// Adds a share of the set-up's loads to the applied forces.
 pub(super) fn add_loads(sys: &mut System, loads: &[f64], share: f64) {
+    sys.loaded = loads.iter().any(|load| share * load != 0.0);
     sys.applied.iter_mut().zip(loads).for_each(|(a, load)| *a += share * load);
 }
 
@@ -159,7 +163,6 @@ pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
     let sys = &mut sim.sys;
     sys.body.commit();
     sys.commit_contact(&forces);
-    sys.contact.candidates.iter_mut().for_each(|c| c.sought = false);
     let old = &sim.committed;
     let last = step.map(|step| {
         let mut du: Vec<f64> = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();
@@ -225,10 +228,11 @@ fn work_of_contact(sys: &System, old: &Committed, forces: &[Force]) -> [f64; 2] 
         }
         let tool = &sys.tools[c.tool];
         let place = sys.position(c.node) - tool.shift();
-        friction += 0.5 * (before.tangential() + now.tangential()).dot(&(place - c.start));
         let u = Vec3::from_column_slice(&old.u[3 * c.node..3 * c.node + 3]);
         let moved = tool.setup.direction * (tool.travel - old.travels[c.tool]);
         let way = sys.displacement(c.node) - u - moved;
+        let slip = if touched { place - c.start } else { way };
+        friction += 0.5 * (before.tangential() + now.tangential()).dot(&slip);
         // A tool that comes back may find a node within it: a gap too.
         let closer = if touched == c.active { c.start - (place - way) } else { way };
         over_gaps += 0.5 * (before.normal() + now.normal()).dot(&closer);

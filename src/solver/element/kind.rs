@@ -16,8 +16,8 @@ pub enum ElementKind {
     Hex8Enhanced,
     /// Solid-shell with 2 x 2 x `points` points: bends a thin sheet with one layer of elements.
     SolidShell {
-        /// Points through the thickness, 2 to 9.
-        #[schemars(default = "five", range(min = 2, max = 9))]
+        /// Points through the thickness, 3 to 9: at two the square of the height, in which the thickness strain varies, is one number.
+        #[schemars(default = "five", range(min = 3, max = 9))]
         points: u8,
         /// Whether the in-plane strains are assumed too, which they should be where a sheet is drawn in and not only
         /// bent: left as they are, a coarse mesh is too stiff (a fifth in the force of a deep corner).

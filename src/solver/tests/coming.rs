@@ -5,8 +5,8 @@ use crate::contact::test_tools::{Builder, plane};
 use crate::geometry::Vec3;
 use crate::solver::blank::rectangle;
 use crate::solver::{
-    Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationError,
-    SimulationSetup, Stage, ToolSetup,
+    Constraints, ContactMethod, Control, Curve, IncrementReport, Motion, Placement, SheetSide,
+    Simulation, SimulationError, SimulationSetup, Stage, ToolSetup,
 };
 
 /// How far above the sheet the plate begins [mm]: some elements.
@@ -128,4 +128,162 @@ fn loads_on_a_sheet_that_nothing_holds_must_balance() {
     let_go(stretch).0.unwrap();
     let error = let_go(at(20.0, 5.0)).0.unwrap_err();
     assert!(matches!(error, SimulationError::NothingHolds { share, .. } if share > 0.9), "{error}");
+}
+
+/// A free sheet is pressed between plates, the upper one goes up; then the lower one is let go while the upper one goes on as
+/// `motion` says: where the sheet lies at the end, and whether nothing held it in that stage.
+fn let_go_while(motion: Motion) -> (Vec3, bool) {
+    let mesh = rectangle(20.0, 2.0, 1.0, 10, 1, 1);
+    let held = Constraints::none(mesh.nodes.len());
+    let tools = vec![plate("below", 0.0, true, 0.2), plate("above", 1.0, false, 0.2)];
+    let up = |to: f64| Motion::Travel(Curve::to(to));
+    let stages = vec![
+        stage("press", vec![Motion::Hold, up(0.01)], 0.5),
+        stage("lift", vec![Motion::Hold, up(-3.0)], 0.5),
+        stage("let go", vec![Motion::Release, motion], 0.25),
+    ];
+    let (mut moved, mut free) = (Vec3::zeros(), true);
+    let mut see = |r: &IncrementReport<'_>| {
+        let all = r.displacements.chunks_exact(3).map(Vec3::from_column_slice);
+        moved = all.fold(Vec3::zeros(), |far, u| if u.norm() > far.norm() { u } else { far });
+        free = r.stage < 2 || (free && r.free);
+        Control::Continue
+    };
+    Simulation::new(setup(body(mesh, steel()), held, tools, stages))
+        .unwrap()
+        .run(&mut see)
+        .unwrap();
+    (moved, free)
+}
+
+/// The matrix of a sheet that nothing holds is singular: it flew metres, as a tool that moved away passed for its support.
+#[test]
+fn a_tool_that_goes_away_does_not_hold_a_sheet_that_is_let_go() {
+    let away = Motion::Travel(Curve::to(-20.0));
+    let slack = Motion::Spring { force: Curve::to(-30.0), stiffness: 5.0 };
+    for motion in [away, Motion::Advance(Curve::to(-0.001)), slack] {
+        let (moved, free) = let_go_while(motion.clone());
+        assert!(free && moved.norm() < 0.01, "{motion:?}: {moved}");
+    }
+}
+
+#[test]
+fn a_tool_that_comes_to_a_sheet_that_is_let_go_takes_it_along() {
+    let (moved, free) = let_go_while(Motion::Travel(Curve::to(2.0)));
+    assert!(!free && (moved - Vec3::new(0.0, 0.0, -2.0)).norm() < 0.02, "{moved}");
+}
+
+/// A block lies held under a face 4.4 mm above it, 1 mm beside which a wall stands: `motion` brings the face onto the block
+/// with friction. Force, work that the balance of energy lacks over that of the tools, iterations.
+fn under_a_cap(wall: f64, motion: Motion, first_step: f64) -> Result<[f64; 2], SimulationError> {
+    let mesh = rectangle(10.0, 2.0, 1.0, 10, 2, 1);
+    let mut held = Constraints::none(mesh.nodes.len());
+    for node in (0..mesh.nodes.len()).filter(|&node| mesh.nodes[node].z < 1e-9) {
+        (0..3).for_each(|axis| held.hold(node, axis));
+    }
+    let face = |u: f64, v: f64| Vec3::new(-5.0 + (wall + 5.0) * u, 20.0 * v - 9.0, 5.4);
+    let side = |u: f64, v: f64| Vec3::new(wall, 20.0 * v - 9.0, 5.4 - 5.0 * u);
+    let cap = Builder::new("cap").grid(2, 2, |u, v| (face(u, v), -Vec3::z()));
+    let cap = cap.grid(2, 2, |u, v| (side(u, v), -Vec3::x())).build();
+    let tools = vec![tool("cap", cap, -Vec3::z(), SheetSide::Top, 0.1)];
+    let setup =
+        setup(body(mesh, steel()), held, tools, vec![stage("press", vec![motion], first_step)]);
+    let mut found = [0.0; 2];
+    let mut see = |r: &IncrementReport<'_>| {
+        let e = &r.energies;
+        found = [r.tools[0].force, (e.external - e.internal - e.friction) / e.external.max(1e-9)];
+        Control::Continue
+    };
+    Simulation::new(setup)?.run(&mut see)?;
+    Ok(found)
+}
+
+/// Slip was measured from the wall, which was nearer to where the nodes had been than the face they came to.
+#[test]
+fn friction_of_nodes_that_come_from_afar_is_of_their_own_way() {
+    let down = || Motion::Travel(Curve::to(4.41));
+    let [slow, _] = under_a_cap(13.0, down(), 0.02).unwrap();
+    let [fast, lacks] = under_a_cap(13.0, down(), 1.0).unwrap();
+    assert!((fast / slow - 1.0).abs() < 0.01 && lacks.abs() < 1e-3, "{fast} {slow} {lacks}");
+}
+
+/// A wall beside the sheet is nearer than the face ahead, and pushes nothing.
+#[test]
+fn a_force_brings_a_face_past_the_walls_beside_it() {
+    for wall in [13.0, 10.4, 10.05] {
+        let [force, _] = under_a_cap(wall, Motion::Force(Curve::to(20.0)), 0.5).unwrap();
+        assert!((force - 20.0).abs() < 1e-6, "{force} with a wall at {wall}");
+    }
+}
+
+/// Nodes on springs lie within the tool, and a chord of their way goes through it: neither was gone through.
+#[test]
+fn a_tool_that_is_drawn_back_in_one_step_has_gone_through_nothing() {
+    let stages = |first| {
+        let to = |to: f64| vec![Motion::Travel(Curve::to(to))];
+        vec![stage("push", to(AWAY + 0.3), 1.0), stage("back", to(0.0), first)]
+    };
+    let mut pushed = cantilever(Motion::Hold, 0.1);
+    pushed.limits.contact = ContactMethod::Penalty { stiffness: 10.0 };
+    pushed.stages = stages(1.0);
+    let mut last = 0.0;
+    let mut see = |r: &IncrementReport<'_>| {
+        last = r.tools[0].force;
+        Control::Continue
+    };
+    let summary = Simulation::new(pushed).unwrap().run(&mut see).unwrap();
+    assert!(summary.cuts == 0 && last == 0.0, "{summary:?} {last}");
+}
+
+/// The lower borders of the walls around the sheet are nearer than the face.
+#[test]
+fn a_tool_whose_walls_surround_the_sheet_is_placed_on_its_face() {
+    let mesh = rectangle(10.0, 10.0, 1.0, 10, 10, 1);
+    for room in [0.4, 0.02] {
+        let (low, high) = (-room, 10.0 + room);
+        let at = |u: f64| low + (high - low) * u;
+        let face =
+            Builder::new("cap").grid(2, 2, |u, v| (Vec3::new(at(u), at(v), 30.0), -Vec3::z()));
+        let with = |b: Builder, x: f64, n: f64| {
+            b.grid(2, 2, move |u, v| (Vec3::new(x, at(u), 30.0 - 20.0 * v), n * Vec3::x()))
+        };
+        let walls = with(with(face, low, 1.0), high, -1.0);
+        let across = |b: Builder, y: f64, n: f64| {
+            b.grid(2, 2, move |u, v| (Vec3::new(at(u), y, 30.0 - 20.0 * v), n * Vec3::y()))
+        };
+        let cap = across(across(walls, low, 1.0), high, -1.0).build();
+        let mut cap = tool("cap", cap, -Vec3::z(), SheetSide::Top, 0.0);
+        cap.placement = Placement::Touch;
+        let held = Constraints::none(mesh.nodes.len());
+        let mut setup = setup(
+            body(mesh.clone(), steel()),
+            held,
+            vec![cap],
+            vec![stage("wait", vec![Motion::Hold], 1.0)],
+        );
+        setup.place().unwrap();
+        assert!((setup.tools[0].offset.z + 29.0).abs() < 1e-9, "{}", setup.tools[0].offset);
+    }
+}
+
+/// A half-round pin whose back is open, in steps longer than it is deep: a node inside has nothing of it nearer than its border.
+#[test]
+fn a_pin_with_an_open_back_is_not_taken_through_the_sheet() {
+    // In elements that are longer than a step.
+    let mut pushed = cantilever(Motion::Travel(Curve::to(6.0)), 0.6);
+    let mesh = rectangle(20.0, 5.0, 1.0, 10, 1, 1);
+    let mut held = Constraints::none(mesh.nodes.len());
+    for node in (0..mesh.nodes.len()).filter(|&node| mesh.nodes[node].x < 1e-9) {
+        (0..3).for_each(|axis| held.hold(node, axis));
+    }
+    (pushed.body, pushed.constraints) = (body(mesh, steel()), held);
+    let on = |u: f64, v: f64| {
+        let (sin, cos) = (2.9 * (u - 0.5)).sin_cos();
+        let normal = Vec3::new(sin, 0.0, -cos);
+        (Vec3::new(18.0, 0.0, 4.0) + 3.0 * normal + Vec3::new(0.0, 60.0 * v - 20.0, 0.0), normal)
+    };
+    let pin = Builder::new("pin").grid(16, 1, on).build();
+    pushed.tools = vec![tool("pin", pin, -Vec3::z(), SheetSide::Top, 0.0)];
+    let (found, _) = end(pushed);
+    assert!(found[1] > 10.0, "{found:?}");
 }

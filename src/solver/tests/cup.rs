@@ -117,9 +117,10 @@ fn check_balance(r: &IncrementReport<'_>) {
     assert!(sum.abs() <= 1e-8 * largest, "{sum} of {largest} in increment {}", r.increment);
     let nodal: f64 = r.contact_forces.chunks_exact(3).map(|f| f[2]).sum();
     assert!((nodal - sum).abs() <= 1e-8 * largest);
-    // The work integrals are trapezoidal: of the elements' they are good to a few per cent at this step size.
+    // The work integrals are trapezoidal: of the elements' they are good to a few per cent at this step size, of nodes that
+    // slide round a radius to a millionth.
     let e = &r.energies;
-    assert!((e.external - e.internal - e.friction).abs() <= 1e-6 * e.external.abs(), "{e:?}");
+    assert!((e.external - e.internal - e.friction).abs() <= 2e-6 * e.external.abs(), "{e:?}");
     assert!((e.internal - e.elastic - e.plastic).abs() <= 0.03 * e.internal.abs(), "{e:?}");
 }
 

@@ -9,7 +9,7 @@ use super::body;
 use crate::geometry::Vec3;
 use crate::solver::assembly::{Body, Evaluation};
 use crate::solver::blank::rectangle;
-use crate::solver::element::Want;
+use crate::solver::element::{ElementKind, Want};
 use crate::solver::material::card;
 
 /// Logarithmic strain: xx, yy, zz, 2 xy, 2 yz, 2 zx.
@@ -129,5 +129,21 @@ fn a_strip_that_stands_upright_is_the_strip_that_lies_down() {
                 assert!(off < 1e-9, "{} at {angle}, {degrees} degrees: {off:e}", card.name);
             }
         }
+    }
+}
+
+/// At two points the square of the height, in which the thickness strain varies, is one number: modes without stiffness.
+#[test]
+fn solid_shells_take_three_to_nine_points_through_the_thickness() {
+    for points in 1..=10 {
+        let kind = ElementKind::SolidShell { points, membrane: true };
+        let made = Body::new(rectangle(2.0, 3.0, 0.8, 2, 2, 1), kind, super::steel());
+        let Ok(mut body) = made else {
+            assert!(!(3..=9).contains(&points), "{points}: {}", made.err().unwrap());
+            continue;
+        };
+        assert!((3..=9).contains(&points), "{points}");
+        let u = displacement(&body, &Matrix3::identity(), &[0.01, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        body.evaluate(&u, Want::ResidualAndTangent, &mut Evaluation::default()).unwrap();
     }
 }

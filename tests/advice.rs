@@ -119,7 +119,7 @@ fn a_holder_that_loses_the_sheet_wants_a_stop() {
     };
     let text = told(folder, "case.scene.json", without(48.0));
     for part in
-        ["holder is driven by a force and has no stop", "and 48.0 mm may be drawn", "`stop_mm`"]
+        ["holder is driven by a force and has no stop", "and punch goes 48.0 mm", "`stop_mm`"]
     {
         assert!(text.contains(part), "{part}: {text}");
     }
@@ -267,4 +267,17 @@ fn a_sheet_drawn_over_a_sharp_edge_is_told() {
         scene["tools"][1]["place"] = json!({"shift": [20, 0, 0]});
     });
     assert!(!over.contains("sharp edge"), "{over}");
+}
+
+/// A quarter of a sheet whose rolling direction is its own image, and of one whose is not.
+#[test]
+fn planes_about_which_the_material_is_not_symmetric_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("published/round-cup", folder);
+    let rolled = |degrees: f64| {
+        told(folder, "case.scene.json", |s| s["blank"]["rolling_direction_deg"] = json!(degrees))
+    };
+    let named = |text: &str| text.matches("the material is not symmetric about the plane").count();
+    assert_eq!([0.0, 90.0, 30.0].map(|degrees| named(&rolled(degrees))), [0, 0, 2]);
 }

@@ -80,9 +80,18 @@ fn check_drive(place: &str, drive: &Drive) -> Result<(), Fault> {
             return Err((place, stiffness.to_string(), "above 0".into()));
         }
     }
-    match course.fault() {
-        Some([at, found, allowed]) => Err((format!("{place}.{key}{at}"), found, allowed)),
-        None => Ok(()),
+    if let Some([at, found, allowed]) = course.fault() {
+        return Err((format!("{place}.{key}{at}"), found, allowed));
+    }
+    let pulls = |pair: &[f64; 2]| pair[1] < 0.0;
+    match (drive, course.pairs().into_iter().find(pulls)) {
+        (Drive::ForceN(_), Some([_, force])) => Err((
+            format!("{place}.force_n"),
+            force.to_string(),
+            "0 or more: a tool pushes along its direction and cannot pull; `travel_mm` draws it back"
+                .into(),
+        )),
+        _ => Ok(()),
     }
 }
 

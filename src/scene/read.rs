@@ -328,6 +328,8 @@ mod tests {
         assert!(message.contains("stages[0].drive.die.travel_mm[2]: found share 0.4"), "{message}");
         let message = drive(serde_json::json!({"force_n": [[0, 0], [0.5, 5]]}));
         assert!(message.contains("drive.die.force_n[1]"), "{message}");
+        let message = drive(serde_json::json!({"force_n": [[0.5, 10], [1, -5]]}));
+        assert!(message.contains("found -5; allowed: 0 or more: a tool pushes"), "{message}");
         let message = drive(serde_json::json!({"travel_mm": [[0, 4], [1, 5]]}));
         assert!(message.contains("travel_mm[0]: found 4 mm at share 0"), "{message}");
         assert!(message.contains("allowed: 0 mm, where it is"), "{message}");

@@ -1,5 +1,5 @@
-//! The nodes and elements of an Abaqus deck: `*NODE`, and `*ELEMENT` of the types C3D8*, SC8R* or S4*. Rigid elements
-//! (`R3D...`, the tools) and all that does not make a mesh are passed over; what would change the mesh unseen (generated
+//! The nodes and elements of an Abaqus deck: `*NODE`, and `*ELEMENT` of the types C3D8*, SC8R*, S4*, or of others with
+//! four nodes in a surface (gmsh writes CPS4, meshio CAX4P). Rigid elements (`R3D...`, the tools) and all that does not make a mesh are passed over; what would change the mesh unseen (generated
 //! nodes, included files, several parts, moved instances) is refused.
 
 use std::collections::HashMap;
@@ -20,6 +20,9 @@ const REFUSED: [&str; 9] = [
     "SYSTEM",
     "SYMMETRICMODELGENERATION",
 ];
+
+/// Beginnings of the names of elements with four nodes in a surface.
+const SURFACES: [&str; 5] = ["S4", "M3D4", "CPS4", "CPE4", "CAX4"];
 
 /// What a data line belongs to.
 #[derive(Clone, Copy, PartialEq)]
@@ -152,7 +155,7 @@ impl Deck<'_> {
             Ok(Section::Elements(Kind::Solid))
         } else if of("SC8") || of("CSS8") {
             Ok(Section::Elements(Kind::ContinuumShell))
-        } else if of("S4") {
+        } else if SURFACES.into_iter().any(of) {
             Ok(Section::Elements(Kind::Shell))
         } else if kind.starts_with("R3D") || kind.starts_with("MASS") || kind.starts_with("ROTARYI")
         {
@@ -160,7 +163,7 @@ impl Deck<'_> {
         } else {
             Err(self.error(
                 format!("element type '{kind}'"),
-                "C3D8*, SC8R*, CSS8*, S4* (and rigid R3D*)",
+                "C3D8*, SC8R*, CSS8*, S4*, M3D4*, CPS4*, CPE4*, CAX4* (and rigid R3D*)",
             ))
         }
     }
@@ -239,7 +242,7 @@ impl Deck<'_> {
         let Some(&(first, ..)) = self.elements.first() else {
             return Err(self.error(
                 "the end of the deck and no element",
-                "*ELEMENT, TYPE=C3D8..., SC8R... or S4...",
+                "*ELEMENT, TYPE=C3D8..., SC8R..., S4..., M3D4... or CPS4...",
             ));
         };
         let (mut quads, mut hexahedra) = (Vec::new(), Vec::new());
@@ -313,6 +316,11 @@ mod tests {
         let shell = parse(shell.as_bytes(), "d.inp").unwrap();
         assert_eq!(shell.elements, SheetElements::Quads(vec![[0, 1, 2, 3]]));
         assert_eq!(shell.points.len(), 4);
+        // By gmsh and by meshio.
+        for name in ["CPS4", "CAX4P"] {
+            let text = DECK.replace("C3D8R", name).replace("14, 21,\n 22, 23, 24\n", "14\n");
+            assert_eq!(parse(text.as_bytes(), "d.inp").unwrap().elements, shell.elements, "{name}");
+        }
     }
 
     #[test]

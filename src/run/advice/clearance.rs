@@ -91,6 +91,15 @@ fn remark(
             finer,
         ));
     }
+    if least < 0.0 && known < -least {
+        return Some(Remark::new(
+            format!(
+                "{both} run {:.3} mm into each other at the end of their travel{place}, and the sheet of {thickness:.3} mm is between them",
+                -least
+            ),
+            "no balance is found there: check how far they travel, and their places".into(),
+        ));
+    }
     let (mut what, mut cost) = (
         format!(
             "{both} leave {least:.3} mm at the end of their travel{place}, the sheet has {thickness:.3} mm"
@@ -136,6 +145,8 @@ mod tests {
         assert!(coarse.contains("0.070 mm") && coarse.contains("--tol 0.0250"), "{coarse}");
         let both = told(0.9, [Some(0.04), None]).unwrap();
         assert!(both.contains("ironed") && both.contains("--tol 0.0100"), "{both}");
+        let apart = told(-0.489, [Some(0.04), None]).unwrap();
+        assert!(apart.contains("0.489 mm into each other") && !apart.contains("--tol"), "{apart}");
     }
 
     #[test]

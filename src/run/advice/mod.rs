@@ -57,6 +57,7 @@ impl fmt::Display for Remark {
 pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> {
     let sizes = Sizes::new(setup.body.mesh());
     let mut out = Vec::new();
+    out.extend(symmetry::wrong(plan, setup));
     out.extend(symmetry::unused(plan, setup, cost));
     elements(plan, setup, sizes.mean, cost, &mut out);
     let kept = reachable(setup);

@@ -11,15 +11,14 @@ use crate::solver::{SimulationSetup, ToolSetup};
 /// Remarks on tools without a stop under which less sheet lies than the others draw.
 pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
     for (tool, own) in setup.tools.iter().enumerate().filter(|(_, own)| own.stop.is_none()) {
-        let drawn = drawn(setup, tool);
-        if drawn > 0.0
-            && let Some(width) = width_under(setup.body.mesh(), own)
+        if let Some((drawing, drawn)) = drawn(setup, tool)
+            && let Some(width) = width_under(setup.body.mesh(), own, &setup.tools[drawing])
             && drawn > width
         {
             out.push(Remark::new(
                 format!(
-                    "{} is driven by a force and has no stop: {width:.1} mm of the sheet lie under it at most, and {drawn:.1} mm may be drawn",
-                    own.name
+                    "{} is driven by a force and has no stop: {width:.1} mm of the sheet may be drawn before its rim leaves it, and {} goes {drawn:.1} mm",
+                    own.name, setup.tools[drawing].name
                 ),
                 "where the sheet is drawn out from under it, it pinches the rim and goes on; `stop_mm` is the travel past which it does not go".into(),
             ));
@@ -27,8 +26,8 @@ pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
     }
 }
 
-/// How far another tool goes at most while a force drives this one [mm].
-fn drawn(setup: &SimulationSetup, tool: usize) -> f64 {
+/// The other tool that goes farthest while a force drives this one, and how far [mm].
+fn drawn(setup: &SimulationSetup, tool: usize) -> Option<(usize, f64)> {
     let gone = |other: usize| {
         let (mut at, mut gone) = (0.0, 0.0);
         for stage in &setup.stages {
@@ -38,28 +37,47 @@ fn drawn(setup: &SimulationSetup, tool: usize) -> f64 {
                 gone += f64::max(at - before, 0.0);
             }
         }
-        gone
+        (other, gone)
     };
-    (0..setup.tools.len()).filter(|&other| other != tool).map(gone).fold(0.0, f64::max)
+    let others = (0..setup.tools.len()).filter(|&other| other != tool).map(gone);
+    others.filter(|(_, gone)| *gone > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The farthest that a node under a tool lies from those that are not, seen along the tool's way, before forming [mm]; `None`
-/// where there are only nodes of one kind.
-fn width_under(mesh: &HexMesh, tool: &ToolSetup) -> Option<f64> {
+/// The farthest that a node under a tool, or beside it away from the one that draws, lies from those that are drawn already,
+/// seen along the tool's way, before forming [mm]; `None` where there are none of a kind, and of a pad, which stands opposite
+/// the tool that draws.
+fn width_under(mesh: &HexMesh, tool: &ToolSetup, drawing: &ToolSetup) -> Option<f64> {
+    let seen = |x: &Vec3| x - tool.direction * x.dot(&tool.direction);
+    let (under, beside) = faced(mesh, tool, seen);
+    let (core, _) = faced(mesh, drawing, seen);
+    let to =
+        |from: &[Vec3], x: &Vec3| from.iter().map(|b| (b - x).norm()).fold(f64::INFINITY, f64::min);
+    let depth: Vec<f64> = under.par_iter().map(|x| to(&core, x)).collect();
+    let opposite = depth.iter().filter(|depth| **depth < mesh.mean_thickness()).count();
+    if 2 * opposite > under.len() {
+        return None;
+    }
+    let least = depth.into_iter().fold(f64::INFINITY, f64::min);
+    let (inside, outside): (Vec<Vec3>, Vec<Vec3>) =
+        beside.into_iter().partition(|x| core.is_empty() || to(&core, x) <= least);
+    let all = under.par_iter().chain(&outside);
+    let width = all.map(|x| to(&inside, x)).reduce(|| 0.0, f64::max);
+    (!under.is_empty() && width.is_finite()).then_some(width)
+}
+
+/// Nodes of the sheet that a tool faces, and the others that it may touch, as `seen`.
+fn faced(mesh: &HexMesh, tool: &ToolSetup, seen: impl Fn(&Vec3) -> Vec3) -> (Vec<Vec3>, Vec<Vec3>) {
     let ids = tool.side.nodes(mesh);
     let nodes: Vec<Vec3> = ids.into_iter().map(|n| mesh.nodes[n as usize]).collect();
     let points: Vec<Vec3> = nodes.iter().map(|x| x - tool.offset).collect();
     let feet = tool.surface.closest_of_all(&points, &[]);
-    let seen = |x: &Vec3| x - tool.direction * x.dot(&tool.direction);
     let (mut under, mut beside): (Vec<Vec3>, Vec<Vec3>) = (Vec::new(), Vec::new());
     for (x, foot) in nodes.iter().zip(&feet) {
         // A foot across the direction is one of a node beside the tool.
         let faces = foot.normal.dot(&tool.direction) > 0.5 && !foot.past_border;
         if faces { &mut under } else { &mut beside }.push(seen(x));
     }
-    let nearest = |x: &Vec3| beside.iter().map(|b| (b - x).norm()).fold(f64::INFINITY, f64::min);
-    let width = under.par_iter().map(nearest).reduce(|| 0.0, f64::max);
-    (!under.is_empty() && width.is_finite()).then_some(width)
+    (under, beside)
 }
 
 #[cfg(test)]
@@ -73,16 +91,16 @@ mod tests {
     use crate::solver::blank::rectangle;
     use crate::solver::{Placement, SheetSide};
 
-    #[test]
-    fn what_lies_under_a_tool_is_the_same_whatever_way_it_pushes() {
-        let width = |turn: Mat3| {
-            let mut mesh = rectangle(10.0, 10.0, 1.0, 10, 10, 1);
-            mesh.nodes.iter_mut().for_each(|x| *x = turn * *x);
+    /// How far a strip of 10 mm may be drawn from under a holder over a part of it by a punch over another part.
+    fn width(turn: Mat3, held: [f64; 2], drawn: [f64; 2]) -> Option<f64> {
+        let mut mesh = rectangle(10.0, 10.0, 1.0, 10, 10, 1);
+        mesh.nodes.iter_mut().for_each(|x| *x = turn * *x);
+        let over = |[from, to]: [f64; 2]| {
             let [origin, a, b, up] =
-                [Vec3::new(5.5, 0.0, 1.0), Vec3::x() * 4.5, Vec3::y() * 10.0, Vec3::z()];
-            let model = plane("holder", turn * origin, turn * a, turn * b, turn * -up);
-            let holder = ToolSetup {
-                name: "holder".into(),
+                [Vec3::new(from, 0.0, 1.0), Vec3::x() * (to - from), Vec3::y() * 10.0, Vec3::z()];
+            let model = plane("tool", turn * origin, turn * a, turn * b, turn * -up);
+            ToolSetup {
+                name: "tool".into(),
                 surface: Arc::new(ToolSurface::new(model)),
                 offset: Vec3::zeros(),
                 direction: turn * -up,
@@ -90,11 +108,21 @@ mod tests {
                 friction: 0.0,
                 side: SheetSide::Top,
                 stop: None,
-            };
-            width_under(&mesh, &holder)
+            }
         };
-        // From the last node that is not under it, at 5 mm, to the end.
-        assert_eq!(width(Mat3::identity()), Some(5.0));
-        assert_eq!(width(Mat3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)), Some(5.0));
+        width_under(&mesh, &over(held), &over(drawn))
+    }
+
+    #[test]
+    fn what_lies_under_a_tool_is_the_same_whatever_way_it_pushes() {
+        let turned = Mat3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
+        for turn in [Mat3::identity(), turned] {
+            // From the last node that is not under it, at 5 mm, to the end.
+            assert_eq!(width(turn, [5.5, 10.0], [0.0, 2.5]), Some(5.0));
+            // The rim beyond the holder has to pass under it too.
+            assert_eq!(width(turn, [4.5, 7.5], [0.0, 2.5]), Some(6.0));
+            // A pad that the punch draws along.
+            assert_eq!(width(turn, [0.0, 3.5], [0.0, 2.5]), None);
+        }
     }
 }

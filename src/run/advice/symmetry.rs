@@ -12,6 +12,8 @@ use crate::solver::{SimulationSetup, ToolSetup};
 /// Positions this close are the same, as a share of the sheet's size; of tools, at most that many times farther.
 const SAME: f64 = 1e-6;
 const SAME_TOOL: f64 = 1e-5;
+/// The same for a tool over a plane that the scene declares, in whose mesh its sides may differ by its shape error.
+const SAME_SIDE: f64 = 1e-3;
 /// Points of a tool that are mirrored, at most.
 const SAMPLES: usize = 2000;
 
@@ -43,6 +45,47 @@ pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<R
     found.iter().filter_map(remark).collect()
 }
 
+/// Remarks on planes that the scene takes for planes of symmetry and that material or tools are not symmetric about.
+pub(super) fn wrong(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
+    let sheet = Aabb::of_points(&setup.body.mesh().nodes);
+    let size = sheet.diagonal();
+    let mut out = Vec::new();
+    for plane in &plan.scene.symmetry {
+        let (axis, at) = (plane.normal.index(), plane.at_mm);
+        let name = ["x", "y", "z"][axis];
+        let mut near = sheet;
+        for end in [sheet.min, sheet.max] {
+            let mut image = end;
+            image[axis] = 2.0 * at - end[axis];
+            near.grow(&image);
+        }
+        if axis < 2 && !rolling_mirrors(plan, axis) {
+            out.push(Remark::new(
+                format!(
+                    "the material is not symmetric about the plane {name} = {at:.4} mm: its rolling direction lies askew to it"
+                ),
+                "results are those of a sheet whose rolling direction turns round at the plane: model both halves".into(),
+            ));
+        }
+        for tool in &setup.tools {
+            let bounds = tool.surface.bounds();
+            let beyond =
+                [at - (bounds.min + tool.offset)[axis], (bounds.max + tool.offset)[axis] - at];
+            let whole = beyond.iter().all(|beyond| *beyond > 0.1 * size);
+            if whole && !tool_mirrors(tool, axis, at, SAME_SIDE * size, &near) {
+                out.push(Remark::new(
+                    format!(
+                        "{} reaches over the symmetry plane {name} = {at:.4} mm and is not its own image there",
+                        tool.name
+                    ),
+                    "what it does beyond the plane is taken to be the image of this side: model both halves, or put it in the middle".into(),
+                ));
+            }
+        }
+    }
+    out
+}
+
 /// Unknowns of the half of the sheet below the plane, its nodes on the plane among them; `None` where an element lies
 /// across the plane (an odd number of elements; one has no halves).
 fn halved(mesh: &HexMesh, axis: usize, at: f64, near: f64) -> Option<usize> {
@@ -60,7 +103,7 @@ fn mirrors(plan: &Plan, setup: &SimulationSetup, axis: usize, at: f64) -> bool {
         return false;
     }
     sheet_mirrors(setup, axis, at, SAME * size)
-        && setup.tools.iter().all(|t| tool_mirrors(t, axis, at, SAME_TOOL * size))
+        && setup.tools.iter().all(|t| tool_mirrors(t, axis, at, SAME_TOOL * size, &EVERYWHERE))
 }
 
 /// Only a rolling direction along or across the axis is its own mirror image, but for a material that has none.
@@ -113,8 +156,13 @@ fn sheet_mirrors(setup: &SimulationSetup, axis: usize, at: f64, near: f64) -> bo
     })
 }
 
-/// The images of points of the tool lie on it.
-fn tool_mirrors(tool: &ToolSetup, axis: usize, at: f64, near: f64) -> bool {
+const EVERYWHERE: Aabb = Aabb {
+    min: Vec3::new(f64::MIN, f64::MIN, f64::MIN),
+    max: Vec3::new(f64::MAX, f64::MAX, f64::MAX),
+};
+
+/// The images of those points of the tool lie on it that lie over `part`, seen along its way.
+fn tool_mirrors(tool: &ToolSetup, axis: usize, at: f64, near: f64, part: &Aabb) -> bool {
     let middle = at - tool.offset[axis];
     let patches = &tool.surface.model().patches;
     let every = patches.len().div_ceil(SAMPLES).max(1);
@@ -122,6 +170,11 @@ fn tool_mirrors(tool: &ToolSetup, axis: usize, at: f64, near: f64) -> bool {
     patches.iter().step_by(every).all(|patch| {
         places.iter().all(|&(eta, zeta)| {
             let mut image = patch.derivs(eta, zeta).s;
+            let place = image + tool.offset;
+            let over = |k: usize| (part.min[k]..=part.max[k]).contains(&place[k]);
+            if !(0..3).filter(|&k| tool.direction[k].abs() < 0.5).all(over) {
+                return true;
+            }
             image[axis] = 2.0 * middle - image[axis];
             let foot = tool.surface.closest(&image, None);
             (foot.point - image).norm() <= near
@@ -158,10 +211,10 @@ mod tests {
             stop: None,
         };
         // From -3 to 3, moved by 1.
-        assert!(tool_mirrors(&tool(-3.0), 0, 1.0, 1e-6));
-        assert!(!tool_mirrors(&tool(-3.0), 0, 0.9, 1e-6));
-        assert!(tool_mirrors(&tool(-3.0), 1, 0.0, 1e-6));
-        assert!(!tool_mirrors(&tool(-3.0), 1, 0.1, 1e-6));
+        assert!(tool_mirrors(&tool(-3.0), 0, 1.0, 1e-6, &EVERYWHERE));
+        assert!(!tool_mirrors(&tool(-3.0), 0, 0.9, 1e-6, &EVERYWHERE));
+        assert!(tool_mirrors(&tool(-3.0), 1, 0.0, 1e-6, &EVERYWHERE));
+        assert!(!tool_mirrors(&tool(-3.0), 1, 0.1, 1e-6, &EVERYWHERE));
     }
 
     #[test]

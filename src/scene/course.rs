@@ -8,7 +8,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 /// A travel [mm] or a force [N] over a stage: the value at its end, which is reached linearly from where the tool is when
 /// the stage begins, or a list of pairs `[share of the stage, value]`, linear between them. Shares rise from 0, or from
-/// above it, to 1; where the first is above 0 the curve comes from where the tool is when the stage begins.
+/// above it, to 1; where the first is above 0 the curve comes from where the tool is when the stage begins. Increments end
+/// where it turns. Forces are 0 or more but behind a spring.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Course {

@@ -60,9 +60,9 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     out.extend(symmetry::wrong(plan, setup));
     out.extend(symmetry::unused(plan, setup, cost));
     elements(plan, setup, sizes.mean, cost, &mut out);
-    let kept = reachable(setup);
+    let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
     for (k, tool) in setup.tools.iter().enumerate() {
-        tools::remarks(tool, &kept[k], &sizes, cost, &mut out);
+        tools::remarks(tool, &kept[k], &part, (&sizes, cost), &mut out);
         // Of a tool that is out of reach that has been said.
         out.extend(kept[k].contains(&true).then(|| away::remark(setup, k)).flatten());
         out.extend(inside::remark(setup, k, &sizes));

@@ -45,6 +45,22 @@ pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<R
     found.iter().filter_map(remark).collect()
 }
 
+/// Where the model is: all of space, up to the symmetry planes on the sheet's side of them.
+pub(super) fn part(plan: &Plan, setup: &SimulationSetup) -> Aabb {
+    let sheet = Aabb::of_points(&setup.body.mesh().nodes);
+    let mut out = EVERYWHERE;
+    for plane in &plan.scene.symmetry {
+        let (axis, at) = (plane.normal.index(), plane.at_mm);
+        let near = 1e-3 * sheet.diagonal();
+        if sheet.center()[axis] > at {
+            out.min[axis] = at - near;
+        } else {
+            out.max[axis] = at + near;
+        }
+    }
+    out
+}
+
 /// Remarks on planes that the scene takes for planes of symmetry and that material or tools are not symmetric about.
 pub(super) fn wrong(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
     let sheet = Aabb::of_points(&setup.body.mesh().nodes);

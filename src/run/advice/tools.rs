@@ -3,7 +3,7 @@
 use super::curvature::{Bend, FLAT, bends, corners};
 use super::size::{Size, Sizes};
 use super::{GROWTH, Remark};
-use crate::geometry::Vec3;
+use crate::geometry::{Aabb, Vec3};
 use crate::run::cost::Cost;
 use crate::solver::ToolSetup;
 use crate::tool::Patch;
@@ -20,12 +20,12 @@ const HELPS: f64 = 0.5;
 /// Memory of a patch's pieces and their tree.
 const BYTES_A_PATCH: f64 = 2500.0;
 
-/// Remarks on one tool; `kept`: patches the sheet may come near.
+/// Remarks on one tool; `kept`: patches the sheet may come near; `part`: where the model is, symmetry planes being its ends.
 pub(super) fn remarks(
     tool: &ToolSetup,
     kept: &[bool],
-    sizes: &Sizes,
-    cost: &Cost,
+    part: &Aabb,
+    (sizes, cost): (&Sizes, &Cost),
     out: &mut Vec<Remark>,
 ) {
     let name = &tool.name;
@@ -64,7 +64,13 @@ pub(super) fn remarks(
             ),
         ));
     }
-    out.extend(coarse_elements(name, &tool.offset, near(), sizes, cost));
+    // What lies beyond a symmetry plane is the image of what lies before it.
+    let modelled = |p: &&Patch| {
+        let corners = corners(p);
+        let middle = corners.iter().map(|c| c.0).sum::<Vec3>() / corners.len().max(1) as f64;
+        part.distance_squared(&(middle + tool.offset)) == 0.0
+    };
+    out.extend(coarse_elements(name, &tool.offset, near().filter(modelled), sizes, cost));
 }
 
 fn megabytes(bytes: f64) -> String {

@@ -92,11 +92,11 @@ pub enum SimulationError {
         /// Its position [mm].
         z: f64,
         /// Tool nearest to that node.
-        tool: String,
+        tool: Box<str>,
         /// What Newton said.
         cause: Box<NewtonError>,
         /// What may be wrong, and what to try.
-        remedy: String,
+        remedy: Box<str>,
     },
     /// No tool holds the sheet, and its loads are not in balance by themselves.
     #[error(

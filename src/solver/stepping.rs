@@ -272,7 +272,7 @@ fn gave_up(
         NewtonError::Linear(_) | NewtonError::StillMoving { .. } => farthest_from_balance(sys),
     };
     let x = sys.position(node);
-    let name = |tool: usize| sys.tools[tool].setup.name.clone();
+    let name = |tool: usize| sys.tools[tool].setup.name.as_str();
     let there = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] != Role::Absent);
     let nearest = there
         .map(|tool| (sys.tools[tool].closest(&x, None).gap.abs(), tool))
@@ -290,8 +290,8 @@ fn gave_up(
         x: x.x,
         y: x.y,
         z: x.z,
-        tool: tool.map_or_else(|| "none".into(), name),
-        remedy: remedy(sim, &sim.stages[stage], share, &cause),
+        tool: tool.map_or("none", name).into(),
+        remedy: remedy(sim, &sim.stages[stage], share, &cause).into(),
         cause: Box::new(cause),
     }
 }

@@ -95,21 +95,23 @@ impl Curve {
     pub(super) fn corners(&self) -> Vec<f64> {
         const FLAT: f64 = 1e-3;
         let [low, high] = self.extent();
-        let off = |from: usize, to: usize, k: usize| {
-            let [(t0, v0), (t1, v1), (t, v)] = [from, to, k].map(|k| self.points[k]);
-            (v0 + (v1 - v0) * (t - t0) / (t1 - t0) - v).abs()
-        };
+        let off = FLAT * (high - low);
         let mut out = Vec::new();
-        let mut last = None;
-        for k in 0..self.points.len() {
-            let straight = |from: usize| {
-                let next = k + 1 < self.points.len();
-                next && (from + 1..=k).all(|j| off(from, k + 1, j) <= FLAT * (high - low))
-            };
-            if last.is_none_or(|from| !straight(from)) {
-                last = Some(k);
-                out.push(self.points[k].0);
+        let mut points = self.points.iter();
+        let Some(mut from) = points.next() else { return out };
+        out.push(from.0);
+        // Slopes of the lines from the last corner that pass no point since by more.
+        let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut before = from;
+        for point in points {
+            let slope = |value: f64| (value - from.1) / (point.0 - from.0);
+            if !(least..=most).contains(&slope(point.1)) {
+                (from, least, most) = (before, f64::NEG_INFINITY, f64::INFINITY);
+                out.push(from.0);
             }
+            let slope = |value: f64| (value - from.1) / (point.0 - from.0);
+            (least, most) = (least.max(slope(point.1 - off)), most.min(slope(point.1 + off)));
+            before = point;
         }
         out.retain(|share| *share > 0.0 && *share < 1.0);
         out
@@ -378,6 +380,8 @@ mod tests {
         assert_eq!(corners(&[(0.0, 0.0), (0.5, 1.0), (1.0, 2.0)]), [] as [f64; 0]);
         let pulse = [(0.0, 1.0), (0.49, 1.0), (0.5, 6.0), (0.51, 1.0), (1.0, 1.0)];
         assert_eq!(corners(&pulse), [0.49, 0.5, 0.51]);
+        let line = |k: u32| (f64::from(k) / 1e5, f64::from(k));
+        assert_eq!(corners(&(0..=100_000).map(line).collect::<Vec<_>>()), [] as [f64; 0]);
         // A thousand points of half a sine are as many straight stretches as it takes to keep to a thousandth of it.
         let sine =
             |k: u32| (f64::from(k) / 1e3, (f64::from(k) * 1e-3 * std::f64::consts::PI).sin());

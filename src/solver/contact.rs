@@ -103,6 +103,9 @@ pub(super) const REMEMBERED: f64 = 5.0;
 /// How deep in a tool a node was that left it past its border and did not slide off it, over the reach of the search.
 const DEEP: f64 = 0.25;
 
+/// Cosine between normals of faces that look to other sides.
+const OTHER_SIDE: f64 = -0.1;
+
 /// Shortest step along a way past a tool, over the reach of the search.
 pub(super) const LEAST_STEP: f64 = 0.01;
 
@@ -143,7 +146,7 @@ impl Candidate {
         self.before.map_or_else(Vec3::zeros, |before| x - tool.shift() - before)
     }
 
-    /// Whether the tool stood in the node's way since the last balance although it is clear of it now. The way is followed by
+    /// Whether the tool stood in the node's way since the last balance and the node is on its far side. The way is followed by
     /// the distance that there is from the tool, at least a small share of `reach` [mm]. One that goes in and comes out on the
     /// same side is a chord: of a node that slid round a radius, or that touched and has been left. One that comes out past the
     /// tool's border slid off it, if it was not deep in the tool.
@@ -161,12 +164,12 @@ impl Candidate {
                 entered = Some((side, depth.max(-foot.gap)));
             } else if let Some((side, depth)) = entered.take() {
                 let out_of_back = foot.past_border && depth > DEEP * reach;
-                if out_of_back || side.dot(&foot.normal) < 0.0 {
+                if out_of_back || side.dot(&foot.normal) < OTHER_SIDE {
                     return true;
                 }
             }
             if done >= length {
-                return false;
+                return entered.is_some_and(|(side, _)| side.dot(&self.foot.normal) < OTHER_SIDE);
             }
             done += foot.gap.abs().max(LEAST_STEP * reach);
         }

@@ -33,14 +33,12 @@ impl System {
         self.contact.commit(&x, (&self.tools, &present), self.lengths.transition, forces);
     }
 
-    /// A node that does not touch a tool although that stood in its way since the last balance. Steps in which a node moves no
-    /// farther past a tool than the longest edge take it through only where it comes out of its back, or past its border: there
-    /// the search finds what is inside.
+    /// A node in whose way a tool stood since the last balance, and that is on its far side now: clear of it, or held off the
+    /// face that looks the other way. Of nodes that moved no farther past a tool than the longest edge only those are looked at
+    /// that moved out of the face that is next to them now, or past the tool's border.
     pub(super) fn passed_through(&self) -> Option<usize> {
         let (x, present) = (self.positions(), self.present());
         let reach = self.lengths.longest_edge;
-        let outside = |c: &Candidate| c.foot.gap >= 0.0 || c.foot.past_border;
-        let free = |c: &&Candidate| !c.active && present[c.tool] && outside(c);
         let gone = |c: &&Candidate| {
             let (x, tool) = (&x[c.node], &self.tools[c.tool]);
             let way = c.way(x, tool);
@@ -50,7 +48,7 @@ impl System {
             let far = moved <= c.foot.gap.abs();
             !far && (leaves || moved > reach) && c.passed_through(x, tool, reach)
         };
-        let found = self.contact.candidates.iter().filter(free).find(gone);
+        let found = self.contact.candidates.iter().filter(|c| present[c.tool]).find(gone);
         found.map(|c| c.node)
     }
 

@@ -266,6 +266,25 @@ fn a_tool_whose_walls_surround_the_sheet_is_placed_on_its_face() {
     }
 }
 
+/// A rod thinner than a step, closed all round: nodes inside were held off its back.
+#[test]
+fn a_rod_is_not_taken_to_the_far_side_of_nodes() {
+    let rod = |u: f64, v: f64| {
+        let (sin, cos) = (std::f64::consts::TAU * u).sin_cos();
+        let normal = Vec3::new(sin, 0.0, -cos);
+        let middle = Vec3::new(18.0, 60.0 * v - 20.0, 3.5);
+        (middle + 2.0 * normal, normal)
+    };
+    let pushed = |first: f64| {
+        let mut setup = cantilever(Motion::Travel(Curve::to(6.0)), first);
+        let model = Builder::new("rod").grid(32, 1, rod).build();
+        setup.tools = vec![tool("rod", model, -Vec3::z(), SheetSide::Top, 0.0)];
+        end(setup).0[1]
+    };
+    let (slow, fast) = (pushed(0.02), pushed(0.6));
+    assert!(slow > 10.0 && (fast / slow - 1.0).abs() < 1e-3, "{slow} {fast}");
+}
+
 /// A half-round pin whose back is open, in steps longer than it is deep: a node inside has nothing of it nearer than its border.
 #[test]
 fn a_pin_with_an_open_back_is_not_taken_through_the_sheet() {

@@ -118,7 +118,7 @@ pub enum BlankShape {
         rings: usize,
     },
     /// A mesh file: the hexahedra of .msh (2.2, 4.1), .vtu or an Abaqus deck (.inp: C3D8*, SC8R*), numbered and turned
-    /// in any way, or the quadrilaterals of those (S4*, M3D4*, CPS4*, CPE4*, CAX4*) and of .obj, which are the sheet's lower face.
+    /// in any way, or the quadrilaterals of those (S4*, M3D4*, CPS4*, CPE4*, CAX4*) and of .obj: the sheet's lower face.
     Mesh {
         /// Mesh file, relative to the scene.
         file: String,

@@ -14,7 +14,6 @@ use rayon::prelude::*;
 
 use super::lengths::edge_lengths;
 use super::simulation::{Simulation, SimulationError, SimulationSetup};
-use super::stages::Stage;
 use super::tools::{Motion, SheetSide, ToolSetup};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
@@ -60,12 +59,10 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
     let driven = |k: usize| setup.tools.iter().any(|t| t.direction[k].abs() > 1e-12);
     let may_move = Vec3::from_fn(|k, _| pushed[k].max(if driven(k) { swing[k] } else { 0.0 }));
     // A force brings a tool to the sheet from however far.
-    let is_force = |stage: &Stage, tool: usize| matches!(stage.motions[tool], Motion::Force(_));
-    let forced = (0..setup.tools.len()).map(|t| setup.stages.iter().any(|s| is_force(s, t)));
-    let forced: Vec<bool> = forced.collect();
+    let forced = |k: usize| setup.stages.iter().any(|s| matches!(s.motions[k], Motion::Force(_)));
     let near = |(index, (tool, own)): (usize, (&ToolSetup, &Option<[f64; 2]>))| -> Vec<bool> {
-        let [low, high] =
-            own.unwrap_or([-whole, if forced[index] { f64::INFINITY } else { whole }]);
+        let unknown = || [-whole, if forced(index) { f64::INFINITY } else { whole }];
+        let [low, high] = own.unwrap_or_else(unknown);
         let mut zone = sheet;
         for k in 0..3 {
             let d = tool.direction[k];
@@ -188,7 +185,7 @@ mod tests {
     use crate::solver::blank::rectangle;
     use crate::solver::element::ElementKind;
     use crate::solver::material::elastic::Elastic;
-    use crate::solver::{Constraints, Curve, Limits, Placement};
+    use crate::solver::{Constraints, Curve, Limits, Placement, Stage};
 
     /// A quarter of a ball of radius 7 over the corner of a sheet of 4 x 4 x 0.5 in elements of 1 mm.
     fn ball_over_sheet(motion: Motion) -> SimulationSetup {

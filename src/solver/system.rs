@@ -296,15 +296,20 @@ impl System {
                 self.conditions.push(condition);
             }
         }
+        self.look_at_tools(&mut residual);
+        residual.force = (squares + self.unbalanced_tools()).sqrt();
+        residual.reference = supports.sqrt();
+        self.timings.contact += start.elapsed().as_secs_f64();
+        residual
+    }
+
+    /// Adds what the tools lack: nodes that a second one holds nothing off, and the way to a stop that one rests on.
+    fn look_at_tools(&self, residual: &mut Residual) {
         let busy = (0..self.contact.candidates.len()).filter(|&k| self.is_beyond_a_second_tool(k));
         let depth = busy.map(|k| -self.contact.candidates[k].foot.gap);
         residual.penetration = depth.fold(residual.penetration, f64::max);
         let stops = (0..self.tools.len()).filter_map(|tool| self.short_of_stop(tool));
         residual.length = stops.fold(residual.length, |length, off| length.max(off.abs()));
-        residual.force = (squares + self.unbalanced_tools()).sqrt();
-        residual.reference = supports.sqrt();
-        self.timings.contact += start.elapsed().as_secs_f64();
-        residual
     }
 
     /// Whether a candidate's node, which touches another tool, lies inside this one: a node is held off one tool at a time.

@@ -226,20 +226,23 @@ impl CheckedSolver {
                 rhs[k].iter_mut().zip(&d).for_each(|(x, d)| *x += d);
             }
         }
-        for (k, relative) in left.into_iter().enumerate() {
-            let rounded = || {
-                let most = rhs[k].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-                if k == 0 && most > self.plausible {
-                    return false;
-                }
-                let scale = self.sum_of_products(values, &rhs[k], &given[k]);
-                relative <= ALLOWED_OF_ROUNDING && relative * norm(&given[k]) <= ROUNDING * scale
-            };
-            if relative.is_nan() || (relative > ALLOWED && !rounded()) {
-                return Err(LinearError::Inaccurate { relative, allowed: ALLOWED });
-            }
+        let wrong = |k: usize| {
+            let left = left[k];
+            left.is_nan()
+                || left > ALLOWED && !self.is_rounded(values, k, (&rhs[k], &given[k]), left)
+        };
+        match (0..rhs.len()).find(|&k| wrong(k)) {
+            Some(k) => Err(LinearError::Inaccurate { relative: left[k], allowed: ALLOWED }),
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Whether what the k-th solution `x` leaves of `b`, a share `left` of it, is rounding, and the solution is not.
+    fn is_rounded(&self, values: &[f64], k: usize, (x, b): (&[f64], &[f64]), left: f64) -> bool {
+        let most = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        left <= ALLOWED_OF_ROUNDING
+            && (k > 0 || most <= self.plausible)
+            && left * norm(b) <= ROUNDING * self.sum_of_products(values, x, b)
     }
 
     /// Norm of what the rows sum up, without signs.

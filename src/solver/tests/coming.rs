@@ -173,8 +173,8 @@ fn a_tool_that_comes_to_a_sheet_that_is_let_go_takes_it_along() {
     assert!(!free && (moved - Vec3::new(0.0, 0.0, -2.0)).norm() < 0.02, "{moved}");
 }
 
-/// A block lies held under a face 4.4 mm above it, 1 mm beside which a wall stands: `motion` brings the face onto the block
-/// with friction. Force, work that the balance of energy lacks over that of the tools, iterations.
+/// A block of 10 mm lies held under a face 4.4 mm above it, from whose end at `wall` [mm] a wall comes down: `motion` brings the
+/// face onto the block with friction. Its force, and the share of its work that the balance of energy lacks.
 fn under_a_cap(wall: f64, motion: Motion, first_step: f64) -> Result<[f64; 2], SimulationError> {
     let mesh = rectangle(10.0, 2.0, 1.0, 10, 2, 1);
     let mut held = Constraints::none(mesh.nodes.len());

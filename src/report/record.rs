@@ -272,7 +272,7 @@ pub struct RunRecord {
     pub unknowns: usize,
     /// Largest out-of-balance of tool forces against nodal contact forces, as a share of the force.
     pub force_balance: f64,
-    /// Energy that does not close, as a share of `work_nmm`.
+    /// Energy that does not close, as a share of `work_nmm`, or of what rounding makes of nothing where that is more.
     pub energy_balance: f64,
     /// The most work that had been done on the sheet, or by its inner forces, at any increment [N mm].
     #[serde(default)]

@@ -231,7 +231,8 @@ impl RunFolder {
         let e = &report.energies;
         let open = (e.external - e.internal - e.friction - e.snaps).abs();
         let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
-        record.energy_balance = if work > 0.0 { open / work } else { 0.0 };
+        let least = work.max(report.rounding_work);
+        record.energy_balance = if least > 0.0 { open / least } else { 0.0 };
         record.work_nmm = work;
         let deepest = report.history.last().map_or(0.0, |last| last.penetration);
         record.penetration_mm = record.penetration_mm.max(deepest);

@@ -86,6 +86,7 @@ mod tests {
             steadied: 0,
             history: &[],
             energies: Energies { elastic, ..Energies::default() },
+            rounding_work: 0.0,
             volume_balance: None,
             contacts: 0,
             slipping: 0,

@@ -136,9 +136,10 @@ fn worst_first(wrong: &mut [(usize, f64)]) {
 fn pulled(sys: &System, last: Option<&Correction>, near_balance: bool) -> Vec<(usize, f64)> {
     let Some(last) = last else { return Vec::new() };
     let largest = last.foretold.iter().fold(0.0, |m: f64, f| m.max(f.lambda.abs()));
-    let of_note = -1e-10 * largest;
-    // A sheet that tools alone carry along is not pushed at all: of the forces there is only rounding.
-    let carried = sys.is_without_loads();
+    // A sheet that tools alone carry along is not pushed at all: of the forces there is only rounding, but with dampers.
+    let damped = sys.carried && sys.damper.is_some();
+    let of_note = -(1e-10 * largest).max(if damped { sys.rounding_of_forces() } else { 0.0 });
+    let carried = !damped && sys.is_without_loads();
     let wrong = |f: &&Foretold| {
         sys.contact.candidates[f.candidate].active
             && f.lambda < of_note

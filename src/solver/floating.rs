@@ -40,14 +40,25 @@ impl System {
         take_free_motions(&self.constraints, &self.positions(), supports, moves);
     }
 
-    /// Directions in which a tool holds a node: across its surface, and along it where friction has a force to go by.
+    /// Directions in which a tool holds a node: across its surface, and along it where friction has a force to go by or, without
+    /// friction, the surface is hollow. One that bulges pushes a node off to the side: where it lies it may stay, but nothing
+    /// holds it there.
     fn supports(&self, c: &Condition) -> impl Iterator<Item = (usize, Vec3)> + Clone {
-        let node = c.node;
+        let (node, b_tool) = (c.node, c.b_tool);
         let along = self.constraints.free_projector(node) - c.normal * c.normal.transpose();
-        let held = (along * c.b_tool * along).norm() > OF_NOTE * self.scales.tangential;
-        let axes = (0..3).map(move |axis| along * Vec3::ith(axis, 1.0)).filter(move |_| held);
-        let axes = axes.filter_map(|axis| axis.try_normalize(0.1));
-        std::iter::once(c.normal).chain(axes).map(move |along| (node, along))
+        let least = OF_NOTE * self.scales.tangential;
+        let rubs = c.candidate.is_some_and(|k| self.has_friction(self.contact.candidates[k].tool));
+        let stiff = rubs && (along * b_tool * along).norm() > least;
+        let hollow = move |axis: &Vec3| axis.dot(&(b_tool * axis)) > least;
+        let (glides, carried) = (!rubs, self.carried);
+        let holds = move |axis: &Vec3| stiff || (glides && !carried && hollow(axis));
+        let axes = (0..3).filter_map(move |axis| (along * Vec3::ith(axis, 1.0)).try_normalize(0.1));
+        std::iter::once(c.normal).chain(axes.filter(holds)).map(move |along| (node, along))
+    }
+
+    /// Whether a tool has friction in the present iteration.
+    pub(super) fn has_friction(&self, tool: usize) -> bool {
+        !self.carried && self.tools[tool].setup.friction > 0.0
     }
 }
 

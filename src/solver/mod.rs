@@ -10,6 +10,7 @@ mod ahead;
 pub mod assembly;
 mod balance;
 pub mod blank;
+mod carried;
 pub mod columns;
 mod conditions;
 pub mod constraints;

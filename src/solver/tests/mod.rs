@@ -1,5 +1,6 @@
 //! Claims about contact, friction, Newton and stepping, on tools made by hand.
 
+mod carried;
 mod claims;
 mod coming;
 mod cross;

@@ -1,0 +1,150 @@
+//! A sheet that nothing holds and nothing pushes, carried along by tools that it does not resist: tipped over an edge, lifted,
+//! pushed aside. No force says how it moves, and friction has none to go by. Of all motions that bring it out of its tools'
+//! way it makes the least: the one that light dampers about the last balance lead to, without friction. They bend it a little, so
+//! they are set anew where it is until they carry nothing: what is accepted is a balance without them. A sheet that is pressed,
+//! which pushes back by far more than the dampers, goes its way from the last balance with friction as any other.
+
+use super::contact::Force;
+use super::damper::Damper;
+use super::element::Want;
+use super::newton::{NewtonError, NewtonStats, Patience, solve};
+use super::rigid::{nearest_free, unsupported};
+use super::simulation::Simulation;
+use super::system::{Role, System};
+use crate::geometry::Vec3;
+
+/// Stiffness of a node's damper over the mesh's: enough to tell its forces from rounding, and too little to bend the sheet.
+const LIGHT: f64 = 1e-9;
+
+/// Balances with dampers before the sheet is taken to be pressed.
+const PASSES: usize = 8;
+
+/// Force of the tools over that of the dampers at which they press the sheet: levers are shorter.
+const PRESSED: f64 = 30.0;
+
+/// Gap of a touching node that its tool has not left, and depth of one that no tool has come to, over the shortest edge.
+const NEAR: f64 = 1e-9;
+
+/// What has become of a sheet that nothing held or pushed.
+pub(super) enum Way {
+    /// It is in balance where its tools have taken it.
+    Carried(NewtonStats),
+    /// Its tools press it.
+    Pressed,
+    /// They leave it alone.
+    Unmoved,
+}
+
+impl System {
+    /// Whether nothing holds the sheet or pushes it now but tools by their travel.
+    pub(super) fn is_loose(&self) -> bool {
+        let pushes = |role: &Role| !matches!(role, Role::Absent | Role::Travel);
+        if self.damper.is_some() || !self.is_without_loads() || self.roles.iter().any(pushes) {
+            return false;
+        }
+        !unsupported(&self.constraints, &self.positions(), std::iter::empty()).is_empty()
+    }
+
+    /// Whether no tool pushed the sheet at the last balance.
+    pub(super) fn was_idle(&self) -> bool {
+        let rests = |force: Force| self.scales.of_note(force.normal().norm()) == 0.0;
+        self.contact.before().all(|(_, force)| rests(force))
+    }
+
+    /// What rounding of the nodes' places makes of their forces [N].
+    pub(super) fn rounding_of_forces(&self) -> f64 {
+        8.0 * f64::EPSILON * self.lengths.farthest * self.scales.normal
+    }
+
+    /// Whether no tool pushes the sheet.
+    pub(super) fn is_idle(&self) -> bool {
+        self.contact.active().all(|(k, _)| !self.is_pushed(k))
+    }
+
+    /// Whether a tool has moved into the sheet, or away from nodes that touch it. To be called after the search.
+    fn is_met(&self) -> bool {
+        let near = NEAR * self.lengths.shortest_edge;
+        self.contact.candidates.iter().enumerate().any(|(k, c)| {
+            let off = if c.active { c.foot.gap.abs() } else { -c.foot.gap };
+            off > near && (c.active || self.can_touch(k))
+        })
+    }
+}
+
+/// Goes from the last balance of a loose sheet, whose tools are set, to where they take it. What is left behind is a balance
+/// where it is [`Way::Carried`], and to be restored otherwise.
+pub(super) fn carry(sim: &mut Simulation) -> Result<Way, NewtonError> {
+    sim.sys.search();
+    if !sim.sys.is_met() {
+        return Ok(Way::Unmoved);
+    }
+    without_friction(sim)
+}
+
+/// Where a balance leaves a loose sheet that its tools held until then without a force, wherever the iteration has thrown it:
+/// lays it where it comes nearest to where it was, out of its tools' way. `None` if that leads to no balance; the sheet is
+/// where it was found then.
+pub(super) fn lay(sim: &mut Simulation) -> Result<Option<NewtonStats>, NewtonError> {
+    let sys = &mut sim.sys;
+    let (u, contact) = (sys.u.clone(), sys.contact.clone());
+    let now = sys.positions();
+    let then: Vec<Vec3> = (0..now.len())
+        .map(|n| {
+            now[n] - sys.displacement(n)
+                + Vec3::from_column_slice(&sim.committed.u[3 * n..3 * n + 3])
+        })
+        .collect();
+    let (turn, shift) = nearest_free(&sys.constraints, &now, &then);
+    for (node, x) in now.iter().enumerate() {
+        let moved = sys.displacement(node) + (turn * x + shift - x);
+        sys.u[3 * node..3 * node + 3].copy_from_slice(moved.as_slice());
+    }
+    if let Ok(Way::Carried(stats)) = without_friction(sim) {
+        return Ok(Some(stats));
+    }
+    let sys = &mut sim.sys;
+    (sys.u, sys.contact) = (u, contact);
+    sys.evaluate(Want::ResidualAndTangent)?;
+    sys.search();
+    sys.assemble();
+    Ok(None)
+}
+
+fn without_friction(sim: &mut Simulation) -> Result<Way, NewtonError> {
+    sim.sys.carried = true;
+    let found = let_lie(sim);
+    sim.sys.carried = false;
+    sim.sys.damper = None;
+    found
+}
+
+/// Finds the balance with dampers, and from there those with dampers about the last, until they carry nothing.
+fn let_lie(sim: &mut Simulation) -> Result<Way, NewtonError> {
+    let mut stats = NewtonStats::default();
+    for _ in 0..PASSES {
+        let (now, carries) = damped(sim)?;
+        stats = stats.and(now);
+        let sys = &sim.sys;
+        if sys.is_idle() {
+            return Ok(Way::Carried(stats));
+        }
+        let pushes: f64 = sys.contact.active().map(|(_, c)| sys.contact_force(c.node).norm()).sum();
+        if pushes > PRESSED * carries {
+            break;
+        }
+    }
+    Ok(Way::Pressed)
+}
+
+/// Goes to the balance with dampers about the present place, and takes their forces away; the sum of these [N].
+fn damped(sim: &mut Simulation) -> Result<(NewtonStats, f64), NewtonError> {
+    let sys = &mut sim.sys;
+    let stiffness = LIGHT * sys.scales.tangential;
+    let damper = Damper::new(&sys.body, &sys.u, stiffness);
+    sys.damper = Some(damper.clone());
+    let patience = Patience::UpTo(sim.limits.iterations);
+    let stats = solve(sys, &sim.limits, patience, None, &mut sim.history)?;
+    let forces: Vec<f64> = damper.forces(&sys.u).collect();
+    sys.eval.internal_force.iter_mut().zip(&forces).for_each(|(all, own)| *all -= own);
+    Ok((stats, forces.iter().map(|f| f.abs()).sum()))
+}

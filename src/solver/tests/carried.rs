@@ -1,0 +1,124 @@
+//! A sheet that nothing holds and nothing pushes, between tools that move it, and one that is pushed without friction.
+
+use super::{body, setup, stage, steel, tool};
+use crate::contact::test_tools::{Builder, Piece, arc, line};
+use crate::geometry::Vec3;
+use crate::solver::blank::rectangle;
+use crate::solver::{
+    Constraints, Control, Curve, IncrementReport, Motion, RunSummary, SheetSide, Simulation,
+    SimulationSetup, ToolSetup,
+};
+use crate::tool::ToolModel;
+
+/// What a run has come to: the largest force of each tool [N], displacements [mm], the run's summary.
+struct End {
+    forces: Vec<f64>,
+    moved: Vec<Vec3>,
+    summary: RunSummary,
+}
+
+fn run(setup: SimulationSetup) -> End {
+    let (mut forces, mut moved) = (vec![0.0; setup.tools.len()], Vec::new());
+    let mut see = |r: &IncrementReport<'_>| {
+        let now = r.tools.iter().map(|tool| tool.force.abs());
+        forces.iter_mut().zip(now).for_each(|(most, force)| *most = force.max(*most));
+        moved = r.displacements.chunks_exact(3).map(Vec3::from_column_slice).collect();
+        Control::Continue
+    };
+    let summary = Simulation::new(setup).unwrap().run(&mut see).unwrap();
+    End { forces, moved, summary }
+}
+
+/// A profile in the x-z plane, drawn out along y far beyond the sheets.
+fn along_y(name: &str, profile: &[Piece]) -> ToolModel {
+    let pieces = profile.iter().fold(Builder::new(name), |builder, piece| {
+        builder.grid(piece.cells, 1, |t, v| {
+            let ([x, z], [nx, nz]) = (piece.at)(t);
+            (Vec3::new(x, 60.0 * v - 28.0, z), Vec3::new(nx, 0.0, nz))
+        })
+    });
+    pieces.build()
+}
+
+const TURN: f64 = std::f64::consts::TAU;
+
+fn rod(name: &str, [x, z]: [f64; 2], r: f64, down: bool, mu: f64) -> ToolSetup {
+    let model = along_y(name, &[arc(12, [x, z], r, [0.0, TURN], 1.0)]);
+    let (direction, side) =
+        if down { (-Vec3::z(), SheetSide::Top) } else { (Vec3::z(), SheetSide::Bottom) };
+    tool(name, model, direction, side, mu)
+}
+
+/// A strip of 60 x 4 x 1 mm on a table with a round edge at x = 20, and a rod that comes down on its overhang: it turns about
+/// the edge, glides, and nothing resists.
+fn tipped(mu: f64) -> (End, Vec<Vec3>) {
+    let mesh = rectangle(60.0, 4.0, 1.0, 30, 1, 1);
+    let nodes = mesh.nodes.clone();
+    let flat = line(1, [-20.0, 0.0], [17.0, 0.0], [0.0, 1.0]);
+    let edge = arc(8, [17.0, -3.0], 3.0, [0.25 * TURN, -TURN / 6.0], 1.0);
+    let table = tool("table", along_y("table", &[flat, edge]), Vec3::z(), SheetSide::Bottom, mu);
+    let down = rod("rod", [33.0, 7.0], 5.0, true, mu);
+    let motions = vec![Motion::Hold, Motion::Travel(Curve::to(12.0))];
+    let nothing = Constraints::none(nodes.len());
+    let stages = vec![stage("tip", motions, 0.05)];
+    (run(setup(body(mesh, steel()), nothing, vec![table, down], stages)), nodes)
+}
+
+/// Its matrix was singular and rounding took it 20 mm to the side, out of its tools' way.
+#[test]
+fn a_strip_tips_over_an_edge_without_a_force() {
+    for mu in [0.0, 0.1] {
+        let (end, nodes) = tipped(mu);
+        assert!(end.forces.iter().all(|force| *force < 1e-5), "{mu}: {:?}", end.forces);
+        let aside = end.moved.iter().map(|u| u.y.abs()).fold(0.0, f64::max);
+        let now: Vec<Vec3> = nodes.iter().zip(&end.moved).map(|(x, u)| x + u).collect();
+        let along = |x: f64| {
+            let at = nodes.iter().zip(&now).filter(|(n, _)| n.y + n.z + (n.x - x).abs() < 1e-9);
+            at.map(|(_, now)| *now).sum::<Vec3>()
+        };
+        let (rear, front) = (along(0.0), along(60.0));
+        assert!(aside < 1e-3, "{mu}: {aside}");
+        assert!(rear.z > 5.0 && front.z < -15.0, "{mu}: {rear} {front}");
+        assert!(((front - rear).norm() - 60.0).abs() < 1e-9, "{mu}: it has been stretched");
+    }
+}
+
+/// A strip of 60 x 5 x 1 mm on two rods 44 mm apart and a third in the middle above it, which goes down by `depth` and then up.
+/// `held`: in its middle along it, and across.
+fn bent(mu: f64, held: bool, depth: f64, up: bool) -> End {
+    let mesh = rectangle(60.0, 5.0, 1.0, 30, 2, 1);
+    let mut constraints = Constraints::none(mesh.nodes.len());
+    if held {
+        constraints.symmetry_plane(&mesh.nodes, 1, 2.5, 1e-9);
+        constraints.symmetry_plane(&mesh.nodes, 0, 30.0, 1e-9);
+    }
+    let below = |x: f64| rod("below", [x, -3.0], 3.0, false, mu);
+    let tools = vec![below(8.0), below(52.0), rod("punch", [30.0, 4.0], 3.0, true, mu)];
+    let to = |end: f64| vec![Motion::Hold, Motion::Hold, Motion::Travel(Curve::to(end))];
+    let mut stages = vec![stage("in", to(depth), 0.1)];
+    if up {
+        stages.push(stage("out", to(-20.0), 0.1));
+    }
+    run(setup(body(mesh, steel()), constraints, tools, stages))
+}
+
+/// Rods that bulge push a sheet without friction off to the side wherever it does not lie just so: it flew off.
+#[test]
+fn a_strip_bent_without_friction_stays_between_its_rods() {
+    let (held, free) = (bent(0.0, true, 2.0, false), bent(0.0, false, 2.0, false));
+    let apart = held.moved.iter().zip(&free.moved).map(|(a, b)| (a - b).norm());
+    assert!(held.forces[2] > 50.0 && free.forces[2] > 50.0);
+    assert!((held.forces[2] / free.forces[2] - 1.0).abs() < 1e-6);
+    assert!(apart.fold(0.0, f64::max) < 1e-6);
+    assert_eq!(free.summary.cuts, 0);
+}
+
+/// It rose 20 mm with the punch, to which it clung by forces of rounding.
+#[test]
+fn a_punch_that_goes_back_leaves_the_sheet() {
+    for (mu, held) in [(0.0, false), (0.1, false), (0.0, true), (0.1, true)] {
+        let end = bent(mu, held, 1.0, true);
+        let farthest = end.moved.iter().map(Vec3::norm).fold(0.0, f64::max);
+        assert!(farthest < 1e-3, "{mu}, {held}: {farthest}");
+    }
+}

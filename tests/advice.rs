@@ -169,6 +169,14 @@ fn a_tool_that_goes_the_wrong_way_is_told() {
     assert!(text.contains("is 15.0") && text.contains("turned round"), "{text}");
     let text = with(7.0, 2.0);
     assert!(text.contains("punch travels from 0.00 to 2.00 mm and comes no nearer"), "{text}");
+    // Past the end of the sheet, somewhere on its way.
+    let past = told(folder, "u-draw.scene.json", |scene| {
+        scene["tools"][2]["direction"] = json!([1.0, 0.0, 0.0]);
+        scene["tools"][2]["side"] = json!("top");
+        scene["tools"][2]["place"]["shift"] = json!([-1500.0, 0.0, -3.0]);
+        scene["stages"][0]["drive"]["punch"]["travel_mm"] = json!(4000.0);
+    });
+    assert!(past.contains("punch to 4000 mm") && !past.contains("comes no nearer"), "{past}");
     // A punch that has drawn, and a die that goes with it.
     let after = told(folder, "u-draw.scene.json", |scene| {
         let back = json!({"name": "back", "drive": {"punch": {"travel_mm": -1.0}, "die": {"travel_mm": -9.0}}});

@@ -59,6 +59,7 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
             tool.friction
         );
     }
+    print_loads(&plan, &setup.loads);
     print_stages(&plan);
     print_cost(&cost);
     // What is wrong with a placement is said last, after all that is known.
@@ -88,6 +89,16 @@ fn outline(shape: &BlankShape) -> String {
     }
 }
 
+/// `on_nodes`: of the modelled part (three a node) [N].
+fn print_loads(plan: &Plan, on_nodes: &[f64]) {
+    let nodes = on_nodes.chunks_exact(3).filter(|force| force.iter().any(|f| *f != 0.0)).count();
+    let of = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) N");
+    let forces: Vec<String> = plan.scene.loads.iter().map(|load| of(load.force_n)).collect();
+    if !forces.is_empty() {
+        out!("  loads      {} on {nodes} nodes in all", forces.join(", "));
+    }
+}
+
 fn print_stages(plan: &Plan) {
     let share = plan.share();
     for stage in &plan.scene.stages {
@@ -108,6 +119,7 @@ fn print_stages(plan: &Plan) {
                 Drive::Release(_) => format!("{tool} released"),
                 Drive::Absent(_) => format!("{tool} away"),
             })
+            .chain(stage.load_share.map(|share| format!("loads to {} %", 100.0 * share)))
             .collect();
         out!("  stage      {}: {}", stage.name, drives.join(", "));
     }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::folder::RunFolder;
 use crate::files::{WriteError, sha256_hex, write_atomic};
+use crate::report::record::{RunRecord, Verdict};
 use crate::solver::state::SimulationState;
 
 /// Version of the file.
@@ -28,6 +29,14 @@ pub enum CheckpointError {
         folder: PathBuf,
         /// What was found.
         why: String,
+    },
+    /// All stages are done.
+    #[error(
+        "{}: the run in it has done all stages, nothing is left to go on with; run without --restart to do them again", folder.display()
+    )]
+    Completed {
+        /// The run folder.
+        folder: PathBuf,
     },
     /// An input has changed since.
     #[error(
@@ -99,6 +108,13 @@ pub fn remove(folder: &Path) {
     files(folder).iter().for_each(|f| drop(fs::remove_file(f)));
 }
 
+/// Whether the folder's own record says that its run has done all stages.
+fn has_completed(folder: &Path) -> bool {
+    let text = fs::read_to_string(folder.join("run.json")).unwrap_or_default();
+    let record = serde_json::from_str::<RunRecord>(&text);
+    record.is_ok_and(|record| record.verdict == Verdict::Completed)
+}
+
 /// The newest whole checkpoint in a folder, if it belongs to these inputs and this program.
 ///
 /// # Errors
@@ -124,6 +140,9 @@ pub fn read(
         }
     }
     let Some(mut checkpoint) = found else {
+        if has_completed(folder) {
+            return Err(CheckpointError::Completed { folder: folder.into() });
+        }
         return Err(CheckpointError::None { folder: folder.into(), why: faults.join(", ") });
     };
     let record = &checkpoint.folder.record;

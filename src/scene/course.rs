@@ -84,13 +84,22 @@ impl Course {
     }
 }
 
+/// Points of a curve that are told one by one.
+const LISTED: usize = 8;
+
 impl fmt::Display for Course {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::End(value) => write!(f, "{value}"),
-            Self::Curve(pairs) => {
+            Self::Curve(pairs) if pairs.len() <= LISTED => {
                 let values: Vec<String> = pairs.iter().map(|pair| pair[1].to_string()).collect();
                 f.write_str(&values.join(", "))
+            }
+            Self::Curve(pairs) => {
+                let values = pairs.iter().map(|pair| pair[1]);
+                let least = values.clone().fold(f64::INFINITY, f64::min);
+                let most = values.fold(f64::NEG_INFINITY, f64::max);
+                write!(f, "{} over {} points from {least} to {most}", self.end(), pairs.len())
             }
         }
     }
@@ -148,6 +157,8 @@ mod tests {
         let curve = course("[[0, 0], [0.5, 5.0], [1, 3]]");
         assert_eq!((curve.start(), curve.end()), (Some(0.0), 3.0));
         assert_eq!(curve.to_string(), "0, 5, 3");
+        let long: Vec<[f64; 2]> = (0..50).map(|k| [f64::from(k), f64::from(k % 7)]).collect();
+        assert_eq!(Course::Curve(long).to_string(), "0 over 50 points from 0 to 6");
         assert_eq!(curve.fault(), None);
         assert_eq!(serde_json::to_string(&curve).unwrap(), "[[0.0,0.0],[0.5,5.0],[1.0,3.0]]");
         assert_eq!(course("[[0.5, 2], [1, 0]]").start(), None);

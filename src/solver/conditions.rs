@@ -61,7 +61,12 @@ pub(super) struct Scales {
 impl Scales {
     /// A force [N], or zero where it is nothing but rounding: which sign that has must decide nothing.
     pub(super) fn of_note(self, force: f64) -> f64 {
-        if force.abs() > self.normal * self.rounding { force } else { 0.0 }
+        if force.abs() > self.least() { force } else { 0.0 }
+    }
+
+    /// The force that rounding makes of nothing [N].
+    pub(super) fn least(self) -> f64 {
+        self.normal * self.rounding
     }
 }
 

@@ -249,7 +249,7 @@ pub struct IncrementReport<'a> {
     pub history: &'a [IterationRecord],
     /// Work and energy.
     pub energies: Energies,
-    /// Work that rounding of the nodes' places makes of nothing [N mm].
+    /// Work over the size of the sheet of a force that is nothing but rounding [N mm].
     pub rounding_work: f64,
     /// Volume that does not balance, as a share of the sheet's ([`super::assembly::Body::volume_balance`]); `None` where
     /// the material keeps no strains.

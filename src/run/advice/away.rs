@@ -8,8 +8,10 @@ use crate::solver::{Motion, SimulationSetup, ToolSetup};
 
 /// Nodes whose distance is looked at, at most.
 const SAMPLES: usize = 2000;
-/// Share of the way at which it is.
-const PLACES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+/// Least step between two places on the way at which it is, over the distance at which a tool comes near.
+const STEP: f64 = 0.25;
+/// Steps at most.
+const STEPS: f64 = 200.0;
 /// Share of the sheet's size that its rim may come towards a tool by itself.
 const RIM: f64 = 0.05;
 
@@ -25,13 +27,13 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Remark> {
     }
     let ends = [low, high].map(|travel| (travel, distance(setup, own, travel)));
     let start = distance(setup, own, 0.0);
-    let between = PLACES.iter().map(|share| distance(setup, own, low + share * (high - low)));
-    let least = between.fold(start, f64::min);
-    let (far, most) = if ends[0].1 > ends[1].1 { ends[0] } else { ends[1] };
     let (thickness, size) =
         (setup.body.mesh().mean_thickness(), Aabb::of_points(&setup.body.mesh().nodes).diagonal());
+    let near = f64::max(2.0 * thickness, RIM * size);
+    let least = on_the_way(setup, own, [low, high], near).min(start).min(ends[1].1);
+    let (far, most) = if ends[0].1 > ends[1].1 { ends[0] } else { ends[1] };
     let leaves = least >= start - 1e-6 * size && most > start + thickness;
-    let short = least > f64::max(2.0 * thickness, RIM * size);
+    let short = least > near;
     if !(leaves || short) || (leaves && !begins_it(setup, tool)) || brought(setup, tool, far) {
         return None;
     }
@@ -51,6 +53,19 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Remark> {
             "check its place, its direction and how far it travels".into(),
         )
     })
+}
+
+/// Least distance from a tool between two travels [mm], of which no more than that it is below `near` is of interest. A step of
+/// the tool brings it no nearer than by its length, so none goes over a place where it is nearer by more than a quarter of that.
+fn on_the_way(setup: &SimulationSetup, tool: &ToolSetup, [low, high]: [f64; 2], near: f64) -> f64 {
+    let shortest = (STEP * near).max((high - low) / STEPS);
+    let (mut travel, mut least) = (low, f64::INFINITY);
+    while travel < high {
+        let now = distance(setup, tool, travel);
+        least = least.min(now);
+        travel += (now - near).max(shortest);
+    }
+    least
 }
 
 /// Least distance of the sheet's nodes that a tool may touch from it, where they lie before forming [mm]; below zero where it

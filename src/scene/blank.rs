@@ -11,8 +11,11 @@ use crate::solver::Constraints;
 use crate::solver::blank::{HexMesh, disc, quarter_disc, rectangle, thickened};
 use crate::solver::columns::{SheetError, from_hexahedra, oriented};
 
-/// Nodes this close to a plane or a radius are on it [share of the blank's size]: what files written with seven digits leave.
+/// Nodes this close to a plane or a radius are on it [share of the largest coordinate]: what files written with seven digits
+/// leave.
 const ON: f64 = 1e-6;
+/// The largest coordinate that counts there, over the blank's size.
+const MOST: f64 = 100.0;
 
 /// Place, what was found, what is allowed.
 type Fault = (String, String, String);
@@ -64,7 +67,9 @@ fn of_file(blank: &Blank, scene: &Path, file: &Path) -> Result<HexMesh, SceneErr
             Ok(thickened(&mesh.points, &quads, blank.thickness_mm, blank.layers))
         }
         SheetElements::Hexahedra { elements, stacked } => {
-            let sheet = from_hexahedra(&mesh.points, &elements, stacked).map_err(in_file)?;
+            let thickness = Some(blank.thickness_mm).filter(|given| *given > 0.0);
+            let sheet =
+                from_hexahedra(&mesh.points, &elements, stacked, thickness).map_err(in_file)?;
             let (given, own) = (blank.thickness_mm, sheet.mean_thickness());
             if given > 0.0 && (given - own).abs() > SAME * own {
                 return Err(at(format!(
@@ -110,7 +115,7 @@ pub(super) fn fill_in(
 /// Symmetry planes and held nodes.
 pub(super) fn constraints(scene: &Scene, nodes: &[Vec3]) -> Result<Constraints, Fault> {
     let mut constraints = Constraints::none(nodes.len());
-    let tolerance = ON * size(nodes);
+    let tolerance = near(nodes);
     for (k, plane) in scene.symmetry.iter().enumerate() {
         let axis = plane.normal.index();
         check_plane(&scene.symmetry[..k], plane, nodes)
@@ -135,7 +140,7 @@ fn check_plane(
     plane: &SymmetryPlane,
     nodes: &[Vec3],
 ) -> Result<(), (String, String)> {
-    let near = ON * size(nodes);
+    let near = near(nodes);
     let (axis, at) = (plane.normal.index(), plane.at_mm);
     let name = format!("{} = {at} mm", ["x", "y", "z"][axis]);
     let same = |p: &SymmetryPlane| p.normal == plane.normal && (p.at_mm - at).abs() <= near;
@@ -175,7 +180,7 @@ pub(super) fn loads(scene: &Scene, nodes: &[Vec3], share: f64) -> Result<Vec<f64
 }
 
 fn nodes_in(region: &Region, nodes: &[Vec3], place: &str) -> Result<Vec<usize>, Fault> {
-    let near = ON * size(nodes);
+    let near = near(nodes);
     let inside = |x: &Vec3| match region {
         Region::All(all) => *all,
         Region::Plane(plane) => (x[plane.normal.index()] - plane.at_mm).abs() <= near,
@@ -191,8 +196,13 @@ fn nodes_in(region: &Region, nodes: &[Vec3], place: &str) -> Result<Vec<usize>, 
     Ok(found)
 }
 
-fn size(nodes: &[Vec3]) -> f64 {
-    nodes.iter().map(|x| x.amax()).fold(0.0, f64::max)
+/// How far from a plane or a radius a node may be that is on it [mm]: by the digits of its coordinates, and little over the
+/// blank's own size where that lies far from the origin.
+fn near(nodes: &[Vec3]) -> f64 {
+    let (size, farthest) = nodes.iter().fold((0.0, 0.0), |(size, far): (f64, f64), x| {
+        (size.max((x - nodes[0]).amax()), far.max(x.amax()))
+    });
+    ON * farthest.clamp(size, MOST * size)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::blank::{blank_mesh, constraints, loads};
 use super::motions::motions;
 use super::read::{Plan, SceneError};
 use super::rolling;
-use super::types::{Place, Side, Tool};
+use super::types::{Drive, Place, Side, Tool};
 use crate::contact::ToolSurface;
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
@@ -43,8 +43,12 @@ impl Plan {
         let tools = tools.map(|(k, (tool, loaded))| {
             let side = side(tool, &up)
                 .map_err(|(found, allowed)| value((format!("tools[{k}].side"), found, allowed)))?;
-            looks_at_sheet(tool, loaded.surface.model(), side, &up)
-                .map_err(|(found, allowed)| value((format!("tools[{k}].file"), found, allowed)))?;
+            // By the time that one comes which is away at first, the sheet may have been turned over.
+            if !self.is_away_at_first(tool) {
+                looks_at_sheet(tool, loaded.surface.model(), side, &up).map_err(
+                    |(found, allowed)| value((format!("tools[{k}].file"), found, allowed)),
+                )?;
+            }
             Ok(tool_setup(tool, side, loaded.surface.clone()))
         });
         let tools = tools.collect::<Result<_, SceneError>>()?;
@@ -57,6 +61,12 @@ impl Plan {
             limits: self.limits(),
             share: self.share(),
         })
+    }
+
+    /// Whether a tool whose face of the sheet is given is absent in the first stage.
+    fn is_away_at_first(&self, tool: &Tool) -> bool {
+        let first = self.scene.stages.first().and_then(|stage| stage.drive.get(&tool.name));
+        tool.side.is_some() && matches!(first, Some(Drive::Absent(_)))
     }
 
     fn limits(&self) -> Limits {
@@ -119,7 +129,7 @@ fn side(tool: &Tool, up: &Vec3) -> Result<SheetSide, (String, String)> {
                 "none, where the direction [{x}, {y}, {z}] of '{name}' is nearly square to the sheet's thickness direction [{:.3}, {:.3}, {:.3}]",
                 up.x, up.y, up.z
             ),
-            "\"side\": \"top\", \"bottom\" or \"both\", the face of the sheet that the tool touches".into(),
+            "\"side\": \"top\", \"bottom\" or \"both\", the face of the sheet that the tool touches (of a file of hexahedra narrower than thick, `blank.thickness_mm` tells which way the thickness is)".into(),
         ));
     }
     Ok(if along < 0.0 { SheetSide::Top } else { SheetSide::Bottom })

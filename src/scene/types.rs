@@ -58,7 +58,8 @@ pub enum FormatTag {
 pub struct Blank {
     /// Its outline and elements in plan.
     pub shape: BlankShape,
-    /// Thickness [mm], > 0; may be left out when the blank is a file of hexahedra.
+    /// Thickness [mm], > 0; may be left out when the blank is a file of hexahedra, whose thickness is then the shortest way
+    /// through all of them. Given, it tells which way of a narrow slice is meant.
     #[serde(default)]
     pub thickness_mm: f64,
     /// Elements through the thickness, >= 1; those of a file of hexahedra are the file's.

@@ -24,7 +24,7 @@ pub(super) struct Candidate {
     /// How far the node lies past the tool's border, along the surface, over what a touching node may [1].
     pub(super) overshoot: f64,
     /// Where the node was at the last converged increment, in the tool's frame; `None` while the tool was not there.
-    before: Option<Vec3>,
+    pub(super) before: Option<Vec3>,
     /// It touched at the last converged increment.
     touched: bool,
     /// Foot at the last converged increment, in the tool's frame; of a node that did not touch then, the foot it has when it
@@ -100,12 +100,6 @@ const OVERHANG: f64 = 0.05;
 /// Coulomb's force there.
 pub(super) const REMEMBERED: f64 = 5.0;
 
-/// How deep in a tool a node was that left it past its border and did not slide off it, over the reach of the search.
-const DEEP: f64 = 0.25;
-
-/// Cosine between normals of faces that look to other sides.
-const OTHER_SIDE: f64 = -0.1;
-
 /// Shortest step along a way past a tool, over the reach of the search.
 pub(super) const LEAST_STEP: f64 = 0.01;
 
@@ -144,35 +138,6 @@ impl Candidate {
     /// How node and tool have moved past each other since the last balance [mm]; not at all where there is none.
     pub(super) fn way(&self, x: &Vec3, tool: &Tool) -> Vec3 {
         self.before.map_or_else(Vec3::zeros, |before| x - tool.shift() - before)
-    }
-
-    /// Whether the tool stood in the node's way since the last balance and the node is on its far side. The way is followed by
-    /// the distance that there is from the tool, at least a small share of `reach` [mm]. One that goes in and comes out on the
-    /// same side is a chord: of a node that slid round a radius, or that touched and has been left. One that comes out past the
-    /// tool's border slid off it, if it was not deep in the tool.
-    pub(super) fn passed_through(&self, x: &Vec3, tool: &Tool, reach: f64) -> bool {
-        let Some(before) = self.before else { return false };
-        let way = x - tool.shift() - before;
-        let (length, mut done) = (way.norm(), 0.0);
-        let mut entered: Option<(Vec3, f64)> = None;
-        loop {
-            let place = before + way * (done / length).min(1.0);
-            let foot = tool.setup.surface.within(&place, None, length);
-            let inside = foot.gap < 0.0 && !foot.past_border;
-            if inside {
-                let (side, depth) = entered.unwrap_or((foot.normal, 0.0));
-                entered = Some((side, depth.max(-foot.gap)));
-            } else if let Some((side, depth)) = entered.take() {
-                let out_of_back = foot.past_border && depth > DEEP * reach;
-                if out_of_back || side.dot(&foot.normal) < OTHER_SIDE {
-                    return true;
-                }
-            }
-            if done >= length {
-                return entered.is_some_and(|(side, _)| side.dot(&self.foot.normal) < OTHER_SIDE);
-            }
-            done += foot.gap.abs().max(LEAST_STEP * reach);
-        }
     }
 
     /// The part of the slip that goes back when the force does. Without it a node that sticks would creep by about the
@@ -239,21 +204,24 @@ impl ContactSet {
     }
 
     /// Makes the present feet those that the next increment starts from, of nodes at `x` and tools that are `present`;
-    /// friction with this `transition` [mm] and these forces at the candidates [N].
+    /// friction with this `transition` [mm] and these forces at the candidates [N], of which `least` is none: without a force
+    /// nothing remembers the slip.
     pub(super) fn commit(
         &mut self,
         x: &[Vec3],
         (tools, present): (&[Tool], &[bool]),
         transition: f64,
         forces: &[Force],
+        least: f64,
     ) {
         let candidates = self.candidates.iter_mut().zip(&mut self.saved);
         for ((c, saved), &force) in candidates.zip(forces) {
             c.before = present[c.tool].then(|| x[c.node] - tools[c.tool].shift());
             c.touched = c.active;
             c.start = c.foot.point;
-            let kept =
-                if c.active && saved.active { c.remembered(transition) } else { Vec3::zeros() };
+            let pushed = force.normal().norm() > least;
+            let goes_on = c.active && saved.active && pushed;
+            let kept = if goes_on { c.remembered(transition) } else { Vec3::zeros() };
             c.anchor = c.start - kept;
             c.fresh = false;
             c.swings = 0;

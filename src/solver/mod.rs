@@ -28,6 +28,7 @@ pub mod material;
 mod matrix;
 pub mod newton;
 mod pace;
+mod passage;
 pub mod pattern;
 pub mod reach;
 mod relaxation;

@@ -322,7 +322,13 @@ mod tests {
             }
             assert!((back.determinant() - 1.0).abs() < 1e-14);
         }
+        // A quarter shifts along the axis that is left, and with a node held on that not at all.
         on_plane.hold(3, 1);
         assert_eq!(nearest(&on_plane, &corners(), &corners()), None);
+        let lifted: Vec<Vec3> = corners().iter().map(|x| x + Vec3::new(0.1, 0.2, 0.3)).collect();
+        let (turn, shift) = nearest_free(&on_plane, &lifted, &corners());
+        assert!(turn == Mat3::identity() && (shift + 0.3 * Vec3::z()).norm() < 1e-14);
+        on_plane.hold(3, 2);
+        assert_eq!(nearest_free(&on_plane, &lifted, &corners()).1, Vec3::zeros());
     }
 }

@@ -1,12 +1,9 @@
-//! Where the nodes stand to the tools: looked for at every iterate, kept at every balance, looked back at once a step is made.
+//! Where the nodes stand to the tools: looked for at every iterate, kept at every balance.
 
 use std::time::Instant;
 
-use super::contact::{Candidate, Force};
+use super::contact::Force;
 use super::system::{Role, System};
-
-/// Cosine between a node's way and the normal of a face that it comes out of.
-const LEAVES: f64 = 0.5;
 
 impl System {
     /// Closest points at the present positions.
@@ -30,29 +27,11 @@ impl System {
     /// candidates' nodes.
     pub(super) fn commit_contact(&mut self, forces: &[Force]) {
         let (x, present) = (self.positions(), self.present());
-        self.contact.commit(&x, (&self.tools, &present), self.lengths.transition, forces);
+        let (transition, least) = (self.lengths.transition, self.scales.least());
+        self.contact.commit(&x, (&self.tools, &present), transition, forces, least);
     }
 
-    /// A node in whose way a tool stood since the last balance, and that is on its far side now: clear of it, or held off the
-    /// face that looks the other way. Of nodes that moved no farther past a tool than the longest edge only those are looked at
-    /// that moved out of the face that is next to them now, or past the tool's border.
-    pub(super) fn passed_through(&self) -> Option<usize> {
-        let (x, present) = (self.positions(), self.present());
-        let reach = self.lengths.longest_edge;
-        let gone = |c: &&Candidate| {
-            let (x, tool) = (&x[c.node], &self.tools[c.tool]);
-            let way = c.way(x, tool);
-            let moved = way.norm();
-            let leaves = c.foot.past_border || way.dot(&c.foot.normal) > LEAVES * moved;
-            // What ends farther from the tool than it has moved was never inside.
-            let far = moved <= c.foot.gap.abs();
-            !far && (leaves || moved > reach) && c.passed_through(x, tool, reach)
-        };
-        let found = self.contact.candidates.iter().filter(|c| present[c.tool]).find(gone);
-        found.map(|c| c.node)
-    }
-
-    fn present(&self) -> Vec<bool> {
+    pub(super) fn present(&self) -> Vec<bool> {
         self.roles.iter().map(|r| *r != Role::Absent).collect()
     }
 }

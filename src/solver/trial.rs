@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::carried::{Way, carry, lay};
 use super::contact::Force;
 use super::newton::{NewtonError, NewtonStats, Patience, solve};
-use super::rigid::nearest;
+use super::rigid::nearest_free;
 use super::simulation::Simulation;
 use super::stages::Stage;
 use super::system::{Role, System};
@@ -217,7 +217,7 @@ pub(super) fn lay_down(sim: &mut Simulation, plan: &Plan) {
     let now: Vec<Vec3> = (0..sys.node_count()).map(|node| sys.position(node)).collect();
     let before = plan.unsupported.chunks_exact(3).map(Vec3::from_column_slice).enumerate();
     let then: Vec<Vec3> = before.map(|(node, u)| now[node] - sys.displacement(node) + u).collect();
-    let Some((turn, shift)) = nearest(&sim.held, &now, &then) else { return };
+    let (turn, shift) = nearest_free(&sim.held, &now, &then);
     for (node, x) in now.iter().enumerate() {
         let at = 3 * node..3 * node + 3;
         let moved = sys.displacement(node) + (turn * x + shift - x);

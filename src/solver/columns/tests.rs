@@ -56,17 +56,17 @@ fn a_sheet_comes_back_from_any_numbering_and_turning() {
     let fine = thickened(&points, &quads, 3.0, 1);
     for mesh in [rectangle(8.0, 5.0, 0.8, 5, 3, 2), disc, fine, rectangle(4.0, 2.0, 1.5, 4, 8, 1)] {
         let (points, elements) = foreign(&mesh);
-        same_sheet(&mesh, &from_hexahedra(&points, &elements, false).unwrap());
+        same_sheet(&mesh, &from_hexahedra(&points, &elements, false, None).unwrap());
         let upside: Vec<[u32; 8]> = mesh
             .elements
             .iter()
             .map(|e| [e[4], e[7], e[6], e[5], e[0], e[3], e[2], e[1]])
             .collect();
-        same_sheet(&mesh, &from_hexahedra(&mesh.nodes, &upside, true).unwrap());
+        same_sheet(&mesh, &from_hexahedra(&mesh.nodes, &upside, true, None).unwrap());
         // Inside out, as a mirrored file has them.
         let mirrored: Vec<[u32; 8]> =
             mesh.elements.iter().map(|e| [4, 5, 6, 7, 0, 1, 2, 3].map(|k| e[k])).collect();
-        same_sheet(&mesh, &from_hexahedra(&mesh.nodes, &mirrored, true).unwrap());
+        same_sheet(&mesh, &from_hexahedra(&mesh.nodes, &mirrored, true, None).unwrap());
     }
 }
 
@@ -79,7 +79,7 @@ fn a_sheet_that_is_no_plane_keeps_its_thickness() {
     };
     mesh.nodes = mesh.nodes.iter().map(bend).collect();
     let (points, elements) = foreign(&mesh);
-    same_sheet(&mesh, &from_hexahedra(&points, &elements, false).unwrap());
+    same_sheet(&mesh, &from_hexahedra(&points, &elements, false, None).unwrap());
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn what_is_no_sheet_says_why() {
     let mesh = rectangle(4.0, 4.0, 1.0, 2, 2, 1);
     let mut twice = mesh.elements.clone();
     twice.push(twice[0]);
-    let found = |e: &[[u32; 8]]| from_hexahedra(&mesh.nodes, e, false).unwrap_err();
+    let found = |e: &[[u32; 8]]| from_hexahedra(&mesh.nodes, e, false, None).unwrap_err();
     assert!(matches!(found(&twice), SheetError::Branches { .. } | SheetError::NoDirection));
     let apart = [mesh.elements[0], mesh.elements[3]];
     assert_eq!(found(&apart), SheetError::Parts { parts: 2, element: 1 });
@@ -97,7 +97,7 @@ fn what_is_no_sheet_says_why() {
     // A step: two layers here, one there.
     let stairs = rectangle(4.0, 4.0, 2.0, 2, 2, 2);
     let kept: Vec<[u32; 8]> = stairs.elements[..7].to_vec();
-    let error = from_hexahedra(&stairs.nodes, &kept, true).unwrap_err();
+    let error = from_hexahedra(&stairs.nodes, &kept, true, None).unwrap_err();
     assert!(matches!(error, SheetError::Levels { .. }), "{error}");
 }
 
@@ -119,4 +119,15 @@ fn quads_are_turned_towards_z_and_a_moebius_band_is_refused() {
     assert!(matches!(oriented(&points, &band), Err(SheetError::OneSided { .. })));
     let apart = oriented(&points, &[ring(0), ring(2)]).unwrap_err();
     assert_eq!(apart, SheetError::Parts { parts: 2, element: 1 });
+}
+
+/// A slice as wide as half its thickness: its shortest columns run across it.
+#[test]
+fn the_thickness_tells_which_way_it_runs() {
+    let slice = rectangle(10.0, 0.5, 1.0, 10, 1, 1);
+    let found = |thickness| {
+        from_hexahedra(&slice.nodes, &slice.elements, false, thickness).unwrap().mean_thickness()
+    };
+    assert!((found(None) - 0.5).abs() < 1e-12);
+    assert!((found(Some(1.0)) - 1.0).abs() < 1e-12);
 }

@@ -8,6 +8,7 @@ mod cup;
 mod floating;
 mod folded;
 mod followed;
+mod passage;
 mod released;
 mod snap;
 mod steadied;

@@ -136,3 +136,31 @@ fn a_free_sheet_is_clamped_at_once() {
     let farthest = sim.displacements().chunks_exact(3).map(gliding).fold(0.0, f64::max);
     assert!(farthest < 1e-2, "{farthest} mm");
 }
+
+/// A block is pressed onto a floor that slides under it, let go and pressed again while the floor stands: what its friction
+/// was before says nothing any more.
+#[test]
+fn friction_is_forgotten_with_the_force() {
+    let mesh = rectangle(10.0, 10.0, 2.0, 2, 2, 1);
+    let nothing = Constraints::none(mesh.nodes.len());
+    let floor = tool("floor", square("floor", 0.0, true), Vec3::x(), SheetSide::Bottom, 0.3);
+    let press = tool("press", square("press", 2.0, false), -Vec3::z(), SheetSide::Top, 0.1);
+    let with = |name: &str, x: f64, force: f64| {
+        let motions = vec![Motion::Travel(Curve::to(x)), Motion::Force(Curve::to(force))];
+        stage(name, motions, 0.2)
+    };
+    let stages = vec![
+        with("press", 0.0, 100.0),
+        with("drag", 1.0, 100.0),
+        with("lift", 1.0, 0.0),
+        with("again", 1.0, 100.0),
+    ];
+    let mut along = vec![0.0; 4];
+    let mut see = |r: &IncrementReport<'_>| {
+        along[r.stage] = r.tools[0].force;
+        Control::Continue
+    };
+    let setup = setup(body(mesh, steel()), nothing, vec![floor, press], stages);
+    Simulation::new(setup).unwrap().run(&mut see).unwrap();
+    assert!((along[1].abs() - 10.0).abs() < 0.01 && along[3].abs() < 0.01, "{along:?}");
+}

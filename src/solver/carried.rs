@@ -1,8 +1,9 @@
 //! A sheet that nothing holds and nothing pushes, carried along by tools that it does not resist: tipped over an edge, lifted,
 //! pushed aside. No force says how it moves, and friction has none to go by. Of all motions that bring it out of its tools'
-//! way it makes the least: the one that light dampers about the last balance lead to, without friction. They bend it a little, so
-//! they are set anew where it is until they carry nothing: what is accepted is a balance without them. A sheet that is pressed,
-//! which pushes back by far more than the dampers, goes its way from the last balance with friction as any other.
+//! way it makes the least: the one that light dampers about the last balance lead to without friction; where that takes it much
+//! farther than its tools move, with friction, which goes by the dampers' forces (its law has no scale). They bend it a little,
+//! so they are set anew where it is until they carry nothing: what is accepted is a balance without them. A sheet that is pressed,
+//! which pushes back by far more than the dampers, goes its way from the last balance as any other.
 
 use super::contact::Force;
 use super::damper::Damper;
@@ -25,6 +26,9 @@ const PRESSED: f64 = 30.0;
 /// Gap of a touching node that its tool has not left, and depth of one that no tool has come to, over the shortest edge.
 const NEAR: f64 = 1e-9;
 
+/// Way of a node over that of the tools from which it is looked at whether friction allows it.
+const FAR: f64 = 5.0;
+
 /// What has become of a sheet that nothing held or pushed.
 pub(super) enum Way {
     /// It is in balance where its tools have taken it.
@@ -33,6 +37,8 @@ pub(super) enum Way {
     Pressed,
     /// They leave it alone.
     Unmoved,
+    /// It glides off far from its last place, and no balance with friction has been found.
+    Astray(NewtonError),
 }
 
 impl System {
@@ -71,14 +77,38 @@ impl System {
     }
 }
 
-/// Goes from the last balance of a loose sheet, whose tools are set, to where they take it. What is left behind is a balance
-/// where it is [`Way::Carried`], and to be restored otherwise.
-pub(super) fn carry(sim: &mut Simulation) -> Result<Way, NewtonError> {
+/// Goes from the last balance of a loose sheet, whose tools are set, to where they take it: without friction if that takes it
+/// no farther than they move, or else with. `again` goes back to where it began. What is left behind is a balance where it is
+/// [`Way::Carried`], and to be restored otherwise.
+pub(super) fn carry(
+    sim: &mut Simulation,
+    patience: Patience,
+    again: &mut dyn FnMut(&mut Simulation),
+) -> Result<Way, NewtonError> {
     sim.sys.search();
     if !sim.sys.is_met() {
         return Ok(Way::Unmoved);
     }
-    without_friction(sim)
+    let gliding = along(sim, false);
+    let glides_off = match &gliding {
+        Ok(Way::Carried(_)) => glides_off(sim),
+        Ok(_) => false,
+        Err(_) => true,
+    };
+    if !glides_off {
+        return gliding;
+    }
+    again(sim);
+    match (along(sim, true), &gliding) {
+        (Ok(way), _) => Ok(way),
+        (Err(_), Err(_)) => gliding,
+        // A shorter step may do with friction.
+        (Err(error), _) if patience == Patience::Hopeful => Ok(Way::Astray(error)),
+        (Err(_), _) => {
+            again(sim);
+            along(sim, false)
+        }
+    }
 }
 
 /// Where a balance leaves a loose sheet that its tools held until then without a force, wherever the iteration has thrown it:
@@ -99,7 +129,7 @@ pub(super) fn lay(sim: &mut Simulation) -> Result<Option<NewtonStats>, NewtonErr
         let moved = sys.displacement(node) + (turn * x + shift - x);
         sys.u[3 * node..3 * node + 3].copy_from_slice(moved.as_slice());
     }
-    if let Ok(Way::Carried(stats)) = without_friction(sim) {
+    if let Ok(Way::Carried(stats)) = along(sim, false) {
         return Ok(Some(stats));
     }
     let sys = &mut sim.sys;
@@ -110,10 +140,20 @@ pub(super) fn lay(sim: &mut Simulation) -> Result<Option<NewtonStats>, NewtonErr
     Ok(None)
 }
 
-fn without_friction(sim: &mut Simulation) -> Result<Way, NewtonError> {
-    sim.sys.carried = true;
+/// Whether a node has moved by far more than any tool since the last balance.
+fn glides_off(sim: &Simulation) -> bool {
+    let (sys, old) = (&sim.sys, &sim.committed);
+    let largest = |now: &mut dyn Iterator<Item = f64>, before: &[f64]| {
+        now.zip(before).fold(0.0, |most: f64, (now, before)| most.max((now - before).abs()))
+    };
+    let tools = largest(&mut sys.tools.iter().map(|tool| tool.travel), &old.travels);
+    largest(&mut sys.u.iter().copied(), &old.u) > FAR * tools
+}
+
+fn along(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
+    (sim.sys.carried, sim.sys.frictionless) = (true, !friction);
     let found = let_lie(sim);
-    sim.sys.carried = false;
+    (sim.sys.carried, sim.sys.frictionless) = (false, false);
     sim.sys.damper = None;
     found
 }

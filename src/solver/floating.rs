@@ -48,7 +48,7 @@ impl System {
         let along = self.constraints.free_projector(node) - c.normal * c.normal.transpose();
         let least = OF_NOTE * self.scales.tangential;
         let rubs = c.candidate.is_some_and(|k| self.has_friction(self.contact.candidates[k].tool));
-        let stiff = rubs && (along * b_tool * along).norm() > least;
+        let stiff = rubs && !self.carried && (along * b_tool * along).norm() > least;
         let hollow = move |axis: &Vec3| axis.dot(&(b_tool * axis)) > least;
         let (glides, carried) = (!rubs, self.carried);
         let holds = move |axis: &Vec3| stiff || (glides && !carried && hollow(axis));
@@ -58,7 +58,7 @@ impl System {
 
     /// Whether a tool has friction in the present iteration.
     pub(super) fn has_friction(&self, tool: usize) -> bool {
-        !self.carried && self.tools[tool].setup.friction > 0.0
+        !self.frictionless && self.tools[tool].setup.friction > 0.0
     }
 }
 

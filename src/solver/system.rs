@@ -68,8 +68,10 @@ pub(super) struct System {
     pub(super) eval: Evaluation,
     /// Holds the nodes back while the sheet is followed past a limit point.
     pub(super) damper: Option<Damper>,
-    /// Tools carry the sheet along, which nothing holds or pushes: without friction ([`super::carried`]).
+    /// Tools carry the sheet along, which nothing holds or pushes ([`super::carried`]).
     pub(super) carried: bool,
+    /// They do without friction.
+    pub(super) frictionless: bool,
     pub(super) conditions: Vec<Condition>,
     /// Components that stand still in the next correction, as nothing holds the sheet ([`super::floating`]).
     pub(super) still: Vec<(usize, usize)>,
@@ -128,6 +130,7 @@ impl System {
             eval: Evaluation::default(),
             damper: None,
             carried: false,
+            frictionless: false,
             conditions: Vec::new(),
             still: Vec::new(),
             scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },

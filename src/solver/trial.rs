@@ -137,16 +137,17 @@ pub(super) fn attempt(
     let (loose, idle) = (sim.sys.is_loose(), sim.sys.was_idle());
     let mut lost = None;
     if loose && idle {
-        match carry(sim) {
+        let mut again = |sim: &mut Simulation| {
+            begin_anew(sim);
+            aim(sim, plan, target);
+        };
+        match carry(sim, patience, &mut again) {
             Ok(Way::Carried(stats)) => return checked(&sim.sys, stats),
+            Ok(Way::Astray(error)) => return Err(error),
             Ok(Way::Pressed | Way::Unmoved) => {}
             Err(error) => lost = Some(error),
         }
-        sim.summary.iterations += sim.history.len().saturating_sub(1);
-        sim.history.clear();
-        sim.committed.forget_last();
-        restore(sim);
-        sim.sys.expect_as_last();
+        begin_anew(sim);
     }
     let foreseen = predict(&mut sim.sys, &sim.committed, target - share);
     aim(sim, plan, target);
@@ -160,6 +161,15 @@ pub(super) fn attempt(
         }
     }
     checked(&sim.sys, found)
+}
+
+/// Goes back to the last balance within an attempt.
+fn begin_anew(sim: &mut Simulation) {
+    sim.summary.iterations += sim.history.len().saturating_sub(1);
+    sim.history.clear();
+    sim.committed.forget_last();
+    restore(sim);
+    sim.sys.expect_as_last();
 }
 
 /// Sets tools and loads to where an increment ends.

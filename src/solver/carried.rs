@@ -1,11 +1,11 @@
 //! A sheet that nothing holds and nothing pushes, carried along by tools that it does not resist: tipped over an edge, lifted,
 //! pushed aside. No force says how it moves, and friction has none to go by. Of all motions that bring it out of its tools'
-//! way it makes the least: the one that light dampers about the last balance lead to without friction; where that takes it much
-//! farther than its tools move, with friction, which goes by the dampers' forces (its law has no scale). They bend it a little,
-//! so they are set anew where it is until they carry nothing: what is accepted is a balance without them. A sheet that is pressed,
+//! way it makes the least: the one that light dampers about the last balance lead to, without friction if it lies on one tool,
+//! between two with friction, which goes by the dampers' forces (its law has no scale). They bend it a little, so they are set
+//! anew where it is until they carry nothing: what is accepted is a balance without them. A sheet that is pressed,
 //! which pushes back by far more than the dampers, goes its way from the last balance as any other.
 
-use super::contact::Force;
+use super::contact::{Candidate, Force};
 use super::damper::Damper;
 use super::element::Want;
 use super::newton::{NewtonError, NewtonStats, Patience, solve};
@@ -26,7 +26,7 @@ const PRESSED: f64 = 30.0;
 /// Gap of a touching node that its tool has not left, and depth of one that no tool has come to, over the shortest edge.
 const NEAR: f64 = 1e-9;
 
-/// Way of a node over that of the tools from which it is looked at whether friction allows it.
+/// Way of a node over that of the tools that is far.
 const FAR: f64 = 5.0;
 
 /// What has become of a sheet that nothing held or pushed.
@@ -67,6 +67,16 @@ impl System {
         self.contact.active().all(|(k, _)| !self.is_pushed(k))
     }
 
+    /// Whether more than one tool touches the sheet or has moved into it. To be called after the search.
+    fn is_between_tools(&self) -> bool {
+        let touches = |tool: usize| {
+            let inside = |k: usize, c: &Candidate| c.foot.gap < 0.0 && self.can_touch(k);
+            let mut all = self.contact.candidates.iter().enumerate();
+            all.any(|(k, c)| c.tool == tool && (c.active || inside(k, c)))
+        };
+        (0..self.tools.len()).filter(|&tool| touches(tool)).count() > 1
+    }
+
     /// Whether a tool has moved into the sheet, or away from nodes that touch it. To be called after the search.
     fn is_met(&self) -> bool {
         let near = NEAR * self.lengths.shortest_edge;
@@ -77,8 +87,8 @@ impl System {
     }
 }
 
-/// Goes from the last balance of a loose sheet, whose tools are set, to where they take it: without friction if that takes it
-/// no farther than they move, or else with. `again` goes back to where it began. What is left behind is a balance where it is
+/// Goes from the last balance of a loose sheet, whose tools are set, to where they take it: between two with friction, if that
+/// finds a balance, or without. `again` goes back to where it began. What is left behind is a balance where it is
 /// [`Way::Carried`], and to be restored otherwise.
 pub(super) fn carry(
     sim: &mut Simulation,
@@ -89,25 +99,18 @@ pub(super) fn carry(
     if !sim.sys.is_met() {
         return Ok(Way::Unmoved);
     }
-    let gliding = along(sim, false);
-    let glides_off = match &gliding {
-        Ok(Way::Carried(_)) => glides_off(sim),
-        Ok(_) => false,
-        Err(_) => true,
-    };
-    if !glides_off {
-        return gliding;
+    if !sim.sys.is_between_tools() {
+        return along(sim, false);
     }
+    let rubbing = along(sim, true);
+    let Err(error) = rubbing else { return rubbing };
     again(sim);
-    match (along(sim, true), &gliding) {
-        (Ok(way), _) => Ok(way),
-        (Err(_), Err(_)) => gliding,
+    match along(sim, false) {
         // A shorter step may do with friction.
-        (Err(error), _) if patience == Patience::Hopeful => Ok(Way::Astray(error)),
-        (Err(_), _) => {
-            again(sim);
-            along(sim, false)
+        Ok(Way::Carried(_)) if patience == Patience::Hopeful && glides_off(sim) => {
+            Ok(Way::Astray(error))
         }
+        gliding => gliding,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Lengths that the solver measures its tolerances and steps by.
 
 use super::assembly::Body;
+use crate::geometry::Aabb;
 
 /// Lengths of the problem [mm].
 #[derive(Debug, Clone, Copy)]
@@ -9,6 +10,8 @@ pub(super) struct Lengths {
     pub(super) shortest_edge: f64,
     /// Longest element edge.
     pub(super) longest_edge: f64,
+    /// Diagonal of the box around the sheet.
+    pub(super) size: f64,
     /// Largest distance of a node from the origin, which its place is rounded with.
     pub(super) farthest: f64,
     /// Slip over which friction rises; 0: exact stick.
@@ -32,9 +35,15 @@ pub(super) fn edge_lengths(body: &Body) -> Lengths {
         (3, 7),
     ];
     let mesh = body.mesh();
+    let size = Aabb::of_points(&mesh.nodes).diagonal();
     let farthest = mesh.nodes.iter().map(|x| x.norm()).fold(0.0, f64::max);
-    let mut out =
-        Lengths { shortest_edge: f64::INFINITY, longest_edge: 0.0, farthest, transition: 0.0 };
+    let mut out = Lengths {
+        shortest_edge: f64::INFINITY,
+        longest_edge: 0.0,
+        size,
+        farthest,
+        transition: 0.0,
+    };
     for element in &mesh.elements {
         for (a, b) in EDGES {
             let x = |k: usize| mesh.nodes[element[k] as usize];

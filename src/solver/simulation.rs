@@ -279,7 +279,7 @@ impl Simulation {
             steadied: self.summary.steadied,
             history: &self.history,
             energies: self.energies,
-            rounding_work: self.share * sys.scales.least() * sys.lengths.farthest,
+            rounding_work: self.share * sys.scales.least() * sys.lengths.size,
             volume_balance: sys.body.volume_balance(&sys.u),
             contacts: sys.contact.active().count(),
             slipping: sys.conditions.iter().filter(|c| c.slipping).count(),

@@ -17,7 +17,7 @@ use super::stages::Timings;
 use super::stops::Stop;
 use super::tools::Tool;
 use crate::contact::friction::Coulomb;
-use crate::geometry::{Aabb, Mat3, Vec3};
+use crate::geometry::{Mat3, Vec3};
 
 /// What a tool is during the present increment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,9 +68,8 @@ pub(super) struct System {
     pub(super) eval: Evaluation,
     /// Holds the nodes back while the sheet is followed past a limit point.
     pub(super) damper: Option<Damper>,
-    /// Tools carry the sheet along, which nothing holds or pushes ([`super::carried`]).
+    /// Tools carry the sheet along, which nothing holds or pushes ([`super::carried`]); and without friction.
     pub(super) carried: bool,
-    /// They do without friction.
     pub(super) frictionless: bool,
     pub(super) conditions: Vec<Condition>,
     /// Components that stand still in the next correction, as nothing holds the sheet ([`super::floating`]).
@@ -115,10 +114,11 @@ impl System {
         let n = 3 * mesh.nodes.len();
         let contact = ContactSet::new(mesh, &tools);
         let mut solver = CheckedSolver::new(body.pattern(), body.mesh().groups())?;
-        solver.plausible = Aabb::of_points(&mesh.nodes).diagonal();
+        let lengths = edge_lengths(&body);
+        solver.plausible = lengths.size;
         let not_of_nodes = || LinearError::Pattern("its rows are not those of nodes".into());
         Ok(Self {
-            lengths: edge_lengths(&body),
+            lengths,
             roles: vec![Role::Absent; tools.len()],
             stops: vec![Stop::NONE; tools.len()],
             contact,

@@ -132,13 +132,14 @@ pub(super) fn attempt(
     [share, target]: [f64; 2],
     patience: Patience,
 ) -> Result<NewtonStats, NewtonError> {
+    let kept = sim.history.len();
     sim.sys.expect_as_last();
     aim(sim, plan, target);
     let (loose, idle) = (sim.sys.is_loose(), sim.sys.was_idle());
     let mut lost = None;
     if loose && idle {
         let mut again = |sim: &mut Simulation| {
-            begin_anew(sim);
+            begin_anew(sim, kept);
             aim(sim, plan, target);
         };
         match carry(sim, patience, &mut again) {
@@ -147,7 +148,7 @@ pub(super) fn attempt(
             Ok(Way::Pressed | Way::Unmoved) => {}
             Err(error) => lost = Some(error),
         }
-        begin_anew(sim);
+        begin_anew(sim, kept);
     }
     let foreseen = predict(&mut sim.sys, &sim.committed, target - share);
     aim(sim, plan, target);
@@ -163,10 +164,11 @@ pub(super) fn attempt(
     checked(&sim.sys, found)
 }
 
-/// Goes back to the last balance within an attempt.
-fn begin_anew(sim: &mut Simulation) {
-    sim.summary.iterations += sim.history.len().saturating_sub(1);
-    sim.history.clear();
+/// Goes back to the last balance within an attempt, before which `kept` iterates were on record: a sheet that is followed has
+/// those of its motion there, by which that ends.
+fn begin_anew(sim: &mut Simulation, kept: usize) {
+    sim.summary.iterations += sim.history.len().saturating_sub(kept + 1);
+    sim.history.truncate(kept);
     sim.committed.forget_last();
     restore(sim);
     sim.sys.expect_as_last();

@@ -62,9 +62,9 @@ impl System {
         8.0 * f64::EPSILON * self.lengths.farthest * self.scales.normal
     }
 
-    /// Whether no tool pushes the sheet.
+    /// Whether no tool pushes the sheet by more than rounding.
     pub(super) fn is_idle(&self) -> bool {
-        self.contact.active().all(|(k, _)| !self.is_pushed(k))
+        self.contact.active().all(|(k, _)| self.scales.of_note(self.lambda(k)) <= 0.0)
     }
 
     /// Whether more than one tool touches the sheet or has moved into it. To be called after the search.

@@ -364,14 +364,9 @@ impl System {
         for (k, c) in self.contact.active() {
             by_node[c.node].get_or_insert(k);
         }
-        let idle = (0..by_node.len()).all(|node| by_node[node].is_none_or(|k| !self.is_pushed(k)));
+        let idle = self.is_idle();
         let nodes = by_node.par_iter().with_min_len(64).enumerate();
         nodes.map(|(node, k)| self.touching(node, (*k)?, idle)).collect()
-    }
-
-    /// Whether a touching candidate is pushed by more than rounding.
-    pub(super) fn is_pushed(&self, k: usize) -> bool {
-        self.scales.of_note(self.lambda(k)) > 0.0
     }
 
     /// The condition that candidate `k` of a node puts in the place of its equilibrium; `idle`: no tool pushes the sheet.

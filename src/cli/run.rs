@@ -162,6 +162,12 @@ fn print_doubts(record: &RunRecord) {
             record.penetration_mm
         );
     }
+    if let Some(first) = record.first_unstable {
+        out!(
+            "  WARNING: {} increments, the first of them {first}, ended in a balance that does not last: given a push the sheet buckles or wrinkles there. Shorter steps led to no other, as the model is too symmetric to buckle by itself; `symmetry` planes and `holds` also rule buckles out. To follow it, disturb the model (a small load, a blank mesh that is not quite flat)",
+            record.unstable
+        );
+    }
     if record.energy_balance > OPEN {
         out!(
             "  WARNING: {:.1} % of the work is not accounted for: increments are too long for what happens in them (contact that closes in one step, a sheet that jumps); a smaller largest_increment sees more",
@@ -194,9 +200,10 @@ fn print_record(record: &RunRecord, output: &std::path::Path) {
     let volume =
         record.volume_balance.map_or(String::new(), |off| format!(", volume to {off:.1e}"));
     out!(
-        "  forces balance to {:.1e}, energy to {:.1e}{volume}, penetration at most {:.1e} mm",
+        "  forces balance to {:.1e}, energy to {:.1e}, what is stored of it to {:.1e}{volume}, penetration at most {:.1e} mm",
         record.force_balance,
         record.energy_balance,
+        record.stored_balance,
         record.penetration_mm
     );
     print_doubts(record);

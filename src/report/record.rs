@@ -247,6 +247,13 @@ pub struct RunRecord {
     /// Increments in which contact states came round in a circle and dampers, taken away again, led to a balance.
     #[serde(default)]
     pub steadied: usize,
+    /// Increments that ended in a balance that does not last: the slightest push would take the sheet away from it (it would
+    /// wrinkle or buckle), and shorter steps found no other.
+    #[serde(default)]
+    pub unstable: usize,
+    /// The first of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_unstable: Option<usize>,
     /// Factorisations of the matrix.
     #[serde(default)]
     pub factorisations: usize,
@@ -264,7 +271,7 @@ pub struct RunRecord {
     pub peak_mb: f64,
     /// Wall time by phase [s]: `search` (global search of the tools and projection on their patches, which alternate node by
     /// node), `contact` (its conditions), `elements` (element loop and assembly of the matrix), `factor`, `update` (factors
-    /// brought up to date), `solve` (substitution).
+    /// brought up to date), `solve` (substitution), `stability` (a factorisation for every balance, to see whether it lasts).
     pub timings_s: BTreeMap<String, f64>,
     /// Threads used.
     pub threads: usize,
@@ -274,6 +281,10 @@ pub struct RunRecord {
     pub force_balance: f64,
     /// Energy that does not close, as a share of `work_nmm`, or of what rounding makes of nothing where that is more.
     pub energy_balance: f64,
+    /// Work of the inner forces by the trapezoidal rule that is neither elastic energy nor plastic work, as the same share: it
+    /// falls with the square of the increments' length.
+    #[serde(default)]
+    pub stored_balance: f64,
     /// The most work that had been done on the sheet, or by its inner forces, at any increment [N mm].
     #[serde(default)]
     pub work_nmm: f64,

@@ -193,6 +193,10 @@ impl RunFolder {
         record.cuts = report.cuts;
         record.snaps = report.snaps;
         record.steadied = report.steadied;
+        if report.unstable > record.unstable {
+            record.first_unstable.get_or_insert(report.increment);
+        }
+        record.unstable = report.unstable;
         record.snap_work_nmm = report.energies.snaps;
         record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
         record.cpu_s = self.spent_s[1] + cpu_seconds();
@@ -208,6 +212,7 @@ impl RunFolder {
             ("factor", t.factor),
             ("update", t.update),
             ("solve", t.solve),
+            ("stability", t.stability),
         ]
         .map(|(name, seconds)| (name.to_owned(), seconds))
         .into();
@@ -233,6 +238,8 @@ impl RunFolder {
         let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
         let least = work.max(report.rounding_work);
         record.energy_balance = if least > 0.0 { open / least } else { 0.0 };
+        let unstored = (e.internal - e.elastic - e.plastic).abs();
+        record.stored_balance = if least > 0.0 { unstored / least } else { 0.0 };
         record.work_nmm = work;
         let deepest = report.history.last().map_or(0.0, |last| last.penetration);
         record.penetration_mm = record.penetration_mm.max(deepest);
@@ -308,6 +315,8 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         cuts: 0,
         snaps: 0,
         steadied: 0,
+        unstable: 0,
+        first_unstable: None,
         snap_work_nmm: 0.0,
         factorisations: 0,
         updates: 0,
@@ -320,6 +329,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         unknowns,
         force_balance: 0.0,
         energy_balance: 0.0,
+        stored_balance: 0.0,
         work_nmm: 0.0,
         volume_balance: None,
         penetration_mm: 0.0,

@@ -53,6 +53,9 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         let [largest, rms] = [s.largest_mm, s.rms_mm];
         format!("{largest:.3} and {rms:.3} mm, {:.0} N m given back", 1e-3 * s.energy_nmm)
     });
+    let fleeting = r
+        .first_unstable
+        .map_or("none".into(), |first| format!("{}, first increment {first}", r.unstable));
     let rows = [
         ("verdict", verdict),
         ("increments, iterations, cuts", format!("{}, {}, {}", r.increments, r.iterations, r.cuts)),
@@ -70,6 +73,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
             format!("{}, {:.1} N mm", r.snaps, r.snap_work_nmm),
         ),
         ("increments led to their balance by dampers", r.steadied.to_string()),
+        ("increments in a balance that does not last", fleeting),
         ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
         ("springback, largest and RMS", springback),
     ];

@@ -84,6 +84,7 @@ mod tests {
             cuts: 0,
             snaps: 0,
             steadied: 0,
+            unstable: 0,
             history: &[],
             energies: Energies { elastic, ..Energies::default() },
             rounding_work: 0.0,

@@ -109,6 +109,25 @@ pub(super) fn contact_normal(c: &Candidate, free: &Mat3) -> Vec3 {
     frame(&c.foot, free).map_or_else(Vec3::zeros, |f| f.normal)
 }
 
+/// What resists the motion of a node at `p` along the surface of a tool that pushes it with the force `r` [N/mm]: the
+/// surface's curvature, and friction's own derivative by the slip.
+pub(super) fn resistance(
+    c: &Candidate,
+    p: &Vec3,
+    r: &Vec3,
+    free: &Mat3,
+    law: Coulomb,
+    scales: Scales,
+) -> Mat3 {
+    let Some(frame) = frame(&c.foot, free) else { return Mat3::zeros() };
+    let lambda = frame.normal.dot(r);
+    let slip = frame.tangent * (p - c.anchor);
+    let weight = slip.norm().hypot(law.transition).max(scales.rounding);
+    let direction = slip / weight;
+    let turn = frame.tangent - direction * direction.transpose();
+    frame.curvature * lambda + turn * (law.mu * scales.of_note(lambda).max(0.0) / weight)
+}
+
 /// Conditions of a touching node: `p` its position in the tool's frame, `r` the force at it, `free` the
 /// projector on its free directions; `idle`: no tool pushes the sheet yet. `None` when the tool cannot push it.
 pub(super) fn touching(

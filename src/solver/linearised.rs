@@ -66,13 +66,11 @@ impl System {
         self.timings.contact += start.elapsed().as_secs_f64();
         let before = self.solver.factorisations;
         self.symmetric = changed.is_none() && moved.is_empty() && self.is_symmetric();
-        self.unstable = false;
         let solved = match changed {
             Some(changed) => self.solver.solve_changed(&self.matrix.values, changed, &mut all),
             None if self.symmetric => {
                 self.move_held_columns(&mut all[0]);
-                let definite = self.solver.solve_symmetric(&self.matrix.values, &mut all);
-                definite.map(|definite| self.unstable = !definite)
+                self.solver.solve_symmetric(&self.matrix.values, &mut all)
             }
             None => self.solver.solve(&self.matrix.values, &mut all),
         };

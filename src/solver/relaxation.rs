@@ -80,7 +80,8 @@ impl Damping {
     }
 }
 
-/// Goes from the last balance to the next one at share `target` of the stage, however far that is.
+/// Goes from the last balance to the next one at share `target` of the stage, however far that is; also whether that lasts,
+/// as it has to where it is to be `lasting`.
 ///
 /// # Errors
 /// [`NewtonError::StillMoving`]; the last converged state is back. `sim.history` must be empty before.
@@ -89,14 +90,20 @@ pub(super) fn relax(
     plan: &Plan,
     target: f64,
     endurance: &Endurance,
-) -> Result<NewtonStats, NewtonError> {
+    lasting: bool,
+) -> Result<(NewtonStats, bool), NewtonError> {
     let before = sim.state();
-    let found = follow(sim, plan, target, endurance.iterations);
-    if found.is_err() {
+    let found = follow(sim, plan, target, endurance.iterations).and_then(|stats| {
+        let lasts = sim.sys.lasts();
+        let moving = NewtonError::StillMoving { iterations: sim.history.len() };
+        if lasts || !lasting { Ok((stats, lasts)) } else { Err(moving) }
+    });
+    let Ok((_, lasts)) = found else {
         // It is of this very set-up.
         let _ = sim.go_back(before);
         return found;
-    }
+    };
+    sim.summary.unstable += usize::from(!lasts);
     accept(sim, None);
     sim.summary.snaps += 1;
     let stored = |e: &Energies| e.elastic + e.plastic;

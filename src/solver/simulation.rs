@@ -255,6 +255,11 @@ impl Simulation {
         &self.summary
     }
 
+    /// Work over the size of the sheet of a force that is nothing but rounding [N mm].
+    pub(super) fn rounding_work(&self) -> f64 {
+        self.share * self.sys.scales.least() * self.sys.lengths.size
+    }
+
     pub(super) fn report(
         &self,
         stage: usize,
@@ -277,9 +282,10 @@ impl Simulation {
             cuts: self.summary.cuts,
             snaps: self.summary.snaps,
             steadied: self.summary.steadied,
+            unstable: self.summary.unstable,
             history: &self.history,
             energies: self.energies,
-            rounding_work: self.share * sys.scales.least() * sys.lengths.size,
+            rounding_work: self.rounding_work(),
             volume_balance: sys.body.volume_balance(&sys.u),
             contacts: sys.contact.active().count(),
             slipping: sys.conditions.iter().filter(|c| c.slipping).count(),

@@ -27,6 +27,11 @@ pub struct Stage {
 }
 
 impl Stage {
+    /// Length of the first step, as a share.
+    pub(super) fn first(&self) -> f64 {
+        self.first_step.min(self.largest_step)
+    }
+
     fn curves(&self) -> impl Iterator<Item = &Curve> {
         self.motions.iter().filter_map(Motion::curve).chain([&self.load])
     }
@@ -133,6 +138,9 @@ pub struct Timings {
     pub update: f64,
     /// Substitution and refinement.
     pub solve: f64,
+    /// Whether balances last: a factorisation for each.
+    #[serde(default)]
+    pub stability: f64,
     /// Factorisations counted by `factor`: at least one an iteration, more where the active set is settled.
     pub factorisations: usize,
     /// Times factors were brought up to date for a changed active set instead.
@@ -159,6 +167,9 @@ pub struct Energies {
     /// Set free where the sheet moved by itself from one balance to another: heat, once it is at rest.
     #[serde(default)]
     pub snaps: f64,
+    /// The most that external or internal work has been at any increment.
+    #[serde(default)]
+    pub most: f64,
 }
 
 /// One Newton iteration.
@@ -245,6 +256,8 @@ pub struct IncrementReport<'a> {
     pub snaps: usize,
     /// Increments so far in which contact states came round in a circle and dampers led to a balance.
     pub steadied: usize,
+    /// Increments so far that ended in a balance that does not last.
+    pub unstable: usize,
     /// Residual history of this increment.
     pub history: &'a [IterationRecord],
     /// Work and energy.
@@ -283,6 +296,9 @@ pub struct RunSummary {
     /// Increments in which contact states came round in a circle and dampers, taken away again, led to a balance.
     #[serde(default)]
     pub steadied: usize,
+    /// Increments that ended in a balance that does not last: the sheet would buckle, given a push.
+    #[serde(default)]
+    pub unstable: usize,
     /// Wall time by phase [s].
     pub timings: Timings,
 }

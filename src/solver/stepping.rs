@@ -2,17 +2,19 @@
 
 use super::active_set::{keep_pushed_tools, take_in};
 use super::constraints::Constraints;
-use super::linear::LinearError;
-use super::newton::{NewtonError, NewtonStats, Patience};
+use super::giving_up::gave_up;
+use super::newton::{NewtonStats, Patience};
 use super::pace::Pace;
 use super::relaxation::{Endurance, relax};
 use super::rigid::{hold_rigid_modes, share_along_free_motions};
 use super::simulation::{Control, Simulation, SimulationError};
+use super::stability::Doubt;
 use super::stages::{IncrementReport, Stage};
 use super::steadying::ITERATIONS;
 use super::system::{Role, System};
 use super::tools::Motion;
 use super::trial::{Plan, accept, add_loads, attempt, forces, lay_down, restore, set_targets};
+use super::work::jumps;
 use crate::geometry::Vec3;
 
 use serde::{Deserialize, Serialize};
@@ -31,6 +33,7 @@ pub(super) struct UnderWay {
     pub(super) plan: Plan,
     pace: Pace,
     endurance: Endurance,
+    doubt: Doubt,
     /// Share of the stage done.
     share: f64,
     start_time: f64,
@@ -83,66 +86,134 @@ pub(super) fn advance(
     Ok(true)
 }
 
-/// Tries shorter and shorter steps until one ends in balance; past a limit point, the way to the next balance.
+/// What has been tried of an increment.
+#[derive(Default)]
+struct Tried {
+    /// The sheet was followed past a limit point.
+    followed: bool,
+    /// Attempts in which dampers led to no balance.
+    lost: usize,
+    /// The pace at which a balance was found that does not last.
+    doubted: Option<Pace>,
+}
+
+/// A balance.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    pub(super) lasts: bool,
+    /// It follows from the last one; the sheet has not jumped to it.
+    pub(super) near: bool,
+}
+
+impl Found {
+    /// Whether it is taken as it is: where the way there may have passed by another it is sought.
+    fn is_taken(self, now: &UnderWay, tried: &Tried) -> bool {
+        tried.followed || self.near && self.lasts || !now.doubt.may_find_another()
+    }
+}
+
+/// Tries shorter and shorter steps until one ends in a balance that lasts; past a limit point, the way to the next balance.
 fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, SimulationError> {
     let (stage, share) = (now.plan.stage, now.share);
-    let first = sim.stages[stage].first_step.min(sim.stages[stage].largest_step);
-    let lets_go = now.plan.lets_go(&sim.stages);
-    let (mut snaps, mut lost) = (false, 0);
+    let least = sim.limits.smallest_step * sim.stages[stage].first();
+    let mut tried = Tried::default();
     loop {
         if sim.summary.increments >= sim.limits.increments {
             return Err(SimulationError::TooManyIncrements { limit: sim.limits.increments });
         }
         let (target, patience) = now.next(&sim.stages);
-        let patience = if lost < LOST { patience } else { Patience::UpTo(sim.limits.iterations) };
+        let all = Patience::UpTo(sim.limits.iterations);
+        let patience = if tried.lost < LOST { patience } else { all };
         sim.history.clear();
         let error = match attempt(sim, &now.plan, [share, target], patience) {
-            Ok(stats) if snaps || !(sim.sys.unstable && lets_go) => {
-                let as_before = !sim.stages[stage].turns(target);
-                accept(sim, as_before.then_some(target - share));
-                sim.summary.steadied += usize::from(stats.steadied);
-                now.share = target;
-                now.pace.went_well(stats.iterations);
-                return Ok(stats);
+            Ok(stats) => {
+                let found = Found { lasts: sim.sys.lasts(), near: !jumps(sim) };
+                if found.is_taken(now, &tried) {
+                    take(sim, now, target, &stats, found);
+                    return Ok(stats);
+                }
+                Err(found)
             }
-            Ok(_) => None,
-            Err(cause) => Some(gave_up(sim, stage, share, target - share, cause)),
+            Err(cause) => Ok(gave_up(sim, stage, share, target - share, cause)),
         };
         sim.summary.iterations += sim.history.len().saturating_sub(1);
-        lost += usize::from(sim.history.len() > ITERATIONS);
         restore(sim);
-        if error.is_some() {
-            sim.summary.cuts += 1;
-            now.pace.failed(target - share);
+        if let Some(stats) = try_again(sim, now, &mut tried, target, error.as_ref().err()) {
+            return Ok(stats);
         }
-        if (error.is_none() || now.pace.step < SNAPS * first) && !snaps {
-            snaps = true;
-            if let Some(stats) = past_limit_point(sim, now) {
-                return Ok(stats);
-            }
-        }
-        if let Some(error) = error
-            && now.pace.step < sim.limits.smallest_step * first
+        if let Ok(error) = error
+            && now.pace.step < least
         {
             return Err(error);
         }
     }
 }
 
+/// After an attempt that ended at `target`, in no balance or in one that was not taken: makes the next one shorter, or
+/// follows the sheet to its next balance.
+fn try_again(
+    sim: &mut Simulation,
+    now: &mut UnderWay,
+    tried: &mut Tried,
+    target: f64,
+    refused: Option<&Found>,
+) -> Option<NewtonStats> {
+    tried.lost += usize::from(sim.history.len() > ITERATIONS);
+    if refused.is_some() {
+        tried.doubted.get_or_insert_with(|| now.pace.clone());
+    }
+    let follow = refused.is_some_and(|found| !found.lasts) && now.plan.lets_go(&sim.stages);
+    if !follow {
+        sim.summary.cuts += 1;
+        now.pace.failed(target - now.share);
+    }
+    let shortest = if refused.is_some() { now.doubt.shortest } else { SNAPS };
+    let short = now.pace.step < shortest * sim.stages[now.plan.stage].first();
+    if tried.followed || !(follow || short) {
+        return None;
+    }
+    tried.followed = true;
+    let found = past_limit_point(sim, now, refused.is_some());
+    if found.is_none()
+        && let Some(pace) = tried.doubted.take()
+    {
+        // What was doubted is taken.
+        now.pace = pace;
+    }
+    found
+}
+
+/// Takes the balance found at this share of the stage.
+fn take(sim: &mut Simulation, now: &mut UnderWay, target: f64, stats: &NewtonStats, found: Found) {
+    let as_before = !sim.stages[now.plan.stage].turns(target);
+    let snapped = accept(sim, as_before.then_some(target - now.share));
+    sim.summary.snaps += usize::from(snapped);
+    sim.summary.steadied += usize::from(stats.steadied);
+    sim.summary.unstable += usize::from(!found.lasts);
+    now.doubt.took(found);
+    now.share = target;
+    now.pace.went_well(stats.iterations);
+}
+
 /// Follows the sheet to the next balance past a limit point, or to a balance that lasts. Tools that are let go stay behind
 /// as forces that fall to nothing, and forces that no tool guides can fold a sheet as tools never would: it is then
-/// followed to where it lies without any, where it comes to rest.
-fn past_limit_point(sim: &mut Simulation, now: &mut UnderWay) -> Option<NewtonStats> {
+/// followed to where it lies without any, where it comes to rest. `lasting`: a balance that does not last is none.
+fn past_limit_point(
+    sim: &mut Simulation,
+    now: &mut UnderWay,
+    lasting: bool,
+) -> Option<NewtonStats> {
     let stage = &sim.stages[now.plan.stage];
-    let beyond = BEYOND * stage.first_step.min(stage.largest_step);
+    let beyond = BEYOND * stage.first();
     let pace = Pace::new(beyond, stage.largest_step, sim.limits.wanted_iterations);
     let near = (now.share + beyond).min(stage.next_corner(now.share));
     let lets_go = now.plan.lets_go(&sim.stages);
     for target in [lets_go.then_some(1.0), Some(near)].into_iter().flatten() {
         sim.history.clear();
-        let found = relax(sim, &now.plan, target, &now.endurance);
+        let found = relax(sim, &now.plan, target, &now.endurance, lasting);
         now.endurance = now.endurance.after(found.is_ok());
-        if let Ok(stats) = found {
+        if let Ok((stats, lasts)) = found {
+            now.doubt.took(Found { lasts, near: true });
             now.share = target;
             now.pace = pace;
             return Some(stats);
@@ -164,7 +235,7 @@ fn begin_stage(
     let (first, largest) = (sim.stages[stage].first_step, sim.stages[stage].largest_step);
     let pace = Pace::new(first, largest, sim.limits.wanted_iterations);
     let endurance = Endurance::FULL;
-    Ok(UnderWay { plan, pace, endurance, share: 0.0, start_time: sim.time })
+    Ok(UnderWay { plan, pace, endurance, doubt: Doubt::NONE, share: 0.0, start_time: sim.time })
 }
 
 fn begin(sim: &mut Simulation, stage: usize) -> Result<Plan, SimulationError> {
@@ -248,77 +319,4 @@ fn hold_where_it_is(sys: &mut System, loads: &[f64]) -> Result<(), f64> {
     }
     sys.constraints = held;
     Ok(())
-}
-
-fn farthest_from_balance(sys: &System) -> usize {
-    let forces = sys.unbalanced().map(|force| force.norm_squared()).enumerate();
-    forces.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(node, _)| node)
-}
-
-fn gave_up(
-    sim: &Simulation,
-    stage: usize,
-    share: f64,
-    step: f64,
-    cause: NewtonError,
-) -> SimulationError {
-    let sys = &sim.sys;
-    let node = match &cause {
-        NewtonError::NotConverged { node, .. } | NewtonError::PassedThrough { node } => *node,
-        NewtonError::Element(failure) => sys.body.mesh().elements[failure.element][0] as usize,
-        NewtonError::Linear(LinearError::Singular { unknown }) => {
-            (unknown / 3).min(sys.node_count().saturating_sub(1))
-        }
-        NewtonError::Linear(_) | NewtonError::StillMoving { .. } => farthest_from_balance(sys),
-    };
-    let x = sys.position(node);
-    let name = |tool: usize| sys.tools[tool].setup.name.as_str();
-    let there = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] != Role::Absent);
-    let nearest = there
-        .map(|tool| (sys.tools[tool].closest(&x, None).gap.abs(), tool))
-        .min_by(|a, b| a.0.total_cmp(&b.0));
-    let tool = match &cause {
-        NewtonError::Linear(LinearError::Unopposed { tool }) => Some(*tool),
-        _ => nearest.map(|n| n.1),
-    };
-    SimulationError::GaveUp {
-        stage: sim.stages[stage].name.clone(),
-        increment: sim.summary.increments + 1,
-        share,
-        step,
-        node,
-        x: x.x,
-        y: x.y,
-        z: x.z,
-        tool: tool.map_or("none", name).into(),
-        remedy: remedy(sim, &sim.stages[stage], share, &cause).into(),
-        cause: Box::new(cause),
-    }
-}
-
-/// What may have ended a run, and what to try.
-fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> String {
-    let sys = &sim.sys;
-    let grows = |tool: usize| match &stage.motions[tool] {
-        Motion::Force(curve) => curve.rates(share)[1] > 0.0 && !sys.stops[tool].reached,
-        _ => false,
-    };
-    let mut out = String::new();
-    for tool in (0..sys.tools.len()).filter(|&tool| grows(tool)) {
-        out += &format!(
-            "`{}` pushes with {:.4e} N there, and is to push with more: the sheet may not carry it (a `travel_mm` goes past a largest force). ",
-            sys.tools[tool].setup.name,
-            sim.committed.pushes[tool] * sim.share
-        );
-    }
-    out += match cause {
-        NewtonError::Linear(LinearError::Unopposed { .. }) => "Let it push where the sheet is",
-        NewtonError::Linear(_) => {
-            "Nothing may hold the sheet there against its loads and tools (friction may have given way): hold it (`holds`, `symmetry`), or keep a tool at it"
-        }
-        _ => {
-            "Try a finer blank mesh near that place, a smaller first_increment of the stage, or check the tools' clearance there"
-        }
-    };
-    out
 }

@@ -82,8 +82,6 @@ pub(super) struct System {
     pub(super) matrix: Matrix,
     /// The factors are of a symmetric matrix.
     pub(super) symmetric: bool,
-    /// The tangent last factored is symmetric and not positive definite: a balance there does not last.
-    pub(super) unstable: bool,
 }
 
 /// Size of the residual.
@@ -139,7 +137,6 @@ impl System {
             node_rows: NodeRows::of(body.pattern()).ok_or_else(not_of_nodes)?,
             matrix: Matrix::new(body.pattern()),
             symmetric: false,
-            unstable: false,
             body,
             constraints,
             tools,
@@ -375,11 +372,16 @@ impl System {
         let c = &self.contact.candidates[k];
         let tool = &self.tools[c.tool];
         let p = self.position(c.node) - tool.shift();
-        let mu = if self.has_friction(c.tool) { tool.setup.friction } else { 0.0 };
-        let law = Coulomb { mu, transition: self.lengths.transition };
+        let law = self.law(c.tool);
         let mut out = touching(c, &p, r, free, law, self.scales, idle)?;
         out.candidate = Some(k);
         Some(out)
+    }
+
+    /// The law of friction on a tool.
+    pub(super) fn law(&self, tool: usize) -> Coulomb {
+        let mu = if self.has_friction(tool) { self.tools[tool].setup.friction } else { 0.0 };
+        Coulomb { mu, transition: self.lengths.transition }
     }
 
     /// True when some tool could push this candidate.

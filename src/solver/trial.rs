@@ -10,6 +10,7 @@ use super::simulation::Simulation;
 use super::stages::Stage;
 use super::system::{Role, System};
 use super::tools::Motion;
+use super::work::add_work;
 use crate::geometry::Vec3;
 
 /// The last converged state, and the increment before it for the predictor.
@@ -202,10 +203,11 @@ fn predict(sys: &mut System, committed: &Committed, step: f64) -> Option<f64> {
     sys.body.can_foresee().then_some(factor)
 }
 
-/// Makes the present iterate the last converged state; `step`: share of the stage that led there, for the predictor.
-pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
+/// Makes the present iterate the last converged state; `step`: share of the stage that led there, for the predictor. Whether
+/// the sheet has jumped to it.
+pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool {
     let forces = forces(&sim.sys);
-    add_work(sim, &forces);
+    let jumped = add_work(sim, &forces);
     let sys = &mut sim.sys;
     sys.body.commit();
     sys.commit_contact(&forces);
@@ -217,6 +219,7 @@ pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) {
         (step, du, travels)
     });
     sim.committed = Committed { last, ..Committed::of(sys) };
+    jumped
 }
 
 /// A sheet that nothing holds lies where it comes nearest to where the stage found it, not where the supports that were
@@ -261,53 +264,4 @@ pub(super) fn restore(sim: &mut Simulation) {
 /// Forces of the tools on the candidates' nodes.
 pub(super) fn forces(sys: &System) -> Vec<Force> {
     sys.contact.candidates.iter().map(|c| Force::of(c, &sys.contact_force(c.node))).collect()
-}
-
-/// Work of friction on the sheet, and of normal forces over the gap of nodes that begin or cease to touch in the increment,
-/// over which there is none: both as the trapezoidal rule has them.
-fn work_of_contact(sys: &System, old: &Committed, forces: &[Force]) -> [f64; 2] {
-    let (mut friction, mut over_gaps) = (0.0, 0.0);
-    let ends = sys.contact.before().zip(forces);
-    for (c, ((touched, before), now)) in sys.contact.candidates.iter().zip(ends) {
-        if !touched && !c.active {
-            continue;
-        }
-        let tool = &sys.tools[c.tool];
-        let place = sys.position(c.node) - tool.shift();
-        let u = Vec3::from_column_slice(&old.u[3 * c.node..3 * c.node + 3]);
-        let moved = tool.setup.direction * (tool.travel - old.travels[c.tool]);
-        let way = sys.displacement(c.node) - u - moved;
-        let slip = if touched { place - c.start } else { way };
-        friction += 0.5 * (before.tangential() + now.tangential()).dot(&slip);
-        // A tool that comes back may find a node within it: a gap too.
-        let closer = if touched == c.active { c.start - (place - way) } else { way };
-        over_gaps += 0.5 * (before.normal() + now.normal()).dot(&closer);
-    }
-    [friction, over_gaps]
-}
-
-/// Work of the increment (trapezoidal rule), before it is committed; `forces`: of the tools on the nodes now.
-fn add_work(sim: &mut Simulation, forces: &[Force]) {
-    let (sys, old) = (&sim.sys, &sim.committed);
-    let mean = |i: usize, now: &[f64], before: &[f64]| 0.5 * (now[i] + before[i]);
-    let (mut internal, mut applied) = (0.0, 0.0);
-    for i in 0..sys.u.len() {
-        let du = sys.u[i] - old.u[i];
-        internal += mean(i, &sys.eval.internal_force, &old.internal_force) * du;
-        applied += mean(i, &sys.applied, &old.applied) * du;
-    }
-    let [friction, over_gaps] = work_of_contact(sys, old, forces);
-    let pushed: f64 = (0..sys.tools.len())
-        .map(|t| {
-            let moved = sys.tools[t].travel - old.travels[t];
-            0.5 * (sys.push_of(t) + old.pushes[t]) * moved
-        })
-        .sum();
-    let e = &mut sim.energies;
-    let whole = sim.share;
-    e.internal += whole * internal;
-    e.friction -= whole * friction;
-    e.external += whole * (pushed + applied + over_gaps);
-    e.elastic = whole * sys.eval.elastic_energy;
-    e.plastic = whole * sys.eval.plastic_work;
 }

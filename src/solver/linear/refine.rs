@@ -91,7 +91,7 @@ impl CheckedSolver {
         Ok(())
     }
 
-    /// As [`CheckedSolver::solve`] for a symmetric matrix, by LL^T if it is positive definite; whether it is.
+    /// As [`CheckedSolver::solve`] for a symmetric matrix, by LL^T if it is positive definite.
     ///
     /// # Errors
     /// The last solver's error when none succeeds.
@@ -99,16 +99,19 @@ impl CheckedSolver {
         &mut self,
         values: &[f64],
         rhs: &mut [Vec<f64>],
-    ) -> Result<bool, LinearError> {
+    ) -> Result<(), LinearError> {
         let given: Vec<Vec<f64>> = rhs.to_vec();
-        let definite = match self.solve_with(0, true, values, rhs, &given) {
-            Ok(()) => return Ok(true),
-            Err(LinearError::Singular { .. }) => false,
-            // Factors of a definite matrix that are not accurate enough.
-            Err(_) => true,
-        };
+        if self.solve_with(0, true, values, rhs, &given).is_ok() {
+            return Ok(());
+        }
         rhs.clone_from_slice(&given);
-        self.solve(values, rhs).map(|()| definite)
+        self.solve(values, rhs)
+    }
+
+    /// Whether a symmetric matrix is positive definite. There are no factors afterwards.
+    pub fn is_definite(&mut self, values: &[f64]) -> bool {
+        self.factored = false;
+        self.solvers[0].factor_symmetric(values).is_ok()
     }
 
     /// Factors `values` and solves for every right-hand side in place.

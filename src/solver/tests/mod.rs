@@ -11,6 +11,7 @@ mod followed;
 mod passage;
 mod released;
 mod snap;
+mod stability;
 mod steadied;
 mod stop;
 mod tangent;

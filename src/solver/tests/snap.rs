@@ -84,7 +84,7 @@ fn a_shallow_arch_snaps_to_its_other_balance_and_loses_the_energy_between() {
     assert!(unbalanced < 1e-3, "{unbalanced} N out of balance, or damped");
     // Elastic: what the load has done and is not stored was set free.
     let lost = energies.external - energies.elastic;
-    assert!((lost - energies.snaps).abs() < 1e-3 * lost, "{lost} {energies:?}");
+    assert!((lost - energies.snaps).abs() < 1e-3 * energies.external, "{lost} {energies:?}");
     assert!(lost > 0.05 * energies.external);
 }
 
@@ -187,11 +187,30 @@ fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
     let first = advance(&mut sim);
     let (plan, energies) = (sim.under_way.as_ref().unwrap().plan.clone(), sim.energies);
     sim.history.clear();
-    let found = relax(&mut sim, &plan, 0.6, &Endurance::FULL);
+    let found = relax(&mut sim, &plan, 0.6, &Endurance::FULL, false);
     // Pushed on, the dampers would come to a balance all the same, after 40 iterations.
     let at_once = matches!(found, Err(NewtonError::StillMoving { iterations }) if iterations < 20);
     assert!(at_once, "{found:?}");
     assert!(sim.displacements() == first && sim.energies == energies);
     assert_eq!(sim.summary().snaps, 0);
     assert!(advance(&mut sim) != first);
+}
+
+/// Between 1.3 and 1.6 the crown jumps off the tool to its other balance, within whatever step takes the tool there: the
+/// trapezoidal rule has the same forces at both ends of that, and the energy was in no figure.
+#[test]
+fn a_jump_within_a_step_is_a_snap_and_its_energy_is_told() {
+    let (mut sim, crown) = pressed(1.5);
+    let (mut at_end, mut drop, mut snaps) = (Energies::default(), 0.0, 0);
+    sim.run(&mut |r: &IncrementReport<'_>| {
+        if r.stage == 0 {
+            (at_end, drop, snaps) = (r.energies, -r.displacements[3 * crown + 2], r.snaps);
+        }
+        Control::Continue
+    })
+    .unwrap();
+    assert!(drop > 1.6 && snaps == 1, "{drop} {snaps}");
+    let lost = at_end.external - at_end.elastic;
+    assert!(lost > 0.02 * at_end.external, "{at_end:?}");
+    assert!((lost - at_end.snaps).abs() < 0.01 * at_end.external, "{lost} {at_end:?}");
 }

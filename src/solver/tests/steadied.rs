@@ -80,7 +80,8 @@ fn a_strip_buckles_from_wall_to_wall() {
         let summary = sim.summary();
         println!("{elements} elements, room {room}, friction {friction}: {summary:?}");
         assert!(summary.steadied >= 4, "{summary:?}");
-        assert!(summary.iterations < 2000, "{summary:?}");
+        // Shorter steps past every balance that does not last are a good part of them.
+        assert!(summary.iterations < 3000 && summary.unstable == 0, "{summary:?}");
         assert!(sim.sys.damper.is_none());
         assert!(unbalanced(&sim) < 1e-6 * FORCE, "{} N", unbalanced(&sim));
         let pushed = |(k, _): (usize, _)| sim.sys.lambda(k);

@@ -1,0 +1,142 @@
+//! Whether a balance lasts: its tangent, along the motions that keep nodes at their tools and overcome no friction, is
+//! positive definite. One that is not lies beyond a limit point or on the branch from which a buckle turns off: the slightest
+//! push takes the sheet away from it.
+
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::conditions::{Condition, resistance};
+use super::pattern::Pattern;
+use super::stepping::Found;
+use super::system::System;
+use crate::geometry::Mat3;
+
+/// Stiffness given to every unknown over the mesh's: rounding has motions that nothing resists look unstable.
+const LEAST: f64 = 1e-11;
+
+/// How a node may move, and what resists it besides the sheet.
+struct Motion {
+    node: usize,
+    along: Mat3,
+    resisted: Mat3,
+}
+
+/// What a stage makes of balances that do not last. A step from one that lasts to one that does not may have passed by the
+/// branch that the sheet takes, which shorter steps find; where they do not (a sheet as symmetric as its load never leaves
+/// the branch that does not last), it is taken, and told.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Doubt {
+    /// The last balance lasts.
+    lasted: bool,
+    /// Steps over the stage's first that are not made shorter to find another branch.
+    pub(super) shortest: f64,
+}
+
+impl Doubt {
+    /// None yet.
+    pub(super) const NONE: Self = Self { lasted: true, shortest: 0.02 };
+
+    /// Factor by which less is tried in a stage after shorter steps have found no other branch.
+    const LESS: f64 = 5.0;
+
+    /// Whether shorter steps than one to a balance that does not last may lead to one that does.
+    pub(super) fn may_find_another(&self) -> bool {
+        self.lasted
+    }
+
+    /// A balance has been taken.
+    pub(super) fn took(&mut self, found: Found) {
+        if self.lasted && !(found.lasts && found.near) {
+            self.shortest *= Self::LESS;
+        }
+        self.lasted = found.lasts;
+    }
+}
+
+impl System {
+    /// Whether the balance where the sheet was last evaluated lasts. Where the tangent is not symmetric it does not tell, and
+    /// the balance is taken to. The factors are those of a correction no more.
+    pub(super) fn lasts(&mut self) -> bool {
+        if !self.body.is_symmetric() {
+            return true;
+        }
+        let start = Instant::now();
+        let motions = self.motions();
+        let least = LEAST * self.scales.normal;
+        self.matrix.set(self.body.pattern(), &mut self.eval.tangent, &[], true);
+        let values = &mut self.matrix.values;
+        project(self.body.pattern(), values, &motions);
+        stiffen(self.body.pattern(), values, least);
+        let lasts = self.solver.is_definite(&self.matrix.values);
+        self.timings.stability += start.elapsed().as_secs_f64();
+        lasts
+    }
+
+    /// Motions of the nodes that are not free in all directions.
+    fn motions(&self) -> Vec<Motion> {
+        let of = |c: &Condition| {
+            let free = self.constraints.free_projector(c.node);
+            let along = match c.candidate {
+                Some(_) if c.stuck => Mat3::zeros(),
+                Some(_) => free - c.normal * c.normal.transpose(),
+                None => free,
+            };
+            let held = (Mat3::identity() - along) * self.scales.normal;
+            let resisted = held + along * self.resistance(c, &free) * along;
+            Motion { node: c.node, along, resisted }
+        };
+        self.conditions.iter().map(of).collect()
+    }
+
+    /// What resists the sliding of a node besides the sheet.
+    fn resistance(&self, c: &Condition, free: &Mat3) -> Mat3 {
+        let Some(k) = c.candidate else { return Mat3::zeros() };
+        let candidate = &self.contact.candidates[k];
+        let p = self.position(c.node) - self.tools[candidate.tool].shift();
+        resistance(
+            candidate,
+            &p,
+            &self.force_at(c.node),
+            free,
+            self.law(candidate.tool),
+            self.scales,
+        )
+    }
+}
+
+/// Leaves of the matrix what acts along the motions, and adds what else resists them.
+fn project(pattern: &Pattern, values: &mut [f64], motions: &[Motion]) {
+    for motion in motions {
+        let row = pattern.row_ptr[3 * motion.node]..pattern.row_ptr[3 * motion.node + 1];
+        for first in pattern.col_idx[row].iter().step_by(3).copied() {
+            apply(pattern, values, [3 * motion.node, first], |block| motion.along * block);
+            apply(pattern, values, [first, 3 * motion.node], |block| block * motion.along);
+        }
+        apply(pattern, values, [3 * motion.node; 2], |block| block + motion.resisted);
+    }
+}
+
+/// Changes a block of three rows and columns.
+fn apply(
+    pattern: &Pattern,
+    values: &mut [f64],
+    [row, column]: [usize; 2],
+    to: impl Fn(Mat3) -> Mat3,
+) {
+    let places = [0, 1, 2].map(|i| pattern.position(row + i, column));
+    let [Some(a), Some(b), Some(c)] = places else { return };
+    let starts = [a, b, c];
+    let block = to(Mat3::from_fn(|i, j| values[starts[i] + j]));
+    for (i, start) in starts.iter().enumerate() {
+        (0..3).for_each(|j| values[start + j] = block[(i, j)]);
+    }
+}
+
+fn stiffen(pattern: &Pattern, values: &mut [f64], by: f64) {
+    for unknown in 0..pattern.dim() {
+        if let Some(place) = pattern.position(unknown, unknown) {
+            values[place] += by;
+        }
+    }
+}

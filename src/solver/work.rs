@@ -1,0 +1,103 @@
+//! Work of an increment, by the trapezoidal rule, and what of it the sheet has not stored.
+
+use super::contact::Force;
+use super::simulation::Simulation;
+use super::system::System;
+use super::trial::{Committed, forces};
+use crate::geometry::Vec3;
+
+/// Work of friction on the sheet, and of normal forces over the gap of nodes that begin or cease to touch in the increment,
+/// over which there is none: both as the trapezoidal rule has them.
+fn work_of_contact(sys: &System, old: &Committed, forces: &[Force]) -> [f64; 2] {
+    let (mut friction, mut over_gaps) = (0.0, 0.0);
+    let ends = sys.contact.before().zip(forces);
+    for (c, ((touched, before), now)) in sys.contact.candidates.iter().zip(ends) {
+        if !touched && !c.active {
+            continue;
+        }
+        let tool = &sys.tools[c.tool];
+        let place = sys.position(c.node) - tool.shift();
+        let u = Vec3::from_column_slice(&old.u[3 * c.node..3 * c.node + 3]);
+        let moved = tool.setup.direction * (tool.travel - old.travels[c.tool]);
+        let way = sys.displacement(c.node) - u - moved;
+        let slip = if touched { place - c.start } else { way };
+        friction += 0.5 * (before.tangential() + now.tangential()).dot(&slip);
+        // A tool that comes back may find a node within it: a gap too.
+        let closer = if touched == c.active { c.start - (place - way) } else { way };
+        over_gaps += 0.5 * (before.normal() + now.normal()).dot(&closer);
+    }
+    [friction, over_gaps]
+}
+
+/// Work of an increment, of the whole process [N mm].
+struct Work {
+    external: f64,
+    friction: f64,
+    /// Of the elements' forces, by the trapezoidal rule; and with those of either end throughout.
+    internal: f64,
+    by_ends: [f64; 2],
+    /// What of that they have stored, or dissipated by plastic flow.
+    stored: f64,
+}
+
+impl Work {
+    /// Work of the increment (trapezoidal rule), before it is committed; `forces`: of the tools on the nodes now.
+    fn of(sim: &Simulation, forces: &[Force]) -> Self {
+        let (sys, old) = (&sim.sys, &sim.committed);
+        let (mut begin, mut end, mut applied) = (0.0, 0.0, 0.0);
+        for i in 0..sys.u.len() {
+            let du = sys.u[i] - old.u[i];
+            begin += old.internal_force[i] * du;
+            end += sys.eval.internal_force[i] * du;
+            applied += 0.5 * (sys.applied[i] + old.applied[i]) * du;
+        }
+        let [friction, over_gaps] = work_of_contact(sys, old, forces);
+        let pushed: f64 = (0..sys.tools.len())
+            .map(|t| {
+                let moved = sys.tools[t].travel - old.travels[t];
+                0.5 * (sys.push_of(t) + old.pushes[t]) * moved
+            })
+            .sum();
+        let whole = sim.share;
+        let stored = whole * (sys.eval.elastic_energy + sys.eval.plastic_work);
+        Self {
+            external: whole * (pushed + applied + over_gaps),
+            friction: -whole * friction,
+            internal: whole * 0.5 * (begin + end),
+            by_ends: [begin, end].map(|work| whole * work),
+            stored: stored - sim.energies.elastic - sim.energies.plastic,
+        }
+    }
+
+    /// What the sheet has not stored of it, where that is of note beside the work `done` at most and more than forces that
+    /// rise or fall steadily from one end to the other can have left out: it has jumped from one balance to another on the way.
+    fn jump(&self, done: f64) -> Option<f64> {
+        /// Share of the work.
+        const OF_NOTE: f64 = 0.01;
+        let lost = self.internal - self.stored;
+        let [begin, end] = self.by_ends;
+        let least = OF_NOTE * done.max(self.external.abs()).max(self.internal.abs());
+        (lost > least + 0.5 * (end - begin).abs()).then_some(lost)
+    }
+}
+
+/// Whether the sheet has jumped from one balance to another in the increment, which is not yet accepted.
+pub(super) fn jumps(sim: &Simulation) -> bool {
+    let work = Work::of(sim, &forces(&sim.sys));
+    work.internal > sim.rounding_work() && work.jump(sim.energies.most).is_some()
+}
+
+/// Adds the work of the increment before it is committed; whether the sheet has jumped.
+pub(super) fn add_work(sim: &mut Simulation, forces: &[Force]) -> bool {
+    let work = Work::of(sim, forces);
+    let jump = work.jump(sim.energies.most).filter(|lost| *lost > sim.rounding_work());
+    let (e, whole) = (&mut sim.energies, sim.share);
+    e.internal += work.internal - jump.unwrap_or(0.0);
+    e.snaps += jump.unwrap_or(0.0);
+    e.friction += work.friction;
+    e.external += work.external;
+    e.elastic = whole * sim.sys.eval.elastic_energy;
+    e.plastic = whole * sim.sys.eval.plastic_work;
+    e.most = e.most.max(e.external.abs()).max(e.internal.abs());
+    jump.is_some()
+}

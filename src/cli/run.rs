@@ -168,6 +168,14 @@ fn print_doubts(record: &RunRecord) {
             record.unstable
         );
     }
+    if let Some(through) = &record.through_itself {
+        let [x, y, z] = through.at_mm;
+        out!(
+            "  WARNING: the sheet passes through itself from increment {} on, up to {} nodes, first at ({x:.1}, {y:.1}, {z:.1}) mm: nothing keeps it from that, and forces are too low from there on",
+            through.first_increment,
+            through.nodes
+        );
+    }
     if record.energy_balance > OPEN {
         out!(
             "  WARNING: {:.1} % of the work is not accounted for: increments are too long for what happens in them (contact that closes in one step, a sheet that jumps); a smaller largest_increment sees more",

@@ -11,7 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::files::{WriteError, write_atomic};
 
-pub use sheet::{PlasticRecord, SpringbackRecord, StrainRecord, ThicknessRecord};
+pub use sheet::{
+    PlasticRecord, SpringbackRecord, StrainRecord, ThicknessRecord, ThroughItselfRecord,
+};
 
 /// One increment, as a line of `history.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -298,6 +300,9 @@ pub struct RunRecord {
     /// Thickness of the sheet at the last balance; none in what an older program wrote.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness: Option<ThicknessRecord>,
+    /// Where the sheet passes through itself: nothing keeps it from that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub through_itself: Option<ThroughItselfRecord>,
     /// Strains of the sheet at the last balance; none in what an older program wrote.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strain: Option<StrainRecord>,

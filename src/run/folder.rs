@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::RunError;
 use super::fields;
 use super::formed::Formed;
+use super::itself::through_itself;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
@@ -19,6 +20,7 @@ use crate::report::record::{
 };
 use crate::report::{DataArray, write_pvd};
 use crate::scene::Plan;
+use crate::scene::types::SymmetryPlane;
 use crate::solver::{IncrementReport, IterationRecord, Simulation, convergence_order};
 
 /// Divisions of a patch in the tool's picture.
@@ -35,6 +37,7 @@ pub struct RunFolder {
     pub history: History,
     steps: Vec<(f64, String)>,
     vtu_every: usize,
+    planes: Vec<SymmetryPlane>,
     last_stage: Option<usize>,
     force_scale: f64,
     iterations: Vec<IterationRow>,
@@ -93,6 +96,7 @@ impl RunFolder {
             history: History { tools, rows: Vec::new() },
             steps: Vec::new(),
             vtu_every: plan.scene.output.vtu_every,
+            planes: plan.scene.symmetry.clone(),
             last_stage: None,
             force_scale: 0.0,
             iterations: Vec::new(),
@@ -148,6 +152,7 @@ impl RunFolder {
         let (mesh, now) = (report.body.mesh(), report.displacements);
         let formed = Formed::of(report.body, now);
         self.record.thickness = fields::thickness(mesh, now);
+        self.look_for_folds(report);
         self.record.strain = formed.record(report.body, &fields::positions(mesh, now));
         let stage_end = report.share >= 1.0 - 1e-12;
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
@@ -165,6 +170,17 @@ impl RunFolder {
         self.history.write(&self.path.join("history.csv"))?;
         write_iterations(&self.path.join("iterations.csv"), &self.iterations)?;
         self.record.write(&self.path.join("run.json"))
+    }
+
+    /// Notes where the sheet passes through itself.
+    fn look_for_folds(&mut self, report: &IncrementReport<'_>) {
+        let mesh = report.body.mesh();
+        let positions = fields::positions(mesh, report.displacements);
+        let found = through_itself(mesh, &positions, &self.planes, report.increment);
+        if let Some(found) = found {
+            let known = self.record.through_itself.get_or_insert(found);
+            known.nodes = known.nodes.max(found.nodes);
+        }
     }
 
     fn take_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
@@ -334,6 +350,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         volume_balance: None,
         penetration_mm: 0.0,
         thickness: None,
+        through_itself: None,
         strain: None,
         springback: None,
         convergence_order: None,

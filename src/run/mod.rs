@@ -9,6 +9,7 @@ pub mod cost;
 pub mod fields;
 pub mod folder;
 pub mod formed;
+pub mod itself;
 pub mod line;
 pub mod lock;
 pub mod report;

@@ -56,6 +56,9 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     let fleeting = r
         .first_unstable
         .map_or("none".into(), |first| format!("{}, first increment {first}", r.unstable));
+    let through = r.through_itself.map_or("no".into(), |t| {
+        format!("from increment {} on, up to {} nodes", t.first_increment, t.nodes)
+    });
     let rows = [
         ("verdict", verdict),
         ("increments, iterations, cuts", format!("{}, {}, {}", r.increments, r.iterations, r.cuts)),
@@ -74,6 +77,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ),
         ("increments led to their balance by dampers", r.steadied.to_string()),
         ("increments in a balance that does not last", fleeting),
+        ("passes through itself", through),
         ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
         ("springback, largest and RMS", springback),
     ];

@@ -33,6 +33,17 @@ pub struct ThicknessRecord {
     pub most_mm: f64,
 }
 
+/// Where the sheet passes through itself, or through its image beyond a symmetry plane.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ThroughItselfRecord {
+    /// The first increment that ended so.
+    pub first_increment: usize,
+    /// Nodes inside other parts of the sheet, the most at any increment.
+    pub nodes: usize,
+    /// One of them in the first such increment, as it was then [mm].
+    pub at_mm: [f64; 3],
+}
+
 impl ThicknessRecord {
     /// Whether the sheet is thinner somewhere than hardly any can be stretched: half of what it was.
     #[must_use]

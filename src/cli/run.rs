@@ -168,6 +168,9 @@ fn print_doubts(record: &RunRecord) {
             record.unstable
         );
     }
+    for doubt in &record.doubts {
+        out!("  WARNING: {doubt}");
+    }
     if let Some(through) = &record.through_itself {
         let [x, y, z] = through.at_mm;
         out!(

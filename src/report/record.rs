@@ -300,6 +300,9 @@ pub struct RunRecord {
     /// Thickness of the sheet at the last balance; none in what an older program wrote.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness: Option<ThicknessRecord>,
+    /// What `check` says of the scene that makes its results doubtful.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<String>,
     /// Where the sheet passes through itself: nothing keeps it from that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub through_itself: Option<ThroughItselfRecord>,

@@ -8,6 +8,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::RunError;
+use super::advice::Remark;
 use super::fields;
 use super::formed::Formed;
 use super::itself::through_itself;
@@ -170,6 +171,11 @@ impl RunFolder {
         self.history.write(&self.path.join("history.csv"))?;
         write_iterations(&self.path.join("iterations.csv"), &self.iterations)?;
         self.record.write(&self.path.join("run.json"))
+    }
+
+    /// Notes what makes results doubtful.
+    pub fn doubt(&mut self, remarks: &[Remark]) {
+        self.record.doubts = remarks.iter().map(ToString::to_string).collect();
     }
 
     /// Notes where the sheet passes through itself.
@@ -350,6 +356,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         volume_balance: None,
         penetration_mm: 0.0,
         thickness: None,
+        doubts: Vec::new(),
         through_itself: None,
         strain: None,
         springback: None,

@@ -129,6 +129,7 @@ pub fn run(
     let start = Instant::now();
     let mut setup = plan.simulation_setup(scene_path)?;
     let unknowns = 3 * setup.body.mesh().nodes.len();
+    let doubts = advice::doubts(&setup);
     let failed = |cause: SimulationError| RunError::Solver {
         cause: Box::new(cause),
         more: String::new(),
@@ -154,6 +155,7 @@ pub fn run(
         folder.write_tools(plan, &simulation)?;
         folder
     };
+    folder.doubt(&doubts);
     folder.left_out(left_out.iter().map(|l| LeftOutRecord {
         tool: plan.scene.tools[l.tool].name.clone(),
         patches: l.patches,
@@ -176,6 +178,7 @@ fn to_giving_up(record: &RunRecord, simulation: &Simulation, begins: bool) -> St
     if let Some(thickness) = record.thickness.filter(ThicknessRecord::is_torn) {
         said += &format!(". The sheet is thinned to {thickness}");
     }
+    said.extend(record.doubts.iter().map(|doubt| format!(". Mind that {doubt}")));
     said + ". `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room"
 }
 

@@ -52,6 +52,14 @@ impl fmt::Display for Remark {
     }
 }
 
+/// Remarks on a scene that make what a run finds doubtful.
+#[must_use]
+pub fn doubts(setup: &SimulationSetup) -> Vec<Remark> {
+    let mut out = Vec::new();
+    unopposed::remarks(setup, &mut out);
+    out
+}
+
 /// Remarks on a scene whose tools have been placed; none when there is nothing to say.
 #[must_use]
 pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> {

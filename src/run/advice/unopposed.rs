@@ -1,7 +1,7 @@
 //! Tools that push with a force while no tool stands on the sheet's other side: taken away too early, or not there yet.
 
 use super::Remark;
-use crate::solver::{Motion, SheetSide, SimulationSetup};
+use crate::solver::{Motion, SheetSide, SimulationSetup, Stage};
 
 /// Remarks on stages in which nothing stands against a tool that pushes.
 pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
@@ -22,11 +22,25 @@ pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
                         "at the end of stage `{}` {} pushes with {force:.0} N and no tool stands against it",
                         stage.name, own.name
                     ),
-                    "there is no balance unless supports of the sheet carry that; keep a tool on its other side, or release this one too".into(),
+                    format!("there is no balance unless supports of the sheet carry that; {}", remedy(setup, stage)),
                 ));
             }
         }
     }
+}
+
+/// What to do: a tool let go in that very stage leaves forces behind, which go with the sheet and are guided by nothing.
+fn remedy(setup: &SimulationSetup, stage: &Stage) -> String {
+    let gone = setup.tools.iter().zip(&stage.motions).find(|(_, m)| **m == Motion::Release);
+    gone.map_or_else(
+        || "keep a tool on its other side, or release this one too".into(),
+        |(tool, _)| {
+            format!(
+                "what {} leaves behind as it is let go are forces that move with the sheet and that nothing guides (they may bend it): let it go back by travel, or release this one too",
+                tool.name
+            )
+        },
+    )
 }
 
 /// Force of a tool at the end of a stage that drives it by one, or by a spring at its travel zero [N].

@@ -164,7 +164,7 @@ fn print_doubts(record: &RunRecord) {
     }
     if let Some(first) = record.first_unstable {
         out!(
-            "  WARNING: {} increments, the first of them {first}, ended in a balance that does not last: given a push the sheet buckles or wrinkles there. Shorter steps led to no other, as the model is too symmetric to buckle by itself; `symmetry` planes and `holds` also rule buckles out. To follow it, disturb the model (a small load, a blank mesh that is not quite flat)",
+            "  WARNING: {} increments, the first of them {first}, ended in a balance that does not last: given a push the sheet buckles or wrinkles there. Shorter steps led to no other: a model as symmetric as its loads does not buckle by itself. To follow it, disturb the model (a small load, a blank mesh that is not quite flat)",
             record.unstable
         );
     }

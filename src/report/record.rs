@@ -284,7 +284,7 @@ pub struct RunRecord {
     /// Energy that does not close, as a share of `work_nmm`, or of what rounding makes of nothing where that is more.
     pub energy_balance: f64,
     /// Work of the inner forces by the trapezoidal rule that is neither elastic energy nor plastic work, as the same share: it
-    /// falls with the square of the increments' length.
+    /// falls with the increments' length.
     #[serde(default)]
     pub stored_balance: f64,
     /// The most work that had been done on the sheet, or by its inner forces, at any increment [N mm].

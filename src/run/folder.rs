@@ -15,6 +15,7 @@ use super::itself::through_itself;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
+use crate::geometry::Vec3;
 use crate::report::record::{
     Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
     write_iterations,
@@ -153,8 +154,9 @@ impl RunFolder {
         let (mesh, now) = (report.body.mesh(), report.displacements);
         let formed = Formed::of(report.body, now);
         self.record.thickness = fields::thickness(mesh, now);
-        self.look_for_folds(report);
-        self.record.strain = formed.record(report.body, &fields::positions(mesh, now));
+        let positions = fields::positions(mesh, now);
+        self.look_for_folds(report, &positions);
+        self.record.strain = formed.record(report.body, &positions);
         let stage_end = report.share >= 1.0 - 1e-12;
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
         let first = self.last_stage.is_none();
@@ -179,11 +181,9 @@ impl RunFolder {
     }
 
     /// Notes where the sheet passes through itself.
-    fn look_for_folds(&mut self, report: &IncrementReport<'_>) {
+    fn look_for_folds(&mut self, report: &IncrementReport<'_>, positions: &[Vec3]) {
         let mesh = report.body.mesh();
-        let positions = fields::positions(mesh, report.displacements);
-        let found = through_itself(mesh, &positions, &self.planes, report.increment);
-        if let Some(found) = found {
+        if let Some(found) = through_itself(mesh, positions, &self.planes, report.increment) {
             let known = self.record.through_itself.get_or_insert(found);
             known.nodes = known.nodes.max(found.nodes);
         }

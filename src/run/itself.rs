@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::geometry::box_tree::BoxTree;
@@ -10,6 +9,7 @@ use crate::geometry::{Aabb, Vec3};
 use crate::report::record::ThroughItselfRecord;
 use crate::scene::types::SymmetryPlane;
 use crate::solver::blank::HexMesh;
+use crate::solver::element::natural_coordinates;
 
 /// A node is inside an element where its coordinates there (-1 to 1) are within this towards the sheet's faces, which may
 /// touch; and within this towards its edges and its other elements.
@@ -31,28 +31,12 @@ pub fn through_itself(
     planes: &[SymmetryPlane],
     increment: usize,
 ) -> Option<ThroughItselfRecord> {
-    let corners = |element: &[u32; 8]| element.map(|node| positions[node as usize]);
-    let boxes: Vec<Aabb> =
-        mesh.elements.iter().map(|element| Aabb::of_points(&corners(element))).collect();
-    let tree = BoxTree::build(&boxes);
-    let limits = limits(mesh);
-    let is_inside = |node: usize| {
-        let x = &positions[node];
-        let mut found = false;
-        tree.overlapping(&Aabb { min: *x, max: *x }, |k| {
-            let element = &mesh.elements[k as usize];
-            let others = !element.contains(&(node as u32));
-            found |= others
-                && boxes[k as usize].distance_squared(x) == 0.0
-                && holds(&corners(element), &limits[k as usize], x);
-        });
-        found
-    };
     let beyond: Vec<_> = planes.iter().map(|plane| beyond(mesh, plane)).collect();
-    let nodes = (0..positions.len()).into_par_iter();
-    let is_through =
-        |node: &usize| is_inside(*node) || beyond.iter().any(|beyond| beyond(&positions[*node]));
-    let nodes: Vec<usize> = nodes.filter(is_through).collect();
+    let image = |node: &usize| beyond.iter().any(|beyond| beyond(&positions[*node]));
+    let mut nodes: Vec<usize> = (0..positions.len()).filter(image).collect();
+    nodes.extend(inside_elements(mesh, positions));
+    nodes.sort_unstable();
+    nodes.dedup();
     let first = *nodes.first()?;
     Some(ThroughItselfRecord {
         first_increment: increment,
@@ -61,8 +45,39 @@ pub fn through_itself(
     })
 }
 
+/// Nodes inside elements that they are no part of, some of them more than once.
+fn inside_elements(mesh: &HexMesh, positions: &[Vec3]) -> Vec<usize> {
+    let corners = |element: &[u32; 8]| element.map(|node| positions[node as usize]);
+    let boxes: Vec<Aabb> =
+        mesh.elements.iter().map(|element| Aabb::of_points(&corners(element))).collect();
+    let tree = BoxTree::build(&boxes);
+    let inside = |node: usize| {
+        let (x, mut found) = (&positions[node], Vec::new());
+        tree.overlapping(&Aabb { min: *x, max: *x }, |k| {
+            let (element, region) = (&mesh.elements[k as usize], &boxes[k as usize]);
+            if element.contains(&(node as u32)) || region.distance_squared(x) > 0.0 {
+                return;
+            }
+            let at = natural_coordinates(&corners(element), x);
+            found.extend(at.filter(|at| at.abs().max() < BETWEEN).map(|at| (node, k as usize, at)));
+        });
+        found
+    };
+    let found: Vec<(usize, usize, Vec3)> =
+        (0..positions.len()).into_par_iter().flat_map_iter(inside).collect();
+    if found.is_empty() {
+        return Vec::new();
+    }
+    let limits = limits(mesh);
+    let deep = |(_, k, at): &&(usize, usize, Vec3)| {
+        let limits = &limits[*k];
+        (0..3).all(|axis| -limits[2 * axis] < at[axis] && at[axis] < limits[2 * axis + 1])
+    };
+    found.iter().filter(deep).map(|(node, ..)| *node).collect()
+}
+
 /// Whether a place is beyond a symmetry plane, from where the sheet lay.
-fn beyond(mesh: &HexMesh, plane: &SymmetryPlane) -> impl Fn(&Vec3) -> bool + Sync {
+fn beyond(mesh: &HexMesh, plane: &SymmetryPlane) -> impl Fn(&Vec3) -> bool {
     let (axis, at) = (plane.normal.index(), plane.at_mm);
     let side: f64 = mesh.nodes.iter().map(|x| x[axis] - at).sum();
     let (side, allowed) = (side.signum(), BEYOND * mesh.mean_thickness());
@@ -97,41 +112,6 @@ fn thickness_direction(mesh: &HexMesh, element: &[u32; 8]) -> usize {
         |k: usize| -> Vec3 { FACES[k].map(|c| mesh.nodes[element[c] as usize]).iter().sum() };
     let length = |axis: &usize| (middle(2 * axis + 1) - middle(2 * axis)).norm();
     (0..3).min_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or(2)
-}
-
-/// Whether a point lies inside a hexahedron, which goes so far towards its faces, by Newton's method on its trilinear map.
-fn holds(corners: &[Vec3; 8], limits: &[f64; 6], x: &Vec3) -> bool {
-    const ITERATIONS: usize = 12;
-    const SIGNS: [[f64; 3]; 8] = [
-        [-1.0, -1.0, -1.0],
-        [1.0, -1.0, -1.0],
-        [1.0, 1.0, -1.0],
-        [-1.0, 1.0, -1.0],
-        [-1.0, -1.0, 1.0],
-        [1.0, -1.0, 1.0],
-        [1.0, 1.0, 1.0],
-        [-1.0, 1.0, 1.0],
-    ];
-    let mut at = Vec3::zeros();
-    for _ in 0..ITERATIONS {
-        let (mut place, mut slope) = (Vec3::zeros(), Matrix3::zeros());
-        for (corner, sign) in corners.iter().zip(&SIGNS) {
-            let [a, b, c] = [0, 1, 2].map(|k| 0.5 * (1.0 + sign[k] * at[k]));
-            place += corner * (a * b * c);
-            let by = [sign[0] * b * c, a * sign[1] * c, a * b * sign[2]].map(|d| 0.5 * d);
-            slope += corner * Vec3::from(by).transpose();
-        }
-        let Some(inverse) = slope.try_inverse() else { return false };
-        let step = inverse * (x - place);
-        at += step;
-        if step.norm() < 1e-9 {
-            return (0..3).all(|k| -limits[2 * k] < at[k] && at[k] < limits[2 * k + 1]);
-        }
-        if at.abs().max() > 10.0 {
-            return false;
-        }
-    }
-    false
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ fn farthest_from_balance(sys: &System) -> usize {
     forces.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(node, _)| node)
 }
 
+/// The error of a run that found no balance in a step from `share` of the stage on.
 pub(super) fn gave_up(
     sim: &Simulation,
     stage: usize,

@@ -22,6 +22,8 @@ pub(crate) mod solid_shell;
 pub use kind::ElementKind;
 pub use shape::{PointGeometry, reference_points};
 
+pub(crate) use shape::natural_coordinates;
+
 use super::material::{Material, MaterialError};
 use crate::geometry::Vec3;
 

@@ -54,6 +54,26 @@ pub(crate) fn jacobian(nodes: &[Vec3; 8], xi: [f64; 3]) -> Mat3 {
     jacobian
 }
 
+/// Natural coordinates of the point `x` of an element, by Newton's method; `None` of one far outside, where that leads nowhere.
+pub(crate) fn natural_coordinates(nodes: &[Vec3; 8], x: &Vec3) -> Option<Vec3> {
+    const ITERATIONS: usize = 12;
+    const FAR: f64 = 10.0;
+    let mut xi = Vec3::zeros();
+    for _ in 0..ITERATIONS {
+        let share = |c: &[f64; 3]| (0..3).map(|k| 0.5 * (1.0 + c[k] * xi[k])).product::<f64>();
+        let place: Vec3 = nodes.iter().zip(&CORNERS).map(|(node, c)| node * share(c)).sum();
+        let step = jacobian(nodes, xi.into()).try_inverse()? * (x - place);
+        xi += step;
+        if step.norm() < 1e-9 {
+            return Some(xi);
+        }
+        if xi.abs().max() > FAR {
+            return None;
+        }
+    }
+    None
+}
+
 /// Geometry of the point at `xi` with quadrature weight `quadrature`; `Err(det)` when the Jacobian
 /// determinant is not above zero (inverted or flat reference element).
 pub(crate) fn point_geometry(

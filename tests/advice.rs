@@ -147,6 +147,7 @@ fn a_tool_that_pushes_against_nothing_is_told() {
     ] {
         let text = with(last);
         assert_eq!(text.contains(words), is_told, "{text}");
+        assert_eq!(text.contains("what die leaves behind as it is let go"), is_told, "{text}");
         assert!(!text.contains("at the end of stage `clamp`"), "{text}");
     }
 }

@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 use crate::files::{WriteError, write_atomic};
 
 pub use sheet::{
-    PlasticRecord, SpringbackRecord, StrainRecord, ThicknessRecord, ThroughItselfRecord,
+    OverEdgeRecord, PlasticRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
+    ThroughItselfRecord,
 };
 
 /// One increment, as a line of `history.csv`.
@@ -256,6 +257,13 @@ pub struct RunRecord {
     /// The first of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub first_unstable: Option<usize>,
+    /// Times the sheet buckled: it was pushed out of a balance that does not last along the motion in which it gives way, and
+    /// came to one that does.
+    #[serde(default)]
+    pub buckles: usize,
+    /// The increment of the first of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_buckle: Option<usize>,
     /// Factorisations of the matrix.
     #[serde(default)]
     pub factorisations: usize,
@@ -306,6 +314,9 @@ pub struct RunRecord {
     /// Where the sheet passes through itself: nothing keeps it from that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub through_itself: Option<ThroughItselfRecord>,
+    /// Where the sheet bends over the free border of a tool: forces there are of the mesh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_edge: Option<OverEdgeRecord>,
     /// Strains of the sheet at the last balance; none in what an older program wrote.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strain: Option<StrainRecord>,

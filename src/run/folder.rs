@@ -17,7 +17,7 @@ use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
 use crate::geometry::Vec3;
 use crate::report::record::{
-    Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
+    Energies, History, HistoryRow, IterationRow, LeftOutRecord, OverEdgeRecord, RunRecord, Verdict,
     write_iterations,
 };
 use crate::report::{DataArray, write_pvd};
@@ -156,6 +156,7 @@ impl RunFolder {
         self.record.thickness = fields::thickness(mesh, now);
         let positions = fields::positions(mesh, now);
         self.look_for_folds(report, &positions);
+        self.look_for_edges(report);
         self.record.strain = formed.record(report.body, &positions);
         let stage_end = report.share >= 1.0 - 1e-12;
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
@@ -189,6 +190,20 @@ impl RunFolder {
         }
     }
 
+    /// Notes where the sheet bends over the border of a tool.
+    fn look_for_edges(&mut self, report: &IncrementReport<'_>) {
+        let Some(found) = &report.over_edge else { return };
+        let known = self.record.over_edge.get_or_insert_with(|| OverEdgeRecord {
+            first_increment: report.increment,
+            tool: report.tools[found.tool].name.clone(),
+            nodes: 0,
+            depth_mm: 0.0,
+            at_mm: found.at.into(),
+        });
+        known.nodes = known.nodes.max(found.nodes);
+        known.depth_mm = known.depth_mm.max(found.depth);
+    }
+
     fn take_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
         self.iterations.extend(history.iter().enumerate().map(|(iteration, r)| IterationRow {
             increment,
@@ -219,6 +234,10 @@ impl RunFolder {
             record.first_unstable.get_or_insert(report.increment);
         }
         record.unstable = report.unstable;
+        if report.buckles > record.buckles {
+            record.first_buckle.get_or_insert(report.increment);
+        }
+        record.buckles = report.buckles;
         record.snap_work_nmm = report.energies.snaps;
         record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
         record.cpu_s = self.spent_s[1] + cpu_seconds();
@@ -339,6 +358,8 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         steadied: 0,
         unstable: 0,
         first_unstable: None,
+        buckles: 0,
+        first_buckle: None,
         snap_work_nmm: 0.0,
         factorisations: 0,
         updates: 0,
@@ -358,6 +379,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         thickness: None,
         doubts: Vec::new(),
         through_itself: None,
+        over_edge: None,
         strain: None,
         springback: None,
         convergence_order: None,

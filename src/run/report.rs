@@ -10,7 +10,8 @@ use crate::files::WriteError;
 use crate::geometry::{Vec2, Vec3};
 use crate::report::charts::{Series, ValuedSurface, lines, surfaces};
 use crate::report::page::Page;
-use crate::report::{record::History, vtu_read};
+use crate::report::record::{History, OverEdgeRecord};
+use crate::report::vtu_read;
 use crate::scene::Plan;
 use crate::solver::Simulation;
 use crate::solver::blank::HexMesh;
@@ -56,8 +57,15 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     let fleeting = r
         .first_unstable
         .map_or("none".into(), |first| format!("{}, first increment {first}", r.unstable));
+    let buckled = r
+        .first_buckle
+        .map_or("no".into(), |first| format!("{} times, first increment {first}", r.buckles));
     let through = r.through_itself.map_or("no".into(), |t| {
         format!("from increment {} on, up to {} nodes", t.first_increment, t.nodes)
+    });
+    let over_edge = r.over_edge.as_ref().map_or("no".into(), |edge| {
+        let OverEdgeRecord { tool, first_increment, nodes, depth_mm, .. } = edge;
+        format!("{tool}, from increment {first_increment} on, up to {nodes} nodes, {depth_mm:.2} mm deep")
     });
     let rows = [
         ("verdict", verdict),
@@ -70,6 +78,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("largest strains", r.strain.map_or("-".into(), |strain| strain.to_string())),
         ("forces out of balance", format!("{:.1e} of the largest", r.force_balance)),
         ("energy not accounted for", format!("{:.2e} of the work done", r.energy_balance)),
+        ("inner work not stored", format!("{:.2e} of the work done", r.stored_balance)),
         ("volume out of balance", volume),
         (
             "moves of the sheet by itself, energy set free",
@@ -77,7 +86,9 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ),
         ("increments led to their balance by dampers", r.steadied.to_string()),
         ("increments in a balance that does not last", fleeting),
+        ("buckled", buckled),
         ("passes through itself", through),
+        ("bends over the border of a tool", over_edge),
         ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
         ("springback, largest and RMS", springback),
     ];

@@ -1,9 +1,9 @@
 //! A sheet that nothing holds and nothing pushes, carried along by tools that it does not resist: tipped over an edge, lifted,
 //! pushed aside. No force says how it moves, and friction has none to go by. Of all motions that bring it out of its tools'
-//! way it makes the least: the one that light dampers about the last balance lead to, without friction if it lies on one tool,
-//! between two with friction, which goes by the dampers' forces (its law has no scale). They bend it a little, so they are set
-//! anew where it is until they carry nothing: what is accepted is a balance without them. A sheet that is pressed,
-//! which pushes back by far more than the dampers, goes its way from the last balance as any other.
+//! way it makes the least: the one that light dampers about the last balance lead to, without friction. Between two tools that
+//! may be far, where they shut in what friction would hold: then friction goes by the dampers' forces (its law has no scale).
+//! They bend it a little, so they are set anew where it is until they carry nothing: what is accepted is a balance without them.
+//! A sheet that is pressed, which pushes back by far more than the dampers, goes its way from the last balance as any other.
 
 use super::contact::{Candidate, Force};
 use super::damper::Damper;
@@ -87,9 +87,9 @@ impl System {
     }
 }
 
-/// Goes from the last balance of a loose sheet, whose tools are set, to where they take it: between two with friction, if that
-/// finds a balance, or without. `again` goes back to where it began. What is left behind is a balance where it is
-/// [`Way::Carried`], and to be restored otherwise.
+/// Goes from the last balance of a loose sheet, whose tools are set, to where they take it: without friction, or with it if that
+/// is far and between two tools and finds a balance. `again` goes back to where it began. What is left behind is a balance
+/// where it is [`Way::Carried`], and to be restored otherwise.
 pub(super) fn carry(
     sim: &mut Simulation,
     patience: Patience,
@@ -102,15 +102,19 @@ pub(super) fn carry(
     if !sim.sys.is_between_tools() {
         return along(sim, false);
     }
-    let rubbing = along(sim, true);
-    let Err(error) = rubbing else { return rubbing };
+    let gliding = along(sim, false);
+    if !matches!(gliding, Ok(Way::Carried(_))) || !glides_off(sim) {
+        return gliding;
+    }
     again(sim);
-    match along(sim, false) {
+    match along(sim, true) {
+        Ok(way) => Ok(way),
         // A shorter step may do with friction.
-        Ok(Way::Carried(_)) if patience == Patience::Hopeful && glides_off(sim) => {
-            Ok(Way::Astray(error))
+        Err(error) if patience == Patience::Hopeful => Ok(Way::Astray(error)),
+        Err(_) => {
+            again(sim);
+            along(sim, false)
         }
-        gliding => gliding,
     }
 }
 

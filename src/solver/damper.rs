@@ -4,6 +4,17 @@ use super::assembly::{Body, Evaluation};
 use super::element::Want;
 use super::pattern::Pattern;
 
+/// Volume of every node over their mean.
+pub(super) fn shares(body: &Body) -> Vec<f64> {
+    let mesh = body.mesh();
+    let mut volumes = vec![0.0; mesh.nodes.len()];
+    for (element, volume) in mesh.elements.iter().zip(body.volumes()) {
+        element.iter().for_each(|&node| volumes[node as usize] += volume / 8.0);
+    }
+    let mean = volumes.iter().sum::<f64>() / volumes.len().max(1) as f64;
+    volumes.into_iter().map(|volume| volume / mean).collect()
+}
+
 /// Forces that hold every node back towards where the step began.
 #[derive(Debug, Clone)]
 pub(super) struct Damper {
@@ -15,13 +26,7 @@ pub(super) struct Damper {
 impl Damper {
     /// A damper about displacements `u`, in proportion to each node's volume, of `stiffness` [N/mm] in the mean.
     pub(super) fn new(body: &Body, u: &[f64], stiffness: f64) -> Self {
-        let mesh = body.mesh();
-        let mut volumes = vec![0.0; mesh.nodes.len()];
-        for (element, volume) in mesh.elements.iter().zip(body.volumes()) {
-            element.iter().for_each(|&node| volumes[node as usize] += volume / 8.0);
-        }
-        let mean = volumes.iter().sum::<f64>() / volumes.len().max(1) as f64;
-        let stiffness = volumes.iter().map(|v| stiffness * v / mean).collect();
+        let stiffness = shares(body).into_iter().map(|share| stiffness * share).collect();
         Self { from: u.to_vec(), stiffness }
     }
 

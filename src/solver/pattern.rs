@@ -22,6 +22,14 @@ impl Pattern {
         self.col_idx.len()
     }
 
+    /// The matrix with these values times a vector.
+    #[must_use]
+    pub fn times(&self, values: &[f64], x: &[f64]) -> Vec<f64> {
+        let entries = |row: usize| self.row_ptr[row]..self.row_ptr[row + 1];
+        let product = |row: usize| entries(row).map(|k| values[k] * x[self.col_idx[k]]).sum();
+        (0..self.dim()).map(product).collect()
+    }
+
     /// Position of entry `(row, column)` in the values, if it is stored.
     #[must_use]
     pub fn position(&self, row: usize, column: usize) -> Option<usize> {

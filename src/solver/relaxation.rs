@@ -1,9 +1,11 @@
 //! Past a limit point. A sheet that snaps (oil-canning when it is let go, a buckle) has no balance near its last one. It
 //! is followed to the next as a slow viscous motion at constant loads and tools, with ever less damping, until it is in
 //! balance without any. The energy set free is what is left over, and is reported; no state accepted here has damping in it.
+//! Where the balance it comes to does not last it is pushed along the motion in which it gives way, and followed again.
 
 use serde::{Deserialize, Serialize};
 
+use super::buckling::Push;
 use super::damper::Damper;
 use super::newton::{NewtonError, NewtonStats, Patience};
 use super::simulation::Simulation;
@@ -36,6 +38,11 @@ const MOST: f64 = 100.0;
 /// that nothing balances never ends.
 const ITERATIONS: usize = 1000;
 const FEWEST: usize = 125;
+/// Damping of a sheet that is pushed, over that at which the push would neither grow nor fall, at least: with less than that it
+/// would go the other way.
+const HELD_BACK: f64 = 2.0;
+/// Pushes in a row: of a balance on which the sheet gives way in several motions.
+const PUSHES: usize = 3;
 /// Way of a node over the size of the sheet before which it comes to rest, if at all: nothing balances one that runs away.
 const FAR: f64 = 1.0;
 
@@ -61,9 +68,16 @@ struct Damping {
     now: f64,
     /// What failed not long ago, less what has been forgotten of it: there is no less before.
     floor: f64,
+    /// The least there is: of a sheet that is pushed.
+    least: f64,
 }
 
 impl Damping {
+    fn of(push: Option<f64>) -> Self {
+        let least = push.unwrap_or(0.0);
+        Self { now: push.unwrap_or(FIRST), floor: 0.0, least }
+    }
+
     fn failed(&mut self) {
         self.now *= FACTOR;
         self.floor = self.now;
@@ -76,7 +90,7 @@ impl Damping {
             n if n <= WELL => FACTOR,
             _ => 1.0,
         };
-        self.now = (self.now / less).max(self.floor);
+        self.now = (self.now / less).max(self.floor).max(self.least);
     }
 }
 
@@ -93,10 +107,12 @@ pub(super) fn relax(
     lasting: bool,
 ) -> Result<(NewtonStats, bool), NewtonError> {
     let before = sim.state();
-    let found = follow(sim, plan, target, endurance.iterations).and_then(|stats| {
+    let found = follow(sim, plan, target, endurance.iterations, None).and_then(|stats| {
         let lasts = sim.sys.lasts();
-        let moving = NewtonError::StillMoving { iterations: sim.history.len() };
-        if lasts || !lasting { Ok((stats, lasts)) } else { Err(moving) }
+        if lasts || !lasting {
+            return Ok((stats, lasts));
+        }
+        buckle(sim, plan, target, endurance.iterations).map(|more| (stats.and(more), true))
     });
     let Ok((_, lasts)) = found else {
         // It is of this very set-up.
@@ -114,14 +130,37 @@ pub(super) fn relax(
     found
 }
 
-fn follow(
+/// Pushes the sheet out of a balance that does not last until it comes to one that does.
+fn buckle(
     sim: &mut Simulation,
     plan: &Plan,
     target: f64,
     iterations: usize,
 ) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
-    let (mut damping, mut largest) = (Damping { now: FIRST, floor: 0.0 }, 0.0);
+    for _ in 0..PUSHES {
+        let Some(push) = sim.sys.push() else { break };
+        accept(sim, None);
+        total = total.and(follow(sim, plan, target, iterations, Some(&push))?);
+        if sim.sys.lasts() {
+            sim.summary.buckles += 1;
+            return Ok(total);
+        }
+    }
+    Err(NewtonError::StillMoving { iterations: sim.history.len() })
+}
+
+/// Follows the sheet from the last balance to one at share `target` of the stage, which is not accepted yet.
+fn follow(
+    sim: &mut Simulation,
+    plan: &Plan,
+    target: f64,
+    iterations: usize,
+    push: Option<&Push>,
+) -> Result<NewtonStats, NewtonError> {
+    let mut total = NewtonStats::default();
+    let least = push.map(|push| HELD_BACK * push.stiffness / sim.sys.scales.tangential);
+    let (mut damping, mut largest) = (Damping::of(least), 0.0);
     let carried = norm(&sim.committed.internal_force);
     let (before, from) = (sim.committed.travels.clone(), sim.committed.u.clone());
     let (mut last, mut lost) = (f64::NAN, 0);
@@ -132,7 +171,10 @@ fn follow(
         }
         last = damping.now;
         let before_step = sim.history.len() + 1;
-        let Ok((stats, force)) = step(sim, plan, target, last) else {
+        sim.push = push.map(|push| push.forces.clone());
+        let moved = step(sim, plan, target, last);
+        sim.push = None;
+        let Ok((stats, force)) = moved else {
             lost += sim.history.len().saturating_sub(before_step);
             damping.failed();
             continue;

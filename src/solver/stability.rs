@@ -62,15 +62,20 @@ impl System {
             return true;
         }
         let start = Instant::now();
+        self.project_tangent();
+        let lasts = self.solver.is_definite(&self.matrix.values);
+        self.timings.stability += start.elapsed().as_secs_f64();
+        lasts
+    }
+
+    /// Makes the matrix the tangent along the motions that tools, supports and friction leave.
+    pub(super) fn project_tangent(&mut self) {
         let motions = self.motions();
         let least = LEAST * self.scales.normal;
         self.matrix.set(self.body.pattern(), &mut self.eval.tangent, &[], true);
         let values = &mut self.matrix.values;
         project(self.body.pattern(), values, &motions);
         stiffen(self.body.pattern(), values, least);
-        let lasts = self.solver.is_definite(&self.matrix.values);
-        self.timings.stability += start.elapsed().as_secs_f64();
-        lasts
     }
 
     /// Motions of the nodes that are not free in all directions.

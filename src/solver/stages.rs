@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::assembly::Body;
+use super::edges::OverEdge;
 use super::tools::{Curve, Motion};
 
 /// One stage: clamp, draw, release, ...
@@ -258,6 +259,8 @@ pub struct IncrementReport<'a> {
     pub steadied: usize,
     /// Increments so far that ended in a balance that does not last.
     pub unstable: usize,
+    /// Times so far that the sheet was pushed out of a balance that does not last, and came to one that does.
+    pub buckles: usize,
     /// Residual history of this increment.
     pub history: &'a [IterationRecord],
     /// Work and energy.
@@ -267,6 +270,8 @@ pub struct IncrementReport<'a> {
     /// Volume that does not balance, as a share of the sheet's ([`super::assembly::Body::volume_balance`]); `None` where
     /// the material keeps no strains.
     pub volume_balance: Option<f64>,
+    /// Where the sheet bends over the free border of a tool.
+    pub over_edge: Option<OverEdge>,
     /// Nodes in contact.
     pub contacts: usize,
     /// Nodes in contact that slip.
@@ -299,6 +304,9 @@ pub struct RunSummary {
     /// Increments that ended in a balance that does not last: the sheet would buckle, given a push.
     #[serde(default)]
     pub unstable: usize,
+    /// Times the sheet was pushed out of a balance that does not last, and came to one that does.
+    #[serde(default)]
+    pub buckles: usize,
     /// Wall time by phase [s].
     pub timings: Timings,
 }

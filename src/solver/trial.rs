@@ -180,6 +180,8 @@ fn aim(sim: &mut Simulation, plan: &Plan, target: f64) {
     let stage = &sim.stages[plan.stage];
     set_targets(&mut sim.sys, stage, plan, target, sim.share);
     add_loads(&mut sim.sys, &sim.loads, stage.load.at(target));
+    let push = sim.push.iter().flatten();
+    sim.sys.applied.iter_mut().zip(push).for_each(|(applied, push)| *applied += push);
 }
 
 /// A balance, if it is one that the sheet can come to.

@@ -44,6 +44,22 @@ pub struct ThroughItselfRecord {
     pub at_mm: [f64; 3],
 }
 
+/// Where the sheet bends over the free border of a tool, which holds nodes and sees nothing between them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OverEdgeRecord {
+    /// The first increment that ended so.
+    pub first_increment: usize,
+    /// The tool.
+    pub tool: String,
+    /// Nodes beyond its border, the most at any increment.
+    pub nodes: usize,
+    /// Depth of the edge in the straight lines between nodes beyond it and nodes that the tool holds, the most at any
+    /// increment [mm].
+    pub depth_mm: f64,
+    /// Where the deepest was in the first such increment [mm].
+    pub at_mm: [f64; 3],
+}
+
 impl ThicknessRecord {
     /// Whether the sheet is thinner somewhere than hardly any can be stretched: half of what it was.
     #[must_use]

@@ -1,0 +1,164 @@
+//! The motion in which the sheet gives way where its balance does not last, along which it is pushed: a sheet as symmetric as
+//! its loads would stay, as no sheet does.
+
+use std::time::Instant;
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use super::damper::shares;
+use super::pattern::Pattern;
+use super::system::System;
+use crate::geometry::Vec3;
+
+/// Motions looked for at once, and how often they are made softer by the inverse of the matrix.
+const MOTIONS: usize = 4;
+const ROUNDS: usize = 8;
+
+/// Power of ten of the stiffness that the matrix is tried to be made positive definite with first, over the mesh's.
+const LEAST: i32 = -10;
+
+/// Right-hand sides over what would leave the motions as long as they were: solutions far larger than the sheet are not believed.
+const LITTLE: f64 = 1e-6;
+
+/// Way of the node that moves most in the push, over the thickness.
+const WAY: f64 = 0.01;
+
+/// Components of the mode over the largest that are taken for as large.
+const AS_LARGE: f64 = 0.999;
+
+/// A push along the motion in which a sheet gives way.
+#[derive(Debug, Clone)]
+pub(super) struct Push {
+    /// Forces, three a node [N].
+    pub(super) forces: Vec<f64>,
+    /// Stiffness of every node's damper, in the mean, at which the motion would neither grow nor fall [N/mm].
+    pub(super) stiffness: f64,
+}
+
+impl System {
+    /// A push along the motion that the balance where the sheet was last evaluated has least against, if it has less than
+    /// nothing against it: eigenvector of the projected tangent by inverse iteration, to the side on which the first of the nodes
+    /// that move most does so towards the sheet's top. The factors are those of a correction no more.
+    pub(super) fn push(&mut self) -> Option<Push> {
+        if !self.body.is_symmetric() {
+            return None;
+        }
+        let start = Instant::now();
+        let found = self.softest_motion();
+        self.timings.stability += start.elapsed().as_secs_f64();
+        let (stiffness, mode) = found?;
+        (stiffness < 0.0).then(|| self.push_along(mode, -stiffness))
+    }
+
+    /// The motion of unit length, nodes counted by their masses, that has the least stiffness [N/mm], and that.
+    fn softest_motion(&mut self) -> Option<(f64, Vec<f64>)> {
+        self.project_tangent();
+        let masses = shares(&self.body);
+        let shift = self.make_definite(&masses)?;
+        let mut motions: Vec<Vec<f64>> =
+            (0..MOTIONS).map(|seed| disorder(self.u.len(), seed as u64)).collect();
+        for _ in 0..ROUNDS {
+            motions.iter_mut().for_each(|motion| weigh(motion, &masses, LITTLE * shift));
+            self.solver.solve_symmetric(&self.matrix.values, &mut motions).ok()?;
+            orthonormalise(&mut motions, &masses);
+        }
+        let (stiffness, mode) = softest(self.body.pattern(), &self.matrix.values, &motions)?;
+        Some((stiffness - shift, mode))
+    }
+
+    /// Adds the masses to the matrix, times the least power of ten of a stiffness [N/mm] that makes it positive definite: the
+    /// softest of all motions is then the one that its inverse makes most of.
+    fn make_definite(&mut self, masses: &[f64]) -> Option<f64> {
+        let mut shift = 0.0;
+        for power in LEAST..=0 {
+            let more = self.scales.normal * 10f64.powi(power) - shift;
+            let pattern = self.body.pattern();
+            for unknown in 0..pattern.dim() {
+                let place = pattern.position(unknown, unknown)?;
+                self.matrix.values[place] += more * masses[unknown / 3];
+            }
+            shift += more;
+            if self.solver.is_definite(&self.matrix.values) {
+                return Some(shift);
+            }
+        }
+        None
+    }
+
+    fn push_along(&self, mut mode: Vec<f64>, stiffness: f64) -> Push {
+        let ways = || mode.chunks_exact(3).map(Vec3::from_column_slice);
+        let largest = ways().map(|way| way.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        let first = ways().position(|way| way.norm() > AS_LARGE * largest).unwrap_or_default();
+        let up = self.across(first).dot(&Vec3::from_column_slice(&mode[3 * first..3 * first + 3]));
+        let way = WAY * self.body.mesh().mean_thickness();
+        let factor = if up < 0.0 { -1.0 } else { 1.0 } * way * stiffness / largest;
+        weigh(&mut mode, &shares(&self.body), factor);
+        Push { forces: mode, stiffness }
+    }
+
+    /// The way through the sheet at a node, from the bottom to the top [mm]; none where there are no columns.
+    fn across(&self, node: usize) -> Vec3 {
+        let levels = self.body.mesh().nodes_per_column.max(1);
+        let bottom = node / levels * levels;
+        self.position(bottom + levels - 1) - self.position(bottom)
+    }
+}
+
+/// Numbers between -1 and 1 without order, the same at every call: no motion is orthogonal to all of them.
+fn disorder(count: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+fn weigh(motion: &mut [f64], masses: &[f64], factor: f64) {
+    motion.iter_mut().enumerate().for_each(|(i, x)| *x *= factor * masses[i / 3]);
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn add(to: &mut [f64], factor: f64, what: &[f64]) {
+    to.iter_mut().zip(what).for_each(|(to, x)| *to += factor * x);
+}
+
+/// Gram and Schmidt's, twice over, in the norm of the masses.
+fn orthonormalise(motions: &mut [Vec<f64>], masses: &[f64]) {
+    for k in 0..motions.len() {
+        let (before, rest) = motions.split_at_mut(k);
+        let motion = &mut rest[0];
+        for _ in 0..2 {
+            for other in before.iter() {
+                let weighed = motion.iter().enumerate().map(|(i, x)| masses[i / 3] * x * other[i]);
+                let share: f64 = weighed.sum();
+                add(motion, -share, other);
+            }
+        }
+        let square: f64 = motion.iter().enumerate().map(|(i, x)| masses[i / 3] * x * x).sum();
+        let length = square.sqrt().max(f64::MIN_POSITIVE);
+        motion.iter_mut().for_each(|x| *x /= length);
+    }
+}
+
+/// The softest motion among the combinations of these, and its stiffness; `None` where rounding leaves none.
+fn softest(pattern: &Pattern, values: &[f64], motions: &[Vec<f64>]) -> Option<(f64, Vec<f64>)> {
+    let products: Vec<Vec<f64>> = motions.iter().map(|x| pattern.times(values, x)).collect();
+    let of = |i: usize, j: usize| {
+        0.5 * (dot(&motions[i], &products[j]) + dot(&motions[j], &products[i]))
+    };
+    let reduced = DMatrix::from_fn(motions.len(), motions.len(), of);
+    if !reduced.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let found = SymmetricEigen::new(reduced);
+    let least = found.eigenvalues.imin();
+    let mut mode = vec![0.0; motions[0].len()];
+    motions.iter().enumerate().for_each(|(k, x)| add(&mut mode, found.eigenvectors[(k, least)], x));
+    Some((found.eigenvalues[least], mode))
+}

@@ -27,7 +27,8 @@ pub struct HistoryRow {
     pub time: f64,
     /// Travel of each tool from its starting place along its direction [mm].
     pub travel_mm: Vec<f64>,
-    /// Force of each tool on the sheet along its direction, of the whole process [N].
+    /// Force of each tool on the sheet along its direction, of the whole process [N]; of one that is let go what it has left
+    /// behind, which falls to nothing over the stage.
     pub force_n: Vec<f64>,
     /// Newton iterations of the increment.
     pub iterations: usize,

@@ -11,7 +11,7 @@ use super::stages::{
 };
 use super::stepping::{UnderWay, advance};
 use super::system::{Role, System};
-use super::tools::{Placement, SheetSide, Tool, ToolSetup};
+use super::tools::{Motion, Placement, SheetSide, Tool, ToolSetup};
 use super::trial::Committed;
 use crate::geometry::Vec3;
 
@@ -263,6 +263,24 @@ impl Simulation {
         self.share * self.sys.scales.least() * self.sys.lengths.size
     }
 
+    fn tool_report(&self, tool: usize, share: f64) -> ToolReport {
+        let sys = &self.sys;
+        let t = &sys.tools[tool];
+        let force = sys.tool_force(tool);
+        let now = self.under_way.as_ref().map(|now| &now.plan);
+        let left_behind = now
+            .filter(|plan| self.stages[plan.stage].motions[tool] == Motion::Release)
+            .map_or(0.0, |plan| (1.0 - share) * plan.start_forces[tool]);
+        ToolReport {
+            name: t.setup.name.clone(),
+            travel: t.travel,
+            force: self.share * force.dot(&t.setup.direction) + left_behind,
+            force_vector: force.into(),
+            shift: t.shift().into(),
+            contacts: sys.contact.active().filter(|(_, c)| c.tool == tool).count(),
+        }
+    }
+
     pub(super) fn report(
         &self,
         stage: usize,
@@ -279,7 +297,7 @@ impl Simulation {
             time: self.time,
             share,
             free: sys.roles.iter().all(|role| *role == Role::Absent),
-            tools: (0..sys.tools.len()).map(|t| tool_report(sys, t, self.share)).collect(),
+            tools: (0..sys.tools.len()).map(|t| self.tool_report(t, share)).collect(),
             iterations,
             iterations_total: self.summary.iterations,
             cuts: self.summary.cuts,
@@ -303,19 +321,6 @@ impl Simulation {
             Control::Continue => Ok(()),
             Control::Stop => Err(SimulationError::Stopped { increment: self.summary.increments }),
         }
-    }
-}
-
-fn tool_report(sys: &System, tool: usize, share: f64) -> ToolReport {
-    let t = &sys.tools[tool];
-    let force = sys.tool_force(tool);
-    ToolReport {
-        name: t.setup.name.clone(),
-        travel: t.travel,
-        force: share * force.dot(&t.setup.direction),
-        force_vector: force.into(),
-        shift: t.shift().into(),
-        contacts: sys.contact.active().filter(|(_, c)| c.tool == tool).count(),
     }
 }
 

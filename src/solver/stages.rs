@@ -220,7 +220,8 @@ pub struct ToolReport {
     pub name: String,
     /// Travel along its direction since the start [mm].
     pub travel: f64,
-    /// Force of the tool on the sheet along its direction [N], of the whole process.
+    /// Force of the tool on the sheet along its direction [N], of the whole process; of one that is let go what it has left
+    /// behind of it.
     pub force: f64,
     /// The same as a vector, of the modelled part only [N].
     pub force_vector: [f64; 3],

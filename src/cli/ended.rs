@@ -9,13 +9,18 @@ use crate::report::record::RunRecord;
 pub(super) fn print_record(record: &RunRecord, output: &Path) {
     out!("{}: all stages done", record.name);
     print_cost(record);
-    print_doubts(record);
+    record.doubtful().iter().for_each(|doubt| out!("  WARNING: {doubt}"));
     print_sheet(record);
     print_course(record);
     for left in &record.left_out {
         out!("  {} of {} patches of {} left out", left.patches, left.of, left.tool);
     }
     out!("  {}", output.join("report.html").display());
+}
+
+/// Prints nothing but what of the run is not as it should be.
+pub(super) fn print_warnings(record: &RunRecord) {
+    record.doubtful().iter().for_each(|doubt| eprintln!("WARNING: {doubt}"));
 }
 
 /// Increments, iterations, time, memory and how well all balances.
@@ -48,53 +53,6 @@ fn print_cost(record: &RunRecord) {
         record.stored_balance,
         record.penetration_mm
     );
-}
-
-/// What of a run that came to its end is not as it should be.
-fn print_doubts(record: &RunRecord) {
-    /// Share of the thickness that a node may lie in a tool, and of the work that energy may lack.
-    const DEEP: f64 = 0.05;
-    const OPEN: f64 = 0.01;
-    let thickness = record.thickness.as_ref().map_or(f64::INFINITY, |t| t.most_mm);
-    if record.penetration_mm > DEEP * thickness {
-        out!(
-            "  WARNING: nodes lie up to {:.3} mm in a tool, as another tool holds them, of two tools at one node only one is seen (a corner made of two files, a tool that pushes on an edge between two others), or as the springs of `solver.contact` are soft",
-            record.penetration_mm
-        );
-    }
-    if let Some(first) = record.first_unstable {
-        out!(
-            "  WARNING: {} increments, the first of them {first}, ended in a balance that does not last: the sheet buckles or wrinkles there, and neither shorter steps nor a push along the motion in which it gives way led to another balance. To follow it, try a smaller largest_increment, a finer mesh or a small load across",
-            record.unstable
-        );
-    }
-    for doubt in &record.doubts {
-        out!("  WARNING: {doubt}");
-    }
-    if let Some(through) = &record.through_itself {
-        let [x, y, z] = through.at_mm;
-        out!(
-            "  WARNING: the sheet passes through itself from increment {} on, up to {} nodes, first at ({x:.1}, {y:.1}, {z:.1}) mm: nothing keeps it from that, and forces are too low from there on",
-            through.first_increment,
-            through.nodes
-        );
-    }
-    if let Some(edge) = &record.over_edge {
-        let [x, y, z] = edge.at_mm;
-        out!(
-            "  WARNING: the sheet bends over the border of {} from increment {} on, up to {} nodes, first at ({x:.1}, {y:.1}, {z:.1}) mm, {:.2} mm deep: tools hold nodes and see nothing between them, so that forces there go by the mesh, and a node drawn back over the border may lock the sheet. Give the tool its edge radius, or let it end beyond the sheet",
-            edge.tool,
-            edge.first_increment,
-            edge.nodes,
-            edge.depth_mm
-        );
-    }
-    if record.energy_balance > OPEN {
-        out!(
-            "  WARNING: {:.1} % of the work is not accounted for: increments are too long for what happens in them (contact that closes in one step, a sheet that jumps); a smaller largest_increment sees more",
-            100.0 * record.energy_balance
-        );
-    }
 }
 
 /// Thickness, strains and springback.

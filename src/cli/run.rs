@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::ended::print_record;
+use super::ended::{print_record, print_warnings};
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::say::out;
 use super::stop::stop_flag;
@@ -37,7 +37,7 @@ pub struct RunArgs {
     /// Stop, leaving a checkpoint, when standard input ends: the run does not outlive the program that started it
     #[arg(long)]
     tied: bool,
-    /// No progress bar
+    /// No progress bar and no account of the run: nothing but warnings
     #[arg(short, long)]
     quiet: bool,
     /// A line an increment in place of the bar
@@ -97,7 +97,9 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let record = outcome?;
     if args.json {
         print_line(&serde_json::to_string(&record).map_err(Failure::input)?);
-    } else if !args.quiet {
+    } else if args.quiet {
+        print_warnings(&record);
+    } else {
         print_record(&record, &args.output);
     }
     Ok(Exit::Done)

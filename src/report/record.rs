@@ -1,6 +1,7 @@
 //! The records of a run folder: `history.csv`, a line an increment, `iterations.csv`, and `run.json`.
 
 mod sheet;
+mod warnings;
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -13,7 +14,7 @@ use crate::files::{WriteError, write_atomic};
 
 pub use sheet::{
     OverEdgeRecord, PlasticRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
-    ThroughItselfRecord,
+    ThroughItselfRecord, ZigzagRecord,
 };
 
 /// One increment, as a line of `history.csv`.
@@ -312,9 +313,15 @@ pub struct RunRecord {
     /// What `check` says of the scene that makes its results doubtful.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
+    /// What makes the results doubtful, those of the scene among them: what the terminal warns of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// Where the sheet passes through itself: nothing keeps it from that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub through_itself: Option<ThroughItselfRecord>,
+    /// Where columns of the mesh lean to opposite sides by turns: forces are far too low there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zigzag: Option<ZigzagRecord>,
     /// Where the sheet bends over the free border of a tool: forces there are of the mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_edge: Option<OverEdgeRecord>,

@@ -14,6 +14,7 @@ use super::formed::Formed;
 use super::itself::through_itself;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
+use super::zigzag::zigzag;
 use crate::files::{WriteError, remove_where, sweep};
 use crate::geometry::Vec3;
 use crate::report::record::{
@@ -157,6 +158,7 @@ impl RunFolder {
         let positions = fields::positions(mesh, now);
         self.look_for_folds(report, &positions);
         self.look_for_edges(report);
+        self.look_for_zigzags(report, &positions);
         self.record.strain = formed.record(report.body, &positions);
         let stage_end = report.share >= 1.0 - 1e-12;
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
@@ -202,6 +204,14 @@ impl RunFolder {
         });
         known.nodes = known.nodes.max(found.nodes);
         known.depth_mm = known.depth_mm.max(found.depth);
+    }
+
+    /// Notes where the mesh folds.
+    fn look_for_zigzags(&mut self, report: &IncrementReport<'_>, positions: &[Vec3]) {
+        if let Some(found) = zigzag(report.body.mesh(), positions, report.increment) {
+            let known = self.record.zigzag.get_or_insert(found);
+            known.share = known.share.max(found.share);
+        }
     }
 
     fn take_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
@@ -335,6 +345,7 @@ impl RunFolder {
     ) -> Result<(), WriteError> {
         self.record.verdict = verdict;
         self.record.message = message;
+        self.record.warnings = self.record.doubtful();
         self.record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
         self.record.cpu_s = self.spent_s[1] + cpu_seconds();
         self.record.peak_mb = self.record.peak_mb.max(peak_megabytes());
@@ -378,7 +389,9 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         penetration_mm: 0.0,
         thickness: None,
         doubts: Vec::new(),
+        warnings: Vec::new(),
         through_itself: None,
+        zigzag: None,
         over_edge: None,
         strain: None,
         springback: None,

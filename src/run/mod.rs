@@ -17,6 +17,7 @@ pub mod resources;
 pub mod springback;
 pub mod status;
 pub mod strains;
+pub mod zigzag;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -178,7 +179,7 @@ fn to_giving_up(record: &RunRecord, simulation: &Simulation, begins: bool) -> St
     if let Some(thickness) = record.thickness.filter(ThicknessRecord::is_torn) {
         said += &format!(". The sheet is thinned to {thickness}");
     }
-    said.extend(record.doubts.iter().map(|doubt| format!(". Mind that {doubt}")));
+    said.extend(record.doubtful().into_iter().map(|doubt| format!(". Mind that {doubt}")));
     said + ". `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room"
 }
 

@@ -63,6 +63,13 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     let through = r.through_itself.map_or("no".into(), |t| {
         format!("from increment {} on, up to {} nodes", t.first_increment, t.nodes)
     });
+    let zigzag = r.zigzag.map_or("no".into(), |z| {
+        format!(
+            "{:.0} %, from increment {} on: forces are too low",
+            100.0 * z.share,
+            z.first_increment
+        )
+    });
     let over_edge = r.over_edge.as_ref().map_or("no".into(), |edge| {
         let OverEdgeRecord { tool, first_increment, nodes, depth_mm, .. } = edge;
         format!("{tool}, from increment {first_increment} on, up to {nodes} nodes, {depth_mm:.2} mm deep")
@@ -88,6 +95,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("increments in a balance that does not last", fleeting),
         ("buckled", buckled),
         ("passes through itself", through),
+        ("columns that lean by turns", zigzag),
         ("bends over the border of a tool", over_edge),
         ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
         ("springback, largest and RMS", springback),

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::damper::shares;
 use super::pattern::Pattern;
+use super::rigid::take_free_motions;
 use super::system::System;
 use crate::geometry::Vec3;
 
@@ -22,6 +23,9 @@ const LITTLE: f64 = 1e-6;
 
 /// Way of the node that moves most in the push, over the thickness.
 const WAY: f64 = 0.01;
+
+/// Share of a motion that is not one of the sheet as a whole, at least (half a wave has 0.19).
+const BENDS: f64 = 0.1;
 
 /// Components of the mode over the largest that are taken for as large.
 const AS_LARGE: f64 = 0.999;
@@ -47,7 +51,17 @@ impl System {
         let found = self.softest_motion();
         self.timings.stability += start.elapsed().as_secs_f64();
         let (stiffness, mode) = found?;
-        (stiffness < 0.0).then(|| self.push_along(mode, -stiffness))
+        (stiffness < 0.0 && !self.glides_along(&mode)).then(|| self.push_along(mode, -stiffness))
+    }
+
+    /// Whether a motion is one of the sheet as a whole, along tools that do not hold it: it lies as on a ridge, and does not buckle.
+    fn glides_along(&self, mode: &[f64]) -> bool {
+        if self.conditions.iter().any(|c| c.candidate.is_some() && c.stuck) {
+            return false;
+        }
+        let mut bends = mode.to_vec();
+        take_free_motions(&self.constraints, &self.positions(), std::iter::empty(), &mut bends);
+        dot(&bends, &bends) < BENDS * dot(mode, mode)
     }
 
     /// The motion of unit length, nodes counted by their masses, that has the least stiffness [N/mm], and that.

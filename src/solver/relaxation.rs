@@ -7,11 +7,13 @@ use serde::{Deserialize, Serialize};
 
 use super::buckling::Push;
 use super::damper::Damper;
+use super::element::Want;
 use super::newton::{NewtonError, NewtonStats, Patience};
 use super::simulation::Simulation;
 use super::stages::Energies;
 use super::system::{Role, System};
-use super::trial::{Plan, accept, attempt, restore};
+use super::trial::{Committed, Plan, accept, attempt, restore};
+use super::work::jumps;
 use crate::geometry::{Aabb, Vec3};
 
 /// Damping tried first: stiffness of a node's damper over the mesh's.
@@ -95,20 +97,22 @@ impl Damping {
 }
 
 /// Goes from the last balance to the next one at share `target` of the stage, however far that is; also whether that lasts,
-/// as it has to where it is to be `lasting`.
+/// as it has to where it is to be `lasting`. `from`: the share of the last one, if there is a balance near it that only does
+/// not last: the sheet is pushed out of that then, as it would be dented by a motion that its dampers hold back.
 ///
 /// # Errors
 /// [`NewtonError::StillMoving`]; the last converged state is back. `sim.history` must be empty before.
 pub(super) fn relax(
     sim: &mut Simulation,
     plan: &Plan,
-    target: f64,
+    (from, target): (Option<f64>, f64),
     endurance: &Endurance,
     lasting: bool,
 ) -> Result<(NewtonStats, bool), NewtonError> {
     let before = sim.state();
-    let found = follow(sim, plan, target, endurance.iterations, None).and_then(|stats| {
-        let lasts = sim.sys.lasts();
+    sim.dragged = 0.0;
+    let found = come_to(sim, plan, (from, target), endurance.iterations).and_then(|stats| {
+        let lasts = lasts_at_rest(&mut sim.sys)?;
         if lasts || !lasting {
             return Ok((stats, lasts));
         }
@@ -123,11 +127,40 @@ pub(super) fn relax(
     accept(sim, None);
     sim.summary.snaps += 1;
     let stored = |e: &Energies| e.elastic + e.plastic;
+    let rest = work_of_travel(sim, before.committed());
     let (old, now) = (before.energies(), &mut sim.energies);
+    now.external += rest - std::mem::take(&mut sim.dragged);
     now.internal = old.internal + stored(now) - stored(old);
     let (given, friction) = (now.external - old.external, now.friction - old.friction);
     now.snaps = old.snaps + given - (now.internal - old.internal) - friction;
     found
+}
+
+/// Comes to a balance, as an increment does, where it does so without a jump, or as a slow motion.
+fn come_to(
+    sim: &mut Simulation,
+    plan: &Plan,
+    (from, target): (Option<f64>, f64),
+    iterations: usize,
+) -> Result<NewtonStats, NewtonError> {
+    if let Some(from) = from {
+        let patience = Patience::UpTo(sim.limits.iterations);
+        match attempt(sim, plan, [from, target], patience) {
+            Ok(stats) if !jumps(sim) => return Ok(stats),
+            _ => restore(sim),
+        }
+        sim.summary.iterations += sim.history.len().saturating_sub(1);
+        sim.history.clear();
+    }
+    follow(sim, plan, target, iterations, None)
+}
+
+/// Whether a balance lasts to which the sheet has come without flowing any more.
+fn lasts_at_rest(sys: &mut System) -> Result<bool, NewtonError> {
+    sys.evaluate_at_yield()?;
+    let lasts = sys.lasts();
+    sys.evaluate(Want::ResidualAndTangent)?;
+    Ok(lasts)
 }
 
 /// Pushes the sheet out of a balance that does not last until it comes to one that does.
@@ -139,10 +172,13 @@ fn buckle(
 ) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
     for _ in 0..PUSHES {
-        let Some(push) = sim.sys.push() else { break };
+        sim.sys.evaluate_at_yield()?;
+        let push = sim.sys.push();
+        sim.sys.evaluate(Want::ResidualAndTangent)?;
+        let Some(push) = push else { break };
         accept(sim, None);
         total = total.and(follow(sim, plan, target, iterations, Some(&push))?);
-        if sim.sys.lasts() {
+        if lasts_at_rest(&mut sim.sys)? {
             sim.summary.buckles += 1;
             return Ok(total);
         }
@@ -220,8 +256,21 @@ fn step(
     let sys = &mut sim.sys;
     let damped: Vec<f64> = damper.forces(&sys.u).collect();
     sys.eval.internal_force.iter_mut().zip(&damped).for_each(|(f, damped)| *f -= damped);
+    sim.dragged += work_of_travel(sim, &sim.committed);
     accept(sim, Some(1.0));
     Ok((stats.clone(), norm(&damped)))
+}
+
+/// Work of the tools whose travel is given since a balance, by their forces then and now, of the whole process [N mm]. While
+/// dampers hold the sheet back they push against these too, which is no work on the sheet.
+fn work_of_travel(sim: &Simulation, old: &Committed) -> f64 {
+    let sys = &sim.sys;
+    let given = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] == Role::Travel);
+    let work = |tool: usize| {
+        let moved = sys.tools[tool].travel - old.travels[tool];
+        0.5 * (sys.push_of(tool) + old.pushes[tool]) * moved
+    };
+    sim.share * given.map(work).sum::<f64>()
 }
 
 /// Whether a node has moved by more than the sheet is large.

@@ -142,6 +142,8 @@ pub struct Simulation {
     pub(super) share: f64,
     /// Forces that push the sheet out of a balance that does not last (three a node) [N].
     pub(super) push: Option<Vec<f64>>,
+    /// Work of tools against dampers too, while the sheet is followed [N mm].
+    pub(super) dragged: f64,
     pub(super) committed: Committed,
     /// Stage under way, or the next one.
     pub(super) stage: usize,
@@ -179,6 +181,7 @@ impl Simulation {
             limits,
             share,
             push: None,
+            dragged: 0.0,
             committed,
             stage: 0,
             under_way: None,

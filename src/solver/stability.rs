@@ -23,26 +23,29 @@ struct Motion {
 }
 
 /// What a stage makes of balances that do not last. A step from one that lasts to one that does not may have passed by the
-/// branch that the sheet takes, which shorter steps find; where they do not (a sheet as symmetric as its load never leaves
-/// the branch that does not last), it is taken, and told.
+/// branch that the sheet takes, which shorter steps find; where neither they nor a push do it is taken, and told, and the sheet
+/// pushed again later, after twice as many increments each time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Doubt {
     /// The last balance lasts.
-    lasted: bool,
+    pub(super) lasted: bool,
     /// Steps over the stage's first that are not made shorter to find another branch.
     pub(super) shortest: f64,
+    /// Balances that do not last and are taken as they are before the sheet is pushed again, and the same after that.
+    left: usize,
+    pause: usize,
 }
 
 impl Doubt {
     /// None yet.
-    pub(super) const NONE: Self = Self { lasted: true, shortest: 0.02 };
+    pub(super) const NONE: Self = Self { lasted: true, shortest: 0.02, left: 0, pause: 1 };
 
     /// Factor by which less is tried in a stage after shorter steps have found no other branch.
     const LESS: f64 = 5.0;
 
-    /// Whether shorter steps than one to a balance that does not last may lead to one that does.
+    /// Whether shorter steps than one to a balance that does not last, or a push, may lead to one that does.
     pub(super) fn may_find_another(&self) -> bool {
-        self.lasted
+        self.lasted || self.left == 0
     }
 
     /// A balance has been taken.
@@ -51,6 +54,14 @@ impl Doubt {
             self.shortest *= Self::LESS;
         }
         self.lasted = found.lasts;
+        if found.lasts {
+            return;
+        }
+        if self.left == 0 {
+            (self.left, self.pause) = (self.pause, 2 * self.pause);
+        } else {
+            self.left -= 1;
+        }
     }
 }
 

@@ -27,6 +27,11 @@ pub struct SimulationState {
 }
 
 impl SimulationState {
+    /// The last balance.
+    pub(super) fn committed(&self) -> &Committed {
+        &self.committed
+    }
+
     /// Work since the start of the run.
     pub(super) fn energies(&self) -> &Energies {
         &self.energies

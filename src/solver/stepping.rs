@@ -162,7 +162,9 @@ fn try_again(
     if refused.is_some() {
         tried.doubted.get_or_insert_with(|| now.pace.clone());
     }
-    let follow = refused.is_some_and(|found| !found.lasts) && now.plan.lets_go(&sim.stages);
+    // Shorter steps lead nowhere from a balance that does not last itself.
+    let at_once = now.plan.lets_go(&sim.stages) || !now.doubt.lasted;
+    let follow = refused.is_some_and(|found| !found.lasts) && at_once;
     if !follow {
         sim.summary.cuts += 1;
         now.pace.failed(target - now.share);
@@ -208,9 +210,10 @@ fn past_limit_point(
     let pace = Pace::new(beyond, stage.largest_step, sim.limits.wanted_iterations);
     let near = (now.share + beyond).min(stage.next_corner(now.share));
     let lets_go = now.plan.lets_go(&sim.stages);
-    for target in [lets_go.then_some(1.0), Some(near)].into_iter().flatten() {
+    let ways = [lets_go.then_some((None, 1.0)), Some((lasting.then_some(now.share), near))];
+    for (from, target) in ways.into_iter().flatten() {
         sim.history.clear();
-        let found = relax(sim, &now.plan, target, &now.endurance, lasting);
+        let found = relax(sim, &now.plan, (from, target), &now.endurance, lasting);
         now.endurance = now.endurance.after(found.is_ok());
         if let Ok((stats, lasts)) = found {
             now.doubt.took(Found { lasts, near: true });

@@ -199,6 +199,13 @@ impl System {
         self.finish(Want::ResidualAndTangent, start, done)
     }
 
+    /// The same with the tangent of points at their yield surface that flow.
+    pub(super) fn evaluate_at_yield(&mut self) -> Result<(), ElementFailure> {
+        let start = Instant::now();
+        let done = self.body.evaluate_at_yield(&self.u, &mut self.eval);
+        self.finish(Want::ResidualAndTangent, start, done)
+    }
+
     /// Adds the damper, if there is one, to what the elements answered since `start`.
     fn finish(
         &mut self,

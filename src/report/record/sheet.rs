@@ -60,6 +60,18 @@ pub struct OverEdgeRecord {
     pub at_mm: [f64; 3],
 }
 
+/// Where columns of the mesh lean to opposite sides by turns: elements that are wide for their layer fold so under pressure through
+/// the thickness, and forces are far too low.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ZigzagRecord {
+    /// The first increment that ended so.
+    pub first_increment: usize,
+    /// Share of the columns, the most at any increment.
+    pub share: f64,
+    /// One of them in the first such increment, as it was then [mm].
+    pub at_mm: [f64; 3],
+}
+
 impl ThicknessRecord {
     /// Whether the sheet is thinner somewhere than hardly any can be stretched: half of what it was.
     #[must_use]

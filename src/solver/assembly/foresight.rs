@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::{Body, ElementFailure, Evaluation};
 use crate::solver::element::Want;
 use crate::solver::material::Material;
+use crate::solver::material::at_yield::AtYield;
 use crate::solver::material::foreseen::Foreseen;
 
 /// How an increment is foreseen.
@@ -49,6 +50,26 @@ impl Body {
         let law = Foreseen::new(Arc::clone(&self.material), &memory, stiff);
         let other: (&dyn Material, &[f64]) = (&law, &history);
         self.evaluate_elements(displacement, Want::ResidualAndTangent, Some(other), out)
+    }
+
+    /// As [`Body::evaluate`] with the tangent, which is that of points at their yield surface that flow. Not to be committed.
+    ///
+    /// # Errors
+    /// As [`Body::evaluate`].
+    pub fn evaluate_at_yield(
+        &mut self,
+        displacement: &[f64],
+        out: &mut Evaluation,
+    ) -> Result<(), ElementFailure> {
+        let law = self
+            .material
+            .memory()
+            .and_then(|memory| AtYield::new(Arc::clone(&self.material), &memory));
+        let Some(law) = law else {
+            return self.evaluate(displacement, Want::ResidualAndTangent, out);
+        };
+        let history = self.committed.clone();
+        self.evaluate_elements(displacement, Want::ResidualAndTangent, Some((&law, &history)), out)
     }
 
     /// Keeps the strains of the last commit, before the next one.

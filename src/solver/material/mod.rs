@@ -8,6 +8,7 @@
     reason = "loops over components and nodes follow the formulas' indices"
 )]
 
+pub mod at_yield;
 pub mod card;
 mod eigen;
 pub mod elastic;

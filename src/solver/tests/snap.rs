@@ -187,7 +187,7 @@ fn a_tool_that_pushes_against_the_dampers_leaves_the_last_state() {
     let first = advance(&mut sim);
     let (plan, energies) = (sim.under_way.as_ref().unwrap().plan.clone(), sim.energies);
     sim.history.clear();
-    let found = relax(&mut sim, &plan, 0.6, &Endurance::FULL, false);
+    let found = relax(&mut sim, &plan, (None, 0.6), &Endurance::FULL, false);
     // Pushed on, the dampers would come to a balance all the same, after 40 iterations.
     let at_once = matches!(found, Err(NewtonError::StillMoving { iterations }) if iterations < 20);
     assert!(at_once, "{found:?}");

@@ -1,0 +1,78 @@
+//! What of a run is not as it should be, in words.
+
+use super::RunRecord;
+
+/// Share of the thickness that a node may lie in a tool, and of the work that energy may lack.
+const DEEP: f64 = 0.05;
+const OPEN: f64 = 0.01;
+
+impl RunRecord {
+    /// What makes the results doubtful as far as the run has come: of the scene, and of what became of the sheet.
+    #[must_use]
+    pub fn doubtful(&self) -> Vec<String> {
+        let seen = [
+            self.penetration(),
+            self.instability(),
+            self.fold_of_mesh(),
+            self.fold(),
+            self.border(),
+            self.open_energy(),
+        ];
+        self.doubts.iter().cloned().chain(seen.into_iter().flatten()).collect()
+    }
+
+    fn penetration(&self) -> Option<String> {
+        let thickness = self.thickness.as_ref().map_or(f64::INFINITY, |t| t.most_mm);
+        (self.penetration_mm > DEEP * thickness).then(|| {
+            format!(
+                "nodes lie up to {:.3} mm in a tool, as another tool holds them, of two tools at one node only one is seen (a corner made of two files, a tool that pushes on an edge between two others), or as the springs of `solver.contact` are soft",
+                self.penetration_mm
+            )
+        })
+    }
+
+    fn instability(&self) -> Option<String> {
+        let first = self.first_unstable?;
+        Some(format!(
+            "{} increments, the first of them {first}, ended in a balance that does not last: the sheet buckles or wrinkles there, and neither shorter steps nor a push along the motion in which it gives way led to another balance. To follow it, try another largest_increment, a finer mesh or a larger load across",
+            self.unstable
+        ))
+    }
+
+    fn fold_of_mesh(&self) -> Option<String> {
+        let zigzag = self.zigzag.as_ref()?;
+        let [x, y, z] = zigzag.at_mm;
+        Some(format!(
+            "from increment {} on up to {:.0} % of the mesh's columns lean to opposite sides by turns, first at ({x:.1}, {y:.1}, {z:.1}) mm: under pressure through the thickness elements that are wide for their layer fold so, and forces are far too low. Press it with `element` `hex8`, or with elements no wider than half a layer",
+            zigzag.first_increment,
+            100.0 * zigzag.share
+        ))
+    }
+
+    fn fold(&self) -> Option<String> {
+        let through = self.through_itself.as_ref()?;
+        let [x, y, z] = through.at_mm;
+        Some(format!(
+            "the sheet passes through itself from increment {} on, up to {} nodes, first at ({x:.1}, {y:.1}, {z:.1}) mm: nothing keeps it from that, and forces are too low from there on",
+            through.first_increment, through.nodes
+        ))
+    }
+
+    fn border(&self) -> Option<String> {
+        let edge = self.over_edge.as_ref()?;
+        let [x, y, z] = edge.at_mm;
+        Some(format!(
+            "the sheet bends over the border of {} from increment {} on, up to {} nodes, first at ({x:.1}, {y:.1}, {z:.1}) mm, {:.2} mm deep: tools hold nodes and see nothing between them, so that forces there go by the mesh, and a node drawn back over the border may lock the sheet. Give the tool its edge radius, or let it end beyond the sheet",
+            edge.tool, edge.first_increment, edge.nodes, edge.depth_mm
+        ))
+    }
+
+    fn open_energy(&self) -> Option<String> {
+        (self.energy_balance > OPEN).then(|| {
+            format!(
+                "{:.1} % of the work is not accounted for: increments are too long for what happens in them (contact that closes in one step, a sheet that jumps); a smaller largest_increment sees more",
+                100.0 * self.energy_balance
+            )
+        })
+    }
+}

@@ -1,5 +1,6 @@
 //! The records of a run folder: `history.csv`, a line an increment, `iterations.csv`, and `run.json`.
 
+mod origin;
 mod sheet;
 mod warnings;
 
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::files::{WriteError, write_atomic};
 
+pub use origin::{LeftOutRecord, Process};
 pub use sheet::{
     OverEdgeRecord, PlasticRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
     ThroughItselfRecord, ZigzagRecord,
@@ -197,28 +199,6 @@ pub enum Verdict {
     NoConvergence,
     /// Stopped from outside; it can go on from its checkpoint.
     Stopped,
-}
-
-/// Patches of a tool that `--auto` left out of the contact search.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct LeftOutRecord {
-    /// Tool.
-    pub tool: String,
-    /// Patches left out.
-    pub patches: usize,
-    /// Patches of the tool.
-    pub of: usize,
-}
-
-/// The process that writes a run folder.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Process {
-    /// Its number.
-    pub id: u32,
-    /// When it began, as the system counts (Linux: clock ticks since the machine started).
-    pub started: u64,
-    /// The machine: its name, and what tells one start of it from another.
-    pub host: String,
 }
 
 /// `run.json`: what went in, what it cost, how it ended.

@@ -11,14 +11,11 @@ use super::RunError;
 use super::advice::Remark;
 use super::fields;
 use super::formed::Formed;
-use super::itself::through_itself;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
-use super::zigzag::zigzag;
 use crate::files::{WriteError, remove_where, sweep};
-use crate::geometry::Vec3;
 use crate::report::record::{
-    Energies, History, HistoryRow, IterationRow, LeftOutRecord, OverEdgeRecord, RunRecord, Verdict,
+    Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
     write_iterations,
 };
 use crate::report::{DataArray, write_pvd};
@@ -156,9 +153,7 @@ impl RunFolder {
         let formed = Formed::of(report.body, now);
         self.record.thickness = fields::thickness(mesh, now);
         let positions = fields::positions(mesh, now);
-        self.look_for_folds(report, &positions);
-        self.look_for_edges(report);
-        self.look_for_zigzags(report, &positions);
+        self.record.look_at(report, &positions, &self.planes);
         self.record.strain = formed.record(report.body, &positions);
         let stage_end = report.share >= 1.0 - 1e-12;
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
@@ -181,37 +176,6 @@ impl RunFolder {
     /// Notes what makes results doubtful.
     pub fn doubt(&mut self, remarks: &[Remark]) {
         self.record.doubts = remarks.iter().map(ToString::to_string).collect();
-    }
-
-    /// Notes where the sheet passes through itself.
-    fn look_for_folds(&mut self, report: &IncrementReport<'_>, positions: &[Vec3]) {
-        let mesh = report.body.mesh();
-        if let Some(found) = through_itself(mesh, positions, &self.planes, report.increment) {
-            let known = self.record.through_itself.get_or_insert(found);
-            known.nodes = known.nodes.max(found.nodes);
-        }
-    }
-
-    /// Notes where the sheet bends over the border of a tool.
-    fn look_for_edges(&mut self, report: &IncrementReport<'_>) {
-        let Some(found) = &report.over_edge else { return };
-        let known = self.record.over_edge.get_or_insert_with(|| OverEdgeRecord {
-            first_increment: report.increment,
-            tool: report.tools[found.tool].name.clone(),
-            nodes: 0,
-            depth_mm: 0.0,
-            at_mm: found.at.into(),
-        });
-        known.nodes = known.nodes.max(found.nodes);
-        known.depth_mm = known.depth_mm.max(found.depth);
-    }
-
-    /// Notes where the mesh folds.
-    fn look_for_zigzags(&mut self, report: &IncrementReport<'_>, positions: &[Vec3]) {
-        if let Some(found) = zigzag(report.body.mesh(), positions, report.increment) {
-            let known = self.record.zigzag.get_or_insert(found);
-            known.share = known.share.max(found.share);
-        }
     }
 
     fn take_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
@@ -285,7 +249,7 @@ impl RunFolder {
             record.force_balance = record.force_balance.max(off / self.force_scale);
         }
         let e = &report.energies;
-        let open = (e.external - e.internal - e.friction - e.snaps).abs();
+        let open = e.open().abs();
         let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
         let least = work.max(report.rounding_work);
         record.energy_balance = if least > 0.0 { open / least } else { 0.0 };

@@ -12,6 +12,7 @@ pub mod formed;
 pub mod itself;
 pub mod line;
 pub mod lock;
+mod looks;
 pub mod report;
 pub mod resources;
 pub mod springback;

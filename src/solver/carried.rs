@@ -175,7 +175,7 @@ fn let_lie(sim: &mut Simulation) -> Result<Way, NewtonError> {
         if sys.is_idle() {
             return Ok(Way::Carried(stats));
         }
-        let pushes: f64 = sys.contact.active().map(|(_, c)| sys.contact_force(c.node).norm()).sum();
+        let pushes: f64 = sys.contact.active().map(|(_, c)| sys.contact_force(c).norm()).sum();
         if pushes > PRESSED * carries {
             break;
         }

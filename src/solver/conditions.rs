@@ -74,6 +74,8 @@ impl Scales {
 struct Frame {
     normal: Vec3,
     gap: f64,
+    /// Share of the tool's normal that lies in them.
+    share: f64,
     /// Tangential projector.
     tangent: Mat3,
     /// Curvature at the node.
@@ -94,7 +96,8 @@ fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
     let parallel = (Mat3::identity() - foot.curvature * foot.gap)
         .try_inverse()
         .map_or(foot.curvature, |inverse| foot.curvature * inverse);
-    Some(Frame { normal, gap: foot.gap / share, tangent, curvature: tangent * parallel * tangent })
+    let curvature = tangent * parallel * tangent;
+    Some(Frame { normal, gap: foot.gap / share, share, tangent, curvature })
 }
 
 /// True when the tool can push this node where it is: the foot is not past the tool's border (or, for a node that
@@ -109,6 +112,26 @@ pub(super) fn contact_normal(c: &Candidate, free: &Mat3) -> Vec3 {
     frame(&c.foot, free).map_or_else(Vec3::zeros, |f| f.normal)
 }
 
+/// The whole force of a tool on a node, of which this is the part in the node's free directions: what pushes it along a tool's
+/// normal that leans out of them pushes it against what holds it too.
+pub(super) fn whole_force(foot: &Projection, free: &Mat3, force: Vec3) -> Vec3 {
+    let (along, held, square) = parts(foot, free);
+    if square > PUSHABLE * PUSHABLE { force + held * (along.dot(&force) / square) } else { force }
+}
+
+/// The way of a node in its free directions that brings a tool as near as this way of it: what a tool moves by goes to the node's
+/// conditions by it, and what they answer to the tool's force.
+pub(super) fn seen_from(foot: &Projection, free: &Mat3, way: Vec3) -> Vec3 {
+    let (along, held, square) = parts(foot, free);
+    if square > PUSHABLE * PUSHABLE { way + along * (held.dot(&way) / square) } else { way }
+}
+
+/// The parts of a tool's normal in a node's free directions and across them, and the square of the first.
+fn parts(foot: &Projection, free: &Mat3) -> (Vec3, Vec3, f64) {
+    let along = free * foot.normal;
+    (along, foot.normal - along, along.norm_squared())
+}
+
 /// What resists the motion of a node at `p` along the surface of a tool that pushes it with the force `r` [N/mm]: the
 /// surface's curvature, and friction's own derivative by the slip.
 pub(super) fn resistance(
@@ -120,6 +143,7 @@ pub(super) fn resistance(
     scales: Scales,
 ) -> Mat3 {
     let Some(frame) = frame(&c.foot, free) else { return Mat3::zeros() };
+    let law = law.over(frame.share);
     let lambda = frame.normal.dot(r);
     let slip = frame.tangent * (p - c.anchor);
     let weight = slip.norm().hypot(law.transition).max(scales.rounding);
@@ -139,7 +163,8 @@ pub(super) fn touching(
     scales: Scales,
     idle: bool,
 ) -> Option<Condition> {
-    let Frame { normal, gap, tangent, curvature } = frame(&c.foot, free)?;
+    let Frame { normal, gap, share, tangent, curvature } = frame(&c.foot, free)?;
+    let law = law.over(share);
     let gap = gap + (normal.dot(r) - c.push) * scales.compliance;
     let from_anchor = p - c.anchor;
     let slip = tangent * from_anchor;
@@ -191,6 +216,13 @@ pub(super) fn touching(
         }
     }
     Some(out)
+}
+
+impl Coulomb {
+    /// The law by the part of the normal force in a node's free directions, of which it is this share.
+    fn over(self, share: f64) -> Self {
+        Self { mu: self.mu / share, ..self }
+    }
 }
 
 /// Whether friction up to `bound` [N] holds a node that slid and has not moved since. One that slid until the last balance

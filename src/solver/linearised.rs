@@ -3,8 +3,8 @@
 
 use std::time::Instant;
 
-use super::conditions::Condition;
-use super::contact::Expected;
+use super::conditions::{Condition, seen_from};
+use super::contact::{Candidate, Expected};
 use super::linear::{ChangedRows, LinearError};
 use super::system::System;
 use crate::geometry::Vec3;
@@ -137,12 +137,18 @@ impl System {
     pub(super) fn travel_column(&self, tool: usize) -> Vec<f64> {
         let mut column = vec![0.0; self.u.len()];
         for c in &self.conditions {
-            if c.candidate.is_some_and(|k| self.contact.candidates[k].tool == tool) {
-                let v = c.b_tool * self.tools[tool].setup.direction;
+            let candidate = c.candidate.map(|k| &self.contact.candidates[k]);
+            if let Some(candidate) = candidate.filter(|candidate| candidate.tool == tool) {
+                let v = c.b_tool * self.seen_from(candidate, self.tools[tool].setup.direction);
                 column[3 * c.node..3 * c.node + 3].copy_from_slice(v.as_slice());
             }
         }
         column
+    }
+
+    /// The way of a tool as a candidate's node sees it.
+    fn seen_from(&self, c: &Candidate, way: Vec3) -> Vec3 {
+        seen_from(&c.foot, &self.constraints.free_projector(c.node), way)
     }
 
     /// The bordered unknowns: `[K -Z; W S]` with one row and column a tool moved by force; S the stiffness of springs.
@@ -179,9 +185,10 @@ impl System {
             let (tool, d) = (moved[i], self.tools[moved[i]].setup.direction);
             let all = changes.touching.iter().zip(&changes.by_solution[j]);
             let of_tool = all.filter(|&(&k, _)| self.contact.candidates[k].tool == tool);
-            let along = |node: usize| self.constraints.free_projector(node) * d;
-            let push = |node: usize, change: &[f64; 3]| along(node).dot(&Vec3::from(*change));
-            of_tool.map(|(&k, change)| push(self.contact.candidates[k].node, change)).sum()
+            let along =
+                |c: &Candidate| self.constraints.free_projector(c.node) * self.seen_from(c, d);
+            let push = |c: &Candidate, change: &[f64; 3]| along(c).dot(&Vec3::from(*change));
+            of_tool.map(|(&k, change)| push(&self.contact.candidates[k], change)).sum()
         };
         let own = |i: usize, j: usize, value: f64| if i == j { value } else { 0.0 };
         let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| match self.short_of_stop(moved[i]) {
@@ -202,7 +209,7 @@ impl System {
     pub(super) fn expect_as_last(&mut self) {
         for k in 0..self.contact.candidates.len() {
             let c = &self.contact.candidates[k];
-            let force = c.active.then(|| self.contact_force(c.node));
+            let force = c.active.then(|| self.contact_force(c));
             self.contact.candidates[k].expected = force.map(Expected::AsLast);
         }
     }

@@ -173,6 +173,14 @@ pub struct Energies {
     pub most: f64,
 }
 
+impl Energies {
+    /// Work that is not accounted for.
+    #[must_use]
+    pub fn open(&self) -> f64 {
+        self.external - self.internal - self.friction - self.snaps
+    }
+}
+
 /// One Newton iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationRecord {

@@ -2,6 +2,7 @@
 
 use super::active_set::{keep_pushed_tools, take_in};
 use super::constraints::Constraints;
+use super::contact::Candidate;
 use super::giving_up::gave_up;
 use super::newton::{NewtonStats, Patience};
 use super::pace::Pace;
@@ -188,7 +189,13 @@ fn try_again(
 /// Takes the balance found at this share of the stage.
 fn take(sim: &mut Simulation, now: &mut UnderWay, target: f64, stats: &NewtonStats, found: Found) {
     let as_before = !sim.stages[now.plan.stage].turns(target);
-    let snapped = accept(sim, as_before.then_some(target - now.share));
+    let open = sim.energies.open();
+    let mut snapped = accept(sim, as_before.then_some(target - now.share));
+    if now.share == 0.0 && now.plan.dropped {
+        // What pushed it is gone at once: the sheet springs back by itself.
+        sim.energies.snaps += sim.energies.open() - open;
+        snapped = true;
+    }
     sim.summary.snaps += usize::from(snapped);
     sim.summary.steadied += usize::from(stats.steadied);
     sim.summary.unstable += usize::from(!found.lasts);
@@ -253,14 +260,13 @@ fn begin(sim: &mut Simulation, stage: usize) -> Result<Plan, SimulationError> {
         released: released(sys, &now.motions),
         unsupported: Vec::new(),
         clear: Vec::new(),
+        dropped: false,
     };
     sim.committed.forget_last();
     set_targets(sys, now, &plan, 0.0, sim.share);
     add_loads(sys, &sim.loads, now.load.at(0.0));
     sim.committed.applied.copy_from_slice(&sys.applied);
-    for c in &mut sys.contact.candidates {
-        c.active &= sys.roles[c.tool] != Role::Absent;
-    }
+    plan.dropped = drop_absent(sys, &plan.released);
     sys.search();
     take_in(sys);
     keep_pushed_tools(sys);
@@ -279,11 +285,25 @@ fn begin(sim: &mut Simulation, stage: usize) -> Result<Plan, SimulationError> {
     Ok(plan)
 }
 
+/// Parts the sheet from tools that are not there; whether one of them had pushed it, and left nothing behind.
+fn drop_absent(sys: &mut System, released: &[f64]) -> bool {
+    let gone = |c: &Candidate| c.active && sys.roles[c.tool] == Role::Absent;
+    let pushed = |c: &&Candidate| {
+        let left = Vec3::from_column_slice(&released[3 * c.node..3 * c.node + 3]);
+        sys.scales.of_note((sys.contact_force(c) - left).norm()) > 0.0
+    };
+    let dropped = sys.contact.candidates.iter().filter(|c| gone(c)).any(|c| pushed(&c));
+    for c in &mut sys.contact.candidates {
+        c.active &= sys.roles[c.tool] != Role::Absent;
+    }
+    dropped
+}
+
 /// Forces on the nodes of the tools that are taken away (three a node) [N].
 fn released(sys: &System, motions: &[Motion]) -> Vec<f64> {
     let mut out = vec![0.0; sys.u.len()];
     for (_, c) in sys.contact.active().filter(|(_, c)| motions[c.tool] == Motion::Release) {
-        let force = sys.contact_force(c.node);
+        let force = sys.contact_force(c);
         out[3 * c.node..3 * c.node + 3].copy_from_slice(force.as_slice());
     }
     out

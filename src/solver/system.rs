@@ -5,7 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::assembly::{Body, ElementFailure, Evaluation, Foresight};
-use super::conditions::{Condition, Scales, can_touch, contact_normal, hold, touching, untouched};
+use super::conditions::{Condition, Scales, can_touch, hold, touching, untouched};
 use super::constraints::Constraints;
 use super::contact::ContactSet;
 use super::damper::Damper;
@@ -162,27 +162,6 @@ impl System {
     /// Present position of a node.
     pub(super) fn position(&self, node: usize) -> Vec3 {
         self.body.mesh().nodes[node] + self.displacement(node)
-    }
-
-    /// Internal minus applied force at a node: the force of tools and supports on it.
-    pub(super) fn force_at(&self, node: usize) -> Vec3 {
-        let range = 3 * node..3 * node + 3;
-        Vec3::from_column_slice(&self.eval.internal_force[range.clone()])
-            - Vec3::from_column_slice(&self.applied[range])
-    }
-
-    /// Contact force at a node: what its free directions leave over.
-    pub(super) fn contact_force(&self, node: usize) -> Vec3 {
-        self.constraints.free_projector(node) * self.force_at(node)
-    }
-
-    /// Force of a tool on the modelled part of the sheet.
-    pub(super) fn tool_force(&self, tool: usize) -> Vec3 {
-        self.contact
-            .active()
-            .filter(|(_, c)| c.tool == tool)
-            .map(|(_, c)| self.contact_force(c.node))
-            .sum()
     }
 
     /// Element loop at the present displacements, and the damper if there is one.
@@ -395,12 +374,5 @@ impl System {
     pub(super) fn can_touch(&self, k: usize) -> bool {
         let c = &self.contact.candidates[k];
         self.roles[c.tool] != Role::Absent && can_touch(c, &self.constraints.free_projector(c.node))
-    }
-
-    /// Normal force at a touching candidate.
-    pub(super) fn lambda(&self, k: usize) -> f64 {
-        let c = &self.contact.candidates[k];
-        let free = self.constraints.free_projector(c.node);
-        contact_normal(c, &free).dot(&self.force_at(c.node))
     }
 }

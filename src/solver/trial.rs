@@ -70,6 +70,8 @@ pub(super) struct Plan {
     pub(super) unsupported: Vec<f64>,
     /// Tools that stand clear of a sheet that is let go: one that nothing holds moves out of their way.
     pub(super) clear: Vec<usize>,
+    /// A tool that pushed the sheet when the stage began is not there any more, and has left no forces behind.
+    pub(super) dropped: bool,
 }
 
 impl Plan {
@@ -265,5 +267,5 @@ pub(super) fn restore(sim: &mut Simulation) {
 
 /// Forces of the tools on the candidates' nodes.
 pub(super) fn forces(sys: &System) -> Vec<Force> {
-    sys.contact.candidates.iter().map(|c| Force::of(c, &sys.contact_force(c.node))).collect()
+    sys.contact.candidates.iter().map(|c| Force::of(c, &sys.contact_force(c))).collect()
 }

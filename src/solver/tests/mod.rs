@@ -9,6 +9,7 @@ mod edges;
 mod floating;
 mod folded;
 mod followed;
+mod held;
 mod passage;
 mod released;
 mod snap;

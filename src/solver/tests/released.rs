@@ -167,3 +167,34 @@ fn friction_is_forgotten_with_the_force() {
     Simulation::new(setup).unwrap().run(&mut see).unwrap();
     assert!((along[1].abs() - 10.0).abs() < 0.01 && along[3].abs() < 0.01, "{along:?}");
 }
+
+/// A strip of 20 x 4 x 1 mm, held at one end, that a plate bends up by 1 mm and is then not there.
+#[test]
+fn what_a_tool_that_is_suddenly_gone_sets_free_is_told() {
+    let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 1);
+    let mut constraints = Constraints::none(mesh.nodes.len());
+    for node in (0..mesh.nodes.len()).filter(|&node| mesh.nodes[node].x < 1e-9) {
+        (0..3).for_each(|axis| constraints.hold(node, axis));
+    }
+    let corner = Vec3::new(15.0, -2.0, 0.0);
+    let face = plane("plate", corner, Vec3::x() * 10.0, Vec3::y() * 8.0, Vec3::z());
+    let plate = tool("plate", face, Vec3::z(), SheetSide::Bottom, 0.0);
+    let stages = vec![
+        stage("press", vec![Motion::Travel(Curve::to(1.0))], 0.1),
+        stage("gone", vec![Motion::Absent], 0.1),
+    ];
+    let mut energies = Vec::new();
+    let mut sim =
+        Simulation::new(setup(body(mesh, steel()), constraints, vec![plate], stages)).unwrap();
+    let done = sim
+        .run(&mut |r: &IncrementReport<'_>| {
+            energies.push((r.stage, r.energies));
+            Control::Continue
+        })
+        .unwrap();
+    let pressed = energies.iter().rfind(|(stage, _)| *stage == 0).unwrap().1;
+    let last = energies.last().unwrap().1;
+    assert!(pressed.elastic > 1.0 && last.elastic < 1e-9 * pressed.elastic, "{last:?}");
+    assert!((last.snaps / pressed.elastic - 1.0).abs() < 0.01, "{last:?} {pressed:?}");
+    assert!(last.open().abs() < 1e-6 * pressed.elastic && done.snaps > 0, "{last:?}");
+}

@@ -58,7 +58,8 @@ fn unbalanced(sim: &Simulation) -> f64 {
     let sys = &sim.sys;
     let touches = |node: usize| sys.contact.active().any(|(_, c)| c.node == node);
     let free = (0..sys.node_count()).filter(|&node| !touches(node));
-    free.map(|node| sys.contact_force(node).norm()).fold(0.0, f64::max)
+    free.map(|node| (sys.constraints.free_projector(node) * sys.force_at(node)).norm())
+        .fold(0.0, f64::max)
 }
 
 fn all_are_tested() -> bool {

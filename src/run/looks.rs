@@ -1,0 +1,40 @@
+//! What of the sheet after an increment is not as it should be: it passes through itself, its mesh folds, it bends over the border
+//! of a tool. Each is told from where it is first seen.
+
+use super::itself::through_itself;
+use super::zigzag::zigzag;
+use crate::geometry::Vec3;
+use crate::report::record::{OverEdgeRecord, RunRecord};
+use crate::scene::types::SymmetryPlane;
+use crate::solver::IncrementReport;
+
+impl RunRecord {
+    /// Notes what is seen of the sheet, its nodes now at these positions.
+    pub(super) fn look_at(
+        &mut self,
+        report: &IncrementReport<'_>,
+        positions: &[Vec3],
+        planes: &[SymmetryPlane],
+    ) {
+        let (mesh, increment) = (report.body.mesh(), report.increment);
+        if let Some(found) = through_itself(mesh, positions, planes, increment) {
+            let known = self.through_itself.get_or_insert(found);
+            known.nodes = known.nodes.max(found.nodes);
+        }
+        if let Some(found) = zigzag(mesh, positions, increment) {
+            let known = self.zigzag.get_or_insert(found);
+            known.share = known.share.max(found.share);
+        }
+        if let Some(found) = &report.over_edge {
+            let known = self.over_edge.get_or_insert_with(|| OverEdgeRecord {
+                first_increment: increment,
+                tool: report.tools[found.tool].name.clone(),
+                nodes: 0,
+                depth_mm: 0.0,
+                at_mm: found.at.into(),
+            });
+            known.nodes = known.nodes.max(found.nodes);
+            known.depth_mm = known.depth_mm.max(found.depth);
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Forces at the nodes, of tools and supports on them.
+
+use super::conditions::{contact_normal, whole_force};
+use super::contact::Candidate;
+use super::system::System;
+use crate::geometry::Vec3;
+
+impl System {
+    /// Internal minus applied force at a node: the force of tools and supports on it.
+    pub(super) fn force_at(&self, node: usize) -> Vec3 {
+        let range = 3 * node..3 * node + 3;
+        Vec3::from_column_slice(&self.eval.internal_force[range.clone()])
+            - Vec3::from_column_slice(&self.applied[range])
+    }
+
+    /// Force of a tool on the node of a touching candidate: what its free directions leave over, and what that is the part of.
+    pub(super) fn contact_force(&self, c: &Candidate) -> Vec3 {
+        let free = self.constraints.free_projector(c.node);
+        whole_force(&c.foot, &free, free * self.force_at(c.node))
+    }
+
+    /// Force of a tool on the modelled part of the sheet.
+    pub(super) fn tool_force(&self, tool: usize) -> Vec3 {
+        self.contact
+            .active()
+            .filter(|(_, c)| c.tool == tool)
+            .map(|(_, c)| self.contact_force(c))
+            .sum()
+    }
+
+    /// Normal force at a touching candidate.
+    pub(super) fn lambda(&self, k: usize) -> f64 {
+        let c = &self.contact.candidates[k];
+        let free = self.constraints.free_projector(c.node);
+        contact_normal(c, &free).dot(&self.force_at(c.node))
+    }
+}

@@ -1,0 +1,60 @@
+//! Nodes held in a direction that the normal of their tool leans into: it pushes them against what holds them, too.
+
+use super::{body, setup, stage, steel, tool};
+use crate::contact::test_tools::plane;
+use crate::geometry::Vec3;
+use crate::solver::blank::rectangle;
+use crate::solver::{
+    Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
+};
+
+/// What a wall has come to: its force as a vector [N], its travel [mm], work of it and of friction [N mm].
+struct End {
+    force: Vec3,
+    travel: f64,
+    work: f64,
+    friction: f64,
+}
+
+/// A strip of 20 x 4 x 1 mm, held at one end, nowhere across, whose other end a wall that leans by 30 degrees presses as it
+/// comes down.
+fn pressed(motion: Motion) -> End {
+    let mesh = rectangle(20.0, 4.0, 1.0, 10, 2, 1);
+    let mut constraints = Constraints::none(mesh.nodes.len());
+    constraints.symmetry_plane(&mesh.nodes, 0, 0.0, 1e-9);
+    (0..mesh.nodes.len()).for_each(|node| {
+        constraints.hold(node, 1);
+        constraints.hold(node, 2);
+    });
+    let (sin, cos) = 30.0_f64.to_radians().sin_cos();
+    // Through the upper edge of the end.
+    let up = Vec3::new(sin, 0.0, cos);
+    let corner = Vec3::new(20.0, -2.0, 1.0) - up * 5.0;
+    let normal = Vec3::new(-cos, 0.0, sin);
+    let face = plane("wall", corner, Vec3::y() * 8.0, up * 10.0, normal);
+    let wall = tool("wall", face, Vec3::z(), SheetSide::Both, 0.0);
+    let press = stage("press", vec![motion], 0.25);
+    let setup: SimulationSetup = setup(body(mesh, steel()), constraints, vec![wall], vec![press]);
+    let mut end = End { force: Vec3::zeros(), travel: 0.0, work: 0.0, friction: 0.0 };
+    Simulation::new(setup)
+        .unwrap()
+        .run(&mut |r: &IncrementReport<'_>| {
+            let (force, travel) = (Vec3::from(r.tools[0].force_vector), r.tools[0].travel);
+            end = End { force, travel, work: r.energies.external, friction: r.energies.friction };
+            Control::Continue
+        })
+        .unwrap();
+    end
+}
+
+#[test]
+fn a_wall_that_leans_pushes_along_its_normal_and_does_the_work() {
+    let end = pressed(Motion::Travel(Curve::to(1.5)));
+    assert!(end.force.x < -1000.0, "{}", end.force);
+    let slope = 30.0_f64.to_radians().tan();
+    assert!((end.force.z / -end.force.x / slope - 1.0).abs() < 1e-9, "{}", end.force);
+    assert!(end.work > 10.0 && end.friction.abs() < 1e-9 * end.work, "{}", end.friction);
+    // Driven by that force it goes as far.
+    let forced = pressed(Motion::Force(Curve::ramp(0.0, end.force.z)));
+    assert!((forced.travel / 1.5 - 1.0).abs() < 1e-6, "{}", forced.travel);
+}

@@ -277,6 +277,10 @@ pub struct RunRecord {
     /// falls with the increments' length.
     #[serde(default)]
     pub stored_balance: f64,
+    /// Work that forces have done on the sheet which tools that were let go had left behind [N mm]: below 0 where it springs back
+    /// against them.
+    #[serde(default)]
+    pub left_behind_nmm: f64,
     /// The most work that had been done on the sheet, or by its inner forces, at any increment [N mm].
     #[serde(default)]
     pub work_nmm: f64,

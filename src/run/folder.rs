@@ -256,6 +256,7 @@ impl RunFolder {
         let unstored = (e.internal - e.elastic - e.plastic).abs();
         record.stored_balance = if least > 0.0 { unstored / least } else { 0.0 };
         record.work_nmm = work;
+        record.left_behind_nmm = e.left_behind;
         let deepest = report.history.last().map_or(0.0, |last| last.penetration);
         record.penetration_mm = record.penetration_mm.max(deepest);
         let volume = report.volume_balance.map(|off| off.max(record.volume_balance.unwrap_or(0.0)));
@@ -348,6 +349,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         force_balance: 0.0,
         energy_balance: 0.0,
         stored_balance: 0.0,
+        left_behind_nmm: 0.0,
         work_nmm: 0.0,
         volume_balance: None,
         penetration_mm: 0.0,

@@ -168,6 +168,10 @@ pub struct Energies {
     /// Set free where the sheet moved by itself from one balance to another: heat, once it is at rest.
     #[serde(default)]
     pub snaps: f64,
+    /// Part of the external work that forces have done which tools that were let go had left behind; a sheet that springs back
+    /// does work against them.
+    #[serde(default)]
+    pub left_behind: f64,
     /// The most that external or internal work has been at any increment.
     #[serde(default)]
     pub most: f64,

@@ -15,7 +15,7 @@ use super::steadying::ITERATIONS;
 use super::system::{Role, System};
 use super::tools::Motion;
 use super::trial::{Plan, accept, add_loads, attempt, forces, lay_down, restore, set_targets};
-use super::work::jumps;
+use super::work::{jumps, work_left_behind};
 use crate::geometry::Vec3;
 
 use serde::{Deserialize, Serialize};
@@ -189,6 +189,7 @@ fn try_again(
 /// Takes the balance found at this share of the stage.
 fn take(sim: &mut Simulation, now: &mut UnderWay, target: f64, stats: &NewtonStats, found: Found) {
     let as_before = !sim.stages[now.plan.stage].turns(target);
+    sim.energies.left_behind += work_left_behind(sim, &now.plan, [now.share, target]);
     let open = sim.energies.open();
     let mut snapped = accept(sim, as_before.then_some(target - now.share));
     if now.share == 0.0 && now.plan.dropped {

@@ -3,7 +3,7 @@
 use super::contact::Force;
 use super::simulation::Simulation;
 use super::system::System;
-use super::trial::{Committed, forces};
+use super::trial::{Committed, Plan, forces};
 use crate::geometry::Vec3;
 
 /// Work of friction on the sheet, and of normal forces over the gap of nodes that begin or cease to touch in the increment,
@@ -79,6 +79,13 @@ impl Work {
         let least = OF_NOTE * done.max(self.external.abs()).max(self.internal.abs());
         (lost > least + 0.5 * (end - begin).abs()).then_some(lost)
     }
+}
+
+/// Work in an increment of the forces that tools which are let go have left behind, of the whole process [N mm].
+pub(super) fn work_left_behind(sim: &Simulation, plan: &Plan, [share, target]: [f64; 2]) -> f64 {
+    let moved = sim.sys.u.iter().zip(&sim.committed.u).map(|(now, before)| now - before);
+    let work: f64 = plan.released.iter().zip(moved).map(|(force, moved)| force * moved).sum();
+    sim.share * work * (1.0 - 0.5 * (share + target))
 }
 
 /// Whether the sheet has jumped from one balance to another in the increment, which is not yet accepted.

@@ -6,6 +6,9 @@ use super::RunRecord;
 const DEEP: f64 = 0.05;
 const OPEN: f64 = 0.01;
 
+/// Share of the work that forces left behind may do on the sheet.
+const RUNS: f64 = 0.02;
+
 impl RunRecord {
     /// What makes the results doubtful as far as the run has come: of the scene, and of what became of the sheet.
     #[must_use]
@@ -16,6 +19,7 @@ impl RunRecord {
             self.fold_of_mesh(),
             self.fold(),
             self.border(),
+            self.runaway(),
             self.open_energy(),
         ];
         self.doubts.iter().cloned().chain(seen.into_iter().flatten()).collect()
@@ -65,6 +69,16 @@ impl RunRecord {
             "the sheet bends over the border of {} from increment {} on, up to {} nodes, first at ({x:.1}, {y:.1}, {z:.1}) mm, {:.2} mm deep: tools hold nodes and see nothing between them, so that forces there go by the mesh, and a node drawn back over the border may lock the sheet. Give the tool its edge radius, or let it end beyond the sheet",
             edge.tool, edge.first_increment, edge.nodes, edge.depth_mm
         ))
+    }
+
+    fn runaway(&self) -> Option<String> {
+        (self.left_behind_nmm > RUNS * self.work_nmm).then(|| {
+            format!(
+                "forces that tools left behind as they were let go have done {:.0} N mm of work on the sheet, {:.0} % of all: it ran along with them, as no tool guides them and it was held by friction alone. Let these tools go back by travel first",
+                self.left_behind_nmm,
+                100.0 * self.left_behind_nmm / self.work_nmm
+            )
+        })
     }
 
     fn open_energy(&self) -> Option<String> {

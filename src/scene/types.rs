@@ -322,7 +322,7 @@ pub enum Drive {
     Spring(Spring),
     /// Its forces on the sheet fall to zero over the stage; then it is gone (`true`).
     Release(bool),
-    /// Not there during this stage (`true`).
+    /// Not there from this stage on, until a later one drives it (`true`).
     Absent(bool),
 }
 

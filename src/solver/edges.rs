@@ -43,7 +43,8 @@ impl System {
 
     /// How deep the edge next to a node past the border lies in the straight lines from it to its neighbours that the tool holds.
     fn depth_of_edge(&self, c: &Candidate, shift: &Vec3, held: &[bool]) -> Option<f64> {
-        if c.active || !c.foot.past_border {
+        // What lies beyond the reach of the search has no foot.
+        if c.active || !c.foot.past_border || c.foot.gap.is_infinite() {
             return None;
         }
         let (edge, from) = (c.foot.point + shift, self.position(c.node));

@@ -124,6 +124,7 @@ pub(super) fn relax(
         return found;
     };
     sim.summary.unstable += usize::from(!lasts);
+    sim.dragged += work_of_travel(sim, &sim.committed);
     accept(sim, None);
     sim.summary.snaps += 1;
     let stored = |e: &Energies| e.elastic + e.plastic;
@@ -176,6 +177,7 @@ fn buckle(
         let push = sim.sys.push();
         sim.sys.evaluate(Want::ResidualAndTangent)?;
         let Some(push) = push else { break };
+        sim.dragged += work_of_travel(sim, &sim.committed);
         accept(sim, None);
         total = total.and(follow(sim, plan, target, iterations, Some(&push))?);
         if lasts_at_rest(&mut sim.sys)? {

@@ -140,7 +140,7 @@ pub struct Simulation {
     pub(super) share: f64,
     /// Forces that push the sheet out of a balance that does not last (three a node) [N].
     pub(super) push: Option<Vec<f64>>,
-    /// Work of tools against dampers too, while the sheet is followed [N mm].
+    /// Work of travelling tools while the sheet is followed, against dampers too [N mm].
     pub(super) dragged: f64,
     pub(super) committed: Committed,
     /// Stage under way, or the next one.

@@ -163,7 +163,7 @@ fn a_column_between_walls_buckles_however_long_the_steps() {
         let coarse = between_walls(across, 0.1);
         for (force, aside, unstable, work) in [fine, coarse] {
             // By the trapezoidal rule from step to step; the sheet is pushed a little beyond where it would buckle.
-            assert!((work / fine.3 - 1.0).abs() < 0.05, "{work} {}", fine.3);
+            assert!((work / fine.3 - 1.0).abs() < 0.04, "{work} {}", fine.3);
             assert!(aside > 3.0 && unstable == 0, "{fine:?} {coarse:?}");
             assert!((force / closed_form(across, aside) - 1.0).abs() < 0.01, "{force} {aside}");
         }

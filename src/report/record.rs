@@ -281,6 +281,10 @@ pub struct RunRecord {
     /// against them.
     #[serde(default)]
     pub left_behind_nmm: f64,
+    /// Work against what keeps fibres of the elements from tilting by turns under pressure through the thickness, as no sheet
+    /// does [N mm]: what the mesh is too coarse for.
+    #[serde(default)]
+    pub artificial_nmm: f64,
     /// The most work that had been done on the sheet, or by its inner forces, at any increment [N mm].
     #[serde(default)]
     pub work_nmm: f64,

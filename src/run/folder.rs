@@ -253,10 +253,11 @@ impl RunFolder {
         let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
         let least = work.max(report.rounding_work);
         record.energy_balance = if least > 0.0 { open / least } else { 0.0 };
-        let unstored = (e.internal - e.elastic - e.plastic).abs();
+        let unstored = (e.internal - e.stored()).abs();
         record.stored_balance = if least > 0.0 { unstored / least } else { 0.0 };
         record.work_nmm = work;
         record.left_behind_nmm = e.left_behind;
+        record.artificial_nmm = e.artificial;
         let deepest = report.history.last().map_or(0.0, |last| last.penetration);
         record.penetration_mm = record.penetration_mm.max(deepest);
         let volume = report.volume_balance.map(|off| off.max(record.volume_balance.unwrap_or(0.0)));
@@ -350,6 +351,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         energy_balance: 0.0,
         stored_balance: 0.0,
         left_behind_nmm: 0.0,
+        artificial_nmm: 0.0,
         work_nmm: 0.0,
         volume_balance: None,
         penetration_mm: 0.0,

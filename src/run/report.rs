@@ -86,6 +86,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("forces out of balance", format!("{:.1e} of the largest", r.force_balance)),
         ("energy not accounted for", format!("{:.2e} of the work done", r.energy_balance)),
         ("inner work not stored", format!("{:.2e} of the work done", r.stored_balance)),
+        ("work against fibres that tilt by turns", format!("{:.1e} N mm", r.artificial_nmm)),
         ("volume out of balance", volume),
         (
             "moves of the sheet by itself, energy set free",

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use super::blank::HexMesh;
 use super::element::{
-    ElementKind, ElementMatrices, FailureReason, PointGeometry, Want, modes, reference_points,
+    ElementKind, ElementMatrices, FailureReason, PointGeometry, Want, reference_points,
 };
 use super::material::Material;
 use super::pattern::{Gather, Pattern};
@@ -36,6 +36,8 @@ pub struct Evaluation {
     pub elastic_energy: f64,
     /// Plastic work since the beginning [N mm].
     pub plastic_work: f64,
+    /// Work against what keeps fibres from tilting by turns under pressure, since the beginning [N mm].
+    pub artificial_work: f64,
     /// Largest force [N] by which unconverged internal modes of an element disturb its nodal forces; zero for
     /// elements without internal modes. A step is converged only when this is small too.
     pub internal_residual: f64,
@@ -120,7 +122,7 @@ pub struct Body {
 /// History of so many elements before anything happened.
 fn virgin(elements: usize, kind: ElementKind, material: &dyn Material) -> Vec<f64> {
     let (state_len, point_len) = (material.state_len(), kind.point_count() * material.state_len());
-    let stride = point_len + modes::record_len(kind.mode_count());
+    let stride = point_len + kind.record_len();
     let mut history = vec![0.0; elements * stride];
     if state_len > 0 {
         for element in history.chunks_exact_mut(stride) {
@@ -237,7 +239,6 @@ impl Body {
 
     /// Stored values of an element.
     fn stride(&self) -> usize {
-        self.kind.point_count() * self.material.state_len()
-            + modes::record_len(self.kind.mode_count())
+        self.kind.point_count() * self.material.state_len() + self.kind.record_len()
     }
 }

@@ -10,7 +10,6 @@ use super::damper::Damper;
 use super::element::Want;
 use super::newton::{NewtonError, NewtonStats, Patience};
 use super::simulation::Simulation;
-use super::stages::Energies;
 use super::system::{Role, System};
 use super::trial::{Committed, Plan, accept, attempt, restore};
 use super::work::jumps;
@@ -127,11 +126,10 @@ pub(super) fn relax(
     sim.dragged += work_of_travel(sim, &sim.committed);
     accept(sim, None);
     sim.summary.snaps += 1;
-    let stored = |e: &Energies| e.elastic + e.plastic;
     let rest = work_of_travel(sim, before.committed());
     let (old, now) = (before.energies(), &mut sim.energies);
     now.external += rest - std::mem::take(&mut sim.dragged);
-    now.internal = old.internal + stored(now) - stored(old);
+    now.internal = old.internal + now.stored() - old.stored();
     let (given, friction) = (now.external - old.external, now.friction - old.friction);
     now.snaps = old.snaps + given - (now.internal - old.internal) - friction;
     found

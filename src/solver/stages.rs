@@ -163,6 +163,9 @@ pub struct Energies {
     pub elastic: f64,
     /// Plastic work: dissipated, or stored by hardening.
     pub plastic: f64,
+    /// Against what keeps fibres of the elements from tilting by turns under pressure through the thickness: of no sheet.
+    #[serde(default)]
+    pub artificial: f64,
     /// Dissipated by friction between sheet and tools.
     pub friction: f64,
     /// Set free where the sheet moved by itself from one balance to another: heat, once it is at rest.
@@ -182,6 +185,12 @@ impl Energies {
     #[must_use]
     pub fn open(&self) -> f64 {
         self.external - self.internal - self.friction - self.snaps
+    }
+
+    /// What the internal forces have worked on.
+    #[must_use]
+    pub fn stored(&self) -> f64 {
+        self.elastic + self.plastic + self.artificial
     }
 }
 

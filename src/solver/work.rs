@@ -59,13 +59,14 @@ impl Work {
             })
             .sum();
         let whole = sim.share;
-        let stored = whole * (sys.eval.elastic_energy + sys.eval.plastic_work);
+        let eval = &sys.eval;
+        let stored = whole * (eval.elastic_energy + eval.plastic_work + eval.artificial_work);
         Self {
             external: whole * (pushed + applied + over_gaps),
             friction: -whole * friction,
             internal: whole * 0.5 * (begin + end),
             by_ends: [begin, end].map(|work| whole * work),
-            stored: stored - sim.energies.elastic - sim.energies.plastic,
+            stored: stored - sim.energies.stored(),
         }
     }
 
@@ -105,6 +106,7 @@ pub(super) fn add_work(sim: &mut Simulation, forces: &[Force]) -> bool {
     e.external += work.external;
     e.elastic = whole * sim.sys.eval.elastic_energy;
     e.plastic = whole * sim.sys.eval.plastic_work;
+    e.artificial = whole * sim.sys.eval.artificial_work;
     e.most = e.most.max(e.external.abs()).max(e.internal.abs());
     jump.is_some()
 }

@@ -9,6 +9,9 @@ const OPEN: f64 = 0.01;
 /// Share of the work that forces left behind may do on the sheet.
 const RUNS: f64 = 0.02;
 
+/// Share of the work that may be done against what steadies the fibres.
+const ARTIFICIAL: f64 = 0.02;
+
 impl RunRecord {
     /// What makes the results doubtful as far as the run has come: of the scene, and of what became of the sheet.
     #[must_use]
@@ -17,6 +20,7 @@ impl RunRecord {
             self.penetration(),
             self.instability(),
             self.fold_of_mesh(),
+            self.steadied(),
             self.fold(),
             self.border(),
             self.runaway(),
@@ -51,6 +55,15 @@ impl RunRecord {
             zigzag.first_increment,
             100.0 * zigzag.share
         ))
+    }
+
+    fn steadied(&self) -> Option<String> {
+        (self.artificial_nmm.abs() > ARTIFICIAL * self.work_nmm).then(|| {
+            format!(
+                "{:.1} % of the work was done against what keeps fibres of wide elements from tilting by turns under pressure through the thickness: forces are too high by about as much. Press it with smaller elements, or with `element` `hex8`",
+                100.0 * self.artificial_nmm / self.work_nmm
+            )
+        })
     }
 
     fn fold(&self) -> Option<String> {

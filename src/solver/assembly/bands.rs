@@ -72,6 +72,7 @@ impl Bands {
 struct Sums {
     elastic_energy: f64,
     plastic_work: f64,
+    artificial_work: f64,
     internal_residual: f64,
 }
 
@@ -79,6 +80,7 @@ impl Sums {
     fn add(&mut self, block: &ElementMatrices) {
         self.elastic_energy += block.elastic_energy;
         self.plastic_work += block.plastic_work;
+        self.artificial_work += block.artificial_work;
         self.internal_residual = self.internal_residual.max(block.internal_residual);
     }
 }
@@ -133,8 +135,9 @@ impl Body {
             let answers = Answers { gather: &self.gather, blocks: &self.blocks, want };
             answers.sum(&band.nodes, out);
         }
-        let Sums { elastic_energy, plastic_work, internal_residual } = sums;
+        let Sums { elastic_energy, plastic_work, artificial_work, internal_residual } = sums;
         (out.elastic_energy, out.plastic_work) = (elastic_energy, plastic_work);
+        out.artificial_work = artificial_work;
         out.internal_residual = internal_residual;
         failure
     }
@@ -187,11 +190,14 @@ impl Elements<'_> {
             local.copy_from_slice(&self.displacement[3 * node as usize..3 * node as usize + 3]);
         }
         let turned = self.axes.map(|axes| Turned::new(self.material, &axes[element]));
+        let history = &self.history[element * stride..(element + 1) * stride];
+        let (old_state, old_record) = history.split_at(point_len);
         let input = ElementInput {
             material: turned.as_ref().map_or(self.material, |turned| turned),
             nodes: &nodes,
             displacement: &displacement,
-            old_state: &self.history[element * stride..element * stride + point_len],
+            old_state,
+            old_record,
             want: self.want,
         };
         let geometry = (&self.geometry[element], self.rule);

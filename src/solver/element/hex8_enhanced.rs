@@ -91,6 +91,7 @@ fn evaluate_at(
         (0..6).for_each(|i| c[i][index] = stretch[i]);
         gradients[index] = f;
     }
+    let across: Mandel = centre.0.map(|row| row[2]);
     let mut answers = Responses::zero();
     let histories = (input.old_state, new_state);
     log_strain::update_points(input.material, &c, POINTS, histories, true, &mut answers)
@@ -101,6 +102,7 @@ fn evaluate_at(
         out.elastic_energy += weight * response.elastic_energy;
         out.plastic_work += weight * response.plastic_work;
         let stress = response.stress.map(|value| weight * value);
+        out.through += tensor::dot(&across, &stress);
         let tangent = response.tangent.map(|row| row.map(|value| weight * value));
         let b = compatible::strain_derivative(&gradients[index], geometry);
         for (row, value) in b.iter().zip(&stress) {

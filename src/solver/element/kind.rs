@@ -2,7 +2,7 @@
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 
-use super::{hex8_enhanced, shape, solid_shell};
+use super::{hex8_enhanced, modes, shape, solid_shell, tilt};
 
 /// Which element formulation a body uses. A formulation with options may be named alone: `"solid-shell"`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
@@ -123,6 +123,15 @@ impl ElementKind {
         match self {
             Self::Hex8 | Self::Hex8Enhanced => Vec::new(),
             Self::SolidShell { points, .. } => shape::gauss_legendre(usize::from(points)),
+        }
+    }
+
+    /// Numbers that an element keeps besides the histories of its points.
+    #[must_use]
+    pub(crate) fn record_len(self) -> usize {
+        match self.mode_count() {
+            0 => 0,
+            modes => modes::record_len(modes) + tilt::RECORD,
         }
     }
 

@@ -18,6 +18,7 @@ pub(crate) mod modes;
 mod nominal;
 mod shape;
 pub(crate) mod solid_shell;
+mod tilt;
 
 pub use kind::ElementKind;
 pub use shape::{PointGeometry, reference_points};
@@ -32,7 +33,7 @@ pub const DOFS: usize = 24;
 
 impl ElementKind {
     /// Evaluates one element: its undeformed Gauss points or points through the thickness, whichever it has; its points'
-    /// new histories and the record of its modes.
+    /// new histories and the [record](Self::record_len) of what it keeps besides.
     ///
     /// # Errors
     /// [`PointFailure`] where the material, the shape or the modes fail.
@@ -43,20 +44,23 @@ impl ElementKind {
         (states, record): (&mut [f64], &mut [f64]),
         out: &mut ElementMatrices,
     ) -> Result<(), PointFailure> {
+        let (modes, tilt) = record.split_at_mut(modes::record_len(self.mode_count()));
         match self {
-            Self::Hex8 => hex8::evaluate(input, points, states, out),
-            Self::Hex8Enhanced => hex8_enhanced::evaluate(input, points, states, record, out),
+            Self::Hex8 => return hex8::evaluate(input, points, states, out),
+            Self::Hex8Enhanced => hex8_enhanced::evaluate(input, points, states, modes, out),
             Self::SolidShell { membrane: false, .. } => {
                 solid_shell::evaluate::<{ solid_shell::THICKNESS_MODES }>(
-                    input, rule, states, record, out,
+                    input, rule, states, modes, out,
                 )
             }
             Self::SolidShell { membrane: true, .. } => {
                 solid_shell::evaluate::<{ solid_shell::MEMBRANE_MODES }>(
-                    input, rule, states, record, out,
+                    input, rule, states, modes, out,
                 )
             }
-        }
+        }?;
+        tilt::steady(input, tilt, out);
+        Ok(())
     }
 }
 
@@ -80,8 +84,12 @@ pub struct ElementMatrices {
     pub elastic_energy: f64,
     /// Plastic work since the beginning [N mm].
     pub plastic_work: f64,
+    /// Work against what keeps fibres from tilting by turns, since the beginning [N mm].
+    pub artificial_work: f64,
     /// Norm of the forces [N] that the not yet converged internal modes of the element still cause.
     pub internal_residual: f64,
+    /// `∫ S³³ dV` [N/mm] of an element whose fibres go along ζ.
+    pub through: f64,
 }
 
 impl ElementMatrices {
@@ -93,7 +101,9 @@ impl ElementMatrices {
             tangent: [[0.0; DOFS]; DOFS],
             elastic_energy: 0.0,
             plastic_work: 0.0,
+            artificial_work: 0.0,
             internal_residual: 0.0,
+            through: 0.0,
         }
     }
 }
@@ -109,6 +119,8 @@ pub struct ElementInput<'a> {
     pub displacement: &'a [f64; DOFS],
     /// History of all points at the last converged state, `point_count * state_len`.
     pub old_state: &'a [f64],
+    /// What the element kept besides at the last converged state.
+    pub old_record: &'a [f64],
     /// What is asked.
     pub want: Want,
 }

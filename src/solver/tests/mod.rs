@@ -11,6 +11,7 @@ mod folded;
 mod followed;
 mod held;
 mod passage;
+mod pressed;
 mod released;
 mod snap;
 mod stability;

@@ -140,6 +140,7 @@ impl<'a> Column<'a> {
         let at = (self.xi, self.eta);
         out.elastic_energy += totals.elastic_energy;
         out.plastic_work += totals.plastic_work;
+        out.through += totals.stress[9];
         let b = derivatives(self.moved, &self.in_plane, at);
         for (row, value) in b.iter().zip(&totals.stress) {
             out.force.iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * value);

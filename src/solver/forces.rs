@@ -1,7 +1,7 @@
 //! Forces at the nodes, of tools and supports on them.
 
 use super::conditions::{contact_normal, whole_force};
-use super::contact::Candidate;
+use super::contact::{Candidate, Force};
 use super::system::System;
 use crate::geometry::Vec3;
 
@@ -17,6 +17,11 @@ impl System {
     pub(super) fn contact_force(&self, c: &Candidate) -> Vec3 {
         let free = self.constraints.free_projector(c.node);
         whole_force(&c.foot, &free, free * self.force_at(c.node))
+    }
+
+    /// Forces of the tools on the nodes of all candidates.
+    pub(super) fn candidate_forces(&self) -> Vec<Force> {
+        self.contact.candidates.iter().map(|c| Force::of(c, &self.contact_force(c))).collect()
     }
 
     /// Force of a tool on the modelled part of the sheet.

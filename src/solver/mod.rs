@@ -34,6 +34,7 @@ pub mod newton;
 mod pace;
 mod passage;
 pub mod pattern;
+mod plan;
 pub mod reach;
 mod relaxation;
 mod reports;

@@ -9,9 +9,10 @@ use super::buckling::Push;
 use super::damper::Damper;
 use super::element::Want;
 use super::newton::{NewtonError, NewtonStats, Patience};
+use super::plan::Plan;
 use super::simulation::Simulation;
 use super::system::{Role, System};
-use super::trial::{Committed, Plan, accept, attempt, restore};
+use super::trial::{Committed, accept, attempt, restore};
 use super::work::jumps;
 use crate::geometry::{Aabb, Vec3};
 

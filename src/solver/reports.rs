@@ -14,7 +14,7 @@ impl Simulation {
         let now = self.under_way.as_ref().map(|now| &now.plan);
         let left_behind = now
             .filter(|plan| self.stages[plan.stage].motions[tool] == Motion::Release)
-            .map_or(0.0, |plan| (1.0 - share) * plan.start_forces[tool]);
+            .map_or(0.0, |plan| plan.remaining(share) * plan.start_forces[tool]);
         ToolReport {
             name: t.setup.name.clone(),
             travel: t.travel,
@@ -40,7 +40,8 @@ impl Simulation {
             stage_name: &self.stages[stage].name,
             time: self.time,
             share,
-            free: sys.roles.iter().all(|role| *role == Role::Absent),
+            free: sys.roles.iter().all(|role| *role == Role::Absent)
+                || self.under_way.as_ref().is_some_and(|now| now.plan.lets_all_go()),
             tools: (0..sys.tools.len()).map(|t| self.tool_report(t, share)).collect(),
             iterations,
             iterations_total: self.summary.iterations,

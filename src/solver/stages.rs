@@ -265,7 +265,7 @@ pub struct IncrementReport<'a> {
     pub time: f64,
     /// Share of the stage done.
     pub share: f64,
-    /// No tool holds the sheet in this stage.
+    /// No tool holds the sheet in this stage, or all that do are being let go.
     pub free: bool,
     /// Every tool, in order.
     pub tools: Vec<ToolReport>,

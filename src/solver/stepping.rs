@@ -1,22 +1,16 @@
 //! Increments of a stage: tried, cut and tried again, followed past limit points; how stages begin and end.
 
-use super::active_set::{keep_pushed_tools, take_in};
-use super::constraints::Constraints;
-use super::contact::Candidate;
 use super::giving_up::gave_up;
 use super::newton::{NewtonStats, Patience};
 use super::pace::Pace;
+use super::plan::{Plan, begin, let_go};
 use super::relaxation::{Endurance, relax};
-use super::rigid::{hold_rigid_modes, share_along_free_motions};
 use super::simulation::{Control, Simulation, SimulationError};
 use super::stability::Doubt;
 use super::stages::{IncrementReport, Stage};
 use super::steadying::ITERATIONS;
-use super::system::{Role, System};
-use super::tools::Motion;
-use super::trial::{Plan, accept, add_loads, attempt, forces, lay_down, restore, set_targets};
+use super::trial::{accept, attempt, lay_down, restore};
 use super::work::{jumps, work_left_behind};
-use crate::geometry::Vec3;
 
 use serde::{Deserialize, Serialize};
 
@@ -48,8 +42,9 @@ impl UnderWay {
         let none = self.plan.lets_go(stages);
         let ends: &[f64] = if none { &[] } else { &stages[self.plan.stage].ends };
         let at = ends.partition_point(|&end| end <= share);
-        let end =
-            ends.get(at).copied().unwrap_or_else(|| stages[self.plan.stage].next_corner(share));
+        let corner = || stages[self.plan.stage].next_corner(share);
+        let end = ends.get(at).copied().unwrap_or_else(corner);
+        let end = self.plan.lets_go_at().map_or(end, |at| end.min(at));
         let met = share == 0.0 || at.checked_sub(1).is_some_and(|last| ends[last] == share);
         if at < ends.len() && met && !self.pace.has_failed() {
             return (end, Patience::All);
@@ -116,6 +111,9 @@ impl Found {
 /// Tries shorter and shorter steps until one ends in a balance that lasts; past a limit point, the way to the next balance.
 fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, SimulationError> {
     let (stage, share) = (now.plan.stage, now.share);
+    if now.plan.lets_go_at().is_some_and(|at| at <= share) {
+        go_on_without(sim, now)?;
+    }
     let least = sim.limits.smallest_step * sim.stages[stage].first();
     let mut tried = Tried::default();
     loop {
@@ -145,9 +143,25 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
         if let Ok(error) = error
             && now.pace.step < least
         {
-            return Err(error);
+            if now.plan.lets_go_at().is_none() {
+                return Err(error);
+            }
+            go_on_without(sim, now)?;
+            tried = Tried::default();
         }
     }
+}
+
+/// Lets the tools go that have gone back with the sheet so far, at the share of the stage that is done.
+fn go_on_without(sim: &mut Simulation, now: &mut UnderWay) -> Result<(), SimulationError> {
+    let_go(sim, &mut now.plan, now.share)?;
+    now.pace = pace_of(sim, now.plan.stage);
+    Ok(())
+}
+
+fn pace_of(sim: &Simulation, stage: usize) -> Pace {
+    let Stage { first_step, largest_step, .. } = sim.stages[stage];
+    Pace::new(first_step, largest_step, sim.limits.wanted_iterations)
 }
 
 /// After an attempt that ended at `target`, in no balance or in one that was not taken: makes the next one shorter, or
@@ -243,104 +257,6 @@ fn begin_stage(
     if stage == 0 {
         sim.report(0, 0.0, 0, observer)?;
     }
-    let (first, largest) = (sim.stages[stage].first_step, sim.stages[stage].largest_step);
-    let pace = Pace::new(first, largest, sim.limits.wanted_iterations);
-    let endurance = Endurance::FULL;
+    let (pace, endurance) = (pace_of(sim, stage), Endurance::FULL);
     Ok(UnderWay { plan, pace, endurance, doubt: Doubt::NONE, share: 0.0, start_time: sim.time })
-}
-
-fn begin(sim: &mut Simulation, stage: usize) -> Result<Plan, SimulationError> {
-    let sys = &mut sim.sys;
-    sys.constraints = sim.held.clone();
-    sys.held_at.fill(0.0);
-    let now = &sim.stages[stage];
-    let mut plan = Plan {
-        stage,
-        start_travels: sys.tools.iter().map(|t| t.travel).collect(),
-        start_forces: sim.committed.pushes.iter().map(|force| force * sim.share).collect(),
-        released: released(sys, &now.motions),
-        unsupported: Vec::new(),
-        clear: Vec::new(),
-        dropped: false,
-    };
-    sim.committed.forget_last();
-    set_targets(sys, now, &plan, 0.0, sim.share);
-    add_loads(sys, &sim.loads, now.load.at(0.0));
-    sim.committed.applied.copy_from_slice(&sys.applied);
-    plan.dropped = drop_absent(sys, &plan.released);
-    sys.search();
-    take_in(sys);
-    keep_pushed_tools(sys);
-    if !is_held_by_tools(sys, &now.motions, &plan.start_forces) {
-        plan.unsupported = sys.u.clone();
-        plan.clear = (0..sys.tools.len()).filter(|&t| sys.roles[t] != Role::Absent).collect();
-        plan.clear.iter().for_each(|&tool| sys.roles[tool] = Role::Absent);
-    }
-    let forces = forces(sys);
-    sys.commit_contact(&forces);
-    if plan.is_free() {
-        let pushes = sim.loads.iter().map(|load| load * now.load.at(1.0)).collect::<Vec<_>>();
-        hold_where_it_is(sys, &pushes)
-            .map_err(|share| SimulationError::NothingHolds { stage: now.name.clone(), share })?;
-    }
-    Ok(plan)
-}
-
-/// Parts the sheet from tools that are not there; whether one of them had pushed it, and left nothing behind.
-fn drop_absent(sys: &mut System, released: &[f64]) -> bool {
-    let gone = |c: &Candidate| c.active && sys.roles[c.tool] == Role::Absent;
-    let pushed = |c: &&Candidate| {
-        let left = Vec3::from_column_slice(&released[3 * c.node..3 * c.node + 3]);
-        sys.scales.of_note((sys.contact_force(c) - left).norm()) > 0.0
-    };
-    let dropped = sys.contact.candidates.iter().filter(|c| gone(c)).any(|c| pushed(&c));
-    for c in &mut sys.contact.candidates {
-        c.active &= sys.roles[c.tool] != Role::Absent;
-    }
-    dropped
-}
-
-/// Forces on the nodes of the tools that are taken away (three a node) [N].
-fn released(sys: &System, motions: &[Motion]) -> Vec<f64> {
-    let mut out = vec![0.0; sys.u.len()];
-    for (_, c) in sys.contact.active().filter(|(_, c)| motions[c.tool] == Motion::Release) {
-        let force = sys.contact_force(c);
-        out[3 * c.node..3 * c.node + 3].copy_from_slice(force.as_slice());
-    }
-    out
-}
-
-/// Whether tools hold the sheet where a stage begins, or come to it in the stage. Those that stand clear of a sheet that others
-/// let go, or go away from it, do not; `carried`: forces of the tools when the stage begins [N].
-fn is_held_by_tools(sys: &System, motions: &[Motion], carried: &[f64]) -> bool {
-    let lets_go = motions.contains(&Motion::Release);
-    let touches = |tool: usize| sys.contact.active().any(|(_, c)| c.tool == tool);
-    motions.iter().enumerate().any(|(tool, motion)| match motion {
-        Motion::Absent | Motion::Release => false,
-        _ => !lets_go || touches(tool) || sys.comes(tool, motion, carried[tool]),
-    })
-}
-
-/// Holds the rigid modes of the sheet where it is now, which `loads` must not push it along.
-///
-/// # Errors
-/// The share of the loads that does.
-fn hold_where_it_is(sys: &mut System, loads: &[f64]) -> Result<(), f64> {
-    const ROUNDING: f64 = 1e-6;
-    let now: Vec<Vec3> = (0..sys.node_count()).map(|n| sys.position(n)).collect();
-    let share = share_along_free_motions(&sys.constraints, &now, loads);
-    if share > ROUNDING {
-        return Err(share);
-    }
-    let mut held: Constraints = sys.constraints.clone();
-    hold_rigid_modes(&mut held, &now);
-    for node in 0..now.len() {
-        for axis in 0..3 {
-            if held.is_held(node, axis) && !sys.constraints.is_held(node, axis) {
-                sys.held_at[3 * node + axis] = sys.u[3 * node + axis];
-            }
-        }
-    }
-    sys.constraints = held;
-    Ok(())
 }

@@ -3,13 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::carried::{Way, carry, lay};
-use super::contact::Force;
 use super::newton::{NewtonError, NewtonStats, Patience, solve};
+use super::plan::{Plan, add_loads, set_targets};
 use super::rigid::nearest_free;
 use super::simulation::Simulation;
-use super::stages::Stage;
-use super::system::{Role, System};
-use super::tools::Motion;
+use super::system::System;
 use super::work::add_work;
 use crate::geometry::Vec3;
 
@@ -55,77 +53,6 @@ impl Committed {
             && [&self.u, &self.internal_force, &self.applied].into_iter().all(of_nodes)
             && self.last.as_ref().is_none_or(|(_, u, t)| of_nodes(u) && of_tools(t))
     }
-}
-
-/// What a stage fixes when it begins.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Plan {
-    pub(super) stage: usize,
-    pub(super) start_travels: Vec<f64>,
-    /// Force of each tool along its direction [N], of the whole process.
-    pub(super) start_forces: Vec<f64>,
-    /// Contact forces of the tools being taken away (three a node).
-    pub(super) released: Vec<f64>,
-    /// Displacements at the beginning of a stage in which no tool holds the sheet; of others none.
-    pub(super) unsupported: Vec<f64>,
-    /// Tools that stand clear of a sheet that is let go: one that nothing holds moves out of their way.
-    pub(super) clear: Vec<usize>,
-    /// A tool that pushed the sheet when the stage began is not there any more, and has left no forces behind.
-    pub(super) dropped: bool,
-}
-
-impl Plan {
-    /// Whether no tool holds the sheet.
-    pub(super) fn is_free(&self) -> bool {
-        !self.unsupported.is_empty()
-    }
-
-    /// Whether the stage takes away what held the sheet.
-    pub(super) fn lets_go(&self, stages: &[Stage]) -> bool {
-        self.is_free() && stages[self.stage].motions.contains(&Motion::Release)
-    }
-}
-
-/// Sets tools and applied forces to their state at `share` of the stage.
-pub(super) fn set_targets(sys: &mut System, stage: &Stage, plan: &Plan, share: f64, whole: f64) {
-    for (tool, motion) in stage.motions.iter().enumerate() {
-        let (start, carried) = (plan.start_travels[tool], plan.start_forces[tool]);
-        let (role, travel) = match motion {
-            Motion::Hold => (Role::Travel, Some(start)),
-            Motion::Travel(curve) => (Role::Travel, Some(curve.starting_at(start).at(share))),
-            Motion::Advance(curve) => {
-                (Role::Travel, Some(start + curve.starting_at(0.0).at(share)))
-            }
-            Motion::Force(curve) => {
-                (Role::Force(curve.starting_at(carried).at(share) / whole), None)
-            }
-            Motion::Spring { force, stiffness } => {
-                let at_zero = carried + stiffness * start;
-                let force = force.starting_at(at_zero).at(share);
-                // One that is left out, clear of the sheet, goes where its spring has no force.
-                let slack = plan.clear.contains(&tool).then_some(force / stiffness);
-                (Role::Spring { force: force / whole, stiffness: stiffness / whole }, slack)
-            }
-            Motion::Release | Motion::Absent => (Role::Absent, None),
-        };
-        let role = if plan.clear.contains(&tool) { Role::Absent } else { role };
-        sys.roles[tool] = role;
-        sys.set_stop(tool, start);
-        if let Some(travel) = travel {
-            sys.tools[tool].travel = travel;
-        }
-    }
-    let remaining = 1.0 - share;
-    for (a, r) in sys.applied.iter_mut().zip(&plan.released) {
-        *a = r * remaining;
-    }
-    sys.fading = sys.applied.iter().any(|&force| force != 0.0);
-}
-
-/// Adds a share of the set-up's loads to the applied forces.
-pub(super) fn add_loads(sys: &mut System, loads: &[f64], share: f64) {
-    sys.loaded = loads.iter().any(|load| share * load != 0.0);
-    sys.applied.iter_mut().zip(loads).for_each(|(a, load)| *a += share * load);
 }
 
 /// Solves the increment from one share of the stage to another; the caller accepts or restores.
@@ -210,7 +137,7 @@ fn predict(sys: &mut System, committed: &Committed, step: f64) -> Option<f64> {
 /// Makes the present iterate the last converged state; `step`: share of the stage that led there, for the predictor. Whether
 /// the sheet has jumped to it.
 pub(super) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool {
-    let forces = forces(&sim.sys);
+    let forces = sim.sys.candidate_forces();
     let jumped = add_work(sim, &forces);
     let sys = &mut sim.sys;
     sys.body.commit();
@@ -263,9 +190,4 @@ pub(super) fn restore(sim: &mut Simulation) {
     for (stop, reached) in sys.stops.iter_mut().zip(&old.on_stop) {
         stop.reached = *reached;
     }
-}
-
-/// Forces of the tools on the candidates' nodes.
-pub(super) fn forces(sys: &System) -> Vec<Force> {
-    sys.contact.candidates.iter().map(|c| Force::of(c, &sys.contact_force(c))).collect()
 }

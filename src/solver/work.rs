@@ -1,9 +1,10 @@
 //! Work of an increment, by the trapezoidal rule, and what of it the sheet has not stored.
 
 use super::contact::Force;
+use super::plan::Plan;
 use super::simulation::Simulation;
 use super::system::System;
-use super::trial::{Committed, Plan, forces};
+use super::trial::Committed;
 use crate::geometry::Vec3;
 
 /// Work of friction on the sheet, and of normal forces over the gap of nodes that begin or cease to touch in the increment,
@@ -86,12 +87,12 @@ impl Work {
 pub(super) fn work_left_behind(sim: &Simulation, plan: &Plan, [share, target]: [f64; 2]) -> f64 {
     let moved = sim.sys.u.iter().zip(&sim.committed.u).map(|(now, before)| now - before);
     let work: f64 = plan.released.iter().zip(moved).map(|(force, moved)| force * moved).sum();
-    sim.share * work * (1.0 - 0.5 * (share + target))
+    sim.share * work * 0.5 * (plan.remaining(share) + plan.remaining(target))
 }
 
 /// Whether the sheet has jumped from one balance to another in the increment, which is not yet accepted.
 pub(super) fn jumps(sim: &Simulation) -> bool {
-    let work = Work::of(sim, &forces(&sim.sys));
+    let work = Work::of(sim, &sim.sys.candidate_forces());
     work.internal > sim.rounding_work() && work.jump(sim.energies.most).is_some()
 }
 

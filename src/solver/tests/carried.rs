@@ -30,7 +30,7 @@ fn run(setup: SimulationSetup) -> End {
 }
 
 /// A profile in the x-z plane, drawn out along y far beyond the sheets.
-fn along_y(name: &str, profile: &[Piece]) -> ToolModel {
+pub(super) fn along_y(name: &str, profile: &[Piece]) -> ToolModel {
     let pieces = profile.iter().fold(Builder::new(name), |builder, piece| {
         builder.grid(piece.cells, 1, |t, v| {
             let ([x, z], [nx, nz]) = (piece.at)(t);

@@ -9,6 +9,7 @@ mod edges;
 mod floating;
 mod folded;
 mod followed;
+mod going_back;
 mod held;
 mod passage;
 mod pressed;

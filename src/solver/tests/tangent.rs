@@ -10,7 +10,6 @@ use crate::geometry::Vec3;
 use crate::solver::blank::rectangle;
 use crate::solver::element::Want;
 use crate::solver::system::{Role, System};
-use crate::solver::trial::forces;
 use crate::solver::{Constraints, Curve, Motion, SheetSide, Simulation};
 
 /// A small block under a ball of Nagata patches, pushed in, turned a little, everything touching that can.
@@ -26,7 +25,7 @@ fn pressed(mu: f64, stiffness: Option<f64>) -> System {
         Simulation::new(setup(body(mesh, steel()), constraints, tools, stages)).unwrap().sys;
     sys.roles[0] = Role::Force(1.0);
     sys.search();
-    let forces = forces(&sys);
+    let forces = sys.candidate_forces();
     sys.commit_contact(&forces);
     let mut seed = 5_u64;
     for (i, u) in sys.u.iter_mut().enumerate() {

@@ -76,10 +76,15 @@ fn print_sheet(record: &RunRecord) {
 /// What happened on the way.
 fn print_course(record: &RunRecord) {
     if record.snaps > 0 {
+        // Less than nothing is what the increments are too long to tell.
+        let freed = if record.snap_work_nmm < 0.0 {
+            "no energy to speak of".into()
+        } else {
+            format!("{:.1} N mm", record.snap_work_nmm)
+        };
         out!(
-            "  the sheet moved on by itself {} times (snapped, or sprang back): {:.1} N mm set free",
-            record.snaps,
-            record.snap_work_nmm
+            "  the sheet moved on by itself {} times (snapped, or sprang back): {freed} set free",
+            record.snaps
         );
     }
     if let Some(first) = record.first_buckle {

@@ -131,7 +131,7 @@ pub fn run(
     let start = Instant::now();
     let mut setup = plan.simulation_setup(scene_path)?;
     let unknowns = 3 * setup.body.mesh().nodes.len();
-    let doubts = advice::doubts(&setup);
+    let doubts = advice::doubts(plan, &setup);
     let failed = |cause: SimulationError| RunError::Solver {
         cause: Box::new(cause),
         more: String::new(),

@@ -1,4 +1,4 @@
-//! The blank of a scene: its mesh, what holds it, what pulls it.
+//! The blank of a scene: its mesh, what holds it.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ const ON: f64 = 1e-6;
 const MOST: f64 = 100.0;
 
 /// Place, what was found, what is allowed.
-type Fault = (String, String, String);
+pub(super) type Fault = (String, String, String);
 
 /// The blank's mesh before forming.
 pub(super) fn blank_mesh(
@@ -162,24 +162,8 @@ fn check_plane(
     Ok(())
 }
 
-/// Forces on the nodes of the modelled part [N], which is one of `share` like parts; empty without loads.
-pub(super) fn loads(scene: &Scene, nodes: &[Vec3], share: f64) -> Result<Vec<f64>, Fault> {
-    if scene.loads.is_empty() {
-        return Ok(Vec::new());
-    }
-    let mut forces = vec![0.0; 3 * nodes.len()];
-    for (k, load) in scene.loads.iter().enumerate() {
-        let there = nodes_in(&load.region, nodes, &format!("loads[{k}].where"))?;
-        for &node in &there {
-            for (axis, force) in load.force_n.iter().enumerate() {
-                forces[3 * node + axis] += force / (share * there.len() as f64);
-            }
-        }
-    }
-    Ok(forces)
-}
-
-fn nodes_in(region: &Region, nodes: &[Vec3], place: &str) -> Result<Vec<usize>, Fault> {
+/// Nodes of a region that the scene names at `place`.
+pub(super) fn nodes_in(region: &Region, nodes: &[Vec3], place: &str) -> Result<Vec<usize>, Fault> {
     let near = near(nodes);
     let inside = |x: &Vec3| match region {
         Region::All(all) => *all,

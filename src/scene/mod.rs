@@ -8,6 +8,7 @@ mod blank;
 pub mod check;
 mod course;
 mod follow;
+mod loads;
 mod motions;
 pub mod read;
 mod rolling;

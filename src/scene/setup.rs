@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::blank::{blank_mesh, constraints, loads};
+use super::blank::{blank_mesh, constraints};
+use super::loads::loads;
 use super::motions::motions;
 use super::read::{Plan, SceneError};
 use super::rolling;
@@ -34,7 +35,7 @@ impl Plan {
         };
         let mesh = blank_mesh(&self.scene.blank, path, &self.folder)?;
         let constraints = constraints(&self.scene, &mesh.nodes).map_err(value)?;
-        let loads = loads(&self.scene, &mesh.nodes, self.share()).map_err(value)?;
+        let loads = loads(&self.scene, &mesh, self.share()).map_err(value)?;
         let mut body = Body::new(mesh, self.scene.blank.element, self.material.clone())
             .map_err(|e| value(("blank".into(), e.to_string(), "a sound mesh".into())))?;
         rolling::orient(self, &mut body).map_err(value)?;

@@ -144,7 +144,7 @@ pub struct Load {
     /// Which nodes.
     #[serde(rename = "where")]
     pub region: Region,
-    /// Force of the whole process, shared equally by the nodes there [N].
+    /// Force of the whole process [N], spread evenly over the elements that the nodes there make up, else over their faces or edges.
     pub force_n: [f64; 3],
 }
 
@@ -320,7 +320,8 @@ pub enum Drive {
     ForceN(Course),
     /// Held by a spring.
     Spring(Spring),
-    /// Its forces on the sheet fall to zero over the stage; then it is gone (`true`).
+    /// It is let go (`true`): goes back with the sheet over half of the stage, its force falling to a hundredth, where another
+    /// tool holds it, and leaves behind forces that fall to zero over what is left of the stage; then it is gone.
     Release(bool),
     /// Not there from this stage on, until a later one drives it (`true`).
     Absent(bool),

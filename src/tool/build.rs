@@ -41,6 +41,18 @@ pub enum ToolError {
         /// Patch, from 0.
         patch: usize,
     },
+    /// Corners that run the other way round than their normals say, of this patch and most others.
+    #[error(
+        "corners of patch {patch}, as of {count} of {of} patches, run clockwise seen from where their normals point; allowed: counter-clockwise: turn the order of the corners round, or the normals (out of the tool, to the sheet)"
+    )]
+    Turned {
+        /// Patch, from 0: the first of them.
+        patch: usize,
+        /// Of so many.
+        count: usize,
+        /// Patches.
+        of: usize,
+    },
     /// A normal that is not a unit vector.
     #[error("normal {index} has length {length}; allowed: 1 within 1e-6")]
     NormalLength {
@@ -214,7 +226,22 @@ fn check(vertices: &[Vec3], normals: &[Vec3], corners: &[PatchCorners]) -> Resul
             return Err(ToolError::Collapsed { patch });
         }
     }
-    Ok(())
+    let turned = |p: &PatchCorners| runs_clockwise(vertices, normals, p);
+    let count = corners.iter().filter(|p| turned(p)).count();
+    match corners.iter().position(turned) {
+        Some(patch) if 2 * count > corners.len() => {
+            Err(ToolError::Turned { patch, count, of: corners.len() })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether corners run clockwise as seen from where each of their normals points.
+fn runs_clockwise(vertices: &[Vec3], normals: &[Vec3], p: &PatchCorners) -> bool {
+    let x = |k: usize| vertices[p.vertices[k % p.vertices.len()] as usize];
+    let sides = (0..p.vertices.len()).map(|k| (x(k) - x(0)).cross(&(x(k + 1) - x(0))));
+    let area: Vec3 = sides.sum();
+    p.normals.iter().all(|&n| normals[n as usize].dot(&area) < 0.0)
 }
 
 fn key(a: u32, b: u32) -> [u32; 2] {
@@ -303,6 +330,15 @@ mod tests {
             face: 0,
         };
         (vertices, normals, vec![quad(0), quad(2)])
+    }
+
+    #[test]
+    fn normals_that_point_behind_their_corners_are_refused() {
+        let (vertices, normals, corners) = cylinder();
+        let turned = normals.iter().map(|n| -n).collect();
+        let found =
+            build("t".into(), ToolKind::Nagata, vertices, turned, corners, EdgeRule::Guarded);
+        assert_eq!(found.unwrap_err(), ToolError::Turned { patch: 0, count: 2, of: 2 });
     }
 
     #[test]

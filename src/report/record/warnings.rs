@@ -51,7 +51,7 @@ impl RunRecord {
         let zigzag = self.zigzag.as_ref()?;
         let [x, y, z] = zigzag.at_mm;
         Some(format!(
-            "from increment {} on up to {:.0} % of the mesh's columns lean to opposite sides by turns, first at ({x:.1}, {y:.1}, {z:.1}) mm: under pressure through the thickness elements that are wide for their layer fold so, and forces are far too low. Press it with `element` `hex8`, or with elements no wider than half a layer",
+            "from increment {} on up to {:.0} % of the mesh's columns lean to opposite sides by turns, first at ({x:.1}, {y:.1}, {z:.1}) mm: under pressure through the thickness elements that are wide for their layer fold so, and forces are far too low. Press it with `element` `hex8` in four layers or more",
             zigzag.first_increment,
             100.0 * zigzag.share
         ))
@@ -60,7 +60,7 @@ impl RunRecord {
     fn steadied(&self) -> Option<String> {
         (self.artificial_nmm.abs() > ARTIFICIAL * self.work_nmm).then(|| {
             format!(
-                "{:.1} % of the work was done against what keeps fibres of wide elements from tilting by turns under pressure through the thickness: forces are too high by about as much. Press it with smaller elements, or with `element` `hex8`",
+                "{:.1} % of the work was done against what keeps fibres of wide elements from tilting by turns under pressure through the thickness: forces are off by that much or far more. Press it with `element` `hex8` in four layers or more",
                 100.0 * self.artificial_nmm / self.work_nmm
             )
         })

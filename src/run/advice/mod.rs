@@ -5,6 +5,7 @@ mod clearance;
 mod coarse;
 mod curvature;
 mod inside;
+mod material;
 mod sharp;
 mod size;
 mod stops;
@@ -54,8 +55,8 @@ impl fmt::Display for Remark {
 
 /// Remarks on a scene that make what a run finds doubtful.
 #[must_use]
-pub fn doubts(setup: &SimulationSetup) -> Vec<Remark> {
-    let mut out = Vec::new();
+pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
+    let mut out: Vec<Remark> = material::remark(&plan.card).into_iter().collect();
     unopposed::remarks(setup, &mut out);
     out
 }
@@ -65,6 +66,7 @@ pub fn doubts(setup: &SimulationSetup) -> Vec<Remark> {
 pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> {
     let sizes = Sizes::new(setup.body.mesh());
     let mut out = Vec::new();
+    out.extend(material::remark(&plan.card));
     out.extend(symmetry::wrong(plan, setup));
     out.extend(symmetry::unused(plan, setup, cost));
     elements(plan, setup, sizes.mean, cost, &mut out);
@@ -131,9 +133,9 @@ fn elements(plan: &Plan, setup: &SimulationSetup, size: f64, cost: &Cost, out: &
                 format!("{points} points through the thickness: {wanted} are enough here"),
                 format!("{wanted} take about {}", cost.times(change)),
             ));
-        } else if springs_back && points < POINTS[0] {
+        } else if springs_back && points < wanted {
             out.push(Remark::new(
-                format!("{points} points through the thickness and a stage that releases tools: springback wants {wanted}"),
+                format!("{points} points through the thickness and a stage that releases tools: springback wants {wanted}, with fewer the moment of bending is a few per cent low"),
                 format!("{wanted} take about {}", cost.times(change)),
             ));
         }

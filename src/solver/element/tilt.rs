@@ -39,9 +39,9 @@ const SIGNS: [[f64; 4]; 3] =
 /// Of each pattern: the base vector it goes along, and its signs.
 const GOES: [(usize, usize); PATTERNS] = [(0, 0), (1, 1), (0, 2), (1, 2), (0, 1), (1, 0)];
 
-/// What a pattern has to cost, besides what the pressure gains by it, over that. At less than one, fibres that friction tilts
-/// are driven on.
-const LEAST: f64 = 2.0;
+/// What a pattern has to cost, besides what the pressure gains by it, over that. At less, fibres that friction tilts are driven
+/// on; at more, layers that friction shears are held as well.
+const LEAST: f64 = 1.0;
 /// Gain over the element's stiffness from which it is looked at.
 const OF_NOTE: f64 = 1e-6;
 

@@ -128,7 +128,7 @@ fn arrange(sim: &mut Simulation, plan: &mut Plan, share: f64) -> Result<(), Simu
     set_targets(sys, now, plan, share, sim.share);
     add_loads(sys, &sim.loads, now.load.at(share));
     sim.committed.applied.copy_from_slice(&sys.applied);
-    plan.dropped = drop_absent(sys, &plan.released);
+    plan.dropped = drop_absent(sys);
     sys.search();
     take_in(sys);
     keep_pushed_tools(sys);
@@ -219,14 +219,11 @@ fn go_back_first(sys: &System, motions: &[Motion], carried: &[f64]) -> Option<Op
     }
 }
 
-/// Parts the sheet from tools that are not there; whether one of them had pushed it, and left nothing behind.
-fn drop_absent(sys: &mut System, released: &[f64]) -> bool {
+/// Parts the sheet from tools that are not there; whether one of them pushes it, which has left nothing behind in its loads.
+fn drop_absent(sys: &mut System) -> bool {
     let gone = |c: &Candidate| c.active && sys.roles[c.tool] == Role::Absent;
-    let pushed = |c: &&Candidate| {
-        let left = Vec3::from_column_slice(&released[3 * c.node..3 * c.node + 3]);
-        sys.scales.of_note((sys.contact_force(c) - left).norm()) > 0.0
-    };
-    let dropped = sys.contact.candidates.iter().filter(|c| gone(c)).any(|c| pushed(&c));
+    let pushes = |c: &Candidate| sys.scales.of_note(sys.contact_force(c).norm()) > 0.0;
+    let dropped = sys.contact.candidates.iter().filter(|c| gone(c)).any(pushes);
     for c in &mut sys.contact.candidates {
         c.active &= sys.roles[c.tool] != Role::Absent;
     }

@@ -56,6 +56,7 @@ fn the_force_of_a_tool_taken_away_is_without_the_loads() {
     let (little, all) = (apart(&before.1, &first.1), apart(&before.1, &last.1));
     assert!(all > 0.05, "the strip bends down by {all} mm");
     assert!((little / all - FIRST).abs() < 0.1 * FIRST, "{little} of {all} mm at once");
+    assert_eq!(sim.summary().snaps, 0);
     // What it has left behind is told as its force.
     assert!(before.2 > 1.0 && (first.2 / before.2 - (1.0 - FIRST)).abs() < 1e-12, "{}", first.2);
     assert_eq!(last.2, 0.0);

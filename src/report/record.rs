@@ -15,7 +15,7 @@ use crate::files::{WriteError, write_atomic};
 
 pub use origin::{LeftOutRecord, Process};
 pub use sheet::{
-    OverEdgeRecord, PlasticRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
+    OverEdgeRecord, PlasticRecord, ShearedRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
     ThroughItselfRecord, ZigzagRecord,
 };
 
@@ -310,6 +310,10 @@ pub struct RunRecord {
     /// Where columns of the mesh lean to opposite sides by turns: forces are far too low there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub zigzag: Option<ZigzagRecord>,
+    /// Where friction shears a pressed sheet as far as it bears, and its elements or layers do not follow: forces are wrong by
+    /// factors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sheared: Option<ShearedRecord>,
     /// Where the sheet bends over the free border of a tool: forces there are of the mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_edge: Option<OverEdgeRecord>,

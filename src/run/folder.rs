@@ -360,6 +360,7 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         warnings: Vec::new(),
         through_itself: None,
         zigzag: None,
+        sheared: None,
         over_edge: None,
         strain: None,
         springback: None,

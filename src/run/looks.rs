@@ -1,7 +1,8 @@
-//! What of the sheet after an increment is not as it should be: it passes through itself, its mesh folds, it bends over the border
-//! of a tool. Each is told from where it is first seen.
+//! What of the sheet after an increment is not as it should be: it passes through itself, its mesh folds, friction shears it
+//! through, it bends over the border of a tool. Each is told from where it is first seen.
 
 use super::itself::through_itself;
+use super::sheared::sheared;
 use super::zigzag::zigzag;
 use crate::geometry::Vec3;
 use crate::report::record::{OverEdgeRecord, RunRecord};
@@ -23,6 +24,10 @@ impl RunRecord {
         }
         if let Some(found) = zigzag(mesh, positions, increment) {
             let known = self.zigzag.get_or_insert(found);
+            known.share = known.share.max(found.share);
+        }
+        if let Some(found) = sheared(report.body, positions, report.contact_forces, increment) {
+            let known = self.sheared.get_or_insert(found);
             known.share = known.share.max(found.share);
         }
         if let Some(found) = &report.over_edge {

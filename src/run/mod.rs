@@ -15,6 +15,7 @@ pub mod lock;
 mod looks;
 pub mod report;
 pub mod resources;
+pub mod sheared;
 pub mod springback;
 pub mod status;
 pub mod strains;

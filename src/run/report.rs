@@ -70,6 +70,13 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
             z.first_increment
         )
     });
+    let sheared = r.sheared.map_or("no".into(), |s| {
+        format!(
+            "from increment {} on, up to {:.0} % of their nodes",
+            s.first_increment,
+            100.0 * s.share
+        )
+    });
     let over_edge = r.over_edge.as_ref().map_or("no".into(), |edge| {
         let OverEdgeRecord { tool, first_increment, nodes, depth_mm, .. } = edge;
         format!("{tool}, from increment {first_increment} on, up to {nodes} nodes, {depth_mm:.2} mm deep")
@@ -97,6 +104,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("buckled", buckled),
         ("passes through itself", through),
         ("columns that lean by turns", zigzag),
+        ("friction shears its faces through", sheared),
         ("bends over the border of a tool", over_edge),
         ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
         ("springback, largest and RMS", springback),

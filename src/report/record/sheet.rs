@@ -72,6 +72,17 @@ pub struct ZigzagRecord {
     pub at_mm: [f64; 3],
 }
 
+/// Where friction shears the faces of a pressed sheet as far as its material bears, which takes `hex8` in four layers or more.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ShearedRecord {
+    /// The first increment that ended so.
+    pub first_increment: usize,
+    /// Share of the nodes of both faces, the most at any increment.
+    pub share: f64,
+    /// One of them in the first such increment, as it was then [mm].
+    pub at_mm: [f64; 3],
+}
+
 impl ThicknessRecord {
     /// Whether the sheet is thinner somewhere than hardly any can be stretched: half of what it was.
     #[must_use]

@@ -21,6 +21,7 @@ impl RunRecord {
             self.instability(),
             self.fold_of_mesh(),
             self.steadied(),
+            self.sheared_faces(),
             self.fold(),
             self.border(),
             self.runaway(),
@@ -64,6 +65,16 @@ impl RunRecord {
                 100.0 * self.artificial_nmm / self.work_nmm
             )
         })
+    }
+
+    fn sheared_faces(&self) -> Option<String> {
+        let sheared = self.sheared.as_ref()?;
+        let [x, y, z] = sheared.at_mm;
+        Some(format!(
+            "from increment {} on friction shears the faces of the pressed sheet as far as it bears, at up to {:.0} % of their nodes, first at ({x:.1}, {y:.1}, {z:.1}) mm: its middle moves out against them, which takes `element` `hex8` in four layers or more; forces of others are wrong by factors there",
+            sheared.first_increment,
+            100.0 * sheared.share
+        ))
     }
 
     fn fold(&self) -> Option<String> {

@@ -72,9 +72,9 @@ impl Plan {
         (!self.gone).then_some(if stays { 0.0 } else { force * left })
     }
 
-    /// Whether every tool that holds the sheet is let go.
+    /// Whether every tool that holds the sheet is about to be let go.
     pub(super) fn lets_all_go(&self) -> bool {
-        self.kept.is_some()
+        !self.gone && self.kept.is_some()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Increments of a stage: tried, cut and tried again, followed past limit points; how stages begin and end.
+//! Increments of a stage: tried, cut and tried again, followed past limit points.
 
 use super::giving_up::gave_up;
 use super::newton::{NewtonStats, Patience};
@@ -35,6 +35,12 @@ pub(super) struct UnderWay {
 }
 
 impl UnderWay {
+    /// Share beyond which no increment goes that begins now: a curve turns there, or tools are let go.
+    fn next_corner(&self, stages: &[Stage]) -> f64 {
+        let corner = stages[self.plan.stage].next_corner(self.share);
+        self.plan.lets_go_at().map_or(corner, |at| corner.min(at))
+    }
+
     /// Where the next increment ends, and how long it may take. One that another run has made is tried whole, and given
     /// all the time it wants, as that run may have come to it by cutting.
     fn next(&self, stages: &[Stage]) -> (f64, Patience) {
@@ -42,9 +48,8 @@ impl UnderWay {
         let none = self.plan.lets_go(stages);
         let ends: &[f64] = if none { &[] } else { &stages[self.plan.stage].ends };
         let at = ends.partition_point(|&end| end <= share);
-        let corner = || stages[self.plan.stage].next_corner(share);
-        let end = ends.get(at).copied().unwrap_or_else(corner);
-        let end = self.plan.lets_go_at().map_or(end, |at| end.min(at));
+        let corner = self.next_corner(stages);
+        let end = ends.get(at).copied().unwrap_or(corner).min(corner);
         let met = share == 0.0 || at.checked_sub(1).is_some_and(|last| ends[last] == share);
         if at < ends.len() && met && !self.pace.has_failed() {
             return (end, Patience::All);
@@ -230,7 +235,7 @@ fn past_limit_point(
     let stage = &sim.stages[now.plan.stage];
     let beyond = BEYOND * stage.first();
     let pace = Pace::new(beyond, stage.largest_step, sim.limits.wanted_iterations);
-    let near = (now.share + beyond).min(stage.next_corner(now.share));
+    let near = (now.share + beyond).min(now.next_corner(&sim.stages));
     let lets_go = now.plan.lets_go(&sim.stages);
     let ways = [lets_go.then_some((None, 1.0)), Some((lasting.then_some(now.share), near))];
     for (from, target) in ways.into_iter().flatten() {

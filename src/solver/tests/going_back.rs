@@ -11,7 +11,7 @@ use crate::solver::material::card::{self, MaterialCard};
 use crate::solver::stages::Energies;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, SheetSide, Simulation,
-    SimulationSetup, Stage,
+    SimulationSetup, Stage, ToolSetup,
 };
 
 /// Half of a strip of 80 x 5 x 1 mm drawn 25 mm into a die by a punch against a pad, and what follows.
@@ -53,15 +53,17 @@ fn drawn(then: Vec<Stage>) -> SimulationSetup {
     SimulationSetup { limits: Limits::default(), ..setup(body, constraints, tools, stages) }
 }
 
-/// Forces of die and punch [N] and height of the middle's lower face [mm] at the end of each increment, with the stage's number.
-type Course = Vec<(usize, [f64; 2], f64)>;
+/// Number of the stage, forces of die and punch [N], height of the middle's lower face [mm] and nodes that the punch touches at
+/// the end of each increment.
+type Course = Vec<(usize, [f64; 2], f64, usize)>;
 
 /// And where the strip's end has gone in the end, from where its middle has [mm].
 fn run(setup: SimulationSetup) -> (Course, Energies, [f64; 2]) {
     let (mut course, mut energies, mut end) = (Course::new(), Energies::default(), [0.0; 2]);
     let mut sim = Simulation::new(setup).unwrap();
     sim.run(&mut |r: &IncrementReport<'_>| {
-        course.push((r.stage, [r.tools[0].force, r.tools[1].force], r.displacements[2]));
+        let [die, punch] = [&r.tools[0], &r.tools[1]];
+        course.push((r.stage, [die.force, punch.force], r.displacements[2], punch.contacts));
         energies = r.energies;
         let u = &r.displacements[r.displacements.len() - 3..];
         end = [u[0], u[2] - r.displacements[2]];
@@ -79,24 +81,27 @@ fn a_punch_let_go_leaves_the_part_in_the_die() {
     let die_off = off("die off", vec![Motion::Release, Motion::Absent, Motion::Absent]);
     let (course, energies, end) = run(drawn(vec![pad_off, punch_off, die_off]));
     let at_end = |stage: usize| course.iter().rfind(|row| row.0 == stage).unwrap();
-    let [(_, pressed, depth), (_, left, after), (_, none, _)] = [2, 3, 4].map(at_end);
+    let [(_, pressed, depth, _), (_, left, after, _), (_, none, ..)] = [2, 3, 4].map(at_end);
     assert!(pressed[1] > 5.0 && (pressed[0] / pressed[1] - 1.0).abs() < 1e-6, "{pressed:?}");
     assert!((after - depth).abs() < 0.5, "the part went from {depth} to {after} mm");
     assert!(left.iter().chain(none).all(|force| force.abs() < 1e-6 * pressed[1]), "{left:?}");
     assert!(energies.left_behind.abs() < 0.01 * energies.external, "{energies:?}");
     assert!(energies.open().abs() < 0.01 * energies.external, "{energies:?}");
-    // Its force falls with the punch going back.
-    let falls: Vec<f64> = course.iter().filter(|row| row.0 == 3).map(|row| row.1[1]).collect();
+    // Its force falls with the punch going back in contact.
+    let off = || course.iter().filter(|row| row.0 == 3);
+    assert!(off().next().unwrap().3 > 0);
+    let falls: Vec<f64> = off().map(|row| row.1[1]).collect();
     assert!(falls.windows(2).all(|pair| pair[1] < pair[0]), "{falls:?}");
     // The same part as if both were let go at once.
-    let (_, _, other) = run(drawn(vec![off("off", vec![Motion::Release; 3])]));
+    let at_once = Stage { largest_step: 0.25, ..stage("off", vec![Motion::Release; 3], 0.25) };
+    let (_, _, other) = run(drawn(vec![at_once]));
     let apart = (end[0] - other[0]).hypot(end[1] - other[1]);
     assert!(apart < 0.05, "{end:?} {other:?}");
 }
 
-/// Half of a strip of 28 x 1 x 1 mm bent in a vee of 90 degrees and pressed there, of steel that yields early when strained back:
-/// how steep it is [degrees] and the work done on it [N mm], pressed and let go.
-fn coined(kind: ElementKind, layers: usize) -> [(f64, f64); 2] {
+/// A vee of 90 degrees with shoulders, its punch above a sheet of 1 mm that lies on them; how high they are, and the travel at
+/// which flanks are a thickness apart [mm].
+fn vee() -> (Vec<ToolSetup>, f64, f64) {
     let eighth = std::f64::consts::FRAC_PI_4;
     let (s, radius) = (0.5_f64.sqrt(), 2.0);
     let [cx, cz] = [7.0 + radius * s, 7.0 - radius * s];
@@ -112,6 +117,17 @@ fn coined(kind: ElementKind, layers: usize) -> [(f64, f64); 2] {
         line(1, [x + 14.0, z + 14.0], [x, z], [s, -s]),
         arc(4, [0.0, centre], radius, [-eighth, -3.0 * eighth], 1.0),
     ];
+    let tools = vec![
+        tool("die", along_y("die", &die), Vec3::z(), SheetSide::Bottom, 0.1),
+        tool("punch", along_y("punch", &punch), -Vec3::z(), SheetSide::Top, 0.1),
+    ];
+    (tools, top, centre - (1.0 + radius) / s)
+}
+
+/// Half of a strip of 28 x 1 x 1 mm bent in a vee of 90 degrees and pressed there, of steel that yields early when strained back:
+/// how steep it is [degrees] and the work done on it [N mm], pressed and let go.
+fn coined(kind: ElementKind, layers: usize) -> [(f64, f64); 2] {
+    let (tools, top, shut) = vee();
     let mut mesh = rectangle(14.0, 1.0, 1.0, 14, 1, layers);
     let mut constraints = Constraints::none(mesh.nodes.len());
     for (node, place) in mesh.nodes.iter_mut().enumerate() {
@@ -125,12 +141,6 @@ fn coined(kind: ElementKind, layers: usize) -> [(f64, f64); 2] {
         .filter(|&node| (5.5..8.5).contains(&mesh.nodes[node].x) && mesh.nodes[node].z < top + 1e-9)
         .collect();
     let (first, last) = (flank[0], flank[flank.len() - 1]);
-    let tools = vec![
-        tool("die", along_y("die", &die), Vec3::z(), SheetSide::Bottom, 0.1),
-        tool("punch", along_y("punch", &punch), -Vec3::z(), SheetSide::Top, 0.1),
-    ];
-    // The flanks are a thickness apart at the first of these.
-    let shut = centre - (1.0 + radius) / s;
     let to = |travel: f64| vec![Motion::Hold, Motion::Travel(Curve::to(travel))];
     let stages = vec![
         Stage { largest_step: 0.04, ..stage("bend", to(shut - 0.5), 0.02) },

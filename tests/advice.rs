@@ -150,6 +150,14 @@ fn a_tool_that_pushes_against_nothing_is_told() {
         assert_eq!(text.contains("what die leaves behind as it is let go"), is_told, "{text}");
         assert!(!text.contains("at the end of stage `clamp`"), "{text}");
     }
+    // What is held at its end can carry a holder alone.
+    let text = told(folder, "u-draw.scene.json", |scene| {
+        let clamp = json!({"holder": {"force_n": 100.0}, "die": {"absent": true}});
+        scene["stages"] = json!([{"name": "clamp", "drive": clamp}]);
+        let end = json!({"where": {"plane": {"normal": "x"}}, "axes": ["x", "z"]});
+        scene["holds"] = json!([end]);
+    });
+    assert!(!text.contains("pushes with"), "{text}");
 }
 
 #[test]

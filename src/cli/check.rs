@@ -121,7 +121,9 @@ fn print_stages(plan: &Plan) {
             })
             .chain(stage.load_share.map(|share| format!("loads to {} %", 100.0 * share)))
             .collect();
-        out!("  stage      {}: {}", stage.name, drives.join(", "));
+        let drives =
+            if drives.is_empty() { "tools go on as they were".into() } else { drives.join(", ") };
+        out!("  stage      {}: {drives}", stage.name);
     }
 }
 

@@ -1,11 +1,11 @@
 //! The records of a run folder: `history.csv`, a line an increment, `iterations.csv`, and `run.json`.
 
+mod history;
 mod origin;
 mod sheet;
 mod warnings;
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -13,179 +13,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::files::{WriteError, write_atomic};
 
+pub use history::{Energies, History, HistoryRow, IterationRow, write_iterations};
 pub use origin::{LeftOutRecord, Process};
 pub use sheet::{
-    OverEdgeRecord, PlasticRecord, ShearedRecord, SpringbackRecord, StrainRecord, ThicknessRecord,
-    ThroughItselfRecord, ZigzagRecord,
+    InToolRecord, OverEdgeRecord, PlasticRecord, ShearedRecord, SpringbackRecord, StrainRecord,
+    ThicknessRecord, ThroughItselfRecord, ZigzagRecord,
 };
-
-/// One increment, as a line of `history.csv`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct HistoryRow {
-    /// Increment, from 1.
-    pub increment: usize,
-    /// Stage name.
-    pub stage: String,
-    /// Process time: stages done plus the share of the one under way.
-    pub time: f64,
-    /// Travel of each tool from its starting place along its direction [mm].
-    pub travel_mm: Vec<f64>,
-    /// Force of each tool on the sheet along its direction, of the whole process [N]; of one that is let go what it has left
-    /// behind, which falls to nothing over the stage.
-    pub force_n: Vec<f64>,
-    /// Newton iterations of the increment.
-    pub iterations: usize,
-    /// Nodes in contact, and those of them that slip.
-    pub contacts: [usize; 2],
-    /// Energies since the start, of the whole process.
-    pub energy: Energies,
-}
-
-/// Energies since the start of the run [N mm].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Energies {
-    /// Work of the tools on the sheet.
-    pub external: f64,
-    /// Work of the internal forces: elastic, plastic, and what hardening stores.
-    pub internal: f64,
-    /// Heat of friction.
-    pub friction: f64,
-}
-
-/// A history in memory: tool names and rows.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct History {
-    /// Tools, in the scene's order.
-    pub tools: Vec<String>,
-    /// Increments in order.
-    pub rows: Vec<HistoryRow>,
-}
-
-impl History {
-    /// Writes `history.csv` whole.
-    ///
-    /// # Errors
-    /// [`WriteError`] when the folder is missing or full.
-    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
-        write_atomic(path, |w| self.write_to(w))
-    }
-
-    /// Reads what [`Self::write`] has written.
-    ///
-    /// # Errors
-    /// What was found, and in which line.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let mut lines = text.lines();
-        let head: Vec<&str> = lines.next().unwrap_or("").split(',').collect();
-        let tools: Vec<String> =
-            head.iter().filter_map(|c| c.strip_suffix("_travel_mm")).map(str::to_owned).collect();
-        let behind = 2 * tools.len() + 7;
-        if head.len() != behind + 2 || head[0] != "increment" {
-            return Err(format!("a first line of {} columns", head.len()));
-        }
-        let mut rows = Vec::new();
-        for (k, text) in lines.enumerate() {
-            let row = parse_row(text, behind);
-            rows.push(row.ok_or_else(|| format!("line {} that is no increment", k + 2))?);
-        }
-        Ok(Self { tools, rows })
-    }
-
-    fn write_to(&self, w: &mut dyn Write) -> io::Result<()> {
-        write!(w, "increment,stage,time")?;
-        for tool in &self.tools {
-            write!(w, ",{tool}_travel_mm,{tool}_force_n")?;
-        }
-        writeln!(
-            w,
-            ",iterations,contact_nodes,slipping_nodes,external_work_nmm,internal_work_nmm,friction_work_nmm"
-        )?;
-        for row in &self.rows {
-            write!(w, "{},{},{}", row.increment, row.stage, row.time)?;
-            for (travel, force) in row.travel_mm.iter().zip(&row.force_n) {
-                write!(w, ",{travel},{force}")?;
-            }
-            let [contacts, slips] = row.contacts;
-            let e = &row.energy;
-            writeln!(
-                w,
-                ",{},{contacts},{slips},{},{},{}",
-                row.iterations, e.external, e.internal, e.friction
-            )?;
-        }
-        Ok(())
-    }
-}
-
-/// A line of `history.csv` with `behind` columns behind the stage, whose name may have commas.
-fn parse_row(text: &str, behind: usize) -> Option<HistoryRow> {
-    let (increment, rest) = text.split_once(',')?;
-    let mut columns: Vec<&str> = rest.rsplitn(behind + 1, ',').collect();
-    columns.reverse();
-    let [stage, time, pairs @ .., iterations, contacts, slips, external, internal, friction] =
-        &columns[..]
-    else {
-        return None;
-    };
-    let number = |word: &&str| word.parse::<f64>().ok();
-    let numbers: Vec<f64> = pairs.iter().map(number).collect::<Option<_>>()?;
-    if numbers.len() + 7 != behind {
-        return None;
-    }
-    Some(HistoryRow {
-        increment: increment.parse().ok()?,
-        stage: (*stage).to_owned(),
-        time: number(time)?,
-        travel_mm: numbers.iter().step_by(2).copied().collect(),
-        force_n: numbers.iter().skip(1).step_by(2).copied().collect(),
-        iterations: iterations.parse().ok()?,
-        contacts: [contacts.parse().ok()?, slips.parse().ok()?],
-        energy: Energies {
-            external: number(external)?,
-            internal: number(internal)?,
-            friction: number(friction)?,
-        },
-    })
-}
-
-/// One Newton iteration, as a line of `iterations.csv`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct IterationRow {
-    /// Increment, from 1.
-    pub increment: usize,
-    /// Iteration, from 0: the predictor.
-    pub iteration: usize,
-    /// Unbalanced force over the contact forces.
-    pub residual: f64,
-    /// Largest violation of a contact condition [mm].
-    pub gap_mm: f64,
-    /// Norm of the correction that led here [mm].
-    pub correction_mm: f64,
-    /// Nodes in contact, those of them that slip, and contact states changed.
-    pub contacts: [usize; 3],
-}
-
-/// Writes `iterations.csv` whole: the convergence of every increment.
-///
-/// # Errors
-/// [`WriteError`] when the folder is missing or full.
-pub fn write_iterations(path: &Path, rows: &[IterationRow]) -> Result<(), WriteError> {
-    write_atomic(path, |w| {
-        writeln!(
-            w,
-            "increment,iteration,residual,gap_mm,correction_mm,contact_nodes,slipping_nodes,changes"
-        )?;
-        for r in rows {
-            let [contacts, slips, changes] = r.contacts;
-            writeln!(
-                w,
-                "{},{},{:e},{:e},{:e},{contacts},{slips},{changes}",
-                r.increment, r.iteration, r.residual, r.gap_mm, r.correction_mm
-            )?;
-        }
-        Ok(())
-    })
-}
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -317,6 +150,12 @@ pub struct RunRecord {
     /// Where the sheet bends over the free border of a tool: forces there are of the mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_edge: Option<OverEdgeRecord>,
+    /// Where the sheet stood inside a tool at the end of a stage.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub in_tool: Option<InToolRecord>,
+    /// Tools that have travelled and never touched the sheet, of a run that has ended.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub untouched: Vec<String>,
     /// Strains of the sheet at the last balance; none in what an older program wrote.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strain: Option<StrainRecord>,
@@ -352,42 +191,5 @@ impl RunRecord {
             serde_json::to_writer_pretty(&mut *w, self)?;
             writeln!(w)
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn history_columns_are_as_documented() {
-        let history = History {
-            tools: vec!["die".into(), "punch".into()],
-            rows: vec![HistoryRow {
-                increment: 1,
-                stage: "clamp".into(),
-                time: 0.5,
-                travel_mm: vec![0.0, 1.25],
-                force_n: vec![-10.0, 10.0],
-                iterations: 4,
-                contacts: [7, 2],
-                energy: Energies::default(),
-            }],
-        };
-        let mut text = Vec::new();
-        history.write_to(&mut text).unwrap();
-        let text = String::from_utf8(text).unwrap();
-        assert!(text.starts_with(
-            "increment,stage,time,die_travel_mm,die_force_n,punch_travel_mm,punch_force_n,iterations,"
-        ));
-        assert!(text.lines().nth(1).unwrap().starts_with("1,clamp,0.5,0,-10,1.25,10,4,7,2,"));
-        let columns = |line: &str| line.split(',').count();
-        assert_eq!(columns(text.lines().next().unwrap()), columns(text.lines().nth(1).unwrap()));
-        assert_eq!(History::parse(&text), Ok(history.clone()));
-        let commas = text.replace("clamp", "clamp, and draw");
-        assert_eq!(History::parse(&commas).unwrap().rows[0].stage, "clamp, and draw");
-        let cut = text.trim_end().trim_end_matches(|c| c != ',').trim_end_matches(',');
-        assert!(History::parse(cut).unwrap_err().contains("line 2"));
-        assert!(History::parse("").unwrap_err().contains("first line"));
     }
 }

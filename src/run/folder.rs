@@ -155,7 +155,7 @@ impl RunFolder {
         let positions = fields::positions(mesh, now);
         self.record.look_at(report, &positions, &self.planes);
         self.record.strain = formed.record(report.body, &positions);
-        let stage_end = report.share >= 1.0 - 1e-12;
+        let stage_end = report.ends_stage();
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
         let first = self.last_stage.is_none();
         self.last_stage = Some(report.stage);
@@ -171,6 +171,12 @@ impl RunFolder {
         self.history.write(&self.path.join("history.csv"))?;
         write_iterations(&self.path.join("iterations.csv"), &self.iterations)?;
         self.record.write(&self.path.join("run.json"))
+    }
+
+    /// Notes where the sheet is inside tools at the end of a stage.
+    pub fn look_into_tools(&mut self, simulation: &Simulation, stage: &str) {
+        let thickness = simulation.body().mesh().mean_thickness();
+        self.record.look_into_tools(simulation.inside(), stage, thickness);
     }
 
     /// Notes what makes results doubtful.
@@ -311,6 +317,9 @@ impl RunFolder {
     ) -> Result<(), WriteError> {
         self.record.verdict = verdict;
         self.record.message = message;
+        if verdict == Verdict::Completed {
+            self.record.untouched = self.history.untouched();
+        }
         self.record.warnings = self.record.doubtful();
         self.record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
         self.record.cpu_s = self.spent_s[1] + cpu_seconds();
@@ -362,6 +371,8 @@ fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
         zigzag: None,
         sheared: None,
         over_edge: None,
+        in_tool: None,
+        untouched: Vec::new(),
         strain: None,
         springback: None,
         convergence_order: None,

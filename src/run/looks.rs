@@ -5,11 +5,31 @@ use super::itself::through_itself;
 use super::sheared::sheared;
 use super::zigzag::zigzag;
 use crate::geometry::Vec3;
-use crate::report::record::{OverEdgeRecord, RunRecord};
+use crate::report::record::{InToolRecord, OverEdgeRecord, RunRecord};
 use crate::scene::types::SymmetryPlane;
 use crate::solver::IncrementReport;
+use crate::solver::inside::Inside;
+
+/// Depth of a node inside a tool, over the thickness, from which it is of note at the end of a stage.
+const DEEP: f64 = 0.1;
 
 impl RunRecord {
+    /// Notes where the sheet, this thick, is inside tools at the end of a stage.
+    pub(super) fn look_into_tools(&mut self, found: Vec<Inside>, stage: &str, thickness: f64) {
+        for inside in found {
+            let known = self.in_tool.as_ref().map_or(DEEP * thickness, |known| known.depth_mm);
+            if inside.depth > known {
+                self.in_tool = Some(InToolRecord {
+                    tool: inside.tool,
+                    stage: stage.into(),
+                    nodes: inside.nodes,
+                    depth_mm: inside.depth,
+                    at_mm: inside.at.into(),
+                });
+            }
+        }
+    }
+
     /// Notes what is seen of the sheet, its nodes now at these positions.
     pub(super) fn look_at(
         &mut self,

@@ -223,8 +223,9 @@ impl Run<'_> {
         let every = plan.scene.output.checkpoint_every;
         let mut count = 0;
         loop {
-            let mut write_error = None;
+            let (mut write_error, mut ended) = (None, None);
             let more = simulation.advance(&mut |report| {
+                ended = report.ends_stage().then(|| report.stage_name.to_owned());
                 let done = (report.stage as f64 + report.share) / stages;
                 watch(&Progress { report, done, elapsed_s: start.elapsed().as_secs_f64() });
                 write_error = folder.take(report, start).err();
@@ -232,6 +233,9 @@ impl Run<'_> {
             });
             if let Some(error) = write_error {
                 return Err(error.into());
+            }
+            if let Some(stage) = ended {
+                folder.look_into_tools(simulation, &stage);
             }
             let increment = simulation.summary().increments;
             match more {

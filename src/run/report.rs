@@ -81,6 +81,9 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         let OverEdgeRecord { tool, first_increment, nodes, depth_mm, .. } = edge;
         format!("{tool}, from increment {first_increment} on, up to {nodes} nodes, {depth_mm:.2} mm deep")
     });
+    let in_tool = r.in_tool.as_ref().map_or("no".into(), |found| {
+        format!("{}, by {:.3} mm at the end of {}", found.tool, found.depth_mm, found.stage)
+    });
     let rows = [
         ("verdict", verdict),
         ("increments, iterations, cuts", format!("{}, {}, {}", r.increments, r.iterations, r.cuts)),
@@ -106,6 +109,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("columns that lean by turns", zigzag),
         ("friction shears its faces through", sheared),
         ("bends over the border of a tool", over_edge),
+        ("inside a tool at the end of a stage", in_tool),
         ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
         ("springback, largest and RMS", springback),
     ];

@@ -79,7 +79,7 @@ fn jump_of(drive: &Drive, last: &Last) -> Option<(&'static str, f64, f64, &'stat
 
 fn motion(drive: Option<&Drive>, last: &mut Last) -> Motion {
     match drive {
-        None | Some(Drive::Release(false) | Drive::Absent(false)) => goes_on(last),
+        None => goes_on(last),
         Some(Drive::TravelMm(to)) => {
             *last = Last { travel: Some(to.end()), state: State::Standing };
             Motion::Travel(curve(to, None))
@@ -103,11 +103,11 @@ fn motion(drive: Option<&Drive>, last: &mut Last) -> Motion {
             *last = Last { travel: None, state: State::Spring { stiffness, force } };
             Motion::Spring { force: curve(force_n, from), stiffness }
         }
-        Some(Drive::Release(true)) => {
+        Some(Drive::Release(_)) => {
             last.state = State::Gone;
             Motion::Release
         }
-        Some(Drive::Absent(true)) => {
+        Some(Drive::Absent(_)) => {
             last.state = State::Gone;
             Motion::Absent
         }

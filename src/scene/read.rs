@@ -224,7 +224,7 @@ pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
         path: path.to_path_buf(),
         line: e.line(),
         column: e.column(),
-        found: e.to_string(),
+        found: without_place(&e),
     })?;
     check(&scene).map_err(|(place, found, allowed)| SceneError::Value {
         path: path.to_path_buf(),
@@ -233,6 +233,13 @@ pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
         allowed,
     })?;
     Ok((scene, bytes))
+}
+
+/// What a reader says, without the line and column that it ends with.
+fn without_place(error: &serde_json::Error) -> String {
+    let said = error.to_string();
+    let place = format!(" at line {} column {}", error.line(), error.column());
+    said.strip_suffix(&place).unwrap_or(&said).to_owned()
 }
 
 fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTool>, SceneError> {

@@ -5,6 +5,7 @@ use serde::de::{self, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 pub use super::course::Course;
+pub use super::drive::{Drive, Spring};
 use crate::solver::element::ElementKind;
 use crate::solver::material::card::MaterialCard;
 use crate::solver::stages::{ContactMethod, Limits};
@@ -294,7 +295,7 @@ pub enum Place {
 pub struct Stage {
     /// Name, for the history.
     pub name: String,
-    /// What drives each tool, by its name.
+    /// What drives each tool, by its name, one way each.
     #[serde(default)]
     pub drive: std::collections::BTreeMap<String, Drive>,
     /// First increment as a share of the stage, in (0, 1].
@@ -306,38 +307,6 @@ pub struct Stage {
     /// Share of `loads` at the end of the stage; 1 when not said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load_share: Option<f64>,
-}
-
-/// What drives a tool during a stage.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Drive {
-    /// Travel along its direction since the start of the run [mm].
-    TravelMm(Course),
-    /// Travel along its direction during this stage [mm].
-    AdvanceMm(Course),
-    /// Force on the sheet along its direction, of the whole process (all symmetric parts together) [N].
-    ForceN(Course),
-    /// Held by a spring.
-    Spring(Spring),
-    /// It is let go (`true`): goes back with the sheet over half of the stage, its force falling to a hundredth, where another
-    /// tool holds it, and leaves behind forces that fall to zero over what is left of the stage; then it is gone.
-    Release(bool),
-    /// Not there from this stage on, until a later one drives it (`true`).
-    Absent(bool),
-}
-
-/// A spring behind a tool: it pushes along the tool's direction with `force_n - stiffness_n_per_mm * travel`, travel
-/// along that direction since the start of the run (a tool pushed back has a negative one). Of the whole process.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Spring {
-    /// Stiffness [N/mm], > 0.
-    pub stiffness_n_per_mm: f64,
-    /// Force at travel zero [N]; where the tool is not held by a like spring already, it comes from the force that keeps up
-    /// what the tool carries when the stage begins.
-    #[serde(default)]
-    pub force_n: Course,
 }
 
 /// Limits of the solver. Everything has a default that fits ordinary sheet forming.

@@ -5,15 +5,18 @@ use std::fmt;
 use super::Simulation;
 use super::blank::HexMesh;
 use super::system::Role;
-use super::tools::{Tool, ToolSetup};
+use super::tools::{SheetSide, Tool, ToolSetup};
 use crate::geometry::Vec3;
 
 /// Depth over the thickness that counts: shape errors of tools are less.
 const DEEP: f64 = 0.02;
+/// And up to which it does on the face that the tool is not to touch: a tool that touches the wrong face stands in the other by
+/// the thickness; deeper than that the sheet may have come round behind a tool that has no back.
+const OTHER: f64 = 2.0;
 /// How far inside nodes are looked for, over the size of the elements or the thickness.
 const REACH: f64 = 5.0;
 
-/// Nodes inside a tool.
+/// Nodes of either face that are inside a tool.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inside {
     /// Name of the tool.
@@ -24,11 +27,13 @@ pub struct Inside {
     pub depth: f64,
     /// Where the deepest is [mm].
     pub at: Vec3,
+    /// Whether that lies on the face that the tool is not to touch.
+    pub wrong_face: bool,
 }
 
 impl fmt::Display for Inside {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { tool, nodes, depth, at } = self;
+        let Self { tool, nodes, depth, at, .. } = self;
         let (x, y, z) = (at.x, at.y, at.z);
         let of_sheet = if *nodes == 1 { "node of the sheet is" } else { "nodes of the sheet are" };
         write!(
@@ -38,8 +43,8 @@ impl fmt::Display for Inside {
     }
 }
 
-/// Nodes of a sheet that are inside a tool. `place`: where a node is [mm]; `shift`: from the tool's frame to the world [mm];
-/// `size`: of the elements [mm].
+/// Nodes of a sheet, of both faces, that are inside a tool. `place`: where a node is [mm]; `shift`: from the tool's frame to the
+/// world [mm]; `size`: of the elements [mm].
 #[must_use]
 pub fn inside(
     tool: &ToolSetup,
@@ -50,14 +55,23 @@ pub fn inside(
 ) -> Option<Inside> {
     let thickness = mesh.mean_thickness();
     let reach = REACH * size.max(thickness);
-    let depth = |x: &Vec3| {
+    let depth = |x: &Vec3, most: f64| {
         let foot = tool.surface.within(&(x - shift), None, reach);
-        (!foot.past_border && foot.gap < -DEEP * thickness).then_some(-foot.gap)
+        let counts = -foot.gap > DEEP * thickness && -foot.gap < most;
+        (!foot.past_border && counts).then_some(-foot.gap)
     };
-    let nodes = tool.side.nodes(mesh).into_iter().map(|node| place(node as usize));
-    let all: Vec<(Vec3, f64)> = nodes.filter_map(|x| Some((x, depth(&x)?))).collect();
-    let &(at, depth) = all.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(Inside { tool: tool.name.clone(), nodes: all.len(), depth, at })
+    let of = |face: SheetSide, most: f64, wrong: bool| -> Vec<(Vec3, f64, bool)> {
+        let nodes = face.nodes(mesh).into_iter().map(|node| place(node as usize));
+        nodes.filter_map(|x| Some((x, depth(&x, most)?, wrong))).collect()
+    };
+    let mut all = of(tool.side, f64::INFINITY, false);
+    match tool.side {
+        SheetSide::Top => all.extend(of(SheetSide::Bottom, OTHER * thickness, true)),
+        SheetSide::Bottom => all.extend(of(SheetSide::Top, OTHER * thickness, true)),
+        SheetSide::Both => {}
+    }
+    let &(at, depth, wrong_face) = all.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(Inside { tool: tool.name.clone(), nodes: all.len(), depth, at, wrong_face })
 }
 
 impl Simulation {

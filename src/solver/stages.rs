@@ -222,7 +222,7 @@ pub struct IterationRecord {
 pub fn convergence_order(history: &[IterationRecord]) -> Option<f64> {
     const BASIN: f64 = 0.1;
     const ROUNDING: f64 = 1e-9;
-    const LEAST: f64 = 0.1;
+    const LEAST: f64 = 2.3;
     let settled = |w: &[IterationRecord]| {
         w.iter().all(|r| r.changes == 0 && [r.contacts, r.stuck] == [w[0].contacts, w[0].stuck])
             && w[0].residual < BASIN
@@ -230,7 +230,7 @@ pub fn convergence_order(history: &[IterationRecord]) -> Option<f64> {
     };
     let last = history.windows(3).rev().find(|w| settled(w))?;
     let fall = |k: usize| (last[k].residual / last[k + 1].residual).ln();
-    // Where residuals hardly fall, their falls say nothing of each other.
+    // A fall by less than ten is no step of an iteration near its end, and says nothing of the next.
     (fall(0) > LEAST && fall(1) > 0.0).then(|| fall(1) / fall(0))
 }
 
@@ -306,6 +306,14 @@ pub struct IncrementReport<'a> {
     pub displacements: &'a [f64],
     /// Contact forces on the nodes, three a node [N].
     pub contact_forces: &'a [f64],
+}
+
+impl IncrementReport<'_> {
+    /// Whether the stage ends with it.
+    #[must_use]
+    pub fn ends_stage(&self) -> bool {
+        self.share >= 1.0 - 1e-12
+    }
 }
 
 /// Totals of a finished run.

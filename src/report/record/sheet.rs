@@ -83,6 +83,21 @@ pub struct ShearedRecord {
     pub at_mm: [f64; 3],
 }
 
+/// Where the sheet stands inside a tool, of which contact sees only nodes of the face that the tool is to touch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct InToolRecord {
+    /// The tool.
+    pub tool: String,
+    /// The stage at whose end it was found.
+    pub stage: String,
+    /// Nodes inside it.
+    pub nodes: usize,
+    /// Depth of the deepest, the most at the end of any stage [mm].
+    pub depth_mm: f64,
+    /// Where that was [mm].
+    pub at_mm: [f64; 3],
+}
+
 impl ThicknessRecord {
     /// Whether the sheet is thinner somewhere than hardly any can be stretched: half of what it was.
     #[must_use]

@@ -18,6 +18,8 @@ impl RunRecord {
     pub fn doubtful(&self) -> Vec<String> {
         let seen = [
             self.penetration(),
+            self.in_tool(),
+            self.untouched(),
             self.instability(),
             self.fold_of_mesh(),
             self.steadied(),
@@ -37,6 +39,22 @@ impl RunRecord {
                 "nodes lie up to {:.3} mm in a tool, as another tool holds them, of two tools at one node only one is seen (a corner made of two files, a tool that pushes on an edge between two others), or as the springs of `solver.contact` are soft",
                 self.penetration_mm
             )
+        })
+    }
+
+    fn in_tool(&self) -> Option<String> {
+        let found = self.in_tool.as_ref()?;
+        let [x, y, z] = found.at_mm;
+        Some(format!(
+            "at the end of stage `{}` {} nodes of the sheet are inside {}, the deepest by {:.3} mm at ({x:.1}, {y:.1}, {z:.1}) mm: it touches the wrong face of the sheet (its `direction` or `side`), or came in where the sheet was",
+            found.stage, found.nodes, found.tool, found.depth_mm
+        ))
+    }
+
+    fn untouched(&self) -> Option<String> {
+        let tools = self.untouched.join(", ");
+        (!tools.is_empty()).then(|| {
+            format!("{tools} travelled and never touched the sheet: check place, direction, travel and the unit of its file (mm)")
         })
     }
 

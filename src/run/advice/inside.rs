@@ -14,8 +14,10 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize, sizes: &Sizes) -> Opt
     }
     let mesh = setup.body.mesh();
     let found = inside(own, own.offset, mesh, |node| mesh.nodes[node], sizes.mean)?;
-    Some(Remark::new(
-        found.to_string(),
-        "they would be pushed out at once in the first increment, which may have no balance; begin clear of the sheet: \"place\": \"touch\", or a `shift` farther back".into(),
-    ))
+    let what = if found.wrong_face {
+        "it is to touch the other face of the sheet, as its `direction` or its `side` has it: one of them is turned round"
+    } else {
+        "they would be pushed out at once in the first increment, which may have no balance; begin clear of the sheet: \"place\": \"touch\", or a `shift` farther back"
+    };
+    Some(Remark::new(found.to_string(), what.into()))
 }

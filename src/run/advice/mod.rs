@@ -58,7 +58,20 @@ impl fmt::Display for Remark {
 pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
     let mut out: Vec<Remark> = material::remark(&plan.card).into_iter().collect();
     unopposed::remarks(setup, &mut out);
+    out.extend(idle(setup));
     out
+}
+
+/// A remark on a scene in which nothing is to happen.
+fn idle(setup: &SimulationSetup) -> Option<Remark> {
+    let stands = |m: &Motion| matches!(m, Motion::Hold | Motion::Release | Motion::Absent);
+    let idle = setup.stages.iter().flat_map(|stage| &stage.motions).all(stands);
+    (idle && setup.loads.iter().all(|&force| force == 0.0)).then(|| {
+        Remark::new(
+            "no stage moves a tool and no load acts".into(),
+            "the sheet stays as it is; say in `drive` of a stage what moves".into(),
+        )
+    })
 }
 
 /// Remarks on a scene whose tools have been placed; none when there is nothing to say.
@@ -81,6 +94,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     clearance::remarks(plan, setup, &kept, &mut out);
     stops::remarks(setup, &mut out);
     unopposed::remarks(setup, &mut out);
+    out.extend(idle(setup));
     out
 }
 

@@ -1,6 +1,8 @@
-//! Tools that push with a force while no tool stands on the sheet's other side: taken away too early, or not there yet.
+//! Tools that push with a force while no tool stands on the sheet's other side, and no support holds it: taken away too early,
+//! or not there yet.
 
 use super::Remark;
+use crate::geometry::Vec3;
 use crate::solver::{Motion, SheetSide, SimulationSetup, Stage};
 
 /// Remarks on stages in which nothing stands against a tool that pushes.
@@ -16,17 +18,27 @@ pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
                     && !matches!(motion, Motion::Release | Motion::Absent)
                     && (own.side == SheetSide::Both || setup.tools[other].side != own.side)
             };
-            if !stage.motions.iter().enumerate().any(against) {
+            let alone = !stage.motions.iter().enumerate().any(against);
+            if alone && !supported(setup, &own.direction) {
                 out.push(Remark::new(
                     format!(
                         "at the end of stage `{}` {} pushes with {force:.0} N and no tool stands against it",
                         stage.name, own.name
                     ),
-                    format!("there is no balance unless supports of the sheet carry that; {}", remedy(setup, stage)),
+                    format!("there is no balance; {}", remedy(setup, stage)),
                 ));
             }
         }
     }
+}
+
+/// Whether nodes are held against a push this way.
+fn supported(setup: &SimulationSetup, direction: &Vec3) -> bool {
+    /// Cosine of the angle between the two from which a node that is held along an axis holds.
+    const HOLDS: f64 = 0.1;
+    let axes = (0..3).filter(|&axis| direction[axis].abs() > HOLDS);
+    let nodes = 0..setup.body.mesh().nodes.len();
+    axes.into_iter().any(|axis| nodes.clone().any(|node| setup.constraints.is_held(node, axis)))
 }
 
 /// What to do: a tool let go in that very stage leaves forces behind, which go with the sheet and are guided by nothing.

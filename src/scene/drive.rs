@@ -1,0 +1,136 @@
+//! What drives a tool during a stage.
+
+use schemars::JsonSchema;
+use serde::de::{self, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::course::Course;
+
+/// What drives a tool during a stage.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Drive {
+    /// Travel along its direction since the start of the run [mm].
+    TravelMm(Course),
+    /// Travel along its direction during this stage [mm].
+    AdvanceMm(Course),
+    /// Force on the sheet along its direction, of the whole process (all symmetric parts together) [N].
+    ForceN(Course),
+    /// Held by a spring.
+    Spring(Spring),
+    /// It is let go (`true`): goes back with the sheet over half of the stage, its force falling to a hundredth, where another
+    /// tool holds it, and leaves behind forces that fall to zero over what is left of the stage; then it is gone.
+    Release(bool),
+    /// Not there from this stage on, until a later one drives it (`true`).
+    Absent(bool),
+}
+
+/// A spring behind a tool: it pushes along the tool's direction with `force_n - stiffness_n_per_mm * travel`, travel
+/// along that direction since the start of the run (a tool pushed back has a negative one). Of the whole process.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Spring {
+    /// Stiffness [N/mm], > 0.
+    pub stiffness_n_per_mm: f64,
+    /// Force at travel zero [N]; where the tool is not held by a like spring already, it comes from the force that keeps up
+    /// what the tool carries when the stage begins.
+    #[serde(default)]
+    pub force_n: Course,
+}
+
+/// Ways to drive a tool, as they are written.
+const WAYS: [&str; 6] = ["travel_mm", "advance_mm", "force_n", "spring", "release", "absent"];
+
+impl<'de> Deserialize<'de> for Drive {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(WrittenDrive)
+    }
+}
+
+/// Reads a drive, to say what is wrong with one in words that derived code has not.
+struct WrittenDrive;
+
+impl<'de> Visitor<'de> for WrittenDrive {
+    type Value = Drive;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "one way to drive a tool, as {{\"travel_mm\": 20}}: {}", WAYS.join(", "))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Drive, A::Error> {
+        let mut map = map;
+        let Some(way) = map.next_key::<String>()? else {
+            return Err(de::Error::custom(format_args!(
+                "no way to drive the tool, where one is wanted of {}; a tool that a stage does not name goes on as it was",
+                WAYS.join(", ")
+            )));
+        };
+        let drive = match way.as_str() {
+            "travel_mm" => Drive::TravelMm(map.next_value()?),
+            "advance_mm" => Drive::AdvanceMm(map.next_value()?),
+            "force_n" => Drive::ForceN(map.next_value()?),
+            "spring" => Drive::Spring(map.next_value()?),
+            "release" => Drive::Release(only_true(&way, map.next_value()?)?),
+            "absent" => Drive::Absent(only_true(&way, map.next_value()?)?),
+            _ => return Err(de::Error::unknown_variant(&way, &WAYS)),
+        };
+        match map.next_key::<String>()? {
+            None => Ok(drive),
+            Some(other) => Err(de::Error::custom(format_args!(
+                "`{way}` and `{other}` for one tool, which is driven one way in a stage"
+            ))),
+        }
+    }
+}
+
+/// `true`: there is nothing that its contrary would say.
+fn only_true<E: de::Error>(way: &str, said: bool) -> Result<bool, E> {
+    if said {
+        return Ok(true);
+    }
+    Err(E::custom(format_args!(
+        "`{way}`: false, which drives nothing; leave the tool out of `drive` and it goes on as it was"
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Drive, String> {
+        serde_json::from_str(text).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn every_way_is_read_back_as_it_is_written() {
+        let ways = [
+            r#"{"travel_mm":[[0.5,3.0],[1.0,2.0]]}"#,
+            r#"{"advance_mm":2.0}"#,
+            r#"{"force_n":4.0}"#,
+            r#"{"spring":{"stiffness_n_per_mm":3.0,"force_n":0.0}}"#,
+            r#"{"release":true}"#,
+            r#"{"absent":true}"#,
+        ];
+        for (text, way) in ways.into_iter().zip(WAYS) {
+            assert!(text.contains(way));
+            assert_eq!(serde_json::to_string(&read(text).unwrap()).unwrap(), text);
+        }
+    }
+
+    #[test]
+    fn what_is_no_drive_is_told_in_words() {
+        for (text, told) in [
+            (r#"{"travel_mm":3,"force_n":4}"#, "`travel_mm` and `force_n` for one tool"),
+            ("{}", "no way to drive the tool"),
+            ("3", "one way to drive a tool"),
+            ("null", "one way to drive a tool"),
+            (r#"{"release":false}"#, "leave the tool out of `drive`"),
+            (r#"{"absent":false}"#, "`absent`: false"),
+            (r#"{"travl_mm":3}"#, "unknown variant `travl_mm`"),
+            (r#"{"travel_mm":[[0.5]]}"#, ""),
+        ] {
+            let found = read(text).unwrap_err();
+            assert!(found.contains(told), "{text}: {found}");
+        }
+    }
+}

@@ -92,7 +92,16 @@ fn outline(shape: &BlankShape) -> String {
 /// `on_nodes`: of the modelled part (three a node) [N].
 fn print_loads(plan: &Plan, on_nodes: &[f64]) {
     let nodes = on_nodes.chunks_exact(3).filter(|force| force.iter().any(|f| *f != 0.0)).count();
-    let of = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) N");
+    let share = plan.share();
+    let of = |force: [f64; 3]| {
+        let told = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) N");
+        let part = force.map(|f| f / share);
+        if share == 1.0 {
+            told(force)
+        } else {
+            format!("{} ({} on the modelled part)", told(force), told(part))
+        }
+    };
     let forces: Vec<String> = plan.scene.loads.iter().map(|load| of(load.force_n)).collect();
     if !forces.is_empty() {
         out!("  loads      {} on {nodes} nodes in all", forces.join(", "));

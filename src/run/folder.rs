@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::RunError;
 use super::advice::Remark;
+use super::begun::first_record;
 use super::fields;
 use super::formed::Formed;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
@@ -79,11 +80,7 @@ impl RunFolder {
         scene: &Path,
         unknowns: usize,
     ) -> Result<Self, RunError> {
-        for folder in [path.to_path_buf(), path.join("steps"), path.join("tools")] {
-            fs::create_dir_all(&folder)
-                .map_err(|source| RunError::Folder { path: folder.clone(), source })?;
-            sweep(&folder);
-        }
+        make_folders(path)?;
         // What an earlier run left would pass for this one's.
         for folder in ["steps", "tools"] {
             remove_where(&path.join(folder), |name| name.ends_with(".vtu"));
@@ -109,15 +106,17 @@ impl RunFolder {
     }
 
     /// Takes up the folder of a run that goes on.
-    pub fn resume(&mut self) {
-        for folder in [self.path.clone(), self.path.join("steps"), self.path.join("tools")] {
-            sweep(&folder);
-        }
+    ///
+    /// # Errors
+    /// [`RunError::Folder`] where it cannot be written to.
+    pub fn resume(&mut self) -> Result<(), RunError> {
+        make_folders(&self.path)?;
         self.spent_s = [self.record.wall_s, self.record.cpu_s];
         self.record.threads = rayon::current_num_threads();
         self.record.verdict = Verdict::Running;
         self.record.message = None;
         self.record.process = this_process();
+        Ok(())
     }
 
     /// Notes what was left out.
@@ -328,60 +327,14 @@ impl RunFolder {
     }
 }
 
-/// The record of a run that begins.
-fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
-    RunRecord {
-        format: "kanagata-run".into(),
-        version: 1,
-        program: PROGRAM.into(),
-        name: plan.scene.name.clone(),
-        verdict: Verdict::Running,
-        message: None,
-        increments: 0,
-        iterations: 0,
-        cuts: 0,
-        snaps: 0,
-        steadied: 0,
-        unstable: 0,
-        first_unstable: None,
-        buckles: 0,
-        first_buckle: None,
-        snap_work_nmm: 0.0,
-        factorisations: 0,
-        updates: 0,
-        cycling: 0,
-        wall_s: 0.0,
-        cpu_s: 0.0,
-        peak_mb: 0.0,
-        timings_s: BTreeMap::new(),
-        threads: rayon::current_num_threads(),
-        unknowns,
-        force_balance: 0.0,
-        energy_balance: 0.0,
-        stored_balance: 0.0,
-        left_behind_nmm: 0.0,
-        artificial_nmm: 0.0,
-        work_nmm: 0.0,
-        volume_balance: None,
-        penetration_mm: 0.0,
-        thickness: None,
-        doubts: Vec::new(),
-        warnings: Vec::new(),
-        through_itself: None,
-        zigzag: None,
-        sheared: None,
-        over_edge: None,
-        in_tool: None,
-        untouched: Vec::new(),
-        strain: None,
-        springback: None,
-        convergence_order: None,
-        inputs: inputs(plan),
-        scene: fs::canonicalize(scene).ok().map(|p| p.to_string_lossy().into_owned()),
-        stages: plan.scene.stages.len(),
-        left_out: Vec::new(),
-        process: this_process(),
+/// Makes the folders of a run where they are missing, and clears them of files half written.
+fn make_folders(path: &Path) -> Result<(), RunError> {
+    for folder in [path.to_path_buf(), path.join("steps"), path.join("tools")] {
+        fs::create_dir_all(&folder)
+            .map_err(|source| RunError::Folder { path: folder.clone(), source })?;
+        sweep(&folder);
     }
+    Ok(())
 }
 
 /// The line of history of an increment.

@@ -4,6 +4,7 @@
 //! (and a killed run still holds what it had).
 
 pub mod advice;
+mod begun;
 pub mod checkpoint;
 pub mod cost;
 pub mod fields;
@@ -150,7 +151,7 @@ pub fn run(
         let checkpoint = checkpoint::read(output, &inputs(plan), PROGRAM)?;
         simulation.resume(checkpoint.state).map_err(failed)?;
         let mut folder = checkpoint.folder;
-        folder.resume();
+        folder.resume()?;
         folder
     } else {
         let folder = RunFolder::create(output, plan, scene_path, unknowns)?;

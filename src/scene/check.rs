@@ -7,6 +7,9 @@ use super::types::{BlankShape, Drive, Scene, SolverLimits};
 /// Scene file version this program reads.
 pub const VERSION: u32 = 1;
 
+/// Letters of a tool's name, which names a file, at most.
+const LONGEST_NAME: usize = 64;
+
 /// Key, as a path into the scene; what was found; what is allowed.
 pub type Fault = (String, String, String);
 
@@ -21,9 +24,13 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     for (k, tool) in scene.tools.iter().enumerate() {
         let at = |key: &str| format!("tools[{k}].{key}");
         let word = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        let named = !tool.name.is_empty() && tool.name.chars().all(word);
-        let name = format!("'{}'", tool.name);
-        need(named, at("name"), name.clone(), "letters, digits, '-' and '_'")?;
+        let length = tool.name.chars().count();
+        let named = (1..=LONGEST_NAME).contains(&length) && tool.name.chars().all(word);
+        let name = match tool.name.char_indices().nth(LONGEST_NAME) {
+            Some((end, _)) => format!("'{}...', {length} letters", &tool.name[..end]),
+            None => format!("'{}'", tool.name),
+        };
+        need(named, at("name"), name.clone(), "up to 64 letters, digits, '-' and '_'")?;
         let first = scene.tools.iter().position(|t| t.name == tool.name) == Some(k);
         need(first, at("name"), name, "a name of its own")?;
         let length = tool.direction.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -56,7 +63,8 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
             ("largest_increment", stage.largest_increment),
         ] {
             let fits = value.is_none_or(|v| v > 0.0 && v <= 1.0);
-            need(fits, format!("stages[{k}].{key}"), format!("{value:?}"), "above 0, at most 1")?;
+            let found = value.map_or_else(String::new, |value| value.to_string());
+            need(fits, format!("stages[{k}].{key}"), found, "above 0, at most 1")?;
         }
     }
     if let Some([place, found, allowed]) = jump(scene) {
@@ -104,9 +112,12 @@ fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
     if !(LEAST_TOLERANCE..0.1).contains(&tolerance) {
         return fault("force_tolerance", &tolerance, "1e-13 to 0.1");
     }
-    if solver.iterations == 0 || solver.wanted_iterations == 0 {
-        let found = (solver.iterations, solver.wanted_iterations);
-        return fault("iterations, wanted_iterations", &found, "at least 1");
+    for (key, count) in
+        [("iterations", solver.iterations), ("wanted_iterations", solver.wanted_iterations)]
+    {
+        if count == 0 {
+            return fault(key, &count, "at least 1");
+        }
     }
     let step = solver.smallest_increment;
     if !(step > 0.0 && step <= 1.0) {

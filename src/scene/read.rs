@@ -251,6 +251,14 @@ fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTo
             place: format!("tools[{k}].file"),
             cause: Box::new(cause),
         })?;
+        if loaded.model.patches.is_empty() {
+            return Err(SceneError::Value {
+                path: path.to_path_buf(),
+                place: format!("tools[{k}].file"),
+                found: format!("{}, which has no patches", tool.file),
+                allowed: "a tool with patches: make it again with `kanagata convert`".into(),
+            });
+        }
         tools.push(PlannedTool {
             path: file,
             sha256: loaded.sha256,

@@ -90,13 +90,16 @@ impl Plan {
         let mut stages = Vec::with_capacity(self.scene.stages.len());
         for (k, (stage, motions)) in self.scene.stages.iter().zip(motions).enumerate() {
             let next = stage.load_share.unwrap_or(1.0);
+            let first_step = stage.first_increment.unwrap_or(FIRST_INCREMENT);
             stages.push(Stage {
                 name: stage.name.clone(),
                 duration: 1.0,
                 motions,
                 load: Curve::ramp(std::mem::replace(&mut load, next), next),
-                first_step: stage.first_increment.unwrap_or(FIRST_INCREMENT),
-                largest_step: stage.largest_increment.unwrap_or(LARGEST_INCREMENT),
+                first_step,
+                largest_step: stage
+                    .largest_increment
+                    .unwrap_or_else(|| LARGEST_INCREMENT.max(first_step)),
                 ends: self.followed.as_ref().map_or_else(Vec::new, |f| f.ends[k].clone()),
             });
         }

@@ -145,7 +145,8 @@ pub struct Load {
     /// Which nodes.
     #[serde(rename = "where")]
     pub region: Region,
-    /// Force of the whole process [N], spread evenly over the elements that the nodes there make up, else over their faces or edges.
+    /// Force of the whole process [N]: the modelled part, one of 2, 4 or 8 that symmetry planes make, takes as much less, whichever
+    /// way the force points (an end that a plane mirrors into another is two ends). It is spread evenly over the elements that the nodes there make up, else over their faces or edges.
     pub force_n: [f64; 3],
 }
 
@@ -243,7 +244,7 @@ impl Axis {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tool {
-    /// Name: letters, digits, `-` and `_`; names its columns in `history.csv`.
+    /// Name: up to 64 letters, digits, `-` and `_`; names its columns in `history.csv`.
     pub name: String,
     /// Tool file, relative to the scene.
     pub file: String,
@@ -298,10 +299,10 @@ pub struct Stage {
     /// What drives each tool, by its name, one way each.
     #[serde(default)]
     pub drive: std::collections::BTreeMap<String, Drive>,
-    /// First increment as a share of the stage, in (0, 1].
+    /// First increment as a share of the stage, in (0, 1]; 0.05 when not said.
     #[serde(default)]
     pub first_increment: Option<f64>,
-    /// Largest increment as a share of the stage, in (0, 1].
+    /// Largest increment as a share of the stage, in (0, 1]; when not said 0.1, or the first one where that is more.
     #[serde(default)]
     pub largest_increment: Option<f64>,
     /// Share of `loads` at the end of the stage; 1 when not said.

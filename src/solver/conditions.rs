@@ -78,8 +78,18 @@ struct Frame {
     share: f64,
     /// Tangential projector.
     tangent: Mat3,
+    /// Projector on what of the tool's tangential plane the node is held in.
+    across: Mat3,
     /// Curvature at the node.
     curvature: Mat3,
+}
+
+impl Frame {
+    /// Slip in the directions in which the node is held; nothing where that is rounding.
+    fn across_slip(&self, from_anchor: &Vec3, scales: Scales) -> Vec3 {
+        let across = self.across * from_anchor;
+        if across.norm() > scales.rounding { across } else { Vec3::zeros() }
+    }
 }
 
 /// A node whose free directions hold less than this share of the normal cannot be pushed by the tool.
@@ -93,11 +103,12 @@ fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
     }
     let normal = along / share;
     let tangent = free - normal * normal.transpose();
+    let across = Mat3::identity() - foot.normal * foot.normal.transpose() - tangent;
     let parallel = (Mat3::identity() - foot.curvature * foot.gap)
         .try_inverse()
         .map_or(foot.curvature, |inverse| foot.curvature * inverse);
     let curvature = tangent * parallel * tangent;
-    Some(Frame { normal, gap: foot.gap / share, share, tangent, curvature })
+    Some(Frame { normal, gap: foot.gap / share, share, tangent, across, curvature })
 }
 
 /// True when the tool can push this node where it is: the foot is not past the tool's border (or, for a node that
@@ -117,6 +128,29 @@ pub(super) fn contact_normal(c: &Candidate, free: &Mat3) -> Vec3 {
 pub(super) fn whole_force(foot: &Projection, free: &Mat3, force: Vec3) -> Vec3 {
     let (along, held, square) = parts(foot, free);
     if square > PUSHABLE * PUSHABLE { force + held * (along.dot(&force) / square) } else { force }
+}
+
+/// Friction of a tool on a node in the directions in which that is held, as the tool moves along them: `p` the node's position in
+/// the tool's frame, `force` the part of the tool's force in its free directions.
+pub(super) fn held_friction(
+    c: &Candidate,
+    p: &Vec3,
+    force: &Vec3,
+    free: &Mat3,
+    law: Coulomb,
+    scales: Scales,
+) -> Vec3 {
+    let Some(frame) = frame(&c.foot, free).filter(|_| law.mu > 0.0) else { return Vec3::zeros() };
+    let pushed = scales.of_note(frame.normal.dot(force)).max(0.0) / frame.share;
+    // Where nothing has moved since the last balance friction is what it was.
+    if frame.across_slip(&(p - c.start), scales) == Vec3::zeros() {
+        return frame.across * c.rubbed * pushed;
+    }
+    let from_anchor = p - c.anchor;
+    let across = frame.across_slip(&from_anchor, scales);
+    let slip = (frame.tangent * from_anchor).norm().hypot(across.norm());
+    let weight = slip.max(REMEMBERED * law.transition);
+    if weight > 0.0 { across * (-law.mu * pushed / weight) } else { Vec3::zeros() }
 }
 
 /// The way of a node in its free directions that brings a tool as near as this way of it: what a tool moves by goes to the node's
@@ -143,9 +177,10 @@ pub(super) fn resistance(
     scales: Scales,
 ) -> Mat3 {
     let Some(frame) = frame(&c.foot, free) else { return Mat3::zeros() };
-    let law = law.over(frame.share);
+    let from_anchor = p - c.anchor;
+    let law = law.over(frame.share).beside(&frame.across_slip(&from_anchor, scales));
     let lambda = frame.normal.dot(r);
-    let slip = frame.tangent * (p - c.anchor);
+    let slip = frame.tangent * from_anchor;
     let weight = slip.norm().hypot(law.transition).max(scales.rounding);
     let direction = slip / weight;
     let turn = frame.tangent - direction * direction.transpose();
@@ -163,10 +198,13 @@ pub(super) fn touching(
     scales: Scales,
     idle: bool,
 ) -> Option<Condition> {
-    let Frame { normal, gap, share, tangent, curvature } = frame(&c.foot, free)?;
-    let law = law.over(share);
-    let gap = gap + (normal.dot(r) - c.push) * scales.compliance;
+    let frame = frame(&c.foot, free)?;
     let from_anchor = p - c.anchor;
+    let across = frame.across_slip(&from_anchor, scales);
+    let remembered = REMEMBERED * law.transition;
+    let Frame { normal, gap, share, tangent, curvature, .. } = frame;
+    let law = law.over(share).beside(&across);
+    let gap = gap + (normal.dot(r) - c.push) * scales.compliance;
     let slip = tangent * from_anchor;
     let rise = normal.dot(&from_anchor);
     let by_motion = tangent + curvature * rise;
@@ -183,6 +221,7 @@ pub(super) fn touching(
     let rests = idle && law.mu > 0.0 && slip.norm() <= scales.rounding;
     let answer = if rests { None } else { friction(c, law, at, scales) };
     let all_slip = law.transition == 0.0 || lambda <= 0.0;
+    let slid = slip.norm().hypot(across.norm());
     let spring = scales.normal * scales.compliance;
     let mut out = Condition {
         node: c.node,
@@ -195,7 +234,7 @@ pub(super) fn touching(
         force: Vec3::zeros(),
         length: gap.abs(),
         normal,
-        slipping: all_slip || slip.norm() > REMEMBERED * law.transition,
+        slipping: all_slip || slid > remembered,
         stuck: false,
     };
     match answer {
@@ -222,6 +261,11 @@ impl Coulomb {
     /// The law by the part of the normal force in a node's free directions, of which it is this share.
     fn over(self, share: f64) -> Self {
         Self { mu: self.mu / share, ..self }
+    }
+
+    /// The law in a node's free directions beside a slip in those in which it is held: along the slip in all directions.
+    fn beside(self, across: &Vec3) -> Self {
+        Self { transition: self.transition.hypot(across.norm()), ..self }
     }
 }
 

@@ -32,6 +32,8 @@ pub(super) struct Candidate {
     pub(super) start: Vec3,
     /// Where friction measures slip from: `start`, less the slip that the law still remembers.
     pub(super) anchor: Vec3,
+    /// Tangential force over the normal one at the last balance.
+    pub(super) rubbed: Vec3,
     /// Force of the tool that friction is linearised about, if not the one of the iterate.
     pub(super) expected: Option<Expected>,
     /// Force at which the spring of an augmented method has no length [N].
@@ -82,6 +84,12 @@ impl Force {
 
     pub(super) fn tangential(&self) -> Vec3 {
         self.tangential.into()
+    }
+
+    /// Tangential force over the normal one.
+    fn rubbing(&self) -> Vec3 {
+        let normal = self.normal().norm();
+        if normal > 0.0 { self.tangential() / normal } else { Vec3::zeros() }
     }
 }
 
@@ -174,6 +182,7 @@ impl ContactSet {
                 touched: false,
                 start: Vec3::zeros(),
                 anchor: Vec3::zeros(),
+                rubbed: Vec3::zeros(),
                 expected: None,
                 push: 0.0,
             })
@@ -223,6 +232,7 @@ impl ContactSet {
             let goes_on = c.active && saved.active && pushed;
             let kept = if goes_on { c.remembered(transition) } else { Vec3::zeros() };
             c.anchor = c.start - kept;
+            c.rubbed = force.rubbing();
             c.fresh = false;
             c.swings = 0;
             *saved = SavedContact {
@@ -268,6 +278,7 @@ impl ContactSet {
             c.touched = saved.active;
             c.start = saved.start.into();
             c.anchor = saved.anchor.into();
+            c.rubbed = saved.force.rubbing();
             c.push = saved.push;
             c.fresh = false;
             c.swings = 0;

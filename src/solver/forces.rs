@@ -1,6 +1,6 @@
 //! Forces at the nodes, of tools and supports on them.
 
-use super::conditions::{contact_normal, whole_force};
+use super::conditions::{contact_normal, held_friction, whole_force};
 use super::contact::{Candidate, Force};
 use super::system::System;
 use crate::geometry::Vec3;
@@ -13,10 +13,14 @@ impl System {
             - Vec3::from_column_slice(&self.applied[range])
     }
 
-    /// Force of a tool on the node of a touching candidate: what its free directions leave over, and what that is the part of.
+    /// Force of a tool on the node of a touching candidate: what its free directions leave over, what that is the part of, and
+    /// friction along a way of the tool in which the node is held.
     pub(super) fn contact_force(&self, c: &Candidate) -> Vec3 {
         let free = self.constraints.free_projector(c.node);
-        whole_force(&c.foot, &free, free * self.force_at(c.node))
+        let force = free * self.force_at(c.node);
+        let p = self.position(c.node) - self.tools[c.tool].shift();
+        let held = held_friction(c, &p, &force, &free, self.law(c.tool), self.scales);
+        whole_force(&c.foot, &free, force) + held
     }
 
     /// Forces of the tools on the nodes of all candidates.

@@ -1,33 +1,60 @@
 //! Work of an increment, by the trapezoidal rule, and what of it the sheet has not stored.
 
-use super::contact::Force;
+use super::contact::{Force, REMEMBERED};
 use super::plan::Plan;
 use super::simulation::Simulation;
 use super::system::System;
 use super::trial::Committed;
 use crate::geometry::Vec3;
 
-/// Work of friction on the sheet, and of normal forces over the gap of nodes that begin or cease to touch in the increment,
-/// over which there is none: both as the trapezoidal rule has them.
-fn work_of_contact(sys: &System, old: &Committed, forces: &[Force]) -> [f64; 2] {
-    let (mut friction, mut over_gaps) = (0.0, 0.0);
-    let ends = sys.contact.before().zip(forces);
-    for (c, ((touched, before), now)) in sys.contact.candidates.iter().zip(ends) {
-        if !touched && !c.active {
-            continue;
+/// Work of contact in an increment.
+#[derive(Default)]
+struct ContactWork {
+    /// Of friction on the sheet.
+    friction: f64,
+    /// Of normal forces over the gap of nodes that begin or cease to touch, over which there is none: as the trapezoidal rule has
+    /// it.
+    over_gaps: f64,
+    /// What the trapezoidal rule leaves out of the first where a node slides: friction turns round before that.
+    turned: f64,
+}
+
+impl ContactWork {
+    fn of(sys: &System, old: &Committed, forces: &[Force]) -> Self {
+        let mut sum = Self::default();
+        let ends = sys.contact.before().zip(forces);
+        for (c, ((touched, before), now)) in sys.contact.candidates.iter().zip(ends) {
+            if !touched && !c.active {
+                continue;
+            }
+            let tool = &sys.tools[c.tool];
+            let place = sys.position(c.node) - tool.shift();
+            let u = Vec3::from_column_slice(&old.u[3 * c.node..3 * c.node + 3]);
+            let moved = tool.setup.direction * (tool.travel - old.travels[c.tool]);
+            let way = sys.displacement(c.node) - u - moved;
+            let slip = if touched { place - c.start } else { way };
+            let friction = 0.5 * (before.tangential() + now.tangential()).dot(&slip);
+            sum.friction += friction;
+            let slides = touched && c.active && slip.norm() > SLIDES * sys.lengths.transition;
+            if slides {
+                sum.turned += sliding(&before, now).dot(&slip) - friction;
+            }
+            // A tool that comes back may find a node within it: a gap too.
+            let closer = if touched == c.active { c.start - (place - way) } else { way };
+            sum.over_gaps += 0.5 * (before.normal() + now.normal()).dot(&closer);
         }
-        let tool = &sys.tools[c.tool];
-        let place = sys.position(c.node) - tool.shift();
-        let u = Vec3::from_column_slice(&old.u[3 * c.node..3 * c.node + 3]);
-        let moved = tool.setup.direction * (tool.travel - old.travels[c.tool]);
-        let way = sys.displacement(c.node) - u - moved;
-        let slip = if touched { place - c.start } else { way };
-        friction += 0.5 * (before.tangential() + now.tangential()).dot(&slip);
-        // A tool that comes back may find a node within it: a gap too.
-        let closer = if touched == c.active { c.start - (place - way) } else { way };
-        over_gaps += 0.5 * (before.normal() + now.normal()).dot(&closer);
+        sum.friction += sum.turned;
+        sum
     }
-    [friction, over_gaps]
+}
+
+/// Slip over the transition of friction from which on a node slides.
+const SLIDES: f64 = 10.0 * REMEMBERED;
+
+/// Friction on a node that slides: along its slip throughout, as it is at the end, in proportion to the mean normal force.
+fn sliding(before: &Force, now: &Force) -> Vec3 {
+    let [first, last] = [before, now].map(|force| force.normal().norm());
+    if last > 0.0 { now.tangential() * (0.5 * (first + last) / last) } else { now.tangential() }
 }
 
 /// Work of an increment, of the whole process [N mm].
@@ -52,7 +79,7 @@ impl Work {
             end += sys.eval.internal_force[i] * du;
             applied += 0.5 * (sys.applied[i] + old.applied[i]) * du;
         }
-        let [friction, over_gaps] = work_of_contact(sys, old, forces);
+        let ContactWork { friction, over_gaps, turned } = ContactWork::of(sys, old, forces);
         let pushed: f64 = (0..sys.tools.len())
             .map(|t| {
                 let moved = sys.tools[t].travel - old.travels[t];
@@ -63,7 +90,7 @@ impl Work {
         let eval = &sys.eval;
         let stored = whole * (eval.elastic_energy + eval.plastic_work + eval.artificial_work);
         Self {
-            external: whole * (pushed + applied + over_gaps),
+            external: whole * (pushed + applied + over_gaps - turned),
             friction: -whole * friction,
             internal: whole * 0.5 * (begin + end),
             by_ends: [begin, end].map(|work| whole * work),

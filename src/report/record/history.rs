@@ -64,7 +64,7 @@ impl History {
     /// # Errors
     /// What was found, and in which line.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let mut lines = text.lines();
+        let mut lines = rows_of(text).into_iter();
         let head: Vec<&str> = lines.next().unwrap_or("").split(',').collect();
         let tools: Vec<String> =
             head.iter().filter_map(|c| c.strip_suffix("_travel_mm")).map(str::to_owned).collect();
@@ -100,7 +100,7 @@ impl History {
             ",iterations,contact_nodes,slipping_nodes,external_work_nmm,internal_work_nmm,friction_work_nmm"
         )?;
         for row in &self.rows {
-            write!(w, "{},{},{}", row.increment, row.stage, row.time)?;
+            write!(w, "{},{},{}", row.increment, quoted(&row.stage), row.time)?;
             for (travel, force) in row.travel_mm.iter().zip(&row.force_n) {
                 write!(w, ",{travel},{force}")?;
             }
@@ -116,7 +116,41 @@ impl History {
     }
 }
 
-/// A line of `history.csv` with `behind` columns behind the stage, whose name may have commas.
+/// A name as a field of a table: in quotes where it has what separates fields or rows (RFC 4180).
+fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", name.replace('"', "\"\""))
+    } else {
+        name.to_owned()
+    }
+}
+
+/// The name that a field is of.
+fn unquoted(field: &str) -> String {
+    let inner = field.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
+    inner.map_or_else(|| field.to_owned(), |name| name.replace("\"\"", "\""))
+}
+
+/// Rows of a table: lines but for breaks within quotes.
+fn rows_of(text: &str) -> Vec<&str> {
+    let (mut rows, mut start, mut within) = (Vec::new(), 0, false);
+    for (at, c) in text.char_indices() {
+        match c {
+            '"' => within = !within,
+            '\n' if !within => {
+                rows.push(text[start..at].trim_end_matches('\r'));
+                start = at + 1;
+            }
+            _ => {}
+        }
+    }
+    if start < text.len() {
+        rows.push(&text[start..]);
+    }
+    rows
+}
+
+/// A row of `history.csv` with `behind` columns behind the stage, whose name may have commas.
 fn parse_row(text: &str, behind: usize) -> Option<HistoryRow> {
     let (increment, rest) = text.split_once(',')?;
     let mut columns: Vec<&str> = rest.rsplitn(behind + 1, ',').collect();
@@ -133,7 +167,7 @@ fn parse_row(text: &str, behind: usize) -> Option<HistoryRow> {
     }
     Some(HistoryRow {
         increment: increment.parse().ok()?,
-        stage: (*stage).to_owned(),
+        stage: unquoted(stage),
         time: number(time)?,
         travel_mm: numbers.iter().step_by(2).copied().collect(),
         force_n: numbers.iter().skip(1).step_by(2).copied().collect(),
@@ -215,6 +249,14 @@ mod tests {
         let columns = |line: &str| line.split(',').count();
         assert_eq!(columns(text.lines().next().unwrap()), columns(text.lines().nth(1).unwrap()));
         assert_eq!(History::parse(&text), Ok(history.clone()));
+        for name in ["clamp, and draw", "\"clamp\"", "two\nlines", "\"", "\r\n,\""] {
+            let mut named = history.clone();
+            named.rows[0].stage = name.into();
+            let mut text = Vec::new();
+            named.write_to(&mut text).unwrap();
+            assert_eq!(History::parse(std::str::from_utf8(&text).unwrap()), Ok(named), "{name:?}");
+        }
+        // As programs before wrote it.
         let commas = text.replace("clamp", "clamp, and draw");
         assert_eq!(History::parse(&commas).unwrap().rows[0].stage, "clamp, and draw");
         let cut = text.trim_end().trim_end_matches(|c| c != ',').trim_end_matches(',');

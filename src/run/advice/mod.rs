@@ -26,6 +26,8 @@ use crate::solver::{Motion, SimulationSetup};
 const SLENDER: f64 = 4.0;
 /// Points through the thickness from which a solid-shell gains nothing in bending, and those that springback wants.
 const POINTS: [u8; 2] = [5, 7];
+/// Radius of a tool over the thickness below which sections of a sheet that is wiped over it do not stay straight.
+const SHARP: f64 = 6.0;
 /// Time grows with this power of the unknowns (`docs/results/solver.md`).
 const GROWTH: f64 = 1.5;
 
@@ -57,6 +59,7 @@ impl fmt::Display for Remark {
 #[must_use]
 pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
     let mut out: Vec<Remark> = material::remark(&plan.card).into_iter().collect();
+    out.extend(symmetry::missing(plan, setup));
     unopposed::remarks(setup, &mut out);
     out.extend(idle(setup));
     out
@@ -80,10 +83,12 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     let sizes = Sizes::new(setup.body.mesh());
     let mut out = Vec::new();
     out.extend(material::remark(&plan.card));
+    out.extend(symmetry::missing(plan, setup));
     out.extend(symmetry::wrong(plan, setup));
     out.extend(symmetry::unused(plan, setup, cost));
-    elements(plan, setup, sizes.mean, cost, &mut out);
     let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
+    let sharpest = tools::sharpest(setup, &kept);
+    elements(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {
         tools::remarks(tool, &kept[k], &part, (&sizes, cost), &mut out);
         // Of a tool that is out of reach that has been said.
@@ -108,14 +113,21 @@ fn end_of(motion: &Motion, before: f64) -> Option<f64> {
     }
 }
 
-/// Layers and points against what bending needs.
-fn elements(plan: &Plan, setup: &SimulationSetup, size: f64, cost: &Cost, out: &mut Vec<Remark>) {
+/// Layers and points against what bending needs; `size` of the elements and sharpest radius of the tools [mm].
+fn elements(
+    plan: &Plan,
+    setup: &SimulationSetup,
+    (size, sharpest): (f64, f64),
+    cost: &Cost,
+    out: &mut Vec<Remark>,
+) {
     let blank = &plan.scene.blank;
     let mesh = setup.body.mesh();
     let layers = mesh.nodes_per_column.saturating_sub(1).max(1);
     let slender = size / (mesh.mean_thickness() / layers as f64);
     let released = |m: &Motion| matches!(m, Motion::Release | Motion::Absent);
     let springs_back = setup.stages.iter().skip(1).any(|s| s.motions.iter().any(released));
+    let sharp = springs_back && sharpest < SHARP * mesh.mean_thickness();
     let fewer = (2.0 / (layers + 1) as f64).powf(GROWTH);
     match blank.element {
         ElementKind::Hex8 if slender > SLENDER => out.push(Remark::new(
@@ -128,7 +140,14 @@ fn elements(plan: &Plan, setup: &SimulationSetup, size: f64, cost: &Cost, out: &
                 "solid-shell bends with one layer".into()
             },
         )),
-        ElementKind::SolidShell { .. } if layers > 1 => out.push(Remark::new(
+        ElementKind::SolidShell { .. } if layers == 1 && sharp => out.push(Remark::new(
+            format!(
+                "one layer of solid-shell over a radius of {sharpest:.2} mm, {:.1} thicknesses, and a stage that releases tools: a flange wiped over such a radius springs back by up to twice what several layers find",
+                sharpest / mesh.mean_thickness()
+            ),
+            format!("two layers take about {}, four are within the mesh", cost.times(1.5_f64.powf(GROWTH))),
+        )),
+        ElementKind::SolidShell { .. } if layers > 1 && !sharp => out.push(Remark::new(
             format!("{layers} layers of solid-shell: one bends as well"),
             format!("one takes {} in place of {}", cost.times(fewer), cost.times(1.0)),
         )),

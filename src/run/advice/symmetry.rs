@@ -6,6 +6,7 @@ use super::{GROWTH, Remark};
 use crate::geometry::{Aabb, Vec3};
 use crate::run::cost::Cost;
 use crate::scene::Plan;
+use crate::scene::types::BlankShape;
 use crate::solver::blank::HexMesh;
 use crate::solver::{SimulationSetup, ToolSetup};
 
@@ -43,6 +44,27 @@ pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<R
         ))
     };
     found.iter().filter_map(remark).collect()
+}
+
+/// A remark on a quarter of a disc whose straight sides nothing holds: no planes of symmetry are declared.
+pub(super) fn missing(plan: &Plan, setup: &SimulationSetup) -> Option<Remark> {
+    let BlankShape::QuarterDisc { .. } = plan.scene.blank.shape else { return None };
+    let nodes = &setup.body.mesh().nodes;
+    let size = Aabb::of_points(nodes).diagonal();
+    let free = |axis: &usize| {
+        let on = (0..nodes.len()).filter(|&node| nodes[node][*axis].abs() < SAME * size);
+        !on.into_iter().any(|node| setup.constraints.is_held(node, *axis))
+    };
+    let open: Vec<&str> = (0..2).filter(free).map(|axis| ["x", "y"][axis]).collect();
+    (!open.is_empty()).then(|| {
+        Remark::new(
+            format!(
+                "a quarter disc and no symmetry plane, nor anything held, at {} = 0",
+                open.join(" = 0 and ")
+            ),
+            "the sheet is cut there, and forces are those of the quarter: declare `symmetry` planes, or model a `disc`".into(),
+        )
+    })
 }
 
 /// Where the model is: all of space, up to the symmetry planes on the sheet's side of them.

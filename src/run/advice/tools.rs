@@ -5,7 +5,7 @@ use super::size::{Size, Sizes};
 use super::{GROWTH, Remark};
 use crate::geometry::{Aabb, Vec3};
 use crate::run::cost::Cost;
-use crate::solver::ToolSetup;
+use crate::solver::{SimulationSetup, ToolSetup};
 use crate::tool::Patch;
 
 /// Elements over 90 degrees of a radius that follow it well.
@@ -71,6 +71,15 @@ pub(super) fn remarks(
         part.distance_squared(&(middle + tool.offset)) == 0.0
     };
     out.extend(coarse_elements(name, &tool.offset, near().filter(modelled), sizes, cost));
+}
+
+/// The smallest radius of the tools within reach, [mm]; infinite without any.
+pub(super) fn sharpest(setup: &SimulationSetup, kept: &[Vec<bool>]) -> f64 {
+    let tools = setup.tools.iter().zip(kept);
+    let near = tools.flat_map(|(tool, kept)| tool.surface.model().patches.iter().zip(kept));
+    let bent = near.filter(|(_, kept)| **kept).filter_map(|(patch, _)| bends(&corners(patch)));
+    let radii = bent.map(|(_, [bend, _])| bend).filter(|bend| bend.turn() > FLAT);
+    radii.map(|bend| bend.radius).fold(f64::INFINITY, f64::min)
 }
 
 fn megabytes(bytes: f64) -> String {

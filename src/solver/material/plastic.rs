@@ -9,8 +9,9 @@
 //! | `x` | increment of `p` |
 //! | `π_i`, `v_i` | eigenvalues and eigenvectors of Hill's form, also eigenvectors of the elasticity |
 //!
-//! Backward Euler with `dEp = x P ξ / σ̄`. In the eigenbasis, with `λ = x / σ_y(p + x)`, `θ_k = 1/(1 + γ_k x)`,
-//! `m = 2μ + Σ ⅔ C_k θ_k`: `ξ_i = (T_trial - Σ θ_k X_k)_i / (1 + m λ π_i)`. What remains is one scalar
+//! Backward Euler with `dEp = x P ξ / σ̄`, backstresses exact for flow in that direction: `X_k = θ_k X_k + ⅔ C_k φ_k dEp` with
+//! `θ_k = exp(-γ_k x)`, `φ_k = (1 - θ_k) / (γ_k x)`. In the eigenbasis, with `λ = x / σ_y(p + x)`,
+//! `m = 2μ + Σ ⅔ C_k φ_k`: `ξ_i = (T_trial - Σ θ_k X_k)_i / (1 + m λ π_i)`. What remains is one scalar
 //! equation, `Ψ(x) = σ_trial (σ_y / σ̄ - 1) = 0`, a straight line for von Mises with linear hardening;
 //! Newton's method kept inside a bracket solves it for every increment.
 
@@ -33,6 +34,33 @@ pub struct Backstress {
     pub modulus: f64,
     /// `γ`, zero for linear (Prager) hardening.
     pub recovery: f64,
+}
+
+/// What recovery leaves of a backstress and of its growth over an increment, and the derivatives by that.
+#[derive(Debug, Clone, Copy)]
+struct Decay {
+    /// `θ`.
+    left: f64,
+    left_rate: f64,
+    /// `φ`.
+    grown: f64,
+    grown_rate: f64,
+}
+
+impl Backstress {
+    fn decay(&self, x: f64) -> Decay {
+        /// Where the closed form of `φ'` has lost as many digits as the series leaves out.
+        const SMALL: f64 = 1e-4;
+        let y = self.recovery * x;
+        let left = (-y).exp();
+        let (grown, slope) = if y < SMALL {
+            (1.0 - y * (0.5 - y * (1.0 / 6.0 - y / 24.0)), -0.5 + y * (1.0 / 3.0 - y * 0.125))
+        } else {
+            let grown = -(-y).exp_m1() / y;
+            (grown, (left - grown) / y)
+        };
+        Decay { left, left_rate: -self.recovery * left, grown, grown_rate: self.recovery * slope }
+    }
 }
 
 /// History of a point: `Ep` (6), `p`, plastic work, `E` (6, in the axes in which it was asked), then six values for each backstress.

@@ -1,5 +1,7 @@
-//! Nodes held in a direction that the normal of their tool leans into: it pushes them against what holds them, too.
+//! Nodes held in a direction that the normal of their tool leans into, or that the tool slides along: it pushes and rubs them
+//! against what holds them, too.
 
+use super::claims::square;
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::plane;
 use crate::geometry::Vec3;
@@ -57,4 +59,61 @@ fn a_wall_that_leans_pushes_along_its_normal_and_does_the_work() {
     // Driven by that force it goes as far.
     let forced = pressed(Motion::Force(Curve::ramp(0.0, end.force.z)));
     assert!((forced.travel / 1.5 - 1.0).abs() < 1e-6, "{}", forced.travel);
+}
+
+/// A sheet of 8 x 4 x 1 mm pressed with 100 N on a bed that moves along `way`, its friction 0.3; of the sheet the nodes up to
+/// `held` are held along x and y, and one is along y. Force of the bed [N], work of it and of friction [N mm].
+fn rubbed(held: f64, way: Vec3, course: Curve, step: f64) -> (Vec3, [f64; 2]) {
+    let mesh = rectangle(8.0, 4.0, 1.0, 4, 2, 1);
+    let mut constraints = Constraints::none(mesh.nodes.len());
+    for (node, _) in mesh.nodes.iter().enumerate().filter(|(_, x)| x.x <= held) {
+        constraints.hold(node, 0);
+        constraints.hold(node, 1);
+    }
+    let tools = vec![
+        tool("bed", square("bed", 0.0, true), way, SheetSide::Bottom, 0.3),
+        tool("weight", square("weight", 1.0, false), -Vec3::z(), SheetSide::Top, 0.0),
+    ];
+    let force = |curve: Curve| Motion::Force(curve);
+    let stages = vec![
+        stage("load", vec![Motion::Hold, force(Curve::ramp(0.0, 100.0))], 1.0),
+        stage("rub", vec![Motion::Travel(course), force(Curve::constant(100.0))], step),
+    ];
+    let mut setup = setup(body(mesh, steel()), constraints, tools, stages);
+    setup.stages[1].largest_step = step;
+    let mut end = (Vec3::zeros(), [0.0; 2]);
+    Simulation::new(setup)
+        .unwrap()
+        .run(&mut |r: &IncrementReport<'_>| {
+            let force = Vec3::from(r.tools[0].force_vector);
+            end = (force, [r.energies.external, r.energies.friction]);
+            Control::Continue
+        })
+        .unwrap();
+    end
+}
+
+/// Friction is Coulomb's whatever of the sheet is held, and whichever way the bed goes.
+#[test]
+fn friction_on_nodes_that_are_held_goes_to_what_holds_them() {
+    for way in [Vec3::x(), Vec3::new(0.6, 0.8, 0.0)] {
+        for held in [0.0, 4.0, 8.0] {
+            let (force, [work, friction]) = rubbed(held, way, Curve::to(0.05), 0.2);
+            let along = force.dot(&way);
+            assert!((along / 30.0 - 1.0).abs() < 1e-3, "{held}: {along}");
+            let across = (force - way * along).xy().norm();
+            assert!(across < 0.02 * along, "{held}: {across}");
+            assert!((friction / 1.5 - 1.0).abs() < 0.02, "{held}: {friction}");
+            assert!(work >= friction, "{held}: {work} {friction}");
+        }
+    }
+}
+
+/// To and fro: friction turns round within increments, and its work is that of the way.
+#[test]
+fn friction_that_turns_round_does_the_work_of_its_way() {
+    let course = || Curve::new(vec![(0.0, 0.0), (0.25, 0.05), (0.75, -0.05), (1.0, 0.0)]);
+    let (_, [work, friction]) = rubbed(0.0, Vec3::x(), course(), 0.125);
+    assert!((friction / 6.0 - 1.0).abs() < 0.02, "{friction}");
+    assert!((work / friction - 1.0).abs() < 0.02, "{work} {friction}");
 }

@@ -1,7 +1,7 @@
 //! Return mapping for any smooth convex yield function.
 //!
 //! Unknowns are the deviator `ξ` and the increment `x` of equivalent plastic strain, with
-//! `λ = x / σ_y(p + x)`, `g = σ̄ ∂σ̄/∂ξ`, `B(x) = dev T_trial - Σ θ_k X_k`, `m(x) = 2μ + Σ ⅔ C_k θ_k`:
+//! `λ = x / σ_y(p + x)`, `g = σ̄ ∂σ̄/∂ξ`, `B(x) = dev T_trial - Σ θ_k X_k`, `m(x) = 2μ + Σ ⅔ C_k φ_k`:
 //!
 //! - `ξ + m λ g(ξ) = B`, the minimum of the strictly convex `½ |ξ - B|² + ½ m λ σ̄(ξ)²`;
 //! - `σ_y(p + x) / σ̄(ξ) = 1`.
@@ -102,14 +102,13 @@ impl<'a> General<'a> {
         let mut modulus = 2.0 * self.material.elastic.shear_modulus();
         let mut modulus_rate = 0.0;
         for (k, one) in self.material.backstresses.iter().enumerate() {
-            let theta = 1.0 / (1.0 + one.recovery * x);
-            let theta_rate = -one.recovery * theta * theta;
-            modulus += 2.0 / 3.0 * one.modulus * theta;
-            modulus_rate += 2.0 / 3.0 * one.modulus * theta_rate;
+            let decay = one.decay(x);
+            modulus += 2.0 / 3.0 * one.modulus * decay.grown;
+            modulus_rate += 2.0 / 3.0 * one.modulus * decay.grown_rate;
             for i in 0..6 {
                 let start = self.old[BACKSTRESS + 6 * k + i];
-                b[i] -= theta * start;
-                b_rate[i] -= theta_rate * start;
+                b[i] -= decay.left * start;
+                b_rate[i] -= decay.left_rate * start;
             }
         }
         (b, b_rate, modulus, modulus_rate)

@@ -105,10 +105,10 @@ impl Plastic {
     fn harden(&self, increment: f64, flow: &Mandel, new: &mut [f64]) -> f64 {
         let mut stored = 0.0;
         for (k, one) in self.backstresses.iter().enumerate() {
-            let theta = 1.0 / (1.0 + one.recovery * increment);
+            let decay = one.decay(increment);
             for (i, value) in flow.iter().enumerate() {
                 let x = &mut new[BACKSTRESS + 6 * k + i];
-                let next = theta * (*x + 2.0 / 3.0 * one.modulus * value);
+                let next = decay.left * *x + 2.0 / 3.0 * one.modulus * decay.grown * value;
                 stored += 0.5 * (next - *x) * value;
                 *x = next;
             }

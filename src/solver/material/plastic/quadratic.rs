@@ -11,7 +11,9 @@ use pulp::{Simd, WithSimd};
 use self::axes::{components, tensor};
 use self::search::{ACCEPTED, Search};
 
-use super::{BACKSTRESS, EQUIVALENT, MAX_ITERATIONS, Plastic, STRAIN, WORK, YIELD_TOLERANCE};
+use super::{
+    BACKSTRESS, Decay, EQUIVALENT, MAX_ITERATIONS, Plastic, STRAIN, WORK, YIELD_TOLERANCE,
+};
 use crate::solver::lanes::algebra::{turn_back, turned};
 use crate::solver::lanes::{Eight, Lane, POINTS};
 use crate::solver::material::hill48::Spectrum;
@@ -66,6 +68,8 @@ struct Step<'a> {
     x: Eight,
     /// Flow stress there, and its slope.
     flow_stress: [Eight; 2],
+    /// `θ, θ', φ, φ'` of each backstress there.
+    decays: Vec<[Eight; 4]>,
     /// Flow stress at the beginning.
     before: Eight,
 }
@@ -107,6 +111,7 @@ impl<'a> Step<'a> {
             plastic: [false; POINTS],
             x: NONE,
             flow_stress: [[1.0; POINTS], NONE],
+            decays: vec![[[1.0; POINTS], NONE, [1.0; POINTS], NONE]; material.backstresses.len()],
             before: NONE,
         };
         for first in Lane::<S>::groups_of(count) {
@@ -193,11 +198,12 @@ impl<'a> Step<'a> {
         let mut modulus_rate = zero;
         let mut b = Lane::load_all(simd, &self.trial, first);
         let mut b_rate = [zero; 5];
-        for (backstress, start) in material.backstresses.iter().zip(&self.start) {
-            let theta = one / (x * backstress.recovery + one);
-            let theta_rate = theta * theta * -backstress.recovery;
-            modulus = modulus + theta * (2.0 / 3.0 * backstress.modulus);
-            modulus_rate = modulus_rate + theta_rate * (2.0 / 3.0 * backstress.modulus);
+        let decays = self.start.iter().zip(&self.decays);
+        for (backstress, (start, decay)) in material.backstresses.iter().zip(decays) {
+            let [theta, theta_rate, grown, grown_rate] =
+                [0, 1, 2, 3].map(|k| Lane::load(simd, &decay[k], first));
+            modulus = modulus + grown * (2.0 / 3.0 * backstress.modulus);
+            modulus_rate = modulus_rate + grown_rate * (2.0 / 3.0 * backstress.modulus);
             let start = Lane::load_all(simd, start, first);
             for i in 0..5 {
                 b[i] = b[i] - theta * start[i];
@@ -218,6 +224,16 @@ impl<'a> Step<'a> {
         }
         let equivalent = square.sqrt();
         At { lambda, lambda_rate, equivalent, xi, reduction, xi_rate, hardening }
+    }
+
+    /// Sets what recovery leaves of the backstresses of a point.
+    fn set_decays(&mut self, point: usize) {
+        for (one, decays) in self.material.backstresses.iter().zip(&mut self.decays) {
+            let Decay { left, left_rate, grown, grown_rate } = one.decay(self.x[point]);
+            for (to, value) in decays.iter_mut().zip([left, left_rate, grown, grown_rate]) {
+                to[point] = value;
+            }
+        }
     }
 
     /// Finds the increments of equivalent plastic strain.
@@ -249,6 +265,7 @@ impl<'a> Step<'a> {
                         let before = self.history(point)[EQUIVALENT];
                         let (stress, slope) = self.material.hardening.flow_stress(before + x);
                         (self.flow_stress[0][point], self.flow_stress[1][point]) = (stress, slope);
+                        self.set_decays(point);
                     }
                     None => open[point] = false,
                 }
@@ -323,10 +340,10 @@ impl<'a> Step<'a> {
         let mut new_work = new[WORK] + work;
         new[STRAIN..STRAIN + 6].iter_mut().zip(flow).for_each(|(to, flow)| *to += flow);
         for (k, one) in self.material.backstresses.iter().enumerate() {
-            let theta = 1.0 / (1.0 + one.recovery * x);
+            let decay = one.decay(x);
             let backstress = &mut new[BACKSTRESS + 6 * k..BACKSTRESS + 6 * k + 6];
             for (to, flow) in backstress.iter_mut().zip(flow) {
-                let next = theta * (*to + 2.0 / 3.0 * one.modulus * flow);
+                let next = decay.left * *to + 2.0 / 3.0 * one.modulus * decay.grown * flow;
                 new_work -= 0.5 * (next - *to) * flow;
                 *to = next;
             }

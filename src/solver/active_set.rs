@@ -191,7 +191,7 @@ pub(super) fn take_in(sys: &mut System) {
 }
 
 /// A tool moved by force needs something to push against: the node that it comes to first, or its stop where that is nearer.
-/// One that is far away is brought to the sheet.
+/// One that is far away, or only passes by the nodes near it, is brought to the sheet.
 pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
     let mut changes = 0;
     for tool in 0..sys.tools.len() {
@@ -199,8 +199,10 @@ pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
         if !pushed || sys.contact.active().any(|(_, c)| c.tool == tool) {
             continue;
         }
-        let near = first_ahead(sys, tool);
-        let far = if near.is_none() { sys.way_ahead(tool) } else { None };
+        let seen = first_ahead(sys, tool);
+        let met = seen.filter(|&(k, way)| sys.meets(k, way));
+        let far = if met.is_none() { sys.way_ahead(tool) } else { None };
+        let near = if far.is_none() { seen } else { None };
         let way = near.map(|n| n.1).or(far).unwrap_or(f64::INFINITY);
         if sys.stops[tool].at - sys.tools[tool].travel < way {
             sys.stops[tool].reached = true;

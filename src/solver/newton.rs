@@ -1,6 +1,6 @@
 //! One increment: semi-smooth Newton with plasticity, contact and friction in the same loop.
 
-use super::active_set::{Pivoting, revise, settle};
+use super::active_set::{Pivoting, opposed, revise, settle};
 use super::ahead::FACING;
 use super::assembly::{ElementFailure, Foresight};
 use super::balance::{is_settled, record, size};
@@ -326,7 +326,8 @@ fn settled(
     limits: &Limits,
     near: bool,
 ) -> Result<(Correction, usize), NewtonError> {
-    let first = sys.correct()?;
+    let found = sys.correct();
+    let first = opposed(sys, found)?;
     let rounds = if near { ROUNDS_NEAR } else { ROUNDS };
     let (correction, solves) = settle(sys, first, limits, rounds)?;
     sys.remember_sliding();

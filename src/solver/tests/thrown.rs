@@ -3,7 +3,7 @@
 use super::{body, setup, steel, tool};
 use crate::contact::test_tools::Builder;
 use crate::geometry::Vec3;
-use crate::solver::active_set::keep_pushed_tools;
+use crate::solver::active_set::{keep_pushed_tools, oppose};
 use crate::solver::blank::rectangle;
 use crate::solver::linearised::Correction;
 use crate::solver::newton::bounded_share;
@@ -38,6 +38,23 @@ fn a_force_pushes_a_tool_onto_a_node_in_its_way() {
     assert!((sys.position(touching.node).x - 8.0).abs() < 1e-9);
     let way = 5.0 - 3.75_f64.sqrt();
     assert!((sys.tools[0].travel - way).abs() < 0.1, "{}", sys.tools[0].travel);
+}
+
+/// A node that has slid round an edge touches a wall that the tool's way goes along, which held the tool as nothing else did.
+#[test]
+fn a_tool_that_touches_with_a_wall_comes_to_the_next_node() {
+    let mut sys = rod_over_stairs();
+    let beside: Vec<usize> = (0..sys.contact.candidates.len())
+        .filter(|&k| (sys.position(sys.contact.candidates[k].node).x - 6.0).abs() < 1e-9)
+        .collect();
+    for &k in &beside {
+        let c = &mut sys.contact.candidates[k];
+        (c.active, c.foot.normal) = (true, Vec3::x());
+    }
+    assert!(oppose(&mut sys) && !oppose(&mut sys));
+    let met = sys.contact.active().filter(|(k, _)| !beside.contains(k));
+    let at: Vec<f64> = met.map(|(_, c)| sys.position(c.node).x).collect();
+    assert!(at.len() == 1 && (at[0] - 8.0).abs() < 1e-9, "{at:?}");
 }
 
 /// Where the sheet went along with a tool the matrix had nothing but rounding to divide by: it was thrown by 3e16 mm, and no

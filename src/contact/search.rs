@@ -17,6 +17,8 @@ use crate::geometry::{Vec2, Vec3};
 
 /// Parts one query may be cut into; an ordinary one needs none.
 const MOST_PARTS: u32 = 200_000;
+/// Share of a distance that is rounding in its bounds.
+const FAR_ROUNDING: f64 = 5e-14;
 /// Parts after so many cuts are points.
 const MAX_DEPTH: u32 = 90;
 
@@ -147,8 +149,7 @@ impl<'a, W: Wide> Search<'a, W> {
     fn is_behind(&self, net: &[Vec3], w: &Vec3, foot: &Vec3) -> bool {
         let q = w - foot;
         let size = q.norm();
-        let best = (2.0 * self.best.value).sqrt() - self.surface.tolerance;
-        size > 0.0 && distance_along(net, w, &(q / size)) > best
+        size > 0.0 && distance_along(net, w, &(q / size)) > self.distance_of_note()
     }
 
     /// Looks into the parts of a piece where `F` may have several minima, theirs, and so on.
@@ -208,10 +209,18 @@ impl<'a, W: Wide> Search<'a, W> {
         todo[first..].sort_by(|a, b| b.2.value.total_cmp(&a.2.value));
     }
 
-    /// Parts above this are not nearer by more than the tolerance.
+    /// What is not nearer than this [mm] is not nearer than the best by more than the tolerance, or than rounding makes of bounds
+    /// from afar, where cutting would never end.
+    #[inline(always)]
+    fn distance_of_note(&self) -> f64 {
+        let best = (2.0 * self.best.value).sqrt();
+        (best - self.surface.tolerance).min(best * (1.0 - FAR_ROUNDING))
+    }
+
+    /// Parts above this are not nearer by more than that.
     #[inline(always)]
     fn worth(&self) -> f64 {
-        let distance = (2.0 * self.best.value).sqrt() - self.surface.tolerance;
+        let distance = self.distance_of_note();
         if distance > 0.0 { 0.5 * distance * distance } else { f64::NEG_INFINITY }
     }
 

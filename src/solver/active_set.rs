@@ -97,7 +97,8 @@ pub(super) fn settle(
         }
         keep_pushed_tools(sys);
         sys.assemble();
-        correction = sys.correct_again()?;
+        let found = sys.correct_again();
+        correction = opposed(sys, found)?;
     }
     Ok((correction, rounds))
 }
@@ -191,7 +192,7 @@ pub(super) fn take_in(sys: &mut System) {
 }
 
 /// A tool moved by force needs something to push against: the node that it comes to first, or its stop where that is nearer.
-/// One that is far away is brought to the sheet.
+/// One that is far away, or only passes by the nodes near it, is brought to the sheet.
 pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
     let mut changes = 0;
     for tool in 0..sys.tools.len() {
@@ -199,8 +200,10 @@ pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
         if !pushed || sys.contact.active().any(|(_, c)| c.tool == tool) {
             continue;
         }
-        let near = first_ahead(sys, tool);
-        let far = if near.is_none() { sys.way_ahead(tool) } else { None };
+        let seen = first_ahead(sys, tool);
+        let met = seen.filter(|&(k, way)| sys.meets(k, way));
+        let far = if met.is_none() { sys.way_ahead(tool) } else { None };
+        let near = if far.is_none() { seen } else { None };
         let way = near.map(|n| n.1).or(far).unwrap_or(f64::INFINITY);
         if sys.stops[tool].at - sys.tools[tool].travel < way {
             sys.stops[tool].reached = true;
@@ -217,6 +220,39 @@ pub(super) fn keep_pushed_tools(sys: &mut System) -> usize {
         }
     }
     changes
+}
+
+/// A correction, found anew where a tool had nothing to push against, if it comes to a node that it has not pushed so far.
+pub(super) fn opposed(
+    sys: &mut System,
+    found: Result<Correction, LinearError>,
+) -> Result<Correction, LinearError> {
+    match found {
+        Err(LinearError::Unopposed { .. }) if oppose(sys) => {
+            sys.assemble();
+            sys.correct_again()
+        }
+        found => found,
+    }
+}
+
+/// Takes in the nodes that those tools come to first which a force pushes and which touch the sheet with nothing but walls along
+/// their way, as where a node has slid round an edge into a bore. Whether there are any.
+pub(super) fn oppose(sys: &mut System) -> bool {
+    let mut any = false;
+    for tool in 0..sys.tools.len() {
+        let pushed = matches!(sys.roles[tool], Role::Force(_)) && !sys.stops[tool].reached;
+        let direction = sys.tools[tool].setup.direction;
+        let faces = |c: &Candidate| c.tool == tool && c.foot.normal.dot(&direction) > FACING;
+        if !pushed || sys.contact.active().any(|(_, c)| faces(c)) {
+            continue;
+        }
+        if let Some((k, _)) = first_ahead(sys, tool).filter(|&(k, way)| sys.meets(k, way)) {
+            switch(sys, k, true);
+            any = true;
+        }
+    }
+    any
 }
 
 /// The candidate that a tool comes to first by what the search has found, and the way there [mm].

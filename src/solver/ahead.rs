@@ -59,6 +59,18 @@ impl System {
         least.is_finite().then_some(least)
     }
 
+    /// Whether a tool, moved along its direction, meets a candidate's node about where its foot has it, `way` [mm] on: not one
+    /// beside it, whose foot lies on a face that bulges towards it.
+    pub(super) fn meets(&self, k: usize, way: f64) -> bool {
+        let c = &self.contact.candidates[k];
+        let (own, reach) = (&self.tools[c.tool], self.lengths.longest_edge);
+        let place = self.position(c.node) - own.shift();
+        let free = self.constraints.free_projector(c.node);
+        let pushes = |normal: &Vec3| (free * normal).norm() > PUSHABLE;
+        let most = way.max(0.0) + reach;
+        way_to(&own.setup.surface, &place, &own.setup.direction, [most, reach], pushes).is_some()
+    }
+
     /// How far a tool may be moved along its direction, however far, until it is about to meet the sheet [mm]: in round numbers,
     /// whatever patches it has beside the sheet.
     pub(super) fn way_ahead(&self, tool: usize) -> Option<f64> {

@@ -70,7 +70,9 @@ fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> S
         );
     }
     out += match cause {
-        NewtonError::Linear(LinearError::Unopposed { .. }) => "Let it push where the sheet is",
+        NewtonError::Linear(LinearError::Unopposed { .. }) => {
+            "Let it push where the sheet is, or give the blank a finer mesh under its edge"
+        }
         NewtonError::Linear(_) => {
             "Nothing may hold the sheet there against its loads and tools (friction may have given way): hold it (`holds`, `symmetry`), or keep a tool at it"
         }

@@ -1,6 +1,7 @@
 //! One increment: semi-smooth Newton with plasticity, contact and friction in the same loop.
 
-use super::active_set::{Pivoting, revise, settle};
+use super::active_set::{Pivoting, opposed, revise, settle};
+use super::ahead::FACING;
 use super::assembly::{ElementFailure, Foresight};
 use super::balance::{is_settled, record, size};
 use super::line_search;
@@ -8,7 +9,7 @@ use super::linear::LinearError;
 use super::linearised::Correction;
 use super::stages::{ContactMethod, IterationRecord, Limits};
 use super::steadying::Steadying;
-use super::system::{Residual, System};
+use super::system::{Residual, Role, System};
 use crate::geometry::Vec3;
 
 /// What an iterate is.
@@ -325,7 +326,8 @@ fn settled(
     limits: &Limits,
     near: bool,
 ) -> Result<(Correction, usize), NewtonError> {
-    let first = sys.correct()?;
+    let found = sys.correct();
+    let first = opposed(sys, found)?;
     let rounds = if near { ROUNDS_NEAR } else { ROUNDS };
     let (correction, solves) = settle(sys, first, limits, rounds)?;
     sys.remember_sliding();
@@ -356,10 +358,14 @@ fn hopeless(history: &[IterationRecord]) -> bool {
     lately && ((grows(n - 1) && grows(n - 2)) || n > 6)
 }
 
-/// Share of the correction that moves no node farther than two element lengths.
-fn bounded_share(sys: &System, correction: &Correction) -> f64 {
+/// Share of the correction that moves no node farther than two element lengths, and no tool that a force pushes farther than a
+/// node may go that it pushes with the steepest face there is: where nothing resists a tool, rounding says how far it goes.
+pub(super) fn bounded_share(sys: &System, correction: &Correction) -> f64 {
     let moves = correction.u.chunks_exact(3).map(|du| Vec3::from_column_slice(du).norm());
-    let largest = moves.fold(0.0, f64::max);
+    let pushed =
+        |tool: usize| matches!(sys.roles[tool], Role::Force(_)) && !sys.stops[tool].reached;
+    let tools = correction.travels.iter().filter(|t| pushed(t.0)).map(|t| FACING * t.1.abs());
+    let largest = moves.chain(tools).fold(0.0, f64::max);
     let allowed = 2.0 * sys.lengths.longest_edge;
     if largest > allowed { allowed / largest } else { 1.0 }
 }

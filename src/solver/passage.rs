@@ -82,7 +82,9 @@ impl Candidate {
                     (came_in && !held) || entry.is_other_side(&self.foot.normal, reach)
                 });
             }
-            done += foot.gap.abs().max(LEAST_STEP * reach);
+            let past = foot.past_border && foot.gap.is_finite();
+            let clear = if past { (place - foot.point).norm() } else { foot.gap.abs() };
+            done += clear.max(LEAST_STEP * reach);
         }
     }
 }

@@ -143,3 +143,16 @@ fn points_on_the_tool_and_over_its_vertices_are_found() {
         }
     }
 }
+
+/// Bounds say nothing of differences that rounding hides: parts were cut until the work allowed was spent.
+#[test]
+fn a_search_from_very_far_away_ends() {
+    let surface = ToolSurface::new(cup_die());
+    for far in [1e4, 1e6, 1e9, 1e12, 1e16] {
+        for along in [Vec3::z(), -Vec3::z(), Vec3::new(1.0, 0.4, 0.3)] {
+            let p = along.normalize() * far;
+            let foot = surface.closest(&p, None);
+            assert_eq!(foot.outcome, Outcome::Certified, "{p:?}");
+        }
+    }
+}

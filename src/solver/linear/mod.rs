@@ -42,7 +42,7 @@ pub enum LinearError {
     },
     /// A tool moved by force or spring meets nothing that its travel could change the force of.
     #[error(
-        "the tool that is moved by a force there has nothing to push against: moved along its direction it meets no node of the sheet that it could push"
+        "the tool that is moved by a force there has nothing to push against: moved along its direction it meets no node of the sheet that it could push (where its edge goes between two rows of nodes it passes both)"
     )]
     Unopposed {
         /// Which tool.

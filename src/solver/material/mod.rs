@@ -122,7 +122,7 @@ pub struct PointState {
 pub enum MaterialError {
     /// The deformation has lost its positive volume, or is not a number.
     #[error(
-        "eigenvalue {value} of the right Cauchy-Green tensor, must be finite and above zero: cut the increment"
+        "eigenvalue {value} of the right Cauchy-Green tensor, must be finite and above zero: the sheet is pressed to nothing there"
     )]
     Collapsed {
         /// The eigenvalue found.
@@ -130,7 +130,7 @@ pub enum MaterialError {
     },
     /// The scalar equation of the return mapping was not solved.
     #[error(
-        "return mapping stopped at residual {residual} of the yield stress after {iterations} iterations: cut the increment"
+        "return mapping stopped at residual {residual} of the yield stress after {iterations} iterations: the strain of one step is out of all proportion"
     )]
     ReturnMapping {
         /// Residual relative to the yield stress.

@@ -20,6 +20,7 @@ mod steadied;
 mod stop;
 mod tangent;
 mod tension;
+mod thrown;
 mod turned;
 
 use std::sync::Arc;

@@ -1,0 +1,72 @@
+//! Tools moved by force that nothing resists: how far a correction may take them, and which node they come to.
+
+use super::{body, setup, steel, tool};
+use crate::contact::test_tools::Builder;
+use crate::geometry::Vec3;
+use crate::solver::active_set::{keep_pushed_tools, oppose};
+use crate::solver::blank::rectangle;
+use crate::solver::linearised::Correction;
+use crate::solver::newton::bounded_share;
+use crate::solver::system::{Role, System};
+use crate::solver::{Constraints, SheetSide, Simulation};
+
+/// A sheet that goes down in stairs of 4 mm, one node each 2 mm, and a rod of radius 2 mm pushed down with its middle at
+/// x = 8.5, z = 10.
+fn rod_over_stairs() -> System {
+    let mut mesh = rectangle(20.0, 2.0, 1.0, 10, 1, 1);
+    mesh.nodes.iter_mut().for_each(|x| x.z += (2.0 * (10.0 - x.x)).clamp(0.0, 12.0));
+    let held = Constraints::none(mesh.nodes.len());
+    let on = |u: f64, v: f64| {
+        let (sin, cos) = (std::f64::consts::TAU * u).sin_cos();
+        let normal = Vec3::new(sin, 0.0, -cos);
+        (Vec3::new(8.5, 60.0 * v - 20.0, 10.0) + 2.0 * normal, normal)
+    };
+    let model = Builder::new("rod").grid(32, 1, on).build();
+    let tools = vec![tool("rod", model, -Vec3::z(), SheetSide::Top, 0.0)];
+    let mut sys = Simulation::new(setup(body(mesh, steel()), held, tools, Vec::new())).unwrap().sys;
+    sys.roles = vec![Role::Force(10.0)];
+    sys.search();
+    sys
+}
+
+/// The node at x = 6 is nearest, and the rod passes it by.
+#[test]
+fn a_force_pushes_a_tool_onto_a_node_in_its_way() {
+    let mut sys = rod_over_stairs();
+    assert_eq!(keep_pushed_tools(&mut sys), 1);
+    let (_, touching) = sys.contact.active().next().unwrap();
+    assert!((sys.position(touching.node).x - 8.0).abs() < 1e-9);
+    let way = 5.0 - 3.75_f64.sqrt();
+    assert!((sys.tools[0].travel - way).abs() < 0.1, "{}", sys.tools[0].travel);
+}
+
+/// A node that has slid round an edge touches a wall that the tool's way goes along, which held the tool as nothing else did.
+#[test]
+fn a_tool_that_touches_with_a_wall_comes_to_the_next_node() {
+    let mut sys = rod_over_stairs();
+    let beside: Vec<usize> = (0..sys.contact.candidates.len())
+        .filter(|&k| (sys.position(sys.contact.candidates[k].node).x - 6.0).abs() < 1e-9)
+        .collect();
+    for &k in &beside {
+        let c = &mut sys.contact.candidates[k];
+        (c.active, c.foot.normal) = (true, Vec3::x());
+    }
+    assert!(oppose(&mut sys) && !oppose(&mut sys));
+    let met = sys.contact.active().filter(|(k, _)| !beside.contains(k));
+    let at: Vec<f64> = met.map(|(_, c)| sys.position(c.node).x).collect();
+    assert!(at.len() == 1 && (at[0] - 8.0).abs() < 1e-9, "{at:?}");
+}
+
+/// Where the sheet went along with a tool the matrix had nothing but rounding to divide by: it was thrown by 3e16 mm, and no
+/// search from there ended.
+#[test]
+fn a_correction_throws_no_tool_off() {
+    let sys = rod_over_stairs();
+    let of = |travel: f64| Correction {
+        u: vec![0.0; sys.u.len()],
+        travels: vec![(0, travel)],
+        foretold: Vec::new(),
+    };
+    assert!(bounded_share(&sys, &of(-3e16)) * 3e16 < 50.0 * sys.lengths.longest_edge);
+    assert!((bounded_share(&sys, &of(10.0)) - 1.0).abs() < 1e-15);
+}

@@ -298,3 +298,61 @@ fn planes_about_which_the_material_is_not_symmetric_are_named() {
     let named = |text: &str| text.matches("the material is not symmetric about the plane").count();
     assert_eq!([0.0, 90.0, 30.0].map(|degrees| named(&rolled(degrees))), [0, 0, 2]);
 }
+
+#[test]
+fn a_quarter_disc_without_its_planes_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::create_dir_all(folder).unwrap();
+    copied("published/hemisphere", folder);
+    let with = |planes: Value, axes: Value| {
+        told(folder, "case.scene.json", |scene| {
+            scene["symmetry"] = planes.clone();
+            scene["holds"][0]["axes"] = axes.clone();
+        })
+    };
+    let words = "a quarter disc and no symmetry plane, nor anything held, at";
+    let both = json!([{"normal": "x"}, {"normal": "y"}]);
+    assert!(!with(both, json!(["z"])).contains(words));
+    let text = with(json!([{"normal": "y"}]), json!(["z"]));
+    assert!(text.contains(&format!("{words} x = 0;")), "{text}");
+    let text = with(json!([]), json!(["z"]));
+    assert!(text.contains(&format!("{words} x = 0 and y = 0;")), "{text}");
+}
+
+/// The die has a radius of 7 mm, the sheet 0.8 and 1.6.
+#[test]
+fn one_layer_over_a_sharp_radius_is_told_where_it_springs_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("u-draw", folder);
+    let with = |layers: usize, thickness: f64, lets_go: bool| {
+        told(folder, "u-draw.scene.json", |scene| {
+            scene["blank"]["layers"] = json!(layers);
+            scene["blank"]["thickness_mm"] = json!(thickness);
+            if lets_go {
+                let all = json!({"die": {"release": true}, "punch": {"release": true}, "holder": {"release": true}});
+                scene["stages"].as_array_mut().unwrap().push(json!({"name": "off", "drive": all}));
+            }
+        })
+    };
+    let words = "springs back by up to twice";
+    assert!(with(1, 1.6, true).contains(words));
+    for (layers, thickness, lets_go) in [(1, 0.8, true), (2, 1.6, true), (1, 1.6, false)] {
+        let text = with(layers, thickness, lets_go);
+        assert!(!text.contains(words), "{text}");
+    }
+    assert!(with(2, 0.8, true).contains("one bends as well"));
+    assert!(!with(2, 1.6, true).contains("one bends as well"));
+}
+
+#[test]
+fn loads_are_told_with_what_of_them_is_on_the_modelled_part() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("u-draw", folder);
+    let text = told(folder, "u-draw.scene.json", |scene| {
+        scene["symmetry"] = json!([{"normal": "x"}]);
+    });
+    assert!(text.contains("(16, 0, 0) N ((8, 0, 0) N on the modelled part)"), "{text}");
+}

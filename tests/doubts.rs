@@ -101,7 +101,7 @@ fn a_tool_that_touches_the_wrong_face_is_told() {
     let depth = found["depth_mm"].as_f64().unwrap();
     // The sheet is 0.8 mm thick.
     assert!((0.7..0.9).contains(&depth), "{depth}");
-    assert!(warns(&record, "it touches the wrong face of the sheet"), "{record}");
+    assert!(warns(&record, "a tool sees nodes of one face of the sheet"), "{record}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 pub mod bars;
 pub mod charts;
+pub mod csv;
 pub mod drawing;
 pub mod page;
 pub mod record;

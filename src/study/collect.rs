@@ -15,6 +15,7 @@ use super::execute::{Manifest, State, folder_of};
 use super::file::Study;
 use super::inputs::{digest, inputs};
 use super::output::{plot, write_csv};
+use crate::report::csv;
 use crate::report::drawing::write_chart;
 use crate::report::page::Page;
 use crate::report::record::RunRecord;
@@ -241,12 +242,12 @@ fn compare(rows: &mut [Row<'_>], reference: Option<&str>) {
 
 /// Travel and force of a tool from `history.csv`, as long as its travel grows.
 fn curve(history: &str, tool: &str) -> Vec<(f64, f64)> {
-    let mut rows = history.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let mut rows = csv::rows(history).into_iter().map(csv::cells);
     let Some(head) = rows.next() else { return Vec::new() };
     let column = |name: String| head.iter().position(|h| *h == name);
     let columns = (column(format!("{tool}_travel_mm")), column(format!("{tool}_force_n")));
     let (Some(x), Some(y)) = columns else { return Vec::new() };
-    let number = |row: &[&str], k: usize| row.get(k).and_then(|c| c.parse::<f64>().ok());
+    let number = |row: &[String], k: usize| row.get(k).and_then(|c| c.parse::<f64>().ok());
     let mut out: Vec<(f64, f64)> = Vec::new();
     for row in rows {
         if let (Some(x), Some(y)) = (number(&row, x), number(&row, y))

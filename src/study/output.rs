@@ -5,6 +5,7 @@ use std::path::Path;
 use super::StudyError;
 use crate::files::write_atomic;
 use crate::report::charts::{Series, lines};
+use crate::report::csv;
 use crate::report::drawing::{Chart, Line};
 use crate::report::page::Page;
 
@@ -15,21 +16,13 @@ pub(super) fn write_csv(
     table: &[Vec<String>],
 ) -> Result<(), StudyError> {
     write_atomic(path, |w| {
-        writeln!(w, "{}", head.iter().map(|c| quote(c)).collect::<Vec<_>>().join(","))?;
+        writeln!(w, "{}", head.iter().map(|c| csv::quoted(c)).collect::<Vec<_>>().join(","))?;
         for row in table {
-            writeln!(w, "{}", row.iter().map(|c| quote(c)).collect::<Vec<_>>().join(","))?;
+            writeln!(w, "{}", row.iter().map(|c| csv::quoted(c)).collect::<Vec<_>>().join(","))?;
         }
         Ok(())
     })?;
     Ok(())
-}
-
-fn quote(cell: &str) -> String {
-    if cell.contains([',', '"', '\n']) {
-        format!("\"{}\"", cell.replace('"', "\"\""))
-    } else {
-        cell.to_owned()
-    }
 }
 
 /// Puts a chart on a page, under its title; lines of marks only become rings.

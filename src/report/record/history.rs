@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::files::{WriteError, write_atomic};
+use crate::report::csv;
 
 /// One increment, as a line of `history.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,7 +65,7 @@ impl History {
     /// # Errors
     /// What was found, and in which line.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let mut lines = rows_of(text).into_iter();
+        let mut lines = csv::rows(text).into_iter();
         let head: Vec<&str> = lines.next().unwrap_or("").split(',').collect();
         let tools: Vec<String> =
             head.iter().filter_map(|c| c.strip_suffix("_travel_mm")).map(str::to_owned).collect();
@@ -100,7 +101,7 @@ impl History {
             ",iterations,contact_nodes,slipping_nodes,external_work_nmm,internal_work_nmm,friction_work_nmm"
         )?;
         for row in &self.rows {
-            write!(w, "{},{},{}", row.increment, quoted(&row.stage), row.time)?;
+            write!(w, "{},{},{}", row.increment, csv::quoted(&row.stage), row.time)?;
             for (travel, force) in row.travel_mm.iter().zip(&row.force_n) {
                 write!(w, ",{travel},{force}")?;
             }
@@ -114,40 +115,6 @@ impl History {
         }
         Ok(())
     }
-}
-
-/// A name as a field of a table: in quotes where it has what separates fields or rows (RFC 4180).
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", name.replace('"', "\"\""))
-    } else {
-        name.to_owned()
-    }
-}
-
-/// The name that a field is of.
-fn unquoted(field: &str) -> String {
-    let inner = field.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
-    inner.map_or_else(|| field.to_owned(), |name| name.replace("\"\"", "\""))
-}
-
-/// Rows of a table: lines but for breaks within quotes.
-fn rows_of(text: &str) -> Vec<&str> {
-    let (mut rows, mut start, mut within) = (Vec::new(), 0, false);
-    for (at, c) in text.char_indices() {
-        match c {
-            '"' => within = !within,
-            '\n' if !within => {
-                rows.push(text[start..at].trim_end_matches('\r'));
-                start = at + 1;
-            }
-            _ => {}
-        }
-    }
-    if start < text.len() {
-        rows.push(&text[start..]);
-    }
-    rows
 }
 
 /// A row of `history.csv` with `behind` columns behind the stage, whose name may have commas.
@@ -167,7 +134,7 @@ fn parse_row(text: &str, behind: usize) -> Option<HistoryRow> {
     }
     Some(HistoryRow {
         increment: increment.parse().ok()?,
-        stage: unquoted(stage),
+        stage: csv::unquoted(stage),
         time: number(time)?,
         travel_mm: numbers.iter().step_by(2).copied().collect(),
         force_n: numbers.iter().skip(1).step_by(2).copied().collect(),

@@ -46,7 +46,7 @@ impl RunRecord {
         let found = self.in_tool.as_ref()?;
         let [x, y, z] = found.at_mm;
         Some(format!(
-            "at the end of stage `{}` {} nodes of the sheet are inside {}, the deepest by {:.3} mm at ({x:.1}, {y:.1}, {z:.1}) mm: it touches the wrong face of the sheet (its `direction` or `side`), or came in where the sheet was",
+            "at the end of stage `{}` {} nodes of the sheet are inside {}, the deepest by {:.3} mm at ({x:.1}, {y:.1}, {z:.1}) mm: a tool sees nodes of one face of the sheet (its `direction` or `side`), which is the wrong one or not the only one that it meets (\"both\"), or it came in where the sheet was",
             found.stage, found.nodes, found.tool, found.depth_mm
         ))
     }

@@ -78,7 +78,7 @@ struct Frame {
     share: f64,
     /// Tangential projector.
     tangent: Mat3,
-    /// Projector on what of the tool's tangential plane the node is held in.
+    /// Projector on the directions in which the node is held, where they are tangents of the tool.
     across: Mat3,
     /// Curvature at the node.
     curvature: Mat3,
@@ -95,6 +95,9 @@ impl Frame {
 /// A node whose free directions hold less than this share of the normal cannot be pushed by the tool.
 pub(super) const PUSHABLE: f64 = 0.3;
 
+/// Share of a normal in a node's free directions from which the directions in which that is held are tangents of the tool.
+const UPRIGHT: f64 = 1.0 - 1e-6;
+
 fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
     let along = free * foot.normal;
     let share = along.norm();
@@ -103,7 +106,8 @@ fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
     }
     let normal = along / share;
     let tangent = free - normal * normal.transpose();
-    let across = Mat3::identity() - foot.normal * foot.normal.transpose() - tangent;
+    // A normal that leans out of the free directions has no tangent that is held and nothing else.
+    let across = if share > UPRIGHT { Mat3::identity() - free } else { Mat3::zeros() };
     let parallel = (Mat3::identity() - foot.curvature * foot.gap)
         .try_inverse()
         .map_or(foot.curvature, |inverse| foot.curvature * inverse);

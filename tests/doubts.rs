@@ -1,33 +1,26 @@
 //! Scenes that can be run and are not what they were meant to be: runs end, and say so.
 
+mod strip;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::{Value, json};
+use strip::scene_in;
 
-/// The coarse strip of `fixtures/u-draw`, changed, drawn a little way.
-fn scene_in(folder: &Path, change: impl FnOnce(&Path, &mut Value)) -> PathBuf {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/u-draw");
-    for entry in fs::read_dir(&from).unwrap() {
-        let path = entry.unwrap().path();
-        fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
-    }
-    let scene = fs::read_to_string(from.join("u-draw.scene.json")).unwrap();
-    let mut scene: Value = serde_json::from_str(&scene).unwrap();
-    scene["blank"]["shape"]["rectangle"]["elements"] = json!([35, 1]);
-    scene["blank"]["layers"] = json!(1);
-    scene["stages"][0]["drive"]["punch"]["travel_mm"] = json!(0.5);
-    change(folder, &mut scene);
-    let file = folder.join("doubtful.scene.json");
-    fs::write(&file, scene.to_string()).unwrap();
-    file
+/// The strip, changed, drawn a little way.
+fn drawn(folder: &Path, change: impl FnOnce(&Path, &mut Value)) -> PathBuf {
+    scene_in(folder, |folder, scene| {
+        scene["stages"][0]["drive"]["punch"]["travel_mm"] = json!(0.5);
+        change(folder, scene);
+    })
 }
 
 /// What `check` says of it.
 fn checked(change: impl FnOnce(&Path, &mut Value)) -> String {
     let folder = tempfile::tempdir().unwrap();
-    let file = scene_in(folder.path(), change);
+    let file = drawn(folder.path(), change);
     let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
     let done = command.arg("check").arg(&file).output().unwrap();
     String::from_utf8(done.stdout).unwrap()
@@ -37,7 +30,7 @@ fn checked(change: impl FnOnce(&Path, &mut Value)) -> String {
 fn run(change: impl FnOnce(&Path, &mut Value)) -> Value {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let file = scene_in(folder, change);
+    let file = drawn(folder, change);
     let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
     command.arg("run").arg(&file).arg("-q").arg("-o").arg(folder.join("run"));
     let done = command.output().unwrap();

@@ -1,25 +1,17 @@
 //! A run that cannot go on says where and why, and leaves what it had; one that can does.
 
+mod strip;
+
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
 use serde_json::{Value, json};
+use strip::scene_in;
 
-/// Runs the strip of `fixtures/u-draw` with other tools, stages and limits: the exit code and what was said.
+/// Runs the strip with other tools, stages and limits: the exit code and what was said.
 fn run(folder: &Path, change: impl FnOnce(&mut Value)) -> (Option<i32>, String) {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/u-draw");
-    for entry in fs::read_dir(&from).unwrap() {
-        let path = entry.unwrap().path();
-        fs::copy(&path, folder.join(path.file_name().unwrap())).unwrap();
-    }
-    let scene = fs::read_to_string(from.join("u-draw.scene.json")).unwrap();
-    let mut scene: Value = serde_json::from_str(&scene).unwrap();
-    scene["blank"]["shape"]["rectangle"]["elements"] = json!([35, 1]);
-    scene["blank"]["layers"] = json!(1);
-    change(&mut scene);
-    let file = folder.join("crush.scene.json");
-    fs::write(&file, scene.to_string()).unwrap();
+    let file = scene_in(folder, |_, scene| change(scene));
     let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
     command.arg("run").arg(&file).arg("-q").arg("-o").arg(folder.join("run"));
     let done = command.output().unwrap();
@@ -49,7 +41,7 @@ fn a_tool_that_cannot_be_placed_is_told_why_and_no_state_is_spoken_of() {
 fn crushed(folder: &Path) -> (Option<i32>, String) {
     run(folder, |scene| {
         let crush = json!({"holder": {"travel_mm": 1.2}});
-        scene["stages"] = json!([{"name": "crush", "drive": crush, "first_increment": 1.0}]);
+        scene["stages"] = json!([{"name": "crush", "drive": crush, "largest_increment": 0.1}]);
         scene["solver"] = json!({"iterations": 5});
     })
 }

@@ -16,6 +16,9 @@ impl System {
     /// Force of a tool on the node of a touching candidate: what its free directions leave over, what that is the part of, and
     /// friction along a way of the tool in which the node is held.
     pub(super) fn contact_force(&self, c: &Candidate) -> Vec3 {
+        if self.constraints.is_free(c.node) {
+            return self.force_at(c.node);
+        }
         let free = self.constraints.free_projector(c.node);
         let force = free * self.force_at(c.node);
         let p = self.position(c.node) - self.tools[c.tool].shift();

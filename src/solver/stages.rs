@@ -228,7 +228,8 @@ pub fn convergence_order(history: &[IterationRecord]) -> Option<f64> {
             && w[0].residual < BASIN
             && w[2].residual > ROUNDING
     };
-    let last = history.windows(3).rev().find(|w| settled(w))?;
+    // The first correction is made with what is foreseen, not with the tangent of where it begins.
+    let last = history.get(1..)?.windows(3).rev().find(|w| settled(w))?;
     let fall = |k: usize| (last[k].residual / last[k + 1].residual).ln();
     // A fall by less than ten is no step of an iteration near its end, and says nothing of the next.
     (fall(0) > LEAST && fall(1) > 0.0).then(|| fall(1) / fall(0))

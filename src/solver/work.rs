@@ -15,7 +15,8 @@ struct ContactWork {
     /// Of normal forces over the gap of nodes that begin or cease to touch, over which there is none: as the trapezoidal rule has
     /// it.
     over_gaps: f64,
-    /// What the trapezoidal rule leaves out of the first where a node slides: friction turns round before that.
+    /// What the trapezoidal rule leaves out of the first where a node slides: friction is against its slip all the way, by
+    /// Coulomb's law with the mean normal force, whatever it was against before.
     turned: f64,
 }
 
@@ -35,9 +36,10 @@ impl ContactWork {
             let slip = if touched { place - c.start } else { way };
             let friction = 0.5 * (before.tangential() + now.tangential()).dot(&slip);
             sum.friction += friction;
-            let slides = touched && c.active && slip.norm() > SLIDES * sys.lengths.transition;
-            if slides {
-                sum.turned += sliding(&before, now).dot(&slip) - friction;
+            let along = tangential(&before, now, &slip);
+            if along > SLIDES * sys.lengths.transition {
+                let mean = 0.5 * (before.normal().norm() + now.normal().norm());
+                sum.turned -= along * sys.law(c.tool).mu * mean + friction;
             }
             // A tool that comes back may find a node within it: a gap too.
             let closer = if touched == c.active { c.start - (place - way) } else { way };
@@ -51,10 +53,10 @@ impl ContactWork {
 /// Slip over the transition of friction from which on a node slides.
 const SLIDES: f64 = 10.0 * REMEMBERED;
 
-/// Friction on a node that slides: along its slip throughout, as it is at the end, in proportion to the mean normal force.
-fn sliding(before: &Force, now: &Force) -> Vec3 {
-    let [first, last] = [before, now].map(|force| force.normal().norm());
-    if last > 0.0 { now.tangential() * (0.5 * (first + last) / last) } else { now.tangential() }
+/// Length of a slip along a tool, whose normal is that of the forces at either end, or at one.
+fn tangential(before: &Force, now: &Force, slip: &Vec3) -> f64 {
+    let normal = (before.normal() + now.normal()).try_normalize(0.0).unwrap_or_default();
+    (slip - normal * normal.dot(slip)).norm()
 }
 
 /// Work of an increment, of the whole process [N mm].

@@ -61,10 +61,20 @@ fn a_wall_that_leans_pushes_along_its_normal_and_does_the_work() {
     assert!((forced.travel / 1.5 - 1.0).abs() < 1e-6, "{}", forced.travel);
 }
 
-/// A sheet of 8 x 4 x 1 mm pressed with 100 N on a bed that moves along `way`, its friction 0.3; of the sheet the nodes up to
-/// `held` are held along x and y, and one is along y. Force of the bed [N], work of it and of friction [N mm].
-fn rubbed(held: f64, way: Vec3, course: Curve, step: f64) -> (Vec3, [f64; 2]) {
-    let mesh = rectangle(8.0, 4.0, 1.0, 4, 2, 1);
+/// A sheet, 1 mm thick, with as many elements along x and y, and the force [N] that presses it on a bed.
+struct Pressed {
+    size: [f64; 2],
+    elements: [usize; 2],
+    force: f64,
+}
+
+const SMALL: Pressed = Pressed { size: [8.0, 4.0], elements: [4, 2], force: 100.0 };
+
+/// The sheet rubbed by its bed, which moves along `way`, friction 0.3; nodes up to `held` are held along x and y. Force of the
+/// bed [N], work of it and of friction [N mm].
+fn rubbed(sheet: &Pressed, held: f64, way: Vec3, course: Curve, step: f64) -> (Vec3, [f64; 2]) {
+    let ([x, y], [nx, ny], force) = (sheet.size, sheet.elements, sheet.force);
+    let mesh = rectangle(x, y, 1.0, nx, ny, 1);
     let mut constraints = Constraints::none(mesh.nodes.len());
     for (node, _) in mesh.nodes.iter().enumerate().filter(|(_, x)| x.x <= held) {
         constraints.hold(node, 0);
@@ -74,10 +84,10 @@ fn rubbed(held: f64, way: Vec3, course: Curve, step: f64) -> (Vec3, [f64; 2]) {
         tool("bed", square("bed", 0.0, true), way, SheetSide::Bottom, 0.3),
         tool("weight", square("weight", 1.0, false), -Vec3::z(), SheetSide::Top, 0.0),
     ];
-    let force = |curve: Curve| Motion::Force(curve);
+    let weight = |curve: Curve| Motion::Force(curve);
     let stages = vec![
-        stage("load", vec![Motion::Hold, force(Curve::ramp(0.0, 100.0))], 1.0),
-        stage("rub", vec![Motion::Travel(course), force(Curve::constant(100.0))], step),
+        stage("load", vec![Motion::Hold, weight(Curve::ramp(0.0, force))], 1.0),
+        stage("rub", vec![Motion::Travel(course), weight(Curve::constant(force))], step),
     ];
     let mut setup = setup(body(mesh, steel()), constraints, tools, stages);
     setup.stages[1].largest_step = step;
@@ -98,7 +108,7 @@ fn rubbed(held: f64, way: Vec3, course: Curve, step: f64) -> (Vec3, [f64; 2]) {
 fn friction_on_nodes_that_are_held_goes_to_what_holds_them() {
     for way in [Vec3::x(), Vec3::new(0.6, 0.8, 0.0)] {
         for held in [0.0, 4.0, 8.0] {
-            let (force, [work, friction]) = rubbed(held, way, Curve::to(0.05), 0.2);
+            let (force, [work, friction]) = rubbed(&SMALL, held, way, Curve::to(0.05), 0.2);
             let along = force.dot(&way);
             assert!((along / 30.0 - 1.0).abs() < 1e-3, "{held}: {along}");
             let across = (force - way * along).xy().norm();
@@ -112,8 +122,22 @@ fn friction_on_nodes_that_are_held_goes_to_what_holds_them() {
 /// To and fro: friction turns round within increments, and its work is that of the way.
 #[test]
 fn friction_that_turns_round_does_the_work_of_its_way() {
-    let course = || Curve::new(vec![(0.0, 0.0), (0.25, 0.05), (0.75, -0.05), (1.0, 0.0)]);
-    let (_, [work, friction]) = rubbed(0.0, Vec3::x(), course(), 0.125);
+    let course = Curve::new(vec![(0.0, 0.0), (0.25, 0.05), (0.75, -0.05), (1.0, 0.0)]);
+    let (_, [work, friction]) = rubbed(&SMALL, 0.0, Vec3::x(), course, 0.125);
     assert!((friction / 6.0 - 1.0).abs() < 0.02, "{friction}");
     assert!((work / friction - 1.0).abs() < 0.02, "{work} {friction}");
+}
+
+/// Across a sheet that is held at one end, far: the pressure goes to the other side as friction turns round, nodes lift off and
+/// others come down.
+#[test]
+fn nodes_that_lift_off_as_friction_turns_round_have_done_its_work() {
+    let sheet = Pressed { size: [10.0, 10.0], elements: [6, 6], force: 500.0 };
+    for step in [0.5, 0.1] {
+        let course = Curve::new(vec![(0.0, 0.0), (0.5, 1.0), (1.0, -1.0)]);
+        let (force, [work, friction]) = rubbed(&sheet, 0.0, Vec3::y(), course, step);
+        assert!((force.y / -150.0 - 1.0).abs() < 1e-3, "{step}: {force}");
+        assert!((friction / 450.0 - 1.0).abs() < 2e-3, "{step}: {friction}");
+        assert!((work / friction - 1.0).abs() < 1e-3, "{step}: {work} {friction}");
+    }
 }

@@ -86,6 +86,36 @@ pub(super) fn consistency(material: &Plastic, stress: &Mandel, state: &[f64]) ->
         - 1.0
 }
 
+/// Backstresses that recover, strained one way in one step and in a thousand, then back likewise: the same flow, as the
+/// direction of flow does not change on the way.
+#[test]
+fn recovery_is_exact_for_flow_that_goes_one_way() {
+    let isotropic = Hill48 { f: 0.5, g: 0.5, h: 0.5, l: 1.5, m: 1.5, n: 1.5 };
+    let law = Plastic::new(ELASTIC, &isotropic, swift()).unwrap();
+    let hosford = YieldFunction::Yld2004(Box::new(Yld2004::hosford(6.5).unwrap()));
+    let other = Plastic::with_yield(ELASTIC, hosford, swift()).unwrap();
+    for material in [law, other] {
+        let backstresses = vec![Backstress { modulus: 8000.0, recovery: 60.0 }];
+        let material = material.with_backstresses(backstresses).unwrap();
+        let strained = |steps: usize| {
+            let mut state = vec![0.0; material.state_len()];
+            let mut at = 0.0;
+            for end in [0.08, -0.05] {
+                let from = at;
+                for k in 1..=steps {
+                    at = from + (end - from) * k as f64 / steps as f64;
+                    state = run(&material, &[at, -0.5 * at, -0.5 * at, 0.0, 0.0, 0.0], &state).1;
+                }
+            }
+            [state[EQUIVALENT], state[BACKSTRESS]]
+        };
+        let (once, often) = (strained(1), strained(1000));
+        for (once, often) in once.into_iter().zip(often) {
+            assert!((once / often - 1.0).abs() < 1e-9, "{once} {often}");
+        }
+    }
+}
+
 /// The mapping for any yield function, given Hill's, does what the closed form does; and the bracketed
 /// search does what Newton's method on both equations does.
 #[test]

@@ -341,3 +341,32 @@ pub struct RunSummary {
     /// Wall time by phase [s].
     pub timings: Timings,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn history(residuals: &[f64]) -> Vec<IterationRecord> {
+        let record = |&residual: &f64| IterationRecord {
+            residual,
+            gap: 0.0,
+            penetration: 0.0,
+            correction: 0.0,
+            contacts: 10,
+            slipping: 2,
+            stuck: 0,
+            changes: 0,
+        };
+        residuals.iter().map(record).collect()
+    }
+
+    #[test]
+    fn the_order_is_of_newton_steps_near_their_end() {
+        let order = |residuals: &[f64]| convergence_order(&history(residuals));
+        assert!((order(&[0.05, 0.02, 4e-4, 1.6e-7]).unwrap() - 2.0).abs() < 1e-12);
+        // An elastic increment: the first correction is made with what is foreseen, and one more ends it.
+        assert_eq!(order(&[1.2e-3, 1.3e-4, 4.6e-9]), None);
+        // A fall by less than ten on the way.
+        assert_eq!(order(&[0.9, 0.09, 0.08, 1e-6]), None);
+    }
+}

@@ -236,6 +236,13 @@ impl RunFolder {
         ]
         .map(|(name, seconds)| (name.to_owned(), seconds))
         .into();
+        self.update_balances(report);
+        self.record.springback = self.springback.take(report);
+    }
+
+    /// How well forces, energies and volume balance.
+    fn update_balances(&mut self, report: &IncrementReport<'_>) {
+        let record = &mut self.record;
         // Tool forces against internal forces: the sum over all tools and held planes vanishes at equilibrium, so
         // what is checked is the modelled part's contact forces against the tools' vectors.
         let nodal = report.contact_forces.chunks_exact(3).fold([0.0; 3], |mut sum, f| {
@@ -267,7 +274,6 @@ impl RunFolder {
         record.penetration_mm = record.penetration_mm.max(deepest);
         let volume = report.volume_balance.map(|off| off.max(record.volume_balance.unwrap_or(0.0)));
         record.volume_balance = volume.or(record.volume_balance);
-        record.springback = self.springback.take(report);
     }
 
     /// Takes the increment that the solver gave up: what it cost, and the iterations of its last attempt.

@@ -212,6 +212,22 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// That the sheet has not come to patches that were left out.
+    fn look_for_breach(
+        &self,
+        simulation: &Simulation,
+        folder: &mut RunFolder,
+    ) -> Result<(), RunError> {
+        let found = self.guard.as_ref().and_then(|guard| guard.breach(simulation));
+        let Some((tool, node)) = found else { return Ok(()) };
+        let (tool, folder_path) = (self.plan.scene.tools[tool].name.clone(), folder.path.clone());
+        let increment = simulation.summary().increments;
+        let error = RunError::LeftOut { increment, tool, node, folder: folder_path };
+        folder.write_last_state(simulation, Some(node))?;
+        folder.finish(Verdict::NoConvergence, Some(error.to_string()), self.start)?;
+        Err(error)
+    }
+
     /// Increment by increment to the end, with checkpoints.
     fn go_on(
         &self,
@@ -244,14 +260,7 @@ impl Run<'_> {
                 Ok(false) => return Ok(Ok(())),
                 Err(error) => return Ok(Err(error)),
             }
-            if let Some((tool, node)) = self.guard.as_ref().and_then(|g| g.breach(simulation)) {
-                let tool = plan.scene.tools[tool].name.clone();
-                let error =
-                    RunError::LeftOut { increment, tool, node, folder: folder.path.clone() };
-                folder.write_last_state(simulation, Some(node))?;
-                folder.finish(Verdict::NoConvergence, Some(error.to_string()), start)?;
-                return Err(error);
-            }
+            self.look_for_breach(simulation, folder)?;
             let stop = options.stop.is_some_and(|flag| flag.load(Ordering::Relaxed));
             if stop || (every > 0 && increment.is_multiple_of(every)) {
                 checkpoint::write(folder, &simulation.state(), count)?;

@@ -15,62 +15,66 @@ pub type Fault = (String, String, String);
 
 /// What is out of range in a scene: place, what was found, what is allowed.
 pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
-    let need = |ok: bool, place: String, found: String, allowed: &str| {
-        if ok { Ok(()) } else { Err((place, found, allowed.to_owned())) }
-    };
     need(scene.version == VERSION, "version".into(), scene.version.to_string(), "1")?;
     check_blank(scene)?;
     need(!scene.tools.is_empty(), "tools".into(), "none".into(), "at least one tool")?;
-    for (k, tool) in scene.tools.iter().enumerate() {
-        let at = |key: &str| format!("tools[{k}].{key}");
-        let word = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        let length = tool.name.chars().count();
-        let named = (1..=LONGEST_NAME).contains(&length) && tool.name.chars().all(word);
-        let name = match tool.name.char_indices().nth(LONGEST_NAME) {
-            Some((end, _)) => format!("'{}...', {length} letters", &tool.name[..end]),
-            None => format!("'{}'", tool.name),
-        };
-        need(named, at("name"), name.clone(), "up to 64 letters, digits, '-' and '_'")?;
-        let first = scene.tools.iter().position(|t| t.name == tool.name) == Some(k);
-        need(first, at("name"), name, "a name of its own")?;
-        let length = tool.direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let direction = length > 0.0 && length.is_finite();
-        need(
-            direction,
-            at("direction"),
-            format!("{:?}", tool.direction),
-            "a vector that is not zero",
-        )?;
-        let mu = tool.friction;
-        need((0.0..10.0).contains(&mu), at("friction"), mu.to_string(), "0 to 10")?;
-        let stop = tool.stop_mm.unwrap_or(0.0);
-        let ahead = "a travel of 0 mm or more: tools begin at 0";
-        need(stop >= 0.0 && stop.is_finite(), at("stop_mm"), stop.to_string(), ahead)?;
-    }
+    (0..scene.tools.len()).try_for_each(|k| check_tool(scene, k))?;
     need(!scene.stages.is_empty(), "stages".into(), "none".into(), "at least one stage")?;
-    for (k, stage) in scene.stages.iter().enumerate() {
-        let unknown = stage.drive.keys().find(|n| !scene.tools.iter().any(|t| t.name == **n));
-        if let Some(name) = unknown {
-            let names: Vec<&str> = scene.tools.iter().map(|t| t.name.as_str()).collect();
-            let place = format!("stages[{k}].drive");
-            return Err((place, format!("tool '{name}'"), names.join(", ")));
-        }
-        for (name, drive) in &stage.drive {
-            check_drive(&format!("stages[{k}].drive.{name}"), drive)?;
-        }
-        for (key, value) in [
-            ("first_increment", stage.first_increment),
-            ("largest_increment", stage.largest_increment),
-        ] {
-            let fits = value.is_none_or(|v| v > 0.0 && v <= 1.0);
-            let found = value.map_or_else(String::new, |value| value.to_string());
-            need(fits, format!("stages[{k}].{key}"), found, "above 0, at most 1")?;
-        }
-    }
+    (0..scene.stages.len()).try_for_each(|k| check_stage(scene, k))?;
     if let Some([place, found, allowed]) = jump(scene) {
         return Err((place, found, allowed));
     }
     check_solver(&scene.solver)
+}
+
+fn need(ok: bool, place: String, found: String, allowed: &str) -> Result<(), Fault> {
+    if ok { Ok(()) } else { Err((place, found, allowed.to_owned())) }
+}
+
+fn check_tool(scene: &Scene, k: usize) -> Result<(), Fault> {
+    let tool = &scene.tools[k];
+    let at = |key: &str| format!("tools[{k}].{key}");
+    let word = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    let letters = tool.name.chars().count();
+    let named = (1..=LONGEST_NAME).contains(&letters) && tool.name.chars().all(word);
+    let name = match tool.name.char_indices().nth(LONGEST_NAME) {
+        Some((end, _)) => format!("'{}...', {letters} letters", &tool.name[..end]),
+        None => format!("'{}'", tool.name),
+    };
+    let allowed = format!("up to {LONGEST_NAME} letters, digits, '-' and '_'");
+    need(named, at("name"), name.clone(), &allowed)?;
+    let first = scene.tools.iter().position(|t| t.name == tool.name) == Some(k);
+    need(first, at("name"), name, "a name of its own")?;
+    let length = tool.direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let points = length > 0.0 && length.is_finite();
+    let direction = format!("{:?}", tool.direction);
+    need(points, at("direction"), direction, "a vector that is not zero")?;
+    let mu = tool.friction;
+    need((0.0..10.0).contains(&mu), at("friction"), mu.to_string(), "0 to 10")?;
+    let stop = tool.stop_mm.unwrap_or(0.0);
+    let ahead = "a travel of 0 mm or more: tools begin at 0";
+    need(stop >= 0.0 && stop.is_finite(), at("stop_mm"), stop.to_string(), ahead)
+}
+
+fn check_stage(scene: &Scene, k: usize) -> Result<(), Fault> {
+    let stage = &scene.stages[k];
+    let unknown = stage.drive.keys().find(|n| !scene.tools.iter().any(|t| t.name == **n));
+    if let Some(name) = unknown {
+        let names: Vec<&str> = scene.tools.iter().map(|t| t.name.as_str()).collect();
+        return Err((format!("stages[{k}].drive"), format!("tool '{name}'"), names.join(", ")));
+    }
+    for (name, drive) in &stage.drive {
+        check_drive(&format!("stages[{k}].drive.{name}"), drive)?;
+    }
+    let increments = [
+        ("first_increment", stage.first_increment),
+        ("largest_increment", stage.largest_increment),
+    ];
+    for (key, value) in increments.into_iter().filter_map(|(key, value)| Some((key, value?))) {
+        let fits = value > 0.0 && value <= 1.0;
+        need(fits, format!("stages[{k}].{key}"), value.to_string(), "above 0, at most 1")?;
+    }
+    Ok(())
 }
 
 fn check_drive(place: &str, drive: &Drive) -> Result<(), Fault> {

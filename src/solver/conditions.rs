@@ -206,19 +206,15 @@ pub(super) fn touching(
     let from_anchor = p - c.anchor;
     let across = frame.across_slip(&from_anchor, scales);
     let remembered = REMEMBERED * law.transition;
-    let Frame { normal, gap, share, tangent, curvature, .. } = frame;
-    let law = law.over(share).beside(&across);
+    let Frame { normal, gap, share, tangent, curvature, .. } = &frame;
+    let law = law.over(*share).beside(&across);
     let gap = gap + (normal.dot(r) - c.push) * scales.compliance;
     let slip = tangent * from_anchor;
     let rise = normal.dot(&from_anchor);
     let by_motion = tangent + curvature * rise;
     let lambda = normal.dot(r);
     let traction = tangent * r;
-    let (pushed, held) = match c.expected {
-        None => (lambda, Some(traction)),
-        Some(Expected::AsLast(force)) => (normal.dot(&force), None),
-        Some(Expected::Foretold(force)) => (normal.dot(&force), Some(tangent * force)),
-    };
+    let (pushed, held) = expected(c, &frame, r);
     let about = (scales.of_note(pushed), held);
     let at = FrictionPoint { lambda, traction, slip, stiffness: 0.0, about };
     // Forces that are still to come hold a sheet that lies between its tools as soon as they push it.
@@ -237,28 +233,48 @@ pub(super) fn touching(
         residual: normal * (gap * scales.normal),
         force: Vec3::zeros(),
         length: gap.abs(),
-        normal,
+        normal: *normal,
         slipping: all_slip || slid > remembered,
         stuck: false,
     };
     match answer {
-        None => {
-            out.b_tool += by_motion * scales.tangential;
-            out.residual += slip * scales.tangential;
-            out.length = out.length.max(slip.norm());
-            (out.slipping, out.stuck) = (false, true);
-        }
-        Some(Slip { residual, linear, by_traction, by_slip, by_lambda }) => {
-            out.a += tangent * (by_traction * tangent + by_lambda * normal.transpose());
-            let bend = by_traction * curvature * lambda
-                - by_lambda * (curvature * traction).transpose()
-                + by_slip * by_motion;
-            out.force = tangent * residual;
-            out.b_tool += tangent * bend;
-            out.residual += tangent * linear;
-        }
+        None => out.stick(&by_motion, &slip, scales),
+        Some(answer) => out.slide(&answer, &frame, &by_motion, &at),
     }
     Some(out)
+}
+
+/// What the last increment or the last correction has the node be pushed with, and what holds it along the tool.
+fn expected(c: &Candidate, frame: &Frame, r: &Vec3) -> (f64, Option<Vec3>) {
+    let Frame { normal, tangent, .. } = frame;
+    match c.expected {
+        None => (normal.dot(r), Some(tangent * r)),
+        Some(Expected::AsLast(force)) => (normal.dot(&force), None),
+        Some(Expected::Foretold(force)) => (normal.dot(&force), Some(tangent * force)),
+    }
+}
+
+impl Condition {
+    /// No slip across the normal.
+    fn stick(&mut self, by_motion: &Mat3, slip: &Vec3, scales: Scales) {
+        self.b_tool += by_motion * scales.tangential;
+        self.residual += slip * scales.tangential;
+        self.length = self.length.max(slip.norm());
+        (self.slipping, self.stuck) = (false, true);
+    }
+
+    /// What friction answers across the normal at a point.
+    fn slide(&mut self, answer: &Slip, frame: &Frame, by_motion: &Mat3, at: &FrictionPoint) {
+        let Frame { normal, tangent, curvature, .. } = frame;
+        let Slip { residual, linear, by_traction, by_slip, by_lambda } = answer;
+        self.a += tangent * (by_traction * tangent + by_lambda * normal.transpose());
+        let bend = by_traction * curvature * at.lambda
+            - by_lambda * (curvature * at.traction).transpose()
+            + by_slip * by_motion;
+        self.force = tangent * residual;
+        self.b_tool += tangent * bend;
+        self.residual += tangent * linear;
+    }
 }
 
 impl Coulomb {

@@ -155,19 +155,23 @@ fn elements(
         _ => {}
     }
     if let ElementKind::SolidShell { points, .. } = blank.element {
-        let wanted = POINTS[usize::from(springs_back)];
-        let share = cost.elements_s * cost.iterations[0] / cost.seconds[0].max(1e-300);
-        let change = 1.0 + share * (f64::from(wanted) / f64::from(points) - 1.0);
-        if points > wanted {
-            out.push(Remark::new(
-                format!("{points} points through the thickness: {wanted} are enough here"),
-                format!("{wanted} take about {}", cost.times(change)),
-            ));
-        } else if springs_back && points < wanted {
-            out.push(Remark::new(
-                format!("{points} points through the thickness and a stage that releases tools: springback wants {wanted}, with fewer the moment of bending is a few per cent low"),
-                format!("{wanted} take about {}", cost.times(change)),
-            ));
-        }
+        out.extend(points_remark(points, springs_back, cost));
     }
+}
+
+/// A remark on the points through the thickness of solid-shells.
+fn points_remark(points: u8, springs_back: bool, cost: &Cost) -> Option<Remark> {
+    let wanted = POINTS[usize::from(springs_back)];
+    let what = if points > wanted {
+        format!("{points} points through the thickness: {wanted} are enough here")
+    } else if springs_back && points < wanted {
+        format!(
+            "{points} points through the thickness and a stage that releases tools: springback wants {wanted}, with fewer the moment of bending is a few per cent low"
+        )
+    } else {
+        return None;
+    };
+    let share = cost.elements_s * cost.iterations[0] / cost.seconds[0].max(1e-300);
+    let change = 1.0 + share * (f64::from(wanted) / f64::from(points) - 1.0);
+    Some(Remark::new(what, format!("{wanted} take about {}", cost.times(change))))
 }

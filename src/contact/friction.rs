@@ -19,10 +19,13 @@ use crate::geometry::{Mat3, Vec3};
 pub struct Coulomb {
     /// Friction coefficient, >= 0.
     pub mu: f64,
-    /// Slip over which the force rises to Coulomb's, `mu lambda |s| / sqrt(|s|^2 + transition^2)` [mm]; 0: stick
-    /// and slip as they are, without it.
+    /// Slip that the rise of the force is measured by [mm]: it is Coulomb's from a slip of [`RISEN`] transitions on; 0: stick and
+    /// slip as they are, without it.
     pub transition: f64,
 }
+
+/// Slip over the transition from which on friction has the force of Coulomb's law.
+pub const RISEN: f64 = 5.0;
 
 /// State of one contact point as the law sees it; all vectors are tangential.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,20 +97,37 @@ impl Coulomb {
 }
 
 impl Coulomb {
+    /// The weight `w` [mm] of a law with a transition, `r_t = -mu lambda s / w`, and its gradient by the slip:
+    /// `k sqrt(|s|^2 + transition^2)`, and `|s|` from where that is more, at [`RISEN`] transitions.
+    #[must_use]
+    pub fn weight(&self, slip: &Vec3) -> (f64, Vec3) {
+        /// Where the slip is that of the border but for rounding the force still rises.
+        const BORDER: f64 = 1.0 + 1e-6;
+        let (size, k) = (slip.norm(), RISEN / RISEN.hypot(1.0));
+        let rising = k * size.hypot(self.transition);
+        let gradient = match () {
+            () if size > BORDER * rising => slip / size,
+            () if rising > 0.0 => slip * (k * k / rising),
+            () => Vec3::zeros(),
+        };
+        (size.max(rising), gradient)
+    }
+
     /// The law with a transition: no point sticks wholly, one that hardly moves is held by a force in
-    /// proportion to its slip. The force is within `(transition / |s|)^2 / 2` of Coulomb's.
+    /// proportion to its slip.
     ///
-    /// With `w = sqrt(|s|^2 + transition^2)` the residual is `r_t + mu lambda s / w`. Its own derivative by the slip
-    /// all but vanishes where `|s|` is far above the transition, and Newton's method leaps from one direction of slip
+    /// The residual is `r_t + mu lambda s / w` ([`Self::weight`]). Its own derivative by the slip
+    /// vanishes where `|s|` is above the transition, and Newton's method leaps from one direction of slip
     /// to the other. The derivatives are therefore those of the same law as `w r_t + mu lambda s = 0`, over `w` (primal
     /// and dual unknowns side by side, as Chan, Golub & Mulet 1999 do it for total variation): equal where the law
     /// holds, and firm where `r_t` says that the point sticks. `r_t` is cut to Coulomb's bound in them.
     ///
     /// What equilibrium leaves over at an iterate is far off wherever the sheet is stiff; the forces in the derivatives are
     /// therefore `lambda*` and `r_t*`, dual unknowns in their own right.
-    fn smoothed(&self, at: &FrictionPoint) -> Slip {
-        let weight = at.slip.norm().hypot(self.transition);
-        let direction = at.slip / weight;
+    #[must_use]
+    pub fn smoothed(&self, at: &FrictionPoint) -> Slip {
+        let (weight, gradient) = self.weight(&at.slip);
+        let direction = if weight > 0.0 { at.slip / weight } else { Vec3::zeros() };
         let (lambda, traction) = at.about;
         let bound = (self.mu * lambda).max(0.0);
         let traction = traction.unwrap_or(direction * -bound);
@@ -118,7 +138,7 @@ impl Coulomb {
             residual: at.traction + direction * (self.mu * at.lambda).max(0.0),
             linear: at.traction + by_lambda * at.lambda,
             by_traction: Mat3::identity(),
-            by_slip: (Mat3::identity() * bound + held * direction.transpose()) / weight,
+            by_slip: (Mat3::identity() * bound + held * gradient.transpose()) / weight,
             by_lambda,
         }
     }
@@ -182,9 +202,10 @@ mod tests {
     #[test]
     fn derivatives_with_a_transition_are_those_of_the_weighted_law() {
         let law = Coulomb { mu: 0.3, transition: 0.02 };
-        let weight =
-            |p: &FrictionPoint| (p.slip.norm_squared() + law.transition * law.transition).sqrt();
-        for (traction, slip) in [([1.0, -2.0], [-0.08, 0.05]), ([-0.4, 0.3], [1e-3, 2e-3])] {
+        let weight = |p: &FrictionPoint| law.weight(&p.slip).0;
+        let points =
+            [([1.0, -2.0], [-0.08, 0.05]), ([-0.4, 0.3], [1e-3, 2e-3]), ([1.0, -2.0], [-0.8, 0.5])];
+        for (traction, slip) in points {
             let at = point(traction, slip, 11.0);
             assert_derivatives(&law, at, |p| residual(&law, p) * weight(p) / weight(&at));
         }
@@ -213,6 +234,21 @@ mod tests {
     }
 
     #[test]
+    fn the_force_is_coulombs_from_the_end_of_its_rise_on() {
+        let law = Coulomb { mu: 0.3, transition: 0.02 };
+        let share = |size: f64| size / law.weight(&Vec3::new(0.0, size, 0.0)).0;
+        for over in [1.0, 1.001, 3.0, 1e6] {
+            assert!((share(RISEN * law.transition * over) - 1.0).abs() < 1e-15, "{over}");
+        }
+        let mut before = 0.0;
+        for step in 1..=100 {
+            let now = share(RISEN * law.transition * f64::from(step) / 100.0);
+            assert!(now > before, "{step}: {now}");
+            before = now;
+        }
+    }
+
+    #[test]
     fn a_point_that_sticks_is_found_from_far_away() {
         // A spring pulls the point; its pull, below Coulomb's bound, is carried in the transition.
         let (stiffness, pull, bound) = (50.0, 2.0, 3.0);
@@ -231,7 +267,7 @@ mod tests {
                     slip -= linear.x / (stiffness + by_slip[(0, 0)]);
                     iterations += 1;
                 }
-                let carried = bound * slip / slip.hypot(transition);
+                let carried = bound * slip / law.weight(&Vec3::new(slip, 0.0, 0.0)).0;
                 assert!((carried + stiffness * slip - pull).abs() < 1e-8);
             }
         }

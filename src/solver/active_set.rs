@@ -237,7 +237,8 @@ pub(super) fn opposed(
 }
 
 /// Takes in the nodes that those tools come to first which a force pushes and which touch the sheet with nothing but walls along
-/// their way, as where a node has slid round an edge into a bore. Whether there are any.
+/// their way, as where a node has slid round an edge into a bore; one that meets none and that friction holds no longer goes to its
+/// stop. Whether there are any.
 pub(super) fn oppose(sys: &mut System) -> bool {
     let mut any = false;
     for tool in 0..sys.tools.len() {
@@ -249,6 +250,9 @@ pub(super) fn oppose(sys: &mut System) -> bool {
         }
         if let Some((k, _)) = first_ahead(sys, tool).filter(|&(k, way)| sys.meets(k, way)) {
             switch(sys, k, true);
+            any = true;
+        } else if sys.stops[tool].at.is_finite() {
+            sys.stops[tool].reached = true;
             any = true;
         }
     }

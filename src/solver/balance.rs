@@ -5,8 +5,8 @@ use super::stages::{IterationRecord, Limits};
 use super::system::{Residual, System};
 use crate::geometry::Vec3;
 
-/// Whether forces and gaps are within the tolerances; `stagnates`: the last correction was no smaller than half
-/// the one before.
+/// Whether forces and gaps are within the tolerances; `stagnates`: the last corrections were no smaller than half
+/// the ones before.
 pub(super) fn is_settled(
     sys: &System,
     residual: &Residual,

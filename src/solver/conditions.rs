@@ -19,9 +19,10 @@
 //! To compare, a spring may stand between node and tool ([`super::stages::ContactMethod`]): `g` is then
 //! `g + (lambda - push) / stiffness`, with the force `push` known from outside (zero for a penalty).
 
-use super::contact::{Candidate, Expected, REMEMBERED};
+use super::contact::{Candidate, Expected};
+use super::held::HeldFriction;
 use crate::contact::Projection;
-use crate::contact::friction::{Coulomb, FrictionPoint, Slip};
+use crate::contact::friction::{Coulomb, FrictionPoint, RISEN, Slip};
 use crate::geometry::{Mat3, Vec3};
 
 /// The conditions of one node: `a` acts on its rows of the tangent, `b` on its own displacement.
@@ -45,6 +46,8 @@ pub(super) struct Condition {
     pub(super) slipping: bool,
     /// It sticks as the law without a transition has it.
     pub(super) stuck: bool,
+    /// Friction where the node is held.
+    pub(super) held: Option<HeldFriction>,
 }
 
 /// Stiffnesses that scale the conditions [N/mm]; from the elastic tangent, so that units cancel.
@@ -71,15 +74,15 @@ impl Scales {
 }
 
 /// Geometry of a touching node within its free directions.
-struct Frame {
-    normal: Vec3,
+pub(super) struct Frame {
+    pub(super) normal: Vec3,
     gap: f64,
     /// Share of the tool's normal that lies in them.
-    share: f64,
+    pub(super) share: f64,
     /// Tangential projector.
-    tangent: Mat3,
+    pub(super) tangent: Mat3,
     /// Projector on the directions in which the node is held, where they are tangents of the tool.
-    across: Mat3,
+    pub(super) across: Mat3,
     /// Curvature at the node.
     curvature: Mat3,
 }
@@ -90,6 +93,11 @@ impl Frame {
         let across = self.across * from_anchor;
         if across.norm() > scales.rounding { across } else { Vec3::zeros() }
     }
+
+    /// Slip along the tool, where the node is free and where it is held.
+    pub(super) fn slip(&self, from_anchor: &Vec3, scales: Scales) -> Vec3 {
+        self.tangent * from_anchor + self.across_slip(from_anchor, scales)
+    }
 }
 
 /// A node whose free directions hold less than this share of the normal cannot be pushed by the tool.
@@ -98,7 +106,7 @@ pub(super) const PUSHABLE: f64 = 0.3;
 /// Share of a normal in a node's free directions from which the directions in which that is held are tangents of the tool.
 const UPRIGHT: f64 = 1.0 - 1e-6;
 
-fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
+pub(super) fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
     let along = free * foot.normal;
     let share = along.norm();
     if share.is_nan() || share <= PUSHABLE {
@@ -134,29 +142,6 @@ pub(super) fn whole_force(foot: &Projection, free: &Mat3, force: Vec3) -> Vec3 {
     if square > PUSHABLE * PUSHABLE { force + held * (along.dot(&force) / square) } else { force }
 }
 
-/// Friction of a tool on a node in the directions in which that is held, as the tool moves along them: `p` the node's position in
-/// the tool's frame, `force` the part of the tool's force in its free directions.
-pub(super) fn held_friction(
-    c: &Candidate,
-    p: &Vec3,
-    force: &Vec3,
-    free: &Mat3,
-    law: Coulomb,
-    scales: Scales,
-) -> Vec3 {
-    let Some(frame) = frame(&c.foot, free).filter(|_| law.mu > 0.0) else { return Vec3::zeros() };
-    let pushed = scales.of_note(frame.normal.dot(force)).max(0.0) / frame.share;
-    // Where nothing has moved since the last balance friction is what it was.
-    if frame.across_slip(&(p - c.start), scales) == Vec3::zeros() {
-        return frame.across * c.rubbed * pushed;
-    }
-    let from_anchor = p - c.anchor;
-    let across = frame.across_slip(&from_anchor, scales);
-    let slip = (frame.tangent * from_anchor).norm().hypot(across.norm());
-    let weight = slip.max(REMEMBERED * law.transition);
-    if weight > 0.0 { across * (-law.mu * pushed / weight) } else { Vec3::zeros() }
-}
-
 /// The way of a node in its free directions that brings a tool as near as this way of it: what a tool moves by goes to the node's
 /// conditions by it, and what they answer to the tool's force.
 pub(super) fn seen_from(foot: &Projection, free: &Mat3, way: Vec3) -> Vec3 {
@@ -182,12 +167,13 @@ pub(super) fn resistance(
 ) -> Mat3 {
     let Some(frame) = frame(&c.foot, free) else { return Mat3::zeros() };
     let from_anchor = p - c.anchor;
-    let law = law.over(frame.share).beside(&frame.across_slip(&from_anchor, scales));
+    let law = law.over(frame.share);
     let lambda = frame.normal.dot(r);
-    let slip = frame.tangent * from_anchor;
-    let weight = slip.norm().hypot(law.transition).max(scales.rounding);
-    let direction = slip / weight;
-    let turn = frame.tangent - direction * direction.transpose();
+    let slip = frame.slip(&from_anchor, scales);
+    let (weight, gradient) = law.weight(&slip);
+    let weight = weight.max(scales.rounding);
+    let along = frame.tangent * slip / weight;
+    let turn = frame.tangent - along * (frame.tangent * gradient).transpose();
     frame.curvature * lambda + turn * (law.mu * scales.of_note(lambda).max(0.0) / weight)
 }
 
@@ -204,12 +190,10 @@ pub(super) fn touching(
 ) -> Option<Condition> {
     let frame = frame(&c.foot, free)?;
     let from_anchor = p - c.anchor;
-    let across = frame.across_slip(&from_anchor, scales);
-    let remembered = REMEMBERED * law.transition;
     let Frame { normal, gap, share, tangent, curvature, .. } = &frame;
-    let law = law.over(*share).beside(&across);
+    let law = law.over(*share);
     let gap = gap + (normal.dot(r) - c.push) * scales.compliance;
-    let slip = tangent * from_anchor;
+    let slip = frame.slip(&from_anchor, scales);
     let rise = normal.dot(&from_anchor);
     let by_motion = tangent + curvature * rise;
     let lambda = normal.dot(r);
@@ -219,9 +203,13 @@ pub(super) fn touching(
     let at = FrictionPoint { lambda, traction, slip, stiffness: 0.0, about };
     // Forces that are still to come hold a sheet that lies between its tools as soon as they push it.
     let rests = idle && law.mu > 0.0 && slip.norm() <= scales.rounding;
-    let answer = if rests { None } else { friction(c, law, at, scales) };
+    let whole = law.transition > 0.0 || frame.across * slip != Vec3::zeros();
+    let answer = match () {
+        () if rests => None,
+        () if whole => Some(law.smoothed(&at)),
+        () => friction(c, law, at, scales),
+    };
     let all_slip = law.transition == 0.0 || lambda <= 0.0;
-    let slid = slip.norm().hypot(across.norm());
     let spring = scales.normal * scales.compliance;
     let mut out = Condition {
         node: c.node,
@@ -234,8 +222,9 @@ pub(super) fn touching(
         force: Vec3::zeros(),
         length: gap.abs(),
         normal: *normal,
-        slipping: all_slip || slid > remembered,
+        slipping: all_slip || slip.norm() > RISEN * law.transition,
         stuck: false,
+        held: answer.as_ref().and_then(|answer| HeldFriction::of(answer, &frame, lambda)),
     };
     match answer {
         None => out.stick(&by_motion, &slip, scales),
@@ -246,11 +235,11 @@ pub(super) fn touching(
 
 /// What the last increment or the last correction has the node be pushed with, and what holds it along the tool.
 fn expected(c: &Candidate, frame: &Frame, r: &Vec3) -> (f64, Option<Vec3>) {
-    let Frame { normal, tangent, .. } = frame;
+    let Frame { normal, tangent, across, .. } = frame;
     match c.expected {
         None => (normal.dot(r), Some(tangent * r)),
         Some(Expected::AsLast(force)) => (normal.dot(&force), None),
-        Some(Expected::Foretold(force)) => (normal.dot(&force), Some(tangent * force)),
+        Some(Expected::Foretold(force)) => (normal.dot(&force), Some((tangent + across) * force)),
     }
 }
 
@@ -265,12 +254,12 @@ impl Condition {
 
     /// What friction answers across the normal at a point.
     fn slide(&mut self, answer: &Slip, frame: &Frame, by_motion: &Mat3, at: &FrictionPoint) {
-        let Frame { normal, tangent, curvature, .. } = frame;
+        let Frame { normal, tangent, across, curvature, .. } = frame;
         let Slip { residual, linear, by_traction, by_slip, by_lambda } = answer;
         self.a += tangent * (by_traction * tangent + by_lambda * normal.transpose());
         let bend = by_traction * curvature * at.lambda
             - by_lambda * (curvature * at.traction).transpose()
-            + by_slip * by_motion;
+            + by_slip * (by_motion + across);
         self.force = tangent * residual;
         self.b_tool += tangent * bend;
         self.residual += tangent * linear;
@@ -281,11 +270,6 @@ impl Coulomb {
     /// The law by the part of the normal force in a node's free directions, of which it is this share.
     fn over(self, share: f64) -> Self {
         Self { mu: self.mu / share, ..self }
-    }
-
-    /// The law in a node's free directions beside a slip in those in which it is held: along the slip in all directions.
-    fn beside(self, across: &Vec3) -> Self {
-        Self { transition: self.transition.hypot(across.norm()), ..self }
     }
 }
 
@@ -300,9 +284,6 @@ fn is_held(traction: &Vec3, bound: f64, scales: Scales) -> bool {
 /// What the law asks of a touching node, `None` to stick; the stiffness of its trial force is chosen here.
 fn friction(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales) -> Option<Slip> {
     let FrictionPoint { lambda, traction, slip, .. } = at;
-    if law.transition > 0.0 {
-        return law.law(&at);
-    }
     // Pulled, not pushed (an iterate on its way): no friction. A node that has just touched has no normal
     // force yet, but its coupling to friction.
     let pushed = scales.of_note(lambda) > 0.0;
@@ -357,5 +338,6 @@ pub(super) fn untouched(node: usize, r: &Vec3, free: &Mat3) -> Condition {
         normal: Vec3::zeros(),
         slipping: false,
         stuck: false,
+        held: None,
     }
 }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::blank::HexMesh;
 use super::tools::Tool;
 use crate::contact::Projection;
+use crate::contact::friction::RISEN;
 use crate::geometry::Vec3;
 
 /// A node and a tool it may touch.
@@ -104,10 +105,6 @@ pub(super) struct ContactSet {
 /// the very border, where sheet and tool often end together, would be lost and found for ever.
 const OVERHANG: f64 = 0.05;
 
-/// Slip that friction remembers from one increment to the next, over its transition: the law is within a fiftieth of
-/// Coulomb's force there.
-pub(super) const REMEMBERED: f64 = 5.0;
-
 /// Shortest step along a way past a tool, over the reach of the search.
 pub(super) const LEAST_STEP: f64 = 0.01;
 
@@ -148,12 +145,12 @@ impl Candidate {
         self.before.map_or_else(Vec3::zeros, |before| x - tool.shift() - before)
     }
 
-    /// The part of the slip that goes back when the force does. Without it a node that sticks would creep by about the
+    /// The part of the slip that goes back when the force does: as far as it rises by it. Without it a node that sticks would creep by about the
     /// transition in every increment, to be held anew.
     fn remembered(&self, transition: f64) -> Vec3 {
         let from_anchor = self.foot.point - self.anchor;
         let slip = from_anchor - self.foot.normal * self.foot.normal.dot(&from_anchor);
-        let (size, most) = (slip.norm(), REMEMBERED * transition);
+        let (size, most) = (slip.norm(), RISEN * transition);
         if size > most { slip * (most / size) } else { slip }
     }
 }

@@ -1,7 +1,8 @@
 //! Forces at the nodes, of tools and supports on them.
 
-use super::conditions::{contact_normal, held_friction, whole_force};
+use super::conditions::{contact_normal, whole_force};
 use super::contact::{Candidate, Force};
+use super::held::held_friction;
 use super::system::System;
 use crate::geometry::Vec3;
 
@@ -16,14 +17,27 @@ impl System {
     /// Force of a tool on the node of a touching candidate: what its free directions leave over, what that is the part of, and
     /// friction along a way of the tool in which the node is held.
     pub(super) fn contact_force(&self, c: &Candidate) -> Vec3 {
+        self.force_of(c, &self.force_at(c.node), self.held_friction(c))
+    }
+
+    /// The same of a force at the node and of friction where it is held [N].
+    pub(super) fn force_of(&self, c: &Candidate, at_node: &Vec3, held: Vec3) -> Vec3 {
         if self.constraints.is_free(c.node) {
-            return self.force_at(c.node);
+            return *at_node;
+        }
+        let free = self.constraints.free_projector(c.node);
+        whole_force(&c.foot, &free, free * at_node) + held
+    }
+
+    /// Friction on the node of a touching candidate in the directions in which that is held [N].
+    pub(super) fn held_friction(&self, c: &Candidate) -> Vec3 {
+        if self.constraints.is_free(c.node) {
+            return Vec3::zeros();
         }
         let free = self.constraints.free_projector(c.node);
         let force = free * self.force_at(c.node);
         let p = self.position(c.node) - self.tools[c.tool].shift();
-        let held = held_friction(c, &p, &force, &free, self.law(c.tool), self.scales);
-        whole_force(&c.foot, &free, force) + held
+        held_friction(c, &p, &force, &free, self.law(c.tool), self.scales)
     }
 
     /// Forces of the tools on the nodes of all candidates.

@@ -1,5 +1,6 @@
 //! What a run that gives up says: where, at which tool, and what to try.
 
+use super::ahead::FACING;
 use super::linear::LinearError;
 use super::newton::NewtonError;
 use super::simulation::{Simulation, SimulationError};
@@ -57,19 +58,34 @@ pub(super) fn gave_up(
 /// What may have ended a run, and what to try.
 fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> String {
     let sys = &sim.sys;
+    let pushes = |tool: usize| sim.committed.pushes[tool] * sim.share;
     let grows = |tool: usize| match &stage.motions[tool] {
-        Motion::Force(curve) => curve.rates(share)[1] > 0.0 && !sys.stops[tool].reached,
+        Motion::Force(curve) => {
+            curve.starting_at(pushes(tool)).rates(share)[1] > 0.0 && !sys.stops[tool].reached
+        }
         _ => false,
     };
     let mut out = String::new();
     for tool in (0..sys.tools.len()).filter(|&tool| grows(tool)) {
         out += &format!(
-            "`{}` pushes with {:.4e} N there, and is to push with more: the sheet may not carry it (a `travel_mm` goes past a largest force). ",
+            "`{}` pushes with {:.4e} N there, and is to push with more: ",
             sys.tools[tool].setup.name,
-            sim.committed.pushes[tool] * sim.share
+            pushes(tool)
         );
+        out += &match friction_alone(sys, tool) {
+            Some(most) => format!(
+                "nothing but friction holds it along its way, and that bears {:.4e} N at most by what presses it on the sheet there (press it harder, or move it by `travel_mm`). ",
+                most * sim.share
+            ),
+            None => "the sheet may not carry it (a `travel_mm` goes past a largest force). ".into(),
+        };
     }
     out += match cause {
+        NewtonError::Linear(LinearError::Unopposed { tool })
+            if friction_alone(sys, *tool).is_some() =>
+        {
+            "Let it push no harder than friction holds it, or give it a `stop_mm`"
+        }
         NewtonError::Linear(LinearError::Unopposed { .. }) => {
             "Let it push where the sheet is, or give the blank a finer mesh under its edge"
         }
@@ -81,4 +97,22 @@ fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> S
         }
     };
     out
+}
+
+/// What friction can bear of a tool at most that touched the sheet at the last balance with nothing but faces along its way [N];
+/// none of one that met the sheet otherwise, or not.
+fn friction_alone(sys: &System, tool: usize) -> Option<f64> {
+    let direction = sys.tools[tool].setup.direction;
+    let mut most = None;
+    for (c, (touched, force)) in sys.contact.candidates.iter().zip(sys.contact.before()) {
+        if c.tool != tool || !touched {
+            continue;
+        }
+        let normal = force.normal();
+        if normal.dot(&direction).abs() > FACING * normal.norm() {
+            return None;
+        }
+        *most.get_or_insert(0.0) += sys.law(tool).mu * normal.norm();
+    }
+    most
 }

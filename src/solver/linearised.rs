@@ -22,18 +22,20 @@ pub(super) struct Correction {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Foretold {
     pub(super) candidate: usize,
-    /// Force of the tool, `r + K du` [N].
+    /// Force of the tool: of `r + K du`, and friction where the node is held [N].
     pub(super) force: Vec3,
     /// Normal force [N].
     pub(super) lambda: f64,
 }
 
-/// What solutions of the linear system do to the forces at the touching nodes: the nodes' rows of the tangent times each.
+/// What solutions of the linear system do to the forces at the touching nodes.
 struct Changes {
     /// Touching candidates, rising.
     touching: Vec<usize>,
-    /// Changes of their forces, by solution.
+    /// Changes of the forces there, the nodes' rows of the tangent times each solution.
     by_solution: Vec<Vec<[f64; 3]>>,
+    /// Changes of friction where the nodes are held, by solution.
+    held: Vec<Vec<Vec3>>,
 }
 
 impl System {
@@ -154,7 +156,7 @@ impl System {
     /// The bordered unknowns: `[K -Z; W S]` with one row and column a tool moved by force; S the stiffness of springs.
     /// `all`: the solution of the right-hand side, then one for the travel of each tool in `moved`.
     fn border(&self, mut all: Vec<Vec<f64>>, moved: &[usize]) -> Result<Correction, LinearError> {
-        let changes = self.changes_of_force(&all);
+        let changes = self.changes_of_force(&all, moved);
         let z = all.split_off(1);
         let mut u = all.pop().unwrap_or_default();
         let travels = self.travels(&changes, moved)?;
@@ -166,12 +168,37 @@ impl System {
         Ok(Correction { u, travels, foretold })
     }
 
-    fn changes_of_force(&self, solutions: &[Vec<f64>]) -> Changes {
+    fn changes_of_force(&self, solutions: &[Vec<f64>], moved: &[usize]) -> Changes {
         let touching: Vec<usize> = self.contact.active().map(|(k, _)| k).collect();
         let nodes: Vec<usize> = touching.iter().map(|&k| self.contact.candidates[k].node).collect();
         let (pattern, node_rows) = (self.body.pattern(), &self.node_rows);
         let by_solution = self.matrix.changes_of_force(pattern, node_rows, &nodes, solutions);
-        Changes { touching, by_solution }
+        let held = (0..solutions.len()).map(|j| {
+            let tool = j.checked_sub(1).map(|j| moved[j]);
+            let at = touching.iter().zip(&by_solution[j]);
+            at.map(|(&k, change)| self.held_change(k, &Vec3::from(*change), &solutions[j], tool))
+                .collect()
+        });
+        let held = held.collect();
+        Changes { touching, by_solution, held }
+    }
+
+    /// What the solution `u` for the travel of a tool, or for none, does to the friction of candidate `k` where its node is held,
+    /// as it changes the force there by `force` [N]; that for none brings it to what the linearised law has.
+    fn held_change(&self, k: usize, force: &Vec3, u: &[f64], tool: Option<usize>) -> Vec3 {
+        let c = &self.contact.candidates[k];
+        let of_node = self.conditions.binary_search_by_key(&c.node, |c| c.node);
+        let Some((of_node, held)) = of_node.ok().and_then(|at| {
+            let condition = &self.conditions[at];
+            Some((condition, condition.held.filter(|_| condition.candidate == Some(k))?))
+        }) else {
+            return Vec3::zeros();
+        };
+        let way = Vec3::from_column_slice(&u[3 * c.node..3 * c.node + 3]);
+        let moved = tool.filter(|&t| t == c.tool).map(|t| self.tools[t].setup.direction);
+        let change = held.change(&of_node.normal, force, &(way - moved.unwrap_or_default()));
+        let missing = || held.missing(&self.held_friction(c));
+        change + if tool.is_none() { missing() } else { Vec3::zeros() }
     }
 
     /// Travels of the tools moved by force that make them push as they are to, or rest on their stops.
@@ -183,12 +210,16 @@ impl System {
         // By how much solution `j` changes the push of the i-th tool.
         let pushed = |i: usize, j: usize| -> f64 {
             let (tool, d) = (moved[i], self.tools[moved[i]].setup.direction);
-            let all = changes.touching.iter().zip(&changes.by_solution[j]);
-            let of_tool = all.filter(|&(&k, _)| self.contact.candidates[k].tool == tool);
+            let all = changes.touching.iter().zip(&changes.by_solution[j]).zip(&changes.held[j]);
+            let of_tool = all.filter(|&((&k, _), _)| self.contact.candidates[k].tool == tool);
             let along =
                 |c: &Candidate| self.constraints.free_projector(c.node) * self.seen_from(c, d);
             let push = |c: &Candidate, change: &[f64; 3]| along(c).dot(&Vec3::from(*change));
-            of_tool.map(|(&k, change)| push(&self.contact.candidates[k], change)).sum()
+            of_tool
+                .map(|((&k, change), held)| {
+                    push(&self.contact.candidates[k], change) + held.dot(&d)
+                })
+                .sum()
         };
         let own = |i: usize, j: usize, value: f64| if i == j { value } else { 0.0 };
         let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| match self.short_of_stop(moved[i]) {
@@ -229,14 +260,19 @@ impl System {
 
     /// Forces that the linearised system gives the touching nodes.
     fn foretold(&self, changes: &Changes, travels: &[f64]) -> Vec<Foretold> {
+        let shares = || std::iter::once(1.0).chain(travels.iter().copied());
         let of = |c: &Condition| {
             let candidate = c.candidate?;
             let at = changes.touching.binary_search(&candidate).ok()?;
-            let change = |solution: &Vec<[f64; 3]>| Vec3::from(solution[at]);
-            let (first, rest) = changes.by_solution.split_first()?;
-            let by_travels = rest.iter().zip(travels).map(|(by, travel)| change(by) * *travel);
-            let force = self.force_at(c.node) + by_travels.fold(change(first), |sum, by| sum + by);
-            Some(Foretold { candidate, force, lambda: c.normal.dot(&force) })
+            let by = changes.by_solution.iter().zip(shares());
+            let change: Vec3 = by.map(|(by, share)| Vec3::from(by[at]) * share).sum();
+            let by = changes.held.iter().zip(shares());
+            let held_change: Vec3 = by.map(|(by, share)| by[at] * share).sum();
+            let of_candidate = &self.contact.candidates[candidate];
+            let rest = self.force_at(c.node) + change;
+            let force =
+                self.force_of(of_candidate, &rest, self.held_friction(of_candidate) + held_change);
+            Some(Foretold { candidate, force, lambda: c.normal.dot(&rest) })
         };
         self.conditions.iter().filter_map(of).collect()
     }

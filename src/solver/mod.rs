@@ -22,6 +22,7 @@ pub mod element;
 mod floating;
 mod forces;
 mod giving_up;
+mod held;
 pub mod inside;
 mod lanes;
 mod lengths;

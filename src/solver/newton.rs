@@ -109,6 +109,10 @@ impl Patience {
     }
 }
 
+/// Corrections in a row that no longer halve from which on what is left is rounding: a single one may be of a node that begins to
+/// stick or to flow.
+const STAGNANT: usize = 2;
+
 /// Iterations of an increment, over those allowed between two augmentations: springs far too soft close no gap in any number.
 const ALL: usize = 40;
 
@@ -146,7 +150,8 @@ pub(super) fn solve(
         };
         run.stats.solves += solves;
         run.stats.iterations += 1;
-        run.stagnates = run.last.is_some_and(|last| size(&correction) >= 0.5 * size(&last));
+        let stagnates = run.last.is_some_and(|last| size(&correction) >= 0.5 * size(&last));
+        run.stagnant = if stagnates { run.stagnant + 1 } else { 0 };
         run.last = Some(correction);
     }
 }
@@ -159,8 +164,8 @@ struct Run {
     /// Iterations before they last were.
     before: usize,
     last: Option<Correction>,
-    /// The last correction was no smaller than half the one before.
-    stagnates: bool,
+    /// Corrections in a row, the last among them, that were no smaller than half the one before.
+    stagnant: usize,
     near_balance: bool,
     pivoting: Pivoting,
     /// None where the sheet is being followed with dampers already.
@@ -175,7 +180,7 @@ impl Run {
             allowed: patience.iterations(limits),
             before: 0,
             last: None,
-            stagnates: false,
+            stagnant: 0,
             near_balance: false,
             pivoting: Pivoting::new(),
             steadying: may_steady.then(Steadying::default),
@@ -208,8 +213,8 @@ impl Run {
     ) -> Verdict {
         let iterations = self.stats.iterations;
         let last = self.last.as_ref();
-        let settled =
-            record.changes == 0 && is_settled(sys, residual, last, self.stagnates, limits);
+        let settled = record.changes == 0
+            && is_settled(sys, residual, last, self.stagnant >= STAGNANT, limits);
         if settled && iterations > 0 {
             return Verdict::Converged;
         }
@@ -276,7 +281,7 @@ fn begin(sys: &mut System, foreseen: Option<f64>) -> Result<(), ElementFailure> 
 }
 
 /// Residual below which the linearised system is what matters: corrections are taken whole.
-const NEAR: f64 = 1e-2;
+pub(super) const NEAR: f64 = 1e-2;
 /// Rounds in which the active set settles on the linearised system, farther off and near.
 const ROUNDS: usize = 3;
 const ROUNDS_NEAR: usize = 8;

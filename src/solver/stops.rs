@@ -67,10 +67,7 @@ pub(super) fn foresee(sys: &mut System, correction: &Correction) -> usize {
             let c = &sys.contact.candidates[f.candidate];
             c.tool == tool && c.active
         });
-        let along = of_tool.map(|f| {
-            let node = sys.contact.candidates[f.candidate].node;
-            (sys.constraints.free_projector(node) * f.force).dot(&direction)
-        });
+        let along = of_tool.map(|f| f.force.dot(&direction));
         (sys.tools[tool].travel + by.map_or(0.0, |(_, travel)| *travel), along.sum())
     })
 }

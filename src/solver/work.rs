@@ -1,10 +1,11 @@
 //! Work of an increment, by the trapezoidal rule, and what of it the sheet has not stored.
 
-use super::contact::{Force, REMEMBERED};
+use super::contact::Force;
 use super::plan::Plan;
 use super::simulation::Simulation;
 use super::system::System;
 use super::trial::Committed;
+use crate::contact::friction::RISEN;
 use crate::geometry::Vec3;
 
 /// Work of contact in an increment.
@@ -51,7 +52,7 @@ impl ContactWork {
 }
 
 /// Slip over the transition of friction from which on a node slides.
-const SLIDES: f64 = 10.0 * REMEMBERED;
+const SLIDES: f64 = 10.0 * RISEN;
 
 /// Length of a slip along a tool, whose normal is that of the forces at either end, or at one.
 fn tangential(before: &Force, now: &Force, slip: &Vec3) -> f64 {

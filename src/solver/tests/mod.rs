@@ -5,6 +5,7 @@ mod claims;
 mod coming;
 mod cross;
 mod cup;
+mod dragged;
 mod edges;
 mod floating;
 mod folded;

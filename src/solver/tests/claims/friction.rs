@@ -107,8 +107,10 @@ fn a_block_that_sticks_does_not_creep_from_increment_to_increment() {
         low.iter().map(|&n| sim.displacements()[3 * n as usize]).sum::<f64>() / low.len() as f64
     };
     let (few, many) = (run(4.0), run(40.0));
-    // A share of the transition, which is one of the edge of 2 mm; found 2e-4 more (the block's own shear) and 1e-14.
-    let expected = 2.0 * transition * 0.7 / (1.0 - 0.7_f64 * 0.7).sqrt();
+    // A share of the transition, which is one of the edge of 2 mm, of a force that is Coulomb's at five transitions; found 2e-4 more
+    // (the block's own shear) and 1e-14.
+    let share = 0.7 * 5.0 / 26.0_f64.sqrt();
+    let expected = 2.0 * transition * share / (1.0 - share * share).sqrt();
     assert!((few / expected - 1.0).abs() < 1e-3, "{few} {expected}");
     assert!((many / few - 1.0).abs() < 1e-9, "{few} {many}");
 }

@@ -1,0 +1,88 @@
+//! A plate moved by a force or a spring along a sheet, wherever that is held: friction alone holds it.
+
+use super::claims::square;
+use super::{body, setup, stage, steel, tool};
+use crate::geometry::Vec3;
+use crate::solver::blank::rectangle;
+use crate::solver::{
+    Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationError,
+    Stage, ToolSetup,
+};
+
+/// Ends of the stages of a plate on a sheet of 10 x 10 mm pressed with 500 N, moved along it: its travel [mm] and the share of
+/// Coulomb's force that it rubs with.
+fn dragged(
+    held: f64,
+    stop: Option<f64>,
+    drives: Vec<(Motion, f64)>,
+) -> Result<Vec<[f64; 2]>, SimulationError> {
+    let mesh = rectangle(10.0, 10.0, 1.0, 4, 4, 1);
+    let mut constraints = Constraints::none(mesh.nodes.len());
+    for (node, _) in mesh.nodes.iter().enumerate().filter(|(_, x)| x.x <= held) {
+        (0..2).for_each(|axis| constraints.hold(node, axis));
+    }
+    let plate = tool("plate", square("plate", 1.0, false), Vec3::x(), SheetSide::Top, 0.3);
+    let push = tool("push", square("push", 0.0, true), Vec3::z(), SheetSide::Bottom, 0.0);
+    let pushes = || Motion::Force(Curve::to(500.0));
+    let mut stages = vec![stage("press", vec![Motion::Hold, pushes()], 1.0)];
+    for (drive, step) in drives {
+        let own = stage("drag", vec![drive, pushes()], step);
+        stages.push(Stage { largest_step: step, ..own });
+    }
+    let plate = ToolSetup { stop, ..plate };
+    let mut ends = Vec::new();
+    let mut setup = setup(body(mesh, steel()), constraints, vec![plate, push], stages);
+    setup.limits.friction_transition = 1e-5;
+    Simulation::new(setup)?.run(&mut |r: &IncrementReport<'_>| {
+        if r.share == 1.0 {
+            ends.push([r.tools[0].travel, r.tools[0].force / 150.0]);
+        }
+        Control::Continue
+    })?;
+    Ok(ends.split_off(1))
+}
+
+/// Whatever of the sheet is held: a force that friction bears, a spring that draws the plate along it and lets it back.
+#[test]
+fn a_force_or_a_spring_drags_a_plate_over_a_sheet() {
+    for held in [0.0, 5.0, 10.0] {
+        let ends = dragged(held, None, vec![(Motion::Force(Curve::to(149.0)), 0.2)]).unwrap();
+        assert!((ends[0][1] - 149.0 / 150.0).abs() < 1e-6, "{held}: {ends:?}");
+        assert!(ends[0][0] < 2e-3, "{held}: {ends:?}");
+        for step in [0.5, 0.02] {
+            let spring = |to| Motion::Spring { force: Curve::to(to), stiffness: 50.0 };
+            let ends =
+                dragged(held, None, vec![(spring(200.0), 0.2), (spring(0.0), step)]).unwrap();
+            assert!((ends[0][0] - 1.0).abs() < 1e-6 && (ends[0][1] - 1.0).abs() < 1e-6, "{ends:?}");
+            let [travel, share] = ends[1];
+            assert!((0.999..1.0).contains(&travel), "{held}, {step}: {ends:?}");
+            assert!((share * 150.0 + 50.0 * travel).abs() < 1e-4, "{held}, {step}: {ends:?}");
+        }
+    }
+}
+
+/// A force beyond what friction bears takes the plate to its stop, where it rubs as before however long it stands.
+#[test]
+fn a_plate_that_stands_still_rubs_on() {
+    for held in [0.0, 10.0] {
+        let force = |to| Motion::Force(Curve::to(to));
+        let drives = vec![(force(400.0), 0.2), (force(400.0), 0.25), (force(30.0), 0.2)];
+        let ends = dragged(held, Some(0.5), drives).unwrap();
+        for [travel, share] in &ends[..2] {
+            assert_eq!(*travel, 0.5, "{held}: {ends:?}");
+            assert!((share - 1.0).abs() < 1e-6, "{held}: {ends:?}");
+        }
+        assert!((ends[2][1] - 0.2).abs() < 1e-6 && ends[2][0] < 0.5, "{held}: {ends:?}");
+    }
+}
+
+#[test]
+fn a_force_beyond_friction_is_told() {
+    for held in [0.0, 5.0, 10.0] {
+        let drag = dragged(held, None, vec![(Motion::Force(Curve::to(160.0)), 0.2)]);
+        let told = drag.unwrap_err().to_string();
+        assert!(told.contains("`plate` pushes with 1."), "{told}");
+        assert!(told.contains("nothing but friction holds it"), "{told}");
+        assert!(told.contains("bears 1.5000e2 N at most"), "{told}");
+    }
+}

@@ -105,10 +105,12 @@ impl Coulomb {
         const BORDER: f64 = 1.0 + 1e-6;
         let (size, k) = (slip.norm(), RISEN / RISEN.hypot(1.0));
         let rising = k * size.hypot(self.transition);
-        let gradient = match () {
-            () if size > BORDER * rising => slip / size,
-            () if rising > 0.0 => slip * (k * k / rising),
-            () => Vec3::zeros(),
+        let gradient = if size > BORDER * rising {
+            slip / size
+        } else if rising > 0.0 {
+            slip * (k * k / rising)
+        } else {
+            Vec3::zeros()
         };
         (size.max(rising), gradient)
     }

@@ -204,15 +204,29 @@ pub(super) fn touching(
     // Forces that are still to come hold a sheet that lies between its tools as soon as they push it.
     let rests = idle && law.mu > 0.0 && slip.norm() <= scales.rounding;
     let whole = law.transition > 0.0 || frame.across * slip != Vec3::zeros();
-    let answer = match () {
-        () if rests => None,
-        () if whole => Some(law.smoothed(&at)),
-        () => friction(c, law, at, scales),
+    let answer = if rests {
+        None
+    } else if whole {
+        Some(law.smoothed(&at))
+    } else {
+        friction(c, law, at, scales)
     };
     let all_slip = law.transition == 0.0 || lambda <= 0.0;
+    let mut out = closed(c.node, &frame, gap, r, scales);
+    out.slipping = all_slip || slip.norm() > RISEN * law.transition;
+    match answer {
+        None => out.stick(&by_motion, &slip, scales),
+        Some(answer) => out.slide(&answer, &frame, &by_motion, &at),
+    }
+    Some(out)
+}
+
+/// The condition of a closed gap, without anything along the tool.
+fn closed(node: usize, frame: &Frame, gap: f64, r: &Vec3, scales: Scales) -> Condition {
+    let Frame { normal, curvature, .. } = frame;
     let spring = scales.normal * scales.compliance;
-    let mut out = Condition {
-        node: c.node,
+    Condition {
+        node,
         candidate: None,
         a: normal * normal.transpose() * spring,
         b: Mat3::zeros(),
@@ -222,15 +236,10 @@ pub(super) fn touching(
         force: Vec3::zeros(),
         length: gap.abs(),
         normal: *normal,
-        slipping: all_slip || slip.norm() > RISEN * law.transition,
+        slipping: false,
         stuck: false,
-        held: answer.as_ref().and_then(|answer| HeldFriction::of(answer, &frame, lambda)),
-    };
-    match answer {
-        None => out.stick(&by_motion, &slip, scales),
-        Some(answer) => out.slide(&answer, &frame, &by_motion, &at),
+        held: None,
     }
-    Some(out)
 }
 
 /// What the last increment or the last correction has the node be pushed with, and what holds it along the tool.
@@ -261,6 +270,7 @@ impl Condition {
             - by_lambda * (curvature * at.traction).transpose()
             + by_slip * (by_motion + across);
         self.force = tangent * residual;
+        self.held = HeldFriction::of(answer, frame, at.lambda);
         self.b_tool += tangent * bend;
         self.residual += tangent * linear;
     }

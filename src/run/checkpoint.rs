@@ -66,6 +66,19 @@ pub enum CheckpointError {
     },
 }
 
+impl CheckpointError {
+    /// Why, in a few words without the folder and what to do.
+    #[must_use]
+    pub fn reason(&self) -> String {
+        match self {
+            Self::None { why, .. } => format!("no checkpoint: {why}"),
+            Self::Completed { .. } => "all stages are done".into(),
+            Self::Changed { input, .. } => format!("`{input}` has changed since"),
+            Self::Program { found, .. } => format!("by {found}"),
+        }
+    }
+}
+
 /// What a checkpoint holds beside the material's history.
 #[derive(Serialize, Deserialize)]
 struct Head<F, S> {

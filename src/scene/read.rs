@@ -12,6 +12,7 @@ use crate::contact::ToolSurface;
 use crate::files::sha256_hex;
 use crate::solver::material::Material;
 use crate::solver::material::card::{self, CardError, MaterialCard};
+use crate::tool::Patch;
 use crate::tool::file::{ToolFileError, read as read_tool};
 
 pub use super::check::VERSION;
@@ -72,7 +73,7 @@ pub enum SceneError {
         cause: Box<ToolFileError>,
     },
     /// The material's card file cannot be used.
-    #[error("{}, material: {}: {cause}; allowed: the JSON of a material card, as a scene or `kanagata material show` takes it, or the name of a card in the library (`kanagata material list`)", path.display(), file.display())]
+    #[error("{}, material: {}: {cause}", path.display(), file.display())]
     CardFile {
         /// The scene.
         path: PathBuf,
@@ -159,8 +160,14 @@ pub fn read(path: &Path) -> Result<Plan, SceneError> {
         MaterialChoice::Named(name) => (card::find(name).map_err(card_of)?, None),
         MaterialChoice::Card(card) => ((**card).clone(), None),
     };
+    let material = law(&card, &scene).map_err(|cause| match &card_file {
+        Some(file) => {
+            let (path, file) = (path.to_path_buf(), folder.join(&file.file));
+            SceneError::CardFile { path, file, cause: cause.to_string() }
+        }
+        None => card_of(cause),
+    })?;
     let files = mesh_file.into_iter().chain(card_file).collect();
-    let material = law(&card, &scene).map_err(card_of)?;
     let sha256 = sha256_hex(&bytes);
     Ok(Plan { scene, folder, sha256, tools, card, material, files, followed })
 }
@@ -185,8 +192,14 @@ pub fn check_value(value: &serde_json::Value) -> Result<Scene, Fault> {
         MaterialChoice::Named(name) => card::find(name).and_then(|card| law(&card, &scene)),
         MaterialChoice::Card(card) => law(card, &scene),
     };
-    found.map_err(|e| {
-        ("material".into(), e.to_string(), "a card's name (`kanagata material`), or a card".into())
+    found.map_err(|e| match e {
+        CardError::Value { key, found, allowed, .. } => {
+            (format!("material.{key}"), found.to_string(), allowed)
+        }
+        e => {
+            let allowed = "the name of a card (`kanagata material list`), or a card in full";
+            ("material".into(), e.to_string(), allowed.into())
+        }
     })?;
     Ok(scene)
 }
@@ -207,9 +220,13 @@ fn card_of_file(
         file: file.clone(),
         cause,
     };
-    let bytes = std::fs::read(&file).map_err(|e| fault(e.to_string()))?;
+    let bytes = std::fs::read(&file).map_err(|e| {
+        let allowed = "a file with a material card, or the name of a card in the library (`kanagata material list`)";
+        fault(format!("{e}; allowed: {allowed}"))
+    })?;
     // The reader's own words end with line and column.
-    let card = serde_json::from_slice(&bytes).map_err(|e| fault(format!("found {e}")))?;
+    let card = serde_json::from_slice(&bytes)
+        .map_err(|e| fault(format!("found {e}; allowed: {}", card::KEYS)))?;
     Ok((card, PlannedFile { file: name.to_owned(), sha256: sha256_hex(&bytes) }))
 }
 
@@ -257,6 +274,14 @@ fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTo
                 place: format!("tools[{k}].file"),
                 found: format!("{}, which has no patches", tool.file),
                 allowed: "a tool with patches: make it again with `kanagata convert`".into(),
+            });
+        }
+        if loaded.model.patches.iter().all(Patch::is_without_area) {
+            return Err(SceneError::Value {
+                path: path.to_path_buf(),
+                place: format!("tools[{k}].file"),
+                found: format!("{}, none of whose patches has an area", tool.file),
+                allowed: "a tool with faces: make it again with `kanagata convert`".into(),
             });
         }
         tools.push(PlannedTool {
@@ -369,7 +394,15 @@ mod tests {
         write("{\"name\": \"mine\",\n \"young\": 1}");
         let message = read().unwrap_err().to_string();
         assert!(message.contains("`young`") && message.contains("line 2"), "{message}");
-        assert!(message.contains("allowed: the JSON of a material card"), "{message}");
+        assert!(message.contains("allowed: a material card: `name`"), "{message}");
+        let mut value = super::tests::scene();
+        value["material"] = "./card.json".into();
+        let die = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/u-draw/die.tool.json");
+        value["tools"][0]["file"] = die.into();
+        std::fs::write(&scene, value.to_string()).unwrap();
+        write(r#"{"name": "mine", "young_mpa": 70000, "poisson": 0.7}"#);
+        let message = super::read(&scene).map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("card.json: material 'mine', poisson: found 0.7"), "{message}");
         write(r#"{"name": "mine", "young_mpa": 70000, "poisson": 0.3}"#);
         let (card, file) = read().unwrap();
         assert_eq!((card.young_mpa, file.file.as_str()), (70000.0, "./card.json"));

@@ -29,6 +29,16 @@ fn command(folder: &Path, out: &str, restart: bool) -> Command {
     command
 }
 
+/// Runs the scene into `out` and kills it when it has two checkpoints.
+fn kill_with_checkpoints(folder: &Path) {
+    let mut child = command(folder, "out", false).spawn().unwrap();
+    while !folder.join("out/checkpoint-1.bin").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
 fn finished(output: &Output) -> bool {
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(!text.contains("panicked"), "{text}");
@@ -278,12 +288,7 @@ fn what_cannot_be_gone_on_with_says_why() {
     name_files(folder);
     let none = message(command(folder, "out", true).output().unwrap());
     assert!(none.contains("no checkpoint to go on from") && none.contains("--restart"), "{none}");
-    let mut child = command(folder, "out", false).spawn().unwrap();
-    while !folder.join("out/checkpoint-1.bin").exists() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
+    kill_with_checkpoints(folder);
     let path = folder.join("bend.scene.json");
     let scene = fs::read_to_string(&path).unwrap();
     fs::write(&path, scene.replace("\"friction\":0.1", "\"friction\":0.2")).unwrap();
@@ -305,4 +310,41 @@ fn what_cannot_be_gone_on_with_says_why() {
     }
     let broken = message(command(folder, "out", true).output().unwrap());
     assert!(broken.contains("digest is wrong"), "{broken}");
+}
+
+/// A stopped run of the same inputs is thrown away only knowingly, everything else with a line that says so.
+#[test]
+fn a_run_that_can_be_gone_on_with_is_not_replaced_unasked() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder);
+    kill_with_checkpoints(folder);
+    let loud = |more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
+        command.arg("run").arg(folder.join("bend.scene.json")).arg("-o").arg(folder.join("out"));
+        let output = command.args(more).output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let before = results(&folder.join("out"));
+    let (code, said) = loud(&[]);
+    assert_eq!(code, Some(2), "{said}");
+    for words in ["checkpoint of increment", "--restart`", "--overwrite", "-o", "run of the same"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    assert_eq!(results(&folder.join("out")), before);
+    assert!(folder.join("out/checkpoint-1.bin").exists());
+    let (code, said) = loud(&["--overwrite"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("earlier run are replaced") && said.contains("not finished"), "{said}");
+    let (code, said) = loud(&[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("increments, finished"), "{said}");
+    // Of other inputs: the scene that is edited and run again in the same folder.
+    kill_with_checkpoints(folder);
+    let path = folder.join("bend.scene.json");
+    let scene = fs::read_to_string(&path).unwrap();
+    fs::write(&path, scene.replace("\"friction\":0.1", "\"friction\":0.2")).unwrap();
+    let (code, said) = loud(&[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("not finished (`scene` has changed since)"), "{said}");
 }

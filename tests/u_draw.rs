@@ -23,7 +23,24 @@ fn the_u_draw_reaches_its_depth_in_at_most_400_iterations() {
     assert!(number("iterations") <= 400.0, "{}", number("iterations"));
     assert!(number("penetration_mm") < 1e-9 && number("force_balance") < 1e-9);
     assert!(number("convergence_order") > 1.8);
+    expects_its_memory(&scene, number("peak_mb"));
     let history = std::fs::read_to_string(out.join("history.csv")).unwrap();
     let last = history.lines().last().unwrap();
     assert!(last.contains(",15,"), "the punch ends at 15 mm: {last}");
+}
+
+/// What `check` expects of the memory is what the run took, `peak` [MB] before it wrote its report.
+fn expects_its_memory(scene: &Path, peak: f64) {
+    const REPORT: f64 = 19.0;
+    let check = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"))
+        .args(["check", "--threads", "1"])
+        .arg(scene)
+        .output()
+        .unwrap();
+    let text = String::from_utf8(check.stdout).unwrap();
+    let line = text.lines().find_map(|line| line.trim().strip_prefix("memory     about ")).unwrap();
+    let expected: f64 = line.split(' ').next().unwrap().parse().unwrap();
+    // 0 where the system does not say.
+    let share = expected / (peak + REPORT);
+    assert!(peak == 0.0 || (0.8..1.25).contains(&share), "{expected} MB, {peak} MB");
 }

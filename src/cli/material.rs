@@ -9,7 +9,7 @@ use super::exit::{EXIT_HELP, Exit, Failure};
 use super::say::out;
 use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
-use crate::solver::material::card::{self, MaterialCard};
+use crate::solver::material::card::{self, CardError, MaterialCard};
 use crate::solver::material::yield_function::YieldFunction;
 
 /// Arguments of `material`.
@@ -51,9 +51,15 @@ pub fn run(args: &MaterialArgs) -> Result<Exit, Failure> {
             }
         }
         MaterialCommand::Show { card, html } => {
-            let card = load(card)?;
-            card.build(0.0).map_err(Failure::input)?;
-            let function = card.yield_function().map_err(Failure::input)?;
+            let (name, card) = (card, load(card)?);
+            let refused = |error: CardError| {
+                // The card's own name need not tell which file it is in.
+                let file = Path::new(name).is_file();
+                let place = if file { format!("{name}: ") } else { String::new() };
+                Failure::input(format!("{place}{error}"))
+            };
+            card.build(0.0).map_err(refused)?;
+            let function = card.yield_function().map_err(refused)?;
             out!("{}", told(&card, function.as_ref()).trim_end());
             if let Some(path) = html {
                 page(&card, function.as_ref()).write(path)?;
@@ -75,7 +81,7 @@ fn load(name: &str) -> Result<MaterialCard, Failure> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| Failure::new(Exit::Io, format!("{}: {error}", path.display())))?;
     serde_json::from_str(&text).map_err(|error| {
-        Failure::input(format!("{}: {error}; allowed: a material card", path.display()))
+        Failure::input(format!("{}: {error}; allowed: {}", path.display(), card::KEYS))
     })
 }
 
@@ -177,11 +183,8 @@ fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
     if let Some(function) = function {
         page.heading("Yield locus");
         page.text("Plane stress over the yield stress along rolling, at four levels of shear.");
-        let (traces, mut layout) = lines(
-            &[0.0, 0.2, 0.4, 0.5].map(|shear| locus(function, shear)),
-            "rolling",
-            "transverse",
-        );
+        let (traces, mut layout) =
+            lines(&SHEARS.map(|share| locus(function, share)), "rolling", "transverse");
         layout["yaxis"]["scaleanchor"] = "x".into();
         page.plot(&traces, &layout, 560);
         page.heading("Anisotropy");
@@ -202,13 +205,19 @@ fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
     page
 }
 
-/// The closed curve of plane stresses on the yield surface at a shear; empty above the shear strength.
-fn locus(function: &YieldFunction, shear: f64) -> Series {
-    let shear_component = std::f64::consts::SQRT_2 * shear;
-    let mut series = Series { name: format!("shear {shear}"), x: Vec::new(), y: Vec::new() };
-    if function.equivalent(&[0.0, 0.0, 0.0, shear_component, 0.0, 0.0]) >= 1.0 {
-        return series;
-    }
+/// Shares of the shear strength at which the locus is drawn.
+const SHEARS: [f64; 4] = [0.0, 0.4, 0.7, 0.9];
+
+/// The closed curve of plane stresses on the yield surface under a share below 1 of the shear that yields by itself.
+fn locus(function: &YieldFunction, share: f64) -> Series {
+    let unit = std::f64::consts::SQRT_2;
+    let strength = function.equivalent(&[0.0, 0.0, 0.0, unit, 0.0, 0.0]).recip();
+    let shear_component = unit * share * strength;
+    let name = match share {
+        0.0 => "no shear".into(),
+        _ => format!("shear {:.3}, {:.0} % of its strength", share * strength, 100.0 * share),
+    };
+    let mut series = Series { name, x: Vec::new(), y: Vec::new() };
     for k in 0..=360 {
         let (s, c) = f64::from(k).to_radians().sin_cos();
         let (mut low, mut high) = (0.0, 20.0);
@@ -235,6 +244,14 @@ mod tests {
             assert!(text.contains("biaxial") && text.contains("convex"), "{text}");
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
             assert!(page(&card, function.as_ref()).html().contains("Yield locus"));
+            for share in SHEARS {
+                let locus = locus(function.as_ref().unwrap(), share);
+                let wide = locus.x.iter().all(|x| x.is_finite() && x.abs() < 3.0);
+                assert!(locus.x.len() == 361 && wide, "{}: {}", card.name, locus.name);
+                let [low, high] =
+                    [f64::min, f64::max].map(|f| locus.x.iter().copied().fold(0.0, f));
+                assert!(low < -0.2 && high > 0.2, "{}: {low} {high}", card.name);
+            }
         }
     }
 
@@ -286,6 +303,6 @@ mod tests {
         std::fs::write(&file, "{\"name\": 3}").unwrap();
         let error = load(&file.to_string_lossy()).unwrap_err();
         std::fs::remove_file(&file).unwrap();
-        assert!(error.error.to_string().contains("a material card"));
+        assert!(error.error.to_string().contains("`young_mpa` (above zero)"));
     }
 }

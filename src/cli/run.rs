@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::ended::{print_record, print_warnings};
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::say::out;
+use super::say::{err, out};
 use super::stop::stop_flag;
 use crate::run::folder::row;
 use crate::run::line::{HEADER, json_line, line};
@@ -20,7 +20,8 @@ use crate::solver::SimulationError;
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Example:\n  kanagata-solve run fixtures/cross/demo.scene.json -o out/demo\n\n\
-    `kanagata-solve status DIR` says how it stands.\n\
+    `kanagata-solve status DIR` says how it stands. Results of an earlier run in DIR are replaced; one of the same inputs\n\
+    that was stopped is gone on with (--restart) or thrown away knowingly (--overwrite).\n\
     The folder then holds history.csv, run.json, run.pvd, steps/*.vtu, tools/*.vtu and report.html.\n\n{EXIT_HELP}"))]
 pub struct RunArgs {
     /// Scene file
@@ -31,6 +32,9 @@ pub struct RunArgs {
     /// Go on from the checkpoint in DIR, to the same results as without the break
     #[arg(long)]
     restart: bool,
+    /// Begin again where DIR holds a stopped run of the same inputs, and throw that away
+    #[arg(long, conflicts_with = "restart")]
+    overwrite: bool,
     /// Leave out what loses no accuracy (patches of tools that the sheet cannot come near); run.json says what
     #[arg(long)]
     auto: bool,
@@ -55,7 +59,9 @@ impl From<RunError> for Failure {
             | RunError::Write(_)
             | RunError::Busy { .. }
             | RunError::Folder { .. } => Exit::Io,
-            RunError::Scene(_) | RunError::Checkpoint(_) => Exit::Input,
+            RunError::Scene(_) | RunError::Checkpoint(_) | RunError::Unfinished { .. } => {
+                Exit::Input
+            }
             RunError::Solver { cause, .. } => match **cause {
                 SimulationError::Setup(_) | SimulationError::NoTouch { .. } => Exit::Input,
                 SimulationError::Stopped { .. } => Exit::Stopped,
@@ -79,7 +85,14 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     if args.tied {
         stop_with_input(Arc::clone(&stop));
     }
-    let options = RunOptions { restart: args.restart, auto: args.auto, stop: Some(&stop) };
+    let tell = |told: &str| err!("note: {told}");
+    let options = RunOptions {
+        restart: args.restart,
+        overwrite: args.overwrite,
+        tell: (!args.quiet).then_some(&tell as &dyn Fn(&str)),
+        auto: args.auto,
+        stop: Some(&stop),
+    };
     if args.lines {
         out!("{HEADER}");
     }

@@ -70,18 +70,28 @@ impl Page {
     /// The whole page.
     #[must_use]
     pub fn html(&self) -> String {
+        let mut out = Vec::new();
+        // Memory takes all that it is given.
+        let _ = self.write_to(&mut out);
+        String::from_utf8_lossy(&out).into_owned()
+    }
+
+    /// The page in parts: the plotting script is megabytes, and what is written needs no copy of it.
+    fn write_to(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         let library = plotly::Plot::offline_js_sources();
         let end = library.find("</script>").map_or(library.len(), |at| at + "</script>".len());
-        format!(
+        write!(
+            out,
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{}</title>\n\
-             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<style>{STYLE}</style>\n{}\n\
-             </head><body><main>\n{}</main>\n<script>\n{}</script></body></html>\n",
-            escape(&self.title),
-            &library[..end],
-            self.body,
-            // A closing tag inside a string would end the script.
-            self.scripts.replace("</", "<\\/"),
-        )
+             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<style>{STYLE}</style>\n",
+            escape(&self.title)
+        )?;
+        out.write_all(&library.as_bytes()[..end])?;
+        drop(library);
+        write!(out, "\n</head><body><main>\n{}</main>\n<script>\n", self.body)?;
+        // A closing tag inside a string would end the script.
+        out.write_all(self.scripts.replace("</", "<\\/").as_bytes())?;
+        out.write_all(b"</script></body></html>\n")
     }
 
     /// Writes the page beside `path` and renames it.
@@ -89,7 +99,7 @@ impl Page {
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
     pub fn write(&self, path: &Path) -> Result<(), WriteError> {
-        write_atomic(path, |w| w.write_all(self.html().as_bytes()))
+        write_atomic(path, |w| self.write_to(w))
     }
 }
 

@@ -5,12 +5,13 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::folder::RunFolder;
-use crate::files::{WriteError, sha256_hex, write_atomic};
+use crate::files::{Sha256Writer, WriteError, sha256_hex, write_atomic};
 use crate::report::record::{RunRecord, Verdict};
 use crate::solver::state::SimulationState;
 
@@ -66,6 +67,19 @@ pub enum CheckpointError {
     },
 }
 
+impl CheckpointError {
+    /// Why, in a few words without the folder and what to do.
+    #[must_use]
+    pub fn reason(&self) -> String {
+        match self {
+            Self::None { why, .. } => format!("no checkpoint: {why}"),
+            Self::Completed { .. } => "all stages are done".into(),
+            Self::Changed { input, .. } => format!("`{input}` has changed since"),
+            Self::Program { found, .. } => format!("by {found}"),
+        }
+    }
+}
+
 /// What a checkpoint holds beside the material's history.
 #[derive(Serialize, Deserialize)]
 struct Head<F, S> {
@@ -91,14 +105,17 @@ fn files(folder: &Path) -> [PathBuf; 2] {
 /// [`WriteError`] when the folder is missing or full; the one before is untouched.
 pub fn write(folder: &RunFolder, state: &SimulationState, count: usize) -> Result<(), WriteError> {
     let path = &files(&folder.path)[count % 2];
-    let failed = |e: serde_json::Error| WriteError { path: path.clone(), source: e.into() };
-    let mut body = serde_json::to_vec(&Head { folder, state }).map_err(failed)?;
-    body.push(b'\n');
-    body.extend_from_slice(&state.material);
-    let digest = sha256_hex(&body);
+    // Written twice, once for the digest before it: no copy of the history is held.
+    let body = |w: &mut dyn Write| {
+        serde_json::to_writer(&mut *w, &Head { folder, state })?;
+        w.write_all(b"\n")?;
+        w.write_all(&state.material)
+    };
     write_atomic(path, |w| {
-        writeln!(w, "{MAGIC} {VERSION} {digest}")?;
-        w.write_all(&body)
+        let mut digest = Sha256Writer::default();
+        body(&mut digest)?;
+        writeln!(w, "{MAGIC} {VERSION} {}", digest.hex())?;
+        body(w)
     })
 }
 

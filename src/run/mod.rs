@@ -14,6 +14,7 @@ pub mod itself;
 pub mod line;
 pub mod lock;
 mod looks;
+mod replaced;
 pub mod report;
 pub mod resources;
 pub mod sheared;
@@ -64,6 +65,18 @@ pub enum RunError {
         /// The process, in words.
         who: String,
     },
+    /// A run of the same inputs in the folder was stopped, and can be gone on with.
+    #[error(
+        "{}: a run of the same inputs was stopped here and has a checkpoint of increment {increment}; go on with it: `{restart}`, or throw it away and begin again with --overwrite, or give another folder with -o", folder.display()
+    )]
+    Unfinished {
+        /// The run folder.
+        folder: PathBuf,
+        /// Increment after which the checkpoint was written.
+        increment: usize,
+        /// Command that goes on.
+        restart: String,
+    },
     /// There is nothing to go on from.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
@@ -113,6 +126,10 @@ pub struct Progress<'a> {
 pub struct RunOptions<'a> {
     /// Go on from the checkpoint in the folder.
     pub restart: bool,
+    /// Throw away a stopped run of the same inputs that the folder holds, in place of refusing to.
+    pub overwrite: bool,
+    /// Told what results of an earlier run are replaced, before that is done.
+    pub tell: Option<&'a dyn Fn(&str)>,
     /// Leave out what loses no accuracy: patches of tools that the sheet cannot come near.
     pub auto: bool,
     /// Set from outside: save a checkpoint after the present increment and stop.
@@ -154,6 +171,10 @@ pub fn run(
         folder.resume()?;
         folder
     } else {
+        let told = replaced::replaced(output, plan, scene_path, options.overwrite)?;
+        if let (Some(told), Some(tell)) = (told, options.tell) {
+            tell(&told);
+        }
         let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
         checkpoint::remove(output);
         folder.write_tools(plan, &simulation)?;

@@ -1,20 +1,20 @@
 //! `report.html`: force against travel, thickness, the formed sheet and the tools in 3-D, the audits.
 
 mod sheet;
+mod thickness;
 
 use std::path::Path;
 
 use super::fields;
 use super::folder::RunFolder;
 use crate::files::WriteError;
-use crate::geometry::{Vec2, Vec3};
+use crate::geometry::Vec3;
 use crate::report::charts::{Series, ValuedSurface, lines, surfaces};
 use crate::report::page::Page;
 use crate::report::record::{History, OverEdgeRecord};
 use crate::report::vtu_read;
 use crate::scene::Plan;
 use crate::solver::Simulation;
-use crate::solver::blank::HexMesh;
 
 /// Writes `report.html`. An audit that lies beside a tool file (`NAME.audit.json`, `NAME.audit.vtu`) is taken in.
 ///
@@ -32,13 +32,7 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
     let (traces, layout) = lines(&series, &title, "force, whole process [N]");
     page.plot(&traces, &layout, 420);
     page.heading("Thickness");
-    page.text("Along the sheet's edge in x (dx) and along its diagonal (dxy), from the corner of the blank.");
-    let (traces, layout) = lines(
-        &thickness_series(mesh, &thickness),
-        "distance along the blank [mm]",
-        "thickness [mm]",
-    );
-    page.plot(&traces, &layout, 380);
+    thickness::chart(&mut page, &plan.scene.blank.shape, mesh, &thickness);
     sheet::strains(&mut page, folder, simulation);
     sheet::formed(&mut page, simulation.body(), &positions, thickness);
     page.heading("The tools and their shape error");
@@ -176,40 +170,6 @@ fn force_series(history: &History, travelled: &[f64]) -> Vec<Series> {
         .collect()
 }
 
-/// Thickness along the side y = lowest (dx) and along the diagonal of the blank's box (dxy), where it has nodes there,
-/// over the way along the blank: the distance in plan, and where the blank climbs (a tube) that along its slope.
-fn thickness_series(mesh: &HexMesh, thickness: &[f64]) -> Vec<Series> {
-    let plan = mesh.column_coordinates();
-    let height: Vec<f64> = mesh.bottom_nodes().iter().map(|&n| mesh.nodes[n as usize].z).collect();
-    let low = plan.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
-    let high = plan.iter().copied().reduce(|a, b| a.sup(&b)).unwrap_or_default();
-    let near = 1e-6 * (high - low).norm();
-    let along = |name: &str, direction: Vec2| {
-        let line = direction.normalize();
-        let on = |&k: &usize| line.perp(&(plan[k] - low)).abs() <= near;
-        let place = |k: usize| Vec2::new(line.dot(&(plan[k] - low)), height[k]);
-        // Columns one above the other in order of their height.
-        let rounded = |k: usize| Vec2::new((place(k).x / near).round(), height[k]);
-        let mut columns: Vec<usize> = (0..plan.len()).filter(on).collect();
-        columns.sort_by(|&a, &b| {
-            let [a, b] = [a, b].map(rounded);
-            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
-        });
-        let mut last = columns.first().map_or(Vec2::zeros(), |&k| Vec2::new(0.0, height[k]));
-        let mut way = 0.0;
-        let mut x = Vec::with_capacity(columns.len());
-        for &k in &columns {
-            way += (place(k) - last).norm();
-            last = place(k);
-            x.push(way);
-        }
-        let y = columns.iter().map(|&k| thickness[k]).collect();
-        Series { name: name.to_owned(), x, y }
-    };
-    let series = [along("dx", Vec2::x()), along("dxy", high - low)];
-    series.into_iter().filter(|s| s.x.len() > 2).collect()
-}
-
 fn tools(page: &mut Page, plan: &Plan, simulation: &Simulation) {
     let shifts = simulation.tool_shifts();
     let mut rows = Vec::new();
@@ -234,9 +194,16 @@ fn tools(page: &mut Page, plan: &Plan, simulation: &Simulation) {
     }
     let head = ["tool", "patches", "max [mm]", "min [mm]", "rms [mm]", "normal error [deg]", "CAD"];
     page.table(&head, &rows);
+    if rows.iter().any(|row| row[2] == NOT_AUDITED) {
+        page.text(HOW_TO_AUDIT);
+    }
     let (traces, layout) = surfaces(&parts);
     page.plot(&traces, &layout, 640);
 }
+
+const NOT_AUDITED: &str = "not audited";
+const HOW_TO_AUDIT: &str = "A tool counts as audited where its audit lies beside its file NAME.tool.json before the run: kanagata audit \
+     NAME.tool.json --cad CAD --json NAME.audit.json --vtu NAME.audit.vtu";
 
 fn audit_row(name: &str, patches: usize, path: &Path) -> Vec<String> {
     let audit = std::fs::read(path)
@@ -244,7 +211,7 @@ fn audit_row(name: &str, patches: usize, path: &Path) -> Vec<String> {
         .and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
     let mut row = vec![name.to_owned(), patches.to_string()];
     let Some(audit) = audit else {
-        row.extend(["not audited", "", "", "", ""].map(str::to_owned));
+        row.extend([NOT_AUDITED, "", "", "", ""].map(str::to_owned));
         return row;
     };
     for key in ["max_mm", "min_mm", "rms_mm", "normal_max_deg"] {
@@ -278,7 +245,6 @@ fn audited_surface(name: &str, path: &Path, shift: &Vec3) -> Option<ValuedSurfac
 mod tests {
     use super::*;
     use crate::report::record::HistoryRow;
-    use crate::solver::blank::rectangle;
 
     fn history(rows: &[(&str, [f64; 2])]) -> History {
         let row = |(stage, travels): &(&str, [f64; 2])| HistoryRow {
@@ -292,25 +258,6 @@ mod tests {
             energy: Default::default(),
         };
         History { tools: vec!["one".into(), "two".into()], rows: rows.iter().map(row).collect() }
-    }
-
-    #[test]
-    fn thickness_is_drawn_over_the_way_along_the_blank() {
-        let mut mesh = rectangle(6.0, 2.0, 1.0, 3, 2, 1);
-        mesh.nodes.iter_mut().for_each(|x| x.x += 5.0);
-        let thickness: Vec<f64> = (0..mesh.column_count()).map(|k| k as f64).collect();
-        let ways = |mesh: &HexMesh| thickness_series(mesh, &thickness)[0].x.clone();
-        // From the corner of the blank's box, at 5.
-        assert_eq!(ways(&mesh), [0.0, 2.0, 4.0, 6.0]);
-        // A slope of 3 in 4, then a wall.
-        mesh.nodes.iter_mut().for_each(|x| x.z += 0.75 * (x.x - 5.0));
-        for (a, b) in ways(&mesh).iter().zip([0.0, 2.5, 5.0, 7.5]) {
-            assert!((a - b).abs() < 1e-12, "{a}");
-        }
-        mesh.nodes.iter_mut().for_each(|x| x.x = if x.y > 0.5 { 9.0 } else { 5.0 });
-        for (a, b) in ways(&mesh).iter().zip([0.0, 1.5, 3.0, 4.5]) {
-            assert!((a - b).abs() < 1e-12, "{a}");
-        }
     }
 
     #[test]

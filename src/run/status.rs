@@ -168,7 +168,11 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
         updated_s: age(&path),
         last_line: last.map(|row| line(&history.tools, row)),
         checkpoint,
-        restart: if goes_on { restart_command(&record, folder) } else { None },
+        restart: record
+            .scene
+            .as_ref()
+            .filter(|_| goes_on)
+            .map(|scene| restart_command(&record, scene.as_ref(), folder)),
     })
 }
 
@@ -220,7 +224,8 @@ fn age(path: &Path) -> f64 {
     past.map_or(0.0, |d| d.as_secs_f64())
 }
 
-fn restart_command(record: &RunRecord, folder: &Path) -> Option<String> {
+/// Command that goes on with the run of `record`, whose scene is in the file `scene`.
+pub(super) fn restart_command(record: &RunRecord, scene: &Path, folder: &Path) -> String {
     let quoted = |word: &str| {
         let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@".contains(c);
         if !word.is_empty() && word.chars().all(plain) {
@@ -229,10 +234,10 @@ fn restart_command(record: &RunRecord, folder: &Path) -> Option<String> {
             format!("'{}'", word.replace('\'', r"'\''"))
         }
     };
-    let scene = quoted(record.scene.as_ref()?);
+    let scene = quoted(&scene.to_string_lossy());
     let folder = quoted(&folder.to_string_lossy());
     let auto = if record.left_out.is_empty() { "" } else { " --auto" };
-    Some(format!("kanagata-solve run {scene} -o {folder} --restart{auto}"))
+    format!("kanagata-solve run {scene} -o {folder} --restart{auto}")
 }
 
 impl fmt::Display for Status {
@@ -353,8 +358,8 @@ mod tests {
             [ToolStatus { name: "die".into(), travel_mm: 2.5, force_n: -100.0 }]
         );
         assert_eq!((found.checkpoint, found.restart), (None, None));
-        let command = restart_command(&r, Path::new("out"));
-        assert_eq!(command.as_deref(), Some("kanagata-solve run '/a b/x.json' -o out --restart"));
+        let command = restart_command(&r, "/a b/x.json".as_ref(), Path::new("out"));
+        assert_eq!(command, "kanagata-solve run '/a b/x.json' -o out --restart");
         std::fs::write(folder.path().join("history.csv"), "increment,stage\n1,2,3\n").unwrap();
         assert!(matches!(status(folder.path()), Err(StatusError::Invalid { .. })));
     }

@@ -174,9 +174,8 @@ fn run(
         let mut command = Command::new(how.program);
         command.arg("--threads").arg(how.threads.to_string()).arg("run").arg(&scene);
         command.arg("-o").arg(&output).args(["-q", "--tied"]);
-        if restart {
-            command.arg("--restart");
-        }
+        // What cannot be gone on with is begun again.
+        command.arg(if restart { "--restart" } else { "--overwrite" });
         let failed = |source| StudyError::Start { path: how.program.to_path_buf(), source };
         process::run(&mut command, how.stop).map_err(failed)
     };

@@ -82,6 +82,18 @@ impl Patch {
         at.d1.cross(&at.d2) * area
     }
 
+    /// Whether it is drawn together to a line or a point: its area about its middle is nothing against its size.
+    #[must_use]
+    pub fn is_without_area(&self) -> bool {
+        /// Share of the square of its size that is rounding.
+        const NONE: f64 = 1e-12;
+        let (eta, zeta) = if self.sides() == 3 { (2.0 / 3.0, 1.0 / 3.0) } else { (0.5, 0.5) };
+        let at = self.derivs(eta, zeta);
+        let size = at.d1.norm().max(at.d2.norm());
+        let is_point = size <= NONE * at.s.norm();
+        is_point || self.about_its_middle().norm() <= NONE * size * size
+    }
+
     /// Number of sides: 3 or 4. Side k of a triangle runs from corner k to k + 1, corners at (0,0), (1,0),
     /// (1,1); of a quadrilateral, corners at (0,0), (1,0), (1,1), (0,1).
     #[must_use]
@@ -208,6 +220,19 @@ mod tests {
                 let difference = (plus - minus) / (2.0 * h);
                 assert!((found - difference).norm() < 1e-7, "{patch:?}");
             }
+        }
+    }
+
+    #[test]
+    fn patches_drawn_together_have_no_area() {
+        assert!(patches().iter().all(|patch| !patch.is_without_area()));
+        let at = |x: f64| Vec3::new(3.0 + x, 4.0, 5.0);
+        for x in [1.0, 1e-15] {
+            let line = Patch::Bezier {
+                degrees: [1, 1],
+                points: [0.0, 1.0, 0.5, 1.0].map(|share| at(share * x)).to_vec(),
+            };
+            assert!(line.is_without_area(), "{x}");
         }
     }
 

@@ -4,7 +4,7 @@ use super::Remark;
 use crate::contact::Projection;
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::reach::travel_range;
-use crate::solver::{Motion, SimulationSetup, ToolSetup};
+use crate::solver::{Motion, Placement, SimulationSetup, ToolSetup};
 
 /// Nodes whose distance is looked at, at most.
 const SAMPLES: usize = 2000;
@@ -29,7 +29,7 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Remark> {
     let start = distance(setup, own, 0.0);
     let (thickness, size) =
         (setup.body.mesh().mean_thickness(), Aabb::of_points(&setup.body.mesh().nodes).diagonal());
-    let near = f64::max(2.0 * thickness, RIM * size);
+    let near = near(setup);
     let least = on_the_way(setup, own, [low, high], near).min(start).min(ends[1].1);
     let (far, most) = if ends[0].1 > ends[1].1 { ends[0] } else { ends[1] };
     let leaves = least >= start - 1e-6 * size && most > start + thickness;
@@ -66,6 +66,17 @@ fn on_the_way(setup: &SimulationSetup, tool: &ToolSetup, [low, high]: [f64; 2], 
         travel += (now - near).max(shortest);
     }
     least
+}
+
+/// Whether a tool that is not placed on the sheet begins well clear of it.
+pub(super) fn stands_off(setup: &SimulationSetup, tool: &ToolSetup) -> bool {
+    tool.placement == Placement::AsGiven && distance(setup, tool, 0.0) > near(setup)
+}
+
+/// Distance at which a tool comes near the sheet [mm]: what its rim may come towards a tool by itself.
+fn near(setup: &SimulationSetup) -> f64 {
+    let mesh = setup.body.mesh();
+    f64::max(2.0 * mesh.mean_thickness(), RIM * Aabb::of_points(&mesh.nodes).diagonal())
 }
 
 /// Least distance of the sheet's nodes that a tool may touch from it, where they lie before forming [mm]; below zero where it

@@ -1,6 +1,8 @@
 //! What a scene has too much or too little of, said before it runs, each with what it costs.
 
 mod away;
+mod border;
+mod clamping;
 mod clearance;
 mod coarse;
 mod curvature;
@@ -11,10 +13,13 @@ mod size;
 mod stops;
 mod symmetry;
 mod tools;
+mod unheld;
 mod unopposed;
 
 use std::fmt;
 
+use self::clamping::Clamping;
+use self::sharp::Opposite;
 use self::size::Sizes;
 use super::cost::Cost;
 use crate::scene::Plan;
@@ -62,6 +67,8 @@ pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
     let mut out: Vec<Remark> = material::remark(&plan.card).into_iter().collect();
     out.extend(symmetry::missing(plan, setup));
     unopposed::remarks(setup, &mut out);
+    out.extend(unheld::remark(setup));
+    out.extend(setup.tools.iter().filter_map(tools::without_area));
     out.extend(idle(setup));
     out
 }
@@ -89,11 +96,14 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     let sharpest = tools::sharpest(setup, &kept);
     elements(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {
-        tools::remarks(tool, &kept[k], &part, (&sizes, cost), &mut out);
+        let opposite = Opposite::new(setup, k, &kept[k], &sizes);
+        let clamping = Clamping::new(setup, k, &kept[k], &opposite);
+        tools::remarks(tool, &kept[k], (&part, &clamping), (&sizes, cost), &mut out);
         // Of a tool that is out of reach that has been said.
         out.extend(kept[k].contains(&true).then(|| away::remark(setup, k)).flatten());
         out.extend(inside::remark(setup, k, &sizes));
         out.extend(sharp::remark(setup, k, &kept[k], &sizes));
+        out.extend(border::remark(setup, k, &kept, &sizes));
     }
     clearance::remarks(plan, setup, &kept, &mut out);
     stops::remarks(setup, &mut out);

@@ -13,11 +13,11 @@ use crate::solver::{Motion, SimulationSetup, ToolSetup};
 use crate::tool::side::SideCurve;
 
 /// Angle between the faces' normals [rad] from which an edge is sharp.
-const SHARP: f64 = 0.5;
+pub(super) const SHARP: f64 = 0.5;
 /// Share of a tool's direction in the normal of a face that looks towards the sheet.
 const TOWARDS: f64 = 0.1;
 /// Places along an edge at which the sheet is looked for.
-const PLACES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
+pub(super) const PLACES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
 /// Elements over a radius that lets nodes pass one after the other.
 const OVER_A_RADIUS: f64 = 2.0;
 
@@ -28,29 +28,70 @@ pub(super) fn remark(
     kept: &[bool],
     sizes: &Sizes,
 ) -> Option<Remark> {
-    let own = &setup.tools[tool];
-    let passing = passing(setup, tool);
-    let far = passing.iter().map(|other| other.far).fold(0.0, f64::max);
-    if far <= setup.body.mesh().mean_thickness() {
+    let opposite = Opposite::new(setup, tool, kept, sizes);
+    if opposite.is_idle() {
         return None;
     }
+    let own = &setup.tools[tool];
     let edges = edges(own, kept);
-    let near = own.surface.model().patches.iter().zip(kept).filter(|(_, kept)| **kept);
-    let front = near
-        .flat_map(|(patch, _)| corners(patch))
-        .map(|(x, _)| x.dot(&own.direction))
-        .fold(f64::NEG_INFINITY, f64::max);
-    let met = |edge: &Edge, at: &Vec3| {
-        let back = front - at.dot(&own.direction);
-        let at = at + own.offset;
-        // The sheet reaches back over an edge no farther than the tool opposite goes there.
-        let passed = |other: &Passing| back < other.far && other.reaches_past(&at, &edge.across);
-        sizes.covers(&at, &own.direction) && passing.iter().any(passed)
-    };
-    let met =
-        edges.iter().filter_map(|edge| Some((edge, edge.places.iter().find(|at| met(edge, at))?)));
+    let met = edges.iter().filter_map(|edge| Some((edge, opposite.meets(edge)?)));
     let (edge, at) = met.max_by(|(a, _), (b, _)| a.turn.total_cmp(&b.turn))?;
     Some(told(own, edge, at + own.offset, sizes))
+}
+
+/// A tool, and those on the sheet's other side that take the sheet past it.
+pub(super) struct Opposite<'a> {
+    own: &'a ToolSetup,
+    passing: Vec<Passing>,
+    /// Farthest place of its patches near the sheet along its direction, in its file [mm].
+    front: f64,
+    sizes: &'a Sizes,
+    thickness: f64,
+}
+
+impl<'a> Opposite<'a> {
+    /// `kept`: patches the sheet may come near.
+    pub(super) fn new(
+        setup: &'a SimulationSetup,
+        tool: usize,
+        kept: &[bool],
+        sizes: &'a Sizes,
+    ) -> Self {
+        let own = &setup.tools[tool];
+        let near = own.surface.model().patches.iter().zip(kept).filter(|(_, kept)| **kept);
+        let front = near
+            .flat_map(|(patch, _)| corners(patch))
+            .map(|(x, _)| x.dot(&own.direction))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let thickness = setup.body.mesh().mean_thickness();
+        Self { own, passing: passing(setup, tool), front, sizes, thickness }
+    }
+
+    /// With these tools too, which go as far as they are pushed.
+    pub(super) fn and_pushed(mut self, setup: &SimulationSetup, tools: &[usize]) -> Self {
+        let pushed = tools.iter().map(|&tool| Passing::new(&setup.tools[tool], f64::INFINITY));
+        self.passing.extend(pushed);
+        self
+    }
+
+    /// Whether none of them goes past it by more than the sheet's thickness.
+    pub(super) fn is_idle(&self) -> bool {
+        self.passing.iter().all(|other| other.far <= self.thickness)
+    }
+
+    /// The first place of an edge that the sheet covers and may be taken back over, in the tool's file [mm].
+    pub(super) fn meets(&self, edge: &Edge) -> Option<Vec3> {
+        let own = self.own;
+        let met = |at: &&Vec3| {
+            let back = self.front - at.dot(&own.direction);
+            let at = *at + own.offset;
+            // The sheet reaches back over an edge no farther than the tool opposite goes there.
+            let passed =
+                |other: &Passing| back < other.far && other.reaches_past(&at, &edge.across);
+            self.sizes.covers(&at, &own.direction) && self.passing.iter().any(passed)
+        };
+        edge.places.iter().find(met).copied()
+    }
 }
 
 /// That a tool has this edge there, and the radius that would do.
@@ -82,6 +123,11 @@ struct Passing {
 }
 
 impl Passing {
+    fn new(tool: &ToolSetup, far: f64) -> Self {
+        let corners = tool.surface.model().patches.iter().flat_map(corners);
+        Self { far, corners: corners.map(|(x, _)| x + tool.offset).collect() }
+    }
+
     /// Whether some of it lies beyond a place, along a direction across the way it goes.
     fn reaches_past(&self, at: &Vec3, across: &Vec3) -> bool {
         self.corners.iter().any(|x| (x - at).dot(across) > 0.0)
@@ -94,13 +140,7 @@ fn passing(setup: &SimulationSetup, tool: usize) -> Vec<Passing> {
     let opposite = setup.tools.iter().enumerate();
     let opposite = opposite.filter(|&(other, opposite)| other != tool && opposite.side != own.side);
     opposite
-        .map(|(other, opposite)| Passing {
-            far: farthest_past(setup, tool, other),
-            corners: {
-                let patches = opposite.surface.model().patches.iter();
-                patches.flat_map(corners).map(|(x, _)| x + opposite.offset).collect()
-            },
-        })
+        .map(|(other, opposite)| Passing::new(opposite, farthest_past(setup, tool, other)))
         .filter(|passing| passing.far > 0.0)
         .collect()
 }
@@ -129,14 +169,15 @@ fn farthest_past(setup: &SimulationSetup, tool: usize, other: usize) -> f64 {
 }
 
 /// A sharp edge.
-struct Edge {
+pub(super) struct Edge {
     /// Places on it, its middle first [mm].
-    places: [Vec3; 5],
-    /// Angle between the normals of its faces [rad].
-    turn: f64,
-    along: Vec3,
+    pub places: [Vec3; 5],
+    /// Angle by which the sheet may be bent over it: between the normals of its faces [rad].
+    pub turn: f64,
+    /// Along it.
+    pub along: Vec3,
     /// Square to it and to the tool's direction, from the face that looks towards the sheet to what falls off.
-    across: Vec3,
+    pub across: Vec3,
 }
 
 /// Sharp convex edges between patches near the sheet.

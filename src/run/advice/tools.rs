@@ -1,5 +1,6 @@
 //! Patches that the sheet cannot reach, patches far finer than its elements, radii that its elements cannot follow.
 
+use super::clamping::Clamping;
 use super::curvature::{Bend, FLAT, bends, corners};
 use super::size::{Size, Sizes};
 use super::{GROWTH, Remark};
@@ -20,11 +21,12 @@ const HELPS: f64 = 0.5;
 /// Memory of a patch's pieces and their tree.
 const BYTES_A_PATCH: f64 = 2500.0;
 
-/// Remarks on one tool; `kept`: patches the sheet may come near; `part`: where the model is, symmetry planes being its ends.
+/// Remarks on one tool; `kept`: patches the sheet may come near; `part`: where the model is, symmetry planes being its ends;
+/// `clamping`: what of the tool the sheet does not bend over.
 pub(super) fn remarks(
     tool: &ToolSetup,
     kept: &[bool],
-    part: &Aabb,
+    (part, clamping): (&Aabb, &Clamping<'_>),
     (sizes, cost): (&Sizes, &Cost),
     out: &mut Vec<Remark>,
 ) {
@@ -70,7 +72,28 @@ pub(super) fn remarks(
         let middle = corners.iter().map(|c| c.0).sum::<Vec3>() / corners.len().max(1) as f64;
         part.distance_squared(&(middle + tool.offset)) == 0.0
     };
-    out.extend(coarse_elements(name, &tool.offset, near().filter(modelled), sizes, cost));
+    let bent = near().filter(modelled).filter(|patch| !clamping.is_behind(patch));
+    out.extend(coarse_elements(name, &tool.offset, bent, sizes, cost));
+}
+
+/// A remark on a tool some of whose patches have no area.
+pub(super) fn without_area(tool: &ToolSetup) -> Option<Remark> {
+    let patches = &tool.surface.model().patches;
+    let mut flat = patches.iter().enumerate().filter(|(_, patch)| patch.is_without_area());
+    let (first, patch) = flat.next()?;
+    let x = patch.derivs(0.5, 0.5).s;
+    Some(Remark::new(
+        format!(
+            "{} of {} patches of {} have no area, the first number {first} at ({:.1}, {:.1}, {:.1}) mm of its file",
+            1 + flat.count(),
+            patches.len(),
+            tool.name,
+            x.x,
+            x.y,
+            x.z
+        ),
+        "they have no normal, and what touches the tool there is pushed any way: make the tool again with `kanagata convert`, or take them out".into(),
+    ))
 }
 
 /// The smallest radius of the tools within reach, [mm]; infinite without any.

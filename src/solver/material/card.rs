@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::Material;
 use super::elastic::Elastic;
-use super::hardening::Hardening;
-use super::hill48::Hill48;
+use super::hardening::{Hardening, HardeningError};
+use super::hill48::{Hill48, Hill48Error};
 use super::plastic::{Backstress, MaterialDataError, Plastic};
 use super::yield_function::{YieldError, YieldFunction};
-use super::yld2004::Yld2004;
+use super::yld2004::{Yld2004, Yld2004Error};
 use crate::geometry::Mat3;
 
 /// A sheet material.
@@ -46,26 +46,26 @@ pub enum YieldCriterion {
     VonMises {},
     /// Hill 1948 by its parameters; scaled to `G + H = 1`.
     Hill48 {
-        /// F
+        /// F; sums of two of F, G and H, and F G + G H + H F, are > 0.
         f: f64,
         /// G
         g: f64,
         /// H
         h: f64,
-        /// L
+        /// L (shear yz), > 0.
         l: f64,
-        /// M
+        /// M (shear zx), > 0.
         m: f64,
-        /// N
+        /// N (shear xy), > 0.
         n: f64,
     },
     /// Hill 1948 by its r values; L = M = 1.5.
     Hill48R {
-        /// r along the rolling direction.
+        /// r along the rolling direction, > 0.
         r0: f64,
-        /// r at 45 degrees.
+        /// r at 45 degrees, >= 0.
         r45: f64,
-        /// r across it.
+        /// r across it, > 0.
         r90: f64,
     },
     /// Hosford's isotropic non-quadratic function.
@@ -89,9 +89,9 @@ pub enum YieldCriterion {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BackstressCard {
-    /// Modulus C [MPa].
+    /// Modulus C [MPa], >= 0.
     pub c_mpa: f64,
-    /// Recovery gamma.
+    /// Recovery gamma, >= 0; 0 is linear (Prager's) hardening.
     pub gamma: f64,
 }
 
@@ -127,14 +127,42 @@ pub enum CardError {
         /// Key that is missing.
         missing: &'static str,
     },
-    /// Numbers out of range.
-    #[error("material '{name}': {cause}")]
-    Data {
+    /// A number out of its range.
+    #[error("material '{name}', {key}: found {found}; allowed: {allowed}")]
+    Value {
         /// Card.
         name: String,
-        /// What is wrong.
-        cause: MaterialDataError,
+        /// Key of the card, or what its keys make.
+        key: String,
+        /// What was found.
+        found: f64,
+        /// What is allowed.
+        allowed: String,
     },
+}
+
+/// What a card has, for messages about texts that are none.
+pub const KEYS: &str = "a material card: `name`, `young_mpa` (above zero), `poisson` (in (-1, 0.5)), of a plastic material `yield` and \
+     `hardening` too, with what they have in schemas/scene.schema.json (MaterialCard); `source` and `backstresses` may be \
+     left out";
+
+/// The key under which a card has what is wrong, what was found and what is allowed.
+fn keyed(cause: MaterialDataError) -> (String, f64, String) {
+    match cause {
+        MaterialDataError::Elastic { field, found, allowed } => (field, found, allowed.into()),
+        MaterialDataError::Yield(YieldError::Hill48(Hill48Error { condition, found })) => {
+            let term =
+                |term: &str| format!("yield.{}", term.to_lowercase().replace(' ', " yield."));
+            let key = condition.split(" + ").map(term).collect::<Vec<_>>().join(" + ");
+            (key, found, "above zero, for a convex yield surface".into())
+        }
+        MaterialDataError::Yield(YieldError::Yld2004(Yld2004Error { field, found, allowed })) => {
+            (format!("yield.{field}"), found, allowed.into())
+        }
+        MaterialDataError::Hardening(HardeningError { field, found, allowed }) => {
+            (format!("hardening.{field}"), found, allowed.into())
+        }
+    }
 }
 
 const LIBRARY: [&str; 11] = [
@@ -175,7 +203,7 @@ impl MaterialCard {
     /// The yield function; `None` for an elastic card.
     ///
     /// # Errors
-    /// [`CardError::Data`] unless it is convex, closed and in range.
+    /// [`CardError::Value`] unless it is convex, closed and in range.
     pub fn yield_function(&self) -> Result<Option<YieldFunction>, CardError> {
         self.criterion.map(|criterion| self.function(criterion)).transpose()
     }
@@ -188,6 +216,7 @@ impl MaterialCard {
                 YieldFunction::hill48(&Hill48 { f, g, h, l, m, n })
             }
             YieldCriterion::Hill48R { r0, r45, r90 } => {
+                self.check_r_values(r0, r45, r90)?;
                 YieldFunction::hill48(&Hill48::from_r_values(r0, r45, r90))
             }
             YieldCriterion::Hosford { exponent } => yld(Yld2004::hosford(exponent)),
@@ -195,10 +224,27 @@ impl MaterialCard {
                 yld(Yld2004::new(exponent, &first, &second))
             }
         }
-        .map_err(|cause: YieldError| CardError::Data {
-            name: self.name.clone(),
-            cause: cause.into(),
-        })
+        .map_err(|cause: YieldError| self.refused(cause.into()))
+    }
+
+    fn refused(&self, cause: MaterialDataError) -> CardError {
+        let (key, found, allowed) = keyed(cause);
+        CardError::Value { name: self.name.clone(), key, found, allowed }
+    }
+
+    /// Other r values make no closed surface, or one that no sheet has.
+    fn check_r_values(&self, r0: f64, r45: f64, r90: f64) -> Result<(), CardError> {
+        let wrong = |key: &str, found, allowed: &str| {
+            let (name, key) = (self.name.clone(), format!("yield.{key}"));
+            Err(CardError::Value { name, key, found, allowed: allowed.into() })
+        };
+        let in_range = |r: f64| (0.0..1e6).contains(&r);
+        for (key, r) in [("r0", r0), ("r90", r90)] {
+            if !in_range(r) || r == 0.0 {
+                return wrong(key, r, "above 0 and below 1e6");
+            }
+        }
+        if in_range(r45) { Ok(()) } else { wrong("r45", r45, "0 or above and below 1e6") }
     }
 
     /// Stress and its slope [MPa] of tension that never turned, at plastic strain `p >= 0`: flow stress and backstresses. `None`
@@ -225,7 +271,7 @@ impl MaterialCard {
     pub fn build(&self, angle: f64) -> Result<Arc<dyn Material>, CardError> {
         let elastic = Elastic { young: self.young_mpa, poisson: self.poisson };
         let half = |missing| CardError::Half { name: self.name.clone(), missing };
-        let data = |cause| CardError::Data { name: self.name.clone(), cause };
+        let data = |cause| self.refused(cause);
         let (criterion, hardening) = match (self.criterion, &self.hardening) {
             (None, None) if !self.backstresses.is_empty() => return Err(half("yield")),
             (None, None) => {
@@ -252,52 +298,4 @@ impl MaterialCard {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_embedded_card_is_read_names_its_source_and_builds() {
-        let cards = library();
-        assert_eq!(cards.len(), LIBRARY.len());
-        for card in cards {
-            assert!(!card.source.is_empty(), "{}", card.name);
-            card.build(0.3).unwrap();
-        }
-    }
-
-    #[test]
-    fn isotropy_is_told_by_the_criterion() {
-        let isotropic = |name: &str| find(name).unwrap().is_isotropic().unwrap();
-        assert!(isotropic("sheet-ssnv501") && isotropic("structural-steel-hartloper-uvc"));
-        assert!(!isotropic("mild-steel-neto2012") && !isotropic("aa2090-t3-barlat2005"));
-        let steel = find("mild-steel-neto2012").unwrap();
-        let with = |criterion| {
-            let card = MaterialCard { criterion: Some(criterion), ..steel.clone() };
-            card.is_isotropic().unwrap()
-        };
-        assert!(with(YieldCriterion::Hosford { exponent: 8.0 }));
-        let mut first = [1.1; 9];
-        assert!(with(YieldCriterion::Yld2004 { exponent: 6.0, first, second: [0.9; 9] }));
-        first[8] = 1.101;
-        assert!(!with(YieldCriterion::Yld2004 { exponent: 6.0, first, second: [0.9; 9] }));
-        let elastic = MaterialCard { criterion: None, hardening: None, ..steel };
-        assert!(elastic.is_isotropic().unwrap());
-    }
-
-    #[test]
-    fn cards_that_cannot_be_used_say_why() {
-        let steel = find("mild-steel-neto2012").unwrap();
-        assert!(find("unobtainium").unwrap_err().to_string().contains("mild-steel-neto2012"));
-        let half = MaterialCard { hardening: None, ..steel.clone() };
-        assert!(matches!(half.build(0.0), Err(CardError::Half { missing: "hardening", .. })));
-        let soft = MaterialCard { poisson: 0.6, ..steel.clone() };
-        let elastic = |card| MaterialCard { criterion: None, hardening: None, ..card };
-        for card in [soft.clone(), elastic(soft)] {
-            assert!(card.build(0.0).unwrap_err().to_string().contains("poisson is 0.6"));
-        }
-        let backstresses = vec![BackstressCard { c_mpa: 1000.0, gamma: 10.0 }];
-        let kinematic = MaterialCard { backstresses, ..elastic(steel) };
-        assert!(matches!(kinematic.build(0.0), Err(CardError::Half { missing: "yield", .. })));
-        assert!(serde_json::from_str::<MaterialCard>(r#"{"name":"x","young":1}"#).is_err());
-    }
-}
+mod tests;

@@ -19,10 +19,11 @@ impl Elastic {
     /// # Errors
     /// [`MaterialDataError::Elastic`] for the first one out of its range.
     pub fn check(&self) -> Result<(), MaterialDataError> {
-        let refused =
-            |field, found, allowed| Err(MaterialDataError::Elastic { field, found, allowed });
+        let refused = |field: &str, found, allowed| {
+            Err(MaterialDataError::Elastic { field: field.into(), found, allowed })
+        };
         if !(self.young > 0.0 && self.young.is_finite()) {
-            return refused("young", self.young, "above zero");
+            return refused("young_mpa", self.young, "above zero");
         }
         if !(self.poisson > -1.0 && self.poisson < 0.5) {
             return refused("poisson", self.poisson, "in (-1, 0.5)");

@@ -62,10 +62,10 @@ pub enum Hardening {
 
 /// A hardening law with numbers it cannot work with.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("hardening: {field} is {found}, must be {allowed}")]
+#[error("hardening.{field} is {found}, must be {allowed}")]
 pub struct HardeningError {
-    /// Which number.
-    pub field: &'static str,
+    /// Which number, as a card calls it.
+    pub field: String,
     /// What was found.
     pub found: f64,
     /// What is allowed.
@@ -100,8 +100,8 @@ impl Hardening {
     /// # Errors
     /// [`HardeningError`] for the first number out of its range.
     pub fn check(&self) -> Result<(), HardeningError> {
-        let need = |ok: bool, field, found, allowed| {
-            if ok { Ok(()) } else { Err(HardeningError { field, found, allowed }) }
+        let need = |ok: bool, field: &str, found, allowed| {
+            if ok { Ok(()) } else { Err(HardeningError { field: field.into(), found, allowed }) }
         };
         let positive = |x: f64| x > 0.0 && x.is_finite();
         let not_negative = |x: f64| x >= 0.0 && x.is_finite();
@@ -129,30 +129,23 @@ impl Hardening {
                 need(*n > 0.0 && *n <= 1.0, "n", *n, "in (0, 1]")
             }
             Self::Table { strain, stress } => {
-                need(!strain.is_empty(), "points", strain.len() as f64, "at least one")?;
+                need(!strain.is_empty(), "strain: the number of points", 0.0, "at least one")?;
                 need(
                     strain.len() == stress.len(),
-                    "points",
+                    "stress: the number of points",
                     stress.len() as f64,
                     "as many stresses as strains",
                 )?;
                 need(strain[0] == 0.0, "strain[0]", strain[0], "zero")?;
                 need(positive(stress[0]), "stress[0]", stress[0], "above zero")?;
-                for pair in strain.windows(2) {
-                    need(
-                        pair[1] > pair[0] && pair[1].is_finite(),
-                        "strain",
-                        pair[1],
-                        "increasing",
-                    )?;
+                for (k, pair) in strain.windows(2).enumerate() {
+                    let rises = pair[1] > pair[0] && pair[1].is_finite();
+                    need(rises, &format!("strain[{}]", k + 1), pair[1], "above the one before")?;
                 }
-                for pair in stress.windows(2) {
-                    need(
-                        pair[1] >= pair[0] && pair[1].is_finite(),
-                        "stress",
-                        pair[1],
-                        "not decreasing",
-                    )?;
+                for (k, pair) in stress.windows(2).enumerate() {
+                    let holds = pair[1] >= pair[0] && pair[1].is_finite();
+                    let allowed = "not below the one before";
+                    need(holds, &format!("stress[{}]", k + 1), pair[1], allowed)?;
                 }
                 Ok(())
             }
@@ -229,8 +222,8 @@ mod tests {
     #[test]
     fn softening_and_empty_tables_are_refused() {
         for (law, field) in [
-            (Hardening::Table { strain: vec![], stress: vec![] }, "points"),
-            (Hardening::Table { strain: vec![0.0, 0.1], stress: vec![100.0, 90.0] }, "stress"),
+            (Hardening::Table { strain: vec![], stress: vec![] }, "strain: the number of points"),
+            (Hardening::Table { strain: vec![0.0, 0.1], stress: vec![100.0, 90.0] }, "stress[1]"),
             (Hardening::Swift { k: 500.0, eps0: 0.0, n: 0.2 }, "eps0"),
             (Hardening::Voce { sigma0: 100.0, q: f64::NAN, b: 1.0 }, "q"),
         ] {

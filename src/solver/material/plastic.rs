@@ -88,11 +88,11 @@ pub struct Plastic {
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MaterialDataError {
-    /// Elastic constants out of range.
-    #[error("elasticity: {field} is {found}, must be {allowed}")]
+    /// Elastic constants or backstresses out of range.
+    #[error("{field} is {found}, must be {allowed}")]
     Elastic {
-        /// Which constant.
-        field: &'static str,
+        /// Which number, as a card calls it.
+        field: String,
         /// What was found.
         found: f64,
         /// What is allowed.
@@ -142,16 +142,12 @@ impl Plastic {
         mut self,
         backstresses: Vec<Backstress>,
     ) -> Result<Self, MaterialDataError> {
-        for one in &backstresses {
-            for (field, found) in
-                [("backstress modulus", one.modulus), ("backstress recovery", one.recovery)]
-            {
+        for (k, one) in backstresses.iter().enumerate() {
+            for (key, found) in [("c_mpa", one.modulus), ("gamma", one.recovery)] {
                 if !(found >= 0.0 && found.is_finite()) {
-                    return Err(MaterialDataError::Elastic {
-                        field,
-                        found,
-                        allowed: "zero or above",
-                    });
+                    let field = format!("backstresses[{k}].{key}");
+                    let allowed = "zero or above";
+                    return Err(MaterialDataError::Elastic { field, found, allowed });
                 }
             }
         }

@@ -39,8 +39,8 @@ pub struct Yld2004 {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("Yld2004-18p: {field} is {found}, must be {allowed}")]
 pub struct Yld2004Error {
-    /// Which number.
-    pub field: &'static str,
+    /// Which number: `exponent`, a coefficient of `first` or `second`, or what they make.
+    pub field: String,
     /// What was found.
     pub found: f64,
     /// What is allowed.
@@ -81,11 +81,15 @@ impl Yld2004 {
         second: &Coefficients,
     ) -> Result<Self, Yld2004Error> {
         if !(2.0..=MAX_EXPONENT).contains(&exponent) {
-            return Err(Yld2004Error { field: "exponent", found: exponent, allowed: "in [2, 60]" });
+            let field = "exponent".into();
+            return Err(Yld2004Error { field, found: exponent, allowed: "in [2, 60]" });
         }
-        for (name, &found) in NAMES.iter().zip(first).chain(NAMES.iter().zip(second)) {
-            if found.is_nan() || found.abs() >= 1e3 {
-                return Err(Yld2004Error { field: name, found, allowed: "in (-1000, 1000)" });
+        for (list, coefficients) in [("first", first), ("second", second)] {
+            for (k, &found) in coefficients.iter().enumerate() {
+                if found.is_nan() || found.abs() >= 1e3 {
+                    let field = format!("{list}[{k}] ({})", NAMES[k]);
+                    return Err(Yld2004Error { field, found, allowed: "in (-1000, 1000)" });
+                }
             }
         }
         let half = 0.5 * exponent - 1.0;
@@ -97,7 +101,8 @@ impl Yld2004 {
         let closed = law.closedness();
         if closed.is_nan() || closed <= 1e-6 {
             return Err(Yld2004Error {
-                field: "smallest over largest eigenvalue of the transformations together",
+                field: "first and second, smallest over largest eigenvalue of the two together"
+                    .into(),
                 found: closed,
                 allowed: "above 1e-6, so that every shear and tension yields",
             });

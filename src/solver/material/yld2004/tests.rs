@@ -167,7 +167,7 @@ fn numbers_that_are_no_surface_say_why() {
     assert_eq!(Yld2004::hosford(f64::NAN).unwrap_err().field, "exponent");
     let mut bad = one;
     bad[6] = f64::INFINITY;
-    assert_eq!(Yld2004::new(8.0, &one, &bad).unwrap_err().field, "c44");
+    assert_eq!(Yld2004::new(8.0, &one, &bad).unwrap_err().field, "second[6] (c44)");
     let mut open = one;
     open[8] = 0.0;
     assert!(Yld2004::new(8.0, &open, &one).is_ok());

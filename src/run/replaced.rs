@@ -1,0 +1,53 @@
+//! What an earlier run left in a folder where another begins: a run that can be gone on with is not thrown away unasked.
+
+use std::fs;
+use std::path::Path;
+
+use super::RunError;
+use super::checkpoint;
+use super::folder::{PROGRAM, inputs};
+use super::status::restart_command;
+use crate::report::record::{RunRecord, Verdict};
+use crate::scene::Plan;
+
+/// What is replaced in `folder` by a run of `plan` that begins there, in words; `None` where there are no results. Asked while
+/// the folder's lock is held: whatever run it tells of has ended.
+///
+/// # Errors
+/// [`RunError::Unfinished`] for a run of the same inputs that was stopped or killed and has a checkpoint, unless it may be
+/// replaced (`overwrite`).
+pub(super) fn replaced(
+    folder: &Path,
+    plan: &Plan,
+    scene: &Path,
+    overwrite: bool,
+) -> Result<Option<String>, RunError> {
+    let text = fs::read(folder.join("run.json")).unwrap_or_default();
+    let Ok(record) = serde_json::from_slice::<RunRecord>(&text) else { return Ok(None) };
+    let how = match record.verdict {
+        Verdict::Completed => "finished",
+        Verdict::NoConvergence => "given up",
+        Verdict::Running | Verdict::Stopped => "not finished",
+    };
+    let mut why = String::new();
+    if matches!(record.verdict, Verdict::Running | Verdict::Stopped) {
+        match checkpoint::read(folder, &inputs(plan), PROGRAM) {
+            Ok(checkpoint) if !overwrite => {
+                let increment = checkpoint.folder.record.increments;
+                let restart = restart_command(&record, scene, folder);
+                return Err(RunError::Unfinished { folder: folder.into(), increment, restart });
+            }
+            Ok(_) => {}
+            Err(error) => why = format!(" ({})", error.reason()),
+        }
+    }
+    if record.increments == 0 {
+        return Ok(None);
+    }
+    Ok(Some(format!(
+        "{}: the results of an earlier run are replaced: {}, {} increments, {how}{why}",
+        folder.display(),
+        record.name,
+        record.increments
+    )))
+}

@@ -1,0 +1,118 @@
+//! The thickness along lines of the blank.
+
+use crate::geometry::Vec2;
+use crate::report::charts::{Series, lines};
+use crate::report::page::Page;
+use crate::scene::types::BlankShape;
+use crate::solver::blank::HexMesh;
+
+/// The chart, and where its lines are; words in its place where no row of nodes makes a line.
+pub(super) fn chart(page: &mut Page, shape: &BlankShape, mesh: &HexMesh, thickness: &[f64]) {
+    let plan = mesh.column_coordinates();
+    let low = plan.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
+    let (series, inside) = series(mesh, thickness);
+    if series.is_empty() {
+        page.text("No row of nodes lies along x or along the diagonal of the blank's box: see the thickness below, and in steps/*.vtu.");
+        return;
+    }
+    let corner = format!("({:.1}, {:.1}) mm", low.x, low.y);
+    page.text(&match (inside, shape) {
+        (true, _) => "Through the middle of the blank, from rim to rim: along x (dx) and along the diagonal of its box (dxy).".into(),
+        (_, BlankShape::QuarterDisc { .. } | BlankShape::Disc { .. }) => format!(
+            "From the middle of the disc at {corner} to its rim: along x (dx) and along the diagonal (dxy)."
+        ),
+        _ => format!(
+            "Along the side of the blank in x (dx) and along the diagonal of its box (dxy), from their corner at {corner}."
+        ),
+    });
+    let (traces, layout) = lines(&series, "distance along the blank [mm]", "thickness [mm]");
+    page.plot(&traces, &layout, 380);
+}
+
+/// Thickness along the side y = lowest (dx) and along the diagonal of the blank's box (dxy), where it has nodes there; of a blank
+/// without nodes along that side (a whole disc) the line in x goes through the middle of the box, and true is told. It is over
+/// the way along the blank: the distance in plan, and where the blank climbs (a tube) that along its slope.
+fn series(mesh: &HexMesh, thickness: &[f64]) -> (Vec<Series>, bool) {
+    let plan = mesh.column_coordinates();
+    let low = plan.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
+    let high = plan.iter().copied().reduce(|a, b| a.sup(&b)).unwrap_or_default();
+    let middle = 0.5 * (low + high);
+    let of = |from, name, direction| along(mesh, thickness, name, (from, direction));
+    let side = of(low, "dx", Vec2::x());
+    let inside = side.x.len() < 3;
+    let first = if inside { of(middle, "dx", Vec2::x()) } else { side };
+    let all = [first, of(low, "dxy", high - low)];
+    (all.into_iter().filter(|s| s.x.len() > 2).collect(), inside)
+}
+
+/// Thickness of the columns on a line in plan, given by a point and a direction, from the first one on.
+fn along(mesh: &HexMesh, thickness: &[f64], name: &str, (from, direction): (Vec2, Vec2)) -> Series {
+    let plan = mesh.column_coordinates();
+    let height: Vec<f64> = mesh.bottom_nodes().iter().map(|&n| mesh.nodes[n as usize].z).collect();
+    let low = plan.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
+    let high = plan.iter().copied().reduce(|a, b| a.sup(&b)).unwrap_or_default();
+    let near = 1e-6 * (high - low).norm();
+    let line = direction.normalize();
+    let on = |&k: &usize| line.perp(&(plan[k] - from)).abs() <= near;
+    let place = |k: usize| Vec2::new(line.dot(&(plan[k] - from)), height[k]);
+    // Columns one above the other in order of their height.
+    let rounded = |k: usize| Vec2::new((place(k).x / near).round(), height[k]);
+    let mut columns: Vec<usize> = (0..plan.len()).filter(on).collect();
+    columns.sort_by(|&a, &b| {
+        let [a, b] = [a, b].map(rounded);
+        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
+    });
+    let mut last = columns.first().map_or(Vec2::zeros(), |&k| place(k));
+    let mut way = 0.0;
+    let mut x = Vec::with_capacity(columns.len());
+    for &k in &columns {
+        way += (place(k) - last).norm();
+        last = place(k);
+        x.push(way);
+    }
+    let y = columns.iter().map(|&k| thickness[k]).collect();
+    Series { name: name.to_owned(), x, y }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::blank::{disc, rectangle, thickened};
+
+    #[test]
+    fn thickness_is_drawn_over_the_way_along_the_blank() {
+        let mut mesh = rectangle(6.0, 2.0, 1.0, 3, 2, 1);
+        mesh.nodes.iter_mut().for_each(|x| x.x += 5.0);
+        let thickness: Vec<f64> = (0..mesh.column_count()).map(|k| k as f64).collect();
+        let ways = |mesh: &HexMesh| series(mesh, &thickness).0[0].x.clone();
+        // From the corner of the blank's box, at 5.
+        assert_eq!(ways(&mesh), [0.0, 2.0, 4.0, 6.0]);
+        // A slope of 3 in 4, then a wall.
+        mesh.nodes.iter_mut().for_each(|x| x.z += 0.75 * (x.x - 5.0));
+        for (a, b) in ways(&mesh).iter().zip([0.0, 2.5, 5.0, 7.5]) {
+            assert!((a - b).abs() < 1e-12, "{a}");
+        }
+        mesh.nodes.iter_mut().for_each(|x| x.x = if x.y > 0.5 { 9.0 } else { 5.0 });
+        for (a, b) in ways(&mesh).iter().zip([0.0, 1.5, 3.0, 4.5]) {
+            assert!((a - b).abs() < 1e-12, "{a}");
+        }
+    }
+
+    #[test]
+    fn the_lines_of_a_whole_disc_go_through_its_middle() {
+        let (points, quads) = disc(30.0, 4, 3);
+        let mesh = thickened(&points, &quads, 1.0, 1);
+        let thickness = vec![1.0; mesh.column_count()];
+        let (series, inside) = series(&mesh, &thickness);
+        assert!(inside);
+        for one in &series {
+            let last = one.x.last().unwrap();
+            assert!(one.x[0] == 0.0 && (last - 60.0).abs() < 1e-9, "{}: {last}", one.name);
+        }
+        let shape = BlankShape::Disc { radius_mm: 30.0, core: 4, rings: 3 };
+        let mut page = Page::new("disc");
+        chart(&mut page, &shape, &mesh, &thickness);
+        let html = page.html();
+        assert!(html.contains("Through the middle") && !html.contains("their corner"));
+    }
+}

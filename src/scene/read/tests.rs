@@ -1,0 +1,116 @@
+use super::*;
+
+fn scene() -> serde_json::Value {
+    serde_json::json!({
+        "format": "kanagata-scene", "version": 1, "name": "t",
+        "blank": {
+            "shape": {"rectangle": {"size_mm": [10.0, 10.0], "elements": [2, 2]}},
+            "thickness_mm": 1.0
+        },
+        "material": "mild-steel-neto2012",
+        "tools": [{"name": "die", "file": "die.tool.json", "direction": [0, 0, 1]}],
+        "stages": [{"name": "draw", "drive": {"die": {"travel_mm": 1.0}}}],
+    })
+}
+
+fn fails(change: impl Fn(&mut serde_json::Value)) -> String {
+    let mut value = scene();
+    change(&mut value);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.scene.json");
+    std::fs::write(&path, value.to_string()).unwrap();
+    match read(&path) {
+        Ok(_) => String::new(),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn a_missing_tool_file_is_named_with_its_key_and_remedy() {
+    let message = fails(|_| {});
+    assert!(message.contains("tools[0].file") && message.contains("die.tool.json"), "{message}");
+    assert!(message.contains("kanagata convert"), "{message}");
+}
+
+#[test]
+fn unknown_keys_and_values_out_of_range_are_named() {
+    let message = fails(|s| s["blank"]["colour"] = 1.into());
+    assert!(message.contains("colour"), "{message}");
+    let message = fails(|s| s["blank"]["thickness_mm"] = (-0.8).into());
+    assert!(message.contains("blank.thickness_mm") && message.contains("-0.8"), "{message}");
+    let message = fails(|s| {
+        s["blank"]["shape"]["rectangle"]["elements"] =
+            serde_json::json!([4_000_000_000u32, 4_000_000_000u32])
+    });
+    assert!(message.contains("blank: found elements"), "{message}");
+    let message = fails(|s| s["stages"][0]["drive"] = serde_json::json!({"dye": {"travel_mm": 1}}));
+    assert!(message.contains("'dye'") && message.contains("allowed: die"), "{message}");
+    let message = fails(|s| s["tools"][0]["direction"] = serde_json::json!([0, 0, 0]));
+    assert!(message.contains("tools[0].direction"), "{message}");
+    let message = fails(|s| {
+        s["stages"][0]["drive"] = serde_json::json!({"die": {"spring": {"stiffness_n_per_mm": 0}}})
+    });
+    assert!(message.contains("drive.die.spring.stiffness_n_per_mm: found 0"), "{message}");
+    let spring = |stiffness: f64| serde_json::json!({"penalty": {"stiffness": stiffness}});
+    let message = fails(|s| s["solver"] = serde_json::json!({"contact": spring(-1.0)}));
+    assert!(message.contains("solver.contact.stiffness: found -1"), "{message}");
+    let message = fails(|s| s["tools"][0]["stop_mm"] = (-0.1).into());
+    assert!(message.contains("tools[0].stop_mm: found -0.1"), "{message}");
+    let message = fails(|s| s["solver"] = serde_json::json!({"force_tolerance": 0}));
+    assert!(message.contains("solver.force_tolerance: found 0"), "{message}");
+    let drive = |drive: serde_json::Value| {
+        fails(|s| s["stages"][0]["drive"] = serde_json::json!({"die": drive}))
+    };
+    let message = drive(serde_json::json!({"travel_mm": [[0, 0], [0.5, 5], [0.4, 3]]}));
+    assert!(message.contains("stages[0].drive.die.travel_mm[2]: found share 0.4"), "{message}");
+    let message = drive(serde_json::json!({"force_n": [[0, 0], [0.5, 5]]}));
+    assert!(message.contains("drive.die.force_n[1]"), "{message}");
+    let message = drive(serde_json::json!({"force_n": [[0.5, 10], [1, -5]]}));
+    assert!(message.contains("found -5; allowed: 0 or more: a tool pushes"), "{message}");
+    let message = drive(serde_json::json!({"travel_mm": [[0, 4], [1, 5]]}));
+    assert!(message.contains("travel_mm[0]: found 4 mm at share 0"), "{message}");
+    assert!(message.contains("allowed: 0 mm, where it is"), "{message}");
+    let message = drive(serde_json::json!({"travel_mm": "far"}));
+    assert!(message.contains("expected a number, or a list of pairs"), "{message}");
+    let message = drive(serde_json::json!({"travel_mm": [[0, 0], [0.5, 5], [1, 3]]}));
+    assert!(message.contains("tools[0].file"), "only the tool is missing: {message}");
+    let message = fails(|s| s["version"] = 3.into());
+    assert!(message.contains("version: found 3"), "{message}");
+}
+
+#[test]
+fn a_material_with_a_path_is_a_card_file() {
+    assert!(is_path("steel.json") && is_path("./steel") && is_path("cards\\steel"));
+    assert!(!is_path("mild-steel-neto2012"));
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("x.scene.json");
+    let write = |text: &str| std::fs::write(folder.path().join("card.json"), text).unwrap();
+    let read = || card_of_file("./card.json", &scene, folder.path());
+    let message = read().unwrap_err().to_string();
+    assert!(message.contains("x.scene.json, material: ") && message.contains("card.json"));
+    write("{\"name\": \"mine\",\n \"young\": 1}");
+    let message = read().unwrap_err().to_string();
+    assert!(message.contains("`young`") && message.contains("line 2"), "{message}");
+    assert!(message.contains("allowed: a material card: `name`"), "{message}");
+    let mut value = super::tests::scene();
+    value["material"] = "./card.json".into();
+    let die = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/u-draw/die.tool.json");
+    value["tools"][0]["file"] = die.into();
+    std::fs::write(&scene, value.to_string()).unwrap();
+    write(r#"{"name": "mine", "young_mpa": 70000, "poisson": 0.7}"#);
+    let message = super::read(&scene).map(|_| ()).unwrap_err().to_string();
+    assert!(message.contains("card.json: material 'mine', poisson: found 0.7"), "{message}");
+    write(r#"{"name": "mine", "young_mpa": 70000, "poisson": 0.3}"#);
+    let (card, file) = read().unwrap();
+    assert_eq!((card.young_mpa, file.file.as_str()), (70000.0, "./card.json"));
+    assert_eq!(file.sha256.len(), 64);
+}
+
+#[test]
+fn a_scene_that_is_no_scene_has_a_line_and_column() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.scene.json");
+    std::fs::write(&path, "{\n \"format\": \"kanagata-tool\"}").unwrap();
+    let message = read(&path).map(|_| ()).unwrap_err().to_string();
+    assert!(message.contains("line 2, column"), "{message}");
+}

@@ -54,8 +54,10 @@ struct Deck<'a> {
     points: Vec<Vec3>,
     ids: HashMap<u64, u32>,
     parts: usize,
-    /// Label, kind, node labels and line of each element.
+    /// Kind, node labels and line of each element.
     elements: Vec<(Kind, Vec<u64>, usize)>,
+    /// Line in which each label of an element was read.
+    seen: HashMap<u64, usize>,
     /// An element that goes on in the next line.
     open: Option<Vec<u64>>,
 }
@@ -70,6 +72,7 @@ pub fn parse(bytes: &[u8], file: &str) -> Result<SheetMesh, MeshError> {
         ids: HashMap::new(),
         parts: 0,
         elements: Vec::new(),
+        seen: HashMap::new(),
         open: None,
     };
     for line in bytes.split(|b| *b == b'\n') {
@@ -217,7 +220,14 @@ impl Deck<'_> {
         }
         let needed = kind.nodes() + 1;
         match labels.len() {
-            n if n == needed => self.elements.push((kind, labels.split_off(1), self.line)),
+            n if n == needed => {
+                let nodes = labels.split_off(1);
+                if let Some(first) = self.seen.insert(labels[0], self.line) {
+                    let found = format!("element {} a second time, after line {first}", labels[0]);
+                    return Err(self.error(found, "each element once"));
+                }
+                self.elements.push((kind, nodes, self.line));
+            }
             n if n < needed => self.open = Some(labels),
             n => {
                 let found = format!("{} nodes", n - 1);
@@ -331,6 +341,12 @@ mod tests {
             ("22, 23, 24", "22, 23, 77", "line 17", "node 77"),
             ("1.D+0", "x1", "line 7", "'x1'"),
             ("24,0,1", "23,0,1", "line 13", "node 23 a second time"),
+            (
+                "22, 23, 24\n",
+                "22, 23, 24\n7, 11, 12, 13, 14, 21, 22, 23, 24\n",
+                "line 18",
+                "element 7 a second time",
+            ),
             ("*Heading", "*INCLUDE, INPUT=more.inp", "line 2", "*INCLUDE"),
             ("*NODE, NSET=ALL", "*NODE, SYSTEM=C", "line 5", "'C'"),
         ];

@@ -6,11 +6,12 @@ use rayon::prelude::*;
 
 use super::analytic::Analytic;
 use super::creases::{self, Crease, Part};
-use super::loops::{LoopFault, Side, closed_loops, paths_of};
+use super::loops::{LoopFault, Path, Side, are_inside_out, closed_loops, paths_of};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
 use super::offset::{Fineness, offset, shares};
-use super::raw::{RawFace, RawModel, RawSurface};
+use super::raw::{RawFace, RawLoop, RawModel, RawSurface};
+use super::sheets::{self, Sheet};
 use super::topology::{Piece, join};
 use super::{Diagnostic, Severity};
 use crate::geometry::nurbs::{Curve2, Surface};
@@ -142,13 +143,9 @@ fn whole_face(
         }
         own => own,
     };
-    let native = Native::new(surface);
-    let mut faults = Vec::new();
-    let edged = raw.loops.iter().filter(|l| !l.edges.is_empty());
-    let flipped = raw.flipped ^ native.swapped();
-    let limits = (size, tolerance);
-    let paths: Vec<_> =
-        edged.flat_map(|l| paths_of(&native, l, limits, !flipped, &mut faults)).collect();
+    let sheets = sheets::of_face(surface, &raw.loops, tolerance);
+    let Outline { native, paths, faults, flipped, .. } =
+        outline(surface, &sheets, raw, (size, tolerance));
     report(raw, &faults, diagnostics);
     let loops = closed_loops(&native, paths, !flipped).ok_or(
         "its loops cannot be closed on the surface, and the surface has no natural border",
@@ -161,6 +158,51 @@ fn whole_face(
     let mapped = |s: &Side| Side { path: map.curve(&s.path), ..s.clone() };
     let loops = loops.iter().map(|l| l.iter().map(mapped).collect()).collect();
     Ok(Whole { part: Part { surface, loops }, analytic, flipped })
+}
+
+/// The loops of a face in the parameters of its surface, not yet closed.
+struct Outline<'a> {
+    native: Native<'a>,
+    paths: Vec<Path>,
+    faults: Vec<LoopFault>,
+    flipped: bool,
+    /// Its outer loop runs against the face's normal.
+    inside_out: bool,
+}
+
+/// The outline on the first of some sheets on which the loops run about the face's normal as they should, on the first
+/// of them where they do so on none, on the surface itself where there are none.
+fn outline<'a>(
+    surface: &'a RawSurface,
+    sheets: &'a [Sheet],
+    raw: &RawFace,
+    limits: (f64, f64),
+) -> Outline<'a> {
+    let mut on_first = None;
+    for sheet in sheets {
+        let found = outline_on(&sheet.surface, &sheet.loops, raw.flipped, limits);
+        if !found.inside_out {
+            return found;
+        }
+        on_first.get_or_insert(found);
+    }
+    on_first.unwrap_or_else(|| outline_on(surface, &raw.loops, raw.flipped, limits))
+}
+
+fn outline_on<'a>(
+    surface: &'a RawSurface,
+    loops: &[RawLoop],
+    flipped: bool,
+    limits: (f64, f64),
+) -> Outline<'a> {
+    let native = Native::new(surface);
+    let mut faults = Vec::new();
+    let edged = loops.iter().filter(|l| !l.edges.is_empty());
+    let flipped = flipped ^ native.swapped();
+    let paths: Vec<Path> =
+        edged.flat_map(|l| paths_of(&native, l, limits, !flipped, &mut faults)).collect();
+    let inside_out = are_inside_out(&paths, !flipped);
+    Outline { native, paths, faults, flipped, inside_out }
 }
 
 /// The face, several where its surface is cut at creases inside it, each with its sides.

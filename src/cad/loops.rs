@@ -78,6 +78,15 @@ pub(super) enum LoopFault {
     NoCurve,
 }
 
+/// Whether the outer one of a face's loops, that which encloses most, runs against the face's normal. Loops that wind
+/// round a period enclose nothing.
+pub(super) fn are_inside_out(paths: &[Path], left_is_inside: bool) -> bool {
+    let plain = paths.iter().filter(|p| p.winding.norm() == 0.0);
+    let area = |p: &&Path| signed_area(&p.sides).abs();
+    let outer = plain.max_by(|a, b| area(a).total_cmp(&area(b)));
+    outer.is_some_and(|p| leaves_its_inside_out(&p.sides, left_is_inside))
+}
+
 /// Reads one loop: one path, or several where slits join them. `size` is the extent of the face [mm], `tolerance` what counts
 /// as touching [mm].
 pub(super) fn paths_of(

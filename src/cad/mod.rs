@@ -22,6 +22,7 @@ mod orient;
 #[cfg(test)]
 mod query_tests;
 pub mod raw;
+mod sheets;
 pub mod step;
 mod topology;
 pub mod trim_region;

@@ -12,6 +12,8 @@ use crate::geometry::{Frame, Vec2, Vec3};
 
 /// Borders nearer than this share of the surface's size are one seam.
 const CLOSED: f64 = 1e-7;
+/// Parameters beyond a range by this share of it are at its end.
+const ROUNDING: f64 = 1e-9;
 
 /// A surface in native parameters, ready for evaluation. An offset stands for its base: `build` replaces offsets
 /// by surfaces of their own before.
@@ -276,8 +278,12 @@ impl<'a> Native<'a> {
                 (revolve(&arc, frame, u), [Some(u), Some(v)])
             }
             RawSurface::Revolution { generatrix, origin, axis, .. } => {
-                let piece = generatrix.trimmed(v[0], v[1]).unwrap_or_else(|_| generatrix.clone());
-                (Surface::revolution(&piece, *origin, *axis, u), [Some(u), None])
+                let turned = |profile: &Curve3| Surface::revolution(profile, *origin, *axis, u);
+                let surface = within(generatrix.domain(), v)
+                    .and_then(|[from, to]| generatrix.trimmed(from, to).ok())
+                    .map(|piece| turned(&piece))
+                    .or_else(|| over_seam(&turned(generatrix), v));
+                (surface.unwrap_or_else(|| turned(generatrix)), [Some(u), None])
             }
             RawSurface::Extrusion { directrix, direction, .. } => {
                 (Surface::extrusion(directrix, *direction, v), [None, None])
@@ -286,6 +292,22 @@ impl<'a> Native<'a> {
             RawSurface::Offset { base, .. } => Native::new(base).on_range(range),
         }
     }
+}
+
+/// A range that leaves a domain by no more than rounding, cut to it.
+fn within([low, high]: [f64; 2], [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+    let slack = ROUNDING * (high - low);
+    let inside = from >= low - slack && to <= high + slack;
+    inside.then_some([from.max(low), to.min(high)])
+}
+
+/// The part of a surface that closes on itself along v whose range runs over the seam.
+fn over_seam(whole: &Surface, v: [f64; 2]) -> Option<Surface> {
+    let [_, [low, high]] = whole.domain();
+    let to = v[1].min(v[0] + (high - low));
+    let rolled = whole.rolled(1, v[0]).ok()?;
+    let [u, domain] = rolled.domain();
+    rolled.trimmed(u, within(domain, [v[0], to])?).ok()
 }
 
 fn line(at: impl Fn(f64) -> Vec3, v: [f64; 2]) -> Curve3 {

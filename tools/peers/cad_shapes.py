@@ -69,11 +69,47 @@ def built(shapes):
     shapes |= {"cross": upright.union(across).val(), "cross_bored": upright.cut(across).val()}
 
 
+def to_the_axis(shapes):
+    """Turned about z from profiles that reach the axis. A circle through three rounded points is one of a centre beside the
+    axis: a surface of revolution, not a sphere."""
+
+    def turn(profile, angle=360):
+        return profile.revolve(angle, (0, 0, 0), (0, 1, 0)).val()
+
+    def plane():
+        return cq.Workplane("XZ")
+
+    def punch(angle=360):
+        nose = plane().moveTo(0, 0).threePointArc((25 * 0.70710678, 25 - 25 * 0.70710678), (25, 25))
+        return turn(nose.lineTo(25, 45).lineTo(0, 45).close(), angle)
+
+    def ellipse(across, along, angle=360):
+        return turn(plane().ellipseArc(across, along, -90, 90, startAtCurrent=False).close(), angle)
+
+    shapes |= {f"dome_{angle}": punch(angle) for angle in (360, 270, 180, 90, 30)}
+    shapes["dome_tilted"] = cq.Workplane(punch()).rotate((0, 0, 0), (1, 2, 0.5), 37).translate((100, -40, 7)).val()
+    half = cq.Workplane("XY").box(60, 60, 200)
+    shapes["dome_halved"] = cq.Workplane(punch()).cut(half.translate((30, 0, 0))).val()
+    shapes["dome_cut"] = cq.Workplane(punch()).cut(half.translate((35, 0, 0))).val()
+    shapes["dome_bored"] = cq.Workplane(punch()).cut(cq.Workplane("XY").circle(4).extrude(30)).val()
+    shapes |= {"ellipsoid": ellipse(30, 15), "ellipsoid_90": ellipse(15, 30, 90)}
+    shapes["ellipsoid_halved"] = cq.Workplane(ellipse(30, 15)).cut(half.translate((30, 0, 0))).val()
+    shapes["lemon"] = turn(plane().moveTo(0, -15).threePointArc((10, 0), (0, 15)).close())
+    shapes["apple"] = turn(plane().moveTo(0, -12).threePointArc((30, 0), (0, 12)).close())
+    shapes["ogive"] = turn(plane().moveTo(0, 0).threePointArc((14, 10), (20, 25)).lineTo(20, 40).lineTo(0, 40).close())
+    for angle in (360, 180, 90):
+        nose = plane().moveTo(0, 0).spline([(10, 1.5), (20, 9), (25, 25)], tangents=[(1, 0), (0, 1)], includeCurrent=True)
+        shapes[f"spline_{angle}"] = turn(nose.lineTo(25, 45).lineTo(0, 45).close(), angle)
+        shapes[f"apex_{angle}"] = turn(plane().moveTo(0, 0).lineTo(20, 30).lineTo(0, 30).close(), angle)
+    nose = plane().moveTo(0, 0).lineTo(15, 0).threePointArc((15 + 10 * 0.70710678, 10 - 10 * 0.70710678), (25, 10))
+    shapes["torus_nose"] = turn(nose.lineTo(25, 45).lineTo(0, 45).close())
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
     shapes = {}
-    for make in (turned, closed, built):
+    for make in (turned, closed, built, to_the_axis):
         make(shapes)
     for name, solid in shapes.items():
         for suffix, curves in (("", True), ("_plain", False)):

@@ -5,7 +5,7 @@ use super::print::print_reach;
 use super::{provenance, stem};
 use crate::cad::Model;
 use crate::cli::exit::{Exit, Failure};
-use crate::cli::say::out;
+use crate::cli::say::{err, out};
 use crate::convert::bezier::{BezierError, BezierOptions, FINEST, Within, within_tolerance};
 use crate::convert::reach::Reached;
 use crate::mesh::{attach, io};
@@ -42,6 +42,12 @@ pub(super) fn bezier(
         report.degree,
         report.error_mm
     );
+    if !report.folded.is_empty() {
+        let count = report.folded.len();
+        err!(
+            "warning: {count} patches fold and are in the tool file, contact on them is not to be relied on; without --allow-folds finer meshes are tried"
+        );
+    }
     if report.turned || reached.is_some_and(|r| r.turned) {
         out!("  turned round to look at the sheet");
     }

@@ -5,6 +5,7 @@ mod kinds;
 mod own;
 mod print;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 pub use self::args::ConvertArgs;
@@ -15,7 +16,7 @@ use super::cad::read_model;
 use super::exit::{Exit, Failure};
 use crate::audit::AuditReport;
 use crate::cad::Model;
-use crate::cli::say::out;
+use crate::cli::say::{err, out};
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance};
@@ -105,6 +106,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     let provenance = provenance(args, &model.unit, error_mm, reached.as_ref())?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
     print_report(&made);
+    say_of_folds(args, &made);
     reached.iter().for_each(print_reach);
     out!("  {}", args.output.display());
     Ok(Exit::Done)
@@ -160,16 +162,45 @@ fn refuse_folds(args: &ConvertArgs, made: &Converted) -> Result<(), Failure> {
     print_report(made);
     let file = args.file.display();
     let is_built_in = args.mesh.is_none() && args.mesher.is_built_in();
-    Err(Failure::input(if is_built_in && !io::is_mesh(&args.file) {
-        format!(
-            "{file}: {count} patches fold however finely their faces are divided; allowed: none; repair these faces in \
-             the CAD, or write them with --allow-folds"
-        )
+    let divided = is_built_in && !io::is_mesh(&args.file);
+    let advice = if divided {
+        "dividing these faces more finely was tried and did not unfold them; repair them in the CAD (`kanagata inspect FILE --health` \
+         tells what is wrong there)"
     } else {
-        format!(
-            "{file}: {count} patches fold; allowed: none; mesh finer there, or write them with --allow-folds"
-        )
-    }))
+        "mesh finer there"
+    };
+    Err(Failure::input(format!(
+        "{file}: {count} patches fold, on faces {}; allowed: none; {advice}, or write them with --allow-folds",
+        faces_said(made)
+    )))
+}
+
+/// Numbers of the faces with folded patches, the first few of them.
+fn faces_said(made: &Converted) -> String {
+    const MOST: usize = 10;
+    let of = |&patch: &u32| made.tool.faces[patch as usize];
+    let faces: BTreeSet<u32> = made.report.folded.iter().map(of).collect();
+    let listed: Vec<String> = faces.iter().take(MOST).map(u32::to_string).collect();
+    let more = if faces.len() > MOST { ", ..." } else { "" };
+    format!("{}{more}", listed.join(", "))
+}
+
+/// Says what to do about folds that were written all the same.
+fn say_of_folds(args: &ConvertArgs, made: &Converted) {
+    let count = made.report.folded.len();
+    if count == 0 {
+        return;
+    }
+    let advice = if args.edge() == Edge::Plain {
+        "--edge guarded or cad keeps edges from turning back"
+    } else if args.mesh.is_none() && args.mesher.is_built_in() && !io::is_mesh(&args.file) {
+        "without --allow-folds their faces are divided more finely, which may unfold them"
+    } else {
+        "a finer mesh may unfold them"
+    };
+    err!(
+        "warning: {count} patches fold and are in the tool file, contact on them is not to be relied on; {advice}"
+    );
 }
 
 /// The model of one mesh; folds are meshed finer unless they were asked for.

@@ -2,7 +2,7 @@
 
 use super::args::{ConvertArgs, Edge, Kind};
 use super::print::print_report;
-use super::{Converted, options, refuse_folds};
+use super::{Converted, options, refuse_folds, say_of_folds};
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::say::out;
 use crate::convert::own::{NormalSource, convert_mesh};
@@ -29,6 +29,7 @@ pub(super) fn own(args: &ConvertArgs) -> Result<Exit, Failure> {
     ToolFile::of_model(&made.tool, options.edges, provenance(args, &source)?)
         .write(&args.output)?;
     print_report(&made);
+    say_of_folds(args, &made);
     let NormalSource { given, estimated, regions } = source;
     out!(
         "  no CAD: {given} normals of corners from the file, {estimated} estimated from its vertices; {regions} smooth regions"

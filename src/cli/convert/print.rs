@@ -7,8 +7,10 @@ use crate::convert::tolerance::Borders;
 use crate::geometry::Vec3;
 use crate::tool::build::StraightEdge;
 
-/// Edges and patches listed, at most.
+/// Edges and faces listed, at most.
 const MOST_LISTED: usize = 50;
+/// Folded patches listed, at most.
+const MOST_FOLDS: usize = 10;
 
 /// Figures, and warnings for what is not as asked.
 pub(super) fn print_report(made: &Converted) {
@@ -51,10 +53,19 @@ pub(super) fn print_report(made: &Converted) {
     if report.split > 0 {
         err!("warning: {} folded quadrilaterals split in two triangles", report.split);
     }
-    for &patch in report.folded.iter().take(MOST_LISTED) {
+    list_folds(made);
+}
+
+/// Patches that fold, where they are; what to do about them is for the caller to say.
+fn list_folds(made: &Converted) {
+    let folded = &made.report.folded;
+    for &patch in folded.iter().take(MOST_FOLDS) {
         let p = at(made, &made.tool.corners[patch as usize].vertices);
         let face = made.tool.faces[patch as usize];
-        err!("warning: patch {patch} on face {face} near {p} folds; mesh finer there");
+        err!("warning: patch {patch} on face {face} near {p} folds");
+    }
+    if folded.len() > MOST_FOLDS {
+        err!("warning: and {} more patches fold", folded.len() - MOST_FOLDS);
     }
 }
 

@@ -26,17 +26,27 @@ pub struct Within {
 pub enum BezierError {
     /// The tolerance was not reached, or patches fold.
     #[error(
-        "Bezier patches of degree 6 are {error_mm:.2e} mm off on patch {worst}, and {folded} fold; allowed: {tolerance_mm} mm, none; allow more with --tol and --allow-folds, or mesh finer"
+        "Bezier patches of degree 6 are up to {error_mm:.2e} mm off, on patch {worst} of face {face}{}; allowed: {tolerance_mm} mm, none that folds; {}, or allow more with --tol or --allow-folds",
+        folds_said(*.folded, *.folded_face),
+        advice(*.divisions, *.in_vain)
     )]
     NotReached {
         /// Largest distance from the CAD [mm].
         error_mm: f64,
         /// Patch where it is.
         worst: u32,
+        /// Face of that patch.
+        face: u32,
         /// Patches that fold.
         folded: usize,
+        /// Face of the first of these, if there are any.
+        folded_face: Option<u32>,
         /// Distance allowed [mm].
         tolerance_mm: f64,
+        /// Divisions of a quarter turn; `None` on a mesh that was given.
+        divisions: Option<usize>,
+        /// Finer meshes came no nearer, which is why no finer one was tried.
+        in_vain: bool,
     },
     /// No mesh.
     #[error(transparent)]
@@ -46,9 +56,27 @@ pub enum BezierError {
     Convert(#[from] ConvertError),
 }
 
+fn folds_said(folded: usize, face: Option<u32>) -> String {
+    let Some(face) = face else { return ", and none folds".into() };
+    format!(", and {folded} fold, the first on face {face}")
+}
+
+fn advice(divisions: Option<usize>, in_vain: bool) -> String {
+    match divisions {
+        None => "mesh finer there".into(),
+        Some(n) if in_vain => format!(
+            "{n} divisions of a quarter turn came no nearer than half as many, so the fault is in the CAD: repair these faces"
+        ),
+        Some(n) => format!(
+            "{n} divisions of a quarter turn are the most that is tried: repair these faces in the CAD"
+        ),
+    }
+}
+
 /// Bezier patches over `mesh_of(n)` for n = 1, 2, 3, 4, 6, 8 ... up to `finest` divisions of a quarter turn, until they keep
 /// `options.tolerance_mm` and none folds (or `allow_folds`). Meshes that cannot be made are passed over: finer borders
-/// may bound a face that coarse chords do not.
+/// may bound a face that coarse chords do not. Where three finer meshes neither halve the error nor leave fewer folded
+/// patches, finer ones are not tried: work grows with the square of the divisions. `finest = 1`: one mesh that was given.
 ///
 /// # Errors
 /// [`BezierError`] of the finest mesh.
@@ -60,6 +88,7 @@ pub fn within_tolerance(
     mesh_of: impl Fn(usize) -> Result<SurfaceMesh, MeshError>,
 ) -> Result<Within, BezierError> {
     let mut divisions = 1;
+    let mut tried: Vec<Tried> = Vec::new();
     loop {
         let finer = finer(divisions);
         let last = finer > finest;
@@ -68,21 +97,56 @@ pub fn within_tolerance(
             Err(_) => {}
             Ok(mesh) => {
                 let (tool, report) = bezier_from_cad(model, &mesh, options)?;
-                let near = report.error_mm <= options.tolerance_mm;
-                if near && (allow_folds || report.folded.is_empty()) {
+                let folded = if allow_folds { 0 } else { report.folded.len() };
+                if report.error_mm <= options.tolerance_mm && folded == 0 {
                     return Ok(Within { tool, report, divisions });
                 }
-                if last {
-                    return Err(BezierError::NotReached {
-                        error_mm: report.error_mm,
-                        worst: report.worst,
-                        folded: report.folded.len(),
-                        tolerance_mm: options.tolerance_mm,
-                    });
+                tried.push(Tried { error_mm: report.error_mm, folded });
+                let in_vain = are_in_vain(&tried, options.tolerance_mm);
+                if last || in_vain {
+                    let divisions = (finest > 1).then_some(divisions);
+                    return Err(not_reached(&tool, &report, options, divisions, in_vain));
                 }
             }
         }
         divisions = finer;
+    }
+}
+
+/// What a mesh came to.
+#[derive(Clone, Copy)]
+struct Tried {
+    error_mm: f64,
+    /// Patches that fold and must not.
+    folded: usize,
+}
+
+/// Nothing that is not as asked is better by much than it was three meshes before: a quarter turn had half to a third of
+/// the divisions then, and patches of degree 6 are a hundred times as near where finer ones help.
+fn are_in_vain(tried: &[Tried], tolerance_mm: f64) -> bool {
+    let [.., before, _, _, now] = tried else { return false };
+    let nearer = now.error_mm > tolerance_mm && now.error_mm <= 0.5 * before.error_mm;
+    let fewer = now.folded > 0 && now.folded < before.folded;
+    !(nearer || fewer)
+}
+
+fn not_reached(
+    tool: &ToolModel,
+    report: &BezierReport,
+    options: &BezierOptions,
+    divisions: Option<usize>,
+    in_vain: bool,
+) -> BezierError {
+    let face_of = |patch: u32| tool.faces.get(patch as usize).copied();
+    BezierError::NotReached {
+        error_mm: report.error_mm,
+        worst: report.worst,
+        face: face_of(report.worst).unwrap_or(0),
+        folded: report.folded.len(),
+        folded_face: report.folded.first().and_then(|&k| face_of(k)),
+        tolerance_mm: options.tolerance_mm,
+        divisions,
+        in_vain,
     }
 }
 
@@ -92,5 +156,24 @@ fn finer(divisions: usize) -> usize {
         1 => 2,
         n if n.is_power_of_two() => n / 2 * 3,
         n => n / 3 * 4,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_comes_no_nearer_is_given_up() {
+        let tried = |all: &[(f64, usize)]| -> Vec<Tried> {
+            all.iter().map(|&(error_mm, folded)| Tried { error_mm, folded }).collect()
+        };
+        let vain = |all: &[(f64, usize)]| are_in_vain(&tried(all), 1e-4);
+        assert!(!vain(&[(5.0, 8), (5.0, 8), (5.0, 8)]));
+        assert!(vain(&[(5.0, 8), (4.9, 16), (5.0, 24), (4.8, 32)]));
+        assert!(!vain(&[(5.0, 0), (2.0, 0), (0.3, 0), (0.1, 0)]));
+        // Near enough, and as many fold as before: no finer mesh unfolds them.
+        assert!(vain(&[(9e-5, 1), (1e-5, 1), (1e-6, 1), (1e-7, 1)]));
+        assert!(!vain(&[(9e-5, 3), (1e-5, 2), (1e-6, 1), (1e-7, 1)]));
     }
 }

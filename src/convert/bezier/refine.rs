@@ -75,7 +75,7 @@ fn advice(divisions: Option<usize>, in_vain: bool) -> String {
 
 /// Bezier patches over `mesh_of(n)` for n = 1, 2, 3, 4, 6, 8 ... up to `finest` divisions of a quarter turn, until they keep
 /// `options.tolerance_mm` and none folds (or `allow_folds`). Meshes that cannot be made are passed over: finer borders
-/// may bound a face that coarse chords do not. Where three finer meshes neither halve the error nor leave fewer folded
+/// may bound a face that coarse chords do not. From 12 on, where three finer meshes neither halve the error nor leave fewer folded
 /// patches, finer ones are not tried: work grows with the square of the divisions. `finest = 1`: one mesh that was given.
 ///
 /// # Errors
@@ -124,7 +124,12 @@ struct Tried {
 /// Nothing that is not as asked is better by much than it was three meshes before: a quarter turn had half to a third of
 /// the divisions then, and patches of degree 6 are a hundred times as near where finer ones help.
 fn are_in_vain(tried: &[Tried], tolerance_mm: f64) -> bool {
+    /// Meshes that are tried in any case, up to 12 divisions: a few patches may fold until then.
+    const LEAST: usize = 7;
     let [.., before, _, _, now] = tried else { return false };
+    if tried.len() < LEAST {
+        return false;
+    }
     let nearer = now.error_mm > tolerance_mm && now.error_mm <= 0.5 * before.error_mm;
     let fewer = now.folded > 0 && now.folded < before.folded;
     !(nearer || fewer)
@@ -166,7 +171,8 @@ mod tests {
     #[test]
     fn what_comes_no_nearer_is_given_up() {
         let tried = |all: &[(f64, usize)]| -> Vec<Tried> {
-            all.iter().map(|&(error_mm, folded)| Tried { error_mm, folded }).collect()
+            let coarse = [(9.0, 40); 3].iter();
+            coarse.chain(all).map(|&(error_mm, folded)| Tried { error_mm, folded }).collect()
         };
         let vain = |all: &[(f64, usize)]| are_in_vain(&tried(all), 1e-4);
         assert!(!vain(&[(5.0, 8), (5.0, 8), (5.0, 8)]));

@@ -10,7 +10,8 @@
 //! | `lambda*`, `r_t*` | forces that the law is linearised about: those that the last correction foretold |
 //!
 //! Stick while `|tau| <= mu lambda`: then `s = 0`. Else slip: `r_t = mu lambda tau / |tau|`; at a solution
-//! `tau` is parallel to `r_t` and so to `-s`. No regularisation.
+//! `tau` is parallel to `r_t` and so to `-s`. That is the law without a transition; with one, which is the default, the force
+//! rises over a short slip, and is Coulomb's from there on ([`Coulomb::weight`]).
 
 use crate::geometry::{Mat3, Vec3};
 

@@ -175,30 +175,35 @@ impl System {
         let by_solution = self.matrix.changes_of_force(pattern, node_rows, &nodes, solutions);
         let held = (0..solutions.len()).map(|j| {
             let tool = j.checked_sub(1).map(|j| moved[j]);
-            let at = touching.iter().zip(&by_solution[j]);
-            at.map(|(&k, change)| self.held_change(k, &Vec3::from(*change), &solutions[j], tool))
-                .collect()
+            self.held_changes(&touching, &by_solution[j], &solutions[j], tool)
         });
         let held = held.collect();
         Changes { touching, by_solution, held }
     }
 
-    /// What the solution `u` for the travel of a tool, or for none, does to the friction of candidate `k` where its node is held,
-    /// as it changes the force there by `force` [N]; that for none brings it to what the linearised law has.
-    fn held_change(&self, k: usize, force: &Vec3, u: &[f64], tool: Option<usize>) -> Vec3 {
-        let c = &self.contact.candidates[k];
-        let of_node = self.conditions.binary_search_by_key(&c.node, |c| c.node);
-        let Some((of_node, held)) = of_node.ok().and_then(|at| {
-            let condition = &self.conditions[at];
-            Some((condition, condition.held.filter(|_| condition.candidate == Some(k))?))
-        }) else {
-            return Vec3::zeros();
-        };
-        let way = Vec3::from_column_slice(&u[3 * c.node..3 * c.node + 3]);
-        let moved = tool.filter(|&t| t == c.tool).map(|t| self.tools[t].setup.direction);
-        let change = held.change(&of_node.normal, force, &(way - moved.unwrap_or_default()));
-        let missing = || held.missing(&self.held_friction(c));
-        change + if tool.is_none() { missing() } else { Vec3::zeros() }
+    /// What the solution `u` for the travel of a tool, or for none, does to the friction of touching candidates where their nodes
+    /// are held, as it changes the forces there by `forces` [N]; that for none brings it to what the linearised law has.
+    fn held_changes(
+        &self,
+        touching: &[usize],
+        forces: &[[f64; 3]],
+        u: &[f64],
+        tool: Option<usize>,
+    ) -> Vec<Vec3> {
+        let mut changes = vec![Vec3::zeros(); touching.len()];
+        for condition in &self.conditions {
+            let (Some(held), Some(k)) = (condition.held, condition.candidate) else { continue };
+            let Ok(at) = touching.binary_search(&k) else { continue };
+            let c = &self.contact.candidates[k];
+            let way = Vec3::from_column_slice(&u[3 * c.node..3 * c.node + 3]);
+            let moved = tool.filter(|&t| t == c.tool).map(|t| self.tools[t].setup.direction);
+            let past = way - moved.unwrap_or_default();
+            changes[at] = held.change(&condition.normal, &Vec3::from(forces[at]), &past);
+            if tool.is_none() {
+                changes[at] += held.missing(&self.held_friction(c));
+            }
+        }
+        changes
     }
 
     /// Travels of the tools moved by force that make them push as they are to, or rest on their stops.

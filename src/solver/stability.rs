@@ -4,6 +4,7 @@
 
 use std::time::Instant;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::conditions::{Condition, resistance};
@@ -123,29 +124,43 @@ impl System {
 
 /// Leaves of the matrix what acts along the motions, and adds what else resists them.
 fn project(pattern: &Pattern, values: &mut [f64], motions: &[Motion]) {
-    for motion in motions {
-        let row = pattern.row_ptr[3 * motion.node]..pattern.row_ptr[3 * motion.node + 1];
-        for first in pattern.col_idx[row].iter().step_by(3).copied() {
-            apply(pattern, values, [3 * motion.node, first], |block| motion.along * block);
-            apply(pattern, values, [first, 3 * motion.node], |block| block * motion.along);
-        }
-        apply(pattern, values, [3 * motion.node; 2], |block| block + motion.resisted);
+    let mut of_node: Vec<Option<&Motion>> = vec![None; pattern.dim() / 3];
+    motions.iter().for_each(|motion| of_node[motion.node] = Some(motion));
+    let mut rows = Vec::with_capacity(of_node.len());
+    let mut rest = values;
+    for node in 0..of_node.len() {
+        let stored = pattern.row_ptr[3 * node + 3] - pattern.row_ptr[3 * node];
+        let (own, behind) = rest.split_at_mut(stored);
+        rows.push(own);
+        rest = behind;
     }
+    let rows = rows.into_par_iter().enumerate();
+    rows.for_each(|(node, rows)| project_rows(pattern, node, rows, &of_node));
 }
 
-/// Changes a block of three rows and columns.
-fn apply(
-    pattern: &Pattern,
-    values: &mut [f64],
-    [row, column]: [usize; 2],
-    to: impl Fn(Mat3) -> Mat3,
-) {
-    let places = [0, 1, 2].map(|i| pattern.position(row + i, column));
-    let [Some(a), Some(b), Some(c)] = places else { return };
-    let starts = [a, b, c];
-    let block = to(Mat3::from_fn(|i, j| values[starts[i] + j]));
-    for (i, start) in starts.iter().enumerate() {
-        (0..3).for_each(|j| values[start + j] = block[(i, j)]);
+/// The three rows of a node, block by block.
+fn project_rows(pattern: &Pattern, node: usize, rows: &mut [f64], of_node: &[Option<&Motion>]) {
+    let width = rows.len() / 3;
+    let columns = &pattern.col_idx[pattern.row_ptr[3 * node]..][..width];
+    for (first, column) in columns.iter().enumerate().step_by(3) {
+        let other = column / 3;
+        let (left, right) = (of_node[node], of_node[other]);
+        if left.is_none() && right.is_none() {
+            continue;
+        }
+        let mut block = Mat3::from_fn(|i, j| rows[i * width + first + j]);
+        if let Some(motion) = left {
+            block = motion.along * block;
+        }
+        if let Some(motion) = right {
+            block *= motion.along;
+        }
+        if let Some(motion) = left.filter(|_| other == node) {
+            block += motion.resisted;
+        }
+        for (i, row) in rows.chunks_exact_mut(width).enumerate() {
+            (0..3).for_each(|j| row[first + j] = block[(i, j)]);
+        }
     }
 }
 

@@ -128,6 +128,14 @@ fn a_tool_that_pushes_against_nothing_is_told() {
         assert_eq!(text.contains("what die leaves behind as it is let go"), is_told, "{text}");
         assert!(!text.contains("at the end of stage `clamp`"), "{text}");
     }
+    // A spring goes on to where it has no force.
+    let text = told(folder, "u-draw.scene.json", |scene| {
+        let clamp = json!({"holder": {"spring": {"stiffness_n_per_mm": 20.0, "force_n": 40.0}}});
+        scene["stages"] = json!([
+            {"name": "clamp", "drive": clamp}, {"name": "off", "drive": {"die": {"absent": true}}}
+        ]);
+    });
+    assert!(!text.contains("pushes with"), "{text}");
     // What is held at its end can carry a holder alone.
     let text = told(folder, "u-draw.scene.json", |scene| {
         let clamp = json!({"holder": {"force_n": 100.0}, "die": {"absent": true}});

@@ -312,6 +312,24 @@ fn what_cannot_be_gone_on_with_says_why() {
     assert!(broken.contains("digest is wrong"), "{broken}");
 }
 
+/// Files of others are not replaced unasked.
+#[test]
+fn a_folder_in_which_no_run_was_is_left_as_it_is() {
+    for foreign in ["history.csv", "tools/cad.vtu"] {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        write_scene(folder);
+        fs::create_dir_all(folder.join("out/tools")).unwrap();
+        fs::write(folder.join("out").join(foreign), "mine").unwrap();
+        let refused = command(folder, "out", false).output().unwrap();
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{said}");
+        assert!(said.contains(foreign) && said.contains("--overwrite"), "{said}");
+        assert_eq!(fs::read_to_string(folder.join("out").join(foreign)).unwrap(), "mine");
+        assert!(!folder.join("out/run.lock").exists());
+    }
+}
+
 /// A stopped run of the same inputs is thrown away only knowingly, everything else with a line that says so.
 #[test]
 fn a_run_that_can_be_gone_on_with_is_not_replaced_unasked() {

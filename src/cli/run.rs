@@ -32,7 +32,7 @@ pub struct RunArgs {
     /// Go on from the checkpoint in DIR, to the same results as without the break
     #[arg(long)]
     restart: bool,
-    /// Begin again where DIR holds a stopped run of the same inputs, and throw that away
+    /// Begin again where DIR holds a stopped run of the same inputs, or files that are of no run, and throw those away
     #[arg(long, conflicts_with = "restart")]
     overwrite: bool,
     /// Leave out what loses no accuracy (patches of tools that the sheet cannot come near); run.json says what
@@ -59,9 +59,10 @@ impl From<RunError> for Failure {
             | RunError::Write(_)
             | RunError::Busy { .. }
             | RunError::Folder { .. } => Exit::Io,
-            RunError::Scene(_) | RunError::Checkpoint(_) | RunError::Unfinished { .. } => {
-                Exit::Input
-            }
+            RunError::Scene(_)
+            | RunError::Checkpoint(_)
+            | RunError::Foreign { .. }
+            | RunError::Unfinished { .. } => Exit::Input,
             RunError::Solver { cause, .. } => match **cause {
                 SimulationError::Setup(_) | SimulationError::NoTouch { .. } => Exit::Input,
                 SimulationError::Stopped { .. } => Exit::Stopped,

@@ -16,8 +16,8 @@ use crate::files::{WriteError, write_atomic};
 pub use history::{Energies, History, HistoryRow, IterationRow, write_iterations};
 pub use origin::{LeftOutRecord, Process};
 pub use sheet::{
-    InToolRecord, OverEdgeRecord, PlasticRecord, ShearedRecord, SpringbackRecord, StrainRecord,
-    ThicknessRecord, ThroughItselfRecord, ZigzagRecord,
+    InToolRecord, OpenedRecord, OverEdgeRecord, PlasticRecord, ShearedRecord, SpringbackRecord,
+    StrainRecord, ThicknessRecord, ThroughItselfRecord, ZigzagRecord,
 };
 
 /// How a run ended.
@@ -106,6 +106,12 @@ pub struct RunRecord {
     pub force_balance: f64,
     /// Energy that does not close, as a share of `work_nmm`, or of what rounding makes of nothing where that is more.
     pub energy_balance: f64,
+    /// Energy that does not close so far [N mm]: more work done on the sheet than is found again, or less.
+    #[serde(default)]
+    pub open_nmm: f64,
+    /// The increment in which most of it opened, or closed again.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub opened: Option<OpenedRecord>,
     /// Work of the inner forces by the trapezoidal rule that is neither elastic energy nor plastic work, as the same share: it
     /// falls with the increments' length.
     #[serde(default)]

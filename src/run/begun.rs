@@ -39,6 +39,8 @@ pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRec
         unknowns,
         force_balance: 0.0,
         energy_balance: 0.0,
+        open_nmm: 0.0,
+        opened: None,
         stored_balance: 0.0,
         left_behind_nmm: 0.0,
         artificial_nmm: 0.0,

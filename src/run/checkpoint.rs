@@ -16,7 +16,7 @@ use crate::report::record::{RunRecord, Verdict};
 use crate::solver::state::SimulationState;
 
 /// Version of the file.
-const VERSION: u32 = 13;
+const VERSION: u32 = 14;
 const MAGIC: &str = "kanagata-checkpoint";
 
 /// Why a run cannot go on from its folder.

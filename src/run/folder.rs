@@ -16,7 +16,7 @@ use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
 use crate::report::record::{
-    Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
+    Energies, History, HistoryRow, IterationRow, LeftOutRecord, OpenedRecord, RunRecord, Verdict,
     write_iterations,
 };
 use crate::report::{DataArray, write_pvd};
@@ -67,7 +67,7 @@ pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
 }
 
 /// Files beside `run.json` that tell of one run.
-const RESULTS: [&str; 4] = ["history.csv", "iterations.csv", "run.pvd", "report.html"];
+pub(super) const RESULTS: [&str; 4] = ["history.csv", "iterations.csv", "run.pvd", "report.html"];
 
 impl RunFolder {
     /// Makes the folder for the scene file `scene` and writes the first `run.json`.
@@ -262,9 +262,15 @@ impl RunFolder {
         }
         let e = &report.energies;
         let open = e.open().abs();
+        let opened = (e.open() - record.open_nmm).abs();
         let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
         let least = work.max(report.rounding_work);
         record.energy_balance = if least > 0.0 { open / least } else { 0.0 };
+        record.open_nmm = e.open();
+        if opened > record.opened.map_or(0.0, |before| before.energy_nmm) {
+            let increment = report.increment;
+            record.opened = Some(OpenedRecord { increment, energy_nmm: opened, work_nmm: work });
+        }
         let unstored = (e.internal - e.stored()).abs();
         record.stored_balance = if least > 0.0 { unstored / least } else { 0.0 };
         record.work_nmm = work;

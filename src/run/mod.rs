@@ -77,6 +77,16 @@ pub enum RunError {
         /// Command that goes on.
         restart: String,
     },
+    /// A folder that no run was in has files that one would replace.
+    #[error(
+        "{}: no run of this program was in this folder, and one would replace {} there; give another folder with -o, or --overwrite", folder.display(), found.display()
+    )]
+    Foreign {
+        /// The folder.
+        folder: PathBuf,
+        /// One of the files.
+        found: PathBuf,
+    },
     /// There is nothing to go on from.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
@@ -163,6 +173,10 @@ pub fn run(
         (Vec::new(), None)
     };
     let mut simulation = Simulation::new(setup).map_err(failed)?;
+    if !options.overwrite && !options.restart {
+        let foreign = replaced::foreign(output);
+        foreign.map_or(Ok(()), |found| Err(RunError::Foreign { folder: output.into(), found }))?;
+    }
     let _lock = alone_in(output, options.restart)?;
     let mut folder = if options.restart {
         let checkpoint = checkpoint::read(output, &inputs(plan), PROGRAM)?;

@@ -1,14 +1,31 @@
 //! What an earlier run left in a folder where another begins: a run that can be gone on with is not thrown away unasked.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::RunError;
 use super::checkpoint;
-use super::folder::{PROGRAM, inputs};
+use super::folder::{PROGRAM, RESULTS, inputs};
+use super::lock;
 use super::status::restart_command;
 use crate::report::record::{RunRecord, Verdict};
 use crate::scene::Plan;
+
+/// A file that a run would replace in a folder in which none was: relative to it.
+pub(super) fn foreign(folder: &Path) -> Option<PathBuf> {
+    if lock::file_in(folder).exists() || folder.join("run.json").exists() {
+        return None;
+    }
+    let results = RESULTS.iter().map(PathBuf::from).find(|name| folder.join(name).exists());
+    let sheets = || {
+        ["steps", "tools"].into_iter().find_map(|inner| {
+            let mut files = fs::read_dir(folder.join(inner)).ok()?.flatten();
+            let sheet = files.find(|file| file.path().extension().is_some_and(|e| e == "vtu"))?;
+            Some(Path::new(inner).join(sheet.file_name()))
+        })
+    };
+    results.or_else(sheets)
+}
 
 /// What is replaced in `folder` by a run of `plan` that begins there, in words; `None` where there are no results. Asked while
 /// the folder's lock is held: whatever run it tells of has ended.

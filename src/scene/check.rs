@@ -24,6 +24,10 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     if let Some([place, found, allowed]) = jump(scene) {
         return Err((place, found, allowed));
     }
+    for (k, hold) in scene.holds.iter().enumerate() {
+        let allowed = "at least one of \"x\", \"y\" and \"z\"";
+        need(!hold.axes.is_empty(), format!("holds[{k}].axes"), "none".into(), allowed)?;
+    }
     check_solver(&scene.solver)
 }
 

@@ -7,6 +7,7 @@
 mod blank;
 pub mod check;
 mod course;
+mod cuts;
 mod drive;
 mod follow;
 mod loads;

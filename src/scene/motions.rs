@@ -103,11 +103,12 @@ fn motion(drive: Option<&Drive>, last: &mut Last) -> Motion {
             *last = Last { travel: None, state: State::Spring { stiffness, force } };
             Motion::Spring { force: curve(force_n, from), stiffness }
         }
-        Some(Drive::Release(_)) => {
+        // A tool that is gone has nothing to let go.
+        Some(Drive::Release(_)) if last.state != State::Gone => {
             last.state = State::Gone;
             Motion::Release
         }
-        Some(Drive::Absent(_)) => {
+        Some(Drive::Absent(_) | Drive::Release(_)) => {
             last.state = State::Gone;
             Motion::Absent
         }
@@ -162,6 +163,7 @@ mod tests {
         assert_eq!(motion(Some(&force(9.0)), &mut last), Motion::Force(Curve::ramp(5.0, 9.0)));
         assert_eq!(motion(Some(&Drive::Release(true)), &mut last), Motion::Release);
         assert_eq!(motion(None, &mut last), Motion::Absent);
+        assert_eq!(motion(Some(&Drive::Release(true)), &mut last), Motion::Absent);
         let of = |force: Curve| Motion::Spring { force, stiffness: 7.0 };
         let mut last = first();
         assert_eq!(motion(Some(&spring(7.0, 50.0)), &mut last), of(Curve::to(50.0)));

@@ -237,11 +237,11 @@ fn card_of_file(
 pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
     let bytes = std::fs::read(path)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
-    let scene: Scene = serde_json::from_slice(&bytes).map_err(|e| SceneError::Syntax {
+    let scene: Scene = parsed(&bytes).map_err(|(e, key)| SceneError::Syntax {
         path: path.to_path_buf(),
         line: e.line(),
         column: e.column(),
-        found: without_place(&e),
+        found: at_key(&key, &without_place(&e)),
     })?;
     check(&scene).map_err(|(place, found, allowed)| SceneError::Value {
         path: path.to_path_buf(),
@@ -252,11 +252,32 @@ pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
     Ok((scene, bytes))
 }
 
+/// A scene from its text; else what the reader says, and the key where it says so.
+fn parsed(text: &[u8]) -> Result<Scene, (serde_json::Error, String)> {
+    let mut reader = serde_json::Deserializer::from_slice(text);
+    let scene = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
+        let key = e.path().to_string();
+        (e.into_inner(), if key == "." { String::new() } else { key })
+    })?;
+    reader.end().map_err(|e| (e, String::new()))?;
+    Ok(scene)
+}
+
 /// What a reader says, without the line and column that it ends with.
 fn without_place(error: &serde_json::Error) -> String {
     let said = error.to_string();
     let place = format!(" at line {} column {}", error.line(), error.column());
     said.strip_suffix(&place).unwrap_or(&said).to_owned()
+}
+
+/// That at a key of the scene, in clearer words where a list of fixed length, or a key that stands for one of several, has one more.
+fn at_key(key: &str, said: &str) -> String {
+    let said = match said {
+        "trailing characters" if !key.is_empty() => "more values than there are to be",
+        "expected value" if !key.is_empty() => "more than the one key and its value that are to be",
+        other => other,
+    };
+    if key.is_empty() { said.to_owned() } else { format!("{key}: {said}") }
 }
 
 fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTool>, SceneError> {

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blank::{blank_mesh, constraints};
+use super::cuts::Planes;
 use super::loads::loads;
 use super::motions::motions;
 use super::read::{Plan, SceneError};
@@ -40,6 +41,7 @@ impl Plan {
             .map_err(|e| value(("blank".into(), e.to_string(), "a sound mesh".into())))?;
         rolling::orient(self, &mut body).map_err(value)?;
         let up = thickness_direction(body.mesh());
+        let planes = Planes::of(&self.scene, body.mesh());
         let tools = self.scene.tools.iter().zip(&self.tools).enumerate();
         let tools = tools.map(|(k, (tool, loaded))| {
             let side = side(tool, &up)
@@ -50,7 +52,9 @@ impl Plan {
                     |(found, allowed)| value((format!("tools[{k}].file"), found, allowed)),
                 )?;
             }
-            Ok(tool_setup(tool, side, loaded.surface.clone()))
+            let mut tool = tool_setup(tool, side, loaded.surface.clone());
+            tool.surface = planes.without_cuts(&tool.surface, &tool.offset);
+            Ok(tool)
         });
         let tools = tools.collect::<Result<_, SceneError>>()?;
         Ok(SimulationSetup {

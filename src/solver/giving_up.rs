@@ -58,28 +58,7 @@ pub(super) fn gave_up(
 /// What may have ended a run, and what to try.
 fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> String {
     let sys = &sim.sys;
-    let pushes = |tool: usize| sim.committed.pushes[tool] * sim.share;
-    let grows = |tool: usize| match &stage.motions[tool] {
-        Motion::Force(curve) => {
-            curve.starting_at(pushes(tool)).rates(share)[1] > 0.0 && !sys.stops[tool].reached
-        }
-        _ => false,
-    };
-    let mut out = String::new();
-    for tool in (0..sys.tools.len()).filter(|&tool| grows(tool)) {
-        out += &format!(
-            "`{}` pushes with {:.4e} N there, and is to push with more: ",
-            sys.tools[tool].setup.name,
-            pushes(tool)
-        );
-        out += &match friction_alone(sys, tool) {
-            Some(most) => format!(
-                "nothing but friction holds it along its way, and that bears {:.4e} N at most by what presses it on the sheet there (press it harder, or move it by `travel_mm`). ",
-                most * sim.share
-            ),
-            None => "the sheet may not carry it (a `travel_mm` goes past a largest force). ".into(),
-        };
-    }
+    let mut out = too_much(sim, stage, share);
     out += match cause {
         NewtonError::Linear(LinearError::Unopposed { tool })
             if friction_alone(sys, *tool).is_some() =>
@@ -96,6 +75,50 @@ fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> S
             "Try a finer blank mesh near that place, a smaller first_increment of the stage, or check the tools' clearance there"
         }
     };
+    out
+}
+
+/// Forces and loads that the sheet may not carry.
+fn too_much(sim: &Simulation, stage: &Stage, share: f64) -> String {
+    const PAST: &str = "the sheet may not carry it (a `travel_mm` goes past a largest force). ";
+    let sys = &sim.sys;
+    let name = |tool: usize| sys.tools[tool].setup.name.as_str();
+    let gone: Vec<&str> = (0..sys.tools.len())
+        .filter(|&tool| match stage.motions[tool] {
+            Motion::Release => true,
+            Motion::Absent => {
+                sim.stage > 0 && sim.stages[sim.stage - 1].motions[tool] != Motion::Absent
+            }
+            _ => false,
+        })
+        .map(name)
+        .collect();
+    let mut out = String::new();
+    for (tool, motion) in stage.motions.iter().enumerate() {
+        let Motion::Force(curve) = motion else { continue };
+        let pushes = sim.committed.pushes[tool] * sim.share;
+        let grows = curve.starting_at(pushes).rates(share)[1] > 0.0 && !sys.stops[tool].reached;
+        let why = match gone.is_empty() {
+            _ if grows => "and is to push with more".into(),
+            false if pushes > 0.0 => format!("while the stage takes {} away", gone.join(", ")),
+            _ => continue,
+        };
+        out += &format!("`{}` pushes with {pushes:.4e} N there, {why}: ", name(tool));
+        out += &friction_alone(sys, tool).map_or_else(
+            || PAST.into(),
+            |most| {
+                format!(
+                    "nothing but friction holds it along its way, and that bears {:.4e} N at most by what presses it on the sheet there (press it harder, or move it by `travel_mm`). ",
+                    most * sim.share
+                )
+            },
+        );
+    }
+    let [_, grows] = stage.load.rates(share);
+    if grows > 0.0 && sim.loads.iter().any(|load| *load != 0.0) {
+        let now = stage.load.at(share);
+        out += &format!("Of the loads {now:.4} act there, and are to grow: {PAST}");
+    }
     out
 }
 

@@ -39,8 +39,6 @@ pub(super) struct Plan {
     pub(super) unsupported: Vec<f64>,
     /// Tools that stand clear of a sheet that is let go: one that nothing holds moves out of their way.
     pub(super) clear: Vec<usize>,
-    /// A tool that pushed the sheet when the stage began is not there any more, and has left no forces behind.
-    pub(super) dropped: bool,
 }
 
 impl Plan {
@@ -92,7 +90,6 @@ pub(super) fn begin(sim: &mut Simulation, stage: usize) -> Result<Plan, Simulati
         released: vec![0.0; sys.u.len()],
         unsupported: Vec::new(),
         clear: Vec::new(),
-        dropped: false,
     };
     let motions = &sim.stages[stage].motions;
     if let Some(kept) = go_back_first(sys, motions, &plan.start_forces) {
@@ -128,7 +125,7 @@ fn arrange(sim: &mut Simulation, plan: &mut Plan, share: f64) -> Result<(), Simu
     set_targets(sys, now, plan, share, sim.share);
     add_loads(sys, &sim.loads, now.load.at(share));
     sim.committed.applied.copy_from_slice(&sys.applied);
-    plan.dropped = drop_absent(sys);
+    sim.committed.dropped = drop_absent(sys);
     sys.search();
     take_in(sys);
     keep_pushed_tools(sys);

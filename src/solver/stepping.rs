@@ -209,13 +209,7 @@ fn try_again(
 fn take(sim: &mut Simulation, now: &mut UnderWay, target: f64, stats: &NewtonStats, found: Found) {
     let as_before = !sim.stages[now.plan.stage].turns(target);
     sim.energies.left_behind += work_left_behind(sim, &now.plan, [now.share, target]);
-    let open = sim.energies.open();
-    let mut snapped = accept(sim, as_before.then_some(target - now.share));
-    if now.share == 0.0 && now.plan.dropped {
-        // What pushed it is gone at once: the sheet springs back by itself.
-        sim.energies.snaps += sim.energies.open() - open;
-        snapped = true;
-    }
+    let snapped = accept(sim, as_before.then_some(target - now.share));
     sim.summary.snaps += usize::from(snapped);
     sim.summary.steadied += usize::from(stats.steadied);
     sim.summary.unstable += usize::from(!found.lasts);

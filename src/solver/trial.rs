@@ -22,6 +22,8 @@ pub(super) struct Committed {
     pub(super) applied: Vec<f64>,
     /// Force of each tool along its direction [N].
     pub(super) pushes: Vec<f64>,
+    /// A tool that pushed the sheet there is gone and has left no forces behind: it is in balance no more.
+    pub(super) dropped: bool,
     /// Step (share of the stage), displacements and travels of the last increment of this stage.
     last: Option<(f64, Vec<f64>, Vec<f64>)>,
 }
@@ -35,6 +37,7 @@ impl Committed {
             internal_force: sys.eval.internal_force.clone(),
             applied: sys.applied.clone(),
             pushes: (0..sys.tools.len()).map(|t| sys.push_of(t)).collect(),
+            dropped: false,
             last: None,
         }
     }

@@ -29,6 +29,8 @@ impl ContactWork {
             if !touched && !c.active {
                 continue;
             }
+            // Where a tool is gone at once all forces are what is left of them.
+            let before = if touched && old.dropped { *now } else { before };
             let tool = &sys.tools[c.tool];
             let place = sys.position(c.node) - tool.shift();
             let u = Vec3::from_column_slice(&old.u[3 * c.node..3 * c.node + 3]);
@@ -85,8 +87,8 @@ impl Work {
         let ContactWork { friction, over_gaps, turned } = ContactWork::of(sys, old, forces);
         let pushed: f64 = (0..sys.tools.len())
             .map(|t| {
-                let moved = sys.tools[t].travel - old.travels[t];
-                0.5 * (sys.push_of(t) + old.pushes[t]) * moved
+                let (moved, now) = (sys.tools[t].travel - old.travels[t], sys.push_of(t));
+                0.5 * (now + if old.dropped { now } else { old.pushes[t] }) * moved
             })
             .sum();
         let whole = sim.share;
@@ -99,6 +101,12 @@ impl Work {
             by_ends: [begin, end].map(|work| whole * work),
             stored: stored - sim.energies.stored(),
         }
+    }
+
+    /// What has been set free where the increment begins with no balance, as a tool is gone that pushed the sheet: the trapezoidal
+    /// rule would have its force fall over all the way that the sheet springs back.
+    fn set_free(&self) -> f64 {
+        self.external - self.friction - self.stored
     }
 
     /// What the sheet has not stored of it, where that is of note beside the work `done` at most and more than forces that
@@ -129,9 +137,11 @@ pub(super) fn jumps(sim: &Simulation) -> bool {
 /// Adds the work of the increment before it is committed; whether the sheet has jumped.
 pub(super) fn add_work(sim: &mut Simulation, forces: &[Force]) -> bool {
     let work = Work::of(sim, forces);
-    let jump = work.jump(sim.energies.most).filter(|lost| *lost > sim.rounding_work());
+    let dropped = sim.committed.dropped;
+    let jump = if dropped { Some(work.set_free()) } else { work.jump(sim.energies.most) };
+    let jump = jump.filter(|lost| *lost > sim.rounding_work());
     let (e, whole) = (&mut sim.energies, sim.share);
-    e.internal += work.internal - jump.unwrap_or(0.0);
+    e.internal += if dropped { work.stored } else { work.internal - jump.unwrap_or(0.0) };
     e.snaps += jump.unwrap_or(0.0);
     e.friction += work.friction;
     e.external += work.external;

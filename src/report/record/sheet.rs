@@ -20,6 +20,17 @@ pub struct SpringbackRecord {
     pub energy_nmm: f64,
 }
 
+/// Energy that an increment left open.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OpenedRecord {
+    /// The increment.
+    pub increment: usize,
+    /// What did not close in it [N mm], without regard to sign.
+    pub energy_nmm: f64,
+    /// `work_nmm` as it was then.
+    pub work_nmm: f64,
+}
+
 /// The sheet's thickness, between the nodes of its faces.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ThicknessRecord {

@@ -5,6 +5,8 @@ use super::RunRecord;
 /// Share of the thickness that a node may lie in a tool, and of the work that energy may lack.
 const DEEP: f64 = 0.05;
 const OPEN: f64 = 0.01;
+/// Energy left open in one increment, as a share of all work, below which it is of no note.
+const OF_ALL: f64 = 1e-3;
 
 /// Share of the work that forces left behind may do on the sheet.
 const RUNS: f64 = 0.02;
@@ -123,11 +125,26 @@ impl RunRecord {
         })
     }
 
+    /// Later work, and energy that opens the other way, do not make good what an increment left open.
     fn open_energy(&self) -> Option<String> {
-        (self.energy_balance > OPEN).then(|| {
+        let most = self.opened.filter(|most| {
+            most.energy_nmm > OPEN * most.work_nmm && most.energy_nmm > OF_ALL * self.work_nmm
+        });
+        let in_one = most.map(|most| {
+            let share = 100.0 * most.energy_nmm / most.work_nmm;
             format!(
-                "{:.1} % of the work is not accounted for: increments are too long for what happens in them (contact that closes in one step, a sheet that jumps); a smaller largest_increment sees more",
-                100.0 * self.energy_balance
+                "{share:.1} % of the work done by then opened in increment {} alone",
+                most.increment
+            )
+        });
+        let in_all = (self.energy_balance > OPEN).then(|| {
+            format!("{:.1} % of the work is not accounted for", 100.0 * self.energy_balance)
+        });
+        let found: Vec<String> = in_all.into_iter().chain(in_one).collect();
+        (!found.is_empty()).then(|| {
+            format!(
+                "energy does not close, {}: increments are too long for what happens in them (contact that closes in one step, a sheet that jumps); a smaller largest_increment sees more",
+                found.join(", ")
             )
         })
     }

@@ -8,6 +8,7 @@ mod coarse;
 mod curvature;
 mod inside;
 mod material;
+mod seam;
 mod sharp;
 mod size;
 mod stops;
@@ -65,6 +66,7 @@ impl fmt::Display for Remark {
 #[must_use]
 pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
     let mut out: Vec<Remark> = material::remark(&plan.card).into_iter().collect();
+    out.extend(seam::remark(setup.body.mesh()));
     out.extend(symmetry::missing(plan, setup));
     unopposed::remarks(setup, &mut out);
     out.extend(unheld::remark(setup));

@@ -55,11 +55,12 @@ fn remedy(setup: &SimulationSetup, stage: &Stage) -> String {
     )
 }
 
-/// Force of a tool at the end of a stage that drives it by one, or by a spring at its travel zero [N].
+/// Force of a tool at the end of a stage that drives it by one [N]. A spring goes on to where it has none.
 fn force_at_end(motion: &Motion) -> Option<f64> {
     match motion {
-        Motion::Force(curve) | Motion::Spring { force: curve, .. } => Some(curve.at(1.0)),
+        Motion::Force(curve) => Some(curve.at(1.0)),
         Motion::Hold
+        | Motion::Spring { .. }
         | Motion::Travel(_)
         | Motion::Advance(_)
         | Motion::Release

@@ -33,6 +33,26 @@ fn a_missing_tool_file_is_named_with_its_key_and_remedy() {
 }
 
 #[test]
+fn values_of_another_kind_are_named_by_their_keys() {
+    let message =
+        fails(|s| s["blank"]["shape"]["rectangle"]["elements"] = serde_json::json!([2, 2, 2]));
+    let place = "blank.shape.rectangle.elements: more values than there are to be";
+    assert!(message.contains(place) && message.contains("line 1, column"), "{message}");
+    let message = fails(|s| {
+        let at = serde_json::json!({"all": true, "beyond_radius_mm": 3});
+        s["holds"] = serde_json::json!([{"where": at, "axes": ["x"]}]);
+    });
+    assert!(message.contains("holds[0].where: more than the one key"), "{message}");
+    let message = fails(|s| s["stages"][0]["first_increment"] = "small".into());
+    assert!(message.contains("stages[0].first_increment: invalid type: string"), "{message}");
+    let message = fails(|s| {
+        let region = serde_json::json!({"plane": {"normal": "x"}});
+        s["holds"] = serde_json::json!([{"where": region, "axes": []}]);
+    });
+    assert!(message.contains("holds[0].axes: found none"), "{message}");
+}
+
+#[test]
 fn unknown_keys_and_values_out_of_range_are_named() {
     let message = fails(|s| s["blank"]["colour"] = 1.into());
     assert!(message.contains("colour"), "{message}");

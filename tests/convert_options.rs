@@ -208,3 +208,23 @@ fn faces_divided_independently_say_their_gap() {
         assert!(code == 2 && errors.contains(reason), "{code} {errors}");
     }
 }
+
+/// What would say nothing is refused, not passed over.
+#[test]
+fn options_of_refinement_are_refused_where_nothing_is_refined() {
+    let folder = tempfile::tempdir().unwrap();
+    let (cad_file, out) = (fixture("cross/die.igs"), folder.path().join("die.tool.json"));
+    for (options, words) in [
+        (
+            &["--kind", "bezier", "--patches", "50"][..],
+            "--patches with --kind bezier; allowed: --tol",
+        ),
+        (&["--kind", "bezier", "--normal-tol", "5deg"], "--normal-tol with --kind bezier"),
+        (&["--kind", "bezier", "--tol", "1mm", "--on-cad"], "--on-cad with --kind bezier"),
+        (&["--on-cad"], "--on-cad without --tol, --normal-tol or --patches; allowed"),
+    ] {
+        let asked = ["convert", cad_file.to_str().unwrap(), "-o", out.to_str().unwrap()];
+        let (code, _, errors) = kanagata(&[&asked[..], options].concat(), None);
+        assert!(code == 2 && errors.contains(words) && !out.exists(), "{code} {errors}");
+    }
+}

@@ -77,6 +77,7 @@ struct Fit {
 /// or written.
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     args.check_borders()?;
+    args.check_refinement()?;
     args.mesher.check()?;
     if let Some(to) = args.to {
         return exchange(args, to);

@@ -190,3 +190,31 @@ fn a_reader_that_goes_away_changes_nothing() {
     expect(&audited, 1, &[]);
     assert!(!audited.stderr.contains("panicked"), "{}", audited.stderr);
 }
+
+#[test]
+fn no_command_writes_over_what_it_reads() {
+    let die = fs::read(fixture("cross/die.igs")).unwrap();
+    let (folder, cad) = folder_with("die.igs", &die);
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let (tool, beside) = (path("die.tool.json"), path("./die.igs"));
+    expect(&run("kanagata", &["convert", &cad, "-o", &tool], |_| {}), 0, &[]);
+    let made = fs::read(&tool).unwrap();
+    let audit = ["audit", &tool, "--cad", &cad];
+    let commands = [
+        vec!["convert", &cad, "-o", &beside],
+        vec!["convert", &tool, "-o", &tool, "--to", "bezier"],
+        vec!["mesh", &cad, "-o", &cad],
+        [&audit[..], &["--json", &cad]].concat(),
+        [&audit[..], &["--html", &tool]].concat(),
+        [&audit[..], &["--vtu", &beside]].concat(),
+        [&audit[..], &["--map", &tool]].concat(),
+    ];
+    for command in commands {
+        expect(
+            &run("kanagata", &command, |_| {}),
+            2,
+            &["that this command reads", "any other file"],
+        );
+        assert!(fs::read(&cad).unwrap() == die && fs::read(&tool).unwrap() == made, "{command:?}");
+    }
+}

@@ -1,6 +1,6 @@
 //! What `kanagata convert` is asked.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
@@ -157,6 +157,12 @@ impl SheetSide {
 }
 
 impl ConvertArgs {
+    /// Files that are read.
+    pub(super) fn inputs(&self) -> Vec<&Path> {
+        let more = [&self.mesh, &self.reach].into_iter().flatten().map(PathBuf::as_path);
+        std::iter::once(self.file.as_path()).chain(more).collect()
+    }
+
     /// The rule for edges: the one asked for, or the usual one.
     pub(super) fn edge(&self) -> Edge {
         let usual = if self.is_refined() { Edge::Cad } else { Edge::Guarded };

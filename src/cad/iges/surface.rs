@@ -2,7 +2,7 @@
 
 use super::file::Fault;
 use super::reader::{DEPTH, Reader};
-use super::splines::{power_to_bezier, tidy, tidy_weights};
+use super::splines::{is_clamped, power_to_bezier, tidy, tidy_weights};
 use super::uv::UvMap;
 use crate::cad::raw::RawSurface;
 use crate::geometry::nurbs::Surface;
@@ -113,7 +113,7 @@ impl Reader<'_, '_> {
         let weights = weights.map(|w| transpose(&w, counts, |w| *w));
         let surface = Surface::try_new(degrees, knots, net_points, weights)
             .map_err(|e| self.nurbs_fault(entity, &e))?;
-        Ok(narrowed(surface, [[range[0], range[1]], [range[2], range[3]]]))
+        Ok(narrowed(clamped(surface), [[range[0], range[1]], [range[2], range[3]]]))
     }
 
     /// Parametric spline surface (114): CTYPE, PTYPE, M, N, M+1 and N+1 breakpoints, then for each of
@@ -155,6 +155,16 @@ impl Reader<'_, '_> {
             .map_err(|e| self.nurbs_fault(entity, &e))?;
         Ok(narrowed(surface, [[f64::NAN; 2]; 2]))
     }
+}
+
+/// The same surface with borders that are those of its control net, whatever the file's knots are (those of periodic
+/// splines go on beyond its domain).
+fn clamped(surface: Surface) -> Surface {
+    let ([u, v], knots) = (surface.domain(), surface.knots());
+    if is_clamped(knots[0], u) && is_clamped(knots[1], v) {
+        return surface;
+    }
+    surface.trimmed(u, v).unwrap_or(surface)
 }
 
 /// From "u fastest" to "v fastest".

@@ -243,3 +243,26 @@ fn analytic_surfaces_take_their_axes_and_reflections() {
     let sphere = &faces(&items(196, 1, "3,4.,5,7", 0))[0];
     near(at(sphere, 0.0, PI / 2.0), [1.0, 2.0, 7.0], 1e-12);
 }
+
+#[test]
+fn splines_whose_knots_go_beyond_their_range_begin_and_end_at_its_ends() {
+    // Uniform knots, as closed periodic splines have them: the first control point is not on the curve.
+    let knots = "-3.,-2.,-1.,0.,1.,2.,3.,4.,5.,6.,7.";
+    let ones = "1.,1.,1.,1.,1.,1.,1.";
+    let net = "6.,0.,0.,0.,6.,0.,-6.,0.,0.,0.,-6.,0.,6.,0.,0.,0.,6.,0.,-6.,0.,0.";
+    let text = format!("6,3,1,1,1,1,{knots},{ones},{net},0.,4.,0.,0.,1.");
+    let spline = curve(&[item(126, 0, text)], 0).curve;
+    assert_eq!(spline.domain(), [0.0, 4.0]);
+    let ends = [spline.points().first(), spline.points().last()];
+    ends.into_iter().for_each(|p| near(*p.unwrap(), [0.0, 4.0, 0.0], 1e-12));
+    near(spline.point(1.0), [-4.0, 0.0, 0.0], 1e-12);
+    // A strip along y of three rows across it, by quadratic splines in u.
+    let rows = ["0.,0.,0.", "2.,0.,2.", "4.,0.,0.", "0.,9.,0.", "2.,9.,2.", "4.,9.,0."].join(",");
+    let knots = "-2.,-1.,0.,1.,2.,3.,0.,0.,1.,1.";
+    let text = format!("2,1,2,1,0,0,1,0,0,{knots},1.,1.,1.,1.,1.,1.,{rows},0.,1.,0.,1.");
+    let face = &faces(&[item(128, 0, text)])[0];
+    let RawSurface::Nurbs(surface) = &face.surface else { panic!("{:?}", face.surface) };
+    near(surface.points()[0], [1.0, 0.0, 1.0], 1e-12);
+    near(surface.point(Vec2::zeros()), [1.0, 0.0, 1.0], 1e-12);
+    near(*surface.points().last().unwrap(), [3.0, 9.0, 1.0], 1e-12);
+}

@@ -318,3 +318,25 @@ fn the_face_beside_says_nothing_where_the_own_one_has_no_normal() {
     let probe = Probe { patch: &plate, face: 0, reference: &Beside, sign: 1.0 };
     assert_eq!(probe.at(0.5, 0.5).unwrap().normal_deg, None);
 }
+
+#[test]
+fn areas_do_not_hang_on_the_samples() {
+    let of = |samples| {
+        let report = run(&quarter(1), &AuditOptions { samples, ..Default::default() }).report;
+        assert_eq!(report.area_mm2, report.faces[0].area_mm2);
+        report.area_mm2
+    };
+    // The patch is a parabola drawn along y: 5 times the length of that.
+    let patch = &quarter(1).patches[0];
+    let length = |n: usize| -> f64 {
+        let at = |k: usize| patch.derivs(k as f64 / n as f64, 0.0).s;
+        let other = |k: usize| patch.derivs(0.0, k as f64 / n as f64).s;
+        let along: f64 = (0..n).map(|k| (at(k + 1) - at(k)).norm()).sum();
+        let across: f64 = (0..n).map(|k| (other(k + 1) - other(k)).norm()).sum();
+        along * across
+    };
+    let exact = length(20_000);
+    for samples in [1, 8, 40] {
+        assert!((of(samples) / exact - 1.0).abs() < 1e-8, "{samples}: {} {exact}", of(samples));
+    }
+}

@@ -224,6 +224,51 @@ fn offset_surfaces_lie_on_the_side_they_say() {
 }
 
 #[test]
+fn an_offset_lies_where_the_curves_of_its_edges_do_whatever_its_indicator_says() {
+    let plane = "1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,0.,0.,0.,4.,0.,0.,0.,2.,0.,4.,2.,0.,0.,1.,0.,1.";
+    let unbounded = "0.,0.,1.,0.,0.";
+    for (kind, base, z, noted) in [
+        (128, plane, 3.0, 0),
+        (128, plane, -3.0, 1),
+        (108, unbounded, 3.0, 0),
+        (108, unbounded, -3.0, 1),
+    ] {
+        let items = [
+            item(144, 0, "3,1,0,7"),
+            item(140, 0, "0.,0.,1.,3.,5"),
+            item(kind, 0, base),
+            item(142, 0, "0,3,0,9,2"),
+            item(106, 63, format!("1,5,{z:.1},0.,0.,4.,0.,4.,2.,0.,2.,0.,0.")),
+        ];
+        let model = read_bytes(&file(&items), "test").unwrap();
+        let RawSurface::Offset { distance, .. } = model.faces[0].surface else {
+            panic!("{:?}", model.faces)
+        };
+        assert_eq!(distance, z);
+        let told = model.diagnostics.iter().filter(|d| d.code == "offset-other-side").count();
+        assert_eq!(told, noted, "{:?}", model.diagnostics);
+    }
+}
+
+#[test]
+fn the_indicator_of_an_offset_is_of_the_middle_of_its_base() {
+    // A half cylinder about z, from +x over +y to -x, with an indicator that leans 60 degrees to -x: off the normal of its
+    // first border, with that of its middle.
+    let items = [
+        item(140, 0, "-0.866,0.5,0.,2.,3"),
+        item(120, 0, "5,7,0.,3.141592653589793"),
+        item(110, 0, "0.,0.,0.,0.,0.,1."),
+        item(110, 0, "5.,0.,0.,5.,0.,9."),
+    ];
+    let model = faces(&items);
+    let RawSurface::Offset { base, distance } = &model[0].surface else { panic!("{model:?}") };
+    let middle = |v| point_on(base, Vec2::new(PI / 2.0, v)).unwrap();
+    let beside = point_on(base, Vec2::new(PI / 2.0 + 0.01, 0.5)).unwrap();
+    let normal = (beside - middle(0.5)).cross(&(middle(0.9) - middle(0.1))).normalize();
+    assert!(normal.y * distance > 1.9, "{normal:?} {distance}");
+}
+
+#[test]
 fn analytic_surfaces_take_their_axes_and_reflections() {
     let items = |kind: u32, form: i32, text: &str, matrix: u32| {
         [

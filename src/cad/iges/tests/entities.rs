@@ -311,3 +311,20 @@ fn splines_whose_knots_go_beyond_their_range_begin_and_end_at_its_ends() {
     near(surface.point(Vec2::zeros()), [1.0, 0.0, 1.0], 1e-12);
     near(*surface.points().last().unwrap(), [3.0, 9.0, 1.0], 1e-12);
 }
+
+#[test]
+fn closed_surfaces_may_have_a_range_that_ends_beyond_their_knots() {
+    // A square tube, its range from the middle of its knots to one period later.
+    let corners = ["0.,0.,", "4.,0.,", "4.,4.,", "0.,4.,", "0.,0.,"];
+    let net: Vec<String> =
+        [0, 9].iter().flat_map(|z| corners.map(|c| format!("{c}{z}."))).collect();
+    let knots = "0.,0.,1.,2.,3.,4.,4.,0.,0.,1.,1.";
+    let ones = ["1."; 10].join(",");
+    let text = format!("4,1,1,1,1,0,1,0,0,{knots},{ones},{},2.,6.,0.,1.", net.join(","));
+    let face = &faces(&[item(128, 0, text)])[0];
+    let RawSurface::Nurbs(surface) = &face.surface else { panic!("{:?}", face.surface) };
+    assert_eq!(surface.domain(), [[2.0, 6.0], [0.0, 1.0]]);
+    for (u, wanted) in [(2.0, [4.0, 4.0, 0.0]), (3.5, [0.0, 2.0, 0.0]), (5.5, [4.0, 2.0, 0.0])] {
+        near(surface.point(Vec2::new(u, 0.0)), wanted, 1e-12);
+    }
+}

@@ -115,6 +115,12 @@ impl MesherArgs {
         Self { arc_divisions, ..self.clone() }
     }
 
+    /// The built-in mesher with triangles where they serve, in place of a structured one.
+    pub(super) fn mixed(&self) -> Option<Self> {
+        let is_structured = self.is_built_in() && self.style == Style::Structured;
+        is_structured.then(|| Self { style: Style::Mixed, ..self.clone() })
+    }
+
     /// Options of the built-in mesher for refinement to a tolerance.
     pub(super) fn mapped_for_refinement(&self) -> Result<MappedOptions, Failure> {
         if self.mesher == Mesher::Gmsh {

@@ -171,8 +171,8 @@ fn clamped(surface: Surface) -> Surface {
 /// A surface that closes on itself, on the period that a file asks for: some writers give a range, and with it parameter
 /// curves, that begin within the knots and end one period later, beyond them.
 fn on_period(mut surface: Surface, range: [[f64; 2]; 2]) -> Surface {
-    for k in 0..2 {
-        let [[low, high], [from, to]] = [surface.domain()[k], range[k]];
+    for (k, [from, to]) in range.into_iter().enumerate() {
+        let [low, high] = surface.domain()[k];
         let tolerance = 1e-6 * (high - low);
         let is_period = (to - from - (high - low)).abs() <= tolerance;
         let is_beyond = from < low - tolerance || to > high + tolerance;

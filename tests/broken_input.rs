@@ -190,3 +190,48 @@ fn a_reader_that_goes_away_changes_nothing() {
     expect(&audited, 1, &[]);
     assert!(!audited.stderr.contains("panicked"), "{}", audited.stderr);
 }
+
+#[test]
+fn what_is_cut_off_or_other_text_is_told_so_by_inspect() {
+    let whole = fs::read_to_string(fixture("cross/die.igs")).unwrap();
+    let is_kept = |line: &&str| !matches!(line.as_bytes().get(72), Some(b'P' | b'T'));
+    let cut: String = whole.lines().filter(is_kept).map(|line| format!("{line}\n")).collect();
+    let (_folder, path) = folder_with("cut.igs", cut.as_bytes());
+    let outcome = run("kanagata", &["inspect", &path], |_| {});
+    expect(&outcome, 2, &["cut.igs, line ", "no parameter section (P)", "export the model again"]);
+    let (_folder, path) = folder_with("notes.igs", "# 金型: Maße in Zoll\n".as_bytes());
+    let outcome = run("kanagata", &["inspect", &path], |_| {});
+    expect(
+        &outcome,
+        2,
+        &["notes.igs", "no S section in column 73", "text that begins with \"# 金型"],
+    );
+}
+
+#[test]
+fn no_command_writes_over_what_it_reads() {
+    let die = fs::read(fixture("cross/die.igs")).unwrap();
+    let (folder, cad) = folder_with("die.igs", &die);
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let (tool, beside) = (path("die.tool.json"), path("./die.igs"));
+    expect(&run("kanagata", &["convert", &cad, "-o", &tool], |_| {}), 0, &[]);
+    let made = fs::read(&tool).unwrap();
+    let audit = ["audit", &tool, "--cad", &cad];
+    let commands = [
+        vec!["convert", &cad, "-o", &beside],
+        vec!["convert", &tool, "-o", &tool, "--to", "bezier"],
+        vec!["mesh", &cad, "-o", &cad],
+        [&audit[..], &["--json", &cad]].concat(),
+        [&audit[..], &["--html", &tool]].concat(),
+        [&audit[..], &["--vtu", &beside]].concat(),
+        [&audit[..], &["--map", &tool]].concat(),
+    ];
+    for command in commands {
+        expect(
+            &run("kanagata", &command, |_| {}),
+            2,
+            &["that this command reads", "any other file"],
+        );
+        assert!(fs::read(&cad).unwrap() == die && fs::read(&tool).unwrap() == made, "{command:?}");
+    }
+}

@@ -208,3 +208,90 @@ fn faces_divided_independently_say_their_gap() {
         assert!(code == 2 && errors.contains(reason), "{code} {errors}");
     }
 }
+
+/// What would say nothing is refused, not passed over.
+#[test]
+fn options_of_refinement_are_refused_where_nothing_is_refined() {
+    let folder = tempfile::tempdir().unwrap();
+    let (cad_file, out) = (fixture("cross/die.igs"), folder.path().join("die.tool.json"));
+    for (options, words) in [
+        (
+            &["--kind", "bezier", "--patches", "50"][..],
+            "--patches with --kind bezier; allowed: --tol",
+        ),
+        (&["--kind", "bezier", "--normal-tol", "5deg"], "--normal-tol with --kind bezier"),
+        (&["--kind", "bezier", "--tol", "1mm", "--on-cad"], "--on-cad with --kind bezier"),
+        (&["--on-cad"], "--on-cad without --tol, --normal-tol or --patches; allowed"),
+    ] {
+        let asked = ["convert", cad_file.to_str().unwrap(), "-o", out.to_str().unwrap()];
+        let (code, _, errors) = kanagata(&[&asked[..], options].concat(), None);
+        assert!(code == 2 && errors.contains(words) && !out.exists(), "{code} {errors}");
+    }
+}
+
+/// A can of elliptic section, 30 by 12 mm, 25 high, without rounding.
+const CAN: &str = "ISO-10303-21;
+HEADER;
+FILE_DESCRIPTION((''),'2;1');
+FILE_NAME('','',(''),(''),'','','');
+FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));
+ENDSEC;
+DATA;
+#1=DIRECTION('',(0.,0.,1.));
+#2=DIRECTION('',(1.,0.,0.));
+#3=CARTESIAN_POINT('',(0.,0.,0.));
+#4=CARTESIAN_POINT('',(0.,0.,25.));
+#5=AXIS2_PLACEMENT_3D('',#3,#1,#2);
+#6=AXIS2_PLACEMENT_3D('',#4,#1,#2);
+#7=PLANE('',#5);
+#8=PLANE('',#6);
+#9=ELLIPSE('',#5,30.,12.);
+#10=ELLIPSE('',#6,30.,12.);
+#11=CARTESIAN_POINT('',(30.,0.,0.));
+#12=CARTESIAN_POINT('',(30.,0.,25.));
+#13=VERTEX_POINT('',#11);
+#14=VERTEX_POINT('',#12);
+#15=EDGE_CURVE('',#13,#13,#9,.T.);
+#16=EDGE_CURVE('',#14,#14,#10,.T.);
+#17=VECTOR('',#1,25.);
+#18=LINE('',#11,#17);
+#19=EDGE_CURVE('',#13,#14,#18,.T.);
+#20=SURFACE_OF_LINEAR_EXTRUSION('',#9,#17);
+#21=ORIENTED_EDGE('',*,*,#15,.T.);
+#22=ORIENTED_EDGE('',*,*,#19,.T.);
+#23=ORIENTED_EDGE('',*,*,#16,.F.);
+#24=ORIENTED_EDGE('',*,*,#19,.F.);
+#25=EDGE_LOOP('',(#21,#22,#23,#24));
+#26=FACE_OUTER_BOUND('',#25,.T.);
+#27=ADVANCED_FACE('',(#26),#20,.T.);
+#28=ORIENTED_EDGE('',*,*,#15,.F.);
+#29=EDGE_LOOP('',(#28));
+#30=FACE_OUTER_BOUND('',#29,.T.);
+#31=ADVANCED_FACE('',(#30),#7,.F.);
+#32=ORIENTED_EDGE('',*,*,#16,.T.);
+#33=EDGE_LOOP('',(#32));
+#34=FACE_OUTER_BOUND('',#33,.T.);
+#35=ADVANCED_FACE('',(#34),#8,.T.);
+#36=CLOSED_SHELL('',(#27,#31,#35));
+#37=MANIFOLD_SOLID_BREP('',#36);
+#38=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));
+#39=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));
+#40=(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT());
+#41=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#38,#39,#40))REPRESENTATION_CONTEXT('',''));
+#42=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#37),#41);
+ENDSEC;
+END-ISO-10303-21;
+";
+
+/// Structured meshes of its ends have quadrilaterals with two sides along the ellipse, which fold; mixed ones have
+/// triangles there.
+#[test]
+fn bezier_patches_that_fold_on_quadrilaterals_are_made_on_a_mixed_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let (can, out) = (folder.path().join("can.step"), folder.path().join("can.tool.json"));
+    std::fs::write(&can, CAN).unwrap();
+    let asked = ["convert", can.to_str().unwrap(), "-o", out.to_str().unwrap(), "--kind", "bezier"];
+    let (code, text, errors) = kanagata(&asked, None);
+    assert!(code == 0 && errors.contains("meshed with --style mixed"), "{code} {text} {errors}");
+    assert!(read(&out).unwrap().provenance.mesher.contains("style=mixed"));
+}

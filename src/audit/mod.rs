@@ -17,6 +17,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod area;
 pub mod clearance;
 mod gaps;
 mod jumps;

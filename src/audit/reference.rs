@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::cad::Model;
-use crate::cad::model::{ClosestPoint, Edge, Foot};
+use crate::cad::model::{ClosestPoint, Edge, Face, Foot};
 use crate::geometry::Vec3;
 use crate::tool::{Patch, ToolModel};
 
@@ -12,10 +12,11 @@ use crate::tool::{Patch, ToolModel};
 pub struct ReferenceFoot {
     /// Closest point `P_CAD` [mm].
     pub point: Vec3,
-    /// Outward unit normal `n_CAD` there; zero where the surface has none (pole, apex).
+    /// Outward unit normal `n_CAD` there; zero where the surface has none (apex).
     pub normal: Vec3,
     /// When `face` is not the patch's own CAD face: the normal of the own face where it comes nearest. Beside a
-    /// crease a point of one side may have its foot on the other; its normal is then right if it is either's.
+    /// crease a point of one side may have its foot on the other; its normal is then right if it is either's. Zero where
+    /// the own face has none: the other's says nothing of the patch then.
     pub own_normal: Option<Vec3>,
     /// Face the foot is on.
     pub face: u32,
@@ -79,17 +80,40 @@ impl CadReference<'_> {
         tool.patches.par_iter().map(nearest).collect()
     }
 
-    /// Normal at a foot; zero where the surface is degenerate but for rounding: at the apex of a cone every direction
-    /// of its normals is as near, and the one that rounding picks may be opposite to a patch's.
+    /// Normal at a foot. Where the surface is degenerate but for rounding the limit that it has there from all sides (pole of
+    /// a sphere); zero where it has none: at the apex of a cone every direction of its normals is as near, and the one that
+    /// rounding picks may be opposite to a patch's.
     fn normal(&self, foot: &Foot) -> Vec3 {
         const DEGENERATE: f64 = 1e-9;
         let Some(face) = self.model.faces.get(foot.face) else { return foot.normal };
         let d = face.surface.derivs(foot.uv);
-        let [u, v] = face.surface.domain();
+        let domain = face.surface.domain();
+        let [u, v] = domain;
         let reach = [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])];
-        let regular = reach[0].min(reach[1]) > DEGENERATE * reach[0].max(reach[1]);
-        if regular { foot.normal } else { Vec3::zeros() }
+        let longest = reach[0].max(reach[1]);
+        match [0, 1].map(|k| reach[k] <= DEGENERATE * longest) {
+            [false, false] => foot.normal,
+            [true, true] => Vec3::zeros(),
+            [first, _] => {
+                let k = usize::from(!first);
+                limit_along(face, foot, k, domain[k]).unwrap_or_else(Vec3::zeros)
+            }
+        }
     }
+}
+
+/// The normal that a face has all along its parameter `k`, which goes over `range` without the surface's moving (a
+/// collapsed side); `None` where it differs along the way.
+fn limit_along(face: &Face, foot: &Foot, k: usize, range: [f64; 2]) -> Option<Vec3> {
+    const STEPS: usize = 8;
+    const SAME: f64 = 1e-6;
+    let at = |step: usize| {
+        let mut uv = foot.uv;
+        uv[k] = range[0] + (range[1] - range[0]) * step as f64 / STEPS as f64;
+        face.normal(uv)
+    };
+    let first = at(0)?;
+    (1..=STEPS).all(|step| at(step).is_some_and(|n| (n - first).norm() <= SAME)).then_some(first)
 }
 
 impl ReferenceSurface for CadReference<'_> {

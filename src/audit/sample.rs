@@ -53,10 +53,9 @@ impl<R: ReferenceSurface> Probe<'_, R> {
             None => normal.map_or(1.0, |n| offset.dot(&n).signum()) * offset.norm(),
         };
         let angle = |n: Vec3| Some(angle_deg(&unit(n * self.sign)?, &normal?));
-        let own = foot.own_normal.and_then(angle);
-        let normal_deg = match (angle(foot.normal), own) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
+        let normal_deg = match foot.own_normal {
+            None => angle(foot.normal),
+            Some(own) => angle(own).map(|a| angle(foot.normal).map_or(a, |b| a.min(b))),
         };
         let jacobian = cross.norm();
         let distance = offset.norm();

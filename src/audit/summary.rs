@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use super::AuditOptions;
+use super::area::area;
 use super::refine::Extremes;
 use super::report::{AuditReport, FaceAudit, Jumps, PatchAudit, Percentiles, WorstPatch};
 use super::sample::{PatchSamples, Sample};
-use crate::tool::ToolModel;
+use crate::tool::{Patch, ToolModel};
 
 /// What was found at the points of a tool model.
 pub(super) struct Found<'a> {
@@ -24,7 +27,10 @@ struct Sums {
     max: f64,
     min: f64,
     normal: f64,
+    /// Area of the patches by Gauss's rule [mm^2].
     area: f64,
+    /// Area that the grid's points stand for [mm^2]: what their errors are weighed by.
+    weight: f64,
     /// Integral of the squared error.
     square: f64,
     /// Sum of the squared errors and their number, for patches without area.
@@ -32,20 +38,21 @@ struct Sums {
 }
 
 impl Sums {
-    fn of_patch(samples: &PatchSamples, e: &Extremes) -> Self {
+    fn of_patch(patch: &Patch, samples: &PatchSamples, e: &Extremes) -> Self {
         let areas = samples.areas();
         let mut sums = Self {
             patches: 1,
             max: e.max.delta,
             min: e.min.delta,
             normal: e.normal.and_then(|s| s.normal_deg).unwrap_or(0.0),
-            area: 0.0,
+            area: area(patch),
+            weight: 0.0,
             square: 0.0,
             plain: [0.0; 2],
         };
         for (area, point) in areas.iter().zip(&samples.points) {
             let Some(p) = point else { continue };
-            sums.area += area;
+            sums.weight += area;
             sums.square += area * p.delta * p.delta;
             sums.plain[0] += p.delta * p.delta;
             sums.plain[1] += 1.0;
@@ -59,14 +66,16 @@ impl Sums {
         self.min = self.min.min(other.min);
         self.normal = self.normal.max(other.normal);
         self.area += other.area;
+        self.weight += other.weight;
         self.square += other.square;
         self.plain[0] += other.plain[0];
         self.plain[1] += other.plain[1];
     }
 
     fn rms(&self) -> f64 {
-        let [square, area] = if self.area > 0.0 { [self.square, self.area] } else { self.plain };
-        (square / area).sqrt()
+        let [square, weight] =
+            if self.weight > 0.0 { [self.square, self.weight] } else { self.plain };
+        (square / weight).sqrt()
     }
 }
 
@@ -77,8 +86,8 @@ fn worse(e: &Extremes) -> &Sample {
 
 /// Puts the report together; file names and hashes are left empty for the caller.
 pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
-    let sums: Vec<Sums> =
-        found.samples.iter().zip(&found.extremes).map(|(s, e)| Sums::of_patch(s, e)).collect();
+    let parts = found.tool.patches.par_iter().zip(found.samples).zip(&found.extremes);
+    let sums: Vec<Sums> = parts.map(|((p, s), e)| Sums::of_patch(p, s, e)).collect();
     let faces = by_face(&found.tool.faces, &sums);
     let mut whole = sums[0];
     sums[1..].iter().for_each(|s| whole.add(s));

@@ -1,6 +1,8 @@
 use super::reference::ReferenceFoot;
 use super::*;
-use crate::geometry::Vec3;
+use crate::cad::model::{EdgeUse, Face, Model, SurfaceKind, TrimLoop};
+use crate::geometry::nurbs::{Curve2, Curve3, Surface};
+use crate::geometry::{Frame, Vec2, Vec3};
 use crate::tool::build::build;
 use crate::tool::edge::EdgeRule;
 use crate::tool::model::PatchCorners;
@@ -248,4 +250,93 @@ fn one_thread_and_two_give_the_same_bits() {
         })
     };
     assert_eq!(with(1), with(2));
+}
+
+/// What a line or an arc is turned to about z, whole, as a model without edges.
+fn turned(generatrix: &Curve3) -> Model {
+    let surface =
+        Surface::revolution(generatrix, Vec3::zeros(), Vec3::z(), [0.0, std::f64::consts::TAU]);
+    let [u, v] = surface.domain();
+    let corners = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]].map(Vec2::from);
+    let side = |k: usize| EdgeUse {
+        pcurve: Curve2::line(corners[k], corners[(k + 1) % 4]),
+        edge: None,
+        reversed: false,
+    };
+    let face = Face {
+        surface,
+        kind: SurfaceKind::Nurbs,
+        analytic: None,
+        loops: vec![TrimLoop { uses: (0..4).map(side).collect() }],
+        flipped: false,
+        source: String::new(),
+        shell: None,
+    };
+    Model { faces: vec![face], ..Model::default() }
+}
+
+#[test]
+fn a_pole_has_the_normal_of_its_surroundings_and_an_apex_none() {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let frame = Frame { x: Vec3::x(), y: Vec3::z(), z: -Vec3::y(), ..Frame::world() };
+    let sphere = turned(&Curve3::ellipse_arc(&frame, 20.0, 20.0, 0.0, quarter));
+    let cone = turned(&Curve3::line(Vec3::x() * 20.0, Vec3::z() * 20.0));
+    let at_top =
+        |model: &Model, z: f64| CadReference::new(model).closest(&(Vec3::z() * z), 0).unwrap();
+    let foot = at_top(&sphere, 20.1);
+    assert!((foot.point - Vec3::z() * 20.0).norm() < 1e-9);
+    assert!((foot.normal.z.abs() - 1.0).abs() < 1e-9, "{:?}", foot.normal);
+    assert_eq!(at_top(&cone, 20.1).normal, Vec3::zeros());
+}
+
+/// A plane beside a crease, nearer to every point than their own face, which has no normal.
+struct Beside;
+
+impl ReferenceSurface for Beside {
+    fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
+        Some(ReferenceFoot {
+            point: *p,
+            normal: Vec3::y(),
+            own_normal: Some(Vec3::zeros()),
+            face: face + 1,
+        })
+    }
+}
+
+#[test]
+fn the_face_beside_says_nothing_where_the_own_one_has_no_normal() {
+    let plate = Patch::Quad([
+        Vec3::zeros(),
+        Vec3::x(),
+        Vec3::y(),
+        Vec3::zeros(),
+        Vec3::zeros(),
+        Vec3::zeros(),
+        Vec3::zeros(),
+        Vec3::zeros(),
+    ]);
+    let probe = Probe { patch: &plate, face: 0, reference: &Beside, sign: 1.0 };
+    assert_eq!(probe.at(0.5, 0.5).unwrap().normal_deg, None);
+}
+
+#[test]
+fn areas_do_not_hang_on_the_samples() {
+    let of = |samples| {
+        let report = run(&quarter(1), &AuditOptions { samples, ..Default::default() }).report;
+        assert_eq!(report.area_mm2, report.faces[0].area_mm2);
+        report.area_mm2
+    };
+    // The patch is a parabola drawn along y: 5 times the length of that.
+    let patch = &quarter(1).patches[0];
+    let length = |n: usize| -> f64 {
+        let at = |k: usize| patch.derivs(k as f64 / n as f64, 0.0).s;
+        let other = |k: usize| patch.derivs(0.0, k as f64 / n as f64).s;
+        let along: f64 = (0..n).map(|k| (at(k + 1) - at(k)).norm()).sum();
+        let across: f64 = (0..n).map(|k| (other(k + 1) - other(k)).norm()).sum();
+        along * across
+    };
+    let exact = length(20_000);
+    for samples in [1, 8, 40] {
+        assert!((of(samples) / exact - 1.0).abs() < 1e-8, "{samples}: {} {exact}", of(samples));
+    }
 }

@@ -12,6 +12,8 @@ use crate::geometry::{Aabb, Vec3};
 const SAMPLES: usize = 17;
 /// Free edges farther apart than this share of the model's diagonal have no gap between them.
 const GAP_MOST: f64 = 1e-2;
+/// Area that no face exceeds, as a share of the square of its box's diagonal: a sphere has 1.05, a deep pleat 10 or so.
+const AREA_MOST: f64 = 100.0;
 
 /// Faults of a joined model. Faces and edges are indices into the model's.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
@@ -34,6 +36,8 @@ pub struct Health {
     pub tiny_faces: Vec<usize>,
     /// Faces that lie on each other.
     pub duplicate_faces: Vec<[usize; 2]>,
+    /// Faces with more area than any surface within their box may have: their borders or parameters were not understood.
+    pub impossible_faces: Vec<usize>,
 }
 
 /// An edge that one face alone uses.
@@ -72,6 +76,7 @@ impl Health {
             && self.disagreeing_faces.is_empty()
             && self.tiny_faces.is_empty()
             && self.duplicate_faces.is_empty()
+            && self.impossible_faces.is_empty()
             && self.parts.iter().all(|p| !p.inverted)
     }
 }
@@ -118,6 +123,7 @@ impl Model {
             disagreeing_faces: self.disagreeing_faces(),
             tiny_faces: self.tiny_faces(),
             duplicate_faces: self.duplicate_faces(),
+            impossible_faces: self.impossible_faces(),
         }
     }
 
@@ -253,6 +259,16 @@ impl Model {
         2.0 * self.faces[f].area(1e-9) <= tolerance * (border + tolerance)
     }
 
+    /// Faces of more area than [`AREA_MOST`] says, or of none that is a number.
+    fn impossible_faces(&self) -> Vec<usize> {
+        let is_impossible = |&f: &usize| {
+            let face = &self.faces[f];
+            let area = face.area(1e-6);
+            !area.is_finite() || area > AREA_MOST * face.bbox().diagonal().powi(2)
+        };
+        (0..self.faces.len()).into_par_iter().filter(is_impossible).collect()
+    }
+
     /// Pairs of the same area, centroid and box, within the tolerance.
     fn duplicate_faces(&self) -> Vec<[usize; 2]> {
         let facts: Vec<(f64, Vec3, Aabb)> = self
@@ -340,6 +356,12 @@ impl Health {
         let lists = [("disagreeing", &self.disagreeing_faces), ("tiny", &self.tiny_faces)];
         for (what, faces) in lists.iter().filter(|l| !l.1.is_empty()) {
             lines.push(format!("  {what:<11} {}", names(faces)));
+        }
+        if !self.impossible_faces.is_empty() {
+            lines.push(format!(
+                "  area        more than a surface of their size may have: {}; their borders were not understood",
+                names(&self.impossible_faces)
+            ));
         }
         for [a, b] in self.duplicate_faces.iter().take(TOLD) {
             lines.push(format!("  twice there {} and {}", name(*a), name(*b)));

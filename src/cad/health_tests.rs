@@ -1,8 +1,9 @@
 //! Claims about what is wrong with models.
 
-use crate::cad::model::Edge;
+use crate::cad::model::{Edge, EdgeUse, Face, SurfaceKind, TrimLoop};
 use crate::cad::{Model, read};
-use crate::geometry::{Affine, Vec3};
+use crate::geometry::nurbs::{Curve2, Surface};
+use crate::geometry::{Affine, Vec2, Vec3};
 
 fn fixture(name: &str) -> Model {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");
@@ -60,4 +61,45 @@ fn a_face_twice_there_and_a_gap_are_found() {
     let free = open.health().free_edges;
     let gaps: Vec<f64> = free.iter().filter_map(|e| e.gap_mm).collect();
     assert!(gaps.iter().any(|g| (g - 0.01).abs() < 1e-6), "{gaps:?}");
+}
+
+/// A strip folded to and fro so many times between x = 0 and 100, 10 mm wide.
+fn pleated(count: u32) -> Model {
+    let points = (0..=count).flat_map(|k| {
+        [0.0, 10.0].map(|y| Vec3::new(if k % 2 == 0 { 0.0 } else { 100.0 }, y, 1e-3 * f64::from(k)))
+    });
+    let inner = (0..=count).map(f64::from);
+    let knots = std::iter::once(0.0).chain(inner).chain([f64::from(count)]).collect();
+    let knots = [knots, vec![0.0, 0.0, 1.0, 1.0]];
+    let surface = Surface::try_new([1, 1], knots, points.collect(), None).unwrap();
+    let [u, v] = surface.domain();
+    let corners = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]].map(Vec2::from);
+    let side = |k: usize| EdgeUse {
+        pcurve: Curve2::line(corners[k], corners[(k + 1) % 4]),
+        edge: None,
+        reversed: false,
+    };
+    let face = Face {
+        surface,
+        kind: SurfaceKind::Nurbs,
+        analytic: None,
+        loops: vec![TrimLoop { uses: (0..4).map(side).collect() }],
+        flipped: false,
+        source: "D7 (510)".into(),
+        shell: None,
+    };
+    Model { faces: vec![face], ..Model::default() }
+}
+
+#[test]
+fn more_area_than_its_box_may_hold_is_not_sound() {
+    let model = pleated(9);
+    assert!((model.area() / 9e3 - 1.0).abs() < 1e-3, "{}", model.area());
+    assert!(model.health().impossible_faces.is_empty());
+    let model = pleated(4000);
+    let health = model.health();
+    assert_eq!(health.impossible_faces, [0]);
+    assert!(!health.is_sound());
+    let told = health.told_of(&model);
+    assert!(told.contains("D7 (510); their borders were not understood"), "{told}");
 }

@@ -123,7 +123,7 @@ pub fn read_with(path: &Path, creases: Creases) -> Result<(Model, Vec<Diagnostic
 pub fn read_raw(bytes: &[u8], name: &str) -> Result<raw::RawModel, CadError> {
     let head = &bytes[..bytes.len().min(4096)];
     let step = head.windows(12).any(|w| w == b"ISO-10303-21");
-    let text = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
+    let text = |b: &u8| !b.is_ascii_control() || b.is_ascii_whitespace();
     let iges = head.len() > 72 && head[72] == b'S'
         || head
             .split(|b| *b == b'\n')

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::own::refuse_own_inputs;
 use super::quantity::{angle_deg, length_mm};
 use super::say::{err, out};
 use crate::audit::clearance::{ClearanceOptions, ClearanceReport, clearance};
@@ -63,6 +64,23 @@ pub struct AuditArgs {
     html: Option<PathBuf>,
 }
 
+impl AuditArgs {
+    /// Files that are read.
+    fn inputs(&self) -> Vec<&Path> {
+        self.tools.iter().chain(&self.cad).chain(&self.against).map(PathBuf::as_path).collect()
+    }
+
+    /// Files that are written, by their options.
+    fn outputs(&self) -> [(&'static str, Option<&Path>); 4] {
+        [
+            ("--json", self.json.as_deref()),
+            ("--vtu", self.vtu.as_deref()),
+            ("--map", self.map.as_deref()),
+            ("--html", self.html.as_deref()),
+        ]
+    }
+}
+
 impl From<AuditError> for Failure {
     fn from(error: AuditError) -> Self {
         Self::input(error)
@@ -87,6 +105,7 @@ pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
             "--vtu, --map and --html with several tools; allowed: with one; the table is printed, --json writes a list",
         ));
     }
+    refuse_own_inputs(&args.inputs(), &args.outputs())?;
     let exits = match (&args.against, args.thickness, &args.cad) {
         (Some(against), Some(thickness), _) => clearances(args, against, thickness)?,
         (_, _, Some(cad)) => audits(args, cad)?,

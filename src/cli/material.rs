@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::own::refuse_own_inputs;
 use super::say::out;
 use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
@@ -51,6 +52,7 @@ pub fn run(args: &MaterialArgs) -> Result<Exit, Failure> {
             }
         }
         MaterialCommand::Show { card, html } => {
+            refuse_own_inputs(&[Path::new(card)], &[("--html", html.as_deref())])?;
             let (name, card) = (card, load(card)?);
             let refused = |error: CardError| {
                 // The card's own name need not tell which file it is in.

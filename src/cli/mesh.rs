@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::gmsh::GmshArgs;
+use super::own::refuse_own_inputs;
 use super::say::{err, out};
 use crate::cad::Model;
 use crate::mesh::mapped::{self, MappedOptions, MeshStyle};
@@ -114,6 +115,12 @@ impl MesherArgs {
         Self { arc_divisions, ..self.clone() }
     }
 
+    /// The built-in mesher with triangles where they serve, in place of a structured one.
+    pub(super) fn mixed(&self) -> Option<Self> {
+        let is_structured = self.is_built_in() && self.style == Style::Structured;
+        is_structured.then(|| Self { style: Style::Mixed, ..self.clone() })
+    }
+
     /// Options of the built-in mesher for refinement to a tolerance.
     pub(super) fn mapped_for_refinement(&self) -> Result<MappedOptions, Failure> {
         if self.mesher == Mesher::Gmsh {
@@ -192,6 +199,7 @@ impl MesherArgs {
 /// Exit code 2 for a file that is no CAD or cannot be meshed, 4 when files cannot be read or written.
 pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
     args.mesher.check()?;
+    refuse_own_inputs(&[&args.file], &[("--output", Some(&args.output))])?;
     let model = read_model(&args.file)?;
     let mesh = args.mesher.mesh(&args.file, &model)?;
     let report = MeshReport::new(&mesh, &model);

@@ -10,6 +10,7 @@ mod gmsh;
 pub mod inspect;
 pub mod material;
 pub mod mesh;
+mod own;
 pub mod quantity;
 pub mod run;
 mod say;

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::own::refuse_own_inputs;
 use super::say::out;
 use super::stop::stop_flag;
 use crate::study::StudyError;
@@ -78,6 +79,9 @@ fn io(path: &Path) -> impl FnOnce(std::io::Error) -> StudyError {
 /// # Errors
 /// Exit code 1 when a check does not hold, 2 for a study that cannot be run, 3 when a case failed, 4 when files cannot be read or written, 5 when it was stopped.
 pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
+    let written = ["manifest.json", "study.csv", "study.html"].map(|name| args.output.join(name));
+    let outputs = written.each_ref().map(|path| ("--output, for", Some(path.as_path())));
+    refuse_own_inputs(&[&args.file], &outputs)?;
     match read(&args.file)? {
         Description::Forming(study) => forming(args, &study),
         Description::Stability(study) => {

@@ -53,11 +53,11 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
     let reader = Reader::new(&file);
     let unit_mm = file.global.unit_mm;
     let found = reader.walk(unit_mm / file.global.scale).map_err(|f| invalid(name, f))?;
+    // A file of nothing but curves is one; a file whose surfaces are all lost is not.
     if found.faces.is_empty()
-        && found.loose_curves == 0
         && let Some(fault) = found.first_fault
     {
-        return Err(invalid(name, fault));
+        return Err(invalid(name, cut_off(&file).unwrap_or(fault)));
     }
     let mut diagnostics = whole_file(&file);
     diagnostics.extend(file.diagnostics());
@@ -89,6 +89,23 @@ fn invalid(name: &str, fault: Fault) -> CadError {
         allowed: fault.allowed,
         remedy: "export the model again, as IGES 5.3 or STEP".to_owned(),
     }
+}
+
+/// What a file without the end of its sections lacks.
+fn cut_off(file: &File<'_>) -> Option<Fault> {
+    let cards = file.cards();
+    let of_parameters = cards.parameter_cards.last().map(|c| ("parameter section (P)", c.line));
+    let of_directory = cards.directory.last().map(|c| ("directory section (D)", c.line));
+    let (section, line) = of_parameters.or(of_directory).filter(|_| !cards.terminated)?;
+    let missing = if of_parameters.is_some() { "" } else { "no parameter section (P) and " };
+    Some(Fault {
+        code: "section-missing",
+        place: format!("line {line}"),
+        found: format!(
+            "the file ends in its {section}, with no face that can be read: {missing}no terminate section (T) follow, it is cut off"
+        ),
+        allowed: "the sections S, G, D, P and T, whole".to_owned(),
+    })
 }
 
 fn no_directory(file: &File<'_>, name: &str) -> CadError {

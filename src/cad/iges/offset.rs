@@ -1,10 +1,12 @@
 //! Offsets: curves in a plane (130) and surfaces (140).
 
 use super::curves::{Piece, Shape};
+use super::edges::Draft;
 use super::file::Fault;
 use super::reader::{DEPTH, Reader, similarity};
 use super::surface::Based;
 use super::uv::point_on;
+use crate::cad::native::Native;
 use crate::cad::raw::RawSurface;
 use crate::geometry::frame::unit;
 use crate::geometry::nurbs::Curve3;
@@ -98,7 +100,7 @@ impl Reader<'_, '_> {
         };
         let mut based = self.surface_at(base, &placed, depth + 1)?;
         let side = placed.vector(&side);
-        let normal = normal_at_corner(&based);
+        let normal = normal_in_middle(&based);
         let same = normal.is_none_or(|n| side.norm() == 0.0 || n.dot(&side) >= 0.0);
         let sign = if same { 1.0 } else { -1.0 };
         based.surface =
@@ -107,15 +109,47 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Normal of a surface near the low corner of its domain, in the sense of its own parameters.
-fn normal_at_corner(based: &Based) -> Option<Vec3> {
+/// Takes the other side of an offset surface where all curves of its edges in space lie there, whatever its indicator says;
+/// true if it did.
+pub(super) fn take_side_of_edges(surface: &mut RawSurface, loops: &[Vec<Draft>]) -> bool {
+    /// Share of the distance by which the curves may miss the other side.
+    const NEAR: f64 = 0.05;
+    let RawSurface::Offset { base, distance } = surface else { return false };
+    if matches!(**base, RawSurface::Offset { .. }) {
+        return false;
+    }
+    let native = Native::new(base);
+    let height = |p: Vec3| {
+        let uv = native.inverse(&p, None);
+        let d = native.derivs(uv);
+        // Planes and quadrics have no derivatives there, and no ends.
+        let beside = |u: f64, v: f64| point_on(base, uv + Vec2::new(u, v));
+        let normal = unit(d.su.cross(&d.sv)).or_else(|| {
+            let s = beside(0.0, 0.0)?;
+            unit((beside(1e-4, 0.0)? - s).cross(&(beside(0.0, 1e-4)? - s)))
+        })?;
+        Some((p - point_on(base, uv)?).dot(&normal))
+    };
+    let curves = loops.iter().flatten().filter_map(|draft| draft.edge.curve.as_ref());
+    let points = curves.flat_map(|curve| {
+        let [a, b] = curve.domain();
+        [0.25, 0.5, 0.75].map(|share| curve.point(a + (b - a) * share))
+    });
+    let heights: Vec<f64> = points.filter_map(height).collect();
+    let is_beyond = |h: &f64| (h + *distance).abs() <= NEAR * distance.abs();
+    let other = !heights.is_empty() && heights.iter().all(is_beyond);
+    if other {
+        *distance = -*distance;
+    }
+    other
+}
+
+/// Normal of a surface in the middle of its domain, in the sense of its own parameters: where the indicator is of.
+fn normal_in_middle(based: &Based) -> Option<Vec3> {
     let [[u0, u1], [v0, v1]] = based.domain.unwrap_or([[0.0, 1e-3], [0.0, 1e-3]]);
     let (du, dv) = (1e-4 * (u1 - u0), 1e-4 * (v1 - v0));
     let at = |i: f64, j: f64| {
-        point_on(
-            &based.surface,
-            Vec2::new(u0 + (u1 - u0) * 0.01 + i * du, v0 + (v1 - v0) * 0.01 + j * dv),
-        )
+        point_on(&based.surface, Vec2::new(0.5 * (u0 + u1) + i * du, 0.5 * (v0 + v1) + j * dv))
     };
     let (s, su, sv) = (at(0.0, 0.0)?, at(1.0, 0.0)?, at(0.0, 1.0)?);
     unit((su - s).cross(&(sv - s)))

@@ -129,7 +129,8 @@ pub(super) fn tidy_weights(mut weights: Vec<f64>) -> Option<Vec<f64>> {
     Some(weights)
 }
 
-/// The part of `curve` a file's V0, V1 ask for, where they ask for less than all.
+/// The part of `curve` a file's V0, V1 ask for, where they ask for less than all; its first and last control points are its
+/// ends, whatever the file's knots are (those of periodic splines go on beyond them).
 fn cut(curve: Curve3, [from, to]: [f64; 2]) -> Curve3 {
     let [low, high] = curve.domain();
     let tolerance = 1e-12 * (high - low);
@@ -137,5 +138,11 @@ fn cut(curve: Curve3, [from, to]: [f64; 2]) -> Curve3 {
     if to - from > tolerance && (from > low + tolerance || to < high - tolerance) {
         return curve.trimmed(from, to).unwrap_or(curve);
     }
-    curve
+    if is_clamped(curve.knots(), [low, high]) { curve } else { curve.clamped() }
+}
+
+/// Whether a spline begins and ends in its first and last control point: its knots do not go beyond its domain.
+pub(super) fn is_clamped(knots: &[f64], domain: [f64; 2]) -> bool {
+    let ends = [knots.first(), knots.last()];
+    ends[0] == Some(&domain[0]) && ends[1] == Some(&domain[1])
 }

@@ -2,11 +2,11 @@
 
 use super::file::Fault;
 use super::reader::{DEPTH, Reader};
-use super::splines::{power_to_bezier, tidy, tidy_weights};
+use super::splines::{is_clamped, power_to_bezier, tidy, tidy_weights};
 use super::uv::UvMap;
 use crate::cad::raw::RawSurface;
 use crate::geometry::nurbs::Surface;
-use crate::geometry::{Affine, Vec3};
+use crate::geometry::{Affine, Vec2, Vec3};
 
 /// Entity types that are surfaces on their own.
 pub(super) const SURFACES: [u32; 12] = [108, 114, 118, 120, 122, 128, 140, 190, 192, 194, 196, 198];
@@ -113,7 +113,8 @@ impl Reader<'_, '_> {
         let weights = weights.map(|w| transpose(&w, counts, |w| *w));
         let surface = Surface::try_new(degrees, knots, net_points, weights)
             .map_err(|e| self.nurbs_fault(entity, &e))?;
-        Ok(narrowed(surface, [[range[0], range[1]], [range[2], range[3]]]))
+        let range = [[range[0], range[1]], [range[2], range[3]]];
+        Ok(narrowed(on_period(clamped(surface), range), range))
     }
 
     /// Parametric spline surface (114): CTYPE, PTYPE, M, N, M+1 and N+1 breakpoints, then for each of
@@ -155,6 +156,46 @@ impl Reader<'_, '_> {
             .map_err(|e| self.nurbs_fault(entity, &e))?;
         Ok(narrowed(surface, [[f64::NAN; 2]; 2]))
     }
+}
+
+/// The same surface with borders that are those of its control net, whatever the file's knots are (those of periodic
+/// splines go on beyond its domain).
+fn clamped(surface: Surface) -> Surface {
+    let ([u, v], knots) = (surface.domain(), surface.knots());
+    if is_clamped(knots[0], u) && is_clamped(knots[1], v) {
+        return surface;
+    }
+    surface.trimmed(u, v).unwrap_or(surface)
+}
+
+/// A surface that closes on itself, on the period that a file asks for: some writers give a range, and with it parameter
+/// curves, that begin within the knots and end one period later, beyond them.
+fn on_period(mut surface: Surface, range: [[f64; 2]; 2]) -> Surface {
+    for (k, [from, to]) in range.into_iter().enumerate() {
+        let [low, high] = surface.domain()[k];
+        let tolerance = 1e-6 * (high - low);
+        let is_period = (to - from - (high - low)).abs() <= tolerance;
+        let is_beyond = from < low - tolerance || to > high + tolerance;
+        if is_period && is_beyond && is_closed(&surface, k) {
+            surface = surface.rolled(k, from).unwrap_or(surface);
+        }
+    }
+    surface
+}
+
+/// Whether the borders of a surface at both ends of its parameter `k` are one.
+fn is_closed(surface: &Surface, k: usize) -> bool {
+    const STEPS: usize = 8;
+    let domain = surface.domain();
+    let ([low, high], [a, b]) = (domain[k], domain[1 - k]);
+    let at = |t: f64, step: usize| {
+        let mut uv = Vec2::repeat(t);
+        uv[1 - k] = a + (b - a) * step as f64 / STEPS as f64;
+        surface.point(uv)
+    };
+    let first = at(low, 0);
+    let size = surface.points().iter().map(|p| (p - first).norm()).fold(0.0, f64::max);
+    (0..=STEPS).all(|step| (at(low, step) - at(high, step)).norm() <= 1e-6 * size)
 }
 
 /// From "u fastest" to "v fastest".

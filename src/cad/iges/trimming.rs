@@ -2,6 +2,7 @@
 
 use super::edges::{Draft, paired, settle};
 use super::file::{Fault, PIECE};
+use super::offset::take_side_of_edges;
 use super::reader::{Reader, mirrors};
 use super::surface::Based;
 use crate::cad::raw::{RawEdge, RawFace, RawLoop};
@@ -62,13 +63,20 @@ impl Reader<'_, '_> {
     pub(super) fn raw_face(
         &self,
         entity: usize,
-        based: Based,
+        mut based: Based,
         mut loops: Vec<Vec<Draft>>,
         outer: &[Option<bool>],
         to_domain: bool,
         turn: bool,
     ) -> Result<RawFace, Fault> {
         self.file.charge(entity, PIECE)?;
+        if take_side_of_edges(&mut based.surface, &loops) {
+            self.file.note(
+                entity,
+                "offset-other-side",
+                "the curves of its edges in space lie on the other side of the base than its offset indicator (140) says; taken where they lie",
+            );
+        }
         let settled = settle(&based, &mut loops);
         if settled.map > 0 {
             self.file.note(

@@ -1,6 +1,6 @@
 //! What `kanagata convert` is asked.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
@@ -60,13 +60,13 @@ pub struct ConvertArgs {
     /// Refine until the largest |shape error| is within this, as `0.01mm` [mm], with as few patches as that takes
     #[arg(long, value_name = "LENGTH", value_parser = length_mm, conflicts_with = "patches")]
     pub(super) tol: Option<f64>,
-    /// Refine until the largest normal error is within this, as `0.5deg` [degrees]
+    /// Refine until the largest normal error is within this, as `0.5deg` [degrees]; not for --kind bezier
     #[arg(long, value_name = "ANGLE", value_parser = angle_deg, conflicts_with_all = ["mesh", "patches"])]
     pub(super) normal_tol: Option<f64>,
-    /// As small an error as so many patches can have
+    /// As small an error as so many patches can have; not for --kind bezier
     #[arg(long, value_name = "N", conflicts_with = "mesh")]
     pub(super) patches: Option<usize>,
-    /// With --tol or --patches: leave all vertices on the CAD instead of balancing them about it
+    /// With --tol, --normal-tol or --patches, not for --kind bezier: leave all vertices on the CAD instead of balancing them about it
     #[arg(long)]
     pub(super) on_cad: bool,
     /// With --tol or --patches: how the patches of neighbouring faces meet
@@ -157,6 +157,12 @@ impl SheetSide {
 }
 
 impl ConvertArgs {
+    /// Files that are read.
+    pub(super) fn inputs(&self) -> Vec<&Path> {
+        let more = [&self.mesh, &self.reach].into_iter().flatten().map(PathBuf::as_path);
+        std::iter::once(self.file.as_path()).chain(more).collect()
+    }
+
     /// The rule for edges: the one asked for, or the usual one.
     pub(super) fn edge(&self) -> Edge {
         let usual = if self.is_refined() { Edge::Cad } else { Edge::Guarded };
@@ -188,6 +194,29 @@ impl ConvertArgs {
         if self.mesh.is_some() && self.is_refined() {
             return Err(Failure::input(
                 "--tol with --mesh; allowed: with --kind bezier; a given mesh is not refined, leave one of them out",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Refuses what says something only to a refinement of Nagata patches or facets, where there is none.
+    pub(super) fn check_refinement(&self) -> Result<(), Failure> {
+        let kind = self.kind == Kind::Bezier;
+        let refused = [
+            ("--patches", self.patches.is_some() && kind),
+            ("--normal-tol", self.normal_tol.is_some() && kind),
+            ("--on-cad", self.on_cad && kind),
+        ];
+        if let Some((option, _)) = refused.into_iter().find(|r| r.1) {
+            return Err(Failure::input(format!(
+                "{option} with --kind bezier; allowed: --tol, and {option} with --kind nagata or facets; patches straight from \
+                 the CAD interpolate it and are made finer until they are within --tol; leave {option} out"
+            )));
+        }
+        if self.on_cad && !self.is_refined() {
+            return Err(Failure::input(
+                "--on-cad without --tol, --normal-tol or --patches; allowed: with one of them; nothing is balanced without, \
+                 all vertices are on the CAD anyway; leave --on-cad out",
             ));
         }
         Ok(())

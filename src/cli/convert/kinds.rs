@@ -5,6 +5,7 @@ use super::print::print_reach;
 use super::{provenance, stem};
 use crate::cad::Model;
 use crate::cli::exit::{Exit, Failure};
+use crate::cli::mesh::MesherArgs;
 use crate::cli::say::{err, out};
 use crate::convert::bezier::{BezierError, BezierOptions, FINEST, Within, within_tolerance};
 use crate::convert::reach::Reached;
@@ -24,14 +25,14 @@ pub(super) fn bezier(
     let (sheet_side, flip) = args.side_and_flip(reached);
     let name = args.name.clone().unwrap_or_else(|| stem(&args.output));
     let options = BezierOptions { name, tolerance_mm, sheet_side, flip };
-    let Within { mut tool, report, divisions } = made_within(args, model, &options)?;
+    let (Within { mut tool, report, divisions }, mesher) = made_within(args, model, &options)?;
     if let Some(reached) = reached {
         reached.renumber(&mut tool);
     }
     let mut provenance = provenance(args, &model.unit, Some(report.error_mm), reached)?;
     if args.mesh.is_none() {
         let first = args.mesher.describe();
-        let last = args.mesher.with_divisions(divisions).describe();
+        let last = mesher.with_divisions(divisions).describe();
         provenance.mesher = provenance.mesher.replacen(&first, &last, 1);
     }
     provenance.mesher += &format!(" bezier tol-mm={tolerance_mm}");
@@ -58,25 +59,46 @@ pub(super) fn bezier(
     Ok(Exit::Done)
 }
 
-/// The Bezier tool of a model, over the mesh that is given or the coarsest that keeps the tolerance.
+/// The Bezier tool of a model, over the mesh that is given or the coarsest that keeps the tolerance, and the mesher it took:
+/// where structured meshes do not come to it, mixed ones are tried, which have triangles where quadrilaterals would have
+/// two sides along one smooth border.
 fn made_within(
     args: &ConvertArgs,
     model: &Model,
     options: &BezierOptions,
-) -> Result<Within, Failure> {
+) -> Result<(Within, MesherArgs), Failure> {
     let given = match &args.mesh {
         Some(path) => Some(attach::attach(&io::read(path)?, model)?),
         None => None,
     };
     let finest = if given.is_some() { 1 } else { FINEST };
-    let mesh = |divisions| match &given {
-        Some(mesh) => Ok(mesh.clone()),
-        None => args.mesher.with_divisions(divisions).mesh(&args.file, model),
+    let made = |mesher: &MesherArgs| {
+        let mesh = |divisions| match &given {
+            Some(mesh) => Ok(mesh.clone()),
+            None => mesher.with_divisions(divisions).mesh(&args.file, model),
+        };
+        within_tolerance(model, options, args.allow_folds, finest, mesh)
     };
-    within_tolerance(model, options, args.allow_folds, finest, mesh).map_err(|e| match e {
+    let error = match made(&args.mesher) {
+        Ok(within) => return Ok((within, args.mesher.clone())),
+        Err(error) => error,
+    };
+    let other = args.mesher.mixed().filter(|_| given.is_none());
+    if matches!(error, BezierError::NotReached { .. })
+        && let Some(mixed) = other
+        && let Ok(within) = made(&mixed)
+    {
+        err!(
+            "note: meshed with --style mixed, as patches of structured meshes fold or stay too far off"
+        );
+        return Ok((within, mixed));
+    }
+    Err(match error {
         BezierError::Mesh(e) => e.into(),
         BezierError::Convert(e) => e.into(),
-        BezierError::NotReached { .. } => Failure::input(format!("{}: {e}", args.file.display())),
+        BezierError::NotReached { .. } => {
+            Failure::input(format!("{}: {error}", args.file.display()))
+        }
     })
 }
 

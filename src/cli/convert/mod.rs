@@ -16,6 +16,7 @@ use super::cad::read_model;
 use super::exit::{Exit, Failure};
 use crate::audit::AuditReport;
 use crate::cad::Model;
+use crate::cli::own::refuse_own_inputs;
 use crate::cli::say::{err, out};
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
@@ -77,7 +78,9 @@ struct Fit {
 /// or written.
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     args.check_borders()?;
+    args.check_refinement()?;
     args.mesher.check()?;
+    refuse_own_inputs(&args.inputs(), &[("--output", Some(&args.output))])?;
     if let Some(to) = args.to {
         return exchange(args, to);
     }

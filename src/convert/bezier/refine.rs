@@ -65,10 +65,12 @@ fn advice(divisions: Option<usize>, in_vain: bool) -> String {
     match divisions {
         None => "mesh finer there".into(),
         Some(n) if in_vain => format!(
-            "{n} divisions of a quarter turn came no nearer than half as many, so the fault is in the CAD: repair these faces"
+            "{n} divisions of a quarter turn came no nearer than half as many, so finer ones are not tried: take --kind nagata and that \
+             file with --to bezier; where `kanagata inspect FILE --health` finds these faces faulty, repair them in the CAD"
         ),
         Some(n) => format!(
-            "{n} divisions of a quarter turn are the most that is tried: repair these faces in the CAD"
+            "{n} divisions of a quarter turn are the most that is tried: take --kind nagata and that file with --to bezier; where \
+             `kanagata inspect FILE --health` finds these faces faulty, repair them in the CAD"
         ),
     }
 }

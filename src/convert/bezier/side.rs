@@ -49,13 +49,15 @@ impl Way<'_> {
         match self {
             Self::Edge(curve, [a, b]) => {
                 let [low, high] = curve.domain();
-                let t = a + (b - a) * s;
-                let wrapped = if t > high {
-                    t - (high - low)
-                } else if t < low {
-                    t + (high - low)
+                let (t, turn) = (a + (b - a) * s, high - low);
+                // An end that rounding puts beyond the curve's is that end, not the other one.
+                let rounding = 1e-9 * turn;
+                let wrapped = if t > high + rounding {
+                    t - turn
+                } else if t < low - rounding {
+                    t + turn
                 } else {
-                    t
+                    t.clamp(low, high)
                 };
                 curve.point(wrapped)
             }
@@ -190,5 +192,25 @@ impl<'a> Side<'a> {
         let Way::Inside(_, id, [a, b]) = &self.way else { return None };
         let foot = |k: usize| a + (b - a) * self.parameter(k as f64 / STEPS as f64);
         (*id == face).then(|| (0..=STEPS).map(foot).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_side_ends_where_its_edge_does_whatever_rounding_says() {
+        let (a, b) = (-5.0, -1.8);
+        assert!(a + (b - a) * 1.0 > b, "an end beyond the curve's by rounding");
+        let ends = [Vec3::zeros(), Vec3::x() * 30.0];
+        let curve = Curve3::line(ends[0], ends[1]).on_domain(a, b);
+        let side = Side::new(Way::Edge(&curve, [a, b]), ends);
+        for (k, p) in side.points.iter().enumerate() {
+            let exact = ends[1] * (k as f64 / STEPS as f64);
+            assert!((p - exact).norm() < 1e-9, "{k}: {p:?}");
+        }
+        let back = Side::new(Way::Edge(&curve, [b, a]), [ends[1], ends[0]]);
+        assert!((back.points[STEPS / 2] - Vec3::x() * 15.0).norm() < 1e-9);
     }
 }

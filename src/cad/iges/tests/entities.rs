@@ -224,6 +224,51 @@ fn offset_surfaces_lie_on_the_side_they_say() {
 }
 
 #[test]
+fn an_offset_lies_where_the_curves_of_its_edges_do_whatever_its_indicator_says() {
+    let plane = "1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,0.,0.,0.,4.,0.,0.,0.,2.,0.,4.,2.,0.,0.,1.,0.,1.";
+    let unbounded = "0.,0.,1.,0.,0.";
+    for (kind, base, z, noted) in [
+        (128, plane, 3.0, 0),
+        (128, plane, -3.0, 1),
+        (108, unbounded, 3.0, 0),
+        (108, unbounded, -3.0, 1),
+    ] {
+        let items = [
+            item(144, 0, "3,1,0,7"),
+            item(140, 0, "0.,0.,1.,3.,5"),
+            item(kind, 0, base),
+            item(142, 0, "0,3,0,9,2"),
+            item(106, 63, format!("1,5,{z:.1},0.,0.,4.,0.,4.,2.,0.,2.,0.,0.")),
+        ];
+        let model = read_bytes(&file(&items), "test").unwrap();
+        let RawSurface::Offset { distance, .. } = model.faces[0].surface else {
+            panic!("{:?}", model.faces)
+        };
+        assert_eq!(distance, z);
+        let told = model.diagnostics.iter().filter(|d| d.code == "offset-other-side").count();
+        assert_eq!(told, noted, "{:?}", model.diagnostics);
+    }
+}
+
+#[test]
+fn the_indicator_of_an_offset_is_of_the_middle_of_its_base() {
+    // A half cylinder about z, from +x over +y to -x, with an indicator that leans 60 degrees to -x: off the normal of its
+    // first border, with that of its middle.
+    let items = [
+        item(140, 0, "-0.866,0.5,0.,2.,3"),
+        item(120, 0, "5,7,0.,3.141592653589793"),
+        item(110, 0, "0.,0.,0.,0.,0.,1."),
+        item(110, 0, "5.,0.,0.,5.,0.,9."),
+    ];
+    let model = faces(&items);
+    let RawSurface::Offset { base, distance } = &model[0].surface else { panic!("{model:?}") };
+    let middle = |v| point_on(base, Vec2::new(PI / 2.0, v)).unwrap();
+    let beside = point_on(base, Vec2::new(PI / 2.0 + 0.01, 0.5)).unwrap();
+    let normal = (beside - middle(0.5)).cross(&(middle(0.9) - middle(0.1))).normalize();
+    assert!(normal.y * distance > 1.9, "{normal:?} {distance}");
+}
+
+#[test]
 fn analytic_surfaces_take_their_axes_and_reflections() {
     let items = |kind: u32, form: i32, text: &str, matrix: u32| {
         [
@@ -242,4 +287,44 @@ fn analytic_surfaces_take_their_axes_and_reflections() {
     assert!(!torus.flipped && mirrored.flipped);
     let sphere = &faces(&items(196, 1, "3,4.,5,7", 0))[0];
     near(at(sphere, 0.0, PI / 2.0), [1.0, 2.0, 7.0], 1e-12);
+}
+
+#[test]
+fn splines_whose_knots_go_beyond_their_range_begin_and_end_at_its_ends() {
+    // Uniform knots, as closed periodic splines have them: the first control point is not on the curve.
+    let knots = "-3.,-2.,-1.,0.,1.,2.,3.,4.,5.,6.,7.";
+    let ones = "1.,1.,1.,1.,1.,1.,1.";
+    let net = "6.,0.,0.,0.,6.,0.,-6.,0.,0.,0.,-6.,0.,6.,0.,0.,0.,6.,0.,-6.,0.,0.";
+    let text = format!("6,3,1,1,1,1,{knots},{ones},{net},0.,4.,0.,0.,1.");
+    let spline = curve(&[item(126, 0, text)], 0).curve;
+    assert_eq!(spline.domain(), [0.0, 4.0]);
+    let ends = [spline.points().first(), spline.points().last()];
+    ends.into_iter().for_each(|p| near(*p.unwrap(), [0.0, 4.0, 0.0], 1e-12));
+    near(spline.point(1.0), [-4.0, 0.0, 0.0], 1e-12);
+    // A strip along y of three rows across it, by quadratic splines in u.
+    let rows = ["0.,0.,0.", "2.,0.,2.", "4.,0.,0.", "0.,9.,0.", "2.,9.,2.", "4.,9.,0."].join(",");
+    let knots = "-2.,-1.,0.,1.,2.,3.,0.,0.,1.,1.";
+    let text = format!("2,1,2,1,0,0,1,0,0,{knots},1.,1.,1.,1.,1.,1.,{rows},0.,1.,0.,1.");
+    let face = &faces(&[item(128, 0, text)])[0];
+    let RawSurface::Nurbs(surface) = &face.surface else { panic!("{:?}", face.surface) };
+    near(surface.points()[0], [1.0, 0.0, 1.0], 1e-12);
+    near(surface.point(Vec2::zeros()), [1.0, 0.0, 1.0], 1e-12);
+    near(*surface.points().last().unwrap(), [3.0, 9.0, 1.0], 1e-12);
+}
+
+#[test]
+fn closed_surfaces_may_have_a_range_that_ends_beyond_their_knots() {
+    // A square tube, its range from the middle of its knots to one period later.
+    let corners = ["0.,0.,", "4.,0.,", "4.,4.,", "0.,4.,", "0.,0.,"];
+    let net: Vec<String> =
+        [0, 9].iter().flat_map(|z| corners.map(|c| format!("{c}{z}."))).collect();
+    let knots = "0.,0.,1.,2.,3.,4.,4.,0.,0.,1.,1.";
+    let ones = ["1."; 10].join(",");
+    let text = format!("4,1,1,1,1,0,1,0,0,{knots},{ones},{},2.,6.,0.,1.", net.join(","));
+    let face = &faces(&[item(128, 0, text)])[0];
+    let RawSurface::Nurbs(surface) = &face.surface else { panic!("{:?}", face.surface) };
+    assert_eq!(surface.domain(), [[2.0, 6.0], [0.0, 1.0]]);
+    for (u, wanted) in [(2.0, [4.0, 4.0, 0.0]), (3.5, [0.0, 2.0, 0.0]), (5.5, [4.0, 2.0, 0.0])] {
+        near(surface.point(Vec2::new(u, 0.0)), wanted, 1e-12);
+    }
 }

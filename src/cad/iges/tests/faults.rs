@@ -330,3 +330,22 @@ fn mutated_files_never_panic() {
         }
     }
 }
+
+#[test]
+fn a_file_cut_off_before_its_parameters_is_refused_though_curves_are_left() {
+    let items = [item(144, 0, "3,0,0,0"), item(196, 0, "5,2."), item(110, 0, "0.,0.,0.,1.,0.,0.")];
+    let whole = super::build::cards(&items);
+    let cut = |section: &[char]| {
+        let kept = whole.iter().filter(|card| !card[72..].starts_with(section));
+        let text: String = kept.map(|card| format!("{card}\n")).collect();
+        read_bytes(text.as_bytes(), "cut.igs")
+            .map(|model| model.faces.len())
+            .unwrap_err()
+            .to_string()
+    };
+    let said = cut(&['P', 'T']);
+    let words = "ends in its directory section (D)";
+    assert!(said.starts_with("cut.igs, line ") && said.contains(words), "{said}");
+    assert!(said.contains("no parameter section (P) and no terminate section (T)"), "{said}");
+    assert!(cut(&['P']).contains("no parameter card begins with"));
+}

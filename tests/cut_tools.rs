@@ -71,7 +71,7 @@ fn force_at_end(folder: &Path) -> f64 {
     let history = fs::read_to_string(folder.join("run/history.csv")).unwrap();
     let mut lines = history.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let column = lines.next().unwrap().iter().position(|name| *name == "up_force_n").unwrap();
-    lines.last().unwrap()[column].parse().unwrap()
+    lines.next_back().unwrap()[column].parse().unwrap()
 }
 
 /// Faces in the planes are the nearest to nodes on them that have come into the tool: with these faces 24 % of the force were

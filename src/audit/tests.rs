@@ -1,8 +1,9 @@
 use super::reference::ReferenceFoot;
 use super::*;
-use crate::cad::model::{EdgeUse, Face, Model, SurfaceKind, TrimLoop};
-use crate::geometry::nurbs::{Curve2, Curve3, Surface};
-use crate::geometry::{Frame, Vec2, Vec3};
+use crate::cad::Model;
+use crate::cad::query_tests::shapes::whole;
+use crate::geometry::nurbs::{Curve3, Surface};
+use crate::geometry::{Frame, Vec3};
 use crate::tool::build::build;
 use crate::tool::edge::EdgeRule;
 use crate::tool::model::PatchCorners;
@@ -252,27 +253,11 @@ fn one_thread_and_two_give_the_same_bits() {
     assert_eq!(with(1), with(2));
 }
 
-/// What a line or an arc is turned to about z, whole, as a model without edges.
+/// What a line or an arc is turned to about z, whole.
 fn turned(generatrix: &Curve3) -> Model {
     let surface =
         Surface::revolution(generatrix, Vec3::zeros(), Vec3::z(), [0.0, std::f64::consts::TAU]);
-    let [u, v] = surface.domain();
-    let corners = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]].map(Vec2::from);
-    let side = |k: usize| EdgeUse {
-        pcurve: Curve2::line(corners[k], corners[(k + 1) % 4]),
-        edge: None,
-        reversed: false,
-    };
-    let face = Face {
-        surface,
-        kind: SurfaceKind::Nurbs,
-        analytic: None,
-        loops: vec![TrimLoop { uses: (0..4).map(side).collect() }],
-        flipped: false,
-        source: String::new(),
-        shell: None,
-    };
-    Model { faces: vec![face], ..Model::default() }
+    whole(surface)
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! Claims about what is wrong with models.
 
-use crate::cad::model::{Edge, EdgeUse, Face, SurfaceKind, TrimLoop};
+use crate::cad::model::Edge;
+use crate::cad::query_tests::shapes::whole;
 use crate::cad::{Model, read};
-use crate::geometry::nurbs::{Curve2, Surface};
-use crate::geometry::{Affine, Vec2, Vec3};
+use crate::geometry::nurbs::Surface;
+use crate::geometry::{Affine, Vec3};
 
 fn fixture(name: &str) -> Model {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");
@@ -72,23 +73,9 @@ fn pleated(count: u32) -> Model {
     let knots = std::iter::once(0.0).chain(inner).chain([f64::from(count)]).collect();
     let knots = [knots, vec![0.0, 0.0, 1.0, 1.0]];
     let surface = Surface::try_new([1, 1], knots, points.collect(), None).unwrap();
-    let [u, v] = surface.domain();
-    let corners = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]].map(Vec2::from);
-    let side = |k: usize| EdgeUse {
-        pcurve: Curve2::line(corners[k], corners[(k + 1) % 4]),
-        edge: None,
-        reversed: false,
-    };
-    let face = Face {
-        surface,
-        kind: SurfaceKind::Nurbs,
-        analytic: None,
-        loops: vec![TrimLoop { uses: (0..4).map(side).collect() }],
-        flipped: false,
-        source: "D7 (510)".into(),
-        shell: None,
-    };
-    Model { faces: vec![face], ..Model::default() }
+    let mut model = whole(surface);
+    model.faces[0].source = "D7 (510)".into();
+    model
 }
 
 #[test]

@@ -20,7 +20,7 @@ mod native;
 mod offset;
 mod orient;
 #[cfg(test)]
-mod query_tests;
+pub(crate) mod query_tests;
 pub mod raw;
 mod sheets;
 pub mod step;

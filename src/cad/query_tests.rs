@@ -1,6 +1,6 @@
 //! Claims about areas, boxes, trims and closest points, on models made by hand.
 
-mod shapes;
+pub(crate) mod shapes;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

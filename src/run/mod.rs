@@ -159,7 +159,6 @@ pub fn run(
 ) -> Result<RunRecord, RunError> {
     let start = Instant::now();
     let mut setup = plan.simulation_setup(scene_path)?;
-    let unknowns = 3 * setup.body.mesh().nodes.len();
     let doubts = advice::doubts(plan, &setup);
     let failed = |cause: SimulationError| RunError::Solver {
         cause: Box::new(cause),
@@ -173,11 +172,7 @@ pub fn run(
         (Vec::new(), None)
     };
     let mut simulation = Simulation::new(setup).map_err(failed)?;
-    if !options.overwrite && !options.restart {
-        let foreign = replaced::foreign(output);
-        foreign.map_or(Ok(()), |found| Err(RunError::Foreign { folder: output.into(), found }))?;
-    }
-    let _lock = alone_in(output, options.restart)?;
+    let _lock = alone_in(output, options)?;
     let mut folder = if options.restart {
         let checkpoint = checkpoint::read(output, &inputs(plan), PROGRAM)?;
         simulation.resume(checkpoint.state).map_err(failed)?;
@@ -185,14 +180,7 @@ pub fn run(
         folder.resume()?;
         folder
     } else {
-        let told = replaced::replaced(output, plan, scene_path, options.overwrite)?;
-        if let (Some(told), Some(tell)) = (told, options.tell) {
-            tell(&told);
-        }
-        let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
-        checkpoint::remove(output);
-        folder.write_tools(plan, &simulation)?;
-        folder
+        begun(plan, scene_path, output, options, &simulation)?
     };
     folder.doubt(&doubts);
     folder.left_out(left_out.iter().map(|l| LeftOutRecord {
@@ -204,6 +192,25 @@ pub fn run(
     let outcome = run.go_on(&mut simulation, &mut folder, watch)?;
     run.end(&simulation, &mut folder, outcome)?;
     Ok(folder.record)
+}
+
+/// The folder of a run that begins in it, with its tools; what is replaced there is told.
+fn begun(
+    plan: &Plan,
+    scene_path: &Path,
+    output: &Path,
+    options: &RunOptions<'_>,
+    simulation: &Simulation,
+) -> Result<RunFolder, RunError> {
+    let told = replaced::replaced(output, plan, scene_path, options.overwrite)?;
+    if let (Some(told), Some(tell)) = (told, options.tell) {
+        tell(&told);
+    }
+    let unknowns = 3 * simulation.body().mesh().nodes.len();
+    let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
+    checkpoint::remove(output);
+    folder.write_tools(plan, simulation)?;
+    Ok(folder)
 }
 
 /// What is to be said beside where and why the solver gave up; `begins`: at the beginning of a stage.
@@ -222,10 +229,15 @@ fn to_giving_up(record: &RunRecord, simulation: &Simulation, begins: bool) -> St
 }
 
 /// Keeps other runs out of the folder until the lock is dropped. A folder that is to be gone on in and is not there
-/// needs none.
-fn alone_in(output: &Path, restart: bool) -> Result<Option<lock::Lock>, RunError> {
-    if restart && !output.is_dir() {
+/// needs none; one that holds files of others is left to them.
+fn alone_in(output: &Path, options: &RunOptions<'_>) -> Result<Option<lock::Lock>, RunError> {
+    if options.restart && !output.is_dir() {
         return Ok(None);
+    }
+    let foreign =
+        if options.restart || options.overwrite { None } else { replaced::foreign(output) };
+    if let Some(found) = foreign {
+        return Err(RunError::Foreign { folder: output.into(), found });
     }
     std::fs::create_dir_all(output)
         .map_err(|source| RunError::Folder { path: output.to_path_buf(), source })?;

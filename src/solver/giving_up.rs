@@ -82,28 +82,21 @@ fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> S
 fn too_much(sim: &Simulation, stage: &Stage, share: f64) -> String {
     const PAST: &str = "the sheet may not carry it (a `travel_mm` goes past a largest force). ";
     let sys = &sim.sys;
-    let name = |tool: usize| sys.tools[tool].setup.name.as_str();
-    let gone: Vec<&str> = (0..sys.tools.len())
-        .filter(|&tool| match stage.motions[tool] {
-            Motion::Release => true,
-            Motion::Absent => {
-                sim.stage > 0 && sim.stages[sim.stage - 1].motions[tool] != Motion::Absent
-            }
-            _ => false,
-        })
-        .map(name)
-        .collect();
+    let gone = taken_away(sim, stage);
     let mut out = String::new();
     for (tool, motion) in stage.motions.iter().enumerate() {
         let Motion::Force(curve) = motion else { continue };
         let pushes = sim.committed.pushes[tool] * sim.share;
         let grows = curve.starting_at(pushes).rates(share)[1] > 0.0 && !sys.stops[tool].reached;
-        let why = match gone.is_empty() {
-            _ if grows => "and is to push with more".into(),
-            false if pushes > 0.0 => format!("while the stage takes {} away", gone.join(", ")),
-            _ => continue,
+        let why = if grows {
+            "and is to push with more".into()
+        } else if pushes > 0.0 && !gone.is_empty() {
+            format!("while the stage takes {gone} away")
+        } else {
+            continue;
         };
-        out += &format!("`{}` pushes with {pushes:.4e} N there, {why}: ", name(tool));
+        let name = &sys.tools[tool].setup.name;
+        out += &format!("`{name}` pushes with {pushes:.4e} N there, {why}: ");
         out += &friction_alone(sys, tool).map_or_else(
             || PAST.into(),
             |most| {
@@ -120,6 +113,19 @@ fn too_much(sim: &Simulation, stage: &Stage, share: f64) -> String {
         out += &format!("Of the loads {now:.4} act there, and are to grow: {PAST}");
     }
     out
+}
+
+/// Names of the tools that a stage lets go or leaves out.
+fn taken_away(sim: &Simulation, stage: &Stage) -> String {
+    let before = sim.stage.checked_sub(1).map(|before| &sim.stages[before].motions);
+    let goes = |tool: usize| match stage.motions[tool] {
+        Motion::Release => true,
+        Motion::Absent => before.is_some_and(|before| before[tool] != Motion::Absent),
+        _ => false,
+    };
+    let gone = (0..stage.motions.len()).filter(|&tool| goes(tool));
+    let names: Vec<&str> = gone.map(|tool| sim.sys.tools[tool].setup.name.as_str()).collect();
+    names.join(", ")
 }
 
 /// What friction can bear of a tool at most that touched the sheet at the last balance with nothing but faces along its way [N];

@@ -70,28 +70,7 @@ impl Reader<'_, '_> {
         turn: bool,
     ) -> Result<RawFace, Fault> {
         self.file.charge(entity, PIECE)?;
-        if take_side_of_edges(&mut based.surface, &loops) {
-            self.file.note(
-                entity,
-                "offset-other-side",
-                "the curves of its edges in space lie on the other side of the base than its offset indicator (140) says; taken where they lie",
-            );
-        }
-        let settled = settle(&based, &mut loops);
-        if settled.map > 0 {
-            self.file.note(
-                entity,
-                "parameters-other",
-                "its parameter curves do not use the standard's parameters of their surface; read as they fit",
-            );
-        }
-        if settled.dropped > 0 {
-            self.file.note(
-                entity,
-                "parameter-curve-off",
-                "parameter curves far from their curves in space were left out",
-            );
-        }
+        self.settle_on(entity, &mut based, &mut loops);
         let mut out: Vec<RawLoop> = loops
             .into_iter()
             .zip(outer.iter().chain(std::iter::repeat(&None)))
@@ -126,6 +105,32 @@ impl Reader<'_, '_> {
             source: format!("D{} ({})", entry.pointer, entry.kind),
             shell: None,
         })
+    }
+
+    /// Brings a surface and the curves of its edges together, with a note where one of them is not what the file says.
+    fn settle_on(&self, entity: usize, based: &mut Based, loops: &mut [Vec<Draft>]) {
+        let other_side = take_side_of_edges(&mut based.surface, loops);
+        let settled = settle(based, loops);
+        let notes = [
+            (
+                other_side,
+                "offset-other-side",
+                "the curves of its edges in space lie on the other side of the base than its offset indicator (140) says; taken where they lie",
+            ),
+            (
+                settled.map > 0,
+                "parameters-other",
+                "its parameter curves do not use the standard's parameters of their surface; read as they fit",
+            ),
+            (
+                settled.dropped > 0,
+                "parameter-curve-off",
+                "parameter curves far from their curves in space were left out",
+            ),
+        ];
+        for (_, code, said) in notes.into_iter().filter(|note| note.0) {
+            self.file.note(entity, code, said);
+        }
     }
 
     /// The edges of a boundary: 142, 141, or a bare curve.

@@ -50,7 +50,7 @@ pub(super) fn model(faces: Vec<Face>, curves: Vec<Curve3>) -> Model {
 }
 
 /// The whole surface as a face: borders that collapse are poles, opposite borders that meet are a seam.
-pub(super) fn whole(surface: Surface) -> Model {
+pub(crate) fn whole(surface: Surface) -> Model {
     let [[u0, u1], [v0, v1]] = surface.domain();
     let [nu, nv] = surface.count();
     let [du, dv] = surface.degrees();

@@ -5,15 +5,15 @@
 //! bit. Sides on edges of the CAD follow these; sides inside a face are straight in its parameters.
 
 mod basis;
+mod degrees;
 mod parameters;
 mod refine;
 mod side;
 
-use std::collections::BTreeMap;
-
 use rayon::prelude::*;
 
 use self::basis::{Basis, NODES};
+use self::degrees::{agree, build, raised};
 pub use self::refine::{BezierError, FINEST, Within, within_tolerance};
 use self::side::Sides;
 use super::{ConvertError, looks_away, normals};
@@ -40,7 +40,8 @@ pub struct BezierOptions {
 /// What a conversion to Bezier patches found.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BezierReport {
-    /// Largest distance from the CAD's surfaces, at check points between the interpolated ones [mm].
+    /// Largest distance from the CAD's surfaces, and of sides from the edges that they follow, at check points between the
+    /// interpolated ones [mm].
     pub error_mm: f64,
     /// Patch where it is.
     pub worst: u32,
@@ -139,72 +140,12 @@ fn shape(face: &Face, element: &Element, sides: &Sides, basis: &Basis, tolerance
             let mut degrees = [MAX_DEGREE; 2];
             degrees[direction] = *degree;
             let net = shape.map.net(face, degrees, sides, basis);
-            error(face, &Patch::Bezier { degrees, points: net }, &shape.map) <= tolerance / 2.0
+            let off = error(face, &Patch::Bezier { degrees, points: net }, &shape.map);
+            off.max(shape.map.miss(direction, *degree, sides, basis)) <= tolerance / 2.0
         };
         shape.degrees[direction] = (1..MAX_DEGREE).find(keeps).unwrap_or(MAX_DEGREE);
     }
     shape
-}
-
-/// Raises degrees until both sides of every patch, and both patches of every side, have the same one.
-fn agree(shapes: &mut [Shape]) {
-    let mut of_side: BTreeMap<[u32; 2], usize> = BTreeMap::new();
-    let mut changed = true;
-    while changed {
-        changed = false;
-        for s in shapes.iter_mut() {
-            for (k, curve) in s.map.sides.iter().enumerate() {
-                let Some(side) = curve.side else { continue };
-                let degree = of_side.entry(side).or_insert(1);
-                let both = s.degrees[k % 2].max(*degree);
-                changed |= both != *degree || both != s.degrees[k % 2];
-                (*degree, s.degrees[k % 2]) = (both, both);
-            }
-        }
-    }
-}
-
-/// A patch, its largest distance from its face, and whether it folds.
-struct Built {
-    patch: Patch,
-    error_mm: f64,
-    folds: bool,
-}
-
-fn build(face: &Face, shape: &Shape, sides: &Sides, basis: &Basis) -> Built {
-    let points = shape.map.net(face, shape.degrees, sides, basis);
-    let patch = Patch::Bezier { degrees: shape.degrees, points };
-    let (error_mm, folds) = (error(face, &patch, &shape.map), folds(face, &patch));
-    Built { patch, error_mm, folds }
-}
-
-/// Builds all patches; the degrees of those that miss the tolerance or fold are raised until they do not, or are the
-/// largest: a degree more is cheaper than a finer mesh.
-fn raised(
-    shapes: &mut [Shape],
-    mesh: &SurfaceMesh,
-    tolerance: f64,
-    build: impl Fn(&Shape, u32) -> Built + Sync,
-) -> Vec<Built> {
-    let all = mesh.elements.par_iter().zip(&*shapes);
-    let mut built: Vec<Built> = all.map(|(e, s)| build(s, e.face)).collect();
-    loop {
-        let before: Vec<[usize; 2]> = shapes.iter().map(|s| s.degrees).collect();
-        for (s, b) in shapes.iter_mut().zip(&built) {
-            if b.folds || b.error_mm > tolerance {
-                s.degrees = s.degrees.map(|d| (d + 1).min(MAX_DEGREE));
-            }
-        }
-        agree(shapes);
-        let changed: Vec<usize> =
-            (0..shapes.len()).filter(|&k| shapes[k].degrees != before[k]).collect();
-        if changed.is_empty() {
-            return built;
-        }
-        let again: Vec<Built> =
-            changed.par_iter().map(|&k| build(&shapes[k], mesh.elements[k].face)).collect();
-        changed.into_iter().zip(again).for_each(|(k, b)| built[k] = b);
-    }
 }
 
 /// True when a patch looks against its face somewhere.
@@ -307,6 +248,13 @@ impl Map {
                 face.surface.point(face.surface.closest(&p).0)
             }
         }
+    }
+
+    /// By how much the sides along a direction miss the edges that they follow [mm].
+    fn miss(&self, direction: usize, degree: usize, sides: &Sides, basis: &Basis) -> f64 {
+        let along = self.sides.iter().skip(direction).step_by(2);
+        let known = along.filter_map(|curve| sides.get(curve.side?));
+        known.map(|side| side.miss(degree, basis)).fold(0.0, f64::max)
     }
 
     /// Control points of the patch of these degrees.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::basis::node;
+use super::basis::{Basis, node};
 use crate::cad::Model;
 use crate::cad::model::Face;
 use crate::convert::edges::Finder;
@@ -185,6 +185,21 @@ impl<'a> Side<'a> {
     /// Points at the nodes of `degree`.
     pub fn values(&self, degree: usize) -> Vec<Vec3> {
         (0..=degree).map(|k| self.at(node(degree, k))).collect()
+    }
+
+    /// Largest distance across an edge of the CAD that the side follows by which the curve of `degree` misses it [mm]: what bounds a
+    /// face may be curved where the face is not. Nothing for sides that follow no edge.
+    pub fn miss(&self, degree: usize, basis: &Basis) -> f64 {
+        if !matches!(self.way, Way::Edge(..)) {
+            return 0.0;
+        }
+        let control = basis.curve(degree, &self.values(degree));
+        let off = |k: usize| {
+            let off = basis.value(&control, k as f64 / STEPS as f64) - self.points[k];
+            let along = (self.points[k + 1] - self.points[k - 1]).try_normalize(0.0);
+            along.map_or(off, |along| off - along * along.dot(&off)).norm()
+        };
+        (1..STEPS).map(off).fold(0.0, f64::max)
     }
 
     /// Parameters on the face the side runs inside of, at the steps of `points`.

@@ -136,3 +136,54 @@ fn a_looser_tolerance_never_takes_more_patches() {
         }
     }
 }
+
+/// A flat face is kept by patches of any degree: what its border wants, its border has to say.
+#[test]
+fn the_curved_border_of_a_plane_sets_the_degrees_of_its_patches() {
+    let disc = "\
+ISO-10303-21;
+HEADER;
+FILE_DESCRIPTION((''),'2;1');
+FILE_NAME('','',(''),(''),'','','');
+FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));
+ENDSEC;
+DATA;
+#1=CARTESIAN_POINT('',(0.,0.,0.));
+#2=DIRECTION('',(0.,0.,1.));
+#3=DIRECTION('',(1.,0.,0.));
+#4=AXIS2_PLACEMENT_3D('',#1,#2,#3);
+#5=PLANE('',#4);
+#6=ELLIPSE('',#4,30.,18.);
+#7=CARTESIAN_POINT('',(30.,0.,0.));
+#8=VERTEX_POINT('',#7);
+#9=EDGE_CURVE('',#8,#8,#6,.T.);
+#10=ORIENTED_EDGE('',*,*,#9,.T.);
+#11=EDGE_LOOP('',(#10));
+#12=FACE_OUTER_BOUND('',#11,.T.);
+#13=ADVANCED_FACE('',(#12),#5,.T.);
+#14=OPEN_SHELL('',(#13));
+#15=SHELL_BASED_SURFACE_MODEL('',(#14));
+#16=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));
+#17=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));
+#18=(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT());
+#19=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#16,#17,#18))REPRESENTATION_CONTEXT('',''));
+#20=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#15),#19);
+ENDSEC;
+END-ISO-10303-21;
+";
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("disc.step");
+    std::fs::write(&file, disc).unwrap();
+    let model = cad::read(&file).unwrap().0;
+    let area = std::f64::consts::PI * 30.0 * 18.0;
+    for (divisions, tolerance) in [(1, 0.05), (4, 1e-4)] {
+        let mesh = coarse(&model, divisions, MeshStyle::Structured);
+        let (tool, report) = bezier_from_cad(&model, &mesh, &options(tolerance)).unwrap();
+        let found = audit(&tool, &CadReference::new(&model), &AuditOptions::default()).unwrap();
+        let off = (found.report.area_mm2 / area - 1.0).abs();
+        println!("{divisions}: {} patches, {report:?}, area off by {off:e}", tool.patches.len());
+        // A border that misses its edge by so much, at most, all along its 153 mm.
+        assert!(off < report.error_mm.max(1e-9) * 153.0 / area, "{off} {report:?}");
+        assert!(report.degree > 1);
+    }
+}

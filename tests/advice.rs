@@ -327,3 +327,26 @@ fn loads_are_told_with_what_of_them_is_on_the_modelled_part() {
     });
     assert!(text.contains("(16, 0, 0) N ((8, 0, 0) N on the modelled part)"), "{text}");
 }
+
+#[test]
+fn layers_and_points_that_are_too_few_for_bending_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    copied("u-draw", folder);
+    let with = |layers: usize, element: Value| {
+        told(folder, "u-draw.scene.json", |scene| {
+            scene["blank"]["layers"] = json!(layers);
+            scene["blank"]["element"] = element.clone();
+        })
+    };
+    for name in ["hex8", "hex8-enhanced"] {
+        let words = format!("one layer of {name} has two points through the thickness");
+        assert!(with(1, json!(name)).contains(&words));
+        assert!(!with(2, json!(name)).contains(&words));
+    }
+    // Drawn over 7 mm, less than nine thicknesses.
+    let points = |layers, points| with(layers, json!({"solid-shell": {"points": points}}));
+    let words = "thinning may be off by a third";
+    assert!(points(1, 5).contains(words), "{}", points(1, 5));
+    assert!(!points(1, 9).contains(words) && !points(2, 5).contains(words));
+}

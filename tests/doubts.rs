@@ -123,3 +123,16 @@ fn a_scene_in_which_nothing_is_to_happen_is_told() {
     });
     assert!(warns(&record, "no stage moves a tool and no load acts"), "{record}");
 }
+
+#[test]
+fn friction_and_forces_that_no_press_has_are_told() {
+    let said = checked(|_, scene| {
+        scene["tools"][0]["friction"] = json!(5);
+        scene["stages"][0]["drive"]["punch"] = json!({"force_n": 2e7});
+    });
+    assert!(said.contains("has a friction of 5; lubricated sheets have"), "{said}");
+    assert!(
+        said.contains("punch pushes with 2.000e7 N") && said.contains("check the unit"),
+        "{said}"
+    );
+}

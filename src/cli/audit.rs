@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::own::refuse_own_inputs;
+use super::own::refuse_clashes;
 use super::quantity::{angle_deg, length_mm};
 use super::say::{err, out};
 use crate::audit::clearance::{ClearanceOptions, ClearanceReport, clearance};
@@ -105,7 +105,7 @@ pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
             "--vtu, --map and --html with several tools; allowed: with one; the table is printed, --json writes a list",
         ));
     }
-    refuse_own_inputs(&args.inputs(), &args.outputs())?;
+    refuse_clashes(&args.inputs(), &args.outputs())?;
     let exits = match (&args.against, args.thickness, &args.cad) {
         (Some(against), Some(thickness), _) => clearances(args, against, thickness)?,
         (_, _, Some(cad)) => audits(args, cad)?,

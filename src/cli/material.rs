@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::own::refuse_own_inputs;
+use super::own::refuse_clashes;
 use super::say::out;
 use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
@@ -35,7 +35,7 @@ enum MaterialCommand {
     },
 }
 
-/// Equivalent plastic strains of the printed hardening curve.
+/// Plastic strains of the printed curve of tension.
 const STRAINS: [f64; 11] = [0.0, 0.002, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0];
 
 /// Lists or shows material cards.
@@ -52,7 +52,7 @@ pub fn run(args: &MaterialArgs) -> Result<Exit, Failure> {
             }
         }
         MaterialCommand::Show { card, html } => {
-            refuse_own_inputs(&[Path::new(card)], &[("--html", html.as_deref())])?;
+            refuse_clashes(&[Path::new(card)], &[("--html", html.as_deref())])?;
             let (name, card) = (card, load(card)?);
             let refused = |error: CardError| {
                 // The card's own name need not tell which file it is in.
@@ -100,9 +100,16 @@ fn told(card: &MaterialCard, function: Option<&YieldFunction>) -> String {
             let _ = writeln!(out, "  {:>8} {:>9} {:>12}", row[0], row[1], row[2]);
         }
     }
+    if let Some(angle) = function.and_then(thickens) {
+        let _ = writeln!(
+            out,
+            "  WARNING    drawn at {angle:.0} degrees to rolling it would grow wider or thicker (r below 0 there): no sheet does; check the parameters"
+        );
+    }
     let rows = curve(card);
     if !rows.is_empty() {
-        let _ = writeln!(out, "\n  {:>8} {:>12} {:>12}", "p", "stress MPa", "slope MPa");
+        let _ = writeln!(out, "\n  tension along rolling:");
+        let _ = writeln!(out, "  {:>8} {:>12} {:>12}", "p", "stress MPa", "slope MPa");
         for row in rows {
             let _ = writeln!(out, "  {:>8} {:>12} {:>12}", row[0], row[1], row[2]);
         }
@@ -125,6 +132,11 @@ fn surface(function: &YieldFunction) -> String {
     }
 }
 
+/// An angle to rolling [degrees] at which a sheet in tension would not get narrower and thinner.
+fn thickens(function: &YieldFunction) -> Option<f64> {
+    (0..=90).map(f64::from).find(|angle| function.r_value(angle.to_radians()) < 0.0)
+}
+
 /// Angle, r value and yield ratio every 15 degrees, then balanced biaxial tension.
 fn angles(function: &YieldFunction) -> Vec<Vec<String>> {
     let mut rows: Vec<Vec<String>> = (0..7)
@@ -143,7 +155,7 @@ fn angles(function: &YieldFunction) -> Vec<Vec<String>> {
     rows
 }
 
-/// Plastic strain, stress and slope of tension, backstresses and all; empty for an elastic card.
+/// Plastic strain, stress and slope of tension along rolling, backstresses and all; empty for an elastic card.
 fn curve(card: &MaterialCard) -> Vec<Vec<String>> {
     STRAINS
         .iter()
@@ -178,7 +190,8 @@ fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
         let x: Vec<f64> = (0..=200).map(|k| 0.0025 * f64::from(k)).collect();
         let y = x.iter().filter_map(|&p| Some(card.tension(p)?.0)).collect();
         let series = Series { name: "stress".into(), x, y };
-        let (traces, layout) = lines(&[series], "plastic strain in tension", "stress [MPa]");
+        let (traces, layout) =
+            lines(&[series], "plastic strain in tension along rolling", "stress [MPa]");
         page.plot(&traces, &layout, 420);
         page.table(&["p", "stress [MPa]", "slope [MPa]"], &rows);
     }
@@ -293,8 +306,19 @@ mod tests {
         card.backstresses.push(card::BackstressCard { c_mpa: 50.0, gamma: 0.0 });
         let after = card.tension(0.2).unwrap();
         assert!(
-            (after.0 - before.0 - 10.0).abs() < 1e-12 && (after.1 - before.1 - 50.0).abs() < 1e-12
+            (after.0 - before.0 - 10.0).abs() < 1e-10 && (after.1 - before.1 - 50.0).abs() < 1e-10
         );
+    }
+
+    /// A convex surface of a sheet that would grow wider or thicker as it is drawn.
+    #[test]
+    fn r_values_that_no_sheet_has_are_told() {
+        let mut card = card::find("mild-steel-neto2012").unwrap();
+        let said = |card: &MaterialCard| told(card, card.yield_function().unwrap().as_ref());
+        assert!(!said(&card).contains("WARNING"));
+        card.criterion =
+            Some(card::YieldCriterion::Hill48 { f: -0.1, g: 0.5, h: 0.7, l: 1.5, m: 1.5, n: 1.5 });
+        assert!(said(&card).contains("r below 0"), "{}", said(&card));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::gmsh::GmshArgs;
-use super::own::refuse_own_inputs;
+use super::own::refuse_clashes;
 use super::say::{err, out};
 use crate::cad::Model;
 use crate::mesh::mapped::{self, MappedOptions, MeshStyle};
@@ -199,7 +199,7 @@ impl MesherArgs {
 /// Exit code 2 for a file that is no CAD or cannot be meshed, 4 when files cannot be read or written.
 pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
     args.mesher.check()?;
-    refuse_own_inputs(&[&args.file], &[("--output", Some(&args.output))])?;
+    refuse_clashes(&[&args.file], &[("--output", Some(&args.output))])?;
     let model = read_model(&args.file)?;
     let mesh = args.mesher.mesh(&args.file, &model)?;
     let report = MeshReport::new(&mesh, &model);

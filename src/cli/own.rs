@@ -1,32 +1,43 @@
-//! No command writes over what it reads.
+//! No command writes over what it reads, nor one output over another.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
 
-/// Refuses outputs, each with the name of its option, that are files the command reads; to be asked before anything is
-/// written. Files are compared by where they really are, whatever links and dots lead to them.
+/// Refuses outputs, each with the name of its option, that are files the command reads or that are one file; to be asked
+/// before anything is written. Files are compared by where they really are, whatever links and dots lead to them.
 ///
 /// # Errors
-/// Exit code 2 for the first output that is an input.
-pub fn refuse_own_inputs(
-    inputs: &[&Path],
-    outputs: &[(&str, Option<&Path>)],
-) -> Result<(), Failure> {
-    let given = outputs.iter().filter_map(|&(option, path)| Some((option, path?)));
-    for (option, output) in given {
-        let Ok(place) = output.canonicalize() else { continue };
-        let is_same = |input: &&Path| input.canonicalize().is_ok_and(|p| p == place);
-        if let Some(input) = inputs.iter().copied().find(is_same) {
+/// Exit code 2 for the first output that is an input or an output before it.
+pub fn refuse_clashes(inputs: &[&Path], outputs: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
+    let given: Vec<(&str, &Path)> =
+        outputs.iter().filter_map(|&(option, path)| Some((option, path?))).collect();
+    for (k, &(option, output)) in given.iter().enumerate() {
+        let at = place(output);
+        let shown = output.display();
+        if let Some(input) = inputs.iter().find(|input| place(input) == at) {
             return Err(Failure::input(format!(
-                "{option} {} is the file {} that this command reads, which would be lost; allowed: any other file; give {option} \
+                "{option} {shown} is the file {} that this command reads, which would be lost; allowed: any other file; give {option} \
                  another name",
-                output.display(),
                 input.display()
+            )));
+        }
+        if let Some((before, _)) = given[..k].iter().find(|(_, before)| place(before) == at) {
+            return Err(Failure::input(format!(
+                "{before} and {option} would both write {shown}; allowed: a file of its own for each; give {option} another name"
             )));
         }
     }
     Ok(())
+}
+
+/// Where a file is, or would be: links and dots followed as far as there are folders.
+fn place(file: &Path) -> PathBuf {
+    let would = || {
+        let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some(folder.canonicalize().ok()?.join(file.file_name()?))
+    };
+    file.canonicalize().ok().or_else(would).unwrap_or_else(|| file.to_owned())
 }
 
 #[cfg(test)]
@@ -38,15 +49,28 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let input = folder.path().join("die.step");
         std::fs::write(&input, "die").unwrap();
+        let missing = folder.path().join("other.step");
         let dotted = folder.path().join(".").join("die.step");
         let other = folder.path().join("die.json");
         let asked = |output: &Path| {
-            refuse_own_inputs(&[&other, &input], &[("--html", None), ("--json", Some(output))])
+            refuse_clashes(&[&missing, &input], &[("--html", None), ("--json", Some(output))])
         };
         for output in [&input, &dotted] {
             let said = asked(output).unwrap_err().error.to_string();
             assert!(said.contains("--json") && said.contains("any other file"), "{said}");
         }
         assert!(asked(&other).is_ok());
+    }
+
+    #[test]
+    fn two_outputs_are_two_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let page = folder.path().join("audit.html");
+        let same = folder.path().join(".").join("audit.html");
+        let asked =
+            |map: &Path| refuse_clashes(&[], &[("--map", Some(map)), ("--html", Some(&page))]);
+        let said = asked(&same).unwrap_err().error.to_string();
+        assert!(said.contains("--map and --html would both write"), "{said}");
+        assert!(asked(&folder.path().join("map.html")).is_ok());
     }
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::cad::read_model;
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::own::refuse_own_inputs;
+use super::own::refuse_clashes;
 use super::say::out;
 use super::stop::stop_flag;
 use crate::study::StudyError;
@@ -81,7 +81,7 @@ fn io(path: &Path) -> impl FnOnce(std::io::Error) -> StudyError {
 pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
     let written = ["manifest.json", "study.csv", "study.html"].map(|name| args.output.join(name));
     let outputs = written.each_ref().map(|path| ("--output, for", Some(path.as_path())));
-    refuse_own_inputs(&[&args.file], &outputs)?;
+    refuse_clashes(&[&args.file], &outputs)?;
     match read(&args.file)? {
         Description::Forming(study) => forming(args, &study),
         Description::Stability(study) => {

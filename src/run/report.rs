@@ -66,7 +66,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     });
     let sheared = r.sheared.map_or("no".into(), |s| {
         format!(
-            "from increment {} on, up to {:.0} % of their nodes",
+            "from increment {} on, up to {:.0} % of the nodes pressed so",
             s.first_increment,
             100.0 * s.share
         )

@@ -78,7 +78,17 @@ fn check_stage(scene: &Scene, k: usize) -> Result<(), Fault> {
         let fits = value > 0.0 && value <= 1.0;
         need(fits, format!("stages[{k}].{key}"), value.to_string(), "above 0, at most 1")?;
     }
-    Ok(())
+    if let (Some(first), Some(largest)) = (stage.first_increment, stage.largest_increment) {
+        let allowed = format!("at most the stage's largest_increment, {largest}");
+        need(
+            first <= largest,
+            format!("stages[{k}].first_increment"),
+            first.to_string(),
+            &allowed,
+        )?;
+    }
+    let named = scene.stages.iter().position(|s| s.name == stage.name) == Some(k);
+    need(named, format!("stages[{k}].name"), format!("'{}'", stage.name), "a name of its own")
 }
 
 fn check_drive(place: &str, drive: &Drive) -> Result<(), Fault> {

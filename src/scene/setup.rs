@@ -143,7 +143,8 @@ fn side(tool: &Tool, up: &Vec3) -> Result<SheetSide, (String, String)> {
     Ok(if along < 0.0 { SheetSide::Top } else { SheetSide::Bottom })
 }
 
-/// A tool's faces look at the face of the sheet that it touches, whatever its walls do; else what was found, what is allowed.
+/// A tool's faces look at the face of the sheet that it touches, whatever its walls do; else what was found, what is allowed. Of a
+/// tool that comes from the side that cannot be told: it meets what has been bent by then.
 fn looks_at_sheet(
     tool: &Tool,
     model: &ToolModel,
@@ -152,6 +153,11 @@ fn looks_at_sheet(
 ) -> Result<(), (String, String)> {
     /// Share of what is seen along the sheet's thickness, less what is seen from behind, that tells a tool turned round.
     const AWAY: f64 = -0.5;
+    /// Cosine of the angle to the sheet's thickness beyond which a tool comes from the side.
+    const ASIDE: f64 = 0.5;
+    if Vec3::from(tool.direction).normalize().dot(up).abs() < ASIDE {
+        return Ok(());
+    }
     let (face, at_sheet) = match side {
         SheetSide::Top => ("upper", -up),
         SheetSide::Bottom => ("lower", *up),
@@ -238,6 +244,8 @@ mod tests {
             let (found, allowed) = looks_at_sheet(&tool, &model, not, &up).unwrap_err();
             assert!(found.contains("t.json, where 100 % of the faces of 't'"), "{found}");
             assert!(allowed.contains("--flip"), "{allowed}");
+            let cam = Tool { direction: [1.0, 0.0, 0.2], ..tool.clone() };
+            assert_eq!(looks_at_sheet(&cam, &model, not, &up), Ok(()));
             // Seen edge-on, where rounding would say which way it looks.
             assert_eq!(looks_at_sheet(&tool, &model, not, &Vec3::y()), Ok(()));
         }

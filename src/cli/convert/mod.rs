@@ -16,7 +16,7 @@ use super::cad::read_model;
 use super::exit::{Exit, Failure};
 use crate::audit::AuditReport;
 use crate::cad::Model;
-use crate::cli::own::refuse_own_inputs;
+use crate::cli::own::refuse_clashes;
 use crate::cli::say::{err, out};
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
@@ -80,7 +80,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     args.check_borders()?;
     args.check_refinement()?;
     args.mesher.check()?;
-    refuse_own_inputs(&args.inputs(), &[("--output", Some(&args.output))])?;
+    refuse_clashes(&args.inputs(), &[("--output", Some(&args.output))])?;
     if let Some(to) = args.to {
         return exchange(args, to);
     }

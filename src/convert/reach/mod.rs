@@ -7,7 +7,8 @@
 //!   or a twentieth of the blank's size (whichever is more), and by what tools travel across;
 //! - **behind**: it lies farther behind the front of the tool (the foremost point over the blank, which is what
 //!   touches the flat sheet first) than all travels together and twice the thickness: no tool carries the sheet there;
-//! - **away**: every normal looks away from the sheet by more than 5 degrees: a sheet would have to wrap round the tool.
+//! - **away**: every normal looks away from the sheet by more than 5 degrees, and all that moves or pushes goes along the
+//!   tool's direction: a sheet would have to wrap round the tool. A cam from the side may press a flange there.
 //!
 //! Travels are added up whatever their directions. A tool driven by force is taken to follow the sheet, no farther
 //! than the tools driven by travel move it; a scene without a travel, or with loads on the sheet, says nothing about
@@ -136,7 +137,9 @@ fn why_not(face: &Face, zone: &Zone, front: f64, turned: bool, near: f64) -> Opt
         Some(Why::Beside)
     } else if extent(2)[1] < front - zone.depth {
         Some(Why::Behind)
-    } else if looks_away(face, &(zone.axes[2] * if turned { -1.0 } else { 1.0 })) {
+    } else if !zone.pressed_across
+        && looks_away(face, &(zone.axes[2] * if turned { -1.0 } else { 1.0 }))
+    {
         Some(Why::Away)
     } else {
         None

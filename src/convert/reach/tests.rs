@@ -91,6 +91,18 @@ fn the_back_of_a_block_is_left_out() {
         assert_eq!(*why, Why::Away);
         assert!(face.min.z > b.max.z - 1e-6, "the back of a punch that goes down is its top");
     }
+    // A tool from the side, or a load, may press the sheet against it.
+    let left_out = |change: &dyn Fn(&mut serde_json::Value)| {
+        let mut of = serde_json::to_value(&wide).unwrap();
+        change(&mut of);
+        let scene: Scene = serde_json::from_value(of).unwrap();
+        within_reach(&model, &zone(&scene, "punch"), None, false).unwrap().left_out
+    };
+    assert!(!found.left_out.is_empty());
+    assert_eq!(left_out(&|_| {}), found.left_out);
+    assert_eq!(left_out(&|s| s["tools"][1]["direction"] = serde_json::json!([1, 0, 0])), []);
+    let load = serde_json::json!([{"where": {"all": true}, "force_n": [0, 2, 0]}]);
+    assert_eq!(left_out(&|s| s["loads"] = load.clone()), []);
 }
 
 #[test]

@@ -25,6 +25,8 @@ pub struct Zone {
     pub(super) depth: f64,
     /// The tool is moved along its direction until it touches.
     pub(super) touches: bool,
+    /// Something moves across the tool's direction and may press the sheet against faces that look away.
+    pub(super) pressed_across: bool,
 }
 
 impl Zone {
@@ -86,7 +88,9 @@ impl Zone {
         let known = !travels.is_empty() && scene.loads.is_empty();
         let own = if follows { whole } else { 0.0 };
         let depth = if known { whole + own + 2.0 * thickness } else { f64::INFINITY };
-        Self { axes, blank, margin: [0, 1].map(|k| rim + across(&axes[k])), depth, touches }
+        let margin = [0, 1].map(|k| rim + across(&axes[k]));
+        let pressed_across = pressed_across(scene, &along);
+        Self { axes, blank, margin, depth, touches, pressed_across }
     }
 
     /// Unit vector from the tool to the sheet.
@@ -94,6 +98,19 @@ impl Zone {
     pub fn direction(&self) -> Vec3 {
         self.axes[2]
     }
+}
+
+/// Whether a tool of the scene is moved, or a load acts, at an angle to a direction.
+fn pressed_across(scene: &Scene, direction: &Vec3) -> bool {
+    /// Sine of the angle up to which a tool goes along it.
+    const ALONG: f64 = 0.01;
+    let moves = |t: &&Tool| {
+        let drives = scene.stages.iter().filter_map(|stage| stage.drive.get(&t.name));
+        drives.into_iter().any(|d| !matches!(d, Drive::Release(_) | Drive::Absent(_)))
+    };
+    let tools = scene.tools.iter().filter(moves).map(|t| Vec3::from(t.direction));
+    let loads = scene.loads.iter().map(|load| Vec3::from(load.force_n));
+    tools.chain(loads).any(|way| way.cross(direction).norm() > ALONG * way.norm())
 }
 
 /// How far each tool that is driven by travel goes from where it starts, and back [mm].

@@ -88,7 +88,7 @@ pub struct ZigzagRecord {
 pub struct ShearedRecord {
     /// The first increment that ended so.
     pub first_increment: usize,
-    /// Share of the nodes of both faces, the most at any increment.
+    /// Share of the nodes that are pressed by more than it bears, but under edges and lines, the most at any increment.
     pub share: f64,
     /// One of them in the first such increment, as it was then [mm].
     pub at_mm: [f64; 3],

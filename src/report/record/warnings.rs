@@ -91,7 +91,7 @@ impl RunRecord {
         let sheared = self.sheared.as_ref()?;
         let [x, y, z] = sheared.at_mm;
         Some(format!(
-            "from increment {} on friction shears the faces of the pressed sheet as far as it bears, at up to {:.0} % of their nodes, first at ({x:.1}, {y:.1}, {z:.1}) mm: its middle moves out against them, which takes `element` `hex8` in four layers or more; forces of others are wrong by factors there",
+            "from increment {} on friction shears the faces of the pressed sheet as far as it bears, at up to {:.0} % of the nodes that are pressed so, first at ({x:.1}, {y:.1}, {z:.1}) mm: its middle moves out against them, which takes `element` `hex8` in four layers or more; forces of others are wrong by factors there",
             sheared.first_increment,
             100.0 * sheared.share
         ))

@@ -33,7 +33,8 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Remark> {
     let least = on_the_way(setup, own, [low, high], near).min(start).min(ends[1].1);
     let (far, most) = if ends[0].1 > ends[1].1 { ends[0] } else { ends[1] };
     let leaves = least >= start - 1e-6 * size && most > start + thickness;
-    let short = least > near;
+    // Others may bend the sheet towards it.
+    let short = least > near && least > others_travel(setup, tool);
     if !(leaves || short) || (leaves && !begins_it(setup, tool)) || brought(setup, tool, far) {
         return None;
     }
@@ -48,11 +49,18 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Remark> {
     } else {
         Remark::new(
             format!(
-                "{name} travels from {low:.2} to {high:.2} mm and comes no nearer to the sheet than {least:.2} mm"
+                "{name} travels from {low:.2} to {high:.2} mm and comes no nearer to the sheet, as that lies at first, than {least:.2} mm"
             ),
             "check its place, its direction and how far it travels".into(),
         )
     })
+}
+
+/// How far tools but one travel in all, those that forces move aside [mm].
+fn others_travel(setup: &SimulationSetup, tool: usize) -> f64 {
+    let others = (0..setup.tools.len()).filter(|&other| other != tool);
+    let far = |other| travel_range(setup, other).map_or(0.0, |[low, high]| high - low);
+    others.map(far).sum()
 }
 
 /// Least distance from a tool between two travels [mm], of which no more than that it is below `near` is of interest. A step of

@@ -1,11 +1,13 @@
 //! What a scene has too much or too little of, said before it runs, each with what it costs.
 
+mod amounts;
 mod away;
 mod border;
 mod clamping;
 mod clearance;
 mod coarse;
 mod curvature;
+mod elements;
 mod inside;
 mod material;
 mod seam;
@@ -24,17 +26,9 @@ use self::sharp::Opposite;
 use self::size::Sizes;
 use super::cost::Cost;
 use crate::scene::Plan;
-use crate::solver::element::ElementKind;
 use crate::solver::reach::reachable;
 use crate::solver::{Motion, SimulationSetup};
 
-/// In-plane size over layer thickness from which fully integrated hexahedra are far too stiff in bending.
-const SLENDER: f64 = 4.0;
-/// Points through the thickness from which a solid-shell gains nothing in bending, and those that springback wants.
-const POINTS: [u8; 2] = [5, 7];
-/// Radius of a tool over the thickness below which sections of a sheet that is wiped over it do not stay straight: so at 2 and 5
-/// (docs/results/solver.md).
-const SHARP: f64 = 6.0;
 /// Time grows with this power of the unknowns (`docs/results/solver.md`).
 const GROWTH: f64 = 1.5;
 
@@ -66,6 +60,9 @@ impl fmt::Display for Remark {
 #[must_use]
 pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
     let mut out: Vec<Remark> = material::remark(&plan.card).into_iter().collect();
+    amounts::remarks(plan, setup, &mut out);
+    out.extend(elements::too_few(plan, setup));
+    out.extend(symmetry::askew(plan));
     out.extend(seam::remark(setup.body.mesh()));
     out.extend(symmetry::missing(plan, setup));
     unopposed::remarks(setup, &mut out);
@@ -96,7 +93,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     out.extend(symmetry::unused(plan, setup, cost));
     let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
     let sharpest = tools::sharpest(setup, &kept);
-    elements(plan, setup, (sizes.mean, sharpest), cost, &mut out);
+    elements::remarks(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {
         let opposite = Opposite::new(setup, k, &kept[k], &sizes);
         let clamping = Clamping::new(setup, k, &kept[k], &opposite);
@@ -120,70 +117,4 @@ fn end_of(motion: &Motion, before: f64) -> Option<f64> {
         Motion::Advance(curve) => Some(before + curve.at(1.0)),
         Motion::Force(_) | Motion::Spring { .. } => None,
     }
-}
-
-/// Layers and points against what bending needs; `size` of the elements and sharpest radius of the tools [mm].
-fn elements(
-    plan: &Plan,
-    setup: &SimulationSetup,
-    (size, sharpest): (f64, f64),
-    cost: &Cost,
-    out: &mut Vec<Remark>,
-) {
-    let blank = &plan.scene.blank;
-    let mesh = setup.body.mesh();
-    let layers = mesh.nodes_per_column.saturating_sub(1).max(1);
-    let slender = size / (mesh.mean_thickness() / layers as f64);
-    let released = |m: &Motion| matches!(m, Motion::Release | Motion::Absent);
-    let springs_back = setup.stages.iter().skip(1).any(|s| s.motions.iter().any(released));
-    let sharp = springs_back && sharpest < SHARP * mesh.mean_thickness();
-    let fewer = (2.0 / (layers + 1) as f64).powf(GROWTH);
-    match blank.element {
-        ElementKind::Hex8 if slender > SLENDER => out.push(Remark::new(
-            format!(
-                "hex8 elements of {size:.2} mm are {slender:.0} times as long as thick and too stiff where the sheet bends"
-            ),
-            if layers > 1 {
-                format!("solid-shell bends with one layer, for about {:.0} % of the time", 100.0 * fewer)
-            } else {
-                "solid-shell bends with one layer".into()
-            },
-        )),
-        ElementKind::SolidShell { .. } if layers == 1 && sharp => out.push(Remark::new(
-            format!(
-                "one layer of solid-shell over a radius of {sharpest:.2} mm, {:.1} thicknesses, and a stage that releases tools: a flange wiped over such a radius springs back by up to twice what several layers find",
-                sharpest / mesh.mean_thickness()
-            ),
-            format!("two layers take about {}, three or four agree with hexahedra", cost.times(1.5_f64.powf(GROWTH))),
-        )),
-        ElementKind::SolidShell { .. } if layers > 1 && !sharp => out.push(Remark::new(
-            format!("{layers} layers of solid-shell: one bends as well"),
-            format!("one takes {} in place of {}", cost.times(fewer), cost.times(1.0)),
-        )),
-        ElementKind::Hex8Enhanced if layers > 3 => out.push(Remark::new(
-            format!("{layers} layers of hex8-enhanced: two bend within a few per cent"),
-            format!("two take about {}", cost.times((3.0 / (layers + 1) as f64).powf(GROWTH))),
-        )),
-        _ => {}
-    }
-    if let ElementKind::SolidShell { points, .. } = blank.element {
-        out.extend(points_remark(points, springs_back, cost));
-    }
-}
-
-/// A remark on the points through the thickness of solid-shells.
-fn points_remark(points: u8, springs_back: bool, cost: &Cost) -> Option<Remark> {
-    let wanted = POINTS[usize::from(springs_back)];
-    let what = if points > wanted {
-        format!("{points} points through the thickness: {wanted} are enough here")
-    } else if springs_back && points < wanted {
-        format!(
-            "{points} points through the thickness and a stage that releases tools: springback wants {wanted}, with fewer the moment of bending is a few per cent low"
-        )
-    } else {
-        return None;
-    };
-    let share = cost.elements_s * cost.iterations[0] / cost.seconds[0].max(1e-300);
-    let change = 1.0 + share * (f64::from(wanted) / f64::from(points) - 1.0);
-    Some(Remark::new(what, format!("{wanted} take about {}", cost.times(change))))
 }

@@ -83,7 +83,23 @@ pub(super) fn part(plan: &Plan, setup: &SimulationSetup) -> Aabb {
     out
 }
 
-/// Remarks on planes that the scene takes for planes of symmetry and that material or tools are not symmetric about.
+/// Remarks on planes that the scene takes for planes of symmetry and that the material is not symmetric about.
+pub(super) fn askew(plan: &Plan) -> Vec<Remark> {
+    let planes = plan.scene.symmetry.iter().map(|plane| (plane.normal.index(), plane.at_mm));
+    let askew = planes.filter(|&(axis, _)| axis < 2 && !rolling_mirrors(plan, axis));
+    let remark = |(axis, at)| {
+        let name = ["x", "y", "z"][axis];
+        Remark::new(
+            format!(
+                "the material is not symmetric about the plane {name} = {at:.4} mm: its rolling direction lies askew to it"
+            ),
+            "results are those of a sheet whose rolling direction turns round at the plane: model both halves".into(),
+        )
+    };
+    askew.map(remark).collect()
+}
+
+/// Remarks on planes that the scene takes for planes of symmetry and that tools are not symmetric about.
 pub(super) fn wrong(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
     let sheet = Aabb::of_points(&setup.body.mesh().nodes);
     let size = sheet.diagonal();
@@ -96,14 +112,6 @@ pub(super) fn wrong(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
             let mut image = end;
             image[axis] = 2.0 * at - end[axis];
             near.grow(&image);
-        }
-        if axis < 2 && !rolling_mirrors(plan, axis) {
-            out.push(Remark::new(
-                format!(
-                    "the material is not symmetric about the plane {name} = {at:.4} mm: its rolling direction lies askew to it"
-                ),
-                "results are those of a sheet whose rolling direction turns round at the plane: model both halves".into(),
-            ));
         }
         for tool in &setup.tools {
             let bounds = tool.surface.bounds();

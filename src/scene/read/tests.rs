@@ -94,6 +94,19 @@ fn unknown_keys_and_values_out_of_range_are_named() {
     assert!(message.contains("expected a number, or a list of pairs"), "{message}");
     let message = drive(serde_json::json!({"travel_mm": [[0, 0], [0.5, 5], [1, 3]]}));
     assert!(message.contains("tools[0].file"), "only the tool is missing: {message}");
+    let message = fails(|s| {
+        s["stages"][0]["first_increment"] = 0.2.into();
+        s["stages"][0]["largest_increment"] = 0.1.into();
+    });
+    assert!(message.contains("first_increment: found 0.2; allowed: at most"), "{message}");
+    let message = fails(|s| {
+        let stage = s["stages"][0].clone();
+        s["stages"].as_array_mut().expect("stages are a list").push(stage);
+    });
+    assert!(
+        message.contains("stages[1].name") && message.contains("a name of its own"),
+        "{message}"
+    );
     let message = fails(|s| s["version"] = 3.into());
     assert!(message.contains("version: found 3"), "{message}");
 }

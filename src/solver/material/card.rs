@@ -9,6 +9,7 @@ use super::Material;
 use super::elastic::Elastic;
 use super::hardening::{Hardening, HardeningError};
 use super::hill48::{Hill48, Hill48Error};
+use super::plastic::tension::along_rolling;
 use super::plastic::{Backstress, MaterialDataError, Plastic};
 use super::yield_function::{YieldError, YieldFunction};
 use super::yld2004::{Yld2004, Yld2004Error};
@@ -93,16 +94,6 @@ pub struct BackstressCard {
     pub c_mpa: f64,
     /// Recovery gamma, >= 0; 0 is linear (Prager's) hardening.
     pub gamma: f64,
-}
-
-impl BackstressCard {
-    /// What it adds to the stress of tension that never turned, and to its slope [MPa], at plastic strain `p`.
-    fn tension(&self, p: f64) -> (f64, f64) {
-        let Self { c_mpa, gamma } = *self;
-        let left = (-gamma * p).exp();
-        let grown = if gamma > 0.0 { -(-gamma * p).exp_m1() / gamma } else { p };
-        (c_mpa * grown, c_mpa * left)
-    }
 }
 
 /// Why a card gives no material.
@@ -247,13 +238,17 @@ impl MaterialCard {
         if in_range(r45) { Ok(()) } else { wrong("r45", r45, "0 or above and below 1e6") }
     }
 
-    /// Stress and its slope [MPa] of tension that never turned, at plastic strain `p >= 0`: flow stress and backstresses. `None`
-    /// for an elastic card. Of an anisotropic sheet with backstresses an estimate, as it flows a little off its axis.
+    /// Stress and its slope [MPa] of tension along rolling that never turned, at a plastic strain `strain >= 0` along rolling.
+    /// `None` for an elastic card, or one that cannot be built.
     #[must_use]
-    pub fn tension(&self, p: f64) -> Option<(f64, f64)> {
-        let parts = self.backstresses.iter().map(|one| one.tension(p));
-        let flow = self.hardening.as_ref()?.flow_stress(p);
-        Some(parts.fold(flow, |(stress, slope), (own, rise)| (stress + own, slope + rise)))
+    pub fn tension(&self, strain: f64) -> Option<(f64, f64)> {
+        let (criterion, hardening) = (self.yield_function().ok()??, self.hardening.as_ref()?);
+        Some(along_rolling(&criterion, hardening, &self.chaboche(), strain))
+    }
+
+    fn chaboche(&self) -> Vec<Backstress> {
+        let of = |one: &BackstressCard| Backstress { modulus: one.c_mpa, recovery: one.gamma };
+        self.backstresses.iter().map(of).collect()
     }
 
     /// Whether the material has no axes: elastic, or with a yield function that is the same in all of them.
@@ -283,13 +278,8 @@ impl MaterialCard {
             (Some(criterion), Some(hardening)) => (criterion, hardening.clone()),
         };
         let function = self.function(criterion)?;
-        let backstresses = self
-            .backstresses
-            .iter()
-            .map(|b| Backstress { modulus: b.c_mpa, recovery: b.gamma })
-            .collect();
         let plastic = Plastic::with_yield(elastic, function, hardening)
-            .and_then(|p| p.with_backstresses(backstresses))
+            .and_then(|p| p.with_backstresses(self.chaboche()))
             .map_err(data)?;
         let (s, c) = angle.sin_cos();
         let axes = Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);

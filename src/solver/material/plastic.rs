@@ -233,5 +233,6 @@ mod points;
 mod quadratic;
 #[cfg(test)]
 mod random_paths;
+pub(super) mod tension;
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,56 @@
+//! Friction and forces that no tool of a press has: slips of a comma or of a unit.
+
+use super::Remark;
+use crate::scene::Plan;
+use crate::solver::blank::HexMesh;
+use crate::solver::{Motion, SimulationSetup};
+
+/// Coefficient of friction of a dry, seizing sheet.
+const MOST_FRICTION: f64 = 1.0;
+/// Plastic strain at which the flow stress is taken.
+const EARLY: f64 = 0.002;
+
+/// Remarks on friction that no sheet has, and on forces that crush all of it.
+pub(super) fn remarks(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Remark>) {
+    for tool in setup.tools.iter().filter(|tool| tool.friction > MOST_FRICTION) {
+        out.push(Remark::new(
+            format!("{} has a friction of {}", tool.name, tool.friction),
+            "lubricated sheets have 0.02 to 0.2, dry ones seldom more than 0.6".into(),
+        ));
+    }
+    let Some((flow_stress, _)) = plan.card.tension(EARLY) else { return };
+    let area = area(setup.body.mesh());
+    for (k, tool) in setup.tools.iter().enumerate() {
+        let forces = setup.stages.iter().map(|stage| most(&stage.motions[k]));
+        let force = forces.fold(0.0, f64::max);
+        if force > flow_stress * area {
+            out.push(Remark::new(
+                format!(
+                    "{} pushes with {force:.3e} N, {:.3e} MPa over the whole sheet of {area:.0} mm2, which flows at {flow_stress:.0} MPa",
+                    tool.name,
+                    force / area
+                ),
+                "it crushes the sheet: check the unit, forces are in N".into(),
+            ));
+        }
+    }
+}
+
+/// Area of the lower face of the sheet [mm²].
+fn area(mesh: &HexMesh) -> f64 {
+    let face = |element: &[u32; 8]| {
+        let nodes = [0, 1, 2, 3].map(|corner| element[corner] as usize);
+        let [a, b, c, d] = nodes.map(|node| mesh.nodes[node]);
+        let lower = nodes.iter().all(|node| node % mesh.nodes_per_column == 0);
+        if lower { 0.5 * (c - a).cross(&(d - b)).norm() } else { 0.0 }
+    };
+    mesh.elements.iter().map(face).sum()
+}
+
+/// The largest force of a motion that is driven by one [N].
+fn most(motion: &Motion) -> f64 {
+    const SAMPLES: i32 = 64;
+    let Motion::Force(curve) = motion else { return 0.0 };
+    let at = |k| curve.at(f64::from(k) / f64::from(SAMPLES));
+    (0..=SAMPLES).map(at).fold(0.0, f64::max)
+}

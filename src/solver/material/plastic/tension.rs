@@ -1,0 +1,159 @@
+//! Tension along rolling that never turns. Where the yield surface is not the same in all directions, a backstress grows along the
+//! plastic strain and not along the stress, and the flow turns as it does.
+
+use super::Backstress;
+use crate::solver::material::hardening::Hardening;
+use crate::solver::material::yield_function::YieldFunction;
+use crate::solver::tensor::{self, Mandel};
+
+/// Steps to a strain; their lengths grow linearly, as backstresses saturate early.
+const STEPS: usize = 100;
+
+/// A point in tension along rolling.
+struct Tension<'a> {
+    criterion: &'a YieldFunction,
+    hardening: &'a Hardening,
+    backstresses: &'a [Backstress],
+    /// `p`.
+    equivalent: f64,
+    /// `X_k` [MPa].
+    grown: Vec<Mandel>,
+}
+
+impl Tension<'_> {
+    /// Stress along rolling [MPa], the only one, that `σ̄(T - X) = σ_y(p)` leaves, and the direction of flow there.
+    fn at_yield(&self) -> (f64, Mandel) {
+        const ITERATIONS: usize = 50;
+        let sum: Mandel = std::array::from_fn(|i| self.grown.iter().map(|x| x[i]).sum());
+        let flow = self.hardening.flow_stress(self.equivalent).0;
+        let mut stress = flow + sum[0] - 0.5 * (sum[1] + sum[2]);
+        let mut normal = [0.0; 6];
+        for _ in 0..ITERATIONS {
+            let mut relative = sum.map(|x| -x);
+            relative[0] += stress;
+            let found = self.criterion.derivatives(&relative);
+            normal = found.gradient;
+            let excess = found.value - flow;
+            stress -= excess / normal[0];
+            if excess.abs() <= 1e-14 * flow {
+                break;
+            }
+        }
+        (stress, normal)
+    }
+
+    /// What flow of `dp = x` along `normal` makes of it.
+    fn advance(&mut self, x: f64, normal: &Mandel) {
+        self.equivalent += x;
+        for (one, grown) in self.backstresses.iter().zip(&mut self.grown) {
+            let decay = one.decay(x);
+            let growth = 2.0 / 3.0 * one.modulus * decay.grown * x;
+            (0..6).for_each(|i| grown[i] = decay.left * grown[i] + growth * normal[i]);
+        }
+    }
+
+    /// Goes on by a plastic strain along rolling, flowing as in the middle of the step.
+    fn step(&mut self, strain: f64) {
+        let (before, saved) = (self.equivalent, self.grown.clone());
+        let (_, normal) = self.at_yield();
+        self.advance(0.5 * strain / normal[0], &normal);
+        let (_, normal) = self.at_yield();
+        (self.equivalent, self.grown) = (before, saved);
+        self.advance(strain / normal[0], &normal);
+    }
+
+    /// `dσ/dε` [MPa], from `n : (dT - dX) = σ_y' dp`.
+    fn slope(&self, normal: &Mandel) -> f64 {
+        let rise = |(one, grown): (&Backstress, &Mandel)| {
+            2.0 / 3.0 * one.modulus * tensor::dot(normal, normal)
+                - one.recovery * tensor::dot(normal, grown)
+        };
+        let kinematic: f64 = self.backstresses.iter().zip(&self.grown).map(rise).sum();
+        (self.hardening.flow_stress(self.equivalent).1 + kinematic) / (normal[0] * normal[0])
+    }
+}
+
+/// Stress and its slope [MPa] in tension along rolling at a plastic strain along rolling, `strain >= 0`.
+pub(in crate::solver::material) fn along_rolling(
+    criterion: &YieldFunction,
+    hardening: &Hardening,
+    backstresses: &[Backstress],
+    strain: f64,
+) -> (f64, f64) {
+    if backstresses.is_empty() {
+        return hardening.flow_stress(strain);
+    }
+    let grown = vec![[0.0; 6]; backstresses.len()];
+    let mut point = Tension { criterion, hardening, backstresses, equivalent: 0.0, grown };
+    let whole = (STEPS * STEPS) as f64;
+    (0..STEPS).for_each(|k| point.step(strain * (2 * k + 1) as f64 / whole));
+    let (stress, normal) = point.at_yield();
+    (stress, point.slope(&normal))
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::super::tests::{run, sheet};
+    use super::super::{BACKSTRESS, EQUIVALENT, LogResponse, Plastic, STRAIN};
+    use super::*;
+
+    /// Stress, state and strains of a point drawn along the first axis to `strain[0]`: finds the other strains, from those given on,
+    /// that leave no other stress.
+    pub(in super::super) fn drawn(
+        material: &Plastic,
+        strain: &Mandel,
+        old: &[f64],
+    ) -> (f64, Vec<f64>, Mandel) {
+        let rest = |out: &LogResponse| out.stress[1..].iter().map(|v| v * v).sum::<f64>().sqrt();
+        let mut strain = *strain;
+        let (mut out, mut new) = run(material, &strain, old);
+        for _ in 0..100 {
+            if rest(&out) < 1e-10 * out.stress[0].abs() {
+                return (out.stress[0], new, strain);
+            }
+            let matrix = nalgebra::SMatrix::<f64, 5, 5>::from_fn(|r, c| out.tangent[r + 1][c + 1]);
+            let rhs = nalgebra::SVector::<f64, 5>::from_fn(|r, _| -out.stress[r + 1]);
+            let step = matrix.lu().solve(&rhs).unwrap();
+            // Nearly flat sides of the yield surface throw a full step of Newton's off.
+            let mut share = 1.0;
+            loop {
+                let tried = std::array::from_fn(|i| {
+                    strain[i] + if i > 0 { share * step[i - 1] } else { 0.0 }
+                });
+                let next = run(material, &tried, old);
+                if rest(&next.0) < rest(&out) || share < 1e-6 {
+                    (strain, (out, new)) = (tried, next);
+                    break;
+                }
+                share *= 0.5;
+            }
+        }
+        panic!("tension to {} did not converge", strain[0]);
+    }
+
+    /// The law itself, drawn in 200 increments; what its stress would be if it flowed alike in all directions is another.
+    #[test]
+    fn it_is_what_a_point_of_the_law_does() {
+        for name in ["aa2090-t3-barlat2005", "aa6111-t4-barlat2005"] {
+            let [_, law] = sheet(name);
+            let mut state = vec![0.0; BACKSTRESS + 6 * law.backstresses.len()];
+            let (mut stress, mut strain) = (0.0, [0.0; 6]);
+            for k in 1..=200 {
+                strain[0] = 5e-4 * f64::from(k);
+                (stress, state, strain) = drawn(&law, &strain, &state);
+            }
+            let of =
+                |strain| along_rolling(&law.criterion, &law.hardening, &law.backstresses, strain);
+            let (found, slope) = of(state[STRAIN]);
+            assert!((found / stress - 1.0).abs() < 1e-4, "{name}: {found} {stress}");
+            let difference = (of(state[STRAIN] + 1e-4).0 - of(state[STRAIN] - 1e-4).0) / 2e-4;
+            assert!((slope / difference - 1.0).abs() < 1e-4, "{name}: {slope} {difference}");
+            let p = state[EQUIVALENT];
+            let alike = law.hardening.flow_stress(p).0
+                + law.backstresses.iter().map(|b| b.modulus * b.decay(p).grown * p).sum::<f64>();
+            println!(
+                "{name}: {found:.3} MPa, the law {stress:.3}, alike in all directions {alike:.3}"
+            );
+        }
+    }
+}

@@ -138,6 +138,10 @@ fn friction_alone(sys: &System, tool: usize) -> Option<f64> {
             continue;
         }
         let normal = force.normal();
+        // Which way one looks that has no force yet is not told by that.
+        if normal.norm() == 0.0 {
+            continue;
+        }
         if normal.dot(&direction).abs() > FACING * normal.norm() {
             return None;
         }

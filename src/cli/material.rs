@@ -306,7 +306,7 @@ mod tests {
         card.backstresses.push(card::BackstressCard { c_mpa: 50.0, gamma: 0.0 });
         let after = card.tension(0.2).unwrap();
         assert!(
-            (after.0 - before.0 - 10.0).abs() < 1e-10 && (after.1 - before.1 - 50.0).abs() < 1e-10
+            (after.0 - before.0 - 10.0).abs() < 1e-12 && (after.1 - before.1 - 50.0).abs() < 1e-12
         );
     }
 

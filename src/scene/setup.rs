@@ -155,15 +155,15 @@ fn looks_at_sheet(
     const AWAY: f64 = -0.5;
     /// Cosine of the angle to the sheet's thickness beyond which a tool comes from the side.
     const ASIDE: f64 = 0.5;
-    if Vec3::from(tool.direction).normalize().dot(up).abs() < ASIDE {
-        return Ok(());
-    }
     let (face, at_sheet) = match side {
         SheetSide::Top => ("upper", -up),
         SheetSide::Bottom => ("lower", *up),
         SheetSide::Both => return Ok(()),
     };
     let Some(at_sheet) = at_sheet.try_normalize(0.0) else { return Ok(()) };
+    if Vec3::from(tool.direction).normalize().dot(&at_sheet).abs() < ASIDE {
+        return Ok(());
+    }
     let facing = model.facing(&at_sheet);
     if facing >= AWAY {
         return Ok(());

@@ -1,14 +1,13 @@
 //! Friction and forces that no tool of a press has: slips of a comma or of a unit.
 
 use super::Remark;
+use super::material::EARLY;
 use crate::scene::Plan;
 use crate::solver::blank::HexMesh;
 use crate::solver::{Motion, SimulationSetup};
 
 /// Coefficient of friction of a dry, seizing sheet.
 const MOST_FRICTION: f64 = 1.0;
-/// Plastic strain at which the flow stress is taken.
-const EARLY: f64 = 0.002;
 
 /// Remarks on friction that no sheet has, and on forces that crush all of it.
 pub(super) fn remarks(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Remark>) {
@@ -21,8 +20,11 @@ pub(super) fn remarks(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Remark
     let Some((flow_stress, _)) = plan.card.tension(EARLY) else { return };
     let area = area(setup.body.mesh());
     for (k, tool) in setup.tools.iter().enumerate() {
-        let forces = setup.stages.iter().map(|stage| most(&stage.motions[k]));
-        let force = forces.fold(0.0, f64::max);
+        let most = |motion: &Motion| match motion {
+            Motion::Force(curve) => curve.extent()[1],
+            _ => 0.0,
+        };
+        let force = setup.stages.iter().map(|stage| most(&stage.motions[k])).fold(0.0, f64::max);
         if force > flow_stress * area {
             out.push(Remark::new(
                 format!(
@@ -45,12 +47,4 @@ fn area(mesh: &HexMesh) -> f64 {
         if lower { 0.5 * (c - a).cross(&(d - b)).norm() } else { 0.0 }
     };
     mesh.elements.iter().map(face).sum()
-}
-
-/// The largest force of a motion that is driven by one [N].
-fn most(motion: &Motion) -> f64 {
-    const SAMPLES: i32 = 64;
-    let Motion::Force(curve) = motion else { return 0.0 };
-    let at = |k| curve.at(f64::from(k) / f64::from(SAMPLES));
-    (0..=SAMPLES).map(at).fold(0.0, f64::max)
 }

@@ -4,7 +4,7 @@ use super::Remark;
 use crate::solver::material::card::MaterialCard;
 
 /// Plastic strain at which the flow stress is taken.
-const EARLY: f64 = 0.002;
+pub(super) const EARLY: f64 = 0.002;
 /// Flow stress there over Young's modulus of what sheets are made of: lead has 4e-4, hard spring steel 0.01.
 const ELASTIC: [f64; 2] = [5e-5, 0.03];
 

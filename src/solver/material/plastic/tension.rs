@@ -131,7 +131,8 @@ pub(super) mod tests {
         panic!("tension to {} did not converge", strain[0]);
     }
 
-    /// The law itself, drawn in 200 increments; what its stress would be if it flowed alike in all directions is another.
+    /// The law itself, drawn in 200 increments; what its stress would be if it flowed alike in all directions is another: of AA2090-T3
+    /// by more than a hundredth.
     #[test]
     fn it_is_what_a_point_of_the_law_does() {
         for name in ["aa2090-t3-barlat2005", "aa6111-t4-barlat2005"] {
@@ -151,8 +152,11 @@ pub(super) mod tests {
             let p = state[EQUIVALENT];
             let alike = law.hardening.flow_stress(p).0
                 + law.backstresses.iter().map(|b| b.modulus * b.decay(p).grown * p).sum::<f64>();
-            println!(
-                "{name}: {found:.3} MPa, the law {stress:.3}, alike in all directions {alike:.3}"
+            let anisotropic = name.starts_with("aa2090");
+            assert_eq!(
+                (alike / stress - 1.0).abs() > 0.01,
+                anisotropic,
+                "{name}: {alike} {stress}"
             );
         }
     }

@@ -2,20 +2,37 @@
 
 use std::path::PathBuf;
 
+use serde::Serialize;
+
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::say::out;
-use crate::run::advice::advice;
-use crate::run::cost::{Cost, cost};
+use crate::run::advice::holder::{Holder, holders};
+use crate::run::advice::{Finding, Level, advice, sort};
+use crate::run::cost::{Cost, estimate, measure};
+use crate::run::resources::memory_limit_megabytes;
+use crate::scene::preview::SheetCounts;
 use crate::scene::types::{BlankShape, Course, Drive};
 use crate::scene::{Plan, SceneError, read};
-use crate::solver::reach::leave_out;
+use crate::solver::SimulationSetup;
+use crate::solver::reach::{leave_out, reachable};
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = format!("Example:\n  kanagata-solve check fixtures/cross/demo.scene.json\n\n{EXIT_HELP}"))]
+#[command(after_help = format!("Examples:\n  kanagata-solve check fixtures/cross/demo.scene.json\n  kanagata-solve check fixtures/cross/demo.scene.json --json --measure\n\n\
+    Findings have a level: error (run refuses the scene, exit code 2), doubt (a run ends and its result must not be trusted as it\n\
+    is, exit code 1; docs/reference/doubts.md), note (a choice that costs accuracy or time). They are sorted by level and effect.\n\n{EXIT_HELP}"))]
 pub struct CheckArgs {
     /// Scene file
     scene: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Time an element loop and a factorisation on this machine for the cost, in place of an estimate from counts
+    #[arg(long)]
+    measure: bool,
+    /// End with exit code 0 in place of 1 when there are doubts
+    #[arg(long)]
+    accept_doubts: bool,
     /// Also say what `run --auto` leaves out
     #[arg(long)]
     auto: bool,
@@ -28,25 +45,115 @@ impl From<SceneError> for Failure {
     }
 }
 
-/// Reads and sets up the scene and prints what it holds.
+/// What `check` finds.
+#[derive(Serialize)]
+struct Judgement<'a> {
+    format: &'static str,
+    version: u32,
+    scene: &'a str,
+    name: &'a str,
+    elements: usize,
+    nodes: usize,
+    cost: &'a Cost,
+    holders: Vec<Pressure<'a>>,
+    findings: &'a [Finding],
+}
+
+/// Mean pressure of a blank holder.
+#[derive(Serialize)]
+struct Pressure<'a> {
+    tool: &'a str,
+    force_n: f64,
+    clamped_mm2: f64,
+    pressure_mpa: f64,
+}
+
+/// Judges the scene: what would be run, what it would cost, what is wrong or doubtful. A large sheet is judged on a coarser one of
+/// the same outline, and its cost by counts, so that nothing is built before the judgement.
 ///
 /// # Errors
-/// Exit code 2 for a scene that cannot be run, 4 when the scene cannot be read.
+/// Exit code 2 for a scene that cannot be run, 4 when the scene cannot be read; 1 with doubts is no error.
 pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     let plan = read(&args.scene)?;
-    let mut setup = plan.simulation_setup(&args.scene)?;
+    let (judged, ratio) = match plan.coarsened() {
+        Some((coarser, ratio)) => (coarser, ratio),
+        None => (plan.clone(), 1.0),
+    };
+    let mut setup = judged.simulation_setup(&args.scene)?;
     let placed = setup.place();
-    let cost = cost(&mut setup).map_err(Failure::input)?;
-    let mesh = setup.body.mesh();
+    let sheet = SheetCounts::of_blank(&plan.scene.blank)
+        .unwrap_or_else(|| SheetCounts::of_mesh(setup.body.mesh()));
+    let cost = if args.measure {
+        measure(&mut plan.simulation_setup(&args.scene)?).map_err(Failure::input)?
+    } else {
+        estimate(&setup, &sheet)
+    };
+    let mut findings = match &placed {
+        Ok(()) => advice(&judged, &setup, ratio, &cost),
+        Err(error) => vec![Finding::error("tools".into(), error.to_string(), String::new())],
+    };
+    findings.extend(memory(&cost));
+    sort(&mut findings);
+    let holders = if placed.is_ok() { holders(&setup, &reachable(&setup)) } else { Vec::new() };
+    let pressure = |holder: &Holder| Pressure {
+        tool: &plan.scene.tools[holder.tool].name,
+        force_n: holder.force * setup.share,
+        clamped_mm2: holder.clamped * setup.share,
+        pressure_mpa: holder.pressure(),
+    };
+    let judgement = Judgement {
+        format: "kanagata-check",
+        version: 1,
+        scene: &args.scene.to_string_lossy(),
+        name: &plan.scene.name,
+        elements: sheet.elements,
+        nodes: sheet.nodes,
+        cost: &cost,
+        holders: holders.iter().filter(|holder| holder.clamped > 0.0).map(pressure).collect(),
+        findings: &findings,
+    };
+    if args.json {
+        out!("{}", serde_json::to_string_pretty(&judgement).map_err(Failure::input)?);
+    } else {
+        print_judgement(&plan, &setup.loads, &judgement);
+    }
+    if args.auto && placed.is_ok() && !args.json {
+        print_left_out(&plan, &mut setup)?;
+    }
+    Ok(exit(&findings, args.accept_doubts))
+}
+
+/// Exit code of the worst finding.
+fn exit(findings: &[Finding], accepted: bool) -> Exit {
+    match findings.first().map(|worst| worst.level) {
+        Some(Level::Error) => Exit::Input,
+        Some(Level::Doubt) if !accepted => Exit::Limit,
+        _ => Exit::Done,
+    }
+}
+
+/// A note on more memory than the process may have.
+fn memory(cost: &Cost) -> Option<Finding> {
+    let there = memory_limit_megabytes()?;
+    (cost.memory_mb > there).then(|| {
+        Finding::note(
+            format!("about {:.0} MB are needed, and {there:.0} MB are there", cost.memory_mb),
+            "use fewer elements or layers, symmetry planes, or a larger machine".into(),
+        )
+        .effect(1.0)
+    })
+}
+
+fn print_judgement(plan: &Plan, loads: &[f64], judgement: &Judgement<'_>) {
     let scene = &plan.scene;
-    out!("{}: {}", args.scene.display(), scene.name);
+    out!("{}: {}", judgement.scene, scene.name);
     out!(
         "  blank      {}, {} mm thick, {} elements in {} layers, {} nodes",
         outline(&scene.blank.shape),
         scene.blank.thickness_mm,
-        mesh.elements.len(),
+        judgement.elements,
         scene.blank.layers,
-        mesh.nodes.len()
+        judgement.nodes
     );
     out!("  material   {}", plan.card.name);
     for (tool, loaded) in scene.tools.iter().zip(&plan.tools) {
@@ -56,28 +163,36 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
             "  tool       {}: {} patches{error}, friction {}",
             tool.name,
             loaded.surface.model().patches.len(),
-            tool.friction
+            tool.friction.map_or("not given".into(), |mu| mu.to_string())
         );
     }
-    print_loads(&plan, &setup.loads);
-    print_stages(&plan);
-    print_cost(&cost);
-    // What is wrong with a placement is said last, after all that is known.
-    placed.map_err(Failure::input)?;
-    for remark in advice(&plan, &setup, &cost) {
-        out!("  note       {remark}");
+    print_loads(plan, loads);
+    print_stages(plan);
+    for holder in &judgement.holders {
+        out!(
+            "  pressure   {} {:.2} MPa ({} N on {:.0} mm2)",
+            holder.tool,
+            holder.pressure_mpa,
+            holder.force_n,
+            holder.clamped_mm2
+        );
     }
-    if args.auto {
-        let (left_out, _) = leave_out(&mut setup).map_err(Failure::input)?;
-        for left in &left_out {
-            let tool = &plan.scene.tools[left.tool].name;
-            out!("  auto       leaves out {} of {} patches of {tool}", left.patches, left.of);
-        }
-        if left_out.is_empty() {
-            out!("  auto       leaves out nothing");
-        }
+    print_cost(judgement.cost);
+    for finding in judgement.findings {
+        out!("  {:10} {finding}", finding.level);
     }
-    Ok(Exit::Done)
+}
+
+fn print_left_out(plan: &Plan, setup: &mut SimulationSetup) -> Result<(), Failure> {
+    let (left_out, _) = leave_out(setup).map_err(Failure::input)?;
+    for left in &left_out {
+        let tool = &plan.scene.tools[left.tool].name;
+        out!("  auto       leaves out {} of {} patches of {tool}", left.patches, left.of);
+    }
+    if left_out.is_empty() {
+        out!("  auto       leaves out nothing");
+    }
+    Ok(())
 }
 
 fn outline(shape: &BlankShape) -> String {
@@ -144,7 +259,8 @@ fn print_cost(cost: &Cost) {
         cost.factors_mb
     );
     out!(
-        "  measured   an element loop {:.3} s, a factorisation {:.3} s ({:.2} Gflop), on {} threads",
+        "  {:10} an element loop {:.3} s, a factorisation {:.3} s ({:.2} Gflop), on {} threads",
+        if cost.measured { "measured" } else { "estimated" },
         cost.elements_s,
         cost.factor_s,
         cost.flop / 1e9,

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use super::say::out;
+use super::say::{err, out};
+use crate::report::doubt::Doubt;
 use crate::report::record::RunRecord;
 
-/// Prints what the run was, what of it is not as it should be, and what became of the sheet.
+/// Prints what the run was and what became of the sheet.
 pub(super) fn print_record(record: &RunRecord, output: &Path) {
     out!("{}: all stages done", record.name);
     print_cost(record);
-    record.doubtful().iter().for_each(|doubt| out!("  WARNING: {doubt}"));
     print_sheet(record);
     print_course(record);
     for left in &record.left_out {
@@ -18,9 +18,20 @@ pub(super) fn print_record(record: &RunRecord, output: &Path) {
     out!("  {}", output.join("report.html").display());
 }
 
-/// Prints nothing but what of the run is not as it should be.
-pub(super) fn print_warnings(record: &RunRecord) {
-    record.doubtful().iter().for_each(|doubt| eprintln!("WARNING: {doubt}"));
+/// Prints the doubts about a run that has ended to stderr, after everything else.
+pub(super) fn print_doubts(doubts: &[Doubt], accepted: bool) {
+    for doubt in doubts {
+        err!("doubt {doubt}");
+    }
+    if let (false, [_, ..]) = (accepted, doubts) {
+        err!("{}; --accept-doubts ends with exit code 0 all the same", counted(doubts.len()));
+    }
+}
+
+/// A number of doubts in words.
+pub(super) fn counted(doubts: usize) -> String {
+    let plural = if doubts == 1 { "" } else { "s" };
+    format!("{doubts} doubt{plural}: the result must not be trusted as it is")
 }
 
 /// Increments, iterations, time, memory and how well all balances.

@@ -1,6 +1,7 @@
 //! How the programs end: exit codes and the one place where errors are printed.
 
 use super::say::err;
+use crate::report::doubt::Doubt;
 use std::error::Error;
 use std::process::ExitCode;
 
@@ -9,7 +10,7 @@ use std::process::ExitCode;
 pub enum Exit {
     /// 0: done.
     Done = 0,
-    /// 1: a limit was exceeded (`audit --tol`).
+    /// 1: the result is doubtful, or a limit was exceeded (`audit --tol`, checks of a study).
     Limit = 1,
     /// 2: bad usage or bad input.
     Input = 2,
@@ -21,9 +22,17 @@ pub enum Exit {
     Stopped = 5,
 }
 
+impl Exit {
+    /// [`Exit::Limit`] where there are doubts that are not accepted.
+    #[must_use]
+    pub fn of_doubts(doubts: &[Doubt], accepted: bool) -> Self {
+        if doubts.is_empty() || accepted { Self::Done } else { Self::Limit }
+    }
+}
+
 /// The text about exit codes at the end of every `--help`.
-pub const EXIT_HELP: &str = "Exit codes: 0 done, 1 a limit was exceeded, 2 bad usage or input, 3 no convergence, \
-     4 a file could not be read or written, 5 stopped by a signal (go on with --restart).";
+pub const EXIT_HELP: &str = "Exit codes: 0 done, 1 doubtful result or limit exceeded, 2 bad usage or input, 3 not converged, \
+     4 a file could not be read or written, 5 stopped by a signal (continue with --restart).";
 
 /// Why a command stops: the exit code and what to print.
 #[derive(Debug)]

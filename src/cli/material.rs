@@ -10,6 +10,7 @@ use super::own::refuse_clashes;
 use super::say::out;
 use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
+use crate::scene::comments::without_comments;
 use crate::solver::material::card::{self, CardError, MaterialCard};
 use crate::solver::material::yield_function::YieldFunction;
 
@@ -82,7 +83,7 @@ fn load(name: &str) -> Result<MaterialCard, Failure> {
     }
     let text = std::fs::read_to_string(path)
         .map_err(|error| Failure::new(Exit::Io, format!("{}: {error}", path.display())))?;
-    serde_json::from_str(&text).map_err(|error| {
+    serde_json::from_slice(&without_comments(text.as_bytes())).map_err(|error| {
         Failure::input(format!("{}: {error}; allowed: {}", path.display(), card::KEYS))
     })
 }

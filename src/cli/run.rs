@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::ended::{print_record, print_warnings};
+use super::ended::{print_doubts, print_record};
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::say::{err, out};
 use super::stop::stop_flag;
@@ -41,7 +41,10 @@ pub struct RunArgs {
     /// Stop, leaving a checkpoint, when standard input ends: the run does not outlive the program that started it
     #[arg(long)]
     tied: bool,
-    /// No progress bar and no account of the run: nothing but warnings
+    /// End with exit code 0 in place of 1 when the result is doubtful; run.json keeps the list
+    #[arg(long)]
+    accept_doubts: bool,
+    /// No progress bar and no account of the run: nothing but doubts (stderr)
     #[arg(short, long)]
     quiet: bool,
     /// A line an increment in place of the bar
@@ -61,6 +64,7 @@ impl From<RunError> for Failure {
             | RunError::Folder { .. } => Exit::Io,
             RunError::Scene(_)
             | RunError::Checkpoint(_)
+            | RunError::Refused { .. }
             | RunError::Foreign { .. }
             | RunError::Unfinished { .. } => Exit::Input,
             RunError::Solver { cause, .. } => match **cause {
@@ -77,7 +81,8 @@ impl From<RunError> for Failure {
 /// Runs the scene.
 ///
 /// # Errors
-/// Exit code 2 for a scene that cannot be run, 3 when the solver gives up, 4 when files cannot be read or written.
+/// Exit code 2 for a scene that cannot be run, 3 when the solver does not converge, 4 when files cannot be read or written; a
+/// doubtful result is no error, and ends with 1.
 pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let plan = read(&args.scene)?;
     let by_line = args.lines || args.json;
@@ -111,12 +116,11 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let record = outcome?;
     if args.json {
         print_line(&serde_json::to_string(&record).map_err(Failure::input)?);
-    } else if args.quiet {
-        print_warnings(&record);
-    } else {
+    } else if !args.quiet {
         print_record(&record, &args.output);
     }
-    Ok(Exit::Done)
+    print_doubts(&record.doubts, args.accept_doubts);
+    Ok(Exit::of_doubts(&record.doubts, args.accept_doubts))
 }
 
 /// Sets `stop` when standard input ends.

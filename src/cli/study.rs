@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::cad::read_model;
+use super::ended::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::own::refuse_clashes;
 use super::say::out;
@@ -13,7 +14,7 @@ use super::stop::stop_flag;
 use crate::study::StudyError;
 use crate::study::cases::{Case, Roots, cases, chosen, ids};
 use crate::study::checks::Outcome;
-use crate::study::collect::collect;
+use crate::study::collect::{Findings, collect};
 use crate::study::execute::{Execution, Manifest, State, execute};
 use crate::study::file::{Description, Study, read};
 use crate::study::follow::with_leaders;
@@ -52,6 +53,9 @@ pub struct StudyArgs {
     /// Run cases that failed again
     #[arg(long)]
     again: bool,
+    /// End with exit code 0 in place of 1 when results are doubtful; tables and pages keep the doubts
+    #[arg(long)]
+    accept_doubts: bool,
     /// Run nothing, only compare what there is
     #[arg(long, conflicts_with_all = ["only", "again", "jobs"])]
     collect: bool,
@@ -77,7 +81,7 @@ fn io(path: &Path) -> impl FnOnce(std::io::Error) -> StudyError {
 /// Runs the study.
 ///
 /// # Errors
-/// Exit code 1 when a check does not hold, 2 for a study that cannot be run, 3 when a case failed, 4 when files cannot be read or written, 5 when it was stopped.
+/// Exit code 1 when a check does not hold or results are doubtful, 2 for a study that cannot be run, 3 when a case failed, 4 when files cannot be read or written, 5 when it was stopped.
 pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
     let written = ["manifest.json", "study.csv", "study.html"].map(|name| args.output.join(name));
     let outputs = written.each_ref().map(|path| ("--output, for", Some(path.as_path())));
@@ -194,7 +198,7 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
         }
         manifest
     };
-    let checks = collect(study, &all, &manifest, &args.output)?;
+    let Findings { checks, doubts } = collect(study, &all, &manifest, &args.output)?;
     let failed = if args.collect { 0 } else { not_done(&open, &manifest) };
     out!("{} cases, {failed} of those run not done", all.len());
     for (check, outcome) in &checks {
@@ -202,11 +206,12 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
         out!("  {state:13} {}: {value}, {} expected", check.says, check.allowed());
     }
     out!("  {}", args.output.join("study.html").display());
+    print_doubts(&doubts, args.accept_doubts);
     let broken = checks.iter().any(|(_, outcome)| matches!(outcome, Outcome::Fails { .. }));
     Ok(match (failed, broken) {
         (1.., _) => Exit::NoConvergence,
         (0, true) => Exit::Limit,
-        (0, false) => Exit::Done,
+        (0, false) => Exit::of_doubts(&doubts, args.accept_doubts),
     })
 }
 

@@ -3,6 +3,7 @@
 pub mod bars;
 pub mod charts;
 pub mod csv;
+pub mod doubt;
 pub mod drawing;
 pub mod page;
 pub mod record;

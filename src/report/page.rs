@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::doubt::Doubt;
 use crate::files::{WriteError, write_atomic};
 
 /// A page under construction.
@@ -33,6 +34,23 @@ impl Page {
     /// A paragraph.
     pub fn text(&mut self, text: &str) {
         let _ = writeln!(self.body, "<p>{}</p>", escape(text));
+    }
+
+    /// The doubts about what the page shows, in a box of their own; nothing where there are none.
+    pub fn doubts(&mut self, doubts: &[Doubt]) {
+        if doubts.is_empty() {
+            return;
+        }
+        self.body.push_str("<section class=\"doubts\"><h2>Doubts: this result must not be trusted as it is</h2><ul>\n");
+        for doubt in doubts {
+            let _ = writeln!(
+                self.body,
+                "<li><code>{}</code> {}</li>",
+                escape(doubt.code.as_str()),
+                escape(&doubt.text)
+            );
+        }
+        self.body.push_str("</ul></section>\n");
     }
 
     /// A table; cells that parse as numbers are set flush right, unless its columns have no names. One wider than the
@@ -109,6 +127,8 @@ h2{font-size:20px;margin:32px 0 8px;border-bottom:1px solid #d5dbe3;padding-bott
 table{border-collapse:collapse;font-size:14px;margin:8px 0}th,td{padding:3px 12px 3px 0;text-align:left;\
 border-bottom:1px solid #e6eaef}th{color:#5a6675;font-weight:600}td.n{text-align:right;\
 font-variant-numeric:tabular-nums}p{max-width:75ch}\
+.doubts{border:2px solid #b3541e;background:#fdf3ec;padding:4px 20px;margin:16px 0}.doubts h2{border:0;margin:8px 0}\
+.doubts li{max-width:90ch;margin:4px 0}\
 .wide{overflow-x:auto;max-width:100%}.wide th{vertical-align:bottom}\
 .wide th:first-child,.wide td:first-child{position:sticky;left:0;background:#fff;min-width:9em}";
 

@@ -1,23 +1,25 @@
 //! The records of a run folder: `history.csv`, a line an increment, `iterations.csv`, and `run.json`.
 
+mod doubts;
 mod history;
 mod origin;
 mod sheet;
-mod warnings;
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::doubt::Doubt;
 use crate::files::{WriteError, write_atomic};
 
 pub use history::{Energies, History, HistoryRow, IterationRow, write_iterations};
 pub use origin::{LeftOutRecord, Process};
 pub use sheet::{
-    InToolRecord, OpenedRecord, OverEdgeRecord, PlasticRecord, ShearedRecord, SpringbackRecord,
-    StrainRecord, ThicknessRecord, ThroughItselfRecord, ZigzagRecord,
+    HolderLiftRecord, InToolRecord, OpenedRecord, OverEdgeRecord, PlasticRecord, ShearedRecord,
+    SpringbackRecord, StrainRecord, ThicknessRecord, ThroughItselfRecord, ZigzagRecord,
 };
 
 /// How a run ended.
@@ -26,10 +28,12 @@ pub use sheet::{
 pub enum Verdict {
     /// Still going, or killed.
     Running,
-    /// All stages done.
+    /// All stages done, without doubts.
     Completed,
-    /// The solver gave up; the last good state is on disk.
-    NoConvergence,
+    /// All stages done, and `doubts` says why the result must not be trusted as it is.
+    Doubtful,
+    /// The solver did not converge; the last converged state is on disk.
+    NotConverged,
     /// Stopped from outside; it can go on from its checkpoint.
     Stopped,
 }
@@ -137,12 +141,10 @@ pub struct RunRecord {
     /// Thickness of the sheet at the last balance; none in what an older program wrote.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness: Option<ThicknessRecord>,
-    /// What `check` says of the scene that makes its results doubtful.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub doubts: Vec<String>,
-    /// What makes the results doubtful, those of the scene among them: what the terminal warns of.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub warnings: Vec<String>,
+    /// Why the result must not be trusted as it is: doubts about the scene, then about the result so far
+    /// (`docs/reference/doubts.md`).
+    #[serde(default)]
+    pub doubts: Vec<Doubt>,
     /// Where the sheet passes through itself: nothing keeps it from that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub through_itself: Option<ThroughItselfRecord>,
@@ -159,6 +161,9 @@ pub struct RunRecord {
     /// Where the sheet stood inside a tool at the end of a stage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub in_tool: Option<InToolRecord>,
+    /// The blank holder that the sheet pushed back farthest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub holder_lift: Option<HolderLiftRecord>,
     /// Tools that have travelled and never touched the sheet, of a run that has ended.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub untouched: Vec<String>,
@@ -185,6 +190,26 @@ pub struct RunRecord {
     /// The process that wrote this, where the system names it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process: Option<Process>,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Running => "running",
+            Self::Completed => "completed",
+            Self::Doubtful => "doubtful",
+            Self::NotConverged => "not converged",
+            Self::Stopped => "stopped",
+        })
+    }
+}
+
+impl Verdict {
+    /// Whether all stages are done.
+    #[must_use]
+    pub fn is_complete(self) -> bool {
+        matches!(self, Self::Completed | Self::Doubtful)
+    }
 }
 
 impl RunRecord {

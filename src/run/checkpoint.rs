@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 
 use super::folder::RunFolder;
 use crate::files::{Sha256Writer, WriteError, sha256_hex, write_atomic};
-use crate::report::record::{RunRecord, Verdict};
+use crate::report::record::RunRecord;
 use crate::solver::state::SimulationState;
 
 /// Version of the file.
-const VERSION: u32 = 14;
+const VERSION: u32 = 15;
 const MAGIC: &str = "kanagata-checkpoint";
 
 /// Why a run cannot go on from its folder.
@@ -129,7 +129,7 @@ pub fn remove(folder: &Path) {
 fn has_completed(folder: &Path) -> bool {
     let text = fs::read_to_string(folder.join("run.json")).unwrap_or_default();
     let record = serde_json::from_str::<RunRecord>(&text);
-    record.is_ok_and(|record| record.verdict == Verdict::Completed)
+    record.is_ok_and(|record| record.verdict.is_complete())
 }
 
 /// The newest whole checkpoint in a folder, if it belongs to these inputs and this program.

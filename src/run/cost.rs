@@ -2,9 +2,12 @@
 
 use std::time::Instant;
 
+use serde::Serialize;
+
 use crate::geometry::Vec3;
+use crate::scene::preview::SheetCounts;
 use crate::solver::assembly::Evaluation;
-use crate::solver::element::Want;
+use crate::solver::element::{ElementKind, Want};
 use crate::solver::linear::LinearError;
 use crate::solver::linear::multifrontal::{Factors, PatternRef, Symbolic};
 use crate::solver::{Motion, SimulationSetup, Stage};
@@ -38,11 +41,20 @@ const ELEMENT: f64 = 9_400.0;
 /// Copies of the history of all points: committed, on trial, before the last step, and what a checkpoint takes.
 const HISTORIES: f64 = 4.4;
 
+/// Times of one element with its tangent on one thread of a core of 2020 [s] (`check --measure`, docs/results/solver.md): they
+/// differ by a factor of two between machines.
+const HEX8_S: f64 = 5e-6;
+const HEX8_ENHANCED_S: f64 = 9e-6;
+const SOLID_SHELL_S: f64 = 3e-6;
+const SHELL_POINT_S: f64 = 1.2e-6;
+
 /// What a run will take.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cost {
     /// Unknowns of the sheet.
     pub unknowns: usize,
+    /// Whether the times of one loop and one factorisation are measured; else they are estimated from counts.
+    pub measured: bool,
     /// Work of one factorisation [flop].
     pub flop: f64,
     /// Factors and workspace [MB].
@@ -61,12 +73,30 @@ pub struct Cost {
     pub seconds: [f64; 2],
 }
 
-/// Measures one element loop and one factorisation of the set-up on this machine.
+/// What a run of the set-up on a sheet of these counts will take: nothing is allocated or timed.
+#[must_use]
+pub fn estimate(setup: &SimulationSetup, sheet: &SheetCounts) -> Cost {
+    let threads = rayon::current_num_threads().max(1) as f64;
+    let kind = setup.body.kind();
+    Cost::new(
+        setup,
+        sheet,
+        Work {
+            measured: false,
+            flop: flop(sheet),
+            factors: factor_bytes(sheet),
+            elements_s: sheet.elements as f64 * seconds_an_element(kind) / threads,
+            factor_s: flop(sheet) / (RATE * threads),
+        },
+    )
+}
+
+/// As [`estimate`], with one element loop and one factorisation planned and timed on this machine.
 ///
 /// # Errors
 /// [`LinearError`] when the matrix cannot be planned.
-pub fn cost(setup: &mut SimulationSetup) -> Result<Cost, LinearError> {
-    let unknowns = 3 * setup.body.mesh().nodes.len();
+pub fn measure(setup: &mut SimulationSetup) -> Result<Cost, LinearError> {
+    let sheet = SheetCounts::of_mesh(setup.body.mesh());
     let pattern = setup.body.pattern();
     let groups = setup.body.mesh().groups();
     let columns: Vec<u32> = pattern.col_idx.iter().map(|&c| c as u32).collect();
@@ -74,47 +104,100 @@ pub fn cost(setup: &mut SimulationSetup) -> Result<Cost, LinearError> {
     let plan = Symbolic::new(view, &groups.of_unknown, &groups.centers)
         .map_err(|e| LinearError::Pattern(e.to_string()))?;
     let (flop, factors) = (plan.flops(), plan.bytes() as f64);
-    let (elements_s, mut values) = element_loop(setup);
+    let (elements_s, values) = element_loop(setup);
+    let factor_s = factorisation(setup, &plan, values);
+    Ok(Cost::new(setup, &sheet, Work { measured: true, flop, factors, elements_s, factor_s }))
+}
+
+/// Time of a factorisation [s]: tried where it is small, else by its work.
+fn factorisation(setup: &SimulationSetup, plan: &Symbolic, mut values: Vec<f64>) -> f64 {
     let pattern = setup.body.pattern();
-    let factor_s = if flop <= TRIED_FLOP && values.len() == pattern.nnz() {
-        // Nothing holds the sheet yet: what makes the matrix regular is added.
-        let diagonal: Vec<usize> =
-            (0..unknowns).filter_map(|row| pattern.position(row, row)).collect();
-        let most = diagonal.iter().map(|&q| values[q].abs()).fold(0.0, f64::max);
-        diagonal.iter().for_each(|&q| values[q] += most);
-        let mut store = Factors::default();
-        let mut once = || {
-            let start = Instant::now();
-            let _ = plan.factor(&values, &mut store, &[]);
-            start.elapsed().as_secs_f64()
-        };
-        // The first one also takes its memory from the system.
-        once().min(once())
-    } else {
-        flop / (RATE * rayon::current_num_threads().max(1) as f64)
+    let unknowns = 3 * setup.body.mesh().nodes.len();
+    if plan.flops() > TRIED_FLOP || values.len() != pattern.nnz() {
+        return plan.flops() / (RATE * rayon::current_num_threads().max(1) as f64);
+    }
+    // Nothing holds the sheet yet: what makes the matrix regular is added.
+    let diagonal: Vec<usize> = (0..unknowns).filter_map(|row| pattern.position(row, row)).collect();
+    let most = diagonal.iter().map(|&q| values[q].abs()).fold(0.0, f64::max);
+    diagonal.iter().for_each(|&q| values[q] += most);
+    let mut store = Factors::default();
+    let mut once = || {
+        let start = Instant::now();
+        let _ = plan.factor(&values, &mut store, &[]);
+        start.elapsed().as_secs_f64()
     };
-    // Measured: 12 runs of 582 to 35,721 unknowns, with this to -5 and +12 % (docs/results/solver.md).
-    let (elements, state) = (setup.body.mesh().elements.len(), setup.body.export_state().len());
-    let bytes = factors
-        + pattern.nnz() as f64 * ENTRY
-        + elements as f64 * ELEMENT
-        + HISTORIES * state as f64;
-    let least: f64 = setup.stages.iter().map(fewest_increments).sum();
-    let thickness = setup.body.mesh().mean_thickness().max(1e-300);
-    let increments = [least, (CUTS * least).max(A_THICKNESS * travelled(setup) / thickness)];
-    let iterations = [0, 1].map(|k| increments[k] * ITERATIONS[k]);
-    let one = FACTORISATIONS.map(|n| BESIDE * (elements_s + n * factor_s));
-    Ok(Cost {
-        unknowns,
-        flop,
-        factors_mb: factors / 1e6,
-        memory_mb: PROGRAM_MB + REPORT_MB + bytes / 1e6,
-        elements_s,
-        factor_s,
-        increments,
-        iterations,
-        seconds: [0, 1].map(|k| iterations[k] * one[k]),
-    })
+    // The first one also takes its memory from the system.
+    once().min(once())
+}
+
+/// Unknowns of a column of nodes.
+fn unknowns_a_column(sheet: &SheetCounts) -> f64 {
+    3.0 * sheet.levels as f64
+}
+
+/// Work of a factorisation [flop]: nested dissection of a grid of p x q columns of m unknowns takes `c p² q m³` (George 1973), with
+/// c fitted to 14 grids of 70 to 26 000 columns, within 25 %.
+fn flop(sheet: &SheetCounts) -> f64 {
+    let [short, long] = sheet.columns;
+    let slender = 38.0 + 26.0 * (1.0 - short / long);
+    slender * short * short * long * unknowns_a_column(sheet).powi(3)
+}
+
+/// Memory of the factors and their workspace [B]: `c p q log2 p m²`, fitted as there.
+fn factor_bytes(sheet: &SheetCounts) -> f64 {
+    let [short, long] = sheet.columns;
+    8.0 * 16.3 * short * long * short.max(2.0).log2() * unknowns_a_column(sheet).powi(2)
+}
+
+/// Entries of the matrix of a grid.
+fn entries(sheet: &SheetCounts) -> f64 {
+    let [short, long] = sheet.columns.map(|n| (3.0 * n - 2.0).max(1.0));
+    9.0 * short * long * (3.0 * sheet.levels as f64 - 2.0).max(1.0)
+}
+
+/// Work of one factorisation and one element loop.
+struct Work {
+    measured: bool,
+    flop: f64,
+    factors: f64,
+    elements_s: f64,
+    factor_s: f64,
+}
+
+/// Time of one element with its tangent on one thread [s].
+fn seconds_an_element(kind: ElementKind) -> f64 {
+    match kind {
+        ElementKind::Hex8 => HEX8_S,
+        ElementKind::Hex8Enhanced => HEX8_ENHANCED_S,
+        ElementKind::SolidShell { points, .. } => SOLID_SHELL_S + f64::from(points) * SHELL_POINT_S,
+    }
+}
+
+impl Cost {
+    fn new(setup: &SimulationSetup, sheet: &SheetCounts, work: Work) -> Self {
+        // Measured: 12 runs of 582 to 35,721 unknowns, with this to -5 and +12 % (docs/results/solver.md).
+        let bytes = work.factors
+            + entries(sheet) * ENTRY
+            + sheet.elements as f64
+                * (ELEMENT + HISTORIES * setup.body.state_bytes_an_element() as f64);
+        let least: f64 = setup.stages.iter().map(fewest_increments).sum();
+        let thickness = setup.body.mesh().mean_thickness().max(1e-300);
+        let increments = [least, (CUTS * least).max(A_THICKNESS * travelled(setup) / thickness)];
+        let iterations = [0, 1].map(|k| increments[k] * ITERATIONS[k]);
+        let one = FACTORISATIONS.map(|n| BESIDE * (work.elements_s + n * work.factor_s));
+        Self {
+            unknowns: 3 * sheet.nodes,
+            measured: work.measured,
+            flop: work.flop,
+            factors_mb: work.factors / 1e6,
+            memory_mb: PROGRAM_MB + REPORT_MB + bytes / 1e6,
+            elements_s: work.elements_s,
+            factor_s: work.factor_s,
+            increments,
+            iterations,
+            seconds: [0, 1].map(|k| iterations[k] * one[k]),
+        }
+    }
 }
 
 /// Wall time of an element loop over the stretched sheet [s], and the tangent it makes (none when it fails).
@@ -197,6 +280,31 @@ pub fn duration(seconds: f64) -> String {
 mod tests {
     use super::*;
     use crate::solver::Curve;
+    use crate::solver::assembly::Body;
+    use crate::solver::blank::rectangle;
+    use crate::solver::material::card;
+
+    /// What is estimated from counts against the plan of the factorisation itself.
+    #[test]
+    fn work_and_memory_from_counts_are_those_of_the_plan() {
+        for (nx, ny, layers) in [(20, 20, 1), (40, 40, 1), (20, 20, 3), (60, 6, 2), (80, 2, 1)] {
+            let mesh = rectangle(nx as f64, ny as f64, 1.0, nx, ny, layers);
+            let sheet = SheetCounts {
+                columns: [ny as f64 + 1.0, nx as f64 + 1.0],
+                ..SheetCounts::of_mesh(&mesh)
+            };
+            let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
+            let groups = mesh.groups();
+            let body = Body::new(mesh, ElementKind::Hex8, steel).unwrap();
+            let pattern = body.pattern();
+            let columns: Vec<u32> = pattern.col_idx.iter().map(|&c| c as u32).collect();
+            let view = PatternRef { row_start: &pattern.row_ptr, columns: &columns };
+            let plan = Symbolic::new(view, &groups.of_unknown, &groups.centers).unwrap();
+            assert_eq!(entries(&sheet), pattern.nnz() as f64);
+            let ratios = [flop(&sheet) / plan.flops(), factor_bytes(&sheet) / plan.bytes() as f64];
+            assert!(ratios.iter().all(|r| (0.75..1.35).contains(r)), "{nx} x {ny}: {ratios:?}");
+        }
+    }
 
     #[test]
     fn steps_grow_by_half() {

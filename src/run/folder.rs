@@ -8,16 +8,17 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::RunError;
-use super::advice::Remark;
+use super::advice::holder::Holder;
 use super::begun::first_record;
 use super::fields;
 use super::formed::Formed;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
+use crate::report::doubt::Doubt;
 use crate::report::record::{
-    Energies, History, HistoryRow, IterationRow, LeftOutRecord, OpenedRecord, RunRecord, Verdict,
-    write_iterations,
+    Energies, History, HistoryRow, HolderLiftRecord, IterationRow, LeftOutRecord, OpenedRecord,
+    RunRecord, Verdict, write_iterations,
 };
 use crate::report::{DataArray, write_pvd};
 use crate::scene::Plan;
@@ -48,6 +49,13 @@ pub struct RunFolder {
     spent_s: [f64; 2],
     /// The sheet as its tools last held it.
     pub(super) springback: Springback,
+    /// Doubts about the scene.
+    scene_doubts: Vec<Doubt>,
+    /// Farthest travel of each tool while a force drove it as a blank holder [mm].
+    farthest: Vec<Option<f64>>,
+    /// Blank holders: the tool, and the stages in which a force drives it.
+    #[serde(skip)]
+    holders: Vec<(usize, Vec<bool>)>,
 }
 
 /// Name and version of the program.
@@ -100,6 +108,9 @@ impl RunFolder {
             orders: Vec::new(),
             spent_s: [0.0; 2],
             springback: Springback::default(),
+            scene_doubts: Vec::new(),
+            farthest: vec![None; plan.scene.tools.len()],
+            holders: Vec::new(),
         };
         folder.record.write(&path.join("run.json"))?;
         Ok(folder)
@@ -148,6 +159,7 @@ impl RunFolder {
             self.take_convergence(report);
         }
         self.update_record(report, start);
+        self.look_at_holders(report);
         let (mesh, now) = (report.body.mesh(), report.displacements);
         let formed = Formed::of(report.body, now);
         self.record.thickness = fields::thickness(mesh, now);
@@ -167,6 +179,7 @@ impl RunFolder {
             }
             write_pvd(&self.path.join("run.pvd"), &self.steps)?;
         }
+        self.record.doubts = self.record.judged(&self.scene_doubts);
         self.history.write(&self.path.join("history.csv"))?;
         write_iterations(&self.path.join("iterations.csv"), &self.iterations)?;
         self.record.write(&self.path.join("run.json"))
@@ -178,9 +191,34 @@ impl RunFolder {
         self.record.look_into_tools(simulation.inside(), stage, thickness);
     }
 
-    /// Notes what makes results doubtful.
-    pub fn doubt(&mut self, remarks: &[Remark]) {
-        self.record.doubts = remarks.iter().map(ToString::to_string).collect();
+    /// Takes the blank holders of the scene.
+    pub fn watch_holders(&mut self, holders: &[Holder]) {
+        self.holders = holders.iter().map(|h| (h.tool, h.forced.clone())).collect();
+    }
+
+    /// How far the sheet pushes blank holders back.
+    fn look_at_holders(&mut self, report: &IncrementReport<'_>) {
+        for (tool, forced) in &self.holders {
+            let Some(farthest) = self.farthest.get_mut(*tool) else { continue };
+            if !forced.get(report.stage).copied().unwrap_or(false) {
+                *farthest = None;
+                continue;
+            }
+            let (name, travel) = (&report.tools[*tool].name, report.tools[*tool].travel);
+            let most = farthest.map_or(travel, |most: f64| most.max(travel));
+            *farthest = Some(most);
+            let lift_mm = most - travel;
+            if lift_mm > self.record.holder_lift.as_ref().map_or(0.0, |known| known.lift_mm) {
+                let (tool, increment) = (name.clone(), report.increment);
+                self.record.holder_lift = Some(HolderLiftRecord { tool, increment, lift_mm });
+            }
+        }
+    }
+
+    /// Takes the doubts about the scene.
+    pub fn doubt_scene(&mut self, doubts: Vec<Doubt>) {
+        self.scene_doubts = doubts;
+        self.record.doubts = self.record.judged(&self.scene_doubts);
     }
 
     fn take_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
@@ -316,7 +354,7 @@ impl RunFolder {
         grid.write(&self.path.join("steps/last.vtu"))
     }
 
-    /// Writes the verdict.
+    /// Writes the verdict; a completed run with doubts is doubtful.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
@@ -328,10 +366,13 @@ impl RunFolder {
     ) -> Result<(), WriteError> {
         self.record.verdict = verdict;
         self.record.message = message;
-        if verdict == Verdict::Completed {
+        if verdict.is_complete() {
             self.record.untouched = self.history.untouched();
         }
-        self.record.warnings = self.record.doubtful();
+        self.record.doubts = self.record.judged(&self.scene_doubts);
+        if verdict.is_complete() {
+            self.record.verdict = self.record.completed_verdict();
+        }
         self.record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
         self.record.cpu_s = self.spent_s[1] + cpu_seconds();
         self.record.peak_mb = self.record.peak_mb.max(peak_megabytes());

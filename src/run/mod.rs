@@ -28,9 +28,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use crate::files::WriteError;
-use crate::report::record::{LeftOutRecord, RunRecord, ThicknessRecord, Verdict};
+use crate::report::record::{LeftOutRecord, RunRecord, Verdict};
 use crate::scene::{Plan, SceneError};
-use crate::solver::reach::{Guard, leave_out};
+use crate::solver::reach::{Guard, leave_out, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
 use checkpoint::CheckpointError;
@@ -46,6 +46,14 @@ pub enum RunError {
     /// A file of the run folder cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// The scene can have no result.
+    #[error("{}: {what}", path.display())]
+    Refused {
+        /// The scene file.
+        path: PathBuf,
+        /// What was found, and what to do.
+        what: String,
+    },
     /// The run folder cannot be made.
     #[error("cannot make the folder {}: {source}", path.display())]
     Folder {
@@ -159,12 +167,17 @@ pub fn run(
 ) -> Result<RunRecord, RunError> {
     let start = Instant::now();
     let mut setup = plan.simulation_setup(scene_path)?;
-    let doubts = advice::doubts(plan, &setup);
     let failed = |cause: SimulationError| RunError::Solver {
         cause: Box::new(cause),
         more: String::new(),
         folder: None,
     };
+    setup.place().map_err(failed)?;
+    let findings = advice::doubts(plan, &setup);
+    if let Some(error) = findings.iter().find(|finding| finding.level == advice::Level::Error) {
+        return Err(RunError::Refused { path: scene_path.into(), what: error.to_string() });
+    }
+    let holders = advice::holder::holders(&setup, &reachable(&setup));
     let (left_out, guard) = if options.auto {
         let (left_out, guard) = leave_out(&mut setup).map_err(failed)?;
         (left_out, Some(guard))
@@ -182,7 +195,8 @@ pub fn run(
     } else {
         begun(plan, scene_path, output, options, &simulation)?
     };
-    folder.doubt(&doubts);
+    folder.watch_holders(&holders);
+    folder.doubt_scene(findings.iter().filter_map(advice::Finding::as_doubt).collect());
     folder.left_out(left_out.iter().map(|l| LeftOutRecord {
         tool: plan.scene.tools[l.tool].name.clone(),
         patches: l.patches,
@@ -221,10 +235,7 @@ fn to_giving_up(record: &RunRecord, simulation: &Simulation, begins: bool) -> St
     if !said.is_empty() {
         said += "; a tool must come in clear of the sheet as that has been formed by then";
     }
-    if let Some(thickness) = record.thickness.filter(ThicknessRecord::is_torn) {
-        said += &format!(". The sheet is thinned to {thickness}");
-    }
-    said.extend(record.doubtful().into_iter().map(|doubt| format!(". Mind that {doubt}")));
+    said.extend(record.doubts.iter().map(|doubt| format!("\n  doubt {doubt}")));
     said + ". `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room"
 }
 
@@ -271,7 +282,7 @@ impl Run<'_> {
         let increment = simulation.summary().increments;
         let error = RunError::LeftOut { increment, tool, node, folder: folder_path };
         folder.write_last_state(simulation, Some(node))?;
-        folder.finish(Verdict::NoConvergence, Some(error.to_string()), self.start)?;
+        folder.finish(Verdict::NotConverged, Some(error.to_string()), self.start)?;
         Err(error)
     }
 
@@ -337,13 +348,13 @@ impl Run<'_> {
         let verdict = match &outcome {
             Ok(()) => Verdict::Completed,
             Err(SimulationError::Stopped { .. }) => Verdict::Stopped,
-            Err(_) => Verdict::NoConvergence,
+            Err(_) => Verdict::NotConverged,
         };
         let more = gave_up
             .map_or(String::new(), |(_, begins)| to_giving_up(&folder.record, simulation, begins));
         let message = outcome.as_ref().err().map(|cause| format!("{cause}{more}"));
         folder.finish(verdict, message, self.start)?;
-        if verdict == Verdict::Completed {
+        if verdict.is_complete() {
             checkpoint::remove(&folder.path);
         }
         if verdict != Verdict::Stopped {

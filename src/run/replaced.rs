@@ -42,8 +42,8 @@ pub(super) fn replaced(
     let text = fs::read(folder.join("run.json")).unwrap_or_default();
     let Ok(record) = serde_json::from_slice::<RunRecord>(&text) else { return Ok(None) };
     let how = match record.verdict {
-        Verdict::Completed => "finished",
-        Verdict::NoConvergence => "given up",
+        Verdict::Completed | Verdict::Doubtful => "finished",
+        Verdict::NotConverged => "not converged",
         Verdict::Running | Verdict::Stopped => "not finished",
     };
     let mut why = String::new();

@@ -25,6 +25,7 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
     let positions = fields::positions(mesh, simulation.displacements());
     let thickness = fields::column_thickness(mesh, &positions);
     let mut page = Page::new(&plan.scene.name);
+    page.doubts(&folder.record.doubts);
     summary(&mut page, folder, plan);
     page.heading("Force against travel");
     let (travelled, title) = path(&folder.history);
@@ -42,7 +43,7 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
 
 fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     let r = &folder.record;
-    let verdict = format!("{:?}", r.verdict);
+    let verdict = r.verdict.to_string();
     let volume = r.volume_balance.map_or("-".into(), |off| format!("{off:.1e} of the sheet's"));
     let springback = r.springback.map_or("-".into(), |s| {
         let [largest, rms] = [s.largest_mm, s.rms_mm];

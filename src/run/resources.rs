@@ -60,6 +60,25 @@ pub fn peak_megabytes() -> f64 {
     peak().map_or(0.0, |kilobytes: f64| kilobytes / 1024.0)
 }
 
+/// Memory that this process may have [MB]: the machine's, or the limit on its address space where that is less; `None` where the
+/// system does not say.
+#[must_use]
+pub fn memory_limit_megabytes() -> Option<f64> {
+    let all = || -> Option<f64> {
+        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+        let line = text.lines().find(|l| l.starts_with("MemTotal:"))?;
+        line.split_ascii_whitespace().nth(1)?.parse().ok()
+    };
+    let machine = all().map(|kilobytes: f64| kilobytes / 1024.0);
+    #[cfg(unix)]
+    let space = rustix::process::getrlimit(rustix::process::Resource::As)
+        .current
+        .map(|bytes| bytes as f64 / 1048576.0);
+    #[cfg(not(unix))]
+    let space: Option<f64> = None;
+    machine.into_iter().chain(space).reduce(f64::min)
+}
+
 #[cfg(test)]
 mod tests {
     #[cfg(target_os = "linux")]

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::checkpoint;
 use super::line::{HEADER, line};
 use super::resources;
+use crate::report::doubt::Doubt;
 use crate::report::record::{History, HistoryRow, RunRecord, Verdict};
 
 /// Why a folder says nothing.
@@ -100,6 +101,8 @@ pub struct Status {
     pub state: State,
     /// What the solver said when it ended early.
     pub message: Option<String>,
+    /// Doubts so far.
+    pub doubts: Vec<Doubt>,
     /// Increments done.
     pub increment: usize,
     /// Stage of the last increment.
@@ -155,6 +158,7 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
         name: record.name.clone(),
         state,
         message: record.message.clone(),
+        doubts: record.doubts.clone(),
         increment: record.increments,
         stage: last.map(|row| row.stage.clone()),
         time,
@@ -178,8 +182,8 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
 
 fn state(record: &RunRecord) -> State {
     match (record.verdict, &record.process) {
-        (Verdict::Completed, _) => State::Finished,
-        (Verdict::NoConvergence, _) => State::GivenUp,
+        (Verdict::Completed | Verdict::Doubtful, _) => State::Finished,
+        (Verdict::NotConverged, _) => State::GivenUp,
         (Verdict::Stopped, _) => State::Stopped,
         (Verdict::Running, None) => State::Elsewhere,
         (Verdict::Running, Some(process)) => match resources::alive(process) {
@@ -248,6 +252,9 @@ impl fmt::Display for Status {
         };
         if let Some(message) = &self.message {
             say("because", message.clone());
+        }
+        for doubt in &self.doubts {
+            say("doubt", doubt.to_string());
         }
         if let Some(stage) = &self.stage {
             let of = if self.stages > 0 { format!(" of {}", self.stages) } else { String::new() };
@@ -324,7 +331,7 @@ mod tests {
             r.process = Some(Process { host: "elsewhere".into(), ..process });
             assert_eq!(state(&r), State::Elsewhere);
         }
-        r.verdict = Verdict::NoConvergence;
+        r.verdict = Verdict::NotConverged;
         assert_eq!(state(&r), State::GivenUp);
     }
 

@@ -6,12 +6,14 @@
 
 mod blank;
 pub mod check;
+pub mod comments;
 mod course;
 mod cuts;
 mod drive;
 mod follow;
 mod loads;
 mod motions;
+pub mod preview;
 pub mod read;
 mod rolling;
 pub mod setup;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::Deserialize as _;
 
 use super::check::{Fault, check};
+use super::comments::without_comments;
 use super::follow::{Followed, followed};
 use super::types::{MaterialChoice, Scene};
 use crate::contact::ToolSurface;
@@ -93,6 +94,7 @@ pub enum SceneError {
 }
 
 /// A scene ready to run: checked, with its tools and material loaded.
+#[derive(Clone)]
 pub struct Plan {
     /// The scene as written, defaults filled in.
     pub scene: Scene,
@@ -122,6 +124,7 @@ pub struct PlannedFile {
 }
 
 /// A tool with its surface.
+#[derive(Clone)]
 pub struct PlannedTool {
     /// Tool file as it was found.
     pub path: PathBuf,
@@ -225,7 +228,7 @@ fn card_of_file(
         fault(format!("{e}; allowed: {allowed}"))
     })?;
     // The reader's own words end with line and column.
-    let card = serde_json::from_slice(&bytes)
+    let card = serde_json::from_slice(&without_comments(&bytes))
         .map_err(|e| fault(format!("found {e}; allowed: {}", card::KEYS)))?;
     Ok((card, PlannedFile { file: name.to_owned(), sha256: sha256_hex(&bytes) }))
 }
@@ -237,12 +240,13 @@ fn card_of_file(
 pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
     let bytes = std::fs::read(path)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
-    let scene: Scene = parsed(&bytes).map_err(|(e, key)| SceneError::Syntax {
-        path: path.to_path_buf(),
-        line: e.line(),
-        column: e.column(),
-        found: at_key(&key, &without_place(&e)),
-    })?;
+    let scene: Scene =
+        parsed(&without_comments(&bytes)).map_err(|(e, key)| SceneError::Syntax {
+            path: path.to_path_buf(),
+            line: e.line(),
+            column: e.column(),
+            found: at_key(&key, &without_place(&e)),
+        })?;
     check(&scene).map_err(|(place, found, allowed)| SceneError::Value {
         path: path.to_path_buf(),
         place,

@@ -191,7 +191,7 @@ fn tool_setup(tool: &Tool, side: SheetSide, surface: Arc<ToolSurface>) -> ToolSe
         offset,
         direction,
         placement,
-        friction: tool.friction,
+        friction: tool.friction.unwrap_or(0.0),
         stop: tool.stop_mm,
         side,
     }

@@ -250,9 +250,9 @@ pub struct Tool {
     pub file: String,
     /// Direction in which its travel and its force on the sheet count positive; need not be a unit vector.
     pub direction: [f64; 3],
-    /// Coulomb coefficient of friction with the sheet, >= 0.
-    #[serde(default)]
-    pub friction: f64,
+    /// Coulomb coefficient of friction with the sheet, 0 to 10. Where it is not given 0 is used, and the result is doubtful.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
     /// Where it stands at the start.
     #[serde(default)]
     pub place: Place,

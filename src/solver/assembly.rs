@@ -10,7 +10,7 @@ mod saved;
 mod states;
 mod volume;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::blank::HexMesh;
 use super::element::{
@@ -103,12 +103,19 @@ pub struct Body {
     mesh: HexMesh,
     kind: ElementKind,
     material: Arc<dyn Material>,
-    gather: Gather,
-    /// Of the eight Gauss points of every undeformed element.
-    geometry: Vec<[PointGeometry; 8]>,
     thickness_rule: Vec<(f64, f64)>,
     /// Of the material in each element, where they differ from element to element.
     axes: Option<Vec<Mat3>>,
+    /// What evaluation needs, about 9 kB an element: made when it is first asked for, so that a set-up can be judged before.
+    built: OnceLock<Built>,
+}
+
+/// What the evaluation of a body needs of its elements.
+#[derive(Debug)]
+struct Built {
+    gather: Gather,
+    /// Of the eight Gauss points of every undeformed element.
+    geometry: Vec<[PointGeometry; 8]>,
     /// Converged history of each element: its points', then the record of its internal modes.
     committed: Vec<f64>,
     trial: Vec<f64>,
@@ -133,6 +140,29 @@ fn virgin(elements: usize, kind: ElementKind, material: &dyn Material) -> Vec<f6
     history
 }
 
+impl Built {
+    /// Of a mesh whose elements have been checked.
+    fn new(mesh: &HexMesh, kind: ElementKind, material: &dyn Material) -> Self {
+        let corners = |nodes: &[u32; 8]| nodes.map(|node| mesh.nodes[node as usize]);
+        let points = |nodes| {
+            reference_points(&corners(nodes)).expect("elements are checked when the body is made")
+        };
+        let committed = virgin(mesh.elements.len(), kind, material);
+        let gather = Gather::new(mesh.nodes.len(), &mesh.elements);
+        let bands = Bands::new(&gather, mesh.elements.len());
+        let remembered = if material.memory().is_some() { 6 * kind.point_count() } else { 0 };
+        Self {
+            geometry: mesh.elements.iter().map(points).collect(),
+            trial: committed.clone(),
+            before: vec![0.0; mesh.elements.len() * remembered],
+            blocks: vec![ElementMatrices::zero(); bands.kept],
+            gather,
+            committed,
+            bands,
+        }
+    }
+}
+
 impl Body {
     /// A body at rest with the virgin material.
     ///
@@ -144,42 +174,29 @@ impl Body {
         material: Arc<dyn Material>,
     ) -> Result<Self, BodyError> {
         let count = mesh.nodes.len();
-        let mut geometry = Vec::with_capacity(mesh.elements.len());
         for (element, nodes) in mesh.elements.iter().enumerate() {
             if let Some(&node) = nodes.iter().find(|&&node| node as usize >= count) {
                 return Err(BodyError::BadNode { element, node, count });
             }
             let corners = nodes.map(|node| mesh.nodes[node as usize]);
-            geometry.push(
-                reference_points(&corners).map_err(|det| BodyError::BadElement { element, det })?,
-            );
+            reference_points(&corners).map_err(|det| BodyError::BadElement { element, det })?;
         }
         if let ElementKind::SolidShell { points, .. } = kind
             && !(3..=9).contains(&points)
         {
             return Err(BodyError::BadPointCount { found: points });
         }
-        let committed = virgin(mesh.elements.len(), kind, material.as_ref());
-        let gather = Gather::new(count, &mesh.elements);
-        let bands = Bands::new(&gather, mesh.elements.len());
-        let blocks = vec![ElementMatrices::zero(); bands.kept];
         let thickness_rule = kind.thickness_rule();
-        let remembered = if material.memory().is_some() { 6 * kind.point_count() } else { 0 };
-        let before = vec![0.0; mesh.elements.len() * remembered];
-        Ok(Self {
-            trial: committed.clone(),
-            before,
-            mesh,
-            kind,
-            material,
-            gather,
-            geometry,
-            thickness_rule,
-            axes: None,
-            committed,
-            bands,
-            blocks,
-        })
+        Ok(Self { mesh, kind, material, thickness_rule, axes: None, built: OnceLock::new() })
+    }
+
+    fn built(&self) -> &Built {
+        self.built.get_or_init(|| Built::new(&self.mesh, self.kind, self.material.as_ref()))
+    }
+
+    fn built_mut(&mut self) -> &mut Built {
+        self.built();
+        self.built.get_mut().expect("made on the line above")
     }
 
     /// The mesh.
@@ -197,7 +214,7 @@ impl Body {
     /// Pattern of the tangent: three rows a node, symmetric, columns sorted.
     #[must_use]
     pub fn pattern(&self) -> &Pattern {
-        &self.gather.pattern
+        &self.built().gather.pattern
     }
 
     /// Whether the tangent is symmetric.
@@ -208,7 +225,7 @@ impl Body {
 
     /// Volumes of the undeformed elements [mm³].
     pub fn volumes(&self) -> impl Iterator<Item = f64> {
-        self.geometry.iter().map(|points| points.iter().map(|point| point.weight).sum())
+        self.built().geometry.iter().map(|points| points.iter().map(|point| point.weight).sum())
     }
 
     /// Forces, energies and (if wanted) tangent at `displacement` [mm] (three a node), from the last
@@ -229,12 +246,14 @@ impl Body {
     /// at the accepted displacement.
     pub fn commit(&mut self) {
         self.keep_strains();
-        self.committed.copy_from_slice(&self.trial);
+        let Built { committed, trial, .. } = self.built_mut();
+        committed.copy_from_slice(trial);
     }
 
     /// Forgets everything since the last [`Body::commit`].
     pub fn restore(&mut self) {
-        self.trial.copy_from_slice(&self.committed);
+        let Built { committed, trial, .. } = self.built_mut();
+        trial.copy_from_slice(committed);
     }
 
     /// Stored values of an element.

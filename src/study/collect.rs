@@ -16,6 +16,7 @@ use super::file::Study;
 use super::inputs::{digest, inputs};
 use super::output::{plot, write_csv};
 use crate::report::csv;
+use crate::report::doubt::Doubt;
 use crate::report::drawing::write_chart;
 use crate::report::page::Page;
 use crate::report::record::RunRecord;
@@ -60,6 +61,11 @@ impl Row<'_> {
         self.standing == Standing::Done
     }
 
+    /// Whether it is done and its result doubtful.
+    fn is_doubtful(&self) -> bool {
+        self.done() && self.record.as_ref().is_some_and(|record| !record.doubts.is_empty())
+    }
+
     /// The line of a profile of the sheet; empty without one.
     fn profile(&self, of: impl Fn(&Sheet) -> &super::compare::Profile) -> &[(f64, f64)] {
         self.sheet.as_ref().map_or(&[], |sheet| of(sheet))
@@ -88,7 +94,7 @@ impl Off {
 /// Writes `study.csv`, `study.html` and the drawings into `folder`.
 ///
 /// A case whose scene, tools or followed increments are not those its results were made with is a row of its own kind
-/// and takes part in nothing else. Returns how the study's checks came out.
+/// and takes part in nothing else.
 ///
 /// # Errors
 /// [`StudyError::Write`].
@@ -97,7 +103,7 @@ pub fn collect(
     cases: &[Case],
     manifest: &Manifest,
     folder: &Path,
-) -> Result<Vec<(Check, Outcome)>, StudyError> {
+) -> Result<Findings, StudyError> {
     let standing = |case| standing(case, cases, manifest, folder);
     let mut rows: Vec<Row<'_>> =
         cases.iter().map(|case| row(study, case, standing(case), folder)).collect();
@@ -115,6 +121,8 @@ pub fn collect(
     }
     let checks = judge::judge(study, &rows);
     let mut page = Page::new(&study.name);
+    let doubts = doubts(&rows);
+    page.doubts(&doubts);
     page.heading("Cases");
     page.table(&names, &cells);
     put_checks(&mut page, &checks);
@@ -125,7 +133,30 @@ pub fn collect(
     }
     charts.iter().for_each(|(_, chart)| plot(&mut page, chart));
     page.write(&folder.join("study.html"))?;
-    Ok(checks)
+    Ok(Findings { checks, doubts })
+}
+
+/// What a study shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Findings {
+    /// How its checks came out.
+    pub checks: Vec<(Check, Outcome)>,
+    /// Doubts about the cases that are done; the case stands first in `place` and `text`.
+    pub doubts: Vec<Doubt>,
+}
+
+/// Doubts about all cases that are done.
+fn doubts(rows: &[Row<'_>]) -> Vec<Doubt> {
+    let of = |row: &Row<'_>| -> Vec<Doubt> {
+        let found = row.record.as_ref().filter(|_| row.done()).map(|record| &record.doubts);
+        let named = |doubt: &Doubt| Doubt {
+            place: format!("{}: {}", row.case.id, doubt.place),
+            text: format!("{}: {}", row.case.id, doubt.text),
+            ..doubt.clone()
+        };
+        found.into_iter().flatten().map(named).collect()
+    };
+    rows.iter().flat_map(of).collect()
 }
 
 fn put_checks(page: &mut Page, checks: &[(Check, Outcome)]) {

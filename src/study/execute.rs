@@ -173,7 +173,7 @@ fn run(
     let start = |restart: bool| {
         let mut command = Command::new(how.program);
         command.arg("--threads").arg(how.threads.to_string()).arg("run").arg(&scene);
-        command.arg("-o").arg(&output).args(["-q", "--tied"]);
+        command.arg("-o").arg(&output).args(["-q", "--tied", "--accept-doubts"]);
         // What cannot be gone on with is begun again.
         command.arg(if restart { "--restart" } else { "--overwrite" });
         let failed = |source| StudyError::Start { path: how.program.to_path_buf(), source };

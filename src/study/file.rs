@@ -11,6 +11,7 @@ use super::checks::Check;
 use super::patches::{self, PatchStudy};
 use super::stability::StabilityStudy;
 use super::validate;
+use crate::scene::comments::without_comments;
 
 /// One scene in many variants: every combination of the choices is a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -110,6 +111,7 @@ pub fn read(path: &Path) -> Result<Description, StudyError> {
         found: e.to_string(),
         allowed: allowed.into(),
     };
+    let bytes = without_comments(&bytes);
     let value: Value = serde_json::from_slice(&bytes).map_err(|e| fault(e, "JSON"))?;
     if value.get("format").and_then(Value::as_str) == Some("kanagata-stability") {
         let study = serde_json::from_slice(&bytes)

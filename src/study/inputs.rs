@@ -96,8 +96,8 @@ pub(super) fn proved(
         return None;
     }
     match record.verdict {
-        Verdict::Completed => Some((State::Done, None)),
-        Verdict::NoConvergence => Some((State::Failed, record.message)),
+        Verdict::Completed | Verdict::Doubtful => Some((State::Done, None)),
+        Verdict::NotConverged => Some((State::Failed, record.message)),
         Verdict::Running | Verdict::Stopped => None,
     }
 }

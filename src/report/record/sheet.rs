@@ -5,6 +5,8 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::doubts::THICKNESS_LEFT;
+
 /// How far the sheet has sprung back since its tools were let go. Rigid motions that no symmetry plane holds are held at as few
 /// nodes as that takes, the first of the mesh where several serve; at the end a sheet held nowhere, or along one axis only, is
 /// laid down where it comes nearest to where the tools held it.
@@ -29,6 +31,17 @@ pub struct OpenedRecord {
     pub energy_nmm: f64,
     /// `work_nmm` as it was then.
     pub work_nmm: f64,
+}
+
+/// A blank holder that the sheet pushed back.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HolderLiftRecord {
+    /// The tool.
+    pub tool: String,
+    /// Increment with the largest lift.
+    pub increment: usize,
+    /// Travel against its direction from its farthest position while a force drove it, the largest at any increment [mm].
+    pub lift_mm: f64,
 }
 
 /// The sheet's thickness, between the nodes of its faces.
@@ -110,18 +123,17 @@ pub struct InToolRecord {
 }
 
 impl ThicknessRecord {
-    /// Whether the sheet is thinner somewhere than hardly any can be stretched: half of what it was.
+    /// Whether the thickness is below half of the initial one.
     #[must_use]
-    pub fn is_torn(&self) -> bool {
-        self.least_mm < 0.5 * self.was_mm
+    pub fn is_below_half(&self) -> bool {
+        self.least_mm < THICKNESS_LEFT * self.was_mm
     }
 }
 
 impl fmt::Display for ThicknessRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { least_mm, was_mm, at_mm: [x, y, z], .. } = self;
-        write!(f, "{least_mm:.4} of {was_mm:.4} mm at ({x:.1}, {y:.1}, {z:.1}) mm")?;
-        if self.is_torn() { write!(f, " (a sheet tears before that)") } else { Ok(()) }
+        write!(f, "{least_mm:.4} of {was_mm:.4} mm at ({x:.1}, {y:.1}, {z:.1}) mm")
     }
 }
 

@@ -1,7 +1,8 @@
 //! Friction and forces that no tool of a press has: slips of a comma or of a unit.
 
-use super::Remark;
+use super::Finding;
 use super::material::EARLY;
+use crate::report::doubt::DoubtCode;
 use crate::scene::Plan;
 use crate::solver::blank::HexMesh;
 use crate::solver::{Motion, SimulationSetup};
@@ -9,13 +10,36 @@ use crate::solver::{Motion, SimulationSetup};
 /// Coefficient of friction of a dry, seizing sheet.
 const MOST_FRICTION: f64 = 1.0;
 
+/// The doubt about tools whose friction coefficient the scene does not give.
+pub(super) fn friction_not_given(plan: &Plan) -> Option<Finding> {
+    let without = plan.scene.tools.iter().filter(|tool| tool.friction.is_none());
+    let names: Vec<&str> = without.map(|tool| tool.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        Finding::doubt(
+            DoubtCode::FrictionNotGiven,
+            names.join(", "),
+            format!("No friction coefficient is given for {}; 0 is used.", names.join(", ")),
+            "Give `friction` of each tool (lubricated sheets 0.02 to 0.2), 0 where none is meant."
+                .into(),
+        )
+    })
+}
+
 /// Remarks on friction that no sheet has, and on forces that crush all of it.
-pub(super) fn remarks(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Remark>) {
+pub(super) fn remarks(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Finding>) {
     for tool in setup.tools.iter().filter(|tool| tool.friction > MOST_FRICTION) {
-        out.push(Remark::new(
-            format!("{} has a friction of {}", tool.name, tool.friction),
-            "lubricated sheets have 0.02 to 0.2, dry ones seldom more than 0.6".into(),
-        ));
+        out.push(
+            Finding::doubt(
+                DoubtCode::SceneUnits,
+                format!("{}.friction", tool.name),
+                format!(
+                    "{} has a friction coefficient of {} (at most {MOST_FRICTION} expected).",
+                    tool.name, tool.friction
+                ),
+                "Lubricated sheets have 0.02 to 0.2, dry ones seldom more than 0.6.".into(),
+            )
+            .exceeds([tool.friction, MOST_FRICTION]),
+        );
     }
     let Some((flow_stress, _)) = plan.card.tension(EARLY) else { return };
     let area = area(setup.body.mesh());
@@ -26,14 +50,19 @@ pub(super) fn remarks(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Remark
         };
         let force = setup.stages.iter().map(|stage| most(&stage.motions[k])).fold(0.0, f64::max);
         if force > flow_stress * area {
-            out.push(Remark::new(
-                format!(
-                    "{} pushes with {force:.3e} N, {:.3e} MPa over the whole sheet of {area:.0} mm2, which flows at {flow_stress:.0} MPa",
-                    tool.name,
-                    force / area
-                ),
-                "it crushes the sheet: check the unit, forces are in N".into(),
-            ));
+            out.push(
+                Finding::doubt(
+                    DoubtCode::SceneUnits,
+                    format!("{}.force_n", tool.name),
+                    format!(
+                        "{} pushes with {force:.3e} N: {:.3e} MPa over the whole blank of {area:.0} mm2, above its flow stress of {flow_stress:.0} MPa. The blank is crushed.",
+                        tool.name,
+                        force / area
+                    ),
+                    "Check the unit: forces are in N, of the whole process.".into(),
+                )
+                .exceeds([force, flow_stress * area]),
+            );
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Tools moved by their travel that go away from the sheet, or end short of it: a direction or a sign turned round.
 
-use super::Remark;
+use super::Finding;
 use crate::contact::Projection;
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::reach::travel_range;
@@ -17,7 +17,7 @@ const RIM: f64 = 0.05;
 
 /// A remark on a tool that travels and never meets the sheet where that lies, with no other tool and no load that could bring
 /// the sheet along.
-pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Remark> {
+pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Finding> {
     let own = &setup.tools[tool];
     let [low, high] = travel_range(setup, tool)?;
     let pulled =
@@ -40,14 +40,14 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Remark> {
     }
     let name = &own.name;
     Some(if leaves {
-        Remark::new(
+        Finding::note(
             format!(
                 "{name} moves away from the sheet all the time: it begins {start:.2} mm from it, and at a travel of {far:.2} mm is {most:.2} mm away"
             ),
             "positive travel goes along `direction`: one of the two is turned round".into(),
         )
     } else {
-        Remark::new(
+        Finding::note(
             format!(
                 "{name} travels from {low:.2} to {high:.2} mm and comes no nearer to the sheet, as that lies at first, than {least:.2} mm"
             ),

@@ -1,7 +1,7 @@
 //! Free borders of a tool's faces that the sheet may be bent over. Tools hold nodes and see nothing between them: what the border
 //! presses into the sheet there is missing, and a node drawn back over it comes from within the tool.
 
-use super::Remark;
+use super::Finding;
 use super::clamping::{is_forced, others, stands_before};
 use super::curvature::corners;
 use super::sharp::{Edge, Opposite, PLACES, SHARP};
@@ -21,7 +21,7 @@ pub(super) fn remark(
     tool: usize,
     kept: &[Vec<bool>],
     sizes: &Sizes,
-) -> Option<Remark> {
+) -> Option<Finding> {
     let own = &setup.tools[tool];
     let pushed = |&other: &usize| {
         let mut against = others(setup, other);
@@ -47,7 +47,7 @@ pub(super) fn remark(
         borders(own, &kept[tool], sizes).into_iter().filter_map(|edge| Some((met(&edge)?, edge)));
     let (at, edge) = met.max_by(|(_, a), (_, b)| a.turn.total_cmp(&b.turn))?;
     let at = at + own.offset;
-    Some(Remark::new(
+    Some(Finding::note(
         format!(
             "the faces of {} end in a free border at ({:.1}, {:.1}, {:.1}) mm, over which the sheet may be bent by up to {:.0} degrees",
             own.name,

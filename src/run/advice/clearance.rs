@@ -2,7 +2,7 @@
 
 use super::coarse::{ShapeError, shape_error};
 use super::size::TOLERANCE;
-use super::{Remark, end_of};
+use super::{Finding, end_of};
 use crate::audit::clearance::{ClearanceOptions, clearance};
 use crate::geometry::Vec3;
 use crate::scene::Plan;
@@ -20,7 +20,7 @@ pub(super) fn remarks(
     plan: &Plan,
     setup: &SimulationSetup,
     kept: &[Vec<bool>],
-    out: &mut Vec<Remark>,
+    out: &mut Vec<Finding>,
 ) {
     let thickness = setup.body.mesh().mean_thickness();
     let tools = &setup.tools;
@@ -60,7 +60,7 @@ fn remark(
     thickness: f64,
     errors: &[Option<ShapeError>; 2],
     at: Option<Vec3>,
-) -> Option<Remark> {
+) -> Option<Finding> {
     let place =
         at.map_or_else(String::new, |p| format!(" at ({:.1}, {:.1}, {:.1}) mm", p.x, p.y, p.z));
     let both = names.join(" and ");
@@ -83,7 +83,7 @@ fn remark(
         if off.is_empty() { String::new() } else { format!(" (estimated: {})", off.join("; ")) };
     let finer = format!("convert with --tol {:.4}; unknowns stay the same", 0.5 * allowed);
     if !ironed {
-        return Some(Remark::new(
+        return Some(Finding::note(
             format!(
                 "the shape errors of {both} are {about}{known:.3} mm together{patches}, their clearance leaves {:.3} mm beside the sheet{place}: too coarse",
                 room.max(0.0)
@@ -92,7 +92,7 @@ fn remark(
         ));
     }
     if least < 0.0 && known < -least {
-        return Some(Remark::new(
+        return Some(Finding::note(
             format!(
                 "{both} run {:.3} mm into each other at the end of their travel{place}, and the sheet of {thickness:.3} mm is between them",
                 -least
@@ -111,7 +111,7 @@ fn remark(
             &format!("; their shape errors are {about}{known:.3} mm together{patches}: too coarse");
         cost += &format!("; {finer}");
     }
-    Some(Remark::new(what, cost))
+    Some(Finding::note(what, cost))
 }
 
 /// Travel of a tool farthest from its start [mm]; `None` when forces decide.

@@ -1,6 +1,7 @@
 //! Layers of elements, and points through their thickness, against what bending needs.
 
-use super::{GROWTH, Remark};
+use super::{Finding, GROWTH};
+use crate::report::doubt::DoubtCode;
 use crate::run::cost::Cost;
 use crate::scene::Plan;
 use crate::solver::element::ElementKind;
@@ -19,19 +20,23 @@ fn layers(setup: &SimulationSetup) -> usize {
 }
 
 /// A remark on one layer of hexahedra, which have two points through it (docs/results/solver.md).
-pub(super) fn too_few(plan: &Plan, setup: &SimulationSetup) -> Option<Remark> {
+pub(super) fn too_few(plan: &Plan, setup: &SimulationSetup) -> Option<Finding> {
     let (name, off) = match plan.scene.blank.element {
         ElementKind::Hex8 => ("hex8", "a third low and springback a fifth high"),
         ElementKind::Hex8Enhanced => ("hex8-enhanced", "a seventh high and springback an eighth"),
         ElementKind::SolidShell { .. } => return None,
     };
     (layers(setup) == 1).then(|| {
-        Remark::new(
+        Finding::doubt(
+            DoubtCode::TooFewPoints,
+            "blank.layers".into(),
             format!(
-                "one layer of {name} has two points through the thickness: where the sheet bends its moment is {off}"
+                "One layer of {name} has two points through the thickness: where the sheet bends, its moment is {off}."
             ),
-            "two layers of hex8-enhanced or one of solid-shell with 7 points are within 3 %".into(),
+            "Use two layers of \"hex8-enhanced\", or one of \"solid-shell\" with 7 points (within 3 %)."
+                .into(),
         )
+        .exceeds([2.0, 3.0])
     })
 }
 
@@ -41,7 +46,7 @@ pub(super) fn remarks(
     setup: &SimulationSetup,
     (size, sharpest): (f64, f64),
     cost: &Cost,
-    out: &mut Vec<Remark>,
+    out: &mut Vec<Finding>,
 ) {
     let blank = &plan.scene.blank;
     let (layers, thickness) = (layers(setup), setup.body.mesh().mean_thickness());
@@ -50,7 +55,7 @@ pub(super) fn remarks(
     let sharp = springs_back && sharpest < SHARP * thickness;
     let fewer = (2.0 / (layers + 1) as f64).powf(GROWTH);
     match blank.element {
-        ElementKind::Hex8 if slender > SLENDER => out.push(Remark::new(
+        ElementKind::Hex8 if slender > SLENDER => out.push(Finding::note(
             format!(
                 "hex8 elements of {size:.2} mm are {slender:.0} times as long as thick and too stiff where the sheet bends"
             ),
@@ -60,18 +65,18 @@ pub(super) fn remarks(
                 "solid-shell bends with one layer".into()
             },
         )),
-        ElementKind::SolidShell { .. } if layers == 1 && sharp => out.push(Remark::new(
+        ElementKind::SolidShell { .. } if layers == 1 && sharp => out.push(Finding::note(
             format!(
                 "one layer of solid-shell over a radius of {sharpest:.2} mm, {:.1} thicknesses, and a stage that releases tools: a flange wiped over such a radius springs back by up to twice what several layers find",
                 sharpest / thickness
             ),
             format!("two layers take about {}, three or four agree with hexahedra", cost.times(1.5_f64.powf(GROWTH))),
         )),
-        ElementKind::SolidShell { .. } if layers > 1 && !sharp => out.push(Remark::new(
+        ElementKind::SolidShell { .. } if layers > 1 && !sharp => out.push(Finding::note(
             format!("{layers} layers of solid-shell: one bends as well"),
             format!("one takes {} in place of {}", cost.times(fewer), cost.times(1.0)),
         )),
-        ElementKind::Hex8Enhanced if layers > 3 => out.push(Remark::new(
+        ElementKind::Hex8Enhanced if layers > 3 => out.push(Finding::note(
             format!("{layers} layers of hex8-enhanced: two bend within a few per cent"),
             format!("two take about {}", cost.times((3.0 / (layers + 1) as f64).powf(GROWTH))),
         )),
@@ -90,7 +95,13 @@ fn springs_back(setup: &SimulationSetup) -> bool {
 }
 
 /// Remarks on the points through the thickness of one layer of solid-shells, drawn over `radius` thicknesses.
-fn points_remarks(points: u8, springs_back: bool, radius: f64, cost: &Cost, out: &mut Vec<Remark>) {
+fn points_remarks(
+    points: u8,
+    springs_back: bool,
+    radius: f64,
+    cost: &Cost,
+    out: &mut Vec<Finding>,
+) {
     /// Points that bending, springback, and thinning over a sharp radius want.
     const WANTED: [u8; 3] = [5, 7, 9];
     let share = cost.elements_s * cost.iterations[0] / cost.seconds[0].max(1e-300);
@@ -106,7 +117,7 @@ fn points_remarks(points: u8, springs_back: bool, radius: f64, cost: &Cost, out:
         _ => "1 to 2 % high",
     };
     if springs_back && points < WANTED[1] {
-        out.push(Remark::new(
+        out.push(Finding::note(
             format!(
                 "{points} points through the thickness and a stage that releases tools: the moment of bending, and springback with it, is {off}"
             ),
@@ -114,7 +125,7 @@ fn points_remarks(points: u8, springs_back: bool, radius: f64, cost: &Cost, out:
         ));
     }
     if radius < DRAWN && points < WANTED[2] {
-        out.push(Remark::new(
+        out.push(Finding::note(
             format!(
                 "{points} points through the thickness, over a radius of {radius:.1} thicknesses: where the sheet is drawn over it its thinning may be off by a third (by 5 points at 5 thicknesses)"
             ),
@@ -123,7 +134,7 @@ fn points_remarks(points: u8, springs_back: bool, radius: f64, cost: &Cost, out:
     }
     let enough = WANTED[if radius < DRAWN { 2 } else { usize::from(springs_back) }];
     if points > enough {
-        out.push(Remark::new(
+        out.push(Finding::note(
             format!("{points} points through the thickness: {enough} are enough here"),
             cost_of(enough),
         ));

@@ -1,12 +1,12 @@
 //! Tools that stand in the sheet before it is formed.
 
-use super::Remark;
+use super::Finding;
 use super::size::Sizes;
 use crate::solver::inside::inside;
 use crate::solver::{Motion, SimulationSetup};
 
 /// A remark on a tool of the first stage in which the undeformed sheet begins.
-pub(super) fn remark(setup: &SimulationSetup, tool: usize, sizes: &Sizes) -> Option<Remark> {
+pub(super) fn remark(setup: &SimulationSetup, tool: usize, sizes: &Sizes) -> Option<Finding> {
     let own = &setup.tools[tool];
     let first = &setup.stages.first()?.motions[tool];
     if matches!(first, Motion::Absent | Motion::Release) {
@@ -19,5 +19,5 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize, sizes: &Sizes) -> Opt
     } else {
         "they would be pushed out at once in the first increment, which may have no balance; begin clear of the sheet: \"place\": \"touch\", or a `shift` farther back"
     };
-    Some(Remark::new(found.to_string(), what.into()))
+    Some(Finding::note(found.to_string(), what.into()))
 }

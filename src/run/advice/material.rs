@@ -1,37 +1,64 @@
 //! Materials that no sheet is made of.
 
-use super::Remark;
+use super::Finding;
+use crate::report::doubt::DoubtCode;
 use crate::solver::material::card::MaterialCard;
+use crate::solver::material::hardening::Hardening;
 
 /// Plastic strain at which the flow stress is taken.
 pub(super) const EARLY: f64 = 0.002;
 /// Flow stress there over Young's modulus of what sheets are made of: lead has 4e-4, hard spring steel 0.01.
 const ELASTIC: [f64; 2] = [5e-5, 0.03];
 
+/// Largest plastic strain of a hardening table: hydraulic bulge and torsion tests end below 2; a curve in per cent goes to 10 and
+/// more.
+const LARGEST_STRAIN: f64 = 3.0;
+
 /// Young's moduli [MPa] of what is formed: a soft polymer has 1000, tungsten 4.1e5.
 const YOUNG: [f64; 2] = [500.0, 1e6];
 
 /// A remark on a Young's modulus that no sheet has, or on a flow stress that does not go with it.
-pub(super) fn remark(card: &MaterialCard) -> Option<Remark> {
+pub(super) fn remark(card: &MaterialCard) -> Option<Finding> {
     if !(YOUNG[0]..=YOUNG[1]).contains(&card.young_mpa) {
-        return Some(Remark::new(
-            format!("material '{}' has a Young's modulus of {:e} MPa", card.name, card.young_mpa),
-            "steel has 2.1e5 MPa, aluminium 7e4: check the units, stresses are in MPa".into(),
-        ));
+        let limit = YOUNG[usize::from(card.young_mpa > YOUNG[1])];
+        let finding = Finding::doubt(
+            DoubtCode::MaterialUnits,
+            "material.young_mpa".into(),
+            format!(
+                "Material '{}' has a Young's modulus of {:e} MPa; sheet metals have 4e4 to 4e5.",
+                card.name, card.young_mpa
+            ),
+            "Check the unit: stresses are in MPa (steel 2.1e5, aluminium 7e4).".into(),
+        );
+        return Some(finding.exceeds([card.young_mpa, limit]));
+    }
+    if let Some(Hardening::Table { strain, .. }) = &card.hardening
+        && let Some(last) = strain.last().filter(|last| **last > LARGEST_STRAIN)
+    {
+        let finding = Finding::doubt(
+            DoubtCode::MaterialUnits,
+            "material.hardening.strain".into(),
+            format!(
+                "The hardening table of material '{}' goes to a plastic strain of {last}; sheets fracture below {LARGEST_STRAIN}.",
+                card.name
+            ),
+            "Strains are ratios, not per cent: divide them by 100.".into(),
+        );
+        return Some(finding.exceeds([*last, LARGEST_STRAIN]));
     }
     let (stress, _) = card.tension(EARLY)?;
     let ratio = stress / card.young_mpa;
     (!(ELASTIC[0]..=ELASTIC[1]).contains(&ratio)).then(|| {
-        Remark::new(
+        Finding::doubt(
+            DoubtCode::MaterialUnits,
+            "material.hardening".into(),
             format!(
-                "material '{}' flows at {stress:.4} MPa after a plastic strain of {EARLY}, {ratio:.2e} of its Young's modulus of {:.4} MPa",
-                card.name, card.young_mpa
+                "Material '{}' has a flow stress of {stress:.4} MPa at a plastic strain of {EARLY}, {ratio:.2e} of its Young's modulus ({:.4} MPa); metals have {:.0e} to {}.",
+                card.name, card.young_mpa, ELASTIC[0], ELASTIC[1]
             ),
-            format!(
-                "metals have {:.0e} to {}: check the units, both are in MPa",
-                ELASTIC[0], ELASTIC[1]
-            ),
+            "Check the units: both are in MPa.".into(),
         )
+        .exceeds([ratio, ELASTIC[usize::from(ratio > ELASTIC[1])]])
     })
 }
 
@@ -39,7 +66,6 @@ pub(super) fn remark(card: &MaterialCard) -> Option<Remark> {
 mod tests {
     use super::*;
     use crate::solver::material::card;
-    use crate::solver::material::hardening::Hardening;
 
     #[test]
     fn slips_of_units_are_seen_and_published_sheets_are_not() {
@@ -50,7 +76,7 @@ mod tests {
         for unit in [1e-3, 1e3] {
             let found =
                 remark(&MaterialCard { young_mpa: steel.young_mpa * unit, ..steel.clone() });
-            assert!(found.unwrap().to_string().contains("check the units"));
+            assert!(found.unwrap().to_string().contains("Check the unit"));
         }
         let mut pascals = MaterialCard { young_mpa: 2.1e11, ..steel };
         pascals.hardening = Some(Hardening::Swift { k: 5.3e8, eps0: 0.0044, n: 0.27 });

@@ -8,6 +8,9 @@ mod clearance;
 mod coarse;
 mod curvature;
 mod elements;
+mod finding;
+mod fixed;
+pub mod holder;
 mod inside;
 mod material;
 mod seam;
@@ -17,54 +20,37 @@ mod stops;
 mod symmetry;
 mod tools;
 mod unheld;
+mod units;
 mod unopposed;
-
-use std::fmt;
 
 use self::clamping::Clamping;
 use self::sharp::Opposite;
 use self::size::Sizes;
 use super::cost::Cost;
+use crate::report::doubt::DoubtCode;
 use crate::scene::Plan;
 use crate::solver::reach::reachable;
 use crate::solver::{Motion, SimulationSetup};
 
+pub use finding::{Finding, Level, sort};
+
 /// Time grows with this power of the unknowns (`docs/results/solver.md`).
 const GROWTH: f64 = 1.5;
 
-/// A remark on a scene.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Remark {
-    /// What is too much, too little, or missing.
-    pub what: String,
-    /// What that costs, or what the remedy would.
-    pub cost: String,
-    /// `--auto` sees to it.
-    pub auto: bool,
-}
-
-impl Remark {
-    fn new(what: String, cost: String) -> Self {
-        Self { what, cost, auto: false }
-    }
-}
-
-impl fmt::Display for Remark {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let auto = if self.auto { " (--auto does it)" } else { "" };
-        write!(f, "{}; {}{auto}", self.what, self.cost)
-    }
-}
-
-/// Remarks on a scene that make what a run finds doubtful.
+/// Findings of the scene, its tools placed, that make the result of a run doubtful, errors among them.
 #[must_use]
-pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
-    let mut out: Vec<Remark> = material::remark(&plan.card).into_iter().collect();
+pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
+    let mut out: Vec<Finding> = material::remark(&plan.card).into_iter().collect();
+    units::findings(setup, &mut out);
+    out.extend(amounts::friction_not_given(plan));
     amounts::remarks(plan, setup, &mut out);
+    fixed::findings(setup, &mut out);
     out.extend(elements::too_few(plan, setup));
     out.extend(symmetry::askew(plan));
     out.extend(seam::remark(setup.body.mesh()));
     out.extend(symmetry::missing(plan, setup));
+    out.extend(symmetry::wrong(plan, setup));
+    holder::findings(setup, &holder::holders(setup, &reachable(setup)), &mut out);
     unopposed::remarks(setup, &mut out);
     out.extend(unheld::remark(setup));
     out.extend(setup.tools.iter().filter_map(tools::without_area));
@@ -72,24 +58,26 @@ pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
     out
 }
 
-/// A remark on a scene in which nothing is to happen.
-fn idle(setup: &SimulationSetup) -> Option<Remark> {
+/// A scene in which nothing is to happen.
+fn idle(setup: &SimulationSetup) -> Option<Finding> {
     let stands = |m: &Motion| matches!(m, Motion::Hold | Motion::Release | Motion::Absent);
     let idle = setup.stages.iter().flat_map(|stage| &stage.motions).all(stands);
     (idle && setup.loads.iter().all(|&force| force == 0.0)).then(|| {
-        Remark::new(
-            "no stage moves a tool and no load acts".into(),
-            "the sheet stays as it is; say in `drive` of a stage what moves".into(),
+        Finding::doubt(
+            DoubtCode::NothingMoves,
+            String::new(),
+            "No stage moves a tool and no load acts: the sheet stays as it is.".into(),
+            "Give in `drive` of a stage what moves.".into(),
         )
     })
 }
 
-/// Remarks on a scene whose tools have been placed; none when there is nothing to say.
+/// All findings of a scene whose tools have been placed, sorted by level, then by effect. `ratio`: length of the set-up's elements
+/// over those of the sheet that they stand for (1 where it is that sheet).
 #[must_use]
-pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> {
-    let sizes = Sizes::new(setup.body.mesh());
+pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> Vec<Finding> {
+    let sizes = Sizes::new(setup.body.mesh(), ratio);
     let mut out = doubts(plan, setup);
-    out.extend(symmetry::wrong(plan, setup));
     out.extend(symmetry::unused(plan, setup, cost));
     let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
     let sharpest = tools::sharpest(setup, &kept);
@@ -106,6 +94,7 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> 
     }
     clearance::remarks(plan, setup, &kept, &mut out);
     stops::remarks(setup, &mut out);
+    sort(&mut out);
     out
 }
 

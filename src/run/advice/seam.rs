@@ -2,25 +2,27 @@
 
 use rustc_hash::FxHashMap;
 
-use super::Remark;
+use super::Finding;
 use crate::geometry::Vec3;
+use crate::report::doubt::DoubtCode;
 use crate::solver::blank::HexMesh;
 
 /// Nearer to each other than this share of a layer's thickness, two nodes are at one place.
 const SAME: f64 = 1e-3;
 
 /// A remark on a blank that has such nodes.
-pub(super) fn remark(mesh: &HexMesh) -> Option<Remark> {
+pub(super) fn remark(mesh: &HexMesh) -> Option<Finding> {
     let layers = (mesh.nodes_per_column.max(2) - 1) as f64;
     let found = coinciding(&mesh.nodes, SAME * mesh.mean_thickness() / layers);
     let [x, y, z]: [f64; 3] = (*found.first()?).into();
-    Some(Remark::new(
+    Some(Finding::doubt(
+        DoubtCode::UnjoinedNodes,
+        format!("({x:.3}, {y:.3}, {z:.3}) mm"),
         format!(
-            "{} nodes of the blank lie where another one does and are not joined to it, the first at ({x:.3}, {y:.3}, {z:.3}) mm",
+            "{} nodes of the blank coincide with another node and are not joined to it, first at ({x:.3}, {y:.3}, {z:.3}) mm: the sheet is slit there and opens.",
             found.len()
         ),
-        "the sheet is slit there and opens: merge nodes that coincide, unless a slit is meant"
-            .into(),
+        "Merge coincident nodes in the mesh file, unless a slit is intended.".into(),
     ))
 }
 
@@ -61,7 +63,7 @@ mod tests {
         }
         let said = remark(&mesh).unwrap().to_string();
         assert!(
-            said.starts_with("1 nodes of the blank") && said.contains("(10.000, 5.000"),
+            said.contains("1 nodes of the blank coincide") && said.contains("(10.000, 5.000"),
             "{said}"
         );
     }

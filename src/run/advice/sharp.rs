@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::curvature::corners;
 use super::size::Sizes;
-use super::{Remark, end_of};
+use super::{Finding, end_of};
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
 use crate::solver::{Motion, SimulationSetup, ToolSetup};
@@ -27,7 +27,7 @@ pub(super) fn remark(
     tool: usize,
     kept: &[bool],
     sizes: &Sizes,
-) -> Option<Remark> {
+) -> Option<Finding> {
     let opposite = Opposite::new(setup, tool, kept, sizes);
     if opposite.is_idle() {
         return None;
@@ -95,11 +95,11 @@ impl<'a> Opposite<'a> {
 }
 
 /// That a tool has this edge there, and the radius that would do.
-fn told(tool: &ToolSetup, edge: &Edge, at: Vec3, sizes: &Sizes) -> Remark {
+fn told(tool: &ToolSetup, edge: &Edge, at: Vec3, sizes: &Sizes) -> Finding {
     let Edge { turn, along, across, .. } = edge;
     let element = sizes.along(&at, across, along).map_or(sizes.mean, |size| size.length);
     let radius = OVER_A_RADIUS * element / FRAC_PI_2;
-    Remark::new(
+    Finding::note(
         format!(
             "{} has a sharp edge at ({:.1}, {:.1}, {:.1}) mm, of {:.0} degrees, over which the sheet may be drawn",
             tool.name,

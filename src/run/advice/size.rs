@@ -21,6 +21,8 @@ pub(super) struct Sizes {
     pub mean: f64,
     /// Shape error that a tool may have [mm].
     pub tolerance: f64,
+    /// Length of the elements here over those of the sheet that they stand for.
+    ratio: f64,
 }
 
 /// An element's size along a direction.
@@ -33,8 +35,8 @@ pub(super) struct Size {
 }
 
 impl Sizes {
-    /// Those of the lowest layer's elements, which all other layers share.
-    pub(super) fn new(mesh: &HexMesh) -> Self {
+    /// Those of the lowest layer's elements, which all other layers share, of a sheet whose elements are shorter by `ratio`.
+    pub(super) fn new(mesh: &HexMesh, ratio: f64) -> Self {
         let levels = mesh.nodes_per_column.max(1);
         let lowest = |e: &&[u32; 8]| levels == 1 || (e[0] as usize).is_multiple_of(levels);
         let elements: Vec<&[u32; 8]> = mesh.elements.iter().filter(lowest).collect();
@@ -49,14 +51,14 @@ impl Sizes {
         let boxes: Vec<Aabb> =
             elements.iter().map(|e| Aabb::of_points(&[0, 1, 2, 3].map(|k| corner(e, k)))).collect();
         let sum: f64 = edges.iter().map(|[a, b]| 0.5 * (a.norm() + b.norm())).sum();
-        let mean = sum / edges.len().max(1) as f64;
+        let mean = sum / edges.len().max(1) as f64 / ratio;
         let tolerance = TOLERANCE * mesh.mean_thickness();
-        Self { tree: BoxTree::build(&boxes), boxes, edges, mean, tolerance }
+        Self { tree: BoxTree::build(&boxes), boxes, edges, mean, tolerance, ratio }
     }
 
     /// Whether a place lies over or under the sheet, seen along the axis nearest to `along`, and not over its rim.
     pub(super) fn covers(&self, at: &Vec3, along: &Vec3) -> bool {
-        let near = 1e-3 * self.mean;
+        let near = 1e-3 * self.mean * self.ratio;
         let axis = along.iamax();
         let across = [(axis + 1) % 3, (axis + 2) % 3];
         let beside = across.into_iter().flat_map(|k| [near, -near].map(|by| (k, by)));
@@ -94,7 +96,8 @@ impl Sizes {
         let whole = aa * bb - ab * ab;
         let parts = [(wa * bb - wb * ab) / whole, (wb * aa - wa * ab) / whole];
         let length = 1.0 / parts[0].hypot(parts[1]);
-        length.is_finite().then(|| Size { length, shares: parts.map(|p| (p * length).abs()) })
+        let shares = parts.map(|p| (p * length).abs());
+        length.is_finite().then(|| Size { length: length / self.ratio, shares })
     }
 }
 
@@ -105,9 +108,9 @@ mod tests {
 
     #[test]
     fn elements_are_measured_along_directions() {
-        assert!((Sizes::new(&rectangle(10.0, 20.0, 0.8, 5, 10, 2)).mean - 2.0).abs() < 1e-12);
+        assert!((Sizes::new(&rectangle(10.0, 20.0, 0.8, 5, 10, 2), 1.0).mean - 2.0).abs() < 1e-12);
         // 1 x 5 mm.
-        let sizes = Sizes::new(&rectangle(10.0, 20.0, 0.8, 10, 4, 2));
+        let sizes = Sizes::new(&rectangle(10.0, 20.0, 0.8, 10, 4, 2), 1.0);
         let at = Vec3::new(3.0, 3.0, 40.0);
         let length = |d: Vec3, o: Vec3| sizes.along(&at, &d, &o).unwrap().length;
         let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
@@ -124,7 +127,7 @@ mod tests {
         let mut mesh = rectangle(10.0, 2.0, 0.8, 2, 1, 1);
         // Columns at 0, 2 and 10 mm.
         mesh.nodes.iter_mut().filter(|n| n.x == 5.0).for_each(|n| n.x = 2.0);
-        let sizes = Sizes::new(&mesh);
+        let sizes = Sizes::new(&mesh, 1.0);
         let at =
             |x: f64| sizes.along(&Vec3::new(x, 1.0, 3.0), &Vec3::x(), &Vec3::y()).unwrap().length;
         assert!((at(1.0) - 2.0).abs() < 1e-12 && (at(9.0) - 8.0).abs() < 1e-12);

@@ -3,19 +3,19 @@
 
 use rayon::prelude::*;
 
-use super::{Remark, end_of};
+use super::{Finding, end_of};
 use crate::geometry::Vec3;
 use crate::solver::blank::HexMesh;
 use crate::solver::{SimulationSetup, ToolSetup};
 
 /// Remarks on tools without a stop under which less sheet lies than the others draw.
-pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
+pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Finding>) {
     for (tool, own) in setup.tools.iter().enumerate().filter(|(_, own)| own.stop.is_none()) {
         if let Some((drawing, drawn)) = drawn(setup, tool)
             && let Some(width) = width_under(setup.body.mesh(), own, &setup.tools[drawing])
             && drawn > width
         {
-            out.push(Remark::new(
+            out.push(Finding::note(
                 format!(
                     "{} is driven by a force and has no stop: {width:.1} mm of the sheet may be drawn before its rim leaves it, and {} goes {drawn:.1} mm",
                     own.name, setup.tools[drawing].name

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::{GROWTH, Remark};
+use super::{Finding, GROWTH};
 use crate::geometry::{Aabb, Vec3};
+use crate::report::doubt::DoubtCode;
 use crate::run::cost::Cost;
 use crate::scene::Plan;
 use crate::scene::types::BlankShape;
@@ -19,7 +20,7 @@ const SAME_SIDE: f64 = 1e-3;
 const SAMPLES: usize = 2000;
 
 /// A remark for x and for y when the plane across it in the middle of the sheet mirrors everything.
-pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Remark> {
+pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Finding> {
     let sheet = Aabb::of_points(&setup.body.mesh().nodes);
     let found: Vec<usize> = (0..2)
         .filter(|&axis| {
@@ -31,14 +32,15 @@ pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<R
     let remark = |&axis: &usize| {
         let at = sheet.center()[axis];
         let half = halved(setup.body.mesh(), axis, at, SAME * sheet.diagonal())?;
-        let share = half as f64 / cost.unknowns.max(1) as f64;
-        Some(Remark::new(
+        let share = half as f64 / (3 * setup.body.mesh().nodes.len()).max(1) as f64;
+        let half = share * cost.unknowns as f64;
+        Some(Finding::note(
             format!(
                 "sheet and tools are symmetric about {} = {at:.4} mm, and both halves are modelled",
                 name(axis)
             ),
             format!(
-                "half the sheet and a symmetry plane there have {half} unknowns and take about {}",
+                "half the sheet and a symmetry plane there have {half:.0} unknowns and take about {}",
                 cost.times(share.powf(GROWTH))
             ),
         ))
@@ -46,25 +48,64 @@ pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<R
     found.iter().filter_map(remark).collect()
 }
 
-/// A remark on a quarter of a disc whose straight sides nothing holds: no planes of symmetry are declared.
-pub(super) fn missing(plan: &Plan, setup: &SimulationSetup) -> Option<Remark> {
-    let BlankShape::QuarterDisc { .. } = plan.scene.blank.shape else { return None };
+/// Findings on straight sides of the blank, across x or y, that look like cuts and that no symmetry plane holds: all tools end
+/// there too, or are symmetric about it, or the blank is a quarter of a disc.
+pub(super) fn missing(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
     let nodes = &setup.body.mesh().nodes;
-    let size = Aabb::of_points(nodes).diagonal();
-    let free = |axis: &usize| {
-        let on = (0..nodes.len()).filter(|&node| nodes[node][*axis].abs() < SAME * size);
-        !on.into_iter().any(|node| setup.constraints.is_held(node, *axis))
+    let sheet = Aabb::of_points(nodes);
+    let size = sheet.diagonal();
+    let quarter = matches!(plan.scene.blank.shape, BlankShape::QuarterDisc { .. });
+    let mut out = Vec::new();
+    for axis in 0..2 {
+        let ends = [sheet.min[axis], sheet.max[axis]];
+        let cut = ends.map(|at| is_cut(setup, axis, at, size));
+        for (k, at) in ends.into_iter().enumerate() {
+            // Tools as wide as the sheet end at both sides of a whole one.
+            let seems = (cut[k] && !cut[1 - k]) || (quarter && k == 0);
+            if !seems || !is_straight_and_free(setup, axis, at, SAME * size) {
+                continue;
+            }
+            let name = ["x", "y"][axis];
+            out.push(Finding::doubt(
+                DoubtCode::SymmetryMissing,
+                format!("{name} = {at} mm"),
+                format!(
+                    "The blank has a straight free side at {name} = {at:.4} mm where {}, and no symmetry plane is declared there: the cut side is free, and forces are those of the part.",
+                    if quarter { "a quarter disc is cut" } else { "all tools end or are symmetric" }
+                ),
+                format!("Declare `symmetry`: {{\"normal\": \"{name}\", \"at_mm\": {at}}}, or model the whole sheet."),
+            ));
+        }
+    }
+    out
+}
+
+/// Whether all tools end at a plane, or are symmetric about it.
+fn is_cut(setup: &SimulationSetup, axis: usize, at: f64, size: f64) -> bool {
+    let near = SAME_SIDE * size;
+    let cut = |tool: &ToolSetup| {
+        let bounds = tool.surface.bounds();
+        let ends = [bounds.min, bounds.max].map(|end| (end + tool.offset)[axis]);
+        ends.iter().any(|end| (end - at).abs() < near)
+            || (ends[0] < at - near
+                && ends[1] > at + near
+                && tool_mirrors(tool, axis, at, near, &EVERYWHERE))
     };
-    let open: Vec<&str> = (0..2).filter(free).map(|axis| ["x", "y"][axis]).collect();
-    (!open.is_empty()).then(|| {
-        Remark::new(
-            format!(
-                "a quarter disc and no symmetry plane, nor anything held, at {} = 0",
-                open.join(" = 0 and ")
-            ),
-            "the sheet is cut there, and forces are those of the quarter: declare `symmetry` planes, or model a `disc`".into(),
-        )
-    })
+    !setup.tools.is_empty() && setup.tools.iter().all(cut)
+}
+
+/// Whether the side of the sheet at a plane is straight, more than a corner, and nothing holds it across the plane.
+fn is_straight_and_free(setup: &SimulationSetup, axis: usize, at: f64, near: f64) -> bool {
+    /// Length of the side over that of the sheet along it.
+    const STRAIGHT: f64 = 0.25;
+    let nodes = &setup.body.mesh().nodes;
+    let on: Vec<usize> = (0..nodes.len()).filter(|&n| (nodes[n][axis] - at).abs() < near).collect();
+    let along = 1 - axis;
+    let extent = |bounds: &Aabb| (bounds.max - bounds.min)[along];
+    let side = Aabb::of_points(on.iter().map(|&n| &nodes[n]));
+    !on.is_empty()
+        && extent(&side) > STRAIGHT * extent(&Aabb::of_points(nodes))
+        && !on.iter().any(|&node| setup.constraints.is_held(node, axis))
 }
 
 /// Where the model is: all of space, up to the symmetry planes on the sheet's side of them.
@@ -84,23 +125,25 @@ pub(super) fn part(plan: &Plan, setup: &SimulationSetup) -> Aabb {
 }
 
 /// Remarks on planes that the scene takes for planes of symmetry and that the material is not symmetric about.
-pub(super) fn askew(plan: &Plan) -> Vec<Remark> {
+pub(super) fn askew(plan: &Plan) -> Vec<Finding> {
     let planes = plan.scene.symmetry.iter().map(|plane| (plane.normal.index(), plane.at_mm));
     let askew = planes.filter(|&(axis, _)| axis < 2 && !rolling_mirrors(plan, axis));
     let remark = |(axis, at)| {
         let name = ["x", "y", "z"][axis];
-        Remark::new(
+        Finding::doubt(
+            DoubtCode::SymmetryWrong,
+            format!("{name} = {at} mm"),
             format!(
-                "the material is not symmetric about the plane {name} = {at:.4} mm: its rolling direction lies askew to it"
+                "The rolling direction is askew to the symmetry plane {name} = {at:.4} mm: results are those of a sheet whose rolling direction changes at the plane."
             ),
-            "results are those of a sheet whose rolling direction turns round at the plane: model both halves".into(),
+            "Model both halves, or turn the rolling direction along or across the plane.".into(),
         )
     };
     askew.map(remark).collect()
 }
 
 /// Remarks on planes that the scene takes for planes of symmetry and that tools are not symmetric about.
-pub(super) fn wrong(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
+pub(super) fn wrong(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
     let sheet = Aabb::of_points(&setup.body.mesh().nodes);
     let size = sheet.diagonal();
     let mut out = Vec::new();
@@ -119,12 +162,14 @@ pub(super) fn wrong(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
                 [at - (bounds.min + tool.offset)[axis], (bounds.max + tool.offset)[axis] - at];
             let whole = beyond.iter().all(|beyond| *beyond > 0.1 * size);
             if whole && !tool_mirrors(tool, axis, at, SAME_SIDE * size, &near) {
-                out.push(Remark::new(
+                out.push(Finding::doubt(
+                    DoubtCode::SymmetryWrong,
+                    format!("{}, {name} = {at} mm", tool.name),
                     format!(
-                        "{} reaches over the symmetry plane {name} = {at:.4} mm and is not its own image there",
+                        "{} extends beyond the symmetry plane {name} = {at:.4} mm and is not symmetric about it.",
                         tool.name
                     ),
-                    "what it does beyond the plane is taken to be the image of this side: model both halves, or put it in the middle".into(),
+                    "The far side is taken to be the image of the modelled side. Model both halves, or centre the tool on the plane.".into(),
                 ));
             }
         }

@@ -3,8 +3,9 @@
 use super::clamping::Clamping;
 use super::curvature::{Bend, FLAT, bends, corners};
 use super::size::{Size, Sizes};
-use super::{GROWTH, Remark};
+use super::{Finding, GROWTH};
 use crate::geometry::{Aabb, Vec3};
+use crate::report::doubt::DoubtCode;
 use crate::run::cost::Cost;
 use crate::solver::{SimulationSetup, ToolSetup};
 use crate::tool::Patch;
@@ -28,12 +29,12 @@ pub(super) fn remarks(
     kept: &[bool],
     (part, clamping): (&Aabb, &Clamping<'_>),
     (sizes, cost): (&Sizes, &Cost),
-    out: &mut Vec<Remark>,
+    out: &mut Vec<Finding>,
 ) {
     let name = &tool.name;
     let (count, patches) = (kept.iter().filter(|k| **k).count(), kept.len());
     if count == 0 {
-        out.push(Remark::new(
+        out.push(Finding::note(
             format!("none of the {patches} patches of {name} can be reached by the sheet"),
             "check its place, direction and travel".into(),
         ));
@@ -41,20 +42,20 @@ pub(super) fn remarks(
     }
     if count < patches {
         let beyond = patches - count;
-        out.push(Remark {
-            what: format!("{beyond} of {patches} patches of {name} are beyond the reach of the sheet"),
-            cost: format!(
+        out.push(Finding {
+            auto: true,
+            ..Finding::note(format!("{beyond} of {patches} patches of {name} are beyond the reach of the sheet"),
+            format!(
                 "{} of search trees, no unknowns; `kanagata convert --reach` leaves such faces out of the file",
                 megabytes(beyond as f64 * BYTES_A_PATCH)
-            ),
-            auto: true,
+            ))
         });
     }
     let model = tool.surface.model();
     let near = || model.patches.iter().zip(kept).filter(|(_, k)| **k).map(|(p, _)| p);
     let fine = near().filter(|p| is_fine(p, &tool.offset, sizes)).count();
     if 2 * fine > count {
-        out.push(Remark::new(
+        out.push(Finding::note(
             format!(
                 "{fine} of {count} patches of {name} within reach are shorter than a quarter of the elements along their curvature, and within {:.4} mm even at four times their length",
                 sizes.tolerance
@@ -77,14 +78,16 @@ pub(super) fn remarks(
 }
 
 /// A remark on a tool some of whose patches have no area.
-pub(super) fn without_area(tool: &ToolSetup) -> Option<Remark> {
+pub(super) fn without_area(tool: &ToolSetup) -> Option<Finding> {
     let patches = &tool.surface.model().patches;
     let mut flat = patches.iter().enumerate().filter(|(_, patch)| patch.is_without_area());
     let (first, patch) = flat.next()?;
     let x = patch.derivs(0.5, 0.5).s;
-    Some(Remark::new(
+    Some(Finding::doubt(
+        DoubtCode::PatchesWithoutArea,
+        tool.name.clone(),
         format!(
-            "{} of {} patches of {} have no area, the first number {first} at ({:.1}, {:.1}, {:.1}) mm of its file",
+            "{} of {} patches of {} have no area, first patch {first} at ({:.1}, {:.1}, {:.1}) mm of its file.",
             1 + flat.count(),
             patches.len(),
             tool.name,
@@ -92,7 +95,7 @@ pub(super) fn without_area(tool: &ToolSetup) -> Option<Remark> {
             x.y,
             x.z
         ),
-        "they have no normal, and what touches the tool there is pushed any way: make the tool again with `kanagata convert`, or take them out".into(),
+        "They have no normal, and contact forces there have no direction. Convert the tool again with `kanagata convert`, or remove these patches.".into(),
     ))
 }
 
@@ -146,7 +149,7 @@ fn coarse_elements<'a>(
     patches: impl Iterator<Item = &'a Patch>,
     sizes: &Sizes,
     cost: &Cost,
-) -> Option<Remark> {
+) -> Option<Finding> {
     let mut worst: Option<(f64, Vec3, Bend, Size)> = None;
     // How many times finer along the two edges of the elements.
     let mut finer = [1.0_f64; 2];
@@ -166,7 +169,7 @@ fn coarse_elements<'a>(
     }
     let (over, at, bend, size) = worst.filter(|w| w.0 < OVER_A_RADIUS)?;
     let more = finer[0] * finer[1];
-    Some(Remark::new(
+    Some(Finding::note(
         format!(
             "elements of {:.2} mm along the bend are coarse for the radius of {:.2} mm of {name} at ({:.1}, {:.1}, {:.1}) mm: {over:.1} over 90 degrees",
             size.length, bend.radius, at.x, at.y, at.z
@@ -193,6 +196,7 @@ mod tests {
     fn cost() -> Cost {
         Cost {
             unknowns: 1000,
+            measured: false,
             flop: 0.0,
             factors_mb: 0.0,
             memory_mb: 0.0,
@@ -212,7 +216,7 @@ mod tests {
     }
 
     fn told(nx: usize, ny: usize, tool: &ToolModel) -> Option<String> {
-        let sizes = Sizes::new(&rectangle(60.0, 60.0, 1.0, nx, ny, 1));
+        let sizes = Sizes::new(&rectangle(60.0, 60.0, 1.0, nx, ny, 1), 1.0);
         let offset = Vec3::new(-1950.0, 0.0, 0.0);
         coarse_elements("die", &offset, tool.patches.iter(), &sizes, &cost()).map(|r| r.to_string())
     }
@@ -233,7 +237,7 @@ mod tests {
 
     #[test]
     fn patches_short_across_their_curvature_are_fine() {
-        let sizes = Sizes::new(&rectangle(60.0, 60.0, 1.0, 20, 20, 1));
+        let sizes = Sizes::new(&rectangle(60.0, 60.0, 1.0, 20, 20, 1), 1.0);
         let fine = |tool: &ToolModel| {
             let offset = Vec3::new(-1950.0, 0.0, 0.0);
             tool.patches.iter().filter(|p| is_fine(p, &offset, &sizes)).count()
@@ -241,7 +245,8 @@ mod tests {
         // 0.26 mm by 20 mm, 3.75 degrees; 0.79 mm, 11.25 degrees; elements of 3 mm.
         assert_eq!((fine(&shoulder(24)), fine(&shoulder(8))), (48, 0));
         let flat = plane("p", Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z());
-        let of = |size: usize| Sizes::new(&rectangle(60.0, 60.0, 1.0, 60 / size, 60 / size, 1));
+        let of =
+            |size: usize| Sizes::new(&rectangle(60.0, 60.0, 1.0, 60 / size, 60 / size, 1), 1.0);
         let is = |size: usize| is_fine(&flat.patches[0], &Vec3::zeros(), &of(size));
         assert!(is(6) && !is(5));
         // A quarter of 90 degrees turns too much to be left to fewer patches.

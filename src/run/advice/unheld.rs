@@ -1,15 +1,16 @@
 //! Loads on a sheet that nothing holds: no support, and no tool at it.
 
-use super::Remark;
+use super::Finding;
 use super::away::stands_off;
 use crate::geometry::Vec3;
+use crate::report::doubt::DoubtCode;
 use crate::solver::{Motion, SimulationSetup};
 
 /// Share of the sum of all forces from which what they leave pushes the sheet along.
 const LEFT: f64 = 1e-6;
 
 /// A remark on the first stage at whose end loads push the sheet along an axis along which nothing holds it.
-pub(super) fn remark(setup: &SimulationSetup) -> Option<Remark> {
+pub(super) fn remark(setup: &SimulationSetup) -> Option<Finding> {
     let forces = || setup.loads.chunks_exact(3).map(Vec3::from_column_slice);
     let (net, sum): (Vec3, f64) = (forces().sum(), forces().map(|f| f.norm()).sum());
     let nodes = setup.body.mesh().nodes.len();
@@ -27,11 +28,14 @@ pub(super) fn remark(setup: &SimulationSetup) -> Option<Remark> {
         stage.load.at(1.0) != 0.0 && !stage.motions.iter().enumerate().any(there)
     })?;
     let (force, name) = (net[axis] * stage.load.at(1.0), ["x", "y", "z"][axis]);
-    Some(Remark::new(
+    Some(Finding::doubt(
+        DoubtCode::SheetUnconstrained,
+        format!("stage {}", stage.name),
         format!(
-            "at the end of stage `{}` loads push the sheet along {name} with {force:.3} N (on the modelled part), no node is held along {name}, and no tool is at the sheet",
+            "At the end of stage `{}` loads push the sheet along {name} with {force:.3} N (modelled part); no node is constrained along {name} and no tool is at the sheet: there is no equilibrium.",
             stage.name
         ),
-        "there is no balance; hold the sheet (`holds`, `symmetry`), load its other end as much, or keep a tool at it".into(),
+        "Constrain the sheet (`holds`, `symmetry`), balance the load, or keep a tool at the sheet."
+            .into(),
     ))
 }

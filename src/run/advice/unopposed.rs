@@ -1,18 +1,20 @@
 //! Tools that push with a force while no tool stands on the sheet's other side, and no support holds it: taken away too early,
 //! or not there yet.
 
-use super::Remark;
+use super::{Finding, end_of};
 use crate::geometry::Vec3;
+use crate::report::doubt::DoubtCode;
 use crate::solver::{Motion, SheetSide, SimulationSetup, Stage};
 
 /// Remarks on stages in which nothing stands against a tool that pushes.
-pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
+pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Finding>) {
+    let mut travels = vec![0.0; setup.tools.len()];
     for stage in &setup.stages {
         for (tool, own) in setup.tools.iter().enumerate() {
-            let Some(force) = force_at_end(&stage.motions[tool]).filter(|force| *force > 0.0)
-            else {
-                continue;
-            };
+            let motion = &stage.motions[tool];
+            let before = travels[tool];
+            travels[tool] = end_of(motion, before).unwrap_or(before);
+            let Some(push) = push(motion, before) else { continue };
             let against = |(other, motion): (usize, &Motion)| {
                 other != tool
                     && !matches!(motion, Motion::Release | Motion::Absent)
@@ -20,12 +22,14 @@ pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Remark>) {
             };
             let alone = !stage.motions.iter().enumerate().any(against);
             if alone && !supported(setup, &own.direction) {
-                out.push(Remark::new(
+                out.push(Finding::doubt(
+                    DoubtCode::ToolUnopposed,
+                    format!("{}, stage {}", own.name, stage.name),
                     format!(
-                        "at the end of stage `{}` {} pushes with {force:.0} N and no tool stands against it",
+                        "At the end of stage `{}` {} {push}, and no tool or support is on the other side of the sheet: there is no equilibrium, or the sheet moves as a rigid body.",
                         stage.name, own.name
                     ),
-                    format!("there is no balance; {}", remedy(setup, stage)),
+                    remedy(setup, stage),
                 ));
             }
         }
@@ -45,25 +49,27 @@ fn supported(setup: &SimulationSetup, direction: &Vec3) -> bool {
 fn remedy(setup: &SimulationSetup, stage: &Stage) -> String {
     let gone = setup.tools.iter().zip(&stage.motions).find(|(_, m)| **m == Motion::Release);
     gone.map_or_else(
-        || "keep a tool on its other side, or release this one too".into(),
+        || "Keep a tool on the other side of the sheet, or release this one too.".into(),
         |(tool, _)| {
             format!(
-                "what {} leaves behind as it is let go are forces that move with the sheet and that nothing guides (they may bend it): let it go back by travel, or release this one too",
+                "{} is released in this stage: its forces then follow the sheet without guidance and may bend it. Move it back by `travel_mm`, or release this tool too.",
                 tool.name
             )
         },
     )
 }
 
-/// Force of a tool at the end of a stage that drives it by one [N]. A spring goes on to where it has none.
-fn force_at_end(motion: &Motion) -> Option<f64> {
+/// How a tool, at the travel `before` [mm] when a stage begins, pushes at its end, in words; `None` where it does not. A spring
+/// goes on to where it has no force.
+fn push(motion: &Motion, before: f64) -> Option<String> {
     match motion {
-        Motion::Force(curve) => Some(curve.at(1.0)),
-        Motion::Hold
-        | Motion::Spring { .. }
-        | Motion::Travel(_)
-        | Motion::Advance(_)
-        | Motion::Release
-        | Motion::Absent => None,
+        Motion::Force(curve) => {
+            let force = curve.at(1.0);
+            (force > 0.0).then(|| format!("pushes with {force:.0} N"))
+        }
+        Motion::Travel(_) | Motion::Advance(_) => end_of(motion, before)
+            .filter(|end| *end > before)
+            .map(|end| format!("has travelled to {end:.2} mm")),
+        Motion::Hold | Motion::Spring { .. } | Motion::Release | Motion::Absent => None,
     }
 }

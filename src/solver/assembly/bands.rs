@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Body, ElementFailure, Evaluation};
+use super::{Body, Built, ElementFailure, Evaluation};
 use crate::geometry::Mat3;
 use crate::solver::blank::HexMesh;
 use crate::solver::element::{
@@ -95,12 +95,15 @@ impl Body {
         other: Option<(&dyn Material, &[f64])>,
         out: &mut Evaluation,
     ) -> Result<(), ElementFailure> {
-        let (material, history) = other.unwrap_or((self.material.as_ref(), &self.committed[..]));
         let stride = self.stride();
+        self.built();
+        let built = self.built.get_mut().expect("made on the line above");
+        let Built { gather, geometry, committed, trial, bands, blocks, .. } = built;
+        let (material, history) = other.unwrap_or((self.material.as_ref(), &committed[..]));
         let all = Elements {
             mesh: &self.mesh,
             kind: self.kind,
-            geometry: &self.geometry,
+            geometry,
             rule: &self.thickness_rule,
             material,
             axes: self.axes.as_deref(),
@@ -112,27 +115,26 @@ impl Body {
         let mut states: Vec<&mut [f64]> = if stride == 0 {
             (0..self.mesh.elements.len()).map(|_| <&mut [f64]>::default()).collect()
         } else {
-            self.trial.chunks_exact_mut(stride).collect()
+            trial.chunks_exact_mut(stride).collect()
         };
         out.internal_force.resize(3 * self.mesh.nodes.len(), 0.0);
         if want == Want::ResidualAndTangent {
-            out.tangent.resize(self.gather.pattern.nnz(), 0.0);
+            out.tangent.resize(gather.pattern.nnz(), 0.0);
         }
         let mut sums = Sums::default();
         // An element's modes go on from where it was last evaluated: all are, whichever fails, as bands are as long as
         // there are threads for them.
         let mut failure = Ok(());
-        for band in &self.bands.list {
-            let first = band.elements.start % self.bands.kept;
-            let blocks = &mut self.blocks[first..first + band.elements.len()];
-            let done =
-                all.evaluate(band.elements.start, &mut states[band.elements.clone()], blocks);
+        for band in &bands.list {
+            let first = band.elements.start % bands.kept;
+            let own = &mut blocks[first..first + band.elements.len()];
+            let done = all.evaluate(band.elements.start, &mut states[band.elements.clone()], own);
             failure = failure.and(done);
             if failure.is_err() {
                 continue;
             }
-            blocks.iter().for_each(|block| sums.add(block));
-            let answers = Answers { gather: &self.gather, blocks: &self.blocks, want };
+            own.iter().for_each(|block| sums.add(block));
+            let answers = Answers { gather, blocks, want };
             answers.sum(&band.nodes, out);
         }
         let Sums { elastic_energy, plastic_work, artificial_work, internal_residual } = sums;
@@ -309,8 +311,10 @@ mod tests {
         let mesh = HexMesh { nodes, elements, nodes_per_column };
         let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
         let mut body = Body::new(mesh, kind, Arc::clone(&steel)).unwrap();
-        body.bands = Bands::of_length(&body.gather, body.mesh.elements.len(), length);
-        body.blocks = vec![ElementMatrices::zero(); body.bands.kept];
+        let count = body.mesh.elements.len();
+        let built = body.built_mut();
+        built.bands = Bands::of_length(&built.gather, count, length);
+        built.blocks = vec![ElementMatrices::zero(); built.bands.kept];
         body
     }
 
@@ -370,8 +374,8 @@ mod tests {
     #[test]
     fn only_as_many_answers_are_kept_as_rows_need() {
         // A node's elements are 2 x 7 apart along x, and 3 next to each other.
-        assert_eq!(body(|e| e, 1).bands.kept, 18);
-        assert_eq!(body(|e| e, 16).bands.kept, 32);
-        assert_eq!(body(|e| 47 * e % 126, 16).bands.kept, 128);
+        assert_eq!(body(|e| e, 1).built().bands.kept, 18);
+        assert_eq!(body(|e| e, 16).built().bands.kept, 32);
+        assert_eq!(body(|e| 47 * e % 126, 16).built().bands.kept, 128);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Body, ElementFailure, Evaluation};
+use super::{Body, Built, ElementFailure, Evaluation};
 use crate::solver::element::Want;
 use crate::solver::material::Material;
 use crate::solver::material::at_yield::AtYield;
@@ -39,8 +39,8 @@ impl Body {
             return self.evaluate(displacement, Want::ResidualAndTangent, out);
         };
         let Foresight { factor, stiff } = foresight;
-        let mut history = self.committed.clone();
-        let mut before = self.before.chunks_exact(6);
+        let mut history = self.built().committed.clone();
+        let mut before = self.built().before.chunks_exact(6);
         for point in self.strains_of(memory.strain) {
             let Some(before) = before.next() else { break };
             for (value, before) in history[point..point + 6].iter_mut().zip(before) {
@@ -68,7 +68,7 @@ impl Body {
         let Some(law) = law else {
             return self.evaluate(displacement, Want::ResidualAndTangent, out);
         };
-        let history = self.committed.clone();
+        let history = self.built().committed.clone();
         self.evaluate_elements(displacement, Want::ResidualAndTangent, Some((&law, &history)), out)
     }
 
@@ -76,8 +76,9 @@ impl Body {
     pub(super) fn keep_strains(&mut self) {
         let Some(memory) = self.material.memory() else { return };
         let places = self.strains_of(memory.strain);
-        for (kept, at) in self.before.chunks_exact_mut(6).zip(places) {
-            kept.copy_from_slice(&self.committed[at..at + 6]);
+        let Built { before, committed, .. } = self.built_mut();
+        for (kept, at) in before.chunks_exact_mut(6).zip(places) {
+            kept.copy_from_slice(&committed[at..at + 6]);
         }
     }
 

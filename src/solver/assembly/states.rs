@@ -27,12 +27,12 @@ impl Body {
             match &weights {
                 Some(weights) => gathered(points.zip(weights.iter().copied())),
                 None => {
-                    let own = self.geometry[element].iter().map(|point| point.weight);
+                    let own = self.built().geometry[element].iter().map(|point| point.weight);
                     gathered(points.zip(own))
                 }
             }
         };
-        self.committed.par_chunks_exact(self.stride()).enumerate().map(state).collect()
+        self.built().committed.par_chunks_exact(self.stride()).enumerate().map(state).collect()
     }
 }
 

@@ -17,8 +17,8 @@ impl Body {
         let point_len = self.kind.point_count() * len;
         let weights = self.point_weights();
         let off = |element: usize| {
-            let points = &self.geometry[element];
-            let states = &self.committed[element * stride..element * stride + point_len];
+            let points = &self.built().geometry[element];
+            let states = &self.built().committed[element * stride..element * stride + point_len];
             let undeformed: f64 = points.iter().map(|point| point.weight).sum();
             let elastic: f64 = match &weights {
                 Some(weights) => undeformed * elastic_ratio(states, len, &memory, weights),
@@ -42,7 +42,8 @@ impl Body {
     /// [`FailureReason::Inverted`] for the lowest-numbered element that has none.
     pub fn not_inside_out(&self, displacement: &[f64]) -> Result<(), ElementFailure> {
         let least = |element: usize| {
-            let (points, moved) = (&self.geometry[element], self.moved(element, displacement));
+            let (points, moved) =
+                (&self.built().geometry[element], self.moved(element, displacement));
             let over = |place: usize| {
                 let pair = [&points[place], &points[place + 4]];
                 let [volume, own] = pair.iter().fold([0.0; 2], |[volume, own], point| {
@@ -72,7 +73,10 @@ impl Body {
     /// Volume of an element at `displacement` [mm³].
     fn present_volume(&self, element: usize, displacement: &[f64]) -> f64 {
         let moved = self.moved(element, displacement);
-        self.geometry[element].iter().map(|point| point.weight * volume_ratio(point, &moved)).sum()
+        self.built().geometry[element]
+            .iter()
+            .map(|point| point.weight * volume_ratio(point, &moved))
+            .sum()
     }
 
     /// Displacements of an element's nodes [mm].

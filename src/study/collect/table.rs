@@ -17,8 +17,9 @@ pub(super) const PHASES: [(&str, &str); 6] = [
     ("solve", "solves"),
 ];
 
-const COLUMNS: [Column; 40] = [
+const COLUMNS: [Column; 41] = [
     ("state", state),
+    ("doubts", |r| of(r, doubt_codes)),
     ("method", |r| r.method.clone()),
     ("patches", |r| r.patches.to_string()),
     ("shape_error_mm", |r| maybe(r.shape_error, 5)),
@@ -88,11 +89,18 @@ pub(super) fn rest(record: &RunRecord) -> f64 {
 fn state(row: &Row<'_>) -> String {
     match row.standing {
         Standing::Waiting => "waiting",
+        Standing::Done if row.is_doubtful() => "doubtful",
         Standing::Done => "done",
         Standing::Failed => "failed",
         Standing::Stale => "stale",
     }
     .into()
+}
+
+/// Codes of the doubts about a run.
+fn doubt_codes(record: &RunRecord) -> String {
+    let codes: Vec<&str> = record.doubts.iter().map(|doubt| doubt.code.as_str()).collect();
+    codes.join(" ")
 }
 
 fn phase(record: &RunRecord, k: usize) -> String {

@@ -45,6 +45,10 @@ impl Made {
     }
 
     fn collect(&self) -> Vec<(Check, Outcome)> {
+        self.findings().checks
+    }
+
+    fn findings(&self) -> Findings {
         collect(&self.study, &self.cases, &self.manifest, self.folder.path()).unwrap()
     }
 

@@ -1,0 +1,275 @@
+//! Doubts about a run: those of its scene, and those of what became of the sheet.
+
+use super::{RunRecord, Verdict};
+use crate::report::doubt::{Doubt, DoubtCode, place_mm};
+
+/// Depth of a node in a tool over the thickness, above which it is a doubt.
+const PENETRATION: f64 = 0.05;
+/// Energy not accounted for over the work, above which it is a doubt.
+const ENERGY_OPEN: f64 = 0.01;
+/// Energy left open in one increment over the work of the whole run, below which it is ignored.
+const ENERGY_OPEN_IGNORED: f64 = 1e-3;
+/// Work of forces that released tools left behind over all work, above which it is a doubt.
+const RELEASED_WORK: f64 = 0.02;
+/// Artificial (hourglass) energy over the work, above which it is a doubt.
+const ARTIFICIAL_ENERGY: f64 = 0.02;
+/// Lift of a blank holder over the initial thickness, above which it is a doubt: a flange thickens by less than half.
+const HOLDER_LIFT: f64 = 1.0;
+/// Thickness over the initial one, below which it is a doubt: sheet metals fracture before.
+pub(super) const THICKNESS_LEFT: f64 = 0.5;
+
+impl RunRecord {
+    /// All doubts as far as the run has come: `scene` (of its set-up) first, then those of its result.
+    #[must_use]
+    pub fn judged(&self, scene: &[Doubt]) -> Vec<Doubt> {
+        let found = [
+            self.penetration_at_nodes(),
+            self.inside_tool(),
+            self.never_touched(),
+            self.unstable_equilibrium(),
+            self.hourglass_modes(),
+            self.artificial_energy(),
+            self.shear_at_friction_limit(),
+            self.self_penetration(),
+            self.overhang(),
+            self.released_force_work(),
+            self.energy_not_accounted_for(),
+            self.thickness_below_half(),
+            self.holder_lifted(),
+        ];
+        scene.iter().cloned().chain(found.into_iter().flatten()).collect()
+    }
+
+    /// `completed`, or `doubtful` with any doubt.
+    #[must_use]
+    pub fn completed_verdict(&self) -> Verdict {
+        if self.doubts.is_empty() { Verdict::Completed } else { Verdict::Doubtful }
+    }
+
+    fn penetration_at_nodes(&self) -> Option<Doubt> {
+        let limit = PENETRATION * self.thickness.as_ref()?.most_mm;
+        (self.penetration_mm > limit).then(|| {
+            Doubt::of(
+                DoubtCode::PenetrationAtNodes,
+                String::new(),
+                [self.penetration_mm, limit],
+                format!(
+                    "Nodes are up to {:.3} mm inside a tool ({:.0} % of the thickness allowed). Contact keeps a node out of one tool at a time: join tools that meet at a corner into one file, keep the edge of a tool away from the gap between two others, or raise `solver.contact.stiffness`.",
+                    self.penetration_mm,
+                    100.0 * PENETRATION
+                ),
+            )
+        })
+    }
+
+    fn inside_tool(&self) -> Option<Doubt> {
+        let found = self.in_tool.as_ref()?;
+        Some(Doubt {
+            value: Some(found.depth_mm),
+            ..Doubt::new(
+                DoubtCode::InsideTool,
+                format!("{}, stage {}", found.tool, found.stage),
+                format!(
+                    "At the end of stage `{}` {} nodes are inside {}, by up to {:.3} mm at {}. Contact of a tool includes the nodes of one face of the sheet: set its `direction` or `side` (\"both\" if it meets both faces), or start it clear of the sheet.",
+                    found.stage,
+                    found.nodes,
+                    found.tool,
+                    found.depth_mm,
+                    place_mm(&found.at_mm)
+                ),
+            )
+        })
+    }
+
+    fn never_touched(&self) -> Option<Doubt> {
+        let tools = self.untouched.join(", ");
+        (!tools.is_empty()).then(|| {
+            Doubt::new(
+                DoubtCode::ToolNeverTouched,
+                tools.clone(),
+                format!(
+                    "{tools} travelled and never touched the sheet. Check its place, direction and travel, and the unit of its file (mm)."
+                ),
+            )
+        })
+    }
+
+    fn unstable_equilibrium(&self) -> Option<Doubt> {
+        let first = self.first_unstable?;
+        Some(Doubt::of(
+            DoubtCode::UnstableEquilibrium,
+            format!("increment {first}"),
+            [self.unstable as f64, 0.0],
+            format!(
+                "{} of {} increments, first {first}, ended in an unstable equilibrium: the sheet buckles or wrinkles there, and neither step cuts nor a push along the softest motion led to another equilibrium. Try another `largest_increment`, a finer mesh, or a higher holder force.",
+                self.unstable, self.increments
+            ),
+        ))
+    }
+
+    fn hourglass_modes(&self) -> Option<Doubt> {
+        let found = self.zigzag.as_ref()?;
+        Some(Doubt {
+            value: Some(found.share),
+            ..Doubt::new(
+                DoubtCode::HourglassModes,
+                format!("increment {}, {}", found.first_increment, place_mm(&found.at_mm)),
+                format!(
+                    "From increment {} on up to {:.0} % of the thickness fibres of the mesh tilt in alternate directions, first at {}: an hourglass mode of wide elements under pressure through the thickness. Forces are far too low. Use `element` \"hex8\" in four layers or more where the sheet is pressed.",
+                    found.first_increment,
+                    100.0 * found.share,
+                    place_mm(&found.at_mm)
+                ),
+            )
+        })
+    }
+
+    fn artificial_energy(&self) -> Option<Doubt> {
+        let ratio = self.artificial_nmm.abs() / self.work_nmm;
+        (ratio > ARTIFICIAL_ENERGY).then(|| {
+            Doubt::of(
+                DoubtCode::ArtificialEnergy,
+                String::new(),
+                [ratio, ARTIFICIAL_ENERGY],
+                format!(
+                    "Artificial (hourglass) energy is {:.1} % of the work ({:.0} % allowed): forces are wrong by at least as much. Use `element` \"hex8\" in four layers or more where the sheet is pressed through its thickness.",
+                    100.0 * ratio,
+                    100.0 * ARTIFICIAL_ENERGY
+                ),
+            )
+        })
+    }
+
+    fn shear_at_friction_limit(&self) -> Option<Doubt> {
+        let found = self.sheared.as_ref()?;
+        Some(Doubt {
+            value: Some(found.share),
+            ..Doubt::new(
+                DoubtCode::ShearAtFrictionLimit,
+                format!("increment {}, {}", found.first_increment, place_mm(&found.at_mm)),
+                format!(
+                    "From increment {} on friction shears the faces of the pressed sheet at its shear flow stress, at up to {:.0} % of the pressed nodes, first at {}. The sheet flows out between its faces, which few elements through the thickness cannot follow: forces are wrong by factors. Use `element` \"hex8\" in four layers or more.",
+                    found.first_increment,
+                    100.0 * found.share,
+                    place_mm(&found.at_mm)
+                ),
+            )
+        })
+    }
+
+    fn self_penetration(&self) -> Option<Doubt> {
+        let found = self.through_itself.as_ref()?;
+        Some(Doubt::of(
+            DoubtCode::SelfPenetration,
+            format!("increment {}, {}", found.first_increment, place_mm(&found.at_mm)),
+            [found.nodes as f64, 0.0],
+            format!(
+                "The sheet penetrates itself from increment {} on (up to {} nodes), first at {}. Self-contact is not modelled; forces are too low from there on.",
+                found.first_increment,
+                found.nodes,
+                place_mm(&found.at_mm)
+            ),
+        ))
+    }
+
+    fn overhang(&self) -> Option<Doubt> {
+        let edge = self.over_edge.as_ref()?;
+        Some(Doubt {
+            value: Some(edge.depth_mm),
+            ..Doubt::new(
+                DoubtCode::OverhangAtEdge,
+                format!("{}, {}", edge.tool, place_mm(&edge.at_mm)),
+                format!(
+                    "The sheet overhangs an edge of {} from increment {} on (up to {} nodes), first at {}; the edge is up to {:.2} mm inside the sheet between nodes. Forces there depend on the mesh, and a node drawn back over the edge may catch. Model the edge radius of the tool, or extend the tool beyond the sheet.",
+                    edge.tool,
+                    edge.first_increment,
+                    edge.nodes,
+                    place_mm(&edge.at_mm),
+                    edge.depth_mm
+                ),
+            )
+        })
+    }
+
+    fn released_force_work(&self) -> Option<Doubt> {
+        let ratio = self.left_behind_nmm / self.work_nmm;
+        (ratio > RELEASED_WORK).then(|| {
+            Doubt::of(
+                DoubtCode::ReleasedForceWork,
+                String::new(),
+                [ratio, RELEASED_WORK],
+                format!(
+                    "Contact forces of released tools did {:.0} N mm of work on the sheet while they were reduced to zero, {:.0} % of all work ({:.0} % allowed): the sheet moved with them because no tool guided it. Move these tools back by `travel_mm` first.",
+                    self.left_behind_nmm,
+                    100.0 * ratio,
+                    100.0 * RELEASED_WORK
+                ),
+            )
+        })
+    }
+
+    /// Later work, and energy that opens the other way, do not make good what one increment left open.
+    fn energy_not_accounted_for(&self) -> Option<Doubt> {
+        let worst = self.opened.filter(|worst| {
+            worst.energy_nmm > ENERGY_OPEN * worst.work_nmm
+                && worst.energy_nmm > ENERGY_OPEN_IGNORED * self.work_nmm
+        });
+        let of_increment = worst.map_or(0.0, |worst| worst.energy_nmm / worst.work_nmm);
+        let in_one = worst.map(|worst| {
+            format!(
+                "{:.1} % of the work so far in increment {}",
+                100.0 * of_increment,
+                worst.increment
+            )
+        });
+        let in_all = (self.energy_balance > ENERGY_OPEN)
+            .then(|| format!("{:.1} % of the work in all", 100.0 * self.energy_balance));
+        let found: Vec<String> = in_all.into_iter().chain(in_one).collect();
+        (!found.is_empty()).then(|| {
+            Doubt::of(
+                DoubtCode::EnergyBalance,
+                worst.map_or_else(String::new, |worst| format!("increment {}", worst.increment)),
+                [self.energy_balance.max(of_increment), ENERGY_OPEN],
+                format!(
+                    "Energy is not accounted for: {} ({:.0} % allowed). Increments are too long for what happens in them (contact that closes in one step, snap-through). Reduce `largest_increment`.",
+                    found.join(", "),
+                    100.0 * ENERGY_OPEN
+                ),
+            )
+        })
+    }
+
+    fn holder_lifted(&self) -> Option<Doubt> {
+        let lift = self.holder_lift.as_ref()?;
+        let limit = HOLDER_LIFT * self.thickness.as_ref()?.was_mm;
+        (lift.lift_mm > limit).then(|| {
+            Doubt::of(
+                DoubtCode::HolderLifted,
+                format!("{}, increment {}", lift.tool, lift.increment),
+                [lift.lift_mm, limit],
+                format!(
+                    "The sheet pushed the blank holder {} back by {:.2} mm (increment {}; {limit:.2} mm allowed, one thickness): its force does not hold the sheet down, and the flange wrinkles or folds. Raise `force_n`, or check its unit (N, of the whole process).",
+                    lift.tool, lift.lift_mm, lift.increment
+                ),
+            )
+        })
+    }
+
+    fn thickness_below_half(&self) -> Option<Doubt> {
+        let thickness = self.thickness.filter(super::ThicknessRecord::is_below_half)?;
+        let left = thickness.least_mm / thickness.was_mm;
+        Some(Doubt::of(
+            DoubtCode::ThicknessBelowHalf,
+            place_mm(&thickness.at_mm),
+            [left, THICKNESS_LEFT],
+            format!(
+                "The thickness is {:.0} % of its initial value ({:.4} of {:.4} mm) at {}: sheet metals neck and fracture before {:.0} %. Results after that are not those of a real sheet. Reduce the depth, the friction or the holder force.",
+                100.0 * left,
+                thickness.least_mm,
+                thickness.was_mm,
+                place_mm(&thickness.at_mm),
+                100.0 * THICKNESS_LEFT
+            ),
+        ))
+    }
+}

@@ -1,0 +1,141 @@
+//! Blank holders: tools that a force presses against one at rest. Their mean pressure, and whether the blank is between them.
+
+use super::Finding;
+use super::clamping::{others, stands_before};
+use crate::geometry::Vec3;
+use crate::report::doubt::DoubtCode;
+use crate::solver::{Motion, SimulationSetup, Stage, ToolSetup};
+
+/// Mean pressure [MPa] below which a holder does not hold: Siebel's rule gives 0.5 to 5 MPa for drawing, a tenth of its least is
+/// taken. A kilonewton written for a newton is a factor of 1000.
+const LEAST_PRESSURE: f64 = 0.05;
+/// Clamped area over the blank's, below which the blank is not between the two.
+const LEAST_CLAMPED: f64 = 0.01;
+/// Cosine between a tool's direction and the normal of a face that clamps.
+const FRONT: f64 = 0.9;
+/// Distance of a foot point beside the line along the tool's direction, over the thickness, of a place over the face.
+const BESIDE: f64 = 0.1;
+
+/// A blank holder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Holder {
+    /// Number of the tool.
+    pub tool: usize,
+    /// Largest force of all stages, on the modelled part [N].
+    pub force: f64,
+    /// Whether a force drives it, by stage.
+    pub forced: Vec<bool>,
+    /// Area of the blank between it and the tools at rest, of the modelled part [mm²].
+    pub clamped: f64,
+    /// Area of the blank, of the modelled part [mm²].
+    pub blank: f64,
+}
+
+impl Holder {
+    /// Mean pressure on the clamped area [MPa].
+    #[must_use]
+    pub fn pressure(&self) -> f64 {
+        self.force / self.clamped
+    }
+}
+
+/// The blank holders of a scene whose tools have been placed; `kept`: the patches of each tool that the sheet may come near.
+#[must_use]
+pub fn holders(setup: &SimulationSetup, kept: &[Vec<bool>]) -> Vec<Holder> {
+    let at_rest = |tool: usize| {
+        let rests = |m: &Motion| matches!(m, Motion::Hold | Motion::Release | Motion::Absent);
+        setup.stages.iter().all(|stage| rests(&stage.motions[tool]))
+    };
+    let of = |tool: usize| {
+        let force = largest_force(setup, tool).filter(|force| *force > 0.0)?;
+        let dies: Vec<usize> = others(setup, tool)
+            .filter(|&other| at_rest(other) && stands_before(setup, other, tool, &kept[tool]))
+            .collect();
+        (!dies.is_empty()).then(|| {
+            let (clamped, blank) = clamped_area(setup, tool, &dies);
+            let is_forced = |stage: &Stage| matches!(stage.motions[tool], Motion::Force(_));
+            let forced = setup.stages.iter().map(is_forced).collect();
+            Holder { tool, force: force / setup.share, forced, clamped, blank }
+        })
+    };
+    (0..setup.tools.len()).filter_map(of).collect()
+}
+
+/// Largest force of a tool over all stages, of the whole process [N]; `None` where no force drives it.
+fn largest_force(setup: &SimulationSetup, tool: usize) -> Option<f64> {
+    let of = |motion: &Motion| match motion {
+        Motion::Force(curve) => Some(curve.extent()[1]),
+        _ => None,
+    };
+    setup.stages.iter().filter_map(|stage| of(&stage.motions[tool])).reduce(f64::max)
+}
+
+/// Area of the blank, seen along the tool's direction, that lies between its front and a face of `dies`; and the whole of it
+/// [mm²].
+fn clamped_area(setup: &SimulationSetup, tool: usize, dies: &[usize]) -> (f64, f64) {
+    let mesh = setup.body.mesh();
+    let own = &setup.tools[tool];
+    let faces =
+        mesh.elements.iter().filter(|e| (e[0] as usize).is_multiple_of(mesh.nodes_per_column));
+    let (mut places, mut areas) = (Vec::new(), Vec::new());
+    for element in faces {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| mesh.nodes[element[k] as usize]);
+        places.push(0.25 * (a + b + c + d));
+        areas.push(0.5 * (c - a).cross(&(d - b)).dot(&own.direction).abs());
+    }
+    let near = BESIDE * mesh.mean_thickness();
+    let over = |other: &ToolSetup, sign: f64| -> Vec<bool> {
+        let points: Vec<Vec3> = places.iter().map(|x| x - other.offset).collect();
+        let feet = other.surface.closest_of_all(&points, &[]);
+        let faces = points.iter().zip(&feet).map(|(x, foot)| {
+            let away = x - foot.point;
+            let beside = (away - own.direction * away.dot(&own.direction)).norm();
+            beside < near && sign * foot.normal.dot(&own.direction) > FRONT
+        });
+        faces.collect()
+    };
+    let front = over(own, 1.0);
+    let backs: Vec<Vec<bool>> = dies.iter().map(|&die| over(&setup.tools[die], -1.0)).collect();
+    let between = |k: usize| front[k] && backs.iter().any(|back| back[k]);
+    let clamped = (0..areas.len()).filter(|&k| between(k)).fold(0.0, |sum, k| sum + areas[k]);
+    (clamped, areas.iter().sum())
+}
+
+/// Findings on the holders.
+pub(super) fn findings(setup: &SimulationSetup, holders: &[Holder], out: &mut Vec<Finding>) {
+    for holder in holders {
+        let name = &setup.tools[holder.tool].name;
+        let ratio = holder.clamped / holder.blank;
+        if ratio < LEAST_CLAMPED {
+            out.push(
+                Finding::doubt(
+                    DoubtCode::BlankTooSmall,
+                    name.clone(),
+                    format!(
+                        "The blank is hardly between {name} and the tool opposite: {:.1} of {:.1} mm2 ({:.0} % at least expected). It lies within their opening.",
+                        holder.clamped,
+                        holder.blank,
+                        100.0 * LEAST_CLAMPED
+                    ),
+                    "Check the size of the blank, its place and its symmetry planes.".into(),
+                )
+                .exceeds([ratio, LEAST_CLAMPED]),
+            );
+        } else if holder.pressure() < LEAST_PRESSURE {
+            out.push(
+                Finding::doubt(
+                    DoubtCode::HolderPressure,
+                    format!("{name}.force_n"),
+                    format!(
+                        "{name} presses with {:.3e} MPa ({:.4} N on {:.0} mm2, modelled part); holders need 0.5 to 5 MPa (below {LEAST_PRESSURE} they do not hold).",
+                        holder.pressure(),
+                        holder.force,
+                        holder.clamped
+                    ),
+                    "Check the unit: forces are in N, of the whole process.".into(),
+                )
+                .exceeds([holder.pressure(), LEAST_PRESSURE]),
+            );
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Lengths that no forming process has in mm: a scene, or a tool file, in another unit.
+
+use super::Finding;
+use crate::geometry::Aabb;
+use crate::report::doubt::DoubtCode;
+use crate::solver::SimulationSetup;
+
+/// Thickness of formed sheets [mm]: foils of 0.01 mm to plates of 50 mm. The lower limit is above any sheet in metres
+/// (50 mm would be 0.05), the upper one below any foil in micrometres but the thinnest.
+const THICKNESS: [f64; 2] = [0.01, 50.0];
+/// Longest side of a blank [mm]: a connector of 1 mm to a wing panel of 20 m.
+const BLANK: [f64; 2] = [1.0, 20_000.0];
+/// Size of a tool over that of the blank: a factor of 25.4 (inches) passes for a large or a small tool, one of 1000 does not.
+const TOOL_OVER_BLANK: [f64; 2] = [0.005, 200.0];
+
+/// Findings on the sizes of blank and tools.
+pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
+    let mesh = setup.body.mesh();
+    let bounds = Aabb::of_points(&mesh.nodes);
+    let lower = mesh.bottom_nodes().into_iter().map(|n| mesh.nodes[n as usize]);
+    let lower = Aabb::of_points(&lower.collect::<Vec<_>>());
+    let size = (lower.max - lower.min).max();
+    let found = [
+        ("blank.thickness_mm", "thickness", mesh.mean_thickness(), THICKNESS),
+        ("blank.shape", "longest side", size, BLANK),
+    ];
+    for (key, name, value, range) in found {
+        out.extend(outside(value, range).map(|limit| {
+            Finding::doubt(
+                DoubtCode::SceneUnits,
+                key.into(),
+                format!(
+                    "The {name} of the blank is {} mm; formed sheets have {} to {} mm.",
+                    short(value),
+                    range[0],
+                    range[1]
+                ),
+                unit_of(value, range),
+            )
+            .exceeds([value, limit])
+        }));
+    }
+    for tool in &setup.tools {
+        let ratio = tool.surface.bounds().diagonal() / bounds.diagonal();
+        out.extend(outside(ratio, TOOL_OVER_BLANK).map(|limit| {
+            Finding::doubt(
+                DoubtCode::SceneUnits,
+                tool.name.clone(),
+                format!(
+                    "{} is {:.4} mm large and the blank {:.4} mm: a ratio of {ratio:.2e}.",
+                    tool.name,
+                    tool.surface.bounds().diagonal(),
+                    bounds.diagonal()
+                ),
+                "Check the units of the tool file and of the scene: both are in mm.".into(),
+            )
+            .exceeds([ratio, limit])
+        }));
+    }
+}
+
+/// The limit of the range that a value is beyond.
+fn outside(value: f64, [low, high]: [f64; 2]) -> Option<f64> {
+    if value < low { Some(low) } else { (value > high).then_some(high) }
+}
+
+/// The unit that the value is likely in.
+fn unit_of(value: f64, [low, high]: [f64; 2]) -> String {
+    let units = [("metres", 1000.0), ("inches", 25.4), ("micrometres", 1e-3)];
+    let fits = units.iter().find(|(_, factor)| (low..=high).contains(&(value * factor)));
+    fits.map_or_else(
+        || "Check the unit: lengths are in mm.".into(),
+        |(unit, factor)| {
+            format!("Lengths are in mm; in {unit} this would be {} mm.", short(value * factor))
+        },
+    )
+}
+
+/// A number with four significant digits.
+fn short(value: f64) -> String {
+    if !(1e-4..1e6).contains(&value.abs()) {
+        return format!("{value:.3e}");
+    }
+    let digits = (3 - value.abs().log10().floor() as i32).max(0) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_unit_is_named() {
+        assert_eq!(outside(0.8, THICKNESS), None);
+        assert_eq!(outside(0.0008, THICKNESS), Some(0.01));
+        assert!(unit_of(0.0008, THICKNESS).contains("metres this would be 0.8 mm"));
+        assert!(unit_of(800.0, THICKNESS).contains("micrometres"));
+        let digits = [0.0010000000000000007, 60.0, 1234.5, 0.0, 3e9].map(short);
+        assert_eq!(digits, ["0.001", "60", "1234", "0.000e0", "3.000e9"]);
+        assert!(!unit_of(1e-9, THICKNESS).contains("would be"));
+    }
+}

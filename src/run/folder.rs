@@ -12,6 +12,7 @@ use super::advice::Remark;
 use super::begun::first_record;
 use super::fields;
 use super::formed::Formed;
+use super::necking::Necking;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
@@ -48,6 +49,9 @@ pub struct RunFolder {
     spent_s: [f64; 2],
     /// The sheet as its tools last held it.
     pub(super) springback: Springback,
+    /// Thinning so far.
+    #[serde(default)]
+    necking: Necking,
 }
 
 /// Name and version of the program.
@@ -100,6 +104,7 @@ impl RunFolder {
             orders: Vec::new(),
             spent_s: [0.0; 2],
             springback: Springback::default(),
+            necking: Necking::default(),
         };
         folder.record.write(&path.join("run.json"))?;
         Ok(folder)
@@ -153,6 +158,8 @@ impl RunFolder {
         self.record.thickness = fields::thickness(mesh, now);
         let positions = fields::positions(mesh, now);
         self.record.look_at(report, &positions, &self.planes);
+        let necking = self.necking.take(report, &positions);
+        self.record.take_necking(necking);
         self.record.strain = formed.record(report.body, &positions);
         let stage_end = report.ends_stage();
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
@@ -233,6 +240,7 @@ impl RunFolder {
             ("update", t.update),
             ("solve", t.solve),
             ("stability", t.stability),
+            ("penetration", t.penetration),
         ]
         .map(|(name, seconds)| (name.to_owned(), seconds))
         .into();

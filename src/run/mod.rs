@@ -14,6 +14,7 @@ pub mod itself;
 pub mod line;
 pub mod lock;
 mod looks;
+pub mod necking;
 mod replaced;
 pub mod report;
 pub mod resources;

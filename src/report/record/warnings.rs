@@ -1,6 +1,6 @@
 //! What of a run is not as it should be, in words.
 
-use super::RunRecord;
+use super::{FacePenetrationRecord, NeckingKind, RunRecord};
 
 /// Share of the thickness that a node may lie in a tool, and of the work that energy may lack.
 const DEEP: f64 = 0.05;
@@ -20,6 +20,8 @@ impl RunRecord {
     pub fn doubtful(&self) -> Vec<String> {
         let seen = [
             self.penetration(),
+            self.penetration_on_faces(),
+            self.localised_thinning(),
             self.in_tool(),
             self.untouched(),
             self.instability(),
@@ -42,6 +44,38 @@ impl RunRecord {
                 self.penetration_mm
             )
         })
+    }
+
+    fn penetration_on_faces(&self) -> Option<String> {
+        let allowed = FacePenetrationRecord::ALLOWED_REL;
+        let found = self.face_penetration.as_ref().filter(|found| found.depth_rel > allowed)?;
+        let FacePenetrationRecord { tool, increment, depth_mm, depth_rel, .. } = found;
+        let ([x, y, z], first) = (found.at_mm, found.first_increment.unwrap_or(*increment));
+        // The sag of a face goes with the square of its length.
+        let shorter = (allowed / depth_rel).sqrt();
+        Some(format!(
+            "{tool} penetrates faces of elements between their nodes by up to {depth_mm:.3} mm, {:.0} % of the thickness ({:.0} % allowed), in increment {increment} at ({x:.1}, {y:.1}, {z:.1}) mm; above the limit from increment {first} on. Contact conditions hold nodes only: forces and thinning there depend on the mesh. Make elements there {shorter:.2} times as long, or give the tool a larger radius",
+            100.0 * depth_rel,
+            100.0 * allowed
+        ))
+    }
+
+    fn localised_thinning(&self) -> Option<String> {
+        let found = self.necking.as_ref()?;
+        let ([x, y, z], first) = (found.at_mm, found.first_increment);
+        let what = match found.kind {
+            NeckingKind::Band => {
+                "past the maximum force a band of the sheet thins while the rest unloads: a localised neck, as wide as the elements make it. Results from there on are of the mesh; the sheet fails there, or compare strains with its forming limit"
+            }
+            NeckingKind::Dip => {
+                "columns of nodes are thinner than those beside them over less than the sheet's thickness, as no sheet can be: a kink of the elements. Use two layers or more, or elements of half the thickness or longer"
+            }
+            NeckingKind::Torn => "a sheet tears before it has lost half of its thickness",
+        };
+        Some(format!(
+            "localised thinning to {:.1} % of the initial thickness at ({x:.1}, {y:.1}, {z:.1}) mm, from increment {first} on: {what}",
+            100.0 * found.thickness_rel
+        ))
     }
 
     fn in_tool(&self) -> Option<String> {

@@ -69,6 +69,13 @@ pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Remark> {
     out.extend(unheld::remark(setup));
     out.extend(setup.tools.iter().filter_map(tools::without_area));
     out.extend(idle(setup));
+    let sizes = Sizes::new(setup.body.mesh());
+    let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
+    for (k, tool) in setup.tools.iter().enumerate() {
+        let opposite = Opposite::new(setup, k, &kept[k], &sizes);
+        let clamping = Clamping::new(setup, k, &kept[k], &opposite);
+        out.extend(tools::folding(tool, &kept[k], (&part, &clamping), &sizes));
+    }
     out
 }
 

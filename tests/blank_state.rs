@@ -23,6 +23,12 @@ fn checked(array: &str, value: f64, state: Option<&str>) -> (bool, String) {
 </Piece></UnstructuredGrid></VTKFile>"#
     );
     fs::write(folder.join("formed.vtu"), vtu).unwrap();
+    let plate = json!({
+        "format": "kanagata-tool", "version": 1, "name": "plate", "kind": "nagata", "edges": "guarded",
+        "provenance": {}, "vertices": [[-1, -1, 1], [5, -1, 1], [5, 5, 1], [-1, 5, 1]], "normals": [[0, 0, -1]],
+        "patches": [{ "vertices": [0, 3, 2, 1], "normals": [0, 0, 0, 0], "face": 0 }]
+    });
+    fs::write(folder.join("plate.tool.json"), plate.to_string()).unwrap();
     let mut mesh = json!({ "file": "formed.vtu" });
     if let Some(state) = state {
         mesh["state"] = json!(state);
@@ -35,7 +41,10 @@ fn checked(array: &str, value: f64, state: Option<&str>) -> (bool, String) {
             "hardening": { "law": "swift", "k": 500, "eps0": 0.01, "n": 0.2 }
         },
         "holds": [{ "where": { "all": true }, "axes": ["x"] }],
-        "tools": [],
+        "tools": [{
+            "name": "plate", "file": "plate.tool.json", "direction": [0, 0, -1], "friction": 0.0,
+            "place": { "shift": [0, 0, 0] }
+        }],
         "stages": [{ "name": "rest" }]
     });
     let file = folder.join("formed.scene.json");

@@ -92,3 +92,73 @@ fn a_tool_that_is_cut_off_at_the_symmetry_planes_presses_as_a_whole_one() {
         assert!((cut / whole - 1.0).abs() < 1e-9, "cut at {from}: {cut} N, whole {whole}");
     }
 }
+
+/// A tool file of the part x, y >= 0 of a sphere of radius 50 mm about (0, 0, 60): patches of 0.05 to 7 mm between these lines.
+fn sphere() -> Value {
+    let lines = [0.0, 0.05, 0.09, 0.5, 2.0, 5.0, 12.0_f64];
+    let n = lines.len();
+    let (mut vertices, mut normals) = (Vec::new(), Vec::new());
+    for x in lines {
+        for y in lines {
+            let down = (2500.0 - x * x - y * y).sqrt();
+            vertices.push([x, y, 60.0 - down]);
+            normals.push([x / 50.0, y / 50.0, -down / 50.0]);
+        }
+    }
+    let cells = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| i * n + j));
+    let patches: Vec<Value> = cells
+        .map(|k| [k, k + 1, k + n + 1, k + n])
+        .map(|ids| json!({ "vertices": ids, "normals": ids, "face": 0 }))
+        .collect();
+    json!({
+        "format": "kanagata-tool", "version": 1, "name": "sphere", "kind": "nagata", "edges": "guarded",
+        "provenance": {}, "vertices": vertices, "normals": normals, "patches": patches
+    })
+}
+
+/// The force of the sphere pressed 0.05 mm into an elastic block of 10 x 10 x 10 mm, a quarter of it, whose planes are planes of
+/// symmetry or held.
+fn indented(place: &Value, symmetry: bool) -> f64 {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("up.tool.json"), sphere().to_string()).unwrap();
+    let plane = |normal: &str| json!({ "normal": normal });
+    let hold = |normal: &str, axes: &[&str]| {
+        let plane = json!({ "normal": normal, "at_mm": 0.0 });
+        json!({ "where": { "plane": plane }, "axes": axes })
+    };
+    let mut holds = vec![hold("z", &["x", "y", "z"])];
+    if !symmetry {
+        holds.extend([hold("x", &["x"]), hold("y", &["y"])]);
+    }
+    let planes = if symmetry { vec![plane("x"), plane("y")] } else { Vec::new() };
+    let scene = json!({
+        "format": "kanagata-scene", "version": 1, "name": "indented",
+        "blank": {
+            "shape": { "rectangle": { "size_mm": [10, 10], "elements": [5, 5] } },
+            "thickness_mm": 10.0, "layers": 3, "element": "hex8"
+        },
+        "material": {
+            "name": "elastic", "young_mpa": 210000, "poisson": 0.3, "yield": { "criterion": "von-mises" },
+            "hardening": { "law": "table", "strain": [0.0, 1.0], "stress": [1e9, 1e9] }
+        },
+        "symmetry": planes, "holds": holds,
+        "tools": [{ "name": "up", "file": "up.tool.json", "direction": [0, 0, -1], "friction": 0.0, "place": place }],
+        "stages": [{ "name": "press", "drive": { "up": { "travel_mm": 0.05 } } }]
+    });
+    fs::write(folder.join("pressed.scene.json"), scene.to_string()).unwrap();
+    // Of the whole process with planes of symmetry, of the quarter without.
+    force_at_end(folder) * if symmetry { 1.0 } else { 4.0 }
+}
+
+/// Patches of a working face beside a symmetry plane are no symmetry faces, however small they are for the sheet.
+#[test]
+fn fine_patches_at_the_symmetry_planes_press_as_with_supports() {
+    let (shift, touch) = (json!({ "shift": [0, 0, 0] }), json!("touch"));
+    let held = indented(&shift, false);
+    assert!(held > 0.0);
+    for place in [&shift, &touch] {
+        let found = indented(place, true);
+        assert!((found / held - 1.0).abs() < 1e-6, "{place}: {found} N, held {held} N");
+    }
+}

@@ -200,7 +200,7 @@ fn outline(shape: &BlankShape) -> String {
         BlankShape::Rectangle { size_mm: [x, y], .. } => format!("{x} x {y} mm"),
         BlankShape::QuarterDisc { radius_mm, .. } => format!("quarter disc, radius {radius_mm} mm"),
         BlankShape::Disc { radius_mm, .. } => format!("disc, radius {radius_mm} mm"),
-        BlankShape::Mesh { file } => file.clone(),
+        BlankShape::Mesh { file, .. } => file.clone(),
     }
 }
 

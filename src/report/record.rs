@@ -18,8 +18,9 @@ use crate::files::{WriteError, write_atomic};
 pub use history::{Energies, History, HistoryRow, IterationRow, write_iterations};
 pub use origin::{LeftOutRecord, Process};
 pub use sheet::{
-    HolderLiftRecord, InToolRecord, OpenedRecord, OverEdgeRecord, PlasticRecord, ShearedRecord,
-    SpringbackRecord, StrainRecord, ThicknessRecord, ThroughItselfRecord, ZigzagRecord,
+    FacePenetrationRecord, HolderLiftRecord, InToolRecord, NeckingKind, NeckingRecord,
+    OpenedRecord, OverEdgeRecord, PlasticRecord, ShearedRecord, SpringbackRecord, StrainRecord,
+    ThicknessRecord, ThroughItselfRecord, ZigzagRecord,
 };
 
 /// How a run ended.
@@ -100,7 +101,8 @@ pub struct RunRecord {
     pub peak_mb: f64,
     /// Wall time by phase [s]: `search` (global search of the tools and projection on their patches, which alternate node by
     /// node), `contact` (its conditions), `elements` (element loop and assembly of the matrix), `factor`, `update` (factors
-    /// brought up to date), `solve` (substitution), `stability` (a factorisation for every balance, to see whether it lasts).
+    /// brought up to date), `solve` (substitution), `stability` (a factorisation for every balance, to see whether it lasts),
+    /// `penetration` (of tools into faces of elements).
     pub timings_s: BTreeMap<String, f64>,
     /// Threads used.
     pub threads: usize,
@@ -138,6 +140,12 @@ pub struct RunRecord {
     pub volume_balance: Option<f64>,
     /// Deepest penetration of a node at the end of an increment [mm].
     pub penetration_mm: f64,
+    /// The deepest penetration of a tool into a face of an element, between its nodes, over all increments.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face_penetration: Option<FacePenetrationRecord>,
+    /// Where the sheet thins in a band of its own, or is thinner than a sheet can be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub necking: Option<NeckingRecord>,
     /// Thickness of the sheet at the last balance; none in what an older program wrote.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness: Option<ThicknessRecord>,

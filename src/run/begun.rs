@@ -53,6 +53,8 @@ pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRec
         zigzag: None,
         sheared: None,
         over_edge: None,
+        face_penetration: None,
+        necking: None,
         in_tool: None,
         holder_lift: None,
         untouched: Vec::new(),

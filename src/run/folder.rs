@@ -12,6 +12,7 @@ use super::advice::holder::Holder;
 use super::begun::first_record;
 use super::fields;
 use super::formed::Formed;
+use super::necking::Necking;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};
 use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
@@ -56,6 +57,9 @@ pub struct RunFolder {
     /// Blank holders: the tool, and the stages in which a force drives it.
     #[serde(skip)]
     holders: Vec<(usize, Vec<bool>)>,
+    /// Thinning so far.
+    #[serde(default)]
+    necking: Necking,
 }
 
 /// Name and version of the program.
@@ -111,6 +115,7 @@ impl RunFolder {
             scene_doubts: Vec::new(),
             farthest: vec![None; plan.scene.tools.len()],
             holders: Vec::new(),
+            necking: Necking::default(),
         };
         folder.record.write(&path.join("run.json"))?;
         Ok(folder)
@@ -165,6 +170,8 @@ impl RunFolder {
         self.record.thickness = fields::thickness(mesh, now);
         let positions = fields::positions(mesh, now);
         self.record.look_at(report, &positions, &self.planes);
+        let necking = self.necking.take(report, &positions);
+        self.record.take_necking(necking);
         self.record.strain = formed.record(report.body, &positions);
         let stage_end = report.ends_stage();
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
@@ -271,6 +278,7 @@ impl RunFolder {
             ("update", t.update),
             ("solve", t.solve),
             ("stability", t.stability),
+            ("penetration", t.penetration),
         ]
         .map(|(name, seconds)| (name.to_owned(), seconds))
         .into();

@@ -5,10 +5,13 @@ use super::itself::through_itself;
 use super::sheared::sheared;
 use super::zigzag::zigzag;
 use crate::geometry::Vec3;
-use crate::report::record::{InToolRecord, OverEdgeRecord, RunRecord};
+use crate::report::record::{
+    FacePenetrationRecord, InToolRecord, NeckingRecord, OverEdgeRecord, RunRecord,
+};
 use crate::scene::types::SymmetryPlane;
 use crate::solver::IncrementReport;
 use crate::solver::inside::Inside;
+use crate::solver::penetration::FacePenetration;
 
 /// Depth of a node inside a tool, over the thickness, from which it is of note at the end of a stage.
 const DEEP: f64 = 0.1;
@@ -30,6 +33,44 @@ impl RunRecord {
         }
     }
 
+    /// Keeps the first increment with localised thinning of a kind, and the least thickness where it has been found.
+    pub(super) fn take_necking(&mut self, found: Option<NeckingRecord>) {
+        let Some(found) = found else { return };
+        let known = self.necking.get_or_insert(found);
+        if found.thickness_rel < known.thickness_rel {
+            let first_increment = known.first_increment;
+            *known = NeckingRecord { first_increment, ..found };
+        }
+    }
+
+    /// Keeps the deepest penetration into faces of the sheet, this thick.
+    fn take_face_penetration(
+        &mut self,
+        found: &FacePenetration,
+        tool: &str,
+        increment: usize,
+        thickness: f64,
+    ) {
+        let depth_rel = found.depth / thickness;
+        let known = self.face_penetration.take();
+        let above = depth_rel > FacePenetrationRecord::ALLOWED_REL;
+        let first = known.as_ref().and_then(|known| known.first_increment);
+        let first_increment = first.or(above.then_some(increment));
+        self.face_penetration = match known {
+            Some(known) if known.depth_mm >= found.depth => {
+                Some(FacePenetrationRecord { first_increment, ..known })
+            }
+            _ => Some(FacePenetrationRecord {
+                tool: tool.into(),
+                increment,
+                depth_mm: found.depth,
+                depth_rel,
+                at_mm: found.at.into(),
+                first_increment,
+            }),
+        };
+    }
+
     /// Notes what is seen of the sheet, its nodes now at these positions.
     pub(super) fn look_at(
         &mut self,
@@ -38,6 +79,10 @@ impl RunRecord {
         planes: &[SymmetryPlane],
     ) {
         let (mesh, increment) = (report.body.mesh(), report.increment);
+        if let Some(found) = &report.face_penetration {
+            let tool = &report.tools[found.tool].name;
+            self.take_face_penetration(found, tool, increment, mesh.mean_thickness());
+        }
         if let Some(found) = through_itself(mesh, positions, planes, increment) {
             let known = self.through_itself.get_or_insert(found);
             known.nodes = known.nodes.max(found.nodes);

@@ -14,6 +14,7 @@ pub mod itself;
 pub mod line;
 pub mod lock;
 mod looks;
+pub mod necking;
 mod replaced;
 pub mod report;
 pub mod resources;
@@ -173,7 +174,7 @@ pub fn run(
         folder: None,
     };
     setup.place().map_err(failed)?;
-    let findings = advice::doubts(plan, &setup);
+    let findings = advice::doubts(plan, &setup, 1.0);
     if let Some(error) = findings.iter().find(|finding| finding.level == advice::Level::Error) {
         return Err(RunError::Refused { path: scene_path.into(), what: error.to_string() });
     }

@@ -79,6 +79,15 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     let in_tool = r.in_tool.as_ref().map_or("no".into(), |found| {
         format!("{}, by {:.3} mm at the end of {}", found.tool, found.depth_mm, found.stage)
     });
+    let on_faces = r.face_penetration.as_ref().map_or("none".into(), |found| {
+        format!(
+            "{:.3} mm ({:.0} % of the thickness), {}, increment {}",
+            found.depth_mm,
+            100.0 * found.depth_rel,
+            found.tool,
+            found.increment
+        )
+    });
     let rows = [
         ("verdict", verdict),
         ("increments, iterations, cuts", format!("{}, {}, {}", r.increments, r.iterations, r.cuts)),
@@ -106,6 +115,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("bends over the border of a tool", over_edge),
         ("inside a tool at the end of a stage", in_tool),
         ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
+        ("deepest penetration of a face between nodes", on_faces),
         ("springback, largest and RMS", springback),
     ];
     let rows: Vec<Vec<String>> = rows.into_iter().map(|(a, b)| vec![a.to_owned(), b]).collect();

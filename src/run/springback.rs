@@ -91,6 +91,7 @@ mod tests {
             rounding_work: 0.0,
             volume_balance: None,
             over_edge: None,
+            face_penetration: None,
             contacts: 0,
             slipping: 0,
             timings: Timings::default(),

@@ -54,7 +54,7 @@ pub fn zigzag(mesh: &HexMesh, positions: &[Vec3], increment: usize) -> Option<Zi
 }
 
 /// Columns next to each column.
-fn neighbours(mesh: &HexMesh) -> Vec<Vec<usize>> {
+pub(super) fn neighbours(mesh: &HexMesh) -> Vec<Vec<usize>> {
     let mut out = vec![Vec::new(); mesh.column_count()];
     for element in &mesh.elements {
         let columns = [0, 1, 2, 3].map(|k| element[k] as usize / mesh.nodes_per_column);

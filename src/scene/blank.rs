@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::read::{PlannedFile, SceneError};
-use super::types::{Blank, BlankShape, Region, Scene, SymmetryPlane};
+use super::types::{Blank, BlankShape, MeshState, Region, Scene, SymmetryPlane};
 use crate::files::sha256_hex;
 use crate::geometry::Vec3;
 use crate::mesh::io::{self, SheetElements};
@@ -43,7 +43,7 @@ pub(super) fn blank_mesh(
             let (points, quads) = disc(*radius_mm, *core, *rings);
             thickened(&points, &quads, blank.thickness_mm, blank.layers)
         }
-        BlankShape::Mesh { file } => of_file(blank, scene, &folder.join(file))?,
+        BlankShape::Mesh { file, state } => of_file(blank, scene, &folder.join(file), *state)?,
     };
     mesh.nodes.iter_mut().for_each(|x| x.z += blank.z_mm);
     Ok(mesh)
@@ -52,10 +52,22 @@ pub(super) fn blank_mesh(
 /// Thickness and layers given with hexahedra may differ from theirs by this share.
 const SAME: f64 = 0.01;
 
-fn of_file(blank: &Blank, scene: &Path, file: &Path) -> Result<HexMesh, SceneError> {
+fn of_file(
+    blank: &Blank,
+    scene: &Path,
+    file: &Path,
+    state: Option<MeshState>,
+) -> Result<HexMesh, SceneError> {
     let at = |cause: String| SceneError::Blank { path: scene.to_path_buf(), cause };
     let in_file = |e: SheetError| at(format!("{}: {e}", file.display()));
     let mesh = io::read_sheet(file).map_err(|e| at(e.to_string()))?;
+    if state.is_none() && !mesh.results.is_empty() {
+        return Err(at(format!(
+            "{}: found results of a formed sheet ({}), which a blank does not take over: its stresses, plastic strains and hardening would be lost; allowed: a mesh without them, or `\"state\": \"drop\"` beside `file` for a blank free of stress in this shape",
+            file.display(),
+            listed(&mesh.results)
+        )));
+    }
     match mesh.elements {
         SheetElements::Quads(quads) => {
             if blank.thickness_mm <= 0.0 {
@@ -90,6 +102,13 @@ fn of_file(blank: &Blank, scene: &Path, file: &Path) -> Result<HexMesh, SceneErr
     }
 }
 
+/// The first names of a list, and how many more there are.
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 4;
+    let shown = names[..names.len().min(SHOWN)].join(", ");
+    if names.len() > SHOWN { format!("{shown} and {} more", names.len() - SHOWN) } else { shown }
+}
+
 /// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself. The
 /// mesh file, where there is one.
 pub(super) fn fill_in(
@@ -97,9 +116,10 @@ pub(super) fn fill_in(
     scene: &Path,
     folder: &Path,
 ) -> Result<Option<PlannedFile>, SceneError> {
-    let BlankShape::Mesh { file } = &blank.shape else { return Ok(None) };
+    let BlankShape::Mesh { file, state } = &blank.shape else { return Ok(None) };
+    let state = *state;
     let path = folder.join(file);
-    let mesh = of_file(blank, scene, &path)?;
+    let mesh = of_file(blank, scene, &path, state)?;
     let bytes = std::fs::read(&path).map_err(|e| SceneError::Blank {
         path: scene.to_path_buf(),
         cause: format!("{}: {e}", path.display()),

@@ -1,5 +1,10 @@
-//! Faces of a tool where it is cut off at a symmetry plane: they touch nothing, as the tool goes on beyond it. To a node on the plane
-//! that has come into the tool by rounding they are the nearest of all, and would let it pass.
+//! Symmetry faces of a tool: the faces that appear where a solid is cut at a symmetry plane.
+//!
+//! The whole tool continues beyond the plane, so these faces touch nothing and the contact search must not see them: to a node on
+//! the plane that is inside the tool by rounding they are nearer than the working face.
+//! A patch is a symmetry face when its normal is parallel to the normal of the plane at every sample, and all of it lies in the
+//! plane, or beyond the plane with its normal away from the sheet. Its distance alone says nothing: a fine patch of the working
+//! face beside the plane is as near to it.
 
 use std::sync::Arc;
 
@@ -7,62 +12,129 @@ use super::types::{Scene, SymmetryPlane};
 use crate::contact::ToolSurface;
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::blank::HexMesh;
+use crate::tool::Patch;
 
-/// A face that is farther from the plane than this share of the sheet's thickness, or less flat, is none of a cut in it.
-const FLAT: f64 = 0.01;
-/// Cosine of the angle between a face beyond the plane and the plane from which on it is a cut.
-const ALONG: f64 = 0.999;
+/// Distance from a plane up to which a patch lies in it, over the size of its tool: what is left of a coordinate in the shortest
+/// numbers of mesh files. Doubled, slits of a tool beside the plane are closed up to twice that width.
+const IN_PLANE_REL: f64 = 1e-5;
+/// Cosine of the angle between two normals that are parallel (0.26 degrees: normals of facets given in single precision).
+const PARALLEL: f64 = 0.99999;
 
 /// Symmetry planes, as a tool meets them.
-pub(super) struct Planes {
-    /// Axis of each, its place there [mm], and on which side of it the sheet is.
-    planes: Vec<(usize, f64, f64)>,
-    near: f64,
+pub(super) struct Planes(Vec<Plane>);
+
+/// One of them: its axis, its place there [mm], and on which side of it the sheet is.
+struct Plane {
+    axis: usize,
+    at: f64,
+    side: f64,
 }
 
 impl Planes {
     pub(super) fn of(scene: &Scene, mesh: &HexMesh) -> Self {
         let middle = Aabb::of_points(&mesh.nodes).center();
         let plane = |p: &SymmetryPlane| {
-            let axis = p.normal.index();
-            (axis, p.at_mm, (middle[axis] - p.at_mm).signum())
+            let (axis, at) = (p.normal.index(), p.at_mm);
+            Plane { axis, at, side: (middle[axis] - at).signum() }
         };
-        let planes = scene.symmetry.iter().map(plane).collect();
-        Self { planes, near: FLAT * mesh.mean_thickness() }
+        Self(scene.symmetry.iter().map(plane).collect())
     }
 
-    /// The surface of a tool at `offset` [mm] without its faces in these planes, or flat ones beyond them that look away from the
-    /// sheet; as it is where it has none or nothing else.
+    /// The surface of a tool at `offset` [mm] without its symmetry faces; unchanged where it has none or nothing else.
     pub(super) fn without_cuts(
         &self,
         surface: &Arc<ToolSurface>,
         offset: &Vec3,
     ) -> Arc<ToolSurface> {
+        let near = IN_PLANE_REL * surface.bounds().diagonal();
         let bounds = surface.patch_bounds();
         let patches = surface.model().patches.iter().zip(&bounds);
-        let kept: Vec<bool> = patches
-            .map(|(patch, bounds)| {
-                let normal = patch.normal(0.5, 0.25).unwrap_or_default();
-                !self.planes.iter().any(|plane| self.cuts(*plane, bounds, &normal, offset))
-            })
-            .collect();
+        let is_cut = |(patch, bounds): (&Patch, &Aabb)| {
+            self.0.iter().any(|plane| plane.cuts(patch, bounds, offset, near))
+        };
+        let kept: Vec<bool> = patches.map(|patch| !is_cut(patch)).collect();
         if kept.iter().all(|kept| *kept) || !kept.contains(&true) {
             return surface.clone();
         }
         Arc::new(surface.keeping(&kept))
     }
+}
 
-    fn cuts(
-        &self,
-        (axis, at, side): (usize, f64, f64),
-        patch: &Aabb,
-        normal: &Vec3,
-        offset: &Vec3,
-    ) -> bool {
-        let inwards = [patch.min, patch.max].map(|x| side * (x[axis] + offset[axis] - at));
-        let [far, least] = [inwards[0].max(inwards[1]), inwards[0].min(inwards[1])];
-        let flat = far - least <= self.near;
-        let in_plane = far <= self.near && least >= -self.near;
-        flat && (in_plane || far <= self.near && side * normal[axis] <= -ALONG)
+impl Plane {
+    /// Whether a patch with this box is a symmetry face of the plane, up to a distance of `near` [mm].
+    fn cuts(&self, patch: &Patch, bounds: &Aabb, offset: &Vec3, near: f64) -> bool {
+        let inwards = [bounds.min, bounds.max]
+            .map(|x| self.side * (x[self.axis] + offset[self.axis] - self.at));
+        let [low, high] = [inwards[0].min(inwards[1]), inwards[0].max(inwards[1])];
+        if high > near {
+            return false;
+        }
+        let mut cosines = normals(patch).map(|n| self.side * n[self.axis]).peekable();
+        let in_plane = low >= -near;
+        cosines.peek().is_some()
+            && cosines.all(|cosine| if in_plane { cosine.abs() } else { -cosine } >= PARALLEL)
+    }
+}
+
+/// Unit normals on a grid over a patch: its corners, the middles of its sides and inside.
+fn normals(patch: &Patch) -> impl Iterator<Item = Vec3> + '_ {
+    let at = |k: usize| [0.0, 0.5, 1.0][k];
+    let grid = (0..9).map(move |k| (at(k / 3), at(k % 3)));
+    let triangle = patch.sides() == 3;
+    grid.filter(move |(eta, zeta)| !triangle || zeta <= eta)
+        .filter_map(|(eta, zeta)| patch.normal(eta, zeta))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+    use crate::contact::test_tools::{arc, plane, revolved};
+
+    fn planes() -> Planes {
+        Planes([0, 1].map(|axis| Plane { axis, at: 0.0, side: 1.0 }).into())
+    }
+
+    /// Patches that are left of a tool.
+    fn left(model: crate::tool::ToolModel, offset: Vec3) -> usize {
+        let surface = Arc::new(ToolSurface::new(model));
+        let kept = planes().without_cuts(&surface, &offset);
+        kept.patch_bounds().iter().filter(|b| !b.is_empty()).count()
+    }
+
+    #[test]
+    fn fine_patches_beside_a_plane_belong_to_the_working_face() {
+        for n in [1, 8, 64] {
+            let profile = [arc(n, [0.0, 50.0], 50.0, [-FRAC_PI_2, -FRAC_PI_2 + 0.06], 1.0)];
+            let cap = revolved("cap", n, FRAC_PI_2, &profile);
+            let all = cap.patches.len();
+            assert_eq!(left(cap, Vec3::zeros()), all, "{n}");
+        }
+    }
+
+    /// A wall beside a floor: in the plane, beside it, beyond it, askew to it, towards the sheet or away from it.
+    #[test]
+    fn a_wall_is_a_symmetry_face_in_the_plane_or_away_from_the_sheet_beyond_it() {
+        let with_wall = |along: Vec3, normal: f64| {
+            let mut model = plane("t", Vec3::zeros(), Vec3::x() * 8.0, Vec3::y() * 8.0, Vec3::z());
+            let wall = plane("t", Vec3::zeros(), Vec3::y() * 8.0, along, Vec3::x() * normal);
+            model.patches.extend(wall.patches);
+            model
+        };
+        let (up, askew) = (Vec3::z() * 6.0, Vec3::new(0.06, 0.0, 6.0));
+        for (x, along, normal, expected) in [
+            (0.0, up, -1.0, 1),
+            (0.0, up, 1.0, 1),
+            (1e-5, up, -1.0, 1),
+            (2e-3, up, -1.0, 2),
+            (-2e-3, up, -1.0, 1),
+            (-3.0, up, -1.0, 1),
+            (-3.0, up, 1.0, 2),
+            (-3.0, askew, -1.0, 2),
+        ] {
+            let found = left(with_wall(along, normal), Vec3::x() * x);
+            assert_eq!(found, expected, "{x} {along:?} {normal}");
+        }
     }
 }

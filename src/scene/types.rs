@@ -124,7 +124,18 @@ pub enum BlankShape {
     Mesh {
         /// Mesh file, relative to the scene.
         file: String,
+        /// What becomes of strains, stresses and thicknesses in the file. A file with such fields is refused without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        state: Option<MeshState>,
     },
+}
+
+/// What becomes of the state of a sheet that a mesh file has results of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeshState {
+    /// It is dropped: the blank is free of stress and strain, in the shape and thickness of the mesh.
+    Drop,
 }
 
 /// Nodes held where they are.

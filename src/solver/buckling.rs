@@ -21,7 +21,7 @@ const LEAST: i32 = -10;
 /// Right-hand sides over what would leave the motions as long as they were: solutions far larger than the sheet are not believed.
 const LITTLE: f64 = 1e-6;
 
-/// Way of the node that moves most in the push, over the thickness.
+/// Displacement of the node that moves most in the push, over the thickness.
 const WAY: f64 = 0.01;
 
 /// Share of a motion that is not one of the sheet as a whole, at least (half a wave has 0.19).
@@ -66,6 +66,50 @@ impl System {
 
     /// The motion of unit length, nodes counted by their masses, that has the least stiffness [N/mm], and that.
     fn softest_motion(&mut self) -> Option<(f64, Vec<f64>)> {
+        self.soft_motions()?.into_iter().next()
+    }
+
+    /// Whether friction resists all motions that have negative stiffness. At nodes that slip, a motion against the slip turns the
+    /// friction force t round: it does the work `2 t . u`, of first order, where the motion u sets `|k| / 2` of second order free.
+    /// The two are compared at the amplitude of the push: a sheet that does not leave its equilibrium then does not buckle. Both
+    /// directions of a motion have to be resisted. Changes the matrix.
+    pub(super) fn friction_resists(&mut self) -> bool {
+        let slipping = self.slipping();
+        if slipping.is_empty() {
+            return false;
+        }
+        let Some(motions) = self.soft_motions() else { return false };
+        let amplitude = WAY * self.body.mesh().mean_thickness();
+        motions.iter().filter(|(stiffness, _)| *stiffness < 0.0).all(|(stiffness, mode)| {
+            let ways = mode.chunks_exact(3).map(Vec3::from_column_slice);
+            let largest = ways.map(|way| way.norm()).fold(f64::MIN_POSITIVE, f64::max);
+            let size = amplitude / largest;
+            let released = 0.5 * stiffness.abs() * size * size;
+            let work = |sign: f64| -> f64 {
+                let of = |(node, friction): &(usize, Vec3)| {
+                    let way = Vec3::from_column_slice(&mode[3 * node..3 * node + 3]);
+                    (2.0 * sign * size * way.dot(friction)).max(0.0)
+                };
+                slipping.iter().map(of).sum()
+            };
+            work(1.0).min(work(-1.0)) > released
+        })
+    }
+
+    /// Nodes that slip, and the friction force on each [N].
+    fn slipping(&self) -> Vec<(usize, Vec3)> {
+        let slips = self.conditions.iter().filter(|c| c.candidate.is_some() && c.slipping);
+        slips
+            .map(|c| {
+                let free = self.constraints.free_projector(c.node);
+                let force = free * self.force_at(c.node);
+                (c.node, force - c.normal * c.normal.dot(&force))
+            })
+            .collect()
+    }
+
+    /// The softest motions, the softest first, each of unit length, with their stiffnesses [N/mm].
+    fn soft_motions(&mut self) -> Option<Vec<(f64, Vec<f64>)>> {
         self.project_tangent();
         let masses = shares(&self.body);
         let shift = self.make_definite(&masses)?;
@@ -76,8 +120,9 @@ impl System {
             self.solver.solve_symmetric(&self.matrix.values, &mut motions).ok()?;
             orthonormalise(&mut motions, &masses);
         }
-        let (stiffness, mode) = softest(self.body.pattern(), &self.matrix.values, &motions)?;
-        Some((stiffness - shift, mode))
+        let mut found = eigenmotions(self.body.pattern(), &self.matrix.values, &motions)?;
+        found.iter_mut().for_each(|(stiffness, _)| *stiffness -= shift);
+        Some(found)
     }
 
     /// Adds the masses to the matrix, times the least power of ten of a stiffness [N/mm] that makes it positive definite: the
@@ -160,8 +205,12 @@ fn orthonormalise(motions: &mut [Vec<f64>], masses: &[f64]) {
     }
 }
 
-/// The softest motion among the combinations of these, and its stiffness; `None` where rounding leaves none.
-fn softest(pattern: &Pattern, values: &[f64], motions: &[Vec<f64>]) -> Option<(f64, Vec<f64>)> {
+/// Stationary combinations of these motions and their stiffnesses, ascending; `None` where rounding leaves none.
+fn eigenmotions(
+    pattern: &Pattern,
+    values: &[f64],
+    motions: &[Vec<f64>],
+) -> Option<Vec<(f64, Vec<f64>)>> {
     let products: Vec<Vec<f64>> = motions.iter().map(|x| pattern.times(values, x)).collect();
     let of = |i: usize, j: usize| {
         0.5 * (dot(&motions[i], &products[j]) + dot(&motions[j], &products[i]))
@@ -171,8 +220,13 @@ fn softest(pattern: &Pattern, values: &[f64], motions: &[Vec<f64>]) -> Option<(f
         return None;
     }
     let found = SymmetricEigen::new(reduced);
-    let least = found.eigenvalues.imin();
-    let mut mode = vec![0.0; motions[0].len()];
-    motions.iter().enumerate().for_each(|(k, x)| add(&mut mode, found.eigenvectors[(k, least)], x));
-    Some((found.eigenvalues[least], mode))
+    let mut order: Vec<usize> = (0..motions.len()).collect();
+    order.sort_by(|&a, &b| found.eigenvalues[a].total_cmp(&found.eigenvalues[b]));
+    let motion = |of: usize| {
+        let mut mode = vec![0.0; motions[0].len()];
+        let parts = motions.iter().enumerate();
+        parts.for_each(|(k, x)| add(&mut mode, found.eigenvectors[(k, of)], x));
+        (found.eigenvalues[of], mode)
+    };
+    Some(order.into_iter().map(motion).collect())
 }

@@ -35,6 +35,7 @@ pub mod newton;
 mod pace;
 mod passage;
 pub mod pattern;
+pub mod penetration;
 mod plan;
 pub mod reach;
 mod relaxation;

@@ -26,12 +26,13 @@ impl Simulation {
     }
 
     pub(super) fn report(
-        &self,
+        &mut self,
         stage: usize,
         share: f64,
         iterations: usize,
         observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
     ) -> Result<(), SimulationError> {
+        let face_penetration = self.sys.face_penetration();
         let sys = &self.sys;
         let forces = contact_forces(sys);
         let report = IncrementReport {
@@ -55,6 +56,7 @@ impl Simulation {
             rounding_work: self.rounding_work(),
             volume_balance: sys.body.volume_balance(&sys.u),
             over_edge: sys.over_edge(),
+            face_penetration,
             contacts: sys.contact.active().count(),
             slipping: sys.conditions.iter().filter(|c| c.slipping).count(),
             timings: sys.timings,

@@ -207,7 +207,8 @@ impl Simulation {
     /// converged; between two calls the state may be saved ([`Self::state`]).
     ///
     /// # Errors
-    /// [`SimulationError`]; the last converged state stays readable.
+    /// [`SimulationError`]; the last converged state stays readable and the stage under way: it may be saved and resumed, and a
+    /// further call tries the increment again.
     pub fn advance(
         &mut self,
         observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,

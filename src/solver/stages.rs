@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::assembly::Body;
 use super::edges::OverEdge;
+use super::penetration::FacePenetration;
 use super::tools::{Curve, Motion};
 
 /// One stage: clamp, draw, release, ...
@@ -142,6 +143,9 @@ pub struct Timings {
     /// Whether balances last: a factorisation for each.
     #[serde(default)]
     pub stability: f64,
+    /// Penetration of tools into faces of elements, measured once an increment.
+    #[serde(default)]
+    pub penetration: f64,
     /// Factorisations counted by `factor`: at least one an iteration, more where the active set is settled.
     pub factorisations: usize,
     /// Times factors were brought up to date for a changed active set instead.
@@ -297,6 +301,8 @@ pub struct IncrementReport<'a> {
     pub volume_balance: Option<f64>,
     /// Where the sheet bends over the free border of a tool.
     pub over_edge: Option<OverEdge>,
+    /// The deepest penetration of a tool into a face of the sheet, between its nodes.
+    pub face_penetration: Option<FacePenetration>,
     /// Nodes in contact.
     pub contacts: usize,
     /// Nodes in contact that slip.

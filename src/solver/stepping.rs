@@ -67,12 +67,20 @@ pub(super) fn advance(
     if sim.stage >= sim.stages.len() {
         return Ok(false);
     }
-    let mut now = match sim.under_way.take() {
-        Some(now) => now,
-        None => begin_stage(sim, observer)?,
+    if sim.under_way.is_none() {
+        begin_stage(sim, observer)?;
+    }
+    let Some(mut now) = sim.under_way.take() else { return Ok(false) };
+    let (stage, pace) = (now.plan.stage, now.pace.clone());
+    let iterations = match increment(sim, &mut now) {
+        Ok(stats) => stats.iterations,
+        Err(error) => {
+            // The stage stays under way at its last balance, from which it may be tried again.
+            now.pace = pace;
+            sim.under_way = Some(now);
+            return Err(error);
+        }
     };
-    let stage = now.plan.stage;
-    let iterations = increment(sim, &mut now)?.iterations;
     sim.time = now.start_time + now.share * sim.stages[stage].duration;
     sim.summary.increments += 1;
     sim.summary.iterations += iterations;
@@ -247,15 +255,16 @@ fn past_limit_point(
     None
 }
 
+/// Begins the next stage; `observer` sees the start of the first. It is under way also where the observer stops the run there.
 fn begin_stage(
     sim: &mut Simulation,
     observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
-) -> Result<UnderWay, SimulationError> {
+) -> Result<(), SimulationError> {
     let stage = sim.stage;
     let plan = begin(sim, stage)?;
-    if stage == 0 {
-        sim.report(0, 0.0, 0, observer)?;
-    }
-    let (pace, endurance) = (pace_of(sim, stage), Endurance::FULL);
-    Ok(UnderWay { plan, pace, endurance, doubt: Doubt::NONE, share: 0.0, start_time: sim.time })
+    let seen = if stage == 0 { sim.report(0, 0.0, 0, observer) } else { Ok(()) };
+    let (pace, endurance, doubt) = (pace_of(sim, stage), Endurance::FULL, Doubt::NONE);
+    let start_time = sim.time;
+    sim.under_way = Some(UnderWay { plan, pace, endurance, doubt, share: 0.0, start_time });
+    seen
 }

@@ -13,6 +13,7 @@ use super::element::Want;
 use super::lengths::{Lengths, edge_lengths};
 use super::linear::{CheckedSolver, LinearError, NodeRows};
 use super::matrix::Matrix;
+use super::penetration::Penetration;
 use super::stages::Timings;
 use super::stops::Stop;
 use super::tools::Tool;
@@ -58,6 +59,8 @@ pub(super) struct System {
     pub(super) roles: Vec<Role>,
     pub(super) stops: Vec<Stop>,
     pub(super) contact: ContactSet,
+    /// Faces and features by which penetration between nodes is measured.
+    pub(super) penetration: Penetration,
     pub(super) u: Vec<f64>,
     /// Applied nodal forces (three a node) [N].
     pub(super) applied: Vec<f64>,
@@ -114,12 +117,14 @@ impl System {
         let mut solver = CheckedSolver::new(body.pattern(), body.mesh().groups())?;
         let lengths = edge_lengths(&body);
         solver.plausible = lengths.size;
+        let penetration = Penetration::of(body.mesh(), &tools, lengths.longest_edge);
         let not_of_nodes = || LinearError::Pattern("its rows are not those of nodes".into());
         Ok(Self {
             lengths,
             roles: vec![Role::Absent; tools.len()],
             stops: vec![Stop::NONE; tools.len()],
             contact,
+            penetration,
             u: vec![0.0; n],
             applied: vec![0.0; n],
             loaded: false,

@@ -144,7 +144,7 @@ fn blank_box(scene: &Scene, folder: &Path) -> Result<Aabb, ReachError> {
         BlankShape::Disc { radius_mm: r, .. } => {
             Aabb { min: Vec3::new(-r, -r, 0.0), max: Vec3::new(*r, *r, 0.0) }
         }
-        BlankShape::Mesh { file } => io::read_sheet(&folder.join(file))?.bbox(),
+        BlankShape::Mesh { file, .. } => io::read_sheet(&folder.join(file))?.bbox(),
     };
     let low = Vec3::z() * blank.z_mm;
     let high = Vec3::z() * (blank.z_mm + blank.thickness_mm);

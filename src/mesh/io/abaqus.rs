@@ -60,6 +60,8 @@ struct Deck<'a> {
     seen: HashMap<u64, usize>,
     /// An element that goes on in the next line.
     open: Option<Vec<u64>>,
+    /// `*INITIAL CONDITIONS` of a sheet that has been formed.
+    results: Vec<String>,
 }
 
 /// Parses a deck; `file` is used in messages.
@@ -74,6 +76,7 @@ pub fn parse(bytes: &[u8], file: &str) -> Result<SheetMesh, MeshError> {
         elements: Vec::new(),
         seen: HashMap::new(),
         open: None,
+        results: Vec::new(),
     };
     for line in bytes.split(|b| *b == b'\n') {
         deck.line += 1;
@@ -123,6 +126,14 @@ impl Deck<'_> {
                 }
                 self.only_here(&parameters)?;
                 self.section = Section::Nodes;
+            }
+            "INITIALCONDITIONS" => {
+                let kind = parameters.get("TYPE").map_or("", String::as_str);
+                if ["STRESS", "HARDENING", "PLASTICSTRAIN"]
+                    .contains(&kind.replace(' ', "").as_str())
+                {
+                    self.results.push(format!("*INITIAL CONDITIONS, TYPE={kind}"));
+                }
             }
             "ELEMENT" => {
                 self.only_here(&parameters)?;
@@ -277,13 +288,15 @@ impl Deck<'_> {
                 hexahedra.push(hexahedron);
             }
         }
+        let results = std::mem::take(&mut self.results);
         Ok(if first == Kind::Shell {
             let (points, quads) = used(&self.points, quads);
-            SheetMesh { points, elements: SheetElements::Quads(quads) }
+            SheetMesh { points, elements: SheetElements::Quads(quads), results }
         } else {
             let (points, elements) = used(&self.points, hexahedra);
             let stacked = first == Kind::ContinuumShell;
-            SheetMesh { points, elements: SheetElements::Hexahedra { elements, stacked } }
+            let elements = SheetElements::Hexahedra { elements, stacked };
+            SheetMesh { points, elements, results }
         })
     }
 }

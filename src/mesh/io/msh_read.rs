@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::UNATTACHED;
 use super::cursor::Cursor;
-use super::sheet::Volumes;
+use super::sheet::{Volumes, is_result};
 use crate::geometry::Vec3;
 use crate::mesh::{Element, MeshError, SurfaceMesh};
 
@@ -69,6 +69,25 @@ struct Reader<'a> {
 /// Parses the surfaces of a MSH file; `file` is used in messages.
 pub fn parse(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
     read(bytes, file)?.surfaces()
+}
+
+/// Names of the fields of a MSH file (`$NodeData`, `$ElementData`) that are those of results.
+pub fn fields(bytes: &[u8]) -> Vec<String> {
+    let mut lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+    let mut out = Vec::new();
+    while let Some(line) = lines.next() {
+        if ![&b"$NodeData"[..], b"$ElementData", b"$ElementNodeData"].contains(&line) {
+            continue;
+        }
+        // The number of names, and the first of them in quotes.
+        let name = lines.nth(1).map(String::from_utf8_lossy).unwrap_or_default();
+        let name = name.trim_matches('"');
+        // Values are not looked at: 0 and 1 stand for such that are not the same.
+        if is_result(name, &[0.0, 1.0]) {
+            out.push(name.to_owned());
+        }
+    }
+    out
 }
 
 /// Parses the hexahedra of a MSH file.

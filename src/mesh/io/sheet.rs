@@ -12,6 +12,24 @@ pub(super) struct Volumes {
     pub(super) hexahedra: Vec<[u32; 8]>,
 }
 
+/// Whether a field of this name and these values says that a mesh has been deformed. Values that are all zero say that it has not,
+/// nor does a thickness that is the same everywhere.
+pub(super) fn is_result(name: &str, values: &[f64]) -> bool {
+    /// Parts of the names that this and other solvers give results.
+    const NAMES: [&str; 6] =
+        ["strain", "stress", "displacement", "plastic", "peeq", "contact_force"];
+    /// Difference of thicknesses that is rounding, as a fraction.
+    const SAME: f64 = 1e-5;
+    let name = name.to_lowercase();
+    if name.contains("thickness") && !name.contains("strain") {
+        let ends = values
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
+        return ends[1] - ends[0] > SAME * ends[1].abs();
+    }
+    NAMES.iter().any(|part| name.contains(part)) && values.iter().any(|x| *x != 0.0)
+}
+
 /// Elements of a sheet, corners as VTK, gmsh and Abaqus order them.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SheetElements {
@@ -34,6 +52,8 @@ pub struct SheetMesh {
     pub points: Vec<Vec3>,
     /// Elements.
     pub elements: SheetElements,
+    /// Names of fields that say it has been deformed: strains, stresses, displacements, a thickness that varies.
+    pub results: Vec<String>,
 }
 
 impl SheetMesh {
@@ -55,16 +75,24 @@ pub fn read_sheet(path: &Path) -> Result<SheetMesh, MeshError> {
     let bytes = || {
         std::fs::read(path).map_err(|source| MeshError::Read { path: path.to_path_buf(), source })
     };
+    let mut results = Vec::new();
     let volumes = match ending.as_str() {
         "inp" => return abaqus::parse(&bytes()?, &name),
         "vtu" => Some(vtu::read_volumes(path, &name)?),
-        "msh" => Some(msh_read::parse_volumes(&bytes()?, &name)?),
+        "msh" => {
+            let bytes = bytes()?;
+            results = msh_read::fields(&bytes);
+            Some(msh_read::parse_volumes(&bytes, &name)?)
+        }
         _ => None,
     };
+    if ending == "vtu" {
+        results = vtu::results(path, &name)?;
+    }
     if let Some(Volumes { points, hexahedra }) = volumes.filter(|v| !v.hexahedra.is_empty()) {
         let (points, elements) = used(&points, hexahedra);
         let elements = SheetElements::Hexahedra { elements, stacked: false };
-        return Ok(SheetMesh { points, elements });
+        return Ok(SheetMesh { points, elements, results });
     }
     let mesh = super::read(path)?;
     let invalid = |found: String| MeshError::Invalid {
@@ -83,7 +111,7 @@ pub fn read_sheet(path: &Path) -> Result<SheetMesh, MeshError> {
         return Err(invalid("no element".into()));
     }
     let (points, quads) = used(&mesh.vertices, quads);
-    Ok(SheetMesh { points, elements: SheetElements::Quads(quads) })
+    Ok(SheetMesh { points, elements: SheetElements::Quads(quads), results })
 }
 
 /// The points that elements use, in their order, and the elements by them.
@@ -100,4 +128,26 @@ pub(super) fn used<const N: usize>(
     }
     elements.iter_mut().flatten().for_each(|n| *n = number[*n as usize]);
     (kept, elements)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_of_a_deformed_sheet_are_told_from_those_of_a_virgin_one() {
+        for (name, values, expected) in [
+            ("plastic_strain", [0.0, 0.1], true),
+            ("plastic_strain", [0.0, 0.0], false),
+            ("PEEQ", [0.0, 0.1], true),
+            ("Stress_mpa", [1.0, -1.0], true),
+            ("displacement_mm", [0.0, 1e-3], true),
+            ("thickness_mm", [1.0, 0.9], true),
+            ("thickness_mm", [1.0, 1.0 + 1e-8], false),
+            ("thickness_strain", [-0.1, -0.1], true),
+            ("face", [3.0, 4.0], false),
+        ] {
+            assert_eq!(is_result(name, &values), expected, "{name} {values:?}");
+        }
+    }
 }

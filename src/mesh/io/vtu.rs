@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::sheet::Volumes;
+use super::sheet::{Volumes, is_result};
 use super::{MeshFile, UNATTACHED, of_elements, with_normals};
 use crate::geometry::Vec3;
 use crate::mesh::{MeshError, SurfaceMesh};
@@ -32,6 +32,13 @@ fn grid_of(path: &Path, file: &str) -> Result<vtu_read::Grid, MeshError> {
             allowed: "an unstructured grid of one piece, arrays as ascii, base64 or appended, as they are or compressed by zlib".into(),
         },
     })
+}
+
+/// Names of the arrays of a VTU file that say its mesh has been deformed.
+pub fn results(path: &Path, file: &str) -> Result<Vec<String>, MeshError> {
+    let grid = grid_of(path, file)?;
+    let arrays = grid.point_data.into_iter().chain(grid.cell_data);
+    Ok(arrays.filter(|a| is_result(&a.name, &a.values)).map(|a| a.name).collect())
 }
 
 /// Reads the hexahedra of a VTU file (cells of VTK's types 12 and 11); surfaces, lines and points are passed over.

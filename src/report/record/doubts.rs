@@ -1,6 +1,6 @@
 //! Doubts about a run: those of its scene, and those of what became of the sheet.
 
-use super::{RunRecord, Verdict};
+use super::{FacePenetrationRecord, NeckingKind, RunRecord, Verdict};
 use crate::report::doubt::{Doubt, DoubtCode, place_mm};
 
 /// Depth of a node in a tool over the thickness, above which it is a doubt.
@@ -24,6 +24,7 @@ impl RunRecord {
     pub fn judged(&self, scene: &[Doubt]) -> Vec<Doubt> {
         let found = [
             self.penetration_at_nodes(),
+            self.penetration_on_faces(),
             self.inside_tool(),
             self.never_touched(),
             self.unstable_equilibrium(),
@@ -34,6 +35,7 @@ impl RunRecord {
             self.overhang(),
             self.released_force_work(),
             self.energy_not_accounted_for(),
+            self.localised_thinning(),
             self.thickness_below_half(),
             self.holder_lifted(),
         ];
@@ -57,6 +59,53 @@ impl RunRecord {
                     "Nodes are up to {:.3} mm inside a tool ({:.0} % of the thickness allowed). Contact keeps a node out of one tool at a time: join tools that meet at a corner into one file, keep the edge of a tool away from the gap between two others, or raise `solver.contact.stiffness`.",
                     self.penetration_mm,
                     100.0 * PENETRATION
+                ),
+            )
+        })
+    }
+
+    fn penetration_on_faces(&self) -> Option<Doubt> {
+        let allowed = FacePenetrationRecord::ALLOWED_REL;
+        let found = self.face_penetration.as_ref().filter(|found| found.depth_rel > allowed)?;
+        let FacePenetrationRecord { tool, increment, depth_mm, depth_rel, at_mm, .. } = found;
+        let first = found.first_increment.unwrap_or(*increment);
+        // The sag of a face goes with the square of its length.
+        let shorter = (allowed / depth_rel).sqrt();
+        Some(Doubt::of(
+            DoubtCode::PenetrationOnFaces,
+            format!("{tool}, increment {increment}, {}", place_mm(at_mm)),
+            [*depth_rel, allowed],
+            format!(
+                "{tool} penetrates element faces between nodes by up to {depth_mm:.3} mm, {:.0} % of the thickness ({:.0} % allowed), at {} in increment {increment}; above the limit from increment {first} on. Contact conditions are at nodes: forces and thinning there depend on the mesh. Use elements of {shorter:.2} times the length there, or a larger tool radius.",
+                100.0 * depth_rel,
+                100.0 * allowed,
+                place_mm(at_mm)
+            ),
+        ))
+    }
+
+    fn localised_thinning(&self) -> Option<Doubt> {
+        let found = self.necking.as_ref()?;
+        let (code, what) = match found.kind {
+            NeckingKind::Band => (
+                DoubtCode::LocalisedNecking,
+                "past the maximum force a band of the sheet thins while the rest unloads. Its width and strains are those of the mesh. The sheet fails there: reduce the depth, the friction or the holder force, or compare the strains with the forming limit",
+            ),
+            NeckingKind::Dip => (
+                DoubtCode::LocalisedThinning,
+                "a row of nodes thins far more than its neighbours, within less than the sheet's thickness: a kink of the elements. Use two layers or more, or elements of half the thickness or longer",
+            ),
+            NeckingKind::Torn => return None,
+        };
+        let (place, left) = (place_mm(&found.at_mm), 100.0 * found.thickness_rel);
+        Some(Doubt {
+            value: Some(found.thickness_rel),
+            ..Doubt::new(
+                code,
+                format!("increment {}, {place}", found.first_increment),
+                format!(
+                    "Localised thinning to {left:.1} % of the initial thickness at {place}, from increment {} on: {what}.",
+                    found.first_increment
                 ),
             )
         })

@@ -84,6 +84,55 @@ pub struct OverEdgeRecord {
     pub at_mm: [f64; 3],
 }
 
+/// The deepest penetration of a tool into a face of an element. Contact conditions hold nodes; between them a face may lie in a
+/// tool, or a feature of a tool in the sheet.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FacePenetrationRecord {
+    /// The tool.
+    pub tool: String,
+    /// The increment that ended so.
+    pub increment: usize,
+    /// Depth [mm].
+    pub depth_mm: f64,
+    /// Depth over the mean initial thickness of the sheet.
+    pub depth_rel: f64,
+    /// Where [mm].
+    pub at_mm: [f64; 3],
+    /// The first increment that ended with more than 5 % of the thickness.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_increment: Option<usize>,
+}
+
+impl FacePenetrationRecord {
+    /// Depth over the thickness above which results are doubtful: a sag of the faces that moves forces by per cents.
+    pub const ALLOWED_REL: f64 = 0.05;
+}
+
+/// What localised thinning looks like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum NeckingKind {
+    /// A band thins while the rest of the sheet unloads, past the maximum force of a tool.
+    Band,
+    /// Columns of nodes are thinner than those beside them, nearer than the sheet is thick.
+    Dip,
+    /// Less than half of the thickness is left.
+    Torn,
+}
+
+/// Localised thinning of the sheet.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NeckingRecord {
+    /// What it looks like.
+    pub kind: NeckingKind,
+    /// The increment that it was first seen in, or began with.
+    pub first_increment: usize,
+    /// Where it is thinnest, on the upper face [mm].
+    pub at_mm: [f64; 3],
+    /// The least thickness there over the initial one.
+    pub thickness_rel: f64,
+}
+
 /// Where columns of the mesh lean to opposite sides by turns: elements that are wide for their layer fold so under pressure through
 /// the thickness, and forces are far too low.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]

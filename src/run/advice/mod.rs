@@ -37,9 +37,9 @@ pub use finding::{Finding, Level, sort};
 /// Time grows with this power of the unknowns (`docs/results/solver.md`).
 const GROWTH: f64 = 1.5;
 
-/// Findings of the scene, its tools placed, that make the result of a run doubtful, errors among them.
+/// Findings of the scene, its tools placed, that make the result of a run doubtful, errors among them. `ratio` as in [`advice`].
 #[must_use]
-pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
+pub fn doubts(plan: &Plan, setup: &SimulationSetup, ratio: f64) -> Vec<Finding> {
     let mut out: Vec<Finding> = material::remark(&plan.card).into_iter().collect();
     units::findings(setup, &mut out);
     out.extend(amounts::friction_not_given(plan));
@@ -50,11 +50,18 @@ pub fn doubts(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
     out.extend(seam::remark(setup.body.mesh()));
     out.extend(symmetry::missing(plan, setup));
     out.extend(symmetry::wrong(plan, setup));
-    holder::findings(setup, &holder::holders(setup, &reachable(setup)), &mut out);
     unopposed::remarks(setup, &mut out);
     out.extend(unheld::remark(setup));
     out.extend(setup.tools.iter().filter_map(tools::without_area));
     out.extend(idle(setup));
+    let sizes = Sizes::new(setup.body.mesh(), ratio);
+    let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
+    holder::findings(setup, &holder::holders(setup, &kept), &mut out);
+    for (k, tool) in setup.tools.iter().enumerate() {
+        let opposite = Opposite::new(setup, k, &kept[k], &sizes);
+        let clamping = Clamping::new(setup, k, &kept[k], &opposite);
+        out.extend(tools::folding(tool, &kept[k], (&part, &clamping), &sizes));
+    }
     out
 }
 
@@ -77,7 +84,7 @@ fn idle(setup: &SimulationSetup) -> Option<Finding> {
 #[must_use]
 pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> Vec<Finding> {
     let sizes = Sizes::new(setup.body.mesh(), ratio);
-    let mut out = doubts(plan, setup);
+    let mut out = doubts(plan, setup, ratio);
     out.extend(symmetry::unused(plan, setup, cost));
     let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
     let sharpest = tools::sharpest(setup, &kept);

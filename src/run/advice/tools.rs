@@ -5,13 +5,16 @@ use super::curvature::{Bend, FLAT, bends, corners};
 use super::size::{Size, Sizes};
 use super::{Finding, GROWTH};
 use crate::geometry::{Aabb, Vec3};
-use crate::report::doubt::DoubtCode;
+use crate::report::doubt::{DoubtCode, place_mm};
 use crate::run::cost::Cost;
 use crate::solver::{SimulationSetup, ToolSetup};
 use crate::tool::Patch;
 
 /// Elements over 90 degrees of a radius that follow it well.
 const OVER_A_RADIUS: f64 = 4.0;
+/// Elements over 90 degrees below which one is bent by more than 45 degrees between its nodes: it may turn inside out, and its face
+/// lies in the tool by more than 0.07 of the radius.
+const FOLDS: f64 = 2.0;
 /// Patches shorter than this share of an element, and within the tolerance even when longer by its inverse, are not felt.
 const FINE: f64 = 0.25;
 /// Shape error of a patch over the radius times the turn to the fourth power: 1 / 128 for an arc, up to five times as much
@@ -44,11 +47,13 @@ pub(super) fn remarks(
         let beyond = patches - count;
         out.push(Finding {
             auto: true,
-            ..Finding::note(format!("{beyond} of {patches} patches of {name} are beyond the reach of the sheet"),
-            format!(
-                "{} of search trees, no unknowns; `kanagata convert --reach` leaves such faces out of the file",
-                megabytes(beyond as f64 * BYTES_A_PATCH)
-            ))
+            ..Finding::note(
+                format!("{beyond} of {patches} patches of {name} are beyond the reach of the sheet"),
+                format!(
+                    "{} of search trees, no unknowns; `kanagata convert --reach` leaves such faces out of the file",
+                    megabytes(beyond as f64 * BYTES_A_PATCH)
+                ),
+            )
         });
     }
     let model = tool.surface.model();
@@ -67,14 +72,19 @@ pub(super) fn remarks(
             ),
         ));
     }
-    // What lies beyond a symmetry plane is the image of what lies before it.
-    let modelled = |p: &&Patch| {
-        let corners = corners(p);
-        let middle = corners.iter().map(|c| c.0).sum::<Vec3>() / corners.len().max(1) as f64;
-        part.distance_squared(&(middle + tool.offset)) == 0.0
-    };
-    let bent = near().filter(modelled).filter(|patch| !clamping.is_behind(patch));
-    out.extend(coarse_elements(name, &tool.offset, bent, sizes, cost));
+    let worst = Coarsest::of(tool, kept, (part, clamping), sizes);
+    out.extend(worst.filter(|worst| worst.over >= FOLDS).map(|worst| worst.note(name, cost)));
+}
+
+/// A doubt about a tool over a radius of which elements may turn inside out.
+pub(super) fn folding(
+    tool: &ToolSetup,
+    kept: &[bool],
+    (part, clamping): (&Aabb, &Clamping<'_>),
+    sizes: &Sizes,
+) -> Option<Finding> {
+    let worst = Coarsest::of(tool, kept, (part, clamping), sizes)?;
+    (worst.over < FOLDS).then(|| worst.doubt(&tool.name))
 }
 
 /// A remark on a tool some of whose patches have no area.
@@ -142,46 +152,106 @@ fn is_fine(patch: &Patch, offset: &Vec3, sizes: &Sizes) -> bool {
     bent.iter().flatten().any(fine)
 }
 
-/// A remark on the place of a tool that has the fewest elements over its radius, and what enough of them cost.
-fn coarse_elements<'a>(
-    name: &str,
-    offset: &Vec3,
-    patches: impl Iterator<Item = &'a Patch>,
-    sizes: &Sizes,
-    cost: &Cost,
-) -> Option<Finding> {
-    let mut worst: Option<(f64, Vec3, Bend, Size)> = None;
-    // How many times finer along the two edges of the elements.
-    let mut finer = [1.0_f64; 2];
-    for patch in patches {
-        let Some((at, bent)) = sized(patch, offset, sizes) else { continue };
-        for (bend, size) in bent.into_iter().flatten() {
-            let over = std::f64::consts::FRAC_PI_2 * bend.radius / size.length;
-            for (finer, share) in finer.iter_mut().zip(size.shares) {
-                if share > HELPS {
-                    *finer = finer.max(OVER_A_RADIUS / over);
+/// The place of a tool that has the fewest elements over its radius.
+struct Coarsest {
+    /// Elements over 90 degrees.
+    over: f64,
+    /// In the world [mm].
+    at: Vec3,
+    bend: Bend,
+    size: Size,
+    /// How many times finer elements should be along their two edges.
+    finer: [f64; 2],
+}
+
+impl Coarsest {
+    fn of(
+        tool: &ToolSetup,
+        kept: &[bool],
+        (part, clamping): (&Aabb, &Clamping<'_>),
+        sizes: &Sizes,
+    ) -> Option<Self> {
+        let patches = tool.surface.model().patches.iter().zip(kept);
+        let near = patches.filter(|(_, kept)| **kept).map(|(patch, _)| patch);
+        // What lies beyond a symmetry plane is the image of what lies before it.
+        let modelled = |p: &&Patch| {
+            let corners = corners(p);
+            let middle = corners.iter().map(|c| c.0).sum::<Vec3>() / corners.len().max(1) as f64;
+            part.distance_squared(&(middle + tool.offset)) == 0.0
+        };
+        let bent = near.filter(modelled).filter(|patch| !clamping.is_behind(patch));
+        Self::of_patches(&tool.offset, bent, sizes)
+    }
+
+    /// `None` where there are enough elements over every radius.
+    fn of_patches<'a>(
+        offset: &Vec3,
+        patches: impl Iterator<Item = &'a Patch>,
+        sizes: &Sizes,
+    ) -> Option<Self> {
+        let mut worst: Option<Self> = None;
+        let mut all_finer = [1.0_f64; 2];
+        for patch in patches {
+            let Some((at, bent)) = sized(patch, offset, sizes) else { continue };
+            for (bend, size) in bent.into_iter().flatten() {
+                let over = std::f64::consts::FRAC_PI_2 * bend.radius / size.length;
+                for (finer, share) in all_finer.iter_mut().zip(size.shares) {
+                    if share > HELPS {
+                        *finer = finer.max(OVER_A_RADIUS / over);
+                    }
+                }
+                if worst.as_ref().is_none_or(|w| over < w.over) {
+                    worst = Some(Self { over, at, bend, size, finer: [1.0; 2] });
                 }
             }
-            if worst.as_ref().is_none_or(|w| over < w.0) {
-                worst = Some((over, at, bend, size));
-            }
         }
+        let worst = worst.filter(|worst| worst.over < OVER_A_RADIUS)?;
+        Some(Self { finer: all_finer, ..worst })
     }
-    let (over, at, bend, size) = worst.filter(|w| w.0 < OVER_A_RADIUS)?;
-    let more = finer[0] * finer[1];
-    Some(Finding::note(
+
+    fn found(&self, name: &str) -> String {
+        let Self { over, at, bend, size, .. } = self;
         format!(
             "elements of {:.2} mm along the bend are coarse for the radius of {:.2} mm of {name} at ({:.1}, {:.1}, {:.1}) mm: {over:.1} over 90 degrees",
             size.length, bend.radius, at.x, at.y, at.z
-        ),
-        // Increments grow with the number of contacts that change.
-        format!(
-            "{OVER_A_RADIUS} want elements of {:.2} mm along it: {:.0} unknowns if all are, {}",
-            size.length * over / OVER_A_RADIUS,
-            cost.unknowns as f64 * more,
-            cost.times(more.powf(GROWTH))
-        ),
-    ))
+        )
+    }
+
+    fn note(&self, name: &str, cost: &Cost) -> Finding {
+        let more = self.finer[0] * self.finer[1];
+        Finding::note(
+            self.found(name),
+            // Increments grow with the number of contacts that change.
+            format!(
+                "{OVER_A_RADIUS} want elements of {:.2} mm along it: {:.0} unknowns if all are, {}",
+                self.size.length * self.over / OVER_A_RADIUS,
+                cost.unknowns as f64 * more,
+                cost.times(more.powf(GROWTH))
+            ),
+        )
+    }
+
+    fn doubt(&self, name: &str) -> Finding {
+        let at: [f64; 3] = self.at.into();
+        Finding::doubt(
+            DoubtCode::ElementsTooLong,
+            format!("{name}, {}", place_mm(&at)),
+            format!(
+                "Elements of {:.2} mm are too long for the radius of {:.2} mm of {name} at {}: {:.1} over 90 degrees, {FOLDS} at least and {OVER_A_RADIUS} recommended. An element drawn over it bends by {:.0} degrees, may turn inside out, and the tool penetrates it between its nodes.",
+                self.size.length,
+                self.bend.radius,
+                place_mm(&at),
+                self.over,
+                (90.0 / self.over).min(90.0)
+            ),
+            format!(
+                "Use elements of {:.2} mm along the bend ({:.0} times the unknowns if all are).",
+                self.size.length * self.over / OVER_A_RADIUS,
+                self.finer[0] * self.finer[1]
+            ),
+        )
+        .exceeds([self.over, FOLDS])
+    }
 }
 
 #[cfg(test)]
@@ -215,10 +285,26 @@ mod tests {
         revolved("shoulder", 2, angle, &profile)
     }
 
-    fn told(nx: usize, ny: usize, tool: &ToolModel) -> Option<String> {
+    fn coarsest(nx: usize, ny: usize, tool: &ToolModel) -> Option<Coarsest> {
         let sizes = Sizes::new(&rectangle(60.0, 60.0, 1.0, nx, ny, 1), 1.0);
         let offset = Vec3::new(-1950.0, 0.0, 0.0);
-        coarse_elements("die", &offset, tool.patches.iter(), &sizes, &cost()).map(|r| r.to_string())
+        Coarsest::of_patches(&offset, tool.patches.iter(), &sizes)
+    }
+
+    fn told(nx: usize, ny: usize, tool: &ToolModel) -> Option<String> {
+        coarsest(nx, ny, tool).map(|worst| worst.note("die", &cost()).to_string())
+    }
+
+    /// Elements of 6 mm are bent by 86 degrees, those of 2.9 mm by 41.
+    #[test]
+    fn elements_that_bend_by_more_than_half_a_right_angle_are_doubtful() {
+        let die = shoulder(6);
+        let worst = coarsest(10, 10, &die).unwrap();
+        assert!(worst.over < FOLDS, "{}", worst.over);
+        let text = worst.doubt("die").to_string();
+        assert!(text.contains("bends by 86 degrees") && text.contains("inside out"), "{text}");
+        assert!(text.contains("elements of 1.57 mm"), "{text}");
+        assert!(coarsest(21, 10, &die).unwrap().over > FOLDS);
     }
 
     #[test]

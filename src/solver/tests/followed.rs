@@ -1,7 +1,7 @@
 //! Increments that end where those of another run ended.
 
 use super::cup::{QUICK, cup};
-use crate::solver::{Control, IncrementReport, Simulation, SimulationSetup};
+use crate::solver::{Control, IncrementReport, Simulation, SimulationError, SimulationSetup};
 
 /// Stage, share and iterations of every increment, cuts, and where the sheet ends.
 fn run(setup: SimulationSetup) -> (Vec<(usize, f64, usize)>, usize, Vec<f64>) {
@@ -40,4 +40,47 @@ fn an_increment_that_fails_is_cut_and_the_next_ends_are_met_again() {
     assert!(cuts > 0 && draw[0] < 0.7, "{cuts} cuts, {draw:?}");
     let at = draw.iter().position(|&share| share == 0.7).expect("an increment ends at 0.7");
     assert!(draw[at + 1..].contains(&0.75) && draw.last() == Some(&1.0), "{draw:?}");
+}
+
+/// After an error the stage is still under way: the same run, or one that resumes its saved state, ends as one without the error.
+#[test]
+fn a_stage_stays_under_way_after_an_error() {
+    let (whole, _, sheet) = run(cup(&QUICK));
+    let see = &mut |_: &IncrementReport<'_>| Control::Continue;
+    let (mut first, mut second) =
+        (Simulation::new(cup(&QUICK)).unwrap(), Simulation::new(cup(&QUICK)).unwrap());
+    // In the midst of a stage, where one begins, and at the start.
+    let begins = whole.iter().position(|i| i.0 > 0).unwrap();
+    for limit in [0, 2, begins, whole.len() - 1] {
+        first.limits.increments = limit;
+        for _ in 0..2 {
+            let error = first.run(see).unwrap_err();
+            assert!(matches!(error, SimulationError::TooManyIncrements { .. }), "{error}");
+            assert_eq!(first.summary().increments, limit);
+        }
+    }
+    second.resume(first.state()).unwrap();
+    first.limits.increments = whole.len();
+    for sim in [&mut first, &mut second] {
+        assert_eq!(sim.run(see).unwrap().increments, whole.len());
+        let same = sim.displacements().iter().zip(&sheet);
+        assert!(same.into_iter().all(|(a, b)| a.to_bits() == b.to_bits()));
+    }
+}
+
+/// Stopped by its observer before the first increment, and continued.
+#[test]
+fn a_run_stopped_at_its_start_goes_on() {
+    let (whole, _, sheet) = run(cup(&QUICK));
+    let mut sim = Simulation::new(cup(&QUICK)).unwrap();
+    let error = sim.advance(&mut |_: &IncrementReport<'_>| Control::Stop).unwrap_err();
+    assert!(matches!(error, SimulationError::Stopped { increment: 0 }), "{error}");
+    let mut starts = 0;
+    sim.run(&mut |r: &IncrementReport<'_>| {
+        starts += usize::from(r.increment == 0);
+        Control::Continue
+    })
+    .unwrap();
+    assert!(starts == 0 && sim.summary().increments == whole.len());
+    assert!(sim.displacements().iter().zip(&sheet).all(|(a, b)| a.to_bits() == b.to_bits()));
 }

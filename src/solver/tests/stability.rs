@@ -1,7 +1,8 @@
 //! Balances that do not last: columns, which buckle at Euler's load, and what long steps make of them.
 
+use super::carried::along_y;
 use super::{setup, stage, steel, tool};
-use crate::contact::test_tools::plane;
+use crate::contact::test_tools::{arc, plane};
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
 use crate::solver::blank::{HexMesh, rectangle};
@@ -220,5 +221,60 @@ fn a_straight_strut_buckles_where_it_yields_however_long_the_steps() {
         assert!((0.97..1.01).contains(&(largest / 6000.0)), "{steps}: {largest}");
         assert!(buckles == 1 && unstable == 0, "{steps}: {buckles} {unstable}");
         assert!((end / bent - 1.0).abs() < 0.03, "{steps}: {end} {bent}");
+    }
+}
+
+/// A strip of 200 x 40 x 1.5 mm on two rolls of radius 15 mm 120 mm apart, bent 25 mm by a punch of radius 20 mm in its middle, a
+/// load of so much along it at one node [N]: increments, cuts, equilibria that did not last, and the punch's force at the end [N].
+fn bent_on_rolls(friction: f64, along: f64) -> ([usize; 4], f64) {
+    let card: MaterialCard = serde_json::from_str(
+        r#"{"name": "bilinear", "young_mpa": 210000.0, "poisson": 0.3, "yield": {"criterion": "von-mises"},
+            "hardening": {"law": "table", "strain": [0.0, 1.0], "stress": [235.0, 1441.9]}}"#,
+    )
+    .unwrap();
+    let mut mesh = rectangle(200.0, 40.0, 1.5, 80, 1, 1);
+    mesh.nodes.iter_mut().for_each(|x| x.x -= 100.0);
+    let mut constraints = Constraints::none(mesh.nodes.len());
+    (0..mesh.nodes.len()).for_each(|node| constraints.hold(node, 1));
+    let middle = mesh.nodes.iter().position(|x| x.x.abs() < 1e-9).unwrap();
+    let mut loads = vec![0.0; 3 * mesh.nodes.len()];
+    loads[3 * middle] = along;
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let roll = |x: f64| [arc(16, [x, -15.0], 15.0, [2.0 * quarter, 0.0], 1.0)];
+    let punch = [arc(16, [0.0, 21.5], 20.0, [-2.0 * quarter, 0.0], 1.0)];
+    let tools = vec![
+        tool("punch", along_y("punch", &punch), -Vec3::z(), SheetSide::Top, friction),
+        tool("right", along_y("right", &roll(60.0)), Vec3::z(), SheetSide::Bottom, friction),
+        tool("left", along_y("left", &roll(-60.0)), Vec3::z(), SheetSide::Bottom, friction),
+    ];
+    let down = Motion::Travel(Curve::ramp(0.0, 25.0));
+    let mut press = stage("press", vec![down, Motion::Hold, Motion::Hold], 0.05);
+    (press.largest_step, press.load) = (0.1, Curve::constant(1.0));
+    let kind = ElementKind::SolidShell { points: 7, membrane: true };
+    let body = Body::new(mesh, kind, card.build(0.0).unwrap()).unwrap();
+    let setup = SimulationSetup {
+        loads,
+        limits: crate::solver::Limits::default(),
+        ..setup(body, constraints, tools, vec![press])
+    };
+    let mut sim = Simulation::new(setup).unwrap();
+    let mut found = ([0; 4], 0.0);
+    sim.run(&mut |r: &IncrementReport<'_>| {
+        found = ([r.increment, r.cuts, r.unstable, r.buckles], r.tools[0].force);
+        Control::Continue
+    })
+    .unwrap();
+    found
+}
+
+/// Along itself a strip on rolls has next to no stiffness, of either sign; friction on the rolls keeps it from sliding through.
+#[test]
+fn a_strip_that_friction_keeps_from_sliding_through_does_not_buckle() {
+    for friction in [0.05, 0.12, 0.3] {
+        let ([increments, _, unstable, buckles], force) = bent_on_rolls(friction, 0.0);
+        let ([with_load, ..], other) = bent_on_rolls(friction, 0.05);
+        assert!(unstable == 0 && buckles == 0, "{friction}: {unstable} and {buckles}");
+        assert!(increments <= with_load + 1, "{friction}: {increments} and {with_load}");
+        assert!((force / other - 1.0).abs() < 1e-2, "{friction}: {force} and {other}");
     }
 }

@@ -56,9 +56,10 @@ fn figure(figure: Figure, row: &Row<'_>, other: Option<&Row<'_>>) -> Option<(f64
 }
 
 /// Time of an iteration over that of a factorisation in the same run, both by the clocks of its phases; `None` of a run
-/// without any. Whether balances last is asked once an increment, of no iteration.
+/// without any. What is measured once an increment is of no iteration.
 fn in_factorisations(run: &RunRecord) -> Option<f64> {
-    let of_iterations = run.timings_s.iter().filter(|(phase, _)| *phase != "stability");
+    let once = ["stability", "penetration"];
+    let of_iterations = run.timings_s.iter().filter(|(phase, _)| !once.contains(&phase.as_str()));
     let iteration = of_iterations.map(|(_, s)| s).sum::<f64>() / run.iterations.max(1) as f64;
     let factor = run.timings_s.get("factor")? / run.factorisations.max(1) as f64;
     (factor > 0.0).then(|| iteration / factor)

@@ -1,0 +1,186 @@
+//! Localised thinning: a band of the sheet that thins while the rest unloads, a dip in the thickness that is narrower than the sheet
+//! is thick, and a sheet that has less than half of its thickness left.
+//!
+//! Thinning is the logarithmic strain `e = -ln(t / t0)` of the columns of the mesh. Past the maximum force (Considère) deformation
+//! localises (Hill 1952): columns within the band have more than half of the largest increment of e, and all others together less
+//! than the band. What the band thins so is summed over the increments. Its width is then that of the elements, and so are the
+//! thickness and the force.
+
+use serde::{Deserialize, Serialize};
+
+use super::fields::column_thickness;
+use super::zigzag::neighbours;
+use crate::geometry::Vec3;
+use crate::report::record::{NeckingKind, NeckingRecord};
+use crate::solver::IncrementReport;
+use crate::solver::blank::HexMesh;
+
+/// Force over the largest of the stage below which that has been passed.
+const PASSED: f64 = 0.99;
+/// Thinning of a band alone, or of a dip beyond what is around it, from which on it is reported: the scatter of thinning between
+/// columns of sound runs stays below. Halved, dips of coarse tools are reported too.
+const OF_NOTE: f64 = 0.05;
+/// Thinning of a dip over the largest around it.
+const DIP: f64 = 2.0;
+/// Thickness over the initial one below which hardly any sheet is whole.
+const TORN: f64 = 0.5;
+/// Fraction of the columns that a band may have.
+const BAND: f64 = 0.1;
+
+/// What is kept from one increment to the next.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Necking {
+    /// Thinning of every column at the last increment.
+    thinning: Vec<f64>,
+    stage: usize,
+    /// Travel of every tool at the last increment [mm], and its largest force in the stage [N].
+    travels: Vec<f64>,
+    forces: Vec<f64>,
+    /// Thinning of bands alone so far, and the increment that it began with.
+    alone: f64,
+    began: usize,
+}
+
+impl Necking {
+    /// What is found after an increment, the nodes now at these positions.
+    pub(super) fn take(
+        &mut self,
+        report: &IncrementReport<'_>,
+        positions: &[Vec3],
+    ) -> Option<NeckingRecord> {
+        let mesh = report.body.mesh();
+        if mesh.nodes_per_column < 2 {
+            return None;
+        }
+        let (now, before) =
+            (column_thickness(mesh, positions), column_thickness(mesh, &mesh.nodes));
+        let thinning: Vec<f64> = now.iter().zip(&before).map(|(t, t0)| -(t / t0).ln()).collect();
+        let falls = self.force_falls(report);
+        let last = std::mem::replace(&mut self.thinning, thinning);
+        let record = |kind, column: usize, first_increment| NeckingRecord {
+            kind,
+            first_increment,
+            at_mm: positions[mesh.top_nodes()[column] as usize].into(),
+            thickness_rel: (-self.thinning[column]).exp(),
+        };
+        let band = if falls && last.len() == self.thinning.len() {
+            band(mesh, &last, &self.thinning)
+        } else {
+            None
+        };
+        if let Some((column, by)) = band {
+            if self.alone == 0.0 {
+                self.began = report.increment;
+            }
+            self.alone += by;
+            if self.alone > OF_NOTE {
+                return Some(record(NeckingKind::Band, column, self.began));
+            }
+        }
+        let thinnest = (0..now.len())
+            .max_by(|&a, &b| self.thinning[a].total_cmp(&self.thinning[b]))
+            .unwrap_or_default();
+        if self.thinning[thinnest] > -TORN.ln() {
+            return Some(record(NeckingKind::Torn, thinnest, report.increment));
+        }
+        let dip = dip(mesh, &before, &self.thinning)?;
+        Some(record(NeckingKind::Dip, dip, report.increment))
+    }
+
+    /// Whether a tool that moves in this increment pushes with less than its largest force in the stage.
+    fn force_falls(&mut self, report: &IncrementReport<'_>) -> bool {
+        let tools = report.tools.len();
+        if self.stage != report.stage || self.forces.len() != tools {
+            (self.stage, self.forces, self.alone) = (report.stage, vec![0.0; tools], 0.0);
+        }
+        let mut falls = false;
+        for (k, tool) in report.tools.iter().enumerate() {
+            let moved = self.travels.get(k).is_some_and(|last| *last != tool.travel);
+            falls |= !report.free && moved && tool.force.abs() < PASSED * self.forces[k];
+            self.forces[k] = self.forces[k].max(tool.force.abs());
+        }
+        self.travels = report.tools.iter().map(|tool| tool.travel).collect();
+        falls
+    }
+}
+
+/// The thinnest column, where it is one of a band that alone thins, and by how much in the increment.
+fn band(mesh: &HexMesh, last: &[f64], now: &[f64]) -> Option<(usize, f64)> {
+    let by: Vec<f64> = now.iter().zip(last).map(|(now, last)| now - last).collect();
+    let column = (0..now.len()).max_by(|&a, &b| now[a].total_cmp(&now[b]))?;
+    let largest = by.iter().copied().fold(0.0, f64::max);
+    let inside: Vec<bool> = by.iter().map(|by| *by > 0.5 * largest).collect();
+    let count = inside.iter().filter(|inside| **inside).count();
+    if largest <= 0.0 || !inside[column] || count as f64 > (BAND * now.len() as f64).max(2.0) {
+        return None;
+    }
+    let around = neighbours(mesh);
+    let beside = |k: usize| inside[k] || around[k].iter().any(|&other| inside[other]);
+    let sum = |of: &dyn Fn(usize) -> bool| -> f64 {
+        (0..by.len()).filter(|&k| of(k)).map(|k| by[k].max(0.0)).sum()
+    };
+    (sum(&|k| !beside(k)) < sum(&|k| inside[k])).then_some((column, by[column]))
+}
+
+/// The thinnest column that is thinner than those beside it, by a factor and by an amount, all of them nearer than the sheet is
+/// thick. Columns that thin alike, as a row across a strip, are one dip.
+fn dip(mesh: &HexMesh, thickness: &[f64], thinning: &[f64]) -> Option<usize> {
+    /// Difference of the thinning of columns that thin alike, as a fraction.
+    const ALIKE: f64 = 0.1;
+    let around = neighbours(mesh);
+    let at = |column: usize| mesh.nodes[column * mesh.nodes_per_column];
+    let is_dip = |&k: &usize| {
+        let alike = |other: usize| (thinning[other] - thinning[k]).abs() < ALIKE * thinning[k];
+        let beside: Vec<usize> = around[k].iter().copied().filter(|&other| !alike(other)).collect();
+        let near = beside.iter().all(|&other| (at(k) - at(other)).norm() < thickness[k]);
+        let most = beside.iter().map(|&other| thinning[other]).fold(0.0, f64::max);
+        let deep = thinning[k] > DIP * most && thinning[k] - most > OF_NOTE;
+        near && deep && beside.len() >= 2
+    };
+    let found = (0..thinning.len()).filter(is_dip);
+    found.max_by(|&a, &b| thinning[a].total_cmp(&thinning[b]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::blank::rectangle;
+
+    fn thinning(mesh: &HexMesh, of: impl Fn(f64) -> f64) -> Vec<f64> {
+        mesh.bottom_nodes().iter().map(|&n| of(mesh.nodes[n as usize].x)).collect()
+    }
+
+    #[test]
+    fn a_band_that_thins_alone_is_told_from_a_strip_that_thins_throughout() {
+        let mesh = rectangle(60.0, 10.0, 1.0, 60, 4, 1);
+        let last = thinning(&mesh, |_| 0.15);
+        let neck = |x: f64| 0.15 + 0.01 * (-(x - 30.0).powi(2)).exp() - 1e-5;
+        let (column, by) = band(&mesh, &last, &thinning(&mesh, neck)).unwrap();
+        assert_eq!(mesh.nodes[2 * column].x, 30.0);
+        assert!((by - 0.00999).abs() < 1e-9, "{by}");
+        assert_eq!(band(&mesh, &last, &thinning(&mesh, |x| 0.16 + 1e-5 * x)), None);
+        assert_eq!(band(&mesh, &last, &thinning(&mesh, |x| neck(x) + 1e-3)), None);
+        assert_eq!(band(&mesh, &last, &thinning(&mesh, |_| 0.14)), None);
+        // The place that thins is not the thinnest.
+        let elsewhere = thinning(&mesh, |x| if x < 5.0 { 0.3 } else { 0.15 });
+        let then: Vec<f64> =
+            elsewhere.iter().zip(thinning(&mesh, neck)).map(|(a, b)| a + b - 0.15).collect();
+        assert_eq!(band(&mesh, &elsewhere, &then), None);
+    }
+
+    #[test]
+    fn a_dip_narrower_than_the_thickness_is_found() {
+        let fine = rectangle(30.0, 1.0, 1.0, 150, 1, 1);
+        let found = |mesh: &HexMesh, of: &dyn Fn(f64) -> f64| {
+            let t0 = column_thickness(mesh, &mesh.nodes);
+            dip(mesh, &t0, &thinning(mesh, of)).map(|k| mesh.nodes[2 * k].x)
+        };
+        let spike = |x: f64| if (x - 11.8).abs() < 0.05 { 0.17 } else { 0.03 };
+        assert!((found(&fine, &spike).unwrap() - 11.8).abs() < 1e-9);
+        // As wide as a thickness and more, as a radius thins a sheet.
+        assert_eq!(found(&fine, &|x: f64| 0.3 * (-((x - 12.0) / 2.0).powi(2)).exp()), None);
+        // Elements longer than the sheet is thick say nothing of that.
+        let coarse = rectangle(60.0, 4.0, 1.0, 15, 1, 1);
+        assert_eq!(found(&coarse, &|x: f64| if x == 28.0 { 0.17 } else { 0.03 }), None);
+    }
+}

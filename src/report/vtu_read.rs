@@ -113,6 +113,7 @@ fn parse(text: &[u8]) -> Result<Grid, Fault> {
     let mut section = String::new();
     let mut arrays: Vec<(String, GridArray)> = Vec::new();
     let mut pieces = 0;
+    let mut counts = [0; 2];
     let mut buffer = Vec::new();
     loop {
         let event = reader
@@ -124,7 +125,10 @@ fn parse(text: &[u8]) -> Result<Grid, Fault> {
             }
             Event::Start(tag) => match tag.name().as_ref() {
                 b"VTKFile" => encoding = read_encoding(&tag)?,
-                b"Piece" => pieces += 1,
+                b"Piece" => {
+                    pieces += 1;
+                    counts = [count(&tag, "NumberOfPoints")?, count(&tag, "NumberOfCells")?];
+                }
                 b"Points" | b"Cells" | b"PointData" | b"CellData" | b"FieldData" => {
                     section = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
                 }
@@ -146,7 +150,14 @@ fn parse(text: &[u8]) -> Result<Grid, Fault> {
     if pieces != 1 {
         return Err(fault("Piece", format!("{pieces} pieces")));
     }
-    assemble(arrays)
+    assemble(arrays, counts)
+}
+
+/// A count that the piece declares.
+fn count(piece: &BytesStart<'_>, name: &str) -> Result<usize, Fault> {
+    let found = attribute(piece, name);
+    let count = found.as_ref().and_then(|text| text.trim().parse().ok());
+    count.ok_or_else(|| fault("Piece", format!("{name} {found:?} for a count")))
 }
 
 fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
@@ -223,15 +234,13 @@ fn read_array(
     Ok(GridArray { name, components, values })
 }
 
-fn assemble(arrays: Vec<(String, GridArray)>) -> Result<Grid, Fault> {
+/// The grid of the arrays of a piece that declares so many points and cells.
+fn assemble(arrays: Vec<(String, GridArray)>, [points, cells]: [usize; 2]) -> Result<Grid, Fault> {
     let mut grid = Grid::default();
     let (mut connectivity, mut offsets, mut types) = (Vec::new(), Vec::new(), Vec::new());
     for (section, array) in arrays {
         match (section.as_str(), array.name.as_str()) {
-            ("Points", _) => {
-                grid.points =
-                    array.values.chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect();
-            }
+            ("Points", _) => grid.points = points_of(&array)?,
             ("Cells", "connectivity") => connectivity = array.values,
             ("Cells", "offsets") => offsets = array.values,
             ("Cells", "types") => types = array.values,
@@ -240,31 +249,72 @@ fn assemble(arrays: Vec<(String, GridArray)>) -> Result<Grid, Fault> {
             _ => {}
         }
     }
-    let mut from = 0usize;
-    for (k, (&end, &kind)) in offsets.iter().zip(&types).enumerate() {
-        let end = end as usize;
-        let ids = connectivity
-            .get(from..end)
-            .ok_or_else(|| fault("offsets", format!("cell {k} ends at {end}")))?;
-        let inside = |&id: &f64| id >= 0.0 && (id as usize) < grid.points.len();
-        if let Some(id) = ids.iter().find(|id| !inside(id)) {
-            return Err(fault("connectivity", format!("point {id} in cell {k}")));
+    let declared = [
+        ("Points", grid.points.len(), points, "points"),
+        ("offsets", offsets.len(), cells, "cells"),
+        ("types", types.len(), cells, "cells"),
+    ];
+    for (name, found, count, of) in declared {
+        if found != count {
+            let what = format!("{found} entries for the {count} {of} that the piece declares");
+            return Err(fault(name, what));
         }
-        grid.cells.push((kind as u8, ids.iter().map(|&id| id as u32).collect()));
-        from = end;
     }
-    for (array, count) in grid
-        .point_data
-        .iter()
-        .map(|a| (a, grid.points.len()))
-        .chain(grid.cell_data.iter().map(|a| (a, grid.cells.len())))
-    {
+    grid.cells = cells_of(&connectivity, &offsets, &types, points)?;
+    let of_points = grid.point_data.iter().map(|a| (a, points));
+    for (array, count) in of_points.chain(grid.cell_data.iter().map(|a| (a, cells))) {
         if array.components.checked_mul(count) != Some(array.values.len()) {
             let found = format!("{} numbers for {count} tuples", array.values.len());
             return Err(fault(&array.name, found));
         }
     }
     Ok(grid)
+}
+
+/// Points of three finite coordinates each.
+fn points_of(array: &GridArray) -> Result<Vec<Vec3>, Fault> {
+    let (tuples, rest) = array.values.as_chunks::<3>();
+    if !rest.is_empty() || array.components != 3 {
+        let (n, c) = (array.values.len(), array.components);
+        return Err(fault("Points", format!("{n} numbers in tuples of {c} for points of 3")));
+    }
+    let lost = tuples.iter().position(|p| p.iter().any(|x| !x.is_finite()));
+    match lost {
+        Some(k) => Err(fault("Points", format!("coordinates {:?} of point {k}", tuples[k]))),
+        None => Ok(tuples.iter().map(|p| Vec3::from(*p)).collect()),
+    }
+}
+
+/// Type and points of each cell; `offsets` say where its points end in `connectivity`.
+fn cells_of(
+    connectivity: &[f64],
+    offsets: &[f64],
+    types: &[f64],
+    points: usize,
+) -> Result<Vec<(u8, Vec<u32>)>, Fault> {
+    let is_whole = |x: f64, below: usize| x >= 0.0 && x < below as f64 && x.fract() == 0.0;
+    let mut cells = Vec::with_capacity(offsets.len());
+    let mut from = 0usize;
+    for (k, (&end, &kind)) in offsets.iter().zip(types).enumerate() {
+        let ends_at = || fault("offsets", format!("cell {k} ends at {end}"));
+        if !is_whole(end, connectivity.len() + 1) {
+            return Err(ends_at());
+        }
+        let ids = connectivity.get(from..end as usize).ok_or_else(ends_at)?;
+        if let Some(id) = ids.iter().find(|id| !is_whole(**id, points)) {
+            return Err(fault("connectivity", format!("point {id} of {points} in cell {k}")));
+        }
+        if !is_whole(kind, 256) {
+            return Err(fault("types", format!("type {kind} of cell {k}")));
+        }
+        cells.push((kind as u8, ids.iter().map(|&id| id as u32).collect()));
+        from = end as usize;
+    }
+    if from != connectivity.len() {
+        let found = format!("{} entries, of which the cells use {from}", connectivity.len());
+        return Err(fault("connectivity", found));
+    }
+    Ok(cells)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 
 use std::collections::HashMap;
 
+use super::polygon;
 use super::sheet::{SheetElements, SheetMesh, used};
 use crate::geometry::Vec3;
 use crate::mesh::MeshError;
@@ -283,6 +284,7 @@ impl Deck<'_> {
                 })?);
             }
             if let Ok(quad) = <[u32; 4]>::try_from(&nodes[..]) {
+                self.check_convex(&quad)?;
                 quads.push(quad);
             } else if let Ok(hexahedron) = <[u32; 8]>::try_from(&nodes[..]) {
                 hexahedra.push(hexahedron);
@@ -298,6 +300,19 @@ impl Deck<'_> {
             let elements = SheetElements::Hexahedra { elements, stacked };
             SheetMesh { points, elements, results }
         })
+    }
+}
+
+impl Deck<'_> {
+    /// Refuses a quadrilateral that is concave or whose sides cross: no element can be made of it.
+    fn check_convex(&self, quad: &[u32; 4]) -> Result<(), MeshError> {
+        let corners = quad.map(|n| self.points[n as usize]);
+        let found = match polygon::divided(&corners) {
+            Ok(parts) if parts.len() == 1 => return Ok(()),
+            Ok(_) => "a concave quadrilateral".into(),
+            Err(found) => found,
+        };
+        Err(self.error(found, "convex quadrilaterals"))
     }
 }
 
@@ -361,6 +376,12 @@ mod tests {
                 "element 7 a second time",
             ),
             ("*Heading", "*INCLUDE, INPUT=more.inp", "line 2", "*INCLUDE"),
+            (
+                "C3D8R, elset=E\n7, 11, 12, 13, 14, 21,\n 22, 23, 24",
+                "S4\n7, 11, 13, 12, 14",
+                "line 16",
+                "cross",
+            ),
             ("*NODE, NSET=ALL", "*NODE, SYSTEM=C", "line 5", "'C'"),
         ];
         for (from, to, place, what) in cases {

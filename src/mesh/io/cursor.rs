@@ -35,6 +35,28 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// Name of the file, for messages.
+    pub fn file(&self) -> &'a str {
+        self.file
+    }
+
+    /// Goes behind `mark`, which must be next but for white space.
+    pub fn expect(&mut self, mark: &[u8]) -> Result<(), MeshError> {
+        while self.bytes.get(self.at).is_some_and(u8::is_ascii_whitespace) {
+            self.at += 1;
+        }
+        let rest = &self.bytes[self.at.min(self.bytes.len())..];
+        if !rest.starts_with(mark) {
+            let length = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len()).min(40);
+            let found = format!("'{}'", String::from_utf8_lossy(&rest[..length]).trim());
+            self.at += 1;
+            let allowed = format!("{}: as many entries as declared", String::from_utf8_lossy(mark));
+            return Err(self.error(found, allowed));
+        }
+        self.at += mark.len();
+        Ok(())
+    }
+
     pub fn at_end(&self) -> bool {
         self.at >= self.bytes.len()
     }

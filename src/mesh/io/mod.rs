@@ -7,6 +7,7 @@ mod meshio;
 mod msh_read;
 mod msh_write;
 mod obj;
+mod polygon;
 mod sheet;
 mod stl;
 #[cfg(test)]

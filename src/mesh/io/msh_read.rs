@@ -5,9 +5,10 @@ use std::collections::HashMap;
 
 use super::UNATTACHED;
 use super::cursor::Cursor;
+use super::polygon;
 use super::sheet::{Volumes, is_result};
 use crate::geometry::Vec3;
-use crate::mesh::{Element, MeshError, SurfaceMesh};
+use crate::mesh::{MeshError, SurfaceMesh};
 
 /// Corners of hexahedra of gmsh's element types, 0 for those of other volumes, `None` for what is no volume.
 fn volume_type(kind: i64) -> Option<usize> {
@@ -117,7 +118,12 @@ fn read<'a>(bytes: &'a [u8], file: &'a str) -> Result<Reader<'a>, MeshError> {
         } else if section == "Elements" {
             if reader.version < 4.0 { reader.elements2()? } else { reader.elements4()? }
         }
-        reader.cursor.skip_past(format!("$End{section}").as_bytes());
+        let end = format!("$End{section}");
+        if matches!(section, "Nodes" | "Elements") {
+            reader.cursor.expect(end.as_bytes())?;
+        } else {
+            reader.cursor.skip_past(end.as_bytes());
+        }
     }
     if reader.version == 0.0 {
         let found = "no $MeshFormat section at the start";
@@ -158,7 +164,9 @@ impl Reader<'_> {
 
     fn add_node(&mut self, tag: u64) -> Result<(), MeshError> {
         let p = Vec3::new(self.cursor.float()?, self.cursor.float()?, self.cursor.float()?);
-        self.ids.insert(tag, self.vertices.len() as u32);
+        if self.ids.insert(tag, self.vertices.len() as u32).is_some() {
+            return Err(self.cursor.error(format!("node {tag} a second time"), "each node once"));
+        }
         self.vertices.push(p);
         Ok(())
     }
@@ -172,8 +180,8 @@ impl Reader<'_> {
     }
 
     fn nodes4(&mut self) -> Result<(), MeshError> {
-        let blocks = self.cursor.size()?;
-        (0..3).try_for_each(|_| self.cursor.size().map(|_| ()))?;
+        let [blocks, declared] = self.counts4()?;
+        let before = self.vertices.len();
         for _ in 0..blocks {
             let (dim, _tag, parametric) =
                 (self.cursor.int()?, self.cursor.int()?, self.cursor.int()?);
@@ -189,7 +197,23 @@ impl Reader<'_> {
                 }
             }
         }
-        Ok(())
+        self.holds((self.vertices.len() - before) as u64, declared, "nodes")
+    }
+
+    /// Blocks and entities that a section of version 4 declares; its smallest and largest tag are passed over.
+    fn counts4(&mut self) -> Result<[u64; 2], MeshError> {
+        let counts = [self.cursor.size()?, self.cursor.size()?];
+        (0..2).try_for_each(|_| self.cursor.size().map(|_| ()))?;
+        Ok(counts)
+    }
+
+    /// Refuses a section whose blocks hold another number than it declares.
+    fn holds(&self, found: u64, declared: u64, what: &str) -> Result<(), MeshError> {
+        if found == declared {
+            return Ok(());
+        }
+        let found = format!("{found} {what} in the blocks of a section that declares {declared}");
+        Err(self.cursor.error(found, "as many as declared"))
     }
 
     fn kind(&self, kind: i64) -> Result<(usize, usize), MeshError> {
@@ -254,17 +278,18 @@ impl Reader<'_> {
     }
 
     fn elements4(&mut self) -> Result<(), MeshError> {
-        let blocks = self.cursor.size()?;
-        (0..3).try_for_each(|_| self.cursor.size().map(|_| ()))?;
+        let [blocks, declared] = self.counts4()?;
+        let mut found = 0;
         for _ in 0..blocks {
             let (_dim, tag, kind) = (self.cursor.int()?, self.cursor.int()?, self.cursor.int()?);
             self.kind(kind)?;
             for _ in 0..self.cursor.size()? {
                 self.cursor.size()?;
                 self.element(kind, tag as u32, true)?;
+                found += 1;
             }
         }
-        Ok(())
+        self.holds(found, declared, "elements")
     }
 
     fn node(&self, tag: u64) -> Result<u32, MeshError> {
@@ -278,7 +303,12 @@ impl Reader<'_> {
         let mut elements = Vec::new();
         for (tags, surface) in &self.cells {
             let ring: Vec<u32> = tags.iter().map(|t| self.node(*t)).collect::<Result<_, _>>()?;
-            elements.extend(Element::from_ring(&ring, *surface));
+            let corners: Vec<(u32, Vec3)> = ring.iter().map(|&n| (n, Vec3::zeros())).collect();
+            let parts = polygon::elements(&corners, &self.vertices, *surface);
+            let parts = parts.map_err(|found| {
+                polygon::refused(self.cursor.file(), format!("element with nodes {tags:?}"), found)
+            })?;
+            elements.extend(parts.into_iter().map(|(element, _)| element));
         }
         let mut mesh = SurfaceMesh { vertices: self.vertices, elements };
         mesh.compact();

@@ -1,7 +1,9 @@
-//! Wavefront OBJ: vertices, normals and faces; faces of more than four corners are cut into triangles.
+//! Wavefront OBJ: vertices, normals and faces; concave faces and those of more than four corners become
+//! triangles.
 
 use super::cursor::Cursor;
-use super::{MeshFile, UNATTACHED, of_elements, with_normals};
+use super::polygon;
+use super::{MeshFile, UNATTACHED, of_elements};
 use crate::geometry::Vec3;
 use crate::mesh::MeshError;
 
@@ -12,8 +14,10 @@ const NONE: u32 = u32::MAX;
 pub fn parse(bytes: &[u8], file: &str) -> Result<MeshFile, MeshError> {
     let mut cursor = Cursor::new(bytes, file);
     let (mut vertices, mut normals) = (Vec::new(), Vec::new());
-    let mut rings: Vec<Vec<[u32; 2]>> = Vec::new();
+    let mut rings: Vec<(usize, Vec<[u32; 2]>)> = Vec::new();
+    let mut number = 0;
     while let Some(line) = cursor.line() {
+        number += 1;
         let mut words = line.split_ascii_whitespace();
         let wrong = |allowed: &str| cursor.error(format!("'{}'", short(line)), allowed);
         match words.next() {
@@ -22,9 +26,10 @@ pub fn parse(bytes: &[u8], file: &str) -> Result<MeshFile, MeshError> {
             Some("f") => {
                 let corners = words.map(|w| corner(w, vertices.len(), normals.len()));
                 let ring = corners.collect::<Option<Vec<[u32; 2]>>>().filter(|r| r.len() >= 3);
-                rings.push(ring.ok_or_else(|| {
+                let ring = ring.ok_or_else(|| {
                     wrong("f with three or more numbers of vertices, and of normals, above it")
-                })?);
+                })?;
+                rings.push((number, ring));
             }
             _ => {}
         }
@@ -32,14 +37,11 @@ pub fn parse(bytes: &[u8], file: &str) -> Result<MeshFile, MeshError> {
     let normal = |id: u32| normals.get(id as usize).copied().unwrap_or_default();
     let corner = |&[v, n]: &[u32; 2]| (v, normal(n));
     let mut elements = Vec::new();
-    for ring in &rings {
+    for (line, ring) in &rings {
         let ring: Vec<(u32, Vec3)> = ring.iter().map(corner).collect();
-        if ring.len() <= 4 {
-            elements.extend(with_normals(&ring, UNATTACHED));
-        } else {
-            let fan = (1..ring.len() - 1).map(|k| [ring[0], ring[k], ring[k + 1]]);
-            elements.extend(fan.filter_map(|t| with_normals(&t, UNATTACHED)));
-        }
+        let parts = polygon::elements(&ring, &vertices, UNATTACHED);
+        elements
+            .extend(parts.map_err(|found| polygon::refused(file, format!("line {line}"), found))?);
     }
     Ok(of_elements(vertices, elements))
 }

@@ -40,6 +40,7 @@ fn text_stl(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
     }
     let mut merger = Merger::default();
     let mut corners = Vec::new();
+    let mut is_open = true;
     while let Ok(word) = cursor.word() {
         match word.to_ascii_lowercase().as_str() {
             "vertex" => corners.push(Vec3::new(cursor.float()?, cursor.float()?, cursor.float()?)),
@@ -53,8 +54,13 @@ fn text_stl(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
                     return Err(cursor.error(found, "3"));
                 }
             },
+            "solid" => is_open = true,
+            "endsolid" => is_open = false,
             _ => {}
         }
+    }
+    if is_open || !corners.is_empty() {
+        return Err(cursor.error("the end of the file inside a solid", "facets up to 'endsolid'"));
     }
     Ok(merger.mesh)
 }

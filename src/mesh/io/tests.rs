@@ -199,3 +199,91 @@ fn without_meshio_it_is_said_what_to_install() {
         assert!(remedy.iter().all(|w| said.contains(w)), "{said}");
     }
 }
+
+/// An L of 300 mm2 as one face.
+const L_SHAPE: &str = "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 10 10 0\nv 10 20 0\nv 0 20 0\n";
+
+fn area(mesh: &SurfaceMesh) -> f64 {
+    let fan = |e: &Element| {
+        let p = mesh.corners(e);
+        let cross = |k: usize| (p[k] - p[0]).cross(&(p[k + 1] - p[0]));
+        0.5 * (1..p.len() - 1).map(cross).sum::<Vec3>().norm()
+    };
+    mesh.elements.iter().map(fan).sum()
+}
+
+#[test]
+fn concave_faces_of_obj_keep_their_area_from_any_corner_and_crossing_ones_name_their_line() {
+    for first in 0..6 {
+        let ids: Vec<String> = (0..6).map(|k| ((first + k) % 6 + 1).to_string()).collect();
+        let text = format!("{L_SHAPE}f {}\n", ids.join(" "));
+        let mesh = obj::parse(text.as_bytes(), "l.obj").unwrap().mesh;
+        assert_eq!((mesh.elements.len(), area(&mesh)), (4, 300.0), "{first}");
+    }
+    // A concave quadrilateral, from its concave corner.
+    let dart = format!("{L_SHAPE}v 4 4 0\nf 7 6 1 2\n");
+    let mesh = obj::parse(dart.as_bytes(), "d.obj").unwrap().mesh;
+    assert_eq!((mesh.elements.len(), area(&mesh)), (2, 80.0));
+    let crossing = format!("{L_SHAPE}f 1 2 3 6\nf 1 3 2 6 5\n");
+    let message = obj::parse(crossing.as_bytes(), "x.obj").unwrap_err().to_string();
+    assert!(message.contains("line 8") && message.contains("cross"), "{message}");
+}
+
+/// A VTU file of one cell over the points of an L.
+fn one_cell(kind: u8, nodes: &str) -> String {
+    let count = nodes.split(' ').count();
+    format!(
+        "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"6\" NumberOfCells=\"1\"><Points>\
+         <DataArray NumberOfComponents=\"3\" format=\"ascii\">0 0 0 20 0 0 20 10 0 10 10 0 10 20 0 0 20 0</DataArray>\
+         </Points><Cells><DataArray Name=\"connectivity\" format=\"ascii\">{nodes}</DataArray>\
+         <DataArray Name=\"offsets\" format=\"ascii\">{count}</DataArray>\
+         <DataArray Name=\"types\" format=\"ascii\">{kind}</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>"
+    )
+}
+
+#[test]
+fn polygons_pixels_and_strips_of_vtu_are_surfaces_and_crossing_ones_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("one.vtu");
+    let read_one = |kind: u8, nodes: &str| {
+        std::fs::write(&path, one_cell(kind, nodes)).unwrap();
+        read(&path)
+    };
+    let cases = [
+        (7, "0 1 2 3 4 5", 4, 300.0),
+        (9, "5 3 2 0", 2, 150.0),
+        (8, "0 1 5 4", 1, 300.0),
+        (6, "0 1 3 2", 2, 150.0),
+        (22, "0 1 5 0 3 0", 1, 200.0),
+        (3, "0 1", 0, 0.0),
+    ];
+    for (kind, nodes, count, exact) in cases {
+        let mesh = read_one(kind, nodes).unwrap();
+        assert_eq!((mesh.elements.len(), area(&mesh)), (count, exact), "{kind}");
+    }
+    for (kind, nodes, what) in [(9, "0 2 1 5", "cross"), (9, "0 1 2", "with 3 points")] {
+        let message = read_one(kind, nodes).unwrap_err().to_string();
+        assert!(message.contains("cell 0") && message.contains(what), "{message}");
+    }
+}
+
+#[test]
+fn counts_that_lie_are_errors_in_every_format() {
+    let cases = [
+        (MSH2.replace("$Nodes\n3", "$Nodes\n2"), "line 8", "$EndNodes"),
+        (MSH2.replace("$Nodes\n3", "$Nodes\n4"), "line 9", "$EndNodes"),
+        (MSH2.replace("$Elements\n2", "$Elements\n1"), "line 13", "$EndElements"),
+        (MSH2.replace("\n9 0 1 0", "\n8 0 1 0"), "line 8", "node 8 a second time"),
+        (MSH2.replace("9 0 1 0", "9 0 nan 0"), "line 8", "finite"),
+        (MSH2.replace("7 8 9\n$EndE", "7 8 5\n$EndE"), "node 5", "$Nodes"),
+    ];
+    for (text, place, what) in cases {
+        let message = parse(&text).unwrap_err().to_string();
+        assert!(message.contains(place) && message.contains(what), "{message}");
+    }
+    let solid = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n\
+                 endfacet\n";
+    assert!(stl::parse(format!("{solid}endsolid a\n").as_bytes(), "a.stl").is_ok());
+    let message = stl::parse(solid.as_bytes(), "a.stl").unwrap_err().to_string();
+    assert!(message.contains("endsolid"), "{message}");
+}

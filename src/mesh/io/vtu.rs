@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use super::polygon;
 use super::sheet::{Volumes, is_result};
-use super::{MeshFile, UNATTACHED, of_elements, with_normals};
+use super::{MeshFile, UNATTACHED, of_elements};
 use crate::geometry::Vec3;
 use crate::mesh::{MeshError, SurfaceMesh};
 use crate::report::vtu_read::{self, GridArray, VtuError};
@@ -64,7 +65,36 @@ pub fn read_volumes(path: &Path, file: &str) -> Result<Volumes, MeshError> {
     Ok(Volumes { points: grid.points, hexahedra })
 }
 
-/// Reads the triangles and quads of a VTU file, and the normals of its point array `Normals`; other cells are passed over.
+/// Corners of the surface elements of a cell: of triangles, quadrilaterals and polygons, of those of second order their
+/// corners, and of strips of triangles. None for other cells.
+fn rings(kind: u8, nodes: &[u32]) -> Vec<Vec<u32>> {
+    match (kind, nodes) {
+        (5, &[a, b, c]) | (22, &[a, b, c, _, _, _]) => vec![vec![a, b, c]],
+        // A pixel counts its nodes along x, then y.
+        (8, &[a, b, d, c]) => vec![vec![a, b, c, d]],
+        (9, &[_, _, _, _])
+        | (23, &[_, _, _, _, _, _, _, _])
+        | (28, &[_, _, _, _, _, _, _, _, _]) => {
+            vec![nodes[..4].to_vec()]
+        }
+        (6, strip) => {
+            let turned = |k: usize, t: &[u32]| {
+                if k % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] }
+            };
+            strip.windows(3).enumerate().map(|(k, t)| turned(k, t).to_vec()).collect()
+        }
+        (7, polygon) => vec![polygon.to_vec()],
+        _ => Vec::new(),
+    }
+}
+
+/// Whether cells of a VTK type are surfaces.
+fn is_surface(kind: u8) -> bool {
+    matches!(kind, 5..=9 | 22 | 23 | 28)
+}
+
+/// Reads the surface cells of a VTU file, and the normals of its point array `Normals`; lines, points and volumes are
+/// passed over.
 pub fn read(path: &Path, file: &str) -> Result<MeshFile, MeshError> {
     let grid = grid_of(path, file)?;
     let faces = grid.cell_data.iter().find(|a| a.name == "face" && a.components == 1);
@@ -77,20 +107,24 @@ pub fn read(path: &Path, file: &str) -> Result<MeshFile, MeshError> {
     };
     let mut elements = Vec::new();
     for (k, (kind, nodes)) in grid.cells.iter().enumerate() {
-        if !matches!((kind, nodes.len()), (5, 3) | (9, 4)) {
-            continue;
-        }
-        if let Some(&n) = nodes.iter().find(|&&n| n as usize >= grid.points.len()) {
+        let face = faces.and_then(|a| a.values.get(k)).filter(|f| **f >= 0.0);
+        let face = face.map_or(UNATTACHED, |f| *f as u32);
+        let rings = rings(*kind, nodes);
+        if rings.is_empty() && is_surface(*kind) {
             return Err(MeshError::Invalid {
                 file: file.into(),
                 place: format!("cell {k}"),
-                found: format!("point {n}"),
-                allowed: format!("points 0 to {}", grid.points.len().saturating_sub(1)),
+                found: format!("a cell of VTK's type {kind} with {} points", nodes.len()),
+                allowed: "triangles of 3, quadrilaterals of 4 points, or 6, 8 or 9 of second order"
+                    .into(),
             });
         }
-        let face = faces.and_then(|a| a.values.get(k)).filter(|f| **f >= 0.0);
-        let ring: Vec<(u32, Vec3)> = nodes.iter().map(|&n| (n, normal(n))).collect();
-        elements.extend(with_normals(&ring, face.map_or(UNATTACHED, |f| *f as u32)));
+        for ring in rings {
+            let ring: Vec<(u32, Vec3)> = ring.iter().map(|&n| (n, normal(n))).collect();
+            let parts = polygon::elements(&ring, &grid.points, face);
+            elements
+                .extend(parts.map_err(|found| polygon::refused(file, format!("cell {k}"), found))?);
+        }
     }
     Ok(of_elements(grid.points, elements))
 }

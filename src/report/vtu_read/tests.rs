@@ -80,11 +80,48 @@ fn every_truncation_and_wrong_id_is_an_error_and_never_a_panic() {
     }
     let text = String::from_utf8(bytes).unwrap().replace("UInt64", "UInt32");
     let _ = parse(text.as_bytes());
-    let ascii = "<VTKFile type=\"UnstructuredGrid\"><Piece><Points><DataArray type=\"Float64\" \
+    let ascii = "<VTKFile type=\"UnstructuredGrid\"><Piece NumberOfPoints=\"1\" NumberOfCells=\"1\"><Points><DataArray type=\"Float64\" \
          NumberOfComponents=\"3\" format=\"ascii\">0 0 0</DataArray></Points><Cells>\
          <DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 7</DataArray>\
          <DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">2</DataArray>\
          <DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">3</DataArray></Cells></Piece></VTKFile>";
     let (place, found) = parse(ascii.as_bytes()).unwrap_err();
-    assert_eq!((place.as_str(), found.as_str()), ("connectivity", "point 7 in cell 0"));
+    assert_eq!((place.as_str(), found.as_str()), ("connectivity", "point 7 of 1 in cell 0"));
+}
+
+#[test]
+fn arrays_that_do_not_fit_the_declared_counts_are_refused_by_name() {
+    const GRID: &str = "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>\
+        <Piece NumberOfPoints=\"4\" NumberOfCells=\"2\"><Points>\
+        <DataArray NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 1 1 0 0 1 0</DataArray></Points><Cells>\
+        <DataArray Name=\"connectivity\" format=\"ascii\">0 1 2 0 2 3</DataArray>\
+        <DataArray Name=\"offsets\" format=\"ascii\">3 6</DataArray>\
+        <DataArray Name=\"types\" format=\"ascii\">5 5</DataArray></Cells><CellData>\
+        <DataArray Name=\"face\" format=\"ascii\">7 8</DataArray></CellData></Piece></UnstructuredGrid></VTKFile>";
+    assert_eq!(parse(GRID.as_bytes()).unwrap().cells.len(), 2);
+    let cases = [
+        (">5 5<", ">5<", "types", "1 entries for the 2 cells"),
+        (">5 5<", ">5 5 5<", "types", "3 entries"),
+        (">5 5<", ">5 5.5<", "types", "5.5"),
+        (">5 5<", ">5 -5<", "types", "-5"),
+        (">3 6<", ">3<", "offsets", "1 entries for the 2 cells"),
+        (">3 6<", ">3 5<", "connectivity", "6 entries, of which the cells use 5"),
+        (">3 6<", ">3 2<", "offsets", "cell 1 ends at 2"),
+        (">3 6<", ">3 nan<", "offsets", "NaN"),
+        ("0 2 3<", "0 2 3 1<", "connectivity", "7 entries"),
+        ("0 2 3<", "0 2 4<", "connectivity", "point 4 of 4 in cell 1"),
+        ("0 2 3<", "0 2 1.5<", "connectivity", "1.5"),
+        ("OfPoints=\"4\"", "OfPoints=\"9\"", "Points", "4 entries for the 9 points"),
+        ("OfCells=\"2\"", "OfCells=\"7\"", "offsets", "2 entries for the 7 cells"),
+        ("OfCells=\"2\"", "OfCells=\"x\"", "Piece", "NumberOfCells"),
+        (" NumberOfPoints=\"4\"", "", "Piece", "NumberOfPoints"),
+        ("0 1 0<", "0 1<", "Points", "11 numbers"),
+        ("0 1 0<", "0 inf 0<", "Points", "point 3"),
+        (">7 8<", ">7<", "face", "1 numbers for 2 tuples"),
+    ];
+    for (from, to, place, what) in cases {
+        assert!(GRID.contains(from), "{from}");
+        let (at, found) = parse(GRID.replace(from, to).as_bytes()).unwrap_err();
+        assert!(at == place && found.contains(what), "{to}: {at}: {found}");
+    }
 }

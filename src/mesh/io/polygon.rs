@@ -1,0 +1,231 @@
+//! Polygons of mesh files as triangles and convex quadrilaterals.
+//!
+//! A polygon is seen along the normal of its mean plane, `n = 1/2 sum x_k x x_(k+1)` (Newell; Sutherland, Sproull and
+//! Schumacker 1974), and divided by a constrained Delaunay triangulation of its corners.
+
+use spade::handles::FixedVertexHandle;
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+
+use super::{CornerNormals, with_normals};
+use crate::geometry::{Aabb, Vec3};
+use crate::mesh::{Element, MeshError};
+
+/// Distance of a corner from the mean plane over the polygon's diagonal up to which a polygon of five or more corners
+/// has one shape; doubled, polygons pass whose area depends on how they are divided by more than about 10 %.
+const OFF_PLANE_MAX_REL: f64 = 0.1;
+
+type Plane = ConstrainedDelaunayTriangulation<Point2<f64>>;
+
+/// The elements of a polygon given by vertex ids, each with its normal: itself where it has three corners or is a convex
+/// quadrilateral, otherwise triangles. None where fewer than three vertices differ.
+///
+/// # Errors
+/// Says what is wrong with a polygon whose sides cross or touch, that has no area, or that is far from any plane.
+pub(super) fn elements(
+    ring: &[(u32, Vec3)],
+    points: &[Vec3],
+    face: u32,
+) -> Result<Vec<(Element, CornerNormals)>, String> {
+    let mut ring = ring.to_vec();
+    ring.dedup_by_key(|corner| corner.0);
+    if ring.len() > 1 && ring.first().map(|c| c.0) == ring.last().map(|c| c.0) {
+        ring.pop();
+    }
+    if ring.len() < 4 {
+        return Ok(with_normals(&ring, face).into_iter().collect());
+    }
+    let corners: Vec<Vec3> = ring.iter().map(|c| points[c.0 as usize]).collect();
+    let part = |ids: &[usize]| {
+        let ring: Vec<(u32, Vec3)> = ids.iter().map(|&k| ring[k]).collect();
+        with_normals(&ring, face)
+    };
+    Ok(divided(&corners)?.iter().filter_map(|ids| part(ids)).collect())
+}
+
+/// The error for a polygon at a place of a file.
+pub(super) fn refused(file: &str, place: String, found: String) -> MeshError {
+    let allowed = "flat polygons whose sides meet at their corners only".into();
+    MeshError::Invalid { file: file.into(), place, found, allowed }
+}
+
+/// Corners of the parts of a polygon of four corners or more, in its turning order.
+///
+/// # Errors
+/// As [`elements`].
+pub(super) fn divided(corners: &[Vec3]) -> Result<Vec<Vec<usize>>, String> {
+    let flat = seen_along_normal(corners)?;
+    if is_convex_quad(&flat) {
+        return Ok(vec![(0..4).collect()]);
+    }
+    triangles(&flat)
+}
+
+/// The polygon seen along the coordinate axis nearest to its normal, counter-clockwise: coordinates stay what they are.
+fn seen_along_normal(corners: &[Vec3]) -> Result<Vec<Point2<f64>>, String> {
+    let n = corners.len();
+    let origin = corners[0];
+    let normal: Vec3 =
+        (0..n).map(|k| (corners[k] - origin).cross(&(corners[(k + 1) % n] - origin))).sum();
+    let diagonal = Aabb::of_points(corners).diagonal();
+    if normal.norm() <= 1e-12 * diagonal * diagonal || !normal.norm().is_finite() {
+        return Err(format!("a polygon of {n} corners without area, or whose sides cross"));
+    }
+    let unit = normal / normal.norm();
+    let mean = corners.iter().map(|p| p - origin).sum::<Vec3>() / n as f64;
+    let off = corners.iter().map(|p| (p - origin - mean).dot(&unit).abs()).fold(0.0, f64::max);
+    if n > 4 && off > OFF_PLANE_MAX_REL * diagonal {
+        return Err(format!(
+            "a polygon of {n} corners that lie up to {off:.4} off their plane, {:.0} % of its size ({:.0} % allowed)",
+            100.0 * off / diagonal,
+            100.0 * OFF_PLANE_MAX_REL
+        ));
+    }
+    let axis = unit.iamax();
+    let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+    let turned = unit[axis] < 0.0;
+    // The triangulation refuses coordinates below 1e-142 that are not zero.
+    let clean = |x: f64| if x.abs() < 1e-100 { 0.0 } else { x };
+    let seen = |p: &Vec3| {
+        let (x, y) = (clean(p[a]), clean(p[b]));
+        if turned { Point2::new(y, x) } else { Point2::new(x, y) }
+    };
+    Ok(corners.iter().map(seen).collect())
+}
+
+fn is_convex_quad(flat: &[Point2<f64>]) -> bool {
+    let turns_left = |k: usize| {
+        let [a, b, c] = [0, 1, 2].map(|i| flat[(k + i) % 4]);
+        (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x) >= 0.0
+    };
+    flat.len() == 4 && (0..4).all(turns_left)
+}
+
+/// The triangles inside a polygon seen counter-clockwise.
+fn triangles(flat: &[Point2<f64>]) -> Result<Vec<Vec<usize>>, String> {
+    let n = flat.len();
+    let mut plane = Plane::new();
+    let mut handles: Vec<FixedVertexHandle> = Vec::with_capacity(n);
+    for &p in flat {
+        handles.push(plane.insert(p).map_err(|e| format!("a polygon of {n} corners: {e}"))?);
+    }
+    if plane.num_vertices() != n {
+        return Err(format!("a polygon of {n} corners that touches itself in one of them"));
+    }
+    for k in 0..n {
+        let [from, to] = [handles[k], handles[(k + 1) % n]];
+        if !plane.can_add_constraint(from, to) {
+            return Err(format!("a polygon of {n} corners whose sides cross"));
+        }
+        plane.add_constraint(from, to);
+    }
+    let mut number = vec![0; n];
+    for (k, handle) in handles.iter().enumerate() {
+        number[handle.index()] = k;
+    }
+    let inside = inside(&plane);
+    let of_face = |face: spade::handles::FaceHandle<'_, spade::handles::InnerTag, _, _, _, _>| {
+        face.vertices().iter().map(|v| number[v.fix().index()]).collect()
+    };
+    Ok(plane.inner_faces().filter(|f| inside[f.fix().index()]).map(of_face).collect())
+}
+
+/// For each face of the triangulation whether an odd number of sides of the polygon is between it and the outside.
+fn inside(plane: &Plane) -> Vec<bool> {
+    let mut inside = vec![false; plane.num_all_faces()];
+    let mut seen = vec![false; plane.num_all_faces()];
+    let outer = plane.outer_face().fix();
+    seen[outer.index()] = true;
+    // Sides of the hull lead in; from there on across the edges of each face.
+    let mut open: Vec<_> = plane.convex_hull().map(|e| e.fix().rev()).collect();
+    let mut next = 0;
+    while let Some(&edge) = open.get(next) {
+        next += 1;
+        let edge = plane.directed_edge(edge);
+        let (to, from) = (edge.face().fix(), edge.rev().face().fix());
+        if std::mem::replace(&mut seen[to.index()], true) {
+            continue;
+        }
+        inside[to.index()] = inside[from.index()] ^ edge.is_constraint_edge();
+        open.extend([edge.next(), edge.prev()].map(|e| e.rev().fix()));
+    }
+    inside
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(corners: &[Vec3], parts: &[Vec<usize>]) -> f64 {
+        let fan = |ids: &Vec<usize>| {
+            let p = |k: usize| corners[ids[k]];
+            let sum: Vec3 = (2..ids.len()).map(|k| (p(k - 1) - p(0)).cross(&(p(k) - p(0)))).sum();
+            0.5 * sum.norm()
+        };
+        parts.iter().map(fan).sum()
+    }
+
+    fn flat(points: &[[f64; 2]]) -> Vec<Vec3> {
+        points.iter().map(|p| Vec3::new(p[0], p[1], 0.0)).collect()
+    }
+
+    /// Star of `n` tips: the concave corners lie at half the radius.
+    fn star(n: usize) -> Vec<Vec3> {
+        let at = |k: usize| {
+            let (radius, turn) = (if k % 2 == 0 { 2.0 } else { 1.0 }, k as f64 / n as f64);
+            let (sin, cos) = (std::f64::consts::PI * turn).sin_cos();
+            Vec3::new(radius * cos, radius * sin, 0.0)
+        };
+        (0..2 * n).map(at).collect()
+    }
+
+    #[test]
+    fn parts_have_the_area_of_the_polygon_and_turn_as_it_does() {
+        let l =
+            flat(&[[20.0, 0.0], [20.0, 10.0], [10.0, 10.0], [10.0, 20.0], [0.0, 20.0], [0.0, 0.0]]);
+        let dart = flat(&[[0.0, 0.0], [4.0, 0.0], [1.0, 1.0], [0.0, 4.0]]);
+        let straight = flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
+        let tip = (std::f64::consts::PI / 7.0).sin();
+        for (corners, exact) in [(l, 300.0), (dart, 4.0), (straight, 4.0), (star(7), 14.0 * tip)] {
+            let turn = crate::geometry::Vec3::new(1.0, 2.0, -0.5).normalize();
+            for turned in [false, true] {
+                let tilted = |p: &Vec3| if turned { p - turn * (2.0 * p.dot(&turn)) } else { *p };
+                let corners: Vec<Vec3> = corners.iter().map(tilted).collect();
+                let parts = divided(&corners).unwrap();
+                assert!((area(&corners, &parts) - exact).abs() < 1e-9 * exact, "{parts:?}");
+                assert!(parts.iter().map(|p| p.len() - 2).sum::<usize>() <= corners.len() - 2);
+                let n = corners.len();
+                let whole: Vec3 = (0..n).map(|k| corners[k].cross(&corners[(k + 1) % n])).sum();
+                for part in &parts {
+                    let [a, b, c] = [0, 1, 2].map(|k| corners[part[k]]);
+                    assert!((b - a).cross(&(c - b)).dot(&whole) > 0.0, "{part:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn convex_quadrilaterals_stay_also_warped_ones() {
+        let mut quad = flat(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]);
+        quad[2].z = 0.4;
+        assert_eq!(divided(&quad).unwrap(), [vec![0, 1, 2, 3]]);
+        // Three corners on one line.
+        let straight = flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 2.0]]);
+        assert_eq!(divided(&straight).unwrap(), [vec![0, 1, 2, 3]]);
+    }
+
+    #[test]
+    fn polygons_that_cross_or_touch_themselves_or_are_not_flat_are_refused() {
+        let bow = flat(&[[0.0, 0.0], [4.0, 3.0], [4.0, 0.0], [0.0, 2.0]]);
+        let eight = flat(&[[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0]]);
+        let touching =
+            flat(&[[0.0, 0.0], [2.0, 0.0], [1.0, 1.0], [2.0, 2.0], [0.0, 2.0], [1.0, 1.0]]);
+        let mut bent = flat(&[[0.0, 0.0], [2.0, 0.0], [3.0, 1.0], [2.0, 2.0], [0.0, 2.0]]);
+        bent[2].z = 2.0;
+        let cases =
+            [(bow, "cross"), (eight, "cross"), (touching, "touches"), (bent, "off their plane")];
+        for (corners, what) in cases {
+            let message = divided(&corners).unwrap_err();
+            assert!(message.contains(what), "{message}");
+        }
+    }
+}

@@ -12,7 +12,7 @@ const FLOORS: [&[&str]; 8] = [
     &["solver", "mesh"],
     &["report", "contact"],
     &["cad", "tool"],
-    &["geometry", "files"],
+    &["geometry", "files", "cancel"],
 ];
 
 /// Modules that a module may never use although it stands above them.

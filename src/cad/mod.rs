@@ -109,8 +109,8 @@ pub fn read(path: &Path) -> Result<(Model, Vec<Diagnostic>), CadError> {
 /// # Errors
 /// [`CadError`] as for [`read`].
 pub fn read_with(path: &Path, creases: Creases) -> Result<(Model, Vec<Diagnostic>), CadError> {
-    let bytes =
-        std::fs::read(path).map_err(|source| CadError::Io { path: path.to_path_buf(), source })?;
+    let bytes = crate::files::read(path, crate::files::Input::Cad)
+        .map_err(|source| CadError::Io { path: path.to_path_buf(), source })?;
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let raw = read_raw(&bytes, &name)?;
     Ok(build::build_with(raw, &name, creases))

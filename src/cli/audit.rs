@@ -294,7 +294,7 @@ fn vector_mm(text: &str) -> Result<Vec3, String> {
 }
 
 fn sha256_of(cad: &Path) -> Result<String, Failure> {
-    let bytes = std::fs::read(cad)
+    let bytes = crate::files::read(cad, crate::files::Input::Cad)
         .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", cad.display())))?;
     Ok(sha256_hex(&bytes))
 }

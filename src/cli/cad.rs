@@ -7,7 +7,8 @@ use clap::{Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, Failure, finish};
 use super::say::err;
-use super::{audit, convert, inspect, material, mesh, study};
+use super::threads::use_threads;
+use super::{audit, convert, inspect, material, mesh, stop, study};
 use crate::cad::{Diagnostic, Model, Severity};
 
 /// Turns the CAD of a forming die into smooth, audited tool models.
@@ -41,9 +42,9 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let arguments = Kanagata::parse();
-    if let Some(threads) = arguments.threads {
-        // Fails only when a pool exists already, which is not so at the start of a program.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build_global();
+    stop::listen();
+    if let Err(failure) = use_threads(arguments.threads) {
+        return finish(Err(failure));
     }
     finish(match arguments.command {
         Command::Inspect(args) => inspect::run(&args),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::say::out;
+use super::say::{out_json, out_lines};
 use crate::cad::health::Health;
 use crate::cad::inspect::Inspection;
 
@@ -40,12 +40,12 @@ pub fn run(args: &InspectArgs) -> Result<Exit, Failure> {
     let health = args.health.then(|| model.health());
     if args.json {
         let all = Printed { facts, health };
-        out!("{}", serde_json::to_string_pretty(&all).map_err(Failure::input)?);
+        out_json!("{}", serde_json::to_string_pretty(&all).map_err(Failure::input)?);
         return Ok(Exit::Done);
     }
-    out!("{facts}");
+    out_lines!(facts);
     if let Some(health) = health {
-        out!("{}", health.told_of(&model));
+        out_lines!(health.told_of(&model));
     }
     Ok(Exit::Done)
 }

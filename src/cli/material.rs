@@ -7,7 +7,7 @@ use clap::Subcommand;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::own::refuse_clashes;
-use super::say::out;
+use super::say::{out, out_lines};
 use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
 use crate::scene::comments::without_comments;
@@ -63,7 +63,7 @@ pub fn run(args: &MaterialArgs) -> Result<Exit, Failure> {
             };
             card.build(0.0).map_err(refused)?;
             let function = card.yield_function().map_err(refused)?;
-            out!("{}", told(&card, function.as_ref()).trim_end());
+            out_lines!(told(&card, function.as_ref()).trim_end());
             if let Some(path) = html {
                 page(&card, function.as_ref()).write(path)?;
                 out!("page: {}", path.display());
@@ -81,7 +81,7 @@ fn load(name: &str) -> Result<MaterialCard, Failure> {
             Failure::input(format!("{error}; a path names a JSON file, and there is none of it"))
         });
     }
-    let text = std::fs::read_to_string(path)
+    let text = crate::files::read_text(path, crate::files::Input::Description)
         .map_err(|error| Failure::new(Exit::Io, format!("{}: {error}", path.display())))?;
     serde_json::from_slice(&without_comments(text.as_bytes())).map_err(|error| {
         Failure::input(format!("{}: {error}; allowed: {}", path.display(), card::KEYS))

@@ -18,3 +18,4 @@ pub mod solve;
 pub mod status;
 mod stop;
 pub mod study;
+mod threads;

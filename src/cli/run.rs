@@ -2,15 +2,13 @@
 
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::ended::{print_doubts, print_record};
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::say::{err, out};
-use super::stop::stop_flag;
+use super::stop;
 use crate::run::folder::row;
 use crate::run::line::{HEADER, json_line, line};
 use crate::run::{Progress, RunError, RunOptions};
@@ -87,9 +85,8 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let plan = read(&args.scene)?;
     let by_line = args.lines || args.json;
     let bar = progress_bar(args.quiet || by_line);
-    let stop = stop_flag();
     if args.tied {
-        stop_with_input(Arc::clone(&stop));
+        stop_with_input();
     }
     let tell = |told: &str| err!("note: {told}");
     let options = RunOptions {
@@ -97,7 +94,7 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
         overwrite: args.overwrite,
         tell: (!args.quiet).then_some(&tell as &dyn Fn(&str)),
         auto: args.auto,
-        stop: Some(&stop),
+        stop: stop::request().clone(),
     };
     if args.lines {
         out!("{HEADER}");
@@ -123,12 +120,12 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     Ok(Exit::of_doubts(&record.doubts, args.accept_doubts))
 }
 
-/// Sets `stop` when standard input ends.
-fn stop_with_input(stop: Arc<AtomicBool>) {
+/// Stops when standard input ends.
+fn stop_with_input() {
     std::thread::spawn(move || {
         // Input that cannot be read has ended too.
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
-        stop.store(true, Ordering::Relaxed);
+        stop::stop();
     });
 }
 

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use super::exit::{EXIT_HELP, finish};
-use super::{check, run, status};
+use super::threads::use_threads;
+use super::{check, run, status, stop};
 
 /// Forms a sheet against rigid tools with an implicit finite-element solver.
 #[derive(Debug, Parser)]
@@ -32,9 +33,9 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let arguments = Solve::parse();
-    if let Some(threads) = arguments.threads {
-        // Fails only when a pool exists already, which is not so at the start of a program.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build_global();
+    stop::listen();
+    if let Err(failure) = use_threads(arguments.threads) {
+        return finish(Err(failure));
     }
     finish(match arguments.command {
         Command::Check(args) => check::run(&args),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::say::out;
+use super::say::{out, out_json};
 use crate::run::status::{StatusError, status};
 
 /// Arguments of `status`.
@@ -33,7 +33,7 @@ impl From<StatusError> for Failure {
 pub fn run(args: &StatusArgs) -> Result<Exit, Failure> {
     let found = status(&args.folder)?;
     if args.json {
-        out!("{}", serde_json::to_string_pretty(&found).map_err(Failure::input)?);
+        out_json!("{}", serde_json::to_string_pretty(&found).map_err(Failure::input)?);
     } else {
         out!("{found}");
     }

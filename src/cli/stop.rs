@@ -1,16 +1,83 @@
-//! Being asked to stop.
+//! Requests to stop: SIGTERM and SIGINT.
+//!
+//! Work that has a state to save heeds the request itself ([`crate::cancel::Section`]). Otherwise, and on a second request, child
+//! programs are ended, temporary files removed, and the process ends at once with exit code 5.
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::OnceLock;
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use super::exit::Exit;
+use super::say::err;
+use crate::cancel::Cancel;
+use crate::files::temporary::end_all;
 
-/// A flag that is set when the process is asked to end (SIGTERM, SIGINT) in the place of ending at once.
-pub(super) fn stop_flag() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
+/// Signals within this time [ms] are one request: `timeout` and terminals send theirs to the process and to its group.
+#[cfg(unix)]
+const ONE_REQUEST_MS: u128 = 500;
+/// Time that work which has heeded the request has to report it and to end [ms].
+#[cfg(unix)]
+const GRACE_MS: u64 = 1000;
+
+/// The request of this process; signals are the process's own.
+pub(super) fn request() -> &'static Cancel {
+    static REQUEST: OnceLock<Cancel> = OnceLock::new();
+    REQUEST.get_or_init(Cancel::default)
+}
+
+/// Ends the process: nothing of it stays behind.
+fn end() -> ! {
+    end_all();
+    err!("error: stopped by a signal before there was a state to save");
+    std::process::exit(Exit::Stopped as i32);
+}
+
+/// Stops as a signal does.
+pub(super) fn stop() {
+    request().request();
+    if !request().is_heeded() {
+        end();
+    }
+}
+
+/// Begins to listen; a file that grows beyond `ulimit -f` is an error of its writer and no signal.
+#[cfg(unix)]
+pub(super) fn listen() {
+    use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+    use std::io::Read as _;
+    use std::os::unix::net::UnixStream;
+
+    let flag = std::sync::Arc::default();
+    let _ = signal_hook::flag::register(SIGXFSZ, flag);
+    let Ok((mut reader, writer)) = UnixStream::pair() else { return };
     for signal in [SIGTERM, SIGINT] {
         // Without it a signal ends the program at once; the last checkpoint stays.
-        let _ = signal_hook::flag::register(signal, Arc::clone(&stop));
+        let _ = writer.try_clone().map(|w| signal_hook::low_level::pipe::register(signal, w));
     }
-    stop
+    std::thread::spawn(move || {
+        // Held open as long as there is a reader.
+        let _writer = writer;
+        let mut byte = [0];
+        if reader.read_exact(&mut byte).is_err() {
+            return;
+        }
+        let first = std::time::Instant::now();
+        request().request();
+        if !request().is_heeded() {
+            end();
+        }
+        std::thread::spawn(|| {
+            while request().is_heeded() {
+                std::thread::sleep(std::time::Duration::from_millis(10));
+            }
+            std::thread::sleep(std::time::Duration::from_millis(GRACE_MS));
+            end();
+        });
+        while reader.read_exact(&mut byte).is_ok() {
+            if first.elapsed().as_millis() > ONE_REQUEST_MS {
+                end();
+            }
+        }
+    });
 }
+
+#[cfg(not(unix))]
+pub(super) fn listen() {}

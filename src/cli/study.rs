@@ -3,14 +3,14 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::cad::read_model;
 use super::ended::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::own::refuse_clashes;
 use super::say::out;
-use super::stop::stop_flag;
+use super::stop;
+use crate::cancel::Cancel;
 use crate::study::StudyError;
 use crate::study::cases::{Case, Roots, cases, chosen, ids};
 use crate::study::checks::Outcome;
@@ -172,7 +172,7 @@ fn wanted(args: &StudyArgs, study: &Study, all: &[Case]) -> Result<Vec<Case>, Fa
     Ok(with_leaders(all, |id| chosen.contains(id)))
 }
 
-fn run_cases(args: &StudyArgs, open: &[Case], stop: &AtomicBool) -> Result<Manifest, Failure> {
+fn run_cases(args: &StudyArgs, open: &[Case], stop: &Cancel) -> Result<Manifest, Failure> {
     let this = std::env::current_exe().map_err(io(Path::new("this program")))?;
     let program = this.with_file_name(format!("kanagata-solve{}", std::env::consts::EXE_SUFFIX));
     let jobs = args.jobs.map_or(1, NonZeroUsize::get);
@@ -190,9 +190,11 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
     let manifest = if args.collect {
         Manifest::read(&args.output)?
     } else {
-        let stop = stop_flag();
-        let manifest = run_cases(args, &open, &stop)?;
-        if stop.load(Ordering::Relaxed) {
+        let stop = stop::request();
+        let section = stop.section();
+        let manifest = run_cases(args, &open, stop)?;
+        drop(section);
+        if stop.is_requested() {
             out!("stopped; the same command goes on from there");
             return Ok(Exit::Stopped);
         }

@@ -61,7 +61,7 @@ pub enum MeshError {
         tried: String,
     },
     /// The gmsh program ran and gave no mesh.
-    #[error("gmsh gave no mesh of {}: {reason}; its last lines:\n{log}", cad.display())]
+    #[error("gmsh gave no mesh of {}: {reason}; its last lines:\n  {log}", cad.display())]
     GmshFailed {
         /// The CAD file.
         cad: PathBuf,

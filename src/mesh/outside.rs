@@ -1,11 +1,14 @@
-//! Outside programs: found by name, run in a folder of their own under a time limit.
+//! Outside programs: found by name, run in a folder and a process group of their own, with limits of time, log and output.
 
 use std::fs;
-use std::path::PathBuf;
-use std::process::Child;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use super::MeshError;
+use crate::files::temporary::{Group, Temporary};
 
 /// The first of `names` on PATH.
 pub(super) fn on_path(names: &[&str]) -> Option<PathBuf> {
@@ -14,48 +17,96 @@ pub(super) fn on_path(names: &[&str]) -> Option<PathBuf> {
     all.into_iter().find(|p| p.is_file())
 }
 
-/// A folder of its own under the system's temporary folder, removed at the end.
-pub(super) struct WorkFolder {
-    pub path: PathBuf,
+/// Bytes at the end of what a program prints that are kept; the rest is read and dropped.
+const LOG_BYTES: usize = 100_000;
+/// Bytes that a program may write into its folder: more than the largest mesh that is read, with the part beside it.
+const OUTPUT_BYTES: u64 = 2 << 30;
+
+/// A folder of its own under the system's temporary folder, removed at the end; `what` is part of its name.
+pub(super) fn work_folder(what: &str) -> Result<Temporary, MeshError> {
+    Temporary::folder(what)
+        .map_err(|source| crate::files::WriteError { path: std::env::temp_dir(), source }.into())
 }
 
-impl WorkFolder {
-    /// A new one; `what` is part of its name.
-    pub fn new(what: &str) -> Result<Self, MeshError> {
-        let base = std::env::temp_dir();
-        let mut last = None;
-        for k in 0..1000u32 {
-            let path = base.join(format!("kanagata-{what}-{}-{k}", std::process::id()));
-            match fs::create_dir(&path) {
-                Ok(()) => return Ok(Self { path }),
-                Err(e) => last = Some(e),
-            }
+/// How a program ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    /// By itself.
+    Ended(ExitStatus),
+    /// It took too long and was killed.
+    TooLong,
+    /// It wrote too much and was killed.
+    TooLarge,
+}
+
+/// A program that has ended.
+#[derive(Debug)]
+pub(super) struct Outcome {
+    pub end: End,
+    /// The end of what it printed.
+    pub log: Vec<u8>,
+}
+
+/// Why a program was killed that wrote too much.
+pub(super) fn too_large() -> String {
+    format!("it wrote more than {} MiB into its folder; mesh coarser", OUTPUT_BYTES >> 20)
+}
+
+/// Runs a program in `folder` for at most `limit`; it and all programs it started have ended then.
+///
+/// # Errors
+/// What the system says when it does not start.
+pub(super) fn run(command: &mut Command, folder: &Path, limit: Duration) -> io::Result<Outcome> {
+    command.current_dir(folder).stdin(Stdio::null());
+    let (reader, writer) = io::pipe()?;
+    command.stdout(writer.try_clone()?).stderr(writer);
+    let mut group = Group::start(command)?;
+    // The command has the writing end of the pipe, which must be closed for the reader to come to its end.
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    let (sender, log) = mpsc::channel();
+    std::thread::spawn(move || sender.send(end_of(reader)));
+    let end = wait(&mut group, folder, limit);
+    drop(group);
+    // A program that has left its group may hold the pipe open.
+    let log = log.recv_timeout(Duration::from_secs(1)).unwrap_or_default();
+    Ok(Outcome { end: end?, log })
+}
+
+/// The last bytes of what can be read.
+fn end_of(mut from: impl Read) -> Vec<u8> {
+    let (mut kept, mut part) = (Vec::new(), [0; 1 << 16]);
+    // What was printed until the pipe broke is what there is to report.
+    while let Ok(n @ 1..) = from.read(&mut part) {
+        kept.extend_from_slice(&part[..n]);
+        if kept.len() > 2 * LOG_BYTES {
+            kept.drain(..kept.len() - LOG_BYTES);
         }
-        let source = last.unwrap_or_else(|| std::io::Error::other("no free name"));
-        Err(crate::files::WriteError { path: base, source }.into())
     }
+    kept.drain(..kept.len().saturating_sub(LOG_BYTES));
+    kept
 }
 
-impl Drop for WorkFolder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.path);
-    }
-}
-
-/// Waits for the end of `child`, at most `limit`; false when it had to be killed.
-pub(super) fn wait(child: &mut Child, limit: Duration) -> bool {
+/// Waits for the end of a program, or for one of its limits.
+fn wait(group: &mut Group, folder: &Path, limit: Duration) -> io::Result<End> {
     let start = Instant::now();
     let mut pause = Duration::from_millis(2);
     loop {
-        match child.try_wait() {
-            Ok(None) if start.elapsed() < limit => std::thread::sleep(pause),
-            Ok(None) => {
-                let _ = child.kill();
-                let _ = child.wait();
-                return false;
-            }
-            _ => return true,
+        if let Some(status) = group.child().try_wait()? {
+            return Ok(End::Ended(status));
         }
+        if start.elapsed() >= limit {
+            return Ok(End::TooLong);
+        }
+        if size_of(folder) > OUTPUT_BYTES {
+            return Ok(End::TooLarge);
+        }
+        std::thread::sleep(pause);
         pause = (pause * 2).min(Duration::from_millis(50));
     }
+}
+
+/// Bytes of the files in a folder.
+fn size_of(folder: &Path) -> u64 {
+    let files = fs::read_dir(folder).into_iter().flatten().flatten();
+    files.filter_map(|file| file.metadata().ok()).map(|m| m.len()).sum()
 }

@@ -1,8 +1,20 @@
 //! Tables of comma-separated values (RFC 4180).
+//!
+//! Programs for tables take text that begins with `=`, `+`, `-`, `@`, a tab or a carriage return for a formula. Such a cell is
+//! written behind an apostrophe, which is taken away again on reading; numbers stay as they are.
 
-/// A cell as it is written: in quotes where it has what separates cells or rows.
+/// Whether a cell could be taken for a formula, apostrophes before it passed over.
+fn is_formula(cell: &str) -> bool {
+    let begins = cell.trim_start_matches('\'').starts_with(['=', '+', '-', '@', '\t', '\r']);
+    begins && cell.parse::<f64>().is_err()
+}
+
+/// A cell as it is written: in quotes where it has what separates cells or rows, behind an apostrophe where it could be taken
+/// for a formula.
 #[must_use]
 pub fn quoted(cell: &str) -> String {
+    let marked = if is_formula(cell) { format!("'{cell}") } else { cell.to_owned() };
+    let cell = marked.as_str();
     if cell.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", cell.replace('"', "\"\""))
     } else {
@@ -14,7 +26,11 @@ pub fn quoted(cell: &str) -> String {
 #[must_use]
 pub fn unquoted(written: &str) -> String {
     let inner = written.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
-    inner.map_or_else(|| written.to_owned(), |cell| cell.replace("\"\"", "\""))
+    let cell = inner.map_or_else(|| written.to_owned(), |cell| cell.replace("\"\"", "\""));
+    match cell.strip_prefix('\'') {
+        Some(marked) if is_formula(marked) => marked.to_owned(),
+        _ => cell,
+    }
 }
 
 /// Rows of a table: its lines, but for breaks within quotes.
@@ -52,6 +68,18 @@ fn split(text: &str, separator: char) -> Vec<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn formulas_are_marked_and_numbers_are_not() {
+        for cell in ["=cmd|' /C calc'!A0", "+1+2", "-x", "@sum", "\tx", "'=x", "''-", "-"] {
+            assert!(quoted(cell).trim_start_matches('"').starts_with('\''), "{cell:?}");
+            assert_eq!(unquoted(&quoted(cell)), cell);
+        }
+        for cell in ["-1.5e-3", "+2", "'quoted'", "a=b", "-inf"] {
+            assert_eq!(quoted(cell), cell);
+            assert_eq!(unquoted(cell), cell);
+        }
+    }
 
     #[test]
     fn what_is_written_is_read_again() {

@@ -97,18 +97,20 @@ impl Page {
     /// The page in parts: the plotting script is megabytes, and what is written needs no copy of it.
     fn write_to(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         let library = plotly::Plot::offline_js_sources();
-        let end = library.find("</script>").map_or(library.len(), |at| at + "</script>".len());
+        let start = library.find('>').map_or(0, |at| at + 1);
+        let end = library.find("</script>").unwrap_or(library.len());
+        let library = &library[start.min(end)..end];
+        let scripts = format!("\n{}", in_script(&self.scripts));
+        let policy = policy(&[library, &scripts]);
         write!(
             out,
-            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{}</title>\n\
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\"><title>{}</title>\n\
              <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<style>{STYLE}</style>\n",
             escape(&self.title)
         )?;
-        out.write_all(&library.as_bytes()[..end])?;
-        drop(library);
-        write!(out, "\n</head><body><main>\n{}</main>\n<script>\n", self.body)?;
-        // A closing tag inside a string would end the script.
-        out.write_all(self.scripts.replace("</", "<\\/").as_bytes())?;
+        write!(out, "<script>{library}</script>\n</head><body><main>\n{}</main>\n", self.body)?;
+        write!(out, "<script>{scripts}")?;
         out.write_all(b"</script></body></html>\n")
     }
 
@@ -132,8 +134,44 @@ font-variant-numeric:tabular-nums}p{max-width:75ch}\
 .wide{overflow-x:auto;max-width:100%}.wide th{vertical-align:bottom}\
 .wide th:first-child,.wide td:first-child{position:sticky;left:0;background:#fff;min-width:9em}";
 
+/// Scripts whose strings hold text that others wrote: a `<` in them could end the script or begin a comment, and is written as
+/// an escape. Outside of strings there is none.
+fn in_script(scripts: &str) -> String {
+    scripts.replace('<', "\\u003c").replace('\u{2028}', "\\u2028").replace('\u{2029}', "\\u2029")
+}
+
+/// The content security policy: these scripts and no others, nothing from a network. The plotting library makes functions from
+/// text of its own (`unsafe-eval`).
+fn policy(scripts: &[&str]) -> String {
+    use base64::Engine as _;
+    let digest = |script: &&str| {
+        let digest = crate::files::digest::sha256(script.as_bytes());
+        format!(" 'sha256-{}'", base64::engine::general_purpose::STANDARD.encode(digest))
+    };
+    let scripts: String = scripts.iter().map(digest).collect();
+    format!(
+        "default-src 'none'; script-src{scripts} 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; \
+         font-src data:; worker-src blob:; base-uri 'none'; form-action 'none'"
+    )
+}
+
+/// Text as it stands in a page: markup is escaped, control characters are shown by their pictures.
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            '\n' | '\t' => out.push(c),
+            '\0'..'\u{20}' => out.extend(char::from_u32(0x2400 + u32::from(c))),
+            c if c.is_control() => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
 }
 
 #[cfg(test)]
@@ -149,7 +187,8 @@ mod tests {
         let html = page.html();
         assert!(html.contains("<title>a &lt;b&gt; &amp; &quot;c&quot;</title>"));
         assert!(html.contains("<td class=\"n\">1.5</td>") && html.contains("&lt;/td&gt;"));
-        assert!(html.contains("<\\/script>"));
+        assert!(html.contains("\\u003c/script>") && !html.contains("\"</script>"));
+        assert!(html.contains("default-src 'none'; script-src 'sha256-"));
         assert!(html.contains("<div class=\"wide\"><table>") && html.contains("position:sticky"));
         assert!(!html.contains("<script src") && !html.contains("<link"));
         assert!(html.len() > 1_000_000, "the plotting script is inside");

@@ -65,8 +65,8 @@ pub struct GridArray {
 /// # Errors
 /// [`VtuError`] names the file and the array that cannot be used.
 pub fn read(path: &Path) -> Result<Grid, VtuError> {
-    let text =
-        std::fs::read(path).map_err(|source| VtuError::Io { path: path.to_path_buf(), source })?;
+    let text = crate::files::read(path, crate::files::Input::Mesh)
+        .map_err(|source| VtuError::Io { path: path.to_path_buf(), source })?;
     parse(&text).map_err(|(place, found)| VtuError::Invalid {
         path: path.to_path_buf(),
         place,

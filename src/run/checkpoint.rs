@@ -127,7 +127,8 @@ pub fn remove(folder: &Path) {
 
 /// Whether the folder's own record says that its run has done all stages.
 fn has_completed(folder: &Path) -> bool {
-    let text = fs::read_to_string(folder.join("run.json")).unwrap_or_default();
+    let text = crate::files::read_text(&folder.join("run.json"), crate::files::Input::Description)
+        .unwrap_or_default();
     let record = serde_json::from_str::<RunRecord>(&text);
     record.is_ok_and(|record| record.verdict.is_complete())
 }
@@ -197,7 +198,8 @@ pub fn newest(folder: &Path) -> Option<(PathBuf, usize)> {
 
 fn parse(file: &Path) -> Result<Checkpoint, String> {
     let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let bytes = fs::read(file).map_err(|e| format!("{name}: {e}"))?;
+    let bytes = crate::files::read(file, crate::files::Input::Checkpoint)
+        .map_err(|e| format!("{name}: {e}"))?;
     let fault = |what: &str| format!("{name}: {what}");
     let line = |from: usize| bytes[from..].iter().position(|b| *b == b'\n').map(|k| from + k);
     let first = line(0).ok_or_else(|| fault("no first line"))?;

@@ -1,12 +1,12 @@
 //! One process at a time in a folder: a file that the system keeps locked for its process, and frees when that ends,
 //! however it ends. In it stands which process that is.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::File;
 use std::io::{Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::resources::{alive, this_process};
-use crate::files::WriteError;
+use crate::files::{Input, WriteError, open_lock, read};
 use crate::report::record::Process;
 
 /// A folder that this process has to itself until the lock is dropped.
@@ -43,8 +43,7 @@ pub fn file_in(folder: &Path) -> PathBuf {
 /// [`WriteError`] when the file cannot be made or written.
 pub fn take(path: &Path) -> Result<Attempt, WriteError> {
     let failed = |source| WriteError { path: path.to_path_buf(), source };
-    let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
-    let mut file = open.map_err(failed)?;
+    let mut file = open_lock(path, true).map_err(failed)?;
     if !free(&file, path) {
         return Ok(Attempt::Theirs(owner(path)));
     }
@@ -62,7 +61,7 @@ pub fn take(path: &Path) -> Result<Attempt, WriteError> {
 /// Whether another process has the lock `path`, and which one, where it has said so.
 #[must_use]
 pub fn holder(path: &Path) -> Option<Option<Process>> {
-    let file = OpenOptions::new().read(true).write(true).open(path).ok()?;
+    let file = open_lock(path, false).ok()?;
     (!free(&file, path)).then(|| owner(path))
 }
 
@@ -79,7 +78,7 @@ pub fn named(process: Option<&Process>) -> String {
 }
 
 fn owner(path: &Path) -> Option<Process> {
-    serde_json::from_slice(&fs::read(path).ok()?).ok()
+    serde_json::from_slice(&read(path, Input::Description).ok()?).ok()
 }
 
 /// Whether nobody else has the file; it is then locked for this process until it is closed. Where the file system
@@ -130,7 +129,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = file_in(folder.path());
         for text in ["{\"id\": 1, \"started\": 1, \"host\": \"gone\"}", "no process"] {
-            fs::write(&path, text).unwrap();
+            std::fs::write(&path, text).unwrap();
             assert!(holder(&path).is_none());
             assert!(matches!(take(&path).unwrap(), Attempt::Ours(_)));
         }

@@ -25,9 +25,9 @@ pub mod strains;
 pub mod zigzag;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use crate::cancel::{Cancel, Section};
 use crate::files::WriteError;
 use crate::report::record::{LeftOutRecord, RunRecord, Verdict};
 use crate::scene::{Plan, SceneError};
@@ -151,8 +151,8 @@ pub struct RunOptions<'a> {
     pub tell: Option<&'a dyn Fn(&str)>,
     /// Leave out what loses no accuracy: patches of tools that the sheet cannot come near.
     pub auto: bool,
-    /// Set from outside: save a checkpoint after the present increment and stop.
-    pub stop: Option<&'a AtomicBool>,
+    /// Requested from outside: give up the increment under way, save a checkpoint of the last one and stop.
+    pub stop: Cancel,
 }
 
 /// Runs `plan` (read from `scene_path`) into the folder `output`. `watch` is called after every increment.
@@ -187,6 +187,8 @@ pub fn run(
     };
     let mut simulation = Simulation::new(setup).map_err(failed)?;
     let _lock = alone_in(output, options)?;
+    let section = options.stop.section();
+    simulation.heed(options.stop.clone());
     let mut folder = if options.restart {
         let checkpoint = checkpoint::read(output, &inputs(plan), PROGRAM)?;
         simulation.resume(checkpoint.state).map_err(failed)?;
@@ -205,7 +207,7 @@ pub fn run(
     }));
     let run = Run { plan, options, guard, start };
     let outcome = run.go_on(&mut simulation, &mut folder, watch)?;
-    run.end(&simulation, &mut folder, outcome)?;
+    run.end(&simulation, &mut folder, outcome, section)?;
     Ok(folder.record)
 }
 
@@ -317,10 +319,15 @@ impl Run<'_> {
             match more {
                 Ok(true) => {}
                 Ok(false) => return Ok(Ok(())),
-                Err(error) => return Ok(Err(error)),
+                Err(error) => {
+                    if matches!(error, SimulationError::Stopped { .. }) {
+                        checkpoint::write(folder, &simulation.state(), count)?;
+                    }
+                    return Ok(Err(error));
+                }
             }
             self.look_for_breach(simulation, folder)?;
-            let stop = options.stop.is_some_and(|flag| flag.load(Ordering::Relaxed));
+            let stop = options.stop.is_requested();
             if stop || (every > 0 && increment.is_multiple_of(every)) {
                 checkpoint::write(folder, &simulation.state(), count)?;
                 count += 1;
@@ -337,6 +344,7 @@ impl Run<'_> {
         simulation: &Simulation,
         folder: &mut RunFolder,
         outcome: Result<(), SimulationError>,
+        section: Section,
     ) -> Result<(), RunError> {
         let gave_up = match &outcome {
             Err(SimulationError::GaveUp { node, share, .. }) => Some((*node, *share == 0.0)),
@@ -358,7 +366,9 @@ impl Run<'_> {
         if verdict.is_complete() {
             checkpoint::remove(&folder.path);
         }
+        // The results are complete: a report that is stopped loses none.
         if verdict != Verdict::Stopped {
+            drop(section);
             report::write(folder, self.plan, simulation)?;
         }
         outcome.map_err(|cause| RunError::Solver {

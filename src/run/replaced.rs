@@ -39,7 +39,8 @@ pub(super) fn replaced(
     scene: &Path,
     overwrite: bool,
 ) -> Result<Option<String>, RunError> {
-    let text = fs::read(folder.join("run.json")).unwrap_or_default();
+    let text = crate::files::read(&folder.join("run.json"), crate::files::Input::Description)
+        .unwrap_or_default();
     let Ok(record) = serde_json::from_slice::<RunRecord>(&text) else { return Ok(None) };
     let how = match record.verdict {
         Verdict::Completed | Verdict::Doubtful => "finished",

@@ -217,7 +217,7 @@ const HOW_TO_AUDIT: &str = "A tool counts as audited where its audit lies beside
      NAME.tool.json --cad CAD --json NAME.audit.json --vtu NAME.audit.vtu";
 
 fn audit_row(name: &str, patches: usize, path: &Path) -> Vec<String> {
-    let audit = std::fs::read(path)
+    let audit = crate::files::read(path, crate::files::Input::Description)
         .ok()
         .and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
     let mut row = vec![name.to_owned(), patches.to_string()];

@@ -1,5 +1,6 @@
 //! What a process has used, and whether it is still there, as the system counts.
 
+use crate::files::read_system;
 use crate::report::record::Process;
 
 /// Processor time of all threads since the process began [s]; 0 where the system does not say.
@@ -7,7 +8,7 @@ use crate::report::record::Process;
 pub fn cpu_seconds() -> f64 {
     // Fields 14 and 15 of /proc/self/stat, counted behind the command's closing bracket, in ticks of 1/100 s.
     let ticks = || -> Option<f64> {
-        let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+        let stat = read_system("/proc/self/stat").ok()?;
         let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace();
         let user: f64 = fields.nth(11)?.parse().ok()?;
         let system: f64 = fields.next()?.parse().ok()?;
@@ -33,7 +34,7 @@ pub fn alive(process: &Process) -> Option<bool> {
 /// Start of a process in clock ticks since the machine started: field 22 of its stat. One that has ended and only
 /// waits for its parent counts as gone.
 fn started(id: u32) -> Option<u64> {
-    let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
+    let stat = read_system(&format!("/proc/{id}/stat")).ok()?;
     let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace();
     let state = fields.next()?;
     if matches!(state, "Z" | "X") {
@@ -44,7 +45,7 @@ fn started(id: u32) -> Option<u64> {
 
 /// Name of the machine and of its present start.
 fn host() -> Option<String> {
-    let read = |file: &str| std::fs::read_to_string(format!("/proc/sys/kernel/{file}")).ok();
+    let read = |file: &str| read_system(&format!("/proc/sys/kernel/{file}")).ok();
     let (name, boot) = (read("hostname")?, read("random/boot_id")?);
     Some(format!("{} {}", name.trim(), boot.trim()))
 }
@@ -53,7 +54,7 @@ fn host() -> Option<String> {
 #[must_use]
 pub fn peak_megabytes() -> f64 {
     let peak = || -> Option<f64> {
-        let status = std::fs::read_to_string("/proc/self/status").ok()?;
+        let status = read_system("/proc/self/status").ok()?;
         let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
         line.split_ascii_whitespace().nth(1)?.parse().ok()
     };

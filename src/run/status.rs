@@ -139,8 +139,8 @@ pub struct Status {
 /// [`StatusError`] when there is no `run.json` or a file was not written by this program.
 pub fn status(folder: &Path) -> Result<Status, StatusError> {
     let path = folder.join("run.json");
-    let text =
-        std::fs::read(&path).map_err(|source| StatusError::Io { path: path.clone(), source })?;
+    let text = crate::files::read(&path, crate::files::Input::Description)
+        .map_err(|source| StatusError::Io { path: path.clone(), source })?;
     let record: RunRecord = serde_json::from_slice(&text)
         .map_err(|e| StatusError::Invalid { path: path.clone(), found: e.to_string() })?;
     let history = read_history(folder, record.increments)?;
@@ -197,7 +197,9 @@ fn state(record: &RunRecord) -> State {
 /// The history up to the increment that `run.json` knows: behind it stands what a run before has left.
 fn read_history(folder: &Path, increments: usize) -> Result<History, StatusError> {
     let path = folder.join("history.csv");
-    let Ok(text) = std::fs::read_to_string(&path) else { return Ok(History::default()) };
+    let Ok(text) = crate::files::read_text(&path, crate::files::Input::Table) else {
+        return Ok(History::default());
+    };
     let mut history = History::parse(&text)
         .map_err(|found| StatusError::Invalid { path: path.clone(), found })?;
     // It is written just before run.json: one line may be ahead of it.

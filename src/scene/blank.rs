@@ -120,9 +120,8 @@ pub(super) fn fill_in(
     let state = *state;
     let path = folder.join(file);
     let mesh = of_file(blank, scene, &path, state)?;
-    let bytes = std::fs::read(&path).map_err(|e| SceneError::Blank {
-        path: scene.to_path_buf(),
-        cause: format!("{}: {e}", path.display()),
+    let bytes = crate::files::read(&path, crate::files::Input::Mesh).map_err(|e| {
+        SceneError::Blank { path: scene.to_path_buf(), cause: format!("{}: {e}", path.display()) }
     })?;
     let found = PlannedFile { file: file.clone(), sha256: sha256_hex(&bytes) };
     blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);

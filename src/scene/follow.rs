@@ -38,7 +38,8 @@ pub(super) fn followed(
         found: format!("{}: {found}", file.display()),
         allowed: "the history.csv of a run of the same stages".into(),
     };
-    let bytes = std::fs::read(&file).map_err(|e| fault(e.to_string()))?;
+    let bytes =
+        crate::files::read(&file, crate::files::Input::Table).map_err(|e| fault(e.to_string()))?;
     let history = History::parse(&String::from_utf8_lossy(&bytes)).map_err(fault)?;
     let stages: Vec<&str> = scene.stages.iter().map(|s| s.name.as_str()).collect();
     let ends = ends(&history, &stages).map_err(fault)?;

@@ -223,7 +223,7 @@ fn card_of_file(
         file: file.clone(),
         cause,
     };
-    let bytes = std::fs::read(&file).map_err(|e| {
+    let bytes = crate::files::read(&file, crate::files::Input::Description).map_err(|e| {
         let allowed = "a file with a material card, or the name of a card in the library (`kanagata material list`)";
         fault(format!("{e}; allowed: {allowed}"))
     })?;
@@ -238,7 +238,7 @@ fn card_of_file(
 /// # Errors
 /// As [`read`], but for tools and material.
 pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
-    let bytes = std::fs::read(path)
+    let bytes = crate::files::read(path, crate::files::Input::Description)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
     let scene: Scene =
         parsed(&without_comments(&bytes)).map_err(|(e, key)| SceneError::Syntax {

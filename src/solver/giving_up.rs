@@ -28,7 +28,9 @@ pub(super) fn gave_up(
         NewtonError::Linear(LinearError::Singular { unknown }) => {
             (unknown / 3).min(sys.node_count().saturating_sub(1))
         }
-        NewtonError::Linear(_) | NewtonError::StillMoving { .. } => farthest_from_balance(sys),
+        NewtonError::Linear(_) | NewtonError::StillMoving { .. } | NewtonError::Cancelled => {
+            farthest_from_balance(sys)
+        }
     };
     let x = sys.position(node);
     let name = |tool: usize| sys.tools[tool].setup.name.as_str();

@@ -57,6 +57,9 @@ pub enum NewtonError {
         /// Node that did not touch the tool on the way.
         node: usize,
     },
+    /// A request to stop came during the iteration.
+    #[error("stopped during the iteration")]
+    Cancelled,
     /// Followed as a slow motion, the sheet did not come to rest.
     #[error("the sheet snaps, and is not at rest after {iterations} iterations of slow motion")]
     StillMoving {
@@ -132,8 +135,10 @@ pub(super) fn solve(
     history: &mut Vec<IterationRecord>,
 ) -> Result<NewtonStats, NewtonError> {
     let mut run = Run::new(sys, patience, limits);
+    heed(sys)?;
     begin(sys, foreseen)?;
     loop {
+        heed(sys)?;
         let (record, residual) = run.look(sys, limits, history);
         match run.verdict(sys, &record, &residual, limits) {
             Verdict::Converged if run.goes_on(sys, limits)? => {}
@@ -154,6 +159,11 @@ pub(super) fn solve(
         run.stagnant = if stagnates { run.stagnant + 1 } else { 0 };
         run.last = Some(correction);
     }
+}
+
+/// Stops where that has been requested.
+fn heed(sys: &System) -> Result<(), NewtonError> {
+    if sys.cancel.is_requested() { Err(NewtonError::Cancelled) } else { Ok(()) }
 }
 
 /// One increment's iteration.

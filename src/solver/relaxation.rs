@@ -118,6 +118,9 @@ pub(super) fn relax(
         }
         buckle(sim, plan, target, endurance.iterations).map(|more| (stats.and(more), true))
     });
+    // Whether a balance lasts is not known where that was interrupted.
+    let stopped = sim.sys.cancel.is_requested();
+    let found = if stopped { Err(NewtonError::Cancelled) } else { found };
     let Ok((_, lasts)) = found else {
         // It is of this very set-up.
         let _ = sim.go_back(before);

@@ -11,6 +11,7 @@ use super::stepping::{UnderWay, advance};
 use super::system::System;
 use super::tools::{Placement, SheetSide, Tool, ToolSetup};
 use super::trial::Committed;
+use crate::cancel::Cancel;
 use crate::geometry::Vec3;
 
 /// Everything a run needs.
@@ -213,9 +214,24 @@ impl Simulation {
         &mut self,
         observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
     ) -> Result<bool, SimulationError> {
+        let before = self.state_without_history();
         let more = advance(self, observer);
+        if let Err(SimulationError::Stopped { .. }) = more
+            && self.sys.cancel.is_requested()
+            && self.summary.increments == before.increments()
+        {
+            // The history of the material points is that of the last increment.
+            self.go_back_within(before).map_err(SimulationError::Setup)?;
+        }
         self.summary.timings = self.sys.timings;
         more
+    }
+
+    /// Gives up the increment under way when the request is made: [`Self::advance`] then fails with
+    /// [`SimulationError::Stopped`] at the state before it.
+    pub fn heed(&mut self, cancel: Cancel) {
+        self.sys.solver.heed(&cancel);
+        self.sys.cancel = cancel;
     }
 
     /// The sheet, with its committed history.

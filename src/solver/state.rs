@@ -32,6 +32,11 @@ impl SimulationState {
         &self.committed
     }
 
+    /// Increments done.
+    pub(super) fn increments(&self) -> usize {
+        self.summary.increments
+    }
+
     /// Work since the start of the run.
     pub(super) fn energies(&self) -> &Energies {
         &self.energies
@@ -42,6 +47,12 @@ impl Simulation {
     /// The state after the last converged increment.
     #[must_use]
     pub fn state(&self) -> SimulationState {
+        let material = self.sys.body.export_state();
+        SimulationState { material, ..self.state_without_history() }
+    }
+
+    /// As [`Self::state`], without the history of the material points.
+    pub(super) fn state_without_history(&self) -> SimulationState {
         SimulationState {
             stage: self.stage,
             under_way: self.under_way.clone(),
@@ -52,7 +63,7 @@ impl Simulation {
             contact: self.sys.contact.saved().to_vec(),
             held: self.sys.constraints.bits().to_vec(),
             held_at: self.sys.held_at.clone(),
-            material: self.sys.body.export_state(),
+            material: Vec::new(),
         }
     }
 
@@ -87,10 +98,15 @@ impl Simulation {
 
     /// Takes a state of this set-up; time spent stays spent.
     pub(super) fn go_back(&mut self, state: SimulationState) -> Result<(), String> {
+        self.sys.body.import_state(&state.material).map_err(|error| error.to_string())?;
+        self.go_back_within(state)
+    }
+
+    /// As [`Self::go_back`], where the history of the material points has not been committed since.
+    pub(super) fn go_back_within(&mut self, state: SimulationState) -> Result<(), String> {
         if !self.sys.contact.resume(&state.contact) {
             return Err(format!("{} contact candidates", state.contact.len()));
         }
-        self.sys.body.import_state(&state.material).map_err(|error| error.to_string())?;
         self.stage = state.stage;
         self.under_way = state.under_way;
         self.time = state.time;

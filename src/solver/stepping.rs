@@ -139,7 +139,9 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
         sim.history.clear();
         let error = match attempt(sim, &now.plan, [share, target], patience) {
             Ok(stats) => {
+                // What is interrupted says nothing of whether the balance lasts.
                 let found = Found { lasts: sim.sys.lasts(), near: !jumps(sim) };
+                heed(sim)?;
                 if found.is_taken(now, &tried) {
                     take(sim, now, target, &stats, found);
                     return Ok(stats);
@@ -150,9 +152,11 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
         };
         sim.summary.iterations += sim.history.len().saturating_sub(1);
         restore(sim);
+        heed(sim)?;
         if let Some(stats) = try_again(sim, now, &mut tried, target, error.as_ref().err()) {
             return Ok(stats);
         }
+        heed(sim)?;
         if let Ok(error) = error
             && now.pace.step < least
         {
@@ -163,6 +167,12 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
             tried = Tried::default();
         }
     }
+}
+
+/// Stops where that has been requested.
+fn heed(sim: &Simulation) -> Result<(), SimulationError> {
+    let increment = sim.summary.increments;
+    if sim.sys.cancel.is_requested() { Err(SimulationError::Stopped { increment }) } else { Ok(()) }
 }
 
 /// Lets the tools go that have gone back with the sheet so far, at the share of the stage that is done.

@@ -17,6 +17,7 @@ use super::penetration::Penetration;
 use super::stages::Timings;
 use super::stops::Stop;
 use super::tools::Tool;
+use crate::cancel::Cancel;
 use crate::contact::friction::Coulomb;
 use crate::geometry::{Mat3, Vec3};
 
@@ -51,6 +52,8 @@ impl Role {
 
 /// State of the iteration.
 pub(super) struct System {
+    /// Request to give up the increment under way.
+    pub(super) cancel: Cancel,
     pub(super) body: Body,
     pub(super) constraints: Constraints,
     /// Where held components are held (three a node) [mm].
@@ -122,6 +125,7 @@ impl System {
         Ok(Self {
             lengths,
             roles: vec![Role::Absent; tools.len()],
+            cancel: Cancel::default(),
             stops: vec![Stop::NONE; tools.len()],
             contact,
             penetration,

@@ -4,7 +4,6 @@ mod judge;
 mod pictures;
 mod table;
 
-use std::fs;
 use std::path::Path;
 
 use super::StudyError;
@@ -242,9 +241,11 @@ fn row<'a>(
     if standing == Standing::Stale {
         return row;
     }
-    let text = fs::read(run.join("run.json")).unwrap_or_default();
+    let text = crate::files::read(&run.join("run.json"), crate::files::Input::Description)
+        .unwrap_or_default();
     row.record = serde_json::from_slice(&text).ok();
-    let history = fs::read_to_string(run.join("history.csv")).unwrap_or_default();
+    let history = crate::files::read_text(&run.join("history.csv"), crate::files::Input::Table)
+        .unwrap_or_default();
     row.curve = curve(&history, &study.watch);
     // The last picture of a case under way is of no stage that others have too.
     row.sheet = row.done().then(|| sheet(&run)).flatten();

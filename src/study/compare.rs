@@ -102,7 +102,8 @@ pub fn tools(scene: &Value) -> (usize, Option<f64>) {
     let files = files.filter_map(|t| t.get("file").and_then(Value::as_str));
     let (mut patches, mut errors) = (0, Vec::new());
     for file in files {
-        let bytes = std::fs::read(file).unwrap_or_default();
+        let bytes =
+            crate::files::read(file.as_ref(), crate::files::Input::Tool).unwrap_or_default();
         let tool: Value = serde_json::from_slice(&bytes).unwrap_or_default();
         let count = |key: &str| tool.get(key).and_then(Value::as_array).map_or(0, Vec::len);
         patches += count("patches") + count("bezier_patches");
@@ -116,7 +117,11 @@ pub fn tools(scene: &Value) -> (usize, Option<f64>) {
 /// Largest shape error in the audit beside a tool file (`NAME.audit.json`), if it is of this very file [mm].
 fn audited(file: &Path, bytes: &[u8]) -> Option<f64> {
     let name = file.file_name()?.to_str()?.strip_suffix(".tool.json")?;
-    let beside = std::fs::read(file.with_file_name(format!("{name}.audit.json"))).ok()?;
+    let beside = crate::files::read(
+        &file.with_file_name(format!("{name}.audit.json")),
+        crate::files::Input::Description,
+    )
+    .ok()?;
     let audit: Value = serde_json::from_slice(&beside).ok()?;
     if audit.get("tool_sha256")?.as_str()? != sha256_hex(bytes) {
         return None;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::StudyError;
@@ -12,6 +12,7 @@ use super::follow::ranks;
 use super::inputs::{digest, inputs, proved, scene_text, there};
 pub use super::manifest::{Entry, Manifest, State};
 use super::process;
+use crate::cancel::Cancel;
 use crate::files::write_atomic;
 use crate::run::lock::{self, Attempt};
 
@@ -28,7 +29,7 @@ pub struct Execution<'a> {
     /// Run cases that failed before again.
     pub again: bool,
     /// Set from outside: ask the runs under way to leave a checkpoint, begin no other.
-    pub stop: &'a AtomicBool,
+    pub stop: &'a Cancel,
 }
 
 /// Folder of a case.
@@ -136,7 +137,7 @@ impl Shared {
         say: &(dyn Fn(&str) + Sync),
     ) -> Result<(), StudyError> {
         while let Some(case) = open.get(self.next.fetch_add(1, Ordering::Relaxed)) {
-            if how.stop.load(Ordering::Relaxed) {
+            if how.stop.is_requested() {
                 break;
             }
             say(&format!("{}: begins", case.id));
@@ -203,7 +204,9 @@ fn put_scene(case: &Case, folder: &Path) -> Result<PathBuf, StudyError> {
         .map_err(|source| StudyError::Folder { path: folder.to_path_buf(), source })?;
     let scene = folder.join("case.scene.json");
     let text = scene_text(case);
-    if fs::read(&scene).ok().as_deref() != Some(text.as_slice()) {
+    if crate::files::read(&scene, crate::files::Input::Description).ok().as_deref()
+        != Some(text.as_slice())
+    {
         write_atomic(&scene, |w| w.write_all(&text))?;
     }
     Ok(scene)

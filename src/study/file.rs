@@ -103,7 +103,7 @@ pub enum Description {
 /// # Errors
 /// [`StudyError`] names file, key, what was found and what is allowed.
 pub fn read(path: &Path) -> Result<Description, StudyError> {
-    let bytes = std::fs::read(path)
+    let bytes = crate::files::read(path, crate::files::Input::Description)
         .map_err(|source| StudyError::Io { path: path.to_path_buf(), source })?;
     let fault = |e: serde_json::Error, allowed: &str| StudyError::Value {
         path: path.to_path_buf(),

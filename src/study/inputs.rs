@@ -1,7 +1,6 @@
 //! What goes into a case's run, and what its `run.json` proves.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
@@ -36,7 +35,7 @@ pub(super) fn inputs(case: &Case, study: &Path) -> Result<Inputs, String> {
             Some(other) => study.join("cases").join(other),
             None => folder.join(file),
         };
-        let bytes = fs::read(&path)
+        let bytes = crate::files::read(&path, crate::files::Input::Mesh)
             .map_err(|e| format!("{place}: cannot read {}: {e}; {remedy}", path.display()))?;
         all.insert(file.to_owned(), sha256_hex(&bytes));
     }
@@ -90,7 +89,11 @@ pub(super) fn proved(
     study: &Path,
     inputs: &Inputs,
 ) -> Option<(State, Option<String>)> {
-    let text = fs::read(folder_of(study, &case.id).join("run/run.json")).ok()?;
+    let text = crate::files::read(
+        &folder_of(study, &case.id).join("run/run.json"),
+        crate::files::Input::Description,
+    )
+    .ok()?;
     let record: RunRecord = serde_json::from_slice(&text).ok()?;
     if record.program != PROGRAM || record.inputs != *inputs {
         return None;
@@ -105,6 +108,7 @@ pub(super) fn proved(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn case(scene: Value, follows: Option<&str>) -> Case {
         let follows = follows.map(str::to_owned);

@@ -64,7 +64,7 @@ impl Manifest {
     /// [`StudyError::Io`] when it cannot be read, [`StudyError::Value`] when it is not what [`Self::write`] writes.
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
         let path = folder.join(NAME);
-        let text = match fs::read(&path) {
+        let text = match crate::files::read(&path, crate::files::Input::Description) {
             Ok(text) => text,
             Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Self::default()),
             Err(source) => return Err(StudyError::Io { path, source }),

@@ -3,30 +3,35 @@
 use std::io::{self, Read};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use crate::cancel::Cancel;
 use crate::run::lock;
 use crate::run::resources::alive;
 
 /// Between two looks at the process.
 const PAUSE: Duration = Duration::from_millis(50);
+/// Bytes of what a process says that are kept.
+const SAID_BYTES: u64 = 1 << 16;
 
 /// Runs `command` to its end; what it says on standard error comes back. When `stop` is set it is asked to end (the solver
 /// then leaves a checkpoint) and waited for. Its standard input stays open as long as this process lives.
 ///
 /// # Errors
 /// What the system says when the program cannot be started or waited for.
-pub(super) fn run(command: &mut Command, stop: &AtomicBool) -> io::Result<(ExitStatus, String)> {
+pub(super) fn run(command: &mut Command, stop: &Cancel) -> io::Result<(ExitStatus, String)> {
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+    // What a terminal sends to the study is not for its solvers: those are asked to end.
+    own_group(command);
     let mut child = command.spawn()?;
     let _open = child.stdin.take();
     let mut pipe = child.stderr.take();
     let said = thread::spawn(move || {
         let mut said = Vec::new();
         // What was said until the pipe broke is what there is to tell.
-        let _ = pipe.as_mut().map(|p| p.read_to_end(&mut said));
+        let _ = pipe.as_mut().map(|p| p.take(SAID_BYTES).read_to_end(&mut said));
+        let _ = pipe.map(|mut p| io::copy(&mut p, &mut io::sink()));
         said
     });
     let mut asked = false;
@@ -34,7 +39,7 @@ pub(super) fn run(command: &mut Command, stop: &AtomicBool) -> io::Result<(ExitS
         if let Some(status) = child.try_wait()? {
             break status;
         }
-        if stop.load(Ordering::Relaxed) && !asked {
+        if stop.is_requested() && !asked {
             end(&mut child)?;
             asked = true;
         }
@@ -46,11 +51,11 @@ pub(super) fn run(command: &mut Command, stop: &AtomicBool) -> io::Result<(ExitS
 
 /// Waits until no solver works in the folder `run`; one of this machine is asked to end, so that it leaves a checkpoint.
 /// Gives the reason where the folder cannot be had.
-pub(super) fn wait_for(run: &Path, stop: &AtomicBool, say: &dyn Fn(&str)) -> Option<String> {
+pub(super) fn wait_for(run: &Path, stop: &Cancel, say: &dyn Fn(&str)) -> Option<String> {
     let mut asked = None;
     while let Some(holder) = lock::holder(&lock::file_in(run)) {
         let who = lock::named(holder.as_ref());
-        if stop.load(Ordering::Relaxed) {
+        if stop.is_requested() {
             return Some(format!("{who} still works in {}", run.display()));
         }
         if let Some(process) = holder {
@@ -76,6 +81,15 @@ pub(super) fn wait_for(run: &Path, stop: &AtomicBool, say: &dyn Fn(&str)) -> Opt
     }
     None
 }
+
+#[cfg(unix)]
+fn own_group(command: &mut Command) {
+    use std::os::unix::process::CommandExt as _;
+    command.process_group(0);
+}
+
+#[cfg(not(unix))]
+fn own_group(_: &mut Command) {}
 
 #[cfg(unix)]
 fn end(child: &mut Child) -> io::Result<()> {
@@ -106,7 +120,7 @@ mod tests {
 
     #[test]
     fn what_is_said_and_how_it_ended_come_back() {
-        let stop = AtomicBool::new(false);
+        let stop = Cancel::default();
         let mut command = Command::new("sh");
         command.args(["-c", "echo far >&2; echo away >&2; exit 3"]);
         let (status, said) = run(&mut command, &stop).unwrap();
@@ -115,7 +129,8 @@ mod tests {
 
     #[test]
     fn a_process_is_asked_to_end_when_the_study_is() {
-        let stop = AtomicBool::new(true);
+        let stop = Cancel::default();
+        stop.request();
         let mut command = Command::new("sh");
         command.args(["-c", "trap 'kill $!; exit 5' TERM; sleep 60 2>/dev/null & wait"]);
         let (status, _) = run(&mut command, &stop).unwrap();

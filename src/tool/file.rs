@@ -170,7 +170,7 @@ pub struct LoadedTool {
 /// # Errors
 /// [`ToolFileError`] names the file, the place, what was found and what is allowed.
 pub fn read(path: &Path) -> Result<LoadedTool, ToolFileError> {
-    let bytes = std::fs::read(path)
+    let bytes = crate::files::read(path, crate::files::Input::Tool)
         .map_err(|source| ToolFileError::Io { path: path.to_path_buf(), source })?;
     let file: ToolFile = serde_json::from_slice(&bytes).map_err(|e| ToolFileError::Syntax {
         path: path.to_path_buf(),

@@ -291,7 +291,7 @@ fn provenance(
     shape_error_mm: Option<f64>,
     reached: Option<&Reached>,
 ) -> Result<Provenance, Failure> {
-    let bytes = std::fs::read(&args.file)
+    let bytes = crate::files::read(&args.file, crate::files::Input::Cad)
         .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", args.file.display())))?;
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let within = reached.zip(args.reach.as_deref()).map_or_else(String::new, |(r, scene)| {

@@ -62,7 +62,7 @@ fn check(args: &ConvertArgs) -> Result<(), Failure> {
 }
 
 fn provenance(args: &ConvertArgs, source: &NormalSource) -> Result<Provenance, Failure> {
-    let bytes = std::fs::read(&args.file)
+    let bytes = crate::files::read(&args.file, crate::files::Input::Mesh)
         .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", args.file.display())))?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let normals = match (source.given, source.estimated) {

@@ -24,7 +24,7 @@ use self::faults::Fault;
 use self::plan::Plan;
 use self::run::Run;
 use super::mapped::MeshStyle;
-use super::outside::{WorkFolder, on_path};
+use super::outside::{on_path, work_folder};
 use super::{MeshError, MeshReport, SurfaceMesh, attach};
 use crate::cad::Model;
 use crate::geometry::Aabb;
@@ -146,11 +146,11 @@ const ROUNDS: usize = 3;
 pub fn mesh(cad: &Path, model: &Model, options: &GmshOptions) -> Result<GmshMesh, MeshError> {
     options.check()?;
     let program = find(options.program.as_deref())?;
-    let folder = WorkFolder::new("gmsh")?;
+    let folder = work_folder("gmsh")?;
     let diagonal = model.faces.iter().fold(Aabb::EMPTY, |b, f| b.union(&f.bbox())).diagonal();
     let mut options = options.clone();
     options.size[0] = options.size[0].or(Some(SMALLEST * diagonal));
-    let mut run = Run::new(&program, cad, &folder.path, &options, model.join_tolerance)?;
+    let mut run = Run::new(&program, cad, folder.path(), &options, model.join_tolerance)?;
     match checked(&run, model, &options) {
         Err(error) if run.is_sewn() => {
             run.leave_unsewn();

@@ -2,24 +2,22 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use super::outline::{self, Outline};
 use super::plan::Plan;
 use super::{GmshOptions, script};
+use crate::files::Input;
 use crate::mesh::mapped::MeshStyle;
-use crate::mesh::outside::wait;
+use crate::mesh::outside::{self, End};
 use crate::mesh::{MeshError, SurfaceMesh, io};
 
 /// Lines of gmsh's log kept for the message.
 const LOG_LINES: usize = 12;
 /// Characters of a line kept.
 const LINE_LENGTH: usize = 400;
-/// Bytes at the log's end that are looked at.
-const LOG_BYTES: u64 = 100_000;
 /// The script's name in the folder.
 const SCRIPT: &str = "part.geo";
 
@@ -50,7 +48,7 @@ impl<'a> Run<'a> {
         tolerance: f64,
     ) -> Result<Self, MeshError> {
         let read = |source| MeshError::Read { path: cad.to_path_buf(), source };
-        let bytes = fs::read(cad).map_err(read)?;
+        let bytes = crate::files::read(cad, Input::Cad).map_err(read)?;
         let start = &bytes[..bytes.len().min(2000)];
         let is_step = start.windows(12).any(|w| w == b"ISO-10303-21");
         let part = if is_step { "cad.stp" } else { "cad.igs" };
@@ -76,8 +74,8 @@ impl<'a> Run<'a> {
     pub fn outline(&self) -> Result<Outline, MeshError> {
         let numbers = [("Mesh.Binary", 0.0), ("Mesh.SaveAll", 1.0)];
         let file = self.start(&script::outline(), "-1", "outline.msh", &numbers)?;
-        let bytes =
-            fs::read(&file).map_err(|source| MeshError::Read { path: file.clone(), source })?;
+        let bytes = crate::files::read(&file, Input::Mesh)
+            .map_err(|source| MeshError::Read { path: file.clone(), source })?;
         outline::parse(&bytes, "gmsh's outline.msh")
     }
 
@@ -91,13 +89,13 @@ impl<'a> Run<'a> {
         let file = self.start(&text, "-2", "out.msh", &self.numbers())?;
         let mesh = io::read(&file)?;
         if mesh.elements.is_empty() {
-            return Err(self.failed("its file holds no surface elements".into()));
+            return Err(self.failed("its file holds no surface elements".into(), ""));
         }
         Ok(mesh)
     }
 
-    fn failed(&self, reason: String) -> MeshError {
-        MeshError::GmshFailed { cad: self.cad.to_path_buf(), reason, log: self.log_tail() }
+    fn failed(&self, reason: String, log: &str) -> MeshError {
+        MeshError::GmshFailed { cad: self.cad.to_path_buf(), reason, log: log.to_owned() }
     }
 
     fn start(
@@ -116,28 +114,25 @@ impl<'a> Run<'a> {
         for (name, value) in numbers {
             command.args(["-setnumber", name, &value.to_string()]);
         }
-        let mut child = self.spawn(command)?;
         let limit = Duration::from_secs_f64(self.options.limit_s.clamp(0.0, 1e6));
-        if !wait(&mut child, limit.saturating_sub(self.begun.elapsed())) {
-            let reason = format!(
-                "stopped after {} s (allow more with --gmsh-limit SECONDS, or mesh coarser)",
-                self.options.limit_s
-            );
-            return Err(self.failed(reason));
+        let left = limit.saturating_sub(self.begun.elapsed());
+        command.env("PATH", self.search_path());
+        let outcome = outside::run(&mut command, self.folder, left).map_err(|e| {
+            self.failed(format!("{} does not start: {e}", self.program.display()), "")
+        })?;
+        let log = log_tail(&outcome.log);
+        match outcome.end {
+            End::TooLong => {
+                let reason = format!(
+                    "stopped after {} s (allow more with --gmsh-limit SECONDS, or mesh coarser)",
+                    self.options.limit_s
+                );
+                return Err(self.failed(reason, &log));
+            }
+            End::TooLarge => return Err(self.failed(outside::too_large(), &log)),
+            End::Ended(_) => {}
         }
-        if file.is_file() { Ok(file) } else { Err(self.failed("it wrote no file".into())) }
-    }
-
-    /// Starts the program in the folder, with what it prints in the log.
-    fn spawn(&self, mut command: Command) -> Result<Child, MeshError> {
-        let log = self.folder.join("log.txt");
-        let output = fs::File::create(&log).and_then(|f| Ok((f.try_clone()?, f)));
-        let (stdout, stderr) =
-            output.map_err(|source| crate::files::WriteError { path: log, source })?;
-        command.env("PATH", self.search_path()).current_dir(self.folder);
-        command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
-        let failed = |e| self.failed(format!("{} does not start: {e}", self.program.display()));
-        command.spawn().map_err(failed)
+        if file.is_file() { Ok(file) } else { Err(self.failed("it wrote no file".into(), &log)) }
     }
 
     /// The program's own folder first: gmsh from PyPI is a script that asks PATH for its Python.
@@ -170,29 +165,17 @@ impl<'a> Run<'a> {
         }
         out
     }
-
-    /// The log's last lines, each cut to a length that people read: gmsh lists thousands of numbers in one.
-    fn log_tail(&self) -> String {
-        let bytes = tail(&self.folder.join("log.txt")).unwrap_or_default();
-        let text = String::from_utf8_lossy(&bytes);
-        let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
-        let cut = |line: &&str| line.chars().take(LINE_LENGTH).collect::<String>();
-        let last = &lines[lines.len().saturating_sub(LOG_LINES)..];
-        last.iter().map(cut).collect::<Vec<_>>().join("\n")
-    }
 }
 
-/// The end of a file.
-fn tail(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut file = fs::File::open(path)?;
-    let length = file.metadata()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(LOG_BYTES)))?;
-    let mut bytes = Vec::new();
-    file.take(LOG_BYTES).read_to_end(&mut bytes)?;
-    Ok(bytes)
+/// The log's last lines, each cut to a length that people read: gmsh lists thousands of numbers in one.
+fn log_tail(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(bytes);
+    let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
+    let cut = |line: &&str| line.chars().take(LINE_LENGTH).collect::<String>();
+    let last = &lines[lines.len().saturating_sub(LOG_LINES)..];
+    last.iter().map(cut).collect::<Vec<_>>().join("\n  ")
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), MeshError> {
-    let failed = |source| crate::files::WriteError { path: path.to_path_buf(), source }.into();
-    fs::write(path, bytes).map_err(failed)
+    Ok(crate::files::write_atomic(path, |w| w.write_all(bytes))?)
 }

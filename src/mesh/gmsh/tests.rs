@@ -73,7 +73,7 @@ fn a_program_that_hangs_is_killed() {
 #[test]
 fn the_part_is_handed_over_under_its_formats_ending() {
     let text = run_script("cat part.geo; ls; echo \"$@\"", 20.0).unwrap_err().to_string();
-    assert!(text.contains("Merge \"cad.stp\";") && text.contains("\ncad.stp"), "{text}");
+    assert!(text.contains("Merge \"cad.stp\";") && text.contains("\n  cad.stp"), "{text}");
     assert!(text.contains("part.geo -2 -format msh41 -o out.msh"), "{text}");
     assert!(text.contains("Mesh.MeshSizeFromCurvature 16"), "{text}");
 }

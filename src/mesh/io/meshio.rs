@@ -1,13 +1,13 @@
 //! Mesh files in formats that are not read here, through Python's meshio.
 
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Duration;
 
 use super::{MeshFile, obj};
+use crate::files::Input;
 use crate::mesh::MeshError;
-use crate::mesh::outside::{WorkFolder, on_path, wait};
+use crate::mesh::outside::{self, End, on_path, work_folder};
 
 /// Time limit [s].
 const LIMIT_S: u64 = 300;
@@ -56,30 +56,30 @@ pub fn read(path: &Path, file: &str) -> Result<MeshFile, MeshError> {
 
 /// Reads `path` with this Python.
 pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<MeshFile, MeshError> {
-    let folder = WorkFolder::new("meshio")?;
-    let (out, log) = (folder.path.join("mesh.obj"), folder.path.join("log.txt"));
-    let errors = fs::File::create(&log)
-        .map_err(|source| crate::files::WriteError { path: log.clone(), source })?;
+    let folder = work_folder("meshio")?;
+    let out = folder.path().join("mesh.obj");
     let mut command = Command::new(python);
-    command.arg("-c").arg(SCRIPT).arg(path).arg(&out);
-    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors);
+    // The program works in a folder of its own.
+    let read = |source| MeshError::Read { path: path.to_path_buf(), source };
+    crate::files::open(path, Input::Mesh).map_err(read)?;
+    command.arg("-c").arg(SCRIPT).arg(path.canonicalize().map_err(read)?).arg(&out);
     let absent = |tried: String| MeshError::MeshioAbsent { file: file.into(), tried };
-    let mut child =
-        command.spawn().map_err(|e| absent(format!("{} does not start: {e}", python.display())))?;
+    let outcome = outside::run(&mut command, folder.path(), Duration::from_secs(LIMIT_S))
+        .map_err(|e| absent(format!("{} does not start: {e}", python.display())))?;
     let failed = |reason: String| MeshError::MeshioFailed { file: file.into(), reason };
-    if !wait(&mut child, Duration::from_secs(LIMIT_S)) {
-        return Err(failed(format!("stopped after {LIMIT_S} s")));
+    match outcome.end {
+        End::TooLong => return Err(failed(format!("stopped after {LIMIT_S} s"))),
+        End::TooLarge => return Err(failed(outside::too_large())),
+        End::Ended(status) if !status.success() => {
+            let said = last_line(&outcome.log);
+            return Err(match status.code() {
+                Some(ABSENT) => absent(format!("{}: {said}", python.display())),
+                _ => failed(said),
+            });
+        }
+        End::Ended(_) => {}
     }
-    let status = child.wait().map_err(|e| failed(e.to_string()))?;
-    if !status.success() {
-        let said = last_line(&fs::read(&log).unwrap_or_default());
-        return Err(match status.code() {
-            Some(ABSENT) => absent(format!("{}: {said}", python.display())),
-            _ => failed(said),
-        });
-    }
-    let bytes =
-        fs::read(&out).map_err(|source| MeshError::Read { path: path.to_path_buf(), source })?;
+    let bytes = crate::files::read(&out, Input::Mesh).map_err(read)?;
     let found = obj::parse(&bytes, file)?;
     if found.mesh.elements.is_empty() {
         return Err(failed("it holds no triangles or quadrilaterals".into()));

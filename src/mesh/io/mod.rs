@@ -79,7 +79,7 @@ pub fn read_file(path: &Path) -> Result<MeshFile, MeshError> {
     if ending == "vtu" {
         return vtu::read(path, &name);
     }
-    let bytes = std::fs::read(path)
+    let bytes = crate::files::read(path, crate::files::Input::Mesh)
         .map_err(|source| MeshError::Read { path: path.to_path_buf(), source })?;
     match ending.as_str() {
         "msh" => Ok(msh_read::parse(&bytes, &name)?.into()),

@@ -73,7 +73,8 @@ pub fn read_sheet(path: &Path) -> Result<SheetMesh, MeshError> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let bytes = || {
-        std::fs::read(path).map_err(|source| MeshError::Read { path: path.to_path_buf(), source })
+        crate::files::read(path, crate::files::Input::Mesh)
+            .map_err(|source| MeshError::Read { path: path.to_path_buf(), source })
     };
     let mut results = Vec::new();
     let volumes = match ending.as_str() {

@@ -66,7 +66,7 @@ impl History {
     /// What was found, and in which line.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut lines = csv::rows(text).into_iter();
-        let head: Vec<&str> = lines.next().unwrap_or("").split(',').collect();
+        let head = csv::cells(lines.next().unwrap_or(""));
         let tools: Vec<String> =
             head.iter().filter_map(|c| c.strip_suffix("_travel_mm")).map(str::to_owned).collect();
         let behind = 2 * tools.len() + 7;
@@ -94,7 +94,8 @@ impl History {
     fn write_to(&self, w: &mut dyn Write) -> io::Result<()> {
         write!(w, "increment,stage,time")?;
         for tool in &self.tools {
-            write!(w, ",{tool}_travel_mm,{tool}_force_n")?;
+            let head = |what: &str| csv::quoted(&format!("{tool}_{what}"));
+            write!(w, ",{},{}", head("travel_mm"), head("force_n"))?;
         }
         writeln!(
             w,

@@ -5,8 +5,9 @@ use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut};
 
-use super::multifrontal::{Factors, PatternRef, SparseRow, Symbolic};
+use super::multifrontal::{Factors, PatternRef, Singular, SparseRow, Symbolic};
 use super::{Groups, LinearError, LinearSolver};
+use crate::cancel::Cancel;
 use crate::solver::pattern::Pattern;
 
 /// Our multifrontal LU (see [`super::multifrontal`]).
@@ -14,6 +15,17 @@ use crate::solver::pattern::Pattern;
 pub struct MultifrontalLu {
     plan: Symbolic,
     factors: Factors,
+    cancel: Cancel,
+}
+
+impl MultifrontalLu {
+    /// Why there are no factors.
+    fn failed(&self, singular: &Singular) -> LinearError {
+        if self.cancel.is_requested() {
+            return LinearError::Cancelled;
+        }
+        LinearError::Singular { unknown: singular.unknown }
+    }
 }
 
 impl LinearSolver for MultifrontalLu {
@@ -22,19 +34,21 @@ impl LinearSolver for MultifrontalLu {
         let view = PatternRef { row_start: &pattern.row_ptr, columns: &columns };
         self.plan = Symbolic::new(view, &groups.of_unknown, &groups.centers)
             .map_err(|e| LinearError::Pattern(e.to_string()))?;
+        self.plan.cancel = self.cancel.clone();
         Ok(())
     }
 
+    fn heed(&mut self, cancel: &Cancel) {
+        self.cancel = cancel.clone();
+        self.plan.cancel = cancel.clone();
+    }
+
     fn factor(&mut self, values: &[f64], rhs: &[&[f64]]) -> Result<(), LinearError> {
-        self.plan
-            .factor(values, &mut self.factors, rhs)
-            .map_err(|e| LinearError::Singular { unknown: e.unknown })
+        self.plan.factor(values, &mut self.factors, rhs).map_err(|e| self.failed(&e))
     }
 
     fn factor_symmetric(&mut self, values: &[f64]) -> Result<(), LinearError> {
-        self.plan
-            .factor_symmetric(values, &mut self.factors)
-            .map_err(|e| LinearError::Singular { unknown: e.unknown })
+        self.plan.factor_symmetric(values, &mut self.factors).map_err(|e| self.failed(&e))
     }
 
     fn finish(&mut self, rhs: &mut [&mut [f64]]) {

@@ -14,6 +14,7 @@ pub use rows::NodeRows;
 pub use update::ChangedRows;
 
 use super::pattern::Pattern;
+use crate::cancel::Cancel;
 use crate::geometry::Vec3;
 
 /// Unknowns that are eliminated together, and where each group stands: the input of nested dissection.
@@ -48,6 +49,9 @@ pub enum LinearError {
         /// Which tool.
         tool: usize,
     },
+    /// A request to stop came while the matrix was factored.
+    #[error("stopped while the matrix was factored")]
+    Cancelled,
     /// The solution does not satisfy the equations.
     #[error(
         "the linear solution leaves {relative:e} of its right-hand side (allowed {allowed:e}): the matrix is nearly singular"
@@ -96,6 +100,11 @@ pub trait LinearSolver: Send + Sync {
     fn products_with_inverse(&self, rows: &[SparseRow<'_>], columns: &[usize]) -> Option<Vec<f64>> {
         let _ = (rows, columns);
         None
+    }
+
+    /// Gives up factorisations from when the request is made on; they fail with [`LinearError::Cancelled`].
+    fn heed(&mut self, cancel: &Cancel) {
+        let _ = cancel;
     }
 
     /// Name for the log.

@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::rows::NodeRows;
 use super::update::{ChangedRows, Update};
 use super::{Groups, LinearError, LinearSolver, MultifrontalLu, SparseLu};
+use crate::cancel::Cancel;
 use crate::solver::pattern::Pattern;
 
 /// Direct solvers in order of preference; the first that meets the accuracy answers.
@@ -83,6 +84,11 @@ impl CheckedSolver {
         Ok(out)
     }
 
+    /// Gives up factorisations from when the request is made on.
+    pub fn heed(&mut self, cancel: &Cancel) {
+        self.solvers.iter_mut().for_each(|solver| solver.heed(cancel));
+    }
+
     fn plan(&mut self, upto: usize) -> Result<(), LinearError> {
         while self.planned <= upto {
             self.solvers[self.planned].analyze(&self.pattern, &self.groups)?;
@@ -101,8 +107,9 @@ impl CheckedSolver {
         rhs: &mut [Vec<f64>],
     ) -> Result<(), LinearError> {
         let given: Vec<Vec<f64>> = rhs.to_vec();
-        if self.solve_with(0, true, values, rhs, &given).is_ok() {
-            return Ok(());
+        let found = self.solve_with(0, true, values, rhs, &given);
+        if matches!(found, Ok(()) | Err(LinearError::Cancelled)) {
+            return found;
         }
         rhs.clone_from_slice(&given);
         self.solve(values, rhs)
@@ -127,7 +134,7 @@ impl CheckedSolver {
                 rhs.clone_from_slice(&given);
             }
             let found = self.solve_with(k, false, values, rhs, &given);
-            if found.is_ok() {
+            if matches!(found, Ok(()) | Err(LinearError::Cancelled)) {
                 return found;
             }
             done = done.and(found);

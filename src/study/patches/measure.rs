@@ -233,7 +233,7 @@ impl Moment {
 
 /// Processor time of this thread [ns].
 fn processor_ns() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    let text = crate::files::read_system("/proc/thread-self/schedstat").ok()?;
     text.split_ascii_whitespace().next()?.parse().ok()
 }
 

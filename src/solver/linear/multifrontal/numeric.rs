@@ -149,6 +149,9 @@ impl Symbolic {
 
     fn front(&self, i: usize, values: &[f64], part: &mut Part<'_>) -> Result<(), Singular> {
         let front = &self.fronts[i];
+        if self.cancel.is_requested() {
+            return Err(Singular { unknown: self.old_of_new[front.first] as usize });
+        }
         let from = front.storage - part.storage_from;
         let storage = &mut part.storage[from..from + front.storage_len()];
         let base = front.contribution - part.workspace_from;

@@ -69,6 +69,8 @@ impl Front {
 /// The plan of a factorisation.
 #[derive(Debug, Clone, Default)]
 pub struct Symbolic {
+    /// Request to give up a factorisation.
+    pub(in crate::solver::linear) cancel: crate::cancel::Cancel,
     /// How the order of elimination was found.
     ordering: Ordering,
     /// Number of unknowns.

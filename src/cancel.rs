@@ -1,0 +1,71 @@
+//! A request to stop, shared by the thread that receives it and the work that heeds it.
+//!
+//! Work that has a state to save runs in a [`Section`]: it looks at the request often, saves, and leaves the section. Outside of
+//! any section the process may end at once.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+#[derive(Debug, Default)]
+struct Shared {
+    requested: AtomicBool,
+    sections: AtomicUsize,
+}
+
+/// A handle on one request; clones are of the same one. A new one is not requested.
+#[derive(Debug, Clone, Default)]
+pub struct Cancel(Arc<Shared>);
+
+impl Cancel {
+    /// Requests to stop; there is no way back.
+    pub fn request(&self) {
+        self.0.requested.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether to stop.
+    #[must_use]
+    pub fn is_requested(&self) -> bool {
+        self.0.requested.load(Ordering::Relaxed)
+    }
+
+    /// Begins work that heeds the request itself.
+    #[must_use]
+    pub fn section(&self) -> Section {
+        self.0.sections.fetch_add(1, Ordering::SeqCst);
+        Section(self.clone())
+    }
+
+    /// Whether work goes on that heeds the request itself.
+    #[must_use]
+    pub fn is_heeded(&self) -> bool {
+        self.0.sections.load(Ordering::SeqCst) > 0
+    }
+}
+
+/// Work that heeds the request, until it is dropped.
+#[derive(Debug)]
+pub struct Section(Cancel);
+
+impl Drop for Section {
+    fn drop(&mut self) {
+        self.0.0.sections.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clones_are_of_one_request_and_sections_are_counted() {
+        let cancel = Cancel::default();
+        let other = cancel.clone();
+        let (outer, inner) = (cancel.section(), other.section());
+        assert!(!cancel.is_requested() && other.is_heeded());
+        other.request();
+        drop(inner);
+        assert!(cancel.is_requested() && cancel.is_heeded() && !Cancel::default().is_requested());
+        drop(outer);
+        assert!(!cancel.is_heeded());
+    }
+}

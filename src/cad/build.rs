@@ -43,8 +43,13 @@ pub enum Creases {
 
 /// As [`build`], with a choice of what becomes of creases inside faces.
 #[must_use]
-pub fn build_with(raw: RawModel, name: &str, creases: Creases) -> (Model, Vec<Diagnostic>) {
-    let mut diagnostics = raw.diagnostics;
+pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Vec<Diagnostic>) {
+    let mut diagnostics = std::mem::take(&mut raw.diagnostics);
+    raw.faces.retain(|face| {
+        let fault = super::numbers::fault_of(face);
+        diagnostics.extend(fault.iter().map(|text| skipped(face, text.clone())));
+        fault.is_none()
+    });
     let boxes: Vec<Aabb> = raw.faces.par_iter().map(face_bounds).collect();
     let size = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal();
     let tolerance = (2.0 * raw.resolution_mm).clamp(JOIN * size, JOIN_MOST * size);

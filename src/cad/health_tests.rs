@@ -3,7 +3,7 @@
 use crate::cad::model::Edge;
 use crate::cad::query_tests::shapes::whole;
 use crate::cad::{Model, read};
-use crate::geometry::nurbs::Surface;
+use crate::geometry::nurbs::{Curve3, Surface};
 use crate::geometry::{Affine, Vec3};
 
 fn fixture(name: &str) -> Model {
@@ -89,4 +89,26 @@ fn more_area_than_its_box_may_hold_is_not_sound() {
     assert!(!health.is_sound());
     let told = health.told_of(&model);
     assert!(told.contains("D7 (510); their borders were not understood"), "{told}");
+}
+
+/// Lines side by side, each of whose boxes holds all the others'.
+#[test]
+fn gaps_of_edges_that_crowd_are_given_up_within_a_budget_and_counted() {
+    let unmeasured = |count: u32| {
+        let mut model = fixture("frustum_AP214.stp");
+        let edge = model.edges[0].clone();
+        let line = |k: u32| {
+            let shift = 1e-4 * f64::from(k);
+            let at = |x: f64| Vec3::new(x + shift, x - shift, x);
+            Edge { curve: Curve3::line(at(0.0), at(100.0)), uses: vec![[0, 0, 0]], ..edge.clone() }
+        };
+        model.edges = (0..count).map(line).collect();
+        let health = model.health();
+        let count = health.free_edges.iter().filter(|e| !e.gap_measured).count();
+        (count, health.told_of(&model))
+    };
+    assert_eq!(unmeasured(20).0, 0);
+    let (count, told) = unmeasured(2000);
+    assert_eq!(count, 2000);
+    assert!(told.contains("gaps of 2000 free edges"), "{told}");
 }

@@ -17,6 +17,7 @@ mod inverse;
 mod loops;
 pub mod model;
 mod native;
+mod numbers;
 mod offset;
 mod orient;
 #[cfg(test)]

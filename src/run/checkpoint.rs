@@ -212,6 +212,9 @@ fn parse(file: &Path) -> Result<Checkpoint, String> {
     let Head { folder, mut state } =
         serde_json::from_slice::<Head<RunFolder, SimulationState>>(&bytes[first + 1..second])
             .map_err(|e| fault(&e.to_string()))?;
+    if !folder.history.is_whole() {
+        return Err(fault("an increment of its history lacks the travel or force of a tool"));
+    }
     state.material = bytes[second + 1..].to_vec();
     Ok(Checkpoint { folder, state })
 }

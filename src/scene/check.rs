@@ -155,6 +155,9 @@ fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
 
 /// Elements of a blank, at most.
 const MOST_ELEMENTS: usize = 20_000_000;
+/// Layers of elements through the thickness, at most: far above the two to eight that resolve bending. Doubled: twice the
+/// memory and, for the fronts of the factorisation, eight times the time of a scene that asks for the most.
+const LAYERS_MAX: usize = 100;
 
 fn check_blank(scene: &Scene) -> Result<(), Fault> {
     let blank = &scene.blank;
@@ -195,6 +198,10 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
     if none || !count.is_some_and(|n| (1..=MOST_ELEMENTS).contains(&n)) {
         let allowed = format!("at least 1 each, at most {MOST_ELEMENTS} in all");
         return Err(("blank".into(), format!("elements {counts:?}"), allowed));
+    }
+    if blank.layers > LAYERS_MAX {
+        let (found, allowed) = (blank.layers.to_string(), format!("1 to {LAYERS_MAX}"));
+        return Err(("blank.layers".into(), found, allowed));
     }
     rolling::check(blank)?;
     for (k, load) in scene.loads.iter().enumerate() {

@@ -17,6 +17,12 @@ pub(super) struct Pace {
 }
 
 impl Pace {
+    /// Whether its steps are shares of a stage.
+    pub(super) fn is_sound(&self) -> bool {
+        let share = |step: f64| step > 0.0 && step <= 1.0;
+        share(self.step) && share(self.largest) && self.ceiling.is_none_or(|c| c > 0.0)
+    }
+
     pub(super) fn new(first: f64, largest: f64, wanted_iterations: usize) -> Self {
         let step = first.min(largest);
         Self { step, largest, wanted_iterations, failures: 0, ceiling: None }

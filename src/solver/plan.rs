@@ -42,6 +42,19 @@ pub(super) struct Plan {
 }
 
 impl Plan {
+    /// Whether it is of a system with so many stages, tools and unknowns.
+    pub(super) fn fits(&self, stages: usize, tools: usize, unknowns: usize) -> bool {
+        let of_nodes = |v: &Vec<f64>| v.is_empty() || v.len() == unknowns;
+        let kept = self.kept.as_ref();
+        self.stage < stages
+            && [self.start_travels.len(), self.start_forces.len()] == [tools; 2]
+            && self.released.len() == unknowns
+            && of_nodes(&self.unsupported)
+            && self.clear.iter().all(|&tool| tool < tools)
+            && kept.is_none_or(|(tool, u)| *tool < tools && u.len() == unknowns)
+            && (0.0..=1.0).contains(&self.at)
+    }
+
     /// Whether no tool holds the sheet.
     pub(super) fn is_free(&self) -> bool {
         !self.unsupported.is_empty()

@@ -84,6 +84,11 @@ impl Simulation {
         {
             return other("its stages or tools".into());
         }
+        let tools = self.sys.tools.len();
+        let fits = |now: &UnderWay| now.fits(state.stage, self.stages.len(), tools, expected);
+        if !state.under_way.as_ref().is_none_or(fits) {
+            return other("the stage under way".into());
+        }
         let spent = state.summary.timings;
         if let Err(what) = self.go_back(state) {
             return other(what);

@@ -35,6 +35,14 @@ pub(super) struct UnderWay {
 }
 
 impl UnderWay {
+    /// Whether it is of a stage of a system with so many stages, tools and unknowns.
+    pub(super) fn fits(&self, stage: usize, stages: usize, tools: usize, unknowns: usize) -> bool {
+        self.plan.stage == stage
+            && self.plan.fits(stages, tools, unknowns)
+            && self.pace.is_sound()
+            && (0.0..1.0).contains(&self.share)
+    }
+
     /// Share beyond which no increment goes that begins now: a curve turns there, or tools are let go.
     fn next_corner(&self, stages: &[Stage]) -> f64 {
         let corner = stages[self.plan.stage].next_corner(self.share);

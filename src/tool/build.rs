@@ -6,6 +6,7 @@ use super::edge::{EdgeFault, EdgeRule, edge_curve};
 use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::Patch;
 use crate::geometry::Vec3;
+use crate::geometry::numbers::{first_fault, point_fault};
 
 /// Why vertices, normals and corners do not make a tool model.
 #[non_exhaustive]
@@ -61,13 +62,15 @@ pub enum ToolError {
         /// Length found.
         length: f64,
     },
-    /// A coordinate that is not a finite number.
-    #[error("{what} {index} holds a number that is not finite")]
-    NotFinite {
-        /// `vertex`, `normal`, `curve` or `control point`.
+    /// A coordinate that is not finite or too large.
+    #[error("{what} {index} holds {found}")]
+    Number {
+        /// `vertex`, `normal`, `curve` or `control point of patch`.
         what: &'static str,
         /// Its id.
         index: usize,
+        /// The number, and what is allowed.
+        found: String,
     },
     /// A given curve of an edge that no Nagata patch has.
     #[error("curve {index} is of the edge {}-{}, which no patch has; allowed: edges of Nagata patches", vertices[0], vertices[1])]
@@ -168,8 +171,8 @@ fn give(
     curves: &[GivenCurve],
 ) -> Result<(), ToolError> {
     for (index, curve) in curves.iter().enumerate() {
-        if curve.c.iter().any(|x| !x.is_finite()) {
-            return Err(ToolError::NotFinite { what: "curve", index });
+        if let Some(found) = point_fault(&Vec3::from(curve.c)) {
+            return Err(ToolError::Number { what: "curve", index, found });
         }
         let [a, b] = curve.vertices;
         let edge = edges.get_mut(&key(a, b)).ok_or(ToolError::Curve { index, vertices: [a, b] })?;
@@ -199,9 +202,8 @@ pub fn edge_ends(corners: &[PatchCorners]) -> std::collections::BTreeMap<[u32; 2
 
 fn check(vertices: &[Vec3], normals: &[Vec3], corners: &[PatchCorners]) -> Result<(), ToolError> {
     for (what, list) in [("vertex", vertices), ("normal", normals)] {
-        let bad = list.iter().position(|v| v.iter().any(|x| !x.is_finite()));
-        if let Some(index) = bad {
-            return Err(ToolError::NotFinite { what, index });
+        if let Some((index, found)) = first_fault(list) {
+            return Err(ToolError::Number { what, index, found });
         }
     }
     if let Some(index) = normals.iter().position(|n| (n.norm() - 1.0).abs() > 1e-6) {
@@ -388,8 +390,10 @@ mod tests {
         assert!(matches!(fails(|_, n, _| n[2] *= 1.1), ToolError::NormalLength { index: 2, .. }));
         assert!(matches!(
             fails(|v, _, _| v[0].x = f64::NAN),
-            ToolError::NotFinite { what: "vertex", index: 0 }
+            ToolError::Number { what: "vertex", index: 0, .. }
         ));
+        let far = fails(|v, _, _| v[1].y = 9_223_372_036_854_775_807.0);
+        assert!(far.to_string().contains("allowed: up to 1e7 mm"), "{far}");
         assert!(matches!(fails(|_, _, c| c[0].normals.truncate(2)), ToolError::Corners { .. }));
         let twice = fails(|_, _, c| c[0].vertices = vec![0, 0, 1, 1]);
         assert_eq!(twice, ToolError::Collapsed { patch: 0 });

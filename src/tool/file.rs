@@ -11,6 +11,7 @@ use super::model::{GivenCurve, PatchCorners, ToolKind, ToolModel};
 use super::patch::{MAX_DEGREE, Patch};
 use super::side::corners;
 use crate::files::{WriteError, write_atomic};
+use crate::geometry::numbers::first_fault;
 use crate::geometry::{Aabb, Vec3};
 
 /// Largest gap between the borders of faces that may be one surface, over the size of the model.
@@ -276,10 +277,11 @@ fn bezier_model(name: String, nets: &[BezierNet]) -> Result<ToolModel, ToolError
             let points = net.points.len();
             return Err(ToolError::Net { patch, degrees: net.degrees, points });
         }
-        if net.points.iter().flatten().any(|x| !x.is_finite()) {
-            return Err(ToolError::NotFinite { what: "control point of patch", index: patch });
+        let points: Vec<Vec3> = net.points.iter().map(|&p| Vec3::from(p)).collect();
+        if let Some((_, found)) = first_fault(&points) {
+            let what = "control point of patch";
+            return Err(ToolError::Number { what, index: patch, found });
         }
-        let points = net.points.iter().map(|&p| Vec3::from(p)).collect();
         patches.push(Patch::Bezier { degrees: net.degrees, points });
     }
     let faces = nets.iter().map(|net| net.face).collect();

@@ -19,15 +19,17 @@ pub(super) struct BasisWindow<const SIZE: usize> {
     pub values: [[f64; SIZE]; 3],
 }
 
-/// Index k with `knots[k] <= t < knots[k + 1]` inside the domain; the last non-empty span at its end.
+/// Index k with `knots[k] <= t < knots[k + 1]` inside the domain; the last non-empty span at its end. A `t` that is not a
+/// number is a fault of the caller; it has the first span, and the functions there are no numbers either.
 pub(super) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
     let (low, high) = (degree, knots.len() - 1 - degree);
+    debug_assert!(!t.is_nan(), "a parameter that is not a number");
     if high == low + 1 {
         return low;
     }
     let t = t.clamp(knots[low], knots[high]);
     // Knots up to and including t, within the domain.
-    let k = low + knots[low..=high].partition_point(|&k| k <= t) - 1;
+    let k = (low + knots[low..=high].partition_point(|&k| k <= t) - 1).max(low);
     let mut k = k.min(high - 1);
     while knots[k] >= knots[k + 1] && k > low {
         k -= 1;

@@ -152,6 +152,12 @@ impl Deck<'_> {
                 let allowed = "nodes and elements written out in one file";
                 return Err(self.error(format!("*{name}"), allowed));
             }
+            name if misspelt(name) => {
+                return Err(self.error(
+                    format!("*{name}, a keyword that Abaqus does not have"),
+                    "*NODE and *ELEMENT for nodes and elements",
+                ));
+            }
             _ => {}
         }
         Ok(())
@@ -316,6 +322,23 @@ impl Deck<'_> {
     }
 }
 
+/// Whether a keyword is one edit (a letter more, less or another, or two exchanged) from *NODE or *ELEMENT, whose data would
+/// be passed over in silence. No keyword of Abaqus is.
+fn misspelt(name: &str) -> bool {
+    ["NODE", "ELEMENT"].into_iter().any(|known| one_edit(name.as_bytes(), known.as_bytes()))
+}
+
+fn one_edit(a: &[u8], b: &[u8]) -> bool {
+    let start = a.iter().zip(b).take_while(|(x, y)| x == y).count();
+    let (a, b) = (&a[start..], &b[start..]);
+    let end = a.iter().rev().zip(b.iter().rev()).take_while(|(x, y)| x == y).count();
+    match (&a[..a.len() - end], &b[..b.len() - end]) {
+        ([_], []) | ([], [_]) | ([_], [_]) => true,
+        ([p, q], [r, s]) => (p, q) == (s, r),
+        _ => false,
+    }
+}
+
 fn letters(rest: &str) -> bool {
     rest.chars().all(|c| c.is_ascii_alphabetic())
 }
@@ -382,6 +405,9 @@ mod tests {
                 "line 16",
                 "cross",
             ),
+            ("*Element, type=C3D8R", "*ELEMENTT, type=C3D8R", "line 15", "*ELEMENTT"),
+            ("*Element, type=C3D8R", "*ELMENT, type=C3D8R", "line 15", "*ELMENT"),
+            ("*NODE, NSET=ALL", "*NDOE, NSET=ALL", "line 5", "*NDOE"),
             ("*NODE, NSET=ALL", "*NODE, SYSTEM=C", "line 5", "'C'"),
         ];
         for (from, to, place, what) in cases {

@@ -20,6 +20,7 @@ use std::path::Path;
 use super::{Element, MeshError, SurfaceMesh};
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
+use crate::geometry::numbers::first_fault;
 
 /// Face number of elements whose file names none; [`attach()`](super::attach()) finds it.
 pub const UNATTACHED: u32 = u32::MAX;
@@ -74,6 +75,23 @@ pub fn read(path: &Path) -> Result<SurfaceMesh, MeshError> {
 /// [`MeshError::MeshioAbsent`] for a format that is not read here when meshio is not there, and
 /// [`MeshError::MeshioFailed`] with what it says when it cannot read the file either.
 pub fn read_file(path: &Path) -> Result<MeshFile, MeshError> {
+    let made = parse_file(path)?;
+    judge(path, &made.mesh.vertices)?;
+    Ok(made)
+}
+
+/// Refuses points whose coordinates are not finite or too large.
+fn judge(path: &Path, points: &[Vec3]) -> Result<(), MeshError> {
+    let Some((k, found)) = first_fault(points) else { return Ok(()) };
+    Err(MeshError::Invalid {
+        file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+        place: format!("point {k} of those that elements use, from 0"),
+        found,
+        allowed: "lengths in mm".into(),
+    })
+}
+
+fn parse_file(path: &Path) -> Result<MeshFile, MeshError> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let ending = ending(path);
     if ending == "vtu" {

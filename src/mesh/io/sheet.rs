@@ -70,6 +70,12 @@ impl SheetMesh {
 /// # Errors
 /// As [`super::read`]; [`MeshError::Invalid`] also for elements of another kind and for a file without any.
 pub fn read_sheet(path: &Path) -> Result<SheetMesh, MeshError> {
+    let made = parse_sheet(path)?;
+    super::judge(path, &made.points)?;
+    Ok(made)
+}
+
+fn parse_sheet(path: &Path) -> Result<SheetMesh, MeshError> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let bytes = || {

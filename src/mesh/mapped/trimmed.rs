@@ -58,6 +58,10 @@ pub fn triangulate(
     bends: &Bends,
     options: &MappedOptions,
 ) -> Result<Patchwork, String> {
+    let placed = |n: &Node| n.uv.iter().all(|t| t.is_finite());
+    if loops.iter().all(Vec::is_empty) || !loops.iter().flatten().all(placed) {
+        return Err("its border has no nodes, or some whose parameters are not numbers".into());
+    }
     let by_lengths = || in_plane(face, loops, bends, options, plane::by_lengths(face, loops));
     let Some(plane) = plane::by_divisions(face, loops, options) else {
         return Ok(by_lengths()?.work);

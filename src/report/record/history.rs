@@ -81,6 +81,14 @@ impl History {
         Ok(Self { tools, rows })
     }
 
+    /// Whether every increment has a travel and a force of each tool.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        let whole =
+            |row: &HistoryRow| [row.travel_mm.len(), row.force_n.len()] == [self.tools.len(); 2];
+        self.rows.iter().all(whole)
+    }
+
     /// Tools that have travelled and had no force at any increment.
     #[must_use]
     pub fn untouched(&self) -> Vec<String> {
@@ -230,6 +238,24 @@ mod tests {
         let cut = text.trim_end().trim_end_matches(|c| c != ',').trim_end_matches(',');
         assert!(History::parse(cut).unwrap_err().contains("line 2"));
         assert!(History::parse("").unwrap_err().contains("first line"));
+    }
+
+    #[test]
+    fn a_row_without_the_force_or_travel_of_a_tool_is_not_whole() {
+        let row = HistoryRow {
+            increment: 1,
+            stage: "draw".into(),
+            time: 1.0,
+            travel_mm: vec![1.0],
+            force_n: vec![2.0],
+            iterations: 1,
+            contacts: [0, 0],
+            energy: Energies::default(),
+        };
+        let history = |row| History { tools: vec!["die".into()], rows: vec![row] };
+        assert!(history(row.clone()).is_whole());
+        assert!(!history(HistoryRow { force_n: vec![], ..row.clone() }).is_whole());
+        assert!(!history(HistoryRow { travel_mm: vec![], ..row }).is_whole());
     }
 
     #[test]

@@ -58,6 +58,8 @@ fn unknown_keys_and_values_out_of_range_are_named() {
     assert!(message.contains("colour"), "{message}");
     let message = fails(|s| s["blank"]["thickness_mm"] = (-0.8).into());
     assert!(message.contains("blank.thickness_mm") && message.contains("-0.8"), "{message}");
+    let message = fails(|s| s["blank"]["layers"] = 2002.into());
+    assert!(message.contains("blank.layers") && message.contains("1 to 100"), "{message}");
     let message = fails(|s| {
         s["blank"]["shape"]["rectangle"]["elements"] =
             serde_json::json!([4_000_000_000u32, 4_000_000_000u32])

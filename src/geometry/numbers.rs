@@ -1,0 +1,92 @@
+//! Bounds of the numbers that files give: every reader of CAD, meshes and tools judges them here, before geometry sees
+//! them.
+
+use super::Vec3;
+use super::nurbs::{Curve, Surface};
+
+/// Largest coordinate or length [mm]: 10 km, which double precision resolves to 2e-9 mm. Doubled: half that resolution;
+/// from 1e9 mm on, rounding exceeds the tolerances of joining and meshing.
+pub const COORDINATE_MAX_MM: f64 = 1e7;
+/// Largest parameter or knot. Doubled: one bit less between neighbouring parameters.
+pub const PARAMETER_MAX: f64 = 1e9;
+/// Largest ratio of two weights of a rational curve or surface. Doubled: one bit less in its quotients.
+pub const WEIGHT_RATIO_MAX: f64 = 1e9;
+
+/// What is wrong with a coordinate or length [mm], with what is allowed; `None` when it can be used.
+#[must_use]
+pub fn coordinate_fault(x: f64) -> Option<String> {
+    let sound = x.abs() <= COORDINATE_MAX_MM;
+    (!sound).then(|| {
+        format!("a coordinate or length of {x:e} mm; allowed: up to {COORDINATE_MAX_MM:e} mm")
+    })
+}
+
+/// The first fault of a point's coordinates [mm].
+#[must_use]
+pub fn point_fault(p: &Vec3) -> Option<String> {
+    p.iter().find_map(|&x| coordinate_fault(x))
+}
+
+/// Index and fault of the first of some points [mm] that cannot be used.
+pub fn first_fault<'a>(points: impl IntoIterator<Item = &'a Vec3>) -> Option<(usize, String)> {
+    points.into_iter().enumerate().find_map(|(k, p)| Some((k, point_fault(p)?)))
+}
+
+/// What is wrong with a parameter, knot or angle.
+#[must_use]
+pub fn parameter_fault(t: f64) -> Option<String> {
+    let sound = t.abs() <= PARAMETER_MAX;
+    (!sound).then(|| format!("a parameter of {t:e}; allowed: up to {PARAMETER_MAX:e}"))
+}
+
+fn weight_fault(weights: &[f64]) -> Option<String> {
+    let (low, high) =
+        weights.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &w| (low.min(w), high.max(w)));
+    let sound = weights.is_empty() || high <= low * WEIGHT_RATIO_MAX && high <= f64::MAX.sqrt();
+    (!sound).then(|| {
+        format!("weights from {low:e} to {high:e}; allowed: a ratio up to {WEIGHT_RATIO_MAX:e}")
+    })
+}
+
+/// The first fault of a curve in space.
+#[must_use]
+pub fn curve_fault(curve: &Curve<3>) -> Option<String> {
+    let points = || curve.points().iter().find_map(point_fault);
+    let knots = || curve.knots().iter().find_map(|&t| parameter_fault(t));
+    points().or_else(knots).or_else(|| weight_fault(curve.weights()))
+}
+
+/// The first fault of a curve in a parameter plane.
+#[must_use]
+pub fn parameter_curve_fault(curve: &Curve<2>) -> Option<String> {
+    let points = || curve.points().iter().flatten().find_map(|&t| parameter_fault(t));
+    let knots = || curve.knots().iter().find_map(|&t| parameter_fault(t));
+    points().or_else(knots).or_else(|| weight_fault(curve.weights()))
+}
+
+/// The first fault of a rational B-spline surface.
+#[must_use]
+pub fn surface_fault(surface: &Surface) -> Option<String> {
+    let points = || surface.points().iter().find_map(point_fault);
+    let knots = || surface.knots().into_iter().flatten().find_map(|&t| parameter_fault(t));
+    points().or_else(knots).or_else(|| weight_fault(surface.weights()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_number_infinite_and_too_large_ones_are_named_with_their_bound() {
+        for x in [f64::NAN, f64::INFINITY, -1e9, 1.1e7] {
+            let fault = point_fault(&Vec3::new(0.0, x, 0.0)).unwrap();
+            assert!(fault.contains("allowed: up to 1e7 mm"), "{fault}");
+            assert!(parameter_fault(x * 1e9).is_some(), "{x}");
+        }
+        assert_eq!(point_fault(&Vec3::repeat(-1e7)), None);
+        assert_eq!(first_fault(&[Vec3::zeros(), Vec3::repeat(2e7)]).unwrap().0, 1);
+        assert_eq!(parameter_fault(-1e9), None);
+        assert!(weight_fault(&[1.0, 1e-12]).is_some() && weight_fault(&[1.0, 1e-3]).is_none());
+        assert!(weight_fault(&[1e200, 1e200]).is_some());
+    }
+}

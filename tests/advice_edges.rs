@@ -138,7 +138,7 @@ fn loads_on_a_sheet_that_nothing_holds_are_told() {
             change(scene);
         })
     };
-    let words = "at the end of stage `pull` loads push the sheet along x with 100.000 N";
+    let words = "At the end of stage `pull` loads push the sheet along x with 100.000 N";
     assert!(pulled(&|_| {}).contains(words));
     let absent =
         json!({"die": {"absent": true}, "punch": {"absent": true}, "holder": {"absent": true}});
@@ -181,7 +181,7 @@ fn patches_without_area_are_told_and_a_tool_of_them_is_refused() {
     punch["patches"].as_array_mut().unwrap().push(flat.clone());
     fs::write(&path, punch.to_string()).unwrap();
     let text = told(folder, "u-draw.scene.json", |_| {});
-    assert!(text.contains("patches of punch have no area, the first number"), "{text}");
+    assert!(text.contains("patches of punch have no area, first patch"), "{text}");
     punch["patches"] = json!([flat]);
     fs::write(&path, punch.to_string()).unwrap();
     let out = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"))

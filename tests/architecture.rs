@@ -76,6 +76,42 @@ fn modules_of_the_library() -> Vec<(String, Vec<PathBuf>)> {
     modules
 }
 
+/// What a file has before its tests.
+fn without_tests(text: &str) -> &str {
+    text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default()
+}
+
+#[test]
+fn files_are_opened_and_written_by_the_routines_of_one_module_only() {
+    const OPENS: [&str; 8] = [
+        "File::open(",
+        "File::create(",
+        "fs::read(",
+        "fs::write(",
+        "fs::copy(",
+        "OpenOptions",
+        "fs::read_to_string(",
+        "File::options(",
+    ];
+    let mut found = Vec::new();
+    for (module, files) in modules_of_the_library() {
+        for file in files.iter().filter(|_| module != "files") {
+            let of_tests = file.components().any(|part| part.as_os_str() == "tests")
+                || file.file_stem().is_some_and(|name| name.to_string_lossy().ends_with("tests"));
+            let text = fs::read_to_string(file).unwrap();
+            let lines = without_tests(&text).lines().filter(|_| !of_tests);
+            for (line, words) in lines.enumerate() {
+                // Readers of our own may be called so: `cad::File::open` takes bytes.
+                let opens = OPENS.iter().any(|open| words.contains(open));
+                if opens && !words.contains("iges::File") && !words.contains("File::open(bytes)") {
+                    found.push(format!("{}:{}: {}", file.display(), line + 1, words.trim()));
+                }
+            }
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
+}
+
 #[test]
 fn imports_point_down() {
     let mut faults = Vec::new();

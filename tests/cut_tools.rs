@@ -65,7 +65,7 @@ fn pressed(from: f64) -> f64 {
 
 fn force_at_end(folder: &Path) -> f64 {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
-    command.arg("run").arg(folder.join("pressed.scene.json")).arg("-q").arg("-o");
+    command.arg("run").arg(folder.join("pressed.scene.json")).args(["-q", "--accept-doubts", "-o"]);
     let done = command.arg(folder.join("run")).output().unwrap();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let history = fs::read_to_string(folder.join("run/history.csv")).unwrap();

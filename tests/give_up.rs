@@ -13,7 +13,7 @@ use strip::scene_in;
 fn run(folder: &Path, change: impl FnOnce(&mut Value)) -> (Option<i32>, String) {
     let file = scene_in(folder, |_, scene| change(scene));
     let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
-    command.arg("run").arg(&file).arg("-q").arg("-o").arg(folder.join("run"));
+    command.arg("run").arg(&file).args(["-q", "--accept-doubts", "-o"]).arg(folder.join("run"));
     let done = command.output().unwrap();
     (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
 }
@@ -66,7 +66,7 @@ fn a_sheet_that_has_torn_and_a_tool_that_comes_in_within_it_are_named() {
     assert_eq!(code, Some(3), "{said}");
     assert!(said.contains("stage `meet`") && said.contains("share 0.000000"), "{said}");
     assert!(said.contains("nodes of the sheet are inside late, the deepest by 1.0"), "{said}");
-    assert!(said.contains("The sheet is thinned to") && said.contains("tears before"), "{said}");
+    assert!(said.contains("doubt thickness-below-half: The thickness is"), "{said}");
 }
 
 /// The strip crushed by its holder between die and symmetry plane, until what has no tool on it buckles plastically. The way
@@ -99,7 +99,7 @@ fn giving_up_names_the_place_and_leaves_state_and_residuals() {
     let run = folder.path().join("run");
     let read = |name: &str| fs::read_to_string(run.join(name)).unwrap();
     let record: Value = serde_json::from_str(&read("run.json")).unwrap();
-    assert_eq!(record["verdict"], "no_convergence");
+    assert_eq!(record["verdict"], "not_converged");
     let thickness = |name: &str| record["thickness"][name].as_f64().unwrap();
     assert!(
         thickness("least_mm") > 0.5 * thickness("was_mm") && !said.contains("thinned to"),

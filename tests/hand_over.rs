@@ -29,7 +29,7 @@ fn write_scene(folder: &Path, drives: &[Value]) -> PathBuf {
 
 fn command(scene: &Path, out: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
-    command.args(["run", "--lines", "--threads", "1", "-o"]).args([out, scene]);
+    command.args(["run", "--lines", "--accept-doubts", "--threads", "1", "-o"]).args([out, scene]);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }

@@ -19,7 +19,7 @@ fn command(folder: &Path, out: &str, restart: bool) -> Command {
     command
         .arg("run")
         .arg(folder.join("bend.scene.json"))
-        .arg("-q")
+        .args(["-q", "--accept-doubts"])
         .arg("-o")
         .arg(folder.join(out));
     if restart {
@@ -312,10 +312,21 @@ fn what_cannot_be_gone_on_with_says_why() {
     assert!(broken.contains("digest is wrong"), "{broken}");
 }
 
+#[test]
+fn steps_that_were_removed_are_not_named_after_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder);
+    kill_with_checkpoints(folder);
+    fs::remove_dir_all(folder.join("out/steps")).unwrap();
+    assert!(finished(&command(folder, "out", true).output().unwrap()));
+    assert!(check_collection(&folder.join("out")) > 0);
+}
+
 /// Files of others are not replaced unasked.
 #[test]
 fn a_folder_in_which_no_run_was_is_left_as_it_is() {
-    for foreign in ["history.csv", "tools/cad.vtu"] {
+    for foreign in ["history.csv", "tools/cad.vtu", "run.json"] {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         write_scene(folder);

@@ -52,7 +52,10 @@ fn an_s_rail_is_clamped_drawn_and_released_without_help() {
     prepare(folder);
     let run = folder.join("run");
     let mut solve = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
-    solve.args(["run", "-q", "-o"]).arg(&run).arg(folder.join("s-rail.scene.json"));
+    solve
+        .args(["run", "-q", "--accept-doubts", "-o"])
+        .arg(&run)
+        .arg(folder.join("s-rail.scene.json"));
     succeed(&mut solve);
 
     let history = std::fs::read_to_string(run.join("history.csv")).unwrap();

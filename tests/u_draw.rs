@@ -11,7 +11,7 @@ fn the_u_draw_reaches_its_depth_in_at_most_400_iterations() {
     // A folder of a run before this one is none of ours.
     let _ = std::fs::remove_dir_all(&out);
     let run = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"))
-        .args(["run", "-q", "--threads", "1", "-o"])
+        .args(["run", "-q", "--accept-doubts", "--threads", "1", "-o"])
         .args([&out, &scene])
         .output()
         .unwrap();

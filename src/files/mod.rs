@@ -1,9 +1,9 @@
 //! Files on disk: one routine opens what others wrote, one writes.
 //!
-//! - [`input`]: regular files only, up to a size for each kind of file; never blocks
-//! - [`output`]: a temporary file beside the target, flushed with its folder, then renamed over it
-//! - [`temporary`]: files, folders and child programs to remove when the process ends early
-//! - [`digest`]: SHA-256
+//! - `input`: regular files only, up to a size for each kind of file; never blocks
+//! - `output`: a temporary file beside the target, flushed with its folder, then renamed over it
+//! - `temporary`: files, folders and child programs to remove when the process ends early
+//! - `digest`: SHA-256
 
 pub mod digest;
 pub mod input;

@@ -9,10 +9,13 @@ use super::resources::this_process;
 use crate::report::record::{RunRecord, Verdict};
 use crate::scene::Plan;
 
+/// Mark of `run.json`.
+pub(super) const FORMAT: &str = "kanagata-run";
+
 /// The record of a run that begins.
 pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
     RunRecord {
-        format: "kanagata-run".into(),
+        format: FORMAT.into(),
         version: 1,
         program: PROGRAM.into(),
         name: plan.scene.name.clone(),

@@ -124,7 +124,7 @@ impl RunFolder {
     /// Takes up the folder of a run that goes on.
     ///
     /// # Errors
-    /// [`RunError::Folder`] where it cannot be written to.
+    /// [`RunError::Folder`], [`RunError::Write`] where it cannot be written to.
     pub fn resume(&mut self) -> Result<(), RunError> {
         make_folders(&self.path)?;
         self.spent_s = [self.record.wall_s, self.record.cpu_s];
@@ -132,7 +132,19 @@ impl RunFolder {
         self.record.verdict = Verdict::Running;
         self.record.message = None;
         self.record.process = this_process();
+        // What was removed meanwhile cannot be shown.
+        let (path, steps) = (&self.path, &mut self.steps);
+        steps.retain(|(_, name)| path.join(name).is_file());
+        write_pvd(&path.join("run.pvd"), steps)?;
         Ok(())
+    }
+
+    /// Notes that the run stopped at a file that could not be written, as far as `run.json` itself can be.
+    pub fn stopped_by(&mut self, error: &RunError) {
+        self.record.verdict = Verdict::Stopped;
+        self.record.message = Some(error.to_string());
+        // With a full disk nothing can be noted; the error is on the terminal.
+        let _ = self.record.write(&self.path.join("run.json"));
     }
 
     /// Notes what was left out.

@@ -206,9 +206,18 @@ pub fn run(
         of: l.of,
     }));
     let run = Run { plan, options, guard, start };
-    let outcome = run.go_on(&mut simulation, &mut folder, watch)?;
-    run.end(&simulation, &mut folder, outcome, section)?;
-    Ok(folder.record)
+    let ended = run
+        .go_on(&mut simulation, &mut folder, watch)
+        .and_then(|outcome| run.end(&simulation, &mut folder, outcome, section));
+    match ended {
+        Ok(()) => Ok(folder.record),
+        Err(error) => {
+            if matches!(error, RunError::Write(_)) {
+                folder.stopped_by(&error);
+            }
+            Err(error)
+        }
+    }
 }
 
 /// The folder of a run that begins in it, with its tools; what is replaced there is told.

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::RunError;
+use super::begun::FORMAT;
 use super::checkpoint;
 use super::folder::{PROGRAM, RESULTS, inputs};
 use super::lock;
@@ -13,8 +14,11 @@ use crate::scene::Plan;
 
 /// A file that a run would replace in a folder in which none was: relative to it.
 pub(super) fn foreign(folder: &Path) -> Option<PathBuf> {
-    if lock::file_in(folder).exists() || folder.join("run.json").exists() {
+    if lock::file_in(folder).exists() || is_of_run(folder) {
         return None;
+    }
+    if folder.join("run.json").exists() {
+        return Some("run.json".into());
     }
     let results = RESULTS.iter().map(PathBuf::from).find(|name| folder.join(name).exists());
     let sheets = || {
@@ -25,6 +29,17 @@ pub(super) fn foreign(folder: &Path) -> Option<PathBuf> {
         })
     };
     results.or_else(sheets)
+}
+
+/// Whether `run.json` of a folder is a run's.
+fn is_of_run(folder: &Path) -> bool {
+    #[derive(serde::Deserialize)]
+    struct Head {
+        format: String,
+    }
+    let text = crate::files::read(&folder.join("run.json"), crate::files::Input::Description);
+    let head = text.ok().and_then(|text| serde_json::from_slice::<Head>(&text).ok());
+    head.is_some_and(|head| head.format == FORMAT)
 }
 
 /// What is replaced in `folder` by a run of `plan` that begins there, in words; `None` where there are no results. Asked while

@@ -66,7 +66,7 @@ pub fn peak_megabytes() -> f64 {
 #[must_use]
 pub fn memory_limit_megabytes() -> Option<f64> {
     let all = || -> Option<f64> {
-        let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+        let text = crate::files::read_system("/proc/meminfo").ok()?;
         let line = text.lines().find(|l| l.starts_with("MemTotal:"))?;
         line.split_ascii_whitespace().nth(1)?.parse().ok()
     };

@@ -171,7 +171,7 @@ mod tests {
     /// Star of `n` tips: the concave corners lie at half the radius.
     fn star(n: usize) -> Vec<Vec3> {
         let at = |k: usize| {
-            let (radius, turn) = (if k % 2 == 0 { 2.0 } else { 1.0 }, k as f64 / n as f64);
+            let (radius, turn) = (if k.is_multiple_of(2) { 2.0 } else { 1.0 }, k as f64 / n as f64);
             let (sin, cos) = (std::f64::consts::PI * turn).sin_cos();
             Vec3::new(radius * cos, radius * sin, 0.0)
         };

@@ -79,7 +79,7 @@ fn rings(kind: u8, nodes: &[u32]) -> Vec<Vec<u32>> {
         }
         (6, strip) => {
             let turned = |k: usize, t: &[u32]| {
-                if k % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] }
+                if k.is_multiple_of(2) { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] }
             };
             strip.windows(3).enumerate().map(|(k, t)| turned(k, t).to_vec()).collect()
         }

@@ -87,7 +87,7 @@ impl<'a> Run<'a> {
         let join = self.options.style == MeshStyle::Mixed;
         let text = script::grids(plan, join);
         let file = self.start(&text, "-2", "out.msh", &self.numbers())?;
-        let mesh = io::read(&file)?;
+        let mesh = io::read_made(&file)?;
         if mesh.elements.is_empty() {
             return Err(self.failed("its file holds no surface elements".into(), ""));
         }

@@ -80,6 +80,19 @@ pub fn read_file(path: &Path) -> Result<MeshFile, MeshError> {
     Ok(made)
 }
 
+/// Reads the MSH file that a mesher was asked for, with folded quadrilaterals as they are: the driver judges them.
+///
+/// # Errors
+/// As [`read_file`].
+pub fn read_made(path: &Path) -> Result<SurfaceMesh, MeshError> {
+    let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let bytes = crate::files::read(path, crate::files::Input::Mesh)
+        .map_err(|source| MeshError::Read { path: path.to_path_buf(), source })?;
+    let mesh = msh_read::parse_as_made(&bytes, &name)?;
+    judge(path, &mesh.vertices)?;
+    Ok(mesh)
+}
+
 /// Refuses points whose coordinates are not finite or too large.
 fn judge(path: &Path, points: &[Vec3]) -> Result<(), MeshError> {
     let Some((k, found)) = first_fault(points) else { return Ok(()) };

@@ -8,7 +8,7 @@ use super::cursor::Cursor;
 use super::polygon;
 use super::sheet::{Volumes, is_result};
 use crate::geometry::Vec3;
-use crate::mesh::{MeshError, SurfaceMesh};
+use crate::mesh::{Element, MeshError, SurfaceMesh};
 
 /// Corners of hexahedra of gmsh's element types, 0 for those of other volumes, `None` for what is no volume.
 fn volume_type(kind: i64) -> Option<usize> {
@@ -69,7 +69,21 @@ struct Reader<'a> {
 
 /// Parses the surfaces of a MSH file; `file` is used in messages.
 pub fn parse(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
-    read(bytes, file)?.surfaces()
+    read(bytes, file)?.surfaces(Faces::Sound)
+}
+
+/// As [`parse`], with concave and crossing quadrilaterals as they are: whoever asked the mesher for them judges them.
+pub fn parse_as_made(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
+    read(bytes, file)?.surfaces(Faces::AsMade)
+}
+
+/// What becomes of quadrilaterals that are not convex.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Faces {
+    /// They are divided, or refused.
+    Sound,
+    /// They stay.
+    AsMade,
 }
 
 /// Names of the fields of a MSH file (`$NodeData`, `$ElementData`) that are those of results.
@@ -299,11 +313,15 @@ impl Reader<'_> {
         })
     }
 
-    fn surfaces(self) -> Result<SurfaceMesh, MeshError> {
+    fn surfaces(self, faces: Faces) -> Result<SurfaceMesh, MeshError> {
         let mut elements = Vec::new();
         for (tags, surface) in &self.cells {
             let ring: Vec<u32> = tags.iter().map(|t| self.node(*t)).collect::<Result<_, _>>()?;
             let corners: Vec<(u32, Vec3)> = ring.iter().map(|&n| (n, Vec3::zeros())).collect();
+            if faces == Faces::AsMade {
+                elements.extend(Element::from_ring(&ring, *surface));
+                continue;
+            }
             let parts = polygon::elements(&corners, &self.vertices, *surface);
             let parts = parts.map_err(|found| {
                 polygon::refused(self.cursor.file(), format!("element with nodes {tags:?}"), found)

@@ -342,7 +342,8 @@ fn layers_and_points_that_are_too_few_for_bending_are_told() {
         })
     };
     for name in ["hex8", "hex8-enhanced"] {
-        let words = format!("one layer of {name} has two points through the thickness");
+        let words =
+            format!("too-few-points: One layer of {name} has two points through the thickness");
         assert!(with(1, json!(name)).contains(&words));
         assert!(!with(2, json!(name)).contains(&words));
     }

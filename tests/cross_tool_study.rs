@@ -60,7 +60,8 @@ fn the_quick_study_shows_what_it_is_expected_to() {
     assert!(state("holds") >= 7, "{text}");
     let csv = std::fs::read_to_string(path("out/study.csv")).unwrap();
     for (case, state) in column(&csv, "state") {
-        let expected = if MODELS.contains(&case.as_str()) { "done" } else { "waiting" };
+        // The coarse sheet of the quick study is doubtful, and says so.
+        let expected = if MODELS.contains(&case.as_str()) { "doubtful" } else { "waiting" };
         assert_eq!(state, expected, "{case}");
     }
     for (case, travel) in column(&csv, "travel_mm") {

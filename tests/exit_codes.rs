@@ -14,10 +14,10 @@ fn solve(arguments: &[&str], folder: &Path) -> Output {
     command.args(arguments).current_dir(folder).output().unwrap()
 }
 
-/// The strip in twelve elements, drawn 0.3 mm, changed.
+/// The strip in 35 elements, drawn 0.3 mm, changed.
 fn scene(folder: &Path, change: impl FnOnce(&mut Value)) -> PathBuf {
     scene_in(folder, |_, scene| {
-        scene["blank"]["shape"]["rectangle"]["elements"] = json!([12, 1]);
+        scene["blank"]["shape"]["rectangle"]["elements"] = json!([35, 1]);
         scene["stages"][0]["drive"]["punch"]["travel_mm"] = json!(0.3);
         scene["stages"][0]["first_increment"] = json!(0.1);
         change(scene);

@@ -166,7 +166,7 @@ fn a_folder_tells_at_any_time_how_its_run_stands() {
     assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(5));
     assert_eq!(status(&out).unwrap().state, State::Stopped);
-    let lines = go_on().arg("--lines").stdout(Stdio::piped()).output().unwrap();
+    let lines = go_on().args(["--lines", "--accept-doubts"]).stdout(Stdio::piped()).output().unwrap();
     assert!(finished(&lines));
     let text = String::from_utf8(lines.stdout).unwrap();
     let done = status(&out).unwrap();
@@ -351,7 +351,7 @@ fn a_run_that_can_be_gone_on_with_is_not_replaced_unasked() {
     let loud = |more: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
         command.arg("run").arg(folder.join("bend.scene.json")).arg("-o").arg(folder.join("out"));
-        let output = command.args(more).output().unwrap();
+        let output = command.arg("--accept-doubts").args(more).output().unwrap();
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
     let before = results(&folder.join("out"));

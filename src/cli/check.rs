@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::say::out;
+use super::say::{out, out_json};
 use crate::run::advice::holder::{Holder, holders};
 use crate::run::advice::{Finding, Level, advice, sort};
 use crate::run::cost::{Cost, estimate, measure};
@@ -113,7 +113,7 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
         findings: &findings,
     };
     if args.json {
-        out!("{}", serde_json::to_string_pretty(&judgement).map_err(Failure::input)?);
+        out_json!("{}", serde_json::to_string_pretty(&judgement).map_err(Failure::input)?);
     } else {
         print_judgement(&plan, &setup.loads, &judgement);
     }

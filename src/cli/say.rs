@@ -1,6 +1,5 @@
 //! Lines on standard output and standard error. Who reads them may have gone (`kanagata audit ... | head`): what is left to
 //! say is then dropped, and the work goes on to its end and its exit code.
-
 //!
 //! What is printed may hold text that others wrote. Control characters in it are escaped, so that it neither moves the cursor
 //! nor begins a line of its own: a line break stays only before two spaces, as the continued lines of messages have them.

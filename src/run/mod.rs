@@ -247,8 +247,9 @@ fn to_giving_up(record: &RunRecord, simulation: &Simulation, begins: bool) -> St
     if !said.is_empty() {
         said += "; a tool must come in clear of the sheet as that has been formed by then";
     }
+    said += ". `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room";
     said.extend(record.doubts.iter().map(|doubt| format!("\n  doubt {doubt}")));
-    said + ". `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room"
+    said
 }
 
 /// Keeps other runs out of the folder until the lock is dropped. A folder that is to be gone on in and is not there

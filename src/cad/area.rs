@@ -196,6 +196,11 @@ impl Face {
         let hull = Aabb::of_points(piece.points());
         let margin = 1e-13 * hull.diagonal();
         for axis in 0..3 {
+            if axis == 0
+                && (hull.max - bounds.max).max().max((bounds.min - hull.min).max()) > margin
+            {
+                self.crease_extremes(&region, &mut bounds);
+            }
             if hull.max[axis] > bounds.max[axis] + margin {
                 self.interior_extremes(&region, axis, 1.0, &mut bounds);
             }
@@ -226,6 +231,50 @@ impl Face {
                 if here >= before && here >= after && reach > 0.0 && here + reach > end {
                     let t = peak(|t| sign * point(t)[axis], at(k - 1), at(k + 1));
                     bounds.grow(&point(t));
+                }
+            }
+        }
+    }
+
+    /// Extremes along the lines on which the surface is only continuous: no derivative vanishes there.
+    fn crease_extremes(&self, region: &TrimRegion, bounds: &mut Aabb) {
+        let domain = self.surface.domain();
+        for axis in 0..2 {
+            let (knots, degree) = (self.surface.knots()[axis], self.surface.degrees()[axis]);
+            let [low, high] = domain[axis];
+            let mut lines: Vec<f64> =
+                knots.iter().copied().filter(|t| *t > low && *t < high).collect();
+            lines.dedup();
+            lines.retain(|t| knots.iter().filter(|k| *k == t).count() >= degree);
+            for line in lines {
+                self.extremes_along(region, (axis, line), bounds);
+            }
+        }
+    }
+
+    /// Points of the trimmed region on a line of one parameter: at the knots, between them, and the peaks among these.
+    fn extremes_along(&self, region: &TrimRegion, (axis, line): (usize, f64), bounds: &mut Aabb) {
+        const PIECES_A_SPAN: usize = 8;
+        let along = 1 - axis;
+        let [low, high] = self.surface.domain()[along];
+        let mut breaks: Vec<f64> = self.surface.knots()[along].to_vec();
+        breaks.retain(|t| *t >= low && *t <= high);
+        breaks.dedup();
+        let at = |t: f64| if axis == 0 { Vec2::new(line, t) } else { Vec2::new(t, line) };
+        let piece = |w: &[f64], k: usize| w[0] + (w[1] - w[0]) * k as f64 / PIECES_A_SPAN as f64;
+        let spans = breaks.windows(2).flat_map(|w| (0..PIECES_A_SPAN).map(move |k| piece(w, k)));
+        let steps: Vec<f64> = spans.chain(breaks.last().copied()).collect();
+        let mut grow = |t: f64| {
+            if region.contains(at(t)) {
+                bounds.grow(&self.surface.point(at(t)));
+            }
+        };
+        steps.iter().for_each(|&t| grow(t));
+        for (coordinate, sign) in (0..3).flat_map(|k| [(k, 1.0), (k, -1.0)]) {
+            let value = |t: f64| sign * self.surface.point(at(t))[coordinate];
+            for w in steps.windows(3) {
+                if value(w[1]) >= value(w[0]).max(value(w[2])) {
+                    grow(peak(value, w[0], w[2]));
                 }
             }
         }
@@ -299,7 +348,7 @@ impl Model {
     pub fn area(&self) -> f64 {
         use rayon::prelude::*;
         let areas: Vec<f64> = self.faces.par_iter().map(|f| f.area(1e-10)).collect();
-        areas.iter().sum()
+        areas.iter().fold(0.0, |sum, a| sum + a)
     }
 
     /// Volume that closed faces enclose by their own normals [mm^3]: the divergence theorem, about the first

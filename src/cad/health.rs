@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::model::{Edge, Model};
+use super::raw::LostFace;
 use super::topology::{Piece, join, lies_along};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::nurbs::CurveProjector;
@@ -41,7 +42,9 @@ pub struct Health {
     pub tiny_faces: Vec<usize>,
     /// Faces that lie on each other.
     pub duplicate_faces: Vec<[usize; 2]>,
-    /// Faces with more area than any surface within their box may have: their borders or parameters were not understood.
+    /// Faces of the file that the model lacks, with the reason.
+    pub lost_faces: Vec<LostFace>,
+    /// Faces of area 0 or below, or with more area than any surface within their box may have: their borders or parameters were not understood.
     pub impossible_faces: Vec<usize>,
 }
 
@@ -78,7 +81,8 @@ impl Health {
     /// Nothing is wrong. A part that is open by design has free edges and is not sound.
     #[must_use]
     pub fn is_sound(&self) -> bool {
-        self.free_edges.is_empty()
+        self.lost_faces.is_empty()
+            && self.free_edges.is_empty()
             && self.crowded_edges.is_empty()
             && self.disagreeing_faces.is_empty()
             && self.tiny_faces.is_empty()
@@ -130,6 +134,7 @@ impl Model {
             disagreeing_faces: self.disagreeing_faces(),
             tiny_faces: self.tiny_faces(),
             duplicate_faces: self.duplicate_faces(),
+            lost_faces: self.lost.clone(),
             impossible_faces: self.impossible_faces(),
         }
     }
@@ -285,12 +290,12 @@ impl Model {
         2.0 * self.faces[f].area(1e-9) <= tolerance * (border + tolerance)
     }
 
-    /// Faces of more area than [`AREA_MOST`] says, or of none that is a number.
+    /// Faces of more area than [`AREA_MOST`] says, of none, or of none that is a number.
     fn impossible_faces(&self) -> Vec<usize> {
         let is_impossible = |&f: &usize| {
             let face = &self.faces[f];
             let area = face.area(1e-6);
-            !area.is_finite() || area > AREA_MOST * face.bbox().diagonal().powi(2)
+            !area.is_finite() || area <= 0.0 || area > AREA_MOST * face.bbox().diagonal().powi(2)
         };
         (0..self.faces.len()).into_par_iter().filter(is_impossible).collect()
     }
@@ -366,6 +371,12 @@ impl Health {
                 self.crowded_edges.len()
             ),
         ];
+        for lost in self.lost_faces.iter().take(TOLD) {
+            lines.push(format!("  lost        {}: {}", lost.source, lost.reason));
+        }
+        if self.lost_faces.len() > TOLD {
+            lines.push(format!("  lost        and {} more", self.lost_faces.len() - TOLD));
+        }
         for e in self.free_edges.iter().take(TOLD) {
             let none = if e.gap_measured { "no edge near it" } else { "gap not measured" };
             let gap = e.gap_mm.map_or(none.into(), |g| format!("gap {g:.2e} mm"));
@@ -386,7 +397,7 @@ impl Health {
         }
         if !self.impossible_faces.is_empty() {
             lines.push(format!(
-                "  area        more than a surface of their size may have: {}; their borders were not understood",
+                "  area        0 or negative, or more than a surface of their size may have: {}; their borders were not understood",
                 names(&self.impossible_faces)
             ));
         }

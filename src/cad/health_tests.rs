@@ -91,6 +91,17 @@ fn more_area_than_its_box_may_hold_is_not_sound() {
     assert!(told.contains("D7 (510); their borders were not understood"), "{told}");
 }
 
+#[test]
+fn the_box_of_a_surface_reaches_its_corners_inside() {
+    // A pyramid of four bilinear pieces; its top is at no step of an even grid.
+    let at = [0.0, 0.37, 1.0];
+    let top = |i: usize, j: usize| if i == 1 && j == 1 { 1.0 } else { 0.0 };
+    let points = (0..9).map(|k| Vec3::new(at[k / 3], at[k % 3], top(k / 3, k % 3))).collect();
+    let knots = || vec![0.0, 0.0, 0.37, 1.0, 1.0];
+    let model = whole(Surface::try_new([1, 1], [knots(), knots()], points, None).unwrap());
+    assert!((model.bbox().max.z - 1.0).abs() < 1e-14, "{:?}", model.bbox());
+}
+
 /// Lines side by side, each of whose boxes holds all the others'.
 #[test]
 fn gaps_of_edges_that_crowd_are_given_up_within_a_budget_and_counted() {

@@ -74,6 +74,13 @@ pub(super) struct Path {
 pub(super) enum LoopFault {
     /// Neighbouring edges do not meet: the gap in space [mm].
     Gap(f64),
+    /// The curve in space and the image of the parameter curve are `off` apart [mm].
+    Contradiction {
+        /// Largest distance [mm].
+        off: f64,
+        /// The parameter curve is the one that is used.
+        parameter_kept: bool,
+    },
     /// An edge without any curve.
     NoCurve,
 }
@@ -175,7 +182,7 @@ fn joined_sides(
     for edge in &cut_at_poles(native, &raw.edges, tolerance) {
         let before = sides.last().map(Side::end).or(begin);
         let after = before.filter(|&uv| !is_pole(native, uv, tolerance));
-        let Some(side) = side_of(native, edge, (size, tolerance), after) else {
+        let Some(side) = side_of(native, edge, (size, tolerance), after, faults) else {
             faults.push(LoopFault::NoCurve);
             continue;
         };

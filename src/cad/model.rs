@@ -18,6 +18,8 @@ pub struct Model {
     pub entities: std::collections::BTreeMap<String, usize>,
     /// Trimmed faces.
     pub faces: Vec<Face>,
+    /// Faces of the file that are not in `faces`: unreadable, or without area.
+    pub lost: Vec<super::raw::LostFace>,
     /// Numbers of faces that are parts of one face of the file, cut at creases inside it.
     pub cut: Vec<Range<usize>>,
     /// Edges, each used by one face (free), two, or more. Faces that meet along part of an edge have it

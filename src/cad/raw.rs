@@ -19,12 +19,23 @@ pub struct RawModel {
     pub entities: std::collections::BTreeMap<String, usize>,
     /// Faces, every placed instance of an assembly once.
     pub faces: Vec<RawFace>,
+    /// Faces of the file that could not be read.
+    pub lost: Vec<LostFace>,
     /// Curves that bound no face (drawn for the user, never meshed).
     pub loose_curves: usize,
     /// What was survived.
     pub diagnostics: Vec<Diagnostic>,
     /// Length of the file [bytes]: what its model may cost is in proportion to it.
     pub bytes: usize,
+}
+
+/// A face of the file that the model lacks.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct LostFace {
+    /// Entity in the file.
+    pub source: String,
+    /// Why it is not in the model.
+    pub reason: String,
 }
 
 /// Most sides (see [`RawFace::sides`]) that the faces of a file of so many bytes may have, every placed instance

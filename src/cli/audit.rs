@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::cad::read_model;
+use super::cad::{LostFaces, read_model};
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::own::refuse_clashes;
 use super::quantity::{angle_deg, length_mm};
@@ -130,7 +130,7 @@ fn clearances(args: &AuditArgs, against: &Path, thickness_mm: f64) -> Result<Vec
 
 /// The tools against their CAD.
 fn audits(args: &AuditArgs, cad: &Path) -> Result<Vec<Exit>, Failure> {
-    let model = read_model(cad)?;
+    let model = read_model(cad, LostFaces::LeaveOut)?;
     let reference = CadReference::new(&model);
     if args.tools.len() > 1 {
         out!(

@@ -9,6 +9,7 @@ use super::exit::{EXIT_HELP, Failure, finish};
 use super::say::err;
 use super::threads::use_threads;
 use super::{audit, convert, inspect, material, mesh, stop, study};
+use crate::cad::raw::LostFace;
 use crate::cad::{Diagnostic, Model, Severity};
 
 /// Turns the CAD of a forming die into smooth, audited tool models.
@@ -56,14 +57,34 @@ pub fn main() -> ExitCode {
     })
 }
 
+/// What to do with faces of the file that are lost: they cannot be read or enclose no area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LostFaces {
+    /// The file is refused, the faces are named.
+    Refuse,
+    /// The model lacks them; a warning names them.
+    LeaveOut,
+}
+
 /// Reads a CAD file that must have faces for a tool model: cut at creases. Warnings and cuts go to standard error.
-pub(super) fn read_model(path: &Path) -> Result<Model, Failure> {
+pub(super) fn read_model(path: &Path, lost: LostFaces) -> Result<Model, Failure> {
     let (model, diagnostics) = crate::cad::read_with(path, crate::cad::Creases::Cut)?;
     warn(&diagnostics);
     for d in diagnostics.iter().filter(|d| d.code == "face-creased") {
         err!("note: {} {}: {}", d.code, d.place, d.text);
     }
     refuse_guessed_units(path, &diagnostics)?;
+    if !model.lost.is_empty() {
+        let (count, all) = (model.lost.len(), model.lost.len() + model.faces.len());
+        let said =
+            format!("{}: {count} of {all} faces are lost: {}", path.display(), named(&model.lost));
+        if lost == LostFaces::Refuse {
+            return Err(Failure::input(format!(
+                "{said}; allowed: none; repair them in the CAD and export again, or go on without them with --skip-bad-faces"
+            )));
+        }
+        err!("warning: {said}; the result lacks them");
+    }
     if model.faces.is_empty() {
         let kinds: Vec<String> = model.entities.iter().map(|(k, n)| format!("{n} x {k}")).collect();
         return Err(Failure::input(format!(
@@ -73,6 +94,15 @@ pub(super) fn read_model(path: &Path) -> Result<Model, Failure> {
         )));
     }
     Ok(model)
+}
+
+/// Lost faces with the reason, the first few of them.
+fn named(lost: &[LostFace]) -> String {
+    const MOST: usize = 10;
+    let one = |f: &LostFace| format!("{} ({})", f.source, f.reason);
+    let more =
+        if lost.len() > MOST { format!(", and {} more", lost.len() - MOST) } else { String::new() };
+    lost.iter().take(MOST).map(one).collect::<Vec<_>>().join(", ") + &more
 }
 
 /// A tool of a guessed size is worse than none.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::cad::read_model;
+use super::cad::{LostFaces, read_model};
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::gmsh::GmshArgs;
 use super::own::refuse_clashes;
@@ -48,6 +48,9 @@ pub struct MesherArgs {
     /// Map no face (gmsh: no transfinite grids): elements of about equal size everywhere
     #[arg(long)]
     unstructured: bool,
+    /// Go on without faces of the CAD file that cannot be read; they are listed
+    #[arg(long)]
+    skip_bad_faces: bool,
     #[command(flatten)]
     gmsh: GmshArgs,
 }
@@ -93,6 +96,11 @@ impl MesherArgs {
                 Ok(made.mesh)
             }
         }
+    }
+
+    /// What to do with faces that cannot be read.
+    pub(super) fn lost_faces(&self) -> LostFaces {
+        if self.skip_bad_faces { LostFaces::LeaveOut } else { LostFaces::Refuse }
     }
 
     /// Refuses what only gmsh understands when it is not the mesher.
@@ -200,7 +208,7 @@ impl MesherArgs {
 pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
     args.mesher.check()?;
     refuse_clashes(&[&args.file], &[("--output", Some(&args.output))])?;
-    let model = read_model(&args.file)?;
+    let model = read_model(&args.file, args.mesher.lost_faces())?;
     let mesh = args.mesher.mesh(&args.file, &model)?;
     let report = MeshReport::new(&mesh, &model);
     report.check(&model, args.mesher.area_tolerance())?;

@@ -4,7 +4,7 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use super::cad::read_model;
+use super::cad::{LostFaces, read_model};
 use super::ended::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::own::refuse_clashes;
@@ -136,7 +136,10 @@ fn value(path: &Path, place: &str, found: String, allowed: String) -> Failure {
 }
 
 fn patch_study(args: &StudyArgs, study: &PatchStudy) -> Result<Exit, Failure> {
-    let model = read_model(&args.file.parent().unwrap_or(Path::new("")).join(&study.cad))?;
+    let model = read_model(
+        &args.file.parent().unwrap_or(Path::new("")).join(&study.cad),
+        LostFaces::Refuse,
+    )?;
     std::fs::create_dir_all(&args.output).map_err(folder(&args.output))?;
     let lost = patches::run(study, &model, [&args.file, &args.output], &|line| out!("{line}"))?;
     if lost > 0 {

@@ -22,6 +22,7 @@ mod ownership;
 mod params;
 mod reader;
 mod splines;
+mod status;
 mod structure;
 mod surface;
 mod swept;
@@ -75,6 +76,7 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
         resolution_mm: file.global.resolution * unit_mm / file.global.scale,
         entities,
         faces: found.faces,
+        lost: found.lost,
         loose_curves: found.loose_curves,
         diagnostics,
         bytes: bytes.len(),

@@ -13,14 +13,24 @@ pub(super) struct Ownership {
     pub defined: Vec<bool>,
     /// Definitions and solids that an instance places.
     pub placed: Vec<bool>,
+    /// Named by a curve on a surface (141, 142), which does not make it part of a face.
+    pub carries: Vec<bool>,
+    /// No part of the product by its status.
+    pub hidden: Vec<bool>,
 }
 
 impl Reader<'_, '_> {
     /// Finds out which entities belong to others. Faulty entities own nothing here; they are reported when shown.
     pub(super) fn ownership(&self) -> Result<Ownership, Fault> {
         let n = self.file.len();
-        let mut owners =
-            Ownership { used: vec![false; n], defined: vec![false; n], placed: vec![false; n] };
+        let none = || vec![false; n];
+        let mut owners = Ownership {
+            used: none(),
+            defined: none(),
+            placed: none(),
+            carries: none(),
+            hidden: none(),
+        };
         let mut definitions = Vec::new();
         for entity in 0..n {
             let kind = self.file.entry(entity).kind;
@@ -43,7 +53,12 @@ impl Reader<'_, '_> {
                         .filter(|t| *t != entity)
                         .for_each(|t| owners.placed[t] = true);
                 }
-                _ => self.references(entity, &mut owners.used),
+                _ => {
+                    self.references(entity, &mut owners.used);
+                    if let (141 | 142, Some(surface)) = (kind, self.carrier(entity)) {
+                        owners.carries[surface] = true;
+                    }
+                }
             }
         }
         self.mark_defined(definitions, &mut owners.defined);
@@ -78,6 +93,14 @@ impl Reader<'_, '_> {
                 stack.extend(self.group(member).unwrap_or_default());
             }
         }
+    }
+
+    /// The surface that a boundary (141: TYPE, PREF, surface) or a curve on a surface (142: CRTN, surface) lies on.
+    fn carrier(&self, entity: usize) -> Option<usize> {
+        let mut p = self.file.params(entity).ok()?;
+        let before = if self.file.entry(entity).kind == 141 { 2 } else { 1 };
+        (0..before).for_each(|_| p.skip());
+        p.pointer_or_none("surface").ok().flatten()
     }
 
     /// Marks what an entity's geometry is made of.

@@ -7,7 +7,7 @@ use super::file::Fault;
 use super::ownership::Ownership;
 use super::reader::{DEPTH, Reader};
 use super::surface::SURFACES;
-use crate::cad::raw::RawFace;
+use crate::cad::raw::{LostFace, RawFace};
 use crate::geometry::{Affine, Mat3, Vec3};
 
 /// Faces and curves found.
@@ -19,6 +19,8 @@ pub(super) struct Found {
     pub loose_curves: usize,
     /// Faults that cost a face, first one kept.
     pub first_fault: Option<Fault>,
+    /// Faces that could not be read.
+    pub lost: Vec<LostFace>,
     shells: usize,
     /// Of all faces.
     sides: usize,
@@ -44,11 +46,16 @@ impl Reader<'_, '_> {
     /// # Errors
     /// Only when pointers multiply without end.
     pub fn walk(&self, scale: f64) -> Result<Found, Fault> {
-        let owners = self.ownership()?;
+        let mut owners = self.ownership()?;
         let mut found = Found::default();
         let map = Affine { linear: Mat3::identity() * scale, shift: Vec3::zeros() };
+        self.honour_status(&mut owners);
         for entity in 0..self.file.len() {
-            if owners.used[entity] || owners.defined[entity] || owners.placed[entity] {
+            if owners.hidden[entity]
+                || owners.used[entity]
+                || owners.defined[entity]
+                || owners.placed[entity]
+            {
                 continue;
             }
             let entry = self.file.entry(entity);
@@ -112,17 +119,22 @@ impl Reader<'_, '_> {
                 let placed = if kind == 308 { self.placed(entity, &map)? } else { map };
                 let mut members =
                     if kind == 308 { self.definition(entity)? } else { self.group(entity)? };
-                members.retain(|m| !owners.used[*m]);
+                members.retain(|m| !owners.used[*m] && !owners.hidden[*m]);
                 stack.extend(members.into_iter().rev().map(|m| below(m, placed, instance)));
             }
             408 | 430 => {
                 found.instances += 1;
                 let (target, placed) = self.instance(entity, &map)?;
-                stack.push(below(target, placed, found.instances));
+                if !owners.hidden[target] {
+                    stack.push(below(target, placed, found.instances));
+                }
             }
             184 => {
                 let placed = self.placed(entity, &map)?;
                 for (item, own) in self.assembly(entity)? {
+                    if owners.hidden[item] {
+                        continue;
+                    }
                     found.instances += 1;
                     stack.push(below(item, placed.after(&own), found.instances));
                 }
@@ -276,6 +288,10 @@ impl Found {
 
     fn lose(&mut self, reader: &Reader<'_, '_>, entity: usize, fault: Fault) {
         reader.file.skip(entity, &fault);
+        let entry = reader.file.entry(entity);
+        let source = format!("D{} ({})", entry.pointer, entry.kind);
+        let reason = format!("{}; allowed: {}", fault.found, fault.allowed);
+        self.lost.push(LostFace { source, reason });
         self.first_fault.get_or_insert(fault);
     }
 }

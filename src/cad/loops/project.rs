@@ -2,7 +2,7 @@
 
 use std::cell::LazyCell;
 
-use super::{Native, Side};
+use super::{LoopFault, Native, Side};
 use crate::cad::raw::{RawEdge, RawSurface};
 use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector};
 use crate::geometry::{Vec2, Vec3};
@@ -13,8 +13,9 @@ const FIT: f64 = 1e-10;
 const FIT_OF_GAP: f64 = 1e-2;
 /// However far a curve lies off: never looser than this.
 const LOOSEST_FIT: f64 = 1e-7;
-/// A parameter curve that the file prefers stands for the curve in space up to this share of the face's size.
-const PREFERRED: f64 = 1e-2;
+/// The two curves of an edge that are farther apart than this share of the face's size contradict each other: which of
+/// them the file prefers is reported. Twice as much reports fewer.
+const CONTRADICTION_REL: f64 = 1e-2;
 
 /// Samples of each span of a curve that is projected.
 const SAMPLES_A_SPAN: usize = 2;
@@ -31,6 +32,7 @@ pub(super) fn side_of(
     edge: &RawEdge,
     (size, tolerance): (f64, f64),
     after: Option<Vec2>,
+    faults: &mut Vec<LoopFault>,
 ) -> Option<Side> {
     let edge_id = edge.edge_id;
     let given = edge.pcurve.as_ref().map(|p| native.normalised(&p.clamped()));
@@ -45,12 +47,14 @@ pub(super) fn side_of(
     // As near as the file's own resolution (`tolerance` is twice that): its parameter curve is what it means.
     let fine = (0.5 * tolerance).max(1e-8 * size);
     let off = deviation(native, &path, curve, fine);
-    let keep = off <= fine || (edge.prefer_pcurve && off <= tolerance.max(PREFERRED * size));
-    if keep {
+    if off > tolerance.max(CONTRADICTION_REL * size) && edge.edge_id.is_none() {
+        faults.push(LoopFault::Contradiction { off, parameter_kept: edge.prefer_pcurve });
+    }
+    if off <= fine || edge.prefer_pcurve {
         return Some(Side { path, curve: (off <= tolerance).then(|| curve.clone()), edge_id });
     }
     // Good enough to say where, not good enough to stand for the curve.
-    project((off <= 1e-2 * size).then_some(&path))
+    project((off <= CONTRADICTION_REL * size).then_some(&path))
 }
 
 /// Largest distance between a parameter curve's image and its curve in space, ends against ends. Up to `fine` it is

@@ -23,7 +23,8 @@ pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
     }
     let placed = items_placed_elsewhere(&graph);
     let root = |&g: &usize| !graph.groups[g].used && !is_aside(&graph, g, &placed);
-    let roots: Vec<usize> = (0..graph.groups.len()).filter(root).collect();
+    let all: Vec<usize> = (0..graph.groups.len()).filter(root).collect();
+    let roots = of_products(resolver, &graph, all, &counts);
     let total = roots.iter().fold(0, |sum: usize, &g| sum.saturating_add(counts[g].unwrap_or(0)));
     let most = most_sides(model.bytes);
     if total > most
@@ -46,6 +47,32 @@ pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
         placer.place(&graph, root, &counts);
     }
     Ok(())
+}
+
+/// The roots that hold the shape of a product, all where none does. Faces of the others are reported, not taken.
+fn of_products(
+    resolver: &Resolver,
+    graph: &Graph,
+    roots: Vec<usize>,
+    counts: &[Option<usize>],
+) -> Vec<usize> {
+    let has_faces = |g: &usize| counts[*g].unwrap_or(0) > 0;
+    let (products, others): (Vec<usize>, Vec<usize>) =
+        roots.iter().partition(|g| graph.groups[**g].of_product);
+    if !products.iter().any(has_faces) {
+        return roots;
+    }
+    let mut left_out = others.iter().filter(|g| has_faces(g)).peekable();
+    if let Some(first) = left_out.peek() {
+        let place = graph.sheets[graph.groups[**first].sheets[0]].entity.place();
+        let n = left_out.count();
+        let text = format!(
+            "{n} representations with faces are the shape of no product (shape aspects, features, construction geometry): \
+             left out"
+        );
+        resolver.note(Severity::Note, "not-of-product", place, text);
+    }
+    products
 }
 
 /// Items of the representations that are placed in others.

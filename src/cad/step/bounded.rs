@@ -67,7 +67,9 @@ impl<'t> Resolver<'t> {
             let mut edges = vec![];
             for (curve, sense, space) in members {
                 let pcurve = self.member_pcurve(curve, &on, units);
-                let mut edge = RawEdge { curve: space, pcurve, ..RawEdge::default() };
+                // The boundary's direction says on which side the face lies, as that of a loop of edges does.
+                let edge_id = Some(curve.index as usize);
+                let mut edge = RawEdge { curve: space, pcurve, edge_id, ..RawEdge::default() };
                 if edge.curve.is_none() && edge.pcurve.is_none() {
                     return Err(
                         curve.fault("a boundary curve on another surface", "one on the basis")

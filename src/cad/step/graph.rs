@@ -24,6 +24,8 @@ pub struct Group {
     pub children: Vec<(usize, Affine)>,
     /// Placed in another.
     pub used: bool,
+    /// The shape of a product, by a `SHAPE_DEFINITION_REPRESENTATION`.
+    pub of_product: bool,
 }
 
 pub struct Graph<'t> {
@@ -111,6 +113,8 @@ fn representations<'t>(resolver: &Resolver<'t>) -> Vec<Entity<'t>> {
 fn group_sheets(resolver: &Resolver, graph: &mut Graph) {
     let position: FxHashMap<u32, usize> =
         graph.sheets.iter().enumerate().map(|(k, s)| (s.entity.index, k)).collect();
+    let (products, others) = defined_shapes(resolver);
+    let is_aside = |index: &u32| others.contains(index) && !products.contains(index);
     let mut sets = DisjointSets::new(graph.sheets.len());
     for e in resolver.entities() {
         let plain =
@@ -119,7 +123,10 @@ fn group_sheets(resolver: &Resolver, graph: &mut Graph) {
             continue;
         }
         let a = e.attributes();
-        let sheet = |k: usize| a.entity(k).ok().and_then(|r| position.get(&r.index).copied());
+        let sheet = |k: usize| {
+            let side = a.entity(k).ok().filter(|r| !is_aside(&r.index))?;
+            position.get(&side.index).copied()
+        };
         if let (Some(first), Some(second)) = (sheet(2), sheet(3)) {
             sets.join(first, second);
         }
@@ -128,8 +135,33 @@ fn group_sheets(resolver: &Resolver, graph: &mut Graph) {
     graph.groups.resize_with(count, Group::default);
     for (k, group) in group_of.into_iter().enumerate() {
         graph.groups[group].sheets.push(k);
+        graph.groups[group].of_product |= products.contains(&graph.sheets[k].entity.index);
         graph.group_of.insert(graph.sheets[k].entity.index, group);
     }
+}
+
+/// Representations that a `SHAPE_DEFINITION_REPRESENTATION` calls the shape of a product or of its occurrence (ISO 10303-41:
+/// the definition is a property of a product definition or of a relationship of two), and those that it calls the shape of
+/// anything else: shape aspects, datums, features, properties.
+fn defined_shapes(resolver: &Resolver) -> (FxHashSet<u32>, FxHashSet<u32>) {
+    let (mut products, mut others) = (FxHashSet::default(), FxHashSet::default());
+    for e in resolver.entities().filter(|e| e.kind() == "SHAPE_DEFINITION_REPRESENTATION") {
+        let a = e.attributes();
+        let Ok(representation) = a.entity(1) else { continue };
+        let defined = a.entity(0).and_then(|property| property.attributes().entity(2));
+        // What cannot be read is taken for a product: nothing is left out by a fault of the file.
+        let of_product = defined.map_or(true, |d| d.parts().iter().any(|p| is_product(p.keyword)));
+        let set = if of_product { &mut products } else { &mut others };
+        set.insert(representation.index);
+    }
+    (products, others)
+}
+
+/// A product definition, or a relationship of two.
+fn is_product(keyword: &str) -> bool {
+    (keyword.starts_with("PRODUCT_DEFINITION") && keyword != "PRODUCT_DEFINITION_SHAPE")
+        || keyword.ends_with("USAGE_OCCURRENCE")
+        || keyword.ends_with("ASSEMBLY_COMPONENT_USAGE")
 }
 
 impl Graph<'_> {

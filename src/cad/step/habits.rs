@@ -91,9 +91,21 @@ fn a_band_of_a_torus_is_the_side_that_its_circles_have_on_their_left() {
 #[test]
 fn a_loop_on_a_sphere_says_by_its_direction_which_part_the_face_is() {
     // The circle x = 4 of the sphere of radius 5, about +x.
+    let sphere = "SPHERICAL_SURFACE('',#2,5.)";
+    // The same sphere: a half circle turned about the line through its ends.
+    let turned = "SURFACE_OF_REVOLUTION('',#31,#30);#30=AXIS1_PLACEMENT('',#1,$);
+        #31=TRIMMED_CURVE('',#32,(PARAMETER_VALUE(-1.5707963267948966)),(PARAMETER_VALUE(1.5707963267948966)),.T.,.PARAMETER.);
+        #32=CIRCLE('',#33,5.);#33=AXIS2_PLACEMENT_3D('',#1,#34,#11);#34=DIRECTION('',(0.,-1.,0.))";
+    for surface in [sphere, turned] {
+        the_circle_bounds(surface);
+    }
+}
+
+/// Areas on both sides of the circle x = 4 of a sphere of radius 5.
+fn the_circle_bounds(surface: &str) {
     let part = |flag: char| {
         let data = format!(
-            "#1=CARTESIAN_POINT('',(0.,0.,0.));#2=AXIS2_PLACEMENT_3D('',#1,$,$);#3=SPHERICAL_SURFACE('',#2,5.);
+            "#1=CARTESIAN_POINT('',(0.,0.,0.));#2=AXIS2_PLACEMENT_3D('',#1,$,$);#3={surface};
              #10=CARTESIAN_POINT('',(4.,0.,0.));#11=DIRECTION('',(1.,0.,0.));#12=DIRECTION('',(0.,1.,0.));
              #13=AXIS2_PLACEMENT_3D('',#10,#11,#12);#14=CIRCLE('',#13,3.);#15=CARTESIAN_POINT('',(4.,3.,0.));
              #16=VERTEX_POINT('',#15);#17=EDGE_CURVE('',#16,#16,#14,.T.);#18=ORIENTED_EDGE('',*,*,#17,.{flag}.);
@@ -131,4 +143,59 @@ fn a_hyperbola_is_cut_wherever_its_vertices_lie() {
         assert_eq!(curve.domain(), [from, to]);
         assert!((curve.point(to) - form.point(to)).norm() < 1e-12);
     }
+}
+
+/// A product of one sphere, and another sphere in a representation that is the shape of `definition`.
+fn product_beside(definition: &str) -> (Model, Vec<&'static str>) {
+    let data = format!(
+        "{UNIT_SPHERE}#7=SHAPE_REPRESENTATION('',(#6),#900);
+         #10=PRODUCT_DEFINITION('','',$,$);#11=PRODUCT_DEFINITION_SHAPE('','',#10);#12=SHAPE_DEFINITION_REPRESENTATION(#11,#7);
+         #20=SPHERICAL_SURFACE('',#2,2.);#21=ADVANCED_FACE('',(),#20,.T.);#22=CLOSED_SHELL('',(#21));
+         #23=MANIFOLD_SOLID_BREP('',#22);#24=SHAPE_REPRESENTATION('',(#23),#900);{definition}"
+    );
+    let (model, said) = build(read_bytes(&file(&data), "product").unwrap(), "product");
+    (model, said.iter().map(|d| d.code).collect())
+}
+
+#[test]
+fn what_is_the_shape_of_an_aspect_a_feature_or_of_nothing_is_not_of_the_product() {
+    let asides = [
+        "#30=SHAPE_ASPECT('','',#11,.T.);#31=PROPERTY_DEFINITION('','',#30);#32=SHAPE_DEFINITION_REPRESENTATION(#31,#24);",
+        "#30=DATUM('','',#11,.F.,'A');#31=PROPERTY_DEFINITION('','',#30);#32=SHAPE_DEFINITION_REPRESENTATION(#31,#24);",
+        "#30=(CHARACTERIZED_OBJECT('','')FEATURE_DEFINITION()INSTANCED_FEATURE()ROUND_HOLE()SHAPE_ASPECT('','',#11,.T.));
+         #31=PRODUCT_DEFINITION_SHAPE('','',#30);#32=SHAPE_DEFINITION_REPRESENTATION(#31,#24);",
+        // A relationship does not make the shape of an aspect the product's.
+        "#30=SHAPE_ASPECT('','',#11,.T.);#31=PROPERTY_DEFINITION('','',#30);#32=SHAPE_DEFINITION_REPRESENTATION(#31,#24);
+         #33=SHAPE_REPRESENTATION_RELATIONSHIP('','',#7,#24);",
+        "",
+    ];
+    for aside in asides {
+        let (model, codes) = product_beside(aside);
+        assert_eq!((model.faces.len(), codes), (1, vec!["not-of-product"]), "{aside}");
+        near(model.area(), 2.0 * TAU);
+    }
+    let counted = [
+        "#30=SHAPE_REPRESENTATION_RELATIONSHIP('','',#7,#24);",
+        "#31=PRODUCT_DEFINITION_SHAPE('','',#10);#32=SHAPE_DEFINITION_REPRESENTATION(#31,#24);",
+    ];
+    for more in counted {
+        let (model, codes) = product_beside(more);
+        assert_eq!((model.faces.len(), codes.len()), (2, 0), "{more}");
+    }
+}
+
+#[test]
+fn a_face_that_cannot_be_read_is_lost_and_the_model_is_not_sound() {
+    let data = format!(
+        "{UNIT_SPHERE}#7=SHAPE_REPRESENTATION('',(#6,#8),#900);#8=ADVANCED_FACE('',(),#1,.T.);"
+    );
+    let (model, _) = build(read_bytes(&file(&data), "lost").unwrap(), "lost");
+    assert_eq!((model.faces.len(), model.lost.len()), (1, 1));
+    let health = model.health();
+    assert!(!health.is_sound());
+    let said = health.told_of(&model);
+    assert!(
+        said.contains("not sound") && said.contains("lost        #8 (ADVANCED_FACE)"),
+        "{said}"
+    );
 }

@@ -1,6 +1,6 @@
 //! Representation items: solids, shells, sets and single faces become raw faces.
 
-use super::entity::{Entity, Outcome};
+use super::entity::{Entity, Fault, Outcome};
 use super::resolver::{Resolver, Units};
 use crate::cad::Severity;
 use crate::cad::raw::RawFace;
@@ -142,6 +142,24 @@ impl<'t> Resolver<'t> {
         }
     }
 
+    /// As [`Self::survive`], of reading the face `e`: the fault is the face's, whatever entity of it has it.
+    fn survive_face<T>(
+        &self,
+        e: Entity<'t>,
+        result: Outcome<T>,
+        out: &mut ItemFaces,
+    ) -> Outcome<Option<T>> {
+        let of_face = |mut fault: Box<Fault>| {
+            let place = e.place();
+            if fault.place != place {
+                fault.found = format!("{}: {}", fault.place, fault.found);
+                fault.place = place;
+            }
+            fault
+        };
+        self.survive(result.map_err(of_face), out)
+    }
+
     fn shape(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces, depth: usize) -> Outcome<()> {
         let spent = self.spend(e, depth, 0);
         if self.survive(spent, out)?.is_none() {
@@ -179,12 +197,12 @@ impl<'t> Resolver<'t> {
             }
             "ADVANCED_FACE" | "FACE_SURFACE" | "ORIENTED_FACE" | "FACE" | "SUBFACE" => {
                 let face = self.face(e, units, true);
-                let read = self.survive(face, out)?;
+                let read = self.survive_face(e, face, out)?;
                 out.faces.extend(read);
             }
             _ => {
                 let face = self.surface_face(e, units);
-                let read = self.survive(face, out)?;
+                let read = self.survive_face(e, face, out)?;
                 out.faces.extend(read);
             }
         }
@@ -199,8 +217,8 @@ impl<'t> Resolver<'t> {
         let number = out.shells;
         out.shells += 1;
         for face in self.survive(faces, out)?.unwrap_or_default() {
-            let face = self.face(face, units, oriented);
-            if let Some(mut face) = self.survive(face, out)? {
+            let read = self.face(face, units, oriented);
+            if let Some(mut face) = self.survive_face(face, read, out)? {
                 face.shell = Some(number);
                 out.faces.push(face);
             }

@@ -31,8 +31,8 @@ use rustc_hash::FxHashMap;
 
 use self::resolver::Resolver;
 use self::table::{Table, parse};
-use super::raw::RawModel;
-use super::{CadError, Severity};
+use super::raw::{LostFace, RawModel};
+use super::{CadError, Diagnostic, Severity};
 
 /// Parses the bytes of a STEP file; `name` is used in messages. Lengths of the result are mm, angles rad.
 ///
@@ -52,6 +52,9 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
     note_text_faults(&resolver);
     assembly::faces(&resolver, &mut model).map_err(|fault| fault.into_error(name))?;
     model.diagnostics = resolver.diagnostics.take();
+    let is_loss = |d: &&Diagnostic| matches!(d.code, "entity-invalid" | "face-skipped");
+    let lost = |d: &Diagnostic| LostFace { source: d.place.clone(), reason: d.text.clone() };
+    model.lost = model.diagnostics.iter().filter(is_loss).map(lost).collect();
     let failed = model.diagnostics.iter().find(|d| d.code == "entity-invalid");
     if let (true, Some(first)) = (model.faces.is_empty(), failed) {
         return Err(CadError::Invalid {

@@ -29,7 +29,7 @@ pub(super) fn bezier(
     if let Some(reached) = reached {
         reached.renumber(&mut tool);
     }
-    let mut provenance = provenance(args, &model.unit, Some(report.error_mm), reached)?;
+    let mut provenance = provenance(args, model, Some(report.error_mm), reached)?;
     if args.mesh.is_none() {
         let first = args.mesher.describe();
         let last = mesher.with_divisions(divisions).describe();

@@ -88,7 +88,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
         return own::own(args);
     }
     args.check_cad()?;
-    let whole = read_model(&args.file)?;
+    let whole = read_model(&args.file, args.mesher.lost_faces())?;
     let reached = args.reach.as_deref().map(|scene| reach(args, scene, &whole)).transpose()?;
     let model = reached.as_ref().map_or(&whole, |r| &r.model);
     if args.kind == Kind::Bezier {
@@ -106,7 +106,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     }
     refuse_folds(args, &made)?;
     let error_mm = made.refined.as_ref().map(|r| r.audit.worst_mm());
-    let provenance = provenance(args, &model.unit, error_mm, reached.as_ref())?;
+    let provenance = provenance(args, &whole, error_mm, reached.as_ref())?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
     print_report(&made);
     say_of_folds(args, &made);
@@ -287,7 +287,7 @@ fn stem(path: &Path) -> String {
 
 fn provenance(
     args: &ConvertArgs,
-    unit: &str,
+    model: &Model,
     shape_error_mm: Option<f64>,
     reached: Option<&Reached>,
 ) -> Result<Provenance, Failure> {
@@ -301,17 +301,24 @@ fn provenance(
     Ok(Provenance {
         cad_file: name(&args.file),
         cad_sha256: sha256_hex(&bytes),
-        cad_unit: unit.to_owned(),
+        cad_unit: model.unit.clone(),
         mesher: match &args.mesh {
             Some(path) => format!("mesh file {}", name(path)),
             None if args.is_refined() => {
                 format!("{}{}", args.mesher.describe_refinement(), goal(args))
             }
             None => args.mesher.describe(),
-        } + &within,
+        } + &within
+            + &lost_faces(model),
         program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
         shape_error_mm,
     })
+}
+
+/// Faces of the file that the tool lacks, for the provenance.
+fn lost_faces(model: &Model) -> String {
+    let names: Vec<&str> = model.lost.iter().map(|f| f.source.as_str()).collect();
+    if names.is_empty() { String::new() } else { format!(" lost-faces={}", names.join(",")) }
 }
 
 /// What was refined to, for the provenance.

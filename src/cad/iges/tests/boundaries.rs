@@ -252,3 +252,117 @@ fn curves_nothing_uses_are_counted() {
     assert_eq!(model.diagnostics[0].code, "entity-skipped");
     assert!(model.diagnostics[0].place.ends_with("(D9, entity 314)"), "{:?}", model.diagnostics);
 }
+
+/// Squares of side 4, the first and others 10 mm apart, each its own whole surface, and what `more` adds.
+fn flat_squares(count: usize, more: Vec<Item>) -> Vec<Item> {
+    let one = |k: usize| {
+        let x = 10 * k;
+        item(
+            128,
+            0,
+            format!(
+                "1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,{x}.,0.,0.,{e}.,0.,0.,{x}.,4.,0.,{e}.,4.,0.,0.,1.,0.,1.",
+                e = x + 4
+            ),
+        )
+    };
+    (0..count).map(one).chain(more).collect()
+}
+
+/// Reads items, entity `k` with the status `status`.
+fn with_status(items: &[Item], statuses: &[(usize, &str)]) -> RawModel {
+    let mut cards = super::build::cards(items);
+    for (k, status) in statuses {
+        let at = cards.iter().position(|c| c.ends_with(&format!("D{:7}", 2 * k + 1))).unwrap();
+        cards[at].replace_range(64..72, status);
+    }
+    read_bytes(cards.join("\n").as_bytes(), "test").unwrap()
+}
+
+#[test]
+fn what_is_blanked_dependent_or_construction_by_its_status_is_no_face() {
+    let codes = |m: &RawModel| m.diagnostics.iter().map(|d| d.code).collect::<Vec<_>>();
+    let plain = with_status(&flat_squares(2, vec![]), &[]);
+    assert_eq!((plain.faces.len(), codes(&plain)), (2, vec![]));
+    for (status, code) in [
+        ("01000000", "entity-blanked"),
+        ("00000100", "entity-not-geometry"),
+        ("00000600", "entity-not-geometry"),
+    ] {
+        let model = with_status(&flat_squares(2, vec![]), &[(1, status)]);
+        assert_eq!((model.faces.len(), codes(&model)), (1, vec![code]), "{status}");
+        assert!(model.faces[0].source.starts_with("D1 "));
+    }
+    // A curve on the second surface makes no face of it; without the curve the flag contradicts the file.
+    let curve = || vec![item(142, 0, "1,3,0,7,2"), item(110, 0, "10.,1.,0.,14.,1.,0.")];
+    let carried = with_status(&flat_squares(2, curve()), &[(1, "00010000")]);
+    assert_eq!((carried.faces.len(), codes(&carried)), (1, vec!["entity-dependent"]));
+    assert_eq!(with_status(&flat_squares(2, vec![]), &[(1, "00010000")]).faces.len(), 2);
+}
+
+#[test]
+fn a_blanked_group_hides_its_members_where_its_status_goes_down() {
+    let items = || flat_squares(3, vec![item(402, 7, "2,3,5")]);
+    let count = |status: &str| with_status(&items(), &[(3, status)]).faces.len();
+    assert_eq!((count("00000000"), count("01000000"), count("01000001")), (3, 1, 3));
+}
+
+#[test]
+fn a_file_of_nothing_but_blanked_faces_is_taken_with_a_warning() {
+    let model = with_status(&flat_squares(2, vec![]), &[(0, "01000000"), (1, "01010000")]);
+    assert_eq!((model.faces.len(), model.diagnostics[0].code), (2, "status-passed-over"));
+}
+
+#[test]
+fn of_two_curves_that_contradict_each_other_the_preferred_one_bounds_the_face() {
+    // The parameter curves enclose half of the square, the curves in space all of it.
+    let flat = |a: &str, b: &str| item(110, 0, format!("{a},0.,{b},0."));
+    let area = |preferred: u8| {
+        let items = flat_squares(
+            1,
+            vec![
+                item(144, 0, "1,1,0,5"),
+                item(142, 0, format!("1,1,7,17,{preferred}")),
+                item(102, 0, "4,9,11,13,15"),
+                flat("0.,0.", "0.5,0."),
+                flat("0.5,0.", "0.5,1."),
+                flat("0.5,1.", "0.,1."),
+                flat("0.,1.", "0.,0."),
+                item(102, 0, "4,19,21,23,25"),
+                flat("0.,0.", "4.,0."),
+                flat("4.,0.", "4.,4."),
+                flat("4.,4.", "0.,4."),
+                flat("0.,4.", "0.,0."),
+            ],
+        );
+        let (model, said) =
+            crate::cad::build::build(read_bytes(&file(&items), "test").unwrap(), "test");
+        assert!(
+            said.iter().any(|d| matches!(d.code, "curves-contradict" | "parameter-curve-off")),
+            "{said:?}"
+        );
+        model.area()
+    };
+    assert!((area(1) - 8.0).abs() < 1e-9, "{}", area(1));
+    assert!((area(2) - 16.0).abs() < 1e-9, "{}", area(2));
+}
+
+#[test]
+fn a_half_cone_whose_profile_misses_its_axis_is_a_face() {
+    // Radius 3, height 4; the apex is 0.02 mm off the axis, as coordinates of six digits leave it.
+    let items = vec![
+        item(144, 0, "3,1,0,9"),
+        item(120, 0, "5,7,0.,6.283185307179586"),
+        item(110, 0, "0.,0.,0.,0.,0.,1."),
+        item(110, 0, "3.,0.,0.,0.02,0.,4."),
+        item(142, 0, "0,3,0,11,2"),
+        item(102, 0, "3,13,15,17"),
+        item(100, 0, "0.,0.,0.,3.,0.,0.,-3."),
+        item(110, 0, "0.,-3.,0.,0.02,0.,4."),
+        item(110, 0, "0.02,0.,4.,3.,0.,0."),
+    ];
+    let (model, said) = crate::cad::build::build(read_bytes(&file(&items), "t").unwrap(), "t");
+    let exact = 0.75 * std::f64::consts::PI * 3.0 * 5.0;
+    assert!(model.lost.is_empty() && model.faces.len() == 1, "{said:?}");
+    assert!((model.area() / exact - 1.0).abs() < 1e-2, "{} for {exact}", model.area());
+}

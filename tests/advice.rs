@@ -3,7 +3,7 @@
 mod advising;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use advising::{copied, told, tool};
@@ -181,9 +181,7 @@ fn a_tool_that_goes_the_wrong_way_is_told() {
 }
 
 /// The cross tool of the demo with so many patches over 90 degrees.
-fn cross(divisions: &str) -> String {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+fn cross_tools(folder: &Path, divisions: &str) {
     for tool in ["die", "punch", "holder"] {
         let cad: PathBuf = ["fixtures", "cross", &format!("{tool}.igs")].iter().collect();
         let out = Command::new(env!("CARGO_BIN_EXE_kanagata"))
@@ -195,6 +193,13 @@ fn cross(divisions: &str) -> String {
             .unwrap();
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     }
+}
+
+/// What `check` says of the demo with such tools.
+fn cross(divisions: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    cross_tools(folder, divisions);
     copied("cross", folder);
     told(folder, "demo.scene.json", |_| {})
 }
@@ -291,6 +296,23 @@ fn a_quarter_disc_without_its_planes_is_told() {
     assert!(text.contains(&cut("x")) && !text.contains(&cut("y")), "{text}");
     let text = with(json!([]), json!(["z"]));
     assert!(text.contains(&cut("x")) && text.contains(&cut("y")), "{text}");
+}
+
+/// The quarter of a rectangle in quarters of tools.
+#[test]
+fn a_quarter_of_a_sheet_without_its_planes_is_a_doubt() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    cross_tools(folder, "2");
+    copied("cross", folder);
+    assert!(!told(folder, "demo.scene.json", |_| {}).contains("symmetry-missing"));
+    let text = told(folder, "demo.scene.json", |scene| scene["symmetry"] = json!([]));
+    for axis in ["x", "y"] {
+        let cut =
+            format!("symmetry-missing: The blank has a straight free side at {axis} = 0.0000");
+        assert!(text.contains(&cut), "{text}");
+    }
+    assert_eq!(text.matches("symmetry-missing").count(), 2, "{text}");
 }
 
 /// The die has a radius of 7 mm, the sheet 0.8 and 1.6.

@@ -65,12 +65,9 @@ fn a_sheet_that_may_be_bent_over_a_free_border_is_told() {
     assert!(!loaded(10.0).contains("the faces of die end"));
 }
 
-/// The wall of a holder's opening is curved in plan; the sheet is drawn the other way.
-#[test]
-fn radii_behind_a_holder_are_no_radii_that_the_sheet_bends_over() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    // A ring of a quarter, radius 10 to 40, and its wall 8 mm high, in four parts.
+/// A quarter of a ring of a holder over one of a die, radius 10 to 40 mm with walls, a disc of a sheet between them, and a punch.
+fn opening(folder: &Path) {
+    // In four parts.
     let at = |k: usize, r: f64, z: f64| {
         let (s, c) = (k as f64 * std::f64::consts::FRAC_PI_8).sin_cos();
         [r * c, r * s, z]
@@ -87,10 +84,9 @@ fn radii_behind_a_holder_are_no_radii_that_the_sheet_bends_over() {
     tool(folder, "holder", "-z", &ring(1.0, 9.0), &quads);
     let turned: Vec<[usize; 4]> = quads.iter().map(|[a, b, c, d]| [*d, *c, *b, *a]).collect();
     tool(folder, "die", "+z", &ring(0.0, -20.0), &turned);
-    let punch = [[0.0, 0.0, 1.0], [8.0, 0.0, 1.0], [5.0, 5.0, 1.0], [0.0, 8.0, 1.0]];
-    tool(folder, "punch", "-z", &punch, &[[4, 3, 2, 1]]);
+    tool(folder, "punch", "-z", &PUNCH, &[[4, 3, 2, 1]]);
     let tools = [("die", 1), ("holder", -1), ("punch", -1)].map(
-        |(name, z)| json!({"name": name, "file": format!("{name}.tool.json"), "direction": [0, 0, z]}),
+        |(name, z)| json!({"name": name, "file": format!("{name}.tool.json"), "direction": [0, 0, z], "friction": 0.1}),
     );
     let scene = json!({
         "format": "kanagata-scene", "version": 1, "name": "opening",
@@ -105,16 +101,51 @@ fn radii_behind_a_holder_are_no_radii_that_the_sheet_bends_over() {
         ]
     });
     fs::write(folder.join("opening.scene.json"), scene.to_string()).unwrap();
+}
+
+const PUNCH: [[f64; 3]; 4] = [[0.0, 0.0, 1.0], [8.0, 0.0, 1.0], [5.0, 5.0, 1.0], [0.0, 8.0, 1.0]];
+
+/// The wall of a holder's opening is curved in plan; the sheet is drawn the other way.
+#[test]
+fn radii_behind_a_holder_are_no_radii_that_the_sheet_bends_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    opening(folder);
     let text = told(folder, "opening.scene.json", |_| {});
     assert!(text.contains("mm of die at") && !text.contains("mm of holder at"), "{text}");
     // Pushed up through the holder, it bends over it.
-    let ram = punch.map(|[x, y, _]| [x, y, 0.0]);
+    let ram = PUNCH.map(|[x, y, _]| [x, y, 0.0]);
     tool(folder, "ram", "+z", &ram, &[[1, 2, 3, 4]]);
     let up = told(folder, "opening.scene.json", |scene| {
         scene["tools"][2]["file"] = json!("ram.tool.json");
         scene["tools"][2]["direction"] = json!([0, 0, 1]);
     });
     assert!(up.contains("mm of holder at"), "{up}");
+}
+
+#[test]
+fn the_pressure_of_a_holder_is_said_and_doubted_where_it_holds_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    opening(folder);
+    // 1000 N on a ring of 3750 mm2, less what the facets of tools and sheet cut off.
+    let text = told(folder, "opening.scene.json", |_| {});
+    let line = text.lines().find(|line| line.contains("pressure")).unwrap();
+    let pressure: f64 =
+        line.split("holder ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((0.24..0.32).contains(&pressure), "{line}");
+    assert!(!text.contains("holder-pressure") && !text.contains("blank-too-small"), "{text}");
+    let weak = told(folder, "opening.scene.json", |scene| {
+        scene["stages"][0]["drive"]["holder"]["force_n"] = json!(1);
+    });
+    assert!(weak.contains("doubt      holder-pressure: holder presses with"), "{weak}");
+    let small = told(folder, "opening.scene.json", |scene| {
+        scene["blank"]["shape"]["quarter_disc"]["radius_mm"] = json!(9);
+        scene["tools"].as_array_mut().unwrap().iter_mut().for_each(|tool| {
+            tool["place"] = json!({"shift": [0, 0, 0]});
+        });
+    });
+    assert!(small.contains("doubt      blank-too-small: The blank is hardly between"), "{small}");
 }
 
 #[test]

@@ -166,7 +166,8 @@ fn a_folder_tells_at_any_time_how_its_run_stands() {
     assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(5));
     assert_eq!(status(&out).unwrap().state, State::Stopped);
-    let lines = go_on().args(["--lines", "--accept-doubts"]).stdout(Stdio::piped()).output().unwrap();
+    let lines =
+        go_on().args(["--lines", "--accept-doubts"]).stdout(Stdio::piped()).output().unwrap();
     assert!(finished(&lines));
     let text = String::from_utf8(lines.stdout).unwrap();
     let done = status(&out).unwrap();

@@ -67,7 +67,8 @@ fn an_s_rail_is_clamped_drawn_and_released_without_help() {
     let text = std::fs::read_to_string(run.join("run.json")).unwrap();
     let record: Value = serde_json::from_str(&text).unwrap();
     let number = |name: &str| record[name].as_f64().unwrap();
-    assert_eq!(record["verdict"], "completed");
+    // Its elements are coarse for the radii, which is a doubt.
+    assert_eq!(record["verdict"], "doubtful");
     assert!(number("penetration_mm") < 1e-9 && number("force_balance") < 1e-9);
     assert!(number("energy_balance") < 5e-3, "{}", number("energy_balance"));
 

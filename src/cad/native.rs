@@ -214,17 +214,8 @@ impl<'a> Native<'a> {
         match self.raw {
             RawSurface::Sphere { .. } => true,
             RawSurface::Torus { major, minor, .. } => major > minor,
-            RawSurface::Revolution { .. } | RawSurface::Nurbs(_) => self.has_no_border(),
             _ => false,
         }
-    }
-
-    /// Each parameter is periodic or shrinks to a point at both ends: a profile turned about an axis on which it begins and
-    /// ends, or a ring turned about one.
-    fn has_no_border(&self) -> bool {
-        let (periods, poles) = (self.periods, self.poles());
-        let capped = |k: usize| poles.iter().filter(|p| p.0 == k).count() == 2;
-        periods.iter().any(Option::is_some) && (0..2).all(|k| periods[k].is_some() || capped(k))
     }
 
     /// Natural ranges of a whole surface (our order); `None` for an unbounded one.

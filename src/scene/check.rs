@@ -31,6 +31,32 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     check_solver(&scene.solver)
 }
 
+/// Largest number in a scene, in any of its units: sheets of kilometres in mm, and meganewtons in N, have less. Powers and
+/// differences of larger ones lose all their digits.
+const NUMBER_MAX: f64 = 1e12;
+
+/// The first number of a scene's text that is beyond any use, as a fault.
+pub(super) fn check_numbers(value: &serde_json::Value) -> Result<(), Fault> {
+    let mut open = vec![(String::new(), value)];
+    while let Some((place, value)) = open.pop() {
+        match value {
+            serde_json::Value::Number(number) => {
+                let size = number.as_f64().map_or(f64::INFINITY, f64::abs);
+                need(size <= NUMBER_MAX, place, number.to_string(), "numbers up to 1e12")?;
+            }
+            serde_json::Value::Array(all) => {
+                open.extend(all.iter().enumerate().map(|(k, v)| (format!("{place}[{k}]"), v)));
+            }
+            serde_json::Value::Object(all) => {
+                let dot = if place.is_empty() { "" } else { "." };
+                open.extend(all.iter().map(|(key, v)| (format!("{place}{dot}{key}"), v)));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 fn need(ok: bool, place: String, found: String, allowed: &str) -> Result<(), Fault> {
     if ok { Ok(()) } else { Err((place, found, allowed.to_owned())) }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::Deserialize as _;
 
-use super::check::{Fault, check};
+use super::check::{Fault, check, check_numbers};
 use super::comments::without_comments;
 use super::follow::{Followed, followed};
 use super::types::{MaterialChoice, Scene};
@@ -247,11 +247,9 @@ pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
             column: e.column(),
             found: at_key(&key, &without_place(&e)),
         })?;
-    check(&scene).map_err(|(place, found, allowed)| SceneError::Value {
-        path: path.to_path_buf(),
-        place,
-        found,
-        allowed,
+    let written = serde_json::from_slice(&without_comments(&bytes)).unwrap_or_default();
+    check_numbers(&written).and_then(|()| check(&scene)).map_err(|(place, found, allowed)| {
+        SceneError::Value { path: path.to_path_buf(), place, found, allowed }
     })?;
     Ok((scene, bytes))
 }

@@ -152,7 +152,13 @@ fn a_name_in_full_runs_one_case_and_an_unknown_one_none() {
     assert_eq!(bends.begun(&["--only", "a-"], 0), "a-2");
     // From the study's folder, by its bare name.
     let mut here = assert_cmd::Command::cargo_bin("kanagata").unwrap();
-    let done = here.current_dir(bends.folder.path()).args(["study", "study.json", "-o", "out"]);
+    let done = here.current_dir(bends.folder.path()).args([
+        "study",
+        "study.json",
+        "--accept-doubts",
+        "-o",
+        "out",
+    ]);
     let done = done.output().unwrap();
     let text = String::from_utf8_lossy(&done.stdout);
     assert!(done.status.success() && text.contains("b: begins"), "{text}");

@@ -238,10 +238,8 @@ impl Face {
 
     /// Extremes along the lines on which the surface is only continuous: no derivative vanishes there.
     fn crease_extremes(&self, region: &TrimRegion, bounds: &mut Aabb) {
-        let domain = self.surface.domain();
-        for axis in 0..2 {
+        for (axis, [low, high]) in self.surface.domain().into_iter().enumerate() {
             let (knots, degree) = (self.surface.knots()[axis], self.surface.degrees()[axis]);
-            let [low, high] = domain[axis];
             let mut lines: Vec<f64> =
                 knots.iter().copied().filter(|t| *t > low && *t < high).collect();
             lines.dedup();

@@ -146,7 +146,7 @@ fn whole_face(
     fineness: Fineness,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Whole, String> {
-    let first = whole_face_on(raw, size, tolerance, fineness.clone(), diagnostics);
+    let first = whole_face_on(raw, size, tolerance, fineness, diagnostics);
     let Err(reason) = first else { return first };
     let Some((surface, miss)) = with_ends_on_axis(&raw.surface, AXIS_MISS_MAX_REL * size) else {
         return Err(reason);

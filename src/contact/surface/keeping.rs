@@ -20,6 +20,13 @@ impl ToolSurface {
         out
     }
 
+    /// The surface of all patches of its model, where [`Self::keeping`] left some out; `None` where none are left out.
+    #[must_use]
+    pub fn complete(&self) -> Option<Self> {
+        let left_out = self.patch_bounds().iter().any(Aabb::is_empty);
+        left_out.then(|| Self::new(self.model.clone()))
+    }
+
     /// The same surface for points that are nearer to the patches `kept` than to all others: those are not searched.
     /// Patches keep their numbers, borders and tolerances stay those of the whole, so that answers are the same bits.
     #[must_use]

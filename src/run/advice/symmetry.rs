@@ -255,7 +255,10 @@ const EVERYWHERE: Aabb = Aabb {
 /// The images of those points of the tool lie on it that lie over `part`, seen along its way.
 fn tool_mirrors(tool: &ToolSetup, axis: usize, at: f64, near: f64, part: &Aabb) -> bool {
     let middle = at - tool.offset[axis];
-    let patches = &tool.surface.model().patches;
+    // Faces that a symmetry plane cuts off a tool are images of others.
+    let complete = tool.surface.complete();
+    let surface = complete.as_ref().unwrap_or(&tool.surface);
+    let patches = &surface.model().patches;
     let every = patches.len().div_ceil(SAMPLES).max(1);
     let places = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.6, 0.3)];
     patches.iter().step_by(every).all(|patch| {
@@ -267,7 +270,7 @@ fn tool_mirrors(tool: &ToolSetup, axis: usize, at: f64, near: f64, part: &Aabb) 
                 return true;
             }
             image[axis] = 2.0 * middle - image[axis];
-            let foot = tool.surface.closest(&image, None);
+            let foot = surface.closest(&image, None);
             (foot.point - image).norm() <= near
         })
     })
@@ -306,6 +309,32 @@ mod tests {
         assert!(!tool_mirrors(&tool(-3.0), 0, 0.9, 1e-6, &EVERYWHERE));
         assert!(tool_mirrors(&tool(-3.0), 1, 0.0, 1e-6, &EVERYWHERE));
         assert!(!tool_mirrors(&tool(-3.0), 1, 0.1, 1e-6, &EVERYWHERE));
+    }
+
+    /// The far wall of a whole punch is a symmetry face to the contact search; the punch is still its own image.
+    #[test]
+    fn a_tool_without_its_symmetry_faces_is_its_own_image() {
+        let part =
+            |at: Vec3, along: Vec3, up: Vec3, normal: Vec3| plane("t", at, along, up, normal);
+        let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
+        let mut model = part(-3.0 * x - y, 6.0 * x, 2.0 * y, z);
+        let floor = model.patches.len();
+        model.patches.extend(part(-3.0 * x - y, 2.0 * y, 4.0 * z, -x).patches);
+        let walls = model.patches.len();
+        model.patches.extend(part(3.0 * x - y, 2.0 * y, 4.0 * z, x).patches);
+        let kept: Vec<bool> = (0..model.patches.len()).map(|k| k < floor || k >= walls).collect();
+        let tool = ToolSetup {
+            name: "t".into(),
+            surface: Arc::new(ToolSurface::new(model).keeping(&kept)),
+            offset: Vec3::zeros(),
+            direction: z,
+            placement: Placement::AsGiven,
+            friction: 0.0,
+            side: SheetSide::Bottom,
+            stop: None,
+        };
+        assert!(tool_mirrors(&tool, 0, 0.0, 1e-6, &EVERYWHERE));
+        assert!(!tool_mirrors(&tool, 0, 0.1, 1e-6, &EVERYWHERE));
     }
 
     #[test]

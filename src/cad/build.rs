@@ -9,7 +9,8 @@ use super::creases::{self, Crease, Part};
 use super::loops::{LoopFault, Path, Side, are_inside_out, closed_loops, paths_of, signed_area};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
-use super::offset::{Fineness, offset, shares};
+use super::offset::{Fineness, deviation, offset, shares};
+use super::range::{ParameterMap, range_of};
 use super::raw::{LostFace, RawFace, RawLoop, RawModel, RawSurface};
 use super::sheets::{self, Sheet};
 use super::topology::{Piece, join};
@@ -21,14 +22,9 @@ use crate::geometry::{Aabb, Vec2, Vec3};
 const JOIN: f64 = 1e-6;
 /// No resolution a file gives may join more than this share of the diagonal.
 const JOIN_MOST: f64 = 1e-4;
-/// Turns of a cylinder or cone that the loops of a face may take: each costs memory whatever the file's length.
-const MOST_TURNS: f64 = 100.0;
 /// A profile whose end misses its axis by at most this share of the face's size, on a face that cannot be closed otherwise,
 /// is moved onto the axis: single-precision writers miss by 2e-3. Twice as much takes faces with a small hole for cones.
 const AXIS_MISS_MAX_REL: f64 = 1e-2;
-/// A turn that is off by this share is one turn.
-const ROUNDING: f64 = 1e-9;
-
 /// Builds the model. What was repaired or skipped is in the diagnostics, the reader's own first.
 #[must_use]
 pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
@@ -70,7 +66,12 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
     let one = |((face, bounds), fineness): ((&RawFace, &Aabb), Fineness)| {
         let mut said = Vec::new();
         let whole = whole_face(face, bounds.diagonal(), tolerance, fineness, &mut said);
-        (whole.map(|whole| parts_of(face, whole, creases, tolerance, &mut said)), said)
+        let parts = whole.and_then(|whole| {
+            let coarse = whole.coarse;
+            let parts = parts_of(face, whole, creases, tolerance, &mut said);
+            if coarse { followed(face, parts, tolerance) } else { Ok(parts) }
+        });
+        (parts, said)
     };
     let offsets = shares(&raw.faces, raw.bytes);
     let built: Vec<_> = raw.faces.par_iter().zip(&boxes).zip(offsets).map(one).collect();
@@ -136,6 +137,8 @@ struct Whole {
     part: Part,
     analytic: Option<Analytic>,
     flipped: bool,
+    /// Its offset surface is not followed as closely as it should be everywhere.
+    coarse: bool,
 }
 
 /// A face, if need be with the profile of its surface of revolution moved onto the axis that it misses.
@@ -223,7 +226,7 @@ fn whole_face_on(
         ParameterMap { angles, extent: [range[0][1] - range[0][0], range[1][1] - range[1][0]] };
     let mapped = |s: &Side| Side { path: map.curve(&s.path), ..s.clone() };
     let loops = loops.iter().map(|l| l.iter().map(mapped).collect()).collect();
-    Ok(Whole { part: Part { surface, loops }, analytic, flipped })
+    Ok(Whole { part: Part { surface, loops }, analytic, flipped, coarse: fineness.coarse })
 }
 
 /// The loops, outer one first and counter-clockwise, leave some of the parameter plane.
@@ -276,14 +279,32 @@ fn outline_on<'a>(
     Outline { native, paths, faults, flipped, inside_out }
 }
 
+/// A face and its sides that are to be joined to edges.
+type Sided = (Face, Vec<Piece>);
+
+/// The parts of a face whose offset surface is followed coarsely.
+///
+/// # Errors
+/// Inside its borders it is farther than `tolerance` [mm] from the true one.
+fn followed(raw: &RawFace, parts: Vec<Sided>, tolerance: f64) -> Result<Vec<Sided>, String> {
+    let off = parts.iter().map(|(face, _)| deviation(&raw.surface, face)).fold(0.0, f64::max);
+    if off <= tolerance {
+        return Ok(parts);
+    }
+    Err(format!(
+        "its offset surface folds, or bends too much to be followed: {off:.3e} mm off inside its borders; allowed: \
+         {tolerance:.1e} mm"
+    ))
+}
+
 /// The face, several where its surface is cut at creases inside it, each with its sides.
 fn parts_of(
     raw: &RawFace,
-    Whole { part, analytic, flipped }: Whole,
+    Whole { part, analytic, flipped, .. }: Whole,
     creases: Creases,
     tolerance: f64,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Vec<(Face, Vec<Piece>)> {
+) -> Vec<Sided> {
     let (parts, found) = match analytic {
         None if creases == Creases::Cut => creases::cut(part, tolerance),
         _ => (vec![part], Vec::new()),
@@ -373,90 +394,4 @@ fn is_point(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> bool {
     let first: Vec3 = at(0);
     // The middle first: it is nearly always far.
     std::iter::once(8).chain(1..=16).all(|k| (at(k) - first).norm() <= tolerance)
-}
-
-/// Native range that covers the loops: one turn of a closed surface at most, but for threads on cylinders and cones.
-fn range_of(native: &Native<'_>, loops: &[Vec<Side>]) -> Result<[[f64; 2]; 2], String> {
-    let (low, high) = bounds_of(loops);
-    let natural = native.natural_range();
-    let threads = matches!(native.raw(), RawSurface::Cylinder { .. } | RawSurface::Cone { .. });
-    let mut range = [[low.x, high.x], [low.y, high.y]];
-    for (k, (r, period)) in range.iter_mut().zip(native.periods()).enumerate() {
-        if let Some(p) = period {
-            let turns = (r[1] - r[0]) / p;
-            if turns > MOST_TURNS && threads {
-                let text =
-                    format!("its loops run {turns:.0} times round it; allowed: {MOST_TURNS}");
-                return Err(text);
-            }
-            // A turn too long by rounding is one turn.
-            if turns > 1.0 - ROUNDING && (turns < 1.0 + ROUNDING || !threads) {
-                r[1] = r[0] + p;
-            }
-        } else if let Some(natural) = natural {
-            *r = [r[0].max(natural[k][0]), r[1].min(natural[k][1])];
-        }
-    }
-    let sound = range.iter().all(|r| r[0].is_finite() && r[1].is_finite() && r[1] > r[0]);
-    if sound { Ok(range) } else { Err("its loops enclose no parameter range".into()) }
-}
-
-/// Smallest and largest native parameters of the loops.
-fn bounds_of(loops: &[Vec<Side>]) -> (Vec2, Vec2) {
-    let ends = loops.iter().flatten().flat_map(|s| [s.start(), s.end()]);
-    let nothing = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
-    let (mut low, mut high) = ends.fold(nothing, |(low, high), p| (low.inf(&p), high.sup(&p)));
-    for side in loops.iter().flatten() {
-        // A curve lies within the box of its control points.
-        let inside = |p: &Vec2| low.inf(p) == low && high.sup(p) == high;
-        if side.path.points().iter().all(inside) {
-            continue;
-        }
-        let [a, b] = side.path.domain();
-        let spans = side.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
-        let n = 16 * spans;
-        for k in 0..=n {
-            let p = side.path.point(a + (b - a) * k as f64 / n as f64);
-            low = low.inf(&p);
-            high = high.sup(&p);
-        }
-    }
-    (low, high)
-}
-
-/// From native parameters to those of the B-spline.
-struct ParameterMap {
-    angles: [Option<[f64; 2]>; 2],
-    extent: [f64; 2],
-}
-
-impl ParameterMap {
-    fn point(&self, uv: Vec2) -> Vec2 {
-        let map = |range: Option<[f64; 2]>, t: f64| {
-            range.map_or(t, |r| Surface::arc_parameter_of_angle(r, t))
-        };
-        Vec2::new(map(self.angles[0], uv.x), map(self.angles[1], uv.y))
-    }
-
-    /// Exact where the curve keeps one parameter (its image is then a straight line) or where the map is the
-    /// identity, fitted elsewhere.
-    fn curve(&self, path: &Curve2) -> Curve2 {
-        let points = path.points();
-        let (first, last) = (points[0], points[points.len() - 1]);
-        let constant =
-            |k: usize| points.iter().all(|p| (p[k] - first[k]).abs() <= 1e-12 * self.extent[k]);
-        let plain = |k: usize| self.angles[k].is_none() || constant(k);
-        if constant(0) || constant(1) {
-            return Curve2::line(self.point(first), self.point(last));
-        }
-        if plain(0) && plain(1) {
-            return path.mapped(|p| self.point(p));
-        }
-        let [a, b] = path.domain();
-        let mut breaks: Vec<f64> =
-            path.knots().iter().copied().filter(|t| *t >= a && *t <= b).collect();
-        breaks.dedup();
-        let extent = self.extent[0].max(self.extent[1]);
-        Curve2::fitted(|t| self.point(path.point(t)), &breaks, 1e-11 * extent)
-    }
 }

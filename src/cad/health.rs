@@ -1,9 +1,14 @@
 //! What is wrong with a joined model: borders that stay free, the gaps between them, faces that are
 //! inside out, tiny or there twice.
 
+#[cfg(test)]
+mod tests;
+mod text;
+
 use rayon::prelude::*;
 
-use super::model::{Edge, Model};
+use super::area::Measured;
+use super::model::{Edge, Face, Model};
 use super::raw::LostFace;
 use super::topology::{Piece, join, lies_along};
 use crate::geometry::box_tree::BoxTree;
@@ -18,6 +23,9 @@ const GAP_MOST: f64 = 1e-2;
 /// tens are needed where few edges lie near. Doubled: twice the longest time of `--health`, half a second or so.
 const GAP_PROJECTIONS: usize = 400_000;
 const GAP_PROJECTIONS_MIN: usize = 512;
+/// Faces of about the same area that a face is compared with: more than a die has equal holes. Doubled: ten thousand equal
+/// faces take 0.1 s more.
+const COMPARISONS: usize = 10_000;
 /// Area that no face exceeds, as a share of the square of its box's diagonal: a sphere has 1.05, a deep pleat 10 or so.
 const AREA_MOST: f64 = 100.0;
 
@@ -46,6 +54,10 @@ pub struct Health {
     pub lost_faces: Vec<LostFace>,
     /// Faces of area 0 or below, or with more area than any surface within their box may have: their borders or parameters were not understood.
     pub impossible_faces: Vec<usize>,
+    /// Faces whose area does not settle in the work that a face of their size may take: it is a guess, and so is what follows from it.
+    pub unmeasured_faces: Vec<usize>,
+    /// False where so many faces have the same area that not all of them were compared.
+    pub duplicates_searched: bool,
 }
 
 /// An edge that one face alone uses.
@@ -88,6 +100,8 @@ impl Health {
             && self.tiny_faces.is_empty()
             && self.duplicate_faces.is_empty()
             && self.impossible_faces.is_empty()
+            && self.unmeasured_faces.is_empty()
+            && self.duplicates_searched
             && self.parts.iter().all(|p| !p.inverted)
     }
 }
@@ -124,6 +138,10 @@ impl Model {
         let crowded = |k: &usize| self.edges[*k].uses.len() > 2;
         let gaps: Vec<f64> =
             self.edges.par_iter().filter(|e| e.uses.len() > 1).map(|e| self.gap(e)).collect();
+        let facts: Vec<Facts> = self.faces.par_iter().map(Facts::of).collect();
+        let those = |is: &dyn Fn(usize) -> bool| (0..facts.len()).filter(|&f| is(f)).collect();
+        let (duplicate_faces, duplicates_searched) =
+            duplicate_faces(&facts, 4.0 * self.join_tolerance);
         Health {
             join_tolerance_mm: self.join_tolerance,
             free_edge_length_mm: free_edges.iter().map(|e| e.length_mm).fold(0.0, |a, b| a + b),
@@ -132,10 +150,12 @@ impl Model {
             largest_gap_mm: gaps.into_iter().fold(0.0, f64::max),
             parts: self.parts(),
             disagreeing_faces: self.disagreeing_faces(),
-            tiny_faces: self.tiny_faces(),
-            duplicate_faces: self.duplicate_faces(),
+            tiny_faces: those(&|f| self.is_narrow(f, facts[f].measured.area_mm2)),
+            duplicate_faces,
             lost_faces: self.lost.clone(),
-            impossible_faces: self.impossible_faces(),
+            impossible_faces: those(&|f| facts[f].is_impossible()),
+            unmeasured_faces: those(&|f| !facts[f].measured.is_within),
+            duplicates_searched,
         }
     }
 
@@ -212,7 +232,10 @@ impl Model {
         for edge in &self.edges {
             for used in &edge.uses {
                 closed[used[0]] &= edge.uses.len() == 2;
-                neighbours[used[0]].extend(edge.uses.iter().map(|u| u[0]));
+                // One face of an edge joins all others to the part.
+                let first = edge.uses[0][0];
+                neighbours[used[0]].push(first);
+                neighbours[first].push(used[0]);
             }
         }
         let mut seen = vec![false; self.faces.len()];
@@ -276,134 +299,78 @@ impl Model {
         out
     }
 
-    fn tiny_faces(&self) -> Vec<usize> {
-        (0..self.faces.len()).into_par_iter().filter(|&f| self.is_tiny(f)).collect()
-    }
-
     /// The mean width of face `f`, twice its area over its border, is no more than the tolerance of joining.
     #[must_use]
     pub fn is_tiny(&self, f: usize) -> bool {
+        self.is_narrow(f, self.faces[f].area(1e-9))
+    }
+
+    fn is_narrow(&self, f: usize, area: f64) -> bool {
         let uses = self.faces[f].loops.iter().flat_map(|l| &l.uses);
         let edges = uses.filter_map(|u| u.edge);
         let border: f64 = edges.map(|e| self.edges[e].curve.length()).sum();
         let tolerance = self.join_tolerance;
-        2.0 * self.faces[f].area(1e-9) <= tolerance * (border + tolerance)
+        2.0 * area <= tolerance * (border + tolerance)
+    }
+}
+
+/// What faces are compared by.
+struct Facts {
+    measured: Measured,
+    bounds: Aabb,
+}
+
+impl Facts {
+    fn of(face: &Face) -> Self {
+        Self { measured: face.measured(1e-9), bounds: face.bbox() }
     }
 
-    /// Faces of more area than [`AREA_MOST`] says, of none, or of none that is a number.
-    fn impossible_faces(&self) -> Vec<usize> {
-        let is_impossible = |&f: &usize| {
-            let face = &self.faces[f];
-            let area = face.area(1e-6);
-            !area.is_finite() || area <= 0.0 || area > AREA_MOST * face.bbox().diagonal().powi(2)
-        };
-        (0..self.faces.len()).into_par_iter().filter(is_impossible).collect()
+    /// More area than [`AREA_MOST`] says, none, or none that is a number.
+    fn is_impossible(&self) -> bool {
+        let area = self.measured.area_mm2;
+        !area.is_finite() || area <= 0.0 || area > AREA_MOST * self.bounds.diagonal().powi(2)
     }
 
-    /// Pairs of the same area, centroid and box, within the tolerance.
-    fn duplicate_faces(&self) -> Vec<[usize; 2]> {
-        let facts: Vec<(f64, Vec3, Aabb)> = self
-            .faces
-            .par_iter()
-            .map(|face| {
-                let (area, centroid) = face.area_and_centroid();
-                (area, centroid, face.bbox())
-            })
-            .collect();
-        let mut order: Vec<usize> = (0..facts.len()).collect();
-        order.sort_by(|&a, &b| facts[a].0.total_cmp(&facts[b].0));
-        let near = |a: &Vec3, b: &Vec3| (a - b).norm() <= 4.0 * self.join_tolerance;
-        let mut out = Vec::new();
-        for (i, &a) in order.iter().enumerate() {
-            let (area, centroid, bounds) = &facts[a];
-            let reach = area * (1.0 + 1e-4) + self.join_tolerance.powi(2);
-            for &b in order[i + 1..].iter().take_while(|&&b| facts[b].0 <= reach) {
-                let other = &facts[b];
-                let same = near(centroid, &other.1)
-                    && near(&bounds.min, &other.2.min)
-                    && near(&bounds.max, &other.2.max);
-                if same {
-                    out.push([a.min(b), a.max(b)]);
-                }
+    fn is_same(&self, other: &Self, near: f64) -> bool {
+        let near = |a: &Vec3, b: &Vec3| (a - b).norm() <= near;
+        near(&self.measured.centroid, &other.measured.centroid)
+            && near(&self.bounds.min, &other.bounds.min)
+            && near(&self.bounds.max, &other.bounds.max)
+    }
+}
+
+/// Pairs of the same area, centroid and box, within `near` [mm], and whether all were looked for: of the faces that follow one
+/// in the order of areas at most [`COMPARISONS`] are compared with it.
+fn duplicate_faces(facts: &[Facts], near: f64) -> (Vec<[usize; 2]>, bool) {
+    let area = |f: usize| facts[f].measured.area_mm2;
+    let mut order: Vec<usize> = (0..facts.len()).collect();
+    // Faces of one area, such as many equal holes, by their place: copies of one another are then side by side.
+    let place = |f: usize| facts[f].bounds.min;
+    order.sort_by(|&a, &b| {
+        let [p, q] = [place(a), place(b)];
+        let by_place = || p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z));
+        area(a).total_cmp(&area(b)).then_with(by_place)
+    });
+    let (mut out, mut searched) = (Vec::new(), true);
+    for (i, &a) in order.iter().enumerate() {
+        let reach = area(a) * (1.0 + 1e-4) + (0.25 * near).powi(2);
+        let alike = order[i + 1..].iter().take_while(|&&b| area(b) <= reach);
+        for (k, &b) in alike.enumerate() {
+            if k == COMPARISONS {
+                searched = false;
+                break;
+            }
+            if facts[a].is_same(&facts[b], near) {
+                out.push([a.min(b), a.max(b)]);
             }
         }
-        out.sort_unstable();
-        out
     }
+    out.sort_unstable();
+    (out, searched)
 }
 
 fn samples(edge: &Edge) -> Vec<Vec3> {
     let [a, b] = edge.curve.domain();
     let at = |k: usize| edge.curve.point(a + (b - a) * k as f64 / (SAMPLES - 1) as f64);
     (0..SAMPLES).map(at).collect()
-}
-
-/// Entries of a list that are told one by one.
-const TOLD: usize = 10;
-
-impl Health {
-    /// The same for people, with the faces' names in the file.
-    #[must_use]
-    pub fn told_of(&self, model: &Model) -> String {
-        let name = |f: usize| model.faces.get(f).map_or("?", |face| face.source.as_str());
-        let names = |faces: &[usize]| {
-            let mut all: Vec<String> = faces.iter().take(TOLD).map(|&f| name(f).into()).collect();
-            if faces.len() > TOLD {
-                all.push(format!("and {} more", faces.len() - TOLD));
-            }
-            all.join(", ")
-        };
-        let mut lines = vec![
-            format!("health: {}", if self.is_sound() { "sound" } else { "not sound" }),
-            format!(
-                "  joined      within {:.1e} mm; sides up to {:.2e} mm off their edge",
-                self.join_tolerance_mm, self.largest_gap_mm
-            ),
-            format!(
-                "  parts       {}, {} of them closed",
-                self.parts.len(),
-                self.parts.iter().filter(|p| p.closed).count()
-            ),
-            format!(
-                "  free edges  {}, {:.4} mm long; {} more than twice used",
-                self.free_edges.len(),
-                self.free_edge_length_mm,
-                self.crowded_edges.len()
-            ),
-        ];
-        for lost in self.lost_faces.iter().take(TOLD) {
-            lines.push(format!("  lost        {}: {}", lost.source, lost.reason));
-        }
-        if self.lost_faces.len() > TOLD {
-            lines.push(format!("  lost        and {} more", self.lost_faces.len() - TOLD));
-        }
-        for e in self.free_edges.iter().take(TOLD) {
-            let none = if e.gap_measured { "no edge near it" } else { "gap not measured" };
-            let gap = e.gap_mm.map_or(none.into(), |g| format!("gap {g:.2e} mm"));
-            lines.push(format!("    {:.4} mm of {}: {gap}", e.length_mm, name(e.face)));
-        }
-        let unmeasured = self.free_edges.iter().filter(|e| !e.gap_measured).count();
-        if unmeasured > 0 {
-            lines.push(format!(
-                "  not done    gaps of {unmeasured} free edges: too many other edges lie near them"
-            ));
-        }
-        for part in self.parts.iter().filter(|p| p.inverted) {
-            lines.push(format!("  inside out  {}", names(&part.faces)));
-        }
-        let lists = [("disagreeing", &self.disagreeing_faces), ("tiny", &self.tiny_faces)];
-        for (what, faces) in lists.iter().filter(|l| !l.1.is_empty()) {
-            lines.push(format!("  {what:<11} {}", names(faces)));
-        }
-        if !self.impossible_faces.is_empty() {
-            lines.push(format!(
-                "  area        0 or negative, or more than a surface of their size may have: {}; their borders were not understood",
-                names(&self.impossible_faces)
-            ));
-        }
-        for [a, b] in self.duplicate_faces.iter().take(TOLD) {
-            lines.push(format!("  twice there {} and {}", name(*a), name(*b)));
-        }
-        lines.join("\n")
-    }
 }

@@ -52,20 +52,27 @@ pub fn inspect(model: &Model, diagnostics: &[Diagnostic]) -> Inspection {
         [a.x, a.y, a.z, b.x, b.y, b.z]
     };
     let free: Vec<_> = model.edges.iter().filter(|e| e.uses.len() == 1).collect();
+    let (area_mm2, unmeasured) = model.measured_area();
+    let unmeasured = unmeasured.into_iter().map(|f| Diagnostic {
+        severity: Severity::Warning,
+        code: "area-unmeasured",
+        place: model.faces[f].source.clone(),
+        text: "its area does not settle in the work that a face of its size may take; the area of the model is a guess".into(),
+    });
     Inspection {
         file: model.name.clone(),
         unit: model.unit.clone(),
         unit_mm: model.unit_mm,
         faces: model.faces.len(),
         faces_by_type,
-        area_mm2: model.area(),
+        area_mm2,
         bbox_mm,
         free_edges: free.len(),
         free_edge_length_mm: free.iter().map(|e| e.curve.length()).fold(0.0, |sum, l| sum + l),
         edges: model.edges.len(),
         join_tolerance_mm: model.join_tolerance,
         entities: model.entities.clone(),
-        diagnostics: diagnostics.to_vec(),
+        diagnostics: diagnostics.iter().cloned().chain(unmeasured).collect(),
     }
 }
 

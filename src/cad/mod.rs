@@ -5,12 +5,11 @@
 
 mod analytic;
 mod area;
+mod bounds;
 pub mod build;
 pub mod closest;
 mod creases;
 pub mod health;
-#[cfg(test)]
-mod health_tests;
 pub mod iges;
 pub mod inspect;
 mod inverse;
@@ -22,6 +21,7 @@ mod offset;
 mod orient;
 #[cfg(test)]
 pub(crate) mod query_tests;
+mod range;
 pub mod raw;
 mod sheets;
 pub mod step;

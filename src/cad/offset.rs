@@ -1,6 +1,8 @@
 //! Offset surfaces as surfaces of their own: exact for planes, quadrics and tori, fitted for sweeps and splines.
 
+use super::model::Face;
 use super::raw::{RawFace, RawSurface};
+use super::trim_region::TrimRegion;
 use crate::geometry::frame::unit;
 use crate::geometry::nurbs::{Curve3, Surface};
 use crate::geometry::{Vec2, Vec3};
@@ -196,6 +198,32 @@ fn offset_spline(
         }
     }
     through_points(&at, &breaks)
+}
+
+/// Largest distance [mm] of a face from the offset surface that it stands for, at two points inside each piece of its spline,
+/// as far as these lie within its borders. Zero where that surface is no offset of a spline.
+pub(super) fn deviation(surface: &RawSurface, face: &Face) -> f64 {
+    let (mut base, mut distance) = (surface, 0.0);
+    while let RawSurface::Offset { base: inner, distance: own } = base {
+        (base, distance) = (inner, distance + own);
+    }
+    let RawSurface::Nurbs(base) = base else { return 0.0 };
+    let region = TrimRegion::new(face);
+    let domain = face.surface.domain();
+    let [us, vs] = [0, 1].map(|k| breaks_of(face.surface.knots()[k], domain[k]));
+    let inside = |w: &[f64], share: f64| w[0] + (w[1] - w[0]) * share;
+    let mut worst = 0.0_f64;
+    for (u, v) in us.windows(2).flat_map(|u| vs.windows(2).map(move |v| (u, v))) {
+        for (x, y) in [(0.05, 0.35), (0.65, 0.95)] {
+            let uv = Vec2::new(inside(u, x), inside(v, y));
+            if region.contains(uv) {
+                let normal = base.normal(uv).unwrap_or_else(Vec3::zeros);
+                let off = face.surface.point(uv) - (base.point(uv) + normal * distance);
+                worst = worst.max(off.norm());
+            }
+        }
+    }
+    worst
 }
 
 /// Middles of the strips of one direction in which lines along that direction are not followed.

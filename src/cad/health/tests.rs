@@ -3,8 +3,10 @@
 use crate::cad::model::Edge;
 use crate::cad::query_tests::shapes::whole;
 use crate::cad::{Model, read};
+use crate::geometry::Affine;
 use crate::geometry::nurbs::{Curve3, Surface};
-use crate::geometry::{Affine, Vec3};
+
+use super::*;
 
 fn fixture(name: &str) -> Model {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/forming");
@@ -122,4 +124,27 @@ fn gaps_of_edges_that_crowd_are_given_up_within_a_budget_and_counted() {
     let (count, told) = unmeasured(2000);
     assert_eq!(count, 2000);
     assert!(told.contains("gaps of 2000 free edges"), "{told}");
+}
+
+#[test]
+fn equal_faces_are_compared_with_so_many_others_only() {
+    let fact = |k: usize| Facts {
+        measured: Measured {
+            area_mm2: 3.0,
+            centroid: Vec3::new(10.0 * k as f64, 0.0, 0.0),
+            is_within: true,
+        },
+        bounds: Aabb {
+            min: Vec3::new(10.0 * k as f64, 0.0, 0.0),
+            max: Vec3::new(10.0 * k as f64 + 1.0, 1.0, 0.0),
+        },
+    };
+    // A row of equal holes, the middle one there twice: found although not all are compared.
+    let mut row: Vec<Facts> = (0..COMPARISONS + 10).map(fact).collect();
+    row.push(fact(4_000));
+    let twice = vec![[4_000, row.len() - 1]];
+    assert_eq!(duplicate_faces(&row, 0.1), (twice, false));
+    row.truncate(100);
+    row.push(fact(4));
+    assert_eq!(duplicate_faces(&row, 0.1), (vec![[4, 100]], true));
 }

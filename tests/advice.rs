@@ -180,7 +180,7 @@ fn a_tool_that_goes_the_wrong_way_is_told() {
     assert!(!after.contains("moves away"), "{after}");
 }
 
-/// The cross tool of the demo with so many patches over 90 degrees.
+/// The cross tool of the cross tool with so many patches over 90 degrees.
 fn cross_tools(folder: &Path, divisions: &str) {
     for tool in ["die", "punch", "holder"] {
         let cad: PathBuf = ["fixtures", "cross", &format!("{tool}.igs")].iter().collect();
@@ -195,13 +195,13 @@ fn cross_tools(folder: &Path, divisions: &str) {
     }
 }
 
-/// What `check` says of the demo with such tools.
+/// What `check` says of the cross tool with such tools.
 fn cross(divisions: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     cross_tools(folder, divisions);
     copied("cross", folder);
-    told(folder, "demo.scene.json", |_| {})
+    told(folder, "cross.scene.json", |_| {})
 }
 
 #[test]
@@ -305,8 +305,8 @@ fn a_quarter_of_a_sheet_without_its_planes_is_a_doubt() {
     let folder = folder.path();
     cross_tools(folder, "2");
     copied("cross", folder);
-    assert!(!told(folder, "demo.scene.json", |_| {}).contains("symmetry-missing"));
-    let text = told(folder, "demo.scene.json", |scene| scene["symmetry"] = json!([]));
+    assert!(!told(folder, "cross.scene.json", |_| {}).contains("symmetry-missing"));
+    let text = told(folder, "cross.scene.json", |scene| scene["symmetry"] = json!([]));
     for axis in ["x", "y"] {
         let cut =
             format!("symmetry-missing: The blank has a straight free side at {axis} = 0.0000");

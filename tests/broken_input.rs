@@ -100,7 +100,7 @@ fn a_tool_file_with_an_unknown_key_has_line_and_column() {
 
 #[test]
 fn a_scene_whose_tool_file_is_missing_names_key_and_remedy() {
-    let scene = fs::read(fixture("cross/demo.scene.json")).unwrap();
+    let scene = fs::read(fixture("cross/cross.scene.json")).unwrap();
     let (folder, path) = folder_with("x.scene.json", &scene);
     let out = folder.path().join("out").to_string_lossy().into_owned();
     for arguments in [vec!["check", &path], vec!["run", &path, "-o", &out]] {

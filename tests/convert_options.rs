@@ -103,12 +103,12 @@ fn faces_that_a_sheet_cannot_touch_are_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let cad_file = fixture("forming/cross_die_full_144.igs");
     let out = folder.path().join("die.tool.json");
-    let scene = fixture("cross/demo.scene.json");
+    let scene = fixture("cross/cross.scene.json");
     let reach = ["--reach", scene.to_str().unwrap()];
     let (text, part) = converted(&cad_file, &out, &reach);
     let loaded = read(&out).unwrap();
     println!("{text}{}", loaded.provenance.mesher);
-    assert!(loaded.provenance.mesher.contains("reach=demo.scene.json faces="));
+    assert!(loaded.provenance.mesher.contains("reach=cross.scene.json faces="));
     let (_, whole) = converted(&cad_file, &out, &["--sheet-side=+z"]);
     assert!(2 * part.patches < whole.patches, "{} of {}", part.patches, whole.patches);
     assert!(part.worst_mm() <= whole.worst_mm() + 1e-9 && part.folded.is_empty());

@@ -59,13 +59,13 @@ fn the_reference_of_doubts_is_what_the_codes_say() {
 }
 
 #[test]
-fn the_demo_scene_fits_its_schema_and_a_wrong_one_does_not() {
+fn the_cross_scene_fits_its_schema_and_a_wrong_one_does_not() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |path: &str| -> serde_json::Value {
         serde_json::from_slice(&std::fs::read(root.join(path)).unwrap()).unwrap()
     };
     let validator = jsonschema::validator_for(&read("schemas/scene.schema.json")).unwrap();
-    let mut scene = read("fixtures/cross/demo.scene.json");
+    let mut scene = read("fixtures/cross/cross.scene.json");
     assert!(validator.is_valid(&scene));
     scene["$schema"] = "../../schemas/scene.schema.json".into();
     scene["blank"]["_comment"] = "quarter".into();

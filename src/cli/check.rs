@@ -18,7 +18,7 @@ use crate::solver::reach::{leave_out, reachable};
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = format!("Examples:\n  kanagata-solve check fixtures/cross/demo.scene.json\n  kanagata-solve check fixtures/cross/demo.scene.json --json --measure\n\n\
+#[command(after_help = format!("Examples:\n  kanagata-solve check fixtures/dome/dome.scene.json\n  kanagata-solve check fixtures/dome/dome.scene.json --json --measure\n\n\
     Findings have a level: error (run refuses the scene, exit code 2), doubt (a run ends and its result must not be trusted as it\n\
     is, exit code 1; docs/reference/doubts.md), note (a choice that costs accuracy or time). They are sorted by level and effect.\n\n{EXIT_HELP}"))]
 pub struct CheckArgs {

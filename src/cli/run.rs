@@ -17,7 +17,7 @@ use crate::solver::SimulationError;
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = format!("Example:\n  kanagata-solve run fixtures/cross/demo.scene.json -o out/demo\n\n\
+#[command(after_help = format!("Example:\n  kanagata-solve run fixtures/dome/dome.scene.json -o out/dome\n\n\
     `kanagata-solve status DIR` says how it stands. Results of an earlier run in DIR are replaced; one of the same inputs\n\
     that was stopped is gone on with (--restart) or thrown away knowingly (--overwrite).\n\
     The folder then holds history.csv, run.json, run.pvd, steps/*.vtu, tools/*.vtu and report.html.\n\n{EXIT_HELP}"))]

@@ -10,7 +10,7 @@ fn read(file: &str) -> Model {
 }
 
 fn scene(change: impl Fn(&mut serde_json::Value)) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/cross/demo.scene.json");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/cross/cross.scene.json");
     let mut value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
     change(&mut value);
     serde_json::from_value(value).unwrap()

@@ -1,8 +1,7 @@
-//! Changes that keep a CAD text readable far into the reader: words for words, in IGES within their columns.
+//! Changes that keep a text readable far into its reader: words for words, in IGES within their columns, in JSON also values
+//! for values.
 
-use libfuzzer_sys::fuzzer_mutate;
-
-use crate::dice::Dice;
+use super::dice::Dice;
 
 /// Which text it is.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -10,7 +9,13 @@ pub enum Text {
     /// Cards of 80 columns.
     Iges,
     /// Words in any place.
-    Step,
+    Words,
+    /// Cards or words, by the first of them.
+    Cad,
+    /// Nested values.
+    Json,
+    /// A line of JSON before bytes.
+    Checkpoint,
 }
 
 /// Numbers that hurt.
@@ -39,34 +44,28 @@ const NUMBERS: [&[u8]; 22] = [
     b"",
 ];
 
-/// Changes the input in place and gives its new length: one time in three libFuzzer's own way, else word by word.
-/// `known`: a dictionary in libFuzzer's form, a word in quotes a line.
-pub fn mutate(
-    text: Text,
-    known: &str,
-    data: &mut [u8],
-    size: usize,
-    most: usize,
-    seed: u32,
-) -> usize {
-    let mut dice = Dice(u64::from(seed));
-    if size == 0 || dice.below(3) == 0 {
-        return fuzzer_mutate(data, size, most);
-    }
-    let mut bytes = data[..size].to_vec();
+/// Changes one to four words, values or lines of a text. `known`: a dictionary in libFuzzer's form, a word in quotes a line.
+pub fn damage(text: Text, known: &str, bytes: &mut Vec<u8>, dice: &mut Dice) {
+    // What follows the first line of a checkpoint is numbers: mostly kept.
+    let first = bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len());
+    let kept = text == Text::Checkpoint && dice.below(8) > 0;
+    let rest = if kept { bytes.split_off(first) } else { Vec::new() };
+    let nested = matches!(text, Text::Json | Text::Checkpoint);
     for _ in 0..=dice.below(4) {
+        if bytes.is_empty() {
+            break;
+        }
         match dice.below(12) {
-            0 => repeat_line(&mut bytes, &mut dice),
+            0..6 if nested => change_value(bytes, dice),
+            0 => repeat_line(bytes, dice),
             1 => {
-                let line = line_at(&bytes, dice.below(bytes.len()));
+                let line = line_at(bytes, dice.below(bytes.len()));
                 bytes.drain(line);
             }
-            _ => change_word(text, known, &mut bytes, &mut dice),
+            _ => change_word(text, known, bytes, dice),
         }
     }
-    let size = bytes.len().min(most);
-    data[..size].copy_from_slice(&bytes[..size]);
-    size
+    bytes.extend(rest);
 }
 
 /// The line around a place, with its end.
@@ -95,6 +94,57 @@ fn word_at(bytes: &[u8], at: usize) -> Option<std::ops::Range<usize>> {
     Some(start..end)
 }
 
+/// The JSON value that begins at or behind a place: up to its own end, or that of the text.
+fn value_at(bytes: &[u8], at: usize) -> Option<std::ops::Range<usize>> {
+    let begins = |b: &u8| b"[{\"-".contains(b) || b.is_ascii_alphanumeric();
+    let from = at + bytes[at..].iter().position(begins)?;
+    let (mut depth, mut quoted, mut k) = (0usize, false, from);
+    while k < bytes.len() {
+        match bytes[k] {
+            b'\\' if quoted => k += 1,
+            b'"' => {
+                quoted = !quoted;
+                if !quoted && depth == 0 {
+                    return Some(from..k + 1);
+                }
+            }
+            _ if quoted => {}
+            b'[' | b'{' => depth += 1,
+            b']' | b'}' if depth <= 1 => {
+                return Some(from..if depth == 1 { k + 1 } else { k });
+            }
+            b']' | b'}' => depth -= 1,
+            b',' | b':' | b' ' | b'\n' if depth == 0 => return Some(from..k),
+            _ => {}
+        }
+        k += 1;
+    }
+    Some(from..bytes.len())
+}
+
+/// A JSON value becomes another of the file, an empty one, or a list with a value more or less.
+fn change_value(bytes: &mut Vec<u8>, dice: &mut Dice) {
+    const EMPTY: [&[u8]; 8] = [b"null", b"[]", b"{}", b"\"\"", b"true", b"0", b"-1", b"[0,0]"];
+    let Some(old) = value_at(bytes, dice.below(bytes.len())) else { return };
+    let comma = bytes[old.end..].iter().take_while(|b| b.is_ascii_whitespace() || **b == b',');
+    let behind = old.end + comma.count();
+    match dice.below(5) {
+        0 => drop(bytes.splice(old, EMPTY[dice.below(EMPTY.len())].iter().copied())),
+        1 => drop(bytes.drain(old.start..behind)),
+        2 => {
+            let mut again = bytes[old.clone()].to_vec();
+            again.push(b',');
+            bytes.splice(old.start..old.start, again);
+        }
+        _ => {
+            if let Some(new) = value_at(bytes, dice.below(bytes.len())) {
+                let new = bytes[new].to_vec();
+                bytes.splice(old, new);
+            }
+        }
+    }
+}
+
 /// References, names, enumerations, numbers.
 fn class(word: &[u8]) -> u8 {
     match word {
@@ -113,7 +163,11 @@ fn change_word(text: Text, known: &str, bytes: &mut Vec<u8>, dice: &mut Dice) {
         0 => NUMBERS[dice.below(NUMBERS.len())].to_vec(),
         1 => {
             let words: Vec<&str> = known.lines().filter(|l| l.starts_with('"')).collect();
-            words[dice.below(words.len())].trim_matches('"').as_bytes().to_vec()
+            words
+                .get(dice.below(words.len()))
+                .map_or("", |w| w.trim_matches('"'))
+                .as_bytes()
+                .to_vec()
         }
         _ => {
             let other = |_| word_at(bytes, dice.below(bytes.len())).map(|w| bytes[w].to_vec());
@@ -124,7 +178,9 @@ fn change_word(text: Text, known: &str, bytes: &mut Vec<u8>, dice: &mut Dice) {
     };
     let line = line_at(bytes, old.start);
     let column = old.start - line.start;
-    let letter = (text == Text::Iges).then(|| bytes[line.clone()].get(72).copied()).flatten();
+    let letter = matches!(text, Text::Iges | Text::Cad)
+        .then(|| bytes[line.clone()].get(72).copied())
+        .flatten();
     match letter {
         Some(b'D') if column < 72 => {
             let field = line.start + column / 8 * 8;

@@ -7,9 +7,8 @@ use std::sync::OnceLock;
 use kanagata::audit::{AuditOptions, CadReference, audit};
 use kanagata::cad::{Creases, Model, build, iges, read_raw, step};
 use kanagata::contact::ToolSurface;
-use kanagata::convert::bezier::{BezierOptions, within_tolerance};
+use kanagata::convert::bezier::{BezierOptions, bezier_from_cad};
 use kanagata::convert::own::convert_mesh;
-use kanagata::convert::unfolded::mesh_and_convert;
 use kanagata::convert::{ConvertOptions, ConvertReport};
 use kanagata::geometry::Vec3;
 use kanagata::mesh::mapped::{MappedOptions, mesh};
@@ -34,7 +33,7 @@ pub type Outcome = Result<(), String>;
 /// Elements of a scene's blank above which no set-up is made: building meshes is not what is examined.
 const ELEMENTS_MAX: usize = 200;
 /// Faces of a CAD model above which it is not converted.
-const FACES_MAX: usize = 12;
+const FACES_MAX: usize = 4;
 /// Cases of a study above which they are not kept: each has its scene.
 const CASES_MAX: usize = 16;
 /// Elements of a mesh above which it is not made a tool.
@@ -79,15 +78,17 @@ pub fn read_step(bytes: &[u8]) -> Outcome {
     Ok(())
 }
 
-/// A CAD file meshed with two divisions of a quarter turn, converted to Nagata and to Bezier patches, both audited.
+/// A CAD file of a few faces, meshed with one division of a quarter turn, converted to Nagata and to Bezier patches, both
+/// audited.
 pub fn convert(bytes: &[u8]) -> Outcome {
     let raw = read_raw(bytes, "fuzz.cad").map_err(words)?;
     let (model, _) = build::build_with(raw, "fuzz.cad", Creases::Cut);
     if model.faces.len() > FACES_MAX {
         return Err(format!("{} faces", model.faces.len()));
     }
-    let divided = MappedOptions { arc_divisions: 2, ..MappedOptions::default() };
-    let nagata = mesh_and_convert(&model, &divided, &ConvertOptions::default());
+    let divided = MappedOptions { arc_divisions: 1, ..MappedOptions::default() };
+    let mesh = mesh(&model, &divided).map_err(words)?;
+    let nagata = kanagata::convert::convert(&model, &mesh, &ConvertOptions::default());
     let nagata = nagata.map_err(words).and_then(|(tool, _)| audited(&model, &tool));
     let size = model.faces.iter().map(|f| f.bbox().diagonal()).fold(0.0, f64::max);
     let options = BezierOptions {
@@ -96,14 +97,13 @@ pub fn convert(bytes: &[u8]) -> Outcome {
         sheet_side: None,
         flip: false,
     };
-    let mesh_of = |n| mesh(&model, &MappedOptions { arc_divisions: n, ..divided });
-    let bezier = within_tolerance(&model, &options, true, 2, mesh_of);
-    let bezier = bezier.map_err(words).and_then(|made| audited(&model, &made.tool));
+    let bezier = bezier_from_cad(&model, &mesh, &options);
+    let bezier = bezier.map_err(words).and_then(|(tool, _)| audited(&model, &tool));
     nagata.and(bezier)
 }
 
 fn audited(model: &Model, tool: &ToolModel) -> Outcome {
-    let options = AuditOptions { samples: 4, refine: 16, ..AuditOptions::default() };
+    let options = AuditOptions { samples: 2, refine: 1, ..AuditOptions::default() };
     audit(tool, &CadReference::new(model), &options).map(drop).map_err(words)
 }
 

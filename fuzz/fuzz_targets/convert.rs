@@ -4,6 +4,6 @@
 
 use kanagata_fuzz::damage::Text;
 use kanagata_fuzz::limits::SECONDS_CONVERTING;
-use kanagata_fuzz::readers::convert;
+use kanagata_fuzz::readers::convert_quickly;
 
-kanagata_fuzz::target!(convert, SECONDS_CONVERTING, Text::Cad, include_str!("../step.dict"));
+kanagata_fuzz::target!(convert_quickly, SECONDS_CONVERTING, Text::Cad, include_str!("../step.dict"));

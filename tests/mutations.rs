@@ -135,20 +135,6 @@ fn twenty_thousand_mutants_give_a_model_or_a_typed_error() {
     );
 }
 
-/// What a fuzzer or somebody's file once broke, and what was made in that manner: `fuzz/` says how to add to it.
-#[test]
-fn inputs_that_broke_a_reader_once_are_read_again() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/fuzz");
-    let mut count = 0;
-    for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-        let bytes = std::fs::read(&path).unwrap();
-        let name = path.file_name().unwrap().to_string_lossy();
-        assert_eq!(fault(&name, &bytes), None, "{name}");
-        count += 1;
-    }
-    assert!(count > 1, "{count} files in fixtures/fuzz");
-}
-
 /// Small files whose cost grew with the square of what they say, or beyond: each is told so and stays small.
 #[test]
 fn what_multiplies_itself_is_bounded_and_told() {

@@ -1,19 +1,9 @@
-//! Any bytes give a model or a typed error, soon and in little memory: `tools/fuzz`.
+//! IGES: any bytes give a result or a typed error, soon and in little memory.
 
 #![no_main]
 
-use kanagata_fuzz::cad::{build, iges};
-use kanagata_fuzz::mutate::{Text, mutate};
-use libfuzzer_sys::{fuzz_mutator, fuzz_target};
+use kanagata_fuzz::damage::Text;
+use kanagata_fuzz::limits::SECONDS;
+use kanagata_fuzz::readers::read_iges;
 
-fuzz_target!(|bytes: &[u8]| {
-    kanagata_fuzz::within_limits(|| {
-        if let Ok(raw) = iges::read_bytes(bytes, "fuzz.igs") {
-            let _ = build::build_with(raw, "fuzz.igs", build::Creases::Cut);
-        }
-    });
-});
-
-fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
-    mutate(Text::Iges, include_str!("../iges.dict"), data, size, max_size, seed)
-});
+kanagata_fuzz::target!(read_iges, SECONDS, Text::Iges, include_str!("../iges.dict"));

@@ -1,4 +1,4 @@
-//! Numbers that chance could have given, the same everywhere: for the fuzzer and for `tests/mutations.rs`.
+//! Numbers that chance could have given, the same everywhere: for the fuzzer and for `tests/foreign_bytes.rs`.
 
 /// splitmix64.
 pub struct Dice(pub u64);

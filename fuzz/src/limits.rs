@@ -4,10 +4,14 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Once;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-/// What the readers promise for any input of this size [bytes].
-const MEMORY: usize = 256 << 20;
-/// What the readers promise [s]: time of the processor, so that a busy machine finds nothing.
-const SECONDS: f64 = 1.0;
+/// Memory that any input may take [bytes].
+const MEMORY: usize = 64 << 20;
+/// Memory that an input may take besides, over its size.
+const MEMORY_RATIO: usize = 32;
+/// Time that reading an input may take [s]: of the processor, so that a busy machine finds nothing.
+pub const SECONDS: f64 = 1.0;
+/// Time that reading, conversion and audit of an input may take [s].
+pub const SECONDS_CONVERTING: f64 = 10.0;
 
 /// The system's allocator, which counts what is held [bytes] and stops the process above a limit.
 struct Counting;
@@ -21,7 +25,7 @@ impl Counting {
     fn more(size: usize) {
         if HELD.fetch_add(size, Relaxed).saturating_add(size) > ALLOWED.load(Relaxed) {
             ALLOWED.store(usize::MAX, Relaxed);
-            stop(&format!("an input takes more than {} MB: {size} bytes more", MEMORY >> 20));
+            stop(&format!("an input takes more memory than it may: {size} bytes more"));
         }
     }
 }
@@ -69,20 +73,20 @@ fn used() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// Calls `read` on this thread alone (parallel loops too) and ends the process when it takes more time or memory
-/// than the readers promise.
-pub fn within_limits(read: impl FnOnce()) {
+/// Calls `read` on an input of `size` bytes, on this thread alone (parallel loops too), and ends the process when it takes
+/// more than `seconds` or more memory than it may.
+pub fn within(size: usize, seconds: f64, read: impl FnOnce()) {
     static POOL: Once = Once::new();
     POOL.call_once(|| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread();
         pool.build_global().expect("no other pool was made");
     });
-    ALLOWED.store(HELD.load(Relaxed) + MEMORY, Relaxed);
+    ALLOWED.store(HELD.load(Relaxed) + MEMORY + MEMORY_RATIO * size, Relaxed);
     let start = used();
     read();
     let took = used() - start;
     ALLOWED.store(usize::MAX, Relaxed);
-    if took > SECONDS {
-        stop(&format!("an input takes {took:.2} s of the processor, {SECONDS} s are allowed"));
+    if took > seconds {
+        stop(&format!("an input takes {took:.2} s of the processor, {seconds} s are allowed"));
     }
 }

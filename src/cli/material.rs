@@ -10,7 +10,7 @@ use super::own::refuse_clashes;
 use super::say::{out, out_lines};
 use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
-use crate::scene::comments::without_comments;
+use crate::scene::read::parse_card;
 use crate::solver::material::card::{self, CardError, MaterialCard};
 use crate::solver::material::yield_function::YieldFunction;
 
@@ -83,9 +83,8 @@ fn load(name: &str) -> Result<MaterialCard, Failure> {
     }
     let text = crate::files::read_text(path, crate::files::Input::Description)
         .map_err(|error| Failure::new(Exit::Io, format!("{}: {error}", path.display())))?;
-    serde_json::from_slice(&without_comments(text.as_bytes())).map_err(|error| {
-        Failure::input(format!("{}: {error}; allowed: {}", path.display(), card::KEYS))
-    })
+    parse_card(text.as_bytes())
+        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
 }
 
 fn told(card: &MaterialCard, function: Option<&YieldFunction>) -> String {

@@ -11,6 +11,9 @@ pub const COORDINATE_MAX_MM: f64 = 1e7;
 pub const PARAMETER_MAX: f64 = 1e9;
 /// Largest ratio of two weights of a rational curve or surface. Doubled: one bit less in its quotients.
 pub const WEIGHT_RATIO_MAX: f64 = 1e9;
+/// Largest count of increments, iterations or failures in a state that is read back: no run counts so far, and sums of a
+/// few of them do not overflow. Doubled: the same.
+pub const COUNT_MAX: usize = u32::MAX as usize;
 
 /// What is wrong with a coordinate or length [mm], with what is allowed; `None` when it can be used.
 #[must_use]

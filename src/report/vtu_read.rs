@@ -74,7 +74,13 @@ pub fn read(path: &Path) -> Result<Grid, VtuError> {
     })
 }
 
-type Fault = (String, String);
+/// Array or element of a grid that cannot be read, and what was found there.
+pub type Fault = (String, String);
+
+/// Numbers that a file of any size may say, and more for each of its bytes. Without compression no file says more than one
+/// a byte; grids of whole numbers and zeros compress to a tenth. Doubled: twice the memory that a hostile file takes.
+const NUMBERS_ANY: usize = 1 << 20;
+const NUMBERS_PER_BYTE: usize = 2;
 
 fn fault(place: &str, found: impl Into<String>) -> Fault {
     (place.to_owned(), found.into())
@@ -106,7 +112,11 @@ fn split(text: &[u8]) -> Result<(&[u8], Option<Appended<'_>>), Fault> {
     Ok((&text[..at], Some(Appended { base64, data: &text[cut(b'_', end)? + 1..] })))
 }
 
-fn parse(text: &[u8]) -> Result<Grid, Fault> {
+/// The grid in the bytes of a `.vtu` file.
+///
+/// # Errors
+/// [`Fault`].
+pub fn parse(text: &[u8]) -> Result<Grid, Fault> {
     let (xml, appended) = split(text)?;
     let mut reader = Reader::from_reader(xml);
     let mut encoding = Encoding::default();
@@ -115,13 +125,17 @@ fn parse(text: &[u8]) -> Result<Grid, Fault> {
     let mut pieces = 0;
     let mut counts = [0; 2];
     let mut buffer = Vec::new();
+    // Compressed arrays, and those that begin at the same place, may say far more than the file holds.
+    let mut left = NUMBERS_ANY.saturating_add(NUMBERS_PER_BYTE.saturating_mul(text.len()));
     loop {
         let event = reader
             .read_event_into(&mut buffer)
             .map_err(|e| fault("XML", format!("{e} at byte {}", reader.buffer_position())))?;
         match event {
             Event::Empty(tag) if tag.name().as_ref() == b"DataArray" => {
-                arrays.push((section.clone(), read_array(&tag, "", encoding, appended.as_ref())?));
+                let array = read_array(&tag, "", encoding, appended.as_ref(), left)?;
+                left -= array.values.len();
+                arrays.push((section.clone(), array));
             }
             Event::Start(tag) => match tag.name().as_ref() {
                 b"VTKFile" => encoding = read_encoding(&tag)?,
@@ -135,7 +149,8 @@ fn parse(text: &[u8]) -> Result<Grid, Fault> {
                 b"DataArray" => {
                     let tag = tag.into_owned();
                     let body = text_of(&mut reader, &attribute(&tag, "Name").unwrap_or_default())?;
-                    let array = read_array(&tag, &body, encoding, appended.as_ref())?;
+                    let array = read_array(&tag, &body, encoding, appended.as_ref(), left)?;
+                    left -= array.values.len();
                     arrays.push((section.clone(), array));
                 }
                 _ => {}
@@ -205,6 +220,7 @@ fn read_array(
     body: &str,
     encoding: Encoding,
     appended: Option<&Appended<'_>>,
+    most: usize,
 ) -> Result<GridArray, Fault> {
     let name = attribute(tag, "Name").unwrap_or_default();
     let kind = attribute(tag, "type").unwrap_or_default();
@@ -217,7 +233,7 @@ fn read_array(
             .collect::<Result<_, _>>()?,
         Some("binary") => {
             let source = Source::Base64(body.trim().as_bytes());
-            encoding.numbers(&source, &kind).map_err(|e| fault(&name, e))?
+            encoding.numbers(&source, &kind, most).map_err(|e| fault(&name, e))?
         }
         Some("appended") => {
             let offset = attribute(tag, "offset").and_then(|o| o.parse::<usize>().ok());
@@ -227,10 +243,16 @@ fn read_array(
                 Some((false, data)) => Source::Raw(data),
                 None => return Err(fault(&name, format!("offset {offset:?}, nothing is there"))),
             };
-            encoding.numbers(&source, &kind).map_err(|e| fault(&name, e))?
+            encoding.numbers(&source, &kind, most).map_err(|e| fault(&name, e))?
         }
         other => return Err(fault(&name, format!("format {other:?}"))),
     };
+    if values.len() > most {
+        return Err(fault(
+            &name,
+            format!("more than the {most} numbers that a file of this size may say"),
+        ));
+    }
     Ok(GridArray { name, components, values })
 }
 

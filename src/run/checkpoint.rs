@@ -3,21 +3,27 @@
 //! First line `kanagata-checkpoint VERSION SHA256`, the digest of all that follows: one line of JSON ([`Head`]), then the
 //! history of the material points as bytes.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::folder::RunFolder;
+use super::folder::{RunFolder, inputs};
 use crate::files::{Sha256Writer, WriteError, sha256_hex, write_atomic};
 use crate::report::record::RunRecord;
+use crate::scene::Plan;
 use crate::solver::state::SimulationState;
 
 /// Version of the file.
 const VERSION: u32 = 15;
 const MAGIC: &str = "kanagata-checkpoint";
+
+/// First line of a file whose other lines have the digest.
+#[must_use]
+pub fn first_line(sha256: &str) -> String {
+    format!("{MAGIC} {VERSION} {sha256}")
+}
 
 /// Why a run cannot go on from its folder.
 #[non_exhaustive]
@@ -114,7 +120,7 @@ pub fn write(folder: &RunFolder, state: &SimulationState, count: usize) -> Resul
     write_atomic(path, |w| {
         let mut digest = Sha256Writer::default();
         body(&mut digest)?;
-        writeln!(w, "{MAGIC} {VERSION} {}", digest.hex())?;
+        writeln!(w, "{}", first_line(&digest.hex()))?;
         body(w)
     })
 }
@@ -133,19 +139,15 @@ fn has_completed(folder: &Path) -> bool {
     record.is_ok_and(|record| record.verdict.is_complete())
 }
 
-/// The newest whole checkpoint in a folder, if it belongs to these inputs and this program.
+/// The newest whole checkpoint in a folder, if it belongs to the inputs of `plan` and to this program.
 ///
 /// # Errors
 /// [`CheckpointError`].
-pub fn read(
-    folder: &Path,
-    inputs: &BTreeMap<String, String>,
-    program: &str,
-) -> Result<Checkpoint, CheckpointError> {
+pub fn read(folder: &Path, plan: &Plan, program: &str) -> Result<Checkpoint, CheckpointError> {
     let mut faults = Vec::new();
     let mut found: Option<Checkpoint> = None;
     for file in files(folder) {
-        match parse(&file) {
+        match read_one(&file) {
             Ok(one)
                 if found
                     .as_ref()
@@ -163,7 +165,7 @@ pub fn read(
         }
         return Err(CheckpointError::None { folder: folder.into(), why: faults.join(", ") });
     };
-    let record = &checkpoint.folder.record;
+    let RunFolder { record, history, .. } = &checkpoint.folder;
     if record.program != program {
         return Err(CheckpointError::Program {
             folder: folder.into(),
@@ -171,6 +173,7 @@ pub fn read(
             expected: program.into(),
         });
     }
+    let inputs = inputs(plan);
     for (input, expected) in &record.inputs {
         let now = inputs.get(input).map_or("none", String::as_str);
         if now != expected {
@@ -182,6 +185,11 @@ pub fn read(
             });
         }
     }
+    let of_plan = plan.scene.tools.iter().map(|tool| &tool.name);
+    if !history.tools.iter().eq(of_plan) {
+        let why = "its history is of other tools than the scene's".into();
+        return Err(CheckpointError::None { folder: folder.into(), why });
+    }
     checkpoint.folder.path = folder.to_path_buf();
     Ok(checkpoint)
 }
@@ -190,30 +198,36 @@ pub fn read(
 #[must_use]
 pub fn newest(folder: &Path) -> Option<(PathBuf, usize)> {
     let whole = files(folder).into_iter().filter_map(|file| {
-        let increments = parse(&file).ok()?.folder.record.increments;
+        let increments = read_one(&file).ok()?.folder.record.increments;
         Some((file, increments))
     });
     whole.max_by_key(|(_, increments)| *increments)
 }
 
-fn parse(file: &Path) -> Result<Checkpoint, String> {
+fn read_one(file: &Path) -> Result<Checkpoint, String> {
     let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let bytes = crate::files::read(file, crate::files::Input::Checkpoint)
         .map_err(|e| format!("{name}: {e}"))?;
-    let fault = |what: &str| format!("{name}: {what}");
+    parse(&bytes).map_err(|what| format!("{name}: {what}"))
+}
+
+/// The checkpoint in the bytes of a file.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn parse(bytes: &[u8]) -> Result<Checkpoint, String> {
     let line = |from: usize| bytes[from..].iter().position(|b| *b == b'\n').map(|k| from + k);
-    let first = line(0).ok_or_else(|| fault("no first line"))?;
+    let first = line(0).ok_or("no first line")?;
     let words = String::from_utf8_lossy(&bytes[..first]);
-    let expected = format!("{MAGIC} {VERSION} {}", sha256_hex(&bytes[first + 1..]));
-    if words != expected {
-        return Err(fault("version or digest is wrong"));
+    if words != first_line(&sha256_hex(&bytes[first + 1..])) {
+        return Err("version or digest is wrong".into());
     }
-    let second = line(first + 1).ok_or_else(|| fault("no second line"))?;
+    let second = line(first + 1).ok_or("no second line")?;
     let Head { folder, mut state } =
         serde_json::from_slice::<Head<RunFolder, SimulationState>>(&bytes[first + 1..second])
-            .map_err(|e| fault(&e.to_string()))?;
+            .map_err(|e| e.to_string())?;
     if !folder.history.is_whole() {
-        return Err(fault("an increment of its history lacks the travel or force of a tool"));
+        return Err("an increment of its history lacks the travel or force of a tool".into());
     }
     state.material = bytes[second + 1..].to_vec();
     Ok(Checkpoint { folder, state })

@@ -35,7 +35,7 @@ use crate::solver::reach::{Guard, leave_out, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
 use checkpoint::CheckpointError;
-use folder::{PROGRAM, RunFolder, inputs};
+use folder::{PROGRAM, RunFolder};
 
 /// Why a run ends early.
 #[non_exhaustive]
@@ -190,7 +190,7 @@ pub fn run(
     let section = options.stop.section();
     simulation.heed(options.stop.clone());
     let mut folder = if options.restart {
-        let checkpoint = checkpoint::read(output, &inputs(plan), PROGRAM)?;
+        let checkpoint = checkpoint::read(output, plan, PROGRAM)?;
         simulation.resume(checkpoint.state).map_err(failed)?;
         let mut folder = checkpoint.folder;
         folder.resume()?;

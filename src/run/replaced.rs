@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::RunError;
 use super::begun::FORMAT;
 use super::checkpoint;
-use super::folder::{PROGRAM, RESULTS, inputs};
+use super::folder::{PROGRAM, RESULTS};
 use super::lock;
 use super::status::restart_command;
 use crate::report::record::{RunRecord, Verdict};
@@ -64,7 +64,7 @@ pub(super) fn replaced(
     };
     let mut why = String::new();
     if matches!(record.verdict, Verdict::Running | Verdict::Stopped) {
-        match checkpoint::read(folder, &inputs(plan), PROGRAM) {
+        match checkpoint::read(folder, plan, PROGRAM) {
             Ok(checkpoint) if !overwrite => {
                 let increment = checkpoint.folder.record.increments;
                 let restart = restart_command(&record, scene, folder);

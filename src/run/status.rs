@@ -203,7 +203,7 @@ fn read_history(folder: &Path, increments: usize) -> Result<History, StatusError
     let mut history = History::parse(&text)
         .map_err(|found| StatusError::Invalid { path: path.clone(), found })?;
     // It is written just before run.json: one line may be ahead of it.
-    history.rows.retain(|row| row.increment <= increments + 1);
+    history.rows.retain(|row| row.increment <= increments.saturating_add(1));
     Ok(history)
 }
 

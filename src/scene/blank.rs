@@ -6,10 +6,10 @@ use super::read::{PlannedFile, SceneError};
 use super::types::{Blank, BlankShape, MeshState, Region, Scene, SymmetryPlane};
 use crate::files::sha256_hex;
 use crate::geometry::Vec3;
-use crate::mesh::io::{self, SheetElements};
+use crate::mesh::io::{self, SheetElements, SheetMesh};
 use crate::solver::Constraints;
 use crate::solver::blank::{HexMesh, disc, quarter_disc, rectangle, thickened};
-use crate::solver::columns::{SheetError, from_hexahedra, oriented};
+use crate::solver::columns::{from_hexahedra, oriented};
 
 /// Nodes this close to a plane or a radius are on it [share of the largest coordinate]: what files written with seven digits
 /// leave.
@@ -59,43 +59,51 @@ fn of_file(
     state: Option<MeshState>,
 ) -> Result<HexMesh, SceneError> {
     let at = |cause: String| SceneError::Blank { path: scene.to_path_buf(), cause };
-    let in_file = |e: SheetError| at(format!("{}: {e}", file.display()));
-    let mesh = io::read_sheet(file).map_err(|e| at(e.to_string()))?;
+    let sheet = io::read_sheet(file).map_err(|e| at(e.to_string()))?;
+    of_sheet(blank, sheet, state).map_err(|cause| at(format!("{}: {cause}", file.display())))
+}
+
+/// The mesh of a blank whose file has the elements `sheet`.
+///
+/// # Errors
+/// What was found in the file, and what is allowed: results of a formed sheet, quadrilaterals without a thickness, elements
+/// that make no sheet, a thickness or layers that contradict the scene.
+pub fn of_sheet(
+    blank: &Blank,
+    mesh: SheetMesh,
+    state: Option<MeshState>,
+) -> Result<HexMesh, String> {
     if state.is_none() && !mesh.results.is_empty() {
-        return Err(at(format!(
-            "{}: found results of a formed sheet ({}), which a blank does not take over: its stresses, plastic strains and hardening would be lost; allowed: a mesh without them, or `\"state\": \"drop\"` beside `file` for a blank free of stress in this shape",
-            file.display(),
+        return Err(format!(
+            "found results of a formed sheet ({}), which a blank does not take over: its stresses, plastic strains and hardening would be lost; allowed: a mesh without them, or `\"state\": \"drop\"` beside `file` for a blank free of stress in this shape",
             listed(&mesh.results)
-        )));
+        ));
     }
     match mesh.elements {
         SheetElements::Quads(quads) => {
             if blank.thickness_mm <= 0.0 {
                 let found = "quadrilaterals and no blank.thickness_mm";
-                let file = file.display();
-                return Err(at(format!("{file}: found {found}; allowed: a thickness above 0")));
+                return Err(format!("found {found}; allowed: a thickness above 0"));
             }
-            let quads = oriented(&mesh.points, &quads).map_err(in_file)?;
+            let quads = oriented(&mesh.points, &quads).map_err(|e| e.to_string())?;
             Ok(thickened(&mesh.points, &quads, blank.thickness_mm, blank.layers))
         }
         SheetElements::Hexahedra { elements, stacked } => {
             let thickness = Some(blank.thickness_mm).filter(|given| *given > 0.0);
-            let sheet =
-                from_hexahedra(&mesh.points, &elements, stacked, thickness).map_err(in_file)?;
+            let sheet = from_hexahedra(&mesh.points, &elements, stacked, thickness)
+                .map_err(|e| e.to_string())?;
             let (given, own) = (blank.thickness_mm, sheet.mean_thickness());
             if given > 0.0 && (given - own).abs() > SAME * own {
-                return Err(at(format!(
-                    "{}: found hexahedra {own} mm thick and blank.thickness_mm {given}; allowed: the same, or none",
-                    file.display()
-                )));
+                return Err(format!(
+                    "found hexahedra {own} mm thick and blank.thickness_mm {given}; allowed: the same, or none"
+                ));
             }
             let layers = sheet.nodes_per_column.saturating_sub(1);
             if blank.layers > 1 && blank.layers != layers {
-                return Err(at(format!(
-                    "{}: found {layers} layers of hexahedra and blank.layers {}; allowed: the same, or none",
-                    file.display(),
+                return Err(format!(
+                    "found {layers} layers of hexahedra and blank.layers {}; allowed: the same, or none",
                     blank.layers
-                )));
+                ));
             }
             Ok(sheet)
         }

@@ -47,7 +47,10 @@ pub(super) fn followed(
 }
 
 /// Shares of the stages at which increments ended. A stage takes a unit of time.
-fn ends(history: &History, stages: &[&str]) -> Result<Vec<Vec<f64>>, String> {
+///
+/// # Errors
+/// The increment that ends before the one before it, behind all stages, or in a stage of another name.
+pub fn ends(history: &History, stages: &[&str]) -> Result<Vec<Vec<f64>>, String> {
     let mut ends = vec![Vec::new(); stages.len()];
     let mut last = 0.0;
     for row in &history.rows {

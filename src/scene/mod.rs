@@ -4,13 +4,13 @@
 //! [`mod@read`] turns a file into a [`Plan`]: checked, with tool files and material loaded; [`setup`] turns
 //! that into what the solver runs.
 
-mod blank;
+pub mod blank;
 pub mod check;
 pub mod comments;
 mod course;
 mod cuts;
 mod drive;
-mod follow;
+pub mod follow;
 mod loads;
 mod motions;
 pub mod preview;

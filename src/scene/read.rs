@@ -212,6 +212,15 @@ pub(crate) fn is_path(name: &str) -> bool {
     name.ends_with(".json") || name.contains(['/', '\\'])
 }
 
+/// The material card in the bytes of a file. Its values are checked where it is built.
+///
+/// # Errors
+/// What was found, with line and column, and what is allowed.
+pub fn parse_card(bytes: &[u8]) -> Result<MaterialCard, String> {
+    serde_json::from_slice(&without_comments(bytes))
+        .map_err(|e| format!("{e}; allowed: {}", card::KEYS))
+}
+
 fn card_of_file(
     name: &str,
     path: &Path,
@@ -227,9 +236,7 @@ fn card_of_file(
         let allowed = "a file with a material card, or the name of a card in the library (`kanagata material list`)";
         fault(format!("{e}; allowed: {allowed}"))
     })?;
-    // The reader's own words end with line and column.
-    let card = serde_json::from_slice(&without_comments(&bytes))
-        .map_err(|e| fault(format!("found {e}; allowed: {}", card::KEYS)))?;
+    let card = parse_card(&bytes).map_err(|e| fault(format!("found {e}")))?;
     Ok((card, PlannedFile { file: name.to_owned(), sha256: sha256_hex(&bytes) }))
 }
 
@@ -240,18 +247,26 @@ fn card_of_file(
 pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
     let bytes = crate::files::read(path, crate::files::Input::Description)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
-    let scene: Scene =
-        parsed(&without_comments(&bytes)).map_err(|(e, key)| SceneError::Syntax {
-            path: path.to_path_buf(),
-            line: e.line(),
-            column: e.column(),
-            found: at_key(&key, &without_place(&e)),
-        })?;
-    let written = serde_json::from_slice(&without_comments(&bytes)).unwrap_or_default();
+    Ok((parse(&bytes, path)?, bytes))
+}
+
+/// The scene in the bytes of a file, its keys and values checked; `path` is for messages.
+///
+/// # Errors
+/// [`SceneError::Syntax`], [`SceneError::Value`].
+pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
+    let bytes = without_comments(bytes);
+    let scene: Scene = parsed(&bytes).map_err(|(e, key)| SceneError::Syntax {
+        path: path.to_path_buf(),
+        line: e.line(),
+        column: e.column(),
+        found: at_key(&key, &without_place(&e)),
+    })?;
+    let written = serde_json::from_slice(&bytes).unwrap_or_default();
     check_numbers(&written).and_then(|()| check(&scene)).map_err(|(place, found, allowed)| {
         SceneError::Value { path: path.to_path_buf(), place, found, allowed }
     })?;
-    Ok((scene, bytes))
+    Ok(scene)
 }
 
 /// A scene from its text; else what the reader says, and the key where it says so.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::newton::Patience;
+use crate::geometry::numbers::COUNT_MAX;
 
 /// How large the next step is (share of the stage).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,10 +18,14 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// Whether its steps are shares of a stage.
+    /// Whether its steps are shares of a stage, and its counts those of a run.
     pub(super) fn is_sound(&self) -> bool {
         let share = |step: f64| step > 0.0 && step <= 1.0;
-        share(self.step) && share(self.largest) && self.ceiling.is_none_or(|c| c > 0.0)
+        let counts = [self.wanted_iterations, self.failures];
+        share(self.step)
+            && share(self.largest)
+            && self.ceiling.is_none_or(|c| c > 0.0)
+            && counts.into_iter().all(|count| count <= COUNT_MAX)
     }
 
     pub(super) fn new(first: f64, largest: f64, wanted_iterations: usize) -> Self {

@@ -58,6 +58,11 @@ impl Endurance {
     /// All the way.
     pub(super) const FULL: Self = Self { iterations: ITERATIONS };
 
+    /// Whether it is no longer than all the way.
+    pub(super) fn is_sound(&self) -> bool {
+        self.iterations <= ITERATIONS
+    }
+
     /// What is left of it after a sheet has come to rest, or has not.
     pub(super) fn after(&self, rest: bool) -> Self {
         let less = Self { iterations: (self.iterations / 2).max(FEWEST) };

@@ -13,6 +13,7 @@ use super::pattern::Pattern;
 use super::stepping::Found;
 use super::system::System;
 use crate::geometry::Mat3;
+use crate::geometry::numbers::COUNT_MAX;
 
 /// Stiffness given to every unknown over the mesh's: rounding has motions that nothing resists look unstable.
 const LEAST: f64 = 1e-11;
@@ -41,6 +42,11 @@ pub(super) struct Doubt {
 impl Doubt {
     /// None yet.
     pub(super) const NONE: Self = Self { lasted: true, shortest: 0.02, left: 0, pause: 1 };
+
+    /// Whether its counts can be those of a run.
+    pub(super) fn is_sound(&self) -> bool {
+        [self.left, self.pause].into_iter().all(|count| count <= COUNT_MAX)
+    }
 
     /// Factor by which less is tried in a stage after shorter steps have found no other branch.
     const LESS: f64 = 5.0;

@@ -7,6 +7,7 @@ use super::assembly::Body;
 use super::edges::OverEdge;
 use super::penetration::FacePenetration;
 use super::tools::{Curve, Motion};
+use crate::geometry::numbers::COUNT_MAX;
 
 /// One stage: clamp, draw, release, ...
 #[derive(Debug, Clone, PartialEq)]
@@ -348,6 +349,20 @@ pub struct RunSummary {
     pub buckles: usize,
     /// Wall time by phase [s].
     pub timings: Timings,
+}
+
+impl RunSummary {
+    /// Whether its counts can be those of a run.
+    pub(super) fn is_sound(&self) -> bool {
+        let times = &self.timings;
+        [
+            [self.increments, self.iterations, self.cuts, self.snaps, self.steadied],
+            [self.unstable, self.buckles, times.factorisations, times.updates, times.cycling],
+        ]
+        .iter()
+        .flatten()
+        .all(|&count| count <= COUNT_MAX)
+    }
 }
 
 #[cfg(test)]

@@ -89,6 +89,9 @@ impl Simulation {
         if !state.under_way.as_ref().is_none_or(fits) {
             return other("the stage under way".into());
         }
+        if !state.summary.is_sound() {
+            return other("its counts".into());
+        }
         let spent = state.summary.timings;
         if let Err(what) = self.go_back(state) {
             return other(what);

@@ -40,6 +40,8 @@ impl UnderWay {
         self.plan.stage == stage
             && self.plan.fits(stages, tools, unknowns)
             && self.pace.is_sound()
+            && self.endurance.is_sound()
+            && self.doubt.is_sound()
             && (0.0..1.0).contains(&self.share)
     }
 

@@ -11,6 +11,12 @@ use crate::scene::read::is_path;
 
 /// Cases of a study, at most.
 pub(super) const MOST: usize = 10_000;
+/// Choices of a study, at most: more than 13 of two options each make too many cases. Doubled: twice the memory that lists of
+/// the options of all cases take.
+pub(super) const CHOICES_MAX: usize = 32;
+/// Letters of the name of a choice or an option, at most: names are put into texts of the scene, and those of the options of a
+/// case together name its folder. Doubled: twice the length of a scene whose texts are marks alone.
+pub(super) const NAME_MAX: usize = 64;
 
 /// One case.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,11 +43,20 @@ pub struct Roots<'a> {
 /// The cases of `study`, the last choice running fastest. At most 10,000 are made.
 #[must_use]
 pub fn cases(study: &Study, roots: &Roots<'_>, quick: bool) -> Vec<Case> {
+    each_case(study, *roots, quick).collect()
+}
+
+/// The cases of `study` one after the other, as [`cases`] lists them.
+pub(super) fn each_case<'a>(
+    study: &'a Study,
+    roots: Roots<'a>,
+    quick: bool,
+) -> impl Iterator<Item = Case> + 'a {
     let mut base = study.scene.clone();
     if let (true, Some(change)) = (quick, &study.quick) {
         merge(&mut base, change);
     }
-    combinations(study).into_iter().map(|taken| case(study, &base, roots, &taken)).collect()
+    combinations(study).into_iter().map(move |taken| case(study, &base, &roots, &taken))
 }
 
 /// Names of the cases, in their order.
@@ -94,10 +109,23 @@ fn case(study: &Study, base: &Value, roots: &Roots<'_>, taken: &[usize]) -> Case
     let id = options.join("_");
     let follows = follow::of(study, &id).map(str::to_owned);
     if let Some(other) = &follows {
-        scene["solver"]["increments_of"] = format!("../{other}/run/history.csv").into();
+        let history = format!("../{other}/run/history.csv");
+        if scene.get("solver").is_none() {
+            put(&mut scene, "solver", Value::Object(serde_json::Map::new()));
+        }
+        if let Some(solver) = scene.get_mut("solver") {
+            put(solver, "increments_of", history.into());
+        }
     }
-    scene["name"] = format!("{}: {}", study.name, options.join(", ")).into();
+    put(&mut scene, "name", format!("{}: {}", study.name, options.join(", ")).into());
     Case { id, options, follows, scene }
+}
+
+/// Sets a member of an object. What is no object is left as it is, for the scene's check to refuse.
+fn put(into: &mut Value, key: &str, value: Value) {
+    if let Value::Object(object) = into {
+        object.insert(key.to_owned(), value);
+    }
 }
 
 /// Makes a file's name in a scene one under `folder`.

@@ -105,13 +105,21 @@ pub enum Description {
 pub fn read(path: &Path) -> Result<Description, StudyError> {
     let bytes = crate::files::read(path, crate::files::Input::Description)
         .map_err(|source| StudyError::Io { path: path.to_path_buf(), source })?;
+    parse(&bytes, path)
+}
+
+/// The study in the bytes of a file, checked as far as no other file is needed; `path` is for messages.
+///
+/// # Errors
+/// [`StudyError::Value`].
+pub fn parse(bytes: &[u8], path: &Path) -> Result<Description, StudyError> {
     let fault = |e: serde_json::Error, allowed: &str| StudyError::Value {
         path: path.to_path_buf(),
         place: format!("line {}, column {}", e.line(), e.column()),
         found: e.to_string(),
         allowed: allowed.into(),
     };
-    let bytes = without_comments(&bytes);
+    let bytes = without_comments(bytes);
     let value: Value = serde_json::from_slice(&bytes).map_err(|e| fault(e, "JSON"))?;
     if value.get("format").and_then(Value::as_str) == Some("kanagata-stability") {
         let study = serde_json::from_slice(&bytes)

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::StudyError;
-use super::cases::{Case, MOST, Roots, cases, ids};
+use super::cases::{CHOICES_MAX, Case, MOST, NAME_MAX, Roots, each_case, ids};
 use super::file::Study;
 use super::follow;
 use crate::scene::check::Fault;
@@ -36,14 +36,18 @@ fn version(study: &Study) -> Result<(), Fault> {
 fn names(study: &Study) -> Result<(), Fault> {
     let word = |s: &str| {
         let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
-        s.starts_with(|c: char| c.is_ascii_alphanumeric()) && s.chars().all(fits)
+        let begins = s.starts_with(|c: char| c.is_ascii_alphanumeric());
+        begins && s.len() <= NAME_MAX && s.chars().all(fits)
     };
     let sound = |place: String, names: &[&str]| -> Result<(), Fault> {
         for (k, name) in names.iter().enumerate() {
             let place = format!("{place}[{k}].name");
             if !word(name) {
-                let allowed = "letters, digits, '-' and '.', the first a letter or digit";
-                return Err((place, format!("'{name}'"), allowed.into()));
+                let allowed = format!(
+                    "up to {NAME_MAX} letters, digits, '-' and '.', the first a letter or digit"
+                );
+                let short: String = name.chars().take(NAME_MAX + 1).collect();
+                return Err((place, format!("'{short}'"), allowed));
             }
             if names[..k].contains(name) {
                 return Err((place, format!("'{name}' once more"), "a name of its own".into()));
@@ -55,6 +59,10 @@ fn names(study: &Study) -> Result<(), Fault> {
         Ok(())
     };
     let choices: Vec<&str> = study.choices.iter().map(|c| c.name.as_str()).collect();
+    if choices.len() > CHOICES_MAX {
+        let found = format!("{} choices", choices.len());
+        return Err(("choices".into(), found, format!("1 to {CHOICES_MAX}")));
+    }
     sound("choices".into(), &choices)?;
     for (k, choice) in study.choices.iter().enumerate() {
         let options: Vec<&str> = choice.options.iter().map(|o| o.name.as_str()).collect();
@@ -137,8 +145,14 @@ fn references(study: &Study) -> Result<(), Fault> {
 fn scenes(study: &Study) -> Result<(), Fault> {
     let roots = Roots { tools: Path::new(""), own: Path::new("") };
     for quick in [false, true] {
-        let all = cases(study, &roots, quick);
-        let faults: Vec<Option<Fault>> = all.iter().map(|case| fault_in(study, case)).collect();
+        // Scenes are made one at a time: all together may take far more memory than the file.
+        let judged = |mut case: Case| {
+            let fault = fault_in(study, &case);
+            case.scene = Value::Null;
+            (case, fault)
+        };
+        let (all, faults): (Vec<Case>, Vec<Option<Fault>>) =
+            each_case(study, roots, quick).map(judged).unzip();
         if let Some(k) = faults.iter().position(Option::is_some) {
             let bad: Vec<bool> = faults.iter().map(Option::is_some).collect();
             let (key, found, allowed) = faults.into_iter().nth(k).flatten().unwrap_or_default();

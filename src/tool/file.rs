@@ -173,7 +173,15 @@ pub struct LoadedTool {
 pub fn read(path: &Path) -> Result<LoadedTool, ToolFileError> {
     let bytes = crate::files::read(path, crate::files::Input::Tool)
         .map_err(|source| ToolFileError::Io { path: path.to_path_buf(), source })?;
-    let file: ToolFile = serde_json::from_slice(&bytes).map_err(|e| ToolFileError::Syntax {
+    parse(&bytes, path)
+}
+
+/// Builds the tool in the bytes of a file; `path` is for messages.
+///
+/// # Errors
+/// As [`read`], but for [`ToolFileError::Io`].
+pub fn parse(bytes: &[u8], path: &Path) -> Result<LoadedTool, ToolFileError> {
+    let file: ToolFile = serde_json::from_slice(bytes).map_err(|e| ToolFileError::Syntax {
         path: path.to_path_buf(),
         line: e.line(),
         column: e.column(),
@@ -190,7 +198,7 @@ pub fn read(path: &Path) -> Result<LoadedTool, ToolFileError> {
     let (model, straight_edges) = file
         .into_model()
         .map_err(|cause| ToolFileError::Content { path: path.to_path_buf(), cause })?;
-    let sha256 = crate::files::sha256_hex(&bytes);
+    let sha256 = crate::files::sha256_hex(bytes);
     Ok(LoadedTool { model, straight_edges, provenance, sha256 })
 }
 

@@ -28,12 +28,9 @@ the diagonal."""
 
 DAMAGED = """## Damaged files
 
-`tests/mutations.rs` reads 20,400 mutants of the small files of `fixtures/forming`, leads every pointer of every instance back to
-itself and to what refers to it, and reads `fixtures/fuzz` again. `tools/fuzz` builds the targets of `fuzz/` (libFuzzer, stable Rust,
-debug assertions and overflow checks) and runs them: an input that panics, or takes more than 1 s of the processor or 256 MB, is a find.
-The runs to this day were short (about 57,000 IGES and 92,000 STEP inputs on a busy machine) and had none; their limits, held against files made by hand, found four, all of which are in `fixtures/fuzz`: an
-offset spline that folds over, an assembly that doubles, faces that lie on each other, edges that share both ends. Their cost is now
-bounded by the length of the file or the number of sides; a file that uses the bounds in full still takes more than 1 s."""
+`tests/mutations.rs` reads 20,400 mutants of the small files of `fixtures/forming` and leads every pointer of every instance back to
+itself and to what refers to it; `tests/foreign_bytes.rs` also meshes, converts and audits what is read of damaged files, and reads `fixtures/fuzz` again.
+Fuzzing of all readers: [fuzz.md](fuzz.md)."""
 
 
 def table(head, rows):

@@ -259,7 +259,10 @@ impl Deck<'_> {
     fn close(&mut self) -> Result<(), MeshError> {
         match (self.open.take(), self.section) {
             (Some(labels), Section::Elements(kind)) => {
-                let found = format!("an element of {} nodes before this line", labels.len() - 1);
+                let found = format!(
+                    "an element of {} nodes before this line",
+                    labels.len().saturating_sub(1)
+                );
                 Err(self.error(found, kind.nodes().to_string()))
             }
             _ => Ok(()),

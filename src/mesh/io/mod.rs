@@ -75,9 +75,52 @@ pub fn read(path: &Path) -> Result<SurfaceMesh, MeshError> {
 /// [`MeshError::MeshioAbsent`] for a format that is not read here when meshio is not there, and
 /// [`MeshError::MeshioFailed`] with what it says when it cannot read the file either.
 pub fn read_file(path: &Path) -> Result<MeshFile, MeshError> {
-    let made = parse_file(path)?;
-    judge(path, &made.mesh.vertices)?;
+    let name = name_of(path);
+    if !is_parsed(&name) {
+        let made = meshio::read(path, &name)?;
+        judge(&name, &made.mesh.vertices)?;
+        return Ok(made);
+    }
+    parse(&bytes_of(path)?, &name)
+}
+
+/// The mesh and the normals in the bytes of a file, whose kind the ending of its name says: `.msh`, `.stl`, `.obj` or `.vtu`.
+///
+/// # Errors
+/// [`MeshError::Invalid`] as for [`read_file`]; also for another ending.
+pub fn parse(bytes: &[u8], name: &str) -> Result<MeshFile, MeshError> {
+    let made = match ending(Path::new(name)).as_str() {
+        "msh" => msh_read::parse(bytes, name)?.into(),
+        "stl" => stl::parse(bytes, name)?.into(),
+        "obj" => obj::parse(bytes, name)?,
+        "vtu" => vtu::surfaces(vtu::grid_of(bytes, name)?, name)?,
+        other => return Err(other_ending(name, other, "msh, .stl, .obj, .vtu")),
+    };
+    judge(name, &made.mesh.vertices)?;
     Ok(made)
+}
+
+/// Whether [`parse`] reads files of this name.
+fn is_parsed(name: &str) -> bool {
+    matches!(ending(Path::new(name)).as_str(), "msh" | "stl" | "obj" | "vtu")
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+}
+
+fn bytes_of(path: &Path) -> Result<Vec<u8>, MeshError> {
+    crate::files::read(path, crate::files::Input::Mesh)
+        .map_err(|source| MeshError::Read { path: path.to_path_buf(), source })
+}
+
+fn other_ending(file: &str, ending: &str, allowed: &str) -> MeshError {
+    MeshError::Invalid {
+        file: file.into(),
+        place: "file name".into(),
+        found: format!("ending '.{ending}'"),
+        allowed: format!(".{allowed}"),
+    }
 }
 
 /// Reads the MSH file that a mesher was asked for, with folded quadrilaterals as they are: the driver judges them.
@@ -85,39 +128,21 @@ pub fn read_file(path: &Path) -> Result<MeshFile, MeshError> {
 /// # Errors
 /// As [`read_file`].
 pub fn read_made(path: &Path) -> Result<SurfaceMesh, MeshError> {
-    let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let bytes = crate::files::read(path, crate::files::Input::Mesh)
-        .map_err(|source| MeshError::Read { path: path.to_path_buf(), source })?;
-    let mesh = msh_read::parse_as_made(&bytes, &name)?;
-    judge(path, &mesh.vertices)?;
+    let name = name_of(path);
+    let mesh = msh_read::parse_as_made(&bytes_of(path)?, &name)?;
+    judge(&name, &mesh.vertices)?;
     Ok(mesh)
 }
 
 /// Refuses points whose coordinates are not finite or too large.
-fn judge(path: &Path, points: &[Vec3]) -> Result<(), MeshError> {
+fn judge(file: &str, points: &[Vec3]) -> Result<(), MeshError> {
     let Some((k, found)) = first_fault(points) else { return Ok(()) };
     Err(MeshError::Invalid {
-        file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+        file: file.into(),
         place: format!("point {k} of those that elements use, from 0"),
         found,
         allowed: "lengths in mm".into(),
     })
-}
-
-fn parse_file(path: &Path) -> Result<MeshFile, MeshError> {
-    let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let ending = ending(path);
-    if ending == "vtu" {
-        return vtu::read(path, &name);
-    }
-    let bytes = crate::files::read(path, crate::files::Input::Mesh)
-        .map_err(|source| MeshError::Read { path: path.to_path_buf(), source })?;
-    match ending.as_str() {
-        "msh" => Ok(msh_read::parse(&bytes, &name)?.into()),
-        "stl" => Ok(stl::parse(&bytes, &name)?.into()),
-        "obj" => obj::parse(&bytes, &name),
-        _ => meshio::read(path, &name),
-    }
 }
 
 /// Writes a mesh by the file's ending: `.msh` (MSH 4.1, ASCII, one surface entity a CAD face) or `.vtu`.
@@ -129,16 +154,11 @@ pub fn write(mesh: &SurfaceMesh, path: &Path) -> Result<(), MeshError> {
     match ending.as_str() {
         "msh" => Ok(msh_write::write(mesh, path)?),
         "vtu" => Ok(vtu::grid(mesh).write(path)?),
-        _ => Err(MeshError::Invalid {
-            file: path.display().to_string(),
-            place: "file name".into(),
-            found: format!("ending '.{ending}'"),
-            allowed: ".msh, .vtu".into(),
-        }),
+        _ => Err(other_ending(&path.display().to_string(), &ending, "msh, .vtu")),
     }
 }
 
-pub use sheet::{SheetElements, SheetMesh, read_sheet};
+pub use sheet::{SheetElements, SheetMesh, parse_sheet, read_sheet};
 pub use vtu::grid as to_vtu;
 
 /// The element over a ring of vertices that each have a normal, if enough of them differ; with the normals of its corners.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{abaqus, msh_read, vtu};
+use super::{MeshFile, abaqus, ending, is_parsed, judge, msh_read, name_of, vtu};
 use crate::geometry::{Aabb, Vec3};
 use crate::mesh::MeshError;
 
@@ -70,40 +70,61 @@ impl SheetMesh {
 /// # Errors
 /// As [`super::read`]; [`MeshError::Invalid`] also for elements of another kind and for a file without any.
 pub fn read_sheet(path: &Path) -> Result<SheetMesh, MeshError> {
-    let made = parse_sheet(path)?;
-    super::judge(path, &made.points)?;
-    Ok(made)
+    let name = name_of(path);
+    if is_sheet(&name) {
+        return parse_sheet(&super::bytes_of(path)?, &name);
+    }
+    quads(super::read_file(path)?, Vec::new(), &name)
 }
 
-fn parse_sheet(path: &Path) -> Result<SheetMesh, MeshError> {
-    let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let bytes = || {
-        crate::files::read(path, crate::files::Input::Mesh)
-            .map_err(|source| MeshError::Read { path: path.to_path_buf(), source })
-    };
-    let mut results = Vec::new();
-    let volumes = match ending.as_str() {
-        "inp" => return abaqus::parse(&bytes()?, &name),
-        "vtu" => Some(vtu::read_volumes(path, &name)?),
-        "msh" => {
-            let bytes = bytes()?;
-            results = msh_read::fields(&bytes);
-            Some(msh_read::parse_volumes(&bytes, &name)?)
+/// Whether [`parse_sheet`] reads files of this name.
+fn is_sheet(name: &str) -> bool {
+    is_parsed(name) || ending(Path::new(name)) == "inp"
+}
+
+/// The sheet in the bytes of a file, whose kind the ending of its name says: `.inp` or one that [`super::parse`] reads.
+///
+/// # Errors
+/// As [`read_sheet`]; also for another ending.
+pub fn parse_sheet(bytes: &[u8], name: &str) -> Result<SheetMesh, MeshError> {
+    let sheet = match ending(Path::new(name)).as_str() {
+        "inp" => abaqus::parse(bytes, name)?,
+        "vtu" => {
+            let grid = vtu::grid_of(bytes, name)?;
+            let results = vtu::results(&grid);
+            match hexahedra(vtu::volumes(&grid, name)?) {
+                Some(found) => SheetMesh { results, ..found },
+                None => quads(vtu::surfaces(grid, name)?, results, name)?,
+            }
         }
-        _ => None,
+        "msh" => {
+            let results = msh_read::fields(bytes);
+            match hexahedra(msh_read::parse_volumes(bytes, name)?) {
+                Some(found) => SheetMesh { results, ..found },
+                None => quads(msh_read::parse(bytes, name)?.into(), results, name)?,
+            }
+        }
+        _ => return quads(super::parse(bytes, name)?, Vec::new(), name),
     };
-    if ending == "vtu" {
-        results = vtu::results(path, &name)?;
+    judge(name, &sheet.points)?;
+    Ok(sheet)
+}
+
+/// The sheet of a file's hexahedra, where it has any.
+fn hexahedra(Volumes { points, hexahedra }: Volumes) -> Option<SheetMesh> {
+    if hexahedra.is_empty() {
+        return None;
     }
-    if let Some(Volumes { points, hexahedra }) = volumes.filter(|v| !v.hexahedra.is_empty()) {
-        let (points, elements) = used(&points, hexahedra);
-        let elements = SheetElements::Hexahedra { elements, stacked: false };
-        return Ok(SheetMesh { points, elements, results });
-    }
-    let mesh = super::read(path)?;
+    let (points, elements) = used(&points, hexahedra);
+    let elements = SheetElements::Hexahedra { elements, stacked: false };
+    Some(SheetMesh { points, elements, results: Vec::new() })
+}
+
+/// The sheet of a file's surface elements, all of which are quadrilaterals.
+fn quads(file: MeshFile, results: Vec<String>, name: &str) -> Result<SheetMesh, MeshError> {
+    let mesh = file.mesh;
     let invalid = |found: String| MeshError::Invalid {
-        file: name.clone(),
+        file: name.into(),
         place: "elements".into(),
         found,
         allowed: "quadrilaterals or hexahedra".into(),

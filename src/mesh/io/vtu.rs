@@ -1,13 +1,11 @@
 //! VTU: triangles and quads with the cell array `face`.
 
-use std::path::Path;
-
 use super::polygon;
 use super::sheet::{Volumes, is_result};
 use super::{MeshFile, UNATTACHED, of_elements};
 use crate::geometry::Vec3;
 use crate::mesh::{MeshError, SurfaceMesh};
-use crate::report::vtu_read::{self, GridArray, VtuError};
+use crate::report::vtu_read::{self, Grid, GridArray};
 use crate::report::{CellKind, DataArray, Vtu};
 
 /// The mesh as a VTU grid with the cell array `face`, to which more arrays may be added.
@@ -23,28 +21,24 @@ pub fn grid(mesh: &SurfaceMesh) -> Vtu {
     out
 }
 
-fn grid_of(path: &Path, file: &str) -> Result<vtu_read::Grid, MeshError> {
-    vtu_read::read(path).map_err(|e| match e {
-        VtuError::Io { path, source } => MeshError::Read { path, source },
-        VtuError::Invalid { place, found, .. } => MeshError::Invalid {
-            file: file.into(),
-            place,
-            found,
-            allowed: "an unstructured grid of one piece, arrays as ascii, base64 or appended, as they are or compressed by zlib".into(),
-        },
+/// The grid in a file's bytes.
+pub fn grid_of(bytes: &[u8], file: &str) -> Result<Grid, MeshError> {
+    vtu_read::parse(bytes).map_err(|(place, found)| MeshError::Invalid {
+        file: file.into(),
+        place,
+        found,
+        allowed: "an unstructured grid of one piece, arrays as ascii, base64 or appended, as they are or compressed by zlib".into(),
     })
 }
 
-/// Names of the arrays of a VTU file that say its mesh has been deformed.
-pub fn results(path: &Path, file: &str) -> Result<Vec<String>, MeshError> {
-    let grid = grid_of(path, file)?;
-    let arrays = grid.point_data.into_iter().chain(grid.cell_data);
-    Ok(arrays.filter(|a| is_result(&a.name, &a.values)).map(|a| a.name).collect())
+/// Names of the arrays of a grid that say its mesh has been deformed.
+pub fn results(grid: &Grid) -> Vec<String> {
+    let arrays = grid.point_data.iter().chain(&grid.cell_data);
+    arrays.filter(|a| is_result(&a.name, &a.values)).map(|a| a.name.clone()).collect()
 }
 
-/// Reads the hexahedra of a VTU file (cells of VTK's types 12 and 11); surfaces, lines and points are passed over.
-pub fn read_volumes(path: &Path, file: &str) -> Result<Volumes, MeshError> {
-    let grid = grid_of(path, file)?;
+/// The hexahedra of a grid (cells of VTK's types 12 and 11); surfaces, lines and points are passed over.
+pub fn volumes(grid: &Grid, file: &str) -> Result<Volumes, MeshError> {
     let mut hexahedra = Vec::new();
     for (k, (kind, nodes)) in grid.cells.iter().enumerate() {
         match (kind, <[u32; 8]>::try_from(&nodes[..])) {
@@ -62,7 +56,7 @@ pub fn read_volumes(path: &Path, file: &str) -> Result<Volumes, MeshError> {
             }
         }
     }
-    Ok(Volumes { points: grid.points, hexahedra })
+    Ok(Volumes { points: grid.points.clone(), hexahedra })
 }
 
 /// Corners of the surface elements of a cell: of triangles, quadrilaterals and polygons, of those of second order their
@@ -93,10 +87,8 @@ fn is_surface(kind: u8) -> bool {
     matches!(kind, 5..=9 | 22 | 23 | 28)
 }
 
-/// Reads the surface cells of a VTU file, and the normals of its point array `Normals`; lines, points and volumes are
-/// passed over.
-pub fn read(path: &Path, file: &str) -> Result<MeshFile, MeshError> {
-    let grid = grid_of(path, file)?;
+/// The surface cells of a grid, and the normals of its point array `Normals`; lines, points and volumes are passed over.
+pub fn surfaces(grid: Grid, file: &str) -> Result<MeshFile, MeshError> {
     let faces = grid.cell_data.iter().find(|a| a.name == "face" && a.components == 1);
     let is_normals = |a: &&GridArray| a.name.eq_ignore_ascii_case("normals") && a.components == 3;
     let normals = grid.point_data.iter().find(is_normals);

@@ -59,12 +59,18 @@ impl Source<'_> {
 }
 
 impl Encoding {
-    /// The numbers of an array of VTK's type `kind`.
+    /// The numbers of an array of VTK's type `kind`, `most` of them at most.
     ///
     /// # Errors
-    /// An unknown type, an array that ends early, or data that are not what they are said to be.
-    pub fn numbers(self, source: &Source<'_>, kind: &str) -> Result<Vec<f64>, String> {
-        let data = self.data(source)?;
+    /// An unknown type, an array that ends early, more numbers, or data that are not what they are said to be.
+    pub fn numbers(self, source: &Source<'_>, kind: &str, most: usize) -> Result<Vec<f64>, String> {
+        let width = match kind {
+            "Float64" | "Int64" | "UInt64" => 8,
+            "Float32" | "Int32" | "UInt32" => 4,
+            "UInt8" | "Int8" => 1,
+            other => return Err(format!("numbers of type '{other}'")),
+        };
+        let data = self.data(source, most.saturating_mul(width))?;
         let numbers = |size: usize, convert: &dyn Fn([u8; 8]) -> f64| -> Vec<f64> {
             data.chunks_exact(size)
                 .map(|chunk| {
@@ -86,20 +92,21 @@ impl Encoding {
             "Int32" => numbers(4, &|b| f64::from(i32::from_le_bytes(low4(b)))),
             "UInt32" => numbers(4, &|b| f64::from(u32::from_le_bytes(low4(b)))),
             "UInt8" => numbers(1, &|b| f64::from(b[0])),
-            "Int8" => numbers(1, &|b| f64::from(b[0] as i8)),
-            other => return Err(format!("numbers of type '{other}'")),
+            _ => numbers(1, &|b| f64::from(b[0] as i8)),
         })
     }
 
-    /// The bytes of an array's numbers: `[bytes][data]`, or `[blocks][bytes of a block, uncompressed][of the last]
+    /// The bytes of an array's numbers, `most` of them at most: `[bytes][data]`, or `[blocks][bytes of a block, uncompressed][of the last]
     /// [compressed bytes of each][blocks]`.
-    fn data(self, source: &Source<'_>) -> Result<Vec<u8>, String> {
+    fn data(self, source: &Source<'_>, most: usize) -> Result<Vec<u8>, String> {
         let word = if self.wide_lengths { 8 } else { 4 };
         let too_long = || "an array longer than the file".to_owned();
         let first = self.length(&source.take(word)?, 0);
+        let too_many = || format!("more than the {most} bytes that a file of this size may say");
         if !self.zlib {
             let end = first.checked_add(word).ok_or_else(too_long)?;
-            return Ok(source.take(end)?[word..].to_vec());
+            let data = source.take(end)?;
+            return if first > most { Err(too_many()) } else { Ok(data[word..].to_vec()) };
         }
         if first == 0 {
             return Ok(Vec::new());
@@ -117,9 +124,13 @@ impl Encoding {
         for (k, bounds) in ends.windows(2).enumerate() {
             let before = data.len();
             let part = ZlibDecoder::new(&compressed[bounds[0]..bounds[1]]);
-            let said = part.take((block as u64).saturating_add(1)).read_to_end(&mut data);
+            let limit = block.min(most - before);
+            let said = part.take((limit as u64).saturating_add(1)).read_to_end(&mut data);
             said.map_err(|e| format!("block {k} of compressed data: {e}"))?;
             let found = data.len() - before;
+            if data.len() > most {
+                return Err(too_many());
+            }
             if found > block || (k + 1 < first && found < block) {
                 return Err(format!("{found} bytes in block {k} of compressed data, {block} said"));
             }

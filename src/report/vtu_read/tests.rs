@@ -125,3 +125,34 @@ fn arrays_that_do_not_fit_the_declared_counts_are_refused_by_name() {
         assert!(at == place && found.contains(what), "{to}: {at}: {found}");
     }
 }
+
+/// Zeros compress a thousandfold, and arrays may begin at the same place: what they say together is bounded by the file's size.
+#[test]
+fn compressed_arrays_may_not_say_far_more_than_the_file_holds() {
+    use base64::Engine;
+    use std::io::Write;
+    let grid = |numbers: usize, arrays: usize| {
+        let mut zlib = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+        zlib.write_all(&vec![0; 8 * numbers]).unwrap();
+        let packed = zlib.finish().unwrap();
+        let lengths = [1, 8 * numbers as u64, 8 * numbers as u64, packed.len() as u64];
+        let head: Vec<u8> = lengths.iter().flat_map(|n| n.to_le_bytes()).collect();
+        let text = |bytes: &[u8]| base64::engine::general_purpose::STANDARD.encode(bytes);
+        let array = "<DataArray type=\"Float64\" Name=\"a\" format=\"appended\" offset=\"0\"/>"
+            .repeat(arrays);
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\" header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\
+             <Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"><FieldData>{array}</FieldData></Piece>\
+             <AppendedData encoding=\"base64\">_{}{}</AppendedData></VTKFile>",
+            text(&head),
+            text(&packed)
+        )
+    };
+    assert_eq!(parse(grid(1_000_000, 1).as_bytes()), Ok(Grid::default()));
+    for (numbers, arrays) in [(2_000_000, 1), (100_000, 40)] {
+        let text = grid(numbers, arrays);
+        assert!(text.len() < 50_000, "{}", text.len());
+        let (place, found) = parse(text.as_bytes()).unwrap_err();
+        assert!(place == "a" && found.contains("a file of this size"), "{place}: {found}");
+    }
+}

@@ -1,0 +1,9 @@
+//! Material cards: any bytes give a result or a typed error, soon and in little memory.
+
+#![no_main]
+
+use kanagata_fuzz::damage::Text;
+use kanagata_fuzz::limits::SECONDS;
+use kanagata_fuzz::readers::read_card;
+
+kanagata_fuzz::target!(read_card, SECONDS, Text::Json, include_str!("../card.dict"));

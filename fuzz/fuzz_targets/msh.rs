@@ -1,0 +1,9 @@
+//! MSH: any bytes give a result or a typed error, soon and in little memory.
+
+#![no_main]
+
+use kanagata_fuzz::damage::Text;
+use kanagata_fuzz::limits::SECONDS;
+use kanagata_fuzz::readers::read_msh;
+
+kanagata_fuzz::target!(read_msh, SECONDS, Text::Words, include_str!("../msh.dict"));

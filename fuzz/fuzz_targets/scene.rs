@@ -1,0 +1,9 @@
+//! Scenes: any bytes give a result or a typed error, soon and in little memory.
+
+#![no_main]
+
+use kanagata_fuzz::damage::Text;
+use kanagata_fuzz::limits::SECONDS;
+use kanagata_fuzz::readers::read_scene;
+
+kanagata_fuzz::target!(read_scene, SECONDS, Text::Json, include_str!("../scene.dict"));

@@ -1,0 +1,9 @@
+//! STL: any bytes give a result or a typed error, soon and in little memory.
+
+#![no_main]
+
+use kanagata_fuzz::damage::Text;
+use kanagata_fuzz::limits::SECONDS;
+use kanagata_fuzz::readers::read_stl;
+
+kanagata_fuzz::target!(read_stl, SECONDS, Text::Words, include_str!("../stl.dict"));

@@ -1,0 +1,9 @@
+//! Tool files: any bytes give a result or a typed error, soon and in little memory.
+
+#![no_main]
+
+use kanagata_fuzz::damage::Text;
+use kanagata_fuzz::limits::SECONDS;
+use kanagata_fuzz::readers::read_tool;
+
+kanagata_fuzz::target!(read_tool, SECONDS, Text::Json, include_str!("../tool.dict"));

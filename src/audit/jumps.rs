@@ -1,6 +1,6 @@
 //! Gaps and normal jumps between neighbouring patches.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -32,11 +32,19 @@ fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>) {
     (d.s, patch_normal(&d))
 }
 
-/// Compares the patches that share an edge at `n + 1` points along it.
-pub(super) fn find(tool: &ToolModel, reference: &impl ReferenceSurface, n: usize) -> Jumps {
+/// Compares the patches that share an edge at `n + 1` points along it; also the sides at free borders of the tool:
+/// those of one patch beyond which the CAD does not go on.
+pub(super) fn find(
+    tool: &ToolModel,
+    reference: &impl ReferenceSurface,
+    n: usize,
+) -> (Jumps, Vec<Side>) {
     let edges: Vec<([u32; 2], Vec<Side>)> = edges(tool).into_iter().collect();
     let found: Vec<Jumps> = edges.par_iter().map(|(_, s)| of_edge(tool, reference, s, n)).collect();
-    let open = gaps::across(tool, reference, &free(&edges), n);
+    let mut free = free(&edges);
+    let open = gaps::across(tool, reference, &free, n);
+    let inner: BTreeSet<[usize; 2]> = open.iter().map(|o| [o.patch, o.side]).collect();
+    free.retain(|s| !inner.contains(&[s.patch, s.side]));
     let mut all = Jumps { open_sides: open.len(), ..Jumps::default() };
     if let Some(o) = open.iter().max_by(|a, b| a.gap_mm.total_cmp(&b.gap_mm)) {
         all.border_gap_mm = o.gap_mm;
@@ -53,7 +61,7 @@ pub(super) fn find(tool: &ToolModel, reference: &impl ReferenceSurface, n: usize
             (all.normal_deg, all.normal_patches) = (j.normal_deg, j.normal_patches);
         }
     }
-    all
+    (all, free)
 }
 
 /// Sides that one patch uses beyond which the CAD goes on, with their gaps: those of faces divided apart.

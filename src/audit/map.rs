@@ -190,7 +190,13 @@ mod tests {
     impl ReferenceSurface for Plane {
         fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
             let point = Vec3::new(p.x, p.y, 0.0);
-            Some(ReferenceFoot { point, normal: Vec3::z(), own_normal: None, face })
+            Some(ReferenceFoot {
+                point,
+                normal: Vec3::z(),
+                own_normal: None,
+                face,
+                on_border: false,
+            })
         }
     }
 

@@ -10,7 +10,7 @@
 //! impl ReferenceSurface for Plane {
 //!     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
 //!         let point = Vec3::new(p.x, p.y, 0.0);
-//!         Some(ReferenceFoot { point, normal: Vec3::z(), own_normal: None, face })
+//!         Some(ReferenceFoot { point, normal: Vec3::z(), own_normal: None, face, on_border: false })
 //!     }
 //! }
 //! assert_eq!(Plane.closest(&Vec3::new(1.0, 2.0, 3.0), 0).unwrap().point.z, 0.0);
@@ -18,7 +18,9 @@
 #![forbid(unsafe_code)]
 
 mod area;
+mod borders;
 pub mod clearance;
+mod doubts;
 mod gaps;
 mod jumps;
 pub mod map;
@@ -33,6 +35,7 @@ pub mod view;
 use rayon::prelude::*;
 
 use crate::tool::ToolModel;
+pub use doubts::doubts;
 pub use gaps::OpenSide;
 pub use reference::{CadReference, ReferenceSurface};
 pub use report::AuditReport;
@@ -47,6 +50,8 @@ pub struct AuditOptions {
     pub refine: usize,
     /// Whether the extremes of the normal error are searched for too: else they are those of the grid.
     pub refine_normals: bool,
+    /// Whether the free borders are compared.
+    pub borders: bool,
     /// How many patches `worst` lists.
     pub worst: usize,
     /// Largest |shape error| allowed [mm].
@@ -61,6 +66,7 @@ impl Default for AuditOptions {
             samples: 8,
             refine: 256,
             refine_normals: true,
+            borders: true,
             worst: 10,
             tolerance_mm: None,
             normal_tolerance_deg: None,
@@ -128,12 +134,29 @@ pub fn audit(
         return Err(AuditError::Incomparable { patch });
     }
     let extremes = refine::extremes(&probes, &samples, options);
-    let jumps = jumps::find(tool, reference, options.samples);
-    let report = summary::report(
-        &summary::Found { tool, samples: &samples, extremes, jumps, sign },
+    let (jumps, free) = jumps::find(tool, reference, options.samples);
+    let compared =
+        options.borders.then(|| borders::compare(tool, reference, &free, options.samples));
+    let borders = compared.flatten().unwrap_or_default();
+    let mut report = summary::report(
+        &summary::Found { tool, samples: &samples, extremes, jumps, borders, sign },
         options,
     );
+    report.faces_lost = reference.lost_faces();
+    report.doubts = doubts(&report);
     Ok(Audit { report, samples })
+}
+
+/// Free borders of a tool against those of its CAD at `samples` steps along each side, 16 at least; none for a reference
+/// that does not know its borders.
+#[must_use]
+pub fn free_borders(
+    tool: &ToolModel,
+    reference: &impl ReferenceSurface,
+    samples: usize,
+) -> report::Borders {
+    let (_, free) = jumps::find(tool, reference, samples);
+    borders::compare(tool, reference, &free, samples).map_or_else(Default::default, |c| c.whole)
 }
 
 /// Sides of patches that no other patch shares although the CAD goes on beyond them, each with its gap: found at

@@ -14,6 +14,7 @@ use crate::tool::ToolModel;
 pub fn page(tool: &ToolModel, audit: &Audit) -> Page {
     let report = &audit.report;
     let mut page = Page::new(&format!("Audit of {}", tool.name));
+    page.doubts(&report.doubts);
     whole(&mut page, report);
     page.heading("Where the error is");
     page.text("Signed shape error: the patch stands out of the CAD where it is positive.");
@@ -56,6 +57,7 @@ fn whole(page: &mut Page, r: &AuditReport) {
             [p.p50, p.p90, p.p95, p.p99].map(number).join(", "),
         ),
         ("largest distance to the CAD [mm]", number(r.distance_max_mm)),
+        ("largest deviation of free borders [mm]", border(r)),
         ("largest normal error [deg]", number(r.normal_max_deg)),
         ("largest gap between neighbours [mm]", number(j.position_mm.max(j.border_gap_mm))),
         ("sides that do not meet their neighbours'", j.open_sides.to_string()),
@@ -65,22 +67,37 @@ fn whole(page: &mut Page, r: &AuditReport) {
             format!("{}, {}, {}", j.shared_edges, j.free_edges, j.creases),
         ),
         ("folded patches", r.folded.len().to_string()),
+        ("faces of the CAD file that are lost", r.faces_lost.len().to_string()),
         ("points compared, lost", format!("{}, {}", r.points, r.points_lost)),
     ];
     let rows: Vec<Vec<String>> = rows.into_iter().map(|(a, b)| vec![a.to_owned(), b]).collect();
     page.table(&["", ""], &rows);
 }
 
+/// Deviation of the free borders and where it is.
+fn border(r: &AuditReport) -> String {
+    let place = r.borders.at.map(|[x, y, z]| format!(" at ({x:.3}, {y:.3}, {z:.3}) mm"));
+    place.map_or("no free border".into(), |at| number(r.borders.deviation_mm()) + &at)
+}
+
 fn by_face(page: &mut Page, r: &AuditReport) {
     let row = |f: &super::report::FaceAudit| {
         let mut row = vec![f.face.to_string(), f.patches.to_string()];
-        row.extend([f.max_mm, f.min_mm, f.rms_mm, f.normal_max_deg].map(number));
+        row.extend([f.max_mm, f.min_mm, f.rms_mm, f.normal_max_deg, f.border_mm].map(number));
         row.push(format!("{:.2}", f.area_mm2));
         row
     };
     let rows: Vec<Vec<String>> = r.faces.iter().map(row).collect();
-    let head =
-        ["face", "patches", "max [mm]", "min [mm]", "rms [mm]", "normal [deg]", "area [mm^2]"];
+    let head = [
+        "face",
+        "patches",
+        "max [mm]",
+        "min [mm]",
+        "rms [mm]",
+        "normal [deg]",
+        "border [mm]",
+        "area [mm^2]",
+    ];
     page.table(&head, &rows);
 }
 

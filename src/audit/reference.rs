@@ -1,11 +1,20 @@
 //! What a tool model is compared with: the trimmed CAD, or any surface that knows its closest points.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use crate::cad::Model;
-use crate::cad::model::{ClosestPoint, Edge, Face, Foot};
-use crate::geometry::Vec3;
+use crate::cad::model::{ClosestPoint, Edge, Face, Foot, FootLocation};
+use crate::cad::raw::LostFace;
+use crate::geometry::box_tree::BoxTree;
+use crate::geometry::nurbs::Curve3;
+use crate::geometry::{Aabb, Vec3};
 use crate::tool::{Patch, ToolModel};
+
+/// Faces around a point of a border that are asked whether they contain it, at most. Where more boxes overlap there, a
+/// border may count as free that is not: the audit then reports more than there is, and its work is bounded.
+const CONTINUES_MAX: usize = 64;
 
 /// The closest point of a reference surface, as Eq. 24 uses it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +29,8 @@ pub struct ReferenceFoot {
     pub own_normal: Option<Vec3>,
     /// Face the foot is on.
     pub face: u32,
+    /// The foot is on a free border of the surface.
+    pub on_border: bool,
 }
 
 /// A surface that knows its closest points. Queried from many threads.
@@ -29,9 +40,26 @@ pub trait ReferenceSurface: Sync {
     /// that the sign of the error does not jump with the order of the faces. `None` when there is no surface.
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot>;
 
+    /// Faces of its file that the surface lacks.
+    fn lost_faces(&self) -> Vec<LostFace> {
+        Vec::new()
+    }
+
     /// The border of `face` nearest to `p`; `None` when the face has none that is known.
     fn border(&self, _p: &Vec3, _face: u32) -> Option<Border> {
         None
+    }
+
+    /// Edges that exactly one of `faces` uses, once: the border of these faces. `None` for a surface that does not know
+    /// its borders.
+    fn border_edges(&self, _faces: &BTreeSet<u32>) -> Option<Vec<BorderEdge<'_>>> {
+        None
+    }
+
+    /// Whether one of `faces` other than `own` contains `p`, to within the tolerance of joining: a border that lies on
+    /// another face, as of faces that meet without a common edge, is not free.
+    fn continues(&self, _p: &Vec3, _own: u32, _faces: &BTreeSet<u32>) -> bool {
+        false
     }
 }
 
@@ -46,6 +74,17 @@ pub struct Border {
     pub beyond: Vec<u32>,
 }
 
+/// An edge at the border of some faces.
+#[derive(Debug, Clone, Copy)]
+pub struct BorderEdge<'a> {
+    /// Its number.
+    pub edge: usize,
+    /// The face that uses it.
+    pub face: u32,
+    /// Its curve.
+    pub curve: &'a Curve3,
+}
+
 /// A trimmed CAD model as the reference.
 pub struct CadReference<'m> {
     model: &'m Model,
@@ -53,22 +92,54 @@ pub struct CadReference<'m> {
     faces: usize,
     /// Distances that differ by less are equal [mm]: faces that meet at an edge meet to within this.
     tie: f64,
+    /// Whether each edge, and each vertex, is on a free border.
+    free: [Vec<bool>; 2],
+    /// Boxes of the faces.
+    boxes: BoxTree,
 }
 
 impl<'m> CadReference<'m> {
     /// Builds the index over all faces.
     #[must_use]
     pub fn new(model: &'m Model) -> Self {
+        let hulls: Vec<Aabb> =
+            model.faces.iter().map(|f| Aabb::of_points(f.surface.points())).collect();
         Self {
             model,
             index: ClosestPoint::new(model),
             faces: model.faces.len(),
             tie: 1e-9 + model.join_tolerance.max(0.0),
+            free: free_borders(model),
+            boxes: BoxTree::build(&hulls),
         }
     }
 }
 
+/// Edges that one face uses once, and the vertices at their ends.
+fn free_borders(model: &Model) -> [Vec<bool>; 2] {
+    let edges: Vec<bool> = model.edges.iter().map(|e| e.uses.len() == 1).collect();
+    let mut vertices = vec![false; model.vertices.len()];
+    for (edge, _) in model.edges.iter().zip(&edges).filter(|(_, free)| **free) {
+        edge.vertices.iter().for_each(|&v| vertices[v] = true);
+    }
+    [edges, vertices]
+}
+
 impl CadReference<'_> {
+    /// Faces of the model.
+    pub(crate) fn face_count(&self) -> usize {
+        self.faces
+    }
+
+    fn is_on_border(&self, foot: &Foot) -> bool {
+        let [edges, vertices] = &self.free;
+        match foot.location {
+            FootLocation::Inside => false,
+            FootLocation::Edge(e) => edges[e],
+            FootLocation::Vertex(v) => vertices[v],
+        }
+    }
+
     /// The face nearest to the middle of every patch, for models that were not made from this CAD.
     #[must_use]
     pub fn faces_of(&self, tool: &ToolModel) -> Vec<u32> {
@@ -123,6 +194,7 @@ impl ReferenceSurface for CadReference<'_> {
             normal: self.normal(foot),
             own_normal,
             face: foot.face as u32,
+            on_border: self.is_on_border(foot),
         };
         let own = (face as usize) < self.faces;
         let Some(own) = own.then(|| self.index.closest_on_face(face as usize, p)).flatten() else {
@@ -136,6 +208,10 @@ impl ReferenceSurface for CadReference<'_> {
         })
     }
 
+    fn lost_faces(&self) -> Vec<LostFace> {
+        self.model.lost.clone()
+    }
+
     fn border(&self, p: &Vec3, face: u32) -> Option<Border> {
         let uses = self.model.faces.get(face as usize)?.loops.iter().flat_map(|l| &l.uses);
         let edges = uses.filter_map(|u| Some((u.edge?, self.model.edges.get(u.edge?)?)));
@@ -147,5 +223,28 @@ impl ReferenceSurface for CadReference<'_> {
             beyond.remove(own);
         }
         Some(Border { distance, edge, beyond })
+    }
+
+    fn border_edges(&self, faces: &BTreeSet<u32>) -> Option<Vec<BorderEdge<'_>>> {
+        let of = |(edge, e): (usize, &'_ Edge)| {
+            let mut own = e.uses.iter().map(|u| u[0] as u32).filter(|f| faces.contains(f));
+            let face = own.next()?;
+            own.next().is_none().then_some((edge, face))
+        };
+        let found = self.model.edges.iter().enumerate().filter_map(of);
+        let curve = |edge: usize| &self.model.edges[edge].curve;
+        Some(found.map(|(edge, face)| BorderEdge { edge, face, curve: curve(edge) }).collect())
+    }
+
+    fn continues(&self, p: &Vec3, own: u32, faces: &BTreeSet<u32>) -> bool {
+        let (mut found, mut compared) = (false, 0);
+        self.boxes.overlapping(&Aabb::of_points([p]).widened(self.tie), |f| {
+            let foot = || self.index.closest_on_face(f as usize, p);
+            if !found && f != own && compared < CONTINUES_MAX && faces.contains(&f) {
+                compared += 1;
+                found = foot().is_some_and(|foot| foot.distance <= self.tie);
+            }
+        });
+        found
     }
 }

@@ -3,6 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::cad::raw::LostFace;
+use crate::report::doubt::Doubt;
+
 /// What the audit of a tool model found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AuditReport {
@@ -22,6 +25,12 @@ pub struct AuditReport {
     pub cad_file: String,
     /// SHA-256 of the CAD file.
     pub cad_sha256: String,
+    /// Why the tool must not be trusted as it is.
+    #[serde(default)]
+    pub doubts: Vec<Doubt>,
+    /// Faces of the CAD file that the model, or the tool, lacks.
+    #[serde(default)]
+    pub faces_lost: Vec<LostFace>,
     /// Patches audited.
     pub patches: usize,
     /// Largest signed shape error (Eq. 24) [mm]; positive: the patch stands out of the CAD.
@@ -30,7 +39,7 @@ pub struct AuditReport {
     pub min_mm: f64,
     /// Root mean square of the shape error over the patches' area [mm].
     pub rms_mm: f64,
-    /// Largest distance of a point of a patch to the CAD [mm]; more than |shape error| beyond a free edge.
+    /// Largest distance of a point of a patch to the CAD [mm].
     pub distance_max_mm: f64,
     /// Largest normal error [degrees].
     pub normal_max_deg: f64,
@@ -40,8 +49,8 @@ pub struct AuditReport {
     pub tolerance_mm: Option<f64>,
     /// Largest normal error allowed [degrees].
     pub normal_tolerance_deg: Option<f64>,
-    /// True when both are kept, no gap between faces divided apart is larger, and every point could be compared; null
-    /// when nothing was asked.
+    /// True when both are kept, free borders and gaps between faces divided independently deviate no more, and every point
+    /// could be compared; null when nothing was asked.
     pub within_tolerance: Option<bool>,
     /// Area of the patches [mm^2].
     pub area_mm2: f64,
@@ -57,6 +66,9 @@ pub struct AuditReport {
     pub folded: Vec<u32>,
     /// What happens across shared edges.
     pub jumps: Jumps,
+    /// Free borders of the tool against those of the CAD faces that it has patches of.
+    #[serde(default)]
+    pub borders: Borders,
     /// By CAD face, in order of face ids.
     pub faces: Vec<FaceAudit>,
     /// Patches with the largest |shape error|, worst first.
@@ -109,6 +121,35 @@ pub struct Jumps {
     pub crease_deg: f64,
 }
 
+/// Free borders: trim lines and openings beyond which there is no surface. Distances are exact at points along them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Borders {
+    /// Sides of patches at free borders of the tool.
+    pub tool_sides: usize,
+    /// Edges of the CAD at free borders.
+    pub cad_edges: usize,
+    /// Largest distance between neighbouring points at which borders were compared [mm].
+    pub step_mm: f64,
+    /// Largest distance of a point of the tool's borders from the CAD's [mm]; the diagonal of the tool's borders where the
+    /// CAD has none.
+    pub tool_to_cad_mm: f64,
+    /// Largest distance of a point of the CAD's borders from the tool's [mm]; the diagonal of the CAD's borders where the
+    /// tool has none.
+    pub cad_to_tool_mm: f64,
+    /// Where the larger of the two is [mm].
+    pub at: Option<[f64; 3]>,
+    /// CAD face there.
+    pub face: Option<u32>,
+}
+
+impl Borders {
+    /// The larger of the deviations both ways [mm].
+    #[must_use]
+    pub fn deviation_mm(&self) -> f64 {
+        self.tool_to_cad_mm.max(self.cad_to_tool_mm)
+    }
+}
+
 /// One CAD face.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FaceAudit {
@@ -126,6 +167,9 @@ pub struct FaceAudit {
     pub normal_max_deg: f64,
     /// Area of its patches [mm^2].
     pub area_mm2: f64,
+    /// Largest deviation of the free borders, of its patches from the CAD or of its edges from the tool [mm].
+    #[serde(default)]
+    pub border_mm: f64,
 }
 
 /// One patch.
@@ -169,5 +213,11 @@ impl AuditReport {
     #[must_use]
     pub fn worst_mm(&self) -> f64 {
         self.max_mm.abs().max(self.min_mm.abs())
+    }
+
+    /// The larger of the largest |shape error| and the largest deviation of free borders [mm].
+    #[must_use]
+    pub fn deviation_mm(&self) -> f64 {
+        self.worst_mm().max(self.borders.deviation_mm())
     }
 }

@@ -14,11 +14,14 @@ pub struct Sample {
     pub zeta: f64,
     /// Point of the patch [mm].
     pub point: Vec3,
-    /// Signed shape error `(P_patch - P_CAD) . n_CAD` of Eq. 24 [mm]; positive: the patch stands out of the CAD.
+    /// Signed shape error [mm]; positive: the patch stands out of the CAD. `(P_patch - P_CAD) . n_CAD` of Eq. 24; where the
+    /// closest point is on a free border the distance, with that sign.
     pub delta: f64,
+    /// `(P_patch - P_CAD) . n_CAD` of Eq. 24 everywhere [mm]: what moving the patch along the normal takes off.
+    pub normal_part: f64,
     /// `n_CAD` of Eq. 24, out of the tool; the patch's own normal where the CAD has none, zero where neither has one.
     pub reference_normal: Vec3,
-    /// Distance of the patch's point to the CAD [mm]. More than |delta| beyond a free edge.
+    /// Distance of the patch's point to the CAD [mm].
     pub distance: f64,
     /// Angle between the normals of patch and CAD [degrees]; `None` where one of them has none.
     pub normal_deg: Option<f64>,
@@ -48,7 +51,7 @@ impl<R: ReferenceSurface> Probe<'_, R> {
         let offset = d.s - foot.point;
         // At an apex the CAD has no normal: the patch's own tells the side, and the distance is the error.
         let reference = unit(foot.normal).map(|n| n * self.sign);
-        let delta = match unit(foot.normal) {
+        let normal_part = match unit(foot.normal) {
             Some(n) => offset.dot(&n) * self.sign,
             None => normal.map_or(1.0, |n| offset.dot(&n).signum()) * offset.norm(),
         };
@@ -59,11 +62,13 @@ impl<R: ReferenceSurface> Probe<'_, R> {
         };
         let jacobian = cross.norm();
         let distance = offset.norm();
+        let delta = if foot.on_border { distance.copysign(normal_part) } else { normal_part };
         (delta.is_finite() && jacobian.is_finite() && distance.is_finite()).then_some(Sample {
             eta,
             zeta,
             point: d.s,
             delta,
+            normal_part,
             reference_normal: reference.or(normal).unwrap_or_default(),
             distance,
             normal_deg,

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::AuditOptions;
 use super::area::area;
+use super::borders::Compared;
 use super::refine::Extremes;
 use super::report::{AuditReport, FaceAudit, Jumps, PatchAudit, Percentiles, WorstPatch};
 use super::sample::{PatchSamples, Sample};
@@ -17,6 +18,7 @@ pub(super) struct Found<'a> {
     pub samples: &'a [PatchSamples],
     pub extremes: Vec<Extremes>,
     pub jumps: Jumps,
+    pub borders: Compared,
     pub sign: f64,
 }
 
@@ -88,7 +90,7 @@ fn worse(e: &Extremes) -> &Sample {
 pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
     let parts = found.tool.patches.par_iter().zip(found.samples).zip(&found.extremes);
     let sums: Vec<Sums> = parts.map(|((p, s), e)| Sums::of_patch(p, s, e)).collect();
-    let faces = by_face(&found.tool.faces, &sums);
+    let faces = by_face(&found.tool.faces, &sums, &found.borders);
     let mut whole = sums[0];
     sums[1..].iter().for_each(|s| whole.add(s));
     let all = || found.samples.iter().flat_map(|s| &s.points);
@@ -101,6 +103,7 @@ pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
     let within = kept(options.tolerance_mm, worst_mm)
         && kept(options.normal_tolerance_deg, whole.normal)
         && kept(options.tolerance_mm, found.jumps.border_gap_mm)
+        && kept(options.tolerance_mm, found.borders.whole.deviation_mm())
         && lost == 0;
     let extreme = found.extremes.iter().flat_map(|e| [e.max.distance, e.min.distance]);
     AuditReport {
@@ -129,13 +132,16 @@ pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
         turned: found.sign < 0.0,
         folded: (0u32..).zip(&sums).filter(|(_, s)| s.normal > 90.0).map(|(k, _)| k).collect(),
         jumps: found.jumps,
+        borders: found.borders.whole,
+        doubts: Vec::new(),
+        faces_lost: Vec::new(),
         faces,
         worst: worst(found, options.worst),
         by_patch: by_patch(found, &sums),
     }
 }
 
-fn by_face(faces: &[u32], sums: &[Sums]) -> Vec<FaceAudit> {
+fn by_face(faces: &[u32], sums: &[Sums], borders: &Compared) -> Vec<FaceAudit> {
     let mut of_face: BTreeMap<u32, Sums> = BTreeMap::new();
     for (&face, s) in faces.iter().zip(sums) {
         of_face.entry(face).and_modify(|f| f.add(s)).or_insert(*s);
@@ -148,6 +154,7 @@ fn by_face(faces: &[u32], sums: &[Sums]) -> Vec<FaceAudit> {
         rms_mm: s.rms(),
         normal_max_deg: s.normal,
         area_mm2: s.area,
+        border_mm: borders.by_face.get(&face).copied().unwrap_or(0.0),
     };
     of_face.into_iter().map(audit).collect()
 }

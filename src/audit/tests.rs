@@ -16,7 +16,7 @@ impl ReferenceSurface for Cylinder {
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
         let normal = Vec3::new(p.x, 0.0, p.z).try_normalize(0.0)?;
         let point = normal * self.0 + Vec3::y() * p.y;
-        Some(ReferenceFoot { point, normal, own_normal: None, face })
+        Some(ReferenceFoot { point, normal, own_normal: None, face, on_border: false })
     }
 }
 
@@ -284,6 +284,7 @@ impl ReferenceSurface for Beside {
             normal: Vec3::y(),
             own_normal: Some(Vec3::zeros()),
             face: face + 1,
+            on_border: false,
         })
     }
 }

@@ -30,7 +30,9 @@ pub struct RawModel {
 }
 
 /// A face of the file that the model lacks.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[derive(
+    Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 pub struct LostFace {
     /// Entity in the file.
     pub source: String,

@@ -3,18 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use super::cad::{LostFaces, read_model};
+use super::ended::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::own::refuse_clashes;
 use super::quantity::{angle_deg, length_mm};
 use super::say::{err, out};
 use crate::audit::clearance::{ClearanceOptions, ClearanceReport, clearance};
 use crate::audit::{
-    Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, map, page, view,
+    Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, doubts, map, page, view,
 };
+use crate::cad::raw::LostFace;
 use crate::contact::ToolSurface;
 use crate::files::{sha256_hex, write_atomic};
 use crate::geometry::Vec3;
-use crate::tool::file::{ToolFileError, read};
+use crate::report::doubt::Doubt;
+use crate::tool::file::{Provenance, ToolFileError, read};
 
 /// Arguments of `audit`.
 #[derive(Debug, clap::Args)]
@@ -41,7 +44,7 @@ pub struct AuditArgs {
     /// Share of the thickness that the clearance may fall short of it
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, requires = "against")]
     pinch: f64,
-    /// Largest |shape error| allowed [mm]; exit code 1 above it
+    /// Largest |shape error| and largest deviation of free borders allowed [mm]; exit code 1 above it
     #[arg(long, value_name = "LENGTH", value_parser = length_mm)]
     tol: Option<f64>,
     /// Largest normal error allowed [degrees]; exit code 1 above it
@@ -50,6 +53,9 @@ pub struct AuditArgs {
     /// Intervals of the grid of points along a side of a patch
     #[arg(long, value_name = "N", default_value_t = 8)]
     samples: usize,
+    /// End with exit code 0 although there are doubts; they are listed all the same
+    #[arg(long)]
+    accept_doubts: bool,
     /// Write the figures; with several tools a list of them
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -149,9 +155,19 @@ fn audits(args: &AuditArgs, cad: &Path) -> Result<Vec<Exit>, Failure> {
     let cad_sha256 = sha256_of(cad)?;
     let each = |tool: &PathBuf| audited(args, tool, (cad, &cad_sha256), &reference);
     let found = args.tools.iter().map(each).collect::<Result<Vec<_>, _>>()?;
-    let (reports, exits): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    write_json(args, &reports)?;
-    Ok(exits)
+    write_json(args, &found)?;
+    let doubts: Vec<Doubt> = found.iter().flat_map(|r| named_doubts(args, r)).collect();
+    print_doubts(&doubts, args.accept_doubts);
+    Ok(vec![Exit::of_doubts(&doubts, args.accept_doubts)])
+}
+
+/// The doubts about a tool; with its file where several are audited.
+fn named_doubts(args: &AuditArgs, report: &AuditReport) -> Vec<Doubt> {
+    let mut doubts = report.doubts.clone();
+    if args.tools.len() > 1 {
+        doubts.iter_mut().for_each(|d| d.text = format!("{}: {}", report.tool_file, d.text));
+    }
+    doubts
 }
 
 /// One tool against its CAD.
@@ -160,7 +176,7 @@ fn audited(
     tool: &Path,
     (cad, cad_sha256): (&Path, &str),
     reference: &CadReference<'_>,
-) -> Result<(AuditReport, Exit), Failure> {
+) -> Result<AuditReport, Failure> {
     let mut loaded = read(tool)?;
     if loaded.provenance.cad_sha256 != cad_sha256 {
         err!(
@@ -179,6 +195,8 @@ fn audited(
     };
     let mut found = audit(&loaded.model, reference, &options)?;
     name_inputs(&mut found.report, tool, cad, [loaded.sha256, cad_sha256.to_owned()]);
+    found.report.faces_lost.extend(skipped(&loaded.provenance, &found.report.faces_lost));
+    found.report.doubts = doubts(&found.report);
     write_pictures(args, &loaded.model, &found)?;
     let r = &found.report;
     if args.tools.len() > 1 {
@@ -186,8 +204,15 @@ fn audited(
     } else {
         print_report(r);
     }
-    let exit = if r.within_tolerance == Some(false) { Exit::Limit } else { Exit::Done };
-    Ok((found.report, exit))
+    Ok(found.report)
+}
+
+/// Faces that were left out when the tool was made and are not among the `known` ones: the tool file names them.
+fn skipped(provenance: &Provenance, known: &[LostFace]) -> Vec<LostFace> {
+    let is_new = |name: &&String| known.iter().all(|f| f.source != **name);
+    let new = provenance.faces_lost.iter().filter(is_new);
+    let reason = "left out of the tool by --skip-bad-faces";
+    new.map(|source| LostFace { source: source.clone(), reason: reason.into() }).collect()
 }
 
 /// The figures of one of several tools.
@@ -336,6 +361,18 @@ fn write_pictures(
     Ok(())
 }
 
+fn print_borders(r: &AuditReport) {
+    let b = &r.borders;
+    if let (Some([x, y, z]), Some(face)) = (b.at, b.face) {
+        out!(
+            "  free borders: tool up to {:.5} mm from the CAD's, CAD up to {:.5} mm from the tool's, largest at ({x:.3}, {y:.3}, {z:.3}) mm on face {face}; compared every {:.3} mm",
+            b.tool_to_cad_mm,
+            b.cad_to_tool_mm,
+            b.step_mm
+        );
+    }
+}
+
 fn print_report(r: &AuditReport) {
     out!("{} against {}: {} patches, {} points", r.tool_file, r.cad_file, r.patches, r.points);
     out!(
@@ -361,6 +398,7 @@ fn print_report(r: &AuditReport) {
     if let (Some([x, y, z]), Some(patch)) = (r.jumps.border_gap_at, r.jumps.border_gap_patch) {
         out!("    that gap is at patch {patch} at ({x:.3}, {y:.3}, {z:.3})");
     }
+    print_borders(r);
     if !r.folded.is_empty() {
         out!(
             "  {} patches fold, the first ones {:?}",

@@ -9,6 +9,7 @@ use super::exit::{EXIT_HELP, Exit, Failure};
 use super::gmsh::GmshArgs;
 use super::own::refuse_clashes;
 use super::say::{err, out};
+use super::skip::skipping;
 use crate::cad::Model;
 use crate::mesh::mapped::{self, MappedOptions, MeshStyle};
 use crate::mesh::{MeshError, MeshReport, SurfaceMesh, gmsh, io};
@@ -48,7 +49,7 @@ pub struct MesherArgs {
     /// Map no face (gmsh: no transfinite grids): elements of about equal size everywhere
     #[arg(long)]
     unstructured: bool,
-    /// Go on without faces of the CAD file that cannot be read; they are listed
+    /// Go on without faces of the CAD file that cannot be read or meshed; they are listed
     #[arg(long)]
     skip_bad_faces: bool,
     #[command(flatten)]
@@ -96,6 +97,11 @@ impl MesherArgs {
                 Ok(made.mesh)
             }
         }
+    }
+
+    /// Faces that cannot be meshed are left out.
+    pub(super) fn skips_faces(&self) -> bool {
+        self.skip_bad_faces
     }
 
     /// What to do with faces that cannot be read.
@@ -209,9 +215,14 @@ pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
     args.mesher.check()?;
     refuse_clashes(&[&args.file], &[("--output", Some(&args.output))])?;
     let model = read_model(&args.file, args.mesher.lost_faces())?;
-    let mesh = args.mesher.mesh(&args.file, &model)?;
-    let report = MeshReport::new(&mesh, &model);
-    report.check(&model, args.mesher.area_tolerance())?;
+    let make = |model: &Model| Ok(args.mesher.mesh(&args.file, model)?);
+    let (mut mesh, part) = skipping(args.mesher.skips_faces(), &model, make)?;
+    let meshed = part.as_ref().map_or(&model, |p| &p.model);
+    let report = MeshReport::new(&mesh, meshed);
+    report.check(meshed, args.mesher.area_tolerance())?;
+    if let Some(part) = &part {
+        mesh.elements.iter_mut().for_each(|e| e.face = part.kept[e.face as usize] as u32);
+    }
     io::write(&mesh, &args.output)?;
     print_report(&report);
     out!("  {}", args.output.display());

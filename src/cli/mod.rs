@@ -14,6 +14,7 @@ mod own;
 pub mod quantity;
 pub mod run;
 mod say;
+mod skip;
 pub mod solve;
 pub mod status;
 mod stop;

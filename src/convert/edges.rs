@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::normals::Feet;
 use crate::cad::Model;
@@ -145,30 +146,29 @@ pub(super) struct Finder<'a> {
     model: &'a Model,
     mesh: &'a SurfaceMesh,
     feet: &'a Feet,
-    /// Edges of the model on each face.
-    edges: Vec<Vec<usize>>,
-    /// Boxes around the edges of the model.
-    boxes: Vec<Aabb>,
+    /// Edges of the model on each face of the mesh.
+    edges: FxHashMap<u32, Vec<usize>>,
+    /// Boxes around these edges.
+    boxes: FxHashMap<usize, Aabb>,
     /// A vertex this near to a curve is on it [mm].
     near: f64,
 }
 
 impl<'a> Finder<'a> {
     pub(super) fn new(model: &'a Model, mesh: &'a SurfaceMesh, feet: &'a Feet) -> Self {
-        let of_face = |f: &crate::cad::model::Face| -> Vec<usize> {
-            f.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge).collect()
-        };
+        // Of a mesh of one face the others are not looked at: a face's work does not depend on the size of the model.
+        let mut edges: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
+        for element in &mesh.elements {
+            edges.entry(element.face).or_insert_with_key(|&f| {
+                let uses = model.faces[f as usize].loops.iter().flat_map(|l| &l.uses);
+                uses.filter_map(|u| u.edge).collect()
+            });
+        }
         let size = Aabb::of_points(&mesh.vertices).diagonal();
         let near = 1e-7 * size + 2.0 * model.join_tolerance;
-        let hull = |e: &crate::cad::model::Edge| Aabb::of_points(e.curve.points()).widened(near);
-        Self {
-            model,
-            mesh,
-            feet,
-            edges: model.faces.iter().map(of_face).collect(),
-            boxes: model.edges.iter().map(hull).collect(),
-            near,
-        }
+        let hull = |e: usize| Aabb::of_points(model.edges[e].curve.points()).widened(near);
+        let boxes = edges.values().flatten().map(|&e| (e, hull(e))).collect();
+        Self { model, mesh, feet, edges, boxes, near }
     }
 
     fn middle(&self, vertices: [u32; 2], faces: &[u32]) -> Option<Vec3> {
@@ -235,10 +235,9 @@ impl<'a> Finder<'a> {
     pub(super) fn edge(&self, vertices: [u32; 2], faces: &[u32]) -> Option<usize> {
         let (&first, others) = faces.split_first()?;
         let [a, b] = vertices.map(|v| self.mesh.vertices[v as usize]);
-        let shared = |e: &&usize| others.iter().all(|&g| self.edges[g as usize].contains(*e));
-        let reached =
-            |e: &&usize| [a, b].iter().all(|p| self.boxes[**e].distance_squared(p) == 0.0);
-        let curves = self.edges[first as usize].iter().filter(shared).filter(reached);
+        let shared = |e: &&usize| others.iter().all(|g| self.edges[g].contains(*e));
+        let reached = |e: &&usize| [a, b].iter().all(|p| self.boxes[*e].distance_squared(p) == 0.0);
+        let curves = self.edges[&first].iter().filter(shared).filter(reached);
         let off = |e: usize| {
             let curve = &self.model.edges[e].curve;
             let distance = |p: &Vec3| (curve.point(curve.closest(p).0) - p).norm();

@@ -5,6 +5,7 @@ pub mod bezier;
 mod edges;
 mod normals;
 pub mod own;
+pub mod part;
 pub mod reach;
 mod repair;
 pub mod tolerance;
@@ -156,6 +157,13 @@ pub fn convert(
         return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
     }
     Ground::new(Source::Cad(model), mesh, options)?.convert_and_repair()
+}
+
+/// Gives the faces of a tool other numbers: `numbers[f]` for face f.
+pub fn renumber(tool: &mut ToolModel, numbers: &[usize]) {
+    let other = |face: &mut u32| *face = numbers[*face as usize] as u32;
+    tool.faces.iter_mut().for_each(other);
+    tool.corners.iter_mut().for_each(|c| other(&mut c.face));
 }
 
 /// Faces of `model` without an element.

@@ -28,7 +28,7 @@ pub enum MeshError {
     },
     /// Faces that could not be meshed.
     #[error(
-        "{count} of {total} faces could not be meshed; first: face {face} ({source_entity}): {reason}; try more divisions, a smaller size, or --mesher gmsh"
+        "{count} of {total} faces could not be meshed; first: face {face} ({source_entity}): {reason}; try more divisions, a smaller size, or --mesher gmsh, or go on without them with --skip-bad-faces"
     )]
     Faces {
         /// How many failed.
@@ -41,6 +41,8 @@ pub enum MeshError {
         source_entity: String,
         /// Why.
         reason: String,
+        /// All that failed, and why.
+        failed: Vec<(usize, String)>,
     },
     /// The mesh is there but is not one of the model.
     #[error("the mesh does not fit the model: {found}; allowed: {allowed}; {remedy}")]

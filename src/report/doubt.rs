@@ -184,6 +184,34 @@ codes! {
     HolderLifted "holder-lifted" "result"
         "travel against its direction above one thickness"
         "The sheet pushes a force-driven holder back: its force does not hold the sheet down.";
+    /// Faces of the CAD file that the tool lacks.
+    FacesLost "faces-lost" "audit"
+        "any face of the file that could not be read or was skipped"
+        "Faces of the CAD file are missing from the model, and nothing was compared there.";
+    /// Patches whose normals turn over.
+    FoldedPatches "folded-patches" "audit"
+        "a normal more than 90 degrees off the CAD's"
+        "Patches fold: contact on them finds no normal that can be relied on.";
+    /// Points of patches without a closest point on the CAD.
+    PointsLost "points-lost" "audit"
+        "any point of a patch that is not finite or has no closest point"
+        "Points of the tool could not be compared with the CAD.";
+    /// Shape error above the tolerance.
+    ToleranceExceeded "tolerance-exceeded" "audit"
+        "`--tol`"
+        "The tool is farther from its CAD than asked.";
+    /// Free borders farther from those of the CAD than the tolerance.
+    BordersExceeded "borders-exceeded" "audit"
+        "`--tol`"
+        "The tool does not end where the CAD ends: it is cut short, goes beyond a trimmed border, or closes an opening.";
+    /// Gaps between faces divided independently above the tolerance.
+    GapsExceeded "gaps-exceeded" "audit"
+        "`--tol`"
+        "Patches of neighbouring faces are farther apart than asked.";
+    /// Normal error above its tolerance.
+    NormalsExceeded "normals-exceeded" "audit"
+        "`--normal-tol`"
+        "The normals of the tool are farther off those of its CAD than asked.";
 }
 
 impl fmt::Display for DoubtCode {
@@ -240,7 +268,8 @@ pub fn reference() -> String {
          A doubt is a reason why a result must not be trusted as it is. It stands in `run.json` (`doubts`: code, where, value,\n\
          limit, text), last on the terminal (on stderr with `-q` and `--json`), first in `report.html`, in the table of a study and\n\
          in `kanagata-solve status`. A run that ends with a doubt has the verdict `doubtful` and exit code 1; with\n\
-         `--accept-doubts` the exit code is 0, and the list stays. `kanagata-solve check` finds those of the scene before a run.\n\n\
+         `--accept-doubts` the exit code is 0, and the list stays. `kanagata-solve check` finds those of the scene before a run.\n\
+         Those of an audit stand in its JSON, last on the terminal and first in its page; `kanagata audit` ends with exit code 1.\n\n\
          Codes are stable: scripts may rely on them. This page is written from `src/report/doubt.rs`.\n\n\
          | code | found in | limit | meaning |\n|---|---|---|---|\n",
     );

@@ -95,6 +95,9 @@ pub struct Provenance {
     pub cad_unit: String,
     /// Mesher and its options.
     pub mesher: String,
+    /// Faces of the CAD file that the tool lacks: entities that could not be read, or not be meshed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faces_lost: Vec<String>,
     /// Program and version that wrote the file.
     pub program: String,
     /// Largest |shape error| found by the audit when it was written [mm].

@@ -118,7 +118,7 @@ pub(super) fn cylinder(r: f64, h: f64) -> Model {
     whole(turned(&line, [0.0, TAU]))
 }
 
-pub(super) fn sphere(r: f64) -> Model {
+pub(crate) fn sphere(r: f64) -> Model {
     whole(turned(&arc(0.0, 0.0, r, -FRAC_PI_2, FRAC_PI_2), [0.0, TAU]))
 }
 
@@ -133,7 +133,7 @@ pub(super) fn fillet(big: f64, r: f64) -> Model {
 }
 
 /// Square of side 100 about the origin with a round hole about (10, 5).
-pub(super) fn holed_square(radius: f64) -> Model {
+pub(crate) fn holed_square(radius: f64) -> Model {
     let corner = |k: usize| [(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)][k % 4];
     let at2 = |k: usize| Vec2::new(corner(k).0, corner(k).1);
     let at3 = |k: usize| Vec3::new(corner(k).0, corner(k).1, 0.0);
@@ -153,6 +153,25 @@ pub(super) fn holed_square(radius: f64) -> Model {
     let hole = EdgeUse { pcurve: ring, edge: Some(4), reversed: true };
     let plane = Surface::plane(&Frame::world(), [-50.0, 50.0], [-50.0, 50.0]);
     model(vec![face(plane, vec![outer, vec![hole]])], curves)
+}
+
+/// Models side by side, whose faces share no edges.
+pub(crate) fn joined(models: Vec<Model>) -> Model {
+    let mut out = Model::default();
+    for mut other in models {
+        let [faces, edges, vertices] = [out.faces.len(), out.edges.len(), out.vertices.len()];
+        for used in other.faces.iter_mut().flat_map(|f| &mut f.loops).flat_map(|l| &mut l.uses) {
+            used.edge = used.edge.map(|e| e + edges);
+        }
+        for edge in &mut other.edges {
+            edge.vertices.iter_mut().for_each(|v| *v += vertices);
+            edge.uses.iter_mut().for_each(|u| u[0] += faces);
+        }
+        out.faces.extend(other.faces);
+        out.edges.extend(other.edges);
+        out.vertices.extend(other.vertices);
+    }
+    out
 }
 
 /// A wavy bicubic rational surface with interior knots.

@@ -7,8 +7,10 @@ use crate::cad::Model;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::mesh::MesherArgs;
 use crate::cli::say::{err, out};
+use crate::cli::skip::skipping;
 use crate::convert::bezier::{BezierError, BezierOptions, FINEST, Within, within_tolerance};
 use crate::convert::reach::Reached;
+use crate::convert::renumber;
 use crate::mesh::{attach, io};
 use crate::tool::edge::EdgeRule;
 use crate::tool::exchange::{to_bezier, to_nagata};
@@ -25,11 +27,13 @@ pub(super) fn bezier(
     let (sheet_side, flip) = args.side_and_flip(reached);
     let name = args.name.clone().unwrap_or_else(|| stem(&args.output));
     let options = BezierOptions { name, tolerance_mm, sheet_side, flip };
-    let (Within { mut tool, report, divisions }, mesher) = made_within(args, model, &options)?;
-    if let Some(reached) = reached {
-        reached.renumber(&mut tool);
-    }
-    let mut provenance = provenance(args, model, Some(report.error_mm), reached)?;
+    let make = |model: &Model| made_within(args, model, &options);
+    let (made, part) = skipping(args.mesher.skips_faces(), model, make)?;
+    let (Within { mut tool, report, divisions }, mesher) = made;
+    let numbers = [part.as_ref().map(|p| &p.kept), reached.map(|r| &r.kept)];
+    numbers.into_iter().flatten().for_each(|kept| renumber(&mut tool, kept));
+    let lost = part.as_ref().map_or(&model.lost, |p| &p.model.lost);
+    let mut provenance = provenance(args, (model, lost), Some(report.error_mm), reached)?;
     if args.mesh.is_none() {
         let first = args.mesher.describe();
         let last = mesher.with_divisions(divisions).describe();

@@ -14,15 +14,17 @@ use self::kinds::{bezier, exchange};
 use self::print::{print_reach, print_report};
 use super::cad::read_model;
 use super::exit::{Exit, Failure};
+use super::skip::{renumbered, skipping};
 use crate::audit::AuditReport;
 use crate::cad::Model;
+use crate::cad::raw::LostFace;
 use crate::cli::own::refuse_clashes;
 use crate::cli::say::{err, out};
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance};
 use crate::convert::unfolded::{UnfoldedError, mesh_and_convert};
-use crate::convert::{ConvertError, ConvertOptions, ConvertReport, convert};
+use crate::convert::{ConvertError, ConvertOptions, ConvertReport, convert, renumber};
 use crate::files::sha256_hex;
 use crate::mesh::mapped::MappedOptions;
 use crate::mesh::{attach, io};
@@ -50,12 +52,11 @@ struct Converted {
 }
 
 impl Converted {
-    /// Gives faces the numbers that they have in the whole model.
-    fn number_as(&mut self, reached: &Reached) {
-        reached.renumber(&mut self.tool);
-        self.report.turned = reached.turned;
+    /// Gives faces the numbers that they have in the whole model: `whole[f]` for face f.
+    fn renumber(&mut self, whole: &[usize]) {
+        renumber(&mut self.tool, whole);
         let (finer, bare) = (&mut self.report.finer, &mut self.report.bare);
-        finer.iter_mut().chain(bare).for_each(|f| *f = reached.kept[*f]);
+        finer.iter_mut().chain(bare).for_each(|f| *f = whole[*f]);
     }
 }
 
@@ -67,6 +68,8 @@ struct Fit {
     /// Largest distance that a vertex slid within a flat, off its smooth border [mm].
     slid_mm: f64,
     borders: Meeting,
+    /// The search for fewer patches ended by itself, not at its work limit.
+    saved_all: bool,
     /// Faces were to be divided independently.
     asked_apart: bool,
 }
@@ -95,24 +98,39 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
         return bezier(args, model, reached.as_ref());
     }
     let options = options(args, reached.as_ref());
-    let mut made = if args.is_refined() {
-        refined(args, model, &options, reached.as_ref())?
-    } else {
-        let (tool, report) = meshed(args, model, &options)?;
-        Converted { tool, report, refined: None }
-    };
+    let (mut made, part) =
+        skipping(args.mesher.skips_faces(), model, |model| converted(args, model, &options))
+            .map_err(|failure| of_whole(failure, reached.as_ref()))?;
+    if let Some(part) = &part {
+        made.renumber(&part.kept);
+    }
     if let Some(reached) = &reached {
-        made.number_as(reached);
+        made.renumber(&reached.kept);
+        made.report.turned = reached.turned;
     }
     refuse_folds(args, &made)?;
     let error_mm = made.refined.as_ref().map(|r| r.audit.worst_mm());
-    let provenance = provenance(args, &whole, error_mm, reached.as_ref())?;
+    let lost = part.as_ref().map_or(&whole.lost, |p| &p.model.lost);
+    let provenance = provenance(args, (&whole, lost), error_mm, reached.as_ref())?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
     print_report(&made);
     say_of_folds(args, &made);
     reached.iter().for_each(print_reach);
     out!("  {}", args.output.display());
     Ok(Exit::Done)
+}
+
+/// The tool of a model.
+fn converted(
+    args: &ConvertArgs,
+    model: &Model,
+    options: &ConvertOptions,
+) -> Result<Converted, Failure> {
+    if args.is_refined() {
+        return refined(args, model, options);
+    }
+    let (tool, report) = meshed(args, model, options)?;
+    Ok(Converted { tool, report, refined: None })
 }
 
 /// What of the model the sheet of a scene can touch.
@@ -231,18 +249,14 @@ fn refined(
     args: &ConvertArgs,
     model: &Model,
     options: &ConvertOptions,
-    reached: Option<&Reached>,
 ) -> Result<Converted, Failure> {
     let mesh = args.mesher.mapped_for_refinement()?;
-    let whole = |error| of_whole(error, reached);
     let borders = match args.borders {
         Borders::Conforming => Meeting::Conforming,
         Borders::Independent => Meeting::Independent,
     };
     let found = match args.patches {
-        Some(patches) => {
-            to_patches(model, &mesh, options, patches, !args.on_cad, borders).map_err(whole)?
-        }
+        Some(patches) => to_patches(model, &mesh, options, patches, !args.on_cad, borders)?,
         None => {
             let goal = Goal {
                 tol_mm: args.tol.unwrap_or(f64::INFINITY),
@@ -250,7 +264,7 @@ fn refined(
                 two_sided: !args.on_cad,
                 borders,
             };
-            to_tolerance(model, &mesh, options, &goal).map_err(whole)?
+            to_tolerance(model, &mesh, options, &goal)?
         }
     };
     Ok(Converted {
@@ -261,21 +275,18 @@ fn refined(
             moved_mm: found.moved_mm,
             slid_mm: found.slid_mm,
             borders: found.borders,
+            saved_all: found.saved_all,
             asked_apart: borders == Meeting::Independent,
         }),
     })
 }
 
 /// An error that names a face of the whole model, not of what is within reach.
-fn of_whole(mut error: ToleranceError, reached: Option<&Reached>) -> ToleranceError {
-    if let (
-        Some(reached),
-        ToleranceError::NotReached { face, .. } | ToleranceError::NoPatches { face, .. },
-    ) = (reached, &mut error)
-    {
-        *face = reached.kept[*face];
+fn of_whole(failure: Failure, reached: Option<&Reached>) -> Failure {
+    match reached {
+        Some(reached) => renumbered(failure, |f| reached.kept[f]),
+        None => failure,
     }
-    error
 }
 
 /// The file's name without `.tool.json`.
@@ -287,7 +298,7 @@ fn stem(path: &Path) -> String {
 
 fn provenance(
     args: &ConvertArgs,
-    model: &Model,
+    (model, lost): (&Model, &[LostFace]),
     shape_error_mm: Option<f64>,
     reached: Option<&Reached>,
 ) -> Result<Provenance, Failure> {
@@ -308,17 +319,11 @@ fn provenance(
                 format!("{}{}", args.mesher.describe_refinement(), goal(args))
             }
             None => args.mesher.describe(),
-        } + &within
-            + &lost_faces(model),
+        } + &within,
+        faces_lost: lost.iter().map(|f| f.source.clone()).collect(),
         program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
         shape_error_mm,
     })
-}
-
-/// Faces of the file that the tool lacks, for the provenance.
-fn lost_faces(model: &Model) -> String {
-    let names: Vec<&str> = model.lost.iter().map(|f| f.source.as_str()).collect();
-    if names.is_empty() { String::new() } else { format!(" lost-faces={}", names.join(",")) }
 }
 
 /// What was refined to, for the provenance.

@@ -75,6 +75,7 @@ fn provenance(args: &ConvertArgs, source: &NormalSource) -> Result<Provenance, F
         cad_sha256: sha256_hex(&bytes),
         cad_unit: "mm".into(),
         mesher: format!("mesh file without CAD, normals {normals}"),
+        faces_lost: Vec::new(),
         program: concat!("kanagata ", env!("CARGO_PKG_VERSION")).into(),
         shape_error_mm: None,
     })

@@ -17,13 +17,24 @@ pub(super) fn print_report(made: &Converted) {
     let (patches, vertices) = (made.tool.patches.len(), made.tool.vertices.len());
     let report = &made.report;
     out!("{patches} patches, {vertices} vertices, {} crease edges", report.creases);
-    if let Some(Fit { audit, moved_mm, slid_mm, borders, asked_apart }) = &made.refined {
+    if let Some(Fit { audit, moved_mm, slid_mm, borders, saved_all, asked_apart }) = &made.refined {
         out!(
             "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved_mm:.5} mm off the CAD",
             audit.min_mm,
             audit.max_mm,
             audit.normal_max_deg
         );
+        if let Some([x, y, z]) = audit.borders.at {
+            out!(
+                "  free borders within {:.5} mm of the CAD's, farthest at ({x:.3}, {y:.3}, {z:.3}) mm",
+                audit.borders.deviation_mm()
+            );
+        }
+        if !saved_all {
+            err!(
+                "note: the search for fewer patches ended at its work limit; what was found keeps the tolerance"
+            );
+        }
         if *slid_mm > 0.0 {
             out!(
                 "  vertices on smooth borders of flats up to {slid_mm:.5} mm off these, within the flat"

@@ -17,6 +17,7 @@ use self::degrees::{agree, build, raised};
 pub use self::refine::{BezierError, FINEST, Within, within_tolerance};
 use self::side::Sides;
 use super::{ConvertError, looks_away, normals};
+use crate::audit::report::Borders;
 use crate::cad::Model;
 use crate::cad::model::Face;
 use crate::geometry::{Vec2, Vec3};
@@ -45,6 +46,8 @@ pub struct BezierReport {
     pub error_mm: f64,
     /// Patch where it is.
     pub worst: u32,
+    /// Free borders against those of the CAD, where [`within_tolerance`] compared them.
+    pub borders: Borders,
     /// Largest degree.
     pub degree: usize,
     /// Patches that fold: somewhere they look against their face. An arc that bulges past the opposite side does it.

@@ -1,11 +1,14 @@
 //! Bezier patches within a tolerance.
 
 use super::{BezierOptions, BezierReport, bezier_from_cad};
+use crate::audit::{CadReference, free_borders};
 use crate::cad::Model;
 use crate::convert::ConvertError;
 use crate::mesh::{MeshError, SurfaceMesh};
 use crate::tool::ToolModel;
 
+/// Steps along a side at which free borders are compared, at least.
+const SAMPLES: usize = 16;
 /// Most divisions of a quarter turn that [`within_tolerance`] is asked for.
 pub const FINEST: usize = 64;
 
@@ -26,7 +29,8 @@ pub struct Within {
 pub enum BezierError {
     /// The tolerance was not reached, or patches fold.
     #[error(
-        "Bezier patches of degree 6 are up to {error_mm:.2e} mm off, on patch {worst} of face {face}{}; allowed: {tolerance_mm} mm, none that folds; {}, or allow more with --tol or --allow-folds",
+        "Bezier patches of degree 6 are up to {error_mm:.2e} mm off, on patch {worst} of face {face}{}{}; allowed: {tolerance_mm} mm, none that folds; {}, or allow more with --tol or --allow-folds",
+        border_said(*.border_mm, *.border_at),
         folds_said(*.folded, *.folded_face),
         advice(*.divisions, *.in_vain)
     )]
@@ -37,6 +41,10 @@ pub enum BezierError {
         worst: u32,
         /// Face of that patch.
         face: u32,
+        /// Largest distance of free borders from those of the CAD [mm], where they were compared.
+        border_mm: f64,
+        /// Where it is [mm].
+        border_at: Option<[f64; 3]>,
         /// Patches that fold.
         folded: usize,
         /// Face of the first of these, if there are any.
@@ -54,6 +62,15 @@ pub enum BezierError {
     /// No tool model.
     #[error(transparent)]
     Convert(#[from] ConvertError),
+}
+
+fn border_said(mm: f64, at: Option<[f64; 3]>) -> String {
+    let said = |[x, y, z]: [f64; 3]| {
+        format!(
+            ", their free borders up to {mm:.2e} mm from the CAD's at ({x:.3}, {y:.3}, {z:.3}) mm"
+        )
+    };
+    at.map_or_else(String::new, said)
 }
 
 fn folds_said(folded: usize, face: Option<u32>) -> String {
@@ -76,7 +93,7 @@ fn advice(divisions: Option<usize>, in_vain: bool) -> String {
 }
 
 /// Bezier patches over `mesh_of(n)` for n = 1, 2, 3, 4, 6, 8 ... up to `finest` divisions of a quarter turn, until they keep
-/// `options.tolerance_mm` and none folds (or `allow_folds`). Meshes that cannot be made are passed over: finer borders
+/// `options.tolerance_mm`, free borders as well, and none folds (or `allow_folds`). Meshes that cannot be made are passed over: finer borders
 /// may bound a face that coarse chords do not. From 12 on, where three finer meshes neither halve the error nor leave fewer folded
 /// patches, finer ones are not tried: work grows with the square of the divisions. `finest = 1`: one mesh that was given.
 ///
@@ -89,6 +106,9 @@ pub fn within_tolerance(
     finest: usize,
     mesh_of: impl Fn(usize) -> Result<SurfaceMesh, MeshError>,
 ) -> Result<Within, BezierError> {
+    let reference = CadReference::new(model);
+    // The CAD's own edges are known no better than its faces are joined.
+    let border_tolerance = options.tolerance_mm.max(2.0 * model.join_tolerance);
     let mut divisions = 1;
     let mut tried: Vec<Tried> = Vec::new();
     loop {
@@ -98,12 +118,17 @@ pub fn within_tolerance(
             Err(error) if last => return Err(error.into()),
             Err(_) => {}
             Ok(mesh) => {
-                let (tool, report) = bezier_from_cad(model, &mesh, options)?;
+                let (tool, mut report) = bezier_from_cad(model, &mesh, options)?;
                 let folded = if allow_folds { 0 } else { report.folded.len() };
-                if report.error_mm <= options.tolerance_mm && folded == 0 {
-                    return Ok(Within { tool, report, divisions });
+                let mut error_mm = report.error_mm;
+                if error_mm <= options.tolerance_mm && folded == 0 {
+                    report.borders = free_borders(&tool, &reference, SAMPLES);
+                    error_mm = error_mm.max(report.borders.deviation_mm());
+                    if error_mm <= border_tolerance {
+                        return Ok(Within { tool, report, divisions });
+                    }
                 }
-                tried.push(Tried { error_mm: report.error_mm, folded });
+                tried.push(Tried { error_mm, folded });
                 let in_vain = are_in_vain(&tried, options.tolerance_mm);
                 if last || in_vain {
                     let divisions = (finest > 1).then_some(divisions);
@@ -149,6 +174,8 @@ fn not_reached(
         error_mm: report.error_mm,
         worst: report.worst,
         face: face_of(report.worst).unwrap_or(0),
+        border_mm: report.borders.deviation_mm(),
+        border_at: report.borders.at,
         folded: report.folded.len(),
         folded_face: report.folded.first().and_then(|&k| face_of(k)),
         tolerance_mm: options.tolerance_mm,

@@ -16,14 +16,12 @@
 
 mod zone;
 
-use std::collections::BTreeMap;
-
+use super::part::subset;
 use crate::cad::Model;
 use crate::cad::model::Face;
 use crate::geometry::{Vec2, Vec3};
 use crate::mesh::MeshError;
 use crate::mesh::mapped::{MappedOptions, mesh};
-use crate::tool::ToolModel;
 
 pub use zone::Zone;
 
@@ -169,29 +167,6 @@ fn looks_away(face: &Face, side: &Vec3) -> bool {
     }
     let limit = std::f64::consts::FRAC_PI_2 + AWAY_DEG.to_radians() + between;
     normals.iter().all(|n| angle(n, side) > limit)
-}
-
-/// The model of some faces; edges keep their numbers.
-fn subset(model: &Model, kept: &[usize]) -> Model {
-    let number: BTreeMap<usize, usize> = kept.iter().enumerate().map(|(k, &f)| (f, k)).collect();
-    let mut out = model.clone();
-    out.faces = kept.iter().map(|&f| model.faces[f].clone()).collect();
-    // Numbers change, and who asks for parts attaches meshes of whole files.
-    out.cut.clear();
-    for edge in &mut out.edges {
-        let uses = edge.uses.iter();
-        edge.uses = uses.filter_map(|u| Some([*number.get(&u[0])?, u[1], u[2]])).collect();
-    }
-    out
-}
-
-impl Reached {
-    /// Gives a tool made from `model` the face numbers of the whole model.
-    pub fn renumber(&self, tool: &mut ToolModel) {
-        let whole = |face: &mut u32| *face = self.kept[*face as usize] as u32;
-        tool.faces.iter_mut().for_each(whole);
-        tool.corners.iter_mut().for_each(|c| whole(&mut c.face));
-    }
 }
 
 #[cfg(test)]

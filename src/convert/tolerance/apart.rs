@@ -3,10 +3,12 @@
 
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use super::budget::Budget;
 use super::face::Judge;
 use super::work::{Work, exceeding, folded};
-use super::{Borders, Goal, Refined, ToleranceError, search};
+use super::{Borders, Goal, Refined, ToleranceError};
 use crate::audit::{AuditOptions, audit, open_sides};
 use crate::cad::Model;
 use crate::cad::model::Edge;
@@ -24,20 +26,20 @@ const GAP: f64 = 1e-3;
 const LARGEST: f64 = 0.99 * crate::tool::file::LARGEST_GAP;
 /// A side nearer to its edge than this share of the gap allowed is not what makes the gap.
 const NEAR: f64 = 0.1;
-/// Patches judged for one face, at least, before its divisions are no longer lowered.
-const ENOUGH: u64 = 1000;
 
 /// One face as a model of its own.
 struct Part {
     model: Model,
     /// Number of each edge in the whole model.
     edges: Vec<usize>,
-    /// Edges that other faces use.
-    apart: Vec<bool>,
+    /// Edges that other faces use, and those at free borders.
+    measured: Vec<bool>,
+    /// Edges at free borders.
+    free: Vec<bool>,
 }
 
 impl Part {
-    fn new(whole: &Model, f: usize) -> Self {
+    fn new(whole: &Model, free: &[bool], f: usize) -> Self {
         let mut face = whole.faces[f].clone();
         let (mut edges, mut vertices) = (BTreeMap::new(), BTreeMap::new());
         let mut model = Model {
@@ -69,9 +71,10 @@ impl Part {
         let mut numbers = vec![0; edges.len()];
         edges.iter().for_each(|(&e, &number)| numbers[number] = e);
         let others = |&e: &usize| whole.edges[e].uses.iter().any(|u| u[0] != f);
-        let apart = numbers.iter().map(others).collect();
+        let measured = numbers.iter().map(|e| others(e) || free[*e]).collect();
+        let free = numbers.iter().map(|&e| free[e]).collect();
         model.faces = vec![face];
-        Self { model, edges: numbers, apart }
+        Self { model, edges: numbers, measured, free }
     }
 }
 
@@ -87,8 +90,15 @@ struct Ask {
 /// A face made.
 struct Made {
     refined: Refined,
-    /// How far sides on the CAD are from each edge [mm].
-    off: Vec<f64>,
+    /// Measured edges, each with how far sides on the CAD are from it [mm].
+    off: Vec<(usize, f64)>,
+}
+
+impl Made {
+    /// How far sides on the CAD are from an edge [mm].
+    fn off(&self, edge: usize) -> f64 {
+        self.off.iter().find(|o| o.0 == edge).map_or(0.0, |o| o.1)
+    }
 }
 
 /// All faces, and what judges them.
@@ -113,11 +123,15 @@ pub(super) fn with<R>(
     let turned = looks_away(&coarse, whole.options.sheet_side);
     let flip = turned ^ whole.options.flip;
     let options = ConvertOptions { sheet_side: None, flip, ..whole.options.clone() };
-    let parts: Vec<Part> = (0..model.faces.len()).map(|f| Part::new(model, f)).collect();
+    let parts: Vec<Part> =
+        (0..model.faces.len()).map(|f| Part::new(model, &whole.free, f)).collect();
     let works = parts.iter().enumerate().map(|(f, part)| of_part(whole, part, f, &options));
     let works: Vec<Work<'_>> = works.collect::<Result<_, _>>()?;
-    let judges: Vec<Judge<'_>> =
-        works.iter().zip(&parts).map(|(work, part)| Judge::new(work, &part.apart, None)).collect();
+    let judges: Vec<Judge<'_>> = works
+        .iter()
+        .zip(&parts)
+        .map(|(work, part)| Judge::new(work, &part.measured, None))
+        .collect();
     Ok(then(&Apart { whole, parts: &parts, works: &works, judges: &judges, turned }))
 }
 
@@ -128,15 +142,16 @@ fn of_part<'a>(
     options: &'a ConvertOptions,
 ) -> Result<Work<'a>, ToleranceError> {
     let plan = Plan::new(&part.model, &whole.mesh)?;
-    let faces = whole.plan.model().faces.len() as u64;
+    let faces = whole.plan.model().faces.len();
     Ok(Work {
         plan,
         reference: whole.reference,
         first: face as u32,
         mesh: whole.mesh,
         options,
+        free: part.free.clone(),
         normals: whole.normals,
-        enough: (search::ENOUGH / faces).max(ENOUGH),
+        budget: Arc::new(Budget::of_one(faces)),
     })
 }
 
@@ -156,8 +171,8 @@ impl Apart<'_> {
     /// [`ToleranceError::NotReached`] names a face that cannot be brought within the tolerance,
     /// [`ToleranceError::Apart`] a place where borders cannot.
     pub(super) fn refined(&self, goal: &Goal) -> Result<Refined, ToleranceError> {
-        let any = |p: &Part| Ask { borders: vec![f64::INFINITY; p.edges.len()], on_cad: false };
-        let mut asks: Vec<Ask> = self.parts.iter().map(any).collect();
+        let any = |work: &Work<'_>| Ask { borders: work.borders(goal), on_cad: false };
+        let mut asks: Vec<Ask> = self.works.iter().map(any).collect();
         let first = asks.par_iter().enumerate().map(|(f, ask)| self.make(goal, f, ask));
         let mut made: Vec<Made> = first.collect::<Result<_, _>>()?;
         let size = self.whole.plan.model().bbox().diagonal();
@@ -209,7 +224,7 @@ impl Apart<'_> {
             .map(|f| {
                 let edges = &self.parts[f].edges;
                 let at = |edge: &usize| edges.iter().position(|e| e == edge).map(|e| (*edge, e));
-                let off = |e: usize| made[f].off.get(e).copied().unwrap_or(0.0);
+                let off = |e: usize| made[f].off(e);
                 let far = wide.iter().filter_map(at).filter(|&(_, e)| off(e) > NEAR * allowed);
                 far.filter_map(|(edge, e)| Some((edge, self.nearer(goal, (f, e), made, asks)?)))
                     .collect()
@@ -264,7 +279,7 @@ impl Apart<'_> {
         made: &[Made],
         asks: &[Ask],
     ) -> Option<Trial> {
-        let off = |m: &Made| m.off.get(e).copied().unwrap_or(0.0);
+        let off = |m: &Made| m.off(e);
         let before = &made[face];
         let mut ask = asks[face].clone();
         ask.borders[e] = ask.borders[e].min(0.99 * off(before));
@@ -321,7 +336,7 @@ impl Apart<'_> {
         let moved_mm = made.iter().fold(0.0f64, |m, f| m.max(f.refined.moved_mm));
         let slid_mm = made.iter().fold(0.0f64, |m, f| m.max(f.refined.slid_mm));
         let borders = Borders::Independent;
-        let found = Refined { tool, report, audit, moved_mm, slid_mm, borders };
+        let found = Refined { tool, report, audit, moved_mm, slid_mm, borders, saved_all: true };
         if exceeding(&found.audit, goal).is_empty() && folded(&found).is_empty() {
             Ok(found)
         } else {

@@ -169,7 +169,7 @@ pub(super) fn rows(
     let colours = colours(tool, ways);
     let step = 1e-6 * Aabb::of_points(&tool.vertices).diagonal();
     let all = samples.iter().flat_map(PatchSamples::valid);
-    let mut rows: Vec<Row> = all.map(|s| Row { delta: s.delta, rates: Vec::new() }).collect();
+    let mut rows: Vec<Row> = all.map(|s| Row { delta: s.normal_part, rates: Vec::new() }).collect();
     for colour in 0..colours.iter().map(|c| c + 1).max().unwrap_or(0) {
         let mut of = vec![None; tool.vertices.len()];
         let mut shifts = vec![0.0; ways.len()];

@@ -1,11 +1,12 @@
 //! One face judged alone: its patches for given divisions of its edges, audited. Answers are kept.
 
+use std::collections::BTreeMap;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use rustc_hash::FxHashMap;
 
 use super::alone::Neighbours;
+use super::budget::Budget;
 use super::work::{Work, renumber};
 use crate::audit::{AuditOptions, CadReference, audit};
 use crate::cad::model::Edge;
@@ -31,9 +32,8 @@ pub(super) struct Figures {
     pub cut_mm: f64,
     /// Where the error is largest, if there are patches.
     pub worst: Option<Vec3>,
-    /// For each edge of the plan's model the largest distance of the patches' sides on it from it [mm]; empty when
-    /// borders are shared.
-    pub off: Vec<f64>,
+    /// Measured edges of the plan's model, each with the largest distance of the patches' sides on it from it [mm].
+    pub off: Vec<(usize, f64)>,
 }
 
 impl Figures {
@@ -69,19 +69,23 @@ pub(super) struct Judge<'a> {
     normals: bool,
     /// The faces around each one, where errors are those that moving vertices leaves.
     neighbours: Option<&'a Neighbours>,
-    /// Edges of the plan's model that other faces divide in their own way; empty: none.
-    apart: &'a [bool],
+    /// Edges of the plan's model from which the distance of the patches' sides is measured: those at free borders and those
+    /// that other faces divide in their own way.
+    measured: &'a [bool],
     /// Whether the faces at each edge meet at an angle.
     creases: Vec<bool>,
     /// Boxes around its edges, a little wider.
     boxes: Vec<Aabb>,
     known: Mutex<FxHashMap<Key, Figures>>,
-    /// Patches made so far: work done, the same for any number of threads.
-    spent: AtomicU64,
+    budget: &'a Budget,
 }
 
 impl<'a> Judge<'a> {
-    pub fn new(work: &'a Work<'_>, apart: &'a [bool], neighbours: Option<&'a Neighbours>) -> Self {
+    pub fn new(
+        work: &'a Work<'_>,
+        measured: &'a [bool],
+        neighbours: Option<&'a Neighbours>,
+    ) -> Self {
         let options = ConvertOptions { sheet_side: None, flip: false, ..work.options.clone() };
         let &Work { ref plan, reference, first, normals, .. } = work;
         let model = plan.model();
@@ -94,20 +98,18 @@ impl<'a> Judge<'a> {
             first,
             normals,
             neighbours,
-            apart,
+            measured,
             creases: model.edges.iter().map(|e| is_crease(model, e)).collect(),
             boxes: model.edges.iter().map(hull).collect(),
             known: Mutex::default(),
-            spent: AtomicU64::new(0),
+            budget: &work.budget,
         }
     }
 
     /// Figures of face `f`.
     pub fn of(&self, f: usize, divisions: &Divisions, density: usize) -> Figures {
-        let face = &self.plan.model().faces[f];
-        let edges = face.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge);
-        let key: Key =
-            (f, edges.map(|e| divisions.counts[e]).collect(), density, divisions.mapped[f]);
+        let counts = self.edges(f).map(|e| divisions.counts[e]).collect();
+        let key: Key = (f, counts, density, divisions.mapped[f]);
         let known = |k: &Key| self.known.lock().ok()?.get(k).cloned();
         if let Some(found) = known(&key) {
             return found;
@@ -121,20 +123,20 @@ impl<'a> Judge<'a> {
         if let Ok(mut known) = self.known.lock()
             && known.insert(key, found.clone()).is_none()
         {
-            self.spent.fetch_add(1 + work as u64, Ordering::Relaxed);
+            self.budget.add(1 + work as u64);
         }
         found
     }
 
-    /// Work done so far, in patches made.
-    pub fn spent(&self) -> u64 {
-        self.spent.load(Ordering::Relaxed)
+    /// Work done so far, and its limits.
+    pub fn budget(&self) -> &Budget {
+        self.budget
     }
 
     /// Figures of one face's mesh; none when its patches fold or cannot be made.
     fn judge(&self, f: usize, mesh: &SurfaceMesh) -> Option<Figures> {
         let (mut tool, made) = convert(self.plan.model(), mesh, &self.options).ok()?;
-        let off = self.off(&tool);
+        let off = self.off(f, &tool);
         renumber(&mut tool, self.first);
         if !made.folded.is_empty() {
             return None;
@@ -143,6 +145,7 @@ impl<'a> Judge<'a> {
             samples: 4,
             refine: 4,
             refine_normals: self.normals,
+            borders: false,
             ..AuditOptions::default()
         };
         let found = audit(&tool, self.reference, &options).ok()?;
@@ -150,12 +153,12 @@ impl<'a> Judge<'a> {
         if !report.folded.is_empty() {
             return None;
         }
-        let edge = |side: &SideCurve<'_>| self.edge(side);
+        let edge = |side: &SideCurve<'_>| self.edge(f, side);
         let error_mm = match self.neighbours {
             Some(n) => n.foreseen(f, (&tool, &found), &self.options, edge).ok()?,
             None => report.worst_mm(),
         };
-        let (cut_mm, at) = self.cut_off(&tool, &made.redone);
+        let (cut_mm, at) = self.cut_off(f, &tool, &made.redone);
         let worst = report.worst.first().map(|w| w.point.into());
         Some(Figures {
             patches: tool.patches.len(),
@@ -167,27 +170,29 @@ impl<'a> Judge<'a> {
         })
     }
 
-    /// How far the sides of the patches are from the edges that are divided apart, on these.
-    fn off(&self, tool: &ToolModel) -> Vec<f64> {
+    /// How far the sides of the patches of face `f` are from its edges that are measured, on these [mm].
+    fn off(&self, f: usize, tool: &ToolModel) -> Vec<(usize, f64)> {
         const STEPS: usize = 8;
-        if self.apart.is_empty() {
+        let mut off: BTreeMap<usize, f64> =
+            self.edges(f).filter(|&e| self.measured[e]).map(|e| (e, 0.0)).collect();
+        if off.is_empty() {
             return Vec::new();
         }
-        let mut off = vec![0.0f64; self.boxes.len()];
         let rings: Vec<&[u32]> = tool.corners.iter().map(|c| &c.vertices[..]).collect();
         for (sides, p) in sides_used_once(&rings).iter().zip(&tool.patches) {
             for curve in sides.iter().map(|&side| SideCurve::new(p, side)) {
-                let Some(e) = self.edge(&curve).filter(|&e| self.apart[e]) else { continue };
+                let Some(e) = self.edge(f, &curve) else { continue };
+                let Some(most) = off.get_mut(&e) else { continue };
                 let steps = (1..STEPS).map(|k| self.far(e, &curve.point(k as f64 / STEPS as f64)));
-                off[e] = steps.fold(off[e], f64::max);
+                *most = steps.fold(*most, f64::max);
             }
         }
-        off
+        off.into_iter().collect()
     }
 
     /// How far sides that lost their curves are from the edges they are on [mm], and where that is most. Where faces run on
     /// smoothly it takes them off their surfaces by its square only.
-    fn cut_off(&self, tool: &ToolModel, redone: &[u32]) -> (f64, Option<Vec3>) {
+    fn cut_off(&self, f: usize, tool: &ToolModel, redone: &[u32]) -> (f64, Option<Vec3>) {
         let none = (0.0, None);
         if redone.is_empty() {
             return none;
@@ -199,7 +204,7 @@ impl<'a> Judge<'a> {
         let curves = sides.map(|(k, side)| SideCurve::new(&tool.patches[k as usize], side));
         let off = |side: SideCurve<'_>| {
             let middle = side.point(0.5);
-            let edge = self.edge(&side).filter(|&e| self.creases[e])?;
+            let edge = self.edge(f, &side).filter(|&e| self.creases[e])?;
             Some((self.far(edge, &middle), Some(middle)))
         };
         curves.filter_map(off).fold(none, |most, next| if next.0 > most.0 { next } else { most })
@@ -216,14 +221,19 @@ impl<'a> Judge<'a> {
         if self.neighbours.is_some() { &FORESEEN } else { &LOOSENINGS }
     }
 
-    /// The edge of the plan's model that both ends of a side are on; of several the one its middle is nearest to.
-    fn edge(&self, side: &SideCurve<'_>) -> Option<usize> {
+    /// Edges of a face.
+    fn edges(&self, f: usize) -> impl Iterator<Item = usize> + '_ {
+        self.plan.model().faces[f].loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge)
+    }
+
+    /// The edge of face `f` that both ends of a side are on; of several the one its middle is nearest to.
+    fn edge(&self, f: usize, side: &SideCurve<'_>) -> Option<usize> {
         let [from, middle, to] = [0.0, 0.5, 1.0].map(|t| side.point(t));
         let reached =
             |e: &usize| [from, to].iter().all(|p| self.boxes[*e].distance_squared(p) == 0.0);
         // The middle decides between edges of the same ends.
         let away = |e: usize| self.far(e, &from) + self.far(e, &to) + 1e-3 * self.far(e, &middle);
-        let found = (0..self.boxes.len()).filter(reached).map(|e| (away(e), e));
+        let found = self.edges(f).filter(reached).map(|e| (away(e), e));
         found.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|f| f.1)
     }
 }

@@ -7,13 +7,16 @@
 //! - [`search`], [`state`]: which divisions; every face is judged alone, by the audit of its own patches
 //! - [`balance`], [`ways`], [`least`]: vertices moved along their normals, or within flats
 //! - [`work`]: a model, or one face, refined and audited as a whole
+//! - [`budget`]: how much work that may be
 //! - [`uniform`]: meshes of one division of a quarter turn, taken where they have fewer patches
 //!
-//! The model is conforming unless asked otherwise; its largest error is the audit's, of the finished model.
+//! Free borders keep the tolerance as well. The model is conforming unless asked otherwise; its largest error is the audit's,
+//! of the finished model.
 
 mod alone;
 mod apart;
 pub mod balance;
+mod budget;
 mod face;
 mod least;
 mod search;
@@ -74,6 +77,8 @@ pub struct Refined {
     pub slid_mm: f64,
     /// How its faces meet.
     pub borders: Borders,
+    /// False where the search for fewer patches ended at its work limit.
+    pub saved_all: bool,
 }
 
 /// Why there is no model within the tolerance.
@@ -90,7 +95,7 @@ pub enum ToleranceError {
     },
     /// The tolerance was not reached.
     #[error(
-        "{source_entity} (face {face}) still has {found:.3e} {unit}{near} with {patches} patches; asked: {allowed:.3e}; allow more, or repair the face in the CAD"
+        "{source_entity} (face {face}) still has {found:.3e} {unit}{near} with {patches} patches; asked: {allowed:.3e}{}; allow more, or repair the face in the CAD", spent_said(*.spent)
     )]
     NotReached {
         /// Face with the largest error.
@@ -103,10 +108,12 @@ pub enum ToleranceError {
         near: String,
         /// Error allowed.
         allowed: f64,
-        /// mm or degrees.
+        /// Unit and kind of the error.
         unit: &'static str,
         /// Patches of the best model found.
         patches: usize,
+        /// Patches judged, where the search ended because they were as many as it may judge.
+        spent: Option<u64>,
     },
     /// A face of which no patches come out sound.
     #[error(
@@ -147,6 +154,12 @@ pub enum ToleranceError {
     Audit(#[from] AuditError),
 }
 
+fn spent_said(spent: Option<u64>) -> String {
+    spent.map_or_else(String::new, |n| {
+        format!("; the search ended at its work limit, after {n} patches were judged")
+    })
+}
+
 /// Converts `model` with as few patches as keep `goal`.
 ///
 /// # Errors
@@ -166,8 +179,9 @@ pub fn to_tolerance(
     let work = Work::new(model, &reference, mesh, options, goal.normal_deg.is_finite())?;
     let neighbours = Neighbours::new(model);
     let slides = (goal.two_sided && neighbours.slides()).then_some(&neighbours);
-    let (refined, spent) = searched(&work, goal, slides);
-    let again = work.plan.may_save() && (refined.is_err() || spent < work.enough);
+    let refined = searched(&work, goal, slides);
+    let open = if refined.is_err() { !work.budget.is_spent() } else { work.budget.saves() };
+    let again = work.plan.may_save() && open;
     let other = again.then(|| work.with_nodes_inside()).transpose()?;
     let differs = |other: &Work<'_>| {
         refined.as_ref().map_or(true, |(_, state)| other.differs_from(&work, state))
@@ -175,10 +189,13 @@ pub fn to_tolerance(
     let other = other.filter(differs);
     let mut refined = refined.map(|found| found.0);
     if let Some(other) = other {
-        refined = fewer(refined, other.refine(&Judge::new(&other, &[], slides), goal));
+        refined = fewer(refined, other.refine(&Judge::new(&other, &other.free, slides), goal));
     }
     let limit = refined.as_ref().map_or(uniform::MOST, |found| found.tool.patches.len());
-    let together = work.uniform(goal, limit).map_or(refined, Ok);
+    let mut together = work.uniform(goal, limit).map_or(refined, Ok);
+    if let Ok(found) = &mut together {
+        found.saved_all = work.budget.saves();
+    }
     match goal.borders {
         Borders::Conforming => together,
         Borders::Independent => {
@@ -189,24 +206,21 @@ pub fn to_tolerance(
 }
 
 /// The search with faces judged as they are and, where there are flats for vertices to slide in, with what that takes off
-/// their errors; and the work done.
+/// their errors.
 fn searched(
     work: &Work<'_>,
     goal: &Goal,
     slides: Option<&Neighbours>,
-) -> (Result<(Refined, State), ToleranceError>, u64) {
-    let judge = Judge::new(work, &[], None);
-    let plain = work.refine_within(&judge, goal, &[]);
-    let Some(neighbours) = slides.filter(|_| judge.spent() < work.enough / 8) else {
-        return (plain, judge.spent());
-    };
-    let judge = Judge::new(work, &[], Some(neighbours));
-    let found = match (plain, work.refine_within(&judge, goal, &[])) {
+) -> Result<(Refined, State), ToleranceError> {
+    let judge = Judge::new(work, &work.free, None);
+    let plain = work.refine_within(&judge, goal, &work.borders(goal));
+    let Some(neighbours) = slides.filter(|_| work.budget.is_easy()) else { return plain };
+    let judge = Judge::new(work, &work.free, Some(neighbours));
+    match (plain, work.refine_within(&judge, goal, &work.borders(goal))) {
         (Ok(one), Ok(other)) if one.0.tool.patches.len() <= other.0.tool.patches.len() => Ok(one),
         (plain, Err(_)) => plain,
         (_, other) => other,
-    };
-    (found, judge.spent())
+    }
 }
 
 /// The model with fewer patches; the conforming one when the other has as many.
@@ -237,8 +251,8 @@ pub fn to_patches(
     let work = Work::new(model, &reference, mesh, options, false)?;
     let neighbours = Neighbours::new(model);
     let slides = two_sided && neighbours.slides();
-    let judge = Judge::new(&work, &[], None);
-    let foreseeing = Judge::new(&work, &[], Some(&neighbours));
+    let judge = Judge::new(&work, &work.free, None);
+    let foreseeing = Judge::new(&work, &work.free, Some(&neighbours));
     let goal = |tol_mm: f64| Goal { tol_mm, normal_deg: f64::INFINITY, two_sided, borders };
     let together = |tol_mm: f64| {
         let plain = work.refine(&judge, &goal(tol_mm));
@@ -264,7 +278,7 @@ fn least_error(
     if best.tool.patches.len() > patches {
         return Err(ToleranceError::TooFew { least: best.tool.patches.len() });
     }
-    high = best.audit.worst_mm();
+    high = best.audit.deviation_mm();
     let mut low = 0.0;
     for _ in 0..20 {
         if high <= 1e-9 {
@@ -274,7 +288,7 @@ fn least_error(
         match refine(tol) {
             Ok(found) if found.tool.patches.len() <= patches => {
                 high = tol;
-                if found.audit.worst_mm() < best.audit.worst_mm() {
+                if found.audit.deviation_mm() < best.audit.deviation_mm() {
                     best = found;
                 }
             }
@@ -289,3 +303,6 @@ fn least_error(
     }
     Ok(best)
 }
+
+#[cfg(test)]
+mod border_tests;

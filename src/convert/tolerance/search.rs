@@ -24,8 +24,6 @@ enum Move {
 const MOST: usize = 2000;
 /// Chains that are tried for exchange, at most.
 const EXCHANGES: usize = 96;
-/// Patches made from which on divisions are no longer lowered or exchanged: large models take what growth gives.
-pub(super) const ENOUGH: u64 = 60_000;
 /// Divisions of a quarter turn of uniform meshes that are lowered.
 const UNIFORM: [usize; 7] = [2, 3, 4, 6, 8, 12, 16];
 /// Raises without a tenth less error, besides one for each of its edges, after which a face is given up.
@@ -42,10 +40,8 @@ pub(super) struct Search<'a> {
     pub goal: &'a Goal,
     /// Share of the tolerance each face is held to.
     pub shares: &'a [f64],
-    /// How far the patches' sides on each edge may be from it [mm]; empty: any distance.
+    /// How far the patches' sides on each edge may be from it [mm].
     pub borders: &'a [f64],
-    /// Patches made from which on divisions are no longer lowered or exchanged.
-    pub enough: u64,
 }
 
 impl Search<'_> {
@@ -65,7 +61,7 @@ impl Search<'_> {
             return state;
         }
         let mut tried = 0;
-        while tried < EXCHANGES && self.judge.spent() < self.enough {
+        while tried < EXCHANGES && self.judge.budget().saves() {
             let Some(better) = self.exchange(&state, &mut tried) else { break };
             state = better;
         }
@@ -77,7 +73,7 @@ impl Search<'_> {
     fn uniform(&self, limit: usize) -> Option<State> {
         let faces = self.plan.model().faces.len();
         for &n in &UNIFORM {
-            if self.judge.spent() >= self.enough {
+            if !self.judge.budget().saves() {
                 return None;
             }
             let state = self.state(self.plan.minima_at(n), vec![n; faces]);
@@ -106,11 +102,19 @@ impl Search<'_> {
     fn ratio(&self, k: usize, f: &Figures) -> f64 {
         let error = (f.error_mm / self.goal.tol_mm).max(f.normal_deg / self.goal.normal_deg);
         let error = error.max(self.shares[k].max(1.0) * f.cut_mm / self.goal.tol_mm);
-        if f.off.is_empty() {
-            return error;
-        }
-        let off = f.off.iter().zip(self.borders).map(|(off, allowed)| off / allowed);
-        error.max(self.shares[k] * off.fold(0.0, f64::max))
+        let off = f.off.iter().map(|&(e, off)| off / self.borders[e]);
+        error.max(self.shares[k].max(1.0) * off.fold(0.0, f64::max))
+    }
+
+    /// Chains of edges that the sides of face `f` are too far from: more divisions of these bring them nearer, and none of
+    /// others do.
+    fn at_borders(&self, state: &State, f: usize) -> Vec<Move> {
+        let too_far = |&&(e, off): &&(usize, f64)| {
+            off > self.borders[e] * self.shares[f].min(1.0) && state.divisions.counts[e] < MOST
+        };
+        let far = state.off(f).iter().filter(too_far);
+        let chains: BTreeSet<usize> = far.map(|&(e, _)| self.plan.chains()[e]).collect();
+        chains.into_iter().map(Move::Chain).collect()
     }
 
     fn over(&self, state: &State, f: usize) -> f64 {
@@ -134,20 +138,13 @@ impl Search<'_> {
             // Without sound patches all divisions grow by a third at a time.
             let sound = state.badness[f].is_finite();
             let patience = if sound { PATIENCE + self.edges(f).count() } else { UNSOUND };
-            if best[f].1 > patience {
+            if best[f].1 > patience || self.judge.budget().is_spent() {
                 return state;
             }
-            let moves = self.moves(&state, f);
-            if moves.is_empty() {
+            let chosen = self.chosen(&state, f);
+            if chosen.is_empty() {
                 return state;
             }
-            let gains: Vec<f64> = moves.par_iter().map(|m| self.gain(&state, f, *m)).collect();
-            let first = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-            let chosen = match first {
-                Some((k, gain)) if *gain > 0.0 => vec![moves[k]],
-                // None alone helps: all of them.
-                _ => moves,
-            };
             let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
             for m in chosen {
                 self.raise(&state, f, m, &mut minima, &mut density);
@@ -160,6 +157,28 @@ impl Search<'_> {
                 }
             }
         }
+    }
+
+    /// What is raised for face `f`: all edges that its sides are too far from, or what lowers its error most.
+    fn chosen(&self, state: &State, f: usize) -> Vec<Move> {
+        let at_borders = self.at_borders(state, f);
+        if !at_borders.is_empty() {
+            return at_borders;
+        }
+        let mut moves = self.moves(state, f);
+        moves.truncate(self.affordable(state, f));
+        let gains: Vec<f64> = moves.par_iter().map(|m| self.gain(state, f, *m)).collect();
+        match gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)) {
+            Some((k, gain)) if *gain > 0.0 => vec![moves[k]],
+            // None alone helps: all of them.
+            _ => moves,
+        }
+    }
+
+    /// Moves of face `f` that can be tried with the work that is left, at least one.
+    fn affordable(&self, state: &State, f: usize) -> usize {
+        let each = 1 + state.faces[f].patches as u64;
+        usize::try_from(self.judge.budget().left() / each).unwrap_or(usize::MAX).max(1)
     }
 
     /// For what a face alone does not know of: one division more on every side of faces that fold only beside their
@@ -279,7 +298,7 @@ impl Search<'_> {
         loop {
             let mut any = false;
             for m in self.lowerings(&state) {
-                if self.judge.spent() >= self.enough {
+                if !self.judge.budget().saves() {
                     return state;
                 }
                 let Some(lower) = self.lowered(&state, m) else { continue };
@@ -352,10 +371,15 @@ impl Search<'_> {
         for _ in 0..200 {
             let worst = (0..state.faces.len())
                 .max_by(|&a, &b| self.over(&state, a).total_cmp(&self.over(&state, b)))?;
-            if self.over(&state, worst) <= 1.0 || state.patches() > limit {
+            if self.over(&state, worst) <= 1.0
+                || state.patches() > limit
+                || !self.judge.budget().saves()
+            {
                 break;
             }
-            let mut moves = self.moves(&state, worst);
+            let at_borders = self.at_borders(&state, worst);
+            let mut moves =
+                if at_borders.is_empty() { self.moves(&state, worst) } else { at_borders };
             moves.retain(|m| *m != fixed);
             let gains: Vec<f64> = moves.par_iter().map(|m| self.gain(&state, worst, *m)).collect();
             let best = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));

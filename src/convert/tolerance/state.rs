@@ -33,8 +33,8 @@ impl State {
         self.faces[face].worst
     }
 
-    /// For each edge how far the patches' sides on it are from it [mm]; empty when that was not asked.
-    pub fn off(&self, face: usize) -> &[f64] {
+    /// Measured edges of a face, each with how far the patches' sides on it are from it [mm].
+    pub fn off(&self, face: usize) -> &[(usize, f64)] {
         &self.faces[face].off
     }
 

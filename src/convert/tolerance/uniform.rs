@@ -1,5 +1,6 @@
 //! The uniform structured mesh as a rival: what a tolerance takes is never more than it needs.
 
+use super::budget::FINISHED;
 use super::work::{Work, exceeding, folded};
 use super::{Goal, Refined};
 use crate::convert::unfolded::mesh_and_convert;
@@ -31,6 +32,11 @@ impl Work<'_> {
     pub(super) fn uniform(&self, goal: &Goal, limit: usize) -> Option<Refined> {
         let (mut best, mut missed) = (None, 0);
         for (arc_divisions, mesh) in self.below(limit).iter().rev() {
+            let work = FINISHED * mesh.elements.len() as u64;
+            if work > self.budget.left() {
+                continue;
+            }
+            self.budget.add(work);
             let (ratio, found) = self.keeping(*arc_divisions, mesh, goal, limit);
             match found {
                 Some(found) => (best, missed) = (Some(found), 0),

@@ -1,13 +1,17 @@
 //! A model, or one face of it, refined: divisions searched with faces held to shares of the tolerance, the whole made,
 //! balanced and audited, and faces that still exceed it held to less.
 
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
 use super::balance::balanced;
+use super::budget::{Budget, FINISHED};
 use super::face::Judge;
-use super::search::{self, Search};
+use super::search::Search;
 use super::state::State;
 use super::{Borders, Goal, Refined, ToleranceError};
 use crate::audit::report::PatchAudit;
-use crate::audit::{Audit, AuditOptions, AuditReport, CadReference, audit};
+use crate::audit::{Audit, AuditOptions, AuditReport, CadReference, ReferenceSurface, audit};
 use crate::cad::Model;
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::geometry::Vec3;
@@ -33,10 +37,11 @@ pub(super) struct Work<'a> {
     pub first: u32,
     pub mesh: MappedOptions,
     pub options: &'a ConvertOptions,
+    /// Edges of the plan's model at free borders.
+    pub free: Vec<bool>,
     /// Whether normals have a tolerance.
     pub normals: bool,
-    /// Patches judged from which on the search takes what growth gives.
-    pub enough: u64,
+    pub budget: Arc<Budget>,
 }
 
 /// Divisions of edges and insides of faces whose whole model was not what was asked for, and why.
@@ -59,6 +64,21 @@ impl Faults {
     fn none(&self) -> bool {
         self.over.is_empty() && self.folded.is_empty()
     }
+}
+
+/// Edges that one face uses and no other face contains.
+fn free_edges(model: &Model, reference: &CadReference<'_>) -> Vec<bool> {
+    const INSIDE: [f64; 3] = [0.23, 0.5, 0.81];
+    let faces: BTreeSet<u32> = (0..model.faces.len() as u32).collect();
+    let mut free = vec![false; model.edges.len()];
+    for border in reference.border_edges(&faces).unwrap_or_default() {
+        let [a, b] = border.curve.domain();
+        let ends_here = |s: &f64| {
+            !reference.continues(&border.curve.point(a + (b - a) * s), border.face, &faces)
+        };
+        free[border.edge] = INSIDE.iter().any(ends_here);
+    }
+    free
 }
 
 /// Gives faces of a tool their numbers in the reference.
@@ -85,8 +105,9 @@ impl<'a> Work<'a> {
             first: 0,
             mesh: coarse,
             options,
+            free: free_edges(model, reference),
             normals,
-            enough: search::ENOUGH,
+            budget: Arc::new(Budget::of_faces(model.faces.len())),
         })
     }
 
@@ -95,7 +116,8 @@ impl<'a> Work<'a> {
     pub(super) fn with_nodes_inside(&self) -> Result<Self, MeshError> {
         let mesh = MappedOptions { fewest: false, ..self.mesh };
         let plan = Plan::new(self.plan.model(), &mesh)?;
-        Ok(Self { plan, mesh, ..*self })
+        let (free, budget) = (self.free.clone(), self.budget.clone());
+        Ok(Self { plan, mesh, free, budget, ..*self })
     }
 
     /// True when it meshes a state in another way than `other` does.
@@ -104,9 +126,20 @@ impl<'a> Work<'a> {
         mesh(self) != mesh(other)
     }
 
+    /// True unless it is one face of several: its border is not free where others use it.
+    fn is_whole(&self) -> bool {
+        self.plan.model().faces.len() == self.reference.face_count()
+    }
+
     /// The fewest patches over the loosenings.
     pub(super) fn refine(&self, judge: &Judge<'_>, goal: &Goal) -> Result<Refined, ToleranceError> {
-        self.refine_within(judge, goal, &[]).map(|found| found.0)
+        self.refine_within(judge, goal, &self.borders(goal)).map(|found| found.0)
+    }
+
+    /// How far sides may be from each edge of the plan's model [mm]: the tolerance at free borders, any distance where
+    /// faces meet.
+    pub(super) fn borders(&self, goal: &Goal) -> Vec<f64> {
+        self.free.iter().map(|&free| if free { goal.tol_mm } else { f64::INFINITY }).collect()
     }
 
     /// The same with sides no farther from the edges than `borders` [mm], and the state it is made from.
@@ -121,8 +154,8 @@ impl<'a> Work<'a> {
         let mut last = None;
         let mut failed = Vec::new();
         for &share in loosenings.iter().rev() {
-            let enough = if share > LOOSE { self.enough / 8 } else { self.enough };
-            if best.is_some() && judge.spent() >= enough {
+            let tries = if share > LOOSE { self.budget.is_easy() } else { self.budget.saves() };
+            if best.is_some() && !tries {
                 break;
             }
             let limit = best.as_ref().map_or(usize::MAX, |b| b.0.tool.patches.len());
@@ -164,8 +197,7 @@ impl<'a> Work<'a> {
         let mut state: Option<State> = None;
         let mut last = None;
         for _ in 0..ROUNDS {
-            let (plan, enough) = (&self.plan, self.enough);
-            let search = Search { plan, judge, goal, shares: &shares, borders, enough };
+            let search = Search { plan: &self.plan, judge, goal, shares: &shares, borders };
             let next = match state.take() {
                 Some(state) => search.grow(state),
                 None => search.fewest(),
@@ -190,6 +222,9 @@ impl<'a> Work<'a> {
                 }
             };
             let (after, less) = self.tightened(&search, next, &failed[known].faults);
+            if self.budget.is_spent() {
+                break;
+            }
             state = Some(after);
             less.into_iter().for_each(|(face, share)| shares[face] = share);
         }
@@ -238,6 +273,7 @@ impl<'a> Work<'a> {
     /// The whole model of a state, balanced and audited, and what keeps it from the goal.
     fn finish(&self, state: &State, goal: &Goal) -> Result<(Refined, Faults), ToleranceError> {
         let mesh = self.plan.mesh(&state.minima, &state.density)?;
+        self.budget.add(FINISHED * mesh.elements.len() as u64);
         let (plain, found) = self.plain(&mesh, self.options, goal)?;
         let own = |face: usize| face - self.first as usize;
         let over = |report: &AuditReport| exceeding(report, goal).into_iter();
@@ -270,11 +306,14 @@ impl<'a> Work<'a> {
         let asked = AuditOptions {
             tolerance_mm: goal.tol_mm.is_finite().then_some(goal.tol_mm),
             normal_tolerance_deg: goal.normal_deg.is_finite().then_some(goal.normal_deg),
+            borders: self.is_whole(),
             ..AuditOptions::default()
         };
         let found = audit(&tool, self.reference, &asked)?;
         let (audit, borders) = (found.report.clone(), Borders::Conforming);
-        Ok((Refined { tool, report, audit, moved_mm: 0.0, slid_mm: 0.0, borders }, found))
+        let (moved_mm, slid_mm) = (0.0, 0.0);
+        let saved_all = true;
+        Ok((Refined { tool, report, audit, moved_mm, slid_mm, borders, saved_all }, found))
     }
 
     /// That model with its vertices balanced.
@@ -287,6 +326,7 @@ impl<'a> Work<'a> {
         let asked = AuditOptions {
             tolerance_mm: plain.audit.tolerance_mm,
             normal_tolerance_deg: plain.audit.normal_tolerance_deg,
+            borders: self.is_whole(),
             ..AuditOptions::default()
         };
         balanced(plain, found, self, options, &asked)
@@ -298,20 +338,35 @@ impl<'a> Work<'a> {
             .max_by(|&a, &b| state.badness(a).total_cmp(&state.badness(b)))
             .unwrap_or(0);
         let (mm, deg) = state.figures(worst);
-        let source_entity = self.plan.model().faces[worst].source.clone();
-        let face = worst + self.first as usize;
         if !mm.is_finite() {
-            return ToleranceError::NoPatches { face, source_entity };
+            let source_entity = self.plan.model().faces[worst].source.clone();
+            return ToleranceError::NoPatches { face: worst + self.first as usize, source_entity };
         }
-        let by_length = mm / goal.tol_mm >= deg / goal.normal_deg;
+        let free = state.off(worst).iter().filter(|o| self.free[o.0]);
+        let border = (free.map(|o| o.1).fold(0.0, f64::max), None);
+        let at = state.worst(worst).map(Into::into);
+        let most = Most { shape: (mm, at), border, normal_deg: deg };
+        self.missed(goal, worst, &most, state.patches())
+    }
+
+    /// The error of a face of the plan that is farthest above its tolerance.
+    fn missed(&self, goal: &Goal, face: usize, most: &Most, patches: usize) -> ToleranceError {
+        let (length, at) = if most.border.0 > most.shape.0 { most.border } else { most.shape };
+        let by_length = length / goal.tol_mm >= most.normal_deg / goal.normal_deg;
+        let is_border = by_length && most.border.0 > most.shape.0;
         ToleranceError::NotReached {
-            face,
-            source_entity,
-            found: if by_length { mm } else { deg },
-            near: near(state.worst(worst).filter(|_| by_length).map(Into::into)),
+            face: face + self.first as usize,
+            source_entity: self.plan.model().faces[face].source.clone(),
+            found: if by_length { length } else { most.normal_deg },
+            near: near(at.filter(|_| by_length)),
             allowed: if by_length { goal.tol_mm } else { goal.normal_deg },
-            unit: if by_length { "mm" } else { "degrees" },
-            patches: state.patches(),
+            unit: match (by_length, is_border) {
+                (true, true) => "mm off its free border",
+                (true, false) => "mm of shape error",
+                _ => "degrees of normal error",
+            },
+            patches,
+            spent: self.budget.is_spent().then(|| self.budget.spent()),
         }
     }
 
@@ -321,24 +376,29 @@ impl<'a> Work<'a> {
         let worst = over.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|w| w.0);
         let worst = worst.or(folded(refined).first().copied()).unwrap_or(self.first as usize);
         let audit = refined.audit.faces.iter().find(|f| f.face as usize == worst);
-        let (mm, deg) =
-            audit.map_or((0.0, 0.0), |f| (f.max_mm.abs().max(f.min_mm.abs()), f.normal_max_deg));
+        let most = audit.map_or_else(Most::default, |f| Most {
+            shape: (f.max_mm.abs().max(f.min_mm.abs()), worst_place(&refined.audit, worst)),
+            border: (f.border_mm, refined.audit.borders.at),
+            normal_deg: f.normal_max_deg,
+        });
         let of = worst - self.first as usize;
-        let source_entity = self.plan.model().faces[of].source.clone();
-        if mm <= goal.tol_mm && deg <= goal.normal_deg {
+        let length = most.shape.0.max(most.border.0);
+        if length <= goal.tol_mm && most.normal_deg <= goal.normal_deg {
+            let source_entity = self.plan.model().faces[of].source.clone();
             return ToleranceError::NoPatches { face: worst, source_entity };
         }
-        let by_length = mm / goal.tol_mm >= deg / goal.normal_deg;
-        ToleranceError::NotReached {
-            face: worst,
-            source_entity,
-            found: if by_length { mm } else { deg },
-            near: near(worst_place(&refined.audit, worst).filter(|_| by_length)),
-            allowed: if by_length { goal.tol_mm } else { goal.normal_deg },
-            unit: if by_length { "mm" } else { "degrees" },
-            patches: refined.tool.patches.len(),
-        }
+        self.missed(goal, of, &most, refined.tool.patches.len())
     }
+}
+
+/// Largest errors of a face, and where they are.
+#[derive(Default)]
+struct Most {
+    /// Shape error [mm].
+    shape: (f64, Option<[f64; 3]>),
+    /// Distance from free borders [mm].
+    border: (f64, Option<[f64; 3]>),
+    normal_deg: f64,
 }
 
 /// Where the shape error of a face is largest.
@@ -355,7 +415,7 @@ fn near(place: Option<[f64; 3]>) -> String {
 /// Faces above the tolerance, and how many times.
 pub(super) fn exceeding(report: &AuditReport, goal: &Goal) -> Vec<(usize, f64)> {
     let ratio = |f: &crate::audit::report::FaceAudit| {
-        let mm = f.max_mm.abs().max(f.min_mm.abs()) / goal.tol_mm;
+        let mm = f.max_mm.abs().max(f.min_mm.abs()).max(f.border_mm) / goal.tol_mm;
         mm.max(f.normal_max_deg / goal.normal_deg)
     };
     let all = report.faces.iter().map(|f| (f.face as usize, ratio(f)));

@@ -126,14 +126,15 @@ impl<'m> Mesher<'m> {
     }
 
     /// The first of the faces that cannot be meshed, named.
-    fn fault(&self, mut failed: Vec<(usize, String)>) -> MeshError {
-        let (face, reason) = failed.swap_remove(0);
+    fn fault(&self, failed: Vec<(usize, String)>) -> MeshError {
+        let (face, reason) = failed[0].clone();
         MeshError::Faces {
-            count: failed.len() + 1,
+            count: failed.len(),
             total: self.model.faces.len(),
             face,
             source_entity: self.model.faces[face].source.clone(),
             reason,
+            failed,
         }
     }
 

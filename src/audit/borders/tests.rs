@@ -1,0 +1,183 @@
+use std::f64::consts::TAU;
+
+use crate::audit::page::page;
+use crate::audit::{Audit, AuditOptions, CadReference, ReferenceSurface, audit, doubts};
+use crate::cad::Model;
+use crate::cad::query_tests::shapes::{holed_square, joined, sphere, whole};
+use crate::cad::raw::LostFace;
+use crate::geometry::nurbs::Surface;
+use crate::geometry::{Frame, Vec3};
+use crate::report::doubt::DoubtCode;
+use crate::tool::{Patch, ToolKind, ToolModel};
+
+/// Radius of the hole [mm].
+const HOLE: f64 = 20.0;
+/// Chords of the hole.
+const CHORDS: usize = 60;
+
+fn tool(patches: Vec<Patch>, faces: Vec<u32>) -> ToolModel {
+    ToolModel {
+        name: "plate".into(),
+        kind: ToolKind::Bezier,
+        vertices: vec![],
+        normals: vec![],
+        corners: vec![],
+        curves: vec![],
+        patches,
+        faces,
+        border_gap_mm: 0.0,
+    }
+}
+
+fn flat(corners: [Vec3; 4]) -> Patch {
+    let [a, b, c, d] = corners;
+    Patch::Bezier { degrees: [1, 1], points: vec![a, d, b, c] }
+}
+
+/// The plate of [`holed_square`] in flat patches with a hole of this radius and sides at this distance from the origin.
+fn plate(hole: f64, side: f64) -> ToolModel {
+    let centre = Vec3::new(10.0, 5.0, 0.0);
+    let corners = [(side, side), (-side, side), (-side, -side), (side, -side)];
+    let turn = |p: Vec3| p.y.atan2(p.x).rem_euclid(TAU);
+    let mut turns: Vec<f64> = (0..CHORDS).map(|k| TAU * k as f64 / CHORDS as f64).collect();
+    turns.extend(corners.map(|(x, y)| turn(Vec3::new(x, y, 0.0) - centre)));
+    turns.sort_by(f64::total_cmp);
+    let way = |k: usize| {
+        let (sin, cos) = turns[k % turns.len()].sin_cos();
+        Vec3::new(cos, sin, 0.0)
+    };
+    let outer = |k: usize| {
+        let to = |x: f64, from: f64| {
+            if x == 0.0 { f64::INFINITY } else { (side * x.signum() - from) / x }
+        };
+        let way = way(k);
+        centre + way * to(way.x, centre.x).min(to(way.y, centre.y))
+    };
+    let inner = |k: usize| centre + way(k) * hole;
+    let n = turns.len();
+    let patches: Vec<Patch> =
+        (0..n).map(|k| flat([inner(k), outer(k), outer(k + 1), inner(k + 1)])).collect();
+    tool(patches, vec![0; n])
+}
+
+fn run(tool: &ToolModel, model: &Model) -> Audit {
+    let options = AuditOptions { tolerance_mm: Some(0.5), ..AuditOptions::default() };
+    audit(tool, &CadReference::new(model), &options).unwrap()
+}
+
+#[test]
+fn a_border_that_is_met_deviates_by_its_chords_only() {
+    let report = run(&plate(HOLE, 50.0), &holed_square(HOLE)).report;
+    let sagitta = HOLE * (1.0 - (TAU / 2.0 / CHORDS as f64).cos());
+    assert!((report.borders.tool_to_cad_mm - sagitta).abs() < 1e-9, "{:?}", report.borders);
+    assert!((report.borders.cad_to_tool_mm - sagitta).abs() < 1e-3, "{:?}", report.borders);
+    assert_eq!((report.borders.cad_edges, report.within_tolerance), (5, Some(true)));
+    assert_eq!(report.faces[0].border_mm, report.borders.deviation_mm());
+}
+
+#[test]
+fn a_tool_that_ends_too_late_or_too_early_is_as_far_off_as_that() {
+    let sagitta = HOLE * (1.0 - (TAU / 2.0 / CHORDS as f64).cos());
+    for (hole, side, exact) in
+        [(18.0, 50.0, 2.0), (23.0, 50.0, 3.0), (20.0, 46.0, 4.0 * 2f64.sqrt())]
+    {
+        let report = run(&plate(hole, side), &holed_square(HOLE)).report;
+        let found = report.borders.deviation_mm();
+        assert!(found >= exact - 1e-9 && found <= exact + 2.0 * sagitta, "{hole} {side}: {found}");
+        assert_eq!(report.within_tolerance, Some(false), "{hole} {side}");
+        // Beyond a border the error is the distance; before it there is no error of shape.
+        let beyond = if hole < HOLE { 2.0 + sagitta } else { 0.0 };
+        let worst = report.worst_mm();
+        assert!((worst - beyond).abs() <= sagitta + 1e-9, "{worst}");
+        assert!(report.borders.at.is_some());
+    }
+}
+
+#[test]
+fn a_hole_that_is_closed_is_found_from_the_cad() {
+    let report = run(&plate(0.0, 50.0), &holed_square(HOLE)).report;
+    assert!(report.borders.tool_to_cad_mm < 1e-6, "{:?}", report.borders);
+    // Farthest from all sides is the point of the hole as near to x = -50 as to y = -50: sin - cos of its angle is 1/4.
+    let angle = TAU / 2.0 + TAU / 8.0 - (0.25 / 2f64.sqrt()).asin();
+    let exact = 60.0 + HOLE * angle.cos();
+    let found = report.borders.cad_to_tool_mm;
+    assert!(found <= exact + 1e-6 && found > exact - report.borders.step_mm, "{found} {exact}");
+    assert!((report.worst_mm() - HOLE).abs() < 1e-6, "{}", report.worst_mm());
+    assert_eq!(report.within_tolerance, Some(false));
+}
+
+/// Two squares of side 10 side by side whose faces share no edge.
+fn unjoined() -> Model {
+    let square = |x: f64| {
+        whole(Surface::plane(
+            &Frame { origin: Vec3::x() * x, ..Frame::world() },
+            [0.0, 10.0],
+            [0.0, 10.0],
+        ))
+    };
+    joined(vec![square(0.0), square(10.0)])
+}
+
+fn square(x: f64) -> Patch {
+    let at = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+    flat([at(x, 0.0), at(x + 10.0, 0.0), at(x + 10.0, 10.0), at(x, 10.0)])
+}
+
+#[test]
+fn faces_that_meet_without_a_common_edge_have_no_border_there_and_left_out_faces_leave_one() {
+    let model = unjoined();
+    let both = run(&tool(vec![square(0.0), square(10.0)], vec![0, 1]), &model).report;
+    assert!(both.borders.deviation_mm() < 1e-6, "{:?}", both.borders);
+    assert_eq!((both.borders.tool_sides, both.within_tolerance), (6, Some(true)));
+    let one = run(&tool(vec![square(0.0)], vec![0]), &model).report;
+    assert!(one.borders.deviation_mm() < 1e-6, "{:?}", one.borders);
+    assert_eq!(
+        (one.borders.tool_sides, one.borders.cad_edges, one.within_tolerance),
+        (4, 4, Some(true))
+    );
+    // The second face has a patch, but not all of it.
+    let at = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+    let half = flat([at(10.0, 0.0), at(15.0, 0.0), at(15.0, 10.0), at(10.0, 10.0)]);
+    let half = run(&tool(vec![square(0.0), half], vec![0, 1]), &model).report;
+    assert!((half.borders.cad_to_tool_mm - 5.0).abs() < 1e-6, "{:?}", half.borders);
+    assert_eq!((half.borders.face, half.within_tolerance), (Some(1), Some(false)));
+}
+
+#[test]
+fn a_closed_surface_has_no_border() {
+    let model = sphere(10.0);
+    let faces: std::collections::BTreeSet<u32> = std::iter::once(0).collect();
+    let reference = CadReference::new(&model);
+    let edges = reference.border_edges(&faces).unwrap();
+    assert!(edges.is_empty(), "{edges:?}");
+}
+
+#[test]
+fn a_border_that_is_missed_is_a_doubt_and_stands_first_in_the_page() {
+    use DoubtCode::{BordersExceeded, FacesLost, FoldedPatches, ToleranceExceeded};
+    let codes = |found: &Audit| found.report.doubts.iter().map(|d| d.code).collect::<Vec<_>>();
+    // It ends too early: nothing is wrong but its border.
+    let early = plate(23.0, 50.0);
+    let found = run(&early, &holed_square(HOLE));
+    assert_eq!(codes(&found), [BordersExceeded]);
+    let doubt = &found.report.doubts[0];
+    assert_eq!((doubt.value, doubt.limit), (Some(found.report.borders.deviation_mm()), Some(0.5)));
+    let text = page(&early, &found).html();
+    assert!(text.find("class=\"doubts\"") < text.find("tool file"), "{text}");
+    assert!(text.contains("borders-exceeded"));
+    let closed = run(&plate(0.0, 50.0), &holed_square(HOLE));
+    assert_eq!(codes(&closed), [ToleranceExceeded, BordersExceeded]);
+    assert!(codes(&run(&plate(HOLE, 50.0), &holed_square(HOLE))).is_empty());
+    // Faces of the file that the model lacks are never passed over.
+    let lost = LostFace { source: "D7 (144)".into(), reason: "no curve".into() };
+    let model = Model { lost: vec![lost.clone()], ..holed_square(HOLE) };
+    let found = run(&plate(HOLE, 50.0), &model);
+    assert_eq!((codes(&found), &found.report.faces_lost), (vec![FacesLost], &vec![lost]));
+    let mut report = found.report;
+    report.folded = vec![3];
+    assert!(
+        doubts(&report)
+            .iter()
+            .any(|d| d.code == FoldedPatches && d.text.contains("patches fold: 3"))
+    );
+}

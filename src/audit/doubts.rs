@@ -1,0 +1,102 @@
+//! Doubts about a tool that its audit gives: what is not as asked, not there, or not fit for contact.
+
+use super::report::AuditReport;
+use crate::report::doubt::{Doubt, DoubtCode, place_mm};
+
+/// Patches or faces listed in one doubt, at most.
+const LISTED: usize = 8;
+
+/// The doubts about the tool of a report, in the order in which they matter: what is not there first.
+#[must_use]
+pub fn doubts(r: &AuditReport) -> Vec<Doubt> {
+    let all = [lost(r), folded(r), points(r), shape(r), borders(r), gap(r), normals(r)];
+    all.into_iter().flatten().collect()
+}
+
+fn lost(r: &AuditReport) -> Option<Doubt> {
+    let names = r.faces_lost.iter().map(|f| format!("{} ({})", f.source, f.reason));
+    let listed = list(names, r.faces_lost.len())?;
+    let text = format!(
+        "{} faces of {} are not in the model: {listed}. Nothing is compared there. Repair them in the CAD and export it again.",
+        r.faces_lost.len(),
+        r.cad_file
+    );
+    let found = [r.faces_lost.len() as f64, 0.0];
+    Some(Doubt::of(DoubtCode::FacesLost, r.cad_file.clone(), found, text))
+}
+
+fn folded(r: &AuditReport) -> Option<Doubt> {
+    let listed = list(r.folded.iter().map(u32::to_string), r.folded.len())?;
+    let text = format!(
+        "{} of {} patches fold: {listed}. Contact on them finds no normal that can be relied on. Convert without --allow-folds, or with a finer mesh.",
+        r.folded.len(),
+        r.patches
+    );
+    let found = [r.folded.len() as f64, 0.0];
+    Some(Doubt::of(DoubtCode::FoldedPatches, format!("patch {}", r.folded[0]), found, text))
+}
+
+fn points(r: &AuditReport) -> Option<Doubt> {
+    let found = [r.points_lost as f64, 0.0];
+    let text = format!(
+        "{} of {} points of the patches could not be compared with the CAD: they are not finite or have no closest point. Convert the tool again.",
+        r.points_lost,
+        r.points + r.points_lost
+    );
+    (r.points_lost > 0).then(|| Doubt::of(DoubtCode::PointsLost, String::new(), found, text))
+}
+
+fn shape(r: &AuditReport) -> Option<Doubt> {
+    let limit = r.tolerance_mm.filter(|limit| r.worst_mm() > *limit)?;
+    let worst = r.worst.first();
+    let place = worst.map_or_else(String::new, |w| place_mm(&w.point));
+    let on =
+        worst.map_or_else(String::new, |w| format!(" on patch {} of face {}", w.patch, w.face));
+    let text = format!(
+        "The tool is {:.5} mm off its CAD at {place}{on}; asked: {limit} mm. Convert with --tol {limit}mm.",
+        r.worst_mm()
+    );
+    Some(Doubt::of(DoubtCode::ToleranceExceeded, place, [r.worst_mm(), limit], text))
+}
+
+fn borders(r: &AuditReport) -> Option<Doubt> {
+    let found = r.borders.deviation_mm();
+    let limit = r.tolerance_mm.filter(|limit| found > *limit)?;
+    let place = r.borders.at.map_or_else(String::new, |at| place_mm(&at));
+    let ends = if r.borders.tool_to_cad_mm >= r.borders.cad_to_tool_mm {
+        "the border of the tool is not one of the CAD"
+    } else {
+        "the tool does not end where the CAD does"
+    };
+    let text = format!(
+        "Free borders of tool and CAD are {found:.5} mm apart at {place}: {ends}; asked: {limit} mm. Convert with --tol {limit}mm."
+    );
+    Some(Doubt::of(DoubtCode::BordersExceeded, place, [found, limit], text))
+}
+
+fn gap(r: &AuditReport) -> Option<Doubt> {
+    let found = r.jumps.border_gap_mm;
+    let limit = r.tolerance_mm.filter(|limit| found > *limit)?;
+    let place = r.jumps.border_gap_at.map_or_else(String::new, |at| place_mm(&at));
+    let text = format!(
+        "Patches of neighbouring faces are {found:.5} mm apart at {place}; asked: {limit} mm. Convert with --borders conforming."
+    );
+    Some(Doubt::of(DoubtCode::GapsExceeded, place, [found, limit], text))
+}
+
+fn normals(r: &AuditReport) -> Option<Doubt> {
+    let limit = r.normal_tolerance_deg.filter(|limit| r.normal_max_deg > *limit)?;
+    let off = |f: &&super::report::FaceAudit| f.normal_max_deg >= r.normal_max_deg;
+    let place = r.faces.iter().find(off).map_or_else(String::new, |f| format!("face {}", f.face));
+    let text = format!(
+        "Normals of the tool are {:.3} deg off those of its CAD on {place}; asked: {limit} deg. Convert with --normal-tol {limit}.",
+        r.normal_max_deg
+    );
+    Some(Doubt::of(DoubtCode::NormalsExceeded, place, [r.normal_max_deg, limit], text))
+}
+
+/// The first of some names; `None` where there are none.
+fn list(names: impl Iterator<Item = String>, count: usize) -> Option<String> {
+    let more = if count > LISTED { ", ..." } else { "" };
+    (count > 0).then(|| names.take(LISTED).collect::<Vec<_>>().join(", ") + more)
+}

@@ -1,0 +1,88 @@
+use super::*;
+use crate::audit::{AuditOptions, audit};
+use crate::cad::query_tests::shapes::holed_square;
+
+#[test]
+fn free_borders_are_held_within_the_tolerance() {
+    let model = holed_square(20.0);
+    for (tol_mm, through_cad) in [(0.5, false), (0.5, true), (0.05, false)] {
+        let goal = Goal {
+            tol_mm,
+            normal_deg: f64::INFINITY,
+            two_sided: true,
+            borders: Borders::Conforming,
+        };
+        let options = ConvertOptions { through_cad, straighten: true, ..ConvertOptions::default() };
+        let found = to_tolerance(&model, &MappedOptions::default(), &options, &goal).unwrap();
+        let asked =
+            AuditOptions { samples: 32, tolerance_mm: Some(tol_mm), ..AuditOptions::default() };
+        let report = audit(&found.tool, &CadReference::new(&model), &asked).unwrap().report;
+        assert_eq!(report.borders.cad_edges, 5);
+        assert!(report.borders.deviation_mm() <= 1.02 * tol_mm, "{:?}", report.borders);
+        assert!(report.borders.deviation_mm() > 1e-9 * tol_mm);
+        assert_eq!(found.audit.within_tolerance, Some(true));
+    }
+}
+
+#[test]
+fn facets_and_bezier_patches_keep_free_borders_too() {
+    use crate::convert::bezier::{BezierOptions, within_tolerance};
+    use crate::tool::ToolKind;
+    let model = holed_square(20.0);
+    let goal = Goal {
+        tol_mm: 0.5,
+        normal_deg: f64::INFINITY,
+        two_sided: true,
+        borders: Borders::Conforming,
+    };
+    let options = ConvertOptions { kind: ToolKind::Facets, ..ConvertOptions::default() };
+    let facets = to_tolerance(&model, &MappedOptions::default(), &options, &goal).unwrap();
+    let options =
+        BezierOptions { name: "plate".into(), tolerance_mm: 0.5, sheet_side: None, flip: false };
+    let mesh = |arc_divisions| {
+        crate::mesh::mapped::mesh(
+            &model,
+            &MappedOptions { arc_divisions, ..MappedOptions::default() },
+        )
+    };
+    let bezier = within_tolerance(&model, &options, false, 64, mesh).unwrap();
+    for tool in [&facets.tool, &bezier.tool] {
+        let found =
+            audit(tool, &CadReference::new(&model), &AuditOptions::default()).unwrap().report;
+        assert!(found.borders.cad_edges == 5 && found.borders.deviation_mm() <= 0.51, "{found:?}");
+    }
+}
+
+#[test]
+fn a_search_ends_at_its_work_limit_and_says_what_is_left() {
+    let model = holed_square(20.0);
+    let reference = CadReference::new(&model);
+    let options = ConvertOptions::default();
+    let goal = Goal {
+        tol_mm: 1e-6,
+        normal_deg: f64::INFINITY,
+        two_sided: true,
+        borders: Borders::Conforming,
+    };
+    let mut work =
+        Work::new(&model, &reference, &MappedOptions::default(), &options, false).unwrap();
+    work.budget = std::sync::Arc::new(budget::Budget::new(40));
+    let judge = Judge::new(&work, &work.free, None);
+    let error = work.refine(&judge, &goal).unwrap_err();
+    let ToleranceError::NotReached { found, patches, spent, unit, .. } = &error else {
+        panic!("{error}")
+    };
+    assert!(*found > 1e-6 && *unit == "mm off its free border", "{error}");
+    // The last step is of the model that there is.
+    let spent = spent.unwrap();
+    assert!(spent >= 320 && spent <= 320 + 8 * (1 + *patches as u64), "{error}");
+    assert!(error.to_string().contains("work limit"), "{error}");
+}
+
+#[test]
+fn work_limits_grow_with_the_faces_alone() {
+    let limit = |faces: usize| budget::Budget::of_faces(faces).left();
+    assert_eq!(limit(2001) - limit(2000), limit(2) - limit(1));
+    let (one, all) = (budget::Budget::of_one(1000).left(), limit(1000));
+    assert!(1000 * one <= 6 * all, "{one} {all}");
+}

@@ -30,7 +30,7 @@ impl ReferenceSurface for Torus {
         let centre = Vec3::new(p.x, p.y, 0.0).try_normalize(0.0)? * self.line;
         let normal = (p - centre).try_normalize(0.0)?;
         let point = centre + normal * self.tube;
-        Some(ReferenceFoot { point, normal, own_normal: None, face })
+        Some(ReferenceFoot { point, normal, own_normal: None, face, on_border: false })
     }
 }
 
@@ -42,7 +42,7 @@ impl ReferenceSurface for Cylinder {
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
         let normal = Vec3::new(p.x, 0.0, p.z).try_normalize(0.0)?;
         let point = normal * self.0 + Vec3::y() * p.y;
-        Some(ReferenceFoot { point, normal, own_normal: None, face })
+        Some(ReferenceFoot { point, normal, own_normal: None, face, on_border: false })
     }
 }
 
@@ -53,7 +53,13 @@ pub struct Sphere(pub f64);
 impl ReferenceSurface for Sphere {
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
         let normal = p.try_normalize(0.0)?;
-        Some(ReferenceFoot { point: normal * self.0, normal, own_normal: None, face })
+        Some(ReferenceFoot {
+            point: normal * self.0,
+            normal,
+            own_normal: None,
+            face,
+            on_border: false,
+        })
     }
 }
 

@@ -73,7 +73,10 @@ impl ReferenceSurface for Profile {
             let normal = Vec3::new(-a.sin(), 0.0, a.cos());
             let distance = (p - point).norm();
             if best.as_ref().is_none_or(|b| distance < b.0) {
-                best = Some((distance, ReferenceFoot { point, normal, own_normal: None, face }));
+                best = Some((
+                    distance,
+                    ReferenceFoot { point, normal, own_normal: None, face, on_border: false },
+                ));
             }
         };
         for (x, a) in &joints {
@@ -204,7 +207,7 @@ struct Plane;
 impl ReferenceSurface for Plane {
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot> {
         let point = Vec3::new(p.x, p.y, 0.0);
-        Some(ReferenceFoot { point, normal: Vec3::z(), own_normal: None, face })
+        Some(ReferenceFoot { point, normal: Vec3::z(), own_normal: None, face, on_border: false })
     }
 }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use self::damage::{Text, damage};
 use self::dice::Dice;
-use self::readers::{KINDS, Outcome};
+use self::readers::{KINDS, Reader};
 
 #[path = "../fuzz/src/checkpoint.rs"]
 mod checkpoint;
@@ -37,7 +37,7 @@ fn fixtures(folder: &str) -> Vec<(String, Vec<u8>)> {
 }
 
 /// What reads files of a name.
-fn reader(name: &str) -> fn(&[u8]) -> Outcome {
+fn reader(name: &str) -> Reader {
     match KINDS.iter().find(|(ending, _)| name.ends_with(ending)) {
         Some((_, read)) => *read,
         None if name.ends_with(".checkpoint") => checkpoint::restore,
@@ -46,7 +46,7 @@ fn reader(name: &str) -> fn(&[u8]) -> Outcome {
 }
 
 /// What is wrong with how some bytes are read; `None` when there is a result or a typed error.
-fn fault(read: fn(&[u8]) -> Outcome, bytes: &[u8]) -> Option<&'static str> {
+fn fault(read: Reader, bytes: &[u8]) -> Option<&'static str> {
     match catch_unwind(AssertUnwindSafe(|| read(bytes))) {
         Err(_) => Some("panic"),
         Ok(Err(message)) if message.is_empty() => Some("an error without words"),
@@ -80,11 +80,7 @@ fn mutant(name: &str, seed: &[u8], dice: &mut Dice) -> Vec<u8> {
 }
 
 /// Mutants of files, `count` of each, that are read wrongly.
-fn assert_survived(
-    seeds: &[(String, Vec<u8>)],
-    count: u64,
-    read: fn(&str) -> fn(&[u8]) -> Outcome,
-) {
+fn assert_survived(seeds: &[(String, Vec<u8>)], count: u64, read: fn(&str) -> Reader) {
     let all = seeds.par_iter().flat_map(|seed| (0..count).into_par_iter().map(move |k| (seed, k)));
     let faults: Vec<String> = all
         .filter_map(|((name, seed), k)| {

@@ -28,6 +28,8 @@ use kanagata::tool::exchange::{to_bezier, to_nagata};
 
 /// Success, or the words of a typed error.
 pub type Outcome = Result<(), String>;
+/// Reads the bytes of one kind of file.
+pub type Reader = fn(&[u8]) -> Outcome;
 
 /// Elements of a scene's blank above which no set-up is made: building meshes is not what is examined.
 const ELEMENTS_MAX: usize = 200;
@@ -45,7 +47,7 @@ fn words(error: impl std::fmt::Display) -> String {
 }
 
 /// What each ending of a file's name is read by; the longest that fits is meant.
-pub const KINDS: [(&str, fn(&[u8]) -> Outcome); 15] = [
+pub const KINDS: [(&str, Reader); 15] = [
     (".convert.igs", convert),
     (".convert.stp", convert),
     (".igs", read_iges),

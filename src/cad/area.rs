@@ -22,6 +22,8 @@ const KRONROD: [(f64, f64, f64); 8] = [
 
 /// Area and first moment.
 type Moments = (f64, Vec3);
+/// What a surface has per unit of its parameters.
+type Density<'a> = &'a dyn Fn(&FirstDerivs) -> Moments;
 
 fn add(a: Moments, b: Moments, by: f64) -> Moments {
     (a.0 + b.0 * by, a.1 + b.1 * by)
@@ -135,11 +137,7 @@ fn moments(face: &Face, relative: f64) -> (Moments, bool) {
 
 /// By Green's theorem: the integral of `F dv` round the loops, `F(u, v)` the integral of the density along u
 /// from the lowest parameter. `tolerance` is absolute, on the first value. Also whether the budget of work was enough.
-fn surface_integral(
-    face: &Face,
-    tolerance: f64,
-    density: &dyn Fn(&FirstDerivs) -> Moments,
-) -> (Moments, bool) {
+fn surface_integral(face: &Face, tolerance: f64, density: Density<'_>) -> (Moments, bool) {
     let work = Work::of(face);
     let surface = &face.surface;
     let region = TrimRegion::new(face);
@@ -172,7 +170,7 @@ fn strip(
     knots: &[f64],
     low: f64,
     uv: Vec2,
-    (density, tolerance, work): (&dyn Fn(&FirstDerivs) -> Moments, f64, &Work),
+    (density, tolerance, work): (Density<'_>, f64, &Work),
 ) -> Moments {
     let (from, to, sign) = if uv.x >= low { (low, uv.x, 1.0) } else { (uv.x, low, -1.0) };
     if to <= from {

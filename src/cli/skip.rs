@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use crate::cad::query_tests::shapes::{holed_square, joined};
 
-    /// Fails at the faces with a hole of these radii, as a mesher does.
+    /// Fails at the faces of these sources, as a mesher does.
     fn failing(model: &Model, sources: &[&str]) -> Result<Vec<String>, Failure> {
         let is_bad = |f: &usize| sources.contains(&model.faces[*f].source.as_str());
         let failed: Vec<(usize, String)> =

@@ -66,7 +66,7 @@ fn a_search_ends_at_its_work_limit_and_says_what_is_left() {
     };
     let mut work =
         Work::new(&model, &reference, &MappedOptions::default(), &options, false).unwrap();
-    work.budget = std::sync::Arc::new(budget::Budget::new(40));
+    work.budget = std::sync::Arc::new(budget::Budget::new(160));
     let judge = Judge::new(&work, &work.free, None);
     let error = work.refine(&judge, &goal).unwrap_err();
     let ToleranceError::NotReached { found, patches, spent, unit, .. } = &error else {

@@ -173,6 +173,10 @@ impl<'a> Judge<'a> {
     /// How far the sides of the patches of face `f` are from its edges that are measured, on these [mm].
     fn off(&self, f: usize, tool: &ToolModel) -> Vec<(usize, f64)> {
         const STEPS: usize = 8;
+        // What moving vertices takes off these distances is not foreseen: the audit of the whole decides.
+        if self.neighbours.is_some() {
+            return Vec::new();
+        }
         let mut off: BTreeMap<usize, f64> =
             self.edges(f).filter(|&e| self.measured[e]).map(|e| (e, 0.0)).collect();
         if off.is_empty() {

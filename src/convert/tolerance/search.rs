@@ -162,7 +162,8 @@ impl Search<'_> {
     /// What is raised for face `f`: all edges that its sides are too far from, or what lowers its error most.
     fn chosen(&self, state: &State, f: usize) -> Vec<Move> {
         let at_borders = self.at_borders(state, f);
-        if !at_borders.is_empty() {
+        // Where patches fold between nodes on a border, it is left to the moves below to find what helps.
+        if !at_borders.is_empty() && self.is_sound_after(state, f, &at_borders) {
             return at_borders;
         }
         let mut moves = self.moves(state, f);
@@ -173,6 +174,14 @@ impl Search<'_> {
             // None alone helps: all of them.
             _ => moves,
         }
+    }
+
+    /// Whether face `f` has sound patches after these moves, or has none before them.
+    fn is_sound_after(&self, state: &State, f: usize, moves: &[Move]) -> bool {
+        let (mut minima, mut density) = (state.minima.clone(), state.density.clone());
+        moves.iter().for_each(|&m| self.raise(state, f, m, &mut minima, &mut density));
+        let after = self.judge.of(f, &self.plan.agree(&minima), density[f]);
+        self.ratio(f, &after).is_finite() || !state.badness[f].is_finite()
     }
 
     /// Moves of face `f` that can be tried with the work that is left, at least one.

@@ -1,6 +1,5 @@
 //! The uniform structured mesh as a rival: what a tolerance takes is never more than it needs.
 
-use super::budget::FINISHED;
 use super::work::{Work, exceeding, folded};
 use super::{Goal, Refined};
 use crate::convert::unfolded::mesh_and_convert;
@@ -32,11 +31,11 @@ impl Work<'_> {
     pub(super) fn uniform(&self, goal: &Goal, limit: usize) -> Option<Refined> {
         let (mut best, mut missed) = (None, 0);
         for (arc_divisions, mesh) in self.below(limit).iter().rev() {
-            let work = FINISHED * mesh.elements.len() as u64;
-            if work > self.budget.left() {
+            let patches = mesh.elements.len() as u64;
+            if !self.budget.allows_finished(patches) {
                 continue;
             }
-            self.budget.add(work);
+            self.budget.add_finished(patches);
             let (ratio, found) = self.keeping(*arc_divisions, mesh, goal, limit);
             match found {
                 Some(found) => (best, missed) = (Some(found), 0),

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::balance::balanced;
-use super::budget::{Budget, FINISHED};
+use super::budget::Budget;
 use super::face::Judge;
 use super::search::Search;
 use super::state::State;
@@ -273,7 +273,7 @@ impl<'a> Work<'a> {
     /// The whole model of a state, balanced and audited, and what keeps it from the goal.
     fn finish(&self, state: &State, goal: &Goal) -> Result<(Refined, Faults), ToleranceError> {
         let mesh = self.plan.mesh(&state.minima, &state.density)?;
-        self.budget.add(FINISHED * mesh.elements.len() as u64);
+        self.budget.add_finished(mesh.elements.len() as u64);
         let (plain, found) = self.plain(&mesh, self.options, goal)?;
         let own = |face: usize| face - self.first as usize;
         let over = |report: &AuditReport| exceeding(report, goal).into_iter();

@@ -159,3 +159,25 @@ fn a_grid_that_folds_is_given_up_with_a_note() {
     let report = MeshReport::new(&made.mesh, &model);
     assert_eq!((report.faces, report.inverted), (15, 0));
 }
+
+#[test]
+fn a_program_that_is_too_old_ends_with_a_message_and_without_a_file() {
+    if !is_there() {
+        return;
+    }
+    let program = find(None).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    for (oldest, ends) in [(script::OLDEST, false), ([999, 0], true)] {
+        let text = script::version_guard(oldest) + "Point(1) = {0, 0, 0};\n";
+        let path = folder.path().join("guard.geo");
+        crate::files::write_atomic(&path, |w| w.write_all(text.as_bytes())).unwrap();
+        let mut command = std::process::Command::new(&program);
+        command.args(["guard.geo", "-1", "-o", "out.msh"]);
+        let limit = std::time::Duration::from_secs(60);
+        let outcome = crate::mesh::outside::run(&mut command, folder.path(), limit).unwrap();
+        let log = String::from_utf8_lossy(&outcome.log).into_owned();
+        assert_eq!(log.contains("too old; allowed: 999.0 or newer"), ends, "{log}");
+        assert_eq!(folder.path().join("out.msh").exists(), !ends, "{log}");
+        let _ = std::fs::remove_file(folder.path().join("out.msh"));
+    }
+}

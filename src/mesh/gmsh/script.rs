@@ -8,11 +8,26 @@ use super::plan::Plan;
 /// Divisions of every curve of the outline.
 pub const OUTLINE_DIVISIONS: usize = 32;
 
+/// Oldest gmsh that is used: older ones fold grids and lose faces.
+pub const OLDEST: [u32; 2] = [4, 12];
+
+/// Ends a gmsh that is older than `oldest` (major and minor number): it writes no file, and its log says why.
+#[must_use]
+pub fn version_guard(oldest: [u32; 2]) -> String {
+    let [major, minor] = oldest;
+    format!(
+        "If (1000 * GMSH_MAJOR_VERSION + GMSH_MINOR_VERSION < {})\n  Error(\"gmsh %g.%g is too old; allowed: {major}.{minor} \
+         or newer (tools/setup installs one; name it with --gmsh or KANAGATA_GMSH)\", GMSH_MAJOR_VERSION, \
+         GMSH_MINOR_VERSION);\n  Exit;\nEndIf\n",
+        1000 * major + minor
+    )
+}
+
 /// Merges the CAD file; faces of a file that gives each its own curves are sewn within a tolerance (mm).
 #[must_use]
 pub fn merge(cad: &str, sewn: Option<f64>) -> String {
     let read = format!("Merge \"{cad}\";\n");
-    sewn.map_or_else(
+    let merged = sewn.map_or_else(
         || read.clone(),
         |tolerance| {
             format!(
@@ -20,7 +35,8 @@ pub fn merge(cad: &str, sewn: Option<f64>) -> String {
                  Geometry.Tolerance = old;\n"
             )
         },
-    )
+    );
+    version_guard(OLDEST) + &merged
 }
 
 /// Every curve divided alike.

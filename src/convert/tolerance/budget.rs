@@ -18,7 +18,9 @@ const FINISHED: u64 = 8;
 /// Work done, and its limits.
 #[derive(Debug)]
 pub(super) struct Budget {
+    /// Of the search under way.
     judged: AtomicU64,
+    /// Of searches before it, and of finished models.
     finished: AtomicU64,
     saving: u64,
 }
@@ -37,6 +39,11 @@ impl Budget {
     /// With this work until no more patches are saved.
     pub const fn new(saving: u64) -> Self {
         Self { judged: AtomicU64::new(0), finished: AtomicU64::new(0), saving }
+    }
+
+    /// A new search begins: its own patches alone decide how long it saves; those before it stay part of the work.
+    pub fn begin(&self) {
+        self.finished.fetch_add(self.judged.swap(0, Ordering::Relaxed), Ordering::Relaxed);
     }
 
     /// Adds patches judged. What is read between parallel parts does not depend on their order.

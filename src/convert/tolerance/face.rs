@@ -86,6 +86,7 @@ impl<'a> Judge<'a> {
         measured: &'a [bool],
         neighbours: Option<&'a Neighbours>,
     ) -> Self {
+        work.budget.begin();
         let options = ConvertOptions { sheet_side: None, flip: false, ..work.options.clone() };
         let &Work { ref plan, reference, first, normals, .. } = work;
         let model = plan.model();

@@ -309,7 +309,11 @@ impl Search {
 
     /// Parameter and squared distance of the edge's point closest to `p`.
     fn closest(&self, curve: &Curve3, p: &Vec3) -> (f64, f64) {
-        self.projector.get_or_init(|| CurveProjector::new(curve)).closest(p)
+        self.projector(curve).closest(p)
+    }
+
+    fn projector(&self, curve: &Curve3) -> &CurveProjector {
+        self.projector.get_or_init(|| CurveProjector::new(curve))
     }
 
     /// Whether a closed side runs against the closed edge it lies on.
@@ -328,7 +332,8 @@ impl Search {
     fn within(&self, curve: &Curve3, p: &Vec3, t: f64, reach: f64) -> bool {
         let reach = reach * reach;
         self.bounds.distance_squared(p) <= reach
-            && (curve.closest_near(p, t, reach).1 <= reach || self.closest(curve, p).1 <= reach)
+            && (curve.closest_near(p, t, reach).1 <= reach
+                || self.projector(curve).is_within(p, reach))
     }
 }
 

@@ -183,3 +183,24 @@ fn bezier_pieces_are_the_surface_span_by_span() {
         }
     }
 }
+
+#[test]
+fn a_point_is_within_its_distance_of_a_curve_and_not_within_less() {
+    let mut s = 11;
+    for degree in [1, 2, 4] {
+        let points: Vec<Vec3> = (0..degree + 3)
+            .map(|k| Vec3::new(k as f64, 3.0 * random(&mut s), 3.0 * random(&mut s)))
+            .collect();
+        let ends = |end: f64| vec![end; degree + 1];
+        let knots = [ends(0.0), vec![0.4, 0.7], ends(1.0)].concat();
+        let curve = Curve3::try_new(degree, knots, points, None).unwrap();
+        let projector = CurveProjector::new(&curve);
+        for _ in 0..50 {
+            let p = Vec3::new(random(&mut s), random(&mut s), random(&mut s)) * 6.0;
+            let (t, d2) = projector.closest(&p);
+            assert!(projector.is_within(&p, d2 * (1.0 + 1e-6)), "{degree}: {d2}");
+            assert!(!projector.is_within(&p, d2 * (1.0 - 1e-6)), "{degree}: {d2}");
+            assert!(projector.is_within(&curve.point(t), 0.0));
+        }
+    }
+}

@@ -76,6 +76,15 @@ impl CurveProjector {
         let best = self.cells.closest(p, None);
         (best.uv.x, best.distance)
     }
+
+    /// Whether a point of the curve is no farther from `p` than the squared distance `reach` [mm^2], to the accuracy of
+    /// [`Self::closest`]: parts that are farther are not searched.
+    #[must_use]
+    pub fn is_within(&self, p: &Vec3, reach: f64) -> bool {
+        let rounding = (4.0 * f64::EPSILON * self.cells.size).powi(2);
+        let limit = reach.max(rounding).next_up();
+        self.cells.closest_below(p, None, limit).distance < limit
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -111,8 +120,13 @@ impl Pieces {
     }
 
     fn closest(&self, p: &Vec3, start: Option<Vec2>) -> Best {
+        self.closest_below(p, start, f64::INFINITY)
+    }
+
+    /// As [`Self::closest`] where a point is nearer than the squared distance `limit` [mm^2]; otherwise that distance.
+    fn closest_below(&self, p: &Vec3, start: Option<Vec2>, limit: f64) -> Best {
         let first = self.pieces.first().map_or(Vec2::zeros(), |piece| piece.low);
-        let mut best = Best { uv: first, distance: f64::INFINITY, proved: true };
+        let mut best = Best { uv: first, distance: limit, proved: true };
         if !p.iter().all(|x| x.is_finite()) {
             return best;
         }

@@ -39,7 +39,7 @@ fn folded(r: &AuditReport) -> Option<Doubt> {
 fn points(r: &AuditReport) -> Option<Doubt> {
     let found = [r.points_lost as f64, 0.0];
     let text = format!(
-        "{} of {} points of the patches could not be compared with the CAD: they are not finite or have no closest point. Convert the tool again.",
+        "{} of {} points of the patches could not be compared with the CAD: they are not finite, have no closest point, or the CAD folds so much there that finding it takes more work than a query may. Repair the CAD there, or convert the tool again.",
         r.points_lost,
         r.points + r.points_lost
     );

@@ -37,7 +37,8 @@ pub struct ReferenceFoot {
 pub trait ReferenceSurface: Sync {
     /// The closest point of the whole trimmed surface to `p`; `face` is the CAD face of the patch that `p` is
     /// on. Where several faces are equally near (an edge, a vertex) the patch's own face gives the normal, so
-    /// that the sign of the error does not jump with the order of the faces. `None` when there is no surface.
+    /// that the sign of the error does not jump with the order of the faces. `None` when there is no surface, or finding the
+    /// point takes more work than a query may.
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot>;
 
     /// Faces of its file that the surface lacks.
@@ -201,7 +202,7 @@ impl ReferenceSurface for CadReference<'_> {
             return Some(at(&self.index.closest(p)?, None));
         };
         // The face's own foot, unless something else is nearer.
-        let nearer = self.index.closest_within(p, own.distance - self.tie);
+        let nearer = self.index.closest_within(p, own.distance - self.tie).ok()?;
         Some(match nearer.filter(|foot| foot.face != own.face) {
             Some(foot) => at(&foot, Some(self.normal(&own))),
             None => at(&own, None),

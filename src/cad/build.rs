@@ -1,7 +1,5 @@
 //! From what a file says to a model: exact B-splines, closed loops, joined edges.
 
-use std::cell::LazyCell;
-
 use rayon::prelude::*;
 
 use super::analytic::Analytic;
@@ -9,6 +7,7 @@ use super::creases::{self, Crease, Part};
 use super::loops::{LoopFault, Path, Side, are_inside_out, closed_loops, paths_of, signed_area};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
+use super::numbers::usable_bounds;
 use super::offset::{Fineness, deviation, offset, shares};
 use super::range::{ParameterMap, range_of};
 use super::raw::{LostFace, RawFace, RawLoop, RawModel, RawSurface};
@@ -16,7 +15,7 @@ use super::sheets::{self, Sheet};
 use super::topology::{Piece, join};
 use super::{Diagnostic, Severity};
 use crate::geometry::nurbs::{Curve2, Surface};
-use crate::geometry::{Aabb, Vec2, Vec3};
+use crate::geometry::{Aabb, Vec3};
 
 /// Edges closer than this share of the model's diagonal are joined when the file gives no resolution.
 const JOIN: f64 = 1e-6;
@@ -44,13 +43,20 @@ pub enum Creases {
 #[must_use]
 pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Vec<Diagnostic>) {
     let mut diagnostics = std::mem::take(&mut raw.diagnostics);
-    raw.faces.retain(|face| {
-        let Some(reason) = super::numbers::fault_of(face) else { return true };
-        diagnostics.push(skipped(face, reason.clone()));
-        raw.lost.push(LostFace { source: face.source.clone(), reason });
-        false
+    let mut boxes = Vec::with_capacity(raw.faces.len());
+    let judged: Vec<_> = raw.faces.par_iter().map(usable_bounds).collect();
+    let mut judged = judged.into_iter();
+    raw.faces.retain(|face| match judged.next() {
+        Some(Err(reason)) => {
+            diagnostics.push(skipped(face, reason.clone()));
+            raw.lost.push(LostFace { source: face.source.clone(), reason });
+            false
+        }
+        bounds => {
+            boxes.extend(bounds.and_then(Result::ok));
+            true
+        }
     });
-    let boxes: Vec<Aabb> = raw.faces.par_iter().map(face_bounds).collect();
     let size = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal();
     let tolerance = (2.0 * raw.resolution_mm).clamp(JOIN * size, JOIN_MOST * size);
     let mut model = Model {
@@ -104,32 +110,6 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
 fn skipped(face: &RawFace, text: String) -> Diagnostic {
     let place = face.source.clone();
     Diagnostic { severity: Severity::Warning, code: "face-skipped", place, text }
-}
-
-/// Box of a face's boundary curves, or of its surface when it has none.
-fn face_bounds(face: &RawFace) -> Aabb {
-    let mut bounds = Aabb::EMPTY;
-    let native = LazyCell::new(|| Native::new(&face.surface));
-    for edge in face.loops.iter().flat_map(|l| &l.edges) {
-        if let Some(curve) = &edge.curve {
-            curve.points().iter().for_each(|p| bounds.grow(p));
-        } else if let Some(pcurve) = &edge.pcurve {
-            let [a, b] = pcurve.domain();
-            for k in 0..=8 {
-                let uv = pcurve.point(a + (b - a) * f64::from(k) / 8.0);
-                bounds.grow(&native.point(native.order(uv)));
-            }
-        }
-    }
-    if bounds.is_empty()
-        && let Some([u, v]) = native.natural_range()
-    {
-        for (i, j) in (0..=8).flat_map(|i| (0..=8).map(move |j| (i, j))) {
-            let at = |r: [f64; 2], k: i32| r[0] + (r[1] - r[0]) * f64::from(k) / 8.0;
-            bounds.grow(&native.point(Vec2::new(at(u, i), at(v, j))));
-        }
-    }
-    bounds
 }
 
 /// A face before its sides are joined to edges.

@@ -30,6 +30,17 @@ pub struct ClosestPoint<'m> {
     size: f64,
 }
 
+/// Leaves and parts of them that one query may look at: ten times what the hardest of 150 files needs. A query that is not done then has
+/// no answer.
+const VISITS: u32 = 20_000;
+
+/// Squared distance below which nothing is looked for.
+const DONE: f64 = -1.0;
+
+/// A query took more work than one may.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WorkSpent;
+
 /// Points this near to each other, as a share of the model's size, are one.
 const SAME: f64 = 1e-9;
 
@@ -39,6 +50,8 @@ struct Search<'p> {
     inside: Best,
     /// Span, parameter, squared distance.
     edge: Option<(u32, f64, f64)>,
+    /// Leaves and parts of them that may still be looked at.
+    left: u32,
 }
 
 impl<'m> ClosestPoint<'m> {
@@ -84,29 +97,31 @@ impl<'m> ClosestPoint<'m> {
         self.model
     }
 
-    /// Globally closest point of the trimmed model; `None` when it has no faces or `p` is not finite. Of equally
-    /// near faces the lowest is taken. A foot on an edge or vertex (within 1e-9 of the model's size) is given
+    /// Globally closest point of the trimmed model; `None` when it has no faces, `p` is not finite, or finding it takes more
+    /// work than a query may, as where surfaces fold. Of equally near faces the lowest is taken. A foot on an edge or vertex (within 1e-9 of the model's size) is given
     /// on that of the edge's faces whose normal is most nearly parallel to `p - foot`, the lowest of equals.
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> Option<Foot> {
         if !p.iter().all(|x| x.is_finite()) {
             return None;
         }
-        self.nearest(Search::new(p))
+        self.nearest(Search::new(p)).ok().flatten()
     }
 
     /// As [`Self::closest`], if it is nearer than `distance` [mm].
-    #[must_use]
-    pub fn closest_within(&self, p: &Vec3, distance: f64) -> Option<Foot> {
+    ///
+    /// # Errors
+    /// [`WorkSpent`] when that takes more work than a query may.
+    pub fn closest_within(&self, p: &Vec3, distance: f64) -> Result<Option<Foot>, WorkSpent> {
         if !p.iter().all(|x| x.is_finite()) || distance.is_nan() || distance <= 0.0 {
-            return None;
+            return Ok(None);
         }
         let mut search = Search::new(p);
         search.inside.distance = distance * distance;
-        self.nearest(search).filter(|foot| foot.distance < distance)
+        Ok(self.nearest(search)?.filter(|foot| foot.distance < distance))
     }
 
-    fn nearest(&self, mut search: Search) -> Option<Foot> {
+    fn nearest(&self, mut search: Search) -> Result<Option<Foot>, WorkSpent> {
         let leaves = self.leaves.len() as u32;
         self.tree.nearest(search.p, self.reach(&search), |k, _| {
             if k < leaves {
@@ -116,7 +131,13 @@ impl<'m> ClosestPoint<'m> {
             }
             self.reach(&search)
         });
-        self.foot(&search, None)
+        self.answer(&search, None)
+    }
+
+    /// The foot found, if the search was done.
+    fn answer(&self, search: &Search, only: Option<usize>) -> Result<Option<Foot>, WorkSpent> {
+        if search.left < VISITS - 200 {}
+        if search.left == 0 { Err(WorkSpent) } else { Ok(self.foot(search, only)) }
     }
 
     /// Closest points of many points, in order.
@@ -126,7 +147,7 @@ impl<'m> ClosestPoint<'m> {
         points.par_iter().map(|p| self.closest(p)).collect()
     }
 
-    /// Closest point on one trimmed face; `None` for a face that is not there.
+    /// Closest point on one trimmed face; `None` for a face that is not there, and as for [`Self::closest`].
     #[must_use]
     pub fn closest_on_face(&self, face: usize, p: &Vec3) -> Option<Foot> {
         let (first, tree) = self.face_leaves.get(face)?;
@@ -136,28 +157,33 @@ impl<'m> ClosestPoint<'m> {
         let mut search = Search::new(p);
         tree.nearest(p, f64::INFINITY, |k, _| {
             self.try_leaf(first + k, &mut search);
-            search.inside.distance
+            if search.left == 0 { DONE } else { search.inside.distance }
         });
         let (ids, span_tree) = &self.face_spans[face];
         span_tree.nearest(p, self.reach(&search), |k, _| {
             self.try_span(ids[k as usize], &mut search);
             self.reach(&search)
         });
-        self.foot(&search, Some(face))
+        self.answer(&search, Some(face)).ok().flatten()
     }
 
     /// Squared distance up to which something could be the answer, or an edge hold the foot found on a face.
     fn reach(&self, search: &Search) -> f64 {
+        if search.left == 0 {
+            return DONE;
+        }
         let edge = search.edge.map_or(f64::INFINITY, |e| e.2);
         (search.inside.distance.min(edge).sqrt() + SAME * self.size).powi(2)
     }
 
     fn try_leaf(&self, k: u32, search: &mut Search) {
         let leaf = &self.leaves[k as usize];
-        leaf.search(search.p, &self.regions[leaf.face() as usize], &mut search.inside);
+        let region = &self.regions[leaf.face() as usize];
+        leaf.search(search.p, region, &mut search.inside, &mut search.left);
     }
 
     fn try_span(&self, k: u32, search: &mut Search) {
+        search.left = search.left.saturating_sub(1);
         let (t, distance) = self.spans[k as usize].closest(search.p);
         let nearer = |f: (u32, f64, f64)| distance < f.2 || (distance == f.2 && k < f.0);
         if search.edge.is_none_or(nearer) {
@@ -212,6 +238,7 @@ impl<'m> ClosestPoint<'m> {
         let [a, b] = edge.curve.domain();
         let share = (t - a) / (b - a);
         let location = self.location(span.edge as usize, share, &point);
+        let near = self.model.join_tolerance.max(SAME * self.size);
         let mut best: Option<(f64, Foot)> = None;
         for &[face, ring, place] in &edge.uses {
             if only.is_some_and(|f| f != face) {
@@ -219,7 +246,7 @@ impl<'m> ClosestPoint<'m> {
             }
             let f = &self.model.faces[face];
             let Some(used) = f.loops.get(ring).and_then(|l| l.uses.get(place)) else { continue };
-            let uv = uv_on_use(f, used, share, &point);
+            let uv = uv_on_use(f, used, share, &point, near);
             let normal = f.normal(uv).unwrap_or_else(Vec3::zeros);
             let straight = normal.dot(&r).abs();
             let margin = 1e-9 * r.norm();
@@ -253,8 +280,8 @@ impl<'m> ClosestPoint<'m> {
 }
 
 /// Parameters on a face of a point of its border: from the parameter curve where it runs with the edge's curve,
-/// the nearest of its samples elsewhere, then by Newton.
-fn uv_on_use(face: &Face, used: &EdgeUse, share: f64, point: &Vec3) -> Vec2 {
+/// the nearest of its samples elsewhere, then by Newton; the edge is no farther from the face than `near` [mm].
+fn uv_on_use(face: &Face, used: &EdgeUse, share: f64, point: &Vec3, near: f64) -> Vec2 {
     let [a, b] = used.pcurve.domain();
     let share = if used.reversed { 1.0 - share } else { share };
     let off = |uv: Vec2| (face.surface.point(uv) - point).norm_squared();
@@ -267,12 +294,12 @@ fn uv_on_use(face: &Face, used: &EdgeUse, share: f64, point: &Vec3) -> Vec2 {
             (start, least) = (uv, distance);
         }
     }
-    face.surface.closest_near(point, start).0
+    face.surface.closest_near(point, start, near * near).0
 }
 
 impl<'p> Search<'p> {
     fn new(p: &'p Vec3) -> Self {
-        Self { p, inside: Best { distance: f64::INFINITY, foot: None }, edge: None }
+        Self { p, inside: Best { distance: f64::INFINITY, foot: None }, edge: None, left: VISITS }
     }
 }
 

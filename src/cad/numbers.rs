@@ -1,19 +1,59 @@
 //! Numbers of a face as its file gives them: bounded and finite before any geometry is made of them.
 
+use std::cell::LazyCell;
+
+use super::native::Native;
 use super::raw::{RawEdge, RawFace, RawSurface};
 use crate::geometry::numbers::{
     coordinate_fault, curve_fault, parameter_curve_fault, parameter_fault, point_fault,
     surface_fault,
 };
-use crate::geometry::{Frame, Vec3};
+use crate::geometry::{Aabb, Frame, Vec2, Vec3};
 
 /// The first number of a face that cannot be used, with what is allowed; bounds of
 /// [`numbers`](crate::geometry::numbers).
-pub(super) fn fault_of(face: &RawFace) -> Option<String> {
+fn fault_of(face: &RawFace) -> Option<String> {
     let edges = face.loops.iter().flat_map(|l| &l.edges);
     let vertices = || face.loops.iter().filter_map(|l| l.vertex.as_ref());
     let of_loops = || edges.into_iter().find_map(edge);
     surface(&face.surface).or_else(of_loops).or_else(|| vertices().find_map(point_fault))
+}
+
+/// Box of a face as its file has it, or why the face cannot be used.
+pub(super) fn usable_bounds(face: &RawFace) -> Result<Aabb, String> {
+    if let Some(fault) = fault_of(face) {
+        return Err(fault);
+    }
+    let bounds = face_bounds(face);
+    let corners = [bounds.min, bounds.max];
+    let finite = bounds.is_empty() || corners.iter().flatten().all(|x| x.is_finite());
+    if finite { Ok(bounds) } else { Err("points of it are not finite".to_owned()) }
+}
+
+/// Box of a face's boundary curves, or of its surface when it has none.
+fn face_bounds(face: &RawFace) -> Aabb {
+    let mut bounds = Aabb::EMPTY;
+    let native = LazyCell::new(|| Native::new(&face.surface));
+    for edge in face.loops.iter().flat_map(|l| &l.edges) {
+        if let Some(curve) = &edge.curve {
+            curve.points().iter().for_each(|p| bounds.grow(p));
+        } else if let Some(pcurve) = &edge.pcurve {
+            let [a, b] = pcurve.domain();
+            for k in 0..=8 {
+                let uv = pcurve.point(a + (b - a) * f64::from(k) / 8.0);
+                bounds.grow(&native.point(native.order(uv)));
+            }
+        }
+    }
+    if bounds.is_empty()
+        && let Some([u, v]) = native.natural_range()
+    {
+        for (i, j) in (0..=8).flat_map(|i| (0..=8).map(move |j| (i, j))) {
+            let at = |r: [f64; 2], k: i32| r[0] + (r[1] - r[0]) * f64::from(k) / 8.0;
+            bounds.grow(&native.point(Vec2::new(at(u, i), at(v, j))));
+        }
+    }
+    bounds
 }
 
 fn edge(edge: &RawEdge) -> Option<String> {

@@ -196,7 +196,7 @@ fn no_point_of_a_wavy_surface_is_nearer_than_the_foot() {
             let foot = foot.unwrap();
             let near = dense.iter().min_by(|a, b| (a.1 - p).norm().total_cmp(&(b.1 - p).norm()));
             // Refined from the nearest sample.
-            let refined = m.faces[0].surface.closest_near(p, near.unwrap().0).1.sqrt();
+            let refined = m.faces[0].surface.closest_near(p, near.unwrap().0, 0.0).1.sqrt();
             assert!(foot.distance <= refined + 1e-10, "{p:?}: {} {refined}", foot.distance);
             assert!((foot.distance - (foot.point - p).norm()).abs() < 1e-12);
             assert!((m.faces[0].surface.point(foot.uv) - foot.point).norm() < 1e-8);

@@ -74,6 +74,7 @@ pub(super) fn read_model(path: &Path, lost: LostFaces) -> Result<Model, Failure>
         err!("note: {} {}: {}", d.code, d.place, d.text);
     }
     refuse_guessed_units(path, &diagnostics)?;
+    refuse_unjoined(path, &diagnostics)?;
     if !model.lost.is_empty() {
         let (count, all) = (model.lost.len(), model.lost.len() + model.faces.len());
         let said =
@@ -103,6 +104,18 @@ fn named(lost: &[LostFace]) -> String {
     let more =
         if lost.len() > MOST { format!(", and {} more", lost.len() - MOST) } else { String::new() };
     lost.iter().take(MOST).map(one).collect::<Vec<_>>().join(", ") + &more
+}
+
+/// Where faces lie on each other by the hundred no tool is meant, and every step after this one would compare all with all.
+fn refuse_unjoined(path: &Path, diagnostics: &[Diagnostic]) -> Result<(), Failure> {
+    let Some(found) = diagnostics.iter().find(|d| d.code == "faces-overlap") else {
+        return Ok(());
+    };
+    Err(Failure::input(format!(
+        "{}: {}; allowed: faces that meet in edges; remove the duplicates in the CAD and export it again (`kanagata inspect --health` names them)",
+        path.display(),
+        found.text
+    )))
 }
 
 /// A tool of a guessed size is worse than none.

@@ -16,7 +16,7 @@ use super::{Location, Outcome};
 use crate::geometry::{Vec2, Vec3};
 
 /// Parts one query may be cut into; an ordinary one needs none.
-const MOST_PARTS: u32 = 200_000;
+const MOST_PARTS: u32 = 20_000;
 /// Share of a distance that is rounding in its bounds.
 const FAR_ROUNDING: f64 = 5e-14;
 /// Parts after so many cuts are points.

@@ -9,6 +9,10 @@ use super::nurbs::{Curve, Surface};
 pub const COORDINATE_MAX_MM: f64 = 1e7;
 /// Largest parameter or knot. Doubled: one bit less between neighbouring parameters.
 pub const PARAMETER_MAX: f64 = 1e9;
+/// Least step between knots that are not equal. The square of a second derivative goes with the fourth power of its inverse
+/// and stays finite, with [`COORDINATE_MAX_MM`] for a factor; from 1e-73 down it does not. Sums that should be equal differ by
+/// 1e-17 of the domain.
+pub const KNOT_STEP_MIN: f64 = 1e-60;
 /// Largest ratio of two weights of a rational curve or surface. Doubled: one bit less in its quotients.
 pub const WEIGHT_RATIO_MAX: f64 = 1e9;
 /// Largest count of increments, iterations or failures in a state that is read back: no run counts so far, and sums of a
@@ -42,6 +46,16 @@ pub fn parameter_fault(t: f64) -> Option<String> {
     (!sound).then(|| format!("a parameter of {t:e}; allowed: up to {PARAMETER_MAX:e}"))
 }
 
+/// The first fault of the knots of a curve or surface.
+fn knots_fault(knots: &[f64]) -> Option<String> {
+    let step = |w: &[f64]| Some(w[1] - w[0]).filter(|s| *s > 0.0 && *s < KNOT_STEP_MIN);
+    let apart = |step: f64| {
+        format!("knots {step:e} apart; allowed: equal ones, or at least {KNOT_STEP_MIN:e}")
+    };
+    let value = knots.iter().find_map(|&t| parameter_fault(t));
+    value.or_else(|| knots.windows(2).find_map(step).map(apart))
+}
+
 fn weight_fault(weights: &[f64]) -> Option<String> {
     let (low, high) =
         weights.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &w| (low.min(w), high.max(w)));
@@ -55,7 +69,7 @@ fn weight_fault(weights: &[f64]) -> Option<String> {
 #[must_use]
 pub fn curve_fault(curve: &Curve<3>) -> Option<String> {
     let points = || curve.points().iter().find_map(point_fault);
-    let knots = || curve.knots().iter().find_map(|&t| parameter_fault(t));
+    let knots = || knots_fault(curve.knots());
     points().or_else(knots).or_else(|| weight_fault(curve.weights()))
 }
 
@@ -63,7 +77,7 @@ pub fn curve_fault(curve: &Curve<3>) -> Option<String> {
 #[must_use]
 pub fn parameter_curve_fault(curve: &Curve<2>) -> Option<String> {
     let points = || curve.points().iter().flatten().find_map(|&t| parameter_fault(t));
-    let knots = || curve.knots().iter().find_map(|&t| parameter_fault(t));
+    let knots = || knots_fault(curve.knots());
     points().or_else(knots).or_else(|| weight_fault(curve.weights()))
 }
 
@@ -71,7 +85,7 @@ pub fn parameter_curve_fault(curve: &Curve<2>) -> Option<String> {
 #[must_use]
 pub fn surface_fault(surface: &Surface) -> Option<String> {
     let points = || surface.points().iter().find_map(point_fault);
-    let knots = || surface.knots().into_iter().flatten().find_map(|&t| parameter_fault(t));
+    let knots = || surface.knots().into_iter().find_map(knots_fault);
     points().or_else(knots).or_else(|| weight_fault(surface.weights()))
 }
 
@@ -91,5 +105,7 @@ mod tests {
         assert_eq!(parameter_fault(-1e9), None);
         assert!(weight_fault(&[1.0, 1e-12]).is_some() && weight_fault(&[1.0, 1e-3]).is_none());
         assert!(weight_fault(&[1e200, 1e200]).is_some());
+        assert!(knots_fault(&[0.0, 0.0, 1e-320, 1.0]).unwrap().contains("apart"));
+        assert_eq!(knots_fault(&[0.0, 0.0, 1e-17, 1.0]), None);
     }
 }

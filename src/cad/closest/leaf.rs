@@ -56,11 +56,14 @@ impl Leaf {
         }
     }
 
-    /// Improves `best` by the points that are inside the trim.
-    pub fn search(&self, p: &Vec3, region: &TrimRegion, best: &mut Best) {
+    /// Improves `best` by the points that are inside the trim, while some of the parts `left` to be looked at are left.
+    pub fn search(&self, p: &Vec3, region: &TrimRegion, best: &mut Best, left: &mut u32) {
         match self {
-            Self::Exact(e) => e.search(p, region, best),
-            Self::Piece(piece) => piece.search(p, region, best),
+            Self::Exact(e) => {
+                *left = left.saturating_sub(1);
+                e.search(p, region, best);
+            }
+            Self::Piece(piece) => piece.search(p, region, best, left),
         }
     }
 }

@@ -68,13 +68,15 @@ impl Piece {
     }
 
     /// Improves `best` by the points of this rectangle that are inside the trim. Where the distance may have
-    /// more than one minimum in it, its quarters are searched too.
-    pub fn search(&self, p: &Vec3, region: &TrimRegion, best: &mut Best) {
+    /// more than one minimum in it, its quarters are searched too, while some of the parts `left` to be looked at are left.
+    pub fn search(&self, p: &Vec3, region: &TrimRegion, best: &mut Best, left: &mut u32) {
+        *left = left.saturating_sub(1);
         if !self.visit(p, region, best) {
             return;
         }
         let mut stack: Vec<(&Self, u32)> = self.kept_quarters().iter().map(|q| (q, 1)).collect();
-        while let Some((part, depth)) = stack.pop() {
+        while let Some((part, depth)) = stack.pop().filter(|_| *left > 0) {
+            *left -= 1;
             if part.visit(p, region, best) && depth < DEPTH {
                 stack.extend(part.kept_quarters().iter().map(|q| (q, depth + 1)));
             }

@@ -66,3 +66,14 @@ fn points_off_a_face_along_its_normal_come_back() {
         assert!(own.distance < 1e-9 && own.face == f);
     }
 }
+
+#[test]
+fn a_search_that_is_not_done_has_no_answer() {
+    let model = model("hemi_punch_nurbs144.igs");
+    let index = ClosestPoint::new(&model);
+    let p = model.bbox().center();
+    let with = |left: u32| index.nearest(Search { left, ..Search::new(&p) });
+    assert_eq!(with(3), Err(WorkSpent));
+    assert_eq!(with(VISITS), Ok(index.closest(&p)));
+    assert!(index.closest(&p).is_some());
+}

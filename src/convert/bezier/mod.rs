@@ -172,9 +172,10 @@ fn error(face: &Face, patch: &Patch, map: &Map) -> f64 {
         let at = |k: usize| (k as f64 + 0.5) / STEPS as f64;
         let (eta, zeta) = (at(k / STEPS), at(k % STEPS));
         let p = patch.derivs(eta, zeta).s;
-        let foot = map
-            .parameters(eta, zeta)
-            .map_or_else(|| face.surface.closest(&p).0, |uv| face.surface.closest_near(&p, uv).0);
+        let foot = map.parameters(eta, zeta).map_or_else(
+            || face.surface.closest(&p).0,
+            |uv| face.surface.closest_near(&p, uv, 0.0).0,
+        );
         worst = worst.max((face.surface.point(foot) - p).norm());
     }
     worst

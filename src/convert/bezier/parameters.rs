@@ -8,7 +8,7 @@ pub fn feet(face: &Face, points: &[Vec3]) -> Vec<Vec2> {
     let mut last: Option<Vec2> = None;
     let mut feet = Vec::with_capacity(points.len());
     for p in points {
-        let near = last.map(|uv| face.surface.closest_near(p, uv));
+        let near = last.map(|uv| face.surface.closest_near(p, uv, 0.0));
         let found = near.filter(|n| n.1 <= 1e-8);
         let uv = found.map_or_else(|| face.surface.closest(p).0, |n| n.0);
         feet.push(uv);

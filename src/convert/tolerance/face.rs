@@ -15,8 +15,8 @@ use crate::geometry::{Aabb, Vec3};
 use crate::mesh::SurfaceMesh;
 use crate::mesh::mapped::is_crease;
 use crate::mesh::mapped::plan::{Divisions, Plan};
-use crate::tool::ToolModel;
 use crate::tool::side::{SideCurve, sides_used_once};
+use crate::tool::{Patch, ToolModel};
 
 /// What the audit of a face's patches says.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +32,8 @@ pub(super) struct Figures {
     pub cut_mm: f64,
     /// Where the error is largest, if there are patches.
     pub worst: Option<Vec3>,
-    /// Measured edges of the plan's model, each with the largest distance of the patches' sides on it from it [mm].
+    /// Measured edges of the plan's model, each with the largest distance of the patches' sides on it from it [mm]: at free
+    /// borders the part of it within the patches, as moving vertices along their normals takes off the other.
     pub off: Vec<(usize, f64)>,
 }
 
@@ -72,6 +73,8 @@ pub(super) struct Judge<'a> {
     /// Edges of the plan's model from which the distance of the patches' sides is measured: those at free borders and those
     /// that other faces divide in their own way.
     measured: &'a [bool],
+    /// Edges at free borders.
+    free: &'a [bool],
     /// Whether the faces at each edge meet at an angle.
     creases: Vec<bool>,
     /// Boxes around its edges, a little wider.
@@ -100,6 +103,7 @@ impl<'a> Judge<'a> {
             normals,
             neighbours,
             measured,
+            free: &work.free,
             creases: model.edges.iter().map(|e| is_crease(model, e)).collect(),
             boxes: model.edges.iter().map(hull).collect(),
             known: Mutex::default(),
@@ -174,10 +178,6 @@ impl<'a> Judge<'a> {
     /// How far the sides of the patches of face `f` are from its edges that are measured, on these [mm].
     fn off(&self, f: usize, tool: &ToolModel) -> Vec<(usize, f64)> {
         const STEPS: usize = 8;
-        // What moving vertices takes off these distances is not foreseen: the audit of the whole decides.
-        if self.neighbours.is_some() {
-            return Vec::new();
-        }
         let mut off: BTreeMap<usize, f64> =
             self.edges(f).filter(|&e| self.measured[e]).map(|e| (e, 0.0)).collect();
         if off.is_empty() {
@@ -188,11 +188,21 @@ impl<'a> Judge<'a> {
             for curve in sides.iter().map(|&side| SideCurve::new(p, side)) {
                 let Some(e) = self.edge(f, &curve) else { continue };
                 let Some(most) = off.get_mut(&e) else { continue };
-                let steps = (1..STEPS).map(|k| self.far(e, &curve.point(k as f64 / STEPS as f64)));
-                *most = steps.fold(*most, f64::max);
+                let steps = (1..STEPS).map(|k| curve.parameters(k as f64 / STEPS as f64));
+                *most = steps.map(|at| self.beside(e, p, at)).fold(*most, f64::max);
             }
         }
         off.into_iter().collect()
+    }
+
+    /// Distance of a point of a patch, given by its parameters, from an edge [mm]: from one at a free border within the
+    /// patch.
+    fn beside(&self, e: usize, patch: &Patch, (eta, zeta): (f64, f64)) -> f64 {
+        let at = patch.derivs(eta, zeta);
+        let curve = &self.plan.model().edges[e].curve;
+        let away = curve.point(curve.closest(&at.s).0) - at.s;
+        let normal = at.normal(eta, zeta).filter(|_| self.free[e]);
+        normal.map_or(away, |n| away - n * n.dot(&away)).norm()
     }
 
     /// How far sides that lost their curves are from the edges they are on [mm], and where that is most. Where faces run on

@@ -79,11 +79,14 @@ impl Surface {
         self.prepared.get(|| SurfaceProjector::new(self)).closest_from(p, start)
     }
 
-    /// Closest point by Newton from `start` with bounds and a fallback to [`Surface::closest`]; for
-    /// points whose neighbour's foot is known.
+    /// Closest point by Newton from `start` with bounds and a fallback to [`Surface::closest`] where that finds none within
+    /// the squared distance `enough` [mm^2]; for points whose neighbour's foot is known.
     #[must_use]
-    pub fn closest_near(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
+    pub fn closest_near(&self, p: &Vec3, start: Vec2, enough: f64) -> (Vec2, f64) {
         let near = self.newton(p, start);
+        if near.1 <= enough {
+            return near;
+        }
         let d = self.derivs(near.0);
         let r = p - d.s;
         let size = d.su.norm().max(d.sv.norm());
@@ -161,7 +164,7 @@ mod tests {
             let exact = ((p - ring).norm() - 7.0).abs();
             let (uv, d2) = torus.closest(&p);
             assert!((d2.sqrt() - exact).abs() < 1e-10, "{k}: {} {exact}", d2.sqrt());
-            let near = torus.closest_near(&p, uv + Vec2::new(0.1, -0.1));
+            let near = torus.closest_near(&p, uv + Vec2::new(0.1, -0.1), 0.0);
             assert!((near.1.sqrt() - exact).abs() < 1e-10);
         }
     }

@@ -73,6 +73,6 @@ impl Patchwork {
         if (even.point - middle).norm() <= 0.25 * (a.point - b.point).norm() {
             return even;
         }
-        Node::inside(face, face.surface.closest_near(&middle, uv).0)
+        Node::inside(face, face.surface.closest_near(&middle, uv, 0.0).0)
     }
 }

@@ -86,7 +86,10 @@ fn grid(face: &Face, border: &FourSides<Node>, in_space: bool) -> Patchwork {
                 _ => {
                     let uv = plane.point(&shares, i, j);
                     let wanted = in_space.then(|| space.point(&shares, i, j));
-                    Node::inside(face, wanted.map_or(uv, |p| face.surface.closest_near(&p, uv).0))
+                    Node::inside(
+                        face,
+                        wanted.map_or(uv, |p| face.surface.closest_near(&p, uv, 0.0).0),
+                    )
                 }
             });
         }

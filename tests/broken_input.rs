@@ -91,10 +91,10 @@ fn a_wrong_unit_flag_is_not_guessed() {
 #[test]
 fn faces_that_lie_on_each_other_by_the_hundred_are_no_tool() {
     for command in [&["convert"][..], &["convert", "--tol", "0.1mm"], &["mesh"]] {
-        let cad = fixture("fuzz/faces-on-each-other.stp");
+        let cad = fixture("fuzz/faces-on-each-other.stp").to_string_lossy().into_owned();
         let (folder, _) = folder_with("x", b"");
         let out = folder.path().join("x.out").to_string_lossy().into_owned();
-        let args = [&command[..1], &[&*cad.to_string_lossy(), "-o", &out], &command[1..]].concat();
+        let args = [&command[..1], &[&*cad, "-o", &out], &command[1..]].concat();
         let outcome = run("kanagata", &args, |_| {});
         expect(
             &outcome,

@@ -190,7 +190,8 @@ fn whole_face_on(
     let Outline { native, paths, faults, flipped, .. } =
         outline(surface, &sheets, raw, (size, tolerance));
     report(raw, &faults, diagnostics);
-    let loops = closed_loops(&native, paths, !flipped).ok_or(
+    let is_closed = native.closed_all_round() || has_poles_within(&native, raw, tolerance);
+    let loops = closed_loops(&native, paths, !flipped, is_closed).ok_or(
         "its loops cannot be closed on the surface, and the surface has no natural border",
     )?;
     if !encloses_area(&loops) {
@@ -207,6 +208,14 @@ fn whole_face_on(
     let mapped = |s: &Side| Side { path: map.curve(&s.path), ..s.clone() };
     let loops = loops.iter().map(|l| l.iter().map(mapped).collect()).collect();
     Ok(Whole { part: Part { surface, loops }, analytic, flipped, coarse: fineness.coarse })
+}
+
+/// The surface goes from pole to pole, and vertex loops say that both are within the face.
+fn has_poles_within(native: &Native<'_>, raw: &RawFace, tolerance: f64) -> bool {
+    let vertices = || raw.loops.iter().filter(|l| l.edges.is_empty()).filter_map(|l| l.vertex);
+    let poles = native.pole_points();
+    let within = |pole: &Vec3| vertices().any(|v| (v - pole).norm() <= tolerance);
+    poles.len() == 2 && (poles[0] - poles[1]).norm() > tolerance && poles.iter().all(within)
 }
 
 /// The loops, outer one first and counter-clockwise, leave some of the parameter plane.

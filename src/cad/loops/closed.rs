@@ -31,11 +31,13 @@ pub(in crate::cad) fn signed_area(sides: &[Side]) -> f64 {
 }
 
 /// Loops of a face that close in the parameter plane: windings are cut open along a seam and joined in pairs
-/// or through a pole; a face without loops gets the border of its natural range. The outer one comes first.
+/// or through a pole; a face without loops gets the border of its natural range, and so does one with holes only on a surface
+/// that `is_closed`: without any border of its own. The outer one comes first.
 pub(in crate::cad) fn closed_loops(
     native: &Native<'_>,
     paths: Vec<Path>,
     left_is_inside: bool,
+    is_closed: bool,
 ) -> Option<Vec<Vec<Side>>> {
     let (mut winding, plain): (Vec<Path>, Vec<Path>) =
         paths.into_iter().partition(|p| p.winding.norm() > 0.0);
@@ -45,7 +47,7 @@ pub(in crate::cad) fn closed_loops(
     let plain: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
     let mut cut_open = Vec::new();
     let holes_only = winding.is_empty()
-        && native.closed_all_round()
+        && is_closed
         && (slit_outside
             || plain
                 .iter()

@@ -335,6 +335,21 @@ fn the_side_of_a_loop_tells_a_slice_from_the_rest() {
     }
 }
 
+/// Vertex loops at both poles say that a surface of revolution goes on all round: what else there is are holes.
+#[test]
+fn a_ball_of_revolution_with_vertices_at_its_poles_has_holes() {
+    let ball = turned_circle([-FRAC_PI_2, FRAC_PI_2]);
+    let pole = |z: f64| RawLoop { vertex: Some(Vec3::z() * z), ..RawLoop::default() };
+    // Clockwise about x, seen from outside, 24 mm from the middle.
+    let rim = arc(Vec3::x() * 24.0, [Vec3::y(), Vec3::z()], 7.0, [TAU, 0.0]);
+    let edges = vec![RawEdge { curve: Some(rim), ..RawEdge::default() }];
+    let hole = RawLoop { edges, ..RawLoop::default() };
+    let model = model_of(&ball, vec![pole(-BALL), hole, pole(BALL)], false);
+    let exact = 2.0 * TAU * BALL * BALL - TAU * BALL * (BALL - 24.0);
+    let area = model.faces[0].area(1e-12);
+    assert!((area / exact - 1.0).abs() < 1e-9, "{area} instead of {exact}");
+}
+
 #[test]
 fn lines_that_end_a_hair_off_the_tip_of_a_cone_stay_straight() {
     let on = RawSurface::Cone { frame: Frame::world(), radius: 0.0, semi_angle: PI / 4.0 };

@@ -1,4 +1,4 @@
-//! `kanagata material list` and `kanagata material show NAME|FILE [--html FILE]`.
+//! `kanagata material list`, `kanagata material show NAME|FILE [--html FILE]` and `kanagata material fit FILE`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::fit;
 use super::own::refuse_clashes;
 use super::say::{out, out_lines};
 use crate::report::charts::{Series, lines};
@@ -34,6 +35,14 @@ enum MaterialCommand {
         #[arg(long, value_name = "FILE")]
         html: Option<PathBuf>,
     },
+    /// Fit a hardening law to a measured curve, which is noisy: tables may not fall
+    Fit {
+        /// Plastic strain and true stress [MPa]: two columns of text, or a card or scene with a `table`
+        curve: PathBuf,
+        /// Law to give; the nearest without it
+        #[arg(long, value_enum)]
+        law: Option<fit::Law>,
+    },
 }
 
 /// Plastic strains of the printed curve of tension.
@@ -52,6 +61,7 @@ pub fn run(args: &MaterialArgs) -> Result<Exit, Failure> {
                 out!("{:width$}  {}", card.name, card.source);
             }
         }
+        MaterialCommand::Fit { curve, law } => return fit::run(curve, *law),
         MaterialCommand::Show { card, html } => {
             refuse_clashes(&[Path::new(card)], &[("--html", html.as_deref())])?;
             let (name, card) = (card, load(card)?);

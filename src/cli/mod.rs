@@ -6,6 +6,7 @@ pub mod check;
 pub mod convert;
 pub mod ended;
 mod exit;
+mod fit;
 mod gmsh;
 pub mod inspect;
 pub mod material;

@@ -1,5 +1,5 @@
 //! One process at a time in a folder: a file that the system keeps locked for its process, and frees when that ends,
-//! however it ends. In it stands which process that is.
+//! however it ends. In it stands which process that is. Where the file system knows no locks that name alone counts.
 
 use std::fs::File;
 use std::io::{Seek as _, SeekFrom, Write as _};
@@ -54,8 +54,12 @@ pub fn take(path: &Path) -> Result<Attempt, WriteError> {
     });
     let text = serde_json::to_vec(&own).unwrap_or_default();
     let written = file.set_len(0).and_then(|()| file.seek(SeekFrom::Start(0)));
-    written.and_then(|_| file.write_all(&text)).map_err(failed)?;
-    Ok(Attempt::Ours(Lock { file }))
+    written.and_then(|_| file.write_all(&text)).and_then(|()| file.sync_all()).map_err(failed)?;
+    // Without locks two may have found the file free: the later name stays.
+    match owner(path) {
+        Some(other) if other != own => Ok(Attempt::Theirs(Some(other))),
+        _ => Ok(Attempt::Ours(Lock { file })),
+    }
 }
 
 /// Whether another process has the lock `path`, and which one, where it has said so.
@@ -71,6 +75,9 @@ pub fn named(process: Option<&Process>) -> String {
     match process {
         Some(p) => match p.host.split(' ').next() {
             None | Some("") => format!("process {}", p.id),
+            Some(host) if alive(p).is_none() => {
+                format!("process {} on {host} (if it has ended there, delete the lock file)", p.id)
+            }
             Some(host) => format!("process {} on {host}", p.id),
         },
         None => "another process".into(),
@@ -84,7 +91,12 @@ fn owner(path: &Path) -> Option<Process> {
 /// Whether nobody else has the file; it is then locked for this process until it is closed. Where the file system
 /// knows no locks, the process that is named in it tells.
 fn free(file: &File, path: &Path) -> bool {
-    locked(file).unwrap_or_else(|| owner(path).is_none_or(|p| alive(&p) != Some(true)))
+    locked(file).unwrap_or_else(|| is_free_of(owner(path).as_ref()))
+}
+
+/// Whether the process that is named in a lock file is known to be gone: one of another machine is not.
+fn is_free_of(owner: Option<&Process>) -> bool {
+    owner.is_none_or(|p| alive(p) == Some(false))
 }
 
 /// Locks the file: false when another process has it, `None` when it cannot be locked here.
@@ -133,6 +145,15 @@ mod tests {
             assert!(holder(&path).is_none());
             assert!(matches!(take(&path).unwrap(), Attempt::Ours(_)));
         }
+        // Without locks of the file system a process of another machine may still be at work.
+        let there = Process { id: 1, started: 1, host: "elsewhere 0-0".into() };
+        assert!(!is_free_of(Some(&there)) && is_free_of(None));
+        assert!(
+            named(Some(&there)).contains("process 1 on elsewhere (if it has ended there, delete")
+        );
+        let own = this_process().unwrap();
+        let gone = Process { started: own.started + 1, ..own.clone() };
+        assert!(!is_free_of(Some(&own)) && is_free_of(Some(&gone)));
         let unknown = folder.path().join("no/such/run.lock");
         assert!(take(&unknown).unwrap_err().to_string().contains("run.lock"));
     }

@@ -144,7 +144,7 @@ impl Hardening {
                 }
                 for (k, pair) in stress.windows(2).enumerate() {
                     let holds = pair[1] >= pair[0] && pair[1].is_finite();
-                    let allowed = "not below the one before";
+                    let allowed = "not below the one before; `kanagata material fit` gives a law for a measured curve";
                     need(holds, &format!("stress[{}]", k + 1), pair[1], allowed)?;
                 }
                 Ok(())

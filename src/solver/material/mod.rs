@@ -12,6 +12,7 @@ pub mod at_yield;
 pub mod card;
 mod eigen;
 pub mod elastic;
+pub mod fit;
 pub mod foreseen;
 pub mod hardening;
 pub mod hill48;

@@ -1,0 +1,242 @@
+//! Hardening laws fitted to a measured curve by least squares: a measured curve is noisy, and tables may not fall.
+
+use super::hardening::Hardening;
+
+/// A law, and how far the curve is from it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// The law.
+    pub law: Hardening,
+    /// Root mean square of the differences [MPa].
+    pub rms_mpa: f64,
+    /// Largest difference [MPa].
+    pub largest_mpa: f64,
+    /// Plastic strain where it is.
+    pub at: f64,
+}
+
+/// Why a curve cannot be fitted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// Too few points, or not as many stresses as strains.
+    #[error(
+        "{strains} strains and {stresses} stresses; allowed: at least {FEWEST} of each, as many of both"
+    )]
+    Count {
+        /// Strains given.
+        strains: usize,
+        /// Stresses given.
+        stresses: usize,
+    },
+    /// A number that no curve of tension has.
+    #[error(
+        "point {index} is ({strain}, {stress} MPa); allowed: strains from 0 to 10, stresses above zero, both finite"
+    )]
+    Value {
+        /// Its number, from 0.
+        index: usize,
+        /// Its plastic strain.
+        strain: f64,
+        /// Its stress [MPa].
+        stress: f64,
+    },
+    /// All strains are the same, or no law that does not soften fits.
+    #[error(
+        "no law that hardens fits these points; give the plastic strain and the true stress up to uniform elongation"
+    )]
+    None,
+}
+
+/// Fewest points of a curve: one more than a law has numbers.
+const FEWEST: usize = 4;
+/// Largest plastic strain of a measured curve.
+const STRAIN_MAX: f64 = 10.0;
+/// Values tried of each number that a law is not linear in, evenly in its logarithm.
+const GRID: usize = 48;
+/// Golden sections of the best interval: 1e-9 of it is left.
+const SECTIONS: usize = 44;
+
+/// Swift's, Voce's and the mixed law fitted to plastic strains and true stresses [MPa] in any order, nearest first.
+///
+/// # Errors
+/// [`FitError`] when the points are no curve of tension.
+pub fn fit(strain: &[f64], stress: &[f64]) -> Result<Vec<Fitted>, FitError> {
+    if strain.len() < FEWEST || strain.len() != stress.len() {
+        return Err(FitError::Count { strains: strain.len(), stresses: stress.len() });
+    }
+    let points: Vec<(f64, f64)> = strain.iter().copied().zip(stress.iter().copied()).collect();
+    let sound = |(p, s): (f64, f64)| (0.0..=STRAIN_MAX).contains(&p) && s > 0.0 && s.is_finite();
+    if let Some(index) = points.iter().position(|&point| !sound(point)) {
+        return Err(FitError::Value { index, strain: strain[index], stress: stress[index] });
+    }
+    let swift = swift(&points);
+    let voce = voce(&points);
+    let mixed = swift.as_ref().zip(voce.as_ref()).and_then(|(one, two)| mixed(&points, one, two));
+    let found = [swift, voce, mixed].into_iter().flatten().filter(|law| law.check().is_ok());
+    let mut fitted: Vec<Fitted> = found.map(|law| judged(law, &points)).collect();
+    // Laws with fewer numbers first among equals.
+    fitted.sort_by(|a, b| a.rms_mpa.total_cmp(&b.rms_mpa));
+    if fitted.is_empty() { Err(FitError::None) } else { Ok(fitted) }
+}
+
+fn judged(law: Hardening, points: &[(f64, f64)]) -> Fitted {
+    let off = |&(p, s): &(f64, f64)| (law.flow_stress(p).0 - s).abs();
+    let sum: f64 = points.iter().map(|point| off(point).powi(2)).sum();
+    let worst = points.iter().max_by(|a, b| off(a).total_cmp(&off(b))).copied().unwrap_or_default();
+    let (largest_mpa, at) = (off(&worst), worst.0);
+    Fitted { law, rms_mpa: (sum / points.len() as f64).sqrt(), largest_mpa, at }
+}
+
+fn longest(points: &[(f64, f64)]) -> Option<f64> {
+    Some(points.iter().map(|x| x.0).fold(0.0, f64::max)).filter(|p| *p > 0.0)
+}
+
+/// `K (ε0 + p)^n`: K is the best for given ε0 and n, n the best for given ε0.
+fn swift(points: &[(f64, f64)]) -> Option<Hardening> {
+    let longest = longest(points)?;
+    let of = |eps0: f64, n: f64| {
+        let (mut fs, mut ff, mut ss) = (0.0, 0.0, 0.0);
+        for &(p, s) in points {
+            let f = (eps0 + p).powf(n);
+            (fs, ff, ss) = (fs + f * s, ff + f * f, ss + s * s);
+        }
+        (fs / ff, ss - fs * fs / ff)
+    };
+    let best_n = |eps0: f64| least(|n| of(eps0, n).1, [0.0, 1.0]);
+    let range = [(1e-6 * longest).ln(), longest.ln()];
+    let (log, _) = least_of_grid(|log| best_n(log.exp()).1, range)?;
+    let eps0 = log.exp();
+    let n = best_n(eps0).0;
+    Some(Hardening::Swift { k: of(eps0, n).0, eps0, n })
+}
+
+/// `σ0 + Q (1 - exp(-b p))`: σ0 and Q are the best for given b.
+fn voce(points: &[(f64, f64)]) -> Option<Hardening> {
+    let longest = longest(points)?;
+    let count = points.len() as f64;
+    let of = |b: f64| {
+        let (mut f, mut ff, mut s, mut fs) = (0.0, 0.0, 0.0, 0.0);
+        for &(p, stress) in points {
+            let x = -(-b * p).exp_m1();
+            (f, ff, s, fs) = (f + x, ff + x * x, s + stress, fs + x * stress);
+        }
+        let q = ((count * fs - f * s) / (count * ff - f * f)).max(0.0);
+        ((s - q * f) / count, q)
+    };
+    let error = |log: f64| {
+        let b = log.exp();
+        let (sigma0, q) = of(b);
+        let off = |&(p, s): &(f64, f64)| (sigma0 - q * (-b * p).exp_m1() - s).powi(2);
+        points.iter().map(off).sum()
+    };
+    let (log, _) = least_of_grid(error, [(0.01 / longest).ln(), (1000.0 / longest).ln()])?;
+    let (sigma0, q) = of(log.exp());
+    Some(Hardening::Voce { sigma0, q, b: log.exp() })
+}
+
+/// The share of the two laws that is nearest to the points, each as it fits alone.
+fn mixed(points: &[(f64, f64)], one: &Hardening, two: &Hardening) -> Option<Hardening> {
+    let (mut above, mut below) = (0.0, 0.0);
+    for &(p, s) in points {
+        let (a, b) = (one.flow_stress(p).0, two.flow_stress(p).0);
+        (above, below) = (above + (a - b) * (s - b), below + (a - b).powi(2));
+    }
+    let weight = above / below;
+    let (&Hardening::Swift { k, eps0, n }, &Hardening::Voce { sigma0, q, b }) = (one, two) else {
+        return None;
+    };
+    (weight > 0.0 && weight < 1.0).then_some(Hardening::SwiftVoce {
+        weight,
+        k,
+        eps0,
+        n,
+        sigma0,
+        q,
+        b,
+    })
+}
+
+/// Place and least value of `f` in a range: the best of a grid, then golden sections about it.
+fn least_of_grid(f: impl Fn(f64) -> f64, [low, high]: [f64; 2]) -> Option<(f64, f64)> {
+    let at = |k: usize| low + (high - low) * k as f64 / GRID as f64;
+    let values = (0..=GRID).map(|k| (k, f(at(k)))).filter(|v| v.1.is_finite());
+    let (k, _) = values.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(least(f, [at(k.saturating_sub(1)), at((k + 1).min(GRID))]))
+}
+
+/// Place and least value of `f` between `a` and `b` by golden sections, of a function with one minimum there.
+fn least(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2]) -> (f64, f64) {
+    const SHARE: f64 = 0.618_033_988_749_894_9;
+    let (mut c, mut d) = (b - SHARE * (b - a), a + SHARE * (b - a));
+    let (mut fc, mut fd) = (f(c), f(d));
+    for _ in 0..SECTIONS {
+        if fc <= fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - SHARE * (b - a);
+            fc = f(c);
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + SHARE * (b - a);
+            fd = f(d);
+        }
+    }
+    if fc <= fd { (c, fc) } else { (d, fd) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(law: &Hardening, noise: f64) -> (Vec<f64>, Vec<f64>) {
+        let mut seed = 7_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 33) as f64 / (1_u64 << 30) as f64 - 1.0
+        };
+        let strain: Vec<f64> = (0..=200).map(|k| 0.001 * f64::from(k)).collect();
+        let stress = strain.iter().map(|&p| law.flow_stress(p).0 + noise * random()).collect();
+        (strain, stress)
+    }
+
+    #[test]
+    fn a_law_without_noise_is_found_again() {
+        let laws = [
+            Hardening::Swift { k: 529.5, eps0: 0.00439, n: 0.268 },
+            Hardening::Voce { sigma0: 120.0, q: 200.0, b: 12.0 },
+        ];
+        for law in laws {
+            let (strain, stress) = of(&law, 0.0);
+            let found = fit(&strain, &stress).unwrap();
+            assert!(found[0].rms_mpa < 1e-4, "{:?}", found[0]);
+            for p in [0.0, 0.05, 0.2] {
+                let (one, two) = (law.flow_stress(p), found[0].law.flow_stress(p));
+                assert!((one.0 - two.0).abs() < 1e-3 && (one.1 / two.1 - 1.0).abs() < 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn noise_is_left_as_the_difference() {
+        let law = Hardening::Swift { k: 529.5, eps0: 0.00439, n: 0.268 };
+        let (strain, stress) = of(&law, 1.0);
+        assert!(
+            Hardening::Table { strain: strain.clone(), stress: stress.clone() }.check().is_err()
+        );
+        let found = &fit(&strain, &stress).unwrap()[0];
+        // Evenly spread over 2 MPa: 0.577 MPa.
+        assert!((found.rms_mpa - 0.577).abs() < 0.05 && found.largest_mpa < 1.5, "{found:?}");
+        let middle = strain.iter().map(|&p| law.flow_stress(p).0 - found.law.flow_stress(p).0);
+        assert!(middle.fold(0.0, |m: f64, d| m.max(d.abs())) < 0.6);
+    }
+
+    #[test]
+    fn points_that_are_no_curve_are_refused() {
+        assert!(matches!(fit(&[0.0, 0.1], &[1.0, 2.0]), Err(FitError::Count { .. })));
+        let bad = fit(&[0.0, 0.1, f64::NAN, 0.2], &[1.0; 4]).unwrap_err();
+        assert!(matches!(bad, FitError::Value { index: 2, .. }), "{bad}");
+        assert_eq!(fit(&[0.0; 4], &[1.0; 4]), Err(FitError::None));
+        // A curve that falls is a constant at best.
+        let found = fit(&[0.0, 0.1, 0.2, 0.3], &[400.0, 300.0, 200.0, 100.0]).unwrap();
+        assert!(found[0].largest_mpa >= 149.0, "{found:?}");
+    }
+}

@@ -3,19 +3,24 @@
 use std::collections::VecDeque;
 
 use crate::cad::model::{EdgeUse, Model};
+use crate::geometry::Vec2;
 
-/// Two ways along an edge are one if they are no farther apart than this share of their length in the parameter plane:
-/// those along a seam are a period apart.
+/// Two ways along an edge are one if they are no farther apart in the parameter plane than this share of the surface: those
+/// along a seam are a period apart. Files give parameters to six digits.
 const SAME: f64 = 1e-3;
 
 /// Takes spurs out of the loops, and edges that no loop uses any more out of the model. Loops that are nothing else stay.
 pub(super) fn remove(model: &mut Model) {
     let mut removed = false;
-    for trim in model.faces.iter_mut().flat_map(|f| &mut f.loops) {
-        let kept = outside_spurs(&trim.uses);
-        if kept.len() < trim.uses.len() && kept.len() > 1 {
-            trim.uses = kept.into_iter().map(|k| trim.uses[k].clone()).collect();
-            removed = true;
+    for face in &mut model.faces {
+        let [u, v] = face.surface.domain();
+        let near = Vec2::new(u[1] - u[0], v[1] - v[0]) * SAME;
+        for trim in &mut face.loops {
+            let kept = outside_spurs(&trim.uses, near);
+            if kept.len() < trim.uses.len() && kept.len() > 1 {
+                trim.uses = kept.into_iter().map(|k| trim.uses[k].clone()).collect();
+                removed = true;
+            }
         }
     }
     if removed {
@@ -24,11 +29,11 @@ pub(super) fn remove(model: &mut Model) {
 }
 
 /// Positions of the uses that are part of no spur.
-fn outside_spurs(uses: &[EdgeUse]) -> VecDeque<usize> {
+fn outside_spurs(uses: &[EdgeUse], near: Vec2) -> VecDeque<usize> {
     let mut kept: VecDeque<usize> = VecDeque::with_capacity(uses.len());
     for (k, side) in uses.iter().enumerate() {
         match kept.back() {
-            Some(&before) if runs_back(&uses[before], side) => {
+            Some(&before) if runs_back(&uses[before], side, near) => {
                 kept.pop_back();
             }
             _ => kept.push_back(k),
@@ -36,7 +41,7 @@ fn outside_spurs(uses: &[EdgeUse]) -> VecDeque<usize> {
     }
     // A spur about the loop's beginning.
     while let (Some(&first), Some(&last)) = (kept.front(), kept.back()) {
-        if kept.len() < 2 || !runs_back(&uses[last], &uses[first]) {
+        if kept.len() < 2 || !runs_back(&uses[last], &uses[first], near) {
             break;
         }
         kept.pop_front();
@@ -45,7 +50,8 @@ fn outside_spurs(uses: &[EdgeUse]) -> VecDeque<usize> {
     kept
 }
 
-fn runs_back(there: &EdgeUse, back: &EdgeUse) -> bool {
+/// Whether the second use of an edge runs back along the first, no farther from it than `near` in either parameter.
+fn runs_back(there: &EdgeUse, back: &EdgeUse, near: Vec2) -> bool {
     if there.edge.is_none() || there.edge != back.edge || there.reversed == back.reversed {
         return false;
     }
@@ -53,9 +59,10 @@ fn runs_back(there: &EdgeUse, back: &EdgeUse) -> bool {
         let [a, b] = u.pcurve.domain();
         u.pcurve.point(a + (b - a) * s)
     };
-    let length =
-        (at(there, 0.5) - at(there, 0.0)).norm() + (at(there, 1.0) - at(there, 0.5)).norm();
-    [0.0, 0.5, 1.0].iter().all(|&s| (at(there, s) - at(back, 1.0 - s)).norm() <= SAME * length)
+    [0.0, 0.5, 1.0].iter().all(|&s| {
+        let off = (at(there, s) - at(back, 1.0 - s)).abs();
+        off.x <= near.x && off.y <= near.y
+    })
 }
 
 fn drop_unused(model: &mut Model) {
@@ -79,11 +86,12 @@ fn drop_unused(model: &mut Model) {
 
 #[cfg(test)]
 mod tests {
+    use super::{EdgeUse, Vec2, runs_back};
     use crate::cad::Diagnostic;
     use crate::cad::build::build;
     use crate::cad::model::Model;
     use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawModel, RawSurface};
-    use crate::geometry::nurbs::Curve3;
+    use crate::geometry::nurbs::{Curve2, Curve3};
     use crate::geometry::{Frame, Vec3};
 
     /// A square face whose border runs through `corners`.
@@ -122,6 +130,23 @@ mod tests {
             assert!(model.edges.iter().all(|e| e.uses.len() == 1), "{:?}", model.edges);
             assert!((model.faces[0].area(1e-12) - 100.0).abs() < 1e-9);
         }
+    }
+
+    /// A short spur in parameters of six digits, and a seam.
+    #[test]
+    fn ways_back_are_told_from_seams_by_the_size_of_the_surface() {
+        let way = |from: [f64; 2], to: [f64; 2], reversed| EdgeUse {
+            pcurve: Curve2::line(from.into(), to.into()),
+            edge: Some(7),
+            reversed,
+        };
+        let there = way([4.886361, 0.744298], [4.886174, 0.7443], false);
+        let back = way([4.886175, 0.7443], [4.886361, 0.744299], true);
+        let near = Vec2::new(5e-3, 1e-3);
+        assert!(runs_back(&there, &back, near) && !runs_back(&there, &there, near));
+        let up = way([0.0, 0.0], [0.0, 1.0], false);
+        let down = way([6.283185, 1.0], [6.283185, 0.0], true);
+        assert!(!runs_back(&up, &down, Vec2::new(6.3e-3, 1e-3)));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::Deserialize as _;
 
+use super::blank::FileSheet;
 use super::check::{Fault, check, check_numbers};
 use super::comments::without_comments;
 use super::follow::{Followed, followed};
@@ -115,12 +116,14 @@ pub struct Plan {
 }
 
 /// A file that the scene names.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct PlannedFile {
     /// As the scene names it.
     pub file: String,
     /// SHA-256 of the file.
     pub sha256: String,
+    /// What it says, where it is the mesh file of the blank.
+    pub sheet: Option<Arc<FileSheet>>,
 }
 
 /// A tool with its surface.
@@ -237,7 +240,8 @@ fn card_of_file(
         fault(format!("{e}; allowed: {allowed}"))
     })?;
     let card = parse_card(&bytes).map_err(|e| fault(format!("found {e}")))?;
-    Ok((card, PlannedFile { file: name.to_owned(), sha256: sha256_hex(&bytes) }))
+    let (file, sha256) = (name.to_owned(), sha256_hex(&bytes));
+    Ok((card, PlannedFile { file, sha256, sheet: None }))
 }
 
 /// Reads and checks the scene at `path` without its tool files, which need not be there yet; with the file's bytes.

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use serde::Deserialize as _;
 
-use super::blank::FileSheet;
 use super::check::{Fault, check, check_numbers};
 use super::comments::without_comments;
+use super::file_sheet::FileSheet;
 use super::follow::{Followed, followed};
 use super::types::{MaterialChoice, Scene};
 use crate::contact::ToolSurface;
@@ -154,7 +154,7 @@ impl Plan {
 pub fn read(path: &Path) -> Result<Plan, SceneError> {
     let (mut scene, bytes) = scene_of(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let mesh_file = super::blank::fill_in(&mut scene.blank, path, &folder)?;
+    let mesh_file = super::file_sheet::fill_in(&mut scene.blank, path, &folder)?;
     let tools = load_tools(&scene, path, &folder)?;
     let followed = followed(&scene, path, &folder)?;
     let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };

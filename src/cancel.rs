@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 #[derive(Debug, Default)]
 struct Shared {
     requested: AtomicBool,
+    complete: AtomicBool,
     sections: AtomicUsize,
 }
 
@@ -26,6 +27,17 @@ impl Cancel {
     #[must_use]
     pub fn is_requested(&self) -> bool {
         self.0.requested.load(Ordering::Relaxed)
+    }
+
+    /// Says that the results are complete: a stop from here on loses none.
+    pub fn complete(&self) {
+        self.0.complete.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether the results are complete.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.0.complete.load(Ordering::SeqCst)
     }
 
     /// Begins work that heeds the request itself.

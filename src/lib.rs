@@ -29,3 +29,7 @@ pub mod scene;
 pub mod solver;
 pub mod study;
 pub mod tool;
+
+#[cfg(test)]
+#[path = "../tests/skipping/mod.rs"]
+mod skipping;

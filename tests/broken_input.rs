@@ -143,6 +143,31 @@ fn a_missing_gmsh_is_named_with_the_remedy() {
     assert!(!Path::new(&out).exists());
 }
 
+/// It runs in a folder of its own, where such a path leads nowhere.
+#[cfg(unix)]
+#[test]
+fn a_gmsh_named_by_a_relative_path_is_that_of_the_current_folder() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let cad = fixture("cross/die.igs");
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("bin")).unwrap();
+    let program = folder.path().join("bin/gmsh");
+    fs::write(&program, "#!/bin/sh\necho the stand-in was started\n").unwrap();
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+    let arguments = ["mesh", &cad.to_string_lossy(), "-o", "die.msh", "--mesher", "gmsh"];
+    let started = |more: &[&str], variable: &str, value: &str| {
+        let outcome = run("kanagata", &[&arguments[..], more].concat(), |c| {
+            c.current_dir(&folder).env_remove("KANAGATA_GMSH").env(variable, value);
+        });
+        expect(&outcome, 2, &["the stand-in was started"]);
+    };
+    for named in ["bin/gmsh", "./bin/gmsh", "bin/../bin/gmsh"] {
+        started(&["--gmsh", named], "KANAGATA_GMSH", "no/such/gmsh");
+        started(&[], "KANAGATA_GMSH", named);
+    }
+    started(&[], "PATH", "bin:/usr/bin:/bin");
+}
+
 #[test]
 fn options_of_gmsh_are_refused_with_the_built_in_mesher() {
     let cad = fixture("cross/die.igs").to_string_lossy().into_owned();

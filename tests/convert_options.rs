@@ -1,6 +1,8 @@
 //! `kanagata convert` from end to end: Bezier patches refined until they keep a tolerance, faces out of a sheet's reach,
 //! meshes in formats that only meshio reads.
 
+mod skipping;
+
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
@@ -145,7 +147,7 @@ fn python_with_meshio() -> Option<PathBuf> {
 #[test]
 fn an_abaqus_deck_becomes_a_tool() {
     let Some(python) = python_with_meshio() else {
-        println!("skipped: no Python with meshio (tools/setup, or KANAGATA_PYTHON)");
+        skipping::skip(skipping::MESHIO);
         return;
     };
     let folder = tempfile::tempdir().unwrap();

@@ -288,7 +288,10 @@ fn what_cannot_be_gone_on_with_says_why() {
     };
     name_files(folder);
     let none = message(command(folder, "out", true).output().unwrap());
-    assert!(none.contains("no checkpoint to go on from") && none.contains("--restart"), "{none}");
+    assert!(
+        none.contains("no checkpoint to continue from") && none.contains("--restart"),
+        "{none}"
+    );
     kill_with_checkpoints(folder);
     let path = folder.join("bend.scene.json");
     let scene = fs::read_to_string(&path).unwrap();

@@ -276,17 +276,7 @@ mod tests {
             }
         }
         let patch = of_nagata(&Patch::Bezier { degrees: [2, 2], points });
-        ToolModel {
-            name: "plate".into(),
-            kind: ToolKind::Bezier,
-            vertices: vec![],
-            normals: vec![],
-            corners: vec![],
-            curves: vec![],
-            patches: vec![patch],
-            faces: vec![0],
-            border_gap_mm: 0.0,
-        }
+        ToolModel::of_patches("plate", ToolKind::Bezier, vec![patch], vec![0])
     }
 
     fn options(thickness_mm: f64) -> ClearanceOptions {

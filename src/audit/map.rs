@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use super::Audit;
 use super::view::cut;
 use crate::geometry::Vec3;
+use crate::report::foreign::escaped;
 use crate::tool::ToolModel;
 
 /// Pixels of the longer side.
@@ -48,7 +49,7 @@ pub fn svg(tool: &ToolModel, found: &Audit) -> String {
          <g transform=\"translate({MARGIN},{HEAD})\" shape-rendering=\"crispEdges\">\n",
         2 * width,
         2 * height,
-        tool.name.replace('&', "&amp;").replace('<', "&lt;"),
+        escaped(&tool.name),
         r.patches,
         r.min_mm,
         r.max_mm,
@@ -209,17 +210,12 @@ mod tests {
                 (Vec3::new(x, 0.0, height), Vec3::new(10.0, 0.0, 0.0), Vec3::new(0.0, 10.0, 0.0));
             Patch::Quad([corner, along, up, z, z, z, z, z])
         };
-        let tool = ToolModel {
-            name: "a < b".into(),
-            kind: ToolKind::Nagata,
-            vertices: vec![],
-            normals: vec![],
-            corners: vec![],
-            curves: vec![],
-            patches: vec![patch(0.0, 0.2), patch(10.0, -0.2)],
-            faces: vec![0, 0],
-            border_gap_mm: 0.0,
-        };
+        let tool = ToolModel::of_patches(
+            "a < b",
+            ToolKind::Nagata,
+            vec![patch(0.0, 0.2), patch(10.0, -0.2)],
+            vec![0, 0],
+        );
         let found = audit(&tool, &Plane, &AuditOptions::default()).unwrap();
         let raster = Raster::new(&tool, &found);
         assert_eq!((raster.columns, raster.rows), (PIXELS, PIXELS / 2));

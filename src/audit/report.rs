@@ -101,7 +101,7 @@ pub struct Jumps {
     pub creases: usize,
     /// Largest gap between neighbours along a shared edge [mm].
     pub position_mm: f64,
-    /// Sides used by one patch beyond which the CAD goes on: faces divided independently, hanging vertices.
+    /// Sides used by one patch beyond which the CAD continues: faces divided independently, hanging vertices.
     #[serde(default)]
     pub open_sides: usize,
     /// Largest distance from a point of such a side to the neighbours across the CAD's edge [mm].

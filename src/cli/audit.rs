@@ -1,19 +1,22 @@
 //! `kanagata audit TOOL... --cad FILE` and `kanagata audit TOOL --against TOOL`.
 
+mod clearance;
+mod print;
+
 use std::path::{Path, PathBuf};
 
+use self::clearance::clearances;
+use self::print::{file_name, print_report, print_row};
 use super::cad::{LostFaces, read_model};
 use super::ended::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::own::refuse_clashes;
 use super::quantity::{angle_deg, length_mm};
 use super::say::{err, out};
-use crate::audit::clearance::{ClearanceOptions, ClearanceReport, clearance};
 use crate::audit::{
     Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, doubts, map, page, view,
 };
 use crate::cad::raw::LostFace;
-use crate::contact::ToolSurface;
 use crate::files::{sha256_hex, write_atomic};
 use crate::geometry::Vec3;
 use crate::report::doubt::Doubt;
@@ -120,20 +123,6 @@ pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
     Ok(if exits.contains(&Exit::Limit) { Exit::Limit } else { Exit::Done })
 }
 
-/// The tools against another one.
-fn clearances(args: &AuditArgs, against: &Path, thickness_mm: f64) -> Result<Vec<Exit>, Failure> {
-    let die = ToolSurface::new(read(against)?.model);
-    if args.tools.len() > 1 {
-        let (clearance, pinch, below) = ("clearance [mm]", "pinch %", "below %");
-        out!("{:32} {:>8} {clearance:>14} {pinch:>9} {below:>11}", "tool", "patches");
-    }
-    let each = |tool: &PathBuf| cleared(args, tool, &die, thickness_mm);
-    let found = args.tools.iter().map(each).collect::<Result<Vec<_>, _>>()?;
-    let (reports, exits): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    write_json(args, &reports)?;
-    Ok(exits)
-}
-
 /// The tools against their CAD.
 fn audits(args: &AuditArgs, cad: &Path) -> Result<Vec<Exit>, Failure> {
     let model = read_model(cad, LostFaces::LeaveOut)?;
@@ -215,98 +204,6 @@ fn skipped(provenance: &Provenance, known: &[LostFace]) -> Vec<LostFace> {
     new.map(|source| LostFace { source: source.clone(), reason: reason.into() }).collect()
 }
 
-/// The figures of one of several tools.
-fn print_row(tool: &Path, r: &AuditReport) {
-    out!(
-        "{:32} {:>8} {:>+10.5} {:>+10.5} {:>10.5} {:>10.5} {:>8.3} {:>8.3} {:>9.1e}",
-        short(tool),
-        r.patches,
-        r.max_mm,
-        r.min_mm,
-        r.rms_mm,
-        r.percentiles_mm.p99,
-        r.normal_max_deg,
-        r.jumps.normal_deg,
-        r.jumps.position_mm.max(r.jumps.border_gap_mm)
-    );
-}
-
-/// One tool against another.
-fn cleared(
-    args: &AuditArgs,
-    tool: &Path,
-    against: &ToolSurface,
-    thickness_mm: f64,
-) -> Result<(ClearanceReport, Exit), Failure> {
-    let loaded = read(tool)?;
-    let options = ClearanceOptions {
-        travel: args.travel.unwrap_or_else(Vec3::zeros),
-        thickness_mm,
-        samples: args.samples.max(2),
-        refine: 256,
-        nearest: 10,
-    };
-    let mut r = clearance(&loaded.model, against, &options);
-    r.tool_file = file_name(tool);
-    r.against_file = args.against.as_deref().map_or_else(String::new, file_name);
-    let Some(min) = r.min_mm else {
-        write_json(args, &[&r])?;
-        return Err(Failure::input(format!(
-            "{}: no point faces {} at the end of the travel; check --travel and the tools' sides",
-            tool.display(),
-            r.against_file
-        )));
-    };
-    let [pinch, below] = [100.0 * r.pinch, 100.0 * r.share_below];
-    if args.tools.len() > 1 {
-        out!(
-            "{:32} {:>8} {min:>14.5} {pinch:>9.2} {below:>11.3}",
-            short(tool),
-            loaded.model.patches.len()
-        );
-    } else {
-        print_clearance(&r, min);
-    }
-    let exit = if r.pinch > args.pinch { Exit::Limit } else { Exit::Done };
-    Ok((r, exit))
-}
-
-fn print_clearance(r: &ClearanceReport, min: f64) {
-    out!("{} against {} after {:?} mm", r.tool_file, r.against_file, r.travel_mm);
-    out!(
-        "  least clearance {min:.5} mm, {:.2} % below the {} mm asked for",
-        100.0 * r.pinch,
-        r.thickness_mm
-    );
-    out!(
-        "  {:.3} % of the {:.1} mm2 that face each other have less",
-        100.0 * r.share_below,
-        r.facing_mm2
-    );
-    for n in r.nearest.iter().take(3) {
-        let [x, y, z] = n.point;
-        out!(
-            "  patch {} on face {}: {:.5} mm to patch {} at ({x:.3}, {y:.3}, {z:.3})",
-            n.patch,
-            n.face,
-            n.clearance_mm,
-            n.against
-        );
-    }
-}
-
-fn file_name(p: &Path) -> String {
-    p.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// Folder and name, without the ending: what a table has room for.
-fn short(p: &Path) -> String {
-    let folder = p.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
-    let name = file_name(p);
-    let name = name.strip_suffix(".tool.json").unwrap_or(&name);
-    if folder.is_empty() { name.to_owned() } else { format!("{folder}/{name}") }
-}
-
 /// Three numbers [mm] with commas between.
 fn vector_mm(text: &str) -> Result<Vec3, String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|t| t.trim().parse().ok()).collect();
@@ -359,66 +256,4 @@ fn write_pictures(
         page::page(tool, found).write(path)?;
     }
     Ok(())
-}
-
-fn print_borders(r: &AuditReport) {
-    let b = &r.borders;
-    if let (Some([x, y, z]), Some(face)) = (b.at, b.face) {
-        out!(
-            "  free borders: tool up to {:.5} mm from the CAD's, CAD up to {:.5} mm from the tool's, largest at ({x:.3}, {y:.3}, {z:.3}) mm on face {face}; compared every {:.3} mm",
-            b.tool_to_cad_mm,
-            b.cad_to_tool_mm,
-            b.step_mm
-        );
-    }
-}
-
-fn print_report(r: &AuditReport) {
-    out!("{} against {}: {} patches, {} points", r.tool_file, r.cad_file, r.patches, r.points);
-    out!(
-        "  shape error {:+.5} to {:+.5} mm, rms {:.5} mm; 99 % of the area within {:.5} mm",
-        r.min_mm,
-        r.max_mm,
-        r.rms_mm,
-        r.percentiles_mm.p99
-    );
-    out!(
-        "  normal error up to {:.3} deg; across shared edges normals jump by up to {:.3} deg",
-        r.normal_max_deg,
-        r.jumps.normal_deg
-    );
-    out!(
-        "  {} edges shared, {} of them creases, gap up to {:.1e} mm; {} sides do not meet their neighbours', gap up to {:.5} mm",
-        r.jumps.shared_edges,
-        r.jumps.creases,
-        r.jumps.position_mm,
-        r.jumps.open_sides,
-        r.jumps.border_gap_mm
-    );
-    if let (Some([x, y, z]), Some(patch)) = (r.jumps.border_gap_at, r.jumps.border_gap_patch) {
-        out!("    that gap is at patch {patch} at ({x:.3}, {y:.3}, {z:.3})");
-    }
-    print_borders(r);
-    if !r.folded.is_empty() {
-        out!(
-            "  {} patches fold, the first ones {:?}",
-            r.folded.len(),
-            &r.folded[..r.folded.len().min(8)]
-        );
-    }
-    for w in r.worst.iter().take(3) {
-        out!(
-            "  patch {} on face {}: {:+.5} mm at ({:.3}, {:.3}, {:.3})",
-            w.patch,
-            w.face,
-            w.delta_mm,
-            w.point[0],
-            w.point[1],
-            w.point[2]
-        );
-    }
-    if let Some(tolerance) = r.tolerance_mm {
-        let kept = if r.within_tolerance == Some(true) { "within" } else { "ABOVE" };
-        out!("  {kept} the {tolerance} mm asked for");
-    }
 }

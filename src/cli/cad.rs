@@ -81,7 +81,7 @@ pub(super) fn read_model(path: &Path, lost: LostFaces) -> Result<Model, Failure>
             format!("{}: {count} of {all} faces are lost: {}", path.display(), named(&model.lost));
         if lost == LostFaces::Refuse {
             return Err(Failure::input(format!(
-                "{said}; allowed: none; repair them in the CAD and export again, or go on without them with --skip-bad-faces"
+                "{said}; allowed: none; repair them in the CAD and export again, or continue without them with --skip-bad-faces"
             )));
         }
         err!("warning: {said}; the result lacks them");

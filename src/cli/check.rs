@@ -245,8 +245,11 @@ fn print_stages(plan: &Plan) {
             })
             .chain(stage.load_share.map(|share| format!("loads to {} %", 100.0 * share)))
             .collect();
-        let drives =
-            if drives.is_empty() { "tools go on as they were".into() } else { drives.join(", ") };
+        let drives = if drives.is_empty() {
+            "tools keep their travel or their force".into()
+        } else {
+            drives.join(", ")
+        };
         out!("  stage      {}: {drives}", stage.name);
     }
 }

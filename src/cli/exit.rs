@@ -1,6 +1,6 @@
 //! How the programs end: exit codes and the one place where errors are printed.
 
-use super::say::err;
+use super::say::{err, lost};
 use crate::report::doubt::Doubt;
 use std::error::Error;
 use std::process::ExitCode;
@@ -69,11 +69,18 @@ impl From<crate::cad::CadError> for Failure {
     }
 }
 
-/// Turns the end of a command into the exit code of the process, printing the error if there is one.
+/// Turns the end of a command into the exit code of the process, printing the error if there is one; lines that standard output
+/// did not take are one.
 #[must_use]
 pub fn finish(outcome: Result<Exit, Failure>) -> ExitCode {
     match outcome {
-        Ok(exit) => ExitCode::from(exit as u8),
+        Ok(exit) => match lost() {
+            None => ExitCode::from(exit as u8),
+            Some(why) => {
+                err!("error: cannot write standard output: {why}; check that it has room");
+                ExitCode::from(Exit::Io as u8)
+            }
+        },
         Err(failure) => {
             err!("error: {}", failure.error);
             ExitCode::from(failure.exit as u8)

@@ -10,7 +10,7 @@ use crate::mesh::gmsh::{GmshAlgorithm, GmshOptions};
 /// How gmsh is run.
 #[derive(Debug, Clone, clap::Args)]
 pub struct GmshArgs {
-    /// The gmsh program, if not on PATH nor named by KANAGATA_GMSH
+    /// The gmsh program, if not on PATH nor named by KANAGATA_GMSH; a relative path begins in the current folder
     #[arg(long, value_name = "PROGRAM")]
     gmsh: Option<PathBuf>,
     /// gmsh's algorithm for faces that are no transfinite grids (--mesher gmsh); frontal-delaunay when not given

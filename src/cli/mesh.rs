@@ -49,7 +49,7 @@ pub struct MesherArgs {
     /// Map no face (gmsh: no transfinite grids): elements of about equal size everywhere
     #[arg(long)]
     unstructured: bool,
-    /// Go on without faces of the CAD file that cannot be read or meshed; they are listed
+    /// Continue without faces of the CAD file that cannot be read or meshed; they are listed
     #[arg(long)]
     skip_bad_faces: bool,
     #[command(flatten)]

@@ -1,13 +1,12 @@
 //! `kanagata-solve run SCENE -o DIR`: the run itself, watched on the terminal.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::ended::{print_doubts, print_record};
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::say::{err, out};
+use super::say::{err, out, put};
 use super::stop;
 use crate::run::folder::row;
 use crate::run::line::{HEADER, json_line, line};
@@ -19,7 +18,7 @@ use crate::solver::SimulationError;
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Example:\n  kanagata-solve run fixtures/dome/dome.scene.json -o out/dome\n\n\
     `kanagata-solve status DIR` says how it stands. Results of an earlier run in DIR are replaced; one of the same inputs\n\
-    that was stopped is gone on with (--restart) or thrown away knowingly (--overwrite).\n\
+    that was stopped is continued (--restart) or discarded (--overwrite).\n\
     The folder then holds history.csv, run.json, run.pvd, steps/*.vtu, tools/*.vtu and report.html.\n\n{EXIT_HELP}"))]
 pub struct RunArgs {
     /// Scene file
@@ -27,10 +26,10 @@ pub struct RunArgs {
     /// Folder for the results; made if missing
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Go on from the checkpoint in DIR, to the same results as without the break
+    /// Continue from the checkpoint in DIR, to the same results as without the break
     #[arg(long)]
     restart: bool,
-    /// Begin again where DIR holds a stopped run of the same inputs, or files that are of no run, and throw those away
+    /// Start again where DIR holds a stopped run of the same inputs, or files that are of no run, and discard those
     #[arg(long, conflicts_with = "restart")]
     overwrite: bool,
     /// Leave out what loses no accuracy (patches of tools that the sheet cannot come near); run.json says what
@@ -106,13 +105,13 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
         ) {
             (false, false) => show(&bar, progress),
             _ if progress.report.increment == 0 => {}
-            (true, _) => print_line(&line(&tools, &row(progress.report))),
-            (_, true) => print_line(&json_line(&tools, &row(progress.report))),
+            (true, _) => put(&line(&tools, &row(progress.report))),
+            (_, true) => put(&json_line(&tools, &row(progress.report))),
         });
     bar.finish_and_clear();
     let record = outcome?;
     if args.json {
-        print_line(&serde_json::to_string(&record).map_err(Failure::input)?);
+        put(&serde_json::to_string(&record).map_err(Failure::input)?);
     } else if !args.quiet {
         print_record(&record, &args.output);
     }
@@ -127,12 +126,6 @@ fn stop_with_input() {
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
         stop::stop();
     });
-}
-
-/// Prints a line at once; who no longer listens does not end the run.
-fn print_line(line: &str) {
-    let mut out = std::io::stdout().lock();
-    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
 }
 
 const RESOLUTION: u64 = 10_000;

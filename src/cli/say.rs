@@ -1,10 +1,13 @@
 //! Lines on standard output and standard error. Who reads them may have gone (`kanagata audit ... | head`): what is left to
-//! say is then dropped, and the work goes on to its end and its exit code.
+//! say is then dropped, and the work goes on to its end and its exit code. Lines that are lost for another reason (a full disk) end
+//! with exit code 4 ([`lost`]).
 //!
 //! What is printed may hold text that others wrote. Control characters in it are escaped, so that it neither moves the cursor
 //! nor begins a line of its own: a line break stays only before two spaces, as the continued lines of messages have them.
 
 use std::borrow::Cow;
+use std::io::Write as _;
+use std::sync::OnceLock;
 
 /// Text as it is shown on a terminal.
 pub(super) fn shown(text: &str) -> Cow<'_, str> {
@@ -32,12 +35,28 @@ fn is_hidden(c: char) -> bool {
         || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
+/// Why standard output did not take a line, where its reader has not simply gone: what was asked for is not there.
+static LOST: OnceLock<String> = OnceLock::new();
+
+/// Puts a line on standard output.
+pub(super) fn put(line: &str) {
+    if let Err(error) = writeln!(std::io::stdout(), "{line}")
+        && error.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        LOST.get_or_init(|| error.to_string());
+    }
+}
+
+/// Why a line was lost that [`put`] should have written.
+pub(super) fn lost() -> Option<&'static str> {
+    LOST.get().map(String::as_str)
+}
+
 /// A line on standard output.
 macro_rules! out {
-    ($($part:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stdout(), "{}", $crate::cli::say::shown(&format!($($part)*)));
-    }};
+    ($($part:tt)*) => {
+        $crate::cli::say::put(&$crate::cli::say::shown(&format!($($part)*)))
+    };
 }
 
 /// Lines on standard output, of a table that is the program's own.
@@ -51,10 +70,9 @@ macro_rules! out_lines {
 
 /// Text of a program's own making on standard output as it is: JSON, which has escapes of its own.
 macro_rules! out_json {
-    ($($part:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stdout(), $($part)*);
-    }};
+    ($($part:tt)*) => {
+        $crate::cli::say::put(&format!($($part)*))
+    };
 }
 
 /// A line on standard error.

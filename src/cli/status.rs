@@ -9,7 +9,7 @@ use crate::run::status::{StatusError, status};
 /// Arguments of `status`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  kanagata-solve status out/demo\n  kanagata-solve status out/demo --json\n\n\
-    States: running, finished, given_up, stopped (by a signal), killed (its process is gone), elsewhere (another \
+    States: running, finished, not_converged, stopped (by a signal), killed (its process is gone), elsewhere (another \
     machine's).\n\n{EXIT_HELP}"))]
 pub struct StatusArgs {
     /// Folder of a run (`run -o`)

@@ -26,7 +26,11 @@ pub(super) fn request() -> &'static Cancel {
 /// Ends the process: nothing of it stays behind.
 fn end() -> ! {
     end_all();
-    err!("error: stopped by a signal before there was a state to save");
+    if request().is_complete() {
+        err!("error: stopped by a signal while the report was written; the results are complete");
+    } else {
+        err!("error: stopped by a signal before there was a state to save");
+    }
     std::process::exit(Exit::Stopped as i32);
 }
 

@@ -28,7 +28,7 @@ use crate::study::stability;
     kanagata study fixtures/studies/stability.json -o out/stability\n  \
     kanagata study fixtures/studies/patches.json -o out/patches\n\n\
     Cases that are done are not run again unless the scene, a file it names or the program's version has changed (remove\n\
-    cases/NAME to run one again); those that were killed go on from their checkpoint. A solver that a killed study has\n\
+    cases/NAME to run one again); those that were killed continue from their checkpoint. A solver that a killed study has\n\
     left behind is asked to end first; one study at a time works in a folder. The folder then holds manifest.json,\n\
     study.csv, study.html and cases/NAME/run.\n\n{EXIT_HELP}"))]
 pub struct StudyArgs {
@@ -198,7 +198,7 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
         let manifest = run_cases(args, &open, stop)?;
         drop(section);
         if stop.is_requested() {
-            out!("stopped; the same command goes on from there");
+            out!("stopped; the same command continues from the checkpoints");
             return Ok(Exit::Stopped);
         }
         manifest

@@ -14,17 +14,7 @@ pub(crate) struct Builder {
 
 impl Builder {
     pub(crate) fn new(name: &str) -> Self {
-        let model = ToolModel {
-            name: name.into(),
-            kind: ToolKind::Nagata,
-            vertices: vec![],
-            normals: vec![],
-            corners: vec![],
-            curves: vec![],
-            patches: vec![],
-            faces: vec![],
-            border_gap_mm: 0.0,
-        };
+        let model = ToolModel::of_patches(name, ToolKind::Nagata, vec![], vec![]);
         Self { model }
     }
 

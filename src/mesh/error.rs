@@ -28,7 +28,7 @@ pub enum MeshError {
     },
     /// Faces that could not be meshed.
     #[error(
-        "{count} of {total} faces could not be meshed; first: face {face} ({source_entity}): {reason}; try more divisions, a smaller size, or --mesher gmsh, or go on without them with --skip-bad-faces"
+        "{count} of {total} faces could not be meshed; first: face {face} ({source_entity}): {reason}; try more divisions, a smaller size, or --mesher gmsh, or continue without them with --skip-bad-faces"
     )]
     Faces {
         /// How many failed.

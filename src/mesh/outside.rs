@@ -14,7 +14,13 @@ use crate::files::temporary::{Group, Temporary};
 pub(super) fn on_path(names: &[&str]) -> Option<PathBuf> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let all = std::env::split_paths(&path).flat_map(|dir| names.iter().map(move |n| dir.join(n)));
-    all.into_iter().find(|p| p.is_file())
+    all.into_iter().find(|p| p.is_file()).map(from_any_folder)
+}
+
+/// The path of a file of the current folder as a program finds it that runs in another folder.
+pub(super) fn from_any_folder(path: PathBuf) -> PathBuf {
+    // It fails only where there is no current folder, and so no relative path that leads anywhere.
+    std::path::absolute(&path).unwrap_or(path)
 }
 
 /// Bytes at the end of what a program prints that are kept; the rest is read and dropped.

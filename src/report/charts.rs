@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::foreign::in_template;
 use crate::geometry::Vec3;
 
 /// One line of a chart.
@@ -132,7 +133,8 @@ fn colour(trace: &mut Value, part: &ValuedSurface, bars: usize) {
     trace["colorscale"] = json!(scale);
     trace["cmin"] = json!(low);
     trace["cmax"] = json!(high);
-    trace["hovertemplate"] = json!(format!("%{{intensity:.5g}}<extra>{}</extra>", part.name));
+    trace["hovertemplate"] =
+        json!(format!("%{{intensity:.5g}}<extra>{}</extra>", in_template(&part.name)));
     trace["colorbar"] = json!({"title": {"text": part.quantity, "side": "right"},
         "len": 0.8, "thickness": 14, "x": 1.0 + 0.1 * bars as f64});
 }

@@ -8,6 +8,7 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
+use super::foreign::visible_text;
 use crate::files::{WriteError, write_atomic};
 
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -318,7 +319,8 @@ pub(super) fn write_svg(
     };
     write_atomic(path, |w| {
         drawn.map_err(std::io::Error::other)?;
-        w.write_all(text.as_bytes())
+        // Markup in names is escaped by the drawing library, characters that XML does not allow are not.
+        w.write_all(visible_text(&text).as_bytes())
     })
 }
 

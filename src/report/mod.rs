@@ -5,6 +5,7 @@ pub mod charts;
 pub mod csv;
 pub mod doubt;
 pub mod drawing;
+pub mod foreign;
 pub mod page;
 pub mod record;
 pub mod vtu;

@@ -7,6 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::doubt::Doubt;
+use super::foreign::{escape_texts, escaped};
 use crate::files::{WriteError, write_atomic};
 
 /// A page under construction.
@@ -22,18 +23,18 @@ impl Page {
     /// An empty page.
     #[must_use]
     pub fn new(title: &str) -> Self {
-        let body = format!("<h1>{}</h1>\n", escape(title));
+        let body = format!("<h1>{}</h1>\n", escaped(title));
         Self { title: title.to_owned(), body, ..Self::default() }
     }
 
     /// A section heading.
     pub fn heading(&mut self, text: &str) {
-        let _ = writeln!(self.body, "<h2>{}</h2>", escape(text));
+        let _ = writeln!(self.body, "<h2>{}</h2>", escaped(text));
     }
 
     /// A paragraph.
     pub fn text(&mut self, text: &str) {
-        let _ = writeln!(self.body, "<p>{}</p>", escape(text));
+        let _ = writeln!(self.body, "<p>{}</p>", escaped(text));
     }
 
     /// The doubts about what the page shows, in a box of their own; nothing where there are none.
@@ -46,8 +47,8 @@ impl Page {
             let _ = writeln!(
                 self.body,
                 "<li><code>{}</code> {}</li>",
-                escape(doubt.code.as_str()),
-                escape(&doubt.text)
+                escaped(doubt.code.as_str()),
+                escaped(&doubt.text)
             );
         }
         self.body.push_str("</ul></section>\n");
@@ -58,7 +59,7 @@ impl Page {
     pub fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
         self.body.push_str("<div class=\"wide\"><table><thead><tr>");
         for cell in head {
-            let _ = write!(self.body, "<th>{}</th>", escape(cell));
+            let _ = write!(self.body, "<th>{}</th>", escaped(cell));
         }
         self.body.push_str("</tr></thead><tbody>\n");
         let named = head.iter().any(|cell| !cell.is_empty());
@@ -66,19 +67,21 @@ impl Page {
             self.body.push_str("<tr>");
             for cell in row {
                 let class = if named && cell.parse::<f64>().is_ok() { " class=\"n\"" } else { "" };
-                let _ = write!(self.body, "<td{class}>{}</td>", escape(cell));
+                let _ = write!(self.body, "<td{class}>{}</td>", escaped(cell));
             }
             self.body.push_str("</tr>\n");
         }
         self.body.push_str("</tbody></table></div>\n");
     }
 
-    /// A plot from plotly traces and layout, `height` in CSS pixels.
+    /// A plot from plotly traces and layout, `height` in CSS pixels. Their texts are shown as they are, without plotly's markup.
     pub fn plot(&mut self, traces: &[Value], layout: &Value, height: usize) {
         let id = format!("plot{}", self.plots);
         self.plots += 1;
         let _ = writeln!(self.body, "<div id=\"{id}\" style=\"height:{height}px\"></div>");
-        let data = serde_json::to_string(traces).unwrap_or_else(|_| "[]".into());
+        let (mut data, mut layout) = (Value::from(traces), layout.clone());
+        escape_texts(&mut data);
+        escape_texts(&mut layout);
         let _ = writeln!(
             self.scripts,
             "Plotly.newPlot(\"{id}\",{data},{layout},{{responsive:true,displaylogo:false}});"
@@ -107,7 +110,7 @@ impl Page {
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
              <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\"><title>{}</title>\n\
              <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<style>{STYLE}</style>\n",
-            escape(&self.title)
+            escaped(&self.title)
         )?;
         write!(out, "<script>{library}</script>\n</head><body><main>\n{}</main>\n", self.body)?;
         write!(out, "<script>{scripts}")?;
@@ -155,25 +158,6 @@ fn policy(scripts: &[&str]) -> String {
     )
 }
 
-/// Text as it stands in a page: markup is escaped, control characters are shown by their pictures.
-fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            '\n' | '\t' => out.push(c),
-            '\0'..'\u{20}' => out.extend(char::from_u32(0x2400 + u32::from(c))),
-            c if c.is_control() => out.push('\u{fffd}'),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -187,7 +171,7 @@ mod tests {
         let html = page.html();
         assert!(html.contains("<title>a &lt;b&gt; &amp; &quot;c&quot;</title>"));
         assert!(html.contains("<td class=\"n\">1.5</td>") && html.contains("&lt;/td&gt;"));
-        assert!(html.contains("\\u003c/script>") && !html.contains("\"</script>"));
+        assert!(html.contains("\"&lt;/script&gt;\"") && !html.contains("\"</script>"));
         assert!(html.contains("default-src 'none'; script-src 'sha256-"));
         assert!(html.contains("<div class=\"wide\"><table>") && html.contains("position:sticky"));
         assert!(!html.contains("<script src") && !html.contains("<link"));

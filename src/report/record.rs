@@ -35,7 +35,7 @@ pub enum Verdict {
     Doubtful,
     /// The solver did not converge; the last converged state is on disk.
     NotConverged,
-    /// Stopped from outside; it can go on from its checkpoint.
+    /// Stopped from outside; it can continue from its checkpoint.
     Stopped,
 }
 
@@ -52,7 +52,7 @@ pub struct RunRecord {
     pub name: String,
     /// How it ended.
     pub verdict: Verdict,
-    /// What the solver said when it gave up.
+    /// Why the run ended early, from the solver.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
     /// Increments done.

@@ -6,6 +6,7 @@ use std::path::Path;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use super::foreign::escaped;
 use crate::files::{WriteError, write_atomic};
 use crate::geometry::Vec3;
 
@@ -216,7 +217,7 @@ fn write_array<T: Copy, const N: usize>(
     writeln!(
         out,
         "<DataArray type=\"{kind}\" Name=\"{}\"{shape} NumberOfTuples=\"{tuples}\" format=\"binary\">",
-        quick_xml::escape::escape(name)
+        escaped(name)
     )?;
     out.write_all(STANDARD.encode(raw).as_bytes())?;
     writeln!(out, "\n</DataArray>")
@@ -234,7 +235,7 @@ pub fn write_pvd(path: &Path, steps: &[(f64, String)]) -> Result<(), WriteError>
             "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>"
         )?;
         for (time, file) in steps {
-            let file = quick_xml::escape::escape(file.as_str());
+            let file = escaped(file);
             writeln!(out, "<DataSet timestep=\"{time}\" group=\"\" part=\"0\" file=\"{file}\"/>")?;
         }
         writeln!(out, "</Collection>\n</VTKFile>")

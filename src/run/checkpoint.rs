@@ -30,7 +30,7 @@ pub fn first_line(sha256: &str) -> String {
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// No checkpoint that can be used.
-    #[error("{}: no checkpoint to go on from ({why}); run without --restart", folder.display())]
+    #[error("{}: no checkpoint to continue from ({why}); run without --restart", folder.display())]
     None {
         /// The run folder.
         folder: PathBuf,
@@ -39,7 +39,7 @@ pub enum CheckpointError {
     },
     /// All stages are done.
     #[error(
-        "{}: the run in it has done all stages, nothing is left to go on with; run without --restart to do them again", folder.display()
+        "{}: the run in it has completed all stages, nothing is left to continue; run without --restart to repeat them", folder.display()
     )]
     Completed {
         /// The run folder.

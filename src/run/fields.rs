@@ -143,17 +143,8 @@ mod tests {
             (Patch::Quad([c[0], c[1], c[2], z, z, z, z, z]), 2.0),
         ];
         for (patch, area) in patches {
-            let model = ToolModel {
-                name: String::new(),
-                kind: crate::tool::ToolKind::Nagata,
-                vertices: vec![],
-                normals: vec![],
-                corners: vec![],
-                curves: vec![],
-                patches: vec![patch],
-                faces: vec![0],
-                border_gap_mm: 0.0,
-            };
+            let model =
+                ToolModel::of_patches("", crate::tool::ToolKind::Nagata, vec![patch], vec![0]);
             let (points, triangles) = tessellate(&model, 3, &Vec3::zeros());
             let signed: f64 = triangles
                 .iter()

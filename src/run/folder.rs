@@ -1,5 +1,7 @@
 //! The run folder while it grows.
 
+mod record;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,13 +20,13 @@ use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
 use crate::report::doubt::Doubt;
 use crate::report::record::{
-    Energies, History, HistoryRow, HolderLiftRecord, IterationRow, LeftOutRecord, OpenedRecord,
-    RunRecord, Verdict, write_iterations,
+    Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
+    write_iterations,
 };
 use crate::report::{DataArray, write_pvd};
 use crate::scene::Plan;
 use crate::scene::types::SymmetryPlane;
-use crate::solver::{IncrementReport, IterationRecord, Simulation, convergence_order};
+use crate::solver::{IncrementReport, Simulation};
 
 /// Divisions of a patch in the tool's picture.
 const TOOL_DIVISIONS: usize = 6;
@@ -215,129 +217,10 @@ impl RunFolder {
         self.holders = holders.iter().map(|h| (h.tool, h.forced.clone())).collect();
     }
 
-    /// How far the sheet pushes blank holders back.
-    fn look_at_holders(&mut self, report: &IncrementReport<'_>) {
-        for (tool, forced) in &self.holders {
-            let Some(farthest) = self.farthest.get_mut(*tool) else { continue };
-            if !forced.get(report.stage).copied().unwrap_or(false) {
-                *farthest = None;
-                continue;
-            }
-            let (name, travel) = (&report.tools[*tool].name, report.tools[*tool].travel);
-            let most = farthest.map_or(travel, |most: f64| most.max(travel));
-            *farthest = Some(most);
-            let lift_mm = most - travel;
-            if lift_mm > self.record.holder_lift.as_ref().map_or(0.0, |known| known.lift_mm) {
-                let (tool, increment) = (name.clone(), report.increment);
-                self.record.holder_lift = Some(HolderLiftRecord { tool, increment, lift_mm });
-            }
-        }
-    }
-
     /// Takes the doubts about the scene.
     pub fn doubt_scene(&mut self, doubts: Vec<Doubt>) {
         self.scene_doubts = doubts;
         self.record.doubts = self.record.judged(&self.scene_doubts);
-    }
-
-    fn take_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
-        self.iterations.extend(history.iter().enumerate().map(|(iteration, r)| IterationRow {
-            increment,
-            iteration,
-            residual: r.residual,
-            gap_mm: r.gap,
-            correction_mm: r.correction,
-            contacts: [r.contacts, r.slipping, r.changes],
-        }));
-    }
-
-    fn take_convergence(&mut self, report: &IncrementReport<'_>) {
-        if let Some(order) = convergence_order(report.history) {
-            let at = self.orders.partition_point(|&o| o < order);
-            self.orders.insert(at, order);
-            self.record.convergence_order = Some(self.orders[self.orders.len() / 2]);
-        }
-    }
-
-    fn update_record(&mut self, report: &IncrementReport<'_>, start: Instant) {
-        let record = &mut self.record;
-        record.increments = report.increment;
-        record.iterations = report.iterations_total;
-        record.cuts = report.cuts;
-        record.snaps = report.snaps;
-        record.steadied = report.steadied;
-        if report.unstable > record.unstable {
-            record.first_unstable.get_or_insert(report.increment);
-        }
-        record.unstable = report.unstable;
-        if report.buckles > record.buckles {
-            record.first_buckle.get_or_insert(report.increment);
-        }
-        record.buckles = report.buckles;
-        record.snap_work_nmm = report.energies.snaps;
-        record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
-        record.cpu_s = self.spent_s[1] + cpu_seconds();
-        record.peak_mb = record.peak_mb.max(peak_megabytes());
-        let t = &report.timings;
-        record.factorisations = t.factorisations;
-        record.updates = t.updates;
-        record.cycling = t.cycling;
-        record.timings_s = [
-            ("search", t.search),
-            ("elements", t.elements),
-            ("contact", t.contact),
-            ("factor", t.factor),
-            ("update", t.update),
-            ("solve", t.solve),
-            ("stability", t.stability),
-            ("penetration", t.penetration),
-        ]
-        .map(|(name, seconds)| (name.to_owned(), seconds))
-        .into();
-        self.update_balances(report);
-        self.record.springback = self.springback.take(report);
-    }
-
-    /// How well forces, energies and volume balance.
-    fn update_balances(&mut self, report: &IncrementReport<'_>) {
-        let record = &mut self.record;
-        // Tool forces against internal forces: the sum over all tools and held planes vanishes at equilibrium, so
-        // what is checked is the modelled part's contact forces against the tools' vectors.
-        let nodal = report.contact_forces.chunks_exact(3).fold([0.0; 3], |mut sum, f| {
-            (0..3).for_each(|k| sum[k] += f[k]);
-            sum
-        });
-        let tools = report.tools.iter().fold([0.0; 3], |mut sum, t| {
-            (0..3).for_each(|k| sum[k] += t.force_vector[k]);
-            sum
-        });
-        let largest =
-            report.tools.iter().flat_map(|t| t.force_vector).fold(0.0, |m: f64, f| m.max(f.abs()));
-        self.force_scale = self.force_scale.max(largest);
-        if self.force_scale > 0.0 {
-            let off = (0..3).map(|k| (nodal[k] - tools[k]).abs()).fold(0.0, f64::max);
-            record.force_balance = record.force_balance.max(off / self.force_scale);
-        }
-        let e = &report.energies;
-        let open = e.open().abs();
-        let opened = (e.open() - record.open_nmm).abs();
-        let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
-        let least = work.max(report.rounding_work);
-        record.energy_balance = if least > 0.0 { open / least } else { 0.0 };
-        record.open_nmm = e.open();
-        if opened > record.opened.map_or(0.0, |before| before.energy_nmm) {
-            let increment = report.increment;
-            record.opened = Some(OpenedRecord { increment, energy_nmm: opened, work_nmm: work });
-        }
-        let unstored = (e.internal - e.stored()).abs();
-        record.stored_balance = if least > 0.0 { unstored / least } else { 0.0 };
-        record.work_nmm = work;
-        record.left_behind_nmm = e.left_behind;
-        record.artificial_nmm = e.artificial;
-        let deepest = report.history.last().map_or(0.0, |last| last.penetration);
-        record.penetration_mm = record.penetration_mm.max(deepest);
-        let volume = report.volume_balance.map(|off| off.max(record.volume_balance.unwrap_or(0.0)));
-        record.volume_balance = volume.or(record.volume_balance);
     }
 
     /// Takes the increment that the solver gave up: what it cost, and the iterations of its last attempt.

@@ -76,7 +76,7 @@ pub enum RunError {
     },
     /// A run of the same inputs in the folder was stopped, and can be gone on with.
     #[error(
-        "{}: a run of the same inputs was stopped here and has a checkpoint of increment {increment}; go on with it: `{restart}`, or throw it away and begin again with --overwrite, or give another folder with -o", folder.display()
+        "{}: a run of the same inputs was stopped here and has a checkpoint of increment {increment}; continue it: `{restart}`, or discard it and start again with --overwrite, or give another folder with -o", folder.display()
     )]
     Unfinished {
         /// The run folder.
@@ -378,6 +378,7 @@ impl Run<'_> {
         }
         // The results are complete: a report that is stopped loses none.
         if verdict != Verdict::Stopped {
+            self.options.stop.complete();
             drop(section);
             report::write(folder, self.plan, simulation)?;
         }

@@ -43,8 +43,8 @@ pub enum State {
     Running,
     /// All stages are done.
     Finished,
-    /// The solver gave up.
-    GivenUp,
+    /// The solver did not converge.
+    NotConverged,
     /// Stopped by a signal.
     Stopped,
     /// Its process is gone and has left no verdict.
@@ -58,7 +58,7 @@ impl State {
         match self {
             Self::Running => "running",
             Self::Finished => "finished",
-            Self::GivenUp => "given up",
+            Self::NotConverged => "not converged",
             Self::Stopped => "stopped",
             Self::Killed => "killed: its process is gone",
             Self::Elsewhere => {
@@ -183,7 +183,7 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
 fn state(record: &RunRecord) -> State {
     match (record.verdict, &record.process) {
         (Verdict::Completed | Verdict::Doubtful, _) => State::Finished,
-        (Verdict::NotConverged, _) => State::GivenUp,
+        (Verdict::NotConverged, _) => State::NotConverged,
         (Verdict::Stopped, _) => State::Stopped,
         (Verdict::Running, None) => State::Elsewhere,
         (Verdict::Running, Some(process)) => match resources::alive(process) {
@@ -289,9 +289,9 @@ impl fmt::Display for Status {
             None => say("checkpoint", "none".into()),
         }
         match (&self.restart, self.state) {
-            (Some(command), _) => say("go on with", command.clone()),
-            (None, State::GivenUp) => say(
-                "go on with",
+            (Some(command), _) => say("continue with", command.clone()),
+            (None, State::NotConverged) => say(
+                "continue with",
                 "a changed scene, from the start; the last good state is steps/last.vtu".into(),
             ),
             _ => {}
@@ -334,7 +334,7 @@ mod tests {
             assert_eq!(state(&r), State::Elsewhere);
         }
         r.verdict = Verdict::NotConverged;
-        assert_eq!(state(&r), State::GivenUp);
+        assert_eq!(state(&r), State::NotConverged);
     }
 
     #[test]

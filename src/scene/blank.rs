@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use super::read::{PlannedFile, SceneError};
-use super::types::{Blank, BlankShape, MeshState, Region, Scene, SymmetryPlane};
-use crate::files::sha256_hex;
+use super::file_sheet::{FileSheet, of_file};
+use super::read::SceneError;
+use super::types::{Blank, BlankShape, Region, Scene, SymmetryPlane};
 use crate::geometry::Vec3;
-use crate::mesh::io::{self, SheetElements, SheetMesh};
 use crate::solver::Constraints;
 use crate::solver::blank::{HexMesh, disc, quarter_disc, rectangle, thickened};
-use crate::solver::columns::{from_hexahedra, oriented};
+
+pub use super::file_sheet::of_sheet;
 
 /// Nodes this close to a plane or a radius are on it [share of the largest coordinate]: what files written with seven digits
 /// leave.
@@ -20,11 +20,12 @@ const MOST: f64 = 100.0;
 /// Place, what was found, what is allowed.
 pub(super) type Fault = (String, String, String);
 
-/// The blank's mesh before forming.
+/// The blank's mesh before forming; `read`: the sheet of its mesh file, where that has been read.
 pub(super) fn blank_mesh(
     blank: &Blank,
     scene: &Path,
     folder: &Path,
+    read: Option<&FileSheet>,
 ) -> Result<HexMesh, SceneError> {
     let mut mesh = match &blank.shape {
         BlankShape::Rectangle { corner_mm, size_mm, elements } => {
@@ -43,100 +44,13 @@ pub(super) fn blank_mesh(
             let (points, quads) = disc(*radius_mm, *core, *rings);
             thickened(&points, &quads, blank.thickness_mm, blank.layers)
         }
-        BlankShape::Mesh { file, state } => of_file(blank, scene, &folder.join(file), *state)?,
+        BlankShape::Mesh { file, state } => match read {
+            Some(sheet) => sheet.mesh(blank),
+            None => of_file(blank, scene, &folder.join(file), *state)?.mesh(blank),
+        },
     };
     mesh.nodes.iter_mut().for_each(|x| x.z += blank.z_mm);
     Ok(mesh)
-}
-
-/// Thickness and layers given with hexahedra may differ from theirs by this share.
-const SAME: f64 = 0.01;
-
-fn of_file(
-    blank: &Blank,
-    scene: &Path,
-    file: &Path,
-    state: Option<MeshState>,
-) -> Result<HexMesh, SceneError> {
-    let at = |cause: String| SceneError::Blank { path: scene.to_path_buf(), cause };
-    let sheet = io::read_sheet(file).map_err(|e| at(e.to_string()))?;
-    of_sheet(blank, sheet, state).map_err(|cause| at(format!("{}: {cause}", file.display())))
-}
-
-/// The mesh of a blank whose file has the elements `sheet`.
-///
-/// # Errors
-/// What was found in the file, and what is allowed: results of a formed sheet, quadrilaterals without a thickness, elements
-/// that make no sheet, a thickness or layers that contradict the scene.
-pub fn of_sheet(
-    blank: &Blank,
-    mesh: SheetMesh,
-    state: Option<MeshState>,
-) -> Result<HexMesh, String> {
-    if state.is_none() && !mesh.results.is_empty() {
-        return Err(format!(
-            "found results of a formed sheet ({}), which a blank does not take over: its stresses, plastic strains and hardening would be lost; allowed: a mesh without them, or `\"state\": \"drop\"` beside `file` for a blank free of stress in this shape",
-            listed(&mesh.results)
-        ));
-    }
-    match mesh.elements {
-        SheetElements::Quads(quads) => {
-            if blank.thickness_mm <= 0.0 {
-                let found = "quadrilaterals and no blank.thickness_mm";
-                return Err(format!("found {found}; allowed: a thickness above 0"));
-            }
-            let quads = oriented(&mesh.points, &quads).map_err(|e| e.to_string())?;
-            Ok(thickened(&mesh.points, &quads, blank.thickness_mm, blank.layers))
-        }
-        SheetElements::Hexahedra { elements, stacked } => {
-            let thickness = Some(blank.thickness_mm).filter(|given| *given > 0.0);
-            let sheet = from_hexahedra(&mesh.points, &elements, stacked, thickness)
-                .map_err(|e| e.to_string())?;
-            let (given, own) = (blank.thickness_mm, sheet.mean_thickness());
-            if given > 0.0 && (given - own).abs() > SAME * own {
-                return Err(format!(
-                    "found hexahedra {own} mm thick and blank.thickness_mm {given}; allowed: the same, or none"
-                ));
-            }
-            let layers = sheet.nodes_per_column.saturating_sub(1);
-            if blank.layers > 1 && blank.layers != layers {
-                return Err(format!(
-                    "found {layers} layers of hexahedra and blank.layers {}; allowed: the same, or none",
-                    blank.layers
-                ));
-            }
-            Ok(sheet)
-        }
-    }
-}
-
-/// The first names of a list, and how many more there are.
-fn listed(names: &[String]) -> String {
-    const SHOWN: usize = 4;
-    let shown = names[..names.len().min(SHOWN)].join(", ");
-    if names.len() > SHOWN { format!("{shown} and {} more", names.len() - SHOWN) } else { shown }
-}
-
-/// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself. The
-/// mesh file, where there is one.
-pub(super) fn fill_in(
-    blank: &mut Blank,
-    scene: &Path,
-    folder: &Path,
-) -> Result<Option<PlannedFile>, SceneError> {
-    let BlankShape::Mesh { file, state } = &blank.shape else { return Ok(None) };
-    let state = *state;
-    let path = folder.join(file);
-    let mesh = of_file(blank, scene, &path, state)?;
-    let bytes = crate::files::read(&path, crate::files::Input::Mesh).map_err(|e| {
-        SceneError::Blank { path: scene.to_path_buf(), cause: format!("{}: {e}", path.display()) }
-    })?;
-    let found = PlannedFile { file: file.clone(), sha256: sha256_hex(&bytes) };
-    blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);
-    if blank.thickness_mm <= 0.0 {
-        blank.thickness_mm = mesh.mean_thickness();
-    }
-    Ok(Some(found))
 }
 
 /// Symmetry planes and held nodes.
@@ -219,6 +133,7 @@ fn near(nodes: &[Vec3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::file_sheet::fill_in;
 
     fn nodes() -> Vec<Vec3> {
         rectangle(4.0, 2.0, 1.0, 4, 2, 1).nodes
@@ -242,7 +157,7 @@ mod tests {
         let shape = serde_json::json!({"disc": {"radius_mm": 10.0, "core": 2, "rings": 3}});
         let blank = serde_json::json!({"shape": shape, "thickness_mm": 1.0, "z_mm": 2.0});
         let blank: Blank = serde_json::from_value(blank).unwrap();
-        let mesh = blank_mesh(&blank, Path::new("x"), Path::new("")).unwrap();
+        let mesh = blank_mesh(&blank, Path::new("x"), Path::new(""), None).unwrap();
         assert_eq!((mesh.column_count(), mesh.elements.len()), (25 + 48, 16 + 48));
         let centre: Vec3 = mesh.nodes.iter().sum::<Vec3>() / mesh.nodes.len() as f64;
         assert!((centre - Vec3::z() * 2.5).norm() < 1e-14, "{centre}");
@@ -282,7 +197,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let scene = folder.path().join("x.scene.json");
         let file = folder.path().join("x.obj");
-        let read = |thickness| blank_mesh(&blank("x.obj", thickness, 1), &scene, folder.path());
+        let read =
+            |thickness| blank_mesh(&blank("x.obj", thickness, 1), &scene, folder.path(), None);
         // Seen from below: it is turned over.
         std::fs::write(&file, "v 0 0 9\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 5 4 3 2\n").unwrap();
         let mesh = read(0.5).unwrap();
@@ -342,22 +258,27 @@ mod tests {
         for name in ["x.inp", "x.msh", "x.vtu"] {
             let mut own = blank(name, 0.0, 1);
             own.z_mm = 0.25;
-            let mesh = blank_mesh(&own, &scene, folder.path()).unwrap();
+            let mesh = blank_mesh(&own, &scene, folder.path(), None).unwrap();
             assert_eq!((mesh.column_count(), mesh.nodes_per_column), (12, 3), "{name}");
             assert!((volume(&mesh) - 24.0).abs() < 1e-12, "{name}");
             let low = mesh.bottom_nodes().iter().all(|&n| mesh.nodes[n as usize].z == 0.25);
             assert!(low, "{name}");
-            fill_in(&mut own, &scene, folder.path()).unwrap();
+            let planned = fill_in(&mut own, &scene, folder.path()).unwrap().unwrap();
             assert_eq!((own.thickness_mm, own.layers), (1.0, 2));
-            let message = blank_mesh(&blank(name, 0.8, 1), &scene, folder.path()).unwrap_err();
+            // What has been read is not read again.
+            let again = blank_mesh(&own, &scene, Path::new("gone"), planned.sheet.as_deref());
+            assert_eq!(again.unwrap(), mesh, "{name}");
+            let message =
+                blank_mesh(&blank(name, 0.8, 1), &scene, folder.path(), None).unwrap_err();
             assert!(message.to_string().contains("0.8"), "{message}");
-            let message = blank_mesh(&blank(name, 1.0, 3), &scene, folder.path()).unwrap_err();
+            let message =
+                blank_mesh(&blank(name, 1.0, 3), &scene, folder.path(), None).unwrap_err();
             assert!(message.to_string().contains("2 layers"), "{message}");
         }
         let tetrahedron = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n0\n$EndNodes\n\
              $Elements\n1\n1 4 0 1 2 3 4\n$EndElements\n";
         write("x.msh", tetrahedron.into());
-        let message = blank_mesh(&blank("x.msh", 1.0, 1), &scene, folder.path()).unwrap_err();
+        let message = blank_mesh(&blank("x.msh", 1.0, 1), &scene, folder.path(), None).unwrap_err();
         let message = message.to_string();
         assert!(message.contains("x.msh, line 9") && message.contains("type 4"), "{message}");
     }

@@ -61,7 +61,7 @@ impl<'de> Visitor<'de> for WrittenDrive {
         let mut map = map;
         let Some(way) = map.next_key::<String>()? else {
             return Err(de::Error::custom(format_args!(
-                "no way to drive the tool, where one is wanted of {}; a tool that a stage does not name goes on as it was",
+                "no way to drive the tool, where one is wanted of {}; a tool that a stage does not name keeps its travel or its force",
                 WAYS.join(", ")
             )));
         };
@@ -89,7 +89,7 @@ fn only_true<E: de::Error>(way: &str, said: bool) -> Result<bool, E> {
         return Ok(true);
     }
     Err(E::custom(format_args!(
-        "`{way}`: false, which drives nothing; leave the tool out of `drive` and it goes on as it was"
+        "`{way}`: false, which drives nothing; leave the tool out of `drive` and it keeps its travel or its force"
     )))
 }
 

@@ -10,6 +10,7 @@ pub mod comments;
 mod course;
 mod cuts;
 mod drive;
+pub mod file_sheet;
 pub mod follow;
 mod loads;
 mod motions;

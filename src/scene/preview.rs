@@ -70,7 +70,7 @@ impl SheetCounts {
 
 impl Plan {
     /// The plan with a coarser sheet of the same outline, and the ratio of its elements' lengths to those of the scene; `None`
-    /// where the sheet is small enough, or of a file.
+    /// where the sheet is small enough, or of a file: the elements of that are known to the file only.
     #[must_use]
     pub fn coarsened(&self) -> Option<(Self, f64)> {
         let counts = SheetCounts::of_blank(&self.scene.blank)?;

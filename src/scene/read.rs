@@ -7,6 +7,7 @@ use serde::Deserialize as _;
 
 use super::check::{Fault, check, check_numbers};
 use super::comments::without_comments;
+use super::file_sheet::FileSheet;
 use super::follow::{Followed, followed};
 use super::types::{MaterialChoice, Scene};
 use crate::contact::ToolSurface;
@@ -115,12 +116,14 @@ pub struct Plan {
 }
 
 /// A file that the scene names.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct PlannedFile {
     /// As the scene names it.
     pub file: String,
     /// SHA-256 of the file.
     pub sha256: String,
+    /// What it says, where it is the mesh file of the blank.
+    pub sheet: Option<Arc<FileSheet>>,
 }
 
 /// A tool with its surface.
@@ -151,7 +154,7 @@ impl Plan {
 pub fn read(path: &Path) -> Result<Plan, SceneError> {
     let (mut scene, bytes) = scene_of(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let mesh_file = super::blank::fill_in(&mut scene.blank, path, &folder)?;
+    let mesh_file = super::file_sheet::fill_in(&mut scene.blank, path, &folder)?;
     let tools = load_tools(&scene, path, &folder)?;
     let followed = followed(&scene, path, &folder)?;
     let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };
@@ -237,7 +240,8 @@ fn card_of_file(
         fault(format!("{e}; allowed: {allowed}"))
     })?;
     let card = parse_card(&bytes).map_err(|e| fault(format!("found {e}")))?;
-    Ok((card, PlannedFile { file: name.to_owned(), sha256: sha256_hex(&bytes) }))
+    let (file, sha256) = (name.to_owned(), sha256_hex(&bytes));
+    Ok((card, PlannedFile { file, sha256, sheet: None }))
 }
 
 /// Reads and checks the scene at `path` without its tool files, which need not be there yet; with the file's bytes.

@@ -34,7 +34,8 @@ impl Plan {
             found,
             allowed,
         };
-        let mesh = blank_mesh(&self.scene.blank, path, &self.folder)?;
+        let read = self.files.iter().find_map(|file| file.sheet.as_deref());
+        let mesh = blank_mesh(&self.scene.blank, path, &self.folder, read)?;
         let constraints = constraints(&self.scene, &mesh.nodes).map_err(value)?;
         let loads = loads(&self.scene, &mesh, self.share()).map_err(value)?;
         let mut body = Body::new(mesh, self.scene.blank.element, self.material.clone())

@@ -301,7 +301,7 @@ pub enum Place {
 }
 
 /// A stage: each tool is driven by travel or by force, from the travel or the force that it has when the stage begins. A
-/// tool that is not named goes on as the stage before left it: it holds its travel, or its force.
+/// tool that is not named stays as the stage before left it: it holds its travel, or its force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
@@ -331,7 +331,7 @@ pub struct SolverLimits {
     pub iterations: usize,
     /// Newton iterations an increment should take: the step grows below and shrinks above.
     pub wanted_iterations: usize,
-    /// Smallest increment as a share of the first one before the run gives up.
+    /// Smallest increment as a share of the first one below which the run is reported as not converged.
     pub smallest_increment: f64,
     /// Increments allowed in the whole run.
     pub increments: usize,

@@ -14,7 +14,8 @@ use std::sync::{Arc, OnceLock};
 
 use super::blank::HexMesh;
 use super::element::{
-    ElementKind, ElementMatrices, FailureReason, PointGeometry, Want, reference_points,
+    ElementKind, ElementMatrices, FailureReason, PointGeometry, ReferenceCheck, Want,
+    reference_points,
 };
 use super::material::Material;
 use super::pattern::{Gather, Pattern};
@@ -174,12 +175,13 @@ impl Body {
         material: Arc<dyn Material>,
     ) -> Result<Self, BodyError> {
         let count = mesh.nodes.len();
+        let reference = ReferenceCheck::new();
         for (element, nodes) in mesh.elements.iter().enumerate() {
             if let Some(&node) = nodes.iter().find(|&&node| node as usize >= count) {
                 return Err(BodyError::BadNode { element, node, count });
             }
             let corners = nodes.map(|node| mesh.nodes[node as usize]);
-            reference_points(&corners).map_err(|det| BodyError::BadElement { element, det })?;
+            reference.check(&corners).map_err(|det| BodyError::BadElement { element, det })?;
         }
         if let ElementKind::SolidShell { points, .. } = kind
             && !(3..=9).contains(&points)

@@ -191,7 +191,7 @@ fn run(
         // It goes on next time.
         Some(5) => (State::Waiting, Some(said)),
         None => {
-            let reason = format!("killed ({status}); the same command goes on with it {said}");
+            let reason = format!("killed ({status}); the same command continues it {said}");
             (State::Waiting, Some(reason.trim_end().to_owned()))
         }
         Some(_) => (State::Failed, Some(said)),

@@ -13,17 +13,9 @@ use crate::geometry::{Aabb, Vec3};
 /// The same shape as biquadratic Bezier patches (Eq. 15); a Bezier model stays as it is.
 #[must_use]
 pub fn to_bezier(tool: &ToolModel) -> ToolModel {
-    ToolModel {
-        name: tool.name.clone(),
-        kind: ToolKind::Bezier,
-        vertices: Vec::new(),
-        normals: Vec::new(),
-        corners: Vec::new(),
-        curves: Vec::new(),
-        patches: tool.patches.iter().map(of_nagata).collect(),
-        faces: tool.faces.clone(),
-        border_gap_mm: tool.border_gap_mm,
-    }
+    let patches = tool.patches.iter().map(of_nagata).collect();
+    let model = ToolModel::of_patches(&tool.name, ToolKind::Bezier, patches, tool.faces.clone());
+    ToolModel { border_gap_mm: tool.border_gap_mm, ..model }
 }
 
 /// What a conversion to Nagata patches loses.

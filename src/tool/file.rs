@@ -296,17 +296,7 @@ fn bezier_model(name: String, nets: &[BezierNet]) -> Result<ToolModel, ToolError
         patches.push(Patch::Bezier { degrees: net.degrees, points });
     }
     let faces = nets.iter().map(|net| net.face).collect();
-    Ok(ToolModel {
-        name,
-        kind: ToolKind::Bezier,
-        vertices: Vec::new(),
-        normals: Vec::new(),
-        corners: Vec::new(),
-        curves: Vec::new(),
-        patches,
-        faces,
-        border_gap_mm: 0.0,
-    })
+    Ok(ToolModel::of_patches(&name, ToolKind::Bezier, patches, faces))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 pub mod bezier;
 pub mod build;
 pub mod edge;
+pub mod error;
 pub mod exchange;
 pub mod file;
 pub mod model;

@@ -65,6 +65,27 @@ pub struct ToolModel {
 }
 
 impl ToolModel {
+    /// Patches without vertices, normals and corners of their own, as Bezier patches have none; `faces`: the CAD face of each.
+    #[must_use]
+    pub fn of_patches(
+        name: &str,
+        kind: ToolKind,
+        patches: Vec<super::Patch>,
+        faces: Vec<u32>,
+    ) -> Self {
+        Self {
+            name: name.to_owned(),
+            kind,
+            vertices: Vec::new(),
+            normals: Vec::new(),
+            corners: Vec::new(),
+            curves: Vec::new(),
+            patches,
+            faces,
+            border_gap_mm: 0.0,
+        }
+    }
+
     /// What of its faces looks along a unit vector, less what looks against it, over both: 1 where all do, -1 where
     /// none does, 0 for a closed body and where all are seen edge-on. Areas are those about the patches' middles.
     #[must_use]

@@ -1,6 +1,8 @@
 //! Foreign CAD files, if they are here, against an independent kernel. `docs/results/cad.md` has the table.
 
 mod check;
+#[path = "../skipping/mod.rs"]
+mod skipping;
 
 use rayon::prelude::*;
 
@@ -19,7 +21,7 @@ const EXPLAINED: [(&str, &[&str]); 6] = [
 #[test]
 fn foreign_files_agree_with_an_independent_kernel() {
     let Some(folder) = check::folder() else {
-        println!("skipped: no corpus (set KANAGATA_CORPUS to a folder with truth.json)");
+        skipping::skip(skipping::CORPUS);
         return;
     };
     let truths = check::truths(&folder);

@@ -16,17 +16,7 @@ const HOLE: f64 = 20.0;
 const CHORDS: usize = 60;
 
 fn tool(patches: Vec<Patch>, faces: Vec<u32>) -> ToolModel {
-    ToolModel {
-        name: "plate".into(),
-        kind: ToolKind::Bezier,
-        vertices: vec![],
-        normals: vec![],
-        corners: vec![],
-        curves: vec![],
-        patches,
-        faces,
-        border_gap_mm: 0.0,
-    }
+    ToolModel::of_patches("plate", ToolKind::Bezier, patches, faces)
 }
 
 fn flat(corners: [Vec3; 4]) -> Patch {

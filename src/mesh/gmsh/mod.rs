@@ -24,7 +24,7 @@ use self::faults::Fault;
 use self::plan::Plan;
 use self::run::Run;
 use super::mapped::MeshStyle;
-use super::outside::{on_path, work_folder};
+use super::outside::{from_any_folder, on_path, work_folder};
 use super::{MeshError, MeshReport, SurfaceMesh, attach};
 use crate::cad::Model;
 use crate::geometry::Aabb;
@@ -187,7 +187,8 @@ fn with_grids(
     for round in 0..=ROUNDS {
         if round == ROUNDS && refused.len() < outline.surfaces.len() {
             notes.push(
-                "grids go bad on other faces when some are given up: all are given up".into(),
+                "without the grids that fold, others fold: no face is meshed as a transfinite grid"
+                    .into(),
             );
             refused.extend(outline.surfaces.keys().copied());
         }
@@ -215,7 +216,7 @@ fn with_grids(
     Ok((mesh, notes))
 }
 
-/// The gmsh program: as named, else by KANAGATA_GMSH, else on PATH.
+/// The gmsh program, with its whole path: as named (relative to the current folder), else by KANAGATA_GMSH, else on PATH.
 ///
 /// # Errors
 /// [`MeshError::GmshAbsent`] says where it was looked for.
@@ -224,7 +225,7 @@ pub fn find(named: Option<&Path>) -> Result<PathBuf, MeshError> {
     let named = named.or_else(|| std::env::var_os("KANAGATA_GMSH").map(PathBuf::from));
     if let Some(path) = named.filter(|p| !p.as_os_str().is_empty()) {
         if path.is_file() {
-            return Ok(path);
+            return Ok(from_any_folder(path));
         }
         return Err(MeshError::GmshAbsent { tried: format!("no file {}", path.display()) });
     }

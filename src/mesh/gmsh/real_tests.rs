@@ -1,4 +1,4 @@
-//! With the program itself; each says that it was skipped where gmsh is not installed.
+//! With the program itself; skipped and counted where gmsh is not installed.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ const ALL: [GmshAlgorithm; 9] = [
 fn is_there() -> bool {
     let found = find(None).is_ok();
     if !found {
-        println!("skipped: gmsh is not installed (tools/setup)");
+        crate::skipping::skip(crate::skipping::GMSH);
     }
     found
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::{MeshFile, obj};
 use crate::files::Input;
 use crate::mesh::MeshError;
-use crate::mesh::outside::{self, End, on_path, work_folder};
+use crate::mesh::outside::{self, End, from_any_folder, on_path, work_folder};
 
 /// Time limit [s].
 const LIMIT_S: u64 = 300;
@@ -46,6 +46,8 @@ with open(sys.argv[2], "w") as out:
 pub fn read(path: &Path, file: &str) -> Result<MeshFile, MeshError> {
     let named = std::env::var_os("KANAGATA_PYTHON").map(PathBuf::from);
     let named = named.filter(|p| !p.as_os_str().is_empty());
+    // A bare name is looked for on PATH by the system.
+    let named = named.map(|p| if p.components().count() > 1 { from_any_folder(p) } else { p });
     let python = named.or_else(|| on_path(&["python3", "python", "python.exe"]));
     let python = python.ok_or_else(|| MeshError::MeshioAbsent {
         file: file.into(),

@@ -155,7 +155,7 @@ fn python_with_meshio() -> Option<std::path::PathBuf> {
 #[test]
 fn other_formats_are_read_by_meshio() {
     let Some(python) = python_with_meshio() else {
-        println!("skipped: no Python with meshio (tools/setup, or KANAGATA_PYTHON)");
+        crate::skipping::skip(crate::skipping::MESHIO);
         return;
     };
     let folder = tempfile::tempdir().unwrap();

@@ -40,6 +40,16 @@ const GROWTH: f64 = 1.5;
 /// Findings of the scene, its tools placed, that make the result of a run doubtful, errors among them. `ratio` as in [`advice`].
 #[must_use]
 pub fn doubts(plan: &Plan, setup: &SimulationSetup, ratio: f64) -> Vec<Finding> {
+    doubts_at(plan, setup, &Sizes::new(setup.body.mesh(), ratio), &reachable(setup))
+}
+
+/// [`doubts`] of elements of these sizes and patches within reach.
+fn doubts_at(
+    plan: &Plan,
+    setup: &SimulationSetup,
+    sizes: &Sizes,
+    kept: &[Vec<bool>],
+) -> Vec<Finding> {
     let mut out: Vec<Finding> = material::remark(&plan.card).into_iter().collect();
     units::findings(setup, &mut out);
     out.extend(amounts::friction_not_given(plan));
@@ -54,13 +64,12 @@ pub fn doubts(plan: &Plan, setup: &SimulationSetup, ratio: f64) -> Vec<Finding> 
     out.extend(unheld::remark(setup));
     out.extend(setup.tools.iter().filter_map(tools::without_area));
     out.extend(idle(setup));
-    let sizes = Sizes::new(setup.body.mesh(), ratio);
-    let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
-    holder::findings(setup, &holder::holders(setup, &kept), &mut out);
+    let part = symmetry::part(plan, setup);
+    holder::findings(setup, &holder::holders(setup, kept), &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {
-        let opposite = Opposite::new(setup, k, &kept[k], &sizes);
+        let opposite = Opposite::new(setup, k, &kept[k], sizes);
         let clamping = Clamping::new(setup, k, &kept[k], &opposite);
-        out.extend(tools::folding(tool, &kept[k], (&part, &clamping), &sizes));
+        out.extend(tools::folding(tool, &kept[k], (&part, &clamping), sizes));
     }
     out
 }
@@ -84,9 +93,9 @@ fn idle(setup: &SimulationSetup) -> Option<Finding> {
 #[must_use]
 pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> Vec<Finding> {
     let sizes = Sizes::new(setup.body.mesh(), ratio);
-    let mut out = doubts(plan, setup, ratio);
-    out.extend(symmetry::unused(plan, setup, cost));
     let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
+    let mut out = doubts_at(plan, setup, &sizes, &kept);
+    out.extend(symmetry::unused(plan, setup, cost));
     let sharpest = tools::sharpest(setup, &kept);
     elements::remarks(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {

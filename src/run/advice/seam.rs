@@ -26,19 +26,35 @@ pub(super) fn remark(mesh: &HexMesh) -> Option<Finding> {
     ))
 }
 
+/// Length of a cell of the search over the distance looked for: the longer, the fewer points have more than one cell within
+/// that distance, and the more share a cell.
+const CELL: f64 = 16.0;
+
 /// Points that are `near` an earlier one [mm].
 fn coinciding(points: &[Vec3], near: f64) -> Vec<Vec3> {
-    let cell = |x: &Vec3| [0, 1, 2].map(|k| (x[k] / near).floor() as i64);
-    let mut by_cell: FxHashMap<[i64; 3], Vec<usize>> = FxHashMap::default();
+    // Cells begin at no round number, where nodes of regular meshes would lie on their borders.
+    let cell = |x: f64| (x / (CELL * near) + std::f64::consts::FRAC_1_PI).floor() as i64;
+    let cells = |x: &Vec3, by: f64| [0, 1, 2].map(|k| cell(x[k] + by));
+    // The last point of a cell, and the one before each in its cell.
+    let mut last: FxHashMap<[i64; 3], usize> = FxHashMap::default();
+    last.reserve(points.len());
+    let mut before = vec![usize::MAX; points.len()];
     let mut out = Vec::new();
     for (node, x) in points.iter().enumerate() {
-        let at = cell(x);
-        let beside = (0..27).map(|k| [at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1]);
-        let mut earlier = beside.filter_map(|cell| by_cell.get(&cell)).flatten();
-        if earlier.any(|&other| (points[other] - x).norm() < near) {
+        let ([i0, j0, k0], [i1, j1, k1]) = (cells(x, -near), cells(x, near));
+        let within =
+            (i0..=i1).flat_map(|i| (j0..=j1).flat_map(move |j| (k0..=k1).map(move |k| [i, j, k])));
+        let chain = |cell: [i64; 3]| {
+            std::iter::successors(last.get(&cell).copied(), |&n| {
+                Some(before[n]).filter(|n| *n != usize::MAX)
+            })
+        };
+        if within.flat_map(chain).any(|other| (points[other] - x).norm() < near) {
             out.push(*x);
         }
-        by_cell.entry(at).or_default().push(node);
+        if let Some(other) = last.insert(cells(x, 0.0), node) {
+            before[node] = other;
+        }
     }
     out
 }

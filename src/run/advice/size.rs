@@ -1,5 +1,6 @@
 //! Sizes of the sheet's elements along directions in it.
 
+use super::symmetry::EVERYWHERE;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::frame::unit;
 use crate::geometry::{Aabb, Vec3};
@@ -63,11 +64,18 @@ impl Sizes {
         let across = [(axis + 1) % 3, (axis + 2) % 3];
         let beside = across.into_iter().flat_map(|k| [near, -near].map(|by| (k, by)));
         beside.into_iter().all(|(k, by)| {
-            let mut place = *at;
-            place[k] += by;
-            let over =
-                |b: &Aabb| across.iter().all(|&k| b.min[k] <= place[k] && place[k] <= b.max[k]);
-            self.boxes.iter().any(over)
+            let mut column = EVERYWHERE;
+            for k in across {
+                (column.min[k], column.max[k]) = (at[k], at[k]);
+            }
+            column.min[k] += by;
+            column.max[k] += by;
+            let mut found = false;
+            let over = |b: &Aabb| {
+                across.iter().all(|&k| b.min[k] <= column.min[k] && column.min[k] <= b.max[k])
+            };
+            self.tree.overlapping(&column, |k| found |= over(&self.boxes[k as usize]));
+            found
         })
     }
 

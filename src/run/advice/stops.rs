@@ -20,7 +20,7 @@ pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Finding>) {
                     "{} is driven by a force and has no stop: {width:.1} mm of the sheet may be drawn before its rim leaves it, and {} goes {drawn:.1} mm",
                     own.name, setup.tools[drawing].name
                 ),
-                "where the sheet is drawn out from under it, it pinches the rim and goes on; `stop_mm` is the travel past which it does not go".into(),
+                "where the sheet is drawn out from under it, it pinches the rim and closes further; `stop_mm` is the largest travel that it can have".into(),
             ));
         }
     }

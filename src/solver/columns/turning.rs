@@ -1,6 +1,6 @@
 //! Columns and quadrilaterals turned the same way.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::SheetError;
 use super::families::{all_different, one_part};
@@ -80,7 +80,7 @@ pub fn oriented(points: &[Vec3], quads: &[[u32; 4]]) -> Result<Vec<[u32; 4]>, Sh
         return Err(SheetError::Degenerate { element });
     }
     let mut links: Vec<Vec<(u32, bool)>> = vec![Vec::new(); quads.len()];
-    let mut first: HashMap<[u32; 2], Option<(usize, bool)>> = HashMap::new();
+    let mut first: FxHashMap<[u32; 2], Option<(usize, bool)>> = FxHashMap::default();
     let mut pairs = Vec::new();
     for (e, q) in quads.iter().enumerate() {
         for k in 0..4 {

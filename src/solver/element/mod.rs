@@ -21,7 +21,7 @@ pub(crate) mod solid_shell;
 mod tilt;
 
 pub use kind::ElementKind;
-pub use shape::{PointGeometry, reference_points};
+pub use shape::{PointGeometry, ReferenceCheck, reference_points};
 
 pub(crate) use shape::natural_coordinates;
 

@@ -42,7 +42,11 @@ pub(crate) fn natural_gradient(xi: [f64; 3]) -> [[f64; 8]; 3] {
 /// Jacobian `∂X_i/∂ξ_j` of the map from natural coordinates (columns are the covariant base vectors).
 #[must_use]
 pub(crate) fn jacobian(nodes: &[Vec3; 8], xi: [f64; 3]) -> Mat3 {
-    let gradient = natural_gradient(xi);
+    jacobian_at(nodes, &natural_gradient(xi))
+}
+
+/// The same from the gradients of the shape functions there.
+fn jacobian_at(nodes: &[Vec3; 8], gradient: &[[f64; 8]; 3]) -> Mat3 {
     let mut jacobian = Mat3::zeros();
     for (a, node) in nodes.iter().enumerate() {
         for j in 0..3 {
@@ -109,6 +113,35 @@ pub fn reference_points(nodes: &[Vec3; 8]) -> Result<[PointGeometry; 8], f64> {
         *point = point_geometry(nodes, xi, 1.0)?;
     }
     Ok(points)
+}
+
+/// Whether elements have sound reference geometry at the eight Gauss points: [`reference_points`] without what follows from
+/// the determinants.
+#[derive(Debug, Clone)]
+pub struct ReferenceCheck([[[f64; 8]; 3]; 8]);
+
+impl ReferenceCheck {
+    /// The gradients of the shape functions at the points.
+    #[must_use]
+    pub fn new() -> Self {
+        Self(gauss_2x2x2().map(natural_gradient))
+    }
+
+    /// Checks an element.
+    ///
+    /// # Errors
+    /// The Jacobian determinant [mm³] that is not above zero.
+    pub fn check(&self, nodes: &[Vec3; 8]) -> Result<(), f64> {
+        let determinants = self.0.iter().map(|gradient| jacobian_at(nodes, gradient).determinant());
+        let mut bad = determinants.filter(|det| !(*det > 0.0 && det.is_finite()));
+        bad.next().map_or(Ok(()), Err)
+    }
+}
+
+impl Default for ReferenceCheck {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// Gauss-Legendre points and weights on [-1, 1], ascending; roots of the Legendre polynomial by Newton.

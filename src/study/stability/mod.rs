@@ -186,7 +186,7 @@ fn write_draws(
         Ok(())
     })?;
     let say = |d: &Drawn| {
-        let end = if d.ended(depth) { "in" } else { "gives up after" };
+        let end = if d.ended(depth) { "in" } else { "not converged after" };
         let (line, x, depth, n) = (&d.line, &chart.x.0, d.depth, d.iterations);
         format!("{line}, {} {x}: {depth:.2} mm, {end} {n} iterations", d.x)
     };

@@ -1,0 +1,133 @@
+//! The sheet of a blank's mesh file.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::read::{PlannedFile, SceneError};
+use super::types::{Blank, BlankShape, MeshState};
+use crate::files::sha256_hex;
+use crate::geometry::Vec3;
+use crate::mesh::io::{self, SheetElements, SheetMesh};
+use crate::solver::blank::{HexMesh, thickened};
+use crate::solver::columns::{from_hexahedra, oriented};
+
+/// Thickness and layers given with hexahedra may differ from theirs by this share.
+const SAME: f64 = 0.01;
+
+/// The sheet of a mesh file, checked against the blank that it is for.
+#[derive(Debug, Clone)]
+pub enum FileSheet {
+    /// Points [mm] and quadrilaterals that look the same way: a sheet without thickness.
+    Quads(Vec<Vec3>, Vec<[u32; 4]>),
+    /// Hexahedra.
+    Solid(HexMesh),
+}
+
+impl FileSheet {
+    /// The mesh of the blank.
+    pub(super) fn mesh(&self, blank: &Blank) -> HexMesh {
+        match self {
+            Self::Quads(points, quads) => {
+                thickened(points, quads, blank.thickness_mm, blank.layers)
+            }
+            Self::Solid(mesh) => mesh.clone(),
+        }
+    }
+}
+
+pub(super) fn of_file(
+    blank: &Blank,
+    scene: &Path,
+    file: &Path,
+    state: Option<MeshState>,
+) -> Result<FileSheet, SceneError> {
+    let at = |cause: String| SceneError::Blank { path: scene.to_path_buf(), cause };
+    let sheet = io::read_sheet(file).map_err(|e| at(e.to_string()))?;
+    file_sheet(blank, sheet, state).map_err(|cause| at(format!("{}: {cause}", file.display())))
+}
+
+/// The mesh of a blank whose file has the elements `sheet`.
+///
+/// # Errors
+/// What was found in the file, and what is allowed: results of a formed sheet, quadrilaterals without a thickness, elements
+/// that make no sheet, a thickness or layers that contradict the scene.
+pub fn of_sheet(
+    blank: &Blank,
+    mesh: SheetMesh,
+    state: Option<MeshState>,
+) -> Result<HexMesh, String> {
+    Ok(file_sheet(blank, mesh, state)?.mesh(blank))
+}
+
+fn file_sheet(
+    blank: &Blank,
+    mesh: SheetMesh,
+    state: Option<MeshState>,
+) -> Result<FileSheet, String> {
+    if state.is_none() && !mesh.results.is_empty() {
+        return Err(format!(
+            "found results of a formed sheet ({}), which a blank does not take over: its stresses, plastic strains and hardening would be lost; allowed: a mesh without them, or `\"state\": \"drop\"` beside `file` for a blank free of stress in this shape",
+            listed(&mesh.results)
+        ));
+    }
+    match mesh.elements {
+        SheetElements::Quads(quads) => {
+            if blank.thickness_mm <= 0.0 {
+                let found = "quadrilaterals and no blank.thickness_mm";
+                return Err(format!("found {found}; allowed: a thickness above 0"));
+            }
+            let quads = oriented(&mesh.points, &quads).map_err(|e| e.to_string())?;
+            Ok(FileSheet::Quads(mesh.points, quads))
+        }
+        SheetElements::Hexahedra { elements, stacked } => {
+            let thickness = Some(blank.thickness_mm).filter(|given| *given > 0.0);
+            let sheet = from_hexahedra(&mesh.points, &elements, stacked, thickness)
+                .map_err(|e| e.to_string())?;
+            let (given, own) = (blank.thickness_mm, sheet.mean_thickness());
+            if given > 0.0 && (given - own).abs() > SAME * own {
+                return Err(format!(
+                    "found hexahedra {own} mm thick and blank.thickness_mm {given}; allowed: the same, or none"
+                ));
+            }
+            let layers = sheet.nodes_per_column.saturating_sub(1);
+            if blank.layers > 1 && blank.layers != layers {
+                return Err(format!(
+                    "found {layers} layers of hexahedra and blank.layers {}; allowed: the same, or none",
+                    blank.layers
+                ));
+            }
+            Ok(FileSheet::Solid(sheet))
+        }
+    }
+}
+
+/// The first names of a list, and how many more there are.
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 4;
+    let shown = names[..names.len().min(SHOWN)].join(", ");
+    if names.len() > SHOWN { format!("{shown} and {} more", names.len() - SHOWN) } else { shown }
+}
+
+/// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself. The
+/// mesh file, where there is one.
+pub(super) fn fill_in(
+    blank: &mut Blank,
+    scene: &Path,
+    folder: &Path,
+) -> Result<Option<PlannedFile>, SceneError> {
+    let BlankShape::Mesh { file, state } = &blank.shape else { return Ok(None) };
+    let state = *state;
+    let path = folder.join(file);
+    let sheet = of_file(blank, scene, &path, state)?;
+    let bytes = crate::files::read(&path, crate::files::Input::Mesh).map_err(|e| {
+        SceneError::Blank { path: scene.to_path_buf(), cause: format!("{}: {e}", path.display()) }
+    })?;
+    let (file, sha256) = (file.clone(), sha256_hex(&bytes));
+    if let FileSheet::Solid(mesh) = &sheet {
+        blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);
+        if blank.thickness_mm <= 0.0 {
+            blank.thickness_mm = mesh.mean_thickness();
+        }
+    }
+    Ok(Some(PlannedFile { file, sha256, sheet: Some(Arc::new(sheet)) }))
+}

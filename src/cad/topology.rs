@@ -307,25 +307,29 @@ impl Search {
         Self { bounds: Aabb::of_points(curve.points()), length, projector: OnceCell::new() }
     }
 
-    /// Parameter and squared distance of the edge's point closest to `p`.
-    fn closest(&self, curve: &Curve3, p: &Vec3) -> (f64, f64) {
-        self.projector(curve).closest(p)
-    }
-
     fn projector(&self, curve: &Curve3) -> &CurveProjector {
         self.projector.get_or_init(|| CurveProjector::new(curve))
     }
 
-    /// Whether a closed side runs against the closed edge it lies on.
-    fn runs_back(&self, curve: &Curve3, probes: &[Vec3; PROBES.len()]) -> bool {
+    /// Whether a closed side runs against the closed edge it lies on; `None` where it is farther than `reach` from it.
+    fn runs_back(&self, curve: &Curve3, probes: &[Vec3; PROBES.len()], reach: f64) -> Option<bool> {
         let [a, b] = curve.domain();
-        let [with, against] = [PROBES[4], 1.0 - PROBES[4]]
-            .map(|s| (curve.point(a + (b - a) * s) - probes[4]).norm_squared());
+        let at = |s: f64| a + (b - a) * s;
+        let [with, against] =
+            [PROBES[4], 1.0 - PROBES[4]].map(|s| (curve.point(at(s)) - probes[4]).norm_squared());
         if with < 0.04 * against || against < 0.04 * with {
-            return against < with;
+            return Some(against < with);
         }
-        let [p, q] = [4, 5].map(|k| self.closest(curve, &probes[k]).0);
-        p > q
+        // Near enough to tell the two ways from each other.
+        let enough = reach.min(0.02 * self.length).powi(2);
+        let place = |k: usize| {
+            let p = &probes[k];
+            let near = [PROBES[k], 1.0 - PROBES[k]].map(|s| curve.closest_near(p, at(s), enough));
+            let found = near.into_iter().find(|n| n.1 <= enough).map(|n| n.0);
+            let projector = self.projector(curve);
+            found.or_else(|| projector.is_within(p, enough).then(|| projector.closest(p).0))
+        };
+        Some(place(4)? > place(5)?)
     }
 
     /// No point of the edge is farther than `reach` from `p`; looked for about the parameter `t` first.
@@ -353,7 +357,10 @@ impl Joined {
             let [from, to] = curve.domain();
             let at = |s: f64| from + (to - from) * s;
             let reversed = if a == b {
-                search.runs_back(curve, &part.probes)
+                let direction =
+                    |of: &[Vec3; PROBES.len()]| search.runs_back(curve, of, 2.0 * reach);
+                let own = || direction(&probes_of(piece.curve.as_ref()?));
+                direction(&part.probes).or_else(own).unwrap_or(false)
             } else {
                 self.edges[edge].vertices != [a, b]
             };

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use super::budget::Budget;
 use super::face::Judge;
-use super::work::{Work, exceeding, folded};
+use super::faults::{exceeding, folded};
+use super::work::Work;
 use super::{Borders, Goal, Refined, ToleranceError};
 use crate::audit::{AuditOptions, audit, open_sides};
 use crate::cad::Model;
@@ -340,7 +341,7 @@ impl Apart<'_> {
         if exceeding(&found.audit, goal).is_empty() && folded(&found).is_empty() {
             Ok(found)
         } else {
-            Err(whole.not_reached(goal, &found))
+            Err(whole.subject().not_reached(goal, &found))
         }
     }
 }

@@ -7,6 +7,7 @@
 //! - [`search`], [`state`]: which divisions; every face is judged alone, by the audit of its own patches
 //! - [`balance`], [`ways`], [`least`]: vertices moved along their normals, or within flats
 //! - [`work`]: a model, or one face, refined and audited as a whole
+//! - [`faults`]: what keeps a model from the goal, and the errors that say so
 //! - [`budget`]: how much work that may be
 //! - [`uniform`]: meshes of one division of a quarter turn, taken where they have fewer patches
 //!
@@ -18,6 +19,7 @@ mod apart;
 pub mod balance;
 mod budget;
 mod face;
+mod faults;
 mod least;
 mod search;
 mod state;

@@ -136,7 +136,6 @@ impl<'m> ClosestPoint<'m> {
 
     /// The foot found, if the search was done.
     fn answer(&self, search: &Search, only: Option<usize>) -> Result<Option<Foot>, WorkSpent> {
-        if search.left < VISITS - 200 {}
         if search.left == 0 { Err(WorkSpent) } else { Ok(self.foot(search, only)) }
     }
 

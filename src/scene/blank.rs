@@ -127,6 +127,11 @@ fn near(nodes: &[Vec3]) -> f64 {
     let (size, farthest) = nodes.iter().fold((0.0, 0.0), |(size, far): (f64, f64), x| {
         (size.max((x - nodes[0]).amax()), far.max(x.amax()))
     });
+    near_of(size, farthest)
+}
+
+/// The same of a blank of this size whose farthest coordinate is this [mm].
+pub(super) fn near_of(size: f64, farthest: f64) -> f64 {
     ON * farthest.clamp(size, MOST * size)
 }
 

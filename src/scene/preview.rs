@@ -1,7 +1,8 @@
 //! A scene as it is judged before it is run: the counts of its sheet, and a coarser sheet of the same outline where it is large.
 
+use super::blank::near_of;
 use super::read::Plan;
-use super::types::{Blank, BlankShape};
+use super::types::{Blank, BlankShape, Region};
 use crate::geometry::Aabb;
 use crate::solver::blank::HexMesh;
 
@@ -86,7 +87,14 @@ impl Plan {
         let mut plan = self.clone();
         plan.scene.blank.layers = kept_layers;
         match &mut plan.scene.blank.shape {
-            BlankShape::Rectangle { elements, .. } => *elements = elements.map(fewer),
+            BlankShape::Rectangle { elements, .. } => {
+                *elements = elements.map(fewer);
+                let grids = [&self.scene.blank, &plan.scene.blank].map(Grid::of);
+                let [Some(fine), Some(coarse)] = grids else { return None };
+                let loads = plan.scene.loads.iter_mut().map(|load| &mut load.region);
+                let holds = plan.scene.holds.iter_mut().map(|hold| &mut hold.region);
+                holds.chain(loads).for_each(|region| *region = fine.moved(region, &coarse));
+            }
             BlankShape::QuarterDisc { core, rings, .. } | BlankShape::Disc { core, rings, .. } => {
                 (*core, *rings) = (fewer(*core), fewer(*rings));
             }
@@ -96,10 +104,118 @@ impl Plan {
     }
 }
 
+/// The planes that the nodes of a rectangle lie on, axis by axis.
+struct Grid([Planes; 3]);
+
+/// Planes at equal distances.
+#[derive(Clone, Copy)]
+struct Planes {
+    first: f64,
+    size: f64,
+    intervals: f64,
+}
+
+impl Planes {
+    /// The plane next to a coordinate [mm].
+    fn nearest(&self, at: f64) -> f64 {
+        let share = ((at - self.first) / self.size * self.intervals).round();
+        self.first + self.size * share.clamp(0.0, self.intervals) / self.intervals
+    }
+
+    /// A plane in a range, if there is one.
+    fn within(&self, [low, high]: [f64; 2]) -> Option<f64> {
+        let step = self.size / self.intervals;
+        let first = self.nearest(low);
+        [first, self.nearest(first + step)].into_iter().find(|at| (low..=high).contains(at))
+    }
+}
+
+impl Grid {
+    /// Of a rectangle; `None` of any other blank.
+    fn of(blank: &Blank) -> Option<Self> {
+        let BlankShape::Rectangle { corner_mm, size_mm, elements } = blank.shape else {
+            return None;
+        };
+        let plan = |k: usize| Planes {
+            first: corner_mm[k],
+            size: size_mm[k],
+            intervals: elements[k] as f64,
+        };
+        let thickness =
+            Planes { first: 0.0, size: blank.thickness_mm, intervals: blank.layers as f64 };
+        Some(Self([plan(0), plan(1), thickness]))
+    }
+
+    /// How far from a plane a node may be that is on it [mm].
+    fn near(&self) -> f64 {
+        let size = self.0.iter().map(|p| p.size).fold(0.0, f64::max);
+        let far = |p: &Planes| p.first.abs().max((p.first + p.size).abs());
+        near_of(size, self.0.iter().map(far).fold(0.0, f64::max))
+    }
+
+    /// The region of a coarser grid that stands for one of this grid: planes are moved to the nearest ones that have nodes. One
+    /// without nodes of this grid has none there either.
+    fn moved(&self, region: &Region, coarse: &Self) -> Region {
+        let near = self.near();
+        match *region {
+            Region::Plane(mut plane) => {
+                let k = plane.normal.index();
+                if (self.0[k].nearest(plane.at_mm) - plane.at_mm).abs() > near {
+                    return Region::All(false);
+                }
+                plane.at_mm = coarse.0[k].nearest(plane.at_mm);
+                Region::Plane(plane)
+            }
+            Region::Box { mut min_mm, mut max_mm } => {
+                for k in 0..3 {
+                    let range = [min_mm[k] - near, max_mm[k] + near];
+                    let Some(at) = self.0[k].within(range) else { return Region::All(false) };
+                    let at = coarse.0[k].nearest(at);
+                    (min_mm[k], max_mm[k]) = (min_mm[k].min(at), max_mm[k].max(at));
+                }
+                Region::Box { min_mm, max_mm }
+            }
+            Region::All(_) | Region::BeyondRadiusMm(_) => *region,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::solver::blank::{disc, quarter_disc, rectangle, thickened};
+
+    /// A plane and a box between nodes of the coarser grid, and between those of the finer one.
+    #[test]
+    fn regions_of_a_fine_grid_have_nodes_on_a_coarser_one() {
+        let grid = |n: usize| {
+            let shape = serde_json::json!(
+                {"rectangle": {"corner_mm": [-50, 0], "size_mm": [100, 10], "elements": [n, 2]}}
+            );
+            let blank = serde_json::json!({"shape": shape, "thickness_mm": 1.0, "layers": 2});
+            Grid::of(&serde_json::from_value(blank).unwrap()).unwrap()
+        };
+        let (fine, coarse) = (grid(1000), grid(7));
+        let of = |text: &str| -> Region { serde_json::from_str(text).unwrap() };
+        let moved = |text: &str| fine.moved(&of(text), &coarse);
+        let Region::Plane(plane) = moved(r#"{"plane": {"normal": "x", "at_mm": 10.1}}"#) else {
+            panic!("a plane stays one")
+        };
+        assert!((plane.at_mm - (-50.0 + 400.0 / 7.0)).abs() < 1e-9, "{}", plane.at_mm);
+        let none = [
+            r#"{"plane": {"normal": "x", "at_mm": 10.15}}"#,
+            r#"{"box": {"min_mm": [10.11, 0, 0], "max_mm": [10.19, 10, 1]}}"#,
+            r#"{"box": {"min_mm": [51, 0, 0], "max_mm": [60, 10, 1]}}"#,
+        ];
+        none.into_iter().for_each(|text| assert_eq!(moved(text), Region::All(false), "{text}"));
+        let Region::Box { min_mm, max_mm } =
+            moved(r#"{"box": {"min_mm": [10.05, 0, 0.5], "max_mm": [10.15, 10, 0.5]}}"#)
+        else {
+            panic!("a box stays one")
+        };
+        assert!(min_mm[0] < 7.2 && max_mm[0] == 10.15 && min_mm[2] == 0.5, "{min_mm:?} {max_mm:?}");
+        assert_eq!(moved(r#"{"beyond_radius_mm": 3}"#), of(r#"{"beyond_radius_mm": 3}"#));
+    }
 
     #[test]
     fn counts_are_those_of_the_meshes() {

@@ -145,7 +145,7 @@ mod tests {
         let near = Vec2::new(5e-3, 1e-3);
         assert!(runs_back(&there, &back, near) && !runs_back(&there, &there, near));
         let up = way([0.0, 0.0], [0.0, 1.0], false);
-        let down = way([6.283185, 1.0], [6.283185, 0.0], true);
+        let down = way([6.3, 1.0], [6.3, 0.0], true);
         assert!(!runs_back(&up, &down, Vec2::new(6.3e-3, 1e-3)));
     }
 

@@ -149,7 +149,6 @@ impl Pieces {
             search.visit(&self.pieces[k as usize], &mut best);
             best.distance
         });
-        if search.left < MOST_CELLS - 200 {}
         best
     }
 }

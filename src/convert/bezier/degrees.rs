@@ -37,12 +37,18 @@ pub(super) struct Built {
     pub(super) folds: bool,
 }
 
-pub(super) fn build(face: &Face, shape: &Shape, sides: &Sides, basis: &Basis) -> Built {
+/// The patch of a shape; `tolerance` [mm] as for [`error`].
+pub(super) fn build(
+    face: &Face,
+    shape: &Shape,
+    (sides, basis): (&Sides, &Basis),
+    tolerance: f64,
+) -> Built {
     let points = shape.map.net(face, shape.degrees, sides, basis);
     let patch = Patch::Bezier { degrees: shape.degrees, points };
     let miss = |k: usize| shape.map.miss(k, shape.degrees[k], sides, basis);
-    let error_mm = error(face, &patch, &shape.map).max(miss(0)).max(miss(1));
-    let folds = folds(face, &patch);
+    let error_mm = error(face, &patch, &shape.map, tolerance).max(miss(0)).max(miss(1));
+    let folds = folds(face, &patch, tolerance);
     Built { patch, error_mm, folds }
 }
 

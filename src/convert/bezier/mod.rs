@@ -103,8 +103,9 @@ pub fn bezier_from_cad(
         .map(|e| shape(&model.faces[e.face as usize], e, &sides, &basis, options.tolerance_mm))
         .collect();
     agree(&mut shapes);
-    let build =
-        |shape: &Shape, face: u32| build(&model.faces[face as usize], shape, &sides, &basis);
+    let build = |shape: &Shape, face: u32| {
+        build(&model.faces[face as usize], shape, (&sides, &basis), options.tolerance_mm)
+    };
     let built = raised(&mut shapes, mesh, options.tolerance_mm, build);
     let mut report = BezierReport::default();
     for (id, b) in built.iter().enumerate() {
@@ -143,7 +144,7 @@ fn shape(face: &Face, element: &Element, sides: &Sides, basis: &Basis, tolerance
             let mut degrees = [MAX_DEGREE; 2];
             degrees[direction] = *degree;
             let net = shape.map.net(face, degrees, sides, basis);
-            let off = error(face, &Patch::Bezier { degrees, points: net }, &shape.map);
+            let off = error(face, &Patch::Bezier { degrees, points: net }, &shape.map, tolerance);
             off.max(shape.map.miss(direction, *degree, sides, basis)) <= tolerance / 2.0
         };
         shape.degrees[direction] = (1..MAX_DEGREE).find(keeps).unwrap_or(MAX_DEGREE);
@@ -151,22 +152,31 @@ fn shape(face: &Face, element: &Element, sides: &Sides, basis: &Basis, tolerance
     shape
 }
 
-/// True when a patch looks against its face somewhere.
-fn folds(face: &Face, patch: &Patch) -> bool {
+/// True when a patch that is about within `tolerance` [mm] of its face looks against it somewhere.
+fn folds(face: &Face, patch: &Patch, tolerance: f64) -> bool {
     const STEPS: usize = 12;
+    let enough = tolerance * tolerance;
+    let mut last: Option<Vec2> = None;
     (0..(STEPS + 1) * (STEPS + 1)).any(|k| {
+        // There and back: the next point is beside the last one.
+        let (row, along) = (k / (STEPS + 1), k % (STEPS + 1));
+        let along = if row % 2 == 0 { along } else { STEPS - along };
         let at = |k: usize| k as f64 / STEPS as f64;
-        let d = patch.derivs(at(k / (STEPS + 1)), at(k % (STEPS + 1)));
+        let d = patch.derivs(at(row), at(along));
         let cross = d.d1.cross(&d.d2);
-        let foot = face.surface.closest(&d.s).0;
+        let near = last.map(|uv| face.surface.closest_near(&d.s, uv, enough));
+        let foot = near.unwrap_or_else(|| face.surface.closest(&d.s)).0;
+        last = Some(foot);
         let against = |n: Vec3| cross.dot(&n) < -1e-9 * d.d1.norm() * d.d2.norm();
         face.normal(foot).is_some_and(against)
     })
 }
 
-/// Largest distance of a patch from its face's surface at points between the nodes.
-fn error(face: &Face, patch: &Patch, map: &Map) -> f64 {
+/// Largest distance of a patch from its face's surface at points between the nodes [mm]. Of points a fourth of the `tolerance`
+/// [mm] off or less, the distance from where the map has them at most.
+fn error(face: &Face, patch: &Patch, map: &Map, tolerance: f64) -> f64 {
     const STEPS: usize = 9;
+    let enough = (0.25 * tolerance).powi(2);
     let mut worst = 0.0f64;
     for k in 0..STEPS * STEPS {
         let at = |k: usize| (k as f64 + 0.5) / STEPS as f64;
@@ -174,7 +184,7 @@ fn error(face: &Face, patch: &Patch, map: &Map) -> f64 {
         let p = patch.derivs(eta, zeta).s;
         let foot = map.parameters(eta, zeta).map_or_else(
             || face.surface.closest(&p).0,
-            |uv| face.surface.closest_near(&p, uv, 0.0).0,
+            |uv| face.surface.closest_near(&p, uv, enough).0,
         );
         worst = worst.max((face.surface.point(foot) - p).norm());
     }

@@ -125,7 +125,7 @@ fn a_stage_that_came_from_a_force_is_gone_on_with_to_the_bit() {
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let again = command(&scene, &killed).arg("--restart").output().unwrap();
     let said = String::from_utf8_lossy(&again.stderr).into_owned();
-    assert!(again.status.code() == Some(2) && said.contains("has done all stages"), "{said}");
+    assert!(again.status.code() == Some(2) && said.contains("has completed all stages"), "{said}");
     let [whole, killed] = [whole, killed].map(|f| fs::read(f.join("history.csv")).unwrap());
     assert_eq!(String::from_utf8(whole).unwrap(), String::from_utf8(killed).unwrap());
 }

@@ -164,11 +164,19 @@ fn folds(face: &Face, patch: &Patch, tolerance: f64) -> bool {
         let at = |k: usize| k as f64 / STEPS as f64;
         let d = patch.derivs(at(row), at(along));
         let cross = d.d1.cross(&d.d2);
-        let near = last.map(|uv| face.surface.closest_near(&d.s, uv, enough));
-        let foot = near.unwrap_or_else(|| face.surface.closest(&d.s)).0;
+        let against = |uv: Vec2| {
+            let against = |n: Vec3| cross.dot(&n) < -1e-9 * d.d1.norm() * d.d2.norm();
+            face.normal(uv).is_some_and(against)
+        };
+        let whole = || face.surface.closest(&d.s).0;
+        let near = last.map(|uv| face.surface.closest_near(&d.s, uv, enough).0);
+        let mut foot = near.unwrap_or_else(whole);
+        // Beyond a pole the last foot leads to the other side of it.
+        if near.is_some() && against(foot) {
+            foot = whole();
+        }
         last = Some(foot);
-        let against = |n: Vec3| cross.dot(&n) < -1e-9 * d.d1.norm() * d.d2.norm();
-        face.normal(foot).is_some_and(against)
+        against(foot)
     })
 }
 

@@ -14,9 +14,10 @@ use super::jumps::Side;
 use super::reference::ReferenceSurface;
 use super::report::Borders;
 use crate::geometry::box_tree::BoxTree;
+use crate::geometry::golden::least;
 use crate::geometry::{Aabb, Vec3};
 use crate::tool::ToolModel;
-use crate::tool::side::{SideCurve, least};
+use crate::tool::side::SideCurve;
 
 /// Intervals of a side or an edge between points that are compared, at least.
 const INTERVALS: usize = 16;

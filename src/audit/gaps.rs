@@ -8,8 +8,9 @@ use super::jumps::Side;
 use super::reference::ReferenceSurface;
 use crate::geometry::Vec3;
 use crate::geometry::box_tree::BoxTree;
+use crate::geometry::golden::least;
 use crate::tool::ToolModel;
-use crate::tool::side::{SideCurve, least};
+use crate::tool::side::SideCurve;
 
 /// A side this near to an edge of the CAD, over its length, is on it.
 const ON: f64 = 0.25;

@@ -30,7 +30,7 @@ pub struct ClosestPoint<'m> {
     size: f64,
 }
 
-/// Leaves and parts of them that one query may look at: ten times what the hardest of 150 files needs. A query that is not done then has
+/// Leaves and parts of them that one query may look at: ten times what the hardest of 130 files needs. A query that is not done then has
 /// no answer.
 const VISITS: u32 = 20_000;
 

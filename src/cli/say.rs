@@ -1,5 +1,5 @@
 //! Lines on standard output and standard error. Who reads them may have gone (`kanagata audit ... | head`): what is left to
-//! say is then dropped, and the work goes on to its end and its exit code. Lines that are lost for another reason (a full disk) end
+//! say is then dropped, and the work continues to its end and its exit code. Lines that are lost for another reason (a full disk) end
 //! with exit code 4 ([`lost`]).
 //!
 //! What is printed may hold text that others wrote. Control characters in it are escaped, so that it neither moves the cursor

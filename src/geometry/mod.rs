@@ -3,6 +3,7 @@
 pub mod aabb;
 pub mod box_tree;
 pub mod frame;
+pub mod golden;
 pub mod numbers;
 pub mod nurbs;
 pub mod sets;

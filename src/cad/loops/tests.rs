@@ -335,7 +335,7 @@ fn the_side_of_a_loop_tells_a_slice_from_the_rest() {
     }
 }
 
-/// Vertex loops at both poles say that a surface of revolution goes on all round: what else there is are holes.
+/// Vertex loops at both poles say that a surface of revolution closes all round: its other loops are holes.
 #[test]
 fn a_ball_of_revolution_with_vertices_at_its_poles_has_holes() {
     let ball = turned_circle([-FRAC_PI_2, FRAC_PI_2]);

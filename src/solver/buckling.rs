@@ -69,30 +69,21 @@ impl System {
         self.soft_motions()?.into_iter().next()
     }
 
-    /// Whether friction resists all motions that have negative stiffness. At nodes that slip, a motion against the slip turns the
-    /// friction force t round: it does the work `2 t . u`, of first order, where the motion u sets `|k| / 2` of second order free.
-    /// The two are compared at the amplitude of the push: a sheet that does not leave its equilibrium then does not buckle. Both
-    /// directions of a motion have to be resisted. Changes the matrix.
-    pub(super) fn friction_resists(&mut self) -> bool {
-        let slipping = self.slipping();
-        if slipping.is_empty() {
+    /// Whether all motions that have negative stiffness are resisted by friction, or are glides of a sheet that tools alone carry:
+    /// it slides through between them at no cost. What such a glide seems to set free is what nodes make of curved tools, along which
+    /// they glide in place of the point of contact, which stays where it is. Changes the matrix.
+    pub(super) fn tools_resist(&mut self) -> bool {
+        if !self.conditions.iter().any(|c| c.candidate.is_some()) {
             return false;
         }
+        let slipping = self.slipping();
+        let unloaded = self.applied.iter().all(|force| *force == 0.0);
         let Some(motions) = self.soft_motions() else { return false };
         let amplitude = WAY * self.body.mesh().mean_thickness();
         motions.iter().filter(|(stiffness, _)| *stiffness < 0.0).all(|(stiffness, mode)| {
-            let ways = mode.chunks_exact(3).map(Vec3::from_column_slice);
-            let largest = ways.map(|way| way.norm()).fold(f64::MIN_POSITIVE, f64::max);
-            let size = amplitude / largest;
-            let released = 0.5 * stiffness.abs() * size * size;
-            let work = |sign: f64| -> f64 {
-                let of = |(node, friction): &(usize, Vec3)| {
-                    let way = Vec3::from_column_slice(&mode[3 * node..3 * node + 3]);
-                    (2.0 * sign * size * way.dot(friction)).max(0.0)
-                };
-                slipping.iter().map(of).sum()
-            };
-            work(1.0).min(work(-1.0)) > released
+            let size = amplitude / largest_of(mode);
+            friction_work(&slipping, mode, size) > 0.5 * stiffness.abs() * size * size
+                || unloaded && self.glides_along(mode)
         })
     }
 
@@ -145,9 +136,9 @@ impl System {
     }
 
     fn push_along(&self, mut mode: Vec<f64>, stiffness: f64) -> Push {
-        let ways = || mode.chunks_exact(3).map(Vec3::from_column_slice);
-        let largest = ways().map(|way| way.norm()).fold(f64::MIN_POSITIVE, f64::max);
-        let first = ways().position(|way| way.norm() > AS_LARGE * largest).unwrap_or_default();
+        let largest = largest_of(&mode);
+        let mut ways = mode.chunks_exact(3).map(Vec3::from_column_slice);
+        let first = ways.position(|way| way.norm() > AS_LARGE * largest).unwrap_or_default();
         let up = self.across(first).dot(&Vec3::from_column_slice(&mode[3 * first..3 * first + 3]));
         let way = WAY * self.body.mesh().mean_thickness();
         let factor = if up < 0.0 { -1.0 } else { 1.0 } * way * stiffness / largest;
@@ -161,6 +152,26 @@ impl System {
         let bottom = node / levels * levels;
         self.position(bottom + levels - 1) - self.position(bottom)
     }
+}
+
+fn largest_of(mode: &[f64]) -> f64 {
+    let ways = mode.chunks_exact(3).map(Vec3::from_column_slice);
+    ways.map(|way| way.norm()).fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// What friction at nodes that slip takes of a motion of this size [N mm]. A motion against the slip turns the friction force t
+/// round: it does the work `2 t . u`, of first order, where the motion u sets `|k| / 2` of second order free. Both directions of a
+/// motion have to be resisted: the lesser work of the two. Compared at the amplitude of the push, a sheet that does not leave its
+/// equilibrium then does not buckle.
+fn friction_work(slipping: &[(usize, Vec3)], mode: &[f64], size: f64) -> f64 {
+    let work = |sign: f64| -> f64 {
+        let of = |(node, friction): &(usize, Vec3)| {
+            let way = Vec3::from_column_slice(&mode[3 * node..3 * node + 3]);
+            (2.0 * sign * size * way.dot(friction)).max(0.0)
+        };
+        slipping.iter().map(of).sum()
+    };
+    work(1.0).min(work(-1.0))
 }
 
 /// Numbers between -1 and 1 without order, the same at every call: no motion is orthogonal to all of them.

@@ -1,7 +1,8 @@
 //! Whether a balance lasts: its tangent, along the motions that keep nodes at their tools and overcome no friction, is
 //! positive definite. One that is not lies beyond a limit point or on the branch from which a buckle turns off: the slightest
 //! push takes the sheet away from it. A motion that friction resists at nodes that slip is no instability: a sheet that lies between
-//! its tools and may slide through them has next to no stiffness along itself, of either sign.
+//! its tools and may slide through them has next to no stiffness along itself, of either sign. Nor is it one where nothing resists it
+//! and nothing but tools acts on the sheet.
 
 use std::time::Instant;
 
@@ -82,7 +83,7 @@ impl System {
         }
         let start = Instant::now();
         self.project_tangent();
-        let lasts = self.solver.is_definite(&self.matrix.values) || self.friction_resists();
+        let lasts = self.solver.is_definite(&self.matrix.values) || self.tools_resist();
         self.timings.stability += start.elapsed().as_secs_f64();
         lasts
     }

@@ -135,6 +135,7 @@ impl<'t> Resolver<'t> {
             Ok(value) => Ok(Some(value)),
             Err(fault) if fault.fatal => Err(fault),
             Err(fault) => {
+                let fault = self.paid(fault)?;
                 out.failed += 1;
                 self.diagnostics.borrow_mut().push(fault.into_diagnostic("entity-invalid"));
                 Ok(None)

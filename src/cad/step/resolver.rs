@@ -6,7 +6,7 @@ use std::rc::Rc;
 use rustc_hash::FxHashMap;
 
 use super::edge::EdgeGeometry;
-use super::entity::{Attributes, Entity, Outcome};
+use super::entity::{Attributes, Entity, Fault, Outcome};
 use super::table::Table;
 use crate::cad::{Diagnostic, Severity};
 use crate::geometry::frame::unit;
@@ -14,6 +14,12 @@ use crate::geometry::{Affine, Frame, Mat3, Vec3};
 
 /// References followed one inside the other.
 pub const DEEPEST: usize = 200;
+
+/// Steps that a message on a fault costs: some bytes of memory each.
+const MESSAGE: u64 = 64;
+
+const MULTIPLIED: &str = "references that multiply themselves beyond all measure";
+const IN_PROPORTION: &str = "geometry in proportion to the size of the file";
 
 /// Units of a representation context.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,17 +83,29 @@ impl<'t> Resolver<'t> {
             let allowed = format!("at most {DEEPEST} entities one inside the other, no circles");
             return Err(entity.fault("references that lead in a circle or too deep", allowed));
         }
-        let left = self.fuel.get().checked_sub(1 + amount as u64);
-        let Some(left) = left else {
-            let mut fault = entity.fault(
-                "references that multiply themselves beyond all measure",
-                "geometry in proportion to the size of the file",
-            );
-            fault.fatal = true;
-            return Err(fault);
-        };
-        self.fuel.set(left);
-        Ok(())
+        if self.has_paid(1 + amount as u64) {
+            return Ok(());
+        }
+        let mut fault = entity.fault(MULTIPLIED, IN_PROPORTION);
+        fault.fatal = true;
+        Err(fault)
+    }
+
+    /// The fault of one thing among others, once its message is paid for.
+    ///
+    /// # Errors
+    /// When the work is used up: so many messages come of references that lead back to themselves in several ways.
+    pub fn paid(&self, mut fault: Box<Fault>) -> Outcome<Box<Fault>> {
+        if self.has_paid(MESSAGE) {
+            return Ok(fault);
+        }
+        (fault.found, fault.allowed, fault.fatal) = (MULTIPLIED.into(), IN_PROPORTION.into(), true);
+        Err(fault)
+    }
+
+    fn has_paid(&self, amount: u64) -> bool {
+        let left = self.fuel.get().checked_sub(amount);
+        left.inspect(|left| self.fuel.set(*left)).is_some()
     }
 
     /// `CARTESIAN_POINT` in mm; a point in a plane has z = 0.

@@ -315,6 +315,20 @@ fn doubling_composites_and_circles_of_curves_are_refused() {
     assert!(error.contains("#5 (SURFACE_CURVE)") && error.contains("circle"), "{error}");
 }
 
+/// Two hundred levels of a set that holds itself twice: each path ends in a message.
+#[test]
+fn messages_on_a_set_that_holds_itself_are_counted() {
+    let data = "#10=GEOMETRIC_SET('',(#10,#10));#11=SHAPE_REPRESENTATION('',(#10),#12);";
+    let bytes = file(data);
+    let table = super::parse(&bytes, "set").unwrap();
+    let resolver = super::Resolver::new(&table, bytes.len());
+    let units = super::resolver::Units { length: 1.0, angle: 1.0 };
+    let set = resolver.entities().find(|e| e.kind() == "GEOMETRIC_SET").unwrap();
+    let fault = resolver.item(set, units).unwrap_err();
+    assert!(fault.fatal && fault.found.contains("multiply themselves"), "{fault:?}");
+    assert!(resolver.diagnostics.borrow().len() < 20_000);
+}
+
 #[test]
 fn a_mirrored_instance_keeps_its_outward_side() {
     let data = format!(

@@ -278,3 +278,49 @@ fn a_strip_that_friction_keeps_from_sliding_through_does_not_buckle() {
         assert!((force / other - 1.0).abs() < 1e-2, "{friction}: {force} and {other}");
     }
 }
+
+/// Without friction the strip slides through at no cost, but for what contact at nodes makes of it: that is no buckle, and the
+/// punch's force is that of a strip which a small load drives along.
+#[test]
+fn a_strip_that_nothing_keeps_from_sliding_through_does_not_buckle() {
+    let ([increments, cuts, unstable, buckles], force) = bent_on_rolls(0.0, 0.0);
+    let (_, other) = bent_on_rolls(0.01, 0.0);
+    assert!(unstable + buckles == 0, "{unstable}, {buckles}, {cuts}");
+    assert!(increments <= 12, "{increments}");
+    assert!((force / other - 1.0).abs() < 0.05, "{force} and {other}");
+}
+
+/// A strip of 40 mm on the top of a roll of this radius [mm], without friction and with weights of 0.5 N at its two ends, slides
+/// off with a stiffness of -1 N over the radius: whether its equilibrium lasts.
+fn lies_on_a_roll(radius: f64) -> bool {
+    let mut mesh = rectangle(40.0, 4.0, 1.0, 40, 1, 1);
+    mesh.nodes.iter_mut().for_each(|x| x.x -= 20.0);
+    let mut constraints = Constraints::none(mesh.nodes.len());
+    (0..mesh.nodes.len()).for_each(|node| constraints.hold(node, 1));
+    let loads = [-20.0, 20.0].map(|at| loads_at(&mesh, at, Vec3::z() * -0.5));
+    let loads = loads[0].iter().zip(&loads[1]).map(|(a, b)| a + b).collect();
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let roll = [arc(64, [0.0, -radius], radius, [2.0 * quarter, 0.0], 1.0)];
+    let roll = tool("roll", along_y("roll", &roll), Vec3::z(), SheetSide::Bottom, 0.0);
+    let mut rest = stage("rest", vec![Motion::Hold], 0.5);
+    rest.load = Curve::constant(1.0);
+    let setup = SimulationSetup {
+        loads,
+        limits: crate::solver::Limits::default(),
+        ..setup(body(mesh), constraints, vec![roll], vec![rest])
+    };
+    let mut unstable = 0;
+    let mut sim = Simulation::new(setup).unwrap();
+    sim.run(&mut |r: &IncrementReport<'_>| {
+        unstable = r.unstable;
+        Control::Continue
+    })
+    .unwrap();
+    unstable == 0
+}
+
+/// Weights set free what the strip falls: its position does not last, though nothing buckles.
+#[test]
+fn a_strip_with_weights_slides_off_a_roll() {
+    assert!([10.0, 100.0].iter().all(|radius| !lies_on_a_roll(*radius)));
+}

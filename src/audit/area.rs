@@ -15,16 +15,24 @@ const RULE: [[f64; 2]; 6] = [
 const TOLERANCE: f64 = 1e-9;
 /// Halvings of a rectangle at most: at corners without area what is left is nothing by then.
 const DEEPEST: u32 = 8;
-/// Rectangles that are quartered at most: a collapsed corner takes some ten, a fold all along a patch some five hundred. Of what folds more
-/// the area is known to fewer digits. Doubled: as much longer for such patches.
+/// Rectangles that are quartered in one patch at most: a collapsed corner takes some ten, a fold all along a patch some five hundred. Of
+/// what folds more the area is known to fewer digits. Doubled: as much longer for such patches.
 const QUARTERED: usize = 1000;
+/// The same over all patches of a tool, as long as that leaves each `QUARTERED_LEAST`: more than a collapsed corner takes.
+const QUARTERED_IN_ALL: usize = 100_000;
+const QUARTERED_LEAST: usize = 50;
 
-/// Area of a patch [mm^2], to 1e-7 of it or so.
-pub(super) fn area(patch: &Patch) -> f64 {
+/// Rectangles that may be quartered in each of so many patches.
+pub(super) fn quartered_most(patches: usize) -> usize {
+    (QUARTERED_IN_ALL / patches.max(1)).clamp(QUARTERED_LEAST, QUARTERED)
+}
+
+/// Area of a patch [mm^2], to 1e-7 of it or so, with so many rectangles quartered at most.
+pub(super) fn area(patch: &Patch, quartered_most: usize) -> f64 {
     let whole = gauss(patch, [0.0, 0.0], 1.0);
     let mut sum = 0.0;
     let mut stack = vec![([0.0, 0.0], 1.0, whole, 0)];
-    let mut left = QUARTERED;
+    let mut left = quartered_most;
     while let Some(([x, y], side, rough, depth)) = stack.pop() {
         let half = 0.5 * side;
         let quarters = [[x, y], [x + half, y], [x, y + half], [x + half, y + half]]
@@ -83,10 +91,10 @@ mod tests {
         let bent = Patch::Triangle([o, x, y, o, z * a, o]);
         let all = [(square, 6.0), (collapsed, 3.0), (triangle, 3.0), (bowed, strip), (bent, wedge)];
         for (k, (patch, exact)) in all.into_iter().enumerate() {
-            let found = area(&patch);
+            let found = area(&patch, QUARTERED);
             assert!((found / exact - 1.0).abs() < 1e-8, "{k}: {found} {exact}");
         }
-        assert_eq!(area(&Patch::Quad([o; 8])), 0.0);
+        assert_eq!(area(&Patch::Quad([o; 8]), QUARTERED), 0.0);
     }
 
     /// A cubic that runs back over itself: |cross| has a kink along two lines.
@@ -104,6 +112,6 @@ mod tests {
         let steps = 1_000_000;
         let at = |k: i32| x(f64::from(k) / f64::from(steps));
         let length: f64 = (0..steps).map(|k| (at(k + 1) - at(k)).abs()).sum();
-        assert!((area(&folded) / length - 1.0).abs() < 1e-4);
+        assert!((area(&folded, QUARTERED) / length - 1.0).abs() < 1e-4);
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::AuditOptions;
-use super::area::area;
+use super::area::{area, quartered_most};
 use super::borders::Compared;
 use super::refine::Extremes;
 use super::report::{AuditReport, FaceAudit, Jumps, PatchAudit, Percentiles, WorstPatch};
@@ -40,14 +40,14 @@ struct Sums {
 }
 
 impl Sums {
-    fn of_patch(patch: &Patch, samples: &PatchSamples, e: &Extremes) -> Self {
+    fn of_patch(patch: &Patch, samples: &PatchSamples, e: &Extremes, quartered: usize) -> Self {
         let areas = samples.areas();
         let mut sums = Self {
             patches: 1,
             max: e.max.delta,
             min: e.min.delta,
             normal: e.normal.and_then(|s| s.normal_deg).unwrap_or(0.0),
-            area: area(patch),
+            area: area(patch, quartered),
             weight: 0.0,
             square: 0.0,
             plain: [0.0; 2],
@@ -89,7 +89,8 @@ fn worse(e: &Extremes) -> &Sample {
 /// Puts the report together; file names and hashes are left empty for the caller.
 pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
     let parts = found.tool.patches.par_iter().zip(found.samples).zip(&found.extremes);
-    let sums: Vec<Sums> = parts.map(|((p, s), e)| Sums::of_patch(p, s, e)).collect();
+    let quartered = quartered_most(found.tool.patches.len());
+    let sums: Vec<Sums> = parts.map(|((p, s), e)| Sums::of_patch(p, s, e, quartered)).collect();
     let faces = by_face(&found.tool.faces, &sums, &found.borders);
     let mut whole = sums[0];
     sums[1..].iter().for_each(|s| whole.add(s));

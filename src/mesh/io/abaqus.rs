@@ -4,10 +4,9 @@
 
 mod keyword;
 
-use std::collections::HashMap;
-
 use super::polygon;
 use super::sheet::{SheetElements, SheetMesh, used};
+use super::tags::Tags;
 use crate::geometry::Vec3;
 use crate::mesh::MeshError;
 
@@ -39,12 +38,12 @@ struct Deck<'a> {
     line: usize,
     section: Section,
     points: Vec<Vec3>,
-    ids: HashMap<u64, u32>,
+    ids: Tags,
     parts: usize,
     /// Kind, node labels and line of each element.
     elements: Vec<(Kind, Vec<u64>, usize)>,
     /// Line in which each label of an element was read.
-    seen: HashMap<u64, usize>,
+    seen: Tags,
     /// An element that goes on in the next line.
     open: Option<Vec<u64>>,
     /// `*INITIAL CONDITIONS` of a sheet that has been formed.
@@ -58,10 +57,10 @@ pub fn parse(bytes: &[u8], file: &str) -> Result<SheetMesh, MeshError> {
         line: 0,
         section: Section::Other,
         points: Vec::new(),
-        ids: HashMap::new(),
+        ids: Tags::default(),
         parts: 0,
         elements: Vec::new(),
-        seen: HashMap::new(),
+        seen: Tags::default(),
         open: None,
         results: Vec::new(),
     };
@@ -144,7 +143,7 @@ impl Deck<'_> {
         match labels.len() {
             n if n == needed => {
                 let nodes = labels.split_off(1);
-                if let Some(first) = self.seen.insert(labels[0], self.line) {
+                if let Some(first) = self.seen.insert(labels[0], self.line as u32) {
                     let found = format!("element {} a second time, after line {first}", labels[0]);
                     return Err(self.error(found, "each element once"));
                 }
@@ -191,7 +190,7 @@ impl Deck<'_> {
             }
             let mut nodes = Vec::with_capacity(labels.len());
             for label in labels {
-                let id = self.ids.get(&label).copied();
+                let id = self.ids.get(label);
                 nodes.push(id.ok_or_else(|| {
                     self.error(format!("node {label}"), "nodes listed under *NODE")
                 })?);
@@ -219,6 +218,10 @@ impl Deck<'_> {
 impl Deck<'_> {
     /// Refuses a quadrilateral that is concave or whose sides cross: no element can be made of it.
     fn check_convex(&self, quad: &[u32; 4]) -> Result<(), MeshError> {
+        let ring = quad.map(|n| (n, Vec3::zeros()));
+        if polygon::convex_quad(&ring, &self.points).is_some() {
+            return Ok(());
+        }
         let corners = quad.map(|n| self.points[n as usize]);
         let found = match polygon::divided(&corners) {
             Ok(parts) if parts.len() == 1 => return Ok(()),

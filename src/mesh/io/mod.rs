@@ -10,6 +10,7 @@ mod obj;
 mod polygon;
 mod sheet;
 mod stl;
+mod tags;
 #[cfg(test)]
 mod tests;
 mod vtu;

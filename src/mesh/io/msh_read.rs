@@ -1,12 +1,11 @@
 //! MSH 2.2 and 4.1, ASCII and binary: nodes, the triangles and quads of surfaces and the hexahedra of volumes (of
 //! higher order: their corners). All other sections and elements are passed over.
 
-use std::collections::HashMap;
-
 use super::UNATTACHED;
 use super::cursor::Cursor;
 use super::polygon;
 use super::sheet::{Volumes, is_result};
+use super::tags::Tags;
 use crate::geometry::Vec3;
 use crate::mesh::{Element, MeshError, SurfaceMesh};
 
@@ -54,13 +53,20 @@ fn element_type(kind: i64) -> Option<(usize, usize)> {
     })
 }
 
+/// A surface element: the tags of its three or four corners, and its surface.
+struct Cell {
+    tags: [u64; 4],
+    corners: usize,
+    surface: u32,
+}
+
 struct Reader<'a> {
     cursor: Cursor<'a>,
     version: f64,
     vertices: Vec<Vec3>,
-    ids: HashMap<u64, u32>,
-    /// Corner tags and surface of each element, until all nodes are known.
-    cells: Vec<(Vec<u64>, u32)>,
+    ids: Tags,
+    /// Surface elements, until all nodes are known.
+    cells: Vec<Cell>,
     /// Corner tags of hexahedra.
     hexahedra: Vec<[u64; 8]>,
     /// The first volume that is no hexahedron.
@@ -105,9 +111,16 @@ pub fn fields(bytes: &[u8]) -> Vec<String> {
     out
 }
 
-/// Parses the hexahedra of a MSH file.
-pub fn parse_volumes(bytes: &[u8], file: &str) -> Result<Volumes, MeshError> {
-    read(bytes, file)?.volumes()
+/// Parses the hexahedra of a MSH file or, where it has none, its surfaces.
+pub fn parse_sheet(bytes: &[u8], file: &str) -> Result<Result<Volumes, SurfaceMesh>, MeshError> {
+    let mut read = read(bytes, file)?;
+    if let Some(error) = read.other.take() {
+        return Err(error);
+    }
+    if read.hexahedra.is_empty() {
+        return Ok(Err(read.surfaces(Faces::Sound)?));
+    }
+    Ok(Ok(read.volumes()?))
 }
 
 fn read<'a>(bytes: &'a [u8], file: &'a str) -> Result<Reader<'a>, MeshError> {
@@ -116,7 +129,7 @@ fn read<'a>(bytes: &'a [u8], file: &'a str) -> Result<Reader<'a>, MeshError> {
         cursor,
         version: 0.0,
         vertices: Vec::new(),
-        ids: HashMap::new(),
+        ids: Tags::default(),
         cells: Vec::new(),
         hexahedra: Vec::new(),
         other: None,
@@ -245,18 +258,18 @@ impl Reader<'_> {
             let found = format!("a volume element of gmsh's type {kind}");
             self.other = Some(self.cursor.error(found, "hexahedra (type 5)"));
         }
-        let kept = shape.1.max(volume.unwrap_or(0));
-        let mut corners = Vec::new();
+        let mut tags = [0; 8];
         for k in 0..shape.0 {
             let tag = if wide { self.cursor.size()? } else { self.cursor.int()? as u64 };
-            if k < kept {
-                corners.push(tag);
+            if let Some(place) = tags.get_mut(k) {
+                *place = tag;
             }
         }
-        if let Ok(hexahedron) = <[u64; 8]>::try_from(&corners[..]) {
-            self.hexahedra.push(hexahedron);
+        if volume == Some(8) {
+            self.hexahedra.push(tags);
         } else if shape.1 > 0 {
-            self.cells.push((corners, surface));
+            let [a, b, c, d, ..] = tags;
+            self.cells.push(Cell { tags: [a, b, c, d], corners: shape.1, surface });
         }
         Ok(())
     }
@@ -307,36 +320,41 @@ impl Reader<'_> {
     }
 
     fn node(&self, tag: u64) -> Result<u32, MeshError> {
-        self.ids.get(&tag).copied().ok_or_else(|| {
+        self.ids.get(tag).ok_or_else(|| {
             let found = format!("an element that uses node {tag}");
             self.cursor.error(found, "nodes listed in $Nodes")
         })
     }
 
     fn surfaces(self, faces: Faces) -> Result<SurfaceMesh, MeshError> {
-        let mut elements = Vec::new();
-        for (tags, surface) in &self.cells {
-            let ring: Vec<u32> = tags.iter().map(|t| self.node(*t)).collect::<Result<_, _>>()?;
-            let corners: Vec<(u32, Vec3)> = ring.iter().map(|&n| (n, Vec3::zeros())).collect();
-            if faces == Faces::AsMade {
-                elements.extend(Element::from_ring(&ring, *surface));
-                continue;
+        let mut elements = Vec::with_capacity(self.cells.len());
+        for Cell { tags, corners, surface } in &self.cells {
+            let tags = &tags[..*corners];
+            let mut ring = [(0, Vec3::zeros()); 4];
+            for (corner, tag) in ring.iter_mut().zip(tags) {
+                corner.0 = self.node(*tag)?;
             }
-            let parts = polygon::elements(&corners, &self.vertices, *surface);
-            let parts = parts.map_err(|found| {
-                polygon::refused(self.cursor.file(), format!("element with nodes {tags:?}"), found)
-            })?;
-            elements.extend(parts.into_iter().map(|(element, _)| element));
+            let ring = &ring[..*corners];
+            if faces == Faces::AsMade {
+                let ids: Vec<u32> = ring.iter().map(|corner| corner.0).collect();
+                elements.extend(Element::from_ring(&ids, *surface));
+            } else if let Some(quad) = polygon::convex_quad(ring, &self.vertices) {
+                elements.push(Element::quad(quad, *surface));
+            } else {
+                let parts = polygon::elements(ring, &self.vertices, *surface);
+                let parts = parts.map_err(|found| {
+                    let place = format!("element with nodes {tags:?}");
+                    polygon::refused(self.cursor.file(), place, found)
+                })?;
+                elements.extend(parts.into_iter().map(|(element, _)| element));
+            }
         }
         let mut mesh = SurfaceMesh { vertices: self.vertices, elements };
         mesh.compact();
         Ok(mesh)
     }
 
-    fn volumes(mut self) -> Result<Volumes, MeshError> {
-        if let Some(error) = self.other.take() {
-            return Err(error);
-        }
+    fn volumes(self) -> Result<Volumes, MeshError> {
         let mut hexahedra = Vec::with_capacity(self.hexahedra.len());
         for tags in &self.hexahedra {
             let mut nodes = [0; 8];

@@ -42,6 +42,17 @@ pub(super) fn elements(
     Ok(divided(&corners)?.iter().filter_map(|ids| part(ids)).collect())
 }
 
+/// The vertices of a ring of four that differ and are corners of a convex quadrilateral: most that meshes have.
+pub(super) fn convex_quad(ring: &[(u32, Vec3)], points: &[Vec3]) -> Option<[u32; 4]> {
+    let ids = <[(u32, Vec3); 4]>::try_from(ring).ok()?.map(|corner| corner.0);
+    if (1..4).any(|k| ids[..k].contains(&ids[k])) {
+        return None;
+    }
+    let corners = ids.map(|id| points[id as usize]);
+    let view = View::of(&corners).ok()?;
+    is_convex(&corners.map(|p| view.of_point(&p))).then_some(ids)
+}
+
 /// The error for a polygon at a place of a file.
 pub(super) fn refused(file: &str, place: String, found: String) -> MeshError {
     let allowed = "flat polygons whose sides meet at their corners only".into();
@@ -53,51 +64,61 @@ pub(super) fn refused(file: &str, place: String, found: String) -> MeshError {
 /// # Errors
 /// As [`elements`].
 pub(super) fn divided(corners: &[Vec3]) -> Result<Vec<Vec<usize>>, String> {
-    let flat = seen_along_normal(corners)?;
-    if is_convex_quad(&flat) {
+    let view = View::of(corners)?;
+    let flat: Vec<Point2<f64>> = corners.iter().map(|p| view.of_point(p)).collect();
+    if <&[_; 4]>::try_from(&flat[..]).is_ok_and(is_convex) {
         return Ok(vec![(0..4).collect()]);
     }
     triangles(&flat)
 }
 
-/// The polygon seen along the coordinate axis nearest to its normal, counter-clockwise: coordinates stay what they are.
-fn seen_along_normal(corners: &[Vec3]) -> Result<Vec<Point2<f64>>, String> {
-    let n = corners.len();
-    let origin = corners[0];
-    let normal: Vec3 =
-        (0..n).map(|k| (corners[k] - origin).cross(&(corners[(k + 1) % n] - origin))).sum();
-    let diagonal = Aabb::of_points(corners).diagonal();
-    if normal.norm() <= 1e-12 * diagonal * diagonal || !normal.norm().is_finite() {
-        return Err(format!("a polygon of {n} corners without area, or whose sides cross"));
-    }
-    let unit = normal / normal.norm();
-    let mean = corners.iter().map(|p| p - origin).sum::<Vec3>() / n as f64;
-    let off = corners.iter().map(|p| (p - origin - mean).dot(&unit).abs()).fold(0.0, f64::max);
-    if n > 4 && off > OFF_PLANE_MAX_REL * diagonal {
-        return Err(format!(
-            "a polygon of {n} corners that lie up to {off:.4} off their plane, {:.0} % of its size ({:.0} % allowed)",
-            100.0 * off / diagonal,
-            100.0 * OFF_PLANE_MAX_REL
-        ));
-    }
-    let axis = unit.iamax();
-    let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
-    let turned = unit[axis] < 0.0;
-    // The triangulation refuses coordinates below 1e-142 that are not zero.
-    let clean = |x: f64| if x.abs() < 1e-100 { 0.0 } else { x };
-    let seen = |p: &Vec3| {
-        let (x, y) = (clean(p[a]), clean(p[b]));
-        if turned { Point2::new(y, x) } else { Point2::new(x, y) }
-    };
-    Ok(corners.iter().map(seen).collect())
+/// The direction in which a polygon is seen counter-clockwise: the coordinate axis nearest to its normal, so that coordinates stay
+/// what they are.
+struct View {
+    axes: [usize; 2],
+    turned: bool,
 }
 
-fn is_convex_quad(flat: &[Point2<f64>]) -> bool {
+impl View {
+    /// Of a polygon of these corners.
+    fn of(corners: &[Vec3]) -> Result<Self, String> {
+        let n = corners.len();
+        let origin = corners[0];
+        let normal: Vec3 =
+            (0..n).map(|k| (corners[k] - origin).cross(&(corners[(k + 1) % n] - origin))).sum();
+        let diagonal = Aabb::of_points(corners).diagonal();
+        if normal.norm() <= 1e-12 * diagonal * diagonal || !normal.norm().is_finite() {
+            return Err(format!("a polygon of {n} corners without area, or whose sides cross"));
+        }
+        let unit = normal / normal.norm();
+        let mean = corners.iter().map(|p| p - origin).sum::<Vec3>() / n as f64;
+        let off = corners.iter().map(|p| (p - origin - mean).dot(&unit).abs()).fold(0.0, f64::max);
+        if n > 4 && off > OFF_PLANE_MAX_REL * diagonal {
+            return Err(format!(
+                "a polygon of {n} corners that lie up to {off:.4} off their plane, {:.0} % of its size ({:.0} % allowed)",
+                100.0 * off / diagonal,
+                100.0 * OFF_PLANE_MAX_REL
+            ));
+        }
+        let axis = unit.iamax();
+        Ok(Self { axes: [(axis + 1) % 3, (axis + 2) % 3], turned: unit[axis] < 0.0 })
+    }
+
+    fn of_point(&self, p: &Vec3) -> Point2<f64> {
+        // The triangulation refuses coordinates below 1e-142 that are not zero.
+        let clean = |x: f64| if x.abs() < 1e-100 { 0.0 } else { x };
+        let [x, y] = self.axes.map(|axis| clean(p[axis]));
+        if self.turned { Point2::new(y, x) } else { Point2::new(x, y) }
+    }
+}
+
+/// Whether no corner of a quadrilateral seen counter-clockwise turns to the right.
+fn is_convex(flat: &[Point2<f64>; 4]) -> bool {
     let turns_left = |k: usize| {
         let [a, b, c] = [0, 1, 2].map(|i| flat[(k + i) % 4]);
         (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x) >= 0.0
     };
-    flat.len() == 4 && (0..4).all(turns_left)
+    (0..4).all(turns_left)
 }
 
 /// The triangles inside a polygon seen counter-clockwise.

@@ -92,16 +92,18 @@ pub fn parse_sheet(bytes: &[u8], name: &str) -> Result<SheetMesh, MeshError> {
         "vtu" => {
             let grid = vtu::grid_of(bytes, name)?;
             let results = vtu::results(&grid);
-            match hexahedra(vtu::volumes(&grid, name)?) {
-                Some(found) => SheetMesh { results, ..found },
-                None => quads(vtu::surfaces(grid, name)?, results, name)?,
+            let volumes = vtu::volumes(&grid, name)?;
+            if volumes.hexahedra.is_empty() {
+                quads(vtu::surfaces(grid, name)?, results, name)?
+            } else {
+                SheetMesh { results, ..of_hexahedra(volumes) }
             }
         }
         "msh" => {
             let results = msh_read::fields(bytes);
-            match hexahedra(msh_read::parse_volumes(bytes, name)?) {
-                Some(found) => SheetMesh { results, ..found },
-                None => quads(msh_read::parse(bytes, name)?.into(), results, name)?,
+            match msh_read::parse_sheet(bytes, name)? {
+                Ok(volumes) => SheetMesh { results, ..of_hexahedra(volumes) },
+                Err(surfaces) => quads(surfaces.into(), results, name)?,
             }
         }
         _ => return quads(super::parse(bytes, name)?, Vec::new(), name),
@@ -110,14 +112,11 @@ pub fn parse_sheet(bytes: &[u8], name: &str) -> Result<SheetMesh, MeshError> {
     Ok(sheet)
 }
 
-/// The sheet of a file's hexahedra, where it has any.
-fn hexahedra(Volumes { points, hexahedra }: Volumes) -> Option<SheetMesh> {
-    if hexahedra.is_empty() {
-        return None;
-    }
+/// The sheet of a file's hexahedra.
+fn of_hexahedra(Volumes { points, hexahedra }: Volumes) -> SheetMesh {
     let (points, elements) = used(&points, hexahedra);
     let elements = SheetElements::Hexahedra { elements, stacked: false };
-    Some(SheetMesh { points, elements, results: Vec::new() })
+    SheetMesh { points, elements, results: Vec::new() }
 }
 
 /// The sheet of a file's surface elements, all of which are quadrilaterals.

@@ -36,7 +36,7 @@ pub(super) fn same_way_up(
             links[ids[next] as usize].push((ids[k], differ));
         }
     }
-    let turned = walk(&links);
+    let turned = walk(columns, |column| links[column].iter().copied());
     for e in 0..elements {
         let ids = of_column(e);
         let way = |k: usize| up(e, k) ^ turned[ids[k] as usize];
@@ -48,26 +48,68 @@ pub(super) fn same_way_up(
 }
 
 /// Marks so that linked items differ where the link says so, as far as that can be.
-fn walk(links: &[Vec<(u32, bool)>]) -> Vec<bool> {
-    let mut mark: Vec<Option<bool>> = vec![None; links.len()];
-    for start in 0..links.len() {
-        if mark[start].is_some() {
+fn walk<I: Iterator<Item = (u32, bool)>>(count: usize, links: impl Fn(usize) -> I) -> Vec<bool> {
+    let mut mark = vec![false; count];
+    let mut seen = vec![false; count];
+    let mut todo = Vec::new();
+    for start in 0..count {
+        if std::mem::replace(&mut seen[start], true) {
             continue;
         }
-        mark[start] = Some(false);
-        let mut todo = vec![start];
+        todo.push(start);
         while let Some(now) = todo.pop() {
-            let own = mark[now].unwrap_or(false);
-            for &(next, differ) in &links[now] {
+            for (next, differ) in links(now) {
                 let next = next as usize;
-                if mark[next].is_none() {
-                    mark[next] = Some(own ^ differ);
+                if !std::mem::replace(&mut seen[next], true) {
+                    mark[next] = mark[now] ^ differ;
                     todo.push(next);
                 }
             }
         }
     }
-    mark.into_iter().map(|m| m.unwrap_or(false)).collect()
+    mark
+}
+
+/// What is across the four sides of each quadrilateral: another one, and whether it turns the other way.
+struct Neighbours(Vec<[u32; 4]>);
+
+impl Neighbours {
+    /// A side without another quadrilateral.
+    const NONE: u32 = u32::MAX;
+
+    fn of(quads: &[[u32; 4]]) -> Result<Self, SheetError> {
+        // Of each side the quadrilateral that has it and which of its sides that is, until another one has been found.
+        let mut open: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+        open.reserve(2 * quads.len());
+        let mut across = vec![[Self::NONE; 4]; quads.len()];
+        for (e, q) in quads.iter().enumerate() {
+            for k in 0..4 {
+                let [a, b] = side(q, k);
+                let Some(first) = open.get_mut(&[a.min(b), a.max(b)]) else {
+                    open.insert([a.min(b), a.max(b)], (4 * e + k) as u32);
+                    continue;
+                };
+                let known = std::mem::replace(first, Self::NONE);
+                if known == Self::NONE {
+                    return Err(SheetError::Branches { element: e });
+                }
+                let (other, l) = (known as usize / 4, known as usize % 4);
+                let differ = u32::from(side(&quads[other], l) == [a, b]);
+                across[e][k] = 2 * other as u32 + differ;
+                across[other][l] = 2 * e as u32 + differ;
+            }
+        }
+        Ok(Self(across))
+    }
+
+    fn of_element(&self, e: usize) -> impl Iterator<Item = (u32, bool)> {
+        let there = self.0[e].into_iter().filter(|code| *code != Self::NONE);
+        there.map(|code| (code / 2, code % 2 == 1))
+    }
+}
+
+fn side(quad: &[u32; 4], k: usize) -> [u32; 2] {
+    [quad[k], quad[(k + 1) % 4]]
 }
 
 /// Quadrilaterals all turned one way: counter-clockwise seen from +z or, of a sheet that stands upright, from its
@@ -79,31 +121,13 @@ pub fn oriented(points: &[Vec3], quads: &[[u32; 4]]) -> Result<Vec<[u32; 4]>, Sh
     if let Some(element) = quads.iter().position(|q| !all_different(q)) {
         return Err(SheetError::Degenerate { element });
     }
-    let mut links: Vec<Vec<(u32, bool)>> = vec![Vec::new(); quads.len()];
-    let mut first: FxHashMap<[u32; 2], Option<(usize, bool)>> = FxHashMap::default();
-    let mut pairs = Vec::new();
-    for (e, q) in quads.iter().enumerate() {
-        for k in 0..4 {
-            let (a, b) = (q[k], q[(k + 1) % 4]);
-            let forward = a < b;
-            match first.get_mut(&[a.min(b), a.max(b)]) {
-                None => {
-                    first.insert([a.min(b), a.max(b)], Some((e, forward)));
-                }
-                Some(seen) => {
-                    let Some((other, way)) = seen.take() else {
-                        return Err(SheetError::Branches { element: e });
-                    };
-                    links[e].push((other as u32, way == forward));
-                    links[other].push((e as u32, way == forward));
-                    pairs.push([e, other]);
-                }
-            }
-        }
-    }
-    one_part(quads.len(), pairs.into_iter())?;
-    let turned = walk(&links);
-    let torn = |e: usize| links[e].iter().any(|(o, d)| turned[e] ^ turned[*o as usize] != *d);
+    let neighbours = Neighbours::of(quads)?;
+    let pairs = |e: usize| neighbours.of_element(e).map(move |(other, _)| [e, other as usize]);
+    one_part(quads.len(), (0..quads.len()).flat_map(pairs))?;
+    let turned = walk(quads.len(), |e| neighbours.of_element(e));
+    let torn = |e: usize| {
+        neighbours.of_element(e).any(|(o, differ)| turned[e] ^ turned[o as usize] != differ)
+    };
     if let Some(element) = (0..quads.len()).find(|&e| torn(e)) {
         return Err(SheetError::OneSided { element });
     }

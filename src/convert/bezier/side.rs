@@ -143,7 +143,8 @@ fn way<'a>(
 
 impl<'a> Side<'a> {
     fn new(way: Way<'a>, ends: [Vec3; 2]) -> Self {
-        let count = STEPS * FINE;
+        // Each point of a projected chord is a search: those of the steps do, by which it is no less smooth.
+        let count = if matches!(way, Way::Projected(..)) { STEPS } else { STEPS * FINE };
         let mut shares = vec![0.0];
         let mut before = way.at(0.0);
         for k in 1..=count {

@@ -19,7 +19,7 @@ const DEEPEST: u32 = 8;
 /// what folds more the area is known to fewer digits. Doubled: as much longer for such patches.
 const QUARTERED: usize = 1000;
 /// The same over all patches of a tool, as long as that leaves each `QUARTERED_LEAST`: more than a collapsed corner takes.
-const QUARTERED_IN_ALL: usize = 20_000;
+const QUARTERED_IN_ALL: usize = 5_000;
 const QUARTERED_LEAST: usize = 50;
 
 /// Rectangles that may be quartered in each of so many patches.

@@ -13,7 +13,7 @@ use super::folder::{RunFolder, inputs};
 use crate::files::{Sha256Writer, WriteError, sha256_hex, write_atomic};
 use crate::report::record::RunRecord;
 use crate::scene::Plan;
-use crate::solver::state::SimulationState;
+use crate::solver::snapshot::SimulationState;
 
 /// Version of the file.
 const VERSION: u32 = 15;

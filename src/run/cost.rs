@@ -281,8 +281,8 @@ mod tests {
     use super::*;
     use crate::solver::Curve;
     use crate::solver::assembly::Body;
-    use crate::solver::blank::rectangle;
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     /// What is estimated from counts against the plan of the factorisation itself.
     #[test]

@@ -86,9 +86,9 @@ mod tests {
     use crate::report::{Vtu, vtu_read};
     use crate::run::fields;
     use crate::solver::assembly::Evaluation;
-    use crate::solver::blank::rectangle;
     use crate::solver::element::{ElementKind, Want};
     use crate::solver::material::{Material, card, elastic::Elastic};
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 5, membrane: true };
 

@@ -8,8 +8,8 @@ use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
 use crate::report::record::ThroughItselfRecord;
 use crate::scene::types::SymmetryPlane;
-use crate::solver::blank::HexMesh;
 use crate::solver::element::natural_coordinates;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// A node is inside an element where its coordinates there (-1 to 1) are within this towards the sheet's faces, which may
 /// touch; and within this towards its edges and its other elements.
@@ -118,7 +118,7 @@ fn thickness_direction(mesh: &HexMesh, element: &[u32; 8]) -> usize {
 mod tests {
     use super::*;
     use crate::scene::types::Axis;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     /// A strip of 40 x 2 x 1 mm folded over a round of this radius about y at its middle: legs `2 radius` apart.
     fn folded(radius: f64) -> (HexMesh, Vec<Vec3>) {

@@ -10,8 +10,8 @@ use crate::report::record::{
 };
 use crate::scene::types::SymmetryPlane;
 use crate::solver::IncrementReport;
-use crate::solver::inside::Inside;
 use crate::solver::penetration::FacePenetration;
+use crate::solver::penetration::inside::Inside;
 
 /// Depth of a node inside a tool, over the thickness, from which it is of note at the end of a stage.
 const DEEP: f64 = 0.1;

@@ -4,8 +4,8 @@
 use crate::geometry::Vec3;
 use crate::report::record::ShearedRecord;
 use crate::solver::assembly::Body;
-use crate::solver::blank::HexMesh;
 use crate::solver::element::ElementKind;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Share of the nodes that are pressed so, of which it is of note: sheets that come out right have up to 0.25, others 0.33 and
 /// more (docs/results/solver.md).
@@ -109,9 +109,9 @@ fn for_each_face(mesh: &HexMesh, mut see: impl FnMut(usize, [usize; 4])) {
 mod tests {
     use super::*;
     use crate::solver::assembly::Evaluation;
-    use crate::solver::blank::rectangle;
     use crate::solver::element::Want;
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     const LENGTH: f64 = 30.0;
 

@@ -3,7 +3,7 @@
 
 use crate::geometry::Vec3;
 use crate::report::record::ZigzagRecord;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// How far a column leans from the mean of its neighbours that counts [rad], and how far neighbours do so to the other side, over
 /// that.
@@ -74,7 +74,7 @@ pub(super) fn neighbours(mesh: &HexMesh) -> Vec<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn columns_that_lean_by_turns_are_found_and_those_of_a_bent_sheet_are_not() {

@@ -7,7 +7,7 @@ use super::read::SceneError;
 use super::types::{Blank, BlankShape, Region, Scene, SymmetryPlane};
 use crate::geometry::Vec3;
 use crate::solver::Constraints;
-use crate::solver::blank::{HexMesh, disc, quarter_disc, rectangle, thickened};
+use crate::solver::sheet::hex_mesh::{HexMesh, disc, quarter_disc, rectangle, thickened};
 
 pub use super::file_sheet::of_sheet;
 

@@ -8,8 +8,8 @@ use super::types::{Blank, BlankShape, MeshState};
 use crate::files::sha256_hex;
 use crate::geometry::Vec3;
 use crate::mesh::io::{self, SheetElements, SheetMesh};
-use crate::solver::blank::{HexMesh, thickened};
-use crate::solver::columns::{from_hexahedra, oriented};
+use crate::solver::sheet::columns::{from_hexahedra, oriented};
+use crate::solver::sheet::hex_mesh::{HexMesh, thickened};
 
 /// Thickness and layers given with hexahedra may differ from theirs by this share.
 const SAME: f64 = 0.01;

@@ -5,7 +5,7 @@ use super::read::Plan;
 use super::types::Blank;
 use crate::geometry::Vec3;
 use crate::solver::assembly::{AlongNormal, Body};
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Sine of the angle to z up to which a normal is along it: what files written with seven digits leave over fine elements.
 const ALONG_Z: f64 = 1e-3;

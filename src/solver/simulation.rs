@@ -1,18 +1,20 @@
 //! The driver: a checked set-up becomes a sequence of converged increments.
 
 use super::assembly::Body;
-use super::constraints::Constraints;
 use super::element::Want;
 use super::linear::LinearError;
-use super::newton::NewtonError;
-use super::reports::contact_forces;
-use super::stages::{Energies, IncrementReport, IterationRecord, Limits, RunSummary, Stage};
-use super::stepping::{UnderWay, advance};
-use super::system::System;
-use super::tools::{Placement, SheetSide, Tool, ToolSetup};
-use super::trial::Committed;
 use crate::cancel::Cancel;
 use crate::geometry::Vec3;
+use crate::solver::increment::attempt::Committed;
+use crate::solver::increment::increment::{UnderWay, advance};
+use crate::solver::newton::newton::NewtonError;
+use crate::solver::observe::contact_forces;
+use crate::solver::sheet::supports::Constraints;
+use crate::solver::stage::stage::{
+    Energies, IncrementReport, IterationRecord, Limits, RunSummary, Stage,
+};
+use crate::solver::system::system::System;
+use crate::solver::tools::tool::{Placement, SheetSide, Tool, ToolSetup};
 
 /// Everything a run needs.
 pub struct SimulationSetup {

@@ -4,7 +4,7 @@ use super::Finding;
 use super::material::EARLY;
 use crate::report::doubt::DoubtCode;
 use crate::scene::Plan;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{Motion, SimulationSetup};
 
 /// Coefficient of friction of a dry, seizing sheet.

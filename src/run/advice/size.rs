@@ -4,7 +4,7 @@ use super::symmetry::EVERYWHERE;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::frame::unit;
 use crate::geometry::{Aabb, Vec3};
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Share of a direction that must lie in an element's plane for it to say where the sheet bends.
 const IN_PLANE: f64 = 0.1;
@@ -112,7 +112,7 @@ impl Sizes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn elements_are_measured_along_directions() {

@@ -8,7 +8,7 @@ use crate::report::doubt::DoubtCode;
 use crate::run::cost::Cost;
 use crate::scene::Plan;
 use crate::scene::types::BlankShape;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{SimulationSetup, ToolSetup};
 
 /// Positions this close are the same, as a share of the sheet's size; of tools, at most that many times farther.
@@ -287,7 +287,7 @@ mod tests {
     use super::*;
     use crate::contact::ToolSurface;
     use crate::contact::test_tools::plane;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
     use crate::solver::{Placement, SheetSide};
 
     #[test]

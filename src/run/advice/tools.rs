@@ -260,7 +260,7 @@ mod tests {
 
     use super::*;
     use crate::contact::test_tools::{arc, plane, revolved};
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
     use crate::tool::ToolModel;
 
     fn cost() -> Cost {

@@ -59,9 +59,9 @@ mod tests {
 
     use super::*;
     use crate::solver::assembly::Evaluation;
-    use crate::solver::blank::{HexMesh, rectangle};
     use crate::solver::element::{ElementKind, Want};
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 3, membrane: true };
 

@@ -9,12 +9,12 @@ use rayon::prelude::*;
 
 use super::{Body, Built, ElementFailure, Evaluation};
 use crate::geometry::Mat3;
-use crate::solver::blank::HexMesh;
 use crate::solver::element::{
     DOFS, ElementInput, ElementKind, ElementMatrices, PointFailure, PointGeometry, Want,
 };
+use crate::solver::linear::pattern::{Gather, NodeUse};
 use crate::solver::material::{Material, Turned};
-use crate::solver::pattern::{Gather, NodeUse};
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Elements of a band for every thread: the answers of two bands stay in the cache next to it.
 const ELEMENTS_PER_THREAD: usize = 128;
@@ -297,8 +297,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::solver::blank::rectangle;
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     /// A sheet of 9 x 7 x 2 elements in the order `place` puts them in.
     fn body(place: impl Fn(usize) -> usize, length: usize) -> Body {

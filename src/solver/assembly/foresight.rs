@@ -94,9 +94,9 @@ impl Body {
 mod tests {
     use super::*;
     use crate::geometry::{Mat3, Vec3};
-    use crate::solver::blank::rectangle;
     use crate::solver::element::ElementKind;
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     /// A sheet of 2 x 2 elements, stretched in proportion to `step` and turned by 0.1 rad with each: displacements.
     fn stretched_and_turned(body: &Body, step: f64) -> Vec<f64> {

@@ -112,9 +112,9 @@ fn elastic_ratio(states: &[f64], len: usize, memory: &Memory, weights: &[f64]) -
 mod tests {
     use super::*;
     use crate::solver::assembly::Evaluation;
-    use crate::solver::blank::rectangle;
     use crate::solver::element::{ElementKind, Want};
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     /// Volume that does not balance in a sheet of 3 x 3 elements, pulled by 10 % along x as `width` and `thickness` say
     /// and sheared unevenly.

@@ -9,8 +9,8 @@ use nalgebra::SMatrix;
 
 use super::foreseen::Memory;
 use super::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
-use crate::solver::lanes::Eight;
-use crate::solver::tensor::Mandel;
+use crate::solver::numbers::lanes::Eight;
+use crate::solver::numbers::tensor::Mandel;
 
 /// How near to its yield surface a point is taken to be there, over its stress.
 const NEAR: f64 = 1e-3;

@@ -2,7 +2,7 @@
 
 use super::plastic::MaterialDataError;
 use super::{LogResponse, Material, MaterialError};
-use crate::solver::tensor::{Mandel, Mandel66, dot};
+use crate::solver::numbers::tensor::{Mandel, Mandel66, dot};
 
 /// Isotropic elastic constants.
 #[derive(Debug, Clone, Copy, PartialEq)]

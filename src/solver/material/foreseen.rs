@@ -8,8 +8,8 @@
 use std::sync::Arc;
 
 use super::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
-use crate::solver::lanes::Eight;
-use crate::solver::tensor::{Mandel, Mandel66};
+use crate::solver::numbers::lanes::Eight;
+use crate::solver::numbers::tensor::{Mandel, Mandel66};
 
 /// What a law keeps that an increment can be foreseen from.
 #[derive(Debug, Clone, Copy)]
@@ -87,8 +87,8 @@ impl Material for Foreseen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::lanes::POINTS;
     use crate::solver::material::card;
+    use crate::solver::numbers::lanes::POINTS;
 
     /// A point of mild steel that flows, the strain it is foreseen to reach put in its history.
     fn foreseen() -> (Arc<dyn Material>, Vec<f64>, Mandel) {

@@ -25,8 +25,8 @@ pub mod yld2004;
 pub(crate) use self::turned::Turned;
 
 use self::foreseen::Memory;
-use super::lanes::{Eight, POINTS};
-use super::tensor::{Mandel, Mandel66};
+use crate::solver::numbers::lanes::{Eight, POINTS};
+use crate::solver::numbers::tensor::{Mandel, Mandel66};
 
 /// What a material law answers at a point, in logarithmic strain space.
 #[derive(Debug, Clone, Copy)]

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
-use crate::solver::blank::HexMesh;
-use crate::solver::tools::SheetSide;
+use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::solver::tools::tool::SheetSide;
 
 /// Local nodes of the faces of an element, counter-clockwise seen from outside.
 const FACES: [[usize; 4]; 6] =
@@ -203,7 +203,7 @@ fn along(corners: &[Vec3; 4], p: &Vec3, at: [f64; 2], axis: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn the_closest_point_of_a_warped_face_is_no_farther_than_any_sample() {

@@ -4,8 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
 use crate::contact::test_tools::{arc, plane, revolved};
-use crate::solver::blank::rectangle;
-use crate::solver::constraints::Constraints;
+use crate::solver::sheet::hex_mesh::rectangle;
+use crate::solver::sheet::supports::Constraints;
 use crate::solver::tests::{body, steel};
 use crate::solver::{Placement, ToolSetup};
 use crate::tool::ToolModel;

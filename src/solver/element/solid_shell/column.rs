@@ -8,7 +8,7 @@ use crate::solver::element::kernels::{self, Row};
 use crate::solver::element::{
     DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible,
 };
-use crate::solver::tensor::{self, Mandel, Mandel66};
+use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
 /// Directions in which modes strain a point: through the thickness, one for each shape as all modes go one way, and the
 /// stretches.

@@ -14,9 +14,9 @@ use super::column::{Frame, Totals};
 use super::generalised::lanes::{Powers, add_generalised, add_generalised_stiffness, natural};
 use crate::geometry::Vec3;
 use crate::solver::element::{ElementInput, FailureReason, PointFailure, Want};
-use crate::solver::lanes::algebra::{apply, congruence, cross, multiply, splat};
-use crate::solver::lanes::{Eight, Lane, POINTS};
 use crate::solver::material::log_strain::{self, Responses};
+use crate::solver::numbers::algebra::{apply, congruence, cross, multiply, splat};
+use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 
 /// Columns of an element, and points of one at most.
 pub(super) const COLUMNS: usize = 4;

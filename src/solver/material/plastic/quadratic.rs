@@ -14,10 +14,10 @@ use self::search::{ACCEPTED, Search};
 use super::{
     BACKSTRESS, Decay, EQUIVALENT, MAX_ITERATIONS, Plastic, STRAIN, WORK, YIELD_TOLERANCE,
 };
-use crate::solver::lanes::algebra::{turn_back, turned};
-use crate::solver::lanes::{Eight, Lane, POINTS};
 use crate::solver::material::hill48::Spectrum;
 use crate::solver::material::{LogResponses, MaterialError};
+use crate::solver::numbers::algebra::{turn_back, turned};
+use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 
 const NONE: Eight = [0.0; POINTS];
 

@@ -4,7 +4,7 @@
 use super::Backstress;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::yield_function::YieldFunction;
-use crate::solver::tensor::{self, Mandel};
+use crate::solver::numbers::tensor::{self, Mandel};
 
 /// Steps to a strain; their lengths grow linearly, as backstresses saturate early.
 const STEPS: usize = 100;

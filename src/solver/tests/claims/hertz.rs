@@ -9,8 +9,8 @@ use super::{setup, square, stage, steel, tool};
 use crate::contact::test_tools::Builder;
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::{HexMesh, rectangle};
 use crate::solver::element::ElementKind;
+use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
 use crate::solver::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
 use crate::tool::ToolModel;
 

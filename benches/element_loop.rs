@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use kanagata::solver::assembly::{Body, Evaluation};
+use kanagata::solver::assembly::Body;
+use kanagata::solver::assembly::Evaluation;
 use kanagata::solver::element::{ElementKind, Want};
 use kanagata::solver::material::elastic::Elastic;
 use kanagata::solver::material::hardening::Hardening;

@@ -9,9 +9,9 @@ use crate::report::record::{
     FacePenetrationRecord, InToolRecord, NeckingRecord, OverEdgeRecord, RunRecord,
 };
 use crate::scene::types::SymmetryPlane;
+use crate::solver::FacePenetration;
 use crate::solver::IncrementReport;
-use crate::solver::penetration::FacePenetration;
-use crate::solver::penetration::inside::Inside;
+use crate::solver::penetration::Inside;
 
 /// Depth of a node inside a tool, over the thickness, from which it is of note at the end of a stage.
 const DEEP: f64 = 0.1;

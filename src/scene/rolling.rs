@@ -4,7 +4,8 @@ use super::check::Fault;
 use super::read::Plan;
 use super::types::Blank;
 use crate::geometry::Vec3;
-use crate::solver::assembly::{AlongNormal, Body};
+use crate::solver::assembly::AlongNormal;
+use crate::solver::assembly::Body;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Sine of the angle to z up to which a normal is along it: what files written with seven digits leave over fine elements.

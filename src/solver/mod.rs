@@ -14,7 +14,9 @@ mod active_set;
 pub mod assembly;
 mod contact;
 pub mod element;
+pub mod error;
 mod increment;
+pub mod limits;
 pub mod linear;
 pub mod material;
 pub mod newton;
@@ -23,6 +25,7 @@ mod observe;
 pub mod penetration;
 pub mod reach;
 mod remedy;
+pub mod report;
 pub mod sheet;
 pub mod simulation;
 pub mod snapshot;
@@ -30,13 +33,18 @@ pub mod stage;
 mod system;
 pub mod tools;
 
+pub use contact::face_penetration::FacePenetration;
+pub use error::SimulationError;
+pub use limits::{ContactMethod, Limits};
+pub use newton::record::{IterationRecord, convergence_order};
+pub use report::{Control, IncrementReport, RunSummary, ToolReport};
 pub use sheet::supports::Constraints;
-pub use simulation::{Control, Simulation, SimulationError, SimulationSetup};
-pub use stage::stage::{
-    ContactMethod, IncrementReport, IterationRecord, Limits, RunSummary, Stage, ToolReport,
-    convergence_order,
-};
-pub use tools::tool::{Curve, Motion, Placement, SheetSide, ToolSetup};
+pub use simulation::SimulationSetup;
+pub use stage::stage::Stage;
+pub use stage::state::Simulation;
+pub use system::timings::Timings;
+pub use tools::motion::{Curve, Motion};
+pub use tools::tool::{Placement, SheetSide, ToolSetup};
 
 #[cfg(test)]
 mod tests;

@@ -1,10 +1,12 @@
 //! What the observer of a run is told after an increment.
 
 use crate::solver::contact::candidate::ContactSet;
-use crate::solver::simulation::{Control, Simulation, SimulationError};
-use crate::solver::stage::stage::{IncrementReport, ToolReport};
-use crate::solver::system::system::{Role, System};
-use crate::solver::tools::tool::Motion;
+use crate::solver::error::SimulationError;
+use crate::solver::report::{Control, IncrementReport, ToolReport};
+use crate::solver::stage::state::Simulation;
+use crate::solver::system::system::System;
+use crate::solver::tools::motion::Motion;
+use crate::solver::tools::role::Role;
 
 impl Simulation {
     fn tool_report(&self, tool: usize, share: f64) -> ToolReport {

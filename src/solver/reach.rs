@@ -12,11 +12,14 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::simulation::{Simulation, SimulationError, SimulationSetup};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
+use crate::solver::error::SimulationError;
 use crate::solver::sheet::sizes::edge_lengths;
-use crate::solver::tools::tool::{Motion, SheetSide, ToolSetup};
+use crate::solver::simulation::SimulationSetup;
+use crate::solver::stage::state::Simulation;
+use crate::solver::tools::motion::Motion;
+use crate::solver::tools::tool::{SheetSide, ToolSetup};
 
 /// Share of the sheet's size that it may grow or turn up at its rim.
 const RIM: f64 = 0.05;

@@ -1,12 +1,14 @@
 //! What a run that gives up says: where, at which tool, and what to try.
 
-use crate::solver::active_set::approach::FACING;
+use crate::solver::error::SimulationError;
 use crate::solver::linear::LinearError;
-use crate::solver::newton::newton::NewtonError;
-use crate::solver::simulation::{Simulation, SimulationError};
+use crate::solver::newton::outcome::NewtonError;
 use crate::solver::stage::stage::Stage;
-use crate::solver::system::system::{Role, System};
-use crate::solver::tools::tool::Motion;
+use crate::solver::stage::state::Simulation;
+use crate::solver::system::system::System;
+use crate::solver::tools::motion::Motion;
+use crate::solver::tools::role::Role;
+use crate::solver::tools::way::FACING;
 
 fn farthest_from_balance(sys: &System) -> usize {
     let forces = sys.unbalanced().map(|force| force.norm_squared()).enumerate();

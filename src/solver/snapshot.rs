@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::solver::contact::candidate::SavedContact;
-use crate::solver::increment::attempt::{Committed, restore};
-use crate::solver::increment::increment::UnderWay;
-use crate::solver::simulation::{Simulation, SimulationError};
-use crate::solver::stage::stage::{Energies, RunSummary};
+use crate::solver::error::SimulationError;
+use crate::solver::increment::attempt::restore;
+use crate::solver::report::{Energies, RunSummary};
+use crate::solver::stage::state::{Committed, Simulation, UnderWay};
 
 /// Everything that changes during a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use super::Finding;
 use super::size::Sizes;
-use crate::solver::penetration::inside::inside;
+use crate::solver::penetration::inside;
 use crate::solver::{Motion, SimulationSetup};
 
 /// A remark on a tool of the first stage in which the undeformed sheet begins.

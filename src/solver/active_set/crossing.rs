@@ -1,9 +1,10 @@
 //! Nodes that a step takes through a tool, or into it where nothing holds them: a balance on the wrong side of the sheet.
 
 use crate::geometry::Vec3;
-use crate::solver::contact::candidate::{Candidate, LEAST_STEP};
+use crate::solver::contact::candidate::Candidate;
 use crate::solver::system::system::System;
 use crate::solver::tools::tool::Tool;
+use crate::solver::tools::way::LEAST_STEP;
 
 /// Cosine between a node's way and the normal of a face that it comes out of.
 const LEAVES: f64 = 0.5;

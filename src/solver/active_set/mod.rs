@@ -5,5 +5,6 @@
 pub(super) mod active_set;
 pub(super) mod approach;
 pub(super) mod crossing;
+pub(super) mod driven_tools;
 pub mod over_edge;
 pub(super) mod stops;

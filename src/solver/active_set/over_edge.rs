@@ -3,7 +3,8 @@
 
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Candidate;
-use crate::solver::system::system::{Role, System};
+use crate::solver::system::system::System;
+use crate::solver::tools::role::Role;
 
 /// Depth of an edge in the straight line between two nodes that counts, over the thickness.
 const DEEP: f64 = 0.1;

@@ -6,20 +6,7 @@
 
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::System;
-
-/// Where a tool is held up.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::solver) struct Stop {
-    /// Travel past which it does not go [mm]; infinite without a stop.
-    pub(in crate::solver) at: f64,
-    /// It rests there.
-    pub(in crate::solver) reached: bool,
-}
-
-impl Stop {
-    /// A tool that nothing holds up.
-    pub(in crate::solver) const NONE: Self = Self { at: f64::INFINITY, reached: false };
-}
+use crate::solver::tools::stop::Stop;
 
 /// Share of its force by which a tool may push more than it is to before it leaves its stop.
 const OF_NOTE: f64 = 1e-9;

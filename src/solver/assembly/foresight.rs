@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{Body, Built, ElementFailure, Evaluation};
+use super::body::{Body, Built};
+use super::evaluation::{ElementFailure, Evaluation};
 use crate::solver::element::Want;
 use crate::solver::material::Material;
 use crate::solver::material::at_yield::AtYield;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::Body;
+use super::body::Body;
 use crate::solver::material::PointState;
 
 /// Plastic strain and stress of an element.
@@ -55,7 +55,7 @@ fn gathered(points: impl Iterator<Item = (Option<PointState>, f64)>) -> Option<E
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::assembly::Evaluation;
+    use crate::solver::assembly::evaluation::Evaluation;
     use crate::solver::element::{ElementKind, Want};
     use crate::solver::material::card;
     use crate::solver::sheet::hex_mesh::rectangle;

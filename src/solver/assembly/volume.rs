@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::{Body, ElementFailure};
+use super::body::Body;
+use super::evaluation::ElementFailure;
 use crate::solver::element::{FailureReason, PointGeometry};
-use crate::solver::material::foreseen::Memory;
+use crate::solver::material::Memory;
 
 impl Body {
     /// Volume that does not balance, as a share of the undeformed volume: plastic flow keeps the volume, so an element at
@@ -111,7 +112,7 @@ fn elastic_ratio(states: &[f64], len: usize, memory: &Memory, weights: &[f64]) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::assembly::Evaluation;
+    use crate::solver::assembly::evaluation::Evaluation;
     use crate::solver::element::{ElementKind, Want};
     use crate::solver::material::card;
     use crate::solver::sheet::hex_mesh::rectangle;

@@ -105,9 +105,6 @@ pub(in crate::solver) struct ContactSet {
 /// the very border, where sheet and tool often end together, would be lost and found for ever.
 const OVERHANG: f64 = 0.05;
 
-/// Shortest step along a way past a tool, over the reach of the search.
-pub(in crate::solver) const LEAST_STEP: f64 = 0.01;
-
 /// Changes of patch in an increment after which a touching node stays on its patch.
 const SWINGS: u32 = 3;
 

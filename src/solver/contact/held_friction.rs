@@ -2,7 +2,7 @@
 //! to what holds it. Equilibrium does not say how much that is; Coulomb's law does, by the slip in all directions.
 
 use super::candidate::Candidate;
-use super::condition::{Frame, Scales, frame};
+use super::frame::{Frame, Scales, frame};
 use crate::contact::friction::{Coulomb, Slip};
 use crate::geometry::{Mat3, Vec3};
 

@@ -4,4 +4,6 @@
 
 pub(super) mod candidate;
 pub(super) mod condition;
+pub mod face_penetration;
+pub(super) mod frame;
 pub(super) mod held_friction;

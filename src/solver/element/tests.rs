@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use super::super::assembly::{Body, Evaluation};
-use super::super::material::Material;
 use super::super::material::elastic::Elastic;
 use super::super::material::hardening::Hardening;
 use super::super::material::hill48::Hill48;
 use super::super::material::plastic::{Backstress, Plastic};
 use super::*;
 use crate::geometry::Mat3;
+use crate::solver::assembly::Body;
+use crate::solver::assembly::Evaluation;
+use crate::solver::material::Material;
 use crate::solver::sheet::hex_mesh::{self, HexMesh};
 
 fn steel() -> Arc<dyn Material> {

@@ -1,62 +1,15 @@
 //! One increment tried: predict, set tools and loads, solve; then accept it with its work, or restore.
 
-use serde::{Deserialize, Serialize};
-
 use super::loose_sheet::{Way, carry, lay};
 use crate::geometry::Vec3;
-use crate::solver::newton::newton::{NewtonError, NewtonStats, Patience, solve};
+use crate::solver::newton::newton::solve;
+use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
 use crate::solver::sheet::rigid_motions::nearest_free;
-use crate::solver::simulation::Simulation;
 use crate::solver::stage::energy::add_work;
-use crate::solver::stage::start::{Plan, add_loads, set_targets};
+use crate::solver::stage::plan::Plan;
+use crate::solver::stage::start::{add_loads, set_targets};
+use crate::solver::stage::state::{Committed, Simulation};
 use crate::solver::system::system::System;
-
-/// The last converged state, and the increment before it for the predictor.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(in crate::solver) struct Committed {
-    pub(in crate::solver) u: Vec<f64>,
-    pub(in crate::solver) travels: Vec<f64>,
-    /// Whether each tool rests on its stop.
-    on_stop: Vec<bool>,
-    pub(in crate::solver) internal_force: Vec<f64>,
-    pub(in crate::solver) applied: Vec<f64>,
-    /// Force of each tool along its direction [N].
-    pub(in crate::solver) pushes: Vec<f64>,
-    /// A tool that pushed the sheet there is gone and has left no forces behind: it is in balance no more.
-    pub(in crate::solver) dropped: bool,
-    /// Step (share of the stage), displacements and travels of the last increment of this stage.
-    last: Option<(f64, Vec<f64>, Vec<f64>)>,
-}
-
-impl Committed {
-    pub(in crate::solver) fn of(sys: &System) -> Self {
-        Self {
-            u: sys.u.clone(),
-            travels: sys.tools.iter().map(|t| t.travel).collect(),
-            on_stop: sys.stops.iter().map(|stop| stop.reached).collect(),
-            internal_force: sys.eval.internal_force.clone(),
-            applied: sys.applied.clone(),
-            pushes: (0..sys.tools.len()).map(|t| sys.push_of(t)).collect(),
-            dropped: false,
-            last: None,
-        }
-    }
-
-    /// Nothing to predict the next increment from: another stage, or a way that is not gone on with.
-    pub(in crate::solver) fn forget_last(&mut self) {
-        self.last = None;
-    }
-
-    /// Whether it is of a system with so many tools and unknowns.
-    pub(in crate::solver) fn fits(&self, tools: usize, unknowns: usize) -> bool {
-        let of_tools = |v: &Vec<f64>| v.len() == tools;
-        let of_nodes = |v: &Vec<f64>| v.len() == unknowns;
-        self.on_stop.len() == tools
-            && [&self.travels, &self.pushes].into_iter().all(of_tools)
-            && [&self.u, &self.internal_force, &self.applied].into_iter().all(of_nodes)
-            && self.last.as_ref().is_none_or(|(_, u, t)| of_nodes(u) && of_tools(t))
-    }
-}
 
 /// Solves the increment from one share of the stage to another; the caller accepts or restores.
 pub(in crate::solver) fn attempt(

@@ -1,18 +1,18 @@
 //! Increments of a stage: tried, cut and tried again, followed past limit points.
 
 use super::attempt::{accept, attempt, lay_down, restore};
-use super::limit_point::{Endurance, relax};
+use super::limit_point::relax;
+use crate::solver::error::SimulationError;
 use crate::solver::newton::cycling::ITERATIONS;
-use crate::solver::newton::newton::{NewtonStats, Patience};
+use crate::solver::newton::outcome::{NewtonStats, Patience};
 use crate::solver::remedy::gave_up;
-use crate::solver::simulation::{Control, Simulation, SimulationError};
+use crate::solver::report::{Control, IncrementReport};
+use crate::solver::stage::branch::{Doubt, Found};
 use crate::solver::stage::energy::{jumps, work_left_behind};
-use crate::solver::stage::stage::{IncrementReport, Stage};
-use crate::solver::stage::start::{Plan, begin, let_go};
-use crate::solver::stage::step_size::Pace;
-use crate::solver::system::stability::Doubt;
-
-use serde::{Deserialize, Serialize};
+use crate::solver::stage::stage::Stage;
+use crate::solver::stage::start::{begin, let_go};
+use crate::solver::stage::state::{Simulation, UnderWay};
+use crate::solver::stage::step_size::{Endurance, Pace};
 
 /// Steps shorter than this share of a stage's first one are taken for the approach to a limit point, and the next
 /// balance is sought this share of the first step beyond it.
@@ -21,59 +21,6 @@ const BEYOND: f64 = 0.1;
 
 /// Attempts at an increment in which dampers led to no balance, after which there are none: a shorter step meets the same.
 const LOST: usize = 2;
-
-/// A stage under way.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(in crate::solver) struct UnderWay {
-    pub(in crate::solver) plan: Plan,
-    pace: Pace,
-    endurance: Endurance,
-    doubt: Doubt,
-    /// Share of the stage done.
-    share: f64,
-    start_time: f64,
-}
-
-impl UnderWay {
-    /// Whether it is of a stage of a system with so many stages, tools and unknowns.
-    pub(in crate::solver) fn fits(
-        &self,
-        stage: usize,
-        stages: usize,
-        tools: usize,
-        unknowns: usize,
-    ) -> bool {
-        self.plan.stage == stage
-            && self.plan.fits(stages, tools, unknowns)
-            && self.pace.is_sound()
-            && self.endurance.is_sound()
-            && self.doubt.is_sound()
-            && (0.0..1.0).contains(&self.share)
-    }
-
-    /// Share beyond which no increment goes that begins now: a curve turns there, or tools are let go.
-    fn next_corner(&self, stages: &[Stage]) -> f64 {
-        let corner = stages[self.plan.stage].next_corner(self.share);
-        self.plan.lets_go_at().map_or(corner, |at| corner.min(at))
-    }
-
-    /// Where the next increment ends, and how long it may take. One that another run has made is tried whole, and given
-    /// all the time it wants, as that run may have come to it by cutting.
-    fn next(&self, stages: &[Stage]) -> (f64, Patience) {
-        let (share, step) = (self.share, self.pace.step);
-        let none = self.plan.lets_go(stages);
-        let ends: &[f64] = if none { &[] } else { &stages[self.plan.stage].ends };
-        let at = ends.partition_point(|&end| end <= share);
-        let corner = self.next_corner(stages);
-        let end = ends.get(at).copied().unwrap_or(corner).min(corner);
-        let met = share == 0.0 || at.checked_sub(1).is_some_and(|last| ends[last] == share);
-        if at < ends.len() && met && !self.pace.has_failed() {
-            return (end, Patience::All);
-        }
-        let target = if share + 1.001 * step >= end { end } else { share + step };
-        (target, self.pace.patience())
-    }
-}
 
 /// Makes one increment, beginning the next stage where one has ended; false when all stages are done.
 pub(in crate::solver) fn advance(
@@ -122,19 +69,9 @@ struct Tried {
     doubted: Option<Pace>,
 }
 
-/// A balance.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::solver) struct Found {
-    pub(in crate::solver) lasts: bool,
-    /// It follows from the last one; the sheet has not jumped to it.
-    pub(in crate::solver) near: bool,
-}
-
-impl Found {
-    /// Whether it is taken as it is: where the way there may have passed by another it is sought.
-    fn is_taken(self, now: &UnderWay, tried: &Tried) -> bool {
-        tried.followed || self.near && self.lasts || !now.doubt.may_find_another()
-    }
+/// Whether a balance is taken as it is: where the way there may have passed by another it is sought.
+fn is_taken(found: Found, now: &UnderWay, tried: &Tried) -> bool {
+    tried.followed || found.near && found.lasts || !now.doubt.may_find_another()
 }
 
 /// Tries shorter and shorter steps until one ends in a balance that lasts; past a limit point, the way to the next balance.
@@ -158,7 +95,7 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
                 // What is interrupted says nothing of whether the balance lasts.
                 let found = Found { lasts: sim.sys.lasts(), near: !jumps(sim) };
                 heed(sim)?;
-                if found.is_taken(now, &tried) {
+                if is_taken(found, now, &tried) {
                     take(sim, now, target, &stats, found);
                     return Ok(stats);
                 }

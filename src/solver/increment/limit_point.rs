@@ -3,28 +3,20 @@
 //! balance without any. The energy set free is what is left over, and is reported; no state accepted here has damping in it.
 //! Where the balance it comes to does not last it is pushed along the motion in which it gives way, and followed again.
 
-use serde::{Deserialize, Serialize};
-
-use super::attempt::{Committed, accept, attempt, restore};
+use super::attempt::{accept, attempt, restore};
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::element::Want;
-use crate::solver::newton::newton::{NewtonError, NewtonStats, Patience};
-use crate::solver::simulation::Simulation;
+use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
 use crate::solver::stage::energy::jumps;
-use crate::solver::stage::start::Plan;
+use crate::solver::stage::plan::Plan;
+use crate::solver::stage::state::{Committed, Simulation};
+use crate::solver::stage::step_size::Endurance;
 use crate::solver::system::damper::Damper;
+use crate::solver::system::damping::{Damping, WELL};
 use crate::solver::system::softest_motion::Push;
-use crate::solver::system::system::{Role, System};
+use crate::solver::system::system::System;
+use crate::solver::tools::role::Role;
 
-/// Damping tried first: stiffness of a node's damper over the mesh's.
-const FIRST: f64 = 1e-3;
-/// Factor by which damping falls after steps that went well, and rises after those that failed.
-const FACTOR: f64 = 4.0;
-/// Iterations of a step that went very well (damping falls by the factor squared), and of one that went well.
-const EASY: usize = 3;
-const WELL: usize = 5;
-/// How fast it is forgotten that less damping failed, a step.
-const FORGET: f64 = 0.5;
 /// Iterations after which a step has failed.
 const ENOUGH: usize = 12;
 /// Force of the dampers, over the largest before, at which balance without any is tried.
@@ -36,10 +28,6 @@ const OVER: f64 = 1e-3;
 const LOUD: f64 = 2.0;
 /// Damping at which a step hardly moves any node: one that fails there fails however it is held back.
 const MOST: f64 = 100.0;
-/// Iterations in all: snaps of sheets that are let go took 31 to 45, strips crushed until they buckle 223 to 810; a sheet
-/// that nothing balances never ends.
-const ITERATIONS: usize = 1000;
-const FEWEST: usize = 125;
 /// Damping of a sheet that is pushed, over that at which the push would neither grow nor fall, at least: with less than that it
 /// would go the other way.
 const HELD_BACK: f64 = 2.0;
@@ -47,59 +35,6 @@ const HELD_BACK: f64 = 2.0;
 const PUSHES: usize = 3;
 /// Way of a node over the size of the sheet before which it comes to rest, if at all: nothing balances one that runs away.
 const FAR: f64 = 1.0;
-
-/// How long the sheet is followed in a stage: half as long after each time that it has come to no rest.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(in crate::solver) struct Endurance {
-    iterations: usize,
-}
-
-impl Endurance {
-    /// All the way.
-    pub(in crate::solver) const FULL: Self = Self { iterations: ITERATIONS };
-
-    /// Whether it is no longer than all the way.
-    pub(in crate::solver) fn is_sound(&self) -> bool {
-        self.iterations <= ITERATIONS
-    }
-
-    /// What is left of it after a sheet has come to rest, or has not.
-    pub(in crate::solver) fn after(&self, rest: bool) -> Self {
-        let less = Self { iterations: (self.iterations / 2).max(FEWEST) };
-        if rest { Self::FULL } else { less }
-    }
-}
-
-/// Damping of the next step.
-struct Damping {
-    now: f64,
-    /// What failed not long ago, less what has been forgotten of it: there is no less before.
-    floor: f64,
-    /// The least there is: of a sheet that is pushed.
-    least: f64,
-}
-
-impl Damping {
-    fn of(push: Option<f64>) -> Self {
-        let least = push.unwrap_or(0.0);
-        Self { now: push.unwrap_or(FIRST), floor: 0.0, least }
-    }
-
-    fn failed(&mut self) {
-        self.now *= FACTOR;
-        self.floor = self.now;
-    }
-
-    fn went(&mut self, iterations: usize) {
-        self.floor *= FORGET;
-        let less = match iterations {
-            n if n <= EASY => FACTOR * FACTOR,
-            n if n <= WELL => FACTOR,
-            _ => 1.0,
-        };
-        self.now = (self.now / less).max(self.floor).max(self.least);
-    }
-}
 
 /// Goes from the last balance to the next one at share `target` of the stage, however far that is; also whether that lasts,
 /// as it has to where it is to be `lasting`. `from`: the share of the last one, if there is a balance near it that only does

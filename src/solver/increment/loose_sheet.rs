@@ -8,11 +8,13 @@
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::{Candidate, Force};
 use crate::solver::element::Want;
-use crate::solver::newton::newton::{NewtonError, NewtonStats, Patience, solve};
+use crate::solver::newton::newton::solve;
+use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
 use crate::solver::sheet::rigid_motions::{nearest_free, unsupported};
-use crate::solver::simulation::Simulation;
+use crate::solver::stage::state::Simulation;
 use crate::solver::system::damper::Damper;
-use crate::solver::system::system::{Role, System};
+use crate::solver::system::system::System;
+use crate::solver::tools::role::Role;
 
 /// Stiffness of a node's damper over the mesh's: enough to tell its forces from rounding, and too little to bend the sheet.
 const LIGHT: f64 = 1e-9;

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use nalgebra::SMatrix;
 
-use super::foreseen::Memory;
-use super::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
+use super::law::Memory;
+use super::law::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
 use crate::solver::numbers::lanes::Eight;
 use crate::solver::numbers::tensor::Mandel;
 

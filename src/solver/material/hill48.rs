@@ -4,7 +4,6 @@
 //! = Tᵀ P T = Σ_i π_i (v_i · T)²`. The five deviatoric eigenvectors `v_i` of `P` are also eigenvectors of
 //! isotropic elasticity, which turns the return mapping into one scalar equation.
 
-use super::yield_function::ISOTROPIC;
 use crate::solver::numbers::tensor::Mandel;
 
 /// Hill's parameters, dimensionless; axes 1 rolling, 2 transverse, 3 thickness.
@@ -175,6 +174,9 @@ impl Spectrum {
         self.tensor(&std::array::from_fn(|i| self.values[i] * x[i]))
     }
 }
+
+/// Numbers of a criterion that differ by no more than this share are the same.
+pub(super) const ISOTROPIC: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {

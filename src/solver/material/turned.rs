@@ -3,7 +3,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
+use super::law::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
 use crate::geometry::Mat3;
 use crate::solver::numbers::algebra::{turn_back, turned};
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};

@@ -4,9 +4,6 @@ use super::hill48::{Hill48, Hill48Error, Spectrum};
 use super::yld2004::{Derivatives, Yld2004, Yld2004Error};
 use crate::solver::numbers::tensor::{Mandel, Mandel66};
 
-/// Numbers of a criterion that differ by no more than this share are the same.
-pub(super) const ISOTROPIC: f64 = 1e-9;
-
 /// A yield criterion `σ̄(T)`, scaled so that tension along the rolling direction gives the stress itself.
 #[derive(Debug, Clone)]
 pub enum YieldFunction {

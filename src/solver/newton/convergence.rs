@@ -1,7 +1,8 @@
 //! Whether an iterate is a balance, and what goes on record of it.
 
+use super::record::IterationRecord;
 use crate::geometry::Vec3;
-use crate::solver::stage::stage::{IterationRecord, Limits};
+use crate::solver::limits::Limits;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::{Residual, System};
 

@@ -7,9 +7,9 @@
 //! balance with dampers the next is sought about it with weaker ones, as weak as they may be without another circle, until
 //! they carry nothing and are taken away. What is accepted is a balance without any.
 
+use super::record::IterationRecord;
 use crate::solver::assembly::ElementFailure;
 use crate::solver::element::Want;
-use crate::solver::stage::stage::IterationRecord;
 use crate::solver::system::damper::Damper;
 use crate::solver::system::system::System;
 

@@ -1,11 +1,10 @@
 //! Work of an increment, by the trapezoidal rule, and what of it the sheet has not stored.
 
-use super::start::Plan;
+use super::plan::Plan;
+use super::state::{Committed, Simulation};
 use crate::contact::friction::RISEN;
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Force;
-use crate::solver::increment::attempt::Committed;
-use crate::solver::simulation::Simulation;
 use crate::solver::system::system::System;
 
 /// Work of contact in an increment.

@@ -6,7 +6,8 @@ use std::time::Instant;
 use super::system::System;
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::{Candidate, Expected};
-use crate::solver::contact::condition::{Condition, seen_from};
+use crate::solver::contact::condition::Condition;
+use crate::solver::contact::frame::seen_from;
 use crate::solver::linear::{ChangedRows, LinearError};
 
 /// A correction: of the displacements, and of the travels of the tools moved by force.

@@ -1,6 +1,7 @@
 //! Viscous forces on the nodes while a sheet is followed past a limit point.
 
-use crate::solver::assembly::{Body, Evaluation};
+use crate::solver::assembly::Body;
+use crate::solver::assembly::Evaluation;
 use crate::solver::element::Want;
 use crate::solver::linear::pattern::Pattern;
 

@@ -3,7 +3,7 @@
 use super::system::System;
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::{Candidate, Force};
-use crate::solver::contact::condition::{contact_normal, whole_force};
+use crate::solver::contact::frame::{contact_normal, whole_force};
 use crate::solver::contact::held_friction::held_friction;
 
 impl System {

@@ -4,6 +4,8 @@
 
 pub(super) mod correction;
 pub(super) mod damper;
+pub(super) mod damping;
+pub(super) mod face_penetration;
 pub(super) mod forces;
 pub(super) mod free_motions;
 pub(super) mod matrix;
@@ -11,3 +13,4 @@ pub(super) mod search;
 pub(super) mod softest_motion;
 pub(super) mod stability;
 pub(super) mod system;
+pub mod timings;

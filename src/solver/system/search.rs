@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
-use super::system::{Role, System};
+use super::system::System;
 use crate::solver::contact::candidate::Force;
+use crate::solver::tools::role::Role;
 
 impl System {
     /// Closest points at the present positions.

@@ -7,13 +7,10 @@
 use std::time::Instant;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::system::System;
 use crate::geometry::Mat3;
-use crate::geometry::numbers::COUNT_MAX;
 use crate::solver::contact::condition::{Condition, resistance};
-use crate::solver::increment::increment::Found;
 use crate::solver::linear::pattern::Pattern;
 
 /// Stiffness given to every unknown over the mesh's: rounding has motions that nothing resists look unstable.
@@ -24,55 +21,6 @@ struct Motion {
     node: usize,
     along: Mat3,
     resisted: Mat3,
-}
-
-/// What a stage makes of balances that do not last. A step from one that lasts to one that does not may have passed by the
-/// branch that the sheet takes, which shorter steps find; where neither they nor a push do it is taken, and told, and the sheet
-/// pushed again later, after twice as many increments each time.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(in crate::solver) struct Doubt {
-    /// The last balance lasts.
-    pub(in crate::solver) lasted: bool,
-    /// Steps over the stage's first that are not made shorter to find another branch.
-    pub(in crate::solver) shortest: f64,
-    /// Balances that do not last and are taken as they are before the sheet is pushed again, and the same after that.
-    left: usize,
-    pause: usize,
-}
-
-impl Doubt {
-    /// None yet.
-    pub(in crate::solver) const NONE: Self =
-        Self { lasted: true, shortest: 0.02, left: 0, pause: 1 };
-
-    /// Whether its counts can be those of a run.
-    pub(in crate::solver) fn is_sound(&self) -> bool {
-        [self.left, self.pause].into_iter().all(|count| count <= COUNT_MAX)
-    }
-
-    /// Factor by which less is tried in a stage after shorter steps have found no other branch.
-    const LESS: f64 = 5.0;
-
-    /// Whether shorter steps than one to a balance that does not last, or a push, may lead to one that does.
-    pub(in crate::solver) fn may_find_another(&self) -> bool {
-        self.lasted || self.left == 0
-    }
-
-    /// A balance has been taken.
-    pub(in crate::solver) fn took(&mut self, found: Found) {
-        if self.lasted && !(found.lasts && found.near) {
-            self.shortest *= Self::LESS;
-        }
-        self.lasted = found.lasts;
-        if found.lasts {
-            return;
-        }
-        if self.left == 0 {
-            (self.left, self.pause) = (self.pause, 2 * self.pause);
-        } else {
-            self.left -= 1;
-        }
-    }
 }
 
 impl System {

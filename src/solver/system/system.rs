@@ -6,49 +6,24 @@ use rayon::prelude::*;
 
 use super::damper::Damper;
 use super::matrix::Matrix;
+use super::timings::Timings;
 use crate::cancel::Cancel;
 use crate::contact::friction::Coulomb;
 use crate::geometry::{Mat3, Vec3};
-use crate::solver::active_set::stops::Stop;
-use crate::solver::assembly::{Body, ElementFailure, Evaluation, Foresight};
+use crate::solver::assembly::Body;
+use crate::solver::assembly::Foresight;
+use crate::solver::assembly::{ElementFailure, Evaluation};
 use crate::solver::contact::candidate::ContactSet;
-use crate::solver::contact::condition::{Condition, Scales, can_touch, hold, touching, untouched};
+use crate::solver::contact::condition::{Condition, hold, touching, untouched};
+use crate::solver::contact::face_penetration::Penetration;
+use crate::solver::contact::frame::{Scales, can_touch};
 use crate::solver::element::Want;
 use crate::solver::linear::{CheckedSolver, LinearError, NodeRows};
-use crate::solver::penetration::Penetration;
 use crate::solver::sheet::sizes::{Lengths, edge_lengths};
 use crate::solver::sheet::supports::Constraints;
-use crate::solver::stage::stage::Timings;
+use crate::solver::tools::role::Role;
+use crate::solver::tools::stop::Stop;
 use crate::solver::tools::tool::Tool;
-
-/// What a tool is during the present increment.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::solver) enum Role {
-    /// Not there.
-    Absent,
-    /// Stands at its travel.
-    Travel,
-    /// Pushes with this force along its direction [N], of the modelled part; its travel is unknown.
-    Force(f64),
-    /// Pushes with `force - stiffness * travel` [N, N/mm], of the modelled part; its travel is unknown.
-    Spring { force: f64, stiffness: f64 },
-}
-
-impl Role {
-    /// Force with which a tool whose travel is unknown is to push at that travel [N].
-    pub(in crate::solver) fn push(self, travel: f64) -> Option<f64> {
-        match self {
-            Self::Force(force) => Some(force),
-            Self::Spring { force, stiffness } => Some(force - stiffness * travel),
-            Self::Absent | Self::Travel => None,
-        }
-    }
-
-    /// How much less it pushes a travel of one farther on [N/mm].
-    pub(in crate::solver) fn stiffness(self) -> f64 {
-        if let Self::Spring { stiffness, .. } = self { stiffness } else { 0.0 }
-    }
-}
 
 /// State of the iteration.
 pub(in crate::solver) struct System {

@@ -10,9 +10,9 @@ use crate::solver::material::elastic::Elastic;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
+use crate::solver::newton::record::{IterationRecord, convergence_order};
 use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::snapshot::SimulationState;
-use crate::solver::stage::stage::{IterationRecord, convergence_order};
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, Placement, SheetSide, Simulation,
     SimulationSetup, Stage,

@@ -3,7 +3,7 @@
 use super::{setup, stage, steel};
 use crate::solver::assembly::Body;
 use crate::solver::element::{ElementKind, FailureReason};
-use crate::solver::newton::newton::NewtonError;
+use crate::solver::newton::outcome::NewtonError;
 use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Simulation, SimulationError, SimulationSetup,

@@ -7,8 +7,8 @@ use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
 use crate::solver::element::ElementKind;
 use crate::solver::material::card::{self, MaterialCard};
+use crate::solver::report::Energies;
 use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::stage::stage::Energies;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, SheetSide, Simulation,
     SimulationSetup, Stage, ToolSetup,

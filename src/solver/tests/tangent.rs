@@ -9,7 +9,8 @@ use crate::contact::test_tools::{arc, revolved};
 use crate::geometry::Vec3;
 use crate::solver::element::Want;
 use crate::solver::sheet::hex_mesh::rectangle;
-use crate::solver::system::system::{Role, System};
+use crate::solver::system::system::System;
+use crate::solver::tools::role::Role;
 use crate::solver::{Constraints, Curve, Motion, SheetSide, Simulation};
 
 /// A small block under a ball of Nagata patches, pushed in, turned a little, everything touching that can.

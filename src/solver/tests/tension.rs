@@ -7,7 +7,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
 
 use super::body;
 use crate::geometry::Vec3;
-use crate::solver::assembly::{Body, Evaluation};
+use crate::solver::assembly::Body;
+use crate::solver::assembly::Evaluation;
 use crate::solver::element::{ElementKind, Want};
 use crate::solver::material::card;
 use crate::solver::sheet::hex_mesh::rectangle;

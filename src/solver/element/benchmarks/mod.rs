@@ -7,10 +7,10 @@ mod tube;
 
 use std::sync::Arc;
 
-use super::super::assembly::Body;
 use super::super::material::elastic::Elastic;
 use super::testing::{Problem, solve};
 use super::*;
+use crate::solver::assembly::Body;
 use crate::solver::sheet::hex_mesh::{self, HexMesh};
 
 const SHELL: ElementKind = ElementKind::SolidShell { points: 3, membrane: false };

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::{Mean, Motion, NONE, Stressed, times_symmetric};
+use super::point::{Mean, Motion, NONE, Stressed, times_symmetric};
 use crate::solver::element::nominal::{self, Dyad, Nine};
 use crate::solver::element::shape::PointGeometry;
 use crate::solver::numbers::lanes::{Eight, Lane};

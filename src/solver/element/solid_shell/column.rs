@@ -1,8 +1,10 @@
 //! The points of a solid-shell above one point of its mid surface.
 
 use super::generalised::{GENERALISED, add_curvature, derivatives, products};
+use super::in_plane::InPlane;
+use super::pairs::{PLANE, Pairs, Plane, SHAPES, THICKNESS_MODES, blend};
+use super::shape::{Moved, Shape, Sums};
 use super::stretch::{STRETCHES, Stretch};
-use super::{InPlane, Moved, PLANE, Pairs, Plane, SHAPES, Shape, Sums, THICKNESS_MODES, blend};
 use crate::geometry::{Mat3, Vec3};
 use crate::solver::element::kernels::{self, Row};
 use crate::solver::element::{

@@ -20,78 +20,24 @@ mod column;
 mod fibres;
 mod generalised;
 mod in_plane;
+pub(crate) mod pairs;
 mod points;
+mod shape;
 mod stretch;
 
 use self::column::Column;
-use self::fibres::{Fibres, Hourglass};
 use self::in_plane::InPlane;
-use self::stretch::{Axes, STRETCHES};
-use super::modes::{Mode, ModeSums, Unsettled};
+use self::stretch::Axes;
+use super::modes::{ModeSums, Unsettled};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want};
-use crate::geometry::{Mat3, Vec3};
+use crate::geometry::Mat3;
+use crate::solver::element::solid_shell::pairs::MEMBRANE_MODES;
+use crate::solver::element::solid_shell::pairs::{PLANE, Pairs, Plane, THICKNESS_MODES, blend};
+use crate::solver::element::solid_shell::shape::{Moved, Shape, Sums};
 use crate::solver::numbers::tensor::{self, Mandel66};
-
-const fn mode(column: usize, powers: [u8; 3]) -> Mode {
-    Mode { column, powers }
-}
 
 /// Steps in which modes settle in one evaluation: they do without.
 const ROUNDS: usize = 0;
-
-/// Shapes of the strain through the thickness, each over the mid surface as one of [`PLANE`].
-const SHAPES: usize = 2;
-/// Modes through the thickness, and with those of the membrane.
-pub(crate) const THICKNESS_MODES: usize = SHAPES * PLANE.len();
-pub(crate) const MEMBRANE_MODES: usize = THICKNESS_MODES + STRETCHES;
-
-/// How modes through the thickness go over the mid surface.
-const PLANE: [Mode; 4] =
-    [mode(2, [0, 0, 0]), mode(2, [1, 0, 0]), mode(2, [0, 1, 0]), mode(2, [1, 1, 0])];
-
-/// Node pairs of one configuration.
-#[derive(Clone, Copy)]
-struct Pairs {
-    /// `a_I`.
-    mean: [Vec3; 4],
-    /// `d_I`.
-    half: [Vec3; 4],
-}
-
-impl Pairs {
-    fn new(x: &[Vec3; 8]) -> Self {
-        Self {
-            mean: std::array::from_fn(|i| 0.5 * (x[i + 4] + x[i])),
-            half: std::array::from_fn(|i| 0.5 * (x[i + 4] - x[i])),
-        }
-    }
-}
-
-/// Bilinear functions and their derivatives at a point of the mid surface.
-#[derive(Clone, Copy)]
-struct Plane {
-    value: [f64; 4],
-    by_xi: [f64; 4],
-    by_eta: [f64; 4],
-}
-
-impl Plane {
-    fn at(xi: f64, eta: f64) -> Self {
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        Self {
-            value: corners.map(|(a, b)| 0.25 * (1.0 + a * xi) * (1.0 + b * eta)),
-            by_xi: corners.map(|(a, b)| 0.25 * a * (1.0 + b * eta)),
-            by_eta: corners.map(|(a, b)| 0.25 * b * (1.0 + a * xi)),
-        }
-    }
-}
-
-fn blend(weights: &[f64; 4], vectors: &[Vec3; 4]) -> Vec3 {
-    vectors[0] * weights[0]
-        + vectors[1] * weights[1]
-        + vectors[2] * weights[2]
-        + vectors[3] * weights[3]
-}
 
 /// Base vectors at a point, in columns.
 fn base_vectors(pairs: &Pairs, plane: &Plane, zeta: f64) -> Mat3 {
@@ -141,48 +87,6 @@ pub(crate) fn evaluate<const M: usize>(
     ModeSums::<M>::with_prediction(record, input.displacement, &unit, ROUNDS, at)
 }
 
-/// What does not change with the displacement.
-#[derive(Clone, Copy)]
-struct Shape<'a> {
-    /// Node pairs before anything moved.
-    pairs: &'a Pairs,
-    /// Map from natural to Cartesian strain at the element's centre, and det J there.
-    centre: &'a (Mandel66, f64),
-    /// Modes of the mid surface.
-    axes: &'a Axes,
-    /// Points and weights through the thickness.
-    rule: &'a [(f64, f64)],
-}
-
-/// The element where it has moved to.
-struct Moved {
-    pairs: Pairs,
-    fibres: Fibres,
-}
-
-impl Moved {
-    fn new<const M: usize>(input: &ElementInput<'_>, reference: &Pairs) -> Self {
-        let u = input.displacement;
-        let pairs = Pairs::new(&std::array::from_fn(|a| {
-            input.nodes[a] + Vec3::new(u[3 * a], u[3 * a + 1], u[3 * a + 2])
-        }));
-        let fibres = match M {
-            MEMBRANE_MODES => Hourglass::new(reference).fibres(&pairs),
-            _ => Fibres::AS_THEY_ARE,
-        };
-        Self { pairs, fibres }
-    }
-}
-
-/// What the columns of an element add up to, besides its force and tangent.
-struct Sums<const M: usize> {
-    modes: ModeSums<M>,
-    /// Between the vectors `a_0..a_3, d_0..d_3`.
-    curvature: [[f64; 8]; 8],
-    /// What multiplies the second derivatives of the turned fibres.
-    turning: [f64; 2],
-}
-
 /// [`evaluate`] with given values of the modes.
 fn evaluate_at<const M: usize>(
     input: &ElementInput<'_>,
@@ -219,7 +123,7 @@ fn columns<'a, const M: usize>(
     input: &'a ElementInput<'a>,
     shape: &'a Shape<'a>,
     moved: &'a Moved,
-) -> [Column<'a>; points::COLUMNS] {
+) -> [Column<'a>; points::state::COLUMNS] {
     let gauss = 1.0 / 3.0_f64.sqrt();
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
     std::array::from_fn(|index| {

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Material;
 use super::elastic::Elastic;
+use super::error::MaterialDataError;
 use super::hardening::{Hardening, HardeningError};
 use super::hill48::{Hill48, Hill48Error};
+use super::law::Material;
 use super::plastic::tension::along_rolling;
-use super::plastic::{Backstress, MaterialDataError, Plastic};
+use super::plastic::{Backstress, Plastic};
 use super::yield_function::{YieldError, YieldFunction};
 use super::yld2004::{Yld2004, Yld2004Error};
 use crate::geometry::Mat3;

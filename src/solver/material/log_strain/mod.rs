@@ -20,7 +20,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use self::differences::Differences;
 use super::eigen;
-use super::{LogResponses, Material, MaterialError};
+use super::law::{LogResponses, Material, MaterialError};
 use crate::solver::numbers::algebra::{congruence, multiply};
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 use crate::solver::numbers::tensor::{Mandel, Mandel66, PAIRS};

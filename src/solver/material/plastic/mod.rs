@@ -15,14 +15,15 @@
 //! equation, `Ψ(x) = σ_trial (σ_y / σ̄ - 1) = 0`, a straight line for von Mises with linear hardening;
 //! Newton's method kept inside a bracket solves it for every increment.
 
+use crate::solver::material::error::MaterialDataError;
 use pulp::Arch;
 
 use super::elastic::Elastic;
-use super::foreseen::Memory;
-use super::hardening::{Hardening, HardeningError};
+use super::hardening::Hardening;
 use super::hill48::Hill48;
-use super::yield_function::{YieldError, YieldFunction};
-use super::{LogResponse, LogResponses, Material, MaterialError, PointState, one_as_points};
+use super::law::Memory;
+use super::law::{LogResponse, LogResponses, Material, MaterialError, PointState, one_as_points};
+use super::yield_function::YieldFunction;
 use crate::geometry::Mat3;
 use crate::solver::numbers::lanes::Eight;
 use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
@@ -82,28 +83,6 @@ pub struct Plastic {
     backstresses: Vec<Backstress>,
     /// Turns the tensors that it is asked with into material axes; `None` when the axes coincide.
     to_material: Option<Mandel66>,
-}
-
-/// Numbers that are no material.
-#[non_exhaustive]
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum MaterialDataError {
-    /// Elastic constants or backstresses out of range.
-    #[error("{field} is {found}, must be {allowed}")]
-    Elastic {
-        /// Which number, as a card calls it.
-        field: String,
-        /// What was found.
-        found: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
-    /// The yield surface is not convex or not closed.
-    #[error(transparent)]
-    Yield(#[from] YieldError),
-    /// The hardening law cannot be used.
-    #[error(transparent)]
-    Hardening(#[from] HardeningError),
 }
 
 impl Plastic {

@@ -94,8 +94,9 @@ pub(in crate::solver::material) fn along_rolling(
 #[cfg(test)]
 pub(super) mod tests {
     use super::super::tests::{run, sheet};
-    use super::super::{BACKSTRESS, EQUIVALENT, LogResponse, Plastic, STRAIN};
+    use super::super::{BACKSTRESS, EQUIVALENT, Plastic, STRAIN};
     use super::*;
+    use crate::solver::material::law::LogResponse;
 
     /// Stress, state and strains of a point drawn along the first axis to `strain[0]`: finds the other strains, from those given on,
     /// that leave no other stress.

@@ -13,7 +13,7 @@
 //! principal values are a limit of the divided differences, not a special case.
 
 use super::eigen::{Eigen, eigen_of_all, eigen_of_both};
-use super::yield_function::ISOTROPIC;
+use super::hill48::ISOTROPIC;
 use crate::solver::numbers::lanes::{Eight, POINTS};
 use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 

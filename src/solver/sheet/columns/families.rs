@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::SheetError;
+use super::error::SheetError;
 
 /// Faces of a hexahedron across each of its three directions, corresponding nodes side by side.
 pub(super) const ACROSS: [[[usize; 4]; 2]; 3] =

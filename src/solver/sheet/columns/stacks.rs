@@ -1,6 +1,6 @@
 //! Hexahedra in stacks along one direction of each: their nodes in columns.
 
-use super::SheetError;
+use super::error::SheetError;
 use super::families::ACROSS;
 use super::turning::{looks_down, same_way_up};
 use crate::geometry::Vec3;

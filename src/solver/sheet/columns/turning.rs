@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::SheetError;
+use super::error::SheetError;
 use super::families::{all_different, one_part};
 use crate::geometry::Vec3;
 

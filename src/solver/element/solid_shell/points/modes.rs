@@ -2,11 +2,11 @@
 
 use pulp::Simd;
 
-use super::super::SHAPES;
-use super::super::column::{DIRECTIONS, Frame, Totals};
-use super::super::generalised::lanes::{Powers, add_generalised};
-use super::super::stretch::STRETCHES;
-use super::{Points, vectors};
+use super::state::{Points, vectors};
+use crate::solver::element::solid_shell::column::{DIRECTIONS, Frame, Totals};
+use crate::solver::element::solid_shell::generalised::lanes::{Powers, add_generalised};
+use crate::solver::element::solid_shell::pairs::SHAPES;
+use crate::solver::element::solid_shell::stretch::STRETCHES;
 use crate::solver::numbers::algebra::{apply, multiply, splat, symmetric, symmetric_matrix};
 use crate::solver::numbers::lanes::Lane;
 

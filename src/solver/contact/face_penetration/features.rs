@@ -26,7 +26,7 @@ const MOST_POINTS: f64 = 5e5;
 /// Points of the features with the normals of their patches, in the tool's frame [mm].
 #[derive(Debug, Clone, Default)]
 pub(in crate::solver) struct Features {
-    pub(super) points: Vec<(Vec3, Vec3)>,
+    pub(in crate::solver) points: Vec<(Vec3, Vec3)>,
 }
 
 /// What of a patch is sampled: samples along its two parameters on a grid, or along its sides.

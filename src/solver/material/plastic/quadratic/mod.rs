@@ -15,7 +15,7 @@ use super::{
     BACKSTRESS, Decay, EQUIVALENT, MAX_ITERATIONS, Plastic, STRAIN, WORK, YIELD_TOLERANCE,
 };
 use crate::solver::material::hill48::Spectrum;
-use crate::solver::material::{LogResponses, MaterialError};
+use crate::solver::material::law::{LogResponses, MaterialError};
 use crate::solver::numbers::algebra::{turn_back, turned};
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 

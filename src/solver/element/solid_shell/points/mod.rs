@@ -5,29 +5,22 @@
 //! what they say is dropped.
 
 mod modes;
+pub(super) mod state;
 
+use crate::solver::element::solid_shell::points::state::Each;
+use crate::solver::element::solid_shell::points::state::{COLUMNS, Points, vectors};
 use pulp::{Arch, Simd, WithSimd};
 
 use self::modes::Modes;
-use super::SHAPES;
 use super::column::{Frame, Totals};
 use super::generalised::lanes::{Powers, add_generalised, add_generalised_stiffness, natural};
-use crate::geometry::Vec3;
 use crate::solver::element::{ElementInput, FailureReason, PointFailure, Want};
 use crate::solver::material::log_strain::{self, Responses};
 use crate::solver::numbers::algebra::{apply, congruence, cross, multiply, splat};
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 
-/// Columns of an element, and points of one at most.
-pub(super) const COLUMNS: usize = 4;
-const HIGHEST: usize = 9;
-/// Room for the points of an element, and for lanes beyond the last.
-const ROOM: usize = COLUMNS * HIGHEST + POINTS;
 /// Room for a rule, in whole vectors.
 const RULE: usize = 2 * POINTS;
-
-/// One number of each point.
-type Each = [f64; ROOM];
 
 /// Linear maps of symmetric tensors, side by side.
 type Map<S> = [[Lane<S>; 6]; 6];
@@ -52,38 +45,6 @@ impl Rule {
     #[inline(always)]
     fn groups<S: Simd>(&self) -> std::iter::StepBy<std::ops::Range<usize>> {
         (0..self.count).step_by(S::F64_LANES)
-    }
-}
-
-/// Where the points are, and what the material answers there.
-struct Points {
-    /// det J.
-    det: Each,
-    /// Strain through the thickness at a mode's value of one, over the strain at the centre, by shape.
-    lift: [Each; SHAPES],
-    /// From natural to Cartesian strain, stretched.
-    map: [[Each; 6]; 6],
-    /// Assumed right Cauchy-Green tensor.
-    stretched: [Each; 6],
-    stress: [Each; 6],
-    tangent: [[Each; 6]; 6],
-    elastic_energy: Each,
-    plastic_work: Each,
-}
-
-impl Points {
-    fn zero() -> Self {
-        const NONE: Each = [0.0; ROOM];
-        Self {
-            det: NONE,
-            lift: [NONE; SHAPES],
-            map: [[NONE; 6]; 6],
-            stretched: [NONE; 6],
-            stress: [NONE; 6],
-            tangent: [[NONE; 6]; 6],
-            elastic_energy: NONE,
-            plastic_work: NONE,
-        }
     }
 }
 
@@ -131,11 +92,6 @@ impl WithSimd for Integrate<'_> {
         }
         Ok(totals)
     }
-}
-
-#[inline(always)]
-fn vectors<S: Simd>(simd: S, two: &[Vec3; 2]) -> [[Lane<S>; 3]; 2] {
-    [splat(simd, &two[0].into()), splat(simd, &two[1].into())]
 }
 
 /// Shapes and strains of the points of a column that begins with point `start`.
@@ -300,6 +256,7 @@ impl<S: Simd> Weights<S> {
 
 #[cfg(test)]
 mod tests {
+    use super::state::ROOM;
     use super::*;
 
     #[test]

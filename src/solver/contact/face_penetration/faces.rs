@@ -19,20 +19,20 @@ const BEHIND_BORDER: f64 = 1.0 - 1e-9;
 
 /// A face: its nodes, counter-clockwise seen from outside, and which of its sides no other face has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Face {
+pub(in crate::solver) struct Face {
     nodes: [u32; 4],
     border: [bool; 4],
 }
 
 impl Face {
     /// Its corners, nodes being at `x` [mm].
-    pub(super) fn corners(&self, x: &[Vec3]) -> [Vec3; 4] {
+    pub(in crate::solver) fn corners(&self, x: &[Vec3]) -> [Vec3; 4] {
         self.nodes.map(|n| x[n as usize])
     }
 }
 
 /// Outer faces of a mesh on a side of the sheet; of a mesh without columns all outer faces.
-pub(super) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> {
+pub(in crate::solver) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> {
     let levels = mesh.nodes_per_column;
     let mut all: Vec<[u32; 4]> =
         mesh.elements.iter().flat_map(|e| FACES.map(|face| face.map(|k| e[k]))).collect();
@@ -64,7 +64,7 @@ pub(super) fn faces_of(mesh: &HexMesh, side: SheetSide) -> Vec<Face> {
 }
 
 /// Faces where they are now.
-pub(super) struct Faces<'a> {
+pub(in crate::solver) struct Faces<'a> {
     faces: &'a [Face],
     corners: Vec<[Vec3; 4]>,
     tree: BoxTree,
@@ -81,20 +81,20 @@ struct Nearest {
 }
 
 impl<'a> Faces<'a> {
-    pub(super) fn new(faces: &'a [Face], x: &[Vec3]) -> Self {
+    pub(in crate::solver) fn new(faces: &'a [Face], x: &[Vec3]) -> Self {
         let corners: Vec<[Vec3; 4]> = faces.iter().map(|face| face.corners(x)).collect();
         let boxes: Vec<Aabb> = corners.iter().map(Aabb::of_points).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b));
         Self { faces, corners, tree: BoxTree::build(&boxes), bounds }
     }
 
-    pub(super) fn bounds(&self) -> Aabb {
+    pub(in crate::solver) fn bounds(&self) -> Aabb {
         self.bounds
     }
 
     /// Depth of a point of a tool with this outward normal behind the nearest face, up to `reach` [mm]; 0 in front of it, beside
     /// the sheet, and where the tool looks the way that the face does.
-    pub(super) fn depth(&self, p: &Vec3, normal: &Vec3, reach: f64) -> f64 {
+    pub(in crate::solver) fn depth(&self, p: &Vec3, normal: &Vec3, reach: f64) -> f64 {
         let mut best = Nearest {
             square: reach * reach,
             foot: Vec3::zeros(),

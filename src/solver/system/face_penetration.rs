@@ -1,68 +1,18 @@
-//! Penetration of tools into the faces of the sheet.
-//!
-//! Contact conditions hold nodes. Between them the face of an element, a bilinear surface, may lie in a tool: a face of width w
-//! bridges a convex radius R with a sag of about w²/(8 R), and a feature that is narrower than w may pass between nodes
-//! altogether. After each increment the depth is measured from both sides:
-//!
-//! - from the sheet: signed distance of the middles of faces and of their sides to every tool;
-//! - from the tool: distance of its convex features (`features`) behind the nearest face (`faces`).
-//!
-//! The largest of all is reported. It tells of the resolution of the mesh, not of the iteration: nodes obey their conditions.
-
-mod faces;
-mod features;
-pub mod inside;
+//! Penetration between nodes, where sheet and tools are now.
 
 use std::time::Instant;
 
+use crate::solver::contact::face_penetration::FacePenetration;
+use crate::solver::contact::face_penetration::faces::{Face, Faces};
 use rayon::prelude::*;
 
+use super::system::System;
 use crate::geometry::Vec3;
-use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::system::system::{Role, System};
-use crate::solver::tools::tool::{SheetSide, Tool};
-use faces::{Face, Faces, faces_of};
-pub(super) use features::Features;
-
-/// The deepest point of a tool inside a face of the sheet, or of a face inside a tool.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FacePenetration {
-    /// Position of the tool.
-    pub tool: usize,
-    /// Depth [mm].
-    pub depth: f64,
-    /// Where [mm].
-    pub at: Vec3,
-}
-
-/// What stays the same during a run: element faces of either side of the sheet, features of every tool.
-pub(super) struct Penetration {
-    sides: Vec<(SheetSide, Vec<Face>)>,
-    features: Vec<Features>,
-}
-
-impl Penetration {
-    /// For a sheet with elements at most `longest_edge` [mm] long.
-    pub(super) fn of(mesh: &HexMesh, tools: &[Tool], longest_edge: f64) -> Self {
-        let mut sides: Vec<(SheetSide, Vec<Face>)> = Vec::new();
-        for tool in tools {
-            let side = tool.setup.side;
-            if !sides.iter().any(|(known, _)| *known == side) {
-                sides.push((side, faces_of(mesh, side)));
-            }
-        }
-        let features = tools.iter().map(|t| Features::of(&t.setup.surface, longest_edge)).collect();
-        Self { sides, features }
-    }
-
-    fn faces(&self, side: SheetSide) -> &[Face] {
-        self.sides.iter().find(|(known, _)| *known == side).map_or(&[], |(_, faces)| faces)
-    }
-}
+use crate::solver::tools::role::Role;
 
 impl System {
     /// The deepest penetration between nodes where sheet and tools are now; `None` where there is none.
-    pub(super) fn face_penetration(&mut self) -> Option<FacePenetration> {
+    pub(in crate::solver) fn face_penetration(&mut self) -> Option<FacePenetration> {
         let start = Instant::now();
         let found = self.deepest();
         self.timings.penetration += start.elapsed().as_secs_f64();
@@ -130,12 +80,9 @@ impl System {
     }
 }
 
-const NOWHERE: (f64, Vec3) = (0.0, Vec3::new(0.0, 0.0, 0.0));
+pub(in crate::solver) const NOWHERE: (f64, Vec3) = (0.0, Vec3::new(0.0, 0.0, 0.0));
 
 /// The first of the deepest: the same for any number of threads.
-fn deepest_of(found: Vec<(f64, Vec3)>) -> (f64, Vec3) {
+pub(in crate::solver) fn deepest_of(found: Vec<(f64, Vec3)>) -> (f64, Vec3) {
     found.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).unwrap_or(NOWHERE)
 }
-
-#[cfg(test)]
-mod tests;

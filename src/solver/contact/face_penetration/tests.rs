@@ -6,7 +6,9 @@ use super::*;
 use crate::contact::test_tools::{arc, plane, revolved};
 use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::sheet::supports::Constraints;
+use crate::solver::system::system::System;
 use crate::solver::tests::{body, steel};
+use crate::solver::tools::role::Role;
 use crate::solver::{Placement, ToolSetup};
 use crate::tool::ToolModel;
 

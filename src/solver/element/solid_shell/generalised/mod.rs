@@ -5,8 +5,10 @@ pub(super) mod lanes;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::in_plane::{self, InPlane};
-use super::{DOFS, Moved, Pairs, Plane, blend};
+use super::pairs::{Pairs, Plane, blend};
+use super::shape::Moved;
 use crate::geometry::Vec3;
+use crate::solver::element::DOFS;
 
 /// Generalised strains at a point of the mid surface.
 pub(super) const GENERALISED: usize = 12;

@@ -5,7 +5,7 @@ use std::fmt;
 use crate::geometry::Vec3;
 use crate::solver::Simulation;
 use crate::solver::sheet::hex_mesh::HexMesh;
-use crate::solver::system::system::Role;
+use crate::solver::tools::role::Role;
 use crate::solver::tools::tool::{SheetSide, Tool, ToolSetup};
 
 /// Depth over the thickness that counts: shape errors of tools are less.

@@ -1,6 +1,7 @@
 //! The closest point of a trimmed model: a tree of boxes over small rectangles of the faces and one over pieces of
 //! the edges, bounded Newton inside each.
 
+mod best;
 mod leaf;
 mod piece;
 mod span;
@@ -11,7 +12,8 @@ use super::model::{EdgeUse, Face, Foot, FootLocation, Model};
 use super::trim_region::TrimRegion;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec2, Vec3};
-use leaf::{Best, Leaf, leaves_of};
+use best::Best;
+use leaf::{Leaf, leaves_of};
 use span::{Span, spans_of};
 
 /// Index for closest points on a model; built once, queried from any number of threads.

@@ -2,6 +2,7 @@
 //! face has a corner is split there, so that an edge use is always a whole edge.
 
 mod corners;
+mod piece;
 mod spurs;
 
 use std::cell::OnceCell;
@@ -9,23 +10,15 @@ use std::cell::OnceCell;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+pub(super) use self::piece::Piece;
+
 use self::corners::Corners;
+use self::piece::OWN_EDGE;
 use super::model::{Edge, EdgeUse, Face, Model};
 use super::{Diagnostic, Severity};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector, Surface};
 use crate::geometry::{Aabb, Vec3};
-
-/// A side of a face on its way to an edge use: (face, loop, position), its parameter curve, and the file's curve
-/// in space in the same direction.
-#[derive(Debug, Clone)]
-pub(super) struct Piece {
-    pub at: [usize; 3],
-    pub pcurve: Curve2,
-    pub curve: Option<Curve3>,
-    /// The file's own edge: sides of one edge are joined however far apart their parameter curves lie.
-    pub edge_id: Option<usize>,
-}
 
 /// A whole side, or what is left of one between two corners, with the points that stand for it.
 struct Part {
@@ -44,8 +37,6 @@ const SAMPLES: usize = 17;
 const PROBES: [f64; 7] = [0.5, 0.23, 0.81, 0.07, 0.36, 0.66, 0.94];
 /// So many of these may lie off by up to twice the tolerance: a curve that swings out at one place still is the other's.
 const ASTRAY: usize = 1;
-/// Sides of one edge of the file may lie apart by this share of its length.
-const OWN_EDGE: f64 = 0.02;
 
 /// Cuts a model may take, besides [`CUTS_A_CORNER`]: a corner lies on one or two sides of neighbours, and on more only
 /// where faces lie on each other, which would make parts with the square of their number.

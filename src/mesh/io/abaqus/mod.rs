@@ -5,8 +5,8 @@
 mod keyword;
 
 use super::polygon;
-use super::sheet::{SheetElements, SheetMesh, used};
 use super::tags::Tags;
+use super::volumes::{SheetElements, SheetMesh, used};
 use crate::geometry::Vec3;
 use crate::mesh::MeshError;
 

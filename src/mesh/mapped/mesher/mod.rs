@@ -10,9 +10,10 @@ use rayon::prelude::*;
 use super::bends::Bends;
 use super::border::{Border, Cuts, every_other, halfway, joined};
 use super::divisions::{Assignment, Rule, assign};
+use super::options::{MappedOptions, MeshStyle};
 use super::patchwork::{Node, Patchwork};
 use super::sides::Shape;
-use super::{MappedOptions, MeshStyle, demand, pairing, regions, sides, trimmed};
+use super::{demand, pairing, regions, sides, trimmed};
 use crate::cad::Model;
 use crate::cad::model::Face;
 use crate::mesh::{Element, MeshError, SurfaceMesh};
@@ -85,7 +86,7 @@ impl<'m> Mesher<'m> {
             floors,
             poles,
             density,
-            sizes: vec![size::first_share(halved); model.faces.len()],
+            sizes: vec![demand::first_share(halved); model.faces.len()],
         }
     }
 
@@ -351,7 +352,7 @@ impl<'m> Mesher<'m> {
         let face = &self.model.faces[f];
         let mut work = trimmed::triangulate(face, &rings, bends, &options)?;
         if let Some(size) = max_size {
-            work.bisect(face, size / size::FIRST_SHARE);
+            work.bisect(face, size / demand::FIRST_SHARE);
         }
         Ok(work)
     }

@@ -10,9 +10,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
-use super::jumps::Side;
 use super::reference::ReferenceSurface;
 use super::report::Borders;
+use super::side::Side;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::golden::least;
 use crate::geometry::{Aabb, Vec3};

@@ -2,11 +2,11 @@
 //! face says so, in the direction that buys most, lowered again where they are not needed, and the vertices are
 //! balanced about the CAD so that the error has two sides.
 //!
-//! - [`alone`]: what moving its vertices will take off a face's error
-//! - [`apart`]: every face with divisions of its own, borders meeting to within the tolerance
+//! - [`slide_estimate`]: what moving its vertices will take off a face's error
+//! - [`independent_borders`]: every face with divisions of its own, borders meeting to within the tolerance
 //! - [`search`], [`state`]: which divisions; every face is judged alone, by the audit of its own patches
-//! - [`balance`], [`ways`], [`least`]: vertices moved along their normals, or within flats
-//! - [`work`]: a model, or one face, refined and audited as a whole
+//! - [`balance`], [`vertex_directions`], [`minimax`]: vertices moved along their normals, or within flats
+//! - [`refine`]: a model, or one face, refined and audited as a whole
 //! - [`faults`]: what keeps a model from the goal, and the errors that say so
 //! - [`budget`]: how much work that may be
 //! - [`uniform`]: meshes of one division of a quarter turn, taken where they have fewer patches
@@ -14,18 +14,18 @@
 //! Free borders keep the tolerance as well. The model is conforming unless asked otherwise; its largest error is the audit's,
 //! of the finished model.
 
-mod alone;
-mod apart;
 pub mod balance;
 mod budget;
-mod face;
+mod face_error;
 mod faults;
-mod least;
+mod independent_borders;
+mod minimax;
+mod refine;
 mod search;
+mod slide_estimate;
 mod state;
 mod uniform;
-mod ways;
-mod work;
+mod vertex_directions;
 
 use crate::audit::{AuditError, AuditReport, CadReference};
 use crate::cad::Model;
@@ -34,10 +34,10 @@ use crate::mesh::mapped::MappedOptions;
 use crate::tool::ToolModel;
 
 use super::{ConvertError, ConvertOptions, ConvertReport};
-use alone::Neighbours;
-use face::Judge;
+use face_error::Judge;
+use refine::Work;
+use slide_estimate::Neighbours;
 use state::State;
-use work::Work;
 
 /// What a model is refined to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -201,7 +201,7 @@ pub fn to_tolerance(
     match goal.borders {
         Borders::Conforming => together,
         Borders::Independent => {
-            let apart = apart::with(&work, |apart| apart.refined(goal));
+            let apart = independent_borders::with(&work, |apart| apart.refined(goal));
             fewer(together, apart.and_then(|found| found))
         }
     }
@@ -263,7 +263,7 @@ pub fn to_patches(
     let size = crate::geometry::Aabb::of_points(&model.vertices).diagonal();
     match borders {
         Borders::Conforming => least_error(together, size, patches),
-        Borders::Independent => apart::with(&work, |apart| {
+        Borders::Independent => independent_borders::with(&work, |apart| {
             let either = |tol_mm| fewer(together(tol_mm), apart.refined(&goal(tol_mm)));
             least_error(either, size, patches)
         })?,

@@ -1,7 +1,7 @@
 //! The uniform structured mesh as a rival: what a tolerance takes is never more than it needs.
 
 use super::faults::{exceeding, folded};
-use super::work::Work;
+use super::refine::Work;
 use super::{Goal, Refined};
 use crate::convert::unfolded::mesh_and_convert;
 use crate::convert::{ConvertOptions, ConvertReport, convert};

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use super::Goal;
-use super::face::{Figures, Judge};
+use super::face_error::{Figures, Judge};
 use super::state::State;
 use crate::geometry::Vec3;
 use crate::mesh::mapped::plan::{Divisions, Plan};

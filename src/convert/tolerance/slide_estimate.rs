@@ -10,8 +10,8 @@ use crate::tool::ToolModel;
 use crate::tool::side::{SideCurve, sides_used_once};
 
 use super::balance::rows;
-use super::least::{least_shifts, left};
-use super::ways::{STEEPEST, Way};
+use super::minimax::{least_shifts, left};
+use super::vertex_directions::{STEEPEST, Way};
 
 /// Share of the error that slides leave at best: what is foreseen is linear, and they are not.
 const LEAST: f64 = 0.2;

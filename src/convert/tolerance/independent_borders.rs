@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::budget::Budget;
-use super::face::Judge;
+use super::face_error::Judge;
 use super::faults::{exceeding, folded};
-use super::work::Work;
+use super::refine::Work;
 use super::{Borders, Goal, Refined, ToleranceError};
 use crate::audit::{AuditOptions, audit, open_sides};
 use crate::cad::Model;

@@ -5,9 +5,9 @@ use std::sync::Mutex;
 
 use rustc_hash::FxHashMap;
 
-use super::alone::Neighbours;
 use super::budget::Budget;
-use super::work::{Work, renumber};
+use super::refine::{Work, renumber};
+use super::slide_estimate::Neighbours;
 use crate::audit::{AuditOptions, CadReference, audit};
 use crate::cad::model::Edge;
 use crate::convert::{ConvertOptions, convert};

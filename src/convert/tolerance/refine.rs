@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::balance::balanced;
 use super::budget::Budget;
-use super::face::Judge;
+use super::face_error::Judge;
 use super::faults::{Faults, Subject, exceeding, folded, worst_place};
 use super::search::Search;
 use super::state::State;

@@ -1,7 +1,7 @@
 //! Shifts that make the sum of the P-th powers of errors least that are linear in them: Newton's method, its equations summed
 //! once a step over the points and solved by conjugate gradients.
 
-use super::ways::Way;
+use super::vertex_directions::Way;
 
 /// Power of the error whose sum is made least: near enough to its largest.
 const POWER: i32 = 12;

@@ -14,10 +14,11 @@ use crate::geometry::Aabb;
 use crate::tool::build::{EdgeChoice, build};
 use crate::tool::{ToolModel, side};
 
+use super::error::ToleranceError;
+use super::goal::Refined;
 use super::minimax::{Row, least_shifts};
-use super::refine::Work;
+use super::scope::Work;
 use super::vertex_directions::{Way, ways};
-use super::{Refined, ToleranceError};
 
 /// Patches of a model whose errors are followed as far as they fall.
 const FEW: usize = 500;

@@ -6,7 +6,8 @@ use std::sync::Mutex;
 use rustc_hash::FxHashMap;
 
 use super::budget::Budget;
-use super::refine::{Work, renumber};
+use super::figures::Figures;
+use super::scope::{Work, renumber};
 use super::slide_estimate::Neighbours;
 use crate::audit::{AuditOptions, CadReference, audit};
 use crate::cad::model::Edge;
@@ -17,39 +18,6 @@ use crate::mesh::mapped::is_crease;
 use crate::mesh::mapped::plan::{Divisions, Plan};
 use crate::tool::side::{SideCurve, sides_used_once};
 use crate::tool::{Patch, ToolModel};
-
-/// What the audit of a face's patches says.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Figures {
-    /// Patches.
-    pub patches: usize,
-    /// Largest |shape error| [mm]; infinite when the face cannot be meshed so.
-    pub error_mm: f64,
-    /// Largest normal error [degrees]; infinite when the face cannot be meshed so.
-    pub normal_deg: f64,
-    /// How far sides that lost their curves, as patches folded, are from the creases they are on [mm]: what the faces
-    /// beyond them are then off, though a flat is not.
-    pub cut_mm: f64,
-    /// Where the error is largest, if there are patches.
-    pub worst: Option<Vec3>,
-    /// Measured edges of the plan's model, each with the largest distance of the patches' sides on it from it [mm]: at free
-    /// borders the part of it within the patches, as moving vertices along their normals takes off the other.
-    pub off: Vec<(usize, f64)>,
-}
-
-impl Figures {
-    /// No patches: a face of no area, or one that cannot be meshed so, whose errors are infinite.
-    const fn bare(error: f64) -> Self {
-        Self {
-            patches: 0,
-            error_mm: error,
-            normal_deg: error,
-            cut_mm: 0.0,
-            worst: None,
-            off: Vec::new(),
-        }
-    }
-}
 
 /// Shares of the tolerance that faces judged alone are held to, largest first: balancing takes the rest off.
 const LOOSENINGS: [f64; 9] = [5.0, 3.5, 2.5, 2.0, 1.8, 1.6, 1.4, 1.2, 1.0];

@@ -7,8 +7,9 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use super::Goal;
-use super::face_error::{Figures, Judge};
+use super::face_error::Judge;
+use super::figures::Figures;
+use super::goal::Goal;
 use super::state::State;
 use crate::geometry::Vec3;
 use crate::mesh::mapped::plan::{Divisions, Plan};

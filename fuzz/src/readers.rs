@@ -13,7 +13,7 @@ use kanagata::convert::{ConvertOptions, ConvertReport};
 use kanagata::mesh::mapped::{MappedOptions, mesh};
 use kanagata::mesh::{attach, io};
 use kanagata::report::record::{History, RunRecord};
-use kanagata::run::line::{json_line, line};
+use kanagata::run::progress_line::{json_line, line};
 use kanagata::run::{advice, cost};
 use kanagata::scene::preview::SheetCounts;
 use kanagata::scene::read::parse_card;

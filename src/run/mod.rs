@@ -4,25 +4,25 @@
 //! (and a killed run still holds what it had).
 
 pub mod advice;
-mod begun;
 pub mod checkpoint;
 pub mod cost;
+mod earlier_run;
 pub mod fields;
+mod first_record;
 pub mod folder;
 pub mod formed;
-pub mod itself;
-pub mod line;
+pub mod friction_shear;
+pub mod hourglassing;
 pub mod lock;
-mod looks;
 pub mod necking;
-mod replaced;
+pub mod progress_line;
 pub mod report;
 pub mod resources;
-pub mod sheared;
+pub mod self_contact;
+mod sheet_checks;
 pub mod springback;
 pub mod status;
 pub mod strains;
-pub mod zigzag;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -228,7 +228,7 @@ fn begun(
     options: &RunOptions<'_>,
     simulation: &Simulation,
 ) -> Result<RunFolder, RunError> {
-    let told = replaced::replaced(output, plan, scene_path, options.overwrite)?;
+    let told = earlier_run::replaced(output, plan, scene_path, options.overwrite)?;
     if let (Some(told), Some(tell)) = (told, options.tell) {
         tell(&told);
     }
@@ -259,7 +259,7 @@ fn alone_in(output: &Path, options: &RunOptions<'_>) -> Result<Option<lock::Lock
         return Ok(None);
     }
     let foreign =
-        if options.restart || options.overwrite { None } else { replaced::foreign(output) };
+        if options.restart || options.overwrite { None } else { earlier_run::foreign(output) };
     if let Some(found) = foreign {
         return Err(RunError::Foreign { folder: output.into(), found });
     }

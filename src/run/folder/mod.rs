@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::RunError;
 use super::advice::holder::Holder;
-use super::begun::first_record;
 use super::fields;
+use super::first_record::first_record;
 use super::formed::Formed;
 use super::necking::Necking;
 use super::resources::{cpu_seconds, peak_megabytes, this_process};

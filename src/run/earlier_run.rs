@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::RunError;
-use super::begun::FORMAT;
 use super::checkpoint;
+use super::first_record::FORMAT;
 use super::folder::{PROGRAM, RESULTS};
 use super::lock;
 use super::status::restart_command;

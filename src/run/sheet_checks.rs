@@ -1,9 +1,9 @@
 //! What of the sheet after an increment is not as it should be: it passes through itself, its mesh folds, friction shears it
 //! through, it bends over the border of a tool. Each is told from where it is first seen.
 
-use super::itself::through_itself;
-use super::sheared::sheared;
-use super::zigzag::zigzag;
+use super::friction_shear::sheared;
+use super::hourglassing::zigzag;
+use super::self_contact::through_itself;
 use crate::geometry::Vec3;
 use crate::report::record::{
     FacePenetrationRecord, InToolRecord, NeckingRecord, OverEdgeRecord, RunRecord,

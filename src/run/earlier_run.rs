@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::RunError;
 use super::checkpoint;
-use super::first_record::FORMAT;
-use super::folder::{PROGRAM, RESULTS};
+use super::error::RunError;
+use super::first_record::{FORMAT, PROGRAM};
+use super::folder::RESULTS;
 use super::lock;
 use super::status::restart_command;
 use crate::report::record::{RunRecord, Verdict};

@@ -4,13 +4,16 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use super::folder::{PROGRAM, inputs};
+use super::inputs::inputs;
 use super::resources::this_process;
 use crate::report::record::{RunRecord, Verdict};
 use crate::scene::Plan;
 
 /// Mark of `run.json`.
 pub(super) const FORMAT: &str = "kanagata-run";
+
+/// Name and version of the program.
+pub const PROGRAM: &str = concat!("kanagata-solve ", env!("CARGO_PKG_VERSION"));
 
 /// The record of a run that begins.
 pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {

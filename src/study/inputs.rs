@@ -10,7 +10,7 @@ use super::execute::folder_of;
 use super::manifest::State;
 use crate::files::sha256_hex;
 use crate::report::record::{RunRecord, Verdict};
-use crate::run::folder::PROGRAM;
+use crate::run::PROGRAM;
 use crate::scene::read::is_path;
 
 /// SHA-256 of the scene and of the files it names, by their names in it: what the run's `run.json` lists.

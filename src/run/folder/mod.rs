@@ -2,15 +2,14 @@
 
 mod record;
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::RunError;
 use super::advice::holder::Holder;
+use super::error::RunError;
 use super::fields;
 use super::first_record::first_record;
 use super::formed::Formed;
@@ -62,22 +61,6 @@ pub struct RunFolder {
     /// Thinning so far.
     #[serde(default)]
     necking: Necking,
-}
-
-/// Name and version of the program.
-pub const PROGRAM: &str = concat!("kanagata-solve ", env!("CARGO_PKG_VERSION"));
-
-/// SHA-256 of the scene and the files it names: tools, a mesh of the blank, a material card, a history whose increments are
-/// taken.
-pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
-    let tools = plan.scene.tools.iter().zip(&plan.tools);
-    let tools = tools.map(|(tool, loaded)| (tool.file.clone(), loaded.sha256.clone()));
-    let followed = plan.followed.iter().map(|f| (f.file.clone(), f.sha256.clone()));
-    std::iter::once(("scene".to_owned(), plan.sha256.clone()))
-        .chain(tools)
-        .chain(plan.files.iter().map(|f| (f.file.clone(), f.sha256.clone())))
-        .chain(followed)
-        .collect()
 }
 
 /// Files beside `run.json` that tell of one run.

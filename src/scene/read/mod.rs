@@ -1,151 +1,25 @@
 //! Reads a scene, checks it, loads its tools: a [`Plan`] holds everything a run needs.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use serde::Deserialize as _;
 
-use super::check::{Fault, check, check_numbers};
+use super::check::{check, check_numbers};
 use super::comments::without_comments;
-use super::file_sheet::FileSheet;
-use super::follow::{Followed, followed};
-use super::types::{MaterialChoice, Scene};
+use super::error::{Fault, SceneError};
+use super::file_sheet::{FileSheet, of_file};
+use super::follow::followed;
+use super::plan::{Plan, PlannedFile, PlannedTool};
+use super::types::{Blank, BlankShape, MaterialChoice, Scene};
 use crate::contact::ToolSurface;
 use crate::files::sha256_hex;
 use crate::solver::material::Material;
 use crate::solver::material::card::{self, CardError, MaterialCard};
 use crate::tool::Patch;
-use crate::tool::file::{ToolFileError, read as read_tool};
+use crate::tool::file::read as read_tool;
 
 pub use super::check::VERSION;
-
-/// Why a scene cannot be run.
-#[non_exhaustive]
-#[derive(Debug, thiserror::Error)]
-pub enum SceneError {
-    /// The scene file cannot be opened or read.
-    #[error("cannot read scene {}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        #[source]
-        source: std::io::Error,
-    },
-    /// The text is not a scene.
-    #[error("{}, line {line}, column {column}: {found}; allowed: the keys and values of schemas/scene.schema.json", path.display())]
-    Syntax {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// What the reader says.
-        found: String,
-    },
-    /// A value out of its range.
-    #[error("{}, {place}: found {found}; allowed: {allowed}", path.display())]
-    Value {
-        /// The file.
-        path: PathBuf,
-        /// Key, as a path into the scene.
-        place: String,
-        /// What was found.
-        found: String,
-        /// What is allowed.
-        allowed: String,
-    },
-    /// The blank's mesh file cannot be used.
-    #[error("{}, blank.shape.mesh.file: {cause}", path.display())]
-    Blank {
-        /// The scene.
-        path: PathBuf,
-        /// What is wrong with the file.
-        cause: String,
-    },
-    /// A tool file that cannot be used.
-    #[error("{}, {place}: {cause}", path.display())]
-    Tool {
-        /// The scene.
-        path: PathBuf,
-        /// Key, as a path into the scene.
-        place: String,
-        /// What is wrong with the tool file.
-        cause: Box<ToolFileError>,
-    },
-    /// The material's card file cannot be used.
-    #[error("{}, material: {}: {cause}", path.display(), file.display())]
-    CardFile {
-        /// The scene.
-        path: PathBuf,
-        /// The card file.
-        file: PathBuf,
-        /// What is wrong with it.
-        cause: String,
-    },
-    /// A material that cannot be used.
-    #[error("{}, material: {cause}", path.display())]
-    Material {
-        /// The scene.
-        path: PathBuf,
-        /// What is wrong with the card.
-        cause: CardError,
-    },
-}
-
-/// A scene ready to run: checked, with its tools and material loaded.
-#[derive(Clone)]
-pub struct Plan {
-    /// The scene as written, defaults filled in.
-    pub scene: Scene,
-    /// Folder its paths are relative to.
-    pub folder: PathBuf,
-    /// SHA-256 of the scene file.
-    pub sha256: String,
-    /// Tools, in the scene's order.
-    pub tools: Vec<PlannedTool>,
-    /// The card in use.
-    pub card: MaterialCard,
-    /// The material law, its axes turned to the rolling direction.
-    pub material: Arc<dyn Material>,
-    /// Mesh file of the blank and card file of the material, where there are such.
-    pub files: Vec<PlannedFile>,
-    /// The run whose increments are taken.
-    pub followed: Option<Followed>,
-}
-
-/// A file that the scene names.
-#[derive(Debug, Clone)]
-pub struct PlannedFile {
-    /// As the scene names it.
-    pub file: String,
-    /// SHA-256 of the file.
-    pub sha256: String,
-    /// What it says, where it is the mesh file of the blank.
-    pub sheet: Option<Arc<FileSheet>>,
-}
-
-/// A tool with its surface.
-#[derive(Clone)]
-pub struct PlannedTool {
-    /// Tool file as it was found.
-    pub path: PathBuf,
-    /// SHA-256 of the tool file.
-    pub sha256: String,
-    /// Surface with its search tree.
-    pub surface: Arc<ToolSurface>,
-    /// Largest |shape error| its file records [mm].
-    pub shape_error_mm: Option<f64>,
-}
-
-impl Plan {
-    /// The whole process over the modelled part: 2 for each symmetry plane.
-    #[must_use]
-    pub fn share(&self) -> f64 {
-        2f64.powi(self.scene.symmetry.len() as i32)
-    }
-}
 
 /// Reads and checks the scene at `path`.
 ///
@@ -154,7 +28,7 @@ impl Plan {
 pub fn read(path: &Path) -> Result<Plan, SceneError> {
     let (mut scene, bytes) = scene_of(path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let mesh_file = super::file_sheet::fill_in(&mut scene.blank, path, &folder)?;
+    let mesh_file = fill_in(&mut scene.blank, path, &folder)?;
     let tools = load_tools(&scene, path, &folder)?;
     let followed = followed(&scene, path, &folder)?;
     let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };
@@ -176,6 +50,30 @@ pub fn read(path: &Path) -> Result<Plan, SceneError> {
     let files = mesh_file.into_iter().chain(card_file).collect();
     let sha256 = sha256_hex(&bytes);
     Ok(Plan { scene, folder, sha256, tools, card, material, files, followed })
+}
+
+/// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself. The
+/// mesh file, where there is one.
+pub(super) fn fill_in(
+    blank: &mut Blank,
+    scene: &Path,
+    folder: &Path,
+) -> Result<Option<PlannedFile>, SceneError> {
+    let BlankShape::Mesh { file, state } = &blank.shape else { return Ok(None) };
+    let state = *state;
+    let path = folder.join(file);
+    let sheet = of_file(blank, scene, &path, state)?;
+    let bytes = crate::files::read(&path, crate::files::Input::Mesh).map_err(|e| {
+        SceneError::Blank { path: scene.to_path_buf(), cause: format!("{}: {e}", path.display()) }
+    })?;
+    let (file, sha256) = (file.clone(), sha256_hex(&bytes));
+    if let FileSheet::Solid(mesh) = &sheet {
+        blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);
+        if blank.thickness_mm <= 0.0 {
+            blank.thickness_mm = mesh.mean_thickness();
+        }
+    }
+    Ok(Some(PlannedFile { file, sha256, sheet: Some(Arc::new(sheet)) }))
 }
 
 /// The law of a card, its axes turned to the rolling direction.

@@ -4,10 +4,10 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use super::cad::{LostFaces, read_model};
 use super::ended::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::own::refuse_clashes;
+use super::read::{LostFaces, read_model};
 use super::say::out;
 use super::stop;
 use crate::cancel::Cancel;

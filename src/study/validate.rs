@@ -5,7 +5,8 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::StudyError;
-use super::cases::{CHOICES_MAX, Case, MOST, NAME_MAX, Roots, each_case, ids};
+use super::case::Case;
+use super::cases::{CHOICES_MAX, MOST, NAME_MAX, Roots, each_case, ids};
 use super::file::Study;
 use super::follow;
 use crate::scene::error::Fault;

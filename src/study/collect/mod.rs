@@ -1,94 +1,26 @@
 //! The records of all cases side by side: `study.csv`, `study.html` and drawings.
 
+mod curves;
 mod judge;
 mod pictures;
+mod row;
 mod table;
 
 use std::path::Path;
 
+use self::row::{Off, Row, Standing};
 use super::StudyError;
-use super::cases::Case;
+use super::case::Case;
 use super::checks::{Check, Outcome};
-use super::compare::{Sheet, largest_difference, sheet, tools};
-use super::execute::{Manifest, State, folder_of};
+use super::compare::{sheet, tools};
+use super::execute::{Manifest, State};
 use super::file::Study;
-use super::inputs::{digest, inputs};
+use super::inputs::{digest, folder_of, inputs};
 use super::output::{plot, write_csv};
 use crate::report::csv;
 use crate::report::doubt::Doubt;
 use crate::report::drawing::write_chart;
 use crate::report::page::Page;
-use crate::report::record::RunRecord;
-
-/// How a case stands, as far as its folder still belongs to it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Standing {
-    Waiting,
-    Done,
-    Failed,
-    /// What it was run with is not what it would be run with.
-    Stale,
-}
-
-/// A case and what its run left.
-struct Row<'a> {
-    case: &'a Case,
-    standing: Standing,
-    reason: Option<String>,
-    /// The methods it is of; its name when the study names none.
-    method: String,
-    record: Option<RunRecord>,
-    patches: usize,
-    shape_error: Option<f64>,
-    /// Travel [mm] and force [N] of the watched tool while it moves.
-    curve: Vec<(f64, f64)>,
-    sheet: Option<Sheet>,
-    off: Off,
-}
-
-/// Differences from the reference.
-#[derive(Debug, Default, Clone, Copy, PartialEq)]
-struct Off {
-    /// RMS of the difference of force over the travel, over the reference's RMS.
-    force_rms: Option<f64>,
-    /// Largest difference of thickness along dx and along dxy [mm].
-    thickness: [Option<f64>; 2],
-}
-
-impl Row<'_> {
-    fn done(&self) -> bool {
-        self.standing == Standing::Done
-    }
-
-    /// Whether it is done and its result doubtful.
-    fn is_doubtful(&self) -> bool {
-        self.done() && self.record.as_ref().is_some_and(|record| !record.doubts.is_empty())
-    }
-
-    /// The line of a profile of the sheet; empty without one.
-    fn profile(&self, of: impl Fn(&Sheet) -> &super::compare::Profile) -> &[(f64, f64)] {
-        self.sheet.as_ref().map_or(&[], |sheet| of(sheet))
-    }
-}
-
-impl Off {
-    fn between(row: &Row<'_>, reference: &Row<'_>) -> Self {
-        let dx = |row| Row::profile(row, |s| &s.dx);
-        let dxy = |row| Row::profile(row, |s| &s.dxy);
-        Self {
-            force_rms: judge::force_rms(&row.curve, &reference.curve),
-            thickness: [
-                largest_difference(dx(row), dx(reference)),
-                largest_difference(dxy(row), dxy(reference)),
-            ],
-        }
-    }
-
-    /// The larger of the two differences of thickness [mm].
-    fn thickest(&self) -> Option<f64> {
-        Some(self.thickness[0]?.max(self.thickness[1]?))
-    }
-}
 
 /// Writes `study.csv`, `study.html` and the drawings into `folder`.
 ///

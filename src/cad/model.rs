@@ -150,4 +150,3 @@ impl Face {
 }
 
 pub use super::analytic::Analytic;
-pub use super::closest::ClosestPoint;

@@ -5,7 +5,8 @@ pub(crate) mod shapes;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use self::shapes::*;
-use super::model::{ClosestPoint, EdgeUse, Face, FootLocation, Model, TrimLoop};
+use super::closest::ClosestPoint;
+use super::model::{EdgeUse, Face, FootLocation, Model, TrimLoop};
 use super::trim_region::TrimRegion;
 use crate::geometry::nurbs::{Curve2, Curve3, Surface};
 use crate::geometry::{Frame, Vec2, Vec3};

@@ -9,7 +9,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::fields::column_thickness;
-use super::zigzag::neighbours;
+use super::hourglassing::neighbours;
 use crate::geometry::Vec3;
 use crate::report::record::{NeckingKind, NeckingRecord};
 use crate::solver::IncrementReport;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use super::error::SceneError;
 use super::file_sheet::{FileSheet, of_file};
-use super::read::SceneError;
 use super::types::{Blank, BlankShape, Region, Scene, SymmetryPlane};
 use crate::geometry::Vec3;
 use crate::solver::Constraints;
@@ -138,7 +138,7 @@ pub(super) fn near_of(size: f64, farthest: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::file_sheet::fill_in;
+    use crate::scene::read::fill_in;
 
     fn nodes() -> Vec<Vec3> {
         rectangle(4.0, 2.0, 1.0, 4, 2, 1).nodes

@@ -1,7 +1,7 @@
 //! A scene as it is judged before it is run: the counts of its sheet, and a coarser sheet of the same outline where it is large.
 
 use super::blank::near_of;
-use super::read::Plan;
+use super::plan::Plan;
 use super::types::{Blank, BlankShape, Region};
 use crate::geometry::Aabb;
 use crate::solver::sheet::hex_mesh::HexMesh;

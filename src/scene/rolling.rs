@@ -1,7 +1,7 @@
 //! Rolling direction of a blank: an angle about z where the sheet lies across z, else a vector projected on each element.
 
-use super::check::Fault;
-use super::read::Plan;
+use super::error::Fault;
+use super::plan::Plan;
 use super::types::Blank;
 use crate::geometry::Vec3;
 use crate::solver::assembly::AlongNormal;

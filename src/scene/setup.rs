@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use super::blank::{blank_mesh, constraints};
 use super::cuts::Planes;
+use super::error::SceneError;
 use super::loads::loads;
 use super::motions::motions;
-use super::read::{Plan, SceneError};
+use super::plan::Plan;
 use super::rolling;
 use super::types::{Drive, Place, Side, Tool};
 use crate::contact::ToolSurface;

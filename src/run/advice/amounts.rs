@@ -1,6 +1,6 @@
 //! Friction and forces that no tool of a press has: slips of a comma or of a unit.
 
-use super::Finding;
+use super::finding::Finding;
 use super::material::EARLY;
 use crate::report::doubt::DoubtCode;
 use crate::scene::Plan;

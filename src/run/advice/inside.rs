@@ -1,6 +1,6 @@
 //! Tools that stand in the sheet before it is formed.
 
-use super::Finding;
+use super::finding::Finding;
 use super::size::Sizes;
 use crate::solver::penetration::inside;
 use crate::solver::{Motion, SimulationSetup};

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::Finding;
+use super::finding::Finding;
 use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
 use crate::solver::sheet::hex_mesh::HexMesh;

@@ -1,6 +1,5 @@
 //! Sizes of the sheet's elements along directions in it.
 
-use super::symmetry::EVERYWHERE;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::frame::unit;
 use crate::geometry::{Aabb, Vec3};
@@ -11,6 +10,12 @@ const IN_PLANE: f64 = 0.1;
 
 /// Shape error that tools may have in any case, as a share of the sheet's thickness.
 pub(super) const TOLERANCE: f64 = 0.01;
+
+/// All of space.
+pub(super) const EVERYWHERE: Aabb = Aabb {
+    min: Vec3::new(f64::MIN, f64::MIN, f64::MIN),
+    max: Vec3::new(f64::MAX, f64::MAX, f64::MAX),
+};
 
 /// The sheet's elements in its plane.
 pub(super) struct Sizes {

@@ -3,7 +3,8 @@
 
 use rayon::prelude::*;
 
-use super::{Finding, end_of};
+use super::finding::Finding;
+use super::travel::end_of;
 use crate::geometry::Vec3;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{SimulationSetup, ToolSetup};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::FormingMap;
+use super::description::FormingMap;
 use crate::contact::ToolSurface;
 use crate::geometry::Vec3;
 use crate::report::drawing::{Chart, Line};

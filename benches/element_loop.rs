@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use kanagata::solver::assembly::{Body, Evaluation};
-use kanagata::solver::blank;
+use kanagata::solver::assembly::Body;
+use kanagata::solver::assembly::Evaluation;
 use kanagata::solver::element::{ElementKind, Want};
 use kanagata::solver::material::elastic::Elastic;
 use kanagata::solver::material::hardening::Hardening;
 use kanagata::solver::material::hill48::Hill48;
 use kanagata::solver::material::plastic::Plastic;
+use kanagata::solver::sheet::hex_mesh;
 
 fn element_loop(criterion: &mut Criterion) {
     let hill = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
@@ -28,7 +29,7 @@ fn element_loop(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("element loop 62x62");
     group.sample_size(10);
     for (name, kind, layers) in kinds {
-        let mesh = blank::rectangle(125.0, 125.0, 0.8, 62, 62, layers);
+        let mesh = hex_mesh::rectangle(125.0, 125.0, 0.8, 62, 62, layers);
         let u: Vec<f64> = mesh
             .nodes
             .iter()

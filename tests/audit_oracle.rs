@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use kanagata::audit::{AuditOptions, AuditReport, CadReference, audit};
-use kanagata::cad::model::ClosestPoint;
+use kanagata::cad::closest::ClosestPoint;
 use kanagata::cad::{self, Model};
 use kanagata::convert::bezier::{BezierOptions, bezier_from_cad};
 use kanagata::convert::tolerance::{Borders, Goal, to_tolerance};

@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
 
-use kanagata::study::file::{Description, read};
 use kanagata::study::patches::run;
+use kanagata::study::read::{Description, read};
 use serde_json::{Value, json};
 
 fn fixture(name: &str) -> PathBuf {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use kanagata::geometry::Vec3;
 use kanagata::scene::read;
-use kanagata::solver::blank::rectangle;
+use kanagata::solver::sheet::hex_mesh::rectangle;
 use kanagata::solver::{Control, Simulation};
 use serde_json::{Value, json};
 

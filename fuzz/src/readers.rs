@@ -13,7 +13,7 @@ use kanagata::convert::{ConvertOptions, ConvertReport};
 use kanagata::mesh::mapped::{MappedOptions, mesh};
 use kanagata::mesh::{attach, io};
 use kanagata::report::record::{History, RunRecord};
-use kanagata::run::line::{json_line, line};
+use kanagata::run::progress_line::{json_line, line};
 use kanagata::run::{advice, cost};
 use kanagata::scene::preview::SheetCounts;
 use kanagata::scene::read::parse_card;
@@ -22,7 +22,7 @@ use kanagata::scene::{Plan, PlannedTool, Scene, blank, follow};
 use kanagata::solver::Simulation;
 use kanagata::solver::material::card;
 use kanagata::study::cases::{Roots, cases, ids};
-use kanagata::study::file::Description;
+use kanagata::study::read::Description;
 use kanagata::tool::ToolModel;
 use kanagata::tool::exchange::{to_bezier, to_nagata};
 
@@ -275,7 +275,7 @@ pub fn plan_of(scene: Scene) -> Result<Plan, String> {
 
 /// A study: checked, its cases made as they are and with `--quick`.
 pub fn read_study(bytes: &[u8]) -> Outcome {
-    let described = kanagata::study::file::parse(bytes, Path::new("fuzz.json")).map_err(words)?;
+    let described = kanagata::study::read::parse(bytes, Path::new("fuzz.json")).map_err(words)?;
     if let Description::Forming(study) = described
         && ids(&study).len() <= CASES_MAX
     {

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
-use super::jumps::Side;
 use super::reference::ReferenceSurface;
+use super::side::Side;
 use crate::geometry::Vec3;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::golden::least;

@@ -8,29 +8,11 @@ use rustc_hash::FxHashMap;
 use super::gaps::{self, OpenSide};
 use super::reference::ReferenceSurface;
 use super::report::Jumps;
-use super::sample::{angle_deg, patch_normal};
+use super::sample::angle_deg;
+use super::side::{Side, on_side};
 use crate::geometry::{Aabb, Vec3};
 use crate::tool::side::corners;
 use crate::tool::{Patch, ToolModel};
-
-/// A side of a patch on an edge.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Side {
-    pub patch: usize,
-    pub side: usize,
-    /// The side runs from the edge's higher corner to its lower one.
-    reversed: bool,
-}
-
-/// Point and normal of a patch at the share `t` of an edge.
-fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>) {
-    let c = corners(patch.sides());
-    let (a, b) = (c[side.side], c[(side.side + 1) % c.len()]);
-    let t = if side.reversed { 1.0 - t } else { t };
-    let (eta, zeta) = (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t);
-    let d = patch.derivs(eta, zeta);
-    (d.s, patch_normal(&d))
-}
 
 /// Compares the patches that share an edge at `n + 1` points along it; also the sides at free borders of the tool:
 /// those of one patch beyond which the CAD does not go on.

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::cad::Model;
-use crate::cad::model::{ClosestPoint, Edge, Face, Foot, FootLocation};
+use crate::cad::closest::ClosestPoint;
+use crate::cad::model::{Edge, Face, Foot, FootLocation};
 use crate::cad::raw::LostFace;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::nurbs::Curve3;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::AuditOptions;
+use super::options::AuditOptions;
 use super::reference::ReferenceSurface;
 use super::sample::{PatchSamples, Probe, Sample, inside};
 

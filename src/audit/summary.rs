@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::AuditOptions;
 use super::area::{area, quartered_most};
 use super::borders::Compared;
+use super::options::AuditOptions;
 use super::refine::Extremes;
 use super::report::{AuditReport, FaceAudit, Jumps, PatchAudit, Percentiles, WorstPatch};
 use super::sample::{PatchSamples, Sample};

@@ -9,6 +9,8 @@ mod bounds;
 pub mod build;
 pub mod closest;
 mod creases;
+mod diagnostic;
+mod error;
 pub mod health;
 pub mod iges;
 pub mod inspect;
@@ -28,72 +30,12 @@ pub mod step;
 mod topology;
 pub mod trim_region;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub use build::Creases;
+pub use diagnostic::{Diagnostic, Severity};
+pub use error::CadError;
 pub use model::Model;
-
-/// How much a [`Diagnostic`] matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Severity {
-    /// Worth knowing.
-    Note,
-    /// Repaired or skipped: the model may differ from what its author meant.
-    Warning,
-}
-
-/// Something the reader survived and tells the user.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Diagnostic {
-    /// How much it matters.
-    pub severity: Severity,
-    /// Short stable kebab-case name of the kind, for example `entity-skipped`.
-    pub code: &'static str,
-    /// Where: `line 12 (D7, entity 128)` or `#45 (ADVANCED_FACE)`; empty for the whole file.
-    pub place: String,
-    /// What was found, what was done.
-    pub text: String,
-}
-
-/// Why a CAD file gives no model.
-#[non_exhaustive]
-#[derive(Debug, thiserror::Error)]
-pub enum CadError {
-    /// The file cannot be opened or read.
-    #[error("cannot read {}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        #[source]
-        source: std::io::Error,
-    },
-    /// Neither IGES nor STEP.
-    #[error(
-        "{file}: neither an IGES file (no S section in column 73) nor a STEP file (no ISO-10303-21): {found}; export the model as IGES 5.3 or STEP AP203/AP214/AP242"
-    )]
-    UnknownFormat {
-        /// The file's name.
-        file: String,
-        /// What its first bytes look like.
-        found: String,
-    },
-    /// The text breaks the format's grammar or says something that cannot be.
-    #[error("{file}, {place}: {found}; allowed: {allowed}; {remedy}")]
-    Invalid {
-        /// The file's name.
-        file: String,
-        /// Line, card and entity, or `#id`.
-        place: String,
-        /// What was found.
-        found: String,
-        /// What is allowed.
-        allowed: String,
-        /// What to do.
-        remedy: String,
-    },
-}
 
 /// Reads an IGES or STEP file, told apart by content, into a model in mm.
 ///

@@ -147,14 +147,6 @@ impl Face {
         let n = self.surface.normal(uv)?;
         Some(if self.flipped { -n } else { n })
     }
-
-    /// True when `uv` is inside the trimmed region or on its border. For many points, prepare a
-    /// [`super::trim_region::TrimRegion`] once.
-    #[must_use]
-    pub fn contains(&self, uv: Vec2) -> bool {
-        super::trim_region::TrimRegion::new(self).contains(uv)
-    }
 }
 
 pub use super::analytic::Analytic;
-pub use super::closest::ClosestPoint;

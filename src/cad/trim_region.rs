@@ -233,3 +233,12 @@ fn closed_pieces(ring: &super::model::TrimLoop) -> Vec<Piece> {
     }
     out
 }
+
+impl Face {
+    /// True when `uv` is inside the trimmed region or on its border. For many points, prepare a
+    /// [`TrimRegion`] once.
+    #[must_use]
+    pub fn contains(&self, uv: Vec2) -> bool {
+        TrimRegion::new(self).contains(uv)
+    }
+}

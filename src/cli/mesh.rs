@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::cad::{LostFaces, read_model};
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::gmsh::GmshArgs;
 use super::own::refuse_clashes;
+use super::read::{LostFaces, read_model};
 use super::say::{err, out};
 use super::skip::skipping;
 use crate::cad::Model;

@@ -13,6 +13,7 @@ pub mod material;
 pub mod mesh;
 mod own;
 pub mod quantity;
+mod read;
 pub mod run;
 mod say;
 mod skip;

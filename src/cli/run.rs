@@ -9,7 +9,7 @@ use super::exit::{EXIT_HELP, Exit, Failure};
 use super::say::{err, out, put};
 use super::stop;
 use crate::run::folder::row;
-use crate::run::line::{HEADER, json_line, line};
+use crate::run::progress_line::{HEADER, json_line, line};
 use crate::run::{Progress, RunError, RunOptions};
 use crate::scene::{SceneError, read};
 use crate::solver::SimulationError;

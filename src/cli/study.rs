@@ -4,21 +4,23 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use super::cad::{LostFaces, read_model};
 use super::ended::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::own::refuse_clashes;
+use super::read::{LostFaces, read_model};
 use super::say::out;
 use super::stop;
 use crate::cancel::Cancel;
 use crate::study::StudyError;
-use crate::study::cases::{Case, Roots, cases, chosen, ids};
+use crate::study::case::Case;
+use crate::study::cases::{Roots, cases, chosen, ids};
 use crate::study::checks::Outcome;
 use crate::study::collect::{Findings, collect};
 use crate::study::execute::{Execution, Manifest, State, execute};
-use crate::study::file::{Description, Study, read};
+use crate::study::file::Study;
 use crate::study::follow::with_leaders;
 use crate::study::patches::{self, PatchStudy};
+use crate::study::read::{Description, read};
 use crate::study::stability;
 
 /// Arguments of `study`.

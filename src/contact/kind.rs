@@ -1,8 +1,8 @@
-//! One interface for the searches, and their names.
+//! Names of the searches.
 
 use super::paper::PaperSearch;
-use super::{Projection, ToolSurface};
-use crate::geometry::Vec3;
+use super::projection::ContactSearch;
+use super::surface::ToolSurface;
 use crate::tool::ToolModel;
 
 /// Which search.
@@ -26,22 +26,6 @@ pub enum SearchKind {
     BezierGrid,
     /// The paper's Sec. 3.2: nearest nodes of Eq. 17, grid of Eq. 18, ten candidates, the same Newton.
     NagataNodes,
-}
-
-/// A way to the closest point of one tool, in the tool's frame.
-pub trait ContactSearch: Send + Sync {
-    /// The closest point as this search finds it; [`Projection::nowhere`] with [`super::Outcome::Failed`] when it
-    /// finds none. `last`: an earlier answer for the point.
-    fn find(&self, p: &Vec3, last: Option<&Projection>) -> Projection;
-}
-
-impl ContactSearch for ToolSurface {
-    fn find(&self, p: &Vec3, last: Option<&Projection>) -> Projection {
-        match last {
-            Some(last) => self.from_last(p, last, f64::INFINITY),
-            None => self.closest(p, None),
-        }
-    }
 }
 
 impl SearchKind {

@@ -4,9 +4,9 @@
 //! one tool has nothing to choose; the thresholds of Eq. 21 are 1e-10 and at most 30 iterations are made; a solution
 //! counts when its parameters lie within 1e-6 of the patch; the 'minimum normal distance' is that of `|d|`.
 
-use super::surface::{locate, weingarten};
+use super::foot::{locate, weingarten};
+use super::projection::{ContactSearch, Outcome, Projection};
 use super::topology::corner_ids;
-use super::{ContactSearch, Outcome, Projection};
 use crate::geometry::{Vec2, Vec3};
 use crate::tool::{Patch, ToolModel};
 

@@ -5,14 +5,15 @@
 //! curvature, at a collapsed or folded corner) the piece is cut up until that is so, or until no part
 //! can be nearer by more than [`ToolSurface::tolerance`].
 
+use super::foot::unit_normal;
 use super::form::{Chart, LocalDerivs, Shape};
 use super::hull::control_net;
 use super::piece::{Floor, Piece, floor_about};
 use super::project::{Descent, start};
-use super::surface::{ToolSurface, unit_normal};
+use super::projection::{Location, Outcome};
+use super::surface::ToolSurface;
 use super::tree::{Probe, Walk};
 use super::wide::Wide;
-use super::{Location, Outcome};
 use crate::geometry::{Vec2, Vec3};
 
 /// Parts one query may be cut into; an ordinary one needs none.

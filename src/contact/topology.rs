@@ -5,7 +5,8 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{Location, joints};
+use super::joints;
+use super::projection::Location;
 use crate::geometry::{Aabb, Vec3};
 use crate::tool::side::sides_used_once;
 use crate::tool::{Patch, ToolModel};

@@ -1,43 +1,8 @@
 //! A tree of boxes, eight to a node, in single precision rounded outwards; nearest-first descent with pruning.
 
+use super::node::{Node, PIECE, WIDE};
 use super::wide::Wide;
 use crate::geometry::{Aabb, Vec3};
-
-/// Children of a node.
-pub(super) const WIDE: usize = 8;
-/// Set in a child that is a piece.
-const PIECE: u32 = 1 << 31;
-
-/// Boxes of eight children side by side.
-#[derive(Debug, Clone)]
-#[repr(align(64))]
-pub(super) struct Node {
-    pub(super) low: [[f32; WIDE]; 3],
-    pub(super) high: [[f32; WIDE]; 3],
-    child: [u32; WIDE],
-}
-
-impl Node {
-    pub(super) const EMPTY: Self = Self {
-        low: [[f32::INFINITY; WIDE]; 3],
-        high: [[f32::NEG_INFINITY; WIDE]; 3],
-        child: [PIECE; WIDE],
-    };
-
-    fn set(&mut self, lane: usize, bounds: &Aabb, child: u32) {
-        for k in 0..3 {
-            self.low[k][lane] = down(bounds.min[k]);
-            self.high[k][lane] = -down(-bounds.max[k]);
-        }
-        self.child[lane] = child;
-    }
-}
-
-/// The largest single below `x`.
-fn down(x: f64) -> f32 {
-    let near = x as f32;
-    if f64::from(near) > x { near.next_down() } else { near }
-}
 
 /// The tree.
 #[derive(Debug, Clone)]

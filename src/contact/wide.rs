@@ -1,7 +1,7 @@
 //! What the search does to four numbers or eight boxes at once, with AVX2 where the machine has it, else one by one: the
 //! same operations in the same order, so that both give the same bits.
 
-use super::tree::{Node, WIDE};
+use super::node::{Node, WIDE};
 
 /// Four doubles or eight boxes at a time.
 pub(super) trait Wide: Copy {

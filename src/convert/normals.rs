@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::ConvertError;
+use super::error::ConvertError;
 use crate::cad::Model;
 use crate::cad::model::Face;
 use crate::geometry::{Vec2, Vec3};

@@ -1,9 +1,12 @@
 //! Folded patches repaired: without their given curves, as two triangles, with straight edges.
 
+use super::error::ConvertError;
+use super::ground::{Exempt, Ground, Source};
 use super::normals::NormalTable;
-use super::{ConvertError, ConvertReport, Exempt, Ground, Source};
+use super::options::ConvertReport;
 use crate::geometry::Vec3;
 use crate::mesh::{Element, SurfaceMesh};
+use crate::tool::edge::EdgeRule;
 use crate::tool::{ToolKind, ToolModel};
 
 /// Rounds of repair: a dropped curve can fold a neighbour.
@@ -11,9 +14,20 @@ const ROUNDS: usize = 4;
 /// Rounds of making edges straight: a chord can fold a neighbour too.
 const STRAIGHTENINGS: usize = 16;
 
+impl Ground<'_> {
+    /// Converts, and repairs what folds unless Eq. 8 was to be left as it is.
+    pub(super) fn convert_and_repair(&self) -> Result<(ToolModel, ConvertReport), ConvertError> {
+        let (tool, report) = self.convert(&Exempt::default())?;
+        if report.folded.is_empty() || self.options.edges == EdgeRule::Plain {
+            return Ok((tool, report));
+        }
+        repaired(self, (tool, report))
+    }
+}
+
 /// The model with as few folded patches as found: first the edges of folded patches become those of Eq. 8, then
 /// folded quadrilaterals are split, and where that is asked the edges of what still folds become straight.
-pub(super) fn repaired(
+fn repaired(
     ground: &Ground<'_>,
     first: (ToolModel, ConvertReport),
 ) -> Result<(ToolModel, ConvertReport), ConvertError> {

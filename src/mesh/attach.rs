@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use super::io::UNATTACHED;
 use super::{Element, MeshError, SurfaceMesh};
 use crate::cad::Model;
-use crate::cad::model::{ClosestPoint, Foot};
+use crate::cad::closest::ClosestPoint;
+use crate::cad::model::Foot;
 use crate::geometry::{Aabb, Vec3};
 
 /// Vertices nearer to the model than this share of its diagonal are moved onto it.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{Element, MeshError, SurfaceMesh};
 use crate::cad::Model;
-use crate::cad::model::ClosestPoint;
+use crate::cad::closest::ClosestPoint;
 use crate::geometry::Vec3;
 
 /// Figures of a mesh, for people and programs.

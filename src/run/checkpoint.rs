@@ -9,11 +9,13 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::folder::{RunFolder, inputs};
+use super::error::CheckpointError;
+use super::folder::RunFolder;
+use super::inputs::inputs;
 use crate::files::{Sha256Writer, WriteError, sha256_hex, write_atomic};
 use crate::report::record::RunRecord;
 use crate::scene::Plan;
-use crate::solver::state::SimulationState;
+use crate::solver::snapshot::SimulationState;
 
 /// Version of the file.
 const VERSION: u32 = 15;
@@ -23,67 +25,6 @@ const MAGIC: &str = "kanagata-checkpoint";
 #[must_use]
 pub fn first_line(sha256: &str) -> String {
     format!("{MAGIC} {VERSION} {sha256}")
-}
-
-/// Why a run cannot go on from its folder.
-#[non_exhaustive]
-#[derive(Debug, thiserror::Error)]
-pub enum CheckpointError {
-    /// No checkpoint that can be used.
-    #[error("{}: no checkpoint to continue from ({why}); run without --restart", folder.display())]
-    None {
-        /// The run folder.
-        folder: PathBuf,
-        /// What was found.
-        why: String,
-    },
-    /// All stages are done.
-    #[error(
-        "{}: the run in it has completed all stages, nothing is left to continue; run without --restart to repeat them", folder.display()
-    )]
-    Completed {
-        /// The run folder.
-        folder: PathBuf,
-    },
-    /// An input has changed since.
-    #[error(
-        "{}: `{input}` has changed since the checkpoint was written (found SHA-256 {found}, allowed {expected}); restore it, or run without --restart", folder.display()
-    )]
-    Changed {
-        /// The run folder.
-        folder: PathBuf,
-        /// The scene or a tool file.
-        input: String,
-        /// Digest now.
-        found: String,
-        /// Digest then.
-        expected: String,
-    },
-    /// Written by another version of the program.
-    #[error(
-        "{}: the checkpoint was written by {found}, this is {expected}; run without --restart", folder.display()
-    )]
-    Program {
-        /// The run folder.
-        folder: PathBuf,
-        /// Program then.
-        found: String,
-        /// Program now.
-        expected: String,
-    },
-}
-
-impl CheckpointError {
-    /// Why, in a few words without the folder and what to do.
-    #[must_use]
-    pub fn reason(&self) -> String {
-        match self {
-            Self::None { why, .. } => format!("no checkpoint: {why}"),
-            Self::Completed { .. } => "all stages are done".into(),
-            Self::Changed { input, .. } => format!("`{input}` has changed since"),
-            Self::Program { found, .. } => format!("by {found}"),
-        }
-    }
 }
 
 /// What a checkpoint holds beside the material's history.

@@ -48,6 +48,9 @@ const HEX8_ENHANCED_S: f64 = 9e-6;
 const SOLID_SHELL_S: f64 = 3e-6;
 const SHELL_POINT_S: f64 = 1.2e-6;
 
+/// Time grows with this power of the unknowns (`docs/results/solver.md`).
+pub(super) const GROWTH: f64 = 1.5;
+
 /// What a run will take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cost {
@@ -281,8 +284,8 @@ mod tests {
     use super::*;
     use crate::solver::Curve;
     use crate::solver::assembly::Body;
-    use crate::solver::blank::rectangle;
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     /// What is estimated from counts against the plan of the factorisation itself.
     #[test]

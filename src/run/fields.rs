@@ -4,7 +4,7 @@ use super::formed::Formed;
 use crate::geometry::Vec3;
 use crate::report::record::ThicknessRecord;
 use crate::report::{CellKind, DataArray, Vtu};
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::tool::{Patch, ToolModel};
 
 /// Positions of the nodes after the displacements (three a node) [mm].
@@ -114,7 +114,7 @@ pub fn tool(model: &ToolModel, divisions: usize, shift: &Vec3) -> Vtu {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn thickness_follows_the_columns() {

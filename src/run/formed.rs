@@ -4,7 +4,8 @@ use super::strains::{ElementStrains, Principal, of_elements};
 use crate::geometry::Vec3;
 use crate::report::DataArray;
 use crate::report::record::{PlasticRecord, StrainRecord};
-use crate::solver::assembly::{Body, ElementState};
+use crate::solver::assembly::Body;
+use crate::solver::assembly::ElementState;
 
 /// Strains and states of all elements.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,9 +87,11 @@ mod tests {
     use crate::report::{Vtu, vtu_read};
     use crate::run::fields;
     use crate::solver::assembly::Evaluation;
-    use crate::solver::blank::rectangle;
     use crate::solver::element::{ElementKind, Want};
-    use crate::solver::material::{Material, card, elastic::Elastic};
+    use crate::solver::material::Material;
+    use crate::solver::material::card;
+    use crate::solver::material::elastic::Elastic;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 5, membrane: true };
 

@@ -4,131 +4,41 @@
 //! (and a killed run still holds what it had).
 
 pub mod advice;
-mod begun;
 pub mod checkpoint;
 pub mod cost;
+mod earlier_run;
+mod error;
 pub mod fields;
+mod first_record;
 pub mod folder;
 pub mod formed;
-pub mod itself;
-pub mod line;
+pub mod friction_shear;
+pub mod hourglassing;
+mod inputs;
 pub mod lock;
-mod looks;
 pub mod necking;
-mod replaced;
+pub mod progress_line;
 pub mod report;
 pub mod resources;
-pub mod sheared;
+pub mod self_contact;
+mod sheet_checks;
 pub mod springback;
 pub mod status;
 pub mod strains;
-pub mod zigzag;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use crate::cancel::{Cancel, Section};
-use crate::files::WriteError;
 use crate::report::record::{LeftOutRecord, RunRecord, Verdict};
-use crate::scene::{Plan, SceneError};
+use crate::scene::Plan;
 use crate::solver::reach::{Guard, leave_out, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
-use checkpoint::CheckpointError;
-use folder::{PROGRAM, RunFolder};
+pub use error::{CheckpointError, RunError};
+pub use first_record::PROGRAM;
 
-/// Why a run ends early.
-#[non_exhaustive]
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The scene cannot be set up.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// A file of the run folder cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-    /// The scene can have no result.
-    #[error("{}: {what}", path.display())]
-    Refused {
-        /// The scene file.
-        path: PathBuf,
-        /// What was found, and what to do.
-        what: String,
-    },
-    /// The run folder cannot be made.
-    #[error("cannot make the folder {}: {source}", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// What the system said.
-        #[source]
-        source: std::io::Error,
-    },
-    /// Another process works in the folder.
-    #[error(
-        "{}: {who} works in this folder; allowed: one run at a time; wait for it, end it (`kill`; it leaves a checkpoint), or give another folder with -o", folder.display()
-    )]
-    Busy {
-        /// The folder.
-        folder: PathBuf,
-        /// The process, in words.
-        who: String,
-    },
-    /// A run of the same inputs in the folder was stopped, and can be gone on with.
-    #[error(
-        "{}: a run of the same inputs was stopped here and has a checkpoint of increment {increment}; continue it: `{restart}`, or discard it and start again with --overwrite, or give another folder with -o", folder.display()
-    )]
-    Unfinished {
-        /// The run folder.
-        folder: PathBuf,
-        /// Increment after which the checkpoint was written.
-        increment: usize,
-        /// Command that goes on.
-        restart: String,
-    },
-    /// A folder that no run was in has files that one would replace.
-    #[error(
-        "{}: no run of this program was in this folder, and one would replace {} there; give another folder with -o, or --overwrite", folder.display(), found.display()
-    )]
-    Foreign {
-        /// The folder.
-        folder: PathBuf,
-        /// One of the files.
-        found: PathBuf,
-    },
-    /// There is nothing to go on from.
-    #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
-    /// The sheet came where patches had been left out.
-    #[error(
-        "increment {increment}: node {node} has come within the contact search's reach of a patch of `{tool}` that --auto had left out; run without --auto\n  the state at the end of that increment is in {}/steps/last.vtu", folder.display()
-    )]
-    LeftOut {
-        /// Increment, whose result may be wrong.
-        increment: usize,
-        /// Tool.
-        tool: String,
-        /// Node.
-        node: usize,
-        /// The run folder.
-        folder: PathBuf,
-    },
-    /// The solver cannot start or gave up.
-    #[error("{cause}{more}{}", last_state(folder.as_deref()))]
-    Solver {
-        /// What the solver said.
-        cause: Box<SimulationError>,
-        /// What the sheet at its last balance, and other commands, say to that.
-        more: String,
-        /// The run folder, where there is a state in it.
-        folder: Option<PathBuf>,
-    },
-}
-
-/// Where the last good state is, in words.
-fn last_state(folder: Option<&Path>) -> String {
-    folder.map_or_else(String::new, |f| format!("\n  the last good state is in {}", f.display()))
-}
+use folder::RunFolder;
 
 /// What somebody watching a run is told after every increment.
 pub struct Progress<'a> {
@@ -228,7 +138,7 @@ fn begun(
     options: &RunOptions<'_>,
     simulation: &Simulation,
 ) -> Result<RunFolder, RunError> {
-    let told = replaced::replaced(output, plan, scene_path, options.overwrite)?;
+    let told = earlier_run::replaced(output, plan, scene_path, options.overwrite)?;
     if let (Some(told), Some(tell)) = (told, options.tell) {
         tell(&told);
     }
@@ -259,7 +169,7 @@ fn alone_in(output: &Path, options: &RunOptions<'_>) -> Result<Option<lock::Lock
         return Ok(None);
     }
     let foreign =
-        if options.restart || options.overwrite { None } else { replaced::foreign(output) };
+        if options.restart || options.overwrite { None } else { earlier_run::foreign(output) };
     if let Some(found) = foreign {
         return Err(RunError::Foreign { folder: output.into(), found });
     }

@@ -9,11 +9,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::fields::column_thickness;
-use super::zigzag::neighbours;
+use super::hourglassing::neighbours;
 use crate::geometry::Vec3;
 use crate::report::record::{NeckingKind, NeckingRecord};
 use crate::solver::IncrementReport;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Force over the largest of the stage below which that has been passed.
 const PASSED: f64 = 0.99;
@@ -144,7 +144,7 @@ fn dip(mesh: &HexMesh, thickness: &[f64], thinning: &[f64]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     fn thinning(mesh: &HexMesh, of: impl Fn(f64) -> f64) -> Vec<f64> {
         mesh.bottom_nodes().iter().map(|&n| of(mesh.nodes[n as usize].x)).collect()

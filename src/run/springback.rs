@@ -51,11 +51,12 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
+    use crate::solver::Timings;
     use crate::solver::assembly::Body;
-    use crate::solver::blank::rectangle;
     use crate::solver::element::ElementKind;
     use crate::solver::material::elastic::Elastic;
-    use crate::solver::stages::{Energies, Timings, ToolReport};
+    use crate::solver::report::{Energies, ToolReport};
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     fn body() -> Body {
         let elastic = Arc::new(Elastic { young: 7e4, poisson: 0.3 });

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use serde::Serialize;
 
 use super::checkpoint;
-use super::line::{HEADER, line};
+use super::progress_line::{HEADER, line};
 use super::resources;
 use crate::report::doubt::Doubt;
 use crate::report::record::{History, HistoryRow, RunRecord, Verdict};

@@ -6,7 +6,7 @@
 //! transverse shear does not enter, and need no material.
 
 use crate::geometry::Vec3;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Principal logarithmic strains in a surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -97,7 +97,7 @@ fn principal(was: [Vec3; 2], by: [Vec3; 2]) -> Principal {
 mod tests {
     use super::*;
     use crate::geometry::Mat3;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     fn near(found: Principal, major: f64, minor: f64) {
         let off = (found.major - major).abs().max((found.minor - minor).abs());

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use super::error::SceneError;
 use super::file_sheet::{FileSheet, of_file};
-use super::read::SceneError;
 use super::types::{Blank, BlankShape, Region, Scene, SymmetryPlane};
 use crate::geometry::Vec3;
 use crate::solver::Constraints;
-use crate::solver::blank::{HexMesh, disc, quarter_disc, rectangle, thickened};
+use crate::solver::sheet::hex_mesh::{HexMesh, disc, quarter_disc, rectangle, thickened};
 
 pub use super::file_sheet::of_sheet;
 
@@ -138,7 +138,7 @@ pub(super) fn near_of(size: f64, farthest: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::file_sheet::fill_in;
+    use crate::scene::read::fill_in;
 
     fn nodes() -> Vec<Vec3> {
         rectangle(4.0, 2.0, 1.0, 4, 2, 1).nodes

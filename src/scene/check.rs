@@ -1,5 +1,6 @@
 //! Values of a scene against their ranges, before any file that it names is read.
 
+use super::error::Fault;
 use super::motions::jump;
 use super::rolling;
 use super::types::{BlankShape, Drive, Scene, SolverLimits};
@@ -9,9 +10,6 @@ pub const VERSION: u32 = 1;
 
 /// Letters of a tool's name, which names a file, at most.
 const LONGEST_NAME: usize = 64;
-
-/// Key, as a path into the scene; what was found; what is allowed.
-pub type Fault = (String, String, String);
 
 /// What is out of range in a scene: place, what was found, what is allowed.
 pub(super) fn check(scene: &Scene) -> Result<(), Fault> {

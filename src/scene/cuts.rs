@@ -11,7 +11,7 @@ use std::sync::Arc;
 use super::types::{Scene, SymmetryPlane};
 use crate::contact::ToolSurface;
 use crate::geometry::{Aabb, Vec3};
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::tool::Patch;
 
 /// Distance from a plane up to which a patch lies in it, over the size of its tool: what is left of a coordinate in the shortest

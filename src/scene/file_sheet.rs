@@ -1,15 +1,13 @@
 //! The sheet of a blank's mesh file.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use super::read::{PlannedFile, SceneError};
-use super::types::{Blank, BlankShape, MeshState};
-use crate::files::sha256_hex;
+use super::error::SceneError;
+use super::types::{Blank, MeshState};
 use crate::geometry::Vec3;
 use crate::mesh::io::{self, SheetElements, SheetMesh};
-use crate::solver::blank::{HexMesh, thickened};
-use crate::solver::columns::{from_hexahedra, oriented};
+use crate::solver::sheet::columns::{from_hexahedra, oriented};
+use crate::solver::sheet::hex_mesh::{HexMesh, thickened};
 
 /// Thickness and layers given with hexahedra may differ from theirs by this share.
 const SAME: f64 = 0.01;
@@ -106,28 +104,4 @@ fn listed(names: &[String]) -> String {
     const SHOWN: usize = 4;
     let shown = names[..names.len().min(SHOWN)].join(", ");
     if names.len() > SHOWN { format!("{shown} and {} more", names.len() - SHOWN) } else { shown }
-}
-
-/// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself. The
-/// mesh file, where there is one.
-pub(super) fn fill_in(
-    blank: &mut Blank,
-    scene: &Path,
-    folder: &Path,
-) -> Result<Option<PlannedFile>, SceneError> {
-    let BlankShape::Mesh { file, state } = &blank.shape else { return Ok(None) };
-    let state = *state;
-    let path = folder.join(file);
-    let sheet = of_file(blank, scene, &path, state)?;
-    let bytes = crate::files::read(&path, crate::files::Input::Mesh).map_err(|e| {
-        SceneError::Blank { path: scene.to_path_buf(), cause: format!("{}: {e}", path.display()) }
-    })?;
-    let (file, sha256) = (file.clone(), sha256_hex(&bytes));
-    if let FileSheet::Solid(mesh) = &sheet {
-        blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);
-        if blank.thickness_mm <= 0.0 {
-            blank.thickness_mm = mesh.mean_thickness();
-        }
-    }
-    Ok(Some(PlannedFile { file, sha256, sheet: Some(Arc::new(sheet)) }))
 }

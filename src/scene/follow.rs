@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::read::SceneError;
+use super::error::SceneError;
 use super::types::Scene;
 use crate::files::sha256_hex;
 use crate::report::record::History;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::blank::{Fault, nodes_in};
 use super::types::Scene;
 use crate::geometry::Vec3;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Corners of the faces of an element, and of its edges.
 const FACES: [[usize; 4]; 6] =
@@ -104,7 +104,7 @@ fn size(x: &[Vec3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     fn at(mesh: &HexMesh, inside: impl Fn(&Vec3) -> bool) -> Vec<usize> {
         (0..mesh.nodes.len()).filter(|&node| inside(&mesh.nodes[node])).collect()

@@ -1,10 +1,10 @@
 //! A scene as it is judged before it is run: the counts of its sheet, and a coarser sheet of the same outline where it is large.
 
 use super::blank::near_of;
-use super::read::Plan;
+use super::plan::Plan;
 use super::types::{Blank, BlankShape, Region};
 use crate::geometry::Aabb;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Elements of a sheet that is judged as it is; larger ones are judged on a coarser one of the same outline. At 10 000 a
 /// judgement takes some 0.1 s and 30 MB; twice as many take twice as much.
@@ -183,7 +183,7 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::{disc, quarter_disc, rectangle, thickened};
+    use crate::solver::sheet::hex_mesh::{disc, quarter_disc, rectangle, thickened};
 
     /// A plane and a box between nodes of the coarser grid, and between those of the finer one.
     #[test]

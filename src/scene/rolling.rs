@@ -1,11 +1,12 @@
 //! Rolling direction of a blank: an angle about z where the sheet lies across z, else a vector projected on each element.
 
-use super::check::Fault;
-use super::read::Plan;
+use super::error::Fault;
+use super::plan::Plan;
 use super::types::Blank;
 use crate::geometry::Vec3;
-use crate::solver::assembly::{AlongNormal, Body};
-use crate::solver::blank::HexMesh;
+use crate::solver::assembly::AlongNormal;
+use crate::solver::assembly::Body;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Sine of the angle to z up to which a normal is along it: what files written with seven digits leave over fine elements.
 const ALONG_Z: f64 = 1e-3;

@@ -5,15 +5,16 @@ use std::sync::Arc;
 
 use super::blank::{blank_mesh, constraints};
 use super::cuts::Planes;
+use super::error::SceneError;
 use super::loads::loads;
 use super::motions::motions;
-use super::read::{Plan, SceneError};
+use super::plan::Plan;
 use super::rolling;
 use super::types::{Drive, Place, Side, Tool};
 use crate::contact::ToolSurface;
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{Curve, Limits, Placement, SheetSide, SimulationSetup, Stage, ToolSetup};
 use crate::tool::ToolModel;
 
@@ -202,7 +203,7 @@ fn tool_setup(tool: &Tool, side: SheetSide, surface: Arc<ToolSurface>) -> ToolSe
 mod tests {
     use super::*;
     use crate::contact::test_tools::plane;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     fn tool(direction: [f64; 3], side: Option<Side>) -> Tool {
         let tool = serde_json::json!({"name": "t", "file": "t.json", "direction": direction});

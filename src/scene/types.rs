@@ -7,8 +7,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 pub use super::course::Course;
 pub use super::drive::{Drive, Spring};
 use crate::solver::element::ElementKind;
+use crate::solver::limits::{ContactMethod, Limits};
 use crate::solver::material::card::MaterialCard;
-use crate::solver::stages::{ContactMethod, Limits};
 
 /// A forming run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

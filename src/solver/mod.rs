@@ -1,67 +1,50 @@
-//! The implicit forming solver: blank, elements, materials, contact, Newton, stepping.
+//! The implicit forming solver: sheet, elements, materials, contact, Newton's method, increments, stages.
 //!
-//! - [`blank`], [`element`], [`material`], [`assembly`]: the sheet; forces and tangent
-//! - [`tools`], [`constraints`], `contact`, `conditions`, `stops`: what acts on it
-//! - `system`, `matrix`: residual and condensed matrix; [`linear`]: its solution
-//! - [`newton`], `trial`, `relaxation`, `stepping`, [`stages`]: increments; [`simulation`]: the driver
+//! An import points down this list:
+//!
+//! - [`simulation`]: the driver; `snapshot`, `observe`, `remedy`, [`reach`], [`penetration`] beside it
+//! - [`stage`], `increment`: what moves, and the steps in which it does
+//! - [`newton`], `active_set`: equilibrium of one step, and which conditions hold in it
+//! - `system`: residual, matrix and correction at an iterate
+//! - `contact`, [`tools`], [`sheet`]: what acts on the sheet, and the sheet
+//! - [`assembly`], [`element`], [`material`]: forces and tangent
+//! - [`linear`], [`numbers`]: sparse equations; small tensors and vector lanes
 
 mod active_set;
-mod ahead;
 pub mod assembly;
-mod balance;
-pub mod blank;
-mod buckling;
-mod carried;
-pub mod columns;
-mod conditions;
-pub mod constraints;
 mod contact;
-mod damper;
-pub mod edges;
 pub mod element;
-mod floating;
-mod forces;
-mod giving_up;
-mod held;
-pub mod inside;
-mod lanes;
-mod lengths;
-mod line_search;
+pub mod error;
+mod increment;
+pub mod limits;
 pub mod linear;
-mod linearised;
 pub mod material;
-mod matrix;
 pub mod newton;
-mod pace;
-mod passage;
-pub mod pattern;
+pub mod numbers;
+mod observe;
 pub mod penetration;
-mod plan;
 pub mod reach;
-mod relaxation;
-mod reports;
-mod rigid;
-mod search;
+mod remedy;
+pub mod report;
+pub mod sheet;
 pub mod simulation;
-mod stability;
-pub mod stages;
-pub mod state;
-mod steadying;
-mod stepping;
-mod stops;
+pub mod snapshot;
+pub mod stage;
 mod system;
-pub mod tensor;
 pub mod tools;
-mod trial;
-mod work;
 
-pub use constraints::Constraints;
-pub use simulation::{Control, Simulation, SimulationError, SimulationSetup};
-pub use stages::{
-    ContactMethod, IncrementReport, IterationRecord, Limits, RunSummary, Stage, ToolReport,
-    convergence_order,
-};
-pub use tools::{Curve, Motion, Placement, SheetSide, ToolSetup};
+pub use contact::face_penetration::FacePenetration;
+pub use error::SimulationError;
+pub use limits::{ContactMethod, Limits};
+pub use newton::record::{IterationRecord, convergence_order};
+pub use report::{Control, IncrementReport, RunSummary, ToolReport};
+pub use sheet::supports::Constraints;
+pub use simulation::SimulationSetup;
+pub use stage::stage::Stage;
+pub use stage::state::Simulation;
+pub use system::timings::Timings;
+pub use tools::motion::{Curve, Motion};
+pub use tools::tool::{Placement, SheetSide, ToolSetup};
 
 #[cfg(test)]
 mod tests;

@@ -1,140 +1,89 @@
-//! Penetration of tools into the faces of the sheet.
-//!
-//! Contact conditions hold nodes. Between them the face of an element, a bilinear surface, may lie in a tool: a face of width w
-//! bridges a convex radius R with a sag of about w²/(8 R), and a feature that is narrower than w may pass between nodes
-//! altogether. After each increment the depth is measured from both sides:
-//!
-//! - from the sheet: signed distance of the middles of faces and of their sides to every tool;
-//! - from the tool: distance of its convex features (`features`) behind the nearest face (`faces`).
-//!
-//! The largest of all is reported. It tells of the resolution of the mesh, not of the iteration: nodes obey their conditions.
+//! Nodes that are inside a tool where it stands: before the sheet is formed, or when a tool comes in at a later stage.
 
-mod faces;
-mod features;
+use std::fmt;
 
-use std::time::Instant;
-
-use rayon::prelude::*;
-
-use super::blank::HexMesh;
-use super::system::{Role, System};
-use super::tools::{SheetSide, Tool};
 use crate::geometry::Vec3;
-use faces::{Face, Faces, faces_of};
-pub(super) use features::Features;
+use crate::solver::Simulation;
+use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::solver::tools::role::Role;
+use crate::solver::tools::tool::{SheetSide, Tool, ToolSetup};
 
-/// The deepest point of a tool inside a face of the sheet, or of a face inside a tool.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FacePenetration {
-    /// Position of the tool.
-    pub tool: usize,
-    /// Depth [mm].
+/// Depth over the thickness that counts: shape errors of tools are less.
+const DEEP: f64 = 0.02;
+/// And up to which it does on the face that the tool is not to touch: a tool that touches the wrong face stands in the other by
+/// the thickness; deeper than that the sheet may have come round behind a tool that has no back.
+const OTHER: f64 = 2.0;
+/// How far inside nodes are looked for, over the size of the elements or the thickness.
+const REACH: f64 = 5.0;
+
+/// Nodes of either face that are inside a tool.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inside {
+    /// Name of the tool.
+    pub tool: String,
+    /// How many nodes.
+    pub nodes: usize,
+    /// Depth of the deepest [mm].
     pub depth: f64,
-    /// Where [mm].
+    /// Where the deepest is [mm].
     pub at: Vec3,
+    /// Whether that lies on the face that the tool is not to touch.
+    pub wrong_face: bool,
 }
 
-/// What stays the same during a run: element faces of either side of the sheet, features of every tool.
-pub(super) struct Penetration {
-    sides: Vec<(SheetSide, Vec<Face>)>,
-    features: Vec<Features>,
-}
-
-impl Penetration {
-    /// For a sheet with elements at most `longest_edge` [mm] long.
-    pub(super) fn of(mesh: &HexMesh, tools: &[Tool], longest_edge: f64) -> Self {
-        let mut sides: Vec<(SheetSide, Vec<Face>)> = Vec::new();
-        for tool in tools {
-            let side = tool.setup.side;
-            if !sides.iter().any(|(known, _)| *known == side) {
-                sides.push((side, faces_of(mesh, side)));
-            }
-        }
-        let features = tools.iter().map(|t| Features::of(&t.setup.surface, longest_edge)).collect();
-        Self { sides, features }
-    }
-
-    fn faces(&self, side: SheetSide) -> &[Face] {
-        self.sides.iter().find(|(known, _)| *known == side).map_or(&[], |(_, faces)| faces)
+impl fmt::Display for Inside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { tool, nodes, depth, at, .. } = self;
+        let (x, y, z) = (at.x, at.y, at.z);
+        let of_sheet = if *nodes == 1 { "node of the sheet is" } else { "nodes of the sheet are" };
+        write!(
+            f,
+            "{nodes} {of_sheet} inside {tool}, the deepest by {depth:.3} mm at ({x:.1}, {y:.1}, {z:.1}) mm"
+        )
     }
 }
 
-impl System {
-    /// The deepest penetration between nodes where sheet and tools are now; `None` where there is none.
-    pub(super) fn face_penetration(&mut self) -> Option<FacePenetration> {
-        let start = Instant::now();
-        let found = self.deepest();
-        self.timings.penetration += start.elapsed().as_secs_f64();
-        found
+/// Nodes of a sheet, of both faces, that are inside a tool. `place`: where a node is [mm]; `shift`: from the tool's frame to the
+/// world [mm]; `size`: of the elements [mm].
+#[must_use]
+pub fn inside(
+    tool: &ToolSetup,
+    shift: Vec3,
+    mesh: &HexMesh,
+    place: impl Fn(usize) -> Vec3,
+    size: f64,
+) -> Option<Inside> {
+    let thickness = mesh.mean_thickness();
+    let reach = REACH * size.max(thickness);
+    let depth = |x: &Vec3, most: f64| {
+        let foot = tool.surface.within(&(x - shift), None, reach);
+        let counts = -foot.gap > DEEP * thickness && -foot.gap < most;
+        (!foot.past_border && counts).then_some(-foot.gap)
+    };
+    let of = |face: SheetSide, most: f64, wrong: bool| -> Vec<(Vec3, f64, bool)> {
+        let nodes = face.nodes(mesh).into_iter().map(|node| place(node as usize));
+        nodes.filter_map(|x| Some((x, depth(&x, most)?, wrong))).collect()
+    };
+    let mut all = of(tool.side, f64::INFINITY, false);
+    match tool.side {
+        SheetSide::Top => all.extend(of(SheetSide::Bottom, OTHER * thickness, true)),
+        SheetSide::Bottom => all.extend(of(SheetSide::Top, OTHER * thickness, true)),
+        SheetSide::Both => {}
     }
-
-    fn deepest(&self) -> Option<FacePenetration> {
-        let x = self.positions();
-        let present = |tool: &usize| self.roles[*tool] != Role::Absent;
-        let of_tool = |tool: usize| {
-            let setup = &self.tools[tool].setup;
-            let faces = self.penetration.faces(setup.side);
-            let [a, b] = [self.faces_in_tool(tool, faces, &x), self.tool_in_faces(tool, faces, &x)];
-            let (depth, at) = if b.0 > a.0 { b } else { a };
-            (depth > 0.0).then_some(FacePenetration { tool, depth, at })
-        };
-        let found = (0..self.tools.len()).filter(present).filter_map(of_tool);
-        found.reduce(|a, b| if b.depth > a.depth { b } else { a })
-    }
-
-    /// Depth of the deepest middle of a face or of one of its sides in a tool [mm], and where.
-    fn faces_in_tool(&self, tool: usize, faces: &[Face], x: &[Vec3]) -> (f64, Vec3) {
-        let (tool, reach) = (&self.tools[tool], self.lengths.longest_edge);
-        let bounds = tool.setup.surface.bounds().widened(reach);
-        let deepest = |face: &Face| {
-            let corners = face.corners(x);
-            let middle = 0.25 * corners.iter().sum::<Vec3>();
-            let sides = (0..4).map(|k| 0.5 * (corners[k] + corners[(k + 1) % 4]));
-            let mut best = (0.0, middle);
-            let mut hint = None;
-            for p in std::iter::once(middle).chain(sides) {
-                if bounds.distance_squared(&(p - tool.shift())) > 0.0 {
-                    continue;
-                }
-                let foot = tool.within(&p, hint, reach);
-                if foot.gap.is_finite() {
-                    hint = Some(foot.patch);
-                }
-                if !foot.past_border && -foot.gap > best.0 {
-                    best = (-foot.gap, p);
-                }
-            }
-            best
-        };
-        deepest_of(faces.par_iter().map(deepest).collect())
-    }
-
-    /// Depth of the deepest feature of a tool behind the nearest face of the sheet [mm], and where.
-    fn tool_in_faces(&self, tool: usize, faces: &[Face], x: &[Vec3]) -> (f64, Vec3) {
-        let features = &self.penetration.features[tool];
-        if features.points.is_empty() || faces.is_empty() {
-            return NOWHERE;
-        }
-        let (shift, reach) = (self.tools[tool].shift(), self.lengths.longest_edge);
-        let faces = Faces::new(faces, x);
-        let sheet = faces.bounds().widened(reach);
-        let near = |k: &usize| sheet.distance_squared(&(features.points[*k].0 + shift)) == 0.0;
-        let near: Vec<usize> = (0..features.points.len()).filter(near).collect();
-        let depth = |&k: &usize| {
-            let (point, normal) = &features.points[k];
-            let p = point + shift;
-            (faces.depth(&p, normal, reach), p)
-        };
-        deepest_of(near.par_iter().map(depth).collect())
-    }
+    let &(at, depth, wrong_face) = all.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(Inside { tool: tool.name.clone(), nodes: all.len(), depth, at, wrong_face })
 }
 
-const NOWHERE: (f64, Vec3) = (0.0, Vec3::new(0.0, 0.0, 0.0));
-
-/// The first of the deepest: the same for any number of threads.
-fn deepest_of(found: Vec<(f64, Vec3)>) -> (f64, Vec3) {
-    found.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).unwrap_or(NOWHERE)
+impl Simulation {
+    /// Tools that the sheet is inside of where both are now, as after a tool has come in where the sheet had been formed to.
+    #[must_use]
+    pub fn inside(&self) -> Vec<Inside> {
+        let sys = &self.sys;
+        let there = sys.tools.iter().zip(&sys.roles).filter(|(_, role)| **role != Role::Absent);
+        let place = |node: usize| sys.position(node);
+        let size = sys.lengths.longest_edge;
+        let of =
+            |(tool, _): (&Tool, _)| inside(&tool.setup, tool.shift(), sys.body.mesh(), place, size);
+        there.filter_map(of).collect()
+    }
 }
-
-#[cfg(test)]
-mod tests;

@@ -12,11 +12,14 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::lengths::edge_lengths;
-use super::simulation::{Simulation, SimulationError, SimulationSetup};
-use super::tools::{Motion, SheetSide, ToolSetup};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
+use crate::solver::error::SimulationError;
+use crate::solver::sheet::sizes::edge_lengths;
+use crate::solver::simulation::SimulationSetup;
+use crate::solver::stage::state::Simulation;
+use crate::solver::tools::motion::Motion;
+use crate::solver::tools::tool::{SheetSide, ToolSetup};
 
 /// Share of the sheet's size that it may grow or turn up at its rim.
 const RIM: f64 = 0.05;
@@ -182,9 +185,9 @@ mod tests {
     use crate::contact::ToolSurface;
     use crate::contact::test_tools::{arc, revolved};
     use crate::solver::assembly::Body;
-    use crate::solver::blank::rectangle;
     use crate::solver::element::ElementKind;
     use crate::solver::material::elastic::Elastic;
+    use crate::solver::sheet::hex_mesh::rectangle;
     use crate::solver::{Constraints, Curve, Limits, Placement, Stage};
 
     /// A quarter of a ball of radius 7 over the corner of a sheet of 4 x 4 x 0.5 in elements of 1 mm.

@@ -1,18 +1,20 @@
 //! The driver: a checked set-up becomes a sequence of converged increments.
 
-use super::assembly::Body;
-use super::constraints::Constraints;
-use super::element::Want;
-use super::linear::LinearError;
-use super::newton::NewtonError;
-use super::reports::contact_forces;
-use super::stages::{Energies, IncrementReport, IterationRecord, Limits, RunSummary, Stage};
-use super::stepping::{UnderWay, advance};
-use super::system::System;
-use super::tools::{Placement, SheetSide, Tool, ToolSetup};
-use super::trial::Committed;
 use crate::cancel::Cancel;
 use crate::geometry::Vec3;
+use crate::solver::assembly::Body;
+use crate::solver::element::Want;
+use crate::solver::error::SimulationError;
+use crate::solver::increment::increment::advance;
+use crate::solver::limits::Limits;
+use crate::solver::newton::record::IterationRecord;
+use crate::solver::observe::contact_forces;
+use crate::solver::report::{Control, Energies, IncrementReport, RunSummary};
+use crate::solver::sheet::supports::Constraints;
+use crate::solver::stage::stage::Stage;
+use crate::solver::stage::state::{Committed, Simulation};
+use crate::solver::system::system::System;
+use crate::solver::tools::tool::{Placement, SheetSide, Tool, ToolSetup};
 
 /// Everything a run needs.
 pub struct SimulationSetup {
@@ -47,112 +49,6 @@ impl SimulationSetup {
         }
         Ok(())
     }
-}
-
-/// Why a run cannot start or go on.
-#[non_exhaustive]
-#[derive(Debug, thiserror::Error)]
-pub enum SimulationError {
-    /// The set-up contradicts itself.
-    #[error("{0}")]
-    Setup(String),
-    /// A tool that should be placed touching never meets the sheet.
-    #[error(
-        "tool `{tool}` cannot be placed touching: moved along its direction it never meets the sheet; {remedy}"
-    )]
-    NoTouch {
-        /// Tool.
-        tool: String,
-        /// What is likely to be wrong, and what to do.
-        remedy: String,
-    },
-    /// The matrix cannot be planned.
-    #[error("{0}")]
-    Linear(#[from] LinearError),
-    /// An increment did not converge, however small.
-    #[error(
-        "stage `{stage}`, increment {increment}, share {share:.6}: not converged at a step of {step:e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. {remedy}"
-    )]
-    GaveUp {
-        /// Stage name.
-        stage: String,
-        /// Increment that failed.
-        increment: usize,
-        /// Share of the stage reached.
-        share: f64,
-        /// Step that still failed.
-        step: f64,
-        /// Worst node.
-        node: usize,
-        /// Its position [mm].
-        x: f64,
-        /// Its position [mm].
-        y: f64,
-        /// Its position [mm].
-        z: f64,
-        /// Tool nearest to that node.
-        tool: Box<str>,
-        /// What Newton said.
-        cause: Box<NewtonError>,
-        /// What may be wrong, and what to try.
-        remedy: Box<str>,
-    },
-    /// No tool holds the sheet, and its loads are not in balance by themselves.
-    #[error(
-        "stage `{stage}`: no tool holds the sheet, and {:.2} % of the scene's loads push it along as a whole, which nothing balances. Let them go with the tools (`load_share` 0 at the end of the stage), hold the sheet (`holds`), or keep a tool at it", 100.0 * share
-    )]
-    NothingHolds {
-        /// Stage name.
-        stage: String,
-        /// Share of the loads that is not balanced.
-        share: f64,
-    },
-    /// The limit on increments was reached.
-    #[error(
-        "{limit} increments done and the process is not finished; raise `solver.increments` in the scene"
-    )]
-    TooManyIncrements {
-        /// Limit.
-        limit: usize,
-    },
-    /// Somebody asked to stop.
-    #[error("stopped after increment {increment}")]
-    Stopped {
-        /// Last increment.
-        increment: usize,
-    },
-}
-
-/// What the observer wants.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Control {
-    /// Go on.
-    Continue,
-    /// Stop after this increment.
-    Stop,
-}
-
-/// A run.
-pub struct Simulation {
-    pub(super) sys: System,
-    pub(super) stages: Vec<Stage>,
-    pub(super) loads: Vec<f64>,
-    pub(super) limits: Limits,
-    pub(super) share: f64,
-    /// Forces that push the sheet out of a balance that does not last (three a node) [N].
-    pub(super) push: Option<Vec<f64>>,
-    /// Work of travelling tools while the sheet is followed, against dampers too [N mm].
-    pub(super) dragged: f64,
-    pub(super) committed: Committed,
-    /// Stage under way, or the next one.
-    pub(super) stage: usize,
-    pub(super) under_way: Option<UnderWay>,
-    /// What the set-up holds, whatever supports a stage adds.
-    pub(super) held: Constraints,
-    pub(super) energies: Energies,
-    pub(super) history: Vec<IterationRecord>,
-    pub(super) summary: RunSummary,
-    pub(super) time: f64,
 }
 
 impl Simulation {

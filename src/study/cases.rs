@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::case::Case;
 use super::file::{Choice, Study};
 use super::follow;
 use crate::scene::read::is_path;
@@ -17,19 +18,6 @@ pub(super) const CHOICES_MAX: usize = 32;
 /// Letters of the name of a choice or an option, at most: names are put into texts of the scene, and those of the options of a
 /// case together name its folder. Doubled: twice the length of a scene whose texts are marks alone.
 pub(super) const NAME_MAX: usize = 64;
-
-/// One case.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Case {
-    /// Options taken, joined by `_`.
-    pub id: String,
-    /// Option of every choice.
-    pub options: Vec<String>,
-    /// The case whose increments it takes.
-    pub follows: Option<String>,
-    /// Its scene.
-    pub scene: Value,
-}
 
 /// Folders that files of a study's scene are relative to.
 #[derive(Debug, Clone, Copy)]
@@ -254,7 +242,7 @@ mod tests {
 
     #[test]
     fn every_case_of_the_studies_that_come_with_it_is_a_scene() {
-        use super::super::file::{Description, read};
+        use crate::study::read::{Description, read};
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/studies");
         let out = tempfile::tempdir().unwrap();
         let file = out.path().join("scene.json");

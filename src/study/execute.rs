@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::StudyError;
-use super::cases::Case;
+use super::case::Case;
 use super::follow::ranks;
-use super::inputs::{digest, inputs, proved, scene_text, there};
+use super::inputs::{digest, folder_of, inputs, proved, scene_text, there};
 pub use super::manifest::{Entry, Manifest, State};
 use super::process;
 use crate::cancel::Cancel;
@@ -30,12 +30,6 @@ pub struct Execution<'a> {
     pub again: bool,
     /// Set from outside: ask the runs under way to leave a checkpoint, begin no other.
     pub stop: &'a Cancel,
-}
-
-/// Folder of a case.
-#[must_use]
-pub fn folder_of(study: &Path, case: &str) -> PathBuf {
-    study.join("cases").join(case)
 }
 
 /// Runs all cases that are not done, those that follow another behind it; `say` is told of each that begins and ends.

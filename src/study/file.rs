@@ -1,17 +1,10 @@
 //! The study file, version 1.
 
-use std::path::Path;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::StudyError;
 use super::checks::Check;
-use super::patches::{self, PatchStudy};
-use super::stability::StabilityStudy;
-use super::validate;
-use crate::scene::comments::without_comments;
 
 /// One scene in many variants: every combination of the choices is a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -85,55 +78,4 @@ pub struct ChoiceOption {
     /// Changes of the scene: objects are merged, null removes, everything else replaces.
     #[serde(default)]
     pub change: Option<Value>,
-}
-
-/// What a study file describes.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Description {
-    /// Runs of the solver (`kanagata-study`).
-    Forming(Study),
-    /// Maps of where methods fail (`kanagata-stability`).
-    Stability(StabilityStudy),
-    /// Patches against accuracy (`kanagata-patches`).
-    Patches(PatchStudy),
-}
-
-/// Reads a study of any kind, told by its `format`.
-///
-/// # Errors
-/// [`StudyError`] names file, key, what was found and what is allowed.
-pub fn read(path: &Path) -> Result<Description, StudyError> {
-    let bytes = crate::files::read(path, crate::files::Input::Description)
-        .map_err(|source| StudyError::Io { path: path.to_path_buf(), source })?;
-    parse(&bytes, path)
-}
-
-/// The study in the bytes of a file, checked as far as no other file is needed; `path` is for messages.
-///
-/// # Errors
-/// [`StudyError::Value`].
-pub fn parse(bytes: &[u8], path: &Path) -> Result<Description, StudyError> {
-    let fault = |e: serde_json::Error, allowed: &str| StudyError::Value {
-        path: path.to_path_buf(),
-        place: format!("line {}, column {}", e.line(), e.column()),
-        found: e.to_string(),
-        allowed: allowed.into(),
-    };
-    let bytes = without_comments(bytes);
-    let value: Value = serde_json::from_slice(&bytes).map_err(|e| fault(e, "JSON"))?;
-    if value.get("format").and_then(Value::as_str) == Some("kanagata-stability") {
-        let study = serde_json::from_slice(&bytes)
-            .map_err(|e| fault(e, "the keys and values of schemas/stability.schema.json"))?;
-        return Ok(Description::Stability(study));
-    }
-    if value.get("format").and_then(Value::as_str) == Some("kanagata-patches") {
-        let study = serde_json::from_slice(&bytes)
-            .map_err(|e| fault(e, "the keys and values of schemas/patches.schema.json"))?;
-        patches::check(&study, path)?;
-        return Ok(Description::Patches(study));
-    }
-    let study = serde_json::from_slice(&bytes)
-        .map_err(|e| fault(e, "the keys and values of schemas/study.schema.json"))?;
-    validate::check(&study, path)?;
-    Ok(Description::Forming(study))
 }

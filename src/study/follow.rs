@@ -1,6 +1,6 @@
 //! Who takes whose increments.
 
-use super::cases::Case;
+use super::case::Case;
 use super::file::Study;
 
 /// The case that `id` follows.

@@ -1,20 +1,24 @@
 //! What goes into a case's run, and what its `run.json` proves.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::cases::Case;
-use super::execute::folder_of;
+use super::case::Case;
 use super::manifest::State;
 use crate::files::sha256_hex;
 use crate::report::record::{RunRecord, Verdict};
-use crate::run::folder::PROGRAM;
+use crate::run::PROGRAM;
 use crate::scene::read::is_path;
 
 /// SHA-256 of the scene and of the files it names, by their names in it: what the run's `run.json` lists.
 pub(super) type Inputs = BTreeMap<String, String>;
+
+/// Folder of a case.
+pub(super) fn folder_of(study: &Path, case: &str) -> PathBuf {
+    study.join("cases").join(case)
+}
 
 /// The case's scene file.
 pub(super) fn scene_text(case: &Case) -> Vec<u8> {

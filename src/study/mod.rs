@@ -1,9 +1,10 @@
 //! Studies: one scene in many variants, run, kept, gone on with and compared.
 //!
-//! [`file`] is the description (`validate` says what it may be), [`cases`] makes a scene of every combination of choices, [`execute`] runs those that
+//! [`file`] is the description ([`mod@read`] reads it, `validate` says what it may be), [`cases`] makes a scene of every combination of choices, [`execute`] runs those that
 //! are not done ([`follow`]: in which order, where cases take the increments of others; [`manifest`]: how they stand), [`mod@collect`] puts their records side by side,
 //! [`checks`] holds them against what the study is expected to show.
 
+pub mod case;
 pub mod cases;
 pub mod checks;
 pub mod collect;
@@ -16,6 +17,7 @@ pub mod manifest;
 mod output;
 pub mod patches;
 mod process;
+pub mod read;
 pub mod stability;
 mod validate;
 

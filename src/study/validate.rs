@@ -5,10 +5,11 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::StudyError;
-use super::cases::{CHOICES_MAX, Case, MOST, NAME_MAX, Roots, each_case, ids};
+use super::case::Case;
+use super::cases::{CHOICES_MAX, MOST, NAME_MAX, Roots, each_case, ids};
 use super::file::Study;
 use super::follow;
-use crate::scene::check::Fault;
+use crate::scene::error::Fault;
 use crate::scene::read::check_value;
 
 /// Checks a study, and the scene of every case of it, as it is and with `--quick`.

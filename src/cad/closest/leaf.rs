@@ -1,9 +1,10 @@
 //! What the tree over the faces holds: a whole face on a plane, quadric or torus, or a small rectangle of a spline.
 
+use super::best::Best;
 use super::piece::{Piece, pieces_of};
 use crate::cad::model::{Analytic, Face};
 use crate::cad::trim_region::TrimRegion;
-use crate::geometry::{Aabb, Vec2, Vec3};
+use crate::geometry::{Aabb, Vec3};
 
 /// A face, or a rectangle of one.
 pub(super) enum Leaf {
@@ -20,23 +21,6 @@ pub(super) struct Exact {
     /// Some loop runs inside the rectangle of the region's parameters.
     trimmed: bool,
     bounds: Aabb,
-}
-
-/// The best point found so far, by squared distance.
-pub(super) struct Best {
-    pub distance: f64,
-    pub foot: Option<(u32, Vec2)>,
-}
-
-impl Best {
-    /// Takes a foot that is nearer, or the first of equals.
-    pub fn take(&mut self, face: u32, uv: Vec2, distance: f64, inside: impl Fn() -> bool) {
-        let first = |(f, at): (u32, Vec2)| (face, uv.x, uv.y) < (f, at.x, at.y);
-        let tie = distance == self.distance && self.foot.is_none_or(first);
-        if (distance < self.distance || tie) && inside() {
-            *self = Self { distance, foot: Some((face, uv)) };
-        }
-    }
 }
 
 impl Leaf {

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::leaf::Best;
+use super::best::Best;
 use crate::cad::model::Face;
 use crate::cad::trim_region::TrimRegion;
 use crate::geometry::frame::unit;

@@ -5,19 +5,11 @@ use std::rc::Rc;
 use super::edges::Draft;
 use super::file::Fault;
 use super::params::Params;
-use super::reader::{Reader, mirrors};
+use super::reader::{ListedEdge, Reader, mirrors};
 use super::surface::Based;
 use crate::cad::raw::{RawEdge, RawFace};
 use crate::geometry::nurbs::Curve3;
 use crate::geometry::{Affine, Vec3};
-
-/// One edge of an edge list (504).
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ListedEdge {
-    curve: usize,
-    /// Vertex list and number (from 1) of start and end.
-    ends: [(usize, usize); 2],
-}
 
 /// A shell that is to be read: its entity and whether its faces are to be turned.
 #[derive(Debug, Clone, Copy)]

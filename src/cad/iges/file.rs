@@ -6,8 +6,6 @@ use std::collections::BTreeMap;
 use super::cards::{self, Cards};
 use super::directory::{self, Directory, Entry};
 use super::global::{self, Global};
-use super::params::Params;
-use super::token;
 use crate::cad::raw::most_sides;
 use crate::cad::{Diagnostic, Severity};
 
@@ -100,35 +98,6 @@ impl<'a> File<'a> {
             found: found.into(),
             allowed: allowed.into(),
         }
-    }
-
-    /// The parameters of an entity, behind its type number.
-    ///
-    /// # Errors
-    /// A fault when there are none, or the budget is spent (pointers that multiply).
-    pub fn params(&self, entity: usize) -> Result<Params<'_, 'a>, Fault> {
-        let entry = self.entry(entity);
-        let cards = &self.cards.parameter_cards;
-        let Some(first) = cards.get(entry.cards.start).filter(|_| !entry.cards.is_empty()) else {
-            return Err(self.fault(
-                entity,
-                "parameters-missing",
-                "no parameter card begins with this entity's type number",
-                "a parameter pointer (field 2) to its first card",
-            ));
-        };
-        let end = cards.get(entry.cards.end).map_or(self.cards.parameters.len(), |c| c.offset);
-        let text = self.cards.parameters.get(first.offset..end).unwrap_or_default();
-        let (tokens, closed) = token::record(text, self.global.delimiters);
-        self.charge(entity, tokens.len() + 1)?;
-        if !closed {
-            self.note(
-                entity,
-                "record-not-closed",
-                "its record has no record delimiter; read to the next one",
-            );
-        }
-        Ok(Params::new(self, entity, tokens, first.offset, text))
     }
 
     /// Spends some of the budget of work.

@@ -1,7 +1,7 @@
 //! A cursor over one entity's parameters, with defaults, counts and pointers checked.
 
 use super::file::{Fault, File};
-use super::token::{Token, integer, real};
+use super::token::{self, Token, integer, real};
 use crate::geometry::Vec3;
 
 /// Parameters of one entity; field numbers count from 1, behind the type number.
@@ -16,8 +16,39 @@ pub(super) struct Params<'f, 'a> {
     text: &'f [u8],
 }
 
+impl<'a> File<'a> {
+    /// The parameters of an entity, behind its type number.
+    ///
+    /// # Errors
+    /// A fault when there are none, or the budget is spent (pointers that multiply).
+    pub fn params(&self, entity: usize) -> Result<Params<'_, 'a>, Fault> {
+        let entry = self.entry(entity);
+        let cards = &self.cards().parameter_cards;
+        let Some(first) = cards.get(entry.cards.start).filter(|_| !entry.cards.is_empty()) else {
+            return Err(self.fault(
+                entity,
+                "parameters-missing",
+                "no parameter card begins with this entity's type number",
+                "a parameter pointer (field 2) to its first card",
+            ));
+        };
+        let end = cards.get(entry.cards.end).map_or(self.cards().parameters.len(), |c| c.offset);
+        let text = self.cards().parameters.get(first.offset..end).unwrap_or_default();
+        let (tokens, closed) = token::record(text, self.global.delimiters);
+        self.charge(entity, tokens.len() + 1)?;
+        if !closed {
+            self.note(
+                entity,
+                "record-not-closed",
+                "its record has no record delimiter; read to the next one",
+            );
+        }
+        Ok(Params::new(self, entity, tokens, first.offset, text))
+    }
+}
+
 impl<'f, 'a> Params<'f, 'a> {
-    pub(super) fn new(
+    fn new(
         file: &'f File<'a>,
         entity: usize,
         tokens: Vec<Token<'f>>,

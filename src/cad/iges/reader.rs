@@ -11,6 +11,15 @@ use crate::geometry::{Affine, Mat3, Vec3};
 /// Longest chain of pointers of one kind that is followed.
 pub(super) const DEPTH: usize = 24;
 
+/// One edge of an edge list (504).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ListedEdge {
+    /// Curve entity.
+    pub curve: usize,
+    /// Vertex list and number (from 1) of start and end.
+    pub ends: [(usize, usize); 2],
+}
+
 /// Reads entities on demand.
 pub(super) struct Reader<'f, 'a> {
     /// The file.
@@ -20,7 +29,7 @@ pub(super) struct Reader<'f, 'a> {
     /// Vertex lists (502) by entity.
     pub vertices: RefCell<FxHashMap<usize, Rc<[Vec3]>>>,
     /// Edge lists (504) by entity.
-    pub edges: RefCell<FxHashMap<usize, Rc<[super::brep::ListedEdge]>>>,
+    pub edges: RefCell<FxHashMap<usize, Rc<[ListedEdge]>>>,
 }
 
 impl<'f, 'a> Reader<'f, 'a> {

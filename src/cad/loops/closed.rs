@@ -3,32 +3,11 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use super::seam::{Seam, Taken, points_of};
-use super::{Native, Path, Side, whole_periods};
+use super::periods::whole_periods;
+use super::seam::{Seam, Taken, inner_side, points_of};
+use super::side::{Path, Side, leaves_its_inside_out, signed_area};
+use crate::cad::native::Native;
 use crate::geometry::Vec2;
-
-/// Twice the signed area that a loop encloses in the parameter plane.
-pub(in crate::cad) fn signed_area(sides: &[Side]) -> f64 {
-    let mut sum = 0.0;
-    for side in sides {
-        let [a, b] = side.path.domain();
-        let spans = side.path.knots().windows(2).filter(|w| w[0] < w[1]).count();
-        let straight = side.path.points().len() == 2;
-        let n = if straight { 1 } else { 8 * spans };
-        let mut last = side.start();
-        for k in 1..=n {
-            let next = side.path.point(a + (b - a) * k as f64 / n as f64);
-            sum += last.x * next.y - last.y * next.x;
-            last = next;
-        }
-    }
-    // The way back to the start, for loops that are not closed yet.
-    if let (Some(first), Some(last)) = (sides.first(), sides.last()) {
-        let (start, end) = (first.start(), last.end());
-        sum += end.x * start.y - end.y * start.x;
-    }
-    sum
-}
 
 /// Loops of a face that close in the parameter plane: windings are cut open along a seam and joined in pairs
 /// or through a pole; a face without loops gets the border of its natural range, and so does one with holes only on a surface
@@ -112,22 +91,6 @@ fn through_pole(
     sides.push(Side::straight(at(end), at(start)));
     sides.push(Side::straight(at(start), start));
     Some(sides)
-}
-
-/// The parameter that a winding runs along, and whether the face lies at larger values of the other one.
-pub(super) fn inner_side(path: &Path, left_is_inside: bool) -> (usize, bool) {
-    let around = usize::from(path.winding.x == 0.0);
-    // Left of a side that runs along +u is +v; left of one that runs along +v is -u.
-    let left = (path.winding[around] > 0.0) == (around == 0);
-    (around, left == left_is_inside)
-}
-
-/// A B-rep's loop that runs clockwise about what it encloses: the face is all the rest of a closed surface. Without
-/// the file's own edges nothing says that the loop's direction was meant.
-pub(super) fn leaves_its_inside_out(sides: &[Side], left_is_inside: bool) -> bool {
-    let extent = sides.iter().fold(0.0, |m: f64, s| m.max((s.end() - s.start()).norm()));
-    let area = signed_area(sides) * if left_is_inside { 1.0 } else { -1.0 };
-    area < -1e-6 * extent * extent && sides.iter().any(|s| s.edge_id.is_some())
 }
 
 /// A loop that runs along the surface's seam, there and back a period apart: the face has the seam in it, and lies within the

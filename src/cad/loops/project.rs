@@ -2,7 +2,8 @@
 
 use std::cell::LazyCell;
 
-use super::{LoopFault, Native, Side};
+use super::side::{LoopFault, Side};
+use crate::cad::native::Native;
 use crate::cad::raw::{RawEdge, RawSurface};
 use crate::geometry::nurbs::{Curve2, Curve3, CurveProjector};
 use crate::geometry::{Vec2, Vec3};

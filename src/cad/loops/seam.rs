@@ -1,7 +1,8 @@
 //! Where windings are cut open: along a line of one parameter that meets each of them once and no other loop.
 
-use super::closed::inner_side;
-use super::{Native, Path, Side, whole_periods};
+use super::periods::whole_periods;
+use super::side::{Path, Side};
+use crate::cad::native::Native;
 use crate::geometry::Vec2;
 
 /// Corners from which a seam is tried.
@@ -285,4 +286,12 @@ fn begun_at(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
     let mut sides = path.sides.clone();
     sides.splice(hit.side..=hit.side, halves);
     Some(rotated(&Path { sides, ..path.clone() }, hit.side + 1))
+}
+
+/// The parameter that a winding runs along, and whether the face lies at larger values of the other one.
+pub(super) fn inner_side(path: &Path, left_is_inside: bool) -> (usize, bool) {
+    let around = usize::from(path.winding.x == 0.0);
+    // Left of a side that runs along +u is +v; left of one that runs along +v is -u.
+    let left = (path.winding[around] > 0.0) == (around == 0);
+    (around, left == left_is_inside)
 }

@@ -1,7 +1,9 @@
 //! Slits: stretches that a loop on a closed surface runs along there and back, between holes or to the surface's poles. Kernels
 //! lead a face's one loop along its seam so; the face lies on both sides of it.
 
-use super::{Native, Path, Side, collapsed_direction, turns, whole_periods};
+use super::periods::{collapsed_direction, turns, whole_periods};
+use super::side::{Path, Side};
+use crate::cad::native::Native;
 use crate::geometry::Vec2;
 
 /// Two ways along a curve are one if they are no farther apart than this share of their length in the parameter plane:

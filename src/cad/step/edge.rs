@@ -4,27 +4,12 @@ use std::rc::Rc;
 
 use super::entity::{Entity, Outcome};
 use super::form::{Form, extent};
-use super::resolver::{Resolver, Units};
+use super::resolver::{EdgeGeometry, Resolver, Units};
 use super::surface::Supported;
 use crate::cad::iges::uv::point_on;
 use crate::cad::raw::RawEdge;
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Vec2, Vec3};
-
-/// An edge, running from its first to its second vertex.
-#[derive(Debug)]
-pub struct EdgeGeometry {
-    /// Curve in space; `None` for an edge that is one point.
-    pub curve: Option<Curve3>,
-    /// Vertices [mm].
-    pub ends: [Vec3; 2],
-    /// Instance of the curve, which lists the parameter curves.
-    geometry: u32,
-    /// Parameters on the curve's basis, in the basis' direction.
-    range: Option<[f64; 2]>,
-    /// The edge runs with its curve.
-    same_sense: bool,
-}
 
 impl<'t> Resolver<'t> {
     /// `EDGE_CURVE(name, start, end, geometry, same_sense)`.

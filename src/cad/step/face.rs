@@ -2,10 +2,9 @@
 
 use std::rc::Rc;
 
-use super::edge::EdgeGeometry;
 use super::entity::{Entity, Outcome};
 use super::place::turn_edge;
-use super::resolver::{DEEPEST, Resolver, Units};
+use super::resolver::{DEEPEST, EdgeGeometry, Resolver, Units};
 use super::surface::Supported;
 use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawSurface};
 use crate::geometry::frame::unit;

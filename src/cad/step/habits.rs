@@ -7,7 +7,7 @@ use super::read_bytes;
 use super::tests::{UNIT_SPHERE, file};
 use crate::cad::Model;
 use crate::cad::build::build;
-use crate::cad::model::ClosestPoint;
+use crate::cad::closest::ClosestPoint;
 use crate::geometry::{Frame, Vec3};
 
 fn model(data: &str) -> Model {

@@ -5,11 +5,11 @@ use std::rc::Rc;
 
 use rustc_hash::FxHashMap;
 
-use super::edge::EdgeGeometry;
 use super::entity::{Attributes, Entity, Fault, Outcome};
 use super::table::Table;
 use crate::cad::{Diagnostic, Severity};
 use crate::geometry::frame::unit;
+use crate::geometry::nurbs::Curve3;
 use crate::geometry::{Affine, Frame, Mat3, Vec3};
 
 /// References followed one inside the other.
@@ -28,6 +28,21 @@ pub struct Units {
     pub length: f64,
     /// Radians in one unit of plane angle.
     pub angle: f64,
+}
+
+/// An edge, running from its first to its second vertex.
+#[derive(Debug)]
+pub struct EdgeGeometry {
+    /// Curve in space; `None` for an edge that is one point.
+    pub curve: Option<Curve3>,
+    /// Vertices [mm].
+    pub ends: [Vec3; 2],
+    /// Instance of the curve, which lists the parameter curves.
+    pub geometry: u32,
+    /// Parameters on the curve's basis, in the basis' direction.
+    pub range: Option<[f64; 2]>,
+    /// The edge runs with its curve.
+    pub same_sense: bool,
 }
 
 /// Shared state of the entity readers.

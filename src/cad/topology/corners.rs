@@ -2,7 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{OWN_EDGE, Piece};
+use super::piece::{OWN_EDGE, Piece};
 use crate::geometry::Vec3;
 
 /// Width of a cell in tolerances: corners are rarely this near to each other, and a corner's surroundings rarely reach

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use super::args::AuditArgs;
+use super::json::write_json;
 use super::print::{file_name, short};
-use super::{AuditArgs, write_json};
 use crate::audit::clearance::{ClearanceOptions, ClearanceReport, clearance};
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::say::out;

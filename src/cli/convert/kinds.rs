@@ -1,8 +1,9 @@
 //! `convert --kind bezier` and `convert --to KIND`.
 
 use super::args::{ConvertArgs, To};
+use super::options::stem;
 use super::print::print_reach;
-use super::{provenance, stem};
+use super::provenance::provenance;
 use crate::cad::Model;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::mesh::MesherArgs;

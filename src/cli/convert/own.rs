@@ -1,8 +1,10 @@
 //! `kanagata convert MESH -o TOOL`: meshes without CAD.
 
 use super::args::{ConvertArgs, Edge, Kind};
+use super::folds::{refuse_folds, say_of_folds};
+use super::made::Converted;
+use super::options::options;
 use super::print::print_report;
-use super::{Converted, options, refuse_folds, say_of_folds};
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::say::out;
 use crate::convert::own::{NormalSource, convert_mesh};

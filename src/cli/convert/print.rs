@@ -1,6 +1,6 @@
 //! What `convert` prints of what it made.
 
-use super::{Converted, Fit};
+use super::made::{Converted, Fit};
 use crate::cli::say::{err, out};
 use crate::convert::reach::{Reached, Why};
 use crate::convert::tolerance::Borders;

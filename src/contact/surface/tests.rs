@@ -2,7 +2,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
 use crate::contact::oracle::Oracle;
+use crate::contact::projection::Outcome;
 use crate::contact::test_tools::{arc, line, plane, revolved};
+use crate::geometry::Mat3;
 
 fn random(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::basis::Basis;
+use super::map::{Shape, error, folds};
 use super::side::Sides;
-use super::{Shape, error, folds};
 use crate::cad::model::Face;
 use crate::mesh::SurfaceMesh;
 use crate::tool::Patch;

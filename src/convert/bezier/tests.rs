@@ -87,7 +87,7 @@ fn poles_and_seams_are_met() {
 /// Patches whose Jacobian looks against the CAD face somewhere, at dense points of their own.
 fn turned_over(tool: &ToolModel, model: &Model) -> Vec<u32> {
     const N: usize = 61;
-    let index = crate::cad::model::ClosestPoint::new(model);
+    let index = crate::cad::closest::ClosestPoint::new(model);
     let folds = |(patch, &face): (&Patch, &u32)| {
         (0..(N + 1) * (N + 1)).any(|k| {
             let d = patch.derivs((k / (N + 1)) as f64 / N as f64, (k % (N + 1)) as f64 / N as f64);

@@ -10,8 +10,9 @@ mod orient;
 #[cfg(test)]
 mod tests;
 
+use super::ground::{Ground, Source};
 use super::normals::{NormalTable, merged};
-use super::{ConvertError, ConvertOptions, ConvertReport, Ground, Source};
+use super::{ConvertError, ConvertOptions, ConvertReport};
 use crate::geometry::Vec3;
 use crate::mesh::SurfaceMesh;
 use crate::mesh::io::{CornerNormals, MeshFile, UNATTACHED};

@@ -94,7 +94,7 @@ pub fn within_reach(
 ) -> Result<Reached, ReachError> {
     let coarse = MappedOptions { arc_divisions: 2, ..MappedOptions::default() };
     let mesh = mesh(model, &coarse).ok();
-    let away = |m| super::looks_away(m, Some(side.unwrap_or(zone.direction())));
+    let away = |m| super::ground::looks_away(m, Some(side.unwrap_or(zone.direction())));
     let turned = mesh.as_ref().is_some_and(away) ^ flip;
     // Vertices lie on the tool: the foremost one over the blank is no farther ahead than the front is.
     let front = if zone.touches {

@@ -1,9 +1,9 @@
 //! Vertices moved along their normals (on a crease with a flat: within it) so that the error of the patches around them has two sides.
 //!
 //! A Nagata patch on an arc stands out of it everywhere: half of that error is taken off by moving its vertices
-//! inwards by the other half. Between a flat and another one a fillet's vertices slide within these ([`super::ways`]): the
+//! inwards by the other half. Between a flat and another one a fillet's vertices slide within these ([`super::vertex_directions`]): the
 //! curve is longer and passes nearer to the arc, one patch over 90 degrees to within 0.011 instead of 0.061 radii. The error at a
-//! point of a patch is, to first order, `delta + sum_k N_k s_k` in the shifts `s`; [`super::least`] finds those that make it least.
+//! point of a patch is, to first order, `delta + sum_k N_k s_k` in the shifts `s`; [`super::minimax`] finds those that make it least.
 
 use std::collections::BTreeSet;
 
@@ -14,10 +14,11 @@ use crate::geometry::Aabb;
 use crate::tool::build::{EdgeChoice, build};
 use crate::tool::{ToolModel, side};
 
-use super::least::{Row, least_shifts};
-use super::ways::{Way, ways};
-use super::work::Work;
-use super::{Refined, ToleranceError};
+use super::error::ToleranceError;
+use super::goal::Refined;
+use super::minimax::{Row, least_shifts};
+use super::scope::Work;
+use super::vertex_directions::{Way, ways};
 
 /// Patches of a model whose errors are followed as far as they fall.
 const FEW: usize = 500;

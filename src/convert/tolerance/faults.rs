@@ -1,8 +1,9 @@
 //! What keeps a model from the goal, and the errors that say so.
 
 use super::budget::Budget;
+use super::error::ToleranceError;
+use super::goal::{Goal, Refined};
 use super::state::State;
-use super::{Goal, Refined, ToleranceError};
 use crate::audit::AuditReport;
 use crate::audit::report::{FaceAudit, PatchAudit};
 use crate::cad::Model;

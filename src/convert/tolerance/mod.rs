@@ -2,11 +2,11 @@
 //! face says so, in the direction that buys most, lowered again where they are not needed, and the vertices are
 //! balanced about the CAD so that the error has two sides.
 //!
-//! - [`alone`]: what moving its vertices will take off a face's error
-//! - [`apart`]: every face with divisions of its own, borders meeting to within the tolerance
-//! - [`search`], [`state`]: which divisions; every face is judged alone, by the audit of its own patches
-//! - [`balance`], [`ways`], [`least`]: vertices moved along their normals, or within flats
-//! - [`work`]: a model, or one face, refined and audited as a whole
+//! - [`slide_estimate`]: what moving its vertices will take off a face's error
+//! - [`independent_borders`]: every face with divisions of its own, borders meeting to within the tolerance
+//! - [`search`], [`state`], [`face_error`], [`figures`]: which divisions; every face is judged alone, by the audit of its own patches
+//! - [`balance`], [`vertex_directions`], [`minimax`]: vertices moved along their normals, or within flats
+//! - [`scope`], [`refine`]: a model, or one face, refined and audited as a whole
 //! - [`faults`]: what keeps a model from the goal, and the errors that say so
 //! - [`budget`]: how much work that may be
 //! - [`uniform`]: meshes of one division of a quarter turn, taken where they have fewer patches
@@ -14,153 +14,35 @@
 //! Free borders keep the tolerance as well. The model is conforming unless asked otherwise; its largest error is the audit's,
 //! of the finished model.
 
-mod alone;
-mod apart;
 pub mod balance;
 mod budget;
-mod face;
+mod error;
+mod face_error;
 mod faults;
-mod least;
+mod figures;
+mod goal;
+mod independent_borders;
+mod minimax;
+mod refine;
+mod scope;
 mod search;
+mod slide_estimate;
 mod state;
 mod uniform;
-mod ways;
-mod work;
+mod vertex_directions;
 
-use crate::audit::{AuditError, AuditReport, CadReference};
+pub use error::ToleranceError;
+pub use goal::{Borders, Goal, Refined};
+
+use crate::audit::CadReference;
 use crate::cad::Model;
-use crate::mesh::MeshError;
 use crate::mesh::mapped::MappedOptions;
-use crate::tool::ToolModel;
 
-use super::{ConvertError, ConvertOptions, ConvertReport};
-use alone::Neighbours;
-use face::Judge;
+use super::ConvertOptions;
+use face_error::Judge;
+use scope::Work;
+use slide_estimate::Neighbours;
 use state::State;
-use work::Work;
-
-/// What a model is refined to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Goal {
-    /// Largest |shape error| (Eq. 24) [mm], > 0; infinite = any.
-    pub tol_mm: f64,
-    /// Largest normal error [degrees], > 0; infinite = any.
-    pub normal_deg: f64,
-    /// Vertices may leave the CAD along their normals, so that the error has two sides. Those on planes stay.
-    pub two_sided: bool,
-    /// How faces meet.
-    pub borders: Borders,
-}
-
-/// How the patches of neighbouring faces meet on the edge of the CAD between them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Borders {
-    /// They share vertices and curves: no gap.
-    #[default]
-    Conforming,
-    /// Every face has the divisions that its own error asks for; borders are no farther apart than the tolerance, nor
-    /// than a thousandth of the model's size where there is no tolerance for lengths. Where that takes no fewer
-    /// patches, as conforming.
-    Independent,
-}
-
-/// A model refined to a goal.
-#[derive(Debug, Clone)]
-pub struct Refined {
-    /// The model.
-    pub tool: ToolModel,
-    /// What its conversion found.
-    pub report: ConvertReport,
-    /// Its audit.
-    pub audit: AuditReport,
-    /// Largest distance that a vertex was moved off the CAD [mm].
-    pub moved_mm: f64,
-    /// Largest distance that a vertex was moved within a flat, off its smooth border [mm].
-    pub slid_mm: f64,
-    /// How its faces meet.
-    pub borders: Borders,
-    /// False where the search for fewer patches ended at its work limit.
-    pub saved_all: bool,
-}
-
-/// Why there is no model within the tolerance.
-#[non_exhaustive]
-#[derive(Debug, thiserror::Error)]
-pub enum ToleranceError {
-    /// A tolerance that is no positive number, or none at all.
-    #[error("{what} is {found}; allowed: a number above zero")]
-    Goal {
-        /// Its name.
-        what: &'static str,
-        /// What was given.
-        found: f64,
-    },
-    /// The tolerance was not reached.
-    #[error(
-        "{source_entity} (face {face}) still has {found:.3e} {unit}{near} with {patches} patches; asked: {allowed:.3e}{}; allow more, or repair the face in the CAD", spent_said(*.spent)
-    )]
-    NotReached {
-        /// Face with the largest error.
-        face: usize,
-        /// Its entity in the CAD file.
-        source_entity: String,
-        /// Error found.
-        found: f64,
-        /// Where it is, as ` near (x, y, z) mm`; empty where that is not known.
-        near: String,
-        /// Error allowed.
-        allowed: f64,
-        /// Unit and kind of the error.
-        unit: &'static str,
-        /// Patches of the best model found.
-        patches: usize,
-        /// Patches judged, where the search ended because they were as many as it may judge.
-        spent: Option<u64>,
-    },
-    /// A face of which no patches come out sound.
-    #[error(
-        "{source_entity} (face {face}): its patches fold or cannot be made, even with its border divided ten times as finely; repair the face in the CAD, or convert with --arc-divisions and --allow-folds to see where"
-    )]
-    NoPatches {
-        /// The face.
-        face: usize,
-        /// Its entity in the CAD file.
-        source_entity: String,
-    },
-    /// Faces divided independently whose borders do not meet.
-    #[error(
-        "borders of faces divided independently are {found:.3e} mm apart at ({:.3}, {:.3}, {:.3}) mm; allowed: {allowed:.3e}; convert with --borders conforming", at[0], at[1], at[2]
-    )]
-    Apart {
-        /// Gap found [mm].
-        found: f64,
-        /// Gap allowed [mm].
-        allowed: f64,
-        /// Where it is [mm].
-        at: [f64; 3],
-    },
-    /// So few patches are not possible.
-    #[error("the coarsest model has {least} patches; allowed with --patches: at least so many")]
-    TooFew {
-        /// Patches of the coarsest model.
-        least: usize,
-    },
-    /// No mesh.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    /// No tool model.
-    #[error(transparent)]
-    Convert(#[from] ConvertError),
-    /// No audit.
-    #[error(transparent)]
-    Audit(#[from] AuditError),
-}
-
-fn spent_said(spent: Option<u64>) -> String {
-    spent.map_or_else(String::new, |n| {
-        format!("; the search ended at its work limit, after {n} patches were judged")
-    })
-}
 
 /// Converts `model` with as few patches as keep `goal`.
 ///
@@ -201,7 +83,7 @@ pub fn to_tolerance(
     match goal.borders {
         Borders::Conforming => together,
         Borders::Independent => {
-            let apart = apart::with(&work, |apart| apart.refined(goal));
+            let apart = independent_borders::with(&work, |apart| apart.refined(goal));
             fewer(together, apart.and_then(|found| found))
         }
     }
@@ -263,7 +145,7 @@ pub fn to_patches(
     let size = crate::geometry::Aabb::of_points(&model.vertices).diagonal();
     match borders {
         Borders::Conforming => least_error(together, size, patches),
-        Borders::Independent => apart::with(&work, |apart| {
+        Borders::Independent => independent_borders::with(&work, |apart| {
             let either = |tol_mm| fewer(together(tol_mm), apart.refined(&goal(tol_mm)));
             least_error(either, size, patches)
         })?,

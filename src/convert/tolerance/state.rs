@@ -1,6 +1,6 @@
 //! Divisions of a model's edges and of the insides of its faces, and what every face makes of them.
 
-use super::face::Figures;
+use super::figures::Figures;
 use crate::geometry::Vec3;
 use crate::mesh::mapped::plan::Divisions;
 

@@ -1,8 +1,8 @@
 //! The uniform structured mesh as a rival: what a tolerance takes is never more than it needs.
 
 use super::faults::{exceeding, folded};
-use super::work::Work;
-use super::{Goal, Refined};
+use super::goal::{Goal, Refined};
+use super::scope::Work;
 use crate::convert::unfolded::mesh_and_convert;
 use crate::convert::{ConvertOptions, ConvertReport, convert};
 use crate::mesh::SurfaceMesh;

@@ -1,6 +1,6 @@
 //! Bounded Newton for half the squared distance to a point, over a rectangle of parameters.
 
-use super::surface::SurfaceDerivs;
+use super::derivs::SurfaceDerivs;
 use crate::geometry::{Vec2, Vec3};
 
 /// A rectangle of parameters; a direction without width is held.

@@ -1,6 +1,7 @@
 //! Which way a surface faces, also where its derivatives vanish or have one direction.
 
-use super::surface::{Surface, SurfaceDerivs};
+use super::derivs::SurfaceDerivs;
+use super::surface::Surface;
 use crate::geometry::frame::unit;
 use crate::geometry::{Vec2, Vec3};
 

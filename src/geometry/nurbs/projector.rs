@@ -4,11 +4,9 @@
 
 use nalgebra::Vector4;
 
-use super::bezier::{BezierPiece, pieces_of_curve, pieces_of_surface};
-use super::curve::Curve3;
+use super::bezier::BezierPiece;
 use super::distance_form::{Coefficients, DistanceForm};
 use super::newton::{Bounds, descend, rounding};
-use super::surface::Surface;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec2, Vec3};
 
@@ -28,10 +26,9 @@ pub struct SurfaceProjector {
 }
 
 impl SurfaceProjector {
-    /// Prepares `surface`.
-    #[must_use]
-    pub fn new(surface: &Surface) -> Self {
-        Self { cells: Pieces::new(pieces_of_surface(surface), surface.degrees()) }
+    /// Prepares a surface of these pieces.
+    pub(super) fn of_pieces(pieces: Vec<BezierPiece>, degrees: [usize; 2]) -> Self {
+        Self { cells: Pieces::new(pieces, degrees) }
     }
 
     /// Closest point of the untrimmed surface: parameters and squared distance [mm^2]. The distance is the least to
@@ -64,10 +61,9 @@ pub struct CurveProjector {
 }
 
 impl CurveProjector {
-    /// Prepares `curve`.
-    #[must_use]
-    pub fn new(curve: &Curve3) -> Self {
-        Self { cells: Pieces::new(pieces_of_curve(curve), [curve.degree(), 0]) }
+    /// Prepares a curve of these pieces.
+    pub(super) fn of_pieces(pieces: Vec<BezierPiece>, degrees: [usize; 2]) -> Self {
+        Self { cells: Pieces::new(pieces, degrees) }
     }
 
     /// Closest point: parameter and squared distance [mm^2]. The distance is the least to 1e-11 of the curve's size.

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{PI, TAU};
 
-use super::GmshOptions;
+use super::options::GmshOptions;
 use super::outline::{Curve, Outline};
 use crate::geometry::Vec3;
 use crate::mesh::mapped::divisions::{self, Rule};

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::*;
+use crate::mesh::mapped::MeshStyle;
 
 const ALL: [GmshAlgorithm; 9] = [
     GmshAlgorithm::MeshAdapt,

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use super::options::GmshOptions;
 use super::outline::{self, Outline};
 use super::plan::Plan;
-use super::{GmshOptions, script};
+use super::script;
 use crate::files::Input;
 use crate::mesh::mapped::MeshStyle;
 use crate::mesh::outside::{self, End};

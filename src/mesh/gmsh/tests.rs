@@ -3,6 +3,7 @@ use std::os::unix::fs::PermissionsExt;
 
 use super::*;
 use crate::geometry::Vec3;
+use crate::mesh::mapped::MeshStyle;
 
 /// One script at a time: a file still open in a process being started cannot be executed.
 static ONE: std::sync::Mutex<()> = std::sync::Mutex::new(());

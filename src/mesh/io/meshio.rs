@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use super::{MeshFile, obj};
+use super::mesh_file::MeshFile;
+use super::obj;
 use crate::files::Input;
 use crate::mesh::MeshError;
 use crate::mesh::outside::{self, End, from_any_folder, on_path, work_folder};

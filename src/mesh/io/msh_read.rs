@@ -1,11 +1,11 @@
 //! MSH 2.2 and 4.1, ASCII and binary: nodes, the triangles and quads of surfaces and the hexahedra of volumes (of
 //! higher order: their corners). All other sections and elements are passed over.
 
-use super::UNATTACHED;
 use super::cursor::Cursor;
+use super::mesh_file::UNATTACHED;
 use super::polygon;
-use super::sheet::{Volumes, is_result};
 use super::tags::Tags;
+use super::volumes::{Volumes, is_result};
 use crate::geometry::Vec3;
 use crate::mesh::{Element, MeshError, SurfaceMesh};
 

@@ -2,8 +2,8 @@
 //! triangles.
 
 use super::cursor::Cursor;
+use super::mesh_file::{MeshFile, UNATTACHED, of_elements};
 use super::polygon;
-use super::{MeshFile, UNATTACHED, of_elements};
 use crate::geometry::Vec3;
 use crate::mesh::MeshError;
 

@@ -6,7 +6,7 @@
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
-use super::{CornerNormals, with_normals};
+use super::mesh_file::{CornerNormals, with_normals};
 use crate::geometry::{Aabb, Vec3};
 use crate::mesh::{Element, MeshError};
 

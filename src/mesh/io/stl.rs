@@ -1,7 +1,7 @@
 //! STL, ASCII and binary: corners with the same coordinates become one vertex.
 
-use super::Merger;
 use super::cursor::Cursor;
+use super::mesh_file::Merger;
 use crate::geometry::Vec3;
 use crate::mesh::{MeshError, SurfaceMesh};
 

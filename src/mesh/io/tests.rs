@@ -1,6 +1,8 @@
 use std::path::Path;
 
 use super::*;
+use crate::geometry::Vec3;
+use crate::mesh::{Element, MeshError, SurfaceMesh};
 
 /// Two quads and a triangle on faces 0 and 3.
 fn sample() -> SurfaceMesh {

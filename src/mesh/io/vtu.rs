@@ -1,8 +1,8 @@
 //! VTU: triangles and quads with the cell array `face`.
 
+use super::mesh_file::{MeshFile, UNATTACHED, of_elements};
 use super::polygon;
-use super::sheet::{Volumes, is_result};
-use super::{MeshFile, UNATTACHED, of_elements};
+use super::volumes::{Volumes, is_result};
 use crate::geometry::Vec3;
 use crate::mesh::{MeshError, SurfaceMesh};
 use crate::report::vtu_read::{self, Grid, GridArray};

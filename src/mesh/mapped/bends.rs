@@ -5,6 +5,7 @@
 use rustc_hash::FxHashMap;
 
 use super::patchwork::Node;
+use super::sine::sine;
 use crate::cad::model::Face;
 use crate::geometry::Vec3;
 
@@ -46,7 +47,7 @@ impl Bends {
         }
         let back = back.map_or(before.point - at.point, |b| b[1]);
         let out = out.map_or(after.point - at.point, |o| o[0]);
-        Some(super::sine(&out, &back, normal))
+        Some(sine(&out, &back, normal))
     }
 
     /// Whether no corner of an element is turned over along the border.

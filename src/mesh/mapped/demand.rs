@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
-use super::MappedOptions;
+use super::options::MappedOptions;
 use super::sample::{Lifted, Measured, angle};
 use super::sides::Shape;
 use crate::cad::Model;
@@ -38,6 +38,15 @@ fn asked(options: &MappedOptions, turn: f64, length: f64) -> [f64; 3] {
     // Sag of an arc: (length / n) (turn / n) / 8.
     let by_sag = options.chord_error.map_or(0.0, |sag| (length * turn / (8.0 * sag)).sqrt());
     [by_turn, by_size, by_sag]
+}
+
+/// Share of the largest size that inner sides are first asked to keep: triangles turn out half as long again as they are
+/// asked, most of them; the others are halved.
+pub const FIRST_SHARE: f64 = 1.0 / 1.5;
+
+/// The share where triangles are to be split into quads with sides half as long, or are not.
+pub fn first_share(halved: bool) -> f64 {
+    if halved { 2.0 * FIRST_SHARE } else { FIRST_SHARE }
 }
 
 /// What every edge needs.

@@ -3,8 +3,10 @@
 
 use super::border::Border;
 use super::divisions::Rule;
+use super::mesh::even_quads;
+use super::mesher::Mesher;
+use super::options::{MappedOptions, MeshStyle, check_options};
 use super::sides::Shape;
-use super::{MappedOptions, MeshStyle, Mesher, check_options};
 use crate::cad::Model;
 use crate::mesh::{MeshError, SurfaceMesh};
 
@@ -39,7 +41,7 @@ impl<'m> Plan<'m> {
         }
         let structured = MappedOptions { style: MeshStyle::Structured, ..*options };
         let quads = options.style == MeshStyle::Quads;
-        let even = quads && super::even_quads(model, &structured).is_some();
+        let even = quads && even_quads(model, &structured).is_some();
         let mesher = Mesher::new(model, if even { &structured } else { options }, quads && !even);
         let (rules, owners) = mesher.rules();
         let chains = chains(model.edges.len(), &rules);

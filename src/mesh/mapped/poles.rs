@@ -1,8 +1,8 @@
 //! Quads around poles: two triangles beside each other at a point where the surface has one normal are a quad, which
 //! misses the surface by less.
 
-use super::corner_sine;
 use super::patchwork::Patchwork;
+use super::sine::corner_sine;
 use crate::cad::model::Face;
 use crate::geometry::Vec3;
 use crate::mesh::Element;

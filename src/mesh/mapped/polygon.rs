@@ -3,6 +3,7 @@
 
 use super::bends::{Bends, TURNED};
 use super::patchwork::{Node, Patchwork};
+use super::sine::{corner_sine, sine};
 use crate::cad::model::Face;
 use crate::geometry::Vec3;
 
@@ -124,15 +125,14 @@ impl Cut<'_> {
             let chord = |to: usize| self.points[to] - self.points[at];
             let (back, on) =
                 (back.unwrap_or_else(|| chord(before)), on.unwrap_or_else(|| chord(after)));
-            super::sine(&on, &back, &self.normal) <= TURNED
+            sine(&on, &back, &self.normal) <= TURNED
         })
     }
 
     fn worst_sine(&self, corners: &[usize]) -> f64 {
         let count = corners.len();
         let at = |k: usize| self.points[corners[k % count]];
-        let sine =
-            |k: usize| super::corner_sine(&at(k + count - 1), &at(k), &at(k + 1), &self.normal);
+        let sine = |k: usize| corner_sine(&at(k + count - 1), &at(k), &at(k + 1), &self.normal);
         (0..count).map(sine).fold(1.0, f64::min)
     }
 }

@@ -2,6 +2,7 @@
 //! bulges into the element, a concave ring around a centre.
 
 use super::patchwork::{Node, Patchwork};
+use super::sine::corner_sine;
 use crate::cad::model::Face;
 use crate::geometry::{Vec2, Vec3};
 
@@ -58,7 +59,7 @@ impl Untangling<'_> {
         let sine = |k: usize| {
             let Some(normal) = &self.normals[ring[k] as usize] else { return 1.0 };
             let [before, at, after] = [node(k + count - 1), node(k), node(k + 1)].map(|n| n.point);
-            let sine = super::corner_sine(&before, &at, &after, normal);
+            let sine = corner_sine(&before, &at, &after, normal);
             let narrow = node(k).id.is_none() && (before - at).dot(&(after - at)) > 0.0;
             if narrow { NARROW * sine } else { sine }
         };

@@ -1,5 +1,6 @@
 //! Doubts about a run: those of its scene, and those of what became of the sheet.
 
+use super::sheet::THICKNESS_LEFT;
 use super::{FacePenetrationRecord, NeckingKind, RunRecord, Verdict};
 use crate::report::doubt::{Doubt, DoubtCode, place_mm};
 
@@ -15,8 +16,6 @@ const RELEASED_WORK: f64 = 0.02;
 const ARTIFICIAL_ENERGY: f64 = 0.02;
 /// Lift of a blank holder over the initial thickness, above which it is a doubt: a flange thickens by less than half.
 const HOLDER_LIFT: f64 = 1.0;
-/// Thickness over the initial one, below which it is a doubt: sheet metals fracture before.
-pub(super) const THICKNESS_LEFT: f64 = 0.5;
 
 impl RunRecord {
     /// All doubts as far as the run has come: `scene` (of its set-up) first, then those of its result.

@@ -5,7 +5,8 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::doubts::THICKNESS_LEFT;
+/// Thickness over the initial one, below which it is a doubt: sheet metals fracture before.
+pub(super) const THICKNESS_LEFT: f64 = 0.5;
 
 /// How far the sheet has sprung back since its tools were let go. Rigid motions that no symmetry plane holds are held at as few
 /// nodes as that takes, the first of the mesh where several serve; at the end a sheet held nowhere, or along one axis only, is

@@ -1,10 +1,10 @@
 //! Friction and forces that no tool of a press has: slips of a comma or of a unit.
 
-use super::Finding;
+use super::finding::Finding;
 use super::material::EARLY;
 use crate::report::doubt::DoubtCode;
 use crate::scene::Plan;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{Motion, SimulationSetup};
 
 /// Coefficient of friction of a dry, seizing sheet.

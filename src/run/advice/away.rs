@@ -1,6 +1,6 @@
 //! Tools moved by their travel that go away from the sheet, or end short of it: a direction or a sign turned round.
 
-use super::Finding;
+use super::finding::Finding;
 use crate::contact::Projection;
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::reach::travel_range;

@@ -1,9 +1,9 @@
 //! Free borders of a tool's faces that the sheet may be bent over. Tools hold nodes and see nothing between them: what the border
 //! presses into the sheet there is missing, and a node drawn back over it comes from within the tool.
 
-use super::Finding;
 use super::clamping::{is_forced, others, stands_before};
 use super::curvature::corners;
+use super::finding::Finding;
 use super::sharp::{Edge, Opposite, PLACES, SHARP};
 use super::size::Sizes;
 use crate::geometry::Vec3;

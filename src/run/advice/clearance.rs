@@ -1,8 +1,9 @@
 //! Clearance that tools leave the sheet at the end of their travels, against its thickness and the tools' shape error.
 
 use super::coarse::{ShapeError, shape_error};
+use super::finding::Finding;
 use super::size::TOLERANCE;
-use super::{Finding, end_of};
+use super::travel::end_of;
 use crate::audit::clearance::{ClearanceOptions, clearance};
 use crate::geometry::Vec3;
 use crate::scene::Plan;

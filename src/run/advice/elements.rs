@@ -1,8 +1,8 @@
 //! Layers of elements, and points through their thickness, against what bending needs.
 
-use super::{Finding, GROWTH};
+use super::finding::Finding;
 use crate::report::doubt::DoubtCode;
-use crate::run::cost::Cost;
+use crate::run::cost::{Cost, GROWTH};
 use crate::scene::Plan;
 use crate::solver::element::ElementKind;
 use crate::solver::{Motion, SimulationSetup};

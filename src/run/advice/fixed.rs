@@ -1,6 +1,6 @@
 //! Constrained nodes in the path of tools that travel: contact there has no solution.
 
-use super::Finding;
+use super::finding::Finding;
 use crate::geometry::Vec3;
 use crate::report::doubt::{DoubtCode, place_mm};
 use crate::solver::reach::travel_range;

@@ -1,7 +1,7 @@
 //! Blank holders: tools that a force presses against one at rest. Their mean pressure, and whether the blank is between them.
 
-use super::Finding;
 use super::clamping::{others, stands_before};
+use super::finding::Finding;
 use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
 use crate::solver::{Motion, SimulationSetup, Stage, ToolSetup};

@@ -1,8 +1,8 @@
 //! Tools that stand in the sheet before it is formed.
 
-use super::Finding;
+use super::finding::Finding;
 use super::size::Sizes;
-use crate::solver::inside::inside;
+use crate::solver::penetration::inside;
 use crate::solver::{Motion, SimulationSetup};
 
 /// A remark on a tool of the first stage in which the undeformed sheet begins.

@@ -1,6 +1,6 @@
 //! Materials that no sheet is made of.
 
-use super::Finding;
+use super::finding::Finding;
 use crate::report::doubt::DoubtCode;
 use crate::solver::material::card::MaterialCard;
 use crate::solver::material::hardening::Hardening;

@@ -19,6 +19,7 @@ mod size;
 mod stops;
 mod symmetry;
 mod tools;
+mod travel;
 mod unheld;
 mod units;
 mod unopposed;
@@ -33,9 +34,6 @@ use crate::solver::reach::reachable;
 use crate::solver::{Motion, SimulationSetup};
 
 pub use finding::{Finding, Level, sort};
-
-/// Time grows with this power of the unknowns (`docs/results/solver.md`).
-const GROWTH: f64 = 1.5;
 
 /// Findings of the scene, its tools placed, that make the result of a run doubtful, errors among them. `ratio` as in [`advice`].
 #[must_use]
@@ -112,14 +110,4 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> 
     stops::remarks(setup, &mut out);
     sort(&mut out);
     out
-}
-
-/// Travel at the end of a stage of a tool that was at `before` when it began [mm]; `None` where a force or a spring has it.
-fn end_of(motion: &Motion, before: f64) -> Option<f64> {
-    match motion {
-        Motion::Hold | Motion::Release | Motion::Absent => Some(before),
-        Motion::Travel(curve) => Some(curve.at(1.0)),
-        Motion::Advance(curve) => Some(before + curve.at(1.0)),
-        Motion::Force(_) | Motion::Spring { .. } => None,
-    }
 }

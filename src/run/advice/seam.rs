@@ -2,10 +2,10 @@
 
 use rustc_hash::FxHashMap;
 
-use super::Finding;
+use super::finding::Finding;
 use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Nearer to each other than this share of a layer's thickness, two nodes are at one place.
 const SAME: f64 = 1e-3;
@@ -62,7 +62,7 @@ fn coinciding(points: &[Vec3], near: f64) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn a_seam_that_was_not_merged_is_told() {

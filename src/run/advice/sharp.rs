@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
 use super::curvature::corners;
+use super::finding::Finding;
 use super::size::Sizes;
-use super::{Finding, end_of};
+use super::travel::end_of;
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
 use crate::solver::{Motion, SimulationSetup, ToolSetup};

@@ -1,16 +1,21 @@
 //! Sizes of the sheet's elements along directions in it.
 
-use super::symmetry::EVERYWHERE;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::frame::unit;
 use crate::geometry::{Aabb, Vec3};
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Share of a direction that must lie in an element's plane for it to say where the sheet bends.
 const IN_PLANE: f64 = 0.1;
 
 /// Shape error that tools may have in any case, as a share of the sheet's thickness.
 pub(super) const TOLERANCE: f64 = 0.01;
+
+/// All of space.
+pub(super) const EVERYWHERE: Aabb = Aabb {
+    min: Vec3::new(f64::MIN, f64::MIN, f64::MIN),
+    max: Vec3::new(f64::MAX, f64::MAX, f64::MAX),
+};
 
 /// The sheet's elements in its plane.
 pub(super) struct Sizes {
@@ -112,7 +117,7 @@ impl Sizes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn elements_are_measured_along_directions() {

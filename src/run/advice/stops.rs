@@ -3,9 +3,10 @@
 
 use rayon::prelude::*;
 
-use super::{Finding, end_of};
+use super::finding::Finding;
+use super::travel::end_of;
 use crate::geometry::Vec3;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{SimulationSetup, ToolSetup};
 
 /// Remarks on tools without a stop under which less sheet lies than the others draw.
@@ -88,7 +89,7 @@ mod tests {
     use crate::contact::ToolSurface;
     use crate::contact::test_tools::plane;
     use crate::geometry::Mat3;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
     use crate::solver::{Placement, SheetSide};
 
     /// How far a strip of 10 mm may be drawn from under a holder over a part of it by a punch over another part.

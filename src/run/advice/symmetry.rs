@@ -2,13 +2,14 @@
 
 use rustc_hash::FxHashMap;
 
-use super::{Finding, GROWTH};
+use super::finding::Finding;
+use super::size::EVERYWHERE;
 use crate::geometry::{Aabb, Vec3};
 use crate::report::doubt::DoubtCode;
-use crate::run::cost::Cost;
+use crate::run::cost::{Cost, GROWTH};
 use crate::scene::Plan;
 use crate::scene::types::BlankShape;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{SimulationSetup, ToolSetup};
 
 /// Positions this close are the same, as a share of the sheet's size; of tools, at most that many times farther.
@@ -250,12 +251,6 @@ fn sheet_mirrors(setup: &SimulationSetup, axis: usize, at: f64, near: f64) -> bo
     })
 }
 
-/// All of space.
-pub(super) const EVERYWHERE: Aabb = Aabb {
-    min: Vec3::new(f64::MIN, f64::MIN, f64::MIN),
-    max: Vec3::new(f64::MAX, f64::MAX, f64::MAX),
-};
-
 /// The images of those points of the tool lie on it that lie over `part`, seen along its way.
 fn tool_mirrors(tool: &ToolSetup, axis: usize, at: f64, near: f64, part: &Aabb) -> bool {
     let middle = at - tool.offset[axis];
@@ -287,7 +282,7 @@ mod tests {
     use super::*;
     use crate::contact::ToolSurface;
     use crate::contact::test_tools::plane;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
     use crate::solver::{Placement, SheetSide};
 
     #[test]

@@ -2,11 +2,11 @@
 
 use super::clamping::Clamping;
 use super::curvature::{Bend, FLAT, bends, corners};
+use super::finding::Finding;
 use super::size::{Size, Sizes};
-use super::{Finding, GROWTH};
 use crate::geometry::{Aabb, Vec3};
 use crate::report::doubt::{DoubtCode, place_mm};
-use crate::run::cost::Cost;
+use crate::run::cost::{Cost, GROWTH};
 use crate::solver::{SimulationSetup, ToolSetup};
 use crate::tool::Patch;
 
@@ -260,7 +260,7 @@ mod tests {
 
     use super::*;
     use crate::contact::test_tools::{arc, plane, revolved};
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
     use crate::tool::ToolModel;
 
     fn cost() -> Cost {

@@ -1,7 +1,7 @@
 //! Loads on a sheet that nothing holds: no support, and no tool at it.
 
-use super::Finding;
 use super::away::stands_off;
+use super::finding::Finding;
 use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
 use crate::solver::{Motion, SimulationSetup};

@@ -1,6 +1,6 @@
 //! Lengths that no forming process has in mm: a scene, or a tool file, in another unit.
 
-use super::Finding;
+use super::finding::Finding;
 use crate::geometry::Aabb;
 use crate::report::doubt::DoubtCode;
 use crate::solver::SimulationSetup;

@@ -1,7 +1,8 @@
 //! Tools that push with a force while no tool stands on the sheet's other side, and no support holds it: taken away too early,
 //! or not there yet.
 
-use super::{Finding, end_of};
+use super::finding::Finding;
+use super::travel::end_of;
 use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
 use crate::solver::{Motion, SheetSide, SimulationSetup, Stage};

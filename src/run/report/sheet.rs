@@ -7,7 +7,7 @@ use crate::run::folder::RunFolder;
 use crate::run::strains::{ElementStrains, of_elements};
 use crate::solver::Simulation;
 use crate::solver::assembly::Body;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Major strain of every element against its minor one where tools last held the sheet, as in a forming limit diagram.
 pub(super) fn strains(page: &mut Page, folder: &RunFolder, simulation: &Simulation) {
@@ -105,7 +105,7 @@ fn upper_face(mesh: &HexMesh, positions: &[Vec3]) -> ValuedSurface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::rectangle;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
     fn strains_are_drawn_over_the_paths_to_the_largest() {

@@ -4,7 +4,7 @@ use crate::geometry::Vec2;
 use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
 use crate::scene::types::BlankShape;
-use crate::solver::blank::HexMesh;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// The chart, and where its lines are; words in its place where no row of nodes makes a line.
 pub(super) fn chart(page: &mut Page, shape: &BlankShape, mesh: &HexMesh, thickness: &[f64]) {
@@ -77,7 +77,7 @@ fn along(mesh: &HexMesh, thickness: &[f64], name: &str, (from, direction): (Vec2
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::blank::{disc, rectangle, thickened};
+    use crate::solver::sheet::hex_mesh::{disc, rectangle, thickened};
 
     #[test]
     fn thickness_is_drawn_over_the_way_along_the_blank() {

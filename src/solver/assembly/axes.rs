@@ -1,6 +1,6 @@
 //! Material axes that follow the sheet: the third across it, the first the rolling direction.
 
-use super::Body;
+use super::body::Body;
 use crate::geometry::frame::Frame;
 use crate::geometry::{Mat3, Vec3};
 
@@ -58,10 +58,10 @@ mod tests {
     use nalgebra::Rotation3;
 
     use super::*;
-    use crate::solver::assembly::Evaluation;
-    use crate::solver::blank::{HexMesh, rectangle};
+    use crate::solver::assembly::evaluation::Evaluation;
     use crate::solver::element::{ElementKind, Want};
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 3, membrane: true };
 

@@ -7,14 +7,15 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Body, Built, ElementFailure, Evaluation};
+use super::evaluation::{ElementFailure, Evaluation};
 use crate::geometry::Mat3;
-use crate::solver::blank::HexMesh;
 use crate::solver::element::{
     DOFS, ElementInput, ElementKind, ElementMatrices, PointFailure, PointGeometry, Want,
 };
-use crate::solver::material::{Material, Turned};
-use crate::solver::pattern::{Gather, NodeUse};
+use crate::solver::linear::pattern::{Gather, NodeUse};
+use crate::solver::material::Material;
+use crate::solver::material::Turned;
+use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// Elements of a band for every thread: the answers of two bands stay in the cache next to it.
 const ELEMENTS_PER_THREAD: usize = 128;
@@ -25,16 +26,16 @@ const NODES_PER_TASK: usize = 32;
 /// Elements in bands.
 #[derive(Debug)]
 pub(super) struct Bands {
-    list: Vec<Band>,
+    pub(in crate::solver) list: Vec<Band>,
     /// Answers kept, a whole number of bands: that of an element is at its number modulo this.
     pub(super) kept: usize,
 }
 
 /// A run of elements and the nodes, in order, that no later one touches.
 #[derive(Debug)]
-struct Band {
-    elements: Range<usize>,
-    nodes: Vec<Range<usize>>,
+pub(in crate::solver) struct Band {
+    pub(in crate::solver) elements: Range<usize>,
+    pub(in crate::solver) nodes: Vec<Range<usize>>,
 }
 
 impl Bands {
@@ -69,15 +70,15 @@ impl Bands {
 
 /// Sums over the elements.
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
-    elastic_energy: f64,
-    plastic_work: f64,
-    artificial_work: f64,
-    internal_residual: f64,
+pub(super) struct Sums {
+    pub(super) elastic_energy: f64,
+    pub(super) plastic_work: f64,
+    pub(super) artificial_work: f64,
+    pub(super) internal_residual: f64,
 }
 
 impl Sums {
-    fn add(&mut self, block: &ElementMatrices) {
+    pub(in crate::solver) fn add(&mut self, block: &ElementMatrices) {
         self.elastic_energy += block.elastic_energy;
         self.plastic_work += block.plastic_work;
         self.artificial_work += block.artificial_work;
@@ -85,84 +86,24 @@ impl Sums {
     }
 }
 
-impl Body {
-    /// Evaluates all elements and sums what they answer: with the material about the committed history, or another law
-    /// about another.
-    pub(super) fn evaluate_elements(
-        &mut self,
-        displacement: &[f64],
-        want: Want,
-        other: Option<(&dyn Material, &[f64])>,
-        out: &mut Evaluation,
-    ) -> Result<(), ElementFailure> {
-        let stride = self.stride();
-        self.built();
-        let built = self.built.get_mut().expect("made on the line above");
-        let Built { gather, geometry, committed, trial, bands, blocks, .. } = built;
-        let (material, history) = other.unwrap_or((self.material.as_ref(), &committed[..]));
-        let all = Elements {
-            mesh: &self.mesh,
-            kind: self.kind,
-            geometry,
-            rule: &self.thickness_rule,
-            material,
-            axes: self.axes.as_deref(),
-            history,
-            lengths: [stride, self.kind.point_count() * self.material.state_len()],
-            displacement,
-            want,
-        };
-        let mut states: Vec<&mut [f64]> = if stride == 0 {
-            (0..self.mesh.elements.len()).map(|_| <&mut [f64]>::default()).collect()
-        } else {
-            trial.chunks_exact_mut(stride).collect()
-        };
-        out.internal_force.resize(3 * self.mesh.nodes.len(), 0.0);
-        if want == Want::ResidualAndTangent {
-            out.tangent.resize(gather.pattern.nnz(), 0.0);
-        }
-        let mut sums = Sums::default();
-        // An element's modes go on from where it was last evaluated: all are, whichever fails, as bands are as long as
-        // there are threads for them.
-        let mut failure = Ok(());
-        for band in &bands.list {
-            let first = band.elements.start % bands.kept;
-            let own = &mut blocks[first..first + band.elements.len()];
-            let done = all.evaluate(band.elements.start, &mut states[band.elements.clone()], own);
-            failure = failure.and(done);
-            if failure.is_err() {
-                continue;
-            }
-            own.iter().for_each(|block| sums.add(block));
-            let answers = Answers { gather, blocks, want };
-            answers.sum(&band.nodes, out);
-        }
-        let Sums { elastic_energy, plastic_work, artificial_work, internal_residual } = sums;
-        (out.elastic_energy, out.plastic_work) = (elastic_energy, plastic_work);
-        out.artificial_work = artificial_work;
-        out.internal_residual = internal_residual;
-        failure
-    }
-}
-
 /// What elements are evaluated from.
-struct Elements<'a> {
-    mesh: &'a HexMesh,
-    kind: ElementKind,
-    geometry: &'a [[PointGeometry; 8]],
-    rule: &'a [(f64, f64)],
-    material: &'a dyn Material,
-    axes: Option<&'a [Mat3]>,
-    history: &'a [f64],
+pub(super) struct Elements<'a> {
+    pub(super) mesh: &'a HexMesh,
+    pub(super) kind: ElementKind,
+    pub(super) geometry: &'a [[PointGeometry; 8]],
+    pub(super) rule: &'a [(f64, f64)],
+    pub(super) material: &'a dyn Material,
+    pub(super) axes: Option<&'a [Mat3]>,
+    pub(super) history: &'a [f64],
     /// Of an element's history, and of its points' in it.
-    lengths: [usize; 2],
-    displacement: &'a [f64],
-    want: Want,
+    pub(super) lengths: [usize; 2],
+    pub(super) displacement: &'a [f64],
+    pub(super) want: Want,
 }
 
 impl Elements<'_> {
     /// Evaluates the elements from `first` on, each into its new history and its block.
-    fn evaluate(
+    pub(in crate::solver) fn evaluate(
         &self,
         first: usize,
         states: &mut [&mut [f64]],
@@ -210,15 +151,15 @@ impl Elements<'_> {
 }
 
 /// What elements answered, of those that nodes still need.
-struct Answers<'a> {
-    gather: &'a Gather,
-    blocks: &'a [ElementMatrices],
-    want: Want,
+pub(super) struct Answers<'a> {
+    pub(super) gather: &'a Gather,
+    pub(super) blocks: &'a [ElementMatrices],
+    pub(super) want: Want,
 }
 
 impl Answers<'_> {
     /// Sums forces and, if wanted, rows of the tangent of `nodes`.
-    fn sum(&self, nodes: &[Range<usize>], out: &mut Evaluation) {
+    pub(in crate::solver) fn sum(&self, nodes: &[Range<usize>], out: &mut Evaluation) {
         let row_ptr = &self.gather.pattern.row_ptr;
         let with_tangent = self.want == Want::ResidualAndTangent;
         let (mut forces, mut rows) = (&mut out.internal_force[..], &mut out.tangent[..]);
@@ -285,7 +226,7 @@ impl Answers<'_> {
 }
 
 /// Takes `len` values off after `skipped` others.
-fn take<'a>(rest: &mut &'a mut [f64], skipped: usize, len: usize) -> &'a mut [f64] {
+pub(super) fn take<'a>(rest: &mut &'a mut [f64], skipped: usize, len: usize) -> &'a mut [f64] {
     let (_, after) = std::mem::take(rest).split_at_mut(skipped);
     let (taken, after) = after.split_at_mut(len);
     *rest = after;
@@ -297,8 +238,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::solver::blank::rectangle;
+    use crate::solver::assembly::Body;
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     /// A sheet of 9 x 7 x 2 elements in the order `place` puts them in.
     fn body(place: impl Fn(usize) -> usize, length: usize) -> Body {

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{Body, Built, ElementFailure, Evaluation};
+use super::body::{Body, Built};
+use super::evaluation::{ElementFailure, Evaluation};
 use crate::solver::element::Want;
 use crate::solver::material::Material;
 use crate::solver::material::at_yield::AtYield;
@@ -94,9 +95,9 @@ impl Body {
 mod tests {
     use super::*;
     use crate::geometry::{Mat3, Vec3};
-    use crate::solver::blank::rectangle;
     use crate::solver::element::ElementKind;
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     /// A sheet of 2 x 2 elements, stretched in proportion to `step` and turned by 0.1 rad with each: displacements.
     fn stretched_and_turned(body: &Body, step: f64) -> Vec<f64> {

@@ -1,6 +1,6 @@
 //! A body's history as bytes, for checkpoints.
 
-use super::{Body, BodyError, Built};
+use super::body::{Body, BodyError, Built};
 
 impl Body {
     /// Bytes that [`Body::export_state`] takes for an element.

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::Body;
+use super::body::Body;
 use crate::solver::material::PointState;
 
 /// Plastic strain and stress of an element.
@@ -55,10 +55,10 @@ fn gathered(points: impl Iterator<Item = (Option<PointState>, f64)>) -> Option<E
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::assembly::Evaluation;
-    use crate::solver::blank::rectangle;
+    use crate::solver::assembly::evaluation::Evaluation;
     use crate::solver::element::{ElementKind, Want};
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     /// One element of steel whose rolling direction lies at `angle`, strained in `steps`; its curvature along x [1/mm].
     fn strained(kind: ElementKind, angle: f64, curvature: f64, steps: [f64; 3]) -> ElementState {

@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::{Body, ElementFailure};
+use super::body::Body;
+use super::evaluation::ElementFailure;
 use crate::solver::element::{FailureReason, PointGeometry};
-use crate::solver::material::foreseen::Memory;
+use crate::solver::material::Memory;
 
 impl Body {
     /// Volume that does not balance, as a share of the undeformed volume: plastic flow keeps the volume, so an element at
@@ -111,10 +112,10 @@ fn elastic_ratio(states: &[f64], len: usize, memory: &Memory, weights: &[f64]) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::assembly::Evaluation;
-    use crate::solver::blank::rectangle;
+    use crate::solver::assembly::evaluation::Evaluation;
     use crate::solver::element::{ElementKind, Want};
     use crate::solver::material::card;
+    use crate::solver::sheet::hex_mesh::rectangle;
 
     /// Volume that does not balance in a sheet of 3 x 3 elements, pulled by 10 % along x as `width` and `thickness` say
     /// and sheared unevenly.

@@ -3,7 +3,7 @@
 use super::DOFS;
 use super::kernels::{self, Row};
 use super::shape::PointGeometry;
-use crate::solver::tensor::{self, Mandel, PAIRS};
+use crate::solver::numbers::tensor::{self, Mandel, PAIRS};
 
 /// Deformation gradient, by rows; `Err(det F)` unless its determinant is above zero.
 #[inline(always)]

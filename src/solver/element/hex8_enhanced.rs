@@ -7,9 +7,9 @@
 use super::modes::{Mode, ModeSums, Unsettled};
 use super::shape::{PointGeometry, gauss_2x2x2, jacobian};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible};
-use crate::solver::lanes::POINTS;
 use crate::solver::material::log_strain::{self, Responses};
-use crate::solver::tensor::{self, Mandel, Mandel66};
+use crate::solver::numbers::lanes::POINTS;
+use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
 /// Number of modes.
 pub(crate) const MODE_COUNT: usize = 12;

@@ -142,8 +142,8 @@ impl ElementKind {
         match self {
             Self::Hex8 => 0,
             Self::Hex8Enhanced => hex8_enhanced::MODE_COUNT,
-            Self::SolidShell { membrane: false, .. } => solid_shell::THICKNESS_MODES,
-            Self::SolidShell { membrane: true, .. } => solid_shell::MEMBRANE_MODES,
+            Self::SolidShell { membrane: false, .. } => solid_shell::pairs::THICKNESS_MODES,
+            Self::SolidShell { membrane: true, .. } => solid_shell::pairs::MEMBRANE_MODES,
         }
     }
 }

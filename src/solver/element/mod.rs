@@ -25,8 +25,8 @@ pub use shape::{PointGeometry, ReferenceCheck, reference_points};
 
 pub(crate) use shape::natural_coordinates;
 
-use super::material::{Material, MaterialError};
 use crate::geometry::Vec3;
+use crate::solver::material::{Material, MaterialError};
 
 /// Degrees of freedom of an element: 8 nodes, 3 displacements each, node by node.
 pub const DOFS: usize = 24;
@@ -49,12 +49,12 @@ impl ElementKind {
             Self::Hex8 => return hex8::evaluate(input, points, states, out),
             Self::Hex8Enhanced => hex8_enhanced::evaluate(input, points, states, modes, out),
             Self::SolidShell { membrane: false, .. } => {
-                solid_shell::evaluate::<{ solid_shell::THICKNESS_MODES }>(
+                solid_shell::evaluate::<{ solid_shell::pairs::THICKNESS_MODES }>(
                     input, rule, states, modes, out,
                 )
             }
             Self::SolidShell { membrane: true, .. } => {
-                solid_shell::evaluate::<{ solid_shell::MEMBRANE_MODES }>(
+                solid_shell::evaluate::<{ solid_shell::pairs::MEMBRANE_MODES }>(
                     input, rule, states, modes, out,
                 )
             }

@@ -11,7 +11,7 @@
 
 use super::kernels;
 use super::{DOFS, ElementMatrices, FailureReason, PointFailure, Want};
-use crate::solver::tensor::Mandel66;
+use crate::solver::numbers::tensor::Mandel66;
 
 /// Largest change of the modes' strain in one iterate.
 const LARGEST_CHANGE: f64 = 0.1;

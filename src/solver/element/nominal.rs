@@ -12,7 +12,7 @@ use pulp::Simd;
 
 use super::shape::PointGeometry;
 use super::{DOFS, kernels::Row};
-use crate::solver::lanes::{Eight, Lane};
+use crate::solver::numbers::lanes::{Eight, Lane};
 
 /// Nine numbers `iJ` of eight points.
 pub(crate) type Nine = [Eight; 9];

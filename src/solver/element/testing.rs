@@ -3,8 +3,9 @@
 use faer::prelude::*;
 use faer::sparse::{SparseColMat, Triplet};
 
-use super::super::assembly::{Body, Evaluation};
 use super::Want;
+use crate::solver::assembly::Body;
+use crate::solver::assembly::Evaluation;
 
 /// Supports and dead loads.
 #[derive(Debug, Clone, Default)]

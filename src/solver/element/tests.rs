@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
-use super::super::assembly::{Body, Evaluation};
-use super::super::blank::{self, HexMesh};
-use super::super::material::Material;
 use super::super::material::elastic::Elastic;
 use super::super::material::hardening::Hardening;
 use super::super::material::hill48::Hill48;
 use super::super::material::plastic::{Backstress, Plastic};
 use super::*;
 use crate::geometry::Mat3;
+use crate::solver::assembly::Body;
+use crate::solver::assembly::Evaluation;
+use crate::solver::material::Material;
+use crate::solver::sheet::hex_mesh::{self, HexMesh};
 
 fn steel() -> Arc<dyn Material> {
     Arc::new(Elastic { young: 210_000.0, poisson: 0.3 })
@@ -18,7 +19,7 @@ fn steel() -> Arc<dyn Material> {
 
 /// A unit-ish element with uneven corners.
 fn distorted() -> HexMesh {
-    let mut mesh = blank::rectangle(1.2, 0.9, 0.7, 1, 1, 1);
+    let mut mesh = hex_mesh::rectangle(1.2, 0.9, 0.7, 1, 1, 1);
     for (index, node) in mesh.nodes.iter_mut().enumerate() {
         let phase = index as f64;
         *node +=
@@ -113,7 +114,7 @@ fn rigid_motion_gives_no_force() {
 /// Homogeneous finite deformation of distorted elements: interior nodes carry no force.
 #[test]
 fn patch_test_in_finite_strain() {
-    let mut mesh = blank::rectangle(2.0, 2.0, 2.0, 2, 2, 2);
+    let mut mesh = hex_mesh::rectangle(2.0, 2.0, 2.0, 2, 2, 2);
     let middle = (4 * 3) + 1;
     mesh.nodes[middle] += Vec3::new(0.21, -0.17, 0.13);
     let gradient = Mat3::new(0.2, 0.1, -0.05, 0.02, -0.15, 0.1, 0.08, -0.03, 0.12);
@@ -182,7 +183,7 @@ fn restored_and_imported_states_repeat_to_the_bit() {
 }
 
 fn repeats_to_the_bit(kind: ElementKind) {
-    let mesh = blank::rectangle(3.0, 2.0, 0.8, 3, 2, 2);
+    let mesh = hex_mesh::rectangle(3.0, 2.0, 0.8, 3, 2, 2);
     let count = 3 * mesh.nodes.len();
     let mut body = Body::new(mesh.clone(), kind, sheet()).unwrap();
     let mut out = Evaluation::default();
@@ -205,7 +206,7 @@ fn repeats_to_the_bit(kind: ElementKind) {
 
 #[test]
 fn threads_do_not_change_the_bits() {
-    let mesh = blank::rectangle(9.0, 7.0, 0.8, 9, 7, 2);
+    let mesh = hex_mesh::rectangle(9.0, 7.0, 0.8, 9, 7, 2);
     let u: Vec<f64> = pseudo_random(2, 3 * mesh.nodes.len()).iter().map(|x| 0.02 * x).collect();
     let run = |kind: ElementKind, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -221,7 +222,7 @@ fn threads_do_not_change_the_bits() {
 
 #[test]
 fn inverted_elements_are_reported_lowest_first() {
-    let mesh = blank::rectangle(3.0, 1.0, 1.0, 3, 1, 1);
+    let mesh = hex_mesh::rectangle(3.0, 1.0, 1.0, 3, 1, 1);
     let mut u = vec![0.0; 3 * mesh.nodes.len()];
     for node in mesh.elements[1] {
         u[3 * node as usize + 2] = -2.0 * mesh.nodes[node as usize].z;
@@ -235,7 +236,7 @@ fn inverted_elements_are_reported_lowest_first() {
 /// The solid-shell passes the patch test on meshes whose thickness lines are parallel.
 #[test]
 fn solid_shell_patch_test_in_finite_strain() {
-    let mut mesh = blank::rectangle(2.0, 2.0, 0.4, 2, 2, 2);
+    let mut mesh = hex_mesh::rectangle(2.0, 2.0, 0.4, 2, 2, 2);
     for level in 0..3 {
         mesh.nodes[4 * 3 + level] += Vec3::new(0.21, -0.17, 0.0);
         mesh.nodes[3 + level] += Vec3::new(0.0, -0.2, 0.0);

@@ -200,7 +200,8 @@ mod tests {
     use super::*;
     use crate::geometry::Mat3;
     use crate::solver::element::{ElementKind, reference_points};
-    use crate::solver::material::{Material, card};
+    use crate::solver::material::Material;
+    use crate::solver::material::card;
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 5, membrane: true };
 

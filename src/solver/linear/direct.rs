@@ -6,9 +6,9 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut};
 
 use super::multifrontal::{Factors, PatternRef, Singular, SparseRow, Symbolic};
+use super::pattern::Pattern;
 use super::{Groups, LinearError, LinearSolver};
 use crate::cancel::Cancel;
-use crate::solver::pattern::Pattern;
 
 /// Our multifrontal LU (see [`super::multifrontal`]).
 #[derive(Debug, Default)]

@@ -3,6 +3,7 @@
 mod dense;
 pub mod direct;
 pub mod multifrontal;
+pub mod pattern;
 pub mod refine;
 mod rows;
 pub mod update;
@@ -13,9 +14,9 @@ pub use refine::CheckedSolver;
 pub use rows::NodeRows;
 pub use update::ChangedRows;
 
-use super::pattern::Pattern;
 use crate::cancel::Cancel;
 use crate::geometry::Vec3;
+use crate::solver::linear::pattern::Pattern;
 
 /// Unknowns that are eliminated together, and where each group stands: the input of nested dissection.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
+use super::pattern::Pattern;
 use super::rows::NodeRows;
 use super::update::{ChangedRows, Update};
 use super::{Groups, LinearError, LinearSolver, MultifrontalLu, SparseLu};
 use crate::cancel::Cancel;
-use crate::solver::pattern::Pattern;
 
 /// Direct solvers in order of preference; the first that meets the accuracy answers.
 pub struct CheckedSolver {

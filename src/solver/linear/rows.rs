@@ -6,7 +6,7 @@
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use crate::solver::pattern::Pattern;
+use super::pattern::Pattern;
 
 /// Nodes of one task.
 const NODES: usize = 512;

@@ -4,8 +4,8 @@
 //! `x = A^-1 (b - E m)` solves `A' x = b` when `(I + D Z) m = D A^-1 b` (Sherman, Morrison, Woodbury).
 
 use super::dense::DenseLu;
+use super::pattern::Pattern;
 use super::{LinearSolver, SparseRow};
-use crate::solver::pattern::Pattern;
 
 /// Rows of the matrix that changed since it was factored, rising.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use nalgebra::SMatrix;
 
-use super::foreseen::Memory;
-use super::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
-use crate::solver::lanes::Eight;
-use crate::solver::tensor::Mandel;
+use super::law::Memory;
+use super::law::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
+use crate::solver::numbers::lanes::Eight;
+use crate::solver::numbers::tensor::Mandel;
 
 /// How near to its yield surface a point is taken to be there, over its stress.
 const NEAR: f64 = 1e-3;

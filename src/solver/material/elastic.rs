@@ -1,8 +1,8 @@
 //! Hencky elasticity: isotropic, linear between logarithmic strain and its conjugate stress.
 
-use super::plastic::MaterialDataError;
-use super::{LogResponse, Material, MaterialError};
-use crate::solver::tensor::{Mandel, Mandel66, dot};
+use super::error::MaterialDataError;
+use super::law::{LogResponse, Material, MaterialError};
+use crate::solver::numbers::tensor::{Mandel, Mandel66, dot};
 
 /// Isotropic elastic constants.
 #[derive(Debug, Clone, Copy, PartialEq)]

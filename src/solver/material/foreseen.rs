@@ -7,20 +7,9 @@
 
 use std::sync::Arc;
 
-use super::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
-use crate::solver::lanes::Eight;
-use crate::solver::tensor::{Mandel, Mandel66};
-
-/// What a law keeps that an increment can be foreseen from.
-#[derive(Debug, Clone, Copy)]
-pub struct Memory {
-    /// Where in a history the logarithmic strain begins (six values, in the axes in which the law was asked).
-    pub strain: usize,
-    /// Where the plastic part of it begins (six values; the axes may be the material's).
-    pub plastic: usize,
-    /// Elastic stiffness [MPa]; isotropic.
-    pub stiffness: Mandel66,
-}
+use super::law::{LogResponse, LogResponses, Material, MaterialError, Memory, one_as_points};
+use crate::solver::numbers::lanes::Eight;
+use crate::solver::numbers::tensor::{Mandel, Mandel66};
 
 /// A law about the strains `E*` that histories hold in the place of the last ones.
 #[derive(Debug)]
@@ -87,8 +76,8 @@ impl Material for Foreseen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::lanes::POINTS;
     use crate::solver::material::card;
+    use crate::solver::numbers::lanes::POINTS;
 
     /// A point of mild steel that flows, the strain it is foreseen to reach put in its history.
     fn foreseen() -> (Arc<dyn Material>, Vec<f64>, Mandel) {

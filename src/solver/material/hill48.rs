@@ -4,8 +4,7 @@
 //! = Tᵀ P T = Σ_i π_i (v_i · T)²`. The five deviatoric eigenvectors `v_i` of `P` are also eigenvectors of
 //! isotropic elasticity, which turns the return mapping into one scalar equation.
 
-use super::yield_function::ISOTROPIC;
-use crate::solver::tensor::Mandel;
+use crate::solver::numbers::tensor::Mandel;
 
 /// Hill's parameters, dimensionless; axes 1 rolling, 2 transverse, 3 thickness.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -176,10 +175,13 @@ impl Spectrum {
     }
 }
 
+/// Numbers of a criterion that differ by no more than this share are the same.
+pub(super) const ISOTROPIC: f64 = 1e-9;
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::tensor::dot;
+    use crate::solver::numbers::tensor::dot;
 
     const PAPER: Hill48 = Hill48 { f: 0.251, g: 0.297, h: 0.703, l: 1.5, m: 1.5, n: 1.29 };
 

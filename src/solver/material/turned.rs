@@ -3,11 +3,11 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
+use super::law::{LogResponse, LogResponses, Material, MaterialError, one_as_points};
 use crate::geometry::Mat3;
-use crate::solver::lanes::algebra::{turn_back, turned};
-use crate::solver::lanes::{Eight, Lane, POINTS};
-use crate::solver::tensor::{self, Mandel, Mandel66};
+use crate::solver::numbers::algebra::{turn_back, turned};
+use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
+use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
 /// A law asked in global axes that answers in its own.
 #[derive(Debug)]

@@ -2,10 +2,7 @@
 
 use super::hill48::{Hill48, Hill48Error, Spectrum};
 use super::yld2004::{Derivatives, Yld2004, Yld2004Error};
-use crate::solver::tensor::{Mandel, Mandel66};
-
-/// Numbers of a criterion that differ by no more than this share are the same.
-pub(super) const ISOTROPIC: f64 = 1e-9;
+use crate::solver::numbers::tensor::{Mandel, Mandel66};
 
 /// A yield criterion `σ̄(T)`, scaled so that tension along the rolling direction gives the stress itself.
 #[derive(Debug, Clone)]
@@ -70,7 +67,7 @@ impl YieldFunction {
     pub fn r_value(&self, angle: f64) -> f64 {
         let n = self.derivatives(&tension(angle)).gradient;
         let across = tension(angle + std::f64::consts::FRAC_PI_2);
-        crate::solver::tensor::dot(&n, &across) / n[2]
+        crate::solver::numbers::tensor::dot(&n, &across) / n[2]
     }
 
     /// Yield stress of tension at `angle` [rad] over that along rolling.

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use super::{body, stage, tool};
 use crate::contact::test_tools::{arc, line, revolved};
 use crate::geometry::Vec3;
-use crate::solver::blank::rectangle;
 use crate::solver::material::elastic::Elastic;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
-use crate::solver::stages::{IterationRecord, convergence_order};
-use crate::solver::state::SimulationState;
+use crate::solver::newton::record::{IterationRecord, convergence_order};
+use crate::solver::sheet::hex_mesh::rectangle;
+use crate::solver::snapshot::SimulationState;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, Placement, SheetSide, Simulation,
     SimulationSetup, Stage,

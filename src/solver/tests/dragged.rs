@@ -3,7 +3,7 @@
 use super::claims::square;
 use super::{body, setup, stage, steel, tool};
 use crate::geometry::Vec3;
-use crate::solver::blank::rectangle;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationError,
     Stage, ToolSetup,

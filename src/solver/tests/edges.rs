@@ -3,8 +3,8 @@
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::plane;
 use crate::geometry::Vec3;
-use crate::solver::blank::rectangle;
-use crate::solver::edges::OverEdge;
+use crate::solver::active_set::over_edge::OverEdge;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };

@@ -2,9 +2,9 @@
 
 use super::{setup, stage, steel};
 use crate::solver::assembly::Body;
-use crate::solver::blank::rectangle;
 use crate::solver::element::{ElementKind, FailureReason};
-use crate::solver::newton::NewtonError;
+use crate::solver::newton::outcome::NewtonError;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Simulation, SimulationError, SimulationSetup,
 };

@@ -5,10 +5,10 @@ use super::{setup, stage, tool};
 use crate::contact::test_tools::{arc, line};
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::rectangle;
 use crate::solver::element::ElementKind;
 use crate::solver::material::card::{self, MaterialCard};
-use crate::solver::stages::Energies;
+use crate::solver::report::Energies;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, SheetSide, Simulation,
     SimulationSetup, Stage, ToolSetup,

@@ -29,10 +29,10 @@ use std::sync::Arc;
 use crate::contact::ToolSurface;
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::HexMesh;
 use crate::solver::element::ElementKind;
 use crate::solver::material::Material;
 use crate::solver::material::elastic::Elastic;
+use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{
     Constraints, Curve, Limits, Motion, Placement, SheetSide, SimulationSetup, Stage, ToolSetup,
 };

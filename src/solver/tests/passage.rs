@@ -3,7 +3,7 @@
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::{Builder, Piece, arc, line};
 use crate::geometry::Vec3;
-use crate::solver::blank::rectangle;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
 
 const PI: f64 = std::f64::consts::PI;

@@ -4,10 +4,10 @@ use super::claims::square;
 use super::{setup, stage, tool};
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::rectangle;
 use crate::solver::element::ElementKind;
 use crate::solver::material::card::MaterialCard;
-use crate::solver::stages::Energies;
+use crate::solver::report::Energies;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
 
 const THICKNESS: f64 = 0.8;

@@ -4,8 +4,8 @@ use super::claims::square;
 use super::{body, setup, stage, steel, tool};
 use crate::contact::test_tools::plane;
 use crate::geometry::Vec3;
-use crate::solver::blank::rectangle;
-use crate::solver::stages::Energies;
+use crate::solver::report::Energies;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Limits, Motion, SheetSide, Simulation,
     SimulationSetup,

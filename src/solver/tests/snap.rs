@@ -7,15 +7,16 @@ use super::{setup, stage, steel, tool};
 use crate::contact::test_tools::plane;
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::{HexMesh, rectangle};
 use crate::solver::element::ElementKind;
+use crate::solver::increment::limit_point::relax;
 use crate::solver::material::elastic::Elastic;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
-use crate::solver::newton::NewtonError;
-use crate::solver::relaxation::{Endurance, relax};
-use crate::solver::stages::{Energies, RunSummary};
+use crate::solver::newton::outcome::NewtonError;
+use crate::solver::report::{Energies, RunSummary};
+use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
+use crate::solver::stage::step_size::Endurance;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationError,
     SimulationSetup,

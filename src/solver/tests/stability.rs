@@ -5,9 +5,9 @@ use super::{setup, stage, steel, tool};
 use crate::contact::test_tools::{arc, plane};
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::{HexMesh, rectangle};
 use crate::solver::element::ElementKind;
 use crate::solver::material::card::MaterialCard;
+use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };

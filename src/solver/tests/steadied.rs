@@ -4,8 +4,8 @@ use super::{setup, stage, steel, tool};
 use crate::contact::test_tools::plane;
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::rectangle;
 use crate::solver::element::ElementKind;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };

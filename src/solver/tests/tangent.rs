@@ -7,9 +7,10 @@ use super::{body, setup, stage, steel, tool};
 use crate::contact::Location;
 use crate::contact::test_tools::{arc, revolved};
 use crate::geometry::Vec3;
-use crate::solver::blank::rectangle;
 use crate::solver::element::Want;
-use crate::solver::system::{Role, System};
+use crate::solver::sheet::hex_mesh::rectangle;
+use crate::solver::system::system::System;
+use crate::solver::tools::role::Role;
 use crate::solver::{Constraints, Curve, Motion, SheetSide, Simulation};
 
 /// A small block under a ball of Nagata patches, pushed in, turned a little, everything touching that can.

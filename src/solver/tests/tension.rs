@@ -7,10 +7,11 @@ use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
 
 use super::body;
 use crate::geometry::Vec3;
-use crate::solver::assembly::{Body, Evaluation};
-use crate::solver::blank::rectangle;
+use crate::solver::assembly::Body;
+use crate::solver::assembly::Evaluation;
 use crate::solver::element::{ElementKind, Want};
 use crate::solver::material::card;
+use crate::solver::sheet::hex_mesh::rectangle;
 
 /// Logarithmic strain: xx, yy, zz, 2 xy, 2 yz, 2 zx.
 type Strain = [f64; 6];

@@ -3,11 +3,12 @@
 use super::{body, setup, steel, tool};
 use crate::contact::test_tools::Builder;
 use crate::geometry::Vec3;
-use crate::solver::active_set::{keep_pushed_tools, oppose};
-use crate::solver::blank::rectangle;
-use crate::solver::linearised::Correction;
-use crate::solver::newton::bounded_share;
-use crate::solver::system::{Role, System};
+use crate::solver::active_set::driven_tools::{keep_pushed_tools, oppose};
+use crate::solver::newton::newton::bounded_share;
+use crate::solver::sheet::hex_mesh::rectangle;
+use crate::solver::system::correction::Correction;
+use crate::solver::system::system::System;
+use crate::solver::tools::role::Role;
 use crate::solver::{Constraints, SheetSide, Simulation};
 
 /// A sheet that goes down in stairs of 4 mm, one node each 2 mm, and a rod of radius 2 mm pushed down with its middle at

@@ -8,12 +8,12 @@ use super::{setup, stage, tool};
 use crate::contact::test_tools::{Builder, plane};
 use crate::geometry::{Mat3, Vec3};
 use crate::solver::assembly::Body;
-use crate::solver::blank::rectangle;
 use crate::solver::element::ElementKind;
 use crate::solver::material::elastic::Elastic;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, Placement, SheetSide, Simulation, Stage,
     ToolSetup,

@@ -1,6 +1,6 @@
 //! The drawings of a study: what the runs say, what they took, and what accuracy cost.
 
-use super::Row;
+use super::row::Row;
 use super::table::{PHASES, rest, seconds};
 use crate::report::bars::Bars;
 use crate::report::drawing::{Chart, Line};

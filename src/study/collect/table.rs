@@ -1,6 +1,6 @@
 //! The table of cases: one list of columns for the file and the page.
 
-use super::{Row, Standing};
+use super::row::{Row, Standing};
 use crate::report::record::RunRecord;
 use crate::study::file::Study;
 

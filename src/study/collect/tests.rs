@@ -201,11 +201,11 @@ fn curves_are_compared_over_their_common_travel() {
     assert_eq!(a, [(1.0, 10.0), (3.0, 30.0)]);
     assert!(curve(text, "die").is_empty());
     let b: Vec<(f64, f64)> = [(1.0, 11.0), (2.0, 22.0), (4.0, 44.0)].into();
-    assert!((judge::force_rms(&b, &a).unwrap() - 0.1).abs() < 1e-12);
-    assert!((judge::force_rms(&a, &a).unwrap()).abs() < 1e-15);
-    assert!(judge::force_rms(&a, &[]).is_none());
+    assert!((curves::force_rms(&b, &a).unwrap() - 0.1).abs() < 1e-12);
+    assert!((curves::force_rms(&a, &a).unwrap()).abs() < 1e-15);
+    assert!(curves::force_rms(&a, &[]).is_none());
     // A peak in the middle is not late.
     let c = [(1.0, 10.0), (1.5, 90.0), (2.0, 20.0), (2.5, 28.0), (3.0, 30.0)];
-    let (travel, excess) = judge::late_excess(&c, &a).unwrap();
+    let (travel, excess) = curves::late_excess(&c, &a).unwrap();
     assert!((travel - 2.5).abs() < 0.01 && (excess - 0.1).abs() < 2e-3, "{travel} {excess}");
 }

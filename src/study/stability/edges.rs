@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::{EdgeMap, Panel};
+use super::description::EdgeMap;
+use super::panel::Panel;
 use crate::geometry::Vec3;
 use crate::report::drawing::HeatMap;
 use crate::tool::edge::{EdgeRule, edge_curve};

@@ -3,7 +3,7 @@
 //! Coefficients are whole multiples of 2^-48 and parameters of 2^-6, so that the exact value is a whole multiple of
 //! 2^-(48 + 6 n): 128 bits hold it up to degree 12.
 
-use super::EvaluationMap;
+use super::description::EvaluationMap;
 use crate::report::drawing::{Chart, Line};
 
 const COEFFICIENT_BITS: u32 = 48;

@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::FormingMap;
+use super::description::FormingMap;
 use crate::contact::ToolSurface;
 use crate::geometry::Vec3;
 use crate::report::drawing::{Chart, Line};
 use crate::solver::assembly::Body;
-use crate::solver::blank::rectangle;
 use crate::solver::element::ElementKind;
 use crate::solver::material::card;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{
     Constraints, ContactMethod, Control, Curve, Limits, Motion, Placement, SheetSide, Simulation,
     SimulationSetup, Stage, ToolSetup,

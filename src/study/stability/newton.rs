@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{NewtonMap, Panel};
+use super::description::NewtonMap;
+use super::panel::Panel;
 use crate::contact::ToolSurface;
 use crate::contact::paper::newton;
 use crate::geometry::{Vec2, Vec3};

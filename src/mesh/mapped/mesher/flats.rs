@@ -3,8 +3,9 @@
 use super::{Mesher, ring};
 use crate::mesh::mapped::bends::Bends;
 use crate::mesh::mapped::border::Border;
+use crate::mesh::mapped::options::MeshStyle;
 use crate::mesh::mapped::patchwork::{Node, Patchwork};
-use crate::mesh::mapped::{MeshStyle, bridges, polygon};
+use crate::mesh::mapped::{bridges, polygon};
 
 impl Mesher<'_> {
     /// True for a flat that is to be cut into quads only.

@@ -2,7 +2,7 @@
 
 use super::Mesher;
 use crate::mesh::Element;
-use crate::mesh::mapped::MeshStyle;
+use crate::mesh::mapped::options::MeshStyle;
 use crate::mesh::mapped::patchwork::Patchwork;
 
 /// Sides longer than the largest size by less than this share of it are not.
@@ -10,15 +10,6 @@ const ROUNDING: f64 = 2e-6;
 
 /// What a face is asked for is at least so much shorter than before: a little less may change nothing.
 const LEAST: f64 = 1.05;
-
-/// Share of the largest size that inner sides are first asked to keep: triangles turn out half as long again as they are
-/// asked, most of them; the others are halved.
-pub(super) const FIRST_SHARE: f64 = 1.0 / 1.5;
-
-/// The share where triangles are to be split into quads with sides half as long, or are not.
-pub(super) fn first_share(halved: bool) -> f64 {
-    if halved { 2.0 * FIRST_SHARE } else { FIRST_SHARE }
-}
 
 impl Mesher<'_> {
     /// Asks for shorter sides on the faces that have longer ones than the largest size; false when none has.

@@ -3,7 +3,7 @@
 use spade::handles::FixedVertexHandle;
 use spade::{Point2, PositionInTriangulation, Triangulation};
 
-use super::Triangulator;
+use super::triangulator::Triangulator;
 use crate::geometry::Vec2;
 use crate::mesh::mapped::bends::{Bends, TURNED};
 

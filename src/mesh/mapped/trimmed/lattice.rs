@@ -3,7 +3,9 @@
 
 use spade::Point2;
 
-use super::{MOST_NODES, Node, Triangulator};
+use super::plane::{crossings, segments};
+use super::triangulator::{MOST_NODES, Triangulator};
+use crate::mesh::mapped::patchwork::Node;
 
 /// Nodes nearer to the border than this share of a cell are left out.
 const CLEAR: f64 = 0.3;
@@ -42,10 +44,6 @@ impl Triangulator<'_> {
 
 fn coordinate(p: &Point2<f64>, k: usize) -> f64 {
     if k == 0 { p.x } else { p.y }
-}
-
-fn segments(loops: &[Vec<Point2<f64>>]) -> impl Iterator<Item = [Point2<f64>; 2]> + '_ {
-    loops.iter().flat_map(|l| (0..l.len()).map(|k| [l[k], l[(k + 1) % l.len()]]))
 }
 
 /// Coordinates `k` of the lines: through nodes of the border that runs along `k`, where there are some, about a cell apart.
@@ -99,15 +97,6 @@ fn near_border(loops: &[Vec<Point2<f64>>], [x, y]: [&[f64]; 2], clear: f64) -> V
         }
     }
     blocked
-}
-
-/// Where the border crosses a level, rising.
-pub(super) fn crossings(loops: &[Vec<Point2<f64>>], level: f64) -> Vec<f64> {
-    let crosses = segments(loops).filter(|[a, b]| (a.y > level) != (b.y > level));
-    let mut found: Vec<f64> =
-        crosses.map(|[a, b]| a.x + (b.x - a.x) * (level - a.y) / (b.y - a.y)).collect();
-    found.sort_by(f64::total_cmp);
-    found
 }
 
 #[cfg(test)]

@@ -3,12 +3,11 @@
 
 use spade::Point2;
 
-use super::Node;
-use super::lattice::crossings;
 use crate::cad::model::{Face, SurfaceKind};
 use crate::geometry::{Vec2, Vec3};
-use crate::mesh::mapped::MappedOptions;
 use crate::mesh::mapped::demand::shares;
+use crate::mesh::mapped::options::MappedOptions;
+use crate::mesh::mapped::patchwork::Node;
 use crate::mesh::mapped::sample::angle;
 
 /// Intervals of the grid on which the surface is looked at, each way.
@@ -214,6 +213,20 @@ pub(super) fn by_divisions(
         axis
     });
     Some(Plane { axes, cell: curves_both_ways.then_some(1.0 / size) })
+}
+
+/// Segments of all loops.
+pub(super) fn segments(loops: &[Vec<Point2<f64>>]) -> impl Iterator<Item = [Point2<f64>; 2]> + '_ {
+    loops.iter().flat_map(|l| (0..l.len()).map(|k| [l[k], l[(k + 1) % l.len()]]))
+}
+
+/// Where the border crosses a level, rising.
+pub(super) fn crossings(loops: &[Vec<Point2<f64>>], level: f64) -> Vec<f64> {
+    let crosses = segments(loops).filter(|[a, b]| (a.y > level) != (b.y > level));
+    let mut found: Vec<f64> =
+        crosses.map(|[a, b]| a.x + (b.x - a.x) * (level - a.y) / (b.y - a.y)).collect();
+    found.sort_by(f64::total_cmp);
+    found
 }
 
 #[cfg(test)]

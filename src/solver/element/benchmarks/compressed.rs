@@ -48,7 +48,7 @@ fn weakest_wave(tangent: &[[f64; DOFS]; DOFS]) -> (f64, [f64; 2]) {
 /// in 40 steps, free to thicken.
 fn strained(kind: ElementKind, strain: [f64; 2]) -> [[f64; DOFS]; DOFS] {
     let steel = card::find("mild-steel-neto2012").unwrap().build(0.0).unwrap();
-    let mesh = blank::rectangle(1.0, 1.0, 0.8, 1, 1, 1);
+    let mesh = hex_mesh::rectangle(1.0, 1.0, 0.8, 1, 1, 1);
     let mut body = Body::new(mesh.clone(), kind, steel).unwrap();
     let mut out = Evaluation::default();
     let mut thickening = 0.0;

@@ -11,7 +11,7 @@ use crate::solver::material::plastic::Plastic;
 /// A quarter of a ring 50 to 100 of steel, its inner border pulled in by 10 in its plane, free to thicken: radial force on
 /// that border [N], with so many elements along the radius and twice as many around.
 fn drawn_in(kind: ElementKind, radial: usize) -> f64 {
-    let mut mesh = blank::rectangle(1.0, 1.0, 0.8, radial, 2 * radial, 1);
+    let mut mesh = hex_mesh::rectangle(1.0, 1.0, 0.8, radial, 2 * radial, 1);
     for x in &mut mesh.nodes {
         let (radius, angle) = (50.0 + 50.0 * x.x, std::f64::consts::FRAC_PI_2 * x.y);
         *x = Vec3::new(radius * angle.cos(), radius * angle.sin(), x.z);

@@ -8,7 +8,7 @@ use super::*;
 /// displacement along the force, which acts normal to the clamped end (`1`) or in its plane (`0`).
 fn twisted_beam(kind: ElementKind, cells: [usize; 2], normal: usize) -> f64 {
     let (thickness, force) = (0.32, 1e-2);
-    let mut mesh = blank::rectangle(12.0, 1.1, thickness, cells[0], cells[1], 1);
+    let mut mesh = hex_mesh::rectangle(12.0, 1.1, thickness, cells[0], cells[1], 1);
     for x in &mut mesh.nodes {
         let (s, c) = (FRAC_PI_2 * x.x / 12.0).sin_cos();
         let (y, z) = (x.y - 0.55, x.z - 0.5 * thickness);
@@ -37,7 +37,7 @@ fn twisted_beam_bends_both_ways() {
 /// A ring 6 to 10 of thickness 0.03, slit along x > 0: one side clamped, the other lifted by 0.8 a unit of length.
 /// How far the lifted side's inner and outer corner go up.
 fn slit_plate(kind: ElementKind, cells: [usize; 2], steps: usize) -> [f64; 2] {
-    let mut mesh = blank::rectangle(1.0, 1.0, 0.03, cells[0], cells[1], 1);
+    let mut mesh = hex_mesh::rectangle(1.0, 1.0, 0.03, cells[0], cells[1], 1);
     let mut angles = Vec::new();
     for x in &mut mesh.nodes {
         let (radius, angle) = (6.0 + 4.0 * x.x, 2.0 * PI * x.y);

@@ -1,10 +1,10 @@
 //! A tube of anisotropic steel, pulled along its axis.
 
-use super::super::super::material::card;
 use super::*;
 use crate::solver::assembly::Evaluation;
-use crate::solver::blank::thickened;
+use crate::solver::material::card;
 use crate::solver::material::hill48::Hill48;
+use crate::solver::sheet::hex_mesh::thickened;
 
 const RADIUS: f64 = 50.0;
 const THICKNESS: f64 = 0.4;

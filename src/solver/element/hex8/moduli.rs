@@ -2,11 +2,11 @@
 
 use pulp::Simd;
 
-use super::{Mean, Motion, NONE, Stressed, times_symmetric};
+use super::point::{Mean, Motion, NONE, Stressed, times_symmetric};
 use crate::solver::element::nominal::{self, Dyad, Nine};
 use crate::solver::element::shape::PointGeometry;
-use crate::solver::lanes::{Eight, Lane};
-use crate::solver::tensor::{PAIRS, factor};
+use crate::solver::numbers::lanes::{Eight, Lane};
+use crate::solver::numbers::tensor::{PAIRS, factor};
 
 /// What the tangent is summed from.
 pub(super) struct Moduli {

@@ -1,14 +1,16 @@
 //! The points of a solid-shell above one point of its mid surface.
 
 use super::generalised::{GENERALISED, add_curvature, derivatives, products};
+use super::in_plane::InPlane;
+use super::pairs::{PLANE, Pairs, Plane, SHAPES, THICKNESS_MODES, blend};
+use super::shape::{Moved, Shape, Sums};
 use super::stretch::{STRETCHES, Stretch};
-use super::{InPlane, Moved, PLANE, Pairs, Plane, SHAPES, Shape, Sums, THICKNESS_MODES, blend};
 use crate::geometry::{Mat3, Vec3};
 use crate::solver::element::kernels::{self, Row};
 use crate::solver::element::{
     DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible,
 };
-use crate::solver::tensor::{self, Mandel, Mandel66};
+use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
 /// Directions in which modes strain a point: through the thickness, one for each shape as all modes go one way, and the
 /// stretches.

@@ -9,8 +9,9 @@
 //! `h` is what the nodes have beyond the uniform strain of the centre, so a uniform strain stays one in any shape.
 
 use super::in_plane::tangents;
-use super::{DOFS, Pairs, Plane, blend};
+use super::pairs::{Pairs, Plane, blend};
 use crate::geometry::Vec3;
+use crate::solver::element::DOFS;
 
 /// Weights of the node pairs in `h`.
 #[derive(Debug, Clone, Copy)]

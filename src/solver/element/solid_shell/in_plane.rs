@@ -8,7 +8,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 use std::ops::{Add, Mul};
 
-use super::{Pairs, Plane, blend};
+use super::pairs::{Pairs, Plane, blend};
 use crate::geometry::Vec3;
 
 /// Assumed in-plane strains (11, 22, √2·12) from those at a point and the shear at the centre.

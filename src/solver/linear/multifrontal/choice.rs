@@ -6,8 +6,8 @@ use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
 
 use super::order::{BlockGraph, nested_dissection};
+use super::pattern::{Members, PatternError};
 use super::supernodes::{Supernodes, supernodes};
-use super::symbolic::{Members, PatternError};
 use crate::geometry::Vec3;
 
 /// How the order of elimination was found.
@@ -99,8 +99,8 @@ fn minimum_degree(graph: &BlockGraph) -> Result<Vec<u32>, PatternError> {
 #[cfg(test)]
 mod tests {
     use super::super::order::tests::{grid, scattered};
-    use super::super::symbolic::members_of;
     use super::*;
+    use crate::solver::linear::multifrontal::pattern::members_of;
 
     /// `size` unknowns in each block.
     fn members(graph: &BlockGraph, size: usize) -> Members {

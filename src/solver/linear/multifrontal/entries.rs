@@ -1,6 +1,7 @@
 //! Where every matrix value goes: the assembly map from the pattern to the fronts' storage.
 
-use super::symbolic::{Front, PatternError, PatternRef, Symbolic};
+use super::fronts::{Front, Symbolic};
+use super::pattern::{PatternError, PatternRef};
 
 /// Fills the plan's assembly map.
 pub(super) fn map_entries(

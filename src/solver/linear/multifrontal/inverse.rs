@@ -9,8 +9,8 @@ use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::numeric::{Factors, add};
-use super::symbolic::{Front, Symbolic};
+use super::factors::{Factors, add};
+use super::fronts::{Front, Symbolic};
 
 /// A sparse row: columns, and the entry in each.
 pub type SparseRow<'a> = (&'a [usize], &'a [f64]);

@@ -7,20 +7,24 @@
 
 mod choice;
 mod entries;
+mod factors;
+mod fronts;
 mod inverse;
 mod memory;
 mod numeric;
 mod order;
 mod part;
+mod pattern;
 mod substitute;
 mod supernodes;
 mod symbolic;
 mod symmetric;
 
 pub use choice::Ordering;
+pub use factors::{Factors, Singular};
+pub use fronts::Symbolic;
 pub use inverse::{Meeting, SparseRow};
-pub use numeric::{Factors, Singular};
-pub use symbolic::{PatternError, PatternRef, Symbolic};
+pub use pattern::{PatternError, PatternRef};
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! Memory cut into the parts of subtrees, which are worked on side by side.
 
-use super::numeric::{Factors, Kind};
-use super::symbolic::{Front, Symbolic};
+use super::factors::{Factors, Kind};
+use super::fronts::{Front, Symbolic};
 
 /// The parts of the output that belong to one subtree; `.._from`: where each begins in the whole.
 pub(super) struct Part<'a> {

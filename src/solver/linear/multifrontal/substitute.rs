@@ -5,8 +5,8 @@
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::numeric::{Factors, Kind};
-use super::symbolic::{Front, Symbolic};
+use super::factors::{Factors, Kind};
+use super::fronts::{Front, Symbolic};
 
 /// Columns of the factors worked on together.
 const COLUMNS: usize = 4;
@@ -97,7 +97,7 @@ impl Symbolic {
             for (own, part) in own.chunks_exact_mut(height).zip(parts) {
                 for run in &child.runs {
                     let part = &part[child.pivots + run.child as usize..];
-                    super::numeric::add(&mut own[run.parent as usize..], part, run.len);
+                    super::factors::add(&mut own[run.parent as usize..], part, run.len);
                 }
             }
         }

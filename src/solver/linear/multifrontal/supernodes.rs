@@ -1,7 +1,7 @@
 //! Elimination tree of the block graph and its supernodes: blocks eliminated together in one front.
 
 use super::order::BlockGraph;
-use super::symbolic::Members;
+use super::pattern::Members;
 
 /// Blocks eliminated together. Blocks are named by their position in the elimination order.
 #[derive(Debug, Clone, Default)]

@@ -8,8 +8,8 @@ use faer::prelude::IntoConst;
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::numeric::{Factors, STRIP, STRIP_FLOPS, add};
-use super::symbolic::{Front, Run, Symbolic};
+use super::factors::{Factors, STRIP, STRIP_FLOPS, add};
+use super::fronts::{Front, Run, Symbolic};
 
 /// Adds what the lower triangle of a child's contribution brings to its parent's pivots. Both number unknowns in the same
 /// order, so it lands in lower triangles.

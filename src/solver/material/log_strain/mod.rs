@@ -20,10 +20,10 @@ use pulp::{Arch, Simd, WithSimd};
 
 use self::differences::Differences;
 use super::eigen;
-use super::{LogResponses, Material, MaterialError};
-use crate::solver::lanes::algebra::{congruence, multiply};
-use crate::solver::lanes::{Eight, Lane, POINTS};
-use crate::solver::tensor::{Mandel, Mandel66, PAIRS};
+use super::law::{LogResponses, Material, MaterialError};
+use crate::solver::numbers::algebra::{congruence, multiply};
+use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
+use crate::solver::numbers::tensor::{Mandel, Mandel66, PAIRS};
 
 /// Stress and tangent of eight points side by side, as the elements use them.
 #[derive(Debug, Clone)]

@@ -14,7 +14,7 @@
 use super::{BACKSTRESS, EQUIVALENT, MaterialError, Plastic};
 use crate::solver::material::yield_function::YieldFunction;
 use crate::solver::material::yld2004::{Derivatives, Principal};
-use crate::solver::tensor::{self, Mandel, Mandel66};
+use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
 type Matrix = nalgebra::SMatrix<f64, 6, 6>;
 type Vector = nalgebra::SVector<f64, 6>;

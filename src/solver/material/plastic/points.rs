@@ -6,9 +6,9 @@ use super::{
     BACKSTRESS, EQUIVALENT, LogResponse, LogResponses, MaterialError, Plastic, STRAIN, WORK,
     YIELD_TOLERANCE, general,
 };
-use crate::solver::lanes::{Eight, POINTS};
 use crate::solver::material::yld2004::{Principal, Yld2004};
-use crate::solver::tensor::{self, Mandel};
+use crate::solver::numbers::lanes::{Eight, POINTS};
+use crate::solver::numbers::tensor::{self, Mandel};
 
 /// A point before it is known whether it yields, in material axes.
 struct Trial<'a> {

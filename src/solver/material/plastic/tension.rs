@@ -4,7 +4,7 @@
 use super::Backstress;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::yield_function::YieldFunction;
-use crate::solver::tensor::{self, Mandel};
+use crate::solver::numbers::tensor::{self, Mandel};
 
 /// Steps to a strain; their lengths grow linearly, as backstresses saturate early.
 const STEPS: usize = 100;
@@ -94,8 +94,9 @@ pub(in crate::solver::material) fn along_rolling(
 #[cfg(test)]
 pub(super) mod tests {
     use super::super::tests::{run, sheet};
-    use super::super::{BACKSTRESS, EQUIVALENT, LogResponse, Plastic, STRAIN};
+    use super::super::{BACKSTRESS, EQUIVALENT, Plastic, STRAIN};
     use super::*;
+    use crate::solver::material::law::LogResponse;
 
     /// Stress, state and strains of a point drawn along the first axis to `strain[0]`: finds the other strains, from those given on,
     /// that leave no other stress.

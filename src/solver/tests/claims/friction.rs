@@ -6,8 +6,8 @@ use super::{body, final_forces, setup, square, stage, steel, tool};
 use crate::contact::test_tools::{Builder, plane};
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::{HexMesh, rectangle};
 use crate::solver::element::ElementKind;
+use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
 use crate::solver::{
     Constraints, Control, Curve, Motion, SheetSide, Simulation, SimulationError, SimulationSetup,
 };

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use super::{body, setup, square, stage, steel, tool, tool_forces};
 use crate::contact::test_tools::Builder;
 use crate::geometry::Vec3;
-use crate::solver::blank::rectangle;
-use crate::solver::stages::Energies;
+use crate::solver::report::Energies;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation};
 
 /// Forces of the cylinder on the slab (x, z) after each increment of the drawing, and the energies at the end.

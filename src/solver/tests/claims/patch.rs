@@ -2,10 +2,10 @@
 
 use super::{body, setup, square, stage, steel, tool};
 use crate::geometry::{Mat3, Vec3};
-use crate::solver::blank::{HexMesh, rectangle};
 use crate::solver::material::elastic::Elastic;
 use crate::solver::material::log_strain;
-use crate::solver::tensor;
+use crate::solver::numbers::tensor;
+use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
 use crate::solver::{Constraints, Control, Curve, Motion, SheetSide, Simulation, ToolSetup};
 
 /// A block of distorted elements whose faces are flat.

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use super::{setup, stage};
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::rectangle;
 use crate::solver::element::ElementKind;
 use crate::solver::material::elastic::Elastic;
 use crate::solver::material::hardening::Hardening;
 use crate::solver::material::hill48::Hill48;
 use crate::solver::material::plastic::Plastic;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{Constraints, Control, Curve, IncrementReport, Simulation, SimulationSetup};
 
 const YOUNG: f64 = 210_000.0;

@@ -2,7 +2,7 @@
 
 use super::{body, setup, square, stage, steel, tool};
 use crate::geometry::Vec3;
-use crate::solver::blank::rectangle;
+use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{
     Constraints, ContactMethod, Control, Curve, IncrementReport, Motion, SheetSide, Simulation,
 };

@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::GENERALISED;
-use crate::solver::lanes::Lane;
+use crate::solver::numbers::lanes::Lane;
 
 /// Natural components in the plane, each with its first generalised one; and those across.
 const IN_PLANE: [(usize, usize); 3] = [(0, 0), (1, 1), (3, 2)];

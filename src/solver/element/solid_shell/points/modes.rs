@@ -2,13 +2,13 @@
 
 use pulp::Simd;
 
-use super::super::SHAPES;
-use super::super::column::{DIRECTIONS, Frame, Totals};
-use super::super::generalised::lanes::{Powers, add_generalised};
-use super::super::stretch::STRETCHES;
-use super::{Points, vectors};
-use crate::solver::lanes::Lane;
-use crate::solver::lanes::algebra::{apply, multiply, splat, symmetric, symmetric_matrix};
+use super::state::{Points, vectors};
+use crate::solver::element::solid_shell::column::{DIRECTIONS, Frame, Totals};
+use crate::solver::element::solid_shell::generalised::lanes::{Powers, add_generalised};
+use crate::solver::element::solid_shell::pairs::SHAPES;
+use crate::solver::element::solid_shell::stretch::STRETCHES;
+use crate::solver::numbers::algebra::{apply, multiply, splat, symmetric, symmetric_matrix};
+use crate::solver::numbers::lanes::Lane;
 
 /// Strains of the modes at points side by side: through the thickness, and the stretches.
 pub(super) struct Modes<S: Simd> {
@@ -109,7 +109,7 @@ mod tests {
     use super::super::super::stretch::Axes;
     use super::*;
     use crate::geometry::{Mat3, Vec3};
-    use crate::solver::tensor::{self, Mandel};
+    use crate::solver::numbers::tensor::{self, Mandel};
 
     const BASE: [[f64; 3]; 3] = [[1.0, 0.1, 0.0], [0.4, 0.8, 0.1], [0.0, -0.1, 0.3]];
     const VALUES: [f64; 2] = [0.5, -0.4];

@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
-use crate::solver::lanes::Lane;
 use crate::solver::material::hill48::Spectrum;
+use crate::solver::numbers::lanes::Lane;
 
 /// Components `v_i · t`.
 #[inline(always)]

@@ -7,8 +7,8 @@ use super::{Curved, MODULUS, RADIUS, grade, setup, square, stage, steel, tool};
 use crate::contact::test_tools::{arc, revolved};
 use crate::geometry::Vec3;
 use crate::solver::assembly::Body;
-use crate::solver::blank::{HexMesh, rectangle};
 use crate::solver::element::ElementKind;
+use crate::solver::sheet::hex_mesh::{HexMesh, rectangle};
 use crate::solver::{
     Constraints, Control, Curve, IncrementReport, Motion, SheetSide, Simulation, SimulationSetup,
 };

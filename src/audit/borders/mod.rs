@@ -1,0 +1,241 @@
+//! Free borders of a tool against those of its CAD, both ways.
+//!
+//! The deviation is the Hausdorff distance of the two borders T and C:
+//! `d(T, C) = max over p in T of dist(p, C)`, `d(C, T) = max over q in C of dist(q, T)`.
+//! T: sides of patches that no other patch meets; C: edges that one face alone of those with patches uses, where no other
+//! of these faces contains them. The maxima are taken over points along sides and edges and searched for around the largest;
+//! the distances are exact.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+
+use super::reference::ReferenceSurface;
+use super::report::Borders;
+use super::side::Side;
+use crate::geometry::box_tree::BoxTree;
+use crate::geometry::golden::least;
+use crate::geometry::{Aabb, Vec3};
+use crate::tool::ToolModel;
+use crate::tool::side::SideCurve;
+
+/// Intervals of a side or an edge between points that are compared, at least.
+const INTERVALS: usize = 16;
+/// Intervals of one edge, at most: an edge longer than 256 sides of the tool is compared at larger steps, which
+/// [`Borders::step_mm`] reports.
+const INTERVALS_MAX: usize = 4096;
+/// Curves whose distance from a point is measured, at most, the nearest boxes first. More boxes than that hold a point only
+/// where hundreds of edges overlap; the distance found is then an upper bound, and the work stays in proportion to the points.
+const VISITS_MAX: usize = 256;
+/// Golden sections of the interval around the largest distance of a side: to 1e-5 of it.
+const REFINEMENTS: usize = 24;
+/// Sides and edges whose distance at the points is this share of the largest at their face may hold the largest between
+/// them: with 16 steps a distance that varies with the third power of the parameter is 3 % larger there at most.
+const CONTENDER: f64 = 0.9;
+/// Sides whose points are within this of another side, over the size of the tool, meet it.
+const MEETS_REL: f64 = 1e-6;
+
+/// Deviations of the free borders.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Compared {
+    pub whole: Borders,
+    /// Largest deviation at each CAD face [mm].
+    pub by_face: BTreeMap<u32, f64>,
+}
+
+/// Largest distance of a side of the tool or an edge of the CAD, and where.
+struct Far<'a> {
+    face: u32,
+    of_tool: bool,
+    mm: f64,
+    at: Vec3,
+    step_mm: f64,
+    /// Searches for the largest distance around that place.
+    refined: Box<dyn Fn() -> (Vec3, f64) + Sync + Send + 'a>,
+}
+
+/// Compares the sides `free` of a tool, used by one patch each, with the borders of the CAD at `n` steps along each side or
+/// more, and between the steps where the deviation is largest. `None` for a reference that does not know its borders.
+pub(super) fn compare(
+    tool: &ToolModel,
+    reference: &impl ReferenceSurface,
+    free: &[Side],
+    n: usize,
+) -> Option<Compared> {
+    let faces: BTreeSet<u32> = tool.faces.iter().copied().collect();
+    let edges = reference.border_edges(&faces)?;
+    let sides = Sides::new(tool, free);
+    let n = n.max(INTERVALS);
+    let edge_boxes: Vec<Aabb> = edges.iter().map(|e| Aabb::of_points(e.curve.points())).collect();
+    let edge_tree = BoxTree::build(&edge_boxes);
+    // A border without a counterpart is as far off as it reaches.
+    let size = |boxes: &mut dyn Iterator<Item = Aabb>| {
+        boxes.fold(Aabb::EMPTY, |sum, b| sum.union(&b)).diagonal()
+    };
+    let tool_size = size(&mut sides.open.iter().map(|&k| sides.curves[k].bounds()));
+    let cad_size = size(&mut edge_boxes.iter().copied());
+    let from_edges = |p: &Vec3| {
+        let visit = bounded(|k, best| best.min(edges[k as usize].curve.closest(p).1));
+        let found = edge_tree.nearest(p, f64::INFINITY, visit).sqrt();
+        Some(if found.is_finite() { found } else { tool_size })
+    };
+    let from_sides = |face: u32, p: &Vec3| {
+        let found = || Some(sides.distance(p)).filter(|d| d.is_finite()).unwrap_or(cad_size);
+        (!reference.continues(p, face, &faces)).then(found)
+    };
+    let mut far: Vec<Far<'_>> = sides
+        .open
+        .par_iter()
+        .filter_map(|&k| {
+            let curve = &sides.curves[k];
+            farthest(sides.faces[k], true, n, move |s| curve.point(s), from_edges)
+        })
+        .collect();
+    let step_mm = sides.mean_chord() / n as f64;
+    let of_edges: Vec<Far<'_>> = edges
+        .par_iter()
+        .filter_map(|e| {
+            let [a, b] = e.curve.domain();
+            let count = intervals(e.curve.length(), step_mm, n);
+            let point = move |s: f64| e.curve.point(a + (b - a) * s);
+            farthest(e.face, false, count, point, move |p| from_sides(e.face, p))
+        })
+        .collect();
+    far.extend(of_edges);
+    Some(compared(far))
+}
+
+/// Looks at the first [`VISITS_MAX`] curves, those whose boxes are nearest: the distance is never too small.
+fn bounded(visit: impl Fn(u32, f64) -> f64) -> impl FnMut(u32, f64) -> f64 {
+    let mut visits = 0;
+    move |k, best| {
+        visits += 1;
+        if visits <= VISITS_MAX { visit(k, best) } else { best }
+    }
+}
+
+/// Steps of an edge of this length.
+fn intervals(length: f64, step_mm: f64, least: usize) -> usize {
+    let asked = if step_mm > 0.0 { (length / step_mm).ceil() } else { 0.0 };
+    (asked as usize).clamp(least, INTERVALS_MAX)
+}
+
+/// Largest distance at `n` steps of a curve over [0, 1]; `None` where no point of it counts.
+fn farthest<'a>(
+    face: u32,
+    of_tool: bool,
+    n: usize,
+    point: impl Fn(f64) -> Vec3 + Sync + Send + 'a,
+    distance: impl Fn(&Vec3) -> Option<f64> + Sync + Send + 'a,
+) -> Option<Far<'a>> {
+    let at = |k: usize| k as f64 / n as f64;
+    let (mut largest, mut last, mut step_mm) = (None::<(f64, f64, Vec3)>, None, 0.0f64);
+    for k in 0..=n {
+        let p = point(at(k));
+        let here = distance(&p);
+        if let Some(mm) = here
+            && largest.is_none_or(|(_, most, _)| mm > most)
+        {
+            largest = Some((at(k), mm, p));
+        }
+        let next = here.map(|_| p);
+        step_mm =
+            last.zip(next).map_or(step_mm, |(a, b): (Vec3, Vec3)| step_mm.max((b - a).norm()));
+        last = next;
+    }
+    let (s, mm, place) = largest?;
+    let around = [(s - at(1)).max(0.0), (s + at(1)).min(1.0)];
+    let refined = move || {
+        let value = |t: f64| distance(&point(t)).unwrap_or(0.0);
+        let (t, negative) = least(|t| -value(t), around, REFINEMENTS);
+        (point(t), -negative)
+    };
+    Some(Far { face, of_tool, mm, at: place, step_mm, refined: Box::new(refined) })
+}
+
+/// Distances of all sides and edges put together. Between their points they are looked for where they are within
+/// [`CONTENDER`] of the largest at their face.
+fn compared(mut far: Vec<Far<'_>>) -> Compared {
+    let mut largest: BTreeMap<(u32, bool), f64> = BTreeMap::new();
+    for f in &far {
+        let most = largest.entry((f.face, f.of_tool)).or_default();
+        *most = most.max(f.mm);
+    }
+    far.par_iter_mut()
+        .filter(|f| f.mm > 0.0 && f.mm >= CONTENDER * largest[&(f.face, f.of_tool)])
+        .for_each(|f| {
+            let (at, mm) = (f.refined)();
+            if mm > f.mm {
+                (f.at, f.mm) = (at, mm);
+            }
+        });
+    let mut out = Compared::default();
+    let mut most = 0.0;
+    for f in &far {
+        let whole = &mut out.whole;
+        let (count, deviation) = if f.of_tool {
+            (&mut whole.tool_sides, &mut whole.tool_to_cad_mm)
+        } else {
+            (&mut whole.cad_edges, &mut whole.cad_to_tool_mm)
+        };
+        *count += 1;
+        *deviation = deviation.max(f.mm);
+        whole.step_mm = whole.step_mm.max(f.step_mm);
+        let own = out.by_face.entry(f.face).or_default();
+        *own = own.max(f.mm);
+        if f.mm > most || whole.at.is_none() {
+            most = f.mm;
+            (whole.at, whole.face) = (Some(f.at.into()), Some(f.face));
+        }
+    }
+    out
+}
+
+/// Sides that one patch uses.
+struct Sides<'a> {
+    curves: Vec<SideCurve<'a>>,
+    faces: Vec<u32>,
+    /// Those at free borders: no other side lies on them.
+    open: Vec<usize>,
+    tree: BoxTree,
+}
+
+impl<'a> Sides<'a> {
+    fn new(tool: &'a ToolModel, free: &[Side]) -> Self {
+        let curve = |s: &Side| SideCurve::new(&tool.patches[s.patch], s.side);
+        let curves: Vec<SideCurve<'a>> = free.par_iter().map(curve).collect();
+        let boxes: Vec<Aabb> = curves.iter().map(SideCurve::bounds).collect();
+        let tree = BoxTree::build(&boxes);
+        let size = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal();
+        let meets = |k: usize, p: &Vec3| {
+            let near = (MEETS_REL * size).powi(2);
+            let visit = |other: u32, best: f64| {
+                let other = other as usize;
+                if other == k { best } else { best.min(curves[other].distance(p).powi(2)) }
+            };
+            tree.nearest(p, near, visit) < near
+        };
+        let is_open =
+            |k: &usize| ![0.25, 0.5, 0.75].iter().all(|&t| meets(*k, &curves[*k].point(t)));
+        let open = (0..curves.len()).into_par_iter().filter(is_open).collect::<Vec<usize>>();
+        let faces = free.iter().map(|s| tool.faces[s.patch]).collect();
+        let tree = BoxTree::build(&open.iter().map(|&k| boxes[k]).collect::<Vec<Aabb>>());
+        Self { curves, faces, open, tree }
+    }
+
+    /// Distance from the open sides [mm]; infinite when there is none.
+    fn distance(&self, p: &Vec3) -> f64 {
+        let open = |k: u32| &self.curves[self.open[k as usize]];
+        let visit = bounded(|k, best| best.min(open(k).distance(p).powi(2)));
+        self.tree.nearest(p, f64::INFINITY, visit).sqrt()
+    }
+
+    /// Mean length of the chords of the open sides [mm]; 0 when there is none.
+    fn mean_chord(&self) -> f64 {
+        let sum: f64 = self.open.iter().map(|&k| self.curves[k].chord()).sum();
+        sum / self.open.len().max(1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests;

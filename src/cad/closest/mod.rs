@@ -1,0 +1,321 @@
+//! The closest point of a trimmed model: a tree of boxes over small rectangles of the faces and one over pieces of
+//! the edges, bounded Newton inside each.
+
+mod best;
+mod leaf;
+mod piece;
+mod span;
+#[cfg(test)]
+mod tests;
+
+use super::model::{EdgeUse, Face, Foot, FootLocation, Model};
+use super::trim_region::TrimRegion;
+use crate::geometry::box_tree::BoxTree;
+use crate::geometry::{Aabb, Vec2, Vec3};
+use best::Best;
+use leaf::{Leaf, leaves_of};
+use span::{Span, spans_of};
+
+/// Index for closest points on a model; built once, queried from any number of threads.
+pub struct ClosestPoint<'m> {
+    model: &'m Model,
+    regions: Vec<TrimRegion>,
+    leaves: Vec<Leaf>,
+    spans: Vec<Span>,
+    /// Leaves, then spans.
+    tree: BoxTree,
+    /// First leaf of each face, and the tree of its leaves.
+    face_leaves: Vec<(u32, BoxTree)>,
+    /// Pieces of the edges of each face, and their tree.
+    face_spans: Vec<(Vec<u32>, BoxTree)>,
+    /// Diagonal of the model's box [mm].
+    size: f64,
+}
+
+/// Leaves and parts of them that one query may look at: ten times what the hardest of 130 files needs. A query that is not done then has
+/// no answer.
+const VISITS: u32 = 20_000;
+
+/// Squared distance below which nothing is looked for.
+const DONE: f64 = -1.0;
+
+/// A query took more work than one may.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WorkSpent;
+
+/// Points this near to each other, as a share of the model's size, are one.
+const SAME: f64 = 1e-9;
+
+/// What a search has found so far.
+struct Search<'p> {
+    p: &'p Vec3,
+    inside: Best,
+    /// Span, parameter, squared distance.
+    edge: Option<(u32, f64, f64)>,
+    /// Leaves and parts of them that may still be looked at.
+    left: u32,
+}
+
+impl<'m> ClosestPoint<'m> {
+    /// Builds the trees over all faces and edges.
+    #[must_use]
+    pub fn new(model: &'m Model) -> Self {
+        use rayon::prelude::*;
+        let prepare = |(f, face): (usize, &Face)| {
+            let region = TrimRegion::new(face);
+            let leaves = leaves_of(f as u32, face, &region);
+            (region, leaves)
+        };
+        let parts: Vec<(TrimRegion, Vec<Leaf>)> =
+            model.faces.par_iter().enumerate().map(prepare).collect();
+        let (mut regions, mut leaves, mut boxes) = (Vec::new(), Vec::new(), Vec::new());
+        let mut face_leaves = Vec::new();
+        for (region, own) in parts {
+            let own_boxes: Vec<Aabb> = own.iter().map(Leaf::bounds).collect();
+            face_leaves.push((leaves.len() as u32, BoxTree::build(&own_boxes)));
+            leaves.extend(own);
+            boxes.extend(own_boxes);
+            regions.push(region);
+        }
+        let edges = model.edges.iter().enumerate();
+        let spans: Vec<Span> = edges.flat_map(|(k, e)| spans_of(k as u32, &e.curve)).collect();
+        let span_boxes: Vec<Aabb> = spans.iter().map(Span::bounds).collect();
+        boxes.extend_from_slice(&span_boxes);
+        Self {
+            model,
+            regions,
+            leaves,
+            tree: BoxTree::build(&boxes),
+            face_leaves,
+            face_spans: spans_by_face(model, &spans, &span_boxes),
+            spans,
+            size: boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal(),
+        }
+    }
+
+    /// The model that is searched.
+    #[must_use]
+    pub fn model(&self) -> &'m Model {
+        self.model
+    }
+
+    /// Globally closest point of the trimmed model; `None` when it has no faces, `p` is not finite, or finding it takes more
+    /// work than a query may, as where surfaces fold. Of equally near faces the lowest is taken. A foot on an edge or vertex (within 1e-9 of the model's size) is given
+    /// on that of the edge's faces whose normal is most nearly parallel to `p - foot`, the lowest of equals.
+    #[must_use]
+    pub fn closest(&self, p: &Vec3) -> Option<Foot> {
+        if !p.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        self.nearest(Search::new(p)).ok().flatten()
+    }
+
+    /// As [`Self::closest`], if it is nearer than `distance` [mm].
+    ///
+    /// # Errors
+    /// [`WorkSpent`] when that takes more work than a query may.
+    pub fn closest_within(&self, p: &Vec3, distance: f64) -> Result<Option<Foot>, WorkSpent> {
+        if !p.iter().all(|x| x.is_finite()) || distance.is_nan() || distance <= 0.0 {
+            return Ok(None);
+        }
+        let mut search = Search::new(p);
+        search.inside.distance = distance * distance;
+        Ok(self.nearest(search)?.filter(|foot| foot.distance < distance))
+    }
+
+    fn nearest(&self, mut search: Search) -> Result<Option<Foot>, WorkSpent> {
+        let leaves = self.leaves.len() as u32;
+        self.tree.nearest(search.p, self.reach(&search), |k, _| {
+            if k < leaves {
+                self.try_leaf(k, &mut search);
+            } else {
+                self.try_span(k - leaves, &mut search);
+            }
+            self.reach(&search)
+        });
+        self.answer(&search, None)
+    }
+
+    /// The foot found, if the search was done.
+    fn answer(&self, search: &Search, only: Option<usize>) -> Result<Option<Foot>, WorkSpent> {
+        if search.left == 0 { Err(WorkSpent) } else { Ok(self.foot(search, only)) }
+    }
+
+    /// Closest points of many points, in order.
+    #[must_use]
+    pub fn closest_many(&self, points: &[Vec3]) -> Vec<Option<Foot>> {
+        use rayon::prelude::*;
+        points.par_iter().map(|p| self.closest(p)).collect()
+    }
+
+    /// Closest point on one trimmed face; `None` for a face that is not there, and as for [`Self::closest`].
+    #[must_use]
+    pub fn closest_on_face(&self, face: usize, p: &Vec3) -> Option<Foot> {
+        let (first, tree) = self.face_leaves.get(face)?;
+        if !p.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let mut search = Search::new(p);
+        tree.nearest(p, f64::INFINITY, |k, _| {
+            self.try_leaf(first + k, &mut search);
+            if search.left == 0 { DONE } else { search.inside.distance }
+        });
+        let (ids, span_tree) = &self.face_spans[face];
+        span_tree.nearest(p, self.reach(&search), |k, _| {
+            self.try_span(ids[k as usize], &mut search);
+            self.reach(&search)
+        });
+        self.answer(&search, Some(face)).ok().flatten()
+    }
+
+    /// Squared distance up to which something could be the answer, or an edge hold the foot found on a face.
+    fn reach(&self, search: &Search) -> f64 {
+        if search.left == 0 {
+            return DONE;
+        }
+        let edge = search.edge.map_or(f64::INFINITY, |e| e.2);
+        (search.inside.distance.min(edge).sqrt() + SAME * self.size).powi(2)
+    }
+
+    fn try_leaf(&self, k: u32, search: &mut Search) {
+        let leaf = &self.leaves[k as usize];
+        let region = &self.regions[leaf.face() as usize];
+        leaf.search(search.p, region, &mut search.inside, &mut search.left);
+    }
+
+    fn try_span(&self, k: u32, search: &mut Search) {
+        search.left = search.left.saturating_sub(1);
+        let (t, distance) = self.spans[k as usize].closest(search.p);
+        let nearer = |f: (u32, f64, f64)| distance < f.2 || (distance == f.2 && k < f.0);
+        if search.edge.is_none_or(nearer) {
+            search.edge = Some((k, t, distance));
+        }
+    }
+
+    /// The nearer of the foot inside a face and that on an edge; the edge's when both are one point.
+    fn foot(&self, search: &Search, only: Option<usize>) -> Option<Foot> {
+        let (p, best) = (search.p, &search.inside);
+        let inside = best.foot.map(|(face, uv)| self.face_foot(face as usize, uv, p));
+        let near = (best.distance.sqrt() + SAME * self.size).powi(2);
+        let on_edge = search.edge.filter(|e| e.2 < near);
+        let Some((span, t, distance)) = on_edge else { return inside };
+        let at = self.spans[span as usize].curve.point(t);
+        let same = |f: &Foot| (f.point - at).norm() <= SAME * self.size;
+        if distance >= best.distance && !inside.as_ref().is_some_and(same) {
+            return inside;
+        }
+        let foot = self.edge_foot(span, t, p, only);
+        match (foot, inside) {
+            // One point to within the gap of the edge: the nearer one, at the edge.
+            (Some(e), Some(f)) if f.distance < e.distance && e.face == f.face => {
+                Some(Foot { location: e.location, ..f })
+            }
+            (Some(e), Some(f)) if f.distance < e.distance => {
+                Some(Foot { point: f.point, distance: f.distance, ..e })
+            }
+            (foot, inside) => foot.or(inside),
+        }
+    }
+
+    fn face_foot(&self, face: usize, uv: Vec2, p: &Vec3) -> Foot {
+        let f = &self.model.faces[face];
+        let point = f.surface.point(uv);
+        Foot {
+            face,
+            uv,
+            point,
+            normal: f.normal(uv).unwrap_or_else(Vec3::zeros),
+            distance: (point - p).norm(),
+            location: FootLocation::Inside,
+        }
+    }
+
+    /// The foot on an edge, on the face that looks most straight at `p` (or on the face asked for).
+    fn edge_foot(&self, span: u32, t: f64, p: &Vec3, only: Option<usize>) -> Option<Foot> {
+        let span = &self.spans[span as usize];
+        let edge = &self.model.edges[span.edge as usize];
+        let point = span.curve.point(t);
+        let r = p - point;
+        let [a, b] = edge.curve.domain();
+        let share = (t - a) / (b - a);
+        let location = self.location(span.edge as usize, share, &point);
+        let near = self.model.join_tolerance.max(SAME * self.size);
+        let mut best: Option<(f64, Foot)> = None;
+        for &[face, ring, place] in &edge.uses {
+            if only.is_some_and(|f| f != face) {
+                continue;
+            }
+            let f = &self.model.faces[face];
+            let Some(used) = f.loops.get(ring).and_then(|l| l.uses.get(place)) else { continue };
+            let uv = uv_on_use(f, used, share, &point, near);
+            let normal = f.normal(uv).unwrap_or_else(Vec3::zeros);
+            let straight = normal.dot(&r).abs();
+            let margin = 1e-9 * r.norm();
+            let better = |b: &(f64, Foot)| {
+                straight > b.0 + margin || (straight >= b.0 - margin && face < b.1.face)
+            };
+            if best.as_ref().is_none_or(better) {
+                best = Some((
+                    straight,
+                    Foot { face, uv, point, normal, distance: r.norm(), location },
+                ));
+            }
+        }
+        best.map(|b| b.1)
+    }
+
+    fn location(&self, edge: usize, share: f64, point: &Vec3) -> FootLocation {
+        let ends = self.model.edges[edge].vertices;
+        if share <= 1e-12 {
+            return FootLocation::Vertex(ends[0]);
+        }
+        if share >= 1.0 - 1e-12 {
+            return FootLocation::Vertex(ends[1]);
+        }
+        let near = |v: &&usize| {
+            let vertex = self.model.vertices.get(**v);
+            vertex.is_some_and(|x| (x - point).norm() <= SAME * self.size)
+        };
+        ends.iter().find(near).map_or(FootLocation::Edge(edge), |&v| FootLocation::Vertex(v))
+    }
+}
+
+/// Parameters on a face of a point of its border: from the parameter curve where it runs with the edge's curve,
+/// the nearest of its samples elsewhere, then by Newton; the edge is no farther from the face than `near` [mm].
+fn uv_on_use(face: &Face, used: &EdgeUse, share: f64, point: &Vec3, near: f64) -> Vec2 {
+    let [a, b] = used.pcurve.domain();
+    let share = if used.reversed { 1.0 - share } else { share };
+    let off = |uv: Vec2| (face.surface.point(uv) - point).norm_squared();
+    let mut start = used.pcurve.point(a + (b - a) * share);
+    let mut least = off(start);
+    for k in 0..=8 {
+        let uv = used.pcurve.point(a + (b - a) * f64::from(k) / 8.0);
+        let distance = off(uv);
+        if distance < least {
+            (start, least) = (uv, distance);
+        }
+    }
+    face.surface.closest_near(point, start, near * near).0
+}
+
+impl<'p> Search<'p> {
+    fn new(p: &'p Vec3) -> Self {
+        Self { p, inside: Best { distance: f64::INFINITY, foot: None }, edge: None, left: VISITS }
+    }
+}
+
+fn spans_by_face(model: &Model, spans: &[Span], boxes: &[Aabb]) -> Vec<(Vec<u32>, BoxTree)> {
+    let mut of_edge: Vec<Vec<u32>> = vec![Vec::new(); model.edges.len()];
+    for (k, span) in spans.iter().enumerate() {
+        of_edge[span.edge as usize].push(k as u32);
+    }
+    let one = |face: &Face| {
+        let uses = face.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge);
+        let mut ids: Vec<u32> = uses.filter_map(|e| of_edge.get(e)).flatten().copied().collect();
+        ids.sort_unstable();
+        ids.dedup();
+        let own: Vec<Aabb> = ids.iter().map(|&k| boxes[k as usize]).collect();
+        (ids, BoxTree::build(&own))
+    };
+    model.faces.iter().map(one).collect()
+}

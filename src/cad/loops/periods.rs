@@ -1,0 +1,62 @@
+//! Periods and poles of a surface in the parameter plane.
+
+use crate::cad::native::Native;
+use crate::geometry::Vec2;
+
+/// Whole periods from the first to the last point of a loop; none about a pole at which it begins and ends: it is closed
+/// there, however far it has turned.
+pub(super) fn turns(native: &Native<'_>, first: Vec2, last: Vec2, tolerance: f64) -> Vec2 {
+    let mut turns = whole_periods(native, last - first);
+    if let Some(k) = collapsed_direction(native, first, tolerance)
+        && collapsed_direction(native, last, tolerance) == Some(k)
+        && (native.point(first) - native.point(last)).norm() <= tolerance
+    {
+        turns[k] = 0.0;
+    }
+    turns
+}
+
+/// The nearest whole number of periods to a difference of parameters.
+pub(super) fn whole_periods(native: &Native<'_>, difference: Vec2) -> Vec2 {
+    let mut out = Vec2::zeros();
+    for (k, period) in native.periods().into_iter().enumerate() {
+        if let Some(p) = period {
+            out[k] = p * (difference[k] / p).round();
+        }
+    }
+    out
+}
+
+/// One period along the direction in which a pole has no extent.
+pub(super) fn one_turn(native: &Native<'_>, pole: Vec2) -> Vec2 {
+    let mut turn = Vec2::zeros();
+    for (k, period) in native.periods().into_iter().enumerate() {
+        let Some(p) = period else { continue };
+        let mut other = pole;
+        other[k] += 0.5 * p;
+        let collapsed = (native.point(pole) - native.point(other)).norm();
+        let mut across = pole;
+        across[1 - k] += 0.1;
+        let size = (native.point(pole) - native.point(across)).norm();
+        if turn.norm() == 0.0 && collapsed <= 1e-6 * size.max(f64::MIN_POSITIVE) {
+            turn[k] = p;
+        }
+    }
+    turn
+}
+
+/// One point in space whatever the periodic parameter is.
+pub(super) fn is_pole(native: &Native<'_>, uv: Vec2, tolerance: f64) -> bool {
+    collapsed_direction(native, uv, tolerance).is_some()
+}
+
+/// The periodic parameter that does not matter at a pole.
+pub(super) fn collapsed_direction(native: &Native<'_>, uv: Vec2, tolerance: f64) -> Option<usize> {
+    (0..2).find(|&k| {
+        native.periods()[k].is_some_and(|p| {
+            let mut other = uv;
+            other[k] += 0.5 * p;
+            (native.point(uv) - native.point(other)).norm() <= tolerance
+        })
+    })
+}

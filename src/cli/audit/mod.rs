@@ -1,0 +1,169 @@
+//! `kanagata audit TOOL... --cad FILE` and `kanagata audit TOOL --against TOOL`.
+
+mod args;
+mod clearance;
+mod json;
+mod print;
+
+use std::path::{Path, PathBuf};
+
+pub use self::args::AuditArgs;
+use self::clearance::clearances;
+use self::json::write_json;
+use self::print::{file_name, print_report, print_row};
+use super::ended::print_doubts;
+use super::exit::{Exit, Failure};
+use super::own::refuse_clashes;
+use super::read::{LostFaces, read_model};
+use super::say::{err, out};
+use crate::audit::{
+    Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, doubts, map, page, view,
+};
+use crate::cad::raw::LostFace;
+use crate::files::{sha256_hex, write_atomic};
+use crate::report::doubt::Doubt;
+use crate::tool::file::{Provenance, ToolFileError, read};
+
+impl From<AuditError> for Failure {
+    fn from(error: AuditError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<ToolFileError> for Failure {
+    fn from(error: ToolFileError) -> Self {
+        let exit = if matches!(error, ToolFileError::Io { .. }) { Exit::Io } else { Exit::Input };
+        Self::new(exit, error)
+    }
+}
+
+/// Audits the tools.
+///
+/// # Errors
+/// Exit code 2 for bad input, 4 when files cannot be read or written.
+pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
+    let several = args.tools.len() > 1;
+    if several && (args.vtu.is_some() || args.html.is_some() || args.map.is_some()) {
+        return Err(Failure::input(
+            "--vtu, --map and --html with several tools; allowed: with one; the table is printed, --json writes a list",
+        ));
+    }
+    refuse_clashes(&args.inputs(), &args.outputs())?;
+    let exits = match (&args.against, args.thickness, &args.cad) {
+        (Some(against), Some(thickness), _) => clearances(args, against, thickness)?,
+        (_, _, Some(cad)) => audits(args, cad)?,
+        _ => Vec::new(),
+    };
+    Ok(if exits.contains(&Exit::Limit) { Exit::Limit } else { Exit::Done })
+}
+
+/// The tools against their CAD.
+fn audits(args: &AuditArgs, cad: &Path) -> Result<Vec<Exit>, Failure> {
+    let model = read_model(cad, LostFaces::LeaveOut)?;
+    let reference = CadReference::new(&model);
+    if args.tools.len() > 1 {
+        out!(
+            "{:32} {:>8} {:>10} {:>10} {:>10} {:>10} {:>8} {:>8} {:>9}",
+            "tool",
+            "patches",
+            "max [mm]",
+            "min [mm]",
+            "rms [mm]",
+            "p99 [mm]",
+            "normal",
+            "jump",
+            "gap [mm]"
+        );
+    }
+    let cad_sha256 = sha256_of(cad)?;
+    let each = |tool: &PathBuf| audited(args, tool, (cad, &cad_sha256), &reference);
+    let found = args.tools.iter().map(each).collect::<Result<Vec<_>, _>>()?;
+    write_json(args, &found)?;
+    let doubts: Vec<Doubt> = found.iter().flat_map(|r| named_doubts(args, r)).collect();
+    print_doubts(&doubts, args.accept_doubts);
+    Ok(vec![Exit::of_doubts(&doubts, args.accept_doubts)])
+}
+
+/// The doubts about a tool; with its file where several are audited.
+fn named_doubts(args: &AuditArgs, report: &AuditReport) -> Vec<Doubt> {
+    let mut doubts = report.doubts.clone();
+    if args.tools.len() > 1 {
+        doubts.iter_mut().for_each(|d| d.text = format!("{}: {}", report.tool_file, d.text));
+    }
+    doubts
+}
+
+/// One tool against its CAD.
+fn audited(
+    args: &AuditArgs,
+    tool: &Path,
+    (cad, cad_sha256): (&Path, &str),
+    reference: &CadReference<'_>,
+) -> Result<AuditReport, Failure> {
+    let mut loaded = read(tool)?;
+    if loaded.provenance.cad_sha256 != cad_sha256 {
+        err!(
+            "warning: {} was made from another file ({}) than {}; each patch is put on the face nearest to it",
+            tool.display(),
+            loaded.provenance.cad_file,
+            cad.display()
+        );
+        loaded.model.faces = reference.faces_of(&loaded.model);
+    }
+    let options = AuditOptions {
+        samples: args.samples,
+        tolerance_mm: args.tol,
+        normal_tolerance_deg: args.normal_tol,
+        ..AuditOptions::default()
+    };
+    let mut found = audit(&loaded.model, reference, &options)?;
+    name_inputs(&mut found.report, tool, cad, [loaded.sha256, cad_sha256.to_owned()]);
+    found.report.faces_lost.extend(skipped(&loaded.provenance, &found.report.faces_lost));
+    found.report.doubts = doubts(&found.report);
+    write_pictures(args, &loaded.model, &found)?;
+    let r = &found.report;
+    if args.tools.len() > 1 {
+        print_row(tool, r);
+    } else {
+        print_report(r);
+    }
+    Ok(found.report)
+}
+
+/// Faces that were left out when the tool was made and are not among the `known` ones: the tool file names them.
+fn skipped(provenance: &Provenance, known: &[LostFace]) -> Vec<LostFace> {
+    let is_new = |name: &&String| known.iter().all(|f| f.source != **name);
+    let new = provenance.faces_lost.iter().filter(is_new);
+    let reason = "left out of the tool by --skip-bad-faces";
+    new.map(|source| LostFace { source: source.clone(), reason: reason.into() }).collect()
+}
+
+fn sha256_of(cad: &Path) -> Result<String, Failure> {
+    let bytes = crate::files::read(cad, crate::files::Input::Cad)
+        .map_err(|e| Failure::new(Exit::Io, format!("cannot read {}: {e}", cad.display())))?;
+    Ok(sha256_hex(&bytes))
+}
+
+fn name_inputs(report: &mut AuditReport, tool: &Path, cad: &Path, sha256: [String; 2]) {
+    report.tool_file = file_name(tool);
+    report.cad_file = file_name(cad);
+    [report.tool_sha256, report.cad_sha256] = sha256;
+}
+
+fn write_pictures(
+    args: &AuditArgs,
+    tool: &crate::tool::ToolModel,
+    found: &Audit,
+) -> Result<(), Failure> {
+    if let Some(path) = &args.vtu {
+        view::grid(tool, &found.samples).write(path)?;
+    }
+    if let Some(path) = &args.map {
+        let text = map::svg(tool, found);
+        write_atomic(path, |w| w.write_all(text.as_bytes()))?;
+    }
+    if let Some(path) = &args.html {
+        page::page(tool, found).write(path)?;
+    }
+    Ok(())
+}

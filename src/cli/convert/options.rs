@@ -1,0 +1,38 @@
+//! Choices of a conversion from its arguments.
+
+use std::path::Path;
+
+use super::args::{ConvertArgs, Edge, Kind};
+use crate::convert::ConvertOptions;
+use crate::convert::reach::Reached;
+use crate::tool::ToolKind;
+use crate::tool::edge::EdgeRule;
+
+/// What a conversion is asked; `reached`: what of the model the sheet can touch.
+pub(super) fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {
+    let (sheet_side, flip) = args.side_and_flip(reached);
+    ConvertOptions {
+        name: args.name.clone().unwrap_or_else(|| stem(&args.output)),
+        kind: match args.kind {
+            Kind::Nagata => ToolKind::Nagata,
+            Kind::Facets => ToolKind::Facets,
+            Kind::Bezier => ToolKind::Bezier,
+        },
+        edges: match args.edge() {
+            Edge::Plain => EdgeRule::Plain,
+            Edge::Guarded | Edge::Cad => EdgeRule::Guarded,
+        },
+        through_cad: args.edge() == Edge::Cad,
+        smooth_deg: args.smooth_deg,
+        sheet_side,
+        flip,
+        straighten: args.tol.is_some() || args.patches.is_some(),
+    }
+}
+
+/// The file's name without `.tool.json`.
+pub(super) fn stem(path: &Path) -> String {
+    let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let stem = name.strip_suffix(".json").unwrap_or(&name);
+    stem.strip_suffix(".tool").unwrap_or(stem).to_owned()
+}

@@ -1,0 +1,37 @@
+//! A mesh of all faces of a model.
+
+use super::mesher::Mesher;
+use super::options::{MappedOptions, MeshStyle, check_options};
+use crate::cad::Model;
+use crate::mesh::{MeshError, SurfaceMesh};
+
+/// Meshes every face of `model`.
+///
+/// # Errors
+/// [`MeshError::NoFaces`], [`MeshError::Option`]; [`MeshError::Faces`] names the first of the faces whose
+/// border bounds no region even when it is made finer.
+pub fn mesh(model: &Model, options: &MappedOptions) -> Result<SurfaceMesh, MeshError> {
+    check_options(options)?;
+    if model.faces.is_empty() {
+        return Err(MeshError::NoFaces { name: model.name.clone() });
+    }
+    if options.style != MeshStyle::Quads {
+        return Mesher::new(model, options, false).run();
+    }
+    let structured = MappedOptions { style: MeshStyle::Structured, ..*options };
+    if let Some(mesh) = even_quads(model, &structured) {
+        return Ok(mesh);
+    }
+    Mesher::new(model, &structured, true).run()
+}
+
+/// Quads without halving: all faces mapped but for flats, whose borders are divided until they can be cut into quads.
+pub(super) fn even_quads(model: &Model, options: &MappedOptions) -> Option<SurfaceMesh> {
+    if options.unstructured {
+        return None;
+    }
+    let mut mesher = Mesher::new(model, options, false);
+    mesher.even_flats = true;
+    let mesh = mesher.run().ok()?;
+    mesh.elements.iter().all(|e| e.nodes().len() == 4).then_some(mesh)
+}

@@ -1,0 +1,13 @@
+//! Travel of a tool over the stages.
+
+use crate::solver::Motion;
+
+/// Travel at the end of a stage of a tool that was at `before` when it began [mm]; `None` where a force or a spring has it.
+pub(super) fn end_of(motion: &Motion, before: f64) -> Option<f64> {
+    match motion {
+        Motion::Hold | Motion::Release | Motion::Absent => Some(before),
+        Motion::Travel(curve) => Some(curve.at(1.0)),
+        Motion::Advance(curve) => Some(before + curve.at(1.0)),
+        Motion::Force(_) | Motion::Spring { .. } => None,
+    }
+}

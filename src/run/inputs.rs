@@ -1,0 +1,18 @@
+//! Digests of what goes into a run.
+
+use std::collections::BTreeMap;
+
+use crate::scene::Plan;
+
+/// SHA-256 of the scene and the files it names: tools, a mesh of the blank, a material card, a history whose increments are
+/// taken.
+pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
+    let tools = plan.scene.tools.iter().zip(&plan.tools);
+    let tools = tools.map(|(tool, loaded)| (tool.file.clone(), loaded.sha256.clone()));
+    let followed = plan.followed.iter().map(|f| (f.file.clone(), f.sha256.clone()));
+    std::iter::once(("scene".to_owned(), plan.sha256.clone()))
+        .chain(tools)
+        .chain(plan.files.iter().map(|f| (f.file.clone(), f.sha256.clone())))
+        .chain(followed)
+        .collect()
+}

@@ -1,0 +1,168 @@
+//! Where the sheet passes through itself or through its image beyond a symmetry plane: it is told, as nothing keeps it apart.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use crate::geometry::box_tree::BoxTree;
+use crate::geometry::{Aabb, Vec3};
+use crate::report::record::ThroughItselfRecord;
+use crate::scene::types::SymmetryPlane;
+use crate::solver::element::natural_coordinates;
+use crate::solver::sheet::hex_mesh::HexMesh;
+
+/// A node is inside an element where its coordinates there (-1 to 1) are within this towards the sheet's faces, which may
+/// touch; and within this towards its edges and its other elements.
+const INSIDE: f64 = 0.95;
+const BETWEEN: f64 = 1.0 + 1e-6;
+
+/// Nodes of the faces of an element, towards lower and higher coordinates by turns.
+const FACES: [[usize; 4]; 6] =
+    [[0, 3, 7, 4], [1, 2, 6, 5], [0, 1, 5, 4], [3, 2, 6, 7], [0, 1, 2, 3], [4, 5, 6, 7]];
+/// Depth beyond a symmetry plane that counts, over the thickness.
+const BEYOND: f64 = 0.025;
+
+/// Nodes of the sheet, its nodes now at these positions, that are inside elements they are no part of or beyond a symmetry
+/// plane; `increment`: the one that ended there.
+#[must_use]
+pub fn through_itself(
+    mesh: &HexMesh,
+    positions: &[Vec3],
+    planes: &[SymmetryPlane],
+    increment: usize,
+) -> Option<ThroughItselfRecord> {
+    let beyond: Vec<_> = planes.iter().map(|plane| beyond(mesh, plane)).collect();
+    let image = |node: &usize| beyond.iter().any(|beyond| beyond(&positions[*node]));
+    let mut nodes: Vec<usize> = (0..positions.len()).filter(image).collect();
+    nodes.extend(inside_elements(mesh, positions));
+    nodes.sort_unstable();
+    nodes.dedup();
+    let first = *nodes.first()?;
+    Some(ThroughItselfRecord {
+        first_increment: increment,
+        nodes: nodes.len(),
+        at_mm: positions[first].into(),
+    })
+}
+
+/// Nodes inside elements that they are no part of, some of them more than once.
+fn inside_elements(mesh: &HexMesh, positions: &[Vec3]) -> Vec<usize> {
+    let corners = |element: &[u32; 8]| element.map(|node| positions[node as usize]);
+    let boxes: Vec<Aabb> =
+        mesh.elements.iter().map(|element| Aabb::of_points(&corners(element))).collect();
+    let tree = BoxTree::build(&boxes);
+    let inside = |node: usize| {
+        let (x, mut found) = (&positions[node], Vec::new());
+        tree.overlapping(&Aabb { min: *x, max: *x }, |k| {
+            let (element, region) = (&mesh.elements[k as usize], &boxes[k as usize]);
+            if element.contains(&(node as u32)) || region.distance_squared(x) > 0.0 {
+                return;
+            }
+            let at = natural_coordinates(&corners(element), x);
+            found.extend(at.filter(|at| at.abs().max() < BETWEEN).map(|at| (node, k as usize, at)));
+        });
+        found
+    };
+    let found: Vec<(usize, usize, Vec3)> =
+        (0..positions.len()).into_par_iter().flat_map_iter(inside).collect();
+    if found.is_empty() {
+        return Vec::new();
+    }
+    let limits = limits(mesh);
+    let deep = |(_, k, at): &&(usize, usize, Vec3)| {
+        let limits = &limits[*k];
+        (0..3).all(|axis| -limits[2 * axis] < at[axis] && at[axis] < limits[2 * axis + 1])
+    };
+    found.iter().filter(deep).map(|(node, ..)| *node).collect()
+}
+
+/// Whether a place is beyond a symmetry plane, from where the sheet lay.
+fn beyond(mesh: &HexMesh, plane: &SymmetryPlane) -> impl Fn(&Vec3) -> bool {
+    let (axis, at) = (plane.normal.index(), plane.at_mm);
+    let side: f64 = mesh.nodes.iter().map(|x| x[axis] - at).sum();
+    let (side, allowed) = (side.signum(), BEYOND * mesh.mean_thickness());
+    move |x: &Vec3| side * (x[axis] - at) < -allowed
+}
+
+/// How far the inside of every element goes towards each of its faces.
+fn limits(mesh: &HexMesh) -> Vec<[f64; 6]> {
+    let face = |element: &[u32; 8], k: usize| {
+        let mut nodes = FACES[k].map(|corner| element[corner]);
+        nodes.sort_unstable();
+        nodes
+    };
+    let mut owners: HashMap<[u32; 4], usize> = HashMap::new();
+    for element in &mesh.elements {
+        (0..6).for_each(|k| *owners.entry(face(element, k)).or_default() += 1);
+    }
+    let limits = |element: &[u32; 8]| {
+        let across = thickness_direction(mesh, element);
+        let is_outer = |k: usize| k / 2 == across && owners[&face(element, k)] == 1;
+        std::array::from_fn(|k| if is_outer(k) { INSIDE } else { BETWEEN })
+    };
+    mesh.elements.iter().map(limits).collect()
+}
+
+/// The coordinate of an element through the sheet; without columns that along which it was shortest.
+fn thickness_direction(mesh: &HexMesh, element: &[u32; 8]) -> usize {
+    if mesh.nodes_per_column > 1 {
+        return 2;
+    }
+    let middle =
+        |k: usize| -> Vec3 { FACES[k].map(|c| mesh.nodes[element[c] as usize]).iter().sum() };
+    let length = |axis: &usize| (middle(2 * axis + 1) - middle(2 * axis)).norm();
+    (0..3).min_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::types::Axis;
+    use crate::solver::sheet::hex_mesh::rectangle;
+
+    /// A strip of 40 x 2 x 1 mm folded over a round of this radius about y at its middle: legs `2 radius` apart.
+    fn folded(radius: f64) -> (HexMesh, Vec<Vec3>) {
+        let mesh = rectangle(40.0, 2.0, 1.0, 40, 2, 1);
+        let half = 0.5 * std::f64::consts::PI * (radius + 0.5);
+        let place = |x: &Vec3| {
+            let (s, h) = (x.x - 20.0, x.z - 0.5);
+            let angle = (s / half).clamp(-1.0, 1.0) * std::f64::consts::FRAC_PI_2;
+            let out = radius + 0.5 - h;
+            let straight = s.abs() - half;
+            let down = if straight > 0.0 { straight } else { 0.0 };
+            Vec3::new(out * angle.sin(), x.y, out * angle.cos() - down)
+        };
+        let positions = mesh.nodes.iter().map(place).collect();
+        (mesh, positions)
+    }
+
+    #[test]
+    fn a_hairpin_is_through_itself_where_its_legs_cross_and_not_where_they_touch() {
+        let (mesh, open) = folded(3.0);
+        assert_eq!(through_itself(&mesh, &open, &[], 1), None);
+        // Legs bent inwards by 0.2 a millimetre of height: they cross.
+        let crossed: Vec<Vec3> = open
+            .iter()
+            .map(|x| Vec3::new(x.x + 0.4 * x.z.min(0.0) * x.x.signum(), x.y, x.z))
+            .collect();
+        let found = through_itself(&mesh, &crossed, &[], 7).unwrap();
+        assert!(found.nodes > 3 && found.first_increment == 7, "{found:?}");
+        assert!(found.at_mm[0].abs() < 1.0 && found.at_mm[2] < 0.0, "{found:?}");
+        // Pressed together until the inner faces meet: no gap, none through.
+        let shut: Vec<Vec3> = open
+            .iter()
+            .map(|x| Vec3::new(x.x - 3.0 * x.x.signum() * (-x.z / 10.0).clamp(0.0, 1.0), x.y, x.z))
+            .collect();
+        assert_eq!(through_itself(&mesh, &shut, &[], 1), None);
+    }
+
+    #[test]
+    fn half_a_hairpin_is_through_its_image_beyond_the_plane() {
+        let mesh = rectangle(10.0, 2.0, 1.0, 10, 2, 1);
+        let plane = [SymmetryPlane { normal: Axis::X, at_mm: 0.0 }];
+        assert_eq!(through_itself(&mesh, &mesh.nodes, &plane, 1), None);
+        let beyond: Vec<Vec3> = mesh.nodes.iter().map(|x| x - Vec3::x() * 0.5).collect();
+        let found = through_itself(&mesh, &beyond, &plane, 2).unwrap();
+        assert_eq!(found.nodes, 6, "{found:?}");
+    }
+}

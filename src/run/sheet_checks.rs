@@ -1,0 +1,110 @@
+//! What of the sheet after an increment is not as it should be: it passes through itself, its mesh folds, friction shears it
+//! through, it bends over the border of a tool. Each is told from where it is first seen.
+
+use super::friction_shear::sheared;
+use super::hourglassing::zigzag;
+use super::self_contact::through_itself;
+use crate::geometry::Vec3;
+use crate::report::record::{
+    FacePenetrationRecord, InToolRecord, NeckingRecord, OverEdgeRecord, RunRecord,
+};
+use crate::scene::types::SymmetryPlane;
+use crate::solver::FacePenetration;
+use crate::solver::IncrementReport;
+use crate::solver::penetration::Inside;
+
+/// Depth of a node inside a tool, over the thickness, from which it is of note at the end of a stage.
+const DEEP: f64 = 0.1;
+
+impl RunRecord {
+    /// Notes where the sheet, this thick, is inside tools at the end of a stage.
+    pub(super) fn look_into_tools(&mut self, found: Vec<Inside>, stage: &str, thickness: f64) {
+        for inside in found {
+            let known = self.in_tool.as_ref().map_or(DEEP * thickness, |known| known.depth_mm);
+            if inside.depth > known {
+                self.in_tool = Some(InToolRecord {
+                    tool: inside.tool,
+                    stage: stage.into(),
+                    nodes: inside.nodes,
+                    depth_mm: inside.depth,
+                    at_mm: inside.at.into(),
+                });
+            }
+        }
+    }
+
+    /// Keeps the first increment with localised thinning of a kind, and the least thickness where it has been found.
+    pub(super) fn take_necking(&mut self, found: Option<NeckingRecord>) {
+        let Some(found) = found else { return };
+        let known = self.necking.get_or_insert(found);
+        if found.thickness_rel < known.thickness_rel {
+            let first_increment = known.first_increment;
+            *known = NeckingRecord { first_increment, ..found };
+        }
+    }
+
+    /// Keeps the deepest penetration into faces of the sheet, this thick.
+    fn take_face_penetration(
+        &mut self,
+        found: &FacePenetration,
+        tool: &str,
+        increment: usize,
+        thickness: f64,
+    ) {
+        let depth_rel = found.depth / thickness;
+        let known = self.face_penetration.take();
+        let above = depth_rel > FacePenetrationRecord::ALLOWED_REL;
+        let first = known.as_ref().and_then(|known| known.first_increment);
+        let first_increment = first.or(above.then_some(increment));
+        self.face_penetration = match known {
+            Some(known) if known.depth_mm >= found.depth => {
+                Some(FacePenetrationRecord { first_increment, ..known })
+            }
+            _ => Some(FacePenetrationRecord {
+                tool: tool.into(),
+                increment,
+                depth_mm: found.depth,
+                depth_rel,
+                at_mm: found.at.into(),
+                first_increment,
+            }),
+        };
+    }
+
+    /// Notes what is seen of the sheet, its nodes now at these positions.
+    pub(super) fn look_at(
+        &mut self,
+        report: &IncrementReport<'_>,
+        positions: &[Vec3],
+        planes: &[SymmetryPlane],
+    ) {
+        let (mesh, increment) = (report.body.mesh(), report.increment);
+        if let Some(found) = &report.face_penetration {
+            let tool = &report.tools[found.tool].name;
+            self.take_face_penetration(found, tool, increment, mesh.mean_thickness());
+        }
+        if let Some(found) = through_itself(mesh, positions, planes, increment) {
+            let known = self.through_itself.get_or_insert(found);
+            known.nodes = known.nodes.max(found.nodes);
+        }
+        if let Some(found) = zigzag(mesh, positions, increment) {
+            let known = self.zigzag.get_or_insert(found);
+            known.share = known.share.max(found.share);
+        }
+        if let Some(found) = sheared(report.body, positions, report.contact_forces, increment) {
+            let known = self.sheared.get_or_insert(found);
+            known.share = known.share.max(found.share);
+        }
+        if let Some(found) = &report.over_edge {
+            let known = self.over_edge.get_or_insert_with(|| OverEdgeRecord {
+                first_increment: increment,
+                tool: report.tools[found.tool].name.clone(),
+                nodes: 0,
+                depth_mm: 0.0,
+                at_mm: found.at.into(),
+            });
+            known.nodes = known.nodes.max(found.nodes);
+            known.depth_mm = known.depth_mm.max(found.depth);
+        }
+    }
+}

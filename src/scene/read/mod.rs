@@ -1,0 +1,238 @@
+//! Reads a scene, checks it, loads its tools: a [`Plan`] holds everything a run needs.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::Deserialize as _;
+
+use super::check::{check, check_numbers};
+use super::comments::without_comments;
+use super::error::{Fault, SceneError};
+use super::file_sheet::{FileSheet, of_file};
+use super::follow::followed;
+use super::plan::{Plan, PlannedFile, PlannedTool};
+use super::types::{Blank, BlankShape, MaterialChoice, Scene};
+use crate::contact::ToolSurface;
+use crate::files::sha256_hex;
+use crate::solver::material::Material;
+use crate::solver::material::card::{self, CardError, MaterialCard};
+use crate::tool::Patch;
+use crate::tool::file::read as read_tool;
+
+pub use super::check::VERSION;
+
+/// Reads and checks the scene at `path`.
+///
+/// # Errors
+/// [`SceneError`] names the file, the key, what was found and what is allowed.
+pub fn read(path: &Path) -> Result<Plan, SceneError> {
+    let (mut scene, bytes) = scene_of(path)?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let mesh_file = fill_in(&mut scene.blank, path, &folder)?;
+    let tools = load_tools(&scene, path, &folder)?;
+    let followed = followed(&scene, path, &folder)?;
+    let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };
+    let (card, card_file) = match &scene.material {
+        MaterialChoice::Named(name) if is_path(name) => {
+            let (card, file) = card_of_file(name, path, &folder)?;
+            (card, Some(file))
+        }
+        MaterialChoice::Named(name) => (card::find(name).map_err(card_of)?, None),
+        MaterialChoice::Card(card) => ((**card).clone(), None),
+    };
+    let material = law(&card, &scene).map_err(|cause| match &card_file {
+        Some(file) => {
+            let (path, file) = (path.to_path_buf(), folder.join(&file.file));
+            SceneError::CardFile { path, file, cause: cause.to_string() }
+        }
+        None => card_of(cause),
+    })?;
+    let files = mesh_file.into_iter().chain(card_file).collect();
+    let sha256 = sha256_hex(&bytes);
+    Ok(Plan { scene, folder, sha256, tools, card, material, files, followed })
+}
+
+/// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself. The
+/// mesh file, where there is one.
+pub(super) fn fill_in(
+    blank: &mut Blank,
+    scene: &Path,
+    folder: &Path,
+) -> Result<Option<PlannedFile>, SceneError> {
+    let BlankShape::Mesh { file, state } = &blank.shape else { return Ok(None) };
+    let state = *state;
+    let path = folder.join(file);
+    let sheet = of_file(blank, scene, &path, state)?;
+    let bytes = crate::files::read(&path, crate::files::Input::Mesh).map_err(|e| {
+        SceneError::Blank { path: scene.to_path_buf(), cause: format!("{}: {e}", path.display()) }
+    })?;
+    let (file, sha256) = (file.clone(), sha256_hex(&bytes));
+    if let FileSheet::Solid(mesh) = &sheet {
+        blank.layers = mesh.nodes_per_column.saturating_sub(1).max(1);
+        if blank.thickness_mm <= 0.0 {
+            blank.thickness_mm = mesh.mean_thickness();
+        }
+    }
+    Ok(Some(PlannedFile { file, sha256, sheet: Some(Arc::new(sheet)) }))
+}
+
+/// The law of a card, its axes turned to the rolling direction.
+fn law(card: &MaterialCard, scene: &Scene) -> Result<Arc<dyn Material>, CardError> {
+    card.build(scene.blank.rolling_direction_deg.to_radians())
+}
+
+/// Checks a scene that is no file yet: its keys, values and material; the files it names need not be there.
+///
+/// # Errors
+/// The key, as a path into the scene (empty for one that does not fit at all), what was found and what is allowed.
+pub fn check_value(value: &serde_json::Value) -> Result<Scene, Fault> {
+    let scene = Scene::deserialize(value).map_err(|e| {
+        let allowed = "the keys and values of schemas/scene.schema.json";
+        (String::new(), e.to_string(), allowed.to_owned())
+    })?;
+    check(&scene)?;
+    let found = match &scene.material {
+        MaterialChoice::Named(name) if is_path(name) => return Ok(scene),
+        MaterialChoice::Named(name) => card::find(name).and_then(|card| law(&card, &scene)),
+        MaterialChoice::Card(card) => law(card, &scene),
+    };
+    found.map_err(|e| match e {
+        CardError::Value { key, found, allowed, .. } => {
+            (format!("material.{key}"), found.to_string(), allowed)
+        }
+        e => {
+            let allowed = "the name of a card (`kanagata material list`), or a card in full";
+            ("material".into(), e.to_string(), allowed.into())
+        }
+    })?;
+    Ok(scene)
+}
+
+/// Whether a material is named by a file and not by a card of the library.
+pub(crate) fn is_path(name: &str) -> bool {
+    name.ends_with(".json") || name.contains(['/', '\\'])
+}
+
+/// The material card in the bytes of a file. Its values are checked where it is built.
+///
+/// # Errors
+/// What was found, with line and column, and what is allowed.
+pub fn parse_card(bytes: &[u8]) -> Result<MaterialCard, String> {
+    serde_json::from_slice(&without_comments(bytes))
+        .map_err(|e| format!("{e}; allowed: {}", card::KEYS))
+}
+
+fn card_of_file(
+    name: &str,
+    path: &Path,
+    folder: &Path,
+) -> Result<(MaterialCard, PlannedFile), SceneError> {
+    let file = folder.join(name);
+    let fault = |cause: String| SceneError::CardFile {
+        path: path.to_path_buf(),
+        file: file.clone(),
+        cause,
+    };
+    let bytes = crate::files::read(&file, crate::files::Input::Description).map_err(|e| {
+        let allowed = "a file with a material card, or the name of a card in the library (`kanagata material list`)";
+        fault(format!("{e}; allowed: {allowed}"))
+    })?;
+    let card = parse_card(&bytes).map_err(|e| fault(format!("found {e}")))?;
+    let (file, sha256) = (name.to_owned(), sha256_hex(&bytes));
+    Ok((card, PlannedFile { file, sha256, sheet: None }))
+}
+
+/// Reads and checks the scene at `path` without its tool files, which need not be there yet; with the file's bytes.
+///
+/// # Errors
+/// As [`read`], but for tools and material.
+pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
+    let bytes = crate::files::read(path, crate::files::Input::Description)
+        .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
+    Ok((parse(&bytes, path)?, bytes))
+}
+
+/// The scene in the bytes of a file, its keys and values checked; `path` is for messages.
+///
+/// # Errors
+/// [`SceneError::Syntax`], [`SceneError::Value`].
+pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
+    let bytes = without_comments(bytes);
+    let scene: Scene = parsed(&bytes).map_err(|(e, key)| SceneError::Syntax {
+        path: path.to_path_buf(),
+        line: e.line(),
+        column: e.column(),
+        found: at_key(&key, &without_place(&e)),
+    })?;
+    let written = serde_json::from_slice(&bytes).unwrap_or_default();
+    check_numbers(&written).and_then(|()| check(&scene)).map_err(|(place, found, allowed)| {
+        SceneError::Value { path: path.to_path_buf(), place, found, allowed }
+    })?;
+    Ok(scene)
+}
+
+/// A scene from its text; else what the reader says, and the key where it says so.
+fn parsed(text: &[u8]) -> Result<Scene, (serde_json::Error, String)> {
+    let mut reader = serde_json::Deserializer::from_slice(text);
+    let scene = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
+        let key = e.path().to_string();
+        (e.into_inner(), if key == "." { String::new() } else { key })
+    })?;
+    reader.end().map_err(|e| (e, String::new()))?;
+    Ok(scene)
+}
+
+/// What a reader says, without the line and column that it ends with.
+fn without_place(error: &serde_json::Error) -> String {
+    let said = error.to_string();
+    let place = format!(" at line {} column {}", error.line(), error.column());
+    said.strip_suffix(&place).unwrap_or(&said).to_owned()
+}
+
+/// That at a key of the scene, in clearer words where a list of fixed length, or a key that stands for one of several, has one more.
+fn at_key(key: &str, said: &str) -> String {
+    let said = match said {
+        "trailing characters" if !key.is_empty() => "more values than there are to be",
+        "expected value" if !key.is_empty() => "more than the one key and its value that are to be",
+        other => other,
+    };
+    if key.is_empty() { said.to_owned() } else { format!("{key}: {said}") }
+}
+
+fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTool>, SceneError> {
+    let mut tools = Vec::with_capacity(scene.tools.len());
+    for (k, tool) in scene.tools.iter().enumerate() {
+        let file = folder.join(&tool.file);
+        let loaded = read_tool(&file).map_err(|cause| SceneError::Tool {
+            path: path.to_path_buf(),
+            place: format!("tools[{k}].file"),
+            cause: Box::new(cause),
+        })?;
+        if loaded.model.patches.is_empty() {
+            return Err(SceneError::Value {
+                path: path.to_path_buf(),
+                place: format!("tools[{k}].file"),
+                found: format!("{}, which has no patches", tool.file),
+                allowed: "a tool with patches: make it again with `kanagata convert`".into(),
+            });
+        }
+        if loaded.model.patches.iter().all(Patch::is_without_area) {
+            return Err(SceneError::Value {
+                path: path.to_path_buf(),
+                place: format!("tools[{k}].file"),
+                found: format!("{}, none of whose patches has an area", tool.file),
+                allowed: "a tool with faces: make it again with `kanagata convert`".into(),
+            });
+        }
+        tools.push(PlannedTool {
+            path: file,
+            sha256: loaded.sha256,
+            surface: Arc::new(ToolSurface::new(loaded.model)),
+            shape_error_mm: loaded.provenance.shape_error_mm,
+        });
+    }
+    Ok(tools)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,68 @@
+//! Forces and tangent of a body: its elements band by band.
+
+use super::bands::{Answers, Elements, Sums};
+
+use super::body::{Body, Built};
+use super::evaluation::{ElementFailure, Evaluation};
+use crate::solver::element::Want;
+use crate::solver::material::Material;
+
+impl Body {
+    /// Evaluates all elements and sums what they answer: with the material about the committed history, or another law
+    /// about another.
+    pub(super) fn evaluate_elements(
+        &mut self,
+        displacement: &[f64],
+        want: Want,
+        other: Option<(&dyn Material, &[f64])>,
+        out: &mut Evaluation,
+    ) -> Result<(), ElementFailure> {
+        let stride = self.stride();
+        self.built();
+        let built = self.built.get_mut().expect("made on the line above");
+        let Built { gather, geometry, committed, trial, bands, blocks, .. } = built;
+        let (material, history) = other.unwrap_or((self.material.as_ref(), &committed[..]));
+        let all = Elements {
+            mesh: &self.mesh,
+            kind: self.kind,
+            geometry,
+            rule: &self.thickness_rule,
+            material,
+            axes: self.axes.as_deref(),
+            history,
+            lengths: [stride, self.kind.point_count() * self.material.state_len()],
+            displacement,
+            want,
+        };
+        let mut states: Vec<&mut [f64]> = if stride == 0 {
+            (0..self.mesh.elements.len()).map(|_| <&mut [f64]>::default()).collect()
+        } else {
+            trial.chunks_exact_mut(stride).collect()
+        };
+        out.internal_force.resize(3 * self.mesh.nodes.len(), 0.0);
+        if want == Want::ResidualAndTangent {
+            out.tangent.resize(gather.pattern.nnz(), 0.0);
+        }
+        let mut sums = Sums::default();
+        // An element's modes go on from where it was last evaluated: all are, whichever fails, as bands are as long as
+        // there are threads for them.
+        let mut failure = Ok(());
+        for band in &bands.list {
+            let first = band.elements.start % bands.kept;
+            let own = &mut blocks[first..first + band.elements.len()];
+            let done = all.evaluate(band.elements.start, &mut states[band.elements.clone()], own);
+            failure = failure.and(done);
+            if failure.is_err() {
+                continue;
+            }
+            own.iter().for_each(|block| sums.add(block));
+            let answers = Answers { gather, blocks, want };
+            answers.sum(&band.nodes, out);
+        }
+        let Sums { elastic_energy, plastic_work, artificial_work, internal_residual } = sums;
+        (out.elastic_energy, out.plastic_work) = (elastic_energy, plastic_work);
+        out.artificial_work = artificial_work;
+        out.internal_residual = internal_residual;
+        failure
+    }
+}

@@ -1,0 +1,20 @@
+//! A deformable body: mesh, element formulation, material and history; forces and tangent in CSR order.
+//!
+//! Elements are evaluated in parallel into their own blocks; every row then gathers its contributions in
+//! element order. The sums do not depend on the number of threads.
+
+mod axes;
+mod bands;
+pub(super) mod body;
+pub(super) mod evaluate;
+pub(super) mod evaluation;
+mod foresight;
+mod saved;
+mod states;
+mod volume;
+
+pub use axes::AlongNormal;
+pub use body::{Body, BodyError};
+pub use evaluation::{ElementFailure, Evaluation};
+pub use foresight::Foresight;
+pub use states::ElementState;

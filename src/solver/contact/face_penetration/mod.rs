@@ -1,0 +1,58 @@
+//! Penetration of tools into the faces of the sheet.
+//!
+//! Contact conditions hold nodes. Between them the face of an element, a bilinear surface, may lie in a tool: a face of width w
+//! bridges a convex radius R with a sag of about w²/(8 R), and a feature that is narrower than w may pass between nodes
+//! altogether. After each increment the depth is measured from both sides:
+//!
+//! - from the sheet: signed distance of the middles of faces and of their sides to every tool;
+//! - from the tool: distance of its convex features (`features`) behind the nearest face (`faces`).
+//!
+//! The largest of all is reported. It tells of the resolution of the mesh, not of the iteration: nodes obey their conditions.
+
+pub(in crate::solver) mod faces;
+mod features;
+
+use crate::geometry::Vec3;
+use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::solver::tools::tool::{SheetSide, Tool};
+use faces::{Face, faces_of};
+pub(in crate::solver) use features::Features;
+
+/// The deepest point of a tool inside a face of the sheet, or of a face inside a tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FacePenetration {
+    /// Position of the tool.
+    pub tool: usize,
+    /// Depth [mm].
+    pub depth: f64,
+    /// Where [mm].
+    pub at: Vec3,
+}
+
+/// What stays the same during a run: element faces of either side of the sheet, features of every tool.
+pub(in crate::solver) struct Penetration {
+    sides: Vec<(SheetSide, Vec<Face>)>,
+    pub(in crate::solver) features: Vec<Features>,
+}
+
+impl Penetration {
+    /// For a sheet with elements at most `longest_edge` [mm] long.
+    pub(in crate::solver) fn of(mesh: &HexMesh, tools: &[Tool], longest_edge: f64) -> Self {
+        let mut sides: Vec<(SheetSide, Vec<Face>)> = Vec::new();
+        for tool in tools {
+            let side = tool.setup.side;
+            if !sides.iter().any(|(known, _)| *known == side) {
+                sides.push((side, faces_of(mesh, side)));
+            }
+        }
+        let features = tools.iter().map(|t| Features::of(&t.setup.surface, longest_edge)).collect();
+        Self { sides, features }
+    }
+
+    pub(in crate::solver) fn faces(&self, side: SheetSide) -> &[Face] {
+        self.sides.iter().find(|(known, _)| *known == side).map_or(&[], |(_, faces)| faces)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,78 @@
+//! Why a run cannot start or go on.
+
+use crate::solver::linear::LinearError;
+use crate::solver::newton::outcome::NewtonError;
+
+/// Why a run cannot start or go on.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum SimulationError {
+    /// The set-up contradicts itself.
+    #[error("{0}")]
+    Setup(String),
+    /// A tool that should be placed touching never meets the sheet.
+    #[error(
+        "tool `{tool}` cannot be placed touching: moved along its direction it never meets the sheet; {remedy}"
+    )]
+    NoTouch {
+        /// Tool.
+        tool: String,
+        /// What is likely to be wrong, and what to do.
+        remedy: String,
+    },
+    /// The matrix cannot be planned.
+    #[error("{0}")]
+    Linear(#[from] LinearError),
+    /// An increment did not converge, however small.
+    #[error(
+        "stage `{stage}`, increment {increment}, share {share:.6}: not converged at a step of {step:e} of the stage. {cause}. Nearest tool there: `{tool}`, node {node} at ({x:.3}, {y:.3}, {z:.3}) mm. {remedy}"
+    )]
+    GaveUp {
+        /// Stage name.
+        stage: String,
+        /// Increment that failed.
+        increment: usize,
+        /// Share of the stage reached.
+        share: f64,
+        /// Step that still failed.
+        step: f64,
+        /// Worst node.
+        node: usize,
+        /// Its position [mm].
+        x: f64,
+        /// Its position [mm].
+        y: f64,
+        /// Its position [mm].
+        z: f64,
+        /// Tool nearest to that node.
+        tool: Box<str>,
+        /// What Newton said.
+        cause: Box<NewtonError>,
+        /// What may be wrong, and what to try.
+        remedy: Box<str>,
+    },
+    /// No tool holds the sheet, and its loads are not in balance by themselves.
+    #[error(
+        "stage `{stage}`: no tool holds the sheet, and {:.2} % of the scene's loads push it along as a whole, which nothing balances. Let them go with the tools (`load_share` 0 at the end of the stage), hold the sheet (`holds`), or keep a tool at it", 100.0 * share
+    )]
+    NothingHolds {
+        /// Stage name.
+        stage: String,
+        /// Share of the loads that is not balanced.
+        share: f64,
+    },
+    /// The limit on increments was reached.
+    #[error(
+        "{limit} increments done and the process is not finished; raise `solver.increments` in the scene"
+    )]
+    TooManyIncrements {
+        /// Limit.
+        limit: usize,
+    },
+    /// Somebody asked to stop.
+    #[error("stopped after increment {increment}")]
+    Stopped {
+        /// Last increment.
+        increment: usize,
+    },
+}

@@ -1,0 +1,149 @@
+//! One increment tried: predict, set tools and loads, solve; then accept it with its work, or restore.
+
+use super::loose_sheet::{Way, carry, lay};
+use crate::geometry::Vec3;
+use crate::solver::newton::newton::solve;
+use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
+use crate::solver::sheet::rigid_motions::nearest_free;
+use crate::solver::stage::energy::add_work;
+use crate::solver::stage::plan::Plan;
+use crate::solver::stage::start::{add_loads, set_targets};
+use crate::solver::stage::state::{Committed, Simulation};
+use crate::solver::system::system::System;
+
+/// Solves the increment from one share of the stage to another; the caller accepts or restores.
+pub(in crate::solver) fn attempt(
+    sim: &mut Simulation,
+    plan: &Plan,
+    [share, target]: [f64; 2],
+    patience: Patience,
+) -> Result<NewtonStats, NewtonError> {
+    let kept = sim.history.len();
+    sim.sys.expect_as_last();
+    aim(sim, plan, target);
+    let (loose, idle) = (sim.sys.is_loose(), sim.sys.was_idle());
+    let mut lost = None;
+    if loose && idle {
+        let mut again = |sim: &mut Simulation| {
+            begin_anew(sim, kept);
+            aim(sim, plan, target);
+        };
+        match carry(sim, patience, &mut again) {
+            Ok(Way::Carried(stats)) => return checked(&sim.sys, stats),
+            Ok(Way::Astray(error)) => return Err(error),
+            Ok(Way::Pressed | Way::Unmoved) => {}
+            Err(error) => lost = Some(error),
+        }
+        begin_anew(sim, kept);
+    }
+    let foreseen = predict(&mut sim.sys, &sim.committed, target - share);
+    aim(sim, plan, target);
+    let mut found = solve(&mut sim.sys, &sim.limits, patience, foreseen, &mut sim.history)?;
+    if loose && sim.sys.is_idle() {
+        if let Some(error) = lost {
+            return Err(error);
+        }
+        if !idle && let Some(laid) = lay(sim)? {
+            found = found.and(laid);
+        }
+    }
+    checked(&sim.sys, found)
+}
+
+/// Goes back to the last balance within an attempt, before which `kept` iterates were on record: a sheet that is followed has
+/// those of its motion there, by which that ends.
+fn begin_anew(sim: &mut Simulation, kept: usize) {
+    sim.summary.iterations += sim.history.len().saturating_sub(kept + 1);
+    sim.history.truncate(kept);
+    sim.committed.forget_last();
+    restore(sim);
+    sim.sys.expect_as_last();
+}
+
+/// Sets tools and loads to where an increment ends.
+fn aim(sim: &mut Simulation, plan: &Plan, target: f64) {
+    let stage = &sim.stages[plan.stage];
+    set_targets(&mut sim.sys, stage, plan, target, sim.share);
+    add_loads(&mut sim.sys, &sim.loads, stage.load.at(target));
+    let push = sim.push.iter().flatten();
+    sim.sys.applied.iter_mut().zip(push).for_each(|(applied, push)| *applied += push);
+}
+
+/// A balance, if it is one that the sheet can come to.
+fn checked(sys: &System, found: NewtonStats) -> Result<NewtonStats, NewtonError> {
+    sys.body.not_inside_out(&sys.u)?;
+    match sys.passed_through() {
+        Some(node) => Err(NewtonError::PassedThrough { node }),
+        None => Ok(found),
+    }
+}
+
+/// Starts the iteration where the last increment, repeated in proportion, would lead; that proportion, where the
+/// material can be foreseen too.
+fn predict(sys: &mut System, committed: &Committed, step: f64) -> Option<f64> {
+    let (last_step, du, dtravel) = committed.last.as_ref()?;
+    let factor = step / last_step;
+    sys.u.iter_mut().zip(du).for_each(|(u, d)| *u += factor * d);
+    for (tool, d) in sys.tools.iter_mut().zip(dtravel) {
+        tool.travel += factor * d;
+    }
+    sys.body.can_foresee().then_some(factor)
+}
+
+/// Makes the present iterate the last converged state; `step`: share of the stage that led there, for the predictor. Whether
+/// the sheet has jumped to it.
+pub(in crate::solver) fn accept(sim: &mut Simulation, step: Option<f64>) -> bool {
+    let forces = sim.sys.candidate_forces();
+    let jumped = add_work(sim, &forces);
+    let sys = &mut sim.sys;
+    sys.body.commit();
+    sys.commit_contact(&forces);
+    let old = &sim.committed;
+    let last = step.map(|step| {
+        let mut du: Vec<f64> = sys.u.iter().zip(&old.u).map(|(a, b)| a - b).collect();
+        sys.stop_floating(&mut du);
+        let travels = sys.tools.iter().zip(&old.travels).map(|(t, b)| t.travel - b).collect();
+        (step, du, travels)
+    });
+    sim.committed = Committed { last, ..Committed::of(sys) };
+    jumped
+}
+
+/// A sheet that nothing holds lies where it comes nearest to where the stage found it, not where the supports that were
+/// chosen for it have it.
+pub(in crate::solver) fn lay_down(sim: &mut Simulation, plan: &Plan) {
+    let sys = &mut sim.sys;
+    if !plan.is_free() || sys.applied.iter().any(|&force| force != 0.0) {
+        return;
+    }
+    let now: Vec<Vec3> = (0..sys.node_count()).map(|node| sys.position(node)).collect();
+    let before = plan.unsupported.chunks_exact(3).map(Vec3::from_column_slice).enumerate();
+    let then: Vec<Vec3> = before.map(|(node, u)| now[node] - sys.displacement(node) + u).collect();
+    let (turn, shift) = nearest_free(&sim.held, &now, &then);
+    for (node, x) in now.iter().enumerate() {
+        let at = 3 * node..3 * node + 3;
+        let moved = sys.displacement(node) + (turn * x + shift - x);
+        sys.u[at.clone()].copy_from_slice(moved.as_slice());
+        let force = &mut sys.eval.internal_force[at];
+        let turned = turn * Vec3::from_column_slice(force);
+        force.copy_from_slice(turned.as_slice());
+    }
+    sim.committed = Committed::of(sys);
+}
+
+/// Goes back to the last converged state.
+pub(in crate::solver) fn restore(sim: &mut Simulation) {
+    let (sys, old) = (&mut sim.sys, &sim.committed);
+    sys.damper = None;
+    sys.body.restore();
+    sys.contact.restore();
+    sys.u.copy_from_slice(&old.u);
+    sys.applied.copy_from_slice(&old.applied);
+    sys.eval.internal_force.copy_from_slice(&old.internal_force);
+    for (tool, travel) in sys.tools.iter_mut().zip(&old.travels) {
+        tool.travel = *travel;
+    }
+    for (stop, reached) in sys.stops.iter_mut().zip(&old.on_stop) {
+        stop.reached = *reached;
+    }
+}

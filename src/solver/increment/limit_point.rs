@@ -1,0 +1,237 @@
+//! Past a limit point. A sheet that snaps (oil-canning when it is let go, a buckle) has no balance near its last one. It
+//! is followed to the next as a slow viscous motion at constant loads and tools, with ever less damping, until it is in
+//! balance without any. The energy set free is what is left over, and is reported; no state accepted here has damping in it.
+//! Where the balance it comes to does not last it is pushed along the motion in which it gives way, and followed again.
+
+use super::attempt::{accept, attempt, restore};
+use crate::geometry::{Aabb, Vec3};
+use crate::solver::element::Want;
+use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
+use crate::solver::stage::energy::jumps;
+use crate::solver::stage::plan::Plan;
+use crate::solver::stage::state::{Committed, Simulation};
+use crate::solver::stage::step_size::Endurance;
+use crate::solver::system::damper::Damper;
+use crate::solver::system::damping::{Damping, WELL};
+use crate::solver::system::softest_motion::Push;
+use crate::solver::system::system::System;
+use crate::solver::tools::role::Role;
+
+/// Iterations after which a step has failed.
+const ENOUGH: usize = 12;
+/// Force of the dampers, over the largest before, at which balance without any is tried.
+const SLOW: f64 = 1e-2;
+/// The same where the motion is all but over.
+const OVER: f64 = 1e-3;
+/// Force of the dampers, over what the sheet carried before, at which it is the dampers that tools which go ahead push
+/// against: a step of the tools that the sheet cannot follow dents it.
+const LOUD: f64 = 2.0;
+/// Damping at which a step hardly moves any node: one that fails there fails however it is held back.
+const MOST: f64 = 100.0;
+/// Damping of a sheet that is pushed, over that at which the push would neither grow nor fall, at least: with less than that it
+/// would go the other way.
+const HELD_BACK: f64 = 2.0;
+/// Pushes in a row: of a balance on which the sheet gives way in several motions.
+const PUSHES: usize = 3;
+/// Way of a node over the size of the sheet before which it comes to rest, if at all: nothing balances one that runs away.
+const FAR: f64 = 1.0;
+
+/// Goes from the last balance to the next one at share `target` of the stage, however far that is; also whether that lasts,
+/// as it has to where it is to be `lasting`. `from`: the share of the last one, if there is a balance near it that only does
+/// not last: the sheet is pushed out of that then, as it would be dented by a motion that its dampers hold back.
+///
+/// # Errors
+/// [`NewtonError::StillMoving`]; the last converged state is back. `sim.history` must be empty before.
+pub(in crate::solver) fn relax(
+    sim: &mut Simulation,
+    plan: &Plan,
+    (from, target): (Option<f64>, f64),
+    endurance: &Endurance,
+    lasting: bool,
+) -> Result<(NewtonStats, bool), NewtonError> {
+    let before = sim.state();
+    sim.dragged = 0.0;
+    let found = come_to(sim, plan, (from, target), endurance.iterations).and_then(|stats| {
+        let lasts = lasts_at_rest(&mut sim.sys)?;
+        if lasts || !lasting {
+            return Ok((stats, lasts));
+        }
+        buckle(sim, plan, target, endurance.iterations).map(|more| (stats.and(more), true))
+    });
+    // Whether a balance lasts is not known where that was interrupted.
+    let stopped = sim.sys.cancel.is_requested();
+    let found = if stopped { Err(NewtonError::Cancelled) } else { found };
+    let Ok((_, lasts)) = found else {
+        // It is of this very set-up.
+        let _ = sim.go_back(before);
+        return found;
+    };
+    sim.summary.unstable += usize::from(!lasts);
+    sim.dragged += work_of_travel(sim, &sim.committed);
+    accept(sim, None);
+    sim.summary.snaps += 1;
+    let rest = work_of_travel(sim, before.committed());
+    let (old, now) = (before.energies(), &mut sim.energies);
+    now.external += rest - std::mem::take(&mut sim.dragged);
+    now.internal = old.internal + now.stored() - old.stored();
+    let (given, friction) = (now.external - old.external, now.friction - old.friction);
+    now.snaps = old.snaps + given - (now.internal - old.internal) - friction;
+    found
+}
+
+/// Comes to a balance, as an increment does, where it does so without a jump, or as a slow motion.
+fn come_to(
+    sim: &mut Simulation,
+    plan: &Plan,
+    (from, target): (Option<f64>, f64),
+    iterations: usize,
+) -> Result<NewtonStats, NewtonError> {
+    if let Some(from) = from {
+        let patience = Patience::UpTo(sim.limits.iterations);
+        match attempt(sim, plan, [from, target], patience) {
+            Ok(stats) if !jumps(sim) => return Ok(stats),
+            _ => restore(sim),
+        }
+        sim.summary.iterations += sim.history.len().saturating_sub(1);
+        sim.history.clear();
+    }
+    follow(sim, plan, target, iterations, None)
+}
+
+/// Whether a balance lasts to which the sheet has come without flowing any more.
+fn lasts_at_rest(sys: &mut System) -> Result<bool, NewtonError> {
+    sys.evaluate_at_yield()?;
+    let lasts = sys.lasts();
+    sys.evaluate(Want::ResidualAndTangent)?;
+    Ok(lasts)
+}
+
+/// Pushes the sheet out of a balance that does not last until it comes to one that does.
+fn buckle(
+    sim: &mut Simulation,
+    plan: &Plan,
+    target: f64,
+    iterations: usize,
+) -> Result<NewtonStats, NewtonError> {
+    let mut total = NewtonStats::default();
+    for _ in 0..PUSHES {
+        sim.sys.evaluate_at_yield()?;
+        let push = sim.sys.push();
+        sim.sys.evaluate(Want::ResidualAndTangent)?;
+        let Some(push) = push else { break };
+        sim.dragged += work_of_travel(sim, &sim.committed);
+        accept(sim, None);
+        total = total.and(follow(sim, plan, target, iterations, Some(&push))?);
+        if lasts_at_rest(&mut sim.sys)? {
+            sim.summary.buckles += 1;
+            return Ok(total);
+        }
+    }
+    Err(NewtonError::StillMoving { iterations: sim.history.len() })
+}
+
+/// Follows the sheet from the last balance to one at share `target` of the stage, which is not accepted yet.
+fn follow(
+    sim: &mut Simulation,
+    plan: &Plan,
+    target: f64,
+    iterations: usize,
+    push: Option<&Push>,
+) -> Result<NewtonStats, NewtonError> {
+    let mut total = NewtonStats::default();
+    let least = push.map(|push| HELD_BACK * push.stiffness / sim.sys.scales.tangential);
+    let (mut damping, mut largest) = (Damping::of(least), 0.0);
+    let carried = norm(&sim.committed.internal_force);
+    let (before, from) = (sim.committed.travels.clone(), sim.committed.u.clone());
+    let (mut last, mut lost) = (f64::NAN, 0);
+    while sim.history.len() < iterations && damping.now <= MOST {
+        // The motion goes on as it went in the step before, if that was as long.
+        if damping.now != last {
+            sim.committed.forget_last();
+        }
+        last = damping.now;
+        let before_step = sim.history.len() + 1;
+        sim.push = push.map(|push| push.forces.clone());
+        let moved = step(sim, plan, target, last);
+        sim.push = None;
+        let Ok((stats, force)) = moved else {
+            lost += sim.history.len().saturating_sub(before_step);
+            damping.failed();
+            continue;
+        };
+        if force > LOUD * carried && goes_ahead(&sim.sys, &before) || is_far(&sim.sys, &from) {
+            break;
+        }
+        damping.went(stats.iterations);
+        total = total.and(stats);
+        largest = force.max(largest);
+        if force <= SLOW * largest {
+            // Where many iterations lead is not what the motion leads to, unless that is all but over.
+            let patience = if force <= OVER * largest { ENOUGH } else { WELL };
+            sim.committed.forget_last();
+            let before_rest = sim.history.len() + 1;
+            if let Ok(stats) = attempt(sim, plan, [target; 2], Patience::UpTo(patience)) {
+                sim.summary.iterations += lost;
+                return Ok(total.and(stats));
+            }
+            lost += sim.history.len().saturating_sub(before_rest);
+            restore(sim);
+        }
+    }
+    Err(NewtonError::StillMoving { iterations: sim.history.len() })
+}
+
+/// One step of the motion, which begins with the last one again where that is not forgotten (steps count as one long); force
+/// that remains in the dampers [N].
+fn step(
+    sim: &mut Simulation,
+    plan: &Plan,
+    target: f64,
+    damping: f64,
+) -> Result<(NewtonStats, f64), NewtonError> {
+    let stiffness = damping * sim.sys.scales.tangential;
+    sim.sys.damper = Some(Damper::new(&sim.sys.body, &sim.sys.u, stiffness));
+    let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(ENOUGH));
+    let damper = sim.sys.damper.take();
+    let (Ok(stats), Some(damper)) = (&found, damper) else {
+        restore(sim);
+        return found.map(|stats| (stats, 0.0));
+    };
+    let sys = &mut sim.sys;
+    let damped: Vec<f64> = damper.forces(&sys.u).collect();
+    sys.eval.internal_force.iter_mut().zip(&damped).for_each(|(f, damped)| *f -= damped);
+    sim.dragged += work_of_travel(sim, &sim.committed);
+    accept(sim, Some(1.0));
+    Ok((stats.clone(), norm(&damped)))
+}
+
+/// Work of the tools whose travel is given since a balance, by their forces then and now, of the whole process [N mm]. While
+/// dampers hold the sheet back they push against these too, which is no work on the sheet.
+fn work_of_travel(sim: &Simulation, old: &Committed) -> f64 {
+    let sys = &sim.sys;
+    let given = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] == Role::Travel);
+    let work = |tool: usize| {
+        let moved = sys.tools[tool].travel - old.travels[tool];
+        0.5 * (sys.push_of(tool) + old.pushes[tool]) * moved
+    };
+    sim.share * given.map(work).sum::<f64>()
+}
+
+/// Whether a node has moved by more than the sheet is large.
+fn is_far(sys: &System, from: &[f64]) -> bool {
+    let way = sys.u.chunks_exact(3).zip(from.chunks_exact(3)).map(|(now, before)| {
+        (Vec3::from_column_slice(now) - Vec3::from_column_slice(before)).norm()
+    });
+    way.fold(0.0, f64::max) > FAR * Aabb::of_points(&sys.body.mesh().nodes).diagonal()
+}
+
+/// Whether a tool whose travel is given is not where it was.
+fn goes_ahead(sys: &System, before: &[f64]) -> bool {
+    let given = |tool: usize| sys.roles[tool] == Role::Travel;
+    let moved = |tool: usize| sys.tools[tool].travel.to_bits() != before[tool].to_bits();
+    (0..before.len()).any(|tool| given(tool) && moved(tool))
+}
+
+fn norm(forces: &[f64]) -> f64 {
+    forces.iter().map(|f| f * f).sum::<f64>().sqrt()
+}

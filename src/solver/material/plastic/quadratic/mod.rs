@@ -1,0 +1,391 @@
+//! Return mapping of quadratic criteria, eight points side by side.
+//!
+//! The symbols are those of the parent module. One scalar equation a point is solved by Newton's method kept inside a
+//! bracket; what it needs at one value of `x` is computed for all points together. Points that stay elastic have `x = 0`.
+
+mod axes;
+mod search;
+
+use pulp::{Simd, WithSimd};
+
+use self::axes::{components, tensor};
+use self::search::{ACCEPTED, Search};
+
+use super::{
+    BACKSTRESS, Decay, EQUIVALENT, MAX_ITERATIONS, Plastic, STRAIN, WORK, YIELD_TOLERANCE,
+};
+use crate::solver::material::hill48::Spectrum;
+use crate::solver::material::law::{LogResponses, MaterialError};
+use crate::solver::numbers::algebra::{turn_back, turned};
+use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
+
+const NONE: Eight = [0.0; POINTS];
+
+/// Points to be updated.
+pub(super) struct Update<'a> {
+    pub material: &'a Plastic,
+    pub spectrum: &'a Spectrum,
+    /// Logarithmic strains.
+    pub strains: &'a [Eight; 6],
+    /// How many of the eight points there are.
+    pub count: usize,
+    pub old: &'a [f64],
+    pub new: &'a mut [f64],
+    pub out: &'a mut LogResponses,
+}
+
+impl WithSimd for Update<'_> {
+    type Output = Result<(), (usize, MaterialError)>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { material, spectrum, strains, count, old, new, out } = self;
+        let mut step = Step::new(simd, material, spectrum, strains, (count, old));
+        step.solve(simd)?;
+        step.finish(simd, new, out);
+        Ok(())
+    }
+}
+
+/// The return mappings of the points.
+struct Step<'a> {
+    material: &'a Plastic,
+    spectrum: &'a Spectrum,
+    count: usize,
+    old: &'a [f64],
+    /// Elastic strain if nothing flows, in material axes.
+    elastic: [Eight; 6],
+    /// Trial stress in the eigenbasis.
+    trial: [Eight; 5],
+    /// Its mean.
+    mean: Eight,
+    /// Equivalent trial stress.
+    equivalent: Eight,
+    /// Backstresses at the beginning in the eigenbasis.
+    start: Vec<[Eight; 5]>,
+    plastic: [bool; POINTS],
+    /// Increments of equivalent plastic strain.
+    x: Eight,
+    /// Flow stress there, and its slope.
+    flow_stress: [Eight; 2],
+    /// `θ, θ', φ, φ'` of each backstress there.
+    decays: Vec<[Eight; 4]>,
+    /// Flow stress at the beginning.
+    before: Eight,
+}
+
+/// Everything at one value of the increments `x` of a group of points.
+struct At<S: Simd> {
+    lambda: Lane<S>,
+    lambda_rate: Lane<S>,
+    equivalent: Lane<S>,
+    /// `ξ_i`.
+    xi: [Lane<S>; 5],
+    /// `a_i = 1 / (1 + m λ π_i)`.
+    reduction: [Lane<S>; 5],
+    /// `dξ_i/dx` at fixed trial stress.
+    xi_rate: [Lane<S>; 5],
+    /// `Σ π_i ξ_i dξ_i/dx`.
+    hardening: Lane<S>,
+}
+
+impl<'a> Step<'a> {
+    #[inline(always)]
+    fn new<S: Simd>(
+        simd: S,
+        material: &'a Plastic,
+        spectrum: &'a Spectrum,
+        strains: &[Eight; 6],
+        (count, old): (usize, &'a [f64]),
+    ) -> Self {
+        let mut out = Self {
+            material,
+            spectrum,
+            count,
+            old,
+            elastic: [NONE; 6],
+            trial: [NONE; 5],
+            mean: NONE,
+            equivalent: NONE,
+            start: vec![[NONE; 5]; material.backstresses.len()],
+            plastic: [false; POINTS],
+            x: NONE,
+            flow_stress: [[1.0; POINTS], NONE],
+            decays: vec![[[1.0; POINTS], NONE, [1.0; POINTS], NONE]; material.backstresses.len()],
+            before: NONE,
+        };
+        for first in Lane::<S>::groups_of(count) {
+            out.try_elastic(simd, strains, first);
+        }
+        for point in 0..count {
+            let before = out.history(point)[EQUIVALENT];
+            let (stress, slope) = material.hardening.flow_stress(before);
+            // Ludwik's curve begins upright: elastic points have no use for that, and the search begins without it.
+            let slope = if slope.is_finite() { slope } else { 0.0 };
+            (out.flow_stress[0][point], out.flow_stress[1][point]) = (stress, slope);
+            let elastic = out.equivalent[point] <= stress * (1.0 + YIELD_TOLERANCE);
+            out.plastic[point] = !elastic;
+            out.before[point] = stress;
+        }
+        out
+    }
+
+    fn history(&self, point: usize) -> &'a [f64] {
+        let len = BACKSTRESS + 6 * self.material.backstresses.len();
+        &self.old[point * len..(point + 1) * len]
+    }
+
+    /// Six values of the histories from `place` on.
+    #[inline(always)]
+    fn recall<S: Simd>(&self, simd: S, place: usize, first: usize) -> [Lane<S>; 6] {
+        let mut values = [NONE; 6];
+        for point in first..(first + S::F64_LANES).min(self.count) {
+            let history = self.history(point);
+            for (values, value) in values.iter_mut().zip(&history[place..place + 6]) {
+                values[point] = *value;
+            }
+        }
+        Lane::load_all(simd, &values, first)
+    }
+
+    /// The trial state of the points from `first` on.
+    #[inline(always)]
+    fn try_elastic<S: Simd>(&mut self, simd: S, strains: &[Eight; 6], first: usize) {
+        let (material, spectrum) = (self.material, self.spectrum);
+        let mut strain = Lane::load_all(simd, strains, first);
+        if let Some(turn) = &material.to_material {
+            strain = turned(turn, false, &strain);
+        }
+        let plastic = self.recall(simd, STRAIN, first);
+        for ((elastic, strain), plastic) in self.elastic.iter_mut().zip(&mut strain).zip(plastic) {
+            *strain = *strain - plastic;
+            strain.store(elastic, first);
+        }
+        let two_mu = 2.0 * material.elastic.shear_modulus();
+        let mean = (strain[0] + strain[1] + strain[2]) * material.elastic.bulk_modulus();
+        mean.store(&mut self.mean, first);
+        let trial = Lane::scaled(components(spectrum, &strain), Lane::splat(simd, two_mu));
+        let mut relative = trial;
+        for k in 0..material.backstresses.len() {
+            let start = components(spectrum, &self.recall(simd, BACKSTRESS + 6 * k, first));
+            for i in 0..5 {
+                start[i].store(&mut self.start[k][i], first);
+                relative[i] = relative[i] - start[i];
+            }
+        }
+        let mut square = relative[0] * relative[0] * spectrum.values[0];
+        for i in 1..5 {
+            square =
+                (relative[i] * relative[i]).mul_add(Lane::splat(simd, spectrum.values[i]), square);
+        }
+        square.sqrt().store(&mut self.equivalent, first);
+        for (trial, out) in trial.iter().zip(&mut self.trial) {
+            trial.store(out, first);
+        }
+    }
+
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, first: usize) -> At<S> {
+        let material = self.material;
+        let (zero, one) = (Lane::splat(simd, 0.0), Lane::splat(simd, 1.0));
+        let x = Lane::load(simd, &self.x, first);
+        let yield_stress = Lane::load(simd, &self.flow_stress[0], first);
+        let slope = Lane::load(simd, &self.flow_stress[1], first);
+        let inverse = one / yield_stress;
+        let lambda = x * inverse;
+        let lambda_rate = (one - lambda * slope) * inverse;
+        let mut modulus = Lane::splat(simd, 2.0 * material.elastic.shear_modulus());
+        let mut modulus_rate = zero;
+        let mut b = Lane::load_all(simd, &self.trial, first);
+        let mut b_rate = [zero; 5];
+        let decays = self.start.iter().zip(&self.decays);
+        for (backstress, (start, decay)) in material.backstresses.iter().zip(decays) {
+            let [theta, theta_rate, grown, grown_rate] =
+                [0, 1, 2, 3].map(|k| Lane::load(simd, &decay[k], first));
+            modulus = modulus + grown * (2.0 / 3.0 * backstress.modulus);
+            modulus_rate = modulus_rate + grown_rate * (2.0 / 3.0 * backstress.modulus);
+            let start = Lane::load_all(simd, start, first);
+            for i in 0..5 {
+                b[i] = b[i] - theta * start[i];
+                b_rate[i] = b_rate[i] - theta_rate * start[i];
+            }
+        }
+        let product = modulus * lambda;
+        let product_rate = modulus_rate * lambda + modulus * lambda_rate;
+        let (mut xi, mut reduction, mut xi_rate) = (b, b, b);
+        let (mut square, mut hardening) = (zero, zero);
+        for i in 0..5 {
+            let value = self.spectrum.values[i];
+            reduction[i] = one / (product * value + one);
+            xi[i] = b[i] * reduction[i];
+            xi_rate[i] = (b_rate[i] - product_rate * xi[i] * value) * reduction[i];
+            square = square + xi[i] * xi[i] * value;
+            hardening = hardening + xi[i] * xi_rate[i] * value;
+        }
+        let equivalent = square.sqrt();
+        At { lambda, lambda_rate, equivalent, xi, reduction, xi_rate, hardening }
+    }
+
+    /// Sets what recovery leaves of the backstresses of a point.
+    fn set_decays(&mut self, point: usize) {
+        for (one, decays) in self.material.backstresses.iter().zip(&mut self.decays) {
+            let Decay { left, left_rate, grown, grown_rate } = one.decay(self.x[point]);
+            for (to, value) in decays.iter_mut().zip([left, left_rate, grown, grown_rate]) {
+                to[point] = value;
+            }
+        }
+    }
+
+    /// Finds the increments of equivalent plastic strain.
+    #[inline(always)]
+    fn solve<S: Simd>(&mut self, simd: S) -> Result<(), (usize, MaterialError)> {
+        let mut search = [Search::new(); POINTS];
+        let mut open = self.plastic;
+        let (mut equivalent, mut hardening) = (NONE, NONE);
+        for _ in 0..=MAX_ITERATIONS {
+            if open == [false; POINTS] {
+                break;
+            }
+            for first in Lane::<S>::groups_of(self.count) {
+                let at = self.at(simd, first);
+                at.equivalent.store(&mut equivalent, first);
+                at.hardening.store(&mut hardening, first);
+            }
+            for point in 0..self.count {
+                if !open[point] {
+                    continue;
+                }
+                let at = [equivalent[point], hardening[point]];
+                let shear = self.material.elastic.shear_modulus();
+                let least = 1e-9 * self.equivalent[point] / (2.0 * shear);
+                let stress = [self.flow_stress[0][point], self.flow_stress[1][point]];
+                match search[point].next(self.x[point], at, stress, least) {
+                    Some(x) => {
+                        self.x[point] = x;
+                        let before = self.history(point)[EQUIVALENT];
+                        let (stress, slope) = self.material.hardening.flow_stress(before + x);
+                        (self.flow_stress[0][point], self.flow_stress[1][point]) = (stress, slope);
+                        self.set_decays(point);
+                    }
+                    None => open[point] = false,
+                }
+            }
+        }
+        let failed = |residual: f64| residual.is_nan() || residual.abs() > ACCEPTED;
+        match (0..self.count).find(|&point| failed(search[point].residual)) {
+            None => Ok(()),
+            Some(point) => {
+                let residual = search[point].residual.abs();
+                let iterations = MAX_ITERATIONS;
+                Err((point, MaterialError::ReturnMapping { residual, iterations }))
+            }
+        }
+    }
+
+    /// Answers and new histories.
+    #[inline(always)]
+    fn finish<S: Simd>(&self, simd: S, new: &mut [f64], out: &mut LogResponses) {
+        let (material, spectrum) = (self.material, self.spectrum);
+        let mut flows = [NONE; 6];
+        let mut works = NONE;
+        for first in Lane::<S>::groups_of(self.count) {
+            let at = self.at(simd, first);
+            let mut flow = at.xi;
+            for (flow, value) in flow.iter_mut().zip(spectrum.values) {
+                *flow = *flow * at.lambda * value;
+            }
+            let flow = tensor(spectrum, &flow);
+            let elastic = Lane::load_all(simd, &self.elastic, first);
+            let mean = Lane::load(simd, &self.mean, first);
+            let two_mu = Lane::splat(simd, 2.0 * material.elastic.shear_modulus());
+            let third = (elastic[0] + elastic[1] + elastic[2]) * (1.0 / 3.0);
+            let (mut stress, mut left) = (elastic, elastic);
+            for i in 0..6 {
+                flow[i].store(&mut flows[i], first);
+                left[i] = elastic[i] - flow[i];
+                stress[i] =
+                    if i < 3 { (left[i] - third).mul_add(two_mu, mean) } else { left[i] * two_mu };
+            }
+            Lane::dot(&stress, &flow).store(&mut works, first);
+            (Lane::dot(&stress, &left) * 0.5).store(&mut out.elastic_energy, first);
+            let mut tangent = self.tangent(simd, &at, first);
+            if let Some(turn) = &material.to_material {
+                stress = turned(turn, true, &stress);
+                turn_back(turn, &mut tangent);
+            }
+            for i in 0..6 {
+                stress[i].store(&mut out.stress[i], first);
+                for k in 0..6 {
+                    tangent[i][k].store(&mut out.tangent[i][k], first);
+                }
+            }
+        }
+        let len = BACKSTRESS + 6 * material.backstresses.len();
+        for (point, new) in new.chunks_exact_mut(len).take(self.count).enumerate() {
+            new.copy_from_slice(self.history(point));
+            if self.plastic[point] {
+                let flow = flows.map(|of| of[point]);
+                let harder = self.flow_stress[0][point] - self.before[point];
+                let work = works[point] - 0.5 * harder * self.x[point];
+                self.remember(self.x[point], &flow, work, new);
+            }
+            out.plastic_work[point] = new[WORK];
+            out.plastic[point] = self.plastic[point];
+        }
+    }
+
+    /// Takes an increment into the history of its point; `work` with the backstresses of its end.
+    fn remember(&self, x: f64, flow: &[f64; 6], work: f64, new: &mut [f64]) {
+        new[EQUIVALENT] += x;
+        let mut new_work = new[WORK] + work;
+        new[STRAIN..STRAIN + 6].iter_mut().zip(flow).for_each(|(to, flow)| *to += flow);
+        for (k, one) in self.material.backstresses.iter().enumerate() {
+            let decay = one.decay(x);
+            let backstress = &mut new[BACKSTRESS + 6 * k..BACKSTRESS + 6 * k + 6];
+            for (to, flow) in backstress.iter_mut().zip(flow) {
+                let next = decay.left * *to + 2.0 / 3.0 * one.modulus * decay.grown * flow;
+                new_work -= 0.5 * (next - *to) * flow;
+                *to = next;
+            }
+        }
+        new[WORK] = new_work;
+    }
+
+    /// `dT/dE`: bulk part, shrunk deviatoric part, and where it flows one rank-one term along the flow.
+    #[inline(always)]
+    fn tangent<S: Simd>(&self, simd: S, at: &At<S>, first: usize) -> [[Lane<S>; 6]; 6] {
+        let spectrum = self.spectrum;
+        let (zero, one) = (Lane::splat(simd, 0.0), Lane::splat(simd, 1.0));
+        let two_mu = 2.0 * self.material.elastic.shear_modulus();
+        let flows: Eight = self.plastic.map(|plastic| f64::from(u8::from(plastic)));
+        let flows = Lane::load(simd, &flows, first);
+        let half = Lane::splat(simd, 0.5);
+        let yield_stress = Lane::load(simd, &self.flow_stress[0], first);
+        let slope = Lane::load(simd, &self.flow_stress[1], first);
+        let denominator = yield_stress * slope - at.hardening;
+        let inverse = flows / half.if_less(flows, denominator, one);
+        let (mut normal, mut flow, mut kept) = (at.xi, at.xi, at.xi);
+        for i in 0..5 {
+            let stiffness = two_mu * spectrum.values[i];
+            normal[i] = at.xi[i] * at.reduction[i] * inverse * stiffness;
+            flow[i] = (at.lambda * at.xi_rate[i] + at.lambda_rate * at.xi[i]) * -stiffness;
+            kept[i] = (one - at.lambda * at.reduction[i] * stiffness) * two_mu;
+        }
+        let (normal, flow) = (tensor(spectrum, &normal), tensor(spectrum, &flow));
+        let mut out = [[zero; 6]; 6];
+        for (row, flow) in out.iter_mut().zip(flow) {
+            for (value, normal) in row.iter_mut().zip(normal) {
+                *value = flow * normal;
+            }
+        }
+        let bulk = Lane::splat(simd, self.material.elastic.bulk_modulus());
+        let [v, w] = &spectrum.normal;
+        for i in 0..3 {
+            for j in 0..3 {
+                out[i][j] = out[i][j] + bulk + kept[0] * (v[i] * v[j]) + kept[1] * (w[i] * w[j]);
+            }
+            out[i + 3][i + 3] = out[i + 3][i + 3] + kept[i + 2];
+        }
+        out
+    }
+}

@@ -1,0 +1,10 @@
+//! Newton's method for the equilibrium at given travels of the tools.
+//!
+//! Called by `increment`; calls `active_set` and `system`.
+
+pub(super) mod convergence;
+pub(super) mod cycling;
+pub(super) mod line_search;
+pub mod newton;
+pub mod outcome;
+pub mod record;

@@ -1,0 +1,84 @@
+//! What the observer of a run is told after an increment.
+
+use crate::solver::contact::candidate::ContactSet;
+use crate::solver::error::SimulationError;
+use crate::solver::report::{Control, IncrementReport, ToolReport};
+use crate::solver::stage::state::Simulation;
+use crate::solver::system::system::System;
+use crate::solver::tools::motion::Motion;
+use crate::solver::tools::role::Role;
+
+impl Simulation {
+    fn tool_report(&self, tool: usize, share: f64) -> ToolReport {
+        let sys = &self.sys;
+        let t = &sys.tools[tool];
+        let force = sys.tool_force(tool);
+        let now = self.under_way.as_ref().map(|now| &now.plan);
+        let left_behind = now
+            .filter(|plan| self.stages[plan.stage].motions[tool] == Motion::Release)
+            .map_or(0.0, |plan| plan.remaining(share) * plan.start_forces[tool]);
+        ToolReport {
+            name: t.setup.name.clone(),
+            travel: t.travel,
+            force: self.share * force.dot(&t.setup.direction) + left_behind,
+            force_vector: force.into(),
+            shift: t.shift().into(),
+            contacts: sys.contact.active().filter(|(_, c)| c.tool == tool).count(),
+        }
+    }
+
+    pub(in crate::solver) fn report(
+        &mut self,
+        stage: usize,
+        share: f64,
+        iterations: usize,
+        observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
+    ) -> Result<(), SimulationError> {
+        let face_penetration = self.sys.face_penetration();
+        let sys = &self.sys;
+        let forces = contact_forces(sys);
+        let report = IncrementReport {
+            increment: self.summary.increments,
+            stage,
+            stage_name: &self.stages[stage].name,
+            time: self.time,
+            share,
+            free: sys.roles.iter().all(|role| *role == Role::Absent)
+                || self.under_way.as_ref().is_some_and(|now| now.plan.lets_all_go()),
+            tools: (0..sys.tools.len()).map(|t| self.tool_report(t, share)).collect(),
+            iterations,
+            iterations_total: self.summary.iterations,
+            cuts: self.summary.cuts,
+            snaps: self.summary.snaps,
+            steadied: self.summary.steadied,
+            unstable: self.summary.unstable,
+            buckles: self.summary.buckles,
+            history: &self.history,
+            energies: self.energies,
+            rounding_work: self.rounding_work(),
+            volume_balance: sys.body.volume_balance(&sys.u),
+            over_edge: sys.over_edge(),
+            face_penetration,
+            contacts: sys.contact.active().count(),
+            slipping: sys.conditions.iter().filter(|c| c.slipping).count(),
+            timings: sys.timings,
+            body: &sys.body,
+            displacements: &sys.u,
+            contact_forces: &forces,
+        };
+        match observer(&report) {
+            Control::Continue => Ok(()),
+            Control::Stop => Err(SimulationError::Stopped { increment: self.summary.increments }),
+        }
+    }
+}
+
+/// Forces of the tools on the nodes, three a node [N].
+pub(in crate::solver) fn contact_forces(sys: &System) -> Vec<f64> {
+    let mut out = vec![0.0; sys.u.len()];
+    let set: &ContactSet = &sys.contact;
+    for (_, c) in set.active() {
+        out[3 * c.node..3 * c.node + 3].copy_from_slice(sys.contact_force(c).as_slice());
+    }
+    out
+}

@@ -1,0 +1,158 @@
+//! What a run that gives up says: where, at which tool, and what to try.
+
+use crate::solver::error::SimulationError;
+use crate::solver::linear::LinearError;
+use crate::solver::newton::outcome::NewtonError;
+use crate::solver::stage::stage::Stage;
+use crate::solver::stage::state::Simulation;
+use crate::solver::system::system::System;
+use crate::solver::tools::motion::Motion;
+use crate::solver::tools::role::Role;
+use crate::solver::tools::way::FACING;
+
+fn farthest_from_balance(sys: &System) -> usize {
+    let forces = sys.unbalanced().map(|force| force.norm_squared()).enumerate();
+    forces.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(node, _)| node)
+}
+
+/// The error of a run that found no balance in a step from `share` of the stage on.
+pub(in crate::solver) fn gave_up(
+    sim: &Simulation,
+    stage: usize,
+    share: f64,
+    step: f64,
+    cause: NewtonError,
+) -> SimulationError {
+    let sys = &sim.sys;
+    let node = match &cause {
+        NewtonError::NotConverged { node, .. } | NewtonError::PassedThrough { node } => *node,
+        NewtonError::Element(failure) => sys.body.mesh().elements[failure.element][0] as usize,
+        NewtonError::Linear(LinearError::Singular { unknown }) => {
+            (unknown / 3).min(sys.node_count().saturating_sub(1))
+        }
+        NewtonError::Linear(_) | NewtonError::StillMoving { .. } | NewtonError::Cancelled => {
+            farthest_from_balance(sys)
+        }
+    };
+    let x = sys.position(node);
+    let name = |tool: usize| sys.tools[tool].setup.name.as_str();
+    let there = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] != Role::Absent);
+    let nearest = there
+        .map(|tool| (sys.tools[tool].closest(&x, None).gap.abs(), tool))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    let tool = match &cause {
+        NewtonError::Linear(LinearError::Unopposed { tool }) => Some(*tool),
+        _ => nearest.map(|n| n.1),
+    };
+    SimulationError::GaveUp {
+        stage: sim.stages[stage].name.clone(),
+        increment: sim.summary.increments + 1,
+        share,
+        step,
+        node,
+        x: x.x,
+        y: x.y,
+        z: x.z,
+        tool: tool.map_or("none", name).into(),
+        remedy: remedy(sim, &sim.stages[stage], share, &cause).into(),
+        cause: Box::new(cause),
+    }
+}
+
+/// What may have ended a run, and what to try.
+fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> String {
+    let sys = &sim.sys;
+    let mut out = too_much(sim, stage, share);
+    out += match cause {
+        NewtonError::Linear(LinearError::Unopposed { tool })
+            if friction_alone(sys, *tool).is_some() =>
+        {
+            "Let it push no harder than friction holds it, or give it a `stop_mm`"
+        }
+        NewtonError::Linear(LinearError::Unopposed { .. }) => {
+            "Let it push where the sheet is, or give the blank a finer mesh under its edge"
+        }
+        NewtonError::Linear(_) => {
+            "Nothing may hold the sheet there against its loads and tools (friction may have given way): hold it (`holds`, `symmetry`), or keep a tool at it"
+        }
+        NewtonError::Element(_) => {
+            "Elements there are deformed too far: make them shorter along the bend (four over 90 degrees of the tool's radius; `kanagata-solve check` names radii for which they are too long, and the length wanted), take a smaller largest_increment of the stage, or check the tools' clearance there"
+        }
+        _ => {
+            "Try a finer blank mesh near that place, a smaller first_increment of the stage, or check the tools' clearance there"
+        }
+    };
+    out
+}
+
+/// Forces and loads that the sheet may not carry.
+fn too_much(sim: &Simulation, stage: &Stage, share: f64) -> String {
+    const PAST: &str = "the sheet may not carry it (a `travel_mm` goes past a largest force). ";
+    let sys = &sim.sys;
+    let gone = taken_away(sim, stage);
+    let mut out = String::new();
+    for (tool, motion) in stage.motions.iter().enumerate() {
+        let Motion::Force(curve) = motion else { continue };
+        let pushes = sim.committed.pushes[tool] * sim.share;
+        let grows = curve.starting_at(pushes).rates(share)[1] > 0.0 && !sys.stops[tool].reached;
+        let why = if grows {
+            "and is to push with more".into()
+        } else if pushes > 0.0 && !gone.is_empty() {
+            format!("while the stage takes {gone} away")
+        } else {
+            continue;
+        };
+        let name = &sys.tools[tool].setup.name;
+        out += &format!("`{name}` pushes with {pushes:.4e} N there, {why}: ");
+        out += &friction_alone(sys, tool).map_or_else(
+            || PAST.into(),
+            |most| {
+                format!(
+                    "nothing but friction holds it along its way, and that bears {:.4e} N at most by what presses it on the sheet there (press it harder, or move it by `travel_mm`). ",
+                    most * sim.share
+                )
+            },
+        );
+    }
+    let [_, grows] = stage.load.rates(share);
+    if grows > 0.0 && sim.loads.iter().any(|load| *load != 0.0) {
+        let now = stage.load.at(share);
+        out += &format!("Of the loads {now:.4} act there, and are to grow: {PAST}");
+    }
+    out
+}
+
+/// Names of the tools that a stage lets go or leaves out.
+fn taken_away(sim: &Simulation, stage: &Stage) -> String {
+    let before = sim.stage.checked_sub(1).map(|before| &sim.stages[before].motions);
+    let goes = |tool: usize| match stage.motions[tool] {
+        Motion::Release => true,
+        Motion::Absent => before.is_some_and(|before| before[tool] != Motion::Absent),
+        _ => false,
+    };
+    let gone = (0..stage.motions.len()).filter(|&tool| goes(tool));
+    let names: Vec<&str> = gone.map(|tool| sim.sys.tools[tool].setup.name.as_str()).collect();
+    names.join(", ")
+}
+
+/// What friction can bear of a tool at most that touched the sheet at the last balance with nothing but faces along its way [N];
+/// none of one that met the sheet otherwise, or not.
+fn friction_alone(sys: &System, tool: usize) -> Option<f64> {
+    let direction = sys.tools[tool].setup.direction;
+    let mut most = None;
+    for (c, (touched, force)) in sys.contact.candidates.iter().zip(sys.contact.before()) {
+        if c.tool != tool || !touched {
+            continue;
+        }
+        let normal = force.normal();
+        // Which way one looks that has no force yet is not told by that.
+        if normal.norm() == 0.0 {
+            continue;
+        }
+        if normal.dot(&direction).abs() > FACING * normal.norm() {
+            return None;
+        }
+        *most.get_or_insert(0.0) += sys.law(tool).mu * normal.norm();
+    }
+    most
+}

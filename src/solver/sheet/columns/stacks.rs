@@ -1,0 +1,141 @@
+//! Hexahedra in stacks along one direction of each: their nodes in columns.
+
+use super::error::SheetError;
+use super::families::ACROSS;
+use super::turning::{looks_down, same_way_up};
+use crate::geometry::Vec3;
+use crate::solver::sheet::hex_mesh::HexMesh;
+
+/// Nodes in columns, bottom first.
+pub(super) struct Stacks {
+    directions: Vec<usize>,
+    columns: Vec<Vec<u32>>,
+}
+
+impl Stacks {
+    pub(super) fn new(
+        points: &[Vec3],
+        elements: &[[u32; 8]],
+        directions: &[usize],
+    ) -> Result<Self, SheetError> {
+        let mut above: Vec<Vec<u32>> = vec![Vec::new(); points.len()];
+        let mut in_use = Vec::new();
+        let mut seen = vec![false; points.len()];
+        for (e, (nodes, &d)) in elements.iter().zip(directions).enumerate() {
+            for (low, high) in ACROSS[d][0].iter().zip(&ACROSS[d][1]) {
+                let (a, b) = (nodes[*low], nodes[*high]);
+                for (from, to) in [(a, b), (b, a)] {
+                    let next = &mut above[from as usize];
+                    if !next.contains(&to) {
+                        next.push(to);
+                    }
+                    if next.len() > 2 {
+                        return Err(SheetError::Branches { element: e });
+                    }
+                }
+            }
+            for &n in nodes {
+                if !std::mem::replace(&mut seen[n as usize], true) {
+                    in_use.push(n);
+                }
+            }
+        }
+        let mut columns: Vec<Vec<u32>> = Vec::new();
+        let mut taken = vec![false; points.len()];
+        for &first in in_use.iter().filter(|n| above[**n as usize].len() == 1) {
+            if taken[first as usize] {
+                continue;
+            }
+            let mut column = vec![first];
+            taken[first as usize] = true;
+            let mut now = first;
+            while let Some(&next) = above[now as usize].iter().find(|n| !taken[**n as usize]) {
+                taken[next as usize] = true;
+                column.push(next);
+                now = next;
+            }
+            let others = columns.first().map_or(column.len(), Vec::len);
+            if column.len() != others {
+                let at = points[first as usize];
+                let found = column.len();
+                return Err(SheetError::Levels { found, others, x: at.x, y: at.y, z: at.z });
+            }
+            columns.push(column);
+        }
+        // A ring of elements closed through the thickness has no end.
+        if in_use.iter().any(|n| !taken[*n as usize]) {
+            return Err(SheetError::NoDirection);
+        }
+        Ok(Self { directions: directions.to_vec(), columns })
+    }
+
+    /// Mean length of the columns, and mean height of it along z [mm].
+    pub(super) fn measures(&self, points: &[Vec3]) -> [f64; 2] {
+        let steps = self.columns.iter().flat_map(|c| c.windows(2));
+        let sum = steps.fold([0.0; 2], |sum, w| {
+            let step = points[w[1] as usize] - points[w[0] as usize];
+            [sum[0] + step.norm(), sum[1] + step.z.abs()]
+        });
+        sum.map(|s| s / self.columns.len().max(1) as f64)
+    }
+
+    /// The mesh, all columns the same way up.
+    pub(super) fn mesh(
+        mut self,
+        points: &[Vec3],
+        elements: &[[u32; 8]],
+    ) -> Result<HexMesh, SheetError> {
+        let mut place = vec![(0u32, 0u32); points.len()];
+        for (c, column) in self.columns.iter().enumerate() {
+            column.iter().enumerate().for_each(|(l, &n)| place[n as usize] = (c as u32, l as u32));
+        }
+        // Lower rings of the elements, as columns; columns of one element stand the same way up.
+        let ring = |e: usize| ACROSS[self.directions[e]][0].map(|k| elements[e][k]);
+        let up = |e: usize, k: usize| {
+            let d = self.directions[e];
+            let [a, b] = [0, 1].map(|side| place[elements[e][ACROSS[d][side][k]] as usize].1);
+            b > a
+        };
+        let of_column = |e: usize| ring(e).map(|n| place[n as usize].0);
+        let turned = same_way_up(elements.len(), self.columns.len(), of_column, up)?;
+        for (column, turn) in self.columns.iter_mut().zip(turned) {
+            if turn {
+                column.reverse();
+            }
+        }
+        let sum: Vec3 = self
+            .columns
+            .iter()
+            .map(|c| points[c[c.len() - 1] as usize] - points[c[0] as usize])
+            .sum();
+        if looks_down(&sum) {
+            self.columns.iter_mut().for_each(|c| c.reverse());
+        }
+        let levels = self.columns.first().map_or(1, Vec::len);
+        let mut number = vec![0u32; points.len()];
+        let mut nodes = Vec::with_capacity(levels * self.columns.len());
+        for n in self.columns.iter().flatten() {
+            number[*n as usize] = nodes.len() as u32;
+            nodes.push(points[*n as usize]);
+        }
+        let elements = elements.iter().zip(&self.directions);
+        let elements = elements.map(|(e, &d)| upright(&nodes, &e.map(|n| number[n as usize]), d));
+        Ok(HexMesh { elements: elements.collect(), nodes, nodes_per_column: levels })
+    }
+}
+
+/// The element with its lower ring first, counter-clockwise seen from the upper one.
+fn upright(nodes: &[Vec3], e: &[u32; 8], direction: usize) -> [u32; 8] {
+    let [mut low, mut high] = ACROSS[direction].map(|face| face.map(|k| e[k]));
+    if low[0] > high[0] {
+        std::mem::swap(&mut low, &mut high);
+    }
+    let x = |n: u32| nodes[n as usize];
+    let normal = (x(low[2]) - x(low[0])).cross(&(x(low[3]) - x(low[1])));
+    let up: Vec3 = (0..4).map(|k| x(high[k]) - x(low[k])).sum();
+    if normal.dot(&up) < 0.0 {
+        low.reverse();
+        high.reverse();
+    }
+    [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]
+}

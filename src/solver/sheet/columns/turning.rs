@@ -1,0 +1,147 @@
+//! Columns and quadrilaterals turned the same way.
+
+use rustc_hash::FxHashMap;
+
+use super::error::SheetError;
+use super::families::{all_different, one_part};
+use crate::geometry::Vec3;
+
+pub(super) fn looks_down(up: &Vec3) -> bool {
+    let upright = up.z.abs() <= 0.01 * up.norm();
+    let decisive = if !upright {
+        up.z
+    } else if up.x.abs() > up.y.abs() {
+        up.x
+    } else {
+        up.y
+    };
+    decisive < 0.0
+}
+
+/// Which columns have to be turned so that those of every element stand the same way up. `up(e, k)`: whether column k
+/// of element e runs from its first ring to its second.
+pub(super) fn same_way_up(
+    elements: usize,
+    columns: usize,
+    of_column: impl Fn(usize) -> [u32; 4],
+    up: impl Fn(usize, usize) -> bool,
+) -> Result<Vec<bool>, SheetError> {
+    let mut links: Vec<Vec<(u32, bool)>> = vec![Vec::new(); columns];
+    for e in 0..elements {
+        let ids = of_column(e);
+        for k in 0..4 {
+            let next = (k + 1) % 4;
+            let differ = up(e, k) != up(e, next);
+            links[ids[k] as usize].push((ids[next], differ));
+            links[ids[next] as usize].push((ids[k], differ));
+        }
+    }
+    let turned = walk(columns, |column| links[column].iter().copied());
+    for e in 0..elements {
+        let ids = of_column(e);
+        let way = |k: usize| up(e, k) ^ turned[ids[k] as usize];
+        if (1..4).any(|k| way(k) != way(0)) {
+            return Err(SheetError::OneSided { element: e });
+        }
+    }
+    Ok(turned)
+}
+
+/// Marks so that linked items differ where the link says so, as far as that can be.
+fn walk<I: Iterator<Item = (u32, bool)>>(count: usize, links: impl Fn(usize) -> I) -> Vec<bool> {
+    let mut mark = vec![false; count];
+    let mut seen = vec![false; count];
+    let mut todo = Vec::new();
+    for start in 0..count {
+        if std::mem::replace(&mut seen[start], true) {
+            continue;
+        }
+        todo.push(start);
+        while let Some(now) = todo.pop() {
+            for (next, differ) in links(now) {
+                let next = next as usize;
+                if !std::mem::replace(&mut seen[next], true) {
+                    mark[next] = mark[now] ^ differ;
+                    todo.push(next);
+                }
+            }
+        }
+    }
+    mark
+}
+
+/// What is across the four sides of each quadrilateral: another one, and whether it turns the other way.
+struct Neighbours(Vec<[u32; 4]>);
+
+impl Neighbours {
+    /// A side without another quadrilateral.
+    const NONE: u32 = u32::MAX;
+
+    fn of(quads: &[[u32; 4]]) -> Result<Self, SheetError> {
+        // Of each side the quadrilateral that has it and which of its sides that is, until another one has been found.
+        let mut open: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+        open.reserve(2 * quads.len());
+        let mut across = vec![[Self::NONE; 4]; quads.len()];
+        for (e, q) in quads.iter().enumerate() {
+            for k in 0..4 {
+                let [a, b] = side(q, k);
+                let Some(first) = open.get_mut(&[a.min(b), a.max(b)]) else {
+                    open.insert([a.min(b), a.max(b)], (4 * e + k) as u32);
+                    continue;
+                };
+                let known = std::mem::replace(first, Self::NONE);
+                if known == Self::NONE {
+                    return Err(SheetError::Branches { element: e });
+                }
+                let (other, l) = (known as usize / 4, known as usize % 4);
+                let differ = u32::from(side(&quads[other], l) == [a, b]);
+                across[e][k] = 2 * other as u32 + differ;
+                across[other][l] = 2 * e as u32 + differ;
+            }
+        }
+        Ok(Self(across))
+    }
+
+    fn of_element(&self, e: usize) -> impl Iterator<Item = (u32, bool)> {
+        let there = self.0[e].into_iter().filter(|code| *code != Self::NONE);
+        there.map(|code| (code / 2, code % 2 == 1))
+    }
+}
+
+fn side(quad: &[u32; 4], k: usize) -> [u32; 2] {
+    [quad[k], quad[(k + 1) % 4]]
+}
+
+/// Quadrilaterals all turned one way: counter-clockwise seen from +z or, of a sheet that stands upright, from its
+/// larger of +x and +y.
+///
+/// # Errors
+/// [`SheetError`].
+pub fn oriented(points: &[Vec3], quads: &[[u32; 4]]) -> Result<Vec<[u32; 4]>, SheetError> {
+    if let Some(element) = quads.iter().position(|q| !all_different(q)) {
+        return Err(SheetError::Degenerate { element });
+    }
+    let neighbours = Neighbours::of(quads)?;
+    let pairs = |e: usize| neighbours.of_element(e).map(move |(other, _)| [e, other as usize]);
+    one_part(quads.len(), (0..quads.len()).flat_map(pairs))?;
+    let turned = walk(quads.len(), |e| neighbours.of_element(e));
+    let torn = |e: usize| {
+        neighbours.of_element(e).any(|(o, differ)| turned[e] ^ turned[o as usize] != differ)
+    };
+    if let Some(element) = (0..quads.len()).find(|&e| torn(e)) {
+        return Err(SheetError::OneSided { element });
+    }
+    let turn = |(q, &turn): (&[u32; 4], &bool)| if turn { reversed(q) } else { *q };
+    let quads: Vec<[u32; 4]> = quads.iter().zip(&turned).map(turn).collect();
+    let area = |q: &[u32; 4]| {
+        let [a, b, c, d] = q.map(|n| points[n as usize]);
+        (c - a).cross(&(d - b))
+    };
+    let sum: Vec3 = quads.iter().map(area).sum();
+    Ok(if looks_down(&sum) { quads.iter().map(reversed).collect() } else { quads })
+}
+
+pub(super) fn reversed(quad: &[u32; 4]) -> [u32; 4] {
+    let [a, b, c, d] = *quad;
+    [a, d, c, b]
+}

@@ -1,0 +1,9 @@
+//! The sheet before it is deformed: hexahedra in columns, supports, rigid motions, sizes of elements.
+//!
+//! Used by `assembly`, `system`, `scene` and all above them.
+
+pub mod columns;
+pub mod hex_mesh;
+pub(super) mod rigid_motions;
+pub(super) mod sizes;
+pub mod supports;

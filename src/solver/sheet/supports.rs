@@ -1,0 +1,100 @@
+//! Displacement components held at zero: symmetry planes and fixed nodes.
+
+use crate::geometry::{Mat3, Vec3};
+
+/// Which displacement components of which nodes are held, one bit a component.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Constraints {
+    held: Vec<u8>,
+}
+
+impl Constraints {
+    /// Nothing held on `nodes` nodes.
+    #[must_use]
+    pub fn none(nodes: usize) -> Self {
+        Self { held: vec![0; nodes] }
+    }
+
+    /// Holds component `axis` (0..3) of `node`; a node out of range is ignored.
+    pub fn hold(&mut self, node: usize, axis: usize) {
+        if let Some(bits) = self.held.get_mut(node) {
+            *bits |= 1 << (axis % 3);
+        }
+    }
+
+    /// Holds component `axis` of every node with `|x[axis] - at| <= tolerance` [mm]: a symmetry plane.
+    /// Returns how many nodes lie on it.
+    pub fn symmetry_plane(
+        &mut self,
+        nodes: &[Vec3],
+        axis: usize,
+        at: f64,
+        tolerance: f64,
+    ) -> usize {
+        let mut count = 0;
+        for (node, x) in nodes.iter().enumerate() {
+            if (x[axis] - at).abs() <= tolerance {
+                self.hold(node, axis);
+                count += 1;
+            }
+        }
+        count
+    }
+
+    /// True when component `axis` of `node` is held.
+    #[must_use]
+    pub fn is_held(&self, node: usize, axis: usize) -> bool {
+        self.held[node] & (1 << axis) != 0
+    }
+
+    /// Projector on the free components of `node`.
+    #[must_use]
+    pub fn free_projector(&self, node: usize) -> Mat3 {
+        let free = |axis| if self.is_held(node, axis) { 0.0 } else { 1.0 };
+        Mat3::from_diagonal(&Vec3::new(free(0), free(1), free(2)))
+    }
+
+    /// True when nothing is held at `node`.
+    #[must_use]
+    pub fn is_free(&self, node: usize) -> bool {
+        self.held[node] == 0
+    }
+
+    /// Held components by node, one bit each.
+    #[must_use]
+    pub fn bits(&self) -> &[u8] {
+        &self.held
+    }
+
+    /// Takes over the bits of as many nodes.
+    pub(in crate::solver) fn take_bits(&mut self, bits: &[u8]) {
+        self.held.copy_from_slice(bits);
+    }
+
+    /// Number of nodes.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.held.len()
+    }
+
+    /// True without nodes.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.held.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_node_on_two_planes_keeps_one_direction() {
+        let nodes = [Vec3::zeros(), Vec3::new(1.0, 0.0, 0.0)];
+        let mut c = Constraints::none(2);
+        assert_eq!(c.symmetry_plane(&nodes, 0, 0.0, 1e-9), 1);
+        assert_eq!(c.symmetry_plane(&nodes, 1, 0.0, 1e-9), 2);
+        assert_eq!(c.free_projector(0) * Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.0, 0.0, 3.0));
+        assert!(c.is_held(1, 1) && !c.is_held(1, 0));
+    }
+}

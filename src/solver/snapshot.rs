@@ -1,0 +1,132 @@
+//! The state of a run between two increments: what a checkpoint holds. A run that goes on from it repeats to the bit.
+
+use serde::{Deserialize, Serialize};
+
+use crate::solver::contact::candidate::SavedContact;
+use crate::solver::error::SimulationError;
+use crate::solver::increment::attempt::restore;
+use crate::solver::report::{Energies, RunSummary};
+use crate::solver::stage::state::{Committed, Simulation, UnderWay};
+
+/// Everything that changes during a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SimulationState {
+    stage: usize,
+    under_way: Option<UnderWay>,
+    time: f64,
+    committed: Committed,
+    energies: Energies,
+    summary: RunSummary,
+    contact: Vec<SavedContact>,
+    /// Held components of every node, and where they are held [mm].
+    held: Vec<u8>,
+    held_at: Vec<f64>,
+    /// History of the material points, as little-endian numbers; kept apart from the rest.
+    #[serde(skip)]
+    pub material: Vec<u8>,
+}
+
+impl SimulationState {
+    /// The last balance.
+    pub(in crate::solver) fn committed(&self) -> &Committed {
+        &self.committed
+    }
+
+    /// Increments done.
+    pub(in crate::solver) fn increments(&self) -> usize {
+        self.summary.increments
+    }
+
+    /// Work since the start of the run.
+    pub(in crate::solver) fn energies(&self) -> &Energies {
+        &self.energies
+    }
+}
+
+impl Simulation {
+    /// The state after the last converged increment.
+    #[must_use]
+    pub fn state(&self) -> SimulationState {
+        let material = self.sys.body.export_state();
+        SimulationState { material, ..self.state_without_history() }
+    }
+
+    /// As [`Self::state`], without the history of the material points.
+    pub(in crate::solver) fn state_without_history(&self) -> SimulationState {
+        SimulationState {
+            stage: self.stage,
+            under_way: self.under_way.clone(),
+            time: self.time,
+            committed: self.committed.clone(),
+            energies: self.energies,
+            summary: self.summary.clone(),
+            contact: self.sys.contact.saved().to_vec(),
+            held: self.sys.constraints.bits().to_vec(),
+            held_at: self.sys.held_at.clone(),
+            material: Vec::new(),
+        }
+    }
+
+    /// Goes on from a state of the same set-up.
+    ///
+    /// # Errors
+    /// [`SimulationError::Setup`] when the state is of another set-up.
+    pub fn resume(&mut self, state: SimulationState) -> Result<(), SimulationError> {
+        let other = |what: String| {
+            Err(SimulationError::Setup(format!("the saved state is of another set-up: {what}")))
+        };
+        let (found, expected) = (state.committed.u.len(), self.sys.u.len());
+        if found != expected || state.held.len() * 3 != expected || state.held_at.len() != expected
+        {
+            return other(format!("{found} unknowns, not {expected}"));
+        }
+        if state.stage > self.stages.len() || !state.committed.fits(self.sys.tools.len(), expected)
+        {
+            return other("its stages or tools".into());
+        }
+        let tools = self.sys.tools.len();
+        let fits = |now: &UnderWay| now.fits(state.stage, self.stages.len(), tools, expected);
+        if !state.under_way.as_ref().is_none_or(fits) {
+            return other("the stage under way".into());
+        }
+        if !state.summary.is_sound() {
+            return other("its counts".into());
+        }
+        let spent = state.summary.timings;
+        if let Err(what) = self.go_back(state) {
+            return other(what);
+        }
+        self.sys.timings = spent;
+        let solver = &mut self.sys.solver;
+        (solver.factor_s, solver.update_s, solver.solve_s) =
+            (spent.factor, spent.update, spent.solve);
+        (solver.factorisations, solver.updates) = (spent.factorisations, spent.updates);
+        Ok(())
+    }
+
+    /// Takes a state of this set-up; time spent stays spent.
+    pub(in crate::solver) fn go_back(&mut self, state: SimulationState) -> Result<(), String> {
+        self.sys.body.import_state(&state.material).map_err(|error| error.to_string())?;
+        self.go_back_within(state)
+    }
+
+    /// As [`Self::go_back`], where the history of the material points has not been committed since.
+    pub(in crate::solver) fn go_back_within(
+        &mut self,
+        state: SimulationState,
+    ) -> Result<(), String> {
+        if !self.sys.contact.resume(&state.contact) {
+            return Err(format!("{} contact candidates", state.contact.len()));
+        }
+        self.stage = state.stage;
+        self.under_way = state.under_way;
+        self.time = state.time;
+        self.committed = state.committed;
+        self.energies = state.energies;
+        self.summary = state.summary;
+        self.sys.constraints.take_bits(&state.held);
+        self.sys.held_at = state.held_at;
+        restore(self);
+        Ok(())
+    }
+}

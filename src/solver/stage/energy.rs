@@ -1,0 +1,156 @@
+//! Work of an increment, by the trapezoidal rule, and what of it the sheet has not stored.
+
+use super::plan::Plan;
+use super::state::{Committed, Simulation};
+use crate::contact::friction::RISEN;
+use crate::geometry::Vec3;
+use crate::solver::contact::candidate::Force;
+use crate::solver::system::system::System;
+
+/// Work of contact in an increment.
+#[derive(Default)]
+struct ContactWork {
+    /// Of friction on the sheet.
+    friction: f64,
+    /// Of normal forces over the gap of nodes that begin or cease to touch, over which there is none: as the trapezoidal rule has
+    /// it.
+    over_gaps: f64,
+    /// What the trapezoidal rule leaves out of the first where a node slides: friction is against its slip all the way, by
+    /// Coulomb's law with the mean normal force, whatever it was against before.
+    turned: f64,
+}
+
+impl ContactWork {
+    fn of(sys: &System, old: &Committed, forces: &[Force]) -> Self {
+        let mut sum = Self::default();
+        let ends = sys.contact.before().zip(forces);
+        for (c, ((touched, before), now)) in sys.contact.candidates.iter().zip(ends) {
+            if !touched && !c.active {
+                continue;
+            }
+            // Where a tool is gone at once all forces are what is left of them.
+            let before = if touched && old.dropped { *now } else { before };
+            let tool = &sys.tools[c.tool];
+            let place = sys.position(c.node) - tool.shift();
+            let u = Vec3::from_column_slice(&old.u[3 * c.node..3 * c.node + 3]);
+            let moved = tool.setup.direction * (tool.travel - old.travels[c.tool]);
+            let way = sys.displacement(c.node) - u - moved;
+            let slip = if touched { place - c.start } else { way };
+            let friction = 0.5 * (before.tangential() + now.tangential()).dot(&slip);
+            sum.friction += friction;
+            let along = tangential(&before, now, &slip);
+            if along > SLIDES * sys.lengths.transition {
+                let mean = 0.5 * (before.normal().norm() + now.normal().norm());
+                sum.turned -= along * sys.law(c.tool).mu * mean + friction;
+            }
+            // A tool that comes back may find a node within it: a gap too.
+            let closer = if touched == c.active { c.start - (place - way) } else { way };
+            sum.over_gaps += 0.5 * (before.normal() + now.normal()).dot(&closer);
+        }
+        sum.friction += sum.turned;
+        sum
+    }
+}
+
+/// Slip over the transition of friction from which on a node slides.
+const SLIDES: f64 = 10.0 * RISEN;
+
+/// Length of a slip along a tool, whose normal is that of the forces at either end, or at one.
+fn tangential(before: &Force, now: &Force, slip: &Vec3) -> f64 {
+    let normal = (before.normal() + now.normal()).try_normalize(0.0).unwrap_or_default();
+    (slip - normal * normal.dot(slip)).norm()
+}
+
+/// Work of an increment, of the whole process [N mm].
+struct Work {
+    external: f64,
+    friction: f64,
+    /// Of the elements' forces, by the trapezoidal rule; and with those of either end throughout.
+    internal: f64,
+    by_ends: [f64; 2],
+    /// What of that they have stored, or dissipated by plastic flow.
+    stored: f64,
+}
+
+impl Work {
+    /// Work of the increment (trapezoidal rule), before it is committed; `forces`: of the tools on the nodes now.
+    fn of(sim: &Simulation, forces: &[Force]) -> Self {
+        let (sys, old) = (&sim.sys, &sim.committed);
+        let (mut begin, mut end, mut applied) = (0.0, 0.0, 0.0);
+        for i in 0..sys.u.len() {
+            let du = sys.u[i] - old.u[i];
+            begin += old.internal_force[i] * du;
+            end += sys.eval.internal_force[i] * du;
+            applied += 0.5 * (sys.applied[i] + old.applied[i]) * du;
+        }
+        let ContactWork { friction, over_gaps, turned } = ContactWork::of(sys, old, forces);
+        let pushed: f64 = (0..sys.tools.len())
+            .map(|t| {
+                let (moved, now) = (sys.tools[t].travel - old.travels[t], sys.push_of(t));
+                0.5 * (now + if old.dropped { now } else { old.pushes[t] }) * moved
+            })
+            .sum();
+        let whole = sim.share;
+        let eval = &sys.eval;
+        let stored = whole * (eval.elastic_energy + eval.plastic_work + eval.artificial_work);
+        Self {
+            external: whole * (pushed + applied + over_gaps - turned),
+            friction: -whole * friction,
+            internal: whole * 0.5 * (begin + end),
+            by_ends: [begin, end].map(|work| whole * work),
+            stored: stored - sim.energies.stored(),
+        }
+    }
+
+    /// What has been set free where the increment begins with no balance, as a tool is gone that pushed the sheet: the trapezoidal
+    /// rule would have its force fall over all the way that the sheet springs back.
+    fn set_free(&self) -> f64 {
+        self.external - self.friction - self.stored
+    }
+
+    /// What the sheet has not stored of it, where that is of note beside the work `done` at most and more than forces that
+    /// rise or fall steadily from one end to the other can have left out: it has jumped from one balance to another on the way.
+    fn jump(&self, done: f64) -> Option<f64> {
+        /// Share of the work.
+        const OF_NOTE: f64 = 0.01;
+        let lost = self.internal - self.stored;
+        let [begin, end] = self.by_ends;
+        let least = OF_NOTE * done.max(self.external.abs()).max(self.internal.abs());
+        (lost > least + 0.5 * (end - begin).abs()).then_some(lost)
+    }
+}
+
+/// Work in an increment of the forces that tools which are let go have left behind, of the whole process [N mm].
+pub(in crate::solver) fn work_left_behind(
+    sim: &Simulation,
+    plan: &Plan,
+    [share, target]: [f64; 2],
+) -> f64 {
+    let moved = sim.sys.u.iter().zip(&sim.committed.u).map(|(now, before)| now - before);
+    let work: f64 = plan.released.iter().zip(moved).map(|(force, moved)| force * moved).sum();
+    sim.share * work * 0.5 * (plan.remaining(share) + plan.remaining(target))
+}
+
+/// Whether the sheet has jumped from one balance to another in the increment, which is not yet accepted.
+pub(in crate::solver) fn jumps(sim: &Simulation) -> bool {
+    let work = Work::of(sim, &sim.sys.candidate_forces());
+    work.internal > sim.rounding_work() && work.jump(sim.energies.most).is_some()
+}
+
+/// Adds the work of the increment before it is committed; whether the sheet has jumped.
+pub(in crate::solver) fn add_work(sim: &mut Simulation, forces: &[Force]) -> bool {
+    let work = Work::of(sim, forces);
+    let dropped = sim.committed.dropped;
+    let jump = if dropped { Some(work.set_free()) } else { work.jump(sim.energies.most) };
+    let jump = jump.filter(|lost| *lost > sim.rounding_work());
+    let (e, whole) = (&mut sim.energies, sim.share);
+    e.internal += if dropped { work.stored } else { work.internal - jump.unwrap_or(0.0) };
+    e.snaps += jump.unwrap_or(0.0);
+    e.friction += work.friction;
+    e.external += work.external;
+    e.elastic = whole * sim.sys.eval.elastic_energy;
+    e.plastic = whole * sim.sys.eval.plastic_work;
+    e.artificial = whole * sim.sys.eval.artificial_work;
+    e.most = e.most.max(e.external.abs()).max(e.internal.abs());
+    jump.is_some()
+}

@@ -1,0 +1,11 @@
+//! A stage of the process: what moves and how far, the size of its steps, its energy.
+//!
+//! Used by `simulation` and `increment`.
+
+pub(super) mod branch;
+pub(super) mod energy;
+pub(super) mod plan;
+pub mod stage;
+pub(super) mod start;
+pub(super) mod state;
+pub(super) mod step_size;

@@ -1,0 +1,77 @@
+//! What is to move in a stage.
+
+use serde::{Deserialize, Serialize};
+
+use super::stage::Stage;
+use crate::solver::tools::motion::Motion;
+
+/// What a stage fixes when it begins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(in crate::solver) struct Plan {
+    pub(in crate::solver) stage: usize,
+    pub(in crate::solver) start_travels: Vec<f64>,
+    /// Force of each tool along its direction [N], of the whole process.
+    pub(in crate::solver) start_forces: Vec<f64>,
+    /// Share of the stage at which tools are let go, and whether they are yet.
+    pub(in crate::solver) at: f64,
+    pub(in crate::solver) gone: bool,
+    /// One of them that stays in place until then, as no other does, and displacements when the stage began.
+    pub(in crate::solver) kept: Option<(usize, Vec<f64>)>,
+    /// Contact forces of the tools that are gone (three a node).
+    pub(in crate::solver) released: Vec<f64>,
+    /// Displacements at the beginning of a stage in which no tool holds the sheet; of others none.
+    pub(in crate::solver) unsupported: Vec<f64>,
+    /// Tools that stand clear of a sheet that is let go: one that nothing holds moves out of their way.
+    pub(in crate::solver) clear: Vec<usize>,
+}
+
+impl Plan {
+    /// Whether it is of a system with so many stages, tools and unknowns.
+    pub(in crate::solver) fn fits(&self, stages: usize, tools: usize, unknowns: usize) -> bool {
+        let of_nodes = |v: &Vec<f64>| v.is_empty() || v.len() == unknowns;
+        let kept = self.kept.as_ref();
+        self.stage < stages
+            && [self.start_travels.len(), self.start_forces.len()] == [tools; 2]
+            && self.released.len() == unknowns
+            && of_nodes(&self.unsupported)
+            && self.clear.iter().all(|&tool| tool < tools)
+            && kept.is_none_or(|(tool, u)| *tool < tools && u.len() == unknowns)
+            && (0.0..=1.0).contains(&self.at)
+    }
+
+    /// Whether no tool holds the sheet.
+    pub(in crate::solver) fn is_free(&self) -> bool {
+        !self.unsupported.is_empty()
+    }
+
+    /// Whether the stage takes away what held the sheet.
+    pub(in crate::solver) fn lets_go(&self, stages: &[Stage]) -> bool {
+        self.is_free() && stages[self.stage].motions.contains(&Motion::Release)
+    }
+
+    /// What is left at `share` of the forces of tools that are gone, over those they left behind.
+    pub(in crate::solver) fn remaining(&self, share: f64) -> f64 {
+        if self.gone { (1.0 - share) / (1.0 - self.at) } else { 0.0 }
+    }
+
+    /// Share of the stage at which tools are let go that go back with the sheet until then.
+    pub(in crate::solver) fn lets_go_at(&self) -> Option<f64> {
+        (!self.gone).then_some(self.at)
+    }
+
+    /// Force of a tool that goes back with the sheet to be let go [N], of the whole process.
+    pub(in crate::solver) fn going_back(&self, tool: usize, share: f64) -> Option<f64> {
+        let force = self.start_forces[tool];
+        let left = 1.0 - (1.0 - LEFT) * share / self.at;
+        let stays = self.kept.as_ref().is_some_and(|(kept, _)| *kept == tool);
+        (!self.gone).then_some(if stays { 0.0 } else { force * left })
+    }
+
+    /// Whether every tool that holds the sheet is about to be let go.
+    pub(in crate::solver) fn lets_all_go(&self) -> bool {
+        !self.gone && self.kept.is_some()
+    }
+}
+
+/// Of the force of such a tool, what is left then.
+pub(in crate::solver) const LEFT: f64 = 0.01;

@@ -1,0 +1,227 @@
+//! How a stage begins, and how tools are let go in it.
+//!
+//! Where tools stay that hold the sheet, those that are let go first go back with it, pushing it with a force that falls to
+//! next to nothing: forces that they left behind would go along with a sheet that nothing but friction holds against them. Then,
+//! or at once where no tool stays, what they push it with is left behind as forces on its nodes that fall to nothing.
+
+use super::plan::Plan;
+use super::stage::Stage;
+use super::state::Simulation;
+use crate::geometry::Vec3;
+use crate::solver::active_set::active_set::take_in;
+use crate::solver::active_set::driven_tools::keep_pushed_tools;
+use crate::solver::contact::candidate::Candidate;
+use crate::solver::error::SimulationError;
+use crate::solver::sheet::rigid_motions::{hold_rigid_modes, share_along_free_motions};
+use crate::solver::sheet::supports::Constraints;
+use crate::solver::system::system::System;
+use crate::solver::tools::motion::Motion;
+use crate::solver::tools::role::Role;
+
+/// Share of a stage in which tools go back with the sheet before they are let go.
+const EASED: f64 = 0.5;
+
+pub(in crate::solver) fn begin(
+    sim: &mut Simulation,
+    stage: usize,
+) -> Result<Plan, SimulationError> {
+    let sys = &mut sim.sys;
+    sys.constraints = sim.held.clone();
+    sys.held_at.fill(0.0);
+    let mut plan = Plan {
+        stage,
+        start_travels: sys.tools.iter().map(|t| t.travel).collect(),
+        start_forces: sim.committed.pushes.iter().map(|force| force * sim.share).collect(),
+        at: 0.0,
+        gone: true,
+        kept: None,
+        released: vec![0.0; sys.u.len()],
+        unsupported: Vec::new(),
+        clear: Vec::new(),
+    };
+    let motions = &sim.stages[stage].motions;
+    if let Some(kept) = go_back_first(sys, motions, &plan.start_forces) {
+        (plan.at, plan.gone) = (EASED, false);
+        plan.kept = kept.map(|tool| (tool, sys.u.clone()));
+    } else {
+        plan.released = released(sys, motions);
+    }
+    arrange(sim, &mut plan, 0.0)?;
+    Ok(plan)
+}
+
+/// Lets tools go at `share` of a stage, which have gone back with the sheet so far.
+pub(in crate::solver) fn let_go(
+    sim: &mut Simulation,
+    plan: &mut Plan,
+    share: f64,
+) -> Result<(), SimulationError> {
+    let motions = &sim.stages[plan.stage].motions;
+    for (tool, _) in motions.iter().enumerate().filter(|(_, m)| **m == Motion::Release) {
+        plan.start_forces[tool] = sim.committed.pushes[tool] * sim.share;
+    }
+    (plan.at, plan.gone) = (share, true);
+    plan.released = released(&sim.sys, motions);
+    arrange(sim, plan, share)
+}
+
+/// Puts tools and loads where they are at `share` of a stage, and supports where no tool holds the sheet.
+fn arrange(sim: &mut Simulation, plan: &mut Plan, share: f64) -> Result<(), SimulationError> {
+    let sys = &mut sim.sys;
+    let now = &sim.stages[plan.stage];
+    sim.committed.forget_last();
+    set_targets(sys, now, plan, share, sim.share);
+    add_loads(sys, &sim.loads, now.load.at(share));
+    sim.committed.applied.copy_from_slice(&sys.applied);
+    sim.committed.dropped = drop_absent(sys);
+    sys.search();
+    take_in(sys);
+    keep_pushed_tools(sys);
+    if plan.gone && !is_held_by_tools(sys, &now.motions, &plan.start_forces) {
+        plan.unsupported = plan.kept.as_ref().map_or_else(|| sys.u.clone(), |(_, u)| u.clone());
+        plan.clear = (0..sys.tools.len()).filter(|&t| sys.roles[t] != Role::Absent).collect();
+        plan.clear.iter().for_each(|&tool| sys.roles[tool] = Role::Absent);
+    }
+    let forces = sys.candidate_forces();
+    sys.commit_contact(&forces);
+    if plan.is_free() {
+        let pushes = sim.loads.iter().map(|load| load * now.load.at(1.0)).collect::<Vec<_>>();
+        hold_where_it_is(sys, &pushes)
+            .map_err(|share| SimulationError::NothingHolds { stage: now.name.clone(), share })?;
+    }
+    Ok(())
+}
+
+/// Sets tools and applied forces to their state at `share` of the stage.
+pub(in crate::solver) fn set_targets(
+    sys: &mut System,
+    stage: &Stage,
+    plan: &Plan,
+    share: f64,
+    whole: f64,
+) {
+    for (tool, motion) in stage.motions.iter().enumerate() {
+        let (start, carried) = (plan.start_travels[tool], plan.start_forces[tool]);
+        let (role, travel) = match motion {
+            Motion::Hold => (Role::Travel, Some(start)),
+            Motion::Travel(curve) => (Role::Travel, Some(curve.starting_at(start).at(share))),
+            Motion::Advance(curve) => {
+                (Role::Travel, Some(start + curve.starting_at(0.0).at(share)))
+            }
+            Motion::Force(curve) => {
+                (Role::Force(curve.starting_at(carried).at(share) / whole), None)
+            }
+            Motion::Spring { force, stiffness } => {
+                let at_zero = carried + stiffness * start;
+                let force = force.starting_at(at_zero).at(share);
+                // One that is left out, clear of the sheet, goes where its spring has no force.
+                let slack = plan.clear.contains(&tool).then_some(force / stiffness);
+                (Role::Spring { force: force / whole, stiffness: stiffness / whole }, slack)
+            }
+            Motion::Release => match plan.going_back(tool, share) {
+                Some(force) if force > 0.0 => (Role::Force(force / whole), None),
+                Some(_) => (Role::Travel, Some(start)),
+                None => (Role::Absent, None),
+            },
+            Motion::Absent => (Role::Absent, None),
+        };
+        let role = if plan.clear.contains(&tool) { Role::Absent } else { role };
+        sys.roles[tool] = role;
+        sys.set_stop(tool, start);
+        if let Some(travel) = travel {
+            sys.tools[tool].travel = travel;
+        }
+    }
+    let remaining = plan.remaining(share);
+    for (a, r) in sys.applied.iter_mut().zip(&plan.released) {
+        *a = r * remaining;
+    }
+    sys.fading = sys.applied.iter().any(|&force| force != 0.0);
+}
+
+/// Adds a share of the set-up's loads to the applied forces.
+pub(in crate::solver) fn add_loads(sys: &mut System, loads: &[f64], share: f64) {
+    sys.loaded = loads.iter().any(|load| share * load != 0.0);
+    sys.applied.iter_mut().zip(loads).for_each(|(a, load)| *a += share * load);
+}
+
+/// Whether tools that are let go push the sheet onto others, and which of them stays in place as they go back, where none of
+/// those that are not let go does: the one that carries most. None where something else would push the sheet on.
+fn go_back_first(sys: &System, motions: &[Motion], carried: &[f64]) -> Option<Option<usize>> {
+    let touches = |tool: usize| sys.contact.active().any(|(_, c)| c.tool == tool);
+    let (mut pushing, mut stays) = (Vec::new(), false);
+    for (tool, motion) in motions.iter().enumerate() {
+        match motion {
+            Motion::Absent => {}
+            Motion::Force(_) => return None,
+            Motion::Release if sys.scales.of_note(carried[tool]) > 0.0 => pushing.push(tool),
+            Motion::Release => {}
+            _ => stays |= touches(tool),
+        }
+    }
+    // Of two that push against each other the first, whatever rounding says.
+    let enough = (1.0 - 1e-6) * pushing.iter().map(|&tool| carried[tool]).fold(0.0, f64::max);
+    let most = pushing.iter().copied().find(|&tool| carried[tool] >= enough);
+    match pushing.len() {
+        0 => None,
+        _ if stays => Some(None),
+        1 => None,
+        _ => Some(most),
+    }
+}
+
+/// Parts the sheet from tools that are not there; whether one of them pushes it, which has left nothing behind in its loads.
+fn drop_absent(sys: &mut System) -> bool {
+    let gone = |c: &Candidate| c.active && sys.roles[c.tool] == Role::Absent;
+    let pushes = |c: &Candidate| sys.scales.of_note(sys.contact_force(c).norm()) > 0.0;
+    let dropped = sys.contact.candidates.iter().filter(|c| gone(c)).any(pushes);
+    for c in &mut sys.contact.candidates {
+        c.active &= sys.roles[c.tool] != Role::Absent;
+    }
+    dropped
+}
+
+/// Forces on the nodes of the tools that are taken away (three a node) [N].
+fn released(sys: &System, motions: &[Motion]) -> Vec<f64> {
+    let mut out = vec![0.0; sys.u.len()];
+    for (_, c) in sys.contact.active().filter(|(_, c)| motions[c.tool] == Motion::Release) {
+        let force = sys.contact_force(c);
+        out[3 * c.node..3 * c.node + 3].copy_from_slice(force.as_slice());
+    }
+    out
+}
+
+/// Whether tools hold the sheet where a stage begins, or come to it in the stage. Those that stand clear of a sheet that others
+/// let go, or go away from it, do not; `carried`: forces of the tools when the stage begins [N].
+fn is_held_by_tools(sys: &System, motions: &[Motion], carried: &[f64]) -> bool {
+    let lets_go = motions.contains(&Motion::Release);
+    let touches = |tool: usize| sys.contact.active().any(|(_, c)| c.tool == tool);
+    motions.iter().enumerate().any(|(tool, motion)| match motion {
+        Motion::Absent | Motion::Release => false,
+        _ => !lets_go || touches(tool) || sys.comes(tool, motion, carried[tool]),
+    })
+}
+
+/// Holds the rigid modes of the sheet where it is now, which `loads` must not push it along.
+///
+/// # Errors
+/// The share of the loads that does.
+fn hold_where_it_is(sys: &mut System, loads: &[f64]) -> Result<(), f64> {
+    const ROUNDING: f64 = 1e-6;
+    let now: Vec<Vec3> = (0..sys.node_count()).map(|n| sys.position(n)).collect();
+    let share = share_along_free_motions(&sys.constraints, &now, loads);
+    if share > ROUNDING {
+        return Err(share);
+    }
+    let mut held: Constraints = sys.constraints.clone();
+    hold_rigid_modes(&mut held, &now);
+    for node in 0..now.len() {
+        for axis in 0..3 {
+            if held.is_held(node, axis) && !sys.constraints.is_held(node, axis) {
+                sys.held_at[3 * node + axis] = sys.u[3 * node + axis];
+            }
+        }
+    }
+    sys.constraints = held;
+    Ok(())
+}

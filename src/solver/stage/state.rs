@@ -1,0 +1,137 @@
+//! The state of a run: that of the last increment, and the stage under way.
+
+use serde::{Deserialize, Serialize};
+
+use super::branch::Doubt;
+use super::plan::Plan;
+use super::stage::Stage;
+use super::step_size::{Endurance, Pace};
+use crate::solver::limits::Limits;
+use crate::solver::newton::outcome::Patience;
+use crate::solver::newton::record::IterationRecord;
+use crate::solver::report::{Energies, RunSummary};
+use crate::solver::sheet::supports::Constraints;
+use crate::solver::system::system::System;
+
+/// The last converged state, and the increment before it for the predictor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(in crate::solver) struct Committed {
+    pub(in crate::solver) u: Vec<f64>,
+    pub(in crate::solver) travels: Vec<f64>,
+    /// Whether each tool rests on its stop.
+    pub(in crate::solver) on_stop: Vec<bool>,
+    pub(in crate::solver) internal_force: Vec<f64>,
+    pub(in crate::solver) applied: Vec<f64>,
+    /// Force of each tool along its direction [N].
+    pub(in crate::solver) pushes: Vec<f64>,
+    /// A tool that pushed the sheet there is gone and has left no forces behind: it is in balance no more.
+    pub(in crate::solver) dropped: bool,
+    /// Step (share of the stage), displacements and travels of the last increment of this stage.
+    pub(in crate::solver) last: Option<(f64, Vec<f64>, Vec<f64>)>,
+}
+
+impl Committed {
+    pub(in crate::solver) fn of(sys: &System) -> Self {
+        Self {
+            u: sys.u.clone(),
+            travels: sys.tools.iter().map(|t| t.travel).collect(),
+            on_stop: sys.stops.iter().map(|stop| stop.reached).collect(),
+            internal_force: sys.eval.internal_force.clone(),
+            applied: sys.applied.clone(),
+            pushes: (0..sys.tools.len()).map(|t| sys.push_of(t)).collect(),
+            dropped: false,
+            last: None,
+        }
+    }
+
+    /// Nothing to predict the next increment from: another stage, or a way that is not gone on with.
+    pub(in crate::solver) fn forget_last(&mut self) {
+        self.last = None;
+    }
+
+    /// Whether it is of a system with so many tools and unknowns.
+    pub(in crate::solver) fn fits(&self, tools: usize, unknowns: usize) -> bool {
+        let of_tools = |v: &Vec<f64>| v.len() == tools;
+        let of_nodes = |v: &Vec<f64>| v.len() == unknowns;
+        self.on_stop.len() == tools
+            && [&self.travels, &self.pushes].into_iter().all(of_tools)
+            && [&self.u, &self.internal_force, &self.applied].into_iter().all(of_nodes)
+            && self.last.as_ref().is_none_or(|(_, u, t)| of_nodes(u) && of_tools(t))
+    }
+}
+
+/// A stage under way.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(in crate::solver) struct UnderWay {
+    pub(in crate::solver) plan: Plan,
+    pub(in crate::solver) pace: Pace,
+    pub(in crate::solver) endurance: Endurance,
+    pub(in crate::solver) doubt: Doubt,
+    /// Share of the stage done.
+    pub(in crate::solver) share: f64,
+    pub(in crate::solver) start_time: f64,
+}
+
+impl UnderWay {
+    /// Whether it is of a stage of a system with so many stages, tools and unknowns.
+    pub(in crate::solver) fn fits(
+        &self,
+        stage: usize,
+        stages: usize,
+        tools: usize,
+        unknowns: usize,
+    ) -> bool {
+        self.plan.stage == stage
+            && self.plan.fits(stages, tools, unknowns)
+            && self.pace.is_sound()
+            && self.endurance.is_sound()
+            && self.doubt.is_sound()
+            && (0.0..1.0).contains(&self.share)
+    }
+
+    /// Share beyond which no increment goes that begins now: a curve turns there, or tools are let go.
+    pub(in crate::solver) fn next_corner(&self, stages: &[Stage]) -> f64 {
+        let corner = stages[self.plan.stage].next_corner(self.share);
+        self.plan.lets_go_at().map_or(corner, |at| corner.min(at))
+    }
+
+    /// Where the next increment ends, and how long it may take. One that another run has made is tried whole, and given
+    /// all the time it wants, as that run may have come to it by cutting.
+    pub(in crate::solver) fn next(&self, stages: &[Stage]) -> (f64, Patience) {
+        let (share, step) = (self.share, self.pace.step);
+        let none = self.plan.lets_go(stages);
+        let ends: &[f64] = if none { &[] } else { &stages[self.plan.stage].ends };
+        let at = ends.partition_point(|&end| end <= share);
+        let corner = self.next_corner(stages);
+        let end = ends.get(at).copied().unwrap_or(corner).min(corner);
+        let met = share == 0.0 || at.checked_sub(1).is_some_and(|last| ends[last] == share);
+        if at < ends.len() && met && !self.pace.has_failed() {
+            return (end, Patience::All);
+        }
+        let target = if share + 1.001 * step >= end { end } else { share + step };
+        (target, self.pace.patience())
+    }
+}
+
+/// A run.
+pub struct Simulation {
+    pub(in crate::solver) sys: System,
+    pub(in crate::solver) stages: Vec<Stage>,
+    pub(in crate::solver) loads: Vec<f64>,
+    pub(in crate::solver) limits: Limits,
+    pub(in crate::solver) share: f64,
+    /// Forces that push the sheet out of a balance that does not last (three a node) [N].
+    pub(in crate::solver) push: Option<Vec<f64>>,
+    /// Work of travelling tools while the sheet is followed, against dampers too [N mm].
+    pub(in crate::solver) dragged: f64,
+    pub(in crate::solver) committed: Committed,
+    /// Stage under way, or the next one.
+    pub(in crate::solver) stage: usize,
+    pub(in crate::solver) under_way: Option<UnderWay>,
+    /// What the set-up holds, whatever supports a stage adds.
+    pub(in crate::solver) held: Constraints,
+    pub(in crate::solver) energies: Energies,
+    pub(in crate::solver) history: Vec<IterationRecord>,
+    pub(in crate::solver) summary: RunSummary,
+    pub(in crate::solver) time: f64,
+}

@@ -1,0 +1,57 @@
+//! Viscous forces on the nodes while a sheet is followed past a limit point.
+
+use crate::solver::assembly::Body;
+use crate::solver::assembly::Evaluation;
+use crate::solver::element::Want;
+use crate::solver::linear::pattern::Pattern;
+
+/// Volume of every node over their mean.
+pub(in crate::solver) fn shares(body: &Body) -> Vec<f64> {
+    let mesh = body.mesh();
+    let mut volumes = vec![0.0; mesh.nodes.len()];
+    for (element, volume) in mesh.elements.iter().zip(body.volumes()) {
+        element.iter().for_each(|&node| volumes[node as usize] += volume / 8.0);
+    }
+    let mean = volumes.iter().sum::<f64>() / volumes.len().max(1) as f64;
+    volumes.into_iter().map(|volume| volume / mean).collect()
+}
+
+/// Forces that hold every node back towards where the step began.
+#[derive(Debug, Clone)]
+pub(in crate::solver) struct Damper {
+    from: Vec<f64>,
+    /// Stiffness of every node's damper [N/mm].
+    stiffness: Vec<f64>,
+}
+
+impl Damper {
+    /// A damper about displacements `u`, in proportion to each node's volume, of `stiffness` [N/mm] in the mean.
+    pub(in crate::solver) fn new(body: &Body, u: &[f64], stiffness: f64) -> Self {
+        let stiffness = shares(body).into_iter().map(|share| stiffness * share).collect();
+        Self { from: u.to_vec(), stiffness }
+    }
+
+    /// Adds its forces and, where it is wanted, its tangent.
+    pub(in crate::solver) fn add(
+        &self,
+        u: &[f64],
+        want: Want,
+        pattern: &Pattern,
+        eval: &mut Evaluation,
+    ) {
+        for (i, force) in self.forces(u).enumerate() {
+            eval.internal_force[i] += force;
+            if want == Want::ResidualAndTangent
+                && let Some(place) = pattern.position(i, i)
+            {
+                eval.tangent[place] += self.stiffness[i / 3];
+            }
+        }
+    }
+
+    /// Its forces, three a node [N].
+    pub(in crate::solver) fn forces(&self, u: &[f64]) -> impl Iterator<Item = f64> {
+        let moved = u.iter().zip(&self.from).map(|(now, from)| now - from);
+        moved.enumerate().map(|(i, moved)| self.stiffness[i / 3] * moved)
+    }
+}

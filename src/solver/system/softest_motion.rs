@@ -1,0 +1,243 @@
+//! The motion in which the sheet gives way where its balance does not last, along which it is pushed: a sheet as symmetric as
+//! its loads would stay, as no sheet does.
+
+use std::time::Instant;
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use super::damper::shares;
+use super::system::System;
+use crate::geometry::Vec3;
+use crate::solver::linear::pattern::Pattern;
+use crate::solver::sheet::rigid_motions::take_free_motions;
+
+/// Motions looked for at once, and how often they are made softer by the inverse of the matrix.
+const MOTIONS: usize = 4;
+const ROUNDS: usize = 8;
+
+/// Power of ten of the stiffness that the matrix is tried to be made positive definite with first, over the mesh's.
+const LEAST: i32 = -10;
+
+/// Right-hand sides over what would leave the motions as long as they were: solutions far larger than the sheet are not believed.
+const LITTLE: f64 = 1e-6;
+
+/// Displacement of the node that moves most in the push, over the thickness.
+const WAY: f64 = 0.01;
+
+/// Share of a motion that is not one of the sheet as a whole, at least (half a wave has 0.19).
+const BENDS: f64 = 0.1;
+
+/// Components of the mode over the largest that are taken for as large.
+const AS_LARGE: f64 = 0.999;
+
+/// A push along the motion in which a sheet gives way.
+#[derive(Debug, Clone)]
+pub(in crate::solver) struct Push {
+    /// Forces, three a node [N].
+    pub(in crate::solver) forces: Vec<f64>,
+    /// Stiffness of every node's damper, in the mean, at which the motion would neither grow nor fall [N/mm].
+    pub(in crate::solver) stiffness: f64,
+}
+
+impl System {
+    /// A push along the motion that the balance where the sheet was last evaluated has least against, if it has less than
+    /// nothing against it: eigenvector of the projected tangent by inverse iteration, to the side on which the first of the nodes
+    /// that move most does so towards the sheet's top. The factors are those of a correction no more.
+    pub(in crate::solver) fn push(&mut self) -> Option<Push> {
+        if !self.body.is_symmetric() {
+            return None;
+        }
+        let start = Instant::now();
+        let found = self.softest_motion();
+        self.timings.stability += start.elapsed().as_secs_f64();
+        let (stiffness, mode) = found?;
+        (stiffness < 0.0 && !self.glides_along(&mode)).then(|| self.push_along(mode, -stiffness))
+    }
+
+    /// Whether a motion is one of the sheet as a whole, along tools that do not hold it: it lies as on a ridge, and does not buckle.
+    fn glides_along(&self, mode: &[f64]) -> bool {
+        if self.conditions.iter().any(|c| c.candidate.is_some() && c.stuck) {
+            return false;
+        }
+        let mut bends = mode.to_vec();
+        take_free_motions(&self.constraints, &self.positions(), std::iter::empty(), &mut bends);
+        dot(&bends, &bends) < BENDS * dot(mode, mode)
+    }
+
+    /// The motion of unit length, nodes counted by their masses, that has the least stiffness [N/mm], and that.
+    fn softest_motion(&mut self) -> Option<(f64, Vec<f64>)> {
+        self.soft_motions()?.into_iter().next()
+    }
+
+    /// Whether all motions that have negative stiffness are resisted by friction, or are glides of a sheet that tools alone carry:
+    /// it slides through between them at no cost. What such a glide seems to set free is what nodes make of curved tools, along which
+    /// they glide in place of the point of contact, which stays where it is. Changes the matrix.
+    pub(in crate::solver) fn tools_resist(&mut self) -> bool {
+        if !self.conditions.iter().any(|c| c.candidate.is_some()) {
+            return false;
+        }
+        let slipping = self.slipping();
+        let unloaded = self.applied.iter().all(|force| *force == 0.0);
+        let Some(motions) = self.soft_motions() else { return false };
+        let amplitude = WAY * self.body.mesh().mean_thickness();
+        motions.iter().filter(|(stiffness, _)| *stiffness < 0.0).all(|(stiffness, mode)| {
+            let size = amplitude / largest_of(mode);
+            friction_work(&slipping, mode, size) > 0.5 * stiffness.abs() * size * size
+                || unloaded && self.glides_along(mode)
+        })
+    }
+
+    /// Nodes that slip, and the friction force on each [N].
+    fn slipping(&self) -> Vec<(usize, Vec3)> {
+        let slips = self.conditions.iter().filter(|c| c.candidate.is_some() && c.slipping);
+        slips
+            .map(|c| {
+                let free = self.constraints.free_projector(c.node);
+                let force = free * self.force_at(c.node);
+                (c.node, force - c.normal * c.normal.dot(&force))
+            })
+            .collect()
+    }
+
+    /// The softest motions, the softest first, each of unit length, with their stiffnesses [N/mm].
+    fn soft_motions(&mut self) -> Option<Vec<(f64, Vec<f64>)>> {
+        self.project_tangent();
+        let masses = shares(&self.body);
+        let shift = self.make_definite(&masses)?;
+        let mut motions: Vec<Vec<f64>> =
+            (0..MOTIONS).map(|seed| disorder(self.u.len(), seed as u64)).collect();
+        for _ in 0..ROUNDS {
+            motions.iter_mut().for_each(|motion| weigh(motion, &masses, LITTLE * shift));
+            self.solver.solve_symmetric(&self.matrix.values, &mut motions).ok()?;
+            orthonormalise(&mut motions, &masses);
+        }
+        let mut found = eigenmotions(self.body.pattern(), &self.matrix.values, &motions)?;
+        found.iter_mut().for_each(|(stiffness, _)| *stiffness -= shift);
+        Some(found)
+    }
+
+    /// Adds the masses to the matrix, times the least power of ten of a stiffness [N/mm] that makes it positive definite: the
+    /// softest of all motions is then the one that its inverse makes most of.
+    fn make_definite(&mut self, masses: &[f64]) -> Option<f64> {
+        let mut shift = 0.0;
+        for power in LEAST..=0 {
+            let more = self.scales.normal * 10f64.powi(power) - shift;
+            let pattern = self.body.pattern();
+            for unknown in 0..pattern.dim() {
+                let place = pattern.position(unknown, unknown)?;
+                self.matrix.values[place] += more * masses[unknown / 3];
+            }
+            shift += more;
+            if self.solver.is_definite(&self.matrix.values) {
+                return Some(shift);
+            }
+        }
+        None
+    }
+
+    fn push_along(&self, mut mode: Vec<f64>, stiffness: f64) -> Push {
+        let largest = largest_of(&mode);
+        let mut ways = mode.chunks_exact(3).map(Vec3::from_column_slice);
+        let first = ways.position(|way| way.norm() > AS_LARGE * largest).unwrap_or_default();
+        let up = self.across(first).dot(&Vec3::from_column_slice(&mode[3 * first..3 * first + 3]));
+        let way = WAY * self.body.mesh().mean_thickness();
+        let factor = if up < 0.0 { -1.0 } else { 1.0 } * way * stiffness / largest;
+        weigh(&mut mode, &shares(&self.body), factor);
+        Push { forces: mode, stiffness }
+    }
+
+    /// The way through the sheet at a node, from the bottom to the top [mm]; none where there are no columns.
+    fn across(&self, node: usize) -> Vec3 {
+        let levels = self.body.mesh().nodes_per_column.max(1);
+        let bottom = node / levels * levels;
+        self.position(bottom + levels - 1) - self.position(bottom)
+    }
+}
+
+fn largest_of(mode: &[f64]) -> f64 {
+    let ways = mode.chunks_exact(3).map(Vec3::from_column_slice);
+    ways.map(|way| way.norm()).fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// What friction at nodes that slip takes of a motion of this size [N mm]. A motion against the slip turns the friction force t
+/// round: it does the work `2 t . u`, of first order, where the motion u sets `|k| / 2` of second order free. Both directions of a
+/// motion have to be resisted: the lesser work of the two. Compared at the amplitude of the push, a sheet that does not leave its
+/// equilibrium then does not buckle.
+fn friction_work(slipping: &[(usize, Vec3)], mode: &[f64], size: f64) -> f64 {
+    let work = |sign: f64| -> f64 {
+        let of = |(node, friction): &(usize, Vec3)| {
+            let way = Vec3::from_column_slice(&mode[3 * node..3 * node + 3]);
+            (2.0 * sign * size * way.dot(friction)).max(0.0)
+        };
+        slipping.iter().map(of).sum()
+    };
+    work(1.0).min(work(-1.0))
+}
+
+/// Numbers between -1 and 1 without order, the same at every call: no motion is orthogonal to all of them.
+fn disorder(count: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+fn weigh(motion: &mut [f64], masses: &[f64], factor: f64) {
+    motion.iter_mut().enumerate().for_each(|(i, x)| *x *= factor * masses[i / 3]);
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn add(to: &mut [f64], factor: f64, what: &[f64]) {
+    to.iter_mut().zip(what).for_each(|(to, x)| *to += factor * x);
+}
+
+/// Gram and Schmidt's, twice over, in the norm of the masses.
+fn orthonormalise(motions: &mut [Vec<f64>], masses: &[f64]) {
+    for k in 0..motions.len() {
+        let (before, rest) = motions.split_at_mut(k);
+        let motion = &mut rest[0];
+        for _ in 0..2 {
+            for other in before.iter() {
+                let weighed = motion.iter().enumerate().map(|(i, x)| masses[i / 3] * x * other[i]);
+                let share: f64 = weighed.sum();
+                add(motion, -share, other);
+            }
+        }
+        let square: f64 = motion.iter().enumerate().map(|(i, x)| masses[i / 3] * x * x).sum();
+        let length = square.sqrt().max(f64::MIN_POSITIVE);
+        motion.iter_mut().for_each(|x| *x /= length);
+    }
+}
+
+/// Stationary combinations of these motions and their stiffnesses, ascending; `None` where rounding leaves none.
+fn eigenmotions(
+    pattern: &Pattern,
+    values: &[f64],
+    motions: &[Vec<f64>],
+) -> Option<Vec<(f64, Vec<f64>)>> {
+    let products: Vec<Vec<f64>> = motions.iter().map(|x| pattern.times(values, x)).collect();
+    let of = |i: usize, j: usize| {
+        0.5 * (dot(&motions[i], &products[j]) + dot(&motions[j], &products[i]))
+    };
+    let reduced = DMatrix::from_fn(motions.len(), motions.len(), of);
+    if !reduced.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let found = SymmetricEigen::new(reduced);
+    let mut order: Vec<usize> = (0..motions.len()).collect();
+    order.sort_by(|&a, &b| found.eigenvalues[a].total_cmp(&found.eigenvalues[b]));
+    let motion = |of: usize| {
+        let mut mode = vec![0.0; motions[0].len()];
+        let parts = motions.iter().enumerate();
+        parts.for_each(|(k, x)| add(&mut mode, found.eigenvectors[(k, of)], x));
+        (found.eigenvalues[of], mode)
+    };
+    Some(order.into_iter().map(motion).collect())
+}

@@ -1,0 +1,365 @@
+//! The whole system at one iterate: body, tools, contact and constraints, and its residual.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::damper::Damper;
+use super::matrix::Matrix;
+use super::timings::Timings;
+use crate::cancel::Cancel;
+use crate::contact::friction::Coulomb;
+use crate::geometry::{Mat3, Vec3};
+use crate::solver::assembly::Body;
+use crate::solver::assembly::Foresight;
+use crate::solver::assembly::{ElementFailure, Evaluation};
+use crate::solver::contact::candidate::ContactSet;
+use crate::solver::contact::condition::{Condition, hold, touching, untouched};
+use crate::solver::contact::face_penetration::Penetration;
+use crate::solver::contact::frame::{Scales, can_touch};
+use crate::solver::element::Want;
+use crate::solver::linear::{CheckedSolver, LinearError, NodeRows};
+use crate::solver::sheet::sizes::{Lengths, edge_lengths};
+use crate::solver::sheet::supports::Constraints;
+use crate::solver::tools::role::Role;
+use crate::solver::tools::stop::Stop;
+use crate::solver::tools::tool::Tool;
+
+/// State of the iteration.
+pub(in crate::solver) struct System {
+    /// Request to give up the increment under way.
+    pub(in crate::solver) cancel: Cancel,
+    pub(in crate::solver) body: Body,
+    pub(in crate::solver) constraints: Constraints,
+    /// Where held components are held (three a node) [mm].
+    pub(in crate::solver) held_at: Vec<f64>,
+    pub(in crate::solver) tools: Vec<Tool>,
+    pub(in crate::solver) roles: Vec<Role>,
+    pub(in crate::solver) stops: Vec<Stop>,
+    pub(in crate::solver) contact: ContactSet,
+    /// Faces and features by which penetration between nodes is measured.
+    pub(in crate::solver) penetration: Penetration,
+    pub(in crate::solver) u: Vec<f64>,
+    /// Applied nodal forces (three a node) [N].
+    pub(in crate::solver) applied: Vec<f64>,
+    /// Loads of the scene are among them.
+    pub(in crate::solver) loaded: bool,
+    /// Forces of tools that are let go are among them.
+    pub(in crate::solver) fading: bool,
+    pub(in crate::solver) eval: Evaluation,
+    /// Holds the nodes back while the sheet is followed past a limit point.
+    pub(in crate::solver) damper: Option<Damper>,
+    /// Tools carry the sheet along, which nothing holds or pushes ([`crate::solver::increment::loose_sheet`]); and without friction.
+    pub(in crate::solver) carried: bool,
+    pub(in crate::solver) frictionless: bool,
+    pub(in crate::solver) conditions: Vec<Condition>,
+    /// Components that stand still in the next correction, as nothing holds the sheet ([`super::free_motions`]).
+    pub(in crate::solver) still: Vec<(usize, usize)>,
+    pub(in crate::solver) scales: Scales,
+    pub(in crate::solver) lengths: Lengths,
+    pub(in crate::solver) timings: Timings,
+    pub(in crate::solver) solver: CheckedSolver,
+    pub(in crate::solver) node_rows: NodeRows,
+    pub(in crate::solver) matrix: Matrix,
+    /// The factors are of a symmetric matrix.
+    pub(in crate::solver) symmetric: bool,
+}
+
+/// Size of the residual.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::solver) struct Residual {
+    /// Norm of unbalanced forces [N].
+    pub(in crate::solver) force: f64,
+    /// Norm of contact forces and reactions [N].
+    pub(in crate::solver) reference: f64,
+    /// Largest violation of gap and stick [mm].
+    pub(in crate::solver) length: f64,
+    /// Deepest node in a tool [mm].
+    pub(in crate::solver) penetration: f64,
+    /// Node with the largest unbalanced force.
+    pub(in crate::solver) worst_node: usize,
+    pub(in crate::solver) slipping: usize,
+    /// Touching nodes that stick, as the law without a transition has it.
+    pub(in crate::solver) stuck: usize,
+}
+
+impl System {
+    pub(in crate::solver) fn new(
+        body: Body,
+        constraints: Constraints,
+        tools: Vec<Tool>,
+    ) -> Result<Self, LinearError> {
+        let mesh = body.mesh();
+        let n = 3 * mesh.nodes.len();
+        let contact = ContactSet::new(mesh, &tools);
+        let mut solver = CheckedSolver::new(body.pattern(), body.mesh().groups())?;
+        let lengths = edge_lengths(&body);
+        solver.plausible = lengths.size;
+        let penetration = Penetration::of(body.mesh(), &tools, lengths.longest_edge);
+        let not_of_nodes = || LinearError::Pattern("its rows are not those of nodes".into());
+        Ok(Self {
+            lengths,
+            roles: vec![Role::Absent; tools.len()],
+            cancel: Cancel::default(),
+            stops: vec![Stop::NONE; tools.len()],
+            contact,
+            penetration,
+            u: vec![0.0; n],
+            applied: vec![0.0; n],
+            loaded: false,
+            fading: false,
+            held_at: vec![0.0; n],
+            eval: Evaluation::default(),
+            damper: None,
+            carried: false,
+            frictionless: false,
+            conditions: Vec::new(),
+            still: Vec::new(),
+            scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },
+            timings: Timings::default(),
+            solver,
+            node_rows: NodeRows::of(body.pattern()).ok_or_else(not_of_nodes)?,
+            matrix: Matrix::new(body.pattern()),
+            symmetric: false,
+            body,
+            constraints,
+            tools,
+        })
+    }
+
+    pub(in crate::solver) fn node_count(&self) -> usize {
+        self.constraints.len()
+    }
+
+    /// Displacement of a node.
+    pub(in crate::solver) fn displacement(&self, node: usize) -> Vec3 {
+        Vec3::from_column_slice(&self.u[3 * node..3 * node + 3])
+    }
+
+    /// Nodes that share an element with `node`, itself included.
+    pub(in crate::solver) fn neighbours(&self, node: usize) -> impl Iterator<Item = usize> {
+        let pattern = self.body.pattern();
+        let row = pattern.row_ptr[3 * node]..pattern.row_ptr[3 * node + 1];
+        pattern.col_idx[row].iter().step_by(3).map(|column| column / 3)
+    }
+
+    /// Present position of a node.
+    pub(in crate::solver) fn position(&self, node: usize) -> Vec3 {
+        self.body.mesh().nodes[node] + self.displacement(node)
+    }
+
+    /// Element loop at the present displacements, and the damper if there is one.
+    pub(in crate::solver) fn evaluate(&mut self, want: Want) -> Result<(), ElementFailure> {
+        let start = Instant::now();
+        let done = self.body.evaluate(&self.u, want, &mut self.eval);
+        self.finish(want, start, done)
+    }
+
+    /// The same with the law linear about what is foreseen, and its tangent.
+    pub(in crate::solver) fn evaluate_foreseen(
+        &mut self,
+        foresight: Foresight,
+    ) -> Result<(), ElementFailure> {
+        let start = Instant::now();
+        let done = self.body.evaluate_foreseen(&self.u, foresight, &mut self.eval);
+        self.finish(Want::ResidualAndTangent, start, done)
+    }
+
+    /// The same with the tangent of points at their yield surface that flow.
+    pub(in crate::solver) fn evaluate_at_yield(&mut self) -> Result<(), ElementFailure> {
+        let start = Instant::now();
+        let done = self.body.evaluate_at_yield(&self.u, &mut self.eval);
+        self.finish(Want::ResidualAndTangent, start, done)
+    }
+
+    /// Adds the damper, if there is one, to what the elements answered since `start`.
+    fn finish(
+        &mut self,
+        want: Want,
+        start: Instant,
+        done: Result<(), ElementFailure>,
+    ) -> Result<(), ElementFailure> {
+        if let (Ok(()), Some(damper)) = (&done, &self.damper) {
+            damper.add(&self.u, want, self.body.pattern(), &mut self.eval);
+        }
+        if want == Want::ResidualAndTangent {
+            self.matrix.renew();
+        }
+        self.timings.elements += start.elapsed().as_secs_f64();
+        done
+    }
+
+    pub(in crate::solver) fn positions(&self) -> Vec<Vec3> {
+        (0..self.node_count()).map(|node| self.position(node)).collect()
+    }
+
+    /// Scales the conditions by the tangent of the undeformed sheet, by the largest and the smallest stiffness that its nodes
+    /// have along any direction, so that the axes of the model do not matter; `stiffness` of the springs between nodes and tools
+    /// is over the mesh's, if there are any.
+    pub(in crate::solver) fn set_scales(&mut self, stiffness: Option<f64>) {
+        let (mut most, mut least) = (0.0, 0.0);
+        let count = self.node_count().max(1) as f64;
+        for node in 0..self.node_count() {
+            let stiffness = self.stiffness_of(node).symmetric_eigenvalues();
+            most += stiffness.max() / count;
+            least += stiffness.min() / count;
+        }
+        let positive = |v: f64| if v > 0.0 && v.is_finite() { v } else { 1.0 };
+        self.scales = Scales {
+            normal: positive(most),
+            tangential: positive(least),
+            rounding: 1e-10 * self.lengths.shortest_edge,
+            compliance: stiffness.map_or(0.0, |s| 1.0 / (s * positive(most))),
+        };
+    }
+
+    /// Stiffness that a node has while all others stand still, the symmetric part of its block of the tangent [N/mm].
+    fn stiffness_of(&self, node: usize) -> Mat3 {
+        let pattern = self.body.pattern();
+        let block = Mat3::from_fn(|i, j| {
+            let place = pattern.position(3 * node + i, 3 * node + j);
+            place.map_or(0.0, |q| self.eval.tangent[q])
+        });
+        0.5 * (block + block.transpose())
+    }
+
+    /// Moves the springs between nodes and tools to the present forces where a gap is larger than `allowed` [mm]; true
+    /// when it did.
+    pub(in crate::solver) fn augment(&mut self, allowed: f64) -> bool {
+        if self.contact.active().all(|(_, c)| c.foot.gap.abs() <= allowed) {
+            return false;
+        }
+        let forces: Vec<(usize, f64)> =
+            self.contact.active().map(|(k, _)| (k, self.lambda(k).max(0.0))).collect();
+        forces.into_iter().for_each(|(k, force)| self.contact.candidates[k].push = force);
+        true
+    }
+
+    /// Conditions of all nodes that are held or touch, and the size of the residual. Touching nodes that no
+    /// tool can push any more are let go.
+    pub(in crate::solver) fn assemble(&mut self) -> Residual {
+        let start = Instant::now();
+        let touching = self.touching_conditions();
+        self.still = self.floating(&touching);
+        self.conditions.clear();
+        let mut residual = Residual::default();
+        let (mut worst, mut squares, mut supports) = (0.0, 0.0, 0.0);
+        for (node, condition) in touching.into_iter().enumerate() {
+            let r = self.force_at(node);
+            let free = self.constraints.free_projector(node);
+            let supported = if condition.is_some() { r } else { r - free * r };
+            supports += supported.norm_squared();
+            let still = self.still.iter().any(|(at, _)| *at == node);
+            let plain = condition.is_none() && !still && self.constraints.is_free(node);
+            let mut condition = condition.unwrap_or_else(|| untouched(node, &r, &free));
+            if self.fading {
+                self.still.iter().filter(|s| s.0 == node).for_each(|s| condition.force[s.1] = 0.0);
+            }
+            let unbalanced = condition.force.norm_squared();
+            squares += unbalanced;
+            if unbalanced > worst {
+                (worst, residual.worst_node) = (unbalanced, node);
+            }
+            residual.length = residual.length.max(condition.length);
+            if let Some(k) = condition.candidate {
+                let gap = self.contact.candidates[k].foot.gap;
+                residual.penetration = residual.penetration.max(-gap);
+            }
+            residual.slipping += usize::from(condition.slipping);
+            residual.stuck += usize::from(condition.stuck);
+            if !plain {
+                self.support(&mut condition, &free);
+                self.conditions.push(condition);
+            }
+        }
+        self.look_at_tools(&mut residual);
+        residual.force = (squares + self.unbalanced_tools()).sqrt();
+        residual.reference = supports.sqrt();
+        self.timings.contact += start.elapsed().as_secs_f64();
+        residual
+    }
+
+    /// Adds what the tools lack: nodes that a second one holds nothing off, and the way to a stop that one rests on.
+    fn look_at_tools(&self, residual: &mut Residual) {
+        let busy = (0..self.contact.candidates.len()).filter(|&k| self.is_beyond_a_second_tool(k));
+        let depth = busy.map(|k| -self.contact.candidates[k].foot.gap);
+        residual.penetration = depth.fold(residual.penetration, f64::max);
+        let stops = (0..self.tools.len()).filter_map(|tool| self.short_of_stop(tool));
+        residual.length = stops.fold(residual.length, |length, off| length.max(off.abs()));
+    }
+
+    /// Whether a candidate's node, which touches another tool, lies inside this one: a node is held off one tool at a time.
+    fn is_beyond_a_second_tool(&self, k: usize) -> bool {
+        let c = &self.contact.candidates[k];
+        let present = self.roles[c.tool] != Role::Absent;
+        !c.active && present && c.foot.gap < 0.0 && !c.foot.past_border && self.can_touch(k)
+    }
+
+    /// Adds the held components of a node to its condition, and those that stand still.
+    fn support(&self, condition: &mut Condition, free: &Mat3) {
+        let node = condition.node;
+        let held = Vec3::from_column_slice(&self.held_at[3 * node..3 * node + 3]);
+        hold(condition, free, &(self.displacement(node) - held), self.scales);
+        for (_, axis) in self.still.iter().filter(|(at, _)| *at == node) {
+            condition.stand_still(*axis, self.scales.normal);
+        }
+    }
+
+    /// Square of what the tools moved by force lack of it.
+    fn unbalanced_tools(&self) -> f64 {
+        let off = |tool: usize| Some(self.push_of(tool) - self.wanted(tool)?);
+        (0..self.tools.len()).filter_map(off).map(|off| off * off).sum()
+    }
+
+    /// Force out of balance at every node [N]: equilibrium, or Coulomb's law where a tool or a support takes the rest.
+    pub(in crate::solver) fn unbalanced(&self) -> impl Iterator<Item = Vec3> {
+        let mut conditions = self.conditions.iter().peekable();
+        (0..self.node_count()).map(move |node| {
+            conditions.next_if(|c| c.node == node).map_or_else(|| self.force_at(node), |c| c.force)
+        })
+    }
+
+    /// Lets every touching candidate remember whether it slides; once an iterate.
+    pub(in crate::solver) fn remember_sliding(&mut self) {
+        for c in &self.conditions {
+            if let Some(k) = c.candidate {
+                self.contact.candidates[k].sliding = !c.stuck;
+            }
+        }
+    }
+
+    /// The condition of every node that touches and that a tool can push.
+    fn touching_conditions(&self) -> Vec<Option<Condition>> {
+        let mut by_node: Vec<Option<usize>> = vec![None; self.node_count()];
+        for (k, c) in self.contact.active() {
+            by_node[c.node].get_or_insert(k);
+        }
+        let idle = self.is_idle();
+        let nodes = by_node.par_iter().with_min_len(64).enumerate();
+        nodes.map(|(node, k)| self.touching(node, (*k)?, idle)).collect()
+    }
+
+    /// The condition that candidate `k` of a node puts in the place of its equilibrium; `idle`: no tool pushes the sheet.
+    fn touching(&self, node: usize, k: usize, idle: bool) -> Option<Condition> {
+        let (r, free) = (&self.force_at(node), &self.constraints.free_projector(node));
+        let c = &self.contact.candidates[k];
+        let tool = &self.tools[c.tool];
+        let p = self.position(c.node) - tool.shift();
+        let law = self.law(c.tool);
+        let mut out = touching(c, &p, r, free, law, self.scales, idle)?;
+        out.candidate = Some(k);
+        Some(out)
+    }
+
+    /// The law of friction on a tool.
+    pub(in crate::solver) fn law(&self, tool: usize) -> Coulomb {
+        let mu = if self.has_friction(tool) { self.tools[tool].setup.friction } else { 0.0 };
+        Coulomb { mu, transition: self.lengths.transition }
+    }
+
+    /// True when some tool could push this candidate.
+    pub(in crate::solver) fn can_touch(&self, k: usize) -> bool {
+        let c = &self.contact.candidates[k];
+        self.roles[c.tool] != Role::Absent && can_touch(c, &self.constraints.free_projector(c.node))
+    }
+}

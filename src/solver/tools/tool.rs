@@ -1,0 +1,231 @@
+//! Rigid tools: where they are, how they move, which nodes they may touch.
+
+use std::sync::Arc;
+
+use super::way::way_to;
+use crate::contact::{Projection, ToolSurface};
+use crate::geometry::{Aabb, Vec3};
+use crate::solver::sheet::hex_mesh::HexMesh;
+use crate::tool::Patch;
+
+/// Faces of the sheet a tool may touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SheetSide {
+    /// Nodes of the top face.
+    Top,
+    /// Nodes of the bottom face.
+    Bottom,
+    /// Nodes of both faces.
+    Both,
+}
+
+impl SheetSide {
+    /// Nodes of a mesh that lie there.
+    #[must_use]
+    pub fn nodes(self, mesh: &HexMesh) -> Vec<u32> {
+        match self {
+            Self::Top => mesh.top_nodes(),
+            Self::Bottom => mesh.bottom_nodes(),
+            Self::Both => [mesh.top_nodes(), mesh.bottom_nodes()].concat(),
+        }
+    }
+}
+
+/// Where a tool stands when the run begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Placement {
+    /// Where its file puts it, shifted by the tool's `offset`.
+    AsGiven,
+    /// From there, moved along its direction until it just touches the undeformed sheet.
+    Touch,
+}
+
+/// A tool as the scene gives it.
+#[derive(Clone)]
+pub struct ToolSetup {
+    /// Name in the history and in messages.
+    pub name: String,
+    /// Its surface; may be shared between tools.
+    pub surface: Arc<ToolSurface>,
+    /// Shift from the tool file's frame to the world at travel zero [mm].
+    pub offset: Vec3,
+    /// Unit vector of positive travel, towards the sheet.
+    pub direction: Vec3,
+    /// Where it stands at the start.
+    pub placement: Placement,
+    /// Coulomb's coefficient, >= 0.
+    pub friction: f64,
+    /// Nodes it may touch.
+    pub side: SheetSide,
+    /// Travel past which no force and no spring moves it [mm], where it has a stop.
+    pub stop: Option<f64>,
+}
+
+/// Cosine between a tool's way and the normal of a wall that the way goes along.
+const WALL: f64 = 1e-3;
+
+impl ToolSetup {
+    /// What is likely to be wrong with a tool that cannot be placed touching nodes at `points` [mm], and what to do.
+    pub(in crate::solver) fn why_not_touching(&self, points: &[Vec3]) -> String {
+        /// Ratio of sizes from which one of the two is in another unit.
+        const UNITS: f64 = 100.0;
+        let mut said = if self.looks_back() {
+            "its foremost faces look away from the sheet: turn their normals round (`kanagata convert FILE --flip`, or the other `--sheet-side`), or its `direction`, which points towards the sheet"
+        } else {
+            "check its `direction`, or put it there with `place`"
+        }
+        .to_owned();
+        let [sheet, own] = [Aabb::of_points(points), self.surface.bounds()].map(|b| b.diagonal());
+        if (sheet / own).max(own / sheet) >= UNITS {
+            said += &format!(
+                ". The sheet is {sheet:.3} mm across and the tool {own:.3} mm: check the units"
+            );
+        }
+        said
+    }
+
+    /// Whether its face foremost along its direction looks back: a tool turned inside out, or turned round.
+    fn looks_back(&self) -> bool {
+        let seen = |patch: &Patch| {
+            let (eta, zeta) = (0.5, 0.25);
+            Some((patch.derivs(eta, zeta).s.dot(&self.direction), patch.normal(eta, zeta)?))
+        };
+        let faces = self.surface.model().patches.iter().filter_map(seen);
+        let foremost = faces.max_by(|a, b| a.0.total_cmp(&b.0));
+        foremost.is_some_and(|(_, normal)| normal.dot(&self.direction) < 0.0)
+    }
+}
+
+/// A tool during the run.
+#[derive(Clone)]
+pub(in crate::solver) struct Tool {
+    pub(in crate::solver) setup: ToolSetup,
+    /// Travel [mm].
+    pub(in crate::solver) travel: f64,
+}
+
+impl Tool {
+    /// Shift from the tool's frame to the world now [mm].
+    pub(in crate::solver) fn shift(&self) -> Vec3 {
+        self.setup.offset + self.setup.direction * self.travel
+    }
+
+    /// Closest point for a world point; the foot stays in the tool's frame.
+    pub(in crate::solver) fn closest(&self, x: &Vec3, hint: Option<u32>) -> Projection {
+        self.setup.surface.closest(&(x - self.shift()), hint)
+    }
+
+    /// The same where the tool is not farther than `reach` [mm]; else nowhere.
+    pub(in crate::solver) fn within(&self, x: &Vec3, hint: Option<u32>, reach: f64) -> Projection {
+        self.setup.surface.within(&(x - self.shift()), hint, reach)
+    }
+
+    /// Projection on the patch of `from` carried on past its sides; `None` when too far past.
+    pub(in crate::solver) fn carried_on(&self, x: &Vec3, from: &Projection) -> Option<Projection> {
+        self.setup.surface.carried_on(&(x - self.shift()), from)
+    }
+
+    /// Moves `offset` along the direction until the smallest gap to `points` is zero; returns the shift
+    /// along the direction [mm], or `None` when the tool passes by every point.
+    ///
+    /// The tool starts clear of the points and comes nearer by the smallest gap each time (no point can be
+    /// reached earlier); the last steps are Newton's.
+    pub(in crate::solver) fn place_touching(&mut self, points: &[Vec3]) -> Option<f64> {
+        let d = self.setup.direction;
+        let start = self.setup.offset;
+        let bounds = self.setup.surface.bounds();
+        let reach = |p: &Vec3| p.dot(&d);
+        let nearest = points.iter().map(reach).fold(f64::INFINITY, f64::min);
+        let corner = |k: usize| {
+            let pick = |axis: usize| if k >> axis & 1 == 0 { bounds.min } else { bounds.max }[axis];
+            Vec3::new(pick(0), pick(1), pick(2)) + start
+        };
+        let front = (0..8).map(|k| reach(&corner(k))).fold(f64::NEG_INFINITY, f64::max);
+        let size = bounds.diagonal().max(1e-300);
+        let mut along = nearest - front - 0.01 * size;
+        for step in 0..500 {
+            self.setup.offset = start + d * along;
+            let Some((gap, rate)) = self.smallest_gap(points, size) else {
+                // Its walls may stand around the sheet, and what faces it lie behind them.
+                let far = if step == 0 { self.way_to(points, size) } else { None };
+                along += far?;
+                continue;
+            };
+            if gap.abs() <= 1e-13 * size {
+                return Some(along);
+            }
+            along += if rate > 0.2 && gap < 0.05 * size { gap / rate } else { gap };
+        }
+        None
+    }
+
+    /// How far the tool is from the first of the points along its direction [mm].
+    fn way_to(&self, points: &[Vec3], size: f64) -> Option<f64> {
+        use rayon::prelude::*;
+        let (surface, direction) = (&self.setup.surface, self.setup.direction);
+        let sheet = Aabb::of_points(points).diagonal();
+        let ways = points.par_iter().filter_map(|x| {
+            let place = x - self.shift();
+            way_to(surface, &place, &direction, [2.0 * (size + sheet), 0.01 * size], |_| true)
+        });
+        let least = ways.reduce(|| f64::INFINITY, f64::min);
+        least.is_finite().then_some(least)
+    }
+
+    /// Smallest gap to the points that lie over the tool, and how fast travel closes it; not to walls that the way goes along.
+    /// Looks near first.
+    fn smallest_gap(&self, points: &[Vec3], size: f64) -> Option<(f64, f64)> {
+        use rayon::prelude::*;
+        [0.02, 0.1, 0.5, 4.0].iter().find_map(|share| {
+            let all: Vec<(f64, f64)> = points
+                .par_iter()
+                .map(|x| {
+                    let foot = self.within(x, None, share * size);
+                    let rate = foot.normal.dot(&self.setup.direction);
+                    let is_wall = foot.gap > 0.0 && rate < WALL;
+                    let gap = if foot.past_border || is_wall { f64::INFINITY } else { foot.gap };
+                    (gap, rate)
+                })
+                .collect();
+            let least = all.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a });
+            least.filter(|g| g.0.is_finite())
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_PI_2, TAU};
+
+    use super::*;
+    use crate::contact::test_tools::{arc, revolved};
+    use crate::solver::sheet::hex_mesh::rectangle;
+
+    /// Tries to place a ball on a sheet of 4 x 4 mm from above: how far it was moved, or why not.
+    fn placed(radius: f64, side: f64) -> Result<f64, String> {
+        let profile = [arc(12, [0.0, radius], radius, [-FRAC_PI_2, FRAC_PI_2], side)];
+        let setup = ToolSetup {
+            name: "ball".into(),
+            surface: Arc::new(ToolSurface::new(revolved("ball", 12, TAU, &profile))),
+            offset: Vec3::new(2.0, 2.0, 9.0),
+            direction: -Vec3::z(),
+            placement: Placement::Touch,
+            friction: 0.0,
+            side: SheetSide::Top,
+            stop: None,
+        };
+        let points = rectangle(4.0, 4.0, 1.0, 4, 4, 1).nodes;
+        let why = setup.why_not_touching(&points);
+        Tool { setup, travel: 0.0 }.place_touching(&points).ok_or(why)
+    }
+
+    #[test]
+    fn a_ball_turned_inside_out_and_one_in_metres_are_named() {
+        assert!((placed(7.0, 1.0).unwrap() - 8.0).abs() < 1e-9);
+        let why = placed(7.0, -1.0).unwrap_err();
+        assert!(why.contains("look away") && why.contains("--flip"), "{why}");
+        assert!(!why.contains("units"), "{why}");
+        let why = placed(7e-3, -1.0).unwrap_err();
+        assert!(why.contains("The sheet is 5.745 mm across and the tool 0.024 mm"), "{why}");
+    }
+}

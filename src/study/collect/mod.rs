@@ -1,0 +1,227 @@
+//! The records of all cases side by side: `study.csv`, `study.html` and drawings.
+
+mod curves;
+mod judge;
+mod pictures;
+mod row;
+mod table;
+
+use std::path::Path;
+
+use self::row::{Off, Row, Standing};
+use super::StudyError;
+use super::case::Case;
+use super::checks::{Check, Outcome};
+use super::compare::{sheet, tools};
+use super::execute::{Manifest, State};
+use super::file::Study;
+use super::inputs::{digest, folder_of, inputs};
+use super::output::{plot, write_csv};
+use crate::report::csv;
+use crate::report::doubt::Doubt;
+use crate::report::drawing::write_chart;
+use crate::report::page::Page;
+
+/// Writes `study.csv`, `study.html` and the drawings into `folder`.
+///
+/// A case whose scene, tools or followed increments are not those its results were made with is a row of its own kind
+/// and takes part in nothing else.
+///
+/// # Errors
+/// [`StudyError::Write`].
+pub fn collect(
+    study: &Study,
+    cases: &[Case],
+    manifest: &Manifest,
+    folder: &Path,
+) -> Result<Findings, StudyError> {
+    let standing = |case| standing(case, cases, manifest, folder);
+    let mut rows: Vec<Row<'_>> =
+        cases.iter().map(|case| row(study, case, standing(case), folder)).collect();
+    compare(&mut rows, study.reference.as_deref());
+    let (head, cells) = table::table(study, &rows);
+    let names: Vec<&str> = head.iter().map(String::as_str).collect();
+    write_csv(&folder.join("study.csv"), &names, &cells)?;
+    let charts = pictures::charts(study, &rows);
+    let bars = pictures::bars(&rows);
+    for (name, chart) in &charts {
+        write_chart(&folder.join(name).with_extension("svg"), chart)?;
+    }
+    for (name, bars) in &bars {
+        bars.write(&folder.join(name).with_extension("svg"))?;
+    }
+    let checks = judge::judge(study, &rows);
+    let mut page = Page::new(&study.name);
+    let doubts = doubts(&rows);
+    page.doubts(&doubts);
+    page.heading("Cases");
+    page.table(&names, &cells);
+    put_checks(&mut page, &checks);
+    for (_, bars) in &bars {
+        page.heading(&bars.title);
+        let (traces, layout) = bars.traces();
+        page.plot(&traces, &layout, bars.height());
+    }
+    charts.iter().for_each(|(_, chart)| plot(&mut page, chart));
+    page.write(&folder.join("study.html"))?;
+    Ok(Findings { checks, doubts })
+}
+
+/// What a study shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Findings {
+    /// How its checks came out.
+    pub checks: Vec<(Check, Outcome)>,
+    /// Doubts about the cases that are done; the case stands first in `place` and `text`.
+    pub doubts: Vec<Doubt>,
+}
+
+/// Doubts about all cases that are done.
+fn doubts(rows: &[Row<'_>]) -> Vec<Doubt> {
+    let of = |row: &Row<'_>| -> Vec<Doubt> {
+        let found = row.record.as_ref().filter(|_| row.done()).map(|record| &record.doubts);
+        let named = |doubt: &Doubt| Doubt {
+            place: format!("{}: {}", row.case.id, doubt.place),
+            text: format!("{}: {}", row.case.id, doubt.text),
+            ..doubt.clone()
+        };
+        found.into_iter().flatten().map(named).collect()
+    };
+    rows.iter().flat_map(of).collect()
+}
+
+fn put_checks(page: &mut Page, checks: &[(Check, Outcome)]) {
+    if checks.is_empty() {
+        return;
+    }
+    let said = |(check, outcome): &(Check, Outcome)| {
+        let [state, value] = outcome.words();
+        vec![check.says.clone(), state, value, check.allowed()]
+    };
+    page.heading("What it is expected to show");
+    let said: Vec<Vec<String>> = checks.iter().map(said).collect();
+    page.table(&["expected", "", "found", "allowed"], &said);
+}
+
+/// As the manifest says, where the case was run with the scene, tools and increments that it has now.
+fn standing(
+    case: &Case,
+    cases: &[Case],
+    manifest: &Manifest,
+    folder: &Path,
+) -> (Standing, Option<String>) {
+    let Some(entry) = manifest.cases.get(&case.id) else { return (Standing::Waiting, None) };
+    let said = match entry.state {
+        State::Waiting => Standing::Waiting,
+        State::Done => Standing::Done,
+        State::Failed => Standing::Failed,
+    };
+    // A case that could not be begun has nothing to compare.
+    if entry.inputs.is_empty() {
+        return (said, entry.reason.clone());
+    }
+    let mut at = case;
+    // Who follows whom goes round in no circle; the count holds where it did.
+    for _ in 0..=cases.len() {
+        if let Some(why) = changed(at, manifest, folder) {
+            let reason = if at.id == case.id { why } else { format!("follows {}: {why}", at.id) };
+            return (Standing::Stale, Some(reason));
+        }
+        let Some(next) = at.follows.as_ref().and_then(|id| cases.iter().find(|c| c.id == *id))
+        else {
+            break;
+        };
+        at = next;
+    }
+    (said, entry.reason.clone())
+}
+
+/// Why what the manifest says of a case is not of the case as it is now.
+fn changed(case: &Case, manifest: &Manifest, folder: &Path) -> Option<String> {
+    // A case that could not be begun has no digest.
+    let entry = manifest.cases.get(&case.id).filter(|e| !e.inputs.is_empty())?;
+    match inputs(case, folder).map(|now| digest(&now)) {
+        Ok(now) if now == entry.inputs => None,
+        Ok(_) => Some(
+            "its scene or a tool file (or the increments it takes) has changed since it was run; run the study again"
+                .into(),
+        ),
+        Err(error) => Some(format!("what it was run with cannot be compared: {error}")),
+    }
+}
+
+fn row<'a>(
+    study: &Study,
+    case: &'a Case,
+    (standing, reason): (Standing, Option<String>),
+    folder: &Path,
+) -> Row<'a> {
+    let run = folder_of(folder, &case.id).join("run");
+    let (patches, shape_error) = tools(&case.scene);
+    let mut row = Row {
+        case,
+        standing,
+        reason,
+        method: method(study, case),
+        record: None,
+        patches,
+        shape_error,
+        curve: Vec::new(),
+        sheet: None,
+        off: Off::default(),
+    };
+    if standing == Standing::Stale {
+        return row;
+    }
+    let text = crate::files::read(&run.join("run.json"), crate::files::Input::Description)
+        .unwrap_or_default();
+    row.record = serde_json::from_slice(&text).ok();
+    let history = crate::files::read_text(&run.join("history.csv"), crate::files::Input::Table)
+        .unwrap_or_default();
+    row.curve = curve(&history, &study.watch);
+    // The last picture of a case under way is of no stage that others have too.
+    row.sheet = row.done().then(|| sheet(&run)).flatten();
+    row
+}
+
+/// Methods of the options that a case takes, in the order of the choices; its name where there are none.
+fn method(study: &Study, case: &Case) -> String {
+    let of = |(choice, name): (&super::file::Choice, &String)| {
+        choice.options.iter().find(|o| o.name == *name)?.method.clone()
+    };
+    let named: Vec<String> = study.choices.iter().zip(&case.options).filter_map(of).collect();
+    if named.is_empty() { case.id.clone() } else { named.join(", ") }
+}
+
+/// Differences of all rows that are done from the row named `reference`, if that is.
+fn compare(rows: &mut [Row<'_>], reference: Option<&str>) {
+    let named = |r: &&Row<'_>| Some(r.case.id.as_str()) == reference && r.done();
+    let Some(reference) = rows.iter().find(named) else { return };
+    let off: Vec<Off> = rows
+        .iter()
+        .map(|row| if row.done() { Off::between(row, reference) } else { Off::default() })
+        .collect();
+    rows.iter_mut().zip(off).for_each(|(row, off)| row.off = off);
+}
+
+/// Travel and force of a tool from `history.csv`, as long as its travel grows.
+fn curve(history: &str, tool: &str) -> Vec<(f64, f64)> {
+    let mut rows = csv::rows(history).into_iter().map(csv::cells);
+    let Some(head) = rows.next() else { return Vec::new() };
+    let column = |name: String| head.iter().position(|h| *h == name);
+    let columns = (column(format!("{tool}_travel_mm")), column(format!("{tool}_force_n")));
+    let (Some(x), Some(y)) = columns else { return Vec::new() };
+    let number = |row: &[String], k: usize| row.get(k).and_then(|c| c.parse::<f64>().ok());
+    let mut out: Vec<(f64, f64)> = Vec::new();
+    for row in rows {
+        if let (Some(x), Some(y)) = (number(&row, x), number(&row, y))
+            && x > out.last().map_or(0.0, |p| p.0)
+        {
+            out.push((x, y));
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,14 @@
 //! The shape of the house: an import always points down, and the two wings meet only on the ground floor.
 
+#[path = "architecture/imports.rs"]
+mod imports;
+#[path = "architecture/listing.rs"]
+mod listing;
+
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use imports::{Imports, Module};
 
 /// Floors from the top; modules on one floor do not see each other.
 const FLOORS: [&[&str]; 8] = [
@@ -13,6 +20,32 @@ const FLOORS: [&[&str]; 8] = [
     &["report", "contact"],
     &["cad", "tool"],
     &["geometry", "files", "cancel"],
+];
+
+/// Rooms of the solver from the top: an import points down this list.
+const ROOMS: [&str; 22] = [
+    "reach",
+    "simulation",
+    "observe",
+    "snapshot",
+    "penetration",
+    "increment",
+    "remedy",
+    "stage",
+    "error",
+    "report",
+    "newton",
+    "active_set",
+    "system",
+    "limits",
+    "contact",
+    "tools",
+    "assembly",
+    "sheet",
+    "element",
+    "material",
+    "linear",
+    "numbers",
 ];
 
 /// Modules that a module may never use although it stands above them.
@@ -127,6 +160,89 @@ fn imports_point_down() {
         }
     }
     assert!(faults.is_empty(), "imports that do not point down:\n{}", faults.join("\n"));
+}
+
+fn sources() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+#[test]
+fn no_files_import_each_other() {
+    let found = Imports::of(&sources());
+    assert!(found.files.len() > 400, "{} files", found.files.len());
+    let circles = found.circles();
+    let of = |circle: &Vec<Module>, module: &Module| -> Vec<String> {
+        let inside = found.uses[module].iter().filter(|other| circle.contains(other));
+        inside.map(|other| format!("{} uses {}", module.join("::"), other.join("::"))).collect()
+    };
+    let edges: Vec<String> =
+        circles.iter().flat_map(|c| c.iter().flat_map(|module| of(c, module))).collect();
+    assert!(circles.is_empty(), "{} circles, of these imports: {edges:#?}", circles.len());
+}
+
+#[test]
+fn rooms_of_the_solver_import_downwards() {
+    let found = Imports::of(&sources());
+    let room = |module: &Module| -> Option<usize> {
+        if module.first()? != "solver" {
+            return None;
+        }
+        let name = module.get(1)?;
+        let at = ROOMS.iter().position(|room| room == name);
+        Some(at.unwrap_or_else(|| panic!("room {name} is not on the list")))
+    };
+    let mut faults = Vec::new();
+    for (module, uses) in &found.uses {
+        for other in uses {
+            if let (Some(own), Some(below)) = (room(module), room(other))
+                && below < own
+            {
+                faults.push(format!("{} uses {}", module.join("::"), other.join("::")));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+/// `KANAGATA_BLESS=1` writes it.
+#[test]
+fn the_listing_of_rooms_is_that_of_the_sources() {
+    const MARKS: [&str; 2] = ["<!-- rooms -->\n", "<!-- end of rooms -->"];
+    let of_solver = ROOMS.iter().map(|room| format!("solver/{room}"));
+    let modules = FLOORS.iter().flat_map(|floor| floor.iter());
+    let rooms: Vec<String> = modules
+        .flat_map(|module| match *module {
+            "solver" => of_solver.clone().collect(),
+            other => vec![other.to_owned()],
+        })
+        .collect();
+    let expected = listing::listing(&Imports::of(&sources()), &rooms);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/architecture.md");
+    let text = fs::read_to_string(&path).unwrap();
+    let [first, last] = MARKS.map(|mark| text.find(mark).unwrap());
+    let first = first + MARKS[0].len();
+    if std::env::var_os("KANAGATA_BLESS").is_some() {
+        fs::write(&path, format!("{}{expected}{}", &text[..first], &text[last..])).unwrap();
+        return;
+    }
+    assert_eq!(text[first..last], expected, "KANAGATA_BLESS=1 cargo test --test architecture");
+}
+
+/// Three files: `b` uses `a` by a name that the root passes on, `a` uses `b` in a macro, and the tests of `c` use all.
+#[test]
+fn circles_are_seen_through_what_is_passed_on_and_in_macros() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("lib.rs", "mod a;\nmod b;\nmod c;\npub use a::{One, Two as Second};\n");
+    write("a.rs", "pub struct One; pub struct Two;\nfn f() { println!(\"{}\", crate::b::N); }\n");
+    write("b.rs", "use crate::{\n    Second,\n};\npub const N: u8 = 0;\nfn f(_: Second) {}\n");
+    write("c.rs", "#[cfg(test)]\nmod tests { use crate::b::N; }\nfn f() -> u8 { super::b::N }\n");
+    let circles = Imports::of(folder.path()).circles();
+    let named: Vec<Vec<String>> = circles
+        .into_iter()
+        .map(|circle| circle.into_iter().map(|m| m.join("::")).collect())
+        .collect();
+    assert_eq!(named, [["a", "b"]]);
 }
 
 #[test]

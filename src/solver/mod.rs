@@ -40,7 +40,7 @@ pub use newton::record::{IterationRecord, convergence_order};
 pub use report::{Control, IncrementReport, RunSummary, ToolReport};
 pub use sheet::supports::Constraints;
 pub use simulation::SimulationSetup;
-pub use stage::stage::Stage;
+pub use stage::description::Stage;
 pub use stage::state::Simulation;
 pub use system::timings::Timings;
 pub use tools::motion::{Curve, Motion};

@@ -52,7 +52,7 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
         f64::INFINITY
     };
     let rim = (RIM * sheet.diagonal()).max(2.0 * mesh.mean_thickness());
-    let margin = rim + edge_lengths(&setup.body).longest_edge;
+    let margin = rim + edge_lengths(setup.body.mesh()).longest_edge;
     // Nothing times no share is nothing, however far that may be.
     let along = |far: f64, share: f64| if share.abs() > 1e-12 { far * share } else { 0.0 };
     let pushed: Vec3 = setup.tools.iter().zip(&travels).fold(Vec3::zeros(), |sum, (t, range)| {
@@ -116,7 +116,7 @@ pub fn travel_range(setup: &SimulationSetup, tool: usize) -> Option<[f64; 2]> {
 /// [`SimulationError::NoTouch`].
 pub fn leave_out(setup: &mut SimulationSetup) -> Result<(Vec<LeftOut>, Guard), SimulationError> {
     setup.place()?;
-    let reach = edge_lengths(&setup.body).longest_edge;
+    let reach = edge_lengths(setup.body.mesh()).longest_edge;
     let mut guard = Guard { reach, tools: Vec::new() };
     let mut out = Vec::new();
     for (tool, kept) in reachable(setup).into_iter().enumerate() {

@@ -3,7 +3,7 @@
 use crate::solver::error::SimulationError;
 use crate::solver::linear::LinearError;
 use crate::solver::newton::outcome::NewtonError;
-use crate::solver::stage::stage::Stage;
+use crate::solver::stage::description::Stage;
 use crate::solver::stage::state::Simulation;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;

@@ -11,7 +11,7 @@ use crate::solver::newton::record::IterationRecord;
 use crate::solver::observe::contact_forces;
 use crate::solver::report::{Control, Energies, IncrementReport, RunSummary};
 use crate::solver::sheet::supports::Constraints;
-use crate::solver::stage::stage::Stage;
+use crate::solver::stage::description::Stage;
 use crate::solver::stage::state::{Committed, Simulation};
 use crate::solver::system::system::System;
 use crate::solver::tools::tool::{Placement, SheetSide, Tool, ToolSetup};

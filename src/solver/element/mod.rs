@@ -10,6 +10,7 @@
 )]
 
 mod compatible;
+mod exchange;
 pub mod hex8;
 pub(crate) mod hex8_enhanced;
 mod kernels;
@@ -20,16 +21,11 @@ mod shape;
 pub(crate) mod solid_shell;
 mod tilt;
 
+pub use exchange::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want};
 pub use kind::ElementKind;
 pub use shape::{PointGeometry, ReferenceCheck, reference_points};
 
 pub(crate) use shape::natural_coordinates;
-
-use crate::geometry::Vec3;
-use crate::solver::material::{Material, MaterialError};
-
-/// Degrees of freedom of an element: 8 nodes, 3 displacements each, node by node.
-pub const DOFS: usize = 24;
 
 impl ElementKind {
     /// Evaluates one element: its undeformed Gauss points or points through the thickness, whichever it has; its points'
@@ -62,100 +58,6 @@ impl ElementKind {
         tilt::steady(input, tilt, out);
         Ok(())
     }
-}
-
-/// What is asked of an evaluation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Want {
-    /// Internal forces and energies only (line search).
-    Residual,
-    /// Forces, energies and tangent.
-    ResidualAndTangent,
-}
-
-/// Force, tangent and energies of one element.
-#[derive(Debug, Clone)]
-pub struct ElementMatrices {
-    /// Internal force [N].
-    pub force: [f64; DOFS],
-    /// Tangent stiffness [N/mm], row by row.
-    pub tangent: [[f64; DOFS]; DOFS],
-    /// Stored elastic energy [N mm].
-    pub elastic_energy: f64,
-    /// Plastic work since the beginning [N mm].
-    pub plastic_work: f64,
-    /// Work against what keeps fibres from tilting by turns, since the beginning [N mm].
-    pub artificial_work: f64,
-    /// Norm of the forces [N] that the not yet converged internal modes of the element still cause.
-    pub internal_residual: f64,
-    /// `∫ S³³ dV` [N/mm] of an element whose fibres go along ζ.
-    pub through: f64,
-}
-
-impl ElementMatrices {
-    /// All zero.
-    #[must_use]
-    pub fn zero() -> Self {
-        Self {
-            force: [0.0; DOFS],
-            tangent: [[0.0; DOFS]; DOFS],
-            elastic_energy: 0.0,
-            plastic_work: 0.0,
-            artificial_work: 0.0,
-            internal_residual: 0.0,
-            through: 0.0,
-        }
-    }
-}
-
-/// What an element is given: fixed data and the state at the beginning of the increment.
-#[derive(Debug, Clone, Copy)]
-pub struct ElementInput<'a> {
-    /// The material.
-    pub material: &'a dyn Material,
-    /// Reference coordinates of the nodes [mm].
-    pub nodes: &'a [Vec3; 8],
-    /// Displacements of the nodes [mm].
-    pub displacement: &'a [f64; DOFS],
-    /// History of all points at the last converged state, `point_count * state_len`.
-    pub old_state: &'a [f64],
-    /// What the element kept besides at the last converged state.
-    pub old_record: &'a [f64],
-    /// What is asked.
-    pub want: Want,
-}
-
-/// Why an element could not be evaluated.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("point {point}: {reason}")]
-pub struct PointFailure {
-    /// Material point inside the element.
-    pub point: usize,
-    /// Cause.
-    pub reason: FailureReason,
-}
-
-/// Cause of a failed element evaluation.
-#[non_exhaustive]
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum FailureReason {
-    /// The element is turned inside out.
-    #[error(
-        "volume ratio {ratio}, must be above zero: the element turns inside out, as where a sheet folds or tears"
-    )]
-    Inverted {
-        /// det F at the point.
-        ratio: f64,
-    },
-    /// The internal modes of the element have no stiffness.
-    #[error("pivot {pivot} in the stiffness of the internal modes, must be finite and not zero")]
-    SingularModes {
-        /// The pivot found.
-        pivot: f64,
-    },
-    /// The material failed.
-    #[error(transparent)]
-    Material(#[from] MaterialError),
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Claims about the elements.
 
+use crate::geometry::Vec3;
 use std::sync::Arc;
 
 use super::super::material::elastic::Elastic;

@@ -2,8 +2,8 @@
 
 use super::loose_sheet::{Way, carry, lay};
 use crate::geometry::Vec3;
-use crate::solver::newton::newton::solve;
 use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
+use crate::solver::newton::solve::solve;
 use crate::solver::sheet::rigid_motions::nearest_free;
 use crate::solver::stage::energy::add_work;
 use crate::solver::stage::plan::Plan;

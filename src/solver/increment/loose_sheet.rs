@@ -8,8 +8,8 @@
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::{Candidate, Force};
 use crate::solver::element::Want;
-use crate::solver::newton::newton::solve;
 use crate::solver::newton::outcome::{NewtonError, NewtonStats, Patience};
+use crate::solver::newton::solve::solve;
 use crate::solver::sheet::rigid_motions::{nearest_free, unsupported};
 use crate::solver::stage::state::Simulation;
 use crate::solver::system::damper::Damper;

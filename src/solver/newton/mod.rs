@@ -5,6 +5,6 @@
 pub(super) mod convergence;
 pub(super) mod cycling;
 pub(super) mod line_search;
-pub mod newton;
 pub mod outcome;
 pub mod record;
+pub(super) mod solve;

@@ -1,7 +1,7 @@
 //! Lengths that the solver measures its tolerances and steps by.
 
+use super::hex_mesh::HexMesh;
 use crate::geometry::Aabb;
-use crate::solver::assembly::Body;
 
 /// Lengths of the problem [mm].
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +19,7 @@ pub(in crate::solver) struct Lengths {
 }
 
 /// Lengths of a sheet's mesh, without a transition of friction.
-pub(in crate::solver) fn edge_lengths(body: &Body) -> Lengths {
+pub(in crate::solver) fn edge_lengths(mesh: &HexMesh) -> Lengths {
     const EDGES: [(usize, usize); 12] = [
         (0, 1),
         (1, 2),
@@ -34,7 +34,6 @@ pub(in crate::solver) fn edge_lengths(body: &Body) -> Lengths {
         (2, 6),
         (3, 7),
     ];
-    let mesh = body.mesh();
     let size = Aabb::of_points(&mesh.nodes).diagonal();
     let farthest = mesh.nodes.iter().map(|x| x.norm()).fold(0.0, f64::max);
     let mut out = Lengths {

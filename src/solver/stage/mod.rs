@@ -3,9 +3,9 @@
 //! Used by `simulation` and `increment`.
 
 pub(super) mod branch;
+pub(super) mod description;
 pub(super) mod energy;
 pub(super) mod plan;
-pub mod stage;
 pub(super) mod start;
 pub(super) mod state;
 pub(super) mod step_size;

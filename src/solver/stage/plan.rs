@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stage::Stage;
+use super::description::Stage;
 use crate::solver::tools::motion::Motion;
 
 /// What a stage fixes when it begins.

@@ -4,8 +4,8 @@
 //! next to nothing: forces that they left behind would go along with a sheet that nothing but friction holds against them. Then,
 //! or at once where no tool stays, what they push it with is left behind as forces on its nodes that fall to nothing.
 
+use super::description::Stage;
 use super::plan::Plan;
-use super::stage::Stage;
 use super::state::Simulation;
 use crate::geometry::Vec3;
 use crate::solver::active_set::active_set::take_in;

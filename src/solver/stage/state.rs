@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::branch::Doubt;
+use super::description::Stage;
 use super::plan::Plan;
-use super::stage::Stage;
 use super::step_size::{Endurance, Pace};
 use crate::solver::limits::Limits;
 use crate::solver::newton::outcome::Patience;

@@ -110,8 +110,8 @@ fn a_strip_bent_without_friction_stays_between_its_rods() {
     assert!(held.forces[2] > 50.0 && free.forces[2] > 50.0);
     assert!((held.forces[2] / free.forces[2] - 1.0).abs() < 1e-6);
     assert!(apart.fold(0.0, f64::max) < 1e-6);
-    // It lies there as on a ridge, which is told: shorter steps change nothing of that.
-    assert!(free.summary.unstable > 0 && free.summary.snaps == 0, "{:?}", free.summary);
+    // Its nodes lie there as on a ridge; the sheet does not, as it slides through at no cost.
+    assert!(free.summary.unstable == 0 && free.summary.snaps == 0, "{:?}", free.summary);
 }
 
 /// It rose 20 mm with the punch, to which it clung by forces of rounding.

@@ -4,7 +4,7 @@ use super::{body, setup, steel, tool};
 use crate::contact::test_tools::Builder;
 use crate::geometry::Vec3;
 use crate::solver::active_set::driven_tools::{keep_pushed_tools, oppose};
-use crate::solver::newton::newton::bounded_share;
+use crate::solver::newton::solve::bounded_share;
 use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::System;

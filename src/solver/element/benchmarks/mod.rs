@@ -5,6 +5,7 @@ mod flange;
 mod shells;
 mod tube;
 
+use crate::geometry::Vec3;
 use std::sync::Arc;
 
 use super::super::material::elastic::Elastic;

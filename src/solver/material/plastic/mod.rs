@@ -16,17 +16,14 @@
 //! Newton's method kept inside a bracket solves it for every increment.
 
 use crate::solver::material::error::MaterialDataError;
-use pulp::Arch;
 
 use super::elastic::Elastic;
 use super::hardening::Hardening;
 use super::hill48::Hill48;
-use super::law::Memory;
-use super::law::{LogResponse, LogResponses, Material, MaterialError, PointState, one_as_points};
+use super::law::{LogResponse, LogResponses, MaterialError};
 use super::yield_function::YieldFunction;
 use crate::geometry::Mat3;
-use crate::solver::numbers::lanes::Eight;
-use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
+use crate::solver::numbers::tensor::{self, Mandel66};
 
 /// One backstress of Chaboche's law.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,69 +141,6 @@ impl Plastic {
     }
 }
 
-impl Material for Plastic {
-    fn state_len(&self) -> usize {
-        BACKSTRESS + 6 * self.backstresses.len()
-    }
-
-    fn update(
-        &self,
-        strain: &Mandel,
-        old: &[f64],
-        new: &mut [f64],
-        response: &mut LogResponse,
-    ) -> Result<(), MaterialError> {
-        one_as_points(self, strain, (old, new), response)
-    }
-
-    fn update_points(
-        &self,
-        strains: &[Eight; 6],
-        count: usize,
-        (old, new): (&[f64], &mut [f64]),
-        out: &mut LogResponses,
-    ) -> Result<(), (usize, MaterialError)> {
-        match &self.criterion {
-            YieldFunction::Hill48(spectrum) => {
-                let material = self;
-                let to = &mut *new;
-                let all =
-                    quadratic::Update { material, spectrum, strains, count, old, new: to, out };
-                Arch::new().dispatch(all)?;
-            }
-            YieldFunction::Yld2004(law) => {
-                self.update_general(law, (strains, count), (old, new), out)?;
-            }
-        }
-        let histories = new.chunks_exact_mut(self.state_len()).take(count);
-        for (point, history) in histories.enumerate() {
-            history[LOG_STRAIN..BACKSTRESS].copy_from_slice(&strains.map(|of| of[point]));
-        }
-        Ok(())
-    }
-
-    fn point_state(&self, history: &[f64]) -> Option<PointState> {
-        let total: Mandel = std::array::from_fn(|i| history[LOG_STRAIN + i]);
-        let total = self.to_material.as_ref().map_or(total, |turn| tensor::apply(turn, &total));
-        let elastic = std::array::from_fn(|i| total[i] - history[STRAIN + i]);
-        let stress = self.elastic.stress(&elastic);
-        Some(PointState {
-            plastic_strain: history[EQUIVALENT],
-            equivalent_stress: self.criterion.equivalent(&stress),
-            pressure: -(stress[0] + stress[1] + stress[2]) / 3.0,
-        })
-    }
-
-    fn memory(&self) -> Option<Memory> {
-        let stiffness = self.elastic.stiffness();
-        Some(Memory { strain: LOG_STRAIN, plastic: STRAIN, stiffness })
-    }
-
-    fn is_symmetric(&self) -> bool {
-        self.backstresses.iter().all(|one| one.recovery == 0.0)
-    }
-}
-
 mod general;
 mod points;
 mod quadratic;
@@ -215,3 +149,4 @@ mod random_paths;
 pub(super) mod tension;
 #[cfg(test)]
 mod tests;
+mod update;

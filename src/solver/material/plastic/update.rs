@@ -1,0 +1,75 @@
+//! Updates of points: quadratic criteria side by side, any other point by point.
+
+use pulp::Arch;
+
+use super::{BACKSTRESS, EQUIVALENT, LOG_STRAIN, Plastic, STRAIN, quadratic};
+use crate::solver::material::law::{
+    LogResponse, LogResponses, Material, MaterialError, Memory, PointState, one_as_points,
+};
+use crate::solver::material::yield_function::YieldFunction;
+use crate::solver::numbers::lanes::Eight;
+use crate::solver::numbers::tensor;
+use crate::solver::numbers::tensor::Mandel;
+
+impl Material for Plastic {
+    fn state_len(&self) -> usize {
+        BACKSTRESS + 6 * self.backstresses.len()
+    }
+
+    fn update(
+        &self,
+        strain: &Mandel,
+        old: &[f64],
+        new: &mut [f64],
+        response: &mut LogResponse,
+    ) -> Result<(), MaterialError> {
+        one_as_points(self, strain, (old, new), response)
+    }
+
+    fn update_points(
+        &self,
+        strains: &[Eight; 6],
+        count: usize,
+        (old, new): (&[f64], &mut [f64]),
+        out: &mut LogResponses,
+    ) -> Result<(), (usize, MaterialError)> {
+        match &self.criterion {
+            YieldFunction::Hill48(spectrum) => {
+                let material = self;
+                let to = &mut *new;
+                let all =
+                    quadratic::Update { material, spectrum, strains, count, old, new: to, out };
+                Arch::new().dispatch(all)?;
+            }
+            YieldFunction::Yld2004(law) => {
+                self.update_general(law, (strains, count), (old, new), out)?;
+            }
+        }
+        let histories = new.chunks_exact_mut(self.state_len()).take(count);
+        for (point, history) in histories.enumerate() {
+            history[LOG_STRAIN..BACKSTRESS].copy_from_slice(&strains.map(|of| of[point]));
+        }
+        Ok(())
+    }
+
+    fn point_state(&self, history: &[f64]) -> Option<PointState> {
+        let total: Mandel = std::array::from_fn(|i| history[LOG_STRAIN + i]);
+        let total = self.to_material.as_ref().map_or(total, |turn| tensor::apply(turn, &total));
+        let elastic = std::array::from_fn(|i| total[i] - history[STRAIN + i]);
+        let stress = self.elastic.stress(&elastic);
+        Some(PointState {
+            plastic_strain: history[EQUIVALENT],
+            equivalent_stress: self.criterion.equivalent(&stress),
+            pressure: -(stress[0] + stress[1] + stress[2]) / 3.0,
+        })
+    }
+
+    fn memory(&self) -> Option<Memory> {
+        let stiffness = self.elastic.stiffness();
+        Some(Memory { strain: LOG_STRAIN, plastic: STRAIN, stiffness })
+    }
+
+    fn is_symmetric(&self) -> bool {
+        self.backstresses.iter().all(|one| one.recovery == 0.0)
+    }
+}

@@ -139,7 +139,7 @@ impl Native<'_> {
             let g = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
             let (mut step, quadratic) = descent(&d, &r, g, held(uv, g));
             let length = (d.su * step.x).norm() + (d.sv * step.y).norm();
-            if length <= 1e-15 * (1.0 + d.s.norm()) {
+            if length <= 1e-15 * (1.0 + d.s.norm()) || !length.is_finite() {
                 break;
             }
             if quadratic && length <= 3e-8 * (1.0 + d.s.norm()) {

@@ -1,7 +1,7 @@
 //! What the tree over the faces holds: a whole face on a plane, quadric or torus, or a small rectangle of a spline.
 
 use super::best::Best;
-use super::piece::{Piece, pieces_of};
+use super::piece::{Piece, Room, pieces_of};
 use crate::cad::model::{Analytic, Face};
 use crate::cad::trim_region::TrimRegion;
 use crate::geometry::{Aabb, Vec3};
@@ -41,13 +41,27 @@ impl Leaf {
     }
 
     /// Improves `best` by the points that are inside the trim, while some of the parts `left` to be looked at are left.
-    pub fn search(&self, p: &Vec3, region: &TrimRegion, best: &mut Best, left: &mut u32) {
+    pub fn search(
+        &self,
+        p: &Vec3,
+        region: &TrimRegion,
+        best: &mut Best,
+        (left, room): (&mut u32, &Room),
+    ) {
         match self {
             Self::Exact(e) => {
                 *left = left.saturating_sub(1);
                 e.search(p, region, best);
             }
-            Self::Piece(piece) => piece.search(p, region, best, left),
+            Self::Piece(piece) => piece.search(p, region, best, (left, room)),
+        }
+    }
+
+    /// Memory of a rectangle; nothing for a whole face [bytes].
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Exact(_) => 0,
+            Self::Piece(piece) => piece.bytes(),
         }
     }
 }

@@ -14,6 +14,7 @@ use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec2, Vec3};
 use best::Best;
 use leaf::{Leaf, leaves_of};
+use piece::Room;
 use span::{Span, spans_of};
 
 /// Index for closest points on a model; built once, queried from any number of threads.
@@ -21,6 +22,8 @@ pub struct ClosestPoint<'m> {
     model: &'m Model,
     regions: Vec<TrimRegion>,
     leaves: Vec<Leaf>,
+    /// Memory that is left for parts of leaves.
+    room: Room,
     spans: Vec<Span>,
     /// Leaves, then spans.
     tree: BoxTree,
@@ -84,6 +87,7 @@ impl<'m> ClosestPoint<'m> {
         Self {
             model,
             regions,
+            room: Room::of_pieces(leaves.iter().map(Leaf::bytes).sum()),
             leaves,
             tree: BoxTree::build(&boxes),
             face_leaves,
@@ -180,7 +184,7 @@ impl<'m> ClosestPoint<'m> {
     fn try_leaf(&self, k: u32, search: &mut Search) {
         let leaf = &self.leaves[k as usize];
         let region = &self.regions[leaf.face() as usize];
-        leaf.search(search.p, region, &mut search.inside, &mut search.left);
+        leaf.search(search.p, region, &mut search.inside, (&mut search.left, &self.room));
     }
 
     fn try_span(&self, k: u32, search: &mut Search) {

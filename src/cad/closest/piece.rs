@@ -1,6 +1,8 @@
 //! Small rectangles of a surface, each with an oriented box and the closest point inside it.
 
 use std::sync::OnceLock;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
 
 use super::best::Best;
 use crate::cad::model::Face;
@@ -16,6 +18,25 @@ const TURN: f64 = 0.4;
 const MOST: usize = 16;
 /// Halvings of a rectangle that may hold more than one local minimum.
 const DEPTH: u32 = 4;
+
+/// Memory for quarters that are kept [bytes], and the same over that of the pieces: a surface that folds has several minima nearly
+/// everywhere, and each of its pieces 340 quarters. What there is no room for is made again in each search.
+const KEPT: usize = 16 << 20;
+const KEPT_OVER_PIECES: usize = 4;
+
+/// Memory that is left for quarters.
+pub(super) struct Room(AtomicUsize);
+
+impl Room {
+    /// Of a model whose pieces take so many bytes.
+    pub fn of_pieces(bytes: usize) -> Self {
+        Self(AtomicUsize::new(KEPT.saturating_add(KEPT_OVER_PIECES.saturating_mul(bytes))))
+    }
+
+    fn take(&self, bytes: usize) -> bool {
+        self.0.fetch_update(Relaxed, Relaxed, |left| left.checked_sub(bytes)).is_ok()
+    }
+}
 
 /// A rectangle of a face's parameter plane.
 pub(super) struct Piece {
@@ -67,25 +88,58 @@ impl Piece {
         (0..3).map(|k| (self.axes[k].dot(&r).abs() - self.half[k]).max(0.0).powi(2)).sum()
     }
 
+    /// Memory that it takes, without its quarters [bytes].
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(self.piece.points())
+    }
+
     /// Improves `best` by the points of this rectangle that are inside the trim. Where the distance may have
     /// more than one minimum in it, its quarters are searched too, while some of the parts `left` to be looked at are left.
-    pub fn search(&self, p: &Vec3, region: &TrimRegion, best: &mut Best, left: &mut u32) {
+    pub fn search(
+        &self,
+        p: &Vec3,
+        region: &TrimRegion,
+        best: &mut Best,
+        (left, room): (&mut u32, &Room),
+    ) {
         *left = left.saturating_sub(1);
-        if !self.visit(p, region, best) {
-            return;
+        if self.visit(p, region, best) {
+            self.search_quarters(p, region, best, (left, room), DEPTH);
         }
-        let mut stack: Vec<(&Self, u32)> = self.kept_quarters().iter().map(|q| (q, 1)).collect();
-        while let Some((part, depth)) = stack.pop().filter(|_| *left > 0) {
+    }
+
+    fn search_quarters(
+        &self,
+        p: &Vec3,
+        region: &TrimRegion,
+        best: &mut Best,
+        (left, room): (&mut u32, &Room),
+        depth: u32,
+    ) {
+        let made;
+        let quarters = if let Some(kept) = self.kept_quarters(room) {
+            kept
+        } else {
+            made = self.quarters();
+            &made
+        };
+        for part in quarters.iter().rev() {
+            if *left == 0 {
+                return;
+            }
             *left -= 1;
-            if part.visit(p, region, best) && depth < DEPTH {
-                stack.extend(part.kept_quarters().iter().map(|q| (q, depth + 1)));
+            if part.visit(p, region, best) && depth > 1 {
+                part.search_quarters(p, region, best, (left, room), depth - 1);
             }
         }
     }
 
-    /// Its quarters, made once: most searches come by the same ones again.
-    fn kept_quarters(&self) -> &[Self] {
-        self.quarters.get_or_init(|| self.quarters())
+    /// Its quarters, made once where there is room for them: most searches come by the same ones again.
+    fn kept_quarters(&self, room: &Room) -> Option<&[Self]> {
+        if self.quarters.get().is_none() && !room.take(4 * self.bytes()) {
+            return None;
+        }
+        Some(self.quarters.get_or_init(|| self.quarters()))
     }
 
     /// Takes the local minimum; true when there may be another one.

@@ -4,6 +4,11 @@ use super::candidate::Candidate;
 use crate::contact::Projection;
 use crate::geometry::{Mat3, Vec3};
 
+/// Share of a normal in a node's free directions from which the directions in which that is held are tangents of the tool.
+const UPRIGHT: f64 = 1.0 - 1e-6;
+/// A node whose free directions hold less than this share of the normal cannot be pushed by the tool.
+pub(in crate::solver) const PUSHABLE: f64 = 0.3;
+
 /// Stiffnesses that scale the conditions [N/mm]; from the elastic tangent, so that units cancel.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::solver) struct Scales {
@@ -54,9 +59,6 @@ impl Frame {
     }
 }
 
-/// Share of a normal in a node's free directions from which the directions in which that is held are tangents of the tool.
-pub(in crate::solver) const UPRIGHT: f64 = 1.0 - 1e-6;
-
 pub(in crate::solver) fn frame(foot: &Projection, free: &Mat3) -> Option<Frame> {
     let along = free * foot.normal;
     let share = along.norm();
@@ -105,6 +107,3 @@ pub(in crate::solver) fn parts(foot: &Projection, free: &Mat3) -> (Vec3, Vec3, f
     let along = free * foot.normal;
     (along, foot.normal - along, along.norm_squared())
 }
-
-/// A node whose free directions hold less than this share of the normal cannot be pushed by the tool.
-pub(in crate::solver) const PUSHABLE: f64 = 0.3;

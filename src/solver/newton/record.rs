@@ -1,5 +1,8 @@
 //! What is recorded of an iteration.
 
+/// Residual below which the linearised system is what matters: corrections are taken whole.
+pub(in crate::solver) const NEAR: f64 = 1e-2;
+
 /// One Newton iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationRecord {
@@ -42,9 +45,6 @@ pub fn convergence_order(history: &[IterationRecord]) -> Option<f64> {
     // A fall by less than ten is no step of an iteration near its end, and says nothing of the next.
     (fall(0) > LEAST && fall(1) > 0.0).then(|| fall(1) / fall(0))
 }
-
-/// Residual below which the linearised system is what matters: corrections are taken whole.
-pub(in crate::solver) const NEAR: f64 = 1e-2;
 
 #[cfg(test)]
 mod tests {

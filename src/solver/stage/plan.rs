@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::description::Stage;
 use crate::solver::tools::motion::Motion;
 
+/// Of the force of such a tool, what is left then.
+const LEFT: f64 = 0.01;
+
 /// What a stage fixes when it begins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(in crate::solver) struct Plan {
@@ -72,6 +75,3 @@ impl Plan {
         !self.gone && self.kept.is_some()
     }
 }
-
-/// Of the force of such a tool, what is left then.
-pub(in crate::solver) const LEFT: f64 = 0.01;

@@ -5,6 +5,11 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::numbers::COUNT_MAX;
 use crate::solver::newton::outcome::Patience;
 
+/// Iterations in all: snaps of sheets that are let go took 31 to 45, strips crushed until they buckle 223 to 810; a sheet
+/// that nothing balances never ends.
+const ITERATIONS: usize = 1000;
+const FEWEST: usize = 125;
+
 /// How large the next step is (share of the stage).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(in crate::solver) struct Pace {
@@ -87,9 +92,3 @@ impl Endurance {
         if rest { Self::FULL } else { less }
     }
 }
-
-/// Iterations in all: snaps of sheets that are let go took 31 to 45, strips crushed until they buckle 223 to 810; a sheet
-/// that nothing balances never ends.
-pub(in crate::solver) const ITERATIONS: usize = 1000;
-
-pub(in crate::solver) const FEWEST: usize = 125;

@@ -1,5 +1,15 @@
 //! How damping is made less from step to step.
 
+/// Damping tried first: stiffness of a node's damper over the mesh's.
+const FIRST: f64 = 1e-3;
+/// Factor by which damping falls after steps that went well, and rises after those that failed.
+const FACTOR: f64 = 4.0;
+/// Iterations of a step that went very well (damping falls by the factor squared), and of one that went well.
+const EASY: usize = 3;
+pub(in crate::solver) const WELL: usize = 5;
+/// How fast it is forgotten that less damping failed, a step.
+const FORGET: f64 = 0.5;
+
 /// Damping of the next step.
 pub(in crate::solver) struct Damping {
     pub(in crate::solver) now: f64,
@@ -30,17 +40,3 @@ impl Damping {
         self.now = (self.now / less).max(self.floor).max(self.least);
     }
 }
-
-/// Damping tried first: stiffness of a node's damper over the mesh's.
-pub(in crate::solver) const FIRST: f64 = 1e-3;
-
-/// Factor by which damping falls after steps that went well, and rises after those that failed.
-pub(in crate::solver) const FACTOR: f64 = 4.0;
-
-/// Iterations of a step that went very well (damping falls by the factor squared), and of one that went well.
-pub(in crate::solver) const EASY: usize = 3;
-
-pub(in crate::solver) const WELL: usize = 5;
-
-/// How fast it is forgotten that less damping failed, a step.
-pub(in crate::solver) const FORGET: f64 = 0.5;

@@ -10,6 +10,8 @@ use super::system::System;
 use crate::geometry::Vec3;
 use crate::solver::tools::role::Role;
 
+const NOWHERE: (f64, Vec3) = (0.0, Vec3::new(0.0, 0.0, 0.0));
+
 impl System {
     /// The deepest penetration between nodes where sheet and tools are now; `None` where there is none.
     pub(in crate::solver) fn face_penetration(&mut self) -> Option<FacePenetration> {
@@ -79,8 +81,6 @@ impl System {
         deepest_of(near.par_iter().map(depth).collect())
     }
 }
-
-pub(in crate::solver) const NOWHERE: (f64, Vec3) = (0.0, Vec3::new(0.0, 0.0, 0.0));
 
 /// The first of the deepest: the same for any number of threads.
 pub(in crate::solver) fn deepest_of(found: Vec<(f64, Vec3)>) -> (f64, Vec3) {

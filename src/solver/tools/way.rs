@@ -3,6 +3,13 @@
 use crate::contact::ToolSurface;
 use crate::geometry::Vec3;
 
+/// Least cosine between a tool's way and the normal of what it meets a node with: a wall along the way meets nothing.
+pub(in crate::solver) const FACING: f64 = 0.05;
+/// Gap at which a place lies on the surface, over the length `reach` of a search.
+const TOUCH: f64 = 1e-6;
+/// Shortest step along a way past a tool, over the reach of the search.
+pub(in crate::solver) const LEAST_STEP: f64 = 0.01;
+
 /// How far `place`, in the surface's frame, is from where a surface moved along the unit vector `along` meets it [mm], if that is
 /// within `most` [mm], with a normal that `pushes`. The way is gone by the distance that there is from the surface, at least a
 /// small share of `reach` [mm].
@@ -28,12 +35,3 @@ pub(in crate::solver) fn way_to(
     }
     None
 }
-
-/// Least cosine between a tool's way and the normal of what it meets a node with: a wall along the way meets nothing.
-pub(in crate::solver) const FACING: f64 = 0.05;
-
-/// Gap at which a place lies on the surface, over the length `reach` of a search.
-pub(in crate::solver) const TOUCH: f64 = 1e-6;
-
-/// Shortest step along a way past a tool, over the reach of the search.
-pub(in crate::solver) const LEAST_STEP: f64 = 0.01;

@@ -4,19 +4,18 @@ use super::stretch::STRETCHES;
 use crate::geometry::Vec3;
 use crate::solver::element::modes::Mode;
 
-pub(super) const fn mode(column: usize, powers: [u8; 3]) -> Mode {
-    Mode { column, powers }
-}
-
 /// Shapes of the strain through the thickness, each over the mid surface as one of [`PLANE`].
 pub(super) const SHAPES: usize = 2;
-
 /// Modes through the thickness, and with those of the membrane.
 pub(crate) const THICKNESS_MODES: usize = SHAPES * PLANE.len();
-
 /// How modes through the thickness go over the mid surface.
 pub(super) const PLANE: [Mode; 4] =
     [mode(2, [0, 0, 0]), mode(2, [1, 0, 0]), mode(2, [0, 1, 0]), mode(2, [1, 1, 0])];
+pub(crate) const MEMBRANE_MODES: usize = THICKNESS_MODES + STRETCHES;
+
+pub(super) const fn mode(column: usize, powers: [u8; 3]) -> Mode {
+    Mode { column, powers }
+}
 
 /// Node pairs of one configuration.
 #[derive(Clone, Copy)]
@@ -61,5 +60,3 @@ pub(super) fn blend(weights: &[f64; 4], vectors: &[Vec3; 4]) -> Vec3 {
         + vectors[2] * weights[2]
         + vectors[3] * weights[3]
 }
-
-pub(crate) const MEMBRANE_MODES: usize = THICKNESS_MODES + STRETCHES;

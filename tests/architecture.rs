@@ -66,25 +66,6 @@ fn rust_files(folder: &Path, into: &mut Vec<PathBuf>) {
     }
 }
 
-/// Top-level modules named after `crate::` in a text, comments left out.
-fn imports(text: &str) -> Vec<String> {
-    let name = |s: &str| -> String {
-        s.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
-    };
-    let mut found = Vec::new();
-    for line in text.lines().filter(|l| !l.trim_start().starts_with("//")) {
-        for (at, _) in line.match_indices("crate::") {
-            let rest = &line[at + "crate::".len()..];
-            if let Some(list) = rest.strip_prefix('{') {
-                found.extend(list.split(',').map(|part| name(part.trim())));
-            } else {
-                found.push(name(rest));
-            }
-        }
-    }
-    found
-}
-
 fn floor(module: &str) -> Option<usize> {
     FLOORS.iter().position(|f| f.contains(&module))
 }
@@ -145,21 +126,23 @@ fn files_are_opened_and_written_by_the_routines_of_one_module_only() {
     assert!(found.is_empty(), "{found:#?}");
 }
 
+fn top(module: &Module) -> &str {
+    module.first().map_or("lib", String::as_str)
+}
+
 #[test]
 fn imports_point_down() {
+    let found = Imports::with_tests(&sources());
     let mut faults = Vec::new();
-    for (module, files) in modules_of_the_library() {
-        let own = floor(&module).unwrap_or_else(|| panic!("module {module} stands on no floor"));
-        for file in files {
-            for name in imports(&fs::read_to_string(&file).unwrap()) {
-                let Some(other) = floor(&name) else { continue };
-                if name != module && other <= own {
-                    faults.push(format!("{} ({module}) uses {name}", file.display()));
-                }
-            }
-        }
+    for (module, uses) in found.uses.iter().filter(|(module, _)| !module.is_empty()) {
+        let own = floor(top(module)).unwrap_or_else(|| panic!("no floor has {module:?}"));
+        let upwards = |other: &&Module| {
+            top(other) != top(module) && floor(top(other)).is_some_and(|other| other <= own)
+        };
+        let named = |other: &Module| format!("{} uses {}", module.join("::"), other.join("::"));
+        faults.extend(uses.iter().filter(upwards).map(named));
     }
-    assert!(faults.is_empty(), "imports that do not point down:\n{}", faults.join("\n"));
+    assert!(faults.is_empty(), "imports that do not point down: {faults:#?}");
 }
 
 fn sources() -> PathBuf {
@@ -247,22 +230,14 @@ fn circles_are_seen_through_what_is_passed_on_and_in_macros() {
 
 #[test]
 fn contact_and_solver_never_see_cad_or_meshes() {
+    let found = Imports::with_tests(&sources());
     let mut faults = Vec::new();
-    for (module, files) in modules_of_the_library() {
-        let Some((_, never)) = FORBIDDEN.iter().find(|(m, _)| *m == module) else { continue };
-        for file in files {
-            for name in imports(&fs::read_to_string(&file).unwrap()) {
-                if never.contains(&name.as_str()) {
-                    faults.push(format!("{} uses {name}", file.display()));
-                }
-            }
+    for (module, never) in FORBIDDEN {
+        let own = found.uses.iter().filter(|(of, _)| top(of) == module);
+        for (of, uses) in own {
+            let seen = uses.iter().filter(|other| never.contains(&top(other)));
+            faults.extend(seen.map(|other| format!("{} uses {}", of.join("::"), other.join("::"))));
         }
     }
-    assert!(faults.is_empty(), "{}", faults.join("\n"));
-}
-
-#[test]
-fn the_scan_sees_imports() {
-    let text = "use crate::cad::Model;\n// crate::mesh\nuse crate::{tool, geometry::Vec3};\n";
-    assert_eq!(imports(text), ["cad", "tool", "geometry"]);
+    assert!(faults.is_empty(), "{faults:#?}");
 }

@@ -1,4 +1,4 @@
-//! Which file of the library uses which: imports and paths in code, of what is built without tests.
+//! Which file of the library uses which: imports and paths in code.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -17,11 +17,19 @@ pub struct Imports {
 }
 
 impl Imports {
-    /// Of the sources in a folder.
+    /// Of the sources in a folder, as they are built without tests.
     pub fn of(src: &Path) -> Self {
+        Self::read(src, false)
+    }
+
+    /// The same with their tests.
+    pub fn with_tests(src: &Path) -> Self {
+        Self::read(src, true)
+    }
+
+    fn read(src: &Path, tests: bool) -> Self {
         let mut all = BTreeMap::new();
-        let root = parsed(&src.join("lib.rs"));
-        walk(&root, &mut Module::new(), src, &src.join("lib.rs"), &mut all);
+        walk(&mut Module::new(), src, &src.join("lib.rs"), tests, &mut all);
         let passed_on: BTreeMap<&Module, BTreeMap<String, Module>> =
             all.iter().map(|(module, found)| (module, passed_on(module, found, &all))).collect();
         let mut uses = BTreeMap::new();
@@ -65,31 +73,33 @@ fn parsed(file: &Path) -> syn::File {
     syn::parse_file(&text).unwrap_or_else(|e| panic!("{}: {e}", file.display()))
 }
 
-/// Reads a module's file and those of its children, whose files are in `folder`.
+/// Reads a module's file and those of its children, which are in `folder`.
 fn walk(
-    text: &syn::File,
     module: &mut Module,
     folder: &Path,
     file: &Path,
+    tests: bool,
     all: &mut BTreeMap<Module, Found>,
 ) {
-    let mut collected = Collected::default();
-    collected.visit_file(text);
+    let mut collected = Collected { tests, ..Collected::default() };
+    collected.visit_file(&parsed(file));
     for child in &collected.children {
         let of_folder = folder.join(child).join("mod.rs");
         let file = if of_folder.exists() { of_folder } else { folder.join(format!("{child}.rs")) };
         module.push(child.clone());
-        walk(&parsed(&file), module, &folder.join(child), &file, all);
+        walk(module, &folder.join(child), &file, tests, all);
         module.pop();
     }
-    let Collected { paths, passed_on, children } = collected;
+    let Collected { paths, passed_on, children, .. } = collected;
     let found = Found { file: file.to_path_buf(), paths, passed_on, children };
     all.insert(module.clone(), found);
 }
 
-/// What is seen in a file, items of tests left out.
+/// What is seen in a file.
 #[derive(Default)]
 struct Collected {
+    /// Items of tests are looked at.
+    tests: bool,
     paths: Vec<Module>,
     passed_on: Vec<(Module, String)>,
     children: BTreeSet<String>,
@@ -113,18 +123,22 @@ impl<'a> Visit<'a> for Collected {
             syn::Item::Const(item) => &item.attrs,
             _ => return visit::visit_item(self, item),
         };
-        if !is_of_tests(attributes) {
+        if self.tests || !is_of_tests(attributes) {
             visit::visit_item(self, item);
         }
     }
 
     fn visit_impl_item_fn(&mut self, item: &'a syn::ImplItemFn) {
-        if !is_of_tests(&item.attrs) {
+        if self.tests || !is_of_tests(&item.attrs) {
             visit::visit_impl_item_fn(self, item);
         }
     }
 
     fn visit_item_mod(&mut self, item: &'a syn::ItemMod) {
+        // A file of the tests' own folder stands outside the library.
+        if item.attrs.iter().any(|attribute| attribute.path().is_ident("path")) {
+            return;
+        }
         if item.content.is_none() {
             self.children.insert(item.ident.to_string());
         } else {

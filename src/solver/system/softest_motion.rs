@@ -69,9 +69,9 @@ impl System {
         self.soft_motions()?.into_iter().next()
     }
 
-    /// Whether all motions that have negative stiffness are resisted by friction, or are glides of a sheet that tools alone carry:
-    /// it slides through between them at no cost. What such a glide seems to set free is what nodes make of curved tools, along which
-    /// they glide in place of the point of contact, which stays where it is. Changes the matrix.
+    /// Whether all motions of negative stiffness are resisted by friction, or are rigid sliding of a sheet on which only tools act: it
+    /// slides through between them at no cost. Its negative stiffness comes of contact at nodes, which move along curved tools where
+    /// the point of contact stays. Changes the matrix.
     pub(in crate::solver) fn tools_resist(&mut self) -> bool {
         if !self.conditions.iter().any(|c| c.candidate.is_some()) {
             return false;

@@ -1,16 +1,19 @@
 //! `kanagata-solve check SCENE`: what would be run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::say::{out, out_json};
+use crate::report::doubt::DoubtCode;
 use crate::run::advice::holder::{Holder, holders};
 use crate::run::advice::{Finding, Level, advice, sort};
 use crate::run::cost::{Cost, estimate, measure};
 use crate::run::resources::memory_limit_megabytes;
+use crate::scene::large_sheet::LargeSheet;
 use crate::scene::preview::SheetCounts;
+use crate::scene::read::read_for_check;
 use crate::scene::types::{BlankShape, Course, Drive};
 use crate::scene::{Plan, SceneError, read};
 use crate::solver::SimulationSetup;
@@ -30,6 +33,9 @@ pub struct CheckArgs {
     /// Time an element loop and a factorisation on this machine for the cost, in place of an estimate from counts
     #[arg(long)]
     measure: bool,
+    /// Examine a large mesh file of the blank as well, however long that takes
+    #[arg(long)]
+    whole: bool,
     /// End with exit code 0 in place of 1 when there are doubts
     #[arg(long)]
     accept_doubts: bool,
@@ -74,11 +80,63 @@ struct Pressure<'a> {
 /// # Errors
 /// Exit code 2 for a scene that cannot be run, 4 when the scene cannot be read; 1 with doubts is no error.
 pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
-    let plan = read(&args.scene)?;
-    let (judged, ratio) = match plan.coarsened() {
-        Some((coarser, ratio)) => (coarser, ratio),
-        None => (plan.clone(), 1.0),
+    let (plan, large) = if args.whole || args.measure {
+        (read(&args.scene)?, None)
+    } else {
+        read_for_check(&args.scene)?
     };
+    let mut judged = match &large {
+        Some(large) => not_examined(&plan, &args.scene, large)?,
+        None => examined(&plan, args)?,
+    };
+    judged.findings.extend(memory(&judged.cost));
+    sort(&mut judged.findings);
+    let placed = &judged.placed;
+    let holders =
+        placed.as_ref().map(|setup| holders(setup, &reachable(setup))).unwrap_or_default();
+    let pressure = |holder: &Holder, share: f64| Pressure {
+        tool: &plan.scene.tools[holder.tool].name,
+        force_n: holder.force * share,
+        clamped_mm2: holder.clamped * share,
+        pressure_mpa: holder.pressure(),
+    };
+    let clamping = holders.iter().filter(|holder| holder.clamped > 0.0);
+    let judgement = Judgement {
+        format: "kanagata-check",
+        version: 1,
+        scene: &args.scene.to_string_lossy(),
+        name: &plan.scene.name,
+        elements: judged.sheet.elements,
+        nodes: judged.sheet.nodes,
+        cost: &judged.cost,
+        holders: clamping.map(|holder| pressure(holder, plan.share())).collect(),
+        findings: &judged.findings,
+    };
+    if args.json {
+        out_json!("{}", serde_json::to_string_pretty(&judgement).map_err(Failure::input)?);
+    } else {
+        print_judgement(&plan, &judged, &judgement);
+    }
+    if let Some(mut setup) = judged.placed.filter(|_| args.auto && !args.json) {
+        print_left_out(&plan, &mut setup)?;
+    }
+    Ok(exit(&judged.findings, args.accept_doubts))
+}
+
+/// What was judged, and found.
+struct Judged {
+    sheet: SheetCounts,
+    cost: Cost,
+    /// Forces on the nodes, three a node [N].
+    loads: Vec<f64>,
+    /// The set-up, if its tools could be placed.
+    placed: Option<SimulationSetup>,
+    findings: Vec<Finding>,
+}
+
+/// The sheet against tools, constraints and stages, a large one on a coarser mesh of the same outline.
+fn examined(plan: &Plan, args: &CheckArgs) -> Result<Judged, Failure> {
+    let (judged, ratio) = plan.coarsened().unwrap_or_else(|| (plan.clone(), 1.0));
     let mut setup = judged.simulation_setup(&args.scene)?;
     let placed = setup.place();
     let sheet = SheetCounts::of_blank(&plan.scene.blank)
@@ -88,39 +146,32 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     } else {
         estimate(&setup, &sheet)
     };
-    let mut findings = match &placed {
+    let findings = match &placed {
         Ok(()) => advice(&judged, &setup, ratio, &cost),
         Err(error) => vec![Finding::error("tools".into(), error.to_string(), String::new())],
     };
-    findings.extend(memory(&cost));
-    sort(&mut findings);
-    let holders = if placed.is_ok() { holders(&setup, &reachable(&setup)) } else { Vec::new() };
-    let pressure = |holder: &Holder| Pressure {
-        tool: &plan.scene.tools[holder.tool].name,
-        force_n: holder.force * setup.share,
-        clamped_mm2: holder.clamped * setup.share,
-        pressure_mpa: holder.pressure(),
-    };
-    let judgement = Judgement {
-        format: "kanagata-check",
-        version: 1,
-        scene: &args.scene.to_string_lossy(),
-        name: &plan.scene.name,
-        elements: sheet.elements,
-        nodes: sheet.nodes,
-        cost: &cost,
-        holders: holders.iter().filter(|holder| holder.clamped > 0.0).map(pressure).collect(),
-        findings: &findings,
-    };
-    if args.json {
-        out_json!("{}", serde_json::to_string_pretty(&judgement).map_err(Failure::input)?);
-    } else {
-        print_judgement(&plan, &setup.loads, &judgement);
-    }
-    if args.auto && placed.is_ok() && !args.json {
-        print_left_out(&plan, &mut setup)?;
-    }
-    Ok(exit(&findings, args.accept_doubts))
+    let loads = setup.loads.clone();
+    Ok(Judged { sheet, cost, loads, placed: placed.is_ok().then_some(setup), findings })
+}
+
+/// The cost of a sheet by the size of its file, which was not opened, and the doubt that says so.
+fn not_examined(plan: &Plan, scene: &Path, large: &LargeSheet) -> Result<Judged, Failure> {
+    let setup = plan.one_element(scene)?;
+    let megabytes = large.bytes as f64 / 1e6;
+    let found = format!(
+        "{} has {megabytes:.0} MB and was not opened: tools, constraints and stages were not compared with the sheet, and its counts are estimated from its size.",
+        large.path.display()
+    );
+    let remedy = "Examine it with `check --whole`, or use a coarser mesh.";
+    let place = "blank.shape.mesh.file".into();
+    let doubt = Finding::doubt(DoubtCode::SheetNotExamined, place, found, remedy.into());
+    Ok(Judged {
+        sheet: large.counts,
+        cost: estimate(&setup, &large.counts),
+        loads: Vec::new(),
+        placed: None,
+        findings: vec![doubt],
+    })
 }
 
 /// Exit code of the worst finding.
@@ -144,7 +195,7 @@ fn memory(cost: &Cost) -> Option<Finding> {
     })
 }
 
-fn print_judgement(plan: &Plan, loads: &[f64], judgement: &Judgement<'_>) {
+fn print_judgement(plan: &Plan, judged: &Judged, judgement: &Judgement<'_>) {
     let scene = &plan.scene;
     out!("{}: {}", judgement.scene, scene.name);
     out!(
@@ -166,7 +217,7 @@ fn print_judgement(plan: &Plan, loads: &[f64], judgement: &Judgement<'_>) {
             tool.friction.map_or("not given".into(), |mu| mu.to_string())
         );
     }
-    print_loads(plan, loads);
+    print_loads(plan, &judged.loads);
     print_stages(plan);
     for holder in &judgement.holders {
         out!(

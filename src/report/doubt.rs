@@ -100,6 +100,10 @@ codes! {
     UnjoinedNodes "unjoined-nodes" "scene"
         "distance below 10^-3 of a layer's thickness"
         "Nodes of the blank coincide and are not joined: the sheet is slit there.";
+    /// A mesh file that a check does not open.
+    SheetNotExamined "sheet-not-examined" "scene"
+        "mesh file above 25 MB of a blank in one layer, less with more layers"
+        "The mesh file of the blank is too large for `check`: nothing was compared with the sheet. `check --whole` examines it.";
     /// A force-driven tool without anything opposite.
     ToolUnopposed "tool-unopposed" "scene"
         "a tool that pushes the sheet with no tool and no support on the other side"

@@ -256,7 +256,8 @@ fn travelled(setup: &SimulationSetup) -> f64 {
         });
         range.sum()
     };
-    (0..setup.tools.len()).map(of).sum()
+    let tools = setup.stages.first().map_or(0, |stage| stage.motions.len());
+    (0..tools).map(of).sum()
 }
 
 impl Cost {

@@ -13,6 +13,7 @@ mod drive;
 pub mod error;
 pub mod file_sheet;
 pub mod follow;
+pub mod large_sheet;
 mod loads;
 mod motions;
 pub mod plan;

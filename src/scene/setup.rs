@@ -76,7 +76,7 @@ impl Plan {
         tool.side.is_some() && matches!(first, Some(Drive::Absent(_)))
     }
 
-    fn limits(&self) -> Limits {
+    pub(super) fn limits(&self) -> Limits {
         let given = &self.scene.solver;
         Limits {
             iterations: given.iterations,
@@ -90,7 +90,7 @@ impl Plan {
         }
     }
 
-    fn stages(&self) -> Vec<Stage> {
+    pub(super) fn stages(&self) -> Vec<Stage> {
         let motions = motions(&self.scene);
         let mut load = 0.0;
         let mut stages = Vec::with_capacity(self.scene.stages.len());

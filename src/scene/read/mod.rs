@@ -10,6 +10,7 @@ use super::comments::without_comments;
 use super::error::{Fault, SceneError};
 use super::file_sheet::{FileSheet, of_file};
 use super::follow::followed;
+use super::large_sheet::LargeSheet;
 use super::plan::{Plan, PlannedFile, PlannedTool};
 use super::types::{Blank, BlankShape, MaterialChoice, Scene};
 use crate::contact::ToolSurface;
@@ -27,8 +28,37 @@ pub use super::check::VERSION;
 /// [`SceneError`] names the file, the key, what was found and what is allowed.
 pub fn read(path: &Path) -> Result<Plan, SceneError> {
     let (mut scene, bytes) = scene_of(path)?;
-    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let mesh_file = fill_in(&mut scene.blank, path, &folder)?;
+    let mesh_file = fill_in(&mut scene.blank, path, folder_of(path))?;
+    planned(path, scene, &bytes, mesh_file)
+}
+
+/// As [`read`], but a mesh file of the blank that is too large to be examined within the time of a check is not opened.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_for_check(path: &Path) -> Result<(Plan, Option<LargeSheet>), SceneError> {
+    let (mut scene, bytes) = scene_of(path)?;
+    let large = LargeSheet::of(&scene.blank, folder_of(path));
+    let mesh_file = match large {
+        Some(_) => None,
+        None => fill_in(&mut scene.blank, path, folder_of(path))?,
+    };
+    Ok((planned(path, scene, &bytes, mesh_file)?, large))
+}
+
+/// The folder that a scene's paths are relative to.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
+/// The plan of a scene with the bytes `bytes`, whose blank is known: its tools, material and followed run loaded.
+fn planned(
+    path: &Path,
+    scene: Scene,
+    bytes: &[u8],
+    mesh_file: Option<PlannedFile>,
+) -> Result<Plan, SceneError> {
+    let folder = folder_of(path).to_path_buf();
     let tools = load_tools(&scene, path, &folder)?;
     let followed = followed(&scene, path, &folder)?;
     let card_of = |cause| SceneError::Material { path: path.to_path_buf(), cause };
@@ -48,7 +78,7 @@ pub fn read(path: &Path) -> Result<Plan, SceneError> {
         None => card_of(cause),
     })?;
     let files = mesh_file.into_iter().chain(card_file).collect();
-    let sha256 = sha256_hex(&bytes);
+    let sha256 = sha256_hex(bytes);
     Ok(Plan { scene, folder, sha256, tools, card, material, files, followed })
 }
 

@@ -6,7 +6,7 @@
 //! length `a`, which is less once the sheet flows and `p > E_t h² / (3 a²)`. No sheet folds so: its shear forbids it. The
 //! element adds to the strains `γ` of such patterns the stiffness that it lacks for each of them to cost [`LEAST`] times what
 //! the pressure gains by it. It lacks none where it is elastic under pressures far below its modulus, and hardly any where
-//! it flows but is pressed from one side, as where it is drawn over a radius (docs/theory.md has figures).
+//! it flows but is pressed from one side, as where it is drawn over a radius (docs/theory/element.md).
 //!
 //! With `a_I` the middle and `d_I` half of fibre `I`, `b_1 = ∂a/∂ξ` and `b_2 = ∂a/∂η` at the centre and `H` a fourth of the sum
 //! over the fibres with signs by turns:

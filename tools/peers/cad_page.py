@@ -7,14 +7,16 @@ import math
 import pathlib
 import subprocess
 
+import prose
+
 HERE = pathlib.Path(__file__).resolve().parent
 FACE = 1e-3  # of a face's area
 BOX = 1e-6  # of the diagonal
 
 HEAD = """# CAD: foreign files beside an independent kernel
 
-Written by `tools/bench cad` (needs the corpus; installs the kernel from PyPI): every figure below is of that run. Files of more than 30 writers, read and compared with what Open CASCADE 8.0 says of them (`truth.json` of the
-corpus). `unmatched`: faces without a partner of the same area (1e-3) and centroid (1e-4 of the diagonal), ours + the kernel's.
+Written by `tools/bench cad` (needs the corpus; installs the kernel from PyPI): every figure below is of that run. Files of
+more than 30 writers are read and compared with what Open CASCADE 8.0 says of them (`truth.json` of the corpus). `unmatched`: faces without a partner of the same area (1e-3) and centroid (1e-4 of the diagonal), ours + the kernel's.
 Bold: outside what is allowed (area max(1e-5, the kernel's own uncertainty), box 1e-6 of the diagonal, free edges 1 %). Where
 three faces meet in an edge, the kernel joins two and leaves one free; ours is counted alike."""
 
@@ -28,9 +30,9 @@ the diagonal."""
 
 DAMAGED = """## Damaged files
 
-`tests/mutations.rs` reads 20,400 mutants of the small files of `fixtures/forming` and leads every pointer of every instance back to
-itself and to what refers to it; `tests/foreign_bytes.rs` also meshes, converts and audits what is read of damaged files, and reads `fixtures/fuzz` again.
-Fuzzing of all readers: [fuzz.md](fuzz.md)."""
+`tests/mutations.rs` reads 20,400 mutants of the small files of `fixtures/forming`, and leads every pointer of every instance
+back to itself and to what refers to it. `tests/foreign_bytes.rs` also meshes, converts and audits what is read of damaged
+files, and reads `fixtures/fuzz` again. Fuzzing of all readers: [fuzz.md](fuzz.md)."""
 
 
 def table(head, rows):
@@ -138,4 +140,4 @@ def page(rows, truth, searches, found, load):
         "above 1 the machine was shared, and only ratios mean something, loosely.".format(*load),
         shares(found), searches, DAMAGED,
     ]
-    return "\n\n".join(p for p in parts if p), figures
+    return prose.wrapped("\n\n".join(p for p in parts if p)), figures

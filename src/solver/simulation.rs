@@ -75,7 +75,6 @@ impl Simulation {
             loads,
             limits,
             share,
-            push: None,
             dragged: 0.0,
             committed,
             stage: 0,

@@ -63,10 +63,29 @@ pub(super) fn folds(face: &Face, patch: &Patch, tolerance: f64) -> bool {
 /// Largest distance of a patch from its face's surface at points between the nodes [mm]. Of points a fourth of the `tolerance`
 /// [mm] off or less, the distance from where the map has them at most.
 pub(super) fn error(face: &Face, patch: &Patch, map: &Map, tolerance: f64) -> f64 {
+    distances(face, patch, map, tolerance).fold(0.0, f64::max)
+}
+
+/// Whether [`error`] is at most `limit` [mm]; ends with the first point that is farther.
+pub(super) fn is_within(
+    face: &Face,
+    patch: &Patch,
+    map: &Map,
+    [tolerance, limit]: [f64; 2],
+) -> bool {
+    distances(face, patch, map, tolerance).all(|distance| distance <= limit)
+}
+
+/// The distances of [`error`].
+fn distances<'a>(
+    face: &'a Face,
+    patch: &'a Patch,
+    map: &'a Map,
+    tolerance: f64,
+) -> impl Iterator<Item = f64> + 'a {
     const STEPS: usize = 9;
     let enough = (0.25 * tolerance).powi(2);
-    let mut worst = 0.0f64;
-    for k in 0..STEPS * STEPS {
+    (0..STEPS * STEPS).map(move |k| {
         let at = |k: usize| (k as f64 + 0.5) / STEPS as f64;
         let (eta, zeta) = (at(k / STEPS), at(k % STEPS));
         let p = patch.derivs(eta, zeta).s;
@@ -74,9 +93,8 @@ pub(super) fn error(face: &Face, patch: &Patch, map: &Map, tolerance: f64) -> f6
             || face.surface.closest(&p).0,
             |uv| face.surface.closest_near(&p, uv, enough).0,
         );
-        worst = worst.max((face.surface.point(foot) - p).norm());
-    }
-    worst
+        (face.surface.point(foot) - p).norm()
+    })
 }
 
 impl Map {

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use self::basis::{Basis, NODES};
 use self::degrees::{agree, build, raised};
-use self::map::{Map, Shape, error};
+use self::map::{Map, Shape, is_within};
 pub use self::refine::{BezierError, FINEST, Within, within_tolerance};
 use self::side::Sides;
 use super::ground::looks_away;
@@ -120,11 +120,15 @@ fn shape(face: &Face, element: &Element, sides: &Sides, basis: &Basis, tolerance
     for direction in 0..2 {
         // The other direction at its finest does not limit this one.
         let keeps = |degree: &usize| {
+            let limit = tolerance / 2.0;
+            if shape.map.miss(direction, *degree, sides, basis) > limit {
+                return false;
+            }
             let mut degrees = [MAX_DEGREE; 2];
             degrees[direction] = *degree;
-            let net = shape.map.net(face, degrees, sides, basis);
-            let off = error(face, &Patch::Bezier { degrees, points: net }, &shape.map, tolerance);
-            off.max(shape.map.miss(direction, *degree, sides, basis)) <= tolerance / 2.0
+            let points = shape.map.net(face, degrees, sides, basis);
+            let patch = Patch::Bezier { degrees, points };
+            is_within(face, &patch, &shape.map, [tolerance, limit])
         };
         shape.degrees[direction] = (1..MAX_DEGREE).find(keeps).unwrap_or(MAX_DEGREE);
     }

@@ -12,11 +12,7 @@ use crate::solver::tools::way::FACING;
 /// One that is far away, or only passes by the nodes near it, is brought to the sheet.
 pub(in crate::solver) fn keep_pushed_tools(sys: &mut System) -> usize {
     let mut changes = 0;
-    for tool in 0..sys.tools.len() {
-        let pushed = matches!(sys.roles[tool], Role::Force(_)) && !sys.stops[tool].reached;
-        if !pushed || sys.contact.active().any(|(_, c)| c.tool == tool) {
-            continue;
-        }
+    for tool in unopposed(sys, |_| true) {
         let seen = first_ahead(sys, tool);
         let met = seen.filter(|&(k, way)| sys.meets(k, way));
         let far = if met.is_none() { sys.way_ahead(tool) } else { None };
@@ -58,13 +54,8 @@ pub(in crate::solver) fn opposed(
 /// stop. Whether there are any.
 pub(in crate::solver) fn oppose(sys: &mut System) -> bool {
     let mut any = false;
-    for tool in 0..sys.tools.len() {
-        let pushed = matches!(sys.roles[tool], Role::Force(_)) && !sys.stops[tool].reached;
-        let direction = sys.tools[tool].setup.direction;
-        let faces = |c: &Candidate| c.tool == tool && c.foot.normal.dot(&direction) > FACING;
-        if !pushed || sys.contact.active().any(|(_, c)| faces(c)) {
-            continue;
-        }
+    let faces = |c: &Candidate| c.foot.normal.dot(&sys.tools[c.tool].setup.direction) > FACING;
+    for tool in unopposed(sys, faces) {
         if let Some((k, _)) = first_ahead(sys, tool).filter(|&(k, way)| sys.meets(k, way)) {
             switch(sys, k, true);
             any = true;
@@ -74,6 +65,14 @@ pub(in crate::solver) fn oppose(sys: &mut System) -> bool {
         }
     }
     any
+}
+
+/// Tools that a force pushes, that do not rest on their stop, and that touch no node whose pair `opposes` them.
+fn unopposed(sys: &System, opposes: impl Fn(&Candidate) -> bool) -> Vec<usize> {
+    let pushed =
+        |tool: &usize| matches!(sys.roles[*tool], Role::Force(_)) && !sys.stops[*tool].reached;
+    let opposed = |tool: usize| sys.contact.active().any(|(_, c)| c.tool == tool && opposes(c));
+    (0..sys.tools.len()).filter(pushed).filter(|&tool| !opposed(tool)).collect()
 }
 
 /// The candidate that a tool comes to first by what the search has found, and the way there [mm].

@@ -8,3 +8,4 @@ pub(super) mod crossing;
 pub(super) mod driven_tools;
 pub mod over_edge;
 pub(super) mod stops;
+pub(super) mod update;

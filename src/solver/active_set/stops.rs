@@ -4,12 +4,9 @@
 //! `travel <= stop`, `push <= wanted`, one of them equal: which one is part of the active set, found in the same iteration
 //! as the nodes that touch.
 
-use crate::solver::system::correction::Correction;
+use super::update::StoppedTool;
 use crate::solver::system::system::System;
 use crate::solver::tools::stop::Stop;
-
-/// Share of its force by which a tool may push more than it is to before it leaves its stop.
-const OF_NOTE: f64 = 1e-9;
 
 impl System {
     /// Force with which a tool is to push whose travel is unknown and that does not rest on its stop [N].
@@ -34,46 +31,23 @@ impl System {
         self.tools[tool].travel = self.tools[tool].travel.min(at);
     }
 
+    /// The tools with a stop, with the travel [mm] and push [N] that `of` predicts.
+    pub(in crate::solver) fn stopped_tools(
+        &self,
+        of: impl Fn(&Self, usize) -> (f64, f64),
+    ) -> Vec<StoppedTool> {
+        let stopped = (0..self.tools.len()).filter(|&tool| self.stops[tool].at.is_finite());
+        let stopped = stopped.map(|tool| {
+            let stop = self.stops[tool];
+            let (travel, push) = of(self, tool);
+            let required = self.roles[tool].push(stop.at).unwrap_or(0.0);
+            StoppedTool { tool, stop, travel, push, required }
+        });
+        stopped.collect()
+    }
+
     /// Force of a tool on the sheet along its direction [N].
     pub(in crate::solver) fn push_of(&self, tool: usize) -> f64 {
         self.tool_force(tool).dot(&self.tools[tool].setup.direction)
     }
-}
-
-/// Puts tools that are past their stop on it, lets go of it those that push more than they are to; how many were wrong.
-pub(in crate::solver) fn revise(sys: &mut System) -> usize {
-    set(sys, |sys, tool| (sys.tools[tool].travel, sys.push_of(tool)))
-}
-
-/// The same as a correction of the present iterate has it.
-pub(in crate::solver) fn foresee(sys: &mut System, correction: &Correction) -> usize {
-    set(sys, |sys, tool| {
-        let by = correction.travels.iter().find(|(moved, _)| *moved == tool);
-        let direction = sys.tools[tool].setup.direction;
-        let of_tool = correction.foretold.iter().filter(|f| {
-            let c = &sys.contact.candidates[f.candidate];
-            c.tool == tool && c.active
-        });
-        let along = of_tool.map(|f| f.force.dot(&direction));
-        (sys.tools[tool].travel + by.map_or(0.0, |(_, travel)| *travel), along.sum())
-    })
-}
-
-/// Sets the state of every stop by the travel and the push of its tool.
-fn set(sys: &mut System, of: impl Fn(&System, usize) -> (f64, f64)) -> usize {
-    let rounding = 1e-10 * sys.lengths.shortest_edge;
-    let mut changes = 0;
-    for tool in 0..sys.tools.len() {
-        let Stop { at, reached } = sys.stops[tool];
-        if at.is_infinite() {
-            continue;
-        }
-        let (travel, push) = of(sys, tool);
-        let wanted = sys.roles[tool].push(at).unwrap_or(0.0);
-        let now =
-            if reached { push - wanted <= OF_NOTE * wanted.abs() } else { travel > at + rounding };
-        changes += usize::from(now != reached);
-        sys.stops[tool].reached = now;
-    }
-    changes
 }

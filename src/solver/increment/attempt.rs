@@ -65,8 +65,9 @@ fn aim(sim: &mut Simulation, plan: &Plan, target: f64) {
     let stage = &sim.stages[plan.stage];
     set_targets(&mut sim.sys, stage, plan, target, sim.share);
     add_loads(&mut sim.sys, &sim.loads, stage.load.at(target));
-    let push = sim.push.iter().flatten();
-    sim.sys.applied.iter_mut().zip(push).for_each(|(applied, push)| *applied += push);
+    let System { applied, regime, .. } = &mut sim.sys;
+    let push = regime.push().unwrap_or_default();
+    applied.iter_mut().zip(push).for_each(|(applied, push)| *applied += push);
 }
 
 /// A balance, if it is one that the sheet can come to.
@@ -134,7 +135,7 @@ pub(in crate::solver) fn lay_down(sim: &mut Simulation, plan: &Plan) {
 /// Goes back to the last converged state.
 pub(in crate::solver) fn restore(sim: &mut Simulation) {
     let (sys, old) = (&mut sim.sys, &sim.committed);
-    sys.damper = None;
+    sys.regime.release();
     sys.body.restore();
     sys.contact.restore();
     sys.u.copy_from_slice(&old.u);

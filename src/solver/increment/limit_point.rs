@@ -12,16 +12,15 @@ use crate::solver::stage::plan::Plan;
 use crate::solver::stage::state::{Committed, Simulation};
 use crate::solver::stage::step_size::Endurance;
 use crate::solver::system::damper::Damper;
-use crate::solver::system::damping::{Damping, WELL};
+use crate::solver::system::damping::{Continuation, WELL};
+use crate::solver::system::regime::Stabilisation;
 use crate::solver::system::softest_motion::Push;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
 /// Iterations after which a step has failed.
 const ENOUGH: usize = 12;
-/// Force of the dampers, over the largest before, at which balance without any is tried.
-const SLOW: f64 = 1e-2;
-/// The same where the motion is all but over.
+/// Force of the dampers, over the largest before, at which the motion is all but over.
 const OVER: f64 = 1e-3;
 /// Force of the dampers, over what the sheet carried before, at which it is the dampers that tools which go ahead push
 /// against: a step of the tools that the sheet cannot follow dents it.
@@ -140,32 +139,30 @@ fn follow(
 ) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
     let least = push.map(|push| HELD_BACK * push.stiffness / sim.sys.scales.tangential);
-    let (mut damping, mut largest) = (Damping::of(least), 0.0);
+    let (mut control, mut largest) = (Continuation::new(least), 0.0);
     let carried = norm(&sim.committed.internal_force);
     let (before, from) = (sim.committed.travels.clone(), sim.committed.u.clone());
     let (mut last, mut lost) = (f64::NAN, 0);
-    while sim.history.len() < iterations && damping.now <= MOST {
+    while sim.history.len() < iterations && control.stiffness <= MOST {
         // The motion goes on as it went in the step before, if that was as long.
-        if damping.now != last {
+        if control.stiffness != last {
             sim.committed.forget_last();
         }
-        last = damping.now;
+        last = control.stiffness;
         let before_step = sim.history.len() + 1;
-        sim.push = push.map(|push| push.forces.clone());
-        let moved = step(sim, plan, target, last);
-        sim.push = None;
+        let moved = step(sim, plan, target, last, push);
         let Ok((stats, force)) = moved else {
             lost += sim.history.len().saturating_sub(before_step);
-            damping.failed();
+            control.failed();
             continue;
         };
         if force > LOUD * carried && goes_ahead(&sim.sys, &before) || is_far(&sim.sys, &from) {
             break;
         }
-        damping.went(stats.iterations);
+        control.converged(stats.iterations, force);
         total = total.and(stats);
         largest = force.max(largest);
-        if force <= SLOW * largest {
+        if control.may_release() {
             // Where many iterations lead is not what the motion leads to, unless that is all but over.
             let patience = if force <= OVER * largest { ENOUGH } else { WELL };
             sim.committed.forget_last();
@@ -176,6 +173,7 @@ fn follow(
             }
             lost += sim.history.len().saturating_sub(before_rest);
             restore(sim);
+            control.release_failed();
         }
     }
     Err(NewtonError::StillMoving { iterations: sim.history.len() })
@@ -188,11 +186,14 @@ fn step(
     plan: &Plan,
     target: f64,
     damping: f64,
+    push: Option<&Push>,
 ) -> Result<(NewtonStats, f64), NewtonError> {
     let stiffness = damping * sim.sys.scales.tangential;
-    sim.sys.damper = Some(Damper::new(&sim.sys.body, &sim.sys.u, stiffness));
+    let damper = Damper::new(&sim.sys.body, &sim.sys.u, stiffness);
+    let push = push.map(|push| push.forces.clone());
+    sim.sys.regime.stabilisation = Stabilisation::Continuation { damper, push };
     let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(ENOUGH));
-    let damper = sim.sys.damper.take();
+    let damper = sim.sys.regime.release();
     let (Ok(stats), Some(damper)) = (&found, damper) else {
         restore(sim);
         return found.map(|stats| (stats, 0.0));

@@ -13,6 +13,7 @@ use crate::solver::newton::solve::solve;
 use crate::solver::sheet::rigid_motions::{nearest_free, unsupported};
 use crate::solver::stage::state::Simulation;
 use crate::solver::system::damper::Damper;
+use crate::solver::system::regime::Stabilisation;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
@@ -47,7 +48,8 @@ impl System {
     /// Whether nothing holds the sheet or pushes it now but tools by their travel.
     pub(in crate::solver) fn is_loose(&self) -> bool {
         let pushes = |role: &Role| !matches!(role, Role::Absent | Role::Travel);
-        if self.damper.is_some() || !self.is_without_loads() || self.roles.iter().any(pushes) {
+        if self.regime.is_stabilised() || !self.is_without_loads() || self.roles.iter().any(pushes)
+        {
             return false;
         }
         !unsupported(&self.constraints, &self.positions(), std::iter::empty()).is_empty()
@@ -160,18 +162,16 @@ fn glides_off(sim: &Simulation) -> bool {
 }
 
 fn along(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
-    (sim.sys.carried, sim.sys.frictionless) = (true, !friction);
-    let found = let_lie(sim);
-    (sim.sys.carried, sim.sys.frictionless) = (false, false);
-    sim.sys.damper = None;
+    let found = let_lie(sim, friction);
+    sim.sys.regime.release();
     found
 }
 
 /// Finds the balance with dampers, and from there those with dampers about the last, until they carry nothing.
-fn let_lie(sim: &mut Simulation) -> Result<Way, NewtonError> {
+fn let_lie(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
     let mut stats = NewtonStats::default();
     for _ in 0..PASSES {
-        let (now, carries) = damped(sim)?;
+        let (now, carries) = damped(sim, friction)?;
         stats = stats.and(now);
         let sys = &sim.sys;
         if sys.is_idle() {
@@ -186,11 +186,11 @@ fn let_lie(sim: &mut Simulation) -> Result<Way, NewtonError> {
 }
 
 /// Goes to the balance with dampers about the present place, and takes their forces away; the sum of these [N].
-fn damped(sim: &mut Simulation) -> Result<(NewtonStats, f64), NewtonError> {
+fn damped(sim: &mut Simulation, friction: bool) -> Result<(NewtonStats, f64), NewtonError> {
     let sys = &mut sim.sys;
     let stiffness = LIGHT * sys.scales.tangential;
     let damper = Damper::new(&sys.body, &sys.u, stiffness);
-    sys.damper = Some(damper.clone());
+    sys.regime.stabilisation = Stabilisation::LooseSheet { damper: damper.clone(), friction };
     let patience = Patience::UpTo(sim.limits.iterations);
     let stats = solve(sys, &sim.limits, patience, None, &mut sim.history)?;
     let forces: Vec<f64> = damper.forces(&sys.u).collect();

@@ -11,25 +11,13 @@ use super::record::IterationRecord;
 use crate::solver::assembly::ElementFailure;
 use crate::solver::element::Want;
 use crate::solver::system::damper::Damper;
+use crate::solver::system::damping::Continuation;
 use crate::solver::system::system::System;
 
 /// Residual below which a circle is one of contact states, not of what else has yet to settle.
 const NEAR: f64 = 1e-2;
 /// Share by which the residual has fallen at least between two iterates with the same nodes touching, if that is no circle.
 const FALLS: f64 = 0.3;
-/// Damping tried first: stiffness of a node's damper over the mesh's; where it falls to the least it is none.
-const FIRST: f64 = 1e-3;
-const LEAST: f64 = 1e-10;
-/// Factor by which it falls after a balance, by which it rises after a circle, and by which it stays above what failed.
-const FALL: f64 = 16.0;
-const RISE: f64 = 8.0;
-const ABOVE: f64 = 2.0;
-/// How fast it is forgotten that less damping failed, a balance.
-const FORGET: f64 = 0.7;
-/// Force of the dampers, over the largest before, at which balance without any is tried; over the one where that failed, at
-/// which it is tried again.
-const SLOW: f64 = 1e-2;
-const SLOWER: f64 = 0.1;
 /// Iterations with dampers in an increment.
 pub(in crate::solver) const ITERATIONS: usize = 400;
 
@@ -40,16 +28,10 @@ pub(in crate::solver) struct Steadying {
     seen: Vec<(Vec<usize>, f64)>,
     /// Iteration in which dampers were first set.
     began: Option<usize>,
-    damping: f64,
-    /// Damping that failed, as far as it is remembered.
-    failed: f64,
-    /// Force of the dampers above which balance without any is not tried [N]: a share of the largest, less where that
-    /// failed.
-    slow: f64,
+    /// Controls the viscous stiffness.
+    control: Option<Continuation>,
     /// Where dampers were last set or taken away: displacements, and travels of the tools [mm].
     from: [Vec<f64>; 2],
-    /// Force of the dampers at the last balance with them [N].
-    force: f64,
 }
 
 impl Steadying {
@@ -89,16 +71,15 @@ impl Steadying {
         sys: &mut System,
         iterations: usize,
     ) -> Result<(), ElementFailure> {
-        if self.began.is_none() {
-            self.began = Some(iterations);
-            self.damping = FIRST;
+        self.began.get_or_insert(iterations);
+        let Some(control) = &mut self.control else {
+            self.control = Some(Continuation::new(None));
             return self.set(sys);
-        }
-        if sys.damper.is_some() {
-            self.failed = self.damping;
-            self.damping *= RISE;
+        };
+        if sys.regime.is_stabilised() {
+            control.failed();
         } else {
-            self.slow = SLOWER * self.force;
+            control.release_failed();
         }
         let [u, travels] = &self.from;
         sys.u.copy_from_slice(u);
@@ -106,17 +87,20 @@ impl Steadying {
         self.set(sys)
     }
 
-    /// From a balance with dampers: sets weaker ones about it, or takes them away.
+    /// From a balance with dampers that took so many `iterations`: sets weaker ones about it, or takes them away.
     ///
     /// # Errors
     /// An element that cannot be evaluated.
-    pub(in crate::solver) fn go_on(&mut self, sys: &mut System) -> Result<(), ElementFailure> {
-        let Some(damper) = sys.damper.take() else { return Ok(()) };
-        self.force = damper.forces(&sys.u).map(|f| f * f).sum::<f64>().sqrt();
-        self.slow = self.slow.max(SLOW * self.force);
-        self.damping = (self.damping / FALL).max(ABOVE * self.failed);
-        self.failed *= FORGET;
-        if self.force > self.slow && self.damping > LEAST {
+    pub(in crate::solver) fn go_on(
+        &mut self,
+        sys: &mut System,
+        iterations: usize,
+    ) -> Result<(), ElementFailure> {
+        let Some(damper) = sys.regime.release() else { return Ok(()) };
+        let Some(control) = &mut self.control else { return Ok(()) };
+        let force = damper.forces(&sys.u).map(|f| f * f).sum::<f64>().sqrt();
+        control.converged(iterations, force);
+        if !control.may_release() {
             return self.set(sys);
         }
         self.begin_here(sys);
@@ -126,8 +110,9 @@ impl Steadying {
     /// Sets dampers about the iterate.
     fn set(&mut self, sys: &mut System) -> Result<(), ElementFailure> {
         self.begin_here(sys);
-        let stiffness = self.damping * sys.scales.tangential;
-        sys.damper = Some(Damper::new(&sys.body, &sys.u, stiffness));
+        let Some(control) = &self.control else { return Ok(()) };
+        let stiffness = control.stiffness * sys.scales.tangential;
+        sys.regime.continue_with(Damper::new(&sys.body, &sys.u, stiffness));
         sys.evaluate(Want::ResidualAndTangent)?;
         sys.search();
         Ok(())

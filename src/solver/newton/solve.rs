@@ -6,8 +6,9 @@ use super::line_search;
 use super::outcome::{NewtonError, NewtonStats, Patience, Verdict};
 use super::record::{IterationRecord, NEAR};
 use crate::geometry::Vec3;
-use crate::solver::active_set::active_set::{Pivoting, revise, settle};
+use crate::solver::active_set::active_set::{revise, settle};
 use crate::solver::active_set::driven_tools::opposed;
+use crate::solver::active_set::update::Pivoting;
 use crate::solver::assembly::ElementFailure;
 use crate::solver::assembly::Foresight;
 use crate::solver::limits::{ContactMethod, Limits};
@@ -88,7 +89,7 @@ struct Run {
 
 impl Run {
     fn new(sys: &System, patience: Patience, limits: &Limits) -> Self {
-        let may_steady = sys.damper.is_none() && !matches!(patience, Patience::UpTo(_));
+        let may_steady = !sys.regime.is_stabilised() && !matches!(patience, Patience::UpTo(_));
         Self {
             stats: NewtonStats::default(),
             allowed: patience.iterations(limits),
@@ -141,9 +142,10 @@ impl Run {
 
     /// At a balance: moves what holds the sheet besides its tools, if anything does.
     fn goes_on(&mut self, sys: &mut System, limits: &Limits) -> Result<bool, ElementFailure> {
-        let steadied = sys.damper.is_some();
+        let steadied = sys.regime.is_stabilised();
+        let since = self.stats.iterations - self.before;
         match &mut self.steadying {
-            Some(steadying) if steadied => steadying.go_on(sys)?,
+            Some(steadying) if steadied => steadying.go_on(sys, since)?,
             _ if !augments(sys, limits) => return Ok(false),
             _ => {}
         }
@@ -161,7 +163,8 @@ impl Run {
     /// Whether stronger dampers may help an iteration with dampers that leads nowhere.
     fn is_steadied(&self, sys: &System) -> bool {
         let iterations = self.stats.iterations;
-        sys.damper.is_some() && self.steadying.as_ref().is_some_and(|s| s.may_go_on(iterations))
+        sys.regime.is_stabilised()
+            && self.steadying.as_ref().is_some_and(|s| s.may_go_on(iterations))
     }
 
     fn steady(&mut self, sys: &mut System) -> Result<(), ElementFailure> {

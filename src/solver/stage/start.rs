@@ -136,12 +136,12 @@ pub(in crate::solver) fn set_targets(
     for (a, r) in sys.applied.iter_mut().zip(&plan.released) {
         *a = r * remaining;
     }
-    sys.fading = sys.applied.iter().any(|&force| force != 0.0);
+    sys.regime.released_forces = sys.applied.iter().any(|&force| force != 0.0);
 }
 
 /// Adds a share of the set-up's loads to the applied forces.
 pub(in crate::solver) fn add_loads(sys: &mut System, loads: &[f64], share: f64) {
-    sys.loaded = loads.iter().any(|load| share * load != 0.0);
+    sys.regime.loads = loads.iter().any(|load| share * load != 0.0);
     sys.applied.iter_mut().zip(loads).for_each(|(a, load)| *a += share * load);
 }
 

@@ -120,8 +120,6 @@ pub struct Simulation {
     pub(in crate::solver) loads: Vec<f64>,
     pub(in crate::solver) limits: Limits,
     pub(in crate::solver) share: f64,
-    /// Forces that push the sheet out of a balance that does not last (three a node) [N].
-    pub(in crate::solver) push: Option<Vec<f64>>,
     /// Work of travelling tools while the sheet is followed, against dampers too [N mm].
     pub(in crate::solver) dragged: f64,
     pub(in crate::solver) committed: Committed,

@@ -1,42 +1,109 @@
-//! How damping is made less from step to step.
+//! Pseudo-transient continuation (Kelley & Keyes 1998): how the viscous stiffness of the next step follows from the last one.
+//!
+//! A step is an equilibrium with viscous forces about the last state. After one that converged the stiffness falls, the faster
+//! the easier it was; after one that did not it rises, and stays above what failed until that is forgotten. When the viscous
+//! forces are small against the largest before, equilibrium without any is tried.
 
-/// Damping tried first: stiffness of a node's damper over the mesh's.
+/// First stiffness of a node's damper over the mesh's: a step moves the sheet by some thousand times what its forces would.
 const FIRST: f64 = 1e-3;
-/// Factor by which damping falls after steps that went well, and rises after those that failed.
+/// Factor by which the stiffness rises after a step that failed and falls after one that went well.
 const FACTOR: f64 = 4.0;
-/// Iterations of a step that went very well (damping falls by the factor squared), and of one that went well.
+/// Iterations of a step that was easy (the stiffness falls by the factor squared), and of one that went well.
 const EASY: usize = 3;
 pub(in crate::solver) const WELL: usize = 5;
-/// How fast it is forgotten that less damping failed, a step.
-const FORGET: f64 = 0.5;
+/// What is left after a step of the stiffness below which steps failed.
+const MEMORY: f64 = 0.5;
+/// Viscous forces over the largest before at which equilibrium without any is tried; over those where that failed, at which it
+/// is tried again.
+const RELEASE: f64 = 1e-2;
+const RELEASE_AGAIN: f64 = 0.1;
 
-/// Damping of the next step.
-pub(in crate::solver) struct Damping {
-    pub(in crate::solver) now: f64,
-    /// What failed not long ago, less what has been forgotten of it: there is no less before.
+/// Controls the viscous stiffness from step to step.
+#[derive(Debug, Clone)]
+pub(in crate::solver) struct Continuation {
+    /// Stiffness of a node's damper over the mesh's.
+    pub(in crate::solver) stiffness: f64,
+    /// Stiffness that the next steps do not go below, as less has failed.
     floor: f64,
-    /// The least there is: of a sheet that is pushed.
+    /// Least stiffness: of a sheet that is pushed out of an unstable equilibrium.
     least: f64,
+    /// Viscous force at the last step, and at which equilibrium without any is tried [N].
+    force: f64,
+    release: f64,
 }
 
-impl Damping {
-    pub(in crate::solver) fn of(push: Option<f64>) -> Self {
-        let least = push.unwrap_or(0.0);
-        Self { now: push.unwrap_or(FIRST), floor: 0.0, least }
+impl Continuation {
+    /// Begins; `least`: stiffness that the motion needs at least, where it is known.
+    pub(in crate::solver) fn new(least: Option<f64>) -> Self {
+        let stiffness = least.unwrap_or(FIRST);
+        Self {
+            stiffness,
+            floor: 0.0,
+            least: least.unwrap_or(0.0),
+            force: f64::INFINITY,
+            release: 0.0,
+        }
     }
 
+    /// A step did not converge.
     pub(in crate::solver) fn failed(&mut self) {
-        self.now *= FACTOR;
-        self.floor = self.now;
+        self.stiffness *= FACTOR;
+        self.floor = self.stiffness;
     }
 
-    pub(in crate::solver) fn went(&mut self, iterations: usize) {
-        self.floor *= FORGET;
+    /// A step converged, with this norm of the viscous forces [N].
+    pub(in crate::solver) fn converged(&mut self, iterations: usize, force: f64) {
+        self.floor *= MEMORY;
         let less = match iterations {
             n if n <= EASY => FACTOR * FACTOR,
             n if n <= WELL => FACTOR,
             _ => 1.0,
         };
-        self.now = (self.now / less).max(self.floor).max(self.least);
+        self.stiffness = (self.stiffness / less).max(self.floor).max(self.least);
+        self.force = force;
+        self.release = self.release.max(RELEASE * force);
+    }
+
+    /// Whether equilibrium without viscous forces is to be tried.
+    pub(in crate::solver) fn may_release(&self) -> bool {
+        self.force <= self.release
+    }
+
+    /// There was no equilibrium without viscous forces next to the last step.
+    pub(in crate::solver) fn release_failed(&mut self) {
+        self.release = RELEASE_AGAIN * self.force;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stiffness_falls_while_steps_converge_and_stays_above_what_failed() {
+        let mut control = Continuation::new(None);
+        control.converged(3, 100.0);
+        assert_eq!(control.stiffness, FIRST / 16.0);
+        control.failed();
+        assert_eq!(control.stiffness, FIRST / 4.0);
+        // Half of what was reached by then remains.
+        control.converged(2, 50.0);
+        assert_eq!(control.stiffness, FIRST / 8.0);
+        control.converged(7, 20.0);
+        assert_eq!(control.stiffness, FIRST / 8.0);
+        assert!(!control.may_release());
+        control.converged(3, 1.0);
+        assert!(control.may_release());
+        control.release_failed();
+        assert!(!control.may_release());
+        control.converged(3, 0.09);
+        assert!(control.may_release());
+    }
+
+    #[test]
+    fn a_pushed_sheet_keeps_the_stiffness_that_it_needs() {
+        let mut control = Continuation::new(Some(0.02));
+        (0..5).for_each(|_| control.converged(1, 1.0));
+        assert_eq!(control.stiffness, 0.02);
     }
 }

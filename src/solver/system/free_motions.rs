@@ -25,7 +25,7 @@ impl System {
         &self,
         touching: &[Option<Condition>],
     ) -> Vec<(usize, usize)> {
-        if self.damper.is_some() || self.loaded {
+        if self.regime.is_stabilised() || self.regime.loads {
             return Vec::new();
         }
         let supports = touching.iter().flatten().flat_map(|c| self.supports(c));
@@ -51,9 +51,9 @@ impl System {
         let along = self.constraints.free_projector(node) - c.normal * c.normal.transpose();
         let least = OF_NOTE * self.scales.tangential;
         let rubs = c.candidate.is_some_and(|k| self.has_friction(self.contact.candidates[k].tool));
-        let stiff = rubs && !self.carried && (along * b_tool * along).norm() > least;
+        let stiff = rubs && !self.regime.is_loose() && (along * b_tool * along).norm() > least;
         let hollow = move |axis: &Vec3| axis.dot(&(b_tool * axis)) > least;
-        let (glides, carried) = (!rubs, self.carried);
+        let (glides, carried) = (!rubs, self.regime.is_loose());
         let holds = move |axis: &Vec3| stiff || (glides && !carried && hollow(axis));
         let axes = (0..3).filter_map(move |axis| (along * Vec3::ith(axis, 1.0)).try_normalize(0.1));
         std::iter::once(c.normal).chain(axes.filter(holds)).map(move |along| (node, along))
@@ -61,7 +61,7 @@ impl System {
 
     /// Whether a tool has friction in the present iteration.
     pub(in crate::solver) fn has_friction(&self, tool: usize) -> bool {
-        !self.frictionless && self.tools[tool].setup.friction > 0.0
+        self.regime.has_friction() && self.tools[tool].setup.friction > 0.0
     }
 }
 

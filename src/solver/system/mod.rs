@@ -9,6 +9,7 @@ pub(super) mod face_penetration;
 pub(super) mod forces;
 pub(super) mod free_motions;
 pub(super) mod matrix;
+pub(super) mod regime;
 pub(super) mod search;
 pub(super) mod softest_motion;
 pub(super) mod stability;

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::damper::Damper;
 use super::matrix::Matrix;
+use super::regime::Regime;
 use super::timings::Timings;
 use crate::cancel::Cancel;
 use crate::contact::friction::Coulomb;
@@ -42,16 +42,9 @@ pub(in crate::solver) struct System {
     pub(in crate::solver) u: Vec<f64>,
     /// Applied nodal forces (three a node) [N].
     pub(in crate::solver) applied: Vec<f64>,
-    /// Loads of the scene are among them.
-    pub(in crate::solver) loaded: bool,
-    /// Forces of tools that are let go are among them.
-    pub(in crate::solver) fading: bool,
     pub(in crate::solver) eval: Evaluation,
-    /// Holds the nodes back while the sheet is followed past a limit point.
-    pub(in crate::solver) damper: Option<Damper>,
-    /// Tools carry the sheet along, which nothing holds or pushes ([`crate::solver::increment::loose_sheet`]); and without friction.
-    pub(in crate::solver) carried: bool,
-    pub(in crate::solver) frictionless: bool,
+    /// What acts on the sheet besides tools and supports, and what stabilises it.
+    pub(in crate::solver) regime: Regime,
     pub(in crate::solver) conditions: Vec<Condition>,
     /// Components that stand still in the next correction, as nothing holds the sheet ([`super::free_motions`]).
     pub(in crate::solver) still: Vec<(usize, usize)>,
@@ -106,13 +99,9 @@ impl System {
             penetration,
             u: vec![0.0; n],
             applied: vec![0.0; n],
-            loaded: false,
-            fading: false,
             held_at: vec![0.0; n],
             eval: Evaluation::default(),
-            damper: None,
-            carried: false,
-            frictionless: false,
+            regime: Regime::default(),
             conditions: Vec::new(),
             still: Vec::new(),
             scales: Scales { normal: 1.0, tangential: 1.0, rounding: 0.0, compliance: 0.0 },
@@ -179,7 +168,7 @@ impl System {
         start: Instant,
         done: Result<(), ElementFailure>,
     ) -> Result<(), ElementFailure> {
-        if let (Ok(()), Some(damper)) = (&done, &self.damper) {
+        if let (Ok(()), Some(damper)) = (&done, self.regime.damper()) {
             damper.add(&self.u, want, self.body.pattern(), &mut self.eval);
         }
         if want == Want::ResidualAndTangent {
@@ -252,7 +241,7 @@ impl System {
             let still = self.still.iter().any(|(at, _)| *at == node);
             let plain = condition.is_none() && !still && self.constraints.is_free(node);
             let mut condition = condition.unwrap_or_else(|| untouched(node, &r, &free));
-            if self.fading {
+            if self.regime.released_forces {
                 self.still.iter().filter(|s| s.0 == node).for_each(|s| condition.force[s.1] = 0.0);
             }
             let unbalanced = condition.force.norm_squared();

@@ -202,6 +202,8 @@ fn a_tool_in_another_unit_that_misses_the_sheet_is_a_doubt() {
     });
     assert_eq!(record["untouched"], json!(["punch"]), "{record}");
     assert!(has(&record, "tool-never-touched", "punch travelled"), "{record}");
+    // What rounding leaves of no work at all is no energy.
+    assert!(!has(&record, "energy-balance", ""), "{record}");
     assert!(has(&record, "scene-units", "Check the units of the tool file"), "{record}");
 }
 

@@ -137,7 +137,7 @@ fn histogram(page: &mut Page, samples: &[PatchSamples]) {
     let trace = json!({"type": "bar", "x": x, "y": shares, "width": width});
     let layout = json!({
         "xaxis": {"title": {"text": "|shape error| [mm]"}},
-        "yaxis": {"title": {"text": "share of the area [%]"}, "type": "log"},
+        "yaxis": {"title": {"text": "fraction of the area [%]"}, "type": "log"},
         "margin": {"t": 24, "r": 24, "l": 72, "b": 56},
         "font": {"family": "system-ui, sans-serif", "size": 14},
     });

@@ -37,7 +37,7 @@ pub(super) fn counted(doubts: usize) -> String {
 /// Increments, iterations, time, memory and how well all balances.
 fn print_cost(record: &RunRecord) {
     out!(
-        "  {} increments, {} iterations, {} factorisations and {} updates of them, {} cuts, {} unknowns",
+        "  {} increments, {} iterations, {} factorisations and {} updates of them, {} step cuts, {} unknowns",
         record.increments,
         record.iterations,
         record.factorisations,
@@ -55,10 +55,9 @@ fn print_cost(record: &RunRecord) {
     for (phase, seconds) in &record.timings_s {
         out!("    {phase:10} {seconds:7.2} s");
     }
-    let volume =
-        record.volume_balance.map_or(String::new(), |off| format!(", volume to {off:.1e}"));
+    let volume = record.volume_balance.map_or(String::new(), |off| format!(", volume {off:.1e}"));
     out!(
-        "  forces balance to {:.1e}, energy to {:.1e}, what is stored of it to {:.1e}{volume}, penetration at most {:.1e} mm",
+        "  relative errors: forces {:.1e}, energy {:.1e}, stored energy {:.1e}{volume}; penetration of nodes up to {:.1e} mm",
         record.force_balance,
         record.energy_balance,
         record.stored_balance,
@@ -69,14 +68,14 @@ fn print_cost(record: &RunRecord) {
 /// Thickness, strains and springback.
 fn print_sheet(record: &RunRecord) {
     if let Some(thickness) = &record.thickness {
-        out!("  thickness {thickness}, {:.4} mm at most", thickness.most_mm);
+        out!("  minimum thickness {thickness}; maximum {:.4} mm", thickness.most_mm);
     }
     if let Some(strain) = &record.strain {
         out!("  strain {strain}");
     }
     if let Some(s) = &record.springback {
         out!(
-            "  springback: {:.3} mm at most, {:.3} mm RMS; {:.0} N mm of elastic energy given back",
+            "  springback: {:.3} mm maximum, {:.3} mm RMS; released elastic energy {:.0} N mm",
             s.largest_mm,
             s.rms_mm,
             s.energy_nmm
@@ -89,30 +88,30 @@ fn print_course(record: &RunRecord) {
     if record.snaps > 0 {
         // Less than nothing is what the increments are too long to tell.
         let freed = if record.snap_work_nmm < 0.0 {
-            "no energy to speak of".into()
+            "no measurable energy".into()
         } else {
             format!("{:.1} N mm", record.snap_work_nmm)
         };
         out!(
-            "  the sheet moved on by itself {} times (snapped, or sprang back): {freed} set free",
+            "  {} snap-throughs (or springback past a limit point), released elastic energy: {freed}",
             record.snaps
         );
     }
     if let Some(first) = record.first_buckle {
         out!(
-            "  the sheet buckled {} times, first in increment {first}: pushed out of a balance that does not last, to one of two sides where it is symmetric",
+            "  {} bucklings, the first in increment {first}: the sheet left an unstable equilibrium; a symmetric sheet buckles to one of two sides",
             record.buckles
         );
     }
     if record.steadied > 0 {
         out!(
-            "  {} increments had no balance next to the last iterate (a sheet about to buckle between its tools): dampers led to one, and were taken away",
+            "  {} increments needed viscous stabilisation (active-set cycling near a buckling limit); it was removed before they were accepted",
             record.steadied
         );
     }
     if record.cycling > 0 {
         out!(
-            "  contact states went back and forth {} times and were changed in part",
+            "  active-set cycling in {} iterations: contact states were changed in smaller blocks",
             record.cycling
         );
     }

@@ -61,7 +61,7 @@ fn said(one: &Fitted) -> String {
         _ => "Swift-Voce",
     };
     format!(
-        "{name:<10} root mean square {:.3} MPa, at most {:.3} MPa off, at a strain of {:.4}",
+        "{name:<10} root mean square error {:.3} MPa, largest {:.3} MPa at a strain of {:.4}",
         one.rms_mpa, one.largest_mpa, one.at
     )
 }

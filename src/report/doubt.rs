@@ -34,7 +34,7 @@ macro_rules! codes {
                 match self { $(Self::$name => $code,)* }
             }
 
-            /// Where it is found: `scene` by `check` and `run`, `result` by `run`, `audit` by `kanagata audit`.
+            /// Where it is found: `scene` by `check` (most also by `run`), `result` by `run`, `audit` by `kanagata audit`.
             #[must_use]
             pub const fn found_by(self) -> &'static str {
                 match self { $(Self::$name => $found,)* }
@@ -78,7 +78,7 @@ codes! {
         "The blank and the tools are cut along a line where no symmetry plane is declared: the cut side is free and moves.";
     /// A symmetry plane that tools, material or mesh do not have.
     SymmetryWrong "symmetry-wrong" "scene"
-        "image of the tool off by more than 10^-3 of the blank's size; rolling direction askew"
+        "image of the tool more than 10^-3 of the blank's size away; rolling direction oblique"
         "A declared symmetry plane mirrors something that is not symmetric: results are those of another process.";
     /// The blank does not cover the opening of the die.
     BlankTooSmall "blank-too-small" "scene"
@@ -133,9 +133,9 @@ codes! {
         "5 % of the thickness"
         "A tool stands inside the sheet between its nodes: contact conditions are at nodes only, and elements are too long for the tool.";
     /// Nodes inside a tool at the end of a stage that contact does not see.
-    InsideTool "inside-tool" "result"
-        "10 % of the thickness at the end of a stage"
-        "At the end of a stage the sheet is inside a tool whose contact does not include these nodes.";
+    InsideTool "inside-tool" "scene, result"
+        "10 % of the thickness before the first stage or at the end of a stage"
+        "The undeformed sheet is inside a tool, or at the end of a stage it is inside one whose contact does not include these nodes.";
     /// A tool that travels and never touches the sheet.
     ToolNeverTouched "tool-never-touched" "result"
         "no contact force in any increment of a tool that travels"
@@ -151,7 +151,7 @@ codes! {
     /// Artificial (hourglass) energy.
     ArtificialEnergy "artificial-energy" "result"
         "2 % of the work"
-        "The stabilisation of hourglass modes does a share of the work that a sheet does not do.";
+        "The stabilisation of hourglass modes does work that the sheet does not do.";
     /// Through-thickness shear at the friction limit.
     ShearAtFrictionLimit "shear-at-friction-limit" "result"
         "30 % of the nodes pressed beyond the shear limit, in fewer than 4 layers or other elements than hex8"

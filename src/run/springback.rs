@@ -84,7 +84,7 @@ mod tests {
             iterations_total: 0,
             cuts: 0,
             snaps: 0,
-            steadied: 0,
+            stabilised: 0,
             unstable: 0,
             buckles: 0,
             history: &[],

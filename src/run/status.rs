@@ -255,12 +255,19 @@ impl fmt::Display for Status {
         if let Some(message) = &self.message {
             say("because", message.clone());
         }
-        for doubt in &self.doubts {
+        // What ended a run may quote them.
+        let quoted = |text: &str| self.message.as_ref().is_some_and(|m| m.contains(text));
+        for doubt in self.doubts.iter().filter(|doubt| !quoted(&doubt.text)) {
             say("doubt", doubt.to_string());
         }
         if let Some(stage) = &self.stage {
-            let of = if self.stages > 0 { format!(" of {}", self.stages) } else { String::new() };
-            say("stage", format!("{stage}; {:.3}{of} stages done", self.time));
+            let done = 100.0 * self.time / self.stages.max(1) as f64;
+            let stages = if self.stages == 1 {
+                "1 stage".into()
+            } else {
+                format!("all {} stages", self.stages)
+            };
+            say("stage", format!("{stage}; {done:.1} % of {stages} done"));
         }
         say(
             "increment",

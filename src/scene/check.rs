@@ -4,6 +4,7 @@ use super::error::Fault;
 use super::motions::jump;
 use super::rolling;
 use super::types::{BlankShape, Drive, Scene, SolverLimits};
+use crate::solver::element::ElementKind;
 
 /// Scene file version this program reads.
 pub const VERSION: u32 = 1;
@@ -226,6 +227,10 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
     if blank.layers > LAYERS_MAX {
         let (found, allowed) = (blank.layers.to_string(), format!("1 to {LAYERS_MAX}"));
         return Err(("blank.layers".into(), found, allowed));
+    }
+    if let ElementKind::SolidShell { points, .. } = blank.element {
+        let place = "blank.element.solid-shell.points".into();
+        need((3..=9).contains(&points), place, points.to_string(), "3 to 9")?;
     }
     rolling::check(blank)?;
     for (k, load) in scene.loads.iter().enumerate() {

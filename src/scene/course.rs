@@ -56,7 +56,7 @@ impl Course {
     /// Where it is no course (as `[2]`, or nothing for the whole), what was found, what is allowed.
     pub(super) fn fault(&self) -> Option<[String; 3]> {
         const RISING: &str =
-            "pairs [share of the stage, value], shares rising from 0 (or above) to 1";
+            "pairs [fraction of the stage, value], fractions rising from 0 (or above) to 1";
         let Self::Curve(pairs) = self else { return None };
         let fault = |k: usize, found: String, allowed: &str| {
             Some([format!("[{k}]"), found, allowed.to_owned()])
@@ -118,7 +118,7 @@ impl<'de> Visitor<'de> for CourseVisitor {
     type Value = Course;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a number, or a list of pairs [share of the stage, value]")
+        f.write_str("a number, or a list of pairs [fraction of the stage, value]")
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<Course, E> {

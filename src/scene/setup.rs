@@ -139,7 +139,7 @@ fn side(tool: &Tool, up: &Vec3) -> Result<SheetSide, (String, String)> {
                 "none, where the direction [{x}, {y}, {z}] of '{name}' is nearly square to the sheet's thickness direction [{:.3}, {:.3}, {:.3}]",
                 up.x, up.y, up.z
             ),
-            "\"side\": \"top\", \"bottom\" or \"both\", the face of the sheet that the tool touches (of a file of hexahedra narrower than thick, `blank.thickness_mm` tells which way the thickness is)".into(),
+            "\"side\": \"top\", \"bottom\" or \"both\", the face of the sheet that the tool touches (of a file of hexahedra narrower than thick, `blank.thickness_mm` says which direction is the thickness)".into(),
         ));
     }
     Ok(if along < 0.0 { SheetSide::Top } else { SheetSide::Bottom })

@@ -53,7 +53,7 @@ pub enum SimulationError {
     },
     /// No tool holds the sheet, and its loads are not in balance by themselves.
     #[error(
-        "stage `{stage}`: no tool holds the sheet, and {:.2} % of the scene's loads push it along as a whole, which nothing balances. Let them go with the tools (`load_share` 0 at the end of the stage), hold the sheet (`holds`), or keep a tool at it", 100.0 * share
+        "stage `{stage}`: no tool holds the sheet, and {:.2} % of the scene's loads push it along as a whole, which nothing opposes. Remove them with the tools (`load_share` 0 at the end of the stage), hold the sheet (`holds`), or keep a tool at it", 100.0 * share
     )]
     NothingHolds {
         /// Stage name.

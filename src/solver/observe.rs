@@ -50,7 +50,7 @@ impl Simulation {
             iterations_total: self.summary.iterations,
             cuts: self.summary.cuts,
             snaps: self.summary.snaps,
-            steadied: self.summary.steadied,
+            stabilised: self.summary.stabilised,
             unstable: self.summary.unstable,
             buckles: self.summary.buckles,
             history: &self.history,

@@ -87,7 +87,8 @@ fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> S
 
 /// Forces and loads that the sheet may not carry.
 fn too_much(sim: &Simulation, stage: &Stage, share: f64) -> String {
-    const PAST: &str = "the sheet may not carry it (a `travel_mm` goes past a largest force). ";
+    const PAST: &str =
+        "the sheet may not carry it (drive it by `travel_mm` to pass a maximum of the force). ";
     let sys = &sim.sys;
     let gone = taken_away(sim, stage);
     let mut out = String::new();
@@ -96,19 +97,19 @@ fn too_much(sim: &Simulation, stage: &Stage, share: f64) -> String {
         let pushes = sim.committed.pushes[tool] * sim.share;
         let grows = curve.starting_at(pushes).rates(share)[1] > 0.0 && !sys.stops[tool].reached;
         let why = if grows {
-            "and is to push with more".into()
+            "and its force increases".into()
         } else if pushes > 0.0 && !gone.is_empty() {
-            format!("while the stage takes {gone} away")
+            format!("while the stage removes {gone}")
         } else {
             continue;
         };
         let name = &sys.tools[tool].setup.name;
-        out += &format!("`{name}` pushes with {pushes:.4e} N there, {why}: ");
+        out += &format!("`{name}` pushes with {pushes:.4e} N, {why}: ");
         out += &friction_alone(sys, tool).map_or_else(
             || PAST.into(),
             |most| {
                 format!(
-                    "nothing but friction holds it along its way, and that bears {:.4e} N at most by what presses it on the sheet there (press it harder, or move it by `travel_mm`). ",
+                    "only friction holds it along its direction, with {:.4e} N at the present normal forces (press it harder, or move it by `travel_mm`). ",
                     most * sim.share
                 )
             },
@@ -117,7 +118,7 @@ fn too_much(sim: &Simulation, stage: &Stage, share: f64) -> String {
     let [_, grows] = stage.load.rates(share);
     if grows > 0.0 && sim.loads.iter().any(|load| *load != 0.0) {
         let now = stage.load.at(share);
-        out += &format!("Of the loads {now:.4} act there, and are to grow: {PAST}");
+        out += &format!("{now:.4} of the loads act and increase: {PAST}");
     }
     out
 }

@@ -95,7 +95,7 @@ pub struct IncrementReport<'a> {
     /// Times the sheet has moved on by itself since the start.
     pub snaps: usize,
     /// Increments so far in which contact states came round in a circle and dampers led to a balance.
-    pub steadied: usize,
+    pub stabilised: usize,
     /// Increments so far that ended in a balance that does not last.
     pub unstable: usize,
     /// Times so far that the sheet was pushed out of a balance that does not last, and came to one that does.
@@ -149,7 +149,7 @@ pub struct RunSummary {
     pub snaps: usize,
     /// Increments in which contact states came round in a circle and dampers, taken away again, led to a balance.
     #[serde(default)]
-    pub steadied: usize,
+    pub stabilised: usize,
     /// Increments that ended in a balance that does not last: the sheet would buckle, given a push.
     #[serde(default)]
     pub unstable: usize,
@@ -165,7 +165,7 @@ impl RunSummary {
     pub(in crate::solver) fn is_sound(&self) -> bool {
         let times = &self.timings;
         [
-            [self.increments, self.iterations, self.cuts, self.snaps, self.steadied],
+            [self.increments, self.iterations, self.cuts, self.snaps, self.stabilised],
             [self.unstable, self.buckles, times.factorisations, times.updates, times.cycling],
         ]
         .iter()

@@ -43,7 +43,7 @@ pub(super) fn bezier(
     provenance.mesher += &format!(" bezier tol-mm={tolerance_mm}");
     ToolFile::of_model(&tool, EdgeRule::Guarded, provenance).write(&args.output)?;
     out!(
-        "{} patches of degree up to {}, {:.2e} mm off the CAD's surfaces at most",
+        "{} patches of degree up to {}, largest distance {:.2e} mm from the CAD's surfaces",
         tool.patches.len(),
         report.degree,
         report.error_mm

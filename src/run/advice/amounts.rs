@@ -33,7 +33,7 @@ pub(super) fn remarks(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Findin
                 DoubtCode::SceneUnits,
                 format!("{}.friction", tool.name),
                 format!(
-                    "{} has a friction coefficient of {} (at most {MOST_FRICTION} expected).",
+                    "{} has a friction coefficient of {} ({MOST_FRICTION} is the largest expected).",
                     tool.name, tool.friction
                 ),
                 "Lubricated sheets have 0.02 to 0.2, dry ones seldom more than 0.6.".into(),

@@ -49,7 +49,7 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize) -> Option<Finding> {
     } else {
         Finding::note(
             format!(
-                "{name} travels from {low:.2} to {high:.2} mm and comes no nearer to the sheet, as that lies at first, than {least:.2} mm"
+                "{name} travels from {low:.2} to {high:.2} mm and stays at least {least:.2} mm from the undeformed sheet"
             ),
             "check its place, its direction and how far it travels".into(),
         )

@@ -98,7 +98,7 @@ fn remark(
                 "{both} run {:.3} mm into each other at the end of their travel{place}, and the sheet of {thickness:.3} mm is between them",
                 -least
             ),
-            "no balance is found there: check how far they travel, and their places".into(),
+            "no equilibrium is found there: check the travel and the place of both".into(),
         ));
     }
     let (mut what, mut cost) = (

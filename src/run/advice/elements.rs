@@ -127,7 +127,7 @@ fn points_remarks(
     if radius < DRAWN && points < WANTED[2] {
         out.push(Finding::note(
             format!(
-                "{points} points through the thickness, over a radius of {radius:.1} thicknesses: where the sheet is drawn over it its thinning may be off by a third (by 5 points at 5 thicknesses)"
+                "{points} points through the thickness, over a radius of {radius:.1} thicknesses: thinning of a sheet drawn over it may have an error of a third (by 5 points at 5 thicknesses)"
             ),
             cost_of(WANTED[2]),
         ));

@@ -110,7 +110,7 @@ fn told(tool: &ToolSetup, edge: &Edge, at: Vec3, sizes: &Sizes) -> Finding {
             turn.to_degrees()
         ),
         format!(
-            "a sheet is held off tools at its nodes, so forces rise and fall as they pass it; a radius of {radius:.2} mm has two elements over 90 degrees"
+            "contact conditions are at nodes, so forces oscillate as nodes pass the edge; a radius of {radius:.2} mm has two elements over 90 degrees"
         ),
     )
 }

@@ -27,6 +27,8 @@ pub(super) struct Sizes {
     pub mean: f64,
     /// Shape error that a tool may have [mm].
     pub tolerance: f64,
+    /// Mean thickness of the sheet [mm].
+    pub thickness: f64,
     /// Length of the elements here over those of the sheet that they stand for.
     ratio: f64,
 }
@@ -58,8 +60,9 @@ impl Sizes {
             elements.iter().map(|e| Aabb::of_points(&[0, 1, 2, 3].map(|k| corner(e, k)))).collect();
         let sum: f64 = edges.iter().map(|[a, b]| 0.5 * (a.norm() + b.norm())).sum();
         let mean = sum / edges.len().max(1) as f64 / ratio;
-        let tolerance = TOLERANCE * mesh.mean_thickness();
-        Self { tree: BoxTree::build(&boxes), boxes, edges, mean, tolerance, ratio }
+        let thickness = mesh.mean_thickness();
+        let tolerance = TOLERANCE * thickness;
+        Self { tree: BoxTree::build(&boxes), boxes, edges, mean, tolerance, thickness, ratio }
     }
 
     /// Whether a place lies over or under the sheet, seen along the axis nearest to `along`, and not over its rim.

@@ -95,7 +95,8 @@ fn is_cut(setup: &SimulationSetup, axis: usize, at: f64, size: f64) -> bool {
     !setup.tools.is_empty() && setup.tools.iter().all(cut)
 }
 
-/// Whether the side of the sheet at a plane is straight, more than a corner, and nothing holds it across the plane.
+/// Whether the side of the sheet at a plane is straight, more than a corner, and less than half of it is held across the plane
+/// (where a clamped rim meets it, some is).
 fn is_straight_and_free(setup: &SimulationSetup, axis: usize, at: f64, near: f64) -> bool {
     /// Length of the side over that of the sheet along it.
     const STRAIGHT: f64 = 0.25;
@@ -106,7 +107,7 @@ fn is_straight_and_free(setup: &SimulationSetup, axis: usize, at: f64, near: f64
     let side = Aabb::of_points(on.iter().map(|&n| &nodes[n]));
     !on.is_empty()
         && extent(&side) > STRAIGHT * extent(&Aabb::of_points(nodes))
-        && !on.iter().any(|&node| setup.constraints.is_held(node, axis))
+        && 2 * on.iter().filter(|&&node| setup.constraints.is_held(node, axis)).count() < on.len()
 }
 
 /// Where the model is: all of space, up to the symmetry planes on the sheet's side of them.

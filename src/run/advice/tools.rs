@@ -1,5 +1,7 @@
 //! Patches that the sheet cannot reach, patches far finer than its elements, radii that its elements cannot follow.
 
+use std::collections::BTreeSet;
+
 use super::clamping::Clamping;
 use super::curvature::{Bend, FLAT, bends, corners};
 use super::finding::Finding;
@@ -12,6 +14,9 @@ use crate::tool::Patch;
 
 /// Elements over 90 degrees of a radius that follow it well.
 const OVER_A_RADIUS: f64 = 4.0;
+/// Depth over the thickness to which a tool may penetrate faces of elements between their nodes
+/// ([`DoubtCode::PenetrationOnFaces`]).
+const FACE_PENETRATION: f64 = 0.05;
 /// Elements over 90 degrees below which one is bent by more than 45 degrees between its nodes: it may turn inside out, and its face
 /// lies in the tool by more than 0.07 of the radius.
 const FOLDS: f64 = 2.0;
@@ -24,6 +29,14 @@ const ERROR: f64 = 5.0 / 128.0;
 const HELPS: f64 = 0.5;
 /// Memory of a patch's pieces and their tree.
 const BYTES_A_PATCH: f64 = 2500.0;
+
+/// Whether the sheet comes near no patch of some face of the CAD.
+fn has_face_beyond(tool: &ToolSetup, kept: &[bool]) -> bool {
+    let faces = &tool.surface.model().faces;
+    let near: BTreeSet<u32> =
+        faces.iter().zip(kept).filter(|(_, kept)| **kept).map(|(face, _)| *face).collect();
+    faces.iter().any(|face| !near.contains(face))
+}
 
 /// Remarks on one tool; `kept`: patches the sheet may come near; `part`: where the model is, symmetry planes being its ends;
 /// `clamping`: what of the tool the sheet does not bend over.
@@ -48,10 +61,17 @@ pub(super) fn remarks(
         out.push(Finding {
             auto: true,
             ..Finding::note(
-                format!("{beyond} of {patches} patches of {name} are beyond the reach of the sheet"),
                 format!(
-                    "{} of search trees, no unknowns; `kanagata convert --reach` leaves such faces out of the file",
-                    megabytes(beyond as f64 * BYTES_A_PATCH)
+                    "{beyond} of {patches} patches of {name} are beyond the reach of the sheet"
+                ),
+                format!(
+                    "{} of search trees, no unknowns{}",
+                    megabytes(beyond as f64 * BYTES_A_PATCH),
+                    if has_face_beyond(tool, kept) {
+                        "; `kanagata convert --reach` leaves such faces out of the file"
+                    } else {
+                        ""
+                    }
                 ),
             )
         });
@@ -160,8 +180,17 @@ struct Coarsest {
     at: Vec3,
     bend: Bend,
     size: Size,
+    /// Elements over 90 degrees that are needed.
+    needed: f64,
     /// How many times finer elements should be along their two edges.
     finer: [f64; 2],
+}
+
+/// Elements over 90 degrees of a radius [mm] that a sheet of this thickness [mm] needs. A chord of length `L` on a radius `R` is
+/// `L^2 / (8 R)` inside it, which has to stay below the depth allowed.
+fn needed(radius: f64, thickness: f64) -> f64 {
+    let longest = (8.0 * radius * FACE_PENETRATION * thickness).sqrt();
+    OVER_A_RADIUS.max(std::f64::consts::FRAC_PI_2 * radius / longest)
 }
 
 impl Coarsest {
@@ -195,17 +224,18 @@ impl Coarsest {
             let Some((at, bent)) = sized(patch, offset, sizes) else { continue };
             for (bend, size) in bent.into_iter().flatten() {
                 let over = std::f64::consts::FRAC_PI_2 * bend.radius / size.length;
+                let needed = needed(bend.radius, sizes.thickness);
                 for (finer, share) in all_finer.iter_mut().zip(size.shares) {
                     if share > HELPS {
-                        *finer = finer.max(OVER_A_RADIUS / over);
+                        *finer = finer.max(needed / over);
                     }
                 }
-                if worst.as_ref().is_none_or(|w| over < w.over) {
-                    worst = Some(Self { over, at, bend, size, finer: [1.0; 2] });
+                if worst.as_ref().is_none_or(|w| over * w.needed < w.over * needed) {
+                    worst = Some(Self { over, at, bend, size, needed, finer: [1.0; 2] });
                 }
             }
         }
-        let worst = worst.filter(|worst| worst.over < OVER_A_RADIUS)?;
+        let worst = worst.filter(|worst| worst.over < worst.needed)?;
         Some(Self { finer: all_finer, ..worst })
     }
 
@@ -223,8 +253,10 @@ impl Coarsest {
             self.found(name),
             // Increments grow with the number of contacts that change.
             format!(
-                "{OVER_A_RADIUS} want elements of {:.2} mm along it: {:.0} unknowns if all are, {}",
-                self.size.length * self.over / OVER_A_RADIUS,
+                "{:.1} keep the tool out of their faces to {:.0} % of the thickness and want elements of {:.2} mm along it: {:.0} unknowns if all are, {}",
+                self.needed,
+                100.0 * FACE_PENETRATION,
+                self.size.length * self.over / self.needed,
                 cost.unknowns as f64 * more,
                 cost.times(more.powf(GROWTH))
             ),
@@ -237,16 +269,17 @@ impl Coarsest {
             DoubtCode::ElementsTooLong,
             format!("{name}, {}", place_mm(&at)),
             format!(
-                "Elements of {:.2} mm are too long for the radius of {:.2} mm of {name} at {}: {:.1} over 90 degrees, {FOLDS} at least and {OVER_A_RADIUS} recommended. An element drawn over it bends by {:.0} degrees, may turn inside out, and the tool penetrates it between its nodes.",
+                "Elements of {:.2} mm are too long for the radius of {:.2} mm of {name} at {}: {:.1} over 90 degrees, {FOLDS} at least and {:.1} recommended. An element drawn over it bends by {:.0} degrees, may turn inside out, and the tool penetrates it between its nodes.",
                 self.size.length,
                 self.bend.radius,
                 place_mm(&at),
                 self.over,
+                self.needed,
                 (90.0 / self.over).min(90.0)
             ),
             format!(
                 "Use elements of {:.2} mm along the bend ({:.0} times the unknowns if all are).",
-                self.size.length * self.over / OVER_A_RADIUS,
+                self.size.length * self.over / self.needed,
                 self.finer[0] * self.finer[1]
             ),
         )
@@ -303,7 +336,7 @@ mod tests {
         assert!(worst.over < FOLDS, "{}", worst.over);
         let text = worst.doubt("die").to_string();
         assert!(text.contains("bends by 86 degrees") && text.contains("inside out"), "{text}");
-        assert!(text.contains("elements of 1.57 mm"), "{text}");
+        assert!(text.contains("elements of 1.26 mm"), "{text}");
         assert!(coarsest(21, 10, &die).unwrap().over > FOLDS);
     }
 
@@ -317,8 +350,18 @@ mod tests {
             coarse.contains("9.99 mm along the bend") && coarse.contains(": 0.6 over 90"),
             "{coarse}"
         );
-        // Finer along x alone: 4 / 0.63 times as many.
-        assert!(coarse.contains("elements of 1.57 mm") && coarse.contains(": 63"), "{coarse}");
+        // Finer along x alone: 4.97 / 0.63 times as many.
+        assert!(coarse.contains("elements of 1.26 mm") && coarse.contains(": 79"), "{coarse}");
+    }
+
+    /// Four over sharp radii, more where a chord of that length is inside the tool by more than is allowed.
+    #[test]
+    fn large_radii_need_more_elements() {
+        assert_eq!(needed(2.0, 1.0), OVER_A_RADIUS);
+        let (radius, thickness) = (6.35, 1.0);
+        let length = FRAC_PI_2 * radius / needed(radius, thickness);
+        let depth = radius - (radius * radius - 0.25 * length * length).sqrt();
+        assert!((depth / thickness - FACE_PENETRATION).abs() < 1e-3, "{depth}");
     }
 
     #[test]

@@ -52,7 +52,7 @@ impl RunFolder {
         record.iterations = report.iterations_total;
         record.cuts = report.cuts;
         record.snaps = report.snaps;
-        record.steadied = report.steadied;
+        record.steadied = report.stabilised;
         if report.unstable > record.unstable {
             record.first_unstable.get_or_insert(report.increment);
         }
@@ -114,7 +114,7 @@ impl RunFolder {
         record.open_nmm = e.open();
         if opened > record.opened.map_or(0.0, |before| before.energy_nmm) {
             let increment = report.increment;
-            record.opened = Some(OpenedRecord { increment, energy_nmm: opened, work_nmm: work });
+            record.opened = Some(OpenedRecord { increment, energy_nmm: opened, work_nmm: least });
         }
         let unstored = (e.internal - e.stored()).abs();
         record.stored_balance = if least > 0.0 { unstored / least } else { 0.0 };

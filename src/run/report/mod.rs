@@ -47,7 +47,7 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     let volume = r.volume_balance.map_or("-".into(), |off| format!("{off:.1e} of the sheet's"));
     let springback = r.springback.map_or("-".into(), |s| {
         let [largest, rms] = [s.largest_mm, s.rms_mm];
-        format!("{largest:.3} and {rms:.3} mm, {:.0} N m given back", 1e-3 * s.energy_nmm)
+        format!("{largest:.3} and {rms:.3} mm; released elastic energy {:.0} N mm", s.energy_nmm)
     });
     let fleeting = r
         .first_unstable
@@ -90,32 +90,35 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     });
     let rows = [
         ("verdict", verdict),
-        ("increments, iterations, cuts", format!("{}, {}, {}", r.increments, r.iterations, r.cuts)),
+        (
+            "increments, iterations, step cuts",
+            format!("{}, {}, {}", r.increments, r.iterations, r.cuts),
+        ),
         ("unknowns", r.unknowns.to_string()),
         ("wall time, processor time", format!("{:.1} s, {:.1} s", r.wall_s, r.cpu_s)),
         ("peak memory", format!("{:.0} MB", r.peak_mb)),
         ("material", plan.card.name.clone()),
-        ("thinnest", r.thickness.map_or("-".into(), |thickness| thickness.to_string())),
+        ("minimum thickness", r.thickness.map_or("-".into(), |thickness| thickness.to_string())),
         ("largest strains", r.strain.map_or("-".into(), |strain| strain.to_string())),
-        ("forces out of balance", format!("{:.1e} of the largest", r.force_balance)),
-        ("energy not accounted for", format!("{:.2e} of the work done", r.energy_balance)),
-        ("inner work not stored", format!("{:.2e} of the work done", r.stored_balance)),
-        ("work against fibres that tilt by turns", format!("{:.1e} N mm", r.artificial_nmm)),
-        ("volume out of balance", volume),
+        ("force residual", format!("{:.1e} of the largest", r.force_balance)),
+        ("unaccounted energy", format!("{:.2e} of the work done", r.energy_balance)),
+        ("internal work not stored", format!("{:.2e} of the work done", r.stored_balance)),
+        ("artificial (hourglass) energy", format!("{:.1e} N mm", r.artificial_nmm)),
+        ("volume error", volume),
         (
-            "moves of the sheet by itself, energy set free",
+            "snap-throughs, released elastic energy",
             format!("{}, {:.1} N mm", r.snaps, r.snap_work_nmm),
         ),
-        ("increments led to their balance by dampers", r.steadied.to_string()),
-        ("increments in a balance that does not last", fleeting),
-        ("buckled", buckled),
-        ("passes through itself", through),
-        ("columns that lean by turns", zigzag),
-        ("friction shears its faces through", sheared),
-        ("bends over the border of a tool", over_edge),
-        ("inside a tool at the end of a stage", in_tool),
-        ("deepest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
-        ("deepest penetration of a face between nodes", on_faces),
+        ("increments with viscous stabilisation", r.steadied.to_string()),
+        ("increments in unstable equilibrium", fleeting),
+        ("bucklings", buckled),
+        ("self-penetration", through),
+        ("hourglass mode", zigzag),
+        ("through-thickness shear at the friction limit", sheared),
+        ("overhang at a tool edge", over_edge),
+        ("nodes inside a tool at the end of a stage", in_tool),
+        ("largest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
+        ("largest penetration of a face between nodes", on_faces),
         ("springback, largest and RMS", springback),
     ];
     let rows: Vec<Vec<String>> = rows.into_iter().map(|(a, b)| vec![a.to_owned(), b]).collect();

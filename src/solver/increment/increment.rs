@@ -3,7 +3,7 @@
 use super::attempt::{accept, attempt, lay_down, restore};
 use super::limit_point::relax;
 use crate::solver::error::SimulationError;
-use crate::solver::newton::cycling::ITERATIONS;
+use crate::solver::newton::cycling::MAX_STABILISED_ITERATIONS;
 use crate::solver::newton::outcome::{NewtonStats, Patience};
 use crate::solver::remedy::gave_up;
 use crate::solver::report::{Control, IncrementReport};
@@ -149,7 +149,7 @@ fn try_again(
     target: f64,
     refused: Option<&Found>,
 ) -> Option<NewtonStats> {
-    tried.lost += usize::from(sim.history.len() > ITERATIONS);
+    tried.lost += usize::from(sim.history.len() > MAX_STABILISED_ITERATIONS);
     if refused.is_some() {
         tried.doubted.get_or_insert_with(|| now.pace.clone());
     }
@@ -182,7 +182,7 @@ fn take(sim: &mut Simulation, now: &mut UnderWay, target: f64, stats: &NewtonSta
     sim.energies.left_behind += work_left_behind(sim, &now.plan, [now.share, target]);
     let snapped = accept(sim, as_before.then_some(target - now.share));
     sim.summary.snaps += usize::from(snapped);
-    sim.summary.steadied += usize::from(stats.steadied);
+    sim.summary.stabilised += usize::from(stats.stabilised);
     sim.summary.unstable += usize::from(!found.lasts);
     now.doubt.took(found);
     now.share = target;

@@ -1,11 +1,10 @@
-//! Contact states that come round in a circle near balance: of some node, touching it is pulled and let go it penetrates. That
-//! is so where the sheet, held by all other nodes, has a direction in which it is unstable (a flange that begins to wrinkle
-//! between its tools): no balance is next to the iterate, and the one that the sheet moves on to is often a few micrometres
-//! away.
+//! Active-set cycling near equilibrium: a node that touches is in tension, and released it penetrates. That is so where the
+//! sheet, held by all other nodes, has a direction in which it is unstable (a flange that begins to wrinkle between its
+//! tools). No equilibrium is next to the iterate, and the one that the sheet moves to is often a few micrometres away.
 //!
-//! It is looked for within the same increment by dampers about the iterate, which make that direction stable. From every
-//! balance with dampers the next is sought about it with weaker ones, as weak as they may be without another circle, until
-//! they carry nothing and are taken away. What is accepted is a balance without any.
+//! It is sought within the same increment by pseudo-transient continuation about the iterate: viscous forces make that
+//! direction stable. About every equilibrium with viscous forces the next is sought with weaker ones, until they are removed.
+//! What is accepted is an equilibrium without any.
 
 use super::record::IterationRecord;
 use crate::solver::assembly::ElementFailure;
@@ -14,59 +13,59 @@ use crate::solver::system::damper::Damper;
 use crate::solver::system::damping::Continuation;
 use crate::solver::system::system::System;
 
-/// Residual below which a circle is one of contact states, not of what else has yet to settle.
-const NEAR: f64 = 1e-2;
-/// Share by which the residual has fallen at least between two iterates with the same nodes touching, if that is no circle.
-const FALLS: f64 = 0.3;
-/// Iterations with dampers in an increment.
-pub(in crate::solver) const ITERATIONS: usize = 400;
+/// Residual below which cycling is one of the active set, not of what else has yet to converge.
+const CYCLE_RESIDUAL: f64 = 1e-2;
+/// Ratio of the residuals of two iterates with the same nodes touching below which they make no cycle.
+const CYCLE_REDUCTION: f64 = 0.3;
+/// Iterations with viscous forces in an increment.
+pub(in crate::solver) const MAX_STABILISED_ITERATIONS: usize = 400;
 
 /// Watches one increment's iterates.
 #[derive(Debug, Default)]
-pub(in crate::solver) struct Steadying {
-    /// Nodes touching at iterates near balance since dampers were last set or taken away, with the residual there.
+pub(in crate::solver) struct Stabiliser {
+    /// Nodes touching at iterates near equilibrium since viscous forces were last set or removed, with the residual there.
     seen: Vec<(Vec<usize>, f64)>,
-    /// Iteration in which dampers were first set.
+    /// Iteration in which viscous forces were first set.
     began: Option<usize>,
     /// Controls the viscous stiffness.
     control: Option<Continuation>,
-    /// Where dampers were last set or taken away: displacements, and travels of the tools [mm].
+    /// Where viscous forces were last set or removed: displacements, and travels of the tools [mm].
     from: [Vec<f64>; 2],
 }
 
-impl Steadying {
-    /// Whether contact states have been met before that were changed since, or were wrong.
-    pub(in crate::solver) fn is_circle(&mut self, sys: &System, now: &IterationRecord) -> bool {
-        if now.residual > NEAR {
+impl Stabiliser {
+    /// Whether the active set has been met before, and was changed since or is wrong.
+    pub(in crate::solver) fn cycles(&mut self, sys: &System, now: &IterationRecord) -> bool {
+        if now.residual > CYCLE_RESIDUAL {
             return false;
         }
         let touching: Vec<usize> = sys.contact.active().map(|(k, _)| k).collect();
         let others = |since: usize| self.seen[since..].iter().any(|(other, _)| *other != touching);
         let met = |(at, (before, residual)): (usize, &(Vec<usize>, f64))| {
             let changed = now.changes > 0 || others(at);
-            *before == touching && now.residual > FALLS * residual && changed
+            *before == touching && now.residual > CYCLE_REDUCTION * residual && changed
         };
         let found = self.seen.iter().enumerate().any(met);
         self.seen.push((touching, now.residual));
         found
     }
 
-    /// Whether dampers may be set, or set anew, after so many iterations.
-    pub(in crate::solver) fn may_go_on(&self, iterations: usize) -> bool {
-        self.began.is_none_or(|began| iterations < began + ITERATIONS)
+    /// Whether viscous forces may be set, or set anew, after so many iterations.
+    pub(in crate::solver) fn may_stabilise(&self, iterations: usize) -> bool {
+        self.began.is_none_or(|began| iterations < began + MAX_STABILISED_ITERATIONS)
     }
 
-    /// Whether there were dampers.
-    pub(in crate::solver) fn has_steadied(&self) -> bool {
+    /// Whether there were viscous forces.
+    pub(in crate::solver) fn has_stabilised(&self) -> bool {
         self.began.is_some()
     }
 
-    /// Sets dampers about the iterate. Where there are some, or were, goes back to where they were last set or taken away,
-    /// with stronger ones, or with such as there were.
+    /// Sets viscous forces about the iterate. Where there are some, or were, goes back to where they were last set or removed,
+    /// with stronger ones, or with the same.
     ///
     /// # Errors
     /// An element that cannot be evaluated.
-    pub(in crate::solver) fn damp(
+    pub(in crate::solver) fn stabilise(
         &mut self,
         sys: &mut System,
         iterations: usize,
@@ -87,11 +86,11 @@ impl Steadying {
         self.set(sys)
     }
 
-    /// From a balance with dampers that took so many `iterations`: sets weaker ones about it, or takes them away.
+    /// From an equilibrium with viscous forces that took so many `iterations`: sets weaker ones about it, or removes them.
     ///
     /// # Errors
     /// An element that cannot be evaluated.
-    pub(in crate::solver) fn go_on(
+    pub(in crate::solver) fn weaken(
         &mut self,
         sys: &mut System,
         iterations: usize,
@@ -107,7 +106,7 @@ impl Steadying {
         sys.evaluate(Want::ResidualAndTangent)
     }
 
-    /// Sets dampers about the iterate.
+    /// Sets viscous forces about the iterate.
     fn set(&mut self, sys: &mut System) -> Result<(), ElementFailure> {
         self.begin_here(sys);
         let Some(control) = &self.control else { return Ok(()) };

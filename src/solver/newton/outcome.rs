@@ -29,7 +29,7 @@ pub enum NewtonError {
     Linear(#[from] LinearError),
     /// Iterations used up or diverged.
     #[error(
-        "no balance after {iterations} iterations: residual {residual:e} of the contact forces, gap off by {gap_mm:e} mm, {changes} contact states still changing, worst at node {node}"
+        "not converged after {iterations} iterations: residual {residual:.2e} of the contact forces, gap error {gap_mm:.2e} mm, {changes} contact states still changing, largest residual at node {node}"
     )]
     NotConverged {
         /// Iterations done.
@@ -53,7 +53,7 @@ pub enum NewtonError {
     #[error("stopped during the iteration")]
     Cancelled,
     /// Followed as a slow motion, the sheet did not come to rest.
-    #[error("the sheet snaps, and is not at rest after {iterations} iterations of slow motion")]
+    #[error("snap-through: no equilibrium after {iterations} iterations of viscous motion")]
     StillMoving {
         /// Iterations it was followed.
         iterations: usize,
@@ -70,7 +70,7 @@ pub struct NewtonStats {
     /// Contact states that changed on the way.
     pub changes: usize,
     /// Contact states came round in a circle, and dampers led to the balance.
-    pub steadied: bool,
+    pub stabilised: bool,
 }
 
 impl NewtonStats {
@@ -81,7 +81,7 @@ impl NewtonStats {
             iterations: self.iterations + other.iterations,
             solves: self.solves + other.solves,
             changes: self.changes + other.changes,
-            steadied: self.steadied || other.steadied,
+            stabilised: self.stabilised || other.stabilised,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! One increment: semi-smooth Newton with plasticity, contact and friction in the same loop.
 
 use super::convergence::{is_settled, record, size};
-use super::cycling::Steadying;
+use super::cycling::Stabiliser;
 use super::line_search;
 use super::outcome::{NewtonError, NewtonStats, Patience, Verdict};
 use super::record::{IterationRecord, NEAR};
@@ -48,9 +48,9 @@ pub(in crate::solver) fn solve(
         match run.verdict(sys, &record, &residual, limits) {
             Verdict::Converged if run.goes_on(sys, limits)? => {}
             Verdict::Converged => return Ok(run.done()),
-            Verdict::Continue if run.is_circle(sys, &record) => run.steady(sys)?,
+            Verdict::Continue if run.cycles(sys, &record) => run.stabilise(sys)?,
             Verdict::Continue if patience != Patience::Hopeful || !hopeless(history) => {}
-            _ if run.is_steadied(sys) => run.steady(sys)?,
+            _ if run.may_stabilise_more(sys) => run.stabilise(sys)?,
             _ => return Err(gave_up(run.stats.iterations, &record, residual.worst_node)),
         }
         let near = record.residual < NEAR;
@@ -74,7 +74,7 @@ fn heed(sys: &System) -> Result<(), NewtonError> {
 /// One increment's iteration.
 struct Run {
     stats: NewtonStats,
-    /// Iterations allowed before the springs of an augmented method or dampers are moved again.
+    /// Iterations allowed before the springs of an augmented method or the viscous forces are moved again.
     allowed: usize,
     /// Iterations before they last were.
     before: usize,
@@ -83,13 +83,13 @@ struct Run {
     stagnant: usize,
     near_balance: bool,
     pivoting: Pivoting,
-    /// None where the sheet is being followed with dampers already.
-    steadying: Option<Steadying>,
+    /// None where the sheet is being followed with viscous forces already.
+    stabiliser: Option<Stabiliser>,
 }
 
 impl Run {
     fn new(sys: &System, patience: Patience, limits: &Limits) -> Self {
-        let may_steady = !sys.regime.is_stabilised() && !matches!(patience, Patience::UpTo(_));
+        let may_stabilise = !sys.regime.is_stabilised() && !matches!(patience, Patience::UpTo(_));
         Self {
             stats: NewtonStats::default(),
             allowed: patience.iterations(limits),
@@ -98,7 +98,7 @@ impl Run {
             stagnant: 0,
             near_balance: false,
             pivoting: Pivoting::new(),
-            steadying: may_steady.then(Steadying::default),
+            stabiliser: may_stabilise.then(Stabiliser::default),
         }
     }
 
@@ -140,12 +140,12 @@ impl Run {
         if spent { Verdict::Exhausted } else { Verdict::Continue }
     }
 
-    /// At a balance: moves what holds the sheet besides its tools, if anything does.
+    /// At an equilibrium: moves what holds the sheet besides its tools, if anything does.
     fn goes_on(&mut self, sys: &mut System, limits: &Limits) -> Result<bool, ElementFailure> {
-        let steadied = sys.regime.is_stabilised();
+        let stabilised = sys.regime.is_stabilised();
         let since = self.stats.iterations - self.before;
-        match &mut self.steadying {
-            Some(steadying) if steadied => steadying.go_on(sys, since)?,
+        match &mut self.stabiliser {
+            Some(stabiliser) if stabilised => stabiliser.weaken(sys, since)?,
             _ if !augments(sys, limits) => return Ok(false),
             _ => {}
         }
@@ -153,31 +153,31 @@ impl Run {
         Ok(true)
     }
 
-    /// Whether dampers are to be set, or set anew.
-    fn is_circle(&mut self, sys: &System, record: &IterationRecord) -> bool {
+    /// Whether viscous forces are to be set, or set anew.
+    fn cycles(&mut self, sys: &System, record: &IterationRecord) -> bool {
         let iterations = self.stats.iterations;
-        let may = |s: &mut Steadying| s.may_go_on(iterations) && s.is_circle(sys, record);
-        self.steadying.as_mut().is_some_and(may)
+        let may = |s: &mut Stabiliser| s.may_stabilise(iterations) && s.cycles(sys, record);
+        self.stabiliser.as_mut().is_some_and(may)
     }
 
-    /// Whether stronger dampers may help an iteration with dampers that leads nowhere.
-    fn is_steadied(&self, sys: &System) -> bool {
+    /// Whether stronger viscous forces may help an iteration that has some and leads nowhere.
+    fn may_stabilise_more(&self, sys: &System) -> bool {
         let iterations = self.stats.iterations;
         sys.regime.is_stabilised()
-            && self.steadying.as_ref().is_some_and(|s| s.may_go_on(iterations))
+            && self.stabiliser.as_ref().is_some_and(|s| s.may_stabilise(iterations))
     }
 
-    fn steady(&mut self, sys: &mut System) -> Result<(), ElementFailure> {
-        if let Some(steadying) = &mut self.steadying {
-            steadying.damp(sys, self.stats.iterations)?;
+    fn stabilise(&mut self, sys: &mut System) -> Result<(), ElementFailure> {
+        if let Some(stabiliser) = &mut self.stabiliser {
+            stabiliser.stabilise(sys, self.stats.iterations)?;
         }
         self.begin_anew(sys);
         Ok(())
     }
 
     fn done(self) -> NewtonStats {
-        let steadied = self.steadying.is_some_and(|s| s.has_steadied());
-        NewtonStats { steadied, ..self.stats }
+        let stabilised = self.stabiliser.is_some_and(|s| s.has_stabilised());
+        NewtonStats { stabilised, ..self.stats }
     }
 
     fn begin_anew(&mut self, sys: &mut System) {

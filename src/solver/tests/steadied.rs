@@ -84,7 +84,7 @@ fn a_strip_buckles_from_wall_to_wall() {
         let sim = squeezed(elements, room, friction);
         let summary = sim.summary();
         println!("{elements} elements, room {room}, friction {friction}: {summary:?}");
-        assert!(summary.steadied >= 4, "{summary:?}");
+        assert!(summary.stabilised >= 4, "{summary:?}");
         // Shorter steps past every balance that does not last are a good part of them.
         assert!(summary.iterations < 3000, "{summary:?}");
         assert!(summary.unstable == 0 || all_are_tested(), "{summary:?}");

@@ -117,7 +117,8 @@ fn sentences(paragraph: &str) -> Vec<usize> {
     let (mut out, mut count) = (Vec::new(), 0);
     for (k, word) in words.iter().enumerate() {
         count += usize::from(word.chars().any(char::is_alphanumeric));
-        let ends = word.trim_end_matches(['"', '\'', ')', '*', '`']).ends_with(['.', '!', '?', ':', ';']);
+        let ends =
+            word.trim_end_matches(['"', '\'', ')', '*', '`']).ends_with(['.', '!', '?', ':', ';']);
         let begins = words.get(k + 1).is_none_or(|next| {
             next.chars().find(|c| c.is_alphanumeric()).is_none_or(|c| !c.is_lowercase())
         });
@@ -221,7 +222,8 @@ fn messages_use_terms_of_the_field() {
         literals.visit_file(&file);
         for text in literals.0.iter().filter(|text| text.contains(' ')) {
             let name = path.strip_prefix(root()).unwrap().display();
-            faults.extend(dialect(text).into_iter().map(|fault| format!("{name}: {fault}: {text}")));
+            faults
+                .extend(dialect(text).into_iter().map(|fault| format!("{name}: {fault}: {text}")));
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));

@@ -178,7 +178,7 @@ fn a_tool_that_touches_the_wrong_face_is_a_doubt() {
     assert!(text.contains("inside punch, the deepest by 0.8"), "{text}");
     assert!(text.contains("it is to touch the other face of the sheet"), "{text}");
     let record = run(with_a_closed_punch_for_the_lower_face);
-    let found = &record["in_tool"];
+    let found = &record["inside_tool"];
     assert_eq!(found["tool"], "punch", "{record}");
     let depth = found["depth_mm"].as_f64().unwrap();
     // The sheet is 0.8 mm thick.
@@ -200,7 +200,7 @@ fn a_tool_in_another_unit_that_misses_the_sheet_is_a_doubt() {
         fs::write(&path, tool.to_string()).unwrap();
         scene["tools"][2]["place"] = json!({"shift": [0.0, 0.0, 5.0]});
     });
-    assert_eq!(record["untouched"], json!(["punch"]), "{record}");
+    assert_eq!(record["tools_never_touched"], json!(["punch"]), "{record}");
     assert!(has(&record, "tool-never-touched", "punch travelled"), "{record}");
     // What rounding leaves of no work at all is no energy.
     assert!(!has(&record, "energy-balance", ""), "{record}");

@@ -139,7 +139,7 @@ fn a_study_shows_names_and_words_of_its_file_as_text() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("a")).unwrap();
     bend::write_tools(&folder.path().join("a"));
-    let check = json!({"says": NAME, "figure": "force_balance", "at_most": 0.0, "explained": NAME});
+    let check = json!({"says": NAME, "figure": "force_error", "at_most": 0.0, "explained": NAME});
     let study = json!({
         "format": "kanagata-study", "version": 1, "name": NAME, "watch": "plane",
         "scene": hostile_scene("{tools}"), "checks": [check],

@@ -81,8 +81,8 @@ fn a_strip_crushed_until_it_buckles_is_followed_to_rest() {
     assert_eq!(code, Some(0), "{said}");
     let record = fs::read_to_string(folder.path().join("run/run.json")).unwrap();
     let record: Value = serde_json::from_str(&record).unwrap();
-    assert!(record["snaps"].as_u64().unwrap() > 0, "{record}");
-    assert!(record["energy_balance"].as_f64().unwrap() < 1e-2, "{record}");
+    assert!(record["snap_throughs"].as_u64().unwrap() > 0, "{record}");
+    assert!(record["energy_error"].as_f64().unwrap() < 1e-2, "{record}");
 }
 
 #[test]
@@ -101,11 +101,11 @@ fn giving_up_names_the_place_and_leaves_state_and_residuals() {
     let record: Value = serde_json::from_str(&read("run.json")).unwrap();
     assert_eq!(record["verdict"], "not_converged");
     let thickness = |name: &str| record["thickness"][name].as_f64().unwrap();
-    let is_thin = thickness("least_mm") < 0.5 * thickness("was_mm");
+    let is_thin = thickness("minimum_mm") < 0.5 * thickness("initial_mm");
     assert!(said.contains("doubt thickness-below-half") == is_thin, "{said}");
     assert!(record["message"].as_str().unwrap().contains("kanagata-solve check"));
     let count = |name: &str| record[name].as_u64().unwrap();
-    assert!(count("cuts") > 0 && count("iterations") > 3 * count("cuts") / 2, "{record}");
+    assert!(count("step_cuts") > 0 && count("iterations") > 3 * count("step_cuts") / 2, "{record}");
 
     // The iterations of the last attempt stand behind those of the increments that ended.
     let table = read("iterations.csv");

@@ -69,8 +69,8 @@ fn an_s_rail_is_clamped_drawn_and_released_without_help() {
     let number = |name: &str| record[name].as_f64().unwrap();
     // Its elements are coarse for the radii, which is a doubt.
     assert_eq!(record["verdict"], "doubtful");
-    assert!(number("penetration_mm") < 1e-9 && number("force_balance") < 1e-9);
-    assert!(number("energy_balance") < 5e-3, "{}", number("energy_balance"));
+    assert!(number("penetration_mm") < 1e-9 && number("force_error") < 1e-9);
+    assert!(number("energy_error") < 5e-3, "{}", number("energy_error"));
 
     let [largest, off] = asymmetry(&run);
     assert!(largest > 8.0 && off < 0.02, "{off} of {largest} mm");

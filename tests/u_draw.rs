@@ -21,7 +21,7 @@ fn the_u_draw_reaches_its_depth_in_at_most_400_iterations() {
     let number = |name: &str| record[name].as_f64().unwrap();
     assert_eq!(record["verdict"], "completed");
     assert!(number("iterations") <= 400.0, "{}", number("iterations"));
-    assert!(number("penetration_mm") < 1e-9 && number("force_balance") < 1e-9);
+    assert!(number("penetration_mm") < 1e-9 && number("force_error") < 1e-9);
     assert!(number("convergence_order") > 1.8);
     expects_its_memory(&scene, number("peak_mb"));
     let history = std::fs::read_to_string(out.join("history.csv")).unwrap();

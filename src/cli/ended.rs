@@ -55,12 +55,12 @@ fn print_cost(record: &RunRecord) {
     for (phase, seconds) in &record.timings_s {
         out!("    {phase:10} {seconds:7.2} s");
     }
-    let volume = record.volume_balance.map_or(String::new(), |off| format!(", volume {off:.1e}"));
+    let volume = record.volume_error.map_or(String::new(), |off| format!(", volume {off:.1e}"));
     out!(
         "  relative errors: forces {:.1e}, energy {:.1e}, stored energy {:.1e}{volume}; penetration of nodes up to {:.1e} mm",
-        record.force_balance,
-        record.energy_balance,
-        record.stored_balance,
+        record.force_error,
+        record.energy_error,
+        record.stored_energy_error,
         record.penetration_mm
     );
 }
@@ -68,7 +68,7 @@ fn print_cost(record: &RunRecord) {
 /// Thickness, strains and springback.
 fn print_sheet(record: &RunRecord) {
     if let Some(thickness) = &record.thickness {
-        out!("  minimum thickness {thickness}; maximum {:.4} mm", thickness.most_mm);
+        out!("  minimum thickness {thickness}; maximum {:.4} mm", thickness.maximum_mm);
     }
     if let Some(strain) = &record.strain {
         out!("  strain {strain}");
@@ -87,10 +87,10 @@ fn print_sheet(record: &RunRecord) {
 fn print_course(record: &RunRecord) {
     if record.snaps > 0 {
         // Less than nothing is what the increments are too long to tell.
-        let freed = if record.snap_work_nmm < 0.0 {
+        let freed = if record.released_elastic_nmm < 0.0 {
             "no measurable energy".into()
         } else {
-            format!("{:.1} N mm", record.snap_work_nmm)
+            format!("{:.1} N mm", record.released_elastic_nmm)
         };
         out!(
             "  {} snap-throughs (or springback past a limit point), released elastic energy: {freed}",
@@ -103,10 +103,10 @@ fn print_course(record: &RunRecord) {
             record.buckles
         );
     }
-    if record.steadied > 0 {
+    if record.stabilised_increments > 0 {
         out!(
             "  {} increments needed viscous stabilisation (active-set cycling near a buckling limit); it was removed before they were accepted",
-            record.steadied
+            record.stabilised_increments
         );
     }
     if record.cycling > 0 {

@@ -56,7 +56,13 @@ pub(super) fn replaced(
 ) -> Result<Option<String>, RunError> {
     let text = crate::files::read(&folder.join("run.json"), crate::files::Input::Description)
         .unwrap_or_default();
-    let Ok(record) = serde_json::from_slice::<RunRecord>(&text) else { return Ok(None) };
+    let record = match RunRecord::parse(&text) {
+        Ok(record) => record,
+        Err(_) if !is_of_run(folder) => return Ok(None),
+        Err(found) => {
+            return Ok(Some(format!("{}: an earlier run is replaced ({found})", folder.display())));
+        }
+    };
     let how = match record.verdict {
         Verdict::Completed | Verdict::Doubtful => "finished",
         Verdict::NotConverged => "not converged",

@@ -32,10 +32,10 @@ pub fn thickness(mesh: &HexMesh, displacements: &[f64]) -> Option<ThicknessRecor
     let share = |column: &usize| now[*column] / before[*column];
     let thinnest = (0..now.len()).min_by(|a, b| share(a).total_cmp(&share(b)))?;
     Some(ThicknessRecord {
-        least_mm: now[thinnest],
-        was_mm: before[thinnest],
+        minimum_mm: now[thinnest],
+        initial_mm: before[thinnest],
         at_mm: positions[mesh.top_nodes()[thinnest] as usize].into(),
-        most_mm: now.iter().copied().fold(0.0, f64::max),
+        maximum_mm: now.iter().copied().fold(0.0, f64::max),
     })
 }
 
@@ -126,7 +126,7 @@ mod tests {
         assert!((thickness[3] - 0.7).abs() < 1e-15 && (thickness[0] - 0.8).abs() < 1e-15);
         let told = super::thickness(&mesh, &u).unwrap();
         assert_eq!(told.to_string(), "0.7000 of 0.8000 mm at (2.0, 2.0, 0.7) mm");
-        assert_eq!(told.most_mm, 0.8);
+        assert_eq!(told.maximum_mm, 0.8);
         u[3 * top + 2] = -0.5;
         let told = super::thickness(&mesh, &u).unwrap().to_string();
         assert_eq!(told, "0.3000 of 0.8000 mm at (2.0, 2.0, 0.3) mm");

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::inputs::inputs;
 use super::resources::this_process;
-use crate::report::record::{RunRecord, Verdict};
+use crate::report::record::{RunRecord, VERSION, Verdict};
 use crate::scene::Plan;
 
 /// Mark of `run.json`.
@@ -19,7 +19,7 @@ pub const PROGRAM: &str = concat!("kanagata-solve ", env!("CARGO_PKG_VERSION"));
 pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
     RunRecord {
         format: FORMAT.into(),
-        version: 1,
+        version: VERSION,
         program: PROGRAM.into(),
         name: plan.scene.name.clone(),
         verdict: Verdict::Running,
@@ -28,12 +28,12 @@ pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRec
         iterations: 0,
         cuts: 0,
         snaps: 0,
-        steadied: 0,
+        stabilised_increments: 0,
         unstable: 0,
         first_unstable: None,
         buckles: 0,
         first_buckle: None,
-        snap_work_nmm: 0.0,
+        released_elastic_nmm: 0.0,
         factorisations: 0,
         updates: 0,
         cycling: 0,
@@ -43,27 +43,27 @@ pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRec
         timings_s: BTreeMap::new(),
         threads: rayon::current_num_threads(),
         unknowns,
-        force_balance: 0.0,
-        energy_balance: 0.0,
-        open_nmm: 0.0,
+        force_error: 0.0,
+        energy_error: 0.0,
+        unaccounted_nmm: 0.0,
         opened: None,
-        stored_balance: 0.0,
-        left_behind_nmm: 0.0,
-        artificial_nmm: 0.0,
+        stored_energy_error: 0.0,
+        released_force_work_nmm: 0.0,
+        artificial_energy_nmm: 0.0,
         work_nmm: 0.0,
-        volume_balance: None,
+        volume_error: None,
         penetration_mm: 0.0,
         thickness: None,
         doubts: Vec::new(),
-        through_itself: None,
-        zigzag: None,
-        sheared: None,
-        over_edge: None,
+        self_penetration: None,
+        hourglass: None,
+        through_thickness_shear: None,
+        overhang: None,
         face_penetration: None,
         necking: None,
-        in_tool: None,
+        inside_tool: None,
         holder_lift: None,
-        untouched: Vec::new(),
+        tools_never_touched: Vec::new(),
         strain: None,
         springback: None,
         convergence_order: None,

@@ -20,9 +20,9 @@ impl RunRecord {
     /// Notes where the sheet, this thick, is inside tools at the end of a stage.
     pub(super) fn look_into_tools(&mut self, found: Vec<Inside>, stage: &str, thickness: f64) {
         for inside in found {
-            let known = self.in_tool.as_ref().map_or(DEEP * thickness, |known| known.depth_mm);
+            let known = self.inside_tool.as_ref().map_or(DEEP * thickness, |known| known.depth_mm);
             if inside.depth > known {
-                self.in_tool = Some(InToolRecord {
+                self.inside_tool = Some(InToolRecord {
                     tool: inside.tool,
                     stage: stage.into(),
                     nodes: inside.nodes,
@@ -84,19 +84,19 @@ impl RunRecord {
             self.take_face_penetration(found, tool, increment, mesh.mean_thickness());
         }
         if let Some(found) = through_itself(mesh, positions, planes, increment) {
-            let known = self.through_itself.get_or_insert(found);
+            let known = self.self_penetration.get_or_insert(found);
             known.nodes = known.nodes.max(found.nodes);
         }
         if let Some(found) = zigzag(mesh, positions, increment) {
-            let known = self.zigzag.get_or_insert(found);
+            let known = self.hourglass.get_or_insert(found);
             known.share = known.share.max(found.share);
         }
         if let Some(found) = sheared(report.body, positions, report.contact_forces, increment) {
-            let known = self.sheared.get_or_insert(found);
+            let known = self.through_thickness_shear.get_or_insert(found);
             known.share = known.share.max(found.share);
         }
         if let Some(found) = &report.over_edge {
-            let known = self.over_edge.get_or_insert_with(|| OverEdgeRecord {
+            let known = self.overhang.get_or_insert_with(|| OverEdgeRecord {
                 first_increment: increment,
                 tool: report.tools[found.tool].name.clone(),
                 nodes: 0,

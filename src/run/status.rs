@@ -141,8 +141,8 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
     let path = folder.join("run.json");
     let text = crate::files::read(&path, crate::files::Input::Description)
         .map_err(|source| StatusError::Io { path: path.clone(), source })?;
-    let record: RunRecord = serde_json::from_slice(&text)
-        .map_err(|e| StatusError::Invalid { path: path.clone(), found: e.to_string() })?;
+    let record: RunRecord = RunRecord::parse(&text)
+        .map_err(|found| StatusError::Invalid { path: path.clone(), found })?;
     let history = read_history(folder, record.increments)?;
     let state = state(&record);
     let last = history.rows.last();
@@ -320,10 +320,10 @@ mod tests {
     use crate::report::record::Process;
 
     fn record() -> RunRecord {
-        let text = r#"{"format": "kanagata-run", "version": 1, "program": "p", "name": "n",
-            "verdict": "running", "increments": 0, "iterations": 0, "cuts": 0, "wall_s": 0.0,
+        let text = r#"{"format": "kanagata-run", "version": 2, "program": "p", "name": "n",
+            "verdict": "running", "increments": 0, "iterations": 0, "step_cuts": 0, "wall_s": 0.0,
             "cpu_s": 0.0, "peak_mb": 0.0, "timings_s": {}, "threads": 1, "unknowns": 3,
-            "force_balance": 0.0, "energy_balance": 0.0, "penetration_mm": 0.0, "inputs": {}}"#;
+            "force_error": 0.0, "energy_error": 0.0, "penetration_mm": 0.0, "inputs": {}}"#;
         serde_json::from_str(text).unwrap()
     }
 

@@ -47,11 +47,11 @@ pub enum Figure {
     /// is faster for one run than for the other makes no difference.
     IterationInFactorisationsOverReference,
     /// Nodal contact forces against tool forces, as a share of the largest.
-    ForceBalance,
+    ForceError,
     /// Energy not accounted for, as a share of the work done.
-    EnergyBalance,
+    EnergyError,
     /// Volume that does not balance, as a share of the sheet's; runs of elastic sheets have none.
-    VolumeBalance,
+    VolumeError,
     /// Deepest node in a tool [mm].
     PenetrationMm,
 }

@@ -98,7 +98,7 @@ pub(super) fn proved(
         crate::files::Input::Description,
     )
     .ok()?;
-    let record: RunRecord = serde_json::from_slice(&text).ok()?;
+    let record = RunRecord::parse(&text).ok()?;
     if record.program != PROGRAM || record.inputs != *inputs {
         return None;
     }

@@ -33,7 +33,7 @@ def stage_ends(record, folder):
 
 
 def effort(record):
-    return f"{record['increments']}, {record['iterations']}, {record['cuts']}"
+    return f"{record['increments']}, {record['iterations']}, {record['step_cuts']}"
 
 
 def hemisphere(out, solve, at):

@@ -305,9 +305,9 @@ def main():
             continue
         r = json.loads((out / "run.json").read_text())
         order, thickness = r.get("convergence_order"), r["thickness"]
-        print(f"| {name} | {r['unknowns']} | {r['increments']} | {r['iterations']} | {r['cuts']} | {r['snaps']} "
-              f"| {r['energy_balance']:.1e} | {order if order is None else round(order, 2)} "
-              f"| {thickness['least_mm'] / thickness['was_mm']:.3f} | {r['cpu_s']:.1f} |", flush=True)
+        print(f"| {name} | {r['unknowns']} | {r['increments']} | {r['iterations']} | {r['step_cuts']} | {r['snap_throughs']} "
+              f"| {r['energy_error']:.1e} | {order if order is None else round(order, 2)} "
+              f"| {thickness['minimum_mm'] / thickness['initial_mm']:.3f} | {r['cpu_s']:.1f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -48,7 +48,7 @@ impl RunRecord {
     }
 
     fn penetration_at_nodes(&self) -> Option<Doubt> {
-        let limit = PENETRATION * self.thickness.as_ref()?.most_mm;
+        let limit = PENETRATION * self.thickness.as_ref()?.maximum_mm;
         (self.penetration_mm > limit).then(|| {
             Doubt::of(
                 DoubtCode::PenetrationAtNodes,
@@ -111,7 +111,7 @@ impl RunRecord {
     }
 
     fn inside_tool(&self) -> Option<Doubt> {
-        let found = self.in_tool.as_ref()?;
+        let found = self.inside_tool.as_ref()?;
         Some(Doubt {
             value: Some(found.depth_mm),
             ..Doubt::new(
@@ -130,7 +130,7 @@ impl RunRecord {
     }
 
     fn never_touched(&self) -> Option<Doubt> {
-        let tools = self.untouched.join(", ");
+        let tools = self.tools_never_touched.join(", ");
         (!tools.is_empty()).then(|| {
             Doubt::new(
                 DoubtCode::ToolNeverTouched,
@@ -156,7 +156,7 @@ impl RunRecord {
     }
 
     fn hourglass_modes(&self) -> Option<Doubt> {
-        let found = self.zigzag.as_ref()?;
+        let found = self.hourglass.as_ref()?;
         Some(Doubt {
             value: Some(found.share),
             ..Doubt::new(
@@ -173,7 +173,7 @@ impl RunRecord {
     }
 
     fn artificial_energy(&self) -> Option<Doubt> {
-        let ratio = self.artificial_nmm.abs() / self.work_nmm;
+        let ratio = self.artificial_energy_nmm.abs() / self.work_nmm;
         (ratio > ARTIFICIAL_ENERGY).then(|| {
             Doubt::of(
                 DoubtCode::ArtificialEnergy,
@@ -189,7 +189,7 @@ impl RunRecord {
     }
 
     fn shear_at_friction_limit(&self) -> Option<Doubt> {
-        let found = self.sheared.as_ref()?;
+        let found = self.through_thickness_shear.as_ref()?;
         Some(Doubt {
             value: Some(found.share),
             ..Doubt::new(
@@ -206,7 +206,7 @@ impl RunRecord {
     }
 
     fn self_penetration(&self) -> Option<Doubt> {
-        let found = self.through_itself.as_ref()?;
+        let found = self.self_penetration.as_ref()?;
         Some(Doubt::of(
             DoubtCode::SelfPenetration,
             format!("increment {}, {}", found.first_increment, place_mm(&found.at_mm)),
@@ -221,7 +221,7 @@ impl RunRecord {
     }
 
     fn overhang(&self) -> Option<Doubt> {
-        let edge = self.over_edge.as_ref()?;
+        let edge = self.overhang.as_ref()?;
         Some(Doubt {
             value: Some(edge.depth_mm),
             ..Doubt::new(
@@ -240,7 +240,7 @@ impl RunRecord {
     }
 
     fn released_force_work(&self) -> Option<Doubt> {
-        let ratio = self.left_behind_nmm / self.work_nmm;
+        let ratio = self.released_force_work_nmm / self.work_nmm;
         (ratio > RELEASED_WORK).then(|| {
             Doubt::of(
                 DoubtCode::ReleasedForceWork,
@@ -248,7 +248,7 @@ impl RunRecord {
                 [ratio, RELEASED_WORK],
                 format!(
                     "Contact forces of released tools did {:.0} N mm of work on the sheet while they were reduced to zero, {:.0} % of all work ({:.0} % allowed): the sheet moved with them because no tool guided it. Move these tools back by `travel_mm` first.",
-                    self.left_behind_nmm,
+                    self.released_force_work_nmm,
                     100.0 * ratio,
                     100.0 * RELEASED_WORK
                 ),
@@ -270,14 +270,14 @@ impl RunRecord {
                 worst.increment
             )
         });
-        let in_all = (self.energy_balance > ENERGY_OPEN)
-            .then(|| format!("{:.1} % of the work in all", 100.0 * self.energy_balance));
+        let in_all = (self.energy_error > ENERGY_OPEN)
+            .then(|| format!("{:.1} % of the work in all", 100.0 * self.energy_error));
         let found: Vec<String> = in_all.into_iter().chain(in_one).collect();
         (!found.is_empty()).then(|| {
             Doubt::of(
                 DoubtCode::EnergyBalance,
                 worst.map_or_else(String::new, |worst| format!("increment {}", worst.increment)),
-                [self.energy_balance.max(of_increment), ENERGY_OPEN],
+                [self.energy_error.max(of_increment), ENERGY_OPEN],
                 format!(
                     "Energy is not accounted for: {} ({:.0} % allowed). Increments are too long for what happens in them (contact that closes in one step, snap-through). Reduce `largest_increment`.",
                     found.join(", "),
@@ -289,7 +289,7 @@ impl RunRecord {
 
     fn holder_lifted(&self) -> Option<Doubt> {
         let lift = self.holder_lift.as_ref()?;
-        let limit = HOLDER_LIFT * self.thickness.as_ref()?.was_mm;
+        let limit = HOLDER_LIFT * self.thickness.as_ref()?.initial_mm;
         (lift.lift_mm > limit).then(|| {
             Doubt::of(
                 DoubtCode::HolderLifted,
@@ -305,7 +305,7 @@ impl RunRecord {
 
     fn thickness_below_half(&self) -> Option<Doubt> {
         let thickness = self.thickness.filter(super::ThicknessRecord::is_below_half)?;
-        let left = thickness.least_mm / thickness.was_mm;
+        let left = thickness.minimum_mm / thickness.initial_mm;
         Some(Doubt::of(
             DoubtCode::ThicknessBelowHalf,
             place_mm(&thickness.at_mm),
@@ -313,8 +313,8 @@ impl RunRecord {
             format!(
                 "The thickness is {:.0} % of its initial value ({:.4} of {:.4} mm) at {}: sheet metals neck and fracture before {:.0} %. Results after that are not those of a real sheet. Reduce the depth, the friction or the holder force.",
                 100.0 * left,
-                thickness.least_mm,
-                thickness.was_mm,
+                thickness.minimum_mm,
+                thickness.initial_mm,
                 place_mm(&thickness.at_mm),
                 100.0 * THICKNESS_LEFT
             ),

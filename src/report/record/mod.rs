@@ -44,7 +44,7 @@ pub enum Verdict {
 pub struct RunRecord {
     /// `kanagata-run`.
     pub format: String,
-    /// File version: 1.
+    /// File version: [`VERSION`].
     pub version: u32,
     /// Program version that wrote it.
     pub program: String,
@@ -60,19 +60,22 @@ pub struct RunRecord {
     /// Newton iterations in them, those of cut increments included.
     pub iterations: usize,
     /// Increments that were cut and tried again.
+    #[serde(rename = "step_cuts")]
     pub cuts: usize,
     /// Times the sheet was followed to a balance that is not near the last one: a snap, or its release where no balance lasted.
     #[serde(default)]
+    #[serde(rename = "snap_throughs")]
     pub snaps: usize,
     /// Energy set free in that [N mm].
     #[serde(default)]
-    pub snap_work_nmm: f64,
+    pub released_elastic_nmm: f64,
     /// Increments in which contact states came round in a circle and dampers, taken away again, led to a balance.
     #[serde(default)]
-    pub steadied: usize,
+    pub stabilised_increments: usize,
     /// Increments that ended in a balance that does not last: the slightest push would take the sheet away from it (it would
     /// wrinkle or buckle), and shorter steps found no other.
     #[serde(default)]
+    #[serde(rename = "unstable_increments")]
     pub unstable: usize,
     /// The first of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -92,6 +95,7 @@ pub struct RunRecord {
     pub updates: usize,
     /// Times blocks of contact states went back and forth, so that only a part of them was changed.
     #[serde(default)]
+    #[serde(rename = "active_set_cycling")]
     pub cycling: usize,
     /// Wall time [s].
     pub wall_s: f64,
@@ -109,27 +113,28 @@ pub struct RunRecord {
     /// Unknowns of the model.
     pub unknowns: usize,
     /// Largest out-of-balance of tool forces against nodal contact forces, as a share of the force.
-    pub force_balance: f64,
+    pub force_error: f64,
     /// Energy that does not close, as a share of `work_nmm`, or of what rounding makes of nothing where that is more.
-    pub energy_balance: f64,
+    pub energy_error: f64,
     /// Energy that does not close so far [N mm]: more work done on the sheet than is found again, or less.
     #[serde(default)]
-    pub open_nmm: f64,
+    pub unaccounted_nmm: f64,
     /// The increment in which most of it opened, or closed again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "largest_unaccounted")]
     pub opened: Option<OpenedRecord>,
     /// Work of the inner forces by the trapezoidal rule that is neither elastic energy nor plastic work, as the same share: it
     /// falls with the increments' length.
     #[serde(default)]
-    pub stored_balance: f64,
+    pub stored_energy_error: f64,
     /// Work that forces have done on the sheet which tools that were let go had left behind [N mm]: below 0 where it springs back
     /// against them.
     #[serde(default)]
-    pub left_behind_nmm: f64,
+    pub released_force_work_nmm: f64,
     /// Work against what keeps fibres of the elements from tilting by turns under pressure through the thickness, as no sheet
     /// does [N mm]: what the mesh is too coarse for.
     #[serde(default)]
-    pub artificial_nmm: f64,
+    pub artificial_energy_nmm: f64,
     /// The most work that had been done on the sheet, or by its inner forces, at any increment [N mm].
     #[serde(default)]
     pub work_nmm: f64,
@@ -137,7 +142,7 @@ pub struct RunRecord {
     /// against what the elastic strains of their points leave of the undeformed ones, summed without regard to sign.
     /// None for a material without plasticity.
     #[serde(default)]
-    pub volume_balance: Option<f64>,
+    pub volume_error: Option<f64>,
     /// Deepest penetration of a node at the end of an increment [mm].
     pub penetration_mm: f64,
     /// The deepest penetration of a tool into a face of an element, between its nodes, over all increments.
@@ -155,26 +160,26 @@ pub struct RunRecord {
     pub doubts: Vec<Doubt>,
     /// Where the sheet passes through itself: nothing keeps it from that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub through_itself: Option<ThroughItselfRecord>,
+    pub self_penetration: Option<ThroughItselfRecord>,
     /// Where columns of the mesh lean to opposite sides by turns: forces are far too low there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub zigzag: Option<ZigzagRecord>,
+    pub hourglass: Option<ZigzagRecord>,
     /// Where friction shears a pressed sheet as far as it bears, and its elements or layers do not follow: forces are wrong by
     /// factors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sheared: Option<ShearedRecord>,
+    pub through_thickness_shear: Option<ShearedRecord>,
     /// Where the sheet bends over the free border of a tool: forces there are of the mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub over_edge: Option<OverEdgeRecord>,
+    pub overhang: Option<OverEdgeRecord>,
     /// Where the sheet stood inside a tool at the end of a stage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub in_tool: Option<InToolRecord>,
+    pub inside_tool: Option<InToolRecord>,
     /// The blank holder that the sheet pushed back farthest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holder_lift: Option<HolderLiftRecord>,
     /// Tools that have travelled and never touched the sheet, of a run that has ended.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub untouched: Vec<String>,
+    pub tools_never_touched: Vec<String>,
     /// Strains of the sheet at the last balance; none in what an older program wrote.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strain: Option<StrainRecord>,
@@ -209,6 +214,30 @@ impl fmt::Display for Verdict {
             Self::NotConverged => "not converged",
             Self::Stopped => "stopped",
         })
+    }
+}
+
+/// Version of `run.json`.
+pub const VERSION: u32 = 2;
+
+impl RunRecord {
+    /// The record in the bytes of a `run.json`.
+    ///
+    /// # Errors
+    /// What was found: another version, or a key that is missing or of another kind.
+    pub fn parse(text: &[u8]) -> Result<Self, String> {
+        #[derive(Deserialize)]
+        struct Head {
+            version: u32,
+        }
+        let head: Head = serde_json::from_slice(text).map_err(|e| e.to_string())?;
+        if head.version != VERSION {
+            return Err(format!(
+                "version {} of run.json, where this program reads version {VERSION}",
+                head.version
+            ));
+        }
+        serde_json::from_slice(text).map_err(|e| e.to_string())
     }
 }
 

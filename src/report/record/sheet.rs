@@ -49,13 +49,13 @@ pub struct HolderLiftRecord {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ThicknessRecord {
     /// Where it has become the smallest share of what it was [mm].
-    pub least_mm: f64,
+    pub minimum_mm: f64,
     /// What it was there [mm].
-    pub was_mm: f64,
+    pub initial_mm: f64,
     /// That place, on the upper face, as it is now [mm].
     pub at_mm: [f64; 3],
     /// The largest anywhere [mm].
-    pub most_mm: f64,
+    pub maximum_mm: f64,
 }
 
 /// Where the sheet passes through itself, or through its image beyond a symmetry plane.
@@ -176,14 +176,14 @@ impl ThicknessRecord {
     /// Whether the thickness is below half of the initial one.
     #[must_use]
     pub fn is_below_half(&self) -> bool {
-        self.least_mm < THICKNESS_LEFT * self.was_mm
+        self.minimum_mm < THICKNESS_LEFT * self.initial_mm
     }
 }
 
 impl fmt::Display for ThicknessRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { least_mm, was_mm, at_mm: [x, y, z], .. } = self;
-        write!(f, "{least_mm:.4} of {was_mm:.4} mm at ({x:.1}, {y:.1}, {z:.1}) mm")
+        let Self { minimum_mm, initial_mm, at_mm: [x, y, z], .. } = self;
+        write!(f, "{minimum_mm:.4} of {initial_mm:.4} mm at ({x:.1}, {y:.1}, {z:.1}) mm")
     }
 }
 

@@ -253,7 +253,7 @@ impl RunFolder {
         self.record.verdict = verdict;
         self.record.message = message;
         if verdict.is_complete() {
-            self.record.untouched = self.history.untouched();
+            self.record.tools_never_touched = self.history.untouched();
         }
         self.record.doubts = self.record.judged(&self.scene_doubts);
         if verdict.is_complete() {

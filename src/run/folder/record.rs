@@ -52,7 +52,7 @@ impl RunFolder {
         record.iterations = report.iterations_total;
         record.cuts = report.cuts;
         record.snaps = report.snaps;
-        record.steadied = report.stabilised;
+        record.stabilised_increments = report.stabilised;
         if report.unstable > record.unstable {
             record.first_unstable.get_or_insert(report.increment);
         }
@@ -61,7 +61,7 @@ impl RunFolder {
             record.first_buckle.get_or_insert(report.increment);
         }
         record.buckles = report.buckles;
-        record.snap_work_nmm = report.energies.snaps;
+        record.released_elastic_nmm = report.energies.snaps;
         record.wall_s = self.spent_s[0] + start.elapsed().as_secs_f64();
         record.cpu_s = self.spent_s[1] + cpu_seconds();
         record.peak_mb = record.peak_mb.max(peak_megabytes());
@@ -103,27 +103,27 @@ impl RunFolder {
         self.force_scale = self.force_scale.max(largest);
         if self.force_scale > 0.0 {
             let off = (0..3).map(|k| (nodal[k] - tools[k]).abs()).fold(0.0, f64::max);
-            record.force_balance = record.force_balance.max(off / self.force_scale);
+            record.force_error = record.force_error.max(off / self.force_scale);
         }
         let e = &report.energies;
         let open = e.open().abs();
-        let opened = (e.open() - record.open_nmm).abs();
+        let opened = (e.open() - record.unaccounted_nmm).abs();
         let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
         let least = work.max(report.rounding_work);
-        record.energy_balance = if least > 0.0 { open / least } else { 0.0 };
-        record.open_nmm = e.open();
+        record.energy_error = if least > 0.0 { open / least } else { 0.0 };
+        record.unaccounted_nmm = e.open();
         if opened > record.opened.map_or(0.0, |before| before.energy_nmm) {
             let increment = report.increment;
             record.opened = Some(OpenedRecord { increment, energy_nmm: opened, work_nmm: least });
         }
         let unstored = (e.internal - e.stored()).abs();
-        record.stored_balance = if least > 0.0 { unstored / least } else { 0.0 };
+        record.stored_energy_error = if least > 0.0 { unstored / least } else { 0.0 };
         record.work_nmm = work;
-        record.left_behind_nmm = e.left_behind;
-        record.artificial_nmm = e.artificial;
+        record.released_force_work_nmm = e.left_behind;
+        record.artificial_energy_nmm = e.artificial;
         let deepest = report.history.last().map_or(0.0, |last| last.penetration);
         record.penetration_mm = record.penetration_mm.max(deepest);
-        let volume = report.volume_balance.map(|off| off.max(record.volume_balance.unwrap_or(0.0)));
-        record.volume_balance = volume.or(record.volume_balance);
+        let volume = report.volume_balance.map(|off| off.max(record.volume_error.unwrap_or(0.0)));
+        record.volume_error = volume.or(record.volume_error);
     }
 }

@@ -44,7 +44,7 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
 fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     let r = &folder.record;
     let verdict = r.verdict.to_string();
-    let volume = r.volume_balance.map_or("-".into(), |off| format!("{off:.1e} of the sheet's"));
+    let volume = r.volume_error.map_or("-".into(), |off| format!("{off:.1e} of the sheet's"));
     let springback = r.springback.map_or("-".into(), |s| {
         let [largest, rms] = [s.largest_mm, s.rms_mm];
         format!("{largest:.3} and {rms:.3} mm; released elastic energy {:.0} N mm", s.energy_nmm)
@@ -55,28 +55,28 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
     let buckled = r
         .first_buckle
         .map_or("no".into(), |first| format!("{} times, first increment {first}", r.buckles));
-    let through = r.through_itself.map_or("no".into(), |t| {
+    let through = r.self_penetration.map_or("no".into(), |t| {
         format!("from increment {} on, up to {} nodes", t.first_increment, t.nodes)
     });
-    let zigzag = r.zigzag.map_or("no".into(), |z| {
+    let zigzag = r.hourglass.map_or("no".into(), |z| {
         format!(
             "{:.0} %, from increment {} on: forces are too low",
             100.0 * z.share,
             z.first_increment
         )
     });
-    let sheared = r.sheared.map_or("no".into(), |s| {
+    let sheared = r.through_thickness_shear.map_or("no".into(), |s| {
         format!(
             "from increment {} on, up to {:.0} % of the nodes pressed so",
             s.first_increment,
             100.0 * s.share
         )
     });
-    let over_edge = r.over_edge.as_ref().map_or("no".into(), |edge| {
+    let over_edge = r.overhang.as_ref().map_or("no".into(), |edge| {
         let OverEdgeRecord { tool, first_increment, nodes, depth_mm, .. } = edge;
         format!("{tool}, from increment {first_increment} on, up to {nodes} nodes, {depth_mm:.2} mm deep")
     });
-    let in_tool = r.in_tool.as_ref().map_or("no".into(), |found| {
+    let in_tool = r.inside_tool.as_ref().map_or("no".into(), |found| {
         format!("{}, by {:.3} mm at the end of {}", found.tool, found.depth_mm, found.stage)
     });
     let on_faces = r.face_penetration.as_ref().map_or("none".into(), |found| {
@@ -100,16 +100,16 @@ fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
         ("material", plan.card.name.clone()),
         ("minimum thickness", r.thickness.map_or("-".into(), |thickness| thickness.to_string())),
         ("largest strains", r.strain.map_or("-".into(), |strain| strain.to_string())),
-        ("force residual", format!("{:.1e} of the largest", r.force_balance)),
-        ("unaccounted energy", format!("{:.2e} of the work done", r.energy_balance)),
-        ("internal work not stored", format!("{:.2e} of the work done", r.stored_balance)),
-        ("artificial (hourglass) energy", format!("{:.1e} N mm", r.artificial_nmm)),
+        ("force residual", format!("{:.1e} of the largest", r.force_error)),
+        ("unaccounted energy", format!("{:.2e} of the work done", r.energy_error)),
+        ("internal work not stored", format!("{:.2e} of the work done", r.stored_energy_error)),
+        ("artificial (hourglass) energy", format!("{:.1e} N mm", r.artificial_energy_nmm)),
         ("volume error", volume),
         (
             "snap-throughs, released elastic energy",
-            format!("{}, {:.1} N mm", r.snaps, r.snap_work_nmm),
+            format!("{}, {:.1} N mm", r.snaps, r.released_elastic_nmm),
         ),
-        ("increments with viscous stabilisation", r.steadied.to_string()),
+        ("increments with viscous stabilisation", r.stabilised_increments.to_string()),
         ("increments in unstable equilibrium", fleeting),
         ("bucklings", buckled),
         ("self-penetration", through),

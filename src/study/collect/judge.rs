@@ -42,9 +42,9 @@ fn figure(figure: Figure, row: &Row<'_>, other: Option<&Row<'_>>) -> Option<(f64
         Figure::IterationInFactorisationsOverReference => {
             in_factorisations(record)? / in_factorisations(other?.record.as_ref()?)?
         }
-        Figure::ForceBalance => record.force_balance,
-        Figure::EnergyBalance => record.energy_balance,
-        Figure::VolumeBalance => record.volume_balance?,
+        Figure::ForceError => record.force_error,
+        Figure::EnergyError => record.energy_error,
+        Figure::VolumeError => record.volume_error?,
         Figure::PenetrationMm => record.penetration_mm,
     };
     Some((value, None))

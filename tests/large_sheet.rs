@@ -55,16 +55,16 @@ fn a_large_mesh_file_is_judged_from_its_size_and_examined_on_request() {
         let findings = judgement["findings"].as_array().unwrap().iter();
         findings.filter_map(|f| f["code"].as_str().map(Into::into)).collect()
     };
-    // In two layers, 25 MB of work are 16.7 MB of a file.
-    for (padding, examined) in [(16_600_000, true), (16_700_000, false)] {
+    // In two layers, 16 MB of work are 10.67 MB of a file.
+    for (padding, examined) in [(10_600_000, true), (10_700_000, false)] {
         scene(folder, padding);
         let (exit, judgement) = check(folder, &[]);
         let doubted = codes(&judgement).contains(&"sheet-not-examined".to_owned());
         assert_eq!(doubted, !examined, "{padding}: {judgement}");
         assert!(examined || exit == Some(1), "{padding}: {exit:?}");
-        // 16.7 MB at 90 B an element.
+        // 10.7 MB at 60 B an element.
         let elements = judgement["elements"].as_u64().unwrap();
-        assert_eq!(elements, if examined { 2 } else { 371_114 }, "{judgement}");
+        assert_eq!(elements, if examined { 2 } else { 356_671 }, "{judgement}");
         assert!(examined || judgement["cost"]["memory_mb"].as_f64().unwrap() > 1000.0);
         let (_, whole) = check(folder, &["--whole"]);
         assert_eq!(whole["elements"], 2, "{whole}");

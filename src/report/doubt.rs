@@ -102,7 +102,7 @@ codes! {
         "Nodes of the blank coincide and are not joined: the sheet is slit there.";
     /// A mesh file that a check does not open.
     SheetNotExamined "sheet-not-examined" "scene"
-        "mesh file above 25 MB of a blank in one layer, less with more layers"
+        "mesh file above 16 MB of a blank in one layer, less with more layers"
         "The mesh file of the blank is too large for `check`: nothing was compared with the sheet. `check --whole` examines it.";
     /// A force-driven tool without anything opposite.
     ToolUnopposed "tool-unopposed" "scene"

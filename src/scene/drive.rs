@@ -18,8 +18,8 @@ pub enum Drive {
     ForceN(Course),
     /// Held by a spring.
     Spring(Spring),
-    /// It is let go (`true`): goes back with the sheet over half of the stage, its force falling to a hundredth, where another
-    /// tool holds it, and leaves behind forces that fall to zero over what is left of the stage; then it is gone.
+    /// Released (`true`). Where another tool holds the sheet, it first goes back with the sheet over half of the stage, while its
+    /// force falls to a hundredth. The forces that it leaves behind fall to zero over the rest of the stage; then it is absent.
     Release(bool),
     /// Not there from this stage on, until a later one drives it (`true`).
     Absent(bool),

@@ -335,9 +335,9 @@ pub struct SolverLimits {
     pub smallest_increment: f64,
     /// Increments allowed in the whole run.
     pub increments: usize,
-    /// Slip in an increment over which friction rises to Coulomb's force, as a share of the longest element edge;
-    /// 0: stick and slip apart, to compare with: takes many times the iterations and may find no balance; 1e-8 is as near as that
-    /// and as fast as the default.
+    /// Slip in an increment over which friction rises to Coulomb's force, as a share of the longest element edge; 0
+    /// separates stick from slip, takes many times the iterations and may not converge; 1e-8 comes as near and is
+    /// as fast as the default.
     pub friction_transition: f64,
     /// How a node is kept out of a tool: `exact`, or by springs to compare with.
     pub contact: ContactMethod,

@@ -59,29 +59,28 @@ pub struct RunRecord {
     pub increments: usize,
     /// Newton iterations in them, those of cut increments included.
     pub iterations: usize,
-    /// Increments that were cut and tried again.
+    /// Step cuts: increments that were repeated with a shorter step.
     #[serde(rename = "step_cuts")]
     pub cuts: usize,
-    /// Times the sheet was followed to a balance that is not near the last one: a snap, or its release where no balance lasted.
+    /// Snap-throughs: the sheet moved to an equilibrium that is not near the last one.
     #[serde(default)]
     #[serde(rename = "snap_throughs")]
     pub snaps: usize,
-    /// Energy set free in that [N mm].
+    /// Elastic energy released in snap-throughs [N mm].
     #[serde(default)]
     pub released_elastic_nmm: f64,
-    /// Increments in which contact states came round in a circle and dampers, taken away again, led to a balance.
+    /// Increments that needed viscous stabilisation (active-set cycling); it was removed before they were accepted.
     #[serde(default)]
     pub stabilised_increments: usize,
-    /// Increments that ended in a balance that does not last: the slightest push would take the sheet away from it (it would
-    /// wrinkle or buckle), and shorter steps found no other.
+    /// Increments that ended in an unstable equilibrium, from which the sheet would wrinkle or buckle; shorter
+    /// steps found no other.
     #[serde(default)]
     #[serde(rename = "unstable_increments")]
     pub unstable: usize,
     /// The first of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub first_unstable: Option<usize>,
-    /// Times the sheet buckled: it was pushed out of a balance that does not last along the motion in which it gives way, and
-    /// came to one that does.
+    /// Bucklings: the sheet left an unstable equilibrium along its softest mode and reached a stable one.
     #[serde(default)]
     pub buckles: usize,
     /// The increment of the first of them.
@@ -93,7 +92,7 @@ pub struct RunRecord {
     /// Times the factors were brought up to date for a changed active set instead.
     #[serde(default)]
     pub updates: usize,
-    /// Times blocks of contact states went back and forth, so that only a part of them was changed.
+    /// Iterations with active-set cycling, in which only a part of the wrong contact states was changed.
     #[serde(default)]
     #[serde(rename = "active_set_cycling")]
     pub cycling: usize,
@@ -103,23 +102,23 @@ pub struct RunRecord {
     pub cpu_s: f64,
     /// Largest memory of the process [MB].
     pub peak_mb: f64,
-    /// Wall time by phase [s]: `search` (global search of the tools and projection on their patches, which alternate node by
-    /// node), `contact` (its conditions), `elements` (element loop and assembly of the matrix), `factor`, `update` (factors
-    /// brought up to date), `solve` (substitution), `stability` (a factorisation for every balance, to see whether it lasts),
-    /// `penetration` (of tools into faces of elements).
+    /// Wall time by phase [s]. `search`: search of the tools and projection on their patches. `contact`: contact
+    /// conditions. `elements`: element loop and assembly. `factor`, `update`, `solve`: factorisation, updates of
+    /// the factors, substitution. `stability`: factorisations that judge the stability of every equilibrium.
+    /// `penetration`: penetration of faces of elements.
     pub timings_s: BTreeMap<String, f64>,
     /// Threads used.
     pub threads: usize,
     /// Unknowns of the model.
     pub unknowns: usize,
-    /// Largest out-of-balance of tool forces against nodal contact forces, as a share of the force.
+    /// Largest difference of tool forces and nodal contact forces, over the force.
     pub force_error: f64,
-    /// Energy that does not close, as a share of `work_nmm`, or of what rounding makes of nothing where that is more.
+    /// Unaccounted energy over `work_nmm`, or over the work of rounding where that is more.
     pub energy_error: f64,
-    /// Energy that does not close so far [N mm]: more work done on the sheet than is found again, or less.
+    /// Unaccounted energy so far [N mm]: external work less the energy found in the sheet and in friction.
     #[serde(default)]
     pub unaccounted_nmm: f64,
-    /// The increment in which most of it opened, or closed again.
+    /// The increment with the largest change of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[serde(rename = "largest_unaccounted")]
     pub opened: Option<OpenedRecord>,
@@ -127,20 +126,19 @@ pub struct RunRecord {
     /// falls with the increments' length.
     #[serde(default)]
     pub stored_energy_error: f64,
-    /// Work that forces have done on the sheet which tools that were let go had left behind [N mm]: below 0 where it springs back
-    /// against them.
+    /// Work that forces of released tools did on the sheet [N mm]; negative where it springs back against them.
     #[serde(default)]
     pub released_force_work_nmm: f64,
-    /// Work against what keeps fibres of the elements from tilting by turns under pressure through the thickness, as no sheet
-    /// does [N mm]: what the mesh is too coarse for.
+    /// Artificial (hourglass) energy [N mm]: work of the stabilisation of elements under pressure through the
+    /// thickness.
     #[serde(default)]
     pub artificial_energy_nmm: f64,
     /// The most work that had been done on the sheet, or by its inner forces, at any increment [N mm].
     #[serde(default)]
     pub work_nmm: f64,
-    /// Volume of the sheet that does not balance, as a share of it, largest over the increments: volumes of the elements
-    /// against what the elastic strains of their points leave of the undeformed ones, summed without regard to sign.
-    /// None for a material without plasticity.
+    /// Largest volume error over the increments, over the volume: volumes of the elements against what the elastic
+    /// strains of their points leave of the undeformed ones, summed without regard to sign. None for a material
+    /// without plasticity.
     #[serde(default)]
     pub volume_error: Option<f64>,
     /// Deepest penetration of a node at the end of an increment [mm].
@@ -158,17 +156,17 @@ pub struct RunRecord {
     /// (`docs/reference/doubts.md`).
     #[serde(default)]
     pub doubts: Vec<Doubt>,
-    /// Where the sheet passes through itself: nothing keeps it from that.
+    /// Self-penetration of the sheet: self-contact is not modelled.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub self_penetration: Option<ThroughItselfRecord>,
-    /// Where columns of the mesh lean to opposite sides by turns: forces are far too low there.
+    /// Hourglass mode: forces are far too low there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hourglass: Option<ZigzagRecord>,
-    /// Where friction shears a pressed sheet as far as it bears, and its elements or layers do not follow: forces are wrong by
-    /// factors.
+    /// Through-thickness shear at the friction limit, where elements or layers do not resolve it: forces are wrong
+    /// by factors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub through_thickness_shear: Option<ShearedRecord>,
-    /// Where the sheet bends over the free border of a tool: forces there are of the mesh.
+    /// Overhang of the sheet at a tool edge: forces there depend on the mesh.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overhang: Option<OverEdgeRecord>,
     /// Where the sheet stood inside a tool at the end of a stage.

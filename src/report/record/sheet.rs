@@ -8,27 +8,27 @@ use serde::{Deserialize, Serialize};
 /// Thickness over the initial one, below which it is a doubt: sheet metals fracture before.
 pub(super) const THICKNESS_LEFT: f64 = 0.5;
 
-/// How far the sheet has sprung back since its tools were let go. Rigid motions that no symmetry plane holds are held at as few
-/// nodes as that takes, the first of the mesh where several serve; at the end a sheet held nowhere, or along one axis only, is
-/// laid down where it comes nearest to where the tools held it.
+/// Springback since the tools were released. Rigid motions that no symmetry plane constrains are constrained at as few
+/// nodes as necessary, the first of the mesh. At the end a sheet that is constrained nowhere, or along one axis only,
+/// is moved rigidly to where it is nearest to its shape in the tools.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SpringbackRecord {
     /// Largest displacement of a node [mm].
     pub largest_mm: f64,
     /// RMS of the displacements of all nodes [mm].
     pub rms_mm: f64,
-    /// Forces of the tools let go, summed without regard to sign, of the whole process [N].
+    /// Sum of the magnitudes of the forces of the released tools, of the whole process [N].
     pub force_n: f64,
-    /// Elastic energy given back, of the whole process [N mm].
+    /// Released elastic energy, of the whole process [N mm].
     pub energy_nmm: f64,
 }
 
-/// Energy that an increment left open.
+/// Unaccounted energy of an increment.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OpenedRecord {
     /// The increment.
     pub increment: usize,
-    /// What did not close in it [N mm], without regard to sign.
+    /// Its magnitude [N mm].
     pub energy_nmm: f64,
     /// `work_nmm` as it was then.
     pub work_nmm: f64,
@@ -48,17 +48,17 @@ pub struct HolderLiftRecord {
 /// The sheet's thickness, between the nodes of its faces.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ThicknessRecord {
-    /// Where it has become the smallest share of what it was [mm].
+    /// Minimum thickness: the smallest over the initial one [mm].
     pub minimum_mm: f64,
-    /// What it was there [mm].
+    /// Initial thickness there [mm].
     pub initial_mm: f64,
     /// That place, on the upper face, as it is now [mm].
     pub at_mm: [f64; 3],
-    /// The largest anywhere [mm].
+    /// Maximum thickness [mm].
     pub maximum_mm: f64,
 }
 
-/// Where the sheet passes through itself, or through its image beyond a symmetry plane.
+/// Self-penetration of the sheet, or penetration of its image beyond a symmetry plane.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ThroughItselfRecord {
     /// The first increment that ended so.
@@ -69,7 +69,7 @@ pub struct ThroughItselfRecord {
     pub at_mm: [f64; 3],
 }
 
-/// Where the sheet bends over the free border of a tool, which holds nodes and sees nothing between them.
+/// Overhang of the sheet at a tool edge: contact conditions are at nodes, and the edge is between them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OverEdgeRecord {
     /// The first increment that ended so.
@@ -134,8 +134,8 @@ pub struct NeckingRecord {
     pub thickness_rel: f64,
 }
 
-/// Where columns of the mesh lean to opposite sides by turns: elements that are wide for their layer fold so under pressure through
-/// the thickness, and forces are far too low.
+/// Hourglass mode: columns of the mesh tilt in alternate directions. Elements that are wide for their layer deform so
+/// under pressure through the thickness, and forces are far too low.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ZigzagRecord {
     /// The first increment that ended so.
@@ -146,7 +146,7 @@ pub struct ZigzagRecord {
     pub at_mm: [f64; 3],
 }
 
-/// Where friction shears the faces of a pressed sheet as far as its material bears, which takes `hex8` in four layers or more.
+/// Through-thickness shear at the friction limit, which needs `hex8` in four layers or more.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ShearedRecord {
     /// The first increment that ended so.
@@ -157,7 +157,7 @@ pub struct ShearedRecord {
     pub at_mm: [f64; 3],
 }
 
-/// Where the sheet stands inside a tool, of which contact sees only nodes of the face that the tool is to touch.
+/// Nodes inside a tool at the end of a stage; contact includes only nodes of the face that the tool is to touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct InToolRecord {
     /// The tool.

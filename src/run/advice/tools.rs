@@ -343,8 +343,8 @@ mod tests {
     #[test]
     fn elements_are_held_against_radii_along_the_bend() {
         let die = shoulder(6);
-        // 6.3 elements of 1 mm over 90 degrees, however long they are along the shoulder.
-        assert_eq!((told(60, 60, &die), told(60, 1, &die)), (None, None));
+        // 6.3 elements of 1 mm over 90 degrees, however long they are along the shoulder, whose radius of 2 m they follow.
+        assert_eq!((told(60, 60, &die), told(60, 4, &die)), (None, None));
         let coarse = told(6, 60, &die).unwrap();
         assert!(
             coarse.contains("9.99 mm along the bend") && coarse.contains(": 0.6 over 90"),

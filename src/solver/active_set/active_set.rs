@@ -26,8 +26,11 @@ pub(in crate::solver) fn revise(
     let lost: Vec<usize> =
         sys.contact.active().map(|(k, _)| k).filter(|&k| !sys.can_touch(k)).collect();
     lost.iter().for_each(|&k| switch(sys, k, false));
-    // The first iterate is a guess: what penetrates there need not after the first correction.
-    let Some(last) = last else { return lost.len() + keep_pushed_tools(sys) };
+    // The first iterate is a guess, from which nothing is predicted: what penetrates there need not after the first correction.
+    let Some(last) = last else {
+        changes(sys, &Predicted::default(), Tolerances::default(), pivoting);
+        return lost.len() + keep_pushed_tools(sys);
+    };
     let mut predicted = Predicted {
         forces: forces(sys, last),
         gaps: gaps(sys, gap_tolerance(sys, limits), |c| c.foot.gap),

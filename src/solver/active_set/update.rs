@@ -19,6 +19,7 @@ const SMALLEST_PART: usize = 6;
 const CREST_DEPTH: f64 = 0.999;
 
 /// What is predicted of pairs and tools. Pairs are indices of candidates; their lists rise.
+#[derive(Debug, Default)]
 pub(in crate::solver) struct Predicted {
     /// Touching pairs and their normal forces [N]; positive: compression.
     pub(in crate::solver) forces: Vec<(usize, f64)>,
@@ -40,6 +41,7 @@ pub(in crate::solver) struct Gap {
 }
 
 /// A tool that a force or a spring moves no farther than its stop.
+#[derive(Debug)]
 pub(in crate::solver) struct StoppedTool {
     /// The tool.
     pub(in crate::solver) tool: usize,
@@ -54,7 +56,7 @@ pub(in crate::solver) struct StoppedTool {
 }
 
 /// What is rounding.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(in crate::solver) struct Tolerances {
     /// Normal force below which a pair is in tension, at most 0 [N].
     pub(in crate::solver) tension: f64,

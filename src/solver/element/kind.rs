@@ -19,9 +19,9 @@ pub enum ElementKind {
         /// Points through the thickness, 3 to 9: at two the square of the height, in which the thickness strain varies, is one number.
         #[schemars(default = "five", range(min = 3, max = 9))]
         points: u8,
-        /// Whether the in-plane strains are assumed too, which they should be where a sheet is drawn in and not only
-        /// bent: left as they are, a coarse mesh is too stiff (a fifth in the force of a deep corner), and the rim
-        /// of a hole that is opened thins too much (0.63 for 0.75 of the sheet in 18 elements a quarter).
+        /// Whether the in-plane strains are assumed too, which a sheet that is drawn in needs. Without them a coarse mesh is too
+        /// stiff (a fifth in the force of a deep corner), and the rim of an expanded hole thins too much (0.63 instead of 0.75
+        /// with 18 elements a quarter).
         #[schemars(default = "yes")]
         membrane: bool,
     },

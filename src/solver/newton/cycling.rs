@@ -98,7 +98,6 @@ impl Stabiliser {
         let Some(damper) = sys.regime.release() else { return Ok(()) };
         let Some(control) = &mut self.control else { return Ok(()) };
         let force = damper.forces(&sys.u).map(|f| f * f).sum::<f64>().sqrt();
-        let iterations = if std::env::var_os("KX").is_some() { 0 } else { iterations };
         control.converged(iterations, force);
         if !control.may_release() {
             return self.set(sys);

@@ -88,25 +88,10 @@ fn worse(e: &Extremes) -> &Sample {
 
 /// Puts the report together; file names and hashes are left empty for the caller.
 pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
-    let parts = found.tool.patches.par_iter().zip(found.samples).zip(&found.extremes);
-    let quartered = quartered_most(found.tool.patches.len());
-    let sums: Vec<Sums> = parts.map(|((p, s), e)| Sums::of_patch(p, s, e, quartered)).collect();
-    let faces = by_face(&found.tool.faces, &sums, &found.borders);
-    let mut whole = sums[0];
-    sums[1..].iter().for_each(|s| whole.add(s));
-    let all = || found.samples.iter().flat_map(|s| &s.points);
-    let valid = || all().flatten();
-    let points = valid().count();
-    let lost = all().count() - points;
-    let worst_mm = whole.max.abs().max(whole.min.abs());
-    let kept = |limit: Option<f64>, value: f64| limit.is_none_or(|l| value <= l);
-    let asked = options.tolerance_mm.is_some() || options.normal_tolerance_deg.is_some();
-    let within = kept(options.tolerance_mm, worst_mm)
-        && kept(options.normal_tolerance_deg, whole.normal)
-        && kept(options.tolerance_mm, found.jumps.border_gap_mm)
-        && kept(options.tolerance_mm, found.borders.whole.deviation_mm())
-        && lost == 0;
-    let extreme = found.extremes.iter().flat_map(|e| [e.max.distance, e.min.distance]);
+    let sums = sums_of_patches(found);
+    let whole = total(&sums);
+    let points = measured(found).count();
+    let lost = found.samples.iter().map(|s| s.points.len()).sum::<usize>() - points;
     AuditReport {
         format: "kanagata-audit".into(),
         version: 1,
@@ -120,26 +105,69 @@ pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
         max_mm: whole.max,
         min_mm: whole.min,
         rms_mm: whole.rms(),
-        distance_max_mm: valid().map(|s| s.distance).chain(extreme).fold(0.0, f64::max),
+        distance_max_mm: largest_distance(found),
         normal_max_deg: whole.normal,
         percentiles_mm: percentiles(found.samples),
         tolerance_mm: options.tolerance_mm,
         normal_tolerance_deg: options.normal_tolerance_deg,
-        within_tolerance: asked.then_some(within),
+        within_tolerance: within_tolerance(found, options, &whole, lost),
         area_mm2: whole.area,
         points,
         points_lost: lost,
-        points_without_normal: valid().filter(|s| s.normal_deg.is_none()).count(),
+        points_without_normal: measured(found).filter(|s| s.normal_deg.is_none()).count(),
         turned: found.sign < 0.0,
         folded: (0u32..).zip(&sums).filter(|(_, s)| s.normal > 90.0).map(|(k, _)| k).collect(),
         jumps: found.jumps,
         borders: found.borders.whole,
         doubts: Vec::new(),
         faces_lost: Vec::new(),
-        faces,
+        faces: by_face(&found.tool.faces, &sums, &found.borders),
         worst: worst(found, options.worst),
         by_patch: by_patch(found, &sums),
     }
+}
+
+/// Figures of each patch.
+fn sums_of_patches(found: &Found<'_>) -> Vec<Sums> {
+    let parts = found.tool.patches.par_iter().zip(found.samples).zip(&found.extremes);
+    let quartered = quartered_most(found.tool.patches.len());
+    parts.map(|((p, s), e)| Sums::of_patch(p, s, e, quartered)).collect()
+}
+
+/// Figures of all patches together.
+fn total(sums: &[Sums]) -> Sums {
+    let mut whole = sums[0];
+    sums[1..].iter().for_each(|s| whole.add(s));
+    whole
+}
+
+/// Points at which the tool could be compared with the CAD.
+fn measured<'a>(found: &'a Found<'_>) -> impl Iterator<Item = &'a Sample> {
+    found.samples.iter().flat_map(|s| &s.points).flatten()
+}
+
+/// Largest distance from the CAD at all points and at the extremes between them [mm].
+fn largest_distance(found: &Found<'_>) -> f64 {
+    let extreme = found.extremes.iter().flat_map(|e| [e.max.distance, e.min.distance]);
+    measured(found).map(|s| s.distance).chain(extreme).fold(0.0, f64::max)
+}
+
+/// Whether errors, normals, gaps and borders keep the tolerances and no point is lost; `None` where no tolerance is given.
+fn within_tolerance(
+    found: &Found<'_>,
+    options: &AuditOptions,
+    whole: &Sums,
+    lost: usize,
+) -> Option<bool> {
+    let worst_mm = whole.max.abs().max(whole.min.abs());
+    let kept = |limit: Option<f64>, value: f64| limit.is_none_or(|l| value <= l);
+    let asked = options.tolerance_mm.is_some() || options.normal_tolerance_deg.is_some();
+    let within = kept(options.tolerance_mm, worst_mm)
+        && kept(options.normal_tolerance_deg, whole.normal)
+        && kept(options.tolerance_mm, found.jumps.border_gap_mm)
+        && kept(options.tolerance_mm, found.borders.whole.deviation_mm())
+        && lost == 0;
+    asked.then_some(within)
 }
 
 fn by_face(faces: &[u32], sums: &[Sums], borders: &Compared) -> Vec<FaceAudit> {

@@ -37,19 +37,16 @@ impl Analytic {
     /// Local minima of the distance over the whole surface, as far as they are in the angles' ranges and not farther
     /// than the squared distance `most`. All others of a face are on its border.
     pub(super) fn feet(&self, p: &Vec3, most: f64) -> [Option<Foot>; 2] {
-        let one = |distance: f64, at: &dyn Fn() -> Vec2| {
-            let uv = (distance <= most).then(|| self.parameters(at()))?;
-            Some((distance, uv?))
-        };
         match &self.surface {
             RawSurface::Plane(f) => {
                 let l = f.local(p);
-                [one(l.z * l.z, &|| Vec2::new(l.x, l.y)), None]
+                [self.foot(l.z * l.z, most, &|| Vec2::new(l.x, l.y)), None]
             }
             RawSurface::Cylinder { frame, radius } => {
                 let l = frame.local(p);
                 let r = l.x.hypot(l.y);
-                [one((r - radius).powi(2), &|| Vec2::new(self.turn(&l, r, *radius), l.z)), None]
+                let at = || Vec2::new(self.turn(&l, r, *radius), l.z);
+                [self.foot((r - radius).powi(2), most, &at), None]
             }
             RawSurface::Sphere { frame, radius } => {
                 let l = frame.local(p);
@@ -59,46 +56,60 @@ impl Analytic {
                     let v = if inside { l.z.atan2(r) } else { self.middle(1) };
                     Vec2::new(self.turn(&l, r, *radius), v)
                 };
-                [one((l.norm() - radius).powi(2), &at), None]
+                [self.foot((l.norm() - radius).powi(2), most, &at), None]
             }
             RawSurface::Cone { frame, radius, semi_angle } => {
-                let l = frame.local(p);
-                let t = semi_angle.tan();
-                let r = l.x.hypot(l.y);
-                let u = self.turn(&l, r, radius.abs() + l.z.abs());
-                [(r, 0.0), (-r, PI)].map(|(r, half)| {
-                    // Foot on the generator, on its own nappe or at the apex.
-                    let mut v = ((r - radius) * t + l.z) / (1.0 + t * t);
-                    if (radius + v * t) * (1.0 - half) < 0.0 {
-                        v = -radius / t;
-                    }
-                    let distance = (radius + v * t - r).powi(2) + (v - l.z).powi(2);
-                    one(distance, &|| Vec2::new(u + half, v))
-                })
+                self.feet_on_cone(&frame.local(p), most, *radius, *semi_angle)
             }
             RawSurface::Torus { frame, major, minor, .. } => {
-                let l = frame.local(p);
-                let r = l.x.hypot(l.y);
-                let u = self.turn(&l, r, *major);
-                let spindle = minor > major;
-                [(r, 0.0), (-r, PI)].map(|(r, half)| {
-                    if half > 0.0 && !spindle {
-                        return None;
-                    }
-                    let (x, z) = (r - major, l.z);
-                    let centre = x.hypot(z) <= ON_AXIS * minor;
-                    let mut v = if centre { self.middle(1) } else { z.atan2(x) };
-                    let mut distance = (x.hypot(z) - minor).powi(2);
-                    if spindle && (major + minor * v.cos()) * (1.0 - half) < 0.0 {
-                        // Beyond the axis: the nearer cusp.
-                        v = (-major / minor).acos().copysign(z);
-                        distance = r * r + (minor * v.sin() - z).powi(2);
-                    }
-                    one(distance, &|| Vec2::new(u + half, v))
-                })
+                self.feet_on_torus(&frame.local(p), most, *major, *minor)
             }
             _ => [None, None],
         }
+    }
+
+    /// The foot at a squared distance [mm^2] of at most `most`; `at` gives its angles and lengths.
+    fn foot(&self, distance: f64, most: f64, at: &dyn Fn() -> Vec2) -> Option<Foot> {
+        let uv = (distance <= most).then(|| self.parameters(at()))?;
+        Some((distance, uv?))
+    }
+
+    /// The feet of the local point `l` [mm] on the generators on either side of a cone's axis.
+    fn feet_on_cone(&self, l: &Vec3, most: f64, radius: f64, semi_angle: f64) -> [Option<Foot>; 2] {
+        let t = semi_angle.tan();
+        let r = l.x.hypot(l.y);
+        let u = self.turn(l, r, radius.abs() + l.z.abs());
+        [(r, 0.0), (-r, PI)].map(|(r, half)| {
+            // Foot on the generator, on its own nappe or at the apex.
+            let mut v = ((r - radius) * t + l.z) / (1.0 + t * t);
+            if (radius + v * t) * (1.0 - half) < 0.0 {
+                v = -radius / t;
+            }
+            let distance = (radius + v * t - r).powi(2) + (v - l.z).powi(2);
+            self.foot(distance, most, &|| Vec2::new(u + half, v))
+        })
+    }
+
+    /// The feet of the local point `l` [mm] on the meridians on either side of a torus' axis.
+    fn feet_on_torus(&self, l: &Vec3, most: f64, major: f64, minor: f64) -> [Option<Foot>; 2] {
+        let r = l.x.hypot(l.y);
+        let u = self.turn(l, r, major);
+        let spindle = minor > major;
+        [(r, 0.0), (-r, PI)].map(|(r, half)| {
+            if half > 0.0 && !spindle {
+                return None;
+            }
+            let (x, z) = (r - major, l.z);
+            let centre = x.hypot(z) <= ON_AXIS * minor;
+            let mut v = if centre { self.middle(1) } else { z.atan2(x) };
+            let mut distance = (x.hypot(z) - minor).powi(2);
+            if spindle && (major + minor * v.cos()) * (1.0 - half) < 0.0 {
+                // Beyond the axis: the nearer cusp.
+                v = (-major / minor).acos().copysign(z);
+                distance = r * r + (minor * v.sin() - z).powi(2);
+            }
+            self.foot(distance, most, &|| Vec2::new(u + half, v))
+        })
     }
 
     /// The angle about the axis; on the axis itself, the middle of the range.

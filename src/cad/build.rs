@@ -1,9 +1,12 @@
 //! From what a file says to a model: exact B-splines, closed loops, joined edges.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::analytic::Analytic;
-use super::creases::{self, Crease, Part};
+use super::build_diagnostics::{coarse, creased, report, skipped};
+use super::creases::{self, Part};
 use super::loops::{LoopFault, Path, Side, are_inside_out, closed_loops, paths_of, signed_area};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
@@ -43,20 +46,7 @@ pub enum Creases {
 #[must_use]
 pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Vec<Diagnostic>) {
     let mut diagnostics = std::mem::take(&mut raw.diagnostics);
-    let mut boxes = Vec::with_capacity(raw.faces.len());
-    let judged: Vec<_> = raw.faces.par_iter().map(usable_bounds).collect();
-    let mut judged = judged.into_iter();
-    raw.faces.retain(|face| match judged.next() {
-        Some(Err(reason)) => {
-            diagnostics.push(skipped(face, reason.clone()));
-            raw.lost.push(LostFace { source: face.source.clone(), reason });
-            false
-        }
-        bounds => {
-            boxes.extend(bounds.and_then(Result::ok));
-            true
-        }
-    });
+    let boxes = drop_unusable(&mut raw, &mut diagnostics);
     let size = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal();
     let tolerance = (2.0 * raw.resolution_mm).clamp(JOIN * size, JOIN_MOST * size);
     let mut model = Model {
@@ -71,12 +61,7 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
     let mut pieces = Vec::new();
     let one = |((face, bounds), fineness): ((&RawFace, &Aabb), Fineness)| {
         let mut said = Vec::new();
-        let whole = whole_face(face, bounds.diagonal(), tolerance, fineness, &mut said);
-        let parts = whole.and_then(|whole| {
-            let coarse = whole.coarse;
-            let parts = parts_of(face, whole, creases, tolerance, &mut said);
-            if coarse { followed(face, parts, tolerance) } else { Ok(parts) }
-        });
+        let parts = build_face(face, bounds.diagonal(), (tolerance, creases), fineness, &mut said);
         (parts, said)
     };
     let offsets = shares(&raw.faces, raw.bytes);
@@ -84,18 +69,7 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
     for (face, (outcome, said)) in raw.faces.iter().zip(built) {
         diagnostics.extend(said);
         match outcome {
-            Ok(parts) => {
-                let first = model.faces.len();
-                if parts.len() > 1 {
-                    model.cut.push(first..first + parts.len());
-                }
-                for (built, mut sides) in parts {
-                    let index = model.faces.len();
-                    sides.iter_mut().for_each(|p| p.at[0] = index);
-                    pieces.extend(sides);
-                    model.faces.push(built);
-                }
-            }
+            Ok(parts) => pieces.extend(add_parts(&mut model, parts)),
             Err(text) => {
                 model.lost.push(LostFace { source: face.source.clone(), reason: text.clone() });
                 diagnostics.push(skipped(face, text));
@@ -107,9 +81,53 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
     (model, diagnostics)
 }
 
-fn skipped(face: &RawFace, text: String) -> Diagnostic {
-    let place = face.source.clone();
-    Diagnostic { severity: Severity::Warning, code: "face-skipped", place, text }
+/// Drops faces with coordinates that cannot be used, with a warning each; the boxes [mm] of the others.
+fn drop_unusable(raw: &mut RawModel, diagnostics: &mut Vec<Diagnostic>) -> Vec<Aabb> {
+    let mut boxes = Vec::with_capacity(raw.faces.len());
+    let judged: Vec<_> = raw.faces.par_iter().map(usable_bounds).collect();
+    let mut judged = judged.into_iter();
+    raw.faces.retain(|face| match judged.next() {
+        Some(Err(reason)) => {
+            diagnostics.push(skipped(face, reason.clone()));
+            raw.lost.push(LostFace { source: face.source.clone(), reason });
+            false
+        }
+        bounds => {
+            boxes.extend(bounds.and_then(Result::ok));
+            true
+        }
+    });
+    boxes
+}
+
+/// Builds the parts of a face of `size` [mm], to be joined within `tolerance` [mm].
+fn build_face(
+    face: &RawFace,
+    size: f64,
+    (tolerance, creases): (f64, Creases),
+    fineness: Fineness,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<Vec<Sided>, String> {
+    let whole = whole_face(face, size, tolerance, fineness, diagnostics)?;
+    let coarse = whole.coarse;
+    let parts = parts_of(face, whole, creases, tolerance, diagnostics);
+    if coarse { followed(face, parts, tolerance) } else { Ok(parts) }
+}
+
+/// Adds the parts of a face to the model; their sides, to be joined to edges.
+fn add_parts(model: &mut Model, parts: Vec<Sided>) -> Vec<Piece> {
+    let first = model.faces.len();
+    if parts.len() > 1 {
+        model.cut.push(first..first + parts.len());
+    }
+    let mut pieces = Vec::new();
+    for (built, mut sides) in parts {
+        let index = model.faces.len();
+        sides.iter_mut().for_each(|p| p.at[0] = index);
+        pieces.extend(sides);
+        model.faces.push(built);
+    }
+    pieces
 }
 
 /// A face before its sides are joined to edges.
@@ -175,20 +193,10 @@ fn whole_face_on(
     mut fineness: Fineness,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Whole, String> {
-    let made;
-    let surface = match &raw.surface {
-        RawSurface::Offset { base, distance } => {
-            made = offset(base, *distance, 1e-2 * tolerance, &mut fineness)?;
-            if fineness.coarse {
-                diagnostics.push(coarse(raw, &fineness, 1e-2 * tolerance));
-            }
-            &made
-        }
-        own => own,
-    };
-    let sheets = sheets::of_face(surface, &raw.loops, tolerance);
+    let surface = explicit_surface(raw, 1e-2 * tolerance, &mut fineness, diagnostics)?;
+    let sheets = sheets::of_face(&surface, &raw.loops, tolerance);
     let Outline { native, paths, faults, flipped, .. } =
-        outline(surface, &sheets, raw, (size, tolerance));
+        outline(&surface, &sheets, raw, (size, tolerance));
     report(raw, &faults, diagnostics);
     let is_closed = native.closed_all_round() || has_poles_within(&native, raw, tolerance);
     let loops = closed_loops(&native, paths, !flipped, is_closed).ok_or(
@@ -208,6 +216,23 @@ fn whole_face_on(
     let mapped = |s: &Side| Side { path: map.curve(&s.path), ..s.clone() };
     let loops = loops.iter().map(|l| l.iter().map(mapped).collect()).collect();
     Ok(Whole { part: Part { surface, loops }, analytic, flipped, coarse: fineness.coarse })
+}
+
+/// The surface of a face; where it is an offset, the one that stands for it within `tolerance` [mm].
+fn explicit_surface<'a>(
+    raw: &'a RawFace,
+    tolerance: f64,
+    fineness: &mut Fineness,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<Cow<'a, RawSurface>, String> {
+    let RawSurface::Offset { base, distance } = &raw.surface else {
+        return Ok(Cow::Borrowed(&raw.surface));
+    };
+    let made = offset(base, *distance, tolerance, fineness)?;
+    if fineness.coarse {
+        diagnostics.push(coarse(raw, fineness, tolerance));
+    }
+    Ok(Cow::Owned(made))
 }
 
 /// The surface goes from pole to pole, and vertex loops say that both are within the face.
@@ -308,18 +333,6 @@ fn parts_of(
     parts.into_iter().map(face).collect()
 }
 
-fn creased(raw: &RawFace, found: &[Crease], parts: usize) -> Option<Diagnostic> {
-    let line = |c: &Crease| {
-        format!("{} = {} ({:.1} degrees)", ["u", "v"][c.axis], c.at, c.angle.to_degrees())
-    };
-    let lines: Vec<String> = found.iter().map(line).collect();
-    let text =
-        format!("its surface has creases along {}; cut there into {parts} faces", lines.join(", "));
-    let place = raw.source.clone();
-    let note = Diagnostic { severity: Severity::Note, code: "face-creased", place, text };
-    (!found.is_empty()).then_some(note)
-}
-
 /// Loops in the parameters of `surface`, and the sides of theirs that are not points, to be joined to edges.
 fn trims_of(loops: &[Vec<Side>], surface: &Surface, tolerance: f64) -> (Vec<TrimLoop>, Vec<Piece>) {
     let (mut pieces, mut trims) = (Vec::new(), Vec::new());
@@ -337,43 +350,6 @@ fn trims_of(loops: &[Vec<Side>], surface: &Surface, tolerance: f64) -> (Vec<Trim
         trims.push(TrimLoop { uses });
     }
     (trims, pieces)
-}
-
-fn coarse(raw: &RawFace, fineness: &Fineness, tolerance: f64) -> Diagnostic {
-    let text = format!(
-        "its offset surface bends too much (or folds) to be followed within {tolerance:.1e} mm by the {} pieces that \
-         a file of this size may take",
-        fineness.most
-    );
-    let place = raw.source.clone();
-    Diagnostic { severity: Severity::Warning, code: "offset-coarse", place, text }
-}
-
-fn report(raw: &RawFace, faults: &[LoopFault], diagnostics: &mut Vec<Diagnostic>) {
-    for fault in faults {
-        let (code, text) = match fault {
-            LoopFault::Gap(gap) => (
-                "loop-open",
-                format!("edges of a loop do not meet by {gap:.3e} mm; bridged straight"),
-            ),
-            LoopFault::Contradiction { off, parameter_kept } => {
-                let used = if *parameter_kept {
-                    "the parameter curve is used, which the file prefers (PREF 1)"
-                } else {
-                    "the curve in space is used"
-                };
-                let text = format!(
-                    "the curve in space and the parameter curve of an edge are {off:.3e} mm apart; {used}"
-                );
-                ("curves-contradict", text)
-            }
-            LoopFault::NoCurve => {
-                ("edge-without-curve", "an edge without a curve was left out".into())
-            }
-        };
-        let place = raw.source.clone();
-        diagnostics.push(Diagnostic { severity: Severity::Warning, code, place, text });
-    }
 }
 
 /// No point of a side's image is farther than `tolerance` [mm] from its first.

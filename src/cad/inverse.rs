@@ -121,23 +121,14 @@ impl Native<'_> {
     /// over the seam, others stop at their range.
     pub fn newton(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
         let bounds = self.newton_bounds();
-        let clamp = |uv: Vec2| {
-            let within = |k: usize| bounds[k].map_or(uv[k], |b| uv[k].clamp(b[0], b[1]));
-            Vec2::new(within(0), within(1))
-        };
-        let held = |uv: Vec2, g: Vec2| {
-            [0, 1].map(|k| {
-                bounds[k]
-                    .is_some_and(|b| (uv[k] <= b[0] && g[k] > 0.0) || (uv[k] >= b[1] && g[k] < 0.0))
-            })
-        };
+        let clamp = |uv: Vec2| clamped(&bounds, uv);
         let mut uv = clamp(start);
         let mut d = self.derivs(uv);
         let mut best = (d.s - p).norm_squared();
         for _ in 0..40 {
             let r = d.s - p;
             let g = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
-            let (mut step, quadratic) = descent(&d, &r, g, held(uv, g));
+            let (mut step, quadratic) = descent(&d, &r, g, held_at_bounds(&bounds, uv, g));
             let length = (d.su * step.x).norm() + (d.sv * step.y).norm();
             if length <= 1e-15 * (1.0 + d.s.norm()) || !length.is_finite() {
                 break;
@@ -230,4 +221,17 @@ fn torus_inverse(l: &Vec3, major: f64, minor: f64, hint: Option<Vec2>) -> Vec2 {
     let far = Vec2::new(u + PI, l.z.atan2(-r - major));
     let miss = |r: f64| ((r - major).hypot(l.z) - minor).abs();
     if miss(-r) < miss(r) - 1e-9 * minor { far } else { near }
+}
+
+/// Parameters moved into their ranges.
+fn clamped(bounds: &[Option<[f64; 2]>; 2], uv: Vec2) -> Vec2 {
+    let within = |k: usize| bounds[k].map_or(uv[k], |b| uv[k].clamp(b[0], b[1]));
+    Vec2::new(within(0), within(1))
+}
+
+/// Parameters at an end of their range that descent against the gradient `g` would leave.
+fn held_at_bounds(bounds: &[Option<[f64; 2]>; 2], uv: Vec2, g: Vec2) -> [bool; 2] {
+    [0, 1].map(|k| {
+        bounds[k].is_some_and(|b| (uv[k] <= b[0] && g[k] > 0.0) || (uv[k] >= b[1] && g[k] < 0.0))
+    })
 }

@@ -7,6 +7,7 @@ mod analytic;
 mod area;
 mod bounds;
 pub mod build;
+mod build_diagnostics;
 pub mod closest;
 mod creases;
 mod diagnostic;
@@ -20,6 +21,7 @@ pub mod model;
 mod native;
 mod numbers;
 mod offset;
+mod offset_fit;
 mod orient;
 #[cfg(test)]
 pub(crate) mod query_tests;

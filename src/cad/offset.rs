@@ -1,14 +1,15 @@
 //! Offset surfaces as surfaces of their own: exact for planes, quadrics and tori, fitted for sweeps and splines.
 
 use super::model::Face;
+use super::offset_fit::{cells_to_halve, through_points};
 use super::raw::{RawFace, RawSurface};
 use super::trim_region::TrimRegion;
 use crate::geometry::frame::unit;
 use crate::geometry::nurbs::{Curve3, Surface};
-use crate::geometry::{Vec2, Vec3};
+use crate::geometry::{Frame, Vec2, Vec3};
 
 /// Degree of fitted pieces in each direction.
-const DEGREE: usize = 5;
+pub(super) const DEGREE: usize = 5;
 /// Halvings of a fitted piece.
 const DEPTH: u32 = 7;
 /// Pieces that all offsets of a file may be fitted with, besides one for every [`BYTES_A_PIECE`] bytes of the file.
@@ -65,62 +66,32 @@ pub(super) fn offset(
     tolerance: f64,
     fineness: &mut Fineness,
 ) -> Result<RawSurface, String> {
-    let grown = |radius: f64| {
-        let r = radius + distance;
-        if r > 0.0 {
-            Ok(r)
-        } else {
-            Err(format!(
-                "an offset by {distance} mm of a surface with radius {radius} mm is nothing"
-            ))
-        }
-    };
     Ok(match base {
-        RawSurface::Plane(f) => {
-            let mut frame = *f;
-            frame.origin += f.z * distance;
+        &RawSurface::Plane(mut frame) => {
+            frame.origin += frame.z * distance;
             RawSurface::Plane(frame)
         }
-        RawSurface::Cylinder { frame, radius } => {
-            RawSurface::Cylinder { frame: *frame, radius: grown(*radius)? }
+        &RawSurface::Cylinder { frame, radius } => {
+            RawSurface::Cylinder { frame, radius: offset_radius(radius, distance)? }
         }
-        RawSurface::Sphere { frame, radius } => {
-            RawSurface::Sphere { frame: *frame, radius: grown(*radius)? }
+        &RawSurface::Sphere { frame, radius } => {
+            RawSurface::Sphere { frame, radius: offset_radius(radius, distance)? }
         }
-        RawSurface::Torus { frame, major, minor, keep_outer } => RawSurface::Torus {
-            frame: *frame,
-            major: *major,
-            minor: grown(*minor)?,
-            keep_outer: *keep_outer,
-        },
-        RawSurface::Cone { frame, radius, semi_angle } => {
-            let (sin, cos) = semi_angle.sin_cos();
-            let mut frame = *frame;
-            frame.origin -= frame.z * (distance * sin);
-            RawSurface::Cone { frame, radius: radius + distance * cos, semi_angle: *semi_angle }
+        &RawSurface::Torus { frame, major, minor, keep_outer } => {
+            let minor = offset_radius(minor, distance)?;
+            RawSurface::Torus { frame, major, minor, keep_outer }
         }
-        RawSurface::Revolution { generatrix, origin, axis, angles, curve_first } => {
-            let signed = if *curve_first { -distance } else { distance };
-            let normal = |t: f64| {
-                let d = generatrix.derivs(t);
-                let x = d.c - (origin + axis * axis.dot(&(d.c - origin)));
-                unit(axis.cross(&x).cross(&d.d1))
-            };
-            RawSurface::Revolution {
-                generatrix: offset_curve(generatrix, signed, &normal, tolerance)?,
-                origin: *origin,
-                axis: *axis,
-                angles: *angles,
-                curve_first: *curve_first,
-            }
+        &RawSurface::Cone { frame, radius, semi_angle } => {
+            offset_cone(frame, radius, semi_angle, distance)
         }
-        RawSurface::Extrusion { directrix, direction, range } => {
-            let normal = |t: f64| unit(directrix.derivs(t).d1.cross(direction));
-            RawSurface::Extrusion {
-                directrix: offset_curve(directrix, distance, &normal, tolerance)?,
-                direction: *direction,
-                range: *range,
-            }
+        &RawSurface::Revolution { ref generatrix, origin, axis, angles, curve_first } => {
+            let signed = if curve_first { -distance } else { distance };
+            let generatrix = offset_generatrix(generatrix, (origin, axis), signed, tolerance)?;
+            RawSurface::Revolution { generatrix, origin, axis, angles, curve_first }
+        }
+        &RawSurface::Extrusion { ref directrix, direction, range } => {
+            let directrix = offset_directrix(directrix, direction, distance, tolerance)?;
+            RawSurface::Extrusion { directrix, direction, range }
         }
         RawSurface::Nurbs(s) => RawSurface::Nurbs(offset_spline(s, distance, tolerance, fineness)?),
         RawSurface::Offset { base, distance: first } => {
@@ -128,6 +99,49 @@ pub(super) fn offset(
             offset(&inner, distance, tolerance, fineness)?
         }
     })
+}
+
+/// Radius [mm] of the surface at `distance` [mm] outside a round one.
+fn offset_radius(radius: f64, distance: f64) -> Result<f64, String> {
+    let r = radius + distance;
+    if r > 0.0 {
+        Ok(r)
+    } else {
+        Err(format!("an offset by {distance} mm of a surface with radius {radius} mm is nothing"))
+    }
+}
+
+/// The cone at `distance` [mm] outside another; its frame moves along the axis.
+fn offset_cone(mut frame: Frame, radius: f64, semi_angle: f64, distance: f64) -> RawSurface {
+    let (sin, cos) = semi_angle.sin_cos();
+    frame.origin -= frame.z * (distance * sin);
+    RawSurface::Cone { frame, radius: radius + distance * cos, semi_angle }
+}
+
+/// Generatrix of the surface of revolution at `distance` [mm] from that of `generatrix` about an axis.
+fn offset_generatrix(
+    generatrix: &Curve3,
+    (origin, axis): (Vec3, Vec3),
+    distance: f64,
+    tolerance: f64,
+) -> Result<Curve3, String> {
+    let normal = |t: f64| {
+        let d = generatrix.derivs(t);
+        let x = d.c - (origin + axis * axis.dot(&(d.c - origin)));
+        unit(axis.cross(&x).cross(&d.d1))
+    };
+    offset_curve(generatrix, distance, &normal, tolerance)
+}
+
+/// Directrix of the extrusion at `distance` [mm] from that of `directrix` along a direction.
+fn offset_directrix(
+    directrix: &Curve3,
+    direction: Vec3,
+    distance: f64,
+    tolerance: f64,
+) -> Result<Curve3, String> {
+    let normal = |t: f64| unit(directrix.derivs(t).d1.cross(&direction));
+    offset_curve(directrix, distance, &normal, tolerance)
 }
 
 /// `curve + distance * normal`; a point without a normal (on the axis) takes that of its neighbour.
@@ -167,21 +181,7 @@ fn offset_spline(
         let uv = Vec2::new(u, v);
         base.point(uv) + base.normal(uv).unwrap_or_else(Vec3::zeros) * distance
     };
-    let domain = base.domain();
-    let mut breaks = [0, 1].map(|k| breaks_of(base.knots()[k], domain[k]));
-    let middle = |r: [f64; 2]| 0.5 * (r[0] + r[1]);
-    if base.normal(Vec2::new(middle(domain[0]), middle(domain[1]))).is_none() {
-        return Err("an offset of a surface that has no normal".into());
-    }
-    let pieces = |breaks: &[Vec<f64>; 2]| (breaks[0].len() - 1) * (breaks[1].len() - 1);
-    if pieces(&breaks) > fineness.most {
-        return Err(format!(
-            "an offset of a surface of {} spans; allowed: {} here (all offsets of a file together: {PIECES}, and one \
-             for every {BYTES_A_PIECE} bytes)",
-            pieces(&breaks),
-            fineness.most
-        ));
-    }
+    let mut breaks = spans_to_fit(base, fineness.most)?;
     for _ in 0..DEPTH {
         let split = [0, 1].map(|k| cells_to_halve(&at, &breaks, k, tolerance));
         if split.iter().all(Vec::is_empty) {
@@ -198,6 +198,24 @@ fn offset_spline(
         }
     }
     through_points(&at, &breaks)
+}
+
+/// Borders of the spans of a spline surface that is to be offset, `most` spans or fewer.
+fn spans_to_fit(base: &Surface, most: usize) -> Result<[Vec<f64>; 2], String> {
+    let domain = base.domain();
+    let breaks = [0, 1].map(|k| breaks_of(base.knots()[k], domain[k]));
+    let middle = |r: [f64; 2]| 0.5 * (r[0] + r[1]);
+    if base.normal(Vec2::new(middle(domain[0]), middle(domain[1]))).is_none() {
+        return Err("an offset of a surface that has no normal".into());
+    }
+    let spans = (breaks[0].len() - 1) * (breaks[1].len() - 1);
+    if spans > most {
+        return Err(format!(
+            "an offset of a surface of {spans} spans; allowed: {most} here (all offsets of a file together: {PIECES}, \
+             and one for every {BYTES_A_PIECE} bytes)"
+        ));
+    }
+    Ok(breaks)
 }
 
 /// Largest distance [mm] of a face from the offset surface that it stands for, at two points inside each piece of its spline,
@@ -226,77 +244,9 @@ pub(super) fn deviation(surface: &RawSurface, face: &Face) -> f64 {
     worst
 }
 
-/// Middles of the strips of one direction in which lines along that direction are not followed.
-fn cells_to_halve(
-    at: &dyn Fn(f64, f64) -> Vec3,
-    breaks: &[Vec<f64>; 2],
-    k: usize,
-    tolerance: f64,
-) -> Vec<f64> {
-    let line = |s: f64, t: f64| if k == 0 { at(s, t) } else { at(t, s) };
-    let follows = |w: &[f64], t: f64| {
-        let piece = Curve3::through(&|s| line(s, t), w[0], w[1]);
-        [0.05, 0.35, 0.65, 0.95].into_iter().all(|x| {
-            let s = w[0] + (w[1] - w[0]) * x;
-            (piece.point(s) - line(s, t)).norm() <= tolerance
-        })
-    };
-    let across: Vec<f64> = breaks[1 - k]
-        .windows(2)
-        .flat_map(|w| [0.2, 0.7].map(|x| w[0] + (w[1] - w[0]) * x))
-        .collect();
-    let open = breaks[k].windows(2).filter(|w| !across.iter().all(|&t| follows(w, t)));
-    open.map(|w| 0.5 * (w[0] + w[1])).collect()
-}
-
-/// The spline that is a polynomial through its nodes over each cell.
-fn through_points(
-    at: &dyn Fn(f64, f64) -> Vec3,
-    breaks: &[Vec<f64>; 2],
-) -> Result<Surface, String> {
-    // Rows of control points along v at every node of u, then columns along u through these.
-    let nodes: Vec<f64> = breaks[0]
-        .windows(2)
-        .enumerate()
-        .flat_map(|(i, w)| {
-            let own = Curve3::nodes_between(w[0], w[1]);
-            own.into_iter().skip(usize::from(i > 0))
-        })
-        .collect();
-    let rows: Vec<Vec<Vec3>> = nodes.iter().map(|&u| controls(&|v| at(u, v), &breaks[1])).collect();
-    let count_v = rows.first().map_or(0, Vec::len);
-    let mut points = vec![Vec3::zeros(); nodes.len() * count_v];
-    for j in 0..count_v {
-        for (cell, w) in breaks[0].windows(2).enumerate() {
-            let values: [Vec3; DEGREE + 1] = std::array::from_fn(|i| rows[cell * DEGREE + i][j]);
-            let column = Curve3::through_values(&values, w[0], w[1]);
-            for (i, p) in column.points().iter().enumerate() {
-                points[(cell * DEGREE + i) * count_v + j] = *p;
-            }
-        }
-    }
-    let knots = breaks.clone().map(|b| {
-        let mut out = vec![b[0]; DEGREE + 1];
-        b[1..].iter().for_each(|&t| out.extend([t; DEGREE]));
-        out.push(b[b.len() - 1]);
-        out
-    });
-    Surface::try_new([DEGREE; 2], knots, points, None).map_err(|e| format!("offset surface: {e}"))
-}
-
-fn controls(at: &dyn Fn(f64) -> Vec3, breaks: &[f64]) -> Vec<Vec3> {
-    let mut out = Vec::new();
-    for (i, w) in breaks.windows(2).enumerate() {
-        let piece = Curve3::through(at, w[0], w[1]);
-        out.extend(piece.points().iter().skip(usize::from(i > 0)));
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Frame;
 
     const FREE: Fineness = Fineness { most: 10_000, coarse: false };
 

@@ -45,30 +45,20 @@ pub fn mesh_and_convert(
     options: &ConvertOptions,
 ) -> Result<(ToolModel, ConvertReport), UnfoldedError> {
     let plan = Plan::new(model, mesh)?;
-    let mut minima = plan.minima().to_vec();
-    let mut density = vec![mesh.arc_divisions; model.faces.len()];
-    let mut best_mesh = plan.mesh(&minima, &density)?;
+    let mut asked = Asked::at_first(&plan, mesh.arc_divisions, model.faces.len());
+    let mut best_mesh = plan.mesh(&asked.minima, &asked.density)?;
     let mut best = convert(model, &best_mesh, options)?;
     let most = MOST_TIMES * best.0.patches.len();
     let mut left = PATCHES + PATCHES_TIMES * best.0.patches.len();
     let mut folded = faces_of(&best);
-    let mut finer = vec![false; model.faces.len()];
     let mut in_vain = 0;
     for _ in 0..ROUNDS {
         if folded.is_empty() || in_vain == PATIENCE {
             break;
         }
-        let counts = plan.agree(&minima).counts;
-        for &f in &folded {
-            finer[f] = true;
-            density[f] = more(density[f]);
-            let uses = model.faces[f].loops.iter().flat_map(|l| &l.uses);
-            for e in uses.filter_map(|u| u.edge) {
-                minima[e] = minima[e].max(more(counts[e]));
-            }
-        }
+        asked.divide(&folded, model, &plan);
         // Too fine to be meshed, or a vertex without a normal: what there is.
-        let Ok(mesh) = plan.mesh(&minima, &density) else { break };
+        let Ok(mesh) = plan.mesh(&asked.minima, &asked.density) else { break };
         let Some(rest) = left.checked_sub(mesh.elements.len()) else { break };
         left = rest;
         let Ok(next) = convert(model, &mesh, options) else { break };
@@ -79,7 +69,7 @@ pub fn mesh_and_convert(
         in_vain += 1;
         if next.1.folded.len() < best.1.folded.len() {
             (best, best_mesh) = (next, mesh);
-            best.1.finer = (0..finer.len()).filter(|&f| finer[f]).collect();
+            best.1.finer = asked.finer_faces();
             in_vain = 0;
         }
     }
@@ -87,6 +77,42 @@ pub fn mesh_and_convert(
         best = straightened(model, &best_mesh, options, best.1.finer)?;
     }
     Ok(best)
+}
+
+/// Divisions asked of the mesher.
+struct Asked {
+    /// Least divisions, by edge.
+    minima: Vec<usize>,
+    /// Divisions of a quarter turn inside faces, by face.
+    density: Vec<usize>,
+    /// Faces divided more finely than at first.
+    finer: Vec<bool>,
+}
+
+impl Asked {
+    /// Asks for what the plan asks for, and `density` divisions of a quarter turn inside all faces.
+    fn at_first(plan: &Plan, density: usize, faces: usize) -> Self {
+        let minima = plan.minima().to_vec();
+        Self { minima, density: vec![density; faces], finer: vec![false; faces] }
+    }
+
+    /// Divides some faces and their edges a third more finely.
+    fn divide(&mut self, faces: &[usize], model: &Model, plan: &Plan) {
+        let counts = plan.agree(&self.minima).counts;
+        for &f in faces {
+            self.finer[f] = true;
+            self.density[f] = more(self.density[f]);
+            let uses = model.faces[f].loops.iter().flat_map(|l| &l.uses);
+            for e in uses.filter_map(|u| u.edge) {
+                self.minima[e] = self.minima[e].max(more(counts[e]));
+            }
+        }
+    }
+
+    /// Lists the faces divided more finely than at first.
+    fn finer_faces(&self) -> Vec<usize> {
+        (0..self.finer.len()).filter(|&f| self.finer[f]).collect()
+    }
 }
 
 /// The model of a mesh, edges of what folds whatever is done straight.

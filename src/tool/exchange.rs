@@ -55,13 +55,7 @@ pub fn to_nagata(tool: &ToolModel) -> Result<(ToolModel, Discrepancy), ToolError
         let ring = ring(&patch);
         let collapsed = (ring[0].0 - ring[3].0).norm() <= near;
         let last = if collapsed { 3 } else { 4 };
-        let (mut vertices, mut normals) = (Vec::new(), Vec::new());
-        for (point, normal) in &ring[..last] {
-            let normal = normal.ok_or(ToolError::Collapsed { patch: id })?;
-            let vertex = weld.vertex(point);
-            vertices.push(vertex);
-            normals.push(weld.normal(vertex, &normal));
-        }
+        let (vertices, normals) = weld.corners(&ring[..last], id)?;
         for k in 0..last {
             let (a, b) = (vertices[k], vertices[(k + 1) % last]);
             let chord = (ring[k].0 + ring[(k + 1) % last].0) * 0.5;
@@ -170,6 +164,22 @@ struct Weld {
 }
 
 impl Weld {
+    /// Numbers the corners of patch `id` and their normals.
+    fn corners(
+        &mut self,
+        ring: &[(Vec3, Option<Vec3>)],
+        id: usize,
+    ) -> Result<(Vec<u32>, Vec<u32>), ToolError> {
+        let (mut vertices, mut normals) = (Vec::new(), Vec::new());
+        for (point, normal) in ring {
+            let normal = normal.ok_or(ToolError::Collapsed { patch: id })?;
+            let vertex = self.vertex(point);
+            vertices.push(vertex);
+            normals.push(self.normal(vertex, &normal));
+        }
+        Ok((vertices, normals))
+    }
+
     fn vertex(&mut self, p: &Vec3) -> u32 {
         let cell = [0, 1, 2].map(|k| (p[k] / self.near).floor() as i64);
         for k in 0..27_i64 {

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
-use super::reference::ReferenceSurface;
+use super::reference::{BorderEdge, ReferenceSurface};
 use super::report::Borders;
 use super::side::Side;
 use crate::geometry::box_tree::BoxTree;
@@ -69,11 +69,8 @@ pub(super) fn compare(
     let edge_boxes: Vec<Aabb> = edges.iter().map(|e| Aabb::of_points(e.curve.points())).collect();
     let edge_tree = BoxTree::build(&edge_boxes);
     // A border without a counterpart is as far off as it reaches.
-    let size = |boxes: &mut dyn Iterator<Item = Aabb>| {
-        boxes.fold(Aabb::EMPTY, |sum, b| sum.union(&b)).diagonal()
-    };
-    let tool_size = size(&mut sides.open.iter().map(|&k| sides.curves[k].bounds()));
-    let cad_size = size(&mut edge_boxes.iter().copied());
+    let tool_size = extent(sides.open.iter().map(|&k| sides.curves[k].bounds()));
+    let cad_size = extent(edge_boxes.iter().copied());
     let from_edges = |p: &Vec3| {
         let visit = bounded(|k, best| best.min(edges[k as usize].curve.closest(p).1));
         let found = edge_tree.nearest(p, f64::INFINITY, visit).sqrt();
@@ -94,15 +91,28 @@ pub(super) fn compare(
     let step_mm = sides.mean_chord() / n as f64;
     let of_edges: Vec<Far<'_>> = edges
         .par_iter()
-        .filter_map(|e| {
-            let [a, b] = e.curve.domain();
-            let count = intervals(e.curve.length(), step_mm, n);
-            let point = move |s: f64| e.curve.point(a + (b - a) * s);
-            farthest(e.face, false, count, point, move |p| from_sides(e.face, p))
-        })
+        .filter_map(|e| farthest_on_edge(*e, step_mm, n, move |p| from_sides(e.face, p)))
         .collect();
     far.extend(of_edges);
     Some(compared(far))
+}
+
+/// Diagonal of the box around some boxes [mm].
+fn extent(boxes: impl Iterator<Item = Aabb>) -> f64 {
+    boxes.fold(Aabb::EMPTY, |sum, b| sum.union(&b)).diagonal()
+}
+
+/// Largest distance of an edge at steps of about `step_mm` [mm], `least` steps or more.
+fn farthest_on_edge<'a>(
+    e: BorderEdge<'a>,
+    step_mm: f64,
+    least: usize,
+    distance: impl Fn(&Vec3) -> Option<f64> + Sync + Send + 'a,
+) -> Option<Far<'a>> {
+    let [a, b] = e.curve.domain();
+    let count = intervals(e.curve.length(), step_mm, least);
+    let point = move |s: f64| e.curve.point(a + (b - a) * s);
+    farthest(e.face, false, count, point, distance)
 }
 
 /// Looks at the first [`VISITS_MAX`] curves, those whose boxes are nearest: the distance is never too small.

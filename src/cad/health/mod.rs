@@ -1,6 +1,7 @@
 //! What is wrong with a joined model: borders that stay free, the gaps between them, faces that are
 //! inside out, tiny or there twice.
 
+mod free_edges;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -11,7 +12,6 @@ use super::area::Measured;
 use super::model::{Edge, Face, Model};
 use super::raw::LostFace;
 use super::topology::{Piece, join, lies_along};
-use crate::geometry::box_tree::BoxTree;
 use crate::geometry::nurbs::CurveProjector;
 use crate::geometry::{Aabb, Vec3};
 
@@ -157,56 +157,6 @@ impl Model {
             unmeasured_faces: those(&|f| !facts[f].measured.is_within),
             duplicates_searched,
         }
-    }
-
-    fn free_edges(&self) -> Vec<FreeEdge> {
-        let free: Vec<usize> =
-            (0..self.edges.len()).filter(|&k| self.edges[k].uses.len() == 1).collect();
-        let points: Vec<Vec<Vec3>> = free.iter().map(|&k| samples(&self.edges[k])).collect();
-        let boxes: Vec<Aabb> = points.iter().map(Aabb::of_points).collect();
-        let curves: Vec<CurveProjector> =
-            free.iter().map(|&k| CurveProjector::new(&self.edges[k].curve)).collect();
-        let bounds = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b));
-        let most = GAP_MOST * bounds.diagonal();
-        let hull = |k: &usize| Aabb::of_points(self.edges[*k].curve.points());
-        let tree = BoxTree::build(&free.iter().map(hull).collect::<Vec<_>>());
-        let budget = GAP_PROJECTIONS_MIN.max(GAP_PROJECTIONS / free.len().max(1));
-        let gap = |own: usize| {
-            let (mut worst, mut left) = (0.0_f64, budget);
-            for p in &points[own][1..SAMPLES - 1] {
-                // Beyond the largest gap of interest nothing is looked for.
-                let start = (most * most).next_up();
-                let found = tree.nearest(p, start, |k, best| {
-                    if k as usize == own || left == 0 || best == 0.0 {
-                        return best;
-                    }
-                    left -= 1;
-                    best.min(curves[k as usize].closest(p).1)
-                });
-                if left == 0 {
-                    return (None, false);
-                }
-                if found >= start {
-                    return (None, true);
-                }
-                worst = worst.max(found);
-            }
-            let worst = worst.sqrt();
-            ((worst <= most).then_some(worst), true)
-        };
-        let one = |k: usize| {
-            let (gap_mm, gap_measured) = gap(k);
-            FreeEdge {
-                edge: free[k],
-                face: self.edges[free[k]].uses[0][0],
-                length_mm: self.edges[free[k]].curve.length(),
-                gap_mm,
-                gap_measured,
-            }
-        };
-        let mut out: Vec<FreeEdge> = (0..free.len()).into_par_iter().map(one).collect();
-        out.sort_by(|a, b| b.length_mm.total_cmp(&a.length_mm));
-        out
     }
 
     /// Largest distance of an edge's sides from its curve [mm].

@@ -76,18 +76,7 @@ impl Reader<'_, '_> {
         let placed = self.placed(entity, map)?;
         let (frame, flip, scale) = self.frame(entity, point, axis, reference, &placed)?;
         let degree = flip * 1f64.to_radians();
-        let (surface, v) = match kind {
-            192 => (RawSurface::Cylinder { frame, radius: radius * scale }, scale),
-            194 => {
-                let semi_angle = second.to_radians();
-                (RawSurface::Cone { frame, radius: radius * scale, semi_angle }, scale)
-            }
-            196 => (RawSurface::Sphere { frame, radius: radius * scale }, 1f64.to_radians()),
-            _ => {
-                let (major, minor) = (radius * scale, second * scale);
-                (RawSurface::Torus { frame, major, minor, keep_outer: None }, 1f64.to_radians())
-            }
-        };
+        let (surface, v) = scaled_quadric(kind, frame, [radius, second], scale);
         let in_radians = if matches!(kind, 196 | 198) { 1.0 } else { v };
         let mut maps = vec![UvMap::scales(degree, v), UvMap::scales(flip, in_radians)];
         if kind == 194 {
@@ -121,5 +110,27 @@ impl Reader<'_, '_> {
             self.file.fault(entity, "entity-invalid", "no axes", "directions that are not zero")
         })?;
         Ok((frame, if mirrors(placed) { -1.0 } else { 1.0 }, scale))
+    }
+}
+
+/// Cylinder (192), cone (194), sphere (196) or torus (any other kind) with lengths times `scale`, and the factor of its v
+/// from the file's.
+fn scaled_quadric(
+    kind: u32,
+    frame: Frame,
+    [radius, second]: [f64; 2],
+    scale: f64,
+) -> (RawSurface, f64) {
+    match kind {
+        192 => (RawSurface::Cylinder { frame, radius: radius * scale }, scale),
+        194 => {
+            let semi_angle = second.to_radians();
+            (RawSurface::Cone { frame, radius: radius * scale, semi_angle }, scale)
+        }
+        196 => (RawSurface::Sphere { frame, radius: radius * scale }, 1f64.to_radians()),
+        _ => {
+            let (major, minor) = (radius * scale, second * scale);
+            (RawSurface::Torus { frame, major, minor, keep_outer: None }, 1f64.to_radians())
+        }
     }
 }

@@ -65,19 +65,7 @@ impl Reader<'_, '_> {
                     stack.extend(members.into_iter().map(|m| (m, placed, depth + 1)));
                 }
                 116 | 132 => {}
-                _ => {
-                    self.file.charge(member, PIECE)?;
-                    let piece = self.leaf(member, depth)?.transformed(&placed);
-                    if !piece.curve.points().iter().all(|p| p.iter().all(|c| c.is_finite())) {
-                        return Err(self.file.fault(
-                            member,
-                            "curve-infinite",
-                            "coordinates no double can hold in mm",
-                            "finite coordinates",
-                        ));
-                    }
-                    out.push(piece);
-                }
+                _ => out.push(self.placed_leaf(member, depth, &placed)?),
             }
         }
         if out.is_empty() {
@@ -89,6 +77,21 @@ impl Reader<'_, '_> {
             ));
         }
         Ok(out)
+    }
+
+    /// Reads a curve that is no composite, in mm; infinite coordinates are refused.
+    fn placed_leaf(&self, member: usize, depth: usize, placed: &Affine) -> Result<Piece, Fault> {
+        self.file.charge(member, PIECE)?;
+        let piece = self.leaf(member, depth)?.transformed(placed);
+        if !piece.curve.points().iter().all(|p| p.iter().all(|c| c.is_finite())) {
+            return Err(self.file.fault(
+                member,
+                "curve-infinite",
+                "coordinates no double can hold in mm",
+                "finite coordinates",
+            ));
+        }
+        Ok(piece)
     }
 
     /// Members of a composite curve (102): N, DE 1 .. DE N.

@@ -144,15 +144,7 @@ fn chain(edges: &mut [Draft]) {
     if edges.iter().any(|d| d.curve_directs) {
         return;
     }
-    let total = |turned: &[bool]| -> f64 {
-        let n = ends.len();
-        (0..n)
-            .map(|i| {
-                let (next, here) = ((i + 1) % n, usize::from(!turned[i]));
-                (ends[i][here] - ends[next][usize::from(turned[next])]).norm()
-            })
-            .sum()
-    };
+    let total = |turned: &[bool]| sum_of_gaps(&ends, turned);
     let as_is = vec![false; ends.len()];
     let size: f64 = ends.iter().map(|[a, b]| (a - b).norm()).sum();
     let gaps = total(&as_is);
@@ -176,4 +168,15 @@ fn chain(edges: &mut [Draft]) {
         draft.edge.curve = draft.edge.curve.as_ref().map(Curve3::reversed);
         draft.edge.pcurve = draft.edge.pcurve.as_ref().map(Curve2::reversed);
     }
+}
+
+/// Sum of the distances [mm] between the edges of a loop, some of them turned round.
+fn sum_of_gaps(ends: &[[Vec3; 2]], turned: &[bool]) -> f64 {
+    let n = ends.len();
+    (0..n)
+        .map(|i| {
+            let (next, here) = ((i + 1) % n, usize::from(!turned[i]));
+            (ends[i][here] - ends[next][usize::from(turned[next])]).norm()
+        })
+        .sum()
 }

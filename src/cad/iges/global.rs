@@ -172,17 +172,19 @@ fn unit(fields: &[Token<'_>], remarks: &mut Vec<(&'static str, String)>) -> (Str
         (None, Some(mm)) => (name, mm),
         (None, None) => {
             if flag.is_some() || !name.is_empty() {
-                remarks.push((
-                    "unit-unknown",
-                    format!(
-                        "unit flag {} with name \"{name}\" is no IGES unit; inch, the default, is used",
-                        flag.map_or_else(|| "blank".to_owned(), |n| n.to_string())
-                    ),
-                ));
+                remarks.push(("unit-unknown", unknown_unit(flag, &name)));
             }
             ("INCH".to_owned(), 25.4)
         }
     }
+}
+
+/// Says that a file's unit is unknown and that inch is used.
+fn unknown_unit(flag: Option<i64>, name: &str) -> String {
+    format!(
+        "unit flag {} with name \"{name}\" is no IGES unit; inch, the default, is used",
+        flag.map_or_else(|| "blank".to_owned(), |n| n.to_string())
+    )
 }
 
 /// Millimetres of a unit by its name.

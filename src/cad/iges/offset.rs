@@ -48,13 +48,8 @@ impl Reader<'_, '_> {
             return Err(p.fault("an offset of itself", "a base curve of another kind"));
         }
         let curve = self.offset_base(base, depth)?;
-        let distance = move |t: f64| match flag {
-            2 if t2 != t1 => (d1 + (d2 - d1) * (t - t1) / (t2 - t1), (d2 - d1) / (t2 - t1)),
-            _ => (d1, 0.0),
-        };
-        let [low, high] = curve.domain();
-        let (from, to) = (range[0].max(low), range[1].min(high));
-        let range = if from < to { [from, to] } else { [low, high] };
+        let distance = distance_law(flag, [d1, d2], [t1, t2]);
+        let range = common_range(range, curve.domain());
         let curve = fit(&curve, &normal, &distance, range).ok_or_else(|| {
             self.file.fault(
                 entity,
@@ -155,6 +150,20 @@ fn normal_in_middle(based: &Based) -> Option<Vec3> {
     unit((su - s).cross(&(sv - s)))
 }
 
+/// Distance [mm] of an offset curve and its derivative: linear (FLAG 2) from `d1` at `t1` to `d2` at `t2`, or constant.
+fn distance_law(flag: i64, [d1, d2]: [f64; 2], [t1, t2]: [f64; 2]) -> impl Fn(f64) -> (f64, f64) {
+    move |t: f64| match flag {
+        2 if t2 != t1 => (d1 + (d2 - d1) * (t - t1) / (t2 - t1), (d2 - d1) / (t2 - t1)),
+        _ => (d1, 0.0),
+    }
+}
+
+/// The part of a domain in a range, the whole of it where they have none in common.
+fn common_range(range: [f64; 2], [low, high]: [f64; 2]) -> [f64; 2] {
+    let (from, to) = (range[0].max(low), range[1].min(high));
+    if from < to { [from, to] } else { [low, high] }
+}
+
 /// Offset point and derivative.
 fn offset_at(
     curve: &Curve3,
@@ -178,35 +187,23 @@ fn fit(
     distance: &dyn Fn(f64) -> (f64, f64),
     [low, high]: [f64; 2],
 ) -> Option<Curve3> {
-    let mut breaks: Vec<f64> =
-        curve.knots().iter().copied().filter(|k| *k > low && *k < high).collect();
-    breaks.dedup();
-    breaks.push(high);
+    let at = |t: f64| offset_at(curve, normal, distance, t);
     let size = curve.points().iter().map(|p| (p - curve.points()[0]).norm()).fold(0.0, f64::max);
     let tiny = 1e-9 * (high - low);
     let mut knots = vec![low; 4];
     let mut points: Vec<Vec3> = Vec::new();
-    let mut todo: Vec<[f64; 2]> = Vec::new();
-    let mut from = low;
-    let mut spans = Vec::new();
-    for to in breaks {
-        spans.push([from, to]);
-        from = to;
-    }
-    todo.extend(spans.into_iter().rev());
+    let mut todo: Vec<[f64; 2]> = spans_between(curve.knots(), [low, high]);
+    todo.reverse();
     while let Some([a, b]) = todo.pop() {
         if points.len() > 3 * PIECES || b - a <= tiny {
             return None;
         }
-        let (pa, da) = offset_at(curve, normal, distance, a + 1e-12 * (b - a))?;
-        let (pb, db) = offset_at(curve, normal, distance, b - 1e-12 * (b - a))?;
-        let h = (b - a) / 3.0;
-        let (qa, qb) = (pa + da * h, pb - db * h);
+        let [pa, qa, qb, pb] = hermite_piece(&at, [a, b])?;
         let off = |s: f64| -> Option<f64> {
             let r = 1.0 - s;
             let inner = (qa * r + qb * s) * (3.0 * r * s);
             let fitted = pa * (r * r * r) + inner + pb * (s * s * s);
-            Some((fitted - offset_at(curve, normal, distance, a + s * (b - a))?.0).norm())
+            Some((fitted - at(a + s * (b - a))?.0).norm())
         };
         if off(0.5)?.max(off(0.25)?).max(off(0.75)?) > FIT * size {
             let middle = f64::midpoint(a, b);
@@ -222,4 +219,26 @@ fn fit(
     }
     knots.push(high);
     Curve3::try_new(3, knots, points, None).ok()
+}
+
+/// The spans that knots divide a range into, in order.
+fn spans_between(knots: &[f64], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
+    let mut breaks: Vec<f64> = knots.iter().copied().filter(|k| *k > low && *k < high).collect();
+    breaks.dedup();
+    breaks.push(high);
+    let mut from = low;
+    let mut spans = Vec::new();
+    for to in breaks {
+        spans.push([from, to]);
+        from = to;
+    }
+    spans
+}
+
+/// Bezier points [mm] of the cubic with the points and derivatives of `at` just inside a span's ends.
+fn hermite_piece(at: &dyn Fn(f64) -> Option<(Vec3, Vec3)>, [a, b]: [f64; 2]) -> Option<[Vec3; 4]> {
+    let (pa, da) = at(a + 1e-12 * (b - a))?;
+    let (pb, db) = at(b - 1e-12 * (b - a))?;
+    let h = (b - a) / 3.0;
+    Some([pa, pa + da * h, pb - db * h, pb])
 }

@@ -36,23 +36,7 @@ impl Reader<'_, '_> {
             let kind = self.file.entry(entity).kind;
             match kind {
                 308 => definitions.push(entity),
-                408 | 430 | 184 => {
-                    let mut targets = Vec::new();
-                    if kind == 184 {
-                        targets = self
-                            .assembly(entity)
-                            .unwrap_or_default()
-                            .into_iter()
-                            .map(|i| i.0)
-                            .collect();
-                    } else if let Ok((target, _)) = self.instance(entity, &Affine::identity()) {
-                        targets.push(target);
-                    }
-                    targets
-                        .into_iter()
-                        .filter(|t| *t != entity)
-                        .for_each(|t| owners.placed[t] = true);
-                }
+                408 | 430 | 184 => self.mark_placed(entity, &mut owners.placed),
                 _ => {
                     self.references(entity, &mut owners.used);
                     if let (141 | 142, Some(surface)) = (kind, self.carrier(entity)) {
@@ -71,6 +55,17 @@ impl Reader<'_, '_> {
             ));
         }
         Ok(owners)
+    }
+
+    /// Marks what an instance (408, 430) or an assembly (184) places.
+    fn mark_placed(&self, entity: usize, placed: &mut [bool]) {
+        let mut targets = Vec::new();
+        if self.file.entry(entity).kind == 184 {
+            targets = self.assembly(entity).unwrap_or_default().into_iter().map(|i| i.0).collect();
+        } else if let Ok((target, _)) = self.instance(entity, &Affine::identity()) {
+            targets.push(target);
+        }
+        targets.into_iter().filter(|t| *t != entity).for_each(|t| placed[t] = true);
     }
 
     /// Marks the members of definitions, through groups.

@@ -37,6 +37,13 @@ struct Task {
     instance: usize,
 }
 
+impl Task {
+    /// The task of an entity that this one contains.
+    fn below(&self, entity: usize, map: Affine, instance: usize) -> Self {
+        Self { entity, map, depth: self.depth + 1, instance }
+    }
+}
+
 /// A shell's number, its place, and its faces with their sense.
 type ShellFaces = (Option<usize>, Affine, Vec<(usize, bool)>);
 
@@ -100,7 +107,7 @@ impl Reader<'_, '_> {
         found: &mut Found,
         stack: &mut Vec<Task>,
     ) -> Result<(), Fault> {
-        let Task { entity, map, depth, instance } = task;
+        let Task { entity, map, depth, .. } = task;
         let kind = self.file.entry(entity).kind;
         if depth > 2 * DEPTH {
             return Err(self.file.fault(
@@ -110,41 +117,54 @@ impl Reader<'_, '_> {
                 format!("at most {} levels", 2 * DEPTH),
             ));
         }
-        let below = |entity, map, instance| Task { entity, map, depth: depth + 1, instance };
         match kind {
             144 => found.push(self, entity, self.trimmed_surface(entity, &map)?)?,
             143 => found.push(self, entity, self.bounded_surface(entity, &map)?)?,
             186 | 514 | 510 => self.show_brep(task, found)?,
-            308 | 402 => {
-                let placed = if kind == 308 { self.placed(entity, &map)? } else { map };
-                let mut members =
-                    if kind == 308 { self.definition(entity)? } else { self.group(entity)? };
-                members.retain(|m| !owners.used[*m] && !owners.hidden[*m]);
-                stack.extend(members.into_iter().rev().map(|m| below(m, placed, instance)));
-            }
+            308 | 402 => stack.extend(self.members_to_show(task, owners)?),
             408 | 430 => {
                 found.instances += 1;
                 let (target, placed) = self.instance(entity, &map)?;
                 if !owners.hidden[target] {
-                    stack.push(below(target, placed, found.instances));
+                    stack.push(task.below(target, placed, found.instances));
                 }
             }
-            184 => {
-                let placed = self.placed(entity, &map)?;
-                for (item, own) in self.assembly(entity)? {
-                    if owners.hidden[item] {
-                        continue;
-                    }
-                    found.instances += 1;
-                    stack.push(below(item, placed.after(&own), found.instances));
-                }
-            }
+            184 => self.show_assembly(task, owners, found, stack)?,
             kind if SURFACES.contains(&kind) => {
                 if let Some(face) = self.whole_surface(entity, &map)? {
                     found.push(self, entity, face)?;
                 }
             }
             _ => {}
+        }
+        Ok(())
+    }
+
+    /// Members of a subfigure definition (308) or group (402) that are to be shown, the last one first.
+    fn members_to_show(&self, task: Task, owners: &Ownership) -> Result<Vec<Task>, Fault> {
+        let Task { entity, map, instance, .. } = task;
+        let definition = self.file.entry(entity).kind == 308;
+        let placed = if definition { self.placed(entity, &map)? } else { map };
+        let mut members = if definition { self.definition(entity)? } else { self.group(entity)? };
+        members.retain(|m| !owners.used[*m] && !owners.hidden[*m]);
+        Ok(members.into_iter().rev().map(|m| task.below(m, placed, instance)).collect())
+    }
+
+    /// Puts the items of an assembly (184) on the stack, each an instance of its own.
+    fn show_assembly(
+        &self,
+        task: Task,
+        owners: &Ownership,
+        found: &mut Found,
+        stack: &mut Vec<Task>,
+    ) -> Result<(), Fault> {
+        let placed = self.placed(task.entity, &task.map)?;
+        for (item, own) in self.assembly(task.entity)? {
+            if owners.hidden[item] {
+                continue;
+            }
+            found.instances += 1;
+            stack.push(task.below(item, placed.after(&own), found.instances));
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::curves::{Piece, Shape};
 use super::file::Fault;
+use super::params::Params;
 use super::reader::{Reader, mirrors, similarity};
 use super::surface::{Based, narrowed};
 use super::uv::UvMap;
@@ -56,14 +57,7 @@ impl Reader<'_, '_> {
     ) -> Result<Based, Fault> {
         let mut p = self.file.params(entity)?;
         let (axis, generatrix) = (p.pointer("axis")?, p.pointer("generatrix")?);
-        let (from, mut to) = (p.real("start angle")?, p.real_or("end angle", TAU)?);
-        if !(from.abs() < 1e6 && to.abs() < 1e6) {
-            return Err(p.fault(format_args!("angles {from} to {to}"), "angles in radians"));
-        }
-        while to - from <= 1e-12 {
-            to += TAU;
-        }
-        let angles = [from, to.min(from + TAU)];
+        let angles = read_angles(&mut p)?;
         let placed = self.placed(entity, map)?;
         if similarity(&placed).is_none() {
             return Err(p.fault(
@@ -71,19 +65,9 @@ impl Reader<'_, '_> {
                 "rotation, reflection and uniform scale",
             ));
         }
-        let line = self.joined(axis, &placed)?.curve;
-        let ends = line.domain().map(|t| line.point(t));
-        let direction = unit(ends[1] - ends[0]).ok_or_else(|| {
-            self.file.fault(
-                entity,
-                "entity-invalid",
-                "an axis of no length",
-                "a line (110) of some length",
-            )
-        })?;
-        let direction = if mirrors(&placed) { -direction } else { direction };
+        let (origin, direction) = self.axis_of_revolution(entity, axis, &placed)?;
         let piece = self.joined(generatrix, &placed)?;
-        if !whole && let Some(based) = recognised(&piece, ends[0], direction) {
+        if !whole && let Some(based) = recognised(&piece, origin, direction) {
             return Ok(based);
         }
         let approximate = !matches!(piece.shape, Shape::Line | Shape::Free);
@@ -93,7 +77,7 @@ impl Reader<'_, '_> {
             domain: Some([angles, [low, high]]),
             surface: RawSurface::Revolution {
                 generatrix: piece.curve,
-                origin: ends[0],
+                origin,
                 axis: direction,
                 angles: Some(angles),
                 curve_first: false,
@@ -103,6 +87,26 @@ impl Reader<'_, '_> {
             approximate,
             turned: false,
         })
+    }
+
+    /// Reads the axis of a surface of revolution: its first point [mm] and its direction, about which angles count.
+    fn axis_of_revolution(
+        &self,
+        entity: usize,
+        axis: usize,
+        placed: &Affine,
+    ) -> Result<(Vec3, Vec3), Fault> {
+        let line = self.joined(axis, placed)?.curve;
+        let ends = line.domain().map(|t| line.point(t));
+        let direction = unit(ends[1] - ends[0]).ok_or_else(|| {
+            self.file.fault(
+                entity,
+                "entity-invalid",
+                "an axis of no length",
+                "a line (110) of some length",
+            )
+        })?;
+        Ok((ends[0], if mirrors(placed) { -direction } else { direction }))
     }
 
     /// Tabulated cylinder (122): directrix DE, end LX, LY, LZ of the generatrix, which begins where the
@@ -184,6 +188,25 @@ fn turned_line(ends: &[Vec3], origin: Vec3, axis: Vec3) -> Option<(RawSurface, V
     Some((surface, maps))
 }
 
+/// Reads start and end angle [rad], the end at most a turn behind the start.
+fn read_angles(p: &mut Params<'_, '_>) -> Result<[f64; 2], Fault> {
+    let (from, mut to) = (p.real("start angle")?, p.real_or("end angle", TAU)?);
+    if !(from.abs() < 1e6 && to.abs() < 1e6) {
+        return Err(p.fault(format_args!("angles {from} to {to}"), "angles in radians"));
+    }
+    while to - from <= 1e-12 {
+        to += TAU;
+    }
+    Ok([from, to.min(from + TAU)])
+}
+
+/// Direction in the plane of an arc and across the axis, to the side on which the arc is at an angle [rad].
+fn outward_at(arc: &Frame, axis: Vec3, angle: f64) -> Option<Vec3> {
+    let across = unit(arc.z.cross(&axis))?;
+    let there = arc.x * angle.cos() + arc.y * angle.sin();
+    Some(if there.dot(&across) < 0.0 { -across } else { across })
+}
+
 fn turned_arc(
     piece: &Piece,
     arc: &Frame,
@@ -200,14 +223,7 @@ fn turned_arc(
     }
     let [low, high] = piece.curve.domain();
     let ball = major <= NIL * radius;
-    let outward = if ball {
-        let across = unit(arc.z.cross(&axis))?;
-        let middle = f64::midpoint(low, high);
-        let there = arc.x * middle.cos() + arc.y * middle.sin();
-        if there.dot(&across) < 0.0 { -across } else { across }
-    } else {
-        out / major
-    };
+    let outward = if ball { outward_at(arc, axis, f64::midpoint(low, high))? } else { out / major };
     if arc.z.dot(&outward).abs() > NIL {
         return None;
     }

@@ -76,16 +76,7 @@ impl Reader<'_, '_> {
             .zip(outer.iter().chain(std::iter::repeat(&None)))
             .map(|(drafts, outer)| raw_loop(drafts, *outer))
             .collect();
-        let bare =
-            out.iter().flat_map(|l| &l.edges).any(|e| e.curve.is_none() && e.pcurve.is_none());
-        if bare || out.iter().any(|l| l.edges.is_empty() && l.vertex.is_none()) {
-            return Err(self.file.fault(
-                entity,
-                "boundary-empty",
-                "a boundary edge with no curve that can be used",
-                "a curve in space, or one in the parameters of a surface that has them",
-            ));
-        }
+        self.check_curves(entity, &out)?;
         if to_domain && (!out.is_empty() || based.narrowed) {
             let Some(domain) = based.domain else {
                 return Err(self.file.fault(
@@ -105,6 +96,21 @@ impl Reader<'_, '_> {
             source: format!("D{} ({})", entry.pointer, entry.kind),
             shell: None,
         })
+    }
+
+    /// Refuses loops without edges or vertex, and edges without a curve.
+    fn check_curves(&self, entity: usize, loops: &[RawLoop]) -> Result<(), Fault> {
+        let bare =
+            loops.iter().flat_map(|l| &l.edges).any(|e| e.curve.is_none() && e.pcurve.is_none());
+        if bare || loops.iter().any(|l| l.edges.is_empty() && l.vertex.is_none()) {
+            return Err(self.file.fault(
+                entity,
+                "boundary-empty",
+                "a boundary edge with no curve that can be used",
+                "a curve in space, or one in the parameters of a surface that has them",
+            ));
+        }
+        Ok(())
     }
 
     /// Brings a surface and the curves of its edges together, with a note where one of them is not what the file says.

@@ -170,6 +170,19 @@ struct Sample {
     miss: f64,
 }
 
+impl Sample {
+    /// The sample at `uv`, compared with the point `p`.
+    fn at(native: &Native<'_>, p: &Vec3, uv: Vec2) -> Self {
+        let foot = native.point(uv);
+        Self { uv, foot, miss: (foot - p).norm() }
+    }
+
+    /// The foot of `p`, searched from `uv`.
+    fn near(native: &Native<'_>, p: &Vec3, uv: Vec2) -> Self {
+        Self::at(native, p, native.inverse(p, Some(uv)))
+    }
+}
+
 /// The straight line between the ends where one parameter of all samples is the same, to `allowed` [mm], and the other
 /// runs one way.
 fn along_one_parameter(native: &Native<'_>, samples: &[Sample], allowed: f64) -> Option<Curve2> {
@@ -198,40 +211,18 @@ fn along_one_parameter(native: &Native<'_>, samples: &[Sample], allowed: f64) ->
 /// surface is searched, as long as this finds nearer ones.
 fn projected_samples(native: &Native<'_>, points: &[Vec3], hints: Hints, size: f64) -> Vec<Sample> {
     let n = points.len() - 1;
-    let sample = |k: usize, uv: Vec2| {
-        let foot = native.point(uv);
-        Sample { uv, foot, miss: (foot - points[k]).norm() }
-    };
-    let near = |k: usize, uv: Vec2| sample(k, native.inverse(&points[k], Some(uv)));
-    let fine = 1e-6 * size;
-    let after = hints.after.filter(|&uv| native.searches() && native.regular(uv));
-    let after = after.map(|uv| near(0, uv)).filter(|s| s.miss <= fine);
-    // From the middle outwards where nothing is known of the start: an end may be a pole, where one parameter is
-    // anybody's.
-    let begin = if after.is_some() { 0 } else { n / 2 };
-    let from_path = hints.path.map(|h| {
-        let [c, d] = h.domain();
-        near(begin, h.point(c + (d - c) * begin as f64 / n as f64))
-    });
-    let first = after.or(from_path.filter(|s| s.miss <= fine)).unwrap_or_else(|| {
-        let global = sample(begin, native.inverse(&points[begin], None));
-        match from_path {
-            Some(s) if s.miss <= 2.0 * global.miss => s,
-            Some(s) => sample(begin, native.equivalent_near(global.uv, s.uv)),
-            None => global,
-        }
-    });
+    let (begin, first) = first_sample(native, points, hints, size);
     let mut samples = vec![first; n + 1];
     let step = (points[begin + 1] - points[begin]).norm();
     let mut allowed = (3.0 * first.miss).max(1e-3 * step);
     let mut searches = 4;
     for k in (0..begin).rev().chain(begin + 1..=n) {
         let expected = extrapolate(&samples, k, if k < begin { 1 } else { -1 }, begin);
-        let mut found = near(k, expected);
+        let mut found = Sample::near(native, &points[k], expected);
         if found.miss > allowed && searches > 0 {
             searches -= 1;
             let other = native.inverse(&points[k], None);
-            let other = sample(k, native.equivalent_near(other, expected));
+            let other = Sample::at(native, &points[k], native.equivalent_near(other, expected));
             if other.miss < 0.5 * found.miss {
                 found = other;
             }
@@ -243,6 +234,33 @@ fn projected_samples(native: &Native<'_>, points: &[Vec3], hints: Hints, size: f
         samples[k] = found;
     }
     samples
+}
+
+/// Number and foot of the point that the others are searched from: the first one where the side before it leads there,
+/// else the one in the middle.
+fn first_sample(native: &Native<'_>, points: &[Vec3], hints: Hints, size: f64) -> (usize, Sample) {
+    let n = points.len() - 1;
+    let fine = 1e-6 * size;
+    let after = hints.after.filter(|&uv| native.searches() && native.regular(uv));
+    let after = after.map(|uv| Sample::near(native, &points[0], uv)).filter(|s| s.miss <= fine);
+    // From the middle outwards where nothing is known of the start: an end may be a pole, where one parameter is
+    // anybody's.
+    let begin = if after.is_some() { 0 } else { n / 2 };
+    let from_path = hints.path.map(|h| {
+        let [c, d] = h.domain();
+        let uv = h.point(c + (d - c) * begin as f64 / n as f64);
+        Sample::near(native, &points[begin], uv)
+    });
+    let first = after.or(from_path.filter(|s| s.miss <= fine)).unwrap_or_else(|| {
+        let point = &points[begin];
+        let global = Sample::at(native, point, native.inverse(point, None));
+        match from_path {
+            Some(s) if s.miss <= 2.0 * global.miss => s,
+            Some(s) => Sample::at(native, point, native.equivalent_near(global.uv, s.uv)),
+            None => global,
+        }
+    });
+    (begin, first)
 }
 
 /// At a pole the angle is anybody's: there it is the one expected.

@@ -12,6 +12,15 @@ use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawSurface};
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Aabb, Vec2, Vec3};
 
+/// A curve of a boundary.
+struct Member<'t> {
+    curve: Entity<'t>,
+    /// The boundary runs along it.
+    sense: bool,
+    /// `None` where the member is a parameter curve alone.
+    space: Option<Curve3>,
+}
+
 impl<'t> Resolver<'t> {
     /// A surface that is a face by itself: bounded by its own curves, its trim, or nothing but its domain.
     pub fn surface_face(&self, e: Entity<'t>, units: Units) -> Outcome<RawFace> {
@@ -46,49 +55,64 @@ impl<'t> Resolver<'t> {
         let mut boundaries = vec![];
         let mut near = Aabb::EMPTY;
         for boundary in a.entities(2)? {
-            let mut members = vec![];
-            for (curve, sense) in self.members(boundary)? {
-                // A member may be a parameter curve alone: then there is none in space.
-                let space = if curve.kind() == "PCURVE" {
-                    None
-                } else {
-                    let whole = self.curve(curve, units, 1)?.whole();
-                    Some(whole.ok_or_else(|| curve.fault("an endless segment", "bounded curves"))?)
-                };
-                let points = space.iter().flat_map(|c: &Curve3| c.points());
-                near = near.union(&Aabb::of_points(points));
-                members.push((curve, sense, space));
+            let members = self.boundary_members(boundary, units)?;
+            for curve in members.iter().filter_map(|m| m.space.as_ref()) {
+                near = near.union(&Aabb::of_points(curve.points()));
             }
             boundaries.push((boundary, members));
         }
         let on = self.surface(basis, units, &near, 1)?;
         let mut loops = vec![];
         for (boundary, members) in boundaries {
-            let mut edges = vec![];
-            for (curve, sense, space) in members {
-                let pcurve = self.member_pcurve(curve, &on, units);
-                // The boundary's direction says on which side the face lies, as that of a loop of edges does.
-                let edge_id = Some(curve.index as usize);
-                let mut edge = RawEdge { curve: space, pcurve, edge_id, ..RawEdge::default() };
-                if edge.curve.is_none() && edge.pcurve.is_none() {
-                    return Err(
-                        curve.fault("a boundary curve on another surface", "one on the basis")
-                    );
-                }
-                if !sense {
-                    turn_edge(&mut edge);
-                }
-                edges.push(edge);
-            }
-            if let Some(turned @ 1..) = chain(&mut edges) {
-                let text = format!("{turned} segments run against their neighbours: turned round");
-                self.note(Severity::Note, "segment-turned", boundary.place(), text);
-            }
-            edges.iter_mut().for_each(|edge| align(edge, &on));
-            let outer = boundary.has("OUTER_BOUNDARY_CURVE").then_some(true);
-            loops.push(RawLoop { outer, edges, vertex: None });
+            loops.push(self.boundary_loop(boundary, members, &on, units)?);
         }
         Ok((Supported { entity: e.index, ..on }, loops))
+    }
+
+    /// Reads the members of a boundary, those in space in mm.
+    fn boundary_members(&self, boundary: Entity<'t>, units: Units) -> Outcome<Vec<Member<'t>>> {
+        let mut members = vec![];
+        for (curve, sense) in self.members(boundary)? {
+            let space = if curve.kind() == "PCURVE" {
+                None
+            } else {
+                let whole = self.curve(curve, units, 1)?.whole();
+                Some(whole.ok_or_else(|| curve.fault("an endless segment", "bounded curves"))?)
+            };
+            members.push(Member { curve, sense, space });
+        }
+        Ok(members)
+    }
+
+    /// Makes the loop of a boundary of a face on the surface `on`.
+    fn boundary_loop(
+        &self,
+        boundary: Entity<'t>,
+        members: Vec<Member<'t>>,
+        on: &Supported,
+        units: Units,
+    ) -> Outcome<RawLoop> {
+        let mut edges = vec![];
+        for Member { curve, sense, space } in members {
+            let pcurve = self.member_pcurve(curve, on, units);
+            // The boundary's direction says on which side the face lies, as that of a loop of edges does.
+            let edge_id = Some(curve.index as usize);
+            let mut edge = RawEdge { curve: space, pcurve, edge_id, ..RawEdge::default() };
+            if edge.curve.is_none() && edge.pcurve.is_none() {
+                return Err(curve.fault("a boundary curve on another surface", "one on the basis"));
+            }
+            if !sense {
+                turn_edge(&mut edge);
+            }
+            edges.push(edge);
+        }
+        if let Some(turned @ 1..) = chain(&mut edges) {
+            let text = format!("{turned} segments run against their neighbours: turned round");
+            self.note(Severity::Note, "segment-turned", boundary.place(), text);
+        }
+        edges.iter_mut().for_each(|edge| align(edge, on));
+        let outer = boundary.has("OUTER_BOUNDARY_CURVE").then_some(true);
+        Ok(RawLoop { outer, edges, vertex: None })
     }
 
     fn member_pcurve(&self, curve: Entity<'t>, on: &Supported, units: Units) -> Option<Curve2> {

@@ -18,19 +18,7 @@ impl Resolver<'_> {
             "LINE" => {
                 Ok(Form::Line(self.point(a.entity(1)?, units)?, self.vector(a.entity(2)?, units)?))
             }
-            "CIRCLE" => {
-                let r = length(e, &a, 2, units)?;
-                Ok(Form::Ellipse(self.frame(a.entity(1)?, units)?, r, r))
-            }
-            "ELLIPSE" | "HYPERBOLA" => {
-                let (p, q) = (length(e, &a, 2, units)?, length(e, &a, 3, units)?);
-                let frame = self.frame(a.entity(1)?, units)?;
-                let ellipse = e.kind() == "ELLIPSE";
-                Ok(if ellipse { Form::Ellipse(frame, p, q) } else { Form::Hyperbola(frame, p, q) })
-            }
-            "PARABOLA" => {
-                Ok(Form::Parabola(self.frame(a.entity(1)?, units)?, length(e, &a, 2, units)?))
-            }
+            "CIRCLE" | "ELLIPSE" | "HYPERBOLA" | "PARABOLA" => self.conic(e, &a, units),
             "POLYLINE" => self.polyline(e, &a, units, depth),
             "TRIMMED_CURVE" => self.trimmed_curve(e, &a, units, depth),
             "COMPOSITE_CURVE"
@@ -52,6 +40,23 @@ impl Resolver<'_> {
                 self.spline_curve(e, units, depth).map(Form::Free)
             }
             kind => Err(e.fault(format!("a {kind} as a curve"), "a curve entity of AP203/214/242")),
+        }
+    }
+
+    /// Reads a circle, ellipse or hyperbola; any other kind is read as a parabola. Lengths in mm.
+    fn conic(&self, e: Entity, a: &Attributes, units: Units) -> Outcome<Form> {
+        match e.kind() {
+            "CIRCLE" => {
+                let r = length(e, a, 2, units)?;
+                Ok(Form::Ellipse(self.frame(a.entity(1)?, units)?, r, r))
+            }
+            "ELLIPSE" | "HYPERBOLA" => {
+                let (p, q) = (length(e, a, 2, units)?, length(e, a, 3, units)?);
+                let frame = self.frame(a.entity(1)?, units)?;
+                let ellipse = e.kind() == "ELLIPSE";
+                Ok(if ellipse { Form::Ellipse(frame, p, q) } else { Form::Hyperbola(frame, p, q) })
+            }
+            _ => Ok(Form::Parabola(self.frame(a.entity(1)?, units)?, length(e, a, 2, units)?)),
         }
     }
 
@@ -216,22 +221,10 @@ pub fn knots(
     points: usize,
     at: [usize; 2],
 ) -> Outcome<Vec<f64>> {
-    let count = points + degree + 1;
     if kind.contains("UNIFORM") || kind.contains("BEZIER") {
-        let bezier = kind.contains("BEZIER");
-        let step = if bezier { degree } else { 1 };
-        let last = points.saturating_sub(1) / step
-            - usize::from(!bezier) * (degree - 1).min(points.saturating_sub(1));
-        let knot = |k: usize| {
-            let k = k as f64 - degree as f64;
-            match kind {
-                "UNIFORM_CURVE" | "UNIFORM_SURFACE" => k,
-                _ if bezier => ((k - 1.0) / step as f64 + 1.0).floor().clamp(0.0, last as f64),
-                _ => k.clamp(0.0, last as f64),
-            }
-        };
-        return Ok((0..count).map(knot).collect());
+        return Ok(implied_knots(kind, degree, points));
     }
+    let count = points + degree + 1;
     let (multiplicities, values) = (a.list(at[0])?, a.reals(at[1])?);
     let mut knots = Vec::new();
     for (m, value) in multiplicities.iter().zip(&values) {
@@ -251,4 +244,22 @@ pub fn knots(
         return Err(e.fault(found, "one each"));
     }
     Ok(knots)
+}
+
+/// Knots of a uniform, quasi-uniform or Bezier spline with so many points.
+fn implied_knots(kind: &str, degree: usize, points: usize) -> Vec<f64> {
+    let count = points + degree + 1;
+    let bezier = kind.contains("BEZIER");
+    let step = if bezier { degree } else { 1 };
+    let last = points.saturating_sub(1) / step
+        - usize::from(!bezier) * (degree - 1).min(points.saturating_sub(1));
+    let knot = |k: usize| {
+        let k = k as f64 - degree as f64;
+        match kind {
+            "UNIFORM_CURVE" | "UNIFORM_SURFACE" => k,
+            _ if bezier => ((k - 1.0) / step as f64 + 1.0).floor().clamp(0.0, last as f64),
+            _ => k.clamp(0.0, last as f64),
+        }
+    };
+    (0..count).map(knot).collect()
 }

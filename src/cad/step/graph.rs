@@ -39,8 +39,7 @@ pub struct Graph<'t> {
 pub fn graph<'t>(resolver: &Resolver<'t>) -> Outcome<Graph<'t>> {
     let mut graph = Graph { sheets: vec![], groups: vec![], group_of: FxHashMap::default() };
     let mut contexts: FxHashMap<u32, Context> = FxHashMap::default();
-    let mut mapped: Vec<(usize, Entity)> = vec![];
-    let mut skipped: [(usize, Option<Entity>); 2] = Default::default();
+    let mut unread = Unread::default();
     for e in representations(resolver) {
         let a = e.attributes();
         let (Ok(items), Ok(context)) = (a.entities(1), a.entity(2)) else {
@@ -53,25 +52,54 @@ pub fn graph<'t>(resolver: &Resolver<'t>) -> Outcome<Graph<'t>> {
         contexts.insert(context.index, context_read.clone());
         let units = context_read.units;
         let number = graph.sheets.len();
-        let mut sheet = Sheet { entity: e, context: context_read, items: vec![] };
-        for item in items {
-            match item_kind(item) {
-                ItemKind::Shape => sheet.items.push(resolver.item(item, units)?),
-                ItemKind::Loose => {
-                    sheet.items.push(ItemFaces {
-                        entity: item.index,
-                        loose_curves: 1,
-                        ..ItemFaces::default()
-                    });
-                }
-                ItemKind::Mapped => mapped.push((number, item)),
-                ItemKind::Tessellated => tally(&mut skipped[0], item),
-                ItemKind::Constructive => tally(&mut skipped[1], item),
-                ItemKind::Other => {}
-            }
-        }
-        graph.sheets.push(sheet);
+        let items = read_items(resolver, items, units, (number, &mut unread))?;
+        graph.sheets.push(Sheet { entity: e, context: context_read, items });
     }
+    report_skipped(resolver, unread.skipped);
+    group_sheets(resolver, &mut graph);
+    mapped_items(resolver, &mut graph, &unread.mapped);
+    occurrences(resolver, &mut graph);
+    if graph.sheets.iter().all(|s| s.items.is_empty()) {
+        orphans(resolver, &mut graph)?;
+    }
+    Ok(graph)
+}
+
+/// Items of representations without faces of their own.
+#[derive(Default)]
+struct Unread<'t> {
+    /// Placements of another representation, with the sheet they are in.
+    mapped: Vec<(usize, Entity<'t>)>,
+    /// Number and first of the tessellated and of the constructive items.
+    skipped: [(usize, Option<Entity<'t>>); 2],
+}
+
+/// Reads the items of the sheet `number` that are shapes or curves, and notes the others in `unread`.
+fn read_items<'t>(
+    resolver: &Resolver<'t>,
+    items: Vec<Entity<'t>>,
+    units: Units,
+    (number, unread): (usize, &mut Unread<'t>),
+) -> Outcome<Vec<ItemFaces>> {
+    let mut read = vec![];
+    for item in items {
+        match item_kind(item) {
+            ItemKind::Shape => read.push(resolver.item(item, units)?),
+            ItemKind::Loose => {
+                let entity = item.index;
+                read.push(ItemFaces { entity, loose_curves: 1, ..ItemFaces::default() });
+            }
+            ItemKind::Mapped => unread.mapped.push((number, item)),
+            ItemKind::Tessellated => tally(&mut unread.skipped[0], item),
+            ItemKind::Constructive => tally(&mut unread.skipped[1], item),
+            ItemKind::Other => {}
+        }
+    }
+    Ok(read)
+}
+
+/// Reports tessellated and constructive items that were left out.
+fn report_skipped(resolver: &Resolver, skipped: [(usize, Option<Entity>); 2]) {
     for ((n, first), kind) in
         skipped.into_iter().zip([ItemKind::Tessellated, ItemKind::Constructive])
     {
@@ -79,13 +107,6 @@ pub fn graph<'t>(resolver: &Resolver<'t>) -> Outcome<Graph<'t>> {
             resolver.left_out(kind, n, first);
         }
     }
-    group_sheets(resolver, &mut graph);
-    mapped_items(resolver, &mut graph, &mapped);
-    occurrences(resolver, &mut graph);
-    if graph.sheets.iter().all(|s| s.items.is_empty()) {
-        orphans(resolver, &mut graph)?;
-    }
-    Ok(graph)
 }
 
 fn tally<'t>(count: &mut (usize, Option<Entity<'t>>), item: Entity<'t>) {
@@ -215,18 +236,7 @@ fn mapped_items(resolver: &Resolver, graph: &mut Graph, mapped: &[(usize, Entity
 /// `CONTEXT_DEPENDENT_SHAPE_REPRESENTATION` that uses it (once if none does).
 fn occurrences(resolver: &Resolver, graph: &mut Graph) {
     let shapes = shapes_of_products(resolver);
-    let mut uses: FxHashMap<u32, Vec<Option<u32>>> = FxHashMap::default();
-    for e in resolver.entities().filter(|e| e.kind() == "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") {
-        let a = e.attributes();
-        let Ok(relation) = a.entity(0) else { continue };
-        let usage = a.entity(1).and_then(|shape| shape.attributes().entity(2));
-        if usage.as_ref().is_ok_and(|u| u.kind() == "SPECIFIED_HIGHER_USAGE_OCCURRENCE") {
-            continue;
-        }
-        // NEXT_ASSEMBLY_USAGE_OCCURRENCE(id, name, description, relating, related, ..)
-        let component = usage.and_then(|u| u.attributes().entity(4)).ok();
-        uses.entry(relation.index).or_default().push(component.map(|c| c.index));
-    }
+    let uses = uses_of_relations(resolver);
     for e in resolver.entities() {
         if !e.has("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION") {
             continue;
@@ -253,6 +263,23 @@ fn occurrences(resolver: &Resolver, graph: &mut Graph) {
             }
         }
     }
+}
+
+/// Components that use each relationship, by its instance; `None` where a use does not name its component.
+fn uses_of_relations(resolver: &Resolver) -> FxHashMap<u32, Vec<Option<u32>>> {
+    let mut uses: FxHashMap<u32, Vec<Option<u32>>> = FxHashMap::default();
+    for e in resolver.entities().filter(|e| e.kind() == "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") {
+        let a = e.attributes();
+        let Ok(relation) = a.entity(0) else { continue };
+        let usage = a.entity(1).and_then(|shape| shape.attributes().entity(2));
+        if usage.as_ref().is_ok_and(|u| u.kind() == "SPECIFIED_HIGHER_USAGE_OCCURRENCE") {
+            continue;
+        }
+        // NEXT_ASSEMBLY_USAGE_OCCURRENCE(id, name, description, relating, related, ..)
+        let component = usage.and_then(|u| u.attributes().entity(4)).ok();
+        uses.entry(relation.index).or_default().push(component.map(|c| c.index));
+    }
+    uses
 }
 
 /// Groups of both sides and the map from the first to the second.

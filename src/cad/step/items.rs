@@ -169,15 +169,7 @@ impl<'t> Resolver<'t> {
         let a = e.attributes();
         match e.kind() {
             "MANIFOLD_SOLID_BREP" | "FACETED_BREP" | "BREP_WITH_VOIDS" => {
-                if let Some(shell) = self.survive(a.entity(1), out)? {
-                    self.shell(shell, units, out)?;
-                }
-                if e.has("BREP_WITH_VOIDS") {
-                    let voids = a.entities(a.len().saturating_sub(1));
-                    for void in self.survive(voids, out)?.unwrap_or_default() {
-                        self.shell(void, units, out)?;
-                    }
-                }
+                self.solid(e, units, out)?;
             }
             "SHELL_BASED_SURFACE_MODEL" | "FACE_BASED_SURFACE_MODEL" => {
                 for shell in self.survive(a.entities(1), out)?.unwrap_or_default() {
@@ -205,6 +197,21 @@ impl<'t> Resolver<'t> {
                 let face = self.surface_face(e, units);
                 let read = self.survive_face(e, face, out)?;
                 out.faces.extend(read);
+            }
+        }
+        Ok(())
+    }
+
+    /// `MANIFOLD_SOLID_BREP(name, outer)`, `BREP_WITH_VOIDS(name, outer, voids)`.
+    fn solid(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces) -> Outcome<()> {
+        let a = e.attributes();
+        if let Some(shell) = self.survive(a.entity(1), out)? {
+            self.shell(shell, units, out)?;
+        }
+        if e.has("BREP_WITH_VOIDS") {
+            let voids = a.entities(a.len().saturating_sub(1));
+            for void in self.survive(voids, out)?.unwrap_or_default() {
+                self.shell(void, units, out)?;
             }
         }
         Ok(())

@@ -29,69 +29,94 @@ pub fn similarity(map: &Affine) -> Option<f64> {
 pub fn surface(surface: &RawSurface, map: &Affine) -> Option<Placed> {
     let scale = similarity(map)?;
     let mirrored = map.linear.determinant() < 0.0;
-    let moved = |f: &Frame| {
-        let (x, y) = (map.vector(&f.x) / scale, map.vector(&f.y) / scale);
-        Frame { origin: map.point(&f.origin), x, y, z: x.cross(&y) }
-    };
-    let v = if mirrored { -1.0 } else { 1.0 };
-    let round = |surface, scales| Placed { surface, turned: false, scales };
+    let motion = Motion { map, scale, mirrored };
+    let unscaled = |surface| Placed { surface, turned: mirrored, scales: [1.0, 1.0] };
     Some(match surface {
         RawSurface::Plane(f) => Placed {
-            surface: RawSurface::Plane(moved(f)),
+            surface: RawSurface::Plane(motion.frame(f)),
             turned: mirrored,
             scales: [scale, scale],
         },
-        RawSurface::Cylinder { frame, radius } => {
-            let surface = RawSurface::Cylinder { frame: moved(frame), radius: radius * scale };
-            round(surface, [1.0, v * scale])
+        RawSurface::Cylinder { .. }
+        | RawSurface::Cone { .. }
+        | RawSurface::Sphere { .. }
+        | RawSurface::Torus { .. } => {
+            let (surface, scales) = motion.place_round(surface)?;
+            Placed { surface, turned: false, scales }
         }
-        RawSurface::Cone { frame, radius, semi_angle } => {
-            let (frame, radius) = (moved(frame), radius * scale);
-            let semi_angle = semi_angle * v;
-            round(RawSurface::Cone { frame, radius, semi_angle }, [1.0, v * scale])
-        }
-        RawSurface::Sphere { frame, radius } => {
-            let surface = RawSurface::Sphere { frame: moved(frame), radius: radius * scale };
-            round(surface, [1.0, v])
-        }
-        RawSurface::Torus { frame, major, minor, keep_outer } => {
-            let (major, minor) = (major * scale, minor * scale);
-            let keep_outer = *keep_outer;
-            let surface = RawSurface::Torus { frame: moved(frame), major, minor, keep_outer };
-            round(surface, [1.0, v])
-        }
-        RawSurface::Revolution { generatrix, origin, axis, angles, curve_first } => Placed {
-            surface: RawSurface::Revolution {
+        RawSurface::Revolution { generatrix, origin, axis, angles, curve_first } => {
+            unscaled(RawSurface::Revolution {
                 generatrix: generatrix.transformed(map),
                 origin: map.point(origin),
-                axis: map.vector(axis) * (v / scale),
+                axis: map.vector(axis) * (motion.v_sign() / scale),
                 angles: *angles,
                 curve_first: *curve_first,
-            },
-            turned: mirrored,
-            scales: [1.0, 1.0],
-        },
-        RawSurface::Extrusion { directrix, direction, range } => Placed {
-            surface: RawSurface::Extrusion {
-                directrix: directrix.transformed(map),
-                direction: map.vector(direction),
-                range: *range,
-            },
-            turned: mirrored,
-            scales: [1.0, 1.0],
-        },
-        RawSurface::Nurbs(net) => Placed {
-            surface: RawSurface::Nurbs(net.transformed(map)),
-            turned: mirrored,
-            scales: [1.0, 1.0],
-        },
-        RawSurface::Offset { base, distance } => {
-            let base = self::surface(base, map)?;
-            let distance = distance * scale * if base.turned { -1.0 } else { 1.0 };
-            let surface = RawSurface::Offset { base: Box::new(base.surface), distance };
-            Placed { surface, ..base }
+            })
         }
+        RawSurface::Extrusion { directrix, direction, range } => unscaled(RawSurface::Extrusion {
+            directrix: directrix.transformed(map),
+            direction: map.vector(direction),
+            range: *range,
+        }),
+        RawSurface::Nurbs(net) => unscaled(RawSurface::Nurbs(net.transformed(map))),
+        RawSurface::Offset { base, distance } => place_offset(base, *distance, &motion)?,
     })
+}
+
+/// Places the surface at `distance` [mm] from `base`.
+fn place_offset(base: &RawSurface, distance: f64, motion: &Motion) -> Option<Placed> {
+    let base = surface(base, motion.map)?;
+    let distance = distance * motion.scale * if base.turned { -1.0 } else { 1.0 };
+    let surface = RawSurface::Offset { base: Box::new(base.surface), distance };
+    Some(Placed { surface, ..base })
+}
+
+/// A similarity.
+struct Motion<'a> {
+    map: &'a Affine,
+    /// Its factor of lengths.
+    scale: f64,
+    /// It turns right-handed frames into left-handed ones.
+    mirrored: bool,
+}
+
+impl Motion<'_> {
+    /// Places a frame, right-handed whether the map mirrors or not.
+    fn frame(&self, f: &Frame) -> Frame {
+        let (x, y) = (self.map.vector(&f.x) / self.scale, self.map.vector(&f.y) / self.scale);
+        Frame { origin: self.map.point(&f.origin), x, y, z: x.cross(&y) }
+    }
+
+    /// Sign of the images' v.
+    fn v_sign(&self) -> f64 {
+        if self.mirrored { -1.0 } else { 1.0 }
+    }
+
+    /// Places a cylinder, cone, sphere or torus; its image, and the factors of its parameters. `None` for others.
+    fn place_round(&self, surface: &RawSurface) -> Option<(RawSurface, [f64; 2])> {
+        let (scale, v) = (self.scale, self.v_sign());
+        Some(match surface {
+            RawSurface::Cylinder { frame, radius } => {
+                let (frame, radius) = (self.frame(frame), radius * scale);
+                (RawSurface::Cylinder { frame, radius }, [1.0, v * scale])
+            }
+            RawSurface::Cone { frame, radius, semi_angle } => {
+                let (frame, radius) = (self.frame(frame), radius * scale);
+                let semi_angle = semi_angle * v;
+                (RawSurface::Cone { frame, radius, semi_angle }, [1.0, v * scale])
+            }
+            RawSurface::Sphere { frame, radius } => {
+                let (frame, radius) = (self.frame(frame), radius * scale);
+                (RawSurface::Sphere { frame, radius }, [1.0, v])
+            }
+            RawSurface::Torus { frame, major, minor, keep_outer } => {
+                let (major, minor) = (major * scale, minor * scale);
+                let (frame, keep_outer) = (self.frame(frame), *keep_outer);
+                (RawSurface::Torus { frame, major, minor, keep_outer }, [1.0, v])
+            }
+            _ => return None,
+        })
+    }
 }
 
 /// The face's image; `None` when the map is no similarity. Edge and shell numbers stay.

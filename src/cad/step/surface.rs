@@ -23,6 +23,9 @@ pub struct Supported {
     pub entity: u32,
 }
 
+/// A surface, and the factors from the file's parameters to its own.
+type Scaled = (RawSurface, Option<[f64; 2]>);
+
 impl Resolver<'_> {
     /// Reads any surface. `near` is a box around what is cut from it: sweeps of endless curves reach as far.
     pub fn surface(
@@ -33,72 +36,22 @@ impl Resolver<'_> {
         depth: usize,
     ) -> Outcome<Supported> {
         self.spend(e, depth, 0)?;
-        let a = e.attributes();
-        let (l, r) = (units.length, units.angle);
-        let frame = || self.frame(a.entity(1)?, units);
         let (surface, scales) = match e.kind() {
-            "PLANE" => (RawSurface::Plane(frame()?), Some([l, l])),
-            "CYLINDRICAL_SURFACE" => {
-                let radius = length(e, &a, 2, units)?;
-                (RawSurface::Cylinder { frame: frame()?, radius }, Some([r, l]))
-            }
-            "CONICAL_SURFACE" => (self.cone(e, &a, units)?, Some([r, l])),
-            "SPHERICAL_SURFACE" => {
-                let radius = length(e, &a, 2, units)?;
-                (RawSurface::Sphere { frame: frame()?, radius }, Some([r, r]))
-            }
-            "TOROIDAL_SURFACE" | "DEGENERATE_TOROIDAL_SURFACE" => {
-                let (major, minor) = (a.real(2)? * l, length(e, &a, 3, units)?);
-                if !(major.is_finite() && major >= 0.0) {
-                    return Err(e.fault(format!("major radius {major}"), "0 or above"));
-                }
-                let degenerate = e.kind().starts_with('D');
-                let keep_outer = if degenerate { a.flag(4).ok() } else { None };
-                (RawSurface::Torus { frame: frame()?, major, minor, keep_outer }, Some([r, r]))
-            }
-            "SURFACE_OF_LINEAR_EXTRUSION" => {
-                let direction = self.vector(a.entity(2)?, units)?;
-                let form = self.curve(a.entity(1)?, units, depth + 1)?;
-                let scales = (!matches!(form, Form::Ellipse(..))).then_some([1.0, 1.0]);
-                let directrix = self.swept(e, &form, near, &Sweep::Along(direction))?;
-                (RawSurface::Extrusion { directrix, direction, range: None }, scales)
-            }
-            "SURFACE_OF_REVOLUTION" => {
-                let axis = self.frame(a.entity(2)?, units)?;
-                let form = self.curve(a.entity(1)?, units, depth + 1)?;
-                let scales = (!matches!(form, Form::Ellipse(..))).then_some([r, 1.0]);
-                let generatrix = self.swept(e, &form, near, &Sweep::About(axis.origin, axis.z))?;
-                let (origin, axis) = (axis.origin, axis.z);
-                let (angles, curve_first) = (None, false);
-                (RawSurface::Revolution { generatrix, origin, axis, angles, curve_first }, scales)
-            }
-            "OFFSET_SURFACE" => {
-                let base = self.surface(a.entity(1)?, units, near, depth + 1)?;
-                let sign = if base.turned { -1.0 } else { 1.0 };
-                let distance = sign * a.real(2)? * l;
-                let surface = RawSurface::Offset { base: Box::new(base.surface), distance };
-                return Ok(Supported { surface, entity: e.index, ..base });
-            }
-            "RECTANGULAR_TRIMMED_SURFACE" => {
-                let base = self.surface(a.entity(1)?, units, near, depth + 1)?;
-                let turned = base.turned ^ (a.flag(6)? != a.flag(7)?);
-                let plain = a.flag(6)? && a.flag(7)?;
-                let scales = base.scales.filter(|_| plain);
-                return Ok(Supported { turned, scales, entity: e.index, ..base });
-            }
+            "PLANE"
+            | "CYLINDRICAL_SURFACE"
+            | "CONICAL_SURFACE"
+            | "SPHERICAL_SURFACE"
+            | "TOROIDAL_SURFACE"
+            | "DEGENERATE_TOROIDAL_SURFACE" => self.read_elementary(e, units)?,
+            "SURFACE_OF_LINEAR_EXTRUSION" => self.read_extrusion(e, units, near, depth)?,
+            "SURFACE_OF_REVOLUTION" => self.read_revolution(e, units, near, depth)?,
+            "OFFSET_SURFACE" => return self.read_offset(e, units, near, depth),
+            "RECTANGULAR_TRIMMED_SURFACE" => return self.read_trimmed(e, units, near, depth),
             "CURVE_BOUNDED_SURFACE" => {
-                let base = self.surface(a.entity(1)?, units, near, depth + 1)?;
+                let base = self.surface(e.attributes().entity(1)?, units, near, depth + 1)?;
                 return Ok(Supported { entity: e.index, ..base });
             }
-            "SURFACE_REPLICA" => {
-                let base = self.surface(a.entity(1)?, units, &Aabb::EMPTY, depth + 1)?;
-                let map = self.operator(a.entity(2)?, units)?;
-                let placed = super::place::surface(&base.surface, &map);
-                let placed =
-                    placed.ok_or_else(|| e.fault("a map that changes shapes", "a scale"))?;
-                let (surface, turned) = (placed.surface, base.turned ^ placed.turned);
-                return Ok(Supported { surface, turned, scales: None, entity: e.index });
-            }
+            "SURFACE_REPLICA" => return self.read_replica(e, units, depth),
             kind if kind.contains("B_SPLINE_SURFACE")
                 || matches!(
                     kind,
@@ -113,6 +66,115 @@ impl Resolver<'_> {
             }
         };
         Ok(Supported { surface, turned: false, scales, entity: e.index })
+    }
+
+    /// Reads a plane, cylinder, cone or sphere; any other kind is read as a torus. Radii in mm.
+    fn read_elementary(&self, e: Entity, units: Units) -> Outcome<Scaled> {
+        let a = e.attributes();
+        let (l, r) = (units.length, units.angle);
+        let frame = || self.frame(a.entity(1)?, units);
+        Ok(match e.kind() {
+            "PLANE" => (RawSurface::Plane(frame()?), Some([l, l])),
+            "CYLINDRICAL_SURFACE" => {
+                let radius = length(e, &a, 2, units)?;
+                (RawSurface::Cylinder { frame: frame()?, radius }, Some([r, l]))
+            }
+            "CONICAL_SURFACE" => (self.cone(e, &a, units)?, Some([r, l])),
+            "SPHERICAL_SURFACE" => {
+                let radius = length(e, &a, 2, units)?;
+                (RawSurface::Sphere { frame: frame()?, radius }, Some([r, r]))
+            }
+            _ => (self.torus(e, &a, units)?, Some([r, r])),
+        })
+    }
+
+    /// `SURFACE_OF_LINEAR_EXTRUSION(name, directrix, vector)`.
+    fn read_extrusion(
+        &self,
+        e: Entity,
+        units: Units,
+        near: &Aabb,
+        depth: usize,
+    ) -> Outcome<Scaled> {
+        let a = e.attributes();
+        let direction = self.vector(a.entity(2)?, units)?;
+        let form = self.curve(a.entity(1)?, units, depth + 1)?;
+        let scales = (!matches!(form, Form::Ellipse(..))).then_some([1.0, 1.0]);
+        let directrix = self.swept(e, &form, near, &Sweep::Along(direction))?;
+        Ok((RawSurface::Extrusion { directrix, direction, range: None }, scales))
+    }
+
+    /// `SURFACE_OF_REVOLUTION(name, generatrix, axis)`.
+    fn read_revolution(
+        &self,
+        e: Entity,
+        units: Units,
+        near: &Aabb,
+        depth: usize,
+    ) -> Outcome<Scaled> {
+        let a = e.attributes();
+        let axis = self.frame(a.entity(2)?, units)?;
+        let form = self.curve(a.entity(1)?, units, depth + 1)?;
+        let scales = (!matches!(form, Form::Ellipse(..))).then_some([units.angle, 1.0]);
+        let generatrix = self.swept(e, &form, near, &Sweep::About(axis.origin, axis.z))?;
+        let (origin, axis) = (axis.origin, axis.z);
+        let (angles, curve_first) = (None, false);
+        Ok((RawSurface::Revolution { generatrix, origin, axis, angles, curve_first }, scales))
+    }
+
+    /// `OFFSET_SURFACE(name, basis, distance, self-intersect)`.
+    fn read_offset(
+        &self,
+        e: Entity,
+        units: Units,
+        near: &Aabb,
+        depth: usize,
+    ) -> Outcome<Supported> {
+        let a = e.attributes();
+        let base = self.surface(a.entity(1)?, units, near, depth + 1)?;
+        let sign = if base.turned { -1.0 } else { 1.0 };
+        let distance = sign * a.real(2)? * units.length;
+        let surface = RawSurface::Offset { base: Box::new(base.surface), distance };
+        Ok(Supported { surface, entity: e.index, ..base })
+    }
+
+    /// `RECTANGULAR_TRIMMED_SURFACE(name, basis, u1, u2, v1, v2, u sense, v sense)`, without its trims.
+    fn read_trimmed(
+        &self,
+        e: Entity,
+        units: Units,
+        near: &Aabb,
+        depth: usize,
+    ) -> Outcome<Supported> {
+        let a = e.attributes();
+        let base = self.surface(a.entity(1)?, units, near, depth + 1)?;
+        let turned = base.turned ^ (a.flag(6)? != a.flag(7)?);
+        let plain = a.flag(6)? && a.flag(7)?;
+        let scales = base.scales.filter(|_| plain);
+        Ok(Supported { turned, scales, entity: e.index, ..base })
+    }
+
+    /// `SURFACE_REPLICA(name, parent, transformation)`.
+    fn read_replica(&self, e: Entity, units: Units, depth: usize) -> Outcome<Supported> {
+        let a = e.attributes();
+        let base = self.surface(a.entity(1)?, units, &Aabb::EMPTY, depth + 1)?;
+        let map = self.operator(a.entity(2)?, units)?;
+        let placed = super::place::surface(&base.surface, &map);
+        let placed = placed.ok_or_else(|| e.fault("a map that changes shapes", "a scale"))?;
+        let (surface, turned) = (placed.surface, base.turned ^ placed.turned);
+        Ok(Supported { surface, turned, scales: None, entity: e.index })
+    }
+
+    /// `TOROIDAL_SURFACE(name, position, major radius, minor radius)`; a degenerate one says which part is meant.
+    fn torus(&self, e: Entity, a: &Attributes, units: Units) -> Outcome<RawSurface> {
+        let (major, minor) = (a.real(2)? * units.length, length(e, a, 3, units)?);
+        if !(major.is_finite() && major >= 0.0) {
+            return Err(e.fault(format!("major radius {major}"), "0 or above"));
+        }
+        let degenerate = e.kind().starts_with('D');
+        let keep_outer = if degenerate { a.flag(4).ok() } else { None };
+        let frame = self.frame(a.entity(1)?, units)?;
+        Ok(RawSurface::Torus { frame, major, minor, keep_outer })
     }
 
     /// `CONICAL_SURFACE(name, position, radius, semi-angle)`.
@@ -178,32 +240,12 @@ enum Sweep {
 
 /// Parameters between which an endless curve comes as near to the line of the sweep's images as the box does.
 fn reach(form: &Form, near: &Aabb, sweep: &Sweep) -> Option<[f64; 2]> {
-    let corner = |k: usize| {
-        let pick = |bit: usize| if k >> bit & 1 == 0 { near.min } else { near.max };
-        Vec3::new(pick(0).x, pick(1).y, pick(2).z)
-    };
     let centre = match form {
         Form::Line(o, _) => *o,
         Form::Hyperbola(f, ..) | Form::Parabola(f, _) => f.origin,
         _ => return None,
     };
-    // Distance from the curve's centre that images of the curve need to have to cover the box, with margin.
-    let mut far = 0.0_f64;
-    for corner in (0..8).map(corner) {
-        let away = match sweep {
-            Sweep::About(origin, axis) => {
-                let radial = |p: Vec3| (p - origin - axis * (p - origin).dot(axis)).norm();
-                (corner - centre).dot(axis).abs() + radial(corner) + radial(centre)
-            }
-            Sweep::Along(direction) => {
-                let d = direction.normalize();
-                let across = (corner - centre) - d * d.dot(&(corner - centre));
-                across.norm()
-            }
-        };
-        far = far.max(away);
-    }
-    far = 1.01 * far + 1e-6;
+    let far = 1.01 * distance_to_cover(near, centre, sweep) + 1e-6;
     match form {
         Form::Line(_, d) => {
             let slant = match sweep {
@@ -223,4 +265,28 @@ fn reach(form: &Form, near: &Aabb, sweep: &Sweep) -> Option<[f64; 2]> {
         }
         _ => None,
     }
+}
+
+/// Distance [mm] from the curve's centre that images of the curve need to have to cover the box.
+fn distance_to_cover(near: &Aabb, centre: Vec3, sweep: &Sweep) -> f64 {
+    let corner = |k: usize| {
+        let pick = |bit: usize| if k >> bit & 1 == 0 { near.min } else { near.max };
+        Vec3::new(pick(0).x, pick(1).y, pick(2).z)
+    };
+    let mut far = 0.0_f64;
+    for corner in (0..8).map(corner) {
+        let away = match sweep {
+            Sweep::About(origin, axis) => {
+                let radial = |p: Vec3| (p - origin - axis * (p - origin).dot(axis)).norm();
+                (corner - centre).dot(axis).abs() + radial(corner) + radial(centre)
+            }
+            Sweep::Along(direction) => {
+                let d = direction.normalize();
+                let across = (corner - centre) - d * d.dot(&(corner - centre));
+                across.norm()
+            }
+        };
+        far = far.max(away);
+    }
+    far
 }

@@ -259,25 +259,14 @@ impl<'a> Parser<'a, '_> {
                     if self.lists.is_empty() {
                         return Ok(span);
                     }
-                    match kind {
-                        None => Value::List(span),
-                        Some(keyword) => {
-                            let part = position(self.table.parts.len());
-                            self.table.parts.push(Part { keyword, values: span });
-                            Value::Typed(part)
-                        }
-                    }
+                    self.list_value(kind, span)
                 }
                 Token::Comma if after_value => {
                     after_value = false;
                     continue;
                 }
                 Token::Open if !after_value => {
-                    if self.lists.len() >= DEEPEST_LIST {
-                        let found = format!("lists nested deeper than {DEEPEST_LIST}");
-                        return Err(self.fault(&found, "the nesting a schema gives (at most 4)"));
-                    }
-                    self.lists.push((self.pending.len(), keyword.take()));
+                    self.open_list(keyword.take())?;
                     continue;
                 }
                 _ if after_value || keyword.is_some() => {
@@ -287,19 +276,29 @@ impl<'a> Parser<'a, '_> {
                     keyword = Some(name);
                     continue;
                 }
-                Token::Id(id) => Value::Reference(id),
-                Token::Integer(n) => Value::Integer(n),
-                Token::Real(x) => Value::Real(x),
-                Token::Text(text) => Value::Text(text),
-                Token::Enumeration(name) => Value::Enumeration(name),
-                Token::Opaque => Value::Opaque,
-                Token::Missing => Value::Missing,
-                Token::Derived => Value::Derived,
-                _ => return Err(self.unexpected(token, "a value")),
+                _ => simple_value(token).ok_or_else(|| self.unexpected(token, "a value"))?,
             };
             self.pending.push(value);
             after_value = true;
         }
+    }
+
+    /// Begins a nested list, the attributes of `keyword` if there is one.
+    fn open_list(&mut self, keyword: Option<&'a str>) -> Result<(), CadError> {
+        if self.lists.len() >= DEEPEST_LIST {
+            let found = format!("lists nested deeper than {DEEPEST_LIST}");
+            return Err(self.fault(&found, "the nesting a schema gives (at most 4)"));
+        }
+        self.lists.push((self.pending.len(), keyword));
+        Ok(())
+    }
+
+    /// The value of a closed list: the list itself, or the typed value whose keyword it belongs to.
+    fn list_value(&mut self, keyword: Option<&'a str>, values: Span) -> Value<'a> {
+        let Some(keyword) = keyword else { return Value::List(values) };
+        let part = position(self.table.parts.len());
+        self.table.parts.push(Part { keyword, values });
+        Value::Typed(part)
     }
 
     fn close(&mut self, start: usize) -> Span {
@@ -359,6 +358,21 @@ impl<'a> Parser<'a, '_> {
             remedy: "the text is damaged or cut off: export the model again".into(),
         }
     }
+}
+
+/// The value that a token is by itself; `None` for keywords and punctuation.
+fn simple_value(token: Token<'_>) -> Option<Value<'_>> {
+    Some(match token {
+        Token::Id(id) => Value::Reference(id),
+        Token::Integer(n) => Value::Integer(n),
+        Token::Real(x) => Value::Real(x),
+        Token::Text(text) => Value::Text(text),
+        Token::Enumeration(name) => Value::Enumeration(name),
+        Token::Opaque => Value::Opaque,
+        Token::Missing => Value::Missing,
+        Token::Derived => Value::Derived,
+        _ => return None,
+    })
 }
 
 /// Array positions are 32 bit: a table of more than 4e9 values cannot come from a file that fits in memory.

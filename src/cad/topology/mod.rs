@@ -199,6 +199,12 @@ fn cut_at_corners(
         let bracket = [t(k.saturating_sub(1)), t((k + 1).min(SAMPLES - 1))];
         cuts.extend(first_within(distance, bracket, tolerance, speed));
     });
+    cut_at(surface, piece, cuts)
+}
+
+/// Cuts a side at parameters of its curve.
+fn cut_at(surface: &Surface, piece: Piece, mut cuts: Vec<f64>) -> Vec<Piece> {
+    let [a, b] = piece.pcurve.domain();
     cuts.sort_by(f64::total_cmp);
     cuts.dedup_by(|x, y| *x - *y <= 1e-9 * (b - a));
     if cuts.is_empty() {
@@ -323,6 +329,26 @@ impl Search {
         Some(place(4)? > place(5)?)
     }
 
+    /// The probes of a side lie on the edge, within `reach` [mm] but for [`ASTRAY`] of them.
+    fn carries(
+        &self,
+        curve: &Curve3,
+        probes: &[Vec3; PROBES.len()],
+        reversed: bool,
+        reach: f64,
+    ) -> bool {
+        let [from, to] = curve.domain();
+        let expected = |s: f64| from + (to - from) * if reversed { 1.0 - s } else { s };
+        let mut astray = 0;
+        PROBES.iter().zip(probes).all(|(&s, p)| {
+            let within = |reach: f64| self.within(curve, p, expected(s), reach);
+            within(reach) || {
+                astray += 1;
+                astray <= ASTRAY && within(2.0 * reach)
+            }
+        })
+    }
+
     /// No point of the edge is farther than `reach` from `p`; looked for about the parameter `t` first.
     fn within(&self, curve: &Curve3, p: &Vec3, t: f64, reach: f64) -> bool {
         let reach = reach * reach;
@@ -345,8 +371,6 @@ impl Joined {
             let same = piece.edge_id.is_some() && self.ids[edge] == piece.edge_id;
             let own = OWN_EDGE * search.length;
             let reach = if same { own.max(2.0 * self.tolerance) } else { self.tolerance };
-            let [from, to] = curve.domain();
-            let at = |s: f64| from + (to - from) * s;
             let reversed = if a == b {
                 let direction =
                     |of: &[Vec3; PROBES.len()]| search.runs_back(curve, of, 2.0 * reach);
@@ -355,17 +379,7 @@ impl Joined {
             } else {
                 self.edges[edge].vertices != [a, b]
             };
-            let expected = |s: f64| at(if reversed { 1.0 - s } else { s });
-            let on = |points: &[Vec3; PROBES.len()]| {
-                let mut astray = 0;
-                PROBES.iter().zip(points).all(|(&s, p)| {
-                    let within = |reach: f64| search.within(curve, p, expected(s), reach);
-                    within(reach) || {
-                        astray += 1;
-                        astray <= ASTRAY && within(2.0 * reach)
-                    }
-                })
-            };
+            let on = |points: &[Vec3; PROBES.len()]| search.carries(curve, points, reversed, reach);
             // The sides may meet though their surfaces lie off the file's curves: then their curves do.
             let joins = on(&part.probes) || piece.curve.as_ref().is_some_and(|c| on(&probes_of(c)));
             if joins {

@@ -14,7 +14,7 @@ mod side;
 use rayon::prelude::*;
 
 use self::basis::{Basis, NODES};
-use self::degrees::{agree, build, raised};
+use self::degrees::{Built, agree, build, raised};
 use self::map::{Map, Shape, is_within};
 pub use self::refine::{BezierError, FINEST, Within, within_tolerance};
 use self::side::Sides;
@@ -86,6 +86,19 @@ pub fn bezier_from_cad(
         build(&model.faces[face as usize], shape, (&sides, &basis), options.tolerance_mm)
     };
     let built = raised(&mut shapes, mesh, options.tolerance_mm, build);
+    let mut report = report_of(&built);
+    report.degree = shapes.iter().flat_map(|s| s.degrees).max().unwrap_or(0);
+    report.turned = looks_away(mesh, options.sheet_side);
+    let turn = report.turned ^ options.flip;
+    let patches =
+        built.into_iter().map(|b| if turn { mirrored(b.patch) } else { b.patch }).collect();
+    let faces = mesh.elements.iter().map(|e| e.face).collect();
+    let tool = ToolModel::of_patches(&options.name, ToolKind::Bezier, patches, faces);
+    Ok((tool, report))
+}
+
+/// Reports the largest error [mm] and the folded patches.
+fn report_of(built: &[Built]) -> BezierReport {
     let mut report = BezierReport::default();
     for (id, b) in built.iter().enumerate() {
         if b.folds {
@@ -95,23 +108,7 @@ pub fn bezier_from_cad(
             (report.error_mm, report.worst) = (b.error_mm, id as u32);
         }
     }
-    report.degree = shapes.iter().flat_map(|s| s.degrees).max().unwrap_or(0);
-    report.turned = looks_away(mesh, options.sheet_side);
-    let turn = report.turned ^ options.flip;
-    let patches =
-        built.into_iter().map(|b| if turn { mirrored(b.patch) } else { b.patch }).collect();
-    let tool = ToolModel {
-        name: options.name.clone(),
-        kind: ToolKind::Bezier,
-        vertices: Vec::new(),
-        normals: Vec::new(),
-        corners: Vec::new(),
-        curves: Vec::new(),
-        patches,
-        faces: mesh.elements.iter().map(|e| e.face).collect(),
-        border_gap_mm: 0.0,
-    };
-    Ok((tool, report))
+    report
 }
 
 /// The map of an element and the lowest degrees that keep the tolerance.

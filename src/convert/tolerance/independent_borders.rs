@@ -320,22 +320,7 @@ impl Apart<'_> {
         let audit = audit(&tool, whole.reference, &asked)?.report;
         // What is found between the points that were looked at is no more than this.
         tool.border_gap_mm = 1.01 * audit.jumps.border_gap_mm;
-        let mut report =
-            ConvertReport { turned, creases: crease_count(&tool), ..ConvertReport::default() };
-        let (mut vertices, mut patches) = (0, 0);
-        for Made { refined: Refined { tool, report: own, .. }, .. } in made {
-            let moved = |e: &StraightEdge| StraightEdge {
-                patches: e.patches.iter().map(|k| k + patches).collect(),
-                vertices: e.vertices.map(|k| k + vertices),
-                fault: e.fault,
-            };
-            report.straight.extend(own.straight.iter().map(moved));
-            report.bent.extend(own.bent.iter().map(moved));
-            report.folded.extend(own.folded.iter().map(|k| k + patches));
-            report.split += own.split;
-            vertices += tool.vertices.len() as u32;
-            patches += tool.patches.len() as u32;
-        }
+        let report = ConvertReport { turned, creases: crease_count(&tool), ..joined_reports(made) };
         let moved_mm = made.iter().fold(0.0f64, |m, f| m.max(f.refined.moved_mm));
         let slid_mm = made.iter().fold(0.0f64, |m, f| m.max(f.refined.slid_mm));
         let borders = Borders::Independent;
@@ -346,6 +331,26 @@ impl Apart<'_> {
             Err(whole.subject().not_reached(goal, &found))
         }
     }
+}
+
+/// What the conversions of all faces found, in the numbers of the one tool.
+fn joined_reports(made: &[Made]) -> ConvertReport {
+    let mut report = ConvertReport::default();
+    let (mut vertices, mut patches) = (0, 0);
+    for Made { refined: Refined { tool, report: own, .. }, .. } in made {
+        let moved = |e: &StraightEdge| StraightEdge {
+            patches: e.patches.iter().map(|k| k + patches).collect(),
+            vertices: e.vertices.map(|k| k + vertices),
+            fault: e.fault,
+        };
+        report.straight.extend(own.straight.iter().map(moved));
+        report.bent.extend(own.bent.iter().map(moved));
+        report.folded.extend(own.folded.iter().map(|k| k + patches));
+        report.split += own.split;
+        vertices += tool.vertices.len() as u32;
+        patches += tool.patches.len() as u32;
+    }
+    report
 }
 
 /// The patches of all faces as one tool; none share a vertex.

@@ -58,23 +58,33 @@ pub(super) fn least_shifts(rows: &[Row], there: &[f64], ways: &[Way]) -> Vec<f64
             }
             more.into_iter().for_each(|k| held[k] = true);
         };
-        let now = value(&r, scale);
-        let mut length = 1.0;
-        let next = loop {
-            let tried: Vec<f64> =
-                (0..shifts.len()).map(|k| within(k, shifts[k] + length * step[k])).collect();
-            if value(&residuals(&tried), scale) < now {
-                break Some(tried);
-            }
-            length *= 0.5;
-            if length < 1e-4 {
-                break None;
-            }
+        let at = |length: f64| -> Vec<f64> {
+            (0..shifts.len()).map(|k| within(k, shifts[k] + length * step[k])).collect()
         };
+        let next = backtrack(at, |tried| value(&residuals(tried), scale), value(&r, scale));
         let Some(next) = next else { break };
         shifts = next;
     }
     shifts
+}
+
+/// Shifts at the first of the step lengths 1, 1/2, 1/4 ... that brings `value` below `now`; `None` below 1e-4.
+fn backtrack(
+    at: impl Fn(f64) -> Vec<f64>,
+    value: impl Fn(&[f64]) -> f64,
+    now: f64,
+) -> Option<Vec<f64>> {
+    let mut length = 1.0;
+    loop {
+        let tried = at(length);
+        if value(&tried) < now {
+            return Some(tried);
+        }
+        length *= 0.5;
+        if length < 1e-4 {
+            return None;
+        }
+    }
 }
 
 /// `J' W J`, `W = |r|^(P - 2)`: a value for every two ways that are on one patch.

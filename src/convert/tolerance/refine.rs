@@ -93,18 +93,14 @@ impl Work<'_> {
         let mut last = None;
         for _ in 0..ROUNDS {
             let search = Search { plan: &self.plan, judge, goal, shares: &shares, borders };
-            let next = match state.take() {
-                Some(state) => search.grow(state),
-                None => search.fewest(),
-            };
+            let next = state.take().map_or_else(|| search.fewest(), |state| search.grow(state));
             if next.patches() >= limit {
                 return Ok(None);
             }
             if !search.keeps(&next) {
                 return Err(last.unwrap_or_else(|| self.subject().given_up(goal, &next)));
             }
-            let known = failed.iter().position(|f| next.is_of(&f.divisions));
-            let known = match known {
+            let known = match failed.iter().position(|f| next.is_of(&f.divisions)) {
                 Some(known) => known,
                 None => {
                     let (refined, faults) = self.finish(&next, goal)?;

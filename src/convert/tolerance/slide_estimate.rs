@@ -77,7 +77,7 @@ impl Neighbours {
         if tool.patches.len() > MANY {
             return Ok(0.5 * error);
         }
-        let ways = self.ways(f, tool, edge);
+        let ways = ways(tool, &self.asked(f, tool, edge));
         let rows = rows(tool, &found.samples, &ways, options)?;
         let none = vec![0.0; ways.len()];
         let shifts = least_shifts(&rows, &none, &ways);
@@ -85,13 +85,13 @@ impl Neighbours {
         Ok(error * share.clamp(LEAST, 1.0))
     }
 
-    /// The ways of the vertices of a face alone.
-    fn ways(
+    /// What the borders of a face ask of its vertices.
+    fn asked(
         &self,
         f: usize,
         tool: &ToolModel,
         edge: impl Fn(&SideCurve<'_>) -> Option<usize>,
-    ) -> Vec<Way> {
+    ) -> Vec<Asked> {
         let mut asked: Vec<Asked> = Vec::new();
         asked.resize_with(tool.vertices.len(), Asked::default);
         let rings: Vec<&[u32]> = tool.corners.iter().map(|c| &c.vertices[..]).collect();
@@ -114,24 +114,29 @@ impl Neighbours {
                 }
             }
         }
-        let mut ways = Vec::new();
-        let mut done = vec![false; tool.vertices.len()];
-        for corners in &tool.corners {
-            for (k, (&v, &n)) in corners.vertices.iter().zip(&corners.normals).enumerate() {
-                if std::mem::replace(&mut done[v as usize], true) {
-                    continue;
-                }
-                let normal = tool.normals[n as usize];
-                let ring = &corners.vertices;
-                let reach = [1, ring.len() - 1].map(|step| {
-                    let w = ring[(k + step) % ring.len()];
-                    (tool.vertices[w as usize] - tool.vertices[v as usize]).norm()
-                });
-                ways.extend(way(tool, v, &asked[v as usize], &normal, reach[0].max(reach[1])));
-            }
-        }
-        ways
+        asked
     }
+}
+
+/// Lists the directions of the vertices of a face alone, each vertex once.
+fn ways(tool: &ToolModel, asked: &[Asked]) -> Vec<Way> {
+    let mut ways = Vec::new();
+    let mut done = vec![false; tool.vertices.len()];
+    for corners in &tool.corners {
+        for (k, (&v, &n)) in corners.vertices.iter().zip(&corners.normals).enumerate() {
+            if std::mem::replace(&mut done[v as usize], true) {
+                continue;
+            }
+            let normal = tool.normals[n as usize];
+            let ring = &corners.vertices;
+            let reach = [1, ring.len() - 1].map(|step| {
+                let w = ring[(k + step) % ring.len()];
+                (tool.vertices[w as usize] - tool.vertices[v as usize]).norm()
+            });
+            ways.extend(way(tool, v, &asked[v as usize], &normal, reach[0].max(reach[1])));
+        }
+    }
+    ways
 }
 
 /// Parameters in the middle of a face's surface.

@@ -48,6 +48,17 @@ struct Asked {
     several: bool,
 }
 
+/// Patches at a vertex of a flat, and which corner of each it is.
+#[derive(Default)]
+struct Sorted {
+    /// Of the flat.
+    inside: Vec<(usize, usize)>,
+    /// Of curved faces that continue it smoothly.
+    outside: Vec<(usize, usize)>,
+    /// Of other flats, with their normals.
+    walls: Vec<((usize, usize), Vec3)>,
+}
+
 /// The ways of the vertices. The model's faces have numbers from `first` on.
 pub(super) fn ways(tool: &ToolModel, model: &Model, first: u32) -> Vec<Way> {
     let faces: Vec<bool> = model.faces.iter().map(is_flat).collect();
@@ -99,17 +110,7 @@ impl Around<'_> {
 
     /// The ways within the flat of normal `normal` on whose smooth border with curved faces the vertex is.
     fn slides(&self, v: usize, normal: &Vec3) -> Option<Vec<Way>> {
-        let smooth = |n: &Vec3| n.cross(normal).norm() < SMOOTH && n.dot(normal) > 0.0;
-        let (mut inside, mut outside, mut walls) = (Vec::new(), Vec::new(), Vec::new());
-        for &(k, corner) in &self.patches[v] {
-            let n = self.tool.normals[self.tool.corners[k].normals[corner] as usize];
-            match (self.flat[k], smooth(&n)) {
-                (true, true) => inside.push((k, corner)),
-                (true, false) => walls.push(((k, corner), n)),
-                (false, true) => outside.push((k, corner)),
-                (false, false) => return None,
-            }
-        }
+        let Sorted { inside, outside, walls } = self.sorted(v, normal)?;
         let reached = |patches: &[(usize, usize)]| -> Vec<u32> {
             patches.iter().flat_map(|&at| self.beside(at)).collect()
         };
@@ -141,6 +142,23 @@ impl Around<'_> {
             Some(Way { vertex: v, direction: *direction, range: [-most, most], slides: true })
         };
         Some(directions.iter().filter_map(way).collect())
+    }
+
+    /// Sorts the patches at a vertex by how they meet the flat of normal `normal`; `None` where a curved one meets it at an
+    /// angle.
+    fn sorted(&self, v: usize, normal: &Vec3) -> Option<Sorted> {
+        let smooth = |n: &Vec3| n.cross(normal).norm() < SMOOTH && n.dot(normal) > 0.0;
+        let mut sorted = Sorted::default();
+        for &(k, corner) in &self.patches[v] {
+            let n = self.tool.normals[self.tool.corners[k].normals[corner] as usize];
+            match (self.flat[k], smooth(&n)) {
+                (true, true) => sorted.inside.push((k, corner)),
+                (true, false) => sorted.walls.push(((k, corner), n)),
+                (false, true) => sorted.outside.push((k, corner)),
+                (false, false) => return None,
+            }
+        }
+        Some(sorted)
     }
 
     /// The vertices beside a corner of a patch.

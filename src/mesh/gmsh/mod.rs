@@ -106,9 +106,7 @@ fn with_grids(
         let found = run.surfaces(&plan).and_then(|found| Ok((attach(&found, model)?, found)));
         let (mesh, found) = match found {
             Err(error) if !plan.grids.is_empty() => {
-                let reason = error.to_string();
-                let reason = reason.lines().next().unwrap_or_default();
-                notes.push(format!("no mesh with grids, one without them is made: {reason}"));
+                notes.push(note_without_grids(&error));
                 refused.extend(outline.surfaces.keys().copied());
                 continue;
             }
@@ -124,6 +122,13 @@ fn with_grids(
     }
     let mesh = attach(&run.surfaces(&Plan::default())?, model)?;
     Ok((mesh, notes))
+}
+
+/// Notes that there is no mesh with grids, with the first line of the reason.
+fn note_without_grids(error: &MeshError) -> String {
+    let reason = error.to_string();
+    let reason = reason.lines().next().unwrap_or_default();
+    format!("no mesh with grids, one without them is made: {reason}")
 }
 
 /// The gmsh program, with its whole path: as named (relative to the current folder), else by KANAGATA_GMSH, else on PATH.

@@ -94,6 +94,12 @@ fn grid(face: &Face, border: &FourSides<Node>, in_space: bool) -> Patchwork {
             });
         }
     }
+    push_cells(face, &mut out, [m, n]);
+    out
+}
+
+/// Adds the elements of a grid of `m` by `n` cells to its nodes.
+fn push_cells(face: &Face, out: &mut Patchwork, [m, n]: [usize; 2]) {
     let at = |i: usize, j: usize| (j * (m + 1) + i) as u32;
     for j in 0..n {
         for i in 0..m {
@@ -109,7 +115,6 @@ fn grid(face: &Face, border: &FourSides<Node>, in_space: bool) -> Patchwork {
             }
         }
     }
-    out
 }
 
 /// Triangles or three blocks of quads between three sides of equal count. `None` when the map folds, or
@@ -185,13 +190,7 @@ fn blocks(face: &Face, map: &ThreeSides, border: &ThreeBorders<'_>) -> Patchwork
         let mut ids = vec![0; (half + 1) * (half + 1)];
         for j in 0..=half {
             for i in 0..=half {
-                let blend = |d: usize| {
-                    let (x, y, h) = (i as f64, j as f64, half as f64);
-                    ((here[d] as f64 * (h - x) + right[d] as f64 * x) * (h - y)
-                        + (left[d] as f64 * (h - x) + centre[d] as f64 * x) * y)
-                        / (h * h)
-                };
-                let (x, y) = (blend(0), blend(1));
+                let [x, y] = bilinear([here, right, left, centre], [i, j], half);
                 let key = [(x * 64.0).round() as i64, (y * 64.0).round() as i64];
                 ids[j * (half + 1) + i] = *known.entry(key).or_insert_with(|| {
                     let (x, y) = (x / unit as f64, y / unit as f64);
@@ -211,4 +210,18 @@ fn blocks(face: &Face, map: &ThreeSides, border: &ThreeBorders<'_>) -> Patchwork
         }
     }
     out
+}
+
+/// Bilinear interpolation between the corners of a block at steps `i` and `j` of `half`, in their barycentric steps.
+fn bilinear(
+    [here, right, left, centre]: [[usize; 2]; 4],
+    [i, j]: [usize; 2],
+    half: usize,
+) -> [f64; 2] {
+    let (x, y, h) = (i as f64, j as f64, half as f64);
+    [0, 1].map(|d| {
+        ((here[d] as f64 * (h - x) + right[d] as f64 * x) * (h - y)
+            + (left[d] as f64 * (h - x) + centre[d] as f64 * x) * y)
+            / (h * h)
+    })
 }

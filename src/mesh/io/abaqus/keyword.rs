@@ -24,33 +24,16 @@ const SURFACES: [&str; 5] = ["S4", "M3D4", "CPS4", "CPE4", "CAX4"];
 impl Deck<'_> {
     /// Takes a keyword line, its asterisk left off.
     pub(super) fn keyword(&mut self, text: &str) -> Result<(), MeshError> {
-        let upper = text.to_uppercase();
-        let mut words = upper.split(',');
-        let name: String = words.next().unwrap_or("").split_whitespace().collect();
-        let parameters: HashMap<String, String> = words
-            .map(|w| {
-                let (key, value) = w.split_once('=').unwrap_or((w, ""));
-                (key.trim().to_owned(), value.trim().trim_matches('"').to_owned())
-            })
-            .collect();
+        let (name, parameters) = split_keyword(text);
         self.section = Section::Other;
         match name.as_str() {
             "NODE" => {
-                let system = parameters.get("SYSTEM").filter(|s| *s != "R");
-                if let Some(system) = system {
-                    let found = format!("*NODE in the coordinate system '{system}'");
-                    return Err(self.error(found, "rectangular coordinates"));
-                }
+                self.check_rectangular(&parameters)?;
                 self.only_here(&parameters)?;
                 self.section = Section::Nodes;
             }
             "INITIALCONDITIONS" => {
-                let kind = parameters.get("TYPE").map_or("", String::as_str);
-                if ["STRESS", "HARDENING", "PLASTICSTRAIN"]
-                    .contains(&kind.replace(' ', "").as_str())
-                {
-                    self.results.push(format!("*INITIAL CONDITIONS, TYPE={kind}"));
-                }
+                self.note_results(parameters.get("TYPE").map_or("", String::as_str));
             }
             "ELEMENT" => {
                 self.only_here(&parameters)?;
@@ -79,6 +62,24 @@ impl Deck<'_> {
         Ok(())
     }
 
+    /// Refuses nodes in another than the rectangular coordinate system.
+    fn check_rectangular(&self, parameters: &HashMap<String, String>) -> Result<(), MeshError> {
+        match parameters.get("SYSTEM").filter(|s| *s != "R") {
+            Some(system) => {
+                let found = format!("*NODE in the coordinate system '{system}'");
+                Err(self.error(found, "rectangular coordinates"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Notes initial conditions of a sheet that has been formed.
+    fn note_results(&mut self, kind: &str) {
+        if ["STRESS", "HARDENING", "PLASTICSTRAIN"].contains(&kind.replace(' ', "").as_str()) {
+            self.results.push(format!("*INITIAL CONDITIONS, TYPE={kind}"));
+        }
+    }
+
     fn only_here(&self, parameters: &HashMap<String, String>) -> Result<(), MeshError> {
         match parameters.get("INPUT") {
             Some(file) => Err(self.error(format!("INPUT={file}"), "data in the deck itself")),
@@ -104,6 +105,20 @@ impl Deck<'_> {
             ))
         }
     }
+}
+
+/// Splits a keyword line into its name, without blanks, and its parameters, in capitals.
+fn split_keyword(text: &str) -> (String, HashMap<String, String>) {
+    let upper = text.to_uppercase();
+    let mut words = upper.split(',');
+    let name: String = words.next().unwrap_or("").split_whitespace().collect();
+    let parameters = words
+        .map(|w| {
+            let (key, value) = w.split_once('=').unwrap_or((w, ""));
+            (key.trim().to_owned(), value.trim().trim_matches('"').to_owned())
+        })
+        .collect();
+    (name, parameters)
 }
 
 /// Whether a keyword is one edit (a letter more, less or another, or two exchanged) from *NODE or *ELEMENT, whose data would

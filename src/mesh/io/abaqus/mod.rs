@@ -188,13 +188,7 @@ impl Deck<'_> {
                     "solids, or continuum shells, or shells alone",
                 ));
             }
-            let mut nodes = Vec::with_capacity(labels.len());
-            for label in labels {
-                let id = self.ids.get(label);
-                nodes.push(id.ok_or_else(|| {
-                    self.error(format!("node {label}"), "nodes listed under *NODE")
-                })?);
-            }
+            let nodes = self.nodes_of(&labels)?;
             if let Ok(quad) = <[u32; 4]>::try_from(&nodes[..]) {
                 self.check_convex(&quad)?;
                 quads.push(quad);
@@ -216,6 +210,18 @@ impl Deck<'_> {
 }
 
 impl Deck<'_> {
+    /// Looks up the nodes of an element by their labels.
+    fn nodes_of(&self, labels: &[u64]) -> Result<Vec<u32>, MeshError> {
+        let mut nodes = Vec::with_capacity(labels.len());
+        for &label in labels {
+            let id = self.ids.get(label);
+            nodes.push(
+                id.ok_or_else(|| self.error(format!("node {label}"), "nodes listed under *NODE"))?,
+            );
+        }
+        Ok(nodes)
+    }
+
     /// Refuses a quadrilateral that is concave or whose sides cross: no element can be made of it.
     fn check_convex(&self, quad: &[u32; 4]) -> Result<(), MeshError> {
         let ring = quad.map(|n| (n, Vec3::zeros()));

@@ -43,12 +43,7 @@ impl Mesher<'_> {
                     tries += 1;
                     let mut raised = counts.to_vec();
                     edges.iter().zip(extra).for_each(|(&e, n)| raised[e] += n);
-                    let face = &self.model.faces[f];
-                    let border = Border::of_face(self.model, &self.cuts(&raised), face);
-                    let loops = border.loops(face, &self.shapes[f], 2);
-                    let bends = border.bends(face);
-                    let found = polygon::quads(face, &ring(&loops[0]), &bends, false);
-                    if let Some((_, badness)) = found
+                    if let Some(badness) = self.badness_of_quads(f, &raised)
                         && best.as_ref().is_none_or(|b| badness < b.0)
                     {
                         best = Some((badness, raised));
@@ -64,6 +59,15 @@ impl Mesher<'_> {
             }
         }
         false
+    }
+
+    /// How badly shaped the quads of flat `f` are with such divisions of its edges; `None` where it cannot be cut into quads.
+    fn badness_of_quads(&self, f: usize, counts: &[usize]) -> Option<f64> {
+        let face = &self.model.faces[f];
+        let border = Border::of_face(self.model, &self.cuts(counts), face);
+        let loops = border.loops(face, &self.shapes[f], 2);
+        let bends = border.bends(face);
+        polygon::quads(face, &ring(&loops[0]), &bends, false).map(|found| found.1)
     }
 
     /// A flat without nodes inside: one with one loop, and where few elements are asked also one with holes.

@@ -1,6 +1,7 @@
 //! One meshing of a model: divisions agreed, faces mapped, cut up or triangulated, and joined.
 
 mod flats;
+mod rules;
 mod size;
 
 use std::sync::OnceLock;
@@ -9,7 +10,7 @@ use rayon::prelude::*;
 
 use super::bends::Bends;
 use super::border::{Border, Cuts, every_other, halfway, joined};
-use super::divisions::{Assignment, Rule, assign};
+use super::divisions::{Rule, assign};
 use super::options::{MappedOptions, MeshStyle};
 use super::patchwork::{Node, Patchwork};
 use super::sides::Shape;
@@ -173,50 +174,6 @@ impl<'m> Mesher<'m> {
         (counts, self.mapped_faces(&agreed, owners))
     }
 
-    /// Rules of the faces that are to be mapped, and the face each belongs to.
-    pub(super) fn rules(&self) -> (Vec<Rule>, Vec<usize>) {
-        let (mut rules, mut owners) = (Vec::new(), Vec::new());
-        if self.options.unstructured {
-            return (rules, owners);
-        }
-        for (f, face) in self.model.faces.iter().enumerate() {
-            if self.is_even_flat(f) && self.free_edges(f).is_empty() {
-                rules.push(Rule::Even(self.edges_of(f)));
-                owners.push(f);
-            }
-            let edges = |side: &[usize]| -> Option<Vec<usize>> {
-                side.iter().map(|&u| face.loops[0].uses[u].edge).collect()
-            };
-            let mut rule = |a: &[usize], b: &[usize]| {
-                if let (Some(a), Some(b)) = (edges(a), edges(b)) {
-                    rules.push(Rule::Equal(a, b));
-                    owners.push(f);
-                }
-            };
-            match &self.shapes[f] {
-                // A flat is cut as well without: it takes no part unless its sides are single edges.
-                Shape::Four(sides) if self.flats[f] && sides.iter().any(|s| s.len() > 1) => {}
-                Shape::Three(_) if self.flats[f] => {}
-                Shape::Four([a, b, c, d]) => {
-                    rule(a, c);
-                    rule(b, d);
-                }
-                Shape::Three([a, b, c]) => {
-                    rule(a, b);
-                    rule(b, c);
-                    if self.three_blocks()
-                        && let Some(a) = edges(a)
-                    {
-                        rules.push(Rule::Even(a));
-                        owners.push(f);
-                    }
-                }
-                _ => {}
-            }
-        }
-        (rules, owners)
-    }
-
     fn edges_of(&self, f: usize) -> Vec<usize> {
         let uses = self.model.faces[f].loops.iter().flat_map(|l| &l.uses);
         uses.filter_map(|u| u.edge).collect()
@@ -224,15 +181,6 @@ impl<'m> Mesher<'m> {
 
     fn three_blocks(&self) -> bool {
         self.options.style == MeshStyle::Structured && !self.halved
-    }
-
-    fn mapped_faces(&self, agreed: &Assignment, owners: &[usize]) -> Vec<bool> {
-        let may = |s: &Shape| *s != Shape::Other && !self.options.unstructured;
-        let mut mapped: Vec<bool> = self.shapes.iter().map(may).collect();
-        for (&f, &kept) in owners.iter().zip(&agreed.kept) {
-            mapped[f] &= kept;
-        }
-        mapped
     }
 
     fn check_size(&self, counts: &[usize]) -> Result<(), MeshError> {
@@ -304,25 +252,8 @@ impl<'m> Mesher<'m> {
         bends: &Bends,
         (mapped, density): (bool, usize),
     ) -> Result<Patchwork, String> {
-        let (face, shape) = (&self.model.faces[f], &self.shapes[f]);
-        let side = |uses: &Vec<usize>| joined(&loops[0], uses);
-        let work = match shape {
-            Shape::Four(s) if mapped => {
-                let sides = [side(&s[0]), side(&s[1]), side(&s[2]), side(&s[3])];
-                let agree = sides[0].len() == sides[2].len() && sides[1].len() == sides[3].len();
-                let joined = self.options.fewest
-                    && self.options.style == MeshStyle::Structured
-                    && !self.halved;
-                if agree { regions::four(face, &sides, joined) } else { None }
-            }
-            Shape::Three(s) if mapped => {
-                let sides = [side(&s[0]), side(&s[1]), side(&s[2])];
-                let agree = sides.iter().all(|s| s.len() == sides[0].len());
-                if agree { regions::three(face, &sides, self.three_blocks()) } else { None }
-            }
-            _ => None,
-        };
-        if let Some(work) = work {
+        let face = &self.model.faces[f];
+        if let Some(work) = mapped.then(|| self.map_region(f, loops)).flatten() {
             return Ok(work);
         }
         if let Some(work) = self.polygon(f, loops, bends) {
@@ -337,6 +268,28 @@ impl<'m> Mesher<'m> {
         }
         work.untangle(face);
         Ok(work)
+    }
+
+    /// Maps a face of four or three sides whose divisions agree; `None` for others, and where the map folds.
+    fn map_region(&self, f: usize, loops: &[Vec<Vec<Node>>]) -> Option<Patchwork> {
+        let face = &self.model.faces[f];
+        let side = |uses: &Vec<usize>| joined(&loops[0], uses);
+        match &self.shapes[f] {
+            Shape::Four(s) => {
+                let sides = [side(&s[0]), side(&s[1]), side(&s[2]), side(&s[3])];
+                let agree = sides[0].len() == sides[2].len() && sides[1].len() == sides[3].len();
+                let joined = self.options.fewest
+                    && self.options.style == MeshStyle::Structured
+                    && !self.halved;
+                if agree { regions::four(face, &sides, joined) } else { None }
+            }
+            Shape::Three(s) => {
+                let sides = [side(&s[0]), side(&s[1]), side(&s[2])];
+                let agree = sides.iter().all(|s| s.len() == sides[0].len());
+                if agree { regions::three(face, &sides, self.three_blocks()) } else { None }
+            }
+            _ => None,
+        }
     }
 
     fn triangles(

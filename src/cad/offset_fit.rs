@@ -1,0 +1,73 @@
+//! Splines fitted to an offset surface: where they do not follow it yet, and the one through its points.
+
+use super::offset::DEGREE;
+use crate::geometry::Vec3;
+use crate::geometry::nurbs::{Curve3, Surface};
+
+/// Middles of the strips of one direction in which lines along that direction are not followed.
+pub(super) fn cells_to_halve(
+    at: &dyn Fn(f64, f64) -> Vec3,
+    breaks: &[Vec<f64>; 2],
+    k: usize,
+    tolerance: f64,
+) -> Vec<f64> {
+    let line = |s: f64, t: f64| if k == 0 { at(s, t) } else { at(t, s) };
+    let follows = |w: &[f64], t: f64| {
+        let piece = Curve3::through(&|s| line(s, t), w[0], w[1]);
+        [0.05, 0.35, 0.65, 0.95].into_iter().all(|x| {
+            let s = w[0] + (w[1] - w[0]) * x;
+            (piece.point(s) - line(s, t)).norm() <= tolerance
+        })
+    };
+    let across: Vec<f64> = breaks[1 - k]
+        .windows(2)
+        .flat_map(|w| [0.2, 0.7].map(|x| w[0] + (w[1] - w[0]) * x))
+        .collect();
+    let open = breaks[k].windows(2).filter(|w| !across.iter().all(|&t| follows(w, t)));
+    open.map(|w| 0.5 * (w[0] + w[1])).collect()
+}
+
+/// The spline that is a polynomial through its nodes over each cell.
+pub(super) fn through_points(
+    at: &dyn Fn(f64, f64) -> Vec3,
+    breaks: &[Vec<f64>; 2],
+) -> Result<Surface, String> {
+    // Rows of control points along v at every node of u, then columns along u through these.
+    let nodes: Vec<f64> = breaks[0]
+        .windows(2)
+        .enumerate()
+        .flat_map(|(i, w)| {
+            let own = Curve3::nodes_between(w[0], w[1]);
+            own.into_iter().skip(usize::from(i > 0))
+        })
+        .collect();
+    let rows: Vec<Vec<Vec3>> = nodes.iter().map(|&u| controls(&|v| at(u, v), &breaks[1])).collect();
+    let count_v = rows.first().map_or(0, Vec::len);
+    let mut points = vec![Vec3::zeros(); nodes.len() * count_v];
+    for j in 0..count_v {
+        for (cell, w) in breaks[0].windows(2).enumerate() {
+            let values: [Vec3; DEGREE + 1] = std::array::from_fn(|i| rows[cell * DEGREE + i][j]);
+            let column = Curve3::through_values(&values, w[0], w[1]);
+            for (i, p) in column.points().iter().enumerate() {
+                points[(cell * DEGREE + i) * count_v + j] = *p;
+            }
+        }
+    }
+    let knots = breaks.clone().map(|b| {
+        let mut out = vec![b[0]; DEGREE + 1];
+        b[1..].iter().for_each(|&t| out.extend([t; DEGREE]));
+        out.push(b[b.len() - 1]);
+        out
+    });
+    Surface::try_new([DEGREE; 2], knots, points, None).map_err(|e| format!("offset surface: {e}"))
+}
+
+/// Control points of a curve that is a polynomial through its nodes over each cell.
+fn controls(at: &dyn Fn(f64) -> Vec3, breaks: &[f64]) -> Vec<Vec3> {
+    let mut out = Vec::new();
+    for (i, w) in breaks.windows(2).enumerate() {
+        let piece = Curve3::through(at, w[0], w[1]);
+        out.extend(piece.points().iter().skip(usize::from(i > 0)));
+    }
+    out
+}

@@ -173,7 +173,7 @@ fn a_tool_that_goes_the_wrong_way_is_told() {
         scene["tools"][2]["place"]["shift"] = json!([-1500.0, 0.0, -3.0]);
         scene["stages"][0]["drive"]["punch"]["travel_mm"] = json!(4000.0);
     });
-    assert!(past.contains("punch to 4000 mm") && !past.contains("comes no nearer"), "{past}");
+    assert!(past.contains("punch to 4000 mm") && !past.contains("stays at least"), "{past}");
     // A punch that has drawn, and a die that goes with it.
     let after = told(folder, "u-draw.scene.json", |scene| {
         let back = json!({"name": "back", "drive": {"punch": {"travel_mm": -1.0}, "die": {"travel_mm": -9.0}}});

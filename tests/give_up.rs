@@ -90,12 +90,20 @@ fn giving_up_names_the_place_and_leaves_state_and_residuals() {
     let folder = tempfile::tempdir().unwrap();
     let (code, said) = crushed(folder.path());
     assert_eq!(code, Some(3), "{said}");
-    let words = ["stage `crush`", "not converged after 5 iterations", "Nearest tool there", "node "];
+    let words =
+        ["stage `crush`", "not converged after 5 iterations", "Nearest tool there", "node "];
     for words in words.into_iter().chain(["`kanagata-solve check` names places"]) {
         assert!(said.contains(words), "{words}: {said}");
     }
-    let node: usize =
-        said.split("largest residual at node ").nth(1).unwrap().split('.').next().unwrap().parse().unwrap();
+    let node: usize = said
+        .split("largest residual at node ")
+        .nth(1)
+        .unwrap()
+        .split('.')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
     let run = folder.path().join("run");
     let read = |name: &str| fs::read_to_string(run.join(name)).unwrap();
     let record: Value = serde_json::from_str(&read("run.json")).unwrap();

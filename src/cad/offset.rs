@@ -8,8 +8,6 @@ use crate::geometry::frame::unit;
 use crate::geometry::nurbs::{Curve3, Surface};
 use crate::geometry::{Frame, Vec2, Vec3};
 
-/// Degree of fitted pieces in each direction.
-pub(super) const DEGREE: usize = 5;
 /// Halvings of a fitted piece.
 const DEPTH: u32 = 7;
 /// Pieces that all offsets of a file may be fitted with, besides one for every [`BYTES_A_PIECE`] bytes of the file.
@@ -247,6 +245,7 @@ pub(super) fn deviation(surface: &RawSurface, face: &Face) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cad::offset_fit::DEGREE;
 
     const FREE: Fineness = Fineness { most: 10_000, coarse: false };
 

@@ -1,8 +1,10 @@
 //! Splines fitted to an offset surface: where they do not follow it yet, and the one through its points.
 
-use super::offset::DEGREE;
 use crate::geometry::Vec3;
 use crate::geometry::nurbs::{Curve3, Surface};
+
+/// Degree of fitted pieces in each direction.
+pub(super) const DEGREE: usize = 5;
 
 /// Middles of the strips of one direction in which lines along that direction are not followed.
 pub(super) fn cells_to_halve(

@@ -9,12 +9,12 @@ use crate::solver::tools::role::Role;
 use crate::solver::tools::tool::{SheetSide, Tool, ToolSetup};
 
 /// Depth over the thickness that counts: shape errors of tools are less.
-const DEEP: f64 = 0.02;
+const INSIDE_DEPTH_REL: f64 = 0.02;
 /// And up to which it does on the face that the tool is not to touch: a tool that touches the wrong face stands in the other by
 /// the thickness; deeper than that the sheet may have come round behind a tool that has no back.
-const OTHER: f64 = 2.0;
+const OTHER_FACE_DEPTH_REL: f64 = 2.0;
 /// How far inside nodes are looked for, over the size of the elements or the thickness.
-const REACH: f64 = 5.0;
+const SEARCH_REACH_REL: f64 = 5.0;
 
 /// Nodes of either face that are inside a tool.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,10 +54,10 @@ pub fn inside(
     size: f64,
 ) -> Option<Inside> {
     let thickness = mesh.mean_thickness();
-    let reach = REACH * size.max(thickness);
+    let reach = SEARCH_REACH_REL * size.max(thickness);
     let depth = |x: &Vec3, most: f64| {
         let foot = tool.surface.within(&(x - shift), None, reach);
-        let counts = -foot.gap > DEEP * thickness && -foot.gap < most;
+        let counts = -foot.gap > INSIDE_DEPTH_REL * thickness && -foot.gap < most;
         (!foot.past_border && counts).then_some(-foot.gap)
     };
     let of = |face: SheetSide, most: f64, wrong: bool| -> Vec<(Vec3, f64, bool)> {
@@ -66,8 +66,8 @@ pub fn inside(
     };
     let mut all = of(tool.side, f64::INFINITY, false);
     match tool.side {
-        SheetSide::Top => all.extend(of(SheetSide::Bottom, OTHER * thickness, true)),
-        SheetSide::Bottom => all.extend(of(SheetSide::Top, OTHER * thickness, true)),
+        SheetSide::Top => all.extend(of(SheetSide::Bottom, OTHER_FACE_DEPTH_REL * thickness, true)),
+        SheetSide::Bottom => all.extend(of(SheetSide::Top, OTHER_FACE_DEPTH_REL * thickness, true)),
         SheetSide::Both => {}
     }
     let &(at, depth, wrong_face) = all.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;

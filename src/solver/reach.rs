@@ -22,7 +22,7 @@ use crate::solver::tools::motion::Motion;
 use crate::solver::tools::tool::{SheetSide, ToolSetup};
 
 /// Share of the sheet's size that it may grow or turn up at its rim.
-const RIM: f64 = 0.05;
+const RIM_GROWTH_REL: f64 = 0.05;
 
 /// Patches of a tool that are left out.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,7 +51,7 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
     } else {
         f64::INFINITY
     };
-    let rim = (RIM * sheet.diagonal()).max(2.0 * mesh.mean_thickness());
+    let rim = (RIM_GROWTH_REL * sheet.diagonal()).max(2.0 * mesh.mean_thickness());
     let margin = rim + edge_lengths(setup.body.mesh()).longest_edge;
     // Nothing times no share is nothing, however far that may be.
     let along = |far: f64, share: f64| if share.abs() > 1e-12 { far * share } else { 0.0 };

@@ -1,6 +1,6 @@
 //! The active set of a system: what is predicted at an iterate and of its linearisation, and the changes that follow.
 
-use super::approach::NEAR;
+use super::approach::TOUCHING_GAP_REL;
 use super::driven_tools::{keep_pushed_tools, opposed, switch};
 use super::update::{Changes, Gap, Pivoting, Predicted, Tolerances, update};
 use crate::geometry::Vec3;
@@ -11,7 +11,7 @@ use crate::solver::system::correction::{Correction, Foretold};
 use crate::solver::system::system::System;
 
 /// Travel past a stop that is rounding, over the shortest edge.
-const TRAVEL_ROUNDING: f64 = 1e-10;
+const TRAVEL_ROUNDING_REL: f64 = 1e-10;
 
 /// Updates the active set at a new iterate, after the search; returns how many pairs and tools were wrong. Forces are those
 /// that the last correction predicted; gaps, travels and pushes are those of the iterate.
@@ -100,7 +100,7 @@ fn tolerances(sys: &System, correction: &Correction, limits: &Limits) -> Toleran
     let rounding = if sys.regime.is_loose() { sys.rounding_of_forces() } else { 0.0 };
     Tolerances {
         tension: -(1e-10 * largest).max(rounding),
-        travel: TRAVEL_ROUNDING * sys.lengths.shortest_edge,
+        travel: TRAVEL_ROUNDING_REL * sys.lengths.shortest_edge,
         gap: gap_tolerance(sys, limits),
     }
 }
@@ -148,7 +148,7 @@ fn gaps(sys: &System, open: f64, gap: impl Fn(&Candidate) -> f64) -> Vec<Gap> {
 
 /// Adds every free node that touches.
 pub(in crate::solver) fn take_in(sys: &mut System) {
-    let gap = NEAR * sys.lengths.shortest_edge;
+    let gap = TOUCHING_GAP_REL * sys.lengths.shortest_edge;
     let gaps = gaps(sys, gap, |c| c.foot.gap);
     let predicted = Predicted { forces: Vec::new(), gaps, tools: Vec::new() };
     let tolerances = Tolerances { tension: 0.0, travel: 0.0, gap };

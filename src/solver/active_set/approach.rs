@@ -6,10 +6,10 @@ use crate::geometry::Vec3;
 use crate::solver::contact::frame::PUSHABLE;
 use crate::solver::system::system::System;
 use crate::solver::tools::motion::Motion;
-use crate::solver::tools::way::{LEAST_STEP, way_to};
+use crate::solver::tools::way::{LEAST_STEP_REL, way_to};
 
 /// Gap of a node that touches but for rounding, over the shortest edge.
-pub(super) const NEAR: f64 = 1e-6;
+pub(super) const TOUCHING_GAP_REL: f64 = 1e-6;
 
 impl System {
     /// How far a tool is from meeting a node that it could push, moved along the unit vector `along` [mm], if that is within
@@ -52,7 +52,7 @@ impl System {
         let nodes =
             (0..self.node_count()).map(|n| (self.position(n) - own.shift()).dot(&direction));
         let most = nodes.fold(f64::NEG_INFINITY, f64::max) - rear;
-        let round = LEAST_STEP * self.lengths.longest_edge;
+        let round = LEAST_STEP_REL * self.lengths.longest_edge;
         self.way_to_sheet(tool, &direction, most).map(|way| (way / round).floor() * round)
     }
 

@@ -4,26 +4,26 @@ use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::system::system::System;
 use crate::solver::tools::tool::Tool;
-use crate::solver::tools::way::LEAST_STEP;
+use crate::solver::tools::way::LEAST_STEP_REL;
 
 /// Cosine between a node's way and the normal of a face that it comes out of.
-const LEAVES: f64 = 0.5;
+const LEAVING_COS: f64 = 0.5;
 
 /// How deep in a tool a node was that left it past its border and did not slide off it, over the reach of the search.
-const DEEP: f64 = 0.25;
+const DEEP_REL: f64 = 0.25;
 
 /// Depth that is nothing but rounding, over the reach of the search.
-const ROUNDING: f64 = 1e-9;
+const DEPTH_ROUNDING_REL: f64 = 1e-9;
 
 /// Cosine between normals of faces that look to other sides.
-const OTHER_SIDE: f64 = -0.1;
+const OTHER_SIDE_COS: f64 = -0.1;
 
 /// Cosine between normals of faces of which a node that goes straight in through one does not come out of the other.
-const SAME_SIDE: f64 = 0.5;
+const SAME_SIDE_COS: f64 = 0.5;
 
 /// Cosine between a way into a tool and the inward normal where it goes straight in, and where it goes in.
-const STRAIGHT: f64 = 0.9;
-const INTO: f64 = 0.7;
+const STRAIGHT_COS: f64 = 0.9;
+const ENTERING_COS: f64 = 0.7;
 
 /// Where a way goes into a tool, and how deep.
 struct Entry {
@@ -40,14 +40,15 @@ struct Entry {
 impl Entry {
     /// Whether a way that goes on past the tool's border has gone through it.
     fn goes_through(&self, reach: f64) -> bool {
-        self.depth > DEEP * reach || (self.inward > INTO && self.depth > LEAST_STEP * reach)
+        self.depth > DEEP_REL * reach
+            || (self.inward > ENTERING_COS && self.depth > LEAST_STEP_REL * reach)
     }
 
     /// Whether a face with this normal is on another side of the tool.
     fn is_other_side(&self, normal: &Vec3, reach: f64) -> bool {
         let along = self.side.dot(normal);
-        let straight = self.inward > STRAIGHT && self.depth > LEAST_STEP * reach;
-        along < OTHER_SIDE || (straight && along < SAME_SIDE)
+        let straight = self.inward > STRAIGHT_COS && self.depth > LEAST_STEP_REL * reach;
+        along < OTHER_SIDE_COS || (straight && along < SAME_SIDE_COS)
     }
 }
 
@@ -66,7 +67,7 @@ impl Candidate {
             let place = before + way * (done / length).min(1.0);
             let foot = tool.setup.surface.within(&place, None, length + reach);
             let depth = if foot.past_border { 0.0 } else { -foot.gap };
-            if depth > ROUNDING * reach {
+            if depth > DEPTH_ROUNDING_REL * reach {
                 let side = foot.normal;
                 let inward = -side.dot(&way) / length;
                 let entry = entered.get_or_insert(Entry { at: done, side, inward, depth });
@@ -79,13 +80,13 @@ impl Candidate {
             }
             if done >= length {
                 return entered.is_some_and(|entry| {
-                    let came_in = entry.at > 0.0 && depth > LEAST_STEP * reach;
+                    let came_in = entry.at > 0.0 && depth > LEAST_STEP_REL * reach;
                     (came_in && !held) || entry.is_other_side(&self.foot.normal, reach)
                 });
             }
             let past = foot.past_border && foot.gap.is_finite();
             let clear = if past { (place - foot.point).norm() } else { foot.gap.abs() };
-            done += clear.max(LEAST_STEP * reach);
+            done += clear.max(LEAST_STEP_REL * reach);
         }
     }
 }
@@ -103,10 +104,10 @@ impl System {
             let (x, tool) = (&x[c.node], &self.tools[c.tool]);
             let way = c.way(x, tool);
             let moved = way.norm();
-            let leaves = c.foot.past_border || way.dot(&c.foot.normal) > LEAVES * moved;
-            let inside = !held[c.node] && c.foot.gap < -LEAST_STEP * reach;
+            let leaves = c.foot.past_border || way.dot(&c.foot.normal) > LEAVING_COS * moved;
+            let inside = !held[c.node] && c.foot.gap < -LEAST_STEP_REL * reach;
             // What ends farther from the tool than it has moved was never inside.
-            let far = moved <= c.foot.gap.abs() || moved <= ROUNDING * reach;
+            let far = moved <= c.foot.gap.abs() || moved <= DEPTH_ROUNDING_REL * reach;
             let looked_at = !far && (leaves || inside || moved > reach);
             looked_at && c.passed_through(x, tool, reach, held[c.node])
         };

@@ -1,12 +1,12 @@
 //! Tools that are driven by force: they keep a node in contact.
 
-use super::approach::NEAR;
+use super::approach::TOUCHING_GAP_REL;
 use crate::solver::contact::candidate::Candidate;
 use crate::solver::linear::LinearError;
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING;
+use crate::solver::tools::way::FACING_COS;
 
 /// A tool moved by force needs something to push against: the node that it comes to first, or its stop where that is nearer.
 /// One that is far away, or only passes by the nodes near it, is brought to the sheet.
@@ -54,7 +54,7 @@ pub(in crate::solver) fn opposed(
 /// stop. Whether there are any.
 pub(in crate::solver) fn oppose(sys: &mut System) -> bool {
     let mut any = false;
-    let faces = |c: &Candidate| c.foot.normal.dot(&sys.tools[c.tool].setup.direction) > FACING;
+    let faces = |c: &Candidate| c.foot.normal.dot(&sys.tools[c.tool].setup.direction) > FACING_COS;
     for tool in unopposed(sys, faces) {
         if let Some((k, _)) = first_ahead(sys, tool).filter(|&(k, way)| sys.meets(k, way)) {
             switch(sys, k, true);
@@ -82,7 +82,7 @@ pub(in crate::solver) fn first_ahead(sys: &System, tool: usize) -> Option<(usize
     let way = |k: usize| {
         let foot = &sys.contact.candidates[k].foot;
         let facing = foot.normal.dot(&direction);
-        let ahead = foot.gap.is_finite() && facing > FACING;
+        let ahead = foot.gap.is_finite() && facing > FACING_COS;
         ahead.then(|| foot.gap / facing).filter(|_| sys.can_touch(k))
     };
     let may = |k: &usize| {
@@ -94,7 +94,8 @@ pub(in crate::solver) fn first_ahead(sys: &System, tool: usize) -> Option<(usize
         of_tool.filter_map(|k| Some((k, way(k)?)))
     };
     // Of those that are as near but for rounding the first.
-    let near = ways().map(|w| w.1).fold(f64::INFINITY, f64::min) + NEAR * sys.lengths.shortest_edge;
+    let near = ways().map(|w| w.1).fold(f64::INFINITY, f64::min)
+        + TOUCHING_GAP_REL * sys.lengths.shortest_edge;
     ways().find(|w| w.1 <= near)
 }
 

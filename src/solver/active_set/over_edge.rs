@@ -7,7 +7,7 @@ use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
 /// Depth of an edge in the straight line between two nodes that counts, over the thickness.
-const DEEP: f64 = 0.1;
+const EDGE_DEPTH_REL: f64 = 0.1;
 
 /// Nodes beyond the free border of a tool, bent over it.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +25,7 @@ pub struct OverEdge {
 impl System {
     /// The tool over whose border the sheet is bent, if there is one; the deepest of several.
     pub(in crate::solver) fn over_edge(&self) -> Option<OverEdge> {
-        let allowed = DEEP * self.body.mesh().mean_thickness();
+        let allowed = EDGE_DEPTH_REL * self.body.mesh().mean_thickness();
         let found = (0..self.tools.len()).filter(|&tool| self.roles[tool] != Role::Absent);
         let found = found.filter_map(|tool| self.over_edge_of(tool, allowed));
         found.max_by(|a, b| a.depth.total_cmp(&b.depth))

@@ -8,15 +8,15 @@
 use crate::solver::tools::stop::Stop;
 
 /// Share of its force by which a tool may push more than required before it leaves its stop.
-const PUSH_TOLERANCE: f64 = 1e-9;
+const PUSH_TOLERANCE_REL: f64 = 1e-9;
 
 /// Iterations without fewer wrong pairs before only a part of them is changed.
-const PATIENCE: usize = 4;
+const FULL_BLOCK_UPDATES: usize = 4;
 /// Smallest part of the wrong pairs that is changed at once: one in so many.
-const SMALLEST_PART: usize = 6;
+const SMALLEST_BLOCK: usize = 6;
 
 /// Share of the depth of the deepest neighbour that a node has to have to be added.
-const CREST_DEPTH: f64 = 0.999;
+const CREST_DEPTH_RATIO: f64 = 0.999;
 
 /// What is predicted of pairs and tools. Pairs are indices of candidates; their lists rise.
 #[derive(Debug, Default)]
@@ -97,7 +97,11 @@ impl Pivoting {
 
     /// How many of `wrong` pairs (of one kind) to change now.
     fn block(&self, wrong: usize) -> usize {
-        if self.since <= PATIENCE { wrong } else { wrong.div_ceil(self.since.min(SMALLEST_PART)) }
+        if self.since <= FULL_BLOCK_UPDATES {
+            wrong
+        } else {
+            wrong.div_ceil(self.since.min(SMALLEST_BLOCK))
+        }
     }
 
     /// Takes the number of wrong pairs; whether blocks of them cycle and are cut down now.
@@ -107,7 +111,7 @@ impl Pivoting {
         } else if wrong > 0 {
             self.since += 1;
         }
-        wrong > 0 && self.since > PATIENCE
+        wrong > 0 && self.since > FULL_BLOCK_UPDATES
     }
 }
 
@@ -156,7 +160,7 @@ fn penetrating<I: Iterator<Item = usize>>(
         at.map_or(0.0, |at| from - inside[at].gap)
     };
     let deepest = |node: usize| neighbours(node).map(depth).fold(0.0, f64::max);
-    let crests = inside.iter().filter(|g| from - g.gap >= CREST_DEPTH * deepest(g.node));
+    let crests = inside.iter().filter(|g| from - g.gap >= CREST_DEPTH_RATIO * deepest(g.node));
     crests.map(|g| (g.pair, g.gap)).collect()
 }
 
@@ -165,7 +169,7 @@ fn penetrating<I: Iterator<Item = usize>>(
 fn changed_stops(tools: &[StoppedTool], rounding: f64) -> Vec<(usize, bool)> {
     let changed = |t: &StoppedTool| {
         let now = if t.stop.reached {
-            t.push - t.required <= PUSH_TOLERANCE * t.required.abs()
+            t.push - t.required <= PUSH_TOLERANCE_REL * t.required.abs()
         } else {
             t.travel > t.stop.at + rounding
         };
@@ -229,7 +233,7 @@ mod tests {
     #[test]
     fn blocks_that_cycle_are_cut_down() {
         let mut pivoting = Pivoting::new();
-        for _ in 0..=PATIENCE {
+        for _ in 0..=FULL_BLOCK_UPDATES {
             assert!(!pivoting.count(12));
             assert_eq!(pivoting.block(12), 12);
         }

@@ -103,10 +103,10 @@ pub(in crate::solver) struct ContactSet {
 
 /// How far past a tool's border a touching node goes on touching, over the reach of the search. Without it a node at
 /// the very border, where sheet and tool often end together, would be lost and found for ever.
-const OVERHANG: f64 = 0.05;
+const OVERHANG_REL: f64 = 0.05;
 
 /// Changes of patch in an increment after which a touching node stays on its patch.
-const SWINGS: u32 = 3;
+const MAX_PATCH_CHANGES: u32 = 3;
 
 impl Candidate {
     /// Projects anew, as far as `reach` [mm] and what node and tool have moved past each other since the last balance, so that
@@ -114,7 +114,7 @@ impl Candidate {
     /// that swings between two patches, whose normals never agree quite, is held to the last one, carried on smoothly, until the increment is done.
     fn follow(&mut self, x: &Vec3, tool: &Tool, reach: f64) {
         if self.active
-            && self.swings >= SWINGS
+            && self.swings >= MAX_PATCH_CHANGES
             && let Some(foot) = tool.carried_on(x, &self.foot)
         {
             self.foot = foot;
@@ -131,7 +131,7 @@ impl Candidate {
         }
         self.overshoot = if foot.past_border {
             let off = x - tool.shift() - foot.point;
-            (off - foot.normal * foot.normal.dot(&off)).norm() / (OVERHANG * reach)
+            (off - foot.normal * foot.normal.dot(&off)).norm() / (OVERHANG_REL * reach)
         } else {
             0.0
         };

@@ -182,8 +182,8 @@ impl Coulomb {
 /// has Coulomb's force exactly, and one that has just touched may have none at all: of both rounding would say whether they stick.
 fn is_held(traction: &Vec3, bound: f64, scales: Scales) -> bool {
     /// Share by which the force may be over Coulomb's.
-    const EDGE: f64 = 1e-6;
-    scales.of_note(traction.norm()) <= (1.0 + EDGE) * bound.max(0.0)
+    const FRICTION_EXCESS_REL: f64 = 1e-6;
+    scales.of_note(traction.norm()) <= (1.0 + FRICTION_EXCESS_REL) * bound.max(0.0)
 }
 
 /// What the law asks of a touching node, `None` to stick; the stiffness of its trial force is chosen here.

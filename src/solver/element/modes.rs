@@ -14,15 +14,15 @@ use super::{DOFS, ElementMatrices, FailureReason, PointFailure, Want};
 use crate::solver::numbers::tensor::Mandel66;
 
 /// Largest change of the modes' strain in one iterate.
-const LARGEST_CHANGE: f64 = 0.1;
+const MAX_STRAIN_CHANGE: f64 = 0.1;
 /// Strain of the modes that is still to come where they count as settled.
-const SETTLED: f64 = 1e-5;
+const STRAIN_TOLERANCE: f64 = 1e-5;
 /// Share of a step's strain that is still to come after it at most where it has led on.
-const LEFT: f64 = 0.1;
+const REMAINING_STRAIN_RATIO: f64 = 0.1;
 /// A step of the modes is good when the slope at its end is at most this share of the slope at its beginning.
-const GOOD: f64 = 0.2;
+const SLOPE_RATIO: f64 = 0.2;
 /// Trials of a step.
-const TRIALS: usize = 4;
+const MAX_TRIALS: usize = 4;
 
 /// Stored values of an element with `modes` modes: α, u, `K_αα⁻¹ r_α`, `K_αα⁻¹ K_αu`.
 #[must_use]
@@ -118,7 +118,7 @@ impl<const M: usize> ModeSums<M> {
         })
     }
 
-    /// Runs `evaluate` with the predicted modes, their change kept under [`LARGEST_CHANGE`] of strain (`unit` is
+    /// Runs `evaluate` with the predicted modes, their change kept under [`MAX_STRAIN_CHANGE`] of strain (`unit` is
     /// the size of the strain per unit of each mode); where the prediction still collapses the material (a
     /// step far beyond the linearisation), again with the modes nearer to the stored ones. Then settles them in up to
     /// `rounds` steps, or leaves them where they were predicted.
@@ -136,13 +136,15 @@ impl<const M: usize> ModeSums<M> {
         let mut stored = [0.0; M];
         stored.copy_from_slice(&record[..M]);
         let change = strain(&std::array::from_fn(|k| predicted[k] - stored[k]), unit);
-        let allowed = if change > LARGEST_CHANGE { LARGEST_CHANGE / change } else { 1.0 };
+        let allowed = if change > MAX_STRAIN_CHANGE { MAX_STRAIN_CHANGE / change } else { 1.0 };
         for share in [1.0, 0.5, 0.25, 0.125] {
             let share = share * allowed;
             let alpha = std::array::from_fn(|k| stored[k] + share * (predicted[k] - stored[k]));
             if let Ok(found) = evaluate(&alpha, record) {
                 // A step that leads on leaves little to come.
-                if rounds == 0 || strain(&found.step, unit) <= LEFT * share * change {
+                if rounds == 0
+                    || strain(&found.step, unit) <= REMAINING_STRAIN_RATIO * share * change
+                {
                     return Ok(());
                 }
                 if Self::settle(record, unit, rounds, (alpha, found), &mut evaluate) {
@@ -165,19 +167,19 @@ impl<const M: usize> ModeSums<M> {
         for _ in 0..rounds {
             let (step, start) = (found.step, found.slope(&found.step));
             let size = strain(&step, unit);
-            if size <= SETTLED {
+            if size <= STRAIN_TOLERANCE {
                 return true;
             }
             if start >= 0.0 {
                 return false;
             }
-            let mut share = (LARGEST_CHANGE / size).min(1.0);
+            let mut share = (MAX_STRAIN_CHANGE / size).min(1.0);
             let mut last = None;
-            for _ in 0..TRIALS {
+            for _ in 0..MAX_TRIALS {
                 let there = std::array::from_fn(|k| alpha[k] - share * step[k]);
                 last = evaluate(&there, record).ok().map(|found| (there, found));
                 let end = last.map_or(f64::INFINITY, |(_, found)| found.slope(&step));
-                if end <= -GOOD * start {
+                if end <= -SLOPE_RATIO * start {
                     break;
                 }
                 share *=
@@ -186,7 +188,7 @@ impl<const M: usize> ModeSums<M> {
             let Some(next) = last else { return false };
             (alpha, found) = next;
         }
-        strain(&found.step, unit) <= SETTLED
+        strain(&found.step, unit) <= STRAIN_TOLERANCE
     }
 
     /// Condenses the modes out of `out`; a full evaluation stores its linearisation in `record`.

@@ -4,7 +4,7 @@
 //! end and to the other side at the other shears nothing: that is bending to it. Pressure `p` through the thickness gains
 //! `½ p h θ²` an area by such a tilt `θ`, as it shortens the fibres; bending costs `½ E_t h³ θ² / (3 a²)` over elements of
 //! length `a`, which is less once the sheet flows and `p > E_t h² / (3 a²)`. No sheet folds so: its shear forbids it. The
-//! element adds to the strains `γ` of such patterns the stiffness that it lacks for each of them to cost [`LEAST`] times what
+//! element adds to the strains `γ` of such patterns the stiffness that it lacks for each of them to cost [`MIN_STIFFNESS_RATIO`] times what
 //! the pressure gains by it. It lacks none where it is elastic under pressures far below its modulus, and hardly any where
 //! it flows but is pressed from one side, as where it is drawn over a radius (docs/theory/element.md).
 //!
@@ -41,9 +41,9 @@ const GOES: [(usize, usize); PATTERNS] = [(0, 0), (1, 1), (0, 2), (1, 2), (0, 1)
 
 /// What a pattern has to cost, besides what the pressure gains by it, over that. At less, fibres that friction tilts are driven
 /// on; at more, layers that friction shears are held as well.
-const LEAST: f64 = 1.0;
+const MIN_STIFFNESS_RATIO: f64 = 1.0;
 /// Gain over the element's stiffness from which it is looked at.
-const OF_NOTE: f64 = 1e-6;
+const GAIN_TOLERANCE_REL: f64 = 1e-6;
 
 /// Stored values: `γ` and `τ` of the patterns, what is added to their stiffness; the work done against `τ` since the
 /// beginning [N mm]; and `P` [N/mm].
@@ -145,7 +145,7 @@ fn tilted(ways: &[Vec3; 2]) -> [Row; PATTERNS] {
 /// The stiffness that the element lacks, row by row, `gain` being `-∫ S³³ dV` [N/mm].
 fn lacking(tangent: &[Row; DOFS], fibres: &Fibres, gain: f64) -> Stiffness {
     let diagonal: f64 = (0..DOFS).map(|dof| tangent[dof][dof].abs()).sum();
-    let Some(ways) = fibres.ways().filter(|_| gain > OF_NOTE * diagonal) else {
+    let Some(ways) = fibres.ways().filter(|_| gain > GAIN_TOLERANCE_REL * diagonal) else {
         return Stiffness::zeros();
     };
     let patterns = tilted(&ways);
@@ -155,7 +155,7 @@ fn lacking(tangent: &[Row; DOFS], fibres: &Fibres, gain: f64) -> Stiffness {
         let forces: Row = std::array::from_fn(|dof| dot(&tangent[dof], pattern));
         (0..PATTERNS).for_each(|l| costs[(l, k)] = dot(&patterns[l], &forces));
     }
-    let least = LEAST * gain;
+    let least = MIN_STIFFNESS_RATIO * gain;
     let spare = 0.5 * (costs + costs.transpose()) - Stiffness::identity() * least;
     if spare.cholesky().is_some() {
         return Stiffness::zeros();
@@ -284,7 +284,11 @@ mod tests {
                 (0..DOFS).map(|i| patterns[k][i] * forces[i]).sum()
             });
             let least = costs.symmetric_eigenvalues().min();
-            assert!((least / gain - LEAST).abs() < 0.1 * LEAST, "{kind:?}: {}", least / gain);
+            assert!(
+                (least / gain - MIN_STIFFNESS_RATIO).abs() < 0.1 * MIN_STIFFNESS_RATIO,
+                "{kind:?}: {}",
+                least / gain
+            );
         }
     }
 

@@ -16,11 +16,11 @@ use crate::solver::stage::step_size::{Endurance, Pace};
 
 /// Steps shorter than this share of a stage's first one are taken for the approach to a limit point, and the next
 /// balance is sought this share of the first step beyond it.
-const SNAPS: f64 = 0.02;
-const BEYOND: f64 = 0.1;
+const LIMIT_POINT_STEP_RATIO: f64 = 0.02;
+const STEP_BEYOND_RATIO: f64 = 0.1;
 
 /// Attempts at an increment in which dampers led to no balance, after which there are none: a shorter step meets the same.
-const LOST: usize = 2;
+const MAX_STABILISED_ATTEMPTS: usize = 2;
 
 /// Makes one increment, beginning the next stage where one has ended; false when all stages are done.
 pub(in crate::solver) fn advance(
@@ -88,7 +88,7 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
         }
         let (target, patience) = now.next(&sim.stages);
         let all = Patience::UpTo(sim.limits.iterations);
-        let patience = if tried.lost < LOST { patience } else { all };
+        let patience = if tried.lost < MAX_STABILISED_ATTEMPTS { patience } else { all };
         sim.history.clear();
         let error = match attempt(sim, &now.plan, [share, target], patience) {
             Ok(stats) => {
@@ -160,7 +160,7 @@ fn try_again(
         sim.summary.cuts += 1;
         now.pace.failed(target - now.share);
     }
-    let shortest = if refused.is_some() { now.doubt.shortest } else { SNAPS };
+    let shortest = if refused.is_some() { now.doubt.shortest } else { LIMIT_POINT_STEP_RATIO };
     let short = now.pace.step < shortest * sim.stages[now.plan.stage].first();
     if tried.followed || !(follow || short) {
         return None;
@@ -198,7 +198,7 @@ fn past_limit_point(
     lasting: bool,
 ) -> Option<NewtonStats> {
     let stage = &sim.stages[now.plan.stage];
-    let beyond = BEYOND * stage.first();
+    let beyond = STEP_BEYOND_RATIO * stage.first();
     let pace = Pace::new(beyond, stage.largest_step, sim.limits.wanted_iterations);
     let near = (now.share + beyond).min(now.next_corner(&sim.stages));
     let lets_go = now.plan.lets_go(&sim.stages);

@@ -12,28 +12,28 @@ use crate::solver::stage::plan::Plan;
 use crate::solver::stage::state::{Committed, Simulation};
 use crate::solver::stage::step_size::Endurance;
 use crate::solver::system::damper::Damper;
-use crate::solver::system::damping::{Continuation, WELL};
+use crate::solver::system::damping::{Continuation, GOOD_ITERATIONS};
 use crate::solver::system::regime::Stabilisation;
 use crate::solver::system::softest_motion::Push;
 use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
 /// Iterations after which a step has failed.
-const ENOUGH: usize = 12;
+const MAX_STEP_ITERATIONS: usize = 12;
 /// Force of the dampers, over the largest before, at which the motion is all but over.
-const OVER: f64 = 1e-3;
+const MOTION_OVER_RATIO: f64 = 1e-3;
 /// Force of the dampers, over what the sheet carried before, at which it is the dampers that tools which go ahead push
 /// against: a step of the tools that the sheet cannot follow dents it.
-const LOUD: f64 = 2.0;
+const DAMPING_FORCE_RATIO_MAX: f64 = 2.0;
 /// Damping at which a step hardly moves any node: one that fails there fails however it is held back.
-const MOST: f64 = 100.0;
+const MAX_STIFFNESS: f64 = 100.0;
 /// Damping of a sheet that is pushed, over that at which the push would neither grow nor fall, at least: with less than that it
 /// would go the other way.
-const HELD_BACK: f64 = 2.0;
+const PUSH_STIFFNESS_RATIO: f64 = 2.0;
 /// Pushes in a row: of a balance on which the sheet gives way in several motions.
-const PUSHES: usize = 3;
+const MAX_PUSHES: usize = 3;
 /// Way of a node over the size of the sheet before which it comes to rest, if at all: nothing balances one that runs away.
-const FAR: f64 = 1.0;
+const RUNAWAY_REL: f64 = 1.0;
 
 /// Goes from the last balance to the next one at share `target` of the stage, however far that is; also whether that lasts,
 /// as it has to where it is to be `lasting`. `from`: the share of the last one, if there is a balance near it that only does
@@ -113,7 +113,7 @@ fn buckle(
     iterations: usize,
 ) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
-    for _ in 0..PUSHES {
+    for _ in 0..MAX_PUSHES {
         sim.sys.evaluate_at_yield()?;
         let push = sim.sys.push();
         sim.sys.evaluate(Want::ResidualAndTangent)?;
@@ -138,12 +138,12 @@ fn follow(
     push: Option<&Push>,
 ) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
-    let least = push.map(|push| HELD_BACK * push.stiffness / sim.sys.scales.tangential);
+    let least = push.map(|push| PUSH_STIFFNESS_RATIO * push.stiffness / sim.sys.scales.tangential);
     let (mut control, mut largest) = (Continuation::new(least), 0.0);
     let carried = norm(&sim.committed.internal_force);
     let (before, from) = (sim.committed.travels.clone(), sim.committed.u.clone());
     let (mut last, mut lost) = (f64::NAN, 0);
-    while sim.history.len() < iterations && control.stiffness <= MOST {
+    while sim.history.len() < iterations && control.stiffness <= MAX_STIFFNESS {
         // The motion goes on as it went in the step before, if that was as long.
         if control.stiffness != last {
             sim.committed.forget_last();
@@ -156,7 +156,9 @@ fn follow(
             control.failed();
             continue;
         };
-        if force > LOUD * carried && goes_ahead(&sim.sys, &before) || is_far(&sim.sys, &from) {
+        if force > DAMPING_FORCE_RATIO_MAX * carried && goes_ahead(&sim.sys, &before)
+            || is_far(&sim.sys, &from)
+        {
             break;
         }
         control.converged(stats.iterations, force);
@@ -164,7 +166,11 @@ fn follow(
         largest = force.max(largest);
         if control.may_release() {
             // Where many iterations lead is not what the motion leads to, unless that is all but over.
-            let patience = if force <= OVER * largest { ENOUGH } else { WELL };
+            let patience = if force <= MOTION_OVER_RATIO * largest {
+                MAX_STEP_ITERATIONS
+            } else {
+                GOOD_ITERATIONS
+            };
             sim.committed.forget_last();
             let before_rest = sim.history.len() + 1;
             if let Ok(stats) = attempt(sim, plan, [target; 2], Patience::UpTo(patience)) {
@@ -192,7 +198,7 @@ fn step(
     let damper = Damper::new(&sim.sys.body, &sim.sys.u, stiffness);
     let push = push.map(|push| push.forces.clone());
     sim.sys.regime.stabilisation = Stabilisation::Continuation { damper, push };
-    let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(ENOUGH));
+    let found = attempt(sim, plan, [target - 1.0, target], Patience::UpTo(MAX_STEP_ITERATIONS));
     let damper = sim.sys.regime.release();
     let (Ok(stats), Some(damper)) = (&found, damper) else {
         restore(sim);
@@ -223,7 +229,7 @@ fn is_far(sys: &System, from: &[f64]) -> bool {
     let way = sys.u.chunks_exact(3).zip(from.chunks_exact(3)).map(|(now, before)| {
         (Vec3::from_column_slice(now) - Vec3::from_column_slice(before)).norm()
     });
-    way.fold(0.0, f64::max) > FAR * Aabb::of_points(&sys.body.mesh().nodes).diagonal()
+    way.fold(0.0, f64::max) > RUNAWAY_REL * Aabb::of_points(&sys.body.mesh().nodes).diagonal()
 }
 
 /// Whether a tool whose travel is given is not where it was.

@@ -18,19 +18,19 @@ use crate::solver::system::system::System;
 use crate::solver::tools::role::Role;
 
 /// Stiffness of a node's damper over the mesh's: enough to tell its forces from rounding, and too little to bend the sheet.
-const LIGHT: f64 = 1e-9;
+const LIGHT_STIFFNESS: f64 = 1e-9;
 
 /// Balances with dampers before the sheet is taken to be pressed.
-const PASSES: usize = 8;
+const MAX_PASSES: usize = 8;
 
 /// Force of the tools over that of the dampers at which they press the sheet: levers are shorter.
-const PRESSED: f64 = 30.0;
+const PRESSED_FORCE_RATIO: f64 = 30.0;
 
 /// Gap of a touching node that its tool has not left, and depth of one that no tool has come to, over the shortest edge.
-const NEAR: f64 = 1e-9;
+const TOUCHING_GAP_REL: f64 = 1e-9;
 
 /// Way of a node over that of the tools that is far.
-const FAR: f64 = 5.0;
+const FAR_TRAVEL_RATIO: f64 = 5.0;
 
 /// What has become of a sheet that nothing held or pushed.
 pub(in crate::solver) enum Way {
@@ -83,7 +83,7 @@ impl System {
 
     /// Whether a tool has moved into the sheet, or away from nodes that touch it. To be called after the search.
     fn is_met(&self) -> bool {
-        let near = NEAR * self.lengths.shortest_edge;
+        let near = TOUCHING_GAP_REL * self.lengths.shortest_edge;
         self.contact.candidates.iter().enumerate().any(|(k, c)| {
             let off = if c.active { c.foot.gap.abs() } else { -c.foot.gap };
             off > near && (c.active || self.can_touch(k))
@@ -158,7 +158,7 @@ fn glides_off(sim: &Simulation) -> bool {
         now.zip(before).fold(0.0, |most: f64, (now, before)| most.max((now - before).abs()))
     };
     let tools = largest(&mut sys.tools.iter().map(|tool| tool.travel), &old.travels);
-    largest(&mut sys.u.iter().copied(), &old.u) > FAR * tools
+    largest(&mut sys.u.iter().copied(), &old.u) > FAR_TRAVEL_RATIO * tools
 }
 
 fn along(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
@@ -170,7 +170,7 @@ fn along(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
 /// Finds the balance with dampers, and from there those with dampers about the last, until they carry nothing.
 fn let_lie(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
     let mut stats = NewtonStats::default();
-    for _ in 0..PASSES {
+    for _ in 0..MAX_PASSES {
         let (now, carries) = damped(sim, friction)?;
         stats = stats.and(now);
         let sys = &sim.sys;
@@ -178,7 +178,7 @@ fn let_lie(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
             return Ok(Way::Carried(stats));
         }
         let pushes: f64 = sys.contact.active().map(|(_, c)| sys.contact_force(c).norm()).sum();
-        if pushes > PRESSED * carries {
+        if pushes > PRESSED_FORCE_RATIO * carries {
             break;
         }
     }
@@ -188,7 +188,7 @@ fn let_lie(sim: &mut Simulation, friction: bool) -> Result<Way, NewtonError> {
 /// Goes to the balance with dampers about the present place, and takes their forces away; the sum of these [N].
 fn damped(sim: &mut Simulation, friction: bool) -> Result<(NewtonStats, f64), NewtonError> {
     let sys = &mut sim.sys;
-    let stiffness = LIGHT * sys.scales.tangential;
+    let stiffness = LIGHT_STIFFNESS * sys.scales.tangential;
     let damper = Damper::new(&sys.body, &sys.u, stiffness);
     sys.regime.stabilisation = Stabilisation::LooseSheet { damper: damper.clone(), friction };
     let patience = Patience::UpTo(sim.limits.iterations);

@@ -60,12 +60,12 @@ impl LinearSolver for MultifrontalLu {
     }
 
     fn products_with_inverse(&self, rows: &[SparseRow<'_>], columns: &[usize]) -> Option<Vec<f64>> {
-        const WORTH: f64 = 0.6;
+        const UPDATE_WORK_RATIO: f64 = 0.6;
         if self.factors.is_symmetric() {
             return None;
         }
         let meeting = self.plan.meeting(rows, columns);
-        let worth = self.plan.share_of_factorisation(&meeting) <= WORTH;
+        let worth = self.plan.share_of_factorisation(&meeting) <= UPDATE_WORK_RATIO;
         worth.then(|| self.plan.products(&self.factors, &meeting))
     }
 

@@ -19,7 +19,7 @@ pub struct CheckedSolver {
     current: usize,
     factored: bool,
     /// The largest entry of the first solution that is believed where rounding leaves more of its right-hand side than
-    /// [`ALLOWED`]: of a singular matrix it is whatever rounding makes of it.
+    /// [`RESIDUAL_MAX`]: of a singular matrix it is whatever rounding makes of it.
     pub plausible: f64,
     /// Right-hand sides and solutions with these factors.
     known: Vec<(Vec<f64>, Vec<f64>)>,
@@ -36,13 +36,13 @@ pub struct CheckedSolver {
 }
 
 /// Residual over right-hand side that is good enough at once, and the most that is accepted.
-const WANTED: f64 = 1e-11;
-const ALLOWED: f64 = 1e-6;
+const RESIDUAL_GOOD: f64 = 1e-11;
+const RESIDUAL_MAX: f64 = 1e-6;
 
 /// The most that is accepted of a residual that is no more than what its products are rounded by, over their sum: of a thin
 /// sheet that no tool carries, which resists bending by a billionth of what it resists otherwise.
-const ALLOWED_OF_ROUNDING: f64 = 1e-4;
-const ROUNDING: f64 = 1e-14;
+const RESIDUAL_MAX_OF_ROUNDING: f64 = 1e-4;
+const PRODUCT_ROUNDING: f64 = 1e-14;
 
 impl CheckedSolver {
     /// Our multifrontal LU first, faer's sparse LU behind it.
@@ -223,7 +223,7 @@ impl CheckedSolver {
                 let now = norm(&residual) / norm(&given[k]).max(f64::MIN_POSITIVE);
                 let wrong = now.is_nan() || now >= 0.5 * left[k];
                 left[k] = if wrong { left[k].min(now) } else { now };
-                if !wrong && now > WANTED {
+                if !wrong && now > RESIDUAL_GOOD {
                     again.push((k, residual));
                 }
             }
@@ -239,10 +239,10 @@ impl CheckedSolver {
         let wrong = |k: usize| {
             let left = left[k];
             left.is_nan()
-                || left > ALLOWED && !self.is_rounded(values, k, (&rhs[k], &given[k]), left)
+                || left > RESIDUAL_MAX && !self.is_rounded(values, k, (&rhs[k], &given[k]), left)
         };
         match (0..rhs.len()).find(|&k| wrong(k)) {
-            Some(k) => Err(LinearError::Inaccurate { relative: left[k], allowed: ALLOWED }),
+            Some(k) => Err(LinearError::Inaccurate { relative: left[k], allowed: RESIDUAL_MAX }),
             None => Ok(()),
         }
     }
@@ -250,9 +250,9 @@ impl CheckedSolver {
     /// Whether what the k-th solution `x` leaves of `b`, a share `left` of it, is rounding, and the solution is not.
     fn is_rounded(&self, values: &[f64], k: usize, (x, b): (&[f64], &[f64]), left: f64) -> bool {
         let most = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        left <= ALLOWED_OF_ROUNDING
+        left <= RESIDUAL_MAX_OF_ROUNDING
             && (k > 0 || most <= self.plausible)
-            && left * norm(b) <= ROUNDING * self.sum_of_products(values, x, b)
+            && left * norm(b) <= PRODUCT_ROUNDING * self.sum_of_products(values, x, b)
     }
 
     /// Norm of what the rows sum up, without signs.

@@ -28,11 +28,13 @@ pub(in crate::solver) fn is_settled(
 /// of its forces by bending, so corrections stop shrinking at far more than rounding: then they may be a small share of the
 /// thickness.
 fn is_rounding(sys: &System, unbalanced: f64, last: Option<&Correction>, stagnates: bool) -> bool {
-    const PLACES: f64 = 4.0;
-    const SHARE: f64 = 1e-3;
-    let places = PLACES * f64::EPSILON * sys.lengths.farthest * (sys.u.len() as f64).sqrt();
+    const ROUNDING_FACTOR: f64 = 4.0;
+    const CORRECTION_REL: f64 = 1e-3;
+    let places =
+        ROUNDING_FACTOR * f64::EPSILON * sys.lengths.farthest * (sys.u.len() as f64).sqrt();
     let small = |c: &Correction| {
-        size(c) <= places || (stagnates && largest_move(c) <= SHARE * sys.lengths.shortest_edge)
+        size(c) <= places
+            || (stagnates && largest_move(c) <= CORRECTION_REL * sys.lengths.shortest_edge)
     };
     unbalanced <= sys.scales.normal * places && last.is_some_and(small)
 }

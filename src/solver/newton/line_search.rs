@@ -11,13 +11,13 @@ use crate::solver::system::correction::Correction;
 use crate::solver::system::system::System;
 
 /// A correction is good when the slope at its end is at most this share of the slope at its beginning.
-const GOOD: f64 = 0.2;
+const SLOPE_RATIO: f64 = 0.2;
 /// Trials of shorter steps.
-const TRIALS: usize = 4;
+const MAX_TRIALS: usize = 4;
 /// Smallest share taken.
-const LEAST: f64 = 0.05;
+const MIN_STEP: f64 = 0.05;
 /// Halvings of a correction after which an element fails.
-const HALVINGS: usize = 6;
+const MAX_HALVINGS: usize = 6;
 
 /// Applies `correction`, at most the share `most` of it; leaves the body evaluated and the tools searched there. The share
 /// taken. With `whole` no more is asked than that the elements can be evaluated.
@@ -38,7 +38,7 @@ pub(in crate::solver) fn go(
     }
     sys.assemble();
     let end = slope(sys, correction);
-    if end <= -GOOD * start {
+    if end <= -SLOPE_RATIO * start {
         return Ok(share);
     }
     let shorter = shorten(sys, correction, start, (share, end));
@@ -65,7 +65,7 @@ pub(in crate::solver) fn fits(
         return Ok(Some(share));
     }
     sys.assemble();
-    let good = slope(sys, correction) <= -GOOD * start;
+    let good = slope(sys, correction) <= -SLOPE_RATIO * start;
     if !good {
         apply(sys, correction, -share);
     }
@@ -76,7 +76,7 @@ pub(in crate::solver) fn fits(
 fn first_step(sys: &mut System, correction: &Correction, most: f64) -> Result<f64, ElementFailure> {
     let mut share = most;
     apply(sys, correction, share);
-    for _ in 0..HALVINGS {
+    for _ in 0..MAX_HALVINGS {
         if sys.evaluate(Want::ResidualAndTangent).is_ok() {
             return Ok(share);
         }
@@ -101,7 +101,7 @@ fn shorten(sys: &mut System, correction: &Correction, start: f64, end: (f64, f64
     };
     let (mut low, mut high) = ((0.0, start), end);
     let mut share = high.0;
-    for _ in 0..TRIALS {
+    for _ in 0..MAX_TRIALS {
         let width = high.0 - low.0;
         let secant = low.0 - low.1 * width / (high.1 - low.1);
         share = if high.1.is_finite() {
@@ -110,12 +110,12 @@ fn shorten(sys: &mut System, correction: &Correction, start: f64, end: (f64, f64
             low.0 + 0.5 * width
         };
         match at(share) {
-            slope if slope.abs() <= -GOOD * start => break,
+            slope if slope.abs() <= -SLOPE_RATIO * start => break,
             slope if slope < 0.0 => low = (share, slope),
             slope => high = (share, slope),
         }
     }
-    share.max(LEAST * end.0)
+    share.max(MIN_STEP * end.0)
 }
 
 /// Work of the residual along a correction, with the conditions that [`System::assemble`] left.
@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn a_correction_that_leads_too_far_is_shortened_to_where_the_slope_vanishes() {
         let (share, [start, end]) = first_step(5.0);
-        assert!((LEAST..0.9).contains(&share), "{share}");
-        assert!(start < 0.0 && end.abs() <= -GOOD * start, "{start} {end}");
+        assert!((MIN_STEP..0.9).contains(&share), "{share}");
+        assert!(start < 0.0 && end.abs() <= -SLOPE_RATIO * start, "{start} {end}");
     }
 }

@@ -15,17 +15,17 @@ use crate::solver::limits::{ContactMethod, Limits};
 use crate::solver::system::correction::Correction;
 use crate::solver::system::system::{Residual, System};
 use crate::solver::tools::role::Role;
-use crate::solver::tools::way::FACING;
+use crate::solver::tools::way::FACING_COS;
 
 /// Corrections in a row that no longer halve from which on what is left is rounding: a single one may be of a node that begins to
 /// stick or to flow.
-const STAGNANT: usize = 2;
+const STAGNANT_CORRECTIONS: usize = 2;
 
 /// Iterations of an increment, over those allowed between two augmentations: springs far too soft close no gap in any number.
-const ALL: usize = 40;
+const MAX_ITERATIONS_RATIO: usize = 40;
 
 /// Gap that an augmented method may leave, over the sheet's thickness.
-const GAP: f64 = 1e-6;
+const AUGMENTED_GAP_REL: f64 = 1e-6;
 
 /// Solves the increment from the present iterate of `sys`; `history` receives every iterate, also on failure. An iterate
 /// that was extrapolated begins with what is foreseen: `foreseen` is the increment over the last one.
@@ -129,14 +129,15 @@ impl Run {
         let iterations = self.stats.iterations;
         let last = self.last.as_ref();
         let settled = record.changes == 0
-            && is_settled(sys, residual, last, self.stagnant >= STAGNANT, limits);
+            && is_settled(sys, residual, last, self.stagnant >= STAGNANT_CORRECTIONS, limits);
         if settled && iterations > 0 {
             return Verdict::Converged;
         }
         if !residual.force.is_finite() || !residual.length.is_finite() {
             return Verdict::Diverging;
         }
-        let spent = iterations - self.before >= self.allowed || iterations >= ALL * self.allowed;
+        let spent = iterations - self.before >= self.allowed
+            || iterations >= MAX_ITERATIONS_RATIO * self.allowed;
         if spent { Verdict::Exhausted } else { Verdict::Continue }
     }
 
@@ -198,8 +199,8 @@ fn begin(sys: &mut System, foreseen: Option<f64>) -> Result<(), ElementFailure> 
 }
 
 /// Rounds in which the active set settles on the linearised system, farther off and near.
-const ROUNDS: usize = 3;
-const ROUNDS_NEAR: usize = 8;
+const ACTIVE_SET_ROUNDS: usize = 3;
+const ACTIVE_SET_ROUNDS_NEAR: usize = 8;
 
 /// Goes from one iterate to the next: the correction, and how many solves it took.
 fn iterate(
@@ -248,7 +249,7 @@ fn settled(
 ) -> Result<(Correction, usize), NewtonError> {
     let found = sys.correct();
     let first = opposed(sys, found)?;
-    let rounds = if near { ROUNDS_NEAR } else { ROUNDS };
+    let rounds = if near { ACTIVE_SET_ROUNDS_NEAR } else { ACTIVE_SET_ROUNDS };
     let (correction, solves) = settle(sys, first, limits, rounds)?;
     sys.remember_sliding();
     Ok((correction, 1 + solves))
@@ -262,19 +263,19 @@ fn gave_up(iterations: usize, last: &IterationRecord, node: usize) -> NewtonErro
 /// Moves the springs of an augmented method while gaps are open; true when it did.
 fn augments(sys: &mut System, limits: &Limits) -> bool {
     let augmented = matches!(limits.contact, ContactMethod::Augmented { .. });
-    augmented && sys.augment(GAP * sys.lengths.shortest_edge)
+    augmented && sys.augment(AUGMENTED_GAP_REL * sys.lengths.shortest_edge)
 }
 
 /// True when the forces are still out of balance by as much as the contact forces themselves, although
 /// corrections have been growing twice in a row or six iterations are done.
 fn hopeless(history: &[IterationRecord]) -> bool {
-    const OUT_OF_BALANCE: f64 = 0.3;
+    const HOPELESS_RESIDUAL: f64 = 0.3;
     let n = history.len();
-    if n < 4 || history[n - 1].residual < OUT_OF_BALANCE {
+    if n < 4 || history[n - 1].residual < HOPELESS_RESIDUAL {
         return false;
     }
     let grows = |k: usize| history[k].correction > history[k - 1].correction;
-    let lately = history[n - 3..].iter().all(|r| r.residual > OUT_OF_BALANCE);
+    let lately = history[n - 3..].iter().all(|r| r.residual > HOPELESS_RESIDUAL);
     lately && ((grows(n - 1) && grows(n - 2)) || n > 6)
 }
 
@@ -284,7 +285,7 @@ pub(in crate::solver) fn bounded_share(sys: &System, correction: &Correction) ->
     let moves = correction.u.chunks_exact(3).map(|du| Vec3::from_column_slice(du).norm());
     let pushed =
         |tool: usize| matches!(sys.roles[tool], Role::Force(_)) && !sys.stops[tool].reached;
-    let tools = correction.travels.iter().filter(|t| pushed(t.0)).map(|t| FACING * t.1.abs());
+    let tools = correction.travels.iter().filter(|t| pushed(t.0)).map(|t| FACING_COS * t.1.abs());
     let largest = moves.chain(tools).fold(0.0, f64::max);
     let allowed = 2.0 * sys.lengths.longest_edge;
     if largest > allowed { allowed / largest } else { 1.0 }

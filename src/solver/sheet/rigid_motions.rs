@@ -4,7 +4,7 @@ use super::supports::Constraints;
 use crate::geometry::{Mat3, Vec3};
 
 /// Share of a rigid motion that must be left free for it to count.
-const FREE: f64 = 1e-6;
+const FREE_MOTION_REL: f64 = 1e-6;
 
 type Row = nalgebra::Vector6<f64>;
 
@@ -41,7 +41,7 @@ impl<'a> RigidModes<'a> {
             return;
         }
         let row = self.left(node, along);
-        if row.norm() > FREE {
+        if row.norm() > FREE_MOTION_REL {
             self.held.push(row.normalize());
         }
     }
@@ -61,7 +61,7 @@ impl<'a> RigidModes<'a> {
         for k in 0..6 {
             let mut row = Row::ith(k, 1.0);
             (0..2).for_each(|_| rows.iter().for_each(|held| row -= held * held.dot(&row)));
-            if row.norm() <= FREE {
+            if row.norm() <= FREE_MOTION_REL {
                 continue;
             }
             let row = row.normalize();
@@ -90,7 +90,7 @@ impl<'a> RigidModes<'a> {
     fn hold_rest(mut self, may: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
         let mut out = Vec::new();
         while !self.all_held() {
-            let mut best = (0, 0, FREE);
+            let mut best = (0, 0, FREE_MOTION_REL);
             for node in (0..self.nodes.len()).filter(|&node| may(node)) {
                 for axis in 0..3 {
                     let size = self.left(node, &Vec3::ith(axis, 1.0)).norm();
@@ -100,7 +100,7 @@ impl<'a> RigidModes<'a> {
                 }
             }
             let (node, axis, size) = best;
-            if size <= FREE {
+            if size <= FREE_MOTION_REL {
                 break;
             }
             self.support(node, &Vec3::ith(axis, 1.0));

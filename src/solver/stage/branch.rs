@@ -37,7 +37,7 @@ impl Doubt {
     }
 
     /// Factor by which less is tried in a stage after shorter steps have found no other branch.
-    const LESS: f64 = 5.0;
+    const RETRY_FACTOR: f64 = 5.0;
 
     /// Whether shorter steps than one to a balance that does not last, or a push, may lead to one that does.
     pub(in crate::solver) fn may_find_another(&self) -> bool {
@@ -47,7 +47,7 @@ impl Doubt {
     /// A balance has been taken.
     pub(in crate::solver) fn took(&mut self, found: Found) {
         if self.lasted && !(found.lasts && found.near) {
-            self.shortest *= Self::LESS;
+            self.shortest *= Self::RETRY_FACTOR;
         }
         self.lasted = found.lasts;
         if found.lasts {

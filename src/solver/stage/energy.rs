@@ -39,7 +39,7 @@ impl ContactWork {
             let friction = 0.5 * (before.tangential() + now.tangential()).dot(&slip);
             sum.friction += friction;
             let along = tangential(&before, now, &slip);
-            if along > SLIDES * sys.lengths.transition {
+            if along > SLIDING_SLIP_RATIO * sys.lengths.transition {
                 let mean = 0.5 * (before.normal().norm() + now.normal().norm());
                 sum.turned -= along * sys.law(c.tool).mu * mean + friction;
             }
@@ -53,7 +53,7 @@ impl ContactWork {
 }
 
 /// Slip over the transition of friction from which on a node slides.
-const SLIDES: f64 = 10.0 * RISEN;
+const SLIDING_SLIP_RATIO: f64 = 10.0 * RISEN;
 
 /// Length of a slip along a tool, whose normal is that of the forces at either end, or at one.
 fn tangential(before: &Force, now: &Force, slip: &Vec3) -> f64 {
@@ -112,10 +112,10 @@ impl Work {
     /// rise or fall steadily from one end to the other can have left out: it has jumped from one balance to another on the way.
     fn jump(&self, done: f64) -> Option<f64> {
         /// Share of the work.
-        const OF_NOTE: f64 = 0.01;
+        const JUMP_WORK_REL: f64 = 0.01;
         let lost = self.internal - self.stored;
         let [begin, end] = self.by_ends;
-        let least = OF_NOTE * done.max(self.external.abs()).max(self.internal.abs());
+        let least = JUMP_WORK_REL * done.max(self.external.abs()).max(self.internal.abs());
         (lost > least + 0.5 * (end - begin).abs()).then_some(lost)
     }
 }

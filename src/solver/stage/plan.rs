@@ -6,7 +6,7 @@ use super::description::Stage;
 use crate::solver::tools::motion::Motion;
 
 /// Of the force of such a tool, what is left then.
-const LEFT: f64 = 0.01;
+const REMAINING_FORCE_RATIO: f64 = 0.01;
 
 /// What a stage fixes when it begins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -65,7 +65,7 @@ impl Plan {
     /// Force of a tool that goes back with the sheet to be let go [N], of the whole process.
     pub(in crate::solver) fn going_back(&self, tool: usize, share: f64) -> Option<f64> {
         let force = self.start_forces[tool];
-        let left = 1.0 - (1.0 - LEFT) * share / self.at;
+        let left = 1.0 - (1.0 - REMAINING_FORCE_RATIO) * share / self.at;
         let stays = self.kept.as_ref().is_some_and(|(kept, _)| *kept == tool);
         (!self.gone).then_some(if stays { 0.0 } else { force * left })
     }

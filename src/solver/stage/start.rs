@@ -19,7 +19,7 @@ use crate::solver::tools::motion::Motion;
 use crate::solver::tools::role::Role;
 
 /// Share of a stage in which tools go back with the sheet before they are let go.
-const EASED: f64 = 0.5;
+const RELEASE_SHARE: f64 = 0.5;
 
 pub(in crate::solver) fn begin(
     sim: &mut Simulation,
@@ -41,7 +41,7 @@ pub(in crate::solver) fn begin(
     };
     let motions = &sim.stages[stage].motions;
     if let Some(kept) = go_back_first(sys, motions, &plan.start_forces) {
-        (plan.at, plan.gone) = (EASED, false);
+        (plan.at, plan.gone) = (RELEASE_SHARE, false);
         plan.kept = kept.map(|tool| (tool, sys.u.clone()));
     } else {
         plan.released = released(sys, motions);
@@ -207,10 +207,10 @@ fn is_held_by_tools(sys: &System, motions: &[Motion], carried: &[f64]) -> bool {
 /// # Errors
 /// The share of the loads that does.
 fn hold_where_it_is(sys: &mut System, loads: &[f64]) -> Result<(), f64> {
-    const ROUNDING: f64 = 1e-6;
+    const NET_LOAD_REL: f64 = 1e-6;
     let now: Vec<Vec3> = (0..sys.node_count()).map(|n| sys.position(n)).collect();
     let share = share_along_free_motions(&sys.constraints, &now, loads);
-    if share > ROUNDING {
+    if share > NET_LOAD_REL {
         return Err(share);
     }
     let mut held: Constraints = sys.constraints.clone();

@@ -7,8 +7,8 @@ use crate::solver::newton::outcome::Patience;
 
 /// Iterations in all: snaps of sheets that are let go took 31 to 45, strips crushed until they buckle 223 to 810; a sheet
 /// that nothing balances never ends.
-const ITERATIONS: usize = 1000;
-const FEWEST: usize = 125;
+const MAX_FOLLOWING_ITERATIONS: usize = 1000;
+const MIN_FOLLOWING_ITERATIONS: usize = 125;
 
 /// How large the next step is (share of the stage).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -79,16 +79,16 @@ pub(in crate::solver) struct Endurance {
 
 impl Endurance {
     /// All the way.
-    pub(in crate::solver) const FULL: Self = Self { iterations: ITERATIONS };
+    pub(in crate::solver) const FULL: Self = Self { iterations: MAX_FOLLOWING_ITERATIONS };
 
     /// Whether it is no longer than all the way.
     pub(in crate::solver) fn is_sound(&self) -> bool {
-        self.iterations <= ITERATIONS
+        self.iterations <= MAX_FOLLOWING_ITERATIONS
     }
 
     /// What is left of it after a sheet has come to rest, or has not.
     pub(in crate::solver) fn after(&self, rest: bool) -> Self {
-        let less = Self { iterations: (self.iterations / 2).max(FEWEST) };
+        let less = Self { iterations: (self.iterations / 2).max(MIN_FOLLOWING_ITERATIONS) };
         if rest { Self::FULL } else { less }
     }
 }

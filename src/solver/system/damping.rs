@@ -5,18 +5,18 @@
 //! forces are small against the largest before, equilibrium without any is tried.
 
 /// First stiffness of a node's damper over the mesh's: a step moves the sheet by some thousand times what its forces would.
-const FIRST: f64 = 1e-3;
+const FIRST_STIFFNESS: f64 = 1e-3;
 /// Factor by which the stiffness rises after a step that failed and falls after one that went well.
-const FACTOR: f64 = 4.0;
+const STIFFNESS_FACTOR: f64 = 4.0;
 /// Iterations of a step that was easy (the stiffness falls by the factor squared), and of one that went well.
-const EASY: usize = 3;
-pub(in crate::solver) const WELL: usize = 5;
+const EASY_ITERATIONS: usize = 3;
+pub(in crate::solver) const GOOD_ITERATIONS: usize = 5;
 /// What is left after a step of the stiffness below which steps failed.
-const MEMORY: f64 = 0.5;
+const FLOOR_DECAY: f64 = 0.5;
 /// Viscous forces over the largest before at which equilibrium without any is tried; over those where that failed, at which it
 /// is tried again.
-const RELEASE: f64 = 1e-2;
-const RELEASE_AGAIN: f64 = 0.1;
+const RELEASE_FORCE_RATIO: f64 = 1e-2;
+const RELEASE_AGAIN_RATIO: f64 = 0.1;
 
 /// Controls the viscous stiffness from step to step.
 #[derive(Debug, Clone)]
@@ -35,7 +35,7 @@ pub(in crate::solver) struct Continuation {
 impl Continuation {
     /// Begins; `least`: stiffness that the motion needs at least, where it is known.
     pub(in crate::solver) fn new(least: Option<f64>) -> Self {
-        let stiffness = least.unwrap_or(FIRST);
+        let stiffness = least.unwrap_or(FIRST_STIFFNESS);
         Self {
             stiffness,
             floor: 0.0,
@@ -47,21 +47,21 @@ impl Continuation {
 
     /// A step did not converge.
     pub(in crate::solver) fn failed(&mut self) {
-        self.stiffness *= FACTOR;
+        self.stiffness *= STIFFNESS_FACTOR;
         self.floor = self.stiffness;
     }
 
     /// A step converged, with this norm of the viscous forces [N].
     pub(in crate::solver) fn converged(&mut self, iterations: usize, force: f64) {
-        self.floor *= MEMORY;
+        self.floor *= FLOOR_DECAY;
         let less = match iterations {
-            n if n <= EASY => FACTOR * FACTOR,
-            n if n <= WELL => FACTOR,
+            n if n <= EASY_ITERATIONS => STIFFNESS_FACTOR * STIFFNESS_FACTOR,
+            n if n <= GOOD_ITERATIONS => STIFFNESS_FACTOR,
             _ => 1.0,
         };
         self.stiffness = (self.stiffness / less).max(self.floor).max(self.least);
         self.force = force;
-        self.release = self.release.max(RELEASE * force);
+        self.release = self.release.max(RELEASE_FORCE_RATIO * force);
     }
 
     /// Whether equilibrium without viscous forces is to be tried.
@@ -71,7 +71,7 @@ impl Continuation {
 
     /// There was no equilibrium without viscous forces next to the last step.
     pub(in crate::solver) fn release_failed(&mut self) {
-        self.release = RELEASE_AGAIN * self.force;
+        self.release = RELEASE_AGAIN_RATIO * self.force;
     }
 }
 
@@ -83,14 +83,14 @@ mod tests {
     fn stiffness_falls_while_steps_converge_and_stays_above_what_failed() {
         let mut control = Continuation::new(None);
         control.converged(3, 100.0);
-        assert_eq!(control.stiffness, FIRST / 16.0);
+        assert_eq!(control.stiffness, FIRST_STIFFNESS / 16.0);
         control.failed();
-        assert_eq!(control.stiffness, FIRST / 4.0);
+        assert_eq!(control.stiffness, FIRST_STIFFNESS / 4.0);
         // Half of what was reached by then remains.
         control.converged(2, 50.0);
-        assert_eq!(control.stiffness, FIRST / 8.0);
+        assert_eq!(control.stiffness, FIRST_STIFFNESS / 8.0);
         control.converged(7, 20.0);
-        assert_eq!(control.stiffness, FIRST / 8.0);
+        assert_eq!(control.stiffness, FIRST_STIFFNESS / 8.0);
         assert!(!control.may_release());
         control.converged(3, 1.0);
         assert!(control.may_release());

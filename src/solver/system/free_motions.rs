@@ -12,7 +12,7 @@ use crate::solver::contact::condition::Condition;
 use crate::solver::sheet::rigid_motions::{take_free_motions, unsupported};
 
 /// Stiffness of friction by which a tool holds a node, over the mesh's: less cannot be told from rounding.
-const OF_NOTE: f64 = 1e-10;
+const FRICTION_STIFFNESS_REL: f64 = 1e-10;
 
 impl System {
     /// Whether no force acts on the sheet but those of tools that touch it and supports.
@@ -49,7 +49,7 @@ impl System {
     fn supports(&self, c: &Condition) -> impl Iterator<Item = (usize, Vec3)> + Clone {
         let (node, b_tool) = (c.node, c.b_tool);
         let along = self.constraints.free_projector(node) - c.normal * c.normal.transpose();
-        let least = OF_NOTE * self.scales.tangential;
+        let least = FRICTION_STIFFNESS_REL * self.scales.tangential;
         let rubs = c.candidate.is_some_and(|k| self.has_friction(self.contact.candidates[k].tool));
         let stiff = rubs && !self.regime.is_loose() && (along * b_tool * along).norm() > least;
         let hollow = move |axis: &Vec3| axis.dot(&(b_tool * axis)) > least;

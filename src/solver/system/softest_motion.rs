@@ -12,23 +12,23 @@ use crate::solver::linear::pattern::Pattern;
 use crate::solver::sheet::rigid_motions::take_free_motions;
 
 /// Motions looked for at once, and how often they are made softer by the inverse of the matrix.
-const MOTIONS: usize = 4;
-const ROUNDS: usize = 8;
+const SUBSPACE_SIZE: usize = 4;
+const INVERSE_ITERATIONS: usize = 8;
 
 /// Power of ten of the stiffness that the matrix is tried to be made positive definite with first, over the mesh's.
-const LEAST: i32 = -10;
+const SHIFT_EXPONENT_MIN: i32 = -10;
 
 /// Right-hand sides over what would leave the motions as long as they were: solutions far larger than the sheet are not believed.
-const LITTLE: f64 = 1e-6;
+const RHS_RATIO: f64 = 1e-6;
 
 /// Displacement of the node that moves most in the push, over the thickness.
-const WAY: f64 = 0.01;
+const PUSH_DISPLACEMENT_REL: f64 = 0.01;
 
 /// Share of a motion that is not one of the sheet as a whole, at least (half a wave has 0.19).
-const BENDS: f64 = 0.1;
+const BENDING_SHARE_MIN: f64 = 0.1;
 
 /// Components of the mode over the largest that are taken for as large.
-const AS_LARGE: f64 = 0.999;
+const EQUAL_COMPONENT_RATIO: f64 = 0.999;
 
 /// A push along the motion in which a sheet gives way.
 #[derive(Debug, Clone)]
@@ -61,7 +61,7 @@ impl System {
         }
         let mut bends = mode.to_vec();
         take_free_motions(&self.constraints, &self.positions(), std::iter::empty(), &mut bends);
-        dot(&bends, &bends) < BENDS * dot(mode, mode)
+        dot(&bends, &bends) < BENDING_SHARE_MIN * dot(mode, mode)
     }
 
     /// The motion of unit length, nodes counted by their masses, that has the least stiffness [N/mm], and that.
@@ -79,7 +79,7 @@ impl System {
         let slipping = self.slipping();
         let unloaded = self.applied.iter().all(|force| *force == 0.0);
         let Some(motions) = self.soft_motions() else { return false };
-        let amplitude = WAY * self.body.mesh().mean_thickness();
+        let amplitude = PUSH_DISPLACEMENT_REL * self.body.mesh().mean_thickness();
         motions.iter().filter(|(stiffness, _)| *stiffness < 0.0).all(|(stiffness, mode)| {
             let size = amplitude / largest_of(mode);
             friction_work(&slipping, mode, size) > 0.5 * stiffness.abs() * size * size
@@ -105,9 +105,9 @@ impl System {
         let masses = shares(&self.body);
         let shift = self.make_definite(&masses)?;
         let mut motions: Vec<Vec<f64>> =
-            (0..MOTIONS).map(|seed| disorder(self.u.len(), seed as u64)).collect();
-        for _ in 0..ROUNDS {
-            motions.iter_mut().for_each(|motion| weigh(motion, &masses, LITTLE * shift));
+            (0..SUBSPACE_SIZE).map(|seed| disorder(self.u.len(), seed as u64)).collect();
+        for _ in 0..INVERSE_ITERATIONS {
+            motions.iter_mut().for_each(|motion| weigh(motion, &masses, RHS_RATIO * shift));
             self.solver.solve_symmetric(&self.matrix.values, &mut motions).ok()?;
             orthonormalise(&mut motions, &masses);
         }
@@ -120,7 +120,7 @@ impl System {
     /// softest of all motions is then the one that its inverse makes most of.
     fn make_definite(&mut self, masses: &[f64]) -> Option<f64> {
         let mut shift = 0.0;
-        for power in LEAST..=0 {
+        for power in SHIFT_EXPONENT_MIN..=0 {
             let more = self.scales.normal * 10f64.powi(power) - shift;
             let pattern = self.body.pattern();
             for unknown in 0..pattern.dim() {
@@ -138,9 +138,10 @@ impl System {
     fn push_along(&self, mut mode: Vec<f64>, stiffness: f64) -> Push {
         let largest = largest_of(&mode);
         let mut ways = mode.chunks_exact(3).map(Vec3::from_column_slice);
-        let first = ways.position(|way| way.norm() > AS_LARGE * largest).unwrap_or_default();
+        let first =
+            ways.position(|way| way.norm() > EQUAL_COMPONENT_RATIO * largest).unwrap_or_default();
         let up = self.across(first).dot(&Vec3::from_column_slice(&mode[3 * first..3 * first + 3]));
-        let way = WAY * self.body.mesh().mean_thickness();
+        let way = PUSH_DISPLACEMENT_REL * self.body.mesh().mean_thickness();
         let factor = if up < 0.0 { -1.0 } else { 1.0 } * way * stiffness / largest;
         weigh(&mut mode, &shares(&self.body), factor);
         Push { forces: mode, stiffness }

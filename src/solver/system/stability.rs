@@ -14,7 +14,7 @@ use crate::solver::contact::condition::{Condition, resistance};
 use crate::solver::linear::pattern::Pattern;
 
 /// Stiffness given to every unknown over the mesh's: rounding has motions that nothing resists look unstable.
-const LEAST: f64 = 1e-11;
+const STABILITY_SHIFT_REL: f64 = 1e-11;
 
 /// How a node may move, and what resists it besides the sheet.
 struct Motion {
@@ -40,7 +40,7 @@ impl System {
     /// Makes the matrix the tangent along the motions that tools, supports and friction leave.
     pub(in crate::solver) fn project_tangent(&mut self) {
         let motions = self.motions();
-        let least = LEAST * self.scales.normal;
+        let least = STABILITY_SHIFT_REL * self.scales.normal;
         self.matrix.set(self.body.pattern(), &mut self.eval.tangent, &[], true);
         let values = &mut self.matrix.values;
         project(self.body.pattern(), values, &motions);

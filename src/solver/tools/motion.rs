@@ -53,9 +53,9 @@ impl Curve {
     /// Shares inside the stage at which the curve turns: points without which it would be another, not those of a dense table
     /// of a smooth one.
     pub(in crate::solver) fn corners(&self) -> Vec<f64> {
-        const FLAT: f64 = 1e-3;
+        const TURN_TOLERANCE: f64 = 1e-3;
         let [low, high] = self.extent();
-        let off = FLAT * (high - low);
+        let off = TURN_TOLERANCE * (high - low);
         let mut out = Vec::new();
         let mut points = self.points.iter();
         let Some(mut from) = points.next() else { return out };
@@ -79,9 +79,10 @@ impl Curve {
 
     /// How fast it rises just before and just after `share`.
     pub(in crate::solver) fn rates(&self, share: f64) -> [f64; 2] {
-        const NEAR: f64 = 1e-6;
+        const SHARE_STEP: f64 = 1e-6;
         let now = self.at(share);
-        [now - self.at(share - NEAR), self.at(share + NEAR) - now].map(|change| change / NEAR)
+        [now - self.at(share - SHARE_STEP), self.at(share + SHARE_STEP) - now]
+            .map(|change| change / SHARE_STEP)
     }
 
     /// Value at `share` of the stage.

@@ -62,13 +62,13 @@ pub struct ToolSetup {
 }
 
 /// Cosine between a tool's way and the normal of a wall that the way goes along.
-const WALL: f64 = 1e-3;
+const WALL_COS: f64 = 1e-3;
 
 impl ToolSetup {
     /// What is likely to be wrong with a tool that cannot be placed touching nodes at `points` [mm], and what to do.
     pub(in crate::solver) fn why_not_touching(&self, points: &[Vec3]) -> String {
         /// Ratio of sizes from which one of the two is in another unit.
-        const UNITS: f64 = 100.0;
+        const UNIT_RATIO: f64 = 100.0;
         let mut said = if self.looks_back() {
             "its foremost faces look away from the sheet: turn their normals round (`kanagata convert FILE --flip`, or the other `--sheet-side`), or its `direction`, which points towards the sheet"
         } else {
@@ -76,7 +76,7 @@ impl ToolSetup {
         }
         .to_owned();
         let [sheet, own] = [Aabb::of_points(points), self.surface.bounds()].map(|b| b.diagonal());
-        if (sheet / own).max(own / sheet) >= UNITS {
+        if (sheet / own).max(own / sheet) >= UNIT_RATIO {
             said += &format!(
                 ". The sheet is {sheet:.3} mm across and the tool {own:.3} mm: check the units"
             );
@@ -182,7 +182,7 @@ impl Tool {
                 .map(|x| {
                     let foot = self.within(x, None, share * size);
                     let rate = foot.normal.dot(&self.setup.direction);
-                    let is_wall = foot.gap > 0.0 && rate < WALL;
+                    let is_wall = foot.gap > 0.0 && rate < WALL_COS;
                     let gap = if foot.past_border || is_wall { f64::INFINITY } else { foot.gap };
                     (gap, rate)
                 })

@@ -11,11 +11,11 @@ use crate::solver::tools::tool::SheetSide;
 const FACES: [[usize; 4]; 6] =
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 /// Distances that are the same, over the length of a face: feet on a common side of two faces.
-const SAME_REL: f64 = 1e-9;
+const SAME_FOOT_REL: f64 = 1e-9;
 /// Cosine between a point's offset and the face's normal below which the point lies beside the face, not behind it.
-const BEHIND: f64 = 0.5;
+const BEHIND_COS: f64 = 0.5;
 /// The same over the free border of the faces, where all that is not straight behind lies beside the sheet.
-const BEHIND_BORDER: f64 = 1.0 - 1e-9;
+const BEHIND_BORDER_COS: f64 = 1.0 - 1e-9;
 
 /// A face: its nodes, counter-clockwise seen from outside, and which of its sides no other face has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,12 +103,12 @@ impl<'a> Faces<'a> {
         };
         self.tree.nearest(p, reach * reach, |k, _| {
             self.offer(k as usize, p, &mut best);
-            best.square * (1.0 + SAME_REL)
+            best.square * (1.0 + SAME_FOOT_REL)
         });
         let Some(out) = best.normal.try_normalize(0.0) else { return 0.0 };
         let offset = best.foot - p;
         let depth = offset.norm();
-        let behind = if best.border { BEHIND_BORDER } else { BEHIND };
+        let behind = if best.border { BEHIND_BORDER_COS } else { BEHIND_COS };
         if normal.dot(&out) < 0.0 && offset.dot(&out) > behind * depth { depth } else { 0.0 }
     }
 
@@ -118,13 +118,14 @@ impl<'a> Faces<'a> {
         let (foot, at) = closest(corners, p);
         let square = (foot - p).norm_squared();
         let length = (corners[2] - corners[0]).norm();
-        let same = SAME_REL * length * (length + best.square.sqrt());
+        let same = SAME_FOOT_REL * length * (length + best.square.sqrt());
         if square > best.square + same {
             return;
         }
         let normal = normal(corners, at).try_normalize(0.0).unwrap_or_default();
         let border = self.is_on_border(k, at);
-        let shared = best.normal != Vec3::zeros() && (foot - best.foot).norm() <= SAME_REL * length;
+        let shared =
+            best.normal != Vec3::zeros() && (foot - best.foot).norm() <= SAME_FOOT_REL * length;
         if shared {
             best.normal += normal;
             best.border &= border;

@@ -1,6 +1,6 @@
 //! Convex features of a tool that may lie between nodes: radii that are small for the elements, sharp edges, corners, borders.
 //!
-//! A patch with a convex radius below [`RADIUS_REL`] element lengths is sampled on a grid; of the others, which the points of the
+//! A patch with a convex radius below [`SAMPLED_RADIUS_REL`] element lengths is sampled on a grid; of the others, which the points of the
 //! faces see, sides on the border of the tool and sides between patches with different normals.
 
 use std::collections::HashMap;
@@ -13,15 +13,15 @@ use crate::tool::Patch;
 
 /// Convex radius over the element length below which a patch is sampled. A face of width w on a radius of 2 w lies in the tool by
 /// w/16 in its middle, which the points of the face find to a quarter wherever the arc touches.
-const RADIUS_REL: f64 = 2.0;
+const SAMPLED_RADIUS_REL: f64 = 2.0;
 /// Distance of samples over the element length, and the angle between their normals [rad]: the depth of an arc is found to 0.2 %
 /// of its radius. Halved, there are up to four times as many points.
 const SPACING_REL: f64 = 0.25;
-const TURN: f64 = 0.125;
+const SAMPLE_ANGLE: f64 = 0.125;
 /// Cosine of the angle between the normals of two patches from which their common side is an edge (1 degree).
-const SMOOTH: f64 = 0.9998;
+const SMOOTH_COS: f64 = 0.9998;
 /// Samples of a tool, at most: beyond, they are set farther apart. They take 48 bytes each.
-const MOST_POINTS: f64 = 5e5;
+const MAX_SAMPLES: f64 = 5e5;
 
 /// Points of the features with the normals of their patches, in the tool's frame [mm].
 #[derive(Debug, Clone, Default)]
@@ -55,7 +55,7 @@ impl Features {
         };
         let plans: Vec<Plan> = (0..patches.len()).into_par_iter().filter_map(plan).collect();
         let count: f64 = plans.iter().map(Plan::count).sum();
-        let coarser = (count / MOST_POINTS).max(1.0);
+        let coarser = (count / MAX_SAMPLES).max(1.0);
         let points: Vec<Vec<(Vec3, Vec3)>> =
             plans.par_iter().map(|plan| sample(&patches[plan.patch], plan, coarser)).collect();
         Self { points: points.concat() }
@@ -80,8 +80,8 @@ fn on_side(patch: &Patch, k: usize, t: f64) -> [f64; 2] {
 /// Sides of every patch on the border of the tool or at an edge, found by their middles.
 fn sharp_sides(patches: &[Patch], known: &[bool], bounds: Aabb) -> Vec<[bool; 4]> {
     /// Middles that are the same, over the size of the tool. One that falls on a border of two cells makes a side too many.
-    const SAME: f64 = 1e-6;
-    let cell = (SAME * bounds.diagonal()).max(f64::MIN_POSITIVE);
+    const SAME_MIDDLE_REL: f64 = 1e-6;
+    let cell = (SAME_MIDDLE_REL * bounds.diagonal()).max(f64::MIN_POSITIVE);
     let middle = |patch: usize, side: usize| {
         let [eta, zeta] = on_side(&patches[patch], side, 0.5);
         let x = patches[patch].derivs(eta, zeta).s;
@@ -97,7 +97,7 @@ fn sharp_sides(patches: &[Patch], known: &[bool], bounds: Aabb) -> Vec<[bool; 4]
     }
     let mut out = vec![[false; 4]; patches.len()];
     for sides in found.values() {
-        let smooth = sides.len() == 2 && sides[0].2.dot(&sides[1].2) > SMOOTH;
+        let smooth = sides.len() == 2 && sides[0].2.dot(&sides[1].2) > SMOOTH_COS;
         sides.iter().for_each(|(patch, side, _)| out[*patch][*side] = !smooth);
     }
     out
@@ -105,7 +105,7 @@ fn sharp_sides(patches: &[Patch], known: &[bool], bounds: Aabb) -> Vec<[bool; 4]
 
 /// Samples between two parameters for a way of this length that turns by this angle.
 fn steps(length: f64, turn: f64, longest_edge: f64) -> f64 {
-    (length / (SPACING_REL * longest_edge)).max(turn / TURN).ceil().clamp(1.0, MOST_POINTS)
+    (length / (SPACING_REL * longest_edge)).max(turn / SAMPLE_ANGLE).ceil().clamp(1.0, MAX_SAMPLES)
 }
 
 /// Length [mm] of a line between two parameters and the angle by which the normal turns [rad], by three points.
@@ -155,7 +155,7 @@ fn plan_of(patches: &[Patch], patch: usize, edges: &[bool; 4], longest_edge: f64
     let side = |k: usize| {
         (k < own.sides() && edges[k]).then(|| along(on_side(own, k, 0.0), on_side(own, k, 1.0)))
     };
-    let small = convex_radius(own) < RADIUS_REL * longest_edge;
+    let small = convex_radius(own) < SAMPLED_RADIUS_REL * longest_edge;
     let grid = small.then(|| {
         let lines = [0.0, 0.5, 1.0];
         if own.sides() == 3 {

@@ -53,7 +53,7 @@ pub(super) fn front_operations(pivots: usize, below: usize) -> f64 {
 
 /// Share of the operations with coordinates below which minimum degree is taken. On sheets it takes 0.7 to 1.7 times as many,
 /// on strips one or two elements wide, which cost little, 0.47 and more: these keep their order.
-const WORTH: f64 = 0.35;
+const MINIMUM_DEGREE_WORK_RATIO: f64 = 0.35;
 
 /// Minimum degree where there are no coordinates, or where it takes far fewer operations; else dissection by `centers`.
 pub(super) fn elimination(
@@ -67,7 +67,8 @@ pub(super) fn elimination(
         return Ok(degree);
     }
     let dissected = by(Ordering::Coordinates, nested_dissection(graph, centers));
-    let better = degree.operations(members) < WORTH * dissected.operations(members);
+    let better =
+        degree.operations(members) < MINIMUM_DEGREE_WORK_RATIO * dissected.operations(members);
     Ok(if better { degree } else { dissected })
 }
 

@@ -10,9 +10,8 @@ const MEMORY: usize = 64 << 20;
 const MEMORY_RATIO: usize = 32;
 /// Time that reading an input may take [s]: of the processor, so that a busy machine finds nothing.
 pub const SECONDS: f64 = 1.0;
-/// Time that reading, conversion to Nagata and Bezier patches and two audits of an input may take [s]. The program is
-/// instrumented here and takes twice its time; the hardest spline surfaces of noise found so far take 44 s.
-pub const SECONDS_CONVERTING: f64 = 60.0;
+/// Time that reading, conversion and audit of an input may take [s].
+pub const SECONDS_CONVERTING: f64 = 10.0;
 
 /// The system's allocator, which counts what is held [bytes] and stops the process above a limit.
 struct Counting;

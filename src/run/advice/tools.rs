@@ -351,7 +351,10 @@ mod tests {
             "{coarse}"
         );
         // Finer along x alone: 4.97 / 0.63 times as many.
-        assert!(coarse.contains("elements of 1.26 mm") && coarse.contains(": 79"), "{coarse}");
+        assert!(
+            coarse.contains("elements of 1.26 mm") && coarse.contains(": 7896 unknowns"),
+            "{coarse}"
+        );
     }
 
     /// Four over sharp radii, more where a chord of that length is inside the tool by more than is allowed.

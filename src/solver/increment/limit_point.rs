@@ -12,7 +12,7 @@ use crate::solver::stage::plan::Plan;
 use crate::solver::stage::state::{Committed, Simulation};
 use crate::solver::stage::step_size::Endurance;
 use crate::solver::system::damper::Damper;
-use crate::solver::system::damping::{Continuation, GOOD_ITERATIONS};
+use crate::solver::system::damping::{Continuation, GOOD_ITERATIONS, LIMIT_POINT};
 use crate::solver::system::regime::Stabilisation;
 use crate::solver::system::softest_motion::Push;
 use crate::solver::system::system::System;
@@ -139,7 +139,7 @@ fn follow(
 ) -> Result<NewtonStats, NewtonError> {
     let mut total = NewtonStats::default();
     let least = push.map(|push| PUSH_STIFFNESS_RATIO * push.stiffness / sim.sys.scales.tangential);
-    let (mut control, mut largest) = (Continuation::new(least), 0.0);
+    let (mut control, mut largest) = (Continuation::new(LIMIT_POINT, least), 0.0);
     let carried = norm(&sim.committed.internal_force);
     let (before, from) = (sim.committed.travels.clone(), sim.committed.u.clone());
     let (mut last, mut lost) = (f64::NAN, 0);

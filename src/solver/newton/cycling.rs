@@ -10,13 +10,15 @@ use super::record::IterationRecord;
 use crate::solver::assembly::ElementFailure;
 use crate::solver::element::Want;
 use crate::solver::system::damper::Damper;
-use crate::solver::system::damping::Continuation;
+use crate::solver::system::damping::{CYCLING, Continuation};
 use crate::solver::system::system::System;
 
 /// Residual below which cycling is one of the active set, not of what else has yet to converge.
 const CYCLE_RESIDUAL: f64 = 1e-2;
 /// Ratio of the residuals of two iterates with the same nodes touching below which they make no cycle.
 const CYCLE_REDUCTION: f64 = 0.3;
+/// Stiffness over the mesh's below which viscous forces are removed however large they are.
+const STIFFNESS_MIN: f64 = 1e-10;
 /// Iterations with viscous forces in an increment.
 pub(in crate::solver) const MAX_STABILISED_ITERATIONS: usize = 400;
 
@@ -72,7 +74,7 @@ impl Stabiliser {
     ) -> Result<(), ElementFailure> {
         self.began.get_or_insert(iterations);
         let Some(control) = &mut self.control else {
-            self.control = Some(Continuation::new(None));
+            self.control = Some(Continuation::new(CYCLING, None));
             return self.set(sys);
         };
         if sys.regime.is_stabilised() {
@@ -99,7 +101,7 @@ impl Stabiliser {
         let Some(control) = &mut self.control else { return Ok(()) };
         let force = damper.forces(&sys.u).map(|f| f * f).sum::<f64>().sqrt();
         control.converged(iterations, force);
-        if !control.may_release() {
+        if !control.may_release() && control.stiffness > STIFFNESS_MIN {
             return self.set(sys);
         }
         self.begin_here(sys);

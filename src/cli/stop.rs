@@ -29,7 +29,7 @@ fn end() -> ! {
     if request().is_complete() {
         err!("error: stopped by a signal while the report was written; the results are complete");
     } else {
-        err!("error: stopped by a signal; nothing was left to save");
+        err!("error: stopped by a signal; nothing was saved");
     }
     std::process::exit(Exit::Stopped as i32);
 }

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::numbers::COUNT_MAX;
 use crate::solver::newton::outcome::Patience;
 
-/// Iterations in all: snaps of sheets that are let go took 31 to 45, strips crushed until they buckle 223 to 810; a sheet
-/// that nothing balances never ends.
+/// Iterations of a viscous motion, first and least: snap-throughs of released sheets take 31 to 45, strips crushed until they
+/// buckle 223 to 810; a sheet without equilibrium never ends.
 const MAX_FOLLOWING_ITERATIONS: usize = 1000;
 const MIN_FOLLOWING_ITERATIONS: usize = 125;
 

@@ -30,7 +30,7 @@ pub struct OpenedRecord {
     pub increment: usize,
     /// Its magnitude [N mm].
     pub energy_nmm: f64,
-    /// `work_nmm` as it was then.
+    /// Work done by then, or the work of rounding where that is more [N mm].
     pub work_nmm: f64,
 }
 

@@ -11,8 +11,8 @@ use crate::solver::assembly::Body;
 use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{Constraints, SimulationSetup};
 
-/// Size of the largest mesh file that is examined [B], of a blank in one layer. One of 16 MB has some 260,000 quadrilaterals, which
-/// take 1.6 s of the processor and 140 MB (docs/results/faults.md).
+/// Size of the largest mesh file that is examined [B], of a blank in one layer. One of 15.7 MB with 233,000 quadrilaterals takes
+/// 1.1 s of the processor and 119 MB (docs/results/faults.md).
 const MAX_EXAMINED_BYTES: f64 = 16e6;
 /// What a further layer adds to the work of examining a sheet, over that of the first.
 const WORK_OF_A_LAYER: f64 = 0.5;

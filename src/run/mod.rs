@@ -32,7 +32,7 @@ use std::time::Instant;
 use crate::cancel::{Cancel, Section};
 use crate::report::record::{LeftOutRecord, RunRecord, Verdict};
 use crate::scene::Plan;
-use crate::solver::reach::{Guard, leave_out, reachable};
+use crate::solver::reach::{Guard, LeftOut, leave_out, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
 
 pub use error::{CheckpointError, RunError};
@@ -77,45 +77,20 @@ pub fn run(
     watch: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<RunRecord, RunError> {
     let start = Instant::now();
-    let mut setup = plan.simulation_setup(scene_path)?;
-    let failed = |cause: SimulationError| RunError::Solver {
-        cause: Box::new(cause),
-        more: String::new(),
-        folder: None,
-    };
-    setup.place().map_err(failed)?;
-    let findings = advice::doubts(plan, &setup, 1.0);
-    if let Some(error) = findings.iter().find(|finding| finding.level == advice::Level::Error) {
-        return Err(RunError::Refused { path: scene_path.into(), what: error.to_string() });
-    }
-    let holders = advice::holder::holders(&setup, &reachable(&setup));
-    let (left_out, guard) = if options.auto {
-        let (left_out, guard) = leave_out(&mut setup).map_err(failed)?;
-        (left_out, Some(guard))
-    } else {
-        (Vec::new(), None)
-    };
-    let mut simulation = Simulation::new(setup).map_err(failed)?;
+    let Prepared { mut simulation, guard, findings, holders, left_out } =
+        prepare(plan, scene_path, options.auto)?;
     let _lock = alone_in(output, options)?;
     let section = options.stop.section();
     simulation.heed(options.stop.clone());
+    let run = Run { plan, scene_path, output, options, guard, start };
     let mut folder = if options.restart {
-        let checkpoint = checkpoint::read(output, plan, PROGRAM)?;
-        simulation.resume(checkpoint.state).map_err(failed)?;
-        let mut folder = checkpoint.folder;
-        folder.resume()?;
-        folder
+        run.restored_folder(&mut simulation)?
     } else {
-        begun(plan, scene_path, output, options, &simulation)?
+        run.new_folder(&simulation)?
     };
     folder.watch_holders(&holders);
     folder.doubt_scene(findings.iter().filter_map(advice::Finding::as_doubt).collect());
-    folder.left_out(left_out.iter().map(|l| LeftOutRecord {
-        tool: plan.scene.tools[l.tool].name.clone(),
-        patches: l.patches,
-        of: l.of,
-    }));
-    let run = Run { plan, options, guard, start };
+    folder.left_out(left_out.into_iter());
     let ended = run
         .go_on(&mut simulation, &mut folder, watch)
         .and_then(|outcome| run.end(&simulation, &mut folder, outcome, section));
@@ -130,23 +105,47 @@ pub fn run(
     }
 }
 
-/// The folder of a run that begins in it, with its tools; what is replaced there is told.
-fn begun(
-    plan: &Plan,
-    scene_path: &Path,
-    output: &Path,
-    options: &RunOptions<'_>,
-    simulation: &Simulation,
-) -> Result<RunFolder, RunError> {
-    let told = earlier_run::replaced(output, plan, scene_path, options.overwrite)?;
-    if let (Some(told), Some(tell)) = (told, options.tell) {
-        tell(&told);
+/// A simulation that can begin, and what its scene is known for before that.
+struct Prepared {
+    simulation: Simulation,
+    /// Of the patches that were left out; `None` where none may be.
+    guard: Option<Guard>,
+    findings: Vec<advice::Finding>,
+    holders: Vec<advice::holder::Holder>,
+    left_out: Vec<LeftOutRecord>,
+}
+
+/// Places the tools of a scene and judges it; with `auto` patches that the sheet cannot come near are left out.
+///
+/// # Errors
+/// [`RunError::Refused`] for a scene with a finding of level error; [`RunError::Solver`] where tools cannot be placed.
+fn prepare(plan: &Plan, scene_path: &Path, auto: bool) -> Result<Prepared, RunError> {
+    let mut setup = plan.simulation_setup(scene_path)?;
+    setup.place().map_err(not_begun)?;
+    let findings = advice::doubts(plan, &setup, 1.0);
+    if let Some(error) = findings.iter().find(|finding| finding.level == advice::Level::Error) {
+        return Err(RunError::Refused { path: scene_path.into(), what: error.to_string() });
     }
-    let unknowns = 3 * simulation.body().mesh().nodes.len();
-    let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
-    checkpoint::remove(output);
-    folder.write_tools(plan, simulation)?;
-    Ok(folder)
+    let holders = advice::holder::holders(&setup, &reachable(&setup));
+    let (left_out, guard) = if auto {
+        let (left_out, guard) = leave_out(&mut setup).map_err(not_begun)?;
+        (left_out, Some(guard))
+    } else {
+        (Vec::new(), None)
+    };
+    let record = |left: &LeftOut| LeftOutRecord {
+        tool: plan.scene.tools[left.tool].name.clone(),
+        patches: left.patches,
+        of: left.of,
+    };
+    let left_out = left_out.iter().map(record).collect();
+    let simulation = Simulation::new(setup).map_err(not_begun)?;
+    Ok(Prepared { simulation, guard, findings, holders, left_out })
+}
+
+/// The error of a run that ends before its folder is touched.
+fn not_begun(cause: SimulationError) -> RunError {
+    RunError::Solver { cause: Box::new(cause), more: String::new(), folder: None }
 }
 
 /// What is to be said beside where and why the solver gave up; `begins`: at the beginning of a stage.
@@ -187,12 +186,37 @@ fn alone_in(output: &Path, options: &RunOptions<'_>) -> Result<Option<lock::Lock
 /// What stays the same while a run goes on.
 struct Run<'a> {
     plan: &'a Plan,
+    scene_path: &'a Path,
+    output: &'a Path,
     options: &'a RunOptions<'a>,
     guard: Option<Guard>,
     start: Instant,
 }
 
 impl Run<'_> {
+    /// The folder of the newest checkpoint, the simulation put back to it.
+    fn restored_folder(&self, simulation: &mut Simulation) -> Result<RunFolder, RunError> {
+        let checkpoint = checkpoint::read(self.output, self.plan, PROGRAM)?;
+        simulation.resume(checkpoint.state).map_err(not_begun)?;
+        let mut folder = checkpoint.folder;
+        folder.resume()?;
+        Ok(folder)
+    }
+
+    /// The folder of a run that begins in it, with its tools; what is replaced there is told.
+    fn new_folder(&self, simulation: &Simulation) -> Result<RunFolder, RunError> {
+        let Self { plan, scene_path, output, options, .. } = *self;
+        let told = earlier_run::replaced(output, plan, scene_path, options.overwrite)?;
+        if let (Some(told), Some(tell)) = (told, options.tell) {
+            tell(&told);
+        }
+        let unknowns = 3 * simulation.body().mesh().nodes.len();
+        let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
+        checkpoint::remove(output);
+        folder.write_tools(plan, simulation)?;
+        Ok(folder)
+    }
+
     /// That the sheet has not come to patches that were left out.
     fn look_for_breach(
         &self,
@@ -216,27 +240,10 @@ impl Run<'_> {
         folder: &mut RunFolder,
         watch: &mut dyn FnMut(&Progress<'_>),
     ) -> Result<Result<(), SimulationError>, RunError> {
-        let Self { plan, options, start, .. } = *self;
-        let stages = plan.scene.stages.len() as f64;
-        let every = plan.scene.output.checkpoint_every;
+        let every = self.plan.scene.output.checkpoint_every;
         let mut count = 0;
         loop {
-            let (mut write_error, mut ended) = (None, None);
-            let more = simulation.advance(&mut |report| {
-                ended = report.ends_stage().then(|| report.stage_name.to_owned());
-                let done = (report.stage as f64 + report.share) / stages;
-                watch(&Progress { report, done, elapsed_s: start.elapsed().as_secs_f64() });
-                write_error = folder.take(report, start).err();
-                if write_error.is_some() { Control::Stop } else { Control::Continue }
-            });
-            if let Some(error) = write_error {
-                return Err(error.into());
-            }
-            if let Some(stage) = ended {
-                folder.look_into_tools(simulation, &stage);
-            }
-            let increment = simulation.summary().increments;
-            match more {
+            match self.advance(simulation, folder, watch)? {
                 Ok(true) => {}
                 Ok(false) => return Ok(Ok(())),
                 Err(error) => {
@@ -247,7 +254,8 @@ impl Run<'_> {
                 }
             }
             self.look_for_breach(simulation, folder)?;
-            let stop = options.stop.is_requested();
+            let increment = simulation.summary().increments;
+            let stop = self.options.stop.is_requested();
             if stop || (every > 0 && increment.is_multiple_of(every)) {
                 checkpoint::write(folder, &simulation.state(), count)?;
                 count += 1;
@@ -256,6 +264,31 @@ impl Run<'_> {
                 return Ok(Err(SimulationError::Stopped { increment }));
             }
         }
+    }
+
+    /// One increment, written to the folder; whether more follow.
+    fn advance(
+        &self,
+        simulation: &mut Simulation,
+        folder: &mut RunFolder,
+        watch: &mut dyn FnMut(&Progress<'_>),
+    ) -> Result<Result<bool, SimulationError>, RunError> {
+        let stages = self.plan.scene.stages.len() as f64;
+        let (mut write_error, mut ended) = (None, None);
+        let more = simulation.advance(&mut |report| {
+            ended = report.ends_stage().then(|| report.stage_name.to_owned());
+            let done = (report.stage as f64 + report.share) / stages;
+            watch(&Progress { report, done, elapsed_s: self.start.elapsed().as_secs_f64() });
+            write_error = folder.take(report, self.start).err();
+            if write_error.is_some() { Control::Stop } else { Control::Continue }
+        });
+        if let Some(error) = write_error {
+            return Err(error.into());
+        }
+        if let Some(stage) = ended {
+            folder.look_into_tools(simulation, &stage);
+        }
+        Ok(more)
     }
 
     /// Writes how the run ended; an error where it did not end by itself.

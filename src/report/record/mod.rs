@@ -24,10 +24,11 @@ pub use sheet::{
 };
 
 /// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// Still going, or killed.
+    #[default]
     Running,
     /// All stages done, without doubts.
     Completed,
@@ -40,7 +41,7 @@ pub enum Verdict {
 }
 
 /// `run.json`: what went in, what it cost, how it ended.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunRecord {
     /// `kanagata-run`.
     pub format: String,

@@ -1,6 +1,7 @@
 //! `report.html`: force against travel, thickness, the formed sheet and the tools in 3-D, the audits.
 
 mod sheet;
+mod summary;
 mod thickness;
 
 use std::path::Path;
@@ -11,7 +12,7 @@ use crate::files::WriteError;
 use crate::geometry::Vec3;
 use crate::report::charts::{Series, ValuedSurface, lines, surfaces};
 use crate::report::page::Page;
-use crate::report::record::{History, OverEdgeRecord};
+use crate::report::record::History;
 use crate::report::vtu_read;
 use crate::scene::Plan;
 use crate::solver::Simulation;
@@ -26,7 +27,7 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
     let thickness = fields::column_thickness(mesh, &positions);
     let mut page = Page::new(&plan.scene.name);
     page.doubts(&folder.record.doubts);
-    summary(&mut page, folder, plan);
+    summary::tables(&mut page, &folder.record, &plan.card.name);
     page.heading("Force against travel");
     let (travelled, title) = path(&folder.history);
     let series = force_series(&folder.history, &travelled);
@@ -39,96 +40,6 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
     page.heading("The tools and their shape error");
     tools(&mut page, plan, simulation);
     page.write(&folder.path.join("report.html"))
-}
-
-fn summary(page: &mut Page, folder: &RunFolder, plan: &Plan) {
-    let r = &folder.record;
-    let verdict = r.verdict.to_string();
-    let volume = r.volume_error.map_or("-".into(), |off| format!("{off:.1e} of the sheet's"));
-    let springback = r.springback.map_or("-".into(), |s| {
-        let [largest, rms] = [s.largest_mm, s.rms_mm];
-        format!("{largest:.3} and {rms:.3} mm; released elastic energy {:.0} N mm", s.energy_nmm)
-    });
-    let fleeting = r
-        .first_unstable
-        .map_or("none".into(), |first| format!("{}, first increment {first}", r.unstable));
-    let buckled = r
-        .first_buckle
-        .map_or("no".into(), |first| format!("{} times, first increment {first}", r.buckles));
-    let through = r.self_penetration.map_or("no".into(), |t| {
-        format!("from increment {} on, up to {} nodes", t.first_increment, t.nodes)
-    });
-    let zigzag = r.hourglass.map_or("no".into(), |z| {
-        format!(
-            "{:.0} %, from increment {} on: forces are too low",
-            100.0 * z.share,
-            z.first_increment
-        )
-    });
-    let sheared = r.through_thickness_shear.map_or("no".into(), |s| {
-        format!(
-            "from increment {} on, up to {:.0} % of the nodes pressed so",
-            s.first_increment,
-            100.0 * s.share
-        )
-    });
-    let over_edge = r.overhang.as_ref().map_or("no".into(), |edge| {
-        let OverEdgeRecord { tool, first_increment, nodes, depth_mm, .. } = edge;
-        format!("{tool}, from increment {first_increment} on, up to {nodes} nodes, {depth_mm:.2} mm deep")
-    });
-    let in_tool = r.inside_tool.as_ref().map_or("no".into(), |found| {
-        format!("{}, by {:.3} mm at the end of {}", found.tool, found.depth_mm, found.stage)
-    });
-    let on_faces = r.face_penetration.as_ref().map_or("none".into(), |found| {
-        format!(
-            "{:.3} mm ({:.0} % of the thickness), {}, increment {}",
-            found.depth_mm,
-            100.0 * found.depth_rel,
-            found.tool,
-            found.increment
-        )
-    });
-    let rows = [
-        ("verdict", verdict),
-        (
-            "increments, iterations, step cuts",
-            format!("{}, {}, {}", r.increments, r.iterations, r.cuts),
-        ),
-        ("unknowns", r.unknowns.to_string()),
-        ("wall time, processor time", format!("{:.1} s, {:.1} s", r.wall_s, r.cpu_s)),
-        ("peak memory", format!("{:.0} MB", r.peak_mb)),
-        ("material", plan.card.name.clone()),
-        ("minimum thickness", r.thickness.map_or("-".into(), |thickness| thickness.to_string())),
-        ("largest strains", r.strain.map_or("-".into(), |strain| strain.to_string())),
-        ("force residual", format!("{:.1e} of the largest", r.force_error)),
-        ("unaccounted energy", format!("{:.2e} of the work done", r.energy_error)),
-        ("internal work not stored", format!("{:.2e} of the work done", r.stored_energy_error)),
-        ("artificial (hourglass) energy", format!("{:.1e} N mm", r.artificial_energy_nmm)),
-        ("volume error", volume),
-        (
-            "snap-throughs, released elastic energy",
-            format!("{}, {:.1} N mm", r.snaps, r.released_elastic_nmm),
-        ),
-        ("increments with viscous stabilisation", r.stabilised_increments.to_string()),
-        ("increments in unstable equilibrium", fleeting),
-        ("bucklings", buckled),
-        ("self-penetration", through),
-        ("hourglass mode", zigzag),
-        ("through-thickness shear at the friction limit", sheared),
-        ("overhang at a tool edge", over_edge),
-        ("nodes inside a tool at the end of a stage", in_tool),
-        ("largest penetration of a node", format!("{:.1e} mm", r.penetration_mm)),
-        ("largest penetration of a face between nodes", on_faces),
-        ("springback, largest and RMS", springback),
-    ];
-    let rows: Vec<Vec<String>> = rows.into_iter().map(|(a, b)| vec![a.to_owned(), b]).collect();
-    page.table(&["", ""], &rows);
-    if let Some(message) = &r.message {
-        page.text(message);
-    }
-    let timings: Vec<Vec<String>> =
-        r.timings_s.iter().map(|(k, v)| vec![k.clone(), format!("{v:.2}")]).collect();
-    page.table(&["phase", "wall time [s]"], &timings);
 }
 
 /// A stage counts as one that moves a tool from this share of the longest way on.

@@ -1,13 +1,14 @@
 //! What a run folder says now: read from the files of the run, whether it goes on, has ended, or was killed.
 
-use std::fmt::{self, Write as _};
+mod text;
+
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use serde::Serialize;
 
 use super::checkpoint;
-use super::progress_line::{HEADER, line};
+use super::progress_line::line;
 use super::resources;
 use crate::report::doubt::Doubt;
 use crate::report::record::{History, HistoryRow, RunRecord, Verdict};
@@ -147,12 +148,8 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
     let state = state(&record);
     let last = history.rows.last();
     let time = last.map_or(0.0, |row| row.time);
-    let stages = record.stages;
     let checkpoint = newest_checkpoint(folder);
-    let running = matches!(state, State::Running | State::Elsewhere);
-    let left_s = (running && time > 0.0 && stages > 0)
-        .then(|| record.wall_s * (stages as f64 - time).max(0.0) / time);
-    let goes_on = matches!(state, State::Stopped | State::Killed) && checkpoint.is_some();
+    let restart = checkpoint.is_some().then(|| restart_of_ended(&record, state, folder)).flatten();
     Ok(Status {
         folder: folder.display().to_string(),
         name: record.name.clone(),
@@ -162,22 +159,32 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
         increment: record.increments,
         stage: last.map(|row| row.stage.clone()),
         time,
-        stages,
+        stages: record.stages,
         iterations: record.iterations,
         cuts: record.cuts,
         contacts: last.map_or([0; 2], |row| row.contacts),
         tools: last.map_or_else(Vec::new, |row| tools(&history.tools, row)),
         wall_s: record.wall_s,
-        left_s,
+        left_s: time_left(&record, state, time),
         updated_s: age(&path),
         last_line: last.map(|row| line(&history.tools, row)),
         checkpoint,
-        restart: record
-            .scene
-            .as_ref()
-            .filter(|_| goes_on)
-            .map(|scene| restart_command(&record, scene.as_ref(), folder)),
+        restart,
     })
+}
+
+/// Wall time left [s] of a run at work whose stages are done up to `time`, if the rest goes like that.
+fn time_left(record: &RunRecord, state: State, time: f64) -> Option<f64> {
+    let running = matches!(state, State::Running | State::Elsewhere);
+    (running && time > 0.0 && record.stages > 0)
+        .then(|| record.wall_s * (record.stages as f64 - time).max(0.0) / time)
+}
+
+/// Command that goes on with a run that was stopped or killed, where its scene is known.
+fn restart_of_ended(record: &RunRecord, state: State, folder: &Path) -> Option<String> {
+    let scene = record.scene.as_ref()?;
+    let ended = matches!(state, State::Stopped | State::Killed);
+    ended.then(|| restart_command(record, scene.as_ref(), folder))
 }
 
 fn state(record: &RunRecord) -> State {
@@ -246,74 +253,6 @@ pub(super) fn restart_command(record: &RunRecord, scene: &Path, folder: &Path) -
     format!("kanagata-solve run {scene} -o {folder} --restart{auto}")
 }
 
-impl fmt::Display for Status {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut out = format!("{}: {}", self.name, self.state.words());
-        let mut say = |key: &str, what: String| {
-            let _ = write!(out, "\n  {key:10} {what}");
-        };
-        if let Some(message) = &self.message {
-            say("because", message.clone());
-        }
-        // What ended a run may quote them.
-        let quoted = |text: &str| self.message.as_ref().is_some_and(|m| m.contains(text));
-        for doubt in self.doubts.iter().filter(|doubt| !quoted(&doubt.text)) {
-            say("doubt", doubt.to_string());
-        }
-        if let Some(stage) = &self.stage {
-            let done = 100.0 * self.time / self.stages.max(1) as f64;
-            let stages = if self.stages == 1 {
-                "1 stage".into()
-            } else {
-                format!("all {} stages", self.stages)
-            };
-            say("stage", format!("{stage}; {done:.1} % of {stages} done"));
-        }
-        say(
-            "increment",
-            format!(
-                "{}, {} iterations and {} cuts so far, {} nodes touch, {} slip",
-                self.increment, self.iterations, self.cuts, self.contacts[0], self.contacts[1]
-            ),
-        );
-        for tool in &self.tools {
-            let (name, travel, force) = (&tool.name, tool.travel_mm, tool.force_n / 1e3);
-            say("tool", format!("{name}: travel {travel:.3} mm, force {force:.3} kN"));
-        }
-        let left = self.left_s.map_or_else(String::new, |s| format!(", about {} left", clock(s)));
-        let (wall, ago) = (clock(self.wall_s), clock(self.updated_s));
-        say("time", format!("{wall} at the last increment, {ago} ago{left}"));
-        if let Some(line) = &self.last_line {
-            say("last line", HEADER.to_owned());
-            say("", line.clone());
-        }
-        match &self.checkpoint {
-            Some(c) => {
-                let age = clock(c.age_s);
-                say("checkpoint", format!("{} of increment {}, {age} old", c.file, c.increment));
-            }
-            None if self.state == State::Finished => {}
-            None => say("checkpoint", "none".into()),
-        }
-        match (&self.restart, self.state) {
-            (Some(command), _) => say("continue with", command.clone()),
-            (None, State::NotConverged) => say(
-                "continue with",
-                "a changed scene, from the start; the last good state is steps/last.vtu".into(),
-            ),
-            _ => {}
-        }
-        f.write_str(&out)
-    }
-}
-
-/// Hours, minutes and seconds.
-fn clock(seconds: f64) -> String {
-    let whole = seconds.max(0.0).round() as u64;
-    let (h, m, s) = (whole / 3600, whole / 60 % 60, whole % 60);
-    if h > 0 { format!("{h}:{m:02}:{s:02}") } else { format!("{m}:{s:02}") }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -378,10 +317,5 @@ mod tests {
         assert_eq!(command, "kanagata-solve run '/a b/x.json' -o out --restart");
         std::fs::write(folder.path().join("history.csv"), "increment,stage\n1,2,3\n").unwrap();
         assert!(matches!(status(folder.path()), Err(StatusError::Invalid { .. })));
-    }
-
-    #[test]
-    fn times_are_told_by_the_clock() {
-        assert_eq!([clock(0.4), clock(61.0), clock(3725.2)], ["0:00", "1:01", "1:02:05"]);
     }
 }

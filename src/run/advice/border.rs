@@ -23,11 +23,7 @@ pub(super) fn remark(
     sizes: &Sizes,
 ) -> Option<Finding> {
     let own = &setup.tools[tool];
-    let pushed = |&other: &usize| {
-        let mut against = others(setup, other);
-        is_forced(setup, other) && !against.any(|k| stands_before(setup, k, other, &kept[other]))
-    };
-    let pushed: Vec<usize> = others(setup, tool).filter(pushed).collect();
+    let pushed = unopposed(setup, tool, kept);
     let opposite = Opposite::new(setup, tool, &kept[tool], sizes).and_pushed(setup, &pushed);
     let loads = pushing(setup, own);
     if opposite.is_idle() && loads.is_empty() {
@@ -46,18 +42,31 @@ pub(super) fn remark(
     let met =
         borders(own, &kept[tool], sizes).into_iter().filter_map(|edge| Some((met(&edge)?, edge)));
     let (at, edge) = met.max_by(|(_, a), (_, b)| a.turn.total_cmp(&b.turn))?;
-    let at = at + own.offset;
-    Some(Finding::note(
+    Some(note(own, at + own.offset, edge.turn))
+}
+
+/// Tools on the sheet's other side that forces push with nothing before them.
+fn unopposed(setup: &SimulationSetup, tool: usize, kept: &[Vec<bool>]) -> Vec<usize> {
+    let pushed = |&other: &usize| {
+        let mut against = others(setup, other);
+        is_forced(setup, other) && !against.any(|k| stands_before(setup, k, other, &kept[other]))
+    };
+    others(setup, tool).filter(pushed).collect()
+}
+
+/// The remark on a border at `at` [mm] over which the sheet is bent by up to `turn` [rad].
+fn note(own: &ToolSetup, at: Vec3, turn: f64) -> Finding {
+    Finding::note(
         format!(
             "the faces of {} end in a free border at ({:.1}, {:.1}, {:.1}) mm, over which the sheet may be bent by up to {:.0} degrees",
             own.name,
             at.x,
             at.y,
             at.z,
-            edge.turn.to_degrees()
+            turn.to_degrees()
         ),
         "tools hold nodes and see nothing between them, so forces there go by the mesh, and a node drawn back over the border may lock the sheet; give the tool the radius of its edge and the wall behind it, or let it end beyond the sheet".into(),
-    ))
+    )
 }
 
 /// Nodes that a load pushes towards a tool's back [mm].

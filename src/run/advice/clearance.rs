@@ -49,70 +49,125 @@ pub(super) fn remarks(
                     shape_error(plan.tools[k].shape_error_mm, patches, &kept[k])
                 });
                 let names = [a, b].map(|k| tools[k].name.as_str());
-                out.extend(remark(names, least, thickness, &errors, found.at_mm.map(Vec3::from)));
+                let at = found.at_mm.map(Vec3::from);
+                out.extend(Clearance { names, least, at, thickness, errors }.remark());
             }
         }
     }
 }
 
-fn remark(
-    names: [&str; 2],
+/// What two tools leave between them at the end of their travels, and what that is held against.
+struct Clearance<'a> {
+    names: [&'a str; 2],
+    /// Smallest clearance [mm]; negative where the tools overlap.
     least: f64,
-    thickness: f64,
-    errors: &[Option<ShapeError>; 2],
+    /// Where that is [mm].
     at: Option<Vec3>,
-) -> Option<Finding> {
-    let place =
-        at.map_or_else(String::new, |p| format!(" at ({:.1}, {:.1}, {:.1}) mm", p.x, p.y, p.z));
-    let both = names.join(" and ");
-    let room = least - thickness;
-    let ironed = room < -OF_THICKNESS * thickness;
-    let allowed = OF_ROOM * room.max(2.0 * OF_THICKNESS * thickness);
-    let known: f64 = errors.iter().flatten().map(|e| e.mm).sum();
-    let coarse = known > allowed;
-    if !ironed && !coarse {
-        return None;
+    /// Thickness of the sheet [mm].
+    thickness: f64,
+    errors: [Option<ShapeError>; 2],
+}
+
+impl Clearance<'_> {
+    fn remark(&self) -> Option<Finding> {
+        let ironed = self.room() < -OF_THICKNESS * self.thickness;
+        if !ironed {
+            return self.is_coarse().then(|| self.coarse());
+        }
+        let overlap = self.least < 0.0 && self.known_error() < -self.least;
+        Some(if overlap { self.overlapping() } else { self.ironing() })
     }
-    let estimated = errors.iter().flatten().any(|e| e.from.is_some());
-    let about = if estimated { "about " } else { "" };
-    let off: Vec<String> = errors
-        .iter()
-        .zip(names)
-        .filter_map(|(e, name)| e.as_ref()?.words(name, 0.5 * allowed))
-        .collect();
-    let patches =
-        if off.is_empty() { String::new() } else { format!(" (estimated: {})", off.join("; ")) };
-    let finer = format!("convert with --tol {:.4}; unknowns stay the same", 0.5 * allowed);
-    if !ironed {
-        return Some(Finding::note(
+
+    /// Clearance beside the sheet [mm].
+    fn room(&self) -> f64 {
+        self.least - self.thickness
+    }
+
+    /// Sum of the shape errors that are known [mm].
+    fn known_error(&self) -> f64 {
+        self.errors.iter().flatten().map(|e| e.mm).sum()
+    }
+
+    /// Sum of shape errors that the clearance admits [mm].
+    fn allowed_error(&self) -> f64 {
+        OF_ROOM * self.room().max(2.0 * OF_THICKNESS * self.thickness)
+    }
+
+    fn is_coarse(&self) -> bool {
+        self.known_error() > self.allowed_error()
+    }
+
+    fn both(&self) -> String {
+        self.names.join(" and ")
+    }
+
+    fn place(&self) -> String {
+        self.at.map_or_else(String::new, |p| format!(" at ({:.1}, {:.1}, {:.1}) mm", p.x, p.y, p.z))
+    }
+
+    /// The sum of the shape errors, and the patches that estimates of it rest on.
+    fn error_in_words(&self) -> String {
+        let estimated = self.errors.iter().flatten().any(|e| e.from.is_some());
+        let about = if estimated { "about " } else { "" };
+        let each = 0.5 * self.allowed_error();
+        let named = self.errors.iter().zip(self.names);
+        let off: Vec<String> =
+            named.filter_map(|(e, name)| e.as_ref()?.words(name, each)).collect();
+        let patches = if off.is_empty() {
+            String::new()
+        } else {
+            format!(" (estimated: {})", off.join("; "))
+        };
+        format!("{about}{:.3} mm together{patches}", self.known_error())
+    }
+
+    fn finer_tools(&self) -> String {
+        let each = 0.5 * self.allowed_error();
+        format!("convert with --tol {each:.4}; unknowns stay the same")
+    }
+
+    /// Shape errors too large for the clearance.
+    fn coarse(&self) -> Finding {
+        Finding::note(
             format!(
-                "the shape errors of {both} are {about}{known:.3} mm together{patches}, their clearance leaves {:.3} mm beside the sheet{place}: too coarse",
-                room.max(0.0)
+                "the shape errors of {} are {}, their clearance leaves {:.3} mm beside the sheet{}: too coarse",
+                self.both(),
+                self.error_in_words(),
+                self.room().max(0.0),
+                self.place()
             ),
-            finer,
-        ));
+            self.finer_tools(),
+        )
     }
-    if least < 0.0 && known < -least {
-        return Some(Finding::note(
+
+    /// Tools that meet in the sheet.
+    fn overlapping(&self) -> Finding {
+        Finding::note(
             format!(
-                "{both} run {:.3} mm into each other at the end of their travel{place}, and the sheet of {thickness:.3} mm is between them",
-                -least
+                "{} run {:.3} mm into each other at the end of their travel{}, and the sheet of {:.3} mm is between them",
+                self.both(),
+                -self.least,
+                self.place(),
+                self.thickness
             ),
             "no equilibrium is found there: check the travel and the place of both".into(),
-        ));
+        )
     }
-    let (mut what, mut cost) = (
-        format!(
-            "{both} leave {least:.3} mm at the end of their travel{place}, the sheet has {thickness:.3} mm"
-        ),
-        "it is ironed there: forces and increments grow many times".to_owned(),
-    );
-    if coarse {
-        what +=
-            &format!("; their shape errors are {about}{known:.3} mm together{patches}: too coarse");
-        cost += &format!("; {finer}");
+
+    /// Less room than the sheet is thick.
+    fn ironing(&self) -> Finding {
+        let (both, place) = (self.both(), self.place());
+        let mut what = format!(
+            "{both} leave {:.3} mm at the end of their travel{place}, the sheet has {:.3} mm",
+            self.least, self.thickness
+        );
+        let mut cost = "it is ironed there: forces and increments grow many times".to_owned();
+        if self.is_coarse() {
+            what += &format!("; their shape errors are {}: too coarse", self.error_in_words());
+            cost += &format!("; {}", self.finer_tools());
+        }
+        Finding::note(what, cost)
     }
-    Some(Finding::note(what, cost))
 }
 
 /// Travel of a tool farthest from its start [mm]; `None` when forces decide.
@@ -137,7 +192,9 @@ mod tests {
     fn room_is_held_against_thickness_and_shape_error() {
         let told = |least: f64, errors: [Option<f64>; 2]| {
             let errors = errors.map(|mm| mm.map(|mm| ShapeError { mm, from: None }));
-            remark(["a", "b"], least, 1.0, &errors, None).map(|r| r.to_string())
+            let names = ["a", "b"];
+            let clearance = Clearance { names, least, at: None, thickness: 1.0, errors };
+            clearance.remark().map(|r| r.to_string())
         };
         assert_eq!(told(1.2, [Some(0.01), None]), None);
         let ironed = told(0.9, [None; 2]).unwrap();
@@ -156,7 +213,9 @@ mod tests {
             let profile = [arc(divisions, [0.0, 7.0], 7.0, [-FRAC_PI_2, 0.0], 1.0)];
             let patches = revolved("die", divisions, FRAC_PI_2, &profile).patches;
             let error = shape_error(None, &patches, &vec![true; patches.len()]);
-            remark(["die", "punch"], least, 1.0, &[error, None], None).map(|r| r.to_string())
+            let (names, errors) = (["die", "punch"], [error, None]);
+            let clearance = Clearance { names, least, at: None, thickness: 1.0, errors };
+            clearance.remark().map(|r| r.to_string())
         };
         for least in [0.9, 1.1] {
             let text = told(1, least).unwrap();

@@ -48,44 +48,20 @@ pub(super) fn remarks(
     cost: &Cost,
     out: &mut Vec<Finding>,
 ) {
-    let blank = &plan.scene.blank;
-    let (layers, thickness) = (layers(setup), setup.body.mesh().mean_thickness());
-    let slender = size / (thickness / layers as f64);
     let springs_back = springs_back(setup);
-    let sharp = springs_back && sharpest < SHARP * thickness;
-    let fewer = (2.0 / (layers + 1) as f64).powf(GROWTH);
-    match blank.element {
-        ElementKind::Hex8 if slender > SLENDER => out.push(Finding::note(
-            format!(
-                "hex8 elements of {size:.2} mm are {slender:.0} times as long as thick and too stiff where the sheet bends"
-            ),
-            if layers > 1 {
-                format!("solid-shell bends with one layer, for about {:.0} % of the time", 100.0 * fewer)
-            } else {
-                "solid-shell bends with one layer".into()
-            },
-        )),
-        ElementKind::SolidShell { .. } if layers == 1 && sharp => out.push(Finding::note(
-            format!(
-                "one layer of solid-shell over a radius of {sharpest:.2} mm, {:.1} thicknesses, and a stage that releases tools: a flange wiped over such a radius springs back by up to twice what several layers find",
-                sharpest / thickness
-            ),
-            format!("two layers take about {}, three or four agree with hexahedra", cost.times(1.5_f64.powf(GROWTH))),
-        )),
-        ElementKind::SolidShell { .. } if layers > 1 && !sharp => out.push(Finding::note(
-            format!("{layers} layers of solid-shell: one bends as well"),
-            format!("one takes {} in place of {}", cost.times(fewer), cost.times(1.0)),
-        )),
-        ElementKind::Hex8Enhanced if layers > 3 => out.push(Finding::note(
-            format!("{layers} layers of hex8-enhanced: two bend within a few per cent"),
-            format!("two take about {}", cost.times((3.0 / (layers + 1) as f64).powf(GROWTH))),
-        )),
-        _ => {}
-    }
-    if let ElementKind::SolidShell { points, .. } = blank.element
-        && layers == 1
-    {
-        points_remarks(points, springs_back, sharpest / thickness, cost, out);
+    let thickness = setup.body.mesh().mean_thickness();
+    let bending = Bending { layers: layers(setup), thickness, size, sharpest, springs_back, cost };
+    match plan.scene.blank.element {
+        ElementKind::Hex8 => out.extend(bending.too_stiff()),
+        ElementKind::Hex8Enhanced => out.extend(bending.layers_of_enhanced()),
+        ElementKind::SolidShell { points, .. } => {
+            out.extend(bending.layers_of_solid_shell());
+            if bending.layers == 1 {
+                out.extend(bending.points_for_springback(points));
+                out.extend(bending.points_for_thinning(points));
+                out.extend(bending.points_too_many(points));
+            }
+        }
     }
 }
 
@@ -94,49 +70,134 @@ fn springs_back(setup: &SimulationSetup) -> bool {
     setup.stages.iter().skip(1).any(|s| s.motions.iter().any(released))
 }
 
-/// Remarks on the points through the thickness of one layer of solid-shells, drawn over `radius` thicknesses.
-fn points_remarks(
-    points: u8,
+/// What bending asks of the layers of a sheet.
+struct Bending<'a> {
+    layers: usize,
+    /// Of the sheet [mm].
+    thickness: f64,
+    /// Of the elements in their plane [mm].
+    size: f64,
+    /// Smallest radius of the tools [mm].
+    sharpest: f64,
     springs_back: bool,
-    radius: f64,
-    cost: &Cost,
-    out: &mut Vec<Finding>,
-) {
-    /// Points that bending, springback, and thinning over a sharp radius want.
-    const WANTED: [u8; 3] = [5, 7, 9];
-    let share = cost.elements_s * cost.iterations[0] / cost.seconds[0].max(1e-300);
-    let cost_of = |wanted: u8| {
+    cost: &'a Cost,
+}
+
+/// Points that bending, springback, and thinning over a sharp radius want.
+const WANTED: [u8; 3] = [5, 7, 9];
+
+impl Bending<'_> {
+    /// Time of a run with `layers` over that with the layers that there are.
+    fn time_with(&self, layers: u8) -> f64 {
+        (f64::from(layers + 1) / (self.layers + 1) as f64).powf(GROWTH)
+    }
+
+    /// Smallest radius of the tools over the thickness.
+    fn radius_rel(&self) -> f64 {
+        self.sharpest / self.thickness
+    }
+
+    /// Of hex8.
+    fn too_stiff(&self) -> Option<Finding> {
+        let slender = self.size / (self.thickness / self.layers as f64);
+        (slender > SLENDER).then(|| {
+            Finding::note(
+                format!(
+                    "hex8 elements of {:.2} mm are {slender:.0} times as long as thick and too stiff where the sheet bends",
+                    self.size
+                ),
+                if self.layers > 1 {
+                    let percent = 100.0 * self.time_with(1);
+                    format!("solid-shell bends with one layer, for about {percent:.0} % of the time")
+                } else {
+                    "solid-shell bends with one layer".into()
+                },
+            )
+        })
+    }
+
+    fn layers_of_enhanced(&self) -> Option<Finding> {
+        (self.layers > 3).then(|| {
+            Finding::note(
+                format!("{} layers of hex8-enhanced: two bend within a few per cent", self.layers),
+                format!("two take about {}", self.cost.times(self.time_with(2))),
+            )
+        })
+    }
+
+    /// One layer too few where a flange is wiped over a sharp radius, several too many elsewhere.
+    fn layers_of_solid_shell(&self) -> Option<Finding> {
+        let sharp = self.springs_back && self.sharpest < SHARP * self.thickness;
+        if self.layers == 1 && sharp {
+            return Some(Finding::note(
+                format!(
+                    "one layer of solid-shell over a radius of {:.2} mm, {:.1} thicknesses, and a stage that releases tools: a flange wiped over such a radius springs back by up to twice what several layers find",
+                    self.sharpest,
+                    self.radius_rel()
+                ),
+                format!(
+                    "two layers take about {}, three or four agree with hexahedra",
+                    self.cost.times(self.time_with(2))
+                ),
+            ));
+        }
+        (self.layers > 1 && !sharp).then(|| {
+            let [one, now] = [self.time_with(1), 1.0].map(|share| self.cost.times(share));
+            Finding::note(
+                format!("{} layers of solid-shell: one bends as well", self.layers),
+                format!("one takes {one} in place of {now}"),
+            )
+        })
+    }
+
+    /// Cost with `wanted` points through the thickness in place of `points`.
+    fn cost_of_points(&self, wanted: u8, points: u8) -> String {
+        let cost = self.cost;
+        let share = cost.elements_s * cost.iterations[0] / cost.seconds[0].max(1e-300);
         let change = 1.0 + share * (f64::from(wanted) / f64::from(points) - 1.0);
         format!("{wanted} take about {}", cost.times(change))
-    };
-    // Measured at R/t 28 and 7 (docs/results/solver.md): what the rule of Gauss misses of |z|.
-    let off = match points {
-        ..=3 => "10 to 12 % low",
-        4 => "2 to 3 % high",
-        5 => "3 to 8 % low",
-        _ => "1 to 2 % high",
-    };
-    if springs_back && points < WANTED[1] {
-        out.push(Finding::note(
-            format!(
-                "{points} points through the thickness and a stage that releases tools: the moment of bending, and springback with it, is {off}"
-            ),
-            cost_of(WANTED[1]),
-        ));
     }
-    if radius < DRAWN && points < WANTED[2] {
-        out.push(Finding::note(
-            format!(
-                "{points} points through the thickness, over a radius of {radius:.1} thicknesses: thinning of a sheet drawn over it may have an error of a third (by 5 points at 5 thicknesses)"
-            ),
-            cost_of(WANTED[2]),
-        ));
+
+    /// Too few points through one layer of solid-shells for springback.
+    fn points_for_springback(&self, points: u8) -> Option<Finding> {
+        // Measured at R/t 28 and 7 (docs/results/solver.md): what the rule of Gauss misses of |z|.
+        let off = match points {
+            ..=3 => "10 to 12 % low",
+            4 => "2 to 3 % high",
+            5 => "3 to 8 % low",
+            _ => "1 to 2 % high",
+        };
+        (self.springs_back && points < WANTED[1]).then(|| {
+            Finding::note(
+                format!(
+                    "{points} points through the thickness and a stage that releases tools: the moment of bending, and springback with it, is {off}"
+                ),
+                self.cost_of_points(WANTED[1], points),
+            )
+        })
     }
-    let enough = WANTED[if radius < DRAWN { 2 } else { usize::from(springs_back) }];
-    if points > enough {
-        out.push(Finding::note(
-            format!("{points} points through the thickness: {enough} are enough here"),
-            cost_of(enough),
-        ));
+
+    /// Too few points for thinning over a sharp radius.
+    fn points_for_thinning(&self, points: u8) -> Option<Finding> {
+        let radius = self.radius_rel();
+        (radius < DRAWN && points < WANTED[2]).then(|| {
+            Finding::note(
+                format!(
+                    "{points} points through the thickness, over a radius of {radius:.1} thicknesses: thinning of a sheet drawn over it may have an error of a third (by 5 points at 5 thicknesses)"
+                ),
+                self.cost_of_points(WANTED[2], points),
+            )
+        })
+    }
+
+    fn points_too_many(&self, points: u8) -> Option<Finding> {
+        let drawn = self.radius_rel() < DRAWN;
+        let enough = WANTED[if drawn { 2 } else { usize::from(self.springs_back) }];
+        (points > enough).then(|| {
+            Finding::note(
+                format!("{points} points through the thickness: {enough} are enough here"),
+                self.cost_of_points(enough, points),
+            )
+        })
     }
 }

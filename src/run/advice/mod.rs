@@ -13,6 +13,7 @@ mod fixed;
 pub mod holder;
 mod inside;
 mod material;
+mod radii;
 mod seam;
 mod sharp;
 mod size;
@@ -67,7 +68,7 @@ fn doubts_at(
     for (k, tool) in setup.tools.iter().enumerate() {
         let opposite = Opposite::new(setup, k, &kept[k], sizes);
         let clamping = Clamping::new(setup, k, &kept[k], &opposite);
-        out.extend(tools::folding(tool, &kept[k], (&part, &clamping), sizes));
+        out.extend(radii::folding(tool, &kept[k], (&part, &clamping), sizes));
     }
     out
 }
@@ -94,12 +95,13 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> 
     let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
     let mut out = doubts_at(plan, setup, &sizes, &kept);
     out.extend(symmetry::unused(plan, setup, cost));
-    let sharpest = tools::sharpest(setup, &kept);
+    let sharpest = radii::sharpest(setup, &kept);
     elements::remarks(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {
         let opposite = Opposite::new(setup, k, &kept[k], &sizes);
         let clamping = Clamping::new(setup, k, &kept[k], &opposite);
-        tools::remarks(tool, &kept[k], (&part, &clamping), (&sizes, cost), &mut out);
+        tools::remarks(tool, &kept[k], &sizes, &mut out);
+        out.extend(radii::coarse(tool, &kept[k], (&part, &clamping), (&sizes, cost)));
         // Of a tool that is out of reach that has been said.
         out.extend(kept[k].contains(&true).then(|| away::remark(setup, k)).flatten());
         out.extend(inside::remark(setup, k, &sizes));

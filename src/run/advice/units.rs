@@ -3,7 +3,7 @@
 use super::finding::Finding;
 use crate::geometry::Aabb;
 use crate::report::doubt::DoubtCode;
-use crate::solver::SimulationSetup;
+use crate::solver::{SimulationSetup, ToolSetup};
 
 /// Thickness of formed sheets [mm]: foils of 0.01 mm to plates of 50 mm. The lower limit is above any sheet in metres
 /// (50 mm would be 0.05), the upper one below any foil in micrometres but the thinnest.
@@ -16,7 +16,6 @@ const TOOL_OVER_BLANK: [f64; 2] = [0.005, 200.0];
 /// Findings on the sizes of blank and tools.
 pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
     let mesh = setup.body.mesh();
-    let bounds = Aabb::of_points(&mesh.nodes);
     let lower = mesh.bottom_nodes().into_iter().map(|n| mesh.nodes[n as usize]);
     let lower = Aabb::of_points(&lower.collect::<Vec<_>>());
     let size = (lower.max - lower.min).max();
@@ -24,39 +23,37 @@ pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
         ("blank.thickness_mm", "thickness", mesh.mean_thickness(), THICKNESS),
         ("blank.shape", "longest side", size, BLANK),
     ];
-    for (key, name, value, range) in found {
-        out.extend(outside(value, range).map(|limit| {
-            Finding::doubt(
-                DoubtCode::SceneUnits,
-                key.into(),
-                format!(
-                    "The {name} of the blank is {} mm; formed sheets have {} to {} mm.",
-                    short(value),
-                    range[0],
-                    range[1]
-                ),
-                unit_of(value, range),
-            )
-            .exceeds([value, limit])
-        }));
-    }
-    for tool in &setup.tools {
-        let ratio = tool.surface.bounds().diagonal() / bounds.diagonal();
-        out.extend(outside(ratio, TOOL_OVER_BLANK).map(|limit| {
-            Finding::doubt(
-                DoubtCode::SceneUnits,
-                tool.name.clone(),
-                format!(
-                    "{} is {:.4} mm large and the blank {:.4} mm: a ratio of {ratio:.2e}.",
-                    tool.name,
-                    tool.surface.bounds().diagonal(),
-                    bounds.diagonal()
-                ),
-                "Check the units of the tool file and of the scene: both are in mm.".into(),
-            )
-            .exceeds([ratio, limit])
-        }));
-    }
+    out.extend(found.into_iter().filter_map(|(key, name, value, range)| {
+        let limit = outside(value, range)?;
+        let what = format!(
+            "The {name} of the blank is {} mm; formed sheets have {} to {} mm.",
+            short(value),
+            range[0],
+            range[1]
+        );
+        let remedy = unit_of(value, range);
+        let doubt = Finding::doubt(DoubtCode::SceneUnits, key.into(), what, remedy);
+        Some(doubt.exceeds([value, limit]))
+    }));
+    let blank = Aabb::of_points(&mesh.nodes).diagonal();
+    out.extend(setup.tools.iter().filter_map(|tool| tool_against_blank(tool, blank)));
+}
+
+/// A doubt about a tool far larger or smaller than a blank with a diagonal of `blank` [mm].
+fn tool_against_blank(tool: &ToolSetup, blank: f64) -> Option<Finding> {
+    let size = tool.surface.bounds().diagonal();
+    let ratio = size / blank;
+    let limit = outside(ratio, TOOL_OVER_BLANK)?;
+    let doubt = Finding::doubt(
+        DoubtCode::SceneUnits,
+        tool.name.clone(),
+        format!(
+            "{} is {size:.4} mm large and the blank {blank:.4} mm: a ratio of {ratio:.2e}.",
+            tool.name
+        ),
+        "Check the units of the tool file and of the scene: both are in mm.".into(),
+    );
+    Some(doubt.exceeds([ratio, limit]))
 }
 
 /// The limit of the range that a value is beyond.

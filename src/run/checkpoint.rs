@@ -85,27 +85,7 @@ fn has_completed(folder: &Path) -> bool {
 /// # Errors
 /// [`CheckpointError`].
 pub fn read(folder: &Path, plan: &Plan, program: &str) -> Result<Checkpoint, CheckpointError> {
-    let mut faults = Vec::new();
-    let mut found: Option<Checkpoint> = None;
-    for file in files(folder) {
-        match read_one(&file) {
-            Ok(one)
-                if found
-                    .as_ref()
-                    .is_none_or(|f| f.folder.record.increments < one.folder.record.increments) =>
-            {
-                found = Some(one);
-            }
-            Ok(_) => {}
-            Err(why) => faults.push(why),
-        }
-    }
-    let Some(mut checkpoint) = found else {
-        if has_completed(folder) {
-            return Err(CheckpointError::Completed { folder: folder.into() });
-        }
-        return Err(CheckpointError::None { folder: folder.into(), why: faults.join(", ") });
-    };
+    let mut checkpoint = newest_whole(folder)?;
     let RunFolder { record, history, .. } = &checkpoint.folder;
     if record.program != program {
         return Err(CheckpointError::Program {
@@ -114,6 +94,48 @@ pub fn read(folder: &Path, plan: &Plan, program: &str) -> Result<Checkpoint, Che
             expected: program.into(),
         });
     }
+    check_inputs(folder, record, plan)?;
+    let of_plan = plan.scene.tools.iter().map(|tool| &tool.name);
+    if !history.tools.iter().eq(of_plan) {
+        let why = "its history is of other tools than the scene's".into();
+        return Err(CheckpointError::None { folder: folder.into(), why });
+    }
+    checkpoint.folder.path = folder.to_path_buf();
+    Ok(checkpoint)
+}
+
+/// The checkpoint with the most increments that can be read.
+///
+/// # Errors
+/// [`CheckpointError::Completed`] or [`CheckpointError::None`], where there is none.
+fn newest_whole(folder: &Path) -> Result<Checkpoint, CheckpointError> {
+    let mut faults = Vec::new();
+    let mut found: Option<Checkpoint> = None;
+    let increments = |one: &Checkpoint| one.folder.record.increments;
+    for file in files(folder) {
+        match read_one(&file) {
+            Ok(one) if found.as_ref().is_none_or(|f| increments(f) < increments(&one)) => {
+                found = Some(one);
+            }
+            Ok(_) => {}
+            Err(why) => faults.push(why),
+        }
+    }
+    found.ok_or_else(|| {
+        let (folder, why) = (folder.to_path_buf(), faults.join(", "));
+        if has_completed(&folder) {
+            CheckpointError::Completed { folder }
+        } else {
+            CheckpointError::None { folder, why }
+        }
+    })
+}
+
+/// Whether the inputs of a run are those of the plan.
+///
+/// # Errors
+/// [`CheckpointError::Changed`] for the first that is another.
+fn check_inputs(folder: &Path, record: &RunRecord, plan: &Plan) -> Result<(), CheckpointError> {
     let inputs = inputs(plan);
     for (input, expected) in &record.inputs {
         let now = inputs.get(input).map_or("none", String::as_str);
@@ -126,13 +148,7 @@ pub fn read(folder: &Path, plan: &Plan, program: &str) -> Result<Checkpoint, Che
             });
         }
     }
-    let of_plan = plan.scene.tools.iter().map(|tool| &tool.name);
-    if !history.tools.iter().eq(of_plan) {
-        let why = "its history is of other tools than the scene's".into();
-        return Err(CheckpointError::None { folder: folder.into(), why });
-    }
-    checkpoint.folder.path = folder.to_path_buf();
-    Ok(checkpoint)
+    Ok(())
 }
 
 /// File of the newest whole checkpoint in a folder, and the increment after which it was written.

@@ -63,11 +63,6 @@ pub(super) fn replaced(
             return Ok(Some(format!("{}: an earlier run is replaced ({found})", folder.display())));
         }
     };
-    let how = match record.verdict {
-        Verdict::Completed | Verdict::Doubtful => "finished",
-        Verdict::NotConverged => "not converged",
-        Verdict::Running | Verdict::Stopped => "not finished",
-    };
     let mut why = String::new();
     if matches!(record.verdict, Verdict::Running | Verdict::Stopped) {
         match checkpoint::read(folder, plan, PROGRAM) {
@@ -84,9 +79,19 @@ pub(super) fn replaced(
         return Ok(None);
     }
     Ok(Some(format!(
-        "{}: the results of an earlier run are replaced: {}, {} increments, {how}{why}",
+        "{}: the results of an earlier run are replaced: {}, {} increments, {}{why}",
         folder.display(),
         record.name,
-        record.increments
+        record.increments,
+        ending(record.verdict)
     )))
+}
+
+/// How a run that is over ended, in words.
+fn ending(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Completed | Verdict::Doubtful => "finished",
+        Verdict::NotConverged => "not converged",
+        Verdict::Running | Verdict::Stopped => "not finished",
+    }
 }

@@ -57,34 +57,47 @@ impl Necking {
         let thinning: Vec<f64> = now.iter().zip(&before).map(|(t, t0)| -(t / t0).ln()).collect();
         let falls = self.force_falls(report);
         let last = std::mem::replace(&mut self.thinning, thinning);
-        let record = |kind, column: usize, first_increment| NeckingRecord {
+        let band = if falls { self.noted_band(mesh, &last, report.increment) } else { None };
+        let (kind, column, first_increment) = if let Some((column, began)) = band {
+            (NeckingKind::Band, column, began)
+        } else if let Some(column) = self.torn() {
+            (NeckingKind::Torn, column, report.increment)
+        } else {
+            (NeckingKind::Dip, dip(mesh, &before, &self.thinning)?, report.increment)
+        };
+        Some(NeckingRecord {
             kind,
             first_increment,
             at_mm: positions[mesh.top_nodes()[column] as usize].into(),
             thickness_rel: (-self.thinning[column]).exp(),
-        };
-        let band = if falls && last.len() == self.thinning.len() {
-            band(mesh, &last, &self.thinning)
-        } else {
-            None
-        };
-        if let Some((column, by)) = band {
-            if self.alone == 0.0 {
-                self.began = report.increment;
-            }
-            self.alone += by;
-            if self.alone > OF_NOTE {
-                return Some(record(NeckingKind::Band, column, self.began));
-            }
+        })
+    }
+
+    /// The thinnest column of a band that thins alone, once that has thinned enough to be reported, and the increment that this
+    /// began with; `last`: thinning before the increment.
+    fn noted_band(
+        &mut self,
+        mesh: &HexMesh,
+        last: &[f64],
+        increment: usize,
+    ) -> Option<(usize, usize)> {
+        if last.len() != self.thinning.len() {
+            return None;
         }
-        let thinnest = (0..now.len())
+        let (column, by) = band(mesh, last, &self.thinning)?;
+        if self.alone == 0.0 {
+            self.began = increment;
+        }
+        self.alone += by;
+        (self.alone > OF_NOTE).then_some((column, self.began))
+    }
+
+    /// The thinnest column, where hardly any of its thickness is left.
+    fn torn(&self) -> Option<usize> {
+        let thinnest = (0..self.thinning.len())
             .max_by(|&a, &b| self.thinning[a].total_cmp(&self.thinning[b]))
             .unwrap_or_default();
-        if self.thinning[thinnest] > -TORN.ln() {
-            return Some(record(NeckingKind::Torn, thinnest, report.increment));
-        }
-        let dip = dip(mesh, &before, &self.thinning)?;
-        Some(record(NeckingKind::Dip, dip, report.increment))
+        (self.thinning[thinnest] > -TORN.ln()).then_some(thinnest)
     }
 
     /// Whether a tool that moves in this increment pushes with less than its largest force in the stage.

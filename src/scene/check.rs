@@ -3,7 +3,7 @@
 use super::error::Fault;
 use super::motions::jump;
 use super::rolling;
-use super::types::{BlankShape, Drive, Scene, SolverLimits};
+use super::types::{Blank, BlankShape, Drive, Scene, SolverLimits};
 use crate::solver::element::ElementKind;
 
 /// Scene file version this program reads.
@@ -186,6 +186,24 @@ const LAYERS_MAX: usize = 100;
 
 fn check_blank(scene: &Scene) -> Result<(), Fault> {
     let blank = &scene.blank;
+    check_lengths(blank)?;
+    check_counts(blank)?;
+    if let ElementKind::SolidShell { points, .. } = blank.element {
+        let place = "blank.element.solid-shell.points".into();
+        need((3..=9).contains(&points), place, points.to_string(), "3 to 9")?;
+    }
+    rolling::check(blank)?;
+    for (k, load) in scene.loads.iter().enumerate() {
+        if load.force_n.iter().any(|f| !f.is_finite()) {
+            let found = format!("{:?}", load.force_n);
+            return Err((format!("loads[{k}].force_n"), found, "numbers".into()));
+        }
+    }
+    Ok(())
+}
+
+/// Sizes and thickness of a blank.
+fn check_lengths(blank: &Blank) -> Result<(), Fault> {
     let lengths = match &blank.shape {
         BlankShape::Rectangle { size_mm: [x, y], .. } => {
             vec![("shape.rectangle.size_mm[0]", *x), ("shape.rectangle.size_mm[1]", *y)]
@@ -203,6 +221,11 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
             return Err((format!("blank.{key}"), value.to_string(), "above 0".into()));
         }
     }
+    Ok(())
+}
+
+/// Elements and layers of a blank.
+fn check_counts(blank: &Blank) -> Result<(), Fault> {
     let counts = match blank.shape {
         BlankShape::Rectangle { elements: [nx, ny], .. } => [nx, ny, blank.layers],
         // The core once, and two sides of it to the rim: fewer than this.
@@ -227,17 +250,6 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
     if blank.layers > LAYERS_MAX {
         let (found, allowed) = (blank.layers.to_string(), format!("1 to {LAYERS_MAX}"));
         return Err(("blank.layers".into(), found, allowed));
-    }
-    if let ElementKind::SolidShell { points, .. } = blank.element {
-        let place = "blank.element.solid-shell.points".into();
-        need((3..=9).contains(&points), place, points.to_string(), "3 to 9")?;
-    }
-    rolling::check(blank)?;
-    for (k, load) in scene.loads.iter().enumerate() {
-        if load.force_n.iter().any(|f| !f.is_finite()) {
-            let found = format!("{:?}", load.force_n);
-            return Err((format!("loads[{k}].force_n"), found, "numbers".into()));
-        }
     }
     Ok(())
 }

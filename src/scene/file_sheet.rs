@@ -81,22 +81,28 @@ fn file_sheet(
             let thickness = Some(blank.thickness_mm).filter(|given| *given > 0.0);
             let sheet = from_hexahedra(&mesh.points, &elements, stacked, thickness)
                 .map_err(|e| e.to_string())?;
-            let (given, own) = (blank.thickness_mm, sheet.mean_thickness());
-            if given > 0.0 && (given - own).abs() > SAME * own {
-                return Err(format!(
-                    "found hexahedra {own} mm thick and blank.thickness_mm {given}; allowed: the same, or none"
-                ));
-            }
-            let layers = sheet.nodes_per_column.saturating_sub(1);
-            if blank.layers > 1 && blank.layers != layers {
-                return Err(format!(
-                    "found {layers} layers of hexahedra and blank.layers {}; allowed: the same, or none",
-                    blank.layers
-                ));
-            }
+            check_solid(blank, &sheet)?;
             Ok(FileSheet::Solid(sheet))
         }
     }
+}
+
+/// Whether the thickness and the layers of hexahedra are those of the blank, where it gives them.
+fn check_solid(blank: &Blank, sheet: &HexMesh) -> Result<(), String> {
+    let (given, own) = (blank.thickness_mm, sheet.mean_thickness());
+    if given > 0.0 && (given - own).abs() > SAME * own {
+        return Err(format!(
+            "found hexahedra {own} mm thick and blank.thickness_mm {given}; allowed: the same, or none"
+        ));
+    }
+    let layers = sheet.nodes_per_column.saturating_sub(1);
+    if blank.layers > 1 && blank.layers != layers {
+        return Err(format!(
+            "found {layers} layers of hexahedra and blank.layers {}; allowed: the same, or none",
+            blank.layers
+        ));
+    }
+    Ok(())
 }
 
 /// The first names of a list, and how many more there are.

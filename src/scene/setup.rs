@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::blank::{blank_mesh, constraints};
 use super::cuts::Planes;
-use super::error::SceneError;
+use super::error::{Fault, SceneError};
 use super::loads::loads;
 use super::motions::motions;
 use super::plan::Plan;
@@ -29,7 +29,7 @@ impl Plan {
     /// [`SceneError::Value`] when a plane or a region touches no node or the blank makes no body;
     /// [`SceneError::Blank`] when its mesh file cannot be used.
     pub fn simulation_setup(&self, path: &Path) -> Result<SimulationSetup, SceneError> {
-        let value = |(place, found, allowed): (String, String, String)| SceneError::Value {
+        let value = |(place, found, allowed): Fault| SceneError::Value {
             path: path.to_path_buf(),
             place,
             found,
@@ -42,23 +42,7 @@ impl Plan {
         let mut body = Body::new(mesh, self.scene.blank.element, self.material.clone())
             .map_err(|e| value(("blank".into(), e.to_string(), "a sound mesh".into())))?;
         rolling::orient(self, &mut body).map_err(value)?;
-        let up = thickness_direction(body.mesh());
-        let planes = Planes::of(&self.scene, body.mesh());
-        let tools = self.scene.tools.iter().zip(&self.tools).enumerate();
-        let tools = tools.map(|(k, (tool, loaded))| {
-            let side = side(tool, &up)
-                .map_err(|(found, allowed)| value((format!("tools[{k}].side"), found, allowed)))?;
-            // By the time that one comes which is away at first, the sheet may have been turned over.
-            if !self.is_away_at_first(tool) {
-                looks_at_sheet(tool, loaded.surface.model(), side, &up).map_err(
-                    |(found, allowed)| value((format!("tools[{k}].file"), found, allowed)),
-                )?;
-            }
-            let mut tool = tool_setup(tool, side, loaded.surface.clone());
-            tool.surface = planes.without_cuts(&tool.surface, &tool.offset);
-            Ok(tool)
-        });
-        let tools = tools.collect::<Result<_, SceneError>>()?;
+        let tools = self.tools_for(body.mesh()).map_err(value)?;
         Ok(SimulationSetup {
             body,
             constraints,
@@ -68,6 +52,26 @@ impl Plan {
             limits: self.limits(),
             share: self.share(),
         })
+    }
+
+    /// The tools, each for the face of the sheet that it touches, without what lies beyond symmetry planes.
+    fn tools_for(&self, mesh: &HexMesh) -> Result<Vec<ToolSetup>, Fault> {
+        let up = thickness_direction(mesh);
+        let planes = Planes::of(&self.scene, mesh);
+        let tools = self.scene.tools.iter().zip(&self.tools).enumerate();
+        let tools = tools.map(|(k, (tool, loaded))| {
+            let side = side(tool, &up)
+                .map_err(|(found, allowed)| (format!("tools[{k}].side"), found, allowed))?;
+            // By the time that one comes which is away at first, the sheet may have been turned over.
+            if !self.is_away_at_first(tool) {
+                looks_at_sheet(tool, loaded.surface.model(), side, &up)
+                    .map_err(|(found, allowed)| (format!("tools[{k}].file"), found, allowed))?;
+            }
+            let mut tool = tool_setup(tool, side, loaded.surface.clone());
+            tool.surface = planes.without_cuts(&tool.surface, &tool.offset);
+            Ok(tool)
+        });
+        tools.collect()
     }
 
     /// Whether a tool whose face of the sheet is given is absent in the first stage.

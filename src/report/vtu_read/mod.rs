@@ -119,53 +119,80 @@ fn split(text: &[u8]) -> Result<(&[u8], Option<Appended<'_>>), Fault> {
 pub fn parse(text: &[u8]) -> Result<Grid, Fault> {
     let (xml, appended) = split(text)?;
     let mut reader = Reader::from_reader(xml);
-    let mut encoding = Encoding::default();
-    let mut section = String::new();
-    let mut arrays: Vec<(String, GridArray)> = Vec::new();
-    let mut pieces = 0;
-    let mut counts = [0; 2];
+    let mut contents = Contents {
+        appended,
+        encoding: Encoding::default(),
+        section: String::new(),
+        arrays: Vec::new(),
+        pieces: 0,
+        counts: [0; 2],
+        left: NUMBERS_ANY.saturating_add(NUMBERS_PER_BYTE.saturating_mul(text.len())),
+    };
     let mut buffer = Vec::new();
-    // Compressed arrays, and those that begin at the same place, may say far more than the file holds.
-    let mut left = NUMBERS_ANY.saturating_add(NUMBERS_PER_BYTE.saturating_mul(text.len()));
     loop {
         let event = reader
             .read_event_into(&mut buffer)
             .map_err(|e| fault("XML", format!("{e} at byte {}", reader.buffer_position())))?;
         match event {
-            Event::Empty(tag) if tag.name().as_ref() == b"DataArray" => {
-                let array = read_array(&tag, "", encoding, appended.as_ref(), left)?;
-                left -= array.values.len();
-                arrays.push((section.clone(), array));
-            }
-            Event::Start(tag) => match tag.name().as_ref() {
-                b"VTKFile" => encoding = read_encoding(&tag)?,
-                b"Piece" => {
-                    pieces += 1;
-                    counts = [count(&tag, "NumberOfPoints")?, count(&tag, "NumberOfCells")?];
-                }
-                b"Points" | b"Cells" | b"PointData" | b"CellData" | b"FieldData" => {
-                    section = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
-                }
-                b"DataArray" => {
-                    let tag = tag.into_owned();
-                    let body = text_of(&mut reader, &attribute(&tag, "Name").unwrap_or_default())?;
-                    let array = read_array(&tag, &body, encoding, appended.as_ref(), left)?;
-                    left -= array.values.len();
-                    arrays.push((section.clone(), array));
-                }
-                _ => {}
-            },
+            Event::Empty(tag) if tag.name().as_ref() == b"DataArray" => contents.add(&tag, "")?,
+            Event::Start(tag) => contents.begin(&tag, &mut reader)?,
             Event::End(tag) if tag.name().as_ref() == b"VTKFile" => break,
-            Event::Eof if appended.is_some() => break,
+            Event::Eof if contents.appended.is_some() => break,
             Event::Eof => return Err(fault("VTKFile", "the file ends before </VTKFile>")),
             _ => {}
         }
         buffer.clear();
     }
-    if pieces != 1 {
-        return Err(fault("Piece", format!("{pieces} pieces")));
+    if contents.pieces != 1 {
+        return Err(fault("Piece", format!("{} pieces", contents.pieces)));
     }
-    assemble(arrays, counts)
+    assemble(contents.arrays, contents.counts)
+}
+
+/// What has been read of a file.
+struct Contents<'a> {
+    appended: Option<Appended<'a>>,
+    encoding: Encoding,
+    /// Element that the next arrays are of.
+    section: String,
+    /// Arrays, each with its section.
+    arrays: Vec<(String, GridArray)>,
+    pieces: usize,
+    /// Points and cells that the piece declares.
+    counts: [usize; 2],
+    /// Numbers that the file may still say: compressed arrays, and those that begin at the same place, may say far more than
+    /// the file holds.
+    left: usize,
+}
+
+impl Contents<'_> {
+    /// An element that begins; of an array `reader` gives the text.
+    fn begin(&mut self, tag: &BytesStart<'_>, reader: &mut Reader<&[u8]>) -> Result<(), Fault> {
+        match tag.name().as_ref() {
+            b"VTKFile" => self.encoding = read_encoding(tag)?,
+            b"Piece" => {
+                self.pieces += 1;
+                self.counts = [count(tag, "NumberOfPoints")?, count(tag, "NumberOfCells")?];
+            }
+            b"Points" | b"Cells" | b"PointData" | b"CellData" | b"FieldData" => {
+                self.section = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
+            }
+            b"DataArray" => {
+                let body = text_of(reader, &attribute(tag, "Name").unwrap_or_default())?;
+                self.add(tag, &body)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The array of an element with the text `body`.
+    fn add(&mut self, tag: &BytesStart<'_>, body: &str) -> Result<(), Fault> {
+        let array = read_array(tag, body, self.encoding, self.appended.as_ref(), self.left)?;
+        self.left -= array.values.len();
+        self.arrays.push((self.section.clone(), array));
+        Ok(())
+    }
 }
 
 /// A count that the piece declares.

@@ -91,16 +91,6 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     };
     judged.findings.extend(memory(&judged.cost));
     sort(&mut judged.findings);
-    let placed = &judged.placed;
-    let holders =
-        placed.as_ref().map(|setup| holders(setup, &reachable(setup))).unwrap_or_default();
-    let pressure = |holder: &Holder, share: f64| Pressure {
-        tool: &plan.scene.tools[holder.tool].name,
-        force_n: holder.force * share,
-        clamped_mm2: holder.clamped * share,
-        pressure_mpa: holder.pressure(),
-    };
-    let clamping = holders.iter().filter(|holder| holder.clamped > 0.0);
     let judgement = Judgement {
         format: "kanagata-check",
         version: 1,
@@ -109,7 +99,7 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
         elements: judged.sheet.elements,
         nodes: judged.sheet.nodes,
         cost: &judged.cost,
-        holders: clamping.map(|holder| pressure(holder, plan.share())).collect(),
+        holders: judged.placed.as_ref().map_or_else(Vec::new, |setup| pressures(&plan, setup)),
         findings: &judged.findings,
     };
     if args.json {
@@ -121,6 +111,19 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
         print_left_out(&plan, &mut setup)?;
     }
     Ok(exit(&judged.findings, args.accept_doubts))
+}
+
+/// Pressures of the tools that clamp the sheet.
+fn pressures<'a>(plan: &'a Plan, setup: &SimulationSetup) -> Vec<Pressure<'a>> {
+    let share = plan.share();
+    let pressure = |holder: &Holder| Pressure {
+        tool: &plan.scene.tools[holder.tool].name,
+        force_n: holder.force * share,
+        clamped_mm2: holder.clamped * share,
+        pressure_mpa: holder.pressure(),
+    };
+    let holders = holders(setup, &reachable(setup));
+    holders.iter().filter(|holder| holder.clamped > 0.0).map(pressure).collect()
 }
 
 /// What was judged, and found.

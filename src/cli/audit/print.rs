@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::audit::AuditReport;
+use crate::audit::report::{Jumps, WorstPatch};
 use crate::cli::say::out;
 
 /// The figures of one of several tools.
@@ -35,17 +36,7 @@ pub(super) fn print_report(r: &AuditReport) {
         r.normal_max_deg,
         r.jumps.normal_deg
     );
-    out!(
-        "  {} edges shared, {} of them creases, gap up to {:.1e} mm; {} sides do not meet their neighbours', gap up to {:.5} mm",
-        r.jumps.shared_edges,
-        r.jumps.creases,
-        r.jumps.position_mm,
-        r.jumps.open_sides,
-        r.jumps.border_gap_mm
-    );
-    if let (Some([x, y, z]), Some(patch)) = (r.jumps.border_gap_at, r.jumps.border_gap_patch) {
-        out!("    that gap is at patch {patch} at ({x:.3}, {y:.3}, {z:.3})");
-    }
+    print_jumps(&r.jumps);
     print_borders(r);
     if !r.folded.is_empty() {
         out!(
@@ -54,7 +45,31 @@ pub(super) fn print_report(r: &AuditReport) {
             &r.folded[..r.folded.len().min(8)]
         );
     }
-    for w in r.worst.iter().take(3) {
+    print_worst(&r.worst);
+    if let Some(tolerance) = r.tolerance_mm {
+        let kept = if r.within_tolerance == Some(true) { "within" } else { "ABOVE" };
+        out!("  {kept} the {tolerance} mm asked for");
+    }
+}
+
+/// How patches meet along the edges that they share, and along those where faces meet.
+fn print_jumps(jumps: &Jumps) {
+    out!(
+        "  {} edges shared, {} of them creases, gap up to {:.1e} mm; {} sides do not meet their neighbours', gap up to {:.5} mm",
+        jumps.shared_edges,
+        jumps.creases,
+        jumps.position_mm,
+        jumps.open_sides,
+        jumps.border_gap_mm
+    );
+    if let (Some([x, y, z]), Some(patch)) = (jumps.border_gap_at, jumps.border_gap_patch) {
+        out!("    that gap is at patch {patch} at ({x:.3}, {y:.3}, {z:.3})");
+    }
+}
+
+/// The places of the largest shape errors.
+fn print_worst(worst: &[WorstPatch]) {
+    for w in worst.iter().take(3) {
         out!(
             "  patch {} on face {}: {:+.5} mm at ({:.3}, {:.3}, {:.3})",
             w.patch,
@@ -64,10 +79,6 @@ pub(super) fn print_report(r: &AuditReport) {
             w.point[1],
             w.point[2]
         );
-    }
-    if let Some(tolerance) = r.tolerance_mm {
-        let kept = if r.within_tolerance == Some(true) { "within" } else { "ABOVE" };
-        out!("  {kept} the {tolerance} mm asked for");
     }
 }
 

@@ -30,18 +30,26 @@ pub(super) fn bezier(
     let options = BezierOptions { name, tolerance_mm, sheet_side, flip };
     let make = |model: &Model| made_within(args, model, &options);
     let (made, part) = skipping(args.mesher.skips_faces(), model, make)?;
-    let (Within { mut tool, report, divisions }, mesher) = made;
+    let (mut within, mesher) = made;
     let numbers = [part.as_ref().map(|p| &p.kept), reached.map(|r| &r.kept)];
-    numbers.into_iter().flatten().for_each(|kept| renumber(&mut tool, kept));
+    numbers.into_iter().flatten().for_each(|kept| renumber(&mut within.tool, kept));
     let lost = part.as_ref().map_or(&model.lost, |p| &p.model.lost);
-    let mut provenance = provenance(args, (model, lost), Some(report.error_mm), reached)?;
+    let mut provenance = provenance(args, (model, lost), Some(within.report.error_mm), reached)?;
     if args.mesh.is_none() {
         let first = args.mesher.describe();
-        let last = mesher.with_divisions(divisions).describe();
+        let last = mesher.with_divisions(within.divisions).describe();
         provenance.mesher = provenance.mesher.replacen(&first, &last, 1);
     }
     provenance.mesher += &format!(" bezier tol-mm={tolerance_mm}");
-    ToolFile::of_model(&tool, EdgeRule::Guarded, provenance).write(&args.output)?;
+    ToolFile::of_model(&within.tool, EdgeRule::Guarded, provenance).write(&args.output)?;
+    print_within(&within, reached);
+    out!("  {}", args.output.display());
+    Ok(Exit::Done)
+}
+
+/// Figures of a Bezier tool, and a warning where its patches fold.
+fn print_within(within: &Within, reached: Option<&Reached>) {
+    let Within { tool, report, .. } = within;
     out!(
         "{} patches of degree up to {}, largest distance {:.2e} mm from the CAD's surfaces",
         tool.patches.len(),
@@ -60,8 +68,6 @@ pub(super) fn bezier(
     if let Some(reached) = reached {
         print_reach(reached);
     }
-    out!("  {}", args.output.display());
-    Ok(Exit::Done)
 }
 
 /// The Bezier tool of a model, over the mesh that is given or the coarsest that keeps the tolerance, and the mesher it took:

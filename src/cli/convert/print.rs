@@ -17,39 +17,8 @@ pub(super) fn print_report(made: &Converted) {
     let (patches, vertices) = (made.tool.patches.len(), made.tool.vertices.len());
     let report = &made.report;
     out!("{patches} patches, {vertices} vertices, {} crease edges", report.creases);
-    if let Some(Fit { audit, moved_mm, slid_mm, borders, saved_all, asked_apart }) = &made.refined {
-        out!(
-            "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved_mm:.5} mm off the CAD",
-            audit.min_mm,
-            audit.max_mm,
-            audit.normal_max_deg
-        );
-        if let Some([x, y, z]) = audit.borders.at {
-            out!(
-                "  free borders within {:.5} mm of the CAD's, farthest at ({x:.3}, {y:.3}, {z:.3}) mm",
-                audit.borders.deviation_mm()
-            );
-        }
-        if !saved_all {
-            err!(
-                "note: the search for fewer patches ended at its work limit; what was found keeps the tolerance"
-            );
-        }
-        if *slid_mm > 0.0 {
-            out!(
-                "  vertices on smooth borders of flats up to {slid_mm:.5} mm off these, within the flat"
-            );
-        }
-        if *borders == Borders::Independent {
-            let [x, y, z] = audit.jumps.border_gap_at.unwrap_or_default();
-            out!(
-                "  faces divided independently: {} sides do not meet their neighbours', gap up to {:.5} mm at ({x:.3}, {y:.3}, {z:.3}) mm",
-                audit.jumps.open_sides,
-                audit.jumps.border_gap_mm
-            );
-        } else if *asked_apart {
-            out!("  no fewer patches with faces divided independently: conforming");
-        }
+    if let Some(fit) = &made.refined {
+        print_fit(fit);
     }
     if report.turned {
         out!("  turned round to look at the sheet");
@@ -65,6 +34,43 @@ pub(super) fn print_report(made: &Converted) {
         err!("warning: {} folded quadrilaterals split in two triangles", report.split);
     }
     list_folds(made);
+}
+
+/// How far a refined model is from the CAD, and how its faces meet.
+fn print_fit(fit: &Fit) {
+    let Fit { audit, moved_mm, slid_mm, borders, saved_all, asked_apart } = fit;
+    out!(
+        "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved_mm:.5} mm off the CAD",
+        audit.min_mm,
+        audit.max_mm,
+        audit.normal_max_deg
+    );
+    if let Some([x, y, z]) = audit.borders.at {
+        out!(
+            "  free borders within {:.5} mm of the CAD's, farthest at ({x:.3}, {y:.3}, {z:.3}) mm",
+            audit.borders.deviation_mm()
+        );
+    }
+    if !saved_all {
+        err!(
+            "note: the search for fewer patches ended at its work limit; what was found keeps the tolerance"
+        );
+    }
+    if *slid_mm > 0.0 {
+        out!(
+            "  vertices on smooth borders of flats up to {slid_mm:.5} mm off these, within the flat"
+        );
+    }
+    if *borders == Borders::Independent {
+        let [x, y, z] = audit.jumps.border_gap_at.unwrap_or_default();
+        out!(
+            "  faces divided independently: {} sides do not meet their neighbours', gap up to {:.5} mm at ({x:.3}, {y:.3}, {z:.3}) mm",
+            audit.jumps.open_sides,
+            audit.jumps.border_gap_mm
+        );
+    } else if *asked_apart {
+        out!("  no fewer patches with faces divided independently: conforming");
+    }
 }
 
 /// Patches that fold, where they are; what to do about them is for the caller to say.

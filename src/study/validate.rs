@@ -35,39 +35,15 @@ fn version(study: &Study) -> Result<(), Fault> {
 
 /// Names of choices and options, and how many cases they make.
 fn names(study: &Study) -> Result<(), Fault> {
-    let word = |s: &str| {
-        let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
-        let begins = s.starts_with(|c: char| c.is_ascii_alphanumeric());
-        begins && s.len() <= NAME_MAX && s.chars().all(fits)
-    };
-    let sound = |place: String, names: &[&str]| -> Result<(), Fault> {
-        for (k, name) in names.iter().enumerate() {
-            let place = format!("{place}[{k}].name");
-            if !word(name) {
-                let allowed = format!(
-                    "up to {NAME_MAX} letters, digits, '-' and '.', the first a letter or digit"
-                );
-                let short: String = name.chars().take(NAME_MAX + 1).collect();
-                return Err((place, format!("'{short}'"), allowed));
-            }
-            if names[..k].contains(name) {
-                return Err((place, format!("'{name}' once more"), "a name of its own".into()));
-            }
-        }
-        if names.is_empty() {
-            return Err((place, "none".into(), "at least one".into()));
-        }
-        Ok(())
-    };
     let choices: Vec<&str> = study.choices.iter().map(|c| c.name.as_str()).collect();
     if choices.len() > CHOICES_MAX {
         let found = format!("{} choices", choices.len());
         return Err(("choices".into(), found, format!("1 to {CHOICES_MAX}")));
     }
-    sound("choices".into(), &choices)?;
+    check_names("choices", &choices)?;
     for (k, choice) in study.choices.iter().enumerate() {
         let options: Vec<&str> = choice.options.iter().map(|o| o.name.as_str()).collect();
-        sound(format!("choices[{k}].options"), &options)?;
+        check_names(&format!("choices[{k}].options"), &options)?;
     }
     let counts = study.choices.iter().map(|c| c.options.len());
     let count = counts.fold(1usize, usize::saturating_mul);
@@ -76,6 +52,33 @@ fn names(study: &Study) -> Result<(), Fault> {
         return Err(("choices".into(), found, format!("at most {MOST}: fewer options")));
     }
     Ok(())
+}
+
+/// Whether the names of the list at `place` can be parts of file names and differ from each other.
+fn check_names(place: &str, names: &[&str]) -> Result<(), Fault> {
+    for (k, name) in names.iter().enumerate() {
+        let place = format!("{place}[{k}].name");
+        if !is_word(name) {
+            let allowed = format!(
+                "up to {NAME_MAX} letters, digits, '-' and '.', the first a letter or digit"
+            );
+            let short: String = name.chars().take(NAME_MAX + 1).collect();
+            return Err((place, format!("'{short}'"), allowed));
+        }
+        if names[..k].contains(name) {
+            return Err((place, format!("'{name}' once more"), "a name of its own".into()));
+        }
+    }
+    if names.is_empty() {
+        return Err((place.to_owned(), "none".into(), "at least one".into()));
+    }
+    Ok(())
+}
+
+fn is_word(name: &str) -> bool {
+    let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
+    let begins = name.starts_with(|c: char| c.is_ascii_alphanumeric());
+    begins && name.len() <= NAME_MAX && name.chars().all(fits)
 }
 
 /// `{NAME}` that stands for no choice.

@@ -1,6 +1,7 @@
 //! What the observer of a run is told after an increment.
 
 use crate::solver::contact::candidate::ContactSet;
+use crate::solver::contact::face_penetration::FacePenetration;
 use crate::solver::error::SimulationError;
 use crate::solver::report::{Control, IncrementReport, ToolReport};
 use crate::solver::stage::state::Simulation;
@@ -27,17 +28,17 @@ impl Simulation {
         }
     }
 
-    pub(in crate::solver) fn report(
-        &mut self,
-        stage: usize,
-        share: f64,
+    /// What is reported of the last increment, which ended at this share of a stage, with these forces of the tools on the
+    /// nodes [N].
+    fn increment_report<'a>(
+        &'a self,
+        (stage, share): (usize, f64),
         iterations: usize,
-        observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
-    ) -> Result<(), SimulationError> {
-        let face_penetration = self.sys.face_penetration();
+        face_penetration: Option<FacePenetration>,
+        forces: &'a [f64],
+    ) -> IncrementReport<'a> {
         let sys = &self.sys;
-        let forces = contact_forces(sys);
-        let report = IncrementReport {
+        IncrementReport {
             increment: self.summary.increments,
             stage,
             stage_name: &self.stages[stage].name,
@@ -64,8 +65,25 @@ impl Simulation {
             timings: sys.timings,
             body: &sys.body,
             displacements: &sys.u,
-            contact_forces: &forces,
-        };
+            contact_forces: forces,
+        }
+    }
+
+    /// Tells the observer of the last increment, which ended at `share` of a stage.
+    ///
+    /// # Errors
+    /// [`SimulationError::Stopped`] where the observer stops the run.
+    pub(in crate::solver) fn report(
+        &mut self,
+        stage: usize,
+        share: f64,
+        iterations: usize,
+        observer: &mut dyn FnMut(&IncrementReport<'_>) -> Control,
+    ) -> Result<(), SimulationError> {
+        let face_penetration = self.sys.face_penetration();
+        let forces = contact_forces(&self.sys);
+        let at = (stage, share);
+        let report = self.increment_report(at, iterations, face_penetration, &forces);
         match observer(&report) {
             Control::Continue => Ok(()),
             Control::Stop => Err(SimulationError::Stopped { increment: self.summary.increments }),

@@ -53,8 +53,6 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
     };
     let rim = (RIM_GROWTH_REL * sheet.diagonal()).max(2.0 * mesh.mean_thickness());
     let margin = rim + edge_lengths(setup.body.mesh()).longest_edge;
-    // Nothing times no share is nothing, however far that may be.
-    let along = |far: f64, share: f64| if share.abs() > 1e-12 { far * share } else { 0.0 };
     let pushed: Vec3 = setup.tools.iter().zip(&travels).fold(Vec3::zeros(), |sum, (t, range)| {
         let far = if moved { range.as_ref().map_or(0.0, length) } else { f64::INFINITY };
         sum + t.direction.map(|d| along(far, d.abs()))
@@ -65,18 +63,34 @@ pub fn reachable(setup: &SimulationSetup) -> Vec<Vec<bool>> {
     let forced = |k: usize| setup.stages.iter().any(|s| matches!(s.motions[k], Motion::Force(_)));
     let near = |(index, (tool, own)): (usize, (&ToolSetup, &Option<[f64; 2]>))| -> Vec<bool> {
         let unknown = || [-whole, if forced(index) { f64::INFINITY } else { whole }];
-        let [low, high] = own.unwrap_or_else(unknown);
-        let mut zone = sheet;
-        for k in 0..3 {
-            let d = tool.direction[k];
-            let (a, b) = (along(low, d), along(high, d));
-            zone.min[k] -= tool.offset[k] + a.max(b) + may_move[k] + margin;
-            zone.max[k] += may_move[k] + margin - tool.offset[k] - a.min(b);
-        }
+        let zone = seen_from(tool, own.unwrap_or_else(unknown), sheet, &may_move, margin);
         let meets = |b: &Aabb| (0..3).all(|k| b.min[k] <= zone.max[k] && b.max[k] >= zone.min[k]);
         tool.surface.patch_bounds().iter().map(meets).collect()
     };
     setup.tools.iter().zip(&travels).enumerate().map(near).collect()
+}
+
+/// Component of a distance along an axis with this direction cosine: zero across the axis, however large the distance is.
+fn along(distance: f64, cosine: f64) -> f64 {
+    if cosine.abs() > 1e-12 { distance * cosine } else { 0.0 }
+}
+
+/// Box of the sheet in the frame of a tool whose travel lies in `[low, high]`, widened by `may_move` along the axes and by
+/// `margin` [mm].
+fn seen_from(
+    tool: &ToolSetup,
+    [low, high]: [f64; 2],
+    mut sheet: Aabb,
+    may_move: &Vec3,
+    margin: f64,
+) -> Aabb {
+    for k in 0..3 {
+        let d = tool.direction[k];
+        let (a, b) = (along(low, d), along(high, d));
+        sheet.min[k] -= tool.offset[k] + a.max(b) + may_move[k] + margin;
+        sheet.max[k] += may_move[k] + margin - tool.offset[k] - a.min(b);
+    }
+    sheet
 }
 
 /// How far loads may move the sheet along the axes, tools aside [mm]: no more than `size`, as it turns about what holds

@@ -15,6 +15,20 @@ fn farthest_from_balance(sys: &System) -> usize {
     forces.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(node, _)| node)
 }
 
+/// The node at which an attempt at an increment failed.
+fn failed_node(sys: &System, cause: &NewtonError) -> usize {
+    match cause {
+        NewtonError::NotConverged { node, .. } | NewtonError::PassedThrough { node } => *node,
+        NewtonError::Element(failure) => sys.body.mesh().elements[failure.element][0] as usize,
+        NewtonError::Linear(LinearError::Singular { unknown }) => {
+            (unknown / 3).min(sys.node_count().saturating_sub(1))
+        }
+        NewtonError::Linear(_) | NewtonError::StillMoving { .. } | NewtonError::Cancelled => {
+            farthest_from_balance(sys)
+        }
+    }
+}
+
 /// The error of a run that found no balance in a step from `share` of the stage on.
 pub(in crate::solver) fn gave_up(
     sim: &Simulation,
@@ -24,16 +38,7 @@ pub(in crate::solver) fn gave_up(
     cause: NewtonError,
 ) -> SimulationError {
     let sys = &sim.sys;
-    let node = match &cause {
-        NewtonError::NotConverged { node, .. } | NewtonError::PassedThrough { node } => *node,
-        NewtonError::Element(failure) => sys.body.mesh().elements[failure.element][0] as usize,
-        NewtonError::Linear(LinearError::Singular { unknown }) => {
-            (unknown / 3).min(sys.node_count().saturating_sub(1))
-        }
-        NewtonError::Linear(_) | NewtonError::StillMoving { .. } | NewtonError::Cancelled => {
-            farthest_from_balance(sys)
-        }
-    };
+    let node = failed_node(sys, &cause);
     let x = sys.position(node);
     let name = |tool: usize| sys.tools[tool].setup.name.as_str();
     let there = (0..sys.tools.len()).filter(|&tool| sys.roles[tool] != Role::Absent);

@@ -191,55 +191,59 @@ fn place(tools: &mut [Tool], body: &Body) -> Result<(), SimulationError> {
 }
 
 fn check(setup: &SimulationSetup) -> Result<(), SimulationError> {
-    let fail = |text: String| Err(SimulationError::Setup(text));
     let nodes = setup.body.mesh().nodes.len();
     if setup.constraints.len() != nodes {
-        return fail(format!(
+        return refuse(format!(
             "constraints are for {} nodes, the blank has {nodes}",
             setup.constraints.len()
         ));
     }
     if !(setup.share > 0.0 && setup.share.is_finite()) {
-        return fail(format!("share {} must be above zero", setup.share));
+        return refuse(format!("share {} must be above zero", setup.share));
     }
-    for tool in &setup.tools {
-        let length = tool.direction.norm();
-        if length.is_nan() || (length - 1.0).abs() > 1e-9 {
-            return fail(format!("tool `{}`: direction has length {length}, must be 1", tool.name));
-        }
-        if !(tool.friction >= 0.0 && tool.friction.is_finite()) {
-            return fail(format!("tool `{}`: friction {} must be >= 0", tool.name, tool.friction));
-        }
-        if tool.surface.model().patches.is_empty() {
-            return fail(format!("tool `{}` has no patches", tool.name));
-        }
+    setup.tools.iter().try_for_each(check_tool)?;
+    setup.stages.iter().try_for_each(|stage| check_stage(stage, setup.tools.len()))
+}
+
+fn refuse(text: String) -> Result<(), SimulationError> {
+    Err(SimulationError::Setup(text))
+}
+
+fn check_tool(tool: &ToolSetup) -> Result<(), SimulationError> {
+    let length = tool.direction.norm();
+    if length.is_nan() || (length - 1.0).abs() > 1e-9 {
+        return refuse(format!("tool `{}`: direction has length {length}, must be 1", tool.name));
     }
-    for stage in &setup.stages {
-        if stage.motions.len() != setup.tools.len() {
-            return fail(format!(
-                "stage `{}` moves {} tools, there are {}",
-                stage.name,
-                stage.motions.len(),
-                setup.tools.len()
-            ));
-        }
-        let step = |s: f64| s > 0.0 && s <= 1.0;
-        if !(step(stage.first_step) && step(stage.largest_step) && stage.duration > 0.0) {
-            return fail(format!(
-                "stage `{}`: first_step {}, largest_step {} must lie in (0, 1], duration {} above 0",
-                stage.name, stage.first_step, stage.largest_step, stage.duration
-            ));
-        }
-        let from = |k: usize| if k == 0 { 0.0 } else { stage.ends[k - 1] };
-        let bad = stage.ends.iter().enumerate().find(|&(k, &end)| !(end > from(k) && end <= 1.0));
-        if let Some((k, end)) = bad {
-            return fail(format!(
-                "stage `{}`: increment {} ends at a share of {end}, must lie in ({}, 1]",
-                stage.name,
-                k + 1,
-                from(k)
-            ));
-        }
+    if !(tool.friction >= 0.0 && tool.friction.is_finite()) {
+        return refuse(format!("tool `{}`: friction {} must be >= 0", tool.name, tool.friction));
+    }
+    if tool.surface.model().patches.is_empty() {
+        return refuse(format!("tool `{}` has no patches", tool.name));
+    }
+    Ok(())
+}
+
+/// Checks a stage of a set-up with this number of `tools`.
+fn check_stage(stage: &Stage, tools: usize) -> Result<(), SimulationError> {
+    let (name, motions) = (&stage.name, stage.motions.len());
+    if motions != tools {
+        return refuse(format!("stage `{name}` moves {motions} tools, there are {tools}"));
+    }
+    let step = |s: f64| s > 0.0 && s <= 1.0;
+    if !(step(stage.first_step) && step(stage.largest_step) && stage.duration > 0.0) {
+        return refuse(format!(
+            "stage `{name}`: first_step {}, largest_step {} must lie in (0, 1], duration {} above 0",
+            stage.first_step, stage.largest_step, stage.duration
+        ));
+    }
+    let from = |k: usize| if k == 0 { 0.0 } else { stage.ends[k - 1] };
+    let bad = stage.ends.iter().enumerate().find(|&(k, &end)| !(end > from(k) && end <= 1.0));
+    if let Some((k, end)) = bad {
+        return refuse(format!(
+            "stage `{name}`: increment {} ends at a share of {end}, must lie in ({}, 1]",
+            k + 1,
+            from(k)
+        ));
     }
     Ok(())
 }

@@ -108,7 +108,44 @@ const OVERHANG_REL: f64 = 0.05;
 /// Changes of patch in an increment after which a touching node stays on its patch.
 const MAX_PATCH_CHANGES: u32 = 3;
 
+impl SavedContact {
+    /// That of a node that has not touched its tool yet.
+    fn untouched() -> Self {
+        Self {
+            active: false,
+            sliding: true,
+            patch: u32::MAX,
+            before: None,
+            start: [0.0; 3],
+            anchor: [0.0; 3],
+            push: 0.0,
+            force: Force::default(),
+        }
+    }
+}
+
 impl Candidate {
+    /// A node that has not touched the tool yet.
+    fn untouched(node: usize, tool: usize) -> Self {
+        Self {
+            node,
+            tool,
+            active: false,
+            fresh: false,
+            swings: 0,
+            sliding: true,
+            foot: Projection::nowhere(),
+            overshoot: 0.0,
+            before: None,
+            touched: false,
+            start: Vec3::zeros(),
+            anchor: Vec3::zeros(),
+            rubbed: Vec3::zeros(),
+            expected: None,
+            push: 0.0,
+        }
+    }
+
     /// Projects anew, as far as `reach` [mm] and what node and tool have moved past each other since the last balance, so that
     /// no step takes one through the other unseen. A touching node
     /// that swings between two patches, whose normals never agree quite, is held to the last one, carried on smoothly, until the increment is done.
@@ -161,39 +198,9 @@ impl ContactSet {
         }
         pairs.sort_unstable();
         pairs.dedup();
-        let candidates: Vec<_> = pairs
-            .into_iter()
-            .map(|(node, tool)| Candidate {
-                node,
-                tool,
-                active: false,
-                fresh: false,
-                swings: 0,
-                sliding: true,
-                foot: Projection::nowhere(),
-                overshoot: 0.0,
-                before: None,
-                touched: false,
-                start: Vec3::zeros(),
-                anchor: Vec3::zeros(),
-                rubbed: Vec3::zeros(),
-                expected: None,
-                push: 0.0,
-            })
-            .collect();
-        let saved = candidates
-            .iter()
-            .map(|_| SavedContact {
-                active: false,
-                sliding: true,
-                patch: u32::MAX,
-                before: None,
-                start: [0.0; 3],
-                anchor: [0.0; 3],
-                push: 0.0,
-                force: Force::default(),
-            })
-            .collect();
+        let candidates: Vec<_> =
+            pairs.into_iter().map(|(node, tool)| Candidate::untouched(node, tool)).collect();
+        let saved = vec![SavedContact::untouched(); candidates.len()];
         Self { candidates, saved }
     }
 

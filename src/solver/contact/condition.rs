@@ -98,14 +98,7 @@ pub(in crate::solver) fn touching(
     let at = FrictionPoint { lambda, traction, slip, stiffness: 0.0, about };
     // Forces that are still to come hold a sheet that lies between its tools as soon as they push it.
     let rests = idle && law.mu > 0.0 && slip.norm() <= scales.rounding;
-    let whole = law.transition > 0.0 || frame.across * slip != Vec3::zeros();
-    let answer = if rests {
-        None
-    } else if whole {
-        Some(law.smoothed(&at))
-    } else {
-        friction(c, law, at, scales)
-    };
+    let answer = if rests { None } else { friction(c, law, at, &frame, scales) };
     let all_slip = law.transition == 0.0 || lambda <= 0.0;
     let mut out = closed(c.node, &frame, gap, r, scales);
     out.slipping = all_slip || slip.norm() > RISEN * law.transition;
@@ -186,8 +179,23 @@ fn is_held(traction: &Vec3, bound: f64, scales: Scales) -> bool {
     scales.of_note(traction.norm()) <= (1.0 + FRICTION_EXCESS_REL) * bound.max(0.0)
 }
 
-/// What the law asks of a touching node, `None` to stick; the stiffness of its trial force is chosen here.
-fn friction(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales) -> Option<Slip> {
+/// What the law asks of a touching node, `None` to stick.
+fn friction(
+    c: &Candidate,
+    law: Coulomb,
+    at: FrictionPoint,
+    frame: &Frame,
+    scales: Scales,
+) -> Option<Slip> {
+    if law.transition > 0.0 || frame.across * at.slip != Vec3::zeros() {
+        Some(law.smoothed(&at))
+    } else {
+        stick_or_slip(c, law, at, scales)
+    }
+}
+
+/// The same by the law without a transition; the stiffness of its trial force is chosen here.
+fn stick_or_slip(c: &Candidate, law: Coulomb, at: FrictionPoint, scales: Scales) -> Option<Slip> {
     let FrictionPoint { lambda, traction, slip, .. } = at;
     // Pulled, not pushed (an iterate on its way): no friction. A node that has just touched has no normal
     // force yet, but its coupling to friction.

@@ -76,11 +76,10 @@ fn is_taken(found: Found, now: &UnderWay, tried: &Tried) -> bool {
 
 /// Tries shorter and shorter steps until one ends in a balance that lasts; past a limit point, the way to the next balance.
 fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, SimulationError> {
-    let (stage, share) = (now.plan.stage, now.share);
-    if now.plan.lets_go_at().is_some_and(|at| at <= share) {
+    if now.plan.lets_go_at().is_some_and(|at| at <= now.share) {
         go_on_without(sim, now)?;
     }
-    let least = sim.limits.smallest_step * sim.stages[stage].first();
+    let least = sim.limits.smallest_step * sim.stages[now.plan.stage].first();
     let mut tried = Tried::default();
     loop {
         if sim.summary.increments >= sim.limits.increments {
@@ -89,28 +88,19 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
         let (target, patience) = now.next(&sim.stages);
         let all = Patience::UpTo(sim.limits.iterations);
         let patience = if tried.lost < MAX_STABILISED_ATTEMPTS { patience } else { all };
-        sim.history.clear();
-        let error = match attempt(sim, &now.plan, [share, target], patience) {
-            Ok(stats) => {
-                // What is interrupted says nothing of whether the balance lasts.
-                let found = Found { lasts: sim.sys.lasts(), near: !jumps(sim) };
-                heed(sim)?;
-                if is_taken(found, now, &tried) {
-                    take(sim, now, target, &stats, found);
-                    return Ok(stats);
-                }
-                Err(found)
-            }
-            Err(cause) => Ok(gave_up(sim, stage, share, target - share, cause)),
+        let (refused, error) = match attempt_and_judge(sim, now, &tried, target, patience)? {
+            Attempt::Accepted(stats) => return Ok(stats),
+            Attempt::Refused(found) => (Some(found), None),
+            Attempt::NotConverged(error) => (None, Some(error)),
         };
         sim.summary.iterations += sim.history.len().saturating_sub(1);
         restore(sim);
         heed(sim)?;
-        if let Some(stats) = try_again(sim, now, &mut tried, target, error.as_ref().err()) {
+        if let Some(stats) = try_again(sim, now, &mut tried, target, refused.as_ref()) {
             return Ok(stats);
         }
         heed(sim)?;
-        if let Ok(error) = error
+        if let Some(error) = error
             && now.pace.step < least
         {
             if now.plan.lets_go_at().is_none() {
@@ -119,6 +109,44 @@ fn increment(sim: &mut Simulation, now: &mut UnderWay) -> Result<NewtonStats, Si
             go_on_without(sim, now)?;
             tried = Tried::default();
         }
+    }
+}
+
+/// How an attempt at an increment ended.
+enum Attempt {
+    /// In a balance that is accepted.
+    Accepted(NewtonStats),
+    /// In a balance that is not accepted as it is.
+    Refused(Found),
+    /// In no balance.
+    NotConverged(SimulationError),
+}
+
+/// Makes one attempt at an increment that ends at `target`, and accepts the balance where it may.
+///
+/// # Errors
+/// [`SimulationError::Stopped`] where that is requested before the balance is judged.
+fn attempt_and_judge(
+    sim: &mut Simulation,
+    now: &mut UnderWay,
+    tried: &Tried,
+    target: f64,
+    patience: Patience,
+) -> Result<Attempt, SimulationError> {
+    let (stage, share) = (now.plan.stage, now.share);
+    sim.history.clear();
+    match attempt(sim, &now.plan, [share, target], patience) {
+        Ok(stats) => {
+            // What is interrupted says nothing of whether the balance lasts.
+            let found = Found { lasts: sim.sys.lasts(), near: !jumps(sim) };
+            heed(sim)?;
+            if !is_taken(found, now, tried) {
+                return Ok(Attempt::Refused(found));
+            }
+            take(sim, now, target, &stats, found);
+            Ok(Attempt::Accepted(stats))
+        }
+        Err(cause) => Ok(Attempt::NotConverged(gave_up(sim, stage, share, target - share, cause))),
     }
 }
 

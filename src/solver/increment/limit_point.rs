@@ -140,8 +140,7 @@ fn follow(
     let mut total = NewtonStats::default();
     let least = push.map(|push| PUSH_STIFFNESS_RATIO * push.stiffness / sim.sys.scales.tangential);
     let (mut control, mut largest) = (Continuation::new(LIMIT_POINT, least), 0.0);
-    let carried = norm(&sim.committed.internal_force);
-    let (before, from) = (sim.committed.travels.clone(), sim.committed.u.clone());
+    let origin = Origin::of(&sim.committed);
     let (mut last, mut lost) = (f64::NAN, 0);
     while sim.history.len() < iterations && control.stiffness <= MAX_STIFFNESS {
         // The motion goes on as it went in the step before, if that was as long.
@@ -156,9 +155,7 @@ fn follow(
             control.failed();
             continue;
         };
-        if force > DAMPING_FORCE_RATIO_MAX * carried && goes_ahead(&sim.sys, &before)
-            || is_far(&sim.sys, &from)
-        {
+        if origin.is_lost(&sim.sys, force) {
             break;
         }
         control.converged(stats.iterations, force);
@@ -166,23 +163,61 @@ fn follow(
         largest = force.max(largest);
         if control.may_release() {
             // Where many iterations lead is not what the motion leads to, unless that is all but over.
-            let patience = if force <= MOTION_OVER_RATIO * largest {
-                MAX_STEP_ITERATIONS
-            } else {
-                GOOD_ITERATIONS
-            };
-            sim.committed.forget_last();
-            let before_rest = sim.history.len() + 1;
-            if let Ok(stats) = attempt(sim, plan, [target; 2], Patience::UpTo(patience)) {
-                sim.summary.iterations += lost;
-                return Ok(total.and(stats));
+            let over = force <= MOTION_OVER_RATIO * largest;
+            let most = if over { MAX_STEP_ITERATIONS } else { GOOD_ITERATIONS };
+            match come_to_rest(sim, plan, target, most) {
+                Ok(stats) => {
+                    sim.summary.iterations += lost;
+                    return Ok(total.and(stats));
+                }
+                Err(more) => lost += more,
             }
-            lost += sim.history.len().saturating_sub(before_rest);
-            restore(sim);
             control.release_failed();
         }
     }
     Err(NewtonError::StillMoving { iterations: sim.history.len() })
+}
+
+/// The balance that a motion begins at.
+struct Origin {
+    /// Internal force there [N].
+    carried: f64,
+    travels: Vec<f64>,
+    u: Vec<f64>,
+}
+
+impl Origin {
+    fn of(committed: &Committed) -> Self {
+        let carried = norm(&committed.internal_force);
+        Self { carried, travels: committed.travels.clone(), u: committed.u.clone() }
+    }
+
+    /// Whether the motion leads to no balance: tools go ahead against dampers, whose force is `damping` [N], or the sheet runs
+    /// away.
+    fn is_lost(&self, sys: &System, damping: f64) -> bool {
+        damping > DAMPING_FORCE_RATIO_MAX * self.carried && goes_ahead(sys, &self.travels)
+            || is_far(sys, &self.u)
+    }
+}
+
+/// Seeks the balance without dampers at `target` in at most this many iterations. Where there is none the last state of the
+/// motion is restored.
+///
+/// # Errors
+/// The iterations that led to none.
+fn come_to_rest(
+    sim: &mut Simulation,
+    plan: &Plan,
+    target: f64,
+    most: usize,
+) -> Result<NewtonStats, usize> {
+    sim.committed.forget_last();
+    let before = sim.history.len() + 1;
+    attempt(sim, plan, [target; 2], Patience::UpTo(most)).map_err(|_| {
+        let lost = sim.history.len().saturating_sub(before);
+        restore(sim);
+        lost
+    })
 }
 
 /// One step of the motion, which begins with the last one again where that is not forgotten (steps count as one long); force

@@ -101,33 +101,9 @@ pub(in crate::solver) fn set_targets(
     whole: f64,
 ) {
     for (tool, motion) in stage.motions.iter().enumerate() {
-        let (start, carried) = (plan.start_travels[tool], plan.start_forces[tool]);
-        let (role, travel) = match motion {
-            Motion::Hold => (Role::Travel, Some(start)),
-            Motion::Travel(curve) => (Role::Travel, Some(curve.starting_at(start).at(share))),
-            Motion::Advance(curve) => {
-                (Role::Travel, Some(start + curve.starting_at(0.0).at(share)))
-            }
-            Motion::Force(curve) => {
-                (Role::Force(curve.starting_at(carried).at(share) / whole), None)
-            }
-            Motion::Spring { force, stiffness } => {
-                let at_zero = carried + stiffness * start;
-                let force = force.starting_at(at_zero).at(share);
-                // One that is left out, clear of the sheet, goes where its spring has no force.
-                let slack = plan.clear.contains(&tool).then_some(force / stiffness);
-                (Role::Spring { force: force / whole, stiffness: stiffness / whole }, slack)
-            }
-            Motion::Release => match plan.going_back(tool, share) {
-                Some(force) if force > 0.0 => (Role::Force(force / whole), None),
-                Some(_) => (Role::Travel, Some(start)),
-                None => (Role::Absent, None),
-            },
-            Motion::Absent => (Role::Absent, None),
-        };
-        let role = if plan.clear.contains(&tool) { Role::Absent } else { role };
+        let (role, travel) = driven(motion, plan, tool, share, whole);
         sys.roles[tool] = role;
-        sys.set_stop(tool, start);
+        sys.set_stop(tool, plan.start_travels[tool]);
         if let Some(travel) = travel {
             sys.tools[tool].travel = travel;
         }
@@ -137,6 +113,39 @@ pub(in crate::solver) fn set_targets(
         *a = r * remaining;
     }
     sys.regime.released_forces = sys.applied.iter().any(|&force| force != 0.0);
+}
+
+/// What drives a tool at `share` of the stage, and its travel where that is given [mm]; `whole`: the whole process over the
+/// modelled part.
+fn driven(
+    motion: &Motion,
+    plan: &Plan,
+    tool: usize,
+    share: f64,
+    whole: f64,
+) -> (Role, Option<f64>) {
+    let (start, carried) = (plan.start_travels[tool], plan.start_forces[tool]);
+    let clear = plan.clear.contains(&tool);
+    let (role, travel) = match motion {
+        Motion::Hold => (Role::Travel, Some(start)),
+        Motion::Travel(curve) => (Role::Travel, Some(curve.starting_at(start).at(share))),
+        Motion::Advance(curve) => (Role::Travel, Some(start + curve.starting_at(0.0).at(share))),
+        Motion::Force(curve) => (Role::Force(curve.starting_at(carried).at(share) / whole), None),
+        Motion::Spring { force, stiffness } => {
+            let at_zero = carried + stiffness * start;
+            let force = force.starting_at(at_zero).at(share);
+            // One that is left out, clear of the sheet, goes where its spring has no force.
+            let slack = clear.then_some(force / stiffness);
+            (Role::Spring { force: force / whole, stiffness: stiffness / whole }, slack)
+        }
+        Motion::Release => match plan.going_back(tool, share) {
+            Some(force) if force > 0.0 => (Role::Force(force / whole), None),
+            Some(_) => (Role::Travel, Some(start)),
+            None => (Role::Absent, None),
+        },
+        Motion::Absent => (Role::Absent, None),
+    };
+    (if clear { Role::Absent } else { role }, travel)
 }
 
 /// Adds a share of the set-up's loads to the applied forces.

@@ -76,6 +76,18 @@ pub(in crate::solver) struct Residual {
     pub(in crate::solver) stuck: usize,
 }
 
+impl Residual {
+    /// Adds lengths and friction state of a node; `gap`: that of the candidate it touches [mm].
+    fn add_contact(&mut self, condition: &Condition, gap: Option<f64>) {
+        self.length = self.length.max(condition.length);
+        if let Some(gap) = gap {
+            self.penetration = self.penetration.max(-gap);
+        }
+        self.slipping += usize::from(condition.slipping);
+        self.stuck += usize::from(condition.stuck);
+    }
+}
+
 impl System {
     pub(in crate::solver) fn new(
         body: Body,
@@ -249,13 +261,8 @@ impl System {
             if unbalanced > worst {
                 (worst, residual.worst_node) = (unbalanced, node);
             }
-            residual.length = residual.length.max(condition.length);
-            if let Some(k) = condition.candidate {
-                let gap = self.contact.candidates[k].foot.gap;
-                residual.penetration = residual.penetration.max(-gap);
-            }
-            residual.slipping += usize::from(condition.slipping);
-            residual.stuck += usize::from(condition.stuck);
+            let gap = condition.candidate.map(|k| self.contact.candidates[k].foot.gap);
+            residual.add_contact(&condition, gap);
             if !plain {
                 self.support(&mut condition, &free);
                 self.conditions.push(condition);

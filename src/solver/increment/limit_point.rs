@@ -137,45 +137,80 @@ fn follow(
     iterations: usize,
     push: Option<&Push>,
 ) -> Result<NewtonStats, NewtonError> {
-    let mut total = NewtonStats::default();
-    let least = push.map(|push| PUSH_STIFFNESS_RATIO * push.stiffness / sim.sys.scales.tangential);
-    let (mut control, mut largest) = (Continuation::new(LIMIT_POINT, least), 0.0);
+    let mut motion = Motion::new(&sim.sys, push);
     let origin = Origin::of(&sim.committed);
-    let (mut last, mut lost) = (f64::NAN, 0);
-    while sim.history.len() < iterations && control.stiffness <= MAX_STIFFNESS {
+    let mut last = f64::NAN;
+    while sim.history.len() < iterations && motion.control.stiffness <= MAX_STIFFNESS {
         // The motion goes on as it went in the step before, if that was as long.
-        if control.stiffness != last {
+        if motion.control.stiffness != last {
             sim.committed.forget_last();
         }
-        last = control.stiffness;
+        last = motion.control.stiffness;
         let before_step = sim.history.len() + 1;
-        let moved = step(sim, plan, target, last, push);
-        let Ok((stats, force)) = moved else {
-            lost += sim.history.len().saturating_sub(before_step);
-            control.failed();
+        let Ok((stats, force)) = step(sim, plan, target, last, push) else {
+            motion.failed(sim.history.len().saturating_sub(before_step));
             continue;
         };
         if origin.is_lost(&sim.sys, force) {
             break;
         }
-        control.converged(stats.iterations, force);
-        total = total.and(stats);
-        largest = force.max(largest);
-        if control.may_release() {
-            // Where many iterations lead is not what the motion leads to, unless that is all but over.
-            let over = force <= MOTION_OVER_RATIO * largest;
-            let most = if over { MAX_STEP_ITERATIONS } else { GOOD_ITERATIONS };
-            match come_to_rest(sim, plan, target, most) {
-                Ok(stats) => {
-                    sim.summary.iterations += lost;
-                    return Ok(total.and(stats));
-                }
-                Err(more) => lost += more,
+        motion.converged(stats, force);
+        let Some(most) = motion.iterations_to_rest(force) else { continue };
+        match come_to_rest(sim, plan, target, most) {
+            Ok(stats) => {
+                sim.summary.iterations += motion.lost;
+                return Ok(motion.stats.and(stats));
             }
-            control.release_failed();
+            Err(lost) => motion.release_failed(lost),
         }
     }
     Err(NewtonError::StillMoving { iterations: sim.history.len() })
+}
+
+/// How a motion under dampers has gone so far.
+struct Motion {
+    control: Continuation,
+    /// Of the steps that converged.
+    stats: NewtonStats,
+    /// Largest force of the dampers at the end of a step [N].
+    largest: f64,
+    /// Iterations that led to no balance.
+    lost: usize,
+}
+
+impl Motion {
+    fn new(sys: &System, push: Option<&Push>) -> Self {
+        let least = push.map(|push| PUSH_STIFFNESS_RATIO * push.stiffness / sys.scales.tangential);
+        let control = Continuation::new(LIMIT_POINT, least);
+        Self { control, stats: NewtonStats::default(), largest: 0.0, lost: 0 }
+    }
+
+    /// Takes in a step that converged, in which this force remains in the dampers [N].
+    fn converged(&mut self, stats: NewtonStats, force: f64) {
+        self.control.converged(stats.iterations, force);
+        self.stats = std::mem::take(&mut self.stats).and(stats);
+        self.largest = force.max(self.largest);
+    }
+
+    /// A step did not converge, in this number of iterations.
+    fn failed(&mut self, iterations: usize) {
+        self.lost += iterations;
+        self.control.failed();
+    }
+
+    /// Iterations in which the sheet may come to rest without dampers, whose force is `force` [N], if they may be left out
+    /// yet. Where many iterations lead is not what the motion leads to, unless that is all but over.
+    fn iterations_to_rest(&self, force: f64) -> Option<usize> {
+        let over = force <= MOTION_OVER_RATIO * self.largest;
+        let most = if over { MAX_STEP_ITERATIONS } else { GOOD_ITERATIONS };
+        self.control.may_release().then_some(most)
+    }
+
+    /// The sheet did not come to rest without dampers, in this number of iterations.
+    fn release_failed(&mut self, iterations: usize) {
+        self.lost += iterations;
+        self.control.release_failed();
+    }
 }
 
 /// The balance that a motion begins at.

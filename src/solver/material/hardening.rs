@@ -100,21 +100,6 @@ impl Hardening {
     /// # Errors
     /// [`HardeningError`] for the first number out of its range.
     pub fn check(&self) -> Result<(), HardeningError> {
-        let need = |ok: bool, field: &str, found, allowed| {
-            if ok { Ok(()) } else { Err(HardeningError { field: field.into(), found, allowed }) }
-        };
-        let positive = |x: f64| x > 0.0 && x.is_finite();
-        let not_negative = |x: f64| x >= 0.0 && x.is_finite();
-        let check_swift = |k: f64, eps0: f64, n: f64| {
-            need(positive(k), "k", k, "above zero")?;
-            need(positive(eps0), "eps0", eps0, "above zero")?;
-            need((0.0..=1.0).contains(&n), "n", n, "in [0, 1]")
-        };
-        let check_voce = |sigma0: f64, q: f64, b: f64| {
-            need(positive(sigma0), "sigma0", sigma0, "above zero")?;
-            need(not_negative(q), "q", q, "zero or above")?;
-            need(not_negative(b), "b", b, "zero or above")
-        };
         match self {
             Self::Swift { k, eps0, n } => check_swift(*k, *eps0, *n),
             Self::Voce { sigma0, q, b } => check_voce(*sigma0, *q, *b),
@@ -124,33 +109,60 @@ impl Hardening {
                 check_voce(*sigma0, *q, *b)
             }
             Self::Ludwik { sigma0, k, n } => {
-                need(positive(*sigma0), "sigma0", *sigma0, "above zero")?;
-                need(not_negative(*k), "k", *k, "zero or above")?;
+                need(is_positive(*sigma0), "sigma0", *sigma0, "above zero")?;
+                need(is_not_negative(*k), "k", *k, "zero or above")?;
                 need(*n > 0.0 && *n <= 1.0, "n", *n, "in (0, 1]")
             }
-            Self::Table { strain, stress } => {
-                need(!strain.is_empty(), "strain: the number of points", 0.0, "at least one")?;
-                need(
-                    strain.len() == stress.len(),
-                    "stress: the number of points",
-                    stress.len() as f64,
-                    "as many stresses as strains",
-                )?;
-                need(strain[0] == 0.0, "strain[0]", strain[0], "zero")?;
-                need(positive(stress[0]), "stress[0]", stress[0], "above zero")?;
-                for (k, pair) in strain.windows(2).enumerate() {
-                    let rises = pair[1] > pair[0] && pair[1].is_finite();
-                    need(rises, &format!("strain[{}]", k + 1), pair[1], "above the one before")?;
-                }
-                for (k, pair) in stress.windows(2).enumerate() {
-                    let holds = pair[1] >= pair[0] && pair[1].is_finite();
-                    let allowed = "not below the one before; `kanagata material fit` gives a law for a measured curve";
-                    need(holds, &format!("stress[{}]", k + 1), pair[1], allowed)?;
-                }
-                Ok(())
-            }
+            Self::Table { strain, stress } => check_table(strain, stress),
         }
     }
+}
+
+fn need(ok: bool, field: &str, found: f64, allowed: &'static str) -> Result<(), HardeningError> {
+    if ok { Ok(()) } else { Err(HardeningError { field: field.into(), found, allowed }) }
+}
+
+fn is_positive(x: f64) -> bool {
+    x > 0.0 && x.is_finite()
+}
+
+fn is_not_negative(x: f64) -> bool {
+    x >= 0.0 && x.is_finite()
+}
+
+fn check_swift(k: f64, eps0: f64, n: f64) -> Result<(), HardeningError> {
+    need(is_positive(k), "k", k, "above zero")?;
+    need(is_positive(eps0), "eps0", eps0, "above zero")?;
+    need((0.0..=1.0).contains(&n), "n", n, "in [0, 1]")
+}
+
+fn check_voce(sigma0: f64, q: f64, b: f64) -> Result<(), HardeningError> {
+    need(is_positive(sigma0), "sigma0", sigma0, "above zero")?;
+    need(is_not_negative(q), "q", q, "zero or above")?;
+    need(is_not_negative(b), "b", b, "zero or above")
+}
+
+fn check_table(strain: &[f64], stress: &[f64]) -> Result<(), HardeningError> {
+    need(!strain.is_empty(), "strain: the number of points", 0.0, "at least one")?;
+    need(
+        strain.len() == stress.len(),
+        "stress: the number of points",
+        stress.len() as f64,
+        "as many stresses as strains",
+    )?;
+    need(strain[0] == 0.0, "strain[0]", strain[0], "zero")?;
+    need(is_positive(stress[0]), "stress[0]", stress[0], "above zero")?;
+    for (k, pair) in strain.windows(2).enumerate() {
+        let rises = pair[1] > pair[0] && pair[1].is_finite();
+        need(rises, &format!("strain[{}]", k + 1), pair[1], "above the one before")?;
+    }
+    for (k, pair) in stress.windows(2).enumerate() {
+        let holds = pair[1] >= pair[0] && pair[1].is_finite();
+        let allowed =
+            "not below the one before; `kanagata material fit` gives a law for a measured curve";
+        need(holds, &format!("stress[{}]", k + 1), pair[1], allowed)?;
+    }
+    Ok(())
 }
 
 fn swift(k: f64, eps0: f64, n: f64, p: f64) -> (f64, f64) {

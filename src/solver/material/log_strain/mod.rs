@@ -25,6 +25,8 @@ use crate::solver::numbers::algebra::{congruence, multiply};
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 use crate::solver::numbers::tensor::{Mandel, Mandel66, PAIRS};
 
+const NONE: Eight = [0.0; POINTS];
+
 /// Stress and tangent of eight points side by side, as the elements use them.
 #[derive(Debug, Clone)]
 pub struct Responses {
@@ -42,7 +44,6 @@ impl Responses {
     /// All zero.
     #[must_use]
     pub fn zero() -> Self {
-        const NONE: Eight = [0.0; POINTS];
         Self {
             stress: [NONE; 6],
             tangent: [[NONE; 6]; 6],
@@ -142,7 +143,22 @@ pub(crate) fn update_lanes<S: Simd>(
     want_tangent: bool,
     out: &mut Responses,
 ) -> Result<(), (usize, MaterialError)> {
-    const NONE: Eight = [0.0; POINTS];
+    let (values, vectors) = eigenframes(simd, c, count);
+    let logs = half_logs(&values, count)?;
+    let (strains, to_global) = log_strains(simd, &vectors, &logs, count);
+    let mut laws = LogResponses::zero();
+    material.update_points(&strains, count, (old, new), &mut laws)?;
+    (out.elastic_energy, out.plastic_work) = (laws.elastic_energy, laws.plastic_work);
+    let at = Frame { values: &values, logs: &logs, to_global: &to_global };
+    for first in Lane::<S>::groups_of(count) {
+        at.carry(simd, first, &laws, want_tangent, out);
+    }
+    Ok(())
+}
+
+/// Eigenvalues of `C`, and its eigenvectors `Q` by row and column.
+#[inline(always)]
+fn eigenframes<S: Simd>(simd: S, c: &[Eight; 6], count: usize) -> ([Eight; 3], [[Eight; 3]; 3]) {
     let (mut values, mut vectors) = ([NONE; 3], [[NONE; 3]; 3]);
     for first in Lane::<S>::groups_of(count) {
         let (l, q) = eigen::eigen(simd, Lane::load_all(simd, c, first));
@@ -153,6 +169,15 @@ pub(crate) fn update_lanes<S: Simd>(
             }
         }
     }
+    (values, vectors)
+}
+
+/// `½ ln` of the eigenvalues.
+///
+/// # Errors
+/// [`MaterialError::Collapsed`] at the first point with an eigenvalue that is not positive and finite.
+#[inline(always)]
+fn half_logs(values: &[Eight; 3], count: usize) -> Result<[Eight; 3], (usize, MaterialError)> {
     let mut logs = [NONE; 3];
     for point in 0..count {
         for a in 0..3 {
@@ -163,16 +188,26 @@ pub(crate) fn update_lanes<S: Simd>(
             logs[a][point] = 0.5 * value.ln();
         }
     }
+    Ok(logs)
+}
+
+/// Logarithmic strains, and the maps of tensors from the eigenframes to the global axes.
+#[inline(always)]
+fn log_strains<S: Simd>(
+    simd: S,
+    [x, y, z]: &[[Eight; 3]; 3],
+    logs: &[Eight; 3],
+    count: usize,
+) -> ([Eight; 6], [[Eight; 6]; 6]) {
     let mut strains = [NONE; 6];
     let mut to_global = [[NONE; 6]; 6];
     for first in Lane::<S>::groups_of(count) {
-        let [x, y, z] = &vectors;
         let q = [
             Lane::load_all(simd, x, first),
             Lane::load_all(simd, y, first),
             Lane::load_all(simd, z, first),
         ];
-        let log = Lane::load_all(simd, &logs, first);
+        let log = Lane::load_all(simd, logs, first);
         let map = congruence(simd, &q);
         for row in 0..6 {
             let [x, y, z, ..] = map[row];
@@ -182,14 +217,7 @@ pub(crate) fn update_lanes<S: Simd>(
             }
         }
     }
-    let mut laws = LogResponses::zero();
-    material.update_points(&strains, count, (old, new), &mut laws)?;
-    (out.elastic_energy, out.plastic_work) = (laws.elastic_energy, laws.plastic_work);
-    let at = Frame { values: &values, logs: &logs, to_global: &to_global };
-    for first in Lane::<S>::groups_of(count) {
-        at.carry(simd, first, &laws, want_tangent, out);
-    }
-    Ok(())
+    (strains, to_global)
 }
 
 /// Where the law's answers are carried to: the eigenframes of `C`.
@@ -214,45 +242,70 @@ impl Frame<'_> {
     ) {
         let values = Lane::load_all(simd, self.values, first);
         let differences = Differences::new(simd, values, Lane::load_all(simd, self.logs, first));
-        let zero = Lane::splat(simd, 0.0);
-        let mut map = [[zero; 6]; 6];
-        // Its transpose.
-        let mut back = [[zero; 6]; 6];
+        let turn = Turn::new(simd, self.to_global, first);
+        let stress = Lane::load_all(simd, &laws.stress, first);
+        // T in the eigenframe is kept for the second-order term.
+        let (mut t, mut s) = (stress, stress);
         for i in 0..6 {
-            map[i] = Lane::load_all(simd, &self.to_global[i], first);
+            t[i] = Lane::dot(&turn.back[i], &stress);
+            s[i] = differences.first[i] * t[i];
+        }
+        for (row, out) in turn.map.iter().zip(&mut out.stress) {
+            Lane::dot(row, &s).store(out, first);
+        }
+        if want_tangent {
+            turn.carry_tangent(simd, first, (&differences, &t), &laws.tangent, &mut out.tangent);
+        }
+    }
+}
+
+/// Maps of tensors of points side by side from the eigenframes to the global axes, and back: its transpose.
+struct Turn<S: Simd> {
+    map: [[Lane<S>; 6]; 6],
+    back: [[Lane<S>; 6]; 6],
+}
+
+impl<S: Simd> Turn<S> {
+    #[inline(always)]
+    fn new(simd: S, to_global: &[[Eight; 6]; 6], first: usize) -> Self {
+        let zero = Lane::splat(simd, 0.0);
+        let (mut map, mut back) = ([[zero; 6]; 6], [[zero; 6]; 6]);
+        for i in 0..6 {
+            map[i] = Lane::load_all(simd, &to_global[i], first);
             for k in 0..6 {
                 back[k][i] = map[i][k];
             }
         }
-        let stress = Lane::load_all(simd, &laws.stress, first);
-        // T in the eigenframe is kept for the second-order term.
-        let (mut t, mut s) = ([zero; 6], [zero; 6]);
-        for i in 0..6 {
-            t[i] = Lane::dot(&back[i], &stress);
-            s[i] = differences.first[i] * t[i];
-        }
-        for (row, out) in map.iter().zip(&mut out.stress) {
-            Lane::dot(row, &s).store(out, first);
-        }
-        if !want_tangent {
-            return;
-        }
+        Self { map, back }
+    }
+
+    /// `P D P` and the second-order term from `D` of the points from `first` on; `t`: their `T` in the eigenframe.
+    #[inline(always)]
+    fn carry_tangent(
+        &self,
+        simd: S,
+        first: usize,
+        (differences, t): (&Differences<S>, &[Lane<S>; 6]),
+        law: &[[Eight; 6]; 6],
+        out: &mut [[Eight; 6]; 6],
+    ) {
+        let zero = Lane::splat(simd, 0.0);
         let mut turned = [[zero; 6]; 6];
-        for (row, from) in turned.iter_mut().zip(&laws.tangent) {
-            *row = multiply(&Lane::load_all(simd, from, first), &map);
+        for (row, from) in turned.iter_mut().zip(law) {
+            *row = multiply(&Lane::load_all(simd, from, first), &self.map);
         }
         let mut eigen_tangent = [[zero; 6]; 6];
         for (i, row) in eigen_tangent.iter_mut().enumerate() {
-            *row = multiply(&back[i], &turned);
+            *row = multiply(&self.back[i], &turned);
             for (value, factor) in row.iter_mut().zip(differences.first) {
                 *value = *value * (differences.first[i] * factor);
             }
         }
-        add_second_order(&mut eigen_tangent, &differences, &t);
+        add_second_order(&mut eigen_tangent, differences, t);
         for (row, turned) in eigen_tangent.iter().zip(&mut turned) {
-            *turned = multiply(row, &back);
+            *turned = multiply(row, &self.back);
         }
-        for (row, out) in map.iter().zip(&mut out.tangent) {
+        for (row, out) in self.map.iter().zip(out) {
             for (value, out) in multiply(row, &turned).into_iter().zip(out) {
                 value.store(out, first);
             }

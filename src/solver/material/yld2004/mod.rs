@@ -62,6 +62,17 @@ pub struct Derivatives {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Principal([Eigen; 2]);
 
+/// `φ` and its derivatives by the transformed stresses `S` and `Z`, each in its eigenframe.
+struct Phi {
+    value: f64,
+    /// `∂φ/∂s_i` and `∂φ/∂z_j`.
+    gradients: [[f64; 3]; 2],
+    /// Diagonals of `∂²φ/∂S²` and `∂²φ/∂Z²` by Mandel component.
+    hessians: [[f64; 6]; 2],
+    /// `-∂²φ/∂s_i∂z_j`.
+    mixed: [[f64; 3]; 3],
+}
+
 /// One transformed stress in its eigenframe.
 struct Frame {
     values: [f64; 3],
@@ -191,55 +202,51 @@ impl Yld2004 {
         }
         // Everything below is at the stress T / largest; the degree of each result puts it back.
         let a = self.exponent;
-        let s = one.values.map(|x| x / largest);
-        let z = two.values.map(|x| x / largest);
-        let mut phi = 0.0;
-        let (mut apart, mut slope, mut cross) = ([[0.0; 3]; 3], [[0.0; 3]; 3], [[0.0; 3]; 3]);
-        for i in 0..3 {
-            for j in 0..3 {
-                let d = s[i] - z[j];
-                let power = self.power(d);
-                phi += power * d * d;
-                apart[i][j] = d;
-                slope[i][j] = a * power * d;
-                cross[i][j] = a * (a - 1.0) * power;
-            }
-        }
-        let g_s = slope.map(|row| row.iter().sum::<f64>());
-        let d_s = self.eigenframe_hessian(&apart, &slope, &cross);
-        let d_z = self.eigenframe_hessian(
-            &turned(&apart, -1.0),
-            &turned(&slope, -1.0),
-            &turned(&cross, 1.0),
-        );
-        let g_z = turned(&slope, -1.0).map(|row| row.iter().sum::<f64>());
-
-        let value = (0.25 * phi).powf(1.0 / a);
-        let scale = value / (a * phi);
+        let phi = self.phi(one.values.map(|x| x / largest), two.values.map(|x| x / largest));
+        let value = (0.25 * phi.value).powf(1.0 / a);
+        let scale = value / (a * phi.value);
+        let [g_s, g_z] = &phi.gradients;
         let gradient: Mandel = std::array::from_fn(|m| {
             let sum: f64 = (0..3).map(|i| g_s[i] * one.map[i][m] + g_z[i] * two.map[i][m]).sum();
             scale * sum
         });
-        let mixed: [Mandel; 3] = std::array::from_fn(|i| {
-            std::array::from_fn(|n| (0..3).map(|j| cross[i][j] * two.map[j][n]).sum())
-        });
-        let mut hessian = [[0.0; 6]; 6];
+        let mut hessian = phi.hessian(&one.map, &two.map);
         for m in 0..6 {
             for n in m..6 {
-                let mut sum = 0.0;
-                for k in 0..6 {
-                    sum += d_s[k] * one.map[k][m] * one.map[k][n]
-                        + d_z[k] * two.map[k][m] * two.map[k][n];
-                }
-                for (row, mixed) in one.map.iter().zip(&mixed) {
-                    sum -= row[m] * mixed[n] + mixed[m] * row[n];
-                }
-                let entry = scale * sum - (a - 1.0) / value * gradient[m] * gradient[n];
+                let entry = scale * hessian[m][n] - (a - 1.0) / value * gradient[m] * gradient[n];
                 hessian[m][n] = entry / largest;
                 hessian[n][m] = hessian[m][n];
             }
         }
         Derivatives { value: value * largest, gradient, hessian }
+    }
+
+    /// `φ` and its derivatives at principal values `s` and `z` of the two transformed stresses.
+    #[inline]
+    fn phi(&self, s: [f64; 3], z: [f64; 3]) -> Phi {
+        let a = self.exponent;
+        let mut value = 0.0;
+        let (mut apart, mut slope, mut mixed) = ([[0.0; 3]; 3], [[0.0; 3]; 3], [[0.0; 3]; 3]);
+        for i in 0..3 {
+            for j in 0..3 {
+                let d = s[i] - z[j];
+                let power = self.power(d);
+                value += power * d * d;
+                apart[i][j] = d;
+                slope[i][j] = a * power * d;
+                mixed[i][j] = a * (a - 1.0) * power;
+            }
+        }
+        let turned_slope = turned(&slope, -1.0);
+        Phi {
+            value,
+            gradients: [&slope, &turned_slope].map(|of| of.map(|row| row.iter().sum::<f64>())),
+            hessians: [
+                self.eigenframe_hessian(&apart, &slope, &mixed),
+                self.eigenframe_hessian(&turned(&apart, -1.0), &turned_slope, &turned(&mixed, 1.0)),
+            ],
+            mixed,
+        }
     }
 
     /// `L' T` and `L'' T`.
@@ -305,6 +312,31 @@ impl Yld2004 {
         }
         let values = form.symmetric_eigenvalues();
         values.min() / values.max()
+    }
+}
+
+impl Phi {
+    /// Upper triangle of `∂²φ/∂T²`, with the maps from `T` to the two eigenframes; zero below it.
+    #[inline]
+    fn hessian(&self, one: &Mandel66, two: &Mandel66) -> Mandel66 {
+        let [d_s, d_z] = &self.hessians;
+        let mixed: [Mandel; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|n| (0..3).map(|j| self.mixed[i][j] * two[j][n]).sum())
+        });
+        let mut out = [[0.0; 6]; 6];
+        for m in 0..6 {
+            for n in m..6 {
+                let mut sum = 0.0;
+                for k in 0..6 {
+                    sum += d_s[k] * one[k][m] * one[k][n] + d_z[k] * two[k][m] * two[k][n];
+                }
+                for (row, mixed) in one.iter().zip(&mixed) {
+                    sum -= row[m] * mixed[n] + mixed[m] * row[n];
+                }
+                out[m][n] = sum;
+            }
+        }
+        out
     }
 }
 

@@ -3,20 +3,19 @@
 //! The symbols are those of the parent module. One scalar equation a point is solved by Newton's method kept inside a
 //! bracket; what it needs at one value of `x` is computed for all points together. Points that stay elastic have `x = 0`.
 
+mod answers;
 mod axes;
 mod search;
 
 use pulp::{Simd, WithSimd};
 
-use self::axes::{components, tensor};
+use self::axes::components;
 use self::search::{ACCEPTED, Search};
 
-use super::{
-    BACKSTRESS, Decay, EQUIVALENT, MAX_ITERATIONS, Plastic, STRAIN, WORK, YIELD_TOLERANCE,
-};
+use super::{BACKSTRESS, Decay, EQUIVALENT, MAX_ITERATIONS, Plastic, STRAIN, YIELD_TOLERANCE};
 use crate::solver::material::hill48::Spectrum;
 use crate::solver::material::law::{LogResponses, MaterialError};
-use crate::solver::numbers::algebra::{turn_back, turned};
+use crate::solver::numbers::algebra::turned;
 use crate::solver::numbers::lanes::{Eight, Lane, POINTS};
 
 const NONE: Eight = [0.0; POINTS];
@@ -226,6 +225,16 @@ impl<'a> Step<'a> {
         At { lambda, lambda_rate, equivalent, xi, reduction, xi_rate, hardening }
     }
 
+    /// Sets the increment of equivalent plastic strain of a point, and what depends on it alone.
+    #[inline(always)]
+    fn set_increment(&mut self, point: usize, x: f64) {
+        self.x[point] = x;
+        let before = self.history(point)[EQUIVALENT];
+        let (stress, slope) = self.material.hardening.flow_stress(before + x);
+        (self.flow_stress[0][point], self.flow_stress[1][point]) = (stress, slope);
+        self.set_decays(point);
+    }
+
     /// Sets what recovery leaves of the backstresses of a point.
     fn set_decays(&mut self, point: usize) {
         for (one, decays) in self.material.backstresses.iter().zip(&mut self.decays) {
@@ -260,13 +269,7 @@ impl<'a> Step<'a> {
                 let least = 1e-9 * self.equivalent[point] / (2.0 * shear);
                 let stress = [self.flow_stress[0][point], self.flow_stress[1][point]];
                 match search[point].next(self.x[point], at, stress, least) {
-                    Some(x) => {
-                        self.x[point] = x;
-                        let before = self.history(point)[EQUIVALENT];
-                        let (stress, slope) = self.material.hardening.flow_stress(before + x);
-                        (self.flow_stress[0][point], self.flow_stress[1][point]) = (stress, slope);
-                        self.set_decays(point);
-                    }
+                    Some(x) => self.set_increment(point, x),
                     None => open[point] = false,
                 }
             }
@@ -280,112 +283,5 @@ impl<'a> Step<'a> {
                 Err((point, MaterialError::ReturnMapping { residual, iterations }))
             }
         }
-    }
-
-    /// Answers and new histories.
-    #[inline(always)]
-    fn finish<S: Simd>(&self, simd: S, new: &mut [f64], out: &mut LogResponses) {
-        let (material, spectrum) = (self.material, self.spectrum);
-        let mut flows = [NONE; 6];
-        let mut works = NONE;
-        for first in Lane::<S>::groups_of(self.count) {
-            let at = self.at(simd, first);
-            let mut flow = at.xi;
-            for (flow, value) in flow.iter_mut().zip(spectrum.values) {
-                *flow = *flow * at.lambda * value;
-            }
-            let flow = tensor(spectrum, &flow);
-            let elastic = Lane::load_all(simd, &self.elastic, first);
-            let mean = Lane::load(simd, &self.mean, first);
-            let two_mu = Lane::splat(simd, 2.0 * material.elastic.shear_modulus());
-            let third = (elastic[0] + elastic[1] + elastic[2]) * (1.0 / 3.0);
-            let (mut stress, mut left) = (elastic, elastic);
-            for i in 0..6 {
-                flow[i].store(&mut flows[i], first);
-                left[i] = elastic[i] - flow[i];
-                stress[i] =
-                    if i < 3 { (left[i] - third).mul_add(two_mu, mean) } else { left[i] * two_mu };
-            }
-            Lane::dot(&stress, &flow).store(&mut works, first);
-            (Lane::dot(&stress, &left) * 0.5).store(&mut out.elastic_energy, first);
-            let mut tangent = self.tangent(simd, &at, first);
-            if let Some(turn) = &material.to_material {
-                stress = turned(turn, true, &stress);
-                turn_back(turn, &mut tangent);
-            }
-            for i in 0..6 {
-                stress[i].store(&mut out.stress[i], first);
-                for k in 0..6 {
-                    tangent[i][k].store(&mut out.tangent[i][k], first);
-                }
-            }
-        }
-        let len = BACKSTRESS + 6 * material.backstresses.len();
-        for (point, new) in new.chunks_exact_mut(len).take(self.count).enumerate() {
-            new.copy_from_slice(self.history(point));
-            if self.plastic[point] {
-                let flow = flows.map(|of| of[point]);
-                let harder = self.flow_stress[0][point] - self.before[point];
-                let work = works[point] - 0.5 * harder * self.x[point];
-                self.remember(self.x[point], &flow, work, new);
-            }
-            out.plastic_work[point] = new[WORK];
-            out.plastic[point] = self.plastic[point];
-        }
-    }
-
-    /// Takes an increment into the history of its point; `work` with the backstresses of its end.
-    fn remember(&self, x: f64, flow: &[f64; 6], work: f64, new: &mut [f64]) {
-        new[EQUIVALENT] += x;
-        let mut new_work = new[WORK] + work;
-        new[STRAIN..STRAIN + 6].iter_mut().zip(flow).for_each(|(to, flow)| *to += flow);
-        for (k, one) in self.material.backstresses.iter().enumerate() {
-            let decay = one.decay(x);
-            let backstress = &mut new[BACKSTRESS + 6 * k..BACKSTRESS + 6 * k + 6];
-            for (to, flow) in backstress.iter_mut().zip(flow) {
-                let next = decay.left * *to + 2.0 / 3.0 * one.modulus * decay.grown * flow;
-                new_work -= 0.5 * (next - *to) * flow;
-                *to = next;
-            }
-        }
-        new[WORK] = new_work;
-    }
-
-    /// `dT/dE`: bulk part, shrunk deviatoric part, and where it flows one rank-one term along the flow.
-    #[inline(always)]
-    fn tangent<S: Simd>(&self, simd: S, at: &At<S>, first: usize) -> [[Lane<S>; 6]; 6] {
-        let spectrum = self.spectrum;
-        let (zero, one) = (Lane::splat(simd, 0.0), Lane::splat(simd, 1.0));
-        let two_mu = 2.0 * self.material.elastic.shear_modulus();
-        let flows: Eight = self.plastic.map(|plastic| f64::from(u8::from(plastic)));
-        let flows = Lane::load(simd, &flows, first);
-        let half = Lane::splat(simd, 0.5);
-        let yield_stress = Lane::load(simd, &self.flow_stress[0], first);
-        let slope = Lane::load(simd, &self.flow_stress[1], first);
-        let denominator = yield_stress * slope - at.hardening;
-        let inverse = flows / half.if_less(flows, denominator, one);
-        let (mut normal, mut flow, mut kept) = (at.xi, at.xi, at.xi);
-        for i in 0..5 {
-            let stiffness = two_mu * spectrum.values[i];
-            normal[i] = at.xi[i] * at.reduction[i] * inverse * stiffness;
-            flow[i] = (at.lambda * at.xi_rate[i] + at.lambda_rate * at.xi[i]) * -stiffness;
-            kept[i] = (one - at.lambda * at.reduction[i] * stiffness) * two_mu;
-        }
-        let (normal, flow) = (tensor(spectrum, &normal), tensor(spectrum, &flow));
-        let mut out = [[zero; 6]; 6];
-        for (row, flow) in out.iter_mut().zip(flow) {
-            for (value, normal) in row.iter_mut().zip(normal) {
-                *value = flow * normal;
-            }
-        }
-        let bulk = Lane::splat(simd, self.material.elastic.bulk_modulus());
-        let [v, w] = &spectrum.normal;
-        for i in 0..3 {
-            for j in 0..3 {
-                out[i][j] = out[i][j] + bulk + kept[0] * (v[i] * v[j]) + kept[1] * (w[i] * w[j]);
-            }
-            out[i + 3][i + 3] = out[i + 3][i + 3] + kept[i + 2];
-        }
-        out
     }
 }

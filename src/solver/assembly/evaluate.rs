@@ -34,11 +34,7 @@ impl Body {
             displacement,
             want,
         };
-        let mut states: Vec<&mut [f64]> = if stride == 0 {
-            (0..self.mesh.elements.len()).map(|_| <&mut [f64]>::default()).collect()
-        } else {
-            trial.chunks_exact_mut(stride).collect()
-        };
+        let mut states = states_of(trial, self.mesh.elements.len(), stride);
         out.internal_force.resize(3 * self.mesh.nodes.len(), 0.0);
         if want == Want::ResidualAndTangent {
             out.tangent.resize(gather.pattern.nnz(), 0.0);
@@ -59,10 +55,26 @@ impl Body {
             let answers = Answers { gather, blocks, want };
             answers.sum(&band.nodes, out);
         }
-        let Sums { elastic_energy, plastic_work, artificial_work, internal_residual } = sums;
-        (out.elastic_energy, out.plastic_work) = (elastic_energy, plastic_work);
-        out.artificial_work = artificial_work;
-        out.internal_residual = internal_residual;
+        out.set_sums(sums);
         failure
+    }
+}
+
+/// History of each element, `stride` values long.
+fn states_of(trial: &mut [f64], elements: usize, stride: usize) -> Vec<&mut [f64]> {
+    if stride == 0 {
+        (0..elements).map(|_| <&mut [f64]>::default()).collect()
+    } else {
+        trial.chunks_exact_mut(stride).collect()
+    }
+}
+
+impl Evaluation {
+    /// Takes over the sums over the elements.
+    fn set_sums(&mut self, sums: Sums) {
+        let Sums { elastic_energy, plastic_work, artificial_work, internal_residual } = sums;
+        (self.elastic_energy, self.plastic_work) = (elastic_energy, plastic_work);
+        self.artificial_work = artificial_work;
+        self.internal_residual = internal_residual;
     }
 }

@@ -8,7 +8,7 @@ use super::modes::{Mode, ModeSums, Unsettled};
 use super::shape::{PointGeometry, gauss_2x2x2, jacobian};
 use super::{DOFS, ElementInput, ElementMatrices, FailureReason, PointFailure, Want, compatible};
 use crate::solver::material::log_strain::{self, Responses};
-use crate::solver::numbers::lanes::POINTS;
+use crate::solver::numbers::lanes::{Eight, POINTS};
 use crate::solver::numbers::tensor::{self, Mandel, Mandel66};
 
 /// Number of modes.
@@ -73,13 +73,47 @@ fn evaluate_at(
     out: &mut ElementMatrices,
 ) -> Result<Unsettled<MODE_COUNT>, PointFailure> {
     *out = ElementMatrices::zero();
-    let mut sums = ModeSums::<MODE_COUNT>::zero();
-    let mut initial_stress = [[0.0; 8]; 8];
-    let mut gradients = [[[0.0; 3]; 3]; 8];
-    let mut c = [[0.0; POINTS]; 6];
     let directions: [_; 8] = std::array::from_fn(|index| {
         mode_strains(centre, points[index].weight, gauss_2x2x2()[index])
     });
+    let (gradients, c) = deformed(input, points, &directions, alpha)?;
+    let across: Mandel = centre.0.map(|row| row[2]);
+    let mut answers = Responses::zero();
+    let histories = (input.old_state, new_state);
+    log_strain::update_points(input.material, &c, POINTS, histories, true, &mut answers)
+        .map_err(|(point, error)| PointFailure { point, reason: error.into() })?;
+    let mut sums = Sums { modes: ModeSums::zero(), initial_stress: [[0.0; 8]; 8] };
+    for (index, geometry) in points.iter().enumerate() {
+        let response = answers.at(index);
+        let weight = geometry.weight;
+        out.elastic_energy += weight * response.elastic_energy;
+        out.plastic_work += weight * response.plastic_work;
+        let point = Stressed {
+            geometry,
+            gradient: &gradients[index],
+            directions: &directions[index],
+            stress: response.stress.map(|value| weight * value),
+            tangent: response.tangent.map(|row| row.map(|value| weight * value)),
+        };
+        out.through += tensor::dot(&across, &point.stress);
+        sums.add(&point, input.want, out);
+    }
+    compatible::spread_nodal_stress(&sums.initial_stress, &mut out.tangent);
+    sums.modes
+        .condense(alpha, input.displacement, input.want, record, out)
+        .map_err(|reason| PointFailure { point: 0, reason })
+}
+
+/// Compatible deformation gradients of the points, and their right Cauchy-Green tensors with the modes' strains.
+#[inline]
+fn deformed(
+    input: &ElementInput<'_>,
+    points: &[PointGeometry; 8],
+    directions: &[[Mandel; MODE_COUNT]; 8],
+    alpha: &[f64; MODE_COUNT],
+) -> Result<([[[f64; 3]; 3]; 8], [Eight; 6]), PointFailure> {
+    let mut gradients = [[[0.0; 3]; 3]; 8];
+    let mut c = [[0.0; POINTS]; 6];
     for (index, geometry) in points.iter().enumerate() {
         let reason = |ratio| FailureReason::Inverted { ratio };
         let f = compatible::deform(geometry, input.displacement)
@@ -91,48 +125,53 @@ fn evaluate_at(
         (0..6).for_each(|i| c[i][index] = stretch[i]);
         gradients[index] = f;
     }
-    let across: Mandel = centre.0.map(|row| row[2]);
-    let mut answers = Responses::zero();
-    let histories = (input.old_state, new_state);
-    log_strain::update_points(input.material, &c, POINTS, histories, true, &mut answers)
-        .map_err(|(point, error)| PointFailure { point, reason: error.into() })?;
-    for (index, geometry) in points.iter().enumerate() {
-        let response = answers.at(index);
-        let weight = geometry.weight;
-        out.elastic_energy += weight * response.elastic_energy;
-        out.plastic_work += weight * response.plastic_work;
-        let stress = response.stress.map(|value| weight * value);
-        out.through += tensor::dot(&across, &stress);
-        let tangent = response.tangent.map(|row| row.map(|value| weight * value));
-        let b = compatible::strain_derivative(&gradients[index], geometry);
-        for (row, value) in b.iter().zip(&stress) {
-            out.force.iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * value);
-        }
-        if input.want == Want::ResidualAndTangent {
-            compatible::add_congruence(&b, &tangent, &mut out.tangent);
-            compatible::add_nodal_stress(geometry, &stress, &mut initial_stress);
-        }
-        add_modes(&directions[index], &stress, &tangent, &b, &mut sums);
-    }
-    compatible::spread_nodal_stress(&initial_stress, &mut out.tangent);
-    sums.condense(alpha, input.displacement, input.want, record, out)
-        .map_err(|reason| PointFailure { point: 0, reason })
+    Ok((gradients, c))
 }
 
-/// Adds one point to the sums of the modes.
-fn add_modes(
-    directions: &[Mandel; MODE_COUNT],
-    stress: &Mandel,
-    tangent: &Mandel66,
-    b: &[[f64; DOFS]; 6],
-    sums: &mut ModeSums<MODE_COUNT>,
-) {
+/// A point with its material's answer times its weight.
+struct Stressed<'a> {
+    geometry: &'a PointGeometry,
+    /// Compatible deformation gradient.
+    gradient: &'a [[f64; 3]; 3],
+    /// Strains of the modes.
+    directions: &'a [Mandel; MODE_COUNT],
+    stress: Mandel,
+    tangent: Mandel66,
+}
+
+/// Sums over the points that are not those of the element itself.
+struct Sums {
+    modes: ModeSums<MODE_COUNT>,
+    /// `Σ N_a,I S_IJ N_b,J` by pair of nodes.
+    initial_stress: [[f64; 8]; 8],
+}
+
+impl Sums {
+    /// Adds one point to the forces and, where it is wanted, to the tangent.
+    #[inline]
+    fn add(&mut self, point: &Stressed<'_>, want: Want, out: &mut ElementMatrices) {
+        let Stressed { geometry, gradient, stress, tangent, .. } = point;
+        let b = compatible::strain_derivative(gradient, geometry);
+        for (row, value) in b.iter().zip(stress) {
+            out.force.iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * value);
+        }
+        if want == Want::ResidualAndTangent {
+            compatible::add_congruence(&b, tangent, &mut out.tangent);
+            compatible::add_nodal_stress(geometry, stress, &mut self.initial_stress);
+        }
+        add_modes(point, &b, &mut self.modes);
+    }
+}
+
+/// Adds one point to the sums of the modes; `b`: its compatible strains by the displacements.
+fn add_modes(point: &Stressed<'_>, b: &[[f64; DOFS]; 6], sums: &mut ModeSums<MODE_COUNT>) {
+    let Stressed { directions, stress, tangent, .. } = point;
     let transposed = tensor::transpose(tangent);
     for (k, direction) in directions.iter().enumerate() {
         sums.residual[k] += tensor::dot(direction, stress);
         let column = tensor::apply(tangent, direction);
         let row = tensor::apply(&transposed, direction);
-        for (sum, other) in sums.stiffness[k].iter_mut().zip(directions) {
+        for (sum, other) in sums.stiffness[k].iter_mut().zip(*directions) {
             *sum += tensor::dot(&row, other);
         }
         for (rates, (left, right)) in b.iter().zip(column.iter().zip(&row)) {

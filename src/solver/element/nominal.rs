@@ -114,32 +114,11 @@ fn rows<S: Simd, const V: usize>(
 ) {
     for first in (0..8).step_by(V * S::F64_LANES) {
         let mut sums = [[[Lane::splat(simd, 0.0); V]; 3]; 2];
-        for Dyad { left, right } in dyads {
-            for (r, sums) in sums.iter_mut().enumerate() {
-                let left = Lane::splat(simd, left[i][a + r]);
-                for (k, sums) in sums.iter_mut().enumerate() {
-                    for (v, sum) in sums.iter_mut().enumerate() {
-                        *sum = left
-                            .mul_add(Lane::load(simd, &right[k], first + v * S::F64_LANES), *sum);
-                    }
-                }
-            }
+        for dyad in dyads {
+            add_dyad(simd, [i, a], dyad, first, &mut sums);
         }
         for (half, point) in half.iter().zip(points) {
-            for l in 0..3 {
-                let mut gradient = [Lane::splat(simd, 0.0); V];
-                for (v, gradient) in gradient.iter_mut().enumerate() {
-                    *gradient = Lane::load(simd, &point.gradient[l], first + v * S::F64_LANES);
-                }
-                for (r, sums) in sums.iter_mut().enumerate() {
-                    for (k, sums) in sums.iter_mut().enumerate() {
-                        let factor = Lane::splat(simd, half[3 * k + l][a + r]);
-                        for (sum, gradient) in sums.iter_mut().zip(gradient) {
-                            *sum = factor.mul_add(gradient, *sum);
-                        }
-                    }
-                }
-            }
+            contract_right(simd, a, (half, point), first, &mut sums);
         }
         for (r, sums) in sums.iter().enumerate() {
             let row = &mut tangent[3 * (a + r) + i];
@@ -150,6 +129,53 @@ fn rows<S: Simd, const V: usize>(
                 }
                 for b in first..(first + V * S::F64_LANES).min(8) {
                     row[3 * b + k] = values[b];
+                }
+            }
+        }
+    }
+}
+
+/// Parts of the rows of two nodes by direction `k`: `V` vectors of nodes `b`.
+type Rows<S, const V: usize> = [[[Lane<S>; V]; 3]; 2];
+
+/// Adds a dyad to the rows of direction `i` of the nodes `a` and `a + 1`.
+#[inline(always)]
+fn add_dyad<S: Simd, const V: usize>(
+    simd: S,
+    [i, a]: [usize; 2],
+    Dyad { left, right }: &Dyad,
+    first: usize,
+    sums: &mut Rows<S, V>,
+) {
+    for (r, sums) in sums.iter_mut().enumerate() {
+        let left = Lane::splat(simd, left[i][a + r]);
+        for (k, sums) in sums.iter_mut().enumerate() {
+            for (v, sum) in sums.iter_mut().enumerate() {
+                *sum = left.mul_add(Lane::load(simd, &right[k], first + v * S::F64_LANES), *sum);
+            }
+        }
+    }
+}
+
+/// Adds `Σ_L T_(i,kL)(a) N_b,L` of a point to the rows of the nodes `a` and `a + 1`.
+#[inline(always)]
+fn contract_right<S: Simd, const V: usize>(
+    simd: S,
+    a: usize,
+    (half, point): (&[[f64; 8]; 9], &PointGeometry),
+    first: usize,
+    sums: &mut Rows<S, V>,
+) {
+    for l in 0..3 {
+        let mut gradient = [Lane::splat(simd, 0.0); V];
+        for (v, gradient) in gradient.iter_mut().enumerate() {
+            *gradient = Lane::load(simd, &point.gradient[l], first + v * S::F64_LANES);
+        }
+        for (r, sums) in sums.iter_mut().enumerate() {
+            for (k, sums) in sums.iter_mut().enumerate() {
+                let factor = Lane::splat(simd, half[3 * k + l][a + r]);
+                for (sum, gradient) in sums.iter_mut().zip(gradient) {
+                    *sum = factor.mul_add(gradient, *sum);
                 }
             }
         }

@@ -73,6 +73,17 @@ struct Local<S: Simd> {
     share: Lane<S>,
 }
 
+/// The tangent `D` of points, with weights and scales, and its products with `½ C`.
+struct Products<S: Simd> {
+    stiffness: [[Lane<S>; 6]; 6],
+    /// `S + D ½ C`.
+    right: [Lane<S>; 6],
+    /// `S + ½ C D`.
+    left: [Lane<S>; 6],
+    /// `p + ½ C D ½ C`.
+    both: Lane<S>,
+}
+
 impl<S: Simd> Local<S> {
     #[inline(always)]
     fn new(
@@ -110,6 +121,26 @@ impl<S: Simd> Local<S> {
         out
     }
 
+    /// Products of the material's `tangent` with `½ C`, with weights and scales.
+    #[inline(always)]
+    fn products(&self, simd: S, tangent: &[[Eight; 6]; 6]) -> Products<S> {
+        let zero = Lane::splat(simd, 0.0);
+        let half = self.half_stretch();
+        let mut stiffness = [[zero; 6]; 6];
+        let (mut right, mut left) = (self.stress, self.stress);
+        let mut both = self.pressure;
+        for (i, row) in stiffness.iter_mut().enumerate() {
+            *row = Lane::scaled(Lane::load_all(simd, &tangent[i], self.first), self.scale);
+            let product = Lane::dot(row, &half);
+            right[i] = right[i] + product;
+            both = half[i].mul_add(product, both);
+            for (left, value) in left.iter_mut().zip(row) {
+                *left = half[i].mul_add(*value, *left);
+            }
+        }
+        Products { stiffness, right, left, both }
+    }
+
     /// Moduli from the material's `tangent`; `squared` receives the stiffness of `dφ` times 4/9.
     #[inline(always)]
     fn add_material(
@@ -120,20 +151,7 @@ impl<S: Simd> Local<S> {
         squared: &mut Eight,
     ) {
         let first = self.first;
-        let zero = Lane::splat(simd, 0.0);
-        let half = self.half_stretch();
-        let mut stiffness = [[zero; 6]; 6];
-        let (mut right, mut left) = (self.stress, self.stress);
-        let mut both = self.pressure;
-        for (i, row) in stiffness.iter_mut().enumerate() {
-            *row = Lane::scaled(Lane::load_all(simd, &tangent[i], first), self.scale);
-            let product = Lane::dot(row, &half);
-            right[i] = right[i] + product;
-            both = half[i].mul_add(product, both);
-            for (left, value) in left.iter_mut().zip(row) {
-                *left = half[i].mul_add(*value, *left);
-            }
-        }
+        let Products { stiffness, right, left, both } = self.products(simd, tangent);
         let (right, left) = (times_symmetric(&self.f, &right), times_symmetric(&self.f, &left));
         let both = both * (4.0 / 9.0);
         both.store(squared, first);

@@ -63,12 +63,6 @@ pub(super) fn derivatives(
     let (d1, d2) = (blend(n1, &pairs.half), blend(n2, &pairs.half));
     let r = FRAC_1_SQRT_2;
     let mut b = [[0.0; DOFS]; GENERALISED];
-    let mut put = |row: usize, pair: usize, by_mean: Vec3, by_half: Vec3| {
-        for i in 0..3 {
-            b[row][3 * pair + i] += 0.5 * (by_mean[i] - by_half[i]);
-            b[row][3 * (pair + 4) + i] += 0.5 * (by_mean[i] + by_half[i]);
-        }
-    };
     let none = Vec3::zeros();
     let ((c1, c2), middle) = (in_plane::tangents(pairs), Plane::at(0.0, 0.0));
     for k in 0..4 {
@@ -76,24 +70,41 @@ pub(super) fn derivatives(
         (0..2).for_each(|f| own[f] -= fibres.gradient[f][k] * in_plane.turned[f]);
         let centre = (c2 * middle.by_xi[k] + c1 * middle.by_eta[k]) * r;
         for (row, by) in in_plane.assumed(&own, centre).into_iter().enumerate() {
-            put(row, k, by, none);
+            put(&mut b, row, k, by, none);
         }
-        put(3, k, d1 * n1[k], a1 * n1[k]);
-        put(4, k, d2 * n2[k], a2 * n2[k]);
-        put(5, k, (d2 * n1[k] + d1 * n2[k]) * r, (a2 * n1[k] + a1 * n2[k]) * r);
-        put(6, k, none, d1 * n1[k]);
-        put(7, k, none, d2 * n2[k]);
-        put(8, k, none, (d2 * n1[k] + d1 * n2[k]) * r);
-        put(9, k, none, pairs.half[k] * plane.value[k]);
+        put(&mut b, 3, k, d1 * n1[k], a1 * n1[k]);
+        put(&mut b, 4, k, d2 * n2[k], a2 * n2[k]);
+        put(&mut b, 5, k, (d2 * n1[k] + d1 * n2[k]) * r, (a2 * n1[k] + a1 * n2[k]) * r);
+        put(&mut b, 6, k, none, d1 * n1[k]);
+        put(&mut b, 7, k, none, d2 * n2[k]);
+        put(&mut b, 8, k, none, (d2 * n1[k] + d1 * n2[k]) * r);
+        put(&mut b, 9, k, none, pairs.half[k] * plane.value[k]);
     }
+    put_shears(&mut b, pairs, (xi, eta));
+    b
+}
+
+/// Adds the derivatives of row `row` by the mean and the half difference of a pair of nodes.
+#[inline]
+fn put(b: &mut [[f64; DOFS]; GENERALISED], row: usize, pair: usize, by_mean: Vec3, by_half: Vec3) {
+    for i in 0..3 {
+        b[row][3 * pair + i] += 0.5 * (by_mean[i] - by_half[i]);
+        b[row][3 * (pair + 4) + i] += 0.5 * (by_mean[i] + by_half[i]);
+    }
+}
+
+/// Adds the derivatives of the shears through the thickness, which are sampled on the edges.
+#[inline]
+fn put_shears(b: &mut [[f64; DOFS]; GENERALISED], pairs: &Pairs, (xi, eta): (f64, f64)) {
+    let r = FRAC_1_SQRT_2;
     for (sample, along_xi, weight) in shear_samples(xi, eta) {
         let (row, by) = if along_xi { (11, &sample.by_xi) } else { (10, &sample.by_eta) };
         let (tangent, director) = (blend(by, &pairs.mean), blend(&sample.value, &pairs.half));
         for k in 0..4 {
-            put(row, k, director * (weight * r * by[k]), tangent * (weight * r * sample.value[k]));
+            let by_mean = director * (weight * r * by[k]);
+            put(b, row, k, by_mean, tangent * (weight * r * sample.value[k]));
         }
     }
-    b
 }
 
 /// Adds the second derivatives of [`products`] times the generalised stress, as scalars between the eight

@@ -6,7 +6,7 @@ use super::state::{Points, vectors};
 use crate::solver::element::solid_shell::column::{DIRECTIONS, Frame, Totals};
 use crate::solver::element::solid_shell::generalised::lanes::{Powers, add_generalised};
 use crate::solver::element::solid_shell::pairs::SHAPES;
-use crate::solver::element::solid_shell::stretch::STRETCHES;
+use crate::solver::element::solid_shell::stretch::{STRETCHES, Stretch};
 use crate::solver::numbers::algebra::{apply, multiply, splat, symmetric, symmetric_matrix};
 use crate::solver::numbers::lanes::Lane;
 
@@ -40,10 +40,23 @@ impl<S: Simd> Modes<S> {
             work: [none; STRETCHES],
             second: [[none[0]; STRETCHES]; STRETCHES],
         };
-        let Some(stretch) = frame.stretch else { return out };
-        out.count = DIRECTIONS;
-        let c = symmetric_matrix(&Lane::load_all(simd, &points.stretched, at));
-        let s = symmetric_matrix(stress);
+        if let Some(stretch) = &frame.stretch {
+            out.count = DIRECTIONS;
+            let c = symmetric_matrix(&Lane::load_all(simd, &points.stretched, at));
+            out.set_stretches(simd, stretch, &c, &symmetric_matrix(stress));
+        }
+        out
+    }
+
+    /// Sets what belongs to the stretches, at these stretched Cauchy-Green tensors and stresses.
+    #[inline(always)]
+    fn set_stretches(
+        &mut self,
+        simd: S,
+        stretch: &Stretch<'_>,
+        c: &[[Lane<S>; 3]; 3],
+        s: &[[Lane<S>; 3]; 3],
+    ) {
         let base = vectors(simd, &stretch.axes.base);
         let dual = vectors(simd, &stretch.axes.dual);
         let (mut cb, mut sd) = (base, dual);
@@ -55,15 +68,14 @@ impl<S: Simd> Modes<S> {
         }
         for k in 0..STRETCHES {
             let rate = Lane::splat(simd, stretch.rates[k]);
-            out.directions[SHAPES + k] = Lane::scaled(symmetric(&cb[k], &dual[k]), rate);
-            out.work[k] = Lane::scaled(symmetric(&base[k], &sd[k]), rate + rate);
+            self.directions[SHAPES + k] = Lane::scaled(symmetric(&cb[k], &dual[k]), rate);
+            self.work[k] = Lane::scaled(symmetric(&base[k], &sd[k]), rate + rate);
             for l in 0..STRETCHES {
                 let rates = rate * stretch.rates[l];
-                out.second[k][l] =
+                self.second[k][l] =
                     rates * Lane::dot(&base[k], &cb[l]) * Lane::dot(&dual[k], &sd[l]);
             }
         }
-        out
     }
 
     /// Adds what the modes feel.

@@ -1,10 +1,10 @@
 //! Forces and tangent of a body: its elements band by band.
 
-use super::bands::{Answers, Elements, Sums};
-
+use super::bands::{Answers, Bands, Elements, Sums};
 use super::body::{Body, Built};
 use super::evaluation::{ElementFailure, Evaluation};
-use crate::solver::element::Want;
+use crate::solver::element::{ElementMatrices, Want};
+use crate::solver::linear::pattern::Gather;
 use crate::solver::material::Material;
 
 impl Body {
@@ -39,6 +39,22 @@ impl Body {
         if want == Want::ResidualAndTangent {
             out.tangent.resize(gather.pattern.nnz(), 0.0);
         }
+        all.evaluate_bands((gather, bands), &mut states, blocks, out)
+    }
+}
+
+impl Elements<'_> {
+    /// Evaluates the elements and sums what they answer, band by band.
+    ///
+    /// # Errors
+    /// The first element of the first band that failed; sums are then not complete.
+    fn evaluate_bands(
+        &self,
+        (gather, bands): (&Gather, &Bands),
+        states: &mut [&mut [f64]],
+        blocks: &mut [ElementMatrices],
+        out: &mut Evaluation,
+    ) -> Result<(), ElementFailure> {
         let mut sums = Sums::default();
         // An element's modes go on from where it was last evaluated: all are, whichever fails, as bands are as long as
         // there are threads for them.
@@ -46,13 +62,13 @@ impl Body {
         for band in &bands.list {
             let first = band.elements.start % bands.kept;
             let own = &mut blocks[first..first + band.elements.len()];
-            let done = all.evaluate(band.elements.start, &mut states[band.elements.clone()], own);
+            let done = self.evaluate(band.elements.start, &mut states[band.elements.clone()], own);
             failure = failure.and(done);
             if failure.is_err() {
                 continue;
             }
             own.iter().for_each(|block| sums.add(block));
-            let answers = Answers { gather, blocks, want };
+            let answers = Answers { gather, blocks, want: self.want };
             answers.sum(&band.nodes, out);
         }
         out.set_sums(sums);

@@ -60,23 +60,7 @@ pub(crate) struct NodeUse {
 impl Gather {
     /// Builds the pattern and the gather lists of a mesh with `node_count` nodes.
     pub(crate) fn new(node_count: usize, elements: &[[u32; 8]]) -> Self {
-        let mut use_ptr = vec![0usize; node_count + 1];
-        for &node in elements.iter().flatten() {
-            use_ptr[node as usize + 1] += 1;
-        }
-        for node in 0..node_count {
-            use_ptr[node + 1] += use_ptr[node];
-        }
-        let blank = NodeUse { element: 0, local: 0, slots: [0; 8] };
-        let mut uses = vec![blank; use_ptr[node_count]];
-        let mut next = use_ptr.clone();
-        for (element, nodes) in elements.iter().enumerate() {
-            for (local, &node) in nodes.iter().enumerate() {
-                let at = &mut next[node as usize];
-                uses[*at] = NodeUse { element: element as u32, local: local as u32, slots: [0; 8] };
-                *at += 1;
-            }
-        }
+        let (use_ptr, mut uses) = uses_by_node(node_count, elements);
         let mut row_ptr = Vec::with_capacity(3 * node_count + 1);
         row_ptr.push(0);
         let mut col_idx = Vec::new();
@@ -110,4 +94,26 @@ impl Gather {
     pub(crate) fn around(&self, node: usize) -> &[NodeUse] {
         &self.uses[self.use_ptr[node]..self.use_ptr[node + 1]]
     }
+}
+
+/// The elements around each node, in element order and without slots, and where each node's begin.
+fn uses_by_node(node_count: usize, elements: &[[u32; 8]]) -> (Vec<usize>, Vec<NodeUse>) {
+    let mut use_ptr = vec![0usize; node_count + 1];
+    for &node in elements.iter().flatten() {
+        use_ptr[node as usize + 1] += 1;
+    }
+    for node in 0..node_count {
+        use_ptr[node + 1] += use_ptr[node];
+    }
+    let blank = NodeUse { element: 0, local: 0, slots: [0; 8] };
+    let mut uses = vec![blank; use_ptr[node_count]];
+    let mut next = use_ptr.clone();
+    for (element, nodes) in elements.iter().enumerate() {
+        for (local, &node) in nodes.iter().enumerate() {
+            let at = &mut next[node as usize];
+            uses[*at] = NodeUse { element: element as u32, local: local as u32, slots: [0; 8] };
+            *at += 1;
+        }
+    }
+    (use_ptr, uses)
 }

@@ -66,16 +66,7 @@ impl<'a> Update<'a> {
         let mut first = first.iter();
         for (x, near) in rhs.iter_mut().zip(&near) {
             let met = match near {
-                // D A^-1 b = D known + D Z changes
-                Some((given, known)) => {
-                    x.iter_mut().zip(given).for_each(|(x, given)| *x -= given);
-                    let mut met = self.meet(known);
-                    let columns = self.by_changes.chunks_exact(met.len().max(1));
-                    for (column, &row) in columns.zip(&self.changed.rows) {
-                        met.iter_mut().zip(column).for_each(|(met, z)| *met += z * x[row]);
-                    }
-                    Some(met)
-                }
+                Some((given, known)) => Some(self.meet_change(x, given, known)),
                 None => first.next().map(|y| self.meet(y)),
             };
             if let Some(met) = met {
@@ -94,6 +85,18 @@ impl<'a> Update<'a> {
     fn near(&self, x: &[f64], given: &[f64]) -> bool {
         let differ = x.iter().zip(given).filter(|(x, g)| x != g).count();
         differ == self.changed.rows.iter().filter(|&&row| x[row] != given[row]).count()
+    }
+
+    /// Takes a right-hand side with a `known` solution from `x`, which differs from it in changed rows only; `D A^-1` of the
+    /// original `x`: `D known + D Z` times what is left.
+    fn meet_change(&self, x: &mut [f64], given: &[f64], known: &[f64]) -> Vec<f64> {
+        x.iter_mut().zip(given).for_each(|(x, given)| *x -= given);
+        let mut met = self.meet(known);
+        let columns = self.by_changes.chunks_exact(met.len().max(1));
+        for (column, &row) in columns.zip(&self.changed.rows) {
+            met.iter_mut().zip(column).for_each(|(met, z)| *met += z * x[row]);
+        }
+        met
     }
 
     /// `D y`.

@@ -97,20 +97,8 @@ pub fn thickened(points: &[Vec3], quads: &[[u32; 4]], thickness: f64, layers: us
 /// `rings` cells from it to the rim.
 #[must_use]
 pub fn quarter_disc(radius: f64, core: usize, rings: usize) -> (Vec<Vec3>, Vec<[u32; 4]>) {
-    /// Half side of the core over the radius, and how round its outer border is (0 square, 1 circle).
-    const CORE: f64 = 0.4;
-    const ROUND: f64 = 0.6;
     let (core, rings) = (core.max(1), rings.max(1));
-    let inside = |i: usize, j: usize| {
-        let (u, v) = (i as f64 / core as f64, j as f64 / core as f64);
-        let out = u.max(v);
-        let slant = if out > 0.0 { u.hypot(v) / out - 1.0 } else { 0.0 };
-        Vec3::new(u, v, 0.0) * (CORE * radius / (1.0 + ROUND * slant * out))
-    };
-    let mut points: Vec<Vec3> = (0..=core)
-        .flat_map(|i| (0..=core).map(move |j| (i, j)))
-        .map(|(i, j)| inside(i, j))
-        .collect();
+    let mut points = core_points(radius, core);
     let core_id = |i: usize, j: usize| (i * (core + 1) + j) as u32;
     let mut quads = Vec::with_capacity(core * core + 2 * core * rings);
     for i in 0..core {
@@ -136,6 +124,20 @@ pub fn quarter_disc(radius: f64, core: usize, rings: usize) -> (Vec<Vec3>, Vec<[
         quads.extend((0..rings).map(|r| [pair[0][r], pair[0][r + 1], pair[1][r + 1], pair[1][r]]));
     }
     (points, quads)
+}
+
+/// Corners of the `core` x `core` cells in the middle of a quarter disc: `i * (core + 1) + j` at `(i, j)`.
+fn core_points(radius: f64, core: usize) -> Vec<Vec3> {
+    /// Half side of the core over the radius, and how round its outer border is (0 square, 1 circle).
+    const CORE: f64 = 0.4;
+    const ROUND: f64 = 0.6;
+    let inside = |i: usize, j: usize| {
+        let (u, v) = (i as f64 / core as f64, j as f64 / core as f64);
+        let out = u.max(v);
+        let slant = if out > 0.0 { u.hypot(v) / out - 1.0 } else { 0.0 };
+        Vec3::new(u, v, 0.0) * (CORE * radius / (1.0 + ROUND * slant * out))
+    };
+    (0..=core).flat_map(|i| (0..=core).map(move |j| (i, j))).map(|(i, j)| inside(i, j)).collect()
 }
 
 /// Quadrilaterals of a disc of a radius [mm] about the origin: four quarter discs, their common nodes once.

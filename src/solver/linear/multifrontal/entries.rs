@@ -26,18 +26,8 @@ pub(super) fn map_entries(
     for (f, front) in plan.fronts.iter_mut().enumerate() {
         front.entries = start[f]..start[f + 1];
         number(front, &mut local, |k| k);
-        let (np, height) = (front.pivots, front.pivots + front.below);
         for k in front.entries.clone() {
-            let [row, column] = at[k].map(|new| local[new as usize] as usize);
-            if row >= height || column >= height {
-                return Err(PatternError("a value lies outside its front"));
-            }
-            let offset = if column < np {
-                column * height + row
-            } else {
-                front.panel_len() + (column - np) * np + row
-            };
-            place[k] = offset as u32;
+            place[k] = place_in(front, at[k].map(|new| local[new as usize] as usize))?;
         }
         // Rows of later fronts must not be found here.
         number(front, &mut local, |_| u32::MAX);
@@ -45,6 +35,20 @@ pub(super) fn map_entries(
     plan.entry_value = value;
     plan.entry_place = place;
     Ok(())
+}
+
+/// Place in the storage of a front of the value at this row and column of it.
+fn place_in(front: &Front, [row, column]: [usize; 2]) -> Result<u32, PatternError> {
+    let (np, height) = (front.pivots, front.pivots + front.below);
+    if row >= height || column >= height {
+        return Err(PatternError("a value lies outside its front"));
+    }
+    let place = if column < np {
+        column * height + row
+    } else {
+        front.panel_len() + (column - np) * np + row
+    };
+    Ok(place as u32)
 }
 
 /// Gives the unknowns of a front their numbers in it.

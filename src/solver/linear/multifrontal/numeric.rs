@@ -130,21 +130,25 @@ impl Symbolic {
         children().for_each(|(child, s)| add_to_panel(front, child, s, panel, u12));
         eliminate(front, panel, u12, contribution, (pivot, inverse)).map_err(singular)?;
         let (panel, pivot) = (&*panel, &*pivot);
-        match *part.rhs {
-            [one] => {
-                self.forward_front(i, [one], (panel, pivot), part.eliminated, part.eliminated_from)
-            }
-            [one, two] => self.forward_front(
-                i,
-                [one, two],
-                (panel, pivot),
-                part.eliminated,
-                part.eliminated_from,
-            ),
-            _ => {}
-        }
+        let locals = (&mut *part.eliminated, part.eliminated_from);
+        self.eliminate_at(i, part.rhs, (panel, pivot), locals);
         children().for_each(|(child, s)| add_to_contribution(front, child, s, contribution));
         Ok(())
+    }
+
+    /// Eliminates the right-hand sides at a front, up to [`TOGETHER`]; `base`: where `locals` begin in the whole.
+    fn eliminate_at(
+        &self,
+        i: usize,
+        rhs: &[&[f64]],
+        factors: (&[f64], &[u32]),
+        (locals, base): (&mut [f64], usize),
+    ) {
+        match *rhs {
+            [one] => self.forward_front(i, [one], factors, locals, base),
+            [one, two] => self.forward_front(i, [one, two], factors, locals, base),
+            _ => {}
+        }
     }
 
     /// The matrix's own values in a front.

@@ -27,6 +27,7 @@ const RELAX: [(usize, f64); 3] = [(40, 0.6), (100, 0.25), (400, 0.08)];
 
 const NONE: u32 = u32::MAX;
 
+#[derive(Default)]
 struct Builder {
     blocks: Vec<Vec<u32>>,
     below: Vec<Vec<u32>>,
@@ -34,6 +35,27 @@ struct Builder {
     /// Unknowns in `blocks` and in `below`.
     size: Vec<[usize; 2]>,
     zeros: Vec<f64>,
+}
+
+impl Builder {
+    /// Adds a position with this number of rows below, whose column these supernodes are eliminated into; its supernode.
+    fn add_position(&mut self, position: u32, children: &[u32], rows: usize) -> u32 {
+        // A child with exactly this structure and this block as its next goes on as the same supernode.
+        let same = children.iter().copied().find(|&c| self.below[c as usize].len() == rows + 1);
+        let node = if let Some(c) = same {
+            self.blocks[c as usize].push(position);
+            c
+        } else {
+            self.blocks.push(vec![position]);
+            self.below.push(Vec::new());
+            self.parent.push(NONE);
+            (self.blocks.len() - 1) as u32
+        };
+        for &c in children.iter().filter(|&&c| c != node) {
+            self.parent[c as usize] = node;
+        }
+        node
+    }
 }
 
 pub(super) fn supernodes(graph: &BlockGraph, order: &[u32], members: &Members) -> Supernodes {
@@ -50,13 +72,7 @@ fn fundamental(graph: &BlockGraph, order: &[u32], weight: &[usize]) -> Builder {
     for (k, &b) in order.iter().enumerate() {
         position[b as usize] = k as u32;
     }
-    let mut b = Builder {
-        blocks: Vec::new(),
-        below: Vec::new(),
-        parent: Vec::new(),
-        size: Vec::new(),
-        zeros: Vec::new(),
-    };
+    let mut b = Builder::default();
     // Supernodes whose first row below is this position: they are eliminated into it.
     let mut waiting: Vec<Vec<u32>> = vec![Vec::new(); n];
     let mut mark = vec![NONE; n];
@@ -75,20 +91,7 @@ fn fundamental(graph: &BlockGraph, order: &[u32], weight: &[usize]) -> Builder {
             b.below[c as usize].iter().for_each(|&i| take(i));
         }
         rows.sort_unstable();
-        // A child with exactly this structure and this block as its next goes on as the same supernode.
-        let same = children.iter().copied().find(|&c| b.below[c as usize].len() == rows.len() + 1);
-        let node = if let Some(c) = same {
-            b.blocks[c as usize].push(j as u32);
-            c
-        } else {
-            b.blocks.push(vec![j as u32]);
-            b.below.push(Vec::new());
-            b.parent.push(NONE);
-            (b.blocks.len() - 1) as u32
-        };
-        for &c in children.iter().filter(|&&c| c != node) {
-            b.parent[c as usize] = node;
-        }
+        let node = b.add_position(j as u32, &children, rows.len());
         if let Some(&next) = rows.first() {
             waiting[next as usize].push(node);
         }
@@ -157,19 +160,10 @@ fn postorder(b: Builder, alive: &[bool]) -> Supernodes {
     for list in &mut children {
         list.sort_by_key(|&c| std::cmp::Reverse(b.size[c as usize][1]));
     }
+    let sorted = children_first(&roots, &children);
     let mut number = vec![NONE; n];
-    let mut sorted = Vec::with_capacity(sequence.len());
-    for &root in &roots {
-        let mut stack = vec![(root, 0usize)];
-        while let Some((s, next)) = stack.pop() {
-            if let Some(&c) = children[s as usize].get(next) {
-                stack.push((s, next + 1));
-                stack.push((c, 0));
-            } else {
-                number[s as usize] = sorted.len() as u32;
-                sorted.push(s);
-            }
-        }
+    for (k, &s) in sorted.iter().enumerate() {
+        number[s as usize] = k as u32;
     }
     let (mut blocks, mut below) = (b.blocks, b.below);
     let list = sorted
@@ -181,4 +175,21 @@ fn postorder(b: Builder, alive: &[bool]) -> Supernodes {
         })
         .collect();
     Supernodes { list, roots: roots.iter().map(|&r| number[r as usize]).collect() }
+}
+
+/// The supernodes of the trees with these roots, every subtree in a run that its root ends.
+fn children_first(roots: &[u32], children: &[Vec<u32>]) -> Vec<u32> {
+    let mut sorted = Vec::new();
+    for &root in roots {
+        let mut stack = vec![(root, 0usize)];
+        while let Some((s, next)) = stack.pop() {
+            if let Some(&c) = children[s as usize].get(next) {
+                stack.push((s, next + 1));
+                stack.push((c, 0));
+            } else {
+                sorted.push(s);
+            }
+        }
+    }
+    sorted
 }

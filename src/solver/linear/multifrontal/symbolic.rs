@@ -4,6 +4,7 @@
 use super::choice::{Ordering, elimination, front_operations};
 use super::fronts::{Front, Run, Symbolic};
 use super::pattern::{Members, PatternError, PatternRef, members_of, quotient};
+use super::supernodes::Supernodes;
 use crate::geometry::Vec3;
 
 impl Symbolic {
@@ -58,19 +59,12 @@ impl Symbolic {
 
     fn lay_out(
         n: usize,
-        nodes: &super::supernodes::Supernodes,
+        nodes: &Supernodes,
         order: &[u32],
         members: &Members,
     ) -> Result<Self, PatternError> {
         let mut plan = Self { n, ..Self::default() };
-        // New numbers: unknowns of the blocks of each front, in elimination order.
-        let mut first_of_position = vec![0u32; order.len()];
-        for node in &nodes.list {
-            for &position in &node.blocks {
-                first_of_position[position as usize] = plan.old_of_new.len() as u32;
-                plan.old_of_new.extend(members.of(order[position as usize] as usize));
-            }
-        }
+        let first_of_position = plan.number_unknowns(nodes, order, members);
         let expand = |positions: &[u32]| -> Vec<u32> {
             let mut rows: Vec<u32> = positions
                 .iter()
@@ -86,25 +80,46 @@ impl Symbolic {
         for node in &nodes.list {
             let pivots: usize =
                 node.blocks.iter().map(|&p| members.of(order[p as usize] as usize).len()).sum();
-            let rows = expand(&node.below);
-            let mut front =
-                Front { first: next, pivots, below: rows.len(), rows, ..Front::default() };
+            let (rows, children) = (expand(&node.below), node.children.clone());
+            let below = rows.len();
+            plan.push(Front { first: next, pivots, below, rows, children, ..Front::default() })?;
             next += pivots;
-            if front.storage_len() > u32::MAX as usize {
-                return Err(PatternError("a front holds more than 2^32 numbers"));
-            }
-            front.children.clone_from(&node.children);
-            front.local = plan.locals;
-            plan.locals += front.pivots + front.below;
-            front.storage = plan.storage;
-            // Fronts begin on cache lines: faster, and the kernels see the same alignment every time.
-            plan.storage += front.storage_len().next_multiple_of(8);
-            plan.fronts.push(front);
         }
         plan.roots.clone_from(&nodes.roots);
         plan.link();
         plan.place_contributions();
         Ok(plan)
+    }
+
+    /// Numbers the unknowns of the blocks of each front in elimination order; the first new number of each position.
+    fn number_unknowns(
+        &mut self,
+        nodes: &Supernodes,
+        order: &[u32],
+        members: &Members,
+    ) -> Vec<u32> {
+        let mut first_of_position = vec![0u32; order.len()];
+        for node in &nodes.list {
+            for &position in &node.blocks {
+                first_of_position[position as usize] = self.old_of_new.len() as u32;
+                self.old_of_new.extend(members.of(order[position as usize] as usize));
+            }
+        }
+        first_of_position
+    }
+
+    /// Adds a front, in memory behind those before.
+    fn push(&mut self, mut front: Front) -> Result<(), PatternError> {
+        if front.storage_len() > u32::MAX as usize {
+            return Err(PatternError("a front holds more than 2^32 numbers"));
+        }
+        front.local = self.locals;
+        self.locals += front.pivots + front.below;
+        front.storage = self.storage;
+        // Fronts begin on cache lines: faster, and the kernels see the same alignment every time.
+        self.storage += front.storage_len().next_multiple_of(8);
+        self.fronts.push(front);
+        Ok(())
     }
 
     /// Subtrees, operation counts and where each contribution lands in its parent.

@@ -18,42 +18,14 @@ impl Stacks {
         elements: &[[u32; 8]],
         directions: &[usize],
     ) -> Result<Self, SheetError> {
-        let mut above: Vec<Vec<u32>> = vec![Vec::new(); points.len()];
-        let mut in_use = Vec::new();
-        let mut seen = vec![false; points.len()];
-        for (e, (nodes, &d)) in elements.iter().zip(directions).enumerate() {
-            for (low, high) in ACROSS[d][0].iter().zip(&ACROSS[d][1]) {
-                let (a, b) = (nodes[*low], nodes[*high]);
-                for (from, to) in [(a, b), (b, a)] {
-                    let next = &mut above[from as usize];
-                    if !next.contains(&to) {
-                        next.push(to);
-                    }
-                    if next.len() > 2 {
-                        return Err(SheetError::Branches { element: e });
-                    }
-                }
-            }
-            for &n in nodes {
-                if !std::mem::replace(&mut seen[n as usize], true) {
-                    in_use.push(n);
-                }
-            }
-        }
+        let Links { in_use, next } = &Links::new(points.len(), elements, directions)?;
         let mut columns: Vec<Vec<u32>> = Vec::new();
         let mut taken = vec![false; points.len()];
-        for &first in in_use.iter().filter(|n| above[**n as usize].len() == 1) {
+        for &first in in_use.iter().filter(|n| next[**n as usize].len() == 1) {
             if taken[first as usize] {
                 continue;
             }
-            let mut column = vec![first];
-            taken[first as usize] = true;
-            let mut now = first;
-            while let Some(&next) = above[now as usize].iter().find(|n| !taken[**n as usize]) {
-                taken[next as usize] = true;
-                column.push(next);
-                now = next;
-            }
+            let column = column_from(first, next, &mut taken);
             let others = columns.first().map_or(column.len(), Vec::len);
             if column.len() != others {
                 let at = points[first as usize];
@@ -79,12 +51,8 @@ impl Stacks {
         sum.map(|s| s / self.columns.len().max(1) as f64)
     }
 
-    /// The mesh, all columns the same way up.
-    pub(super) fn mesh(
-        mut self,
-        points: &[Vec3],
-        elements: &[[u32; 8]],
-    ) -> Result<HexMesh, SheetError> {
+    /// Turns all columns the same way up, in the mean along z.
+    fn turn_up(&mut self, points: &[Vec3], elements: &[[u32; 8]]) -> Result<(), SheetError> {
         let mut place = vec![(0u32, 0u32); points.len()];
         for (c, column) in self.columns.iter().enumerate() {
             column.iter().enumerate().for_each(|(l, &n)| place[n as usize] = (c as u32, l as u32));
@@ -111,6 +79,16 @@ impl Stacks {
         if looks_down(&sum) {
             self.columns.iter_mut().for_each(|c| c.reverse());
         }
+        Ok(())
+    }
+
+    /// The mesh, all columns the same way up.
+    pub(super) fn mesh(
+        mut self,
+        points: &[Vec3],
+        elements: &[[u32; 8]],
+    ) -> Result<HexMesh, SheetError> {
+        self.turn_up(points, elements)?;
         let levels = self.columns.first().map_or(1, Vec::len);
         let mut number = vec![0u32; points.len()];
         let mut nodes = Vec::with_capacity(levels * self.columns.len());
@@ -122,6 +100,57 @@ impl Stacks {
         let elements = elements.map(|(e, &d)| upright(&nodes, &e.map(|n| number[n as usize]), d));
         Ok(HexMesh { elements: elements.collect(), nodes, nodes_per_column: levels })
     }
+}
+
+/// Nodes next to each other through the thickness.
+struct Links {
+    /// Nodes of the elements, in the order of these.
+    in_use: Vec<u32>,
+    /// One or two of each node in use.
+    next: Vec<Vec<u32>>,
+}
+
+impl Links {
+    /// # Errors
+    /// [`SheetError::Branches`] where a node has more than two.
+    fn new(nodes: usize, elements: &[[u32; 8]], directions: &[usize]) -> Result<Self, SheetError> {
+        let mut next: Vec<Vec<u32>> = vec![Vec::new(); nodes];
+        let mut in_use = Vec::new();
+        let mut seen = vec![false; nodes];
+        for (e, (nodes, &d)) in elements.iter().zip(directions).enumerate() {
+            for (low, high) in ACROSS[d][0].iter().zip(&ACROSS[d][1]) {
+                let (a, b) = (nodes[*low], nodes[*high]);
+                for (from, to) in [(a, b), (b, a)] {
+                    let next = &mut next[from as usize];
+                    if !next.contains(&to) {
+                        next.push(to);
+                    }
+                    if next.len() > 2 {
+                        return Err(SheetError::Branches { element: e });
+                    }
+                }
+            }
+            for &n in nodes {
+                if !std::mem::replace(&mut seen[n as usize], true) {
+                    in_use.push(n);
+                }
+            }
+        }
+        Ok(Self { in_use, next })
+    }
+}
+
+/// The column that ends at `first`, from there on; its nodes are then `taken`.
+fn column_from(first: u32, next: &[Vec<u32>], taken: &mut [bool]) -> Vec<u32> {
+    let mut column = vec![first];
+    taken[first as usize] = true;
+    let mut now = first;
+    while let Some(&other) = next[now as usize].iter().find(|n| !taken[**n as usize]) {
+        taken[other as usize] = true;
+        column.push(other);
+        now = other;
+    }
+    column
 }
 
 /// The element with its lower ring first, counter-clockwise seen from the upper one.

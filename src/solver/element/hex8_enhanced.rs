@@ -76,19 +76,19 @@ fn evaluate_at(
     let directions: [_; 8] = std::array::from_fn(|index| {
         mode_strains(centre, points[index].weight, gauss_2x2x2()[index])
     });
-    let (gradients, c) = deformed(input, points, &directions, alpha)?;
+    let Deformed { gradients, c } = Deformed::new(input, points, &directions, alpha)?;
     let across: Mandel = centre.0.map(|row| row[2]);
     let mut answers = Responses::zero();
     let histories = (input.old_state, new_state);
     log_strain::update_points(input.material, &c, POINTS, histories, true, &mut answers)
         .map_err(|(point, error)| PointFailure { point, reason: error.into() })?;
-    let mut sums = Sums { modes: ModeSums::zero(), initial_stress: [[0.0; 8]; 8] };
+    let mut sums = PointSums { modes: ModeSums::zero(), initial_stress: [[0.0; 8]; 8] };
     for (index, geometry) in points.iter().enumerate() {
         let response = answers.at(index);
         let weight = geometry.weight;
         out.elastic_energy += weight * response.elastic_energy;
         out.plastic_work += weight * response.plastic_work;
-        let point = Stressed {
+        let point = WeightedPoint {
             geometry,
             gradient: &gradients[index],
             directions: &directions[index],
@@ -104,32 +104,43 @@ fn evaluate_at(
         .map_err(|reason| PointFailure { point: 0, reason })
 }
 
-/// Compatible deformation gradients of the points, and their right Cauchy-Green tensors with the modes' strains.
-#[inline]
-fn deformed(
-    input: &ElementInput<'_>,
-    points: &[PointGeometry; 8],
-    directions: &[[Mandel; MODE_COUNT]; 8],
-    alpha: &[f64; MODE_COUNT],
-) -> Result<([[[f64; 3]; 3]; 8], [Eight; 6]), PointFailure> {
-    let mut gradients = [[[0.0; 3]; 3]; 8];
-    let mut c = [[0.0; POINTS]; 6];
-    for (index, geometry) in points.iter().enumerate() {
-        let reason = |ratio| FailureReason::Inverted { ratio };
-        let f = compatible::deform(geometry, input.displacement)
-            .map_err(|ratio| PointFailure { point: index, reason: reason(ratio) })?;
-        let mut stretch = compatible::cauchy_green(&f);
-        for (direction, value) in directions[index].iter().zip(alpha) {
-            (0..6).for_each(|i| stretch[i] += 2.0 * value * direction[i]);
+/// Deformation of the points.
+struct Deformed {
+    /// Compatible deformation gradients.
+    gradients: [[[f64; 3]; 3]; 8],
+    /// Right Cauchy-Green tensors, the strains of the modes included.
+    c: [Eight; 6],
+}
+
+impl Deformed {
+    /// # Errors
+    /// [`FailureReason::Inverted`] at the first point where the compatible deformation inverts the element.
+    #[inline]
+    fn new(
+        input: &ElementInput<'_>,
+        points: &[PointGeometry; 8],
+        directions: &[[Mandel; MODE_COUNT]; 8],
+        alpha: &[f64; MODE_COUNT],
+    ) -> Result<Self, PointFailure> {
+        let mut gradients = [[[0.0; 3]; 3]; 8];
+        let mut c = [[0.0; POINTS]; 6];
+        for (index, geometry) in points.iter().enumerate() {
+            let reason = |ratio| FailureReason::Inverted { ratio };
+            let f = compatible::deform(geometry, input.displacement)
+                .map_err(|ratio| PointFailure { point: index, reason: reason(ratio) })?;
+            let mut stretch = compatible::cauchy_green(&f);
+            for (direction, value) in directions[index].iter().zip(alpha) {
+                (0..6).for_each(|i| stretch[i] += 2.0 * value * direction[i]);
+            }
+            (0..6).for_each(|i| c[i][index] = stretch[i]);
+            gradients[index] = f;
         }
-        (0..6).for_each(|i| c[i][index] = stretch[i]);
-        gradients[index] = f;
+        Ok(Self { gradients, c })
     }
-    Ok((gradients, c))
 }
 
 /// A point with its material's answer times its weight.
-struct Stressed<'a> {
+struct WeightedPoint<'a> {
     geometry: &'a PointGeometry,
     /// Compatible deformation gradient.
     gradient: &'a [[f64; 3]; 3],
@@ -139,18 +150,18 @@ struct Stressed<'a> {
     tangent: Mandel66,
 }
 
-/// Sums over the points that are not those of the element itself.
-struct Sums {
+/// Sums over the points that the element condenses or spreads once all are in.
+struct PointSums {
     modes: ModeSums<MODE_COUNT>,
     /// `Σ N_a,I S_IJ N_b,J` by pair of nodes.
     initial_stress: [[f64; 8]; 8],
 }
 
-impl Sums {
+impl PointSums {
     /// Adds one point to the forces and, where it is wanted, to the tangent.
     #[inline]
-    fn add(&mut self, point: &Stressed<'_>, want: Want, out: &mut ElementMatrices) {
-        let Stressed { geometry, gradient, stress, tangent, .. } = point;
+    fn add(&mut self, point: &WeightedPoint<'_>, want: Want, out: &mut ElementMatrices) {
+        let WeightedPoint { geometry, gradient, stress, tangent, .. } = point;
         let b = compatible::strain_derivative(gradient, geometry);
         for (row, value) in b.iter().zip(stress) {
             out.force.iter_mut().zip(row).for_each(|(sum, rate)| *sum += rate * value);
@@ -164,8 +175,8 @@ impl Sums {
 }
 
 /// Adds one point to the sums of the modes; `b`: its compatible strains by the displacements.
-fn add_modes(point: &Stressed<'_>, b: &[[f64; DOFS]; 6], sums: &mut ModeSums<MODE_COUNT>) {
-    let Stressed { directions, stress, tangent, .. } = point;
+fn add_modes(point: &WeightedPoint<'_>, b: &[[f64; DOFS]; 6], sums: &mut ModeSums<MODE_COUNT>) {
+    let WeightedPoint { directions, stress, tangent, .. } = point;
     let transposed = tensor::transpose(tangent);
     for (k, direction) in directions.iter().enumerate() {
         sums.residual[k] += tensor::dot(direction, stress);

@@ -137,7 +137,7 @@ fn follow(
     iterations: usize,
     push: Option<&Push>,
 ) -> Result<NewtonStats, NewtonError> {
-    let mut motion = Motion::new(&sim.sys, push);
+    let mut motion = DampedMotion::new(&sim.sys, push);
     let origin = Origin::of(&sim.committed);
     let mut last = f64::NAN;
     while sim.history.len() < iterations && motion.control.stiffness <= MAX_STIFFNESS {
@@ -168,7 +168,7 @@ fn follow(
 }
 
 /// How a motion under dampers has gone so far.
-struct Motion {
+struct DampedMotion {
     control: Continuation,
     /// Of the steps that converged.
     stats: NewtonStats,
@@ -178,7 +178,7 @@ struct Motion {
     lost: usize,
 }
 
-impl Motion {
+impl DampedMotion {
     fn new(sys: &System, push: Option<&Push>) -> Self {
         let least = push.map(|push| PUSH_STIFFNESS_RATIO * push.stiffness / sys.scales.tangential);
         let control = Continuation::new(LIMIT_POINT, least);

@@ -85,7 +85,7 @@ pub(super) fn derivatives(
 }
 
 /// Adds the derivatives of row `row` by the mean and the half difference of a pair of nodes.
-#[inline]
+#[inline(always)]
 fn put(b: &mut [[f64; DOFS]; GENERALISED], row: usize, pair: usize, by_mean: Vec3, by_half: Vec3) {
     for i in 0..3 {
         b[row][3 * pair + i] += 0.5 * (by_mean[i] - by_half[i]);

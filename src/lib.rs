@@ -4,6 +4,7 @@
 //! The flow, one line a module (an import always points down this list, never up):
 //!
 //! - [`cli`]: one file a subcommand of the two programs
+//! - [`study`]: one scene in many variants
 //! - [`run`]: a scene becomes a run folder
 //! - [`convert`]: CAD and mesh become a tool model; [`scene`]: what a run is
 //! - [`audit`]: the shape error of a tool model against its CAD (Eq. 24); [`solver`]: the forming solver
@@ -13,10 +14,21 @@
 //!
 //! Everything inside is in mm, N, MPa, s and rad; units are converted where a file is read.
 //! `contact` and `solver` know tool files only: they never see `cad`, `mesh`, `convert` or `audit`.
+//!
+//! # Features
+//!
+//! | feature | adds | dependencies |
+//! |---|---|---|
+//! | `cli` (default; implies `pages`) | [`cli`], both programs | clap, indicatif, signal-hook |
+//! | `pages` | charts and HTML pages of [`report`], `audit::page`, `run::report`, [`study`] | plotly, plotters |
+//!
+//! With `default-features = false` the library reads CAD, meshes, converts, audits and runs scenes. Run folders then hold all
+//! files but `report.html`.
 
 pub mod audit;
 pub mod cad;
 pub mod cancel;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod contact;
 pub mod convert;
@@ -27,6 +39,7 @@ pub mod report;
 pub mod run;
 pub mod scene;
 pub mod solver;
+#[cfg(feature = "pages")]
 pub mod study;
 pub mod tool;
 

@@ -25,6 +25,7 @@ mod gaps;
 mod jumps;
 pub mod map;
 mod options;
+#[cfg(feature = "pages")]
 pub mod page;
 pub mod reference;
 mod refine;

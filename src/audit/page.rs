@@ -2,10 +2,11 @@
 
 use serde_json::json;
 
+use super::Audit;
 use super::report::AuditReport;
 use super::sample::PatchSamples;
-use super::{Audit, view};
-use crate::report::charts::surfaces;
+use super::view::cut;
+use crate::report::charts::{ValuedSurface, surfaces};
 use crate::report::page::Page;
 use crate::tool::ToolModel;
 
@@ -18,7 +19,7 @@ pub fn page(tool: &ToolModel, audit: &Audit) -> Page {
     whole(&mut page, report);
     page.heading("Where the error is");
     page.text("Signed shape error: the patch stands out of the CAD where it is positive.");
-    let (traces, layout) = surfaces(&[view::surface(tool, &audit.samples)]);
+    let (traces, layout) = surfaces(&[surface(tool, &audit.samples)]);
     page.plot(&traces, &layout, 620);
     page.heading("How much area has which error");
     histogram(&mut page, &audit.samples);
@@ -27,6 +28,26 @@ pub fn page(tool: &ToolModel, audit: &Audit) -> Page {
     page.heading("Worst patches");
     worst(&mut page, report);
     page
+}
+
+/// The patches as a coloured surface.
+fn surface(tool: &ToolModel, samples: &[PatchSamples]) -> ValuedSurface {
+    let cut = cut(tool, samples);
+    let mut triangles = Vec::new();
+    for (_, cell) in &cut.cells {
+        let id = |k: usize| cell[k] as u32;
+        triangles.extend((2..cell.len()).map(|k| [id(0), id(k - 1), id(k)]));
+    }
+    ValuedSurface {
+        name: tool.name.clone(),
+        points: cut.points,
+        triangles,
+        values: cut.delta,
+        quantity: "shape error [mm]".into(),
+        opacity: 1.0,
+        signed: true,
+        hidden: false,
+    }
 }
 
 fn number(value: f64) -> String {

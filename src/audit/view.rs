@@ -2,7 +2,6 @@
 
 use super::sample::PatchSamples;
 use crate::geometry::Vec3;
-use crate::report::charts::ValuedSurface;
 use crate::report::{CellKind, DataArray, Vtu};
 use crate::tool::ToolModel;
 
@@ -47,25 +46,4 @@ pub fn grid(tool: &ToolModel, samples: &[PatchSamples]) -> Vtu {
     vtu.cell_data.push(DataArray::integer("face", of_cells(&|p| tool.faces[p] as i32)));
     vtu.cell_data.push(DataArray::integer("patch", of_cells(&|p| p as i32)));
     vtu
-}
-
-/// The patches as a coloured surface for a page.
-#[must_use]
-pub fn surface(tool: &ToolModel, samples: &[PatchSamples]) -> ValuedSurface {
-    let cut = cut(tool, samples);
-    let mut triangles = Vec::new();
-    for (_, cell) in &cut.cells {
-        let id = |k: usize| cell[k] as u32;
-        triangles.extend((2..cell.len()).map(|k| [id(0), id(k - 1), id(k)]));
-    }
-    ValuedSurface {
-        name: tool.name.clone(),
-        points: cut.points,
-        triangles,
-        values: cut.delta,
-        quantity: "shape error [mm]".into(),
-        opacity: 1.0,
-        signed: true,
-        hidden: false,
-    }
 }

@@ -1,11 +1,15 @@
-//! What people look at: history, VTU, HTML. Knows neither CAD nor solver.
+//! What people look at: history, VTU, HTML. Knows neither CAD nor solver. Pages and drawings need the feature `pages`.
 
+#[cfg(feature = "pages")]
 pub mod bars;
+#[cfg(feature = "pages")]
 pub mod charts;
 pub mod csv;
 pub mod doubt;
+#[cfg(feature = "pages")]
 pub mod drawing;
 pub mod foreign;
+#[cfg(feature = "pages")]
 pub mod page;
 pub mod record;
 pub mod vtu;

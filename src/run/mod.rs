@@ -1,7 +1,7 @@
 //! A scene becomes a run folder: `history.csv`, `run.json`, `run.pvd`, `steps/*.vtu`, `report.html`.
 //!
 //! Everything is written as the run goes on, each file whole or not at all, so that a folder can be looked at
-//! (and a killed run still holds what it had).
+//! (and a killed run still holds what it had). `report.html` is written with the feature `pages` only.
 
 pub mod advice;
 pub mod checkpoint;
@@ -18,6 +18,7 @@ mod inputs;
 pub mod lock;
 pub mod necking;
 pub mod progress_line;
+#[cfg(feature = "pages")]
 pub mod report;
 pub mod resources;
 pub mod self_contact;
@@ -323,6 +324,7 @@ impl Run<'_> {
         if verdict != Verdict::Stopped {
             self.options.stop.complete();
             drop(section);
+            #[cfg(feature = "pages")]
             report::write(folder, self.plan, simulation)?;
         }
         outcome.map_err(|cause| RunError::Solver {

@@ -209,7 +209,7 @@ fn cross(divisions: &str) -> String {
 #[test]
 fn patches_of_the_cross_tool_are_too_coarse_right_or_too_fine() {
     let coarse = cross("1");
-    for part in ["too coarse", "of die", "turns by 90 degrees", "convert with --tol"] {
+    for part in ["too coarse", "of die", "turns by 90 degrees", "convert --tol"] {
         assert!(coarse.contains(part), "{part}: {coarse}");
     }
     assert!(!coarse.contains("shorter than a quarter"), "{coarse}");

@@ -211,22 +211,64 @@ impl Visit<'_> for Literals {
     }
 }
 
-#[test]
-fn messages_use_terms_of_the_field() {
+/// String literals of the sources without tests, each with the file's path from the root.
+fn messages() -> Vec<(String, String)> {
     let mut sources = Vec::new();
     files(&root().join("src"), "rs", &mut sources);
-    let mut faults = Vec::new();
+    let mut found = Vec::new();
     for path in sources.iter().filter(|path| !path.to_string_lossy().contains("tests")) {
         let file = syn::parse_file(&fs::read_to_string(path).unwrap()).unwrap();
         let mut literals = Literals::default();
         literals.visit_file(&file);
-        for text in literals.0.iter().filter(|text| text.contains(' ')) {
-            let name = path.strip_prefix(root()).unwrap().display();
-            faults
-                .extend(dialect(text).into_iter().map(|fault| format!("{name}: {fault}: {text}")));
-        }
+        let name = path.strip_prefix(root()).unwrap().to_string_lossy().replace('\\', "/");
+        found.extend(literals.0.into_iter().map(|text| (name.clone(), text)));
     }
+    found
+}
+
+#[test]
+fn messages_use_terms_of_the_field() {
+    let all = messages();
+    let sentences = all.iter().filter(|(_, text)| text.contains(' '));
+    let faults: Vec<String> = sentences
+        .flat_map(|(name, text)| {
+            dialect(text).into_iter().map(move |f| format!("{name}: {f}: {text}"))
+        })
+        .collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// Whether a text names an option of the command line, `--word` behind a space or a mark, or a command of the programs.
+fn names_the_command_line(text: &str) -> bool {
+    let option = |(at, _): (usize, &str)| {
+        let before = text[..at].chars().next_back();
+        let is_word = text[at + 2..].starts_with(|c: char| c.is_ascii_lowercase());
+        is_word && before.is_some_and(|c| c == ' ' || c == '`' || c == '(')
+    };
+    text.match_indices("--").any(option) || text.contains("`kanagata")
+}
+
+/// Whoever embeds the library has no command line: the programs add its remedies to messages (`src/cli/remedy.rs`).
+#[test]
+fn messages_of_the_library_name_no_options_of_the_command_line() {
+    for (text, names) in [
+        ("convert with --tol 0.1mm", true),
+        ("`--tol`", true),
+        ("see `kanagata inspect`", true),
+        ("--restart", false),
+        ("a -- b", false),
+        ("kanagata-scene", false),
+    ] {
+        assert_eq!(names_the_command_line(text), names, "{text}");
+    }
+    let of_programs = |name: &str| ["src/cli/", "src/bin/"].iter().any(|at| name.starts_with(at));
+    let all = messages();
+    let faults: Vec<String> = all
+        .iter()
+        .filter(|(name, text)| !of_programs(name) && names_the_command_line(text))
+        .map(|(name, text)| format!("{name}: {text}"))
+        .collect();
+    assert!(all.len() > 1000 && faults.is_empty(), "{}", faults.join("\n"));
 }
 
 #[test]

@@ -150,7 +150,13 @@ fn a_folder_tells_at_any_time_how_its_run_stands() {
     assert!(killed.checkpoint.is_some_and(|c| c.increment + 1 >= killed.increment));
     // The command that it names goes on; a signal stops it, and the command is named again.
     let go_on = || {
-        let text = status(&out).unwrap().restart.unwrap();
+        let printed = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"))
+            .args(["status", "--json"])
+            .arg(&out)
+            .output()
+            .unwrap();
+        let now: serde_json::Value = serde_json::from_slice(&printed.stdout).unwrap();
+        let text = now["restart"].as_str().unwrap();
         let words: Vec<String> = text.split(' ').skip(1).map(str::to_owned).collect();
         let mut command = Command::new(env!("CARGO_BIN_EXE_kanagata-solve"));
         command.args(words).stdout(Stdio::null()).stderr(Stdio::piped());

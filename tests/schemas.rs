@@ -49,7 +49,7 @@ fn schemas_are_what_the_types_say() {
 #[test]
 fn the_reference_of_doubts_is_what_the_codes_say() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference/doubts.md");
-    let now = kanagata::report::doubt::reference();
+    let now = kanagata::cli::doubts::reference();
     if std::env::var_os("KANAGATA_BLESS").is_some() {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, &now).unwrap();

@@ -111,7 +111,7 @@ fn a_run_of_a_larger_sheet_ends_within_an_iteration_and_continues_from_its_check
         let now = kanagata::run::status::status(&out).unwrap();
         assert!(now.increment > done, "{} after {done}", now.increment);
         assert_eq!(now.checkpoint.unwrap().increment, now.increment);
-        assert!(now.restart.is_some_and(|command| command.contains("--restart")));
+        assert!(now.restart.is_some_and(|restart| restart.folder == out && !restart.auto));
         assert_eq!(litter(&out), Vec::<String>::new());
         assert_eq!(litter(&folder.path().join("tmp")), Vec::<String>::new());
         done = now.increment;

@@ -50,7 +50,7 @@ use sample::{PatchSamples, Probe};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AuditError {
     /// A model without patches.
-    #[error("the tool model has no patches; make it again with `kanagata convert`")]
+    #[error("the tool model has no patches; convert the CAD again")]
     NoPatches,
     /// A grid without intervals, or one too fine.
     #[error("{found} samples along a side of a patch; allowed: 1 to 256")]

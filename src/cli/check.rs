@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::doubts::options;
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::remedy::remedy;
 use super::say::{out, out_json};
 use crate::report::doubt::DoubtCode;
 use crate::run::advice::holder::{Holder, holders};
@@ -151,7 +153,10 @@ fn examined(plan: &Plan, args: &CheckArgs) -> Result<Judged, Failure> {
     };
     let findings = match &placed {
         Ok(()) => advice(&judged, &setup, ratio, &cost),
-        Err(error) => vec![Finding::error("tools".into(), error.to_string(), String::new())],
+        Err(error) => {
+            let remedy = remedy(error).map_or_else(String::new, |text| format!("Try {text}."));
+            vec![Finding::error("tools".into(), error.to_string(), remedy)]
+        }
     };
     let loads = setup.loads.clone();
     Ok(Judged { sheet, cost, loads, placed: placed.is_ok().then_some(setup), findings })
@@ -233,7 +238,7 @@ fn print_judgement(plan: &Plan, judged: &Judged, judgement: &Judgement<'_>) {
     }
     print_cost(judgement.cost);
     for finding in judgement.findings {
-        out!("  {:10} {finding}", finding.level);
+        out!("  {:10} {finding}{}", finding.level, options(finding));
     }
 }
 

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use super::say::{err, out};
-use crate::report::doubt::Doubt;
+use super::say::out;
 use crate::report::record::RunRecord;
 
 /// Prints what the run was and what became of the sheet.
@@ -16,22 +15,6 @@ pub(super) fn print_record(record: &RunRecord, output: &Path) {
         out!("  {} of {} patches of {} left out", left.patches, left.of, left.tool);
     }
     out!("  {}", output.join("report.html").display());
-}
-
-/// Prints the doubts about a run that has ended to stderr, after everything else.
-pub(super) fn print_doubts(doubts: &[Doubt], accepted: bool) {
-    for doubt in doubts {
-        err!("doubt {doubt}");
-    }
-    if let (false, [_, ..]) = (accepted, doubts) {
-        err!("{}; --accept-doubts ends with exit code 0 all the same", counted(doubts.len()));
-    }
-}
-
-/// A number of doubts in words.
-pub(super) fn counted(doubts: usize) -> String {
-    let plural = if doubts == 1 { "" } else { "s" };
-    format!("{doubts} doubt{plural}: the result must not be trusted as it is")
 }
 
 /// Increments, iterations, time, memory and how well all balances.

@@ -1,8 +1,10 @@
 //! How the programs end: exit codes and the one place where errors are printed.
 
+use super::remedy::remedy;
 use super::say::{err, lost};
 use crate::report::doubt::Doubt;
 use std::error::Error;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Exit codes of both programs, as `--help` documents them.
@@ -34,6 +36,14 @@ impl Exit {
 pub const EXIT_HELP: &str = "Exit codes: 0 done, 1 doubtful result or limit exceeded, 2 bad usage or input, 3 not converged, \
      4 a file could not be read or written, 5 stopped by a signal (continue with --restart).";
 
+/// An error about a file that its own text does not name.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}: {source}")]
+struct OfFile {
+    file: String,
+    source: Box<dyn Error + Send + Sync>,
+}
+
 /// Why a command stops: the exit code and what to print.
 #[derive(Debug)]
 pub struct Failure {
@@ -53,6 +63,11 @@ impl Failure {
     pub fn input(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::new(Exit::Input, error)
     }
+
+    /// Bad input (exit code 2) in a file that the error does not name.
+    pub fn of_file(file: &Path, error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::input(OfFile { file: file.display().to_string(), source: error.into() })
+    }
 }
 
 impl From<crate::files::WriteError> for Failure {
@@ -69,7 +84,7 @@ impl From<crate::cad::CadError> for Failure {
     }
 }
 
-/// Turns the end of a command into the exit code of the process, printing the error if there is one; lines that standard output
+/// Turns the end of a command into the exit code of the process, printing the error if there is one and what to try; lines that standard output
 /// did not take are one.
 #[must_use]
 pub fn finish(outcome: Result<Exit, Failure>) -> ExitCode {
@@ -83,6 +98,9 @@ pub fn finish(outcome: Result<Exit, Failure>) -> ExitCode {
         },
         Err(failure) => {
             err!("error: {}", failure.error);
+            if let Some(remedy) = remedy(&*failure.error) {
+                err!("  try: {remedy}");
+            }
             ExitCode::from(failure.exit as u8)
         }
     }

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::ended::{print_doubts, print_record};
+use super::doubts::print_doubts;
+use super::ended::print_record;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::say::{err, out, put};
 use super::stop;

@@ -77,6 +77,7 @@ fn warn(model: &Model, bad: &BTreeMap<usize, String>) {
 mod tests {
     use super::*;
     use crate::cad::query_tests::shapes::{holed_square, joined};
+    use crate::cli::remedy::remedy;
 
     /// Fails at the faces of these sources, as a mesher does.
     fn failing(model: &Model, sources: &[&str]) -> Result<Vec<String>, Failure> {
@@ -113,7 +114,8 @@ mod tests {
     fn without_leave_or_without_any_face_left_the_failure_stays() {
         for (skips, bad) in [(false, &["b"][..]), (true, &["a", "b", "c"])] {
             let failure = skipping(skips, &three(), |m| failing(m, bad)).unwrap_err();
-            assert!(failure.error.to_string().contains("--skip-bad-faces"), "{}", failure.error);
+            let remedy = remedy(&*failure.error).unwrap_or_default();
+            assert!(remedy.contains("--skip-bad-faces"), "{remedy}");
         }
     }
 

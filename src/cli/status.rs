@@ -2,9 +2,12 @@
 
 use std::path::PathBuf;
 
+use serde::Serialize;
+
 use super::exit::{EXIT_HELP, Exit, Failure};
+use super::remedy::restart_command;
 use super::say::{out, out_json};
-use crate::run::status::{StatusError, status};
+use crate::run::status::{Status, StatusError, status};
 
 /// Arguments of `status`.
 #[derive(Debug, clap::Args)]
@@ -26,16 +29,29 @@ impl From<StatusError> for Failure {
     }
 }
 
+/// What the folder says, and the command that continues its run.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    status: &'a Status,
+    restart: Option<String>,
+}
+
 /// Prints what the folder says.
 ///
 /// # Errors
 /// Exit code 4 when the folder holds no run, 2 when its files are not of this program.
 pub fn run(args: &StatusArgs) -> Result<Exit, Failure> {
     let found = status(&args.folder)?;
+    let restart = found.restart.as_ref().map(restart_command);
     if args.json {
-        out_json!("{}", serde_json::to_string_pretty(&found).map_err(Failure::input)?);
+        let printed = Printed { status: &found, restart };
+        out_json!("{}", serde_json::to_string_pretty(&printed).map_err(Failure::input)?);
     } else {
         out!("{found}");
+        if let Some(command) = restart {
+            out!("  continue with {command}");
+        }
     }
     Ok(Exit::Done)
 }

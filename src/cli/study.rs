@@ -4,11 +4,11 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use super::ended::print_doubts;
+use super::doubts::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::own::refuse_clashes;
 use super::read::{LostFaces, read_model};
-use super::say::out;
+use super::say::{err, out};
 use super::stop;
 use crate::cancel::Cancel;
 use crate::study::StudyError;
@@ -207,6 +207,11 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
     };
     let Findings { checks, doubts } = collect(study, &all, &manifest, &args.output)?;
     let failed = if args.collect { 0 } else { not_done(&open, &manifest) };
+    if !args.collect && open.iter().any(|case| lacks_files(case, &manifest)) {
+        err!(
+            "  try: `tools/models DIR` or `kanagata convert` makes tool files; --tools gives their folder"
+        );
+    }
     out!("{} cases, {failed} of those run not done", all.len());
     for (check, outcome) in &checks {
         let [state, value] = outcome.words();
@@ -220,6 +225,12 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
         (0, true) => Exit::Limit,
         (0, false) => Exit::of_doubts(&doubts, args.accept_doubts),
     })
+}
+
+/// A case that could not begin, as a file that its scene names cannot be read.
+fn lacks_files(case: &Case, manifest: &Manifest) -> bool {
+    let entry = manifest.cases.get(&case.id);
+    entry.is_some_and(|e| e.state == State::Failed && e.inputs.is_empty())
 }
 
 fn not_done(open: &[Case], manifest: &Manifest) -> usize {

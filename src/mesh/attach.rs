@@ -24,7 +24,7 @@ const VOTERS: usize = 64;
 /// that was cut at creases, among its parts: other programs know nothing of the cut.
 ///
 /// # Errors
-/// [`MeshError::NoFaces`]; [`MeshError::Check`] when an element's corners are farther from the model than
+/// [`MeshError::NoFaces`]; [`MeshError::OtherPart`] when an element's corners are farther from the model than
 /// 1 % of its diagonal (another part, another unit).
 pub fn attach(mesh: &SurfaceMesh, model: &Model) -> Result<SurfaceMesh, MeshError> {
     if model.faces.is_empty() {
@@ -70,10 +70,9 @@ fn check_distance(
         return Ok(());
     }
     let p = mesh.vertices[k];
-    Err(MeshError::Check {
+    Err(MeshError::OtherPart {
         found: format!("vertex ({:.4}, {:.4}, {:.4}) {distance:.4} mm from the CAD", p.x, p.y, p.z),
         allowed: format!("{:.4} mm (1 % of the model's diagonal)", 0.01 * diagonal),
-        remedy: "check that mesh and CAD are of the same part and that the mesh is in mm",
     })
 }
 

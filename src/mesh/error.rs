@@ -9,17 +9,15 @@ use crate::files::WriteError;
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
     /// The model has nothing to mesh.
-    #[error(
-        "{name}: the model has no faces to mesh; check with `kanagata inspect` what its file holds"
-    )]
+    #[error("{name}: the model has no faces to mesh; check what its file holds")]
     NoFaces {
         /// Name of the model.
         name: String,
     },
-    /// An option outside its range.
+    /// A field of the options outside its range.
     #[error("{option} is {found}; allowed: {allowed}")]
     Option {
-        /// Option's name.
+        /// Name of the field.
         option: &'static str,
         /// What was given.
         found: String,
@@ -28,7 +26,7 @@ pub enum MeshError {
     },
     /// Faces that could not be meshed.
     #[error(
-        "{count} of {total} faces could not be meshed; first: face {face} ({source_entity}): {reason}; try more divisions, a smaller size, or --mesher gmsh, or continue without them with --skip-bad-faces"
+        "{count} of {total} faces could not be meshed; first: face {face} ({source_entity}): {reason}; try more divisions, a smaller size or the other mesher, or leave these faces out"
     )]
     Faces {
         /// How many failed.
@@ -54,9 +52,19 @@ pub enum MeshError {
         /// What to do.
         remedy: &'static str,
     },
+    /// The mesh lies elsewhere than the model.
+    #[error(
+        "the mesh does not fit the model: {found}; allowed: {allowed}; check that mesh and CAD are of the same part and that the mesh is in mm"
+    )]
+    OtherPart {
+        /// What was found.
+        found: String,
+        /// What is allowed.
+        allowed: String,
+    },
     /// The gmsh program is not there.
     #[error(
-        "gmsh not found ({tried}); install it (`pip install gmsh`, or tools/setup), name it with --gmsh PATH or KANAGATA_GMSH, or use --mesher mapped"
+        "gmsh not found ({tried}); install it (`pip install gmsh`), name it (`program`, or the environment variable KANAGATA_GMSH), or use the built-in mesher"
     )]
     GmshAbsent {
         /// Where it was looked for.

@@ -217,11 +217,7 @@ impl MeshReport {
                 100.0 * self.area_error
             );
             let allowed = format!("{:.3} %", 100.0 * area_tolerance);
-            return fail(
-                found,
-                allowed,
-                "mesh finer, or check the CAD file with `kanagata inspect`",
-            );
+            return fail(found, allowed, "mesh finer, or examine the CAD file");
         }
         Ok(())
     }
@@ -245,7 +241,7 @@ impl MeshReport {
                 100.0 * (worst.area_mm2 / worst.model_area_mm2 - 1.0)
             ),
             allowed: format!("{:.3} %", 100.0 * area_tolerance),
-            remedy: "mesh finer, choose another --gmsh-algorithm, or use the built-in mesher",
+            remedy: "mesh finer, choose another algorithm of gmsh, or use the built-in mesher",
         })
     }
 }

@@ -3,7 +3,7 @@
 //! A doubt about a run stands in `run.json`, last on the terminal, first in the report and in the exit code (1).
 //! `docs/reference/doubts.md` is the table of all codes; it is written from [`DoubtCode::ALL`].
 
-use std::fmt::{self, Write as _};
+use std::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -34,7 +34,7 @@ macro_rules! codes {
                 match self { $(Self::$name => $code,)* }
             }
 
-            /// Where it is found: `scene` by `check` (most also by `run`), `result` by `run`, `audit` by `kanagata audit`.
+            /// Where it is found: `scene` by `check` (most also by `run`), `result` by `run`, `audit` by an audit.
             #[must_use]
             pub const fn found_by(self) -> &'static str {
                 match self { $(Self::$name => $found,)* }
@@ -103,7 +103,7 @@ codes! {
     /// A mesh file that a check does not open.
     SheetNotExamined "sheet-not-examined" "scene"
         "mesh file above 16 MB of a blank in one layer, less with more layers"
-        "The mesh file of the blank is too large for `check`: nothing was compared with the sheet. `check --whole` examines it.";
+        "The mesh file of the blank is too large for a quick check: nothing was compared with the sheet. It is examined on request.";
     /// A force-driven tool without anything opposite.
     ToolUnopposed "tool-unopposed" "scene"
         "a tool that pushes the sheet with no tool and no support on the other side"
@@ -202,19 +202,19 @@ codes! {
         "Points of the tool could not be compared with the CAD.";
     /// Shape error above the tolerance.
     ToleranceExceeded "tolerance-exceeded" "audit"
-        "`--tol`"
+        "`tolerance_mm` of the audit"
         "The tool is farther from its CAD than asked.";
     /// Free borders farther from those of the CAD than the tolerance.
     BordersExceeded "borders-exceeded" "audit"
-        "`--tol`"
+        "`tolerance_mm` of the audit"
         "The tool does not end where the CAD ends: it is cut short, goes beyond a trimmed border, or closes an opening.";
     /// Gaps between faces divided independently above the tolerance.
     GapsExceeded "gaps-exceeded" "audit"
-        "`--tol`"
+        "`tolerance_mm` of the audit"
         "Patches of neighbouring faces are farther apart than asked.";
     /// Normal error above its tolerance.
     NormalsExceeded "normals-exceeded" "audit"
-        "`--normal-tol`"
+        "`normal_tolerance_deg` of the audit"
         "The normals of the tool are farther off those of its CAD than asked.";
 }
 
@@ -262,31 +262,6 @@ impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.code, self.text)
     }
-}
-
-/// The reference page of all codes (Markdown).
-#[must_use]
-pub fn reference() -> String {
-    let mut out = String::from(
-        "# Doubts\n\n\
-         A doubt is a reason why a result must not be trusted as it is. It stands in `run.json` (`doubts`: code, where, value,\n\
-         limit, text), last on the terminal (on stderr with `-q` and `--json`), first in `report.html`, in the table of a study and\n\
-         in `kanagata-solve status`. A run that ends with a doubt has the verdict `doubtful` and exit code 1; with\n\
-         `--accept-doubts` the exit code is 0, and the list stays. `kanagata-solve check` finds those of the scene before a run.\n\
-         Those of an audit stand in its JSON, last on the terminal and first in its page; `kanagata audit` ends with exit code 1.\n\n\
-         Codes are stable: scripts may rely on them. This page is written from `src/report/doubt.rs`.\n\n\
-         | code | found in | limit | meaning |\n|---|---|---|---|\n",
-    );
-    for code in DoubtCode::ALL {
-        let _ = writeln!(
-            out,
-            "| `{code}` | {} | {} | {} |",
-            code.found_by(),
-            code.limit(),
-            code.meaning()
-        );
-    }
-    out
 }
 
 #[cfg(test)]

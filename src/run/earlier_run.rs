@@ -8,7 +8,7 @@ use super::error::RunError;
 use super::first_record::{FORMAT, PROGRAM};
 use super::folder::RESULTS;
 use super::lock;
-use super::status::restart_command;
+use super::restart::Restart;
 use crate::report::record::{RunRecord, Verdict};
 use crate::scene::Plan;
 
@@ -68,7 +68,7 @@ pub(super) fn replaced(
         match checkpoint::read(folder, plan, PROGRAM) {
             Ok(checkpoint) if !overwrite => {
                 let increment = checkpoint.folder.record.increments;
-                let restart = restart_command(&record, scene, folder);
+                let restart = Restart::of(&record, scene, folder);
                 return Err(RunError::Unfinished { folder: folder.into(), increment, restart });
             }
             Ok(_) => {}

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::restart::Restart;
 use crate::files::WriteError;
 use crate::scene::SceneError;
 use crate::solver::SimulationError;
@@ -35,7 +36,7 @@ pub enum RunError {
     },
     /// Another process works in the folder.
     #[error(
-        "{}: {who} works in this folder; allowed: one run at a time; wait for it, end it (`kill`; it leaves a checkpoint), or give another folder with -o", folder.display()
+        "{}: {who} works in this folder; allowed: one run at a time; wait for it, end it (`kill`; it leaves a checkpoint), or use another folder", folder.display()
     )]
     Busy {
         /// The folder.
@@ -45,19 +46,19 @@ pub enum RunError {
     },
     /// A run of the same inputs in the folder was stopped, and can be gone on with.
     #[error(
-        "{}: a run of the same inputs was stopped here and has a checkpoint of increment {increment}; continue it: `{restart}`, or discard it and start again with --overwrite, or give another folder with -o", folder.display()
+        "{}: a run of the same inputs was stopped here and has a checkpoint of increment {increment}; continue it (`restart`), discard it and start again (`overwrite`), or use another folder", folder.display()
     )]
     Unfinished {
         /// The run folder.
         folder: PathBuf,
         /// Increment after which the checkpoint was written.
         increment: usize,
-        /// Command that goes on.
-        restart: String,
+        /// What continues it.
+        restart: Restart,
     },
     /// A folder that no run was in has files that one would replace.
     #[error(
-        "{}: no run of this program was in this folder, and one would replace {} there; give another folder with -o, or --overwrite", folder.display(), found.display()
+        "{}: no run of this program was in this folder, and one would replace {} there; use another folder, or allow that (`overwrite`)", folder.display(), found.display()
     )]
     Foreign {
         /// The folder.
@@ -70,7 +71,7 @@ pub enum RunError {
     Checkpoint(#[from] CheckpointError),
     /// The sheet came where patches had been left out.
     #[error(
-        "increment {increment}: node {node} has come within the contact search's reach of a patch of `{tool}` that --auto had left out; run without --auto\n  the state at the end of that increment is in {}/steps/last.vtu", folder.display()
+        "increment {increment}: node {node} has come within the contact search's reach of a patch of `{tool}` that was left out (`auto`); run with all patches\n  the state at the end of that increment is in {}/steps/last.vtu", folder.display()
     )]
     LeftOut {
         /// Increment, whose result may be wrong.
@@ -104,7 +105,7 @@ fn last_state(folder: Option<&Path>) -> String {
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// No checkpoint that can be used.
-    #[error("{}: no checkpoint to continue from ({why}); run without --restart", folder.display())]
+    #[error("{}: no checkpoint to continue from ({why}); start the run anew", folder.display())]
     None {
         /// The run folder.
         folder: PathBuf,
@@ -113,7 +114,7 @@ pub enum CheckpointError {
     },
     /// All stages are done.
     #[error(
-        "{}: the run in it has completed all stages, nothing is left to continue; run without --restart to repeat them", folder.display()
+        "{}: the run in it has completed all stages, nothing is left to continue; start the run anew to repeat them", folder.display()
     )]
     Completed {
         /// The run folder.
@@ -121,7 +122,7 @@ pub enum CheckpointError {
     },
     /// An input has changed since.
     #[error(
-        "{}: `{input}` has changed since the checkpoint was written (found SHA-256 {found}, allowed {expected}); restore it, or run without --restart", folder.display()
+        "{}: `{input}` has changed since the checkpoint was written (found SHA-256 {found}, allowed {expected}); restore it, or start the run anew", folder.display()
     )]
     Changed {
         /// The run folder.
@@ -135,7 +136,7 @@ pub enum CheckpointError {
     },
     /// Written by another version of the program.
     #[error(
-        "{}: the checkpoint was written by {found}, this is {expected}; run without --restart", folder.display()
+        "{}: the checkpoint was written by {found}, this is {expected}; start the run anew", folder.display()
     )]
     Program {
         /// The run folder.

@@ -21,6 +21,7 @@ pub mod progress_line;
 #[cfg(feature = "pages")]
 pub mod report;
 pub mod resources;
+pub mod restart;
 pub mod self_contact;
 mod sheet_checks;
 pub mod springback;
@@ -157,7 +158,7 @@ fn to_giving_up(record: &RunRecord, simulation: &Simulation, begins: bool) -> St
     if !said.is_empty() {
         said += "; a tool must come in clear of the sheet as that has been formed by then";
     }
-    said += ". `kanagata-solve check` names places where tools begin inside the sheet or leave it too little room";
+    said += ". A check of the scene names places where tools begin inside the sheet or leave it too little room";
     said.extend(record.doubts.iter().map(|doubt| format!("\n  doubt {doubt}")));
     said
 }

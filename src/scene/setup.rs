@@ -181,7 +181,7 @@ fn looks_at_sheet(
             50.0 * (1.0 - facing),
             tool.name
         ),
-        "a tool whose faces look at the sheet: turn it round (`kanagata convert FILE --flip`), or say which face of the sheet it touches by its `direction` or `side`".into(),
+        "a tool whose faces look at the sheet: turn its normals round, or say which face of the sheet it touches by its `direction` or `side`".into(),
     ))
 }
 
@@ -249,7 +249,7 @@ mod tests {
             assert_eq!(looks_at_sheet(&tool, &model, SheetSide::Both, &up), Ok(()));
             let (found, allowed) = looks_at_sheet(&tool, &model, not, &up).unwrap_err();
             assert!(found.contains("t.json, where 100 % of the faces of 't'"), "{found}");
-            assert!(allowed.contains("--flip"), "{allowed}");
+            assert!(allowed.contains("normals round"), "{allowed}");
             let cam = Tool { direction: [1.0, 0.0, 0.2], ..tool.clone() };
             assert_eq!(looks_at_sheet(&cam, &model, not, &up), Ok(()));
             // Seen edge-on, where rounding would say which way it looks.

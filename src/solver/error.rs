@@ -17,6 +17,8 @@ pub enum SimulationError {
     NoTouch {
         /// Tool.
         tool: String,
+        /// Its foremost faces look away from the sheet.
+        looks_back: bool,
         /// What is likely to be wrong, and what to do.
         remedy: String,
     },

@@ -81,7 +81,7 @@ fn remedy(sim: &Simulation, stage: &Stage, share: f64, cause: &NewtonError) -> S
             "Nothing may hold the sheet there against its loads and tools (friction may have given way): hold it (`holds`, `symmetry`), or keep a tool at it"
         }
         NewtonError::Element(_) => {
-            "Elements there are deformed too far: make them shorter along the bend (four over 90 degrees of the tool's radius; `kanagata-solve check` names radii for which they are too long, and the length wanted), take a smaller largest_increment of the stage, or check the tools' clearance there"
+            "Elements there are deformed too far: make them shorter along the bend (four over 90 degrees of the tool's radius; a check of the scene names radii for which they are too long, and the length wanted), take a smaller largest_increment of the stage, or check the tools' clearance there"
         }
         _ => {
             "Try a finer blank mesh near that place, a smaller first_increment of the stage, or check the tools' clearance there"

@@ -184,7 +184,9 @@ fn place(tools: &mut [Tool], body: &Body) -> Result<(), SimulationError> {
         let points: Vec<Vec3> = ids.iter().map(|&n| mesh.nodes[n as usize]).collect();
         if tool.place_touching(&points).is_none() {
             let remedy = tool.setup.why_not_touching(&points);
-            return Err(SimulationError::NoTouch { tool: tool.setup.name.clone(), remedy });
+            let looks_back = tool.setup.looks_back();
+            let tool = tool.setup.name.clone();
+            return Err(SimulationError::NoTouch { tool, looks_back, remedy });
         }
     }
     Ok(())

@@ -53,7 +53,7 @@ fn files(case: &Case) -> Vec<(String, &str, String)> {
     let mut files: Vec<_> = tools
         .enumerate()
         .filter_map(|(k, tool)| {
-            let remedy = "make the tools (`tools/models DIR`, or `kanagata convert`) and give their folder with --tools";
+            let remedy = "make the tool files, and name the folder that they are in";
             Some((format!("tools[{k}].file"), tool.get("file")?.as_str()?, remedy.to_owned()))
         })
         .collect();
@@ -131,7 +131,10 @@ mod tests {
         let one = case(scene, Some("b"));
         let now = || inputs(&one, folder.path());
         let message = now().unwrap_err();
-        assert!(message.contains("tools[0].file") && message.contains("--tools"), "{message}");
+        assert!(
+            message.contains("tools[0].file") && message.contains("make the tool files"),
+            "{message}"
+        );
         fs::write(file("die.json"), "1").unwrap();
         assert!(now().unwrap_err().contains("blank.shape.mesh.file"));
         fs::write(file("blank.inp"), "1").unwrap();

@@ -73,8 +73,8 @@ impl Manifest {
             path,
             place: format!("line {}, column {}", e.line(), e.column()),
             found: e.to_string(),
-            allowed: "a manifest as this program writes it; run the study without --collect: it sets this one aside and \
-                      takes what the cases' run.json prove"
+            allowed: "a manifest as this program writes it; a study that is run sets this one aside and takes what \
+                      the cases' run.json prove"
                 .into(),
         })
     }

@@ -49,7 +49,7 @@ pub enum StudyError {
     },
     /// The solver cannot be started.
     #[error(
-        "cannot start {}: {source}; allowed: `kanagata-solve` beside `kanagata` (cargo build --release makes both)", path.display()
+        "cannot start {}: {source}; allowed: the program of the solver", path.display()
     )]
     Start {
         /// The solver.
@@ -60,7 +60,7 @@ pub enum StudyError {
     },
     /// Another study works in the folder.
     #[error(
-        "{}: {who} works in this folder; allowed: one study at a time; wait for it, end it (`kill`; its runs leave checkpoints), or give another folder with -o", folder.display()
+        "{}: {who} works in this folder; allowed: one study at a time; wait for it, end it (`kill`; its runs leave checkpoints), or use another folder", folder.display()
     )]
     Busy {
         /// The folder.

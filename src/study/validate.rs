@@ -160,7 +160,7 @@ fn scenes(study: &Study) -> Result<(), Fault> {
         if let Some(k) = faults.iter().position(Option::is_some) {
             let bad: Vec<bool> = faults.iter().map(Option::is_some).collect();
             let (key, found, allowed) = faults.into_iter().nth(k).flatten().unwrap_or_default();
-            let with = if quick { " with --quick" } else { "" };
+            let with = if quick { " with `quick`" } else { "" };
             let place = format!("{}{with}", blame(study, &all, k, &bad));
             let key = if key.is_empty() { key } else { format!(": {key}") };
             return Err((format!("{place}{key}"), found, allowed));
@@ -272,9 +272,9 @@ mod tests {
         let key = serde_json::json!({"blank": {"layerz": 2}});
         let wrong = fault(|s| s["choices"][1]["options"][1]["change"] = key.clone());
         holds(&wrong, &["s.json, scene of the case a_2 (by layers = 2)", "layerz", "allowed"]);
-        assert!(!wrong.contains("--quick"), "{wrong}");
+        assert!(!wrong.contains("`quick`"), "{wrong}");
         let wrong = fault(|s| s["quick"] = key.clone());
-        holds(&wrong, &["every case", "with --quick", "layerz"]);
+        holds(&wrong, &["every case", "with `quick`", "layerz"]);
         let none = serde_json::json!({"blank": {"layers": 0}});
         let wrong = fault(|s| s["choices"][0]["options"][1]["change"] = none.clone());
         // The option 2 of layers puts it right.

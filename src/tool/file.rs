@@ -110,7 +110,7 @@ pub struct Provenance {
 #[derive(Debug, thiserror::Error)]
 pub enum ToolFileError {
     /// The file cannot be opened or read.
-    #[error("cannot read tool file {}: {source}; make it with `kanagata convert`", path.display())]
+    #[error("cannot read tool file {}: {source}; convert the CAD of the tool to make it", path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -119,7 +119,7 @@ pub enum ToolFileError {
         source: std::io::Error,
     },
     /// The text is not a tool file.
-    #[error("{}, line {line}, column {column}: {found}; allowed: the keys and values of schemas/tool.schema.json; make the file again with `kanagata convert`", path.display())]
+    #[error("{}, line {line}, column {column}: {found}; allowed: the keys and values of schemas/tool.schema.json; convert the CAD again", path.display())]
     Syntax {
         /// The file.
         path: PathBuf,
@@ -131,7 +131,7 @@ pub enum ToolFileError {
         found: String,
     },
     /// A version of another program.
-    #[error("{}: tool file version {found}; allowed: {VERSION}; convert the CAD again with this program", path.display())]
+    #[error("{}: tool file version {found}; allowed: {VERSION}; convert the CAD again", path.display())]
     Version {
         /// The file.
         path: PathBuf,
@@ -139,7 +139,7 @@ pub enum ToolFileError {
         found: u32,
     },
     /// Numbers that make no tool.
-    #[error("{}: {cause}; make the file again with `kanagata convert`", path.display())]
+    #[error("{}: {cause}; convert the CAD again", path.display())]
     Content {
         /// The file.
         path: PathBuf,

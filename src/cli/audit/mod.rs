@@ -11,7 +11,7 @@ pub use self::args::AuditArgs;
 use self::clearance::clearances;
 use self::json::write_json;
 use self::print::{file_name, print_report, print_row};
-use super::ended::print_doubts;
+use super::doubts::print_doubts;
 use super::exit::{Exit, Failure};
 use super::own::refuse_clashes;
 use super::read::{LostFaces, read_model};

@@ -107,9 +107,7 @@ fn made_within(
     Err(match error {
         BezierError::Mesh(e) => e.into(),
         BezierError::Convert(e) => e.into(),
-        BezierError::NotReached { .. } => {
-            Failure::input(format!("{}: {error}", args.file.display()))
-        }
+        BezierError::NotReached { .. } => Failure::of_file(&args.file, error),
     })
 }
 
@@ -119,8 +117,8 @@ pub(super) fn exchange(args: &ConvertArgs, to: To) -> Result<Exit, Failure> {
     let mut tool = match to {
         To::Bezier => to_bezier(&loaded.model),
         To::Nagata => {
-            let (tool, lost) = to_nagata(&loaded.model)
-                .map_err(|e| Failure::input(format!("{}: {e}", args.file.display())))?;
+            let (tool, lost) =
+                to_nagata(&loaded.model).map_err(|e| Failure::of_file(&args.file, e))?;
             out!("largest discrepancy {:.3e} mm, on patch {}", lost.max_mm, lost.patch);
             tool
         }

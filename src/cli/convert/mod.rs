@@ -122,7 +122,7 @@ fn reach(args: &ConvertArgs, scene: &Path, model: &Model) -> Result<Reached, Fai
         .and_then(|zone| within_reach(model, &zone, side, args.flip));
     found.map_err(|e| match e {
         ReachError::Mesh(e) => e.into(),
-        other => Failure::input(format!("{}: {other}", scene.display())),
+        other => Failure::of_file(scene, other),
     })
 }
 

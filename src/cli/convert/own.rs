@@ -25,7 +25,7 @@ pub(super) fn own(args: &ConvertArgs) -> Result<Exit, Failure> {
     let file = io::read_file(&args.file)?;
     let options = options(args, None);
     let (tool, report, source) = convert_mesh(&file, &options, crease_deg(args))
-        .map_err(|e| Failure::input(format!("{}: {e}", args.file.display())))?;
+        .map_err(|e| Failure::of_file(&args.file, e))?;
     let made = Converted { tool, report, refined: None };
     refuse_folds(args, &made)?;
     ToolFile::of_model(&made.tool, options.edges, provenance(args, &source)?)

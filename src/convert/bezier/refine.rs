@@ -29,7 +29,7 @@ pub struct Within {
 pub enum BezierError {
     /// The tolerance was not reached, or patches fold.
     #[error(
-        "Bezier patches of degree 6 are up to {error_mm:.2e} mm off, on patch {worst} of face {face}{}{}; allowed: {tolerance_mm} mm, none that folds; {}, or allow more with --tol or --allow-folds",
+        "Bezier patches of degree 6 are up to {error_mm:.2e} mm off, on patch {worst} of face {face}{}{}; allowed: {tolerance_mm} mm, none that folds; {}, or allow more (`tolerance_mm`), or folds",
         border_said(*.border_mm, *.border_at),
         folds_said(*.folded, *.folded_face),
         advice(*.divisions, *.in_vain)
@@ -82,12 +82,12 @@ fn advice(divisions: Option<usize>, in_vain: bool) -> String {
     match divisions {
         None => "mesh finer there".into(),
         Some(n) if in_vain => format!(
-            "{n} divisions of a quarter turn came no nearer than half as many, so finer ones are not tried: take --kind nagata and that \
-             file with --to bezier; where `kanagata inspect FILE --health` finds these faces faulty, repair them in the CAD"
+            "{n} divisions of a quarter turn came no nearer than half as many, so finer ones are not tried: make Nagata patches \
+             and turn these into Bezier patches, or repair these faces in the CAD where they are faulty"
         ),
         Some(n) => format!(
-            "{n} divisions of a quarter turn are the most that is tried: take --kind nagata and that file with --to bezier; where \
-             `kanagata inspect FILE --health` finds these faces faulty, repair them in the CAD"
+            "{n} divisions of a quarter turn are the most that is tried: make Nagata patches and turn these into Bezier patches, or \
+             repair these faces in the CAD where they are faulty"
         ),
     }
 }

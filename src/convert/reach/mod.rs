@@ -44,9 +44,7 @@ pub enum Why {
 #[derive(Debug, thiserror::Error)]
 pub enum ReachError {
     /// No tool of the scene is meant.
-    #[error(
-        "no tool of the scene has the file '{file}' or the name '{name}'; allowed: {allowed}; name it with --name"
-    )]
+    #[error("no tool of the scene has the file '{file}' or the name '{name}'; allowed: {allowed}")]
     NoTool {
         /// Name of the output file.
         file: String,
@@ -57,7 +55,7 @@ pub enum ReachError {
     },
     /// Every face is out of reach.
     #[error(
-        "the sheet reaches none of the {faces} faces; allowed: at least one; check the tool's direction, its place and the blank in the scene, or leave --reach out"
+        "the sheet reaches none of the {faces} faces; allowed: at least one; check the tool's direction, its place and the blank in the scene, or convert the whole model"
     )]
     Nothing {
         /// Faces of the model.

@@ -11,7 +11,7 @@ pub enum ToleranceError {
     /// A tolerance that is no positive number, or none at all.
     #[error("{what} is {found}; allowed: a number above zero")]
     Goal {
-        /// Its name.
+        /// Its field of the goal.
         what: &'static str,
         /// What was given.
         found: f64,
@@ -40,7 +40,7 @@ pub enum ToleranceError {
     },
     /// A face of which no patches come out sound.
     #[error(
-        "{source_entity} (face {face}): its patches fold or cannot be made, even with its border divided ten times as finely; repair the face in the CAD, or convert with --arc-divisions and --allow-folds to see where"
+        "{source_entity} (face {face}): its patches fold or cannot be made, even with its border divided ten times as finely; repair the face in the CAD, or convert a mesh of fixed divisions and allow folds to see where"
     )]
     NoPatches {
         /// The face.
@@ -50,7 +50,7 @@ pub enum ToleranceError {
     },
     /// Faces divided independently whose borders do not meet.
     #[error(
-        "borders of faces divided independently are {found:.3e} mm apart at ({:.3}, {:.3}, {:.3}) mm; allowed: {allowed:.3e}; convert with --borders conforming", at[0], at[1], at[2]
+        "borders of faces divided independently are {found:.3e} mm apart at ({:.3}, {:.3}, {:.3}) mm; allowed: {allowed:.3e}; use conforming borders", at[0], at[1], at[2]
     )]
     Apart {
         /// Gap found [mm].
@@ -61,7 +61,7 @@ pub enum ToleranceError {
         at: [f64; 3],
     },
     /// So few patches are not possible.
-    #[error("the coarsest model has {least} patches; allowed with --patches: at least so many")]
+    #[error("the coarsest model has {least} patches; allowed: at least so many")]
     TooFew {
         /// Patches of the coarsest model.
         least: usize,

@@ -54,7 +54,7 @@ pub fn to_tolerance(
     options: &ConvertOptions,
     goal: &Goal,
 ) -> Result<Refined, ToleranceError> {
-    for (what, found) in [("--tol", goal.tol_mm), ("--normal-tol", goal.normal_deg)] {
+    for (what, found) in [("tol_mm", goal.tol_mm), ("normal_deg", goal.normal_deg)] {
         if found.is_nan() || found <= 0.0 {
             return Err(ToleranceError::Goal { what, found });
         }

@@ -93,6 +93,6 @@ impl GmshOptions {
             return Ok(());
         }
         let found = self.limit_s.to_string();
-        Err(MeshError::Option { option: "--gmsh-limit", found, allowed: "seconds above zero" })
+        Err(MeshError::Option { option: "limit_s", found, allowed: "seconds above zero" })
     }
 }

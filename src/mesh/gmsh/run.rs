@@ -125,7 +125,7 @@ impl<'a> Run<'a> {
         match outcome.end {
             End::TooLong => {
                 let reason = format!(
-                    "stopped after {} s (allow more with --gmsh-limit SECONDS, or mesh coarser)",
+                    "stopped after {} s (allow more by `limit_s`, or mesh coarser)",
                     self.options.limit_s
                 );
                 return Err(self.failed(reason, &log));

@@ -17,7 +17,7 @@ pub fn version_guard(oldest: [u32; 2]) -> String {
     let [major, minor] = oldest;
     format!(
         "If (1000 * GMSH_MAJOR_VERSION + GMSH_MINOR_VERSION < {})\n  Error(\"gmsh %g.%g is too old; allowed: {major}.{minor} \
-         or newer (tools/setup installs one; name it with --gmsh or KANAGATA_GMSH)\", GMSH_MAJOR_VERSION, \
+         or newer (KANAGATA_GMSH names another one)\", GMSH_MAJOR_VERSION, \
          GMSH_MINOR_VERSION);\n  Exit;\nEndIf\n",
         1000 * major + minor
     )

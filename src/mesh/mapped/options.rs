@@ -69,11 +69,9 @@ impl Default for MappedOptions {
 pub(super) fn check_options(options: &MappedOptions) -> Result<(), MeshError> {
     if !(1..=1000).contains(&options.arc_divisions) {
         let found = options.arc_divisions.to_string();
-        return Err(MeshError::Option { option: "--arc-divisions", found, allowed: "1 to 1000" });
+        return Err(MeshError::Option { option: "arc_divisions", found, allowed: "1 to 1000" });
     }
-    for (option, value) in
-        [("--max-size", options.max_size), ("--chord-error", options.chord_error)]
-    {
+    for (option, value) in [("max_size", options.max_size), ("chord_error", options.chord_error)] {
         if let Some(v) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
             let allowed = "a length in mm above zero";
             return Err(MeshError::Option { option, found: v.to_string(), allowed });

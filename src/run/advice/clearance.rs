@@ -1,7 +1,7 @@
 //! Clearance that tools leave the sheet at the end of their travels, against its thickness and the tools' shape error.
 
 use super::coarse::{ShapeError, shape_error};
-use super::finding::Finding;
+use super::finding::{Conversion, Finding};
 use super::size::TOLERANCE;
 use super::travel::end_of;
 use crate::audit::clearance::{ClearanceOptions, clearance};
@@ -123,7 +123,12 @@ impl Clearance<'_> {
 
     fn finer_tools(&self) -> String {
         let each = 0.5 * self.allowed_error();
-        format!("convert with --tol {each:.4}; unknowns stay the same")
+        format!("convert to a tolerance of {each:.4} mm; unknowns stay the same")
+    }
+
+    /// The conversion that makes the tools fine enough.
+    fn conversion(&self) -> Conversion {
+        Conversion::Within(0.5 * self.allowed_error())
     }
 
     /// Shape errors too large for the clearance.
@@ -138,6 +143,7 @@ impl Clearance<'_> {
             ),
             self.finer_tools(),
         )
+        .conversion(self.conversion())
     }
 
     /// Tools that meet in the sheet.
@@ -162,11 +168,12 @@ impl Clearance<'_> {
             self.least, self.thickness
         );
         let mut cost = "it is ironed there: forces and increments grow many times".to_owned();
-        if self.is_coarse() {
-            what += &format!("; their shape errors are {}: too coarse", self.error_in_words());
-            cost += &format!("; {}", self.finer_tools());
+        if !self.is_coarse() {
+            return Finding::note(what, cost);
         }
-        Finding::note(what, cost)
+        what += &format!("; their shape errors are {}: too coarse", self.error_in_words());
+        cost += &format!("; {}", self.finer_tools());
+        Finding::note(what, cost).conversion(self.conversion())
     }
 }
 
@@ -200,11 +207,17 @@ mod tests {
         let ironed = told(0.9, [None; 2]).unwrap();
         assert!(ironed.contains("ironed") && !ironed.contains("coarse"), "{ironed}");
         let coarse = told(1.1, [Some(0.04), Some(0.03)]).unwrap();
-        assert!(coarse.contains("0.070 mm") && coarse.contains("--tol 0.0250"), "{coarse}");
+        assert!(
+            coarse.contains("0.070 mm") && coarse.contains("tolerance of 0.0250 mm"),
+            "{coarse}"
+        );
         let both = told(0.9, [Some(0.04), None]).unwrap();
-        assert!(both.contains("ironed") && both.contains("--tol 0.0100"), "{both}");
+        assert!(both.contains("ironed") && both.contains("tolerance of 0.0100 mm"), "{both}");
         let apart = told(-0.489, [Some(0.04), None]).unwrap();
-        assert!(apart.contains("0.489 mm into each other") && !apart.contains("--tol"), "{apart}");
+        assert!(
+            apart.contains("0.489 mm into each other") && !apart.contains("tolerance"),
+            "{apart}"
+        );
     }
 
     #[test]
@@ -219,7 +232,7 @@ mod tests {
         };
         for least in [0.9, 1.1] {
             let text = told(1, least).unwrap();
-            for part in ["of die", "turns by 90 degrees", "too coarse", "--tol"] {
+            for part in ["of die", "turns by 90 degrees", "too coarse", "tolerance of"] {
                 assert!(text.contains(part), "{part}: {text}");
             }
         }

@@ -28,6 +28,15 @@ impl fmt::Display for Level {
     }
 }
 
+/// How the file of a tool is to be made again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Conversion {
+    /// Without the faces that the sheet of the scene cannot touch.
+    Reachable,
+    /// Within this shape error [mm].
+    Within(f64),
+}
+
 /// A finding about a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
@@ -52,6 +61,9 @@ pub struct Finding {
     /// `run --auto` sees to it.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub auto: bool,
+    /// Conversion of the tool that `remedy` asks for.
+    #[serde(skip)]
+    pub conversion: Option<Conversion>,
     /// Estimated effect, for the order within a level: relative error of the results, or, of what costs time only, the part of
     /// the run time over a thousand.
     pub effect: f64,
@@ -73,6 +85,7 @@ impl Finding {
             what,
             remedy,
             auto: false,
+            conversion: None,
             effect: EFFECT_UNKNOWN,
         }
     }
@@ -102,6 +115,12 @@ impl Finding {
         Self { value: finite(value), limit: finite(limit), ..self }
     }
 
+    /// With the conversion that `remedy` asks for.
+    #[must_use]
+    pub fn conversion(self, conversion: Conversion) -> Self {
+        Self { conversion: Some(conversion), ..self }
+    }
+
     /// With an estimate of its effect.
     #[must_use]
     pub fn effect(self, effect: f64) -> Self {
@@ -128,8 +147,7 @@ impl fmt::Display for Finding {
             write!(f, "{code}: ")?;
         }
         let between = if self.level == Level::Note { ";" } else { "" };
-        let auto = if self.auto { " (--auto does it)" } else { "" };
-        write!(f, "{}{between} {}{auto}", self.what, self.remedy)
+        write!(f, "{}{between} {}", self.what, self.remedy)
     }
 }
 

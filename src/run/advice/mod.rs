@@ -34,7 +34,7 @@ use crate::scene::Plan;
 use crate::solver::reach::reachable;
 use crate::solver::{Motion, SimulationSetup};
 
-pub use finding::{Finding, Level, sort};
+pub use finding::{Conversion, Finding, Level, sort};
 
 /// Findings of the scene, its tools placed, that make the result of a run doubtful, errors among them. `ratio` as in [`advice`].
 #[must_use]

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::curvature::{Bend, corners};
-use super::finding::Finding;
+use super::finding::{Conversion, Finding};
 use super::radii::{SizedBend, sized};
 use super::size::Sizes;
 use crate::geometry::Vec3;
@@ -44,13 +44,15 @@ pub(super) fn remarks(tool: &ToolSetup, kept: &[bool], sizes: &Sizes, out: &mut 
 /// A remark on patches that the sheet cannot come near.
 fn beyond_reach(tool: &ToolSetup, kept: &[bool]) -> Option<Finding> {
     let (beyond, patches) = (kept.iter().filter(|k| !**k).count(), kept.len());
-    let remedy = if has_face_beyond(tool, kept) {
-        "; `kanagata convert --reach` leaves such faces out of the file"
+    let has_faces = has_face_beyond(tool, kept);
+    let remedy = if has_faces {
+        "; a conversion for this scene leaves such faces out of the file"
     } else {
         ""
     };
     (beyond > 0).then(|| Finding {
         auto: true,
+        conversion: has_faces.then_some(Conversion::Reachable),
         ..Finding::note(
             format!(
                 "{beyond} of {patches} patches of {} are beyond the reach of the sheet",
@@ -78,11 +80,12 @@ fn too_fine(tool: &ToolSetup, kept: &[bool], sizes: &Sizes) -> Option<Finding> {
                 sizes.tolerance
             ),
             format!(
-                "{} and the time to search them; convert with --tol {:.4} instead of fixed divisions",
+                "{} and the time to search them; convert to a tolerance of {:.4} mm instead of fixed divisions",
                 megabytes(fine as f64 * BYTES_A_PATCH),
                 sizes.tolerance
             ),
         )
+        .conversion(Conversion::Within(sizes.tolerance))
     })
 }
 
@@ -104,7 +107,7 @@ pub(super) fn without_area(tool: &ToolSetup) -> Option<Finding> {
             x.y,
             x.z
         ),
-        "They have no normal, and contact forces there have no direction. Convert the tool again with `kanagata convert`, or remove these patches.".into(),
+        "They have no normal, and contact forces there have no direction. Convert the tool again, or remove these patches.".into(),
     ))
 }
 

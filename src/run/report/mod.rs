@@ -127,8 +127,8 @@ fn tools(page: &mut Page, plan: &Plan, simulation: &Simulation) {
 }
 
 const NOT_AUDITED: &str = "not audited";
-const HOW_TO_AUDIT: &str = "A tool counts as audited where its audit lies beside its file NAME.tool.json before the run: kanagata audit \
-     NAME.tool.json --cad CAD --json NAME.audit.json --vtu NAME.audit.vtu";
+const HOW_TO_AUDIT: &str = "A tool counts as audited where its audit lies beside its file NAME.tool.json before the run: figures in \
+     NAME.audit.json, the surface in NAME.audit.vtu.";
 
 fn audit_row(name: &str, patches: usize, path: &Path) -> Vec<String> {
     let audit = crate::files::read(path, crate::files::Input::Description)

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::checkpoint;
 use super::progress_line::line;
 use super::resources;
+use super::restart::Restart;
 use crate::report::doubt::Doubt;
 use crate::report::record::{History, HistoryRow, RunRecord, Verdict};
 
@@ -18,7 +19,7 @@ use crate::report::record::{History, HistoryRow, RunRecord, Verdict};
 #[derive(Debug, thiserror::Error)]
 pub enum StatusError {
     /// No `run.json` that can be read.
-    #[error("cannot read {}: {source}; allowed: the folder given to `kanagata-solve run` with -o", path.display())]
+    #[error("cannot read {}: {source}; allowed: the folder of a run", path.display())]
     Io {
         /// `run.json`.
         path: PathBuf,
@@ -130,8 +131,9 @@ pub struct Status {
     pub last_line: Option<String>,
     /// What a restart would go on from.
     pub checkpoint: Option<CheckpointStatus>,
-    /// Command that goes on from there; none when there is nothing left to do or to go on from.
-    pub restart: Option<String>,
+    /// What continues from there; none when there is nothing left to do or to continue from.
+    #[serde(skip)]
+    pub restart: Option<Restart>,
 }
 
 /// Reads what the run folder says now.
@@ -180,11 +182,11 @@ fn time_left(record: &RunRecord, state: State, time: f64) -> Option<f64> {
         .then(|| record.wall_s * (record.stages as f64 - time).max(0.0) / time)
 }
 
-/// Command that goes on with a run that was stopped or killed, where its scene is known.
-fn restart_of_ended(record: &RunRecord, state: State, folder: &Path) -> Option<String> {
+/// What continues a run that was stopped or killed, where its scene is known.
+fn restart_of_ended(record: &RunRecord, state: State, folder: &Path) -> Option<Restart> {
     let scene = record.scene.as_ref()?;
     let ended = matches!(state, State::Stopped | State::Killed);
-    ended.then(|| restart_command(record, scene.as_ref(), folder))
+    ended.then(|| Restart::of(record, scene.as_ref(), folder))
 }
 
 fn state(record: &RunRecord) -> State {
@@ -235,22 +237,6 @@ fn age(path: &Path) -> f64 {
     let written = std::fs::metadata(path).and_then(|m| m.modified()).ok();
     let past = written.and_then(|at| SystemTime::now().duration_since(at).ok());
     past.map_or(0.0, |d| d.as_secs_f64())
-}
-
-/// Command that goes on with the run of `record`, whose scene is in the file `scene`.
-pub(super) fn restart_command(record: &RunRecord, scene: &Path, folder: &Path) -> String {
-    let quoted = |word: &str| {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@".contains(c);
-        if !word.is_empty() && word.chars().all(plain) {
-            word.to_owned()
-        } else {
-            format!("'{}'", word.replace('\'', r"'\''"))
-        }
-    };
-    let scene = quoted(&scene.to_string_lossy());
-    let folder = quoted(&folder.to_string_lossy());
-    let auto = if record.left_out.is_empty() { "" } else { " --auto" };
-    format!("kanagata-solve run {scene} -o {folder} --restart{auto}")
 }
 
 #[cfg(test)]
@@ -313,8 +299,6 @@ mod tests {
             [ToolStatus { name: "die".into(), travel_mm: 2.5, force_n: -100.0 }]
         );
         assert_eq!((found.checkpoint, found.restart), (None, None));
-        let command = restart_command(&r, "/a b/x.json".as_ref(), Path::new("out"));
-        assert_eq!(command, "kanagata-solve run '/a b/x.json' -o out --restart");
         std::fs::write(folder.path().join("history.csv"), "increment,stage\n1,2,3\n").unwrap();
         assert!(matches!(status(folder.path()), Err(StatusError::Invalid { .. })));
     }

@@ -90,13 +90,11 @@ impl Status {
     }
 
     fn say_restart(&self, lines: &mut Lines) {
-        match (&self.restart, self.state) {
-            (Some(command), _) => lines.say("continue with", command),
-            (None, State::NotConverged) => lines.say(
+        if self.state == State::NotConverged {
+            lines.say(
                 "continue with",
                 "a changed scene, from the start; the last good state is steps/last.vtu",
-            ),
-            _ => {}
+            );
         }
     }
 }

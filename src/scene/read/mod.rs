@@ -131,7 +131,7 @@ pub fn check_value(value: &serde_json::Value) -> Result<Scene, Fault> {
             (format!("material.{key}"), found.to_string(), allowed)
         }
         e => {
-            let allowed = "the name of a card (`kanagata material list`), or a card in full";
+            let allowed = "the name of a card of the library, or a card in full";
             ("material".into(), e.to_string(), allowed.into())
         }
     })?;
@@ -164,7 +164,7 @@ fn card_of_file(
         cause,
     };
     let bytes = crate::files::read(&file, crate::files::Input::Description).map_err(|e| {
-        let allowed = "a file with a material card, or the name of a card in the library (`kanagata material list`)";
+        let allowed = "a file with a material card, or the name of a card of the library";
         fault(format!("{e}; allowed: {allowed}"))
     })?;
     let card = parse_card(&bytes).map_err(|e| fault(format!("found {e}")))?;
@@ -243,7 +243,7 @@ fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTo
                 path: path.to_path_buf(),
                 place: format!("tools[{k}].file"),
                 found: format!("{}, which has no patches", tool.file),
-                allowed: "a tool with patches: make it again with `kanagata convert`".into(),
+                allowed: "a tool with patches: convert its CAD again".into(),
             });
         }
         if loaded.model.patches.iter().all(Patch::is_without_area) {
@@ -251,7 +251,7 @@ fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTo
                 path: path.to_path_buf(),
                 place: format!("tools[{k}].file"),
                 found: format!("{}, none of whose patches has an area", tool.file),
-                allowed: "a tool with faces: make it again with `kanagata convert`".into(),
+                allowed: "a tool with faces: convert its CAD again".into(),
             });
         }
         tools.push(PlannedTool {

@@ -29,7 +29,7 @@ fn fails(change: impl Fn(&mut serde_json::Value)) -> String {
 fn a_missing_tool_file_is_named_with_its_key_and_remedy() {
     let message = fails(|_| {});
     assert!(message.contains("tools[0].file") && message.contains("die.tool.json"), "{message}");
-    assert!(message.contains("kanagata convert"), "{message}");
+    assert!(message.contains("convert the CAD"), "{message}");
 }
 
 #[test]

@@ -158,8 +158,7 @@ fn check_table(strain: &[f64], stress: &[f64]) -> Result<(), HardeningError> {
     }
     for (k, pair) in stress.windows(2).enumerate() {
         let holds = pair[1] >= pair[0] && pair[1].is_finite();
-        let allowed =
-            "not below the one before; `kanagata material fit` gives a law for a measured curve";
+        let allowed = "not below the one before; fit a law to a measured curve";
         need(holds, &format!("stress[{}]", k + 1), pair[1], allowed)?;
     }
     Ok(())

@@ -70,7 +70,7 @@ impl ToolSetup {
         /// Ratio of sizes from which one of the two is in another unit.
         const UNIT_RATIO: f64 = 100.0;
         let mut said = if self.looks_back() {
-            "its foremost faces look away from the sheet: turn their normals round (`kanagata convert FILE --flip`, or the other `--sheet-side`), or its `direction`, which points towards the sheet"
+            "its foremost faces look away from the sheet: turn their normals round, or its `direction`, which points towards the sheet"
         } else {
             "check its `direction`, or put it there with `place`"
         }
@@ -85,7 +85,7 @@ impl ToolSetup {
     }
 
     /// Whether its face foremost along its direction looks back: a tool turned inside out, or turned round.
-    fn looks_back(&self) -> bool {
+    pub(in crate::solver) fn looks_back(&self) -> bool {
         let seen = |patch: &Patch| {
             let (eta, zeta) = (0.5, 0.25);
             Some((patch.derivs(eta, zeta).s.dot(&self.direction), patch.normal(eta, zeta)?))
@@ -223,7 +223,7 @@ mod tests {
     fn a_ball_turned_inside_out_and_one_in_metres_are_named() {
         assert!((placed(7.0, 1.0).unwrap() - 8.0).abs() < 1e-9);
         let why = placed(7.0, -1.0).unwrap_err();
-        assert!(why.contains("look away") && why.contains("--flip"), "{why}");
+        assert!(why.contains("look away") && why.contains("normals round"), "{why}");
         assert!(!why.contains("units"), "{why}");
         let why = placed(7e-3, -1.0).unwrap_err();
         assert!(why.contains("The sheet is 5.745 mm across and the tool 0.024 mm"), "{why}");

@@ -189,7 +189,7 @@ impl<'m> Mesher<'m> {
             let found =
                 format!("{} (asks for {total} divisions of edges)", self.options.arc_divisions);
             let allowed = "a size that gives at most 12500000 divisions of edges";
-            return Err(MeshError::Option { option: "--arc-divisions", found, allowed });
+            return Err(MeshError::Option { option: "arc_divisions", found, allowed });
         }
         Ok(())
     }

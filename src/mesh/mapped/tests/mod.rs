@@ -170,7 +170,7 @@ fn a_wall_with_a_window_is_refined_where_it_curves() {
 #[test]
 fn options_out_of_range_say_so() {
     let bad = mesh(&ring(), &options(0, MeshStyle::Structured)).unwrap_err().to_string();
-    assert!(bad.contains("--arc-divisions is 0; allowed: 1 to 1000"), "{bad}");
+    assert!(bad.contains("arc_divisions is 0; allowed: 1 to 1000"), "{bad}");
     let size = MappedOptions { max_size: Some(f64::NAN), ..MappedOptions::default() };
     assert!(matches!(mesh(&ring(), &size), Err(MeshError::Option { .. })));
     assert!(matches!(

@@ -1,0 +1,255 @@
+//! What to try on the command line for an error of the library. Errors of the library say what is wrong in terms of the
+//! library; here is the one place that names options and commands for them.
+
+use std::error::Error;
+use std::path::Path;
+
+use crate::audit::AuditError;
+use crate::convert::bezier::BezierError;
+use crate::convert::reach::ReachError;
+use crate::convert::tolerance::ToleranceError;
+use crate::mesh::MeshError;
+use crate::run::restart::Restart;
+use crate::run::status::StatusError;
+use crate::run::{CheckpointError, RunError};
+use crate::scene::SceneError;
+use crate::solver::SimulationError;
+use crate::study::StudyError;
+use crate::tool::file::ToolFileError;
+
+const CONVERT: &str = "make the tool file with `kanagata convert`";
+const ANOTHER_FOLDER: &str = "another folder with -o";
+const MATERIALS: &str = "a card that `kanagata material list` names; `kanagata material fit` gives a law for a measured curve";
+
+/// What to try for an error, or for the one that it is about.
+pub(super) fn remedy(error: &(dyn Error + 'static)) -> Option<String> {
+    of_one(error).or_else(|| remedy(error.source()?))
+}
+
+fn of_one(error: &(dyn Error + 'static)) -> Option<String> {
+    let of_cad = || {
+        let of_mesh = || error.downcast_ref().and_then(of_mesh);
+        let of_tolerance = || error.downcast_ref().and_then(of_tolerance);
+        let of_bezier = || error.downcast_ref().and_then(of_bezier);
+        let of_reach = || error.downcast_ref().and_then(of_reach);
+        of_mesh().or_else(of_tolerance).or_else(of_bezier).or_else(of_reach)
+    };
+    let of_tool = || {
+        let of_audit = || error.downcast_ref().and_then(of_audit);
+        error.downcast_ref().and_then(of_tool_file).or_else(of_audit)
+    };
+    let of_run = || {
+        let of_scene = || error.downcast_ref().and_then(of_scene);
+        let of_solver = || error.downcast_ref().and_then(of_solver);
+        let of_status = || error.downcast_ref().and_then(of_status);
+        let of_study = || error.downcast_ref().and_then(of_study);
+        let of_run = error.downcast_ref().and_then(of_run);
+        of_run.or_else(of_scene).or_else(of_solver).or_else(of_status).or_else(of_study)
+    };
+    of_cad().or_else(of_tool).or_else(of_run)
+}
+
+fn of_mesh(error: &MeshError) -> Option<String> {
+    let try_this = match error {
+        MeshError::NoFaces { .. } => "`kanagata inspect FILE` lists what the file holds",
+        MeshError::Option { option, .. } => return of_option(option),
+        MeshError::Faces { .. } => {
+            "--arc-divisions, --max-size-mm or --mesher gmsh; --skip-bad-faces continues without these faces"
+        }
+        MeshError::Check { .. } => {
+            "--arc-divisions or --max-size-mm for a finer mesh, another --mesher or --gmsh-algorithm; `kanagata inspect FILE --health` \
+             examines the CAD file"
+        }
+        MeshError::GmshAbsent { .. } => {
+            "tools/setup installs gmsh; name it with --gmsh PATH, or use --mesher mapped"
+        }
+        MeshError::GmshFailed { .. } => {
+            "another --gmsh-algorithm, more time with --gmsh-limit SECONDS, another program with --gmsh PATH, or --mesher mapped"
+        }
+        _ => return None,
+    };
+    Some(try_this.into())
+}
+
+/// The command-line option of a field of mesher options or of a goal.
+fn of_option(field: &str) -> Option<String> {
+    let option = match field {
+        "arc_divisions" => "--arc-divisions",
+        "max_size" => "--max-size-mm",
+        "chord_error" => "--chord-mm",
+        "limit_s" => "--gmsh-limit",
+        "tol_mm" => "--tol",
+        "normal_deg" => "--normal-tol",
+        _ => return None,
+    };
+    Some(format!("another value of {option}"))
+}
+
+fn of_tolerance(error: &ToleranceError) -> Option<String> {
+    match error {
+        ToleranceError::Goal { what, .. } => of_option(what),
+        ToleranceError::NotReached { .. } => Some("a larger --tol or --normal-tol".into()),
+        ToleranceError::NoPatches { .. } => {
+            Some("--arc-divisions N with --allow-folds shows where they fold".into())
+        }
+        ToleranceError::Apart { .. } => Some("--borders conforming".into()),
+        ToleranceError::TooFew { least } => Some(format!("--patches {least} or more, or --tol")),
+        ToleranceError::Mesh(error) => of_mesh(error),
+        _ => None,
+    }
+}
+
+fn of_bezier(error: &BezierError) -> Option<String> {
+    match error {
+        BezierError::NotReached { divisions: None, .. } => {
+            Some("a larger --tol, or --allow-folds".into())
+        }
+        BezierError::NotReached { .. } => Some(
+            "--kind nagata, and that file with --to bezier; a larger --tol, or --allow-folds; `kanagata inspect FILE --health` says \
+             whether these faces are faulty"
+                .into(),
+        ),
+        BezierError::Mesh(error) => of_mesh(error),
+        _ => None,
+    }
+}
+
+fn of_reach(error: &ReachError) -> Option<String> {
+    match error {
+        ReachError::NoTool { .. } => Some("the name of the tool in the scene with --name".into()),
+        ReachError::Nothing { .. } => Some("the command without --reach".into()),
+        ReachError::Mesh(error) => of_mesh(error),
+    }
+}
+
+fn of_audit(error: &AuditError) -> Option<String> {
+    match error {
+        AuditError::NoPatches => Some(CONVERT.into()),
+        AuditError::Samples { .. } => Some("another value of --samples".into()),
+        _ => None,
+    }
+}
+
+fn of_tool_file(_: &ToolFileError) -> Option<String> {
+    Some(CONVERT.into())
+}
+
+fn of_scene(error: &SceneError) -> Option<String> {
+    match error {
+        SceneError::Tool { cause, .. } => of_tool_file(cause),
+        SceneError::Value { place, .. } => of_key(place),
+        SceneError::CardFile { .. } | SceneError::Material { .. } => Some(MATERIALS.into()),
+        _ => None,
+    }
+}
+
+/// What to try for the value of a scene's key.
+fn of_key(key: &str) -> Option<String> {
+    if key.starts_with("material") {
+        return Some(MATERIALS.into());
+    }
+    let is_tool_file = key.starts_with("tools[") && key.ends_with("].file");
+    is_tool_file
+        .then(|| format!("{CONVERT}; --flip or the other --sheet-side turns its normals round"))
+}
+
+fn of_run(error: &RunError) -> Option<String> {
+    match error {
+        RunError::Scene(error) => of_scene(error),
+        RunError::Busy { .. } => Some(ANOTHER_FOLDER.into()),
+        RunError::Unfinished { restart, .. } => Some(format!(
+            "`{}` continues it, --overwrite discards it; or {ANOTHER_FOLDER}",
+            restart_command(restart)
+        )),
+        RunError::Foreign { .. } => Some(format!("{ANOTHER_FOLDER}, or --overwrite")),
+        RunError::Checkpoint(error) => Some(of_checkpoint(error)),
+        RunError::LeftOut { .. } => Some("the command without --auto".into()),
+        RunError::Solver { cause, .. } => of_solver(cause),
+        _ => None,
+    }
+}
+
+fn of_checkpoint(error: &CheckpointError) -> String {
+    let why = if matches!(error, CheckpointError::Completed { .. }) { " repeats them" } else { "" };
+    format!("the command without --restart{why}")
+}
+
+fn of_solver(error: &SimulationError) -> Option<String> {
+    match error {
+        SimulationError::NoTouch { looks_back: true, .. } => Some(
+            "`kanagata convert FILE --flip`, or the other --sheet-side, turns the normals of the tool round"
+                .into(),
+        ),
+        SimulationError::GaveUp { .. } => Some(
+            "`kanagata-solve check` names places where tools begin inside the sheet or leave it too little room, and radii for which \
+             elements are too long"
+                .into(),
+        ),
+        _ => None,
+    }
+}
+
+fn of_status(error: &StatusError) -> Option<String> {
+    let is_absent = matches!(error, StatusError::Io { .. });
+    is_absent.then(|| "the folder given to `kanagata-solve run` with -o".into())
+}
+
+fn of_study(error: &StudyError) -> Option<String> {
+    match error {
+        StudyError::Start { .. } => {
+            Some("`kanagata-solve` beside `kanagata` (cargo build --release makes both)".into())
+        }
+        StudyError::Busy { .. } => Some(ANOTHER_FOLDER.into()),
+        StudyError::Value { path, .. } if path.file_name() == Some("manifest.json".as_ref()) => {
+            Some("the command without --collect".into())
+        }
+        // The key of the scene stands behind the case that it is of.
+        StudyError::Value { place, .. } => of_key(place.rsplit(": ").next()?),
+        _ => None,
+    }
+}
+
+/// The command that continues a run.
+pub(super) fn restart_command(restart: &Restart) -> String {
+    let quoted = |path: &Path| {
+        let word = path.to_string_lossy();
+        let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@".contains(c);
+        if !word.is_empty() && word.chars().all(plain) {
+            word.into_owned()
+        } else {
+            format!("'{}'", word.replace('\'', r"'\''"))
+        }
+    };
+    let (scene, folder) = (quoted(&restart.scene), quoted(&restart.folder));
+    let auto = if restart.auto { " --auto" } else { "" };
+    format!("kanagata-solve run {scene} -o {folder} --restart{auto}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::exit::Failure;
+
+    #[test]
+    fn errors_within_errors_and_of_files_have_their_remedies() {
+        let option = || MeshError::Option { option: "limit_s", found: "0".into(), allowed: "more" };
+        let expected = Some("another value of --gmsh-limit".to_owned());
+        assert_eq!(remedy(&option()), expected);
+        assert_eq!(remedy(&ToleranceError::Mesh(option())), expected);
+        let failure = Failure::of_file("die.igs".as_ref(), ReachError::Mesh(option()));
+        assert_eq!(failure.error.to_string(), "die.igs: limit_s is 0; allowed: more");
+        assert_eq!(remedy(&*failure.error), expected);
+        assert_eq!(remedy(&std::fmt::Error), None);
+    }
+
+    #[test]
+    fn a_stopped_run_is_continued_by_its_command() {
+        let (scene, folder) = ("/a b/x.json".into(), "out".into());
+        let restart = Restart { scene, folder, auto: true };
+        let command = "kanagata-solve run '/a b/x.json' -o out --restart --auto";
+        assert_eq!(restart_command(&restart), command);
+        let error = RunError::Unfinished { folder: "out".into(), increment: 3, restart };
+        assert!(remedy(&error).is_some_and(|text| text.contains(command)));
+        assert!(!error.to_string().contains("--"), "{error}");
+    }
+}

@@ -68,6 +68,7 @@ pub struct RunOptions<'a> {
 }
 
 /// Runs `plan` (read from `scene_path`) into the folder `output`. `watch` is called after every increment.
+/// Without the feature `pages` no `report.html` is written.
 ///
 /// # Errors
 /// [`RunError`]; what was computed until then is in the folder.

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::normals::Feet;
+use super::searches::Searches;
 use crate::cad::Model;
 use crate::geometry::nurbs::Surface;
 use crate::geometry::{Aabb, Vec2, Vec3};
@@ -43,8 +44,8 @@ pub(super) fn follow(
     model: &Model,
     mesh: &SurfaceMesh,
     feet: &Feet,
-    corners: &[PatchCorners],
-    normals: &[Vec3],
+    (corners, normals): (&[PatchCorners], &[Vec3]),
+    searches: &Searches<'_>,
 ) -> Followed {
     let mut around: BTreeMap<[u32; 2], Around> = BTreeMap::new();
     for (id, e) in mesh.elements.iter().enumerate() {
@@ -55,7 +56,7 @@ pub(super) fn follow(
         }
     }
     let ends = edge_ends(corners);
-    let finder = Finder::new(model, mesh, feet);
+    let finder = Finder::new(model, mesh, feet, searches);
     let list: Vec<([u32; 2], Around)> = around.into_iter().collect();
     let found: Vec<Option<(GivenCurve, Option<StraightEdge>)>> = list
         .par_iter()
@@ -152,10 +153,16 @@ pub(super) struct Finder<'a> {
     boxes: FxHashMap<usize, Aabb>,
     /// A vertex this near to a curve is on it [mm].
     near: f64,
+    searches: &'a Searches<'a>,
 }
 
 impl<'a> Finder<'a> {
-    pub(super) fn new(model: &'a Model, mesh: &'a SurfaceMesh, feet: &'a Feet) -> Self {
+    pub(super) fn new(
+        model: &'a Model,
+        mesh: &'a SurfaceMesh,
+        feet: &'a Feet,
+        searches: &'a Searches<'a>,
+    ) -> Self {
         // Of a mesh of one face the others are not looked at: a face's work does not depend on the size of the model.
         let mut edges: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
         for element in &mesh.elements {
@@ -168,7 +175,7 @@ impl<'a> Finder<'a> {
         let near = 1e-7 * size + 2.0 * model.join_tolerance;
         let hull = |e: usize| Aabb::of_points(model.edges[e].curve.points()).widened(near);
         let boxes = edges.values().flatten().map(|&e| (e, hull(e))).collect();
-        Self { model, mesh, feet, edges, boxes, near }
+        Self { model, mesh, feet, edges, boxes, near, searches }
     }
 
     fn middle(&self, vertices: [u32; 2], faces: &[u32]) -> Option<Vec3> {
@@ -184,7 +191,8 @@ impl<'a> Finder<'a> {
     /// Halfway in the parameters of the face; across the seam of a closed surface where that is the way.
     fn inside(&self, [a, b]: [u32; 2], face: u32) -> Option<Vec3> {
         let (p, q) = (self.feet.get(&(a, face))?, self.feet.get(&(b, face))?);
-        let surface = &self.model.faces[face as usize].surface;
+        let searched = self.searches.face(face);
+        let surface = &searched.face.surface;
         let [a, b] = [a, b].map(|v| self.mesh.vertices[v as usize]);
         let off = |point: &Vec3| (point - (a + b) * 0.5).norm();
         let sound = |point: &Vec3| off(point) <= SAGITTA * (b - a).norm();
@@ -196,7 +204,7 @@ impl<'a> Finder<'a> {
         let across = other_ways(surface, &((p + q) * 0.5));
         let across = across.into_iter().map(|uv| surface.point(uv));
         let nearest = across.min_by(|x, y| off(x).total_cmp(&off(y))).filter(sound);
-        Some(nearest.unwrap_or_else(|| surface.point(surface.closest(&((a + b) * 0.5)).0)))
+        Some(nearest.unwrap_or_else(|| surface.point(searched.closest(&((a + b) * 0.5)).0)))
     }
 
     /// On the edge of the model that both vertices are on, where it is nearest to the middle of the chord.
@@ -217,12 +225,12 @@ impl<'a> Finder<'a> {
         let nearest = |e: f64, p: Vec3| match edge.map(|e| &self.model.edges[e].curve) {
             Some(curve) => curve.point(curve.closest(&p).0),
             None => {
-                let surface = &self.model.faces[faces[0] as usize].surface;
+                let searched = self.searches.face(faces[0]);
                 let foot = match feet {
-                    [Some(a), Some(b)] => surface.closest_from(&p, a * (1.0 - e) + b * e),
-                    _ => surface.closest(&p),
+                    [Some(a), Some(b)] => searched.closest_from(&p, a * (1.0 - e) + b * e),
+                    _ => searched.closest(&p),
                 };
-                surface.point(foot.0)
+                searched.face.surface.point(foot.0)
             }
         };
         [0.25, 0.5, 0.75]

@@ -32,6 +32,16 @@ pub enum ConvertError {
         /// Position [mm].
         z: f64,
     },
+    /// Closest points on a face cost too much.
+    #[error(
+        "closest points on the surface of {face} need more than {cells} parts of it in all: it folds, or waves more finely than its mesh; repair the face in the CAD, mesh it finer, or leave it out"
+    )]
+    Searches {
+        /// Face.
+        face: String,
+        /// Parts that its searches may examine.
+        cells: u64,
+    },
     /// Only Nagata patches and facets come from a mesh.
     #[error(
         "patches of kind Bezier do not come from vertices and normals; allowed: nagata, facets; see `bezier_from_cad`"

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::error::ConvertError;
 use super::normals::NormalTable;
 use super::options::{ConvertOptions, ConvertReport};
+use super::searches::{SearchLimits, Searches};
 use super::{edges, normals};
 use crate::cad::Model;
 use crate::geometry::Vec3;
@@ -61,6 +62,8 @@ pub(super) struct Ground<'a> {
     pub(super) feet: normals::Feet,
     /// Edges through the CAD, when first asked for.
     pub(super) followed: OnceCell<edges::Followed>,
+    /// Closest points on the CAD.
+    searches: Option<Searches<'a>>,
 }
 
 impl<'a> Ground<'a> {
@@ -71,9 +74,13 @@ impl<'a> Ground<'a> {
     ) -> Result<Self, ConvertError> {
         let turned = looks_away(mesh, options.sheet_side);
         let turn = turned ^ options.flip;
-        let table = match source {
-            Source::Cad(model) => normals::table(model, mesh, options.smooth_deg.to_radians())?,
-            Source::Own(table) => table.clone(),
+        let (table, searches) = match source {
+            Source::Cad(model) => {
+                let searches = Searches::new(model, mesh, SearchLimits::NAGATA);
+                let smooth = options.smooth_deg.to_radians();
+                (normals::table(model, mesh, smooth, &searches)?, Some(searches))
+            }
+            Source::Own(table) => (table.clone(), None),
         };
         let sign = if turn { -1.0 } else { 1.0 };
         let corners = mesh.elements.iter().zip(table.ids).map(|(element, mut normals)| {
@@ -93,14 +100,17 @@ impl<'a> Ground<'a> {
             normals: table.normals.iter().map(|n| n * sign).collect(),
             feet: table.feet,
             followed: OnceCell::new(),
+            searches,
         })
     }
 
     fn followed(&self) -> &edges::Followed {
         let Self { source, mesh, feet, corners, normals, .. } = self;
-        self.followed.get_or_init(|| match source {
-            Source::Cad(model) => edges::follow(model, mesh, feet, corners, normals),
-            Source::Own(_) => edges::Followed::default(),
+        self.followed.get_or_init(|| match (source, &self.searches) {
+            (Source::Cad(model), Some(searches)) => {
+                edges::follow(model, mesh, feet, (corners, normals), searches)
+            }
+            _ => edges::Followed::default(),
         })
     }
 
@@ -113,6 +123,7 @@ impl<'a> Ground<'a> {
         let mut report = ConvertReport { turned: self.turned, ..ConvertReport::default() };
         let (choice, bent) = edge_choice(options, exempt, corners, || self.followed());
         report.bent = bent;
+        self.searches.as_ref().map_or(Ok(()), Searches::check)?;
         let chords = edges::straightened(corners, &exempt.straight);
         let (vertices, normals) = (self.mesh.vertices.clone(), self.normals.clone());
         let (name, kind) = (options.name.clone(), options.kind);

@@ -11,6 +11,7 @@ pub mod own;
 pub mod part;
 pub mod reach;
 mod repair;
+mod searches;
 pub mod tolerance;
 pub mod unfolded;
 

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::error::ConvertError;
+use super::searches::{SearchedFace, Searches};
 use crate::cad::Model;
 use crate::cad::model::Face;
 use crate::geometry::{Vec2, Vec3};
@@ -37,6 +38,7 @@ pub(super) fn table(
     model: &Model,
     mesh: &SurfaceMesh,
     smooth: f64,
+    searches: &Searches<'_>,
 ) -> Result<NormalTable, ConvertError> {
     let mut places: Vec<Place> = mesh
         .elements
@@ -48,8 +50,9 @@ pub(super) fn table(
     places.dedup();
     let feet: Vec<(Vec2, Option<Vec3>)> = places
         .par_iter()
-        .map(|place| foot(&model.faces[place.face as usize], &mesh.vertices[place.vertex as usize]))
+        .map(|place| foot(searches.face(place.face), &mesh.vertices[place.vertex as usize]))
         .collect();
+    searches.check()?;
     let (mut known, mut regular) = (FxHashMap::default(), Feet::default());
     let mut degenerate: FxHashMap<(u32, u32), Vec2> = FxHashMap::default();
     for (place, &(uv, normal)) in places.iter().zip(&feet) {
@@ -58,31 +61,33 @@ pub(super) fn table(
             continue;
         };
         let x = &mesh.vertices[place.vertex as usize];
-        let other = beyond_crease(model, place.face as usize, uv, x);
+        let other = beyond_crease(model, (place.face, uv), x, searches);
         known.insert(*place, other.unwrap_or(own));
         if other.is_none() {
             regular.insert((place.vertex, place.face), uv);
         }
     }
-    add_limits(model, mesh, &degenerate, &mut known)?;
+    add_limits(mesh, &degenerate, searches, &mut known)?;
+    searches.check()?;
     let (normals, ids) = number(mesh, &known, smooth);
     Ok(NormalTable { normals, ids, feet: regular })
 }
 
 /// Adds normals at degenerate points of faces, an element's each.
 fn add_limits(
-    model: &Model,
     mesh: &SurfaceMesh,
     degenerate: &FxHashMap<(u32, u32), Vec2>,
+    searches: &Searches<'_>,
     known: &mut FxHashMap<Place, Vec3>,
 ) -> Result<(), ConvertError> {
     for (id, element) in mesh.elements.iter().enumerate() {
         for &vertex in element.nodes() {
             let Some(&uv) = degenerate.get(&(vertex, element.face)) else { continue };
-            let face = &model.faces[element.face as usize];
-            let normal = limit(face, uv, mesh, element.nodes()).ok_or_else(|| {
+            let searched = searches.face(element.face);
+            let normal = limit(searched, uv, mesh, element.nodes()).ok_or_else(|| {
                 let x = mesh.vertices[vertex as usize];
-                ConvertError::Normal { face: face.source.clone(), x: x.x, y: x.y, z: x.z }
+                let face = searched.face.source.clone();
+                ConvertError::Normal { face, x: x.x, y: x.y, z: x.z }
             })?;
             known.insert(Place { vertex, face: element.face, element: id as u32 }, normal);
         }
@@ -91,8 +96,8 @@ fn add_limits(
 }
 
 /// Foot of a vertex on its own face's surface, and the normal where it is well defined.
-fn foot(face: &Face, x: &Vec3) -> (Vec2, Option<Vec3>) {
-    let (uv, _) = face.surface.closest(x);
+fn foot(searched: SearchedFace<'_>, x: &Vec3) -> (Vec2, Option<Vec3>) {
+    let (face, (uv, _)) = (searched.face, searched.closest(x));
     let d = face.surface.derivs(uv);
     let [u, v] = face.surface.domain();
     let (reach_u, reach_v) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
@@ -100,9 +105,15 @@ fn foot(face: &Face, x: &Vec3) -> (Vec2, Option<Vec3>) {
     (uv, if regular { face.normal(uv) } else { None })
 }
 
-/// Normal at a vertex that lies on another part of the face of the file of which face `f` is one, where another program's
-/// element goes across the crease between them; `uv`: its foot on face `f`.
-fn beyond_crease(model: &Model, f: usize, uv: Vec2, x: &Vec3) -> Option<Vec3> {
+/// Normal at a vertex that lies on another part of the face of the file of which face `id` is one, where another program's
+/// element goes across the crease between them; `uv`: its foot on face `id`.
+fn beyond_crease(
+    model: &Model,
+    (id, uv): (u32, Vec2),
+    x: &Vec3,
+    searches: &Searches<'_>,
+) -> Option<Vec3> {
+    let f = id as usize;
     let parts = model.cut_with(f);
     if parts.len() < 2 {
         return None;
@@ -113,9 +124,8 @@ fn beyond_crease(model: &Model, f: usize, uv: Vec2, x: &Vec3) -> Option<Vec3> {
         return None;
     }
     let others = parts.filter(|&k| k != f).filter_map(|k| {
-        let face = &model.faces[k];
-        let (uv, normal) = foot(face, x);
-        Some((off(face, uv), normal?))
+        let (uv, normal) = foot(searches.on(id, k), x);
+        Some((off(&model.faces[k], uv), normal?))
     });
     let nearest = others.min_by(|a, b| a.0.total_cmp(&b.0))?;
     (nearest.0 < 0.5 * own).then_some(nearest.1)
@@ -123,10 +133,10 @@ fn beyond_crease(model: &Model, f: usize, uv: Vec2, x: &Vec3) -> Option<Vec3> {
 
 /// Normal on the way from a degenerate point into an element: there the surface is regular, and a thousandth of
 /// the way is near enough to the limit for a quadratic surface; the same at a tenth of that gives the rate.
-fn limit(face: &Face, uv: Vec2, mesh: &SurfaceMesh, nodes: &[u32]) -> Option<Vec3> {
+fn limit(searched: SearchedFace<'_>, uv: Vec2, mesh: &SurfaceMesh, nodes: &[u32]) -> Option<Vec3> {
     let center: Vec3 =
         nodes.iter().map(|&n| mesh.vertices[n as usize]).sum::<Vec3>() / nodes.len() as f64;
-    let (inside, _) = face.surface.closest(&center);
+    let (face, (inside, _)) = (searched.face, searched.closest(&center));
     let at = |share: f64| {
         // The parameter that is anybody's at the pole is the element's own; the other one goes to the pole.
         let d = face.surface.derivs(uv);

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::basis::Basis;
 use super::map::{Shape, error, folds};
 use super::side::Sides;
-use crate::cad::model::Face;
+use crate::convert::searches::SearchedFace;
 use crate::mesh::SurfaceMesh;
 use crate::tool::Patch;
 use crate::tool::patch::MAX_DEGREE;
@@ -39,7 +39,7 @@ pub(super) struct Built {
 
 /// The patch of a shape; `tolerance` [mm] as for [`error`].
 pub(super) fn build(
-    face: &Face,
+    face: SearchedFace<'_>,
     shape: &Shape,
     (sides, basis): (&Sides, &Basis),
     tolerance: f64,

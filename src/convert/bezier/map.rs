@@ -3,7 +3,7 @@
 use super::basis::Basis;
 use super::parameters;
 use super::side::{self, Sides};
-use crate::cad::model::Face;
+use crate::convert::searches::SearchedFace;
 use crate::geometry::{Vec2, Vec3};
 use crate::mesh::Element;
 use crate::tool::Patch;
@@ -33,7 +33,7 @@ pub(super) struct Curve {
 }
 
 /// True when a patch that is about within `tolerance` [mm] of its face looks against it somewhere.
-pub(super) fn folds(face: &Face, patch: &Patch, tolerance: f64) -> bool {
+pub(super) fn folds(face: SearchedFace<'_>, patch: &Patch, tolerance: f64) -> bool {
     const STEPS: usize = 12;
     let enough = tolerance * tolerance;
     let mut last: Option<Vec2> = None;
@@ -46,10 +46,10 @@ pub(super) fn folds(face: &Face, patch: &Patch, tolerance: f64) -> bool {
         let cross = d.d1.cross(&d.d2);
         let against = |uv: Vec2| {
             let against = |n: Vec3| cross.dot(&n) < -1e-9 * d.d1.norm() * d.d2.norm();
-            face.normal(uv).is_some_and(against)
+            face.face.normal(uv).is_some_and(against)
         };
-        let whole = || face.surface.closest(&d.s).0;
-        let near = last.map(|uv| face.surface.closest_near(&d.s, uv, enough).0);
+        let whole = || face.closest(&d.s).0;
+        let near = last.map(|uv| face.closest_near(&d.s, uv, enough).0);
         let mut foot = near.unwrap_or_else(whole);
         // Beyond a pole the last foot leads to the other side of it.
         if near.is_some() && against(foot) {
@@ -62,13 +62,13 @@ pub(super) fn folds(face: &Face, patch: &Patch, tolerance: f64) -> bool {
 
 /// Largest distance of a patch from its face's surface at points between the nodes [mm]. Of points a fourth of the `tolerance`
 /// [mm] off or less, the distance from where the map has them at most.
-pub(super) fn error(face: &Face, patch: &Patch, map: &Map, tolerance: f64) -> f64 {
+pub(super) fn error(face: SearchedFace<'_>, patch: &Patch, map: &Map, tolerance: f64) -> f64 {
     distances(face, patch, map, tolerance).fold(0.0, f64::max)
 }
 
 /// Whether [`error`] is at most `limit` [mm]; ends with the first point that is farther.
 pub(super) fn is_within(
-    face: &Face,
+    face: SearchedFace<'_>,
     patch: &Patch,
     map: &Map,
     [tolerance, limit]: [f64; 2],
@@ -78,7 +78,7 @@ pub(super) fn is_within(
 
 /// The distances of [`error`].
 fn distances<'a>(
-    face: &'a Face,
+    face: SearchedFace<'a>,
     patch: &'a Patch,
     map: &'a Map,
     tolerance: f64,
@@ -89,20 +89,19 @@ fn distances<'a>(
         let at = |k: usize| (k as f64 + 0.5) / STEPS as f64;
         let (eta, zeta) = (at(k / STEPS), at(k % STEPS));
         let p = patch.derivs(eta, zeta).s;
-        let foot = map.parameters(eta, zeta).map_or_else(
-            || face.surface.closest(&p).0,
-            |uv| face.surface.closest_near(&p, uv, enough).0,
-        );
-        (face.surface.point(foot) - p).norm()
+        let foot = map
+            .parameters(eta, zeta)
+            .map_or_else(|| face.closest(&p).0, |uv| face.closest_near(&p, uv, enough).0);
+        (face.face.surface.point(foot) - p).norm()
     })
 }
 
 impl Map {
-    pub(super) fn new(face: &Face, element: &Element, sides: &Sides) -> Self {
+    pub(super) fn new(face: SearchedFace<'_>, element: &Element, sides: &Sides) -> Self {
         let mut ring = element.nodes().to_vec();
         let is_pole = |v: &u32| {
-            let uv = face.surface.closest(&sides.vertex(*v)).0;
-            parameters::collapsed(face, uv).is_some()
+            let uv = face.closest(&sides.vertex(*v)).0;
+            parameters::collapsed(face.face, uv).is_some()
         };
         if ring.len() == 3
             && let Some(pole) = ring.iter().position(is_pole)
@@ -110,7 +109,7 @@ impl Map {
             ring.rotate_left(pole);
         }
         let centre = ring.iter().map(|&v| sides.vertex(v)).sum::<Vec3>() / ring.len() as f64;
-        let near = face.surface.closest(&centre).0;
+        let near = face.closest(&centre).0;
         let curve = |a: u32, b: u32| Curve::new(face, element.face, sides, [a, b], near);
         let sides = match ring[..] {
             [a, b, c] => {
@@ -127,7 +126,7 @@ impl Map {
         let sound = |(eta, zeta): (f64, f64)| {
             let blend = map.blend(eta, zeta, |c, k| c.points[k]);
             let uv = map.parameters(eta, zeta);
-            uv.is_some_and(|uv| (face.surface.point(uv) - blend).norm() <= 0.4 * size)
+            uv.is_some_and(|uv| (face.face.surface.point(uv) - blend).norm() <= 0.4 * size)
         };
         map.projected = ![(0.5, 0.5), (0.25, 0.75), (0.75, 0.25)].into_iter().all(sound);
         map
@@ -160,12 +159,12 @@ impl Map {
     }
 
     /// Point of the face at (eta, zeta).
-    fn point(&self, face: &Face, eta: f64, zeta: f64) -> Vec3 {
+    fn point(&self, face: SearchedFace<'_>, eta: f64, zeta: f64) -> Vec3 {
         match self.parameters(eta, zeta) {
-            Some(uv) => face.surface.point(uv),
+            Some(uv) => face.face.surface.point(uv),
             None => {
                 let p = self.blend(eta, zeta, |c, k| c.points[k]);
-                face.surface.point(face.surface.closest(&p).0)
+                face.face.surface.point(face.closest(&p).0)
             }
         }
     }
@@ -186,7 +185,7 @@ impl Map {
     /// Control points of the patch of these degrees.
     pub(super) fn net(
         &self,
-        face: &Face,
+        face: SearchedFace<'_>,
         degrees: [usize; 2],
         sides: &Sides,
         basis: &Basis,
@@ -220,17 +219,17 @@ impl Map {
 }
 
 impl Curve {
-    fn new(face: &Face, id: u32, sides: &Sides, [a, b]: [u32; 2], near: Vec2) -> Self {
+    fn new(face: SearchedFace<'_>, id: u32, sides: &Sides, [a, b]: [u32; 2], near: Vec2) -> Self {
         let key = [a.min(b), a.max(b)];
         let Some(side) = sides.get(key) else {
             // Every side of every element is known; this keeps the map whole should one not be.
             let points = vec![sides.vertex(a); side::STEPS + 1];
-            let feet = vec![face.surface.closest(&points[0]).0; points.len()];
+            let feet = vec![face.closest(&points[0]).0; points.len()];
             return Self { side: None, reversed: false, feet, points };
         };
         let mut points: Vec<Vec3> = side.points.clone();
         let mut feet = side.feet(id).unwrap_or_else(|| parameters::feet(face, &points));
-        parameters::unwrap(face, &mut feet, near);
+        parameters::unwrap(face.face, &mut feet, near);
         if a > b {
             points.reverse();
             feet.reverse();

@@ -19,10 +19,10 @@ use self::map::{Map, Shape, is_within};
 pub use self::refine::{BezierError, FINEST, Within, within_tolerance};
 use self::side::Sides;
 use super::ground::looks_away;
+use super::searches::{SearchLimits, SearchedFace, Searches};
 use super::{ConvertError, normals};
 use crate::audit::report::Borders;
 use crate::cad::Model;
-use crate::cad::model::Face;
 use crate::geometry::Vec3;
 use crate::mesh::{Element, SurfaceMesh};
 use crate::tool::patch::MAX_DEGREE;
@@ -73,19 +73,23 @@ pub fn bezier_from_cad(
     if let Some(element) = mesh.elements.iter().position(|e| e.face as usize >= count) {
         return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
     }
-    let feet = normals::table(model, mesh, 0.0)?.feet;
-    let sides = Sides::of(model, mesh, &feet);
+    let searches = Searches::new(model, mesh, SearchLimits::BEZIER);
+    let feet = normals::table(model, mesh, 0.0, &searches)?.feet;
+    let sides = Sides::of(model, mesh, &feet, &searches);
+    searches.check()?;
     let basis = Basis::new();
     let mut shapes: Vec<Shape> = mesh
         .elements
         .par_iter()
-        .map(|e| shape(&model.faces[e.face as usize], e, &sides, &basis, options.tolerance_mm))
+        .map(|e| shape(searches.face(e.face), e, (&sides, &basis), options.tolerance_mm))
         .collect();
+    searches.check()?;
     agree(&mut shapes);
     let build = |shape: &Shape, face: u32| {
-        build(&model.faces[face as usize], shape, (&sides, &basis), options.tolerance_mm)
+        build(searches.face(face), shape, (&sides, &basis), options.tolerance_mm)
     };
     let built = raised(&mut shapes, mesh, options.tolerance_mm, build);
+    searches.check()?;
     let mut report = report_of(&built);
     report.degree = shapes.iter().flat_map(|s| s.degrees).max().unwrap_or(0);
     report.turned = looks_away(mesh, options.sheet_side);
@@ -112,7 +116,12 @@ fn report_of(built: &[Built]) -> BezierReport {
 }
 
 /// The map of an element and the lowest degrees that keep the tolerance.
-fn shape(face: &Face, element: &Element, sides: &Sides, basis: &Basis, tolerance: f64) -> Shape {
+fn shape(
+    face: SearchedFace<'_>,
+    element: &Element,
+    (sides, basis): (&Sides, &Basis),
+    tolerance: f64,
+) -> Shape {
     let mut shape = Shape { map: Map::new(face, element, sides), degrees: [MAX_DEGREE; 2] };
     for direction in 0..2 {
         // The other direction at its finest does not limit this one.

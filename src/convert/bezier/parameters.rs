@@ -1,18 +1,19 @@
 //! Parameters along a side of an element, made to fit those of its other sides at seams and poles.
 
 use crate::cad::model::Face;
+use crate::convert::searches::SearchedFace;
 use crate::geometry::{Vec2, Vec3};
 
 /// Parameters on `face` of points in a row.
-pub fn feet(face: &Face, points: &[Vec3]) -> Vec<Vec2> {
+pub fn feet(face: SearchedFace<'_>, points: &[Vec3]) -> Vec<Vec2> {
     // Squared distance of points that are on the face [mm^2].
     const ON: f64 = 1e-8;
     let mut last: Option<Vec2> = None;
     let mut feet = Vec::with_capacity(points.len());
     for p in points {
-        let near = last.map(|uv| face.surface.closest_near(p, uv, ON));
+        let near = last.map(|uv| face.closest_near(p, uv, ON));
         let found = near.filter(|n| n.1 <= ON);
-        let uv = found.map_or_else(|| face.surface.closest(p).0, |n| n.0);
+        let uv = found.map_or_else(|| face.closest(p).0, |n| n.0);
         feet.push(uv);
         last = Some(uv);
     }

@@ -9,6 +9,7 @@ use crate::cad::Model;
 use crate::cad::model::Face;
 use crate::convert::edges::Finder;
 use crate::convert::normals::Feet;
+use crate::convert::searches::{SearchedFace, Searches};
 use crate::geometry::nurbs::Curve3;
 use crate::geometry::{Vec2, Vec3};
 use crate::mesh::SurfaceMesh;
@@ -41,7 +42,7 @@ enum Way<'a> {
     /// A straight line in the parameters of a face.
     Inside(&'a Face, u32, [Vec2; 2]),
     /// The chord, projected on the face.
-    Projected(&'a Face, [Vec3; 2]),
+    Projected(SearchedFace<'a>, [Vec3; 2]),
 }
 
 impl Way<'_> {
@@ -63,26 +64,31 @@ impl Way<'_> {
             }
             Self::Inside(face, _, [a, b]) => face.surface.point(a + (b - a) * s),
             Self::Projected(face, [a, b]) => {
-                face.surface.point(face.surface.closest(&(a + (b - a) * s)).0)
+                face.face.surface.point(face.closest(&(a + (b - a) * s)).0)
             }
         }
     }
 }
 
 impl<'a> Sides<'a> {
-    pub fn of(model: &'a Model, mesh: &'a SurfaceMesh, feet: &'a Feet) -> Self {
+    pub fn of(
+        model: &'a Model,
+        mesh: &'a SurfaceMesh,
+        feet: &'a Feet,
+        searches: &'a Searches<'a>,
+    ) -> Self {
         let mut faces: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
         for e in &mesh.elements {
             for [a, b] in e.sides() {
                 faces.entry([a.min(b), a.max(b)]).or_default().push(e.face);
             }
         }
-        let finder = Finder::new(model, mesh, feet);
+        let finder = Finder::new(model, mesh, feet, searches);
         let list: Vec<([u32; 2], Vec<u32>)> = faces.into_iter().collect();
         let all: Vec<([u32; 2], Side<'a>)> = list
             .par_iter()
             .map(|(ends, faces)| {
-                let way = way(model, mesh, feet, &finder, *ends, faces);
+                let way = way((model, mesh, feet), (&finder, searches), *ends, faces);
                 (*ends, Side::new(way, ends.map(|v| mesh.vertices[v as usize])))
             })
             .collect();
@@ -102,10 +108,8 @@ impl<'a> Sides<'a> {
 const SAGITTA: f64 = 0.6;
 
 fn way<'a>(
-    model: &'a Model,
-    mesh: &'a SurfaceMesh,
-    feet: &Feet,
-    finder: &Finder<'_>,
+    (model, mesh, feet): (&'a Model, &SurfaceMesh, &Feet),
+    (finder, searches): (&Finder<'_>, &'a Searches<'a>),
     ends: [u32; 2],
     faces: &[u32],
 ) -> Way<'a> {
@@ -138,7 +142,7 @@ fn way<'a>(
         [f, g] if f == g => inside().or_else(|| along(&[f])),
         _ => along(faces).or_else(inside),
     };
-    found.unwrap_or(Way::Projected(face, [a, b]))
+    found.unwrap_or(Way::Projected(searches.face(first), [a, b]))
 }
 
 impl<'a> Side<'a> {

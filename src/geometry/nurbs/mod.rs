@@ -15,6 +15,7 @@ mod pinched;
 mod prepared;
 mod project;
 mod projector;
+mod search_budget;
 mod spans;
 mod surface;
 mod sweep;
@@ -25,6 +26,7 @@ pub use error::NurbsError;
 pub use isoline::{FirstDerivs, Isoline};
 pub(crate) use newton::newton_step;
 pub use projector::{CurveProjector, SurfaceProjector};
+pub use search_budget::SearchBudget;
 pub use surface::Surface;
 
 #[cfg(test)]

@@ -79,10 +79,26 @@ impl Surface {
         self.prepared.get(|| SurfaceProjector::new(self)).closest_from(p, start)
     }
 
+    /// Closest point (from `start` where it is given) within `cells` cells: parameters, squared distance and cells used.
+    pub(super) fn closest_in(&self, p: &Vec3, start: Option<Vec2>, cells: u32) -> (Vec2, f64, u32) {
+        self.prepared.get(|| SurfaceProjector::new(self)).closest_in(p, start, cells)
+    }
+
     /// Closest point by Newton from `start` with bounds and a fallback to [`Surface::closest`] where that finds none within
     /// the squared distance `enough` [mm^2]; for points whose neighbour's foot is known.
     #[must_use]
     pub fn closest_near(&self, p: &Vec3, start: Vec2, enough: f64) -> (Vec2, f64) {
+        self.closest_near_or(p, start, enough, || self.closest(p))
+    }
+
+    /// [`Surface::closest_near`] with the search of the whole surface as `closest` does it.
+    pub(super) fn closest_near_or(
+        &self,
+        p: &Vec3,
+        start: Vec2,
+        enough: f64,
+        closest: impl FnOnce() -> (Vec2, f64),
+    ) -> (Vec2, f64) {
         let near = self.newton(p, start);
         if near.1 <= enough {
             return near;
@@ -100,7 +116,7 @@ impl Surface {
         if near.1 <= 1e-18 * self.scale2() || (!on_border && open <= 1e-9 * size * r.norm()) {
             near
         } else {
-            let global = self.closest(p);
+            let global = closest();
             if global.1 < near.1 { global } else { near }
         }
     }

@@ -47,6 +47,13 @@ impl SurfaceProjector {
         (best.uv, best.distance)
     }
 
+    /// Closest point (from `start` where it is given) within `cells` cells: parameters, squared distance [mm^2] and the
+    /// cells used.
+    pub(super) fn closest_in(&self, p: &Vec3, start: Option<Vec2>, cells: u32) -> (Vec2, f64, u32) {
+        let best = self.cells.search(p, start, f64::INFINITY, cells.min(MOST_CELLS));
+        (best.uv, best.distance, best.cells)
+    }
+
     /// True when the search for `p` ends with a proof (false: it was given up at a work limit, which takes a net
     /// degenerate along a whole curve of feet).
     #[must_use]
@@ -99,6 +106,8 @@ struct Best {
     uv: Vec2,
     distance: f64,
     proved: bool,
+    /// Cells examined.
+    cells: u32,
 }
 
 /// A part of a piece: its net `(w (P - p), w)` over a rectangle of the piece's local parameters.
@@ -122,8 +131,13 @@ impl Pieces {
 
     /// As [`Self::closest`] where a point is nearer than the squared distance `limit` [mm^2]; otherwise that distance.
     fn closest_below(&self, p: &Vec3, start: Option<Vec2>, limit: f64) -> Best {
+        self.search(p, start, limit, MOST_CELLS)
+    }
+
+    /// As [`Self::closest_below`], within `cells` cells.
+    fn search(&self, p: &Vec3, start: Option<Vec2>, limit: f64, cells: u32) -> Best {
         let first = self.pieces.first().map_or(Vec2::zeros(), |piece| piece.low);
-        let mut best = Best { uv: first, distance: limit, proved: true };
+        let mut best = Best { uv: first, distance: limit, proved: true, cells: 0 };
         if !p.iter().all(|x| x.is_finite()) {
             return best;
         }
@@ -131,7 +145,7 @@ impl Pieces {
             form: &self.form,
             p,
             size: self.size,
-            left: MOST_CELLS,
+            left: cells,
             f: Coefficients::default(),
             stack: Vec::new(),
         };
@@ -146,6 +160,7 @@ impl Pieces {
             search.visit(&self.pieces[k as usize], &mut best);
             best.distance
         });
+        best.cells = cells - search.left;
         best
     }
 }

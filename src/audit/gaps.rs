@@ -8,7 +8,7 @@ use super::reference::ReferenceSurface;
 use super::side::Side;
 use crate::geometry::Vec3;
 use crate::geometry::box_tree::BoxTree;
-use crate::geometry::golden::least;
+use crate::geometry::golden::minimize;
 use crate::tool::ToolModel;
 use crate::tool::side::SideCurve;
 
@@ -126,7 +126,7 @@ fn largest(f: impl Fn(f64) -> f64, n: usize) -> (f64, f64) {
     let mut best = tops.first().map_or((0.0, 0.0), |&k| (at(k), values[k]));
     for &k in tops.iter().take(REFINED) {
         let around = [at(k.saturating_sub(1)), at((k + 1).min(n))];
-        let (t, negative) = least(|t| -value(t), around, 24);
+        let (t, negative) = minimize(|t| -value(t), around, 24);
         if -negative > best.1 {
             best = (t, -negative);
         }

@@ -248,7 +248,7 @@ impl<'a> Native<'a> {
             let slack = 1e-9 * period;
             let over = range[k][0] < low - slack || range[k][1] > high + slack;
             if angles[k].is_none() && over && (high - low - period).abs() <= slack {
-                surface = surface.rolled(k, range[k][0]).unwrap_or(surface);
+                surface = surface.with_seam_at(k, range[k][0]).unwrap_or(surface);
             }
         }
         (surface, angles)
@@ -305,7 +305,7 @@ fn within([low, high]: [f64; 2], [from, to]: [f64; 2]) -> Option<[f64; 2]> {
 fn over_seam(whole: &Surface, v: [f64; 2]) -> Option<Surface> {
     let [_, [low, high]] = whole.domain();
     let to = v[1].min(v[0] + (high - low));
-    let rolled = whole.rolled(1, v[0]).ok()?;
+    let rolled = whole.with_seam_at(1, v[0]).ok()?;
     let [u, domain] = rolled.domain();
     rolled.trimmed(u, within(domain, [v[0], to])?).ok()
 }

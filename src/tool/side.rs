@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use super::Patch;
-use crate::geometry::golden::least;
+use crate::geometry::golden::minimize;
 use crate::geometry::{Aabb, Vec3};
 
 /// Steps of a side between whose ends the nearest point is looked for first.
@@ -73,7 +73,7 @@ impl<'a> SideCurve<'a> {
         let nearest = (0..=STEPS).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
         let at = |k: usize| k as f64 / STEPS as f64;
         let between = [at(nearest.saturating_sub(1)), at((nearest + 1).min(STEPS))];
-        let (_, least) = least(|t| (self.point(t) - p).norm_squared(), between, 40);
+        let (_, least) = minimize(|t| (self.point(t) - p).norm_squared(), between, 40);
         least.min(off(nearest)).sqrt()
     }
 }

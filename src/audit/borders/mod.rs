@@ -14,7 +14,7 @@ use super::reference::{BorderEdge, ReferenceSurface};
 use super::report::Borders;
 use super::side::Side;
 use crate::geometry::box_tree::BoxTree;
-use crate::geometry::golden::least;
+use crate::geometry::golden::minimize;
 use crate::geometry::{Aabb, Vec3};
 use crate::tool::ToolModel;
 use crate::tool::side::SideCurve;
@@ -157,7 +157,7 @@ fn farthest<'a>(
     let around = [(s - at(1)).max(0.0), (s + at(1)).min(1.0)];
     let refined = move || {
         let value = |t: f64| distance(&point(t)).unwrap_or(0.0);
-        let (t, negative) = least(|t| -value(t), around, REFINEMENTS);
+        let (t, negative) = minimize(|t| -value(t), around, REFINEMENTS);
         (point(t), -negative)
     };
     Some(Far { face, of_tool, mm, at: place, step_mm, refined: Box::new(refined) })

@@ -8,7 +8,7 @@ use super::best::Best;
 use crate::cad::model::Face;
 use crate::cad::trim_region::TrimRegion;
 use crate::geometry::frame::unit;
-use crate::geometry::nurbs::newton::{Bounds, boxed_step, descend};
+use crate::geometry::nurbs::newton::{Bounds, bounded_step, descend};
 use crate::geometry::nurbs::{Surface, SurfaceDerivs};
 use crate::geometry::{Aabb, Vec2, Vec3};
 
@@ -194,7 +194,7 @@ impl Piece {
         let r = d.s - p;
         let gauss = [d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared()];
         let slope = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
-        let step = boxed_step(gauss, slope, [self.low - middle, self.high - middle]);
+        let step = bounded_step(gauss, slope, [self.low - middle, self.high - middle]);
         let from = |start: Vec2| descend(|uv| self.piece.derivs(uv), p, start, bounds);
         let found = from(middle + step.unwrap_or_default());
         if found.1 <= r.norm_squared() { found } else { from(middle) }

@@ -177,7 +177,7 @@ fn on_period(mut surface: Surface, range: [[f64; 2]; 2]) -> Surface {
         let is_period = (to - from - (high - low)).abs() <= tolerance;
         let is_beyond = from < low - tolerance || to > high + tolerance;
         if is_period && is_beyond && is_closed(&surface, k) {
-            surface = surface.rolled(k, from).unwrap_or(surface);
+            surface = surface.with_seam_at(k, from).unwrap_or(surface);
         }
     }
     surface

@@ -254,7 +254,7 @@ fn first_within(
 
 /// The curve in space of a side: exact along one parameter, else fitted to a small share of the tolerance.
 fn image(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> Curve3 {
-    if let Some(line) = surface.line_of_one_parameter(pcurve) {
+    if let Some(line) = surface.isoparametric_curve(pcurve) {
         return line;
     }
     let mut breaks: Vec<f64> = pcurve.knots().to_vec();

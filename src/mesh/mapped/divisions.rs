@@ -40,7 +40,7 @@ pub fn assign(minima: &[usize], lengths: &[f64], rules: &[Rule]) -> Assignment {
             classes.join(*a, *b);
         }
     }
-    let class: Vec<usize> = (0..minima.len()).map(|e| classes.least(e)).collect();
+    let class: Vec<usize> = (0..minima.len()).map(|e| classes.representative(e)).collect();
     let mut count = vec![1; minima.len()];
     let mut length = vec![0.0f64; minima.len()];
     for e in 0..minima.len() {

@@ -105,7 +105,9 @@ fn push_cells(face: &Face, out: &mut Patchwork, [m, n]: [usize; 2]) {
         for i in 0..m {
             let ring = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
             // A quad whose corner is straight folds: two triangles end there.
-            match (0..4).find(|&k| face.surface.is_pinched(out.nodes[ring[k] as usize].uv)) {
+            match (0..4)
+                .find(|&k| face.surface.has_degenerate_corner(out.nodes[ring[k] as usize].uv))
+            {
                 Some(k) => {
                     let turned = |by: usize| ring[(k + by) % 4];
                     out.push(&[turned(0), turned(1), turned(2)]);

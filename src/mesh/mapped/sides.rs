@@ -103,7 +103,7 @@ fn is_straight_corner(face: &Face, outer: &TrimLoop, before: usize, after: usize
     let [u, v] = face.surface.domain();
     let size = Vec2::new(u[1] - u[0], v[1] - v[0]);
     let (into, out) = (into.component_div(&size), out.component_div(&size));
-    into.perp(&out).atan2(into.dot(&out)) > CORNER && face.surface.is_pinched(uv)
+    into.perp(&out).atan2(into.dot(&out)) > CORNER && face.surface.has_degenerate_corner(uv)
 }
 
 /// Angle from `a` to `b` about `normal`, in (-pi, pi].

@@ -1,25 +1,30 @@
-//! Slits: stretches that a loop on a closed surface runs along there and back, between holes or to the surface's poles. Kernels
-//! lead a face's one loop along its seam so; the face lies on both sides of it.
+//! Slits: parts of a loop on a closed surface traversed in both directions, between holes or to poles. Kernels connect
+//! the single loop of a face along its seam in this manner; the face lies on both sides.
 
 use super::periods::{collapsed_direction, turns, whole_periods};
 use super::side::{Path, Side};
 use crate::cad::native::Native;
 use crate::geometry::Vec2;
 
-/// Two ways along a curve are one if they are no farther apart than this share of their length in the parameter plane:
-/// those along a seam are a period apart.
-const SAME: f64 = 1e-3;
-/// Sides of a loop up to which slits are looked for: every side is held against every other one.
-const MOST_SIDES: usize = 1000;
+/// Distance between two passes along a curve, relative to their length in the parameter plane, below which they
+/// coincide. Passes along a seam are one period apart.
+const COINCIDENCE_TOLERANCE_REL: f64 = 1e-3;
+/// Maximum number of sides of a loop searched for slits, because every side is compared with all others.
+const SIDES_MAX: usize = 1000;
 
-/// The loops that are left when the slits of a loop are taken out, each with a point of a slit; none where it has no slits,
-/// is nothing else, has very many sides, or runs through one pole only: what it turns by there is known from where it ends.
-pub(super) fn taken_out(native: &Native<'_>, sides: &[Side], tolerance: f64) -> Option<Vec<Path>> {
+/// The loops that remain after removing the slits of a loop, each with a point on a slit. `None` for a loop without
+/// slits, one that consists of slits only, one with too many sides, or one through a single pole (its turn there
+/// follows from its end).
+pub(super) fn without_slits(
+    native: &Native<'_>,
+    sides: &[Side],
+    tolerance: f64,
+) -> Option<Vec<Path>> {
     let from_pole = |s: &&Side| {
         s.curve.is_some() && collapsed_direction(native, s.start(), tolerance).is_some()
     };
-    if !native.closed_all_round()
-        || sides.len() > MOST_SIDES
+    if !native.has_no_boundary()
+        || sides.len() > SIDES_MAX
         || sides.iter().filter(from_pole).count() == 1
     {
         return None;
@@ -63,7 +68,8 @@ fn parts(
     whole
 }
 
-/// A loop without the slits that end in it; what comes behind one is moved by whole periods to go on where it began.
+/// Removes the slits that end within a loop. Sides after a slit are shifted by whole periods to continue where it
+/// began.
 fn without_spurs(
     native: &Native<'_>,
     sides: Vec<Side>,
@@ -85,7 +91,7 @@ fn without_spurs(
             None => kept.push(side),
         }
     }
-    // A slit about the loop's beginning, which may be a pole.
+    // A slit at the start of the loop, which may be a pole.
     loop {
         let real = |s: &Side| !is_point(native, s, tolerance);
         let (Some(first), Some(last)) = (kept.iter().position(real), kept.iter().rposition(real))
@@ -101,7 +107,7 @@ fn without_spurs(
     }
 }
 
-/// Whether a side is the one before it run backwards; behind a pole it may have turned by whole periods.
+/// True when a side is the reversed preceding side; after a pole it may be shifted by whole periods.
 fn runs_back(native: &Native<'_>, there: &Side, back: &Side, behind_pole: bool) -> bool {
     if there.curve.is_none() || back.curve.is_none() || there.edge_id != back.edge_id {
         return false;
@@ -117,9 +123,9 @@ fn runs_back(native: &Native<'_>, there: &Side, back: &Side, behind_pole: bool) 
     let length = (middle(there) - there.start()).norm() + (there.end() - middle(there)).norm();
     let near = |share: f64| {
         let off = at(there, share) - at(back, 1.0 - share) - turned;
-        off.norm() <= SAME * length
+        off.norm() <= COINCIDENCE_TOLERANCE_REL * length
     };
-    // What a pole leaves open is the parameter there.
+    // At a pole one parameter is arbitrary.
     near(0.0) && near(0.5) && (behind_pole || near(1.0))
 }
 
@@ -128,7 +134,7 @@ fn middle(side: &Side) -> Vec2 {
     side.path.point(0.5 * (a + b))
 }
 
-/// A side that has length in the parameter plane only, if there.
+/// True for a side of zero length in space.
 fn is_point(native: &Native<'_>, side: &Side, tolerance: f64) -> bool {
     side.curve.is_none()
         && collapsed_direction(native, side.start(), tolerance).is_some()

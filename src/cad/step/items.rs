@@ -1,26 +1,26 @@
-//! Representation items: solids, shells, sets and single faces become raw faces.
+//! Conversion of representation items (solids, shells, sets and single faces) to raw faces.
 
 use super::entity::{Entity, Fault, Outcome};
 use super::resolver::{Resolver, Units};
 use crate::cad::Severity;
 use crate::cad::raw::RawFace;
 
-/// What one item gives, in its own coordinates. Edge numbers are instance numbers, shells count from 0.
+/// Faces of one item, in its own coordinates. Edge numbers are instance numbers; shells are numbered from 0.
 #[derive(Debug, Default)]
 pub struct ItemFaces {
     /// Instance of the item.
     pub entity: u32,
     /// Faces.
     pub faces: Vec<RawFace>,
-    /// Shells among them.
+    /// Number of shells.
     pub shells: usize,
-    /// Curves that bound no face.
+    /// Number of curves that bound no face.
     pub loose_curves: usize,
-    /// Faces that could not be read.
+    /// Number of unreadable faces.
     pub failed: usize,
 }
 
-/// What kind of thing an item is.
+/// Category of a representation item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ItemKind {
     /// Solid, shell, face, or surface.
@@ -31,13 +31,13 @@ pub enum ItemKind {
     Mapped,
     /// Faceted geometry without exact surfaces.
     Tessellated,
-    /// Solid by construction, not by boundary.
+    /// Constructive solid without boundary representation.
     Constructive,
     /// Points, placements, texts, styles.
     Other,
 }
 
-/// Tells what an item is.
+/// Category of an item.
 #[must_use]
 pub fn item_kind(e: Entity) -> ItemKind {
     match e.kind() {
@@ -122,20 +122,20 @@ impl<'t> Resolver<'t> {
     /// All faces of an item of [`ItemKind::Shape`].
     ///
     /// # Errors
-    /// Only what refuses the whole file; a face that cannot be read is a diagnostic.
+    /// Only fatal faults, which reject the entire file; an unreadable face is a diagnostic.
     pub fn item(&self, e: Entity<'t>, units: Units) -> Outcome<ItemFaces> {
         let mut out = ItemFaces { entity: e.index, ..ItemFaces::default() };
         self.shape(e, units, &mut out, 0)?;
         Ok(out)
     }
 
-    /// The fault of something inside, which costs only that thing unless it is fatal.
+    /// Records the fault of a sub-entity, which costs only that entity unless it is fatal.
     fn survive<T>(&self, result: Outcome<T>, out: &mut ItemFaces) -> Outcome<Option<T>> {
         match result {
             Ok(value) => Ok(Some(value)),
             Err(fault) if fault.fatal => Err(fault),
             Err(fault) => {
-                let fault = self.paid(fault)?;
+                let fault = self.charged(fault)?;
                 out.failed += 1;
                 self.diagnostics.borrow_mut().push(fault.into_diagnostic("entity-invalid"));
                 Ok(None)
@@ -143,7 +143,7 @@ impl<'t> Resolver<'t> {
         }
     }
 
-    /// As [`Self::survive`], of reading the face `e`: the fault is the face's, whatever entity of it has it.
+    /// As [`Self::survive`] for the face `e`: the fault of any entity of the face is attributed to the face.
     fn survive_face<T>(
         &self,
         e: Entity<'t>,
@@ -162,7 +162,7 @@ impl<'t> Resolver<'t> {
     }
 
     fn shape(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces, depth: usize) -> Outcome<()> {
-        let spent = self.spend(e, depth, 0);
+        let spent = self.charge(e, depth, 0);
         if self.survive(spent, out)?.is_none() {
             return Ok(());
         }
@@ -238,7 +238,7 @@ impl<'t> Resolver<'t> {
         let (mut e, mut oriented) = (e, true);
         let mut depth = 0;
         loop {
-            self.spend(e, depth, 0)?;
+            self.charge(e, depth, 0)?;
             match e.kind() {
                 "ORIENTED_CLOSED_SHELL" | "ORIENTED_OPEN_SHELL" => {
                     let a = e.attributes();
@@ -254,8 +254,8 @@ impl<'t> Resolver<'t> {
         }
     }
 
-    /// Tells that an item was left out, once for each kind.
-    pub fn left_out(&self, kind: ItemKind, counted: usize, first: Entity) {
+    /// Reports omitted items, once per category.
+    pub fn report_omitted(&self, kind: ItemKind, counted: usize, first: Entity) {
         if counted == 0 {
             return;
         }
@@ -269,7 +269,7 @@ impl<'t> Resolver<'t> {
             ),
             _ => return,
         };
-        let text = format!("{counted} left out: {what}; export the model as a B-rep");
+        let text = format!("{counted} omitted: {what}; export the model as a B-rep");
         self.note(Severity::Warning, code, first.place(), text);
     }
 }

@@ -1,8 +1,8 @@
-//! Transfinite maps: points inside a four- or three-sided region from the points on its sides.
+//! Transfinite interpolation: points inside a four- or three-sided region from the points on its sides.
 
 use crate::geometry::Vec2;
 
-/// A quantity that can be blended.
+/// A quantity that can be interpolated.
 pub trait Blend:
     Copy
     + std::ops::Add<Output = Self>
@@ -19,8 +19,8 @@ impl<T> Blend for T where
 {
 }
 
-/// Four sides of a region as point lists, opposite ones of equal length and direction:
-/// `bottom` and `top` from left to right, `left` and `right` from bottom to top.
+/// Four sides of a region as lists of points. Opposite sides have equal length and direction: `bottom` and `top` from
+/// left to right, `left` and `right` from bottom to top.
 #[derive(Debug, Clone)]
 pub struct FourSides<T> {
     /// From the lower left corner to the lower right.
@@ -33,23 +33,23 @@ pub struct FourSides<T> {
     pub left: Vec<T>,
 }
 
-/// Shares of the way along each side, in the layout of [`FourSides`].
-pub type Shares = FourSides<f64>;
+/// Relative positions along each side, in the layout of [`FourSides`].
+pub type RelativePositions = FourSides<f64>;
 
 impl<T> FourSides<T> {
-    /// Cells along and across.
+    /// Number of cells along and across.
     pub fn cells(&self) -> [usize; 2] {
         [self.bottom.len() - 1, self.left.len() - 1]
     }
 }
 
 impl<T: Blend> FourSides<T> {
-    /// Coons' map at grid point (i, j): `(1-y) B + y T + (1-x) L + x R - bilinear(corners)`, where x and y
-    /// are blended from the shares of the way of the four border points.
-    pub fn point(&self, shares: &Shares, i: usize, j: usize) -> T {
+    /// Coons patch at grid point (i, j): `(1-y) B + y T + (1-x) L + x R - bilinear(corners)`, where x and y are
+    /// interpolated from the relative positions of the four boundary points.
+    pub fn point(&self, shares: &RelativePositions, i: usize, j: usize) -> T {
         let [m, n] = self.cells();
         let (xb, xt, yl, yr) = (shares.bottom[i], shares.top[i], shares.left[j], shares.right[j]);
-        // Crossing of the lines (xb, 0)-(xt, 1) and (0, yl)-(1, yr) in the unit square.
+        // Intersection of the lines (xb, 0)-(xt, 1) and (0, yl)-(1, yr) in the unit square.
         let x = (xb + yl * (xt - xb)) / (1.0 - (xt - xb) * (yr - yl));
         let y = yl + x * (yr - yl);
         let (b, t, l, r) = (self.bottom[i], self.top[i], self.left[j], self.right[j]);
@@ -60,7 +60,7 @@ impl<T: Blend> FourSides<T> {
     }
 }
 
-/// Three sides of a region as point lists of equal length: A to B, B to C, A to C.
+/// Three sides of a region as lists of points of equal length: A to B, B to C, A to C.
 #[derive(Debug, Clone)]
 pub struct ThreeSides {
     /// From A to B.
@@ -72,7 +72,7 @@ pub struct ThreeSides {
 }
 
 impl ThreeSides {
-    /// Perronnet's map at barycentric (1 - x - y, x, y): the border is met exactly.
+    /// Perronnet's map at the barycentric coordinates (1 - x - y, x, y), exact on the boundary.
     pub fn point(&self, x: f64, y: f64) -> Vec2 {
         let a = 1.0 - x - y;
         let at = |side: &[Vec2], s: f64| {

@@ -1,12 +1,12 @@
-//! Doubts about a tool that its audit gives: what is not as asked, not there, or not fit for contact.
+//! Doubts about a tool from its audit: exceeded tolerances, missing faces, unsuitability for contact.
 
 use super::report::AuditReport;
 use crate::report::doubt::{Doubt, DoubtCode, place_mm};
 
-/// Patches or faces listed in one doubt, at most.
-const LISTED: usize = 8;
+/// Maximum number of patches or faces listed in a doubt.
+const LISTED_MAX: usize = 8;
 
-/// The doubts about the tool of a report, in the order in which they matter: what is not there first.
+/// The doubts of a report in order of importance, missing faces first.
 #[must_use]
 pub fn doubts(r: &AuditReport) -> Vec<Doubt> {
     let all = [lost(r), folded(r), points(r), shape(r), borders(r), gap(r), normals(r)];
@@ -95,8 +95,8 @@ fn normals(r: &AuditReport) -> Option<Doubt> {
     Some(Doubt::of(DoubtCode::NormalsExceeded, place, [r.normal_max_deg, limit], text))
 }
 
-/// The first of some names; `None` where there are none.
+/// Comma-separated list of the first names; `None` without any.
 fn list(names: impl Iterator<Item = String>, count: usize) -> Option<String> {
-    let more = if count > LISTED { ", ..." } else { "" };
-    (count > 0).then(|| names.take(LISTED).collect::<Vec<_>>().join(", ") + more)
+    let more = if count > LISTED_MAX { ", ..." } else { "" };
+    (count > 0).then(|| names.take(LISTED_MAX).collect::<Vec<_>>().join(", ") + more)
 }

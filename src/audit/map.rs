@@ -1,5 +1,4 @@
-//! An audit as a map: the tool seen from above, coloured by its shape error, patches outlined. A drawing that a browser
-//! shows without scripts.
+//! Audit map: the tool seen from above, coloured by shape error, with patch outlines, as an SVG without scripts.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,8 +10,8 @@ use crate::report::foreign::escaped;
 use crate::tool::ToolModel;
 
 /// Pixels of the longer side.
-const PIXELS: usize = 300;
-/// Colours on either side of white.
+const PIXELS_MAX: usize = 300;
+/// Number of colours on either side of white.
 const SHADES: i32 = 16;
 const MARGIN: usize = 10;
 const HEAD: usize = 44;
@@ -33,8 +32,8 @@ struct Raster {
     pixels: Vec<Option<Pixel>>,
 }
 
-/// The drawing: `tool` seen along -z, one colour scale from the largest error inwards (blue) to as far outwards (red).
-/// Where patches lie above each other the highest is shown; walls along z are lines.
+/// SVG of `tool` seen along -z, with a symmetric colour scale from blue (inside the CAD) to red (outside). Where
+/// patches overlap the highest is shown; walls along z appear as lines.
 #[must_use]
 pub fn svg(tool: &ToolModel, found: &Audit) -> String {
     let raster = Raster::new(tool, found);
@@ -70,11 +69,11 @@ impl Raster {
         let low = cut.points.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
         let high = cut.points.iter().copied().reduce(|a, b| a.sup(&b)).unwrap_or_default();
         let size = high - low;
-        let pixel = (size.x.max(size.y) / PIXELS as f64).max(1e-300);
-        let count = |length: f64| ((length / pixel).ceil() as usize).clamp(1, PIXELS);
+        let pixel = (size.x.max(size.y) / PIXELS_MAX as f64).max(1e-300);
+        let count = |length: f64| ((length / pixel).ceil() as usize).clamp(1, PIXELS_MAX);
         let (columns, rows) = (count(size.x), count(size.y));
         let mut out = Self { columns, rows, pixels: vec![None; columns * rows] };
-        // In pixels, rows counted from above.
+        // Pixel coordinates, rows counted from the top.
         let place = |p: &Vec3| Vec3::new((p.x - low.x) / pixel, (high.y - p.y) / pixel, p.z);
         for (patch, cell) in &cut.cells {
             for k in 2..cell.len() {
@@ -89,7 +88,7 @@ impl Raster {
         out
     }
 
-    /// Pixels whose middle a triangle covers, where nothing higher does.
+    /// Paints the pixels whose centre a triangle covers, unless a higher patch does.
     fn paint(&mut self, corners: &[Vec3; 3], delta: [f64; 3], patch: usize) {
         let [a, b, c] = corners;
         let area = (b - a).xy().perp(&(c - a).xy());
@@ -120,7 +119,7 @@ impl Raster {
         }
     }
 
-    /// Colour of a pixel; that of lines where its right or lower neighbour is of another patch.
+    /// Colour of a pixel, or of the outline where its right or lower neighbour belongs to another patch.
     fn color(&self, row: usize, column: usize, most: f64) -> Option<String> {
         let at = |row: usize, column: usize| self.pixels[row * self.columns + column];
         let own = at(row, column)?;
@@ -148,7 +147,7 @@ impl Raster {
     }
 }
 
-/// Blue over white to red, -1 to 1; grey where nothing could be compared.
+/// Colour from blue over white to red for -1 to 1; grey for values that are not finite.
 fn shade(share: f64) -> String {
     if !share.is_finite() {
         return "#ccc".into();
@@ -160,7 +159,7 @@ fn shade(share: f64) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// The colour scale with its ends, from `x` on beside a map of `rows`.
+/// Adds the colour scale with its limits, from `x` on next to a map of `rows`.
 fn put_scale(out: &mut String, x: usize, rows: usize, most: f64) {
     let step = rows as f64 / f64::from(2 * SHADES + 1);
     for k in -SHADES..=SHADES {
@@ -204,7 +203,7 @@ mod tests {
     #[test]
     fn a_patch_above_is_red_one_below_blue_and_their_border_a_line() {
         let z = Vec3::zeros();
-        // S = c0 + c1 eta + c2 zeta: 10 x 10 mm each, side by side.
+        // S = c0 + c1 eta + c2 zeta: 10 x 10 mm each, adjacent.
         let patch = |x: f64, height: f64| {
             let (corner, along, up) =
                 (Vec3::new(x, 0.0, height), Vec3::new(10.0, 0.0, 0.0), Vec3::new(0.0, 10.0, 0.0));
@@ -218,12 +217,12 @@ mod tests {
         );
         let found = audit(&tool, &Plane, &AuditOptions::default()).unwrap();
         let raster = Raster::new(&tool, &found);
-        assert_eq!((raster.columns, raster.rows), (PIXELS, PIXELS / 2));
+        assert_eq!((raster.columns, raster.rows), (PIXELS_MAX, PIXELS_MAX / 2));
         assert!(raster.pixels.iter().all(Option::is_some));
         let paths = raster.paths(0.2);
         let colors: Vec<&str> = paths.keys().map(String::as_str).collect();
         assert_eq!(colors, [&shade(-1.0), LINE, &shade(1.0)]);
-        // Half the map less the line.
+        // Half the map minus the outline.
         assert!(paths[&shade(1.0)].starts_with("M0 0h149v1"));
         let text = svg(&tool, &found);
         assert!(text.contains("a &lt; b: 2 patches") && text.contains("-0.2000 to +0.2000 mm"));

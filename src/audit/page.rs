@@ -17,10 +17,10 @@ pub fn page(tool: &ToolModel, audit: &Audit) -> Page {
     page.doubts(&report.doubts);
     whole(&mut page, report);
     page.heading("Where the error is");
-    page.text("Signed shape error: the patch stands out of the CAD where it is positive.");
+    page.text("Signed shape error, positive where the patch is outside the CAD.");
     let (traces, layout) = surfaces(&[view::surface(tool, &audit.samples)]);
     page.plot(&traces, &layout, 620);
-    page.heading("How much area has which error");
+    page.heading("Area by shape error");
     histogram(&mut page, &audit.samples);
     page.heading("By CAD face");
     by_face(&mut page, report);

@@ -59,8 +59,8 @@ fn gauss(patch: &Patch, [x, y]: [f64; 2], side: f64) -> f64 {
             let (s, t) = (x + side * a, y + side * b);
             let triangle = patch.sides() == 3;
             let d = patch.derivs(s, if triangle { s * t } else { t });
-            let share = if triangle { s } else { 1.0 };
-            sum += first * second * share * d.d1.cross(&d.d2).norm();
+            let fraction = if triangle { s } else { 1.0 };
+            sum += first * second * fraction * d.d1.cross(&d.d2).norm();
         }
     }
     sum * side * side

@@ -106,7 +106,7 @@ pub fn clearance(
     let samples = options.samples.clamp(1, 256);
     let grids: Vec<Vec<(Facing, f64)>> =
         tool.patches.par_iter().map(|p| gauge.grid(p, samples)).collect();
-    let least = gauge.minimum_clearances(tool, &grids, samples);
+    let minima = gauge.minimum_clearances(tool, &grids, samples);
     let near = |&(patch, f): &(u32, Facing)| NearPatch {
         patch,
         face: tool.faces[patch as usize],
@@ -114,7 +114,7 @@ pub fn clearance(
         point: f.point.into(),
         against: f.against,
     };
-    let first = least.first();
+    let first = minima.first();
     let min = first.map(|f| f.1.clearance);
     let thickness = options.thickness_mm;
     let mut report = ClearanceReport {
@@ -131,7 +131,7 @@ pub fn clearance(
         facing_mm2: 0.0,
         share_below: 0.0,
         histogram: vec![0.0; BINS],
-        nearest: least.iter().take(options.nearest).map(near).collect(),
+        nearest: minima.iter().take(options.nearest).map(near).collect(),
     };
     report.accumulate_areas(grids.iter().flatten());
     report
@@ -169,7 +169,7 @@ impl Gauge<'_> {
         grids: &[Vec<(Facing, f64)>],
         samples: usize,
     ) -> Vec<(u32, Facing)> {
-        let mut least: Vec<(u32, Facing)> = (0..)
+        let mut minima: Vec<(u32, Facing)> = (0..)
             .zip(grids)
             .filter_map(|(k, g)| {
                 let first =
@@ -177,13 +177,13 @@ impl Gauge<'_> {
                 first.map(|f| (k, f))
             })
             .collect();
-        least.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
-        let refined = least.len().min(self.options.refine);
-        least[..refined].par_iter_mut().for_each(|(k, f)| {
+        minima.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
+        let refined = minima.len().min(self.options.refine);
+        minima[..refined].par_iter_mut().for_each(|(k, f)| {
             *f = self.descend(&tool.patches[*k as usize], *f, 1.0 / samples as f64);
         });
-        least.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
-        least
+        minima.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
+        minima
     }
 
     /// The point of a patch at the end of the travel if it is opposite to the other tool: its foot point is not on a

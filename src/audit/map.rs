@@ -38,7 +38,7 @@ struct Raster {
 pub fn svg(tool: &ToolModel, found: &Audit) -> String {
     let raster = Raster::new(tool, found);
     let r = &found.report;
-    let most = r.max_mm.abs().max(r.min_mm.abs()).max(1e-300);
+    let max_error = r.max_mm.abs().max(r.min_mm.abs()).max(1e-300);
     let (width, height) = (raster.columns + LEGEND + 2 * MARGIN, raster.rows + HEAD + MARGIN);
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{}\" height=\"{}\" font-family=\"sans-serif\" font-size=\"10\">\n\
@@ -54,11 +54,11 @@ pub fn svg(tool: &ToolModel, found: &Audit) -> String {
         r.max_mm,
         r.rms_mm,
     );
-    for (color, path) in raster.paths(most) {
+    for (color, path) in raster.paths(max_error) {
         let _ = writeln!(out, "<path fill=\"{color}\" d=\"{path}\"/>");
     }
     out.push_str("</g>\n");
-    put_scale(&mut out, raster.columns + 2 * MARGIN, raster.rows, most);
+    put_scale(&mut out, raster.columns + 2 * MARGIN, raster.rows, max_error);
     out.push_str("</svg>\n");
     out
 }
@@ -104,8 +104,8 @@ impl Raster {
         for row in range(low.y, high.y, self.rows) {
             for column in range(low.x, high.x, self.columns) {
                 let p = Vec3::new(column as f64 + 0.5, row as f64 + 0.5, 0.0);
-                let share = |u: &Vec3, v: &Vec3| (u - p).xy().perp(&(v - p).xy()) / area;
-                let shares = [share(b, c), share(c, a), share(a, b)];
+                let fraction = |u: &Vec3, v: &Vec3| (u - p).xy().perp(&(v - p).xy()) / area;
+                let shares = [fraction(b, c), fraction(c, a), fraction(a, b)];
                 if shares.iter().any(|s| *s < -1e-9) {
                     continue;
                 }
@@ -120,20 +120,20 @@ impl Raster {
     }
 
     /// Colour of a pixel, or of the outline where its right or lower neighbour belongs to another patch.
-    fn color(&self, row: usize, column: usize, most: f64) -> Option<String> {
+    fn color(&self, row: usize, column: usize, max_error: f64) -> Option<String> {
         let at = |row: usize, column: usize| self.pixels[row * self.columns + column];
         let own = at(row, column)?;
         let other = |next: Option<Pixel>| next.is_some_and(|p| p.patch != own.patch);
         let right = column + 1 < self.columns && other(at(row, column + 1));
         let below = row + 1 < self.rows && other(at(row + 1, column));
-        Some(if right || below { LINE.to_owned() } else { shade(own.delta / most) })
+        Some(if right || below { LINE.to_owned() } else { shade(own.delta / max_error) })
     }
 
     /// Path of all pixels of each colour.
-    fn paths(&self, most: f64) -> BTreeMap<String, String> {
+    fn paths(&self, max_error: f64) -> BTreeMap<String, String> {
         let mut paths: BTreeMap<String, String> = BTreeMap::new();
         for row in 0..self.rows {
-            let colors: Vec<_> = (0..self.columns).map(|k| self.color(row, k, most)).collect();
+            let colors: Vec<_> = (0..self.columns).map(|k| self.color(row, k, max_error)).collect();
             let mut column = 0;
             for run in colors.chunk_by(|a, b| a == b) {
                 if let Some(color) = &run[0] {
@@ -148,11 +148,11 @@ impl Raster {
 }
 
 /// Colour from blue over white to red for -1 to 1; grey for values that are not finite.
-fn shade(share: f64) -> String {
-    if !share.is_finite() {
+fn shade(fraction: f64) -> String {
+    if !fraction.is_finite() {
         return "#ccc".into();
     }
-    let steps = (share * f64::from(SHADES)).round().clamp(-f64::from(SHADES), f64::from(SHADES));
+    let steps = (fraction * f64::from(SHADES)).round().clamp(-f64::from(SHADES), f64::from(SHADES));
     let fade = 1.0 - steps.abs() / f64::from(SHADES);
     let full = if steps < 0.0 { [33.0, 82.0, 183.0] } else { [187.0, 21.0, 26.0] };
     let [r, g, b] = full.map(|c: f64| (c + (250.0 - c) * fade).round() as u8);
@@ -160,7 +160,7 @@ fn shade(share: f64) -> String {
 }
 
 /// Adds the colour scale with its limits, from `x` on next to a map of `rows`.
-fn put_scale(out: &mut String, x: usize, rows: usize, most: f64) {
+fn put_scale(out: &mut String, x: usize, rows: usize, max_error: f64) {
     let step = rows as f64 / f64::from(2 * SHADES + 1);
     for k in -SHADES..=SHADES {
         let y = HEAD as f64 + step * f64::from(SHADES - k);
@@ -171,10 +171,14 @@ fn put_scale(out: &mut String, x: usize, rows: usize, most: f64) {
             step + 0.1
         );
     }
-    for (share, value) in
-        [(0.0, most), (0.25, 0.5 * most), (0.5, 0.0), (0.75, -0.5 * most), (1.0, -most)]
-    {
-        let y = HEAD as f64 + share * (rows as f64 - 8.0) + 8.0;
+    for (fraction, value) in [
+        (0.0, max_error),
+        (0.25, 0.5 * max_error),
+        (0.5, 0.0),
+        (0.75, -0.5 * max_error),
+        (1.0, -max_error),
+    ] {
+        let y = HEAD as f64 + fraction * (rows as f64 - 8.0) + 8.0;
         let _ = writeln!(out, "<text x=\"{}\" y=\"{y:.1}\">{value:+.4} mm</text>", x + 18);
     }
 }

@@ -147,8 +147,8 @@ fn orientation(tool: &ToolModel, reference: &impl ReferenceSurface) -> f64 {
         let (eta, zeta) = sample::middle(patch);
         let d = patch.derivs(eta, zeta);
         let normal = reference.closest(&d.s, face).map(|f| f.own_normal.unwrap_or(f.normal));
-        let share = normal.map_or(0.0, |n| d.d1.cross(&d.d2).dot(&n));
-        if share.is_finite() { share } else { 0.0 }
+        let fraction = normal.map_or(0.0, |n| d.d1.cross(&d.d2).dot(&n));
+        if fraction.is_finite() { fraction } else { 0.0 }
     };
     let shares: Vec<f64> = tool.patches.par_iter().zip(&tool.faces).map(agreement).collect();
     if shares.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }

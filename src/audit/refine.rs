@@ -287,10 +287,10 @@ fn parabola(centre: f64, ring: &Ring) -> Option<[f64; 2]> {
     let along = |k: usize| {
         let (ahead, behind) = (ring[k]?, ring[k + 4]?);
         let (slope, bend) = (0.5 * (ahead - behind), ahead - 2.0 * centre + behind);
-        let share = (-slope / bend).clamp(-1.0, 1.0);
-        let rise = slope * share + 0.5 * bend * share * share;
-        (bend < 0.0 && rise > 0.0).then_some((rise, k, share))
+        let fraction = (-slope / bend).clamp(-1.0, 1.0);
+        let rise = slope * fraction + 0.5 * bend * fraction * fraction;
+        (bend < 0.0 && rise > 0.0).then_some((rise, k, fraction))
     };
     let best = (0..4).filter_map(along).max_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, k, share)| DIRECTIONS[k].map(|d| share * d as f64))
+    best.map(|(_, k, fraction)| DIRECTIONS[k].map(|d| fraction * d as f64))
 }

@@ -153,12 +153,12 @@ impl PatchSamples {
         let cell = 1.0 / (self.n * self.n) as f64;
         self.coordinates()
             .zip(&self.points)
-            .map(|(at, point)| point.map_or(0.0, |p| p.jacobian * cell * self.share(at)))
+            .map(|(at, point)| point.map_or(0.0, |p| p.jacobian * cell * self.fraction(at)))
             .collect()
     }
 
     /// Fraction of a cell represented by a grid point: 1/4 at the corner of a square, 1/6 per adjacent triangle.
-    fn share(&self, [i, j]: [usize; 2]) -> f64 {
+    fn fraction(&self, [i, j]: [usize; 2]) -> f64 {
         let n = self.n;
         let end = |k: usize| if k == 0 || k == n { 0.5 } else { 1.0 };
         if self.sides == 4 {

@@ -167,13 +167,13 @@ fn within_tolerance(
 ) -> Option<bool> {
     let worst_mm = whole.max.abs().max(whole.min.abs());
     let kept = |limit: Option<f64>, value: f64| limit.is_none_or(|l| value <= l);
-    let asked = options.tolerance_mm.is_some() || options.normal_tolerance_deg.is_some();
+    let has_tolerance = options.tolerance_mm.is_some() || options.normal_tolerance_deg.is_some();
     let within = kept(options.tolerance_mm, worst_mm)
         && kept(options.normal_tolerance_deg, whole.normal)
         && kept(options.tolerance_mm, found.jumps.border_gap_mm)
         && kept(options.tolerance_mm, found.borders.whole.deviation_mm())
         && lost == 0;
-    asked.then_some(within)
+    has_tolerance.then_some(within)
 }
 
 fn by_face(faces: &[u32], sums: &[Sums], borders: &Compared) -> Vec<FaceAudit> {
@@ -244,8 +244,8 @@ fn percentiles(samples: &[PatchSamples]) -> Percentiles {
             (sum, *value)
         })
         .collect();
-    let at = |share: f64| {
-        let place = below.partition_point(|(s, _)| *s < share * total);
+    let at = |fraction: f64| {
+        let place = below.partition_point(|(s, _)| *s < fraction * total);
         below.get(place.min(below.len().saturating_sub(1))).map_or(0.0, |p| p.1)
     };
     Percentiles { p50: at(0.5), p90: at(0.9), p95: at(0.95), p99: at(0.99) }

@@ -112,8 +112,8 @@ impl Face {
         let count = |k: usize| (4 * self.surface.count()[k]).clamp(12, 96);
         let (nu, nv) = (count(0), count(1));
         let at = |i: usize, j: usize| {
-            let share = Vec2::new(i as f64 / nu as f64, j as f64 / nv as f64);
-            region.low + (region.high - region.low).component_mul(&share)
+            let fraction = Vec2::new(i as f64 / nu as f64, j as f64 / nv as f64);
+            region.low + (region.high - region.low).component_mul(&fraction)
         };
         let value = |uv: Vec2| sign * self.surface.point(uv)[axis];
         let grid: Vec<f64> = (0..=nu)

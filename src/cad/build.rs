@@ -65,14 +65,15 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
     };
     let mut pieces = Vec::new();
     let one = |((face, bounds), fineness): ((&RawFace, &Aabb), Fineness)| {
-        let mut said = Vec::new();
-        let parts = build_face(face, bounds.diagonal(), (tolerance, creases), fineness, &mut said);
-        (parts, said)
+        let mut messages = Vec::new();
+        let parts =
+            build_face(face, bounds.diagonal(), (tolerance, creases), fineness, &mut messages);
+        (parts, messages)
     };
     let offsets = shares(&raw.faces, raw.bytes);
     let built: Vec<_> = raw.faces.par_iter().zip(&boxes).zip(offsets).map(one).collect();
-    for (face, (outcome, said)) in raw.faces.iter().zip(built) {
-        diagnostics.extend(said);
+    for (face, (outcome, messages)) in raw.faces.iter().zip(built) {
+        diagnostics.extend(messages);
         match outcome {
             Ok(parts) => pieces.extend(add_parts(&mut model, parts)),
             Err(text) => {
@@ -155,14 +156,16 @@ fn whole_face(
 ) -> Result<ClosedFace, String> {
     let first = whole_face_on(raw, size, tolerance, fineness, diagnostics);
     let Err(reason) = first else { return first };
-    let Some((surface, miss)) = with_ends_on_axis(&raw.surface, AXIS_MISS_MAX_REL * size) else {
+    let Some((surface, distance)) = with_ends_on_axis(&raw.surface, AXIS_MISS_MAX_REL * size)
+    else {
         return Err(reason);
     };
     let moved = RawFace { surface, ..raw.clone() };
     let whole =
         whole_face_on(&moved, size, tolerance, fineness, diagnostics).map_err(|_| reason)?;
-    let text =
-        format!("the profile ends {miss:.3e} mm from the axis of revolution; moved onto the axis");
+    let text = format!(
+        "the profile ends {distance:.3e} mm from the axis of revolution; moved onto the axis"
+    );
     let place = raw.source.clone();
     diagnostics.push(Diagnostic { severity: Severity::Warning, code: "axis-missed", place, text });
     Ok(whole)
@@ -177,18 +180,18 @@ fn with_ends_on_axis(surface: &RawSurface, limit: f64) -> Option<(RawSurface, f6
     let points = generatrix.points();
     let (start, end) = (points[0], points[points.len() - 1]);
     let is_near = |p: Vec3| (1e-12 * limit..=limit).contains(&(foot(p) - p).norm());
-    let mut miss = 0.0_f64;
+    let mut distance = 0.0_f64;
     let mut profile = generatrix.clone();
     if is_near(start) {
-        miss = (foot(start) - start).norm();
+        distance = (foot(start) - start).norm();
         profile = profile.with_start(foot(start));
     }
     if is_near(end) {
-        miss = miss.max((foot(end) - end).norm());
+        distance = distance.max((foot(end) - end).norm());
         profile = profile.with_end(foot(end));
     }
     *generatrix = profile;
-    (miss > 0.0).then_some((moved, miss))
+    (distance > 0.0).then_some((moved, distance))
 }
 
 fn whole_face_on(

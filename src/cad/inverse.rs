@@ -169,11 +169,11 @@ impl Native<'_> {
     /// Samples over the natural range, at least `degree + 1` per span, with their points.
     pub(super) fn sampled(&self) -> Vec<(Vec2, Vec3)> {
         let Some(whole) = self.whole() else { return Vec::new() };
-        let along = |k: usize, most: usize| -> Vec<f64> {
+        let along = |k: usize, limit: usize| -> Vec<f64> {
             let (knots, p) = (whole.knots()[k], whole.degrees()[k]);
             let inner = &knots[p..knots.len() - p];
             let spans = inner.windows(2).filter(|w| w[0] < w[1]).count().max(1);
-            let per_span = (p + 2).min((most / spans).max(1));
+            let per_span = (p + 2).min((limit / spans).max(1));
             let spans = inner.windows(2).filter(|w| w[0] < w[1]);
             let mut out: Vec<f64> = spans
                 .flat_map(|w| {
@@ -219,8 +219,8 @@ fn torus_inverse(l: &Vec3, major: f64, minor: f64, hint: Option<Vec2>) -> Vec2 {
         return near;
     }
     let far = Vec2::new(u + PI, l.z.atan2(-r - major));
-    let miss = |r: f64| ((r - major).hypot(l.z) - minor).abs();
-    if miss(-r) < miss(r) - 1e-9 * minor { far } else { near }
+    let distance = |r: f64| ((r - major).hypot(l.z) - minor).abs();
+    if distance(-r) < distance(r) - 1e-9 * minor { far } else { near }
 }
 
 /// Clamps parameters to their ranges.

@@ -37,8 +37,8 @@ pub(super) fn shares(faces: &[RawFace], bytes: usize) -> Vec<Fineness> {
         *spans = if sum + all <= total { *spans } else { 0 };
         sum += if *spans > 0 { all } else { 0 };
     }
-    let share = |(spans, _): (usize, usize)| spans * total / sum.max(1);
-    needed.into_iter().map(|n| Fineness { max_patches: share(n), coarse: false }).collect()
+    let fraction = |(spans, _): (usize, usize)| spans * total / sum.max(1);
+    needed.into_iter().map(|n| Fineness { max_patches: fraction(n), coarse: false }).collect()
 }
 
 /// Spans of the spline below nested offsets, and the nesting depth; zero for other surfaces.
@@ -228,7 +228,7 @@ pub(super) fn deviation(surface: &RawSurface, face: &Face) -> f64 {
     let region = TrimRegion::new(face);
     let domain = face.surface.domain();
     let [us, vs] = [0, 1].map(|k| breaks_of(face.surface.knots()[k], domain[k]));
-    let inside = |w: &[f64], share: f64| w[0] + (w[1] - w[0]) * share;
+    let inside = |w: &[f64], fraction: f64| w[0] + (w[1] - w[0]) * fraction;
     let mut worst = 0.0_f64;
     for (u, v) in us.windows(2).flat_map(|u| vs.windows(2).map(move |v| (u, v))) {
         for (x, y) in [(0.05, 0.35), (0.65, 0.95)] {

@@ -28,8 +28,9 @@ pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
         }
         let (part, one_sided) = walk(first, &neighbours, &mut turn);
         let turned = part.iter().filter(|&&f| turn[f] == Some(true)).count();
-        let most = 2 * turned > part.len();
-        let flips: Vec<usize> = part.iter().copied().filter(|&f| turn[f] == Some(!most)).collect();
+        let majority = 2 * turned > part.len();
+        let flips: Vec<usize> =
+            part.iter().copied().filter(|&f| turn[f] == Some(!majority)).collect();
         for &f in &flips {
             model.faces[f].flipped = !model.faces[f].flipped;
         }

@@ -173,9 +173,9 @@ impl TrimRegion {
     }
 
     fn row(&self, v: f64) -> usize {
-        let share = (v - self.low.y) / (self.high.y - self.low.y);
+        let fraction = (v - self.low.y) / (self.high.y - self.low.y);
         // The cast saturates at 0 below the region (and for NaN); above it the index is limited to the last row.
-        ((share * self.rows.len() as f64) as usize).min(self.rows.len() - 1)
+        ((fraction * self.rows.len() as f64) as usize).min(self.rows.len() - 1)
     }
 
     /// True inside the loops or on them (within 1e-9 of the size of their bounding box), from the winding number by

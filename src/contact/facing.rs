@@ -60,9 +60,9 @@ impl<W: Wide> Search<'_, W> {
                 Best { facing: self.facing(&foot), ..foot }
             }));
         }
-        let most = feet.iter().map(|foot| foot.facing).fold(f64::NEG_INFINITY, f64::max);
+        let max_facing = feet.iter().map(|foot| foot.facing).fold(f64::NEG_INFINITY, f64::max);
         let order = |a: &Best, b: &Best| a.value.total_cmp(&b.value).then(a.patch.cmp(&b.patch));
-        let facing = feet.into_iter().filter(|foot| foot.facing >= most - FACING_TOLERANCE);
+        let facing = feet.into_iter().filter(|foot| foot.facing >= max_facing - FACING_TOLERANCE);
         facing.min_by(order).unwrap_or(self.best)
     }
 }

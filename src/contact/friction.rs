@@ -238,16 +238,16 @@ mod tests {
     #[test]
     fn the_force_is_coulombs_from_the_end_of_its_rise_on() {
         let law = Coulomb { mu: 0.3, transition: 0.02 };
-        let share = |size: f64| size / law.weight(&Vec3::new(0.0, size, 0.0)).0;
+        let fraction = |size: f64| size / law.weight(&Vec3::new(0.0, size, 0.0)).0;
         for over in [1.0, 1.001, 3.0, 1e6] {
             assert!(
-                (share(COULOMB_SLIP_RATIO * law.transition * over) - 1.0).abs() < 1e-15,
+                (fraction(COULOMB_SLIP_RATIO * law.transition * over) - 1.0).abs() < 1e-15,
                 "{over}"
             );
         }
         let mut before = 0.0;
         for step in 1..=100 {
-            let now = share(COULOMB_SLIP_RATIO * law.transition * f64::from(step) / 100.0);
+            let now = fraction(COULOMB_SLIP_RATIO * law.transition * f64::from(step) / 100.0);
             assert!(now > before, "{step}: {now}");
             before = now;
         }

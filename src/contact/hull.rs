@@ -87,8 +87,9 @@ impl Height {
         let inverse = 1.0 / (1.0 - c1.dot(&c2).abs() / (u * v)).sqrt();
         let (reciprocal1, reciprocal2) =
             (c2.cross(&normal) / (v * sine), normal.cross(&c1) / (u * sine));
-        let share = |c: &Vec3| reciprocal1.dot(c).hypot(reciprocal2.dot(c));
-        let Sums { max_height, slope, up, plane, turn } = Sums::of(piece, &normal, [u, v], share);
+        let fraction = |c: &Vec3| reciprocal1.dot(c).hypot(reciprocal2.dot(c));
+        let Sums { max_height, slope, up, plane, turn } =
+            Sums::of(piece, &normal, [u, v], fraction);
         if turn >= 0.9 {
             return None;
         }
@@ -117,7 +118,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(piece: &Piece, normal: &Vec3, [u, v]: [f64; 2], share: impl Fn(&Vec3) -> f64) -> Self {
+    fn of(piece: &Piece, normal: &Vec3, [u, v]: [f64; 2], fraction: impl Fn(&Vec3) -> f64) -> Self {
         let (degrees, c) = piece.form.coefficients();
         let reach = DOMAIN_ENLARGEMENT * piece.shape.reach();
         let mut sums = Self::default();
@@ -135,7 +136,7 @@ impl Sums {
             sums.max_height += height * reach.powi((i + j) as i32);
             sums.slope += height * first;
             sums.up += height * second;
-            sums.turn += share(c) * first;
+            sums.turn += fraction(c) * first;
             sums.plane += (c - normal * normal.dot(c)).norm() * second;
         }
         sums
@@ -165,8 +166,11 @@ fn bulge(piece: &Piece) -> Option<f64> {
         if (b - a).perp(&(c - b)) < 0.0 {
             return None;
         }
-        max_distance =
-            max_distance.max(off_chord(piece, [corners[k % sides], corners[(k + 1) % sides]], flat));
+        max_distance = max_distance.max(off_chord(
+            piece,
+            [corners[k % sides], corners[(k + 1) % sides]],
+            flat,
+        ));
     }
     Some(max_distance)
 }

@@ -36,9 +36,13 @@ impl PaperSearch {
             Patch::Bezier { degrees, .. } => *degrees,
             _ => [2, 2],
         };
-        let most =
+        let max_degrees =
             model.patches.iter().map(degrees).fold([1, 1], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
-        let grid = model.patches.iter().map(|p| grid(p, [2 * most[0], 2 * most[1]])).collect();
+        let grid = model
+            .patches
+            .iter()
+            .map(|p| grid(p, [2 * max_degrees[0], 2 * max_degrees[1]]))
+            .collect();
         Self { model, preselection: Preselection::All, grid }
     }
 
@@ -155,8 +159,8 @@ fn edge_ratio(patch: &Patch) -> f64 {
     let c = corner_points(patch);
     let lengths: Vec<f64> =
         (0..c.len()).map(|k| (c[(k + 1) % c.len()] - c[k]).norm()).filter(|l| *l > 0.0).collect();
-    let most = lengths.iter().fold(0.0_f64, |a, &b| a.max(b));
-    most / lengths.iter().fold(f64::INFINITY, |a, &b| a.min(b))
+    let longest = lengths.iter().fold(0.0_f64, |a, &b| a.max(b));
+    longest / lengths.iter().fold(f64::INFINITY, |a, &b| a.min(b))
 }
 
 fn is_inside(patch: &Patch, x: Vec2, slack: f64) -> bool {

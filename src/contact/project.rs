@@ -133,14 +133,14 @@ impl<W: Wide> Descent<'_, W> {
     fn lower(&self, model: &Model, x: Vec2, step: Vec2) -> Option<(Vec2, Model, bool)> {
         // Below this difference the distance is rounding, but the gradient is still significant.
         let rounding = 1e-13 * model.value + 1e-15 * self.w.norm_squared();
-        let mut share = 1.0;
+        let mut fraction = 1.0;
         for _ in 0..30 {
-            let next = x + step * share;
+            let next = x + step * fraction;
             let (at, sound) = self.model(next);
             if at.value <= model.value + rounding {
                 return Some((next, at, sound));
             }
-            share *= 0.5;
+            fraction *= 0.5;
         }
         None
     }
@@ -270,17 +270,17 @@ mod tests {
                 let found = lowest_of(&model, &x, shape, 1.1);
                 assert!(shape.holds(&(found / 1.1)));
                 let c = shape.corners();
-                let mut least = f64::INFINITY;
+                let mut minimum = f64::INFINITY;
                 for i in 0..=60 {
                     for j in 0..=60 {
                         let (s, t) = (f64::from(i) / 60.0, f64::from(j) / 60.0);
                         let (a, b) = (c[0] + (c[1] - c[0]) * s, c[3] + (c[2] - c[3]) * s);
                         let y = (a + (b - a) * t) * 1.1;
-                        least = least.min(model.change(&(y - x)));
+                        minimum = minimum.min(model.change(&(y - x)));
                     }
                 }
                 let value = model.change(&(found - x));
-                assert!(value <= least + 1e-12 && value >= least - 0.01, "{value} {least}");
+                assert!(value <= minimum + 1e-12 && value >= minimum - 0.01, "{value} {minimum}");
             }
         }
     }

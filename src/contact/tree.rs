@@ -78,7 +78,7 @@ impl Tree {
         let mut id = 0;
         while id & PIECE == 0 {
             let node = &self.nodes[id as usize];
-            id = node.child[wide.least(wide.distances(node, probe.p))];
+            id = node.child[wide.min_lane(wide.distances(node, probe.p))];
         }
         (id & !PIECE) as usize
     }

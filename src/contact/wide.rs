@@ -24,7 +24,7 @@ pub(super) trait Wide: Copy {
     /// One bit for each element not above the limit.
     fn not_above(self, x: Self::Eight, limit: f32) -> u32;
     /// Lane of the minimum, ignoring the last three bits of the mantissa.
-    fn least(self, x: Self::Eight) -> usize;
+    fn min_lane(self, x: Self::Eight) -> usize;
     fn eight(self, x: Self::Eight) -> [f32; WIDE];
 
     #[inline(always)]
@@ -101,7 +101,7 @@ impl Wide for Plain {
     }
 
     #[inline(always)]
-    fn least(self, x: [f32; WIDE]) -> usize {
+    fn min_lane(self, x: [f32; WIDE]) -> usize {
         let key = |lane: usize| x[lane].to_bits() & !7 | lane as u32;
         (0..WIDE).map(key).fold(u32::MAX, u32::min) as usize & 7
     }
@@ -181,7 +181,7 @@ mod avx2 {
         }
 
         #[inline(always)]
-        fn least(self, x: __m256) -> usize {
+        fn min_lane(self, x: __m256) -> usize {
             const LANES: [u32; WIDE] = [0, 1, 2, 3, 4, 5, 6, 7];
             let avx2 = self.avx2;
             let bits = avx2._mm256_and_si256(cast(x), cast([!7_u32; WIDE]));
@@ -228,7 +228,7 @@ mod tests {
         let mixed = wide.sub(wide.mul(a, b), wide.add(c, wide.mul(d, wide.splat(rows[0][0]))));
         let sums = wide.sums([mixed, b, c, d]).into_iter().chain(wide.two_sums(a, mixed));
         let distances = wide.distances(node, p);
-        let counts = [wide.not_above(distances, 0.1) as usize, wide.least(distances)];
+        let counts = [wide.not_above(distances, 0.1) as usize, wide.min_lane(distances)];
         let singles = wide.eight(distances).map(|x| u64::from(x.to_bits()));
         sums.map(f64::to_bits).chain(singles).chain(counts.map(|n| n as u64)).collect()
     }
@@ -247,8 +247,8 @@ mod tests {
                 assert!((found - exact).abs() <= 1e-6 * exact, "{found} {exact}");
             }
             assert_eq!(distances[WIDE - 1], f32::INFINITY);
-            let least = distances.iter().copied().fold(f32::INFINITY, f32::min);
-            assert!(distances[Plain.least(distances)] <= least * (1.0 + 1e-6));
+            let minimum = distances.iter().copied().fold(f32::INFINITY, f32::min);
+            assert!(distances[Plain.min_lane(distances)] <= minimum * (1.0 + 1e-6));
             let near = (0..WIDE).filter(|&k| distances[k] <= 0.1).count();
             assert_eq!(Plain.not_above(distances, 0.1).count_ones() as usize, near);
             #[cfg(target_arch = "x86_64")]

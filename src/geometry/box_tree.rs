@@ -129,13 +129,13 @@ mod tests {
         let tree = BoxTree::build(&boxes);
         for q in [Vec3::zeros(), Vec3::new(0.5, 0.4, 0.3), Vec3::new(3.0, -1.0, 0.5)] {
             let brute = points.iter().map(|p| (p - q).norm_squared()).fold(f64::INFINITY, f64::min);
-            let mut asked = 0;
+            let mut visited = 0;
             let found = tree.nearest(&q, f64::INFINITY, |k, best| {
-                asked += 1;
+                visited += 1;
                 best.min((points[k as usize] - q).norm_squared())
             });
             assert_eq!(found, brute);
-            assert!(asked < 200, "{asked}");
+            assert!(visited < 200, "{visited}");
         }
         let region = Aabb::of_points(&[Vec3::repeat(0.4), Vec3::repeat(0.6)]);
         let inside = |k: u32| region.distance_squared(&points[k as usize]) == 0.0;

@@ -34,12 +34,12 @@ impl DisjointSets {
         let mut count = 0;
         let mut numbers = vec![0; self.parent.len()];
         for k in 0..numbers.len() {
-            let least = self.representative(k);
-            if least == k {
+            let root = self.representative(k);
+            if root == k {
                 numbers[k] = count;
                 count += 1;
             } else {
-                numbers[k] = numbers[least];
+                numbers[k] = numbers[root];
             }
         }
         (numbers, count)

@@ -83,11 +83,11 @@ pub enum ToolError {
         points: usize,
     },
     /// An inadmissible border gap.
-    #[error("border_gap_mm is {found}; allowed: 0 to {most:.4}, 1 % of the tool's size")]
+    #[error("border_gap_mm is {found}; allowed: 0 to {limit:.4}, 1 % of the tool's size")]
     Gap {
         /// Gap found [mm].
         found: f64,
         /// Largest admissible gap [mm].
-        most: f64,
+        limit: f64,
     },
 }

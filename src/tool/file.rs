@@ -274,8 +274,8 @@ fn allowed_gap(found: f64, model: &ToolModel) -> Result<f64, ToolError> {
         return Ok(found);
     }
     let points: Vec<Vec3> = model.patches.iter().flat_map(corners).collect();
-    let most = BORDER_GAP_MAX_REL * Aabb::of_points(&points).diagonal();
-    if (0.0..=most).contains(&found) { Ok(found) } else { Err(ToolError::Gap { found, most }) }
+    let limit = BORDER_GAP_MAX_REL * Aabb::of_points(&points).diagonal();
+    if (0.0..=limit).contains(&found) { Ok(found) } else { Err(ToolError::Gap { found, limit }) }
 }
 
 fn bezier_model(name: String, nets: &[BezierNet]) -> Result<ToolModel, ToolError> {

@@ -231,7 +231,7 @@ mod tests {
         for x in [1.0, 1e-15] {
             let line = Patch::Bezier {
                 degrees: [1, 1],
-                points: [0.0, 1.0, 0.5, 1.0].map(|share| at(share * x)).to_vec(),
+                points: [0.0, 1.0, 0.5, 1.0].map(|fraction| at(fraction * x)).to_vec(),
             };
             assert!(line.is_degenerate(), "{x}");
         }

@@ -73,8 +73,8 @@ impl<'a> SideCurve<'a> {
         let nearest = (0..=INTERVALS).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
         let at = |k: usize| k as f64 / INTERVALS as f64;
         let between = [at(nearest.saturating_sub(1)), at((nearest + 1).min(INTERVALS))];
-        let (_, least) = minimize(|t| (self.point(t) - p).norm_squared(), between, 40);
-        least.min(off(nearest)).sqrt()
+        let (_, minimum) = minimize(|t| (self.point(t) - p).norm_squared(), between, 40);
+        minimum.min(off(nearest)).sqrt()
     }
 }
 

@@ -145,7 +145,7 @@ fn farthest<'a>(
         let p = point(at(k));
         let here = distance(&p);
         if let Some(mm) = here
-            && largest.is_none_or(|(_, most, _)| mm > most)
+            && largest.is_none_or(|(_, max_mm, _)| mm > max_mm)
         {
             largest = Some((at(k), mm, p));
         }
@@ -169,8 +169,8 @@ fn farthest<'a>(
 fn compared(mut far: Vec<LargestDistance<'_>>) -> Compared {
     let mut largest: BTreeMap<(u32, bool), f64> = BTreeMap::new();
     for f in &far {
-        let most = largest.entry((f.face, f.of_tool)).or_default();
-        *most = most.max(f.mm);
+        let max_mm = largest.entry((f.face, f.of_tool)).or_default();
+        *max_mm = max_mm.max(f.mm);
     }
     far.par_iter_mut()
         .filter(|f| f.mm > 0.0 && f.mm >= REFINEMENT_RATIO * largest[&(f.face, f.of_tool)])
@@ -181,7 +181,7 @@ fn compared(mut far: Vec<LargestDistance<'_>>) -> Compared {
             }
         });
     let mut out = Compared::default();
-    let mut most = 0.0;
+    let mut max_mm = 0.0;
     for f in &far {
         let whole = &mut out.whole;
         let (count, deviation) = if f.of_tool {
@@ -194,8 +194,8 @@ fn compared(mut far: Vec<LargestDistance<'_>>) -> Compared {
         whole.step_mm = whole.step_mm.max(f.step_mm);
         let own = out.by_face.entry(f.face).or_default();
         *own = own.max(f.mm);
-        if f.mm > most || whole.at.is_none() {
-            most = f.mm;
+        if f.mm > max_mm || whole.at.is_none() {
+            max_mm = f.mm;
             (whole.at, whole.face) = (Some(f.at.into()), Some(f.face));
         }
     }

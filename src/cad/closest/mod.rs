@@ -253,8 +253,8 @@ impl<'m> ClosestPoint<'m> {
         let point = span.curve.point(t);
         let r = p - point;
         let [a, b] = edge.curve.domain();
-        let share = (t - a) / (b - a);
-        let location = self.location(span.edge as usize, share, &point);
+        let fraction = (t - a) / (b - a);
+        let location = self.location(span.edge as usize, fraction, &point);
         let near = self.model.join_tolerance.max(COINCIDENCE_TOLERANCE_REL * self.size);
         let mut best: Option<(f64, Foot)> = None;
         for &[face, ring, place] in &edge.uses {
@@ -263,7 +263,7 @@ impl<'m> ClosestPoint<'m> {
             }
             let f = &self.model.faces[face];
             let Some(used) = f.loops.get(ring).and_then(|l| l.uses.get(place)) else { continue };
-            let uv = uv_on_use(f, used, share, &point, near);
+            let uv = uv_on_use(f, used, fraction, &point, near);
             let normal = f.normal(uv).unwrap_or_else(Vec3::zeros);
             let straight = normal.dot(&r).abs();
             let margin = 1e-9 * r.norm();
@@ -280,12 +280,12 @@ impl<'m> ClosestPoint<'m> {
         best.map(|b| b.1)
     }
 
-    fn location(&self, edge: usize, share: f64, point: &Vec3) -> FootLocation {
+    fn location(&self, edge: usize, fraction: f64, point: &Vec3) -> FootLocation {
         let ends = self.model.edges[edge].vertices;
-        if share <= 1e-12 {
+        if fraction <= 1e-12 {
             return FootLocation::Vertex(ends[0]);
         }
-        if share >= 1.0 - 1e-12 {
+        if fraction >= 1.0 - 1e-12 {
             return FootLocation::Vertex(ends[1]);
         }
         let near = |v: &&usize| {
@@ -298,17 +298,17 @@ impl<'m> ClosestPoint<'m> {
 
 /// Parameters on a face of a point on its boundary edge. Start: the parameter curve where it matches the edge curve,
 /// otherwise its nearest sample; then Newton iteration. The edge lies within `near` [mm] of the face.
-fn uv_on_use(face: &Face, used: &EdgeUse, share: f64, point: &Vec3, near: f64) -> Vec2 {
+fn uv_on_use(face: &Face, used: &EdgeUse, fraction: f64, point: &Vec3, near: f64) -> Vec2 {
     let [a, b] = used.pcurve.domain();
-    let share = if used.reversed { 1.0 - share } else { share };
+    let fraction = if used.reversed { 1.0 - fraction } else { fraction };
     let off = |uv: Vec2| (face.surface.point(uv) - point).norm_squared();
-    let mut start = used.pcurve.point(a + (b - a) * share);
-    let mut least = off(start);
+    let mut start = used.pcurve.point(a + (b - a) * fraction);
+    let mut smallest = off(start);
     for k in 0..=8 {
         let uv = used.pcurve.point(a + (b - a) * f64::from(k) / 8.0);
         let distance = off(uv);
-        if distance < least {
-            (start, least) = (uv, distance);
+        if distance < smallest {
+            (start, smallest) = (uv, distance);
         }
     }
     face.surface.closest_near(point, start, near * near).0

@@ -14,8 +14,8 @@ fn samples(model: &Model, n: usize) -> Vec<(usize, Vec2, Vec3)> {
     for (f, face) in model.faces.iter().enumerate() {
         let region = TrimRegion::new(face);
         for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))) {
-            let share = Vec2::new(i as f64 / n as f64, j as f64 / n as f64);
-            let uv = region.low + (region.high - region.low).component_mul(&share);
+            let fraction = Vec2::new(i as f64 / n as f64, j as f64 / n as f64);
+            let uv = region.low + (region.high - region.low).component_mul(&fraction);
             if region.contains(uv) {
                 out.push((f, uv, face.surface.point(uv)));
             }
@@ -39,8 +39,8 @@ fn no_sample_is_nearer_than_the_answer() {
             (seed >> 33) as f64 / (1u64 << 31) as f64
         };
         for _ in 0..200 {
-            let share = Vec3::new(random(), random(), random()).map(|x| 1.4 * x - 0.2);
-            let p = bounds.min + (bounds.max - bounds.min).component_mul(&share);
+            let fraction = Vec3::new(random(), random(), random()).map(|x| 1.4 * x - 0.2);
+            let p = bounds.min + (bounds.max - bounds.min).component_mul(&fraction);
             let foot = index.closest(&p).unwrap();
             assert!(((foot.point - p).norm() - foot.distance).abs() < 1e-9);
             let best = dense.iter().map(|s| (s.2 - p).norm()).fold(f64::INFINITY, f64::min);

@@ -43,9 +43,9 @@ impl Health {
 
     /// Lists the faces that could not be built, with the reasons.
     fn lost_face_lines(&self) -> Vec<String> {
-        let told = self.lost_faces.iter().take(LISTED_MAX);
+        let listed = self.lost_faces.iter().take(LISTED_MAX);
         let mut lines: Vec<String> =
-            told.map(|lost| format!("  lost        {}: {}", lost.source, lost.reason)).collect();
+            listed.map(|lost| format!("  lost        {}: {}", lost.source, lost.reason)).collect();
         if self.lost_faces.len() > LISTED_MAX {
             lines.push(format!("  lost        and {} more", self.lost_faces.len() - LISTED_MAX));
         }

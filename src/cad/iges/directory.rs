@@ -135,9 +135,9 @@ fn locate(directory: &mut Directory, cards: &Cards<'_>, starts: &[u32], delimite
         let by_number =
             rising.then(|| tail.binary_search_by_key(start, |c| c.sequence).ok()).flatten();
         let by_place = (*start as usize).checked_sub(1);
-        let told = by_number.or(by_place);
-        if told.is_some_and(|card| begins_with(card, entry.kind)) {
-            *first = told;
+        let candidate = by_number.or(by_place);
+        if candidate.is_some_and(|card| begins_with(card, entry.kind)) {
+            *first = candidate;
             continue;
         }
         let at = backs.partition_point(|(back, _)| *back < entry.pointer);

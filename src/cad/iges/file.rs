@@ -125,15 +125,15 @@ impl<'a> File<'a> {
     /// # Errors
     /// A fault with the code `work-limit`.
     pub fn allow_sides(&self, entity: usize, sides: usize) -> Result<(), Fault> {
-        let most = max_sides(self.bytes);
-        if sides <= most {
+        let limit = max_sides(self.bytes);
+        if sides <= limit {
             return Ok(());
         }
         Err(self.fault(
             entity,
             "work-limit",
             "pointers refer to the same faces repeatedly",
-            format!("faces of at most {most} sides in all in a file of {} bytes", self.bytes),
+            format!("faces of at most {limit} sides in all in a file of {} bytes", self.bytes),
         ))
     }
 

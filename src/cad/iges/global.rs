@@ -166,8 +166,8 @@ fn unit(fields: &[Token<'_>], remarks: &mut Vec<(&'static str, String)>) -> (Str
                     ),
                 ));
             }
-            let said = flagged.map_or("", |(n, _)| n);
-            (if named == Some(*mm) { name } else { said.to_owned() }, *mm)
+            let unit_name = flagged.map_or("", |(n, _)| n);
+            (if named == Some(*mm) { name } else { unit_name.to_owned() }, *mm)
         }
         (None, Some(mm)) => (name, mm),
         (None, None) => {

@@ -128,7 +128,7 @@ pub(super) fn use_side_of_edges(surface: &mut RawSurface, loops: &[Vec<EdgeDraft
     let curves = loops.iter().flatten().filter_map(|draft| draft.edge.curve.as_ref());
     let points = curves.flat_map(|curve| {
         let [a, b] = curve.domain();
-        [0.25, 0.5, 0.75].map(|share| curve.point(a + (b - a) * share))
+        [0.25, 0.5, 0.75].map(|fraction| curve.point(a + (b - a) * fraction))
     });
     let heights: Vec<f64> = points.filter_map(height).collect();
     let is_beyond = |h: &f64| (h + *distance).abs() <= SIDE_TOLERANCE_REL * distance.abs();

@@ -139,8 +139,8 @@ impl Reader<'_, '_> {
                 "parameter curves far from their space curves were discarded",
             ),
         ];
-        for (_, code, said) in notes.into_iter().filter(|note| note.0) {
-            self.file.note(entity, code, said);
+        for (_, code, text) in notes.into_iter().filter(|note| note.0) {
+            self.file.note(entity, code, text);
         }
     }
 

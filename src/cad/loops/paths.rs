@@ -31,9 +31,9 @@ fn path_of(
     left_is_inside: bool,
     faults: &mut Vec<LoopFault>,
 ) -> Option<Path> {
-    let mut said = Vec::new();
+    let mut found_faults = Vec::new();
     let limits = (size, tolerance);
-    let path = path_from(native, raw, limits, (None, left_is_inside), &mut said)?;
+    let path = path_from(native, raw, limits, (None, left_is_inside), &mut found_faults)?;
     let elsewhere = begins_elsewhere(native, &path, tolerance);
     if let Some(end) = elsewhere {
         let mut again = Vec::new();
@@ -43,7 +43,7 @@ fn path_of(
             return Some(other);
         }
     }
-    faults.extend(said);
+    faults.extend(found_faults);
     Some(path)
 }
 

@@ -68,9 +68,9 @@ fn deviation(native: &Native<'_>, path: &Curve2, curve: &Curve3, fine: f64) -> f
         .max((native.point(path.point(b)) - curve.point(d)).norm());
     let search = LazyCell::new(|| CurveProjector::new(curve));
     (1..8).fold(ends, |worst, k| {
-        let share = f64::from(k) / 8.0;
-        let p = native.point(path.point(a + (b - a) * share));
-        let near = curve.closest_near(&p, c + (d - c) * share, fine * fine).1.sqrt();
+        let fraction = f64::from(k) / 8.0;
+        let p = native.point(path.point(a + (b - a) * fraction));
+        let near = curve.closest_near(&p, c + (d - c) * fraction, fine * fine).1.sqrt();
         worst.max(if near <= fine { near } else { search.closest(&p).1.sqrt() })
     })
 }

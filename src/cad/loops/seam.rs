@@ -230,9 +230,9 @@ impl<'n, 'a> Seam<'n, 'a> {
             let turn = |t: f64| (s.path.point(t)[self.around] - at) / self.period;
             let [low, high] = s.path.domain();
             let n = samples_of(s);
-            let share = |k: usize| low + (high - low) * k as f64 / n as f64;
+            let fraction = |k: usize| low + (high - low) * k as f64 / n as f64;
             for k in 0..n {
-                let (mut a, mut b) = (share(k), share(k + 1));
+                let (mut a, mut b) = (fraction(k), fraction(k + 1));
                 let (x, y) = (turn(a).floor(), turn(b).floor());
                 if x == y {
                     continue;

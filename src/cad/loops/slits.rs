@@ -112,17 +112,17 @@ fn runs_back(native: &Native<'_>, there: &Side, back: &Side, behind_pole: bool) 
     if there.curve.is_none() || back.curve.is_none() || there.edge_id != back.edge_id {
         return false;
     }
-    let at = |side: &Side, share: f64| {
+    let at = |side: &Side, fraction: f64| {
         let [a, b] = side.path.domain();
-        side.path.point(a + (b - a) * share)
+        side.path.point(a + (b - a) * fraction)
     };
     let turned = match behind_pole {
         true => whole_periods(native, there.start() - back.end()),
         false => Vec2::zeros(),
     };
     let length = (middle(there) - there.start()).norm() + (there.end() - middle(there)).norm();
-    let near = |share: f64| {
-        let off = at(there, share) - at(back, 1.0 - share) - turned;
+    let near = |fraction: f64| {
+        let off = at(there, fraction) - at(back, 1.0 - fraction) - turned;
         off.norm() <= COINCIDENCE_TOLERANCE_REL * length
     };
     // At a pole one parameter is arbitrary.

@@ -188,8 +188,8 @@ fn no_point_of_a_wavy_surface_is_nearer_than_the_foot() {
         let mut s = seed + 100;
         let points: Vec<Vec3> = (0..400)
             .map(|_| {
-                let share = Vec3::new(random(&mut s), random(&mut s), random(&mut s));
-                b.min + (b.max - b.min).component_mul(&share)
+                let fraction = Vec3::new(random(&mut s), random(&mut s), random(&mut s));
+                b.min + (b.max - b.min).component_mul(&fraction)
             })
             .collect();
         let feet = index.closest_many(&points);

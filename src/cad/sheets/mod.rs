@@ -55,8 +55,8 @@ pub(super) fn of_face(surface: &RawSurface, loops: &[RawLoop], tolerance: f64) -
     }
     let distances: Vec<Vec<f64>> = parts.iter().map(|part| distances(part, &points)).collect();
     // The smallest distance over all parts is the distance from the entire surface.
-    let least = |k: usize| distances.iter().map(|m| m[k]).fold(f64::INFINITY, f64::min);
-    let whole = (0..points.len()).map(least).fold(0.0, f64::max);
+    let smallest = |k: usize| distances.iter().map(|m| m[k]).fold(f64::INFINITY, f64::min);
+    let whole = (0..points.len()).map(smallest).fold(0.0, f64::max);
     let allowed = tolerance.max(2.0 * whole);
     let fitting =
         parts.into_iter().zip(&distances).filter(|(_, m)| m.iter().all(|d| *d <= allowed));
@@ -105,9 +105,9 @@ fn moved_into(path: &Curve2, range: [f64; 2], along: usize, period: f64) -> Opti
 /// Sample points of a face's edges.
 fn points_of(surface: &RawSurface, loops: &[RawLoop]) -> Vec<Vec3> {
     let native = Native::new(surface);
-    let share = |k: u32| (f64::from(k) + 0.5) / f64::from(POINTS_PER_EDGE);
+    let fraction = |k: u32| (f64::from(k) + 0.5) / f64::from(POINTS_PER_EDGE);
     let of_edge = |e: &RawEdge| -> Vec<Vec3> {
-        let at = |[a, b]: [f64; 2], k: u32| a + (b - a) * share(k);
+        let at = |[a, b]: [f64; 2], k: u32| a + (b - a) * fraction(k);
         match (&e.curve, &e.pcurve) {
             (Some(c), _) => (0..POINTS_PER_EDGE).map(|k| c.point(at(c.domain(), k))).collect(),
             (None, Some(p)) => {

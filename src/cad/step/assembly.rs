@@ -27,12 +27,12 @@ pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
     let all: Vec<usize> = (0..graph.groups.len()).filter(root).collect();
     let roots = of_products(resolver, &graph, all, &counts);
     let total = roots.iter().fold(0, |sum: usize, &g| sum.saturating_add(counts[g].unwrap_or(0)));
-    let most = max_sides(model.bytes);
-    if total > most
+    let limit = max_sides(model.bytes);
+    if total > limit
         && let Some(sheet) = graph.sheets.first()
     {
         let found = format!("an assembly whose placed faces have {total} sides in all");
-        let allowed = format!("at most {most} in a file of {} bytes", model.bytes);
+        let allowed = format!("at most {limit} in a file of {} bytes", model.bytes);
         let mut fault = sheet.entity.fault(found, allowed);
         fault.fatal = true;
         return Err(fault);

@@ -111,9 +111,9 @@ impl Form {
         middle: &dyn Fn(f64, f64) -> (Vec3, f64),
     ) -> Option<Curve3> {
         let spans = ((to - from) / longest).ceil().clamp(1.0, 1000.0) as usize;
-        let share = |k: usize| from + (to - from) * k as f64 / spans as f64;
+        let fraction = |k: usize| from + (to - from) * k as f64 / spans as f64;
         // The last knot is exactly `to`.
-        let at = |k: usize| if k == spans { to } else { share(k) };
+        let at = |k: usize| if k == spans { to } else { fraction(k) };
         let (mut knots, mut points, mut weights) =
             (vec![from; 3], vec![self.point(from)], vec![1.0]);
         for k in 0..spans {

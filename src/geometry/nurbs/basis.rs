@@ -114,9 +114,9 @@ fn cox_de_boor<const SIZE: usize>(
         let mut saved = 0.0;
         for r in 0..j {
             let (right, left) = (near[degree + r] - t, t - near[degree + r - j]);
-            let share = row[r] / (right + left);
-            row[r] = saved + right * share;
-            saved = left * share;
+            let fraction = row[r] / (right + left);
+            row[r] = saved + right * fraction;
+            saved = left * fraction;
         }
         row[j] = saved;
     }
@@ -135,9 +135,9 @@ fn derive<const SIZE: usize>(
     let near = &knots[k + 1 - p..k + 1 + p];
     let mut out = [0.0; SIZE];
     for r in 0..p {
-        let share = p as f64 * lower[r] / (near[p + r] - near[r]);
-        out[r] -= share;
-        out[r + 1] += share;
+        let fraction = p as f64 * lower[r] / (near[p + r] - near[r]);
+        out[r] -= fraction;
+        out[r + 1] += fraction;
     }
     out
 }
@@ -150,9 +150,9 @@ pub(super) fn bernstein<const SIZE: usize>(degree: usize, t: f64) -> BasisWindow
         lower = [lower[1], row];
         let mut saved = 0.0;
         for slot in &mut row[..j] {
-            let share = *slot;
-            *slot = saved + (1.0 - t) * share;
-            saved = t * share;
+            let fraction = *slot;
+            *slot = saved + (1.0 - t) * fraction;
+            saved = t * fraction;
         }
         row[j] = saved;
     }

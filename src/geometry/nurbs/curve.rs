@@ -119,9 +119,9 @@ impl<const D: usize> Curve<D> {
         let (first, values) = basis_values::<N>(self.degree, &self.knots, t);
         let (mut sum, mut w) = (SVector::<f64, D>::zeros(), 0.0);
         for (k, value) in values.iter().enumerate().take(self.degree + 1) {
-            let share = value * self.weights[first + k];
-            sum += self.points[first + k] * share;
-            w += share;
+            let fraction = value * self.weights[first + k];
+            sum += self.points[first + k] * fraction;
+            w += fraction;
         }
         sum / w
     }
@@ -144,9 +144,9 @@ impl<const D: usize> Curve<D> {
         for k in 0..=self.degree {
             let (point, weight) = (&self.points[b.first + k], self.weights[b.first + k]);
             for order in 0..3 {
-                let share = b.values[order][k] * weight;
-                a[order] += point * share;
-                w[order] += share;
+                let fraction = b.values[order][k] * weight;
+                a[order] += point * fraction;
+                w[order] += fraction;
             }
         }
         let c = a[0] / w[0];

@@ -71,9 +71,9 @@ impl DistanceForm {
             }
         }
         let [p, q] = self.degrees;
-        let share =
+        let fraction =
             |k: usize, degree: usize| if degree > 0 { k as f64 / (2 * degree) as f64 } else { 0.0 };
-        (min, Vec2::new(share(at / (2 * q + 1), p), share(at % (2 * q + 1), q)))
+        (min, Vec2::new(fraction(at / (2 * q + 1), p), fraction(at % (2 * q + 1), q)))
     }
 
     /// Minimum of F over the four corners.

@@ -111,8 +111,8 @@ mod tests {
         for v in [-1.0, 0.2, 0.5, 1.0] {
             for ends in [[0.0, 2.0], [0.1, 0.3], [0.31, 0.9], [1.0, 1.5]] {
                 let line = surface.isoline(v, ends);
-                for share in [0.0_f64, 0.4, 1.0, 1.0 + f64::EPSILON] {
-                    let u = ends[0] + share * (ends[1] - ends[0]);
+                for fraction in [0.0_f64, 0.4, 1.0, 1.0 + f64::EPSILON] {
+                    let u = ends[0] + fraction * (ends[1] - ends[0]);
                     let (found, expected) = (line.derivs(u), surface.derivs(Vec2::new(u, v)));
                     assert!((found.s - expected.s).norm() < 1e-14);
                     assert!((found.su - expected.su).norm() < 1e-12);

@@ -108,14 +108,14 @@ impl<const D: usize> Net<D> {
         let p = self.degree;
         let mut next = Vec::with_capacity(p + 2);
         for i in 0..=p + 1 {
-            let share = i as f64 / (p + 1) as f64;
+            let fraction = i as f64 / (p + 1) as f64;
             let mut sum = (SVector::<f64, D>::zeros(), 0.0);
             if i > 0 {
-                sum = (self.points[i - 1].0 * share, self.points[i - 1].1 * share);
+                sum = (self.points[i - 1].0 * fraction, self.points[i - 1].1 * fraction);
             }
             if i <= p {
-                sum.0 += self.points[i].0 * (1.0 - share);
-                sum.1 += self.points[i].1 * (1.0 - share);
+                sum.0 += self.points[i].0 * (1.0 - fraction);
+                sum.1 += self.points[i].1 * (1.0 - fraction);
             }
             next.push(sum);
         }

@@ -126,8 +126,8 @@ impl Surface {
     pub fn closest_within(&self, p: &Vec3, low: Vec2, high: Vec2) -> (Vec2, f64) {
         let mut best = (low, f64::INFINITY);
         for k in 0..9 {
-            let share = Vec2::new(f64::from(k % 3) * 0.5, f64::from(k / 3) * 0.5);
-            let uv = low + (high - low).component_mul(&share);
+            let fraction = Vec2::new(f64::from(k % 3) * 0.5, f64::from(k / 3) * 0.5);
+            let uv = low + (high - low).component_mul(&fraction);
             let distance = (self.point(uv) - p).norm_squared();
             if distance < best.1 {
                 best = (uv, distance);

@@ -66,10 +66,10 @@ fn combine(rows: Option<&[f64]>, net: Vec<Vector4<f64>>, width: usize) -> Vec<Ve
     let mut out = vec![Vector4::zeros(); net.len()];
     for i in 0..size {
         for k in 0..size {
-            let share = rows[i * size + k];
-            if share != 0.0 {
+            let fraction = rows[i * size + k];
+            if fraction != 0.0 {
                 for j in 0..width {
-                    out[i * width + j] += net[k * width + j] * share;
+                    out[i * width + j] += net[k * width + j] * fraction;
                 }
             }
         }

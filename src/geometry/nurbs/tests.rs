@@ -84,9 +84,10 @@ fn lines_of_one_parameter_are_exact() {
         let image = s.isoparametric_curve(&line).unwrap();
         let [from, to] = image.domain();
         for k in 0..=20 {
-            let share = f64::from(k) / 20.0;
-            let (p, q) = (image.point(from + (to - from) * share), s.point(line.point(share)));
-            assert!((p - q).norm() < 1e-13, "{a:?} {b:?} at {share}");
+            let fraction = f64::from(k) / 20.0;
+            let (p, q) =
+                (image.point(from + (to - from) * fraction), s.point(line.point(fraction)));
+            assert!((p - q).norm() < 1e-13, "{a:?} {b:?} at {fraction}");
         }
     }
     assert!(s.isoparametric_curve(&Curve2::line(Vec2::zeros(), Vec2::new(0.5, 0.5))).is_none());

@@ -113,8 +113,8 @@ fn with_grids(
             other => other?,
         };
         let faults = faults::of_grids(&plan, &found, &mesh, model, options.face_tolerance());
-        let said = faults.iter().map(|f| f.note(model)).filter(|note| !notes.contains(note));
-        notes.extend(said.collect::<Vec<_>>());
+        let texts = faults.iter().map(|f| f.note(model)).filter(|note| !notes.contains(note));
+        notes.extend(texts.collect::<Vec<_>>());
         refused.extend(faults.iter().filter(|f| f.is_bad()).map(Fault::surface));
         if !faults.iter().any(Fault::is_bad) {
             return Ok((mesh, notes));

@@ -81,7 +81,7 @@ fn demand(outline: &Outline, options: &GmshOptions) -> (Vec<usize>, Vec<f64>) {
     let mut between: BTreeMap<[i64; 2], usize> = BTreeMap::new();
     let ends = |c: &Curve| [c.ends[0].min(c.ends[1]), c.ends[0].max(c.ends[1])];
     outline.curves.values().for_each(|c| *between.entry(ends(c)).or_default() += 1);
-    let least = |c: &Curve| {
+    let minimum = |c: &Curve| {
         let (length, turn) = (c.length(), c.turn());
         let by_turn = turn / TAU * options.per_turn as f64 - ROUNDING_DIVISIONS;
         let by_size = options.size[1].map_or(0.0, |size| length / size - ROUNDING_DIVISIONS);
@@ -94,7 +94,7 @@ fn demand(outline: &Outline, options: &GmshOptions) -> (Vec<usize>, Vec<f64>) {
         by_turn.max(by_size).ceil().clamp(floor, DIVISIONS_MAX) as usize
     };
     let curves = || outline.curves.values();
-    (curves().map(least).collect(), curves().map(Curve::length).collect())
+    (curves().map(minimum).collect(), curves().map(Curve::length).collect())
 }
 
 impl Grid {

@@ -74,10 +74,10 @@ pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<MeshFi
         End::TooLong => return Err(failed(format!("stopped after {LIMIT_S} s"))),
         End::TooLarge => return Err(failed(external::too_large())),
         End::Ended(status) if !status.success() => {
-            let said = last_line(&outcome.log);
+            let message = last_line(&outcome.log);
             return Err(match status.code() {
-                Some(EXIT_WITHOUT_MESHIO) => absent(format!("{}: {said}", python.display())),
-                _ => failed(said),
+                Some(EXIT_WITHOUT_MESHIO) => absent(format!("{}: {message}", python.display())),
+                _ => failed(message),
             });
         }
         End::Ended(_) => {}

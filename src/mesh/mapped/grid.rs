@@ -46,9 +46,10 @@ impl<T> FourSides<T> {
 impl<T: Blend> FourSides<T> {
     /// Coons patch at grid point (i, j): `(1-y) B + y T + (1-x) L + x R - bilinear(corners)`, where x and y are
     /// interpolated from the relative positions of the four boundary points.
-    pub fn point(&self, shares: &RelativePositions, i: usize, j: usize) -> T {
+    pub fn point(&self, positions: &RelativePositions, i: usize, j: usize) -> T {
         let [m, n] = self.cells();
-        let (xb, xt, yl, yr) = (shares.bottom[i], shares.top[i], shares.left[j], shares.right[j]);
+        let (xb, xt, yl, yr) =
+            (positions.bottom[i], positions.top[i], positions.left[j], positions.right[j]);
         // Intersection of the lines (xb, 0)-(xt, 1) and (0, yl)-(1, yr) in the unit square.
         let x = (xb + yl * (xt - xb)) / (1.0 - (xt - xb) * (yr - yl));
         let y = yl + x * (yr - yl);
@@ -105,14 +106,15 @@ mod tests {
             top: line(d, c, 4),
             left: line(a, d, 2),
         };
-        let way = |n: usize| (0..=n).map(|k| k as f64 / n as f64).collect::<Vec<_>>();
-        let shares = FourSides { bottom: way(4), right: way(2), top: way(4), left: way(2) };
+        let uniform = |n: usize| (0..=n).map(|k| k as f64 / n as f64).collect::<Vec<_>>();
+        let positions =
+            FourSides { bottom: uniform(4), right: uniform(2), top: uniform(4), left: uniform(2) };
         for i in 0..=4 {
-            assert!((sides.point(&shares, i, 0) - sides.bottom[i]).norm() < 1e-15);
+            assert!((sides.point(&positions, i, 0) - sides.bottom[i]).norm() < 1e-15);
             for j in 0..=2 {
                 let (x, y) = (i as f64 / 4.0, j as f64 / 2.0);
                 let expect = (a * (1.0 - x) + b * x) * (1.0 - y) + (d * (1.0 - x) + c * x) * y;
-                assert!((sides.point(&shares, i, j) - expect).norm() < 1e-14);
+                assert!((sides.point(&positions, i, j) - expect).norm() < 1e-14);
             }
         }
     }

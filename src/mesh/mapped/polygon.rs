@@ -86,8 +86,8 @@ impl Cut<'_> {
             let elements = 1 + parts.iter().map(|p| p.elements).sum::<usize>();
             let before = parts.iter().map(|p| p.penalty).sum::<f64>();
             // The element itself adds at least 1.
-            let least = Fill { elements, penalty: before + 1.0, apex };
-            if !least.is_better(best.as_ref()) {
+            let lower_bound = Fill { elements, penalty: before + 1.0, apex };
+            if !lower_bound.is_better(best.as_ref()) {
                 return;
             }
             let sine = self.worst_sine(corners);

@@ -177,7 +177,7 @@ fn graded(curve: &Curve3, stations: &[f64], lengths: &[f64]) -> Option<Vec<f64>>
     let density = |turn: f64, length: f64| {
         if length > 1e-9 * whole { (turn / length * whole).powf(0.75) } else { 0.0 }
     };
-    let most = (0..turns.len()).map(|k| density(turns[k], span(k))).fold(0.0, f64::max);
+    let max_density = (0..turns.len()).map(|k| density(turns[k], span(k))).fold(0.0, f64::max);
     let mean = turn.powf(0.75);
     let mut sum = vec![0.0];
     let mut last = 0.0;
@@ -187,7 +187,7 @@ fn graded(curve: &Curve3, stations: &[f64], lengths: &[f64]) -> Option<Vec<f64>>
         last += (density(*turn, span(k)) + mean) * span(k);
         sum.push(last);
     }
-    (most * whole > GRADING_RATIO_MIN * plain).then_some(sum)
+    (max_density * whole > GRADING_RATIO_MIN * plain).then_some(sum)
 }
 
 fn length_between(curve: &Curve3, t0: f64, t1: f64) -> f64 {

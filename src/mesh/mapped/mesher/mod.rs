@@ -64,10 +64,10 @@ impl<'m> Mesher<'m> {
             .zip(&shapes)
             .map(|(face, shape)| demand::inside_demand(face, shape, options))
             .collect();
-        for ((face, shape), asked) in model.faces.iter().zip(&shapes).zip(&inside) {
+        for ((face, shape), required) in model.faces.iter().zip(&shapes).zip(&inside) {
             let Shape::Four(sides) = shape else { continue };
             for (k, side) in sides.iter().enumerate() {
-                raise_side(face, side, asked[k % 2], &mut minima, &lengths);
+                raise_side(face, side, required[k % 2], &mut minima, &lengths);
             }
         }
         let curved = curved.into_iter().map(|curved| curved && !options.through_cad).collect();
@@ -341,11 +341,11 @@ fn ring(sides: &[Vec<Node>]) -> Vec<Node> {
 }
 
 /// Raises the minima of a side's edges to a total of `asked`, in proportion to length.
-fn raise_side(face: &Face, side: &[usize], asked: usize, minima: &mut [usize], lengths: &[f64]) {
+fn raise_side(face: &Face, side: &[usize], required: usize, minima: &mut [usize], lengths: &[f64]) {
     let edges: Vec<usize> = side.iter().filter_map(|&u| face.loops[0].uses[u].edge).collect();
     let whole: f64 = edges.iter().map(|&e| lengths[e]).sum();
     for e in edges {
-        let share = if whole > 0.0 { lengths[e] / whole } else { 1.0 };
-        minima[e] = minima[e].max((asked as f64 * share - 1e-6).ceil() as usize);
+        let fraction = if whole > 0.0 { lengths[e] / whole } else { 1.0 };
+        minima[e] = minima[e].max((required as f64 * fraction - 1e-6).ceil() as usize);
     }
 }

@@ -163,8 +163,8 @@ fn a_wall_with_a_window_is_refined_where_it_curves() {
             assert!(flat.dot(&radial) > 0.97, "{:?}", e.nodes());
         }
         // A diamond covers half of its enclosing rectangle of 0.4 x 0.4, except for the non-uniform arc parameter.
-        let share = mesh.area() / (FRAC_PI_2 * 10.0 * 20.0);
-        assert!((0.88..0.94).contains(&share), "{share}");
+        let fraction = mesh.area() / (FRAC_PI_2 * 10.0 * 20.0);
+        assert!((0.88..0.94).contains(&fraction), "{fraction}");
     }
 }
 

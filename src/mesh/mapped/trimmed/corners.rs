@@ -87,17 +87,17 @@ impl Triangulator<'_> {
 
     /// Adds a node there, as far inside as possible.
     fn insert_at(&mut self, site: &InsertionSite) -> Result<(), String> {
-        let mut share = 0.7;
+        let mut fraction = 0.7;
         for _ in 0..4 {
-            let p = site.middle + site.reach * share;
+            let p = site.middle + site.reach * fraction;
             let (p, count) = (Point2::new(p.x, p.y), self.nodes.len());
             if self.is_inside(p) {
-                self.insert_inside(p, share * site.length, site.node)?;
+                self.insert_inside(p, fraction * site.length, site.node)?;
             }
             if self.nodes.len() > count {
                 break;
             }
-            share *= 0.5;
+            fraction *= 0.5;
         }
         Ok(())
     }

@@ -93,9 +93,9 @@ fn near_border(loops: &[Vec<Point2<f64>>], [x, y]: [&[f64]; 2], clear: f64) -> V
         for j in range(y, a.y, b.y) {
             for i in range(x, a.x, b.x) {
                 let off = [x[i] - a.x, y[j] - a.y];
-                let share = (off[0] * along[0] + off[1] * along[1]) / square.max(1e-300);
-                let share = share.clamp(0.0, 1.0);
-                let foot = [off[0] - share * along[0], off[1] - share * along[1]];
+                let fraction = (off[0] * along[0] + off[1] * along[1]) / square.max(1e-300);
+                let fraction = fraction.clamp(0.0, 1.0);
+                let foot = [off[0] - fraction * along[0], off[1] - fraction * along[1]];
                 blocked[j * x.len() + i] |= foot[0].hypot(foot[1]) < clear;
             }
         }
@@ -109,11 +109,11 @@ mod tests {
 
     fn square(side: f64, parts: usize) -> Vec<Point2<f64>> {
         let corner = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
-        let way = |k: usize, s: f64| {
+        let point_at = |k: usize, s: f64| {
             let ((ax, ay), (bx, by)) = (corner[k], corner[(k + 1) % 4]);
             Point2::new(ax + (bx - ax) * s, ay + (by - ay) * s)
         };
-        (0..4).flat_map(|k| (0..parts).map(move |i| way(k, i as f64 / parts as f64))).collect()
+        (0..4).flat_map(|k| (0..parts).map(move |i| point_at(k, i as f64 / parts as f64))).collect()
     }
 
     #[test]

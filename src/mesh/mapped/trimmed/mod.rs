@@ -83,9 +83,9 @@ fn in_plane(
     work.check_border(&inside, &segments)?;
     work.add_lattice(loops)?;
     let foreseen = work.nodes.len();
-    let most = if work.plane.cell.is_some() { NODE_RATIO_MAX * foreseen } else { NODES_MAX };
-    work.refine(options, most)?;
-    let too_many_nodes = work.nodes.len() > most;
+    let limit = if work.plane.cell.is_some() { NODE_RATIO_MAX * foreseen } else { NODES_MAX };
+    work.refine(options, limit)?;
+    let too_many_nodes = work.nodes.len() > limit;
     work.correct_inverted_corners(edge_tangents)?;
     work.smooth(foreseen);
     let mut out = Patchwork { nodes: work.nodes.clone(), elements: Vec::new() };

@@ -118,9 +118,12 @@ struct SurfaceSamples {
 impl SurfaceSamples {
     fn new(face: &Face, loops: &[Vec<Node>], [low, high]: [Vec2; 2]) -> Self {
         let n = GRID_INTERVALS;
-        let share = |k: usize| k as f64 / n as f64;
+        let fraction = |k: usize| k as f64 / n as f64;
         let place = |i: usize, j: usize| {
-            Vec2::new(low.x + (high.x - low.x) * share(i), low.y + (high.y - low.y) * share(j))
+            Vec2::new(
+                low.x + (high.x - low.x) * fraction(i),
+                low.y + (high.y - low.y) * fraction(j),
+            )
         };
         let ring = |l: &Vec<Node>| l.iter().map(|n| Point2::new(n.uv.x, n.uv.y)).collect();
         let border: Vec<Vec<Point2<f64>>> = loops.iter().map(ring).collect();
@@ -151,7 +154,7 @@ impl SurfaceSamples {
             0 => self.points[i * (n + 1) + line],
             _ => self.points[line * (n + 1) + i],
         };
-        let (mut most, mut length, mut lines) =
+        let (mut maxima, mut length, mut lines) =
             ([0.0f64; GRID_INTERVALS], [0.0; GRID_INTERVALS], [0.0; GRID_INTERVALS]);
         let mut longest = 0.0f64;
         for line in 0..=n {
@@ -164,17 +167,17 @@ impl SurfaceSamples {
                     return None;
                 }
                 let required = fractional_divisions(options, turn, long);
-                most[i] = most[i].max(required);
+                maxima[i] = maxima[i].max(required);
                 sum += required;
                 length[i] += long;
                 lines[i] += 1.0;
             }
             longest = longest.max(sum);
         }
-        let whole: f64 = most.iter().sum();
+        let whole: f64 = maxima.iter().sum();
         let scale = if whole > 0.0 { longest / whole } else { 0.0 };
         let mean = std::array::from_fn(|i| length[i] / f64::max(lines[i], 1.0));
-        Some((most.map(|m| m * scale), mean))
+        Some((maxima.map(|m| m * scale), mean))
     }
 }
 
@@ -193,8 +196,8 @@ pub(super) fn by_divisions(
     {
         return None;
     }
-    let looked = SurfaceSamples::new(face, loops, [low, high]);
-    let (u, v) = (looked.divisions(0, options)?, looked.divisions(1, options)?);
+    let samples = SurfaceSamples::new(face, loops, [low, high]);
+    let (u, v) = (samples.divisions(0, options)?, samples.divisions(1, options)?);
     let sum = |x: &[f64; GRID_INTERVALS]| x.iter().sum::<f64>();
     if sum(&u.0).max(sum(&v.0)) < DIVISIONS_MIN {
         return None;

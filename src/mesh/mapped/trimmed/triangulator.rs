@@ -138,9 +138,9 @@ impl Triangulator<'_> {
                 sides.insert([t[k], t[(k + 1) % 3]]);
             });
         }
-        let alone = sides.iter().filter(|[a, b]| !sides.contains(&[*b, *a])).count();
+        let unmatched = sides.iter().filter(|[a, b]| !sides.contains(&[*b, *a])).count();
         let met = segments.iter().filter(|s| sides.contains(*s)).count();
-        if met == segments.len() && alone == segments.len() {
+        if met == segments.len() && unmatched == segments.len() {
             Ok(())
         } else {
             Err(format!("the chords of its border touch ({met} of {} are sides)", segments.len()))

@@ -87,7 +87,7 @@ impl Sums {
 }
 
 /// The extreme of a patch with the larger absolute value.
-fn worse(e: &Extremes) -> &Sample {
+fn larger_extreme(e: &Extremes) -> &Sample {
     if e.max.delta.abs() >= e.min.delta.abs() { &e.max } else { &e.min }
 }
 
@@ -202,17 +202,17 @@ fn by_patch(found: &Found<'_>, sums: &[Sums]) -> Vec<PatchAudit> {
         min_mm: s.min,
         rms_mm: s.rms(),
         normal_max_deg: s.normal,
-        worst_point: worse(e).point.into(),
+        worst_point: larger_extreme(e).point.into(),
     };
     (0u32..).zip(sums.iter().zip(&found.extremes).zip(&found.tool.faces)).map(audit).collect()
 }
 
 fn worst(found: &Found<'_>, count: usize) -> Vec<WorstPatch> {
     let mut order: Vec<usize> = (0..found.extremes.len()).collect();
-    let size = |k: usize| worse(&found.extremes[k]).delta.abs();
+    let size = |k: usize| larger_extreme(&found.extremes[k]).delta.abs();
     order.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
     let entry = |&k: &usize| {
-        let s = worse(&found.extremes[k]);
+        let s = larger_extreme(&found.extremes[k]);
         WorstPatch {
             patch: k as u32,
             face: found.tool.faces[k],

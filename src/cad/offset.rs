@@ -9,7 +9,7 @@ use crate::geometry::frame::unit;
 use crate::geometry::nurbs::{Curve3, Surface};
 use crate::geometry::{Frame, Vec2, Vec3};
 
-/// Maximum bisection depth of a fitted patch. Doubled: no effect within the limit of patches per file.
+/// Maximum bisection depth of a fitted patch.
 const BISECTION_DEPTH_MAX: u32 = 7;
 /// Patches available to all offset surfaces of a file, in addition to one per [`BYTES_PER_PATCH`] bytes of the file.
 const PATCHES_BASE: usize = 8_192;

@@ -26,7 +26,7 @@ pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
         if turn[first].is_some() {
             continue;
         }
-        let (part, one_sided) = walk(first, &neighbours, &mut turn);
+        let (part, one_sided) = traverse(first, &neighbours, &mut turn);
         let turned = part.iter().filter(|&&f| turn[f] == Some(true)).count();
         let majority = 2 * turned > part.len();
         let flips: Vec<usize> =
@@ -70,7 +70,7 @@ fn neighbours(model: &Model) -> Vec<Vec<(usize, bool)>> {
 }
 
 /// Traverses the faces connected to `first` and marks those to be reversed; true when no consistent orientation exists.
-fn walk(
+fn traverse(
     first: usize,
     neighbours: &[Vec<(usize, bool)>],
     turn: &mut [Option<bool>],

@@ -61,7 +61,7 @@ impl<W: Wide> Descent<'_, W> {
             if model.value > self.limit && self.floor(&model, &x) > self.limit {
                 return None;
             }
-            let step = self.lowest(&model, &x) - x;
+            let step = self.minimiser(&model, &x) - x;
             let size = step.amax();
             let expected = model.change(&step);
             if sound && size <= NEGLIGIBLE_STEP {
@@ -70,7 +70,7 @@ impl<W: Wide> Descent<'_, W> {
             if size <= 1e-15 || expected >= -1e-30 * model.hessian[0].max(model.hessian[2]) {
                 break;
             }
-            let Some((next, at, fine)) = self.lower(&model, x, step) else { break };
+            let Some((next, at, fine)) = self.reduced_step(&model, x, step) else { break };
             (x, model, sound) = (next, at, fine);
         }
         Some(Minimum { at: x, value: model.value })
@@ -124,13 +124,13 @@ impl<W: Wide> Descent<'_, W> {
 
     /// Minimiser of the model at `x` over the domain.
     #[inline(always)]
-    fn lowest(&self, model: &Model, x: &Vec2) -> Vec2 {
-        lowest_of(model, x, self.shape, self.scale)
+    fn minimiser(&self, model: &Model, x: &Vec2) -> Vec2 {
+        minimiser_of(model, x, self.shape, self.scale)
     }
 
     /// Halves `step` until the distance decreases.
     #[inline(always)]
-    fn lower(&self, model: &Model, x: Vec2, step: Vec2) -> Option<(Vec2, Model, bool)> {
+    fn reduced_step(&self, model: &Model, x: Vec2, step: Vec2) -> Option<(Vec2, Model, bool)> {
         // Below this difference the distance is rounding, but the gradient is still significant.
         let rounding = 1e-13 * model.value + 1e-15 * self.w.norm_squared();
         let mut fraction = 1.0;
@@ -164,12 +164,12 @@ fn definite(full: [f64; 3], metric: [f64; 3]) -> ([f64; 3], bool) {
 #[inline(always)]
 pub(super) fn start(gradient: Vec2, hessian: [f64; 3], metric: [f64; 3], shape: Shape) -> Vec2 {
     let (hessian, _) = definite(hessian, metric);
-    lowest_of(&Model { value: 0.0, gradient, hessian }, &Vec2::zeros(), shape, 1.0)
+    minimiser_of(&Model { value: 0.0, gradient, hessian }, &Vec2::zeros(), shape, 1.0)
 }
 
 /// Minimiser of a convex quadratic over the domain: unconstrained, or on one of the violated sides.
 #[inline(always)]
-fn lowest_of(model: &Model, x: &Vec2, shape: Shape, scale: f64) -> Vec2 {
+fn minimiser_of(model: &Model, x: &Vec2, shape: Shape, scale: f64) -> Vec2 {
     let free = x + model.newton();
     match shape {
         Shape::Square if free.amax() <= scale => free,
@@ -196,11 +196,11 @@ fn lowest_of(model: &Model, x: &Vec2, shape: Shape, scale: f64) -> Vec2 {
             }
             best.1
         }
-        Shape::Triangle => lowest_in_triangle(model, x, free, scale),
+        Shape::Triangle => minimiser_in_triangle(model, x, free, scale),
     }
 }
 
-fn lowest_in_triangle(model: &Model, x: &Vec2, free: Vec2, scale: f64) -> Vec2 {
+fn minimiser_in_triangle(model: &Model, x: &Vec2, free: Vec2, scale: f64) -> Vec2 {
     let third = scale / 3.0;
     let out = [-third - free.y, free.x + free.y - third, -third - free.x];
     if out.iter().all(|o| *o <= 0.0) {
@@ -267,7 +267,7 @@ mod tests {
                 let hessian = [a, 1.9 * random() * (a * b).sqrt(), b];
                 let x = Vec2::new(random(), random()) * 0.2;
                 let model = Model { value: 0.0, gradient, hessian };
-                let found = lowest_of(&model, &x, shape, 1.1);
+                let found = minimiser_of(&model, &x, shape, 1.1);
                 assert!(shape.holds(&(found / 1.1)));
                 let c = shape.corners();
                 let mut minimum = f64::INFINITY;

@@ -72,12 +72,12 @@ impl<'a, W: Wide> Search<'a, W> {
         }
         let (first, mut x) = match first {
             Some(first) => first,
-            None => (tree.dive(self.wide, &self.probe), None),
+            None => (tree.descend_to_nearest(self.wide, &self.probe), None),
         };
         let mut walk = Walk::new();
         let mut k = first;
         loop {
-            self.look(k, x);
+            self.search_piece(k, x);
             x = None;
             k = loop {
                 match walk.next(self.wide, tree, &self.probe, self.threshold) {
@@ -90,7 +90,7 @@ impl<'a, W: Wide> Search<'a, W> {
     }
 
     #[inline(always)]
-    fn look(&mut self, k: usize, x: Option<Vec2>) {
+    fn search_piece(&mut self, k: usize, x: Option<Vec2>) {
         let surface = self.surface;
         let (piece, chart) = (&surface.pieces[k], &surface.charts[k]);
         let w = self.p - piece.form.centre;

@@ -74,7 +74,7 @@ impl Tree {
 
     /// A piece near the point: descends to the child with the nearest box.
     #[inline(always)]
-    pub(super) fn dive(&self, wide: impl Wide, probe: &Probe) -> usize {
+    pub(super) fn descend_to_nearest(&self, wide: impl Wide, probe: &Probe) -> usize {
         let mut id = 0;
         while id & PIECE == 0 {
             let node = &self.nodes[id as usize];

@@ -93,7 +93,7 @@ impl Reader<'_, '_> {
         while let Some(task) = stack.pop() {
             match self.step(task, owners, found, &mut stack) {
                 Err(fault) if fault.code == "work-limit" => return Err(fault),
-                Err(fault) => found.lose(self, task.entity, fault),
+                Err(fault) => found.record_lost(self, task.entity, fault),
                 Ok(()) => {}
             }
         }
@@ -230,7 +230,7 @@ impl Reader<'_, '_> {
                 match self.brep_face(face, &map, !along, &mut edge_id) {
                     Ok(raw) => found.push(self, face, RawFace { shell, ..raw })?,
                     Err(fault) if fault.code == "work-limit" => return Err(fault),
-                    Err(fault) => found.lose(self, face, fault),
+                    Err(fault) => found.record_lost(self, face, fault),
                 }
             }
         }
@@ -306,7 +306,7 @@ impl Found {
         self.shells - 1
     }
 
-    fn lose(&mut self, reader: &Reader<'_, '_>, entity: usize, fault: Fault) {
+    fn record_lost(&mut self, reader: &Reader<'_, '_>, entity: usize, fault: Fault) {
         reader.file.skip(entity, &fault);
         let entry = reader.file.entry(entity);
         let source = format!("D{} ({})", entry.pointer, entry.kind);

@@ -154,7 +154,7 @@ impl Reader<'_, '_> {
                 }
             }
         }
-        let knots = breaks.map(|b| tripled(&b));
+        let knots = breaks.map(|b| piecewise_cubic_knots(&b));
         let placed = self.placed(entity, map)?;
         points.iter_mut().for_each(|q| *q = placed.point(q));
         let surface = Surface::try_new([3, 3], knots, points, None)
@@ -226,7 +226,7 @@ fn patch_to_bezier(coefficients: [[f64; 4]; 4], hu: f64, hv: f64) -> [[f64; 4]; 
 }
 
 /// Knot vector of a piecewise cubic with these breakpoints.
-fn tripled(breaks: &[f64]) -> Vec<f64> {
+fn piecewise_cubic_knots(breaks: &[f64]) -> Vec<f64> {
     let ends = breaks
         .first()
         .into_iter()

@@ -126,11 +126,11 @@ pub(super) fn record(input: &[u8], delimiters: Delimiters) -> (Vec<Token<'_>>, b
 pub(super) fn real(word: &[u8]) -> Option<f64> {
     // The other spellings Rust accepts, `inf` and `nan`, are not finite.
     let value = parse(word).filter(|v| v.is_finite());
-    value.or_else(|| spelled(word)).filter(|v| v.is_finite())
+    value.or_else(|| parse_rare_spelling(word)).filter(|v| v.is_finite())
 }
 
 /// Rare spellings: `D` exponents, embedded blanks, Fortran's `1.5-3`.
-fn spelled(word: &[u8]) -> Option<f64> {
+fn parse_rare_spelling(word: &[u8]) -> Option<f64> {
     let mut buffer = [0u8; 64];
     let mut used = 0usize;
     let mut exponent = false;

@@ -34,11 +34,12 @@ fn path_of(
     let mut found_faults = Vec::new();
     let limits = (size, tolerance);
     let path = path_from(native, raw, limits, (None, left_is_inside), &mut found_faults)?;
-    let elsewhere = begins_elsewhere(native, &path, tolerance);
+    let elsewhere = start_on_other_sheet(native, &path, tolerance);
     if let Some(end) = elsewhere {
         let mut again = Vec::new();
         let other = path_from(native, raw, limits, (Some(end), left_is_inside), &mut again);
-        if let Some(other) = other.filter(|o| begins_elsewhere(native, o, tolerance).is_none()) {
+        if let Some(other) = other.filter(|o| start_on_other_sheet(native, o, tolerance).is_none())
+        {
             faults.extend(again);
             return Some(other);
         }
@@ -49,7 +50,7 @@ fn path_of(
 
 /// End of a loop whose first side begins at the same point but at other parameters, unexplained by periods. On a
 /// self-overlapping surface (a profile revolved about an axis that it crosses) the first side may be on either sheet.
-fn begins_elsewhere(native: &Native<'_>, path: &Path, tolerance: f64) -> Option<Vec2> {
+fn start_on_other_sheet(native: &Native<'_>, path: &Path, tolerance: f64) -> Option<Vec2> {
     let last =
         path.sides.last().filter(|s| s.curve.is_none() && native.is_inverted_iteratively())?;
     let (end, start) = (last.start(), last.end());
@@ -107,7 +108,7 @@ fn joined_sides(
             continue;
         };
         let pole = collapsed_direction(native, end, tolerance);
-        let side = behind(native, &side, end, pole);
+        let side = after_pole(native, &side, end, pole);
         if pole.is_some() && is_pole(native, side.start(), tolerance) {
             // Insert a side even if it has zero length: its turn about the pole is determined at the end.
             sides.push(Side::straight(end, side.start()));
@@ -121,7 +122,7 @@ fn joined_sides(
 }
 
 /// A side shifted by whole periods to start at `end`; at a pole not along the collapsed direction.
-fn behind(native: &Native<'_>, side: &Side, end: Vec2, collapsed: Option<usize>) -> Side {
+fn after_pole(native: &Native<'_>, side: &Side, end: Vec2, collapsed: Option<usize>) -> Side {
     let Some(k) = collapsed else { return align(native, side, end) };
     let mut shift = whole_periods(native, end - side.start());
     shift[k] = 0.0;
@@ -141,7 +142,7 @@ fn determine_turn(
     let (first, last) = (first.start(), last.end());
     let ends_at_pole = is_pole(native, first, tolerance) && is_pole(native, last, tolerance);
     let off = match ends_at_pole {
-        true if runs_back_on_itself(sides) => one_turn(native, last),
+        true if retraces_itself(sides) => one_turn(native, last),
         true if excludes_interior(sides, left_is_inside) => {
             let turn = one_turn(native, last);
             let right = [turn, -turn].into_iter().find(|&off| {
@@ -167,7 +168,7 @@ fn shift_after(sides: &mut [Side], k: usize, off: Vec2) {
 }
 
 /// True for a loop of zero area: both passes along a seam have the same parameters.
-fn runs_back_on_itself(sides: &[Side]) -> bool {
+fn retraces_itself(sides: &[Side]) -> bool {
     let extent = sides.iter().fold(0.0, |m: f64, s| m.max((s.end() - s.start()).norm()));
     signed_area(sides).abs() <= 1e-6 * extent * extent
 }

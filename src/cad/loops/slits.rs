@@ -52,7 +52,7 @@ fn parts(
         let ring = without_spurs(native, ring, tolerance, slits);
         let pair = (0..ring.len()).find_map(|i| {
             let back =
-                (i + 1..ring.len()).find(|&j| runs_back(native, &ring[i], &ring[j], false))?;
+                (i + 1..ring.len()).find(|&j| retraces(native, &ring[i], &ring[j], false))?;
             Some([i, back])
         });
         match pair {
@@ -83,7 +83,7 @@ fn without_spurs(
             end.map_or(side.clone(), |e| side.shifted(whole_periods(native, e - side.start())));
         let behind_pole = kept.last().is_some_and(|s| is_point(native, s, tolerance));
         let there = kept.len().checked_sub(1 + usize::from(behind_pole));
-        match there.filter(|&k| runs_back(native, &kept[k], &side, behind_pole)) {
+        match there.filter(|&k| retraces(native, &kept[k], &side, behind_pole)) {
             Some(k) => {
                 slits.push(middle(&side));
                 kept.truncate(k);
@@ -99,7 +99,7 @@ fn without_spurs(
             return kept;
         };
         let at_pole = collapsed_direction(native, kept[first].start(), tolerance).is_some();
-        if first == last || !runs_back(native, &kept[last], &kept[first], at_pole) {
+        if first == last || !retraces(native, &kept[last], &kept[first], at_pole) {
             return kept;
         }
         slits.push(middle(&kept[first]));
@@ -108,7 +108,7 @@ fn without_spurs(
 }
 
 /// True when a side is the reversed preceding side; after a pole it may be shifted by whole periods.
-fn runs_back(native: &Native<'_>, there: &Side, back: &Side, behind_pole: bool) -> bool {
+fn retraces(native: &Native<'_>, there: &Side, back: &Side, behind_pole: bool) -> bool {
     if there.curve.is_none() || back.curve.is_none() || there.edge_id != back.edge_id {
         return false;
     }

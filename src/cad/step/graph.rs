@@ -60,7 +60,7 @@ pub fn graph<'t>(resolver: &Resolver<'t>) -> Outcome<Graph<'t>> {
     mapped_items(resolver, &mut graph, &unread.mapped);
     occurrences(resolver, &mut graph);
     if graph.sheets.iter().all(|s| s.items.is_empty()) {
-        orphans(resolver, &mut graph)?;
+        unreferenced_shapes(resolver, &mut graph)?;
     }
     Ok(graph)
 }
@@ -325,7 +325,7 @@ fn shapes_of_products(resolver: &Resolver) -> FxHashMap<u32, u32> {
 }
 
 /// For files without any representation of shapes: the solids, otherwise the shells, otherwise the faces.
-fn orphans<'t>(resolver: &Resolver<'t>, graph: &mut Graph<'t>) -> Outcome<()> {
+fn unreferenced_shapes<'t>(resolver: &Resolver<'t>, graph: &mut Graph<'t>) -> Outcome<()> {
     let tiers: [&[&str]; 3] = [
         &[
             "MANIFOLD_SOLID_BREP",

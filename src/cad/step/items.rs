@@ -130,7 +130,7 @@ impl<'t> Resolver<'t> {
     }
 
     /// Records the fault of a sub-entity, which costs only that entity unless it is fatal.
-    fn survive<T>(&self, result: Outcome<T>, out: &mut ItemFaces) -> Outcome<Option<T>> {
+    fn recover<T>(&self, result: Outcome<T>, out: &mut ItemFaces) -> Outcome<Option<T>> {
         match result {
             Ok(value) => Ok(Some(value)),
             Err(fault) if fault.fatal => Err(fault),
@@ -143,8 +143,8 @@ impl<'t> Resolver<'t> {
         }
     }
 
-    /// As [`Self::survive`] for the face `e`: the fault of any entity of the face is attributed to the face.
-    fn survive_face<T>(
+    /// As [`Self::recover`] for the face `e`: the fault of any entity of the face is attributed to the face.
+    fn recover_face<T>(
         &self,
         e: Entity<'t>,
         result: Outcome<T>,
@@ -158,12 +158,12 @@ impl<'t> Resolver<'t> {
             }
             fault
         };
-        self.survive(result.map_err(of_face), out)
+        self.recover(result.map_err(of_face), out)
     }
 
     fn shape(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces, depth: usize) -> Outcome<()> {
         let spent = self.charge(e, depth, 0);
-        if self.survive(spent, out)?.is_none() {
+        if self.recover(spent, out)?.is_none() {
             return Ok(());
         }
         let a = e.attributes();
@@ -172,7 +172,7 @@ impl<'t> Resolver<'t> {
                 self.solid(e, units, out)?;
             }
             "SHELL_BASED_SURFACE_MODEL" | "FACE_BASED_SURFACE_MODEL" => {
-                for shell in self.survive(a.entities(1), out)?.unwrap_or_default() {
+                for shell in self.recover(a.entities(1), out)?.unwrap_or_default() {
                     self.shell(shell, units, out)?;
                 }
             }
@@ -180,7 +180,7 @@ impl<'t> Resolver<'t> {
                 self.shell(e, units, out)?;
             }
             "GEOMETRIC_SET" => {
-                for element in self.survive(a.entities(1), out)?.unwrap_or_default() {
+                for element in self.recover(a.entities(1), out)?.unwrap_or_default() {
                     match item_kind(element) {
                         ItemKind::Shape => self.shape(element, units, out, depth + 1)?,
                         ItemKind::Loose => out.loose_curves += 1,
@@ -190,12 +190,12 @@ impl<'t> Resolver<'t> {
             }
             "ADVANCED_FACE" | "FACE_SURFACE" | "ORIENTED_FACE" | "FACE" | "SUBFACE" => {
                 let face = self.face(e, units, true);
-                let read = self.survive_face(e, face, out)?;
+                let read = self.recover_face(e, face, out)?;
                 out.faces.extend(read);
             }
             _ => {
                 let face = self.surface_face(e, units);
-                let read = self.survive_face(e, face, out)?;
+                let read = self.recover_face(e, face, out)?;
                 out.faces.extend(read);
             }
         }
@@ -205,12 +205,12 @@ impl<'t> Resolver<'t> {
     /// `MANIFOLD_SOLID_BREP(name, outer)`, `BREP_WITH_VOIDS(name, outer, voids)`.
     fn solid(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces) -> Outcome<()> {
         let a = e.attributes();
-        if let Some(shell) = self.survive(a.entity(1), out)? {
+        if let Some(shell) = self.recover(a.entity(1), out)? {
             self.shell(shell, units, out)?;
         }
         if e.has("BREP_WITH_VOIDS") {
             let voids = a.entities(a.len().saturating_sub(1));
-            for void in self.survive(voids, out)?.unwrap_or_default() {
+            for void in self.recover(voids, out)?.unwrap_or_default() {
                 self.shell(void, units, out)?;
             }
         }
@@ -220,13 +220,13 @@ impl<'t> Resolver<'t> {
     /// `CLOSED_SHELL(name, faces)`, `ORIENTED_CLOSED_SHELL(name, *, element, orientation)`.
     fn shell(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces) -> Outcome<()> {
         let found = self.unoriented_shell(e);
-        let Some((shell, oriented)) = self.survive(found, out)? else { return Ok(()) };
+        let Some((shell, oriented)) = self.recover(found, out)? else { return Ok(()) };
         let faces = shell.attributes().entities(1);
         let number = out.shells;
         out.shells += 1;
-        for face in self.survive(faces, out)?.unwrap_or_default() {
+        for face in self.recover(faces, out)?.unwrap_or_default() {
             let read = self.face(face, units, oriented);
-            if let Some(mut face) = self.survive_face(face, read, out)? {
+            if let Some(mut face) = self.recover_face(face, read, out)? {
                 face.shell = Some(number);
                 out.faces.push(face);
             }

@@ -24,10 +24,11 @@ use crate::geometry::{Aabb, Vec3};
 struct Part {
     piece: Piece,
     ends: [Vec3; 2],
-    /// Points at [`PROBE_PARAMETERS`].
-    probes: [Vec3; PROBE_PARAMETERS.len()],
+    probes: Probes,
 }
 
+/// Points at [`PROBE_PARAMETERS`].
+type Probes = [Vec3; PROBE_PARAMETERS.len()];
 /// Location of a side, and the parts into which it is split.
 type Cut = ([usize; 3], Vec<Part>);
 
@@ -35,16 +36,14 @@ type Cut = ([usize; 3], Vec<Part>);
 const CORNER_SAMPLES: usize = 17;
 /// Relative parameters of the points at which a side must lie on an edge, the most selective first.
 const PROBE_PARAMETERS: [f64; 7] = [0.5, 0.23, 0.81, 0.07, 0.36, 0.66, 0.94];
-/// Number of probe points allowed to deviate by up to twice the tolerance: a local deviation does not separate a side
-/// from its edge.
+/// Probe points allowed to deviate by up to twice the tolerance: a local deviation does not detach a side.
 const DEVIATING_PROBES_MAX: usize = 1;
 
 /// Splits allowed per model, in addition to [`SPLITS_PER_CORNER`]. A corner lies on one or two sides of neighbours, and
 /// on more only where faces coincide. There the number of parts would grow with the square of the number of sides.
 const SPLITS_BASE: usize = 4096;
 const SPLITS_PER_CORNER: usize = 4;
-/// Smallest and largest number of sides split in parallel before the split limit is checked; smaller after sides with
-/// many splits.
+/// Smallest and largest number of sides split before the split limit is checked; smaller after sides with many splits.
 const BLOCK_SIZES: [usize; 2] = [8, 1024];
 /// Comparisons of sides with edges of equal ends allowed per model, in addition to [`COMPARISONS_PER_SIDE`].
 const COMPARISONS_BASE: usize = 65_536;
@@ -72,7 +71,7 @@ pub(super) fn join(model: &mut Model, pieces: Vec<Piece>, tolerance: f64) -> Opt
         let [face, l, k] = at;
         let surface = &model.faces[face].surface;
         let uses: Vec<EdgeUse> =
-            parts.into_iter().map(|p| joined.take(surface, p, &mut corners)).collect();
+            parts.into_iter().map(|p| joined.edge_use(surface, p, &mut corners)).collect();
         model.faces[face].loops[l].uses.splice(k..=k, uses);
     }
     model.edges = joined.edges;
@@ -190,9 +189,7 @@ fn cut_at_corners(
             return;
         }
         let near = |p: &Vec3| (p - corner).norm();
-        if near(&samples[0]) <= 2.0 * tolerance
-            || near(&samples[CORNER_SAMPLES - 1]) <= 2.0 * tolerance
-        {
+        if [&samples[0], &samples[CORNER_SAMPLES - 1]].iter().any(|p| near(p) <= 2.0 * tolerance) {
             return;
         }
         let distance = |t: f64| (surface.point(piece.pcurve.point(t)) - corner).norm();
@@ -270,8 +267,8 @@ fn space_curve(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> Curve3 {
     Curve3::fitted(|t| surface.point(pcurve.point(t)), &breaks, 1e-4 * tolerance)
 }
 
-/// Points of a curve at [`PROBE_PARAMETERS`].
-fn probes_of(curve: &Curve3) -> [Vec3; PROBE_PARAMETERS.len()] {
+/// Probe points of a curve.
+fn probes_of(curve: &Curve3) -> Probes {
     let [a, b] = curve.domain();
     PROBE_PARAMETERS.map(|s| curve.point(a + (b - a) * s))
 }
@@ -316,14 +313,8 @@ impl Search {
         self.projector.get_or_init(|| CurveProjector::new(curve))
     }
 
-    /// True when a closed side is opposite to the closed edge on which it lies; `None` when it is farther than `reach`
-    /// from it.
-    fn runs_back(
-        &self,
-        curve: &Curve3,
-        probes: &[Vec3; PROBE_PARAMETERS.len()],
-        reach: f64,
-    ) -> Option<bool> {
+    /// True when a closed side is opposite to the closed edge on which it lies; `None` beyond the distance `reach`.
+    fn is_reversed(&self, curve: &Curve3, probes: &Probes, reach: f64) -> Option<bool> {
         let [a, b] = curve.domain();
         let at = |s: f64| a + (b - a) * s;
         let [with, against] = [PROBE_PARAMETERS[4], 1.0 - PROBE_PARAMETERS[4]]
@@ -344,23 +335,16 @@ impl Search {
         Some(place(4)? > place(5)?)
     }
 
-    /// True when the probe points of a side lie within `reach` [mm] of the edge, except for [`DEVIATING_PROBES_MAX`] of
-    /// them.
-    fn carries(
-        &self,
-        curve: &Curve3,
-        probes: &[Vec3; PROBE_PARAMETERS.len()],
-        reversed: bool,
-        reach: f64,
-    ) -> bool {
+    /// True when the probe points lie within `reach` [mm] of the edge, except for [`DEVIATING_PROBES_MAX`] of them.
+    fn contains_probes(&self, curve: &Curve3, probes: &Probes, reversed: bool, reach: f64) -> bool {
         let [from, to] = curve.domain();
         let expected = |s: f64| from + (to - from) * if reversed { 1.0 - s } else { s };
-        let mut astray = 0;
+        let mut deviating = 0;
         PROBE_PARAMETERS.iter().zip(probes).all(|(&s, p)| {
             let within = |reach: f64| self.within(curve, p, expected(s), reach);
             within(reach) || {
-                astray += 1;
-                astray <= DEVIATING_PROBES_MAX && within(2.0 * reach)
+                deviating += 1;
+                deviating <= DEVIATING_PROBES_MAX && within(2.0 * reach)
             }
         })
     }
@@ -376,7 +360,7 @@ impl Search {
 
 impl Joined {
     /// The edge use of a side: of the existing edge on which it lies, or of a new edge.
-    fn take(&mut self, surface: &Surface, part: Part, corners: &mut Corners) -> EdgeUse {
+    fn edge_use(&mut self, surface: &Surface, part: Part, corners: &mut Corners) -> EdgeUse {
         let [a, b] = part.ends.map(|p| corners.id(&p));
         let piece = part.piece;
         let key = [a.min(b), a.max(b)];
@@ -388,16 +372,13 @@ impl Joined {
             let own = SHARED_EDGE_TOLERANCE_REL * search.length;
             let reach = if same { own.max(2.0 * self.tolerance) } else { self.tolerance };
             let reversed = if a == b {
-                let direction =
-                    |of: &[Vec3; PROBE_PARAMETERS.len()]| search.runs_back(curve, of, 2.0 * reach);
+                let direction = |of: &Probes| search.is_reversed(curve, of, 2.0 * reach);
                 let own = || direction(&probes_of(piece.curve.as_ref()?));
                 direction(&part.probes).or_else(own).unwrap_or(false)
             } else {
                 self.edges[edge].vertices != [a, b]
             };
-            let on = |points: &[Vec3; PROBE_PARAMETERS.len()]| {
-                search.carries(curve, points, reversed, reach)
-            };
+            let on = |points: &Probes| search.contains_probes(curve, points, reversed, reach);
             // Sides may also match by their space curves when their surfaces deviate from them.
             let joins = on(&part.probes) || piece.curve.as_ref().is_some_and(|c| on(&probes_of(c)));
             if joins {

@@ -33,7 +33,7 @@ fn outside_spurs(uses: &[EdgeUse], near: Vec2) -> VecDeque<usize> {
     let mut kept: VecDeque<usize> = VecDeque::with_capacity(uses.len());
     for (k, side) in uses.iter().enumerate() {
         match kept.back() {
-            Some(&before) if runs_back(&uses[before], side, near) => {
+            Some(&before) if retraces(&uses[before], side, near) => {
                 kept.pop_back();
             }
             _ => kept.push_back(k),
@@ -41,7 +41,7 @@ fn outside_spurs(uses: &[EdgeUse], near: Vec2) -> VecDeque<usize> {
     }
     // A spur at the start of the loop.
     while let (Some(&first), Some(&last)) = (kept.front(), kept.back()) {
-        if kept.len() < 2 || !runs_back(&uses[last], &uses[first], near) {
+        if kept.len() < 2 || !retraces(&uses[last], &uses[first], near) {
             break;
         }
         kept.pop_front();
@@ -51,7 +51,7 @@ fn outside_spurs(uses: &[EdgeUse], near: Vec2) -> VecDeque<usize> {
 }
 
 /// True when the second use of an edge retraces the first, within `near` in both parameters.
-fn runs_back(there: &EdgeUse, back: &EdgeUse, near: Vec2) -> bool {
+fn retraces(there: &EdgeUse, back: &EdgeUse, near: Vec2) -> bool {
     if there.edge.is_none() || there.edge != back.edge || there.reversed == back.reversed {
         return false;
     }
@@ -86,7 +86,7 @@ fn drop_unused(model: &mut Model) {
 
 #[cfg(test)]
 mod tests {
-    use super::{EdgeUse, Vec2, runs_back};
+    use super::{EdgeUse, Vec2, retraces};
     use crate::cad::Diagnostic;
     use crate::cad::build::build;
     use crate::cad::model::Model;
@@ -143,10 +143,10 @@ mod tests {
         let there = way([4.886361, 0.744298], [4.886174, 0.7443], false);
         let back = way([4.886175, 0.7443], [4.886361, 0.744299], true);
         let near = Vec2::new(5e-3, 1e-3);
-        assert!(runs_back(&there, &back, near) && !runs_back(&there, &there, near));
+        assert!(retraces(&there, &back, near) && !retraces(&there, &there, near));
         let up = way([0.0, 0.0], [0.0, 1.0], false);
         let down = way([6.3, 1.0], [6.3, 0.0], true);
-        assert!(!runs_back(&up, &down, Vec2::new(6.3e-3, 1e-3)));
+        assert!(!retraces(&up, &down, Vec2::new(6.3e-3, 1e-3)));
     }
 
     #[test]

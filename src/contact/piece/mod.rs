@@ -80,7 +80,7 @@ impl Piece {
         let convex = h11 > 0.0 && h22 > 0.0 && h11 * h22 > h12 * h12 * (1.0 + 1e-9);
         // h12 |y1 y2| <= h12 (ratio y1^2 + y2^2 / ratio) / 2: the remainder is separable.
         let (m1, m2) = (h11 - h12 * k.ratio[0], h22 - h12 * k.ratio[1]);
-        let low = lowest_over(self.shape, gradient, [m1, m2]);
+        let low = minimum_over(self.shape, gradient, [m1, m2]);
         // For a convex `F` the gradient alone is a bound.
         let min_curvature = if convex && (m1 < 0.0 || m2 < 0.0) { [0.0; 2] } else { [m1, m2] };
         Floor {
@@ -102,7 +102,7 @@ impl Piece {
         let h22 = k.min_curvature[1] - 2.0 * w.dot(&c[2]) - size * k.change[2];
         let h12 = k.mixed[0] - w.dot(&c[4]);
         let loose = (k.mixed[1] + size * k.change[1]) * self.shape.reach().powi(2);
-        let low = lowest_of_any(floor.gradient, [h11, h12, h22], self.shape) - loose;
+        let low = minimum_of_indefinite(floor.gradient, [h11, h12, h22], self.shape) - loose;
         let value = floor.value.max((0.5 - ROUNDING_REL) * w.norm_squared() + low);
         Floor { value, ..floor }
     }
@@ -148,14 +148,14 @@ impl Piece {
 
 /// Minimum of `g . y + sum m_i y_i^2 / 2` over the domain.
 #[inline(always)]
-fn lowest_over(shape: Shape, g: Vec2, m: [f64; 2]) -> f64 {
+fn minimum_over(shape: Shape, g: Vec2, m: [f64; 2]) -> f64 {
     let both_ways = |g: f64, m: f64| {
         let size = g.abs();
         if size < m { -0.5 * g * g / m } else { 0.5 * m - size }
     };
     match shape {
         Shape::Square => both_ways(g.x, m[0]) + both_ways(g.y, m[1]),
-        Shape::Triangle => lowest_over_triangle(g, m[0], m[1]),
+        Shape::Triangle => minimum_over_triangle(g, m[0], m[1]),
     }
 }
 
@@ -167,12 +167,12 @@ pub(super) fn floor_about(shape: Shape, x: &Vec2, value: f64, gradient: &Vec2, m
     let constant = value - gradient.dot(x) + bend;
     let rounding =
         ROUNDING_REL * (value + m[0].abs() + m[1].abs() + gradient.x.abs() + gradient.y.abs());
-    constant - rounding + lowest_over(shape, moved, m)
+    constant - rounding + minimum_over(shape, moved, m)
 }
 
 /// Minimum of `g t + m t^2 / 2` for `a <= t <= b`.
 #[inline(always)]
-fn lowest(g: f64, m: f64, a: f64, b: f64) -> f64 {
+fn minimum_on(g: f64, m: f64, a: f64, b: f64) -> f64 {
     let at = |t: f64| (g + 0.5 * m * t) * t;
     if m > 0.0 && -g > a * m && -g < b * m {
         return -0.5 * g * g / m;
@@ -185,29 +185,29 @@ const NEAR: f64 = -1.0 / 3.0;
 const FAR: f64 = 2.0 / 3.0;
 
 /// Minimum of `g . y + (m1 y1^2 + m2 y2^2) / 2` over the triangle.
-fn lowest_over_triangle(g: Vec2, m1: f64, m2: f64) -> f64 {
+fn minimum_over_triangle(g: Vec2, m1: f64, m2: f64) -> f64 {
     // On the oblique side y1 = t, y2 = 1/3 - t.
     let slanting = || {
         let ends = -NEAR * g.y + 0.5 * m2 * NEAR * NEAR;
-        ends + lowest(g.x - g.y + m2 * NEAR, m1 + m2, NEAR, FAR)
+        ends + minimum_on(g.x - g.y + m2 * NEAR, m1 + m2, NEAR, FAR)
     };
     let on_side = |g: f64, m: f64| (g + 0.5 * m * NEAR) * NEAR;
     // Along a non-convex direction the minimum is at an end.
     if m1 <= 0.0 {
-        return slanting().min(on_side(g.x, m1) + lowest(g.y, m2, NEAR, FAR));
+        return slanting().min(on_side(g.x, m1) + minimum_on(g.y, m2, NEAR, FAR));
     }
     if m2 <= 0.0 {
-        return slanting().min(on_side(g.y, m2) + lowest(g.x, m1, NEAR, FAR));
+        return slanting().min(on_side(g.y, m2) + minimum_on(g.x, m1, NEAR, FAR));
     }
     let free = Vec2::new((-g.x / m1).max(NEAR), (-g.y / m2).max(NEAR));
     if free.x + free.y <= -NEAR {
-        return lowest(g.x, m1, NEAR, FAR) + lowest(g.y, m2, NEAR, FAR);
+        return minimum_on(g.x, m1, NEAR, FAR) + minimum_on(g.y, m2, NEAR, FAR);
     }
     slanting()
 }
 
 /// Minimum of `g . y + y h y / 2` over the domain, for any signs.
-fn lowest_of_any(g: Vec2, h: [f64; 3], shape: Shape) -> f64 {
+fn minimum_of_indefinite(g: Vec2, h: [f64; 3], shape: Shape) -> f64 {
     let form =
         |a: &Vec2, b: &Vec2| h[0] * a.x * b.x + h[1] * (a.x * b.y + a.y * b.x) + h[2] * a.y * b.y;
     let det = h[0] * h[2] - h[1] * h[1];
@@ -224,7 +224,7 @@ fn lowest_of_any(g: Vec2, h: [f64; 3], shape: Shape) -> f64 {
             let (a, b) = (corners[k], corners[(k + 1) % sides]);
             let along = b - a;
             let start = g.dot(&a) + 0.5 * form(&a, &a);
-            start + lowest(g.dot(&along) + form(&a, &along), form(&along, &along), 0.0, 1.0)
+            start + minimum_on(g.dot(&along) + form(&a, &along), form(&along, &along), 0.0, 1.0)
         })
         .fold(f64::INFINITY, f64::min)
 }

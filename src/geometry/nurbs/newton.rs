@@ -20,7 +20,7 @@ impl Bounds {
     }
 }
 
-/// Maximum number of Newton iterations. Doubled: no effect on regular surfaces, which need fewer than 10.
+/// Maximum number of Newton iterations. Doubled: twice the time where the iteration does not converge.
 const NEWTON_ITERATIONS_MAX: u32 = 50;
 /// Smallest eigenvalue of the modified Hessian relative to the first fundamental form. Doubled: steps in flat
 /// directions of half the length.

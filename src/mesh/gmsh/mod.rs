@@ -63,7 +63,7 @@ pub fn mesh(cad: &Path, model: &Model, options: &GmshOptions) -> Result<GmshMesh
     let mut run = Run::new(&program, cad, folder.path(), &options, model.join_tolerance)?;
     match checked(&run, model, &options) {
         Err(error) if run.is_sewn() => {
-            run.leave_unsewn();
+            run.disable_sewing();
             // If this fails as well, the first error is the more informative one.
             let mut made = checked(&run, model, &options).map_err(|_| error)?;
             made.notes.insert(0, UNSEWN_TEXT.into());

@@ -64,7 +64,7 @@ impl<'a> Run<'a> {
     }
 
     /// Disables sewing, which removes entities that gmsh needs at poles.
-    pub fn leave_unsewn(&mut self) {
+    pub fn disable_sewing(&mut self) {
         self.sewn = None;
     }
 

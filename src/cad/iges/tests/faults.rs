@@ -5,7 +5,7 @@ use super::*;
 use crate::cad::iges::ownership::{Field, POINTERS};
 
 /// Error or diagnostics for a file of these entities.
-fn said(items: &[super::build::Item]) -> String {
+fn messages(items: &[super::build::Item]) -> String {
     match read_bytes(&file(items), "bad.igs") {
         Err(error) => error.to_string(),
         Ok(model) => format!("{} faces; {:?}", model.faces.len(), model.diagnostics),
@@ -41,7 +41,7 @@ fn errors_name_line_card_entity_found_and_allowed() {
         (128, "0,0,0,0,0,0,0,0,0,0.,0.,0.,0.,1.,1.,2.,3.", "degree 0 is outside 1 to 25"),
     ];
     for (kind, text, wanted) in table {
-        let got = said(&[item(kind, 0, text), item(116, 0, "0.,0.,0.")]);
+        let got = messages(&[item(kind, 0, text), item(116, 0, "0.,0.,0.")]);
         assert!(got.contains(wanted), "{kind},{text}:\n{got}");
         assert!(got.starts_with("bad.igs, line "), "{got}");
         assert!(got.contains(&format!("(D1, entity {kind})")), "{got}");
@@ -106,7 +106,7 @@ fn self_and_mutual_references_end() {
                     moved(b, form_b, matrix, text_b),
                     moved(124, 0, 5, "1.,0.,0.,0.,0.,1.,0.,0.,0.,0.,1.,0."),
                 ];
-                let _ = said(&items);
+                let _ = messages(&items);
             }
         }
     }
@@ -152,7 +152,7 @@ fn every_pointer_of_every_entity_may_lead_back() {
                     let first = record(pattern, slot, [here, there], skipped).0;
                     let second = record(back, usize::MAX, [1, 4 - here], skipped).0;
                     for form in [0, 1] {
-                        let _ = said(&[item(*kind, form, &first), item(*other, form, &second)]);
+                        let _ = messages(&[item(*kind, form, &first), item(*other, form, &second)]);
                         files += 1;
                     }
                 }
@@ -184,7 +184,7 @@ fn references_that_double_forty_times_are_refused() {
     instances.push(item(116, 0, "0.,0.,0."));
     instances.push(item(408, 0, "1,0.,0.,0.,1."));
     for items in [composites, figures, instances] {
-        let got = said(&items);
+        let got = messages(&items);
         assert!(got.contains("repeatedly") || got.contains("too deeply nested"), "{got}");
     }
 }
@@ -217,7 +217,7 @@ fn long_chains_end() {
         chain(130, 0, &|next| format!("{next},1,0,0,0,1.,0.,0.,0.,0.,0.,1.")),
         chain(144, 0, &|next| format!("{next},1,0,{next}")),
     ] {
-        let _ = said(&items);
+        let _ = messages(&items);
     }
     let matrices: Vec<_> = (0..n)
         .map(|i| {
@@ -225,7 +225,7 @@ fn long_chains_end() {
         })
         .chain([moved(110, 0, 1, "0.,0.,0.,1.,0.,0.")])
         .collect();
-    let _ = said(&matrices);
+    let _ = messages(&matrices);
 }
 
 /// Pseudo-random numbers (SplitMix64), so that every run makes the same mutations.

@@ -51,7 +51,7 @@ impl Deck<'_> {
                 let allowed = "nodes and elements written out in one file";
                 return Err(self.error(format!("*{name}"), allowed));
             }
-            name if misspelt(name) => {
+            name if is_misspelt(name) => {
                 return Err(self.error(
                     format!("*{name}, a keyword that Abaqus does not have"),
                     "*NODE and *ELEMENT for nodes and elements",
@@ -123,7 +123,7 @@ fn split_keyword(text: &str) -> (String, HashMap<String, String>) {
 
 /// True when a keyword is one edit (insertion, deletion, substitution or transposition) from *NODE or *ELEMENT, whose
 /// data would be ignored silently. No Abaqus keyword is.
-fn misspelt(name: &str) -> bool {
+fn is_misspelt(name: &str) -> bool {
     ["NODE", "ELEMENT"].into_iter().any(|known| one_edit(name.as_bytes(), known.as_bytes()))
 }
 

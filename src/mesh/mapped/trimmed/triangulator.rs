@@ -285,9 +285,9 @@ impl Triangulator<'_> {
                 if count == 0 {
                     continue;
                 }
-                let (old, before) = (place[n], thinnest(star, &place));
+                let (old, before) = (place[n], min_shape_ratio(star, &place));
                 place[n] = others.map(|&m| place[m]).sum::<Vec2>() / count as f64;
-                if thinnest(star, &place) <= before {
+                if min_shape_ratio(star, &place) <= before {
                     place[n] = old;
                 }
             }
@@ -299,7 +299,7 @@ impl Triangulator<'_> {
 }
 
 /// Smallest ratio of twice the area to the square of the longest side; negative when a triangle is inverted.
-fn thinnest(triangles: &[[usize; 3]], place: &[Vec2]) -> f64 {
+fn min_shape_ratio(triangles: &[[usize; 3]], place: &[Vec2]) -> f64 {
     let ratio = |t: &[usize; 3]| {
         let [a, b, c] = t.map(|n| place[n]);
         let (u, v, w) = (b - a, c - a, c - b);

@@ -50,8 +50,8 @@ pub(super) fn area(patch: &Patch, max_subdivisions: usize) -> f64 {
     sum
 }
 
-/// Area over the square with this corner and side in the unit square [mm^2]; triangles are mapped from it by `(eta,
-/// zeta) = (s, s t)`.
+/// Area over the square with this corner and side in the unit square [mm^2]; triangles are mapped from it by
+/// `(eta, zeta) = (s, s t)`.
 fn gauss(patch: &Patch, [x, y]: [f64; 2], side: f64) -> f64 {
     let mut sum = 0.0;
     for [a, first] in RULE {

@@ -98,8 +98,8 @@ impl Coulomb {
 }
 
 impl Coulomb {
-    /// Weight `w` [mm] of the regularised law, `r_t = -mu lambda s / w`, and its gradient with respect to the slip: `k
-    /// sqrt(|s|^2 + transition^2)`, or `|s|` where that is larger, from [`COULOMB_SLIP_RATIO`] transitions on.
+    /// Weight `w` [mm] of the regularised law, `r_t = -mu lambda s / w`, and its gradient with respect to the slip:
+    /// `k sqrt(|s|^2 + transition^2)`, or `|s|` where that is larger, from [`COULOMB_SLIP_RATIO`] transitions on.
     #[must_use]
     pub fn weight(&self, slip: &Vec3) -> (f64, Vec3) {
         /// At the limit, to within rounding, the force counts as increasing.

@@ -2,9 +2,9 @@
 //! over the tangent plane at its centre.
 //!
 //! Nearly flat pieces with sides of very different length make `F(u, v)` non-convex by their parametrisation alone. Let
-//! `h(x)` be the height of the piece at the place `x` in the plane and `(a, c)` the point. Then `G(x) = |x - a|^2 / 2 +
-//! (h(x) - c)^2 / 2` has second derivatives of at least `mu = 1 - |h - c| |h''|`. Where that is positive, a foot point
-//! `x` with gradient `g` gives `G(y) >= G(x) + g . (y - x) + mu |y - x|^2 / 2`.
+//! `h(x)` be the height of the piece at the place `x` in the plane and `(a, c)` the point. Then
+//! `G(x) = |x - a|^2 / 2 + (h(x) - c)^2 / 2` has second derivatives of at least `mu = 1 - |h - c| |h''|`. Where that is
+//! positive, a foot point `x` with gradient `g` gives `G(y) >= G(x) + g . (y - x) + mu |y - x|^2 / 2`.
 //!
 //! The bounds hold over a domain enlarged by [`DOMAIN_ENLARGEMENT`]. Its image contains the convex hull of that of the
 //! piece, so that `h` is known on straight lines from the foot point to all points of the piece.
@@ -217,8 +217,8 @@ fn triangle_net(piece: &Piece) -> Vec<Vec3> {
         .collect()
 }
 
-/// Converts monomial coefficients over [-1, 1] to Bernstein ones: `u = 2 t - 1`, then `P_k = sum_i binomial(k, i) /
-/// binomial(n, i) a_i`.
+/// Converts monomial coefficients over [-1, 1] to Bernstein ones: `u = 2 t - 1`, then
+/// `P_k = sum_i binomial(k, i) / binomial(n, i) a_i`.
 fn to_bernstein(c: &mut [Vec3]) {
     let n = c.len() - 1;
     for level in 0..n {

@@ -85,9 +85,9 @@ const REVERSAL_RATIO_MAX: f64 = 0.99;
 /// The coefficient c of `x0 + (d - c) e + c e^2` for the edge vector `d = x1 - x0` and unit normals `n0`, `n1`: the
 /// smallest c with `n0 . (d - c) = 0` and `n1 . (d + c) = 0` (Eq. 8).
 ///
-/// With the orthogonal vectors `nu = (n0 + n1)/2` and `dl = (n0 - n1)/2`, `c = (dl . d)/|nu|^2 nu + (nu . d)/|dl|^2
-/// dl`. The relative rounding error grows as 1e-16 / |dl|, so that the order of accuracy is preserved down to normals
-/// 1e-7 rad apart. The reversed edge has the same c.
+/// With the orthogonal vectors `nu = (n0 + n1)/2` and `dl = (n0 - n1)/2`,
+/// `c = (dl . d)/|nu|^2 nu + (nu . d)/|dl|^2 dl`. The relative rounding error grows as 1e-16 / |dl|, so that the order
+/// of accuracy is preserved down to normals 1e-7 rad apart. The reversed edge has the same c.
 #[must_use]
 pub fn coefficient(d: &Vec3, n0: &Vec3, n1: &Vec3) -> Vec3 {
     let nu = (n0 + n1) * 0.5;

@@ -1,9 +1,9 @@
 //! Deviation of the free borders of a tool from those of its CAD, in both directions.
 //!
-//! It is the Hausdorff distance of the two borders T and C: `d(T, C) = max over p in T of dist(p, C)`, `d(C, T) = max
-//! over q in C of dist(q, T)`. T contains the patch sides without neighbour. C contains the edges used by exactly one
-//! of the faces with patches, where no other of these faces contains them. The maxima are taken over points along sides
-//! and edges and refined around the largest; the distances are exact.
+//! It is the Hausdorff distance of the two borders T and C: `d(T, C) = max over p in T of dist(p, C)`,
+//! `d(C, T) = max over q in C of dist(q, T)`. T contains the patch sides without neighbour. C contains the edges used
+//! by exactly one of the faces with patches, where no other of these faces contains them. The maxima are taken over
+//! points along sides and edges and refined around the largest; the distances are exact.
 
 use std::collections::{BTreeMap, BTreeSet};
 

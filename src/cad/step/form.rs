@@ -101,8 +101,8 @@ impl Form {
         }
     }
 
-    /// Quadratic arc with spans of at most `longest`. `middle(t, h)` returns control point and weight of the span `t -
-    /// h .. t + h`.
+    /// Quadratic arc with spans of at most `longest`. `middle(t, h)` returns control point and weight of the span
+    /// `t - h .. t + h`.
     fn quadratic(
         &self,
         from: f64,

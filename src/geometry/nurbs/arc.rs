@@ -41,9 +41,9 @@ pub(super) fn arc_points(angles: &[f64]) -> Vec<(f64, f64, f64)> {
 }
 
 impl Curve3 {
-    /// Elliptic arc `origin + rx cos a x + ry sin a y` in the plane of `frame`, `a` from `from` to `to` [rad], `0 < to
-    /// - from <= 2 pi`. The representation is exact. The knots are the angles at the span ends, so that parameter and
-    /// angle agree there.
+    /// Elliptic arc `origin + rx cos a x + ry sin a y` in the plane of `frame`, `a` from `from` to `to` [rad],
+    /// `0 < to - from <= 2 pi`. The representation is exact. The knots are the angles at the span ends, so that
+    /// parameter and angle agree there.
     #[must_use]
     pub fn ellipse_arc(frame: &Frame, rx: f64, ry: f64, from: f64, to: f64) -> Self {
         let angles = span_angles([from, to]);

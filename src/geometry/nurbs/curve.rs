@@ -9,8 +9,8 @@ use super::prepared::Prepared;
 use super::projector::CurveProjector;
 use crate::geometry::Affine;
 
-/// A rational B-spline curve in `D` dimensions. Invariants, checked by [`Curve::try_new`]: degree >= 1, `knots.len() ==
-/// points.len() + degree + 1`, knots non-decreasing with a non-empty domain, weights positive.
+/// A rational B-spline curve in `D` dimensions. Invariants, checked by [`Curve::try_new`]: degree >= 1,
+/// `knots.len() == points.len() + degree + 1`, knots non-decreasing with a non-empty domain, weights positive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve<const D: usize> {
     pub(super) degree: usize,

@@ -24,7 +24,7 @@ impl Health {
         vec![
             format!("health: {}", if self.is_sound() { "sound" } else { "not sound" }),
             format!(
-                "  joined      within {:.1e} mm; sides up to {:.2e} mm off their edge",
+                "  joined      within {:.1e} mm; sides up to {:.2e} mm from their edge",
                 self.join_tolerance_mm, self.largest_gap_mm
             ),
             format!(
@@ -33,7 +33,7 @@ impl Health {
                 self.parts.iter().filter(|p| p.closed).count()
             ),
             format!(
-                "  free edges  {}, {:.4} mm long; {} more than twice used",
+                "  free edges  {}, {:.4} mm long; {} used more than twice",
                 self.free_edges.len(),
                 self.free_edge_length_mm,
                 self.crowded_edges.len()
@@ -73,7 +73,7 @@ impl Health {
     fn orientation_lines(&self, model: &Model) -> Vec<String> {
         let mut lines = Vec::new();
         for part in self.parts.iter().filter(|p| p.inverted) {
-            lines.push(format!("  inside out  {}", names(model, &part.faces)));
+            lines.push(format!("  inverted    {}", names(model, &part.faces)));
         }
         let lists = [("disagreeing", &self.disagreeing_faces), ("tiny", &self.tiny_faces)];
         for (what, faces) in lists.iter().filter(|l| !l.1.is_empty()) {
@@ -110,7 +110,7 @@ impl Health {
             ));
         }
         for [a, b] in self.duplicate_faces.iter().take(LISTED_MAX) {
-            lines.push(format!("  twice there {} and {}", name(model, *a), name(model, *b)));
+            lines.push(format!("  duplicate   {} and {}", name(model, *a), name(model, *b)));
         }
         lines
     }

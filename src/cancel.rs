@@ -1,7 +1,7 @@
-//! A request to stop, shared by the thread that receives it and the work that heeds it.
+//! Cooperative cancellation: a request shared by the thread that receives it and the work that obeys it.
 //!
-//! Work that has a state to save runs in a [`Section`]: it looks at the request often, saves, and leaves the section. Outside of
-//! any section the process may end at once.
+//! Work with state to save runs in a [`Section`]: it polls the request, saves, and leaves the section. Outside any
+//! section the process may end at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -13,48 +13,48 @@ struct Shared {
     sections: AtomicUsize,
 }
 
-/// A handle on one request; clones are of the same one. A new one is not requested.
+/// Handle of one request; clones share it. Initially not requested.
 #[derive(Debug, Clone, Default)]
 pub struct Cancel(Arc<Shared>);
 
 impl Cancel {
-    /// Requests to stop; there is no way back.
+    /// Requests cancellation; irreversible.
     pub fn request(&self) {
         self.0.requested.store(true, Ordering::SeqCst);
     }
 
-    /// Whether to stop.
+    /// True after a request.
     #[must_use]
     pub fn is_requested(&self) -> bool {
         self.0.requested.load(Ordering::Relaxed)
     }
 
-    /// Says that the results are complete: a stop from here on loses none.
+    /// Marks the results as complete: cancellation then loses none.
     pub fn complete(&self) {
         self.0.complete.store(true, Ordering::SeqCst);
     }
 
-    /// Whether the results are complete.
+    /// True when the results are complete.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.0.complete.load(Ordering::SeqCst)
     }
 
-    /// Begins work that heeds the request itself.
+    /// Starts work that obeys the request itself.
     #[must_use]
     pub fn section(&self) -> Section {
         self.0.sections.fetch_add(1, Ordering::SeqCst);
         Section(self.clone())
     }
 
-    /// Whether work goes on that heeds the request itself.
+    /// True while such work is running.
     #[must_use]
     pub fn is_heeded(&self) -> bool {
         self.0.sections.load(Ordering::SeqCst) > 0
     }
 }
 
-/// Work that heeds the request, until it is dropped.
+/// Work that obeys the request, until dropped.
 #[derive(Debug)]
 pub struct Section(Cancel);
 

@@ -99,7 +99,7 @@ fn faces_that_lie_on_each_other_by_the_hundred_are_no_tool() {
         expect(
             &outcome,
             2,
-            &["faces-on-each-other.stp", "lie on each other", "remove the duplicates"],
+            &["faces-on-each-other.stp", "coincident faces", "remove the duplicates"],
         );
     }
 }

@@ -1,4 +1,4 @@
-//! Area of a patch by Gauss's rule, whatever the grid of its samples is.
+//! Area of a patch by adaptive Gauss quadrature, independent of the sample grid.
 
 use crate::tool::Patch;
 
@@ -11,35 +11,36 @@ const RULE: [[f64; 2]; 6] = [
     [0.830_604_693_233_132_3, 0.180_380_786_524_069_3],
     [0.966_234_757_101_576, 0.085_662_246_189_585_17],
 ];
-/// Differences between a rectangle and its quarters that are let pass, as a share of the patch's area.
-const TOLERANCE: f64 = 1e-9;
-/// Halvings of a rectangle at most: at corners without area what is left is nothing by then.
-const DEEPEST: u32 = 8;
-/// Rectangles that are quartered in one patch at most: a collapsed corner takes some ten, a fold all along a patch some five hundred. Of
-/// what folds more the area is known to fewer digits. Doubled: as much longer for such patches.
-const QUARTERED: usize = 1000;
-/// The same over all patches of a tool, as long as that leaves each `QUARTERED_LEAST`: more than a collapsed corner takes.
-const QUARTERED_IN_ALL: usize = 5_000;
-const QUARTERED_LEAST: usize = 50;
+/// Tolerance on the difference between a rectangle and its quarters, relative to the area of the patch.
+const QUADRATURE_TOLERANCE_REL: f64 = 1e-9;
+/// Maximum depth of subdivision; at degenerate corners the remaining area is negligible.
+const SUBDIVISION_DEPTH_MAX: u32 = 8;
+/// Maximum number of subdivided rectangles per patch. A collapsed corner needs about ten, a fold along a patch about
+/// five hundred. The area of patches with more folds is less accurate. Doubled: twice the time for such patches.
+const SUBDIVISIONS_PER_PATCH_MAX: usize = 1000;
+/// Maximum number over all patches of a tool, if that leaves each patch [`SUBDIVISIONS_MIN`], which suffices for a
+/// collapsed corner.
+const SUBDIVISIONS_TOTAL_MAX: usize = 5_000;
+const SUBDIVISIONS_MIN: usize = 50;
 
-/// Rectangles that may be quartered in each of so many patches.
-pub(super) fn quartered_most(patches: usize) -> usize {
-    (QUARTERED_IN_ALL / patches.max(1)).clamp(QUARTERED_LEAST, QUARTERED)
+/// Maximum number of subdivided rectangles for each of `patches` patches.
+pub(super) fn max_subdivisions(patches: usize) -> usize {
+    (SUBDIVISIONS_TOTAL_MAX / patches.max(1)).clamp(SUBDIVISIONS_MIN, SUBDIVISIONS_PER_PATCH_MAX)
 }
 
-/// Area of a patch [mm^2], to 1e-7 of it or so, with so many rectangles quartered at most.
-pub(super) fn area(patch: &Patch, quartered_most: usize) -> f64 {
+/// Area of a patch [mm^2], with a relative error of about 1e-7 and at most `max_subdivisions` subdivided rectangles.
+pub(super) fn area(patch: &Patch, max_subdivisions: usize) -> f64 {
     let whole = gauss(patch, [0.0, 0.0], 1.0);
     let mut sum = 0.0;
     let mut stack = vec![([0.0, 0.0], 1.0, whole, 0)];
-    let mut left = quartered_most;
+    let mut left = max_subdivisions;
     while let Some(([x, y], side, rough, depth)) = stack.pop() {
         let half = 0.5 * side;
         let quarters = [[x, y], [x + half, y], [x, y + half], [x + half, y + half]]
             .map(|at| (at, gauss(patch, at, half)));
         let fine: f64 = quarters.iter().map(|q| q.1).sum();
-        let done = depth >= DEEPEST || left == 0;
-        if done || (fine - rough).abs() <= TOLERANCE * whole || !fine.is_finite() {
+        let done = depth >= SUBDIVISION_DEPTH_MAX || left == 0;
+        if done || (fine - rough).abs() <= QUADRATURE_TOLERANCE_REL * whole || !fine.is_finite() {
             sum += fine;
         } else {
             left -= 1;
@@ -49,7 +50,7 @@ pub(super) fn area(patch: &Patch, quartered_most: usize) -> f64 {
     sum
 }
 
-/// Area over the square of this corner and side in the unit square [mm^2]; triangles are drawn from it by
+/// Area over the square with this corner and side in the unit square [mm^2]; triangles are mapped from it by
 /// `(eta, zeta) = (s, s t)`.
 fn gauss(patch: &Patch, [x, y]: [f64; 2], side: f64) -> f64 {
     let mut sum = 0.0;
@@ -58,8 +59,8 @@ fn gauss(patch: &Patch, [x, y]: [f64; 2], side: f64) -> f64 {
             let (s, t) = (x + side * a, y + side * b);
             let triangle = patch.sides() == 3;
             let d = patch.derivs(s, if triangle { s * t } else { t });
-            let share = if triangle { s } else { 1.0 };
-            sum += first * second * share * d.d1.cross(&d.d2).norm();
+            let fraction = if triangle { s } else { 1.0 };
+            sum += first * second * fraction * d.d1.cross(&d.d2).norm();
         }
     }
     sum * side * side
@@ -82,7 +83,7 @@ mod tests {
         let square = flat([[0.0, 0.0], [0.0, 2.0], [3.0, 0.0], [3.0, 2.0]]);
         let collapsed = flat([[0.0, 0.0], [0.0, 0.0], [3.0, 0.0], [3.0, 2.0]]);
         let triangle = Patch::Triangle([o, x * 3.0, y * 2.0, o, o, o]);
-        // z = a x^2 over the unit square, as both kinds of Nagata patch.
+        // z = a x^2 over the unit square, as both types of Nagata patch.
         let a: f64 = 0.7;
         let strip = 0.5 * (1.0 + 4.0 * a * a).sqrt() + (2.0 * a).asinh() / (4.0 * a);
         let bowed = Patch::Quad([o, x, y, o, z * a, o, o, o]);
@@ -91,20 +92,20 @@ mod tests {
         let bent = Patch::Triangle([o, x, y, o, z * a, o]);
         let all = [(square, 6.0), (collapsed, 3.0), (triangle, 3.0), (bowed, strip), (bent, wedge)];
         for (k, (patch, exact)) in all.into_iter().enumerate() {
-            let found = area(&patch, QUARTERED);
+            let found = area(&patch, SUBDIVISIONS_PER_PATCH_MAX);
             assert!((found / exact - 1.0).abs() < 1e-8, "{k}: {found} {exact}");
         }
-        assert_eq!(area(&Patch::Quad([o; 8]), QUARTERED), 0.0);
+        assert_eq!(area(&Patch::Quad([o; 8]), SUBDIVISIONS_PER_PATCH_MAX), 0.0);
     }
 
-    /// A cubic that runs back over itself: |cross| has a kink along two lines.
+    /// A cubic that runs back over itself: |S_eta x S_zeta| has kinks along two lines.
     #[test]
     fn the_area_of_a_patch_that_folds_is_bounded_work() {
         let along = [0.0, 8.0, -7.0, 1.0];
         let point = |k: usize| Vec3::new(along[k / 2], (k % 2) as f64, 0.0);
         let points = (0..8).map(point).collect();
         let folded = Patch::Bezier { degrees: [3, 1], points };
-        // x(t) there, back and there again.
+        // x(t) forward, back and forward again.
         let x = |t: f64| {
             let s = 1.0 - t;
             3.0 * s * s * t * 8.0 - 3.0 * s * t * t * 7.0 + t * t * t
@@ -112,6 +113,6 @@ mod tests {
         let steps = 1_000_000;
         let at = |k: i32| x(f64::from(k) / f64::from(steps));
         let length: f64 = (0..steps).map(|k| (at(k + 1) - at(k)).abs()).sum();
-        assert!((area(&folded, QUARTERED) / length - 1.0).abs() < 1e-4);
+        assert!((area(&folded, SUBDIVISIONS_PER_PATCH_MAX) / length - 1.0).abs() < 1e-4);
     }
 }

@@ -1,5 +1,5 @@
-//! Clearance between two tools at the end of their travel against a thickness: what the paper's 340 kN peak comes
-//! from, found before any run.
+//! Clearance between two tools at the end of their travel, compared with the sheet thickness. It predicts force peaks
+//! such as the 340 kN of the paper before any run.
 
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -10,18 +10,18 @@ use crate::contact::{Location, ToolSurface};
 use crate::geometry::Vec3;
 use crate::tool::{Patch, ToolModel};
 
-/// Choices of a clearance audit.
+/// Options of a clearance audit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClearanceOptions {
     /// Travel of the first tool [mm].
     pub travel: Vec3,
     /// Thickness of the sheet between them [mm], > 0.
     pub thickness_mm: f64,
-    /// Intervals of the grid of points along a side of a patch (1 to 256).
+    /// Intervals of the sample grid per patch side (1 to 256).
     pub samples: usize,
-    /// Patches around whose nearest points the minimum is searched for, at most.
+    /// Maximum number of patches around whose closest points the minimum is refined.
     pub refine: usize,
-    /// How many patches `nearest` lists.
+    /// Number of patches listed in `nearest`.
     pub nearest: usize,
 }
 
@@ -75,7 +75,7 @@ pub struct NearPatch {
     pub against: u32,
 }
 
-/// A point of the first tool that faces the second.
+/// A point of the first tool opposite to the second tool.
 #[derive(Debug, Clone, Copy)]
 struct Facing {
     eta: f64,
@@ -86,14 +86,14 @@ struct Facing {
     jacobian: f64,
 }
 
-/// Shares of the thickness a bar of the histogram is wide.
-const BAR: f64 = 0.05;
-/// Bars of the histogram.
-const BARS: usize = 40;
-/// A clearance below the thickness by no more than this share of it is none.
-const SLACK: f64 = 1e-3;
-/// Points farther away than this many thicknesses do not face the other tool.
-const REACH: f64 = 8.0;
+/// Bin width of the histogram relative to the thickness.
+const BIN_WIDTH_REL: f64 = 0.05;
+/// Number of bins of the histogram.
+const BINS: usize = 40;
+/// Deficit of clearance relative to the thickness that is not counted.
+const CLEARANCE_TOLERANCE_REL: f64 = 1e-3;
+/// Distance in thicknesses beyond which points are not opposite to the other tool.
+const OPPOSITE_DISTANCE_MAX: f64 = 8.0;
 
 /// Audits the clearance. The result does not depend on the number of threads.
 #[must_use]
@@ -106,7 +106,7 @@ pub fn clearance(
     let samples = options.samples.clamp(1, 256);
     let grids: Vec<Vec<(Facing, f64)>> =
         tool.patches.par_iter().map(|p| gauge.grid(p, samples)).collect();
-    let least = gauge.least(tool, &grids, samples);
+    let minima = gauge.minimum_clearances(tool, &grids, samples);
     let near = |&(patch, f): &(u32, Facing)| NearPatch {
         patch,
         face: tool.faces[patch as usize],
@@ -114,7 +114,7 @@ pub fn clearance(
         point: f.point.into(),
         against: f.against,
     };
-    let first = least.first();
+    let first = minima.first();
     let min = first.map(|f| f.1.clearance);
     let thickness = options.thickness_mm;
     let mut report = ClearanceReport {
@@ -130,23 +130,23 @@ pub fn clearance(
         pinch: min.map_or(0.0, |c| (1.0 - c / thickness).max(0.0)),
         facing_mm2: 0.0,
         share_below: 0.0,
-        histogram: vec![0.0; BARS],
-        nearest: least.iter().take(options.nearest).map(near).collect(),
+        histogram: vec![0.0; BINS],
+        nearest: minima.iter().take(options.nearest).map(near).collect(),
     };
-    report.take_areas(grids.iter().flatten());
+    report.accumulate_areas(grids.iter().flatten());
     report
 }
 
 impl ClearanceReport {
-    /// Takes in the areas that the points stand for.
-    fn take_areas<'f>(&mut self, points: impl Iterator<Item = &'f (Facing, f64)>) {
+    /// Accumulates the areas represented by the points.
+    fn accumulate_areas<'f>(&mut self, points: impl Iterator<Item = &'f (Facing, f64)>) {
         for (f, area) in points {
             self.facing_mm2 += area;
-            if f.clearance < self.thickness_mm * (1.0 - SLACK) {
+            if f.clearance < self.thickness_mm * (1.0 - CLEARANCE_TOLERANCE_REL) {
                 self.share_below += area;
             }
-            let bar =
-                (f.clearance / self.thickness_mm / BAR).clamp(0.0, BARS as f64 - 1.0) as usize;
+            let bar = (f.clearance / self.thickness_mm / BIN_WIDTH_REL)
+                .clamp(0.0, BINS as f64 - 1.0) as usize;
             self.histogram[bar] += area;
         }
         if self.facing_mm2 > 0.0 {
@@ -162,14 +162,14 @@ struct Gauge<'a> {
 }
 
 impl Gauge<'_> {
-    /// The least clearance of every patch that faces the other tool, smallest first; the smallest are refined.
-    fn least(
+    /// Minimum clearance of every patch opposite to the other tool, in increasing order; the smallest are refined.
+    fn minimum_clearances(
         &self,
         tool: &ToolModel,
         grids: &[Vec<(Facing, f64)>],
         samples: usize,
     ) -> Vec<(u32, Facing)> {
-        let mut least: Vec<(u32, Facing)> = (0..)
+        let mut minima: Vec<(u32, Facing)> = (0..)
             .zip(grids)
             .filter_map(|(k, g)| {
                 let first =
@@ -177,27 +177,27 @@ impl Gauge<'_> {
                 first.map(|f| (k, f))
             })
             .collect();
-        least.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
-        let refined = least.len().min(self.options.refine);
-        least[..refined].par_iter_mut().for_each(|(k, f)| {
+        minima.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
+        let refined = minima.len().min(self.options.refine);
+        minima[..refined].par_iter_mut().for_each(|(k, f)| {
             *f = self.descend(&tool.patches[*k as usize], *f, 1.0 / samples as f64);
         });
-        least.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
-        least
+        minima.sort_by(|a, b| a.1.clearance.total_cmp(&b.1.clearance).then(a.0.cmp(&b.0)));
+        minima
     }
 
-    /// The point of a patch at the end of the travel, if it faces the other tool: its foot is not on a border there,
-    /// and the two look at each other.
+    /// The point of a patch at the end of the travel if it is opposite to the other tool: its foot point is not on a
+    /// border, and the normals oppose each other.
     fn at(&self, patch: &Patch, eta: f64, zeta: f64, hint: Option<u32>) -> Option<Facing> {
         let d = patch.derivs(eta, zeta);
         let point = d.s + self.options.travel;
-        let reach = REACH * self.options.thickness_mm;
+        let reach = OPPOSITE_DISTANCE_MAX * self.options.thickness_mm;
         let foot = self.against.within(&point, hint, reach);
         if foot.patch == u32::MAX || foot.past_border {
             return None;
         }
         let normal = patch.normal(eta, zeta)?;
-        // At a crease the foot's normal is one of several: the distance counts, on the side it tells.
+        // At a crease the normal of the foot point is not unique: use the distance, with the sign of the gap.
         let clearance = match foot.location {
             Location::Inside => foot.gap,
             _ => (point - foot.point).norm() * foot.gap.signum(),
@@ -212,7 +212,7 @@ impl Gauge<'_> {
         })
     }
 
-    /// Points of the grid that face the other tool, with the area each stands for.
+    /// Grid points opposite to the other tool, with the area each represents.
     fn grid(&self, patch: &Patch, n: usize) -> Vec<(Facing, f64)> {
         let sides = patch.sides();
         let cell = 1.0 / (n * n) as f64;
@@ -227,19 +227,19 @@ impl Gauge<'_> {
             }
             let Some(f) = self.at(patch, eta, zeta, hint) else { continue };
             hint = Some(f.against);
-            // On a triangle's diagonal half a cell is outside.
+            // On the diagonal of a triangle half of the cell is outside.
             let half = if sides == 3 && i == j { 0.5 } else { 1.0 };
             out.push((f, f.jacobian * cell * end(i) * end(j) * half));
         }
         out
     }
 
-    /// Pattern search for the least clearance around a grid point.
+    /// Pattern search for the minimum clearance around a grid point.
     fn descend(&self, patch: &Patch, start: Facing, step: f64) -> Facing {
-        const HALVINGS: usize = 8;
+        const STEP_BISECTIONS: usize = 8;
         let mut best = start;
         let mut step = 0.5 * step;
-        for _ in 0..HALVINGS {
+        for _ in 0..STEP_BISECTIONS {
             let centre = best;
             for k in 0..9_i32 {
                 let (i, j) = (f64::from(k % 3 - 1), f64::from(k / 3 - 1));
@@ -264,7 +264,7 @@ mod tests {
     use crate::tool::ToolKind;
     use crate::tool::bezier::of_nagata;
 
-    /// A square plate of side 10 at height z (x from `x0`), looking up or down, its middle raised by `bulge`.
+    /// A square plate of side 10 at height z (x from `x0`), facing up or down, with its middle raised by `bulge`.
     fn plate(x0: f64, z: f64, up: bool, bulge: f64) -> ToolModel {
         let mut points = Vec::new();
         for i in 0..3 {
@@ -300,8 +300,8 @@ mod tests {
         assert!((r.histogram.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
 
-    /// The middle control point of a biquadratic patch weighs a quarter: the bulge is 0.3 mm high at the middle,
-    /// between the points of an odd grid, and is found there all the same.
+    /// The middle control point of a biquadratic patch has weight 1/4: the bulge of 0.3 mm lies between the points of
+    /// an odd grid and must still be found.
     #[test]
     fn the_least_clearance_is_found_between_grid_points() {
         let die = ToolSurface::new(plate(0.0, 0.0, true, 0.0));
@@ -309,7 +309,7 @@ mod tests {
         assert!((r.min_mm.unwrap() - 0.7).abs() < 1e-4, "{:?}", r.min_mm);
         let at = r.at_mm.unwrap();
         assert!((at[0] - 5.0).abs() < 0.1 && (at[1] - 5.0).abs() < 0.1);
-        // 16 x (1 - x) y (1 - y) > 2 / 3 on this share of the unit square.
+        // 16 x (1 - x) y (1 - y) > 2 / 3 on this fraction of the unit square.
         assert!((r.share_below - 0.2744).abs() < 0.05, "{}", r.share_below);
     }
 

@@ -1,12 +1,12 @@
-//! Doubts about a tool that its audit gives: what is not as asked, not there, or not fit for contact.
+//! Doubts about a tool from its audit: exceeded tolerances, missing faces, unsuitability for contact.
 
 use super::report::AuditReport;
 use crate::report::doubt::{Doubt, DoubtCode, place_mm};
 
-/// Patches or faces listed in one doubt, at most.
-const LISTED: usize = 8;
+/// Maximum number of patches or faces listed in a doubt.
+const LISTED_MAX: usize = 8;
 
-/// The doubts about the tool of a report, in the order in which they matter: what is not there first.
+/// The doubts of a report in order of importance, missing faces first.
 #[must_use]
 pub fn doubts(r: &AuditReport) -> Vec<Doubt> {
     let all = [lost(r), folded(r), points(r), shape(r), borders(r), gap(r), normals(r)];
@@ -28,7 +28,7 @@ fn lost(r: &AuditReport) -> Option<Doubt> {
 fn folded(r: &AuditReport) -> Option<Doubt> {
     let listed = list(r.folded.iter().map(u32::to_string), r.folded.len())?;
     let text = format!(
-        "{} of {} patches fold: {listed}. Contact on them finds no normal that can be relied on. Convert again without folds, or with a finer mesh.",
+        "{} of {} patches fold: {listed}. Contact normals on them are unreliable. Convert again without folds, or with a finer mesh.",
         r.folded.len(),
         r.patches
     );
@@ -39,7 +39,7 @@ fn folded(r: &AuditReport) -> Option<Doubt> {
 fn points(r: &AuditReport) -> Option<Doubt> {
     let found = [r.points_lost as f64, 0.0];
     let text = format!(
-        "{} of {} points of the patches could not be compared with the CAD: they are not finite, have no closest point, or the CAD folds so much there that finding it takes more work than a query may. Repair the CAD there, or convert the tool again.",
+        "{} of {} points of the patches could not be compared with the CAD: they are not finite, have no closest point, or the CAD self-intersects there so that the search reached its work limit. Repair the CAD there, or convert the tool again.",
         r.points_lost,
         r.points + r.points_lost
     );
@@ -53,7 +53,7 @@ fn shape(r: &AuditReport) -> Option<Doubt> {
     let on =
         worst.map_or_else(String::new, |w| format!(" on patch {} of face {}", w.patch, w.face));
     let text = format!(
-        "The tool is {:.5} mm off its CAD at {place}{on}; asked: {limit} mm. Convert to a tolerance of {limit} mm.",
+        "The tool deviates by {:.5} mm from its CAD at {place}{on}; allowed: {limit} mm. Convert to a tolerance of {limit} mm.",
         r.worst_mm()
     );
     Some(Doubt::of(DoubtCode::ToleranceExceeded, place, [r.worst_mm(), limit], text))
@@ -69,7 +69,7 @@ fn borders(r: &AuditReport) -> Option<Doubt> {
         "the tool does not end where the CAD does"
     };
     let text = format!(
-        "Free borders of tool and CAD are {found:.5} mm apart at {place}: {ends}; asked: {limit} mm. Convert to a tolerance of {limit} mm."
+        "Free borders of tool and CAD are {found:.5} mm apart at {place}: {ends}; allowed: {limit} mm. Convert to a tolerance of {limit} mm."
     );
     Some(Doubt::of(DoubtCode::BordersExceeded, place, [found, limit], text))
 }
@@ -79,7 +79,7 @@ fn gap(r: &AuditReport) -> Option<Doubt> {
     let limit = r.tolerance_mm.filter(|limit| found > *limit)?;
     let place = r.jumps.border_gap_at.map_or_else(String::new, |at| place_mm(&at));
     let text = format!(
-        "Patches of neighbouring faces are {found:.5} mm apart at {place}; asked: {limit} mm. Convert with conforming borders."
+        "Patches of neighbouring faces are {found:.5} mm apart at {place}; allowed: {limit} mm. Convert with conforming borders."
     );
     Some(Doubt::of(DoubtCode::GapsExceeded, place, [found, limit], text))
 }
@@ -89,14 +89,14 @@ fn normals(r: &AuditReport) -> Option<Doubt> {
     let off = |f: &&super::report::FaceAudit| f.normal_max_deg >= r.normal_max_deg;
     let place = r.faces.iter().find(off).map_or_else(String::new, |f| format!("face {}", f.face));
     let text = format!(
-        "Normals of the tool are {:.3} deg off those of its CAD on {place}; asked: {limit} deg. Convert to a normal tolerance of {limit} deg.",
+        "Normals of the tool deviate by {:.3} deg from those of its CAD on {place}; allowed: {limit} deg. Convert to a normal tolerance of {limit} deg.",
         r.normal_max_deg
     );
     Some(Doubt::of(DoubtCode::NormalsExceeded, place, [r.normal_max_deg, limit], text))
 }
 
-/// The first of some names; `None` where there are none.
+/// Comma-separated list of the first names; `None` without any.
 fn list(names: impl Iterator<Item = String>, count: usize) -> Option<String> {
-    let more = if count > LISTED { ", ..." } else { "" };
-    (count > 0).then(|| names.take(LISTED).collect::<Vec<_>>().join(", ") + more)
+    let more = if count > LISTED_MAX { ", ..." } else { "" };
+    (count > 0).then(|| names.take(LISTED_MAX).collect::<Vec<_>>().join(", ") + more)
 }

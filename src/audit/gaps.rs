@@ -1,4 +1,4 @@
-//! Gaps across edges of the CAD where the patches of its faces do not share their corners.
+//! Gaps across CAD edges between patches without common corners.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,33 +8,33 @@ use super::reference::ReferenceSurface;
 use super::side::Side;
 use crate::geometry::Vec3;
 use crate::geometry::box_tree::BoxTree;
-use crate::geometry::golden::least;
+use crate::geometry::golden::minimize;
 use crate::tool::ToolModel;
 use crate::tool::side::SideCurve;
 
-/// A side this near to an edge of the CAD, over its length, is on it.
-const ON: f64 = 0.25;
-/// Points of a side its gap is looked for from, at least.
-const POINTS: usize = 16;
-/// Largest gaps among those points whose neighbourhoods are searched.
-const REFINED: usize = 3;
+/// Distance of a side from a CAD edge relative to its length below which it lies on the edge.
+const ON_EDGE_TOLERANCE_REL: f64 = 0.25;
+/// Minimum number of sample points per side.
+const INTERVALS_MIN: usize = 16;
+/// Number of local maxima that are refined.
+const REFINED_MAXIMA: usize = 3;
 
-/// The side of a patch that no other patch shares although the CAD goes on beyond it.
+/// A patch side without neighbour although the CAD continues beyond it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenSide {
     /// The patch.
     pub patch: usize,
-    /// Its side, in turning order.
+    /// Index of its side, in order.
     pub side: usize,
-    /// Edge of the CAD that it lies on.
+    /// CAD edge on which it lies.
     pub edge: usize,
-    /// Largest distance of its points from the sides of the patches beyond that edge [mm].
+    /// Largest distance of its points from the patch sides beyond that edge [mm].
     pub gap_mm: f64,
-    /// Where that is.
+    /// Location of the largest distance.
     pub at: Vec3,
 }
 
-/// A side before its gap is known.
+/// A side whose gap is not yet known.
 struct Found<'a> {
     side: Side,
     curve: SideCurve<'a>,
@@ -42,15 +42,15 @@ struct Found<'a> {
     beyond: Vec<u32>,
 }
 
-/// Those of the `free` sides of a tool that have more of the CAD beyond them, each with its largest gap over `n` steps
-/// and around the largest of these. A tool of a single face has no neighbours.
+/// Those of the `free` sides of a tool beyond which the CAD continues, each with its largest gap at `n` intervals,
+/// refined around the largest. A tool of a single face has no neighbours.
 pub(super) fn across(
     tool: &ToolModel,
     reference: &impl ReferenceSurface,
     free: &[Side],
     n: usize,
 ) -> Vec<OpenSide> {
-    // A face without patches was left out: nothing to be apart from.
+    // A face without patches was excluded and has no gap.
     let there: BTreeSet<u32> = tool.faces.iter().copied().collect();
     if there.len() < 2 {
         return Vec::new();
@@ -76,14 +76,14 @@ pub(super) fn across(
             let sides = o.beyond.iter().filter_map(|f| of_face.get(f));
             sides.fold(f64::INFINITY, |best, near| nearest(&open, o.side, &p, near, best))
         };
-        let (at, gap_mm) = largest(apart, n.max(POINTS));
+        let (at, gap_mm) = largest(apart, n.max(INTERVALS_MIN));
         let Side { patch, side, .. } = o.side;
         OpenSide { patch, side, edge: o.edge, gap_mm, at: o.curve.point(at) }
     };
     open.par_iter().map(gap).collect()
 }
 
-/// The side with the edge of the CAD that it lies on and the faces beyond.
+/// The side with its CAD edge and the faces beyond.
 fn found<'a>(
     tool: &'a ToolModel,
     reference: &impl ReferenceSurface,
@@ -91,11 +91,11 @@ fn found<'a>(
 ) -> Option<Found<'a>> {
     let curve = SideCurve::new(&tool.patches[side.patch], side.side);
     let border = reference.border(&curve.point(0.5), tool.faces[side.patch])?;
-    let on = border.distance <= ON * curve.chord();
+    let on = border.distance <= ON_EDGE_TOLERANCE_REL * curve.chord();
     on.then_some(Found { side, curve, edge: border.edge, beyond: border.beyond })
 }
 
-/// Distance from `p` to the nearest of the sides of a face, its own aside, or `best` when none is nearer.
+/// Distance from `p` to the nearest side of a face, excluding its own, or `best` when none is closer.
 fn nearest(
     open: &[Found<'_>],
     own: Side,
@@ -111,8 +111,8 @@ fn nearest(
     tree.nearest(p, best * best, visit).sqrt()
 }
 
-/// Largest finite value of `f` over [0, 1], and where: on `n` steps, and between the neighbours of the largest of
-/// these. Zero when there is none.
+/// Largest finite value of `f` over [0, 1] and its argument: at `n` intervals, refined around the largest. Zero when
+/// there is none.
 fn largest(f: impl Fn(f64) -> f64, n: usize) -> (f64, f64) {
     let at = |k: usize| k as f64 / n as f64;
     let value = |t: f64| Some(f(t)).filter(|v| v.is_finite()).unwrap_or(0.0);
@@ -124,9 +124,9 @@ fn largest(f: impl Fn(f64) -> f64, n: usize) -> (f64, f64) {
     let mut tops: Vec<usize> = (0..=n).filter(tops).collect();
     tops.sort_by(|&a, &b| values[b].total_cmp(&values[a]).then(a.cmp(&b)));
     let mut best = tops.first().map_or((0.0, 0.0), |&k| (at(k), values[k]));
-    for &k in tops.iter().take(REFINED) {
+    for &k in tops.iter().take(REFINED_MAXIMA) {
         let around = [at(k.saturating_sub(1)), at((k + 1).min(n))];
-        let (t, negative) = least(|t| -value(t), around, 24);
+        let (t, negative) = minimize(|t| -value(t), around, 24);
         if -negative > best.1 {
             best = (t, -negative);
         }

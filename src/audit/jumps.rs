@@ -1,4 +1,4 @@
-//! Gaps and normal jumps between neighbouring patches.
+//! Gaps and normal discontinuities between adjacent patches.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,8 +14,8 @@ use crate::geometry::{Aabb, Vec3};
 use crate::tool::side::corners;
 use crate::tool::{Patch, ToolModel};
 
-/// Compares the patches that share an edge at `n + 1` points along it; also the sides at free borders of the tool:
-/// those of one patch beyond which the CAD does not go on.
+/// Compares the patches at each common edge at `n + 1` points. Also returns the sides at free borders of the tool: used
+/// by one patch, and the CAD does not continue beyond them.
 pub(super) fn find(
     tool: &ToolModel,
     reference: &impl ReferenceSurface,
@@ -46,7 +46,7 @@ pub(super) fn find(
     (all, free)
 }
 
-/// Sides that one patch uses beyond which the CAD goes on, with their gaps: those of faces divided apart.
+/// Sides used by one patch beyond which the CAD continues, with their gaps: those of independently divided faces.
 pub(super) fn open_sides(
     tool: &ToolModel,
     reference: &impl ReferenceSurface,
@@ -56,7 +56,7 @@ pub(super) fn open_sides(
     gaps::across(tool, reference, &free(&edges), n)
 }
 
-/// Sides that one patch uses.
+/// Sides used by one patch.
 fn free(edges: &[([u32; 2], Vec<Side>)]) -> Vec<Side> {
     edges.iter().filter(|e| e.1.len() == 1).map(|e| e.1[0]).collect()
 }
@@ -89,8 +89,8 @@ fn of_edge(tool: &ToolModel, reference: &impl ReferenceSurface, sides: &[Side], 
     found
 }
 
-/// Nagata patches and facets: the two do not share their normals at both ends. Bezier patches: the normals of
-/// their CAD faces at the middle of the edge are more than a degree apart.
+/// True for a crease. Nagata patches and facets: they do not have common normals at both ends. Bezier patches: the
+/// normals of their CAD faces at the middle of the edge differ by more than one degree.
 fn is_crease(
     tool: &ToolModel,
     reference: &impl ReferenceSurface,
@@ -114,7 +114,7 @@ fn is_crease(
         && normal(first).zip(normal(other)).is_some_and(|(a, b)| angle_deg(&a, &b) > 1.0)
 }
 
-/// Sides by the corners they join, lower id first, each edge's patches in order.
+/// Sides by their corners, lower id first; the patches of each edge in order.
 fn edges(tool: &ToolModel) -> BTreeMap<[u32; 2], Vec<Side>> {
     let ids: Vec<Vec<u32>> = if tool.corners.len() == tool.patches.len() {
         tool.corners.iter().map(|c| c.vertices.clone()).collect()
@@ -134,7 +134,7 @@ fn edges(tool: &ToolModel) -> BTreeMap<[u32; 2], Vec<Side>> {
     edges
 }
 
-/// Corner ids of patches that have none: corners nearer than a millionth of the model are one.
+/// Corner ids of patches without ids: corners within 1e-6 of the model's size are merged.
 fn welded(patches: &[Patch]) -> Vec<Vec<u32>> {
     let ring = |p: &Patch| -> Vec<Vec3> {
         corners(p.sides()).iter().map(|&(e, z)| p.derivs(e, z).s).collect()

@@ -1,5 +1,5 @@
-//! Shape error of a tool model against its CAD (Eq. 24): signed distance and normal error at points over every
-//! patch, refined around the worst ones, and the jumps between neighbouring patches.
+//! Shape error of a tool model against its CAD (Eq. 24): signed distance and normal error at points of every patch,
+//! refined around the worst ones, and the discontinuities between adjacent patches.
 //!
 //! ```
 //! use kanagata::audit::reference::{ReferenceFoot, ReferenceSurface};
@@ -45,7 +45,7 @@ pub use reference::{CadReference, ReferenceSurface};
 pub use report::AuditReport;
 use sample::{PatchSamples, Probe};
 
-/// Why a tool model cannot be audited.
+/// The reason why a tool model cannot be audited.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AuditError {
@@ -55,25 +55,25 @@ pub enum AuditError {
     /// A grid without intervals, or one too fine.
     #[error("{found} samples along a side of a patch; allowed: 1 to 256")]
     Samples {
-        /// What was asked for.
+        /// Value given.
         found: usize,
     },
-    /// A patch none of whose points has a finite position and a closest point.
+    /// A patch without any point that is finite and has a closest point.
     #[error(
         "patch {patch} cannot be compared with the CAD: none of its points is finite and has a closest point; the CAD model may have no faces, or the tool file holds numbers too large"
     )]
     Incomparable {
-        /// Patch, from 0.
+        /// Index of the patch.
         patch: usize,
     },
 }
 
-/// What an audit found, and the points it looked at.
+/// Result of an audit and its sample points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Audit {
-    /// The figures, as the JSON file has them.
+    /// Report, as in the JSON file.
     pub report: AuditReport,
-    /// Points of each patch, in patch order.
+    /// Sample points of each patch, in patch order.
     pub samples: Vec<PatchSamples>,
 }
 
@@ -118,8 +118,8 @@ pub fn audit(
     Ok(Audit { report, samples })
 }
 
-/// Free borders of a tool against those of its CAD at `samples` steps along each side, 16 at least; none for a reference
-/// that does not know its borders.
+/// Deviation of the free borders of a tool from those of its CAD at `samples` intervals per side, at least 16; `None`
+/// for a reference without known borders.
 #[must_use]
 pub fn free_borders(
     tool: &ToolModel,
@@ -130,8 +130,8 @@ pub fn free_borders(
     borders::compare(tool, reference, &free, samples).map_or_else(Default::default, |c| c.whole)
 }
 
-/// Sides of patches that no other patch shares although the CAD goes on beyond them, each with its gap: found at
-/// `samples` steps along it, 16 at least, and around the largest. Conforming models have none.
+/// Patch sides without neighbour although the CAD continues beyond them, each with its gap from `samples` intervals, at
+/// least 16, refined around the largest. Conforming models have none.
 #[must_use]
 pub fn open_sides(
     tool: &ToolModel,
@@ -141,15 +141,15 @@ pub fn open_sides(
     jumps::open_sides(tool, reference, samples)
 }
 
-/// +1, or -1 when the tool model as a whole looks the other way than the CAD (it was turned to the sheet when
-/// it was converted): area-weighted agreement of the normals at the middle of every patch.
+/// +1, or -1 when the tool model as a whole has the opposite orientation of the CAD (reversed towards the sheet during
+/// conversion): area-weighted agreement of the normals at the patch centres.
 fn orientation(tool: &ToolModel, reference: &impl ReferenceSurface) -> f64 {
     let agreement = |(patch, &face): (&crate::tool::Patch, &u32)| {
         let (eta, zeta) = sample::middle(patch);
         let d = patch.derivs(eta, zeta);
         let normal = reference.closest(&d.s, face).map(|f| f.own_normal.unwrap_or(f.normal));
-        let share = normal.map_or(0.0, |n| d.d1.cross(&d.d2).dot(&n));
-        if share.is_finite() { share } else { 0.0 }
+        let fraction = normal.map_or(0.0, |n| d.d1.cross(&d.d2).dot(&n));
+        if fraction.is_finite() { fraction } else { 0.0 }
     };
     let shares: Vec<f64> = tool.patches.par_iter().zip(&tool.faces).map(agreement).collect();
     if shares.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }

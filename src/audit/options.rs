@@ -1,21 +1,21 @@
-//! Choices of an audit.
+//! Options of an audit.
 
-/// Choices of an audit.
+/// Options of an audit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AuditOptions {
-    /// Intervals of the grid of points along a side of a patch (1 to 256).
+    /// Intervals of the sample grid per patch side (1 to 256).
     pub samples: usize,
-    /// Patches of each CAD face around whose worst points the extremes are searched for, at most.
+    /// Maximum number of patches per CAD face around whose worst points the extremes are refined.
     pub refine: usize,
-    /// Whether the extremes of the normal error are searched for too: else they are those of the grid.
+    /// Whether the extremes of the normal error are refined as well, instead of taken from the grid.
     pub refine_normals: bool,
     /// Whether the free borders are compared.
     pub borders: bool,
-    /// How many patches `worst` lists.
+    /// Number of patches listed in `worst`.
     pub worst: usize,
-    /// Largest |shape error| allowed [mm].
+    /// Allowed |shape error| [mm].
     pub tolerance_mm: Option<f64>,
-    /// Largest normal error allowed [degrees].
+    /// Allowed normal error [degrees].
     pub normal_tolerance_deg: Option<f64>,
 }
 

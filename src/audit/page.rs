@@ -1,4 +1,4 @@
-//! An audit as a page to read: tables, a histogram and a picture.
+//! Audit page: tables, a histogram and a picture.
 
 use serde_json::json;
 
@@ -18,10 +18,10 @@ pub fn page(tool: &ToolModel, audit: &Audit) -> Page {
     page.doubts(&report.doubts);
     whole(&mut page, report);
     page.heading("Where the error is");
-    page.text("Signed shape error: the patch stands out of the CAD where it is positive.");
+    page.text("Signed shape error, positive where the patch is outside the CAD.");
     let (traces, layout) = surfaces(&[surface(tool, &audit.samples)]);
     page.plot(&traces, &layout, 620);
-    page.heading("How much area has which error");
+    page.heading("Area by shape error");
     histogram(&mut page, &audit.samples);
     page.heading("By CAD face");
     by_face(&mut page, report);
@@ -95,7 +95,7 @@ fn whole(page: &mut Page, r: &AuditReport) {
     page.table(&["", ""], &rows);
 }
 
-/// Deviation of the free borders and where it is.
+/// Deviation of the free borders and its location.
 fn border(r: &AuditReport) -> String {
     let place = r.borders.at.map(|[x, y, z]| format!(" at ({x:.3}, {y:.3}, {z:.3}) mm"));
     place.map_or("no free border".into(), |at| number(r.borders.deviation_mm()) + &at)
@@ -134,10 +134,10 @@ fn worst(page: &mut Page, r: &AuditReport) {
     page.table(&head, &rows);
 }
 
-/// Bars of the histogram.
-const BARS: usize = 40;
+/// Number of bins of the histogram.
+const BINS: usize = 40;
 
-/// Share of the area in equal bars of |delta|.
+/// Fraction of the area in equal bins of |delta|.
 fn histogram(page: &mut Page, samples: &[PatchSamples]) {
     let mut points = Vec::new();
     for s in samples {
@@ -148,13 +148,13 @@ fn histogram(page: &mut Page, samples: &[PatchSamples]) {
     }
     let top = points.iter().map(|p| p.0).fold(0.0, f64::max);
     let total: f64 = points.iter().map(|p| p.1).sum();
-    let mut shares = vec![0.0; BARS];
+    let mut shares = vec![0.0; BINS];
     for (delta, area) in points {
-        let bar = if top > 0.0 { (delta / top * BARS as f64) as usize } else { 0 };
-        shares[bar.min(BARS - 1)] += 100.0 * area / total;
+        let bar = if top > 0.0 { (delta / top * BINS as f64) as usize } else { 0 };
+        shares[bar.min(BINS - 1)] += 100.0 * area / total;
     }
-    let width = top / BARS as f64;
-    let x: Vec<f64> = (0..BARS).map(|k| (k as f64 + 0.5) * width).collect();
+    let width = top / BINS as f64;
+    let x: Vec<f64> = (0..BINS).map(|k| (k as f64 + 0.5) * width).collect();
     let trace = json!({"type": "bar", "x": x, "y": shares, "width": width});
     let layout = json!({
         "xaxis": {"title": {"text": "|shape error| [mm]"}},

@@ -1,4 +1,4 @@
-//! What a tool model is compared with: the trimmed CAD, or any surface that knows its closest points.
+//! Reference surfaces of an audit: the trimmed CAD, or any surface with a closest-point query.
 
 use std::collections::BTreeSet;
 
@@ -13,53 +13,53 @@ use crate::geometry::nurbs::Curve3;
 use crate::geometry::{Aabb, Vec3};
 use crate::tool::{Patch, ToolModel};
 
-/// Faces around a point of a border that are asked whether they contain it, at most. Where more boxes overlap there, a
-/// border may count as free that is not: the audit then reports more than there is, and its work is bounded.
-const CONTINUES_MAX: usize = 64;
+/// Maximum number of faces near a border point tested for containing it. Where more bounding boxes overlap, a border
+/// may be classified as free that is not. The deviation reported is then too large; the work is bounded.
+const CONTAINMENT_TESTS_MAX: usize = 64;
 
-/// The closest point of a reference surface, as Eq. 24 uses it.
+/// The closest point of a reference surface, as used in Eq. 24.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceFoot {
     /// Closest point `P_CAD` [mm].
     pub point: Vec3,
-    /// Outward unit normal `n_CAD` there; zero where the surface has none (apex).
+    /// Outward unit normal `n_CAD` there; zero where it is undefined (apex).
     pub normal: Vec3,
-    /// When `face` is not the patch's own CAD face: the normal of the own face where it comes nearest. Beside a
-    /// crease a point of one side may have its foot on the other; its normal is then right if it is either's. Zero where
-    /// the own face has none: the other's says nothing of the patch then.
+    /// Normal of the patch's own CAD face at its closest point, when `face` is another face. Near a crease the foot
+    /// point of one side may lie on the other; the patch normal is then correct if it matches either. Zero where the
+    /// own face has no normal: the other face then says nothing about the patch.
     pub own_normal: Option<Vec3>,
-    /// Face the foot is on.
+    /// Face of the foot point.
     pub face: u32,
-    /// The foot is on a free border of the surface.
+    /// True when the foot point is on a free border of the surface.
     pub on_border: bool,
 }
 
-/// A surface that knows its closest points. Queried from many threads.
+/// A surface with closest-point queries, called from many threads.
 pub trait ReferenceSurface: Sync {
-    /// The closest point of the whole trimmed surface to `p`; `face` is the CAD face of the patch that `p` is
-    /// on. Where several faces are equally near (an edge, a vertex) the patch's own face gives the normal, so
-    /// that the sign of the error does not jump with the order of the faces. `None` when there is no surface, or finding the
-    /// point takes more work than a query may.
+    /// The point of the whole trimmed surface closest to `p`; `face` is the CAD face of the patch that contains `p`.
+    /// Among faces at equal distance (on an edge or vertex) the patch's own face supplies the normal, so that the sign
+    /// of the error does not depend on the order of the faces. `None` without a surface, or when the query exceeds its
+    /// work limit.
     fn closest(&self, p: &Vec3, face: u32) -> Option<ReferenceFoot>;
 
-    /// Faces of its file that the surface lacks.
+    /// Faces of the file missing from the surface.
     fn lost_faces(&self) -> Vec<LostFace> {
         Vec::new()
     }
 
-    /// The border of `face` nearest to `p`; `None` when the face has none that is known.
+    /// The border of `face` closest to `p`; `None` when no border is known.
     fn border(&self, _p: &Vec3, _face: u32) -> Option<Border> {
         None
     }
 
-    /// Edges that exactly one of `faces` uses, once: the border of these faces. `None` for a surface that does not know
-    /// its borders.
+    /// Edges used exactly once and by one of `faces` only: the border of these faces. `None` for a surface without
+    /// known borders.
     fn border_edges(&self, _faces: &BTreeSet<u32>) -> Option<Vec<BorderEdge<'_>>> {
         None
     }
 
-    /// Whether one of `faces` other than `own` contains `p`, to within the tolerance of joining: a border that lies on
-    /// another face, as of faces that meet without a common edge, is not free.
+    /// True when one of `faces` other than `own` contains `p` within the joining tolerance. A border on another face,
+    /// as between faces without a common edge, is not free.
     fn continues(&self, _p: &Vec3, _own: u32, _faces: &BTreeSet<u32>) -> bool {
         false
     }
@@ -70,16 +70,16 @@ pub trait ReferenceSurface: Sync {
 pub struct Border {
     /// Distance to it [mm].
     pub distance: f64,
-    /// Its number.
+    /// Index of the edge.
     pub edge: usize,
-    /// Faces on which the surface goes on beyond it: none at its own border, the face itself at a seam.
+    /// Faces on which the surface continues beyond it: none at its own border, the same face at a seam.
     pub beyond: Vec<u32>,
 }
 
-/// An edge at the border of some faces.
+/// An edge on the border of some faces.
 #[derive(Debug, Clone, Copy)]
 pub struct BorderEdge<'a> {
-    /// Its number.
+    /// Index of the edge.
     pub edge: usize,
     /// The face that uses it.
     pub face: u32,
@@ -87,21 +87,21 @@ pub struct BorderEdge<'a> {
     pub curve: &'a Curve3,
 }
 
-/// A trimmed CAD model as the reference.
+/// A trimmed CAD model as reference surface.
 pub struct CadReference<'m> {
     model: &'m Model,
     index: ClosestPoint<'m>,
     faces: usize,
-    /// Distances that differ by less are equal [mm]: faces that meet at an edge meet to within this.
+    /// Difference of distances below which they are equal [mm]: the gap at which adjacent faces are joined.
     tie: f64,
     /// Whether each edge, and each vertex, is on a free border.
     free: [Vec<bool>; 2],
-    /// Boxes of the faces.
+    /// Bounding boxes of the faces.
     boxes: BoxTree,
 }
 
 impl<'m> CadReference<'m> {
-    /// Builds the index over all faces.
+    /// Builds the search structure over all faces.
     #[must_use]
     pub fn new(model: &'m Model) -> Self {
         let hulls: Vec<Aabb> =
@@ -117,7 +117,7 @@ impl<'m> CadReference<'m> {
     }
 }
 
-/// Edges that one face uses once, and the vertices at their ends.
+/// Edges used exactly once, and the vertices at their ends.
 fn free_borders(model: &Model) -> [Vec<bool>; 2] {
     let edges: Vec<bool> = model.edges.iter().map(|e| e.uses.len() == 1).collect();
     let mut vertices = vec![false; model.vertices.len()];
@@ -128,7 +128,7 @@ fn free_borders(model: &Model) -> [Vec<bool>; 2] {
 }
 
 impl CadReference<'_> {
-    /// Faces of the model.
+    /// Number of faces of the model.
     pub(crate) fn face_count(&self) -> usize {
         self.faces
     }
@@ -142,7 +142,7 @@ impl CadReference<'_> {
         }
     }
 
-    /// The face nearest to the middle of every patch, for models that were not made from this CAD.
+    /// The face closest to the centre of every patch, for tool models made from another source.
     #[must_use]
     pub fn faces_of(&self, tool: &ToolModel) -> Vec<u32> {
         let middle = |patch: &Patch| match patch {
@@ -153,18 +153,18 @@ impl CadReference<'_> {
         tool.patches.par_iter().map(nearest).collect()
     }
 
-    /// Normal at a foot. Where the surface is degenerate but for rounding the limit that it has there from all sides (pole of
-    /// a sphere); zero where it has none: at the apex of a cone every direction of its normals is as near, and the one that
-    /// rounding picks may be opposite to a patch's.
+    /// Normal at a foot point. Where the surface is degenerate to within rounding its limit from all sides is used
+    /// (pole of a sphere). It is zero where there is no limit: at the apex of a cone all its normals are equally close,
+    /// and rounding may select one opposite to that of a patch.
     fn normal(&self, foot: &Foot) -> Vec3 {
-        const DEGENERATE: f64 = 1e-9;
+        const DEGENERATE_RATIO: f64 = 1e-9;
         let Some(face) = self.model.faces.get(foot.face) else { return foot.normal };
         let d = face.surface.derivs(foot.uv);
         let domain = face.surface.domain();
         let [u, v] = domain;
         let reach = [d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0])];
         let longest = reach[0].max(reach[1]);
-        match [0, 1].map(|k| reach[k] <= DEGENERATE * longest) {
+        match [0, 1].map(|k| reach[k] <= DEGENERATE_RATIO * longest) {
             [false, false] => foot.normal,
             [true, true] => Vec3::zeros(),
             [first, _] => {
@@ -175,18 +175,19 @@ impl CadReference<'_> {
     }
 }
 
-/// The normal that a face has all along its parameter `k`, which goes over `range` without the surface's moving (a
-/// collapsed side); `None` where it differs along the way.
+/// The normal of a face along its collapsed parameter `k` over `range`; `None` where it varies.
 fn limit_along(face: &Face, foot: &Foot, k: usize, range: [f64; 2]) -> Option<Vec3> {
     const STEPS: usize = 8;
-    const SAME: f64 = 1e-6;
+    const NORMAL_TOLERANCE: f64 = 1e-6;
     let at = |step: usize| {
         let mut uv = foot.uv;
         uv[k] = range[0] + (range[1] - range[0]) * step as f64 / STEPS as f64;
         face.normal(uv)
     };
     let first = at(0)?;
-    (1..=STEPS).all(|step| at(step).is_some_and(|n| (n - first).norm() <= SAME)).then_some(first)
+    (1..=STEPS)
+        .all(|step| at(step).is_some_and(|n| (n - first).norm() <= NORMAL_TOLERANCE))
+        .then_some(first)
 }
 
 impl ReferenceSurface for CadReference<'_> {
@@ -202,7 +203,7 @@ impl ReferenceSurface for CadReference<'_> {
         let Some(own) = own.then(|| self.index.closest_on_face(face as usize, p)).flatten() else {
             return Some(at(&self.index.closest(p)?, None));
         };
-        // The face's own foot, unless something else is nearer.
+        // Foot point on the own face, unless another face is closer.
         let nearer = self.index.closest_within(p, own.distance - self.tie).ok()?;
         Some(match nearer.filter(|foot| foot.face != own.face) {
             Some(foot) => at(&foot, Some(self.normal(&own))),
@@ -242,7 +243,7 @@ impl ReferenceSurface for CadReference<'_> {
         let (mut found, mut compared) = (false, 0);
         self.boxes.overlapping(&Aabb::of_points([p]).widened(self.tie), |f| {
             let foot = || self.index.closest_on_face(f as usize, p);
-            if !found && f != own && compared < CONTINUES_MAX && faces.contains(&f) {
+            if !found && f != own && compared < CONTAINMENT_TESTS_MAX && faces.contains(&f) {
                 compared += 1;
                 found = foot().is_some_and(|foot| foot.distance <= self.tie);
             }

@@ -1,5 +1,5 @@
-//! Extremes between the grid points: a search from the worst grid points of every patch that may hold the
-//! largest or smallest value of its CAD face, so that the reported maximum is a maximum.
+//! Extremes between grid points: search from the worst grid points of every patch that may contain the maximum or
+//! minimum of its CAD face.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::options::AuditOptions;
 use super::reference::ReferenceSurface;
 use super::sample::{PatchSamples, Probe, Sample, inside};
 
-/// What is made as large as it gets.
+/// Quantity to be maximised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Quantity {
     Max,
@@ -28,7 +28,7 @@ impl Quantity {
         }
     }
 
-    /// Differences below this are rounding for a patch around `s`.
+    /// Differences below this are rounding errors for a patch near `s`.
     fn rounding(self, s: &Sample) -> f64 {
         match self {
             Self::Normal => 1e-9,
@@ -37,18 +37,18 @@ impl Quantity {
     }
 }
 
-/// Worst points of one patch.
+/// Extremes of one patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extremes {
     /// Largest signed error.
     pub max: Sample,
     /// Smallest signed error.
     pub min: Sample,
-    /// Largest normal error, if there is any normal.
+    /// Largest normal error, if any normal exists.
     pub normal: Option<Sample>,
 }
 
-/// A patch's value of one quantity on its grid, and how much more there may be between the points.
+/// Grid value of a quantity on a patch, and the possible excess between grid points.
 struct Estimate {
     patch: usize,
     quantity: Quantity,
@@ -56,7 +56,7 @@ struct Estimate {
     slack: f64,
 }
 
-/// Extremes of every patch (samples must not be empty), refined on at most `options.refine` patches of each CAD face.
+/// Extremes of every patch (samples must not be empty), refined on at most `options.refine` patches per CAD face.
 pub(super) fn extremes<R: ReferenceSurface>(
     probes: &[Probe<'_, R>],
     samples: &[PatchSamples],
@@ -99,7 +99,7 @@ fn on_grid(samples: &PatchSamples) -> Option<Extremes> {
     Some(e)
 }
 
-/// Patches that may hold an extreme of their face, with the grid's extreme of that face.
+/// Patches that may contain an extreme of their face, with the grid extreme of that face.
 fn candidates<R>(
     probes: &[Probe<'_, R>],
     samples: &[PatchSamples],
@@ -137,8 +137,8 @@ fn neighbour(
     quantity.of(grid.points.get(index)?.as_ref()?)
 }
 
-/// Largest grid value, and half the largest second difference: four times what a parabola of that curvature
-/// rises above its grid points.
+/// Largest grid value, and half the largest second difference: four times the excess of a parabola of that curvature
+/// over its grid points.
 fn estimate(grid: &PatchSamples, patch: usize, quantity: Quantity) -> Option<Estimate> {
     let mut best = f64::NEG_INFINITY;
     let mut bend: f64 = 0.0;
@@ -164,21 +164,21 @@ fn estimate(grid: &PatchSamples, patch: usize, quantity: Quantity) -> Option<Est
     best.is_finite().then_some(Estimate { patch, quantity, best, slack })
 }
 
-/// Starts of the search in one patch, at most.
-const STARTS: usize = 4;
-/// Rings of points around the best one, each a quarter as wide as the one before: the last is a 32nd of the grid's
-/// spacing, and the parabola through it finer by far.
+/// Maximum number of starting points per patch.
+const STARTS_MAX: usize = 4;
+/// Number of rings of points around the best one, each a quarter as wide as its predecessor: the last is 1/32 of the
+/// grid spacing, and the vertex of its parabola far more accurate.
 const RINGS: usize = 3;
-/// Width of the first ring over the grid's spacing.
-const FIRST: f64 = 0.5;
+/// Width of the first ring relative to the grid spacing.
+const FIRST_WIDTH_REL: f64 = 0.5;
 
-/// Moves with rings of one width, where the best point is at their rim.
-const MOVES: usize = 3;
+/// Maximum number of moves with one ring width, while the best point is on the ring.
+const MOVES_MAX: usize = 3;
 
 /// Values around a point, in the order of [`DIRECTIONS`].
 type Ring = [Option<f64>; 8];
 
-/// Search from the local maxima of the grid that may reach `floor`.
+/// Search from the local maxima of the grid that may exceed `floor`.
 fn search<R: ReferenceSurface>(
     probe: &Probe<'_, R>,
     grid: &PatchSamples,
@@ -197,41 +197,41 @@ fn search<R: ReferenceSurface>(
         }
     }
     starts.sort_by(|a, b| b.0.value.total_cmp(&a.0.value));
-    let climb = Climb { probe, quantity: e.quantity };
+    let climb = MaximumSearch { probe, quantity: e.quantity };
     let climbed = starts
         .into_iter()
-        .take(STARTS)
+        .take(STARTS_MAX)
         .map(|(top, ring)| climb.from(top, &ring, 1.0 / grid.n as f64));
     climbed.reduce(|a, b| if b.value > a.value { b } else { a }).map(|top| top.sample)
 }
 
-/// The best point so far.
+/// The best point found.
 #[derive(Clone, Copy)]
 struct Top {
     value: f64,
     sample: Sample,
 }
 
-/// A search for a maximum on one patch: rings of points, and the tops of the parabolas through them.
-struct Climb<'a, R> {
+/// Search for a maximum on one patch with rings of points and the vertices of the interpolating parabolas.
+struct MaximumSearch<'a, R> {
     probe: &'a Probe<'a, R>,
     quantity: Quantity,
 }
 
-impl<R: ReferenceSurface> Climb<'_, R> {
-    /// From a grid maximum with its neighbours at the distance `spacing`.
+impl<R: ReferenceSurface> MaximumSearch<'_, R> {
+    /// Search from a grid maximum with its neighbours at the distance `spacing`.
     fn from(&self, mut top: Top, ring: &Ring, spacing: f64) -> Top {
-        if let Some(better) = self.summit(&top, ring, spacing) {
+        if let Some(better) = self.parabola_vertex(&top, ring, spacing) {
             top = better;
         }
-        let mut width = FIRST * spacing;
+        let mut width = FIRST_WIDTH_REL * spacing;
         for _ in 0..RINGS {
-            for _ in 0..MOVES {
+            for _ in 0..MOVES_MAX {
                 let (before, next) = (top.sample, self.step(top, width));
                 top = next;
                 let moved =
                     (top.sample.eta - before.eta).abs().max((top.sample.zeta - before.zeta).abs());
-                // Within the ring: a narrower one next.
+                // The maximum is inside the ring: continue with a narrower one.
                 if moved < 0.7 * width {
                     break;
                 }
@@ -241,13 +241,13 @@ impl<R: ReferenceSurface> Climb<'_, R> {
         top
     }
 
-    /// The best of a point, a ring around it and the top of the parabola through them.
+    /// The best of a point, a ring around it and the vertex of the interpolating parabola.
     fn step(&self, top: Top, width: f64) -> Top {
         let around =
             DIRECTIONS.map(|[di, dj]| self.at(&top, [width * di as f64, width * dj as f64]));
         let values = around.map(|t| t.map(|t| t.value));
-        let summit = self.summit(&top, &values, width);
-        let best = around.into_iter().chain([summit]).flatten();
+        let parabola_vertex = self.parabola_vertex(&top, &values, width);
+        let best = around.into_iter().chain([parabola_vertex]).flatten();
         best.fold(top, |a, b| if b.value > a.value { b } else { a })
     }
 
@@ -260,16 +260,17 @@ impl<R: ReferenceSurface> Climb<'_, R> {
         Some(Top { value: self.quantity.of(&sample)?, sample })
     }
 
-    /// Where the parabola through the ring is highest, if that is higher: along one direction at the patch's border.
-    fn summit(&self, top: &Top, ring: &Ring, width: f64) -> Option<Top> {
+    /// The vertex of the parabola through the ring, if its value is higher; along one direction at the border of the
+    /// patch.
+    fn parabola_vertex(&self, top: &Top, ring: &Ring, width: f64) -> Option<Top> {
         let [x, y] = parabola(top.value, ring)?;
         let shift = [x.clamp(-1.0, 1.0) * width, y.clamp(-1.0, 1.0) * width];
         self.at(top, shift).filter(|t| t.value > top.value)
     }
 }
 
-/// Highest point of the parabola through the value at the centre and a ring around it, in widths of the ring; along
-/// the direction that promises most where the ring is not whole or bends upwards. `None` where nothing does.
+/// Vertex of the parabola through the value at the centre and a ring around it, in ring widths. Where the ring is
+/// incomplete or the curvature positive, along the most promising direction; `None` without any.
 fn parabola(centre: f64, ring: &Ring) -> Option<[f64; 2]> {
     let [px, py, pp, pm, mx, my, mm, mp] = *ring;
     if let (Some(px), Some(py), Some(mx), Some(my)) = (px, py, mx, my)
@@ -286,10 +287,10 @@ fn parabola(centre: f64, ring: &Ring) -> Option<[f64; 2]> {
     let along = |k: usize| {
         let (ahead, behind) = (ring[k]?, ring[k + 4]?);
         let (slope, bend) = (0.5 * (ahead - behind), ahead - 2.0 * centre + behind);
-        let share = (-slope / bend).clamp(-1.0, 1.0);
-        let rise = slope * share + 0.5 * bend * share * share;
-        (bend < 0.0 && rise > 0.0).then_some((rise, k, share))
+        let fraction = (-slope / bend).clamp(-1.0, 1.0);
+        let rise = slope * fraction + 0.5 * bend * fraction * fraction;
+        (bend < 0.0 && rise > 0.0).then_some((rise, k, fraction))
     };
     let best = (0..4).filter_map(along).max_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, k, share)| DIRECTIONS[k].map(|d| share * d as f64))
+    best.map(|(_, k, fraction)| DIRECTIONS[k].map(|d| fraction * d as f64))
 }

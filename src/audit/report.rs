@@ -1,4 +1,4 @@
-//! The figures of an audit, as `*.audit.json` has them. Lengths in mm, angles in degrees.
+//! Report of an audit, as in `*.audit.json`. Lengths in mm, angles in degrees.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -143,7 +143,7 @@ pub struct Borders {
 }
 
 impl Borders {
-    /// The larger of the deviations both ways [mm].
+    /// Larger of the deviations in both directions [mm].
     #[must_use]
     pub fn deviation_mm(&self) -> f64 {
         self.tool_to_cad_mm.max(self.cad_to_tool_mm)
@@ -215,7 +215,7 @@ impl AuditReport {
         self.max_mm.abs().max(self.min_mm.abs())
     }
 
-    /// The larger of the largest |shape error| and the largest deviation of free borders [mm].
+    /// Larger of the largest |shape error| and the largest deviation of free borders [mm].
     #[must_use]
     pub fn deviation_mm(&self) -> f64 {
         self.worst_mm().max(self.borders.deviation_mm())

@@ -1,4 +1,4 @@
-//! Points over a patch and what Eq. 24 says there.
+//! Sample points of a patch and their errors by Eq. 24.
 
 use super::reference::ReferenceSurface;
 use crate::geometry::Vec3;
@@ -10,31 +10,32 @@ use crate::tool::{Patch, PatchDerivs};
 pub struct Sample {
     /// Parameter along the patch's first side.
     pub eta: f64,
-    /// Parameter along its other one.
+    /// Parameter along its second side.
     pub zeta: f64,
     /// Point of the patch [mm].
     pub point: Vec3,
-    /// Signed shape error [mm]; positive: the patch stands out of the CAD. `(P_patch - P_CAD) . n_CAD` of Eq. 24; where the
-    /// closest point is on a free border the distance, with that sign.
+    /// Signed shape error [mm], positive where the patch is outside the CAD: `(P_patch - P_CAD) . n_CAD` of Eq. 24.
+    /// Where the closest point is on a free border it is the distance with that sign.
     pub delta: f64,
-    /// `(P_patch - P_CAD) . n_CAD` of Eq. 24 everywhere [mm]: what moving the patch along the normal takes off.
+    /// `(P_patch - P_CAD) . n_CAD` of Eq. 24 at all points [mm]: the part removable by moving the patch along the
+    /// normal.
     pub normal_part: f64,
     /// `n_CAD` of Eq. 24, out of the tool; the patch's own normal where the CAD has none, zero where neither has one.
     pub reference_normal: Vec3,
-    /// Distance of the patch's point to the CAD [mm].
+    /// Distance of the patch point from the CAD [mm].
     pub distance: f64,
-    /// Angle between the normals of patch and CAD [degrees]; `None` where one of them has none.
+    /// Angle between the normals of patch and CAD [degrees]; `None` where one of them is undefined.
     pub normal_deg: Option<f64>,
     /// `|S_eta x S_zeta|` [mm^2].
     pub jacobian: f64,
 }
 
-/// One patch and what it is compared with.
+/// One patch and its reference.
 pub(super) struct Probe<'a, R> {
     pub patch: &'a Patch,
     pub face: u32,
     pub reference: &'a R,
-    /// -1 when the tool looks the other way than the CAD.
+    /// -1 when tool and CAD have opposite orientation.
     pub sign: f64,
 }
 
@@ -49,7 +50,7 @@ impl<R: ReferenceSurface> Probe<'_, R> {
         let cross = d.d1.cross(&d.d2);
         let normal = patch_normal(&d);
         let offset = d.s - foot.point;
-        // At an apex the CAD has no normal: the patch's own tells the side, and the distance is the error.
+        // At an apex the CAD has no normal: the patch normal determines the side, and the distance is the error.
         let reference = unit(foot.normal).map(|n| n * self.sign);
         let normal_part = match unit(foot.normal) {
             Some(n) => offset.dot(&n) * self.sign,
@@ -77,39 +78,39 @@ impl<R: ReferenceSurface> Probe<'_, R> {
     }
 }
 
-/// Angle between two directions [degrees], exact for small angles too.
+/// Angle between two directions [degrees], accurate for small angles.
 pub(super) fn angle_deg(a: &Vec3, b: &Vec3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b)).to_degrees()
 }
 
-/// Unit normal `S_eta x S_zeta / |.|`; `None` where the product is rounding and points anywhere: the derivatives are
-/// parallel, or one is nothing beside the other, to within 1e-9. The first at a corner of 180 degrees (two sides along
-/// one smooth border), the second in the middle of a side between two such corners.
+/// Unit normal `S_eta x S_zeta / |S_eta x S_zeta|`. `None` where the product is rounding only: the derivatives are
+/// parallel, or one is negligible, to within 1e-9. The former occurs at a corner of 180 degrees (two sides on one
+/// smooth border), the latter in the middle of a side between two such corners.
 pub(super) fn patch_normal(d: &PatchDerivs) -> Option<Vec3> {
     let cross = d.d1.cross(&d.d2);
     let longest = d.d1.norm().max(d.d2.norm());
     (cross.norm() > 1e-9 * longest * longest).then(|| unit(cross)).flatten()
 }
 
-/// Parameters of a point well inside a patch.
+/// Parameters of an interior point of a patch.
 pub(super) fn middle(patch: &Patch) -> (f64, f64) {
     if patch.sides() == 3 { (2.0 / 3.0, 1.0 / 3.0) } else { (0.5, 0.5) }
 }
 
-/// True inside the domain of a patch with so many sides.
+/// True inside the domain of a patch with `sides` sides.
 pub(super) fn inside(sides: usize, eta: f64, zeta: f64) -> bool {
     let unit = 0.0..=1.0;
     unit.contains(&eta) && unit.contains(&zeta) && (sides == 4 || zeta <= eta)
 }
 
-/// The grid of points over one patch: `(i, j)` at `(i/n, j/n)`, `0 <= i, j <= n`, on triangles `j <= i`.
+/// Sample grid of one patch: `(i, j)` at `(i/n, j/n)`, `0 <= i, j <= n`, on triangles `j <= i`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PatchSamples {
     /// Sides of the patch: 3 or 4.
     pub sides: usize,
-    /// Intervals n along a side.
+    /// Intervals n per side.
     pub n: usize,
-    /// Points in rows of constant i; `None` where nothing could be compared.
+    /// Points in rows of constant i; `None` where the comparison failed.
     pub points: Vec<Option<Sample>>,
 }
 
@@ -126,7 +127,7 @@ impl PatchSamples {
         Self { sides, n, points }
     }
 
-    /// Place of grid point `(i, j)` in `points`; `None` outside the patch.
+    /// Index of grid point `(i, j)` in `points`; `None` outside the patch.
     #[must_use]
     pub fn index(&self, i: usize, j: usize) -> Option<usize> {
         if i > self.n || j > self.n || (self.sides == 3 && j > i) {
@@ -135,36 +136,36 @@ impl PatchSamples {
         Some(if self.sides == 3 { i * (i + 1) / 2 + j } else { i * (self.n + 1) + j })
     }
 
-    /// Grid coordinates of every place in `points`.
+    /// Grid coordinates of every index of `points`.
     pub fn coordinates(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         (0..=self.n)
             .flat_map(move |i| (0..=if self.sides == 3 { i } else { self.n }).map(move |j| [i, j]))
     }
 
-    /// Points that could be compared.
+    /// Points with a valid comparison.
     pub fn valid(&self) -> impl Iterator<Item = &Sample> {
         self.points.iter().flatten()
     }
 
-    /// Area that each point stands for [mm^2], in the order of `points` (trapezoidal rule on the grid cells).
+    /// Area represented by each point [mm^2], in the order of `points` (trapezoidal rule on the grid cells).
     #[must_use]
     pub fn areas(&self) -> Vec<f64> {
         let cell = 1.0 / (self.n * self.n) as f64;
         self.coordinates()
             .zip(&self.points)
-            .map(|(at, point)| point.map_or(0.0, |p| p.jacobian * cell * self.share(at)))
+            .map(|(at, point)| point.map_or(0.0, |p| p.jacobian * cell * self.fraction(at)))
             .collect()
     }
 
-    /// Share of a cell that a grid point stands for: a quarter at a corner of a square, a sixth for each triangle.
-    fn share(&self, [i, j]: [usize; 2]) -> f64 {
+    /// Fraction of a cell represented by a grid point: 1/4 at the corner of a square, 1/6 per adjacent triangle.
+    fn fraction(&self, [i, j]: [usize; 2]) -> f64 {
         let n = self.n;
         let end = |k: usize| if k == 0 || k == n { 0.5 } else { 1.0 };
         if self.sides == 4 {
             return end(i) * end(j);
         }
-        // Sub-triangles that meet here: six inside, three on a side, one at the corners (half a cell each, a
-        // third of it to each corner).
+        // Adjacent sub-triangles: six inside, three on a side, one at the corners (half a cell each, one third of it
+        // per corner).
         let borders = usize::from(j == 0) + usize::from(j == i) + usize::from(i == n);
         let triangles = match borders {
             0 => 6.0,
@@ -174,7 +175,7 @@ impl PatchSamples {
         triangles / 6.0
     }
 
-    /// Sub-cells as corners in `points`: quadrilaterals, or triangles on a triangular patch.
+    /// Cells as indices into `points`: quadrilaterals, or triangles on a triangular patch.
     #[must_use]
     pub fn cells(&self) -> Vec<Vec<usize>> {
         let mut cells = Vec::new();

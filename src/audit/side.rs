@@ -1,20 +1,20 @@
-//! A side of a patch on an edge, and the points along it.
+//! Sides of patches at edges, and points along them.
 
 use super::sample::patch_normal;
 use crate::geometry::Vec3;
 use crate::tool::Patch;
 use crate::tool::side::corners;
 
-/// A side of a patch on an edge.
+/// A side of a patch at an edge.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Side {
     pub patch: usize,
     pub side: usize,
-    /// The side runs from the edge's higher corner to its lower one.
+    /// The side runs from the higher corner of the edge to the lower one.
     pub reversed: bool,
 }
 
-/// Point and normal of a patch at the share `t` of an edge.
+/// Point and normal of a patch at the fraction `t` of an edge.
 pub(super) fn on_side(patch: &Patch, side: Side, t: f64) -> (Vec3, Option<Vec3>) {
     let c = corners(patch.sides());
     let (a, b) = (c[side.side], c[(side.side + 1) % c.len()]);

@@ -1,10 +1,10 @@
-//! From points to figures: extremes, area-weighted means and percentiles, by patch, by face, whole.
+//! Statistics of an audit: extremes, area-weighted means and percentiles, by patch, by face and in total.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::area::{area, quartered_most};
+use super::area::{area, max_subdivisions};
 use super::borders::Compared;
 use super::options::AuditOptions;
 use super::refine::Extremes;
@@ -12,7 +12,7 @@ use super::report::{AuditReport, FaceAudit, Jumps, PatchAudit, Percentiles, Wors
 use super::sample::{PatchSamples, Sample};
 use crate::tool::{Patch, ToolModel};
 
-/// What was found at the points of a tool model.
+/// Results at the points of a tool model.
 pub(super) struct Found<'a> {
     pub tool: &'a ToolModel,
     pub samples: &'a [PatchSamples],
@@ -22,16 +22,16 @@ pub(super) struct Found<'a> {
     pub sign: f64,
 }
 
-/// Running figures of a patch, a face or the whole.
+/// Accumulated statistics of a patch, a face or the tool.
 #[derive(Clone, Copy)]
 struct Sums {
     patches: usize,
     max: f64,
     min: f64,
     normal: f64,
-    /// Area of the patches by Gauss's rule [mm^2].
+    /// Area of the patches by Gauss quadrature [mm^2].
     area: f64,
-    /// Area that the grid's points stand for [mm^2]: what their errors are weighed by.
+    /// Area represented by the grid points [mm^2]: the weight of their errors.
     weight: f64,
     /// Integral of the squared error.
     square: f64,
@@ -40,14 +40,19 @@ struct Sums {
 }
 
 impl Sums {
-    fn of_patch(patch: &Patch, samples: &PatchSamples, e: &Extremes, quartered: usize) -> Self {
+    fn of_patch(
+        patch: &Patch,
+        samples: &PatchSamples,
+        e: &Extremes,
+        max_subdivisions: usize,
+    ) -> Self {
         let areas = samples.areas();
         let mut sums = Self {
             patches: 1,
             max: e.max.delta,
             min: e.min.delta,
             normal: e.normal.and_then(|s| s.normal_deg).unwrap_or(0.0),
-            area: area(patch, quartered),
+            area: area(patch, max_subdivisions),
             weight: 0.0,
             square: 0.0,
             plain: [0.0; 2],
@@ -81,12 +86,12 @@ impl Sums {
     }
 }
 
-/// The worse of a patch's two extremes.
-fn worse(e: &Extremes) -> &Sample {
+/// The extreme of a patch with the larger absolute value.
+fn larger_extreme(e: &Extremes) -> &Sample {
     if e.max.delta.abs() >= e.min.delta.abs() { &e.max } else { &e.min }
 }
 
-/// Puts the report together; file names and hashes are left empty for the caller.
+/// Assembles the report; file names and hashes are left empty for the caller.
 pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
     let sums = sums_of_patches(found);
     let whole = total(&sums);
@@ -127,32 +132,33 @@ pub(super) fn report(found: &Found<'_>, options: &AuditOptions) -> AuditReport {
     }
 }
 
-/// Figures of each patch.
+/// Statistics of each patch.
 fn sums_of_patches(found: &Found<'_>) -> Vec<Sums> {
     let parts = found.tool.patches.par_iter().zip(found.samples).zip(&found.extremes);
-    let quartered = quartered_most(found.tool.patches.len());
-    parts.map(|((p, s), e)| Sums::of_patch(p, s, e, quartered)).collect()
+    let max_subdivisions = max_subdivisions(found.tool.patches.len());
+    parts.map(|((p, s), e)| Sums::of_patch(p, s, e, max_subdivisions)).collect()
 }
 
-/// Figures of all patches together.
+/// Statistics of all patches together.
 fn total(sums: &[Sums]) -> Sums {
     let mut whole = sums[0];
     sums[1..].iter().for_each(|s| whole.add(s));
     whole
 }
 
-/// Points at which the tool could be compared with the CAD.
+/// Points with a valid comparison.
 fn measured<'a>(found: &'a Found<'_>) -> impl Iterator<Item = &'a Sample> {
     found.samples.iter().flat_map(|s| &s.points).flatten()
 }
 
-/// Largest distance from the CAD at all points and at the extremes between them [mm].
+/// Largest distance from the CAD over all points and the refined extremes [mm].
 fn largest_distance(found: &Found<'_>) -> f64 {
     let extreme = found.extremes.iter().flat_map(|e| [e.max.distance, e.min.distance]);
     measured(found).map(|s| s.distance).chain(extreme).fold(0.0, f64::max)
 }
 
-/// Whether errors, normals, gaps and borders keep the tolerances and no point is lost; `None` where no tolerance is given.
+/// True when errors, normals, gaps and borders are within the tolerances and no point is lost; `None` without a
+/// tolerance.
 fn within_tolerance(
     found: &Found<'_>,
     options: &AuditOptions,
@@ -161,13 +167,13 @@ fn within_tolerance(
 ) -> Option<bool> {
     let worst_mm = whole.max.abs().max(whole.min.abs());
     let kept = |limit: Option<f64>, value: f64| limit.is_none_or(|l| value <= l);
-    let asked = options.tolerance_mm.is_some() || options.normal_tolerance_deg.is_some();
+    let has_tolerance = options.tolerance_mm.is_some() || options.normal_tolerance_deg.is_some();
     let within = kept(options.tolerance_mm, worst_mm)
         && kept(options.normal_tolerance_deg, whole.normal)
         && kept(options.tolerance_mm, found.jumps.border_gap_mm)
         && kept(options.tolerance_mm, found.borders.whole.deviation_mm())
         && lost == 0;
-    asked.then_some(within)
+    has_tolerance.then_some(within)
 }
 
 fn by_face(faces: &[u32], sums: &[Sums], borders: &Compared) -> Vec<FaceAudit> {
@@ -196,17 +202,17 @@ fn by_patch(found: &Found<'_>, sums: &[Sums]) -> Vec<PatchAudit> {
         min_mm: s.min,
         rms_mm: s.rms(),
         normal_max_deg: s.normal,
-        worst_point: worse(e).point.into(),
+        worst_point: larger_extreme(e).point.into(),
     };
     (0u32..).zip(sums.iter().zip(&found.extremes).zip(&found.tool.faces)).map(audit).collect()
 }
 
 fn worst(found: &Found<'_>, count: usize) -> Vec<WorstPatch> {
     let mut order: Vec<usize> = (0..found.extremes.len()).collect();
-    let size = |k: usize| worse(&found.extremes[k]).delta.abs();
+    let size = |k: usize| larger_extreme(&found.extremes[k]).delta.abs();
     order.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
     let entry = |&k: &usize| {
-        let s = worse(&found.extremes[k]);
+        let s = larger_extreme(&found.extremes[k]);
         WorstPatch {
             patch: k as u32,
             face: found.tool.faces[k],
@@ -238,8 +244,8 @@ fn percentiles(samples: &[PatchSamples]) -> Percentiles {
             (sum, *value)
         })
         .collect();
-    let at = |share: f64| {
-        let place = below.partition_point(|(s, _)| *s < share * total);
+    let at = |fraction: f64| {
+        let place = below.partition_point(|(s, _)| *s < fraction * total);
         below.get(place.min(below.len().saturating_sub(1))).map_or(0.0, |p| p.1)
     };
     Percentiles { p50: at(0.5), p90: at(0.9), p95: at(0.95), p99: at(0.99) }

@@ -20,7 +20,7 @@ impl ReferenceSurface for Cylinder {
     }
 }
 
-/// A quarter of a cylinder of radius 7 in so many patches, all on face 3.
+/// A quarter of a cylinder of radius 7 in `count` patches, all on face 3.
 fn quarter(count: u32) -> ToolModel {
     let (mut vertices, mut normals, mut corners) = (vec![], vec![], vec![]);
     for k in 0..=count {
@@ -30,7 +30,7 @@ fn quarter(count: u32) -> ToolModel {
         normals.extend([n, n]);
         if k > 0 {
             let ids = vec![2 * k - 2, 2 * k, 2 * k + 1, 2 * k - 1];
-            // eta up the arc, zeta along the axis: the normal looks at the axis, turned.
+            // eta up the arc, zeta along the axis: the normal points to the axis, reversed.
             let ids: Vec<u32> = ids.into_iter().rev().collect();
             corners.push(PatchCorners { vertices: ids.clone(), normals: ids, face: 3 });
         }
@@ -83,8 +83,8 @@ fn extremes_between_the_grid_points_are_found() {
 
 #[test]
 fn a_side_between_two_smooth_corners_has_no_normal() {
-    // A flat whose side runs on, at both ends, into the arcs beside it: both derivatives lie along all of that side, and
-    // in its middle one of them is nothing but the rounding of the vertices, here out of the plane.
+    // A flat patch with a side tangent to the adjacent arcs at both ends: both derivatives are parallel to it along the
+    // whole side. In its middle one of them is the rounding error of the vertices, here out of plane.
     let (x, y) = (Vec3::x(), Vec3::y());
     let [o, rounding] = [Vec3::zeros(), Vec3::z() * 5e-11];
     let flat = Patch::Quad([o, x * 50.0, rounding - x * 3.6, x * 7.2, o, y * 1.5 + x * 0.3, o, o]);
@@ -145,7 +145,7 @@ fn what_cannot_be_compared_is_an_error_or_counted() {
         audit(&quarter(1), &Cylinder(7.0), &options),
         Err(AuditError::Samples { .. })
     ));
-    // A patch with a corner on the axis: no closest point there, and no tolerance is kept.
+    // A patch with a corner on the axis: no closest point there, and no tolerance is met.
     let options = AuditOptions { tolerance_mm: Some(1e9), ..AuditOptions::default() };
     let mut tool = quarter(1);
     let Patch::Quad(c) = &mut tool.patches[0] else { unreachable!() };
@@ -185,7 +185,7 @@ fn bezier_patches_find_their_neighbours() {
     };
     let jumps = run(&bezier, &AuditOptions::default()).report.jumps;
     assert_eq!((jumps.shared_edges, jumps.free_edges, jumps.creases), (2, 8, 0));
-    // The border's control points are shared to the bit; its points differ by the rounding of their evaluation.
+    // The control points of the border are identical; its points differ by the rounding of their evaluation.
     let rounding = 4.0 * f64::EPSILON;
     assert!((jumps.normal_deg - 30.0).abs() < 1e-9 && jumps.position_mm <= rounding, "{jumps:?}");
 }
@@ -253,7 +253,7 @@ fn one_thread_and_two_give_the_same_bits() {
     assert_eq!(with(1), with(2));
 }
 
-/// What a line or an arc is turned to about z, whole.
+/// Full revolution of a line or an arc about z.
 fn turned(generatrix: &Curve3) -> Model {
     let surface =
         Surface::revolution(generatrix, Vec3::zeros(), Vec3::z(), [0.0, std::f64::consts::TAU]);
@@ -274,7 +274,7 @@ fn a_pole_has_the_normal_of_its_surroundings_and_an_apex_none() {
     assert_eq!(at_top(&cone, 20.1).normal, Vec3::zeros());
 }
 
-/// A plane beside a crease, nearer to every point than their own face, which has no normal.
+/// A plane next to a crease, closer to every point than their own face, which has no normal.
 struct Beside;
 
 impl ReferenceSurface for Beside {
@@ -312,7 +312,7 @@ fn areas_do_not_hang_on_the_samples() {
         assert_eq!(report.area_mm2, report.faces[0].area_mm2);
         report.area_mm2
     };
-    // The patch is a parabola drawn along y: 5 times the length of that.
+    // The patch is an extruded parabola: 5 times its length.
     let patch = &quarter(1).patches[0];
     let length = |n: usize| -> f64 {
         let at = |k: usize| patch.derivs(k as f64 / n as f64, 0.0).s;

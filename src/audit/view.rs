@@ -1,16 +1,16 @@
-//! An audit as a picture: patches cut into cells, coloured by their shape error.
+//! Audit picture: patches divided into cells and coloured by shape error.
 
 use super::sample::PatchSamples;
 use crate::geometry::Vec3;
 use crate::report::{CellKind, DataArray, Vtu};
 use crate::tool::ToolModel;
 
-/// Grid points of all patches and the cells between them; points that could not be compared carry NaN.
+/// Grid points of all patches and the cells between them; points without comparison are NaN.
 pub(super) struct Cut {
     pub(super) points: Vec<Vec3>,
     pub(super) delta: Vec<f64>,
     normal: Vec<f64>,
-    /// Patch and points of each.
+    /// Patch index and point indices of each cell.
     pub(super) cells: Vec<(usize, Vec<usize>)>,
 }
 

@@ -1,5 +1,4 @@
-//! Planes, quadrics and tori under their faces: nearest points in closed form, in the parameters of the face's
-//! B-spline.
+//! Closed-form point projection onto the planes, quadrics and tori of faces, in the parameters of the face's B-spline.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,12 +6,13 @@ use super::raw::RawSurface;
 use crate::geometry::nurbs::Surface;
 use crate::geometry::{Vec2, Vec3};
 
-/// Nearer than this share of its radius to an axis or a centre, a point is on it: all directions are alike.
-const ON_AXIS: f64 = 1e-12;
-/// Angles this far beyond their range are at its end [rad].
-const SLACK: f64 = 1e-12;
+/// Distance from an axis or centre, relative to the radius, below which a point lies on it and its azimuth is
+/// undefined.
+const ON_AXIS_REL: f64 = 1e-12;
+/// Tolerance on the ends of an angular range [rad]. Doubled: no visible effect, it only absorbs rounding.
+const ANGLE_TOLERANCE_RAD: f64 = 1e-12;
 
-/// The plane, quadric or torus that a face's B-spline is an exact piece of.
+/// The plane, quadric or torus of which a face's B-spline is an exact patch.
 #[derive(Debug, Clone)]
 pub struct Analytic {
     surface: RawSurface,
@@ -20,11 +20,11 @@ pub struct Analytic {
     angles: [Option<[f64; 2]>; 2],
 }
 
-/// A foot: squared distance [mm^2] and parameters of the face's B-spline.
+/// A foot point: squared distance [mm^2] and parameters of the face's B-spline.
 pub(super) type Foot = (f64, Vec2);
 
 impl Analytic {
-    /// `angles` are those of `Native::to_nurbs`; `None` for sweeps, splines and offsets.
+    /// `angles` is the result of `Native::to_nurbs`. `None` for swept surfaces, splines and offsets.
     pub(super) fn new(surface: &RawSurface, angles: [Option<[f64; 2]>; 2]) -> Option<Self> {
         use RawSurface::{Cone, Cylinder, Plane, Sphere, Torus};
         let closed = matches!(
@@ -34,99 +34,106 @@ impl Analytic {
         closed.then(|| Self { surface: surface.clone(), angles })
     }
 
-    /// Local minima of the distance over the whole surface, as far as they are in the angles' ranges and not farther
-    /// than the squared distance `most`. All others of a face are on its border.
-    pub(super) fn feet(&self, p: &Vec3, most: f64) -> [Option<Foot>; 2] {
+    /// Local minima of the distance over the unbounded surface that lie within the angular ranges and within the
+    /// squared distance `limit` [mm^2]. Any other local minimum of a face lies on its boundary.
+    pub(super) fn feet(&self, p: &Vec3, limit: f64) -> [Option<Foot>; 2] {
         match &self.surface {
             RawSurface::Plane(f) => {
                 let l = f.local(p);
-                [self.foot(l.z * l.z, most, &|| Vec2::new(l.x, l.y)), None]
+                [self.foot(l.z * l.z, limit, &|| Vec2::new(l.x, l.y)), None]
             }
             RawSurface::Cylinder { frame, radius } => {
                 let l = frame.local(p);
                 let r = l.x.hypot(l.y);
-                let at = || Vec2::new(self.turn(&l, r, *radius), l.z);
-                [self.foot((r - radius).powi(2), most, &at), None]
+                let at = || Vec2::new(self.azimuth(&l, r, *radius), l.z);
+                [self.foot((r - radius).powi(2), limit, &at), None]
             }
             RawSurface::Sphere { frame, radius } => {
                 let l = frame.local(p);
                 let r = l.x.hypot(l.y);
                 let at = || {
-                    let inside = l.norm() > ON_AXIS * radius;
+                    let inside = l.norm() > ON_AXIS_REL * radius;
                     let v = if inside { l.z.atan2(r) } else { self.middle(1) };
-                    Vec2::new(self.turn(&l, r, *radius), v)
+                    Vec2::new(self.azimuth(&l, r, *radius), v)
                 };
-                [self.foot((l.norm() - radius).powi(2), most, &at), None]
+                [self.foot((l.norm() - radius).powi(2), limit, &at), None]
             }
             RawSurface::Cone { frame, radius, semi_angle } => {
-                self.feet_on_cone(&frame.local(p), most, *radius, *semi_angle)
+                self.feet_on_cone(&frame.local(p), limit, *radius, *semi_angle)
             }
             RawSurface::Torus { frame, major, minor, .. } => {
-                self.feet_on_torus(&frame.local(p), most, *major, *minor)
+                self.feet_on_torus(&frame.local(p), limit, *major, *minor)
             }
             _ => [None, None],
         }
     }
 
-    /// The foot at a squared distance [mm^2] of at most `most`; `at` gives its angles and lengths.
-    fn foot(&self, distance: f64, most: f64, at: &dyn Fn() -> Vec2) -> Option<Foot> {
-        let uv = (distance <= most).then(|| self.parameters(at()))?;
+    /// The foot point at the given squared distance [mm^2] if that is at most `limit`; `at` supplies its angles and
+    /// lengths.
+    fn foot(&self, distance: f64, limit: f64, at: &dyn Fn() -> Vec2) -> Option<Foot> {
+        let uv = (distance <= limit).then(|| self.parameters(at()))?;
         Some((distance, uv?))
     }
 
-    /// The feet of the local point `l` [mm] on the generators on either side of a cone's axis.
-    fn feet_on_cone(&self, l: &Vec3, most: f64, radius: f64, semi_angle: f64) -> [Option<Foot>; 2] {
+    /// Foot points of the local point `l` [mm] on the generators on both sides of a cone's axis.
+    fn feet_on_cone(
+        &self,
+        l: &Vec3,
+        limit: f64,
+        radius: f64,
+        semi_angle: f64,
+    ) -> [Option<Foot>; 2] {
         let t = semi_angle.tan();
         let r = l.x.hypot(l.y);
-        let u = self.turn(l, r, radius.abs() + l.z.abs());
+        let u = self.azimuth(l, r, radius.abs() + l.z.abs());
         [(r, 0.0), (-r, PI)].map(|(r, half)| {
-            // Foot on the generator, on its own nappe or at the apex.
+            // Foot point on the generator, restricted to its own nappe or the apex.
             let mut v = ((r - radius) * t + l.z) / (1.0 + t * t);
             if (radius + v * t) * (1.0 - half) < 0.0 {
                 v = -radius / t;
             }
             let distance = (radius + v * t - r).powi(2) + (v - l.z).powi(2);
-            self.foot(distance, most, &|| Vec2::new(u + half, v))
+            self.foot(distance, limit, &|| Vec2::new(u + half, v))
         })
     }
 
-    /// The feet of the local point `l` [mm] on the meridians on either side of a torus' axis.
-    fn feet_on_torus(&self, l: &Vec3, most: f64, major: f64, minor: f64) -> [Option<Foot>; 2] {
+    /// Foot points of the local point `l` [mm] on the meridian circles on both sides of a torus' axis.
+    fn feet_on_torus(&self, l: &Vec3, limit: f64, major: f64, minor: f64) -> [Option<Foot>; 2] {
         let r = l.x.hypot(l.y);
-        let u = self.turn(l, r, major);
+        let u = self.azimuth(l, r, major);
         let spindle = minor > major;
         [(r, 0.0), (-r, PI)].map(|(r, half)| {
             if half > 0.0 && !spindle {
                 return None;
             }
             let (x, z) = (r - major, l.z);
-            let centre = x.hypot(z) <= ON_AXIS * minor;
+            let centre = x.hypot(z) <= ON_AXIS_REL * minor;
             let mut v = if centre { self.middle(1) } else { z.atan2(x) };
             let mut distance = (x.hypot(z) - minor).powi(2);
             if spindle && (major + minor * v.cos()) * (1.0 - half) < 0.0 {
-                // Beyond the axis: the nearer cusp.
+                // Beyond the axis: the closer cusp of the spindle torus.
                 v = (-major / minor).acos().copysign(z);
                 distance = r * r + (minor * v.sin() - z).powi(2);
             }
-            self.foot(distance, most, &|| Vec2::new(u + half, v))
+            self.foot(distance, limit, &|| Vec2::new(u + half, v))
         })
     }
 
-    /// The angle about the axis; on the axis itself, the middle of the range.
-    fn turn(&self, l: &Vec3, r: f64, size: f64) -> f64 {
-        if r > ON_AXIS * size { l.y.atan2(l.x) } else { self.middle(0) }
+    /// Azimuth about the axis; the middle of the range for a point on the axis.
+    fn azimuth(&self, l: &Vec3, r: f64, size: f64) -> f64 {
+        if r > ON_AXIS_REL * size { l.y.atan2(l.x) } else { self.middle(0) }
     }
 
     fn middle(&self, k: usize) -> f64 {
         self.angles[k].map_or(0.0, |[a, b]| 0.5 * (a + b))
     }
 
-    /// From angles and lengths to the B-spline's parameters; `None` out of the angles' ranges.
+    /// Maps angles and lengths to parameters of the B-spline; `None` outside the angular ranges.
     fn parameters(&self, mut uv: Vec2) -> Option<Vec2> {
         for k in 0..2 {
             let Some([low, high]) = self.angles[k] else { continue };
-            let mut angle = uv[k] + TAU * ((low - SLACK - uv[k]) / TAU).ceil();
-            if angle > high + SLACK {
+            let mut angle = uv[k] + TAU * ((low - ANGLE_TOLERANCE_RAD - uv[k]) / TAU).ceil();
+            if angle > high + ANGLE_TOLERANCE_RAD {
                 return None;
             }
             angle = angle.clamp(low, high);
@@ -146,8 +153,8 @@ mod tests {
         Frame::from_z_x(Vec3::new(1.0, -2.0, 0.5), Vec3::new(0.3, 0.4, 1.0), Vec3::x()).unwrap()
     }
 
-    /// The least squared distance of the feet in the range, and of a dense grid of the B-spline.
-    fn least(surface: &RawSurface, range: [[f64; 2]; 2], p: &Vec3) -> [f64; 2] {
+    /// Smallest squared distance of the foot points in the range, and of a dense grid on the B-spline.
+    fn smallest_distances(surface: &RawSurface, range: [[f64; 2]; 2], p: &Vec3) -> [f64; 2] {
         let native = Native::new(surface);
         let (spline, angles) = native.to_nurbs(range);
         let analytic = Analytic::new(surface, angles).unwrap();
@@ -194,15 +201,16 @@ mod tests {
         for (surface, range) in cases {
             for _ in 0..12 {
                 let p = Vec3::new(random(), random(), random());
-                let [found, dense] = least(&surface, range, &p);
+                let [found, dense] = smallest_distances(&surface, range, &p);
                 assert!(
                     found <= dense + 1e-12 && dense <= found + 0.2,
                     "{surface:?} {p}: {found} {dense}"
                 );
             }
-            // On the axis and at the centre, where feet are many.
+            // On the axis and at the centre, where the foot point is not unique.
             for z in [0.0, 1.0] {
-                let [found, dense] = least(&surface, range, &frame.point(&Vec3::new(0.0, 0.0, z)));
+                let [found, dense] =
+                    smallest_distances(&surface, range, &frame.point(&Vec3::new(0.0, 0.0, z)));
                 assert!(
                     found <= dense + 1e-12 && dense <= found + 0.2,
                     "{surface:?}: {found} {dense}"
@@ -223,7 +231,7 @@ mod tests {
         for range in [[-cusp, cusp], [cusp, TAU - cusp]] {
             for _ in 0..20 {
                 let p = Vec3::new(random(), random(), random());
-                let [found, dense] = least(&torus, [[0.0, TAU], range], &p);
+                let [found, dense] = smallest_distances(&torus, [[0.0, TAU], range], &p);
                 assert!(
                     found <= dense + 1e-12 && dense <= found + 0.1,
                     "{range:?} {p}: {found} {dense}"

@@ -1,4 +1,4 @@
-//! Area and centroid of trimmed faces, and the volume that they enclose.
+//! Area and centroid of trimmed faces, and the volume enclosed by closed shells.
 
 use std::cell::Cell;
 
@@ -20,16 +20,16 @@ const KRONROD: [(f64, f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_8, 0.417_959_183_673_469_4),
 ];
 
-/// Area and first moment.
+/// Area [mm^2] and first moment [mm^3].
 type Moments = (f64, Vec3);
-/// What a surface has per unit of its parameters.
+/// Integrand per unit area of the parameter plane.
 type Density<'a> = &'a dyn Fn(&FirstDerivs) -> Moments;
 
 fn add(a: Moments, b: Moments, by: f64) -> Moments {
     (a.0 + b.0 * by, a.1 + b.1 * by)
 }
 
-/// Kronrod and Gauss integrals of `f` over `[a, b]`.
+/// Kronrod and embedded Gauss integrals of `f` over `[a, b]`.
 fn rule(f: &mut dyn FnMut(f64) -> Moments, a: f64, b: f64) -> (Moments, Moments) {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     let zero = (0.0, Vec3::zeros());
@@ -45,65 +45,67 @@ fn rule(f: &mut dyn FnMut(f64) -> Moments, a: f64, b: f64) -> (Moments, Moments)
     (fine, coarse)
 }
 
-/// Halvings of an interval between two breaks, at most, in the mean: noise must not be chased into every digit.
-const MOST_HALVINGS: usize = 60;
-/// Two rules that agree to this share of the integrand's own size cannot be told apart.
-const ROUNDING: f64 = 1e-13;
+/// Maximum number of bisections per interval between breaks, on average: round-off noise must not be refined. Doubled:
+/// twice the longest time of an integrand that does not converge.
+const MEAN_BISECTIONS_MAX: usize = 60;
+/// Difference of both rules, relative to the integral, that is attributed to rounding.
+const ROUNDING_REL: f64 = 1e-13;
 
-/// Evaluations of a surface that the area of a face may take: for every control point of its surface and borders, and besides.
-/// Of 8500 faces of 60 files the one that takes most has 920 a point. Doubled, faces whose area does not settle take twice as
-/// long: 0.1 ms a point.
-pub(super) const EVALUATIONS_A_POINT: usize = 4_000;
-const EVALUATIONS: usize = 200_000;
-/// Beyond the budget no interval is halved; beyond that many budgets none is begun.
-const MOST_BUDGETS: usize = 4;
+/// Surface evaluations allowed per control point of a face and its boundary. Of 8500 faces of 60 files the most
+/// expensive needs 920 per point. Doubled: faces whose area does not converge take twice as long, 0.1 ms per point.
+pub(super) const EVALUATIONS_PER_POINT: usize = 4_000;
+const EVALUATIONS_BASE: usize = 200_000;
+/// Multiple of the evaluation budget beyond which no further interval is integrated. Beyond the single budget no
+/// interval is bisected.
+const BUDGET_FACTOR_MAX: usize = 4;
 
-/// Evaluations so far, and how many are allowed.
-struct Work {
-    done: Cell<usize>,
+/// Surface evaluations spent and allowed.
+struct EvaluationBudget {
+    used: Cell<usize>,
     allowed: usize,
 }
 
-impl Work {
+impl EvaluationBudget {
     fn of(face: &Face) -> Self {
         let uses = face.loops.iter().flat_map(|l| &l.uses);
         let points: usize = uses.map(|u| u.pcurve.points().len()).sum();
         let points = face.surface.points().len() + points;
-        Self { done: Cell::new(0), allowed: EVALUATIONS + EVALUATIONS_A_POINT * points }
+        Self { used: Cell::new(0), allowed: EVALUATIONS_BASE + EVALUATIONS_PER_POINT * points }
     }
 
     fn count(&self) {
-        self.done.set(self.done.get() + 1);
+        self.used.set(self.used.get() + 1);
     }
 
-    fn is_spent(&self) -> bool {
-        self.done.get() > self.allowed
+    fn is_exhausted(&self) -> bool {
+        self.used.get() > self.allowed
     }
 
-    fn is_over(&self) -> bool {
-        self.done.get() > MOST_BUDGETS * self.allowed
+    fn is_exceeded(&self) -> bool {
+        self.used.get() > BUDGET_FACTOR_MAX * self.allowed
     }
 }
 
-/// Adaptive integral over consecutive breaks; an interval is halved while its two rules differ by more than
-/// `tolerance` (absolute, on the area), at most 20 times, and as long as there is work left.
+/// Adaptive Gauss-Kronrod quadrature over consecutive intervals. An interval is bisected while its two rules differ by
+/// more than `tolerance` (absolute, on the area), at most 20 levels deep and within the evaluation budget.
 fn integrate(
     f: &mut dyn FnMut(f64) -> Moments,
     breaks: &[f64],
-    (tolerance, work): (f64, &Work),
+    (tolerance, budget): (f64, &EvaluationBudget),
 ) -> Moments {
     let mut sum = (0.0, Vec3::zeros());
     let mut halvings = 0;
     let mut stack: Vec<(f64, f64, u32)> =
         breaks.windows(2).rev().map(|w| (w[0], w[1], 0)).collect();
     while let Some((a, b, depth)) = stack.pop() {
-        if work.is_over() {
+        if budget.is_exceeded() {
             break;
         }
         let (fine, coarse) = rule(f, a, b);
         let off = (fine.0 - coarse.0).abs();
-        let enough = off <= tolerance || off <= ROUNDING * fine.0.abs();
-        let last = depth >= 20 || halvings >= MOST_HALVINGS * breaks.len() || work.is_spent();
+        let enough = off <= tolerance || off <= ROUNDING_REL * fine.0.abs();
+        let last =
+            depth >= 20 || halvings >= MEAN_BISECTIONS_MAX * breaks.len() || budget.is_exhausted();
         if enough || last {
             sum = add(sum, fine, 1.0);
         } else {
@@ -116,7 +118,7 @@ fn integrate(
     sum
 }
 
-/// Knots of one direction strictly between two parameters, with both ends, rising.
+/// Knots of one direction strictly between two parameters, with both ends, in increasing order.
 fn breaks_between(knots: &[f64], a: f64, b: f64) -> Vec<f64> {
     let mut out = vec![a];
     out.extend(knots.iter().copied().filter(|&k| k > a && k < b));
@@ -125,7 +127,7 @@ fn breaks_between(knots: &[f64], a: f64, b: f64) -> Vec<f64> {
     out
 }
 
-/// Area and first moment of a face, |su x sv| its density, and whether its work was enough.
+/// Area and first moment of a face with the density |su x sv|, and whether the evaluation budget sufficed.
 fn moments(face: &Face, relative: f64) -> (Moments, bool) {
     let size = Aabb::of_points(face.surface.points()).diagonal();
     let density = |d: &FirstDerivs| {
@@ -135,14 +137,15 @@ fn moments(face: &Face, relative: f64) -> (Moments, bool) {
     surface_integral(face, relative * size * size, &density)
 }
 
-/// By Green's theorem: the integral of `F dv` round the loops, `F(u, v)` the integral of the density along u
-/// from the lowest parameter. `tolerance` is absolute, on the first value. Also whether the budget of work was enough.
+/// Surface integral of `density` by Green's theorem: the integral of `F dv` along the loops, where `F(u, v)` is the
+/// integral of the density along u from the lowest parameter. `tolerance` is absolute, on the first component. The flag
+/// is true when the evaluation budget sufficed.
 fn surface_integral(face: &Face, tolerance: f64, density: Density<'_>) -> (Moments, bool) {
-    let work = Work::of(face);
+    let budget = EvaluationBudget::of(face);
     let surface = &face.surface;
     let region = TrimRegion::new(face);
     let [ku, kv] = surface.knots();
-    // A strip is an area a unit of v.
+    // The tolerance of the inner integral applies per unit of v.
     let along_u = 1e-2 * tolerance / (region.high.y - region.low.y).max(f64::MIN_POSITIVE);
     let mut sum = (0.0, Vec3::zeros());
     for used in face.loops.iter().flat_map(|l| &l.uses) {
@@ -156,21 +159,21 @@ fn surface_integral(face: &Face, tolerance: f64, density: Density<'_>) -> (Momen
         split_at_knots(&mut breaks, curve, kv);
         let mut along = |t: f64| {
             let d = curve.derivs(t);
-            let inner = strip(surface, ku, region.low.x, d.c, (density, along_u, &work));
+            let inner = strip(surface, ku, region.low.x, d.c, (density, along_u, &budget));
             (inner.0 * d.d1.y, inner.1 * d.d1.y)
         };
-        sum = add(sum, integrate(&mut along, &breaks, (1e-2 * tolerance, &work)), 1.0);
+        sum = add(sum, integrate(&mut along, &breaks, (1e-2 * tolerance, &budget)), 1.0);
     }
-    (sum, !work.is_spent())
+    (sum, !budget.is_exhausted())
 }
 
-/// Integral of the density along u from `low` to `uv.x` at `uv.y`, to a tolerance.
+/// Integral of the density along u from `low` to `uv.x` at constant v = `uv.y`.
 fn strip(
     surface: &Surface,
     knots: &[f64],
     low: f64,
     uv: Vec2,
-    (density, tolerance, work): (Density<'_>, f64, &Work),
+    (density, tolerance, budget): (Density<'_>, f64, &EvaluationBudget),
 ) -> Moments {
     let (from, to, sign) = if uv.x >= low { (low, uv.x, 1.0) } else { (uv.x, low, -1.0) };
     if to <= from {
@@ -178,14 +181,14 @@ fn strip(
     }
     let line = surface.isoline(uv.y, [from, to]);
     let mut along = |u: f64| {
-        work.count();
+        budget.count();
         density(&line.derivs(u))
     };
-    let found = integrate(&mut along, &breaks_between(knots, from, to), (tolerance, work));
+    let found = integrate(&mut along, &breaks_between(knots, from, to), (tolerance, budget));
     (sign * found.0, found.1 * sign)
 }
 
-/// Parameters at which a curve crosses a v knot line of the surface become breaks: the integrand has a kink there.
+/// Adds the parameters at which a curve crosses a v knot line of the surface: the integrand has a kink there.
 fn split_at_knots(breaks: &mut Vec<f64>, curve: &Curve2, knots: &[f64]) {
     let mut extra = Vec::new();
     for w in breaks.windows(2) {
@@ -212,25 +215,27 @@ fn split_at_knots(breaks: &mut Vec<f64>, curve: &Curve2, knots: &[f64]) {
     breaks.dedup_by(|x, y| *x - *y <= 0.0);
 }
 
-/// What was measured of a face.
+/// Area and centroid of a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
     /// Area [mm^2].
     pub area_mm2: f64,
-    /// Its centroid [mm]; zero without area.
+    /// Centroid [mm]; zero for a face of zero area.
     pub centroid: Vec3,
-    /// The area is within its tolerance. False where it does not settle in the work that a face of its size may take.
+    /// True when the area is within its tolerance; false when the quadrature did not converge within the evaluation
+    /// budget.
     pub is_within: bool,
 }
 
 impl Face {
-    /// Area [mm^2], adaptive to about `relative` (1e-9 say) of the face's size squared.
+    /// Area [mm^2] by adaptive quadrature, with an error of about `relative` (for example 1e-9) times the squared size
+    /// of the face.
     #[must_use]
     pub fn area(&self, relative: f64) -> f64 {
         moments(self, relative).0.0.abs()
     }
 
-    /// Area and centroid, to about `relative` of the face's size squared.
+    /// Area and centroid, with an error of about `relative` times the squared size of the face.
     #[must_use]
     pub fn measured(&self, relative: f64) -> Measured {
         let ((area, moment), is_within) = moments(self, relative);
@@ -240,13 +245,13 @@ impl Face {
 }
 
 impl Model {
-    /// Area of all faces [mm^2], to about 1e-9.
+    /// Total area of all faces [mm^2], with a relative error of about 1e-9.
     #[must_use]
     pub fn area(&self) -> f64 {
         self.measured_area().0
     }
 
-    /// As [`Self::area`], with the faces whose area did not settle in the work that a face of their size may take.
+    /// As [`Self::area`], with the faces whose area did not converge within the evaluation budget.
     #[must_use]
     pub fn measured_area(&self) -> (f64, Vec<usize>) {
         use rayon::prelude::*;
@@ -255,8 +260,8 @@ impl Model {
         (sum, (0..all.len()).filter(|&f| !all[f].is_within).collect())
     }
 
-    /// Volume that closed faces enclose by their own normals [mm^3]: the divergence theorem, about the first
-    /// face's middle.
+    /// Volume enclosed by closed faces [mm^3] by the divergence theorem, with the normals of the faces and the origin
+    /// at the middle of the first face.
     pub(super) fn volume_of(&self, faces: &[usize]) -> f64 {
         use rayon::prelude::*;
         let Some(first) = faces.first() else { return 0.0 };
@@ -273,12 +278,12 @@ impl Model {
         all.iter().sum()
     }
 
-    /// Centroid of the area of all faces [mm]; `None` for a model without area.
+    /// Area centroid of all faces [mm]; `None` for a model of zero area.
     #[must_use]
     pub fn area_centroid(&self) -> Option<Vec3> {
         use rayon::prelude::*;
         let all: Vec<Moments> = self.faces.par_iter().map(|f| moments(f, 1e-10).0).collect();
-        // A face whose outer loop runs clockwise has a negative area, and its moment the same sign.
+        // A face with a clockwise outer loop has negative area and a moment of the same sign.
         let sum = all.iter().fold((0.0, Vec3::zeros()), |sum, &m| add(sum, m, m.0.signum()));
         (sum.0 > 0.0).then(|| sum.1 / sum.0)
     }
@@ -288,21 +293,21 @@ impl Model {
 mod tests {
     use super::*;
 
-    /// Every interval of a step has rules that differ: halved without a budget, there would be no end to a comb of them.
+    /// The rules differ on every interval with a step; without a budget a comb of steps would be bisected without end.
     #[test]
-    fn an_integral_that_does_not_settle_stops_when_its_work_is_spent() {
+    fn a_divergent_integral_stops_when_its_budget_is_exhausted() {
         let breaks: Vec<f64> = (0..=400).map(f64::from).collect();
-        for (allowed, settles) in [(10_000, false), (usize::MAX / MOST_BUDGETS, true)] {
-            let work = Work { done: Cell::new(0), allowed };
+        for (allowed, converges) in [(10_000, false), (usize::MAX / BUDGET_FACTOR_MAX, true)] {
+            let budget = EvaluationBudget { used: Cell::new(0), allowed };
             let mut comb = |t: f64| {
-                work.count();
+                budget.count();
                 (f64::from(u8::from(t.fract() > 0.3)), Vec3::zeros())
             };
-            let (area, _) = integrate(&mut comb, &breaks, (1e-9, &work));
-            assert_eq!(!work.is_spent(), settles);
-            // 400 intervals of 15 evaluations are begun whatever the budget is, within four of it.
-            assert!(!settles || (area - 280.0).abs() < 1e-3, "{area}");
-            assert!(settles || work.done.get() < 4 * 10_000 + 15, "{}", work.done.get());
+            let (area, _) = integrate(&mut comb, &breaks, (1e-9, &budget));
+            assert_eq!(!budget.is_exhausted(), converges);
+            // 400 intervals of 15 evaluations are always integrated, within four budgets.
+            assert!(!converges || (area - 280.0).abs() < 1e-3, "{area}");
+            assert!(converges || budget.used.get() < 4 * 10_000 + 15, "{}", budget.used.get());
         }
     }
 }

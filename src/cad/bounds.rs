@@ -1,4 +1,4 @@
-//! Tight boxes of trimmed faces.
+//! Tight bounding boxes of trimmed faces.
 
 use super::model::{Face, Model};
 use super::trim_region::TrimRegion;
@@ -6,7 +6,7 @@ use crate::geometry::nurbs::Curve2;
 use crate::geometry::{Aabb, Vec2, Vec3};
 
 impl Face {
-    /// Tight box of the trimmed face: its borders, and points inside where a coordinate is stationary.
+    /// Tight bounding box of the trimmed face: its boundary curves, and interior points with a stationary coordinate.
     #[must_use]
     pub fn bbox(&self) -> Aabb {
         let mut bounds = Aabb::EMPTY;
@@ -19,7 +19,7 @@ impl Face {
         else {
             return bounds;
         };
-        // Nothing inside reaches beyond the control points.
+        // No interior point lies outside the box of the control points.
         let hull = Aabb::of_points(piece.points());
         let margin = 1e-13 * hull.diagonal();
         for axis in 0..3 {
@@ -38,7 +38,7 @@ impl Face {
         bounds
     }
 
-    /// Samples along a border, and the local extremes between them.
+    /// Samples a boundary curve and refines the local extrema of each coordinate.
     fn border_extremes(&self, curve: &Curve2, bounds: &mut Aabb) {
         let [a, b] = curve.domain();
         let spans = curve.knots().windows(2).filter(|w| w[0] < w[1]).count();
@@ -54,16 +54,16 @@ impl Face {
                 let (before, here, after) = (value(k - 1), value(k), value(k + 1));
                 let reach = (here - before).max(here - after);
                 let end = if sign > 0.0 { bounds.max[axis] } else { -bounds.min[axis] };
-                // A smooth peak does not rise above its sample by more than the sample above its neighbours.
+                // A smooth maximum exceeds its sample by less than the sample exceeds its neighbours.
                 if here >= before && here >= after && reach > 0.0 && here + reach > end {
-                    let t = peak(|t| sign * point(t)[axis], at(k - 1), at(k + 1));
+                    let t = maximum_at(|t| sign * point(t)[axis], at(k - 1), at(k + 1));
                     bounds.grow(&point(t));
                 }
             }
         }
     }
 
-    /// Extremes along the lines on which the surface is only continuous: no derivative vanishes there.
+    /// Extrema on the knot lines where the surface is only C0: no derivative vanishes there.
     fn crease_extremes(&self, region: &TrimRegion, bounds: &mut Aabb) {
         for (axis, [low, high]) in self.surface.domain().into_iter().enumerate() {
             let (knots, degree) = (self.surface.knots()[axis], self.surface.degrees()[axis]);
@@ -77,7 +77,8 @@ impl Face {
         }
     }
 
-    /// Points of the trimmed region on a line of one parameter: at the knots, between them, and the peaks among these.
+    /// Extrema over an isoparametric line of the trimmed region: points at the knots, samples between them, and refined
+    /// maxima.
     fn extremes_along(&self, region: &TrimRegion, (axis, line): (usize, f64), bounds: &mut Aabb) {
         const PIECES_A_SPAN: usize = 8;
         let along = 1 - axis;
@@ -99,19 +100,20 @@ impl Face {
             let value = |t: f64| sign * self.surface.point(at(t))[coordinate];
             for w in steps.windows(3) {
                 if value(w[1]) >= value(w[0]).max(value(w[2])) {
-                    grow(peak(value, w[0], w[2]));
+                    grow(maximum_at(value, w[0], w[2]));
                 }
             }
         }
     }
 
-    /// Stationary points of one coordinate inside the trim, by Newton from every local maximum of a grid.
+    /// Stationary points of one coordinate inside the trimmed region, by Newton iteration from every local maximum of a
+    /// grid.
     fn interior_extremes(&self, region: &TrimRegion, axis: usize, sign: f64, bounds: &mut Aabb) {
         let count = |k: usize| (4 * self.surface.count()[k]).clamp(12, 96);
         let (nu, nv) = (count(0), count(1));
         let at = |i: usize, j: usize| {
-            let share = Vec2::new(i as f64 / nu as f64, j as f64 / nv as f64);
-            region.low + (region.high - region.low).component_mul(&share)
+            let fraction = Vec2::new(i as f64 / nu as f64, j as f64 / nv as f64);
+            region.low + (region.high - region.low).component_mul(&fraction)
         };
         let value = |uv: Vec2| sign * self.surface.point(uv)[axis];
         let grid: Vec<f64> = (0..=nu)
@@ -125,15 +127,15 @@ impl Face {
             if around.into_iter().any(|(a, b)| grid[a * (nv + 1) + b] > here) {
                 continue;
             }
-            let uv = self.climb(at(i, j), region, axis, sign);
+            let uv = self.ascend(at(i, j), region, axis, sign);
             if region.contains(uv) {
                 bounds.grow(&self.surface.point(uv));
             }
         }
     }
 
-    /// Newton towards a stationary point of a coordinate, as long as it rises.
-    fn climb(&self, mut uv: Vec2, region: &TrimRegion, axis: usize, sign: f64) -> Vec2 {
+    /// Newton iteration towards a stationary point of a coordinate, as long as the coordinate increases.
+    fn ascend(&self, mut uv: Vec2, region: &TrimRegion, axis: usize, sign: f64) -> Vec2 {
         for _ in 0..40 {
             let d = self.surface.derivs(uv);
             let g = Vec2::new(d.su[axis], d.sv[axis]);
@@ -153,8 +155,8 @@ impl Face {
     }
 }
 
-/// Maximum of a function of one variable by golden sections.
-fn peak(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
+/// Argument of the maximum of a function of one variable by golden-section search.
+fn maximum_at(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
     const RATIO: f64 = 0.618_033_988_749_894_9;
     for _ in 0..60 {
         let (c, d) = (b - RATIO * (b - a), a + RATIO * (b - a));
@@ -168,7 +170,7 @@ fn peak(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
 }
 
 impl Model {
-    /// Tight box of all faces.
+    /// Tight bounding box of all faces.
     #[must_use]
     pub fn bbox(&self) -> Aabb {
         use rayon::prelude::*;

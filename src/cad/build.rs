@@ -1,4 +1,4 @@
-//! From what a file says to a model: exact B-splines, closed loops, joined edges.
+//! Builds the model from the entities of a file: exact B-splines, closed trimming loops, joined edges.
 
 use std::borrow::Cow;
 
@@ -7,7 +7,9 @@ use rayon::prelude::*;
 use super::analytic::Analytic;
 use super::build_diagnostics::{coarse, creased, report, skipped};
 use super::creases::{self, Part};
-use super::loops::{LoopFault, Path, Side, are_inside_out, closed_loops, paths_of, signed_area};
+use super::loops::{
+    LoopFault, Path, Side, closed_loops, outer_loop_is_reversed, paths_of, signed_area,
+};
 use super::model::{EdgeUse, Face, Model, TrimLoop};
 use super::native::{Native, kind_of};
 use super::numbers::usable_bounds;
@@ -20,35 +22,38 @@ use super::{Diagnostic, Severity};
 use crate::geometry::nurbs::{Curve2, Surface};
 use crate::geometry::{Aabb, Vec3};
 
-/// Edges closer than this share of the model's diagonal are joined when the file gives no resolution.
-const JOIN: f64 = 1e-6;
-/// No resolution a file gives may join more than this share of the diagonal.
-const JOIN_MOST: f64 = 1e-4;
-/// A profile whose end misses its axis by at most this share of the face's size, on a face that cannot be closed otherwise,
-/// is moved onto the axis: single-precision writers miss by 2e-3. Twice as much takes faces with a small hole for cones.
+/// Tolerance for joining edges relative to the diagonal of the model, for files without a resolution. Doubled: gaps of
+/// twice the width are closed.
+const JOIN_TOLERANCE_REL: f64 = 1e-6;
+/// Upper bound of the joining tolerance relative to the diagonal, whatever resolution a file states.
+const JOIN_TOLERANCE_MAX_REL: f64 = 1e-4;
+/// Largest distance of a profile's end from its axis, relative to the size of the face, at which the end is moved onto
+/// the axis. Applied to faces that cannot be closed otherwise; single-precision writers miss the axis by 2e-3. Doubled:
+/// faces with a small hole are mistaken for cones.
 const AXIS_MISS_MAX_REL: f64 = 1e-2;
-/// Builds the model. What was repaired or skipped is in the diagnostics, the reader's own first.
+/// Builds the model. The diagnostics list the reader's messages first, then repairs and skipped faces.
 #[must_use]
 pub fn build(raw: RawModel, name: &str) -> (Model, Vec<Diagnostic>) {
     build_with(raw, name, Creases::Kept)
 }
 
-/// What becomes of creases inside a face (lines of a spline along which it has another tangent plane on either side).
+/// Treatment of creases inside a face: knot lines of a spline across which the tangent plane is discontinuous.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Creases {
-    /// The face stays one, as the file has it.
+    /// The face remains one, as in the file.
     Kept,
-    /// The face is cut there; a note `face-creased` names the lines.
+    /// The face is split along its creases; a note `face-creased` lists them.
     Cut,
 }
 
-/// As [`build`], with a choice of what becomes of creases inside faces.
+/// As [`build`], with a choice of the treatment of creases inside faces.
 #[must_use]
 pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Vec<Diagnostic>) {
     let mut diagnostics = std::mem::take(&mut raw.diagnostics);
     let boxes = drop_unusable(&mut raw, &mut diagnostics);
     let size = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal();
-    let tolerance = (2.0 * raw.resolution_mm).clamp(JOIN * size, JOIN_MOST * size);
+    let tolerance =
+        (2.0 * raw.resolution_mm).clamp(JOIN_TOLERANCE_REL * size, JOIN_TOLERANCE_MAX_REL * size);
     let mut model = Model {
         name: name.to_owned(),
         unit: raw.unit,
@@ -60,14 +65,15 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
     };
     let mut pieces = Vec::new();
     let one = |((face, bounds), fineness): ((&RawFace, &Aabb), Fineness)| {
-        let mut said = Vec::new();
-        let parts = build_face(face, bounds.diagonal(), (tolerance, creases), fineness, &mut said);
-        (parts, said)
+        let mut messages = Vec::new();
+        let parts =
+            build_face(face, bounds.diagonal(), (tolerance, creases), fineness, &mut messages);
+        (parts, messages)
     };
     let offsets = shares(&raw.faces, raw.bytes);
     let built: Vec<_> = raw.faces.par_iter().zip(&boxes).zip(offsets).map(one).collect();
-    for (face, (outcome, said)) in raw.faces.iter().zip(built) {
-        diagnostics.extend(said);
+    for (face, (outcome, messages)) in raw.faces.iter().zip(built) {
+        diagnostics.extend(messages);
         match outcome {
             Ok(parts) => pieces.extend(add_parts(&mut model, parts)),
             Err(text) => {
@@ -81,7 +87,7 @@ pub fn build_with(mut raw: RawModel, name: &str, creases: Creases) -> (Model, Ve
     (model, diagnostics)
 }
 
-/// Drops faces with coordinates that cannot be used, with a warning each; the boxes [mm] of the others.
+/// Removes faces with inadmissible coordinates, with a warning each; returns the bounding boxes [mm] of the others.
 fn drop_unusable(raw: &mut RawModel, diagnostics: &mut Vec<Diagnostic>) -> Vec<Aabb> {
     let mut boxes = Vec::with_capacity(raw.faces.len());
     let judged: Vec<_> = raw.faces.par_iter().map(usable_bounds).collect();
@@ -100,22 +106,22 @@ fn drop_unusable(raw: &mut RawModel, diagnostics: &mut Vec<Diagnostic>) -> Vec<A
     boxes
 }
 
-/// Builds the parts of a face of `size` [mm], to be joined within `tolerance` [mm].
+/// Builds the parts of a face of `size` [mm]; sides are joined later within `tolerance` [mm].
 fn build_face(
     face: &RawFace,
     size: f64,
     (tolerance, creases): (f64, Creases),
     fineness: Fineness,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Result<Vec<Sided>, String> {
+) -> Result<Vec<FaceWithSides>, String> {
     let whole = whole_face(face, size, tolerance, fineness, diagnostics)?;
     let coarse = whole.coarse;
     let parts = parts_of(face, whole, creases, tolerance, diagnostics);
-    if coarse { followed(face, parts, tolerance) } else { Ok(parts) }
+    if coarse { checked_offset(face, parts, tolerance) } else { Ok(parts) }
 }
 
-/// Adds the parts of a face to the model; their sides, to be joined to edges.
-fn add_parts(model: &mut Model, parts: Vec<Sided>) -> Vec<Piece> {
+/// Adds the parts of a face to the model and returns their sides for joining.
+fn add_parts(model: &mut Model, parts: Vec<FaceWithSides>) -> Vec<Piece> {
     let first = model.faces.len();
     if parts.len() > 1 {
         model.cut.push(first..first + parts.len());
@@ -130,60 +136,62 @@ fn add_parts(model: &mut Model, parts: Vec<Sided>) -> Vec<Piece> {
     pieces
 }
 
-/// A face before its sides are joined to edges.
-struct Whole {
+/// A face with closed loops before its sides are joined to edges.
+struct ClosedFace {
     part: Part,
     analytic: Option<Analytic>,
     flipped: bool,
-    /// Its offset surface is not followed as closely as it should be everywhere.
+    /// The approximation of its offset surface exceeds the tolerance.
     coarse: bool,
 }
 
-/// A face, if need be with the profile of its surface of revolution moved onto the axis that it misses.
+/// Builds a face. If its loops cannot be closed, the profile of a surface of revolution that misses its axis is first
+/// moved onto it.
 fn whole_face(
     raw: &RawFace,
     size: f64,
     tolerance: f64,
     fineness: Fineness,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Result<Whole, String> {
+) -> Result<ClosedFace, String> {
     let first = whole_face_on(raw, size, tolerance, fineness, diagnostics);
     let Err(reason) = first else { return first };
-    let Some((surface, miss)) = with_ends_on_axis(&raw.surface, AXIS_MISS_MAX_REL * size) else {
+    let Some((surface, distance)) = with_ends_on_axis(&raw.surface, AXIS_MISS_MAX_REL * size)
+    else {
         return Err(reason);
     };
     let moved = RawFace { surface, ..raw.clone() };
     let whole =
         whole_face_on(&moved, size, tolerance, fineness, diagnostics).map_err(|_| reason)?;
     let text = format!(
-        "its profile ends {miss:.3e} mm off the axis that it is turned about; moved onto it"
+        "the profile ends {distance:.3e} mm from the axis of revolution; moved onto the axis"
     );
     let place = raw.source.clone();
     diagnostics.push(Diagnostic { severity: Severity::Warning, code: "axis-missed", place, text });
     Ok(whole)
 }
 
-/// A surface of revolution with those ends of its profile that are within `most` [mm] of the axis moved onto it, and the
-/// largest distance moved [mm]. `None` for other surfaces, and where no end is moved.
-fn with_ends_on_axis(surface: &RawSurface, most: f64) -> Option<(RawSurface, f64)> {
+/// A surface of revolution whose profile ends within `limit` [mm] of the axis are moved onto it, and the largest
+/// distance moved [mm]. `None` for other surfaces and when no end is moved.
+fn with_ends_on_axis(surface: &RawSurface, limit: f64) -> Option<(RawSurface, f64)> {
     let mut moved = surface.clone();
     let RawSurface::Revolution { generatrix, origin, axis, .. } = &mut moved else { return None };
     let foot = |p: Vec3| *origin + *axis * axis.dot(&(p - *origin));
     let points = generatrix.points();
     let (start, end) = (points[0], points[points.len() - 1]);
-    let is_near = |p: Vec3| (1e-12 * most..=most).contains(&(foot(p) - p).norm());
-    let mut miss = 0.0_f64;
+    let is_near = |p: Vec3| (1e-12 * limit..=limit).contains(&(foot(p) - p).norm());
+    let mut distance = 0.0_f64;
     let mut profile = generatrix.clone();
     if is_near(start) {
-        miss = (foot(start) - start).norm();
+        distance = (foot(start) - start).norm();
         profile = profile.with_start(foot(start));
     }
     if is_near(end) {
-        miss = miss.max((foot(end) - end).norm());
+        distance = distance.max((foot(end) - end).norm());
         profile = profile.with_end(foot(end));
     }
     *generatrix = profile;
-    (miss > 0.0).then_some((moved, miss))
+    (distance > 0.0).then_some((moved, distance))
 }
 
 fn whole_face_on(
@@ -192,19 +200,19 @@ fn whole_face_on(
     tolerance: f64,
     mut fineness: Fineness,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Result<Whole, String> {
+) -> Result<ClosedFace, String> {
     let surface = explicit_surface(raw, 1e-2 * tolerance, &mut fineness, diagnostics)?;
     let sheets = sheets::of_face(&surface, &raw.loops, tolerance);
     let Outline { native, paths, faults, flipped, .. } =
         outline(&surface, &sheets, raw, (size, tolerance));
     report(raw, &faults, diagnostics);
-    let is_closed = native.closed_all_round() || has_poles_within(&native, raw, tolerance);
+    let is_closed = native.has_no_boundary() || has_poles_within(&native, raw, tolerance);
     let loops = closed_loops(&native, paths, !flipped, is_closed).ok_or(
-        "its loops cannot be closed on the surface, and the surface has no natural border",
+        "the loops cannot be closed on the surface, and the surface has no natural boundary",
     )?;
     if !encloses_area(&loops) {
         return Err(
-            "its loops enclose no area: the holes cover the outer loop, or it runs back on itself"
+            "the loops enclose no area: the holes cover the outer loop, or the loop retraces itself"
                 .into(),
         );
     }
@@ -215,10 +223,10 @@ fn whole_face_on(
         ParameterMap { angles, extent: [range[0][1] - range[0][0], range[1][1] - range[1][0]] };
     let mapped = |s: &Side| Side { path: map.curve(&s.path), ..s.clone() };
     let loops = loops.iter().map(|l| l.iter().map(mapped).collect()).collect();
-    Ok(Whole { part: Part { surface, loops }, analytic, flipped, coarse: fineness.coarse })
+    Ok(ClosedFace { part: Part { surface, loops }, analytic, flipped, coarse: fineness.coarse })
 }
 
-/// The surface of a face; where it is an offset, the one that stands for it within `tolerance` [mm].
+/// The surface of a face; for an offset surface its spline approximation within `tolerance` [mm].
 fn explicit_surface<'a>(
     raw: &'a RawFace,
     tolerance: f64,
@@ -235,7 +243,7 @@ fn explicit_surface<'a>(
     Ok(Cow::Owned(made))
 }
 
-/// The surface goes from pole to pole, and vertex loops say that both are within the face.
+/// True for a surface between two poles when vertex loops place both poles inside the face.
 fn has_poles_within(native: &Native<'_>, raw: &RawFace, tolerance: f64) -> bool {
     let vertices = || raw.loops.iter().filter(|l| l.edges.is_empty()).filter_map(|l| l.vertex);
     let poles = native.pole_points();
@@ -243,23 +251,23 @@ fn has_poles_within(native: &Native<'_>, raw: &RawFace, tolerance: f64) -> bool 
     poles.len() == 2 && (poles[0] - poles[1]).norm() > tolerance && poles.iter().all(within)
 }
 
-/// The loops, outer one first and counter-clockwise, leave some of the parameter plane.
+/// True when the loops (outer loop first, counter-clockwise) enclose a positive area.
 fn encloses_area(loops: &[Vec<Side>]) -> bool {
     loops.iter().map(|sides| signed_area(sides)).sum::<f64>() > 0.0
 }
 
-/// The loops of a face in the parameters of its surface, not yet closed.
+/// Loops of a face in the parameters of its surface, before they are closed.
 struct Outline<'a> {
     native: Native<'a>,
     paths: Vec<Path>,
     faults: Vec<LoopFault>,
     flipped: bool,
-    /// Its outer loop runs against the face's normal.
-    inside_out: bool,
+    /// The outer loop is oriented against the face normal.
+    is_reversed: bool,
 }
 
-/// The outline on the first of some sheets on which the loops run about the face's normal as they should, on the first
-/// of them where they do so on none, on the surface itself where there are none.
+/// Reads the loops on each sheet in turn and returns the first sheet with correct loop orientation, otherwise the first
+/// sheet. Without sheets the surface itself is used.
 fn outline<'a>(
     surface: &'a RawSurface,
     sheets: &'a [Sheet],
@@ -269,7 +277,7 @@ fn outline<'a>(
     let mut on_first = None;
     for sheet in sheets {
         let found = outline_on(&sheet.surface, &sheet.loops, raw.flipped, limits);
-        if !found.inside_out {
+        if !found.is_reversed {
             return found;
         }
         on_first.get_or_insert(found);
@@ -289,36 +297,40 @@ fn outline_on<'a>(
     let flipped = flipped ^ native.swapped();
     let paths: Vec<Path> =
         edged.flat_map(|l| paths_of(&native, l, limits, !flipped, &mut faults)).collect();
-    let inside_out = are_inside_out(&paths, !flipped);
-    Outline { native, paths, faults, flipped, inside_out }
+    let is_reversed = outer_loop_is_reversed(&paths, !flipped);
+    Outline { native, paths, faults, flipped, is_reversed }
 }
 
-/// A face and its sides that are to be joined to edges.
-type Sided = (Face, Vec<Piece>);
+/// A face and its sides, to be joined to edges.
+type FaceWithSides = (Face, Vec<Piece>);
 
-/// The parts of a face whose offset surface is followed coarsely.
+/// Checks the parts of a face with a coarse approximation of its offset surface.
 ///
 /// # Errors
-/// Inside its borders it is farther than `tolerance` [mm] from the true one.
-fn followed(raw: &RawFace, parts: Vec<Sided>, tolerance: f64) -> Result<Vec<Sided>, String> {
+/// The distance to the exact offset surface exceeds `tolerance` [mm] inside the boundary.
+fn checked_offset(
+    raw: &RawFace,
+    parts: Vec<FaceWithSides>,
+    tolerance: f64,
+) -> Result<Vec<FaceWithSides>, String> {
     let off = parts.iter().map(|(face, _)| deviation(&raw.surface, face)).fold(0.0, f64::max);
     if off <= tolerance {
         return Ok(parts);
     }
     Err(format!(
-        "its offset surface folds, or bends too much to be followed: {off:.3e} mm off inside its borders; allowed: \
-         {tolerance:.1e} mm"
+        "its offset surface self-intersects or is too strongly curved: its approximation deviates by {off:.3e} mm inside the \
+         trimming loops; allowed: {tolerance:.1e} mm"
     ))
 }
 
-/// The face, several where its surface is cut at creases inside it, each with its sides.
+/// The face, or its parts when it is split along creases, each with its sides.
 fn parts_of(
     raw: &RawFace,
-    Whole { part, analytic, flipped, .. }: Whole,
+    ClosedFace { part, analytic, flipped, .. }: ClosedFace,
     creases: Creases,
     tolerance: f64,
     diagnostics: &mut Vec<Diagnostic>,
-) -> Vec<Sided> {
+) -> Vec<FaceWithSides> {
     let (parts, found) = match analytic {
         None if creases == Creases::Cut => creases::cut(part, tolerance),
         _ => (vec![part], Vec::new()),
@@ -333,7 +345,7 @@ fn parts_of(
     parts.into_iter().map(face).collect()
 }
 
-/// Loops in the parameters of `surface`, and the sides of theirs that are not points, to be joined to edges.
+/// Trimming loops in the parameters of `surface`, and the non-degenerate sides to be joined to edges.
 fn trims_of(loops: &[Vec<Side>], surface: &Surface, tolerance: f64) -> (Vec<TrimLoop>, Vec<Piece>) {
     let (mut pieces, mut trims) = (Vec::new(), Vec::new());
     for (l, sides) in loops.iter().enumerate() {
@@ -352,11 +364,11 @@ fn trims_of(loops: &[Vec<Side>], surface: &Surface, tolerance: f64) -> (Vec<Trim
     (trims, pieces)
 }
 
-/// No point of a side's image is farther than `tolerance` [mm] from its first.
+/// True when the image of a side lies within `tolerance` [mm] of its first point.
 fn is_point(surface: &Surface, pcurve: &Curve2, tolerance: f64) -> bool {
     let [a, b] = pcurve.domain();
     let at = |k: u32| surface.point(pcurve.point(a + (b - a) * f64::from(k) / 16.0));
     let first: Vec3 = at(0);
-    // The middle first: it is nearly always far.
+    // Test the middle first: on limit sides it is the farthest point.
     std::iter::once(8).chain(1..=16).all(|k| (at(k) - first).norm() <= tolerance)
 }

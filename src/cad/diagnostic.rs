@@ -1,24 +1,24 @@
-//! What a reader survived and tells the user.
+//! Messages about problems that a reader handled.
 
-/// How much a [`Diagnostic`] matters.
+/// Severity of a [`Diagnostic`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Worth knowing.
+    /// For information.
     Note,
-    /// Repaired or skipped: the model may differ from what its author meant.
+    /// Repaired or skipped: the model may differ from the author's intent.
     Warning,
 }
 
-/// Something the reader survived and tells the user.
+/// A problem that the reader handled and reports.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Diagnostic {
-    /// How much it matters.
+    /// Severity.
     pub severity: Severity,
-    /// Short stable kebab-case name of the kind, for example `entity-skipped`.
+    /// Stable kebab-case code, for example `entity-skipped`.
     pub code: &'static str,
-    /// Where: `line 12 (D7, entity 128)` or `#45 (ADVANCED_FACE)`; empty for the whole file.
+    /// Location: `line 12 (D7, entity 128)` or `#45 (ADVANCED_FACE)`; empty for the entire file.
     pub place: String,
-    /// What was found, what was done.
+    /// Finding and action.
     pub text: String,
 }

@@ -1,8 +1,8 @@
-//! Why a CAD file gives no model.
+//! Errors of reading CAD files.
 
 use std::path::PathBuf;
 
-/// Why a CAD file gives no model.
+/// The reason why a CAD file yields no model.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum CadError {
@@ -11,7 +11,7 @@ pub enum CadError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         #[source]
         source: std::io::Error,
     },
@@ -22,10 +22,10 @@ pub enum CadError {
     UnknownFormat {
         /// The file's name.
         file: String,
-        /// What its first bytes look like.
+        /// Description of its first bytes.
         found: String,
     },
-    /// The text breaks the format's grammar or says something that cannot be.
+    /// The text violates the grammar of the format or contains inadmissible values.
     #[error("{file}, {place}: {found}; allowed: {allowed}; {remedy}")]
     Invalid {
         /// The file's name.
@@ -36,7 +36,7 @@ pub enum CadError {
         found: String,
         /// What is allowed.
         allowed: String,
-        /// What to do.
+        /// Remedy.
         remedy: String,
     },
 }

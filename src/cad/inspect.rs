@@ -1,4 +1,4 @@
-//! What `kanagata inspect` says of a file.
+//! Summary of a file for `kanagata inspect`.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use super::model::SurfaceKind;
 use super::{Diagnostic, Model, Severity};
 
-/// Facts about a model, as JSON or as a table.
+/// Summary of a model, as JSON or as a table.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Inspection {
     /// File name.
@@ -17,27 +17,27 @@ pub struct Inspection {
     pub unit_mm: f64,
     /// Number of faces.
     pub faces: usize,
-    /// Faces by the type of their surface.
+    /// Faces by surface type.
     pub faces_by_type: BTreeMap<SurfaceKind, usize>,
     /// Area of all faces [mm2].
     pub area_mm2: f64,
-    /// Tight box: x, y, z smallest, then x, y, z largest [mm]; zeros without faces.
+    /// Tight bounding box: x, y, z minima, then maxima [mm]; zeros without faces.
     pub bbox_mm: [f64; 6],
     /// Edges used by one face only.
     pub free_edges: usize,
-    /// Their length [mm].
+    /// Total length of free edges [mm].
     pub free_edge_length_mm: f64,
-    /// Edges in all, after joining.
+    /// Total number of edges after joining.
     pub edges: usize,
     /// Distance within which edges were joined [mm].
     pub join_tolerance_mm: f64,
     /// Entities of the file by kind.
     pub entities: BTreeMap<String, usize>,
-    /// What was survived.
+    /// Diagnostics of reading and building.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Collects the facts.
+/// Summarises a model.
 #[must_use]
 pub fn inspect(model: &Model, diagnostics: &[Diagnostic]) -> Inspection {
     let mut faces_by_type = BTreeMap::new();
@@ -57,7 +57,7 @@ pub fn inspect(model: &Model, diagnostics: &[Diagnostic]) -> Inspection {
         severity: Severity::Warning,
         code: "area-unmeasured",
         place: model.faces[f].source.clone(),
-        text: "its area does not settle in the work that a face of its size may take; the area of the model is a guess".into(),
+        text: "its area did not converge within the evaluation limit; the area of the model is an estimate".into(),
     });
     Inspection {
         file: model.name.clone(),

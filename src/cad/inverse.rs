@@ -1,5 +1,5 @@
-//! From points near a surface to its native parameters: closed forms for planes, quadrics and tori, bounded Newton
-//! from a hint or from the nearest samples for all others.
+//! Point inversion to native surface parameters: closed forms for planes, quadrics and tori, otherwise bounded Newton
+//! iteration from a hint or from the nearest samples.
 
 use std::f64::consts::PI;
 
@@ -8,14 +8,14 @@ use super::raw::RawSurface;
 use crate::geometry::nurbs::{SurfaceDerivs, newton_step};
 use crate::geometry::{Vec2, Vec3};
 
-/// Samples a surface keeps for starting points, at most.
-const MOST_SAMPLES: usize = 40_000;
-/// Samples from which Newton starts when there is no hint.
-const STARTS: usize = 6;
+/// Maximum number of cached sample points per surface.
+const SAMPLES_MAX: usize = 40_000;
+/// Number of nearest samples from which Newton iteration starts without a hint.
+const NEWTON_STARTS: usize = 6;
 
 impl Native<'_> {
-    /// Parameters (our order) of the point of the surface nearest to `p`, chosen nearest to `hint` among
-    /// equivalent ones. With a hint the search is local.
+    /// Native parameters (internal order) of the point of the surface closest to `p`; among equivalent ones those
+    /// nearest to `hint`. With a hint the search is local.
     pub fn inverse(&self, p: &Vec3, hint: Option<Vec2>) -> Vec2 {
         let uv = self.closed_form(p, hint).unwrap_or_else(|| match hint {
             Some(h) => self.newton(p, h).0,
@@ -24,7 +24,7 @@ impl Native<'_> {
         hint.map_or(uv, |h| self.equivalent_near(uv, h))
     }
 
-    /// The same point of the surface, by whole periods as near to `hint` as it can be.
+    /// Shifts parameters by whole periods to be nearest to `hint`.
     pub fn equivalent_near(&self, mut uv: Vec2, hint: Vec2) -> Vec2 {
         for (k, period) in self.periods().into_iter().enumerate() {
             if let Some(period) = period {
@@ -34,16 +34,16 @@ impl Native<'_> {
         uv
     }
 
-    /// Feet are searched: there is no closed form for them.
-    pub fn searches(&self) -> bool {
+    /// True for surfaces without closed-form inversion.
+    pub fn is_inverted_iteratively(&self) -> bool {
         matches!(
             self.raw(),
             RawSurface::Revolution { .. } | RawSurface::Extrusion { .. } | RawSurface::Nurbs(_)
         )
     }
 
-    /// Neither parameter stands still at a point of a sweep or spline.
-    pub fn regular(&self, uv: Vec2) -> bool {
+    /// True at a point of a swept or spline surface where neither derivative vanishes.
+    pub fn is_regular(&self, uv: Vec2) -> bool {
         let d = self.derivs(uv);
         let [u, v] = self.natural_range().unwrap_or([[0.0, 1.0]; 2]);
         let (a, b) = (d.su.norm() * (u[1] - u[0]), d.sv.norm() * (v[1] - v[0]));
@@ -52,7 +52,7 @@ impl Native<'_> {
 
     fn closed_form(&self, p: &Vec3, hint: Option<Vec2>) -> Option<Vec2> {
         let hint_u = hint.map_or(0.0, |h| h.x);
-        // The angle about an axis; on the axis itself, the hint's.
+        // Azimuth about an axis; that of the hint for a point on the axis.
         let turn = |x: f64, y: f64, size: f64| {
             if x.hypot(y) > 1e-9 * size { y.atan2(x) } else { hint_u }
         };
@@ -68,12 +68,12 @@ impl Native<'_> {
             RawSurface::Cone { frame, radius, semi_angle } => {
                 let l = frame.local(p);
                 let t = semi_angle.tan();
-                // Both nappes: beyond the apex the radius is negative, and the angle the opposite one.
+                // Both nappes: beyond the apex the radius is negative and the angle opposite.
                 let r = l.x.hypot(l.y);
                 let off = |r: f64| (r - radius - l.z * t).abs();
                 let beyond = off(-r) < off(r) - 1e-9 * (radius + r);
                 let (r, half) = if beyond { (-r, PI) } else { (r, 0.0) };
-                // Foot on the generator in the half plane of the point.
+                // Foot point on the generator in the half plane of the point.
                 let v = ((r - radius) * t + l.z) / (1.0 + t * t);
                 let on_axis = l.x.hypot(l.y) <= 1e-9 * (radius.abs() + l.z.abs());
                 let u = if on_axis { hint_u } else { l.y.atan2(l.x) + half };
@@ -90,20 +90,20 @@ impl Native<'_> {
         })
     }
 
-    /// The best foot from the nearest samples of the whole surface.
+    /// Best foot point from the nearest samples of the entire surface.
     fn nearest_to_samples(&self, p: &Vec3) -> Vec2 {
         let samples = self.samples();
-        let mut near: Vec<(f64, Vec2)> = Vec::with_capacity(STARTS + 1);
+        let mut near: Vec<(f64, Vec2)> = Vec::with_capacity(NEWTON_STARTS + 1);
         for (uv, x) in samples {
             let d = (x - p).norm_squared();
-            if near.len() < STARTS || d < near[near.len() - 1].0 {
+            if near.len() < NEWTON_STARTS || d < near[near.len() - 1].0 {
                 let at = near.partition_point(|n| n.0 <= d);
                 near.insert(at, (d, *uv));
-                near.truncate(STARTS);
+                near.truncate(NEWTON_STARTS);
             }
         }
         let mut best = (Vec2::zeros(), f64::INFINITY);
-        // A foot at the point itself is the nearest.
+        // A foot point at distance zero cannot be improved.
         let there = (1e-9 * (1.0 + p.norm())).powi(2);
         for (_, start) in near {
             let foot = self.newton(p, start);
@@ -117,8 +117,8 @@ impl Native<'_> {
         best.0
     }
 
-    /// Bounded Newton on half the squared distance: parameters and squared distance. Periodic parameters run on
-    /// over the seam, others stop at their range.
+    /// Bounded Newton iteration on half the squared distance: parameters and squared distance. Periodic parameters may
+    /// cross the seam, others stop at the ends of their range.
     pub fn newton(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
         let bounds = self.newton_bounds();
         let clamp = |uv: Vec2| clamped(&bounds, uv);
@@ -134,7 +134,7 @@ impl Native<'_> {
                 break;
             }
             if quadratic && length <= 3e-8 * (1.0 + d.s.norm()) {
-                // What is left after this step is near rounding, and so is what it gains.
+                // The remaining error after this step is close to rounding.
                 uv = clamp(uv + step);
                 break;
             }
@@ -156,7 +156,7 @@ impl Native<'_> {
         (uv, best)
     }
 
-    /// Ranges that Newton must not leave; `None` for periodic and for straight, unbounded parameters.
+    /// Parameter ranges of the Newton iteration; `None` for periodic and for straight, unbounded parameters.
     fn newton_bounds(&self) -> [Option<[f64; 2]>; 2] {
         let periods = self.periods();
         let range = self.natural_range();
@@ -166,14 +166,14 @@ impl Native<'_> {
         [u.filter(|_| periods[0].is_none()), v.filter(|_| periods[1].is_none())]
     }
 
-    /// Samples over the natural range, `degree + 1` and more to each span, with their points.
+    /// Samples over the natural range, at least `degree + 1` per span, with their points.
     pub(super) fn sampled(&self) -> Vec<(Vec2, Vec3)> {
         let Some(whole) = self.whole() else { return Vec::new() };
-        let along = |k: usize, most: usize| -> Vec<f64> {
+        let along = |k: usize, limit: usize| -> Vec<f64> {
             let (knots, p) = (whole.knots()[k], whole.degrees()[k]);
             let inner = &knots[p..knots.len() - p];
             let spans = inner.windows(2).filter(|w| w[0] < w[1]).count().max(1);
-            let per_span = (p + 2).min((most / spans).max(1));
+            let per_span = (p + 2).min((limit / spans).max(1));
             let spans = inner.windows(2).filter(|w| w[0] < w[1]);
             let mut out: Vec<f64> = spans
                 .flat_map(|w| {
@@ -184,14 +184,14 @@ impl Native<'_> {
             out
         };
         let us = along(0, 200);
-        let vs = along(1, (MOST_SAMPLES / us.len()).max(8));
+        let vs = along(1, (SAMPLES_MAX / us.len()).max(8));
         let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| Vec2::new(u, v)));
         pairs.zip(whole.grid(&us, &vs)).collect()
     }
 }
 
-/// Newton step where the Hessian is positive definite (and true: it converges quadratically), Gauss-Newton
-/// elsewhere, in the parameters not held.
+/// Newton step where the Hessian is positive definite (flag true: quadratic convergence), otherwise Gauss-Newton, in
+/// the free parameters.
 fn descent(d: &SurfaceDerivs, r: &Vec3, g: Vec2, held: [bool; 2]) -> (Vec2, bool) {
     let gauss = [d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared()];
     let full = [gauss[0] + r.dot(&d.suu), gauss[1] + r.dot(&d.suv), gauss[2] + r.dot(&d.svv)];
@@ -199,7 +199,7 @@ fn descent(d: &SurfaceDerivs, r: &Vec3, g: Vec2, held: [bool; 2]) -> (Vec2, bool
         return (step, true);
     }
     let step = newton_step(gauss, g, held).unwrap_or_else(|| {
-        // One direction has no extent (a pole): move along the other.
+        // One derivative vanishes (a pole): step along the other parameter.
         if gauss[0] > gauss[2] {
             Vec2::new(-g.x / gauss[0], 0.0)
         } else {
@@ -209,8 +209,8 @@ fn descent(d: &SurfaceDerivs, r: &Vec3, g: Vec2, held: [bool; 2]) -> (Vec2, bool
     (step, false)
 }
 
-/// Nearest point of a torus; a spindle torus has feet on both half circles of the plane through the point, and
-/// the hint says which is meant.
+/// Closest point of a torus. A spindle torus has foot points on both circles of the meridian plane, and the hint
+/// selects one.
 fn torus_inverse(l: &Vec3, major: f64, minor: f64, hint: Option<Vec2>) -> Vec2 {
     let r = l.x.hypot(l.y);
     let u = if r > 1e-9 * major.max(minor) { l.y.atan2(l.x) } else { hint.map_or(0.0, |h| h.x) };
@@ -219,17 +219,17 @@ fn torus_inverse(l: &Vec3, major: f64, minor: f64, hint: Option<Vec2>) -> Vec2 {
         return near;
     }
     let far = Vec2::new(u + PI, l.z.atan2(-r - major));
-    let miss = |r: f64| ((r - major).hypot(l.z) - minor).abs();
-    if miss(-r) < miss(r) - 1e-9 * minor { far } else { near }
+    let distance = |r: f64| ((r - major).hypot(l.z) - minor).abs();
+    if distance(-r) < distance(r) - 1e-9 * minor { far } else { near }
 }
 
-/// Parameters moved into their ranges.
+/// Clamps parameters to their ranges.
 fn clamped(bounds: &[Option<[f64; 2]>; 2], uv: Vec2) -> Vec2 {
     let within = |k: usize| bounds[k].map_or(uv[k], |b| uv[k].clamp(b[0], b[1]));
     Vec2::new(within(0), within(1))
 }
 
-/// Parameters at an end of their range that descent against the gradient `g` would leave.
+/// Parameters at an end of their range where descent against the gradient `g` would leave it.
 fn held_at_bounds(bounds: &[Option<[f64; 2]>; 2], uv: Vec2, g: Vec2) -> [bool; 2] {
     [0, 1].map(|k| {
         bounds[k].is_some_and(|b| (uv[k] <= b[0] && g[k] > 0.0) || (uv[k] >= b[1] && g[k] < 0.0))

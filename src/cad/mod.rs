@@ -1,7 +1,7 @@
-//! The CAD wing's ground: IGES and STEP files become a [`Model`] of trimmed NURBS faces in mm.
+//! Reading of IGES and STEP files into a [`Model`] of trimmed NURBS faces [mm].
 //!
-//! `iges` and `step` turn text into a [`raw::RawModel`] (native surfaces, curves as the file gives them);
-//! `build` turns that into the [`Model`] (rational-exact NURBS, loops in the parameter plane, joined edges).
+//! `iges` and `step` convert the text to a [`raw::RawModel`]: native surfaces, curves as in the file. `build` converts
+//! that to the [`Model`]: exact NURBS, loops in the parameter plane, joined edges.
 
 mod analytic;
 mod area;
@@ -39,17 +39,16 @@ pub use diagnostic::{Diagnostic, Severity};
 pub use error::CadError;
 pub use model::Model;
 
-/// Reads an IGES or STEP file, told apart by content, into a model in mm.
+/// Reads an IGES or STEP file, identified by content, into a model [mm] and diagnostics.
 ///
 /// # Errors
-/// [`CadError`] when the file cannot be read or its text is beyond repair. What was survived is in the
-/// diagnostics.
+/// [`CadError`] when the file cannot be read or its text cannot be repaired.
 pub fn read(path: &Path) -> Result<(Model, Vec<Diagnostic>), CadError> {
     read_with(path, Creases::Kept)
 }
 
-/// As [`read`], with a choice of what becomes of creases inside faces; a tool model needs them cut, as on a crease no
-/// patch has one normal.
+/// As [`read`], with a choice of the treatment of creases inside faces. A tool model needs faces split along creases,
+/// because a smooth patch cannot cross one.
 ///
 /// # Errors
 /// [`CadError`] as for [`read`].
@@ -61,7 +60,7 @@ pub fn read_with(path: &Path, creases: Creases) -> Result<(Model, Vec<Diagnostic
     Ok(build::build_with(raw, &name, creases))
 }
 
-/// Tells IGES from STEP by content and parses the bytes.
+/// Identifies IGES or STEP by content and parses the bytes.
 ///
 /// # Errors
 /// [`CadError`] as for [`read`].

@@ -5,12 +5,12 @@ use std::ops::Range;
 use crate::geometry::nurbs::{Curve2, Curve3, Surface};
 use crate::geometry::{Vec2, Vec3};
 
-/// A CAD model: faces in mm, oriented outwards, with the topology found by joining their edges.
+/// A CAD model: faces in mm, oriented outwards, with the topology from joining their edges.
 #[derive(Debug, Clone, Default)]
 pub struct Model {
     /// Name of the file.
     pub name: String,
-    /// Unit of the file as it names it.
+    /// Name of the unit in the file.
     pub unit: String,
     /// Millimetres in one unit of the file.
     pub unit_mm: f64,
@@ -18,20 +18,20 @@ pub struct Model {
     pub entities: std::collections::BTreeMap<String, usize>,
     /// Trimmed faces.
     pub faces: Vec<Face>,
-    /// Faces of the file that are not in `faces`: unreadable, or without area.
+    /// Faces of the file that are not in `faces`: unreadable, or of zero area.
     pub lost: Vec<super::raw::LostFace>,
-    /// Numbers of faces that are parts of one face of the file, cut at creases inside it.
+    /// Index ranges of faces that are parts of one face of the file, split along creases.
     pub cut: Vec<Range<usize>>,
-    /// Edges, each used by one face (free), two, or more. Faces that meet along part of an edge have it
-    /// split there, so that a use is always a whole edge.
+    /// Edges, used by one face (free), two, or more. Where faces meet along part of an edge it is split, so that every
+    /// use is an entire edge.
     pub edges: Vec<Edge>,
     /// Corner points [mm].
     pub vertices: Vec<Vec3>,
-    /// Largest gap that was closed by joining [mm].
+    /// Largest gap closed by joining [mm].
     pub join_tolerance: f64,
 }
 
-/// What a face's surface was in the file.
+/// Surface type of a face in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SurfaceKind {
@@ -45,9 +45,9 @@ pub enum SurfaceKind {
     Sphere,
     /// Torus.
     Torus,
-    /// Surface of revolution of a free curve.
+    /// Surface of revolution of a free-form curve.
     Revolution,
-    /// Sweep of a free curve.
+    /// Extrusion of a free-form curve.
     Extrusion,
     /// Rational B-spline.
     Nurbs,
@@ -58,16 +58,16 @@ pub enum SurfaceKind {
 /// A trimmed face.
 #[derive(Debug, Clone)]
 pub struct Face {
-    /// Rational B-spline surface, on a domain that covers the loops.
+    /// Rational B-spline surface, with a domain that covers the loops.
     pub surface: Surface,
-    /// What the surface was in the file.
+    /// Surface type in the file.
     pub kind: SurfaceKind,
-    /// The plane, quadric or torus of which `surface` is an exact piece.
+    /// The plane, quadric or torus of which `surface` is an exact patch.
     pub analytic: Option<Analytic>,
-    /// Loops in the parameter plane, closed, outer one counter-clockwise and first, holes clockwise (in
-    /// the (u, v) plane, whatever `flipped` is).
+    /// Closed loops in the parameter plane, outer loop first and counter-clockwise, holes clockwise (in the (u, v)
+    /// plane, for any value of `flipped`).
     pub loops: Vec<TrimLoop>,
-    /// The outward normal is `-(su x sv)/|.|`.
+    /// The outward normal is `-(su x sv)/|su x sv|`.
     pub flipped: bool,
     /// Entity in the file.
     pub source: String,
@@ -78,18 +78,18 @@ pub struct Face {
 /// A closed loop in the parameter plane.
 #[derive(Debug, Clone)]
 pub struct TrimLoop {
-    /// Edge uses, each ending where the next begins.
+    /// Edge uses, each ending at the start of the next.
     pub uses: Vec<EdgeUse>,
 }
 
-/// One side of an edge: its curve in a face's parameter plane, in the loop's direction.
+/// One side of an edge: its curve in the parameter plane of a face, in the direction of the loop.
 #[derive(Debug, Clone)]
 pub struct EdgeUse {
-    /// Parameter curve (in the parameters of `Face::surface`), in the loop's direction.
+    /// Parameter curve (in the parameters of `Face::surface`), in the direction of the loop.
     pub pcurve: Curve2,
     /// Index into `Model::edges`; `None` for a degenerate side (pole: one point in space).
     pub edge: Option<usize>,
-    /// The use runs against the edge's own curve.
+    /// The use traverses the edge against its curve.
     pub reversed: bool,
 }
 
@@ -100,11 +100,11 @@ pub struct Edge {
     pub curve: Curve3,
     /// Vertex ids; equal for a closed edge.
     pub vertices: [usize; 2],
-    /// Faces that use it, as (face, loop, position in the loop). A seam is used twice by one face.
+    /// Uses of the edge, as (face, loop, position in the loop). A seam is used twice by one face.
     pub uses: Vec<[usize; 3]>,
 }
 
-/// Where the closest point of a trimmed face lies.
+/// Location of the closest point of a trimmed face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FootLocation {
     /// Inside a face.
@@ -118,13 +118,13 @@ pub enum FootLocation {
 /// The closest point of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foot {
-    /// Face the foot is on (for edges and vertices: one of those that meet there).
+    /// Face of the foot point (for edges and vertices: one of the adjacent faces).
     pub face: usize,
     /// Parameters on that face.
     pub uv: Vec2,
     /// Closest point [mm].
     pub point: Vec3,
-    /// Outward unit normal of `face` there (zero vector where the surface has none).
+    /// Outward unit normal of `face` (zero where the surface is degenerate).
     pub normal: Vec3,
     /// Distance [mm], >= 0.
     pub distance: f64,
@@ -133,7 +133,7 @@ pub struct Foot {
 }
 
 impl Model {
-    /// The faces that with face `f` are one face of the file: itself alone, or the parts it was cut into.
+    /// Range of the faces that were one face of the file with face `f`.
     #[must_use]
     pub fn cut_with(&self, f: usize) -> Range<usize> {
         self.cut.iter().find(|parts| parts.contains(&f)).cloned().unwrap_or(f..f + 1)
@@ -141,7 +141,7 @@ impl Model {
 }
 
 impl Face {
-    /// Outward unit normal at `uv`; `None` where the surface has none.
+    /// Outward unit normal at `uv`; `None` where the surface is degenerate.
     #[must_use]
     pub fn normal(&self, uv: Vec2) -> Option<Vec3> {
         let n = self.surface.normal(uv)?;

@@ -1,5 +1,5 @@
-//! A face's surface with the parameters its file uses: evaluation, inverse, periods, and the exact step to a
-//! rational B-spline on the range the loops need.
+//! A face's surface in the parameters of its file: evaluation, inversion, periods, and exact conversion to a rational
+//! B-spline on a given range.
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -10,18 +10,18 @@ use super::raw::RawSurface;
 use crate::geometry::nurbs::{Curve2, Curve3, Surface, SurfaceDerivs};
 use crate::geometry::{Frame, Vec2, Vec3};
 
-/// Borders nearer than this share of the surface's size are one seam.
-const CLOSED: f64 = 1e-7;
-/// Parameters beyond a range by this share of it are at its end.
-const ROUNDING: f64 = 1e-9;
+/// Distance between opposite boundaries relative to the size of the surface below which they form a seam.
+const SEAM_TOLERANCE_REL: f64 = 1e-7;
+/// Excess of a parameter over its range, relative to the range, that is attributed to rounding.
+const ROUNDING_REL: f64 = 1e-9;
 
-/// A surface in native parameters, ready for evaluation. An offset stands for its base: `build` replaces offsets
-/// by surfaces of their own before.
+/// A surface in native parameters, prepared for evaluation. An offset is represented by its base; `build` replaces
+/// offsets beforehand.
 pub(super) struct Native<'a> {
     raw: &'a RawSurface,
-    /// Whole surface where it has a natural range (sweeps, splines), in (angle, curve) or spline parameters.
+    /// Whole surface where it has a natural range (swept surfaces, splines), in (angle, curve) or spline parameters.
     whole: Option<Cow<'a, Surface>>,
-    /// Period along u and v (in our order); `None` where the surface does not close.
+    /// Period along u and v (internal order); `None` where the surface is not closed.
     periods: [Option<f64>; 2],
     samples: OnceCell<Vec<(Vec2, Vec3)>>,
 }
@@ -52,12 +52,12 @@ impl<'a> Native<'a> {
         self.raw
     }
 
-    /// The whole surface where it has a natural range (sweeps, splines).
+    /// The whole surface where it has a natural range (swept surfaces, splines).
     pub fn whole(&self) -> Option<&Surface> {
         self.whole.as_deref()
     }
 
-    /// Points of the whole surface, evaluated once.
+    /// Sample points of the whole surface, cached.
     pub fn samples(&self) -> &[(Vec2, Vec3)] {
         self.samples.get_or_init(|| self.sampled())
     }
@@ -70,12 +70,13 @@ impl<'a> Native<'a> {
         }
     }
 
-    /// The native parameters are (curve, angle): ours exchanged, so the normal turns round.
+    /// True when the file's parameters are (curve, angle): exchanging them reverses the normal.
     pub fn swapped(&self) -> bool {
         matches!(self.raw, RawSurface::Revolution { curve_first: true, .. })
     }
 
-    /// A parameter curve of the file in our order, on a sphere moved by whole turns between the poles.
+    /// A parameter curve of the file in internal order. On a sphere it is shifted by whole turns to lie between the
+    /// poles.
     pub fn normalised(&self, path: &Curve2) -> Curve2 {
         let path = path.mapped(|uv| self.order(uv));
         if !matches!(self.raw, RawSurface::Sphere { .. }) {
@@ -86,17 +87,17 @@ impl<'a> Native<'a> {
         path.mapped(|uv| uv - Vec2::new(0.0, turns))
     }
 
-    /// Native parameters of the file in our order: (angle, curve) for revolutions.
+    /// Converts the file's parameters to internal order: (angle, curve) for surfaces of revolution.
     pub fn order(&self, uv: Vec2) -> Vec2 {
         if self.swapped() { Vec2::new(uv.y, uv.x) } else { uv }
     }
 
-    /// Period along u and v (in our order); `None` where the surface does not close.
+    /// Period along u and v (internal order); `None` where the surface is not closed.
     pub fn periods(&self) -> [Option<f64>; 2] {
         self.periods
     }
 
-    /// Point and derivatives at native parameters (our order) of sweeps and splines, zeros elsewhere.
+    /// Point and derivatives at native parameters (internal order) of swept surfaces and splines; zeros for others.
     pub fn derivs(&self, uv: Vec2) -> SurfaceDerivs {
         match self.raw {
             RawSurface::Revolution { generatrix, origin, axis, .. } => {
@@ -133,7 +134,7 @@ impl<'a> Native<'a> {
         }
     }
 
-    /// Point at native parameters (our order), which may lie beyond a period.
+    /// Point at native parameters (internal order), which may lie outside the base period.
     pub fn point(&self, uv: Vec2) -> Vec3 {
         let (u, v) = (uv.x, uv.y);
         let ring = |f: &Frame, r: f64, z: f64| f.point(&Vec3::new(r * u.cos(), r * u.sin(), z));
@@ -161,7 +162,7 @@ impl<'a> Native<'a> {
         }
     }
 
-    /// Moves spline parameters by whole periods into the domain.
+    /// Shifts spline parameters by whole periods into the domain.
     fn wrap(&self, uv: Vec2) -> Vec2 {
         let Some(s) = &self.whole else { return uv };
         let mut out = uv;
@@ -176,7 +177,7 @@ impl<'a> Native<'a> {
         out
     }
 
-    /// Native v (u) lines that shrink to a point: (parameter index, value).
+    /// Isoparametric lines that degenerate to a point: (parameter index, value).
     pub fn poles(&self) -> Vec<(usize, f64)> {
         match self.raw {
             RawSurface::Sphere { .. } => vec![(1, -FRAC_PI_2), (1, FRAC_PI_2)],
@@ -196,7 +197,7 @@ impl<'a> Native<'a> {
         }
     }
 
-    /// Points in space to which such lines shrink.
+    /// Points in space of the degenerate isoparametric lines.
     pub fn pole_points(&self) -> Vec<Vec3> {
         let at = |(k, t): (usize, f64)| {
             let mut uv = self.whole.as_ref().map_or_else(Vec2::zeros, |s| {
@@ -209,8 +210,8 @@ impl<'a> Native<'a> {
         self.poles().into_iter().map(at).collect()
     }
 
-    /// A surface without any border of its own: a loop on it has a piece of the surface on either side.
-    pub fn closed_all_round(&self) -> bool {
+    /// True for a surface without boundary: a loop on it divides it into two regions.
+    pub fn has_no_boundary(&self) -> bool {
         match self.raw {
             RawSurface::Sphere { .. } => true,
             RawSurface::Torus { major, minor, .. } => major > minor,
@@ -218,7 +219,7 @@ impl<'a> Native<'a> {
         }
     }
 
-    /// Natural ranges of a whole surface (our order); `None` for an unbounded one.
+    /// Natural parameter ranges (internal order); `None` for an unbounded surface.
     pub fn natural_range(&self) -> Option<[[f64; 2]; 2]> {
         match self.raw {
             RawSurface::Sphere { .. } => Some([[0.0, TAU], [-FRAC_PI_2, FRAC_PI_2]]),
@@ -236,19 +237,19 @@ impl<'a> Native<'a> {
         }
     }
 
-    /// Rational B-spline on the native range (our order), and the angle ranges of u and v where the parameter
-    /// of that B-spline differs from the angle inside a span.
+    /// Rational B-spline on the native range (internal order), and the angular ranges of u and v where its parameter
+    /// differs from the angle inside a span.
     pub fn to_nurbs(&self, range: [[f64; 2]; 2]) -> (Surface, [Option<[f64; 2]>; 2]) {
         let (mut surface, angles) = self.on_range(range);
         for k in 0..2 {
-            // Loops over the seam of a closed spline: the seam moves out of their way.
+            // Loops across the seam of a closed spline: move the seam.
             let ([low, high], Some(period)) = (surface.domain()[k], self.periods[k]) else {
                 continue;
             };
             let slack = 1e-9 * period;
             let over = range[k][0] < low - slack || range[k][1] > high + slack;
             if angles[k].is_none() && over && (high - low - period).abs() <= slack {
-                surface = surface.rolled(k, range[k][0]).unwrap_or(surface);
+                surface = surface.with_seam_at(k, range[k][0]).unwrap_or(surface);
             }
         }
         (surface, angles)
@@ -294,20 +295,20 @@ impl<'a> Native<'a> {
     }
 }
 
-/// A range that leaves a domain by no more than rounding, cut to it.
+/// Clips a range to a domain if it exceeds it by rounding only.
 fn within([low, high]: [f64; 2], [from, to]: [f64; 2]) -> Option<[f64; 2]> {
-    let slack = ROUNDING * (high - low);
+    let slack = ROUNDING_REL * (high - low);
     let inside = from >= low - slack && to <= high + slack;
     inside.then_some([from.max(low), to.min(high)])
 }
 
-/// The part of a surface that closes on itself along v whose range runs over the seam.
+/// The part of a surface closed along v whose range crosses the seam.
 fn over_seam(whole: &Surface, v: [f64; 2]) -> Option<Surface> {
     let [_, [low, high]] = whole.domain();
     let to = v[1].min(v[0] + (high - low));
-    let rolled = whole.rolled(1, v[0]).ok()?;
-    let [u, domain] = rolled.domain();
-    rolled.trimmed(u, within(domain, [v[0], to])?).ok()
+    let shifted = whole.with_seam_at(1, v[0]).ok()?;
+    let [u, domain] = shifted.domain();
+    shifted.trimmed(u, within(domain, [v[0], to])?).ok()
 }
 
 fn line(at: impl Fn(f64) -> Vec3, v: [f64; 2]) -> Curve3 {
@@ -318,7 +319,7 @@ fn revolve(generatrix: &Curve3, frame: &Frame, u: [f64; 2]) -> Surface {
     Surface::revolution(generatrix, frame.origin, frame.z, u)
 }
 
-/// What a surface is called.
+/// Surface type of a raw surface.
 pub(super) fn kind_of(raw: &RawSurface) -> SurfaceKind {
     match raw {
         RawSurface::Plane(_) => SurfaceKind::Plane,
@@ -352,11 +353,11 @@ fn periods_of(raw: &RawSurface, whole: Option<&Surface>) -> [Option<f64>; 2] {
     }
 }
 
-/// Which directions of a surface close on themselves in space.
+/// Directions in which a surface is closed in space.
 fn closed_directions(s: &Surface) -> [bool; 2] {
     let size = crate::geometry::Aabb::of_points(s.points()).diagonal();
     let [u, v] = s.domain();
-    // The borders are splines of at most so many spans: as many samples tell them apart.
+    // The boundaries are splines with a limited number of spans, so that as many samples distinguish them.
     let closed = |k: usize| {
         let n = (4 * s.count()[1 - k]).min(400);
         (0..=n).all(|i| {
@@ -371,13 +372,13 @@ fn closed_directions(s: &Surface) -> [bool; 2] {
                     (Vec2::new(x, v[0]), Vec2::new(x, v[1]))
                 }
             };
-            (s.point(a) - s.point(b)).norm() <= CLOSED * size
+            (s.point(a) - s.point(b)).norm() <= SEAM_TOLERANCE_REL * size
         })
     };
     [closed(0), closed(1)]
 }
 
-/// Sides of a surface that are one point in space.
+/// Sides of a surface that degenerate to a point in space.
 fn collapsed_sides(s: &Surface) -> Vec<(usize, f64)> {
     let [u, v] = s.domain();
     let size = crate::geometry::Aabb::of_points(s.points()).diagonal();

@@ -1,4 +1,4 @@
-//! Numbers of a face as its file gives them: bounded and finite before any geometry is made of them.
+//! Validation of the numbers of a face: bounded and finite before any geometric computation.
 
 use std::cell::LazyCell;
 
@@ -10,8 +10,7 @@ use crate::geometry::numbers::{
 };
 use crate::geometry::{Aabb, Frame, Vec2, Vec3};
 
-/// The first number of a face that cannot be used, with what is allowed; bounds of
-/// [`numbers`](crate::geometry::numbers).
+/// First inadmissible number of a face with the admissible range; bounds of [`numbers`](crate::geometry::numbers).
 fn fault_of(face: &RawFace) -> Option<String> {
     let edges = face.loops.iter().flat_map(|l| &l.edges);
     let vertices = || face.loops.iter().filter_map(|l| l.vertex.as_ref());
@@ -19,7 +18,7 @@ fn fault_of(face: &RawFace) -> Option<String> {
     surface(&face.surface).or_else(of_loops).or_else(|| vertices().find_map(point_fault))
 }
 
-/// Box of a face as its file has it, or why the face cannot be used.
+/// Bounding box of a face, or the reason why the face is unusable.
 pub(super) fn usable_bounds(face: &RawFace) -> Result<Aabb, String> {
     if let Some(fault) = fault_of(face) {
         return Err(fault);
@@ -27,10 +26,10 @@ pub(super) fn usable_bounds(face: &RawFace) -> Result<Aabb, String> {
     let bounds = face_bounds(face);
     let corners = [bounds.min, bounds.max];
     let finite = bounds.is_empty() || corners.iter().flatten().all(|x| x.is_finite());
-    if finite { Ok(bounds) } else { Err("points of it are not finite".to_owned()) }
+    if finite { Ok(bounds) } else { Err("it has points that are not finite".to_owned()) }
 }
 
-/// Box of a face's boundary curves, or of its surface when it has none.
+/// Bounding box of a face's boundary curves, or of its surface when it has none.
 fn face_bounds(face: &RawFace) -> Aabb {
     let mut bounds = Aabb::EMPTY;
     let native = LazyCell::new(|| Native::new(&face.surface));

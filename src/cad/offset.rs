@@ -1,4 +1,5 @@
-//! Offset surfaces as surfaces of their own: exact for planes, quadrics and tori, fitted for sweeps and splines.
+//! Conversion of offset surfaces to explicit surfaces: exact for planes, quadrics and tori, fitted for swept surfaces
+//! and splines.
 
 use super::model::Face;
 use super::offset_fit::{cells_to_halve, through_points};
@@ -8,26 +9,26 @@ use crate::geometry::frame::unit;
 use crate::geometry::nurbs::{Curve3, Surface};
 use crate::geometry::{Frame, Vec2, Vec3};
 
-/// Halvings of a fitted piece.
-const DEPTH: u32 = 7;
-/// Pieces that all offsets of a file may be fitted with, besides one for every [`BYTES_A_PIECE`] bytes of the file.
-const PIECES: usize = 8_192;
-/// See [`PIECES`]. A bicubic patch takes more than 500 bytes, and so may become more than 100 pieces.
-const BYTES_A_PIECE: usize = 4;
+/// Maximum bisection depth of a fitted patch.
+const BISECTION_DEPTH_MAX: u32 = 7;
+/// Patches available to all offset surfaces of a file, in addition to one per [`BYTES_PER_PATCH`] bytes of the file.
+const PATCHES_BASE: usize = 8_192;
+/// See [`PATCHES_BASE`]. A bicubic patch takes more than 500 bytes of a file, and thus may yield more than 100 patches.
+const BYTES_PER_PATCH: usize = 4;
 
-/// How finely an offset may be fitted.
+/// Refinement limit of a fitted offset surface.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Fineness {
-    /// Pieces of the spline that stands for it.
-    pub most: usize,
-    /// They were too few: it is followed more coarsely than asked for.
+    /// Maximum number of patches of its spline.
+    pub max_patches: usize,
+    /// The limit was reached: the approximation exceeds the tolerance.
     pub coarse: bool,
 }
 
-/// What each face of a file of `bytes` bytes may use: in proportion to the spans of its base, nothing where these alone,
-/// with those of the faces before it, are too many (one base that many faces share).
+/// Patch limits of the faces of a file of `bytes` bytes, in proportion to the spans of their bases. Zero once the spans
+/// of this and the preceding faces exceed the total (one base shared by many faces).
 pub(super) fn shares(faces: &[RawFace], bytes: usize) -> Vec<Fineness> {
-    let total = PIECES + bytes / BYTES_A_PIECE;
+    let total = PATCHES_BASE + bytes / BYTES_PER_PATCH;
     let mut sum = 0;
     let mut needed: Vec<(usize, usize)> =
         faces.iter().map(|f| spans_under(&f.surface, 0)).collect();
@@ -36,11 +37,11 @@ pub(super) fn shares(faces: &[RawFace], bytes: usize) -> Vec<Fineness> {
         *spans = if sum + all <= total { *spans } else { 0 };
         sum += if *spans > 0 { all } else { 0 };
     }
-    let share = |(spans, _): (usize, usize)| spans * total / sum.max(1);
-    needed.into_iter().map(|n| Fineness { most: share(n), coarse: false }).collect()
+    let fraction = |(spans, _): (usize, usize)| spans * total / sum.max(1);
+    needed.into_iter().map(|n| Fineness { max_patches: fraction(n), coarse: false }).collect()
 }
 
-/// Spans of the spline under so many offsets, and how many these are; none for another surface.
+/// Spans of the spline below nested offsets, and the nesting depth; zero for other surfaces.
 fn spans_under(surface: &RawSurface, levels: usize) -> (usize, usize) {
     match surface {
         RawSurface::Offset { base, .. } => spans_under(base, levels + 1),
@@ -53,11 +54,11 @@ fn spans_under(surface: &RawSurface, levels: usize) -> (usize, usize) {
     }
 }
 
-/// The surface `distance` along the normal of `base`, with the parameters of `base`, within `tolerance` [mm] as far as
-/// `fineness` allows.
+/// The surface at `distance` [mm] along the normal of `base`, with its parametrisation, within `tolerance` [mm] as far
+/// as `fineness` permits.
 ///
 /// # Errors
-/// Says why there is none: it shrinks to nothing, or the base has no normal.
+/// The surface degenerates, or the base has no normal.
 pub(super) fn offset(
     base: &RawSurface,
     distance: f64,
@@ -99,24 +100,24 @@ pub(super) fn offset(
     })
 }
 
-/// Radius [mm] of the surface at `distance` [mm] outside a round one.
+/// Radius [mm] of the offset of a cylinder, sphere or torus tube by `distance` [mm].
 fn offset_radius(radius: f64, distance: f64) -> Result<f64, String> {
     let r = radius + distance;
     if r > 0.0 {
         Ok(r)
     } else {
-        Err(format!("an offset by {distance} mm of a surface with radius {radius} mm is nothing"))
+        Err(format!("an offset by {distance} mm of a surface with radius {radius} mm degenerates"))
     }
 }
 
-/// The cone at `distance` [mm] outside another; its frame moves along the axis.
+/// Offset of a cone by `distance` [mm]; its frame moves along the axis.
 fn offset_cone(mut frame: Frame, radius: f64, semi_angle: f64, distance: f64) -> RawSurface {
     let (sin, cos) = semi_angle.sin_cos();
     frame.origin -= frame.z * (distance * sin);
     RawSurface::Cone { frame, radius: radius + distance * cos, semi_angle }
 }
 
-/// Generatrix of the surface of revolution at `distance` [mm] from that of `generatrix` about an axis.
+/// Generatrix of the offset by `distance` [mm] of a surface of revolution.
 fn offset_generatrix(
     generatrix: &Curve3,
     (origin, axis): (Vec3, Vec3),
@@ -131,7 +132,7 @@ fn offset_generatrix(
     offset_curve(generatrix, distance, &normal, tolerance)
 }
 
-/// Directrix of the extrusion at `distance` [mm] from that of `directrix` along a direction.
+/// Directrix of the offset by `distance` [mm] of an extrusion.
 fn offset_directrix(
     directrix: &Curve3,
     direction: Vec3,
@@ -142,7 +143,7 @@ fn offset_directrix(
     offset_curve(directrix, distance, &normal, tolerance)
 }
 
-/// `curve + distance * normal`; a point without a normal (on the axis) takes that of its neighbour.
+/// `curve + distance * normal`; a point without normal (on the axis) uses that of its neighbour.
 fn offset_curve(
     curve: &Curve3,
     distance: f64,
@@ -168,7 +169,7 @@ fn breaks_of(knots: &[f64], [a, b]: [f64; 2]) -> Vec<f64> {
     out
 }
 
-/// Offset of a spline surface: bi-quintic pieces over its spans, halved until they follow it.
+/// Offset of a spline surface: biquintic patches over its spans, bisected until the tolerance is met.
 fn offset_spline(
     base: &Surface,
     distance: f64,
@@ -179,14 +180,14 @@ fn offset_spline(
         let uv = Vec2::new(u, v);
         base.point(uv) + base.normal(uv).unwrap_or_else(Vec3::zeros) * distance
     };
-    let mut breaks = spans_to_fit(base, fineness.most)?;
-    for _ in 0..DEPTH {
+    let mut breaks = spans_to_fit(base, fineness.max_patches)?;
+    for _ in 0..BISECTION_DEPTH_MAX {
         let split = [0, 1].map(|k| cells_to_halve(&at, &breaks, k, tolerance));
         if split.iter().all(Vec::is_empty) {
             break;
         }
         let [u, v] = [0, 1].map(|k| breaks[k].len() - 1 + split[k].len());
-        if u * v > fineness.most {
+        if u * v > fineness.max_patches {
             fineness.coarse = true;
             break;
         }
@@ -198,8 +199,8 @@ fn offset_spline(
     through_points(&at, &breaks)
 }
 
-/// Borders of the spans of a spline surface that is to be offset, `most` spans or fewer.
-fn spans_to_fit(base: &Surface, most: usize) -> Result<[Vec<f64>; 2], String> {
+/// Span boundaries of a spline surface to be offset, at most `limit` spans.
+fn spans_to_fit(base: &Surface, limit: usize) -> Result<[Vec<f64>; 2], String> {
     let domain = base.domain();
     let breaks = [0, 1].map(|k| breaks_of(base.knots()[k], domain[k]));
     let middle = |r: [f64; 2]| 0.5 * (r[0] + r[1]);
@@ -207,17 +208,17 @@ fn spans_to_fit(base: &Surface, most: usize) -> Result<[Vec<f64>; 2], String> {
         return Err("an offset of a surface that has no normal".into());
     }
     let spans = (breaks[0].len() - 1) * (breaks[1].len() - 1);
-    if spans > most {
+    if spans > limit {
         return Err(format!(
-            "an offset of a surface of {spans} spans; allowed: {most} here (all offsets of a file together: {PIECES}, \
-             and one for every {BYTES_A_PIECE} bytes)"
+            "an offset of a surface of {spans} spans; allowed: {limit} here (all offsets of a file together: {PATCHES_BASE}, \
+             and one for every {BYTES_PER_PATCH} bytes)"
         ));
     }
     Ok(breaks)
 }
 
-/// Largest distance [mm] of a face from the offset surface that it stands for, at two points inside each piece of its spline,
-/// as far as these lie within its borders. Zero where that surface is no offset of a spline.
+/// Largest distance [mm] of a face from the exact offset surface, at two points inside each patch of its spline within
+/// the trimming loops. Zero for surfaces other than offsets of splines.
 pub(super) fn deviation(surface: &RawSurface, face: &Face) -> f64 {
     let (mut base, mut distance) = (surface, 0.0);
     while let RawSurface::Offset { base: inner, distance: own } = base {
@@ -227,7 +228,7 @@ pub(super) fn deviation(surface: &RawSurface, face: &Face) -> f64 {
     let region = TrimRegion::new(face);
     let domain = face.surface.domain();
     let [us, vs] = [0, 1].map(|k| breaks_of(face.surface.knots()[k], domain[k]));
-    let inside = |w: &[f64], share: f64| w[0] + (w[1] - w[0]) * share;
+    let inside = |w: &[f64], fraction: f64| w[0] + (w[1] - w[0]) * fraction;
     let mut worst = 0.0_f64;
     for (u, v) in us.windows(2).flat_map(|u| vs.windows(2).map(move |v| (u, v))) {
         for (x, y) in [(0.05, 0.35), (0.65, 0.95)] {
@@ -247,7 +248,7 @@ mod tests {
     use super::*;
     use crate::cad::offset_fit::DEGREE;
 
-    const FREE: Fineness = Fineness { most: 10_000, coarse: false };
+    const FREE: Fineness = Fineness { max_patches: 10_000, coarse: false };
 
     #[test]
     fn a_spline_offset_stays_at_its_distance() {
@@ -265,7 +266,7 @@ mod tests {
         }
     }
 
-    /// Waves of height 4 on a grid of `n` spans a way, which an offset by 1.5 folds over.
+    /// Waves of height 4 on a grid of `n` x `n` spans, on which an offset by 1.5 self-intersects.
     fn waves(n: usize) -> Surface {
         let at = |i: usize, j: usize| Vec3::new(i as f64, j as f64, ((7 * i + 3 * j) % 5) as f64);
         let points = (0..n + 3).flat_map(|i| (0..n + 3).map(move |j| at(i, j))).collect();
@@ -288,8 +289,8 @@ mod tests {
             |base: &RawSurface| RawSurface::Offset { base: Box::new(base.clone()), distance: 1.5 };
         let faces = [face(base.clone()), face(over(&base)), face(over(&over(&base)))];
         let shares = shares(&faces, 4_000);
-        // 100 spans once and, at two levels, twice, of 9192 pieces.
-        assert_eq!([0, 1, 2].map(|k| shares[k].most), [0, 3064, 3064]);
+        // 100 spans at one level and, for the other two faces, at two levels, of 9192 patches.
+        assert_eq!([0, 1, 2].map(|k| shares[k].max_patches), [0, 3064, 3064]);
         let mut own = shares[1];
         let Ok(RawSurface::Nurbs(found)) = offset(&base, 1.5, 1e-9, &mut own) else {
             panic!("a spline's offset is a spline");
@@ -297,7 +298,9 @@ mod tests {
         assert!(own.coarse);
         let pieces = found.points().len() / (DEGREE * DEGREE);
         assert!((100..=3300).contains(&pieces), "{pieces}");
-        assert!(offset(&base, 1.5, 1e-9, &mut Fineness { most: 99, coarse: false }).is_err());
+        assert!(
+            offset(&base, 1.5, 1e-9, &mut Fineness { max_patches: 99, coarse: false }).is_err()
+        );
     }
 
     #[test]
@@ -312,9 +315,9 @@ mod tests {
             shell: None,
         };
         let shares = shares(&vec![face; 20], 0);
-        let given: usize = shares.iter().map(|s| s.most).sum();
-        assert_eq!(shares.iter().filter(|s| s.most >= 1600).count(), 5);
-        assert!(given <= PIECES, "{given}");
+        let given: usize = shares.iter().map(|s| s.max_patches).sum();
+        assert_eq!(shares.iter().filter(|s| s.max_patches >= 1600).count(), 5);
+        assert!(given <= PATCHES_BASE, "{given}");
     }
 
     #[test]

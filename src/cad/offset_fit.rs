@@ -1,12 +1,12 @@
-//! Splines fitted to an offset surface: where they do not follow it yet, and the one through its points.
+//! Spline approximation of an offset surface: adaptive bisection and interpolation.
 
 use crate::geometry::Vec3;
 use crate::geometry::nurbs::{Curve3, Surface};
 
-/// Degree of fitted pieces in each direction.
+/// Degree of fitted patches in each direction.
 pub(super) const DEGREE: usize = 5;
 
-/// Middles of the strips of one direction in which lines along that direction are not followed.
+/// Midpoints of the strips of direction `k` in which lines along that direction exceed the tolerance.
 pub(super) fn cells_to_halve(
     at: &dyn Fn(f64, f64) -> Vec3,
     breaks: &[Vec<f64>; 2],
@@ -29,12 +29,12 @@ pub(super) fn cells_to_halve(
     open.map(|w| 0.5 * (w[0] + w[1])).collect()
 }
 
-/// The spline that is a polynomial through its nodes over each cell.
+/// The spline that interpolates the surface at its nodes in each cell.
 pub(super) fn through_points(
     at: &dyn Fn(f64, f64) -> Vec3,
     breaks: &[Vec<f64>; 2],
 ) -> Result<Surface, String> {
-    // Rows of control points along v at every node of u, then columns along u through these.
+    // Control points along v at every node of u, then interpolation along u.
     let nodes: Vec<f64> = breaks[0]
         .windows(2)
         .enumerate()
@@ -64,7 +64,7 @@ pub(super) fn through_points(
     Surface::try_new([DEGREE; 2], knots, points, None).map_err(|e| format!("offset surface: {e}"))
 }
 
-/// Control points of a curve that is a polynomial through its nodes over each cell.
+/// Control points of a curve that interpolates `at` at its nodes in each cell.
 fn controls(at: &dyn Fn(f64) -> Vec3, breaks: &[f64]) -> Vec<Vec3> {
     let mut out = Vec::new();
     for (i, w) in breaks.windows(2).enumerate() {

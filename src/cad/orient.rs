@@ -1,23 +1,23 @@
-//! Orientation made consistent over joined faces.
+//! Consistent orientation of joined faces.
 
 use super::model::Model;
 use super::{Diagnostic, Severity};
 
 impl Model {
-    /// Turns every face round.
+    /// Reverses the orientation of every face.
     pub fn flip(&mut self) {
         self.faces.iter_mut().for_each(|f| f.flipped = !f.flipped);
     }
 }
 
-/// Direction in which a face runs along an edge, as seen from outside: loops are counter-clockwise in the parameter
-/// plane, so a flipped face runs the other way.
+/// True when a face traverses an edge against its curve, seen from outside. Loops are counter-clockwise in the
+/// parameter plane, so that a flipped face traverses them in opposite direction.
 pub(super) fn runs_against(model: &Model, [f, l, k]: [usize; 3]) -> bool {
     model.faces[f].loops[l].uses[k].reversed ^ model.faces[f].flipped
 }
 
-/// Turns faces so that neighbours agree: over an edge shared by two faces, these run in opposite directions. In each
-/// connected part the orientation that most faces already have is kept.
+/// Orients faces consistently: two faces traverse a shared edge in opposite directions. In each connected part the
+/// orientation of the majority is kept.
 pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
     let neighbours = neighbours(model);
     let mut turn: Vec<Option<bool>> = vec![None; model.faces.len()];
@@ -26,10 +26,11 @@ pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
         if turn[first].is_some() {
             continue;
         }
-        let (part, one_sided) = walk(first, &neighbours, &mut turn);
+        let (part, one_sided) = traverse(first, &neighbours, &mut turn);
         let turned = part.iter().filter(|&&f| turn[f] == Some(true)).count();
-        let most = 2 * turned > part.len();
-        let flips: Vec<usize> = part.iter().copied().filter(|&f| turn[f] == Some(!most)).collect();
+        let majority = 2 * turned > part.len();
+        let flips: Vec<usize> =
+            part.iter().copied().filter(|&f| turn[f] == Some(!majority)).collect();
         for &f in &flips {
             model.faces[f].flipped = !model.faces[f].flipped;
         }
@@ -39,14 +40,14 @@ pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
         };
         if !flips.is_empty() {
             let text = format!(
-                "{} of {of} joined faces turned to agree with their neighbours",
+                "{} of {of} joined faces reversed to agree with their neighbours",
                 flips.len()
             );
             say(Severity::Note, "faces-turned", text);
         }
         if one_sided {
             let text = format!(
-                "{of} joined faces have no consistent outside (a one-sided surface, or faces that lie on each other)"
+                "{of} joined faces have no consistent orientation (a one-sided surface, or coincident faces)"
             );
             say(Severity::Warning, "one-sided", text);
         }
@@ -54,7 +55,7 @@ pub(super) fn make_consistent(model: &mut Model) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// Of each face those that share an edge with it, and whether both look to the same side.
+/// For each face its neighbours across edges, and whether their orientations agree.
 fn neighbours(model: &Model) -> Vec<Vec<(usize, bool)>> {
     let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); model.faces.len()];
     for edge in &model.edges {
@@ -68,9 +69,8 @@ fn neighbours(model: &Model) -> Vec<Vec<(usize, bool)>> {
     neighbours
 }
 
-/// The faces joined to `first`, each marked with whether it must be turned to agree with it; true when no marks agree
-/// everywhere.
-fn walk(
+/// Traverses the faces connected to `first` and marks those to be reversed; true when no consistent orientation exists.
+fn traverse(
     first: usize,
     neighbours: &[Vec<(usize, bool)>],
     turn: &mut [Option<bool>],

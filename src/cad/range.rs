@@ -1,4 +1,4 @@
-//! The range of a surface's own parameters that a face needs, and the way from these to those of its B-spline.
+//! Native parameter range needed by a face, and the map from native parameters to those of its B-spline.
 
 use super::loops::Side;
 use super::native::Native;
@@ -6,12 +6,12 @@ use super::raw::RawSurface;
 use crate::geometry::Vec2;
 use crate::geometry::nurbs::{Curve2, Surface};
 
-/// Turns of a cylinder or cone that the loops of a face may take: each costs memory whatever the file's length.
-const MOST_TURNS: f64 = 100.0;
-/// A turn that is off by this share is one turn.
-const ROUNDING: f64 = 1e-9;
+/// Maximum number of turns of a cylinder or cone covered by the loops of a face; each costs memory for any file size.
+const TURNS_MAX: f64 = 100.0;
+/// Relative deviation from a full turn that is attributed to rounding.
+const ROUNDING_REL: f64 = 1e-9;
 
-/// Native range that covers the loops: one turn of a closed surface at most, but for threads on cylinders and cones.
+/// Native range that covers the loops: at most one turn of a closed surface, except for threads on cylinders and cones.
 pub(super) fn range_of(native: &Native<'_>, loops: &[Vec<Side>]) -> Result<[[f64; 2]; 2], String> {
     let (low, high) = bounds_of(loops);
     let natural = native.natural_range();
@@ -20,13 +20,14 @@ pub(super) fn range_of(native: &Native<'_>, loops: &[Vec<Side>]) -> Result<[[f64
     for (k, (r, period)) in range.iter_mut().zip(native.periods()).enumerate() {
         if let Some(p) = period {
             let turns = (r[1] - r[0]) / p;
-            if turns > MOST_TURNS && threads {
-                let text =
-                    format!("its loops run {turns:.0} times round it; allowed: {MOST_TURNS}");
+            if turns > TURNS_MAX && threads {
+                let text = format!(
+                    "the loops cover {turns:.0} turns of the surface; allowed: {TURNS_MAX}"
+                );
                 return Err(text);
             }
-            // A turn too long by rounding is one turn.
-            if turns > 1.0 - ROUNDING && (turns < 1.0 + ROUNDING || !threads) {
+            // An excess due to rounding is a full turn.
+            if turns > 1.0 - ROUNDING_REL && (turns < 1.0 + ROUNDING_REL || !threads) {
                 r[1] = r[0] + p;
             }
         } else if let Some(natural) = natural {
@@ -34,7 +35,7 @@ pub(super) fn range_of(native: &Native<'_>, loops: &[Vec<Side>]) -> Result<[[f64
         }
     }
     let sound = range.iter().all(|r| r[0].is_finite() && r[1].is_finite() && r[1] > r[0]);
-    if sound { Ok(range) } else { Err("its loops enclose no parameter range".into()) }
+    if sound { Ok(range) } else { Err("the loops enclose no parameter range".into()) }
 }
 
 /// Smallest and largest native parameters of the loops.
@@ -43,7 +44,7 @@ fn bounds_of(loops: &[Vec<Side>]) -> (Vec2, Vec2) {
     let nothing = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
     let (mut low, mut high) = ends.fold(nothing, |(low, high), p| (low.inf(&p), high.sup(&p)));
     for side in loops.iter().flatten() {
-        // A curve lies within the box of its control points.
+        // A curve lies within the bounding box of its control points.
         let inside = |p: &Vec2| low.inf(p) == low && high.sup(p) == high;
         if side.path.points().iter().all(inside) {
             continue;
@@ -60,7 +61,7 @@ fn bounds_of(loops: &[Vec<Side>]) -> (Vec2, Vec2) {
     (low, high)
 }
 
-/// From native parameters to those of the B-spline.
+/// Map from native parameters to those of the B-spline.
 pub(super) struct ParameterMap {
     pub angles: [Option<[f64; 2]>; 2],
     pub extent: [f64; 2],
@@ -74,8 +75,8 @@ impl ParameterMap {
         Vec2::new(map(self.angles[0], uv.x), map(self.angles[1], uv.y))
     }
 
-    /// Exact where the curve keeps one parameter (its image is then a straight line) or where the map is the
-    /// identity, fitted elsewhere.
+    /// Image of a parameter curve. Exact for isoparametric lines (their image is straight) and where the map is the
+    /// identity; fitted otherwise.
     pub fn curve(&self, path: &Curve2) -> Curve2 {
         let points = path.points();
         let (first, last) = (points[0], points[points.len() - 1]);

@@ -1,31 +1,31 @@
-//! What the readers hand to `build`: faces as their file describes them, in mm, before any repair.
+//! Interface between readers and `build`: faces as in the file [mm], before any repair.
 
 use super::Diagnostic;
 use crate::geometry::nurbs::{Curve2, Curve3, Surface};
 use crate::geometry::{Frame, Vec3};
 
-/// Everything a reader found.
+/// Result of reading a file.
 #[derive(Debug, Clone, Default)]
 pub struct RawModel {
-    /// Unit of length the file declares, as it names it (`mm`, `INCH`, ...).
+    /// Unit of length as named in the file (`mm`, `INCH`, ...).
     pub unit: String,
     /// Millimetres in one unit of the file.
     pub unit_mm: f64,
-    /// Who wrote the file.
+    /// Software that wrote the file.
     pub writer: String,
-    /// Smallest distance the file's author calls significant [mm]; 0 when not said.
+    /// Smallest significant distance stated in the file [mm]; 0 when not stated.
     pub resolution_mm: f64,
-    /// Entities by kind (`128:0` in IGES as `type:form`, keyword in STEP) and how many.
+    /// Number of entities by kind (`128:0` in IGES as `type:form`, keyword in STEP).
     pub entities: std::collections::BTreeMap<String, usize>,
-    /// Faces, every placed instance of an assembly once.
+    /// Faces, one for every placed instance of an assembly.
     pub faces: Vec<RawFace>,
-    /// Faces of the file that could not be read.
+    /// Unreadable faces of the file.
     pub lost: Vec<LostFace>,
-    /// Curves that bound no face (drawn for the user, never meshed).
+    /// Curves that bound no face (not meshed).
     pub loose_curves: usize,
-    /// What was survived.
+    /// Diagnostics of the reader.
     pub diagnostics: Vec<Diagnostic>,
-    /// Length of the file [bytes]: what its model may cost is in proportion to it.
+    /// Size of the file [bytes]; the cost of the model is limited in proportion to it.
     pub bytes: usize,
 }
 
@@ -40,31 +40,31 @@ pub struct LostFace {
     pub reason: String,
 }
 
-/// Most sides (see [`RawFace::sides`]) that the faces of a file of so many bytes may have, every placed instance
-/// counted: a side takes about 25 bytes of a file, 2 kB of memory and 15 us.
+/// Maximum number of sides (see [`RawFace::sides`]) of all faces of a file of `bytes` bytes, including every placed
+/// instance. A side takes about 25 bytes of a file, 2 kB of memory and 15 us.
 #[must_use]
-pub fn most_sides(bytes: usize) -> usize {
+pub fn max_sides(bytes: usize) -> usize {
     (32_768 + bytes / 8).min(2_000_000)
 }
 
-/// A trimmed face as its file has it.
+/// A trimmed face as in the file.
 #[derive(Debug, Clone)]
 pub struct RawFace {
-    /// The surface with the file's own parameters.
+    /// The surface in the file's parametrisation.
     pub surface: RawSurface,
-    /// Boundary loops. Empty: the whole surface is the face.
+    /// Boundary loops. Empty: the face is the whole surface.
     pub loops: Vec<RawLoop>,
-    /// True when the face's outward normal is opposite to the surface's own `su x sv`.
+    /// True when the outward normal of the face is opposite to `su x sv` of the surface.
     pub flipped: bool,
     /// Entity, for messages: `D145 (144)` or `#45 (ADVANCED_FACE)`.
     pub source: String,
-    /// Shell or solid the face belongs to, numbered from 0; `None` for a face on its own. Faces of one
-    /// shell are oriented alike by their file.
+    /// Shell or solid of the face, numbered from 0; `None` for a single face. Faces of one shell are consistently
+    /// oriented in the file.
     pub shell: Option<usize>,
 }
 
 impl RawFace {
-    /// What the face costs, in sides of a simple one: four when it has no more, and one for every 32 control points.
+    /// Cost of the face, in sides of a simple face: at least four, plus one for every 32 control points.
     #[must_use]
     pub fn sides(&self) -> usize {
         let edges = || self.loops.iter().flat_map(|l| &l.edges);
@@ -105,24 +105,25 @@ pub enum RawSurface {
         /// Radius [mm].
         radius: f64,
     },
-    /// `origin + (major + minor cos v)(cos u x + sin u y) + minor sin v z`; may cross its own axis.
+    /// `origin + (major + minor cos v)(cos u x + sin u y) + minor sin v z`; may self-intersect on its axis.
     Torus {
         /// Centre and axis.
         frame: Frame,
-        /// Radius of the centre line [mm].
+        /// Major radius [mm].
         major: f64,
-        /// Radius of the tube [mm].
+        /// Minor radius [mm].
         minor: f64,
-        /// For spindle tori (`major < minor`): true keeps the outer part (apple), false the lens; `None` all.
+        /// For spindle tori (`major < minor`): `true` is the outer part (apple), `false` the inner part (lemon), `None`
+        /// both.
         keep_outer: Option<bool>,
     },
-    /// `generatrix(v)` turned by the angle u about the axis; `angles` limits u where the file does.
+    /// Revolution of `generatrix(v)` by the angle u about the axis; `angles` is the range of u if stated in the file.
     Revolution {
-        /// Curve that is turned.
+        /// Generatrix.
         generatrix: Curve3,
         /// A point of the axis.
         origin: Vec3,
-        /// Direction of the axis (unit); turning is right-handed about it.
+        /// Direction of the axis (unit); rotation is right-handed about it.
         axis: Vec3,
         /// Range of u [rad]; `None` = 0 to 2 pi.
         angles: Option<[f64; 2]>,
@@ -131,18 +132,18 @@ pub enum RawSurface {
     },
     /// `directrix(u) + v direction`.
     Extrusion {
-        /// Curve that is swept.
+        /// Directrix.
         directrix: Curve3,
-        /// Sweep for v = 1 [mm].
+        /// Translation for v = 1 [mm].
         direction: Vec3,
-        /// Range of v; `None` = unbounded (taken from the loops).
+        /// Range of v; `None` = unbounded (determined from the loops).
         range: Option<[f64; 2]>,
     },
     /// A rational B-spline surface (ruled surfaces, splines, Bezier: converted by the reader).
     Nurbs(Surface),
     /// `base + distance * normal(base)`.
     Offset {
-        /// Surface that is offset.
+        /// Base surface.
         base: Box<RawSurface>,
         /// Distance along its normal [mm].
         distance: f64,
@@ -150,7 +151,7 @@ pub enum RawSurface {
 }
 
 impl RawSurface {
-    /// Control points of what it is made of.
+    /// Number of control points.
     fn control_points(&self) -> usize {
         match self {
             RawSurface::Revolution { generatrix: curve, .. }
@@ -162,28 +163,28 @@ impl RawSurface {
     }
 }
 
-/// A closed boundary loop, edges in order, each ending where the next begins.
+/// A closed boundary loop; each edge ends at the start of the next.
 #[derive(Debug, Clone, Default)]
 pub struct RawLoop {
-    /// The file calls it the outer one.
+    /// Whether the file marks the loop as the outer one.
     pub outer: Option<bool>,
-    /// Edges in the loop's order.
+    /// Edges in the order of the loop.
     pub edges: Vec<RawEdge>,
     /// A loop that is a single point (STEP `VERTEX_LOOP`, IGES pole).
     pub vertex: Option<Vec3>,
 }
 
-/// One edge of a loop, both of its curves running in the loop's direction.
+/// One edge of a loop; both curves have the direction of the loop.
 #[derive(Debug, Clone, Default)]
 pub struct RawEdge {
-    /// Curve in space, already cut to the edge [mm].
+    /// Space curve, trimmed to the edge [mm].
     pub curve: Option<Curve3>,
-    /// Curve in the surface's native parameters (angles in rad), already cut to the edge.
+    /// Curve in the native parameters of the surface (angles in rad), trimmed to the edge.
     pub pcurve: Option<Curve2>,
     /// The file prefers the parameter curve (IGES 142 PREF = 1).
     pub prefer_pcurve: bool,
-    /// Identity of a shared topological edge (same number = same edge), if the file has topology.
+    /// Identity of a shared topological edge (equal numbers = same edge), if the file has topology.
     pub edge_id: Option<usize>,
-    /// Vertex positions the file gives for the start and end, if it has topology [mm].
+    /// Start and end vertex given by the file, if it has topology [mm].
     pub ends: Option<[Vec3; 2]>,
 }

@@ -1,9 +1,9 @@
-//! Inside or outside a face's loops in the parameter plane.
+//! Point-in-region test for the trimming loops of a face in the parameter plane.
 
 use super::model::Face;
 use crate::geometry::Vec2;
 
-/// A Bezier piece of a loop: homogeneous control points, and the box of the plain ones.
+/// A Bezier segment of a loop: homogeneous control points, and the bounding box of the Cartesian ones.
 #[derive(Debug, Clone)]
 struct Piece {
     points: Vec<(Vec2, f64)>,
@@ -34,7 +34,7 @@ impl Piece {
         p / w
     }
 
-    /// De Casteljau at the middle.
+    /// De Casteljau subdivision at the middle.
     fn halves(&self) -> [Self; 2] {
         let mut row = self.points.clone();
         let (mut left, mut right) = (vec![row[0]], vec![row[row.len() - 1]]);
@@ -50,15 +50,15 @@ impl Piece {
         [Self::new(left), Self::new(right)]
     }
 
-    /// The point is outside the piece's box by more than the border.
-    fn beside(&self, uv: Vec2, border: f64) -> bool {
+    /// True when the point is outside the bounding box of the segment by more than `border`.
+    fn is_outside_box(&self, uv: Vec2, border: f64) -> bool {
         uv.y < self.low.y - border
             || uv.y > self.high.y + border
             || uv.x > self.high.x + border
             || uv.x < self.low.x - border
     }
 
-    /// Signed crossings with the ray, by the ends alone.
+    /// Signed ray crossings from the end points alone.
     fn by_ends(&self, uv: Vec2) -> i32 {
         if uv.x > self.high.x {
             return 0;
@@ -67,9 +67,9 @@ impl Piece {
         i32::from(a <= uv.y && uv.y < b) - i32::from(b <= uv.y && uv.y < a)
     }
 
-    /// Signed crossings with the ray; `None` on the piece.
+    /// Signed ray crossings; `None` for a point on the segment.
     fn crossings(&self, uv: Vec2, border: f64) -> Option<i32> {
-        if self.beside(uv, border) {
+        if self.is_outside_box(uv, border) {
             return Some(self.by_ends(uv));
         }
         if self.points.len() == 2 {
@@ -81,11 +81,11 @@ impl Piece {
         let mut winding = 0;
         let mut stack: Vec<(Self, u32)> = self.halves().map(|h| (h, 1)).into();
         while let Some((p, depth)) = stack.pop() {
-            if p.beside(uv, border) {
+            if p.is_outside_box(uv, border) {
                 winding += p.by_ends(uv);
             } else if let Some(crossings) = p.by_chord(uv, border) {
                 winding += crossings;
-            } else if depth >= DEPTH || (p.high - p.low).norm() <= border {
+            } else if depth >= SUBDIVISION_DEPTH_MAX || (p.high - p.low).norm() <= border {
                 return None;
             } else {
                 stack.extend(p.halves().map(|h| (h, depth + 1)));
@@ -94,8 +94,8 @@ impl Piece {
         Some(winding)
     }
 
-    /// Signed crossings with the ray, those of the chord: where no control point is as far beside the chord as the point,
-    /// the piece can be drawn tight without passing over it.
+    /// Signed ray crossings of the chord, valid when no control point is as far from the chord as the point: the
+    /// segment can then be deformed to its chord without passing over the point.
     fn by_chord(&self, uv: Vec2, border: f64) -> Option<i32> {
         let (a, b) = (self.start(), self.end());
         let d = b - a;
@@ -104,8 +104,8 @@ impl Piece {
             return None;
         }
         let side = d.perp(&(uv - a)) / length;
-        let beside = |p: &(Vec2, f64)| (d.perp(&(p.0 / p.1 - a)) / length).abs();
-        let widest = self.points.iter().map(beside).fold(0.0, f64::max);
+        let is_outside_box = |p: &(Vec2, f64)| (d.perp(&(p.0 / p.1 - a)) / length).abs();
+        let widest = self.points.iter().map(is_outside_box).fold(0.0, f64::max);
         (side.abs() > widest + border).then(|| crossed(a, b, uv, side))
     }
 
@@ -124,47 +124,47 @@ impl Piece {
     }
 }
 
-/// Signed crossings of the ray from `uv` with the line from `a` to `b`, which has the point on its `side`: the line lies to
-/// the right of a point that is on its left side while it rises.
+/// Signed crossing of the ray from `uv` with the line from `a` to `b`, with the point on its `side`. The line lies to
+/// the right of a point on its left side while it rises.
 fn crossed(a: Vec2, b: Vec2, uv: Vec2, side: f64) -> i32 {
     i32::from(a.y <= uv.y && uv.y < b.y && side > 0.0)
         - i32::from(b.y <= uv.y && uv.y < a.y && side < 0.0)
 }
 
-/// The region inside a face's loops.
+/// The region inside the trimming loops of a face.
 #[derive(Debug, Clone)]
 pub struct TrimRegion {
     pieces: Vec<Piece>,
-    /// Pieces whose boxes reach into each of the equal rows of the region, in rising v.
+    /// Segments that overlap each of the equal rows of the region, in increasing v.
     rows: Vec<Vec<u32>>,
     /// Smallest parameters of the loops.
     pub low: Vec2,
     /// Largest parameters of the loops.
     pub high: Vec2,
-    /// Points this near to a loop count as inside.
+    /// Points within this distance of a loop count as inside.
     border: f64,
 }
 
-/// Halvings of a piece before a point beside it counts as on it.
-const DEPTH: u32 = 48;
-/// Width of the border as a share of the region's size.
-const BORDER: f64 = 1e-9;
-/// Rows of pieces; fewer while there are fewer pieces.
-const ROWS: usize = 256;
+/// Maximum subdivision depth of a segment before a point near it counts as on it.
+const SUBDIVISION_DEPTH_MAX: u32 = 48;
+/// Width of the boundary zone relative to the size of the region.
+const BOUNDARY_WIDTH_REL: f64 = 1e-9;
+/// Maximum number of rows; fewer for fewer segments.
+const ROWS_MAX: usize = 256;
 
 impl TrimRegion {
-    /// Prepares the loops of a face. Gaps between the curves of a loop are closed by straight lines.
+    /// Builds the region from the loops of a face. Gaps between the curves of a loop are closed by straight lines.
     #[must_use]
     pub fn new(face: &Face) -> Self {
         let pieces: Vec<Piece> = face.loops.iter().flat_map(closed_pieces).collect();
         let low = pieces.iter().fold(Vec2::repeat(f64::INFINITY), |m, p| m.inf(&p.low));
         let high = pieces.iter().fold(Vec2::repeat(f64::NEG_INFINITY), |m, p| m.sup(&p.high));
-        let border = if pieces.is_empty() { 0.0 } else { BORDER * (high - low).norm() };
+        let border = if pieces.is_empty() { 0.0 } else { BOUNDARY_WIDTH_REL * (high - low).norm() };
         let [u, v] = face.surface.domain();
         let low = Vec2::new(low.x.max(u[0]), low.y.max(v[0]));
         let high = Vec2::new(high.x.min(u[1]), high.y.min(v[1]));
         let mut region = Self { rows: Vec::new(), pieces, low, high, border };
-        region.rows = vec![Vec::new(); region.pieces.len().clamp(1, ROWS)];
+        region.rows = vec![Vec::new(); region.pieces.len().clamp(1, ROWS_MAX)];
         for (k, piece) in region.pieces.iter().enumerate() {
             let [from, to] = [piece.low.y - border, piece.high.y + border].map(|v| region.row(v));
             region.rows[from..=to].iter_mut().for_each(|row| row.push(k as u32));
@@ -173,13 +173,13 @@ impl TrimRegion {
     }
 
     fn row(&self, v: f64) -> usize {
-        let share = (v - self.low.y) / (self.high.y - self.low.y);
-        // A cast holds at 0 below the region (and for no number) and is cut to the last row above it.
-        ((share * self.rows.len() as f64) as usize).min(self.rows.len() - 1)
+        let fraction = (v - self.low.y) / (self.high.y - self.low.y);
+        // The cast saturates at 0 below the region (and for NaN); above it the index is limited to the last row.
+        ((fraction * self.rows.len() as f64) as usize).min(self.rows.len() - 1)
     }
 
-    /// True inside the loops or on them (within 1e-9 of the size of their box): the winding number by crossings
-    /// of a ray towards +u.
+    /// True inside the loops or on them (within 1e-9 of the size of their bounding box), from the winding number by
+    /// crossings of a ray towards +u.
     #[must_use]
     pub fn contains(&self, uv: Vec2) -> bool {
         if !(uv.x.is_finite() && uv.y.is_finite()) {
@@ -195,7 +195,7 @@ impl TrimRegion {
         winding != 0
     }
 
-    /// False only when no loop comes into the rectangle.
+    /// False only when no loop enters the rectangle.
     #[must_use]
     pub fn touches(&self, low: Vec2, high: Vec2) -> bool {
         let margin = Vec2::repeat(self.border);
@@ -214,7 +214,7 @@ impl TrimRegion {
     }
 }
 
-/// Bezier pieces of a loop, each beginning to the bit where the one before ends.
+/// Bezier segments of a loop, each starting exactly at the end of its predecessor.
 fn closed_pieces(ring: &super::model::TrimLoop) -> Vec<Piece> {
     let mut out: Vec<Piece> = Vec::new();
     for bezier in ring.uses.iter().flat_map(|u| u.pcurve.bezier_pieces()) {
@@ -235,8 +235,7 @@ fn closed_pieces(ring: &super::model::TrimLoop) -> Vec<Piece> {
 }
 
 impl Face {
-    /// True when `uv` is inside the trimmed region or on its border. For many points, prepare a
-    /// [`TrimRegion`] once.
+    /// True when `uv` is inside the trimmed region or on its boundary. For many points, build a [`TrimRegion`] once.
     #[must_use]
     pub fn contains(&self, uv: Vec2) -> bool {
         TrimRegion::new(self).contains(uv)

@@ -45,7 +45,7 @@ pub fn run(args: &InspectArgs) -> Result<Exit, Failure> {
     }
     out_lines!(facts);
     if let Some(health) = health {
-        out_lines!(health.told_of(&model));
+        out_lines!(health.to_text(&model));
     }
     Ok(Exit::Done)
 }

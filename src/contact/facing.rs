@@ -1,18 +1,18 @@
-//! Where the nearest point is on a joint ([`super::joints`]), the foot that faces the point most, of those on other faces
-//! that are no farther away by more than the gap.
+//! Foot points at joints ([`super::joints`]): among the foot points on other faces that are farther than the nearest by
+//! at most the gap, the most facing one is used.
 
 use super::project::Descent;
 use super::search::{Best, Search};
 use super::tree::Walk;
 use super::wide::Wide;
 
-/// Feet whose shares of the distance along the normal differ by less face a point as much.
-const SAME: f64 = 1e-9;
+/// Difference of the facing values (fraction of the distance along the normal) below which they are equal.
+const FACING_TOLERANCE: f64 = 1e-9;
 
 impl<W: Wide> Search<'_, W> {
-    /// Takes, where the best foot is on a joint, the foot that faces the point most, no farther than `reach` [mm].
+    /// Where the best foot point is on a joint, replaces it by the most facing one within `reach` [mm].
     #[inline(always)]
-    pub(super) fn over_joints(&mut self, reach: f64) {
+    pub(super) fn select_at_joints(&mut self, reach: f64) {
         let surface = self.surface;
         if surface.borders.has_joints() && self.best.patch != u32::MAX {
             let location = surface.location(self.best.patch, self.best.at);
@@ -22,8 +22,8 @@ impl<W: Wide> Search<'_, W> {
         }
     }
 
-    /// Of the best foot and those on other faces that are hardly farther the one that faces the point most; of several
-    /// the nearest, then that on the lowest patch.
+    /// The most facing foot point among the best one and those on other faces at nearly the same distance; ties are
+    /// resolved by distance, then by patch id.
     #[cold]
     fn most_facing(&self, reach: f64) -> Best {
         let surface = self.surface;
@@ -44,7 +44,15 @@ impl<W: Wide> Search<'_, W> {
                 continue;
             }
             let (wide, form, shape) = (self.wide, &piece.form, piece.shape);
-            let descent = Descent { wide, form, shape, scale: 1.0, w, least: floor.least, limit };
+            let descent = Descent {
+                wide,
+                form,
+                shape,
+                scale: 1.0,
+                w,
+                min_curvature: floor.min_curvature,
+                limit,
+            };
             let found = descent.run(piece.start(&floor)).filter(|found| found.value <= limit);
             feet.extend(found.map(|found| {
                 let (patch, at) = (piece.patch, chart.at(&found.at));
@@ -52,9 +60,9 @@ impl<W: Wide> Search<'_, W> {
                 Best { facing: self.facing(&foot), ..foot }
             }));
         }
-        let most = feet.iter().map(|foot| foot.facing).fold(f64::NEG_INFINITY, f64::max);
+        let max_facing = feet.iter().map(|foot| foot.facing).fold(f64::NEG_INFINITY, f64::max);
         let order = |a: &Best, b: &Best| a.value.total_cmp(&b.value).then(a.patch.cmp(&b.patch));
-        let facing = feet.into_iter().filter(|foot| foot.facing >= most - SAME);
+        let facing = feet.into_iter().filter(|foot| foot.facing >= max_facing - FACING_TOLERANCE);
         facing.min_by(order).unwrap_or(self.best)
     }
 }

@@ -1,4 +1,4 @@
-//! What a patch has at a foot: its unit normal, the side or corner the foot is on, the curvature.
+//! Local geometry at a foot point: unit normal, side or corner, curvature.
 
 use super::projection::Location;
 use crate::geometry::{Mat3, Vec2, Vec3};
@@ -11,37 +11,41 @@ pub(super) fn unit_normal(d: &PatchDerivs) -> Option<Vec3> {
     (size > 1e-12 * d.d1.norm() * d.d2.norm() && size > 0.0).then(|| n / size)
 }
 
-/// Side or corner of the domain within rounding of `at`, and `at` set onto it.
+/// Side or corner of the domain that contains `at` to within rounding, and `at` moved onto it.
 #[inline(always)]
 pub(super) fn locate(sides: usize, at: Vec2) -> (Location, Vec2) {
-    const ON: f64 = 1e-12;
+    const ON_SIDE_TOLERANCE: f64 = 1e-12;
     let corners: &[(f64, f64)] = &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)][..sides];
     for (k, &(eta, zeta)) in corners.iter().enumerate() {
-        if (at.x - eta).abs() < ON && (at.y - zeta).abs() < ON {
+        if (at.x - eta).abs() < ON_SIDE_TOLERANCE && (at.y - zeta).abs() < ON_SIDE_TOLERANCE {
             return (Location::Vertex(k as u8), Vec2::new(eta, zeta));
         }
     }
-    if at.y < ON {
+    if at.y < ON_SIDE_TOLERANCE {
         return (Location::Edge(0), Vec2::new(at.x, 0.0));
     }
-    if at.x > 1.0 - ON {
+    if at.x > 1.0 - ON_SIDE_TOLERANCE {
         return (Location::Edge(1), Vec2::new(1.0, at.y));
     }
     if sides == 3 {
         let mean = 0.5 * (at.x + at.y);
-        return if at.x - at.y < ON {
+        return if at.x - at.y < ON_SIDE_TOLERANCE {
             (Location::Edge(2), Vec2::new(mean, mean))
         } else {
             (Location::Inside, at)
         };
     }
-    if at.y > 1.0 - ON {
+    if at.y > 1.0 - ON_SIDE_TOLERANCE {
         return (Location::Edge(2), Vec2::new(at.x, 1.0));
     }
-    if at.x < ON { (Location::Edge(3), Vec2::new(0.0, at.y)) } else { (Location::Inside, at) }
+    if at.x < ON_SIDE_TOLERANCE {
+        (Location::Edge(3), Vec2::new(0.0, at.y))
+    } else {
+        (Location::Inside, at)
+    }
 }
 
-/// Curvature tensor `b_ij S^i (x) S^j` from the two fundamental forms; zero where the patch is degenerate.
+/// Curvature tensor `b_ij S^i (x) S^j` from the first and second fundamental forms; zero where the patch is degenerate.
 #[inline(always)]
 pub(super) fn weingarten(d: &PatchDerivs, n: &Vec3) -> Mat3 {
     let (e, f, g) = (d.d1.norm_squared(), d.d1.dot(&d.d2), d.d2.norm_squared());

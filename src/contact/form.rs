@@ -1,14 +1,14 @@
-//! A part of a patch as a polynomial about its own centre: `S(u, v) - centre = sum c_ij u^i v^j`.
+//! A part of a patch as a polynomial about its centre: `S(u, v) - centre = sum c_ij u^i v^j`.
 //!
-//! A square part has `-1 <= u, v <= 1`; a triangular one, about its centroid, `u, v >= -1/3` and
-//! `u + v <= 1/3`. Centred monomials lose no digits to the distance from the origin, have no term at the centre
-//! but the first, and bound themselves: `|u|, |v| <= 1`.
+//! A square part has `-1 <= u, v <= 1`. A triangular one, about its centroid, has `u, v >= -1/3` and `u + v <= 1/3`.
+//! Centred monomials avoid cancellation far from the origin, vanish at the centre except for the first, and are bounded
+//! by `|u|, |v| <= 1`.
 
 use crate::geometry::{Vec2, Vec3};
 use crate::tool::Patch;
 use crate::tool::bezier::monomial;
 
-/// Shape of a part's domain.
+/// Shape of the domain of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Shape {
     Square,
@@ -24,7 +24,7 @@ impl Shape {
         if self == Self::Square { 1.0 } else { 2.0 * THIRD }
     }
 
-    /// Corners, counter-clockwise; a triangle repeats its last.
+    /// Corners, counter-clockwise; the last one of a triangle is repeated.
     pub(super) fn corners(self) -> [Vec2; 4] {
         match self {
             Self::Square => [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
@@ -40,17 +40,21 @@ impl Shape {
         if self == Self::Square { 4 } else { 3 }
     }
 
-    /// `x` within the domain, within rounding.
+    /// True when `x` is within the domain, to within rounding.
     #[inline(always)]
     pub(super) fn holds(self, x: &Vec2) -> bool {
-        const ON: f64 = 1e-9;
+        const DOMAIN_TOLERANCE: f64 = 1e-9;
         match self {
-            Self::Square => x.x.abs() <= 1.0 + ON && x.y.abs() <= 1.0 + ON,
-            Self::Triangle => x.x.min(x.y) >= -THIRD - ON && x.x + x.y <= THIRD + ON,
+            Self::Square => {
+                x.x.abs() <= 1.0 + DOMAIN_TOLERANCE && x.y.abs() <= 1.0 + DOMAIN_TOLERANCE
+            }
+            Self::Triangle => {
+                x.x.min(x.y) >= -THIRD - DOMAIN_TOLERANCE && x.x + x.y <= THIRD + DOMAIN_TOLERANCE
+            }
         }
     }
 
-    /// The quarter maps `(u, v) = origin + columns (u', v')` of the four equal parts.
+    /// Affine maps `(u, v) = origin + columns (u', v')` of the four equal parts.
     pub(super) fn quarters(self) -> [Chart; 4] {
         match self {
             Self::Square => self.corners().map(|c| Chart::axes(0.5 * c, 0.5, 0.5)),
@@ -68,7 +72,7 @@ impl Shape {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Chart {
     pub(super) origin: Vec2,
-    /// Images of the two directions.
+    /// Images of the two unit vectors.
     pub(super) columns: [Vec2; 2],
 }
 
@@ -77,7 +81,7 @@ impl Chart {
         Self { origin, columns: [Vec2::new(a, 0.0), Vec2::new(0.0, b)] }
     }
 
-    /// From a part's `(u, v)` to the whole patch's `(eta, zeta)`.
+    /// Map from the `(u, v)` of a part to the `(eta, zeta)` of the patch.
     pub(super) fn whole(shape: Shape) -> Self {
         match shape {
             Shape::Square => Self::axes(Vec2::new(0.5, 0.5), 0.5, 0.5),
@@ -101,25 +105,25 @@ impl Chart {
         Vec2::new(d.x * b.y - b.x * d.y, a.x * d.y - d.x * a.y) / det
     }
 
-    /// `self` after `inner`.
+    /// The composition `self(inner(x))`.
     pub(super) fn after(&self, inner: &Self) -> Self {
         let turn = |x: &Vec2| self.columns[0] * x.x + self.columns[1] * x.y;
         Self { origin: self.at(&inner.origin), columns: inner.columns.map(|c| turn(&c)) }
     }
 }
 
-/// The polynomial. Coefficient (i, j) of what is at most quadratic in each direction stands at `3 i + j`.
-/// What a query reads stands together.
+/// The polynomial. Coefficient (i, j) of a biquadratic part is at `3 i + j`. The data read by a query are adjacent in
+/// memory.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub(super) struct Form {
-    /// `c_ij`, i and j up to 2; `c_00` is zero.
+    /// `c_ij` for i and j up to 2; `c_00` is zero.
     pub(super) low: [Vec3; 9],
-    /// All of them where a degree is above two.
+    /// All coefficients where a degree is above two.
     pub(super) high: Option<Box<High>>,
     /// `S` at the centre [mm].
     pub(super) centre: Vec3,
-    /// `c_01` to `c_22` again, each in four numbers.
+    /// Copies of `c_01` to `c_22`, padded to four numbers.
     pub(super) padded: [[f64; 4]; 8],
 }
 
@@ -130,7 +134,7 @@ pub(super) struct High {
     c: Vec<Vec3>,
 }
 
-/// `S - centre` and its derivatives by u and v.
+/// `S - centre` and its derivatives with respect to u and v.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LocalDerivs {
     pub(super) s: Vec3,
@@ -142,7 +146,7 @@ pub(super) struct LocalDerivs {
 }
 
 impl Form {
-    /// The part of `patch` that `chart` maps onto.
+    /// The part of `patch` that is the image of `chart`.
     pub(super) fn of(patch: &Patch, chart: &Chart) -> Self {
         let o = chart.origin;
         let [a, b] = chart.columns;
@@ -201,7 +205,7 @@ impl Form {
         }
     }
 
-    /// The part that `chart` (along the axes) maps onto.
+    /// The part that is the image of `chart` (parallel to the axes).
     pub(super) fn part(&self, chart: &Chart) -> Self {
         let scale = [chart.columns[0].x, chart.columns[1].y];
         let Some(high) = &self.high else {
@@ -246,7 +250,7 @@ impl High {
         let z = Vec3::zeros();
         let mut d = LocalDerivs { s: z, d1: z, d2: z, d11: z, d12: z, d22: z };
         for row in self.c.chunks_exact(self.degrees[1] + 1).rev() {
-            // Horner along v, with first derivative and half the second, then along u.
+            // Horner's scheme along v with first derivative and half the second, then along u.
             let (mut p0, mut p1, mut p2) = (z, z, z);
             for c in row.iter().rev() {
                 p2 = p2 * v + p1;
@@ -266,7 +270,7 @@ impl High {
     }
 }
 
-/// A vector in four numbers.
+/// A vector padded to four numbers.
 #[inline(always)]
 pub(super) fn padded(x: &Vec3) -> [f64; 4] {
     [x.x, x.y, x.z, 0.0]
@@ -283,7 +287,7 @@ fn shift(degrees: [usize; 2], c: &mut [Vec3], origin: Vec2, scale: [f64; 2]) {
     }
 }
 
-/// The same for one variable; the coefficients stand `stride` apart.
+/// The same for one variable; `stride` is the distance between coefficients.
 fn taylor(c: &mut [Vec3], stride: usize, origin: f64, scale: f64) {
     let n = c.len().div_ceil(stride) - 1;
     for level in 0..n {

@@ -1,17 +1,17 @@
-//! Coulomb's law at one point: stick or slip, and the law's residual with its derivatives.
+//! Coulomb's law at one point: stick or slip, and the residual of the law with its derivatives.
 //!
 //! | symbol | meaning |
 //! |---|---|
 //! | `r_t` | tangential force on the sheet [N] |
-//! | `lambda` | normal force, positive = pressed [N] |
+//! | `lambda` | normal force, positive = compressive [N] |
 //! | `s` | slip of the sheet on the tool since the last increment [mm], tangential |
 //! | `c` | a stiffness that makes `c s` a force; the solution does not depend on it |
 //! | `tau` | trial force `r_t - c s` (Alart & Curnier 1991) |
-//! | `lambda*`, `r_t*` | forces that the law is linearised about: those that the last correction foretold |
+//! | `lambda*`, `r_t*` | forces about which the law is linearised: those predicted by the last correction |
 //!
-//! Stick while `|tau| <= mu lambda`: then `s = 0`. Else slip: `r_t = mu lambda tau / |tau|`; at a solution
-//! `tau` is parallel to `r_t` and so to `-s`. That is the law without a transition; with one, which is the default, the force
-//! rises over a short slip, and is Coulomb's from there on ([`Coulomb::weight`]).
+//! Stick while `|tau| <= mu lambda`: then `s = 0`. Otherwise slip: `r_t = mu lambda tau / |tau|`; at a solution `tau`
+//! is parallel to `r_t` and thus to `-s`. This is the law without regularisation. With regularisation (default) the
+//! force increases over a short slip and equals Coulomb's from there on ([`Coulomb::weight`]).
 
 use crate::geometry::{Mat3, Vec3};
 
@@ -20,15 +20,15 @@ use crate::geometry::{Mat3, Vec3};
 pub struct Coulomb {
     /// Friction coefficient, >= 0.
     pub mu: f64,
-    /// Slip that the rise of the force is measured by [mm]: it is Coulomb's from a slip of [`RISEN`] transitions on; 0: stick and
-    /// slip as they are, without it.
+    /// Regularisation slip [mm]: the force equals Coulomb's from a slip of [`COULOMB_SLIP_RATIO`] times this value on.
+    /// 0: stick and slip without regularisation.
     pub transition: f64,
 }
 
-/// Slip over the transition from which on friction has the force of Coulomb's law.
-pub const RISEN: f64 = 5.0;
+/// Ratio of the slip to the regularisation slip from which on the force equals Coulomb's.
+pub const COULOMB_SLIP_RATIO: f64 = 5.0;
 
-/// State of one contact point as the law sees it; all vectors are tangential.
+/// State of one contact point; all vectors are tangential.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionPoint {
     /// Normal force [N].
@@ -39,31 +39,31 @@ pub struct FrictionPoint {
     pub slip: Vec3,
     /// Scaling stiffness [N/mm], > 0.
     pub stiffness: f64,
-    /// Normal and tangential force that a law with a transition is linearised about [N]; without the tangential one, about
-    /// the law's own at this slip.
+    /// Normal and tangential force about which the regularised law is linearised [N]; without a tangential force, that
+    /// of the law at this slip.
     pub about: (f64, Option<Vec3>),
 }
 
-/// What the law asks of a point that slips.
+/// Residual and derivatives at a slipping point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slip {
     /// Residual `r_t - mu lambda tau / |tau|` [N], which must vanish.
     pub residual: Vec3,
-    /// Residual of the linearisation at this point [N]; the residual itself where that is about this point.
+    /// Residual of the linearisation at this point [N]; equal to the residual for a linearisation about this point.
     pub linear: Vec3,
-    /// Derivative by the traction.
+    /// Derivative with respect to the traction.
     pub by_traction: Mat3,
-    /// Derivative by the slip [N/mm].
+    /// Derivative with respect to the slip [N/mm].
     pub by_slip: Mat3,
-    /// Derivative by the normal force.
+    /// Derivative with respect to the normal force.
     pub by_lambda: Vec3,
 }
 
 impl Coulomb {
-    /// The law at a point that slips; `None` where it sticks: it may not move, `s = 0`.
+    /// The law at a slipping point; `None` where it sticks, `s = 0`.
     ///
-    /// Derivatives are exact while `0 <= lambda` and `mu lambda <= |tau|`; a negative normal force (an
-    /// iterate on its way) keeps the terms that stay bounded.
+    /// Derivatives are exact while `0 <= lambda` and `mu lambda <= |tau|`. For a negative normal force (an intermediate
+    /// iterate) only the bounded terms are kept.
     #[must_use]
     pub fn law(&self, at: &FrictionPoint) -> Option<Slip> {
         if self.transition > 0.0 {
@@ -98,15 +98,15 @@ impl Coulomb {
 }
 
 impl Coulomb {
-    /// The weight `w` [mm] of a law with a transition, `r_t = -mu lambda s / w`, and its gradient by the slip:
-    /// `k sqrt(|s|^2 + transition^2)`, and `|s|` from where that is more, at [`RISEN`] transitions.
+    /// Weight `w` [mm] of the regularised law, `r_t = -mu lambda s / w`, and its gradient with respect to the slip:
+    /// `k sqrt(|s|^2 + transition^2)`, or `|s|` where that is larger, from [`COULOMB_SLIP_RATIO`] transitions on.
     #[must_use]
     pub fn weight(&self, slip: &Vec3) -> (f64, Vec3) {
-        /// Where the slip is that of the border but for rounding the force still rises.
-        const BORDER: f64 = 1.0 + 1e-6;
-        let (size, k) = (slip.norm(), RISEN / RISEN.hypot(1.0));
+        /// At the limit, to within rounding, the force counts as increasing.
+        const LIMIT_TOLERANCE: f64 = 1.0 + 1e-6;
+        let (size, k) = (slip.norm(), COULOMB_SLIP_RATIO / COULOMB_SLIP_RATIO.hypot(1.0));
         let rising = k * size.hypot(self.transition);
-        let gradient = if size > BORDER * rising {
+        let gradient = if size > LIMIT_TOLERANCE * rising {
             slip / size
         } else if rising > 0.0 {
             slip * (k * k / rising)
@@ -116,17 +116,16 @@ impl Coulomb {
         (size.max(rising), gradient)
     }
 
-    /// The law with a transition: no point sticks wholly, one that hardly moves is held by a force in
-    /// proportion to its slip.
+    /// The regularised law: no point sticks completely; small slip is resisted by a proportional force.
     ///
-    /// The residual is `r_t + mu lambda s / w` ([`Self::weight`]). Its own derivative by the slip
-    /// vanishes where `|s|` is above the transition, and Newton's method leaps from one direction of slip
-    /// to the other. The derivatives are therefore those of the same law as `w r_t + mu lambda s = 0`, over `w` (primal
-    /// and dual unknowns side by side, as Chan, Golub & Mulet 1999 do it for total variation): equal where the law
-    /// holds, and firm where `r_t` says that the point sticks. `r_t` is cut to Coulomb's bound in them.
+    /// The residual is `r_t + mu lambda s / w` ([`Self::weight`]). Its derivative with respect to the slip vanishes for
+    /// `|s|` above the transition, and Newton's method then oscillates between slip directions. Therefore the
+    /// derivatives are those of the equivalent form `w r_t + mu lambda s = 0`, divided by `w` (primal-dual method of
+    /// Chan, Golub & Mulet 1999 for total variation). They are equal where the law is satisfied, and stiff where `r_t`
+    /// indicates stick. `r_t` is limited to Coulomb's bound in them.
     ///
-    /// What equilibrium leaves over at an iterate is far off wherever the sheet is stiff; the forces in the derivatives are
-    /// therefore `lambda*` and `r_t*`, dual unknowns in their own right.
+    /// The residual force of an iterate is inaccurate wherever the sheet is stiff. The derivatives therefore use
+    /// `lambda*` and `r_t*`, which are independent dual unknowns.
     #[must_use]
     pub fn smoothed(&self, at: &FrictionPoint) -> Slip {
         let (weight, gradient) = self.weight(&at.slip);
@@ -175,7 +174,7 @@ mod tests {
         assert!(law.law(&point([2.1, 0.0], [0.0, 0.0], 10.0)).is_some());
     }
 
-    /// The derivatives of the law at a point are those of `residual`, by central differences.
+    /// Compares the derivatives of the law with central differences of `residual`.
     fn assert_derivatives(
         law: &Coulomb,
         at: FrictionPoint,
@@ -225,11 +224,11 @@ mod tests {
             law.law(&FrictionPoint { about: pressed.about, ..pulled }).unwrap(),
             law.law(&pressed).unwrap(),
         );
-        // The residual is the law's, whatever was foretold; the rest is as under the force foretold.
+        // The residual does not depend on the predicted force; the derivatives are those at the predicted force.
         assert_eq!(kept.residual, apart.residual);
         assert_eq!((kept.by_slip, kept.by_lambda), (there.by_slip, there.by_lambda));
         assert_eq!(kept.linear, pulled.traction + there.by_lambda * pulled.lambda);
-        // Without a tangential force it is the law's own: along the slip nothing holds.
+        // Without a tangential force that of the law is used: no stiffness along the slip.
         let own = law.law(&FrictionPoint { about: (11.0, None), ..pressed }).unwrap();
         let along = pressed.slip.normalize();
         let held = along.dot(&(own.by_slip * along)) * pressed.slip.norm();
@@ -239,13 +238,16 @@ mod tests {
     #[test]
     fn the_force_is_coulombs_from_the_end_of_its_rise_on() {
         let law = Coulomb { mu: 0.3, transition: 0.02 };
-        let share = |size: f64| size / law.weight(&Vec3::new(0.0, size, 0.0)).0;
+        let fraction = |size: f64| size / law.weight(&Vec3::new(0.0, size, 0.0)).0;
         for over in [1.0, 1.001, 3.0, 1e6] {
-            assert!((share(RISEN * law.transition * over) - 1.0).abs() < 1e-15, "{over}");
+            assert!(
+                (fraction(COULOMB_SLIP_RATIO * law.transition * over) - 1.0).abs() < 1e-15,
+                "{over}"
+            );
         }
         let mut before = 0.0;
         for step in 1..=100 {
-            let now = share(RISEN * law.transition * f64::from(step) / 100.0);
+            let now = fraction(COULOMB_SLIP_RATIO * law.transition * f64::from(step) / 100.0);
             assert!(now > before, "{step}: {now}");
             before = now;
         }
@@ -253,7 +255,7 @@ mod tests {
 
     #[test]
     fn a_point_that_sticks_is_found_from_far_away() {
-        // A spring pulls the point; its pull, below Coulomb's bound, is carried in the transition.
+        // A spring pulls the point with a force below Coulomb's bound, within the regularisation.
         let (stiffness, pull, bound) = (50.0, 2.0, 3.0);
         for transition in [1e-3, 1e-6, 1e-9] {
             let law = Coulomb { mu: 0.3, transition };

@@ -1,59 +1,60 @@
-//! What proves a foot the closest point of a piece whose parameters say nothing: its control net, and the piece as a
-//! height over the tangent plane of its centre.
+//! Lower distance bounds for pieces with a poor parametrisation: the control net, and the piece as a height function
+//! over the tangent plane at its centre.
 //!
-//! Flat pieces with sides of very different length, and nearly flat ones, bend `F(u, v)` by their parameters alone. As
-//! a function of the place `x` in the plane, with `h(x)` the height of the piece and `(a, c)` the point,
+//! Nearly flat pieces with sides of very different length make `F(u, v)` non-convex by their parametrisation alone. Let
+//! `h(x)` be the height of the piece at the place `x` in the plane and `(a, c)` the point. Then
 //! `G(x) = |x - a|^2 / 2 + (h(x) - c)^2 / 2` has second derivatives of at least `mu = 1 - |h - c| |h''|`. Where that is
-//! positive, a foot at `x` with gradient `g` leaves `G(y) >= G(x) + g . (y - x) + mu |y - x|^2 / 2`.
+//! positive, a foot point `x` with gradient `g` gives `G(y) >= G(x) + g . (y - x) + mu |y - x|^2 / 2`.
 //!
-//! The bounds hold over a domain larger by [`WIDER`], whose image holds the convex hull of the piece's: a straight
-//! line from foot to any other point of the piece stays where `h` is known.
+//! The bounds hold over a domain enlarged by [`DOMAIN_ENLARGEMENT`]. Its image contains the convex hull of that of the
+//! piece, so that `h` is known on straight lines from the foot point to all points of the piece.
 
 use super::form::{LocalDerivs, Shape};
 use super::piece::Piece;
 use crate::geometry::{Vec2, Vec3};
 use crate::tool::bezier::along_both;
 
-/// The larger domain: corners times this.
-const WIDER: f64 = 1.25;
+/// Factor on the corners of the domain. Doubled: hulls of strongly curved pieces are still contained, with looser
+/// bounds.
+const DOMAIN_ENLARGEMENT: f64 = 1.25;
 
-/// Bounds of a piece of the tree that cost too much to find in a query.
+/// Bounds of a piece, computed once because they are too expensive for a query.
 #[derive(Debug, Clone)]
 pub(super) struct Hull {
-    /// Control net, from the piece's centre [mm].
+    /// Control net relative to the centre of the piece [mm].
     net: Box<[Vec3]>,
     height: Height,
 }
 
-/// The piece over the tangent plane of its centre.
+/// The piece as a height function over the tangent plane at its centre.
 #[derive(Debug, Clone, Copy)]
 struct Height {
     normal: Vec3,
-    /// Largest height or depth [mm].
-    most: f64,
-    /// Bound of the second derivatives by place [1/mm]; infinite where the piece is no such graph.
+    /// Largest absolute height [mm].
+    max_height: f64,
+    /// Bound of the second derivatives with respect to place [1/mm]; infinite where the piece is no height function.
     bend: f64,
 }
 
 impl Hull {
     pub(super) fn of(piece: &Piece) -> Self {
         let net = control_net(piece).into();
-        let flat = Height { normal: Vec3::z(), most: 0.0, bend: f64::INFINITY };
+        let flat = Height { normal: Vec3::z(), max_height: 0.0, bend: f64::INFINITY };
         Self { net, height: Height::of(piece).unwrap_or(flat) }
     }
 
-    /// Control net, from the piece's centre [mm].
+    /// Control net relative to the centre of the piece [mm].
     pub(super) fn net(&self) -> &[Vec3] {
         &self.net
     }
 
-    /// For a point at `w` from the centre and a foot with derivatives `d`: no point of the piece has half a squared
-    /// distance below this [mm^2]; minus infinity where nothing is known.
+    /// Lower bound of half the squared distance [mm^2] for a point at `w` from the centre and a foot point with
+    /// derivatives `d`; minus infinity when unknown.
     pub(super) fn floor(&self, w: &Vec3, d: &LocalDerivs) -> f64 {
-        const LEAST: f64 = 0.05;
-        let Height { normal, most, bend } = self.height;
-        let mu = 1.0 - (normal.dot(w).abs() + most) * bend;
-        if mu.is_nan() || mu < LEAST {
+        const CONVEXITY_MIN: f64 = 0.05;
+        let Height { normal, max_height, bend } = self.height;
+        let mu = 1.0 - (normal.dot(w).abs() + max_height) * bend;
+        if mu.is_nan() || mu < CONVEXITY_MIN {
             return f64::NEG_INFINITY;
         }
         let q = w - d.s;
@@ -70,11 +71,11 @@ impl Hull {
 }
 
 impl Height {
-    /// `None` where the piece is no graph over the tangent plane of its centre, or where its outline is too far from
-    /// convex.
+    /// `None` where the piece is no height function over the tangent plane at its centre, or its outline is too far
+    /// from convex.
     fn of(piece: &Piece) -> Option<Self> {
         let (c1, c2) = (piece.form.low[3], piece.form.low[1]);
-        // Parameters as lengths along the two directions at the centre.
+        // Parameters as lengths along the two tangents at the centre.
         let [u, v] = [c1.norm(), c2.norm()];
         let normal = c1.cross(&c2);
         let sine = normal.norm() / (u * v);
@@ -82,43 +83,44 @@ impl Height {
             return None;
         }
         let normal = normal.normalize();
-        // Norm of the inverse of the two directions as columns, and the share of each in a vector.
+        // Norm of the inverse of the matrix of both tangents, and the coefficient of each in a vector.
         let inverse = 1.0 / (1.0 - c1.dot(&c2).abs() / (u * v)).sqrt();
         let (reciprocal1, reciprocal2) =
             (c2.cross(&normal) / (v * sine), normal.cross(&c1) / (u * sine));
-        let share = |c: &Vec3| reciprocal1.dot(c).hypot(reciprocal2.dot(c));
-        let Sums { most, slope, up, plane, turn } = Sums::of(piece, &normal, [u, v], share);
+        let fraction = |c: &Vec3| reciprocal1.dot(c).hypot(reciprocal2.dot(c));
+        let Sums { max_height, slope, up, plane, turn } =
+            Sums::of(piece, &normal, [u, v], fraction);
         if turn >= 0.9 {
             return None;
         }
         let inverse = inverse / (1.0 - turn);
-        let margin = (WIDER - 1.0) * narrowest(piece.shape) * u.min(v);
+        let margin = (DOMAIN_ENLARGEMENT - 1.0) * narrowest(piece.shape) * u.min(v);
         if 3.0 * inverse * bulge(piece)? > margin {
             return None;
         }
         let bend = inverse * inverse * (up + inverse * slope * plane);
-        Some(Self { normal, most: most * (1.0 + 1e-12), bend: bend * (1.0 + 1e-12) })
+        Some(Self { normal, max_height: max_height * (1.0 + 1e-12), bend: bend * (1.0 + 1e-12) })
     }
 }
 
-/// Bounds over the larger domain, of the terms of second and higher order; derivatives by lengths along the two
-/// directions at the centre.
+/// Bounds over the enlarged domain of the terms of second and higher order; derivatives with respect to the lengths
+/// along the tangents at the centre.
 #[derive(Default)]
 struct Sums {
-    /// Of the height.
-    most: f64,
+    /// Bound of the height.
+    max_height: f64,
     slope: f64,
     up: f64,
-    /// Of the second derivatives of the place.
+    /// Bound of the second derivatives of the place.
     plane: f64,
-    /// Of the change of the first ones, over those at the centre.
+    /// Bound of the change of the first derivatives relative to those at the centre.
     turn: f64,
 }
 
 impl Sums {
-    fn of(piece: &Piece, normal: &Vec3, [u, v]: [f64; 2], share: impl Fn(&Vec3) -> f64) -> Self {
+    fn of(piece: &Piece, normal: &Vec3, [u, v]: [f64; 2], fraction: impl Fn(&Vec3) -> f64) -> Self {
         let (degrees, c) = piece.form.coefficients();
-        let reach = WIDER * piece.shape.reach();
+        let reach = DOMAIN_ENLARGEMENT * piece.shape.reach();
         let mut sums = Self::default();
         for (at, c) in c.iter().enumerate() {
             let (i, j) = (at / (degrees[1] + 1), at % (degrees[1] + 1));
@@ -131,17 +133,17 @@ impl Sums {
             let [xx, xy, yy] = [x * (x - 1.0) / (u * u), x * y / (u * v), y * (y - 1.0) / (v * v)];
             let second =
                 (xx * xx + 2.0 * xy * xy + yy * yy).sqrt() * reach.powi((i + j - 2) as i32);
-            sums.most += height * reach.powi((i + j) as i32);
+            sums.max_height += height * reach.powi((i + j) as i32);
             sums.slope += height * first;
             sums.up += height * second;
-            sums.turn += share(c) * first;
+            sums.turn += fraction(c) * first;
             sums.plane += (c - normal * normal.dot(c)).norm() * second;
         }
         sums
     }
 }
 
-/// How far a domain twice as large begins outside this one.
+/// Distance between this domain and the boundary of one twice as large.
 fn narrowest(shape: Shape) -> f64 {
     match shape {
         Shape::Square => 1.0,
@@ -149,8 +151,8 @@ fn narrowest(shape: Shape) -> f64 {
     }
 }
 
-/// How far the sides lie off their chords, seen along the normal at the centre [mm]; `None` when the corners are not
-/// those of a convex polygon.
+/// Largest distance of the sides from their chords, projected along the normal at the centre [mm]; `None` when the
+/// corners do not form a convex polygon.
 fn bulge(piece: &Piece) -> Option<f64> {
     let (e1, e2) = (piece.form.low[3].normalize(), piece.form.low[1]);
     let e2 = (e2 - e1 * e1.dot(&e2)).normalize();
@@ -158,19 +160,22 @@ fn bulge(piece: &Piece) -> Option<f64> {
     let sides = piece.shape.sides();
     let corners = piece.shape.corners();
     let at = |k: usize| flat(&piece.form.derivs(corners[k % sides].x, corners[k % sides].y).s);
-    let mut most = 0.0_f64;
+    let mut max_distance = 0.0_f64;
     for k in 0..sides {
         let (a, b, c) = (at(k), at(k + 1), at(k + 2));
         if (b - a).perp(&(c - b)) < 0.0 {
             return None;
         }
-        most = most.max(off_chord(piece, [corners[k % sides], corners[(k + 1) % sides]], flat));
+        max_distance = max_distance.max(off_chord(
+            piece,
+            [corners[k % sides], corners[(k + 1) % sides]],
+            flat,
+        ));
     }
-    Some(most)
+    Some(max_distance)
 }
 
-/// Bound of how far the side between two corners of the domain lies off its chord: by its second derivative along the
-/// side.
+/// Bound of the distance of the side between two corners from its chord, by its second derivative.
 fn off_chord(piece: &Piece, [from, to]: [Vec2; 2], flat: impl Fn(&Vec3) -> Vec2) -> f64 {
     let (degrees, c) = piece.form.coefficients();
     let half = 0.5 * (to - from);
@@ -190,7 +195,7 @@ fn off_chord(piece: &Piece, [from, to]: [Vec2; 2], flat: impl Fn(&Vec3) -> Vec2)
     0.5 * bend
 }
 
-/// Bernstein control points, from the piece's centre [mm]; their convex hull holds the piece.
+/// Bernstein control points relative to the centre of the piece [mm]; their convex hull contains the piece.
 pub(super) fn control_net(piece: &Piece) -> Vec<Vec3> {
     let (degrees, c) = piece.form.coefficients();
     if piece.shape == Shape::Triangle {
@@ -199,7 +204,7 @@ pub(super) fn control_net(piece: &Piece) -> Vec<Vec3> {
     along_both(degrees, c, to_bernstein)
 }
 
-/// Corners and middle control points of a triangle of degree two.
+/// Corners and middle control points of a quadratic triangle.
 fn triangle_net(piece: &Piece) -> Vec<Vec3> {
     let corners = &piece.shape.corners()[..3];
     let at = |x: &Vec2| piece.form.derivs(x.x, x.y).s;
@@ -212,7 +217,7 @@ fn triangle_net(piece: &Piece) -> Vec<Vec3> {
         .collect()
 }
 
-/// Monomial coefficients over [-1, 1] to Bernstein ones: `u = 2 t - 1`, then
+/// Converts monomial coefficients over [-1, 1] to Bernstein ones: `u = 2 t - 1`, then
 /// `P_k = sum_i binomial(k, i) / binomial(n, i) a_i`.
 fn to_bernstein(c: &mut [Vec3]) {
     let n = c.len() - 1;

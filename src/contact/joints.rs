@@ -1,19 +1,20 @@
-//! Joints: borders inside a tool between faces that were divided independently.
+//! Joints: borders inside a tool between independently divided faces.
 //!
-//! Their patches do not share vertices there, and their sides are up to [`ToolModel::border_gap_mm`] apart: a step or a
-//! slit. A point over a step of height s, h away from the lower face, has its nearest point on the upper face's side
-//! as long as it is not farther from that than `sqrt(2 h s)` sideways: much more than the step. Such a foot is no border of
-//! the tool, and its normal may be that of the wrong side of a crease. [`super::facing`] says which foot is taken then.
+//! Their patches have no common vertices, and their sides are up to [`ToolModel::border_gap_mm`] apart: a step or a
+//! slit. Consider a step of height s and a point at height h above the lower face. Its nearest point is on the side of
+//! the upper face within a lateral distance of `sqrt(2 h s)`, much more than s. Such a foot point is not on a border of
+//! the tool, and its normal may be that of the wrong side of a crease. [`super::facing`] selects the foot point
+//! instead.
 
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
 use crate::tool::ToolModel;
 use crate::tool::side::{SideCurve, corners};
 
-/// Shares of a side at which the sides of other faces have to run beside it.
-const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
+/// Relative positions on a side at which sides of other faces must be adjacent.
+const SAMPLE_POSITIONS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
 
-/// A side that one patch uses.
+/// A side used by one patch.
 struct Single<'a> {
     patch: usize,
     side: usize,
@@ -31,8 +32,8 @@ fn singles<'a>(model: &'a ToolModel, bits: &[u8]) -> Vec<Single<'a>> {
     out
 }
 
-/// Those of the sides in `once`, which one patch uses, that have sides of other faces all along them, no farther away
-/// than the model's border gap.
+/// Those of the sides in `once`, each used by one patch, with sides of other faces along their entire length within the
+/// border gap of the model.
 pub(super) fn sides(model: &ToolModel, once: &[u8]) -> Vec<u8> {
     let all = singles(model, once);
     let boxes: Vec<Aabb> = all.iter().map(|s| s.curve.bounds()).collect();
@@ -48,7 +49,7 @@ pub(super) fn sides(model: &ToolModel, once: &[u8]) -> Vec<u8> {
     };
     let mut joints = vec![0; once.len()];
     for own in &all {
-        if PLACES.iter().all(|&t| is_met(own, &own.curve.point(t))) {
+        if SAMPLE_POSITIONS.iter().all(|&t| is_met(own, &own.curve.point(t))) {
             joints[own.patch] |= 1 << own.side;
         }
     }
@@ -71,7 +72,7 @@ pub(super) fn ends(model: &ToolModel, outer: &[u8]) -> Ends {
 }
 
 impl Ends {
-    /// True when corner `k` of a patch is no farther from one of them than the model's border gap.
+    /// True when corner `k` of a patch is within the border gap of the model from one of them.
     pub(super) fn near(&self, model: &ToolModel, patch: usize, k: usize) -> bool {
         let patch = &model.patches[patch];
         let Some(&(eta, zeta)) = corners(patch.sides()).get(k) else { return false };
@@ -91,10 +92,10 @@ mod tests {
     use crate::tool::model::PatchCorners;
     use crate::tool::{ToolKind, ToolModel};
 
-    /// A step, or how far two faces are apart [mm].
+    /// Height of a step, or distance between two faces [mm].
     const STEP: f64 = 0.01;
 
-    /// Flat quads `[corner, side, other side]` with their face, none sharing vertices.
+    /// Flat quads `[corner, side, other side]` with their face, without common vertices.
     fn plates(quads: &[([Vec3; 3], u32)], border_gap_mm: f64) -> ToolModel {
         let (mut vertices, mut normals, mut corners) = (Vec::new(), Vec::new(), Vec::new());
         for &([o, a, b], face) in quads {
@@ -112,7 +113,7 @@ mod tests {
         ToolModel { border_gap_mm, ..made.unwrap().0 }
     }
 
-    /// A plate in one piece for x < 0, and one in two pieces beyond it, lower by a step: a T in the middle.
+    /// One plate for x < 0 and two plates for x > 0, lower by a step: a T joint in the middle.
     fn step(gap: f64) -> ToolSurface {
         let (x, y) = (Vec3::x() * 10.0, Vec3::y() * 10.0);
         let low = -Vec3::z() * STEP;
@@ -128,13 +129,13 @@ mod tests {
         for k in 0..400 {
             let (t, y) = (1e-3 * f64::from(k % 40 - 20), 0.2 + 0.024 * f64::from(k));
             for h in [1e-4, 0.1, 2.0, -0.1, -2.0] {
-                // The foot of the nearest point is on the upper plate's side for t up to sqrt(2 h s).
+                // The nearest point is on the side of the upper plate for t up to sqrt(2 h s).
                 let foot = surface.closest(&Vec3::new(t, y, h), None);
                 assert!(!foot.past_border, "{t} {y} {h}: {foot:?}");
                 assert_eq!(foot.outcome, Outcome::Certified);
                 let exact = if t > 0.0 { h + STEP } else { h };
                 assert!((foot.gap - exact).abs() <= STEP * (1.0 + 1e-9), "{t} {h}: {foot:?}");
-                // Beside the joint, not over it, the face below is the one that is seen.
+                // Beside the joint the lower face is found.
                 if t.abs() > 1e-12 && h > 2.0 * STEP {
                     assert!((foot.gap - exact).abs() < 1e-12, "{t} {h}: {foot:?}");
                 }
@@ -162,8 +163,8 @@ mod tests {
         assert!(surface.closest(&Vec3::new(10.5, 4.0, 0.1), None).past_border);
     }
 
-    /// The wall of a block stands back from the edge of its top: the top's side is nearer to points before the wall
-    /// than the wall is, and says that they are inside.
+    /// The wall of a block is set back from the edge of its top: the side of the top is closer to points in front of
+    /// the wall than the wall, and would classify them as inside.
     #[test]
     fn before_a_wall_beside_a_crease_the_gap_is_the_walls() {
         let (x, y, z) = (Vec3::x() * 10.0, Vec3::y() * 10.0, Vec3::z() * 10.0);
@@ -177,7 +178,7 @@ mod tests {
             assert!((foot.gap - h - STEP).abs() < 1e-12 && !foot.past_border, "{h} {t}: {foot:?}");
             assert!(open.closest(&p, None).gap < 0.0, "the top's");
         }
-        // Over the edge as before: what faces the point more.
+        // Above the edge the more facing foot point is found.
         let over = apart.closest(&Vec3::new(0.3, 2.0, 0.4), None);
         assert!((over.gap - 0.4).abs() < 1e-9 && !over.past_border, "{over:?}");
     }

@@ -1,4 +1,4 @@
-//! Names of the searches.
+//! Names of the search methods.
 
 use super::paper::PaperSearch;
 use super::projection::ContactSearch;
@@ -29,7 +29,7 @@ pub enum SearchKind {
 }
 
 impl SearchKind {
-    /// Prepares this search for a model.
+    /// Prepares the search for a model.
     #[must_use]
     pub fn prepare(self, model: ToolModel) -> Box<dyn ContactSearch> {
         match self {

@@ -1,17 +1,17 @@
-//! Closest point on a tool: the tree search, the projection on a patch, the friction law.
+//! Closest point on a tool: tree search, projection on a patch, friction law.
 //!
-//! - [`ToolSurface::closest`]: tree of tight boxes, branch and bound on the true distance
+//! - [`ToolSurface::closest`]: bounding volume hierarchy, branch and bound on the exact distance
 //! - `form`: a part of a patch as a polynomial about its centre
-//! - `piece`: such a part with what bounds the distance from below and certifies it as convex; its box
-//! - `hull`: its control net, and what proves a foot where its parameters do not
-//! - `project`: bounded Newton inside a piece (Eq. 19-23)
-//! - `query`, `search`: one query; `tree`, `node`: the boxes; `wide`: several numbers at once
+//! - `piece`: such a part with lower distance bounds and a convexity test; its bounding box
+//! - `hull`: its control net, and bounds for a poor parametrisation
+//! - `project`: bounded Newton iteration inside a piece (Eq. 19-23)
+//! - `query`, `search`: one query; `tree`, `node`: the hierarchy; `wide`: SIMD operations
 //! - [`paper`]: the two searches of the paper; [`SearchKind`] names all three, [`ContactSearch`] is their interface
-//! - [`oracle`]: dense sampling, the judge of them all
-//! - `topology`: which sides of a patch are free borders; `joints`: between faces divided independently; `facing`: the foot
-//!   that is taken there
-//! - [`Projection`], `foot`: the closest point, and what its patch has there
-//! - [`friction`]: Coulomb's law; sees gap, slip and traction, never geometry
+//! - [`oracle`]: dense sampling, the reference for all searches
+//! - `topology`: free borders of patches; `joints`: borders between independently divided faces; `facing`: the foot
+//!   point selected there
+//! - [`Projection`], `foot`: the closest point, and the local geometry
+//! - [`friction`]: Coulomb's law in terms of gap, slip and traction, independent of geometry
 
 mod facing;
 mod foot;

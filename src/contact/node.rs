@@ -1,14 +1,14 @@
-//! A node of the search tree: boxes of eight children in single precision, rounded outwards.
+//! Node of the search tree: bounding boxes of eight children in single precision, rounded outwards.
 
 use crate::geometry::Aabb;
 
-/// Children of a node.
+/// Number of children of a node.
 pub(super) const WIDE: usize = 8;
 
-/// Set in a child that is a piece.
+/// Flag of a child that is a piece.
 pub(super) const PIECE: u32 = 1 << 31;
 
-/// Boxes of eight children side by side.
+/// Bounding boxes of eight children as a structure of arrays.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub(super) struct Node {
@@ -33,7 +33,7 @@ impl Node {
     }
 }
 
-/// The largest single below `x`.
+/// The largest single-precision number not above `x`.
 fn down(x: f64) -> f32 {
     let near = x as f32;
     if f64::from(near) > x { near.next_down() } else { near }

@@ -1,11 +1,12 @@
-//! The judge of the searches: dense samples of every patch that a sphere does not rule out, descent from the best of
-//! each, a compass search from the best of all. It shares no bound, no tree and no Newton with [`super::ToolSurface`],
-//! and every distance it names is that of a point of the tool: a search that returns more has missed one.
+//! Reference search: dense samples of every patch that a bounding sphere does not exclude, descent from the best of
+//! each, and a compass search from the overall best. It shares no bound, tree or Newton iteration with
+//! [`super::ToolSurface`]. Every distance it returns is that of a point of the tool, so that a search with a larger
+//! result has missed a point.
 
 use crate::geometry::{Vec2, Vec3};
 use crate::tool::{Patch, ToolModel};
 
-/// Samples along each direction of a patch, less one.
+/// Number of sample intervals along each direction of a patch.
 const DIVISIONS: usize = 8;
 
 /// A model with its samples.
@@ -16,10 +17,10 @@ pub struct Oracle<'a> {
 
 struct Sampled {
     centre: Vec3,
-    /// No sample is farther from the centre, by a margin.
+    /// Radius of a bounding sphere of the samples, with a margin [mm].
     radius: f64,
     samples: Vec<(Vec3, Vec2)>,
-    /// Largest distance between neighbouring samples.
+    /// Largest distance between neighbouring samples [mm].
     spacing: f64,
 }
 
@@ -83,7 +84,7 @@ impl<'a> Oracle<'a> {
         found.iter().take(2).map(|f| self.compass(p, f)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Damped descent that only ever goes nearer.
+    /// Damped descent; the distance never increases.
     fn descend(&self, p: &Vec3, k: usize, start: Vec2) -> (f64, Vec2) {
         let patch = &self.model.patches[k];
         let (mut x, mut damping) = (start, 0.0);
@@ -122,7 +123,7 @@ impl<'a> Oracle<'a> {
         ((p - d.s).norm(), x)
     }
 
-    /// Shrinking compass search: no derivative at all.
+    /// Derivative-free compass search with decreasing step.
     fn compass(&self, p: &Vec3, start: &(f64, usize, Vec2)) -> f64 {
         let (mut best, k, mut x) = *start;
         let patch = &self.model.patches[k];

@@ -1,8 +1,8 @@
-//! The paper's two searches as published (Sec. 3.1-3.3), the reference that [`super::ToolSurface`] is compared with.
+//! The two searches of the paper as published (Sec. 3.1-3.3), for comparison with [`super::ToolSurface`].
 //!
-//! What the paper leaves open and what is taken here: the first phase picks tools by their patches' normals, and with
-//! one tool has nothing to choose; the thresholds of Eq. 21 are 1e-10 and at most 30 iterations are made; a solution
-//! counts when its parameters lie within 1e-6 of the patch; the 'minimum normal distance' is that of `|d|`.
+//! Details not specified in the paper: the first phase selects tools by the normals of their patches and has no effect
+//! for a single tool. The thresholds of Eq. 21 are 1e-10, with at most 30 iterations. A solution is valid when its
+//! parameters are within 1e-6 of the patch. The 'minimum normal distance' is that of `|d|`.
 
 use super::foot::{locate, weingarten};
 use super::projection::{ContactSearch, Outcome, Projection};
@@ -10,13 +10,13 @@ use super::topology::corner_ids;
 use crate::geometry::{Vec2, Vec3};
 use crate::tool::{Patch, ToolModel};
 
-const CANDIDATES: usize = 10;
+const CANDIDATE_PATCHES: usize = 10;
 
-/// How patches are picked before the grid.
+/// Selection of patches before the grid search.
 enum Preselection {
-    /// All of them (Sec. 3.1).
+    /// All patches (Sec. 3.1).
     All,
-    /// Those that share one of the `count` nearest nodes (Sec. 3.2).
+    /// Patches adjacent to one of the `count` nearest nodes (Sec. 3.2).
     Nodes { points: Vec<Vec3>, patches: Vec<Vec<u32>>, count: usize },
 }
 
@@ -29,21 +29,25 @@ pub struct PaperSearch {
 }
 
 impl PaperSearch {
-    /// Sec. 3.1: on each patch a grid of twice the highest degrees of the tool (Eq. 16).
+    /// Sec. 3.1: a grid of twice the highest degrees of the tool on each patch (Eq. 16).
     #[must_use]
     pub fn bezier_grid(model: ToolModel) -> Self {
         let degrees = |p: &Patch| match p {
             Patch::Bezier { degrees, .. } => *degrees,
             _ => [2, 2],
         };
-        let most =
+        let max_degrees =
             model.patches.iter().map(degrees).fold([1, 1], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
-        let grid = model.patches.iter().map(|p| grid(p, [2 * most[0], 2 * most[1]])).collect();
+        let grid = model
+            .patches
+            .iter()
+            .map(|p| grid(p, [2 * max_degrees[0], 2 * max_degrees[1]]))
+            .collect();
         Self { model, preselection: Preselection::All, grid }
     }
 
-    /// Sec. 3.2: the patches of the `5 + int(0.015 R^2)` nearest nodes (Eq. 17), a grid of
-    /// `int(max(2, R / 10))` on each (Eq. 18); `R` is the largest ratio of edge lengths of an element.
+    /// Sec. 3.2: the patches of the `5 + int(0.015 R^2)` nearest nodes (Eq. 17), with a grid of `int(max(2, R / 10))`
+    /// on each (Eq. 18); `R` is the largest ratio of edge lengths of an element.
     #[must_use]
     pub fn nagata_nodes(model: ToolModel) -> Self {
         let ratio = model.patches.iter().map(edge_ratio).fold(1.0, f64::max).min(1e3);
@@ -63,7 +67,7 @@ impl PaperSearch {
         Self { model, preselection: Preselection::Nodes { points, patches, count }, grid }
     }
 
-    /// The global search: ten patches and, on each, the nearest grid point.
+    /// Global search: ten patches and the nearest grid point on each.
     #[must_use]
     pub fn candidates(&self, p: &Vec3) -> Vec<(u32, Vec2)> {
         let nearest = |k: u32| {
@@ -82,11 +86,11 @@ impl PaperSearch {
                 ids.into_iter().filter_map(nearest).collect()
             }
         };
-        smallest(&mut found, CANDIDATES, |f| f.0);
+        smallest(&mut found, CANDIDATE_PATCHES, |f| f.0);
         found.into_iter().map(|(_, k, x)| (k, x)).collect()
     }
 
-    /// The local search on given candidates: Newton on each, the least normal distance.
+    /// Local search on given candidates: Newton iteration on each, minimum normal distance.
     #[must_use]
     pub fn project(&self, p: &Vec3, candidates: &[(u32, Vec2)]) -> Projection {
         let feet = candidates.iter().filter_map(|&(k, start)| {
@@ -126,7 +130,7 @@ impl ContactSearch for PaperSearch {
     }
 }
 
-/// Keeps the `count` smallest, in order.
+/// Keeps the `count` smallest items, in order.
 fn smallest<T>(items: &mut Vec<T>, count: usize, key: impl Fn(&T) -> f64) {
     let order = |a: &T, b: &T| key(a).total_cmp(&key(b));
     if items.len() > count {
@@ -150,13 +154,13 @@ fn corner_points(patch: &Patch) -> Vec<Vec3> {
     all[..patch.sides()].iter().map(|&(eta, zeta)| patch.derivs(eta, zeta).s).collect()
 }
 
-/// Longest over shortest edge of a patch; edges of no length left out.
+/// Ratio of longest to shortest edge of a patch, excluding collapsed edges.
 fn edge_ratio(patch: &Patch) -> f64 {
     let c = corner_points(patch);
     let lengths: Vec<f64> =
         (0..c.len()).map(|k| (c[(k + 1) % c.len()] - c[k]).norm()).filter(|l| *l > 0.0).collect();
-    let most = lengths.iter().fold(0.0_f64, |a, &b| a.max(b));
-    most / lengths.iter().fold(f64::INFINITY, |a, &b| a.min(b))
+    let longest = lengths.iter().fold(0.0_f64, |a, &b| a.max(b));
+    longest / lengths.iter().fold(f64::INFINITY, |a, &b| a.min(b))
 }
 
 fn is_inside(patch: &Patch, x: Vec2, slack: f64) -> bool {
@@ -171,18 +175,18 @@ pub struct NewtonFoot {
     pub at: Vec2,
     /// Normal distance d [mm].
     pub distance: f64,
-    /// Iterations made.
+    /// Number of iterations.
     pub iterations: usize,
 }
 
-/// The paper's Newton (Eq. 19-23) for `S + d n - p = 0` from `start` with `d = 0`; `None` when it does not converge or
-/// its matrix is singular. The normal's derivatives are Weingarten's.
+/// The paper's Newton iteration (Eq. 19-23) for `S + d n - p = 0` from `start` with `d = 0`; `None` when it does not
+/// converge or its matrix is singular. The derivatives of the normal follow from the Weingarten equations.
 #[must_use]
 pub fn newton(patch: &Patch, p: &Vec3, start: Vec2) -> Option<NewtonFoot> {
-    const MOST: usize = 30;
+    const ITERATIONS_MAX: usize = 30;
     const THRESHOLD: f64 = 1e-10;
     let (mut at, mut distance) = (start, 0.0);
-    for iterations in 1..=MOST {
+    for iterations in 1..=ITERATIONS_MAX {
         let d = patch.derivs(at.x, at.y);
         let n = d.normal(at.x, at.y)?;
         let residual = d.s + n * distance - p;

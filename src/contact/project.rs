@@ -1,15 +1,15 @@
-//! Projection of a point on a piece: bounded Newton on the half squared distance (Eq. 19-23).
+//! Projection of a point onto a piece: bounded Newton iteration on half the squared distance (Eq. 19-23).
 //!
 //! | symbol | meaning |
 //! |---|---|
 //! | `q` | `p - S(u, v)` |
 //! | `F` | `|q|^2 / 2` |
-//! | `g` | its gradient `-q . S_i` (Eq. 19: zero at a foot) |
+//! | `g` | its gradient `-q . S_i` (Eq. 19: zero at a foot point) |
 //! | `h` | its second derivatives `S_i . S_j - q . S_ij` |
 //!
-//! Each step minimises the quadratic model over the whole domain, sides and corners included; the distance never
-//! grows. Where `h` is not positive definite the metric takes its place. Where `F` is known to be convex the
-//! gradient bounds it from below, and a piece that cannot beat the best is left at once.
+//! Each step minimises the quadratic model over the whole domain including sides and corners; the distance never
+//! increases. Where `h` is not positive definite the metric is used instead (Gauss-Newton). Where `F` is convex the
+//! gradient provides a lower bound, and the iteration stops when the piece cannot improve the best distance.
 
 use super::form::{Form, Shape, padded};
 use super::piece::floor_about;
@@ -24,22 +24,22 @@ pub(super) struct Minimum {
     pub(super) value: f64,
 }
 
-/// What Newton works on.
+/// A projection problem.
 pub(super) struct Descent<'a, W> {
     pub(super) wide: W,
     pub(super) form: &'a Form,
     pub(super) shape: Shape,
-    /// The domain's corners times this.
+    /// Factor on the corners of the domain.
     pub(super) scale: f64,
     /// From the centre to the point.
     pub(super) w: Vec3,
-    /// [`super::piece::Floor::least`], good for the whole domain.
-    pub(super) least: [f64; 2],
-    /// Values above this are of no use.
+    /// [`super::piece::Floor::min_curvature`], valid over the whole domain.
+    pub(super) min_curvature: [f64; 2],
+    /// Upper limit of useful values [mm^2].
     pub(super) limit: f64,
 }
 
-/// Model of `F` about a point.
+/// Quadratic model of `F` at a point.
 #[derive(Clone, Copy)]
 pub(super) struct Model {
     value: f64,
@@ -47,36 +47,36 @@ pub(super) struct Model {
     hessian: [f64; 3],
 }
 
-/// Steps below this square to nothing.
-const SMALL_STEP: f64 = 1e-8;
+/// Step length whose square is negligible.
+const NEGLIGIBLE_STEP: f64 = 1e-8;
 
 impl<W: Wide> Descent<'_, W> {
-    /// A local minimum over the domain from `start`; `None` when `F` lies above the limit all over it.
+    /// A local minimum over the domain from `start`; `None` when `F` is above the limit all over it.
     #[inline(always)]
     pub(super) fn run(&self, start: Vec2) -> Option<Minimum> {
-        const MAX_STEPS: usize = 60;
+        const ITERATIONS_MAX: usize = 60;
         let mut x = start;
         let (mut model, mut sound) = self.model(x);
-        for _ in 0..MAX_STEPS {
+        for _ in 0..ITERATIONS_MAX {
             if model.value > self.limit && self.floor(&model, &x) > self.limit {
                 return None;
             }
-            let step = self.lowest(&model, &x) - x;
+            let step = self.minimiser(&model, &x) - x;
             let size = step.amax();
             let expected = model.change(&step);
-            if sound && size <= SMALL_STEP {
+            if sound && size <= NEGLIGIBLE_STEP {
                 return Some(Minimum { at: x + step, value: (model.value + expected).max(0.0) });
             }
             if size <= 1e-15 || expected >= -1e-30 * model.hessian[0].max(model.hessian[2]) {
                 break;
             }
-            let Some((next, at, fine)) = self.lower(&model, x, step) else { break };
+            let Some((next, at, fine)) = self.reduced_step(&model, x, step) else { break };
             (x, model, sound) = (next, at, fine);
         }
         Some(Minimum { at: x, value: model.value })
     }
 
-    /// Model at `x` and whether its second derivatives are those of `F`.
+    /// Model at `x`, and whether its second derivatives are those of `F`.
     #[inline(always)]
     fn model(&self, x: Vec2) -> (Model, bool) {
         if self.form.high.is_none() {
@@ -92,7 +92,7 @@ impl<W: Wide> Descent<'_, W> {
         (Model { value: 0.5 * q.norm_squared(), gradient, hessian }, sound)
     }
 
-    /// The same where no degree is above two.
+    /// The same for degrees up to two.
     #[inline(always)]
     fn low_model(&self, x: Vec2) -> (Model, bool) {
         let wide = self.wide;
@@ -119,40 +119,40 @@ impl<W: Wide> Descent<'_, W> {
 
     #[inline(always)]
     fn floor(&self, model: &Model, x: &Vec2) -> f64 {
-        floor_about(self.shape, x, model.value, &model.gradient, self.least)
+        floor_about(self.shape, x, model.value, &model.gradient, self.min_curvature)
     }
 
-    /// Where the model about `x` is lowest in the domain.
+    /// Minimiser of the model at `x` over the domain.
     #[inline(always)]
-    fn lowest(&self, model: &Model, x: &Vec2) -> Vec2 {
-        lowest_of(model, x, self.shape, self.scale)
+    fn minimiser(&self, model: &Model, x: &Vec2) -> Vec2 {
+        minimiser_of(model, x, self.shape, self.scale)
     }
 
-    /// Halves `step` until the distance falls.
+    /// Halves `step` until the distance decreases.
     #[inline(always)]
-    fn lower(&self, model: &Model, x: Vec2, step: Vec2) -> Option<(Vec2, Model, bool)> {
-        // Below this the distance cannot tell better from worse, but the gradient still can.
+    fn reduced_step(&self, model: &Model, x: Vec2, step: Vec2) -> Option<(Vec2, Model, bool)> {
+        // Below this difference the distance is rounding, but the gradient is still significant.
         let rounding = 1e-13 * model.value + 1e-15 * self.w.norm_squared();
-        let mut share = 1.0;
+        let mut fraction = 1.0;
         for _ in 0..30 {
-            let next = x + step * share;
+            let next = x + step * fraction;
             let (at, sound) = self.model(next);
             if at.value <= model.value + rounding {
                 return Some((next, at, sound));
             }
-            share *= 0.5;
+            fraction *= 0.5;
         }
         None
     }
 }
 
-/// `full` where it is positive definite by a margin, else the metric.
+/// `full` where it is safely positive definite, otherwise the metric.
 #[inline(always)]
 fn definite(full: [f64; 3], metric: [f64; 3]) -> ([f64; 3], bool) {
-    const SHARE: f64 = 1e-8;
-    let sound = full[0] > SHARE * metric[0]
-        && full[2] > SHARE * metric[2]
-        && full[0] * full[2] * (1.0 - SHARE) > full[1] * full[1];
+    const DEFINITENESS_MIN: f64 = 1e-8;
+    let sound = full[0] > DEFINITENESS_MIN * metric[0]
+        && full[2] > DEFINITENESS_MIN * metric[2]
+        && full[0] * full[2] * (1.0 - DEFINITENESS_MIN) > full[1] * full[1];
     if sound {
         return (full, true);
     }
@@ -160,16 +160,16 @@ fn definite(full: [f64; 3], metric: [f64; 3]) -> ([f64; 3], bool) {
     ([metric[0] + floor, metric[1], metric[2] + floor], false)
 }
 
-/// Where the model with these derivatives at the centre of `shape` is lowest: a start for Newton.
+/// Minimiser of the model with these derivatives at the centre of `shape`: a starting point for Newton's iteration.
 #[inline(always)]
 pub(super) fn start(gradient: Vec2, hessian: [f64; 3], metric: [f64; 3], shape: Shape) -> Vec2 {
     let (hessian, _) = definite(hessian, metric);
-    lowest_of(&Model { value: 0.0, gradient, hessian }, &Vec2::zeros(), shape, 1.0)
+    minimiser_of(&Model { value: 0.0, gradient, hessian }, &Vec2::zeros(), shape, 1.0)
 }
 
-/// Minimum of a convex quadratic over the domain: free, or on one of the sides that the free one violates.
+/// Minimiser of a convex quadratic over the domain: unconstrained, or on one of the violated sides.
 #[inline(always)]
-fn lowest_of(model: &Model, x: &Vec2, shape: Shape, scale: f64) -> Vec2 {
+fn minimiser_of(model: &Model, x: &Vec2, shape: Shape, scale: f64) -> Vec2 {
     let free = x + model.newton();
     match shape {
         Shape::Square if free.amax() <= scale => free,
@@ -196,11 +196,11 @@ fn lowest_of(model: &Model, x: &Vec2, shape: Shape, scale: f64) -> Vec2 {
             }
             best.1
         }
-        Shape::Triangle => lowest_in_triangle(model, x, free, scale),
+        Shape::Triangle => minimiser_in_triangle(model, x, free, scale),
     }
 }
 
-fn lowest_in_triangle(model: &Model, x: &Vec2, free: Vec2, scale: f64) -> Vec2 {
+fn minimiser_in_triangle(model: &Model, x: &Vec2, free: Vec2, scale: f64) -> Vec2 {
     let third = scale / 3.0;
     let out = [-third - free.y, free.x + free.y - third, -third - free.x];
     if out.iter().all(|o| *o <= 0.0) {
@@ -252,7 +252,7 @@ impl Model {
 mod tests {
     use super::*;
 
-    /// Against a fine grid of the domain.
+    /// Compared with a fine grid of the domain.
     #[test]
     fn the_lowest_point_of_a_quadratic_over_the_domain() {
         let mut seed = 3u64;
@@ -267,20 +267,20 @@ mod tests {
                 let hessian = [a, 1.9 * random() * (a * b).sqrt(), b];
                 let x = Vec2::new(random(), random()) * 0.2;
                 let model = Model { value: 0.0, gradient, hessian };
-                let found = lowest_of(&model, &x, shape, 1.1);
+                let found = minimiser_of(&model, &x, shape, 1.1);
                 assert!(shape.holds(&(found / 1.1)));
                 let c = shape.corners();
-                let mut least = f64::INFINITY;
+                let mut minimum = f64::INFINITY;
                 for i in 0..=60 {
                     for j in 0..=60 {
                         let (s, t) = (f64::from(i) / 60.0, f64::from(j) / 60.0);
                         let (a, b) = (c[0] + (c[1] - c[0]) * s, c[3] + (c[2] - c[3]) * s);
                         let y = (a + (b - a) * t) * 1.1;
-                        least = least.min(model.change(&(y - x)));
+                        minimum = minimum.min(model.change(&(y - x)));
                     }
                 }
                 let value = model.change(&(found - x));
-                assert!(value <= least + 1e-12 && value >= least - 0.01, "{value} {least}");
+                assert!(value <= minimum + 1e-12 && value >= minimum - 0.01, "{value} {minimum}");
             }
         }
     }

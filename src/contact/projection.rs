@@ -1,8 +1,8 @@
-//! The closest point of a tool, how sure it is, and the interface of the searches that find it.
+//! Closest point of a tool, its certainty, and the interface of the searches.
 
 use crate::geometry::{Mat3, Vec3};
 
-/// Where on its patch a foot lies.
+/// Location of a foot point on its patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Location {
     /// Inside the patch.
@@ -13,49 +13,50 @@ pub enum Location {
     Vertex(u8),
 }
 
-/// How sure an answer is.
+/// Certainty of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// No point of the tool is nearer: proved by bounds, to rounding, and to 1e-12 of the tool's size (2e-10 mm at
-    /// most) where the distance is not convex. Over the border between faces that were divided independently another
-    /// foot may be given, no farther than the nearest by more than the gap there ([`crate::tool::ToolModel::border_gap_mm`]).
+    /// No point of the tool is closer, proved by bounds: to rounding, and to 1e-12 of the tool's size (2e-10 mm at
+    /// most) where the distance is not convex. At a border between independently divided faces another foot point may
+    /// be returned, farther by at most the gap there ([`crate::tool::ToolModel::border_gap_mm`]).
     Certified,
-    /// The best found when the work allowed was spent; no bound.
+    /// The best point found within the work limit; not verified.
     WorkSpent,
-    /// A foot on one patch, asked for as such ([`super::ToolSurface::carried_on`]) or found by a search that proves nothing.
+    /// A foot point on one patch, as requested ([`super::ToolSurface::extended_projection`]) or from a search without
+    /// verification.
     Local,
-    /// A search that proves nothing found no foot.
+    /// A search without verification found no foot point.
     Failed,
 }
 
-/// The closest point of a tool, in the tool's own frame.
+/// The closest point of a tool, in the frame of the tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
-    /// Patch of the foot.
+    /// Patch of the foot point.
     pub patch: u32,
     /// Parameter eta.
     pub eta: f64,
     /// Parameter zeta.
     pub zeta: f64,
-    /// Inside, on a side, at a corner.
+    /// Inside, on a side, or at a corner.
     pub location: Location,
-    /// The foot is on the border of the tool and the query point lies past it: no contact there.
+    /// The foot point is on the border of the tool and the query point lies past it: no contact there.
     pub past_border: bool,
-    /// Foot [mm].
+    /// Foot point [mm].
     pub point: Vec3,
-    /// Unit normal of that patch at the foot, out of the tool.
+    /// Unit normal of the patch at the foot point, out of the tool.
     pub normal: Vec3,
-    /// Signed distance along the normal, `(p - point) . normal` [mm], positive = apart.
+    /// Signed distance along the normal, `(p - point) . normal` [mm], positive = separated.
     pub gap: f64,
-    /// Symmetric curvature tensor [1/mm] acting in the tangent plane: `dn = -curvature dx` for dx along the
-    /// surface (Weingarten; positive towards the normal).
+    /// Symmetric curvature tensor [1/mm] of the tangent plane: `dn = -curvature dx` for dx along the surface
+    /// (Weingarten; positive towards the normal).
     pub curvature: Mat3,
-    /// How sure this is.
+    /// Certainty of the result.
     pub outcome: Outcome,
 }
 
 impl Projection {
-    /// The answer of a tool without patches: infinitely far, past every border.
+    /// Result for a tool without patches: at infinite distance, past every border.
     #[must_use]
     pub fn nowhere() -> Self {
         Self {
@@ -89,9 +90,9 @@ impl Projection {
     }
 }
 
-/// A way to the closest point of one tool, in the tool's frame.
+/// A closest-point search on one tool, in the frame of the tool.
 pub trait ContactSearch: Send + Sync {
-    /// The closest point as this search finds it; [`Projection::nowhere`] with [`Outcome::Failed`] when it
-    /// finds none. `last`: an earlier answer for the point.
+    /// The closest point found by this search; [`Projection::nowhere`] with [`Outcome::Failed`] if none is found.
+    /// `last` is an earlier result for the point.
     fn find(&self, p: &Vec3, last: Option<&Projection>) -> Projection;
 }

@@ -1,4 +1,4 @@
-//! Closest points of a tool: queries of its surface.
+//! Closest-point queries on a tool surface.
 
 use rayon::prelude::*;
 
@@ -12,27 +12,27 @@ use super::wide::{Plain, Wide};
 use crate::geometry::{Vec2, Vec3};
 
 impl ToolSurface {
-    /// Globally closest point to `p` (tool frame); `hint` is the patch of the last answer for this point.
+    /// Globally closest point to `p` (tool frame); `hint` is the patch of the last result for this point.
     ///
-    /// Between feet at the same distance (on a shared side or corner) the patch that faces the point most
-    /// wins, then one that has the foot inside, then the lowest id: beside a crease the sign of the gap is then that
-    /// of the solid's outside. A model without patches, or a point that is none, is infinitely far.
+    /// Among foot points at equal distance (on a common side or corner) the most facing patch is preferred, then one
+    /// with an interior foot point, then the lowest id. At a crease the sign of the gap is then correct for the solid.
+    /// For a model without patches, or a point that is not finite, the distance is infinite.
     #[must_use]
     pub fn closest(&self, p: &Vec3, hint: Option<u32>) -> Projection {
         self.within(p, hint, f64::INFINITY)
     }
 
-    /// The same, but no farther than `reach` [mm]: beyond it the answer is [`Projection::nowhere`]. Points
-    /// far from a tool then cost next to nothing.
+    /// As [`Self::closest`] within the distance `reach` [mm]; beyond it the result is [`Projection::nowhere`]. Distant
+    /// points then cost very little.
     #[must_use]
     pub fn within(&self, p: &Vec3, hint: Option<u32>, reach: f64) -> Projection {
         let first = hint.and_then(|patch| self.nearest_piece(patch, p)).map(|k| (k, None));
         Query { surface: self, p, first, reach }.run()
     }
 
-    /// The same from the last answer for this point, or for one close by: Newton starts there, and the bound over all
-    /// other patches is that much lower from the beginning. The answer does not depend on where it starts, but for
-    /// feet at the same distance.
+    /// As [`Self::within`], starting from the last result for this or a nearby point: Newton's iteration starts there,
+    /// and the initial bound for all other patches is tighter. The result does not depend on the start, except for foot
+    /// points at equal distance.
     #[must_use]
     pub fn from_last(&self, p: &Vec3, last: &Projection, reach: f64) -> Projection {
         let at = Vec2::new(last.eta, last.zeta);
@@ -43,7 +43,7 @@ impl ToolSurface {
         Query { surface: self, p, first, reach }.run()
     }
 
-    /// Closest points to all `points`, on all threads; `last` holds answers for the same points earlier, or is empty.
+    /// Closest points to all `points`, in parallel; `last` contains earlier results for the same points, or is empty.
     #[must_use]
     pub fn closest_of_all(&self, points: &[Vec3], last: &[Projection]) -> Vec<Projection> {
         let one = |(k, p): (usize, &Vec3)| match last.get(k) {
@@ -53,11 +53,11 @@ impl ToolSurface {
         points.par_iter().enumerate().with_min_len(64).map(one).collect()
     }
 
-    /// Projection on one patch carried on smoothly a little past its sides (5 % of its parameters), from a
-    /// known foot: what a node that swings between two patches is held to. `None` when it leaves that.
+    /// Projection onto one patch extended smoothly past its sides by 5 % of its parameters, from a known foot point. It
+    /// is used for a node that alternates between two patches. `None` outside that range.
     #[must_use]
-    pub fn carried_on(&self, p: &Vec3, from: &Projection) -> Option<Projection> {
-        const PAST: f64 = 0.05;
+    pub fn extended_projection(&self, p: &Vec3, from: &Projection) -> Option<Projection> {
+        const EXTENSION: f64 = 0.05;
         let patch = self.model().patches.get(from.patch as usize)?;
         let shape = if patch.sides() == 3 { Shape::Triangle } else { Shape::Square };
         let chart = Chart::whole(shape);
@@ -66,13 +66,13 @@ impl ToolSurface {
             wide: Plain,
             form: &form,
             shape,
-            scale: 1.0 + 2.0 * PAST,
+            scale: 1.0 + 2.0 * EXTENSION,
             w: p - form.centre,
-            least: [0.0; 2],
+            min_curvature: [0.0; 2],
             limit: f64::INFINITY,
         };
         let found = descent.run(chart.inverse(&Vec2::new(from.eta, from.zeta)))?;
-        if !shape.holds(&(found.at / (1.0 + 1.6 * PAST))) {
+        if !shape.holds(&(found.at / (1.0 + 1.6 * EXTENSION))) {
             return None;
         }
         let at = chart.at(&found.at);
@@ -100,7 +100,7 @@ impl ToolSurface {
         let (location, at) = locate(patch.sides(), best.at);
         let d = patch.derivs(at.x, at.y);
         let normal = unit_normal(&d).or_else(|| d.normal(at.x, at.y)).unwrap_or_else(|| {
-            // A collapsed corner: the limit from inside the patch.
+            // A collapsed corner: use the limit from inside the patch.
             let centre = Vec2::new(0.6, 0.4);
             let inner = at + 1e-6 * (centre - at);
             patch.normal(inner.x, inner.y).unwrap_or_else(Vec3::z)
@@ -133,11 +133,11 @@ impl ContactSearch for ToolSurface {
     }
 }
 
-/// One query, compiled for the widest vectors of the machine.
+/// One query, compiled for the widest vector instructions of the machine.
 struct Query<'a> {
     surface: &'a ToolSurface,
     p: &'a Vec3,
-    /// The piece to look into first and the parameters to start from there.
+    /// The piece to search first, and the starting parameters.
     first: Option<(usize, Option<Vec2>)>,
     reach: f64,
 }
@@ -147,7 +147,7 @@ impl Query<'_> {
     fn answer(self, wide: impl Wide) -> Projection {
         let mut search = Search::new(wide, self.surface, self.p, self.reach);
         search.run(self.first);
-        search.over_joints(self.reach);
+        search.select_at_joints(self.reach);
         self.surface.finish(self.p, &search.best, search.outcome())
     }
 

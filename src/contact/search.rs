@@ -1,9 +1,8 @@
-//! One query: what is known of the closest point so far, and what is left to look at.
+//! State of one query: the closest point found and the remaining search.
 //!
-//! Every piece is either looked into or left because its box, its floor ([`Piece::floor`]) or the gradient of a
-//! convex `F` says that no point of it is nearer than the best. Where `F` is not known to be convex (beyond a centre of
-//! curvature, at a collapsed or folded corner) the piece is cut up until that is so, or until no part
-//! can be nearer by more than [`ToolSurface::tolerance`].
+//! Every piece is either searched or excluded: by its box, by its lower bound ([`Piece::floor`]), or by the gradient of
+//! a convex `F`. Where `F` is not known to be convex (beyond a centre of curvature, at a collapsed or folded corner)
+//! the piece is subdivided until it is, or until no part can be closer by more than [`ToolSurface::tolerance`].
 
 use super::foot::unit_normal;
 use super::form::{Chart, LocalDerivs, Shape};
@@ -16,24 +15,24 @@ use super::tree::{Probe, Walk};
 use super::wide::Wide;
 use crate::geometry::{Vec2, Vec3};
 
-/// Parts one query may be cut into; an ordinary one needs none.
-const MOST_PARTS: u32 = 20_000;
-/// Share of a distance that is rounding in its bounds.
-const FAR_ROUNDING: f64 = 5e-14;
-/// Parts after so many cuts are points.
-const MAX_DEPTH: u32 = 90;
+/// Maximum number of parts per query; an ordinary query needs none. Doubled: twice the longest query.
+const PARTS_MAX: u32 = 20_000;
+/// Rounding error of the bounds relative to the distance.
+const DISTANCE_ROUNDING_REL: f64 = 5e-14;
+/// Subdivision depth at which parts have no extent.
+const SUBDIVISION_DEPTH_MAX: u32 = 90;
 
-/// The best foot so far.
+/// The best foot point found.
 #[derive(Clone, Copy)]
 pub(super) struct Best {
-    /// `u32::MAX` before there is any.
+    /// `u32::MAX` initially.
     pub(super) patch: u32,
     pub(super) at: Vec2,
-    /// Half its squared distance [mm^2].
+    /// Half of its squared distance [mm^2].
     pub(super) value: f64,
-    /// The same and what may be rounding.
+    /// The same plus rounding.
     pub(super) limit: f64,
-    /// Share of the distance that lies along the patch's normal; not yet known when NaN.
+    /// Fraction of the distance along the patch normal; NaN if not yet evaluated.
     pub(super) facing: f64,
 }
 
@@ -58,13 +57,13 @@ impl<'a, W: Wide> Search<'a, W> {
         Self { wide, surface, p: *p, probe, best, threshold, parts: 0 }
     }
 
-    /// How sure the answer is.
+    /// Certainty of the result.
     #[inline(always)]
     pub(super) fn outcome(&self) -> Outcome {
-        if self.parts < MOST_PARTS { Outcome::Certified } else { Outcome::WorkSpent }
+        if self.parts < PARTS_MAX { Outcome::Certified } else { Outcome::WorkSpent }
     }
 
-    /// Looks at all pieces that may be nearer than the best, at `first` before all others.
+    /// Searches all pieces that may be closer than the best, starting with `first`.
     #[inline(always)]
     pub(super) fn run(&mut self, first: Option<(usize, Option<Vec2>)>) {
         let tree = &self.surface.tree;
@@ -73,12 +72,12 @@ impl<'a, W: Wide> Search<'a, W> {
         }
         let (first, mut x) = match first {
             Some(first) => first,
-            None => (tree.dive(self.wide, &self.probe), None),
+            None => (tree.descend_to_nearest(self.wide, &self.probe), None),
         };
         let mut walk = Walk::new();
         let mut k = first;
         loop {
-            self.look(k, x);
+            self.search_piece(k, x);
             x = None;
             k = loop {
                 match walk.next(self.wide, tree, &self.probe, self.threshold) {
@@ -91,7 +90,7 @@ impl<'a, W: Wide> Search<'a, W> {
     }
 
     #[inline(always)]
-    fn look(&mut self, k: usize, x: Option<Vec2>) {
+    fn search_piece(&mut self, k: usize, x: Option<Vec2>) {
         let surface = self.surface;
         let (piece, chart) = (&surface.pieces[k], &surface.charts[k]);
         let w = self.p - piece.form.centre;
@@ -103,70 +102,72 @@ impl<'a, W: Wide> Search<'a, W> {
             Some(x) => x,
             None => piece.start(&floor),
         };
-        let Some(foot) = self.descend(piece, chart, w, floor.least, x) else { return };
-        // Of a point on the tool nothing is nearer, convex or not.
-        let open = !floor.convex && self.worth() > f64::NEG_INFINITY;
+        let Some(foot) = self.descend(piece, chart, w, floor.min_curvature, x) else { return };
+        // For a point on the tool nothing is closer, convex or not.
+        let open = !floor.convex && self.relevant_value() > f64::NEG_INFINITY;
         if open && !self.is_proved(k, &w, &floor, foot) {
             self.cut(piece, chart, &floor);
         }
     }
 
-    /// No point of piece `k` is nearer than its foot or the best, says what was found out about it beforehand.
+    /// True when no point of piece `k` is closer than its foot point or the best, by the precomputed bounds.
     fn is_proved(&self, k: usize, w: &Vec3, floor: &Floor, x: Vec2) -> bool {
         let (piece, hull) = (&self.surface.pieces[k], &self.surface.hulls[k]);
         let d = piece.form.derivs(x.x, x.y);
         self.is_low(piece.shape, w, floor, &x, &d)
-            || hull.floor(w, &d) > self.worth()
+            || hull.floor(w, &d) > self.relevant_value()
             || self.is_behind(hull.net(), w, &d.s)
     }
 
-    /// Offers the minimum Newton finds in a piece from `x`; `None` when nothing of it is nearer.
+    /// Offers the minimum found by Newton's iteration in a piece from `x`; `None` when none of it is closer.
     #[inline(always)]
     fn descend(
         &mut self,
         piece: &Piece,
         chart: &Chart,
         w: Vec3,
-        least: [f64; 2],
+        min_curvature: [f64; 2],
         x: Vec2,
     ) -> Option<Vec2> {
         let limit = self.best.limit;
         let (wide, form, shape) = (self.wide, &piece.form, piece.shape);
-        let descent = Descent { wide, form, shape, scale: 1.0, w, least, limit };
+        let descent = Descent { wide, form, shape, scale: 1.0, w, min_curvature, limit };
         let found = descent.run(x)?;
         self.offer(piece.patch, chart, found.at, found.value);
         Some(found.at)
     }
 
-    /// No point of a piece is nearer than its foot with derivatives `d`, say the second derivatives of `F`.
+    /// True when no point of a piece is closer than its foot point with derivatives `d`, by the second derivatives of
+    /// `F`.
     fn is_low(&self, shape: Shape, w: &Vec3, floor: &Floor, x: &Vec2, d: &LocalDerivs) -> bool {
         let q = w - d.s;
         let gradient = Vec2::new(-q.dot(&d.d1), -q.dot(&d.d2));
-        floor_about(shape, x, 0.5 * q.norm_squared(), &gradient, floor.least) > self.worth()
+        floor_about(shape, x, 0.5 * q.norm_squared(), &gradient, floor.min_curvature)
+            > self.relevant_value()
     }
 
-    /// The piece lies behind the plane through its foot across the distance, as flat and outward curved pieces do:
-    /// however their parameters are stretched, no point of them is nearer.
+    /// True when the piece lies behind the plane through its foot point normal to the distance, as flat and convex
+    /// pieces do: then no point is closer, for any parametrisation.
     fn is_behind(&self, net: &[Vec3], w: &Vec3, foot: &Vec3) -> bool {
         let q = w - foot;
         let size = q.norm();
-        size > 0.0 && distance_along(net, w, &(q / size)) > self.distance_of_note()
+        size > 0.0 && distance_along(net, w, &(q / size)) > self.relevant_distance()
     }
 
-    /// Looks into the parts of a piece where `F` may have several minima, theirs, and so on.
+    /// Searches the parts of a piece where `F` may have several minima, recursively.
     #[cold]
     fn cut(&mut self, piece: &Piece, chart: &Chart, floor: &Floor) {
         let mut todo: Vec<(Piece, Chart, Floor, u32)> = Vec::new();
         self.push_parts(&mut todo, piece, chart, floor, 1);
         while let Some((part, chart, floor, depth)) = todo.pop() {
-            if floor.value > self.worth() {
+            if floor.value > self.relevant_value() {
                 continue;
             }
             let w = self.p - part.form.centre;
             let nearer = 0.5 * w.norm_squared() < self.best.value;
             let mut foot = Vec2::zeros();
             if floor.convex || nearer {
-                match self.descend(&part, &chart, w, floor.least, part.start(&floor)) {
+                match self.descend(&part, &chart, w, floor.min_curvature, part.start(&floor)) {
                     Some(x) => foot = x,
                     None => continue,
                 }
@@ -176,13 +177,13 @@ impl<'a, W: Wide> Search<'a, W> {
                 self.is_low(part.shape, &w, &floor, &x, &d)
                     || self.is_behind(&control_net(&part), &w, &d.s)
             };
-            if !floor.convex && depth < MAX_DEPTH && !proved(foot) {
+            if !floor.convex && depth < SUBDIVISION_DEPTH_MAX && !proved(foot) {
                 self.push_parts(&mut todo, &part, &chart, &floor, depth + 1);
             }
         }
     }
 
-    /// Puts the parts that may be nearer on the stack, the lowest on top.
+    /// Pushes the parts that may be closer onto the stack, the lowest bound on top.
     fn push_parts(
         &mut self,
         todo: &mut Vec<(Piece, Chart, Floor, u32)>,
@@ -191,41 +192,41 @@ impl<'a, W: Wide> Search<'a, W> {
         floor: &Floor,
         depth: u32,
     ) {
-        if self.parts >= MOST_PARTS {
+        if self.parts >= PARTS_MAX {
             return;
         }
         let first = todo.len();
         let w = self.p - piece.form.centre;
         for cut in piece.cuts() {
             self.parts += 1;
-            if piece.floor_of_part(&w, floor.least, &cut) > self.worth() {
+            if piece.floor_of_part(&w, floor.min_curvature, &cut) > self.relevant_value() {
                 continue;
             }
             let part = piece.part(&cut);
             let floor = part.sharp_floor(&(self.p - part.form.centre));
-            if floor.value <= self.worth() {
+            if floor.value <= self.relevant_value() {
                 todo.push((part, chart.after(&cut), floor, depth));
             }
         }
         todo[first..].sort_by(|a, b| b.2.value.total_cmp(&a.2.value));
     }
 
-    /// What is not nearer than this [mm] is not nearer than the best by more than the tolerance, or than rounding makes of bounds
-    /// from afar, where cutting would never end.
+    /// Distance [mm] above which a part cannot improve the best by more than the tolerance, or by more than the
+    /// rounding of bounds at large distance, where subdivision would not end.
     #[inline(always)]
-    fn distance_of_note(&self) -> f64 {
+    fn relevant_distance(&self) -> f64 {
         let best = (2.0 * self.best.value).sqrt();
-        (best - self.surface.tolerance).min(best * (1.0 - FAR_ROUNDING))
+        (best - self.surface.tolerance).min(best * (1.0 - DISTANCE_ROUNDING_REL))
     }
 
-    /// Parts above this are not nearer by more than that.
+    /// The same as half a squared distance [mm^2].
     #[inline(always)]
-    fn worth(&self) -> f64 {
-        let distance = self.distance_of_note();
+    fn relevant_value(&self) -> f64 {
+        let distance = self.relevant_distance();
         if distance > 0.0 { 0.5 * distance * distance } else { f64::NEG_INFINITY }
     }
 
-    /// Takes a foot if it is nearer than the best, or as near and better.
+    /// Accepts a foot point that is closer than the best, or equally close and preferred.
     #[inline(always)]
     fn offer(&mut self, patch: u32, chart: &Chart, x: Vec2, value: f64) {
         if value > self.best.limit {
@@ -252,10 +253,11 @@ impl<'a, W: Wide> Search<'a, W> {
         self.best = new;
     }
 
-    /// Which of two feet at the same distance: the patch that faces the point more, the foot inside, the lower id.
+    /// Preference among two foot points at equal distance: the more facing patch, the interior foot point, the lower
+    /// id.
     fn prefers(&self, new: &Best, old: &Best) -> bool {
-        const SAME: f64 = 1e-9;
-        if (new.facing - old.facing).abs() > SAME {
+        const FACING_TOLERANCE: f64 = 1e-9;
+        if (new.facing - old.facing).abs() > FACING_TOLERANCE {
             return new.facing > old.facing;
         }
         let inside = |b: &Best| self.surface.location(b.patch, b.at) == Location::Inside;
@@ -275,7 +277,7 @@ impl<'a, W: Wide> Search<'a, W> {
     }
 }
 
-/// No point of a net is nearer to `w` than this [mm], seen along `direction` (of length one): it lies on one side of a
+/// Lower bound of the distance [mm] from `w` to a net along the unit vector `direction`: the net lies on one side of a
 /// plane.
 fn distance_along(net: &[Vec3], w: &Vec3, direction: &Vec3) -> f64 {
     let reach = net.iter().map(|p| direction.dot(p));
@@ -283,7 +285,7 @@ fn distance_along(net: &[Vec3], w: &Vec3, direction: &Vec3) -> f64 {
 }
 
 impl Piece {
-    /// Where Newton starts that knows nothing better.
+    /// Starting point of Newton's iteration without other information.
     #[inline(always)]
     pub(super) fn start(&self, floor: &Floor) -> Vec2 {
         start(floor.gradient, floor.hessian, self.metric(), self.shape)

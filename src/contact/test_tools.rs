@@ -1,4 +1,4 @@
-//! Tool models for tests, built from exact points and normals (Eq. 7-12).
+//! Tool models for tests, from exact points and normals (Eq. 7-12).
 
 use crate::geometry::Vec3;
 use crate::tool::model::PatchCorners;
@@ -7,7 +7,7 @@ use crate::tool::{Patch, ToolKind, ToolModel};
 /// A point of a surface and its normal.
 pub(crate) type Oriented = (Vec3, Vec3);
 
-/// Collects patches, welding corners that coincide.
+/// Collects patches and merges coincident corners.
 pub(crate) struct Builder {
     model: ToolModel,
 }
@@ -18,7 +18,7 @@ impl Builder {
         Self { model }
     }
 
-    /// Patches over an `n` x `m` grid of the parameter square; corners that coincide make triangles.
+    /// Patches over an `n` x `m` grid of the parameter square; coincident corners yield triangles.
     pub(crate) fn grid(mut self, n: usize, m: usize, at: impl Fn(f64, f64) -> Oriented) -> Self {
         for i in 0..n {
             for j in 0..m {
@@ -105,19 +105,19 @@ pub(crate) fn plane(name: &str, origin: Vec3, a: Vec3, b: Vec3, normal: Vec3) ->
 /// Point and normal at `t` in 0..1.
 type Profile = dyn Fn(f64) -> ([f64; 2], [f64; 2]);
 
-/// A piece of a profile in the (r, z) half-plane: where and with which normal at `t` in 0..1.
+/// A part of a profile in the (r, z) half-plane: point and normal at `t` in 0..1.
 pub(crate) struct Piece {
     pub(crate) cells: usize,
     pub(crate) at: Box<Profile>,
 }
 
-/// A straight piece with one normal.
+/// A straight part with one normal.
 pub(crate) fn line(cells: usize, a: [f64; 2], b: [f64; 2], n: [f64; 2]) -> Piece {
     let at = move |t: f64| ([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t], n);
     Piece { cells, at: Box::new(at) }
 }
 
-/// An arc about `c` from angle `from` to `to` [rad]; `side` +1: the normal points away from the centre.
+/// An arc about `c` from angle `from` to `to` [rad]; with `side` +1 the normal points away from the centre.
 pub(crate) fn arc(cells: usize, c: [f64; 2], r: f64, [from, to]: [f64; 2], side: f64) -> Piece {
     let at = move |t: f64| {
         let (s, k) = (from + (to - from) * t).sin_cos();
@@ -126,7 +126,7 @@ pub(crate) fn arc(cells: usize, c: [f64; 2], r: f64, [from, to]: [f64; 2], side:
     Piece { cells, at: Box::new(at) }
 }
 
-/// The profile turned about z through `angle` [rad] from the x axis.
+/// Revolution of the profile about z through `angle` [rad] from the x axis.
 pub(crate) fn revolved(name: &str, around: usize, angle: f64, profile: &[Piece]) -> ToolModel {
     profile
         .iter()
@@ -141,8 +141,8 @@ pub(crate) fn revolved(name: &str, around: usize, angle: f64, profile: &[Piece])
         .build()
 }
 
-/// Outline of the quarter cross opening (half length 65, half width 30, convex R 20, concave R 14) at
-/// `t` in 0..1 of piece `k` in 0..7: point and unit normal away from the opening.
+/// Outline of the quarter cross opening (half length 65, half width 30, convex R 20, concave R 14) at `t` in 0..1 of
+/// part `k` in 0..7: point and unit normal away from the opening.
 fn outline(k: usize, t: f64) -> ([f64; 2], [f64; 2]) {
     let straight = |a: [f64; 2], b: [f64; 2], m: [f64; 2]| {
         ([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t], m)
@@ -183,7 +183,7 @@ fn flat_to_square(q: [f64; 2], m: [f64; 2], off: f64, size: f64, v: f64, n: Vec3
     (p * (1.0 + (size / p.amax() - 1.0) * v), n)
 }
 
-/// Die, holder and punch of the quarter cross tool: `cells` patches a corner and a fillet.
+/// Die, holder and punch of the quarter cross tool, with `cells` patches per corner and fillet.
 pub(crate) fn cross(cells: usize) -> [ToolModel; 3] {
     let size = 140.0;
     let turn = |v: f64| (v * std::f64::consts::FRAC_PI_2).sin_cos();

@@ -1,7 +1,7 @@
-//! Which sides and corners of the patches lie on the free border of the tool, and which on its [`joints`].
+//! Classification of the sides and corners of patches: free border of the tool, or one of its [`joints`].
 //!
-//! Two patches are neighbours when they share the two vertices of a side; Bezier patches, which list no
-//! vertices, when their corners coincide within 1e-7 of the model's size.
+//! Two patches are neighbours when they have the two vertices of a side in common. Bezier patches, which have no vertex
+//! ids, are neighbours when their corners coincide within 1e-7 of the model's size.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -11,7 +11,7 @@ use crate::geometry::{Aabb, Vec3};
 use crate::tool::side::sides_used_once;
 use crate::tool::{Patch, ToolModel};
 
-/// Sides and corners of every patch, one bit each; without patches none.
+/// Sides and corners of every patch, one bit each; empty without any.
 #[derive(Debug, Clone, Default)]
 struct Bits {
     sides: Vec<u8>,
@@ -19,7 +19,7 @@ struct Bits {
 }
 
 impl Bits {
-    /// These sides and, wherever patches share them, the corners at their ends.
+    /// The given sides and the corners at their ends, for all patches that share them.
     fn of_sides(ids: &[Vec<u32>], sides: Vec<u8>) -> Self {
         let mut ends: FxHashSet<u32> = FxHashSet::default();
         for (corners, bits) in ids.iter().zip(&sides) {
@@ -34,7 +34,7 @@ impl Bits {
             for (k, id) in corners.iter().enumerate() {
                 if ends.contains(id) {
                     out.corners[patch] |= 1 << k;
-                    // A side of no length is its corner.
+                    // A collapsed side is equivalent to its corner.
                     if corners[(k + 1) % corners.len()] == *id {
                         out.sides[patch] |= 1 << k;
                     }
@@ -73,7 +73,8 @@ impl Borders {
         let ends = joints::ends(model, &outer);
         let mut free = Bits::of_sides(&ids, outer);
         let joints = Bits::of_sides(&ids, joint);
-        // Where a joint comes out of the tool its corners are on the border although no free side of theirs is.
+        // Where a joint ends at the border of the tool its corners are on the border, although none of their sides is
+        // free.
         for (patch, bits) in joints.corners.iter().enumerate() {
             for k in (0..4).filter(|k| bits & (1 << k) != 0) {
                 free.corners[patch] |= u8::from(ends.near(model, patch, k)) << k;
@@ -82,7 +83,7 @@ impl Borders {
         Self { free, joints }
     }
 
-    /// True when the foot at `location` lies on the free border.
+    /// True when a foot point at `location` is on the free border.
     pub(super) fn is_free(&self, patch: u32, location: Location) -> bool {
         self.free.holds(patch, location)
     }
@@ -93,13 +94,13 @@ impl Borders {
         !self.joints.sides.is_empty()
     }
 
-    /// True when the foot at `location` lies on a joint.
+    /// True when a foot point at `location` is on a joint.
     pub(super) fn is_joint(&self, patch: u32, location: Location) -> bool {
         self.joints.holds(patch, location)
     }
 }
 
-/// Sides of some length that one patch uses.
+/// Non-degenerate sides used by one patch.
 fn used_once(ids: &[Vec<u32>]) -> Vec<u8> {
     let rings: Vec<&[u32]> = ids.iter().map(|ring| &ring[..]).collect();
     let bits = |sides: Vec<usize>| sides.iter().fold(0, |bits, k| bits | 1 << k);
@@ -119,7 +120,7 @@ pub(super) fn corner_ids(model: &ToolModel) -> Vec<Vec<u32>> {
     let size = Aabb::of_points(points.iter().flatten()).diagonal();
     let mut seen =
         Welder { cell: (1e-7 * size).max(1e-300), cells: FxHashMap::default(), count: 0 };
-    // Faces that were divided independently share nothing.
+    // Independently divided faces have nothing in common.
     let part = |face: u32| if model.border_gap_mm > 0.0 { face } else { 0 };
     let rings = points.iter().zip(&model.faces);
     rings.map(|(c, &face)| c.iter().map(|p| seen.id(p, part(face))).collect()).collect()
@@ -133,7 +134,7 @@ fn corner_points(patch: &Patch) -> Vec<Vec3> {
 /// A cell of one part.
 type Cell = ([i64; 3], u32);
 
-/// Gives equal ids to points of one part within a cell of each other.
+/// Assigns equal ids to points of one part within a cell of each other.
 struct Welder {
     cell: f64,
     cells: FxHashMap<Cell, Vec<(Vec3, u32)>>,

@@ -1,4 +1,5 @@
-//! A tree of boxes, eight to a node, in single precision rounded outwards; nearest-first descent with pruning.
+//! Search tree with eight bounding boxes per node in single precision, rounded outwards; nearest-first traversal with
+//! pruning.
 
 use super::node::{Node, PIECE, WIDE};
 use super::wide::Wide;
@@ -10,11 +11,11 @@ pub(super) struct Tree {
     nodes: Vec<Node>,
 }
 
-/// A point as the tree sees it.
+/// A query point in single precision.
 #[derive(Clone, Copy)]
 pub(super) struct Probe {
     p: [f32; 3],
-    /// How far that is from the point.
+    /// Its distance from the exact point [mm].
     off: f64,
 }
 
@@ -26,18 +27,18 @@ impl Probe {
         Self { p: q, off: (p - back).norm() }
     }
 
-    /// Boxes beyond this squared distance are farther from the point than `radius`.
+    /// Squared distance threshold: boxes beyond it are farther from the point than `radius`.
     #[inline(always)]
     pub(super) fn threshold(&self, radius: f64) -> f32 {
-        const SINGLE: f64 = 1.0 + 2e-6;
-        let r = (radius + self.off) * SINGLE;
+        const SINGLE_ROUNDING: f64 = 1.0 + 2e-6;
+        let r = (radius + self.off) * SINGLE_ROUNDING;
         (r * r).min(f64::from(f32::MAX)) as f32
     }
 }
 
 impl Tree {
-    /// Builds the tree over boxes of pieces; `order` becomes the order in which it visits them when nothing else
-    /// decides, and children name positions in `order`.
+    /// Builds the tree over the boxes of pieces. `order` becomes the default order of traversal; children are indices
+    /// into `order`.
     pub(super) fn build(boxes: &[Aabb], order: &mut [u32]) -> Self {
         let mut nodes = vec![Node::EMPTY];
         let mut todo = vec![(0_usize, 0, order.len())];
@@ -71,34 +72,34 @@ impl Tree {
         Self { nodes }
     }
 
-    /// A piece near the point: the child whose box is nearest, again and again.
+    /// A piece near the point: descends to the child with the nearest box.
     #[inline(always)]
-    pub(super) fn dive(&self, wide: impl Wide, probe: &Probe) -> usize {
+    pub(super) fn descend_to_nearest(&self, wide: impl Wide, probe: &Probe) -> usize {
         let mut id = 0;
         while id & PIECE == 0 {
             let node = &self.nodes[id as usize];
-            id = node.child[wide.least(wide.distances(node, probe.p))];
+            id = node.child[wide.min_lane(wide.distances(node, probe.p))];
         }
         (id & !PIECE) as usize
     }
 }
 
-/// A walk over the pieces whose boxes are near, the nearest of a node first.
+/// Traversal of the pieces with near boxes, nearest child first.
 pub(super) struct Walk {
-    /// Where it goes on: squared distance in the upper half, child in the lower.
+    /// Next entry: squared distance in the upper half, child in the lower one.
     next: Option<u64>,
-    stack: [u64; SMALL],
+    stack: [u64; STACK_SIZE],
     depth: usize,
-    /// What the stack has no room for.
+    /// Entries beyond the capacity of the stack.
     more: Vec<u64>,
 }
 
-const SMALL: usize = 32;
+const STACK_SIZE: usize = 32;
 
 impl Walk {
     #[inline(always)]
     pub(super) fn new() -> Self {
-        Self { next: Some(0), stack: [0; SMALL], depth: 0, more: Vec::new() }
+        Self { next: Some(0), stack: [0; STACK_SIZE], depth: 0, more: Vec::new() }
     }
 
     /// The next piece whose box is not beyond the threshold.
@@ -119,8 +120,8 @@ impl Walk {
             if id & PIECE != 0 {
                 return Some((id & !PIECE) as usize);
             }
-            if self.depth + WIDE > SMALL {
-                self.put_by();
+            if self.depth + WIDE > STACK_SIZE {
+                self.store();
             }
             let node = &tree.nodes[id as usize];
             let distances = wide.distances(node, probe.p);
@@ -144,18 +145,18 @@ impl Walk {
 
     #[inline(always)]
     fn push(&mut self, entry: u64) {
-        self.stack[self.depth % SMALL] = entry;
+        self.stack[self.depth % STACK_SIZE] = entry;
         self.depth += 1;
     }
 
-    /// The last one put by that is not beyond the threshold.
+    /// The last stored entry that is not beyond the threshold.
     #[inline(always)]
     fn pop(&mut self, threshold: f32) -> Option<u64> {
         loop {
             let entry = match self.depth.checked_sub(1) {
                 Some(depth) => {
                     self.depth = depth;
-                    self.stack[depth % SMALL]
+                    self.stack[depth % STACK_SIZE]
                 }
                 None => self.more.pop()?,
             };
@@ -167,14 +168,14 @@ impl Walk {
 
     #[cold]
     #[inline(never)]
-    fn put_by(&mut self) {
+    fn store(&mut self) {
         self.more.extend_from_slice(&self.stack[..self.depth]);
         self.depth = 0;
     }
 }
 
-/// Sorts `items` so that those of the first part come first and returns how many they are: the cut with the least
-/// sum of surface times number among the middle ones along the longest side.
+/// Partitions `items` and returns the number of items in the first part: among the middle splits along the longest side
+/// the one with the smallest sum of surface area times number (surface area heuristic).
 fn split(boxes: &[Aabb], items: &mut [u32]) -> usize {
     let centre = |k: u32| boxes[k as usize].center();
     let spread = items.iter().fold(Aabb::EMPTY, |mut b, &k| {
@@ -200,7 +201,7 @@ fn split(boxes: &[Aabb], items: &mut [u32]) -> usize {
         .unwrap_or(n / 2)
 }
 
-/// Half the surface of a box.
+/// Half the surface area of a box.
 fn surface(b: &Aabb) -> f64 {
     let d = b.max - b.min;
     d.x * d.y + d.y * d.z + d.z * d.x

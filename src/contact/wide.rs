@@ -1,9 +1,9 @@
-//! What the search does to four numbers or eight boxes at once, with AVX2 where the machine has it, else one by one: the
-//! same operations in the same order, so that both give the same bits.
+//! SIMD operations of the search on four numbers or eight boxes, with AVX2 where available, otherwise scalar: the same
+//! operations in the same order, so that both give identical bits.
 
 use super::node::{Node, WIDE};
 
-/// Four doubles or eight boxes at a time.
+/// Operations on four doubles or eight boxes.
 pub(super) trait Wide: Copy {
     /// Four doubles.
     type Four: Copy;
@@ -14,17 +14,17 @@ pub(super) trait Wide: Copy {
     fn add(self, a: Self::Four, b: Self::Four) -> Self::Four;
     fn sub(self, a: Self::Four, b: Self::Four) -> Self::Four;
     fn mul(self, a: Self::Four, b: Self::Four) -> Self::Four;
-    /// The sum of the elements of each: `(0 + 1) + (2 + 3)`.
+    /// Sums of the elements of each row: `(0 + 1) + (2 + 3)`.
     fn sums(self, rows: [Self::Four; 4]) -> [f64; 4];
-    /// The same of two.
+    /// The same for two rows.
     fn two_sums(self, a: Self::Four, b: Self::Four) -> [f64; 2];
 
-    /// Squared distances from `p` to a node's children; infinite for missing ones.
+    /// Squared distances from `p` to the children of a node; infinite for missing ones.
     fn distances(self, node: &Node, p: [f32; 3]) -> Self::Eight;
-    /// One bit for each element that is not above the limit.
+    /// One bit for each element not above the limit.
     fn not_above(self, x: Self::Eight, limit: f32) -> u32;
-    /// The lane of the least, but for the last three bits of its mantissa.
-    fn least(self, x: Self::Eight) -> usize;
+    /// Lane of the minimum, ignoring the last three bits of the mantissa.
+    fn min_lane(self, x: Self::Eight) -> usize;
     fn eight(self, x: Self::Eight) -> [f32; WIDE];
 
     #[inline(always)]
@@ -33,11 +33,11 @@ pub(super) trait Wide: Copy {
     }
 }
 
-/// One by one.
+/// Scalar implementation.
 #[derive(Clone, Copy)]
 pub(super) struct Plain;
 
-/// `f` of each pair.
+/// Applies `f` to each pair.
 #[inline(always)]
 fn each<const N: usize, T: Copy>(a: [T; N], b: [T; N], f: impl Fn(T, T) -> T) -> [T; N] {
     std::array::from_fn(|k| f(a[k], b[k]))
@@ -101,7 +101,7 @@ impl Wide for Plain {
     }
 
     #[inline(always)]
-    fn least(self, x: [f32; WIDE]) -> usize {
+    fn min_lane(self, x: [f32; WIDE]) -> usize {
         let key = |lane: usize| x[lane].to_bits() & !7 | lane as u32;
         (0..WIDE).map(key).fold(u32::MAX, u32::min) as usize & 7
     }
@@ -181,7 +181,7 @@ mod avx2 {
         }
 
         #[inline(always)]
-        fn least(self, x: __m256) -> usize {
+        fn min_lane(self, x: __m256) -> usize {
             const LANES: [u32; WIDE] = [0, 1, 2, 3, 4, 5, 6, 7];
             let avx2 = self.avx2;
             let bits = avx2._mm256_and_si256(cast(x), cast([!7_u32; WIDE]));
@@ -211,7 +211,7 @@ mod tests {
 
     fn node(seed: &mut u64) -> Node {
         let mut node = Node::EMPTY;
-        // The last lane stays empty.
+        // The last lane remains empty.
         for (low, high) in node.low.iter_mut().zip(&mut node.high) {
             for (low, high) in low.iter_mut().zip(high).take(WIDE - 1) {
                 *low = random(seed) as f32;
@@ -221,14 +221,14 @@ mod tests {
         node
     }
 
-    /// Everything there is, as bits.
+    /// Results of all operations, as bits.
     fn all(wide: impl Wide, rows: [[f64; 4]; 4], node: &Node, p: [f32; 3]) -> Vec<u64> {
         let four = rows.map(|x| wide.four(x));
         let [a, b, c, d] = four;
         let mixed = wide.sub(wide.mul(a, b), wide.add(c, wide.mul(d, wide.splat(rows[0][0]))));
         let sums = wide.sums([mixed, b, c, d]).into_iter().chain(wide.two_sums(a, mixed));
         let distances = wide.distances(node, p);
-        let counts = [wide.not_above(distances, 0.1) as usize, wide.least(distances)];
+        let counts = [wide.not_above(distances, 0.1) as usize, wide.min_lane(distances)];
         let singles = wide.eight(distances).map(|x| u64::from(x.to_bits()));
         sums.map(f64::to_bits).chain(singles).chain(counts.map(|n| n as u64)).collect()
     }
@@ -247,8 +247,8 @@ mod tests {
                 assert!((found - exact).abs() <= 1e-6 * exact, "{found} {exact}");
             }
             assert_eq!(distances[WIDE - 1], f32::INFINITY);
-            let least = distances.iter().copied().fold(f32::INFINITY, f32::min);
-            assert!(distances[Plain.least(distances)] <= least * (1.0 + 1e-6));
+            let minimum = distances.iter().copied().fold(f32::INFINITY, f32::min);
+            assert!(distances[Plain.min_lane(distances)] <= minimum * (1.0 + 1e-6));
             let near = (0..WIDE).filter(|&k| distances[k] <= 0.1).count();
             assert_eq!(Plain.not_above(distances, 0.1).count_ones() as usize, near);
             #[cfg(target_arch = "x86_64")]

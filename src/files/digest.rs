@@ -16,12 +16,12 @@ pub fn sha256(bytes: &[u8]) -> [u8; 32] {
     Sha256::digest(bytes).into()
 }
 
-/// Takes the SHA-256 of what is written to it.
+/// Computes the SHA-256 of the data written to it.
 #[derive(Debug, Default)]
 pub struct Sha256Writer(Sha256);
 
 impl Sha256Writer {
-    /// Lower-case hexadecimal digest of all that was written.
+    /// Lower-case hexadecimal digest of all data written.
     #[must_use]
     pub fn hex(self) -> String {
         self.0.finalize().iter().map(|b| format!("{b:02x}")).collect()

@@ -1,22 +1,22 @@
-//! Reading of files that others wrote.
+//! Reading of external files.
 //!
-//! Only regular files are read, symbolic links being followed. The file is opened without blocking, so that a FIFO without a
-//! writer is refused at once. Its size is checked before it is read and again while it is read, as a file may grow.
+//! Only regular files are read; symbolic links are followed. The file is opened without blocking, so that a FIFO
+//! without a writer is rejected at once. Its size is checked before and during reading, because it may grow.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Kinds of files, each with the largest size that is read.
+/// Kinds of files, each with a size limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
     /// IGES and STEP.
     Cad,
-    /// Meshes: MSH, STL, OBJ, VTU, Abaqus decks and what meshio makes of others.
+    /// Meshes: MSH, STL, OBJ, VTU, Abaqus decks and files read by meshio.
     Mesh,
     /// Tool files.
     Tool,
-    /// Scenes, material cards, studies, records of runs: JSON that fits on some pages.
+    /// Scenes, material cards, studies, records of runs: short JSON files.
     Description,
     /// Tables of numbers (`history.csv`).
     Table,
@@ -27,8 +27,8 @@ pub enum Input {
 const MIB: u64 = 1 << 20;
 
 impl Input {
-    /// Largest size that is read [bytes]. A million patches take about 200 MiB as a tool file and as STEP; a checkpoint has the
-    /// history of every material point.
+    /// Size limit [bytes]. A million patches take about 200 MiB as a tool file and as STEP; a checkpoint contains the
+    /// state of every material point.
     #[must_use]
     pub fn limit(self) -> u64 {
         match self {
@@ -51,10 +51,11 @@ impl Input {
     }
 }
 
-/// Opens a regular file for reading; also its size [bytes].
+/// Opens a regular file for reading; also returns its size [bytes].
 ///
 /// # Errors
-/// What the system says; [`io::ErrorKind::InvalidInput`] for what is not a regular file, or larger than its kind may be.
+/// The error of the operating system; [`io::ErrorKind::InvalidInput`] for other than regular files, and above the size
+/// limit of its kind.
 pub fn open(path: &Path, kind: Input) -> io::Result<(File, u64)> {
     let file = without_blocking(OpenOptions::new().read(true)).open(path)?;
     let size = regular(&file)?;
@@ -62,10 +63,10 @@ pub fn open(path: &Path, kind: Input) -> io::Result<(File, u64)> {
     Ok((file, size))
 }
 
-/// The bytes of a file that others wrote.
+/// Reads the bytes of an external file.
 ///
 /// # Errors
-/// As [`open`]; also when the file grows beyond the size allowed while it is read.
+/// As [`open`]; also when the file exceeds the size limit while it is read.
 pub fn read(path: &Path, kind: Input) -> io::Result<Vec<u8>> {
     let (file, size) = open(path, kind)?;
     let mut bytes = Vec::new();
@@ -76,7 +77,7 @@ pub fn read(path: &Path, kind: Input) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// As [`read`], for text in UTF-8.
+/// As [`read`], for UTF-8 text.
 ///
 /// # Errors
 /// As [`read`]; [`io::ErrorKind::InvalidData`] for other text.
@@ -85,18 +86,18 @@ pub fn read_text(path: &Path, kind: Input) -> io::Result<String> {
     String::from_utf8(read(path, kind)?).map_err(invalid)
 }
 
-/// The text of a file that the operating system makes (`/proc`).
+/// The text of a file provided by the operating system (`/proc`).
 ///
 /// # Errors
-/// What the system says.
+/// The error of the operating system.
 pub fn read_system(path: &str) -> io::Result<String> {
     std::fs::read_to_string(path)
 }
 
-/// Opens a lock file for reading and writing; `create`: makes it where it is missing.
+/// Opens a lock file for reading and writing; `create` creates a missing one.
 ///
 /// # Errors
-/// What the system says; [`io::ErrorKind::InvalidInput`] for what is not a regular file.
+/// The error of the operating system; [`io::ErrorKind::InvalidInput`] for other than regular files.
 pub fn open_lock(path: &Path, create: bool) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(create).truncate(false);
@@ -105,7 +106,7 @@ pub fn open_lock(path: &Path, create: bool) -> io::Result<File> {
     Ok(file)
 }
 
-/// Sets that opening does not wait for the other end of a FIFO, nor makes a terminal the process's own.
+/// Opens without waiting for the other end of a FIFO, and without making a terminal the controlling one.
 #[cfg(unix)]
 fn without_blocking(options: &mut OpenOptions) -> &mut OpenOptions {
     use rustix::fs::OFlags;
@@ -118,7 +119,7 @@ fn without_blocking(options: &mut OpenOptions) -> &mut OpenOptions {
     options
 }
 
-/// Size of an open file, if it is a regular one [bytes].
+/// Size of an open file [bytes], if it is a regular file.
 fn regular(file: &File) -> io::Result<u64> {
     let metadata = file.metadata()?;
     if metadata.is_file() {
@@ -127,7 +128,7 @@ fn regular(file: &File) -> io::Result<u64> {
     Err(refused(format!("found {}; allowed: a regular file", kind_of(metadata.file_type()))))
 }
 
-/// What a path leads to, in words.
+/// Name of a file type.
 pub(super) fn kind_of(kind: std::fs::FileType) -> &'static str {
     #[cfg(unix)]
     {
@@ -188,7 +189,7 @@ mod tests {
             assert!(error.to_string().contains(found), "{error}");
             assert!(error.to_string().contains("allowed: a regular file"), "{error}");
         }
-        // The system itself refuses to open a socket.
+        // The operating system refuses to open a socket.
         assert!(read(&socket, Input::Cad).is_err());
         assert!(open_lock(&pipe, true).unwrap_err().to_string().contains("a FIFO"));
     }
@@ -198,7 +199,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("large.json");
         let file = File::create(&path).unwrap();
-        // Without a byte on disk.
+        // A sparse file, without data on disk.
         file.set_len(Input::Description.limit() + 1).unwrap();
         let error = read(&path, Input::Description).unwrap_err().to_string();
         assert!(error.contains("found 65 MiB; allowed: 64 MiB"), "{error}");

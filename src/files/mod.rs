@@ -1,7 +1,7 @@
-//! Files on disk: one routine opens what others wrote, one writes.
+//! Files on disk, with one routine for reading external files and one for writing.
 //!
-//! - `input`: regular files only, up to a size for each kind of file; never blocks
-//! - `output`: a temporary file beside the target, flushed with its folder, then renamed over it
+//! - `input`: regular files only, with a size limit for each kind of file; never blocks
+//! - `output`: a temporary file next to the target, flushed with its folder, then renamed over it
 //! - `temporary`: files, folders and child programs to remove when the process ends early
 //! - `digest`: SHA-256
 

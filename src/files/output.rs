@@ -1,4 +1,5 @@
-//! Whole-file output: every file is written beside its name, flushed and renamed, so that no reader ever sees half of one.
+//! Atomic output: every file is written under a temporary name, flushed and renamed, so that no reader sees an
+//! incomplete file.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -11,14 +12,14 @@ use super::temporary::Temporary;
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {source}{}", path.display(), hint(source))]
 pub struct WriteError {
-    /// The file that was to be written.
+    /// Path of the output file.
     pub path: PathBuf,
-    /// What the system said.
+    /// Error of the operating system.
     #[source]
     pub source: io::Error,
 }
 
-/// What to do about an error of the system; a refusal says it itself.
+/// Remedy for an error of the operating system; a rejection contains its own.
 fn hint(source: &io::Error) -> &'static str {
     match source.kind() {
         io::ErrorKind::InvalidInput => "",
@@ -27,15 +28,15 @@ fn hint(source: &io::Error) -> &'static str {
     }
 }
 
-/// Symbolic links that are followed one after another, as many as the system itself follows.
+/// Maximum number of symbolic links in a chain, as in the operating system.
 const LINKS_MAX: usize = 40;
 
-/// Writes `path` through `body`: into a temporary file beside it, flushed to disk, renamed over it, and the folder flushed.
-/// A symbolic link stays and the file it leads to is replaced; one that is replaced passes on its permissions.
+/// Writes `path` through `body`: into a temporary file next to it, flushed to disk, renamed over it, and the folder
+/// flushed. For a symbolic link the target file is replaced. An existing file keeps its permissions.
 ///
 /// # Errors
-/// [`WriteError`] when the folder is missing, the disk is full, `body` fails, or the path leads to a device, FIFO, socket or
-/// folder; what was there is then untouched.
+/// [`WriteError`] when the folder is missing, the disk is full, `body` fails, or the path is a device, FIFO, socket or
+/// folder; an existing file is then unchanged.
 pub fn write_atomic(
     path: &Path,
     body: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -51,7 +52,7 @@ pub fn write_atomic(
     written.map_err(|source| WriteError { path: path.to_path_buf(), source })
 }
 
-/// The file that a path leads to through symbolic links, and the permissions of the one that is there.
+/// Target of a path after symbolic links, and the permissions of an existing file.
 fn target(path: &Path) -> io::Result<(PathBuf, Option<fs::Permissions>)> {
     let mut target = path.to_path_buf();
     for _ in 0..LINKS_MAX {
@@ -67,7 +68,7 @@ fn target(path: &Path) -> io::Result<(PathBuf, Option<fs::Permissions>)> {
             let allowed = "a new file, or a regular one that is replaced; give another name";
             return Err(refused(format!("found {found}; allowed: {allowed}")));
         }
-        // Relative links are so to their own folder.
+        // Relative links are relative to their own folder.
         let to = fs::read_link(&target)?;
         target = target.parent().map_or(to.clone(), |folder| folder.join(&to));
     }
@@ -79,11 +80,11 @@ fn write_and_sync(
     permissions: Option<fs::Permissions>,
     body: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    // Left by a process that had the same number.
+    // Remainder of a process with the same id.
     let _ = fs::remove_file(path);
     let file = OpenOptions::new().write(true).create_new(true).open(path)?;
     if let Some(permissions) = permissions {
-        // Where the file system keeps none, new ones are as good.
+        // On file systems without permissions the defaults are used.
         let _ = file.set_permissions(permissions);
     }
     let mut file = BufWriter::new(file);
@@ -91,12 +92,12 @@ fn write_and_sync(
     file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
 }
 
-/// Flushes the folder of a file, so that its new name is on disk too.
+/// Flushes the folder of a file, so that its new name is on disk.
 #[cfg(unix)]
 fn sync_folder(path: &Path) -> io::Result<()> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     match File::open(folder).and_then(|folder| folder.sync_all()) {
-        // File systems that cannot flush a folder, and folders that may be written to and not be read.
+        // File systems that cannot flush a folder, and folders that are writable but not readable.
         Err(e)
             if matches!(
                 e.kind(),
@@ -116,7 +117,7 @@ fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Removes what writers that were killed have left beside their files in `folder`.
+/// Removes temporary files of killed writers in `folder`.
 pub fn sweep(folder: &Path) {
     let litter = |name: &str| {
         let parts = name.strip_prefix('.').and_then(|n| n.strip_suffix(".tmp"));
@@ -125,17 +126,17 @@ pub fn sweep(folder: &Path) {
     };
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if litter(&entry.file_name().to_string_lossy()) {
-            // What cannot be removed does no harm.
+            // A remaining temporary file is harmless.
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// Removes the files of `folder` whose names `goes` picks; folders stay.
-pub fn remove_where(folder: &Path, goes: impl Fn(&str) -> bool) {
+/// Removes the files of `folder` whose names satisfy `selected`; folders are kept.
+pub fn remove_where(folder: &Path, selected: impl Fn(&str) -> bool) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        if goes(&entry.file_name().to_string_lossy()) && entry.path().is_file() {
-            // What cannot be removed is written over where it is written at all.
+        if selected(&entry.file_name().to_string_lossy()) && entry.path().is_file() {
+            // A remaining file is overwritten by later output.
             let _ = fs::remove_file(entry.path());
         }
     }
@@ -180,7 +181,7 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         let put = |name: &str, text: &[u8]| write_atomic(&at(name), |w| w.write_all(text));
         fs::create_dir(at("real")).unwrap();
-        // A relative chain whose end is not there yet.
+        // A relative chain whose target does not exist yet.
         symlink("second", at("first")).unwrap();
         symlink("real/file", at("second")).unwrap();
         put("first", b"one").unwrap();

@@ -1,7 +1,7 @@
-//! Files, folders and child programs that do not outlive the process.
+//! Files, folders and child programs limited to the lifetime of the process.
 //!
-//! Their owners remove them. A process that ends early (a signal) has no time to return to its owners: every one of them is
-//! therefore in a list of the process, which [`end_all`] goes through. The list has no part in any result.
+//! They are removed by their owners. A process ended by a signal cannot return to the owners; therefore all of them are
+//! in a global list, processed by [`end_all`]. The list does not affect any result.
 
 use std::fs;
 use std::io;
@@ -9,41 +9,41 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What is there now.
+/// Existing files, folders and programs.
 #[derive(Default)]
 struct List {
     paths: Vec<PathBuf>,
-    /// Process groups, by the number of their first process.
+    /// Process groups, by the id of their first process.
     groups: Vec<u32>,
 }
 
 static LIST: Mutex<List> = Mutex::new(List { paths: Vec::new(), groups: Vec::new() });
 
 fn list() -> MutexGuard<'static, List> {
-    // A list is whole whenever its lock is free.
+    // The list is consistent whenever its lock is free.
     LIST.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A file or folder that is removed when this is dropped, and by [`end_all`].
+/// A file or folder removed when dropped, and by [`end_all`].
 #[derive(Debug)]
 pub struct Temporary {
     path: PathBuf,
 }
 
 impl Temporary {
-    /// A file that is to be made.
+    /// A file that does not exist yet.
     #[must_use]
     pub fn file(path: PathBuf) -> Self {
         list().paths.push(path.clone());
         Self { path }
     }
 
-    /// Makes a new folder under the system's temporary folder, for this user only; `what` is part of its name.
+    /// Creates a folder under the system's temporary folder, accessible to this user only; `what` is part of its name.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     pub fn folder(what: &str) -> io::Result<Self> {
-        /// Names that are tried: those of processes that were killed may be left.
+        /// Maximum number of names tried: those of killed processes may still exist.
         const NAMES: u32 = 1000;
         let base = std::env::temp_dir();
         let mut all = list();
@@ -62,7 +62,7 @@ impl Temporary {
         Err(last)
     }
 
-    /// Where it is.
+    /// Path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -87,7 +87,7 @@ fn make_own(path: &Path) -> io::Result<()> {
     fs::create_dir(path)
 }
 
-/// Removes a file or a folder with what is in it; what is not there any more is as good as removed.
+/// Removes a file, or a folder with its contents; a missing one is no error.
 fn remove(path: &Path) {
     if fs::symlink_metadata(path).is_ok_and(|m| m.is_dir()) {
         let _ = fs::remove_dir_all(path);
@@ -96,7 +96,7 @@ fn remove(path: &Path) {
     }
 }
 
-/// A child program in a process group of its own, with all programs that it starts.
+/// A child program in a separate process group, with all programs it starts.
 #[derive(Debug)]
 pub struct Group {
     child: Child,
@@ -106,22 +106,22 @@ impl Group {
     /// Starts a program.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     pub fn start(command: &mut Command) -> io::Result<Self> {
         own_group(command);
-        // Started while the list is held: one that has begun is in it.
+        // The list is locked during the start, so that every started program is in it.
         let mut all = list();
         let child = command.spawn()?;
         all.groups.push(child.id());
         Ok(Self { child })
     }
 
-    /// The program itself.
+    /// The program.
     pub fn child(&mut self) -> &mut Child {
         &mut self.child
     }
 
-    /// Ends all programs of the group at once, and waits for the first.
+    /// Kills all programs of the group and waits for the first one.
     pub fn end(&mut self) {
         end_group(self.child.id());
         let _ = self.child.kill();
@@ -131,7 +131,7 @@ impl Group {
 
 impl Drop for Group {
     fn drop(&mut self) {
-        // The first process may have ended and left others behind; its number stays theirs.
+        // The first process may have ended and left others, which keep its id as group id.
         self.end();
         let own = self.child.id();
         list().groups.retain(|group| *group != own);
@@ -152,7 +152,7 @@ fn own_group(_: &mut Command) {}
 fn end_group(group: u32) {
     use rustix::process::{Pid, Signal, kill_process_group};
     if let Some(pid) = i32::try_from(group).ok().and_then(Pid::from_raw) {
-        // A group without processes is gone already.
+        // A group without processes has already ended.
         let _ = kill_process_group(pid, Signal::KILL);
     }
 }
@@ -160,13 +160,13 @@ fn end_group(group: u32) {
 #[cfg(not(unix))]
 fn end_group(_: u32) {}
 
-/// Ends all child programs and removes all temporary files and folders. The process must end behind it: whoever makes
-/// another one waits for ever.
+/// Ends all child programs and removes all temporary files and folders. The process must end afterwards: creating
+/// another one blocks forever.
 pub fn end_all() {
     let all = list();
     all.groups.iter().copied().for_each(end_group);
     all.paths.iter().for_each(|path| remove(path));
-    // A program may have written once more while it was killed.
+    // A program may have written once more before it was killed.
     all.paths.iter().for_each(|path| remove(path));
     std::mem::forget(all);
 }
@@ -184,7 +184,7 @@ mod tests {
         let script = format!("sleep 60 & echo $! > '{0}.new'; mv '{0}.new' '{0}'", file.display());
         command.args(["-c", &script]).stdout(Stdio::null());
         let mut group = Group::start(&mut command).unwrap();
-        // Its first process ends and leaves another one behind.
+        // Its first process ends and leaves another one running.
         while group.child().try_wait().unwrap().is_none() {
             std::thread::yield_now();
         }

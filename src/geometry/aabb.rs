@@ -12,7 +12,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The empty box: grows to any point put into it.
+    /// The empty box, the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self {
         min: Vec3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         max: Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
@@ -27,13 +27,13 @@ impl Aabb {
         out
     }
 
-    /// Takes `p` in.
+    /// Extends the box to contain `p`.
     pub fn grow(&mut self, p: &Vec3) {
         self.min = self.min.inf(p);
         self.max = self.max.sup(p);
     }
 
-    /// The smallest box around both.
+    /// The smallest box that contains both boxes.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         Self { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
@@ -45,7 +45,7 @@ impl Aabb {
         Self { min: self.min.add_scalar(-by), max: self.max.add_scalar(by) }
     }
 
-    /// True while no point was put in.
+    /// True for a box that contains no point.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         (0..3).any(|k| self.min[k] > self.max[k])
@@ -63,7 +63,7 @@ impl Aabb {
         if self.is_empty() { 0.0 } else { (self.max - self.min).norm() }
     }
 
-    /// Its eight corners, x changing fastest.
+    /// The eight corners, x changing fastest.
     #[must_use]
     pub fn corners(&self) -> [Vec3; 8] {
         let pick =

@@ -1,20 +1,20 @@
-//! A tree of boxes: the nearest item to a point, asking the exact distance only where a box could beat the best.
+//! Bounding volume hierarchy of axis-aligned boxes with overlap and branch-and-bound nearest-neighbour queries.
 
 use super::{Aabb, Vec3};
 
-/// Items in a leaf.
-const LEAF: usize = 4;
+/// Maximum number of items in a leaf. Doubled: half the nodes and twice the box tests per leaf.
+const LEAF_SIZE_MAX: usize = 4;
 
 #[derive(Debug, Clone)]
 struct Node {
     bounds: Aabb,
-    /// First child (the second follows it), or first item of a leaf.
+    /// First child (the second child follows it), or first item of a leaf in `order`.
     first: u32,
-    /// Items of a leaf; 0 for an inner node.
+    /// Number of items in a leaf; 0 for an inner node.
     items: u32,
 }
 
-/// A binary tree over boxes, flat in memory.
+/// A binary bounding volume hierarchy in a flat array.
 #[derive(Debug, Clone, Default)]
 pub struct BoxTree {
     nodes: Vec<Node>,
@@ -24,7 +24,8 @@ pub struct BoxTree {
 }
 
 impl BoxTree {
-    /// Builds the tree; item ids are positions in `boxes`. Empty boxes are left out.
+    /// Builds the tree by median splits along the longest axis of each node. Item ids are indices into `boxes`; empty
+    /// boxes are excluded.
     #[must_use]
     pub fn build(boxes: &[Aabb]) -> Self {
         let order: Vec<u32> =
@@ -39,7 +40,7 @@ impl BoxTree {
             let items = &mut tree.order[from..to];
             let bounds = items.iter().fold(Aabb::EMPTY, |b, &k| b.union(&boxes[k as usize]));
             tree.nodes[node].bounds = bounds;
-            if items.len() <= LEAF {
+            if items.len() <= LEAF_SIZE_MAX {
                 tree.nodes[node].first = from as u32;
                 tree.nodes[node].items = items.len() as u32;
                 continue;
@@ -59,7 +60,8 @@ impl BoxTree {
         tree
     }
 
-    /// Visits the items whose leaf's box meets `region`: all that meet it, and some beside it.
+    /// Visits every item of each leaf whose bounding box overlaps `region`. The visited set contains all overlapping
+    /// items and may contain others.
     pub fn overlapping(&self, region: &Aabb, mut visit: impl FnMut(u32)) {
         let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0u32] };
         while let Some(id) = stack.pop() {
@@ -77,9 +79,10 @@ impl BoxTree {
         }
     }
 
-    /// Visits items whose boxes are not farther from `p` than the best squared distance so far, nearer boxes first
-    /// (so that all items that share the least distance are seen).
-    /// `visit` gets the item and the best so far and returns the best after it.
+    /// Branch-and-bound nearest-neighbour search from the squared distance `start`; returns the smallest squared
+    /// distance. `visit` receives an item and the smallest squared distance found and returns the updated one. Items
+    /// with a box at exactly the smallest distance are also visited, so that ties are complete. Closer nodes are
+    /// visited first.
     pub fn nearest(&self, p: &Vec3, start: f64, mut visit: impl FnMut(u32, f64) -> f64) -> f64 {
         let mut best = start;
         if self.nodes.is_empty() {
@@ -126,13 +129,13 @@ mod tests {
         let tree = BoxTree::build(&boxes);
         for q in [Vec3::zeros(), Vec3::new(0.5, 0.4, 0.3), Vec3::new(3.0, -1.0, 0.5)] {
             let brute = points.iter().map(|p| (p - q).norm_squared()).fold(f64::INFINITY, f64::min);
-            let mut asked = 0;
+            let mut visited = 0;
             let found = tree.nearest(&q, f64::INFINITY, |k, best| {
-                asked += 1;
+                visited += 1;
                 best.min((points[k as usize] - q).norm_squared())
             });
             assert_eq!(found, brute);
-            assert!(asked < 200, "{asked}");
+            assert!(visited < 200, "{visited}");
         }
         let region = Aabb::of_points(&[Vec3::repeat(0.4), Vec3::repeat(0.6)]);
         let inside = |k: u32| region.distance_squared(&points[k as usize]) == 0.0;

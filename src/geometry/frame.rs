@@ -16,14 +16,15 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The world frame.
+    /// The global frame.
     #[must_use]
     pub fn world() -> Self {
         Self { origin: Vec3::zeros(), x: Vec3::x(), y: Vec3::y(), z: Vec3::z() }
     }
 
-    /// The frame with third axis `z` and first axis as near to `x` as it can be; `None` when either is
-    /// zero or not finite. An `x` parallel to `z` is replaced by the world axis farthest from `z`.
+    /// The frame with third axis `z` and first axis along the projection of `x` onto the plane normal to `z`. An `x`
+    /// parallel to `z` is replaced by the global axis with the smallest component along `z`. `None` when either vector
+    /// is zero or not finite.
     #[must_use]
     pub fn from_z_x(origin: Vec3, z: Vec3, x: Vec3) -> Option<Self> {
         let z = unit(z)?;
@@ -37,13 +38,13 @@ impl Frame {
         Some(Self { origin, x, y: z.cross(&x), z })
     }
 
-    /// The point with local coordinates `p`.
+    /// Global coordinates of the point with local coordinates `p`.
     #[must_use]
     pub fn point(&self, p: &Vec3) -> Vec3 {
         self.origin + self.x * p.x + self.y * p.y + self.z * p.z
     }
 
-    /// Local coordinates of the point `p`.
+    /// Local coordinates of the point with global coordinates `p`.
     #[must_use]
     pub fn local(&self, p: &Vec3) -> Vec3 {
         let d = p - self.origin;
@@ -58,17 +59,17 @@ pub fn unit(v: Vec3) -> Option<Vec3> {
     (n.is_finite() && n > 0.0).then(|| v / n)
 }
 
-/// `x -> linear x + shift`.
+/// The affine map `x -> linear x + shift`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Affine {
-    /// Linear part; may scale or mirror.
+    /// Linear part; may include scaling and reflection.
     pub linear: Mat3,
-    /// Shift [mm].
+    /// Translation [mm].
     pub shift: Vec3,
 }
 
 impl Affine {
-    /// The map that changes nothing.
+    /// The identity map.
     #[must_use]
     pub fn identity() -> Self {
         Self { linear: Mat3::identity(), shift: Vec3::zeros() }
@@ -86,7 +87,7 @@ impl Affine {
         self.linear * v
     }
 
-    /// `self` after `first`.
+    /// The composition `self(first(x))`.
     #[must_use]
     pub fn after(&self, first: &Self) -> Self {
         Self { linear: self.linear * first.linear, shift: self.linear * first.shift + self.shift }

@@ -1,4 +1,4 @@
-//! Ground floor: vectors, boxes, the tree of boxes, disjoint sets, rational B-splines.
+//! Vectors, frames, axis-aligned boxes, bounding volume hierarchy, disjoint sets and NURBS.
 
 pub mod aabb;
 pub mod box_tree;

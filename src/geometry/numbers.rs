@@ -1,5 +1,5 @@
-//! Bounds of the numbers that files give: every reader of CAD, meshes and tools judges them here, before geometry sees
-//! them.
+//! Admissible ranges of numbers read from files. All CAD, mesh and tool readers check their data here before any
+//! geometric computation.
 
 use super::Vec3;
 use super::nurbs::{Curve, Surface};
@@ -7,19 +7,20 @@ use super::nurbs::{Curve, Surface};
 /// Largest coordinate or length [mm]: 10 km, which double precision resolves to 2e-9 mm. Doubled: half that resolution;
 /// from 1e9 mm on, rounding exceeds the tolerances of joining and meshing.
 pub const COORDINATE_MAX_MM: f64 = 1e7;
-/// Largest parameter or knot. Doubled: one bit less between neighbouring parameters.
+/// Largest absolute value of a parameter or knot. Doubled: one bit less resolution between neighbouring parameters.
 pub const PARAMETER_MAX: f64 = 1e9;
-/// Least step between knots that are not equal. The square of a second derivative goes with the fourth power of its inverse
-/// and stays finite, with [`COORDINATE_MAX_MM`] for a factor; from 1e-73 down it does not. Sums that should be equal differ by
-/// 1e-17 of the domain.
+/// Smallest difference of two distinct knots. The square of a second derivative scales with the inverse fourth power of
+/// the knot difference. It stays finite with a factor of [`COORDINATE_MAX_MM`]; below 1e-73 it overflows. Round-off in
+/// sums that should be equal is 1e-17 of the domain.
 pub const KNOT_STEP_MIN: f64 = 1e-60;
-/// Largest ratio of two weights of a rational curve or surface. Doubled: one bit less in its quotients.
+/// Largest ratio of two weights of a rational curve or surface. Doubled: one bit less resolution in the quotients.
 pub const WEIGHT_RATIO_MAX: f64 = 1e9;
-/// Largest count of increments, iterations or failures in a state that is read back: no run counts so far, and sums of a
-/// few of them do not overflow. Doubled: the same.
+/// Largest count of increments, iterations or failures accepted from a saved state. No run reaches it, and sums of a
+/// few such counts do not overflow. Doubled: no change.
 pub const COUNT_MAX: usize = u32::MAX as usize;
 
-/// What is wrong with a coordinate or length [mm], with what is allowed; `None` when it can be used.
+/// Checks a coordinate or length [mm]; returns the value and the admissible range when it is out of range or not
+/// finite.
 #[must_use]
 pub fn coordinate_fault(x: f64) -> Option<String> {
     let sound = x.abs() <= COORDINATE_MAX_MM;
@@ -28,25 +29,25 @@ pub fn coordinate_fault(x: f64) -> Option<String> {
     })
 }
 
-/// The first fault of a point's coordinates [mm].
+/// Checks the coordinates of a point [mm]; returns the first violation.
 #[must_use]
 pub fn point_fault(p: &Vec3) -> Option<String> {
     p.iter().find_map(|&x| coordinate_fault(x))
 }
 
-/// Index and fault of the first of some points [mm] that cannot be used.
+/// Index and description of the first point [mm] with an inadmissible coordinate.
 pub fn first_fault<'a>(points: impl IntoIterator<Item = &'a Vec3>) -> Option<(usize, String)> {
     points.into_iter().enumerate().find_map(|(k, p)| Some((k, point_fault(p)?)))
 }
 
-/// What is wrong with a parameter, knot or angle.
+/// Checks a parameter, knot or angle; returns the violation.
 #[must_use]
 pub fn parameter_fault(t: f64) -> Option<String> {
     let sound = t.abs() <= PARAMETER_MAX;
     (!sound).then(|| format!("a parameter of {t:e}; allowed: up to {PARAMETER_MAX:e}"))
 }
 
-/// The first fault of the knots of a curve or surface.
+/// Checks a knot vector: range, and difference of distinct neighbouring knots.
 fn knots_fault(knots: &[f64]) -> Option<String> {
     let step = |w: &[f64]| Some(w[1] - w[0]).filter(|s| *s > 0.0 && *s < KNOT_STEP_MIN);
     let apart = |step: f64| {
@@ -65,7 +66,7 @@ fn weight_fault(weights: &[f64]) -> Option<String> {
     })
 }
 
-/// The first fault of a curve in space.
+/// Checks control points, knots and weights of a space curve; returns the first violation.
 #[must_use]
 pub fn curve_fault(curve: &Curve<3>) -> Option<String> {
     let points = || curve.points().iter().find_map(point_fault);
@@ -73,7 +74,7 @@ pub fn curve_fault(curve: &Curve<3>) -> Option<String> {
     points().or_else(knots).or_else(|| weight_fault(curve.weights()))
 }
 
-/// The first fault of a curve in a parameter plane.
+/// Checks control points, knots and weights of a curve in a parameter plane; returns the first violation.
 #[must_use]
 pub fn parameter_curve_fault(curve: &Curve<2>) -> Option<String> {
     let points = || curve.points().iter().flatten().find_map(|&t| parameter_fault(t));
@@ -81,7 +82,7 @@ pub fn parameter_curve_fault(curve: &Curve<2>) -> Option<String> {
     points().or_else(knots).or_else(|| weight_fault(curve.weights()))
 }
 
-/// The first fault of a rational B-spline surface.
+/// Checks control points, knots and weights of a rational B-spline surface; returns the first violation.
 #[must_use]
 pub fn surface_fault(surface: &Surface) -> Option<String> {
     let points = || surface.points().iter().find_map(point_fault);

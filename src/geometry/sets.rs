@@ -1,20 +1,20 @@
-//! Disjoint sets of numbers: what is joined pair by pair.
+//! Union-find over consecutive integers.
 
-/// Numbers from 0, each in one set.
+/// A partition of `0..count` into disjoint sets.
 #[derive(Debug, Clone)]
 pub struct DisjointSets {
     parent: Vec<usize>,
 }
 
 impl DisjointSets {
-    /// So many numbers, each in a set of its own.
+    /// The partition into `count` singletons.
     #[must_use]
     pub fn new(count: usize) -> Self {
         Self { parent: (0..count).collect() }
     }
 
-    /// The least member of the set of `k`.
-    pub fn least(&mut self, mut k: usize) -> usize {
+    /// The representative of the set of `k`: its smallest member.
+    pub fn representative(&mut self, mut k: usize) -> usize {
         while self.parent[k] != k {
             self.parent[k] = self.parent[self.parent[k]];
             k = self.parent[k];
@@ -22,24 +22,24 @@ impl DisjointSets {
         k
     }
 
-    /// Makes the sets of two numbers one.
+    /// Merges the sets of `a` and `b`.
     pub fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.least(a), self.least(b));
+        let (a, b) = (self.representative(a), self.representative(b));
         self.parent[a.max(b)] = a.min(b);
     }
 
-    /// Number of every member's set, in the order of their least members, and how many sets there are.
+    /// Set number of every member and the number of sets. Sets are numbered in the order of their smallest members.
     #[must_use]
     pub fn numbered(mut self) -> (Vec<usize>, usize) {
         let mut count = 0;
         let mut numbers = vec![0; self.parent.len()];
         for k in 0..numbers.len() {
-            let least = self.least(k);
-            if least == k {
+            let root = self.representative(k);
+            if root == k {
                 numbers[k] = count;
                 count += 1;
             } else {
-                numbers[k] = numbers[least];
+                numbers[k] = numbers[root];
             }
         }
         (numbers, count)

@@ -1,4 +1,4 @@
-//! Meshes from elsewhere put back on the CAD: every element finds its face, every vertex its foot.
+//! Attachment of foreign meshes to the CAD: assigns elements to faces and projects vertices.
 
 use std::collections::BTreeMap;
 
@@ -11,21 +11,21 @@ use crate::cad::closest::ClosestPoint;
 use crate::cad::model::Foot;
 use crate::geometry::{Aabb, Vec3};
 
-/// Vertices nearer to the model than this share of its diagonal are moved onto it.
-const SNAP: f64 = 1e-4;
-/// Elements of one surface of the file that are asked for their CAD face.
-const VOTERS: usize = 64;
+/// Distance from the model relative to its diagonal below which vertices are moved onto it.
+const SNAP_DISTANCE_REL: f64 = 1e-4;
+/// Number of sampled elements per file surface for the assignment to a CAD face.
+const SAMPLES_PER_SURFACE: usize = 64;
 
-/// Gives every element of a foreign mesh its CAD face, turns it counter-clockwise seen from outside, and
-/// moves vertices that lie within 1e-4 of the model's diagonal onto the model.
+/// Assigns every element of a foreign mesh to a CAD face, orients it counter-clockwise seen from outside, and projects
+/// vertices within 1e-4 of the model's diagonal onto the model.
 ///
-/// Elements that carry one surface number (MSH entities) belong to one face, chosen by vote; elements
-/// without a number choose alone: the face all their corners lie on, nearest to their middle. So do elements of a face
-/// that was cut at creases, among its parts: other programs know nothing of the cut.
+/// Elements with a common surface number (MSH entities) belong to one face, chosen by majority. Elements without a
+/// number are assigned individually: among the faces closest to their corners, the one closest to their centre. The
+/// same applies to the parts of a face split along creases, which other programs do not know.
 ///
 /// # Errors
-/// [`MeshError::NoFaces`]; [`MeshError::OtherPart`] when an element's corners are farther from the model than
-/// 1 % of its diagonal (another part, another unit).
+/// [`MeshError::NoFaces`]; [`MeshError::OtherPart`] when the corners of an element are farther from the model than 1 % of
+/// its diagonal (another part, another unit).
 pub fn attach(mesh: &SurfaceMesh, model: &Model) -> Result<SurfaceMesh, MeshError> {
     if model.faces.is_empty() {
         return Err(MeshError::NoFaces { name: model.name.clone() });
@@ -35,11 +35,11 @@ pub fn attach(mesh: &SurfaceMesh, model: &Model) -> Result<SurfaceMesh, MeshErro
     let diagonal = model.faces.iter().fold(Aabb::EMPTY, |b, f| b.union(&f.bbox())).diagonal();
     check_distance(mesh, &feet, diagonal)?;
     let vertices = mesh.vertices.iter().zip(&feet).map(|(p, foot)| match foot {
-        Some(f) if f.distance <= SNAP * diagonal => f.point,
+        Some(f) if f.distance <= SNAP_DISTANCE_REL * diagonal => f.point,
         _ => *p,
     });
     let mut out = SurfaceMesh { vertices: vertices.collect(), elements: mesh.elements.clone() };
-    let by_surface = vote(&out, &index);
+    let by_surface = majority_faces(&out, &index);
     let attached: Vec<Element> = out
         .elements
         .par_iter()
@@ -80,18 +80,18 @@ fn middle(mesh: &SurfaceMesh, e: &Element) -> Vec3 {
     mesh.corners(e).iter().sum::<Vec3>() / e.nodes().len() as f64
 }
 
-/// The face most elements of each numbered surface are nearest to.
-fn vote(mesh: &SurfaceMesh, index: &ClosestPoint<'_>) -> BTreeMap<u32, usize> {
+/// Face closest to the majority of the elements of each numbered surface.
+fn majority_faces(mesh: &SurfaceMesh, index: &ClosestPoint<'_>) -> BTreeMap<u32, usize> {
     let mut groups: BTreeMap<u32, Vec<&Element>> = BTreeMap::new();
     for e in mesh.elements.iter().filter(|e| e.face != UNATTACHED) {
         groups.entry(e.face).or_default().push(e);
     }
-    // One number for everything says nothing about faces.
+    // A single number carries no information.
     if groups.len() < 2 {
         return BTreeMap::new();
     }
     let elect = |elements: &Vec<&Element>| {
-        let step = elements.len().div_ceil(VOTERS);
+        let step = elements.len().div_ceil(SAMPLES_PER_SURFACE);
         let mut votes: BTreeMap<usize, usize> = BTreeMap::new();
         for e in elements.iter().step_by(step) {
             let face = index.closest(&middle(mesh, e)).map(|f| f.face);
@@ -102,7 +102,7 @@ fn vote(mesh: &SurfaceMesh, index: &ClosestPoint<'_>) -> BTreeMap<u32, usize> {
     groups.iter().filter_map(|(&surface, e)| Some((surface, elect(e)?))).collect()
 }
 
-/// The nearest of the faces the corners of `e` and its middle are nearest to.
+/// The closest of the faces that are closest to the corners of `e` and to its centre.
 fn own_face(
     mesh: &SurfaceMesh,
     e: &Element,
@@ -118,7 +118,7 @@ fn own_face(
     nearest_face(mesh, e, index, candidates)
 }
 
-/// Of some faces that nearest to all corners of `e` together, then to its middle.
+/// Among some faces the one closest to all corners of `e` together, then to its centre.
 fn nearest_face(
     mesh: &SurfaceMesh,
     e: &Element,

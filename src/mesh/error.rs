@@ -1,10 +1,10 @@
-//! Why there is no mesh.
+//! Errors of meshing, mesh files and mesh checks.
 
 use std::path::PathBuf;
 
 use crate::files::WriteError;
 
-/// Why a mesher, mesh reader or mesh check gives no mesh.
+/// The reason why a mesher, mesh reader or mesh check yields no mesh.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
@@ -14,12 +14,12 @@ pub enum MeshError {
         /// Name of the model.
         name: String,
     },
-    /// A field of the options outside its range.
+    /// An option outside its admissible range.
     #[error("{option} is {found}; allowed: {allowed}")]
     Option {
         /// Name of the field.
         option: &'static str,
-        /// What was given.
+        /// Value given.
         found: String,
         /// Its range.
         allowed: &'static str,
@@ -29,30 +29,30 @@ pub enum MeshError {
         "{count} of {total} faces could not be meshed; first: face {face} ({source_entity}): {reason}; try more divisions, a smaller size or the other mesher, or leave these faces out"
     )]
     Faces {
-        /// How many failed.
+        /// Number of failed faces.
         count: usize,
-        /// Faces of the model.
+        /// Number of faces of the model.
         total: usize,
-        /// First that failed.
+        /// First failed face.
         face: usize,
         /// Its entity in the CAD file.
         source_entity: String,
-        /// Why.
+        /// Reason.
         reason: String,
-        /// All that failed, and why.
+        /// All failed faces with reasons.
         failed: Vec<(usize, String)>,
     },
-    /// The mesh is there but is not one of the model.
+    /// The mesh does not match the model.
     #[error("the mesh does not fit the model: {found}; allowed: {allowed}; {remedy}")]
     Check {
         /// What was found.
         found: String,
         /// What is allowed.
         allowed: String,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
-    /// The mesh lies elsewhere than the model.
+    /// The mesh does not lie on the model.
     #[error(
         "the mesh does not fit the model: {found}; allowed: {allowed}; check that mesh and CAD are of the same part and that the mesh is in mm"
     )]
@@ -62,15 +62,15 @@ pub enum MeshError {
         /// What is allowed.
         allowed: String,
     },
-    /// The gmsh program is not there.
+    /// The gmsh program was not found.
     #[error(
         "gmsh not found ({tried}); install it (`pip install gmsh`), name it (`program`, or the environment variable KANAGATA_GMSH), or use the built-in mesher"
     )]
     GmshAbsent {
-        /// Where it was looked for.
+        /// Locations searched.
         tried: String,
     },
-    /// The gmsh program ran and gave no mesh.
+    /// gmsh ran without producing a mesh.
     #[error("gmsh gave no mesh of {}: {reason}; its last lines:\n  {log}", cad.display())]
     GmshFailed {
         /// The CAD file.
@@ -80,24 +80,24 @@ pub enum MeshError {
         /// Tail of its log.
         log: String,
     },
-    /// A format that is not read here, and no meshio to read it.
+    /// An unsupported format, and meshio is not available to read it.
     #[error(
         "{file}: read here are .msh, .stl, .obj and .vtu, other formats through Python's meshio, which is not there ({tried}); install it (`pip install meshio`), name its Python with KANAGATA_PYTHON, or convert the file to one of these formats"
     )]
     MeshioAbsent {
         /// The file's name.
         file: String,
-        /// What was tried.
+        /// Locations searched.
         tried: String,
     },
-    /// meshio was run and gave no mesh.
+    /// meshio ran without producing a mesh.
     #[error(
         "meshio cannot read {file}: {reason}; allowed: a format that meshio knows, with triangles or quadrilaterals"
     )]
     MeshioFailed {
         /// The file's name.
         file: String,
-        /// What it said.
+        /// Its message.
         reason: String,
     },
     /// A file that cannot be read.
@@ -105,11 +105,11 @@ pub enum MeshError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         #[source]
         source: std::io::Error,
     },
-    /// A mesh file whose text breaks its format.
+    /// A mesh file that violates its format.
     #[error("{file}, {place}: {found}; allowed: {allowed}")]
     Invalid {
         /// The file's name.

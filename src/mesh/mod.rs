@@ -1,16 +1,16 @@
-//! Surface meshes of a CAD model: the built-in mapped mesher, the gmsh driver, mesh files.
+//! Surface meshes of a CAD model: built-in mapped mesher, gmsh driver, mesh files.
 //!
-//! - [`mapped`]: quads on four-sided faces, triangulation of all others, divisions agreed across edges
-//! - [`gmsh`]: the outside program, its result checked and attached
-//! - [`io`]: mesh files; [`attach()`]: foreign meshes put back on the CAD
-//! - [`quality`]: what a mesh is worth: area, conformity, corner Jacobians
+//! - [`mapped`]: quadrilaterals on four-sided faces, triangulation of all others, consistent divisions of edges
+//! - [`gmsh`]: the external program, with its result checked and attached
+//! - [`io`]: mesh files; [`attach()`]: assignment of foreign meshes to CAD faces
+//! - [`quality`]: area, conformity, corner Jacobians
 
 pub mod attach;
 pub mod error;
+mod external;
 pub mod gmsh;
 pub mod io;
 pub mod mapped;
-mod outside;
 pub mod quality;
 
 use crate::geometry::{Aabb, Vec3};
@@ -19,13 +19,12 @@ pub use attach::attach;
 pub use error::MeshError;
 pub use quality::MeshReport;
 
-/// A surface mesh whose elements know their CAD face.
+/// A surface mesh whose elements refer to their CAD face.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SurfaceMesh {
-    /// Vertex positions (mm); shared over faces where the mesh is conforming.
+    /// Vertex positions [mm]; shared across faces where the mesh is conforming.
     pub vertices: Vec<Vec3>,
-    /// Triangles and quadrilaterals, turning counter-clockwise seen from outside (from where the face's
-    /// outward normal points).
+    /// Triangles and quadrilaterals, counter-clockwise seen from outside (against the outward normal of the face).
     pub elements: Vec<Element>,
 }
 
@@ -34,7 +33,7 @@ pub struct SurfaceMesh {
 pub struct Element {
     nodes: [u32; 4],
     count: u8,
-    /// Index of the CAD face it lies on.
+    /// Index of the CAD face.
     pub face: u32,
 }
 
@@ -51,8 +50,8 @@ impl Element {
         Self { nodes, count: 4, face }
     }
 
-    /// A triangle or quadrilateral over a ring of vertex ids; repeated neighbours in the ring (poles) are
-    /// merged, and `None` is returned when fewer than three ids are left.
+    /// A triangle or quadrilateral over a ring of vertex ids. Repeated neighbours in the ring (poles) are merged;
+    /// `None` when fewer than three ids remain.
     #[must_use]
     pub fn from_ring(ring: &[u32], face: u32) -> Option<Self> {
         let mut kept: Vec<u32> = ring.to_vec();
@@ -67,13 +66,13 @@ impl Element {
         }
     }
 
-    /// Its three or four vertex ids.
+    /// The three or four vertex ids.
     #[must_use]
     pub fn nodes(&self) -> &[u32] {
         &self.nodes[..usize::from(self.count)]
     }
 
-    /// The same element turning the other way.
+    /// The element with reversed orientation.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut out = *self;
@@ -81,7 +80,7 @@ impl Element {
         out
     }
 
-    /// Its sides as pairs of vertex ids, in turning order.
+    /// Sides as pairs of vertex ids, in order.
     pub fn sides(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
         let nodes = self.nodes();
         (0..nodes.len()).map(move |k| [nodes[k], nodes[(k + 1) % nodes.len()]])
@@ -95,13 +94,13 @@ impl SurfaceMesh {
         element.nodes().iter().map(|&n| self.vertices[n as usize]).collect()
     }
 
-    /// Box around all vertices.
+    /// Bounding box of all vertices.
     #[must_use]
     pub fn bbox(&self) -> Aabb {
         Aabb::of_points(&self.vertices)
     }
 
-    /// The mesh with every quadrilateral cut along its shorter diagonal.
+    /// The mesh with every quadrilateral split along its shorter diagonal.
     #[must_use]
     pub fn to_triangles(&self) -> Self {
         let mut elements = Vec::with_capacity(2 * self.elements.len());
@@ -122,7 +121,7 @@ impl SurfaceMesh {
         Self { vertices: self.vertices.clone(), elements }
     }
 
-    /// Drops vertices no element uses, keeping the order of the others.
+    /// Removes unused vertices, preserving the order of the others.
     pub fn compact(&mut self) {
         let mut new_id = vec![u32::MAX; self.vertices.len()];
         for e in &self.elements {

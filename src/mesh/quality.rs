@@ -1,4 +1,4 @@
-//! What a mesh is worth: area against the model's, conformity, corner Jacobians, shape of elements.
+//! Mesh quality: area error, conformity, corner Jacobians, element shapes.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::cad::Model;
 use crate::cad::closest::ClosestPoint;
 use crate::geometry::Vec3;
 
-/// Figures of a mesh, for people and programs.
+/// Quality measures of a mesh.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct MeshReport {
     /// Vertices.
@@ -22,56 +22,56 @@ pub struct MeshReport {
     pub quads: usize,
     /// CAD faces with at least one element.
     pub faces: usize,
-    /// Faces of the file without an element: of one that was cut at creases any part will do.
+    /// Number of faces of the file without an element; a face split along creases needs elements on any of its parts.
     pub missing: usize,
-    /// The first of these.
+    /// The first missing face.
     pub first_missing: Option<usize>,
-    /// The face of the file whose elements are off most in area.
+    /// The face of the file with the largest area error.
     pub worst_area: Option<FaceArea>,
-    /// Area of the elements, quads as two triangles (mm^2).
+    /// Area of the elements, quadrilaterals as two triangles [mm^2].
     pub area_mm2: f64,
-    /// Area of the model (mm^2).
+    /// Area of the model [mm^2].
     pub model_area_mm2: f64,
     /// `area_mm2 / model_area_mm2 - 1`.
     pub area_error: f64,
-    /// Smallest corner Jacobian: signed sine of an element's corner angle against the CAD normal there.
+    /// Smallest corner Jacobian: signed sine of an element's corner angle relative to the CAD normal.
     pub min_corner_jacobian: f64,
-    /// Elements with a corner turned against the CAD normal.
+    /// Number of elements with a corner inverted relative to the CAD normal.
     pub inverted: usize,
     /// Largest ratio of longest to shortest side.
     pub max_aspect: f64,
-    /// Largest warp of a quad: distance of its diagonals over its shortest diagonal.
+    /// Largest warpage of a quadrilateral: distance of its diagonals over the shorter diagonal.
     pub max_warp: f64,
-    /// Sides used by one element only.
+    /// Number of sides used by one element only.
     pub free_sides: usize,
-    /// Sides used by more than two elements, or twice in the same direction.
+    /// Number of sides used by more than two elements, or twice in the same direction.
     pub irregular_sides: usize,
 }
 
-/// Area of one face of the file: of one that was cut at creases, all parts together.
+/// Area of one face of the file; of a face split along creases all parts together.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct FaceArea {
     /// The face, or the first of its parts.
     pub face: usize,
-    /// Elements on it.
+    /// Number of elements on it.
     pub elements: usize,
-    /// Area of these (mm^2).
+    /// Area of these elements [mm^2].
     pub area_mm2: f64,
-    /// Area of the face (mm^2).
+    /// Area of the face [mm^2].
     pub model_area_mm2: f64,
 }
 
 impl FaceArea {
-    /// What the elements have too much or too little (mm^2).
+    /// Absolute area error [mm^2].
     #[must_use]
-    pub fn off_mm2(&self) -> f64 {
+    pub fn area_error_mm2(&self) -> f64 {
         (self.area_mm2 - self.model_area_mm2).abs()
     }
 
-    /// Whether that is more than `tolerance` of the face's area.
+    /// True when the area error exceeds `tolerance`, relative to the area of the face.
     #[must_use]
-    pub fn is_off(&self, tolerance: f64) -> bool {
-        let off = self.off_mm2();
+    pub fn exceeds_tolerance(&self, tolerance: f64) -> bool {
+        let off = self.area_error_mm2();
         off.is_nan() || off > tolerance * self.model_area_mm2
     }
 
@@ -81,19 +81,19 @@ impl FaceArea {
     }
 }
 
-/// How often sides of elements are used.
+/// Multiplicity of element sides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Conformity {
-    /// Sides used once.
+    /// Number of sides used once.
     pub free: usize,
-    /// Sides used once in each direction.
+    /// Number of sides used once in each direction.
     pub inner: usize,
-    /// Sides used otherwise.
+    /// Number of sides used otherwise.
     pub irregular: usize,
 }
 
 impl SurfaceMesh {
-    /// Area of the elements, quads as two triangles (mm^2).
+    /// Area of the elements, quadrilaterals as two triangles [mm^2].
     #[must_use]
     pub fn area(&self) -> f64 {
         self.elements.iter().map(|e| self.element_area(e)).sum()
@@ -105,7 +105,7 @@ impl SurfaceMesh {
         if p.len() == 3 { half(0, 1, 2) } else { half(0, 1, 2) + half(0, 2, 3) }
     }
 
-    /// How often each side is used.
+    /// Counts the uses of each side.
     #[must_use]
     pub fn conformity(&self) -> Conformity {
         let mut uses: BTreeMap<[u32; 2], [u32; 2]> = BTreeMap::new();
@@ -123,7 +123,7 @@ impl SurfaceMesh {
         out
     }
 
-    /// Largest ratio of longest to shortest side, and largest warp.
+    /// Largest ratio of longest to shortest side, and largest warpage.
     fn shape(&self) -> (f64, f64) {
         let (mut aspect, mut warp) = (1.0f64, 0.0f64);
         for e in &self.elements {
@@ -147,7 +147,7 @@ impl SurfaceMesh {
 }
 
 impl MeshReport {
-    /// Measures `mesh` against the model it was made of.
+    /// Evaluates `mesh` against its model.
     #[must_use]
     pub fn new(mesh: &SurfaceMesh, model: &Model) -> Self {
         let triangles = mesh.elements.iter().filter(|e| e.nodes().len() == 3).count();
@@ -161,7 +161,7 @@ impl MeshReport {
         faces.sort_unstable();
         faces.dedup();
         let mut missing = areas.iter().filter(|a| a.elements == 0);
-        let worst = areas.iter().max_by(|a, b| a.off_mm2().total_cmp(&b.off_mm2()));
+        let worst = areas.iter().max_by(|a, b| a.area_error_mm2().total_cmp(&b.area_error_mm2()));
         Self {
             vertices: mesh.vertices.len(),
             elements: mesh.elements.len(),
@@ -183,11 +183,10 @@ impl MeshReport {
         }
     }
 
-    /// Refuses a mesh that misses faces, is irregular, or whose area is off by more than `area_tolerance`
-    /// (relative).
+    /// Rejects a mesh with missing faces, irregular sides, or a relative area error above `area_tolerance`.
     ///
     /// # Errors
-    /// [`MeshError::Check`] with what was found.
+    /// [`MeshError::Check`] with the finding.
     pub fn check(&self, model: &Model, area_tolerance: f64) -> Result<(), MeshError> {
         let fail = |found: String, allowed: String, remedy| {
             Err(MeshError::Check { found, allowed, remedy })
@@ -222,14 +221,16 @@ impl MeshReport {
         Ok(())
     }
 
-    /// Refuses a mesh with a face whose area is off by more than `area_tolerance` (relative) and by more than a
-    /// thousandth of the model's: outside programs mesh single faces without points inside, or not to their borders.
+    /// Rejects a mesh with a face whose area error exceeds `area_tolerance` (relative) and 0.1 % of the model's area.
+    /// External programs may mesh single faces without interior nodes, or not up to their boundary.
     ///
     /// # Errors
     /// [`MeshError::Check`] with the face.
     pub fn check_faces(&self, model: &Model, area_tolerance: f64) -> Result<(), MeshError> {
         let Some(worst) = self.worst_area else { return Ok(()) };
-        if !worst.is_off(area_tolerance) || worst.off_mm2() <= 1e-3 * self.model_area_mm2 {
+        if !worst.exceeds_tolerance(area_tolerance)
+            || worst.area_error_mm2() <= 1e-3 * self.model_area_mm2
+        {
             return Ok(());
         }
         Err(MeshError::Check {
@@ -270,8 +271,8 @@ pub fn face_areas(mesh: &SurfaceMesh, model: &Model) -> Vec<FaceArea> {
     starts.map(area).collect()
 }
 
-/// Smallest corner Jacobian of every element: signed sine of the corner's angle against the normal of the
-/// element's own CAD face there; corners without a normal (apexes) do not count.
+/// Smallest corner Jacobian of every element: signed sine of the corner angle relative to the normal of the element's
+/// CAD face. Corners without a normal (apexes) are excluded.
 #[must_use]
 pub fn corner_jacobians(mesh: &SurfaceMesh, model: &Model) -> Vec<f64> {
     let index = ClosestPoint::new(model);

@@ -56,7 +56,7 @@ impl Planes {
         if kept.iter().all(|kept| *kept) || !kept.contains(&true) {
             return surface.clone();
         }
-        Arc::new(surface.keeping(&kept))
+        Arc::new(surface.restricted_to(&kept))
     }
 }
 

@@ -145,7 +145,7 @@ pub fn leave_out(setup: &mut SimulationSetup) -> Result<(Vec<LeftOut>, Guard), S
         let boxes = surface.patch_bounds();
         let dropped = boxes.iter().zip(&kept).map(|(b, k)| if *k { Aabb::EMPTY } else { *b });
         guard.tools.push(Some(BoxTree::build(&dropped.collect::<Vec<_>>())));
-        let reduced = surface.keeping(&kept);
+        let reduced = surface.restricted_to(&kept);
         setup.tools[tool].surface = Arc::new(reduced);
         out.push(LeftOut { tool, patches, of });
     }

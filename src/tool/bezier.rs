@@ -1,14 +1,14 @@
-//! Bezier patches and Nagata patches from one another (Eq. 13-15), and the monomial form (Eq. 4-6).
+//! Conversion between Bezier and Nagata patches (Eq. 13-15), and the monomial form (Eq. 4-6).
 //!
-//! In the paper's Eq. 14 the coefficient of P21 in the term of `eta^2 zeta^2` is printed +2; it must be -2, and then
-//! Eq. 15 makes that term vanish.
+//! The paper's Eq. 14 has the coefficient +2 for P21 in the term of `eta^2 zeta^2`. The correct coefficient is -2, with
+//! which Eq. 15 makes that term vanish.
 
 use super::patch::Patch;
 use crate::geometry::Vec3;
 
-/// The biquadratic Bezier patch with exactly the shape of a Nagata patch: Eq. 15 for a quadrilateral. A triangle
-/// becomes a patch whose side at `eta = 0` is its first corner: with `zeta = eta v` Eq. 9 is quadratic in `eta` and
-/// in `v`. A Bezier patch stays as it is.
+/// The biquadratic Bezier patch identical to a Nagata patch: Eq. 15 for a quadrilateral. A triangle becomes a patch
+/// whose side at `eta = 0` is its first corner: with `zeta = eta v` Eq. 9 is quadratic in `eta` and in `v`. A Bezier
+/// patch is unchanged.
 #[must_use]
 pub fn of_nagata(patch: &Patch) -> Patch {
     let points = match patch {
@@ -16,7 +16,7 @@ pub fn of_nagata(patch: &Patch) -> Patch {
         Patch::Quad(c) => eq15(c),
         Patch::Triangle([c00, c10, c01, c11, c20, c02]) => {
             let z = Vec3::zeros();
-            // Monomials in (eta, v): eta^2 v^2 has c02, which Eq. 15 does not know: it is added to P22.
+            // Monomials in (eta, v): eta^2 v^2 has the coefficient c02, which is not in Eq. 15 and is added to P22.
             let mut points = eq15(&[*c00, *c10, z, *c01, *c20, z, *c11, z]);
             points[8] += c02;
             points
@@ -47,7 +47,7 @@ pub fn monomial(degrees: [usize; 2], points: &[Vec3]) -> Vec<Vec3> {
     along_both(degrees, points, to_powers)
 }
 
-/// Changes every row, then every column of a net, (i, j) at `i (m + 1) + j`.
+/// Applies `change` to every row, then to every column of a net, (i, j) at `i (m + 1) + j`.
 pub(crate) fn along_both(
     [n, m]: [usize; 2],
     net: &[Vec3],
@@ -64,7 +64,7 @@ pub(crate) fn along_both(
     net
 }
 
-/// Control points of a curve to its monomial coefficients: `b_k = binomial(n, k) D^k P_0` with forward differences D.
+/// Monomial coefficients of a curve from its control points: `b_k = binomial(n, k) D^k P_0` with forward differences D.
 fn to_powers(points: &mut [Vec3]) {
     let n = points.len() - 1;
     for level in 1..=n {
@@ -79,7 +79,7 @@ fn to_powers(points: &mut [Vec3]) {
     }
 }
 
-/// The same Bezier patch with its corners a quarter turn on: `S'(eta, zeta) = S(1 - zeta, eta)`.
+/// The Bezier patch with its corners rotated by one: `S'(eta, zeta) = S(1 - zeta, eta)`.
 pub(super) fn turned(degrees: [usize; 2], points: &[Vec3]) -> ([usize; 2], Vec<Vec3>) {
     let [n, m] = degrees;
     let at = |i: usize, j: usize| points[i * (m + 1) + j];
@@ -122,7 +122,7 @@ mod tests {
         assert!((bezier.derivs(0.0, 0.7).s - triangle.derivs(0.0, 0.0).s).norm() < 1e-15);
     }
 
-    /// Eq. 14 with the sign of P21 put right: the coefficient of eta^2 zeta^2 vanishes for points of Eq. 15, and
+    /// Eq. 14 with the corrected sign of P21: the coefficient of eta^2 zeta^2 vanishes for the points of Eq. 15, and
     /// does not with the printed sign.
     #[test]
     fn the_last_term_of_eq_14_vanishes_with_minus_two() {

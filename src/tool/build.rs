@@ -1,4 +1,4 @@
-//! From vertices, normals and corner ids to patches: Eq. 8 once an edge, Eq. 10 and Eq. 12.
+//! Construction of patches from vertices, normals and corner ids: Eq. 8 per edge, Eq. 10 and Eq. 12.
 
 use rustc_hash::FxHashMap;
 
@@ -10,23 +10,23 @@ use super::patch::Patch;
 use crate::geometry::Vec3;
 use crate::geometry::numbers::{first_fault, point_fault};
 
-/// An edge that the guard made straight.
+/// An edge replaced by its chord by the edge guard.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct StraightEdge {
     /// Patches that share it.
     pub patches: Vec<u32>,
     /// Its vertices.
     pub vertices: [u32; 2],
-    /// Why.
+    /// Reason.
     pub fault: EdgeFault,
 }
 
-/// Where the coefficients of the edges come from.
+/// Source of the edge coefficients.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EdgeChoice {
-    /// Rule for every edge that is not given.
+    /// Rule for all edges without given coefficients.
     pub rule: EdgeRule,
-    /// Edges that are given.
+    /// Edges with given coefficients.
     pub given: Vec<GivenCurve>,
 }
 
@@ -36,7 +36,7 @@ impl From<EdgeRule> for EdgeChoice {
     }
 }
 
-/// Builds a Nagata or facet model. Returns the edges that the guard caught.
+/// Builds a Nagata or facet model. Also returns the edges replaced by their chords.
 ///
 /// # Errors
 /// [`ToolError`] names the patch, vertex or normal.
@@ -54,7 +54,7 @@ pub fn build(
         ToolKind::Facets => FxHashMap::default(),
         _ => curve_edges(&vertices, &normals, &corners, rule),
     };
-    give(&mut edges, &curves)?;
+    set_given(&mut edges, &curves)?;
     let mut straight: Vec<StraightEdge> =
         edges.iter().filter_map(|(key, e)| e.straight(*key)).collect();
     straight.sort_by_key(|e| e.vertices);
@@ -75,8 +75,8 @@ pub fn build(
     Ok((tool, straight))
 }
 
-/// Replaces the coefficients of given edges.
-fn give(
+/// Replaces the coefficients of edges with given ones.
+fn set_given(
     edges: &mut FxHashMap<[u32; 2], SharedEdge>,
     curves: &[GivenCurve],
 ) -> Result<(), ToolError> {
@@ -148,7 +148,7 @@ fn check(vertices: &[Vec3], normals: &[Vec3], corners: &[PatchCorners]) -> Resul
     }
 }
 
-/// Whether corners run clockwise as seen from where each of their normals points.
+/// True when the corners are clockwise as seen against each of their normals.
 fn runs_clockwise(vertices: &[Vec3], normals: &[Vec3], p: &PatchCorners) -> bool {
     let x = |k: usize| vertices[p.vertices[k % p.vertices.len()] as usize];
     let sides = (0..p.vertices.len()).map(|k| (x(k) - x(0)).cross(&(x(k + 1) - x(0))));
@@ -175,7 +175,8 @@ impl SharedEdge {
     }
 }
 
-/// Every edge once, from its lower vertex to its higher, so that neighbours share its bits.
+/// Coefficients of every edge, evaluated once from its lower vertex to its higher one, so that adjacent patches have
+/// identical values.
 fn curve_edges(
     vertices: &[Vec3],
     normals: &[Vec3],
@@ -227,7 +228,7 @@ fn patch(ids: &[u32], vertices: &[Vec3], c: impl Fn(u32, u32) -> Vec3) -> Patch 
 mod tests {
     use super::*;
 
-    /// Two quadrilaterals over a quarter cylinder of radius 7, sharing an edge.
+    /// Two quadrilaterals with a common edge over a quarter cylinder of radius 7.
     fn cylinder() -> (Vec<Vec3>, Vec<Vec3>, Vec<PatchCorners>) {
         let (mut vertices, mut normals) = (vec![], vec![]);
         for k in 0..3 {
@@ -269,7 +270,7 @@ mod tests {
                 assert!((patch.normal(e, z).unwrap() - normal).norm() < 1e-12);
             }
         }
-        // The shared edge has the same points from both sides.
+        // The common edge has the same points from both sides.
         for t in [0.25, 0.5, 0.75] {
             let (a, b) = (model.patches[0].derivs(t, 1.0).s, model.patches[1].derivs(t, 0.0).s);
             assert!((a - b).norm() < 1e-15);

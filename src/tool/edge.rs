@@ -1,4 +1,4 @@
-//! The Nagata edge: the coefficient of Eq. 8, its guard, and the shared curve of a crease.
+//! The Nagata edge: the coefficient of Eq. 8, its guard, and the common curve of a crease.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -25,91 +25,96 @@ pub enum EdgeRule {
     Plain,
 }
 
-/// Why an edge was made straight.
+/// The reason why an edge is replaced by its chord.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EdgeFault {
-    /// `|q| > 0.99`: the parabola turns back at an end, or all but does (an inflected profile, a normal averaged over a
-    /// crease, a normal that is off at one end only).
+    /// `|q| > 0.99`: the parabola reverses its direction at an end, or nearly so (an inflected profile, a normal
+    /// averaged over a crease, an inaccurate normal at one end).
     TurnsBack,
-    /// `|c| >= 2 |d|`: it swings out sideways (near-parallel normals on a tilted edge).
+    /// `|c| >= 2 |d|`: large lateral deviation (nearly parallel normals on an oblique edge).
     SwingsOut,
     /// Both ends coincide, or the normals are opposite.
     Degenerate,
-    /// A patch beside it would fold: two borders meet there without an angle, or go on into each other.
+    /// An adjacent patch would fold: two borders meet there at a straight angle, or are tangent.
     Folds,
 }
 
 impl std::fmt::Display for EdgeFault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Self::TurnsBack => "its parabola would turn back (an inflected profile, a normal averaged over a crease, or an apex)",
-            Self::SwingsOut => "its parabola would swing out sideways (near-parallel normals on a tilted edge)",
+            Self::TurnsBack => "the parabola would reverse its direction (an inflected profile, a normal averaged over a crease, or an apex)",
+            Self::SwingsOut => "the parabola would have a large lateral deviation (nearly parallel normals on an oblique edge)",
             Self::Degenerate => "its ends coincide or their normals are opposite",
-            Self::Folds => "a patch beside it would fold (borders that meet without an angle, or a corner near 180 degrees)",
+            Self::Folds => "an adjacent patch would fold (tangent borders, or a corner near 180 degrees)",
         })
     }
 }
 
-/// Coefficient of an edge and what the guard said.
+/// Coefficient of an edge and the result of the guard.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeCurve {
     /// Quadratic coefficient c of Eq. 7 [mm].
     pub c: Vec3,
-    /// Set when the guard caught the edge; `c` is then zero (under [`EdgeRule::Guarded`]).
+    /// Violated criterion of the guard; `c` is then zero (under [`EdgeRule::Guarded`]).
     pub fault: Option<EdgeFault>,
 }
 
-/// Half differences of unit normals below this are the noise of CAD files (1e-9 of their lengths, 1e-10 in their
-/// normals): the edge is straight along them. A tangential part `(nu . d)/|dl|^2 dl` from noise alone would be as
-/// long as the edge itself, and the flats of a die beside its fillets would fold.
-const PARALLEL: f64 = 1e-8;
-/// Lean of the mean normal along the edge, over the half difference of the normals, beyond which that difference tells
-/// nothing of the edge, for half differences up to so much: what Eq. 8 makes of it runs within the surface, along whatever
-/// direction the normals happen to differ in. The lean is of the order of the edge's length on a smooth surface. Where the
-/// curvature changes by 60 % along the edge it is 0.1, beyond 1/3 the profile is inflected, which no parabola is; where
-/// the normals differ by noise it is anything. A quarter of an ellipse of 3 : 1 leans by 0.45, with a half difference of 0.7.
-const LEANS: [(f64, f64); 2] = [(0.01, 0.1), (0.1, 1.0 / 3.0)];
-/// Mean normals below this belong to opposite normals.
-const OPPOSITE: f64 = 1e-12;
-/// Largest `|c| / |d|` of a sound edge; a 90 degree arc has 1, one of 120 degrees 1.73.
-const SWING: f64 = 2.0;
-
-/// Largest `|q| = |c . d| / d^2` of a sound edge. At 1 the parabola stands still at an end, and turns back beyond; where
-/// one normal is square to the chord and the other is off by however little, rounding decides on which side of 1 it is.
-const FORWARD: f64 = 0.99;
-
-/// The coefficient c of `x0 + (d - c) e + c e^2` for the edge vector `d = x1 - x0` and unit normals `n0`, `n1`:
-/// the smallest c with `n0 . (d - c) = 0` and `n1 . (d + c) = 0` (Eq. 8).
+/// Half difference of unit normals below which it is noise of CAD files (1e-9 of their lengths, 1e-10 in their
+/// normals). Along it the edge is straight. A tangential part `(nu . d)/|dl|^2 dl` due to noise alone could be as long
+/// as the edge, and flat faces next to the fillets of a die would fold.
+const NORMAL_NOISE: f64 = 1e-8;
+/// Pairs (half difference of the normals, ratio): for half differences below the first value, the direction of the
+/// difference is noise when the inclination of the mean normal along the edge exceeds the ratio times the half
+/// difference. Eq. 8 would then bend the edge within the surface in an arbitrary direction.
 ///
-/// With `nu = (n0 + n1)/2` and `dl = (n0 - n1)/2`, which are orthogonal,
-/// `c = (dl . d)/|nu|^2 nu + (nu . d)/|dl|^2 dl`. The relative rounding error grows like 1e-16 / |dl|, so the order of
-/// accuracy holds down to normals 1e-7 rad apart. Reversing the edge gives the same c.
+/// On a smooth surface the inclination is of the order of the edge length. It is 0.1 where the curvature changes by 60
+/// % along the edge. Above 1/3 the profile is inflected, which a parabola cannot represent. A quarter of a 3 : 1
+/// ellipse has 0.45 at a half difference of 0.7.
+const INCLINATION_LIMITS: [(f64, f64); 2] = [(0.01, 0.1), (0.1, 1.0 / 3.0)];
+/// Length of the mean normal below which the normals are opposite.
+const OPPOSITE_MEAN_MAX: f64 = 1e-12;
+/// Largest admissible `|c| / |d|`; an arc of 90 degrees has 1, one of 120 degrees 1.73.
+const LATERAL_RATIO_MAX: f64 = 2.0;
+
+/// Largest admissible `|q| = |c . d| / d^2`. At 1 the tangent of the parabola vanishes at an end, and beyond it
+/// reverses. Where one normal is perpendicular to the chord and the other is slightly inaccurate, rounding decides on
+/// which side of 1 it is.
+const REVERSAL_RATIO_MAX: f64 = 0.99;
+
+/// The coefficient c of `x0 + (d - c) e + c e^2` for the edge vector `d = x1 - x0` and unit normals `n0`, `n1`: the
+/// smallest c with `n0 . (d - c) = 0` and `n1 . (d + c) = 0` (Eq. 8).
+///
+/// With the orthogonal vectors `nu = (n0 + n1)/2` and `dl = (n0 - n1)/2`,
+/// `c = (dl . d)/|nu|^2 nu + (nu . d)/|dl|^2 dl`. The relative rounding error grows as 1e-16 / |dl|, so that the order
+/// of accuracy is preserved down to normals 1e-7 rad apart. The reversed edge has the same c.
 #[must_use]
 pub fn coefficient(d: &Vec3, n0: &Vec3, n1: &Vec3) -> Vec3 {
     let nu = (n0 + n1) * 0.5;
     let dl = (n0 - n1) * 0.5;
     let (nu2, dl2) = (nu.norm_squared(), dl.norm_squared());
     let mut c = Vec3::zeros();
-    if nu2 > OPPOSITE * OPPOSITE {
+    if nu2 > OPPOSITE_MEAN_MAX * OPPOSITE_MEAN_MAX {
         c += nu * (dl.dot(d) / nu2);
     }
-    if dl2 > PARALLEL * PARALLEL {
+    if dl2 > NORMAL_NOISE * NORMAL_NOISE {
         c += dl * (nu.dot(d) / dl2);
     }
     c
 }
 
-/// Whether the direction in which the normals differ tells nothing of the edge.
+/// True when the direction of the difference of the normals is noise.
 fn is_noise(d: &Vec3, n0: &Vec3, n1: &Vec3) -> bool {
     let (nu, dl) = ((n0 + n1) * 0.5, (n0 - n1) * 0.5);
-    let lean = nu.dot(d).abs() / d.norm();
-    LEANS.iter().any(|&(least, most)| dl.norm() < least && lean > most * dl.norm())
+    let inclination = nu.dot(d).abs() / d.norm();
+    INCLINATION_LIMITS.iter().any(|&(half_difference, ratio)| {
+        dl.norm() < half_difference && inclination > ratio * dl.norm()
+    })
 }
 
-/// The curve of an edge whose neighbours have the normals `ends` at its two ends, a pair for each patch. One
-/// distinct pair: Eq. 8. Several: a crease, one curve for all of them with end tangents along
-/// `n_left x n_right` (least squares where they do not agree).
+/// The curve of an edge with the normals `ends` at its two ends, one pair per adjacent patch. One distinct pair: Eq. 8.
+/// Several: a crease with one common curve and end tangents along `n_left x n_right` (least squares where they are
+/// inconsistent).
 #[must_use]
 pub fn edge_curve(d: &Vec3, ends: &[[Vec3; 2]], rule: EdgeRule) -> EdgeCurve {
     let c = match ends {
@@ -133,25 +138,25 @@ fn check(d: &Vec3, c: &Vec3, ends: &[[Vec3; 2]]) -> Option<EdgeFault> {
     let opposed = ends.iter().any(|[n0, n1]| (n0 + n1).norm() < 1e-6);
     if d2 == 0.0 || opposed || c.iter().any(|x| !x.is_finite()) {
         Some(EdgeFault::Degenerate)
-    } else if c.dot(d).abs() > FORWARD * d2 {
+    } else if c.dot(d).abs() > REVERSAL_RATIO_MAX * d2 {
         Some(EdgeFault::TurnsBack)
-    } else if c.norm_squared() >= SWING * SWING * d2 {
+    } else if c.norm_squared() >= LATERAL_RATIO_MAX * LATERAL_RATIO_MAX * d2 {
         Some(EdgeFault::SwingsOut)
     } else {
         None
     }
 }
 
-/// The coefficient nearest to `wanted` that keeps the end tangents across the normals: what Eq. 8 leaves open, the
-/// part of `c` along `n0 x n1` (along the whole tangent plane where the normals are equal), is taken from `wanted`.
-/// Where the normals cannot be kept (an inflected edge: the guard of [`edge_curve`] would catch it), only their mean
-/// is, and the fault says so; the curve then still goes the way `wanted` goes.
+/// The coefficient closest to `wanted` with end tangents perpendicular to the normals. The part of `c` not determined
+/// by Eq. 8, along `n0 x n1` (the whole tangent plane for equal normals), is that of `wanted`. Where the normals cannot
+/// be satisfied (an inflected edge, rejected by the guard of [`edge_curve`]) only their mean is, and the fault is
+/// reported; the curve then follows `wanted`.
 #[must_use]
 pub fn nearest_coefficient(d: &Vec3, ends: &[[Vec3; 2]], wanted: &Vec3) -> EdgeCurve {
     let bent = |kept: Kept| wanted + smallest_solution(&conditions(d, ends, kept), wanted);
     let full = bent(Kept::All);
-    // Normals that turn along the edge as a parabola's do need a correction of higher order only.
-    let kept = (full - wanted).norm() <= CORRECTION * d.norm();
+    // Normals that vary along the edge as those of a parabola need a correction of higher order only.
+    let kept = (full - wanted).norm() <= CORRECTION_MAX_REL * d.norm();
     match check(d, &full, ends) {
         None if kept => EdgeCurve { c: bent(Kept::Sound), fault: None },
         fault => {
@@ -165,20 +170,20 @@ pub fn nearest_coefficient(d: &Vec3, ends: &[[Vec3; 2]], wanted: &Vec3) -> EdgeC
     }
 }
 
-/// Largest correction of a wanted coefficient, over the length of the edge, that is none of an inflected edge.
-const CORRECTION: f64 = 0.2;
+/// Largest correction of a wanted coefficient relative to the edge length; inflected edges need more.
+const CORRECTION_MAX_REL: f64 = 0.2;
 
-/// Which conditions on an edge are kept.
+/// Selection of the conditions on an edge.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kept {
     All,
-    /// Without differences of normals that are noise.
+    /// All except differences of normals that are noise.
     Sound,
     /// Those on the means of normals.
     Means,
 }
 
-/// `nu . c = dl . d` and, where it is kept, `dl . c = nu . d` of every side, rows of length about one.
+/// Rows `nu . c = dl . d` and, if selected, `dl . c = nu . d` of every side, with a length of about one.
 fn conditions(d: &Vec3, ends: &[[Vec3; 2]], kept: Kept) -> Vec<(Vec3, f64)> {
     let mut rows: Vec<(Vec3, f64)> = Vec::with_capacity(2 * ends.len());
     for [n0, n1] in ends {
@@ -191,19 +196,19 @@ fn conditions(d: &Vec3, ends: &[[Vec3; 2]], kept: Kept) -> Vec<(Vec3, f64)> {
             Kept::Means => false,
         };
         // Below this the condition is rounding; the side is flat along the crease.
-        if size > PARALLEL && wanted {
+        if size > NORMAL_NOISE && wanted {
             rows.push((dl / size, nu.dot(d) / size));
         }
     }
     rows
 }
 
-/// Least squares over the rows `a . (start + x) = b`, smallest `x`.
+/// Least-squares solution of the rows `a . (start + x) = b` with the smallest norm of `x`.
 fn smallest_solution(rows: &[(Vec3, f64)], start: &Vec3) -> Vec3 {
     let matrix = DMatrix::from_fn(rows.len(), 3, |r, k| rows[r].0[k]);
     let right = DVector::from_fn(rows.len(), |r, _| rows[r].1 - rows[r].0.dot(start));
     let svd = matrix.svd(true, true);
-    // Directions seen under less than 1e-6 rad are not determined by the normals: no bulge along them.
+    // Directions with singular values below 1e-6 are not determined by the normals: no deviation along them.
     let smallest = 1e-6 * svd.singular_values.max();
     svd.solve(&right, smallest).map_or_else(|_| Vec3::zeros(), |c| Vec3::new(c[0], c[1], c[2]))
 }
@@ -212,7 +217,7 @@ fn smallest_solution(rows: &[(Vec3, f64)], start: &Vec3) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// Ends and normals of a circular arc of half angle `h` and radius `r` in the xy plane.
+    /// Ends and normals of a circular arc with half angle `h` and radius `r` in the xy plane.
     fn arc(r: f64, h: f64) -> (Vec3, Vec3, Vec3, Vec3) {
         let at = |a: f64| Vec3::new(a.sin(), a.cos(), 0.0);
         (at(-h) * r, at(h) * r, at(-h), at(h))
@@ -253,7 +258,7 @@ mod tests {
         assert!(coefficient(&d, &noisy, &Vec3::z()).norm() < 1e-10 * d.norm());
     }
 
-    /// As on the chamfers of NIST's MBE PMI 1: normals of one plane, 1e-5 apart.
+    /// As on the chamfers of NIST's MBE PMI 1: normals of one plane that differ by 1e-5.
     #[test]
     fn normals_that_differ_by_noise_do_not_bend_an_edge_within_the_surface() {
         let d = Vec3::new(58.0, 0.0, 0.0);
@@ -296,8 +301,8 @@ mod tests {
         assert!(plain.fault.is_some() && plain.c.norm() > 90.0);
     }
 
-    /// Along the border of a flat and a fillet all normals are equal: Eq. 8 gives a chord, whatever the border's
-    /// radius; a wanted coefficient in the plane is kept, and turned into the tangent plane where it is not.
+    /// On the border between a flat face and a fillet all normals are equal: Eq. 8 gives a chord for any radius of the
+    /// border. A wanted coefficient in the plane is kept, and projected onto the tangent plane otherwise.
     #[test]
     fn what_the_normals_leave_open_is_taken_from_the_wanted_coefficient() {
         let (x0, x1, _, _) = arc(27.0, 0.2);
@@ -307,9 +312,9 @@ mod tests {
         assert_eq!(edge_curve(&d, &flat, EdgeRule::Guarded).c, Vec3::zeros());
         let found = nearest_coefficient(&d, &flat, &(wanted + Vec3::z() * 0.3));
         assert!(found.fault.is_none() && (found.c - wanted).norm() < 1e-14);
-        // On a cone around the axis the normals determine two of the three components.
-        let lean = |x: &Vec3| (x.normalize() + Vec3::z() * 2.0).normalize();
-        let cone = [[lean(&x0), lean(&x1)]];
+        // On a cone the normals determine two of the three components.
+        let inclination = |x: &Vec3| (x.normalize() + Vec3::z() * 2.0).normalize();
+        let cone = [[inclination(&x0), inclination(&x1)]];
         let found = nearest_coefficient(&d, &cone, &wanted);
         let middle = on(&x0, &d, &found.c, 0.5);
         let eq8 = on(&x0, &d, &coefficient(&d, &cone[0][0], &cone[0][1]), 0.5);
@@ -332,10 +337,10 @@ mod tests {
     fn a_normal_off_at_one_end_only_leaves_the_edge_straight_and_is_named() {
         let d = Vec3::new(1911.0, 0.0, 0.0);
         for off in [1e-6, 1e-4, 3e-3, 0.05, 0.3] {
-            for lean in [-off, off] {
-                let n1 = Vec3::new(lean, 0.01 * off, 1.0).normalize();
+            for inclination in [-off, off] {
+                let n1 = Vec3::new(inclination, 0.01 * off, 1.0).normalize();
                 let c = coefficient(&d, &Vec3::z(), &n1);
-                assert!((c.norm() / d.norm() - 1.0).abs() < 0.03, "{lean}: {c:?}");
+                assert!((c.norm() / d.norm() - 1.0).abs() < 0.03, "{inclination}: {c:?}");
                 let guarded = edge_curve(&d, &[[Vec3::z(), n1]], EdgeRule::Guarded);
                 assert_eq!((guarded.c, guarded.fault), (Vec3::zeros(), Some(EdgeFault::TurnsBack)));
             }

@@ -1,22 +1,22 @@
-//! What is wrong with the data of a tool model.
+//! Errors in the data of a tool model.
 
-/// Why vertices, normals and corners do not make a tool model.
+/// The reason why vertices, normals and corners do not define a tool model.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ToolError {
-    /// A patch with fewer than three or more than four corners, or as many normals as corners is not so.
+    /// A patch with fewer than three or more than four corners, or with different numbers of normals and corners.
     #[error(
         "patch {patch} has {vertices} vertices and {normals} normals; allowed: 3 or 4 of each, as many normals as vertices"
     )]
     Corners {
         /// Patch, from 0.
         patch: usize,
-        /// Vertex ids it lists.
+        /// Number of vertex ids.
         vertices: usize,
-        /// Normal ids it lists.
+        /// Number of normal ids.
         normals: usize,
     },
-    /// An id past the end of its table.
+    /// An id beyond the end of its table.
     #[error("patch {patch} names {what} {id}; allowed: 0 to {last}")]
     Id {
         /// Patch, from 0.
@@ -25,25 +25,25 @@ pub enum ToolError {
         what: &'static str,
         /// Id found.
         id: u32,
-        /// Largest allowed.
+        /// Largest admissible id.
         last: i64,
     },
-    /// A patch that uses one vertex twice next to itself twice over, leaving less than three corners.
+    /// A patch with fewer than three distinct corners.
     #[error("patch {patch} has fewer than three different vertices")]
     Collapsed {
         /// Patch, from 0.
         patch: usize,
     },
-    /// Corners that run the other way round than their normals say, of this patch and most others.
+    /// Corners with the opposite orientation of their normals, in the majority of patches.
     #[error(
-        "corners of patch {patch}, as of {count} of {of} patches, run clockwise seen from where their normals point; allowed: counter-clockwise: turn the order of the corners round, or the normals (out of the tool, to the sheet)"
+        "corners of patch {patch}, as of {count} of {of} patches, are clockwise with respect to their normals; allowed: counter-clockwise; reverse the order of the corners, or the normals (out of the tool, to the sheet)"
     )]
     Turned {
-        /// Patch, from 0: the first of them.
+        /// First such patch, from 0.
         patch: usize,
-        /// Of so many.
+        /// Number of such patches.
         count: usize,
-        /// Patches.
+        /// Number of patches.
         of: usize,
     },
     /// A normal that is not a unit vector.
@@ -61,7 +61,7 @@ pub enum ToolError {
         what: &'static str,
         /// Its id.
         index: usize,
-        /// The number, and what is allowed.
+        /// Value found and admissible range.
         found: String,
     },
     /// A given curve of an edge that no Nagata patch has.
@@ -69,10 +69,10 @@ pub enum ToolError {
     Curve {
         /// Curve, from 0.
         index: usize,
-        /// Vertices it names.
+        /// Its vertices.
         vertices: [u32; 2],
     },
-    /// Bezier degrees outside 1 to 6, or control points that do not fill the net.
+    /// Bezier degrees outside 1 to 6, or a wrong number of control points.
     #[error("patch {patch} is a Bezier patch of degrees {} x {} with {points} control points; allowed: degrees 1 to 6 and (n + 1)(m + 1) points", degrees[0], degrees[1])]
     Net {
         /// Patch, from 0.
@@ -82,12 +82,12 @@ pub enum ToolError {
         /// Control points found.
         points: usize,
     },
-    /// A gap between borders that is none.
-    #[error("border_gap_mm is {found}; allowed: 0 to {most:.4}, a hundredth of the tool's size")]
+    /// An inadmissible border gap.
+    #[error("border_gap_mm is {found}; allowed: 0 to {limit:.4}, 1 % of the tool's size")]
     Gap {
         /// Gap found [mm].
         found: f64,
-        /// Largest allowed [mm].
-        most: f64,
+        /// Largest admissible gap [mm].
+        limit: f64,
     },
 }

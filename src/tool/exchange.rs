@@ -1,4 +1,4 @@
-//! Tool models from one kind to another: Nagata (and facets) to Bezier exactly, and back with what is lost.
+//! Conversion of tool models: Nagata (and facets) to Bezier exactly, and back with a known discrepancy.
 
 use rustc_hash::FxHashMap;
 
@@ -10,7 +10,7 @@ use super::patch::Patch;
 use crate::geometry::frame::unit;
 use crate::geometry::{Aabb, Vec3};
 
-/// The same shape as biquadratic Bezier patches (Eq. 15); a Bezier model stays as it is.
+/// The identical shape as biquadratic Bezier patches (Eq. 15); a Bezier model is unchanged.
 #[must_use]
 pub fn to_bezier(tool: &ToolModel) -> ToolModel {
     let patches = tool.patches.iter().map(of_nagata).collect();
@@ -18,27 +18,27 @@ pub fn to_bezier(tool: &ToolModel) -> ToolModel {
     ToolModel { border_gap_mm: tool.border_gap_mm, ..model }
 }
 
-/// What a conversion to Nagata patches loses.
+/// Discrepancy of a conversion to Nagata patches.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Discrepancy {
     /// Largest distance of points at equal parameters [mm].
     pub max_mm: f64,
-    /// Patch where it is.
+    /// Patch of the largest distance.
     pub patch: u32,
 }
 
-/// Corners nearer than this, over the model's size, are one vertex.
-const NEAR: f64 = 1e-7;
-/// Normals at a vertex that differ by less [rad] are one.
-const SMOOTH: f64 = 0.5 * std::f64::consts::PI / 180.0;
-/// Coefficients that differ by less, over the length of the edge, are equal.
-const EQUAL: f64 = 1e-13;
-/// Intervals of the grid the discrepancy is measured on.
-const GRID: usize = 8;
+/// Distance between corners relative to the size of the model below which they are one vertex.
+const VERTEX_TOLERANCE_REL: f64 = 1e-7;
+/// Angle between normals at a vertex below which they are one normal [rad].
+const NORMAL_TOLERANCE_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// Difference of coefficients relative to the edge length below which they are equal.
+const COEFFICIENT_TOLERANCE_REL: f64 = 1e-13;
+/// Intervals of the grid on which the discrepancy is measured.
+const GRID_INTERVALS: usize = 8;
 
-/// The Nagata model with the corners, corner normals and edge middles of a Bezier model. Of a biquadratic patch only
-/// the term of `eta^2 zeta^2` is lost (the last of Eq. 14): `|c22| / 16`. A patch with a side of no length becomes a
-/// triangle. A model that is not of kind Bezier stays as it is.
+/// The Nagata model with the corners, corner normals and edge midpoints of a Bezier model. Of a biquadratic patch only
+/// the term of `eta^2 zeta^2` is lost (the last one of Eq. 14): `|c22| / 16`. A patch with a collapsed side becomes a
+/// triangle. A model of another kind is unchanged.
 ///
 /// # Errors
 /// [`ToolError`] names a patch that is degenerate.
@@ -47,11 +47,11 @@ pub fn to_nagata(tool: &ToolModel) -> Result<(ToolModel, Discrepancy), ToolError
         return Ok((tool.clone(), Discrepancy::default()));
     }
     let all: Vec<Vec3> = tool.patches.iter().flat_map(|p| ring(p).map(|c| c.0)).collect();
-    let near = (NEAR * Aabb::of_points(&all).diagonal()).max(f64::MIN_POSITIVE);
+    let near = (VERTEX_TOLERANCE_REL * Aabb::of_points(&all).diagonal()).max(f64::MIN_POSITIVE);
     let mut weld = Weld { near, ..Weld::default() };
     let (mut patches, mut corners, mut wanted) = (Vec::new(), Vec::new(), FxHashMap::default());
     for (id, (patch, &face)) in tool.patches.iter().zip(&tool.faces).enumerate() {
-        let patch = upright(patch, near);
+        let patch = with_collapsed_side_first(patch, near);
         let ring = ring(&patch);
         let collapsed = (ring[0].0 - ring[3].0).norm() <= near;
         let last = if collapsed { 3 } else { 4 };
@@ -79,7 +79,7 @@ pub fn to_nagata(tool: &ToolModel) -> Result<(ToolModel, Discrepancy), ToolError
     Ok((made, lost))
 }
 
-/// Edges whose coefficient is not the one of Eq. 8.
+/// Edges whose coefficient differs from that of Eq. 8.
 fn given(
     weld: &Weld,
     corners: &[PatchCorners],
@@ -93,9 +93,12 @@ fn given(
         let d = b - a;
         let pairs: Vec<[Vec3; 2]> =
             ends.iter().map(|p| p.map(|n| weld.normals[n as usize])).collect();
-        // A quadratic side is its own curve; one of higher degree is replaced by a curve across the normals.
+        // A quadratic side is reproduced exactly; one of higher degree is replaced by a curve perpendicular to the
+        // normals.
         let c = if exact { *c } else { nearest_coefficient(&d, &pairs, c).c };
-        if (c - edge_curve(&d, &pairs, EdgeRule::Guarded).c).norm() > EQUAL * d.norm() {
+        if (c - edge_curve(&d, &pairs, EdgeRule::Guarded).c).norm()
+            > COEFFICIENT_TOLERANCE_REL * d.norm()
+        {
             given.push(GivenCurve { vertices, c: c.into() });
         }
     }
@@ -108,21 +111,21 @@ const CORNERS: [(f64, f64); 4] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)
 fn ring(patch: &Patch) -> [(Vec3, Option<Vec3>); 4] {
     CORNERS.map(|(e, z)| {
         let d = patch.derivs(e, z);
-        // At a side of no length along zeta the limit of S_zeta / eta is S_eta_zeta.
+        // At a side collapsed along zeta the limit of S_zeta / eta is S_eta_zeta.
         let cross =
             if d.d2.norm() > 1e-9 * d.d1.norm() { d.d1.cross(&d.d2) } else { d.d1.cross(&d.d12) };
         (d.s, unit(cross))
     })
 }
 
-/// Middle of side k.
+/// Midpoint of side k.
 fn middle(patch: &Patch, k: usize) -> Vec3 {
     let at = [(0.5, 0.0), (1.0, 0.5), (0.5, 1.0), (0.0, 0.5)][k];
     patch.derivs(at.0, at.1).s
 }
 
-/// The patch turned so that a side of no length is the one at `eta = 0`.
-fn upright(patch: &Patch, near: f64) -> Patch {
+/// The patch rotated so that its collapsed side is at `eta = 0`.
+fn with_collapsed_side_first(patch: &Patch, near: f64) -> Patch {
     let mut patch = patch.clone();
     for _ in 0..4 {
         let flat = (middle(&patch, 3) - ring(&patch)[0].0).norm() <= near
@@ -140,9 +143,9 @@ fn upright(patch: &Patch, near: f64) -> Patch {
 fn discrepancy(bezier: &[Patch], nagata: &[Patch]) -> Discrepancy {
     let mut lost = Discrepancy::default();
     for (id, (b, n)) in bezier.iter().zip(nagata).enumerate() {
-        for k in 0..(GRID + 1) * (GRID + 1) {
-            let (e, z) = ((k / (GRID + 1)) as f64, (k % (GRID + 1)) as f64);
-            let (e, z) = (e / GRID as f64, z / GRID as f64);
+        for k in 0..(GRID_INTERVALS + 1) * (GRID_INTERVALS + 1) {
+            let (e, z) = ((k / (GRID_INTERVALS + 1)) as f64, (k % (GRID_INTERVALS + 1)) as f64);
+            let (e, z) = (e / GRID_INTERVALS as f64, z / GRID_INTERVALS as f64);
             let zeta = if n.sides() == 3 { e * z } else { z };
             let off = (b.derivs(e, z).s - n.derivs(e, zeta).s).norm();
             if off > lost.max_mm {
@@ -153,7 +156,7 @@ fn discrepancy(bezier: &[Patch], nagata: &[Patch]) -> Discrepancy {
     lost
 }
 
-/// Numbers vertices, and the normals of each.
+/// Merges vertices, and the normals at each of them.
 #[derive(Default)]
 struct Weld {
     near: f64,
@@ -164,7 +167,7 @@ struct Weld {
 }
 
 impl Weld {
-    /// Numbers the corners of patch `id` and their normals.
+    /// Vertex and normal ids of the corners of patch `id`.
     fn corners(
         &mut self,
         ring: &[(Vec3, Option<Vec3>)],
@@ -200,7 +203,7 @@ impl Weld {
         let list = self.of_vertex.entry(vertex).or_default();
         let same = |id: &&u32| {
             let other = &self.normals[**id as usize];
-            other.cross(n).norm() <= SMOOTH.sin() && other.dot(n) > 0.0
+            other.cross(n).norm() <= NORMAL_TOLERANCE_RAD.sin() && other.dot(n) > 0.0
         };
         if let Some(id) = list.iter().find(same) {
             return *id;
@@ -216,7 +219,7 @@ impl Weld {
 mod tests {
     use super::*;
 
-    /// A quarter of a torus fillet in `n` x `n` quadrilaterals, one of them cut into triangles.
+    /// A quarter of a torus fillet in `n` x `n` quadrilaterals, one of them split into triangles.
     fn fillet(n: u32) -> ToolModel {
         let (mut vertices, mut normals, mut corners) = (vec![], vec![], vec![]);
         for i in 0..=n {
@@ -270,7 +273,7 @@ mod tests {
         let mut bezier = to_bezier(&fillet(2));
         let Some(Patch::Bezier { points, .. }) = bezier.patches.last_mut() else { panic!() };
         points[4] += Vec3::new(0.0, 0.0, 0.2);
-        // c22 takes 4 P11.
+        // c22 contains 4 P11.
         let (_, lost) = to_nagata(&bezier).unwrap();
         assert!((lost.max_mm - 0.8 / 16.0).abs() < 1e-12, "{lost:?}");
         assert_eq!(lost.patch as usize, bezier.patches.len() - 1);

@@ -1,4 +1,4 @@
-//! The tool file `*.tool.json`, version 1: what it says, how it is read, checked and written.
+//! The tool file `*.tool.json`, version 1: contents, reading, validation and writing.
 
 use std::path::{Path, PathBuf};
 
@@ -14,10 +14,10 @@ use crate::files::{WriteError, write_atomic};
 use crate::geometry::numbers::first_fault;
 use crate::geometry::{Aabb, Vec3};
 
-/// Largest gap between the borders of faces that may be one surface, over the size of the model.
-pub const LARGEST_GAP: f64 = 0.01;
+/// Largest gap between borders of faces of one surface, relative to the size of the model.
+pub const BORDER_GAP_MAX_REL: f64 = 0.01;
 
-/// File version this program writes and reads.
+/// File version that is written and read.
 pub const VERSION: u32 = 1;
 
 /// A tool file as text has it. Lengths in mm; normals are unit vectors out of the tool, to the sheet.
@@ -105,7 +105,7 @@ pub struct Provenance {
     pub shape_error_mm: Option<f64>,
 }
 
-/// Why a tool file gives no tool model.
+/// The reason why a tool file yields no tool model.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum ToolFileError {
@@ -114,7 +114,7 @@ pub enum ToolFileError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         #[source]
         source: std::io::Error,
     },
@@ -127,10 +127,10 @@ pub enum ToolFileError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What the reader says.
+        /// Message of the parser.
         found: String,
     },
-    /// A version of another program.
+    /// An unsupported version.
     #[error("{}: tool file version {found}; allowed: {VERSION}; convert the CAD again", path.display())]
     Version {
         /// The file.
@@ -138,12 +138,12 @@ pub enum ToolFileError {
         /// Version found.
         found: u32,
     },
-    /// Numbers that make no tool.
+    /// Data that do not define a tool.
     #[error("{}: {cause}; convert the CAD again", path.display())]
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Cause.
         cause: ToolError,
     },
     /// No patches.
@@ -151,19 +151,19 @@ pub enum ToolFileError {
     Empty {
         /// The file.
         path: PathBuf,
-        /// Kind the file declares.
+        /// Kind declared in the file.
         kind: String,
     },
 }
 
-/// A tool file read and built.
+/// A tool file after reading and construction.
 #[derive(Debug, Clone)]
 pub struct LoadedTool {
     /// The model.
     pub model: ToolModel,
-    /// Edges that the guard made straight.
+    /// Edges replaced by their chords.
     pub straight_edges: Vec<StraightEdge>,
-    /// Where the file comes from.
+    /// Origin of the file.
     pub provenance: Provenance,
     /// SHA-256 of the tool file itself.
     pub sha256: String,
@@ -172,17 +172,17 @@ pub struct LoadedTool {
 /// Reads and builds a tool file.
 ///
 /// # Errors
-/// [`ToolFileError`] names the file, the place, what was found and what is allowed.
+/// [`ToolFileError`] with file, location, finding and admissible values.
 pub fn read(path: &Path) -> Result<LoadedTool, ToolFileError> {
     let bytes = crate::files::read(path, crate::files::Input::Tool)
         .map_err(|source| ToolFileError::Io { path: path.to_path_buf(), source })?;
     parse(&bytes, path)
 }
 
-/// Builds the tool in the bytes of a file; `path` is for messages.
+/// Builds the tool in the bytes of a file; `path` is used in messages.
 ///
 /// # Errors
-/// As [`read`], but for [`ToolFileError::Io`].
+/// As [`read`], except for [`ToolFileError::Io`].
 pub fn parse(bytes: &[u8], path: &Path) -> Result<LoadedTool, ToolFileError> {
     let file: ToolFile = serde_json::from_slice(bytes).map_err(|e| ToolFileError::Syntax {
         path: path.to_path_buf(),
@@ -232,7 +232,7 @@ impl ToolFile {
         }
     }
 
-    /// The model of the file, with the edges that the guard made straight.
+    /// The model of the file, with the edges replaced by their chords.
     ///
     /// # Errors
     /// [`ToolError`] names the patch, vertex or normal.
@@ -253,7 +253,7 @@ impl ToolFile {
         Ok((model, straight))
     }
 
-    /// Writes the file beside its name and renames it.
+    /// Writes the file atomically.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
@@ -265,7 +265,7 @@ impl ToolFile {
     }
 }
 
-/// The border gap that a file declares, if it is one.
+/// Border gap declared in a file [mm], if admissible.
 fn allowed_gap(found: f64, model: &ToolModel) -> Result<f64, ToolError> {
     let corners = |p: &Patch| -> Vec<Vec3> {
         corners(p.sides()).iter().map(|&(eta, zeta)| p.derivs(eta, zeta).s).collect()
@@ -274,8 +274,8 @@ fn allowed_gap(found: f64, model: &ToolModel) -> Result<f64, ToolError> {
         return Ok(found);
     }
     let points: Vec<Vec3> = model.patches.iter().flat_map(corners).collect();
-    let most = LARGEST_GAP * Aabb::of_points(&points).diagonal();
-    if (0.0..=most).contains(&found) { Ok(found) } else { Err(ToolError::Gap { found, most }) }
+    let limit = BORDER_GAP_MAX_REL * Aabb::of_points(&points).diagonal();
+    if (0.0..=limit).contains(&found) { Ok(found) } else { Err(ToolError::Gap { found, limit }) }
 }
 
 fn bezier_model(name: String, nets: &[BezierNet]) -> Result<ToolModel, ToolError> {

@@ -1,4 +1,4 @@
-//! Tool models: Nagata (Eq. 7-12) and Bezier (Eq. 1-6) patches and the tool file. Knows no CAD.
+//! Tool models of Nagata (Eq. 7-12) and Bezier (Eq. 1-6) patches, and the tool file. Independent of CAD.
 
 pub mod bezier;
 pub mod build;

@@ -1,4 +1,4 @@
-//! A tool model in memory: what a tool file holds, and the patches derived from it.
+//! Tool model in memory: the contents of a tool file, and the patches derived from it.
 
 use crate::geometry::Vec3;
 
@@ -41,12 +41,12 @@ pub struct GivenCurve {
     pub c: [f64; 3],
 }
 
-/// A tool model: vertices, normals, patches; coefficients are derived, each shared edge once.
+/// A tool model: vertices, normals, patches. Coefficients are derived, once per shared edge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToolModel {
     /// Name of the tool.
     pub name: String,
-    /// What its patches are.
+    /// Type of its patches.
     pub kind: ToolKind,
     /// Vertex positions [mm] (Nagata, facets).
     pub vertices: Vec<Vec3>,
@@ -54,18 +54,19 @@ pub struct ToolModel {
     pub normals: Vec<Vec3>,
     /// Corner ids (Nagata, facets).
     pub corners: Vec<PatchCorners>,
-    /// Edges with given coefficients (Nagata); all others have those of Eq. 8.
+    /// Edges with given coefficients (Nagata); all others follow Eq. 8.
     pub curves: Vec<GivenCurve>,
-    /// Patches ready for evaluation, in file order.
+    /// Patches for evaluation, in file order.
     pub patches: Vec<super::Patch>,
     /// CAD face id of each patch.
     pub faces: Vec<u32>,
-    /// Faces that were divided independently meet to within this [mm]; 0: neighbours share vertices and curves.
+    /// Gap between the borders of independently divided faces [mm]; 0: adjacent patches share vertices and curves.
     pub border_gap_mm: f64,
 }
 
 impl ToolModel {
-    /// Patches without vertices, normals and corners of their own, as Bezier patches have none; `faces`: the CAD face of each.
+    /// A model of patches without vertices, normals and corners, such as Bezier patches; `faces` is the CAD face of
+    /// each.
     #[must_use]
     pub fn of_patches(
         name: &str,
@@ -86,19 +87,20 @@ impl ToolModel {
         }
     }
 
-    /// What of its faces looks along a unit vector, less what looks against it, over both: 1 where all do, -1 where
-    /// none does, 0 for a closed body and where all are seen edge-on. Areas are those about the patches' middles.
+    /// Projected area of the faces with a normal along the unit vector `along`, minus that of the opposite faces, over
+    /// the sum of both. 1 when all have it, -1 when none has; 0 for a closed body, and when all faces are edge-on.
+    /// Areas are [`super::Patch::area_vector`].
     #[must_use]
     pub fn facing(&self, along: &Vec3) -> f64 {
-        /// Share of the whole area that is seen edge-on but for rounding.
-        const SEEN: f64 = 1e-9;
+        /// Fraction of the total area that is edge-on to within rounding.
+        const EDGE_ON_FRACTION: f64 = 1e-9;
         let (mut sum, mut seen, mut area) = (0.0, 0.0, 0.0);
         for patch in &self.patches {
-            let part = patch.about_its_middle();
+            let part = patch.area_vector();
             sum += part.dot(along);
             seen += part.dot(along).abs();
             area += part.norm();
         }
-        if seen > SEEN * area { sum / seen } else { 0.0 }
+        if seen > EDGE_ON_FRACTION * area { sum / seen } else { 0.0 }
     }
 }

@@ -1,4 +1,4 @@
-//! Evaluation of one patch, whatever its kind.
+//! Evaluation of patches of any type.
 
 use crate::geometry::Vec3;
 
@@ -20,16 +20,16 @@ pub struct PatchDerivs {
 }
 
 impl PatchDerivs {
-    /// Unit normal of a patch at `(eta, zeta)`, where it has these derivatives (Eq. 23). Where a derivative vanishes
-    /// on a side (a Bezier patch that is a triangle), it grows along the other one at the rate `S_eta_zeta`.
+    /// Unit normal of a patch at `(eta, zeta)` with these derivatives (Eq. 23). Where a derivative vanishes on a side
+    /// (a triangle as a Bezier patch) its limit grows along the other parameter at the rate `S_eta_zeta`.
     #[must_use]
     pub fn normal(&self, eta: f64, zeta: f64) -> Option<Vec3> {
-        const NONE: f64 = 1e-12;
+        const DEGENERATE_RATIO: f64 = 1e-12;
         let inwards = |t: f64| if t < 0.5 { 1.0 } else { -1.0 };
         let (l1, l2) = (self.d1.norm(), self.d2.norm());
-        let cross = if l2 <= NONE * l1 {
+        let cross = if l2 <= DEGENERATE_RATIO * l1 {
             self.d1.cross(&self.d12) * inwards(eta)
-        } else if l1 <= NONE * l2 {
+        } else if l1 <= DEGENERATE_RATIO * l2 {
             self.d12.cross(&self.d2) * inwards(zeta)
         } else {
             self.d1.cross(&self.d2)
@@ -38,7 +38,7 @@ impl PatchDerivs {
     }
 }
 
-/// A patch ready for evaluation. `S_eta x S_zeta` points out of the tool, to the sheet.
+/// A patch for evaluation. `S_eta x S_zeta` points out of the tool, to the sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Patch {
     /// Triangular Nagata patch: `c00 c10 c01 c11 c20 c02` of Eq. 9, on `0 <= zeta <= eta <= 1`.
@@ -66,36 +66,37 @@ impl Patch {
         }
     }
 
-    /// Unit normal `S_eta x S_zeta / |.|` (Eq. 23), on a side of no length its limit along the patch; `None` where
-    /// the patch is degenerate otherwise.
+    /// Unit normal `S_eta x S_zeta / |S_eta x S_zeta|` (Eq. 23), on a collapsed side its limit along the patch; `None`
+    /// where the patch is otherwise degenerate.
     #[must_use]
     pub fn normal(&self, eta: f64, zeta: f64) -> Option<Vec3> {
         self.derivs(eta, zeta).normal(eta, zeta)
     }
 
-    /// Area of the parameter domain times `S_eta x S_zeta` in its middle: the area [mm²] of a flat patch with its normal.
+    /// Area vector by the midpoint rule: area of the parameter domain times `S_eta x S_zeta` at its middle [mm²]; exact
+    /// for a flat parallelogram.
     #[must_use]
-    pub fn about_its_middle(&self) -> Vec3 {
+    pub fn area_vector(&self) -> Vec3 {
         let (eta, zeta, area) =
             if self.sides() == 3 { (2.0 / 3.0, 1.0 / 3.0, 0.5) } else { (0.5, 0.5, 1.0) };
         let at = self.derivs(eta, zeta);
         at.d1.cross(&at.d2) * area
     }
 
-    /// Whether it is drawn together to a line or a point: its area about its middle is nothing against its size.
+    /// True for a patch that degenerates to a line or a point: its area is negligible relative to its size.
     #[must_use]
-    pub fn is_without_area(&self) -> bool {
-        /// Share of the square of its size that is rounding.
-        const NONE: f64 = 1e-12;
+    pub fn is_degenerate(&self) -> bool {
+        /// Ratio of the area to the squared size that is rounding.
+        const DEGENERATE_RATIO: f64 = 1e-12;
         let (eta, zeta) = if self.sides() == 3 { (2.0 / 3.0, 1.0 / 3.0) } else { (0.5, 0.5) };
         let at = self.derivs(eta, zeta);
         let size = at.d1.norm().max(at.d2.norm());
-        let is_point = size <= NONE * at.s.norm();
-        is_point || self.about_its_middle().norm() <= NONE * size * size
+        let is_point = size <= DEGENERATE_RATIO * at.s.norm();
+        is_point || self.area_vector().norm() <= DEGENERATE_RATIO * size * size
     }
 
-    /// Number of sides: 3 or 4. Side k of a triangle runs from corner k to k + 1, corners at (0,0), (1,0),
-    /// (1,1); of a quadrilateral, corners at (0,0), (1,0), (1,1), (0,1).
+    /// Number of sides: 3 or 4. Side k runs from corner k to k + 1. Corners of a triangle: (0,0), (1,0), (1,1); of a
+    /// quadrilateral: (0,0), (1,0), (1,1), (0,1).
     #[must_use]
     pub fn sides(&self) -> usize {
         if matches!(self, Self::Triangle(_)) { 3 } else { 4 }
@@ -127,8 +128,8 @@ fn quad(c: &[Vec3; 8], e: f64, z: f64) -> PatchDerivs {
     }
 }
 
-/// Eq. 1, by Bernstein polynomials and their derivatives. Control points are taken from the first one, so that the
-/// derivative along a side of no length is exactly zero there.
+/// Eq. 1 by Bernstein polynomials and their derivatives. Control points are taken relative to the first one, so that
+/// the derivative along a collapsed side is exactly zero.
 fn bezier(degrees: [usize; 2], points: &[Vec3], e: f64, z: f64) -> PatchDerivs {
     let (be, bz) = (bernstein(degrees[0], e), bernstein(degrees[1], z));
     let origin = points.first().copied().unwrap_or_else(Vec3::zeros);
@@ -145,7 +146,7 @@ fn bezier(degrees: [usize; 2], points: &[Vec3], e: f64, z: f64) -> PatchDerivs {
     PatchDerivs { s: origin + s, d1, d2, d11, d12, d22 }
 }
 
-/// Largest degree of a Bezier patch each way: the monomial form stays stable, as the paper demands.
+/// Largest degree of a Bezier patch in each direction; keeps the monomial form stable, as required by the paper.
 pub const MAX_DEGREE: usize = 6;
 
 /// Bernstein polynomials of degree n (Eq. 2) and their first two derivatives at t.
@@ -225,18 +226,18 @@ mod tests {
 
     #[test]
     fn patches_drawn_together_have_no_area() {
-        assert!(patches().iter().all(|patch| !patch.is_without_area()));
+        assert!(patches().iter().all(|patch| !patch.is_degenerate()));
         let at = |x: f64| Vec3::new(3.0 + x, 4.0, 5.0);
         for x in [1.0, 1e-15] {
             let line = Patch::Bezier {
                 degrees: [1, 1],
-                points: [0.0, 1.0, 0.5, 1.0].map(|share| at(share * x)).to_vec(),
+                points: [0.0, 1.0, 0.5, 1.0].map(|fraction| at(fraction * x)).to_vec(),
             };
-            assert!(line.is_without_area(), "{x}");
+            assert!(line.is_degenerate(), "{x}");
         }
     }
 
-    /// A quarter of a cone's top as a Bezier patch whose side at eta = 0 (then, turned, any other) is the apex.
+    /// A quarter of a cone's apex region as a Bezier patch with the apex at eta = 0, then rotated to every other side.
     #[test]
     fn normals_on_a_side_of_no_length_are_limits() {
         let p = |x: f64, y: f64, z: f64| Vec3::new(100.3 + x, y, z);

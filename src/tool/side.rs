@@ -1,15 +1,15 @@
-//! Sides of patches as curves in space: points, boxes, distances.
+//! Sides of patches as space curves: points, bounding boxes, distances.
 
 use rustc_hash::FxHashMap;
 
 use super::Patch;
-use crate::geometry::golden::least;
+use crate::geometry::golden::minimize;
 use crate::geometry::{Aabb, Vec3};
 
-/// Steps of a side between whose ends the nearest point is looked for first.
-const STEPS: usize = 16;
+/// Number of intervals in which the nearest point is bracketed.
+const INTERVALS: usize = 16;
 
-/// Parameters of the corners of a patch with so many sides, in turning order; side k goes from corner k to the next.
+/// Parameters of the corners of a patch with `sides` sides, in order; side k runs from corner k to the next.
 #[must_use]
 pub fn corners(sides: usize) -> &'static [(f64, f64)] {
     if sides == 3 {
@@ -24,62 +24,61 @@ pub fn corners(sides: usize) -> &'static [(f64, f64)] {
 pub struct SideCurve<'a> {
     patch: &'a Patch,
     ends: [(f64, f64); 2],
-    points: [Vec3; STEPS + 1],
+    points: [Vec3; INTERVALS + 1],
 }
 
 impl<'a> SideCurve<'a> {
-    /// Side `side` (from 0) of `patch`, in turning order.
+    /// Side `side` (from 0) of `patch`.
     #[must_use]
     pub fn new(patch: &'a Patch, side: usize) -> Self {
         let ring = corners(patch.sides());
         let ends = [ring[side % ring.len()], ring[(side + 1) % ring.len()]];
-        let mut out = Self { patch, ends, points: [Vec3::zeros(); STEPS + 1] };
-        out.points = std::array::from_fn(|k| out.point(k as f64 / STEPS as f64));
+        let mut out = Self { patch, ends, points: [Vec3::zeros(); INTERVALS + 1] };
+        out.points = std::array::from_fn(|k| out.point(k as f64 / INTERVALS as f64));
         out
     }
 
-    /// Parameters (eta, zeta) of the patch at the share `t` of the way.
+    /// Parameters (eta, zeta) of the patch at `t` in [0, 1].
     #[must_use]
     pub fn parameters(&self, t: f64) -> (f64, f64) {
         let [a, b] = self.ends;
         (a.0 + (b.0 - a.0) * t, a.1 + (b.1 - a.1) * t)
     }
 
-    /// Point at the share `t` of the way [mm].
+    /// Point at `t` in [0, 1] [mm].
     #[must_use]
     pub fn point(&self, t: f64) -> Vec3 {
         let (eta, zeta) = self.parameters(t);
         self.patch.derivs(eta, zeta).s
     }
 
-    /// Distance of its ends [mm].
+    /// Distance between its ends [mm].
     #[must_use]
     pub fn chord(&self) -> f64 {
-        (self.points[STEPS] - self.points[0]).norm()
+        (self.points[INTERVALS] - self.points[0]).norm()
     }
 
-    /// A box around it [mm].
+    /// A bounding box [mm].
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         let around = Aabb::of_points(&self.points);
-        // A side bulges between its points by less than their distances.
-        around.widened(around.diagonal() / STEPS as f64)
+        // The deviation of a side between its points is less than their distance.
+        around.widened(around.diagonal() / INTERVALS as f64)
     }
 
-    /// Distance from `p` to its nearest point [mm].
+    /// Distance from `p` to the nearest point of the side [mm].
     #[must_use]
     pub fn distance(&self, p: &Vec3) -> f64 {
         let off = |k: usize| (self.points[k] - p).norm_squared();
-        let nearest = (0..=STEPS).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
-        let at = |k: usize| k as f64 / STEPS as f64;
-        let between = [at(nearest.saturating_sub(1)), at((nearest + 1).min(STEPS))];
-        let (_, least) = least(|t| (self.point(t) - p).norm_squared(), between, 40);
-        least.min(off(nearest)).sqrt()
+        let nearest = (0..=INTERVALS).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
+        let at = |k: usize| k as f64 / INTERVALS as f64;
+        let between = [at(nearest.saturating_sub(1)), at((nearest + 1).min(INTERVALS))];
+        let (_, minimum) = minimize(|t| (self.point(t) - p).norm_squared(), between, 40);
+        minimum.min(off(nearest)).sqrt()
     }
 }
 
-/// For each patch, given by the vertex ids of its corners, the sides that no other patch uses, nor it itself; sides of
-/// no length are left out.
+/// For each patch, given by the vertex ids of its corners, the sides that are used once; collapsed sides are excluded.
 #[must_use]
 pub fn sides_used_once(rings: &[&[u32]]) -> Vec<Vec<usize>> {
     let ends = |ring: &[u32], k: usize| {

@@ -1,10 +1,9 @@
-//! Free borders of a tool against those of its CAD, both ways.
+//! Deviation of the free borders of a tool from those of its CAD, in both directions.
 //!
-//! The deviation is the Hausdorff distance of the two borders T and C:
-//! `d(T, C) = max over p in T of dist(p, C)`, `d(C, T) = max over q in C of dist(q, T)`.
-//! T: sides of patches that no other patch meets; C: edges that one face alone of those with patches uses, where no other
-//! of these faces contains them. The maxima are taken over points along sides and edges and searched for around the largest;
-//! the distances are exact.
+//! It is the Hausdorff distance of the two borders T and C: `d(T, C) = max over p in T of dist(p, C)`,
+//! `d(C, T) = max over q in C of dist(q, T)`. T contains the patch sides without neighbour. C contains the edges used
+//! by exactly one of the faces with patches, where no other of these faces contains them. The maxima are taken over
+//! points along sides and edges and refined around the largest; the distances are exact.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,26 +13,27 @@ use super::reference::{BorderEdge, ReferenceSurface};
 use super::report::Borders;
 use super::side::Side;
 use crate::geometry::box_tree::BoxTree;
-use crate::geometry::golden::least;
+use crate::geometry::golden::minimize;
 use crate::geometry::{Aabb, Vec3};
 use crate::tool::ToolModel;
 use crate::tool::side::SideCurve;
 
-/// Intervals of a side or an edge between points that are compared, at least.
-const INTERVALS: usize = 16;
-/// Intervals of one edge, at most: an edge longer than 256 sides of the tool is compared at larger steps, which
+/// Minimum number of intervals per side or edge.
+const INTERVALS_MIN: usize = 16;
+/// Maximum number of intervals per edge. An edge longer than 256 sides of the tool is sampled at larger steps, which
 /// [`Borders::step_mm`] reports.
 const INTERVALS_MAX: usize = 4096;
-/// Curves whose distance from a point is measured, at most, the nearest boxes first. More boxes than that hold a point only
-/// where hundreds of edges overlap; the distance found is then an upper bound, and the work stays in proportion to the points.
+/// Maximum number of curves examined per point, nearest bounding boxes first. More boxes contain a point only where
+/// hundreds of edges overlap; the distance is then an upper bound. This limits the work in proportion to the number of
+/// points.
 const VISITS_MAX: usize = 256;
-/// Golden sections of the interval around the largest distance of a side: to 1e-5 of it.
+/// Golden-section steps around the largest distance of a side: accuracy 1e-5 of the interval.
 const REFINEMENTS: usize = 24;
-/// Sides and edges whose distance at the points is this share of the largest at their face may hold the largest between
-/// them: with 16 steps a distance that varies with the third power of the parameter is 3 % larger there at most.
-const CONTENDER: f64 = 0.9;
-/// Sides whose points are within this of another side, over the size of the tool, meet it.
-const MEETS_REL: f64 = 1e-6;
+/// Ratio of the distance of a side or edge to the largest of its face above which its maximum is refined. With 16
+/// intervals a cubic variation exceeds its samples by at most 3 %.
+const REFINEMENT_RATIO: f64 = 0.9;
+/// Distance between sides relative to the size of the tool below which they coincide.
+const COINCIDENCE_TOLERANCE_REL: f64 = 1e-6;
 
 /// Deviations of the free borders.
 #[derive(Debug, Clone, Default)]
@@ -43,19 +43,19 @@ pub(super) struct Compared {
     pub by_face: BTreeMap<u32, f64>,
 }
 
-/// Largest distance of a side of the tool or an edge of the CAD, and where.
-struct Far<'a> {
+/// Largest distance of a side of the tool or an edge of the CAD, and its location.
+struct LargestDistance<'a> {
     face: u32,
     of_tool: bool,
     mm: f64,
     at: Vec3,
     step_mm: f64,
-    /// Searches for the largest distance around that place.
+    /// Refines the maximum around that point.
     refined: Box<dyn Fn() -> (Vec3, f64) + Sync + Send + 'a>,
 }
 
-/// Compares the sides `free` of a tool, used by one patch each, with the borders of the CAD at `n` steps along each side or
-/// more, and between the steps where the deviation is largest. `None` for a reference that does not know its borders.
+/// Compares the sides `free` of a tool, each used by one patch, with the borders of the CAD at `n` or more intervals
+/// per side, refined around the maxima. `None` for a reference without known borders.
 pub(super) fn compare(
     tool: &ToolModel,
     reference: &impl ReferenceSurface,
@@ -65,10 +65,10 @@ pub(super) fn compare(
     let faces: BTreeSet<u32> = tool.faces.iter().copied().collect();
     let edges = reference.border_edges(&faces)?;
     let sides = Sides::new(tool, free);
-    let n = n.max(INTERVALS);
+    let n = n.max(INTERVALS_MIN);
     let edge_boxes: Vec<Aabb> = edges.iter().map(|e| Aabb::of_points(e.curve.points())).collect();
     let edge_tree = BoxTree::build(&edge_boxes);
-    // A border without a counterpart is as far off as it reaches.
+    // The deviation of a border without a counterpart is limited by its extent.
     let tool_size = extent(sides.open.iter().map(|&k| sides.curves[k].bounds()));
     let cad_size = extent(edge_boxes.iter().copied());
     let from_edges = |p: &Vec3| {
@@ -80,7 +80,7 @@ pub(super) fn compare(
         let found = || Some(sides.distance(p)).filter(|d| d.is_finite()).unwrap_or(cad_size);
         (!reference.continues(p, face, &faces)).then(found)
     };
-    let mut far: Vec<Far<'_>> = sides
+    let mut far: Vec<LargestDistance<'_>> = sides
         .open
         .par_iter()
         .filter_map(|&k| {
@@ -89,7 +89,7 @@ pub(super) fn compare(
         })
         .collect();
     let step_mm = sides.mean_chord() / n as f64;
-    let of_edges: Vec<Far<'_>> = edges
+    let of_edges: Vec<LargestDistance<'_>> = edges
         .par_iter()
         .filter_map(|e| farthest_on_edge(*e, step_mm, n, move |p| from_sides(e.face, p)))
         .collect();
@@ -97,25 +97,26 @@ pub(super) fn compare(
     Some(compared(far))
 }
 
-/// Diagonal of the box around some boxes [mm].
+/// Diagonal of the union of bounding boxes [mm].
 fn extent(boxes: impl Iterator<Item = Aabb>) -> f64 {
     boxes.fold(Aabb::EMPTY, |sum, b| sum.union(&b)).diagonal()
 }
 
-/// Largest distance of an edge at steps of about `step_mm` [mm], `least` steps or more.
+/// Largest distance of an edge at intervals of about `step_mm` [mm], at min_intervals `min_intervals` of them.
 fn farthest_on_edge<'a>(
     e: BorderEdge<'a>,
     step_mm: f64,
-    least: usize,
+    min_intervals: usize,
     distance: impl Fn(&Vec3) -> Option<f64> + Sync + Send + 'a,
-) -> Option<Far<'a>> {
+) -> Option<LargestDistance<'a>> {
     let [a, b] = e.curve.domain();
-    let count = intervals(e.curve.length(), step_mm, least);
+    let count = intervals(e.curve.length(), step_mm, min_intervals);
     let point = move |s: f64| e.curve.point(a + (b - a) * s);
     farthest(e.face, false, count, point, distance)
 }
 
-/// Looks at the first [`VISITS_MAX`] curves, those whose boxes are nearest: the distance is never too small.
+/// Restricts the visits to the first [`VISITS_MAX`] curves, those with the nearest boxes: the distance is never too
+/// small.
 fn bounded(visit: impl Fn(u32, f64) -> f64) -> impl FnMut(u32, f64) -> f64 {
     let mut visits = 0;
     move |k, best| {
@@ -124,27 +125,27 @@ fn bounded(visit: impl Fn(u32, f64) -> f64) -> impl FnMut(u32, f64) -> f64 {
     }
 }
 
-/// Steps of an edge of this length.
-fn intervals(length: f64, step_mm: f64, least: usize) -> usize {
-    let asked = if step_mm > 0.0 { (length / step_mm).ceil() } else { 0.0 };
-    (asked as usize).clamp(least, INTERVALS_MAX)
+/// Number of intervals of an edge of length `length` [mm].
+fn intervals(length: f64, step_mm: f64, min_intervals: usize) -> usize {
+    let required = if step_mm > 0.0 { (length / step_mm).ceil() } else { 0.0 };
+    (required as usize).clamp(min_intervals, INTERVALS_MAX)
 }
 
-/// Largest distance at `n` steps of a curve over [0, 1]; `None` where no point of it counts.
+/// Largest distance at `n` intervals of a curve over [0, 1]; `None` where no point counts.
 fn farthest<'a>(
     face: u32,
     of_tool: bool,
     n: usize,
     point: impl Fn(f64) -> Vec3 + Sync + Send + 'a,
     distance: impl Fn(&Vec3) -> Option<f64> + Sync + Send + 'a,
-) -> Option<Far<'a>> {
+) -> Option<LargestDistance<'a>> {
     let at = |k: usize| k as f64 / n as f64;
     let (mut largest, mut last, mut step_mm) = (None::<(f64, f64, Vec3)>, None, 0.0f64);
     for k in 0..=n {
         let p = point(at(k));
         let here = distance(&p);
         if let Some(mm) = here
-            && largest.is_none_or(|(_, most, _)| mm > most)
+            && largest.is_none_or(|(_, max_mm, _)| mm > max_mm)
         {
             largest = Some((at(k), mm, p));
         }
@@ -157,22 +158,22 @@ fn farthest<'a>(
     let around = [(s - at(1)).max(0.0), (s + at(1)).min(1.0)];
     let refined = move || {
         let value = |t: f64| distance(&point(t)).unwrap_or(0.0);
-        let (t, negative) = least(|t| -value(t), around, REFINEMENTS);
+        let (t, negative) = minimize(|t| -value(t), around, REFINEMENTS);
         (point(t), -negative)
     };
-    Some(Far { face, of_tool, mm, at: place, step_mm, refined: Box::new(refined) })
+    Some(LargestDistance { face, of_tool, mm, at: place, step_mm, refined: Box::new(refined) })
 }
 
-/// Distances of all sides and edges put together. Between their points they are looked for where they are within
-/// [`CONTENDER`] of the largest at their face.
-fn compared(mut far: Vec<Far<'_>>) -> Compared {
+/// Combines the distances of all sides and edges; those within [`REFINEMENT_RATIO`] of the largest of their face are
+/// refined.
+fn compared(mut far: Vec<LargestDistance<'_>>) -> Compared {
     let mut largest: BTreeMap<(u32, bool), f64> = BTreeMap::new();
     for f in &far {
-        let most = largest.entry((f.face, f.of_tool)).or_default();
-        *most = most.max(f.mm);
+        let max_mm = largest.entry((f.face, f.of_tool)).or_default();
+        *max_mm = max_mm.max(f.mm);
     }
     far.par_iter_mut()
-        .filter(|f| f.mm > 0.0 && f.mm >= CONTENDER * largest[&(f.face, f.of_tool)])
+        .filter(|f| f.mm > 0.0 && f.mm >= REFINEMENT_RATIO * largest[&(f.face, f.of_tool)])
         .for_each(|f| {
             let (at, mm) = (f.refined)();
             if mm > f.mm {
@@ -180,7 +181,7 @@ fn compared(mut far: Vec<Far<'_>>) -> Compared {
             }
         });
     let mut out = Compared::default();
-    let mut most = 0.0;
+    let mut max_mm = 0.0;
     for f in &far {
         let whole = &mut out.whole;
         let (count, deviation) = if f.of_tool {
@@ -193,19 +194,19 @@ fn compared(mut far: Vec<Far<'_>>) -> Compared {
         whole.step_mm = whole.step_mm.max(f.step_mm);
         let own = out.by_face.entry(f.face).or_default();
         *own = own.max(f.mm);
-        if f.mm > most || whole.at.is_none() {
-            most = f.mm;
+        if f.mm > max_mm || whole.at.is_none() {
+            max_mm = f.mm;
             (whole.at, whole.face) = (Some(f.at.into()), Some(f.face));
         }
     }
     out
 }
 
-/// Sides that one patch uses.
+/// Sides used by one patch.
 struct Sides<'a> {
     curves: Vec<SideCurve<'a>>,
     faces: Vec<u32>,
-    /// Those at free borders: no other side lies on them.
+    /// Indices of the sides at free borders: no other side coincides with them.
     open: Vec<usize>,
     tree: BoxTree,
 }
@@ -218,7 +219,7 @@ impl<'a> Sides<'a> {
         let tree = BoxTree::build(&boxes);
         let size = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b)).diagonal();
         let meets = |k: usize, p: &Vec3| {
-            let near = (MEETS_REL * size).powi(2);
+            let near = (COINCIDENCE_TOLERANCE_REL * size).powi(2);
             let visit = |other: u32, best: f64| {
                 let other = other as usize;
                 if other == k { best } else { best.min(curves[other].distance(p).powi(2)) }
@@ -233,14 +234,14 @@ impl<'a> Sides<'a> {
         Self { curves, faces, open, tree }
     }
 
-    /// Distance from the open sides [mm]; infinite when there is none.
+    /// Distance from the free sides [mm]; infinite without any.
     fn distance(&self, p: &Vec3) -> f64 {
         let open = |k: u32| &self.curves[self.open[k as usize]];
         let visit = bounded(|k, best| best.min(open(k).distance(p).powi(2)));
         self.tree.nearest(p, f64::INFINITY, visit).sqrt()
     }
 
-    /// Mean length of the chords of the open sides [mm]; 0 when there is none.
+    /// Mean chord length of the free sides [mm]; 0 without any.
     fn mean_chord(&self) -> f64 {
         let sum: f64 = self.open.iter().map(|&k| self.curves[k].chord()).sum();
         sum / self.open.len().max(1) as f64

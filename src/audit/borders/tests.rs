@@ -12,7 +12,7 @@ use crate::tool::{Patch, ToolKind, ToolModel};
 
 /// Radius of the hole [mm].
 const HOLE: f64 = 20.0;
-/// Chords of the hole.
+/// Number of chords of the hole.
 const CHORDS: usize = 60;
 
 fn tool(patches: Vec<Patch>, faces: Vec<u32>) -> ToolModel {
@@ -24,7 +24,7 @@ fn flat(corners: [Vec3; 4]) -> Patch {
     Patch::Bezier { degrees: [1, 1], points: vec![a, d, b, c] }
 }
 
-/// The plate of [`holed_square`] in flat patches with a hole of this radius and sides at this distance from the origin.
+/// The plate of [`holed_square`] as flat patches with the given hole radius and distance of the sides from the origin.
 fn plate(hole: f64, side: f64) -> ToolModel {
     let centre = Vec3::new(10.0, 5.0, 0.0);
     let corners = [(side, side), (-side, side), (-side, -side), (side, -side)];
@@ -75,7 +75,7 @@ fn a_tool_that_ends_too_late_or_too_early_is_as_far_off_as_that() {
         let found = report.borders.deviation_mm();
         assert!(found >= exact - 1e-9 && found <= exact + 2.0 * sagitta, "{hole} {side}: {found}");
         assert_eq!(report.within_tolerance, Some(false), "{hole} {side}");
-        // Beyond a border the error is the distance; before it there is no error of shape.
+        // Beyond a border the error is the distance; before it there is no shape error.
         let beyond = if hole < HOLE { 2.0 + sagitta } else { 0.0 };
         let worst = report.worst_mm();
         assert!((worst - beyond).abs() <= sagitta + 1e-9, "{worst}");
@@ -87,7 +87,8 @@ fn a_tool_that_ends_too_late_or_too_early_is_as_far_off_as_that() {
 fn a_hole_that_is_closed_is_found_from_the_cad() {
     let report = run(&plate(0.0, 50.0), &holed_square(HOLE)).report;
     assert!(report.borders.tool_to_cad_mm < 1e-6, "{:?}", report.borders);
-    // Farthest from all sides is the point of the hole as near to x = -50 as to y = -50: sin - cos of its angle is 1/4.
+    // The farthest point from all sides is the point of the hole equidistant from x = -50 and y = -50: sin - cos of its
+    // angle is 1/4.
     let angle = TAU / 2.0 + TAU / 8.0 - (0.25 / 2f64.sqrt()).asin();
     let exact = 60.0 + HOLE * angle.cos();
     let found = report.borders.cad_to_tool_mm;
@@ -96,7 +97,7 @@ fn a_hole_that_is_closed_is_found_from_the_cad() {
     assert_eq!(report.within_tolerance, Some(false));
 }
 
-/// Two squares of side 10 side by side whose faces share no edge.
+/// Two adjacent squares of side 10 whose faces have no common edge.
 fn unjoined() -> Model {
     let square = |x: f64| {
         whole(Surface::plane(
@@ -125,7 +126,7 @@ fn faces_that_meet_without_a_common_edge_have_no_border_there_and_left_out_faces
         (one.borders.tool_sides, one.borders.cad_edges, one.within_tolerance),
         (4, 4, Some(true))
     );
-    // The second face has a patch, but not all of it.
+    // The second face is only partly covered by a patch.
     let at = |x: f64, y: f64| Vec3::new(x, y, 0.0);
     let half = flat([at(10.0, 0.0), at(15.0, 0.0), at(15.0, 10.0), at(10.0, 10.0)]);
     let half = run(&tool(vec![square(0.0), half], vec![0, 1]), &model).report;
@@ -146,7 +147,7 @@ fn a_closed_surface_has_no_border() {
 fn a_border_that_is_missed_is_a_doubt_and_stands_first_in_the_page() {
     use DoubtCode::{BordersExceeded, FacesLost, FoldedPatches, ToleranceExceeded};
     let codes = |found: &Audit| found.report.doubts.iter().map(|d| d.code).collect::<Vec<_>>();
-    // It ends too early: nothing is wrong but its border.
+    // The tool ends too early: only its border is wrong.
     let early = plate(23.0, 50.0);
     let found = run(&early, &holed_square(HOLE));
     assert_eq!(codes(&found), [BordersExceeded]);
@@ -158,7 +159,7 @@ fn a_border_that_is_missed_is_a_doubt_and_stands_first_in_the_page() {
     let closed = run(&plate(0.0, 50.0), &holed_square(HOLE));
     assert_eq!(codes(&closed), [ToleranceExceeded, BordersExceeded]);
     assert!(codes(&run(&plate(HOLE, 50.0), &holed_square(HOLE))).is_empty());
-    // Faces of the file that the model lacks are never passed over.
+    // Faces of the file that the model lacks are always reported.
     let lost = LostFace { source: "D7 (144)".into(), reason: "no curve".into() };
     let model = Model { lost: vec![lost.clone()], ..holed_square(HOLE) };
     let found = run(&plate(HOLE, 50.0), &model);

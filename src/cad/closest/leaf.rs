@@ -1,16 +1,17 @@
-//! What the tree over the faces holds: a whole face on a plane, quadric or torus, or a small rectangle of a spline.
+//! Leaves of the bounding volume hierarchy over faces: an entire plane, quadric or torus, or a small rectangle of a
+//! spline surface.
 
 use super::best::Best;
-use super::piece::{Piece, Room, pieces_of};
+use super::piece::{MemoryBudget, Piece, pieces_of};
 use crate::cad::model::{Analytic, Face};
 use crate::cad::trim_region::TrimRegion;
 use crate::geometry::{Aabb, Vec3};
 
 /// A face, or a rectangle of one.
 pub(super) enum Leaf {
-    /// A face with closed forms.
+    /// A face with closed-form point projection.
     Exact(Box<Exact>),
-    /// A rectangle of a face of another kind.
+    /// A rectangle of a face without closed-form projection.
     Piece(Box<Piece>),
 }
 
@@ -18,13 +19,13 @@ pub(super) enum Leaf {
 pub(super) struct Exact {
     face: u32,
     form: Analytic,
-    /// Some loop runs inside the rectangle of the region's parameters.
+    /// At least one trimming loop lies inside the rectangle of the region.
     trimmed: bool,
     bounds: Aabb,
 }
 
 impl Leaf {
-    /// The face it belongs to.
+    /// Index of the face.
     pub fn face(&self) -> u32 {
         match self {
             Self::Exact(e) => e.face,
@@ -32,7 +33,7 @@ impl Leaf {
         }
     }
 
-    /// Axis-aligned box: no point of it is outside.
+    /// Axis-aligned bounding box of the leaf.
     pub fn bounds(&self) -> Aabb {
         match self {
             Self::Exact(e) => e.bounds,
@@ -40,24 +41,25 @@ impl Leaf {
         }
     }
 
-    /// Improves `best` by the points that are inside the trim, while some of the parts `left` to be looked at are left.
+    /// Updates `best` with points inside the trimming loops. Each part examined reduces `left`, the remaining work of
+    /// the query.
     pub fn search(
         &self,
         p: &Vec3,
         region: &TrimRegion,
         best: &mut Best,
-        (left, room): (&mut u32, &Room),
+        (left, memory): (&mut u32, &MemoryBudget),
     ) {
         match self {
             Self::Exact(e) => {
                 *left = left.saturating_sub(1);
                 e.search(p, region, best);
             }
-            Self::Piece(piece) => piece.search(p, region, best, (left, room)),
+            Self::Piece(piece) => piece.search(p, region, best, (left, memory)),
         }
     }
 
-    /// Memory of a rectangle; nothing for a whole face [bytes].
+    /// Memory of a rectangle [bytes]; 0 for an entire face.
     pub fn bytes(&self) -> usize {
         match self {
             Self::Exact(_) => 0,
@@ -75,7 +77,7 @@ impl Exact {
     }
 }
 
-/// The leaves of a face: one with closed forms, or its rectangles that are not outside its loops.
+/// Leaves of a face: one with closed-form projection, or the rectangles that touch its trimmed region.
 pub(super) fn leaves_of(id: u32, face: &Face, region: &TrimRegion) -> Vec<Leaf> {
     let (low, high) = (region.low, region.high);
     let whole = face.surface.trimmed([low.x, high.x], [low.y, high.y]);

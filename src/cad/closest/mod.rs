@@ -1,5 +1,5 @@
-//! The closest point of a trimmed model: a tree of boxes over small rectangles of the faces and one over pieces of
-//! the edges, bounded Newton inside each.
+//! Point projection onto a trimmed model: bounding volume hierarchies over rectangles of faces and pieces of edges,
+//! with bounded Newton iteration in each.
 
 mod best;
 mod leaf;
@@ -14,53 +14,53 @@ use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec2, Vec3};
 use best::Best;
 use leaf::{Leaf, leaves_of};
-use piece::Room;
+use piece::MemoryBudget;
 use span::{Span, spans_of};
 
-/// Index for closest points on a model; built once, queried from any number of threads.
+/// Search structure for closest points on a model; built once, queried from any number of threads.
 pub struct ClosestPoint<'m> {
     model: &'m Model,
     regions: Vec<TrimRegion>,
     leaves: Vec<Leaf>,
-    /// Memory that is left for parts of leaves.
-    room: Room,
+    /// Remaining memory for subdivided leaves.
+    memory: MemoryBudget,
     spans: Vec<Span>,
-    /// Leaves, then spans.
+    /// Hierarchy over leaves (first) and spans.
     tree: BoxTree,
-    /// First leaf of each face, and the tree of its leaves.
+    /// Index of the first leaf of each face, and the hierarchy over its leaves.
     face_leaves: Vec<(u32, BoxTree)>,
-    /// Pieces of the edges of each face, and their tree.
+    /// Edge pieces of each face, and their hierarchy.
     face_spans: Vec<(Vec<u32>, BoxTree)>,
-    /// Diagonal of the model's box [mm].
+    /// Diagonal of the model's bounding box [mm].
     size: f64,
 }
 
-/// Leaves and parts of them that one query may look at: nearly three times what the hardest of 150 files needs (1783). A query that is
-/// not done then has no answer.
-const VISITS: u32 = 5_000;
+/// Maximum number of leaves and sub-rectangles examined per query; the hardest of 150 files needs 1783. A query that
+/// exceeds it has no answer. Doubled: twice the longest query.
+const VISITS_MAX: u32 = 5_000;
 
-/// Squared distance below which nothing is looked for.
-const DONE: f64 = -1.0;
+/// Squared distance that ends a search.
+const SEARCH_DONE: f64 = -1.0;
 
-/// A query took more work than one may.
+/// The query exceeded its work limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct WorkSpent;
+pub struct WorkLimitReached;
 
-/// Points this near to each other, as a share of the model's size, are one.
-const SAME: f64 = 1e-9;
+/// Distance relative to the model's size below which two points coincide.
+const COINCIDENCE_TOLERANCE_REL: f64 = 1e-9;
 
-/// What a search has found so far.
+/// State of a search.
 struct Search<'p> {
     p: &'p Vec3,
     inside: Best,
-    /// Span, parameter, squared distance.
+    /// Span, parameter, squared distance [mm^2].
     edge: Option<(u32, f64, f64)>,
-    /// Leaves and parts of them that may still be looked at.
+    /// Leaves and sub-rectangles that may still be examined.
     left: u32,
 }
 
 impl<'m> ClosestPoint<'m> {
-    /// Builds the trees over all faces and edges.
+    /// Builds the hierarchies over all faces and edges.
     #[must_use]
     pub fn new(model: &'m Model) -> Self {
         use rayon::prelude::*;
@@ -87,7 +87,7 @@ impl<'m> ClosestPoint<'m> {
         Self {
             model,
             regions,
-            room: Room::of_pieces(leaves.iter().map(Leaf::bytes).sum()),
+            memory: MemoryBudget::of_pieces(leaves.iter().map(Leaf::bytes).sum()),
             leaves,
             tree: BoxTree::build(&boxes),
             face_leaves,
@@ -97,15 +97,17 @@ impl<'m> ClosestPoint<'m> {
         }
     }
 
-    /// The model that is searched.
+    /// The model searched.
     #[must_use]
     pub fn model(&self) -> &'m Model {
         self.model
     }
 
-    /// Globally closest point of the trimmed model; `None` when it has no faces, `p` is not finite, or finding it takes more
-    /// work than a query may, as where surfaces fold. Of equally near faces the lowest is taken. A foot on an edge or vertex (within 1e-9 of the model's size) is given
-    /// on that of the edge's faces whose normal is most nearly parallel to `p - foot`, the lowest of equals.
+    /// Globally closest point of the trimmed model. `None` when the model has no faces, `p` is not finite, or the query
+    /// exceeds its work limit, as on self-folding surfaces.
+    ///
+    /// Among faces at equal distance the lowest index is returned. For a foot point on an edge or vertex (within 1e-9
+    /// of the model's size) the face is the adjacent one whose normal is most nearly parallel to `p - foot`.
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> Option<Foot> {
         if !p.iter().all(|x| x.is_finite()) {
@@ -114,11 +116,15 @@ impl<'m> ClosestPoint<'m> {
         self.nearest(Search::new(p)).ok().flatten()
     }
 
-    /// As [`Self::closest`], if it is nearer than `distance` [mm].
+    /// As [`Self::closest`], restricted to distances below `distance` [mm].
     ///
     /// # Errors
-    /// [`WorkSpent`] when that takes more work than a query may.
-    pub fn closest_within(&self, p: &Vec3, distance: f64) -> Result<Option<Foot>, WorkSpent> {
+    /// [`WorkLimitReached`] when the query exceeds its work limit.
+    pub fn closest_within(
+        &self,
+        p: &Vec3,
+        distance: f64,
+    ) -> Result<Option<Foot>, WorkLimitReached> {
         if !p.iter().all(|x| x.is_finite()) || distance.is_nan() || distance <= 0.0 {
             return Ok(None);
         }
@@ -127,7 +133,7 @@ impl<'m> ClosestPoint<'m> {
         Ok(self.nearest(search)?.filter(|foot| foot.distance < distance))
     }
 
-    fn nearest(&self, mut search: Search) -> Result<Option<Foot>, WorkSpent> {
+    fn nearest(&self, mut search: Search) -> Result<Option<Foot>, WorkLimitReached> {
         let leaves = self.leaves.len() as u32;
         self.tree.nearest(search.p, self.reach(&search), |k, _| {
             if k < leaves {
@@ -140,19 +146,23 @@ impl<'m> ClosestPoint<'m> {
         self.answer(&search, None)
     }
 
-    /// The foot found, if the search was done.
-    fn answer(&self, search: &Search, only: Option<usize>) -> Result<Option<Foot>, WorkSpent> {
-        if search.left == 0 { Err(WorkSpent) } else { Ok(self.foot(search, only)) }
+    /// The foot point, or an error when the search ended at its work limit.
+    fn answer(
+        &self,
+        search: &Search,
+        only: Option<usize>,
+    ) -> Result<Option<Foot>, WorkLimitReached> {
+        if search.left == 0 { Err(WorkLimitReached) } else { Ok(self.foot(search, only)) }
     }
 
-    /// Closest points of many points, in order.
+    /// Closest points of a list of points, in the same order.
     #[must_use]
     pub fn closest_many(&self, points: &[Vec3]) -> Vec<Option<Foot>> {
         use rayon::prelude::*;
         points.par_iter().map(|p| self.closest(p)).collect()
     }
 
-    /// Closest point on one trimmed face; `None` for a face that is not there, and as for [`Self::closest`].
+    /// Closest point on one trimmed face; `None` for an invalid index and as for [`Self::closest`].
     #[must_use]
     pub fn closest_on_face(&self, face: usize, p: &Vec3) -> Option<Foot> {
         let (first, tree) = self.face_leaves.get(face)?;
@@ -162,7 +172,7 @@ impl<'m> ClosestPoint<'m> {
         let mut search = Search::new(p);
         tree.nearest(p, f64::INFINITY, |k, _| {
             self.try_leaf(first + k, &mut search);
-            if search.left == 0 { DONE } else { search.inside.distance }
+            if search.left == 0 { SEARCH_DONE } else { search.inside.distance }
         });
         let (ids, span_tree) = &self.face_spans[face];
         span_tree.nearest(p, self.reach(&search), |k, _| {
@@ -172,19 +182,20 @@ impl<'m> ClosestPoint<'m> {
         self.answer(&search, Some(face)).ok().flatten()
     }
 
-    /// Squared distance up to which something could be the answer, or an edge hold the foot found on a face.
+    /// Squared search radius: a leaf or span within it may contain the answer, or the edge that carries a foot point
+    /// found on a face.
     fn reach(&self, search: &Search) -> f64 {
         if search.left == 0 {
-            return DONE;
+            return SEARCH_DONE;
         }
         let edge = search.edge.map_or(f64::INFINITY, |e| e.2);
-        (search.inside.distance.min(edge).sqrt() + SAME * self.size).powi(2)
+        (search.inside.distance.min(edge).sqrt() + COINCIDENCE_TOLERANCE_REL * self.size).powi(2)
     }
 
     fn try_leaf(&self, k: u32, search: &mut Search) {
         let leaf = &self.leaves[k as usize];
         let region = &self.regions[leaf.face() as usize];
-        leaf.search(search.p, region, &mut search.inside, (&mut search.left, &self.room));
+        leaf.search(search.p, region, &mut search.inside, (&mut search.left, &self.memory));
     }
 
     fn try_span(&self, k: u32, search: &mut Search) {
@@ -196,21 +207,21 @@ impl<'m> ClosestPoint<'m> {
         }
     }
 
-    /// The nearer of the foot inside a face and that on an edge; the edge's when both are one point.
+    /// The closer of the foot points inside a face and on an edge; the edge is preferred when both coincide.
     fn foot(&self, search: &Search, only: Option<usize>) -> Option<Foot> {
         let (p, best) = (search.p, &search.inside);
         let inside = best.foot.map(|(face, uv)| self.face_foot(face as usize, uv, p));
-        let near = (best.distance.sqrt() + SAME * self.size).powi(2);
+        let near = (best.distance.sqrt() + COINCIDENCE_TOLERANCE_REL * self.size).powi(2);
         let on_edge = search.edge.filter(|e| e.2 < near);
         let Some((span, t, distance)) = on_edge else { return inside };
         let at = self.spans[span as usize].curve.point(t);
-        let same = |f: &Foot| (f.point - at).norm() <= SAME * self.size;
+        let same = |f: &Foot| (f.point - at).norm() <= COINCIDENCE_TOLERANCE_REL * self.size;
         if distance >= best.distance && !inside.as_ref().is_some_and(same) {
             return inside;
         }
         let foot = self.edge_foot(span, t, p, only);
         match (foot, inside) {
-            // One point to within the gap of the edge: the nearer one, at the edge.
+            // Both coincide within the gap of the edge: the closer point, located at the edge.
             (Some(e), Some(f)) if f.distance < e.distance && e.face == f.face => {
                 Some(Foot { location: e.location, ..f })
             }
@@ -234,16 +245,17 @@ impl<'m> ClosestPoint<'m> {
         }
     }
 
-    /// The foot on an edge, on the face that looks most straight at `p` (or on the face asked for).
+    /// Foot point on an edge, on the adjacent face whose normal is most nearly parallel to `p - foot`, or on the face
+    /// requested.
     fn edge_foot(&self, span: u32, t: f64, p: &Vec3, only: Option<usize>) -> Option<Foot> {
         let span = &self.spans[span as usize];
         let edge = &self.model.edges[span.edge as usize];
         let point = span.curve.point(t);
         let r = p - point;
         let [a, b] = edge.curve.domain();
-        let share = (t - a) / (b - a);
-        let location = self.location(span.edge as usize, share, &point);
-        let near = self.model.join_tolerance.max(SAME * self.size);
+        let fraction = (t - a) / (b - a);
+        let location = self.location(span.edge as usize, fraction, &point);
+        let near = self.model.join_tolerance.max(COINCIDENCE_TOLERANCE_REL * self.size);
         let mut best: Option<(f64, Foot)> = None;
         for &[face, ring, place] in &edge.uses {
             if only.is_some_and(|f| f != face) {
@@ -251,7 +263,7 @@ impl<'m> ClosestPoint<'m> {
             }
             let f = &self.model.faces[face];
             let Some(used) = f.loops.get(ring).and_then(|l| l.uses.get(place)) else { continue };
-            let uv = uv_on_use(f, used, share, &point, near);
+            let uv = uv_on_use(f, used, fraction, &point, near);
             let normal = f.normal(uv).unwrap_or_else(Vec3::zeros);
             let straight = normal.dot(&r).abs();
             let margin = 1e-9 * r.norm();
@@ -268,35 +280,35 @@ impl<'m> ClosestPoint<'m> {
         best.map(|b| b.1)
     }
 
-    fn location(&self, edge: usize, share: f64, point: &Vec3) -> FootLocation {
+    fn location(&self, edge: usize, fraction: f64, point: &Vec3) -> FootLocation {
         let ends = self.model.edges[edge].vertices;
-        if share <= 1e-12 {
+        if fraction <= 1e-12 {
             return FootLocation::Vertex(ends[0]);
         }
-        if share >= 1.0 - 1e-12 {
+        if fraction >= 1.0 - 1e-12 {
             return FootLocation::Vertex(ends[1]);
         }
         let near = |v: &&usize| {
             let vertex = self.model.vertices.get(**v);
-            vertex.is_some_and(|x| (x - point).norm() <= SAME * self.size)
+            vertex.is_some_and(|x| (x - point).norm() <= COINCIDENCE_TOLERANCE_REL * self.size)
         };
         ends.iter().find(near).map_or(FootLocation::Edge(edge), |&v| FootLocation::Vertex(v))
     }
 }
 
-/// Parameters on a face of a point of its border: from the parameter curve where it runs with the edge's curve,
-/// the nearest of its samples elsewhere, then by Newton; the edge is no farther from the face than `near` [mm].
-fn uv_on_use(face: &Face, used: &EdgeUse, share: f64, point: &Vec3, near: f64) -> Vec2 {
+/// Parameters on a face of a point on its boundary edge. Start: the parameter curve where it matches the edge curve,
+/// otherwise its nearest sample; then Newton iteration. The edge lies within `near` [mm] of the face.
+fn uv_on_use(face: &Face, used: &EdgeUse, fraction: f64, point: &Vec3, near: f64) -> Vec2 {
     let [a, b] = used.pcurve.domain();
-    let share = if used.reversed { 1.0 - share } else { share };
+    let fraction = if used.reversed { 1.0 - fraction } else { fraction };
     let off = |uv: Vec2| (face.surface.point(uv) - point).norm_squared();
-    let mut start = used.pcurve.point(a + (b - a) * share);
-    let mut least = off(start);
+    let mut start = used.pcurve.point(a + (b - a) * fraction);
+    let mut smallest = off(start);
     for k in 0..=8 {
         let uv = used.pcurve.point(a + (b - a) * f64::from(k) / 8.0);
         let distance = off(uv);
-        if distance < least {
-            (start, least) = (uv, distance);
+        if distance < smallest {
+            (start, smallest) = (uv, distance);
         }
     }
     face.surface.closest_near(point, start, near * near).0
@@ -304,7 +316,12 @@ fn uv_on_use(face: &Face, used: &EdgeUse, share: f64, point: &Vec3, near: f64) -
 
 impl<'p> Search<'p> {
     fn new(p: &'p Vec3) -> Self {
-        Self { p, inside: Best { distance: f64::INFINITY, foot: None }, edge: None, left: VISITS }
+        Self {
+            p,
+            inside: Best { distance: f64::INFINITY, foot: None },
+            edge: None,
+            left: VISITS_MAX,
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Small rectangles of a surface, each with an oriented box and the closest point inside it.
+//! Small rectangles of a surface with oriented bounding boxes and local point projection.
 
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicUsize;
@@ -8,29 +8,33 @@ use super::best::Best;
 use crate::cad::model::Face;
 use crate::cad::trim_region::TrimRegion;
 use crate::geometry::frame::unit;
-use crate::geometry::nurbs::newton::{Bounds, boxed_step, descend};
+use crate::geometry::nurbs::newton::{Bounds, bounded_step, descend};
 use crate::geometry::nurbs::{Surface, SurfaceDerivs};
 use crate::geometry::{Aabb, Vec2, Vec3};
 
-/// Largest turning of the control polygons across a rectangle [rad].
-const TURN: f64 = 0.4;
-/// Most rectangles along one direction of a span.
-const MOST: usize = 16;
-/// Halvings of a rectangle that may hold more than one local minimum.
-const DEPTH: u32 = 4;
+/// Largest turning angle of the control polygons across a rectangle [rad]. Doubled: half the rectangles per direction,
+/// more subdivision per query.
+const TURNING_MAX_RAD: f64 = 0.4;
+/// Maximum number of rectangles per span and direction.
+const RECTANGLES_PER_SPAN_MAX: usize = 16;
+/// Maximum subdivision depth of a rectangle that may contain several local minima.
+const SUBDIVISION_DEPTH_MAX: u32 = 4;
 
-/// Memory for quarters that are kept [bytes], and the same over that of the pieces: a surface that folds has several minima nearly
-/// everywhere, and each of its pieces 340 quarters. What there is no room for is made again in each search.
-const KEPT: usize = 16 << 20;
-const KEPT_OVER_PIECES: usize = 4;
+/// Memory for cached sub-rectangles [bytes], and the factor added per byte of the initial rectangles. A folded surface
+/// has several minima almost everywhere, with 340 sub-rectangles per rectangle. Those without memory are rebuilt in
+/// each search.
+const CACHE_BYTES_MIN: usize = 16 << 20;
+const CACHE_BYTES_FACTOR: usize = 4;
 
-/// Memory that is left for quarters.
-pub(super) struct Room(AtomicUsize);
+/// Remaining memory for cached sub-rectangles.
+pub(super) struct MemoryBudget(AtomicUsize);
 
-impl Room {
-    /// Of a model whose pieces take so many bytes.
+impl MemoryBudget {
+    /// Budget of a model whose rectangles occupy `bytes`.
     pub fn of_pieces(bytes: usize) -> Self {
-        Self(AtomicUsize::new(KEPT.saturating_add(KEPT_OVER_PIECES.saturating_mul(bytes))))
+        Self(AtomicUsize::new(
+            CACHE_BYTES_MIN.saturating_add(CACHE_BYTES_FACTOR.saturating_mul(bytes)),
+        ))
     }
 
     fn take(&self, bytes: usize) -> bool {
@@ -38,20 +42,20 @@ impl Room {
     }
 }
 
-/// A rectangle of a face's parameter plane.
+/// A rectangle in the parameter plane of a face.
 pub(super) struct Piece {
     pub face: u32,
     low: Vec2,
     high: Vec2,
-    /// The Bezier piece over the rectangle.
+    /// Bezier patch over the rectangle.
     piece: Surface,
-    /// The rectangle touches a loop, so that a foot has to be asked whether it is inside.
+    /// The rectangle touches a trimming loop, so that a foot point must be tested against the trimmed region.
     pub crosses: bool,
-    /// Oriented box of the control points: centre, axes (rows), half widths.
+    /// Oriented bounding box of the control points: centre, axes (rows), half widths.
     center: Vec3,
     axes: [Vec3; 3],
     half: Vec3,
-    /// The surface at the centre and the corners.
+    /// Point and derivatives at the centre and the four corners.
     samples: [SurfaceDerivs; 5],
     quarters: OnceLock<Vec<Piece>>,
 }
@@ -77,34 +81,34 @@ impl Piece {
         Self { face, low, high, piece, crosses, center, axes, half, samples, quarters }
     }
 
-    /// Axis-aligned box of the control points.
+    /// Axis-aligned bounding box of the control points.
     pub fn bounds(&self) -> Aabb {
         Aabb::of_points(self.piece.points())
     }
 
-    /// Squared distance below which no point of the piece lies.
-    fn least(&self, p: &Vec3) -> f64 {
+    /// Lower bound of the squared distance, from the oriented bounding box.
+    fn lower_bound(&self, p: &Vec3) -> f64 {
         let r = p - self.center;
         (0..3).map(|k| (self.axes[k].dot(&r).abs() - self.half[k]).max(0.0).powi(2)).sum()
     }
 
-    /// Memory that it takes, without its quarters [bytes].
+    /// Memory without sub-rectangles [bytes].
     pub fn bytes(&self) -> usize {
         size_of::<Self>() + size_of_val(self.piece.points())
     }
 
-    /// Improves `best` by the points of this rectangle that are inside the trim. Where the distance may have
-    /// more than one minimum in it, its quarters are searched too, while some of the parts `left` to be looked at are left.
+    /// Updates `best` with the points of the rectangle inside the trimming loops. Where the distance may have several
+    /// minima the four sub-rectangles are searched, while `left` permits.
     pub fn search(
         &self,
         p: &Vec3,
         region: &TrimRegion,
         best: &mut Best,
-        (left, room): (&mut u32, &Room),
+        (left, memory): (&mut u32, &MemoryBudget),
     ) {
         *left = left.saturating_sub(1);
         if self.visit(p, region, best) {
-            self.search_quarters(p, region, best, (left, room), DEPTH);
+            self.search_quarters(p, region, best, (left, memory), SUBDIVISION_DEPTH_MAX);
         }
     }
 
@@ -113,11 +117,11 @@ impl Piece {
         p: &Vec3,
         region: &TrimRegion,
         best: &mut Best,
-        (left, room): (&mut u32, &Room),
+        (left, memory): (&mut u32, &MemoryBudget),
         depth: u32,
     ) {
         let made;
-        let quarters = if let Some(kept) = self.kept_quarters(room) {
+        let quarters = if let Some(kept) = self.cached_quarters(memory) {
             kept
         } else {
             made = self.quarters();
@@ -129,32 +133,32 @@ impl Piece {
             }
             *left -= 1;
             if part.visit(p, region, best) && depth > 1 {
-                part.search_quarters(p, region, best, (left, room), depth - 1);
+                part.search_quarters(p, region, best, (left, memory), depth - 1);
             }
         }
     }
 
-    /// Its quarters, made once where there is room for them: most searches come by the same ones again.
-    fn kept_quarters(&self, room: &Room) -> Option<&[Self]> {
-        if self.quarters.get().is_none() && !room.take(4 * self.bytes()) {
+    /// The four sub-rectangles, cached while the memory budget permits: most searches revisit the same ones.
+    fn cached_quarters(&self, memory: &MemoryBudget) -> Option<&[Self]> {
+        if self.quarters.get().is_none() && !memory.take(4 * self.bytes()) {
             return None;
         }
         Some(self.quarters.get_or_init(|| self.quarters()))
     }
 
-    /// Takes the local minimum; true when there may be another one.
+    /// Computes the local minimum; true when the rectangle may contain another one.
     fn visit(&self, p: &Vec3, region: &TrimRegion, best: &mut Best) -> bool {
-        if self.least(p) > best.distance {
+        if self.lower_bound(p) > best.distance {
             return false;
         }
         let (uv, distance) = self.descend(p);
         best.take(self.face, uv, distance, || !self.crosses || region.contains(uv));
-        !self.one_minimum(p, distance)
+        !self.has_single_minimum(p, distance)
     }
 
-    /// Whether the squared distance is convex over the rectangle, has no stationary point in it, or is constant,
+    /// True when the squared distance is convex over the rectangle, has no stationary point in it, or is constant,
     /// judged at the centre and the corners.
-    fn one_minimum(&self, p: &Vec3, found: f64) -> bool {
+    fn has_single_minimum(&self, p: &Vec3, found: f64) -> bool {
         let (mut convex, mut even) = (true, true);
         let (mut low, mut high) = (Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY));
         for d in &self.samples {
@@ -187,21 +191,21 @@ impl Piece {
         (0..4).filter_map(quarter).collect()
     }
 
-    /// Local minimum in the rectangle, downhill of the foot on the tangent plane at the centre.
+    /// Local minimum in the rectangle, from the foot point on the tangent plane at the centre.
     fn descend(&self, p: &Vec3) -> (Vec2, f64) {
         let (middle, d) = (0.5 * (self.low + self.high), &self.samples[0]);
         let bounds = Bounds { low: self.low, high: self.high };
         let r = d.s - p;
         let gauss = [d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared()];
         let slope = Vec2::new(r.dot(&d.su), r.dot(&d.sv));
-        let step = boxed_step(gauss, slope, [self.low - middle, self.high - middle]);
+        let step = bounded_step(gauss, slope, [self.low - middle, self.high - middle]);
         let from = |start: Vec2| descend(|uv| self.piece.derivs(uv), p, start, bounds);
         let found = from(middle + step.unwrap_or_default());
         if found.1 <= r.norm_squared() { found } else { from(middle) }
     }
 }
 
-/// The rectangles of a face that are not outside its loops.
+/// Rectangles of a face that touch its trimmed region.
 pub(super) fn pieces_of(id: u32, face: &Face, region: &TrimRegion) -> Vec<Piece> {
     let surface = &face.surface;
     let us = cuts(&surface.transposed(), region.low.x, region.high.x);
@@ -223,7 +227,7 @@ pub(super) fn pieces_of(id: u32, face: &Face, region: &TrimRegion) -> Vec<Piece>
     leaves
 }
 
-/// Cuts along v between two parameters: at knots, and evenly where the control polygons turn.
+/// Subdivision parameters along v: knots, and equal steps by the turning angle of the control polygons.
 fn cuts(surface: &Surface, low: f64, high: f64) -> Vec<f64> {
     let [u, _] = surface.domain();
     let mut breaks = vec![low];
@@ -233,14 +237,14 @@ fn cuts(surface: &Surface, low: f64, high: f64) -> Vec<f64> {
     let mut out = Vec::new();
     for w in breaks.windows(2) {
         let turn = surface.trimmed(u, [w[0], w[1]]).map_or(0.0, |s| turning(&s));
-        let n = ((turn / TURN).ceil() as usize).clamp(1, MOST);
+        let n = ((turn / TURNING_MAX_RAD).ceil() as usize).clamp(1, RECTANGLES_PER_SPAN_MAX);
         out.extend((0..n).map(|k| w[0] + (w[1] - w[0]) * k as f64 / n as f64));
     }
     out.push(high);
     out
 }
 
-/// Largest sum of the angles of a control polygon along v [rad].
+/// Largest turning angle of the control polygons along v [rad].
 fn turning(surface: &Surface) -> f64 {
     let rows = surface.points().chunks_exact(surface.count()[1]);
     rows.map(polygon_turning).fold(0.0, f64::max)

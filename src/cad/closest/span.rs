@@ -1,27 +1,27 @@
-//! Short pieces of the edges and the closest point on each.
+//! Short pieces of edge curves with point projection.
 
 use super::piece::polygon_turning;
 use crate::geometry::nurbs::{Curve3, CurveDerivs};
 use crate::geometry::{Aabb, Vec3};
 
-/// Largest turning of the control polygon along a piece [rad].
-const TURN: f64 = 0.4;
-/// Parts searched on their own where the distance may have more than one minimum.
-const PARTS: u32 = 8;
+/// Largest turning angle of the control polygon of a piece [rad].
+const TURNING_MAX_RAD: f64 = 0.4;
+/// Number of sub-intervals searched separately where the distance may have several minima.
+const SUBINTERVALS: u32 = 8;
 
-/// A piece of an edge, inside one span of its curve.
+/// A piece of an edge within one span of its curve.
 pub(super) struct Span {
     pub edge: u32,
     pub curve: Curve3,
-    /// The curve at its ends and middle.
+    /// Derivatives at the ends and the middle.
     samples: [CurveDerivs<3>; 3],
 }
 
-/// Pieces of an edge's curve.
+/// Splits an edge curve into pieces.
 pub(super) fn spans_of(edge: u32, curve: &Curve3) -> Vec<Span> {
     let mut out = Vec::new();
     for bezier in curve.bezier_pieces() {
-        let n = ((polygon_turning(bezier.points()) / TURN).ceil() as usize).clamp(1, 16);
+        let n = ((polygon_turning(bezier.points()) / TURNING_MAX_RAD).ceil() as usize).clamp(1, 16);
         let [a, b] = bezier.domain();
         let at = |k: usize| if k == n { b } else { a + (b - a) * k as f64 / n as f64 };
         let pieces = (0..n).filter_map(|k| bezier.trimmed(at(k), at(k + 1)).ok());
@@ -35,7 +35,7 @@ pub(super) fn spans_of(edge: u32, curve: &Curve3) -> Vec<Span> {
 }
 
 impl Span {
-    /// Axis-aligned box of the control points.
+    /// Axis-aligned bounding box of the control points.
     pub fn bounds(&self) -> Aabb {
         Aabb::of_points(self.curve.points())
     }
@@ -54,12 +54,12 @@ impl Span {
         if convex || rising || falling {
             return self.between(p, a, b);
         }
-        let at = |k: u32| a + (b - a) * f64::from(k) / f64::from(PARTS);
-        let parts = (0..PARTS).map(|k| self.between(p, at(k), at(k + 1)));
+        let at = |k: u32| a + (b - a) * f64::from(k) / f64::from(SUBINTERVALS);
+        let parts = (0..SUBINTERVALS).map(|k| self.between(p, at(k), at(k + 1)));
         parts.reduce(|x, y| if y.1 < x.1 { y } else { x }).unwrap_or((a, f64::INFINITY))
     }
 
-    /// Local minimum between two parameters: Newton, bisection of the bracket of the slope where it leaves it.
+    /// Local minimum between two parameters: Newton iteration safeguarded by bisection of the sign change of the slope.
     fn between(&self, p: &Vec3, from: f64, to: f64) -> (f64, f64) {
         let (mut low, mut high) = (from, to);
         let middle = &self.samples[1];
@@ -77,7 +77,8 @@ impl Span {
             }
             let curvature = d.d1.norm_squared() + r.dot(&d.d2);
             let newton = t - slope / curvature;
-            // Newton out of the bracket stops at its end: the foot is there, or the next slope turns it back.
+            // A Newton step out of the bracket stops at its end: the minimum is there, or the next slope reverses the
+            // direction.
             let next = if curvature > 0.0 && newton >= low && newton <= high {
                 newton
             } else if curvature > 0.0 && t != from && t != to {

@@ -1,4 +1,4 @@
-//! Claims about closest points.
+//! Tests of closest points.
 
 use super::*;
 use std::path::Path;
@@ -8,14 +8,14 @@ fn model(name: &str) -> Model {
     crate::cad::read(&path).unwrap().0
 }
 
-/// Points of all faces on a grid of the parameter plane, inside the trim.
+/// Points of all faces on a grid of the parameter plane, inside the trimming loops.
 fn samples(model: &Model, n: usize) -> Vec<(usize, Vec2, Vec3)> {
     let mut out = Vec::new();
     for (f, face) in model.faces.iter().enumerate() {
         let region = TrimRegion::new(face);
         for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))) {
-            let share = Vec2::new(i as f64 / n as f64, j as f64 / n as f64);
-            let uv = region.low + (region.high - region.low).component_mul(&share);
+            let fraction = Vec2::new(i as f64 / n as f64, j as f64 / n as f64);
+            let uv = region.low + (region.high - region.low).component_mul(&fraction);
             if region.contains(uv) {
                 out.push((f, uv, face.surface.point(uv)));
             }
@@ -39,13 +39,13 @@ fn no_sample_is_nearer_than_the_answer() {
             (seed >> 33) as f64 / (1u64 << 31) as f64
         };
         for _ in 0..200 {
-            let share = Vec3::new(random(), random(), random()).map(|x| 1.4 * x - 0.2);
-            let p = bounds.min + (bounds.max - bounds.min).component_mul(&share);
+            let fraction = Vec3::new(random(), random(), random()).map(|x| 1.4 * x - 0.2);
+            let p = bounds.min + (bounds.max - bounds.min).component_mul(&fraction);
             let foot = index.closest(&p).unwrap();
             assert!(((foot.point - p).norm() - foot.distance).abs() < 1e-9);
             let best = dense.iter().map(|s| (s.2 - p).norm()).fold(f64::INFINITY, f64::min);
             assert!(foot.distance <= best + 1e-9, "{name} {p:?}: {} {best}", foot.distance);
-            // And the answer lies on the model: nothing is invented.
+            // The foot point lies on the model.
             assert!(best <= foot.distance + 6.0, "{name} {p:?}: {} {best}", foot.distance);
         }
     }
@@ -73,7 +73,7 @@ fn a_search_that_is_not_done_has_no_answer() {
     let index = ClosestPoint::new(&model);
     let p = model.bbox().center();
     let with = |left: u32| index.nearest(Search { left, ..Search::new(&p) });
-    assert_eq!(with(3), Err(WorkSpent));
-    assert_eq!(with(VISITS), Ok(index.closest(&p)));
+    assert_eq!(with(3), Err(WorkLimitReached));
+    assert_eq!(with(VISITS_MAX), Ok(index.closest(&p)));
     assert!(index.closest(&p).is_some());
 }

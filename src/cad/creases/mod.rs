@@ -1,6 +1,5 @@
-//! Creases inside faces: lines of one parameter along which a spline with as many equal knots as its degree has another
-//! tangent plane on either side. The face is cut there: on a crease no surface has one normal, and patches across it
-//! fold or miss it however fine they are.
+//! Creases inside faces: knot lines of full multiplicity (equal knots as many as the degree) across which the tangent
+//! plane is discontinuous. Faces are split along them, because no smooth patch can cross a crease.
 
 mod split;
 #[cfg(test)]
@@ -11,36 +10,37 @@ use super::loops::Side;
 use crate::geometry::Vec2;
 use crate::geometry::nurbs::Surface;
 
-/// Normals on both sides of a line that differ somewhere by more make it a crease [rad]: 10 degrees.
-const CREASE: f64 = std::f64::consts::PI / 18.0;
-/// Lines of control points that turn by less at equal knots have no crease there [rad].
-const SMOOTH: f64 = 1e-3;
-/// Places along a line inside a face at which its sides are compared.
-const PLACES: usize = 32;
-/// Faces that one may be cut into: more creases than that are facets, which stay together.
-const MOST: usize = 16;
+/// Angle between the normals on both sides of a knot line above which it is a crease [rad]: 10 degrees. Doubled: softer
+/// creases remain inside a face.
+const CREASE_ANGLE_MIN_RAD: f64 = std::f64::consts::PI / 18.0;
+/// Kink of the control polygon at multiple knots below which the line is smooth [rad].
+const KINK_ANGLE_MIN_RAD: f64 = 1e-3;
+/// Number of points along a knot line at which the normals on both sides are compared.
+const ANGLE_SAMPLES: usize = 32;
+/// Maximum number of parts of a face. A face with more creases is faceted and is not split.
+const PARTS_MAX: usize = 16;
 
-/// A face's surface with its loops in the surface's parameters, the outer one first.
+/// A surface with its loops in the surface's parameters, outer loop first.
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     pub surface: Surface,
     pub loops: Vec<Vec<Side>>,
 }
 
-/// A line along which a face was cut.
+/// A crease along which a face is split.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Crease {
-    /// 0: u, 1: v.
+    /// Index of the constant parameter: 0 for u, 1 for v.
     pub axis: usize,
-    /// Value of that parameter.
+    /// Value of the constant parameter.
     pub at: f64,
     /// Largest angle between the normals on both sides [rad].
     pub angle: f64,
 }
 
-/// A face cut at its creases, and these; `tolerance`: what counts as touching [mm].
+/// Splits a face along its creases and returns parts and creases. Points within `tolerance` [mm] coincide.
 pub(super) fn cut(whole: Part, tolerance: f64) -> (Vec<Part>, Vec<Crease>) {
-    let lines = bent_lines(&whole.surface);
+    let lines = kink_lines(&whole.surface);
     if lines.is_empty() {
         return (vec![whole], Vec::new());
     }
@@ -57,7 +57,7 @@ pub(super) fn cut(whole: Part, tolerance: f64) -> (Vec<Part>, Vec<Crease>) {
                 None => next.push(part),
             }
         }
-        if next.len() > MOST {
+        if next.len() > PARTS_MAX {
             return (vec![whole], Vec::new());
         }
         if angle > 0.0 {
@@ -68,8 +68,8 @@ pub(super) fn cut(whole: Part, tolerance: f64) -> (Vec<Part>, Vec<Crease>) {
     (parts, creases)
 }
 
-/// Parameters inside the domain at which a line of control points has a corner.
-fn bent_lines(surface: &Surface) -> Vec<(usize, f64)> {
+/// Interior knot lines (axis, parameter) at which a row of control points has a kink.
+fn kink_lines(surface: &Surface) -> Vec<(usize, f64)> {
     let mut lines = Vec::new();
     for axis in 0..2 {
         let (p, knots, [low, high]) =
@@ -79,7 +79,7 @@ fn bent_lines(surface: &Surface) -> Vec<(usize, f64)> {
             let (begin, last) = (first, first + group.len() - 1);
             first += group.len();
             let inside = group[0] > low && group[0] < high;
-            if inside && group.len() >= p && is_bent(surface, axis, [begin - 1, last - p]) {
+            if inside && group.len() >= p && has_kink(surface, axis, [begin - 1, last - p]) {
                 lines.push((axis, group[0]));
             }
         }
@@ -87,22 +87,22 @@ fn bent_lines(surface: &Surface) -> Vec<(usize, f64)> {
     lines
 }
 
-/// Whether the control points before and behind those of a line (of these numbers, equal where the surface does not tear)
-/// lie off its tangent.
-fn is_bent(surface: &Surface, axis: usize, [begin, end]: [usize; 2]) -> bool {
+/// True when the control points before and after a knot line are not collinear with it. `begin` and `end` are the
+/// indices of its control points, equal for a continuous surface.
+fn has_kink(surface: &Surface, axis: usize, [begin, end]: [usize; 2]) -> bool {
     let count = surface.count();
     let stride = [count[1], 1];
     (0..count[1 - axis]).any(|j| {
         let at = |i: usize| surface.points()[i * stride[axis] + j * stride[1 - axis]];
         let (before, behind) = (at(begin) - at(begin - 1), at(end + 1) - at(end));
         let sine = before.cross(&behind).norm();
-        sine > SMOOTH * before.norm() * behind.norm() || before.dot(&behind) < 0.0
+        sine > KINK_ANGLE_MIN_RAD * before.norm() * behind.norm() || before.dot(&behind) < 0.0
     })
 }
 
 impl Part {
-    /// Cut along a line of one parameter, with the largest angle between the normals on both sides [rad]; `None` where
-    /// that is no crease inside the face, or cannot be cut cleanly.
+    /// Splits along an isoparametric line; returns the parts and the largest angle between the normals on both sides
+    /// [rad]. `None` where the line is no crease inside the face or the split fails.
     fn cut(&self, axis: usize, at: f64, tolerance: f64) -> Option<(Vec<Self>, f64)> {
         let [low, high] = self.surface.domain()[axis];
         if at <= low || at >= high {
@@ -111,7 +111,7 @@ impl Part {
         let line = Line { surface: &self.surface, axis, at, tolerance };
         let halves = line.split(&self.loops)?;
         let angle = halves.inside.iter().map(|r| self.angle(axis, at, *r)).fold(0.0, f64::max);
-        if angle <= CREASE {
+        if angle <= CREASE_ANGLE_MIN_RAD {
             return None;
         }
         let mut parts = Vec::new();
@@ -124,10 +124,10 @@ impl Part {
         Some((parts, angle))
     }
 
-    /// Largest angle between the normals on both sides of a piece of a line [rad].
+    /// Largest angle between the normals on both sides of a part of a line [rad].
     fn angle(&self, axis: usize, at: f64, [from, to]: [f64; 2]) -> f64 {
         let normal = |at: f64, k: usize| {
-            let along = from + (to - from) * (k as f64 + 0.5) / PLACES as f64;
+            let along = from + (to - from) * (k as f64 + 0.5) / ANGLE_SAMPLES as f64;
             let uv = if axis == 0 { Vec2::new(at, along) } else { Vec2::new(along, at) };
             self.surface.normal(uv)
         };
@@ -135,6 +135,6 @@ impl Part {
             let (a, b) = (normal(at.next_down(), k)?, normal(at, k)?);
             Some(a.cross(&b).norm().atan2(a.dot(&b)))
         };
-        (0..PLACES).filter_map(turn).fold(0.0, f64::max)
+        (0..ANGLE_SAMPLES).filter_map(turn).fold(0.0, f64::max)
     }
 }

@@ -1,46 +1,47 @@
-//! Loops of a face split along a line of one parameter: what lies on either side is closed along the line.
+//! Splits the loops of a face along an isoparametric line and closes both halves along it.
 
 use crate::cad::loops::{Side, signed_area};
 use crate::geometry::nurbs::Surface;
 use crate::geometry::{Aabb, Vec2, Vec3};
 
-/// A part that reaches no farther from the line than this share of the face's size is no face of its own.
-const THIN: f64 = 1e-3;
-/// Corners within the tolerance of the line, and this share of the parameter's range, are on it.
-const NEAR: f64 = 1e-3;
-/// Halvings until a crossing is known to the last digit.
-const HALVINGS: usize = 60;
+/// Extent of a part across the line, relative to the face, below which the split is rejected as a sliver.
+const SLIVER_WIDTH_REL: f64 = 1e-3;
+/// Distance of a corner from the line, relative to the parameter range, below which it may be moved onto the line (if
+/// also within the tolerance in space).
+const ON_LINE_TOLERANCE_REL: f64 = 1e-3;
+/// Bisections that locate a crossing to machine precision.
+const BISECTIONS: usize = 60;
 
-/// A line of one parameter on a surface.
+/// An isoparametric line on a surface.
 pub(super) struct Line<'a> {
     pub surface: &'a Surface,
-    /// The parameter that does not change: 0: u, 1: v.
+    /// Index of the constant parameter: 0 for u, 1 for v.
     pub axis: usize,
-    /// Its value.
+    /// Value of the constant parameter.
     pub at: f64,
-    /// What counts as touching [mm].
+    /// Distance below which points coincide [mm].
     pub tolerance: f64,
 }
 
-/// A face split in two.
+/// The two halves of a split face.
 #[derive(Debug)]
 pub(super) struct Halves {
-    /// Faces at smaller values of the parameter.
+    /// Faces at smaller parameters.
     pub lower: Vec<Loops>,
-    /// Faces at larger ones.
+    /// Faces at larger parameters.
     pub upper: Vec<Loops>,
-    /// Ranges of the other parameter in which the line is inside the face.
+    /// Ranges of the free parameter in which the line lies inside the face.
     pub inside: Vec<[f64; 2]>,
 }
 
-/// A face's loops, the outer one first.
+/// Loops of a face, outer loop first.
 type Loops = Vec<Vec<Side>>;
 
 /// A side that does not cross the line, and whether it belongs to the upper half.
 type Piece = (Side, bool);
 
 impl Line<'_> {
-    /// The face between `loops` split; `None` where the line does not cross it, or parts would be thin.
+    /// Splits the region within `loops`; `None` when the line does not cross it or a part would be a sliver.
     pub fn split(&self, loops: &[Vec<Side>]) -> Option<Halves> {
         let net = || loops.iter().flatten().flat_map(|s| s.path.points());
         let off = |uv: &Vec2| uv[self.axis] - self.at;
@@ -54,8 +55,8 @@ impl Line<'_> {
         let size =
             Aabb::of_points(&points().map(|uv| self.surface.point(uv)).collect::<Vec<Vec3>>());
         let thin = |face: &Loops| {
-            let widest = face[0].iter().flat_map(samples).map(|uv| self.far(uv));
-            widest.fold(0.0, f64::max) <= THIN * size.diagonal()
+            let widest = face[0].iter().flat_map(samples).map(|uv| self.distance(uv));
+            widest.fold(0.0, f64::max) <= SLIVER_WIDTH_REL * size.diagonal()
         };
         let whole = !inside.is_empty() && !lower.is_empty() && !upper.is_empty();
         (whole && !lower.iter().chain(&upper).any(thin)).then_some(Halves { lower, upper, inside })
@@ -66,26 +67,26 @@ impl Line<'_> {
         uv
     }
 
-    /// Distance from the line along the parameter that changes across it [mm].
-    fn far(&self, uv: Vec2) -> f64 {
+    /// Distance from the line [mm], along the parameter across it.
+    fn distance(&self, uv: Vec2) -> f64 {
         (self.surface.point(uv) - self.surface.point(self.onto(uv))).norm()
     }
 
-    /// The sides of a loop, cut where they cross the line, corners near it moved onto it.
+    /// Sides of a loop, cut at their crossings with the line; corners close to it are moved onto it.
     fn pieces(&self, sides: &[Side]) -> Vec<Piece> {
         let [low, high] = self.surface.domain()[self.axis];
         let moved = |uv: Vec2| {
-            let near = (uv[self.axis] - self.at).abs() <= NEAR * (high - low);
-            if near && self.far(uv) <= self.tolerance { self.onto(uv) } else { uv }
+            let near = (uv[self.axis] - self.at).abs() <= ON_LINE_TOLERANCE_REL * (high - low);
+            if near && self.distance(uv) <= self.tolerance { self.onto(uv) } else { uv }
         };
         let snapped = sides.iter().map(|s| {
             let path = s.path.with_start(moved(s.start())).with_end(moved(s.end()));
             Side { path, ..s.clone() }
         });
-        snapped.flat_map(|side| self.cut(side)).map(|side| self.placed(side)).collect()
+        snapped.flat_map(|side| self.cut(side)).map(|side| self.assigned(side)).collect()
     }
 
-    /// A side cut where it crosses the line.
+    /// Cuts a side at its crossings with the line.
     fn cut(&self, side: Side) -> Vec<Side> {
         let off = |t: f64| side.path.point(t)[self.axis] - self.at;
         let [low, high] = side.path.domain();
@@ -111,7 +112,7 @@ impl Line<'_> {
         self.cut_at(&side, &cuts).unwrap_or_else(|| vec![side])
     }
 
-    /// A side cut at these parameters, where it crosses the line.
+    /// Cuts a side at the parameters `cuts`, its crossings with the line.
     fn cut_at(&self, side: &Side, cuts: &[f64]) -> Option<Vec<Side>> {
         let [low, high] = side.path.domain();
         let bounds = [&[low], cuts, &[high]].concat();
@@ -134,14 +135,14 @@ impl Line<'_> {
         Some(out)
     }
 
-    /// The half a piece belongs to; one that runs along the line is made straight and belongs to the half on its left.
-    fn placed(&self, side: Side) -> Piece {
+    /// Assigns a side to its half. A side along the line is made straight and belongs to the half on its left.
+    fn assigned(&self, side: Side) -> Piece {
         let off = |uv: &Vec2| uv[self.axis] - self.at;
         let inner = samples(&side).skip(1);
         let widest = inner.max_by(|a, b| off(a).abs().total_cmp(&off(b).abs()));
         let widest = widest.unwrap_or_else(|| side.end());
         let ends = [side.start(), side.end()];
-        let along = ends.iter().all(|uv| off(uv) == 0.0) && self.far(widest) <= self.tolerance;
+        let along = ends.iter().all(|uv| off(uv) == 0.0) && self.distance(widest) <= self.tolerance;
         if !along || (ends[1] - ends[0]).norm() == 0.0 {
             let upper = off(&widest) > 0.0;
             return (side, upper);
@@ -152,7 +153,7 @@ impl Line<'_> {
         (Side { path: crate::geometry::nurbs::Curve2::line(ends[0], ends[1]), ..side }, upper)
     }
 
-    /// The faces of one half, and the ranges of the other parameter in which the line closes them.
+    /// Faces of one half, and the ranges of the free parameter in which the line closes them.
     fn half(&self, loops: &[Vec<Piece>], upper: bool) -> Option<(Vec<Loops>, Vec<[f64; 2]>)> {
         let (mut closed, mut chains) = (Vec::new(), Vec::new());
         for pieces in loops {
@@ -166,7 +167,7 @@ impl Line<'_> {
                 }
             }
         }
-        let (next, inside) = self.followers(&chains, upper)?;
+        let (next, inside) = self.successors(&chains, upper)?;
         let mut done = vec![false; chains.len()];
         for first in 0..chains.len() {
             let (mut k, mut ring) = (first, Vec::new());
@@ -183,8 +184,8 @@ impl Line<'_> {
         Some((faces(closed)?, inside))
     }
 
-    /// For each chain that which follows it along the line with the face on the left, and the ranges in between.
-    fn followers(&self, chains: &[Vec<Side>], upper: bool) -> Option<(Vec<usize>, Vec<[f64; 2]>)> {
+    /// For each chain its successor along the line, with the face on the left, and the ranges between them.
+    fn successors(&self, chains: &[Vec<Side>], upper: bool) -> Option<(Vec<usize>, Vec<[f64; 2]>)> {
         // Left of +v is -u, left of +u is +v.
         let sign = if upper == (self.axis == 0) { -1.0 } else { 1.0 };
         let mut ends: Vec<(f64, bool, usize)> = Vec::with_capacity(2 * chains.len());
@@ -210,7 +211,7 @@ impl Line<'_> {
         Some((next, inside))
     }
 
-    /// Adds sides to a loop, along the line where they begin elsewhere than it ends.
+    /// Appends sides to a loop, connected along the line where their ends differ.
     fn append(&self, ring: &mut Vec<Side>, sides: &[Side]) {
         if let (Some(last), Some(first)) = (ring.last_mut(), sides.first()) {
             let (from, to) = (last.end(), first.start());
@@ -224,9 +225,9 @@ impl Line<'_> {
     }
 }
 
-/// Where a test changes from true to false.
+/// Parameter at which a predicate changes from true to false, by bisection.
 fn crossing(test: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
-    for _ in 0..HALVINGS {
+    for _ in 0..BISECTIONS {
         let middle = 0.5 * (from + to);
         if test(middle) {
             from = middle;
@@ -237,7 +238,7 @@ fn crossing(test: impl Fn(f64) -> bool, mut from: f64, mut to: f64) -> f64 {
     to
 }
 
-/// Loops sorted to faces: every outer one with the holes inside it.
+/// Groups loops to faces: each outer loop with the holes inside it.
 fn faces(loops: Vec<Vec<Side>>) -> Option<Vec<Loops>> {
     let (outer, holes): (Vec<_>, Vec<_>) = loops.into_iter().partition(|l| signed_area(l) > 0.0);
     let mut faces: Vec<Loops> = outer.into_iter().map(|l| vec![l]).collect();
@@ -250,7 +251,7 @@ fn faces(loops: Vec<Vec<Side>>) -> Option<Vec<Loops>> {
     Some(faces)
 }
 
-/// Whether a loop runs round a point, which is not on it.
+/// True when a loop encloses the point `p`, which is not on it.
 fn encloses(sides: &[Side], p: Vec2) -> bool {
     let ring: Vec<Vec2> = sides.iter().flat_map(|s| samples(s).skip(1)).collect();
     let mut inside = false;
@@ -268,7 +269,7 @@ fn count(side: &Side) -> usize {
     8 * spans.max(2)
 }
 
-/// Points along a side, both ends included.
+/// Points along a side, including both ends.
 fn samples(side: &Side) -> impl Iterator<Item = Vec2> + '_ {
     let [low, high] = side.path.domain();
     let count = count(side);

@@ -1,4 +1,4 @@
-//! Faces with creases inside: cut there, and nowhere else.
+//! Tests of splitting faces along creases.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -9,8 +9,8 @@ use crate::geometry::Vec2;
 use crate::geometry::Vec3;
 use crate::geometry::nurbs::{Curve2, Surface};
 
-/// A roof of 60 by 60 mm over the square of parameters from 0 to 2 along u and 0 to 1 along v, with three equal knots at
-/// u = 1: there it turns by twice `angles[j]` at the j-th control points along v.
+/// A roof of 60 by 60 mm over u in [0, 2] and v in [0, 1] with three equal knots at u = 1, where it bends by twice
+/// `angles[j]` at the j-th control point along v.
 fn roof(angles: [f64; 3]) -> Surface {
     let mut points = Vec::new();
     for i in 0..7 {
@@ -24,7 +24,7 @@ fn roof(angles: [f64; 3]) -> Surface {
     Surface::try_new([3, 2], [u, v], points, None).unwrap()
 }
 
-/// The face of a surface between rings of straight lines in the parameter plane; without any its natural border.
+/// A face bounded by polygons in the parameter plane, or by its natural boundary.
 fn model(surface: Surface, rings: &[&[[f64; 2]]]) -> (Model, Vec<String>) {
     let ring = |ends: &&[[f64; 2]]| {
         let at = |k: usize| Vec2::from(ends[k % ends.len()]);
@@ -46,7 +46,7 @@ fn area(model: &Model) -> f64 {
     model.area()
 }
 
-/// Loops of every face, each as its number of sides.
+/// Number of sides of every loop of every face.
 fn sides(model: &Model) -> Vec<Vec<usize>> {
     model.faces.iter().map(|f| f.loops.iter().map(|l| l.uses.len()).collect()).collect()
 }
@@ -57,7 +57,7 @@ fn a_ridge_cuts_its_face_in_two() {
     assert_eq!(sides(&model), [[4], [4]], "{said:?}");
     assert_eq!(model.edges.iter().filter(|e| e.uses.len() == 2).count(), 1);
     assert!((area(&model) - 3600.0 * 2f64.sqrt()).abs() < 1e-6);
-    assert!(said[0].contains("u = 1 (90.0 degrees); cut there into 2 faces"), "{said:?}");
+    assert!(said[0].contains("u = 1 (90.0 degrees); split there into 2 faces"), "{said:?}");
     for face in &model.faces {
         let along = |f: &crate::cad::model::Face| f.normal(Vec2::new(1.0, 0.5)).unwrap();
         assert!((along(face).x.abs() - 0.5f64.sqrt()).abs() < 1e-9);
@@ -79,7 +79,7 @@ fn a_face_stays_as_the_file_has_it_unless_asked() {
 #[test]
 fn equal_knots_without_a_ridge_cut_nothing() {
     assert_eq!(sides(&model(roof([0.0; 3]), &[]).0), [[4]]);
-    // Four degrees are no ridge.
+    // A bend of four degrees is no crease.
     assert_eq!(sides(&model(roof([2f64.to_radians(); 3]), &[]).0), [[4]]);
 }
 
@@ -92,7 +92,7 @@ fn loops_are_closed_along_the_ridge() {
     let (one, _) = model(roof(angles), &[corners, beside]);
     assert_eq!(sides(&one), [vec![4, 4], vec![4]]);
     let (two, _) = model(roof(angles), &[corners, across]);
-    // The hole is open to both sides: each has the ridge twice.
+    // The hole intersects the ridge: each part has two sides on it.
     assert_eq!(sides(&two), [[8], [8]]);
     assert_eq!(two.edges.iter().filter(|e| e.uses.len() == 2).count(), 2);
     for (m, hole) in [(&one, beside), (&two, across)] {
@@ -100,7 +100,7 @@ fn loops_are_closed_along_the_ridge() {
         let flat = 3600.0 - (b.x - a.x).abs() * (b.y - a.y).abs();
         assert!((area(m) - flat * 2f64.sqrt()).abs() < 1e-6, "{}", area(m));
     }
-    // A cross: two faces on either side of a ridge that is inside the face twice.
+    // A cross: two faces on either side of a ridge that enters the face twice.
     let comb: &[[f64; 2]] = &[
         [0.5, 0.0],
         [1.5, 0.0],

@@ -1,28 +1,30 @@
-//! Edges used by one face only, and the gaps between them.
+//! Edges used by a single face, and the gaps between them.
 
 use rayon::prelude::*;
 
-use super::{FreeEdge, GAP_MOST, GAP_PROJECTIONS, GAP_PROJECTIONS_MIN, SAMPLES, samples};
+use super::{
+    FreeEdge, GAP_MAX_REL, GAP_PROJECTIONS_MIN, GAP_PROJECTIONS_TOTAL, GAP_SAMPLES, samples,
+};
 use crate::cad::Model;
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::nurbs::CurveProjector;
 use crate::geometry::{Aabb, Vec3};
 
-/// Free edges prepared for the search of the gaps between them.
+/// Search structure for the gaps between free edges.
 struct Gaps {
-    /// Points of each edge at which its distance from others is measured.
+    /// Sample points of each edge for the gap measurement.
     points: Vec<Vec<Vec3>>,
     curves: Vec<CurveProjector>,
-    /// Boxes of the edges' control points.
+    /// Hierarchy over the bounding boxes of the edges.
     tree: BoxTree,
-    /// Gaps above this are none [mm].
-    most: f64,
-    /// Closest points on curves that the gap of one edge may take.
+    /// Largest gap measured [mm].
+    limit: f64,
+    /// Maximum number of point projections per edge.
     budget: usize,
 }
 
 impl Model {
-    /// Lists the edges used by one face only, longest first.
+    /// Edges used by a single face, longest first.
     pub(super) fn free_edges(&self) -> Vec<FreeEdge> {
         let free: Vec<usize> =
             (0..self.edges.len()).filter(|&k| self.edges[k].uses.len() == 1).collect();
@@ -44,28 +46,28 @@ impl Model {
 }
 
 impl Gaps {
-    /// Prepares the search between the edges `free` of a model.
+    /// Builds the search structure over the free edges of a model.
     fn between(model: &Model, free: &[usize]) -> Self {
         let points: Vec<Vec<Vec3>> = free.iter().map(|&k| samples(&model.edges[k])).collect();
         let boxes: Vec<Aabb> = points.iter().map(Aabb::of_points).collect();
         let curves: Vec<CurveProjector> =
             free.iter().map(|&k| CurveProjector::new(&model.edges[k].curve)).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(b));
-        let most = GAP_MOST * bounds.diagonal();
+        let limit = GAP_MAX_REL * bounds.diagonal();
         let hull = |k: &usize| Aabb::of_points(model.edges[*k].curve.points());
         let tree = BoxTree::build(&free.iter().map(hull).collect::<Vec<_>>());
-        let budget = GAP_PROJECTIONS_MIN.max(GAP_PROJECTIONS / free.len().max(1));
-        Self { points, curves, tree, most, budget }
+        let budget = GAP_PROJECTIONS_MIN.max(GAP_PROJECTIONS_TOTAL / free.len().max(1));
+        Self { points, curves, tree, limit, budget }
     }
 
-    /// Largest distance [mm] of the edge `own` from the others, `None` where they are too far; false where the search took
-    /// more than its budget.
+    /// Largest distance [mm] of the edge `own` from the other free edges, `None` beyond the limit. The flag is false
+    /// when the projection budget was exhausted.
     fn largest(&self, own: usize) -> (Option<f64>, bool) {
-        let Self { most, budget, .. } = *self;
+        let Self { limit, budget, .. } = *self;
         let (mut worst, mut left) = (0.0_f64, budget);
-        for p in &self.points[own][1..SAMPLES - 1] {
-            // Beyond the largest gap of interest nothing is looked for.
-            let start = (most * most).next_up();
+        for p in &self.points[own][1..GAP_SAMPLES - 1] {
+            // Distances beyond the largest gap are not searched.
+            let start = (limit * limit).next_up();
             let found = self.tree.nearest(p, start, |k, best| {
                 if k as usize == own || left == 0 || best == 0.0 {
                     return best;
@@ -82,6 +84,6 @@ impl Gaps {
             worst = worst.max(found);
         }
         let worst = worst.sqrt();
-        ((worst <= most).then_some(worst), true)
+        ((worst <= limit).then_some(worst), true)
     }
 }

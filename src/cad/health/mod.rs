@@ -1,5 +1,4 @@
-//! What is wrong with a joined model: borders that stay free, the gaps between them, faces that are
-//! inside out, tiny or there twice.
+//! Defects of a joined model: free edges and gaps, inverted, tiny and duplicate faces.
 
 mod free_edges;
 #[cfg(test)]
@@ -15,28 +14,29 @@ use super::topology::{Piece, join, lies_along};
 use crate::geometry::nurbs::CurveProjector;
 use crate::geometry::{Aabb, Vec3};
 
-/// Points of an edge at which its distance from others is measured.
-const SAMPLES: usize = 17;
-/// Free edges farther apart than this share of the model's diagonal have no gap between them.
-const GAP_MOST: f64 = 1e-2;
-/// Closest points on curves that the gaps of a model's free edges may take in all, and at least for each of them: some
-/// tens are needed where few edges lie near. Doubled: twice the longest time of `--health`, half a second or so.
-const GAP_PROJECTIONS: usize = 400_000;
+/// Number of sample points per edge for the gap measurement.
+const GAP_SAMPLES: usize = 17;
+/// Largest gap between free edges relative to the diagonal of the model. Edges farther apart have no gap.
+const GAP_MAX_REL: f64 = 1e-2;
+/// Point projections allowed for the gaps of all free edges, and at least per edge; some tens are needed where few
+/// edges are close. Doubled: twice the longest time of `--health`, about half a second.
+const GAP_PROJECTIONS_TOTAL: usize = 400_000;
 const GAP_PROJECTIONS_MIN: usize = 512;
-/// Faces of about the same area that a face is compared with: more than a die has equal holes. Doubled: ten thousand equal
-/// faces take 0.1 s more.
-const COMPARISONS: usize = 10_000;
-/// Area that no face exceeds, as a share of the square of its box's diagonal: a sphere has 1.05, a deep pleat 10 or so.
-const AREA_MOST: f64 = 100.0;
+/// Maximum number of faces of about equal area with which a face is compared; a die has fewer equal holes. Doubled: ten
+/// thousand equal faces take 0.1 s longer.
+const COMPARISONS_MAX: usize = 10_000;
+/// Largest area of a face relative to the squared diagonal of its bounding box. A sphere has 1.05, a deep pleat about
+/// 10.
+const AREA_MAX_REL: f64 = 100.0;
 
-/// Faults of a joined model. Faces and edges are indices into the model's.
+/// Defects of a joined model. Faces and edges are indices into the model.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Health {
     /// Distance within which edges were joined [mm].
     pub join_tolerance_mm: f64,
     /// Edges used by one face only, longest first.
     pub free_edges: Vec<FreeEdge>,
-    /// Their length [mm].
+    /// Total length of free edges [mm].
     pub free_edge_length_mm: f64,
     /// Edges used more than twice.
     pub crowded_edges: Vec<usize>,
@@ -44,23 +44,25 @@ pub struct Health {
     pub largest_gap_mm: f64,
     /// Connected parts and their orientation.
     pub parts: Vec<Part>,
-    /// Faces that run along a shared edge in the same direction as their neighbour.
+    /// Faces that traverse a shared edge in the same direction as their neighbour.
     pub disagreeing_faces: Vec<usize>,
-    /// Faces of which the mean width, twice the area over the border, is less than the tolerance.
+    /// Faces with a mean width (twice the area over the perimeter) below the joining tolerance.
     pub tiny_faces: Vec<usize>,
-    /// Faces that lie on each other.
+    /// Pairs of coincident faces.
     pub duplicate_faces: Vec<[usize; 2]>,
-    /// Faces of the file that the model lacks, with the reason.
+    /// Faces of the file that are not in the model, with the reason.
     pub lost_faces: Vec<LostFace>,
-    /// Faces of area 0 or below, or with more area than any surface within their box may have: their borders or parameters were not understood.
+    /// Faces of area 0 or below, or larger than any surface in their bounding box: their boundary or parameters were
+    /// misinterpreted.
     pub impossible_faces: Vec<usize>,
-    /// Faces whose area does not settle in the work that a face of their size may take: it is a guess, and so is what follows from it.
+    /// Faces whose area did not converge within the evaluation budget: the area and all quantities derived from it are
+    /// estimates.
     pub unmeasured_faces: Vec<usize>,
-    /// False where so many faces have the same area that not all of them were compared.
+    /// False when so many faces have equal area that not all of them were compared.
     pub duplicates_searched: bool,
 }
 
-/// An edge that one face alone uses.
+/// An edge used by a single face.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct FreeEdge {
     /// Index of the edge.
@@ -69,28 +71,28 @@ pub struct FreeEdge {
     pub face: usize,
     /// Length [mm].
     pub length_mm: f64,
-    /// The tolerance that would close it [mm]: the largest distance of its points from the nearest other free
-    /// edge; none where that is more than a hundredth of the model's diagonal.
+    /// Joining tolerance that would close it [mm]: the largest distance of its points from the nearest other free edge.
+    /// `None` above 1 % of the diagonal of the model.
     pub gap_mm: Option<f64>,
-    /// False where so many free edges lie near that the budget of closest points was spent before the gap was known.
+    /// False when the projection budget was exhausted by many close free edges.
     pub gap_measured: bool,
 }
 
-/// Faces connected over edges.
+/// Faces connected across edges.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Part {
     /// Faces.
     pub faces: Vec<usize>,
-    /// Every edge has two sides.
+    /// Every edge has two uses.
     pub closed: bool,
-    /// Enclosed volume [mm3] by the faces' own normals; 0 for an open part.
+    /// Enclosed volume [mm3] by the orientation of the faces; 0 for an open part.
     pub volume_mm3: f64,
-    /// A closed part whose normals point into it, and that is no void of another.
+    /// A closed part with inward normals that is not a void of another part.
     pub inverted: bool,
 }
 
 impl Health {
-    /// Nothing is wrong. A part that is open by design has free edges and is not sound.
+    /// True without defects. A part that is open by design has free edges and is not sound.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.lost_faces.is_empty()
@@ -107,7 +109,7 @@ impl Health {
 }
 
 impl Model {
-    /// The model with its edges joined anew within `tolerance` [mm]: faces and parameter curves stay.
+    /// The model with edges rejoined within `tolerance` [mm]; faces and parameter curves are unchanged.
     #[must_use]
     pub fn joined_within(&self, tolerance: f64) -> Self {
         let mut out = self.clone();
@@ -119,7 +121,7 @@ impl Model {
                     let curve = &self.edges[edge].curve;
                     let curve = if used.reversed { curve.reversed() } else { curve.clone() };
                     let pcurve = used.pcurve.clone();
-                    // Another side may have made the edge, farther off than now is allowed.
+                    // The edge may stem from another side that is farther away than `tolerance`.
                     let own = lies_along(&face.surface, &pcurve, &curve, tolerance);
                     let curve = own.then_some(curve);
                     pieces.push(Piece { at: [f, l, k], pcurve, curve, edge_id: None });
@@ -131,14 +133,14 @@ impl Model {
         out
     }
 
-    /// What is wrong with the model as it is joined.
+    /// Examines the joined model for defects.
     #[must_use]
     pub fn health(&self) -> Health {
         let free_edges = self.free_edges();
         let crowded = |k: &usize| self.edges[*k].uses.len() > 2;
         let gaps: Vec<f64> =
             self.edges.par_iter().filter(|e| e.uses.len() > 1).map(|e| self.gap(e)).collect();
-        let facts: Vec<Facts> = self.faces.par_iter().map(Facts::of).collect();
+        let facts: Vec<FaceMeasures> = self.faces.par_iter().map(FaceMeasures::of).collect();
         let those = |is: &dyn Fn(usize) -> bool| (0..facts.len()).filter(|&f| is(f)).collect();
         let (duplicate_faces, duplicates_searched) =
             duplicate_faces(&facts, 4.0 * self.join_tolerance);
@@ -159,7 +161,7 @@ impl Model {
         }
     }
 
-    /// Largest distance of an edge's sides from its curve [mm].
+    /// Largest distance of the sides of an edge from its curve [mm].
     fn gap(&self, edge: &Edge) -> f64 {
         let curve = CurveProjector::new(&edge.curve);
         let mut worst: f64 = 0.0;
@@ -167,22 +169,22 @@ impl Model {
             let face = &self.faces[f];
             let pcurve = &face.loops[l].uses[k].pcurve;
             let [a, b] = pcurve.domain();
-            for i in 0..SAMPLES {
-                let t = a + (b - a) * i as f64 / (SAMPLES - 1) as f64;
+            for i in 0..GAP_SAMPLES {
+                let t = a + (b - a) * i as f64 / (GAP_SAMPLES - 1) as f64;
                 worst = worst.max(curve.closest(&face.surface.point(pcurve.point(t))).1);
             }
         }
         worst.sqrt()
     }
 
-    /// Connected parts, in the order of their first faces.
+    /// Connected parts, ordered by their first faces.
     fn parts(&self) -> Vec<Part> {
         let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); self.faces.len()];
         let mut closed = vec![true; self.faces.len()];
         for edge in &self.edges {
             for used in &edge.uses {
                 closed[used[0]] &= edge.uses.len() == 2;
-                // One face of an edge joins all others to the part.
+                // Linking all uses to the first one suffices for connectivity.
                 let first = edge.uses[0][0];
                 neighbours[used[0]].push(first);
                 neighbours[first].push(used[0]);
@@ -249,7 +251,7 @@ impl Model {
         out
     }
 
-    /// The mean width of face `f`, twice its area over its border, is no more than the tolerance of joining.
+    /// True when the mean width of face `f` (twice the area over the perimeter) is at most the joining tolerance.
     #[must_use]
     pub fn is_tiny(&self, f: usize) -> bool {
         self.is_narrow(f, self.faces[f].area(1e-9))
@@ -264,21 +266,21 @@ impl Model {
     }
 }
 
-/// What faces are compared by.
-struct Facts {
+/// Quantities by which faces are compared.
+struct FaceMeasures {
     measured: Measured,
     bounds: Aabb,
 }
 
-impl Facts {
+impl FaceMeasures {
     fn of(face: &Face) -> Self {
         Self { measured: face.measured(1e-9), bounds: face.bbox() }
     }
 
-    /// More area than [`AREA_MOST`] says, none, or none that is a number.
+    /// True when the area is not positive, not finite or above [`AREA_MAX_REL`].
     fn is_impossible(&self) -> bool {
         let area = self.measured.area_mm2;
-        !area.is_finite() || area <= 0.0 || area > AREA_MOST * self.bounds.diagonal().powi(2)
+        !area.is_finite() || area <= 0.0 || area > AREA_MAX_REL * self.bounds.diagonal().powi(2)
     }
 
     fn is_same(&self, other: &Self, near: f64) -> bool {
@@ -289,12 +291,12 @@ impl Facts {
     }
 }
 
-/// Pairs of the same area, centroid and box, within `near` [mm], and whether all were looked for: of the faces that follow one
-/// in the order of areas at most [`COMPARISONS`] are compared with it.
-fn duplicate_faces(facts: &[Facts], near: f64) -> (Vec<[usize; 2]>, bool) {
+/// Pairs of faces with equal area, centroid and bounding box within `near` [mm], and whether the search was complete.
+/// Each face is compared with at most [`COMPARISONS_MAX`] successors in the order of areas.
+fn duplicate_faces(facts: &[FaceMeasures], near: f64) -> (Vec<[usize; 2]>, bool) {
     let area = |f: usize| facts[f].measured.area_mm2;
     let mut order: Vec<usize> = (0..facts.len()).collect();
-    // Faces of one area, such as many equal holes, by their place: copies of one another are then side by side.
+    // Faces of equal area are ordered by position, so that copies become neighbours.
     let place = |f: usize| facts[f].bounds.min;
     order.sort_by(|&a, &b| {
         let [p, q] = [place(a), place(b)];
@@ -306,7 +308,7 @@ fn duplicate_faces(facts: &[Facts], near: f64) -> (Vec<[usize; 2]>, bool) {
         let reach = area(a) * (1.0 + 1e-4) + (0.25 * near).powi(2);
         let alike = order[i + 1..].iter().take_while(|&&b| area(b) <= reach);
         for (k, &b) in alike.enumerate() {
-            if k == COMPARISONS {
+            if k == COMPARISONS_MAX {
                 searched = false;
                 break;
             }
@@ -321,6 +323,6 @@ fn duplicate_faces(facts: &[Facts], near: f64) -> (Vec<[usize; 2]>, bool) {
 
 fn samples(edge: &Edge) -> Vec<Vec3> {
     let [a, b] = edge.curve.domain();
-    let at = |k: usize| edge.curve.point(a + (b - a) * k as f64 / (SAMPLES - 1) as f64);
-    (0..SAMPLES).map(at).collect()
+    let at = |k: usize| edge.curve.point(a + (b - a) * k as f64 / (GAP_SAMPLES - 1) as f64);
+    (0..GAP_SAMPLES).map(at).collect()
 }

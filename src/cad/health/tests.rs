@@ -1,4 +1,4 @@
-//! Claims about what is wrong with models.
+//! Tests of model defects.
 
 use crate::cad::model::Edge;
 use crate::cad::query_tests::shapes::whole;
@@ -17,7 +17,7 @@ fn fixture(name: &str) -> Model {
 fn a_closed_torus_is_sound_and_encloses_its_volume() {
     let model = fixture("torus_AP214.stp");
     let health = model.health();
-    assert!(health.is_sound(), "{}", health.told_of(&model));
+    assert!(health.is_sound(), "{}", health.to_text(&model));
     let [part] = &health.parts[..] else { panic!("{} parts", health.parts.len()) };
     let exact = 2.0 * std::f64::consts::PI.powi(2) * 40.0 * 49.0;
     assert!(part.closed && (part.volume_mm3 / exact - 1.0).abs() < 1e-8, "{part:?}");
@@ -53,7 +53,7 @@ fn a_face_twice_there_and_a_gap_are_found() {
     let mut double = whole.clone();
     double.faces.push(whole.faces[0].clone());
     assert_eq!(double.health().duplicate_faces, [[0, whole.faces.len()]]);
-    // The other side of every edge gets an edge of its own, 0.01 mm higher.
+    // The other side of every edge becomes an edge of its own, 0.01 mm higher.
     let mut open = whole.clone();
     let map = Affine { shift: Vec3::new(0.0, 0.0, 0.01), ..Affine::identity() };
     for edge in &whole.edges {
@@ -66,7 +66,7 @@ fn a_face_twice_there_and_a_gap_are_found() {
     assert!(gaps.iter().any(|g| (g - 0.01).abs() < 1e-6), "{gaps:?}");
 }
 
-/// A strip folded to and fro so many times between x = 0 and 100, 10 mm wide.
+/// A strip between x = 0 and 100, 10 mm wide, folded `count` times.
 fn pleated(count: u32) -> Model {
     let points = (0..=count).flat_map(|k| {
         [0.0, 10.0].map(|y| Vec3::new(if k % 2 == 0 { 0.0 } else { 100.0 }, y, 1e-3 * f64::from(k)))
@@ -89,13 +89,13 @@ fn more_area_than_its_box_may_hold_is_not_sound() {
     let health = model.health();
     assert_eq!(health.impossible_faces, [0]);
     assert!(!health.is_sound());
-    let told = health.told_of(&model);
-    assert!(told.contains("D7 (510); their borders were not understood"), "{told}");
+    let told = health.to_text(&model);
+    assert!(told.contains("D7 (510); check their boundary loops"), "{told}");
 }
 
 #[test]
 fn the_box_of_a_surface_reaches_its_corners_inside() {
-    // A pyramid of four bilinear pieces; its top is at no step of an even grid.
+    // A pyramid of four bilinear patches; its apex is on no uniform grid.
     let at = [0.0, 0.37, 1.0];
     let top = |i: usize, j: usize| if i == 1 && j == 1 { 1.0 } else { 0.0 };
     let points = (0..9).map(|k| Vec3::new(at[k / 3], at[k % 3], top(k / 3, k % 3))).collect();
@@ -104,9 +104,9 @@ fn the_box_of_a_surface_reaches_its_corners_inside() {
     assert!((model.bbox().max.z - 1.0).abs() < 1e-14, "{:?}", model.bbox());
 }
 
-/// Lines side by side, each of whose boxes holds all the others'.
+/// Parallel lines with mutually overlapping bounding boxes.
 #[test]
-fn gaps_of_edges_that_crowd_are_given_up_within_a_budget_and_counted() {
+fn gaps_of_crowded_edges_stop_at_the_projection_budget_and_are_counted() {
     let unmeasured = |count: u32| {
         let mut model = fixture("frustum_AP214.stp");
         let edge = model.edges[0].clone();
@@ -118,7 +118,7 @@ fn gaps_of_edges_that_crowd_are_given_up_within_a_budget_and_counted() {
         model.edges = (0..count).map(line).collect();
         let health = model.health();
         let count = health.free_edges.iter().filter(|e| !e.gap_measured).count();
-        (count, health.told_of(&model))
+        (count, health.to_text(&model))
     };
     assert_eq!(unmeasured(20).0, 0);
     let (count, told) = unmeasured(2000);
@@ -128,7 +128,7 @@ fn gaps_of_edges_that_crowd_are_given_up_within_a_budget_and_counted() {
 
 #[test]
 fn equal_faces_are_compared_with_so_many_others_only() {
-    let fact = |k: usize| Facts {
+    let fact = |k: usize| FaceMeasures {
         measured: Measured {
             area_mm2: 3.0,
             centroid: Vec3::new(10.0 * k as f64, 0.0, 0.0),
@@ -139,8 +139,8 @@ fn equal_faces_are_compared_with_so_many_others_only() {
             max: Vec3::new(10.0 * k as f64 + 1.0, 1.0, 0.0),
         },
     };
-    // A row of equal holes, the middle one there twice: found although not all are compared.
-    let mut row: Vec<Facts> = (0..COMPARISONS + 10).map(fact).collect();
+    // A row of equal holes with a duplicate of the middle one, found although not all pairs are compared.
+    let mut row: Vec<FaceMeasures> = (0..COMPARISONS_MAX + 10).map(fact).collect();
     row.push(fact(4_000));
     let twice = vec![[4_000, row.len() - 1]];
     assert_eq!(duplicate_faces(&row, 0.1), (twice, false));

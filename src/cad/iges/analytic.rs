@@ -2,14 +2,14 @@
 
 use super::file::Fault;
 use super::reader::{Reader, mirrors, similarity};
-use super::surface::Based;
+use super::surface::BasisSurface;
 use super::uv::UvMap;
 use crate::cad::raw::RawSurface;
 use crate::geometry::{Affine, Frame, Vec3};
 
 impl Reader<'_, '_> {
-    /// Plane (108): A x + B y + C z = D, boundary curve DE or 0, display symbol. It has no parameters.
-    pub(super) fn plane_108(&self, entity: usize, map: &Affine) -> Result<Based, Fault> {
+    /// Plane (108): A x + B y + C z = D, boundary curve DE or 0, display symbol. The entity defines no parametrisation.
+    pub(super) fn plane_108(&self, entity: usize, map: &Affine) -> Result<BasisSurface, Fault> {
         let mut p = self.file.params(entity)?;
         let normal = p.vec3("coefficient")?;
         let level = p.real("D")?;
@@ -24,8 +24,8 @@ impl Reader<'_, '_> {
             Frame::from_z_x(placed.point(&f.origin), z, placed.vector(&f.x))
         });
         let Some(frame) = frame else { return Err(p.fault("no plane", "finite coefficients")) };
-        let plane = Based::plain(RawSurface::Plane(frame), None);
-        Ok(Based { maps: Vec::new(), turned: mirrors(&placed), ..plane })
+        let plane = BasisSurface::plain(RawSurface::Plane(frame), None);
+        Ok(BasisSurface { maps: Vec::new(), turned: mirrors(&placed), ..plane })
     }
 
     /// The curve that bounds a plane (108, form 1 or -1).
@@ -37,20 +37,20 @@ impl Reader<'_, '_> {
     }
 
     /// Plane (190): point DE, normal DE, reference direction DE (form 1). `S = C + u x + v y`.
-    pub(super) fn plane_190(&self, entity: usize, map: &Affine) -> Result<Based, Fault> {
+    pub(super) fn plane_190(&self, entity: usize, map: &Affine) -> Result<BasisSurface, Fault> {
         let mut p = self.file.params(entity)?;
         let (point, normal) = (p.pointer("point")?, p.pointer("normal")?);
         let reference = p.pointer_or_none("reference direction")?;
         let placed = self.placed(entity, map)?;
         let (frame, flip, scale) = self.frame(entity, point, Some(normal), reference, &placed)?;
         let map = UvMap::scales(scale, flip * scale);
-        Ok(Based { maps: vec![map], ..Based::plain(RawSurface::Plane(frame), None) })
+        Ok(BasisSurface { maps: vec![map], ..BasisSurface::plain(RawSurface::Plane(frame), None) })
     }
 
     /// Cylinder (192): point, axis, radius, reference. Cone (194): point, axis, radius, semi-angle [deg],
     /// reference. Sphere (196): point, radius, axis, reference. Torus (198): point, axis, radii, reference.
     /// Their angles are in degrees.
-    pub(super) fn quadric(&self, entity: usize, map: &Affine) -> Result<Based, Fault> {
+    pub(super) fn quadric(&self, entity: usize, map: &Affine) -> Result<BasisSurface, Fault> {
         let kind = self.file.entry(entity).kind;
         let mut p = self.file.params(entity)?;
         let point = p.pointer("centre or point")?;
@@ -83,10 +83,10 @@ impl Reader<'_, '_> {
             let slant = v * second.to_radians().cos();
             maps.extend([UvMap::scales(degree, slant), UvMap::scales(flip, slant)]);
         }
-        Ok(Based { maps, ..Based::plain(surface, None) })
+        Ok(BasisSurface { maps, ..BasisSurface::plain(surface, None) })
     }
 
-    /// Placed frame, the sign angles take (-1 where a reflection made the frame left-handed), the scale.
+    /// Placed frame, the sign of angles (-1 where a reflection made the frame left-handed), and the scale.
     fn frame(
         &self,
         entity: usize,
@@ -99,7 +99,7 @@ impl Reader<'_, '_> {
             self.file.fault(
                 entity,
                 "matrix-skews",
-                "a matrix that does not keep shapes",
+                "a matrix that does not preserve shapes",
                 "rotation, reflection and uniform scale",
             )
         })?;
@@ -113,8 +113,8 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Cylinder (192), cone (194), sphere (196) or torus (any other kind) with lengths times `scale`, and the factor of its v
-/// from the file's.
+/// Cylinder (192), cone (194), sphere (196) or torus (any other type) with lengths times `scale`, and the factor from
+/// the file's v to its own.
 fn scaled_quadric(
     kind: u32,
     frame: Frame,

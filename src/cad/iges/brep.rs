@@ -2,21 +2,21 @@
 
 use std::rc::Rc;
 
-use super::edges::Draft;
+use super::edges::EdgeDraft;
 use super::file::Fault;
 use super::params::Params;
 use super::reader::{ListedEdge, Reader, mirrors};
-use super::surface::Based;
+use super::surface::BasisSurface;
 use crate::cad::raw::{RawEdge, RawFace};
 use crate::geometry::nurbs::Curve3;
 use crate::geometry::{Affine, Vec3};
 
-/// A shell that is to be read: its entity and whether its faces are to be turned.
+/// A shell to be read: its entity, and whether its faces are reversed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ShellUse {
     /// Shell (514).
     pub shell: usize,
-    /// Its faces' normals point into the material.
+    /// The normals of its faces point into the material.
     pub turned: bool,
 }
 
@@ -56,15 +56,15 @@ impl Reader<'_, '_> {
         let count = p.count("number of loops", 1)?;
         let outer_first = p.flag("OF", true)?;
         let placed = self.placed(entity, map)?;
-        let based = self.surface(surface, &placed, count == 0)?;
+        let basis = self.surface(surface, &placed, count == 0)?;
         let mut loops = Vec::with_capacity(count);
         let mut outer = Vec::with_capacity(count);
         for i in 0..count {
             let entity = p.pointer("loop")?;
-            loops.push(self.edge_loop(entity, &placed, &based, edge_id)?);
+            loops.push(self.edge_loop(entity, &placed, &basis, edge_id)?);
             outer.push(outer_first.then_some(i == 0));
         }
-        self.raw_face(entity, based, loops, &outer, count == 0, mirrors(&placed) != turned)
+        self.raw_face(entity, basis, loops, &outer, count == 0, mirrors(&placed) != turned)
     }
 
     /// Loop (508): N, then N times TYPE (1: vertex), list DE, number, OF, K, K times ISOP and parameter curve.
@@ -72,9 +72,9 @@ impl Reader<'_, '_> {
         &self,
         entity: usize,
         map: &Affine,
-        based: &Based,
+        basis: &BasisSurface,
         edge_id: &mut dyn FnMut(usize, usize) -> usize,
-    ) -> Result<Vec<Draft>, Fault> {
+    ) -> Result<Vec<EdgeDraft>, Fault> {
         self.expect_kind(entity, &[508], "a loop (508)")?;
         let placed = self.placed(entity, map)?;
         let mut p = self.file.params(entity)?;
@@ -86,7 +86,7 @@ impl Reader<'_, '_> {
             let number = p.integer_or("number in the list", 1)?;
             let number = usize::try_from(number).unwrap_or(0);
             let along = p.flag("OF", true)?;
-            let pcurve = self.use_pcurve(entity, &mut p, based)?;
+            let pcurve = self.use_pcurve(entity, &mut p, basis)?;
             let mut edge = if at_vertex {
                 let point = placed.point(&self.vertex(list, number)?);
                 RawEdge { ends: Some([point, point]), ..RawEdge::default() }
@@ -95,7 +95,7 @@ impl Reader<'_, '_> {
                 RawEdge { edge_id: Some(id), ..self.listed_edge(list, number, along, &placed)? }
             };
             edge.pcurve = pcurve;
-            drafts.push(Draft { curve_directs: edge.curve.is_some(), edge });
+            drafts.push(EdgeDraft { curve_directs: edge.curve.is_some(), edge });
         }
         Ok(drafts)
     }
@@ -104,13 +104,13 @@ impl Reader<'_, '_> {
         &self,
         entity: usize,
         p: &mut Params<'_, '_>,
-        based: &Based,
+        basis: &BasisSurface,
     ) -> Result<Option<crate::geometry::nurbs::Curve2>, Fault> {
         let count = p.count("number of parameter curves", 2)?;
         let mut pieces = Vec::new();
         for _ in 0..count {
             p.flag("ISOP", false)?;
-            let curve = p.pointer_or_none("parameter curve")?.filter(|_| !based.maps.is_empty());
+            let curve = p.pointer_or_none("parameter curve")?.filter(|_| !basis.maps.is_empty());
             if let Some(curve) = curve {
                 pieces.extend(self.flat_pieces(curve)?);
             }
@@ -118,7 +118,7 @@ impl Reader<'_, '_> {
         self.joined_flat(entity, &pieces)
     }
 
-    /// The space curve of a listed edge, cut to its vertices and directed as it is used.
+    /// Space curve of a listed edge, trimmed to its vertices, in the direction of use.
     fn listed_edge(
         &self,
         list: usize,
@@ -200,8 +200,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Cuts a curve to the vertices of its edge where it runs past them, and turns it round where it runs from the
-/// second to the first.
+/// Trims a curve to the vertices of its edge and reverses it if it runs from the second to the first.
 fn cut_to(curve: Curve3, ends: &[Vec3; 2]) -> Curve3 {
     let [low, high] = curve.domain();
     let [a, b] = [curve.point(low), curve.point(high)];
@@ -223,8 +222,8 @@ fn cut_to(curve: Curve3, ends: &[Vec3; 2]) -> Curve3 {
     }
 }
 
-/// Parameter of a point on a curve: the nearest of eight samples a span, then thirds of its neighbourhood. Made for
-/// vertices that lie on the curve.
+/// Parameter of a point on a curve: the nearest of eight samples per span, then ternary search. Intended for vertices
+/// that lie on the curve.
 fn foot(curve: &Curve3, p: &Vec3) -> f64 {
     let [low, high] = curve.domain();
     let count = 8 * curve.points().len().clamp(2, 1000);

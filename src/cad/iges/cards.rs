@@ -1,35 +1,35 @@
-//! Cards: the physical lines of the file, sorted into sections, whatever their ends and widths.
+//! Cards: the physical lines of the file, sorted into sections, for any line ending and width.
 //!
-//! Columns 1-72 hold data, column 73 the section letter, columns 74-80 the sequence number. In the parameter
-//! section columns 1-64 are data and 66-72 point back to the directory entry.
+//! Columns 1-72 hold data, column 73 the section letter, columns 74-80 the sequence number. In the parameter section
+//! columns 1-64 are data and 66-72 point back to the directory entry.
 
 /// Columns of parameter data on a card.
 const PARAMETER_COLUMNS: usize = 64;
 
-/// The sections of a file, each as one run of text.
+/// The sections of a file, each as contiguous text.
 #[derive(Debug, Default)]
 pub(super) struct Cards<'a> {
-    /// Global section, 72 columns a card.
+    /// Global section, 72 columns per card.
     pub global: Vec<u8>,
     /// Directory cards.
     pub directory: Vec<Card<'a>>,
-    /// Parameter data of all cards, 64 columns each (65 where data runs on).
+    /// Parameter data of all cards, 64 columns each (65 where data extends into column 65).
     pub parameters: Vec<u8>,
-    /// Where each parameter card begins in `parameters`, and what its tail says.
+    /// Offset of each parameter card in `parameters`, and the fields behind its data.
     pub parameter_cards: Vec<ParameterCard>,
-    /// Cards without a section letter that were taken as continuations.
+    /// Number of cards without a section letter, treated as continuations.
     pub unlettered: usize,
-    /// Line of the first of them.
+    /// Line of the first card without a section letter.
     pub first_unlettered: usize,
     /// The file has a T section.
     pub terminated: bool,
-    /// The first card of a compressed or binary file was met.
+    /// The file begins as a compressed or binary file.
     pub other_form: bool,
-    /// Cards in the start section.
+    /// Number of cards in the start section.
     pub start: usize,
 }
 
-/// One card as it stands in the file.
+/// One card of the file.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Card<'a> {
     /// Columns 1-72 (or fewer).
@@ -40,14 +40,14 @@ pub(super) struct Card<'a> {
     pub line: usize,
 }
 
-/// The tail of a parameter card.
+/// The fields behind the data of a parameter card.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ParameterCard {
     /// Offset of its first column in `Cards::parameters`.
     pub offset: usize,
-    /// Directory entry it says it belongs to (0: none).
+    /// Directory entry of the card (0: none).
     pub back: u32,
-    /// Its sequence number (0: none).
+    /// Sequence number (0: none).
     pub sequence: u32,
     /// Line in the file, from 1.
     pub line: usize,
@@ -109,7 +109,7 @@ fn push_parameter_card(
     }
 }
 
-/// True when column 65 of the parameter cards is more than blanks or the leading zero of a wide pointer.
+/// True when column 65 of a parameter card contains more than a blank or the leading zero of a wide pointer.
 fn column_65_holds_data(lines: &[&[u8]]) -> bool {
     lines.iter().any(|text| {
         text.get(64).is_some_and(|b| !b.is_ascii_whitespace() && *b != b'0')
@@ -117,7 +117,7 @@ fn column_65_holds_data(lines: &[&[u8]]) -> bool {
     })
 }
 
-/// A directory card cut off before column 73.
+/// A directory card truncated before column 73.
 fn bare_directory_card(text: &[u8]) -> bool {
     text.len() >= PARAMETER_COLUMNS && number(head(text, 8)) > 0
 }
@@ -131,13 +131,13 @@ fn push_padded(to: &mut Vec<u8>, text: &[u8], columns: usize) {
     to.resize(to.len() + columns.saturating_sub(text.len()), b' ');
 }
 
-/// Section letter in column 73, if one is there.
+/// Section letter in column 73, if present.
 fn letter(text: &[u8]) -> Option<u8> {
     let found = text.get(72)?.to_ascii_uppercase();
     b"SGDPTBC".contains(&found).then_some(found)
 }
 
-/// A right-justified number; 0 when it is blank or something else.
+/// A right-justified number; 0 for blanks and anything else.
 pub(super) fn number(text: &[u8]) -> u32 {
     let text = text.trim_ascii();
     let digits = text.iter().all(u8::is_ascii_digit);
@@ -148,10 +148,10 @@ pub(super) fn number(text: &[u8]) -> u32 {
     }
 }
 
-/// Lines with any ends, or bare 80-byte records.
+/// Lines with any line ending, or unterminated 80-byte records.
 struct Lines<'a> {
     rest: &'a [u8],
-    /// What is left of a run of bare records.
+    /// Remainder of a run of unterminated records.
     records: &'a [u8],
 }
 
@@ -185,11 +185,11 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// Where the first line feed or carriage return is, or the end: eight bytes at a time.
+/// Position of the first line feed or carriage return, or the end; scans eight bytes at a time.
 fn line_end(bytes: &[u8]) -> usize {
     const ONES: u64 = u64::from_ne_bytes([1; 8]);
     const HIGH: u64 = u64::from_ne_bytes([0x80; 8]);
-    // A byte of `x` that is zero leaves its high bit set, and so may one above it, but none without one.
+    // A zero byte of `x` sets its high bit; a byte above it may be set as well, but none without a zero byte.
     let zero = |x: u64| x.wrapping_sub(ONES) & !x & HIGH;
     let ends = |b: &u8| matches!(b, b'\n' | b'\r');
     let mut at = 0;

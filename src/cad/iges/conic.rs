@@ -1,4 +1,4 @@
-//! Conic arcs (104), exact as rational quadratics.
+//! Conic arcs (104), exact as rational quadratic B-splines.
 
 use nalgebra::{Matrix2, Matrix3, SymmetricEigen};
 
@@ -72,8 +72,8 @@ impl Conic {
         Some(Curve3::ellipse_arc(&frame, rx, ry, from, to))
     }
 
-    /// Parabola or hyperbola: one rational quadratic, its middle point where the end tangents meet,
-    /// `w^2 = -Q(P0, P2) / (2 Q(P1, P1))`.
+    /// Parabola or hyperbola: one rational quadratic segment. The middle control point is the intersection of the end
+    /// tangents, `w^2 = -Q(P0, P2) / (2 Q(P1, P1))`.
     fn open(&self, z: f64, start: Vec2, end: Vec2) -> Option<Curve3> {
         let lift = |p: Vec2| Vec3::new(p.x, p.y, 1.0);
         let (p0, p2) = (lift(start), lift(end));

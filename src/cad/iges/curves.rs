@@ -2,45 +2,45 @@
 
 use std::f64::consts::TAU;
 
-use super::file::{Fault, PIECE};
-use super::reader::{DEPTH, Reader, similarity};
+use super::file::{Fault, PIECE_COST};
+use super::reader::{POINTER_DEPTH_MAX, Reader, similarity};
 use crate::geometry::nurbs::{Curve2, Curve3, NurbsError};
 use crate::geometry::{Affine, Frame, Vec2, Vec3};
 
 /// Entity types that are curves.
 pub(super) const CURVES: [u32; 8] = [100, 102, 104, 106, 110, 112, 126, 130];
 
-/// A piece of a curve, with what it is known to be.
+/// A segment of a curve, with its shape where it is known.
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
     /// Rational form; its domain is the entity's parameter range.
     pub curve: Curve3,
-    /// Its shape.
+    /// Shape.
     pub shape: Shape,
 }
 
-/// What a piece is known to be.
+/// Shape of a curve segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Shape {
     /// A segment, parameter 0 to 1.
     Line,
-    /// A circular arc `origin + radius (cos t x + sin t y)`; its parameter t is the angle [rad], which the
-    /// rational form has at span ends only.
+    /// A circular arc `origin + radius (cos t x + sin t y)`. Its parameter t is the angle [rad]; the rational form
+    /// agrees with it at span ends only.
     Arc {
         /// Centre and axes.
         frame: Frame,
         /// Radius.
         radius: f64,
     },
-    /// Any other curve, parametrised as its entity says.
+    /// Any other curve, with the parametrisation of its entity.
     Free,
-    /// A curve whose rational form has other parameters than its entity inside its spans (conics).
+    /// A curve (conic) whose rational form has another parametrisation than its entity inside the spans.
     Reparametrised,
 }
 
 impl Reader<'_, '_> {
-    /// The pieces of a curve entity in order, placed by `map` after their own matrices. Composites are taken
-    /// apart with a stack of their own; cycles end at a fixed depth.
+    /// Segments of a curve entity in order, transformed by their own matrices and `map`. Composites are expanded
+    /// iteratively; cycles end at a fixed depth.
     pub fn pieces(&self, entity: usize, map: &Affine) -> Result<Vec<Piece>, Fault> {
         self.pieces_at(entity, map, 0)
     }
@@ -51,12 +51,12 @@ impl Reader<'_, '_> {
         while let Some((member, map, depth)) = stack.pop() {
             let placed = self.placed(member, &map)?;
             match self.file.entry(member).kind {
-                102 if depth >= DEPTH => {
+                102 if depth >= POINTER_DEPTH_MAX => {
                     return Err(self.file.fault(
                         member,
                         "composite-depth",
-                        "composite curves lead to each other or lie too deep",
-                        format!("at most {DEPTH} levels of composite curves"),
+                        "composite curves are cyclic or too deeply nested",
+                        format!("at most {POINTER_DEPTH_MAX} levels of composite curves"),
                     ));
                 }
                 102 => {
@@ -79,15 +79,15 @@ impl Reader<'_, '_> {
         Ok(out)
     }
 
-    /// Reads a curve that is no composite, in mm; infinite coordinates are refused.
+    /// Reads a curve that is not a composite [mm]; infinite coordinates are an error.
     fn placed_leaf(&self, member: usize, depth: usize, placed: &Affine) -> Result<Piece, Fault> {
-        self.file.charge(member, PIECE)?;
+        self.file.charge(member, PIECE_COST)?;
         let piece = self.leaf(member, depth)?.transformed(placed);
         if !piece.curve.points().iter().all(|p| p.iter().all(|c| c.is_finite())) {
             return Err(self.file.fault(
                 member,
                 "curve-infinite",
-                "coordinates no double can hold in mm",
+                "coordinates outside the range of double precision in mm",
                 "finite coordinates",
             ));
         }
@@ -120,8 +120,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Circular arc (100): ZT, X1, Y1 centre, X2, Y2 start, X3, Y3 end; counter-clockwise, a whole circle
-    /// when start and end agree. Parameter: the angle, start in [0, 2 pi).
+    /// Circular arc (100): ZT, X1, Y1 centre, X2, Y2 start, X3, Y3 end; counter-clockwise, a full circle when start and
+    /// end coincide. The parameter is the angle, with the start in [0, 2 pi).
     fn arc(&self, entity: usize) -> Result<Piece, Fault> {
         let mut p = self.file.params(entity)?;
         let z = p.real("ZT")?;
@@ -139,13 +139,13 @@ impl Reader<'_, '_> {
         Ok(Piece { curve, shape: Shape::Arc { frame, radius } })
     }
 
-    /// Line (110): start, end. Forms 1 and 2 have no ends.
+    /// Line (110): start, end. Forms 1 and 2 are unbounded.
     fn line(&self, entity: usize) -> Result<Piece, Fault> {
         if self.file.entry(entity).form != 0 {
             self.file.warn(
                 entity,
                 "line-unbounded",
-                "an unbounded line (form 1 or 2) is cut to its two points",
+                "an unbounded line (form 1 or 2) is trimmed to its two points",
             );
         }
         let mut p = self.file.params(entity)?;
@@ -153,12 +153,13 @@ impl Reader<'_, '_> {
         Ok(Piece { curve: Curve3::line(a, b), shape: Shape::Line })
     }
 
-    /// A curve as one rational B-spline; composites run over the sum of their members' ranges, from 0.
+    /// A curve as a single rational B-spline. The domain of a composite is the sum of the ranges of its members, from
+    /// 0.
     pub fn joined(&self, entity: usize, map: &Affine) -> Result<Piece, Fault> {
         self.joined_at(entity, map, 0)
     }
 
-    /// [`Reader::joined`] at a depth of pointers.
+    /// [`Reader::joined`] at a given pointer depth.
     pub fn joined_at(&self, entity: usize, map: &Affine, depth: usize) -> Result<Piece, Fault> {
         let mut pieces = self.pieces_at(entity, map, depth)?;
         if pieces.len() == 1
@@ -172,13 +173,13 @@ impl Reader<'_, '_> {
         Ok(Piece { curve, shape: if exact { Shape::Free } else { Shape::Reparametrised } })
     }
 
-    /// Pieces of a curve in a parameter plane (their z is dropped).
+    /// Segments of a curve in a parameter plane (z is dropped).
     pub fn flat_pieces(&self, entity: usize) -> Result<Vec<Curve2>, Fault> {
         let pieces = self.pieces(entity, &Affine::identity())?;
         pieces.iter().map(|p| flat(&p.curve).map_err(|e| self.nurbs_fault(entity, &e))).collect()
     }
 
-    /// Control data that is no rational B-spline, as a fault.
+    /// Converts an error of the control data to a fault of the entity.
     pub fn nurbs_fault(&self, entity: usize, error: &NurbsError) -> Fault {
         self.file.fault(
             entity,
@@ -207,7 +208,7 @@ impl Piece {
     }
 }
 
-/// Angles of an arc from the directions of its ends: start in [0, 2 pi), sweep in (0, 2 pi].
+/// Angular range of an arc from the directions of its ends: start in [0, 2 pi), sweep in (0, 2 pi].
 pub(super) fn arc_range(start: &Vec2, end: &Vec2) -> [f64; 2] {
     let mut from = start.y.atan2(start.x);
     if from < -1e-9 {
@@ -223,7 +224,7 @@ pub(super) fn arc_range(start: &Vec2, end: &Vec2) -> [f64; 2] {
     [from, from + sweep]
 }
 
-/// A space curve's shadow in the xy plane.
+/// Projection of a space curve onto the xy plane.
 pub(super) fn flat(curve: &Curve3) -> Result<Curve2, NurbsError> {
     let points = curve.points().iter().map(|p| p.xy()).collect();
     Curve2::try_new(curve.degree(), curve.knots().to_vec(), points, Some(curve.weights().to_vec()))

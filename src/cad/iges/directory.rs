@@ -10,35 +10,35 @@ pub(super) struct Entry {
     pub kind: u32,
     /// Form number.
     pub form: i32,
-    /// Its sequence number, what pointers name.
+    /// Sequence number, the value of pointers to it.
     pub pointer: u32,
     /// Transformation matrix (a pointer), 0 for none.
     pub transform: u32,
     /// Status: visibility, subordination, use, hierarchy.
     pub status: [u8; 4],
-    /// Its parameter cards, as a range of `Cards::parameter_cards`; empty when they are not found.
+    /// Its parameter cards, as a range of `Cards::parameter_cards`; empty when not found.
     pub cards: std::ops::Range<usize>,
     /// Line in the file, from 1.
     pub line: usize,
 }
 
-/// All directory entries and how pointers lead to them.
+/// All directory entries, and the resolution of pointers.
 #[derive(Debug, Default)]
 pub(super) struct Directory {
     /// Entries in file order.
     pub entries: Vec<Entry>,
-    /// Sequence numbers are 1, 3, 5, ... or cannot be trusted: pointer = 2 index + 1.
+    /// Sequence numbers are 1, 3, 5, ... or unreliable: pointer = 2 index + 1.
     by_position: bool,
-    /// Entries whose parameter cards were found another way than by their pointer.
+    /// Number of entries whose parameter cards were not at their pointer.
     pub relocated: usize,
-    /// The sequence numbers cannot be trusted.
+    /// The sequence numbers are unreliable.
     pub renumbered: bool,
-    /// Directory cards that make no pair.
+    /// Number of unpaired directory cards.
     pub unpaired: usize,
 }
 
 impl Directory {
-    /// Index of the entry a pointer names.
+    /// Index of the entry with this pointer.
     pub fn find(&self, pointer: i64) -> Option<usize> {
         let pointer = u32::try_from(pointer.unsigned_abs()).ok()?;
         if self.by_position {
@@ -49,7 +49,7 @@ impl Directory {
     }
 }
 
-/// Reads the directory and finds each entry's parameter cards.
+/// Reads the directory and locates the parameter cards of each entry.
 pub(super) fn parse(cards: &Cards<'_>, delimiters: Delimiters) -> Directory {
     let mut directory = Directory::default();
     let mut at = 0;
@@ -70,7 +70,7 @@ pub(super) fn parse(cards: &Cards<'_>, delimiters: Delimiters) -> Directory {
     directory
 }
 
-/// A lost card: the next pair fits where this one does not.
+/// True when a card is missing: the next pair is consistent, this one is not.
 fn paired_later(cards: &[Card<'_>]) -> bool {
     matches!(cards, [_, a, b, ..] if number_of(a, 0) > 0 && field(a, 0) == field(b, 0))
 }
@@ -102,7 +102,7 @@ fn entry(first: &Card<'_>, second: &Card<'_>) -> Entry {
     }
 }
 
-/// Decides whether the sequence numbers can be trusted: they rise and are odd.
+/// Decides whether the sequence numbers are reliable: increasing and odd.
 fn number_entries(directory: &mut Directory) {
     let entries = &mut directory.entries;
     let counted = entries.iter().zip(0u32..).all(|(e, i)| e.pointer == 2 * i + 1);
@@ -117,7 +117,7 @@ fn number_entries(directory: &mut Directory) {
     }
 }
 
-/// Gives each entry the cards from its first parameter card to the next entry's first.
+/// Assigns to each entry the cards from its first parameter card to that of the next entry.
 fn locate(directory: &mut Directory, cards: &Cards<'_>, starts: &[u32], delimiters: Delimiters) {
     let tail = &cards.parameter_cards;
     let rising = tail.windows(2).all(|w| w[0].sequence < w[1].sequence || w[1].sequence == 0);
@@ -135,9 +135,9 @@ fn locate(directory: &mut Directory, cards: &Cards<'_>, starts: &[u32], delimite
         let by_number =
             rising.then(|| tail.binary_search_by_key(start, |c| c.sequence).ok()).flatten();
         let by_place = (*start as usize).checked_sub(1);
-        let told = by_number.or(by_place);
-        if told.is_some_and(|card| begins_with(card, entry.kind)) {
-            *first = told;
+        let candidate = by_number.or(by_place);
+        if candidate.is_some_and(|card| begins_with(card, entry.kind)) {
+            *first = candidate;
             continue;
         }
         let at = backs.partition_point(|(back, _)| *back < entry.pointer);

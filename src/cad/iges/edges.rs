@@ -1,35 +1,39 @@
-//! From what a boundary entity says to raw edges: pairing, parameter conventions, directions.
+//! Converts boundary entities to raw edges: pairing of curves, parameter conventions, directions.
 
-use super::surface::Based;
+use super::surface::BasisSurface;
 use super::uv::{UvMap, point_on};
 use crate::cad::raw::{RawEdge, RawSurface};
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Vec2, Vec3};
 
-/// An edge before its parameter curve is put into the parameters of the raw surface.
+/// An edge whose parameter curve is not yet in the parameters of the raw surface.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Draft {
-    /// The raw edge; its `pcurve` is still in the file's parameters.
+pub(super) struct EdgeDraft {
+    /// The raw edge; its `pcurve` is in the file's parameters.
     pub edge: RawEdge,
-    /// The direction of `edge.curve` is certain (topology says it), that of the parameter curve is not.
+    /// The direction of `edge.curve` is defined by the topology; that of the parameter curve is not.
     pub curve_directs: bool,
 }
 
-/// What was done to a face's parameter curves.
+/// Result of converting the parameter curves of a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Settled {
-    /// Number of the parameter map that fits.
+pub(super) struct FittedMap {
+    /// Index of the parameter map with the best fit.
     pub map: usize,
-    /// Parameter curves left out.
+    /// Number of discarded parameter curves.
     pub dropped: usize,
 }
 
-/// Fractions of both curves at which they are compared.
-const SAMPLES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+/// Fractions of both parameter ranges at which curves are compared.
+const MATCH_FRACTIONS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
-/// Pairs the curves of one boundary; where their numbers differ, one of the two is kept.
-pub(super) fn paired(curves: Vec<Curve3>, pcurves: Vec<Curve2>, prefer_pcurve: bool) -> Vec<Draft> {
-    let draft = |curve, pcurve| Draft {
+/// Pairs the space and parameter curves of a boundary. Where their numbers differ, one of the two lists is used.
+pub(super) fn paired(
+    curves: Vec<Curve3>,
+    pcurves: Vec<Curve2>,
+    prefer_pcurve: bool,
+) -> Vec<EdgeDraft> {
+    let draft = |curve, pcurve| EdgeDraft {
         edge: RawEdge { curve, pcurve, prefer_pcurve, ..RawEdge::default() },
         curve_directs: false,
     };
@@ -42,33 +46,35 @@ pub(super) fn paired(curves: Vec<Curve3>, pcurves: Vec<Curve2>, prefer_pcurve: b
     curves.into_iter().map(|c| draft(Some(c), None)).collect()
 }
 
-/// Puts the parameter curves of all loops of a face into the raw surface's parameters. Of the meanings writers
-/// give to a surface's parameters the one is taken that fits the curves in space; the first if nothing tells.
-/// Parameter curves that miss their curve in space by far are left out, unless they are preferred.
-pub(super) fn settle(based: &Based, loops: &mut [Vec<Draft>]) -> Settled {
-    let chosen = best_map(based, loops);
-    let mut settled = Settled { map: chosen, dropped: 0 };
+/// Converts the parameter curves of all loops of a face to the parameters of the raw surface. Among the parameter
+/// conventions of known writers, the one that fits the space curves is used, the first by default. Parameter curves far
+/// from their space curve are discarded unless the file prefers them.
+pub(super) fn fit_parameter_map(basis: &BasisSurface, loops: &mut [Vec<EdgeDraft>]) -> FittedMap {
+    let chosen = best_map(basis, loops);
+    let mut fitted = FittedMap { map: chosen, dropped: 0 };
     for draft in loops.iter_mut().flatten() {
         let Some(flat) = draft.edge.pcurve.take() else { continue };
-        let Some(map) = based.maps.get(chosen) else { continue };
-        if based.approximate && draft.edge.curve.is_some() {
+        let Some(map) = basis.maps.get(chosen) else { continue };
+        if basis.approximate && draft.edge.curve.is_some() {
             continue;
         }
         let Some(pcurve) = map.curve(&flat) else { continue };
-        if !draft.edge.prefer_pcurve && misses(&based.surface, &pcurve, draft.edge.curve.as_ref()) {
-            settled.dropped += 1;
+        if !draft.edge.prefer_pcurve
+            && is_far_from(&basis.surface, &pcurve, draft.edge.curve.as_ref())
+        {
+            fitted.dropped += 1;
             continue;
         }
-        settle_direction(&based.surface, draft, pcurve);
+        align_directions(&basis.surface, draft, pcurve);
     }
     for edges in loops {
         chain(edges);
     }
-    settled
+    fitted
 }
 
-/// True when the ends of a parameter curve are far from those of the curve in space, either way round.
-fn misses(surface: &RawSurface, pcurve: &Curve2, curve: Option<&Curve3>) -> bool {
+/// True when the ends of a parameter curve are far from those of the space curve, in either direction.
+fn is_far_from(surface: &RawSurface, pcurve: &Curve2, curve: Option<&Curve3>) -> bool {
     let Some(curve) = curve else { return false };
     let [a, b] = pcurve.domain().map(|t| point_on(surface, pcurve.point(t)));
     let [c, d] = curve.domain().map(|t| curve.point(t));
@@ -78,10 +84,10 @@ fn misses(surface: &RawSurface, pcurve: &Curve2, curve: Option<&Curve3>) -> bool
     forth.min(back) > 0.1 * extent(curve)
 }
 
-/// Keeps both curves of an edge running the same way.
-fn settle_direction(surface: &RawSurface, draft: &mut Draft, pcurve: Curve2) {
+/// Makes the directions of both curves of an edge agree.
+fn align_directions(surface: &RawSurface, draft: &mut EdgeDraft, pcurve: Curve2) {
     let against = draft.edge.curve.as_ref().is_some_and(|curve| {
-        mismatch(surface, &UvMap::identity(), &pcurve, curve)
+        curve_distances(surface, &UvMap::identity(), &pcurve, curve)
             .is_some_and(|(forth, back)| back < 0.5 * forth && back < 0.1 * extent(curve))
     });
     if !against {
@@ -94,23 +100,23 @@ fn settle_direction(surface: &RawSurface, draft: &mut Draft, pcurve: Curve2) {
     }
 }
 
-fn best_map(based: &Based, loops: &[Vec<Draft>]) -> usize {
-    if based.maps.len() < 2 {
+fn best_map(basis: &BasisSurface, loops: &[Vec<EdgeDraft>]) -> usize {
+    if basis.maps.len() < 2 {
         return 0;
     }
     let total = |map: &UvMap| -> f64 {
         let pairs = loops.iter().flatten().filter_map(|d| {
-            mismatch(&based.surface, map, d.edge.pcurve.as_ref()?, d.edge.curve.as_ref()?)
+            curve_distances(&basis.surface, map, d.edge.pcurve.as_ref()?, d.edge.curve.as_ref()?)
         });
         pairs.map(|(forth, back)| forth.min(back)).sum()
     };
-    let costs: Vec<f64> = based.maps.iter().map(total).collect();
+    let costs: Vec<f64> = basis.maps.iter().map(total).collect();
     let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
     if costs[best] < 0.5 * costs[0] { best } else { 0 }
 }
 
-/// Sum of distances between the two curves of an edge, running alike and running against each other.
-fn mismatch(
+/// Sum of the distances between both curves of an edge, in equal and in opposite direction.
+fn curve_distances(
     surface: &RawSurface,
     map: &UvMap,
     pcurve: &Curve2,
@@ -119,7 +125,7 @@ fn mismatch(
     let [a, b] = pcurve.domain();
     let [c, d] = curve.domain();
     let (mut forth, mut back) = (0.0, 0.0);
-    for s in SAMPLES {
+    for s in MATCH_FRACTIONS {
         let on: Vec2 = map.point(pcurve.point(a + s * (b - a)));
         let on = point_on(surface, on)?;
         forth += (on - curve.point(c + s * (d - c))).norm();
@@ -133,9 +139,9 @@ fn extent(curve: &Curve3) -> f64 {
     curve.points().iter().map(|p| (p - first).norm()).sum()
 }
 
-/// Turns edges round where only that makes the loop run on: for writers that list the members of a boundary
-/// in order but in any direction.
-fn chain(edges: &mut [Draft]) {
+/// Reverses edges where only that connects the loop: some writers list the members of a boundary in order but with
+/// arbitrary direction.
+fn chain(edges: &mut [EdgeDraft]) {
     let ends: Option<Vec<[Vec3; 2]>> = edges
         .iter()
         .map(|d| d.edge.curve.as_ref().map(|c| c.domain().map(|t| c.point(t))))
@@ -170,7 +176,7 @@ fn chain(edges: &mut [Draft]) {
     }
 }
 
-/// Sum of the distances [mm] between the edges of a loop, some of them turned round.
+/// Sum of the gaps [mm] between consecutive edges of a loop, some of them reversed.
 fn sum_of_gaps(ends: &[[Vec3; 2]], turned: &[bool]) -> f64 {
     let n = ends.len();
     (0..n)

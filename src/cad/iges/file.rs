@@ -1,4 +1,4 @@
-//! The file as a whole: entries, their parameters, places for messages, the budget of work.
+//! The file: entities, their parameters, locations for messages, the work budget.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -6,18 +6,19 @@ use std::collections::BTreeMap;
 use super::cards::{self, Cards};
 use super::directory::{self, Directory, Entry};
 use super::global::{self, Global};
-use crate::cad::raw::most_sides;
+use crate::cad::raw::max_sides;
 use crate::cad::{Diagnostic, Severity};
 
-/// Parameters that may be read beyond eight times the file: what instances and shared entities may repeat.
-const BUDGET: usize = 12_000_000;
-/// What a curve or a face costs, in parameters.
-pub(super) const PIECE: usize = 32;
+/// Parameters that may be read beyond eight times the file, for instances and shared entities. Doubled: twice the
+/// longest time of a file with self-multiplying pointers.
+const PARAMETER_BUDGET: usize = 12_000_000;
+/// Cost of a curve or face, in parameters.
+pub(super) const PIECE_COST: usize = 32;
 
-/// Why an entity could not be used. Faults skip what they belong to and become diagnostics.
+/// The reason why an entity cannot be used. The entity is skipped and the fault becomes a diagnostic.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fault {
-    /// Stable name of the kind.
+    /// Stable code.
     pub code: &'static str,
     /// Line, entry and entity.
     pub place: String,
@@ -34,7 +35,7 @@ pub(super) struct File<'a> {
     /// Directory section.
     pub directory: Directory,
     cards: Cards<'a>,
-    /// Parameters that may still be read: following pointers cannot cost more than this.
+    /// Remaining work budget, in parameters: bounds the cost of following pointers.
     budget: Cell<usize>,
     /// Length of the file [bytes].
     bytes: usize,
@@ -43,7 +44,7 @@ pub(super) struct File<'a> {
 
 #[derive(Default)]
 struct Log {
-    /// By code and entity type: how often, and the first.
+    /// By code and entity type: number of occurrences, and the first one.
     seen: BTreeMap<(&'static str, u32), (usize, Diagnostic)>,
 }
 
@@ -53,7 +54,7 @@ impl<'a> File<'a> {
         let cards = cards::split(bytes);
         let global = global::parse(&cards.global);
         let directory = directory::parse(&cards, global.delimiters);
-        let budget = Cell::new(BUDGET + 8 * cards.parameters.len());
+        let budget = Cell::new(PARAMETER_BUDGET + 8 * cards.parameters.len());
         Self { global, directory, cards, budget, bytes: bytes.len(), log: RefCell::default() }
     }
 
@@ -72,7 +73,7 @@ impl<'a> File<'a> {
         &self.directory.entries[entity]
     }
 
-    /// `line 12 (D7, entity 128)`, at the byte `offset` of the parameter text where it is known.
+    /// `line 12 (D7, entity 128)`, at the byte `offset` of the parameter text where known.
     pub fn place(&self, entity: usize, offset: Option<usize>) -> String {
         let entry = self.entry(entity);
         let cards = &self.cards.parameter_cards;
@@ -100,10 +101,10 @@ impl<'a> File<'a> {
         }
     }
 
-    /// Spends some of the budget of work.
+    /// Consumes `work` of the budget.
     ///
     /// # Errors
-    /// A fault with the code `work-limit` when it is spent; it stays spent.
+    /// A fault with the code `work-limit` when the budget is exhausted; it remains exhausted.
     pub fn charge(&self, entity: usize, work: usize) -> Result<(), Fault> {
         let left = self.budget.get().checked_sub(work);
         self.budget.set(left.unwrap_or(0));
@@ -111,35 +112,37 @@ impl<'a> File<'a> {
             self.fault(
                 entity,
                 "work-limit",
-                "pointers lead to the same entities again and again",
-                format!("at most {BUDGET} parameters read again, beyond eight times the file"),
+                "pointers refer to the same entities repeatedly",
+                format!(
+                    "at most {PARAMETER_BUDGET} parameters read again, beyond eight times the file"
+                ),
             )
         })
     }
 
-    /// Fails when faces of `sides` sides in all are more than a file of this size may have.
+    /// Checks the total number of sides of all faces against the limit for a file of this size.
     ///
     /// # Errors
     /// A fault with the code `work-limit`.
     pub fn allow_sides(&self, entity: usize, sides: usize) -> Result<(), Fault> {
-        let most = most_sides(self.bytes);
-        if sides <= most {
+        let limit = max_sides(self.bytes);
+        if sides <= limit {
             return Ok(());
         }
         Err(self.fault(
             entity,
             "work-limit",
-            "pointers lead to the same faces again and again",
-            format!("faces of at most {most} sides in all in a file of {} bytes", self.bytes),
+            "pointers refer to the same faces repeatedly",
+            format!("faces of at most {limit} sides in all in a file of {} bytes", self.bytes),
         ))
     }
 
-    /// True when the budget of work is spent.
-    pub fn exhausted(&self) -> bool {
+    /// True when the work budget is exhausted.
+    pub fn is_exhausted(&self) -> bool {
         self.budget.get() == 0
     }
 
-    /// Records a remark on an entity; remarks of one kind on one type are counted, the first is quoted.
+    /// Records a note on an entity. Notes of one kind on one entity type are counted and the first is quoted.
     pub fn note(&self, entity: usize, code: &'static str, text: &str) {
         self.record(entity, Severity::Note, code, text);
     }
@@ -159,7 +162,7 @@ impl<'a> File<'a> {
         slot.0 += 1;
     }
 
-    /// Records a fault that made `entity` be skipped.
+    /// Records the fault of a skipped entity.
     pub fn skip(&self, entity: usize, fault: &Fault) {
         let text = format!("{}; allowed: {}; skipped", fault.found, fault.allowed);
         let kind = self.entry(entity).kind;
@@ -171,7 +174,7 @@ impl<'a> File<'a> {
         slot.0 += 1;
     }
 
-    /// All remarks, each kind once, with how often it was met.
+    /// All messages, each kind once with its number of occurrences.
     pub fn diagnostics(&self) -> Vec<Diagnostic> {
         let log = self.log.borrow();
         log.seen

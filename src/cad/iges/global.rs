@@ -2,26 +2,26 @@
 
 use super::token::{Delimiters, Token, integer, real, token};
 
-/// What the global section says, with its defaults filled in.
+/// Contents of the global section, with defaults.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Global {
-    /// Delimiters of the parameter section too.
+    /// Delimiters, also of the parameter section.
     pub delimiters: Delimiters,
-    /// System and preprocessor.
+    /// Sending system and preprocessor.
     pub writer: String,
-    /// Unit as the file names it.
+    /// Name of the unit in the file.
     pub unit: String,
     /// Millimetres in one unit.
     pub unit_mm: f64,
-    /// Model space over real world.
+    /// Ratio of model space to real world.
     pub scale: f64,
     /// Smallest significant distance, in units.
     pub resolution: f64,
-    /// What was odd, as (code, text).
+    /// Irregularities, as (code, text).
     pub remarks: Vec<(&'static str, String)>,
 }
 
-/// Unit flags 1 to 11 of field 14: name, millimetres. Flag 3 goes by name.
+/// Unit flags 1 to 11 of field 14: name, millimetres. Flag 3 refers to the name.
 const UNITS: [(&str, f64); 11] = [
     ("INCH", 25.4),
     ("MM", 1.0),
@@ -36,7 +36,7 @@ const UNITS: [(&str, f64); 11] = [
     ("UIN", 0.000_025_4),
 ];
 
-/// Reads the text of the global section (72 columns a card).
+/// Parses the text of the global section (72 columns per card).
 pub(super) fn parse(text: &[u8]) -> Global {
     let (delimiters, fields) = fields(text);
     let fields = realigned(fields);
@@ -72,7 +72,7 @@ pub(super) fn parse(text: &[u8]) -> Global {
     }
 }
 
-/// Splits the section into fields, learning the delimiters from the first two.
+/// Splits the section into fields; the first two define the delimiters.
 fn fields(text: &[u8]) -> (Delimiters, Vec<Token<'_>>) {
     let mut delimiters = Delimiters::default();
     let text = text.trim_ascii_start();
@@ -101,7 +101,7 @@ fn fields(text: &[u8]) -> (Delimiters, Vec<Token<'_>>) {
     }
 }
 
-/// `1Hc` at the head of `text`: the character and what follows.
+/// Parses `1Hc` at the start of `text`: the character and the remaining text.
 fn delimiter(text: &[u8]) -> Option<(u8, &[u8])> {
     match text {
         [b'1', b'H' | b'h', byte, rest @ ..] if !byte.is_ascii_alphanumeric() => {
@@ -111,8 +111,8 @@ fn delimiter(text: &[u8]) -> Option<(u8, &[u8])> {
     }
 }
 
-/// Puts the fields right when a wrong count has swallowed or made a delimiter: field 14, the unit flag, is
-/// the integer between a real (13) and a string (15).
+/// Realigns the fields after a wrong Hollerith count removed or created a delimiter. Field 14, the unit flag, is the
+/// integer between a real (13) and a string (15).
 fn realigned(mut fields: Vec<Token<'_>>) -> Vec<Token<'_>> {
     let fits = |fields: &[Token<'_>], shift: isize| {
         let at = |i: isize| usize::try_from(i + shift).ok().and_then(|i| fields.get(i));
@@ -166,8 +166,8 @@ fn unit(fields: &[Token<'_>], remarks: &mut Vec<(&'static str, String)>) -> (Str
                     ),
                 ));
             }
-            let said = flagged.map_or("", |(n, _)| n);
-            (if named == Some(*mm) { name } else { said.to_owned() }, *mm)
+            let unit_name = flagged.map_or("", |(n, _)| n);
+            (if named == Some(*mm) { name } else { unit_name.to_owned() }, *mm)
         }
         (None, Some(mm)) => (name, mm),
         (None, None) => {
@@ -179,15 +179,15 @@ fn unit(fields: &[Token<'_>], remarks: &mut Vec<(&'static str, String)>) -> (Str
     }
 }
 
-/// Says that a file's unit is unknown and that inch is used.
+/// Message: the unit is unknown and inch is used.
 fn unknown_unit(flag: Option<i64>, name: &str) -> String {
     format!(
-        "unit flag {} with name \"{name}\" is no IGES unit; inch, the default, is used",
+        "unit flag {} with name \"{name}\" is not an IGES unit; the default, inch, is used",
         flag.map_or_else(|| "blank".to_owned(), |n| n.to_string())
     )
 }
 
-/// Millimetres of a unit by its name.
+/// Millimetres of a unit given by name.
 fn by_name(name: &[u8]) -> Option<f64> {
     let name = name.trim_ascii().to_ascii_uppercase();
     Some(match name.as_slice() {

@@ -1,15 +1,15 @@
-//! Joining curves end to end into one rational B-spline.
+//! Joins curves end to end into one rational B-spline.
 
 use nalgebra::Vector4;
 
 use crate::geometry::Vec3;
 use crate::geometry::nurbs::{Curve3, NurbsError};
 
-/// The curves one after the other, each keeping the length of its parameter range, from parameter 0. Degrees are
-/// raised to the highest; where ends differ, the earlier one counts.
+/// Concatenates curves, each with its own parameter length, from parameter 0. Degrees are raised to the highest; where
+/// end points differ, the earlier one is used.
 ///
 /// # Errors
-/// [`NurbsError`] when there is nothing to join.
+/// [`NurbsError`] for an empty list.
 pub(in crate::cad) fn join(curves: &[Curve3]) -> Result<Curve3, NurbsError> {
     let degree = curves.iter().map(Curve3::degree).max().unwrap_or(0);
     let mut net: Vec<Vector4<f64>> = Vec::new();
@@ -25,8 +25,8 @@ pub(in crate::cad) fn join(curves: &[Curve3]) -> Result<Curve3, NurbsError> {
     Curve3::try_new(degree, knots, points, Some(weights))
 }
 
-/// Adds the Bezier pieces of `curve`, raised to `degree`. Each closes the net with `degree` more points and
-/// the knots with `degree` times its end.
+/// Appends the Bezier segments of `curve`, raised to `degree`. Each adds `degree` control points and `degree` knots at
+/// its end.
 fn append(
     curve: &Curve3,
     degree: usize,
@@ -61,7 +61,7 @@ fn homogeneous(curve: &Curve3) -> Vec<Vector4<f64>> {
     weighted.map(|(p, w)| Vector4::new(p.x * w, p.y * w, p.z * w, *w)).collect()
 }
 
-/// Degree elevation of a Bezier piece: `Q_i = i/(p+1) P_{i-1} + (1 - i/(p+1)) P_i`.
+/// Degree elevation of a Bezier segment: `Q_i = i/(p+1) P_{i-1} + (1 - i/(p+1)) P_i` (Piegl/Tiller Eq. 5.36).
 fn raised(points: &[Vector4<f64>], degree: usize) -> Vec<Vector4<f64>> {
     let mut points = points.to_vec();
     while points.len() < degree + 1 {

@@ -1,8 +1,8 @@
 //! IGES 5.3, fixed ASCII form.
 //!
-//! The layers, from the file up: [`cards`] (columns and sections) -> [`global`] -> [`directory`] -> [`token`] and
-//! [`params`] -> one file a group of entities ([`curves`], [`surface`], ..., [`trimming`], [`brep`]) -> [`structure`]
-//! (what is shown, and where).
+//! Layers, from the file upwards: [`cards`] (columns and sections) -> [`global`] -> [`directory`] -> [`token`] and
+//! [`params`] -> one file per group of entities ([`curves`], [`surface`], ..., [`trimming`], [`brep`]) -> [`structure`]
+//! (displayed entities and their placement).
 
 #![forbid(unsafe_code)]
 
@@ -39,13 +39,13 @@ use self::reader::Reader;
 use super::raw::RawModel;
 use super::{CadError, Diagnostic, Severity};
 
-/// Parses the bytes of an IGES file; `name` is used in messages. Lengths of the result are mm, angles rad.
+/// Parses the bytes of an IGES file; `name` is used in messages. Lengths of the result are in mm, angles in rad.
 ///
-/// Entities that cannot be used are skipped and told in the diagnostics.
+/// Unusable entities are skipped and reported in the diagnostics.
 ///
 /// # Errors
-/// [`CadError::Invalid`] with line and card when the text is beyond repair: no directory, no entity that can
-/// be used, pointers that multiply without end.
+/// [`CadError::Invalid`] with line and card when the text cannot be repaired: no directory, no usable entity,
+/// self-multiplying pointers.
 pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
     let file = File::open(bytes);
     if file.len() == 0 {
@@ -54,7 +54,7 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
     let reader = Reader::new(&file);
     let unit_mm = file.global.unit_mm;
     let found = reader.walk(unit_mm / file.global.scale).map_err(|f| invalid(name, f))?;
-    // A file of nothing but curves is one; a file whose surfaces are all lost is not.
+    // A file of curves alone is valid; a file that lost all its surfaces is not.
     if found.faces.is_empty()
         && let Some(fault) = found.first_fault
     {
@@ -62,7 +62,7 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
     }
     let mut diagnostics = whole_file(&file);
     diagnostics.extend(file.diagnostics());
-    diagnostics.extend(names::passed_over(&file));
+    diagnostics.extend(names::unread_types(&file));
     let mut counts = BTreeMap::new();
     for entry in &file.directory.entries {
         *counts.entry((entry.kind, entry.form)).or_insert(0) += 1;
@@ -93,7 +93,7 @@ fn invalid(name: &str, fault: Fault) -> CadError {
     }
 }
 
-/// What a file without the end of its sections lacks.
+/// The fault of a file that ends before its terminate section.
 fn cut_off(file: &File<'_>) -> Option<Fault> {
     let cards = file.cards();
     let of_parameters = cards.parameter_cards.last().map(|c| ("parameter section (P)", c.line));
@@ -125,7 +125,7 @@ fn no_directory(file: &File<'_>, name: &str) -> CadError {
     }
 }
 
-/// Remarks on the file as a whole.
+/// Diagnostics of the entire file.
 fn whole_file(file: &File<'_>) -> Vec<Diagnostic> {
     let (cards, directory) = (file.cards(), &file.directory);
     let mut out: Vec<Diagnostic> = Vec::new();
@@ -154,14 +154,13 @@ fn whole_file(file: &File<'_>) -> Vec<Diagnostic> {
     }
     if directory.relocated > 0 {
         let text = format!(
-            "{} parameter pointers were wrong; the records were found otherwise",
+            "{} parameter pointers were wrong; the records were located by their sequence",
             directory.relocated
         );
         say(Severity::Note, "parameters-relocated", text);
     }
     if directory.unpaired > 0 {
-        let text =
-            format!("{} directory cards have no partner and were passed over", directory.unpaired);
+        let text = format!("{} directory cards are unpaired and were ignored", directory.unpaired);
         say(Severity::Warning, "directory-unpaired", text);
     }
     out

@@ -1,4 +1,4 @@
-//! Names of the entities that are counted but hold no geometry for us.
+//! Names of entity types that are counted but contain no supported geometry.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +13,8 @@ const READ: [u32; 20] = [
     106,
 ];
 
-/// One diagnostic for each type that is not read, with its name and number.
-pub(super) fn passed_over(file: &File<'_>) -> Vec<Diagnostic> {
+/// One diagnostic for each type that is not read, with name and number.
+pub(super) fn unread_types(file: &File<'_>) -> Vec<Diagnostic> {
     let mut counts: BTreeMap<u32, (usize, usize)> = BTreeMap::new();
     for (index, entry) in file.directory.entries.iter().enumerate() {
         let read = READ.contains(&entry.kind)
@@ -28,14 +28,14 @@ pub(super) fn passed_over(file: &File<'_>) -> Vec<Diagnostic> {
         let (name, shape) = name(kind);
         let severity = if shape { Severity::Warning } else { Severity::Note };
         let text = format!(
-            "{count} of entity {kind} ({name}) passed over: no surface or curve the reader knows"
+            "{count} of entity {kind} ({name}) ignored: not a supported surface or curve type"
         );
         Diagnostic { severity, code: "entity-skipped", place: file.place(first, None), text }
     });
     diagnostics.collect()
 }
 
-/// Name of an entity type, and whether it is shape that is missed.
+/// Name of an entity type, and whether it carries shape that is lost.
 fn name(kind: u32) -> (&'static str, bool) {
     match kind {
         125 => ("flash", false),

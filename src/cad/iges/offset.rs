@@ -1,10 +1,10 @@
 //! Offsets: curves in a plane (130) and surfaces (140).
 
 use super::curves::{Piece, Shape};
-use super::edges::Draft;
+use super::edges::EdgeDraft;
 use super::file::Fault;
-use super::reader::{DEPTH, Reader, similarity};
-use super::surface::Based;
+use super::reader::{POINTER_DEPTH_MAX, Reader, similarity};
+use super::surface::BasisSurface;
 use super::uv::point_on;
 use crate::cad::native::Native;
 use crate::cad::raw::RawSurface;
@@ -12,20 +12,20 @@ use crate::geometry::frame::unit;
 use crate::geometry::nurbs::Curve3;
 use crate::geometry::{Affine, Vec2, Vec3};
 
-/// Offsets are fitted to this part of the curve's size.
-const FIT: f64 = 1e-8;
-/// Most cubic pieces in a fitted offset.
-const PIECES: usize = 2048;
+/// Accuracy of fitted offset curves relative to the size of the curve.
+const FIT_TOLERANCE_REL: f64 = 1e-8;
+/// Maximum number of cubic segments of a fitted offset curve.
+const SEGMENTS_MAX: usize = 2048;
 
 impl Reader<'_, '_> {
     /// Offset curve (130): DE1 base, FLAG 1 constant 2 linear 3 function, DE2, NDIM, PTYPE 1 arc length 2
     /// parameter, D1, TD1, D2, TD2, normal VX VY VZ, TT1, TT2. `O(t) = C(t) + d(t) (V x T)`.
     pub(super) fn offset_curve(&self, entity: usize, depth: usize) -> Result<Piece, Fault> {
-        if depth > DEPTH {
+        if depth > POINTER_DEPTH_MAX {
             return Err(self.file.fault(
                 entity,
                 "offset-depth",
-                "offsets of offsets lead on",
+                "offsets of offsets are too deeply nested",
                 "a base that ends",
             ));
         }
@@ -61,7 +61,7 @@ impl Reader<'_, '_> {
         Ok(Piece { curve, shape: Shape::Free })
     }
 
-    /// Base of an offset curve. A composite's members are joined; an offset's base is an offset only a few times.
+    /// Base curve of an offset curve. Members of a composite are joined; the nesting depth of offsets is limited.
     fn offset_base(&self, base: usize, depth: usize) -> Result<Curve3, Fault> {
         match self.file.entry(base).kind {
             130 => {
@@ -84,31 +84,31 @@ impl Reader<'_, '_> {
         entity: usize,
         map: &Affine,
         depth: usize,
-    ) -> Result<Based, Fault> {
+    ) -> Result<BasisSurface, Fault> {
         let mut p = self.file.params(entity)?;
         let side = p.vec3("direction indicator")?;
         let distance = p.real("distance")?;
         let base = p.pointer("base surface")?;
         let placed = self.placed(entity, map)?;
         let Some(scale) = similarity(&placed) else {
-            return Err(p.fault("a matrix that changes shapes", "a rotation or uniform scale"));
+            return Err(p.fault("a matrix that is no similarity", "a rotation or uniform scale"));
         };
-        let mut based = self.surface_at(base, &placed, depth + 1)?;
+        let mut basis = self.surface_at(base, &placed, depth + 1)?;
         let side = placed.vector(&side);
-        let normal = normal_in_middle(&based);
+        let normal = normal_in_middle(&basis);
         let same = normal.is_none_or(|n| side.norm() == 0.0 || n.dot(&side) >= 0.0);
         let sign = if same { 1.0 } else { -1.0 };
-        based.surface =
-            RawSurface::Offset { base: Box::new(based.surface), distance: sign * distance * scale };
-        Ok(based)
+        basis.surface =
+            RawSurface::Offset { base: Box::new(basis.surface), distance: sign * distance * scale };
+        Ok(basis)
     }
 }
 
-/// Takes the other side of an offset surface where all curves of its edges in space lie there, whatever its indicator says;
-/// true if it did.
-pub(super) fn take_side_of_edges(surface: &mut RawSurface, loops: &[Vec<Draft>]) -> bool {
-    /// Share of the distance by which the curves may miss the other side.
-    const NEAR: f64 = 0.05;
+/// Reverses the side of an offset surface when the space curves of all edges lie on the other side, contrary to its
+/// indicator. Returns true if reversed.
+pub(super) fn use_side_of_edges(surface: &mut RawSurface, loops: &[Vec<EdgeDraft>]) -> bool {
+    /// Largest deviation of the curves from the other side, relative to the offset distance.
+    const SIDE_TOLERANCE_REL: f64 = 0.05;
     let RawSurface::Offset { base, distance } = surface else { return false };
     if matches!(**base, RawSurface::Offset { .. }) {
         return false;
@@ -117,7 +117,7 @@ pub(super) fn take_side_of_edges(surface: &mut RawSurface, loops: &[Vec<Draft>])
     let height = |p: Vec3| {
         let uv = native.inverse(&p, None);
         let d = native.derivs(uv);
-        // Planes and quadrics have no derivatives there, and no ends.
+        // Planes and quadrics have no B-spline derivatives here and no domain ends: use differences.
         let beside = |u: f64, v: f64| point_on(base, uv + Vec2::new(u, v));
         let normal = unit(d.su.cross(&d.sv)).or_else(|| {
             let s = beside(0.0, 0.0)?;
@@ -128,10 +128,10 @@ pub(super) fn take_side_of_edges(surface: &mut RawSurface, loops: &[Vec<Draft>])
     let curves = loops.iter().flatten().filter_map(|draft| draft.edge.curve.as_ref());
     let points = curves.flat_map(|curve| {
         let [a, b] = curve.domain();
-        [0.25, 0.5, 0.75].map(|share| curve.point(a + (b - a) * share))
+        [0.25, 0.5, 0.75].map(|fraction| curve.point(a + (b - a) * fraction))
     });
     let heights: Vec<f64> = points.filter_map(height).collect();
-    let is_beyond = |h: &f64| (h + *distance).abs() <= NEAR * distance.abs();
+    let is_beyond = |h: &f64| (h + *distance).abs() <= SIDE_TOLERANCE_REL * distance.abs();
     let other = !heights.is_empty() && heights.iter().all(is_beyond);
     if other {
         *distance = -*distance;
@@ -139,18 +139,19 @@ pub(super) fn take_side_of_edges(surface: &mut RawSurface, loops: &[Vec<Draft>])
     other
 }
 
-/// Normal of a surface in the middle of its domain, in the sense of its own parameters: where the indicator is of.
-fn normal_in_middle(based: &Based) -> Option<Vec3> {
-    let [[u0, u1], [v0, v1]] = based.domain.unwrap_or([[0.0, 1e-3], [0.0, 1e-3]]);
+/// Normal at the middle of the domain, in the orientation of the surface's own parameters: the point to which the
+/// indicator refers.
+fn normal_in_middle(basis: &BasisSurface) -> Option<Vec3> {
+    let [[u0, u1], [v0, v1]] = basis.domain.unwrap_or([[0.0, 1e-3], [0.0, 1e-3]]);
     let (du, dv) = (1e-4 * (u1 - u0), 1e-4 * (v1 - v0));
     let at = |i: f64, j: f64| {
-        point_on(&based.surface, Vec2::new(0.5 * (u0 + u1) + i * du, 0.5 * (v0 + v1) + j * dv))
+        point_on(&basis.surface, Vec2::new(0.5 * (u0 + u1) + i * du, 0.5 * (v0 + v1) + j * dv))
     };
     let (s, su, sv) = (at(0.0, 0.0)?, at(1.0, 0.0)?, at(0.0, 1.0)?);
     unit((su - s).cross(&(sv - s)))
 }
 
-/// Distance [mm] of an offset curve and its derivative: linear (FLAG 2) from `d1` at `t1` to `d2` at `t2`, or constant.
+/// Offset distance [mm] and its derivative: linear (FLAG 2) from `d1` at `t1` to `d2` at `t2`, or constant.
 fn distance_law(flag: i64, [d1, d2]: [f64; 2], [t1, t2]: [f64; 2]) -> impl Fn(f64) -> (f64, f64) {
     move |t: f64| match flag {
         2 if t2 != t1 => (d1 + (d2 - d1) * (t - t1) / (t2 - t1), (d2 - d1) / (t2 - t1)),
@@ -158,13 +159,13 @@ fn distance_law(flag: i64, [d1, d2]: [f64; 2], [t1, t2]: [f64; 2]) -> impl Fn(f6
     }
 }
 
-/// The part of a domain in a range, the whole of it where they have none in common.
+/// Intersection of a domain with a range, or the entire domain when they are disjoint.
 fn common_range(range: [f64; 2], [low, high]: [f64; 2]) -> [f64; 2] {
     let (from, to) = (range[0].max(low), range[1].min(high));
     if from < to { [from, to] } else { [low, high] }
 }
 
-/// Offset point and derivative.
+/// Point and derivative of an offset curve.
 fn offset_at(
     curve: &Curve3,
     normal: &Vec3,
@@ -180,7 +181,7 @@ fn offset_at(
     Some((c.c + across * d, c.d1 + across * slope + normal.cross(&turn) * d))
 }
 
-/// Cubic Hermite pieces, halved until their middles lie on the offset.
+/// Fits cubic Hermite segments, bisected until interior points lie on the offset curve.
 fn fit(
     curve: &Curve3,
     normal: &Vec3,
@@ -195,7 +196,7 @@ fn fit(
     let mut todo: Vec<[f64; 2]> = spans_between(curve.knots(), [low, high]);
     todo.reverse();
     while let Some([a, b]) = todo.pop() {
-        if points.len() > 3 * PIECES || b - a <= tiny {
+        if points.len() > 3 * SEGMENTS_MAX || b - a <= tiny {
             return None;
         }
         let [pa, qa, qb, pb] = hermite_piece(&at, [a, b])?;
@@ -205,7 +206,7 @@ fn fit(
             let fitted = pa * (r * r * r) + inner + pb * (s * s * s);
             Some((fitted - at(a + s * (b - a))?.0).norm())
         };
-        if off(0.5)?.max(off(0.25)?).max(off(0.75)?) > FIT * size {
+        if off(0.5)?.max(off(0.25)?).max(off(0.75)?) > FIT_TOLERANCE_REL * size {
             let middle = f64::midpoint(a, b);
             todo.push([middle, b]);
             todo.push([a, middle]);
@@ -221,7 +222,7 @@ fn fit(
     Curve3::try_new(3, knots, points, None).ok()
 }
 
-/// The spans that knots divide a range into, in order.
+/// Spans between the knots in a range, in order.
 fn spans_between(knots: &[f64], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
     let mut breaks: Vec<f64> = knots.iter().copied().filter(|k| *k > low && *k < high).collect();
     breaks.dedup();
@@ -235,7 +236,7 @@ fn spans_between(knots: &[f64], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
     spans
 }
 
-/// Bezier points [mm] of the cubic with the points and derivatives of `at` just inside a span's ends.
+/// Bezier points [mm] of the cubic Hermite segment with points and derivatives of `at` just inside the ends of a span.
 fn hermite_piece(at: &dyn Fn(f64) -> Option<(Vec3, Vec3)>, [a, b]: [f64; 2]) -> Option<[Vec3; 4]> {
     let (pa, da) = at(a + 1e-12 * (b - a))?;
     let (pb, db) = at(b - 1e-12 * (b - a))?;

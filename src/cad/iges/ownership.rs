@@ -1,26 +1,26 @@
-//! Which entities belong to others, so that each is shown once.
+//! Dependencies between entities, so that each is displayed once.
 
 use super::file::Fault;
 use super::params::Params;
 use super::reader::Reader;
 use crate::geometry::Affine;
 
-/// Which entities belong to others.
+/// Dependencies between entities.
 pub(super) struct Ownership {
     /// Geometry of another entity.
     pub used: Vec<bool>,
     /// Members of a subfigure definition.
     pub defined: Vec<bool>,
-    /// Definitions and solids that an instance places.
+    /// Definitions and solids placed by an instance.
     pub placed: Vec<bool>,
-    /// Named by a curve on a surface (141, 142), which does not make it part of a face.
+    /// Surfaces referenced by a curve on a surface (141, 142), which does not make them part of a face.
     pub carries: Vec<bool>,
-    /// No part of the product by its status.
+    /// Excluded from the product by status.
     pub hidden: Vec<bool>,
 }
 
 impl Reader<'_, '_> {
-    /// Finds out which entities belong to others. Faulty entities own nothing here; they are reported when shown.
+    /// Finds the dependencies between entities. Faulty entities have none here; they are reported when displayed.
     pub(super) fn ownership(&self) -> Result<Ownership, Fault> {
         let n = self.file.len();
         let none = || vec![false; n];
@@ -46,7 +46,7 @@ impl Reader<'_, '_> {
             }
         }
         self.mark_defined(definitions, &mut owners.defined);
-        if self.file.exhausted() {
+        if self.file.is_exhausted() {
             return Err(self.file.fault(
                 0,
                 "work-limit",
@@ -57,7 +57,7 @@ impl Reader<'_, '_> {
         Ok(owners)
     }
 
-    /// Marks what an instance (408, 430) or an assembly (184) places.
+    /// Marks the targets of an instance (408, 430) or an assembly (184).
     fn mark_placed(&self, entity: usize, placed: &mut [bool]) {
         let mut targets = Vec::new();
         if self.file.entry(entity).kind == 184 {
@@ -68,7 +68,7 @@ impl Reader<'_, '_> {
         targets.into_iter().filter(|t| *t != entity).for_each(|t| placed[t] = true);
     }
 
-    /// Marks the members of definitions, through groups.
+    /// Marks the members of definitions, including those of groups.
     fn mark_defined(&self, definitions: Vec<usize>, defined: &mut [bool]) {
         let mut stack: Vec<usize> = Vec::new();
         for definition in definitions {
@@ -90,7 +90,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// The surface that a boundary (141: TYPE, PREF, surface) or a curve on a surface (142: CRTN, surface) lies on.
+    /// The surface of a boundary (141: TYPE, PREF, surface) or of a curve on a surface (142: CRTN, surface).
     fn carrier(&self, entity: usize) -> Option<usize> {
         let mut p = self.file.params(entity).ok()?;
         let before = if self.file.entry(entity).kind == 141 { 2 } else { 1 };
@@ -98,10 +98,10 @@ impl Reader<'_, '_> {
         p.pointer_or_none("surface").ok().flatten()
     }
 
-    /// Marks what an entity's geometry is made of.
+    /// Marks the entities referenced by an entity's geometry.
     fn references(&self, entity: usize, used: &mut [bool]) {
         let kind = self.file.entry(entity).kind;
-        // What shows others does not own them; forms without reference directions have fewer pointers.
+        // Displaying entities are not owners; forms without reference directions have fewer pointers.
         let other = matches!(kind, 184 | 190..=198 | 308 | 402 | 408 | 430);
         let pattern = POINTERS.iter().find(|p| p.0 == kind && !other);
         if let (Some((_, pattern)), Ok(mut p)) = (pattern, self.file.params(entity)) {
@@ -113,7 +113,7 @@ impl Reader<'_, '_> {
 
 use Field::{Count, Each, Inner, Pointer, Skip};
 
-/// Where the records of each entity type have their pointers.
+/// Positions of the pointers in the records of each entity type.
 pub(super) const POINTERS: [(u32, &[Field]); 26] = [
     (102, &[Count, Each(&[Pointer])]),
     (108, &[Skip, Skip, Skip, Skip, Pointer]),
@@ -122,7 +122,7 @@ pub(super) const POINTERS: [(u32, &[Field]); 26] = [
     (122, &[Pointer]),
     (130, &[Pointer, Skip, Pointer]),
     (140, &[Skip, Skip, Skip, Skip, Pointer]),
-    // 141 and 142 lie on a surface without making it part of a face
+    // 141 and 142 refer to a surface without making it part of a face
     (141, &[Skip, Skip, Skip, Count, Each(&[Pointer, Skip, Inner(&[Pointer])])]),
     (142, &[Skip, Skip, Pointer, Pointer]),
     (143, &[Skip, Pointer, Count, Each(&[Pointer])]),
@@ -144,17 +144,17 @@ pub(super) const POINTERS: [(u32, &[Field]); 26] = [
     (514, &[Count, Each(&[Pointer, Skip])]),
 ];
 
-/// How pointers lie in a record.
+/// Layout of the pointers in a record.
 pub(super) enum Field {
-    /// Anything else.
+    /// Any other field.
     Skip,
     /// A pointer.
     Pointer,
-    /// How often `Each` repeats.
+    /// Repeat count of `Each`.
     Count,
     /// Fields repeated `Count` times.
     Each(&'static [Field]),
-    /// A count and its fields, repeated that often.
+    /// A count and its repeated fields.
     Inner(&'static [Field]),
 }
 

@@ -1,26 +1,26 @@
-//! A cursor over one entity's parameters, with defaults, counts and pointers checked.
+//! Cursor over the parameters of an entity, with validated defaults, counts and pointers.
 
 use super::file::{Fault, File};
 use super::token::{self, Token, integer, real};
 use crate::geometry::Vec3;
 
-/// Parameters of one entity; field numbers count from 1, behind the type number.
+/// Parameters of one entity; fields are numbered from 1 after the type number.
 pub(super) struct Params<'f, 'a> {
     file: &'f File<'a>,
     /// The entity they belong to.
     pub entity: usize,
     tokens: Vec<Token<'f>>,
     at: usize,
-    /// Where `text` begins in the parameter section.
+    /// Offset of `text` in the parameter section.
     offset: usize,
     text: &'f [u8],
 }
 
 impl<'a> File<'a> {
-    /// The parameters of an entity, behind its type number.
+    /// The parameters of an entity, after its type number.
     ///
     /// # Errors
-    /// A fault when there are none, or the budget is spent (pointers that multiply).
+    /// A fault when there are none, or the work budget is exhausted (self-multiplying pointers).
     pub fn params(&self, entity: usize) -> Result<Params<'_, 'a>, Fault> {
         let entry = self.entry(entity);
         let cards = &self.cards().parameter_cards;
@@ -28,7 +28,7 @@ impl<'a> File<'a> {
             return Err(self.fault(
                 entity,
                 "parameters-missing",
-                "no parameter card begins with this entity's type number",
+                "no parameter card starts with the type number of this entity",
                 "a parameter pointer (field 2) to its first card",
             ));
         };
@@ -40,7 +40,7 @@ impl<'a> File<'a> {
             self.note(
                 entity,
                 "record-not-closed",
-                "its record has no record delimiter; read to the next one",
+                "the record has no record delimiter; read to the next one",
             );
         }
         Ok(Params::new(self, entity, tokens, first.offset, text))
@@ -58,8 +58,8 @@ impl<'f, 'a> Params<'f, 'a> {
         Self { file, entity, tokens, at: 1, offset, text }
     }
 
-    /// Parameters not read yet.
-    pub fn left(&self) -> usize {
+    /// Number of parameters not yet read.
+    pub fn remaining(&self) -> usize {
         self.tokens.len().saturating_sub(self.at)
     }
 
@@ -69,12 +69,12 @@ impl<'f, 'a> Params<'f, 'a> {
         token
     }
 
-    /// Passes over a parameter.
+    /// Skips a parameter.
     pub fn skip(&mut self) {
         self.at += 1;
     }
 
-    /// A fault at the parameter read last.
+    /// A fault located at the last parameter read.
     pub fn fault(&self, found: impl std::fmt::Display, allowed: &str) -> Fault {
         let token = self.tokens.get(self.at.saturating_sub(1));
         let offset = match token {
@@ -91,7 +91,7 @@ impl<'f, 'a> Params<'f, 'a> {
         }
     }
 
-    fn odd(&self, what: &str, token: Token<'_>, allowed: &str) -> Fault {
+    fn malformed(&self, what: &str, token: Token<'_>, allowed: &str) -> Fault {
         let (Token::Word(text) | Token::Text(text)) = token else {
             return self.fault(format_args!("{what}) is blank"), allowed);
         };
@@ -112,9 +112,9 @@ impl<'f, 'a> Params<'f, 'a> {
         match self.next() {
             Token::Blank => Ok(default),
             Token::Word(word) => {
-                real(word).ok_or_else(|| self.odd(what, Token::Word(word), "a finite number"))
+                real(word).ok_or_else(|| self.malformed(what, Token::Word(word), "a finite number"))
             }
-            token @ Token::Text(_) => Err(self.odd(what, token, "a finite number")),
+            token @ Token::Text(_) => Err(self.malformed(what, token, "a finite number")),
         }
     }
 
@@ -123,9 +123,9 @@ impl<'f, 'a> Params<'f, 'a> {
         match self.next() {
             Token::Blank => Ok(default),
             Token::Word(word) => {
-                integer(word).ok_or_else(|| self.odd(what, Token::Word(word), "an integer"))
+                integer(word).ok_or_else(|| self.malformed(what, Token::Word(word), "an integer"))
             }
-            token @ Token::Text(_) => Err(self.odd(what, token, "an integer")),
+            token @ Token::Text(_) => Err(self.malformed(what, token, "an integer")),
         }
     }
 
@@ -134,11 +134,11 @@ impl<'f, 'a> Params<'f, 'a> {
         Ok(self.integer_or(what, i64::from(default))? != 0)
     }
 
-    /// A count of things of `each` parameters that follow; checked against what there is, so that nothing is
-    /// ever allocated by a declared count. Two parameters may be missing at the end (defaults).
+    /// A count of items with `each` parameters. It is checked against the remaining record, so that no declared count
+    /// determines an allocation. Two parameters may be missing at the end (defaults).
     pub fn count(&mut self, what: &str, each: usize) -> Result<usize, Fault> {
         let declared = self.integer_or(what, 0)?;
-        let held = (self.left() + 2) / each.max(1);
+        let held = (self.remaining() + 2) / each.max(1);
         usize::try_from(declared).ok().filter(|n| *n <= held).ok_or_else(|| {
             let mut fault = self.fault(what, &format!("0 to {held}, what the record can hold"));
             fault.found = format!("{} is {declared}", fault.found);
@@ -146,13 +146,13 @@ impl<'f, 'a> Params<'f, 'a> {
         })
     }
 
-    /// Fails unless `count` more parameters are there (two may be missing at the end).
+    /// Fails unless `count` more parameters are present (two may be missing at the end).
     pub fn expect(&self, count: usize, what: &str) -> Result<(), Fault> {
-        if count <= self.left() + 2 {
+        if count <= self.remaining() + 2 {
             return Ok(());
         }
         let mut fault = self.fault(what, "a record that holds what its counts declare");
-        fault.found = format!("{what}: {count} parameters declared, {} there", self.left());
+        fault.found = format!("{what}: {count} parameters declared, {} there", self.remaining());
         Err(fault)
     }
 
@@ -164,7 +164,7 @@ impl<'f, 'a> Params<'f, 'a> {
         }
         self.file.directory.find(value).map(Some).ok_or_else(|| {
             let mut fault = self.fault(what, "the sequence number of a directory entry (odd)");
-            fault.found = format!("{} points to D{value}, which is no entry", fault.found);
+            fault.found = format!("{} points to D{value}, which is not an entry", fault.found);
             fault
         })
     }

@@ -1,4 +1,4 @@
-//! What the entity readers share: the file, placements, caches.
+//! State shared by the entity readers: file, placements, caches.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -8,8 +8,8 @@ use rustc_hash::FxHashMap;
 use super::file::{Fault, File};
 use crate::geometry::{Affine, Mat3, Vec3};
 
-/// Longest chain of pointers of one kind that is followed.
-pub(super) const DEPTH: usize = 24;
+/// Maximum pointer depth of one kind. Doubled: no valid file is affected.
+pub(super) const POINTER_DEPTH_MAX: usize = 24;
 
 /// One edge of an edge list (504).
 #[derive(Debug, Clone, Copy)]
@@ -43,12 +43,12 @@ impl<'f, 'a> Reader<'f, 'a> {
         }
     }
 
-    /// The entity's own placement (matrix in field 7, with the matrices that one has), file units.
+    /// Placement of an entity in file units: the matrix of field 7, composed with the matrices it refers to.
     pub fn placement(&self, entity: usize) -> Result<Affine, Fault> {
         self.placement_by(entity, self.file.entry(entity).transform)
     }
 
-    /// `map` after the entity's own placement.
+    /// `map` composed with the entity's own placement.
     pub fn placed(&self, entity: usize, map: &Affine) -> Result<Affine, Fault> {
         if self.file.entry(entity).transform == 0 {
             return Ok(*map);
@@ -65,7 +65,7 @@ impl<'f, 'a> Reader<'f, 'a> {
         }
         let mut total = Affine::identity();
         let mut next = pointer;
-        for _ in 0..DEPTH {
+        for _ in 0..POINTER_DEPTH_MAX {
             if next == 0 {
                 self.placements.borrow_mut().insert(pointer, total);
                 return Ok(total);
@@ -77,8 +77,8 @@ impl<'f, 'a> Reader<'f, 'a> {
         Err(self.file.fault(
             entity,
             "matrix-chain",
-            format!("the matrices from D{pointer} on lead to each other"),
-            format!("a chain of at most {DEPTH} matrices (124) that ends"),
+            format!("the matrices from D{pointer} on are cyclic"),
+            format!("a chain of at most {POINTER_DEPTH_MAX} matrices (124) that ends"),
         ))
     }
 
@@ -91,13 +91,13 @@ impl<'f, 'a> Reader<'f, 'a> {
                 self.file.fault(
                     entity,
                     "matrix-missing",
-                    format!("directory field 7 points to D{pointer}, which is no matrix"),
+                    format!("directory field 7 points to D{pointer}, which is not a matrix"),
                     "0 or a transformation matrix (124)",
                 )
             })
     }
 
-    /// The matrix of a 124: R11 R12 R13 T1, R21 ..., R31 ...
+    /// Matrix of a transformation (124): R11 R12 R13 T1, R21 ..., R31 ...
     pub fn matrix(&self, entity: usize) -> Result<Affine, Fault> {
         let mut p = self.file.params(entity)?;
         let mut row = || -> Result<[f64; 4], Fault> {
@@ -113,14 +113,14 @@ impl<'f, 'a> Reader<'f, 'a> {
             return Err(self.file.fault(
                 entity,
                 "matrix-singular",
-                "the matrix flattens space",
+                "the matrix is singular",
                 "a rotation (form 0) or reflection (form 1)",
             ));
         }
         Ok(Affine { linear, shift })
     }
 
-    /// A point entity (116), or the origin of nothing.
+    /// Coordinates of a point entity (116).
     pub fn point(&self, entity: usize, map: &Affine) -> Result<Vec3, Fault> {
         self.expect_kind(entity, &[116], "a point (116)")?;
         let mut p = self.file.params(entity)?;
@@ -128,7 +128,7 @@ impl<'f, 'a> Reader<'f, 'a> {
         Ok(self.placed(entity, map)?.point(&point))
     }
 
-    /// A direction entity (123), as a vector that is not zero.
+    /// Components of a direction entity (123), non-zero.
     pub fn direction(&self, entity: usize, map: &Affine) -> Result<Vec3, Fault> {
         self.expect_kind(entity, &[123], "a direction (123)")?;
         let mut p = self.file.params(entity)?;
@@ -139,7 +139,7 @@ impl<'f, 'a> Reader<'f, 'a> {
         Ok(self.placed(entity, map)?.vector(&vector))
     }
 
-    /// Fails unless the entity is of one of these types.
+    /// Fails unless the entity has one of these types.
     pub fn expect_kind(&self, entity: usize, kinds: &[u32], allowed: &str) -> Result<(), Fault> {
         let kind = self.file.entry(entity).kind;
         if kinds.contains(&kind) {
@@ -149,7 +149,7 @@ impl<'f, 'a> Reader<'f, 'a> {
     }
 }
 
-/// Scale of a map that keeps shapes (rotation, reflection, uniform scale); `None` for any other.
+/// Scale of a similarity (rotation, reflection, uniform scale); `None` for any other map.
 pub(super) fn similarity(map: &Affine) -> Option<f64> {
     let gram = map.linear.transpose() * map.linear;
     let square = gram.trace() / 3.0;
@@ -157,7 +157,7 @@ pub(super) fn similarity(map: &Affine) -> Option<f64> {
     (square > 0.0 && off <= 1e-6 * square).then(|| square.sqrt())
 }
 
-/// True when the map turns right hands into left ones.
+/// True for an orientation-reversing map.
 pub(super) fn mirrors(map: &Affine) -> bool {
     map.linear.determinant() < 0.0
 }

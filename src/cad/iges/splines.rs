@@ -20,13 +20,14 @@ impl Reader<'_, '_> {
         let weights = p.reals(upper + 1, "weight")?;
         let points = p.points(upper + 1, "control point")?;
         let range = [p.real_or("V0", f64::NAN)?, p.real_or("V1", f64::NAN)?];
-        let curve = Curve3::try_new(degree, tidy(knots), points, tidy_weights(weights))
-            .map_err(|e| self.nurbs_fault(entity, &e))?;
+        let curve =
+            Curve3::try_new(degree, without_rounding(knots), points, normalised_weights(weights))
+                .map_err(|e| self.nurbs_fault(entity, &e))?;
         Ok(Piece { curve: cut(curve, range), shape: Shape::Free })
     }
 
-    /// Copious data (106): IP, N, then by IP 1: ZT and pairs, 2: triples, 3: sextuples. Forms 11-13 are
-    /// polylines, 63 a closed one; parameter: the number of the point, from 0.
+    /// Copious data (106): IP, N, then by IP 1: ZT and pairs, 2: triples, 3: sextuples. Forms 11-13 are polylines, form
+    /// 63 is closed. The parameter is the point number, from 0.
     pub(super) fn copious(&self, entity: usize) -> Result<Piece, Fault> {
         let form = self.file.entry(entity).form;
         let mut p = self.file.params(entity)?;
@@ -93,7 +94,7 @@ pub(super) fn power_to_bezier([a, b, c, d]: [f64; 4], h: f64) -> [f64; 4] {
     [a, a + b / 3.0, a + 2.0 * b / 3.0 + c / 3.0, a + b + c + d]
 }
 
-/// A polyline, parameter = point number.
+/// A polyline; the parameter is the point number.
 pub(super) fn polyline(points: Vec<Vec3>) -> Result<Curve3, crate::geometry::nurbs::NurbsError> {
     let count = points.len();
     #[allow(clippy::cast_precision_loss)]
@@ -104,8 +105,8 @@ pub(super) fn polyline(points: Vec<Vec3>) -> Result<Curve3, crate::geometry::nur
     Curve3::try_new(1, knots, points, None)
 }
 
-/// Knots with rounding errors (a fall of less than 1e-9 of the range) made level.
-pub(super) fn tidy(mut knots: Vec<f64>) -> Vec<f64> {
+/// Knots with decreases below 1e-9 of the range (rounding) removed.
+pub(super) fn without_rounding(mut knots: Vec<f64>) -> Vec<f64> {
     let (Some(first), Some(last)) = (knots.first(), knots.last()) else { return knots };
     let allowed = 1e-9 * (last - first).abs();
     for i in 1..knots.len() {
@@ -117,8 +118,8 @@ pub(super) fn tidy(mut knots: Vec<f64>) -> Vec<f64> {
     knots
 }
 
-/// Weights, `None` when all are equal; all negative ones change sign together.
-pub(super) fn tidy_weights(mut weights: Vec<f64>) -> Option<Vec<f64>> {
+/// Weights; `None` when all are equal. If all are negative their sign is changed.
+pub(super) fn normalised_weights(mut weights: Vec<f64>) -> Option<Vec<f64>> {
     let first = weights.first().copied()?;
     if first != 0.0 && weights.iter().all(|w| *w == first) {
         return None;
@@ -129,8 +130,8 @@ pub(super) fn tidy_weights(mut weights: Vec<f64>) -> Option<Vec<f64>> {
     Some(weights)
 }
 
-/// The part of `curve` a file's V0, V1 ask for, where they ask for less than all; its first and last control points are its
-/// ends, whatever the file's knots are (those of periodic splines go on beyond them).
+/// The segment `[V0, V1]` of a curve if it is shorter than the domain, with clamped ends for any knot vector of the
+/// file (periodic splines have knots beyond the domain).
 fn cut(curve: Curve3, [from, to]: [f64; 2]) -> Curve3 {
     let [low, high] = curve.domain();
     let tolerance = 1e-12 * (high - low);
@@ -141,7 +142,7 @@ fn cut(curve: Curve3, [from, to]: [f64; 2]) -> Curve3 {
     if is_clamped(curve.knots(), [low, high]) { curve } else { curve.clamped() }
 }
 
-/// Whether a spline begins and ends in its first and last control point: its knots do not go beyond its domain.
+/// True when a spline starts and ends in its end control points: no knots lie beyond its domain.
 pub(super) fn is_clamped(knots: &[f64], domain: [f64; 2]) -> bool {
     let ends = [knots.first(), knots.last()];
     ends[0] == Some(&domain[0]) && ends[1] == Some(&domain[1])

@@ -1,11 +1,11 @@
-//! What the file shows: roots, groups (402), subfigures (308, 408), solid instances (430) and assemblies (184).
+//! Displayed entities: roots, groups (402), subfigures (308, 408), solid instances (430) and assemblies (184).
 
 use rustc_hash::FxHashMap;
 
 use super::curves::CURVES;
 use super::file::Fault;
 use super::ownership::Ownership;
-use super::reader::{DEPTH, Reader};
+use super::reader::{POINTER_DEPTH_MAX, Reader};
 use super::surface::SURFACES;
 use crate::cad::raw::{LostFace, RawFace};
 use crate::geometry::{Affine, Mat3, Vec3};
@@ -13,22 +13,22 @@ use crate::geometry::{Affine, Mat3, Vec3};
 /// Faces and curves found.
 #[derive(Default)]
 pub(super) struct Found {
-    /// Faces, mm.
+    /// Faces [mm].
     pub faces: Vec<RawFace>,
-    /// Curves that nothing refers to.
+    /// Number of curves that no entity refers to.
     pub loose_curves: usize,
-    /// Faults that cost a face, first one kept.
+    /// First fault that cost a face.
     pub first_fault: Option<Fault>,
-    /// Faces that could not be read.
+    /// Unreadable faces.
     pub lost: Vec<LostFace>,
     shells: usize,
-    /// Of all faces.
+    /// Total number of sides of all faces.
     sides: usize,
     edge_ids: FxHashMap<(usize, usize, usize), usize>,
     instances: usize,
 }
 
-/// One entity to show, and where.
+/// An entity to display and its placement.
 #[derive(Clone, Copy)]
 struct Task {
     entity: usize,
@@ -38,25 +38,25 @@ struct Task {
 }
 
 impl Task {
-    /// The task of an entity that this one contains.
+    /// The task of a contained entity.
     fn below(&self, entity: usize, map: Affine, instance: usize) -> Self {
         Self { entity, map, depth: self.depth + 1, instance }
     }
 }
 
-/// A shell's number, its place, and its faces with their sense.
+/// Shell number, placement, and faces with their sense.
 type ShellFaces = (Option<usize>, Affine, Vec<(usize, bool)>);
 
 impl Reader<'_, '_> {
-    /// Walks everything the file shows; lengths are multiplied by `scale`.
+    /// Traverses all displayed entities; lengths are multiplied by `scale`.
     ///
     /// # Errors
-    /// Only when pointers multiply without end.
+    /// Only for self-multiplying pointers.
     pub fn walk(&self, scale: f64) -> Result<Found, Fault> {
         let mut owners = self.ownership()?;
         let mut found = Found::default();
         let map = Affine { linear: Mat3::identity() * scale, shift: Vec3::zeros() };
-        self.honour_status(&mut owners);
+        self.apply_status(&mut owners);
         for entity in 0..self.file.len() {
             if owners.hidden[entity]
                 || owners.used[entity]
@@ -79,7 +79,7 @@ impl Reader<'_, '_> {
                 self.file.note(
                     entity,
                     "subfigure-unplaced",
-                    "a subfigure that is never placed; shown where it is defined",
+                    "a subfigure without an instance; displayed at its definition",
                 );
             }
             self.show(Task { entity, map, depth: 0, instance: 0 }, &owners, &mut found)?;
@@ -87,13 +87,13 @@ impl Reader<'_, '_> {
         Ok(found)
     }
 
-    /// Shows an entity and all it contains, with a stack of its own.
+    /// Displays an entity and all it contains, iteratively.
     fn show(&self, task: Task, owners: &Ownership, found: &mut Found) -> Result<(), Fault> {
         let mut stack = vec![task];
         while let Some(task) = stack.pop() {
             match self.step(task, owners, found, &mut stack) {
                 Err(fault) if fault.code == "work-limit" => return Err(fault),
-                Err(fault) => found.lose(self, task.entity, fault),
+                Err(fault) => found.record_lost(self, task.entity, fault),
                 Ok(()) => {}
             }
         }
@@ -109,12 +109,12 @@ impl Reader<'_, '_> {
     ) -> Result<(), Fault> {
         let Task { entity, map, depth, .. } = task;
         let kind = self.file.entry(entity).kind;
-        if depth > 2 * DEPTH {
+        if depth > 2 * POINTER_DEPTH_MAX {
             return Err(self.file.fault(
                 entity,
                 "instance-depth",
-                "subfigures or groups lead to each other or lie too deep",
-                format!("at most {} levels", 2 * DEPTH),
+                "subfigures or groups are cyclic or too deeply nested",
+                format!("at most {} levels", 2 * POINTER_DEPTH_MAX),
             ));
         }
         match kind {
@@ -140,7 +140,7 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Members of a subfigure definition (308) or group (402) that are to be shown, the last one first.
+    /// Members of a subfigure definition (308) or group (402) to display, last one first.
     fn members_to_show(&self, task: Task, owners: &Ownership) -> Result<Vec<Task>, Fault> {
         let Task { entity, map, instance, .. } = task;
         let definition = self.file.entry(entity).kind == 308;
@@ -150,7 +150,7 @@ impl Reader<'_, '_> {
         Ok(members.into_iter().rev().map(|m| task.below(m, placed, instance)).collect())
     }
 
-    /// Puts the items of an assembly (184) on the stack, each an instance of its own.
+    /// Pushes the items of an assembly (184) onto the stack, each as a separate instance.
     fn show_assembly(
         &self,
         task: Task,
@@ -169,12 +169,12 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// A surface that nothing trims. Unbounded ones are no faces.
+    /// An untrimmed surface as a face. Unbounded surfaces are no faces.
     fn whole_surface(&self, entity: usize, map: &Affine) -> Result<Option<RawFace>, Fault> {
         let entry = self.file.entry(entity);
         let boundary = if entry.kind == 108 { self.plane_boundary(entity)? } else { None };
         if let Some(boundary) = boundary {
-            let based = self.surface(entity, map, false)?;
+            let basis = self.surface(entity, map, false)?;
             let pieces = self.pieces(boundary, map)?;
             let edges = super::edges::paired(
                 pieces.into_iter().map(|p| p.curve).collect(),
@@ -182,22 +182,22 @@ impl Reader<'_, '_> {
                 false,
             );
             return self
-                .raw_face(entity, based, vec![edges], &[Some(true)], false, false)
+                .raw_face(entity, basis, vec![edges], &[Some(true)], false, false)
                 .map(Some);
         }
         if matches!(entry.kind, 108 | 190 | 192 | 194) {
             self.file.note(
                 entity,
                 "surface-unbounded",
-                "an unbounded surface that nothing trims is no face",
+                "an unbounded surface without trimming curves is no face",
             );
             return Ok(None);
         }
-        let based = self.surface(entity, map, true)?;
-        self.raw_face(entity, based, Vec::new(), &[], true, super::reader::mirrors(map)).map(Some)
+        let basis = self.surface(entity, map, true)?;
+        self.raw_face(entity, basis, Vec::new(), &[], true, super::reader::mirrors(map)).map(Some)
     }
 
-    /// Solids, shells and faces. Each face that fails is skipped on its own.
+    /// Solids, shells and faces. Each unreadable face is skipped individually.
     fn show_brep(&self, task: Task, found: &mut Found) -> Result<(), Fault> {
         let Task { entity, map, instance, .. } = task;
         let mut shells: Vec<ShellFaces> = Vec::new();
@@ -230,7 +230,7 @@ impl Reader<'_, '_> {
                 match self.brep_face(face, &map, !along, &mut edge_id) {
                     Ok(raw) => found.push(self, face, RawFace { shell, ..raw })?,
                     Err(fault) if fault.code == "work-limit" => return Err(fault),
-                    Err(fault) => found.lose(self, face, fault),
+                    Err(fault) => found.record_lost(self, face, fault),
                 }
             }
         }
@@ -258,7 +258,7 @@ impl Reader<'_, '_> {
         Ok(members.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 
-    /// What an instance shows, and where: 408 (subfigure DE, X, Y, Z, scale) or 430 (solid DE).
+    /// Target and placement of an instance: 408 (subfigure DE, X, Y, Z, scale) or 430 (solid DE).
     pub(super) fn instance(&self, entity: usize, map: &Affine) -> Result<(usize, Affine), Fault> {
         let mut p = self.file.params(entity)?;
         let target = p.pointer("what is placed")?;
@@ -290,10 +290,10 @@ impl Reader<'_, '_> {
 }
 
 impl Found {
-    /// Takes a face of `entity`.
+    /// Adds a face of `entity`.
     ///
     /// # Errors
-    /// A fault with the code `work-limit` when instances multiply the faces beyond what a file of this size may have.
+    /// A fault with the code `work-limit` when instances multiply the faces beyond the limit for a file of this size.
     fn push(&mut self, reader: &Reader<'_, '_>, entity: usize, face: RawFace) -> Result<(), Fault> {
         self.sides += face.sides();
         reader.file.allow_sides(entity, self.sides)?;
@@ -306,7 +306,7 @@ impl Found {
         self.shells - 1
     }
 
-    fn lose(&mut self, reader: &Reader<'_, '_>, entity: usize, fault: Fault) {
+    fn record_lost(&mut self, reader: &Reader<'_, '_>, entity: usize, fault: Fault) {
         reader.file.skip(entity, &fault);
         let entry = reader.file.entry(entity);
         let source = format!("D{} ({})", entry.pointer, entry.kind);

@@ -1,51 +1,51 @@
-//! The table of surfaces, rational B-spline surfaces (128) and parametric spline surfaces (114).
+//! Surface types, rational B-spline surfaces (128) and parametric spline surfaces (114).
 
 use super::file::Fault;
-use super::reader::{DEPTH, Reader};
-use super::splines::{is_clamped, power_to_bezier, tidy, tidy_weights};
+use super::reader::{POINTER_DEPTH_MAX, Reader};
+use super::splines::{is_clamped, normalised_weights, power_to_bezier, without_rounding};
 use super::uv::UvMap;
 use crate::cad::raw::RawSurface;
 use crate::geometry::nurbs::Surface;
 use crate::geometry::{Affine, Vec2, Vec3};
 
-/// Entity types that are surfaces on their own.
+/// Entity types that are surfaces by themselves.
 pub(super) const SURFACES: [u32; 12] = [108, 114, 118, 120, 122, 128, 140, 190, 192, 194, 196, 198];
 
-/// A surface with what is needed to trim it.
+/// A surface with the data needed to trim it.
 #[derive(Debug, Clone)]
-pub(super) struct Based {
+pub(super) struct BasisSurface {
     /// The surface, in mm.
     pub surface: RawSurface,
-    /// From the file's parameters to those of `surface`: the standard's meaning first, then what writers are
-    /// known to mean. All change the sense of the normal alike. Empty: the file's parameters mean nothing.
+    /// Maps from the file's parameters to those of `surface`: the convention of the standard first, then those of known
+    /// writers. All have the same effect on the orientation. Empty when the file's parameters are meaningless.
     pub maps: Vec<UvMap>,
-    /// Range of the parameters of `surface` (where it has one).
+    /// Parameter range of `surface`, if bounded.
     pub domain: Option<[[f64; 2]; 2]>,
-    /// `domain` is less than `surface` covers.
+    /// `domain` is smaller than that of `surface`.
     pub narrowed: bool,
-    /// Parameter curves are only approximate (reparametrised generatrix): curves in space are better.
+    /// Parameter curves are approximate (reparametrised generatrix); space curves are preferred.
     pub approximate: bool,
-    /// The normal of `surface` is opposite to the file's, beyond what `maps` say.
+    /// The normal of `surface` is opposite to that of the file, in addition to the effect of `maps`.
     pub turned: bool,
 }
 
-impl Based {
-    /// A surface whose parameters are those of the file.
+impl BasisSurface {
+    /// A surface with the parameters of the file.
     pub fn plain(surface: RawSurface, domain: Option<[[f64; 2]; 2]>) -> Self {
         let maps = vec![UvMap::identity()];
         Self { surface, maps, domain, narrowed: false, approximate: false, turned: false }
     }
 
-    /// The normal of `surface` is opposite to the one the file means.
+    /// True when the normal of `surface` is opposite to that of the file.
     pub fn reversed(&self) -> bool {
         self.turned != self.maps.first().is_some_and(UvMap::mirrors)
     }
 }
 
 impl Reader<'_, '_> {
-    /// The surface with this entity, placed by `map` after its own matrix. `whole` asks for the form that carries
-    /// its own limits (no trimming curves follow).
-    pub fn surface(&self, entity: usize, map: &Affine, whole: bool) -> Result<Based, Fault> {
+    /// The surface of an entity, transformed by its own matrix and `map`. `whole` requests the form with its own limits
+    /// (no trimming curves follow).
+    pub fn surface(&self, entity: usize, map: &Affine, whole: bool) -> Result<BasisSurface, Fault> {
         match self.file.entry(entity).kind {
             120 => self.revolution(entity, map, whole),
             122 => self.extrusion(entity, map, whole),
@@ -53,14 +53,19 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// A surface at a depth of pointers.
-    pub fn surface_at(&self, entity: usize, map: &Affine, depth: usize) -> Result<Based, Fault> {
-        if depth > DEPTH {
+    /// The surface of an entity at a given pointer depth.
+    pub fn surface_at(
+        &self,
+        entity: usize,
+        map: &Affine,
+        depth: usize,
+    ) -> Result<BasisSurface, Fault> {
+        if depth > POINTER_DEPTH_MAX {
             return Err(self.file.fault(
                 entity,
                 "surface-depth",
-                "offset surfaces lead to each other or lie too deep",
-                format!("at most {DEPTH} levels"),
+                "offset surfaces are cyclic or too deeply nested",
+                format!("at most {POINTER_DEPTH_MAX} levels"),
             ));
         }
         match self.file.entry(entity).kind {
@@ -82,9 +87,9 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Rational B-spline surface (128): K1, K2, M1, M2, PROP1-5, knots of u and of v, weights and points
-    /// (u runs fastest), U0, U1, V0, V1.
-    fn rational_surface(&self, entity: usize, map: &Affine) -> Result<Based, Fault> {
+    /// Rational B-spline surface (128): K1, K2, M1, M2, PROP1-5, knots of u and of v, weights and points (u fastest),
+    /// U0, U1, V0, V1.
+    fn rational_surface(&self, entity: usize, map: &Affine) -> Result<BasisSurface, Fault> {
         let mut p = self.file.params(entity)?;
         let upper = [p.count("upper index K1", 1)?, p.count("upper index K2", 1)?];
         let degrees = [p.count("degree M1", 1)?, p.count("degree M2", 1)?];
@@ -99,10 +104,10 @@ impl Reader<'_, '_> {
             "knots, weights and points",
         )?;
         let knots = [
-            tidy(p.reals(knot_counts[0], "knot of u")?),
-            tidy(p.reals(knot_counts[1], "knot of v")?),
+            without_rounding(p.reals(knot_counts[0], "knot of u")?),
+            without_rounding(p.reals(knot_counts[1], "knot of v")?),
         ];
-        let weights = tidy_weights(p.reals(net, "weight")?);
+        let weights = normalised_weights(p.reals(net, "weight")?);
         let points = p.points(net, "control point")?;
         let mut range = [f64::NAN; 4];
         for value in &mut range {
@@ -117,10 +122,10 @@ impl Reader<'_, '_> {
         Ok(narrowed(on_period(clamped(surface), range), range))
     }
 
-    /// Parametric spline surface (114): CTYPE, PTYPE, M, N, M+1 and N+1 breakpoints, then for each of
-    /// (M+1)(N+1) patches, v fastest, 16 coefficients each of x, y, z (s fastest); the last row and column of
-    /// patches are not used, and some writers leave them out.
-    fn spline_surface(&self, entity: usize, map: &Affine) -> Result<Based, Fault> {
+    /// Parametric spline surface (114): CTYPE, PTYPE, M, N, M+1 and N+1 breakpoints, then for each of (M+1)(N+1)
+    /// patches, v fastest, 16 coefficients each of x, y, z (s fastest). The last row and column of patches are unused
+    /// and omitted by some writers.
+    fn spline_surface(&self, entity: usize, map: &Affine) -> Result<BasisSurface, Fault> {
         let mut p = self.file.params(entity)?;
         p.integer_or("spline type", 0)?;
         p.integer_or("patch type", 0)?;
@@ -131,7 +136,7 @@ impl Reader<'_, '_> {
             [p.reals(spans[0] + 1, "breakpoint of u")?, p.reals(spans[1] + 1, "breakpoint of v")?];
         let counts = [3 * spans[0] + 1, 3 * spans[1] + 1];
         let mut points = vec![Vec3::zeros(); counts[0] * counts[1]];
-        let bare = p.left() <= 48 * patches + 8;
+        let bare = p.remaining() <= 48 * patches + 8;
         for i in 0..spans[0] {
             for j in 0..spans[1] + usize::from(!bare) {
                 let mut axes = [[[0.0; 4]; 4]; 3];
@@ -149,7 +154,7 @@ impl Reader<'_, '_> {
                 }
             }
         }
-        let knots = breaks.map(|b| tripled(&b));
+        let knots = breaks.map(|b| piecewise_cubic_knots(&b));
         let placed = self.placed(entity, map)?;
         points.iter_mut().for_each(|q| *q = placed.point(q));
         let surface = Surface::try_new([3, 3], knots, points, None)
@@ -158,8 +163,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// The same surface with borders that are those of its control net, whatever the file's knots are (those of periodic
-/// splines go on beyond its domain).
+/// The same surface with clamped knot vectors (periodic splines have knots beyond the domain).
 fn clamped(surface: Surface) -> Surface {
     let ([u, v], knots) = (surface.domain(), surface.knots());
     if is_clamped(knots[0], u) && is_clamped(knots[1], v) {
@@ -168,8 +172,8 @@ fn clamped(surface: Surface) -> Surface {
     surface.trimmed(u, v).unwrap_or(surface)
 }
 
-/// A surface that closes on itself, on the period that a file asks for: some writers give a range, and with it parameter
-/// curves, that begin within the knots and end one period later, beyond them.
+/// Moves the seam of a closed surface to the period stated by the file. Some writers give a range, and parameter
+/// curves, that begin within the knots and end one period later.
 fn on_period(mut surface: Surface, range: [[f64; 2]; 2]) -> Surface {
     for (k, [from, to]) in range.into_iter().enumerate() {
         let [low, high] = surface.domain()[k];
@@ -177,13 +181,13 @@ fn on_period(mut surface: Surface, range: [[f64; 2]; 2]) -> Surface {
         let is_period = (to - from - (high - low)).abs() <= tolerance;
         let is_beyond = from < low - tolerance || to > high + tolerance;
         if is_period && is_beyond && is_closed(&surface, k) {
-            surface = surface.rolled(k, from).unwrap_or(surface);
+            surface = surface.with_seam_at(k, from).unwrap_or(surface);
         }
     }
     surface
 }
 
-/// Whether the borders of a surface at both ends of its parameter `k` are one.
+/// True when both boundary curves at the ends of parameter `k` coincide.
 fn is_closed(surface: &Surface, k: usize) -> bool {
     const STEPS: usize = 8;
     let domain = surface.domain();
@@ -198,7 +202,7 @@ fn is_closed(surface: &Surface, k: usize) -> bool {
     (0..=STEPS).all(|step| (at(low, step) - at(high, step)).norm() <= 1e-6 * size)
 }
 
-/// From "u fastest" to "v fastest".
+/// Reorders a net from "u fastest" to "v fastest".
 fn transpose<T, U>(net: &[T], counts: [usize; 2], map: impl Fn(&T) -> U) -> Vec<U> {
     let mut out = Vec::with_capacity(net.len());
     for i in 0..counts[0] {
@@ -221,8 +225,8 @@ fn patch_to_bezier(coefficients: [[f64; 4]; 4], hu: f64, hv: f64) -> [[f64; 4]; 
     out
 }
 
-/// Knots of a piecewise cubic with these breakpoints.
-fn tripled(breaks: &[f64]) -> Vec<f64> {
+/// Knot vector of a piecewise cubic with these breakpoints.
+fn piecewise_cubic_knots(breaks: &[f64]) -> Vec<f64> {
     let ends = breaks
         .first()
         .into_iter()
@@ -231,8 +235,8 @@ fn tripled(breaks: &[f64]) -> Vec<f64> {
     ends.copied().collect()
 }
 
-/// A rational B-spline surface with the range its file states.
-pub(super) fn narrowed(surface: Surface, range: [[f64; 2]; 2]) -> Based {
+/// A rational B-spline surface with the parameter range stated in the file.
+pub(super) fn narrowed(surface: Surface, range: [[f64; 2]; 2]) -> BasisSurface {
     let full = surface.domain();
     let mut domain = full;
     let mut less = false;
@@ -244,5 +248,5 @@ pub(super) fn narrowed(surface: Surface, range: [[f64; 2]; 2]) -> Based {
             less = true;
         }
     }
-    Based { narrowed: less, ..Based::plain(RawSurface::Nurbs(surface), Some(domain)) }
+    BasisSurface { narrowed: less, ..BasisSurface::plain(RawSurface::Nurbs(surface), Some(domain)) }
 }

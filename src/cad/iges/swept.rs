@@ -6,20 +6,20 @@ use super::curves::{Piece, Shape};
 use super::file::Fault;
 use super::params::Params;
 use super::reader::{Reader, mirrors, similarity};
-use super::surface::{Based, narrowed};
+use super::surface::{BasisSurface, narrowed};
 use super::uv::UvMap;
 use crate::cad::raw::RawSurface;
 use crate::geometry::frame::unit;
 use crate::geometry::nurbs::{Curve3, Surface};
 use crate::geometry::{Affine, Frame, Vec3};
 
-/// Lengths that vanish beside another are below this part of it.
-const NIL: f64 = 1e-9;
+/// Length relative to another below which it counts as zero.
+const ZERO_LENGTH_REL: f64 = 1e-9;
 
 impl Reader<'_, '_> {
-    /// Ruled surface (118): DE1, DE2, DIRFLG 1 joins first to last, DEVFLG. Parameters 0 to 1 both ways.
-    /// Form 0 pairs points of equal relative arc length, form 1 of equal relative parameter.
-    pub(super) fn ruled(&self, entity: usize, map: &Affine) -> Result<Based, Fault> {
+    /// Ruled surface (118): DE1, DE2, DIRFLG 1 joins first to last, DEVFLG. Parameters 0 to 1 in both directions. Form
+    /// 0 pairs points of equal relative arc length, form 1 of equal relative parameter.
+    pub(super) fn ruled(&self, entity: usize, map: &Affine) -> Result<BasisSurface, Fault> {
         let mut p = self.file.params(entity)?;
         let (first, second) = (p.pointer("first curve")?, p.pointer("second curve")?);
         let crossed = p.flag("DIRFLG", false)?;
@@ -37,43 +37,43 @@ impl Reader<'_, '_> {
             self.file.note(
                 entity,
                 "ruled-by-parameter",
-                "form 0 asks for equal arc length; its curves are paired by parameter",
+                "form 0 requires equal arc length; the curves are paired by parameter",
             );
         }
         let second = if crossed { b.curve.reversed() } else { b.curve };
-        let mut based = narrowed(Surface::ruled(&a.curve, &second), [[f64::NAN; 2]; 2]);
-        based.approximate =
+        let mut basis = narrowed(Surface::ruled(&a.curve, &second), [[f64::NAN; 2]; 2]);
+        basis.approximate =
             !matches!((a.shape, b.shape), (Shape::Line | Shape::Free, Shape::Line | Shape::Free));
-        Ok(based)
+        Ok(basis)
     }
 
-    /// Surface of revolution (120): axis DE (110), generatrix DE, start and end angle. File parameters:
-    /// (generatrix, angle); ours: (angle, generatrix), so the sense of the normal changes.
+    /// Surface of revolution (120): axis DE (110), generatrix DE, start and end angle. File parameters (generatrix,
+    /// angle) become (angle, generatrix), which reverses the normal.
     pub(super) fn revolution(
         &self,
         entity: usize,
         map: &Affine,
         whole: bool,
-    ) -> Result<Based, Fault> {
+    ) -> Result<BasisSurface, Fault> {
         let mut p = self.file.params(entity)?;
         let (axis, generatrix) = (p.pointer("axis")?, p.pointer("generatrix")?);
         let angles = read_angles(&mut p)?;
         let placed = self.placed(entity, map)?;
         if similarity(&placed).is_none() {
             return Err(p.fault(
-                "a matrix that does not keep circles",
+                "a matrix that does not preserve circles",
                 "rotation, reflection and uniform scale",
             ));
         }
         let (origin, direction) = self.axis_of_revolution(entity, axis, &placed)?;
         let piece = self.joined(generatrix, &placed)?;
-        if !whole && let Some(based) = recognised(&piece, origin, direction) {
-            return Ok(based);
+        if !whole && let Some(basis) = recognised(&piece, origin, direction) {
+            return Ok(basis);
         }
         let approximate = !matches!(piece.shape, Shape::Line | Shape::Free);
         let [low, high] = piece.curve.domain();
         let unit_map = UvMap::axes([0.0, 1.0], [low, high - low]).swapped();
-        Ok(Based {
+        Ok(BasisSurface {
             domain: Some([angles, [low, high]]),
             surface: RawSurface::Revolution {
                 generatrix: piece.curve,
@@ -89,7 +89,7 @@ impl Reader<'_, '_> {
         })
     }
 
-    /// Reads the axis of a surface of revolution: its first point [mm] and its direction, about which angles count.
+    /// Axis of a surface of revolution: its first point [mm] and the direction about which angles are measured.
     fn axis_of_revolution(
         &self,
         entity: usize,
@@ -109,14 +109,14 @@ impl Reader<'_, '_> {
         Ok((ends[0], if mirrors(placed) { -direction } else { direction }))
     }
 
-    /// Tabulated cylinder (122): directrix DE, end LX, LY, LZ of the generatrix, which begins where the
-    /// directrix does. Parameters 0 to 1 both ways.
+    /// Tabulated cylinder (122): directrix DE, end LX, LY, LZ of the generatrix, which begins at the start of the
+    /// directrix. Parameters 0 to 1 in both directions.
     pub(super) fn extrusion(
         &self,
         entity: usize,
         map: &Affine,
         whole: bool,
-    ) -> Result<Based, Fault> {
+    ) -> Result<BasisSurface, Fault> {
         let mut p = self.file.params(entity)?;
         let directrix = p.pointer("directrix")?;
         let end = p.vec3("end of the generatrix")?;
@@ -134,34 +134,37 @@ impl Reader<'_, '_> {
         };
         if let (Shape::Arc { frame, radius }, false) = (piece.shape, whole) {
             let along = direction.dot(&frame.z);
-            if (direction - frame.z * along).norm() <= NIL * direction.norm() {
+            if (direction - frame.z * along).norm() <= ZERO_LENGTH_REL * direction.norm() {
                 let surface = RawSurface::Cylinder { frame, radius };
-                return Ok(Based { maps: maps(along), ..Based::plain(surface, None) });
+                return Ok(BasisSurface {
+                    maps: maps(along),
+                    ..BasisSurface::plain(surface, None)
+                });
             }
         }
         let approximate = !matches!(piece.shape, Shape::Line | Shape::Free);
         let domain = Some([[low, high], [0.0, 1.0]]);
         let surface =
             RawSurface::Extrusion { directrix: piece.curve, direction, range: Some([0.0, 1.0]) };
-        Ok(Based { maps: maps(1.0), approximate, ..Based::plain(surface, domain) })
+        Ok(BasisSurface { maps: maps(1.0), approximate, ..BasisSurface::plain(surface, domain) })
     }
 }
 
-/// A line or an arc in a plane with the axis turns into a cylinder, cone, sphere or torus.
-fn recognised(piece: &Piece, origin: Vec3, axis: Vec3) -> Option<Based> {
+/// Recognises cylinder, cone, sphere or torus in the revolution of a line or an arc in a plane with the axis.
+fn recognised(piece: &Piece, origin: Vec3, axis: Vec3) -> Option<BasisSurface> {
     let (surface, maps) = match piece.shape {
-        Shape::Line => turned_line(piece.curve.points(), origin, axis)?,
-        Shape::Arc { frame, radius } => turned_arc(piece, &frame, radius, origin, axis)?,
+        Shape::Line => revolved_line(piece.curve.points(), origin, axis)?,
+        Shape::Arc { frame, radius } => revolved_arc(piece, &frame, radius, origin, axis)?,
         Shape::Free | Shape::Reparametrised => return None,
     };
-    Some(Based {
+    Some(BasisSurface {
         maps: maps.into_iter().map(UvMap::swapped).collect(),
-        ..Based::plain(surface, None)
+        ..BasisSurface::plain(surface, None)
     })
 }
 
-/// Maps are of (angle, generatrix).
-fn turned_line(ends: &[Vec3], origin: Vec3, axis: Vec3) -> Option<(RawSurface, Vec<UvMap>)> {
+/// Revolution of a line; the maps are from (angle, generatrix).
+fn revolved_line(ends: &[Vec3], origin: Vec3, axis: Vec3) -> Option<(RawSurface, Vec<UvMap>)> {
     let [a, b] = ends else { return None };
     let split = |p: &Vec3| {
         let height = axis.dot(&(p - origin));
@@ -173,14 +176,16 @@ fn turned_line(ends: &[Vec3], origin: Vec3, axis: Vec3) -> Option<(RawSurface, V
     if size == 0.0 || rise.abs() <= 1e-6 * (b - a).norm() {
         return None;
     }
-    if ra.cross(&rb).norm() > NIL * size * size || ra.dot(&rb) < -NIL * size * size {
+    if ra.cross(&rb).norm() > ZERO_LENGTH_REL * size * size
+        || ra.dot(&rb) < -ZERO_LENGTH_REL * size * size
+    {
         return None;
     }
     let outward = if ra.norm() > rb.norm() { ra } else { rb };
     let frame = Frame::from_z_x(origin + axis * ha, axis, outward)?;
     let maps = vec![UvMap::axes([0.0, 1.0], [0.0, rise])];
     let slope = (rb.norm() - ra.norm()) / rise;
-    let surface = if (rb.norm() - ra.norm()).abs() <= NIL * size {
+    let surface = if (rb.norm() - ra.norm()).abs() <= ZERO_LENGTH_REL * size {
         RawSurface::Cylinder { frame, radius: size }
     } else {
         RawSurface::Cone { frame, radius: ra.norm(), semi_angle: slope.atan() }
@@ -188,7 +193,7 @@ fn turned_line(ends: &[Vec3], origin: Vec3, axis: Vec3) -> Option<(RawSurface, V
     Some((surface, maps))
 }
 
-/// Reads start and end angle [rad], the end at most a turn behind the start.
+/// Start and end angle [rad], the end at most one turn after the start.
 fn read_angles(p: &mut Params<'_, '_>) -> Result<[f64; 2], Fault> {
     let (from, mut to) = (p.real("start angle")?, p.real_or("end angle", TAU)?);
     if !(from.abs() < 1e6 && to.abs() < 1e6) {
@@ -200,14 +205,14 @@ fn read_angles(p: &mut Params<'_, '_>) -> Result<[f64; 2], Fault> {
     Ok([from, to.min(from + TAU)])
 }
 
-/// Direction in the plane of an arc and across the axis, to the side on which the arc is at an angle [rad].
+/// Unit vector in the plane of an arc and normal to the axis, towards the side of the arc at an angle [rad].
 fn outward_at(arc: &Frame, axis: Vec3, angle: f64) -> Option<Vec3> {
     let across = unit(arc.z.cross(&axis))?;
     let there = arc.x * angle.cos() + arc.y * angle.sin();
     Some(if there.dot(&across) < 0.0 { -across } else { across })
 }
 
-fn turned_arc(
+fn revolved_arc(
     piece: &Piece,
     arc: &Frame,
     radius: f64,
@@ -218,13 +223,13 @@ fn turned_arc(
     let foot = origin + axis * height;
     let out = arc.origin - foot;
     let major = out.norm();
-    if arc.z.dot(&axis).abs() > NIL {
+    if arc.z.dot(&axis).abs() > ZERO_LENGTH_REL {
         return None;
     }
     let [low, high] = piece.curve.domain();
-    let ball = major <= NIL * radius;
+    let ball = major <= ZERO_LENGTH_REL * radius;
     let outward = if ball { outward_at(arc, axis, f64::midpoint(low, high))? } else { out / major };
-    if arc.z.dot(&outward).abs() > NIL {
+    if arc.z.dot(&outward).abs() > ZERO_LENGTH_REL {
         return None;
     }
     let frame = Frame::from_z_x(foot, axis, outward)?;

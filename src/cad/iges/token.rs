@@ -1,15 +1,15 @@
-//! Tokens of the global and parameter sections: numbers, Hollerith strings, defaults. Nothing is copied.
+//! Tokens of the global and parameter sections: numbers, Hollerith strings, defaults. No text is copied.
 
 use nom::bytes::complete::{tag_no_case, take};
 use nom::character::complete::digit1;
 use nom::{IResult, Parser};
 
-/// The two delimiters a file has chosen.
+/// The delimiters of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Delimiters {
-    /// Between parameters, `,` by default.
+    /// Parameter delimiter, `,` by default.
     pub parameter: u8,
-    /// After the last parameter of a record, `;` by default.
+    /// Record delimiter, `;` by default.
     pub record: u8,
 }
 
@@ -28,17 +28,17 @@ impl Delimiters {
 /// One parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Token<'a> {
-    /// Nothing between two delimiters: the default.
+    /// Empty field: the default.
     Blank,
-    /// A number, a logical or a bare word, without blanks around it.
+    /// A number, a logical or an unquoted word, without surrounding blanks.
     Word(&'a [u8]),
     /// Content of a Hollerith string.
     Text(&'a [u8]),
 }
 
-/// The parameter at the head of `input`; what follows begins with a delimiter or is empty.
+/// The parameter at the start of `input`; the remaining text begins with a delimiter or is empty.
 ///
-/// A Hollerith whose count does not lead to a delimiter is taken to end at the next one.
+/// A Hollerith string whose count does not end at a delimiter ends at the next one.
 pub(super) fn token(input: &[u8], delimiters: Delimiters) -> (&[u8], Token<'_>) {
     let trimmed = input.trim_ascii_start();
     if begins_as_hollerith(trimmed) {
@@ -49,13 +49,13 @@ pub(super) fn token(input: &[u8], delimiters: Delimiters) -> (&[u8], Token<'_>) 
     (rest, if word.is_empty() { Token::Blank } else { Token::Word(word) })
 }
 
-/// Digits, and an `H`.
+/// True for digits followed by an `H`.
 fn begins_as_hollerith(input: &[u8]) -> bool {
     let behind = input.iter().find(|b| !b.is_ascii_digit());
     behind.is_some_and(|b| b.eq_ignore_ascii_case(&b'H')) && input[0].is_ascii_digit()
 }
 
-/// A Hollerith string; with a wrong count it ends at the next delimiter.
+/// A Hollerith string; one with a wrong count ends at the next delimiter.
 fn text(input: &[u8], delimiters: Delimiters) -> (&[u8], Token<'_>) {
     if let Ok((after, text)) = hollerith(input) {
         let next = after.trim_ascii_start();
@@ -65,7 +65,7 @@ fn text(input: &[u8], delimiters: Delimiters) -> (&[u8], Token<'_>) {
         let (rest, text) = until_delimiter(head_after_h(input), delimiters);
         return (rest, Token::Text(text.trim_ascii_end()));
     }
-    // The count leads past the end of the text.
+    // The count exceeds the remaining text.
     let (rest, word) = until_delimiter(input, delimiters);
     let word = word.trim_ascii_end();
     (
@@ -83,7 +83,7 @@ fn hollerith(input: &[u8]) -> IResult<&[u8], &[u8]> {
     take(count.unwrap_or(usize::MAX))(rest)
 }
 
-/// What stands behind the `H` of a Hollerith whose count is wrong.
+/// Text after the `H` of a Hollerith string with a wrong count.
 fn head_after_h(input: &[u8]) -> &[u8] {
     let digits = input.iter().take_while(|b| b.is_ascii_digit()).count();
     input.get(digits + 1..).unwrap_or_default()
@@ -95,8 +95,8 @@ fn until_delimiter(input: &[u8], delimiters: Delimiters) -> (&[u8], &[u8]) {
     (rest, word)
 }
 
-/// All parameters of a record, up to its record delimiter or the end of `input`. The flag says whether the
-/// delimiter was there.
+/// All parameters of a record, up to its record delimiter or the end of `input`. The flag is true when the delimiter
+/// was present.
 pub(super) fn record(input: &[u8], delimiters: Delimiters) -> (Vec<Token<'_>>, bool) {
     let mut tokens = Vec::with_capacity((input.len() / 8 + 1).min(16_384));
     let mut rest = input;
@@ -121,16 +121,16 @@ pub(super) fn record(input: &[u8], delimiters: Delimiters) -> (Vec<Token<'_>>, b
     }
 }
 
-/// A real: integers, a bare point at either end, `E`, `e`, `D` or `d` exponents, blanks inside (a number cut by
-/// the end of a card). `None` for anything else and for what no double can hold.
+/// A real: integers, a decimal point at either end, `E`, `e`, `D` or `d` exponents, embedded blanks (a number split at
+/// the end of a card). `None` for anything else and for values outside the range of a double.
 pub(super) fn real(word: &[u8]) -> Option<f64> {
-    // What else Rust reads as a number, `inf` and `nan`, is not finite.
+    // The other spellings Rust accepts, `inf` and `nan`, are not finite.
     let value = parse(word).filter(|v| v.is_finite());
-    value.or_else(|| spelled(word)).filter(|v| v.is_finite())
+    value.or_else(|| parse_rare_spelling(word)).filter(|v| v.is_finite())
 }
 
-/// The slow spellings: `D` exponents, blanks inside, Fortran's `1.5-3`.
-fn spelled(word: &[u8]) -> Option<f64> {
+/// Rare spellings: `D` exponents, embedded blanks, Fortran's `1.5-3`.
+fn parse_rare_spelling(word: &[u8]) -> Option<f64> {
     let mut buffer = [0u8; 64];
     let mut used = 0usize;
     let mut exponent = false;
@@ -157,7 +157,7 @@ fn parse(text: &[u8]) -> Option<f64> {
     std::str::from_utf8(text).ok()?.parse().ok()
 }
 
-/// An integer; reals without a fraction are taken too.
+/// An integer; reals without a fractional part are accepted.
 pub(super) fn integer(word: &[u8]) -> Option<i64> {
     std::str::from_utf8(word).ok().and_then(|t| t.parse().ok()).or_else(|| {
         let value = real(word)?;

@@ -1,17 +1,17 @@
 //! Trimmed surfaces: 141 boundary, 142 curve on a surface, 143 bounded surface, 144 trimmed surface.
 
-use super::edges::{Draft, paired, settle};
-use super::file::{Fault, PIECE};
-use super::offset::take_side_of_edges;
+use super::edges::{EdgeDraft, fit_parameter_map, paired};
+use super::file::{Fault, PIECE_COST};
+use super::offset::use_side_of_edges;
 use super::reader::{Reader, mirrors};
-use super::surface::Based;
+use super::surface::BasisSurface;
 use crate::cad::raw::{RawEdge, RawFace, RawLoop};
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Affine, Vec2};
 
 impl Reader<'_, '_> {
-    /// Trimmed surface (144): surface DE, N1 (0: the outer boundary is the domain's), N2, outer boundary DE,
-    /// N2 inner boundaries.
+    /// Trimmed surface (144): surface DE, N1 (0: the outer boundary is that of the domain), N2, outer boundary DE, N2
+    /// inner boundaries.
     pub(super) fn trimmed_surface(&self, entity: usize, map: &Affine) -> Result<RawFace, Fault> {
         let mut p = self.file.params(entity)?;
         let surface = p.pointer("surface")?;
@@ -40,7 +40,7 @@ impl Reader<'_, '_> {
         self.face(entity, surface, map, &boundaries, count == 0)
     }
 
-    /// A face on `surface` with these boundaries; `to_domain`: its outer boundary is the surface's own.
+    /// A face on `surface` with these boundaries; with `to_domain` the outer boundary is that of the surface's domain.
     fn face(
         &self,
         entity: usize,
@@ -50,35 +50,35 @@ impl Reader<'_, '_> {
         to_domain: bool,
     ) -> Result<RawFace, Fault> {
         let placed = self.placed(entity, map)?;
-        let based = self.surface(surface, &placed, to_domain)?;
+        let basis = self.surface(surface, &placed, to_domain)?;
         let mut loops = Vec::with_capacity(boundaries.len() + 1);
         for (boundary, _) in boundaries {
-            loops.push(self.boundary(*boundary, &placed, &based)?);
+            loops.push(self.boundary(*boundary, &placed, &basis)?);
         }
         let outer: Vec<Option<bool>> = boundaries.iter().map(|b| b.1).collect();
-        self.raw_face(entity, based, loops, &outer, to_domain, mirrors(&placed))
+        self.raw_face(entity, basis, loops, &outer, to_domain, mirrors(&placed))
     }
 
-    /// Puts a face together. `turn`: its outward normal is opposite to what surface and map say.
+    /// Assembles a face. `turn`: its outward normal is opposite to that of surface and map.
     pub(super) fn raw_face(
         &self,
         entity: usize,
-        mut based: Based,
-        mut loops: Vec<Vec<Draft>>,
+        mut basis: BasisSurface,
+        mut loops: Vec<Vec<EdgeDraft>>,
         outer: &[Option<bool>],
         to_domain: bool,
         turn: bool,
     ) -> Result<RawFace, Fault> {
-        self.file.charge(entity, PIECE)?;
-        self.settle_on(entity, &mut based, &mut loops);
+        self.file.charge(entity, PIECE_COST)?;
+        self.make_consistent(entity, &mut basis, &mut loops);
         let mut out: Vec<RawLoop> = loops
             .into_iter()
             .zip(outer.iter().chain(std::iter::repeat(&None)))
             .map(|(drafts, outer)| raw_loop(drafts, *outer))
             .collect();
         self.check_curves(entity, &out)?;
-        if to_domain && (!out.is_empty() || based.narrowed) {
-            let Some(domain) = based.domain else {
+        if to_domain && (!out.is_empty() || basis.narrowed) {
+            let Some(domain) = basis.domain else {
                 return Err(self.file.fault(
                     entity,
                     "boundary-missing",
@@ -90,15 +90,15 @@ impl Reader<'_, '_> {
         }
         let entry = self.file.entry(entity);
         Ok(RawFace {
-            flipped: based.reversed() != turn,
-            surface: based.surface,
+            flipped: basis.reversed() != turn,
+            surface: basis.surface,
             loops: out,
             source: format!("D{} ({})", entry.pointer, entry.kind),
             shell: None,
         })
     }
 
-    /// Refuses loops without edges or vertex, and edges without a curve.
+    /// Rejects loops without edges or vertex, and edges without a curve.
     fn check_curves(&self, entity: usize, loops: &[RawLoop]) -> Result<(), Fault> {
         let bare =
             loops.iter().flat_map(|l| &l.edges).any(|e| e.curve.is_none() && e.pcurve.is_none());
@@ -113,54 +113,64 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Brings a surface and the curves of its edges together, with a note where one of them is not what the file says.
-    fn settle_on(&self, entity: usize, based: &mut Based, loops: &mut [Vec<Draft>]) {
-        let other_side = take_side_of_edges(&mut based.surface, loops);
-        let settled = settle(based, loops);
+    /// Makes a surface and the curves of its edges consistent, with a note where one of them deviates from the file.
+    fn make_consistent(
+        &self,
+        entity: usize,
+        basis: &mut BasisSurface,
+        loops: &mut [Vec<EdgeDraft>],
+    ) {
+        let other_side = use_side_of_edges(&mut basis.surface, loops);
+        let fitted = fit_parameter_map(basis, loops);
         let notes = [
             (
                 other_side,
                 "offset-other-side",
-                "the curves of its edges in space lie on the other side of the base than its offset indicator (140) says; taken where they lie",
+                "the space curves of its edges lie on the other side of the base than its offset indicator (140) states; the side of the curves is used",
             ),
             (
-                settled.map > 0,
+                fitted.map > 0,
                 "parameters-other",
-                "its parameter curves do not use the standard's parameters of their surface; read as they fit",
+                "its parameter curves do not use the standard parametrisation of their surface; the best-fitting one is used",
             ),
             (
-                settled.dropped > 0,
+                fitted.dropped > 0,
                 "parameter-curve-off",
-                "parameter curves far from their curves in space were left out",
+                "parameter curves far from their space curves were discarded",
             ),
         ];
-        for (_, code, said) in notes.into_iter().filter(|note| note.0) {
-            self.file.note(entity, code, said);
+        for (_, code, text) in notes.into_iter().filter(|note| note.0) {
+            self.file.note(entity, code, text);
         }
     }
 
     /// The edges of a boundary: 142, 141, or a bare curve.
-    fn boundary(&self, entity: usize, map: &Affine, based: &Based) -> Result<Vec<Draft>, Fault> {
+    fn boundary(
+        &self,
+        entity: usize,
+        map: &Affine,
+        basis: &BasisSurface,
+    ) -> Result<Vec<EdgeDraft>, Fault> {
         let placed = self.placed(entity, map)?;
         match self.file.entry(entity).kind {
-            142 => self.curve_on_surface(entity, &placed, based),
-            141 => self.boundary_141(entity, &placed, based),
+            142 => self.curve_on_surface(entity, &placed, basis),
+            141 => self.boundary_141(entity, &placed, basis),
             _ => Ok(paired(self.space(entity, map)?, Vec::new(), false)),
         }
     }
 
-    /// Curve on a surface (142): CRTN, surface DE, parameter curve DE, space curve DE, PREF (1 parameter, 2
-    /// space, 3 both alike).
+    /// Curve on a surface (142): CRTN, surface DE, parameter curve DE, space curve DE, PREF (1 parameter, 2 space, 3
+    /// equal).
     fn curve_on_surface(
         &self,
         entity: usize,
         map: &Affine,
-        based: &Based,
-    ) -> Result<Vec<Draft>, Fault> {
+        basis: &BasisSurface,
+    ) -> Result<Vec<EdgeDraft>, Fault> {
         let mut p = self.file.params(entity)?;
         p.integer_or("CRTN", 0)?;
         p.pointer_or_none("surface")?;
-        let flat = p.pointer_or_none("parameter curve")?.filter(|_| !based.maps.is_empty());
+        let flat = p.pointer_or_none("parameter curve")?.filter(|_| !basis.maps.is_empty());
         let space = p.pointer_or_none("space curve")?;
         let prefer_pcurve = p.integer_or("PREF", 0)? == 1;
         let pcurves = flat.map_or(Ok(Vec::new()), |c| self.flat_pieces(c));
@@ -179,14 +189,13 @@ impl Reader<'_, '_> {
         Ok(paired(curves, pcurves, prefer_pcurve))
     }
 
-    /// Boundary (141): TYPE, PREF, surface DE, N, then for each curve: DE, SENSE (2: against), K, K parameter
-    /// curves.
+    /// Boundary (141): TYPE, PREF, surface DE, N, then for each curve: DE, SENSE (2: reversed), K, K parameter curves.
     fn boundary_141(
         &self,
         entity: usize,
         map: &Affine,
-        based: &Based,
-    ) -> Result<Vec<Draft>, Fault> {
+        basis: &BasisSurface,
+    ) -> Result<Vec<EdgeDraft>, Fault> {
         let mut p = self.file.params(entity)?;
         p.integer_or("TYPE", 0)?;
         let prefer_pcurve = p.integer_or("PREF", 0)? == 1;
@@ -206,7 +215,7 @@ impl Reader<'_, '_> {
                 curves.iter_mut().for_each(|c| *c = c.reversed());
             }
             let mut pcurves: Vec<Curve2> = Vec::new();
-            for flat in flats.into_iter().filter(|_| !based.maps.is_empty()) {
+            for flat in flats.into_iter().filter(|_| !basis.maps.is_empty()) {
                 pcurves.extend(self.flat_pieces(flat)?);
             }
             if curves.len() == 1 && pcurves.len() > 1 {
@@ -219,7 +228,7 @@ impl Reader<'_, '_> {
         Ok(drafts)
     }
 
-    /// Space curves of a boundary, one an edge.
+    /// Space curves of a boundary, one per edge.
     fn space(&self, entity: usize, map: &Affine) -> Result<Vec<Curve3>, Fault> {
         Ok(self.pieces(entity, map)?.into_iter().map(|p| p.curve).collect())
     }
@@ -246,8 +255,8 @@ impl Reader<'_, '_> {
     }
 }
 
-/// A loop of edges; a single edge without curves but with ends is a pole.
-fn raw_loop(drafts: Vec<Draft>, outer: Option<bool>) -> RawLoop {
+/// A loop of edges; a single edge with ends but without curves is a pole.
+fn raw_loop(drafts: Vec<EdgeDraft>, outer: Option<bool>) -> RawLoop {
     let mut edges: Vec<RawEdge> = drafts.into_iter().map(|d| d.edge).collect();
     let bare = |e: &RawEdge| e.curve.is_none() && e.pcurve.is_none();
     let vertex = match edges.as_slice() {
@@ -258,7 +267,7 @@ fn raw_loop(drafts: Vec<Draft>, outer: Option<bool>) -> RawLoop {
     RawLoop { outer, edges, vertex }
 }
 
-/// The border of a parameter rectangle, counter-clockwise.
+/// Boundary of a parameter rectangle, counter-clockwise.
 fn domain_loop([[u0, u1], [v0, v1]]: [[f64; 2]; 2]) -> RawLoop {
     let corners = [Vec2::new(u0, v0), Vec2::new(u1, v0), Vec2::new(u1, v1), Vec2::new(u0, v1)];
     let edges = (0..4)

@@ -10,12 +10,12 @@ use nalgebra::{Matrix2, Rotation3, Unit};
 pub(super) struct UvMap {
     /// Linear part.
     pub linear: Matrix2<f64>,
-    /// Shift.
+    /// Translation.
     pub shift: Vec2,
 }
 
 impl UvMap {
-    /// The map that changes nothing.
+    /// The identity map.
     pub fn identity() -> Self {
         Self::scales(1.0, 1.0)
     }
@@ -25,12 +25,12 @@ impl UvMap {
         Self { linear: Matrix2::new(a, 0.0, 0.0, b), shift: Vec2::zeros() }
     }
 
-    /// Axis by axis: `(a0 + a1 u, b0 + b1 v)`.
+    /// Independent maps of both parameters: `(a0 + a1 u, b0 + b1 v)`.
     pub fn axes([a0, a1]: [f64; 2], [b0, b1]: [f64; 2]) -> Self {
         Self { linear: Matrix2::new(a1, 0.0, 0.0, b1), shift: Vec2::new(a0, b0) }
     }
 
-    /// `self` with the file's parameters exchanged first.
+    /// `self` after exchanging the file's parameters.
     pub fn swapped(self) -> Self {
         Self { linear: self.linear * Matrix2::new(0.0, 1.0, 1.0, 0.0), shift: self.shift }
     }
@@ -40,14 +40,14 @@ impl UvMap {
         self.linear * p + self.shift
     }
 
-    /// Image of a curve; `None` where it is no curve any more.
+    /// Image of a curve; `None` if it is no valid curve.
     pub fn curve(&self, curve: &Curve2) -> Option<Curve2> {
         let points = curve.points().iter().map(|p| self.point(*p)).collect();
         let weights = Some(curve.weights().to_vec());
         Curve2::try_new(curve.degree(), curve.knots().to_vec(), points, weights).ok()
     }
 
-    /// True when it turns the parameter plane over, so that `su x sv` changes sign.
+    /// True for an orientation-reversing map, which changes the sign of `su x sv`.
     pub fn mirrors(&self) -> bool {
         self.linear.determinant() < 0.0
     }

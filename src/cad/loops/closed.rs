@@ -1,17 +1,19 @@
-//! Loops that close in the parameter plane: windings round a period are cut open along a seam or led through a pole.
+//! Closes loops in the parameter plane: loops winding around a period are cut open along a seam or closed through a
+//! pole.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use super::periods::whole_periods;
-use super::seam::{Seam, Taken, inner_side, points_of};
-use super::side::{Path, Side, leaves_its_inside_out, signed_area};
+use super::seam::{OccupiedRanges, Seam, inner_side, points_of};
+use super::side::{Path, Side, excludes_interior, signed_area};
 use crate::cad::native::Native;
 use crate::geometry::Vec2;
 
-/// Loops of a face that close in the parameter plane: windings are cut open along a seam and joined in pairs
-/// or through a pole; a face without loops gets the border of its natural range, and so does one with holes only on a surface
-/// that `is_closed`: without any border of its own. The outer one comes first.
+/// Closed loops of a face in the parameter plane, outer loop first.
+///
+/// Winding loops are cut open along a seam and joined in pairs or through a pole. A face without loops gets the
+/// boundary of its natural range. So does a face with holes only, on a surface without boundary (`is_closed`).
 pub(in crate::cad) fn closed_loops(
     native: &Native<'_>,
     paths: Vec<Path>,
@@ -20,7 +22,7 @@ pub(in crate::cad) fn closed_loops(
 ) -> Option<Vec<Vec<Side>>> {
     let (mut winding, plain): (Vec<Path>, Vec<Path>) =
         paths.into_iter().partition(|p| p.winding.norm() > 0.0);
-    // Where no loop has a slit within it, the face is what is around them all.
+    // If no slit lies inside a loop, the face is the region around all loops.
     let is_around = |at: Vec2| !plain.iter().any(|p| surrounds(native, &p.sides, at));
     let slit_outside = plain.iter().find_map(|p| p.on_slit).is_some_and(is_around);
     let plain: Vec<Vec<Side>> = plain.into_iter().map(|p| p.sides).collect();
@@ -28,9 +30,7 @@ pub(in crate::cad) fn closed_loops(
     let holes_only = winding.is_empty()
         && is_closed
         && (slit_outside
-            || plain
-                .iter()
-                .all(|l| leaves_its_inside_out(l, left_is_inside) && !has_seam(native, l)));
+            || plain.iter().all(|l| excludes_interior(l, left_is_inside) && !has_seam(native, l)));
     while let Some(first) = winding.pop() {
         let partner = winding.iter().position(|p| (p.winding + first.winding).norm() < 1e-9);
         let seam = Seam::new(native, &first, left_is_inside, &plain);
@@ -47,7 +47,7 @@ pub(in crate::cad) fn closed_loops(
     Some(loops)
 }
 
-/// Two windings of opposite sense become one loop with a seam there and back.
+/// Joins two windings of opposite sense to one loop, with a seam traversed in both directions.
 fn bridge(seam: &Seam<'_, '_>, first: Path, second: Path) -> Vec<Side> {
     let (first, second) = seam.of_two(&first, &second).unwrap_or((first, second));
     let (Some(end), Some(start)) = (first.sides.last(), second.sides.first()) else {
@@ -64,7 +64,7 @@ fn bridge(seam: &Seam<'_, '_>, first: Path, second: Path) -> Vec<Side> {
     sides
 }
 
-/// A single winding is closed through the pole on its inner side.
+/// Closes a single winding through the pole on its inner side.
 fn through_pole(
     native: &Native<'_>,
     seam: &Seam<'_, '_>,
@@ -93,8 +93,8 @@ fn through_pole(
     Some(sides)
 }
 
-/// A loop that runs along the surface's seam, there and back a period apart: the face has the seam in it, and lies within the
-/// loop in the parameter plane whichever way that runs (kernels write the bands of tori with either sense).
+/// True for a loop that traverses the surface's seam in both directions, one period apart. The face contains the seam
+/// and lies within the loop in the parameter plane for either orientation (kernels write bands of tori with both).
 fn has_seam(native: &Native<'_>, sides: &[Side]) -> bool {
     let mut first: BTreeMap<usize, &Side> = BTreeMap::new();
     sides.iter().any(|side| {
@@ -109,7 +109,7 @@ fn has_seam(native: &Native<'_>, sides: &[Side]) -> bool {
     })
 }
 
-/// Whether a loop has a point, or one whole periods from it, within it in the parameter plane.
+/// True when a loop encloses a point, or an equivalent point whole periods away, in the parameter plane.
 fn surrounds(native: &Native<'_>, sides: &[Side], at: Vec2) -> bool {
     let border: Vec<Vec2> = sides.iter().flat_map(points_of).collect();
     let near = at + whole_periods(native, middle(sides) - at);
@@ -124,14 +124,14 @@ fn surrounds(native: &Native<'_>, sides: &[Side], at: Vec2) -> bool {
     steps(0).iter().any(|&u| steps(1).iter().any(|&v| is_within(near + Vec2::new(u, v))))
 }
 
-/// The border of the natural range, its seams opposite the first loop, or where none of the loops lies.
+/// Boundary of the natural range, with its seams opposite the first loop, or where no loop lies.
 fn natural_border(native: &Native<'_>, loops: &[Vec<Side>]) -> Option<Vec<Side>> {
     let mut ranges = native.natural_range()?;
     for (k, (range, period)) in ranges.iter_mut().zip(native.periods()).enumerate() {
         let (Some(p), Some(first)) = (period, loops.first()) else { continue };
-        let (taken, opposite) = (Taken::new(loops, k, p), middle(first)[k] - 0.5 * p);
-        let gap = || taken.gaps(std::iter::empty()).first().copied().unwrap_or(opposite);
-        let begin = if taken.has(opposite) { gap() } else { opposite };
+        let (occupied, opposite) = (OccupiedRanges::new(loops, k, p), middle(first)[k] - 0.5 * p);
+        let gap = || occupied.gaps(std::iter::empty()).first().copied().unwrap_or(opposite);
+        let begin = if occupied.has(opposite) { gap() } else { opposite };
         *range = [begin, begin + p];
     }
     let [u, v] = ranges;
@@ -140,7 +140,7 @@ fn natural_border(native: &Native<'_>, loops: &[Vec<Side>]) -> Option<Vec<Side>>
     Some((0..4).map(|k| Side::straight(corners[k], corners[(k + 1) % 4])).collect())
 }
 
-/// Middle of a loop's box in the parameter plane.
+/// Centre of a loop's bounding box in the parameter plane.
 fn middle(sides: &[Side]) -> Vec2 {
     let points = sides.iter().flat_map(|s| s.path.points());
     let (low, high) = points
@@ -150,7 +150,7 @@ fn middle(sides: &[Side]) -> Vec2 {
     0.5 * (low + high)
 }
 
-/// Largest loop first and counter-clockwise, the others clockwise and moved into its window of periods.
+/// Puts the largest loop first, counter-clockwise, and the others clockwise, shifted into its period.
 fn sort_and_orient(native: &Native<'_>, loops: &mut [Vec<Side>]) {
     let mut areas: Vec<f64> = loops.iter().map(|l| signed_area(l)).collect();
     let outer = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));

@@ -1,5 +1,5 @@
-//! Boundary loops in a surface's native parameters: taken from the file's parameter curves where these are
-//! good, projected from the curves in space where not; closed across seams and poles.
+//! Boundary loops in native surface parameters: from the file's parameter curves where they are accurate, otherwise
+//! projected from the space curves; closed across seams and poles.
 
 mod closed;
 mod paths;
@@ -15,4 +15,4 @@ mod tests;
 
 pub(super) use closed::closed_loops;
 pub(super) use paths::paths_of;
-pub(super) use side::{LoopFault, Path, Side, are_inside_out, signed_area};
+pub(super) use side::{LoopFault, Path, Side, outer_loop_is_reversed, signed_area};

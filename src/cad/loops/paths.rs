@@ -1,16 +1,16 @@
-//! Reads the edges of a loop into sides that join end to start.
+//! Reads the edges of a loop as sides joined end to start.
 
 use super::periods::{collapsed_direction, is_pole, one_turn, turns, whole_periods};
 use super::project::side_of;
-use super::side::{LoopFault, Path, Side, leaves_its_inside_out, signed_area};
+use super::side::{LoopFault, Path, Side, excludes_interior, signed_area};
 use super::slits;
 use crate::cad::native::Native;
 use crate::cad::raw::{RawEdge, RawLoop};
 use crate::geometry::nurbs::Curve3;
 use crate::geometry::{Vec2, Vec3};
 
-/// Reads one loop: one path, or several where slits join them. `size` is the extent of the face [mm], `tolerance` what counts
-/// as touching [mm].
+/// Reads one loop as a path, or several where slits connect them. `size` is the extent of the face [mm]; points within
+/// `tolerance` [mm] coincide.
 pub(in crate::cad) fn paths_of(
     native: &Native<'_>,
     raw: &RawLoop,
@@ -21,7 +21,7 @@ pub(in crate::cad) fn paths_of(
     let Some(path) = path_of(native, raw, (size, tolerance), left_is_inside, faults) else {
         return Vec::new();
     };
-    slits::taken_out(native, &path.sides, tolerance).unwrap_or_else(|| vec![path])
+    slits::without_slits(native, &path.sides, tolerance).unwrap_or_else(|| vec![path])
 }
 
 fn path_of(
@@ -31,34 +31,36 @@ fn path_of(
     left_is_inside: bool,
     faults: &mut Vec<LoopFault>,
 ) -> Option<Path> {
-    let mut said = Vec::new();
+    let mut found_faults = Vec::new();
     let limits = (size, tolerance);
-    let path = path_from(native, raw, limits, (None, left_is_inside), &mut said)?;
-    let elsewhere = begins_elsewhere(native, &path, tolerance);
+    let path = path_from(native, raw, limits, (None, left_is_inside), &mut found_faults)?;
+    let elsewhere = start_on_other_sheet(native, &path, tolerance);
     if let Some(end) = elsewhere {
         let mut again = Vec::new();
         let other = path_from(native, raw, limits, (Some(end), left_is_inside), &mut again);
-        if let Some(other) = other.filter(|o| begins_elsewhere(native, o, tolerance).is_none()) {
+        if let Some(other) = other.filter(|o| start_on_other_sheet(native, o, tolerance).is_none())
+        {
             faults.extend(again);
             return Some(other);
         }
     }
-    faults.extend(said);
+    faults.extend(found_faults);
     Some(path)
 }
 
-/// Where a loop ends whose first side begins at the same place, but at other parameters that no period explains: on a
-/// surface that covers itself (a profile turned about an axis that it crosses) the first side may be put on either sheet.
-fn begins_elsewhere(native: &Native<'_>, path: &Path, tolerance: f64) -> Option<Vec2> {
-    let last = path.sides.last().filter(|s| s.curve.is_none() && native.searches())?;
+/// End of a loop whose first side begins at the same point but at other parameters, unexplained by periods. On a
+/// self-overlapping surface (a profile revolved about an axis that it crosses) the first side may be on either sheet.
+fn start_on_other_sheet(native: &Native<'_>, path: &Path, tolerance: f64) -> Option<Vec2> {
+    let last =
+        path.sides.last().filter(|s| s.curve.is_none() && native.is_inverted_iteratively())?;
     let (end, start) = (last.start(), last.end());
     let one_place = (native.point(end) - native.point(start)).norm() <= tolerance;
     let middle = native.point(0.5 * (end + start));
     let apart = (middle - native.point(start)).norm() > 10.0 * tolerance;
-    (one_place && apart && native.regular(end) && native.regular(start)).then_some(end)
+    (one_place && apart && native.is_regular(end) && native.is_regular(start)).then_some(end)
 }
 
-/// Reads one loop, its first side where `begin` is, when that is known.
+/// Reads one loop; its first side starts at `begin`, if known.
 fn path_from(
     native: &Native<'_>,
     raw: &RawLoop,
@@ -70,7 +72,7 @@ fn path_from(
     let (first, last) = (sides.first()?.start(), sides.last()?.end());
     let winding = match behind_pole {
         Some(k) => {
-            settle_turn(native, &mut sides, k, left_is_inside, tolerance);
+            determine_turn(native, &mut sides, k, left_is_inside, tolerance);
             Vec2::zeros()
         }
         None => turns(native, first, last, tolerance),
@@ -83,8 +85,8 @@ fn path_from(
     Some(Path { sides, winding, on_slit: None })
 }
 
-/// The sides of a loop, each beginning where the one before it ends, and the first of them behind the last pole that the
-/// loop runs through.
+/// Sides of a loop, each starting at the end of its predecessor, and the index of the first one after the last pole on
+/// the loop.
 fn joined_sides(
     native: &Native<'_>,
     raw: &RawLoop,
@@ -106,9 +108,9 @@ fn joined_sides(
             continue;
         };
         let pole = collapsed_direction(native, end, tolerance);
-        let side = behind(native, &side, end, pole);
+        let side = after_pole(native, &side, end, pole);
         if pole.is_some() && is_pole(native, side.start(), tolerance) {
-            // A side in the plane even if it has no length yet: the turn about the pole is settled at the end.
+            // Insert a side even if it has zero length: its turn about the pole is determined at the end.
             sides.push(Side::straight(end, side.start()));
             behind_pole = Some(sides.len());
             sides.push(side);
@@ -119,17 +121,17 @@ fn joined_sides(
     (sides, behind_pole)
 }
 
-/// A side moved by whole periods to begin at `end`; at a pole not along the direction that has no length there.
-fn behind(native: &Native<'_>, side: &Side, end: Vec2, collapsed: Option<usize>) -> Side {
+/// A side shifted by whole periods to start at `end`; at a pole not along the collapsed direction.
+fn after_pole(native: &Native<'_>, side: &Side, end: Vec2, collapsed: Option<usize>) -> Side {
     let Some(k) = collapsed else { return align(native, side, end) };
     let mut shift = whole_periods(native, end - side.start());
     shift[k] = 0.0;
     side.shifted(shift)
 }
 
-/// The way round the last pole, side `k - 1`, may be a whole turn off: then the loop winds, or runs back on itself, or
-/// has on its left what should be on its right.
-fn settle_turn(
+/// Determines the turn about the last pole, side `k - 1`, which may be wrong by a full turn: then the loop winds,
+/// retraces itself, or has the face on the wrong side.
+fn determine_turn(
     native: &Native<'_>,
     sides: &mut [Side],
     k: usize,
@@ -140,13 +142,13 @@ fn settle_turn(
     let (first, last) = (first.start(), last.end());
     let ends_at_pole = is_pole(native, first, tolerance) && is_pole(native, last, tolerance);
     let off = match ends_at_pole {
-        true if runs_back_on_itself(sides) => one_turn(native, last),
-        true if leaves_its_inside_out(sides, left_is_inside) => {
+        true if retraces_itself(sides) => one_turn(native, last),
+        true if excludes_interior(sides, left_is_inside) => {
             let turn = one_turn(native, last);
             let right = [turn, -turn].into_iter().find(|&off| {
                 let mut turned = sides.to_vec();
-                turn_behind(&mut turned, k, off);
-                !leaves_its_inside_out(&turned, left_is_inside)
+                shift_after(&mut turned, k, off);
+                !excludes_interior(&turned, left_is_inside)
             });
             right.unwrap_or_else(Vec2::zeros)
         }
@@ -154,24 +156,24 @@ fn settle_turn(
         false => whole_periods(native, last - first),
     };
     if off.norm() > 0.0 {
-        turn_behind(sides, k, off);
+        shift_after(sides, k, off);
     }
 }
 
-/// Moves all sides from `k` on by `-off`, which side `k - 1` makes up for.
-fn turn_behind(sides: &mut [Side], k: usize, off: Vec2) {
+/// Shifts all sides from `k` on by `-off`; side `k - 1` compensates.
+fn shift_after(sides: &mut [Side], k: usize, off: Vec2) {
     let (before, after) = sides.split_at_mut(k);
     after.iter_mut().for_each(|s| *s = s.shifted(-off));
     before[k - 1] = Side::straight(before[k - 1].start(), before[k - 1].end() - off);
 }
 
-/// The loop encloses nothing: both ways along a seam have the same parameters.
-fn runs_back_on_itself(sides: &[Side]) -> bool {
+/// True for a loop of zero area: both passes along a seam have the same parameters.
+fn retraces_itself(sides: &[Side]) -> bool {
     let extent = sides.iter().fold(0.0, |m: f64, s| m.max((s.end() - s.start()).norm()));
     signed_area(sides).abs() <= 1e-6 * extent * extent
 }
 
-/// Edges that run through a pole of the surface are cut there: in the parameter plane they jump.
+/// Splits edges at the poles of the surface, where their parameter curves are discontinuous.
 fn cut_at_poles(native: &Native<'_>, edges: &[RawEdge], tolerance: f64) -> Vec<RawEdge> {
     let poles = native.pole_points();
     let mut out = Vec::with_capacity(edges.len());
@@ -189,7 +191,7 @@ fn cut_at_poles(native: &Native<'_>, edges: &[RawEdge], tolerance: f64) -> Vec<R
     out
 }
 
-/// Parameters at which a curve runs through points other than its ends, rising.
+/// Parameters at which a curve passes through points other than its ends, increasing.
 fn inner_hits(curve: &Curve3, points: &[Vec3], tolerance: f64) -> Vec<f64> {
     let [a, b] = curve.domain();
     let (first, last) = (curve.point(a), curve.point(b));
@@ -208,7 +210,7 @@ fn align(native: &Native<'_>, side: &Side, end: Vec2) -> Side {
     side.shifted(whole_periods(native, end - side.start()))
 }
 
-/// The side that goes on from `end`: snapped to it, or after a straight side that bridges a pole or a gap.
+/// The side that continues from `end`: moved onto it, or preceded by a straight side across a pole or gap.
 fn join(
     native: &Native<'_>,
     end: Vec2,
@@ -222,7 +224,7 @@ fn join(
     let bulge = (middle - native.point(start)).norm().max((middle - native.point(end)).norm());
     if gap <= tolerance && bulge <= 10.0 * tolerance {
         if (end - start).norm() > 1e-6 * (side.end() - start).norm() {
-            // A pole: one point in space, a side in the plane.
+            // A pole: one point in space, a side in the parameter plane.
             return vec![Side::straight(end, start), side];
         }
         return vec![Side { path: side.path.with_start(end), ..side }];

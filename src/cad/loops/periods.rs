@@ -3,8 +3,8 @@
 use crate::cad::native::Native;
 use crate::geometry::Vec2;
 
-/// Whole periods from the first to the last point of a loop; none about a pole at which it begins and ends: it is closed
-/// there, however far it has turned.
+/// Whole periods from the first to the last point of a loop. Zero along the collapsed direction of a pole at which the
+/// loop begins and ends, because it is closed there for any turn.
 pub(super) fn turns(native: &Native<'_>, first: Vec2, last: Vec2, tolerance: f64) -> Vec2 {
     let mut turns = whole_periods(native, last - first);
     if let Some(k) = collapsed_direction(native, first, tolerance)
@@ -16,7 +16,7 @@ pub(super) fn turns(native: &Native<'_>, first: Vec2, last: Vec2, tolerance: f64
     turns
 }
 
-/// The nearest whole number of periods to a difference of parameters.
+/// The multiple of the periods closest to a difference of parameters.
 pub(super) fn whole_periods(native: &Native<'_>, difference: Vec2) -> Vec2 {
     let mut out = Vec2::zeros();
     for (k, period) in native.periods().into_iter().enumerate() {
@@ -27,7 +27,7 @@ pub(super) fn whole_periods(native: &Native<'_>, difference: Vec2) -> Vec2 {
     out
 }
 
-/// One period along the direction in which a pole has no extent.
+/// One period along the collapsed direction of a pole.
 pub(super) fn one_turn(native: &Native<'_>, pole: Vec2) -> Vec2 {
     let mut turn = Vec2::zeros();
     for (k, period) in native.periods().into_iter().enumerate() {
@@ -45,12 +45,12 @@ pub(super) fn one_turn(native: &Native<'_>, pole: Vec2) -> Vec2 {
     turn
 }
 
-/// One point in space whatever the periodic parameter is.
+/// True for a pole: the point in space does not depend on the periodic parameter.
 pub(super) fn is_pole(native: &Native<'_>, uv: Vec2, tolerance: f64) -> bool {
     collapsed_direction(native, uv, tolerance).is_some()
 }
 
-/// The periodic parameter that does not matter at a pole.
+/// Index of the periodic parameter that has no effect at a pole.
 pub(super) fn collapsed_direction(native: &Native<'_>, uv: Vec2, tolerance: f64) -> Option<usize> {
     (0..2).find(|&k| {
         native.periods()[k].is_some_and(|p| {

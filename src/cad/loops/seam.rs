@@ -1,43 +1,43 @@
-//! Where windings are cut open: along a line of one parameter that meets each of them once and no other loop.
+//! Seams along which windings are cut open: isoparametric lines that meet each winding once and no other loop.
 
 use super::periods::whole_periods;
 use super::side::{Path, Side};
 use crate::cad::native::Native;
 use crate::geometry::Vec2;
 
-/// Corners from which a seam is tried.
-const MOST_CORNERS: usize = 32;
-/// Parameters that differ by this share of a period are the same.
-const SAME: f64 = 1e-9;
-/// A side that comes this near to the seam's end, as a share of the seam, only touches it.
-const TOUCH: f64 = 1e-6;
+/// Maximum number of corners at which a seam is tried.
+const CORNERS_MAX: usize = 32;
+/// Difference of parameters relative to the period below which they coincide.
+const COINCIDENCE_TOLERANCE_REL: f64 = 1e-9;
+/// Distance of a side from the end of the seam, relative to the seam, below which it only touches it.
+const TOUCH_TOLERANCE_REL: f64 = 1e-6;
 
-/// The way from one winding to the other, or to a pole.
+/// The connection from one winding to another, or to a pole.
 pub(super) struct Seam<'n, 'a> {
     native: &'n Native<'a>,
-    /// The parameter that the windings run along, and its period.
+    /// Index of the parameter along which the windings run.
     around: usize,
     period: f64,
-    /// The face lies at larger values of the other parameter than the first winding.
+    /// True when the face lies at larger values of the other parameter than the first winding.
     up: bool,
-    /// What of the period the face's other loops take up.
-    taken: Taken,
+    /// Ranges of the period occupied by the other loops.
+    occupied: OccupiedRanges,
 }
 
-/// A point of a winding at a seam's parameter: side, parameter on it (`None` at its start), place.
+/// Intersection of a winding with a seam: side, parameter on it (`None` at its start), surface parameters.
 struct Crossing {
     side: usize,
     t: Option<f64>,
     uv: Vec2,
 }
 
-/// Ranges of a periodic parameter that loops take up.
-pub(super) struct Taken {
+/// Ranges of a periodic parameter occupied by loops.
+pub(super) struct OccupiedRanges {
     period: f64,
     ranges: Vec<[f64; 2]>,
 }
 
-impl Taken {
+impl OccupiedRanges {
     pub fn new(loops: &[Vec<Side>], around: usize, period: f64) -> Self {
         let range = |sides: &Vec<Side>| {
             let values = sides.iter().flat_map(|s| s.path.points()).map(|p| p[around]);
@@ -47,16 +47,16 @@ impl Taken {
         Self { period, ranges: loops.iter().map(range).collect() }
     }
 
-    /// A loop lies at this level, or touches it.
+    /// True when a loop covers or touches this level.
     pub fn has(&self, level: f64) -> bool {
-        let margin = TOUCH * self.period;
+        let margin = TOUCH_TOLERANCE_REL * self.period;
         self.ranges.iter().any(|[low, high]| {
             let above = (level - low + margin).rem_euclid(self.period);
             above <= high - low + 2.0 * margin
         })
     }
 
-    /// Middles of the gaps that the ranges and further levels leave, the widest first.
+    /// Midpoints of the gaps between the ranges and the additional levels, widest gap first.
     pub fn gaps(&self, levels: impl Iterator<Item = f64>) -> Vec<f64> {
         let ends = self.ranges.iter().flatten().copied();
         let mut at: Vec<f64> = ends.chain(levels).map(|x| x.rem_euclid(self.period)).collect();
@@ -69,7 +69,7 @@ impl Taken {
 }
 
 impl<'n, 'a> Seam<'n, 'a> {
-    /// `others`: the loops of the face that do not wind.
+    /// `others` are the non-winding loops of the face.
     pub fn new(
         native: &'n Native<'a>,
         first: &Path,
@@ -78,25 +78,25 @@ impl<'n, 'a> Seam<'n, 'a> {
     ) -> Self {
         let (around, up) = inner_side(first, left_is_inside);
         let period = first.winding[around].abs();
-        Self { native, around, period, up, taken: Taken::new(others, around, period) }
+        Self { native, around, period, up, occupied: OccupiedRanges::new(others, around, period) }
     }
 
-    /// Whole periods that bring a point of the second winding to the end of the seam that begins at `from`: where
-    /// both parameters are periodic, on the side of the first winding on which the face lies.
+    /// Whole periods that shift a point of the second winding to the end of the seam from `from`. Where both parameters
+    /// are periodic, the end lies on the side of the first winding on which the face lies.
     pub fn shift(&self, from: Vec2, to: Vec2) -> Vec2 {
         let mut shift = whole_periods(self.native, from - to);
         let across = 1 - self.around;
         if let Some(period) = self.native.periods()[across] {
             let ahead = to[across] + shift[across] - from[across];
-            if ahead.abs() > SAME * period && (ahead > 0.0) != self.up {
+            if ahead.abs() > COINCIDENCE_TOLERANCE_REL * period && (ahead > 0.0) != self.up {
                 shift[across] += if self.up { period } else { -period };
             }
         }
         shift
     }
 
-    /// Two windings begun where a seam joins them: at the first line between a corner of one and the other that crosses
-    /// neither, as long as that is free; then elsewhere.
+    /// Rotates two windings to start at a common seam: the first line between their corners that crosses neither, if no
+    /// other loop lies on it; otherwise another free line.
     pub fn of_two(&self, first: &Path, second: &Path) -> Option<(Path, Path)> {
         let nearest = self.along_a_line(first, second);
         if nearest.as_ref().is_some_and(|(a, b)| self.is_free([a, b])) {
@@ -106,7 +106,7 @@ impl<'n, 'a> Seam<'n, 'a> {
         moved().and_then(|mut paths| Some((paths.next()?, paths.next()?))).or(nearest)
     }
 
-    /// A winding begun elsewhere, where the line from its start to a pole is not free.
+    /// Rotates a winding to another start when the line from its start to a pole is not free.
     pub fn of_one(&self, path: &Path) -> Option<Path> {
         if self.is_free([path]) {
             return None;
@@ -114,7 +114,7 @@ impl<'n, 'a> Seam<'n, 'a> {
         self.once_through(&[path])?.pop()
     }
 
-    /// Where the windings begin no other loop lies, and none of them runs back over its beginning.
+    /// True when no other loop lies at the start of the windings and none of them crosses its own start level again.
     fn is_free<const N: usize>(&self, paths: [&Path; N]) -> bool {
         paths.iter().all(|path| {
             let Some(start) = path.sides.first().map(|s| s.start()[self.around]) else {
@@ -122,46 +122,52 @@ impl<'n, 'a> Seam<'n, 'a> {
             };
             let sense = path.winding[self.around].signum();
             let turns = |uv: Vec2| sense * (uv[self.around] - start) / self.period;
-            let within = |uv: Vec2| turns(uv) >= -TOUCH && turns(uv) <= 1.0 + TOUCH;
-            !self.taken.has(start) && path.sides.iter().all(|s| points_of(s).all(within))
+            let within = |uv: Vec2| {
+                turns(uv) >= -TOUCH_TOLERANCE_REL && turns(uv) <= 1.0 + TOUCH_TOLERANCE_REL
+            };
+            !self.occupied.has(start) && path.sides.iter().all(|s| points_of(s).all(within))
         })
     }
 
-    /// The windings begun where a line of one parameter meets each of them once and no other loop: at corners, else at
-    /// a corner of one, else between corners. `None` where there is no such line.
+    /// Rotates the windings to start on an isoparametric line that meets each of them once and no other loop: at common
+    /// corners, at a corner of one, or between corners. `None` without such a line.
     pub fn once_through(&self, paths: &[&Path]) -> Option<Vec<Path>> {
         let corners = |path: &&Path| {
             let starts = path.sides.iter().map(|s| s.start()[self.around]);
-            starts.take(MOST_CORNERS).collect::<Vec<f64>>()
+            starts.take(CORNERS_MAX).collect::<Vec<f64>>()
         };
         let levels: Vec<f64> = paths.iter().flat_map(corners).collect();
         let mut at_a_corner = None;
-        for &level in levels.iter().filter(|&&level| !self.taken.has(level)) {
+        for &level in levels.iter().filter(|&&level| !self.occupied.has(level)) {
             let Some(hits) = self.hits(paths, level) else { continue };
             if hits.iter().all(|hit| hit.t.is_none()) {
-                return self.begun(paths, &hits);
+                return self.rotated_to(paths, &hits);
             }
             at_a_corner.get_or_insert(hits);
         }
-        let gaps = self.taken.gaps(levels.into_iter());
-        let between = || gaps.iter().take(MOST_CORNERS).find_map(|&x| self.hits(paths, x));
-        self.begun(paths, &at_a_corner.or_else(between)?)
+        let gaps = self.occupied.gaps(levels.into_iter());
+        let between = || gaps.iter().take(CORNERS_MAX).find_map(|&x| self.hits(paths, x));
+        self.rotated_to(paths, &at_a_corner.or_else(between)?)
     }
 
     fn hits(&self, paths: &[&Path], level: f64) -> Option<Vec<Crossing>> {
-        paths.iter().map(|path| self.only_crossing(path, level)).collect()
+        paths.iter().map(|path| self.single_crossing(path, level)).collect()
     }
 
-    fn begun(&self, paths: &[&Path], hits: &[Crossing]) -> Option<Vec<Path>> {
-        paths.iter().zip(hits).map(|(path, hit)| begun_at(self.native, path, hit)).collect()
+    fn rotated_to(&self, paths: &[&Path], hits: &[Crossing]) -> Option<Vec<Path>> {
+        paths.iter().zip(hits).map(|(path, hit)| started_at(self.native, path, hit)).collect()
     }
 
-    /// Where a winding has a level, if it comes there once only.
-    fn only_crossing(&self, path: &Path, level: f64) -> Option<Crossing> {
+    /// The intersection of a winding with a level, if there is exactly one.
+    fn single_crossing(&self, path: &Path, level: f64) -> Option<Crossing> {
         let turns = |uv: Vec2| (uv[self.around] - level) / self.period;
         let corner = |(side, s): (usize, &Side)| {
             let (uv, turns) = (s.start(), turns(s.start()));
-            ((turns - turns.round()).abs() <= SAME).then_some(Crossing { side, t: None, uv })
+            ((turns - turns.round()).abs() <= COINCIDENCE_TOLERANCE_REL).then_some(Crossing {
+                side,
+                t: None,
+                uv,
+            })
         };
         let mut found: Vec<Crossing> = path.sides.iter().enumerate().filter_map(corner).collect();
         found.extend(self.crossings(path, level));
@@ -170,18 +176,20 @@ impl<'n, 'a> Seam<'n, 'a> {
         let halfway = |s: &Side| s.path.point(0.5 * (s.path.domain()[0] + s.path.domain()[1]));
         let size =
             path.sides.iter().fold(0.0, |m: f64, s| m.max(off(s.start())).max(off(halfway(s))));
-        let one = found.iter().all(|c| off(c.uv) <= TOUCH * size);
+        let one = found.iter().all(|c| off(c.uv) <= TOUCH_TOLERANCE_REL * size);
         one.then(|| found.swap_remove(0))
     }
 
-    /// Both windings begun where a line of one parameter joins them, which crosses neither in between: from corner to
-    /// corner, else from a corner of the first to a side of the second, which is cut there.
+    /// Rotates both windings to start on an isoparametric line that crosses neither in between: from corner to corner,
+    /// otherwise from a corner of the first to a side of the second, which is split there.
     pub fn along_a_line(&self, first: &Path, second: &Path) -> Option<(Path, Path)> {
-        let corners = |path: &Path| path.sides.len().min(MOST_CORNERS);
+        let corners = |path: &Path| path.sides.len().min(CORNERS_MAX);
         for i in 0..corners(first) {
             let from = first.sides[i].start();
             let level = |uv: Vec2| uv[self.around] + self.shift(from, uv)[self.around];
-            let same = |uv: Vec2| (level(uv) - from[self.around]).abs() <= SAME * self.period;
+            let same = |uv: Vec2| {
+                (level(uv) - from[self.around]).abs() <= COINCIDENCE_TOLERANCE_REL * self.period
+            };
             for j in 0..corners(second) {
                 let to = second.sides[j].start();
                 if same(to) && self.clear(from, to, first, second) {
@@ -193,18 +201,18 @@ impl<'n, 'a> Seam<'n, 'a> {
             let from = first.sides[i].start();
             for hit in self.crossings(second, from[self.around]) {
                 if self.clear(from, hit.uv, first, second) {
-                    return Some((rotated(first, i), begun_at(self.native, second, &hit)?));
+                    return Some((rotated(first, i), started_at(self.native, second, &hit)?));
                 }
             }
         }
         None
     }
 
-    /// The seam from a point of the first winding to one of the second crosses neither.
+    /// True when the seam from a point of the first winding to one of the second crosses neither.
     fn clear(&self, from: Vec2, to: Vec2, first: &Path, second: &Path) -> bool {
         let across = 1 - self.around;
         let (a, b) = (from[across], to[across] + self.shift(from, to)[across]);
-        let margin = TOUCH * (b - a).abs();
+        let margin = TOUCH_TOLERANCE_REL * (b - a).abs();
         let between = |hit: &Crossing| {
             let middle = Vec2::repeat(0.5 * (a + b));
             let near = hit.uv[across] + whole_periods(self.native, middle - hit.uv)[across];
@@ -215,16 +223,16 @@ impl<'n, 'a> Seam<'n, 'a> {
             .any(|path| self.crossings(path, from[self.around]).iter().any(between))
     }
 
-    /// Where a winding passes a level.
+    /// Intersections of a winding with a level.
     fn crossings(&self, path: &Path, at: f64) -> Vec<Crossing> {
         let mut found = Vec::new();
         for (side, s) in path.sides.iter().enumerate() {
             let turn = |t: f64| (s.path.point(t)[self.around] - at) / self.period;
             let [low, high] = s.path.domain();
             let n = samples_of(s);
-            let share = |k: usize| low + (high - low) * k as f64 / n as f64;
+            let fraction = |k: usize| low + (high - low) * k as f64 / n as f64;
             for k in 0..n {
-                let (mut a, mut b) = (share(k), share(k + 1));
+                let (mut a, mut b) = (fraction(k), fraction(k + 1));
                 let (x, y) = (turn(a).floor(), turn(b).floor());
                 if x == y {
                     continue;
@@ -248,7 +256,7 @@ impl<'n, 'a> Seam<'n, 'a> {
     }
 }
 
-/// Points of a side, eight to each span.
+/// Points of a side, eight per span.
 pub(super) fn points_of(side: &Side) -> impl Iterator<Item = Vec2> + '_ {
     let [low, high] = side.path.domain();
     let n = samples_of(side);
@@ -259,15 +267,15 @@ fn samples_of(side: &Side) -> usize {
     8 * side.path.knots().windows(2).filter(|w| w[0] < w[1]).count()
 }
 
-/// The winding begun at another corner.
+/// The winding starting at another corner.
 fn rotated(path: &Path, begin: usize) -> Path {
     let (before, after) = path.sides.split_at(begin % path.sides.len().max(1));
     let before = before.iter().map(|s| s.shifted(path.winding));
     Path { sides: after.iter().cloned().chain(before).collect(), ..path.clone() }
 }
 
-/// The winding begun at a point, where its side is cut in two.
-fn begun_at(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
+/// The winding starting at an intersection, where its side is split.
+fn started_at(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
     let Some(t) = hit.t else { return Some(rotated(path, hit.side)) };
     let whole = &path.sides[hit.side];
     let [low, high] = whole.path.domain();
@@ -288,7 +296,7 @@ fn begun_at(native: &Native<'_>, path: &Path, hit: &Crossing) -> Option<Path> {
     Some(rotated(&Path { sides, ..path.clone() }, hit.side + 1))
 }
 
-/// The parameter that a winding runs along, and whether the face lies at larger values of the other one.
+/// Index of the parameter along a winding, and whether the face lies at larger values of the other one.
 pub(super) fn inner_side(path: &Path, left_is_inside: bool) -> (usize, bool) {
     let around = usize::from(path.winding.x == 0.0);
     // Left of a side that runs along +u is +v; left of one that runs along +v is -u.

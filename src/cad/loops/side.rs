@@ -1,15 +1,15 @@
-//! A side of a boundary loop, a loop of sides, and the area it encloses in the parameter plane.
+//! Sides and loops in the parameter plane, and the area enclosed by a loop.
 
 use crate::geometry::Vec2;
 use crate::geometry::nurbs::{Curve2, Curve3};
 
-/// One side of a loop: its curve in native parameters, in the loop's direction.
+/// One side of a loop: its curve in native parameters, in the direction of the loop.
 #[derive(Debug, Clone)]
 pub(in crate::cad) struct Side {
     pub path: Curve2,
-    /// The file's curve in space, in the same direction.
+    /// Space curve of the file, in the same direction.
     pub curve: Option<Curve3>,
-    /// The file's own edge.
+    /// Edge identity in the file.
     pub edge_id: Option<usize>,
 }
 
@@ -43,41 +43,41 @@ impl Side {
     }
 }
 
-/// A loop whose sides join end to start; after one turn it has moved by `winding` periods.
+/// A chain of sides joined end to start; one traversal advances the parameters by `winding`.
 #[derive(Debug, Clone)]
 pub(in crate::cad) struct Path {
     pub sides: Vec<Side>,
     pub winding: Vec2,
-    /// A point of a slit that was taken out of it: there the face lies.
+    /// A point on a removed slit: the face lies on both sides of it.
     pub on_slit: Option<Vec2>,
 }
 
-/// What could not be done well.
+/// Defects of boundary loops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::cad) enum LoopFault {
-    /// Neighbouring edges do not meet: the gap in space [mm].
+    /// Consecutive edges do not meet: gap in space [mm].
     Gap(f64),
-    /// The curve in space and the image of the parameter curve are `off` apart [mm].
+    /// The space curve and the image of the parameter curve differ by `off` [mm].
     Contradiction {
         /// Largest distance [mm].
         off: f64,
-        /// The parameter curve is the one that is used.
+        /// True when the parameter curve is used.
         parameter_kept: bool,
     },
     /// An edge without any curve.
     NoCurve,
 }
 
-/// Whether the outer one of a face's loops, that which encloses most, runs against the face's normal. Loops that wind
-/// round a period enclose nothing.
-pub(in crate::cad) fn are_inside_out(paths: &[Path], left_is_inside: bool) -> bool {
+/// True when the outer loop of a face (the one with the largest enclosed area) is oriented against the face normal.
+/// Winding loops enclose no area.
+pub(in crate::cad) fn outer_loop_is_reversed(paths: &[Path], left_is_inside: bool) -> bool {
     let plain = paths.iter().filter(|p| p.winding.norm() == 0.0);
     let area = |p: &&Path| signed_area(&p.sides).abs();
     let outer = plain.max_by(|a, b| area(a).total_cmp(&area(b)));
-    outer.is_some_and(|p| leaves_its_inside_out(&p.sides, left_is_inside))
+    outer.is_some_and(|p| excludes_interior(&p.sides, left_is_inside))
 }
 
-/// Twice the signed area that a loop encloses in the parameter plane.
+/// Twice the signed area enclosed by a loop in the parameter plane.
 pub(in crate::cad) fn signed_area(sides: &[Side]) -> f64 {
     let mut sum = 0.0;
     for side in sides {
@@ -92,7 +92,7 @@ pub(in crate::cad) fn signed_area(sides: &[Side]) -> f64 {
             last = next;
         }
     }
-    // The way back to the start, for loops that are not closed yet.
+    // Close the polygon, for loops that are still open.
     if let (Some(first), Some(last)) = (sides.first(), sides.last()) {
         let (start, end) = (first.start(), last.end());
         sum += end.x * start.y - end.y * start.x;
@@ -100,9 +100,9 @@ pub(in crate::cad) fn signed_area(sides: &[Side]) -> f64 {
     sum
 }
 
-/// A B-rep's loop that runs clockwise about what it encloses: the face is all the rest of a closed surface. Without
-/// the file's own edges nothing says that the loop's direction was meant.
-pub(super) fn leaves_its_inside_out(sides: &[Side], left_is_inside: bool) -> bool {
+/// True for a loop with file edges that runs clockwise about the enclosed region: the face is the remainder of a closed
+/// surface. Without edges of the file the orientation of the loop is unreliable.
+pub(super) fn excludes_interior(sides: &[Side], left_is_inside: bool) -> bool {
     let extent = sides.iter().fold(0.0, |m: f64, s| m.max((s.end() - s.start()).norm()));
     let area = signed_area(sides) * if left_is_inside { 1.0 } else { -1.0 };
     area < -1e-6 * extent * extent && sides.iter().any(|s| s.edge_id.is_some())

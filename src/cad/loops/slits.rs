@@ -1,25 +1,30 @@
-//! Slits: stretches that a loop on a closed surface runs along there and back, between holes or to the surface's poles. Kernels
-//! lead a face's one loop along its seam so; the face lies on both sides of it.
+//! Slits: parts of a loop on a closed surface traversed in both directions, between holes or to poles. Kernels connect
+//! the single loop of a face along its seam in this manner; the face lies on both sides.
 
 use super::periods::{collapsed_direction, turns, whole_periods};
 use super::side::{Path, Side};
 use crate::cad::native::Native;
 use crate::geometry::Vec2;
 
-/// Two ways along a curve are one if they are no farther apart than this share of their length in the parameter plane:
-/// those along a seam are a period apart.
-const SAME: f64 = 1e-3;
-/// Sides of a loop up to which slits are looked for: every side is held against every other one.
-const MOST_SIDES: usize = 1000;
+/// Distance between two passes along a curve, relative to their length in the parameter plane, below which they
+/// coincide. Passes along a seam are one period apart.
+const COINCIDENCE_TOLERANCE_REL: f64 = 1e-3;
+/// Maximum number of sides of a loop searched for slits, because every side is compared with all others.
+const SIDES_MAX: usize = 1000;
 
-/// The loops that are left when the slits of a loop are taken out, each with a point of a slit; none where it has no slits,
-/// is nothing else, has very many sides, or runs through one pole only: what it turns by there is known from where it ends.
-pub(super) fn taken_out(native: &Native<'_>, sides: &[Side], tolerance: f64) -> Option<Vec<Path>> {
+/// The loops that remain after removing the slits of a loop, each with a point on a slit. `None` for a loop without
+/// slits, one that consists of slits only, one with too many sides, or one through a single pole (its turn there
+/// follows from its end).
+pub(super) fn without_slits(
+    native: &Native<'_>,
+    sides: &[Side],
+    tolerance: f64,
+) -> Option<Vec<Path>> {
     let from_pole = |s: &&Side| {
         s.curve.is_some() && collapsed_direction(native, s.start(), tolerance).is_some()
     };
-    if !native.closed_all_round()
-        || sides.len() > MOST_SIDES
+    if !native.has_no_boundary()
+        || sides.len() > SIDES_MAX
         || sides.iter().filter(from_pole).count() == 1
     {
         return None;
@@ -47,7 +52,7 @@ fn parts(
         let ring = without_spurs(native, ring, tolerance, slits);
         let pair = (0..ring.len()).find_map(|i| {
             let back =
-                (i + 1..ring.len()).find(|&j| runs_back(native, &ring[i], &ring[j], false))?;
+                (i + 1..ring.len()).find(|&j| retraces(native, &ring[i], &ring[j], false))?;
             Some([i, back])
         });
         match pair {
@@ -63,7 +68,8 @@ fn parts(
     whole
 }
 
-/// A loop without the slits that end in it; what comes behind one is moved by whole periods to go on where it began.
+/// Removes the slits that end within a loop. Sides after a slit are shifted by whole periods to continue where it
+/// began.
 fn without_spurs(
     native: &Native<'_>,
     sides: Vec<Side>,
@@ -77,7 +83,7 @@ fn without_spurs(
             end.map_or(side.clone(), |e| side.shifted(whole_periods(native, e - side.start())));
         let behind_pole = kept.last().is_some_and(|s| is_point(native, s, tolerance));
         let there = kept.len().checked_sub(1 + usize::from(behind_pole));
-        match there.filter(|&k| runs_back(native, &kept[k], &side, behind_pole)) {
+        match there.filter(|&k| retraces(native, &kept[k], &side, behind_pole)) {
             Some(k) => {
                 slits.push(middle(&side));
                 kept.truncate(k);
@@ -85,7 +91,7 @@ fn without_spurs(
             None => kept.push(side),
         }
     }
-    // A slit about the loop's beginning, which may be a pole.
+    // A slit at the start of the loop, which may be a pole.
     loop {
         let real = |s: &Side| !is_point(native, s, tolerance);
         let (Some(first), Some(last)) = (kept.iter().position(real), kept.iter().rposition(real))
@@ -93,7 +99,7 @@ fn without_spurs(
             return kept;
         };
         let at_pole = collapsed_direction(native, kept[first].start(), tolerance).is_some();
-        if first == last || !runs_back(native, &kept[last], &kept[first], at_pole) {
+        if first == last || !retraces(native, &kept[last], &kept[first], at_pole) {
             return kept;
         }
         slits.push(middle(&kept[first]));
@@ -101,25 +107,25 @@ fn without_spurs(
     }
 }
 
-/// Whether a side is the one before it run backwards; behind a pole it may have turned by whole periods.
-fn runs_back(native: &Native<'_>, there: &Side, back: &Side, behind_pole: bool) -> bool {
+/// True when a side is the reversed preceding side; after a pole it may be shifted by whole periods.
+fn retraces(native: &Native<'_>, there: &Side, back: &Side, behind_pole: bool) -> bool {
     if there.curve.is_none() || back.curve.is_none() || there.edge_id != back.edge_id {
         return false;
     }
-    let at = |side: &Side, share: f64| {
+    let at = |side: &Side, fraction: f64| {
         let [a, b] = side.path.domain();
-        side.path.point(a + (b - a) * share)
+        side.path.point(a + (b - a) * fraction)
     };
     let turned = match behind_pole {
         true => whole_periods(native, there.start() - back.end()),
         false => Vec2::zeros(),
     };
     let length = (middle(there) - there.start()).norm() + (there.end() - middle(there)).norm();
-    let near = |share: f64| {
-        let off = at(there, share) - at(back, 1.0 - share) - turned;
-        off.norm() <= SAME * length
+    let near = |fraction: f64| {
+        let off = at(there, fraction) - at(back, 1.0 - fraction) - turned;
+        off.norm() <= COINCIDENCE_TOLERANCE_REL * length
     };
-    // What a pole leaves open is the parameter there.
+    // At a pole one parameter is arbitrary.
     near(0.0) && near(0.5) && (behind_pole || near(1.0))
 }
 
@@ -128,7 +134,7 @@ fn middle(side: &Side) -> Vec2 {
     side.path.point(0.5 * (a + b))
 }
 
-/// A side that has length in the parameter plane only, if there.
+/// True for a side of zero length in space.
 fn is_point(native: &Native<'_>, side: &Side, tolerance: f64) -> bool {
     side.curve.is_none()
         && collapsed_direction(native, side.start(), tolerance).is_some()

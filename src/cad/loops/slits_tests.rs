@@ -1,4 +1,4 @@
-//! Faces that are a closed surface but for holes, their borders led along a seam there and back.
+//! Tests of faces on closed surfaces with holes, whose boundary traverses a seam in both directions.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -6,10 +6,10 @@ use super::tests::{BALL, MAJOR, MINOR, along, model_of_numbered, sphere, torus};
 use crate::cad::model::Model;
 use crate::cad::raw::{RawEdge, RawLoop, RawSurface};
 
-/// An edge's number, and its ends in the parameter plane.
+/// Edge number, and its ends in the parameter plane.
 type Leg = (Option<usize>, [(f64, f64); 2]);
 
-/// A loop along one parameter at a time, through points of the parameter plane.
+/// A loop of isoparametric sides between points of the parameter plane.
 fn ring(on: &RawSurface, sides: &[Leg]) -> RawLoop {
     let edge = |&(edge_id, [a, b]): &Leg| RawEdge {
         curve: Some(along(on, a, b)),
@@ -24,12 +24,12 @@ fn assert_area(model: &Model, exact: f64) {
     assert!((area / exact - 1.0).abs() < 1e-9, "{area} instead of {exact}");
 }
 
-/// Edges that are run along there and back: the seam that the surface is cut open along is one.
+/// Number of edges traversed in both directions, including the seam of a closed surface.
 fn slits(model: &Model) -> usize {
     model.edges.iter().filter(|e| e.uses.len() == 2).count()
 }
 
-/// From the hole to one pole and back, half round the hole, to the other pole and back, and round the rest.
+/// From the hole to one pole and back, half around the hole, to the other pole and back, and around the rest.
 #[test]
 fn a_ball_with_a_hole_on_its_seam() {
     let on = sphere();
@@ -104,7 +104,7 @@ fn a_ball_with_two_holes_on_its_seam() {
     assert_eq!((slits(&model), model.faces[0].loops.len()), (1, 3));
 }
 
-/// The sides of a border across both seams of a torus, joined by place alone: another way round them than the border's.
+/// Sides of a boundary across both seams of a torus, connected by position only and listed in another order.
 #[test]
 fn a_torus_with_a_hole_whose_sides_come_in_another_order() {
     let on = torus();
@@ -131,7 +131,7 @@ fn a_torus_with_a_hole_whose_sides_come_in_another_order() {
     }
 }
 
-/// A window on a ball or a torus with a hole in it, its one loop led to the hole and back.
+/// A window on a sphere or torus with a hole, whose single loop leads to the hole and back.
 #[test]
 fn a_window_with_a_slit_to_a_hole_in_it_is_no_hole_itself() {
     let legs = [

@@ -1,4 +1,4 @@
-//! Faces on surfaces that close on themselves, their areas in closed form.
+//! Tests of faces on closed surfaces against closed-form areas.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -25,14 +25,14 @@ pub(super) fn sphere() -> RawSurface {
     RawSurface::Sphere { frame: Frame::world(), radius: BALL }
 }
 
-/// Circle arc about a centre, from angle to angle, either way.
+/// Circular arc about a centre, between two angles in either direction.
 fn arc(origin: Vec3, [x, y]: [Vec3; 2], radius: f64, [from, to]: [f64; 2]) -> Curve3 {
     let frame = Frame { origin, x, y, z: x.cross(&y) };
     let rising = Curve3::ellipse_arc(&frame, radius, radius, from.min(to), from.max(to));
     if from < to { rising } else { rising.reversed() }
 }
 
-/// The curve on a surface along which one parameter stays.
+/// Isoparametric curve on a surface.
 pub(super) fn along(surface: &RawSurface, a: (f64, f64), b: (f64, f64)) -> Curve3 {
     let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
     let out = x * a.0.cos() + y * a.0.sin();
@@ -52,7 +52,7 @@ pub(super) fn along(surface: &RawSurface, a: (f64, f64), b: (f64, f64)) -> Curve
     }
 }
 
-/// A loop through points of the parameter plane, along one parameter from each to the next; numbered edges.
+/// A loop of isoparametric sides with numbered edges.
 fn ring(surface: &RawSurface, points: &[(f64, f64)]) -> RawLoop {
     let edges = points.windows(2).enumerate().map(|(k, w)| RawEdge {
         curve: Some(along(surface, w[0], w[1])),
@@ -66,7 +66,7 @@ fn rectangle(surface: &RawSurface, [u0, u1]: [f64; 2], [v0, v1]: [f64; 2]) -> Ra
     ring(surface, &[(u0, v0), (u0, v1), (u1, v1), (u1, v0), (u0, v0)])
 }
 
-/// Area of the one face, as it is and turned inside out.
+/// Area of the face, with both orientations.
 fn areas(surface: &RawSurface, loops: &[RawLoop]) -> [f64; 2] {
     [false, true].map(|flipped| {
         let mut loops = loops.to_vec();
@@ -80,7 +80,7 @@ fn areas(surface: &RawSurface, loops: &[RawLoop]) -> [f64; 2] {
     })
 }
 
-/// The model of one face.
+/// A model of one face.
 fn model_of(surface: &RawSurface, mut loops: Vec<RawLoop>, flipped: bool) -> Model {
     for (k, edge) in loops.iter_mut().flat_map(|l| &mut l.edges).enumerate() {
         edge.edge_id = Some(k);
@@ -88,7 +88,7 @@ fn model_of(surface: &RawSurface, mut loops: Vec<RawLoop>, flipped: bool) -> Mod
     model_of_numbered(surface, loops, flipped)
 }
 
-/// The same with the edges' own numbers.
+/// As `model_of`, with the given edge numbers.
 pub(super) fn model_of_numbered(surface: &RawSurface, loops: Vec<RawLoop>, flipped: bool) -> Model {
     let (surface, source) = (surface.clone(), "face".into());
     let face = RawFace { surface, loops, flipped, source, shell: None };
@@ -129,7 +129,7 @@ fn windows_that_leave_a_cylinder_one_gap() {
 #[test]
 fn a_band_of_a_torus_whose_border_hangs_over_its_beginning() {
     let on = torus();
-    // A hook: back over the beginning, up, nearly round, down, and on to the beginning from below.
+    // A hook: back over its start, up, nearly around, down, and to the start from below.
     let hook =
         [(0.0, 1.0), (-0.4, 1.0), (-0.4, 1.5), (5.0, 1.5), (5.0, 0.5), (TAU, 0.5), (TAU, 1.0)];
     let upper: Vec<(f64, f64)> = hook.iter().rev().copied().collect();
@@ -255,10 +255,10 @@ fn loops_that_wind_without_end_are_refused_before_their_surface_is_made() {
         RawFace { surface: cylinder(), loops, flipped: false, source: "face".into(), shell: None };
     let (model, said) = build(RawModel { faces: vec![face], ..RawModel::default() }, "face");
     assert!(model.faces.is_empty());
-    assert!(said.iter().any(|d| d.text.contains("times round")), "{said:?}");
+    assert!(said.iter().any(|d| d.text.contains("turns of the surface")), "{said:?}");
 }
 
-/// A sphere as a profile turned about the axis that it crosses: by a whole circle it covers itself.
+/// A sphere as the revolution of a profile about an axis that it crosses; a full circle covers itself.
 fn turned_circle(angles: [f64; 2]) -> RawSurface {
     let frame = Frame { y: Vec3::z(), z: -Vec3::y(), ..Frame::world() };
     RawSurface::Revolution {
@@ -287,7 +287,8 @@ fn a_profile_across_its_axis_is_taken_on_one_sheet() {
     }
 }
 
-/// All round a torus, its border along the seam there and back: kernels write it with either sense.
+/// A full band of a torus whose boundary traverses the seam in both directions; kernels write it with either
+/// orientation.
 #[test]
 fn a_band_of_a_torus_has_its_seam_in_it_whatever_the_sense_of_its_border() {
     for [v0, v1] in [[PI, 1.5 * PI], [-0.3, 0.9], [0.5, 0.5 + 1.5 * PI]] {
@@ -299,7 +300,7 @@ fn a_band_of_a_torus_has_its_seam_in_it_whatever_the_sense_of_its_border() {
         }
         let exact = TAU * MINOR * (MAJOR * (v1 - v0) + MINOR * (v1.sin() - v0.sin()));
         for mut ring in [band, turned] {
-            // The seam is one edge, used twice.
+            // The seam is one edge with two uses.
             for (edge, id) in ring.edges.iter_mut().zip([0, 1, 0, 2]) {
                 edge.edge_id = Some(id);
             }
@@ -335,12 +336,12 @@ fn the_side_of_a_loop_tells_a_slice_from_the_rest() {
     }
 }
 
-/// Vertex loops at both poles say that a surface of revolution closes all round: its other loops are holes.
+/// Vertex loops at both poles of a surface of revolution mark it as closed: its other loops are holes.
 #[test]
 fn a_ball_of_revolution_with_vertices_at_its_poles_has_holes() {
     let ball = turned_circle([-FRAC_PI_2, FRAC_PI_2]);
     let pole = |z: f64| RawLoop { vertex: Some(Vec3::z() * z), ..RawLoop::default() };
-    // Clockwise about x, seen from outside, 24 mm from the middle.
+    // Clockwise about x, seen from outside, 24 mm from the centre.
     let rim = arc(Vec3::x() * 24.0, [Vec3::y(), Vec3::z()], 7.0, [TAU, 0.0]);
     let edges = vec![RawEdge { curve: Some(rim), ..RawEdge::default() }];
     let hole = RawLoop { edges, ..RawLoop::default() };
@@ -354,7 +355,7 @@ fn a_ball_of_revolution_with_vertices_at_its_poles_has_holes() {
 fn lines_that_end_a_hair_off_the_tip_of_a_cone_stay_straight() {
     let on = RawSurface::Cone { frame: Frame::world(), radius: 0.0, semi_angle: PI / 4.0 };
     let rim = |u: f64| Vec3::new(u.cos(), u.sin(), 1.0) * 5.0;
-    // The tip as two edges have it: off by rounding, at angles that have nothing to do with theirs.
+    // The apex as given by two edges: inaccurate by rounding, at unrelated azimuths.
     let tip = |angle: f64| Vec3::new(angle.cos(), angle.sin(), 1.0) * 1e-11;
     let curves = [
         Curve3::line(tip(2.0), rim(0.0)),

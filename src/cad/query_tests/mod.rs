@@ -1,4 +1,4 @@
-//! Claims about areas, boxes, trims and closest points, on models made by hand.
+//! Tests of areas, bounding boxes, trimmed regions and closest points on constructed models.
 
 pub(crate) mod shapes;
 
@@ -62,7 +62,7 @@ fn boxes_touch_what_they_hold() {
     let b = sphere(9.0).bbox();
     assert!((b.min - f.origin.add_scalar(-9.0)).norm() < 1e-9);
     assert!((b.max - f.origin.add_scalar(9.0)).norm() < 1e-9);
-    // A cylinder reaches r sqrt(1 - z_k^2) beyond its end circles' centres.
+    // The extent of a cylinder beyond its end circle centres is r sqrt(1 - z_k^2).
     let b = cylinder(5.0, 20.0).bbox();
     let reach = f.z.map(|z| 5.0 * (1.0 - z * z).sqrt());
     let top = f.origin + f.z * 20.0;
@@ -80,7 +80,7 @@ fn boxes_touch_what_they_hold() {
     }
 }
 
-/// Points of a face on a grid of its domain, inside the trim.
+/// Points of a face on a grid of its domain, inside the trimming loops.
 fn grid(face: &Face, n: usize) -> Vec<(Vec2, Vec3)> {
     let [u, v] = face.surface.domain();
     let region = TrimRegion::new(face);
@@ -110,7 +110,7 @@ fn inside_and_outside_are_those_of_the_circle_and_the_square() {
         assert!(region.contains(center + ray * (20.0 + 1e-6)));
         assert!(!region.contains(center + ray * (20.0 - 1e-6)));
     }
-    // Level with corners and with the hole's top and bottom, where ends of curves meet the ray.
+    // Level with corners and with the top and bottom of the hole, where curve ends meet the ray.
     for y in [-50.0, 50.0, 25.0, -15.0, 5.0] {
         assert!(!region.contains(Vec2::new(-51.0, y)) && !region.contains(Vec2::new(51.0, y)));
         assert!(region.contains(Vec2::new(-49.0, y)));
@@ -188,8 +188,8 @@ fn no_point_of_a_wavy_surface_is_nearer_than_the_foot() {
         let mut s = seed + 100;
         let points: Vec<Vec3> = (0..400)
             .map(|_| {
-                let share = Vec3::new(random(&mut s), random(&mut s), random(&mut s));
-                b.min + (b.max - b.min).component_mul(&share)
+                let fraction = Vec3::new(random(&mut s), random(&mut s), random(&mut s));
+                b.min + (b.max - b.min).component_mul(&fraction)
             })
             .collect();
         let feet = index.closest_many(&points);
@@ -241,7 +241,7 @@ fn feet_on_edges_and_vertices_choose_the_face_that_looks_at_the_point() {
         assert!((foot.uv - Vec2::new(4.0, 0.0)).norm() < 1e-9);
         assert!((foot.distance - f64::hypot(y, z)).abs() < 1e-12);
     }
-    // On the edge, and straight above it: still the edge, the lowest face of equals.
+    // On the edge, and straight above it: located on the edge, lowest face index.
     let foot = index.closest(&Vec3::new(4.0, 0.0, 0.0)).unwrap();
     assert_eq!((foot.face, foot.location, foot.distance), (0, FootLocation::Edge(0), 0.0));
     let foot = index.closest(&Vec3::new(11.0, 0.5, 0.2)).unwrap();
@@ -253,8 +253,8 @@ fn feet_on_edges_and_vertices_choose_the_face_that_looks_at_the_point() {
     assert!(ClosestPoint::new(&Model::default()).closest(&Vec3::zeros()).is_none());
 }
 
-/// A square to either side of the line from (0, 0) to (10, 0) in one plane, with edges of their own. The first side of
-/// each runs along `borders` in the plane, mirrored for the second square, and in space along `curves`.
+/// Two squares on both sides of the line from (0, 0) to (10, 0) in one plane, with separate edges. The first side of
+/// each follows `borders` in the plane, mirrored for the second square, and `curves` in space.
 fn two_squares(borders: [Curve2; 2], curves: [Curve3; 2]) -> Model {
     let above = Frame { origin: Vec3::zeros(), x: Vec3::x(), y: Vec3::y(), z: Vec3::z() };
     let below = Frame { origin: Vec3::zeros(), x: Vec3::x(), y: -Vec3::y(), z: -Vec3::z() };
@@ -284,7 +284,7 @@ fn sides_join_up_to_the_tolerance_and_no_farther() {
     let line = Curve2::line(Vec2::zeros(), Vec2::new(10.0, 0.0));
     let straight = Curve3::line(Vec3::zeros(), Vec3::x() * 10.0);
     for (gap, joined) in [(0.009, 1), (0.011, 0), (0.019, 0)] {
-        // Ends meet; the middle of the second lies off by the gap.
+        // The ends coincide; the middle of the second curve deviates by the gap.
         let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
         let y = [0.0, 2.0 * gap, 0.0];
         let flat = (0..3).map(|k| Vec2::new(5.0 * k as f64, y[k])).collect();
@@ -292,7 +292,7 @@ fn sides_join_up_to_the_tolerance_and_no_farther() {
         let bent = Curve2::try_new(2, knots.clone(), flat, None).unwrap();
         let curve = Curve3::try_new(2, knots, space, None).unwrap();
         let sheets = two_squares([line.clone(), bent], [straight.clone(), curve]);
-        // Having been joined more loosely before makes no difference.
+        // A previous joining with a larger tolerance has no effect.
         for sheets in [sheets.joined_within(0.05), sheets] {
             let found = sheets.joined_within(0.01);
             assert_eq!(found.edges.iter().filter(|e| e.uses.len() == 2).count(), joined, "{gap}");
@@ -306,7 +306,7 @@ fn a_side_may_swing_out_at_one_place() {
     let straight = Curve3::line(Vec3::zeros(), Vec3::x() * 10.0);
     let at = [0.0, 0.4, 0.7, 1.0, 2.0, 2.3, 2.6, 10.0];
     let knots = [&at[..1], &at, &at[7..]].concat();
-    // How far it swings out at 0.7 and at 2.3.
+    // Deviation at 0.7 and at 2.3.
     for (swing, joined) in [([0.016, 0.0], 1), ([0.024, 0.0], 0), ([0.016, 0.016], 0)] {
         let y = [0.0, 0.0, swing[0], 0.0, 0.0, swing[1], 0.0, 0.0];
         let flat = at.iter().zip(y).map(|(&x, y)| Vec2::new(x, y)).collect();
@@ -324,17 +324,17 @@ fn sides_whose_curves_meet_join_though_their_surfaces_end_apart() {
     let straight = Curve3::line(Vec3::zeros(), Vec3::x() * 10.0);
     let joined = |shift: Vec2| {
         let border = |d: Vec2| Curve2::line(d, Vec2::new(10.0, d.y));
-        // The second square is mirrored: an equal shift across the line goes the other way there.
+        // The second square is mirrored: an equal shift across the line has the opposite direction there.
         let borders = [border(shift), border(Vec2::new(-shift.x, shift.y))];
         let sheets = two_squares(borders, [straight.clone(), straight.clone()]);
         let found = sheets.joined_within(0.01);
         let shared = found.edges.iter().filter(|e| e.uses.len() == 2).count();
         (shared, found.edges.len())
     };
-    // Across the line, both sides a little off it.
+    // Across the line: both sides deviate from it.
     assert_eq!(joined(Vec2::new(0.0, 0.007)), (1, 7));
     assert_eq!(joined(Vec2::new(0.0, 0.011)), (0, 8));
-    // Along the line: what is too far from the curve's end is a side of its own beside the common one.
+    // Along the line: what exceeds the end of the curve becomes a separate side.
     assert_eq!(joined(Vec2::new(0.007, 0.0)), (1, 7));
     assert_eq!(joined(Vec2::new(0.011, 0.0)), (1, 8));
 }

@@ -49,7 +49,7 @@ pub(super) fn model(faces: Vec<Face>, curves: Vec<Curve3>) -> Model {
     model
 }
 
-/// The whole surface as a face: borders that collapse are poles, opposite borders that meet are a seam.
+/// A whole surface as a face: collapsed boundaries are poles, coincident opposite boundaries are a seam.
 pub(crate) fn whole(surface: Surface) -> Model {
     let [[u0, u1], [v0, v1]] = surface.domain();
     let [nu, nv] = surface.count();
@@ -100,7 +100,7 @@ pub(super) fn tilted() -> Frame {
     Frame { origin: Vec3::new(11.0, -4.0, 7.0), x, y: z.cross(&x), z }
 }
 
-/// Revolution about the tilted frame's z of a curve drawn in its (x, z) plane.
+/// Revolution about the z axis of the tilted frame of a curve in its (x, z) plane.
 pub(super) fn turned(generatrix: &Curve3, angles: [f64; 2]) -> Surface {
     let f = tilted();
     let placed = generatrix.mapped(|p| f.point(&p));
@@ -127,7 +127,7 @@ pub(super) fn cone(r: f64, h: f64) -> Model {
     whole(turned(&line, [0.0, TAU]))
 }
 
-/// Fillet of radius `r` between a plane and a cylinder of radius `big`, a quarter turn.
+/// Fillet of radius `r` between a plane and a cylinder of radius `big`, a quarter of a revolution.
 pub(super) fn fillet(big: f64, r: f64) -> Model {
     whole(turned(&arc(big + r, 0.0, r, FRAC_PI_2, PI), [0.0, FRAC_PI_2]))
 }
@@ -155,7 +155,7 @@ pub(crate) fn holed_square(radius: f64) -> Model {
     model(vec![face(plane, vec![outer, vec![hole]])], curves)
 }
 
-/// Models side by side, whose faces share no edges.
+/// Models combined without shared edges.
 pub(crate) fn joined(models: Vec<Model>) -> Model {
     let mut out = Model::default();
     for mut other in models {

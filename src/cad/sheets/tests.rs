@@ -3,7 +3,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use super::*;
 use crate::geometry::Frame;
 
-/// Circles in the plane of x and z about `(x, 0, 0)`, begun at an angle from x towards z.
+/// Circle in the xz plane about `(x, 0, 0)`, starting at an angle from x towards z.
 fn circle(x: f64, radius: f64, from: f64) -> Curve3 {
     let frame =
         Frame { y: Vec3::z(), z: -Vec3::y(), origin: Vec3::new(x, 0.0, 0.0), ..Frame::world() };
@@ -23,7 +23,7 @@ fn profiles_are_on_the_axis_where_they_cross_or_touch_it() {
     near(&hits(&circle(0.0, 25.0, 0.0)), &[FRAC_PI_2, 3.0 * FRAC_PI_2]);
     let from_below = circle(0.0, 25.0, -FRAC_PI_2);
     near(&hits(&from_below), &[-FRAC_PI_2, FRAC_PI_2, 3.0 * FRAC_PI_2]);
-    // A circle that touches the axis, one that stays off it, a straight line across it.
+    // A circle tangent to the axis, one at a distance from it, a straight line across it.
     near(&hits(&circle(5.0, 5.0, 0.0)), &[PI]);
     near(&hits(&circle(5.0 + 1e-5, 5.0, 0.0)), &[]);
     near(&hits(&Curve3::line(Vec3::new(-1.0, 0.0, 0.0), Vec3::new(3.0, 0.0, 8.0))), &[0.25]);
@@ -36,7 +36,7 @@ fn parts_lie_between_points_on_the_axis() {
     };
     let profile = circle(0.0, 25.0, 0.0);
     let found = ranges(&profile);
-    // The one over the seam runs on by a turn.
+    // The part across the seam extends by one period.
     assert_eq!(found.len(), 2);
     assert!((found[0][0] - 3.0 * FRAC_PI_2).abs() < 1e-12, "{found:?}");
     assert!((found[0][1] - 5.0 * FRAC_PI_2).abs() < 1e-12, "{found:?}");
@@ -47,7 +47,7 @@ fn parts_lie_between_points_on_the_axis() {
         assert!((p.norm() - 25.0).abs() < 1e-12 && p.x > -1e-12, "{p}");
     }
     assert_eq!(ranges(&circle(0.0, 25.0, -FRAC_PI_2)).len(), 2);
-    // Nothing to choose.
+    // No alternatives.
     assert!(ranges(&circle(6.0, 5.0, 0.0)).is_empty());
     assert!(ranges(&profile.trimmed(0.0, FRAC_PI_2).unwrap()).is_empty());
 }

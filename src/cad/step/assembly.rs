@@ -1,4 +1,5 @@
-//! Every placed instance gives its faces once: the graph of representations is walked from its roots.
+//! Assembly structure: traverses the graph of representations from its roots and creates the faces of every placed
+//! instance.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -6,15 +7,15 @@ use super::entity::Outcome;
 use super::graph::{Graph, graph};
 use super::items::ItemFaces;
 use super::place;
-use super::resolver::{DEEPEST, Resolver};
+use super::resolver::{REFERENCE_DEPTH_MAX, Resolver};
 use crate::cad::Severity;
-use crate::cad::raw::{RawFace, RawModel, most_sides};
+use crate::cad::raw::{RawFace, RawModel, max_sides};
 use crate::geometry::Affine;
 
-/// Fills the model's faces.
+/// Reads the faces of the model.
 ///
 /// # Errors
-/// When references lead in circles or multiply beyond measure.
+/// For cyclic or self-multiplying references.
 pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
     let graph = graph(resolver)?;
     let mut counts = vec![None; graph.groups.len()];
@@ -22,23 +23,24 @@ pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
         count(&graph, group, &mut counts, 0)?;
     }
     let placed = items_placed_elsewhere(&graph);
-    let root = |&g: &usize| !graph.groups[g].used && !is_aside(&graph, g, &placed);
+    let root = |&g: &usize| !graph.groups[g].used && !repeats_component(&graph, g, &placed);
     let all: Vec<usize> = (0..graph.groups.len()).filter(root).collect();
     let roots = of_products(resolver, &graph, all, &counts);
     let total = roots.iter().fold(0, |sum: usize, &g| sum.saturating_add(counts[g].unwrap_or(0)));
-    let most = most_sides(model.bytes);
-    if total > most
+    let limit = max_sides(model.bytes);
+    if total > limit
         && let Some(sheet) = graph.sheets.first()
     {
         let found = format!("an assembly whose placed faces have {total} sides in all");
-        let allowed = format!("at most {most} in a file of {} bytes", model.bytes);
+        let allowed = format!("at most {limit} in a file of {} bytes", model.bytes);
         let mut fault = sheet.entity.fault(found, allowed);
         fault.fatal = true;
         return Err(fault);
     }
     describe(&graph, model);
     let mut placer = Placer::new(resolver, model);
-    // Shape aspects name single faces of a solid again: the solid's own counts, wherever it stands in the file.
+    // Shape aspects name single faces of a solid again: those of the solid have precedence, at any position in the
+    // file.
     let root_sheets = roots.iter().flat_map(|&g| &graph.groups[g].sheets);
     let in_shells = root_sheets.flat_map(|&s| &graph.sheets[s].items).flat_map(|i| &i.faces);
     let in_shells = in_shells.filter(|f| f.shell.is_some()).map(|f| (0, f.source.clone()));
@@ -49,7 +51,8 @@ pub fn faces(resolver: &Resolver, model: &mut RawModel) -> Outcome<()> {
     Ok(())
 }
 
-/// The roots that hold the shape of a product, all where none does. Faces of the others are reported, not taken.
+/// The roots that contain the shape of a product, or all roots if none does. Faces of the others are reported and
+/// excluded.
 fn of_products(
     resolver: &Resolver,
     graph: &Graph,
@@ -62,10 +65,10 @@ fn of_products(
     if !products.iter().any(has_faces) {
         return roots;
     }
-    let mut left_out = others.iter().filter(|g| has_faces(g)).peekable();
-    if let Some(first) = left_out.peek() {
+    let mut report_omitted = others.iter().filter(|g| has_faces(g)).peekable();
+    if let Some(first) = report_omitted.peek() {
         let place = graph.sheets[graph.groups[**first].sheets[0]].entity.place();
-        let n = left_out.count();
+        let n = report_omitted.count();
         let text = format!(
             "{n} representations with faces are the shape of no product (shape aspects, features, construction geometry): \
              left out"
@@ -75,14 +78,15 @@ fn of_products(
     products
 }
 
-/// Items of the representations that are placed in others.
+/// Items of representations that are placed in others.
 fn items_placed_elsewhere(graph: &Graph) -> FxHashSet<u32> {
     let sheets = graph.groups.iter().filter(|g| g.used).flat_map(|g| &g.sheets);
     sheets.flat_map(|&s| &graph.sheets[s].items).map(|i| i.entity).collect()
 }
 
-/// A representation of nothing but what components hold: validation properties name a component's solid once more.
-fn is_aside(graph: &Graph, group: usize, placed: &FxHashSet<u32>) -> bool {
+/// True for a representation that consists of items of placed components: validation properties repeat a component's
+/// solid.
+fn repeats_component(graph: &Graph, group: usize, placed: &FxHashSet<u32>) -> bool {
     let g = &graph.groups[group];
     let mut items = g.sheets.iter().flat_map(|&s| &graph.sheets[s].items).peekable();
     g.children.is_empty() && items.peek().is_some() && items.all(|i| placed.contains(&i.entity))
@@ -97,7 +101,7 @@ fn describe(graph: &Graph, model: &mut RawModel) {
     model.loose_curves = graph.sheets.iter().flat_map(|s| &s.items).map(|i| i.loose_curves).sum();
 }
 
-/// Sides of the faces under a group, every instance counted.
+/// Number of sides of the faces below a group, including every instance.
 fn count(
     graph: &Graph,
     group: usize,
@@ -109,10 +113,10 @@ fn count(
     }
     let g = &graph.groups[group];
     let entity = graph.sheets[g.sheets[0]].entity;
-    if depth > DEEPEST {
+    if depth > REFERENCE_DEPTH_MAX {
         let mut fault = entity.fault(
             "an assembly that contains itself",
-            format!("at most {DEEPEST} levels, no circles"),
+            format!("at most {REFERENCE_DEPTH_MAX} levels, no cycles"),
         );
         fault.fatal = true;
         return Err(fault);
@@ -126,14 +130,14 @@ fn count(
     Ok(n)
 }
 
-/// Puts instances into the model, numbering edges and shells afresh for each.
+/// Adds instances to the model, with separate numbers of edges and shells for each.
 struct Placer<'r, 't, 'm> {
     resolver: &'r Resolver<'t>,
     model: &'m mut RawModel,
     edges: FxHashMap<(usize, usize), usize>,
-    /// Items placed, and faces of shells placed, by instance.
+    /// Items and faces of shells already placed, by instance.
     seen: FxHashSet<(usize, String)>,
-    /// Faces of the roots' shells.
+    /// Faces in shells of the roots.
     in_shells: FxHashSet<(usize, String)>,
     shells: usize,
     instances: usize,
@@ -145,7 +149,7 @@ impl<'r, 't, 'm> Placer<'r, 't, 'm> {
         Self { resolver, model, edges, seen, in_shells, shells: 0, instances: 0 }
     }
 
-    /// Places a root group and all below it. Roots share one numbering: their items may share edges.
+    /// Places a root group and its descendants. Roots share one numbering, because their items may share edges.
     fn place(&mut self, graph: &Graph, root: usize, counts: &[Option<usize>]) {
         let mut todo = vec![(root, Affine::identity(), 0)];
         while let Some((group, map, instance)) = todo.pop() {
@@ -165,7 +169,7 @@ impl<'r, 't, 'm> Placer<'r, 't, 'm> {
     }
 
     fn item(&mut self, item: &ItemFaces, map: &Affine, instance: usize) {
-        // An item listed by two representations of one thing counts once, as does a face listed beside its shell.
+        // An item listed by two representations is placed once, as is a face listed in addition to its shell.
         if !self.seen.insert((instance, format!("item {}", item.entity))) {
             return;
         }
@@ -185,7 +189,7 @@ impl<'r, 't, 'm> Placer<'r, 't, 'm> {
                     Severity::Warning,
                     "face-skipped",
                     face.source.clone(),
-                    "its placement changes shapes (unequal scales): face left out".into(),
+                    "its placement is no similarity (unequal scales): face omitted".into(),
                 ),
             }
         }

@@ -1,9 +1,9 @@
-//! Surfaces that are faces by themselves: bounded by curves, by a trim, or by nothing but their domain.
+//! Surfaces that are faces by themselves: bounded by curves, by trimming parameters, or by their domain.
 
 use super::edge::flattened;
 use super::entity::{Entity, Outcome};
 use super::form::extent;
-use super::place::turn_edge;
+use super::place::reverse_edge;
 use super::resolver::{Resolver, Units};
 use super::surface::Supported;
 use crate::cad::Severity;
@@ -15,14 +15,14 @@ use crate::geometry::{Aabb, Vec2, Vec3};
 /// A curve of a boundary.
 struct Member<'t> {
     curve: Entity<'t>,
-    /// The boundary runs along it.
+    /// The boundary has the direction of the curve.
     sense: bool,
-    /// `None` where the member is a parameter curve alone.
+    /// Space curve; `None` for a parameter curve.
     space: Option<Curve3>,
 }
 
 impl<'t> Resolver<'t> {
-    /// A surface that is a face by itself: bounded by its own curves, its trim, or nothing but its domain.
+    /// A surface that is a face by itself: bounded by its own curves, its trimming parameters, or its domain.
     pub fn surface_face(&self, e: Entity<'t>, units: Units) -> Outcome<RawFace> {
         let a = e.attributes();
         let (on, loops) = match e.kind() {
@@ -31,8 +31,9 @@ impl<'t> Resolver<'t> {
                 let on = self.surface(e, units, &Aabb::EMPTY, 0)?;
                 let sides = [a.real(2)?, a.real(3)?, a.real(4)?, a.real(5)?];
                 let outline = rectangle(&on.surface, sides, on.scales);
-                let outline =
-                    outline.ok_or_else(|| e.fault("trims that leave nothing", "a range"))?;
+                let outline = outline.ok_or_else(|| {
+                    e.fault("trimming parameters that leave no surface", "a range")
+                })?;
                 (on, vec![outline])
             }
             _ => (self.surface(e, units, &Aabb::EMPTY, 0)?, vec![]),
@@ -42,7 +43,7 @@ impl<'t> Resolver<'t> {
             RawSurface::Plane(_) | RawSurface::Cylinder { .. } | RawSurface::Cone { .. }
         );
         if loops.is_empty() && whole {
-            return Err(e.fault("an endless surface as a face", "a surface with bounds"));
+            return Err(e.fault("an unbounded surface as a face", "a surface with bounds"));
         }
         let flipped = on.turned;
         Ok(RawFace { surface: on.surface, loops, flipped, source: e.place(), shell: None })
@@ -69,7 +70,7 @@ impl<'t> Resolver<'t> {
         Ok((Supported { entity: e.index, ..on }, loops))
     }
 
-    /// Reads the members of a boundary, those in space in mm.
+    /// Reads the members of a boundary; space curves in mm.
     fn boundary_members(&self, boundary: Entity<'t>, units: Units) -> Outcome<Vec<Member<'t>>> {
         let mut members = vec![];
         for (curve, sense) in self.members(boundary)? {
@@ -77,14 +78,14 @@ impl<'t> Resolver<'t> {
                 None
             } else {
                 let whole = self.curve(curve, units, 1)?.whole();
-                Some(whole.ok_or_else(|| curve.fault("an endless segment", "bounded curves"))?)
+                Some(whole.ok_or_else(|| curve.fault("an unbounded segment", "bounded curves"))?)
             };
             members.push(Member { curve, sense, space });
         }
         Ok(members)
     }
 
-    /// Makes the loop of a boundary of a face on the surface `on`.
+    /// Reads a boundary loop of a face on the surface `on`.
     fn boundary_loop(
         &self,
         boundary: Entity<'t>,
@@ -95,19 +96,19 @@ impl<'t> Resolver<'t> {
         let mut edges = vec![];
         for Member { curve, sense, space } in members {
             let pcurve = self.member_pcurve(curve, on, units);
-            // The boundary's direction says on which side the face lies, as that of a loop of edges does.
+            // As for edge loops, the direction of the boundary defines the side on which the face lies.
             let edge_id = Some(curve.index as usize);
             let mut edge = RawEdge { curve: space, pcurve, edge_id, ..RawEdge::default() };
             if edge.curve.is_none() && edge.pcurve.is_none() {
                 return Err(curve.fault("a boundary curve on another surface", "one on the basis"));
             }
             if !sense {
-                turn_edge(&mut edge);
+                reverse_edge(&mut edge);
             }
             edges.push(edge);
         }
         if let Some(turned @ 1..) = chain(&mut edges) {
-            let text = format!("{turned} segments run against their neighbours: turned round");
+            let text = format!("{turned} segments opposite to their neighbours: reversed");
             self.note(Severity::Note, "segment-turned", boundary.place(), text);
         }
         edges.iter_mut().for_each(|edge| align(edge, on));
@@ -125,12 +126,12 @@ impl<'t> Resolver<'t> {
             p.kind() == "PCURVE" && p.attributes().entity(1).is_ok_and(|s| s.index == on.entity)
         });
         let flat = self.flat_curve(here.next()?, units).ok()?.whole()?;
-        self.spend(curve, 0, flat.points().len()).ok()?;
+        self.charge(curve, 0, flat.points().len()).ok()?;
         flattened(&flat, scales)
     }
 }
 
-/// Turns segments that join their neighbours backwards only; how many, if all have a curve in space.
+/// Reverses segments that connect to their neighbours only in reverse; returns their number if all have a space curve.
 fn chain(edges: &mut [RawEdge]) -> Option<usize> {
     let ends = |edge: &RawEdge| {
         let curve = edge.curve.as_ref()?;
@@ -144,14 +145,14 @@ fn chain(edges: &mut [RawEdge]) -> Option<usize> {
         let (before, after) = (ends(&edges[(k + n - 1) % n])?[1], ends(&edges[(k + 1) % n])?[0]);
         let gap = |a: Vec3, b: Vec3| (before - a).norm() + (b - after).norm();
         if n > 2 && gap(to, from) < 0.01 * gap(from, to) {
-            turn_edge(&mut edges[k]);
+            reverse_edge(&mut edges[k]);
             turned += 1;
         }
     }
     Some(turned)
 }
 
-/// Turns a parameter curve that runs against its curve in space; drops one that lies elsewhere.
+/// Reverses a parameter curve opposite to its space curve; discards one at another location.
 fn align(edge: &mut RawEdge, on: &Supported) {
     let (Some(curve), Some(pcurve)) = (&edge.curve, &edge.pcurve) else { return };
     let ([a, b], [c, d]) = (curve.domain(), pcurve.domain());

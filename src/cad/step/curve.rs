@@ -9,9 +9,9 @@ use crate::geometry::Vec3;
 use crate::geometry::nurbs::Curve3;
 
 impl Resolver<'_> {
-    /// Reads any curve; `depth` counts the references followed so far.
+    /// Reads any curve; `depth` is the number of references followed.
     pub fn curve(&self, e: Entity, units: Units, depth: usize) -> Outcome<Form> {
-        self.spend(e, depth, 0)?;
+        self.charge(e, depth, 0)?;
         let a = e.attributes();
         let inner = |k: usize| self.curve(a.entity(k)?, units, depth + 1);
         match e.kind() {
@@ -24,7 +24,7 @@ impl Resolver<'_> {
             "COMPOSITE_CURVE"
             | "COMPOSITE_CURVE_ON_SURFACE"
             | "BOUNDARY_CURVE"
-            | "OUTER_BOUNDARY_CURVE" => self.composite(e, &a, units, depth),
+            | "OUTER_BOUNDARY_CURVE" => self.composite(e, units, depth),
             "SURFACE_CURVE" | "SEAM_CURVE" | "INTERSECTION_CURVE" | "BOUNDED_SURFACE_CURVE" => {
                 inner(1)
             }
@@ -43,7 +43,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Reads a circle, ellipse or hyperbola; any other kind is read as a parabola. Lengths in mm.
+    /// Reads a circle, ellipse or hyperbola; any other type as a parabola. Lengths in mm.
     fn conic(&self, e: Entity, a: &Attributes, units: Units) -> Outcome<Form> {
         match e.kind() {
             "CIRCLE" => {
@@ -62,7 +62,7 @@ impl Resolver<'_> {
 
     fn polyline(&self, e: Entity, a: &Attributes, units: Units, depth: usize) -> Outcome<Form> {
         let points = a.entities(1)?;
-        self.spend(e, depth, points.len())?;
+        self.charge(e, depth, points.len())?;
         let points: Vec<Vec3> =
             points.iter().map(|p| self.point(*p, units)).collect::<Outcome<_>>()?;
         let n = points.len();
@@ -93,7 +93,7 @@ impl Resolver<'_> {
         let [from, to] = if sense { ends } else { [ends[1], ends[0]] };
         let cut = basis.cut_wrapped(from, to);
         let cut = cut.ok_or_else(|| e.fault(format!("trims {from} to {to}"), "a range"))?;
-        self.spend(e, depth, cut.points().len())?;
+        self.charge(e, depth, cut.points().len())?;
         Ok(Form::Free(if sense { cut } else { cut.reversed() }))
     }
 
@@ -134,12 +134,13 @@ impl Resolver<'_> {
         Ok(out)
     }
 
-    fn composite(&self, e: Entity, _a: &Attributes, units: Units, depth: usize) -> Outcome<Form> {
+    fn composite(&self, e: Entity, units: Units, depth: usize) -> Outcome<Form> {
         let mut pieces = vec![];
         for (curve, sense) in self.members(e)? {
             let piece = self.curve(curve, units, depth + 1)?.whole();
-            let piece = piece.ok_or_else(|| curve.fault("an endless segment", "bounded curves"))?;
-            self.spend(e, depth, 4 * piece.points().len())?;
+            let piece =
+                piece.ok_or_else(|| curve.fault("an unbounded segment", "bounded curves"))?;
+            self.charge(e, depth, 4 * piece.points().len())?;
             pieces.push(if sense { piece } else { piece.reversed() });
         }
         join(&pieces).map(Form::Free).map_err(|x| spline_fault(e, &x))
@@ -150,7 +151,7 @@ impl Resolver<'_> {
         let a = e.attributes();
         let degree = degree(e, &a, 1)?;
         let points = a.entities(2)?;
-        self.spend(e, depth, points.len())?;
+        self.charge(e, depth, points.len())?;
         let points: Vec<Vec3> =
             points.iter().map(|p| self.point(*p, units)).collect::<Outcome<_>>()?;
         let knots = knots(e, &a, e.kind(), degree, points.len(), [6, 7])?;
@@ -186,7 +187,7 @@ impl Resolver<'_> {
     }
 }
 
-/// A length above 0, in mm.
+/// A positive length [mm].
 pub fn length(e: Entity, a: &Attributes, k: usize, units: Units) -> Outcome<f64> {
     let value = a.real(k)? * units.length;
     if value > 0.0 && value.is_finite() {
@@ -195,7 +196,7 @@ pub fn length(e: Entity, a: &Attributes, k: usize, units: Units) -> Outcome<f64>
     Err(e.fault(format!("length {}", a.real(k)?), "a length above 0"))
 }
 
-/// Degree of a spline, before anything is made with it.
+/// Degree of a spline, checked before use.
 pub fn degree(e: Entity, a: &Attributes, k: usize) -> Outcome<usize> {
     let n = a.integer(k)?;
     match usize::try_from(n) {
@@ -204,7 +205,7 @@ pub fn degree(e: Entity, a: &Attributes, k: usize) -> Outcome<usize> {
     }
 }
 
-/// The fault of control data that is no spline.
+/// Converts an error of the control data to a fault.
 pub fn spline_fault(
     e: Entity,
     error: &crate::geometry::nurbs::NurbsError,
@@ -212,7 +213,7 @@ pub fn spline_fault(
     e.fault(error.to_string(), "a rational B-spline")
 }
 
-/// Knots of a spline: written out (`[multiplicities, knots]` at `at`), or those its kind implies.
+/// Knots of a spline: explicit (`[multiplicities, knots]` at `at`), or implied by its type.
 pub fn knots(
     e: Entity,
     a: &Attributes,
@@ -246,7 +247,7 @@ pub fn knots(
     Ok(knots)
 }
 
-/// Knots of a uniform, quasi-uniform or Bezier spline with so many points.
+/// Knots of a uniform, quasi-uniform or Bezier spline with `points` control points.
 fn implied_knots(kind: &str, degree: usize, points: usize) -> Vec<f64> {
     let count = points + degree + 1;
     let bezier = kind.contains("BEZIER");

@@ -1,4 +1,4 @@
-//! Edges: the piece of a curve between two vertices, and its parameter curves on a face's surface.
+//! Edges: the segment of a curve between two vertices, and its parameter curves on a face's surface.
 
 use std::rc::Rc;
 
@@ -18,7 +18,7 @@ impl<'t> Resolver<'t> {
         if let Some(edge) = self.edges.borrow().get(&key) {
             return Ok(Rc::clone(edge));
         }
-        self.spend(e, 0, 0)?;
+        self.charge(e, 0, 0)?;
         if e.kind() != "EDGE_CURVE" {
             return Err(e.fault(format!("a {} as an edge", e.kind()), "EDGE_CURVE"));
         }
@@ -40,7 +40,7 @@ impl<'t> Resolver<'t> {
             }
         };
         let curve = curve.map(|c| if same_sense { c } else { c.reversed() });
-        self.spend(e, 0, curve.as_ref().map_or(0, |c| c.points().len()))?;
+        self.charge(e, 0, curve.as_ref().map_or(0, |c| c.points().len()))?;
         let edge = EdgeGeometry { curve, ends, geometry: geometry.index, range, same_sense };
         let edge = Rc::new(edge);
         self.edges.borrow_mut().insert(key, Rc::clone(&edge));
@@ -55,7 +55,7 @@ impl<'t> Resolver<'t> {
         self.point(e.attributes().entity(1)?, units)
     }
 
-    /// One use of an edge in a loop, with the parameter curves the file has for it (two on a seam).
+    /// One use of an edge in a loop, with its parameter curves in the file (two on a seam).
     pub fn edge_use(
         &self,
         edge: &EdgeGeometry,
@@ -68,7 +68,7 @@ impl<'t> Resolver<'t> {
         let ends = if reversed { [edge.ends[1], edge.ends[0]] } else { edge.ends };
         let mut pcurves = vec![];
         for candidate in self.pcurve_entities(self.entity(edge.geometry), on.entity) {
-            // A parameter curve that cannot be read is made by projection later.
+            // Unreadable parameter curves are replaced by projection later.
             if let Ok(Some(p)) = self.pcurve(candidate, edge, on, units) {
                 pcurves.push(if reversed { p.reversed() } else { p });
             }
@@ -76,7 +76,7 @@ impl<'t> Resolver<'t> {
         (RawEdge { curve, ends: Some(ends), ..RawEdge::default() }, pcurves)
     }
 
-    /// Parameter curves of a surface curve that lie on the surface `on`.
+    /// Parameter curves of a surface curve on the surface `on`.
     fn pcurve_entities(&self, e: Entity<'t>, on: u32) -> Vec<Entity<'t>> {
         let listed = match e.kind() {
             "SURFACE_CURVE" | "SEAM_CURVE" | "INTERSECTION_CURVE" => {
@@ -91,7 +91,7 @@ impl<'t> Resolver<'t> {
         listed.into_iter().filter(here).take(2).collect()
     }
 
-    /// `PCURVE(name, surface, definitional representation)` cut to the edge, along the edge.
+    /// `PCURVE(name, surface, definitional representation)` trimmed to the edge, in its direction.
     fn pcurve(
         &self,
         e: Entity,
@@ -109,7 +109,7 @@ impl<'t> Resolver<'t> {
             tries.push(Some(curve.clone()));
         }
         for flat in tries.into_iter().flatten() {
-            self.spend(e, 0, flat.points().len())?;
+            self.charge(e, 0, flat.points().len())?;
             let Some(pcurve) = flattened(&flat, scales) else { continue };
             let pcurve = if edge.same_sense { pcurve } else { pcurve.reversed() };
             if lies_on(&pcurve, edge, on) {
@@ -139,8 +139,8 @@ pub fn flattened(flat: &Curve3, [su, sv]: [f64; 2]) -> Option<Curve2> {
         .ok()
 }
 
-/// True when the parameter curve's image begins, runs and ends where the edge does. Parametrisations may
-/// differ, so that the inner points are only asked to be on the right way round.
+/// True when the image of the parameter curve matches the edge at start, interior and end. The parametrisations may
+/// differ, so that interior points only need to agree in direction.
 fn lies_on(pcurve: &Curve2, edge: &EdgeGeometry, on: &Supported) -> bool {
     let Some(curve) = &edge.curve else { return true };
     let size = extent(curve);
@@ -156,7 +156,7 @@ fn lies_on(pcurve: &Curve2, edge: &EdgeGeometry, on: &Supported) -> bool {
     near(0.0, close) && near(1.0, close) && near(0.25, 0.5 * size) && near(0.5, 0.5 * size)
 }
 
-/// The piece of a curve from one point to another along it, and its parameters.
+/// The segment of a curve between two points in its direction, and its parameters.
 fn cut_between(
     form: &Form,
     from: Vec3,
@@ -217,7 +217,7 @@ fn free_between(
         return Some((form.cut(t0, t1)?, Some([t0, t1])));
     }
     if closed && same_vertex {
-        // A full turn that begins inside the domain.
+        // A full turn that starts inside the domain.
         return Some((form.cut_wrapped(t0, t0)?, None));
     }
     Some((form.cut_wrapped(t0, t1)?, None))

@@ -1,4 +1,4 @@
-//! Reading an instance's attributes: by position for simple and complex instances alike.
+//! Access to the attributes of simple and complex instances by position.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,7 @@ use super::lexer::decode;
 use super::table::{Part, Span, Table, Value};
 use crate::cad::{CadError, Diagnostic, Severity};
 
-/// Why an entity cannot be used.
+/// The reason why an entity cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{place}: {found}; allowed: {allowed}; {remedy}")]
 pub struct Fault {
@@ -16,9 +16,9 @@ pub struct Fault {
     pub found: String,
     /// What is allowed.
     pub allowed: String,
-    /// What to do.
+    /// Remedy.
     pub remedy: &'static str,
-    /// The whole file is to be refused, not this entity alone.
+    /// The entire file is rejected, not only this entity.
     pub fatal: bool,
 }
 
@@ -26,14 +26,14 @@ pub struct Fault {
 pub type Outcome<T> = Result<T, Box<Fault>>;
 
 impl Fault {
-    /// The fault as the error of a whole file.
+    /// Converts the fault to an error of the entire file.
     #[must_use]
     pub fn into_error(self, file: &str) -> CadError {
         let Self { place, found, allowed, remedy, .. } = self;
         CadError::Invalid { file: file.into(), place, found, allowed, remedy: remedy.into() }
     }
 
-    /// The fault as something survived, under the code `code`.
+    /// Converts the fault to a diagnostic with the given code.
     #[must_use]
     pub fn into_diagnostic(self, code: &'static str) -> Diagnostic {
         let text = format!("{}; allowed: {}; {}", self.found, self.allowed, self.remedy);
@@ -41,8 +41,8 @@ impl Fault {
     }
 }
 
-/// Attribute-bearing supertypes in the order their attributes take in a simple instance. Parts of a complex
-/// instance that are not listed stand between the two halves, in the file's order.
+/// Supertypes with attributes, in the order of their attributes in a simple instance. Unlisted parts of a complex
+/// instance are placed between both lists, in the order of the file.
 const BEFORE: [&str; 15] = [
     "REPRESENTATION_ITEM",
     "REPRESENTATION",
@@ -67,8 +67,8 @@ const AFTER: [&str; 4] = [
     "RATIONAL_B_SPLINE_SURFACE",
 ];
 
-/// Keywords that say what a complex instance is, the most telling first.
-const TELLING: [&str; 28] = [
+/// Keywords that identify a complex instance, by precedence.
+const IDENTIFYING: [&str; 28] = [
     "B_SPLINE_CURVE_WITH_KNOTS",
     "B_SPLINE_SURFACE_WITH_KNOTS",
     "BEZIER_CURVE",
@@ -102,9 +102,9 @@ const TELLING: [&str; 28] = [
 /// An instance.
 #[derive(Clone, Copy)]
 pub struct Entity<'t> {
-    /// The table it is in.
+    /// The table that contains it.
     pub table: &'t Table<'t>,
-    /// Its position in the table.
+    /// Index in the table.
     pub index: u32,
 }
 
@@ -115,13 +115,13 @@ impl<'t> Entity<'t> {
         self.table.parts(self.index)
     }
 
-    /// The keyword that says what it is.
+    /// The identifying keyword.
     #[must_use]
     pub fn kind(&self) -> &'t str {
         match self.parts() {
             [] => "",
             [only] => only.keyword,
-            parts => TELLING
+            parts => IDENTIFYING
                 .iter()
                 .find_map(|k| parts.iter().find(|p| p.keyword == *k))
                 .or_else(|| parts.iter().find(|p| p.keyword.ends_with("SHAPE_REPRESENTATION")))
@@ -130,7 +130,7 @@ impl<'t> Entity<'t> {
         }
     }
 
-    /// The name it is counted under: its keyword, or `(A+B+C)` for a complex instance.
+    /// Name in the entity statistics: the keyword, or `(A+B+C)` for a complex instance.
     #[must_use]
     pub fn counted_as(&self) -> Cow<'t, str> {
         match self.parts() {
@@ -149,7 +149,7 @@ impl<'t> Entity<'t> {
         format!("#{} ({})", self.table.id(self.index), self.kind())
     }
 
-    /// True when one of its parts has this keyword.
+    /// True when a part has this keyword.
     #[must_use]
     pub fn has(&self, keyword: &str) -> bool {
         self.parts().iter().any(|p| p.keyword == keyword)
@@ -207,7 +207,7 @@ impl<'t> Attributes<'t> {
         self.values.len()
     }
 
-    /// Attribute `k`; missing where the instance is too short.
+    /// Attribute `k`; missing beyond the end of the instance.
     #[must_use]
     pub fn get(&self, k: usize) -> Value<'t> {
         self.values.get(k).copied().unwrap_or(Value::Missing)
@@ -219,17 +219,17 @@ impl<'t> Attributes<'t> {
             Value::List(span) => format!("a list of {}", self.entity.table.values(span).len()),
             Value::Reference(id) => match self.entity.table.find(id) {
                 Some(_) => format!("#{id}"),
-                None => format!("#{id}, which the file does not hold"),
+                None => format!("#{id}, which is not in the file"),
             },
             other => format!("{other:?}").chars().take(60).collect(),
         };
         self.entity.fault(format!("attribute {} is {found}", k + 1), allowed)
     }
 
-    /// A number (also inside a typed value).
+    /// A number, also inside a typed value.
     ///
     /// # Errors
-    /// When it is none.
+    /// The attribute is not a number.
     pub fn real(&self, k: usize) -> Outcome<f64> {
         number(self.entity.table, self.get(k)).ok_or_else(|| self.wrong(k, "a number"))
     }
@@ -237,7 +237,7 @@ impl<'t> Attributes<'t> {
     /// A whole number.
     ///
     /// # Errors
-    /// When it is none.
+    /// The attribute is not a whole number.
     pub fn integer(&self, k: usize) -> Outcome<i64> {
         match self.get(k) {
             Value::Integer(n) => Ok(n),
@@ -248,7 +248,7 @@ impl<'t> Attributes<'t> {
     /// `.T.` or `.F.`
     ///
     /// # Errors
-    /// When it is neither.
+    /// The attribute is neither.
     pub fn flag(&self, k: usize) -> Outcome<bool> {
         match self.get(k) {
             Value::Enumeration("T" | "TRUE") => Ok(true),
@@ -257,7 +257,7 @@ impl<'t> Attributes<'t> {
         }
     }
 
-    /// An enumeration's name, if it is one.
+    /// Name of an enumeration value, if it is one.
     #[must_use]
     pub fn enumeration(&self, k: usize) -> Option<&'t str> {
         match self.get(k) {
@@ -266,7 +266,7 @@ impl<'t> Attributes<'t> {
         }
     }
 
-    /// A decoded string; empty when there is none.
+    /// A decoded string; empty for other values.
     #[must_use]
     pub fn text(&self, k: usize) -> String {
         match self.get(k) {
@@ -275,15 +275,15 @@ impl<'t> Attributes<'t> {
         }
     }
 
-    /// A reference to an instance that is there.
+    /// A reference to an existing instance.
     ///
     /// # Errors
-    /// When it is none.
+    /// The attribute is not such a reference.
     pub fn entity(&self, k: usize) -> Outcome<Entity<'t>> {
-        self.refers(self.get(k)).ok_or_else(|| self.wrong(k, "the id of an instance"))
+        self.referenced(self.get(k)).ok_or_else(|| self.wrong(k, "the id of an instance"))
     }
 
-    fn refers(&self, value: Value) -> Option<Entity<'t>> {
+    fn referenced(&self, value: Value) -> Option<Entity<'t>> {
         let Value::Reference(id) = value else { return None };
         let table = self.entity.table;
         table.find(id).map(|index| Entity { table, index })
@@ -292,7 +292,7 @@ impl<'t> Attributes<'t> {
     /// An optional reference: `None` for `$` and `*`.
     ///
     /// # Errors
-    /// When there is something else.
+    /// The attribute is anything else.
     pub fn maybe_entity(&self, k: usize) -> Outcome<Option<Entity<'t>>> {
         match self.get(k) {
             Value::Missing | Value::Derived => Ok(None),
@@ -303,7 +303,7 @@ impl<'t> Attributes<'t> {
     /// The values of a list.
     ///
     /// # Errors
-    /// When it is none.
+    /// The attribute is not a list.
     pub fn list(&self, k: usize) -> Outcome<&'t [Value<'t>]> {
         match self.get(k) {
             Value::List(span) => Ok(self.entity.table.values(span)),
@@ -314,12 +314,12 @@ impl<'t> Attributes<'t> {
     /// A list of references.
     ///
     /// # Errors
-    /// When it is none, or an instance is not there.
+    /// The attribute is not a list, or an instance does not exist.
     pub fn entities(&self, k: usize) -> Outcome<Vec<Entity<'t>>> {
         let refer = |value: &Value| {
-            self.refers(*value).ok_or_else(|| {
+            self.referenced(*value).ok_or_else(|| {
                 let found = match value {
-                    Value::Reference(id) => format!("#{id}, which the file does not hold"),
+                    Value::Reference(id) => format!("#{id}, which is not in the file"),
                     other => format!("{other:?}").chars().take(60).collect(),
                 };
                 let found = format!("attribute {} lists {found}", k + 1);
@@ -332,7 +332,7 @@ impl<'t> Attributes<'t> {
     /// A list of numbers.
     ///
     /// # Errors
-    /// When it is none.
+    /// The attribute is not such a list.
     pub fn reals(&self, k: usize) -> Outcome<Vec<f64>> {
         self.numbers(self.list(k)?, k)
     }
@@ -340,7 +340,7 @@ impl<'t> Attributes<'t> {
     /// A list of lists of numbers.
     ///
     /// # Errors
-    /// When it is none.
+    /// The attribute is not such a list.
     pub fn real_rows(&self, k: usize) -> Outcome<Vec<Vec<f64>>> {
         self.rows(k)?.iter().map(|row| self.numbers(row, k)).collect()
     }
@@ -348,9 +348,10 @@ impl<'t> Attributes<'t> {
     /// A list of lists of references.
     ///
     /// # Errors
-    /// When it is none.
+    /// The attribute is not such a list.
     pub fn entity_rows(&self, k: usize) -> Outcome<Vec<Vec<Entity<'t>>>> {
-        let refer = |v: &Value| self.refers(*v).ok_or_else(|| self.wrong(k, "ids of instances"));
+        let refer =
+            |v: &Value| self.referenced(*v).ok_or_else(|| self.wrong(k, "ids of instances"));
         self.rows(k)?.iter().map(|row| row.iter().map(refer).collect()).collect()
     }
 
@@ -368,7 +369,7 @@ impl<'t> Attributes<'t> {
     }
 }
 
-/// The number of a value, looking into one typed value.
+/// Numeric value, also of one enclosing typed value.
 #[must_use]
 pub fn number(table: &Table, value: Value) -> Option<f64> {
     match value {

@@ -1,44 +1,44 @@
-//! Faces and their loops, with every sense flag applied.
+//! Faces and their loops, with all orientation flags applied.
 
 use std::rc::Rc;
 
 use super::entity::{Entity, Outcome};
-use super::place::turn_edge;
-use super::resolver::{DEEPEST, EdgeGeometry, Resolver, Units};
+use super::place::reverse_edge;
+use super::resolver::{EdgeGeometry, REFERENCE_DEPTH_MAX, Resolver, Units};
 use super::surface::Supported;
 use crate::cad::raw::{RawEdge, RawFace, RawLoop, RawSurface};
 use crate::geometry::frame::unit;
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Aabb, Frame, Vec2, Vec3};
 
-/// A loop before its surface is known, in the direction the bound gives it.
+/// A loop before its surface is known, in the direction of its bound.
 struct Bound {
     outer: Option<bool>,
     shape: Shape,
 }
 
 enum Shape {
-    /// Edge, its number, run against it.
+    /// Edge, its number, and whether it is traversed in reverse.
     Edges(Vec<(Rc<EdgeGeometry>, usize, bool)>),
-    /// Corner points and the number of the edge from each to the next.
+    /// Corner points, each with the number of the edge to the next one.
     Polygon(Vec<(Vec3, usize)>),
     Vertex(Vec3),
 }
 
 impl<'t> Resolver<'t> {
-    /// A face of any kind. `oriented` is false when what holds the face turns it over.
+    /// A face of any type. `oriented` is false when its container reverses it.
     pub fn face(&self, e: Entity<'t>, units: Units, oriented: bool) -> Outcome<RawFace> {
         let (mut e, mut oriented) = (e, oriented);
         let mut depth = 0;
         while matches!(e.kind(), "ORIENTED_FACE" | "SUBFACE") {
-            self.spend(e, depth, 0)?;
+            self.charge(e, depth, 0)?;
             let a = e.attributes();
             // ORIENTED_FACE(name, *, element, orientation); SUBFACE(name, bounds, parent)
             oriented ^= e.kind() == "ORIENTED_FACE" && !a.flag(3)?;
             e = a.entity(2)?;
             depth += 1;
         }
-        self.spend(e, depth, 0)?;
+        self.charge(e, depth, 0)?;
         let a = e.attributes();
         let bounds: Vec<Bound> =
             a.entities(1)?.into_iter().map(|b| self.bound(b, units)).collect::<Outcome<_>>()?;
@@ -59,7 +59,7 @@ impl<'t> Resolver<'t> {
         if !oriented {
             for boundary in &mut loops {
                 boundary.edges.reverse();
-                boundary.edges.iter_mut().for_each(turn_edge);
+                boundary.edges.iter_mut().for_each(reverse_edge);
             }
         }
         let flipped = flipped ^ !oriented;
@@ -100,15 +100,15 @@ impl<'t> Resolver<'t> {
         Ok(Bound { outer, shape })
     }
 
-    /// `ORIENTED_EDGE(name, *, *, edge, orientation)`, possibly one of another.
+    /// `ORIENTED_EDGE(name, *, *, edge, orientation)`, possibly nested.
     fn oriented_edge(
         &self,
         e: Entity<'t>,
         units: Units,
     ) -> Outcome<(Rc<EdgeGeometry>, usize, bool)> {
         let (mut e, mut reversed) = (e, false);
-        for depth in 0..=DEEPEST + 1 {
-            self.spend(e, depth, 0)?;
+        for depth in 0..=REFERENCE_DEPTH_MAX + 1 {
+            self.charge(e, depth, 0)?;
             if e.kind() != "ORIENTED_EDGE" {
                 break;
             }
@@ -119,10 +119,10 @@ impl<'t> Resolver<'t> {
         Ok((self.edge_curve(e, units)?, e.index as usize, reversed))
     }
 
-    /// `POLY_LOOP(name, points)`; its edges are numbered by the pair of points they join.
+    /// `POLY_LOOP(name, points)`; edges are numbered by the pair of points they connect.
     fn polygon(&self, e: Entity<'t>, units: Units, forwards: bool) -> Outcome<Vec<(Vec3, usize)>> {
         let mut corners = e.attributes().entities(1)?;
-        self.spend(e, 0, corners.len())?;
+        self.charge(e, 0, corners.len())?;
         if !forwards {
             corners.reverse();
         }
@@ -159,8 +159,8 @@ impl<'t> Resolver<'t> {
     }
 }
 
-/// Of the two parameter curves of a seam, takes the one next to its neighbours in the loop; where no neighbour
-/// tells, the one that has the face on its left (`flipped`: right), as loops run.
+/// Selects one of the two parameter curves of a seam: the one adjacent to its neighbours in the loop, otherwise the one
+/// with the face on its left (`flipped`: right).
 fn choose_on_seams(uses: Vec<(RawEdge, Vec<Curve2>)>, flipped: bool) -> Vec<RawEdge> {
     let n = uses.len();
     let start = |c: &Curve2| c.point(c.domain()[0]);
@@ -209,7 +209,7 @@ fn polygon_edges(corners: &[(Vec3, usize)]) -> Vec<RawEdge> {
         .collect()
 }
 
-/// The plane of a face that has corners only (Newell's normal).
+/// The plane of a face without a surface, from its corners (Newell's method).
 fn polygon_plane(e: Entity, bounds: &[Bound]) -> Outcome<Supported> {
     let outer = bounds.iter().find_map(|b| match &b.shape {
         Shape::Polygon(corners) => Some(corners),

@@ -1,4 +1,4 @@
-//! What a curve is, with the parameters STEP gives it, and the piece between two of them as a rational B-spline.
+//! Curves in STEP parametrisation, and segments of them as rational B-splines.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use crate::cad::iges::join::join;
 use crate::geometry::nurbs::Curve3;
 use crate::geometry::{Affine, Frame, Vec3};
 
-/// A curve with the parameters STEP gives it (angles in rad), not yet cut.
+/// An untrimmed curve in STEP parametrisation (angles in rad).
 #[derive(Debug, Clone)]
 pub enum Form {
     /// `origin + t direction`.
@@ -34,7 +34,7 @@ impl Form {
         }
     }
 
-    /// Parameter of the point of the curve next to `p` (exact for points on it).
+    /// Parameter of the point of the curve closest to `p` (exact for points on it).
     #[must_use]
     pub fn parameter(&self, p: &Vec3) -> f64 {
         match self {
@@ -49,7 +49,7 @@ impl Form {
         }
     }
 
-    /// True where the curve ends where it begins.
+    /// True for a closed curve.
     #[must_use]
     pub fn closed(&self) -> bool {
         match self {
@@ -63,7 +63,7 @@ impl Form {
         }
     }
 
-    /// The piece on `from..to`, `from < to`; ellipses at most one turn.
+    /// The segment on `from..to`, `from < to`; ellipses at most one turn.
     #[must_use]
     pub fn cut(&self, from: f64, to: f64) -> Option<Curve3> {
         if !(from < to && from.is_finite() && to.is_finite()) {
@@ -101,8 +101,8 @@ impl Form {
         }
     }
 
-    /// Quadratic arc in spans no longer than `longest`; `middle(t, h)` is the control point and weight of the
-    /// span `t - h .. t + h`.
+    /// Quadratic arc with spans of at most `longest`. `middle(t, h)` returns control point and weight of the span
+    /// `t - h .. t + h`.
     fn quadratic(
         &self,
         from: f64,
@@ -111,9 +111,9 @@ impl Form {
         middle: &dyn Fn(f64, f64) -> (Vec3, f64),
     ) -> Option<Curve3> {
         let spans = ((to - from) / longest).ceil().clamp(1.0, 1000.0) as usize;
-        let share = |k: usize| from + (to - from) * k as f64 / spans as f64;
-        // The last knot is `to` itself, not what rounding makes of it.
-        let at = |k: usize| if k == spans { to } else { share(k) };
+        let fraction = |k: usize| from + (to - from) * k as f64 / spans as f64;
+        // The last knot is exactly `to`.
+        let at = |k: usize| if k == spans { to } else { fraction(k) };
         let (mut knots, mut points, mut weights) =
             (vec![from; 3], vec![self.point(from)], vec![1.0]);
         for k in 0..spans {
@@ -127,8 +127,8 @@ impl Form {
         Curve3::try_new(2, knots, points, Some(weights)).ok()
     }
 
-    /// The piece from `from` forwards to `to`, over the seam of a closed curve where `to` is not behind `from`;
-    /// an open curve is cut between the two all the same.
+    /// The segment from `from` forward to `to`, across the seam of a closed curve if `to` precedes `from`. An open
+    /// curve is trimmed between both in any order.
     #[must_use]
     pub fn cut_wrapped(&self, from: f64, to: f64) -> Option<Curve3> {
         match self {
@@ -155,7 +155,7 @@ impl Form {
         }
     }
 
-    /// The whole curve, if it has ends (an ellipse: one turn).
+    /// The whole curve if it is bounded (an ellipse: one turn).
     #[must_use]
     pub fn whole(&self) -> Option<Curve3> {
         match self {
@@ -165,7 +165,7 @@ impl Form {
         }
     }
 
-    /// Image under a map; conics that do not stay such become B-splines.
+    /// Image under a map; conics without a conic image become B-splines.
     #[must_use]
     pub fn transformed(&self, map: &Affine) -> Option<Self> {
         if let Self::Line(origin, direction) = self {
@@ -186,7 +186,7 @@ impl Form {
     }
 }
 
-/// Largest side of the control points' box [mm].
+/// Longest side of the bounding box of the control points [mm].
 #[must_use]
 pub fn extent(curve: &Curve3) -> f64 {
     let far = |axis: usize| {

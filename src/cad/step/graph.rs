@@ -1,4 +1,4 @@
-//! Which representation holds what, and which is placed in which: products, occurrences, mapped items.
+//! Graph of representations: products, occurrences, mapped items.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -17,25 +17,25 @@ pub struct Sheet<'t> {
     pub items: Vec<ItemFaces>,
 }
 
-/// Representations of one thing in one system of coordinates, and what is placed in it.
+/// Representations of one object in a common coordinate system, and the groups placed in it.
 #[derive(Default)]
 pub struct Group {
     pub sheets: Vec<usize>,
     pub children: Vec<(usize, Affine)>,
-    /// Placed in another.
+    /// Placed in another group.
     pub used: bool,
-    /// The shape of a product, by a `SHAPE_DEFINITION_REPRESENTATION`.
+    /// Shape of a product, by a `SHAPE_DEFINITION_REPRESENTATION`.
     pub of_product: bool,
 }
 
 pub struct Graph<'t> {
     pub sheets: Vec<Sheet<'t>>,
     pub groups: Vec<Group>,
-    /// Group of a representation, by instance.
+    /// Group of a representation, by instance index.
     group_of: FxHashMap<u32, usize>,
 }
 
-/// Representations, their links, their items' faces.
+/// Reads representations, their relationships, and the faces of their items.
 pub fn graph<'t>(resolver: &Resolver<'t>) -> Outcome<Graph<'t>> {
     let mut graph = Graph { sheets: vec![], groups: vec![], group_of: FxHashMap::default() };
     let mut contexts: FxHashMap<u32, Context> = FxHashMap::default();
@@ -60,21 +60,21 @@ pub fn graph<'t>(resolver: &Resolver<'t>) -> Outcome<Graph<'t>> {
     mapped_items(resolver, &mut graph, &unread.mapped);
     occurrences(resolver, &mut graph);
     if graph.sheets.iter().all(|s| s.items.is_empty()) {
-        orphans(resolver, &mut graph)?;
+        unreferenced_shapes(resolver, &mut graph)?;
     }
     Ok(graph)
 }
 
-/// Items of representations without faces of their own.
+/// Representation items without faces of their own.
 #[derive(Default)]
 struct Unread<'t> {
-    /// Placements of another representation, with the sheet they are in.
+    /// Mapped items, with the index of their sheet.
     mapped: Vec<(usize, Entity<'t>)>,
     /// Number and first of the tessellated and of the constructive items.
     skipped: [(usize, Option<Entity<'t>>); 2],
 }
 
-/// Reads the items of the sheet `number` that are shapes or curves, and notes the others in `unread`.
+/// Reads the items of the sheet `number` that are shapes or curves, and adds the others to `unread`.
 fn read_items<'t>(
     resolver: &Resolver<'t>,
     items: Vec<Entity<'t>>,
@@ -98,13 +98,13 @@ fn read_items<'t>(
     Ok(read)
 }
 
-/// Reports tessellated and constructive items that were left out.
+/// Reports omitted tessellated and constructive items.
 fn report_skipped(resolver: &Resolver, skipped: [(usize, Option<Entity>); 2]) {
     for ((n, first), kind) in
         skipped.into_iter().zip([ItemKind::Tessellated, ItemKind::Constructive])
     {
         if let Some(first) = first {
-            resolver.left_out(kind, n, first);
+            resolver.report_omitted(kind, n, first);
         }
     }
 }
@@ -114,7 +114,7 @@ fn tally<'t>(count: &mut (usize, Option<Entity<'t>>), item: Entity<'t>) {
     count.1 = count.1.or(Some(item));
 }
 
-/// Shape representations, and whatever a shape definition names as one.
+/// Shape representations, and all representations named by a shape definition.
 fn representations<'t>(resolver: &Resolver<'t>) -> Vec<Entity<'t>> {
     let defined: FxHashSet<u32> = resolver
         .entities()
@@ -130,12 +130,12 @@ fn representations<'t>(resolver: &Resolver<'t>) -> Vec<Entity<'t>> {
     resolver.entities().filter(is).collect()
 }
 
-/// Joins representations that a relationship without transformation calls the same.
+/// Groups representations connected by a relationship without transformation.
 fn group_sheets(resolver: &Resolver, graph: &mut Graph) {
     let position: FxHashMap<u32, usize> =
         graph.sheets.iter().enumerate().map(|(k, s)| (s.entity.index, k)).collect();
     let (products, others) = defined_shapes(resolver);
-    let is_aside = |index: &u32| others.contains(index) && !products.contains(index);
+    let is_no_product = |index: &u32| others.contains(index) && !products.contains(index);
     let mut sets = DisjointSets::new(graph.sheets.len());
     for e in resolver.entities() {
         let plain =
@@ -145,7 +145,7 @@ fn group_sheets(resolver: &Resolver, graph: &mut Graph) {
         }
         let a = e.attributes();
         let sheet = |k: usize| {
-            let side = a.entity(k).ok().filter(|r| !is_aside(&r.index))?;
+            let side = a.entity(k).ok().filter(|r| !is_no_product(&r.index))?;
             position.get(&side.index).copied()
         };
         if let (Some(first), Some(second)) = (sheet(2), sheet(3)) {
@@ -161,16 +161,16 @@ fn group_sheets(resolver: &Resolver, graph: &mut Graph) {
     }
 }
 
-/// Representations that a `SHAPE_DEFINITION_REPRESENTATION` calls the shape of a product or of its occurrence (ISO 10303-41:
-/// the definition is a property of a product definition or of a relationship of two), and those that it calls the shape of
-/// anything else: shape aspects, datums, features, properties.
+/// Representations that a `SHAPE_DEFINITION_REPRESENTATION` names as the shape of a product or of its occurrence, and
+/// those of other objects: shape aspects, datums, features, properties. By ISO 10303-41 the definition is a property of
+/// a product definition or of a relationship of two.
 fn defined_shapes(resolver: &Resolver) -> (FxHashSet<u32>, FxHashSet<u32>) {
     let (mut products, mut others) = (FxHashSet::default(), FxHashSet::default());
     for e in resolver.entities().filter(|e| e.kind() == "SHAPE_DEFINITION_REPRESENTATION") {
         let a = e.attributes();
         let Ok(representation) = a.entity(1) else { continue };
         let defined = a.entity(0).and_then(|property| property.attributes().entity(2));
-        // What cannot be read is taken for a product: nothing is left out by a fault of the file.
+        // Unreadable definitions count as products, so that an error of the file omits nothing.
         let of_product = defined.map_or(true, |d| d.parts().iter().any(|p| is_product(p.keyword)));
         let set = if of_product { &mut products } else { &mut others };
         set.insert(representation.index);
@@ -178,7 +178,7 @@ fn defined_shapes(resolver: &Resolver) -> (FxHashSet<u32>, FxHashSet<u32>) {
     (products, others)
 }
 
-/// A product definition, or a relationship of two.
+/// True for a product definition or a relationship of two.
 fn is_product(keyword: &str) -> bool {
     (keyword.starts_with("PRODUCT_DEFINITION") && keyword != "PRODUCT_DEFINITION_SHAPE")
         || keyword.ends_with("USAGE_OCCURRENCE")
@@ -222,7 +222,7 @@ fn mapped_items(resolver: &Resolver, graph: &mut Graph, mapped: &[(usize, Entity
                 graph.add(parent, child, map);
             }
             Ok(None) => {
-                let fault = e.fault("a map of something without a shape", "a shape representation");
+                let fault = e.fault("a mapped item without a shape", "a shape representation");
                 resolver.diagnostics.borrow_mut().push(fault.into_diagnostic("entity-skipped"));
             }
             Err(fault) => {
@@ -233,7 +233,7 @@ fn mapped_items(resolver: &Resolver, graph: &mut Graph, mapped: &[(usize, Entity
 }
 
 /// Components placed by `REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION`, once for each
-/// `CONTEXT_DEPENDENT_SHAPE_REPRESENTATION` that uses it (once if none does).
+/// `CONTEXT_DEPENDENT_SHAPE_REPRESENTATION` that refers to it (once without any).
 fn occurrences(resolver: &Resolver, graph: &mut Graph) {
     let shapes = shapes_of_products(resolver);
     let uses = uses_of_relations(resolver);
@@ -252,7 +252,7 @@ fn occurrences(resolver: &Resolver, graph: &mut Graph) {
         };
         for component in uses.get(&e.index).map_or([None].as_slice(), Vec::as_slice) {
             let shape = component.and_then(|c| shapes.get(&c)).and_then(|s| graph.group_of.get(s));
-            // Some writers exchange the two: the occurrence says which is the component.
+            // Some writers exchange both: the occurrence identifies the component.
             if shape == Some(&second) && first != second {
                 if let Some(back) = map.linear.try_inverse() {
                     let back = Affine { linear: back, shift: -(back * map.shift) };
@@ -265,7 +265,7 @@ fn occurrences(resolver: &Resolver, graph: &mut Graph) {
     }
 }
 
-/// Components that use each relationship, by its instance; `None` where a use does not name its component.
+/// Components that refer to each relationship, by its instance; `None` where a use does not name its component.
 fn uses_of_relations(resolver: &Resolver) -> FxHashMap<u32, Vec<Option<u32>>> {
     let mut uses: FxHashMap<u32, Vec<Option<u32>>> = FxHashMap::default();
     for e in resolver.entities().filter(|e| e.kind() == "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") {
@@ -282,7 +282,7 @@ fn uses_of_relations(resolver: &Resolver) -> FxHashMap<u32, Vec<Option<u32>>> {
     uses
 }
 
-/// Groups of both sides and the map from the first to the second.
+/// Groups on both sides, and the map from the first to the second.
 fn relation(
     resolver: &Resolver,
     graph: &Graph,
@@ -324,8 +324,8 @@ fn shapes_of_products(resolver: &Resolver) -> FxHashMap<u32, u32> {
     definitions.filter_map(|e| pair(e).ok()).collect()
 }
 
-/// Without any representation that holds shapes: the solids, else the shells, else the faces of the file.
-fn orphans<'t>(resolver: &Resolver<'t>, graph: &mut Graph<'t>) -> Outcome<()> {
+/// For files without any representation of shapes: the solids, otherwise the shells, otherwise the faces.
+fn unreferenced_shapes<'t>(resolver: &Resolver<'t>, graph: &mut Graph<'t>) -> Outcome<()> {
     let tiers: [&[&str]; 3] = [
         &[
             "MANIFOLD_SOLID_BREP",
@@ -349,7 +349,7 @@ fn orphans<'t>(resolver: &Resolver<'t>, graph: &mut Graph<'t>) -> Outcome<()> {
         },
         |c| resolver.context(c),
     )?;
-    let text = format!("{} shapes are in no representation: taken as they stand", found.len());
+    let text = format!("{} shapes are in no representation: used without placement", found.len());
     resolver.note(Severity::Warning, "shape-unplaced", found[0].place(), text);
     let units = context.units;
     let items = found.iter().map(|e| resolver.item(*e, units)).collect::<Outcome<_>>()?;
@@ -358,7 +358,7 @@ fn orphans<'t>(resolver: &Resolver<'t>, graph: &mut Graph<'t>) -> Outcome<()> {
     Ok(())
 }
 
-/// From a frame's coordinates to those it is given in.
+/// Map from the coordinates of a frame to those of its parent.
 fn outward(f: &Frame) -> Affine {
     Affine { linear: Mat3::from_columns(&[f.x, f.y, f.z]), shift: f.origin }
 }

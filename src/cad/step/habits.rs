@@ -1,4 +1,4 @@
-//! Claims about habits of writers, met in files that nobody here had tuned to.
+//! Tests of peculiarities of STEP writers.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,8 +17,8 @@ fn model(data: &str) -> Model {
     model
 }
 
-/// A face on `surface` (instance 3, about #2: origin and z) bounded by circles about the z axis: height, radius,
-/// angle of the vertex [rad], run with the circle.
+/// A face on `surface` (instance 3, about #2: origin and z) bounded by circles about the z axis: height, radius, angle
+/// of the vertex [rad], same direction as the circle.
 fn ringed(surface: &str, rings: &[(f64, f64, f64, bool)]) -> Model {
     let mut data =
         format!("#1=CARTESIAN_POINT('',(0.,0.,0.));#2=AXIS2_PLACEMENT_3D('',#1,$,$);#3={surface};");
@@ -63,7 +63,7 @@ fn a_cylinder_between_circles_that_begin_anywhere_is_whole() {
             &[(0.0, 2.0, 0.7, true), (5.0, 2.0, 0.7 + turn, false)],
         );
         near(model.area(), TAU * 2.0 * 5.0);
-        // Two free circles; the seam joins itself.
+        // Two free circles; both sides of the seam are joined.
         let free = model.edges.iter().filter(|e| e.uses.len() == 1).map(|e| e.curve.length());
         near(free.sum(), 2.0 * TAU * 2.0);
         let search = ClosestPoint::new(&model);
@@ -139,7 +139,7 @@ fn a_hyperbola_is_cut_wherever_its_vertices_lie() {
     }
 }
 
-/// A product of one sphere, and another sphere in a representation that is the shape of `definition`.
+/// A product with one sphere, and another sphere in a representation that is the shape of `definition`.
 fn product_beside(definition: &str) -> (Model, Vec<&'static str>) {
     let data = format!(
         "{UNIT_SPHERE}#7=SHAPE_REPRESENTATION('',(#6),#900);
@@ -158,7 +158,7 @@ fn what_is_the_shape_of_an_aspect_a_feature_or_of_nothing_is_not_of_the_product(
         "#30=DATUM('','',#11,.F.,'A');#31=PROPERTY_DEFINITION('','',#30);#32=SHAPE_DEFINITION_REPRESENTATION(#31,#24);",
         "#30=(CHARACTERIZED_OBJECT('','')FEATURE_DEFINITION()INSTANCED_FEATURE()ROUND_HOLE()SHAPE_ASPECT('','',#11,.T.));
          #31=PRODUCT_DEFINITION_SHAPE('','',#30);#32=SHAPE_DEFINITION_REPRESENTATION(#31,#24);",
-        // A relationship does not make the shape of an aspect the product's.
+        // A relationship does not make the shape of an aspect part of the product.
         "#30=SHAPE_ASPECT('','',#11,.T.);#31=PROPERTY_DEFINITION('','',#30);#32=SHAPE_DEFINITION_REPRESENTATION(#31,#24);
          #33=SHAPE_REPRESENTATION_RELATIONSHIP('','',#7,#24);",
         "",
@@ -187,7 +187,7 @@ fn a_face_that_cannot_be_read_is_lost_and_the_model_is_not_sound() {
     assert_eq!((model.faces.len(), model.lost.len()), (1, 1));
     let health = model.health();
     assert!(!health.is_sound());
-    let said = health.told_of(&model);
+    let said = health.to_text(&model);
     assert!(
         said.contains("not sound") && said.contains("lost        #8 (ADVANCED_FACE)"),
         "{said}"

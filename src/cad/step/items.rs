@@ -1,26 +1,26 @@
-//! Representation items: solids, shells, sets and single faces become raw faces.
+//! Conversion of representation items (solids, shells, sets and single faces) to raw faces.
 
 use super::entity::{Entity, Fault, Outcome};
 use super::resolver::{Resolver, Units};
 use crate::cad::Severity;
 use crate::cad::raw::RawFace;
 
-/// What one item gives, in its own coordinates. Edge numbers are instance numbers, shells count from 0.
+/// Faces of one item, in its own coordinates. Edge numbers are instance numbers; shells are numbered from 0.
 #[derive(Debug, Default)]
 pub struct ItemFaces {
     /// Instance of the item.
     pub entity: u32,
     /// Faces.
     pub faces: Vec<RawFace>,
-    /// Shells among them.
+    /// Number of shells.
     pub shells: usize,
-    /// Curves that bound no face.
+    /// Number of curves that bound no face.
     pub loose_curves: usize,
-    /// Faces that could not be read.
+    /// Number of unreadable faces.
     pub failed: usize,
 }
 
-/// What kind of thing an item is.
+/// Category of a representation item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ItemKind {
     /// Solid, shell, face, or surface.
@@ -31,13 +31,13 @@ pub enum ItemKind {
     Mapped,
     /// Faceted geometry without exact surfaces.
     Tessellated,
-    /// Solid by construction, not by boundary.
+    /// Constructive solid without boundary representation.
     Constructive,
     /// Points, placements, texts, styles.
     Other,
 }
 
-/// Tells what an item is.
+/// Category of an item.
 #[must_use]
 pub fn item_kind(e: Entity) -> ItemKind {
     match e.kind() {
@@ -122,20 +122,20 @@ impl<'t> Resolver<'t> {
     /// All faces of an item of [`ItemKind::Shape`].
     ///
     /// # Errors
-    /// Only what refuses the whole file; a face that cannot be read is a diagnostic.
+    /// Only fatal faults, which reject the entire file; an unreadable face is a diagnostic.
     pub fn item(&self, e: Entity<'t>, units: Units) -> Outcome<ItemFaces> {
         let mut out = ItemFaces { entity: e.index, ..ItemFaces::default() };
         self.shape(e, units, &mut out, 0)?;
         Ok(out)
     }
 
-    /// The fault of something inside, which costs only that thing unless it is fatal.
-    fn survive<T>(&self, result: Outcome<T>, out: &mut ItemFaces) -> Outcome<Option<T>> {
+    /// Records the fault of a sub-entity, which costs only that entity unless it is fatal.
+    fn recover<T>(&self, result: Outcome<T>, out: &mut ItemFaces) -> Outcome<Option<T>> {
         match result {
             Ok(value) => Ok(Some(value)),
             Err(fault) if fault.fatal => Err(fault),
             Err(fault) => {
-                let fault = self.paid(fault)?;
+                let fault = self.charged(fault)?;
                 out.failed += 1;
                 self.diagnostics.borrow_mut().push(fault.into_diagnostic("entity-invalid"));
                 Ok(None)
@@ -143,8 +143,8 @@ impl<'t> Resolver<'t> {
         }
     }
 
-    /// As [`Self::survive`], of reading the face `e`: the fault is the face's, whatever entity of it has it.
-    fn survive_face<T>(
+    /// As [`Self::recover`] for the face `e`: the fault of any entity of the face is attributed to the face.
+    fn recover_face<T>(
         &self,
         e: Entity<'t>,
         result: Outcome<T>,
@@ -158,12 +158,12 @@ impl<'t> Resolver<'t> {
             }
             fault
         };
-        self.survive(result.map_err(of_face), out)
+        self.recover(result.map_err(of_face), out)
     }
 
     fn shape(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces, depth: usize) -> Outcome<()> {
-        let spent = self.spend(e, depth, 0);
-        if self.survive(spent, out)?.is_none() {
+        let spent = self.charge(e, depth, 0);
+        if self.recover(spent, out)?.is_none() {
             return Ok(());
         }
         let a = e.attributes();
@@ -172,7 +172,7 @@ impl<'t> Resolver<'t> {
                 self.solid(e, units, out)?;
             }
             "SHELL_BASED_SURFACE_MODEL" | "FACE_BASED_SURFACE_MODEL" => {
-                for shell in self.survive(a.entities(1), out)?.unwrap_or_default() {
+                for shell in self.recover(a.entities(1), out)?.unwrap_or_default() {
                     self.shell(shell, units, out)?;
                 }
             }
@@ -180,7 +180,7 @@ impl<'t> Resolver<'t> {
                 self.shell(e, units, out)?;
             }
             "GEOMETRIC_SET" => {
-                for element in self.survive(a.entities(1), out)?.unwrap_or_default() {
+                for element in self.recover(a.entities(1), out)?.unwrap_or_default() {
                     match item_kind(element) {
                         ItemKind::Shape => self.shape(element, units, out, depth + 1)?,
                         ItemKind::Loose => out.loose_curves += 1,
@@ -190,12 +190,12 @@ impl<'t> Resolver<'t> {
             }
             "ADVANCED_FACE" | "FACE_SURFACE" | "ORIENTED_FACE" | "FACE" | "SUBFACE" => {
                 let face = self.face(e, units, true);
-                let read = self.survive_face(e, face, out)?;
+                let read = self.recover_face(e, face, out)?;
                 out.faces.extend(read);
             }
             _ => {
                 let face = self.surface_face(e, units);
-                let read = self.survive_face(e, face, out)?;
+                let read = self.recover_face(e, face, out)?;
                 out.faces.extend(read);
             }
         }
@@ -205,12 +205,12 @@ impl<'t> Resolver<'t> {
     /// `MANIFOLD_SOLID_BREP(name, outer)`, `BREP_WITH_VOIDS(name, outer, voids)`.
     fn solid(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces) -> Outcome<()> {
         let a = e.attributes();
-        if let Some(shell) = self.survive(a.entity(1), out)? {
+        if let Some(shell) = self.recover(a.entity(1), out)? {
             self.shell(shell, units, out)?;
         }
         if e.has("BREP_WITH_VOIDS") {
             let voids = a.entities(a.len().saturating_sub(1));
-            for void in self.survive(voids, out)?.unwrap_or_default() {
+            for void in self.recover(voids, out)?.unwrap_or_default() {
                 self.shell(void, units, out)?;
             }
         }
@@ -220,13 +220,13 @@ impl<'t> Resolver<'t> {
     /// `CLOSED_SHELL(name, faces)`, `ORIENTED_CLOSED_SHELL(name, *, element, orientation)`.
     fn shell(&self, e: Entity<'t>, units: Units, out: &mut ItemFaces) -> Outcome<()> {
         let found = self.unoriented_shell(e);
-        let Some((shell, oriented)) = self.survive(found, out)? else { return Ok(()) };
+        let Some((shell, oriented)) = self.recover(found, out)? else { return Ok(()) };
         let faces = shell.attributes().entities(1);
         let number = out.shells;
         out.shells += 1;
-        for face in self.survive(faces, out)?.unwrap_or_default() {
+        for face in self.recover(faces, out)?.unwrap_or_default() {
             let read = self.face(face, units, oriented);
-            if let Some(mut face) = self.survive_face(face, read, out)? {
+            if let Some(mut face) = self.recover_face(face, read, out)? {
                 face.shell = Some(number);
                 out.faces.push(face);
             }
@@ -238,7 +238,7 @@ impl<'t> Resolver<'t> {
         let (mut e, mut oriented) = (e, true);
         let mut depth = 0;
         loop {
-            self.spend(e, depth, 0)?;
+            self.charge(e, depth, 0)?;
             match e.kind() {
                 "ORIENTED_CLOSED_SHELL" | "ORIENTED_OPEN_SHELL" => {
                     let a = e.attributes();
@@ -254,8 +254,8 @@ impl<'t> Resolver<'t> {
         }
     }
 
-    /// Tells that an item was left out, once for each kind.
-    pub fn left_out(&self, kind: ItemKind, counted: usize, first: Entity) {
+    /// Reports omitted items, once per category.
+    pub fn report_omitted(&self, kind: ItemKind, counted: usize, first: Entity) {
         if counted == 0 {
             return;
         }
@@ -269,7 +269,7 @@ impl<'t> Resolver<'t> {
             ),
             _ => return,
         };
-        let text = format!("{counted} left out: {what}; export the model as a B-rep");
+        let text = format!("{counted} omitted: {what}; export the model as a B-rep");
         self.note(Severity::Warning, code, first.place(), text);
     }
 }

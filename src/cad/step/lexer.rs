@@ -1,4 +1,4 @@
-//! Tokens of ISO 10303-21: one nom parser a kind, told apart by their first byte.
+//! Tokens of ISO 10303-21: one nom parser per kind, selected by the first byte.
 
 use nom::branch::alt;
 use nom::bytes::complete::{tag, take_until, take_while, take_while1};
@@ -9,22 +9,22 @@ use nom::multi::many0_count;
 use nom::sequence::{delimited, preceded};
 use nom::{IResult, Parser};
 
-/// A token; text borrows from the file.
+/// A token; text is borrowed from the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Token<'a> {
     /// `#12`.
     Id(u64),
     /// `CARTESIAN_POINT`, `ENDSEC`, `ISO-10303-21`, `!USER_DEFINED`.
     Keyword(&'a str),
-    /// A whole number, as a real too large for 64 bits is one as well.
+    /// A whole number; one too large for 64 bits is a real.
     Integer(i64),
     /// A real number, finite.
     Real(f64),
-    /// What stands between the quotes, escapes not yet decoded.
+    /// Text between quotes, with escapes not decoded.
     Text(&'a [u8]),
-    /// What stands between the dots.
+    /// Text between dots.
     Enumeration(&'a str),
-    /// `"0A7F"`, or `<resource>`: skipped over, never used.
+    /// `"0A7F"`, or `<resource>`: ignored.
     Opaque,
     /// `$`
     Missing,
@@ -40,11 +40,11 @@ pub enum Token<'a> {
     Equals,
     /// `;`
     Semicolon,
-    /// `&` of the `&SCOPE` of the first edition.
+    /// `&` of `&SCOPE` in the first edition.
     Ampersand,
 }
 
-/// Passes over white space, comments and print controls (`\N\`, `\F\`).
+/// Skips white space, comments and print controls (`\N\`, `\F\`).
 pub fn blank(input: &[u8]) -> &[u8] {
     let rest = input.trim_ascii_start();
     match rest.first() {
@@ -59,7 +59,7 @@ pub fn blank(input: &[u8]) -> &[u8] {
     result.map_or(rest, |(rest, _)| rest)
 }
 
-/// The next token; the error's input is where it broke.
+/// The next token; the input of an error is its location.
 pub fn token(input: &[u8]) -> IResult<&[u8], Token<'_>> {
     let Some((&first, rest)) = input.split_first() else { return keyword(input) };
     let one = |token| Ok((rest, token));
@@ -85,7 +85,7 @@ pub fn token(input: &[u8]) -> IResult<&[u8], Token<'_>> {
     }
 }
 
-/// How many digits `text` begins with.
+/// Number of leading digits.
 fn digits(text: &[u8]) -> usize {
     text.iter().take_while(|b| b.is_ascii_digit()).count()
 }
@@ -94,7 +94,7 @@ fn broken(input: &[u8]) -> nom::Err<Error<&[u8]>> {
     nom::Err::Error(Error::new(input, ErrorKind::Digit))
 }
 
-/// The number behind a `#`.
+/// The number after a `#`.
 fn id<'a>(input: &'a [u8], behind: &'a [u8]) -> IResult<&'a [u8], Token<'a>> {
     let (digits, rest) = behind.split_at(digits(behind));
     let append = |n: u64, d: &u8| n.checked_mul(10)?.checked_add(u64::from(d - b'0'));
@@ -115,14 +115,14 @@ fn enumeration(input: &[u8]) -> IResult<&[u8], Token<'_>> {
     map(delimited(char('.'), name, char('.')), Token::Enumeration).parse(input)
 }
 
-/// `'It''s'`: a doubled quote stays inside.
+/// `'It''s'`: a doubled quote is part of the string.
 fn text(input: &[u8]) -> IResult<&[u8], Token<'_>> {
     let plain = take_while1(|c| c != b'\'');
     let inside = recognize(many0_count(alt((plain, tag("''")))));
     map(delimited(char('\''), inside, char('\'')), Token::Text).parse(input)
 }
 
-/// Sign, digits, point and digits, exponent: all of them may be missing, but not the digits of an exponent.
+/// Sign, digits, point and digits, exponent: all optional, except for the digits of an exponent.
 fn number(input: &[u8]) -> IResult<&[u8], Token<'_>> {
     let behind = |at: usize| input.get(at..).unwrap_or(&[]);
     let sign = |at: usize| usize::from(matches!(input.get(at), Some(b'+' | b'-')));
@@ -144,8 +144,7 @@ fn number(input: &[u8]) -> IResult<&[u8], Token<'_>> {
     real(text, whole).map(|token| (rest, token)).ok_or_else(|| broken(input))
 }
 
-/// The value of a number's text, `whole` without point and exponent; `None` when it is not finite (1E400) or holds no
-/// digit.
+/// Value of a number's text, `whole` without point and exponent; `None` when it is not finite (1E400) or has no digit.
 fn real(text: &[u8], whole: bool) -> Option<Token<'static>> {
     let text = std::str::from_utf8(text).ok()?;
     if whole && let Ok(whole) = text.parse() {
@@ -158,8 +157,8 @@ fn real(text: &[u8], whole: bool) -> Option<Token<'static>> {
     number.is_finite().then_some(Token::Real(number))
 }
 
-/// A string's text with its escapes decoded: `''`, `\\`, `\X\hh`, `\X2\hhhh\X0\`, `\X4\hhhhhhhh\X0\`,
-/// `\S\c`; bytes that are not UTF-8 are taken as ISO 8859-1. Line ends inside are dropped.
+/// Decodes the escapes of a string: `''`, `\\`, `\X\hh`, `\X2\hhhh\X0\`, `\X4\hhhhhhhh\X0\`, `\S\c`. Bytes that are not
+/// UTF-8 are read as ISO 8859-1; line ends are removed.
 #[must_use]
 pub fn decode(raw: &[u8]) -> String {
     let text: Vec<char> = match std::str::from_utf8(raw) {

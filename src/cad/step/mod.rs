@@ -1,6 +1,6 @@
 //! STEP part 21 (AP203, AP214, AP242).
 //!
-//! The layers, from the text up: [`lexer`] (tokens) -> [`table`] (instances) -> [`entity`] (attributes by position) ->
+//! Layers, from the text upwards: [`lexer`] (tokens) -> [`table`] (instances) -> [`entity`] (attributes by position) ->
 //! [`resolver`] (points, placements, budget), [`units`], [`curve`] and [`form`], [`surface`] -> [`edge`], [`face`],
 //! [`bounded`] (topology) -> [`items`] (solids, shells, sets) -> [`graph`], [`assembly`] and [`place`] (every placed
 //! instance).
@@ -34,11 +34,11 @@ use self::table::{Table, parse};
 use super::raw::{LostFace, RawModel};
 use super::{CadError, Diagnostic, Severity};
 
-/// Parses the bytes of a STEP file; `name` is used in messages. Lengths of the result are mm, angles rad.
+/// Parses the bytes of a STEP file; `name` is used in messages. Lengths of the result are in mm, angles in rad.
 ///
 /// # Errors
-/// [`CadError::Invalid`] with `#id` or line when the text is beyond repair, when references multiply beyond
-/// measure, or when no face can be read though the file has some.
+/// [`CadError::Invalid`] with `#id` or line when the text cannot be repaired, for self-multiplying references, or when
+/// no face of the file can be read.
 pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
     let table = parse(bytes, name)?;
     let resolver = Resolver::new(&table, bytes.len());
@@ -70,12 +70,12 @@ pub fn read_bytes(bytes: &[u8], name: &str) -> Result<RawModel, CadError> {
 
 fn note_text_faults(resolver: &Resolver) {
     if resolver.table.unfinished {
-        let text = "the text ends before END-ISO-10303-21: what was there is used".to_string();
+        let text = "the text ends before END-ISO-10303-21: incomplete file used".to_string();
         resolver.note(Severity::Warning, "file-unfinished", String::new(), text);
     }
     if let Some(first) = resolver.table.repeated.first() {
         let n = resolver.table.repeated.len();
-        let text = format!("{n} ids are given twice: the first instance counts");
+        let text = format!("{n} ids are used twice: the first instance is used");
         resolver.note(Severity::Warning, "id-repeated", format!("#{first}"), text);
     }
 }

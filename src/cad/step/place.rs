@@ -1,20 +1,20 @@
-//! Faces moved to where an assembly puts them.
+//! Placement of faces in an assembly.
 
 use crate::cad::raw::{RawEdge, RawFace, RawSurface};
 use crate::geometry::nurbs::Curve2;
 use crate::geometry::{Affine, Frame, Vec2};
 
-/// A moved surface.
+/// A placed surface.
 pub struct Placed {
     /// The surface, in the parameters `(u scale[0], v scale[1])` of the original.
     pub surface: RawSurface,
-    /// Its `su x sv` is against the image of the original's.
+    /// `su x sv` is opposite to the image of the original's.
     pub turned: bool,
-    /// Factors of the parameters.
+    /// Scale factors of the parameters.
     pub scales: [f64; 2],
 }
 
-/// Factor of a similarity (rotation, mirror, uniform scale); `None` for any other map.
+/// Scale of a similarity (rotation, reflection, uniform scale); `None` for any other map.
 #[must_use]
 pub fn similarity(map: &Affine) -> Option<f64> {
     let gram = map.linear.transpose() * map.linear;
@@ -23,7 +23,7 @@ pub fn similarity(map: &Affine) -> Option<f64> {
     (square > 0.0 && square.is_finite() && off <= 1e-9 * square).then(|| square.sqrt())
 }
 
-/// The surface's image; `None` when the map is no similarity. A mirrored frame is kept right-handed by turning
+/// Image of the surface; `None` for a map that is no similarity. A reflected frame is kept right-handed by reversing
 /// its z axis, and with it the surface's v.
 #[must_use]
 pub fn surface(surface: &RawSurface, map: &Affine) -> Option<Placed> {
@@ -63,7 +63,7 @@ pub fn surface(surface: &RawSurface, map: &Affine) -> Option<Placed> {
     })
 }
 
-/// Places the surface at `distance` [mm] from `base`.
+/// Places the offset by `distance` [mm] of `base`.
 fn place_offset(base: &RawSurface, distance: f64, motion: &Motion) -> Option<Placed> {
     let base = surface(base, motion.map)?;
     let distance = distance * motion.scale * if base.turned { -1.0 } else { 1.0 };
@@ -74,25 +74,25 @@ fn place_offset(base: &RawSurface, distance: f64, motion: &Motion) -> Option<Pla
 /// A similarity.
 struct Motion<'a> {
     map: &'a Affine,
-    /// Its factor of lengths.
+    /// Scale factor of lengths.
     scale: f64,
-    /// It turns right-handed frames into left-handed ones.
+    /// Orientation-reversing.
     mirrored: bool,
 }
 
 impl Motion<'_> {
-    /// Places a frame, right-handed whether the map mirrors or not.
+    /// Places a frame as a right-handed frame, also for a reflection.
     fn frame(&self, f: &Frame) -> Frame {
         let (x, y) = (self.map.vector(&f.x) / self.scale, self.map.vector(&f.y) / self.scale);
         Frame { origin: self.map.point(&f.origin), x, y, z: x.cross(&y) }
     }
 
-    /// Sign of the images' v.
+    /// Sign of v of the image.
     fn v_sign(&self) -> f64 {
         if self.mirrored { -1.0 } else { 1.0 }
     }
 
-    /// Places a cylinder, cone, sphere or torus; its image, and the factors of its parameters. `None` for others.
+    /// Image of a cylinder, cone, sphere or torus, and the scale factors of its parameters. `None` for others.
     fn place_round(&self, surface: &RawSurface) -> Option<(RawSurface, [f64; 2])> {
         let (scale, v) = (self.scale, self.v_sign());
         Some(match surface {
@@ -119,7 +119,7 @@ impl Motion<'_> {
     }
 }
 
-/// The face's image; `None` when the map is no similarity. Edge and shell numbers stay.
+/// Image of the face; `None` for a map that is no similarity. Edge and shell numbers are unchanged.
 #[must_use]
 pub fn face(face: &RawFace, map: &Affine) -> Option<RawFace> {
     if *map == Affine::identity() {
@@ -138,9 +138,9 @@ pub fn face(face: &RawFace, map: &Affine) -> Option<RawFace> {
         boundary.vertex = boundary.vertex.map(|p| map.point(&p));
         boundary.edges.iter_mut().for_each(|edge| move_edge(edge, map, placed.scales));
         if mirrored {
-            // A mirror turns the loop's direction about the outward normal: run it backwards.
+            // A reflection reverses the loop about the outward normal: traverse it backwards.
             boundary.edges.reverse();
-            boundary.edges.iter_mut().for_each(turn_edge);
+            boundary.edges.iter_mut().for_each(reverse_edge);
         }
     }
     Some(out)
@@ -158,8 +158,8 @@ fn move_edge(edge: &mut RawEdge, map: &Affine, [su, sv]: [f64; 2]) {
     }
 }
 
-/// Turns an edge's direction round.
-pub fn turn_edge(edge: &mut RawEdge) {
+/// Reverses an edge.
+pub fn reverse_edge(edge: &mut RawEdge) {
     edge.curve = edge.curve.take().map(|c| c.reversed());
     edge.pcurve = edge.pcurve.take().map(|c| c.reversed());
     edge.ends = edge.ends.map(|[a, b]| [b, a]);

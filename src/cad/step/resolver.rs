@@ -1,4 +1,4 @@
-//! What all entity readers share: the table, the budget of work, units, placements.
+//! State shared by the entity readers: table, work budget, units, placements.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -12,14 +12,14 @@ use crate::geometry::frame::unit;
 use crate::geometry::nurbs::Curve3;
 use crate::geometry::{Affine, Frame, Mat3, Vec3};
 
-/// References followed one inside the other.
-pub const DEEPEST: usize = 200;
+/// Maximum nesting depth of references. Doubled: no valid file is affected.
+pub const REFERENCE_DEPTH_MAX: usize = 200;
 
-/// Steps that a message on a fault costs: some bytes of memory each.
-const MESSAGE: u64 = 64;
+/// Cost of a message about a fault, in steps: some bytes of memory per step.
+const MESSAGE_COST: u64 = 64;
 
-const MULTIPLIED: &str = "references that multiply themselves beyond all measure";
-const IN_PROPORTION: &str = "geometry in proportion to the size of the file";
+const MULTIPLIED_TEXT: &str = "self-multiplying references";
+const PROPORTION_TEXT: &str = "geometry in proportion to the size of the file";
 
 /// Units of a representation context.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,18 +30,18 @@ pub struct Units {
     pub angle: f64,
 }
 
-/// An edge, running from its first to its second vertex.
+/// An edge, directed from its first to its second vertex.
 #[derive(Debug)]
 pub struct EdgeGeometry {
-    /// Curve in space; `None` for an edge that is one point.
+    /// Space curve; `None` for an edge that degenerates to a point.
     pub curve: Option<Curve3>,
     /// Vertices [mm].
     pub ends: [Vec3; 2],
     /// Instance of the curve, which lists the parameter curves.
     pub geometry: u32,
-    /// Parameters on the curve's basis, in the basis' direction.
+    /// Parameters on the basis curve, in its direction.
     pub range: Option<[f64; 2]>,
-    /// The edge runs with its curve.
+    /// The edge has the direction of its curve.
     pub same_sense: bool,
 }
 
@@ -49,23 +49,23 @@ pub struct EdgeGeometry {
 pub struct Resolver<'t> {
     /// The file.
     pub table: &'t Table<'t>,
-    /// Steps left before the file is refused as self-multiplying.
-    fuel: Cell<u64>,
-    /// What was survived.
+    /// Remaining work, in steps; when exhausted the file is rejected as self-multiplying.
+    steps_left: Cell<u64>,
+    /// Diagnostics of the reader.
     pub diagnostics: RefCell<Vec<Diagnostic>>,
-    /// Edges already cut, by instance and unit of length.
+    /// Edges already trimmed, by instance and unit of length.
     pub edges: RefCell<FxHashMap<(u32, u64), Rc<EdgeGeometry>>>,
     /// Edges of poly loops, by the instances of their ends.
     pub poly_edges: RefCell<FxHashMap<[u32; 2], usize>>,
 }
 
 impl<'t> Resolver<'t> {
-    /// A resolver for the file; its work is bounded by the size of the text.
+    /// A resolver for the file, with work limited in proportion to its size.
     #[must_use]
     pub fn new(table: &'t Table<'t>, bytes: usize) -> Self {
         Self {
             table,
-            fuel: Cell::new(1_000_000 + 40 * bytes as u64),
+            steps_left: Cell::new(1_000_000 + 40 * bytes as u64),
             diagnostics: RefCell::default(),
             edges: RefCell::default(),
             poly_edges: RefCell::default(),
@@ -84,46 +84,47 @@ impl<'t> Resolver<'t> {
         (0..table.len() as u32).map(move |index| Entity { table, index })
     }
 
-    /// Notes something survived.
+    /// Records a diagnostic.
     pub fn note(&self, severity: Severity, code: &'static str, place: String, text: String) {
         self.diagnostics.borrow_mut().push(Diagnostic { severity, code, place, text });
     }
 
-    /// Pays for one step into `entity` at `depth`, and for `amount` values made.
+    /// Charges one step for `entity` at `depth`, and `amount` created values.
     ///
     /// # Errors
-    /// When references lead deeper than [`DEEPEST`] (they lead in a circle), or the work is used up.
-    pub fn spend(&self, entity: Entity, depth: usize, amount: usize) -> Outcome<()> {
-        if depth > DEEPEST {
-            let allowed = format!("at most {DEEPEST} entities one inside the other, no circles");
-            return Err(entity.fault("references that lead in a circle or too deep", allowed));
+    /// References nested deeper than [`REFERENCE_DEPTH_MAX`] (a cycle), or the work budget is exhausted.
+    pub fn charge(&self, entity: Entity, depth: usize, amount: usize) -> Outcome<()> {
+        if depth > REFERENCE_DEPTH_MAX {
+            let allowed = format!("at most {REFERENCE_DEPTH_MAX} nested entities, no cycles");
+            return Err(entity.fault("cyclic or too deeply nested references", allowed));
         }
-        if self.has_paid(1 + amount as u64) {
+        if self.try_charge(1 + amount as u64) {
             return Ok(());
         }
-        let mut fault = entity.fault(MULTIPLIED, IN_PROPORTION);
+        let mut fault = entity.fault(MULTIPLIED_TEXT, PROPORTION_TEXT);
         fault.fatal = true;
         Err(fault)
     }
 
-    /// The fault of one thing among others, once its message is paid for.
+    /// The fault, after charging the cost of its message.
     ///
     /// # Errors
-    /// When the work is used up: so many messages come of references that lead back to themselves in several ways.
-    pub fn paid(&self, mut fault: Box<Fault>) -> Outcome<Box<Fault>> {
-        if self.has_paid(MESSAGE) {
+    /// The work budget is exhausted: cyclic references on several paths produce too many messages.
+    pub fn charged(&self, mut fault: Box<Fault>) -> Outcome<Box<Fault>> {
+        if self.try_charge(MESSAGE_COST) {
             return Ok(fault);
         }
-        (fault.found, fault.allowed, fault.fatal) = (MULTIPLIED.into(), IN_PROPORTION.into(), true);
+        (fault.found, fault.allowed, fault.fatal) =
+            (MULTIPLIED_TEXT.into(), PROPORTION_TEXT.into(), true);
         Err(fault)
     }
 
-    fn has_paid(&self, amount: u64) -> bool {
-        let left = self.fuel.get().checked_sub(amount);
-        left.inspect(|left| self.fuel.set(*left)).is_some()
+    fn try_charge(&self, amount: u64) -> bool {
+        let left = self.steps_left.get().checked_sub(amount);
+        left.inspect(|left| self.steps_left.set(*left)).is_some()
     }
 
-    /// `CARTESIAN_POINT` in mm; a point in a plane has z = 0.
+    /// `CARTESIAN_POINT` in mm; a planar point has z = 0.
     pub fn point(&self, e: Entity, units: Units) -> Outcome<Vec3> {
         if e.kind() != "CARTESIAN_POINT" {
             return Err(e.fault(format!("a {} as a point", e.kind()), "CARTESIAN_POINT"));
@@ -179,7 +180,7 @@ impl<'t> Resolver<'t> {
     /// `CARTESIAN_TRANSFORMATION_OPERATOR_3D(names, axis 1, axis 2, local origin, scale, axis 3)`.
     pub fn operator(&self, e: Entity, units: Units) -> Outcome<Affine> {
         let a = e.attributes();
-        // Inherited names come first, how many depends on the writer: the last five are axis 1, axis 2, local
+        // The number of inherited names depends on the writer: the last five attributes are axis 1, axis 2, local
         // origin, scale, axis 3.
         let first = a.len().saturating_sub(5);
         let axis = |k: usize| -> Outcome<Option<Vec3>> {
@@ -196,7 +197,7 @@ impl<'t> Resolver<'t> {
         let z = axis(4)?.unwrap_or_else(Vec3::z);
         let frame = Frame::from_z_x(shift, z, axis(0)?.unwrap_or_else(Vec3::x));
         let frame = frame.ok_or_else(|| e.fault("axes that span no frame", "three axes"))?;
-        // A second axis against z x x mirrors.
+        // A second axis opposite to z x x is a reflection.
         let y = match axis(1)? {
             Some(y) if y.dot(&frame.y) < 0.0 => -frame.y,
             _ => frame.y,

@@ -1,4 +1,4 @@
-//! Surfaces in their own parameters.
+//! Surfaces in their own parametrisation.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,16 +10,16 @@ use crate::cad::raw::RawSurface;
 use crate::geometry::nurbs::{Curve3, Surface};
 use crate::geometry::{Aabb, Vec3};
 
-/// A face's surface.
+/// The surface of a face.
 #[derive(Debug, Clone)]
 pub struct Supported {
     /// In mm and rad.
     pub surface: RawSurface,
-    /// Its `su x sv` is against the entity's own normal.
+    /// `su x sv` is opposite to the normal of the entity.
     pub turned: bool,
-    /// From the file's parameters to those of `surface`; `None` where the relation is not linear.
+    /// Factors from the file's parameters to those of `surface`; `None` for a nonlinear relation.
     pub scales: Option<[f64; 2]>,
-    /// Instance.
+    /// Instance index.
     pub entity: u32,
 }
 
@@ -27,7 +27,7 @@ pub struct Supported {
 type Scaled = (RawSurface, Option<[f64; 2]>);
 
 impl Resolver<'_> {
-    /// Reads any surface. `near` is a box around what is cut from it: sweeps of endless curves reach as far.
+    /// Reads any surface. `near` bounds the part used; extrusions and revolutions of unbounded curves extend as far.
     pub fn surface(
         &self,
         e: Entity,
@@ -35,7 +35,7 @@ impl Resolver<'_> {
         near: &Aabb,
         depth: usize,
     ) -> Outcome<Supported> {
-        self.spend(e, depth, 0)?;
+        self.charge(e, depth, 0)?;
         let (surface, scales) = match e.kind() {
             "PLANE"
             | "CYLINDRICAL_SURFACE"
@@ -68,7 +68,7 @@ impl Resolver<'_> {
         Ok(Supported { surface, turned: false, scales, entity: e.index })
     }
 
-    /// Reads a plane, cylinder, cone or sphere; any other kind is read as a torus. Radii in mm.
+    /// Reads a plane, cylinder, cone or sphere; any other type as a torus. Radii in mm.
     fn read_elementary(&self, e: Entity, units: Units) -> Outcome<Scaled> {
         let a = e.attributes();
         let (l, r) = (units.length, units.angle);
@@ -160,16 +160,17 @@ impl Resolver<'_> {
         let base = self.surface(a.entity(1)?, units, &Aabb::EMPTY, depth + 1)?;
         let map = self.operator(a.entity(2)?, units)?;
         let placed = super::place::surface(&base.surface, &map);
-        let placed = placed.ok_or_else(|| e.fault("a map that changes shapes", "a scale"))?;
+        let placed =
+            placed.ok_or_else(|| e.fault("a transformation that is no similarity", "a scale"))?;
         let (surface, turned) = (placed.surface, base.turned ^ placed.turned);
         Ok(Supported { surface, turned, scales: None, entity: e.index })
     }
 
-    /// `TOROIDAL_SURFACE(name, position, major radius, minor radius)`; a degenerate one says which part is meant.
+    /// `TOROIDAL_SURFACE(name, position, major radius, minor radius)`; a degenerate one selects a part.
     fn torus(&self, e: Entity, a: &Attributes, units: Units) -> Outcome<RawSurface> {
         let (major, minor) = (a.real(2)? * units.length, length(e, a, 3, units)?);
         if !(major.is_finite() && major >= 0.0) {
-            return Err(e.fault(format!("major radius {major}"), "0 or above"));
+            return Err(e.fault(format!("major radius {major} mm"), "0 or above"));
         }
         let degenerate = e.kind().starts_with('D');
         let keep_outer = if degenerate { a.flag(4).ok() } else { None };
@@ -199,7 +200,7 @@ impl Resolver<'_> {
         if net.iter().any(|row| row.len() != columns) {
             return Err(e.fault("rows of points of different lengths", "a rectangular net"));
         }
-        self.spend(e, depth, net.len() * columns)?;
+        self.charge(e, depth, net.len() * columns)?;
         let points: Vec<Vec3> =
             net.iter().flatten().map(|p| self.point(*p, units)).collect::<Outcome<_>>()?;
         let knots = [
@@ -210,7 +211,10 @@ impl Resolver<'_> {
             Some(part) => {
                 let rows = part.real_rows(part.len().saturating_sub(1))?;
                 if rows.len() != net.len() || rows.iter().any(|row| row.len() != columns) {
-                    return Err(e.fault("weights that do not fit the points", "one a point"));
+                    return Err(e.fault(
+                        "weights whose number differs from that of the points",
+                        "one a point",
+                    ));
                 }
                 Some(rows.concat())
             }
@@ -219,13 +223,15 @@ impl Resolver<'_> {
         Surface::try_new(degrees, knots, points, weights).map_err(|x| spline_fault(e, &x))
     }
 
-    /// The part of a swept curve that the face can reach.
+    /// The part of a swept curve within reach of the face.
     fn swept(&self, e: Entity, form: &Form, near: &Aabb, sweep: &Sweep) -> Outcome<Curve3> {
         if let Some(whole) = form.whole() {
             return Ok(whole);
         }
         if near.is_empty() {
-            return Err(e.fault("a sweep of an endless curve without bounds", "a bounded face"));
+            return Err(
+                e.fault("an extrusion or revolution of an unbounded curve", "a bounded face")
+            );
         }
         let ends = reach(form, near, sweep);
         ends.and_then(|[from, to]| form.cut(from, to))
@@ -238,7 +244,7 @@ enum Sweep {
     About(Vec3, Vec3),
 }
 
-/// Parameters between which an endless curve comes as near to the line of the sweep's images as the box does.
+/// Parameters between which an unbounded curve has to be swept to cover the bounding box.
 fn reach(form: &Form, near: &Aabb, sweep: &Sweep) -> Option<[f64; 2]> {
     let centre = match form {
         Form::Line(o, _) => *o,
@@ -267,7 +273,7 @@ fn reach(form: &Form, near: &Aabb, sweep: &Sweep) -> Option<[f64; 2]> {
     }
 }
 
-/// Distance [mm] from the curve's centre that images of the curve need to have to cover the box.
+/// Distance [mm] from the curve's centre that the swept curve must cover to contain the box.
 fn distance_to_cover(near: &Aabb, centre: Vec3, sweep: &Sweep) -> f64 {
     let corner = |k: usize| {
         let pick = |bit: usize| if k >> bit & 1 == 0 { near.min } else { near.max };

@@ -1,14 +1,14 @@
-//! The instances of a file: parsed once into flat arrays, found by id, read without copying.
+//! Instances of a file: parsed once into flat arrays, found by id, read without copying.
 
 use rustc_hash::FxHashMap;
 
 use super::lexer::{Token, blank, token};
 use crate::cad::CadError;
 
-/// Lists nested deeper than this are refused.
-const DEEPEST_LIST: usize = 100;
+/// Maximum nesting depth of lists.
+const LIST_DEPTH_MAX: usize = 100;
 
-/// A contiguous run in one of the table's arrays.
+/// A contiguous range of one of the table's arrays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Span {
     start: u32,
@@ -63,7 +63,7 @@ pub struct Table<'a> {
     parts: Vec<Part<'a>>,
     values: Vec<Value<'a>>,
     index: FxHashMap<u64, u32>,
-    /// Ids given to more than one instance (the first one counts).
+    /// Ids of more than one instance (the first one is used).
     pub repeated: Vec<u64>,
     /// The text ends before `END-ISO-10303-21;` or `ENDSEC;`.
     pub unfinished: bool,
@@ -82,19 +82,19 @@ impl<'a> Table<'a> {
         self.instances.len()
     }
 
-    /// Position of the instance with this id.
+    /// Index of the instance with this id.
     #[must_use]
     pub fn find(&self, id: u64) -> Option<u32> {
         self.index.get(&id).copied()
     }
 
-    /// Id of the instance at this position.
+    /// Id of the instance at this index.
     #[must_use]
     pub fn id(&self, index: u32) -> u64 {
         self.instances.get(index as usize).map_or(0, |i| i.id)
     }
 
-    /// Parts of the instance at this position.
+    /// Parts of the instance at this index.
     #[must_use]
     pub fn parts(&self, index: u32) -> &[Part<'a>] {
         let span = self.instances.get(index as usize).map_or(Span::default(), |i| i.parts);
@@ -107,17 +107,17 @@ impl<'a> Table<'a> {
         self.values.get(span.start as usize..span.end as usize).unwrap_or(&[])
     }
 
-    /// The part a [`Value::Typed`] stands for.
+    /// The part of a [`Value::Typed`].
     #[must_use]
     pub fn typed(&self, part: u32) -> Option<&Part<'a>> {
         self.parts.get(part as usize)
     }
 }
 
-/// Parses a whole file.
+/// Parses an entire file.
 ///
 /// # Errors
-/// [`CadError::Invalid`] with the line where the grammar breaks.
+/// [`CadError::Invalid`] with the line of the syntax error.
 pub fn parse<'a>(bytes: &'a [u8], name: &str) -> Result<Table<'a>, CadError> {
     let start = find(bytes, b"ISO-10303-21").unwrap_or(0);
     let rest = bytes.get(start..).unwrap_or(&[]);
@@ -146,11 +146,11 @@ struct Parser<'a, 'n> {
     bytes: &'a [u8],
     rest: &'a [u8],
     table: Table<'a>,
-    /// Values of lists that are still open.
+    /// Values of the open lists.
     pending: Vec<Value<'a>>,
-    /// Where the values of each open list begin, and the keyword before it.
+    /// Start of the values of each open list, and the preceding keyword.
     lists: Vec<(usize, Option<&'a str>)>,
-    /// Parts of the instance that is being read.
+    /// Parts of the current instance.
     parts: Vec<Part<'a>>,
 }
 
@@ -210,7 +210,7 @@ impl<'a> Parser<'a, '_> {
             match self.next()? {
                 Token::Id(id) => self.instance(id)?,
                 Token::Keyword("ENDSEC") => return self.semicolon(),
-                // `ENDSCOPE`: what stood in the scope has been read like everything else.
+                // `ENDSCOPE`: the scope's contents were read like other instances.
                 other => return Err(self.unexpected(other, "#id = or ENDSEC;")),
             }
         }
@@ -244,7 +244,7 @@ impl<'a> Parser<'a, '_> {
         Ok(())
     }
 
-    /// Values up to the `)` that closes the list just opened. Nesting lives on a stack of its own.
+    /// Values up to the closing `)` of the list just opened. Nesting uses an explicit stack.
     fn list(&mut self) -> Result<Span, CadError> {
         self.lists.clear();
         self.lists.push((self.pending.len(), None));
@@ -283,17 +283,17 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// Begins a nested list, the attributes of `keyword` if there is one.
+    /// Opens a nested list: the attributes of `keyword` if given.
     fn open_list(&mut self, keyword: Option<&'a str>) -> Result<(), CadError> {
-        if self.lists.len() >= DEEPEST_LIST {
-            let found = format!("lists nested deeper than {DEEPEST_LIST}");
+        if self.lists.len() >= LIST_DEPTH_MAX {
+            let found = format!("lists nested deeper than {LIST_DEPTH_MAX}");
             return Err(self.fault(&found, "the nesting a schema gives (at most 4)"));
         }
         self.lists.push((self.pending.len(), keyword));
         Ok(())
     }
 
-    /// The value of a closed list: the list itself, or the typed value whose keyword it belongs to.
+    /// Value of a closed list: the list itself, or the typed value of its keyword.
     fn list_value(&mut self, keyword: Option<&'a str>, values: Span) -> Value<'a> {
         let Some(keyword) = keyword else { return Value::List(values) };
         let part = position(self.table.parts.len());
@@ -360,7 +360,7 @@ impl<'a> Parser<'a, '_> {
     }
 }
 
-/// The value that a token is by itself; `None` for keywords and punctuation.
+/// Value of a single token; `None` for keywords and punctuation.
 fn simple_value(token: Token<'_>) -> Option<Value<'_>> {
     Some(match token {
         Token::Id(id) => Value::Reference(id),
@@ -375,7 +375,7 @@ fn simple_value(token: Token<'_>) -> Option<Value<'_>> {
     })
 }
 
-/// Array positions are 32 bit: a table of more than 4e9 values cannot come from a file that fits in memory.
+/// Array index as 32 bits: a table of more than 4e9 values does not fit in memory.
 fn position(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }

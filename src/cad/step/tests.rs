@@ -1,4 +1,4 @@
-//! Claims of the STEP reader.
+//! Tests of the STEP reader.
 
 use std::path::{Path, PathBuf};
 
@@ -38,7 +38,7 @@ fn forming_tools_have_all_their_faces_in_mm() {
     }
 }
 
-/// Every edge begins where the one before it ends, in space and at its vertices.
+/// Asserts that every edge starts at the end of its predecessor, in space and at its vertices.
 fn edges_join_end_to_end(model: &RawModel, name: &str) {
     for face in &model.faces {
         for boundary in &face.loops {
@@ -88,7 +88,7 @@ fn corpus_has_as_many_faces_as_the_kernel_says() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// A file with these instances, in mm.
+/// A file with these instances [mm].
 pub(super) fn file(data: &str) -> Vec<u8> {
     format!(
         "ISO-10303-21;HEADER;FILE_NAME('','',(''),(''),'p','s','');ENDSEC;DATA;
@@ -126,7 +126,7 @@ fn mutated_files_never_panic() {
                 2 => bytes.insert(at, spare[random(spare.len())]),
                 _ if random(20) == 0 => bytes.truncate(at),
                 _ => {
-                    // Another digit in place of a digit: pointers and numbers stay well formed.
+                    // Replace one digit by another: pointers and numbers stay well-formed.
                     if let Some(d) = bytes[at..].iter().position(u8::is_ascii_digit) {
                         bytes[at + d] = b'0' + random(10) as u8;
                     }
@@ -195,7 +195,7 @@ fn doubling_mapped_items_are_refused_and_few_are_placed() {
         read_bytes(&file(&data), "doubling")
     };
     assert_eq!(doubled(3).unwrap().faces.len(), 8);
-    // 8192 spheres of four sides; the file's length adds some hundred sides.
+    // 8192 spheres of four sides; the size of the file adds some hundred sides.
     assert_eq!(doubled(13).unwrap().faces.len(), 8192);
     assert!(doubled(14).unwrap_err().to_string().contains("placed faces"));
     let error = doubled(40).unwrap_err().to_string();
@@ -284,7 +284,7 @@ fn implied_knots_are_those_of_their_kind() {
     for (kind, knots) in cases {
         let simple =
             format!("{points}#9={kind}('',3,(#1,#2,#3,#4,#5,#6,#7),.UNSPECIFIED.,.F.,.F.);");
-        // The same as a complex instance, rational, its parts in another order.
+        // As a rational complex instance with its parts in another order.
         let complex = format!(
             "{points}#9=(RATIONAL_B_SPLINE_CURVE((1.,1.,2.,1.,1.,1.,1.)){kind}()REPRESENTATION_ITEM('')CURVE()
              B_SPLINE_CURVE(3,(#1,#2,#3,#4,#5,#6,#7),.UNSPECIFIED.,.F.,.F.)BOUNDED_CURVE());"
@@ -310,12 +310,12 @@ fn doubling_composites_and_circles_of_curves_are_refused() {
         );
     }
     let error = curve_of(&data, 410).unwrap_err();
-    assert!(error.contains("multiply themselves"), "{error}");
+    assert!(error.contains("self-multiplying"), "{error}");
     let error = curve_of("#5=SURFACE_CURVE('',#5,(),.CURVE_3D.);", 5).unwrap_err();
     assert!(error.contains("#5 (SURFACE_CURVE)") && error.contains("circle"), "{error}");
 }
 
-/// Two hundred levels of a set that holds itself twice: each path ends in a message.
+/// Two hundred levels of a set that contains itself twice: each path ends with a message.
 #[test]
 fn messages_on_a_set_that_holds_itself_are_counted() {
     let data = "#10=GEOMETRIC_SET('',(#10,#10));#11=SHAPE_REPRESENTATION('',(#10),#12);";
@@ -325,7 +325,7 @@ fn messages_on_a_set_that_holds_itself_are_counted() {
     let units = super::resolver::Units { length: 1.0, angle: 1.0 };
     let set = resolver.entities().find(|e| e.kind() == "GEOMETRIC_SET").unwrap();
     let fault = resolver.item(set, units).unwrap_err();
-    assert!(fault.fatal && fault.found.contains("multiply themselves"), "{fault:?}");
+    assert!(fault.fatal && fault.found.contains("self-multiplying"), "{fault:?}");
     assert!(resolver.diagnostics.borrow().len() < 20_000);
 }
 
@@ -348,7 +348,7 @@ fn a_mirrored_instance_keeps_its_outward_side() {
                 assert!((radius - 2.0).abs() < 1e-12 && !face.flipped);
             }
             crate::cad::raw::RawSurface::Plane(f) => {
-                // The image of the outward normal +z is +z, and the loop still runs left about it.
+                // The image of the outward normal +z is +z, and the loop remains counter-clockwise about it.
                 let outward = if face.flipped { -f.z } else { f.z };
                 assert!((outward.z - 1.0).abs() < 1e-12);
                 let ends: Vec<_> = face.loops[0].edges.iter().map(|e| e.ends.unwrap()[0]).collect();

@@ -5,14 +5,14 @@ use super::resolver::{Resolver, Units};
 use super::table::Value;
 use crate::cad::Severity;
 
-/// Units of a context, and how the file names the length.
+/// Units of a context, and the name of the unit of length.
 #[derive(Debug, Clone)]
 pub struct Context {
     /// Factors to mm and rad.
     pub units: Units,
     /// Name of the unit of length.
     pub name: String,
-    /// Smallest significant distance [mm], if said.
+    /// Smallest significant distance [mm], if stated.
     pub resolution: f64,
 }
 
@@ -56,11 +56,11 @@ impl<'t> Resolver<'t> {
         Ok(0.0)
     }
 
-    /// Factor of a unit: SI with its prefix, or conversion based. `base` is the size of the SI unit inside.
+    /// Factor of a unit: SI with prefix, or conversion based. `base` is the size of the underlying SI unit.
     fn unit(&self, e: Entity<'t>, base: f64, depth: usize) -> Outcome<(f64, String)> {
-        self.spend(e, depth, 0)?;
+        self.charge(e, depth, 0)?;
         if let Some(a) = e.part("SI_UNIT") {
-            // In a simple instance (never right, but seen) the inherited dimensions stand first.
+            // In a simple instance (invalid, but in use) the inherited dimensions come first.
             let k = a.len().saturating_sub(2);
             let prefix = a.enumeration(k).unwrap_or("");
             let name = a.enumeration(k + 1).unwrap_or("").to_lowercase();
@@ -106,7 +106,7 @@ fn si_prefix(name: &str) -> Option<f64> {
     })
 }
 
-/// `KEYWORD(values)` of a header part as text, by position.
+/// Text of element `k` of a header part.
 #[must_use]
 pub fn header_text(values: &[Value], k: usize) -> String {
     match values.get(k) {

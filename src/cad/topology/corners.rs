@@ -1,22 +1,23 @@
-//! Corner points, each once, however many sides end there.
+//! Corner points, unique for all sides that end there.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::piece::{OWN_EDGE, Piece};
+use super::piece::{Piece, SHARED_EDGE_TOLERANCE_REL};
 use crate::geometry::Vec3;
 
-/// Width of a cell in tolerances: corners are rarely this near to each other, and a corner's surroundings rarely reach
-/// into a second cell.
-const CELL: f64 = 16.0;
-/// Places nearer to each other than this share of the tolerance are one.
-const SAME_PLACE: f64 = 1e-3;
+/// Cell width in tolerances. Corners are rarely this close to each other, and the search range of a corner rarely
+/// covers a second cell.
+const CELL_WIDTH_TOLERANCES: f64 = 16.0;
+/// Distance relative to the tolerance below which two registered positions coincide.
+const COINCIDENCE_TOLERANCE_REL: f64 = 1e-3;
 
-/// Corner points, each once, found by a grid of cells.
+/// Unique corner points, found with a grid of cells.
 pub(super) struct Corners {
     pub points: Vec<Vec3>,
-    /// Places and the corners they stand for: a corner has several where a file's edge ends twice.
+    /// Positions and the corners they represent. A corner has several where sides of a file's edge end at different
+    /// positions.
     cells: FxHashMap<[i64; 3], Vec<(Vec3, usize)>>,
-    /// The corner that each stands for, or a nearer one to it: the smallest number is the corner itself.
+    /// Union-find parents of corners; the root with the smallest index represents the corner.
     parents: Vec<usize>,
     tolerance: f64,
 }
@@ -26,7 +27,7 @@ impl Corners {
         Self { points: Vec::new(), cells: FxHashMap::default(), parents: Vec::new(), tolerance }
     }
 
-    /// Corners where sides end, each with its `tips`, and the file's edges that more than one side uses.
+    /// Corners at the ends of sides with the end points `tips`, and the file's edges used by more than one side.
     pub fn of_sides(
         pieces: &[Piece],
         tips: &[[Vec3; 2]],
@@ -38,7 +39,7 @@ impl Corners {
         for (piece, own) in pieces.iter().zip(tips) {
             if let Some((id, known)) = piece.edge_id.and_then(|id| Some((id, first.get(&id)?))) {
                 shared.insert(id);
-                corners.same(*own, *known);
+                corners.merge_ends(*own, *known);
             } else {
                 for p in own {
                     corners.id(p);
@@ -49,19 +50,19 @@ impl Corners {
             }
             if let Some(curve) = &piece.curve {
                 let [a, b] = curve.domain();
-                corners.also(*own, [curve.point(a), curve.point(b)]);
+                corners.register_ends(*own, [curve.point(a), curve.point(b)]);
             }
         }
         (corners, shared)
     }
 
     fn cell(&self, p: &Vec3) -> [i64; 3] {
-        let size = CELL * self.tolerance.max(f64::MIN_POSITIVE);
-        // Coordinates beyond all measure share cells.
+        let size = CELL_WIDTH_TOLERANCES * self.tolerance.max(f64::MIN_POSITIVE);
+        // Coordinates beyond the range of the grid share cells.
         [0, 1, 2].map(|k| (p[k] / size).floor().clamp(-1e15, 1e15) as i64)
     }
 
-    /// The corner within the tolerance of `p`, or a new one.
+    /// Index of the corner within the tolerance of `p`, created if necessary.
     pub fn id(&mut self, p: &Vec3) -> usize {
         if let Some(id) = self.find(p) {
             return id;
@@ -72,11 +73,12 @@ impl Corners {
         self.points.len() - 1
     }
 
-    /// The ends of one side of an edge stand for the corners at the ends of another, whichever way it runs.
-    pub fn same(&mut self, own: [Vec3; 2], first: [Vec3; 2]) {
+    /// Merges the ends of a side with the corners at the ends of another side of the same edge, in either direction.
+    pub fn merge_ends(&mut self, own: [Vec3; 2], first: [Vec3; 2]) {
         let apart = |k: usize| (own[0] - first[k]).norm() + (own[1] - first[1 - k]).norm();
         let swap = usize::from(apart(1) < apart(0));
-        let near = (OWN_EDGE * (first[1] - first[0]).norm()).max(10.0 * self.tolerance);
+        let near =
+            (SHARED_EDGE_TOLERANCE_REL * (first[1] - first[0]).norm()).max(10.0 * self.tolerance);
         for (k, p) in own.iter().enumerate() {
             let there = first[(k + swap) % 2];
             let id = self.id(&there);
@@ -90,28 +92,31 @@ impl Corners {
         }
     }
 
-    /// The ends of a side's curve in space stand for its corners, as far as they are within the tolerance of them: two
-    /// sides whose curves meet meet, though their surfaces lie off the curves.
-    pub fn also(&mut self, own: [Vec3; 2], curve: [Vec3; 2]) {
+    /// Registers the ends of a side's space curve as positions of its corners, if within the tolerance. Two sides whose
+    /// space curves meet are then joined, although their surfaces deviate from the curves.
+    pub fn register_ends(&mut self, own: [Vec3; 2], curve: [Vec3; 2]) {
         for (p, q) in own.iter().zip(&curve) {
             if (p - q).norm() > self.tolerance {
                 continue;
             }
             let id = self.id(p);
-            // Nearest is mostly the side's own corner; which other one the curve's end meets is what counts.
+            // The nearest corner is usually the side's own; the other one at the end of the curve has to be merged.
             if let Some((_, other)) = self.nearest(q, Some(id)) {
                 self.parents[id.max(other)] = id.min(other);
             }
-            // A place of its own, however near the corner: the next side's curve may end there, its surface a tolerance
-            // off to the other side.
-            if self.nearest(q, None).is_none_or(|n| n.0 > SAME_PLACE * self.tolerance) {
+            // Always register the position: the space curve of the next side may end there, with its surface a
+            // tolerance away on the other side.
+            if self
+                .nearest(q, None)
+                .is_none_or(|n| n.0 > COINCIDENCE_TOLERANCE_REL * self.tolerance)
+            {
                 let id = self.root(id);
                 self.cells.entry(self.cell(q)).or_default().push((*q, id));
             }
         }
     }
 
-    /// The corner that a corner stands for.
+    /// Representative of a corner.
     pub fn root(&self, mut id: usize) -> usize {
         while self.parents[id] != id {
             id = self.parents[id];
@@ -119,12 +124,12 @@ impl Corners {
         id
     }
 
-    /// The nearest corner within the tolerance of `p`.
+    /// The corner closest to `p` within the tolerance.
     pub fn find(&self, p: &Vec3) -> Option<usize> {
         self.nearest(p, None).map(|n| n.1)
     }
 
-    /// Distance and number of the nearest corner within the tolerance of `p`, of all or of all but one.
+    /// Distance and index of the corner closest to `p` within the tolerance, optionally excluding one.
     fn nearest(&self, p: &Vec3, but: Option<usize>) -> Option<(f64, usize)> {
         let reach = Vec3::repeat(self.tolerance);
         let (low, high) = (self.cell(&(p - reach)), self.cell(&(p + reach)));

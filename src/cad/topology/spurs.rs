@@ -1,20 +1,20 @@
-//! Spurs: places where a loop runs along an edge and straight back.
+//! Spurs: edges that a loop traverses and immediately retraces.
 
 use std::collections::VecDeque;
 
 use crate::cad::model::{EdgeUse, Model};
 use crate::geometry::Vec2;
 
-/// Two ways along an edge are one if they are no farther apart in the parameter plane than this share of the surface: those
-/// along a seam are a period apart. Files give parameters to six digits.
-const SAME: f64 = 1e-3;
+/// Distance between two passes along an edge in the parameter plane, relative to the surface, below which they
+/// coincide. Passes along a seam are one period apart; files give parameters to six digits.
+const COINCIDENCE_TOLERANCE_REL: f64 = 1e-3;
 
-/// Takes spurs out of the loops, and edges that no loop uses any more out of the model. Loops that are nothing else stay.
+/// Removes spurs from the loops, and unused edges from the model. Loops that consist of spurs only are kept.
 pub(super) fn remove(model: &mut Model) {
     let mut removed = false;
     for face in &mut model.faces {
         let [u, v] = face.surface.domain();
-        let near = Vec2::new(u[1] - u[0], v[1] - v[0]) * SAME;
+        let near = Vec2::new(u[1] - u[0], v[1] - v[0]) * COINCIDENCE_TOLERANCE_REL;
         for trim in &mut face.loops {
             let kept = outside_spurs(&trim.uses, near);
             if kept.len() < trim.uses.len() && kept.len() > 1 {
@@ -28,20 +28,20 @@ pub(super) fn remove(model: &mut Model) {
     }
 }
 
-/// Positions of the uses that are part of no spur.
+/// Positions of the uses that are not part of a spur.
 fn outside_spurs(uses: &[EdgeUse], near: Vec2) -> VecDeque<usize> {
     let mut kept: VecDeque<usize> = VecDeque::with_capacity(uses.len());
     for (k, side) in uses.iter().enumerate() {
         match kept.back() {
-            Some(&before) if runs_back(&uses[before], side, near) => {
+            Some(&before) if retraces(&uses[before], side, near) => {
                 kept.pop_back();
             }
             _ => kept.push_back(k),
         }
     }
-    // A spur about the loop's beginning.
+    // A spur at the start of the loop.
     while let (Some(&first), Some(&last)) = (kept.front(), kept.back()) {
-        if kept.len() < 2 || !runs_back(&uses[last], &uses[first], near) {
+        if kept.len() < 2 || !retraces(&uses[last], &uses[first], near) {
             break;
         }
         kept.pop_front();
@@ -50,8 +50,8 @@ fn outside_spurs(uses: &[EdgeUse], near: Vec2) -> VecDeque<usize> {
     kept
 }
 
-/// Whether the second use of an edge runs back along the first, no farther from it than `near` in either parameter.
-fn runs_back(there: &EdgeUse, back: &EdgeUse, near: Vec2) -> bool {
+/// True when the second use of an edge retraces the first, within `near` in both parameters.
+fn retraces(there: &EdgeUse, back: &EdgeUse, near: Vec2) -> bool {
     if there.edge.is_none() || there.edge != back.edge || there.reversed == back.reversed {
         return false;
     }
@@ -86,7 +86,7 @@ fn drop_unused(model: &mut Model) {
 
 #[cfg(test)]
 mod tests {
-    use super::{EdgeUse, Vec2, runs_back};
+    use super::{EdgeUse, Vec2, retraces};
     use crate::cad::Diagnostic;
     use crate::cad::build::build;
     use crate::cad::model::Model;
@@ -94,7 +94,7 @@ mod tests {
     use crate::geometry::nurbs::{Curve2, Curve3};
     use crate::geometry::{Frame, Vec3};
 
-    /// A square face whose border runs through `corners`.
+    /// A square face whose boundary passes through `corners`.
     fn plate(corners: &[[f64; 4]]) -> (Model, Vec<Diagnostic>) {
         let edge = |[a, b, c, d]: &[f64; 4]| RawEdge {
             curve: Some(Curve3::line(Vec3::new(*a, *b, 0.0), Vec3::new(*c, *d, 0.0))),
@@ -120,7 +120,7 @@ mod tests {
             [10.0, 10.0, 0.0, 10.0],
             [0.0, 10.0, 0.0, 0.0],
         ];
-        // Wherever the loop begins.
+        // For any start of the loop.
         for _ in 0..4 {
             sides.rotate_left(1);
             let (model, said) = plate(&sides);
@@ -132,7 +132,7 @@ mod tests {
         }
     }
 
-    /// A short spur in parameters of six digits, and a seam.
+    /// A short spur with parameters of six digits, and a seam.
     #[test]
     fn ways_back_are_told_from_seams_by_the_size_of_the_surface() {
         let way = |from: [f64; 2], to: [f64; 2], reversed| EdgeUse {
@@ -143,10 +143,10 @@ mod tests {
         let there = way([4.886361, 0.744298], [4.886174, 0.7443], false);
         let back = way([4.886175, 0.7443], [4.886361, 0.744299], true);
         let near = Vec2::new(5e-3, 1e-3);
-        assert!(runs_back(&there, &back, near) && !runs_back(&there, &there, near));
+        assert!(retraces(&there, &back, near) && !retraces(&there, &there, near));
         let up = way([0.0, 0.0], [0.0, 1.0], false);
         let down = way([6.3, 1.0], [6.3, 0.0], true);
-        assert!(!runs_back(&up, &down, Vec2::new(6.3e-3, 1e-3)));
+        assert!(!retraces(&up, &down, Vec2::new(6.3e-3, 1e-3)));
     }
 
     #[test]
@@ -161,7 +161,7 @@ mod tests {
             [10.0, 10.0, 0.0, 10.0],
             [0.0, 10.0, 0.0, 0.0],
         ];
-        // The loop begins at the tip of the slit.
+        // The loop starts at the tip of the slit.
         let sides: Vec<[f64; 4]> = back.into_iter().chain(square).chain(there).collect();
         let (model, _) = plate(&sides);
         assert_eq!(

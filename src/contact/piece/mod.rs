@@ -1,26 +1,26 @@
-//! A piece of a patch with a bound: for every point `p` a number its half squared distance
-//! `F(u, v) = |p - S(u, v)|^2 / 2` is nowhere below, and whether `F` is convex over the piece.
+//! A piece of a patch with distance bounds: a lower bound of half the squared distance `F(u, v) = |p - S(u, v)|^2 / 2`
+//! for any point `p`, and whether `F` is convex over the piece.
 //!
-//! With `w = p - centre` and `R = S - centre`,
-//! `F_ij = (R_i . R_j + R . R_ij) - w . S_ij`. The bracket is half the second derivative of `|R|^2`, a polynomial
-//! that does not know `p`: its range over the piece is found once. `S_ij` is its value at the centre and a rest
-//! of length `e_ij` at most. So every second derivative lies in an interval that costs three dot products, and
-//! by Taylor `F(y) >= F(0) + g . y + y H y / 2` with the lowest `H` of the intervals.
+//! With `w = p - centre` and `R = S - centre`, `F_ij = (R_i . R_j + R . R_ij) - w . S_ij`. The bracket is half the
+//! second derivative of `|R|^2`, a polynomial independent of `p`, whose range over the piece is computed once. `S_ij`
+//! is its value at the centre plus a remainder of length `e_ij` at most. Thus every second derivative lies in an
+//! interval that costs three dot products. By Taylor's theorem `F(y) >= F(0) + g . y + y H y / 2` with the lower ends
+//! `H` of the intervals.
 
 use super::form::{Chart, Form, Shape, padded};
 use super::wide::{Plain, Wide};
 use crate::geometry::{Vec2, Vec3};
 use crate::tool::Patch;
 
-/// Share of `|w|^2` that is rounding in a bound.
-const ROUNDING: f64 = 1e-14;
+/// Rounding error of a bound relative to `|w|^2`.
+const ROUNDING_REL: f64 = 1e-14;
 
-/// What bounds the second derivatives of `F`.
+/// Bounds of the second derivatives of `F`.
 #[derive(Debug, Clone, Copy)]
-struct Curving {
-    /// Least `|R_u|^2 + R . R_uu` and its fellow along v.
-    least: [f64; 2],
-    /// Middle and half width of `R_u . R_v + R . R_uv`.
+struct CurvatureBounds {
+    /// Minimum of `|R_u|^2 + R . R_uu`, and the same along v.
+    min_curvature: [f64; 2],
+    /// Middle and half width of the range of `R_u . R_v + R . R_uv`.
     mixed: [f64; 2],
     /// Largest change of `S_uu`, `S_uv`, `S_vv` from the centre [mm].
     change: [f64; 3],
@@ -35,21 +35,21 @@ struct Curving {
 #[repr(C, align(64))]
 pub(super) struct Piece {
     pub(super) form: Form,
-    curving: Curving,
+    curvature: CurvatureBounds,
     pub(super) shape: Shape,
     pub(super) patch: u32,
 }
 
-/// What a piece says about a point.
+/// Bounds of a piece for one point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Floor {
-    /// `F` is nowhere below this [mm^2].
+    /// Lower bound of `F` [mm^2].
     pub(super) value: f64,
-    /// `F` is convex over the piece for certain.
+    /// True when `F` is certainly convex over the piece.
     pub(super) convex: bool,
-    /// What the second derivatives of `F` leave along u and v when their mixed part is taken off: for any two points
-    /// of the piece `F(y) >= F(x) + g . (y - x) + sum least_i (y_i - x_i)^2 / 2`.
-    pub(super) least: [f64; 2],
+    /// Lower bounds of the second derivatives of `F` along u and v after subtraction of the mixed part: for any two
+    /// points of the piece `F(y) >= F(x) + g . (y - x) + sum min_curvature_i (y_i - x_i)^2 / 2`.
+    pub(super) min_curvature: [f64; 2],
     /// Gradient of `F` at the centre.
     pub(super) gradient: Vec2,
     /// Second derivatives `uu, uv, vv` of `F` at the centre.
@@ -58,14 +58,14 @@ pub(super) struct Floor {
 
 impl Piece {
     pub(super) fn new(patch: u32, shape: Shape, form: Form) -> Self {
-        let curving = Curving::of(&form, shape.reach());
-        Self { form, curving, shape, patch }
+        let curvature = CurvatureBounds::of(&form, shape.reach());
+        Self { form, curvature, shape, patch }
     }
 
     /// Bounds for a point at `w` from the centre.
     #[inline(always)]
     pub(super) fn floor(&self, wide: impl Wide, w: &Vec3) -> Floor {
-        let k = &self.curving;
+        let k = &self.curvature;
         let [c01, c02, c10, c11, _, c20, ..] = self.form.padded;
         let four = wide.four(padded(w));
         let along = |c| wide.mul(four, wide.four(c));
@@ -74,105 +74,105 @@ impl Piece {
         let gradient = Vec2::new(-g1, -g2);
         let pull = [2.0 * w20, w11, 2.0 * w02];
         let size = size2.sqrt();
-        let h11 = k.least[0] - pull[0] - size * k.change[0];
-        let h22 = k.least[1] - pull[2] - size * k.change[2];
+        let h11 = k.min_curvature[0] - pull[0] - size * k.change[0];
+        let h22 = k.min_curvature[1] - pull[2] - size * k.change[2];
         let h12 = (k.mixed[0] - pull[1]).abs() + k.mixed[1] + size * k.change[1];
         let convex = h11 > 0.0 && h22 > 0.0 && h11 * h22 > h12 * h12 * (1.0 + 1e-9);
-        // h12 |y1 y2| <= h12 (ratio y1^2 + y2^2 / ratio) / 2: what is left is separable.
+        // h12 |y1 y2| <= h12 (ratio y1^2 + y2^2 / ratio) / 2: the remainder is separable.
         let (m1, m2) = (h11 - h12 * k.ratio[0], h22 - h12 * k.ratio[1]);
-        let low = lowest_over(self.shape, gradient, [m1, m2]);
-        // Of a convex `F` the gradient alone is a bound.
-        let least = if convex && (m1 < 0.0 || m2 < 0.0) { [0.0; 2] } else { [m1, m2] };
+        let low = minimum_over(self.shape, gradient, [m1, m2]);
+        // For a convex `F` the gradient alone is a bound.
+        let min_curvature = if convex && (m1 < 0.0 || m2 < 0.0) { [0.0; 2] } else { [m1, m2] };
         Floor {
-            value: (0.5 - ROUNDING) * size2 + low,
+            value: (0.5 - ROUNDING_REL) * size2 + low,
             convex,
-            least,
+            min_curvature,
             gradient,
             hessian: [k.metric[0] - pull[0], k.metric[1] - pull[1], k.metric[2] - pull[2]],
         }
     }
 
-    /// The same for a point where the mixed derivative matters, with a floor to second order: the gap closes with
-    /// the third power of the piece's size.
+    /// As [`Self::floor`] where the mixed derivative matters, with a second-order bound: its gap decreases with the
+    /// third power of the size of the piece.
     pub(super) fn sharp_floor(&self, w: &Vec3) -> Floor {
         let floor = self.floor(Plain, w);
-        let (c, k) = (&self.form.low, &self.curving);
+        let (c, k) = (&self.form.low, &self.curvature);
         let size = w.norm();
-        let h11 = k.least[0] - 2.0 * w.dot(&c[6]) - size * k.change[0];
-        let h22 = k.least[1] - 2.0 * w.dot(&c[2]) - size * k.change[2];
+        let h11 = k.min_curvature[0] - 2.0 * w.dot(&c[6]) - size * k.change[0];
+        let h22 = k.min_curvature[1] - 2.0 * w.dot(&c[2]) - size * k.change[2];
         let h12 = k.mixed[0] - w.dot(&c[4]);
         let loose = (k.mixed[1] + size * k.change[1]) * self.shape.reach().powi(2);
-        let low = lowest_of_any(floor.gradient, [h11, h12, h22], self.shape) - loose;
-        let value = floor.value.max((0.5 - ROUNDING) * w.norm_squared() + low);
+        let low = minimum_of_indefinite(floor.gradient, [h11, h12, h22], self.shape) - loose;
+        let value = floor.value.max((0.5 - ROUNDING_REL) * w.norm_squared() + low);
         Floor { value, ..floor }
     }
 
-    /// The part that `chart` maps onto.
+    /// The part that is the image of `chart`.
     pub(super) fn part(&self, chart: &Chart) -> Self {
         Self::new(self.patch, self.shape, self.form.part(chart))
     }
 
-    /// Its halves across the longer parameter, or its quarters where neither is much longer. A side of no length stays
-    /// whole however near the parts come to it: its pieces would double with every cut.
+    /// Halves across the longer parameter, or quarters where neither is much longer. A collapsed side is never divided,
+    /// because its parts would double at every level.
     pub(super) fn cuts(&self) -> Vec<Chart> {
         const LONGER: f64 = 4.0;
-        let [g11, _, g22] = self.curving.metric;
+        let [g11, _, g22] = self.curvature.metric;
         if self.shape == Shape::Triangle || g11.max(g22) <= LONGER * g11.min(g22) {
             return self.shape.quarters().into();
         }
         halves(usize::from(g22 > g11)).into()
     }
 
-    /// `F` is nowhere below this in the part that `chart` maps onto, for a point at `w` whose [`Floor::least`] over the
-    /// whole piece is given: no part needs to be made that this rules out.
-    pub(super) fn floor_of_part(&self, w: &Vec3, least: [f64; 2], chart: &Chart) -> f64 {
+    /// Lower bound of `F` over the image of `chart`, for a point at `w` with the given [`Floor::min_curvature`] over
+    /// the whole piece: parts excluded by it need not be constructed.
+    pub(super) fn floor_of_part(&self, w: &Vec3, min_curvature: [f64; 2], chart: &Chart) -> f64 {
         let d = self.form.derivs(chart.origin.x, chart.origin.y);
         let q = w - d.s;
         let (x, y) = (chart.columns[0].x, chart.columns[1].y);
         let gradient = Vec2::new(-q.dot(&d.d1) * x, -q.dot(&d.d2) * y);
-        let least = [least[0] * x * x, least[1] * y * y];
-        floor_about(self.shape, &Vec2::zeros(), 0.5 * q.norm_squared(), &gradient, least)
+        let min_curvature = [min_curvature[0] * x * x, min_curvature[1] * y * y];
+        floor_about(self.shape, &Vec2::zeros(), 0.5 * q.norm_squared(), &gradient, min_curvature)
     }
 
     /// `S_i . S_j` at the centre.
     #[inline(always)]
     pub(super) fn metric(&self) -> [f64; 3] {
-        self.curving.metric
+        self.curvature.metric
     }
 
-    /// True where the metric alone (a point on the surface) is known to be regular all over the piece.
+    /// True where the metric alone (a point on the surface) is regular all over the piece.
     fn regular(&self) -> bool {
         self.floor(Plain, &Vec3::zeros()).convex
     }
 }
 
-/// Least `g . y + sum m_i y_i^2 / 2` over the domain.
+/// Minimum of `g . y + sum m_i y_i^2 / 2` over the domain.
 #[inline(always)]
-fn lowest_over(shape: Shape, g: Vec2, m: [f64; 2]) -> f64 {
+fn minimum_over(shape: Shape, g: Vec2, m: [f64; 2]) -> f64 {
     let both_ways = |g: f64, m: f64| {
         let size = g.abs();
         if size < m { -0.5 * g * g / m } else { 0.5 * m - size }
     };
     match shape {
         Shape::Square => both_ways(g.x, m[0]) + both_ways(g.y, m[1]),
-        Shape::Triangle => lowest_over_triangle(g, m[0], m[1]),
+        Shape::Triangle => minimum_over_triangle(g, m[0], m[1]),
     }
 }
 
-/// `F` is nowhere in the domain below this, by its value and gradient at `x` and what [`Floor::least`] says.
+/// Lower bound of `F` over the domain, from its value and gradient at `x` and [`Floor::min_curvature`].
 #[inline(always)]
 pub(super) fn floor_about(shape: Shape, x: &Vec2, value: f64, gradient: &Vec2, m: [f64; 2]) -> f64 {
     let moved = Vec2::new(gradient.x - m[0] * x.x, gradient.y - m[1] * x.y);
     let bend = 0.5 * (m[0] * x.x * x.x + m[1] * x.y * x.y);
     let constant = value - gradient.dot(x) + bend;
     let rounding =
-        ROUNDING * (value + m[0].abs() + m[1].abs() + gradient.x.abs() + gradient.y.abs());
-    constant - rounding + lowest_over(shape, moved, m)
+        ROUNDING_REL * (value + m[0].abs() + m[1].abs() + gradient.x.abs() + gradient.y.abs());
+    constant - rounding + minimum_over(shape, moved, m)
 }
 
-/// Least `g t + m t^2 / 2` for `a <= t <= b`.
+/// Minimum of `g t + m t^2 / 2` for `a <= t <= b`.
 #[inline(always)]
-fn lowest(g: f64, m: f64, a: f64, b: f64) -> f64 {
+fn minimum_on(g: f64, m: f64, a: f64, b: f64) -> f64 {
     let at = |t: f64| (g + 0.5 * m * t) * t;
     if m > 0.0 && -g > a * m && -g < b * m {
         return -0.5 * g * g / m;
@@ -184,30 +184,30 @@ fn lowest(g: f64, m: f64, a: f64, b: f64) -> f64 {
 const NEAR: f64 = -1.0 / 3.0;
 const FAR: f64 = 2.0 / 3.0;
 
-/// Least `g . y + (m1 y1^2 + m2 y2^2) / 2` over the triangle.
-fn lowest_over_triangle(g: Vec2, m1: f64, m2: f64) -> f64 {
-    // On the slanting side y1 = t, y2 = 1/3 - t.
+/// Minimum of `g . y + (m1 y1^2 + m2 y2^2) / 2` over the triangle.
+fn minimum_over_triangle(g: Vec2, m1: f64, m2: f64) -> f64 {
+    // On the oblique side y1 = t, y2 = 1/3 - t.
     let slanting = || {
         let ends = -NEAR * g.y + 0.5 * m2 * NEAR * NEAR;
-        ends + lowest(g.x - g.y + m2 * NEAR, m1 + m2, NEAR, FAR)
+        ends + minimum_on(g.x - g.y + m2 * NEAR, m1 + m2, NEAR, FAR)
     };
     let on_side = |g: f64, m: f64| (g + 0.5 * m * NEAR) * NEAR;
-    // Along a direction in which it is not convex it is lowest at an end.
+    // Along a non-convex direction the minimum is at an end.
     if m1 <= 0.0 {
-        return slanting().min(on_side(g.x, m1) + lowest(g.y, m2, NEAR, FAR));
+        return slanting().min(on_side(g.x, m1) + minimum_on(g.y, m2, NEAR, FAR));
     }
     if m2 <= 0.0 {
-        return slanting().min(on_side(g.y, m2) + lowest(g.x, m1, NEAR, FAR));
+        return slanting().min(on_side(g.y, m2) + minimum_on(g.x, m1, NEAR, FAR));
     }
     let free = Vec2::new((-g.x / m1).max(NEAR), (-g.y / m2).max(NEAR));
     if free.x + free.y <= -NEAR {
-        return lowest(g.x, m1, NEAR, FAR) + lowest(g.y, m2, NEAR, FAR);
+        return minimum_on(g.x, m1, NEAR, FAR) + minimum_on(g.y, m2, NEAR, FAR);
     }
     slanting()
 }
 
-/// Least `g . y + y h y / 2` over the domain, whatever the signs.
-fn lowest_of_any(g: Vec2, h: [f64; 3], shape: Shape) -> f64 {
+/// Minimum of `g . y + y h y / 2` over the domain, for any signs.
+fn minimum_of_indefinite(g: Vec2, h: [f64; 3], shape: Shape) -> f64 {
     let form =
         |a: &Vec2, b: &Vec2| h[0] * a.x * b.x + h[1] * (a.x * b.y + a.y * b.x) + h[2] * a.y * b.y;
     let det = h[0] * h[2] - h[1] * h[1];
@@ -224,12 +224,12 @@ fn lowest_of_any(g: Vec2, h: [f64; 3], shape: Shape) -> f64 {
             let (a, b) = (corners[k], corners[(k + 1) % sides]);
             let along = b - a;
             let start = g.dot(&a) + 0.5 * form(&a, &a);
-            start + lowest(g.dot(&along) + form(&a, &along), form(&along, &along), 0.0, 1.0)
+            start + minimum_on(g.dot(&along) + form(&a, &along), form(&along, &along), 0.0, 1.0)
         })
         .fold(f64::INFINITY, f64::min)
 }
 
-impl Curving {
+impl CurvatureBounds {
     fn of(form: &Form, reach: f64) -> Self {
         let (degrees, c) = form.coefficients();
         let (half, columns) = half_square(degrees, c);
@@ -247,7 +247,7 @@ impl Curving {
         let ratio = (metric[0] / metric[2]).sqrt();
         let ratio = if ratio.is_finite() && ratio > 0.0 { ratio.clamp(1e-6, 1e6) } else { 1.0 };
         Self {
-            least: [uu.low - slack, vv.low - slack],
+            min_curvature: [uu.low - slack, vv.low - slack],
             mixed: [0.5 * (uv.low + uv.high), 0.5 * (uv.high - uv.low) + slack],
             change: changes(degrees, c, reach),
             metric,
@@ -297,7 +297,7 @@ fn power(x: f64, n: usize) -> f64 {
     (0..n).map(|_| x).product()
 }
 
-/// Range of a polynomial over `|u|, |v| <= reach`, term by term.
+/// Range of a polynomial over `|u|, |v| <= reach`, by interval arithmetic on its terms.
 #[derive(Clone, Copy)]
 struct Range {
     low: f64,
@@ -307,7 +307,7 @@ struct Range {
 impl Range {
     const ZERO: Self = Self { low: 0.0, high: 0.0 };
 
-    /// Adds `coefficient u^i v^j`; a zero coefficient may come with any powers.
+    /// Adds `coefficient u^i v^j`; zero coefficients are accepted with any powers.
     fn add(&mut self, coefficient: f64, [i, j]: [usize; 2], reach: f64) {
         if coefficient == 0.0 {
             return;
@@ -326,8 +326,8 @@ impl Range {
     }
 }
 
-/// Cuts a patch into pieces whose normals turn by at most about 25 degrees, at most 4^3 of them, and regular ones as
-/// far as three more cuts make them so.
+/// Divides a patch into pieces with a normal variation of at most about 25 degrees, at most 4^3 of them; further
+/// divided up to three times where that makes them regular.
 pub(super) fn pieces_of(id: u32, patch: &Patch) -> Vec<(Piece, Chart)> {
     const MAX_DEPTH: u32 = 6;
     let shape = if patch.sides() == 3 { Shape::Triangle } else { Shape::Square };
@@ -356,19 +356,19 @@ fn halves(axis: usize) -> [Chart; 2] {
     [-1.0, 1.0].map(|side| Chart { origin: columns[axis] * side, columns })
 }
 
-/// The axis across which the piece should be cut, if it should.
+/// The axis across which the piece should be divided, if any.
 fn cut(piece: &Piece, depth: u32) -> Option<usize> {
     const COS_TURN: f64 = 0.9;
     const FOR_REGULARITY: u32 = 3;
     let (turn, axis) = turning(piece);
-    let [g11, _, g22] = piece.curving.metric;
+    let [g11, _, g22] = piece.curvature.metric;
     if turn < COS_TURN {
         return Some(axis);
     }
     (depth < FOR_REGULARITY && !piece.regular()).then_some(usize::from(g22 > g11))
 }
 
-/// Smallest cosine between the normals over the corners and the axis along which they turn more.
+/// Smallest cosine between the normals at the corners, and the axis of the larger variation.
 fn turning(piece: &Piece) -> (f64, usize) {
     let corners = &piece.shape.corners()[..piece.shape.sides()];
     let normal = |x: &Vec2| {

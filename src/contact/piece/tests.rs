@@ -97,7 +97,7 @@ fn no_point_of_a_piece_or_part_is_below_the_floor_about_any_other() {
     for piece in pieces() {
         for reach in [0.5, 5.0, 50.0] {
             let w = random.vector() * reach;
-            let least = piece.floor(Plain, &w).least;
+            let min_curvature = piece.floor(Plain, &w).min_curvature;
             let value = |x: &Vec2| 0.5 * (w - piece.form.derivs(x.x, x.y).s).norm_squared();
             let places = samples(piece.shape);
             let lowest = places.iter().map(value).fold(f64::INFINITY, f64::min);
@@ -105,12 +105,12 @@ fn no_point_of_a_piece_or_part_is_below_the_floor_about_any_other() {
                 let d = piece.form.derivs(x.x, x.y);
                 let q = w - d.s;
                 let gradient = Vec2::new(-q.dot(&d.d1), -q.dot(&d.d2));
-                let floor = floor_about(piece.shape, x, value(x), &gradient, least);
+                let floor = floor_about(piece.shape, x, value(x), &gradient, min_curvature);
                 assert!(floor <= lowest, "{floor} {lowest} about {x:?}");
                 tight += usize::from(floor > 0.9 * lowest);
             }
             for cut in piece.cuts() {
-                let floor = piece.floor_of_part(&w, least, &cut);
+                let floor = piece.floor_of_part(&w, min_curvature, &cut);
                 let inside = places.iter().map(|x| value(&cut.at(x)));
                 let lowest = inside.fold(f64::INFINITY, f64::min);
                 assert!(floor <= lowest, "{floor} {lowest} in {cut:?}");
@@ -145,7 +145,7 @@ fn pieces_cover_their_patch_once() {
     }
 }
 
-/// From any point of a piece as a foot, not only from the closest one.
+/// From any point of a piece as foot point, not only the closest one.
 #[test]
 fn no_point_of_a_piece_is_below_the_floor_of_its_hull() {
     let mut random = Random(11);

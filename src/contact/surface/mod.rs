@@ -1,6 +1,6 @@
-//! A tool ready for contact: the pieces of its patches and the tree over them.
+//! A tool prepared for contact: the pieces of its patches and the search tree.
 
-mod keeping;
+mod restriction;
 #[cfg(test)]
 mod tests;
 
@@ -19,11 +19,11 @@ use crate::tool::ToolModel;
 /// A tool model with its search tree.
 pub struct ToolSurface {
     model: ToolModel,
-    /// In the order of the tree.
+    /// Pieces, in tree order.
     pub(super) pieces: Vec<Piece>,
-    /// From each piece to its patch.
+    /// Map from each piece to its patch.
     pub(super) charts: Vec<Chart>,
-    /// What else bounds each piece.
+    /// Further bounds of each piece.
     pub(super) hulls: Vec<Hull>,
     /// Pieces of patch k: `by_patch[starts[k]..starts[k + 1]]`.
     by_patch: Vec<u32>,
@@ -31,14 +31,14 @@ pub struct ToolSurface {
     pub(super) tree: Tree,
     pub(super) borders: Borders,
     bounds: Aabb,
-    /// A length that is nothing but rounding [mm].
+    /// Length that is rounding only [mm].
     pub(super) rounding: f64,
-    /// How much farther than the closest point an answer may be where the distance is not convex [mm].
+    /// Largest excess of a result over the smallest distance where the distance is not convex [mm].
     pub(super) tolerance: f64,
 }
 
 impl ToolSurface {
-    /// Cuts the patches into pieces and builds the tree.
+    /// Divides the patches into pieces and builds the tree.
     #[must_use]
     pub fn new(model: ToolModel) -> Self {
         let cut: Vec<Vec<(Piece, Chart)>> = model
@@ -81,20 +81,20 @@ impl ToolSurface {
         &self.model
     }
 
-    /// A box around every patch [mm].
+    /// Bounding box of all patches [mm].
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// The piece of a patch whose centre is nearest.
+    /// The piece of a patch with the nearest centre.
     pub(super) fn nearest_piece(&self, patch: u32, p: &Vec3) -> Option<usize> {
         let pieces = self.pieces_of(patch).iter().map(|&k| k as usize);
         let far = |k: &usize| (p - self.pieces[*k].form.centre).norm_squared();
         pieces.min_by(|a, b| far(a).total_cmp(&far(b)))
     }
 
-    /// Positions of the pieces of a patch; none of a patch that is not there.
+    /// Indices of the pieces of a patch; empty for an invalid one.
     #[inline(always)]
     pub(super) fn pieces_of(&self, patch: u32) -> &[u32] {
         let k = patch as usize;
@@ -104,20 +104,20 @@ impl ToolSurface {
         }
     }
 
-    /// Location at `at` on a patch with so many sides.
+    /// Location of `at` on a patch.
     pub(super) fn location(&self, patch: u32, at: Vec2) -> Location {
         locate(self.model.patches[patch as usize].sides(), at).0
     }
 }
 
-/// Box of a piece's control net, with room for rounding.
+/// Bounding box of the control net of a piece, with a margin for rounding.
 fn bounds_of(piece: &Piece, hull: &Hull) -> Aabb {
     let mut b = Aabb::EMPTY;
     hull.net().iter().for_each(|p| b.grow(&(p + piece.form.centre)));
     b.widened(1e-14 * (1.0 + b.diagonal() + b.center().amax()))
 }
 
-/// Positions of the pieces by patch, and where each patch's begin.
+/// Indices of the pieces by patch, and the start of each patch.
 fn group(pieces: &[Piece], patches: usize) -> (Vec<u32>, Vec<u32>) {
     let mut by_patch: Vec<u32> = (0..pieces.len() as u32).collect();
     by_patch.sort_by_key(|&k| pieces[k as usize].patch);

@@ -11,8 +11,8 @@ fn random(seed: &mut u64) -> f64 {
     ((*seed >> 33) as f64) / (1u64 << 31) as f64
 }
 
-/// Half of a die: flat, shoulder r = 7, wall, corner fillet and floor; whole turn, so that it has concave
-/// and convex parts and points beyond every centre of curvature.
+/// Half of a die: flat, shoulder r = 7, wall, corner fillet and floor over a full turn, with concave and convex parts
+/// and points beyond every centre of curvature.
 fn cup_die() -> ToolModel {
     let profile = [
         line(1, [60.0, 0.0], [37.0, 0.0], [0.0, 1.0]),
@@ -121,7 +121,7 @@ fn the_medial_axis_and_coincident_feet_end_in_finite_work() {
     assert!((axis.point - Vec3::new(0.0, 0.0, -28.0)).norm() < 1e-6, "{axis:?}");
 }
 
-/// On sides and corners, and on their normals: the distance is zero, or several patches share the foot.
+/// On sides and corners, and on their normals: the distance is zero, or several patches share the foot point.
 #[test]
 fn points_on_the_tool_and_over_its_vertices_are_found() {
     for model in [cup_die(), crate::tool::exchange::to_bezier(&cup_die())] {
@@ -146,7 +146,7 @@ fn points_on_the_tool_and_over_its_vertices_are_found() {
     }
 }
 
-/// Bounds say nothing of differences that rounding hides: parts were cut until the work allowed was spent.
+/// Differences hidden by rounding cannot be bounded: subdivision must still end before the work limit.
 #[test]
 fn a_search_from_very_far_away_ends() {
     let surface = ToolSurface::new(cup_die());

@@ -26,7 +26,7 @@ const ROUNDS: usize = 60;
 /// Largest gap over the model's size where no tolerance for lengths is asked.
 const GAP: f64 = 1e-3;
 /// Largest gap over the model's size whatever the tolerance: tool files hold no more.
-const LARGEST: f64 = 0.99 * crate::tool::file::LARGEST_GAP;
+const LARGEST: f64 = 0.99 * crate::tool::file::BORDER_GAP_MAX_REL;
 /// A side nearer to its edge than this share of the gap allowed is not what makes the gap.
 const NEAR: f64 = 0.1;
 

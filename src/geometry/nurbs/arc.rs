@@ -1,4 +1,4 @@
-//! Exact conics: elliptic arcs as rational quadratics, and the relation of their parameter to the angle.
+//! Exact elliptic arcs as rational quadratic B-splines, and the relation of their parameter to the angle.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -9,7 +9,7 @@ fn span_count([from, to]: [f64; 2]) -> usize {
     ((to - from) / FRAC_PI_2 - 1e-9).ceil().clamp(1.0, 64.0) as usize
 }
 
-/// Angles at the ends of the spans of an arc: equal spans of at most 90 degrees.
+/// Angles [rad] at the span ends of an arc: equal spans of at most 90 degrees.
 pub(super) fn span_angles([from, to]: [f64; 2]) -> Vec<f64> {
     let spans = span_count([from, to]);
     let mut angles: Vec<f64> =
@@ -18,7 +18,7 @@ pub(super) fn span_angles([from, to]: [f64; 2]) -> Vec<f64> {
     angles
 }
 
-/// Knots of a quadratic arc over these spans.
+/// Knot vector of a rational quadratic arc with spans between `angles`.
 pub(super) fn arc_knots(angles: &[f64]) -> Vec<f64> {
     let ends = [angles[0], angles[angles.len() - 1]];
     let mut knots = vec![ends[0]; 3];
@@ -29,7 +29,7 @@ pub(super) fn arc_knots(angles: &[f64]) -> Vec<f64> {
     knots
 }
 
-/// (angle, radius factor, weight) of every control point of the arc.
+/// (angle [rad], radius factor, weight) of every control point of the arc (Piegl/Tiller, section 7.3).
 pub(super) fn arc_points(angles: &[f64]) -> Vec<(f64, f64, f64)> {
     let mut points = vec![(angles[0], 1.0, 1.0)];
     for w in angles.windows(2) {
@@ -41,9 +41,9 @@ pub(super) fn arc_points(angles: &[f64]) -> Vec<(f64, f64, f64)> {
 }
 
 impl Curve3 {
-    /// Elliptic arc in the plane of `frame`: `origin + rx cos a x + ry sin a y` for `a` from `from` to `to`
-    /// [rad], `0 < to - from <= 2 pi`. Exact; its knots are the angles at the ends of its spans, so that the
-    /// parameter equals the angle there.
+    /// Elliptic arc `origin + rx cos a x + ry sin a y` in the plane of `frame`, `a` from `from` to `to` [rad],
+    /// `0 < to - from <= 2 pi`. The representation is exact. The knots are the angles at the span ends, so that
+    /// parameter and angle agree there.
     #[must_use]
     pub fn ellipse_arc(frame: &Frame, rx: f64, ry: f64, from: f64, to: f64) -> Self {
         let angles = span_angles([from, to]);
@@ -56,8 +56,8 @@ impl Curve3 {
     }
 }
 
-/// Rational parameter of an angle. In a span of half angle h about its middle m, the parameter s in [-1, 1]
-/// obeys `tan((angle - m)/2) = s tan(h/2)`.
+/// Rational parameter of an angle [rad]. In a span with middle m and half angle h the local parameter s in [-1, 1]
+/// satisfies `tan((angle - m)/2) = s tan(h/2)`.
 pub(super) fn parameter_of_angle(range: [f64; 2], angle: f64) -> f64 {
     let (middle, half) = span_of(range, angle);
     middle + half * ((angle - middle) / 2.0).tan() / (half / 2.0).tan()
@@ -69,7 +69,7 @@ pub(super) fn angle_of_parameter(range: [f64; 2], parameter: f64) -> f64 {
     middle + 2.0 * ((parameter - middle) / half * (half / 2.0).tan()).atan()
 }
 
-/// Middle and half width of the span that holds `value`; beyond the range the nearest span goes on.
+/// Middle and half width of the span that contains `value`; values outside the range belong to the nearest end span.
 fn span_of([from, to]: [f64; 2], value: f64) -> (f64, f64) {
     let spans = span_count([from, to]);
     let at = |k: usize| {

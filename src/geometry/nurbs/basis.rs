@@ -1,26 +1,26 @@
-//! B-spline basis functions and their first two derivatives, on fixed stack buffers.
+//! B-spline basis functions and their first two derivatives, in stack buffers of fixed size.
 
-/// Largest degree accepted.
+/// Largest degree accepted. Doubled: stack buffers of twice the size.
 pub(super) const MAX_DEGREE: usize = 25;
-/// Buffer for degrees up to 3, the common case.
+/// Buffer size for degrees up to 3, the most frequent case.
 pub(super) const SMALL: usize = 4;
-/// Buffer for degrees up to 9.
+/// Buffer size for degrees up to 9.
 pub(super) const MEDIUM: usize = 10;
-/// Buffer for degrees up to 15.
+/// Buffer size for degrees up to 15.
 pub(super) const WIDE: usize = 16;
-/// Buffer for any degree.
+/// Buffer size for every admissible degree.
 pub(super) const LARGE: usize = MAX_DEGREE + 1;
 
-/// The basis functions that are not zero at a parameter, with derivatives; `SIZE > degree`.
+/// The non-zero basis functions at a parameter with their derivatives; `SIZE > degree`.
 pub(super) struct BasisWindow<const SIZE: usize> {
-    /// Index of the first of them.
+    /// Index of the first non-zero function.
     pub first: usize,
-    /// Values, first and second derivatives; `degree + 1` of each are set.
+    /// Values, first and second derivatives; the first `degree + 1` entries of each are valid.
     pub values: [[f64; SIZE]; 3],
 }
 
-/// Index k with `knots[k] <= t < knots[k + 1]` inside the domain; the last non-empty span at its end. A `t` that is not a
-/// number is a fault of the caller; it has the first span, and the functions there are no numbers either.
+/// Knot span index k with `knots[k] <= t < knots[k + 1]` within the domain; the last non-empty span at its end. `t`
+/// must not be NaN; if it is, the first span is returned and the basis functions are NaN.
 pub(super) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
     let (low, high) = (degree, knots.len() - 1 - degree);
     debug_assert!(!t.is_nan(), "a parameter that is not a number");
@@ -28,7 +28,6 @@ pub(super) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
         return low;
     }
     let t = t.clamp(knots[low], knots[high]);
-    // Knots up to and including t, within the domain.
     let k = (low + knots[low..=high].partition_point(|&k| k <= t) - 1).max(low);
     let mut k = k.min(high - 1);
     while knots[k] >= knots[k + 1] && k > low {
@@ -37,12 +36,12 @@ pub(super) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
     k
 }
 
-/// Basis functions of `degree` at `t` (clamped to the domain), by the Cox-de Boor recursion; derivatives from
-/// the functions of lower degree.
+/// Basis functions of `degree` at `t` (clamped to the domain) by the Cox-de Boor recursion. Derivatives follow from the
+/// functions of lower degree (Piegl/Tiller Eq. 2.7).
 pub(super) fn basis<const SIZE: usize>(degree: usize, knots: &[f64], t: f64) -> BasisWindow<SIZE> {
     let t = t.clamp(knots[degree], knots[knots.len() - 1 - degree]);
     let k = span(degree, knots, t);
-    // With a constant degree the loops are unrolled.
+    // A constant degree lets the compiler unroll the loops.
     let values = match degree {
         1 => with_derivatives(1, knots, k, t),
         2 => with_derivatives(2, knots, k, t),
@@ -52,7 +51,7 @@ pub(super) fn basis<const SIZE: usize>(degree: usize, knots: &[f64], t: f64) -> 
     BasisWindow { first: k - degree, values }
 }
 
-/// Values, first and second derivatives of the functions of `degree` in span k.
+/// Values, first and second derivatives of the functions of `degree` in knot span k.
 #[inline(always)]
 fn with_derivatives<const SIZE: usize>(
     degree: usize,
@@ -78,7 +77,8 @@ fn with_derivatives<const SIZE: usize>(
     values
 }
 
-/// The basis functions alone, the same to the bit as [`basis`] has them: index of the first, and values.
+/// Values of the basis functions without derivatives, bit-identical to those of [`basis`]: index of the first function,
+/// and values.
 pub(super) fn basis_values<const SIZE: usize>(
     degree: usize,
     knots: &[f64],
@@ -86,7 +86,7 @@ pub(super) fn basis_values<const SIZE: usize>(
 ) -> (usize, [f64; SIZE]) {
     let t = t.clamp(knots[degree], knots[knots.len() - 1 - degree]);
     let k = span(degree, knots, t);
-    // With a constant degree the loops are unrolled.
+    // A constant degree lets the compiler unroll the loops.
     let row = match degree {
         1 => cox_de_boor(1, knots, k, t, |_, _| {}),
         2 => cox_de_boor(2, knots, k, t, |_, _| {}),
@@ -97,7 +97,7 @@ pub(super) fn basis_values<const SIZE: usize>(
     (k - degree, row)
 }
 
-/// The functions of `degree` in span k; `before(j, ..)` sees those of degree j - 1.
+/// Cox-de Boor recursion up to `degree` in knot span k; `before(j, ..)` receives the functions of degree j - 1.
 #[inline(always)]
 fn cox_de_boor<const SIZE: usize>(
     degree: usize,
@@ -114,17 +114,17 @@ fn cox_de_boor<const SIZE: usize>(
         let mut saved = 0.0;
         for r in 0..j {
             let (right, left) = (near[degree + r] - t, t - near[degree + r - j]);
-            let share = row[r] / (right + left);
-            row[r] = saved + right * share;
-            saved = left * share;
+            let fraction = row[r] / (right + left);
+            row[r] = saved + right * fraction;
+            saved = left * fraction;
         }
         row[j] = saved;
     }
     row
 }
 
-/// `p (f_i / (t_{i+p} - t_i) - f_{i+1} / (t_{i+p+1} - t_{i+1}))`: turns (derivatives of) the functions of degree
-/// p - 1 into the next derivatives of those of degree p, all in span k.
+/// `p (f_i / (t_{i+p} - t_i) - f_{i+1} / (t_{i+p+1} - t_{i+1}))` in knot span k (Piegl/Tiller Eq. 2.7). Maps functions
+/// of degree p - 1, or their derivatives, to the next derivative of the functions of degree p.
 #[inline(always)]
 fn derive<const SIZE: usize>(
     p: usize,
@@ -135,14 +135,14 @@ fn derive<const SIZE: usize>(
     let near = &knots[k + 1 - p..k + 1 + p];
     let mut out = [0.0; SIZE];
     for r in 0..p {
-        let share = p as f64 * lower[r] / (near[p + r] - near[r]);
-        out[r] -= share;
-        out[r + 1] += share;
+        let fraction = p as f64 * lower[r] / (near[p + r] - near[r]);
+        out[r] -= fraction;
+        out[r + 1] += fraction;
     }
     out
 }
 
-/// Bernstein polynomials of `degree < SIZE` at `t` with first and second derivatives, as a window that begins at 0.
+/// Bernstein polynomials of `degree < SIZE` at `t` with first and second derivatives; the window starts at index 0.
 pub(super) fn bernstein<const SIZE: usize>(degree: usize, t: f64) -> BasisWindow<SIZE> {
     let (mut row, mut lower) = ([0.0; SIZE], [[0.0; SIZE]; 2]);
     row[0] = 1.0;
@@ -150,15 +150,15 @@ pub(super) fn bernstein<const SIZE: usize>(degree: usize, t: f64) -> BasisWindow
         lower = [lower[1], row];
         let mut saved = 0.0;
         for slot in &mut row[..j] {
-            let share = *slot;
-            *slot = saved + (1.0 - t) * share;
-            saved = t * share;
+            let fraction = *slot;
+            *slot = saved + (1.0 - t) * fraction;
+            saved = t * fraction;
         }
         row[j] = saved;
     }
     let mut values = [row, [0.0; SIZE], [0.0; SIZE]];
     let n = degree as f64;
-    // Functions of lower degree outside their range are zero.
+    // Functions of lower degree with an index outside their range vanish.
     let at = |row: &[f64; SIZE], i: Option<usize>| i.map_or(0.0, |i| row[i]);
     let [low, lower] = &lower;
     for (i, slot) in values[1].iter_mut().enumerate().take(degree + 1) {
@@ -171,7 +171,7 @@ pub(super) fn bernstein<const SIZE: usize>(degree: usize, t: f64) -> BasisWindow
     BasisWindow { first: 0, values }
 }
 
-/// Binomial coefficient, exact up to 50 over anything.
+/// Binomial coefficient `C(n, k)`; exact for n up to 50.
 pub(super) fn binomial(n: usize, k: usize) -> f64 {
     let k = k.min(n - k);
     (0..k).fold(1.0, |b, i| (b * (n - i) as f64 / (i + 1) as f64).round())

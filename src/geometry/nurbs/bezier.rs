@@ -1,4 +1,4 @@
-//! A Bezier piece in homogeneous coordinates.
+//! Rational Bezier patches in homogeneous coordinates.
 
 use nalgebra::Vector4;
 
@@ -6,22 +6,23 @@ use super::basis::{LARGE, MEDIUM, SMALL, bernstein};
 use super::derivs::{SurfaceDerivs, tensor};
 use crate::geometry::{Aabb, Vec2};
 
-/// A rational Bezier patch over a rectangle of the parameter plane; a curve is one of degree 0 along v.
+/// A rational Bezier patch over a rectangle of the parameter plane. A curve has degree 0 along v.
 #[derive(Debug, Clone)]
 pub(super) struct BezierPiece {
     pub degrees: [usize; 2],
-    /// Corners of the rectangle.
+    /// Smallest parameters of the rectangle.
     pub low: Vec2,
-    /// See `low`.
+    /// Largest parameters of the rectangle.
     pub high: Vec2,
-    /// The largest parameters that evaluate to this piece: `high`, or just below it where the B-spline jumps.
+    /// Largest parameters that evaluate to this patch: `high`, or the next smaller number at a discontinuity of the
+    /// B-spline.
     pub last: Vec2,
-    /// `(w P, w)`; point (i, j) is `net[i * (degree_v + 1) + j]`.
+    /// Homogeneous control points `(w P, w)`; point (i, j) is `net[i * (degree_v + 1) + j]`.
     pub net: Vec<Vector4<f64>>,
 }
 
 impl BezierPiece {
-    /// Value and derivatives at local parameters in `[0, 1]^2` (derivatives by them too).
+    /// Point and derivatives with respect to the local parameters in `[0, 1]^2`.
     pub fn derivs(&self, st: Vec2) -> SurfaceDerivs {
         match self.degrees[0].max(self.degrees[1]) {
             0..SMALL => self.derivs_sized::<SMALL>(st),
@@ -38,7 +39,7 @@ impl BezierPiece {
         tensor(p, &bu, &bv, row)
     }
 
-    /// Parameters of the surface at local parameters; the ends to the bit (but see `last`).
+    /// Surface parameters of local parameters; exact at the ends, where `last` replaces `high`.
     pub fn parameters(&self, st: Vec2) -> Vec2 {
         let at = |k: usize| {
             if st[k] >= 1.0 {
@@ -50,7 +51,7 @@ impl BezierPiece {
         Vec2::new(at(0), at(1))
     }
 
-    /// Local parameters of `uv`, clamped to the piece.
+    /// Local parameters of `uv`, clamped to `[0, 1]^2`.
     pub fn local(&self, uv: Vec2) -> Vec2 {
         let at = |k: usize| {
             let width = self.high[k] - self.low[k];
@@ -59,7 +60,7 @@ impl BezierPiece {
         Vec2::new(at(0), at(1))
     }
 
-    /// Box of the control points: the piece lies inside.
+    /// Bounding box of the control points; contains the patch (convex hull property).
     pub fn bounds(&self) -> Aabb {
         let mut out = Aabb::EMPTY;
         self.net.iter().for_each(|h| out.grow(&(h.xyz() / h.w)));

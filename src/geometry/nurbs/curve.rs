@@ -9,15 +9,15 @@ use super::prepared::Prepared;
 use super::projector::CurveProjector;
 use crate::geometry::Affine;
 
-/// A rational B-spline curve in `D` dimensions. Invariants (kept by [`Curve::try_new`]): degree >= 1,
-/// `knots.len() == points.len() + degree + 1`, knots never fall and leave a non-empty domain, weights positive.
+/// A rational B-spline curve in `D` dimensions. Invariants, checked by [`Curve::try_new`]: degree >= 1,
+/// `knots.len() == points.len() + degree + 1`, knots non-decreasing with a non-empty domain, weights positive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve<const D: usize> {
     pub(super) degree: usize,
     pub(super) knots: Vec<f64>,
     pub(super) points: Vec<SVector<f64, D>>,
     pub(super) weights: Vec<f64>,
-    /// For closest points.
+    /// Search structure for closest points.
     pub(super) prepared: Prepared<CurveProjector>,
 }
 
@@ -26,7 +26,7 @@ pub type Curve2 = Curve<2>;
 /// A curve in space [mm].
 pub type Curve3 = Curve<3>;
 
-/// Value and first two derivatives of a curve by its parameter.
+/// Point and first two derivatives of a curve with respect to its parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveDerivs<const D: usize> {
     /// Point.
@@ -38,11 +38,11 @@ pub struct CurveDerivs<const D: usize> {
 }
 
 impl<const D: usize> Curve<D> {
-    /// A curve from its control data; `weights = None` is polynomial. Unclamped knots are allowed (domain
-    /// is `knots[degree] ..= knots[n]`).
+    /// A curve from its control data; `weights = None` is polynomial. Unclamped knot vectors are allowed; the domain is
+    /// `knots[degree] ..= knots[n]`.
     ///
     /// # Errors
-    /// [`NurbsError`] names what breaks the invariants.
+    /// [`NurbsError`] names the violated invariant.
     pub fn try_new(
         degree: usize,
         knots: Vec<f64>,
@@ -57,7 +57,7 @@ impl<const D: usize> Curve<D> {
         Ok(Self::raw(degree, knots, points, weights))
     }
 
-    /// A curve from control data known to keep the invariants.
+    /// A curve from control data known to satisfy the invariants.
     pub(super) fn raw(
         degree: usize,
         knots: Vec<f64>,
@@ -80,19 +80,19 @@ impl<const D: usize> Curve<D> {
         self.degree
     }
 
-    /// Knots, never falling.
+    /// Knots, non-decreasing.
     #[must_use]
     pub fn knots(&self) -> &[f64] {
         &self.knots
     }
 
-    /// Control points (not multiplied by their weights).
+    /// Control points (Cartesian, not multiplied by their weights).
     #[must_use]
     pub fn points(&self) -> &[SVector<f64, D>] {
         &self.points
     }
 
-    /// Weights, one a control point.
+    /// Weights, one per control point.
     #[must_use]
     pub fn weights(&self) -> &[f64] {
         &self.weights
@@ -104,7 +104,7 @@ impl<const D: usize> Curve<D> {
         [self.knots[self.degree], self.knots[self.points.len()]]
     }
 
-    /// Point at `t` (clamped to the domain), to the bit that of [`Curve::derivs`].
+    /// Point at `t` (clamped to the domain), bit-identical to that of [`Curve::derivs`].
     #[must_use]
     pub fn point(&self, t: f64) -> SVector<f64, D> {
         match self.degree {
@@ -119,14 +119,14 @@ impl<const D: usize> Curve<D> {
         let (first, values) = basis_values::<N>(self.degree, &self.knots, t);
         let (mut sum, mut w) = (SVector::<f64, D>::zeros(), 0.0);
         for (k, value) in values.iter().enumerate().take(self.degree + 1) {
-            let share = value * self.weights[first + k];
-            sum += self.points[first + k] * share;
-            w += share;
+            let fraction = value * self.weights[first + k];
+            sum += self.points[first + k] * fraction;
+            w += fraction;
         }
         sum / w
     }
 
-    /// Point and derivatives at `t` (clamped to the domain). No allocation.
+    /// Point and derivatives at `t` (clamped to the domain). Does not allocate.
     #[must_use]
     pub fn derivs(&self, t: f64) -> CurveDerivs<D> {
         match self.degree {
@@ -144,9 +144,9 @@ impl<const D: usize> Curve<D> {
         for k in 0..=self.degree {
             let (point, weight) = (&self.points[b.first + k], self.weights[b.first + k]);
             for order in 0..3 {
-                let share = b.values[order][k] * weight;
-                a[order] += point * share;
-                w[order] += share;
+                let fraction = b.values[order][k] * weight;
+                a[order] += point * fraction;
+                w[order] += fraction;
             }
         }
         let c = a[0] / w[0];
@@ -155,7 +155,7 @@ impl<const D: usize> Curve<D> {
         CurveDerivs { c, d1, d2 }
     }
 
-    /// The same curve run backwards, on the same domain.
+    /// The curve with reversed orientation on the same domain.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let [low, high] = self.domain();
@@ -163,7 +163,7 @@ impl<const D: usize> Curve<D> {
         out.points.reverse();
         out.weights.reverse();
         out.knots = self.knots.iter().rev().map(|k| low + high - k).collect();
-        // The ends of the domain stay the same to the bit.
+        // Rounding must not change the ends of the domain.
         let (p, n) = (self.degree, self.points.len());
         out.knots[p] = low;
         out.knots[n] = high;
@@ -172,10 +172,10 @@ impl<const D: usize> Curve<D> {
         out
     }
 
-    /// The piece on `[from, to]`, keeping its parameters.
+    /// The segment on `[from, to]` with unchanged parametrisation.
     ///
     /// # Errors
-    /// [`NurbsError::Range`] when the range is empty or leaves the domain.
+    /// [`NurbsError::Range`] when the range is empty or not within the domain.
     pub fn trimmed(&self, from: f64, to: f64) -> Result<Self, NurbsError> {
         let [low, high] = self.domain();
         let inside = from >= low && to <= high && from < to;
@@ -188,14 +188,14 @@ impl<const D: usize> Curve<D> {
         Ok(Self::raw(self.degree, net.knots, points, weights))
     }
 
-    /// The same curve with clamped knots: its first and last control points are its ends.
+    /// The same curve with a clamped knot vector, so that the first and last control points are the end points.
     #[must_use]
     pub fn clamped(&self) -> Self {
         let [low, high] = self.domain();
         self.trimmed(low, high).unwrap_or_else(|_| self.clone())
     }
 
-    /// The curve with `map` applied to its control points: its image when `map` is affine.
+    /// The curve with `map` applied to its control points. For an affine `map` this is the image of the curve.
     #[must_use]
     pub fn mapped(&self, map: impl Fn(SVector<f64, D>) -> SVector<f64, D>) -> Self {
         let mut out = self.clone();
@@ -203,7 +203,7 @@ impl<const D: usize> Curve<D> {
         out
     }
 
-    /// The (clamped) curve with its first control point moved.
+    /// The clamped curve with its first control point replaced.
     #[must_use]
     pub fn with_start(&self, start: SVector<f64, D>) -> Self {
         let mut out = self.clone();
@@ -211,7 +211,7 @@ impl<const D: usize> Curve<D> {
         out
     }
 
-    /// The (clamped) curve with its last control point moved.
+    /// The clamped curve with its last control point replaced.
     #[must_use]
     pub fn with_end(&self, end: SVector<f64, D>) -> Self {
         let mut out = self.clone();
@@ -220,7 +220,7 @@ impl<const D: usize> Curve<D> {
         out
     }
 
-    /// The same curve on the domain `[from, to]`, `from < to`.
+    /// The curve linearly reparametrised to `[from, to]`, `from < to`.
     #[must_use]
     pub fn on_domain(&self, from: f64, to: f64) -> Self {
         let [low, high] = self.domain();
@@ -238,7 +238,7 @@ impl<const D: usize> Curve<D> {
         out
     }
 
-    /// Polynomial or rational Bezier pieces over the non-empty spans, each on its part of the domain.
+    /// Bezier segments over the non-empty knot spans, each on its part of the domain.
     #[must_use]
     pub fn bezier_pieces(&self) -> Vec<Self> {
         let [low, high] = self.domain();
@@ -248,7 +248,8 @@ impl<const D: usize> Curve<D> {
         breaks.windows(2).filter_map(|w| self.trimmed(w[0], w[1]).ok()).collect()
     }
 
-    /// The same curve with its degree raised to `degree` and full multiplicity at every break: exact.
+    /// The same curve after exact degree elevation to `degree`, with full multiplicity at every break, including
+    /// `extra_breaks`.
     #[must_use]
     pub fn elevated(&self, degree: usize, extra_breaks: &[f64]) -> Self {
         let [low, high] = self.domain();
@@ -289,7 +290,7 @@ impl Curve3 {
         out
     }
 
-    /// Length [mm], by Gauss's rule on halves of spans until they agree to 1e-12 of the whole.
+    /// Arc length [mm]: Gauss quadrature with bisection of the spans until both halves agree to 1e-12 of the total.
     #[must_use]
     pub fn length(&self) -> f64 {
         // Five-point Gauss rule on [-1, 1].

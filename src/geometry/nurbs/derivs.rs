@@ -1,36 +1,36 @@
-//! Value and derivatives of a surface from homogeneous control points.
+//! Point and derivatives of a rational surface from homogeneous control points.
 
 use nalgebra::Vector4;
 
 use super::basis::BasisWindow;
 use crate::geometry::Vec3;
 
-/// Value and derivatives of a surface.
+/// Point and derivatives of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceDerivs {
     /// Point.
     pub s: Vec3,
-    /// First derivative by u.
+    /// First derivative with respect to u.
     pub su: Vec3,
-    /// First derivative by v.
+    /// First derivative with respect to v.
     pub sv: Vec3,
-    /// Second derivative by u.
+    /// Second derivative with respect to u.
     pub suu: Vec3,
     /// Mixed derivative.
     pub suv: Vec3,
-    /// Second derivative by v.
+    /// Second derivative with respect to v.
     pub svv: Vec3,
 }
 
-/// Value and derivatives from the functions along u and v and the rows of homogeneous points `(w P, w)` they act on:
-/// the quotient rule on the sums of `w P` and `w`.
+/// Point and derivatives from the basis functions along u and v and the rows of homogeneous control points `(w P, w)`.
+/// Applies the quotient rule to the sums of `w P` and `w` (Piegl/Tiller Eq. 4.20).
 pub(super) fn tensor<const N: usize, R: Iterator<Item = Vector4<f64>>>(
     degree_u: usize,
     bu: &BasisWindow<N>,
     bv: &BasisWindow<N>,
     row: impl Fn(usize) -> R,
 ) -> SurfaceDerivs {
-    // Homogeneous sums for the derivative orders (0,0) (1,0) (0,1) (2,0) (1,1) (0,2).
+    // Sums for the derivative orders (0,0) (1,0) (0,1) (2,0) (1,1) (0,2).
     let mut sums = [Vector4::zeros(); 6];
     let [b0, b1, b2] = &bu.values;
     let [c0, c1, c2] = &bv.values;

@@ -1,22 +1,22 @@
-//! `F = w^2 (|S - p|^2 - m)` over a Bezier cell in Bernstein form: a polynomial also where S is rational. Where F is
-//! not negative, no point of the cell is nearer to p than the square root of m.
+//! Bernstein form of `F = w^2 (|S - p|^2 - m)` over a Bezier cell. F is a polynomial also for rational S. If F >= 0 on
+//! the cell, no point of the cell is closer to p than the square root of m.
 
 use nalgebra::Vector4;
 
 use super::basis::{LARGE, MEDIUM, bernstein, binomial};
 use crate::geometry::Vec2;
 
-/// Binomial factors of one pair of degrees.
+/// Binomial factors of a pair of degrees.
 #[derive(Debug, Clone)]
 pub(super) struct DistanceForm {
     degrees: [usize; 2],
-    /// `C(p, i) C(q, j)` of the net's points.
+    /// `C(p, i) C(q, j)` of the control points.
     scale: Vec<f64>,
-    /// `1 / (C(2p, k) C(2q, l))` of F's coefficients.
+    /// `1 / (C(2p, k) C(2q, l))` of the coefficients of F.
     inverse: Vec<f64>,
 }
 
-/// Coefficients of F over a cell, `k * (2q + 1) + l`.
+/// Bernstein coefficients of F over a cell, index `k * (2q + 1) + l`.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Coefficients {
     values: Vec<f64>,
@@ -33,7 +33,7 @@ impl DistanceForm {
         Self { degrees, scale: product(p, q), inverse }
     }
 
-    /// Fills `out` from the net `(w (P - p), w)`; returns the size of the rounding errors in it.
+    /// Computes the coefficients from the net `(w (P - p), w)` into `out`; returns a bound of their rounding error.
     pub fn fill(&self, net: &[Vector4<f64>], m: f64, out: &mut Coefficients) -> f64 {
         let [p, q] = self.degrees;
         let width = 2 * q + 1;
@@ -41,9 +41,9 @@ impl DistanceForm {
         out.values.resize((2 * p + 1) * width, 0.0);
         out.scaled.clear();
         out.scaled.extend(net.iter().zip(&self.scale).map(|(h, s)| h * *s));
-        let mut largest = 0.0f64;
+        let mut max_abs = 0.0f64;
         for h in net {
-            largest = largest.max(h.x * h.x + h.y * h.y + h.z * h.z + m * h.w * h.w);
+            max_abs = max_abs.max(h.x * h.x + h.y * h.y + h.z * h.z + m * h.w * h.w);
         }
         for i0 in 0..=p {
             for i1 in 0..=i0 {
@@ -59,41 +59,41 @@ impl DistanceForm {
             }
         }
         out.values.iter_mut().zip(&self.inverse).for_each(|(f, s)| *f *= s);
-        16.0 * f64::EPSILON * largest
+        16.0 * f64::EPSILON * max_abs
     }
 
-    /// Smallest coefficient and where in `[0, 1]^2` it acts most.
-    pub fn least(&self, f: &Coefficients) -> (f64, Vec2) {
-        let (mut least, mut at) = (f64::INFINITY, 0);
+    /// Smallest coefficient and its Greville point in `[0, 1]^2`.
+    pub fn min_coefficient(&self, f: &Coefficients) -> (f64, Vec2) {
+        let (mut min, mut at) = (f64::INFINITY, 0);
         for (k, &value) in f.values.iter().enumerate() {
-            if value < least {
-                (least, at) = (value, k);
+            if value < min {
+                (min, at) = (value, k);
             }
         }
         let [p, q] = self.degrees;
-        let share =
+        let fraction =
             |k: usize, degree: usize| if degree > 0 { k as f64 / (2 * degree) as f64 } else { 0.0 };
-        (least, Vec2::new(share(at / (2 * q + 1), p), share(at % (2 * q + 1), q)))
+        (min, Vec2::new(fraction(at / (2 * q + 1), p), fraction(at % (2 * q + 1), q)))
     }
 
-    /// Least of F at the four corners.
-    pub fn least_corner(&self, f: &Coefficients) -> f64 {
+    /// Minimum of F over the four corners.
+    pub fn min_corner(&self, f: &Coefficients) -> f64 {
         let (width, count) = (2 * self.degrees[1] + 1, f.values.len());
         [0, width - 1, count - width, count - 1]
             .iter()
             .fold(f64::INFINITY, |m, &k| m.min(f.values[k]))
     }
 
-    /// Bounds of the second derivatives by the cell's own parameters: least of F_uu and F_vv, largest |F_uu|,
-    /// |F_vv| and |F_uv|.
+    /// Bounds of the second derivatives with respect to the local parameters of the cell: minima of F_uu and F_vv,
+    /// maxima of |F_uu|, |F_vv| and |F_uv|.
     pub fn curvature(&self, f: &Coefficients) -> Curvature {
         let [p, q] = self.degrees.map(|d| 2 * d);
         let at = |k: usize, l: usize| f.values[k * (q + 1) + l];
-        let mut out = Curvature { least: [f64::INFINITY; 2], largest: [0.0; 2], mixed: 0.0 };
+        let mut out = Curvature { min: [f64::INFINITY; 2], max_abs: [0.0; 2], mixed: 0.0 };
         let mut note = |axis: usize, degree: usize, value: f64| {
             let value = value * (degree * (degree - 1)) as f64;
-            out.least[axis] = out.least[axis].min(value);
-            out.largest[axis] = out.largest[axis].max(value.abs());
+            out.min[axis] = out.min[axis].min(value);
+            out.max_abs[axis] = out.max_abs[axis].max(value.abs());
         };
         for l in 0..=q {
             (2..=p).for_each(|k| note(0, p, at(k, l) - 2.0 * at(k - 1, l) + at(k - 2, l)));
@@ -110,12 +110,12 @@ impl DistanceForm {
         out
     }
 
-    /// The least value over the cell of F's tangent plane at `x` in `[0, 1]^2`: bounds a convex F from below.
+    /// Minimum over the cell of the tangent plane of F at `x` in `[0, 1]^2`: a lower bound of a convex F.
     pub fn tangent_bound(&self, f: &Coefficients, x: Vec2) -> f64 {
         if 2 * self.degrees[0].max(self.degrees[1]) < MEDIUM {
             self.tangent_bound_sized::<MEDIUM>(f, x)
         } else {
-            self.tangent_bound_sized::<DOUBLE>(f, x)
+            self.tangent_bound_sized::<DOUBLE_DEGREE_SIZE>(f, x)
         }
     }
 
@@ -134,22 +134,22 @@ impl DistanceForm {
     }
 }
 
-const DOUBLE: usize = 2 * (LARGE - 1) + 1;
+const DOUBLE_DEGREE_SIZE: usize = 2 * (LARGE - 1) + 1;
 
 /// See [`DistanceForm::curvature`].
 pub(super) struct Curvature {
-    /// Least F_uu, F_vv.
-    pub least: [f64; 2],
-    /// Largest |F_uu|, |F_vv|.
-    pub largest: [f64; 2],
-    /// Largest |F_uv|.
+    /// Minima of F_uu and F_vv.
+    pub min: [f64; 2],
+    /// Maxima of |F_uu| and |F_vv|.
+    pub max_abs: [f64; 2],
+    /// Maximum of |F_uv|.
     pub mixed: f64,
 }
 
 impl Curvature {
-    /// F is convex over the cell (a missing direction has no F_vv).
+    /// True when F is convex over the cell. A curve has no F_vv (`INFINITY`).
     pub fn convex(&self) -> bool {
-        let [a, c] = self.least;
+        let [a, c] = self.min;
         a >= 0.0 && c >= 0.0 && (c == f64::INFINITY || a * c >= self.mixed * self.mixed)
     }
 }

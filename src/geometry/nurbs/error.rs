@@ -1,6 +1,6 @@
-//! What is wrong with the control data of a curve or surface.
+//! Errors in the control data of curves and surfaces.
 
-/// Why control data is not a rational B-spline.
+/// The reason why control data does not define a rational B-spline.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NurbsError {
@@ -10,7 +10,7 @@ pub enum NurbsError {
         /// Degree given.
         found: usize,
     },
-    /// Fewer control points than degree + 1, or a net that is not rectangular.
+    /// Fewer control points than degree + 1, or a control net that is not rectangular.
     #[error("{found} control points where {needed} are needed")]
     PointCount {
         /// Points given.
@@ -26,7 +26,7 @@ pub enum NurbsError {
         /// Knots needed.
         needed: usize,
     },
-    /// Knots go down or leave no interval.
+    /// Knots decrease or leave no interval.
     #[error("knot {index} ({right}) does not continue the rising sequence after {left}")]
     Knots {
         /// Index of the offending knot.

@@ -1,4 +1,4 @@
-//! Curves through a function: polynomial pieces bisected until they follow it.
+//! Approximation of a function by a piecewise polynomial curve with adaptive bisection.
 
 use std::sync::OnceLock;
 
@@ -6,23 +6,25 @@ use nalgebra::{SMatrix, SVector};
 
 use super::curve::Curve;
 
-/// Degree of the pieces.
+/// Degree of the polynomial pieces.
 const DEGREE: usize = 5;
-/// Bisections of one interval between breaks.
-const DEPTH: u32 = 16;
+/// Maximum number of bisections of an interval between two breaks. Doubled: non-smooth functions produce more pieces
+/// before the fit stops.
+const BISECTION_DEPTH_MAX: u32 = 16;
 
 impl<const D: usize> Curve<D> {
-    /// A B-spline of degree 5 that follows `f` over the intervals between `breaks` (rising, at least two) within
-    /// `tolerance` at checked points, exactly at all piece ends. `f` should be smooth between breaks; where it is
-    /// not, pieces stop being bisected after 16 halvings, or when three of them do not halve the error (`f` is then
-    /// noise at this scale).
+    /// A B-spline of degree 5 that approximates `f` over the intervals between `breaks` (increasing, at least two).
+    ///
+    /// It interpolates `f` at all piece ends; the error at the sample points is at most `tolerance`. `f` should be
+    /// smooth between breaks. Bisection stops after 16 levels, or when three bisections do not halve the error (`f` is
+    /// then noise at this scale).
     #[must_use]
     pub fn fitted(f: impl Fn(f64) -> SVector<f64, D>, breaks: &[f64], tolerance: f64) -> Self {
         Self::fitted_near(|t, _| f(t), breaks, tolerance)
     }
 
-    /// The same for a function that is found by a search: it is told about where its value is, where that is known
-    /// from what was fitted before.
+    /// As [`Curve::fitted`], for a function evaluated by a local search. `f` also receives an estimate of its value
+    /// where a coarser piece supplies one.
     #[must_use]
     pub fn fitted_near(
         f: impl Fn(f64, Option<SVector<f64, D>>) -> SVector<f64, D>,
@@ -37,9 +39,12 @@ impl<const D: usize> Curve<D> {
             while let Some(whole) = stack.pop() {
                 let (a, b) = (whole.from, whole.to);
                 let known = [points.last().copied(), whole.end()];
-                let piece = interpolate(&|t| f(t, whole.about(t)), basis, [a, b], known);
+                let piece = interpolate(&|t| f(t, whole.parent_value(t)), basis, [a, b], known);
                 let off = error(&f, &piece, a, b);
-                if whole.depth < DEPTH && off > tolerance && off <= 0.5 * whole.above[2] {
+                if whole.depth < BISECTION_DEPTH_MAX
+                    && off > tolerance
+                    && off <= 0.5 * whole.ancestor_errors[2]
+                {
                     stack.extend(whole.halves(piece, off));
                     continue;
                 }
@@ -61,20 +66,20 @@ impl<const D: usize> Curve<D> {
 }
 
 impl<const D: usize> Curve<D> {
-    /// The polynomial of degree 5 on `[a, b]` through `f` at [`Curve::nodes_between`].
+    /// The polynomial of degree 5 on `[a, b]` that interpolates `f` at [`Curve::nodes_between`].
     #[must_use]
     pub fn through(f: &dyn Fn(f64) -> SVector<f64, D>, a: f64, b: f64) -> Self {
         let points = interpolate(&|t| f(t), Basis::get(), [a, b], [None; 2]);
         Self::bezier(points.to_vec(), a, b)
     }
 
-    /// The polynomial of degree 5 on `[a, b]` with these values at [`Curve::nodes_between`].
+    /// The polynomial of degree 5 on `[a, b]` with the given values at [`Curve::nodes_between`].
     #[must_use]
     pub fn through_values(values: &[SVector<f64, D>; DEGREE + 1], a: f64, b: f64) -> Self {
         Self::bezier(controls(values, &Basis::get().inverse).to_vec(), a, b)
     }
 
-    /// The six interpolation nodes of `[a, b]`: both ends, denser near them.
+    /// The six Chebyshev-Lobatto interpolation nodes of `[a, b]`, including both ends.
     #[must_use]
     pub fn nodes_between(a: f64, b: f64) -> [f64; DEGREE + 1] {
         Basis::get().nodes.map(|t| if t >= 1.0 { b } else { a + (b - a) * t })
@@ -87,7 +92,7 @@ impl<const D: usize> Curve<D> {
     }
 }
 
-/// Interior nodes of the interpolation: Chebyshev-Lobatto points with the ends.
+/// Chebyshev-Lobatto nodes of `[0, 1]`, including both ends.
 fn nodes() -> [f64; DEGREE + 1] {
     std::array::from_fn(|k| 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / DEGREE as f64).cos())
 }
@@ -104,42 +109,42 @@ fn bernstein(t: f64) -> [f64; DEGREE + 1] {
     b
 }
 
-/// An interval to be fitted.
+/// An interval on the bisection stack.
 struct Interval<const D: usize> {
     from: f64,
     to: f64,
     depth: u32,
-    /// Errors of the three intervals around it.
-    above: [f64; 3],
-    /// The piece over the interval around it, and that interval.
+    /// Errors of its three nearest ancestors, the parent first.
+    ancestor_errors: [f64; 3],
+    /// Bezier points of the parent's polynomial, and the parent interval.
     parent: Option<([SVector<f64, D>; DEGREE + 1], f64, f64)>,
 }
 
 impl<const D: usize> Interval<D> {
     fn new(from: f64, to: f64) -> Self {
-        Self { from, to, depth: 0, above: [f64::INFINITY; 3], parent: None }
+        Self { from, to, depth: 0, ancestor_errors: [f64::INFINITY; 3], parent: None }
     }
 
-    /// Its halves, the first one last.
+    /// Both halves, the first half last (top of the stack).
     fn halves(&self, piece: [SVector<f64, D>; DEGREE + 1], off: f64) -> [Self; 2] {
         let middle = 0.5 * (self.from + self.to);
         [(middle, self.to), (self.from, middle)].map(|(from, to)| Self {
             from,
             to,
             depth: self.depth + 1,
-            above: [off, self.above[0], self.above[1]],
+            ancestor_errors: [off, self.ancestor_errors[0], self.ancestor_errors[1]],
             parent: Some((piece, self.from, self.to)),
         })
     }
 
-    /// The value at its end, where the interval around it ends there as well.
+    /// Value at the end of the interval, if the parent interval ends there too.
     fn end(&self) -> Option<SVector<f64, D>> {
         let (piece, _, b) = self.parent.as_ref()?;
         (*b == self.to).then_some(piece[DEGREE])
     }
 
-    /// The value at `t` by the piece over the interval around it.
-    fn about(&self, t: f64) -> Option<SVector<f64, D>> {
+    /// Value of the parent's polynomial at `t`.
+    fn parent_value(&self, t: f64) -> Option<SVector<f64, D>> {
         let (piece, a, b) = self.parent.as_ref()?;
         Some(blend(piece, &bernstein((t - a) / (b - a))))
     }
@@ -152,17 +157,17 @@ fn blend<const D: usize>(
     piece.iter().zip(weights).map(|(p, w)| p * *w).sum()
 }
 
-/// What every interpolation needs.
+/// Constants of the interpolation.
 struct Basis {
     nodes: [f64; DEGREE + 1],
-    /// From values at the nodes to Bezier points.
+    /// Maps values at the nodes to Bezier points.
     inverse: SMatrix<f64, 6, 6>,
-    /// Bernstein polynomials at [`CHECKS`].
-    checks: [[f64; DEGREE + 1]; CHECKS.len()],
+    /// Bernstein polynomials at [`CHECK_PARAMETERS`].
+    checks: [[f64; DEGREE + 1]; CHECK_PARAMETERS.len()],
 }
 
-/// Where pieces are compared with what they follow.
-const CHECKS: [f64; 6] = [0.03, 0.22, 0.41, 0.59, 0.78, 0.97];
+/// Local parameters at which the error of a piece is sampled, between the interpolation nodes.
+const CHECK_PARAMETERS: [f64; 6] = [0.03, 0.22, 0.41, 0.59, 0.78, 0.97];
 
 impl Basis {
     fn get() -> &'static Self {
@@ -170,14 +175,15 @@ impl Basis {
         BASIS.get_or_init(|| {
             let nodes = nodes();
             let matrix = SMatrix::<f64, 6, 6>::from_fn(|r, c| bernstein(nodes[r])[c]);
-            // The matrix of Bernstein polynomials at distinct nodes is regular.
+            // Unisolvence: the Bernstein matrix at distinct nodes is regular.
             let inverse = matrix.try_inverse().unwrap_or_else(SMatrix::identity);
-            Self { nodes, inverse, checks: CHECKS.map(bernstein) }
+            Self { nodes, inverse, checks: CHECK_PARAMETERS.map(bernstein) }
         })
     }
 }
 
-/// Bezier points of the polynomial through f at the nodes of `[a, b]`; values at the ends may be known.
+/// Bezier points of the polynomial that interpolates f at the nodes of `[a, b]`; known end values are not evaluated
+/// again.
 fn interpolate<const D: usize>(
     f: &impl Fn(f64) -> SVector<f64, D>,
     basis: &Basis,
@@ -203,7 +209,7 @@ fn controls<const D: usize>(
     points
 }
 
-/// Largest distance from f at checked points.
+/// Largest distance from f at the sample points [`CHECK_PARAMETERS`].
 fn error<const D: usize>(
     f: &impl Fn(f64, Option<SVector<f64, D>>) -> SVector<f64, D>,
     piece: &[SVector<f64, D>; DEGREE + 1],
@@ -214,7 +220,7 @@ fn error<const D: usize>(
         let found = blend(piece, weights);
         (found - f(a + (b - a) * t, Some(found))).norm()
     };
-    CHECKS.into_iter().zip(&Basis::get().checks).map(off).fold(0.0, f64::max)
+    CHECK_PARAMETERS.into_iter().zip(&Basis::get().checks).map(off).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! A line of constant v on a surface, for many points of it.
+//! Isoparametric curve of constant v on a surface, for evaluation at many points.
 
 use nalgebra::Vector4;
 
@@ -11,26 +11,27 @@ use crate::geometry::Vec3;
 pub struct FirstDerivs {
     /// Point.
     pub s: Vec3,
-    /// Derivative by u.
+    /// Derivative with respect to u.
     pub su: Vec3,
-    /// Derivative by v.
+    /// Derivative with respect to v.
     pub sv: Vec3,
 }
 
-/// The line `v` = constant of a surface between two values of u: its rows of control points summed over v once.
+/// The isoparametric curve `v` = constant of a surface on an interval of u. The rows of control points are summed over
+/// v once.
 #[derive(Debug)]
 pub struct Isoline<'a> {
     degree: usize,
     knots: &'a [f64],
     ends: [f64; 2],
-    /// Row that `rows[0]` belongs to.
+    /// Row of the control net to which `rows[0]` belongs.
     first: usize,
-    /// Homogeneous points, and their derivatives by v.
+    /// Homogeneous points and their derivatives with respect to v.
     rows: Vec<[Vector4<f64>; 2]>,
 }
 
 impl Surface {
-    /// The line at `v` from `u[0]` to `u[1]` (rising; both clamped to the domain).
+    /// The isoparametric curve at `v` from `u[0]` to `u[1]` (increasing; both clamped to the domain).
     #[must_use]
     pub fn isoline(&self, v: f64, u: [f64; 2]) -> Isoline<'_> {
         match self.degrees[1] {
@@ -63,7 +64,7 @@ impl Surface {
 }
 
 impl Isoline<'_> {
-    /// Point and first derivatives at `u`, clamped to the values the line was made for.
+    /// Point and first derivatives at `u`, clamped to the interval of construction.
     #[must_use]
     pub fn derivs(&self, u: f64) -> FirstDerivs {
         let u = u.max(self.ends[0]).min(self.ends[1]);
@@ -110,8 +111,8 @@ mod tests {
         for v in [-1.0, 0.2, 0.5, 1.0] {
             for ends in [[0.0, 2.0], [0.1, 0.3], [0.31, 0.9], [1.0, 1.5]] {
                 let line = surface.isoline(v, ends);
-                for share in [0.0_f64, 0.4, 1.0, 1.0 + f64::EPSILON] {
-                    let u = ends[0] + share * (ends[1] - ends[0]);
+                for fraction in [0.0_f64, 0.4, 1.0, 1.0 + f64::EPSILON] {
+                    let u = ends[0] + fraction * (ends[1] - ends[0]);
                     let (found, expected) = (line.derivs(u), surface.derivs(Vec2::new(u, v)));
                     assert!((found.s - expected.s).norm() < 1e-14);
                     assert!((found.su - expected.su).norm() < 1e-12);

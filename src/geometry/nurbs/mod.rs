@@ -1,4 +1,4 @@
-//! Rational B-spline curves and surfaces: construction, evaluation, splitting, projection.
+//! Rational B-spline curves and surfaces: construction, evaluation, subdivision, point projection.
 
 mod arc;
 mod basis;
@@ -11,7 +11,7 @@ mod fit;
 mod isoline;
 mod net;
 pub(crate) mod newton;
-mod pinched;
+mod normal;
 mod prepared;
 mod project;
 mod projector;

@@ -1,4 +1,4 @@
-//! Control nets in homogeneous coordinates: checks, knot insertion, cutting, degree elevation.
+//! Control nets in homogeneous coordinates: validation, knot insertion, extraction of segments, degree elevation.
 
 use nalgebra::SVector;
 
@@ -30,7 +30,7 @@ pub(super) fn check_knots(degree: usize, knots: &[f64], points: usize) -> Result
     Ok(())
 }
 
-/// Weights given, or ones; all positive and finite, as many as points.
+/// The given weights, or ones. Fails unless all are positive and finite and there is one per point.
 pub(super) fn check_weights(
     weights: Option<Vec<f64>>,
     points: usize,
@@ -45,7 +45,7 @@ pub(super) fn check_weights(
     }
 }
 
-/// One row of homogeneous control points `(w P, w)`. Rows of a surface's net are cut and refined alike.
+/// One row of homogeneous control points `(w P, w)`. All rows of a surface net are processed alike.
 #[derive(Debug, Clone)]
 pub(super) struct Net<const D: usize> {
     pub degree: usize,
@@ -64,13 +64,13 @@ impl<const D: usize> Net<D> {
         Self { degree, knots: knots.to_vec(), points }
     }
 
-    /// Points divided by their weights, and the weights.
+    /// Cartesian control points and weights.
     pub fn projected(&self) -> (Vec<SVector<f64, D>>, Vec<f64>) {
         self.points.iter().map(|(p, w)| (p / *w, *w)).unzip()
     }
 
-    /// Keeps the piece on `[from, to]`, clamped at both ends. Each new control point is the blossom of the
-    /// old net at its own consecutive knots, so any multiplicity, also full ones inside, is kept.
+    /// Restricts the net to `[from, to]`, clamped at both ends. Each new control point is the blossom of the old net at
+    /// its own consecutive knots, which preserves any interior multiplicity, including full multiplicity.
     pub fn cut(&mut self, from: f64, to: f64) {
         let p = self.degree;
         let mut knots = vec![from; p + 1];
@@ -78,7 +78,7 @@ impl<const D: usize> Net<D> {
         knots.extend(std::iter::repeat_n(to, p + 1));
         let points = (0..knots.len() - p - 1)
             .filter_map(|i| {
-                // A non-empty span on which this control point acts.
+                // A non-empty span within the support of this control point.
                 let j = (i..=i + p).find(|&j| knots[j] < knots[j + 1])?;
                 let k = span(p, &self.knots, 0.5 * (knots[j] + knots[j + 1]));
                 Some(self.blossom(k, &knots[i + 1..=i + p]))
@@ -88,8 +88,8 @@ impl<const D: usize> Net<D> {
         self.points = points;
     }
 
-    /// Polar form of the polynomial on span `k` at `degree` arguments (de Boor's scheme with a new argument
-    /// at each level).
+    /// Polar form (blossom) of the polynomial on span `k` at `degree` arguments: de Boor's algorithm with a new
+    /// argument at each level.
     fn blossom(&self, k: usize, arguments: &[f64]) -> (SVector<f64, D>, f64) {
         let p = self.degree;
         let mut d: Vec<_> = self.points[k - p..=k].to_vec();
@@ -103,19 +103,19 @@ impl<const D: usize> Net<D> {
         d[p]
     }
 
-    /// Raises the degree of a Bezier net by one.
+    /// Raises the degree of a Bezier net by one (Piegl/Tiller Eq. 5.36).
     pub fn elevate_bezier(&mut self) {
         let p = self.degree;
         let mut next = Vec::with_capacity(p + 2);
         for i in 0..=p + 1 {
-            let share = i as f64 / (p + 1) as f64;
+            let fraction = i as f64 / (p + 1) as f64;
             let mut sum = (SVector::<f64, D>::zeros(), 0.0);
             if i > 0 {
-                sum = (self.points[i - 1].0 * share, self.points[i - 1].1 * share);
+                sum = (self.points[i - 1].0 * fraction, self.points[i - 1].1 * fraction);
             }
             if i <= p {
-                sum.0 += self.points[i].0 * (1.0 - share);
-                sum.1 += self.points[i].1 * (1.0 - share);
+                sum.0 += self.points[i].0 * (1.0 - fraction);
+                sum.1 += self.points[i].1 * (1.0 - fraction);
             }
             next.push(sum);
         }

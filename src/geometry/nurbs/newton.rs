@@ -1,12 +1,12 @@
-//! Bounded Newton for half the squared distance to a point, over a rectangle of parameters.
+//! Bounded Newton iteration for the point projection `min |S(u, v) - p|^2 / 2` over a parameter rectangle.
 
 use super::derivs::SurfaceDerivs;
 use crate::geometry::{Vec2, Vec3};
 
-/// A rectangle of parameters; a direction without width is held.
+/// A rectangle of parameters; a direction of zero width is fixed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bounds {
-    /// Least parameters.
+    /// Smallest parameters.
     pub low: Vec2,
     /// Largest parameters.
     pub high: Vec2,
@@ -20,14 +20,17 @@ impl Bounds {
     }
 }
 
-/// Newton steps at most.
-const STEPS: u32 = 50;
-/// Least curvature of a model whose curvatures were turned up; that of the surface's metric is one.
-const FLATTEST: f64 = 0.05;
+/// Maximum number of Newton iterations. Doubled: twice the time where the iteration does not converge.
+const NEWTON_ITERATIONS_MAX: u32 = 50;
+/// Smallest eigenvalue of the modified Hessian relative to the first fundamental form. Doubled: steps in flat
+/// directions of half the length.
+const MODIFIED_EIGENVALUE_MIN: f64 = 0.05;
 
-/// The local minimum downhill of `start`: parameters and squared distance. Newton where the Hessian is positive definite
-/// (along a side of the bounds at least), with its curvatures made positive elsewhere; steps to the least of their model
-/// within the bounds, halved until the distance does not grow.
+/// Local minimum of the distance reached from `start`: parameters and squared distance.
+///
+/// Newton steps are used where the Hessian is positive definite, at least along an active bound. Elsewhere the Hessian
+/// is modified to be positive definite (Nocedal/Wright, section 3.4). Each step minimises the quadratic model within
+/// the bounds and is halved until the distance does not increase.
 pub(crate) fn descend(
     derivs: impl Fn(Vec2) -> SurfaceDerivs,
     p: &Vec3,
@@ -37,7 +40,7 @@ pub(crate) fn descend(
     let mut x = bounds.clamp(start);
     let mut d = derivs(x);
     let mut best = (d.s - p).norm_squared();
-    for _ in 0..STEPS {
+    for _ in 0..NEWTON_ITERATIONS_MAX {
         let mut step = step(&d, p, x, &bounds);
         let allowed = best + rounding(best, p);
         let mut taken = None;
@@ -57,7 +60,7 @@ pub(crate) fn descend(
         let Some((next, e, distance)) = taken else { break };
         let moved = (next - x).abs().max();
         (x, d, best) = (next, e, distance);
-        // Quadratic: the next step would be lost in rounding.
+        // Quadratic convergence: the next step is below rounding.
         if moved <= 1e-12 * (bounds.high - bounds.low).max().min(1.0) {
             break;
         }
@@ -65,7 +68,7 @@ pub(crate) fn descend(
     (x, best)
 }
 
-/// Near the foot the squared distances differ by the rounding of coordinates only.
+/// Rounding error of a squared distance near the foot point, from the rounding of the coordinates.
 pub(super) fn rounding(distance_squared: f64, p: &Vec3) -> f64 {
     let distance = distance_squared.sqrt();
     4.0 * f64::EPSILON * distance * (distance + p.abs().max())
@@ -77,22 +80,23 @@ fn step(d: &SurfaceDerivs, p: &Vec3, x: Vec2, bounds: &Bounds) -> Vec2 {
     let gauss = [d.su.norm_squared(), d.su.dot(&d.sv), d.sv.norm_squared()];
     let full = [gauss[0] + r.dot(&d.suu), gauss[1] + r.dot(&d.suv), gauss[2] + r.dot(&d.svv)];
     let room = [bounds.low - x, bounds.high - x];
-    // Along a side that the distance grows away from, it may have a least where it has none about it.
+    // On active bounds the restricted Hessian may be positive definite where the full one is not.
     let along = room.map(|end| {
         let held =
             |k: usize| (room[0][k] >= 0.0 && g[k] >= 0.0) || (room[1][k] <= 0.0 && g[k] <= 0.0);
         Vec2::from_fn(|k, _| if held(k) { 0.0 } else { end[k] })
     });
-    boxed_step(full, g, room)
-        .or_else(|| boxed_step(full, g, along))
-        .or_else(|| boxed_step(turned_up(full, gauss)?, g, room))
-        .or_else(|| boxed_step(gauss, g, room))
+    bounded_step(full, g, room)
+        .or_else(|| bounded_step(full, g, along))
+        .or_else(|| bounded_step(positive_definite(full, gauss)?, g, room))
+        .or_else(|| bounded_step(gauss, g, room))
         .unwrap_or_else(|| -g / gauss[0].max(gauss[2]).max(f64::MIN_POSITIVE))
 }
 
-/// The Hessian with its curvatures, measured in the metric `gauss` of the surface, made positive: large ones stay as short
-/// of steps as they are. `None` where there is no metric.
-fn turned_up([a, b, c]: [f64; 3], gauss: [f64; 3]) -> Option<[f64; 3]> {
+/// The Hessian with the absolute values of its eigenvalues relative to the first fundamental form `gauss`, bounded
+/// below by [`MODIFIED_EIGENVALUE_MIN`]. Large eigenvalues keep their magnitude and thus their step length. `None`
+/// where the first fundamental form is singular.
+fn positive_definite([a, b, c]: [f64; 3], gauss: [f64; 3]) -> Option<[f64; 3]> {
     let [e, f, g] = gauss;
     let det = e * g - f * f;
     if det.is_nan() || det <= 1e-14 * e * g {
@@ -100,15 +104,16 @@ fn turned_up([a, b, c]: [f64; 3], gauss: [f64; 3]) -> Option<[f64; 3]> {
     }
     let mean = 0.5 * (e * c - 2.0 * f * b + g * a) / det;
     let spread = (mean * mean - (a * c - b * b) / det).max(0.0).sqrt();
-    let [most, least] = [mean + spread, mean - spread].map(|x| x.abs().max(FLATTEST));
-    let share = if spread > 0.0 { (most - least) / (2.0 * spread) } else { 0.0 };
-    let rest = most - share * (mean + spread);
-    Some([share * a + rest * e, share * b + rest * f, share * c + rest * g])
+    let [largest, smallest] =
+        [mean + spread, mean - spread].map(|x| x.abs().max(MODIFIED_EIGENVALUE_MIN));
+    let ratio = if spread > 0.0 { (largest - smallest) / (2.0 * spread) } else { 0.0 };
+    let rest = largest - ratio * (mean + spread);
+    Some([ratio * a + rest * e, ratio * b + rest * f, ratio * c + rest * g])
 }
 
-/// The step within `room` (least and largest one) that makes `g . s + s . H s / 2` least; `None` unless `H = [a, b, c]` is
+/// Minimiser of `g . s + s . H s / 2` for steps between `room[0]` and `room[1]`; `None` unless `H = [a, b, c]` is
 /// positive definite.
-pub(crate) fn boxed_step([a, b, c]: [f64; 3], g: Vec2, room: [Vec2; 2]) -> Option<Vec2> {
+pub(crate) fn bounded_step([a, b, c]: [f64; 3], g: Vec2, room: [Vec2; 2]) -> Option<Vec2> {
     let det = a * c - b * b;
     let wide = [0, 1].map(|k| room[0][k] < room[1][k]);
     if wide[0] && wide[1] && a > 0.0 && det > 1e-14 * a * c {
@@ -119,7 +124,7 @@ pub(crate) fn boxed_step([a, b, c]: [f64; 3], g: Vec2, room: [Vec2; 2]) -> Optio
     } else if wide == [true, true] || (wide[0] && a <= 0.0) || (wide[1] && c <= 0.0) {
         return None;
     }
-    // The least is on a side of the room.
+    // The minimiser lies on a side of the rectangle.
     let value = |s: &Vec2| g.dot(s) + 0.5 * (a * s.x * s.x + c * s.y * s.y) + b * s.x * s.y;
     let side = |k: usize, end: usize| {
         let (other, curvature) = (1 - k, if k == 0 { c } else { a });
@@ -133,7 +138,7 @@ pub(crate) fn boxed_step([a, b, c]: [f64; 3], g: Vec2, room: [Vec2; 2]) -> Optio
     sides.into_iter().min_by(|x, y| value(x).total_cmp(&value(y)))
 }
 
-/// `-H^-1 g` in the parameters not held; `None` unless H is positive definite there.
+/// `-H^-1 g` in the free parameters; `None` unless H is positive definite there.
 pub(crate) fn newton_step([a, b, c]: [f64; 3], g: Vec2, held: [bool; 2]) -> Option<Vec2> {
     match held {
         [true, true] => Some(Vec2::zeros()),
@@ -152,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_boxed_step_is_the_least_of_dense_sampling() {
+    fn a_bounded_step_minimises_the_model_over_dense_samples() {
         let room = [Vec2::new(-0.5, -0.2), Vec2::new(1.5, 0.0)];
         let hessians = [[2.0, 0.0, 1.0], [1.0, 0.9, 1.0], [3.0, -1.7, 1.0]];
         for (h, k) in hessians.into_iter().flat_map(|h| (0..16).map(move |k| (h, k))) {
@@ -167,21 +172,21 @@ mod tests {
             };
             let dense = (0..=400).flat_map(|i| (0..=400).map(move |j| value(at(i, j))));
             let dense = dense.fold(f64::INFINITY, f64::min);
-            let found = value(boxed_step(h, g, room).unwrap());
+            let found = value(bounded_step(h, g, room).unwrap());
             assert!(found <= dense && dense - found < 1e-3, "{h:?} {g:?}: {found} {dense}");
         }
-        assert_eq!(boxed_step([1.0, 2.0, 1.0], Vec2::x(), room), None);
+        assert_eq!(bounded_step([1.0, 2.0, 1.0], Vec2::x(), room), None);
     }
 
     #[test]
     fn a_direction_without_width_is_held() {
         let room = [Vec2::new(0.0, -1.0), Vec2::new(0.0, 1.0)];
-        let found = boxed_step([0.0, 0.0, 2.0], Vec2::new(5.0, 1.0), room);
+        let found = bounded_step([0.0, 0.0, 2.0], Vec2::new(5.0, 1.0), room);
         assert_eq!(found, Some(Vec2::new(0.0, -0.5)));
-        assert_eq!(boxed_step([1.0, 0.0, 0.0], Vec2::new(5.0, 1.0), room), None);
+        assert_eq!(bounded_step([1.0, 0.0, 0.0], Vec2::new(5.0, 1.0), room), None);
     }
 
-    /// A trough that runs askew through the rectangle: full steps lead out of it again and again.
+    /// A narrow valley oblique to the rectangle: full Newton steps leave the bounds repeatedly.
     #[test]
     fn a_descent_to_a_border_takes_few_points() {
         let evaluated = std::cell::Cell::new(0);
@@ -209,19 +214,19 @@ mod tests {
     }
 
     #[test]
-    fn curvatures_are_turned_up_in_the_metric_of_the_surface() {
-        // In the metric the curvatures are 3 and -2 along (1, 1) and (1, -1).
+    fn the_modified_hessian_is_positive_definite_in_the_metric() {
+        // Relative to the metric the eigenvalues are 3 and -2 along (1, 1) and (1, -1).
         let gauss = [4.0, 0.0, 1.0];
         let scaled = |m: [f64; 3]| [4.0 * m[0], 2.0 * m[1], m[2]];
-        let found = turned_up(scaled([0.5, 2.5, 0.5]), gauss).unwrap();
+        let found = positive_definite(scaled([0.5, 2.5, 0.5]), gauss).unwrap();
         let expected = scaled([2.5, 0.5, 2.5]);
         assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 1e-12), "{found:?}");
-        assert_eq!(turned_up([8.0, 0.0, 1.0], gauss), Some([8.0, 0.0, 1.0]));
-        assert_eq!(turned_up([-8.0, 0.0, -2.0], gauss), Some([8.0, 0.0, 2.0]));
-        assert_eq!(turned_up([1.0, 0.0, 1.0], [0.0, 0.0, 1.0]), None);
+        assert_eq!(positive_definite([8.0, 0.0, 1.0], gauss), Some([8.0, 0.0, 1.0]));
+        assert_eq!(positive_definite([-8.0, 0.0, -2.0], gauss), Some([8.0, 0.0, 2.0]));
+        assert_eq!(positive_definite([1.0, 0.0, 1.0], [0.0, 0.0, 1.0]), None);
     }
 
-    /// Concave across the side it ends at: Newton along that side, not Gauss-Newton's many steps.
+    /// Concave across the active side: Newton along that side converges, Gauss-Newton needs many steps.
     #[test]
     fn a_descent_ends_exactly_on_a_side_it_is_pushed_against() {
         let derivs = |x: Vec2| SurfaceDerivs {

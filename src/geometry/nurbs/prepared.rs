@@ -1,13 +1,14 @@
-//! What a curve or surface prepares for closest points: made when first asked for, kept, and no part of its value.
+//! Search structures for point projection: built at the first query, cached, and not part of the value of a curve or
+//! surface.
 
 use std::fmt;
 use std::sync::OnceLock;
 
-/// Made once. A copy starts without it, as what is copied may be changed; all are equal.
+/// A lazily built cache. A clone starts empty, because its owner may be modified; all caches compare equal.
 pub(super) struct Prepared<T>(OnceLock<Box<T>>);
 
 impl<T> Prepared<T> {
-    /// What was made, by `make` when it is the first time.
+    /// The cached value, built by `make` at the first call.
     pub fn get(&self, make: impl FnOnce() -> T) -> &T {
         self.0.get_or_init(|| Box::new(make()))
     }

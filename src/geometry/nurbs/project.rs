@@ -1,5 +1,5 @@
-//! Closest points of curves and surfaces: what is prepared for the first is kept with the curve or surface. To keep it
-//! elsewhere, prepare a [`SurfaceProjector`] or [`CurveProjector`].
+//! Point projection onto curves and surfaces (Piegl/Tiller, section 6.1). The search structure is cached in the curve
+//! or surface; to own it separately, build a [`SurfaceProjector`] or [`CurveProjector`].
 
 use super::curve::{Curve2, Curve3};
 use super::newton::{Bounds, descend};
@@ -8,14 +8,14 @@ use super::surface::Surface;
 use crate::geometry::{Vec2, Vec3};
 
 impl Curve3 {
-    /// Closest point: parameter and squared distance [mm^2], global over the curve.
+    /// Closest point, global over the curve: parameter and squared distance [mm^2].
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> (f64, f64) {
         self.prepared.get(|| CurveProjector::new(self)).closest(p)
     }
 
-    /// A local minimum of the distance downhill of `start`: parameter and squared distance [mm^2], never more than
-    /// at `start`. The way ends at the first squared distance up to `enough`.
+    /// Local minimum of the distance reached from `start`: parameter and squared distance [mm^2], never larger than at
+    /// `start`. The iteration stops at the first squared distance not larger than `enough`.
     #[must_use]
     pub fn closest_near(&self, p: &Vec3, start: f64, enough: f64) -> (f64, f64) {
         let [low, high] = self.domain();
@@ -54,7 +54,7 @@ impl Curve3 {
 }
 
 impl Curve2 {
-    /// Closest point: parameter and squared distance, global over the curve.
+    /// Closest point, global over the curve: parameter and squared distance.
     #[must_use]
     pub fn closest(&self, p: &Vec2) -> (f64, f64) {
         let lifted = || {
@@ -67,13 +67,14 @@ impl Curve2 {
 }
 
 impl Surface {
-    /// Closest point of the untrimmed surface: parameters and squared distance [mm^2]; global.
+    /// Closest point of the untrimmed surface, global: parameters and squared distance [mm^2].
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> (Vec2, f64) {
         self.prepared.get(|| SurfaceProjector::new(self)).closest(p)
     }
 
-    /// The same, quicker where `start` is near the foot: what is found from there is proved, or bettered.
+    /// As [`Surface::closest`], faster when `start` is near the foot point. The local result is verified as the global
+    /// minimum, or replaced.
     #[must_use]
     pub fn closest_from(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
         self.prepared.get(|| SurfaceProjector::new(self)).closest_from(p, start)
@@ -84,8 +85,9 @@ impl Surface {
         self.prepared.get(|| SurfaceProjector::new(self)).closest_in(p, start, cells)
     }
 
-    /// Closest point by Newton from `start` with bounds and a fallback to [`Surface::closest`] where that finds none within
-    /// the squared distance `enough` [mm^2]; for points whose neighbour's foot is known.
+    /// Closest point by bounded Newton from `start`, for points with the foot point of a neighbour known. Falls back to
+    /// [`Surface::closest`] when the iteration does not end at a stationary point or within the squared distance
+    /// `enough` [mm^2].
     #[must_use]
     pub fn closest_near(&self, p: &Vec3, start: Vec2, enough: f64) -> (Vec2, f64) {
         self.closest_near_or(p, start, enough, || self.closest(p))
@@ -112,7 +114,7 @@ impl Surface {
             .iter()
             .zip([near.0.x, near.0.y])
             .any(|(range, t)| t <= range[0] || t >= range[1]);
-        // A foot inside is stationary, or the point lies on the surface.
+        // An interior foot point is stationary, or the point lies on the surface.
         if near.1 <= 1e-18 * self.scale2() || (!on_border && open <= 1e-9 * size * r.norm()) {
             near
         } else {
@@ -134,14 +136,14 @@ impl Surface {
         descend(|uv| self.derivs(uv), p, start, bounds)
     }
 
-    /// Closest point in the rectangle from `low` to `high`, small enough to hold one foot: the best of nine
+    /// Closest point in the rectangle from `low` to `high`, which should contain a single foot point: the best of 3 x 3
     /// samples, then bounded Newton.
     #[must_use]
     pub fn closest_within(&self, p: &Vec3, low: Vec2, high: Vec2) -> (Vec2, f64) {
         let mut best = (low, f64::INFINITY);
         for k in 0..9 {
-            let share = Vec2::new(f64::from(k % 3) * 0.5, f64::from(k / 3) * 0.5);
-            let uv = low + (high - low).component_mul(&share);
+            let fraction = Vec2::new(f64::from(k % 3) * 0.5, f64::from(k / 3) * 0.5);
+            let uv = low + (high - low).component_mul(&fraction);
             let distance = (self.point(uv) - p).norm_squared();
             if distance < best.1 {
                 best = (uv, distance);
@@ -164,7 +166,7 @@ mod tests {
         assert!((d2 - 1.25).abs() < 1e-12);
         let near = circle.closest_near(&Vec3::new(-4.0, 0.0, 0.5), t + 0.4, 0.0);
         assert!((near.0 - t).abs() < 1e-7 && (near.1 - d2).abs() < 1e-12);
-        // What was prepared for the first answers does not follow a copy that is changed.
+        // A modified copy does not use the cached search structure.
         let moved = circle.mapped(|x| x + Vec3::new(10.0, 0.0, 0.0));
         assert!((moved.closest(&Vec3::new(6.0, 0.0, 0.5)).1 - 1.25).abs() < 1e-12);
         let early = circle.closest_near(&Vec3::new(-4.0, 0.0, 0.5), t + 0.4, 10.0);

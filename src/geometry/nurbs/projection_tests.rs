@@ -1,4 +1,4 @@
-//! Claims about closest points: never beaten by dense samples, exact on known shapes, at home in degenerate places.
+//! Tests of point projection: compared with dense sampling, exact solutions and degenerate surfaces.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -10,7 +10,7 @@ fn random(seed: &mut u64) -> f64 {
     ((*seed >> 33) as f64) / (1u64 << 31) as f64
 }
 
-/// A rolling or folding net of degrees (p, q) with some repeated knots.
+/// A wavy or folded net of degrees (p, q) with some repeated knots.
 fn wild_surface(seed: u64, [p, q]: [usize; 2], fold: f64) -> Surface {
     let mut s = seed;
     let knots = |degree: usize, inner: &[f64]| {
@@ -117,7 +117,7 @@ fn a_sphere_is_projected_on_next_to_its_poles() {
                 let (uv, d2) = ball.closest(&(direction * r));
                 assert!((d2.sqrt() - (r - 5.0).abs()).abs() < 1e-10, "{off} {r} {a}");
                 let gap = (surface.point(uv) - direction * 5.0).norm();
-                // Near the centre all distances are equal: feet can be told apart to sqrt(eps R^3 / r).
+                // Near the centre all distances are equal; foot points are distinguishable to sqrt(eps R^3 / r).
                 let allowed = 1e-9 + 2.0 * (f64::EPSILON * 125.0 / r).sqrt();
                 assert!(gap < allowed, "{off} {r} {a}: {gap}");
                 assert!(ball.proves(&(direction * r)), "{off} {r} {a}");

@@ -1,6 +1,7 @@
-//! The closest point of curves and surfaces, proved: branch and bound over Bezier cells. A cell is done when F
-//! (see `distance_form`) has no negative coefficient, or is convex with a tangent plane that is not negative; else it
-//! is halved. Bounded Newton inside cells finds the points themselves.
+//! Global point projection with a verified minimum: branch and bound over Bezier cells.
+//!
+//! A cell is discarded when F (see `distance_form`) has no negative coefficient, or is convex with a non-negative
+//! tangent plane; otherwise it is bisected. Foot points are computed by bounded Newton iteration within cells.
 
 use nalgebra::Vector4;
 
@@ -10,37 +11,37 @@ use super::newton::{Bounds, descend, rounding};
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec2, Vec3};
 
-/// Distances are proved up to this share of the size of the whole.
-const ACCURACY: f64 = 1e-11;
-/// Cells that a search looks at before it ends without a proof. Surfaces that rest along a line need 8,000 to 12,000
-/// (`tests/creases.rs`); with fewer, feet on them are not found.
-const MOST_CELLS: u32 = 20_000;
-/// Halvings of a cell in which Newton is always tried.
-const NEWTON_DEPTH: u32 = 8;
-/// Halvings after which a cell is a point.
-const DEPTH: u32 = 90;
+/// Accuracy of the verified distance relative to the size of the geometry. Doubled: fewer cells, twice the error.
+const RELATIVE_ACCURACY: f64 = 1e-11;
+/// Maximum number of cells examined per query before the search stops without verification. Contact along a line on a
+/// surface needs 8,000 to 12,000 cells (`tests/creases.rs`); with fewer, these foot points are not found.
+const MAX_CELLS_PER_QUERY: u32 = 20_000;
+/// Bisection depth up to which Newton iteration is always started in a cell.
+const NEWTON_DEPTH_MAX: u32 = 8;
+/// Bisection depth at which a cell has no extent in double precision.
+const BISECTION_DEPTH_MAX: u32 = 90;
 
-/// A surface prepared for closest points: Bezier pieces and the tree of their boxes.
+/// A surface prepared for point projection: Bezier patches and a bounding volume hierarchy.
 #[derive(Debug, Clone)]
 pub struct SurfaceProjector {
     cells: Pieces,
 }
 
 impl SurfaceProjector {
-    /// Prepares a surface of these pieces.
+    /// Builds the search structure from Bezier patches.
     pub(super) fn of_pieces(pieces: Vec<BezierPiece>, degrees: [usize; 2]) -> Self {
         Self { cells: Pieces::new(pieces, degrees) }
     }
 
-    /// Closest point of the untrimmed surface: parameters and squared distance [mm^2]. The distance is the least to
-    /// 1e-11 of the surface's size.
+    /// Closest point of the untrimmed surface: parameters and squared distance [mm^2]. The distance is the global
+    /// minimum to within 1e-11 of the size of the surface.
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> (Vec2, f64) {
         let best = self.cells.closest(p, None);
         (best.uv, best.distance)
     }
 
-    /// The same, quicker where `start` is near the foot.
+    /// As [`Self::closest`], faster when `start` is near the foot point.
     #[must_use]
     pub fn closest_from(&self, p: &Vec3, start: Vec2) -> (Vec2, f64) {
         let best = self.cells.closest(p, Some(start));
@@ -48,41 +49,42 @@ impl SurfaceProjector {
     }
 
     /// Closest point (from `start` where it is given) within `cells` cells: parameters, squared distance [mm^2] and the
-    /// cells used.
+    /// number of cells examined.
     pub(super) fn closest_in(&self, p: &Vec3, start: Option<Vec2>, cells: u32) -> (Vec2, f64, u32) {
-        let best = self.cells.search(p, start, f64::INFINITY, cells.min(MOST_CELLS));
+        let best = self.cells.search(p, start, f64::INFINITY, cells.min(MAX_CELLS_PER_QUERY));
         (best.uv, best.distance, best.cells)
     }
 
-    /// True when the search for `p` ends with a proof (false: it was given up at a work limit, which takes a net
-    /// degenerate along a whole curve of feet).
+    /// True when the search for `p` ends with a verified minimum. False when the cell limit is reached, which requires
+    /// a degenerate net with a whole curve of foot points.
     #[must_use]
     pub fn proves(&self, p: &Vec3) -> bool {
         self.cells.closest(p, None).proved
     }
 }
 
-/// A curve prepared for closest points.
+/// A curve prepared for point projection.
 #[derive(Debug, Clone)]
 pub struct CurveProjector {
     cells: Pieces,
 }
 
 impl CurveProjector {
-    /// Prepares a curve of these pieces.
+    /// Builds the search structure from Bezier segments.
     pub(super) fn of_pieces(pieces: Vec<BezierPiece>, degrees: [usize; 2]) -> Self {
         Self { cells: Pieces::new(pieces, degrees) }
     }
 
-    /// Closest point: parameter and squared distance [mm^2]. The distance is the least to 1e-11 of the curve's size.
+    /// Closest point: parameter and squared distance [mm^2]. The distance is the global minimum to within 1e-11 of the
+    /// size of the curve.
     #[must_use]
     pub fn closest(&self, p: &Vec3) -> (f64, f64) {
         let best = self.cells.closest(p, None);
         (best.uv.x, best.distance)
     }
 
-    /// Whether a point of the curve is no farther from `p` than the squared distance `reach` [mm^2], to the accuracy of
-    /// [`Self::closest`]: parts that are farther are not searched.
+    /// True when a point of the curve is within the squared distance `reach` [mm^2] of `p`, to the accuracy of
+    /// [`Self::closest`]. Parts at larger distance are not searched.
     #[must_use]
     pub fn is_within(&self, p: &Vec3, reach: f64) -> bool {
         let rounding = (4.0 * f64::EPSILON * self.cells.size).powi(2);
@@ -96,11 +98,11 @@ struct Pieces {
     pieces: Vec<BezierPiece>,
     tree: BoxTree,
     form: DistanceForm,
-    /// Diagonal of the box of all [mm].
+    /// Diagonal of the bounding box [mm].
     size: f64,
 }
 
-/// The best point so far.
+/// The best candidate found.
 #[derive(Debug, Clone, Copy)]
 struct Best {
     uv: Vec2,
@@ -110,7 +112,7 @@ struct Best {
     cells: u32,
 }
 
-/// A part of a piece: its net `(w (P - p), w)` over a rectangle of the piece's local parameters.
+/// A cell of a patch: its net `(w (P - p), w)` over a rectangle of local parameters.
 struct Cell {
     net: Vec<Vector4<f64>>,
     low: Vec2,
@@ -129,9 +131,10 @@ impl Pieces {
         self.closest_below(p, start, f64::INFINITY)
     }
 
-    /// As [`Self::closest`] where a point is nearer than the squared distance `limit` [mm^2]; otherwise that distance.
+    /// As [`Self::closest`], restricted to squared distances below `limit` [mm^2]; returns `limit` as distance when
+    /// there is no such point.
     fn closest_below(&self, p: &Vec3, start: Option<Vec2>, limit: f64) -> Best {
-        self.search(p, start, limit, MOST_CELLS)
+        self.search(p, start, limit, MAX_CELLS_PER_QUERY)
     }
 
     /// As [`Self::closest_below`], within `cells` cells.
@@ -145,7 +148,7 @@ impl Pieces {
             form: &self.form,
             p,
             size: self.size,
-            left: cells,
+            cells_left: cells,
             f: Coefficients::default(),
             stack: Vec::new(),
         };
@@ -160,7 +163,7 @@ impl Pieces {
             search.visit(&self.pieces[k as usize], &mut best);
             best.distance
         });
-        best.cells = cells - search.left;
+        best.cells = cells - search.cells_left;
         best
     }
 }
@@ -169,21 +172,22 @@ struct Search<'s> {
     form: &'s DistanceForm,
     p: &'s Vec3,
     size: f64,
-    left: u32,
+    cells_left: u32,
     f: Coefficients,
     stack: Vec<Cell>,
 }
 
 impl Search<'_> {
-    /// Searches one piece; afterwards no point of it is nearer than `best` by more than the accuracy.
+    /// Searches one patch. On return no point of it is closer than `best` by more than the accuracy, unless the cell
+    /// limit was reached.
     fn visit(&mut self, piece: &BezierPiece, best: &mut Best) {
-        // On the surface to the last digits: nothing is nearer.
+        // `p` lies on the surface to within rounding.
         if best.distance <= (2.0 * f64::EPSILON * self.size).powi(2) {
             return;
         }
         let relative = |h: &Vector4<f64>| (h.xyz() - self.p * h.w).push(h.w);
         let net: Vec<_> = piece.net.iter().map(relative).collect();
-        let least_weight = net.iter().fold(f64::INFINITY, |m, h| m.min(h.w));
+        let min_weight = net.iter().fold(f64::INFINITY, |m, h| m.min(h.w));
         if best.distance == f64::INFINITY {
             let corner = net[0].xyz() / net[0].w;
             (best.uv, best.distance) = (piece.low, corner.norm_squared());
@@ -191,19 +195,19 @@ impl Search<'_> {
         let whole = Cell { net, low: Vec2::zeros(), width: Vec2::repeat(1.0), depth: 0 };
         self.stack.push(whole);
         while let Some(cell) = self.stack.pop() {
-            if self.left == 0 {
+            if self.cells_left == 0 {
                 best.proved = false;
                 self.stack.clear();
                 return;
             }
-            self.left -= 1;
-            if let Some(halves) = self.examine(piece, &cell, least_weight, best) {
+            self.cells_left -= 1;
+            if let Some(halves) = self.examine(piece, &cell, min_weight, best) {
                 self.stack.extend(halves);
             }
         }
     }
 
-    /// Looks at one cell: `None` when it is done, else its halves, the more promising one last.
+    /// Examines one cell: `None` when it is discarded, otherwise its halves, the more promising one last.
     fn examine(
         &mut self,
         piece: &BezierPiece,
@@ -211,53 +215,60 @@ impl Search<'_> {
         weight: f64,
         best: &mut Best,
     ) -> Option<[Cell; 2]> {
-        let (least, at, enough) = self.fill(cell, weight, best.distance);
-        if least >= 0.0 {
+        let (smallest, at, threshold) = self.fill(cell, weight, best.distance);
+        if smallest >= 0.0 {
             return None;
         }
         let mut curvature = self.form.curvature(&self.f);
-        let corner = self.form.least_corner(&self.f);
+        let corner = self.form.min_corner(&self.f);
         let mut foot = None;
-        // Also where nothing much is to be gained: a foot just past the border of two pieces is found to the digit.
-        if cell.depth < NEWTON_DEPTH || least >= enough || corner < 0.0 || curvature.convex() {
+        // Newton is also started with little to gain: a foot point just across the edge of two patches becomes exact.
+        if cell.depth < NEWTON_DEPTH_MAX
+            || smallest >= threshold
+            || corner < 0.0
+            || curvature.convex()
+        {
             let before = best.distance;
             let st = self.newton_in(piece, cell, at, best);
             foot = Some((st - cell.low).component_div(&cell.width).map(|t| t.clamp(0.0, 1.0)));
-            if best.distance < before && least < enough {
-                let (least, _, enough) = self.fill(cell, weight, best.distance);
-                if least >= enough {
+            if best.distance < before && smallest < threshold {
+                let (smallest, _, threshold) = self.fill(cell, weight, best.distance);
+                if smallest >= threshold {
                     return None;
                 }
                 curvature = self.form.curvature(&self.f);
             }
         }
         let convex = curvature.convex();
-        let bounded = |x: Vec2| self.form.tangent_bound(&self.f, x) >= enough;
-        if least >= enough || (convex && foot.is_some_and(bounded)) || cell.depth >= DEPTH {
+        let bounded = |x: Vec2| self.form.tangent_bound(&self.f, x) >= threshold;
+        if smallest >= threshold
+            || (convex && foot.is_some_and(bounded))
+            || cell.depth >= BISECTION_DEPTH_MAX
+        {
             return None;
         }
-        // The direction in which F bends most.
-        let axis = usize::from(curvature.largest[1] > curvature.largest[0]);
+        // Bisect along the direction of the largest second derivative.
+        let axis = usize::from(curvature.max_abs[1] > curvature.max_abs[0]);
         Some(cell.halves(piece.degrees, axis))
     }
 
-    /// Coefficients of F over the cell for the squared distance `m`: the least of them, where it acts, and the
-    /// (negative) value from which on it is as good as none.
+    /// Coefficients of F over the cell for the squared distance `m`: the smallest coefficient, its Greville point, and
+    /// the negative threshold above which a coefficient counts as zero.
     fn fill(&mut self, cell: &Cell, weight: f64, m: f64) -> (f64, Vec2, f64) {
         let rounding = self.form.fill(&cell.net, m, &mut self.f);
-        let (least, at) = self.form.least(&self.f);
-        (least, at, -rounding.max(self.tolerance(m) * weight * weight))
+        let (smallest, at) = self.form.min_coefficient(&self.f);
+        (smallest, at, -rounding.max(self.tolerance(m) * weight * weight))
     }
 
-    /// Newton in a cell from the share `at` of its width.
+    /// Newton iteration within a cell, starting at the fraction `at` of its width.
     fn newton_in(&self, piece: &BezierPiece, cell: &Cell, at: Vec2, best: &mut Best) -> Vec2 {
         let bounds = Bounds { low: cell.low, high: cell.low + cell.width };
         let st = self.newton(piece, cell.low + cell.width.component_mul(&at), bounds, best);
         if !collapsed(piece, st) {
             return st;
         }
-        // Along a collapsed side nothing moves; from the middle the way is open, and an end off that side is the
-        // better one of equals.
+        // On a collapsed edge the iteration cannot leave the edge. Restart at the middle of the cell; among equal
+        // distances the foot point off that edge is preferred.
         let middle = cell.low + 0.5 * cell.width;
         let (st, distance) = descend(|st| piece.derivs(st), self.p, middle, bounds);
         let allowed = best.distance + rounding(best.distance, self.p);
@@ -267,13 +278,13 @@ impl Search<'_> {
         st
     }
 
-    /// Change of the squared distance `m` that is not looked for.
+    /// Change of the squared distance `m` that corresponds to [`RELATIVE_ACCURACY`].
     fn tolerance(&self, m: f64) -> f64 {
-        let by = ACCURACY * self.size;
+        let by = RELATIVE_ACCURACY * self.size;
         by * (2.0 * m.sqrt() + by)
     }
 
-    /// Newton from `start`; takes its end into `best` and returns it.
+    /// Newton iteration from `start`; updates `best` and returns the end point.
     fn newton(&self, piece: &BezierPiece, start: Vec2, bounds: Bounds, best: &mut Best) -> Vec2 {
         let (st, distance) = descend(|st| piece.derivs(st), self.p, start, bounds);
         if distance < best.distance {
@@ -283,7 +294,7 @@ impl Search<'_> {
     }
 }
 
-/// One of the parameters does not move the point.
+/// True where the derivative with respect to one parameter vanishes.
 fn collapsed(piece: &BezierPiece, st: Vec2) -> bool {
     let d = piece.derivs(st);
     let (a, b) = (d.su.norm_squared(), d.sv.norm_squared());
@@ -291,7 +302,7 @@ fn collapsed(piece: &BezierPiece, st: Vec2) -> bool {
 }
 
 impl Cell {
-    /// Halves across `axis`, the one with the smaller |H| sum (nearer to p) last.
+    /// Both halves across `axis`; the half with the smaller sum of squared control vectors (closer to p) last.
     fn halves(&self, degrees: [usize; 2], axis: usize) -> [Self; 2] {
         let width_v = degrees[1] + 1;
         let degree = degrees[axis];
@@ -300,7 +311,7 @@ impl Cell {
         let (mut a, mut b) = (self.net.clone(), self.net.clone());
         for line in 0..lines {
             let at = |k: usize| line * line_step + k * step;
-            // De Casteljau in place: b ends as the upper half, a collects the lower one.
+            // De Casteljau's algorithm in place: b becomes the upper half, a the lower half.
             for r in 1..=degree {
                 for k in 0..=degree - r {
                     b[at(k)] = (b[at(k)] + b[at(k + 1)]) * 0.5;

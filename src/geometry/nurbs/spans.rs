@@ -1,5 +1,5 @@
-//! B-splines taken apart into Bezier pieces span by span (knot insertion as one matrix a span and direction), and
-//! projectors made of these.
+//! Decomposition of B-splines into Bezier patches (one knot-insertion matrix per span and direction), and construction
+//! of projectors from them.
 
 use nalgebra::Vector4;
 
@@ -10,14 +10,15 @@ use super::projector::{CurveProjector, SurfaceProjector};
 use super::surface::Surface;
 use crate::geometry::{Vec2, Vec3};
 
-/// One non-empty span of a knot vector and how its Bezier points follow from the control points that act on it.
+/// A non-empty knot span with the matrix that maps the control points acting on it to its Bezier points (Bezier
+/// extraction).
 struct Extraction {
     /// First of the `degree + 1` control points.
     first: usize,
     range: [f64; 2],
     /// See [`BezierPiece::last`].
     last: f64,
-    /// Row i: shares of the control points in Bezier point i; `None` where they are the same points.
+    /// Row i: coefficients of the control points in Bezier point i; `None` for the identity.
     rows: Option<Vec<f64>>,
 }
 
@@ -36,7 +37,7 @@ fn extractions(degree: usize, knots: &[f64]) -> Vec<Extraction> {
     out
 }
 
-/// Bezier point i of span k is the blossom at `degree - i` times the span's start and i times its end.
+/// Bezier point i of span k is the blossom with `degree - i` arguments at the start of the span and i at its end.
 fn extraction_rows(degree: usize, knots: &[f64], k: usize) -> Vec<f64> {
     let size = degree + 1;
     let mut rows = vec![0.0; size * size];
@@ -58,17 +59,17 @@ fn extraction_rows(degree: usize, knots: &[f64], k: usize) -> Vec<f64> {
     rows
 }
 
-/// The rows of `net` (rows of `width` points, `rows + 1` of them) combined by an extraction.
+/// Applies an extraction matrix to the rows of `net` (`width` points per row).
 fn combine(rows: Option<&[f64]>, net: Vec<Vector4<f64>>, width: usize) -> Vec<Vector4<f64>> {
     let Some(rows) = rows else { return net };
     let size = net.len() / width;
     let mut out = vec![Vector4::zeros(); net.len()];
     for i in 0..size {
         for k in 0..size {
-            let share = rows[i * size + k];
-            if share != 0.0 {
+            let fraction = rows[i * size + k];
+            if fraction != 0.0 {
                 for j in 0..width {
-                    out[i * width + j] += net[k * width + j] * share;
+                    out[i * width + j] += net[k * width + j] * fraction;
                 }
             }
         }
@@ -76,13 +77,13 @@ fn combine(rows: Option<&[f64]>, net: Vec<Vector4<f64>>, width: usize) -> Vec<Ve
     out
 }
 
-/// `net` with its two directions exchanged.
+/// `net` with both directions exchanged.
 fn transposed(net: &[Vector4<f64>], width: usize) -> Vec<Vector4<f64>> {
     let height = net.len() / width;
     (0..width).flat_map(|j| (0..height).map(move |i| net[i * width + j])).collect()
 }
 
-/// Homogeneous Bezier pieces of a surface, u outermost.
+/// Homogeneous Bezier patches of a surface, u outermost.
 fn pieces_of_surface(surface: &Surface) -> Vec<BezierPiece> {
     let [p, q] = surface.degrees;
     let [us, vs] = [0, 1].map(|k| extractions(surface.degrees[k], &surface.knots[k]));
@@ -110,7 +111,7 @@ fn pieces_of_surface(surface: &Surface) -> Vec<BezierPiece> {
     out
 }
 
-/// Homogeneous Bezier pieces of a curve, along u.
+/// Homogeneous Bezier segments of a curve, along u.
 fn pieces_of_curve(curve: &Curve3) -> Vec<BezierPiece> {
     let p = curve.degree;
     let piece = |e: Extraction| {
@@ -129,7 +130,7 @@ fn lift(point: &Vec3, weight: f64) -> Vector4<f64> {
 }
 
 impl BezierPiece {
-    /// The piece as a surface.
+    /// The patch as a B-spline surface.
     fn surface(&self) -> Surface {
         let ends = |k: usize| {
             let p = self.degrees[k];
@@ -141,7 +142,7 @@ impl BezierPiece {
 }
 
 impl Surface {
-    /// The Bezier pieces over the non-empty spans, each on its part of the domain, u outermost.
+    /// Bezier patches over the non-empty knot spans, each on its part of the domain, u outermost.
     #[must_use]
     pub fn bezier_pieces(&self) -> Vec<Self> {
         pieces_of_surface(self).into_iter().map(|piece| piece.surface()).collect()
@@ -149,7 +150,7 @@ impl Surface {
 }
 
 impl SurfaceProjector {
-    /// Prepares `surface`.
+    /// Builds the search structure of `surface`.
     #[must_use]
     pub fn new(surface: &Surface) -> Self {
         Self::of_pieces(pieces_of_surface(surface), surface.degrees())
@@ -157,7 +158,7 @@ impl SurfaceProjector {
 }
 
 impl CurveProjector {
-    /// Prepares `curve`.
+    /// Builds the search structure of `curve`.
     #[must_use]
     pub fn new(curve: &Curve3) -> Self {
         Self::of_pieces(pieces_of_curve(curve), [curve.degree(), 0])

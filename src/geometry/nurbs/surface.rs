@@ -1,4 +1,4 @@
-//! Rational B-spline surfaces, and the exact ones of planes, quadrics, tori, sweeps.
+//! Rational B-spline surfaces.
 
 use nalgebra::Vector4;
 
@@ -18,7 +18,7 @@ pub struct Surface {
     pub(super) knots: [Vec<f64>; 2],
     pub(super) points: Vec<Vec3>,
     pub(super) weights: Vec<f64>,
-    /// For closest points.
+    /// Search structure for closest points.
     pub(super) prepared: Prepared<SurfaceProjector>,
 }
 
@@ -26,7 +26,7 @@ impl Surface {
     /// A surface from its control data, `points[i * count_v + j]`; `weights = None` is polynomial.
     ///
     /// # Errors
-    /// [`NurbsError`] names what breaks the invariants (those of a curve, in both directions).
+    /// [`NurbsError`] names the violated invariant (those of a curve, in both directions).
     pub fn try_new(
         degrees: [usize; 2],
         knots: [Vec<f64>; 2],
@@ -49,7 +49,7 @@ impl Surface {
         Ok(Self::raw(degrees, knots, points, weights))
     }
 
-    /// A surface from control data known to keep the invariants.
+    /// A surface from control data known to satisfy the invariants.
     pub(super) fn raw(
         degrees: [usize; 2],
         knots: [Vec<f64>; 2],
@@ -77,7 +77,7 @@ impl Surface {
         &self.points
     }
 
-    /// Weights, ordered as the points.
+    /// Weights, in the order of the points.
     #[must_use]
     pub fn weights(&self) -> &[f64] {
         &self.weights
@@ -93,7 +93,7 @@ impl Surface {
         [end(0), end(1)]
     }
 
-    /// Point at `uv` (clamped to the domain), to the bit that of [`Surface::derivs`].
+    /// Point at `uv` (clamped to the domain), bit-identical to that of [`Surface::derivs`].
     #[must_use]
     pub fn point(&self, uv: Vec2) -> Vec3 {
         match self.degrees[0].max(self.degrees[1]) {
@@ -122,8 +122,8 @@ impl Surface {
         sum.xyz() / sum.w
     }
 
-    /// Points at all pairs of `us` and `vs`, v running fastest, to the bit those of [`Surface::point`]: along each row
-    /// of control points once for every v.
+    /// Points on the tensor grid of `us` and `vs`, v fastest, bit-identical to those of [`Surface::point`]. Each row of
+    /// control points is evaluated once for every v.
     #[must_use]
     pub fn grid(&self, us: &[f64], vs: &[f64]) -> Vec<Vec3> {
         match self.degrees[0].max(self.degrees[1]) {
@@ -161,7 +161,7 @@ impl Surface {
         points
     }
 
-    /// Point and derivatives at `uv` (clamped to the domain). No allocation.
+    /// Point and derivatives at `uv` (clamped to the domain). Does not allocate.
     #[must_use]
     pub fn derivs(&self, uv: Vec2) -> SurfaceDerivs {
         match self.degrees[0].max(self.degrees[1]) {
@@ -185,10 +185,10 @@ impl Surface {
         tensor(self.degrees[0], &bu, &bv, row)
     }
 
-    /// The exact image of a straight line in the parameter plane along which u or v does not change; `None` for any
-    /// other curve. It keeps the direction, not the parameter.
+    /// The exact image of a straight line of constant u or v in the parameter plane; `None` for any other curve.
+    /// Direction is preserved, parametrisation is not.
     #[must_use]
-    pub fn line_of_one_parameter(&self, line: &Curve2) -> Option<Curve3> {
+    pub fn isoparametric_curve(&self, line: &Curve2) -> Option<Curve3> {
         let [a, b] = [*line.points().first()?, *line.points().last()?];
         let k = (0..2).find(|&k| line.degree() == 1 && line.points().len() == 2 && a[k] == b[k])?;
         let (p, q, count) = (self.degrees[k], self.degrees[1 - k], self.count());
@@ -212,16 +212,16 @@ impl Surface {
         Some(if a[1 - k] < b[1 - k] { piece } else { piece.reversed() })
     }
 
-    /// Control points along u and v.
+    /// Number of control points along u and v.
     #[must_use]
     pub fn count(&self) -> [usize; 2] {
         [0, 1].map(|k| self.knots[k].len() - self.degrees[k] - 1)
     }
 
-    /// The piece on `[u0, u1] x [v0, v1]`, keeping its parameters.
+    /// The patch on `[u0, u1] x [v0, v1]` with unchanged parametrisation.
     ///
     /// # Errors
-    /// [`NurbsError::Range`] when a range is empty or leaves the domain.
+    /// [`NurbsError::Range`] when a range is empty or not within the domain.
     pub fn trimmed(&self, u: [f64; 2], v: [f64; 2]) -> Result<Self, NurbsError> {
         for (range, domain) in [u, v].into_iter().zip(self.domain()) {
             let inside = range[0] >= domain[0] && range[1] <= domain[1] && range[0] < range[1];
@@ -247,14 +247,14 @@ impl Surface {
         out
     }
 
-    /// A surface that closes on itself along direction `k`, on the period that begins at `start` (any parameter):
-    /// the same points, with the seam moved to `start`.
+    /// Moves the seam of a surface closed in direction `k` to the parameter `start` (of any period). The points are
+    /// unchanged.
     ///
     /// # Errors
-    /// [`NurbsError`] when `start` is not finite or leaves a piece without extent.
-    pub fn rolled(&self, k: usize, start: f64) -> Result<Self, NurbsError> {
+    /// [`NurbsError`] when `start` is not finite or leaves a part of zero extent.
+    pub fn with_seam_at(&self, k: usize, start: f64) -> Result<Self, NurbsError> {
         if k == 0 {
-            return Ok(self.transposed().rolled(1, start)?.transposed());
+            return Ok(self.transposed().with_seam_at(1, start)?.transposed());
         }
         let [u, [low, high]] = self.domain();
         let period = high - low;
@@ -265,7 +265,7 @@ impl Surface {
         }
         let first = self.trimmed(u, [cut, high])?.with_v_shifted(turns * period);
         let second = self.trimmed(u, [low, cut])?.with_v_shifted((turns + 1.0) * period);
-        Ok(first.followed_by(&second))
+        Ok(first.joined_along_v(&second))
     }
 
     fn with_v_shifted(mut self, by: f64) -> Self {
@@ -273,8 +273,8 @@ impl Surface {
         self
     }
 
-    /// Two surfaces, both clamped along v, as one: the second begins where the first ends.
-    fn followed_by(&self, next: &Self) -> Self {
+    /// Concatenation of two surfaces clamped along v; `next` begins where `self` ends.
+    fn joined_along_v(&self, next: &Self) -> Self {
         let ([nu, na], [_, nb]) = (self.count(), next.count());
         let mut out = Self { points: Vec::new(), weights: Vec::new(), ..self.clone() };
         for i in 0..nu {
@@ -290,7 +290,7 @@ impl Surface {
         out
     }
 
-    /// The surface with u and v exchanged (its normal turns round).
+    /// The surface with u and v exchanged, which reverses its normal.
     #[must_use]
     pub fn transposed(&self) -> Self {
         let [nu, nv] = self.count();

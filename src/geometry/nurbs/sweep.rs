@@ -1,4 +1,4 @@
-//! Exact surfaces of planes, revolutions, extrusions and rules.
+//! Exact planes, surfaces of revolution, extruded and ruled surfaces (Piegl/Tiller, chapter 8).
 
 use super::arc::{angle_of_parameter, arc_knots, arc_points, parameter_of_angle, span_angles};
 use super::curve::Curve3;
@@ -16,9 +16,9 @@ impl Surface {
         Self::raw([1, 1], knots, points, vec![1.0; 4])
     }
 
-    /// Surface of revolution of `generatrix` (along v, keeping its parameters) about the axis
-    /// `(origin, axis)`, angle u from `angles[0]` to `angles[1]` [rad], at most 2 pi; u equals the angle at
-    /// span ends (see [`Surface::angle_of_arc_parameter`]). Angle 0 is where the generatrix is.
+    /// Surface of revolution about the axis `(origin, axis)`, u from `angles[0]` to `angles[1]` [rad], at most 2 pi.
+    /// `generatrix` lies along v with its own parametrisation, at angle 0. u equals the angle at span ends (see
+    /// [`Surface::angle_of_arc_parameter`]).
     #[must_use]
     pub fn revolution(generatrix: &Curve3, origin: Vec3, axis: Vec3, angles: [f64; 2]) -> Self {
         let axis = axis.normalize();
@@ -38,7 +38,7 @@ impl Surface {
         Self::raw([2, generatrix.degree], knots, points, weights)
     }
 
-    /// Sweep of `directrix` (along u, keeping its parameters) by `v * direction`, v in the given range.
+    /// Extrusion of `directrix` (along u, with its own parametrisation) by `v * direction`, v in the given range.
     #[must_use]
     pub fn extrusion(directrix: &Curve3, direction: Vec3, v: [f64; 2]) -> Self {
         let (mut points, mut weights) = (Vec::new(), Vec::new());
@@ -50,8 +50,8 @@ impl Surface {
         Self::raw([directrix.degree, 1], knots, points, weights)
     }
 
-    /// Ruled surface between two curves: u runs over both (each domain mapped to [0, 1] linearly), v from 0
-    /// on `c0` to 1 on `c1`.
+    /// Ruled surface between two curves: u along both (each domain mapped linearly to [0, 1]), v from 0 on `c0` to 1 on
+    /// `c1`.
     #[must_use]
     pub fn ruled(c0: &Curve3, c1: &Curve3) -> Self {
         let (c0, c1) = (c0.on_domain(0.0, 1.0), c1.on_domain(0.0, 1.0));
@@ -66,8 +66,8 @@ impl Surface {
         Self::raw([degree, 1], knots, points, weights)
     }
 
-    /// Rational parameter of the angle `angle` on an arc built by [`Curve3::ellipse_arc`] or
-    /// [`Surface::revolution`] with the range `angles` (both [rad]). Exact, increasing, identity at span ends.
+    /// Rational parameter of the angle `angle` [rad] on an arc of [`Curve3::ellipse_arc`] or [`Surface::revolution`]
+    /// with the range `angles` [rad]. Exact and increasing; equal to the angle at span ends.
     #[must_use]
     pub fn arc_parameter_of_angle(angles: [f64; 2], angle: f64) -> f64 {
         parameter_of_angle(angles, angle)

@@ -1,4 +1,4 @@
-//! Claims about evaluation and construction.
+//! Tests of evaluation and construction.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -81,15 +81,16 @@ fn lines_of_one_parameter_are_exact() {
     for (a, b) in [([0.2, -0.5], [0.2, 1.7]), ([0.9, 0.3], [0.1, 0.3]), ([0.0, -1.0], [1.0, -1.0])]
     {
         let line = Curve2::line(Vec2::from(a), Vec2::from(b));
-        let image = s.line_of_one_parameter(&line).unwrap();
+        let image = s.isoparametric_curve(&line).unwrap();
         let [from, to] = image.domain();
         for k in 0..=20 {
-            let share = f64::from(k) / 20.0;
-            let (p, q) = (image.point(from + (to - from) * share), s.point(line.point(share)));
-            assert!((p - q).norm() < 1e-13, "{a:?} {b:?} at {share}");
+            let fraction = f64::from(k) / 20.0;
+            let (p, q) =
+                (image.point(from + (to - from) * fraction), s.point(line.point(fraction)));
+            assert!((p - q).norm() < 1e-13, "{a:?} {b:?} at {fraction}");
         }
     }
-    assert!(s.line_of_one_parameter(&Curve2::line(Vec2::zeros(), Vec2::new(0.5, 0.5))).is_none());
+    assert!(s.isoparametric_curve(&Curve2::line(Vec2::zeros(), Vec2::new(0.5, 0.5))).is_none());
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Grids that did not come out: folded, off in area, or not meshed as a grid at all.
+//! Defects of transfinite grids: folded elements, wrong area, or surfaces not meshed as a grid.
 
 use std::collections::BTreeMap;
 
@@ -7,10 +7,10 @@ use crate::cad::Model;
 use crate::mesh::SurfaceMesh;
 use crate::mesh::quality::{corner_jacobians, face_areas};
 
-/// A corner whose signed sine is below this is folded or straight.
-const STRAIGHT: f64 = 1e-3;
+/// Signed sine of a corner angle below which the corner is folded or straight.
+const STRAIGHT_CORNER_SINE: f64 = 1e-3;
 
-/// What is wrong with the grid on one surface.
+/// A defect of the grid on one surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
     surface: i64,
@@ -32,12 +32,12 @@ impl Fault {
         self.surface
     }
 
-    /// True when the surface has to be meshed again; false when gmsh itself has used its other algorithm.
+    /// True when the surface must be meshed again; false when gmsh has already used its other algorithm.
     pub fn is_bad(&self) -> bool {
         !matches!(self.kind, Kind::NoGrid { .. })
     }
 
-    /// For people.
+    /// Message text.
     pub fn note(&self, model: &Model) -> String {
         let face = self.face.and_then(|f| Some((f, &model.faces.get(f)?.source)));
         let name = face.map_or_else(
@@ -59,7 +59,7 @@ impl Fault {
     }
 }
 
-/// Faults of the grids of a plan; `found` is gmsh's mesh, `mesh` the same attached to the model.
+/// Defects of the grids of a plan; `found` is gmsh's mesh, `mesh` the same mesh attached to the model.
 pub fn of_grids(
     plan: &Plan,
     found: &SurfaceMesh,
@@ -79,9 +79,9 @@ pub fn of_grids(
     let fault = |grid: &super::plan::Grid| {
         let elements = on.get(&grid.surface).map_or(&[][..], Vec::as_slice);
         let face = elements.first().map(|&k| model.cut_with(mesh.elements[k].face as usize).start);
-        let folded = elements.iter().filter(|&&k| corners[k] < STRAIGHT).count();
+        let folded = elements.iter().filter(|&&k| corners[k] < STRAIGHT_CORNER_SINE).count();
         let area = face.and_then(|f| areas.iter().find(|a| a.face == f));
-        let off = area.filter(|a| a.is_off(area_tolerance));
+        let off = area.filter(|a| a.exceeds_tolerance(area_tolerance));
         let is_quad = |k: &usize| found.elements[*k].nodes().len() == 4;
         let quads = elements.iter().filter(|k| is_quad(k)).count();
         let kind = match (off, plan.quads(grid)) {

@@ -1,11 +1,11 @@
-//! The gmsh program: found, run on the same CAD file in a folder of its own under a time limit, its
-//! mesh checked and put back on our faces. Its exit code is not trusted.
+//! Driver of the gmsh program. It runs on the same CAD file in a temporary folder under a time limit; its mesh is
+//! checked and attached to the faces of the model. The exit code is ignored.
 //!
-//! - [`outline`]: what gmsh makes of the file, from a first run that divides its curves
-//! - [`plan`]: surfaces with three or four sides meshed as grids, the divisions of their curves agreed
-//! - [`script`], [`run`]: what gmsh is told, and how it is started
+//! - [`outline`]: curves and surfaces as read by gmsh, from a first run that meshes the curves
+//! - [`plan`]: surfaces with three or four sides as transfinite grids, with consistent divisions of their curves
+//! - [`script`], [`run`]: input of gmsh and its execution
 //!
-//! A grid that folds or is off in area is given up, and its surface meshed by the chosen algorithm.
+//! A grid that folds or has a wrong area is rejected, and its surface is meshed with the chosen algorithm.
 
 mod faults;
 mod options;
@@ -26,7 +26,7 @@ pub use self::options::{GmshAlgorithm, GmshOptions};
 use self::faults::Fault;
 use self::plan::Plan;
 use self::run::Run;
-use super::outside::{from_any_folder, on_path, work_folder};
+use super::external::{from_any_folder, on_path, work_folder};
 use super::{MeshError, MeshReport, SurfaceMesh, attach};
 use crate::cad::Model;
 use crate::geometry::Aabb;
@@ -36,44 +36,44 @@ use crate::geometry::Aabb;
 pub struct GmshMesh {
     /// The mesh, attached to the model.
     pub mesh: SurfaceMesh,
-    /// Faces that could have been grids and are not, with the reason.
+    /// Faces suitable for a grid but meshed otherwise, with the reason.
     pub notes: Vec<String>,
 }
 
-/// gmsh's smallest element as a share of the model's diagonal: at an apex curvature has no bound.
-const SMALLEST: f64 = 1e-4;
-/// Said of a part whose faces are left as they are in the file.
-const UNSEWN: &str = "gmsh does not mesh the faces of this part when they are sewn: unless the file itself joins them, \
+/// Smallest element size relative to the model's diagonal: curvature is unbounded at an apex.
+const SIZE_MIN_REL: f64 = 1e-4;
+/// Message for a part whose faces are not sewn.
+const UNSEWN_TEXT: &str = "gmsh does not mesh the faces of this part when they are sewn: unless the file itself joins them, \
                       the mesh has borders between them";
-/// Rounds in which grids are given up one by one; then all are.
-const ROUNDS: usize = 3;
+/// Rounds in which defective grids are rejected individually; after them all grids are rejected.
+const REJECTION_ROUNDS: usize = 3;
 
-/// Meshes a CAD file with gmsh and attaches the result to `model`, which was read from the same file.
+/// Meshes a CAD file with gmsh and attaches the result to `model`, read from the same file.
 ///
 /// # Errors
-/// [`MeshError::Option`]; [`MeshError::GmshAbsent`]; [`MeshError::GmshFailed`] with the log's last lines when there
-/// is no mesh or the time is over; [`MeshError::Check`] when faces are missing or the area is off.
+/// [`MeshError::Option`]; [`MeshError::GmshAbsent`]; [`MeshError::GmshFailed`] with the end of the log when there is no
+/// mesh or the time limit is reached; [`MeshError::Check`] for missing faces or a wrong area.
 pub fn mesh(cad: &Path, model: &Model, options: &GmshOptions) -> Result<GmshMesh, MeshError> {
     options.check()?;
     let program = find(options.program.as_deref())?;
     let folder = work_folder("gmsh")?;
     let diagonal = model.faces.iter().fold(Aabb::EMPTY, |b, f| b.union(&f.bbox())).diagonal();
     let mut options = options.clone();
-    options.size[0] = options.size[0].or(Some(SMALLEST * diagonal));
+    options.size[0] = options.size[0].or(Some(SIZE_MIN_REL * diagonal));
     let mut run = Run::new(&program, cad, folder.path(), &options, model.join_tolerance)?;
     match checked(&run, model, &options) {
         Err(error) if run.is_sewn() => {
-            run.leave_unsewn();
-            // The first reason is the better one where this way leads nowhere either.
+            run.disable_sewing();
+            // If this fails as well, the first error is the more informative one.
             let mut made = checked(&run, model, &options).map_err(|_| error)?;
-            made.notes.insert(0, UNSEWN.into());
+            made.notes.insert(0, UNSEWN_TEXT.into());
             Ok(made)
         }
         other => other,
     }
 }
 
-/// Grids where they are sound, faces and areas checked.
+/// A mesh with valid grids, after the check of faces and areas.
 fn checked(run: &Run<'_>, model: &Model, options: &GmshOptions) -> Result<GmshMesh, MeshError> {
     let (mesh, notes) = with_grids(run, model, options)?;
     let report = MeshReport::new(&mesh, model);
@@ -82,20 +82,20 @@ fn checked(run: &Run<'_>, model: &Model, options: &GmshOptions) -> Result<GmshMe
     Ok(GmshMesh { mesh, notes })
 }
 
-/// The mesh with as many grids as are sound, and why others are not.
+/// The mesh with as many valid grids as possible, and the reasons for those rejected.
 fn with_grids(
     run: &Run<'_>,
     model: &Model,
     options: &GmshOptions,
 ) -> Result<(SurfaceMesh, Vec<String>), MeshError> {
     let mut notes = Vec::new();
-    if !options.has_grids() && !options.divides_bends() {
+    if !options.has_grids() && !options.divides_by_turning_angle() {
         return Ok((attach(&run.surfaces(&Plan::default())?, model)?, notes));
     }
     let outline = run.outline()?;
     let mut refused = BTreeSet::new();
-    for round in 0..=ROUNDS {
-        if round == ROUNDS && refused.len() < outline.surfaces.len() {
+    for round in 0..=REJECTION_ROUNDS {
+        if round == REJECTION_ROUNDS && refused.len() < outline.surfaces.len() {
             notes.push(
                 "without the grids that fold, others fold: no face is meshed as a transfinite grid"
                     .into(),
@@ -113,8 +113,8 @@ fn with_grids(
             other => other?,
         };
         let faults = faults::of_grids(&plan, &found, &mesh, model, options.face_tolerance());
-        let said = faults.iter().map(|f| f.note(model)).filter(|note| !notes.contains(note));
-        notes.extend(said.collect::<Vec<_>>());
+        let texts = faults.iter().map(|f| f.note(model)).filter(|note| !notes.contains(note));
+        notes.extend(texts.collect::<Vec<_>>());
         refused.extend(faults.iter().filter(|f| f.is_bad()).map(Fault::surface));
         if !faults.iter().any(Fault::is_bad) {
             return Ok((mesh, notes));
@@ -124,17 +124,17 @@ fn with_grids(
     Ok((mesh, notes))
 }
 
-/// Notes that there is no mesh with grids, with the first line of the reason.
+/// Message that no mesh with grids was made, with the first line of the reason.
 fn note_without_grids(error: &MeshError) -> String {
     let reason = error.to_string();
     let reason = reason.lines().next().unwrap_or_default();
     format!("no mesh with grids, one without them is made: {reason}")
 }
 
-/// The gmsh program, with its whole path: as named (relative to the current folder), else by KANAGATA_GMSH, else on PATH.
+/// Absolute path of the gmsh program: as given (relative to the current folder), then KANAGATA_GMSH, then PATH.
 ///
 /// # Errors
-/// [`MeshError::GmshAbsent`] says where it was looked for.
+/// [`MeshError::GmshAbsent`] with the locations searched.
 pub fn find(named: Option<&Path>) -> Result<PathBuf, MeshError> {
     let named = named.map(Path::to_path_buf);
     let named = named.or_else(|| std::env::var_os("KANAGATA_GMSH").map(PathBuf::from));

@@ -1,4 +1,4 @@
-//! How gmsh is run.
+//! Options of the gmsh driver.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ pub enum GmshAlgorithm {
     MeshAdapt = 1,
     /// Automatic.
     Automatic = 2,
-    /// The triangulation of the divided edges, without points inside.
+    /// Triangulation of the edge nodes, without interior nodes.
     InitialOnly = 3,
     /// Delaunay.
     Delaunay = 5,
@@ -29,25 +29,25 @@ pub enum GmshAlgorithm {
     QuasiStructured = 11,
 }
 
-/// How gmsh is run.
+/// Options of the gmsh driver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GmshOptions {
-    /// The program; `None`: environment variable KANAGATA_GMSH, then PATH.
+    /// Path of the program; `None`: environment variable KANAGATA_GMSH, then PATH.
     pub program: Option<PathBuf>,
-    /// Structured: grids of quads where the CAD allows, triangles joined to quads elsewhere; mixed: triangles
-    /// elsewhere; quads: triangles joined to quads everywhere; triangles.
+    /// Structured: quadrilateral grids on suitable faces, triangles recombined to quadrilaterals elsewhere. Mixed:
+    /// triangles elsewhere. Quads: triangles recombined everywhere. Triangles: triangles only.
     pub style: MeshStyle,
-    /// No grids, whatever the style.
+    /// No transfinite grids, for any style.
     pub unstructured: bool,
     /// Algorithm for surfaces.
     pub algorithm: GmshAlgorithm,
-    /// Elements for 360 degrees of turn: of curves around grids, elsewhere `Mesh.MeshSizeFromCurvature`; 0 = off.
+    /// Elements per 360 degrees: on curves around grids, elsewhere as `Mesh.MeshSizeFromCurvature`; 0 = off.
     pub per_turn: usize,
-    /// Smallest and largest element size (mm); `None` = gmsh's own.
+    /// Smallest and largest element size [mm]; `None` = default of gmsh.
     pub size: [Option<f64>; 2],
-    /// Time limit (s) for all runs on a part; gmsh is killed when it takes longer.
+    /// Time limit [s] for all runs on a part; gmsh is then killed.
     pub limit_s: f64,
-    /// Allowed difference of area from the model's, relative; of the whole and of each face.
+    /// Relative area error allowed, of the whole mesh and of each face.
     pub area_tolerance: f64,
 }
 
@@ -67,15 +67,15 @@ impl Default for GmshOptions {
 }
 
 impl GmshOptions {
-    /// Surfaces with three or four sides become grids; quasi-structured meshes are made without them in any case.
+    /// True when surfaces with three or four sides become grids; never with quasi-structured meshing.
     pub(super) fn has_grids(&self) -> bool {
         !self.unstructured
             && self.algorithm != GmshAlgorithm::QuasiStructured
             && matches!(self.style, MeshStyle::Structured | MeshStyle::Mixed)
     }
 
-    /// Allowed difference of area of one face, relative: squared half angle of an element, which flat elements
-    /// in two curved directions keep, and so much as chords of circles take off flat rings.
+    /// Relative area error allowed for one face: the squared half angle per element. Flat elements on doubly curved
+    /// faces, and chords on the circles of flat rings, have such errors.
     pub(super) fn face_tolerance(&self) -> f64 {
         match self.per_turn {
             0 => self.area_tolerance,
@@ -83,8 +83,8 @@ impl GmshOptions {
         }
     }
 
-    /// Curves are divided by their turn, not by gmsh: BAMG does not end with sizes from curvature.
-    pub(super) fn divides_bends(&self) -> bool {
+    /// Curves are divided by turning angle here: BAMG does not terminate with sizes from curvature.
+    pub(super) fn divides_by_turning_angle(&self) -> bool {
         self.algorithm == GmshAlgorithm::Bamg
     }
 

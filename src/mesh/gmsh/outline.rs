@@ -1,5 +1,5 @@
-//! What gmsh has read from a CAD file: its curves as polylines and the curves around each surface, from a mesh
-//! (MSH 4.1, ASCII) of the curves alone.
+//! Curves as polylines and the boundary curves of each surface as read by gmsh, from a mesh (MSH 4.1, ASCII) of the
+//! curves.
 
 use std::collections::BTreeMap;
 
@@ -7,32 +7,32 @@ use crate::geometry::Vec3;
 use crate::mesh::MeshError;
 use crate::mesh::io::cursor::Cursor;
 
-/// Curves and surfaces by gmsh's numbers.
+/// Curves and surfaces by gmsh tag.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Outline {
     /// Curves.
     pub curves: BTreeMap<i64, Curve>,
-    /// Curves around each surface, those of all its loops, without their directions.
+    /// Curves of all loops of each surface, without orientation.
     pub surfaces: BTreeMap<i64, Vec<i64>>,
 }
 
-/// One of gmsh's curves.
+/// A curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Points at its start and end; equal for a closed curve.
+    /// Point tags at start and end; equal for a closed curve.
     pub ends: [i64; 2],
-    /// Points along it, ends included, at equal distances.
+    /// Equidistant points, including the ends.
     pub line: Vec<Vec3>,
 }
 
 impl Curve {
-    /// Length (mm).
+    /// Length [mm].
     #[must_use]
     pub fn length(&self) -> f64 {
         self.line.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
     }
 
-    /// Angle (rad) its tangent turns through: all angles between its chords, and half an angle at each end.
+    /// Turning angle of the tangent [rad]: sum of the angles between chords, plus half an angle at each end.
     #[must_use]
     pub fn turn(&self) -> f64 {
         let chords: Vec<Vec3> = self.line.windows(2).map(|w| w[1] - w[0]).collect();
@@ -45,7 +45,7 @@ impl Curve {
 /// Parses the sections of entities and nodes.
 ///
 /// # Errors
-/// [`MeshError::Invalid`] with the line, what was found and what is allowed.
+/// [`MeshError::Invalid`] with the line, the finding and the admissible values.
 pub fn parse(bytes: &[u8], file: &str) -> Result<Outline, MeshError> {
     let mut cursor = Cursor::new(bytes, file);
     let mut points = BTreeMap::new();
@@ -99,7 +99,7 @@ fn entities(
     Ok(())
 }
 
-/// A count and so many numbers, without their signs.
+/// A counted list of numbers, without signs.
 fn list(cursor: &mut Cursor<'_>) -> Result<Vec<i64>, MeshError> {
     let mut out = Vec::new();
     for _ in 0..cursor.size()? {

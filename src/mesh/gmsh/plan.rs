@@ -1,5 +1,4 @@
-//! Which of gmsh's surfaces are meshed as a grid (transfinite), and how often curves are divided for it: opposite
-//! sides of a surface alike.
+//! Selection of surfaces meshed as transfinite grids, with equal divisions on opposite sides.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{PI, TAU};
@@ -9,37 +8,37 @@ use super::outline::{Curve, Outline};
 use crate::geometry::Vec3;
 use crate::mesh::mapped::divisions::{self, Rule};
 
-/// Curves that meet at more than this have a corner between them (rad).
-const CORNER: f64 = PI / 7.2;
-/// Turn of a curve that is not straight (rad).
-const BENT: f64 = 0.1;
-/// Divisions are rounded up only beyond this share of one.
-const SLACK: f64 = 0.02;
-/// Most divisions of a curve.
-const MOST: f64 = 20_000.0;
+/// Angle between curves above which their common point is a corner [rad].
+const CORNER_ANGLE_MIN_RAD: f64 = PI / 7.2;
+/// Turning angle above which a curve is not straight [rad].
+const CURVED_TURN_MIN_RAD: f64 = 0.1;
+/// Fraction of a division that is not rounded up.
+const ROUNDING_DIVISIONS: f64 = 0.02;
+/// Maximum number of divisions of a curve.
+const DIVISIONS_MAX: f64 = 20_000.0;
 
-/// What gmsh is told of curves and surfaces.
+/// Divisions of curves and grids on surfaces for the gmsh script.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Plan {
-    /// Divisions of curves; gmsh divides all others by its own sizes.
+    /// Divisions of curves; all other curves are divided by gmsh's element sizes.
     pub divisions: BTreeMap<i64, usize>,
-    /// Surfaces meshed as a grid.
+    /// Surfaces meshed as grids.
     pub grids: Vec<Grid>,
 }
 
 /// A surface with three or four sides.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    /// gmsh's number of the surface.
+    /// gmsh tag of the surface.
     pub surface: i64,
-    /// Points at its corners, in turn.
+    /// Points at its corners, in order.
     pub corners: Vec<i64>,
-    /// Curves of each side, the first between the first two corners.
+    /// Curves of each side; the first side is between the first two corners.
     pub sides: Vec<Vec<i64>>,
 }
 
 impl Plan {
-    /// Grids on all surfaces that have three or four sides, but for those in `refused`.
+    /// Grids on all surfaces with three or four sides, except for those in `refused`.
     #[must_use]
     pub fn new(outline: &Outline, options: &GmshOptions, refused: &BTreeSet<i64>) -> Self {
         let tags: Vec<i64> = outline.curves.keys().copied().collect();
@@ -56,14 +55,20 @@ impl Plan {
         let mut kept = agreed.kept.chunks(2).map(|pair| pair.iter().all(|&k| k));
         grids.retain(|_| kept.next().unwrap_or(false));
         let mut used: BTreeSet<i64> = grids.iter().flat_map(|g| g.sides.concat()).collect();
-        if options.divides_bends() {
-            used.extend(outline.curves.iter().filter(|(_, c)| c.turn() > BENT).map(|(t, _)| t));
+        if options.divides_by_turning_angle() {
+            used.extend(
+                outline
+                    .curves
+                    .iter()
+                    .filter(|(_, c)| c.turn() > CURVED_TURN_MIN_RAD)
+                    .map(|(t, _)| t),
+            );
         }
         let divisions = used.into_iter().map(|t| (t, agreed.counts[index[&t]])).collect();
         Self { divisions, grids }
     }
 
-    /// Quads on a surface of four sides.
+    /// Number of quadrilaterals on a surface of four sides.
     #[must_use]
     pub fn quads(&self, grid: &Grid) -> Option<usize> {
         let count = |k: usize| -> usize { grid.sides[k].iter().map(|c| self.divisions[c]).sum() };
@@ -71,29 +76,29 @@ impl Plan {
     }
 }
 
-/// Least divisions and lengths (mm) of all curves.
+/// Minimum divisions and lengths [mm] of all curves.
 fn demand(outline: &Outline, options: &GmshOptions) -> (Vec<usize>, Vec<f64>) {
     let mut between: BTreeMap<[i64; 2], usize> = BTreeMap::new();
     let ends = |c: &Curve| [c.ends[0].min(c.ends[1]), c.ends[0].max(c.ends[1])];
     outline.curves.values().for_each(|c| *between.entry(ends(c)).or_default() += 1);
-    let least = |c: &Curve| {
+    let minimum = |c: &Curve| {
         let (length, turn) = (c.length(), c.turn());
-        let by_turn = turn / TAU * options.per_turn as f64 - SLACK;
-        let by_size = options.size[1].map_or(0.0, |size| length / size - SLACK);
-        // Curves between the same two points must not share their chord.
+        let by_turn = turn / TAU * options.per_turn as f64 - ROUNDING_DIVISIONS;
+        let by_size = options.size[1].map_or(0.0, |size| length / size - ROUNDING_DIVISIONS);
+        // Curves between the same two points must not have a common chord.
         let floor = match c.ends {
             [a, b] if a == b => 3.0,
-            _ if between[&ends(c)] > 1 && turn > BENT => 2.0,
+            _ if between[&ends(c)] > 1 && turn > CURVED_TURN_MIN_RAD => 2.0,
             _ => 1.0,
         };
-        by_turn.max(by_size).ceil().clamp(floor, MOST) as usize
+        by_turn.max(by_size).ceil().clamp(floor, DIVISIONS_MAX) as usize
     };
     let curves = || outline.curves.values();
-    (curves().map(least).collect(), curves().map(Curve::length).collect())
+    (curves().map(minimum).collect(), curves().map(Curve::length).collect())
 }
 
 impl Grid {
-    /// The sides of a surface, if one loop without a seam bounds it and has three or four corners.
+    /// The sides of a surface bounded by one loop without a seam and with three or four corners.
     fn new(outline: &Outline, surface: i64, around: &[i64]) -> Option<Self> {
         let ring = ring(outline, around)?;
         let starts: Vec<usize> =
@@ -113,15 +118,15 @@ impl Grid {
         })
     }
 
-    /// Opposite sides alike; on three sides all: gmsh then keeps triangles along one side, where a fan from one corner
-    /// would have narrow ones.
+    /// Equal divisions on opposite sides, on a triangle on all sides: gmsh then puts triangles along one side, instead
+    /// of a narrow fan at one corner.
     fn rules(&self, index: &BTreeMap<i64, usize>) -> [Rule; 2] {
         let side = |k: usize| self.sides[k].iter().map(|c| index[c]).collect();
         [Rule::Equal(side(0), side(2)), Rule::Equal(side(1), side(self.sides.len() - 1))]
     }
 }
 
-/// A curve in a loop; true when it runs backwards.
+/// A curve in a loop; true when reversed.
 type Use = (i64, bool);
 
 fn start(outline: &Outline, (curve, backwards): Use) -> i64 {
@@ -154,14 +159,14 @@ fn ring(outline: &Outline, around: &[i64]) -> Option<Vec<Use>> {
     None
 }
 
-/// Whether the loop turns at the start of its curve `k`.
+/// True when the loop has a corner at the start of its curve `k`.
 fn is_corner(outline: &Outline, ring: &[Use], k: usize) -> bool {
     let before = tangents(outline, ring[(k + ring.len() - 1) % ring.len()])[1];
     let after = tangents(outline, ring[k])[0];
-    before.angle(&after) > CORNER
+    before.angle(&after) > CORNER_ANGLE_MIN_RAD
 }
 
-/// Directions at the start and the end of a curve in a loop.
+/// Tangents at the start and the end of a curve in a loop.
 fn tangents(outline: &Outline, (curve, backwards): Use) -> [Vec3; 2] {
     let line = &outline.curves[&curve].line;
     let chord = |k: usize| line.get(k + 1).zip(line.get(k)).map_or(Vec3::zeros(), |(b, a)| b - a);

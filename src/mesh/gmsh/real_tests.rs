@@ -1,4 +1,4 @@
-//! With the program itself; skipped and counted where gmsh is not installed.
+//! Tests with the gmsh program, skipped where it is not installed.
 
 use std::path::{Path, PathBuf};
 
@@ -96,7 +96,7 @@ fn grids_are_quads_with_the_divisions_asked_and_conform() {
             GmshOptions { per_turn: 4 * n, area_tolerance: 0.3, ..GmshOptions::default() };
         let made = made(file, &options);
         assert_eq!(made.notes, Vec::<String>::new());
-        // Face 0 is the flange with its eleven curves; faces 1 to 7 are fillets of 90 degrees.
+        // Face 0 is the flange with eleven curves; faces 1 to 7 are fillets of 90 degrees.
         for face in 1..15 {
             let [quads, all] = quads_on(&made.mesh, face);
             assert_eq!(quads, all, "face {face}");
@@ -123,7 +123,7 @@ fn sizes_from_curvature_follow_the_divisions() {
         let made = made("cross_die_AP214.stp", &options);
         (1..8).map(|f| quads_on(&made.mesh, f)[1]).sum::<usize>() as f64
     };
-    // Grids on straight fillets have twice, on curved ones four times the elements; sizes four times.
+    // Grids have twice the elements on straight fillets and four times on curved ones; sizes four times.
     let grids = count(MeshStyle::Structured, 32) / count(MeshStyle::Structured, 16);
     assert!((2.0..4.0).contains(&grids), "{grids}");
     let free = count(MeshStyle::Triangles, 64) / count(MeshStyle::Triangles, 32);
@@ -171,14 +171,14 @@ fn a_program_that_is_too_old_ends_with_a_message_and_without_a_file() {
     }
     let program = find(None).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    for (oldest, ends) in [(script::OLDEST, false), ([999, 0], true)] {
+    for (oldest, ends) in [(script::VERSION_MIN, false), ([999, 0], true)] {
         let text = script::version_guard(oldest) + "Point(1) = {0, 0, 0};\n";
         let path = folder.path().join("guard.geo");
         crate::files::write_atomic(&path, |w| w.write_all(text.as_bytes())).unwrap();
         let mut command = std::process::Command::new(&program);
         command.args(["guard.geo", "-1", "-o", "out.msh"]);
         let limit = std::time::Duration::from_secs(60);
-        let outcome = crate::mesh::outside::run(&mut command, folder.path(), limit).unwrap();
+        let outcome = crate::mesh::external::run(&mut command, folder.path(), limit).unwrap();
         let log = String::from_utf8_lossy(&outcome.log).into_owned();
         assert_eq!(log.contains("too old; allowed: 999.0 or newer"), ends, "{log}");
         assert_eq!(folder.path().join("out.msh").exists(), !ends, "{log}");

@@ -1,4 +1,4 @@
-//! The gmsh program in a folder of its own: the part copied, a script beside it, run under a time limit.
+//! Runs the gmsh program in a temporary folder with a copy of the part and a script, under a time limit.
 
 use std::ffi::OsString;
 use std::fs;
@@ -11,33 +11,33 @@ use super::outline::{self, Outline};
 use super::plan::Plan;
 use super::script;
 use crate::files::Input;
+use crate::mesh::external::{self, End};
 use crate::mesh::mapped::MeshStyle;
-use crate::mesh::outside::{self, End};
 use crate::mesh::{MeshError, SurfaceMesh, io};
 
-/// Lines of gmsh's log kept for the message.
+/// Number of lines of gmsh's log in a message.
 const LOG_LINES: usize = 12;
-/// Characters of a line kept.
+/// Maximum number of characters per line.
 const LINE_LENGTH: usize = 400;
-/// The script's name in the folder.
+/// File name of the script.
 const SCRIPT: &str = "part.geo";
 
-/// gmsh and one part; all its runs share one time limit.
+/// gmsh and one part; all runs share one time limit.
 pub struct Run<'a> {
     program: &'a Path,
     cad: &'a Path,
     folder: &'a Path,
     options: &'a GmshOptions,
-    /// The part's name in the folder.
+    /// File name of the part in the folder.
     part: &'static str,
-    /// Faces are sewn within this (mm).
+    /// Sewing tolerance [mm].
     sewn: Option<f64>,
     begun: Instant,
 }
 
 impl<'a> Run<'a> {
-    /// Copies the part into the folder. gmsh tells formats by their ending: the file gets one that fits its content.
-    /// Faces in IGES files do not share curves; those within `tolerance` (mm) are sewn.
+    /// Copies the part into the folder. gmsh identifies formats by file extension, so that the copy gets one that
+    /// matches its content. Faces of IGES files have no common curves; those within `tolerance` [mm] are sewn.
     ///
     /// # Errors
     /// [`MeshError::Read`], [`MeshError::Write`].
@@ -58,20 +58,20 @@ impl<'a> Run<'a> {
         Ok(Self { program, cad, folder, options, part, sewn, begun: Instant::now() })
     }
 
-    /// Whether faces are sewn.
+    /// True when faces are sewn.
     pub fn is_sewn(&self) -> bool {
         self.sewn.is_some()
     }
 
-    /// From here on faces are taken as the file has them: sewing loses what gmsh needs at poles.
-    pub fn leave_unsewn(&mut self) {
+    /// Disables sewing, which removes entities that gmsh needs at poles.
+    pub fn disable_sewing(&mut self) {
         self.sewn = None;
     }
 
-    /// gmsh's curves and surfaces.
+    /// Curves and surfaces as read by gmsh.
     ///
     /// # Errors
-    /// [`MeshError::GmshFailed`] when it writes no file; [`MeshError::Invalid`] when that is no outline.
+    /// [`MeshError::GmshFailed`] when no file was written; [`MeshError::Invalid`] when it is not an outline.
     pub fn outline(&self) -> Result<Outline, MeshError> {
         let numbers = [("Mesh.Binary", 0.0), ("Mesh.SaveAll", 1.0)];
         let file = self.start(&script::outline(), "-1", "outline.msh", &numbers)?;
@@ -83,12 +83,12 @@ impl<'a> Run<'a> {
     /// The mesh with the grids of a plan.
     ///
     /// # Errors
-    /// [`MeshError::GmshFailed`] when it writes no file or one without surface elements, or takes too long.
+    /// [`MeshError::GmshFailed`] when no file was written, it has no surface elements, or the time limit is reached.
     pub fn surfaces(&self, plan: &Plan) -> Result<SurfaceMesh, MeshError> {
         let join = self.options.style == MeshStyle::Mixed;
         let text = script::grids(plan, join);
         let file = self.start(&text, "-2", "out.msh", &self.numbers())?;
-        let mesh = io::read_made(&file)?;
+        let mesh = io::read_unchecked(&file)?;
         if mesh.elements.is_empty() {
             return Err(self.failed("its file holds no surface elements".into(), ""));
         }
@@ -118,7 +118,7 @@ impl<'a> Run<'a> {
         let limit = Duration::from_secs_f64(self.options.limit_s.clamp(0.0, 1e6));
         let left = limit.saturating_sub(self.begun.elapsed());
         command.env("PATH", self.search_path());
-        let outcome = outside::run(&mut command, self.folder, left).map_err(|e| {
+        let outcome = external::run(&mut command, self.folder, left).map_err(|e| {
             self.failed(format!("{} does not start: {e}", self.program.display()), "")
         })?;
         let log = log_tail(&outcome.log);
@@ -130,13 +130,13 @@ impl<'a> Run<'a> {
                 );
                 return Err(self.failed(reason, &log));
             }
-            End::TooLarge => return Err(self.failed(outside::too_large(), &log)),
+            End::TooLarge => return Err(self.failed(external::too_large(), &log)),
             End::Ended(_) => {}
         }
         if file.is_file() { Ok(file) } else { Err(self.failed("it wrote no file".into(), &log)) }
     }
 
-    /// The program's own folder first: gmsh from PyPI is a script that asks PATH for its Python.
+    /// PATH with the program's own folder first: gmsh from PyPI is a script that looks up its Python in PATH.
     fn search_path(&self) -> OsString {
         let own = self.program.parent().map(Path::to_path_buf);
         let path = std::env::var_os("PATH").unwrap_or_default();
@@ -144,10 +144,10 @@ impl<'a> Run<'a> {
         std::env::join_paths(all).unwrap_or(path)
     }
 
-    /// gmsh's options for surfaces.
+    /// gmsh options for surfaces.
     fn numbers(&self) -> Vec<(&'static str, f64)> {
         let o = self.options;
-        let per_turn = if o.divides_bends() { 0 } else { o.per_turn };
+        let per_turn = if o.divides_by_turning_angle() { 0 } else { o.per_turn };
         let mut out = vec![
             ("General.Terminal", 1.0),
             ("General.NumThreads", 1.0),
@@ -168,7 +168,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The log's last lines, each cut to a length that people read: gmsh lists thousands of numbers in one.
+/// Last lines of the log, truncated: gmsh may print thousands of numbers in one line.
 fn log_tail(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes);
     let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();

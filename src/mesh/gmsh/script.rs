@@ -1,5 +1,5 @@
-//! Scripts in gmsh's own language: the CAD file merged, its faces sewn where the format does not join them, curves
-//! divided and surfaces meshed as grids.
+//! Scripts in the gmsh language: merge the CAD file, sew faces where the format does not join them, divide curves, mesh
+//! surfaces as grids.
 
 use std::fmt::Write;
 
@@ -8,10 +8,10 @@ use super::plan::Plan;
 /// Divisions of every curve of the outline.
 pub const OUTLINE_DIVISIONS: usize = 32;
 
-/// Oldest gmsh that is used: older ones fold grids and lose faces.
-pub const OLDEST: [u32; 2] = [4, 12];
+/// Oldest supported gmsh version: older ones fold grids and lose faces.
+pub const VERSION_MIN: [u32; 2] = [4, 12];
 
-/// Ends a gmsh that is older than `oldest` (major and minor number): it writes no file, and its log says why.
+/// Terminates a gmsh older than `oldest` (major, minor): it writes no file, and its log contains the reason.
 #[must_use]
 pub fn version_guard(oldest: [u32; 2]) -> String {
     let [major, minor] = oldest;
@@ -23,7 +23,7 @@ pub fn version_guard(oldest: [u32; 2]) -> String {
     )
 }
 
-/// Merges the CAD file; faces of a file that gives each its own curves are sewn within a tolerance (mm).
+/// Merges the CAD file; faces without common curves are sewn within a tolerance [mm].
 #[must_use]
 pub fn merge(cad: &str, sewn: Option<f64>) -> String {
     let read = format!("Merge \"{cad}\";\n");
@@ -36,16 +36,16 @@ pub fn merge(cad: &str, sewn: Option<f64>) -> String {
             )
         },
     );
-    version_guard(OLDEST) + &merged
+    version_guard(VERSION_MIN) + &merged
 }
 
-/// Every curve divided alike.
+/// Equal divisions of all curves.
 #[must_use]
 pub fn outline() -> String {
     format!("Transfinite Curve {{:}} = {};\n", OUTLINE_DIVISIONS + 1)
 }
 
-/// Divisions and grids of a plan; with `join` the grids of four sides are joined to quads by themselves.
+/// Divisions and grids of a plan; with `join` the grids of four sides are recombined to quadrilaterals individually.
 #[must_use]
 pub fn grids(plan: &Plan, join: bool) -> String {
     let mut out = String::new();

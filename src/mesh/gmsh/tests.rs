@@ -5,10 +5,10 @@ use super::*;
 use crate::geometry::Vec3;
 use crate::mesh::mapped::MeshStyle;
 
-/// One script at a time: a file still open in a process being started cannot be executed.
+/// One script at a time: a file that is open while another process starts cannot be executed.
 static ONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
-/// A shell script in gmsh's place.
+/// A shell script in place of gmsh.
 fn stand_in(folder: &Path, script: &str) -> PathBuf {
     let program = folder.join("gmsh");
     fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
@@ -16,7 +16,7 @@ fn stand_in(folder: &Path, script: &str) -> PathBuf {
     program
 }
 
-/// Runs a shell script in gmsh's place on a small file.
+/// Runs a shell script in place of gmsh on a small file.
 fn run_script(script: &str, limit_s: f64) -> Result<SurfaceMesh, MeshError> {
     let _one = ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let folder = tempfile::tempdir().unwrap();
@@ -35,7 +35,7 @@ fn model(file: &str) -> Model {
     crate::cad::read(&fixture(file)).unwrap().0
 }
 
-/// Has a part meshed by a stand-in that leaves `mesh` as gmsh's result.
+/// Result of meshing a part with a script that produces `mesh`.
 fn outcome_of(mesh: &SurfaceMesh, file: &str) -> MeshError {
     let _one = ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     let folder = tempfile::tempdir().unwrap();
@@ -101,7 +101,7 @@ fn a_face_without_elements_is_named_with_the_remedy() {
 fn an_area_that_is_off_is_named_with_the_face_and_the_remedy() {
     let model = model("cross_die_144.igs");
     let mesh = crate::mesh::mapped::mesh(&model, &Default::default()).unwrap();
-    // All of the flat but one element of it is gone.
+    // All elements of the flat except one are removed.
     let mut holed = mesh.clone();
     let mut flat = mesh.elements.iter().filter(|e| e.face == 0).count();
     holed.elements.retain(|e| {
@@ -113,7 +113,7 @@ fn an_area_that_is_off_is_named_with_the_face_and_the_remedy() {
     let text = outcome_of(&holed, "cross_die_144.igs").to_string();
     assert!(text.contains("area") && text.contains("most on face 0"), "{text}");
     assert!(text.contains("allowed: 5.000 %") && text.contains("mesh finer"), "{text}");
-    // A wall without one of its elements: 1.7 % of the whole.
+    // A wall without one of its elements: 1.7 % of the total area.
     let mut holed = mesh.clone();
     let one = holed.elements.iter().position(|e| e.face == 14).unwrap();
     holed.elements.remove(one);

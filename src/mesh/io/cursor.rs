@@ -1,15 +1,15 @@
-//! A place in a mesh file whose numbers are words of text or raw bytes.
+//! Cursor over a mesh file with numbers as text or raw bytes.
 
 use crate::mesh::MeshError;
 
-/// Reads numbers from text or from binary data, never past the end.
+/// Reads numbers from text or binary data, never beyond the end.
 pub struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
     file: &'a str,
     /// Numbers are raw bytes.
     pub binary: bool,
-    /// Raw numbers have their bytes the other way round.
+    /// Raw numbers have the opposite byte order.
     pub swapped: bool,
 }
 
@@ -18,12 +18,12 @@ impl<'a> Cursor<'a> {
         Self { bytes, at: 0, file, binary: false, swapped: false }
     }
 
-    /// An error at this place: line number in text, byte in binary files.
+    /// An error at the current position: line number in text, byte in binary files.
     pub fn error(&self, found: impl Into<String>, allowed: impl Into<String>) -> MeshError {
         let place = if self.binary {
             format!("byte {}", self.at)
         } else {
-            // A line that was read ends behind its own end.
+            // After a line has been read the position is behind its end.
             let before = &self.bytes[..self.at.min(self.bytes.len()).saturating_sub(1)];
             format!("line {}", before.iter().filter(|&&b| b == b'\n').count() + 1)
         };
@@ -40,7 +40,7 @@ impl<'a> Cursor<'a> {
         self.file
     }
 
-    /// Goes behind `mark`, which must be next but for white space.
+    /// Skips white space and `mark`, which must follow.
     pub fn expect(&mut self, mark: &[u8]) -> Result<(), MeshError> {
         while self.bytes.get(self.at).is_some_and(u8::is_ascii_whitespace) {
             self.at += 1;
@@ -61,7 +61,7 @@ impl<'a> Cursor<'a> {
         self.at >= self.bytes.len()
     }
 
-    /// The next line without its end; `None` at the end of the file.
+    /// The next line without its line end; `None` at the end of the file.
     pub fn line(&mut self) -> Option<&'a str> {
         if self.at_end() {
             return None;
@@ -72,7 +72,7 @@ impl<'a> Cursor<'a> {
         Some(std::str::from_utf8(&rest[..length]).unwrap_or("").trim())
     }
 
-    /// Goes behind the next occurrence of `mark`; to the end of the file when there is none.
+    /// Skips to the end of the next occurrence of `mark`, or to the end of the file.
     pub fn skip_past(&mut self, mark: &[u8]) {
         let found = self.bytes[self.at..].windows(mark.len().max(1)).position(|w| w == mark);
         self.at = found.map_or(self.bytes.len(), |k| self.at + k + mark.len());
@@ -113,7 +113,7 @@ impl<'a> Cursor<'a> {
         Ok(out)
     }
 
-    /// A whole number of four bytes, or a word.
+    /// A four-byte integer, or a word.
     pub fn int(&mut self) -> Result<i64, MeshError> {
         if self.binary {
             Ok(i64::from(i32::from_le_bytes(self.raw()?)))
@@ -122,7 +122,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A count or tag of eight bytes, or a word.
+    /// An eight-byte count or tag, or a word.
     pub fn size(&mut self) -> Result<u64, MeshError> {
         if self.binary {
             Ok(u64::from_le_bytes(self.raw()?))
@@ -131,20 +131,20 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A number of eight bytes, or a word; finite.
+    /// An eight-byte real, or a word; finite.
     pub fn float(&mut self) -> Result<f64, MeshError> {
         let x: f64 =
             if self.binary { f64::from_le_bytes(self.raw()?) } else { self.parsed("a number")? };
         if x.is_finite() { Ok(x) } else { Err(self.error(x.to_string(), "a finite number")) }
     }
 
-    /// A number of four bytes (binary STL).
+    /// A four-byte real (binary STL).
     pub fn float4(&mut self) -> Result<f64, MeshError> {
         let x = f64::from(f32::from_le_bytes(self.raw()?));
         if x.is_finite() { Ok(x) } else { Err(self.error(x.to_string(), "a finite number")) }
     }
 
-    /// Goes `count` bytes on.
+    /// Skips `count` bytes.
     pub fn skip(&mut self, count: usize) {
         self.at = self.at.saturating_add(count).min(self.bytes.len());
     }

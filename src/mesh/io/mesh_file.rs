@@ -1,4 +1,4 @@
-//! What a mesh file holds, and how it is put together from rings of vertices or loose triangles.
+//! Contents of a mesh file, assembled from polygons or single triangles.
 
 use std::collections::HashMap;
 
@@ -6,19 +6,19 @@ use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
 use crate::mesh::{Element, SurfaceMesh};
 
-/// Face number of elements whose file names none; [`attach()`](crate::mesh::attach()) finds it.
+/// Face index of elements without a face in the file; assigned by [`attach()`](crate::mesh::attach()).
 pub const UNATTACHED: u32 = u32::MAX;
 
 /// Unit normals at the corners of an element, in the order of its nodes; zero where the file has none.
 pub type CornerNormals = [Vec3; 4];
 
-/// What a mesh file holds.
+/// Contents of a mesh file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MeshFile {
     /// The mesh.
     pub mesh: SurfaceMesh,
-    /// Normals of every element's corners: those of OBJ (`vn`), of the point array `Normals` of VTU, and of a point array
-    /// of that name (or `nx`, `ny`, `nz`) in what meshio reads; none when the file has none.
+    /// Corner normals of every element, empty when the file has none. Sources: `vn` of OBJ, the point array `Normals`
+    /// of VTU, and a point array of that name (or `nx`, `ny`, `nz`) in files read by meshio.
     pub normals: Vec<CornerNormals>,
 }
 
@@ -28,7 +28,8 @@ impl From<SurfaceMesh> for MeshFile {
     }
 }
 
-/// The element over a ring of vertices that each have a normal, if enough of them differ; with the normals of its corners.
+/// Element over a ring of vertices with normals, and the normals of its corners; `None` when fewer than three vertices
+/// differ.
 pub(super) fn with_normals(ring: &[(u32, Vec3)], face: u32) -> Option<(Element, CornerNormals)> {
     let ids: Vec<u32> = ring.iter().map(|corner| corner.0).collect();
     let element = Element::from_ring(&ids, face)?;
@@ -52,7 +53,7 @@ pub(super) fn of_elements(
     MeshFile { mesh, normals: if none { Vec::new() } else { normals } }
 }
 
-/// Merges vertices with the same coordinates (to the bit) into a mesh.
+/// Builds a mesh by merging vertices with identical coordinates.
 #[derive(Default)]
 pub(super) struct Merger {
     pub(super) mesh: SurfaceMesh,
@@ -61,7 +62,7 @@ pub(super) struct Merger {
 
 impl Merger {
     pub(super) fn vertex(&mut self, p: Vec3) -> u32 {
-        // 0.0 and -0.0 are the same place.
+        // 0.0 and -0.0 are equal coordinates.
         let key = [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits());
         *self.known.entry(key).or_insert_with(|| {
             self.mesh.vertices.push(p);

@@ -1,4 +1,4 @@
-//! Mesh files in formats that are not read here, through Python's meshio.
+//! Reading of other mesh formats through Python's meshio.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,15 +8,15 @@ use super::mesh_file::MeshFile;
 use super::obj;
 use crate::files::Input;
 use crate::mesh::MeshError;
-use crate::mesh::outside::{self, End, from_any_folder, on_path, work_folder};
+use crate::mesh::external::{self, End, from_any_folder, on_path, work_folder};
 
 /// Time limit [s].
 const LIMIT_S: u64 = 300;
-/// The script's exit code when meshio is not installed.
-const ABSENT: i32 = 77;
+/// Exit code of the script when meshio is not installed.
+const EXIT_WITHOUT_MESHIO: i32 = 77;
 
-/// Writes the corners of all triangles and quadrilaterals (also those of higher order) as OBJ text, which keeps every
-/// digit of their coordinates, and the normals of their points if there are any. Points in the plane get z = 0.
+/// Writes the corners of all triangles and quadrilaterals, also of higher order, as OBJ text with all digits of their
+/// coordinates, and point normals if present. Planar points get z = 0.
 const SCRIPT: &str = r#"
 import sys
 try:
@@ -43,11 +43,11 @@ with open(sys.argv[2], "w") as out:
             out.write("f %s\n" % " ".join(corner % ((n,) * corner.count("%d")) for n in ids))
 "#;
 
-/// Reads `path` with the Python named by KANAGATA_PYTHON, or else the one on PATH.
+/// Reads `path` with the Python of KANAGATA_PYTHON, or the one on PATH.
 pub fn read(path: &Path, file: &str) -> Result<MeshFile, MeshError> {
     let named = std::env::var_os("KANAGATA_PYTHON").map(PathBuf::from);
     let named = named.filter(|p| !p.as_os_str().is_empty());
-    // A bare name is looked for on PATH by the system.
+    // A name without folder is looked up on PATH by the system.
     let named = named.map(|p| if p.components().count() > 1 { from_any_folder(p) } else { p });
     let python = named.or_else(|| on_path(&["python3", "python", "python.exe"]));
     let python = python.ok_or_else(|| MeshError::MeshioAbsent {
@@ -57,27 +57,27 @@ pub fn read(path: &Path, file: &str) -> Result<MeshFile, MeshError> {
     read_with(&python, path, file)
 }
 
-/// Reads `path` with this Python.
+/// Reads `path` with the given Python.
 pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<MeshFile, MeshError> {
     let folder = work_folder("meshio")?;
     let out = folder.path().join("mesh.obj");
     let mut command = Command::new(python);
-    // The program works in a folder of its own.
+    // The program runs in another folder.
     let read = |source| MeshError::Read { path: path.to_path_buf(), source };
     crate::files::open(path, Input::Mesh).map_err(read)?;
     command.arg("-c").arg(SCRIPT).arg(path.canonicalize().map_err(read)?).arg(&out);
     let absent = |tried: String| MeshError::MeshioAbsent { file: file.into(), tried };
-    let outcome = outside::run(&mut command, folder.path(), Duration::from_secs(LIMIT_S))
+    let outcome = external::run(&mut command, folder.path(), Duration::from_secs(LIMIT_S))
         .map_err(|e| absent(format!("{} does not start: {e}", python.display())))?;
     let failed = |reason: String| MeshError::MeshioFailed { file: file.into(), reason };
     match outcome.end {
         End::TooLong => return Err(failed(format!("stopped after {LIMIT_S} s"))),
-        End::TooLarge => return Err(failed(outside::too_large())),
+        End::TooLarge => return Err(failed(external::too_large())),
         End::Ended(status) if !status.success() => {
-            let said = last_line(&outcome.log);
+            let message = last_line(&outcome.log);
             return Err(match status.code() {
-                Some(ABSENT) => absent(format!("{}: {said}", python.display())),
-                _ => failed(said),
+                Some(EXIT_WITHOUT_MESHIO) => absent(format!("{}: {message}", python.display())),
+                _ => failed(message),
             });
         }
         End::Ended(_) => {}
@@ -90,7 +90,7 @@ pub(super) fn read_with(python: &Path, path: &Path, file: &str) -> Result<MeshFi
     Ok(found)
 }
 
-/// The last line that says something.
+/// Last non-empty line.
 fn last_line(log: &[u8]) -> String {
     let text = String::from_utf8_lossy(log);
     let line = text.lines().rev().map(str::trim).find(|l| !l.is_empty());

@@ -1,5 +1,5 @@
-//! Mesh files: MSH 4.1 and VTU written; MSH 2.2 and 4.1 (ASCII, binary), STL, OBJ and VTU read, all others through
-//! Python's meshio when it is installed.
+//! Mesh files. Written: MSH 4.1 and VTU. Read: MSH 2.2 and 4.1 (ASCII, binary), STL, OBJ and VTU; all others through
+//! Python's meshio if installed.
 
 mod abaqus;
 pub(super) mod cursor;
@@ -22,7 +22,7 @@ mod write;
 
 pub use mesh_file::{CornerNormals, MeshFile, UNATTACHED};
 pub use named::is_mesh;
-pub use read::{parse, read, read_file, read_made};
+pub use read::{parse, read, read_file, read_unchecked};
 pub use sheet::{parse_sheet, read_sheet};
 pub use volumes::{SheetElements, SheetMesh};
 pub use vtu::grid as to_vtu;

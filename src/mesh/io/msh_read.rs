@@ -1,5 +1,5 @@
-//! MSH 2.2 and 4.1, ASCII and binary: nodes, the triangles and quads of surfaces and the hexahedra of volumes (of
-//! higher order: their corners). All other sections and elements are passed over.
+//! MSH 2.2 and 4.1, ASCII and binary: nodes, surface triangles and quadrilaterals, and hexahedra (corner nodes of
+//! elements of higher order). All other sections and elements are ignored.
 
 use super::cursor::Cursor;
 use super::mesh_file::UNATTACHED;
@@ -9,7 +9,7 @@ use super::volumes::{Volumes, is_result};
 use crate::geometry::Vec3;
 use crate::mesh::{Element, MeshError, SurfaceMesh};
 
-/// Corners of hexahedra of gmsh's element types, 0 for those of other volumes, `None` for what is no volume.
+/// Number of corners of hexahedral element types, 0 for other volume types, `None` for other types.
 fn volume_type(kind: i64) -> Option<usize> {
     match kind {
         5 | 12 | 17 | 92 | 93 => Some(8),
@@ -18,7 +18,7 @@ fn volume_type(kind: i64) -> Option<usize> {
     }
 }
 
-/// Nodes and corners of gmsh's element types; corners are 0 for what is no surface element.
+/// Number of nodes and corners of an element type; 0 corners for types that are not surface elements.
 fn element_type(kind: i64) -> Option<(usize, usize)> {
     Some(match kind {
         2 => (3, 3),
@@ -65,34 +65,34 @@ struct Reader<'a> {
     version: f64,
     vertices: Vec<Vec3>,
     ids: Tags,
-    /// Surface elements, until all nodes are known.
+    /// Surface elements, resolved when all nodes are known.
     cells: Vec<Cell>,
     /// Corner tags of hexahedra.
     hexahedra: Vec<[u64; 8]>,
-    /// The first volume that is no hexahedron.
+    /// Error for the first volume element that is not a hexahedron.
     other: Option<MeshError>,
 }
 
 /// Parses the surfaces of a MSH file; `file` is used in messages.
 pub fn parse(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
-    read(bytes, file)?.surfaces(Faces::Sound)
+    read(bytes, file)?.surfaces(ConcaveQuads::Divide)
 }
 
-/// As [`parse`], with concave and crossing quadrilaterals as they are: whoever asked the mesher for them judges them.
-pub fn parse_as_made(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
-    read(bytes, file)?.surfaces(Faces::AsMade)
+/// As [`parse`], with concave and self-intersecting quadrilaterals unchanged; the caller checks them.
+pub fn parse_unchecked(bytes: &[u8], file: &str) -> Result<SurfaceMesh, MeshError> {
+    read(bytes, file)?.surfaces(ConcaveQuads::Keep)
 }
 
-/// What becomes of quadrilaterals that are not convex.
+/// Treatment of non-convex quadrilaterals.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Faces {
-    /// They are divided, or refused.
-    Sound,
-    /// They stay.
-    AsMade,
+enum ConcaveQuads {
+    /// Divided into triangles, or rejected.
+    Divide,
+    /// Unchanged.
+    Keep,
 }
 
-/// Names of the fields of a MSH file (`$NodeData`, `$ElementData`) that are those of results.
+/// Names of the fields of an MSH file (`$NodeData`, `$ElementData`) that contain results.
 pub fn fields(bytes: &[u8]) -> Vec<String> {
     let mut lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
     let mut out = Vec::new();
@@ -103,7 +103,7 @@ pub fn fields(bytes: &[u8]) -> Vec<String> {
         // The number of names, and the first of them in quotes.
         let name = lines.nth(1).map(String::from_utf8_lossy).unwrap_or_default();
         let name = name.trim_matches('"');
-        // Values are not looked at: 0 and 1 stand for such that are not the same.
+        // The values are not parsed: 0 and 1 represent a field that is not constant.
         if is_result(name, &[0.0, 1.0]) {
             out.push(name.to_owned());
         }
@@ -111,14 +111,14 @@ pub fn fields(bytes: &[u8]) -> Vec<String> {
     out
 }
 
-/// Parses the hexahedra of a MSH file or, where it has none, its surfaces.
+/// Parses the hexahedra of an MSH file or, without any, its surfaces.
 pub fn parse_sheet(bytes: &[u8], file: &str) -> Result<Result<Volumes, SurfaceMesh>, MeshError> {
     let mut read = read(bytes, file)?;
     if let Some(error) = read.other.take() {
         return Err(error);
     }
     if read.hexahedra.is_empty() {
-        return Ok(Err(read.surfaces(Faces::Sound)?));
+        return Ok(Err(read.surfaces(ConcaveQuads::Divide)?));
     }
     Ok(Ok(read.volumes()?))
 }
@@ -183,7 +183,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Counts of version 2 stand on a line of text in binary files too.
+    /// Counts of version 2 are on a text line in binary files, too.
     fn text_count(&mut self) -> Result<u64, MeshError> {
         let line = self.cursor.line().unwrap_or("");
         line.parse().map_err(|_| self.cursor.error(format!("'{line}'"), "a count"))
@@ -227,14 +227,14 @@ impl Reader<'_> {
         self.holds((self.vertices.len() - before) as u64, declared, "nodes")
     }
 
-    /// Blocks and entities that a section of version 4 declares; its smallest and largest tag are passed over.
+    /// Numbers of blocks and entities declared by a section of version 4; its smallest and largest tag are skipped.
     fn counts4(&mut self) -> Result<[u64; 2], MeshError> {
         let counts = [self.cursor.size()?, self.cursor.size()?];
         (0..2).try_for_each(|_| self.cursor.size().map(|_| ()))?;
         Ok(counts)
     }
 
-    /// Refuses a section whose blocks hold another number than it declares.
+    /// Rejects a section whose blocks contain another number than declared.
     fn holds(&self, found: u64, declared: u64, what: &str) -> Result<(), MeshError> {
         if found == declared {
             return Ok(());
@@ -250,7 +250,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Nodes of one element of a type; kept when it is of a surface or a hexahedron. `wide`: tags of eight bytes.
+    /// Reads the nodes of an element; surface elements and hexahedra are kept. `wide`: eight-byte tags.
     fn element(&mut self, kind: i64, surface: u32, wide: bool) -> Result<(), MeshError> {
         let shape = self.kind(kind)?;
         let volume = volume_type(kind);
@@ -279,7 +279,7 @@ impl Reader<'_> {
         let mut read = 0u64;
         while read < count {
             let head = [self.cursor.int()?, self.cursor.int()?, self.cursor.int()?];
-            // Text: number, type, tags. Binary: type, how many follow, tags.
+            // Text: number, type, tags. Binary: type, number of elements, tags.
             let (kind, follow, tags) = if self.cursor.binary {
                 (head[0], head[1], head[2])
             } else {
@@ -326,7 +326,7 @@ impl Reader<'_> {
         })
     }
 
-    fn surfaces(self, faces: Faces) -> Result<SurfaceMesh, MeshError> {
+    fn surfaces(self, faces: ConcaveQuads) -> Result<SurfaceMesh, MeshError> {
         let mut elements = Vec::with_capacity(self.cells.len());
         for Cell { tags, corners, surface } in &self.cells {
             let tags = &tags[..*corners];
@@ -335,7 +335,7 @@ impl Reader<'_> {
                 corner.0 = self.node(*tag)?;
             }
             let ring = &ring[..*corners];
-            if faces == Faces::AsMade {
+            if faces == ConcaveQuads::Keep {
                 let ids: Vec<u32> = ring.iter().map(|corner| corner.0).collect();
                 elements.extend(Element::from_ring(&ids, *surface));
             } else if let Some(quad) = polygon::convex_quad(ring, &self.vertices) {

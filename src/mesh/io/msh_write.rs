@@ -1,4 +1,4 @@
-//! MSH 4.1, ASCII: a discrete surface entity a CAD face, tag = face + 1.
+//! MSH 4.1, ASCII: one discrete surface entity per CAD face, tag = face + 1.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -8,7 +8,7 @@ use crate::files::{WriteError, write_atomic};
 use crate::geometry::Aabb;
 use crate::mesh::{Element, SurfaceMesh};
 
-/// Writes the mesh so that gmsh opens it and every element knows its CAD face.
+/// Writes the mesh with a gmsh entity per CAD face.
 pub fn write(mesh: &SurfaceMesh, path: &Path) -> Result<(), WriteError> {
     write_atomic(path, |out| write_to(mesh, out))
 }
@@ -36,7 +36,7 @@ fn write_to(mesh: &SurfaceMesh, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "$EndElements")
 }
 
-/// Nodes in blocks, each under the first face that uses it; unused ones are left out.
+/// Nodes in blocks, each under the first face that uses it; unused ones are omitted.
 fn write_nodes(
     mesh: &SurfaceMesh,
     by_face: &BTreeMap<u32, Vec<&Element>>,

@@ -1,4 +1,4 @@
-//! Names and endings of mesh files, their bytes, and the check of their points.
+//! Names and extensions of mesh files, reading of their bytes, and validation of points.
 
 use std::path::Path;
 
@@ -6,11 +6,11 @@ use crate::geometry::Vec3;
 use crate::geometry::numbers::first_fault;
 use crate::mesh::MeshError;
 
-/// Endings of mesh files, of those read here and of some that meshio reads.
+/// Extensions of mesh files, both supported ones and some read by meshio.
 const ENDINGS: [&str; 13] =
     ["msh", "stl", "obj", "vtu", "vtk", "ply", "off", "inp", "bdf", "nas", "fem", "med", "xdmf"];
 
-/// Whether a file's ending is one of mesh files.
+/// True for the extension of a mesh file.
 #[must_use]
 pub fn is_mesh(path: &Path) -> bool {
     ENDINGS.contains(&ending(path).as_str())
@@ -20,7 +20,7 @@ pub(super) fn ending(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-/// Whether [`parse`] reads files of this name.
+/// True when [`parse`] supports files of this name.
 pub(super) fn is_parsed(name: &str) -> bool {
     matches!(ending(Path::new(name)).as_str(), "msh" | "stl" | "obj" | "vtu")
 }
@@ -43,8 +43,8 @@ pub(super) fn other_ending(file: &str, ending: &str, allowed: &str) -> MeshError
     }
 }
 
-/// Refuses points whose coordinates are not finite or too large.
-pub(super) fn judge(file: &str, points: &[Vec3]) -> Result<(), MeshError> {
+/// Rejects points with inadmissible coordinates.
+pub(super) fn check_points(file: &str, points: &[Vec3]) -> Result<(), MeshError> {
     let Some((k, found)) = first_fault(points) else { return Ok(()) };
     Err(MeshError::Invalid {
         file: file.into(),

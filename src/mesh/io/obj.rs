@@ -1,5 +1,4 @@
-//! Wavefront OBJ: vertices, normals and faces; concave faces and those of more than four corners become
-//! triangles.
+//! Wavefront OBJ: vertices, normals and faces. Concave faces and those of more than four corners become triangles.
 
 use super::cursor::Cursor;
 use super::mesh_file::{MeshFile, UNATTACHED, of_elements};
@@ -7,8 +6,8 @@ use super::polygon;
 use crate::geometry::Vec3;
 use crate::mesh::MeshError;
 
-/// Number of a normal that a corner does not name.
-const NONE: u32 = u32::MAX;
+/// Index of a corner without normal.
+const NO_NORMAL: u32 = u32::MAX;
 
 /// Parses an OBJ file; `file` is used in messages.
 pub fn parse(bytes: &[u8], file: &str) -> Result<MeshFile, MeshError> {
@@ -59,7 +58,7 @@ fn short(line: &str) -> String {
     line.chars().take(60).collect()
 }
 
-/// Zero-based ids of vertex and normal from `7`, `7/1/2`, `7//2` or `-1` (the last vertex so far).
+/// Zero-based indices of vertex and normal from `7`, `7/1/2`, `7//2` or `-1` (the last vertex read).
 fn corner(word: &str, vertices: usize, normals: usize) -> Option<[u32; 2]> {
     let mut parts = word.split('/');
     let id = |word: &str, count: usize| {
@@ -70,6 +69,6 @@ fn corner(word: &str, vertices: usize, normals: usize) -> Option<[u32; 2]> {
     let vertex = id(parts.next()?, vertices)?;
     match parts.nth(1).filter(|word| !word.is_empty()) {
         Some(word) => Some([vertex, id(word, normals)?]),
-        None => Some([vertex, NONE]),
+        None => Some([vertex, NO_NORMAL]),
     }
 }

@@ -1,7 +1,7 @@
-//! Polygons of mesh files as triangles and convex quadrilaterals.
+//! Division of polygons of mesh files into triangles and convex quadrilaterals.
 //!
-//! A polygon is seen along the normal of its mean plane, `n = 1/2 sum x_k x x_(k+1)` (Newell; Sutherland, Sproull and
-//! Schumacker 1974), and divided by a constrained Delaunay triangulation of its corners.
+//! A polygon is projected along the normal of its mean plane, `n = 1/2 sum x_k x x_(k+1)` (Newell; Sutherland, Sproull
+//! and Schumacker 1974), and divided by a constrained Delaunay triangulation of its corners.
 
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
@@ -10,17 +10,17 @@ use super::mesh_file::{CornerNormals, with_normals};
 use crate::geometry::{Aabb, Vec3};
 use crate::mesh::{Element, MeshError};
 
-/// Distance of a corner from the mean plane over the polygon's diagonal up to which a polygon of five or more corners
-/// has one shape; doubled, polygons pass whose area depends on how they are divided by more than about 10 %.
+/// Largest distance of a corner from the mean plane relative to the polygon's diagonal, for five or more corners.
+/// Doubled: polygons are accepted whose area depends on the division by more than about 10 %.
 const OFF_PLANE_MAX_REL: f64 = 0.1;
 
 type Plane = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
-/// The elements of a polygon given by vertex ids, each with its normal: itself where it has three corners or is a convex
-/// quadrilateral, otherwise triangles. None where fewer than three vertices differ.
+/// Elements of a polygon given by vertex ids and normals: the polygon itself if it has three corners or is a convex
+/// quadrilateral, otherwise triangles. Empty when fewer than three vertices differ.
 ///
 /// # Errors
-/// Says what is wrong with a polygon whose sides cross or touch, that has no area, or that is far from any plane.
+/// Description of a polygon that self-intersects, touches itself, has no area, or is far from planar.
 pub(super) fn elements(
     ring: &[(u32, Vec3)],
     points: &[Vec3],
@@ -42,7 +42,7 @@ pub(super) fn elements(
     Ok(divided(&corners)?.iter().filter_map(|ids| part(ids)).collect())
 }
 
-/// The vertices of a ring of four that differ and are corners of a convex quadrilateral: most that meshes have.
+/// Vertex ids of a ring of four different corners of a convex quadrilateral, the most frequent case.
 pub(super) fn convex_quad(ring: &[(u32, Vec3)], points: &[Vec3]) -> Option<[u32; 4]> {
     let ids = <[(u32, Vec3); 4]>::try_from(ring).ok()?.map(|corner| corner.0);
     if (1..4).any(|k| ids[..k].contains(&ids[k])) {
@@ -53,13 +53,13 @@ pub(super) fn convex_quad(ring: &[(u32, Vec3)], points: &[Vec3]) -> Option<[u32;
     is_convex(&corners.map(|p| view.of_point(&p))).then_some(ids)
 }
 
-/// The error for a polygon at a place of a file.
+/// Error for a polygon at a location of a file.
 pub(super) fn refused(file: &str, place: String, found: String) -> MeshError {
     let allowed = "flat polygons whose sides meet at their corners only".into();
     MeshError::Invalid { file: file.into(), place, found, allowed }
 }
 
-/// Corners of the parts of a polygon of four corners or more, in its turning order.
+/// Corner indices of the parts of a polygon of four or more corners, in its orientation.
 ///
 /// # Errors
 /// As [`elements`].
@@ -72,15 +72,15 @@ pub(super) fn divided(corners: &[Vec3]) -> Result<Vec<Vec<usize>>, String> {
     triangles(&flat)
 }
 
-/// The direction in which a polygon is seen counter-clockwise: the coordinate axis nearest to its normal, so that coordinates stay
-/// what they are.
+/// Projection in which a polygon is counter-clockwise: along the coordinate axis closest to its normal, so that
+/// coordinates are unchanged.
 struct View {
     axes: [usize; 2],
     turned: bool,
 }
 
 impl View {
-    /// Of a polygon of these corners.
+    /// Projection of a polygon.
     fn of(corners: &[Vec3]) -> Result<Self, String> {
         let n = corners.len();
         let origin = corners[0];
@@ -105,14 +105,14 @@ impl View {
     }
 
     fn of_point(&self, p: &Vec3) -> Point2<f64> {
-        // The triangulation refuses coordinates below 1e-142 that are not zero.
+        // The triangulation rejects non-zero coordinates below 1e-142.
         let clean = |x: f64| if x.abs() < 1e-100 { 0.0 } else { x };
         let [x, y] = self.axes.map(|axis| clean(p[axis]));
         if self.turned { Point2::new(y, x) } else { Point2::new(x, y) }
     }
 }
 
-/// Whether no corner of a quadrilateral seen counter-clockwise turns to the right.
+/// True when a counter-clockwise quadrilateral has no reflex corner.
 fn is_convex(flat: &[Point2<f64>; 4]) -> bool {
     let turns_left = |k: usize| {
         let [a, b, c] = [0, 1, 2].map(|i| flat[(k + i) % 4]);
@@ -121,7 +121,7 @@ fn is_convex(flat: &[Point2<f64>; 4]) -> bool {
     (0..4).all(turns_left)
 }
 
-/// The triangles inside a polygon seen counter-clockwise.
+/// Triangles inside a counter-clockwise polygon.
 fn triangles(flat: &[Point2<f64>]) -> Result<Vec<Vec<usize>>, String> {
     let n = flat.len();
     let mut plane = Plane::new();
@@ -150,13 +150,13 @@ fn triangles(flat: &[Point2<f64>]) -> Result<Vec<Vec<usize>>, String> {
     Ok(plane.inner_faces().filter(|f| inside[f.fix().index()]).map(of_face).collect())
 }
 
-/// For each face of the triangulation whether an odd number of sides of the polygon is between it and the outside.
+/// For each face of the triangulation, true when an odd number of polygon sides separates it from the outside.
 fn inside(plane: &Plane) -> Vec<bool> {
     let mut inside = vec![false; plane.num_all_faces()];
     let mut seen = vec![false; plane.num_all_faces()];
     let outer = plane.outer_face().fix();
     seen[outer.index()] = true;
-    // Sides of the hull lead in; from there on across the edges of each face.
+    // Start at the sides of the hull and proceed across the edges of each face.
     let mut open: Vec<_> = plane.convex_hull().map(|e| e.fix().rev()).collect();
     let mut next = 0;
     while let Some(&edge) = open.get(next) {
@@ -189,7 +189,7 @@ mod tests {
         points.iter().map(|p| Vec3::new(p[0], p[1], 0.0)).collect()
     }
 
-    /// Star of `n` tips: the concave corners lie at half the radius.
+    /// Star with `n` tips; the concave corners are at half the radius.
     fn star(n: usize) -> Vec<Vec3> {
         let at = |k: usize| {
             let (radius, turn) = (if k.is_multiple_of(2) { 2.0 } else { 1.0 }, k as f64 / n as f64);
@@ -229,7 +229,7 @@ mod tests {
         let mut quad = flat(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]);
         quad[2].z = 0.4;
         assert_eq!(divided(&quad).unwrap(), [vec![0, 1, 2, 3]]);
-        // Three corners on one line.
+        // Three collinear corners.
         let straight = flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 2.0]]);
         assert_eq!(divided(&straight).unwrap(), [vec![0, 1, 2, 3]]);
     }

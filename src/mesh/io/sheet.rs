@@ -1,19 +1,19 @@
-//! Reads files of a sheet.
+//! Reads sheet meshes.
 
 use std::path::Path;
 
 use super::mesh_file::MeshFile;
-use super::named::{bytes_of, ending, is_parsed, judge, name_of};
+use super::named::{bytes_of, check_points, ending, is_parsed, name_of};
 use super::read::{parse, read_file};
 use super::volumes::{SheetElements, SheetMesh, Volumes, used};
 use super::{abaqus, msh_read, vtu};
 use crate::mesh::MeshError;
 
-/// Reads a sheet from `.msh` (2.2, 4.1), `.vtu` or an Abaqus deck (`.inp`): its hexahedra or, if there is none, its
-/// quadrilaterals; from any other file that [`super::read`] takes, its quadrilaterals. Coordinates are taken as mm.
+/// Reads a sheet from `.msh` (2.2, 4.1), `.vtu` or an Abaqus deck (`.inp`): its hexahedra or, without any, its
+/// quadrilaterals. Other formats of [`super::read`] yield their quadrilaterals. Coordinates are in mm.
 ///
 /// # Errors
-/// As [`super::read`]; [`MeshError::Invalid`] also for elements of another kind and for a file without any.
+/// As [`super::read`]; [`MeshError::Invalid`] also for other element types and for a file without elements.
 pub fn read_sheet(path: &Path) -> Result<SheetMesh, MeshError> {
     let name = name_of(path);
     if is_sheet(&name) {
@@ -22,15 +22,16 @@ pub fn read_sheet(path: &Path) -> Result<SheetMesh, MeshError> {
     quads(read_file(path)?, Vec::new(), &name)
 }
 
-/// Whether [`parse_sheet`] reads files of this name.
+/// True when [`parse_sheet`] supports files of this name.
 fn is_sheet(name: &str) -> bool {
     is_parsed(name) || ending(Path::new(name)) == "inp"
 }
 
-/// The sheet in the bytes of a file, whose kind the ending of its name says: `.inp` or one that [`super::parse`] reads.
+/// The sheet in the bytes of a file. The format follows from the extension of its name: `.inp` or one supported by
+/// [`super::parse`].
 ///
 /// # Errors
-/// As [`read_sheet`]; also for another ending.
+/// As [`read_sheet`]; also for other extensions.
 pub fn parse_sheet(bytes: &[u8], name: &str) -> Result<SheetMesh, MeshError> {
     let sheet = match ending(Path::new(name)).as_str() {
         "inp" => abaqus::parse(bytes, name)?,
@@ -53,18 +54,18 @@ pub fn parse_sheet(bytes: &[u8], name: &str) -> Result<SheetMesh, MeshError> {
         }
         _ => return quads(parse(bytes, name)?, Vec::new(), name),
     };
-    judge(name, &sheet.points)?;
+    check_points(name, &sheet.points)?;
     Ok(sheet)
 }
 
-/// The sheet of a file's hexahedra.
+/// The sheet of the hexahedra of a file.
 fn of_hexahedra(Volumes { points, hexahedra }: Volumes) -> SheetMesh {
     let (points, elements) = used(&points, hexahedra);
     let elements = SheetElements::Hexahedra { elements, stacked: false };
     SheetMesh { points, elements, results: Vec::new() }
 }
 
-/// The sheet of a file's surface elements, all of which are quadrilaterals.
+/// The sheet of the surface elements of a file, all of which must be quadrilaterals.
 fn quads(file: MeshFile, results: Vec<String>, name: &str) -> Result<SheetMesh, MeshError> {
     let mesh = file.mesh;
     let invalid = |found: String| MeshError::Invalid {

@@ -1,4 +1,4 @@
-//! STL, ASCII and binary: corners with the same coordinates become one vertex.
+//! STL, ASCII and binary: corners with identical coordinates become one vertex.
 
 use super::cursor::Cursor;
 use super::mesh_file::Merger;

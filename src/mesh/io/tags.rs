@@ -1,14 +1,15 @@
-//! Numbers that a file gives its nodes or elements, and which of them in its order each one is.
+//! Map from the tags that a file gives its nodes or elements to indices in file order.
 
 use std::collections::HashMap;
 
-/// Numbers below this, or below so many times those known, are looked up in a table; files number without gaps as a rule.
-const TABLE_LEAST: u64 = 1024;
-const TABLE_TIMES: u64 = 4;
-/// A place of the table without a number.
-const NONE: u32 = u32::MAX;
+/// Tags below this value, or below a multiple of the number of known tags, are stored in a table; files usually number
+/// without gaps.
+const TABLE_SIZE_MIN: u64 = 1024;
+const TABLE_GROWTH: u64 = 4;
+/// An empty table entry.
+const EMPTY: u32 = u32::MAX;
 
-/// Places by number.
+/// Indices by tag.
 #[derive(Default)]
 pub(super) struct Tags {
     table: Vec<u32>,
@@ -17,17 +18,17 @@ pub(super) struct Tags {
 }
 
 impl Tags {
-    /// Notes that `tag` is at a place; the place where it was noted before, if it was.
+    /// Registers the index of `tag`; returns the index registered before, if any.
     pub(super) fn insert(&mut self, tag: u64, place: u32) -> Option<u32> {
         let before = self.get(tag);
         if before.is_some() {
             return before;
         }
         self.known += 1;
-        if tag < TABLE_LEAST + TABLE_TIMES * self.known {
+        if tag < TABLE_SIZE_MIN + TABLE_GROWTH * self.known {
             let index = tag as usize;
             if index >= self.table.len() {
-                self.table.resize(index + 1, NONE);
+                self.table.resize(index + 1, EMPTY);
             }
             self.table[index] = place;
         } else {
@@ -36,10 +37,10 @@ impl Tags {
         None
     }
 
-    /// The place of `tag`.
+    /// Index of `tag`.
     pub(super) fn get(&self, tag: u64) -> Option<u32> {
         let in_table = usize::try_from(tag).ok().and_then(|index| self.table.get(index));
-        let in_table = in_table.copied().filter(|place| *place != NONE);
+        let in_table = in_table.copied().filter(|place| *place != EMPTY);
         in_table.or_else(|| self.others.get(&tag).copied())
     }
 }
@@ -51,7 +52,7 @@ mod tests {
     #[test]
     fn tags_are_found_whether_they_have_gaps_or_not() {
         let mut tags = Tags::default();
-        // 5000 is far from the first numbers, and within the table's reach later.
+        // 5000 is far from the first tags, and within the range of the table later.
         let all = [5000, 1, 2, u64::MAX, 1 << 40, 1023].into_iter().chain(10_000..30_000);
         let all: Vec<u64> = all.collect();
         for (place, tag) in all.iter().enumerate() {

@@ -58,7 +58,7 @@ fn msh_2_text_and_binary_agree() {
     let (text, raw) = (parse(MSH2).unwrap(), msh_read::parse(&binary, "b.msh").unwrap());
     assert_eq!(text, raw);
     assert_eq!(text.elements, vec![Element::triangle([0, 1, 2], 5)]);
-    // Cut anywhere, it is an error or a smaller mesh: never a panic.
+    // A truncated file is an error or a smaller mesh, never a panic.
     for k in 0..binary.len() {
         let _ = msh_read::parse(&binary[..k], "cut.msh");
     }
@@ -95,7 +95,7 @@ fn broken_msh_says_where_and_what() {
     let bad = message(&MSH2.replace("5 7 8 9", "5 7 8 99"));
     assert!(bad.contains("an element that uses node 99"), "{bad}");
     assert!(message(&MSH2.replace("2.2", "4.0")).contains("MSH version 4"));
-    // A count far beyond the data ends at the end of the file, without memory for it.
+    // A count far beyond the data fails at the end of the file without allocating memory for it.
     let bad =
         message("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 9 1 9\n2 1 0 99999999999999\n1 2");
     assert!(bad.contains("the end of the file"), "{bad}");

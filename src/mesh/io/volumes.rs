@@ -1,4 +1,4 @@
-//! A sheet as a file has it: hexahedra, or quadrilaterals that still want a thickness.
+//! Sheet meshes of files: hexahedra, or quadrilaterals without thickness.
 
 use crate::geometry::{Aabb, Vec3};
 
@@ -8,59 +8,59 @@ pub(super) struct Volumes {
     pub(super) hexahedra: Vec<[u32; 8]>,
 }
 
-/// Whether a field of this name and these values says that a mesh has been deformed. Values that are all zero say that it has not,
-/// nor does a thickness that is the same everywhere.
+/// True when the name and values of a field indicate a deformed mesh. Values that are all zero, and a uniform
+/// thickness, do not.
 pub(super) fn is_result(name: &str, values: &[f64]) -> bool {
-    /// Parts of the names that this and other solvers give results.
+    /// Parts of the names of result fields in this and other solvers.
     const NAMES: [&str; 6] =
         ["strain", "stress", "displacement", "plastic", "peeq", "contact_force"];
-    /// Difference of thicknesses that is rounding, as a fraction.
-    const SAME: f64 = 1e-5;
+    /// Relative difference of thicknesses that is attributed to rounding.
+    const UNIFORM_TOLERANCE_REL: f64 = 1e-5;
     let name = name.to_lowercase();
     if name.contains("thickness") && !name.contains("strain") {
         let ends = values
             .iter()
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
-        return ends[1] - ends[0] > SAME * ends[1].abs();
+        return ends[1] - ends[0] > UNIFORM_TOLERANCE_REL * ends[1].abs();
     }
     NAMES.iter().any(|part| name.contains(part)) && values.iter().any(|x| *x != 0.0)
 }
 
-/// Elements of a sheet, corners as VTK, gmsh and Abaqus order them.
+/// Elements of a sheet, with the corner order of VTK, gmsh and Abaqus.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SheetElements {
     /// Quadrilaterals.
     Quads(Vec<[u32; 4]>),
-    /// Hexahedra: a ring of four nodes and the ring above it. `stacked`: the file says that those are the lower and
-    /// the upper face of the sheet (continuum shells); otherwise they may lie any way.
+    /// Hexahedra: a ring of four nodes and the ring above it.
     Hexahedra {
         /// Node ids.
         elements: Vec<[u32; 8]>,
-        /// Rings are faces of the sheet.
+        /// The rings are the lower and the upper face of the sheet (continuum shells); otherwise the orientation is
+        /// arbitrary.
         stacked: bool,
     },
 }
 
-/// A sheet as a file has it.
+/// A sheet of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SheetMesh {
-    /// Points that elements use [mm], in the file's order.
+    /// Points used by elements [mm], in file order.
     pub points: Vec<Vec3>,
     /// Elements.
     pub elements: SheetElements,
-    /// Names of fields that say it has been deformed: strains, stresses, displacements, a thickness that varies.
+    /// Names of fields that indicate a deformed mesh: strains, stresses, displacements, a varying thickness.
     pub results: Vec<String>,
 }
 
 impl SheetMesh {
-    /// Box around all points.
+    /// Bounding box of all points.
     #[must_use]
     pub fn bbox(&self) -> Aabb {
         Aabb::of_points(&self.points)
     }
 }
 
-/// The points that elements use, in their order, and the elements by them.
+/// Points used by elements, in file order, and the renumbered elements.
 pub(super) fn used<const N: usize>(
     points: &[Vec3],
     mut elements: Vec<[u32; N]>,

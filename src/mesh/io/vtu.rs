@@ -1,4 +1,4 @@
-//! VTU: triangles and quads with the cell array `face`.
+//! VTU: triangles and quadrilaterals with the cell array `face`.
 
 use super::mesh_file::{MeshFile, UNATTACHED, of_elements};
 use super::polygon;
@@ -8,7 +8,7 @@ use crate::mesh::{MeshError, SurfaceMesh};
 use crate::report::vtu_read::{self, Grid, GridArray};
 use crate::report::{CellKind, DataArray, Vtu};
 
-/// The mesh as a VTU grid with the cell array `face`, to which more arrays may be added.
+/// The mesh as a VTU grid with the cell array `face`; further arrays may be added.
 #[must_use]
 pub fn grid(mesh: &SurfaceMesh) -> Vtu {
     let mut out = Vtu::new(mesh.vertices.clone());
@@ -21,7 +21,7 @@ pub fn grid(mesh: &SurfaceMesh) -> Vtu {
     out
 }
 
-/// The grid in a file's bytes.
+/// The grid in the bytes of a file.
 pub fn grid_of(bytes: &[u8], file: &str) -> Result<Grid, MeshError> {
     vtu_read::parse(bytes).map_err(|(place, found)| MeshError::Invalid {
         file: file.into(),
@@ -31,19 +31,19 @@ pub fn grid_of(bytes: &[u8], file: &str) -> Result<Grid, MeshError> {
     })
 }
 
-/// Names of the arrays of a grid that say its mesh has been deformed.
+/// Names of the arrays of a grid that indicate a deformed mesh.
 pub fn results(grid: &Grid) -> Vec<String> {
     let arrays = grid.point_data.iter().chain(&grid.cell_data);
     arrays.filter(|a| is_result(&a.name, &a.values)).map(|a| a.name.clone()).collect()
 }
 
-/// The hexahedra of a grid (cells of VTK's types 12 and 11); surfaces, lines and points are passed over.
+/// Hexahedra of a grid (VTK cell types 12 and 11); surfaces, lines and points are ignored.
 pub fn volumes(grid: &Grid, file: &str) -> Result<Volumes, MeshError> {
     let mut hexahedra = Vec::new();
     for (k, (kind, nodes)) in grid.cells.iter().enumerate() {
         match (kind, <[u32; 8]>::try_from(&nodes[..])) {
             (12, Ok(nodes)) => hexahedra.push(nodes),
-            // A voxel counts its nodes along x, then y, then z.
+            // The nodes of a voxel are ordered along x, then y, then z.
             (11, Ok([a, b, d, c, e, f, h, g])) => hexahedra.push([a, b, c, d, e, f, g, h]),
             (1..=9 | 21..=23 | 28, _) => {}
             _ => {
@@ -59,12 +59,12 @@ pub fn volumes(grid: &Grid, file: &str) -> Result<Volumes, MeshError> {
     Ok(Volumes { points: grid.points.clone(), hexahedra })
 }
 
-/// Corners of the surface elements of a cell: of triangles, quadrilaterals and polygons, of those of second order their
-/// corners, and of strips of triangles. None for other cells.
+/// Corners of the surface elements of a cell: triangles, quadrilaterals, polygons, corner nodes of second-order cells,
+/// and triangle strips. Empty for other cells.
 fn rings(kind: u8, nodes: &[u32]) -> Vec<Vec<u32>> {
     match (kind, nodes) {
         (5, &[a, b, c]) | (22, &[a, b, c, _, _, _]) => vec![vec![a, b, c]],
-        // A pixel counts its nodes along x, then y.
+        // The nodes of a pixel are ordered along x, then y.
         (8, &[a, b, d, c]) => vec![vec![a, b, c, d]],
         (9, &[_, _, _, _])
         | (23, &[_, _, _, _, _, _, _, _])
@@ -82,12 +82,12 @@ fn rings(kind: u8, nodes: &[u32]) -> Vec<Vec<u32>> {
     }
 }
 
-/// Whether cells of a VTK type are surfaces.
+/// True for VTK cell types of surfaces.
 fn is_surface(kind: u8) -> bool {
     matches!(kind, 5..=9 | 22 | 23 | 28)
 }
 
-/// The surface cells of a grid, and the normals of its point array `Normals`; lines, points and volumes are passed over.
+/// Surface cells of a grid, and the normals of its point array `Normals`; lines, points and volumes are ignored.
 pub fn surfaces(grid: Grid, file: &str) -> Result<MeshFile, MeshError> {
     let faces = grid.cell_data.iter().find(|a| a.name == "face" && a.components == 1);
     let is_normals = |a: &&GridArray| a.name.eq_ignore_ascii_case("normals") && a.components == 3;

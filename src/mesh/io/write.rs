@@ -6,10 +6,11 @@ use super::named::{ending, other_ending};
 use super::{msh_write, vtu};
 use crate::mesh::{MeshError, SurfaceMesh};
 
-/// Writes a mesh by the file's ending: `.msh` (MSH 4.1, ASCII, one surface entity a CAD face) or `.vtu`.
+/// Writes a mesh; the format follows from the extension: `.msh` (MSH 4.1, ASCII, one surface entity per CAD face) or
+/// `.vtu`.
 ///
 /// # Errors
-/// [`MeshError::Write`]; [`MeshError::Invalid`] for another ending.
+/// [`MeshError::Write`]; [`MeshError::Invalid`] for other extensions.
 pub fn write(mesh: &SurfaceMesh, path: &Path) -> Result<(), MeshError> {
     let ending = ending(path);
     match ending.as_str() {

@@ -1,4 +1,4 @@
-//! Sides of triangles halved until none is longer than asked, longest first.
+//! Bisection of triangle sides down to a given length, longest first.
 
 use std::collections::BTreeMap;
 
@@ -6,13 +6,13 @@ use super::patchwork::{Node, Patchwork};
 use crate::cad::model::Face;
 use crate::mesh::Element;
 
-/// Passes over all sides: each halves the longest of every triangle.
-const PASSES: usize = 24;
+/// Maximum number of passes; each bisects the longest side of every triangle.
+const PASSES_MAX: usize = 24;
 
 impl Patchwork {
-    /// Halves the sides that two triangles share and that are longer than `size` [mm]; the border stays.
+    /// Bisects sides between two triangles that are longer than `size` [mm]; the boundary is unchanged.
     pub(super) fn bisect(&mut self, face: &Face, size: f64) {
-        for _ in 0..PASSES {
+        for _ in 0..PASSES_MAX {
             let long = self.long_sides(size);
             if long.is_empty() {
                 return;
@@ -45,7 +45,7 @@ impl Patchwork {
         }
     }
 
-    /// Sides of two triangles that are longer than `size`, longest first.
+    /// Sides between two triangles that are longer than `size` [mm], longest first.
     fn long_sides(&self, size: f64) -> Vec<(f64, [u32; 2], [usize; 2])> {
         let mut beside: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
         for (k, e) in self.elements.iter().enumerate().filter(|(_, e)| e.nodes().len() == 3) {
@@ -64,12 +64,12 @@ impl Patchwork {
         long
     }
 
-    /// The point of the face halfway in space.
+    /// Node on the face halfway between two nodes in space.
     fn halfway(&self, face: &Face, a: u32, b: u32) -> Node {
         let [a, b] = [a, b].map(|n| &self.nodes[n as usize]);
         let (uv, middle) = ((a.uv + b.uv) * 0.5, (a.point + b.point) * 0.5);
         let even = Node::inside(face, uv);
-        // Beside a pole the middle of the parameters may be far off.
+        // Near a pole the mean of the parameters may be far from the midpoint.
         if (even.point - middle).norm() <= 0.25 * (a.point - b.point).norm() {
             return even;
         }

@@ -1,40 +1,40 @@
-//! Nodes on the edges of the model, shared by the faces that meet there.
+//! Nodes on the edges of the model, shared by adjacent faces.
 
 use std::collections::BTreeMap;
 
-use super::bends::Bends;
+use super::edge_tangents::EdgeTangents;
 use super::patchwork::Node;
-use super::sample::{Lifted, Measured};
+use super::sample::{Lifted, MeasuredCurve};
 use super::sides::{Shape, is_joint};
 use crate::cad::Model;
 use crate::cad::model::{EdgeUse, Face};
 use crate::geometry::{Vec2, Vec3};
 
-/// One edge divided.
+/// A divided edge.
 #[derive(Clone, Default)]
 struct Divided {
-    /// Points between its ends.
+    /// Interior points.
     inner: Vec<Vec3>,
-    /// Tangents at its ends and at these, where they matter.
+    /// Tangents at the ends and at the interior points of a curved edge.
     tangents: Vec<Vec3>,
 }
 
-/// How edges are divided.
+/// Divisions of edges.
 pub struct Cuts<'a> {
     /// Divisions of each edge.
     pub counts: &'a [usize],
-    /// Edges whose tangents matter.
-    pub bent: &'a [bool],
-    /// Edges that turn very unevenly are divided by that, all others into equal lengths.
+    /// Curved edges, whose tangents are needed.
+    pub curved: &'a [bool],
+    /// Edges of strongly uneven curvature are divided by turning angle, all others by equal lengths.
     pub by_turn: bool,
 }
 
 impl Divided {
     fn new(model: &Model, edge: usize, cuts: &Cuts<'_>) -> Self {
-        let curve = Measured::new(&model.edges[edge].curve);
+        let curve = MeasuredCurve::new(&model.edges[edge].curve);
         let curve = if cuts.by_turn { curve.by_turn() } else { curve };
         let count = cuts.counts[edge];
-        let tangents = if cuts.bent[edge] { curve.tangents(count) } else { Vec::new() };
+        let tangents = if cuts.curved[edge] { curve.tangents(count) } else { Vec::new() };
         let points = curve.divide(count);
         Self { inner: points[1..points.len() - 1].to_vec(), tangents }
     }
@@ -42,11 +42,11 @@ impl Divided {
 
 /// Vertices of the mesh on the edges of the model.
 pub struct Border {
-    /// Positions (mm): the model's vertices first, then the inner points of the edges in order.
+    /// Positions [mm]: vertices of the model first, then the interior points of the edges in order.
     pub points: Vec<Vec3>,
-    /// Vertex ids along each edge, both ends included.
+    /// Vertex ids along each edge, including both ends.
     along: Vec<Vec<u32>>,
-    /// Tangents at these of the bent edges; none for the others.
+    /// Tangents at these vertices for curved edges; empty for others.
     tangents: Vec<Vec<Vec3>>,
 }
 
@@ -58,7 +58,7 @@ impl Border {
         Self::of(model, edges.map(|e| Divided::new(model, e, cuts)).collect())
     }
 
-    /// The same for the edges of one face; the others are left undivided.
+    /// Divides the edges of one face; the others remain undivided.
     pub fn of_face(model: &Model, cuts: &Cuts<'_>, face: &Face) -> Self {
         let mut divided = vec![Divided::default(); model.edges.len()];
         for e in face.loops.iter().flat_map(|l| &l.uses).filter_map(|u| u.edge) {
@@ -82,9 +82,9 @@ impl Border {
         Self { points, along, tangents }
     }
 
-    /// How the sides of elements on the border of a face leave its nodes.
-    pub fn bends(&self, face: &Face) -> Bends {
-        let mut bends = Bends::default();
+    /// Tangents of the element sides on the boundary of a face.
+    pub fn edge_tangents(&self, face: &Face) -> EdgeTangents {
+        let mut edge_tangents = EdgeTangents::default();
         for side in face.loops.iter().flat_map(|l| &l.uses) {
             let Some(e) = side.edge.filter(|&e| !self.tangents[e].is_empty()) else { continue };
             let (mut ids, mut tangents) = (self.along[e].clone(), self.tangents[e].clone());
@@ -93,14 +93,14 @@ impl Border {
                 tangents.reverse();
                 tangents.iter_mut().for_each(|t| *t = -*t);
             }
-            bends.add(&ids, &tangents);
+            edge_tangents.add(&ids, &tangents);
         }
-        bends
+        edge_tangents
     }
 
-    /// Nodes of every use of a face's loops, in the loops' direction, both ends included. A degenerate side
-    /// (pole) has `poles` segments, or as many as the side opposite on a four-sided face; one that only closes a gap
-    /// of rounding has no nodes.
+    /// Nodes of every use of a face's loops, in the direction of the loops, including both ends. A degenerate side
+    /// (pole) has `poles` segments, or on a four-sided face as many as the opposite side. One that only closes a gap of
+    /// rounding has no nodes.
     pub fn loops(&self, face: &Face, shape: &Shape, poles: usize) -> Vec<Vec<Vec<Node>>> {
         let mut out = Vec::with_capacity(face.loops.len());
         for trim in &face.loops {
@@ -133,7 +133,7 @@ impl Border {
         nodes.map(|((&id, point), uv)| Node { uv, point, id: Some(id) }).collect()
     }
 
-    /// Mesh vertex of the pole at use `k`: where the nearest real edge before it ends.
+    /// Mesh vertex of the pole at use `k`: the end of the nearest preceding edge.
     fn pole_vertex(&self, uses: &[EdgeUse], k: usize) -> Option<u32> {
         let count = uses.len();
         (1..count).find_map(|back| {
@@ -144,7 +144,7 @@ impl Border {
     }
 }
 
-/// The uses opposite a pole that is a whole side of a four-sided face.
+/// The uses opposite to a pole that forms an entire side of a four-sided face.
 fn opposite_of(shape: &Shape, k: usize) -> Option<&[usize]> {
     let Shape::Four(sides) = shape else { return None };
     let side = sides.iter().position(|s| s[..] == [k])?;
@@ -160,7 +160,7 @@ fn pole_nodes(
 ) -> Vec<Node> {
     let lifted = Lifted::new(face, side);
     let [t0, t1] = lifted.domain();
-    // The opposite side runs the other way; its parameters, not its lengths, are matched.
+    // The opposite side has the opposite direction; its parameters, not its lengths, are matched.
     let shares: Vec<f64> = match opposite.filter(|o| o.len() > 1) {
         Some(uv) => {
             let steps: Vec<f64> = uv.windows(2).rev().map(|w| (w[1] - w[0]).norm()).collect();
@@ -182,7 +182,7 @@ fn pole_nodes(
     nodes.collect()
 }
 
-/// The nodes of several uses in a row, joints once.
+/// Nodes of consecutive uses, common nodes once.
 pub fn joined(sides: &[Vec<Node>], uses: &[usize]) -> Vec<Node> {
     let mut out: Vec<Node> = Vec::new();
     for &u in uses {
@@ -192,13 +192,13 @@ pub fn joined(sides: &[Vec<Node>], uses: &[usize]) -> Vec<Node> {
     out
 }
 
-/// Every other node of each side.
+/// Every second node of each side.
 pub fn every_other(sides: &[Vec<Vec<Node>>]) -> Vec<Vec<Vec<Node>>> {
     let thin = |side: &Vec<Node>| side.iter().step_by(2).copied().collect();
     sides.iter().map(|l| l.iter().map(thin).collect()).collect()
 }
 
-/// The nodes [`every_other`] leaves out, by the vertex ids of their neighbours (smaller first).
+/// Nodes omitted by [`every_other`], by the vertex ids of their neighbours (smaller first).
 pub fn halfway(sides: &[Vec<Vec<Node>>]) -> BTreeMap<[u32; 2], Node> {
     let mut out = BTreeMap::new();
     for side in sides.iter().flatten() {

@@ -1,29 +1,29 @@
-//! The loops of a flat with holes as one ring that runs over bridges between them, there and back: cut into elements
-//! without nodes inside it takes as few as a flat without holes and as many nodes.
+//! Joins the loops of a flat face with holes to one ring by bridges traversed in both directions. Division of the ring
+//! without interior nodes then needs few elements.
 
 use super::patchwork::Node;
 use crate::cad::model::Face;
 use crate::geometry::{Vec2, Vec3};
 
-/// More nodes than this on all loops are left to triangulation.
-const MOST_NODES: usize = 96;
-/// Nodes this near to a bridge, over its length, are on it.
-const NEAR: f64 = 1e-3;
+/// Maximum number of nodes on all loops; larger faces are triangulated. Doubled: 16 times the longest division.
+const NODES_MAX: usize = 96;
+/// Distance of a node from a bridge relative to its length below which the node lies on it.
+const ON_BRIDGE_TOLERANCE_REL: f64 = 1e-3;
 
-/// A node of the ring in the flat's plane.
+/// A node of the ring with its coordinates in the plane of the face.
 #[derive(Clone, Copy)]
 struct Place {
     node: Node,
     at: Vec2,
-    /// A bridge ends here: the corner is cut in two.
+    /// A bridge ends here, so that the corner is split.
     bridged: bool,
 }
 
-/// The ring over all loops, the outer one first; `None` where loops touch or cross, or there are too many nodes.
+/// The ring over all loops, outer loop first; `None` where loops touch or intersect, or have too many nodes.
 pub fn one_ring(face: &Face, loops: &[Vec<Node>]) -> Option<Vec<Node>> {
     let count: usize = loops.iter().map(Vec::len).sum();
     let outer = loops.first()?.first()?;
-    if count > MOST_NODES || loops.iter().any(|l| l.len() < 2) {
+    if count > NODES_MAX || loops.iter().any(|l| l.len() < 2) {
         return None;
     }
     let [x, y] = axes(&face.surface.normal(outer.uv)?)?;
@@ -48,7 +48,7 @@ pub fn one_ring(face: &Face, loops: &[Vec<Node>]) -> Option<Vec<Node>> {
     Some(rings[0].iter().map(|p| p.node).collect())
 }
 
-/// Directions across a normal, turning counter-clockwise about it.
+/// Two unit vectors normal to `normal`, counter-clockwise about it.
 fn axes(normal: &Vec3) -> Option<[Vec3; 2]> {
     let x = normal.cross(&Vec3::ith(normal.iamin(), 1.0)).try_normalize(0.0)?;
     Some([x, normal.cross(&x)])
@@ -58,7 +58,7 @@ fn sides(ring: &[Place]) -> impl Iterator<Item = [Place; 2]> + '_ {
     (0..ring.len()).map(|k| [ring[k], ring[(k + 1) % ring.len()]])
 }
 
-/// Whether loops share a node, or chords of theirs cross.
+/// True when loops have a common node or intersecting chords.
 fn meet(rings: &[Vec<Place>]) -> bool {
     let other = |k: usize| rings[k + 1..].iter().flat_map(|r| sides(r));
     let crossed =
@@ -66,35 +66,37 @@ fn meet(rings: &[Vec<Place>]) -> bool {
     (0..rings.len()).any(|k| sides(&rings[k]).any(|s| crossed(k, &s)))
 }
 
-/// Whether two segments without a common end cross.
+/// True when two segments without a common end intersect.
 fn cross([a, b]: &[Place; 2], [c, d]: &[Place; 2]) -> bool {
     let side = |p: &Place, q: &Place, r: &Place| (q.at - p.at).perp(&(r.at - p.at));
     side(a, b, c) * side(a, b, d) <= 0.0 && side(c, d, a) * side(c, d, b) <= 0.0
 }
 
-/// Hole, place on the first ring and place on the hole between which the shortest bridge leads.
+/// The shortest bridge: hole, index on the first ring, index on the hole.
 fn shortest_bridge(rings: &[Vec<Place>]) -> Option<[usize; 3]> {
-    let mut ways: Vec<(f64, [usize; 3])> = Vec::new();
+    let mut candidates: Vec<(f64, [usize; 3])> = Vec::new();
     for (h, hole) in rings.iter().enumerate().skip(1) {
         for (a, from) in rings[0].iter().enumerate().filter(|p| !p.1.bridged) {
-            let way = |(b, to): (usize, &Place)| ((to.at - from.at).norm(), [h, a, b]);
-            ways.extend(hole.iter().enumerate().map(way));
+            let candidate = |(b, to): (usize, &Place)| ((to.at - from.at).norm(), [h, a, b]);
+            candidates.extend(hole.iter().enumerate().map(candidate));
         }
     }
-    ways.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let free = |&(_, [h, a, b]): &(f64, [usize; 3])| is_free(rings, &[rings[0][a], rings[h][b]]);
-    ways.into_iter().find(free).map(|way| way.1)
+    candidates.into_iter().find(free).map(|direction| direction.1)
 }
 
-/// Whether a bridge crosses no chord and runs over no node.
+/// True when a bridge crosses no chord and passes through no node.
 fn is_free(rings: &[Vec<Place>], bridge: &[Place; 2]) -> bool {
     let is_end = |p: &Place| bridge.iter().any(|end| end.node.same(&p.node));
-    let way = bridge[1].at - bridge[0].at;
-    let length = way.norm();
+    let direction = bridge[1].at - bridge[0].at;
+    let length = direction.norm();
     let on = |p: &Place| {
         let from = p.at - bridge[0].at;
-        let along = from.dot(&way) / length;
-        along > 0.0 && along < length && way.perp(&from).abs() <= NEAR * length * length
+        let along = from.dot(&direction) / length;
+        along > 0.0
+            && along < length
+            && direction.perp(&from).abs() <= ON_BRIDGE_TOLERANCE_REL * length * length
     };
     rings.iter().all(|ring| {
         ring.iter().all(|p| is_end(p) || !on(p))
@@ -105,11 +107,11 @@ fn is_free(rings: &[Vec<Place>], bridge: &[Place; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::mapped::bends::Bends;
+    use crate::mesh::mapped::edge_tangents::EdgeTangents;
     use crate::mesh::mapped::polygon::quads;
     use crate::mesh::mapped::polygon::tests::plane;
 
-    /// Nodes of a regular polygon, numbered from `first` on, clockwise where `turn` is negative.
+    /// Nodes of a regular polygon, numbered from `first`, clockwise for negative `turn`.
     fn polygon(centre: [f64; 2], radius: f64, count: u32, turn: f64, first: u32) -> Vec<Node> {
         let node = |k: u32| {
             let a = turn * (0.4 + f64::from(k) / f64::from(count) * std::f64::consts::TAU);
@@ -125,10 +127,10 @@ mod tests {
         let outer = polygon([0.0, 0.0], 8.0, 4, 1.0, 0);
         let holes = [polygon([1.0, 1.0], 1.5, 6, -1.0, 4), polygon([-2.0, -1.0], 1.0, 6, -1.0, 10)];
         let ring = one_ring(&plane(), &[outer, holes[0].clone(), holes[1].clone()]).unwrap();
-        // Two nodes more for each bridge.
+        // Two additional nodes per bridge.
         assert_eq!(ring.len(), 16 + 4);
-        let work = quads(&plane(), &ring, &Bends::default(), true).unwrap().0;
-        // 18 triangles, most of them in pairs.
+        let work = quads(&plane(), &ring, &EdgeTangents::default(), true).unwrap().0;
+        // 18 triangles, most of them recombined.
         assert!(work.elements.len() <= 11, "{}", work.elements.len());
         let half = |p: [Vec3; 3]| 0.5 * (p[1] - p[0]).cross(&(p[2] - p[0])).z;
         let of = |e: &crate::mesh::Element| -> f64 {

@@ -1,97 +1,99 @@
-//! How many divisions curvature and size ask of an edge.
+//! Divisions of an edge required by curvature and element size.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
 use super::options::MappedOptions;
-use super::sample::{Lifted, Measured, angle};
+use super::sample::{Lifted, MeasuredCurve, angle};
 use super::sides::Shape;
 use crate::cad::Model;
 use crate::cad::model::{Edge, Face, SurfaceKind};
 use crate::geometry::{Vec2, Vec3};
 
-/// Turns are rounded up to whole divisions only beyond this share of a division: noise of converters.
-const SLACK: f64 = 0.02;
-/// Lengths are right to this share.
-const ROUNDING: f64 = 1e-6;
-/// Angle at which faces meet in a crease, and turn of an edge that is curved [rad].
-const CREASE: f64 = 0.01;
-/// Most divisions one edge may be given.
-const MOST: usize = 20_000;
+/// Fraction of a division that is not rounded up: noise of CAD converters.
+const ROUNDING_DIVISIONS: f64 = 0.02;
+/// Relative accuracy of lengths.
+const LENGTH_ROUNDING_REL: f64 = 1e-6;
+/// Angle between adjacent faces at a crease, and turning angle of a curved edge [rad].
+const CREASE_ANGLE_MIN_RAD: f64 = 0.01;
+/// Maximum number of divisions of an edge.
+const DIVISIONS_MAX: usize = 20_000;
 
-/// Divisions for a curve of `length` (mm) that turns through `turn` (rad) (its own tangent or the normal).
+/// Divisions of a curve of `length` [mm] and turning angle `turn` [rad] of its tangent or of the surface normal.
 pub fn divisions(options: &MappedOptions, turn: f64, length: f64) -> usize {
-    let [by_turn, by_size, by_sag] = asked(options, turn, length);
-    let by_size = by_size * (1.0 - ROUNDING);
-    ((by_turn - SLACK).max(by_size).max(by_sag - SLACK).ceil().max(1.0) as usize).min(MOST)
+    let [by_turn, by_size, by_sag] = required_divisions(options, turn, length);
+    let by_size = by_size * (1.0 - LENGTH_ROUNDING_REL);
+    ((by_turn - ROUNDING_DIVISIONS).max(by_size).max(by_sag - ROUNDING_DIVISIONS).ceil().max(1.0)
+        as usize)
+        .min(DIVISIONS_MAX)
 }
 
-/// What a part of a curve adds to its divisions.
-pub fn shares(options: &MappedOptions, turn: f64, length: f64) -> f64 {
-    asked(options, turn, length).into_iter().fold(0.0, f64::max)
+/// Contribution of a part of a curve to its divisions.
+pub fn fractional_divisions(options: &MappedOptions, turn: f64, length: f64) -> f64 {
+    required_divisions(options, turn, length).into_iter().fold(0.0, f64::max)
 }
 
-/// Divisions by turn, by size and by sag.
-fn asked(options: &MappedOptions, turn: f64, length: f64) -> [f64; 3] {
+/// Divisions by turning angle, by size and by chord error.
+fn required_divisions(options: &MappedOptions, turn: f64, length: f64) -> [f64; 3] {
     let by_turn = turn / FRAC_PI_2 * options.arc_divisions as f64;
     let by_size = options.max_size.map_or(0.0, |size| length / size);
-    // Sag of an arc: (length / n) (turn / n) / 8.
+    // Sagitta of an arc: (length / n) (turn / n) / 8.
     let by_sag = options.chord_error.map_or(0.0, |sag| (length * turn / (8.0 * sag)).sqrt());
     [by_turn, by_size, by_sag]
 }
 
-/// Share of the largest size that inner sides are first asked to keep: triangles turn out half as long again as they are
-/// asked, most of them; the others are halved.
-pub const FIRST_SHARE: f64 = 1.0 / 1.5;
+/// Initial target length of interior sides relative to the largest size: most triangle sides become up to 1.5 times
+/// longer than the target; the others are bisected.
+pub const INITIAL_SIZE_RATIO: f64 = 1.0 / 1.5;
 
-/// The share where triangles are to be split into quads with sides half as long, or are not.
-pub fn first_share(halved: bool) -> f64 {
-    if halved { 2.0 * FIRST_SHARE } else { FIRST_SHARE }
+/// The initial ratio, where triangles are split into quadrilaterals with sides of half the length (`halved`) or not.
+pub fn initial_size_ratio(halved: bool) -> f64 {
+    if halved { 2.0 * INITIAL_SIZE_RATIO } else { INITIAL_SIZE_RATIO }
 }
 
-/// What every edge needs.
+/// Division requirements of all edges.
 pub struct EdgeDemand {
-    /// Least divisions from its own curve and the normals of the faces along it.
+    /// Minimum divisions from the edge's own curve and the normals of the faces along it.
     pub minima: Vec<usize>,
-    /// Least divisions without which its chords would fold onto each other, whatever the size asked.
+    /// Minimum divisions that keep its chords from coinciding, for any size.
     pub floors: Vec<usize>,
-    /// Length (mm).
+    /// Lengths [mm].
     pub lengths: Vec<f64>,
-    /// Curved edges whose faces meet at an angle: the patches on both sides share a curve along it. Where they are
-    /// tangent the normals say nothing of it, and Eq. 8 takes the chord.
-    pub bent: Vec<bool>,
+    /// Curved edges between faces at an angle: the patches on both sides have a common curve along them. On tangent
+    /// faces the normals do not determine it, and Eq. 8 uses the chord.
+    pub curved: Vec<bool>,
 }
 
-/// Measures every edge of the model.
+/// Determines the requirements of every edge of the model.
 pub fn edge_demand(model: &Model, options: &MappedOptions) -> EdgeDemand {
     use rayon::prelude::*;
     let found: Vec<(usize, f64, bool)> = model
         .edges
         .par_iter()
         .map(|edge| {
-            let measured = Measured::new(&edge.curve);
+            let measured = MeasuredCurve::new(&edge.curve);
             let mut turn = measured.turn();
-            let bent = turn > CREASE && is_crease(model, edge);
+            let curved = turn > CREASE_ANGLE_MIN_RAD && is_crease(model, edge);
             for &[f, l, k] in &edge.uses {
                 let side = model.faces.get(f).and_then(|f| f.loops.get(l)?.uses.get(k));
                 if let Some(side) = side {
                     turn = turn.max(Lifted::new(&model.faces[f], side).normal_turn());
                 }
             }
-            (divisions(options, turn, measured.length()), measured.length(), bent)
+            (divisions(options, turn, measured.length()), measured.length(), curved)
         })
         .collect();
     let lengths = found.iter().map(|f| f.1).collect();
-    let bent = found.iter().map(|f| f.2).collect();
+    let curved = found.iter().map(|f| f.2).collect();
     let closed = |e: &Edge| e.vertices[0] == e.vertices[1];
     let mut floors: Vec<usize> =
         model.edges.iter().map(|e| if closed(e) { 3 } else { 1 }).collect();
     separate_twins(model, &mut floors);
     let minima = found.iter().zip(&floors).map(|(f, &floor)| f.0.max(floor)).collect();
-    EdgeDemand { minima, floors, lengths, bent }
+    EdgeDemand { minima, floors, lengths, curved }
 }
 
-/// Edges between the same two vertices would share a chord: all but the shortest get a second division.
+/// Edges between the same two vertices would have a common chord: all except the shortest get a second division.
 fn separate_twins(model: &Model, minima: &mut [usize]) {
     let mut twins: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
     for (e, edge) in model.edges.iter().enumerate() {
@@ -103,7 +105,8 @@ fn separate_twins(model: &Model, minima: &mut [usize]) {
             let chord = (model.vertices[model.edges[e].vertices[0]]
                 - model.vertices[model.edges[e].vertices[1]])
                 .norm();
-            let straight = Measured::new(&model.edges[e].curve).length() <= chord * (1.0 + 1e-9);
+            let straight =
+                MeasuredCurve::new(&model.edges[e].curve).length() <= chord * (1.0 + 1e-9);
             if !straight {
                 minima[e] = minima[e].max(2);
             }
@@ -111,7 +114,7 @@ fn separate_twins(model: &Model, minima: &mut [usize]) {
     }
 }
 
-/// Whether the faces of an edge meet at an angle in its middle.
+/// True when the faces of an edge meet at an angle at its middle.
 pub fn is_crease(model: &Model, edge: &Edge) -> bool {
     let middle = |&[f, l, k]: &[usize; 3]| -> Option<Vec3> {
         let face = model.faces.get(f)?;
@@ -121,11 +124,11 @@ pub fn is_crease(model: &Model, edge: &Edge) -> bool {
         face.surface.normal(lifted.uv(0.5 * (a + b)))
     };
     let normals: Vec<Vec3> = edge.uses.iter().filter_map(middle).collect();
-    // Faces may be turned either way.
-    normals.windows(2).any(|w| w[0].cross(&w[1]).norm() > CREASE)
+    // Faces may have either orientation.
+    normals.windows(2).any(|w| w[0].cross(&w[1]).norm() > CREASE_ANGLE_MIN_RAD)
 }
 
-/// True when the normals of a face agree (to 1e-6 rad) over a grid on its surface.
+/// True when the normals of a face agree (to 1e-6 rad) on a grid over its surface.
 pub fn is_flat(face: &Face) -> bool {
     if face.kind == SurfaceKind::Plane {
         return true;
@@ -144,7 +147,7 @@ pub fn is_flat(face: &Face) -> bool {
     true
 }
 
-/// Divisions the inside of a four-sided face asks along its first and its second pair of sides.
+/// Divisions required inside a four-sided face along its first and second pair of sides.
 pub fn inside_demand(face: &Face, shape: &Shape, options: &MappedOptions) -> [usize; 2] {
     const N: usize = 8;
     let Shape::Four(sides) = shape else { return [1, 1] };
@@ -173,7 +176,7 @@ pub fn inside_demand(face: &Face, shape: &Shape, options: &MappedOptions) -> [us
     [along, across]
 }
 
-/// `n + 1` parameter points spread over the uses of a side.
+/// `n + 1` parameter points distributed over the uses of a side.
 fn side_points(face: &Face, side: &[usize], n: usize) -> Vec<Vec2> {
     (0..=n)
         .map(|k| {

@@ -1,9 +1,9 @@
-//! Whole numbers of divisions agreed over the model: opposite sides of a four-sided face get the same
-//! count, so that counts travel along chains of opposite edges.
+//! Consistent integer divisions of the edges of a model. Opposite sides of a four-sided face have equal counts, so that
+//! counts propagate along chains of opposite edges.
 
 use crate::geometry::sets::DisjointSets;
 
-/// What a face asks of the counts of its edges.
+/// A constraint of a face on the counts of its edges.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Rule {
     /// The counts of both groups of edges have the same sum.
@@ -12,26 +12,26 @@ pub enum Rule {
     Even(Vec<usize>),
 }
 
-/// Agreed counts, and which rules they keep.
+/// Counts, and the constraints they satisfy.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assignment {
     /// Divisions of each edge, at least its minimum.
     pub counts: Vec<usize>,
-    /// For each rule: kept? A rule no count can keep (or only beyond the limit) is given up.
+    /// For each rule, true when satisfied. A rule without solution (or only beyond the limit) is dropped.
     pub kept: Vec<bool>,
 }
 
-/// A side may grow to this many times the largest minimum before its rule is given up.
-const GROWTH: usize = 8;
+/// Largest growth of a side relative to the largest minimum before its rule is dropped.
+const GROWTH_MAX: usize = 8;
 
-/// Finds counts as small as it can: `minima[e] >= 1` is the least for edge e, `lengths[e]` (mm) decides
-/// which edge of a side takes another division (the one with the longest segments).
+/// Finds small counts: `minima[e] >= 1` is the minimum of edge e. `lengths[e]` [mm] decides which edge of a side gets
+/// another division (the one with the longest segments).
 ///
-/// Rules between single edges are kept exactly (chains); sums are met by raising counts, one at a time,
-/// from their minima.
+/// Rules between single edges are satisfied exactly (chains). Sums are met by raising counts one at a time from their
+/// minima.
 #[must_use]
 pub fn assign(minima: &[usize], lengths: &[f64], rules: &[Rule]) -> Assignment {
-    // Edges whose counts must be equal.
+    // Edges with equal counts.
     let mut classes = DisjointSets::new(minima.len());
     for rule in rules {
         if let Rule::Equal(a, b) = rule
@@ -40,14 +40,14 @@ pub fn assign(minima: &[usize], lengths: &[f64], rules: &[Rule]) -> Assignment {
             classes.join(*a, *b);
         }
     }
-    let class: Vec<usize> = (0..minima.len()).map(|e| classes.least(e)).collect();
+    let class: Vec<usize> = (0..minima.len()).map(|e| classes.representative(e)).collect();
     let mut count = vec![1; minima.len()];
     let mut length = vec![0.0f64; minima.len()];
     for e in 0..minima.len() {
         count[class[e]] = count[class[e]].max(minima[e]);
         length[class[e]] = length[class[e]].max(lengths[e]);
     }
-    let limit = GROWTH * count.iter().copied().max().unwrap_or(1).max(4);
+    let limit = GROWTH_MAX * count.iter().copied().max().unwrap_or(1).max(4);
     let sums: Vec<_> = rules.iter().map(|rule| balance(rule, &class)).collect();
     let mut kept: Vec<bool> = sums.iter().map(can_hold).collect();
     loop {
@@ -61,7 +61,7 @@ pub fn assign(minima: &[usize], lengths: &[f64], rules: &[Rule]) -> Assignment {
     Assignment { counts: class.iter().map(|&c| count[c]).collect(), kept }
 }
 
-/// A rule over classes: coefficients, and whether only its parity counts.
+/// A rule over classes: coefficients, and whether only its parity matters.
 struct Balance {
     terms: Vec<(usize, i64)>,
     parity: bool,
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn rules_that_chase_each_other_end() {
-        // n0 = n1 + n2 and n1 = n0 + n2: only n2 = 0 would do.
+        // n0 = n1 + n2 and n1 = n0 + n2: solvable only with n2 = 0.
         let rules = [equal(&[0], &[1, 2]), equal(&[1], &[0, 2])];
         let got = assign(&[1, 1, 1], &[1.0; 3], &rules);
         assert!(got.kept.iter().any(|k| !k));

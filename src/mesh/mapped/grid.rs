@@ -1,8 +1,8 @@
-//! Transfinite maps: points inside a four- or three-sided region from the points on its sides.
+//! Transfinite interpolation: points inside a four- or three-sided region from the points on its sides.
 
 use crate::geometry::Vec2;
 
-/// A quantity that can be blended.
+/// A quantity that can be interpolated.
 pub trait Blend:
     Copy
     + std::ops::Add<Output = Self>
@@ -19,8 +19,8 @@ impl<T> Blend for T where
 {
 }
 
-/// Four sides of a region as point lists, opposite ones of equal length and direction:
-/// `bottom` and `top` from left to right, `left` and `right` from bottom to top.
+/// Four sides of a region as lists of points. Opposite sides have equal length and direction: `bottom` and `top` from
+/// left to right, `left` and `right` from bottom to top.
 #[derive(Debug, Clone)]
 pub struct FourSides<T> {
     /// From the lower left corner to the lower right.
@@ -33,23 +33,24 @@ pub struct FourSides<T> {
     pub left: Vec<T>,
 }
 
-/// Shares of the way along each side, in the layout of [`FourSides`].
-pub type Shares = FourSides<f64>;
+/// Relative positions along each side, in the layout of [`FourSides`].
+pub type RelativePositions = FourSides<f64>;
 
 impl<T> FourSides<T> {
-    /// Cells along and across.
+    /// Number of cells along and across.
     pub fn cells(&self) -> [usize; 2] {
         [self.bottom.len() - 1, self.left.len() - 1]
     }
 }
 
 impl<T: Blend> FourSides<T> {
-    /// Coons' map at grid point (i, j): `(1-y) B + y T + (1-x) L + x R - bilinear(corners)`, where x and y
-    /// are blended from the shares of the way of the four border points.
-    pub fn point(&self, shares: &Shares, i: usize, j: usize) -> T {
+    /// Coons patch at grid point (i, j): `(1-y) B + y T + (1-x) L + x R - bilinear(corners)`, where x and y are
+    /// interpolated from the relative positions of the four boundary points.
+    pub fn point(&self, positions: &RelativePositions, i: usize, j: usize) -> T {
         let [m, n] = self.cells();
-        let (xb, xt, yl, yr) = (shares.bottom[i], shares.top[i], shares.left[j], shares.right[j]);
-        // Crossing of the lines (xb, 0)-(xt, 1) and (0, yl)-(1, yr) in the unit square.
+        let (xb, xt, yl, yr) =
+            (positions.bottom[i], positions.top[i], positions.left[j], positions.right[j]);
+        // Intersection of the lines (xb, 0)-(xt, 1) and (0, yl)-(1, yr) in the unit square.
         let x = (xb + yl * (xt - xb)) / (1.0 - (xt - xb) * (yr - yl));
         let y = yl + x * (yr - yl);
         let (b, t, l, r) = (self.bottom[i], self.top[i], self.left[j], self.right[j]);
@@ -60,7 +61,7 @@ impl<T: Blend> FourSides<T> {
     }
 }
 
-/// Three sides of a region as point lists of equal length: A to B, B to C, A to C.
+/// Three sides of a region as lists of points of equal length: A to B, B to C, A to C.
 #[derive(Debug, Clone)]
 pub struct ThreeSides {
     /// From A to B.
@@ -72,7 +73,7 @@ pub struct ThreeSides {
 }
 
 impl ThreeSides {
-    /// Perronnet's map at barycentric (1 - x - y, x, y): the border is met exactly.
+    /// Perronnet's map at the barycentric coordinates (1 - x - y, x, y), exact on the boundary.
     pub fn point(&self, x: f64, y: f64) -> Vec2 {
         let a = 1.0 - x - y;
         let at = |side: &[Vec2], s: f64| {
@@ -105,14 +106,15 @@ mod tests {
             top: line(d, c, 4),
             left: line(a, d, 2),
         };
-        let way = |n: usize| (0..=n).map(|k| k as f64 / n as f64).collect::<Vec<_>>();
-        let shares = FourSides { bottom: way(4), right: way(2), top: way(4), left: way(2) };
+        let uniform = |n: usize| (0..=n).map(|k| k as f64 / n as f64).collect::<Vec<_>>();
+        let positions =
+            FourSides { bottom: uniform(4), right: uniform(2), top: uniform(4), left: uniform(2) };
         for i in 0..=4 {
-            assert!((sides.point(&shares, i, 0) - sides.bottom[i]).norm() < 1e-15);
+            assert!((sides.point(&positions, i, 0) - sides.bottom[i]).norm() < 1e-15);
             for j in 0..=2 {
                 let (x, y) = (i as f64 / 4.0, j as f64 / 2.0);
                 let expect = (a * (1.0 - x) + b * x) * (1.0 - y) + (d * (1.0 - x) + c * x) * y;
-                assert!((sides.point(&shares, i, j) - expect).norm() < 1e-14);
+                assert!((sides.point(&positions, i, j) - expect).norm() < 1e-14);
             }
         }
     }

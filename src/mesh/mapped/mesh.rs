@@ -1,4 +1,4 @@
-//! A mesh of all faces of a model.
+//! Mesh of all faces of a model.
 
 use super::mesher::Mesher;
 use super::options::{MappedOptions, MeshStyle, check_options};
@@ -8,8 +8,8 @@ use crate::mesh::{MeshError, SurfaceMesh};
 /// Meshes every face of `model`.
 ///
 /// # Errors
-/// [`MeshError::NoFaces`], [`MeshError::Option`]; [`MeshError::Faces`] names the first of the faces whose
-/// border bounds no region even when it is made finer.
+/// [`MeshError::NoFaces`], [`MeshError::Option`]; [`MeshError::Faces`] with the first of the faces whose boundary
+/// encloses no region at any refinement.
 pub fn mesh(model: &Model, options: &MappedOptions) -> Result<SurfaceMesh, MeshError> {
     check_options(options)?;
     if model.faces.is_empty() {
@@ -25,7 +25,8 @@ pub fn mesh(model: &Model, options: &MappedOptions) -> Result<SurfaceMesh, MeshE
     Mesher::new(model, &structured, true).run()
 }
 
-/// Quads without halving: all faces mapped but for flats, whose borders are divided until they can be cut into quads.
+/// Quadrilaterals without halving: all faces are mapped except flat ones, whose boundaries are divided until they can
+/// be cut into quadrilaterals. `None` when this fails.
 pub(super) fn even_quads(model: &Model, options: &MappedOptions) -> Option<SurfaceMesh> {
     if options.unstructured {
         return None;

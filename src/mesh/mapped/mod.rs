@@ -1,17 +1,17 @@
-//! The built-in mesher: a conforming mesh of the whole model whose lines run along the borders of its
-//! CAD faces.
+//! Built-in mesher: a conforming mesh of the entire model with element sides along the boundaries of its CAD faces.
 //!
-//! Four-sided faces get a tensor grid of quads on the exact surface, three-sided ones triangles or three
-//! blocks of quads, all others a constrained Delaunay triangulation joined to quads. Edges are divided
-//! once, so that neighbours share their nodes; how often is agreed over chains of opposite edges
-//! ([`divisions`]) from what the curvature asks ([`MappedOptions::arc_divisions`]). Flats get the fewest.
+//! Four-sided faces get a tensor grid of quadrilaterals on the exact surface. Three-sided faces get triangles or three
+//! blocks of quadrilaterals. All others get a constrained Delaunay triangulation recombined to quadrilaterals. Edges
+//! are divided once, so that adjacent faces have common nodes. The divisions follow from curvature
+//! ([`MappedOptions::arc_divisions`]) and are consistent over chains of opposite edges ([`divisions`]). Flat faces get
+//! the fewest elements.
 
-mod bends;
 mod bisect;
 mod border;
 mod bridges;
 mod demand;
 pub mod divisions;
+mod edge_tangents;
 mod grid;
 mod mesh;
 mod mesher;

@@ -33,21 +33,20 @@ pub enum MeshStyle {
 pub struct MappedOptions {
     /// Divisions of a fillet that turns through 90 degrees, 1 to 1000.
     pub arc_divisions: usize,
-    /// Longest element side (mm), > 0: faces with longer ones are meshed again; `None` = as long as curvature lets it.
+    /// Longest element side [mm], > 0: faces with longer ones are meshed again; `None` = limited by curvature only.
     pub max_size: Option<f64>,
-    /// Largest distance of a flat element from the surface (mm) (about), > 0.
+    /// Largest distance of a flat element from the surface [mm] (approximate), > 0.
     pub chord_error: Option<f64>,
-    /// Kinds of element.
+    /// Element types.
     pub style: MeshStyle,
-    /// Sides on edges of the CAD will follow these, wherever the normals would have them go: their corners are then never
-    /// straight.
+    /// Patch sides on CAD edges follow the edges for any normals, so that their corners are never straight.
     pub through_cad: bool,
-    /// Edges that turn very unevenly are divided by that and not into equal lengths.
+    /// Edges of strongly uneven curvature are divided by turning angle instead of equal lengths.
     pub by_turn: bool,
-    /// As few elements as the divisions allow: quads in place of pairs of triangles around poles, flats with holes without
-    /// nodes inside.
+    /// Fewest elements for the given divisions: quadrilaterals in place of pairs of triangles at poles, flat faces with
+    /// holes without interior nodes.
     pub fewest: bool,
-    /// No face is mapped: triangles of about equal size everywhere, joined to quads as the style asks.
+    /// No face is mapped: triangles of about uniform size everywhere, recombined to quadrilaterals by `style`.
     pub unstructured: bool,
 }
 

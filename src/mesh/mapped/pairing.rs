@@ -1,21 +1,20 @@
-//! Triangles joined in pairs to quadrilaterals, best pairs first.
+//! Recombination of pairs of triangles to quadrilaterals, best pairs first.
 
 use std::collections::BTreeMap;
 
-use super::bends::Bends;
+use super::edge_tangents::EdgeTangents;
 use super::patchwork::Patchwork;
 use crate::cad::model::Face;
 use crate::geometry::Vec3;
 use crate::mesh::Element;
 
-/// Pairs whose worst corner (sine of its angle, signed) is below this stay triangles.
-const WORST: f64 = 0.35;
-/// Pairs bent more than this along their diagonal (cosine between the halves) stay triangles.
-const BENT: f64 = 0.5;
+/// Signed sine of the worst corner below which a pair remains two triangles.
+const CORNER_SINE_MIN: f64 = 0.35;
+/// Cosine between the normals of both halves below which a pair remains two triangles.
+const FOLD_COSINE_MIN: f64 = 0.5;
 
-/// Joins triangles of `work` to quads where the quad's corners are good. Elements that are quads already
-/// stay as they are.
-pub fn pair(face: &Face, work: &mut Patchwork, bends: &Bends) {
+/// Recombines triangles of `work` to quadrilaterals with good corners. Existing quadrilaterals are unchanged.
+pub fn pair(face: &Face, work: &mut Patchwork, edge_tangents: &EdgeTangents) {
     let mut owner: BTreeMap<[u32; 2], usize> = BTreeMap::new();
     for (k, e) in work.elements.iter().enumerate().filter(|(_, e)| e.nodes().len() == 3) {
         e.sides().for_each(|side| {
@@ -28,11 +27,11 @@ pub fn pair(face: &Face, work: &mut Patchwork, bends: &Bends) {
         let Some(&right) = owner.get(&[b, a]).filter(|_| a < b) else { continue };
         let apex = |k: usize| work.elements[k].nodes().iter().copied().find(|&n| n != a && n != b);
         let (Some(c), Some(d)) = (apex(left), apex(right)) else { continue };
-        // `left` runs a b c, `right` b a d: the quad is a d b c.
+        // `left` is a b c, `right` is b a d: the quadrilateral is a d b c.
         let ring = [a, d, b, c];
         let quality = quality(work, ring, &normals);
         let nodes = ring.map(|n| &work.nodes[n as usize]);
-        if quality >= WORST && bends.suit(face, &nodes) {
+        if quality >= CORNER_SINE_MIN && edge_tangents.has_valid_corners(face, &nodes) {
             pairs.push((quality, left, right, ring));
         }
     }
@@ -51,8 +50,8 @@ pub fn pair(face: &Face, work: &mut Patchwork, bends: &Bends) {
     work.elements = quads;
 }
 
-/// Smallest signed sine of the corners against the surface normal; -1 when two corners are one vertex or
-/// the quad is bent too much.
+/// Smallest signed sine of the corners relative to the surface normal; -1 when two corners are one vertex or the
+/// quadrilateral is too strongly bent.
 fn quality(work: &Patchwork, ring: [u32; 4], normals: &[Option<Vec3>]) -> f64 {
     let at = |k: usize| work.nodes[ring[k % 4] as usize].point;
     let halves = [0, 2].map(|k| (at(k + 1) - at(k)).cross(&(at(k + 3) - at(k))));
@@ -60,7 +59,7 @@ fn quality(work: &Patchwork, ring: [u32; 4], normals: &[Option<Vec3>]) -> f64 {
         let node = |k: usize| work.nodes[ring[k % 4] as usize];
         node(k).same(&node(k + 1)) || node(k).same(&node(k + 2))
     });
-    if same || halves[0].dot(&halves[1]) < BENT * halves[0].norm() * halves[1].norm() {
+    if same || halves[0].dot(&halves[1]) < FOLD_COSINE_MIN * halves[0].norm() * halves[1].norm() {
         return -1.0;
     }
     let mut worst = 1.0f64;

@@ -1,4 +1,4 @@
-//! The mesh of one face while it is made: nodes with parameters, elements over local ids.
+//! The mesh of one face during generation: nodes with parameters, elements over local ids.
 
 use std::collections::BTreeMap;
 
@@ -11,23 +11,23 @@ use crate::mesh::Element;
 pub struct Node {
     /// Parameters on the face.
     pub uv: Vec2,
-    /// Position (mm).
+    /// Position [mm].
     pub point: Vec3,
-    /// Vertex of the whole mesh, for nodes on edges; `None` inside the face.
+    /// Vertex of the global mesh for nodes on edges; `None` inside the face.
     pub id: Option<u32>,
 }
 
-/// Nodes and elements of one face; elements turn counter-clockwise in the parameter plane.
+/// Nodes and elements of one face; elements are counter-clockwise in the parameter plane.
 #[derive(Debug, Clone, Default)]
 pub struct Patchwork {
-    /// Nodes, those on the border first.
+    /// Nodes, boundary nodes first.
     pub nodes: Vec<Node>,
-    /// Elements over positions in `nodes`.
+    /// Elements over indices into `nodes`.
     pub elements: Vec<Element>,
 }
 
 impl Node {
-    /// A node inside `face` at `uv`.
+    /// A node in the interior of `face` at `uv`.
     pub fn inside(face: &Face, uv: Vec2) -> Self {
         Self { uv, point: face.surface.point(uv), id: None }
     }
@@ -39,7 +39,7 @@ impl Node {
 }
 
 impl Patchwork {
-    /// Adds an element over local ids; its corners that are one vertex in space (poles) are merged.
+    /// Adds an element over local ids; corners with a common vertex (poles) are merged.
     pub fn push(&mut self, ring: &[u32]) {
         let mut kept: Vec<u32> = Vec::with_capacity(4);
         for &n in ring {
@@ -57,8 +57,8 @@ impl Patchwork {
         self.elements.extend(Element::from_ring(&kept, 0));
     }
 
-    /// Smallest corner Jacobian over all elements: sine-like, 1 for right angles on a flat, negative
-    /// where a corner is turned against the surface's own normal.
+    /// Smallest corner Jacobian over all elements: the signed sine, 1 for right angles on a flat face, negative where a
+    /// corner is inverted relative to the surface normal.
     pub fn worst_corner(&self, face: &Face) -> f64 {
         let normals: Vec<Option<Vec3>> =
             self.nodes.iter().map(|n| face.surface.normal(n.uv)).collect();
@@ -83,7 +83,7 @@ impl Patchwork {
         worst
     }
 
-    /// Mean of the parameters of some nodes. At a pole the parameter that moves nothing does not count.
+    /// Mean of the parameters of some nodes. At a pole the free parameter is excluded.
     fn mean_uv(&self, face: &Face, nodes: &[u32]) -> Vec2 {
         let (mut sum, mut weight) = (Vec2::zeros(), Vec2::zeros());
         let mut plain = Vec2::zeros();
@@ -101,12 +101,12 @@ impl Patchwork {
         Vec2::new(mean(0), mean(1))
     }
 
-    /// Splits quads in four and triangles in three quads; `middle` gives the node halfway along a border
-    /// segment, by the vertex ids of its ends (smaller first).
+    /// Splits quadrilaterals in four and triangles in three quadrilaterals. `middle` contains the node halfway along a
+    /// boundary segment, by the vertex ids of its ends (smaller first).
     pub fn refined(&self, face: &Face, middle: &BTreeMap<[u32; 2], Node>) -> Self {
         let mut out = Self { nodes: self.nodes.clone(), elements: Vec::new() };
         let mut halves = BTreeMap::new();
-        // Nodes of a pole are one vertex: sides are told apart by vertex where there is one.
+        // Nodes of a pole are one vertex: sides are identified by vertex where there is one.
         let name = |n: u32| self.nodes[n as usize].id.map_or((1, n), |id| (0, id));
         for e in &self.elements {
             let ring = e.nodes();

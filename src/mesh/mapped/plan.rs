@@ -1,5 +1,4 @@
-//! Meshes whose divisions are chosen from outside, edge by edge and face by face: what refinement to a
-//! tolerance works with.
+//! Meshes with prescribed divisions of edges and faces, for refinement to a tolerance.
 
 use super::border::Border;
 use super::divisions::Rule;
@@ -10,22 +9,22 @@ use super::sides::Shape;
 use crate::cad::Model;
 use crate::mesh::{MeshError, SurfaceMesh};
 
-/// Everything about a model that does not depend on the divisions.
+/// Data of a model that do not depend on the divisions.
 pub struct Plan<'m> {
     mesher: Mesher<'m>,
     rules: Vec<Rule>,
     owners: Vec<usize>,
     chains: Vec<usize>,
-    /// Quads only, and flats can be cut into them.
+    /// Quadrilaterals only, and flat faces can be cut into them.
     even: bool,
 }
 
-/// Divisions of every edge that keep the rules of the mapped faces.
+/// Divisions of every edge that satisfy the rules of the mapped faces.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Divisions {
     /// Divisions of each edge.
     pub counts: Vec<usize>,
-    /// Faces whose sides agree, so that they can be mapped.
+    /// Faces that can be mapped with these divisions.
     pub mapped: Vec<bool>,
 }
 
@@ -54,27 +53,27 @@ impl<'m> Plan<'m> {
         self.mesher.model
     }
 
-    /// Least divisions of each edge that the options ask for.
+    /// Minimum divisions of each edge required by the options.
     #[must_use]
     pub fn minima(&self) -> &[usize] {
         &self.mesher.minima
     }
 
-    /// Least divisions of each edge at `arc_divisions` of a quarter turn: those of the uniform mesh.
+    /// Minimum divisions of each edge at `arc_divisions` per quarter turn: those of the uniform mesh.
     #[must_use]
     pub fn minima_at(&self, arc_divisions: usize) -> Vec<usize> {
         let options = MappedOptions { arc_divisions, ..self.mesher.options };
         Mesher::new(self.mesher.model, &options, self.mesher.halved).minima
     }
 
-    /// For each edge the first edge of its chain: edges of a chain always have equal divisions.
+    /// For each edge the first edge of its chain; the edges of a chain have equal divisions.
     #[must_use]
     pub fn chains(&self) -> &[usize] {
         &self.chains
     }
 
-    /// True when the divisions inside face `f` are not those of its edges: it is not mapped, or two of its sides that face
-    /// each other are poles.
+    /// True when the divisions inside face `f` are independent of its edges: it is not mapped, or two opposite sides
+    /// are poles.
     #[must_use]
     pub fn divides_inside(&self, f: usize, mapped: bool) -> bool {
         let Shape::Four(sides) = &self.mesher.shapes[f] else { return !mapped };
@@ -84,7 +83,8 @@ impl<'m> Plan<'m> {
         !mapped || facing(0) || facing(1)
     }
 
-    /// True when [`MappedOptions::fewest`] may make a difference: there are poles on four-sided faces, or flats with holes.
+    /// True when [`MappedOptions::fewest`] may have an effect: the model has poles on four-sided faces, or flat faces
+    /// with holes.
     #[must_use]
     pub fn may_save(&self) -> bool {
         let Mesher { model, shapes, flats, .. } = &self.mesher;
@@ -98,18 +98,18 @@ impl<'m> Plan<'m> {
         (0..shapes.len()).any(saves)
     }
 
-    /// Divisions of every edge, at least `minima`, that keep the rules.
+    /// Divisions of every edge, at least `minima`, that satisfy the rules.
     #[must_use]
     pub fn agree(&self, minima: &[usize]) -> Divisions {
         let (counts, mapped) = self.mesher.agree(minima, &self.rules, &self.owners);
         Divisions { counts, mapped }
     }
 
-    /// The mesh of face `f` alone; `density` is the divisions of a quarter turn inside it where that is not up to its
-    /// edges ([`Plan::divides_inside`]).
+    /// The mesh of face `f`. `density` is the number of divisions per quarter turn inside it, where that is independent
+    /// of its edges ([`Plan::divides_inside`]).
     ///
     /// # Errors
-    /// A sentence saying why its border bounds no region; finer borders may.
+    /// The reason why its boundary encloses no region; a finer boundary may.
     pub fn face(
         &self,
         f: usize,
@@ -123,10 +123,10 @@ impl<'m> Plan<'m> {
         Ok(mesher.merge(border, vec![(f, work)]))
     }
 
-    /// The mesh of the whole model with at least `minima` divisions on its edges.
+    /// The mesh of the entire model with at least `minima` divisions on its edges.
     ///
     /// # Errors
-    /// [`MeshError::Option`] when there would be too many elements, [`MeshError::Faces`].
+    /// [`MeshError::Option`] for too many elements, [`MeshError::Faces`].
     pub fn mesh(&self, minima: &[usize], density: &[usize]) -> Result<SurfaceMesh, MeshError> {
         let mut mesher = self.mesher.clone();
         mesher.minima = minima.to_vec();

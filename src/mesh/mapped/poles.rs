@@ -1,5 +1,5 @@
-//! Quads around poles: two triangles beside each other at a point where the surface has one normal are a quad, which
-//! misses the surface by less.
+//! Quadrilaterals at poles: two adjacent triangles at a point with a unique normal become one quadrilateral, which
+//! approximates the surface better.
 
 use super::patchwork::Patchwork;
 use super::sine::corner_sine;
@@ -7,25 +7,25 @@ use crate::cad::model::Face;
 use crate::geometry::Vec3;
 use crate::mesh::Element;
 
-/// Pairs whose worst corner (sine of its angle) is below this stay triangles.
-const WORST: f64 = 0.3;
-/// Normals around a pole that differ by more (sine) have no limit there: the tip of a cone.
-const ONE_NORMAL: f64 = 0.05;
-/// Share of the way along a column at which the normal beside its pole is asked.
-const BESIDE: f64 = 1e-3;
+/// Sine of the worst corner angle below which a pair remains two triangles.
+const CORNER_SINE_MIN: f64 = 0.3;
+/// Difference (sine) of the normals around a pole above which it has no limit normal, as at the apex of a cone.
+const NORMAL_SPREAD_SINE_MAX: f64 = 0.05;
+/// Relative distance from the pole along a column at which its normal is evaluated.
+const NORMAL_OFFSET_REL: f64 = 1e-3;
 
 /// A row of triangles along a pole, counter-clockwise about it.
 struct Fan {
     /// Elements.
     elements: Vec<usize>,
-    /// The pole's node of each column, one more than elements.
+    /// Node of the pole in each column, one more than elements.
     poles: Vec<usize>,
-    /// The node beside it.
-    beside: Vec<usize>,
+    /// The adjacent node of each column.
+    adjacent: Vec<usize>,
 }
 
 impl Fan {
-    /// The rows at the four sides of a grid of so many cells along and across, from the lower side on.
+    /// The rows at the four sides of a grid of `m` by `n` cells, from the lower side on.
     fn rows([m, n]: [usize; 2]) -> [Self; 4] {
         let at = |i: usize, j: usize| j * (m + 1) + i;
         let fan = |count: usize,
@@ -37,7 +37,7 @@ impl Fan {
             Self {
                 elements: (0..count).map(cell).collect(),
                 poles: nodes(false),
-                beside: nodes(true),
+                adjacent: nodes(true),
             }
         };
         let step = usize::from;
@@ -49,18 +49,20 @@ impl Fan {
         ]
     }
 
-    /// The triangles from column `k` and the next one as a quad; none where its corners are poor.
+    /// The triangles in columns `k` and `k + 1` as a quadrilateral; `None` where its corners are poor.
     fn quad(&self, face: &Face, work: &Patchwork, k: usize) -> Option<Element> {
         let normal = |k: usize| {
-            let [pole, beside] = [self.poles[k], self.beside[k]].map(|n| work.nodes[n].uv);
-            face.surface.normal(pole + (beside - pole) * BESIDE)
+            let [pole, adjacent] = [self.poles[k], self.adjacent[k]].map(|n| work.nodes[n].uv);
+            face.surface.normal(pole + (adjacent - pole) * NORMAL_OFFSET_REL)
         };
         let [first, limit, last] = [normal(k)?, normal(k + 1)?, normal(k + 2)?];
-        let is_one = |n: &Vec3| n.cross(&limit).norm() <= ONE_NORMAL && n.dot(&limit) > 0.0;
+        let is_one =
+            |n: &Vec3| n.cross(&limit).norm() <= NORMAL_SPREAD_SINE_MAX && n.dot(&limit) > 0.0;
         if !is_one(&first) || !is_one(&last) {
             return None;
         }
-        let ring = [self.poles[k + 1], self.beside[k], self.beside[k + 1], self.beside[k + 2]];
+        let ring =
+            [self.poles[k + 1], self.adjacent[k], self.adjacent[k + 1], self.adjacent[k + 2]];
         let point = |c: usize| &work.nodes[ring[c % 4]].point;
         let sine = |c: usize| {
             let normal =
@@ -68,13 +70,13 @@ impl Fan {
             Some(corner_sine(point(c + 3), point(c), point(c + 1), &normal))
         };
         let worst = (0..4).map(sine).try_fold(1.0f64, |worst, s| Some(worst.min(s?)))?;
-        (worst >= WORST).then(|| Element::quad(ring.map(|n| n as u32), 0))
+        (worst >= CORNER_SINE_MIN).then(|| Element::quad(ring.map(|n| n as u32), 0))
     }
 }
 
-/// Joins the triangles at the poles of a grid of so many cells in pairs, where these make good quads.
+/// Recombines pairs of triangles at the poles of a grid of `cells`, where these make good quadrilaterals.
 pub fn join(face: &Face, work: &mut Patchwork, cells: [usize; 2]) {
-    // Cells that were cut in two, or poles on both sides of one row: no rows to count on.
+    // With split cells, or poles on both sides of one row, the element numbering is not that of rows.
     if work.elements.len() != cells[0] * cells[1] || cells.contains(&1) {
         return;
     }

@@ -1,18 +1,19 @@
 //! Four- and three-sided faces: transfinite maps onto the exact surface.
 
-use super::grid::{FourSides, Shares, ThreeSides};
+use super::grid::{FourSides, RelativePositions, ThreeSides};
 use super::patchwork::{Node, Patchwork};
 use super::poles;
 use crate::cad::model::Face;
 use crate::geometry::{Vec2, Vec3};
 
-/// A map whose worst corner is below this is not used.
-pub const WORST: f64 = 0.05;
-/// A map in the parameter plane whose worst corner is below this is tried in space too.
-const POOR: f64 = 0.3;
+/// Sine of the worst corner below which a map is rejected.
+pub const CORNER_SINE_MIN: f64 = 0.05;
+/// Sine of the worst corner below which a map in space is tried besides that in the parameter plane.
+const POOR_CORNER_SINE: f64 = 0.3;
 
-/// Tensor grid of quads between four sides, each a list of nodes in the loop's direction. `None` when the
-/// grid folds. A side that is one point in space (pole) gives a row of triangles, with `quads` quads of two each.
+/// Tensor grid of quadrilaterals between four sides, each a list of nodes in the direction of the loop. `None` when the
+/// grid folds. A side that is a point in space (pole) gives a row of triangles, with `quads` quadrilaterals of two
+/// each.
 pub fn four(face: &Face, sides: &[Vec<Node>; 4], quads: bool) -> Option<Patchwork> {
     let back = |s: &[Node]| s.iter().rev().copied().collect::<Vec<_>>();
     let border = FourSides {
@@ -23,9 +24,9 @@ pub fn four(face: &Face, sides: &[Vec<Node>; 4], quads: bool) -> Option<Patchwor
     };
     let plane = grid(face, &border, false);
     let quality = plane.worst_corner(face);
-    // At a pole corners are narrow whatever is done.
+    // At a pole corners are always narrow.
     let has_pole = sides.iter().any(|s| s.iter().all(|n| n.same(&s[0])));
-    if quality >= POOR || has_pole {
+    if quality >= POOR_CORNER_SINE || has_pole {
         let joined = |mut work: Patchwork| {
             if quads && has_pole {
                 poles::join(face, &mut work, border.cells());
@@ -37,7 +38,7 @@ pub fn four(face: &Face, sides: &[Vec<Node>; 4], quads: bool) -> Option<Patchwor
     let space = grid(face, &border, true);
     let other = space.worst_corner(face);
     let (best, quality) = if other > quality { (space, other) } else { (plane, quality) };
-    (quality >= WORST).then_some(best)
+    (quality >= CORNER_SINE_MIN).then_some(best)
 }
 
 fn map<T>(sides: &FourSides<Node>, f: impl Fn(&[Node]) -> Vec<T>) -> FourSides<T> {
@@ -49,9 +50,9 @@ fn map<T>(sides: &FourSides<Node>, f: impl Fn(&[Node]) -> Vec<T>) -> FourSides<T
     }
 }
 
-/// Shares of the way along each side; a pole takes those of the side opposite.
-fn shares(border: &FourSides<Node>) -> Shares {
-    let way = |side: &[Node], opposite: &[Node]| {
+/// Relative positions along each side; a pole uses those of the opposite side.
+fn relative_positions(border: &FourSides<Node>) -> RelativePositions {
+    let positions = |side: &[Node], opposite: &[Node]| {
         let is_pole = side.iter().all(|n| n.same(&side[0]));
         let side = if is_pole { opposite } else { side };
         let mut out = vec![0.0];
@@ -63,16 +64,16 @@ fn shares(border: &FourSides<Node>) -> Shares {
         (0..=cells).map(|k| if whole > 0.0 { out[k] / whole } else { even(k) }).collect()
     };
     FourSides {
-        bottom: way(&border.bottom, &border.top),
-        right: way(&border.right, &border.left),
-        top: way(&border.top, &border.bottom),
-        left: way(&border.left, &border.right),
+        bottom: positions(&border.bottom, &border.top),
+        right: positions(&border.right, &border.left),
+        top: positions(&border.top, &border.bottom),
+        left: positions(&border.left, &border.right),
     }
 }
 
 fn grid(face: &Face, border: &FourSides<Node>, in_space: bool) -> Patchwork {
     let [m, n] = border.cells();
-    let shares = shares(border);
+    let relative_positions = relative_positions(border);
     let plane: FourSides<Vec2> = map(border, |s| s.iter().map(|n| n.uv).collect());
     let space: FourSides<Vec3> = map(border, |s| s.iter().map(|n| n.point).collect());
     let mut out = Patchwork::default();
@@ -84,8 +85,8 @@ fn grid(face: &Face, border: &FourSides<Node>, in_space: bool) -> Patchwork {
                 (0, _) => border.left[j],
                 (i, _) if i == m => border.right[j],
                 _ => {
-                    let uv = plane.point(&shares, i, j);
-                    let wanted = in_space.then(|| space.point(&shares, i, j));
+                    let uv = plane.point(&relative_positions, i, j);
+                    let wanted = in_space.then(|| space.point(&relative_positions, i, j));
                     Node::inside(
                         face,
                         wanted.map_or(uv, |p| face.surface.closest_near(&p, uv, 0.0).0),
@@ -104,8 +105,10 @@ fn push_cells(face: &Face, out: &mut Patchwork, [m, n]: [usize; 2]) {
     for j in 0..n {
         for i in 0..m {
             let ring = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-            // A quad whose corner is straight folds: two triangles end there.
-            match (0..4).find(|&k| face.surface.is_pinched(out.nodes[ring[k] as usize].uv)) {
+            // A quadrilateral with a straight corner folds: two triangles are used there.
+            match (0..4)
+                .find(|&k| face.surface.has_degenerate_corner(out.nodes[ring[k] as usize].uv))
+            {
                 Some(k) => {
                     let turned = |by: usize| ring[(k + by) % 4];
                     out.push(&[turned(0), turned(1), turned(2)]);
@@ -117,8 +120,8 @@ fn push_cells(face: &Face, out: &mut Patchwork, [m, n]: [usize; 2]) {
     }
 }
 
-/// Triangles or three blocks of quads between three sides of equal count. `None` when the map folds, or
-/// quads are wanted and the count is odd.
+/// Triangles or three blocks of quadrilaterals between three sides with equal counts. `None` when the map folds, or
+/// quadrilaterals are required and the count is odd.
 pub fn three(face: &Face, sides: &[Vec<Node>; 3], quads: bool) -> Option<Patchwork> {
     let n = sides[0].len() - 1;
     if quads && n % 2 == 1 {
@@ -129,7 +132,7 @@ pub fn three(face: &Face, sides: &[Vec<Node>; 3], quads: bool) -> Option<Patchwo
     let map = ThreeSides { ab: uv(&sides[0]), bc: uv(&sides[1]), ac: uv(&ac) };
     let border = ThreeBorders { ab: &sides[0], bc: &sides[1], ac: &ac };
     let out = if quads { blocks(face, &map, &border) } else { triangles(face, &map, &border) };
-    (out.worst_corner(face) >= WORST).then_some(out)
+    (out.worst_corner(face) >= CORNER_SINE_MIN).then_some(out)
 }
 
 struct ThreeBorders<'a> {
@@ -139,7 +142,7 @@ struct ThreeBorders<'a> {
 }
 
 impl ThreeBorders<'_> {
-    /// Border node at steps (i, j) of n towards B and C, if it is one.
+    /// Boundary node at steps (i, j) of n towards B and C, if there is one.
     fn at(&self, i: usize, j: usize, n: usize) -> Option<Node> {
         match (i, j) {
             (i, 0) => Some(self.ab[i]),
@@ -173,11 +176,11 @@ fn triangles(face: &Face, map: &ThreeSides, border: &ThreeBorders<'_>) -> Patchw
     out
 }
 
-/// Three blocks of half by half quads that meet in the middle of the face.
+/// Three blocks of half by half quadrilaterals that meet in the middle of the face.
 fn blocks(face: &Face, map: &ThreeSides, border: &ThreeBorders<'_>) -> Patchwork {
     let n = map.ab.len() - 1;
     let half = n / 2;
-    // Barycentric steps of 6 n: whole numbers, so that nodes shared by blocks are found again.
+    // Barycentric steps of 6 n: integers, so that nodes shared by blocks are found again.
     let unit = 6 * n;
     let corner = [[0, 0], [unit, 0], [0, unit]];
     let centre = [unit / 3, unit / 3];

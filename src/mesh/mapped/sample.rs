@@ -1,19 +1,20 @@
-//! Edges and trim curves measured: length, turn, points at equal lengths, feet on trim curves.
+//! Measures of edges and trimming curves: length, turning angle, points at equal lengths, foot points.
 
 use crate::cad::model::{EdgeUse, Face};
 use crate::geometry::nurbs::{Curve2, Curve3};
 use crate::geometry::{Vec2, Vec3};
 
-/// Turn from which on a curve may be divided by it [rad].
-const TURNING: f64 = 0.2;
-/// Angle between the tangents before and behind a point that make it a corner [rad].
-const CORNER: f64 = 0.05;
-/// Times as many divisions that equal lengths would need for the error of unequal ones, from which on these are taken.
-const UNEVEN: f64 = 6.0;
-/// Speed over that of the same curve run evenly below which it rests.
-const RESTING: f64 = 1e-9;
-/// Pieces of a knot span that lengths and turns are measured on.
-const PIECES: usize = 16;
+/// Turning angle above which a curve may be divided by it [rad].
+const GRADED_TURN_MIN_RAD: f64 = 0.2;
+/// Angle between the tangents before and after a point above which it is a corner [rad].
+const CORNER_ANGLE_MIN_RAD: f64 = 0.05;
+/// Ratio of the divisions needed at equal lengths to those at graded lengths, for equal error, above which graded
+/// lengths are used.
+const GRADING_RATIO_MIN: f64 = 6.0;
+/// Parameter speed relative to the mean below which a curve is stationary.
+const STATIONARY_SPEED_REL: f64 = 1e-9;
+/// Intervals per knot span for the evaluation of lengths and turning angles.
+const INTERVALS_PER_SPAN: usize = 16;
 /// Nodes and weights of Gauss-Legendre quadrature with five points on [-1, 1].
 const GAUSS: [(f64, f64); 5] = [
     (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
@@ -23,15 +24,15 @@ const GAUSS: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_08),
 ];
 
-/// Parameters that cut a knot vector's domain into small pieces, at least at every knot.
+/// Parameters that subdivide the domain of a knot vector, including every knot.
 fn stations(knots: &[f64], domain: [f64; 2]) -> Vec<f64> {
     let mut breaks: Vec<f64> =
         knots.iter().copied().filter(|&k| k > domain[0] && k < domain[1]).collect();
     breaks.dedup();
     breaks.insert(0, domain[0]);
     breaks.push(domain[1]);
-    // Curves of very many spans are measured at knots alone.
-    let pieces = (1024 / breaks.len()).clamp(1, PIECES);
+    // Curves of very many spans are evaluated at knots only.
+    let pieces = (1024 / breaks.len()).clamp(1, INTERVALS_PER_SPAN);
     let mut out = vec![domain[0]];
     for pair in breaks.windows(2) {
         out.extend((1..=pieces).map(|k| {
@@ -42,22 +43,23 @@ fn stations(knots: &[f64], domain: [f64; 2]) -> Vec<f64> {
     out
 }
 
-/// Angle between two vectors (rad); 0 when one is zero.
+/// Angle between two vectors [rad]; 0 when one is zero.
 pub fn angle(a: &Vec3, b: &Vec3) -> f64 {
     let (cross, dot) = (a.cross(b).norm(), a.dot(b));
     if cross == 0.0 && dot == 0.0 { 0.0 } else { cross.atan2(dot) }
 }
 
-/// A curve measured along its length.
-pub struct Measured<'c> {
+/// A curve parametrised by arc length.
+pub struct MeasuredCurve<'c> {
     curve: &'c Curve3,
     stations: Vec<f64>,
     lengths: Vec<f64>,
-    /// For a curve whose turn is very uneven what is divided instead of its length, summed up to each station.
+    /// For a curve of strongly uneven curvature the cumulative division density at each station, which is divided
+    /// instead of the length.
     graded: Option<Vec<f64>>,
 }
 
-impl<'c> Measured<'c> {
+impl<'c> MeasuredCurve<'c> {
     /// Measures `curve`; lengths are exact to about 1e-12 on arcs.
     pub fn new(curve: &'c Curve3) -> Self {
         let stations = stations(curve.knots(), curve.domain());
@@ -70,33 +72,33 @@ impl<'c> Measured<'c> {
         Self { curve, stations, lengths, graded: None }
     }
 
-    /// The same, to be divided by its turn where that is very uneven.
+    /// The same curve, to be divided by its turning angle if that is strongly uneven.
     pub fn by_turn(self) -> Self {
         let graded = graded(self.curve, &self.stations, &self.lengths);
         Self { graded, ..self }
     }
 
-    /// Parameter at a share of the curve's divisions: of its length, or of what its turn asks.
-    fn at_share(&self, share: f64) -> f64 {
+    /// Parameter at a fraction of the curve's divisions: of its length, or of its division density.
+    fn parameter_at_fraction(&self, share: f64) -> f64 {
         let Some(graded) = &self.graded else { return self.parameter(self.length() * share) };
         let wanted = graded[graded.len() - 1] * share;
         let k = graded.partition_point(|&g| g <= wanted).clamp(1, graded.len() - 1);
-        let way = ((wanted - graded[k - 1]) / (graded[k] - graded[k - 1])).clamp(0.0, 1.0);
-        self.parameter(self.lengths[k - 1] + way * (self.lengths[k] - self.lengths[k - 1]))
+        let fraction = ((wanted - graded[k - 1]) / (graded[k] - graded[k - 1])).clamp(0.0, 1.0);
+        self.parameter(self.lengths[k - 1] + fraction * (self.lengths[k] - self.lengths[k - 1]))
     }
 
-    /// Whole length (mm).
+    /// Total length [mm].
     pub fn length(&self) -> f64 {
         self.lengths.last().copied().unwrap_or(0.0)
     }
 
-    /// Angle the tangent turns through along the curve (rad).
+    /// Turning angle of the tangent along the curve [rad].
     pub fn turn(&self) -> f64 {
         let tangents = tangents_at(self.curve, &self.stations, self.length());
         tangents.windows(2).map(|w| angle(&w[0], &w[1])).sum()
     }
 
-    /// Parameter at the length `s` (mm) from the start.
+    /// Parameter at the arc length `s` [mm].
     fn parameter(&self, s: f64) -> f64 {
         let last = self.stations.len() - 1;
         let k = self.lengths.partition_point(|&l| l <= s).clamp(1, last);
@@ -120,62 +122,62 @@ impl<'c> Measured<'c> {
         t
     }
 
-    /// Unit tangents at these `count + 1` points.
+    /// Unit tangents at the `count + 1` points of [`Self::divide`].
     pub fn tangents(&self, count: usize) -> Vec<Vec3> {
-        let at = |k: usize| self.at_share(k as f64 / count as f64);
+        let at = |k: usize| self.parameter_at_fraction(k as f64 / count as f64);
         let tangent = |k: usize| self.curve.derivs(at(k)).d1.try_normalize(0.0);
         (0..=count).map(|k| tangent(k).unwrap_or_else(Vec3::zeros)).collect()
     }
 
-    /// The `count + 1` points that cut the curve into equal lengths, or, where its turn is very uneven, into pieces with
-    /// about equal errors.
+    /// The `count + 1` points that divide the curve into equal lengths or, for strongly uneven curvature, into parts of
+    /// about equal error.
     pub fn divide(&self, count: usize) -> Vec<Vec3> {
         let domain = self.curve.domain();
         let mut out = Vec::with_capacity(count + 1);
         out.push(self.curve.point(domain[0]));
         for k in 1..count {
-            out.push(self.curve.point(self.at_share(k as f64 / count as f64)));
+            out.push(self.curve.point(self.parameter_at_fraction(k as f64 / count as f64)));
         }
         out.push(self.curve.point(domain[1]));
         out
     }
 }
 
-/// Tangents of a curve of this length; that before it where it rests and has none but for rounding.
+/// Tangents of a curve of this length; where it is stationary the preceding tangent is used.
 fn tangents_at(curve: &Curve3, stations: &[f64], length: f64) -> Vec<Vec3> {
     let [a, b] = curve.domain();
-    let resting = RESTING * length / (b - a);
+    let stationary = STATIONARY_SPEED_REL * length / (b - a);
     let mut last = Vec3::zeros();
     let tangent = |&t: &f64| {
         let own = curve.derivs(t).d1;
-        last = if own.norm() > resting { own } else { last };
+        last = if own.norm() > stationary { own } else { last };
         last
     };
     stations.iter().map(tangent).collect()
 }
 
-/// The integral of a density of divisions up to each station, where equal lengths would take many times as many for the
-/// same error: that of an edge of length h with curvature k is as `k^3 h^4`, so that h is to be as `k^(-3/4)`; the mean
-/// curvature is added, so that flat parts keep their share.
+/// Integral of a division density up to each station; `None` unless equal lengths would need many times as many
+/// divisions for the same error. The error of an edge of length h with curvature k is proportional to `k^3 h^4`, so
+/// that h is chosen proportional to `k^(-3/4)`. The mean curvature is added, so that straight parts are also divided.
 fn graded(curve: &Curve3, stations: &[f64], lengths: &[f64]) -> Option<Vec<f64>> {
     let whole = lengths[lengths.len() - 1];
     let tangents = tangents_at(curve, stations, whole);
     let turns: Vec<f64> = tangents.windows(2).map(|w| angle(&w[0], &w[1])).collect();
     let turn: f64 = turns.iter().sum();
-    // At a corner no division is fine enough: it would draw all of them.
+    // No division resolves a corner: it would attract all of them.
     let has_corner = || {
         let before = |t: f64| curve.derivs(t.next_down()).d1;
         let inner = stations.iter().zip(&tangents).skip(1).take(turns.len() - 1);
-        inner.into_iter().any(|(&t, after)| angle(&before(t), after) > CORNER)
+        inner.into_iter().any(|(&t, after)| angle(&before(t), after) > CORNER_ANGLE_MIN_RAD)
     };
-    if turn < TURNING || whole <= 0.0 || has_corner() {
+    if turn < GRADED_TURN_MIN_RAD || whole <= 0.0 || has_corner() {
         return None;
     }
     let span = |k: usize| lengths[k + 1] - lengths[k];
     let density = |turn: f64, length: f64| {
         if length > 1e-9 * whole { (turn / length * whole).powf(0.75) } else { 0.0 }
     };
-    let most = (0..turns.len()).map(|k| density(turns[k], span(k))).fold(0.0, f64::max);
+    let max_density = (0..turns.len()).map(|k| density(turns[k], span(k))).fold(0.0, f64::max);
     let mean = turn.powf(0.75);
     let mut sum = vec![0.0];
     let mut last = 0.0;
@@ -185,7 +187,7 @@ fn graded(curve: &Curve3, stations: &[f64], lengths: &[f64]) -> Option<Vec<f64>>
         last += (density(*turn, span(k)) + mean) * span(k);
         sum.push(last);
     }
-    (most * whole > UNEVEN * plain).then_some(sum)
+    (max_density * whole > GRADING_RATIO_MIN * plain).then_some(sum)
 }
 
 fn length_between(curve: &Curve3, t0: f64, t1: f64) -> f64 {
@@ -193,7 +195,7 @@ fn length_between(curve: &Curve3, t0: f64, t1: f64) -> f64 {
     half * GAUSS.iter().map(|(x, w)| w * curve.derivs(mid + half * x).d1.norm()).sum::<f64>()
 }
 
-/// A trim curve lifted onto its face's surface.
+/// A trimming curve lifted onto the surface of its face.
 pub struct Lifted<'f> {
     face: &'f Face,
     curve: &'f Curve2,
@@ -210,13 +212,13 @@ impl<'f> Lifted<'f> {
         self.curve.point(t)
     }
 
-    /// Domain of the trim curve.
+    /// Domain of the trimming curve.
     pub fn domain(&self) -> [f64; 2] {
         self.curve.domain()
     }
 
-    /// Tangent at the start or end, in the loop's direction; a short chord where the derivative vanishes, as long as it takes
-    /// where the curve rests in one point for a while.
+    /// Tangent at the start or end, in the direction of the loop. Where the derivative vanishes a short chord is used,
+    /// long enough to leave a stationary part of the curve.
     pub fn end_tangent(&self, at_end: bool) -> Vec3 {
         let [t0, t1] = self.domain();
         let t = if at_end { t1 } else { t0 };
@@ -227,27 +229,27 @@ impl<'f> Lifted<'f> {
             let inside = t + (t0 + t1 - 2.0 * t) * share;
             (self.face.surface.point(self.uv(inside)) - s.s) * if at_end { -1.0 } else { 1.0 }
         };
-        let resting =
-            RESTING * (1..=8).map(|k| away(f64::from(k) / 8.0).norm()).fold(0.0, f64::max);
+        let stationary = STATIONARY_SPEED_REL
+            * (1..=8).map(|k| away(f64::from(k) / 8.0).norm()).fold(0.0, f64::max);
         let shares = (0..9).map(|k| 1e-3 * f64::from(1 << k));
         let chords = shares.map(|share| (share, away(share)));
-        let Some((share, chord)) = chords.into_iter().find(|(_, c)| c.norm() > resting) else {
+        let Some((share, chord)) = chords.into_iter().find(|(_, c)| c.norm() > stationary) else {
             return tangent;
         };
         let speed = chord.norm() / (share * (t1 - t0));
         if tangent.norm() > 1e-3 * speed { tangent } else { chord }
     }
 
-    /// Angle the surface normal turns through along the curve (rad).
+    /// Turning angle of the surface normal along the curve [rad].
     pub fn normal_turn(&self) -> f64 {
         let stations = stations(self.curve.knots(), self.domain());
-        // A straight trim curve on a curved surface has few knots of its own: measure it finely enough.
+        // A straight trimming curve on a curved surface has few knots: sample it finely.
         let normals: Vec<Vec3> =
             stations.iter().filter_map(|&t| self.face.surface.normal(self.uv(t))).collect();
         normals.windows(2).map(|w| angle(&w[0], &w[1])).sum()
     }
 
-    /// Parameters (u, v) of `points` on the trim curve: feet of the points, in rising order, ends at ends.
+    /// Parameters (u, v) of `points` on the trimming curve: foot points in increasing order, ends at ends.
     pub fn feet(&self, points: &[Vec3]) -> Vec<Vec2> {
         let [t0, t1] = self.domain();
         let stations = stations(self.curve.knots(), [t0, t1]);
@@ -306,13 +308,13 @@ mod tests {
     use super::*;
 
     fn spans(curve: &Curve3, count: usize) -> [Vec<f64>; 2] {
-        let gaps = |m: Measured<'_>| {
+        let gaps = |m: MeasuredCurve<'_>| {
             m.divide(count).windows(2).map(|w| (w[1] - w[0]).norm()).collect::<Vec<f64>>()
         };
-        [gaps(Measured::new(curve)), gaps(Measured::new(curve).by_turn())]
+        [gaps(MeasuredCurve::new(curve)), gaps(MeasuredCurve::new(curve).by_turn())]
     }
 
-    /// A long leg, a turn of 90 degrees within a hundredth of it, and another long leg.
+    /// A long leg, a turn of 90 degrees within 1 % of it, and another long leg.
     #[test]
     fn a_sharp_bend_between_long_legs_is_divided_where_it_turns() {
         let p = |x: f64, y: f64| Vec3::new(x, y, 0.0);
@@ -350,7 +352,7 @@ mod tests {
         }
     }
 
-    /// Two straight legs at 90 degrees, with a stretch of the parameter in between over which the curve rests.
+    /// Two straight legs at 90 degrees, with a parameter range in between on which the curve is stationary.
     #[test]
     fn where_a_curve_rests_it_does_not_turn() {
         let legs =
@@ -362,7 +364,7 @@ mod tests {
         let knots = [0.0, 1.0, 2.0, 3.0].into_iter().flat_map(|k| [k; 3]);
         let knots: Vec<f64> = std::iter::once(0.0).chain(knots).chain([3.0]).collect();
         let curve = Curve3::try_new(3, knots, points, None).unwrap();
-        let measured = Measured::new(&curve);
+        let measured = MeasuredCurve::new(&curve);
         assert!((measured.length() - 17.2).abs() < 1e-12);
         assert!(
             (measured.turn() - std::f64::consts::FRAC_PI_2).abs() < 1e-12,

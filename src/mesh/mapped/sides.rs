@@ -1,4 +1,4 @@
-//! What a face is to the mesher: four sides, three sides, or anything else.
+//! Classification of faces: four sides, three sides, or other.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -6,8 +6,8 @@ use super::sample::Lifted;
 use crate::cad::model::{EdgeUse, Face, TrimLoop};
 use crate::geometry::{Vec2, Vec3};
 
-/// A joint that turns less than this (rad) continues a side; one that turns more is a corner.
-const CORNER: f64 = 40.0 * std::f64::consts::PI / 180.0;
+/// Turning angle at a joint above which it is a corner, and below which it continues a side [rad].
+const CORNER_ANGLE_MIN_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
 /// Outer loop of a face grouped into sides between corners, as positions in the loop.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,10 +29,10 @@ pub fn shape(face: &Face) -> Shape {
     let (mut starts, mut straight) = (Vec::new(), Vec::new());
     for k in 0..count {
         let turn = turn_between(face, outer, real[(k + count - 1) % count], real[k]);
-        if turn < -CORNER {
+        if turn < -CORNER_ANGLE_MIN_RAD {
             return Shape::Other;
         }
-        if turn > CORNER {
+        if turn > CORNER_ANGLE_MIN_RAD {
             starts.push(k);
         } else if is_straight_corner(face, outer, real[(k + count - 1) % count], real[k]) {
             straight.push(k);
@@ -54,23 +54,23 @@ pub fn shape(face: &Face) -> Shape {
     }
 }
 
-/// True for a use that only closes a gap between its neighbours: it is no side, not even a pole's. Its length in the
-/// parameter plane is one of rounding, or it is short because the gap is, and not because the surface has no extent there.
+/// True for a use that only closes a gap between its neighbours and is neither a side nor a pole. It is short in the
+/// parameter plane to within rounding, or short because of the gap, and not because the surface is degenerate.
 pub fn is_joint(face: &Face, side: &EdgeUse) -> bool {
-    const NONE: f64 = 1e-9;
+    const ZERO_LENGTH_REL: f64 = 1e-9;
     let [u, v] = face.surface.domain();
     let [a, b] = side.pcurve.domain();
     let start = side.pcurve.point(a);
     side.edge.is_none()
         && [0.5, 1.0].iter().all(|s| {
             let off = side.pcurve.point(a + (b - a) * s) - start;
-            let rounding =
-                off.x.abs() <= NONE * (u[1] - u[0]) && off.y.abs() <= NONE * (v[1] - v[0]);
+            let rounding = off.x.abs() <= ZERO_LENGTH_REL * (u[1] - u[0])
+                && off.y.abs() <= ZERO_LENGTH_REL * (v[1] - v[0]);
             rounding || extends_along(face, start, off)
         })
 }
 
-/// True where the surface has an extent along `direction` at `uv`: at least a hundredth of what it has in the middle.
+/// True where the derivative of the surface along `direction` at `uv` is at least 1 % of that in the middle.
 fn extends_along(face: &Face, uv: Vec2, direction: Vec2) -> bool {
     let speed = |uv: Vec2| {
         let d = face.surface.derivs(uv);
@@ -81,7 +81,7 @@ fn extends_along(face: &Face, uv: Vec2, direction: Vec2) -> bool {
     speed(uv).min(speed(uv + direction)) >= 0.01 * speed(middle)
 }
 
-/// Angle (rad) the loop turns by, to the left, from one use to the next; a quarter turn beside a pole.
+/// Turning angle [rad] of the loop from one use to the next, positive to the left; a quarter turn at a pole.
 fn turn_between(face: &Face, outer: &TrimLoop, before: usize, after: usize) -> f64 {
     let (before, after) = (&outer.uses[before], &outer.uses[after]);
     if before.edge.is_none() || after.edge.is_none() {
@@ -94,8 +94,8 @@ fn turn_between(face: &Face, outer: &TrimLoop, before: usize, after: usize) -> f
     signed_angle(&into, &out, &normal)
 }
 
-/// Whether the loop has a corner in the parameter plane where it runs smoothly on in space: the surface's derivatives have
-/// one direction there (the stem of a ship's bow runs on into its keel so).
+/// True where the loop has a corner in the parameter plane but is smooth in space, because the derivatives of the
+/// surface are parallel (the stem and keel of a ship's bow).
 fn is_straight_corner(face: &Face, outer: &TrimLoop, before: usize, after: usize) -> bool {
     let [before, after] = [before, after].map(|k| &outer.uses[k].pcurve);
     let (into, out) = (before.derivs(before.domain()[1]).d1, after.derivs(after.domain()[0]).d1);
@@ -103,7 +103,8 @@ fn is_straight_corner(face: &Face, outer: &TrimLoop, before: usize, after: usize
     let [u, v] = face.surface.domain();
     let size = Vec2::new(u[1] - u[0], v[1] - v[0]);
     let (into, out) = (into.component_div(&size), out.component_div(&size));
-    into.perp(&out).atan2(into.dot(&out)) > CORNER && face.surface.is_pinched(uv)
+    into.perp(&out).atan2(into.dot(&out)) > CORNER_ANGLE_MIN_RAD
+        && face.surface.has_degenerate_corner(uv)
 }
 
 /// Angle from `a` to `b` about `normal`, in (-pi, pi].

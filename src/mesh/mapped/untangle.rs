@@ -1,24 +1,24 @@
-//! Nodes inside a face moved where an element beside them is turned over or nearly so: an arc of the border that
-//! bulges into the element, a concave ring around a centre.
+//! Untangling: moves interior nodes with inverted or nearly inverted adjacent elements, as at a boundary arc that
+//! bulges into an element or a concave ring around a centre.
 
 use super::patchwork::{Node, Patchwork};
 use super::sine::corner_sine;
 use crate::cad::model::Face;
 use crate::geometry::{Vec2, Vec3};
 
-/// Elements whose worst corner (sine of its angle, signed) is below this are worked on.
-const POOR: f64 = 0.15;
-/// A narrow corner between two sides that run inside the face, as those of a fan about a small hole, is no sign of a turn: it
-/// counts as so many times as wide.
-const NARROW: f64 = 6.0;
-/// Sweeps over the nodes.
-const SWEEPS: usize = 12;
-/// Halvings of the step in a sweep.
-const HALVINGS: usize = 5;
+/// Signed sine of the worst corner below which an element is improved.
+const POOR_CORNER_SINE: f64 = 0.15;
+/// Factor on the sine of a narrow corner between two interior sides, as in a fan around a small hole: it does not
+/// indicate inversion.
+const NARROW_CORNER_FACTOR: f64 = 6.0;
+/// Maximum number of sweeps over the nodes.
+const SWEEPS_MAX: usize = 12;
+/// Bisections of the step in a sweep.
+const STEP_BISECTIONS: usize = 5;
 
 impl Patchwork {
-    /// Moves free nodes so that the worst corner of the elements around them gets better, until no element is poor or
-    /// nothing helps.
+    /// Moves free nodes to improve the worst corner of their adjacent elements, until no element is poor or no move
+    /// helps.
     pub fn untangle(&mut self, face: &Face) {
         let mut around: Vec<Vec<usize>> = vec![Vec::new(); self.nodes.len()];
         for (k, e) in self.elements.iter().enumerate() {
@@ -26,10 +26,10 @@ impl Patchwork {
         }
         let normals = self.nodes.iter().map(|n| face.surface.normal(n.uv)).collect();
         let mut work = Untangling { face, normals, patchwork: self };
-        for _ in 0..SWEEPS {
+        for _ in 0..SWEEPS_MAX {
             let free = |n: &usize| work.patchwork.nodes[*n].id.is_none();
             let poor: Vec<usize> = (0..work.normals.len())
-                .filter(|n| free(n) && work.worst_of(&around[*n]) < POOR)
+                .filter(|n| free(n) && work.worst_of(&around[*n]) < POOR_CORNER_SINE)
                 .collect();
             let moved = poor.iter().filter(|&&n| work.improve(n, &around[n])).count();
             if moved == 0 {
@@ -42,7 +42,7 @@ impl Patchwork {
 struct Untangling<'a> {
     face: &'a Face,
     patchwork: &'a mut Patchwork,
-    /// Of the surface at each node; none where it is degenerate.
+    /// Surface normals at the nodes; `None` where degenerate.
     normals: Vec<Option<Vec3>>,
 }
 
@@ -61,7 +61,7 @@ impl Untangling<'_> {
             let [before, at, after] = [node(k + count - 1), node(k), node(k + 1)].map(|n| n.point);
             let sine = corner_sine(&before, &at, &after, normal);
             let narrow = node(k).id.is_none() && (before - at).dot(&(after - at)) > 0.0;
-            if narrow { NARROW * sine } else { sine }
+            if narrow { NARROW_CORNER_FACTOR * sine } else { sine }
         };
         (0..count).map(sine).fold(1.0, f64::min)
     }
@@ -71,7 +71,7 @@ impl Untangling<'_> {
         self.normals[n] = self.face.surface.normal(node.uv);
     }
 
-    /// Pattern search around node `n`; true when it found a better place.
+    /// Pattern search around node `n`; true when a better position was found.
     fn improve(&mut self, n: usize, elements: &[usize]) -> bool {
         let start = self.patchwork.nodes[n];
         let reach = elements
@@ -81,7 +81,7 @@ impl Untangling<'_> {
             .fold(Vec2::zeros(), |a, b| a.sup(&b));
         let (mut best, mut value) = (start, self.worst_of(elements));
         let mut step = reach * 0.25;
-        for _ in 0..HALVINGS {
+        for _ in 0..STEP_BISECTIONS {
             let centre = best.uv;
             for k in 0..9_i32 {
                 let shift = Vec2::new(f64::from(k % 3 - 1), f64::from(k / 3 - 1));

@@ -66,7 +66,7 @@ pub(super) fn stands_before(
 
 /// Places on a patch where it looks along a direction, each with its share of the area [mm²].
 fn front_of(patch: &Patch, direction: &Vec3) -> Vec<(Vec3, f64)> {
-    let area = patch.about_its_middle().norm() / (PLACES.len() * PLACES.len()) as f64;
+    let area = patch.area_vector().norm() / (PLACES.len() * PLACES.len()) as f64;
     let pairs = PLACES.into_iter().flat_map(|a| PLACES.map(|b| (a, b)));
     let inside = pairs.filter(|(eta, zeta)| patch.sides() == 4 || zeta < eta);
     let looks = |&(eta, zeta): &(f64, f64)| {

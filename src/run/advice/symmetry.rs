@@ -325,7 +325,7 @@ mod tests {
         let kept: Vec<bool> = (0..model.patches.len()).map(|k| k < floor || k >= walls).collect();
         let tool = ToolSetup {
             name: "t".into(),
-            surface: Arc::new(ToolSurface::new(model).keeping(&kept)),
+            surface: Arc::new(ToolSurface::new(model).restricted_to(&kept)),
             offset: Vec3::zeros(),
             direction: z,
             placement: Placement::AsGiven,

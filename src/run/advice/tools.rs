@@ -92,7 +92,7 @@ fn too_fine(tool: &ToolSetup, kept: &[bool], sizes: &Sizes) -> Option<Finding> {
 /// A remark on a tool some of whose patches have no area.
 pub(super) fn without_area(tool: &ToolSetup) -> Option<Finding> {
     let patches = &tool.surface.model().patches;
-    let mut flat = patches.iter().enumerate().filter(|(_, patch)| patch.is_without_area());
+    let mut flat = patches.iter().enumerate().filter(|(_, patch)| patch.is_degenerate());
     let (first, patch) = flat.next()?;
     let x = patch.derivs(0.5, 0.5).s;
     Some(Finding::doubt(

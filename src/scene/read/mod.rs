@@ -246,7 +246,7 @@ fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTo
                 allowed: "a tool with patches: convert its CAD again".into(),
             });
         }
-        if loaded.model.patches.iter().all(Patch::is_without_area) {
+        if loaded.model.patches.iter().all(Patch::is_degenerate) {
             return Err(SceneError::Value {
                 path: path.to_path_buf(),
                 place: format!("tools[{k}].file"),

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::contact::Projection;
-use crate::contact::friction::RISEN;
+use crate::contact::friction::COULOMB_SLIP_RATIO;
 use crate::geometry::Vec3;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::tools::tool::Tool;
@@ -152,7 +152,7 @@ impl Candidate {
     fn follow(&mut self, x: &Vec3, tool: &Tool, reach: f64) {
         if self.active
             && self.swings >= MAX_PATCH_CHANGES
-            && let Some(foot) = tool.carried_on(x, &self.foot)
+            && let Some(foot) = tool.extended_projection(x, &self.foot)
         {
             self.foot = foot;
             return;
@@ -184,7 +184,7 @@ impl Candidate {
     fn remembered(&self, transition: f64) -> Vec3 {
         let from_anchor = self.foot.point - self.anchor;
         let slip = from_anchor - self.foot.normal * self.foot.normal.dot(&from_anchor);
-        let (size, most) = (slip.norm(), RISEN * transition);
+        let (size, most) = (slip.norm(), COULOMB_SLIP_RATIO * transition);
         if size > most { slip * (most / size) } else { slip }
     }
 }

@@ -22,7 +22,7 @@
 use super::candidate::{Candidate, Expected};
 use super::frame::{Frame, Scales, frame};
 use super::held_friction::HeldFriction;
-use crate::contact::friction::{Coulomb, FrictionPoint, RISEN, Slip};
+use crate::contact::friction::{COULOMB_SLIP_RATIO, Coulomb, FrictionPoint, Slip};
 use crate::geometry::{Mat3, Vec3};
 
 /// The conditions of one node: `a` acts on its rows of the tangent, `b` on its own displacement.
@@ -101,7 +101,7 @@ pub(in crate::solver) fn touching(
     let answer = if rests { None } else { friction(c, law, at, &frame, scales) };
     let all_slip = law.transition == 0.0 || lambda <= 0.0;
     let mut out = closed(c.node, &frame, gap, r, scales);
-    out.slipping = all_slip || slip.norm() > RISEN * law.transition;
+    out.slipping = all_slip || slip.norm() > COULOMB_SLIP_RATIO * law.transition;
     match answer {
         None => out.stick(&by_motion, &slip, scales),
         Some(answer) => out.slide(&answer, &frame, &by_motion, &at),

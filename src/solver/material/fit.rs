@@ -1,7 +1,7 @@
 //! Hardening laws fitted to a measured curve by least squares: a measured curve is noisy, and tables may not fall.
 
 use super::hardening::Hardening;
-use crate::geometry::golden::least;
+use crate::geometry::golden::minimize;
 
 /// A law, and how far the curve is from it.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,7 +103,7 @@ fn swift(points: &[(f64, f64)]) -> Option<Hardening> {
         }
         (fs / ff, ss - fs * fs / ff)
     };
-    let best_n = |eps0: f64| least(|n| of(eps0, n).1, [0.0, 1.0], SECTIONS);
+    let best_n = |eps0: f64| minimize(|n| of(eps0, n).1, [0.0, 1.0], SECTIONS);
     let range = [(1e-6 * longest).ln(), longest.ln()];
     let (log, _) = least_of_grid(|log| best_n(log.exp()).1, range)?;
     let eps0 = log.exp();
@@ -162,7 +162,7 @@ fn least_of_grid(f: impl Fn(f64) -> f64, [low, high]: [f64; 2]) -> Option<(f64, 
     let at = |k: usize| low + (high - low) * k as f64 / GRID as f64;
     let values = (0..=GRID).map(|k| (k, f(at(k)))).filter(|v| v.1.is_finite());
     let (k, _) = values.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(least(f, [at(k.saturating_sub(1)), at((k + 1).min(GRID))], SECTIONS))
+    Some(minimize(f, [at(k.saturating_sub(1)), at((k + 1).min(GRID))], SECTIONS))
 }
 
 #[cfg(test)]

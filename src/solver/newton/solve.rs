@@ -192,8 +192,8 @@ impl Run {
 /// points that flowed lie on their yield surface: rounding would say which of them yield, so none does.
 fn begin(sys: &mut System, foreseen: Option<f64>) -> Result<(), ElementFailure> {
     let at_rest = Foresight { factor: 0.0, stiff: true };
-    let carried_on = |factor| Foresight { factor, stiff: false };
-    sys.evaluate_foreseen(foreseen.map_or(at_rest, carried_on))?;
+    let extended_projection = |factor| Foresight { factor, stiff: false };
+    sys.evaluate_foreseen(foreseen.map_or(at_rest, extended_projection))?;
     sys.search();
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::plan::Plan;
 use super::state::{Committed, Simulation};
-use crate::contact::friction::RISEN;
+use crate::contact::friction::COULOMB_SLIP_RATIO;
 use crate::geometry::Vec3;
 use crate::solver::contact::candidate::Force;
 use crate::solver::system::system::System;
@@ -53,7 +53,7 @@ impl ContactWork {
 }
 
 /// Slip over the transition of friction from which on a node slides.
-const SLIDING_SLIP_RATIO: f64 = 10.0 * RISEN;
+const SLIDING_SLIP_RATIO: f64 = 10.0 * COULOMB_SLIP_RATIO;
 
 /// Length of a slip along a tool, whose normal is that of the forces at either end, or at one.
 fn tangential(before: &Force, now: &Force, slip: &Vec3) -> f64 {

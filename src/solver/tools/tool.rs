@@ -121,8 +121,12 @@ impl Tool {
     }
 
     /// Projection on the patch of `from` carried on past its sides; `None` when too far past.
-    pub(in crate::solver) fn carried_on(&self, x: &Vec3, from: &Projection) -> Option<Projection> {
-        self.setup.surface.carried_on(&(x - self.shift()), from)
+    pub(in crate::solver) fn extended_projection(
+        &self,
+        x: &Vec3,
+        from: &Projection,
+    ) -> Option<Projection> {
+        self.setup.surface.extended_projection(&(x - self.shift()), from)
     }
 
     /// Moves `offset` along the direction until the smallest gap to `points` is zero; returns the shift

@@ -1,4 +1,4 @@
-//! Claims on faces by their boundaries, on shells and on what places them, by small files.
+//! Tests of faces by their boundaries, of shells and their placement, with small files.
 
 use super::build::{Item, file, item, moved};
 use super::entities::{faces, near};
@@ -253,7 +253,7 @@ fn curves_nothing_uses_are_counted() {
     assert!(model.diagnostics[0].place.ends_with("(D9, entity 314)"), "{:?}", model.diagnostics);
 }
 
-/// Squares of side 4, the first and others 10 mm apart, each its own whole surface, and what `more` adds.
+/// Square surfaces of side 4, 10 mm apart, each an untrimmed surface, and the entities in `more`.
 fn flat_squares(count: usize, more: Vec<Item>) -> Vec<Item> {
     let one = |k: usize| {
         let x = 10 * k;
@@ -293,7 +293,7 @@ fn what_is_blanked_dependent_or_construction_by_its_status_is_no_face() {
         assert_eq!((model.faces.len(), codes(&model)), (1, vec![code]), "{status}");
         assert!(model.faces[0].source.starts_with("D1 "));
     }
-    // A curve on the second surface makes no face of it; without the curve the flag contradicts the file.
+    // A curve on the second surface does not make it a face; without the curve the flag contradicts the file.
     let curve = || vec![item(142, 0, "1,3,0,7,2"), item(110, 0, "10.,1.,0.,14.,1.,0.")];
     let carried = with_status(&flat_squares(2, curve()), &[(1, "00010000")]);
     assert_eq!((carried.faces.len(), codes(&carried)), (1, vec!["entity-dependent"]));

@@ -1,4 +1,4 @@
-//! Claims on single entities, by small files.
+//! Tests of single entities with small files.
 
 use std::f64::consts::{PI, TAU};
 
@@ -28,7 +28,7 @@ pub(super) fn near(a: Vec3, b: [f64; 3], tolerance: f64) {
     assert!((a - Vec3::from(b)).norm() < tolerance, "{a:?} {b:?}");
 }
 
-/// Point of a face's surface at file parameters, through the map the reader chose (checked by ends of curves).
+/// Point of a face's surface at file parameters, through the chosen map (validated by the ends of curves).
 fn at(face: &RawFace, u: f64, v: f64) -> Vec3 {
     point_on(&face.surface, Vec2::new(u, v)).unwrap()
 }
@@ -252,8 +252,8 @@ fn an_offset_lies_where_the_curves_of_its_edges_do_whatever_its_indicator_says()
 
 #[test]
 fn the_indicator_of_an_offset_is_of_the_middle_of_its_base() {
-    // A half cylinder about z, from +x over +y to -x, with an indicator that leans 60 degrees to -x: off the normal of its
-    // first border, with that of its middle.
+    // A half cylinder about z, from +x over +y to -x. Its indicator is inclined by 60 degrees to -x: opposite to the
+    // normal of its first boundary, along that of its middle.
     let items = [
         item(140, 0, "-0.866,0.5,0.,2.,3"),
         item(120, 0, "5,7,0.,3.141592653589793"),
@@ -291,7 +291,7 @@ fn analytic_surfaces_take_their_axes_and_reflections() {
 
 #[test]
 fn splines_whose_knots_go_beyond_their_range_begin_and_end_at_its_ends() {
-    // Uniform knots, as closed periodic splines have them: the first control point is not on the curve.
+    // Uniform knots of a closed periodic spline: the first control point is not on the curve.
     let knots = "-3.,-2.,-1.,0.,1.,2.,3.,4.,5.,6.,7.";
     let ones = "1.,1.,1.,1.,1.,1.,1.";
     let net = "6.,0.,0.,0.,6.,0.,-6.,0.,0.,0.,-6.,0.,6.,0.,0.,0.,6.,0.,-6.,0.,0.";
@@ -314,7 +314,7 @@ fn splines_whose_knots_go_beyond_their_range_begin_and_end_at_its_ends() {
 
 #[test]
 fn closed_surfaces_may_have_a_range_that_ends_beyond_their_knots() {
-    // A square tube, its range from the middle of its knots to one period later.
+    // A square tube with a range from the middle of its knots to one period later.
     let corners = ["0.,0.,", "4.,0.,", "4.,4.,", "0.,4.,", "0.,0.,"];
     let net: Vec<String> =
         [0, 9].iter().flat_map(|z| corners.map(|c| format!("{c}{z}."))).collect();

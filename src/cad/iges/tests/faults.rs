@@ -1,11 +1,11 @@
-//! Broken files: errors and diagnostics with places, never a panic, never much work.
+//! Tests of defective files: errors and diagnostics with locations, no panic, bounded work.
 
 use super::build::{file, item, moved};
 use super::*;
 use crate::cad::iges::ownership::{Field, POINTERS};
 
-/// What a file of these entities is refused or told for.
-fn said(items: &[super::build::Item]) -> String {
+/// Error or diagnostics for a file of these entities.
+fn messages(items: &[super::build::Item]) -> String {
     match read_bytes(&file(items), "bad.igs") {
         Err(error) => error.to_string(),
         Ok(model) => format!("{} faces; {:?}", model.faces.len(), model.diagnostics),
@@ -19,7 +19,7 @@ fn errors_name_line_card_entity_found_and_allowed() {
         (
             196,
             "99,2.",
-            "parameter 1 (centre or point) points to D99, which is no entry; allowed: the sequence number of a directory entry (odd)",
+            "parameter 1 (centre or point) points to D99, which is not an entry; allowed: the sequence number of a directory entry (odd)",
         ),
         (196, ",2.", "parameter 1 (centre or point) is 0; allowed: the sequence number"),
         (196, "3,1E400", "parameter 2 (radius) is `1E400`; allowed: a finite number"),
@@ -41,7 +41,7 @@ fn errors_name_line_card_entity_found_and_allowed() {
         (128, "0,0,0,0,0,0,0,0,0,0.,0.,0.,0.,1.,1.,2.,3.", "degree 0 is outside 1 to 25"),
     ];
     for (kind, text, wanted) in table {
-        let got = said(&[item(kind, 0, text), item(116, 0, "0.,0.,0.")]);
+        let got = messages(&[item(kind, 0, text), item(116, 0, "0.,0.,0.")]);
         assert!(got.contains(wanted), "{kind},{text}:\n{got}");
         assert!(got.starts_with("bad.igs, line "), "{got}");
         assert!(got.contains(&format!("(D1, entity {kind})")), "{got}");
@@ -67,7 +67,7 @@ fn one_bad_face_does_not_cost_the_others() {
     assert!(model.diagnostics[0].place.contains("(D3, entity 196)"));
 }
 
-/// Records with enough pointers to be read, all of them leading to D1 and D3.
+/// Records with sufficient pointers to be read, all to D1 and D3.
 #[test]
 fn self_and_mutual_references_end() {
     let records: [(u32, i32, &str); 26] = [
@@ -106,14 +106,14 @@ fn self_and_mutual_references_end() {
                     moved(b, form_b, matrix, text_b),
                     moved(124, 0, 5, "1.,0.,0.,0.,0.,1.,0.,0.,0.,0.,1.,0."),
                 ];
-                let _ = said(&items);
+                let _ = messages(&items);
             }
         }
     }
 }
 
-/// A record of this pattern with one of everything that repeats: pointer `slot` is `here`, the others `there`; how
-/// many pointers it has. What the pattern skips has the value `skipped`.
+/// A record of this pattern with one element per repetition: pointer `slot` is `here`, the others are `there`, skipped
+/// fields are `skipped`. Returns the text and the number of pointers.
 fn record(pattern: &[Field], slot: usize, pointers: [u32; 2], skipped: &str) -> (String, usize) {
     fn write(fields: &[Field], put: &mut dyn FnMut(&Field)) {
         for field in fields {
@@ -133,7 +133,7 @@ fn record(pattern: &[Field], slot: usize, pointers: [u32; 2], skipped: &str) -> 
             count += 1;
         }
     });
-    // Values behind the last pointer that some types need.
+    // Values after the last pointer that some types need.
     values.extend(std::iter::repeat_n(skipped.to_owned(), 12));
     (values.join(","), count)
 }
@@ -147,12 +147,12 @@ fn every_pointer_of_every_entity_may_lead_back() {
         slots += count;
         for slot in 0..count {
             for (other, back) in &POINTERS {
-                // D1 points to itself or to D3, D3 to D1 or to itself, in all its pointers.
+                // All pointers of D1 refer to D1 or D3, those of D3 to D1 or D3.
                 for (here, there, skipped) in [(1, 3, "1"), (3, 1, "1"), (3, 3, "0"), (1, 1, "0")] {
                     let first = record(pattern, slot, [here, there], skipped).0;
                     let second = record(back, usize::MAX, [1, 4 - here], skipped).0;
                     for form in [0, 1] {
-                        let _ = said(&[item(*kind, form, &first), item(*other, form, &second)]);
+                        let _ = messages(&[item(*kind, form, &first), item(*other, form, &second)]);
                         files += 1;
                     }
                 }
@@ -184,8 +184,8 @@ fn references_that_double_forty_times_are_refused() {
     instances.push(item(116, 0, "0.,0.,0."));
     instances.push(item(408, 0, "1,0.,0.,0.,1."));
     for items in [composites, figures, instances] {
-        let got = said(&items);
-        assert!(got.contains("again and again") || got.contains("lie too deep"), "{got}");
+        let got = messages(&items);
+        assert!(got.contains("repeatedly") || got.contains("too deeply nested"), "{got}");
     }
 }
 
@@ -200,7 +200,7 @@ fn faces_multiply_no_further_than_the_file_is_long() {
     };
     assert_eq!(doubled(12).unwrap(), 4096);
     let error = doubled(14).unwrap_err().to_string();
-    assert!(error.contains("again and again") && error.contains("sides"), "{error}");
+    assert!(error.contains("repeatedly") && error.contains("sides"), "{error}");
 }
 
 #[test]
@@ -217,7 +217,7 @@ fn long_chains_end() {
         chain(130, 0, &|next| format!("{next},1,0,0,0,1.,0.,0.,0.,0.,0.,1.")),
         chain(144, 0, &|next| format!("{next},1,0,{next}")),
     ] {
-        let _ = said(&items);
+        let _ = messages(&items);
     }
     let matrices: Vec<_> = (0..n)
         .map(|i| {
@@ -225,10 +225,10 @@ fn long_chains_end() {
         })
         .chain([moved(110, 0, 1, "0.,0.,0.,1.,0.,0.")])
         .collect();
-    let _ = said(&matrices);
+    let _ = messages(&matrices);
 }
 
-/// A small generator of numbers (SplitMix64), so that every run mutates alike.
+/// Pseudo-random numbers (SplitMix64), so that every run makes the same mutations.
 struct Dice(u64);
 
 impl Dice {
@@ -241,7 +241,7 @@ impl Dice {
     }
 }
 
-/// Pieces that hurt.
+/// Byte sequences likely to break a parser.
 const SPLINTERS: [&[u8]; 16] = [
     b"2147483647",
     b"-1",
@@ -282,7 +282,7 @@ fn mutate(bytes: &[u8], dice: &mut Dice) -> Vec<u8> {
             }
             5 => drop(out.drain(at..out.len().min(at + 81))),
             _ => {
-                // another number in place of one
+                // Replace one digit
                 let digits = (at..out.len()).find(|i| out[*i].is_ascii_digit()).unwrap_or(at);
                 out[digits] = b"0123456789"[dice.roll(10)];
             }
@@ -347,5 +347,5 @@ fn a_file_cut_off_before_its_parameters_is_refused_though_curves_are_left() {
     let words = "ends in its directory section (D)";
     assert!(said.starts_with("cut.igs, line ") && said.contains(words), "{said}");
     assert!(said.contains("no parameter section (P) and no terminate section (T)"), "{said}");
-    assert!(cut(&['P']).contains("no parameter card begins with"));
+    assert!(cut(&['P']).contains("no parameter card starts with"));
 }

@@ -1,4 +1,4 @@
-//! Habits of real writers: the same model whatever the cards look like.
+//! Tests of writer peculiarities: the same model for any card layout.
 
 use super::build::{cards, cards_in, item};
 use super::*;
@@ -16,7 +16,7 @@ fn reads_alike(bytes: &[u8], what: &str) -> RawModel {
     model
 }
 
-/// Parameter cards changed one by one.
+/// Parameter cards, modified one by one.
 fn with_parameters(change: impl Fn(usize, String) -> String) -> String {
     let is_parameter = |l: &String| l.as_bytes().get(72) == Some(&b'P');
     let lines = sample().into_iter().enumerate();

@@ -1,4 +1,4 @@
-//! Claims on whole files.
+//! Tests of entire files.
 
 mod boundaries;
 mod build;
@@ -19,8 +19,8 @@ fn truth(path: &Path) -> serde_json::Map<String, serde_json::Value> {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 
-/// Largest distance between the two curves of an edge at their ends and middles, and between the ends of
-/// edges that follow each other, over all faces.
+/// Largest distance between both curves of an edge at ends and middle, and between the ends of consecutive edges, over
+/// all faces.
 fn gaps(model: &RawModel) -> (f64, f64, String) {
     let (mut between, mut along, mut place) = (0.0f64, 0.0f64, String::new());
     for face in &model.faces {
@@ -78,7 +78,7 @@ fn forming_tools_have_the_faces_they_were_made_of_and_their_loops_close() {
     }
 }
 
-/// The corpus beside the repository, where there is one.
+/// The corpus next to the repository, if present.
 fn corpus() -> Option<PathBuf> {
     let folder = std::env::var_os("KANAGATA_CORPUS")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/cad"), PathBuf::from);

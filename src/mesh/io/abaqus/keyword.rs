@@ -1,11 +1,11 @@
-//! Keyword lines of a deck: what the data lines behind them belong to, and what is refused.
+//! Keyword lines of an Abaqus deck: the section they open, and unsupported keywords.
 
 use std::collections::HashMap;
 
 use super::{Deck, Kind, Section};
 use crate::mesh::MeshError;
 
-/// Keywords that make or move nodes and elements in ways that are not read here.
+/// Unsupported keywords that create or move nodes and elements.
 const REFUSED: [&str; 9] = [
     "INCLUDE",
     "NGEN",
@@ -18,11 +18,11 @@ const REFUSED: [&str; 9] = [
     "SYMMETRICMODELGENERATION",
 ];
 
-/// Beginnings of the names of elements with four nodes in a surface.
+/// Prefixes of the names of four-node surface elements.
 const SURFACES: [&str; 5] = ["S4", "M3D4", "CPS4", "CPE4", "CAX4"];
 
 impl Deck<'_> {
-    /// Takes a keyword line, its asterisk left off.
+    /// Processes a keyword line without its asterisk.
     pub(super) fn keyword(&mut self, text: &str) -> Result<(), MeshError> {
         let (name, parameters) = split_keyword(text);
         self.section = Section::Other;
@@ -51,7 +51,7 @@ impl Deck<'_> {
                 let allowed = "nodes and elements written out in one file";
                 return Err(self.error(format!("*{name}"), allowed));
             }
-            name if misspelt(name) => {
+            name if is_misspelt(name) => {
                 return Err(self.error(
                     format!("*{name}, a keyword that Abaqus does not have"),
                     "*NODE and *ELEMENT for nodes and elements",
@@ -62,7 +62,7 @@ impl Deck<'_> {
         Ok(())
     }
 
-    /// Refuses nodes in another than the rectangular coordinate system.
+    /// Rejects nodes in a non-rectangular coordinate system.
     fn check_rectangular(&self, parameters: &HashMap<String, String>) -> Result<(), MeshError> {
         match parameters.get("SYSTEM").filter(|s| *s != "R") {
             Some(system) => {
@@ -73,7 +73,7 @@ impl Deck<'_> {
         }
     }
 
-    /// Notes initial conditions of a sheet that has been formed.
+    /// Records initial conditions of a formed sheet.
     fn note_results(&mut self, kind: &str) {
         if ["STRESS", "HARDENING", "PLASTICSTRAIN"].contains(&kind.replace(' ', "").as_str()) {
             self.results.push(format!("*INITIAL CONDITIONS, TYPE={kind}"));
@@ -107,7 +107,7 @@ impl Deck<'_> {
     }
 }
 
-/// Splits a keyword line into its name, without blanks, and its parameters, in capitals.
+/// Splits a keyword line into its name, without blanks, and its parameters, in upper case.
 fn split_keyword(text: &str) -> (String, HashMap<String, String>) {
     let upper = text.to_uppercase();
     let mut words = upper.split(',');
@@ -121,9 +121,9 @@ fn split_keyword(text: &str) -> (String, HashMap<String, String>) {
     (name, parameters)
 }
 
-/// Whether a keyword is one edit (a letter more, less or another, or two exchanged) from *NODE or *ELEMENT, whose data would
-/// be passed over in silence. No keyword of Abaqus is.
-fn misspelt(name: &str) -> bool {
+/// True when a keyword is one edit (insertion, deletion, substitution or transposition) from *NODE or *ELEMENT, whose
+/// data would be ignored silently. No Abaqus keyword is.
+fn is_misspelt(name: &str) -> bool {
     ["NODE", "ELEMENT"].into_iter().any(|known| one_edit(name.as_bytes(), known.as_bytes()))
 }
 

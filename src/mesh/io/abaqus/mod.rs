@@ -1,6 +1,8 @@
-//! The nodes and elements of an Abaqus deck: `*NODE`, and `*ELEMENT` of the types C3D8*, SC8R*, S4*, or of others with
-//! four nodes in a surface (gmsh writes CPS4, meshio CAX4P). Rigid elements (`R3D...`, the tools) and all that does not make a mesh are passed over; what would change the mesh unseen (generated
-//! nodes, included files, several parts, moved instances) is refused.
+//! Nodes and elements of an Abaqus deck: `*NODE`, and `*ELEMENT` of the types C3D8*, SC8R*, S4*, or other four-node
+//! surface elements (gmsh writes CPS4, meshio CAX4P).
+//!
+//! Rigid elements (`R3D...`, the tools) and keywords unrelated to the mesh are ignored. Keywords that change the mesh
+//! (generated nodes, included files, several parts, moved instances) are rejected.
 
 mod keyword;
 
@@ -10,7 +12,7 @@ use super::volumes::{SheetElements, SheetMesh, used};
 use crate::geometry::Vec3;
 use crate::mesh::MeshError;
 
-/// What a data line belongs to.
+/// Section of a data line.
 #[derive(Clone, Copy, PartialEq)]
 enum Section {
     Other,
@@ -19,7 +21,7 @@ enum Section {
     Instance,
 }
 
-/// Element types that are read.
+/// Supported element types.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Solid,
@@ -40,13 +42,13 @@ struct Deck<'a> {
     points: Vec<Vec3>,
     ids: Tags,
     parts: usize,
-    /// Kind, node labels and line of each element.
+    /// Type, node labels and line of each element.
     elements: Vec<(Kind, Vec<u64>, usize)>,
-    /// Line in which each label of an element was read.
+    /// Line of each element label.
     seen: Tags,
-    /// An element that goes on in the next line.
+    /// An element continued in the next line.
     open: Option<Vec<u64>>,
-    /// `*INITIAL CONDITIONS` of a sheet that has been formed.
+    /// `*INITIAL CONDITIONS` of a formed sheet.
     results: Vec<String>,
 }
 
@@ -113,7 +115,7 @@ impl Deck<'_> {
         let label = self.label(words.next().unwrap_or(""))?;
         let mut p = Vec3::zeros();
         for k in 0..3 {
-            // Coordinates left out are zero.
+            // Omitted coordinates are zero.
             let word = words.next().unwrap_or("");
             if word.is_empty() {
                 continue;
@@ -158,7 +160,7 @@ impl Deck<'_> {
         Ok(())
     }
 
-    /// No element may be half read when something else begins.
+    /// Rejects an incomplete element at the end of its section.
     fn close(&mut self) -> Result<(), MeshError> {
         match (self.open.take(), self.section) {
             (Some(labels), Section::Elements(kind)) => {
@@ -210,7 +212,7 @@ impl Deck<'_> {
 }
 
 impl Deck<'_> {
-    /// Looks up the nodes of an element by their labels.
+    /// Indices of the nodes of an element.
     fn nodes_of(&self, labels: &[u64]) -> Result<Vec<u32>, MeshError> {
         let mut nodes = Vec::with_capacity(labels.len());
         for &label in labels {
@@ -222,7 +224,7 @@ impl Deck<'_> {
         Ok(nodes)
     }
 
-    /// Refuses a quadrilateral that is concave or whose sides cross: no element can be made of it.
+    /// Rejects a concave or self-intersecting quadrilateral: no element can be made of it.
     fn check_convex(&self, quad: &[u32; 4]) -> Result<(), MeshError> {
         let ring = quad.map(|n| (n, Vec3::zeros()));
         if polygon::convex_quad(&ring, &self.points).is_some() {
@@ -272,7 +274,7 @@ mod tests {
         let shell = parse(shell.as_bytes(), "d.inp").unwrap();
         assert_eq!(shell.elements, SheetElements::Quads(vec![[0, 1, 2, 3]]));
         assert_eq!(shell.points.len(), 4);
-        // By gmsh and by meshio.
+        // As written by gmsh and by meshio.
         for name in ["CPS4", "CAX4P"] {
             let text = DECK.replace("C3D8R", name).replace("14, 21,\n 22, 23, 24\n", "14\n");
             assert_eq!(parse(text.as_bytes(), "d.inp").unwrap().elements, shell.elements, "{name}");
@@ -311,7 +313,7 @@ mod tests {
             assert!(message.contains(place) && message.contains(what), "{message}");
             assert!(message.contains("allowed") || message.contains(';'), "{message}");
         }
-        // Cut anywhere, it is a smaller mesh or an error, never a panic.
+        // A truncated deck is a smaller mesh or an error, never a panic.
         for end in 0..DECK.len() {
             let _ = parse(&DECK.as_bytes()[..end], "d.inp");
         }

@@ -1,19 +1,19 @@
-//! Flats with one loop: cut into quads between the nodes of their borders.
+//! Flat faces with one loop: division into quadrilaterals between boundary nodes.
 
 use super::{Mesher, ring};
-use crate::mesh::mapped::bends::Bends;
 use crate::mesh::mapped::border::Border;
+use crate::mesh::mapped::edge_tangents::EdgeTangents;
 use crate::mesh::mapped::options::MeshStyle;
 use crate::mesh::mapped::patchwork::{Node, Patchwork};
 use crate::mesh::mapped::{bridges, polygon};
 
 impl Mesher<'_> {
-    /// True for a flat that is to be cut into quads only.
+    /// True for a flat face to be cut into quadrilaterals only.
     pub(super) fn is_even_flat(&self, f: usize) -> bool {
         self.even_flats && self.flats[f] && self.model.faces[f].loops.len() == 1
     }
 
-    /// Edges of face `f` that bound only flats, longest first: what their divisions are does not matter to shapes.
+    /// Edges of face `f` between flat faces only, longest first: their divisions do not affect the geometry.
     pub(super) fn free_edges(&self, f: usize) -> Vec<usize> {
         let mut edges = self.edges_of(f);
         edges.retain(|&e| self.model.edges[e].uses.iter().all(|u| self.flats[u[0]]));
@@ -21,12 +21,12 @@ impl Mesher<'_> {
         edges
     }
 
-    /// Raises the minima of the longest free edges of flat `f` by as little as lets it be cut into quads; false when
-    /// nothing does.
+    /// Raises the minima of the longest free edges of the flat face `f` by as little as possible until it can be cut
+    /// into quadrilaterals; false when impossible.
     pub(super) fn divide_flat(&mut self, f: usize, counts: &[usize]) -> bool {
-        const EDGES: usize = 3;
-        const MOST_TRIES: usize = 4000;
-        let edges: Vec<usize> = self.free_edges(f).into_iter().take(EDGES).collect();
+        const EDGES_VARIED: usize = 3;
+        const TRIES_MAX: usize = 4000;
+        let edges: Vec<usize> = self.free_edges(f).into_iter().take(EDGES_VARIED).collect();
         if edges.is_empty() {
             return false;
         }
@@ -36,17 +36,17 @@ impl Mesher<'_> {
             for first in 0..=more {
                 for second in 0..=more - first {
                     let extra = [first, second, more - first - second];
-                    // Nothing for edges there are none of.
+                    // Skip extra divisions of missing edges.
                     if extra[edges.len()..].iter().any(|&n| n > 0) {
                         continue;
                     }
                     tries += 1;
                     let mut raised = counts.to_vec();
                     edges.iter().zip(extra).for_each(|(&e, n)| raised[e] += n);
-                    if let Some(badness) = self.badness_of_quads(f, &raised)
-                        && best.as_ref().is_none_or(|b| badness < b.0)
+                    if let Some(penalty) = self.shape_penalty(f, &raised)
+                        && best.as_ref().is_none_or(|b| penalty < b.0)
                     {
-                        best = Some((badness, raised));
+                        best = Some((penalty, raised));
                     }
                 }
             }
@@ -54,28 +54,30 @@ impl Mesher<'_> {
                 edges.iter().for_each(|&e| self.minima[e] = self.minima[e].max(raised[e]));
                 return true;
             }
-            if tries > MOST_TRIES {
+            if tries > TRIES_MAX {
                 return false;
             }
         }
         false
     }
 
-    /// How badly shaped the quads of flat `f` are with such divisions of its edges; `None` where it cannot be cut into quads.
-    fn badness_of_quads(&self, f: usize, counts: &[usize]) -> Option<f64> {
+    /// Shape penalty of the quadrilaterals of the flat face `f` with these divisions; `None` where it cannot be cut
+    /// into quadrilaterals.
+    fn shape_penalty(&self, f: usize, counts: &[usize]) -> Option<f64> {
         let face = &self.model.faces[f];
         let border = Border::of_face(self.model, &self.cuts(counts), face);
         let loops = border.loops(face, &self.shapes[f], 2);
-        let bends = border.bends(face);
-        polygon::quads(face, &ring(&loops[0]), &bends, false).map(|found| found.1)
+        let edge_tangents = border.edge_tangents(face);
+        polygon::quads(face, &ring(&loops[0]), &edge_tangents, false).map(|found| found.1)
     }
 
-    /// A flat without nodes inside: one with one loop, and where few elements are asked also one with holes.
+    /// A flat face without interior nodes: one with a single loop and, where few elements are required, also one with
+    /// holes.
     pub(super) fn polygon(
         &self,
         f: usize,
         loops: &[Vec<Vec<Node>>],
-        bends: &Bends,
+        edge_tangents: &EdgeTangents,
     ) -> Option<Patchwork> {
         let wanted = self.options.style == MeshStyle::Structured
             && !self.options.unstructured
@@ -93,6 +95,6 @@ impl Mesher<'_> {
             }
             _ => return None,
         };
-        Some(polygon::quads(face, &ring, bends, triangles)?.0)
+        Some(polygon::quads(face, &ring, edge_tangents, triangles)?.0)
     }
 }

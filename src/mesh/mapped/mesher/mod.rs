@@ -1,4 +1,4 @@
-//! One meshing of a model: divisions agreed, faces mapped, cut up or triangulated, and joined.
+//! Mesh generation for a model: consistent divisions, mapping, division or triangulation of faces, assembly.
 
 mod flats;
 mod rules;
@@ -8,9 +8,9 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use super::bends::Bends;
 use super::border::{Border, Cuts, every_other, halfway, joined};
 use super::divisions::{Rule, assign};
+use super::edge_tangents::EdgeTangents;
 use super::options::{MappedOptions, MeshStyle};
 use super::patchwork::{Node, Patchwork};
 use super::sides::Shape;
@@ -19,36 +19,36 @@ use crate::cad::Model;
 use crate::cad::model::Face;
 use crate::mesh::{Element, MeshError, SurfaceMesh};
 
-/// Times the borders of faces that could not be meshed are made finer.
-const ROUNDS: usize = 7;
-/// Times faces with sides longer than the largest size are meshed again.
-const SIZE_ROUNDS: usize = 5;
-/// Most elements of a mesh (ids are 32 bits).
-const MOST_ELEMENTS: usize = 200_000_000;
+/// Maximum number of boundary refinements of faces that cannot be meshed.
+const BOUNDARY_ROUNDS_MAX: usize = 7;
+/// Maximum number of remeshing rounds of faces with sides above the largest size.
+const SIZE_ROUNDS_MAX: usize = 5;
+/// Maximum number of elements of a mesh (32-bit ids).
+const ELEMENTS_MAX: usize = 200_000_000;
 
-/// One meshing of a model.
+/// State of the mesh generation for one model.
 #[derive(Clone)]
 pub(super) struct Mesher<'m> {
     pub(super) model: &'m Model,
     pub(super) options: MappedOptions,
-    /// Mesh with borders half as fine, then split every element into quads.
+    /// Mesh with half the boundary divisions, then split every element into quadrilaterals.
     pub(super) halved: bool,
-    /// Flats with one loop get quads only, borders divided until that is possible.
+    /// Flat faces with one loop are cut into quadrilaterals only, with boundary divisions that permit it.
     pub(super) even_flats: bool,
     pub(super) shapes: Vec<Shape>,
     pub(super) flats: Vec<bool>,
-    /// Faces of no area, asked of those that cannot be meshed.
+    /// Whether a face has zero area, evaluated for faces that cannot be meshed.
     tiny: Vec<OnceLock<bool>>,
     lengths: Vec<f64>,
-    /// Edges along which sides of patches bend off their chords within the faces beside them.
-    pub(super) bent: Vec<bool>,
+    /// Edges along which patch sides deviate from their chords within the adjacent faces.
+    pub(super) curved: Vec<bool>,
     pub(super) minima: Vec<usize>,
     floors: Vec<usize>,
-    /// Divisions of a pole that faces another pole, by face, at `arc_divisions`.
+    /// Divisions of a pole opposite to another pole, by face, at `arc_divisions`.
     poles: Vec<usize>,
-    /// Divisions of a quarter turn inside faces that are not mapped, and of poles that face each other, by face.
+    /// Divisions per quarter turn inside faces that are not mapped, and of opposite poles, by face.
     pub(super) density: Vec<usize>,
-    /// Share of the largest size that inner sides are asked to keep, by face that is not mapped.
+    /// Target length of interior sides relative to the largest size, by face that is not mapped.
     sizes: Vec<f64>,
 }
 
@@ -56,7 +56,7 @@ impl<'m> Mesher<'m> {
     pub(super) fn new(model: &'m Model, options: &MappedOptions, halved: bool) -> Self {
         let shapes: Vec<Shape> = model.faces.par_iter().map(sides::shape).collect();
         let flats = model.faces.par_iter().map(demand::is_flat).collect();
-        let demand::EdgeDemand { mut minima, floors, lengths, bent } =
+        let demand::EdgeDemand { mut minima, floors, lengths, curved } =
             demand::edge_demand(model, options);
         let inside: Vec<[usize; 2]> = model
             .faces
@@ -64,13 +64,13 @@ impl<'m> Mesher<'m> {
             .zip(&shapes)
             .map(|(face, shape)| demand::inside_demand(face, shape, options))
             .collect();
-        for ((face, shape), asked) in model.faces.iter().zip(&shapes).zip(&inside) {
+        for ((face, shape), required) in model.faces.iter().zip(&shapes).zip(&inside) {
             let Shape::Four(sides) = shape else { continue };
             for (k, side) in sides.iter().enumerate() {
-                raise_side(face, side, asked[k % 2], &mut minima, &lengths);
+                raise_side(face, side, required[k % 2], &mut minima, &lengths);
             }
         }
-        let bent = bent.into_iter().map(|bent| bent && !options.through_cad).collect();
+        let curved = curved.into_iter().map(|curved| curved && !options.through_cad).collect();
         let poles = inside.iter().map(|a| a[0].max(a[1]).max(2)).collect();
         let density = vec![options.arc_divisions; model.faces.len()];
         Self {
@@ -82,12 +82,12 @@ impl<'m> Mesher<'m> {
             flats,
             tiny: vec![OnceLock::new(); model.faces.len()],
             lengths,
-            bent,
+            curved,
             minima,
             floors,
             poles,
             density,
-            sizes: vec![demand::first_share(halved); model.faces.len()],
+            sizes: vec![demand::initial_size_ratio(halved); model.faces.len()],
         }
     }
 
@@ -95,7 +95,7 @@ impl<'m> Mesher<'m> {
         let mut failed = Vec::new();
         let (rules, owners) = self.rules();
         let (mut failures, mut sizings) = (0, 0);
-        while failures < ROUNDS {
+        while failures < BOUNDARY_ROUNDS_MAX {
             let (counts, mapped) = self.agree(&self.minima, &rules, &owners);
             self.check_size(&counts)?;
             let border = Border::new(self.model, &self.cuts(&counts));
@@ -107,14 +107,15 @@ impl<'m> Mesher<'m> {
             failed = reasons.filter_map(|(f, e)| Some((f, e?))).collect::<Vec<_>>();
             if failed.is_empty() {
                 let works: Vec<Patchwork> = works.into_iter().flatten().collect();
-                if sizings == SIZE_ROUNDS || !self.ask_for_size(&works, &mapped, &counts) {
+                if sizings == SIZE_ROUNDS_MAX || !self.request_size(&works, &mapped, &counts) {
                     return Ok(self.merge(border, works.into_iter().enumerate().collect()));
                 }
                 sizings += 1;
                 continue;
             }
             failures += 1;
-            // A flat with a largest size has nodes inside, and is never cut into quads between those of its border.
+            // A flat face with a largest size has interior nodes and is never cut into quadrilaterals between boundary
+            // nodes.
             if self.options.max_size.is_some() && failed.iter().any(|f| self.is_even_flat(f.0)) {
                 break;
             }
@@ -127,7 +128,7 @@ impl<'m> Mesher<'m> {
         Err(self.fault(failed))
     }
 
-    /// The first of the faces that cannot be meshed, named.
+    /// Error for the first face that cannot be meshed.
     fn fault(&self, failed: Vec<(usize, String)>) -> MeshError {
         let (face, reason) = failed[0].clone();
         MeshError::Faces {
@@ -140,18 +141,18 @@ impl<'m> Mesher<'m> {
         }
     }
 
-    /// Edges divided so many times.
+    /// Divisions of edges by count.
     pub(super) fn cuts<'a>(&'a self, counts: &'a [usize]) -> Cuts<'a> {
-        Cuts { counts, bent: &self.bent, by_turn: self.options.by_turn }
+        Cuts { counts, curved: &self.curved, by_turn: self.options.by_turn }
     }
 
-    /// Asks for a finer border of face `f`.
+    /// Requests a finer boundary of face `f`.
     fn divide_border(&mut self, f: usize, counts: &[usize]) {
         let edges = self.edges_of(f);
         let divided = edges.iter().any(|&e| counts[e] > 2);
         for e in edges {
             let finer = match (self.halved, divided, counts[e]) {
-                // Quads: arcs that are divided already, a step finer.
+                // Quadrilaterals: edges already divided get a smaller refinement.
                 (true, true, n) => n + 2 * usize::from(n > 2),
                 (_, _, n) => 2 * n,
             };
@@ -159,7 +160,7 @@ impl<'m> Mesher<'m> {
         }
     }
 
-    /// Counts of every edge that keep the rules, and the faces that can be mapped with them.
+    /// Counts of all edges that satisfy the rules, and the faces that can then be mapped.
     pub(super) fn agree(
         &self,
         minima: &[usize],
@@ -185,7 +186,7 @@ impl<'m> Mesher<'m> {
 
     fn check_size(&self, counts: &[usize]) -> Result<(), MeshError> {
         let total: usize = counts.iter().sum();
-        if total > MOST_ELEMENTS / 16 {
+        if total > ELEMENTS_MAX / 16 {
             let found =
                 format!("{} (asks for {total} divisions of edges)", self.options.arc_divisions);
             let allowed = "a size that gives at most 12500000 divisions of edges";
@@ -194,7 +195,7 @@ impl<'m> Mesher<'m> {
         Ok(())
     }
 
-    /// Elements of face `f`; none where it cannot be meshed and has no area within the tolerance of the model.
+    /// Elements of face `f`; none where it cannot be meshed and has no area within the model's tolerance.
     pub(super) fn face(
         &self,
         border: &Border,
@@ -220,10 +221,10 @@ impl<'m> Mesher<'m> {
         let poles = (self.poles[f] * density).div_ceil(self.options.arc_divisions);
         let sides = border.loops(face, shape, poles + poles % 2);
         if !self.halved {
-            return self.region(f, &sides, &border.bends(face), (mapped, density));
+            return self.region(f, &sides, &border.edge_tangents(face), (mapped, density));
         }
-        // The coarse elements go by their chords: the bends known are those of the halved sides.
-        let chords = Bends::default();
+        // The coarse elements use chords: the known tangents are those of the halved sides.
+        let chords = EdgeTangents::default();
         let (thin, middle) = (every_other(&sides), halfway(&sides));
         let split = |coarse: Patchwork| {
             let mut fine = coarse.refined(face, &middle);
@@ -234,7 +235,7 @@ impl<'m> Mesher<'m> {
         if worst > 0.0 || mapped {
             return Ok(fine);
         }
-        // An arc of the border reaches past the middle of a quad: triangles leave its parts more room.
+        // A boundary arc extends past the middle of a quadrilateral: triangles leave its parts more space.
         let (other, plain) = split(self.triangles(f, &thin, &chords, density)?);
         match worst.max(other) {
             best if best <= 0.0 => {
@@ -249,28 +250,28 @@ impl<'m> Mesher<'m> {
         &self,
         f: usize,
         loops: &[Vec<Vec<Node>>],
-        bends: &Bends,
+        edge_tangents: &EdgeTangents,
         (mapped, density): (bool, usize),
     ) -> Result<Patchwork, String> {
         let face = &self.model.faces[f];
         if let Some(work) = mapped.then(|| self.map_region(f, loops)).flatten() {
             return Ok(work);
         }
-        if let Some(work) = self.polygon(f, loops, bends) {
+        if let Some(work) = self.polygon(f, loops, edge_tangents) {
             return Ok(work);
         }
         if self.is_even_flat(f) {
             return Err("no convex quads between the nodes of its border".into());
         }
-        let mut work = self.triangles(f, loops, bends, density)?;
+        let mut work = self.triangles(f, loops, edge_tangents, density)?;
         if self.options.style != MeshStyle::Triangles {
-            pairing::pair(face, &mut work, bends);
+            pairing::pair(face, &mut work, edge_tangents);
         }
         work.untangle(face);
         Ok(work)
     }
 
-    /// Maps a face of four or three sides whose divisions agree; `None` for others, and where the map folds.
+    /// Maps a face of four or three sides with matching divisions; `None` for others, and where the map folds.
     fn map_region(&self, f: usize, loops: &[Vec<Vec<Node>>]) -> Option<Patchwork> {
         let face = &self.model.faces[f];
         let side = |uses: &Vec<usize>| joined(&loops[0], uses);
@@ -296,16 +297,16 @@ impl<'m> Mesher<'m> {
         &self,
         f: usize,
         loops: &[Vec<Vec<Node>>],
-        bends: &Bends,
+        edge_tangents: &EdgeTangents,
         density: usize,
     ) -> Result<Patchwork, String> {
         let rings: Vec<Vec<Node>> = loops.iter().map(|sides| ring(sides)).collect();
         let max_size = self.options.max_size.map(|size| size * self.sizes[f]);
         let options = MappedOptions { arc_divisions: density, max_size, ..self.options };
         let face = &self.model.faces[f];
-        let mut work = trimmed::triangulate(face, &rings, bends, &options)?;
+        let mut work = trimmed::triangulate(face, &rings, edge_tangents, &options)?;
         if let Some(size) = max_size {
-            work.bisect(face, size / demand::FIRST_SHARE);
+            work.bisect(face, size / demand::INITIAL_SIZE_RATIO);
         }
         Ok(work)
     }
@@ -334,17 +335,17 @@ impl<'m> Mesher<'m> {
     }
 }
 
-/// The nodes of a loop, each once.
+/// Nodes of a loop, each once.
 fn ring(sides: &[Vec<Node>]) -> Vec<Node> {
     sides.iter().flat_map(|s| s.iter().take(s.len().max(1) - 1)).copied().collect()
 }
 
-/// Raises the minima of a side's edges to `asked` in all, by length.
-fn raise_side(face: &Face, side: &[usize], asked: usize, minima: &mut [usize], lengths: &[f64]) {
+/// Raises the minima of a side's edges to a total of `asked`, in proportion to length.
+fn raise_side(face: &Face, side: &[usize], required: usize, minima: &mut [usize], lengths: &[f64]) {
     let edges: Vec<usize> = side.iter().filter_map(|&u| face.loops[0].uses[u].edge).collect();
     let whole: f64 = edges.iter().map(|&e| lengths[e]).sum();
     for e in edges {
-        let share = if whole > 0.0 { lengths[e] / whole } else { 1.0 };
-        minima[e] = minima[e].max((asked as f64 * share - 1e-6).ceil() as usize);
+        let fraction = if whole > 0.0 { lengths[e] / whole } else { 1.0 };
+        minima[e] = minima[e].max((required as f64 * fraction - 1e-6).ceil() as usize);
     }
 }

@@ -1,11 +1,11 @@
-//! Rules that the divisions of edges keep so that faces can be mapped.
+//! Constraints on the divisions of edges for mapped faces.
 
 use super::Mesher;
 use crate::mesh::mapped::divisions::{Assignment, Rule};
 use crate::mesh::mapped::sides::Shape;
 
 impl Mesher<'_> {
-    /// Rules of the faces that are to be mapped, and the face each belongs to.
+    /// Rules of the faces to be mapped, and the face of each.
     pub(in crate::mesh::mapped) fn rules(&self) -> (Vec<Rule>, Vec<usize>) {
         let (mut rules, mut owners) = (Vec::new(), Vec::new());
         if self.options.unstructured {
@@ -23,14 +23,14 @@ impl Mesher<'_> {
         (rules, owners)
     }
 
-    /// Rules that let face `f` be mapped between its four or three sides.
+    /// Rules that permit mapping face `f` between its four or three sides.
     fn rules_of_shape(&self, f: usize) -> Vec<Rule> {
         let edges = |side: &[usize]| -> Option<Vec<usize>> {
             side.iter().map(|&u| self.model.faces[f].loops[0].uses[u].edge).collect()
         };
         let equal = |a: &[usize], b: &[usize]| Some(Rule::Equal(edges(a)?, edges(b)?));
         match &self.shapes[f] {
-            // A flat is cut as well without: it takes no part unless its sides are single edges.
+            // A flat face needs no mapping: it has no rules unless its sides are single edges.
             Shape::Four(sides) if self.flats[f] && sides.iter().any(|s| s.len() > 1) => Vec::new(),
             Shape::Three(_) if self.flats[f] => Vec::new(),
             Shape::Four([a, b, c, d]) => [equal(a, c), equal(b, d)].into_iter().flatten().collect(),
@@ -42,7 +42,7 @@ impl Mesher<'_> {
         }
     }
 
-    /// Faces that can be mapped with the divisions agreed.
+    /// Faces that can be mapped with the assigned divisions.
     pub(super) fn mapped_faces(&self, agreed: &Assignment, owners: &[usize]) -> Vec<bool> {
         let may = |s: &Shape| *s != Shape::Other && !self.options.unstructured;
         let mut mapped: Vec<bool> = self.shapes.iter().map(may).collect();

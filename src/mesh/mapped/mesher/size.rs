@@ -1,49 +1,49 @@
-//! The largest size: faces with longer sides are meshed again, until there are none.
+//! Largest element size: faces with longer sides are meshed again.
 
 use super::Mesher;
 use crate::mesh::Element;
 use crate::mesh::mapped::options::MeshStyle;
 use crate::mesh::mapped::patchwork::Patchwork;
 
-/// Sides longer than the largest size by less than this share of it are not.
-const ROUNDING: f64 = 2e-6;
+/// Relative excess of a side length over the largest size that is attributed to rounding.
+const SIZE_ROUNDING_REL: f64 = 2e-6;
 
-/// What a face is asked for is at least so much shorter than before: a little less may change nothing.
-const LEAST: f64 = 1.05;
+/// Smallest reduction factor of the target length: a smaller change may have no effect.
+const REDUCTION_FACTOR_MIN: f64 = 1.05;
 
 impl Mesher<'_> {
-    /// Asks for shorter sides on the faces that have longer ones than the largest size; false when none has.
-    pub(super) fn ask_for_size(
+    /// Requests shorter sides on faces that exceed the largest size; false when none does.
+    pub(super) fn request_size(
         &mut self,
         works: &[Patchwork],
         mapped: &[bool],
         counts: &[usize],
     ) -> bool {
         let Some(size) = self.options.max_size else { return false };
-        let mut asked = false;
+        let mut requested = false;
         for (f, work) in works.iter().enumerate() {
             let times = longest(work, self.options.style == MeshStyle::Triangles) / size;
-            if times <= 1.0 + ROUNDING {
+            if times <= 1.0 + SIZE_ROUNDING_REL {
                 continue;
             }
-            asked = true;
-            self.sizes[f] /= times.max(LEAST);
+            requested = true;
+            self.sizes[f] /= times.max(REDUCTION_FACTOR_MIN);
             let more = |n: usize| (n as f64 * times).ceil() as usize;
             if mapped[f] {
                 self.density[f] = more(self.density[f]);
             }
-            // Divided by turn, an edge has parts longer than its mean.
+            // Divided by turning angle, an edge has segments longer than the mean.
             if mapped[f] || self.options.by_turn {
                 for e in self.edges_of(f) {
                     self.minima[e] = self.minima[e].max(more(counts[e]));
                 }
             }
         }
-        asked
+        requested
     }
 }
 
-/// The longest side of an element, or of the two triangles that a quad will be cut into [mm].
+/// Longest side of an element, or of the two triangles into which a quadrilateral is cut [mm].
 fn longest(work: &Patchwork, cut: bool) -> f64 {
     let length = |a: u32, b: u32| {
         let [a, b] = [a, b].map(|n| work.nodes[n as usize].point);

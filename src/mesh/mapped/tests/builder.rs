@@ -1,17 +1,17 @@
-//! Models put together by hand.
+//! Models constructed for tests.
 
 use crate::cad::Model;
 use crate::cad::model::{Edge, EdgeUse, Face, SurfaceKind, TrimLoop};
 use crate::geometry::nurbs::{Curve2, Curve3, Surface};
 use crate::geometry::{Vec2, Vec3};
 
-/// Puts faces together by hand: sides with the same ends and middle are one edge.
+/// Assembles faces: sides with equal ends and middle become one edge.
 #[derive(Default)]
 pub struct Builder {
     pub model: Model,
 }
 
-/// A side of a face: parameter curve and space curve, both in the loop's direction.
+/// A side of a face: parameter curve and space curve, both in the direction of the loop.
 pub type Side = (Curve2, Curve3);
 
 impl Builder {
@@ -73,7 +73,7 @@ impl Builder {
         self
     }
 
-    /// A face that is a surface's whole domain.
+    /// A face that covers the entire domain of a surface.
     pub fn patch(self, surface: Surface, kind: SurfaceKind) -> Self {
         let [[u0, u1], [v0, v1]] = surface.domain();
         let c = [[u0, v0], [u1, v0], [u1, v1], [u0, v1]].map(|[u, v]| Vec2::new(u, v));
@@ -86,7 +86,7 @@ impl Builder {
     }
 }
 
-/// Border curve k of a clamped surface from its control net, counter-clockwise from v = low.
+/// Boundary curve k of a clamped surface from its control net, counter-clockwise from v = low.
 pub fn border_curve(s: &Surface, k: usize) -> Curve3 {
     let nv = s.knots()[1].len() - s.degrees()[1] - 1;
     let nu = s.points().len() / nv;

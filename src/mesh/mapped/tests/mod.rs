@@ -45,7 +45,8 @@ fn options(arc_divisions: usize, style: MeshStyle) -> MappedOptions {
     MappedOptions { arc_divisions, style, ..MappedOptions::default() }
 }
 
-/// Every inner side used once each way, and as many free sides as the model's free edges ask for.
+/// Asserts that every interior side is used once in each direction, and that the number of free sides is that of the
+/// model's free edges.
 fn assert_conforming(mesh: &SurfaceMesh) {
     let uses = mesh.conformity();
     assert_eq!(uses.irregular, 0, "{uses:?}");
@@ -59,7 +60,7 @@ fn fillets_get_a_regular_grid_on_the_exact_surface() {
         assert_conforming(&mesh);
         let fillet: Vec<_> = mesh.elements.iter().filter(|e| e.face == 1).collect();
         assert_eq!(fillet.len(), n * n);
-        // Every node at whole steps of both angles, to rounding.
+        // All nodes at integer steps of both angles, to rounding.
         for p in fillet.iter().flat_map(|e| mesh.corners(e)) {
             let across = p.xy().norm() - 17.0;
             let steps = [
@@ -87,7 +88,7 @@ fn area_converges_with_second_order() {
 #[test]
 fn flats_get_no_inner_nodes_and_few_elements() {
     let mesh = mesh(&ring(), &options(4, MeshStyle::Structured)).unwrap();
-    // Border: 4 straight sides and 4 chords: 8 nodes, 6 triangles' worth.
+    // Boundary: 4 straight sides and 4 chords: 8 nodes, equivalent to 6 triangles.
     let worth = |e: &&Element| e.nodes().len() - 2;
     assert_eq!(mesh.elements.iter().filter(|e| e.face == 0).map(|e| worth(&e)).sum::<usize>(), 6);
 }
@@ -134,7 +135,7 @@ fn a_wall_with_a_window_is_refined_where_it_curves() {
     let wall = Surface::revolution(&wall, Vec3::zeros(), Vec3::z(), [0.0, FRAC_PI_2]);
     let [[u0, u1], [v0, v1]] = wall.domain();
     let mut sides = Vec::new();
-    // A diamond in the parameter plane; its space curves are interpolated finely enough to share ends.
+    // A diamond in the parameter plane, with space curves interpolated finely enough to have common ends.
     let at_uv = |x: f64, y: f64| Vec2::new(u0 + (u1 - u0) * x, v0 + (v1 - v0) * y);
     let c = [at_uv(0.5, 0.3), at_uv(0.3, 0.5), at_uv(0.5, 0.7), at_uv(0.7, 0.5)];
     for k in 0..4 {
@@ -153,7 +154,7 @@ fn a_wall_with_a_window_is_refined_where_it_curves() {
     for style in [MeshStyle::Structured, MeshStyle::Triangles, MeshStyle::Quads] {
         let mesh = mesh(&model, &options(8, style)).unwrap();
         assert_conforming(&mesh);
-        // Every element turns by little: its normals stay near the cylinder's.
+        // The normals of all elements are close to those of the cylinder.
         for e in &mesh.elements {
             let p = mesh.corners(e);
             let flat = (p[1] - p[0]).cross(&(p[2] - p[0])).normalize();
@@ -161,9 +162,9 @@ fn a_wall_with_a_window_is_refined_where_it_curves() {
             let radial = Vec3::new(middle.x, middle.y, 0.0).normalize();
             assert!(flat.dot(&radial) > 0.97, "{:?}", e.nodes());
         }
-        // A diamond takes half of 0.4 x 0.4 of the rectangle it is in, up to the stretch of the arc parameter.
-        let share = mesh.area() / (FRAC_PI_2 * 10.0 * 20.0);
-        assert!((0.88..0.94).contains(&share), "{share}");
+        // A diamond covers half of its enclosing rectangle of 0.4 x 0.4, except for the non-uniform arc parameter.
+        let fraction = mesh.area() / (FRAC_PI_2 * 10.0 * 20.0);
+        assert!((0.88..0.94).contains(&fraction), "{fraction}");
     }
 }
 
@@ -230,8 +231,8 @@ fn closed_surfaces_close() {
     }
 }
 
-/// A spindle torus corner, as under a punch whose nose radius is larger than its corner radius: the
-/// fillet ends in a point where the tube crosses the axis.
+/// A spindle torus corner, as under a punch with a nose radius larger than its corner radius: the fillet ends in a
+/// point where the tube crosses the axis.
 #[test]
 fn a_spindle_torus_corner_ends_in_a_pole() {
     let (centre, radius): (f64, f64) = (-3.0, 10.0);
@@ -270,7 +271,7 @@ fn a_dome_with_a_window_keeps_its_pole_and_seam_closed() {
     for style in [MeshStyle::Structured, MeshStyle::Triangles, MeshStyle::Quads] {
         let mesh = mesh(&model, &options(6, style)).unwrap();
         assert_conforming(&mesh);
-        // Free sides are those of the rim and the window alone: none at the seam or the pole.
+        // Free sides are those of the rim and the window only: none at the seam or the pole.
         let on_window = |p: &Vec3| p.z > 1e-9;
         let mut free = std::collections::BTreeMap::new();
         for [a, b] in mesh.elements.iter().flat_map(Element::sides) {
@@ -320,7 +321,7 @@ fn three_sided_faces_get_triangles_or_three_blocks() {
 
 #[test]
 fn a_gap_bridged_back_over_the_side_before_it_is_no_side() {
-    // The first side overshoots by the 2e-6 th part; what closes the gap runs back over it.
+    // The first side overshoots by 2e-6 of its length; the closing segment runs back over it.
     let p = |x, y| at(x, y, 0.0);
     let plate = Surface::plane(&Frame::world(), [0.0, 11.0], [0.0, 10.0]);
     let border = vec![
@@ -339,7 +340,7 @@ fn a_gap_bridged_back_over_the_side_before_it_is_no_side() {
         assert_conforming(&mesh);
         assert!((mesh.area() - 100.0).abs() < 1e-9, "{}", mesh.area());
     }
-    // The same on a surface that shrinks to a point there is a pole: a side of its own.
+    // On a surface that degenerates to a point there the same segment is a pole: a side of its own.
     let cone = Curve3::line(at(0.0, 0.0, 0.0), at(10.0, 0.0, -10.0));
     let cone = Surface::revolution(&cone, Vec3::zeros(), Vec3::z(), [0.0, FRAC_PI_2]);
     let model = Builder::default().patch(cone, SurfaceKind::Cone).model;
@@ -367,7 +368,7 @@ fn a_hole_may_touch_the_border_at_a_vertex() {
     let mut model = Builder::default()
         .face(plate, SurfaceKind::Plane, vec![border, vec![flat_side(circle)]])
         .model;
-    // Where the loops meet, their parameters are the same but for rounding.
+    // Where the loops meet their parameters are equal to rounding.
     let hole = &mut model.faces[0].loops[1].uses[0].pcurve;
     *hole = hole.with_start(Vec2::new(3e-16, -4e-15)).with_end(Vec2::new(-2e-16, -4e-15));
     let mesh = mesh(&model, &options(16, MeshStyle::Triangles)).unwrap();
@@ -392,7 +393,7 @@ fn a_face_of_no_area_gets_no_elements_and_one_with_an_area_is_not_left_out() {
     let (start, end) = (p(0.0, 0.0), p(10.0, 1e-6));
     let mesh = beside(vec![line(start, end), line(end, start)]).unwrap();
     assert!(mesh.elements.iter().all(|e| e.face == 0) && (mesh.area() - 10.0).abs() < 1e-9);
-    // A border that crosses itself about something is a fault of the file, and said so.
+    // A boundary that intersects itself with enclosed area is an error of the file and reported.
     let tie = round([p(0.0, 0.0), p(10.0, 1.0), p(10.0, 0.0), p(0.0, 0.2)]);
     let Err(MeshError::Faces { count, face, .. }) = beside(tie) else { panic!("no error") };
     assert_eq!((count, face), (1, 1));

@@ -1,44 +1,47 @@
-//! Corners of triangles that are turned over along a bent border: opened by a node inside.
+//! Corners of triangles inverted along a curved boundary: corrected by an interior node.
 
 use spade::handles::FixedVertexHandle;
 use spade::{Point2, PositionInTriangulation, Triangulation};
 
 use super::triangulator::Triangulator;
 use crate::geometry::Vec2;
-use crate::mesh::mapped::bends::{Bends, TURNED};
+use crate::mesh::mapped::edge_tangents::{EdgeTangents, INVERTED_CORNER_SINE};
 
-/// Rounds of opening corners.
-const CORNER_ROUNDS: usize = 3;
+/// Maximum number of correction rounds.
+const CORRECTION_ROUNDS_MAX: usize = 3;
 
-/// Room for a node beside the border, in the plane.
-struct Beside {
+/// Location for an interior node near the boundary, in the plane.
+struct InsertionSite {
     /// A node there.
     node: usize,
-    /// A place on the border.
+    /// A point on the boundary.
     middle: Vec2,
-    /// From there inwards, as long as the sides there.
+    /// Inward vector with the length of the adjacent sides.
     reach: Vec2,
-    /// Their length in space.
+    /// Length of these sides in space [mm].
     length: f64,
 }
 
 impl Triangulator<'_> {
-    /// Adds a node inside beside every corner of a triangle that is turned over along a bent border: beside
-    /// the node where both sides are on the border, beside the bent side where the other side cuts through it.
-    pub(super) fn open_corners(&mut self, bends: &Bends) -> Result<(), String> {
-        if bends.is_empty() {
+    /// Adds an interior node at every corner of a triangle that is inverted along a curved boundary: next to the node
+    /// where both sides are on the boundary, next to the curved side where the other side cuts through it.
+    pub(super) fn correct_inverted_corners(
+        &mut self,
+        edge_tangents: &EdgeTangents,
+    ) -> Result<(), String> {
+        if edge_tangents.is_empty() {
             return Ok(());
         }
-        for _ in 0..CORNER_ROUNDS {
+        for _ in 0..CORRECTION_ROUNDS_MAX {
             let inside = self.inside();
-            let places: Vec<Beside> = inside
+            let places: Vec<InsertionSite> = inside
                 .iter()
                 .flat_map(|t| (0..3).map(|k| [t[(k + 2) % 3], t[k], t[(k + 1) % 3]]))
-                .filter_map(|corner| self.room_beside(corner, bends))
+                .filter_map(|corner| self.insertion_site(corner, edge_tangents))
                 .collect();
             let before = self.nodes.len();
             for place in places {
-                self.open(&place)?;
+                self.insert_at(&place)?;
             }
             if self.nodes.len() == before {
                 break;
@@ -47,11 +50,15 @@ impl Triangulator<'_> {
         Ok(())
     }
 
-    /// Where to add a node for a corner of a triangle, if it needs one.
-    fn room_beside(&self, corner: [usize; 3], bends: &Bends) -> Option<Beside> {
+    /// Location of a node for a corner of a triangle, if it needs one.
+    fn insertion_site(
+        &self,
+        corner: [usize; 3],
+        edge_tangents: &EdgeTangents,
+    ) -> Option<InsertionSite> {
         let [before, at, after] = corner;
-        let sine = bends.corner(corner.map(|n| &self.nodes[n]), &self.normals[at]?)?;
-        if sine > TURNED {
+        let sine = edge_tangents.corner(corner.map(|n| &self.nodes[n]), &self.normals[at]?)?;
+        if sine > INVERTED_CORNER_SINE {
             return None;
         }
         let handle = |n: usize| FixedVertexHandle::from_index(n);
@@ -66,7 +73,7 @@ impl Triangulator<'_> {
         let of = |from: usize, to: usize, middle: Vec2, (side, length): (f64, f64)| {
             let along = place(to) - place(from);
             let inwards = Vec2::new(-along.y, along.x) / along.norm();
-            Beside { node: from, middle, reach: inwards * side, length }
+            InsertionSite { node: from, middle, reach: inwards * side, length }
         };
         Some(match (on_border(before, at), on_border(at, after)) {
             (true, true) => {
@@ -78,24 +85,24 @@ impl Triangulator<'_> {
         })
     }
 
-    /// Adds a node there, as far inside as there is room for.
-    fn open(&mut self, beside: &Beside) -> Result<(), String> {
-        let mut share = 0.7;
+    /// Adds a node there, as far inside as possible.
+    fn insert_at(&mut self, site: &InsertionSite) -> Result<(), String> {
+        let mut fraction = 0.7;
         for _ in 0..4 {
-            let p = beside.middle + beside.reach * share;
+            let p = site.middle + site.reach * fraction;
             let (p, count) = (Point2::new(p.x, p.y), self.nodes.len());
             if self.is_inside(p) {
-                self.insert_inside(p, share * beside.length, beside.node)?;
+                self.insert_inside(p, fraction * site.length, site.node)?;
             }
             if self.nodes.len() > count {
                 break;
             }
-            share *= 0.5;
+            fraction *= 0.5;
         }
         Ok(())
     }
 
-    /// Whether a place is in a triangle between the loops.
+    /// True for a point in a triangle between the loops.
     fn is_inside(&self, p: Point2<f64>) -> bool {
         let PositionInTriangulation::OnFace(face) = self.cdt.locate(p) else { return false };
         let corners = self.cdt.face(face).vertices().map(|v| v.fix().index());

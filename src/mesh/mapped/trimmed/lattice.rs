@@ -1,33 +1,33 @@
-//! Nodes inside a face that curves both ways, on lines along its parameters a division apart: most of its elements are then
-//! quads along the lines of a turned or swept surface, and only those along its border are not.
+//! Interior nodes of doubly curved faces on isoparametric lines one division apart. Most elements are then
+//! quadrilaterals along the lines of a revolved or extruded surface, except along the boundary.
 
 use spade::Point2;
 
 use super::plane::{crossings, segments};
-use super::triangulator::{MOST_NODES, Triangulator};
+use super::triangulator::{NODES_MAX, Triangulator};
 use crate::mesh::mapped::patchwork::Node;
 
-/// Nodes nearer to the border than this share of a cell are left out.
-const CLEAR: f64 = 0.3;
-/// Lines go through nodes of a border that runs along them, if these leave cells between so many divisions...
-const NARROWEST: f64 = 0.6;
-/// ...and so many; wider ones are divided.
-const WIDEST: f64 = 1.3;
-/// Coordinates of a border along a line differ by no more than this, over a cell.
-const ALONG: f64 = 1e-6;
+/// Distance from the boundary relative to the cell below which nodes are omitted.
+const BOUNDARY_CLEARANCE_REL: f64 = 0.3;
+/// Smallest cell in divisions between nodes of a boundary along a line that are used for lines ...
+const CELL_DIVISIONS_MIN: f64 = 0.6;
+/// ... and largest cell; wider ones are divided.
+const CELL_DIVISIONS_MAX: f64 = 1.3;
+/// Largest difference of the coordinates of a boundary along a line, relative to the cell.
+const ALIGNED_TOLERANCE_REL: f64 = 1e-6;
 
 impl Triangulator<'_> {
-    /// Adds the nodes, where the plane has cells.
+    /// Adds the nodes if the plane has cells.
     pub(super) fn add_lattice(&mut self, loops: &[Vec<Node>]) -> Result<(), String> {
         let Some(cell) = self.plane.cell else { return Ok(()) };
         let places: Vec<Vec<Point2<f64>>> =
             loops.iter().map(|l| l.iter().map(|n| self.plane.to_plane(n.uv)).collect()).collect();
         let extent = self.plane.extent();
         let [x, y] = [0, 1].map(|k| lines(&places, k, extent[k], cell));
-        if x.len() * y.len() > MOST_NODES {
+        if x.len() * y.len() > NODES_MAX {
             return Ok(());
         }
-        let blocked = near_border(&places, [&x, &y], CLEAR * cell);
+        let blocked = near_border(&places, [&x, &y], BOUNDARY_CLEARANCE_REL * cell);
         for (j, &level) in y.iter().enumerate() {
             let crossings = crossings(&places, level);
             for (i, &at) in x.iter().enumerate() {
@@ -46,12 +46,12 @@ fn coordinate(p: &Point2<f64>, k: usize) -> f64 {
     if k == 0 { p.x } else { p.y }
 }
 
-/// Coordinates `k` of the lines: through nodes of the border that runs along `k`, where there are some, about a cell apart.
+/// Coordinates `k` of the lines about one cell apart, through nodes of boundary parts along `k` where possible.
 fn lines(loops: &[Vec<Point2<f64>>], k: usize, extent: f64, cell: f64) -> Vec<f64> {
     let mut stops = vec![0.0, extent];
     for ends in segments(loops) {
         let [a, b] = ends.map(|p| coordinate(&p, 1 - k));
-        if (a - b).abs() <= ALONG * cell {
+        if (a - b).abs() <= ALIGNED_TOLERANCE_REL * cell {
             stops.extend(ends.map(|p| coordinate(&p, k)));
         }
     }
@@ -60,23 +60,27 @@ fn lines(loops: &[Vec<Point2<f64>>], k: usize, extent: f64, cell: f64) -> Vec<f6
     let mut last = stops[0];
     for &stop in &stops {
         let gap = (stop - last) / cell;
-        let ends = extent - stop < ALONG * cell;
-        if gap < NARROWEST && !ends {
+        let ends = extent - stop < ALIGNED_TOLERANCE_REL * cell;
+        if gap < CELL_DIVISIONS_MIN && !ends {
             continue;
         }
-        let parts = if gap <= WIDEST { 1 } else { (gap - ALONG).ceil() as usize };
+        let parts = if gap <= CELL_DIVISIONS_MAX {
+            1
+        } else {
+            (gap - ALIGNED_TOLERANCE_REL).ceil() as usize
+        };
         lines.extend((1..=parts).map(|p| last + (stop - last) * p as f64 / parts as f64));
         last = stop;
         if ends {
             break;
         }
     }
-    // The last of them is the end itself.
+    // The last line is the end itself.
     lines.pop();
     lines
 }
 
-/// Crossings of lines that are nearer to a segment of the border than `clear`.
+/// Intersections of lines closer to a segment of the boundary than `clear`.
 fn near_border(loops: &[Vec<Point2<f64>>], [x, y]: [&[f64]; 2], clear: f64) -> Vec<bool> {
     let mut blocked = vec![false; x.len() * y.len()];
     let range = |lines: &[f64], a: f64, b: f64| {
@@ -89,9 +93,9 @@ fn near_border(loops: &[Vec<Point2<f64>>], [x, y]: [&[f64]; 2], clear: f64) -> V
         for j in range(y, a.y, b.y) {
             for i in range(x, a.x, b.x) {
                 let off = [x[i] - a.x, y[j] - a.y];
-                let share = (off[0] * along[0] + off[1] * along[1]) / square.max(1e-300);
-                let share = share.clamp(0.0, 1.0);
-                let foot = [off[0] - share * along[0], off[1] - share * along[1]];
+                let fraction = (off[0] * along[0] + off[1] * along[1]) / square.max(1e-300);
+                let fraction = fraction.clamp(0.0, 1.0);
+                let foot = [off[0] - fraction * along[0], off[1] - fraction * along[1]];
                 blocked[j * x.len() + i] |= foot[0].hypot(foot[1]) < clear;
             }
         }
@@ -105,11 +109,11 @@ mod tests {
 
     fn square(side: f64, parts: usize) -> Vec<Point2<f64>> {
         let corner = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
-        let way = |k: usize, s: f64| {
+        let point_at = |k: usize, s: f64| {
             let ((ax, ay), (bx, by)) = (corner[k], corner[(k + 1) % 4]);
             Point2::new(ax + (bx - ax) * s, ay + (by - ay) * s)
         };
-        (0..4).flat_map(|k| (0..parts).map(move |i| way(k, i as f64 / parts as f64))).collect()
+        (0..4).flat_map(|k| (0..parts).map(move |i| point_at(k, i as f64 / parts as f64))).collect()
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Any trimmed face: constrained Delaunay triangulation in a parameter plane scaled to lengths in space or to divisions
-//! ([`plane`]), with points on lines along its parameters ([`lattice`]) and where the surface still curves too much.
+//! General trimmed faces: constrained Delaunay triangulation in a scaled parameter plane ([`plane`]), with interior
+//! nodes on isoparametric lines ([`lattice`]) and where the surface is still too strongly curved.
 
 mod corners;
 mod lattice;
@@ -11,60 +11,61 @@ use std::collections::BTreeMap;
 use spade::Triangulation;
 
 use self::plane::Plane;
-use self::triangulator::{Delaunay, MOST_NODES, Triangulator};
-use super::bends::Bends;
+use self::triangulator::{Delaunay, NODES_MAX, Triangulator};
+use super::edge_tangents::EdgeTangents;
 use super::options::MappedOptions;
 use super::patchwork::{Node, Patchwork};
 use crate::cad::model::Face;
 use crate::geometry::Aabb;
 
-/// Times as many nodes as border and lattice have, beyond which the lattice was not the surface's.
-const STRAYS: usize = 4;
+/// Ratio of the number of nodes to those of boundary and lattice above which the lattice was unsuitable.
+const NODE_RATIO_MAX: usize = 4;
 
-/// Triangles between closed loops of border nodes (outer loop counter-clockwise, holes clockwise; the
-/// first node is not repeated). The border's segments are sides of the triangles, undivided.
+/// Triangulates the region between closed loops of boundary nodes (outer loop counter-clockwise, holes clockwise; the
+/// first node is not repeated). The boundary segments become undivided sides of triangles.
 ///
 /// # Errors
-/// A sentence saying why the loops bound no region; finer borders may.
+/// The reason why the loops enclose no region; a finer boundary may.
 pub fn triangulate(
     face: &Face,
     loops: &[Vec<Node>],
-    bends: &Bends,
+    edge_tangents: &EdgeTangents,
     options: &MappedOptions,
 ) -> Result<Patchwork, String> {
     let placed = |n: &Node| n.uv.iter().all(|t| t.is_finite());
     if loops.iter().all(Vec::is_empty) || !loops.iter().flatten().all(placed) {
         return Err("its border has no nodes, or some whose parameters are not numbers".into());
     }
-    let by_lengths = || in_plane(face, loops, bends, options, plane::by_lengths(face, loops));
+    let by_lengths =
+        || in_plane(face, loops, edge_tangents, options, plane::by_lengths(face, loops));
     let Some(plane) = plane::by_divisions(face, loops, options) else {
         return Ok(by_lengths()?.work);
     };
-    let first = in_plane(face, loops, bends, options, plane);
-    if first.as_ref().is_ok_and(|made| !made.strays && made.work.worst_corner(face) > 0.0) {
+    let first = in_plane(face, loops, edge_tangents, options, plane);
+    if first.as_ref().is_ok_and(|made| !made.too_many_nodes && made.work.worst_corner(face) > 0.0) {
         return Ok(first?.work);
     }
-    // What a few points say of the surface is not what it is: creases, tips, folds.
+    // A few samples may misrepresent the surface: creases, apexes, folds.
     match (first, by_lengths()) {
         (Err(_), other) => Ok(other?.work),
         (Ok(one), Err(_)) => Ok(one.work),
         (Ok(one), Ok(other)) => {
             let better = other.work.worst_corner(face) >= one.work.worst_corner(face);
-            Ok(if one.strays || better { other.work } else { one.work })
+            Ok(if one.too_many_nodes || better { other.work } else { one.work })
         }
     }
 }
 
-/// Triangles, and whether far more nodes were added to them than the lattice foresaw.
+/// Triangles, and whether far more nodes were added than the lattice provides.
 struct Made {
     work: Patchwork,
-    strays: bool,
+    too_many_nodes: bool,
 }
 
 fn in_plane(
     face: &Face,
     loops: &[Vec<Node>],
-    bends: &Bends,
+    edge_tangents: &EdgeTangents,
     options: &MappedOptions,
     plane: Plane,
 ) -> Result<Made, String> {
@@ -82,10 +83,10 @@ fn in_plane(
     work.check_border(&inside, &segments)?;
     work.add_lattice(loops)?;
     let foreseen = work.nodes.len();
-    let most = if work.plane.cell.is_some() { STRAYS * foreseen } else { MOST_NODES };
-    work.refine(options, most)?;
-    let strays = work.nodes.len() > most;
-    work.open_corners(bends)?;
+    let limit = if work.plane.cell.is_some() { NODE_RATIO_MAX * foreseen } else { NODES_MAX };
+    work.refine(options, limit)?;
+    let too_many_nodes = work.nodes.len() > limit;
+    work.correct_inverted_corners(edge_tangents)?;
     work.smooth(foreseen);
     let mut out = Patchwork { nodes: work.nodes.clone(), elements: Vec::new() };
     for triangle in work.inside() {
@@ -94,5 +95,5 @@ fn in_plane(
     if out.elements.is_empty() {
         return Err("its border bounds no area".into());
     }
-    Ok(Made { work: out, strays })
+    Ok(Made { work: out, too_many_nodes })
 }

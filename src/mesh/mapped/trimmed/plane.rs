@@ -1,32 +1,32 @@
-//! The plane a trimmed face is triangulated in: its parameters, each stretched so that lengths are near those in space, or,
-//! where the surface curves much, so that what asks for one division is as long both ways, within bounds.
+//! Plane in which a trimmed face is triangulated: its parameters, each scaled so that lengths approximate those in
+//! space. On strongly curved surfaces the scale makes one division equally long in both directions, within limits.
 
 use spade::Point2;
 
 use crate::cad::model::{Face, SurfaceKind};
 use crate::geometry::{Vec2, Vec3};
-use crate::mesh::mapped::demand::shares;
+use crate::mesh::mapped::demand::fractional_divisions;
 use crate::mesh::mapped::options::MappedOptions;
 use crate::mesh::mapped::patchwork::Node;
 use crate::mesh::mapped::sample::angle;
 
-/// Intervals of the grid on which the surface is looked at, each way.
-const INTERVALS: usize = 24;
-/// Divisions from which on the plane goes by them; each way, for a lattice.
-const LEAST: f64 = 2.0;
-/// Turn between neighbours on that grid beyond which they do not say how the surface runs between them [rad].
-const SEEN: f64 = 0.9;
-/// A cell is at most this many times as long as it is wide in space...
-const LONGEST: f64 = 6.0;
-/// ...and where the surface curves one way only.
-const LONGEST_STRAIGHT: f64 = 3.0;
-/// An interval has at least this share of the mean's divisions.
-const LEAST_SHARE: f64 = 0.05;
+/// Intervals per direction of the grid on which the surface is sampled.
+const GRID_INTERVALS: usize = 24;
+/// Divisions per direction above which the plane is scaled by divisions; in each direction, for a lattice.
+const DIVISIONS_MIN: f64 = 2.0;
+/// Turning angle between grid neighbours above which the samples do not represent the surface [rad].
+const SAMPLE_TURN_MAX_RAD: f64 = 0.9;
+/// Largest aspect ratio of a cell in space ...
+const CELL_ASPECT_MAX: f64 = 6.0;
+/// ... and where the surface is singly curved.
+const CELL_ASPECT_MAX_SINGLY_CURVED: f64 = 3.0;
+/// Smallest number of divisions of an interval relative to the mean.
+const DIVISIONS_MIN_REL: f64 = 0.05;
 
-/// Divisions that the intervals of a parameter ask for, and their lengths [mm].
-type Asked = ([f64; INTERVALS], [f64; INTERVALS]);
+/// Divisions required in the intervals of a parameter, and their lengths [mm].
+type Required = ([f64; GRID_INTERVALS], [f64; GRID_INTERVALS]);
 
-/// One parameter and its coordinate in the plane, at rising stations; linear between.
+/// One parameter and its coordinate in the plane at increasing stations; linear between them.
 struct Axis {
     at: Vec<f64>,
     to: Vec<f64>,
@@ -37,35 +37,35 @@ impl Axis {
         Self { at: vec![low, low + 1.0 / scale], to: vec![0.0, 1.0] }
     }
 
-    /// Divisions summed up over equal intervals of a range, and cells no longer than `longest` [mm].
-    fn by_divisions([low, high]: [f64; 2], (asked, length): &Asked, longest: f64) -> Self {
-        let mean = asked.iter().sum::<f64>() / INTERVALS as f64;
+    /// Divisions accumulated over equal intervals of a range, with cells of at most `longest` [mm].
+    fn by_divisions([low, high]: [f64; 2], (required, length): &Required, longest: f64) -> Self {
+        let mean = required.iter().sum::<f64>() / GRID_INTERVALS as f64;
         let (mut at, mut to) = (vec![low], vec![0.0]);
-        for i in 0..INTERVALS {
-            let step = asked[i].max(length[i] / longest).max(LEAST_SHARE * mean);
-            at.push(low + (high - low) * (i + 1) as f64 / INTERVALS as f64);
+        for i in 0..GRID_INTERVALS {
+            let step = required[i].max(length[i] / longest).max(DIVISIONS_MIN_REL * mean);
+            at.push(low + (high - low) * (i + 1) as f64 / GRID_INTERVALS as f64);
             to.push(to[i] + step);
         }
         Self { at, to }
     }
 
-    /// What `x` among `from` is among `to`; beyond the ends as in the last interval.
+    /// Piecewise linear map of `x` from `from` to `to`; extrapolated beyond the ends.
     fn mapped(from: &[f64], to: &[f64], x: f64) -> f64 {
         let k = from.partition_point(|&f| f <= x).clamp(1, from.len() - 1);
         to[k - 1] + (x - from[k - 1]) * ((to[k] - to[k - 1]) / (from[k] - from[k - 1]))
     }
 }
 
-/// (u, v) to the plane and back; the face is of size one there.
+/// Map from (u, v) to the plane and back; the face has size one there.
 pub(super) struct Plane {
     axes: [Axis; 2],
-    /// Length of a division in the plane, where the surface asks for a lattice of them.
+    /// Length of a division in the plane, where the surface needs a lattice.
     pub cell: Option<f64>,
 }
 
 impl Plane {
     pub fn to_plane(&self, uv: Vec2) -> Point2<f64> {
-        // The triangulation refuses coordinates below 1e-142 that are not zero.
+        // The triangulation rejects non-zero coordinates below 1e-142.
         let clean = |x: f64| if x.abs() < 1e-100 { 0.0 } else { x };
         let [u, v] = &self.axes;
         let [x, y] = [(u, uv.x), (v, uv.y)].map(|(axis, p)| Axis::mapped(&axis.at, &axis.to, p));
@@ -77,7 +77,7 @@ impl Plane {
         Vec2::new(Axis::mapped(&u.to, &u.at, p.x), Axis::mapped(&v.to, &v.at, p.y))
     }
 
-    /// Largest coordinates in the plane of the face's border.
+    /// Largest coordinates of the face's boundary in the plane.
     pub fn extent(&self) -> [f64; 2] {
         [0, 1].map(|k| self.axes[k].to[self.axes[k].to.len() - 1])
     }
@@ -89,7 +89,7 @@ fn parameters(loops: &[Vec<Node>]) -> [Vec2; 2] {
     nodes.fold(nothing, |[low, high], n| [low.inf(&n.uv), high.sup(&n.uv)])
 }
 
-/// The plane by lengths in space.
+/// The plane scaled by lengths in space.
 pub(super) fn by_lengths(face: &Face, loops: &[Vec<Node>]) -> Plane {
     let nodes = || loops.iter().flatten();
     let count = nodes().count().max(1) as f64;
@@ -110,23 +110,26 @@ pub(super) fn by_lengths(face: &Face, loops: &[Vec<Node>]) -> Plane {
     Plane { axes: [axis(0), axis(1)], cell: None }
 }
 
-/// Points and normals of the surface on a grid, those between the loops.
-struct Looked {
+/// Points and normals of the surface on a grid, between the loops.
+struct SurfaceSamples {
     points: Vec<Option<(Vec3, Vec3)>>,
 }
 
-impl Looked {
+impl SurfaceSamples {
     fn new(face: &Face, loops: &[Vec<Node>], [low, high]: [Vec2; 2]) -> Self {
-        let n = INTERVALS;
-        let share = |k: usize| k as f64 / n as f64;
+        let n = GRID_INTERVALS;
+        let fraction = |k: usize| k as f64 / n as f64;
         let place = |i: usize, j: usize| {
-            Vec2::new(low.x + (high.x - low.x) * share(i), low.y + (high.y - low.y) * share(j))
+            Vec2::new(
+                low.x + (high.x - low.x) * fraction(i),
+                low.y + (high.y - low.y) * fraction(j),
+            )
         };
         let ring = |l: &Vec<Node>| l.iter().map(|n| Point2::new(n.uv.x, n.uv.y)).collect();
         let border: Vec<Vec<Point2<f64>>> = loops.iter().map(ring).collect();
         let mut points = vec![None; (n + 1) * (n + 1)];
         for j in 0..=n {
-            // A little off the level of corners.
+            // Slightly off the level of corners.
             let level = place(0, j).y + 1e-7 * (high.y - low.y) * if j == n { -1.0 } else { 1.0 };
             let crossings = crossings(&border, level);
             for i in 0..=n {
@@ -142,17 +145,17 @@ impl Looked {
         Self { points }
     }
 
-    /// Divisions asked for along parameter `k`, between the stations of the grid: their sum is the most that a line asks
-    /// for, their distribution that of the most in each interval; and the mean length of each [mm]. None where the surface
-    /// turns too much to be seen on such a grid.
-    fn divisions(&self, k: usize, options: &MappedOptions) -> Option<Asked> {
-        let n = INTERVALS;
+    /// Divisions required along parameter `k` between the stations of the grid, and the mean length of each interval
+    /// [mm]. Their sum is the maximum over all lines, their distribution that of the maxima in each interval. `None`
+    /// where the surface is too strongly curved for the grid.
+    fn divisions(&self, k: usize, options: &MappedOptions) -> Option<Required> {
+        let n = GRID_INTERVALS;
         let at = |i: usize, line: usize| match k {
             0 => self.points[i * (n + 1) + line],
             _ => self.points[line * (n + 1) + i],
         };
-        let (mut most, mut length, mut lines) =
-            ([0.0f64; INTERVALS], [0.0; INTERVALS], [0.0; INTERVALS]);
+        let (mut maxima, mut length, mut lines) =
+            ([0.0f64; GRID_INTERVALS], [0.0; GRID_INTERVALS], [0.0; GRID_INTERVALS]);
         let mut longest = 0.0f64;
         for line in 0..=n {
             let mut sum = 0.0;
@@ -160,48 +163,48 @@ impl Looked {
                 let (Some(a), Some(b)) = (at(i, line), at(i + 1, line)) else { continue };
                 let long = (b.0 - a.0).norm();
                 let turn = angle(&a.1, &b.1);
-                if turn > SEEN {
+                if turn > SAMPLE_TURN_MAX_RAD {
                     return None;
                 }
-                let asked = shares(options, turn, long);
-                most[i] = most[i].max(asked);
-                sum += asked;
+                let required = fractional_divisions(options, turn, long);
+                maxima[i] = maxima[i].max(required);
+                sum += required;
                 length[i] += long;
                 lines[i] += 1.0;
             }
             longest = longest.max(sum);
         }
-        let whole: f64 = most.iter().sum();
+        let whole: f64 = maxima.iter().sum();
         let scale = if whole > 0.0 { longest / whole } else { 0.0 };
         let mean = std::array::from_fn(|i| length[i] / f64::max(lines[i], 1.0));
-        Some((most.map(|m| m * scale), mean))
+        Some((maxima.map(|m| m * scale), mean))
     }
 }
 
-/// The plane by divisions; none where the surface asks for few, or for elements of about equal size.
+/// The plane scaled by divisions; `None` where the surface requires few, or elements of uniform size.
 pub(super) fn by_divisions(
     face: &Face,
     loops: &[Vec<Node>],
     options: &MappedOptions,
 ) -> Option<Plane> {
     let [low, high] = parameters(loops);
-    // A plane turns nowhere: nothing to look at.
-    let nothing_asked = face.kind == SurfaceKind::Plane && options.max_size.is_none();
-    if nothing_asked
+    // A plane has no curvature to sample.
+    let nothing_required = face.kind == SurfaceKind::Plane && options.max_size.is_none();
+    if nothing_required
         || options.unstructured
         || !(high - low).iter().all(|x| x.is_finite() && *x > 0.0)
     {
         return None;
     }
-    let looked = Looked::new(face, loops, [low, high]);
-    let (u, v) = (looked.divisions(0, options)?, looked.divisions(1, options)?);
-    let sum = |x: &[f64; INTERVALS]| x.iter().sum::<f64>();
-    if sum(&u.0).max(sum(&v.0)) < LEAST {
+    let samples = SurfaceSamples::new(face, loops, [low, high]);
+    let (u, v) = (samples.divisions(0, options)?, samples.divisions(1, options)?);
+    let sum = |x: &[f64; GRID_INTERVALS]| x.iter().sum::<f64>();
+    if sum(&u.0).max(sum(&v.0)) < DIVISIONS_MIN {
         return None;
     }
-    let curves_both_ways = sum(&u.0).min(sum(&v.0)) >= LEAST;
-    let longest = if curves_both_ways { LONGEST } else { LONGEST_STRAIGHT };
-    let width = |x: &Asked| sum(&x.1) / sum(&x.0).max(1e-9);
+    let curves_both_ways = sum(&u.0).min(sum(&v.0)) >= DIVISIONS_MIN;
+    let longest = if curves_both_ways { CELL_ASPECT_MAX } else { CELL_ASPECT_MAX_SINGLY_CURVED };
+    let width = |x: &Required| sum(&x.1) / sum(&x.0).max(1e-9);
     let axes = [
         Axis::by_divisions([low.x, high.x], &u, longest * width(&v)),
         Axis::by_divisions([low.y, high.y], &v, longest * width(&u)),
@@ -220,7 +223,7 @@ pub(super) fn segments(loops: &[Vec<Point2<f64>>]) -> impl Iterator<Item = [Poin
     loops.iter().flat_map(|l| (0..l.len()).map(|k| [l[k], l[(k + 1) % l.len()]]))
 }
 
-/// Where the border crosses a level, rising.
+/// Coordinates where the boundary crosses a level, increasing.
 pub(super) fn crossings(loops: &[Vec<Point2<f64>>], level: f64) -> Vec<f64> {
     let crosses = segments(loops).filter(|[a, b]| (a.y > level) != (b.y > level));
     let mut found: Vec<f64> =

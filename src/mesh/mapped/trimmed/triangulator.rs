@@ -1,4 +1,4 @@
-//! The constrained Delaunay triangulation of one face, refined until it follows the surface.
+//! Constrained Delaunay triangulation of one face, refined until it approximates the surface.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,36 +15,36 @@ use crate::mesh::mapped::sample::angle;
 
 pub(super) type Delaunay = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
-/// Nodes of one vertex nearer to each other in the plane (of size 1) are one.
-const ROUNDING: f64 = 1e-9;
+/// Distance in the plane (of size 1) below which nodes of one vertex coincide.
+const COINCIDENCE_TOLERANCE: f64 = 1e-9;
 
-/// Rounds of halving edges that turn too much.
-const ROUNDS: usize = 24;
+/// Maximum number of bisection rounds.
+const BISECTION_ROUNDS_MAX: usize = 24;
 
-/// Times a side is halved in the search for a kink.
-const KINK_HALVINGS: usize = 16;
+/// Bisections of a side in the search for a kink.
+const KINK_BISECTIONS: usize = 16;
 
-/// Most nodes one face may get.
-pub(super) const MOST_NODES: usize = 400_000;
+/// Maximum number of nodes of a face.
+pub(super) const NODES_MAX: usize = 400_000;
 
-/// An edge is halved when it asks for more than this many divisions.
-const TOO_LONG: usize = 1;
+/// Number of required divisions above which an edge is bisected.
+const DIVISIONS_PER_EDGE_MAX: usize = 1;
 
 pub(super) struct Triangulator<'f> {
     pub(super) face: &'f Face,
     pub(super) plane: Plane,
-    /// Diagonal of the box around its border (mm).
+    /// Diagonal of the bounding box of its boundary [mm].
     pub(super) size: f64,
     pub(super) cdt: Delaunay,
-    /// Node of each vertex of the triangulation.
+    /// Node of each triangulation vertex.
     pub(super) nodes: Vec<Node>,
     pub(super) normals: Vec<Option<Vec3>>,
-    /// Nodes at each vertex of the model's border: several at a pole or on a seam.
+    /// Nodes at each vertex of the model's boundary: several at a pole or on a seam.
     pub(super) vertices: BTreeMap<u32, Vec<usize>>,
 }
 
 impl Triangulator<'_> {
-    /// Adds a node, whose place is looked for from node `from` on.
+    /// Adds a node; the point location starts at node `from`.
     pub(super) fn add(&mut self, node: Node, from: usize) -> Result<FixedVertexHandle, String> {
         let place = self.known_place(&node).unwrap_or_else(|| self.plane.to_plane(node.uv));
         let hint = FixedVertexHandle::from_index(from);
@@ -60,12 +60,12 @@ impl Triangulator<'_> {
         Ok(handle)
     }
 
-    /// Where another loop, or another side, has the same vertex at the same parameters but for rounding.
+    /// Position of the same vertex on another loop or side with equal parameters to rounding.
     pub(super) fn known_place(&self, node: &Node) -> Option<Point2<f64>> {
         let place = self.plane.to_plane(node.uv);
         let ids = self.vertices.get(&node.id?)?;
         let places = ids.iter().map(|&n| self.place(n));
-        places.into_iter().find(|p| (p.x - place.x).hypot(p.y - place.y) < ROUNDING)
+        places.into_iter().find(|p| (p.x - place.x).hypot(p.y - place.y) < COINCIDENCE_TOLERANCE)
     }
 
     pub(super) fn insert_border(
@@ -98,7 +98,7 @@ impl Triangulator<'_> {
         Ok(segments)
     }
 
-    /// Triangles inside the border: an odd number of border segments away from the outside.
+    /// Triangles inside the boundary: separated from the outside by an odd number of boundary segments.
     pub(super) fn inside(&self) -> Vec<[usize; 3]> {
         let outer = self.cdt.outer_face().fix();
         let mut parity = vec![None; self.cdt.num_all_faces()];
@@ -126,7 +126,7 @@ impl Triangulator<'_> {
             .collect()
     }
 
-    /// Every border segment must be a side of exactly one inside triangle, run the loop's way.
+    /// Checks that every boundary segment is a side of exactly one interior triangle, in the direction of the loop.
     pub(super) fn check_border(
         &self,
         inside: &[[usize; 3]],
@@ -138,22 +138,23 @@ impl Triangulator<'_> {
                 sides.insert([t[k], t[(k + 1) % 3]]);
             });
         }
-        let alone = sides.iter().filter(|[a, b]| !sides.contains(&[*b, *a])).count();
+        let unmatched = sides.iter().filter(|[a, b]| !sides.contains(&[*b, *a])).count();
         let met = segments.iter().filter(|s| sides.contains(*s)).count();
-        if met == segments.len() && alone == segments.len() {
+        if met == segments.len() && unmatched == segments.len() {
             Ok(())
         } else {
             Err(format!("the chords of its border touch ({met} of {} are sides)", segments.len()))
         }
     }
 
-    /// Halves inner edges along which the surface asks for more divisions than one, until there are more nodes than `most`.
-    pub(super) fn refine(&mut self, options: &MappedOptions, most: usize) -> Result<(), String> {
-        for _ in 0..ROUNDS {
+    /// Bisects interior edges along which the surface requires more than one division, until there are more than
+    /// `limit` nodes.
+    pub(super) fn refine(&mut self, options: &MappedOptions, limit: usize) -> Result<(), String> {
+        for _ in 0..BISECTION_ROUNDS_MAX {
             let mut wanted: Vec<(f64, Point2<f64>, usize)> = Vec::new();
             let mut seen = BTreeSet::new();
             for t in self.inside() {
-                let (length, a, b, apex) = self.longest_offender(&t, options);
+                let (length, a, b, apex) = self.longest_side_to_bisect(&t, options);
                 if length > 0.0 && seen.insert([a.min(b), a.max(b)]) {
                     let (pa, pb) = (self.place(a), self.place(b));
                     let mid = Point2::new(0.5 * (pa.x + pb.x), 0.5 * (pa.y + pb.y));
@@ -164,7 +165,7 @@ impl Triangulator<'_> {
                     }
                 }
             }
-            if wanted.is_empty() || self.nodes.len() > most {
+            if wanted.is_empty() || self.nodes.len() > limit {
                 break;
             }
             wanted.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -179,8 +180,8 @@ impl Triangulator<'_> {
         self.plane.to_plane(self.nodes[n].uv)
     }
 
-    /// Longest inner side of a triangle that asks for division: its length in space (0: none), ends, apex.
-    pub(super) fn longest_offender(
+    /// Longest interior side of a triangle that requires division: its length in space (0: none), ends, apex.
+    pub(super) fn longest_side_to_bisect(
         &self,
         t: &[usize; 3],
         options: &MappedOptions,
@@ -202,24 +203,19 @@ impl Triangulator<'_> {
                 (middle - self.nodes[a].point).norm() + (self.nodes[b].point - middle).norm();
             let turn = |n: Option<Vec3>| n.zip(normal).map_or(0.0, |(a, b)| angle(&a, &b));
             let turn = turn(self.normals[a]) + turn(self.normals[b]);
-            // A diagonal may turn through half as much again as a side.
-            let too_long = divisions(options, turn / 1.5, length / 1.5) > TOO_LONG;
-            if length > best.0 && too_long && !self.stays_kinked([a, b], length, options) {
+            // A diagonal may turn by 1.5 times the angle of a side.
+            let too_long = divisions(options, turn / 1.5, length / 1.5) > DIVISIONS_PER_EDGE_MAX;
+            if length > best.0 && too_long && !self.is_kink([a, b], length, options) {
                 best = (length, a, b, apex);
             }
         }
         best
     }
 
-    /// Whether what a side turns by, it turns in one point, so that no halving takes it away: a crease that is no crease of
-    /// the face, a surface that folds back on itself. Sides across it are as short as elements of such divisions are along
-    /// an arc of the face's size.
-    pub(super) fn stays_kinked(
-        &self,
-        [a, b]: [usize; 2],
-        length: f64,
-        options: &MappedOptions,
-    ) -> bool {
+    /// True when the turning angle of a side is concentrated in one point, so that bisection cannot reduce it: an
+    /// internal crease of the surface, or a surface that folds back. Sides across it are as short as elements of such
+    /// divisions on an arc of the face's size.
+    pub(super) fn is_kink(&self, [a, b]: [usize; 2], length: f64, options: &MappedOptions) -> bool {
         if length * 4.0 * options.arc_divisions as f64 > self.size {
             return false;
         }
@@ -227,19 +223,19 @@ impl Triangulator<'_> {
         let turn = |ends: &[(Vec2, Option<Vec3>); 2]| {
             ends[0].1.zip(ends[1].1).map_or(0.0, |(a, b)| angle(&a, &b))
         };
-        let mut most = 0.0f64;
-        for _ in 0..KINK_HALVINGS {
+        let mut limit = 0.0f64;
+        for _ in 0..KINK_BISECTIONS {
             let uv = (ends[0].0 + ends[1].0) * 0.5;
             let middle = (uv, self.face.surface.normal(uv));
             let halves = [[ends[0], middle], [middle, ends[1]]];
             ends = halves[usize::from(turn(&halves[1]) > turn(&halves[0]))];
-            most = most.max(turn(&ends));
+            limit = limit.max(turn(&ends));
         }
-        turn(&ends) > 0.1 * most
+        turn(&ends) > 0.1 * limit
     }
 
-    /// Adds a point, looked for from node `from` on, unless it falls on the border or near an existing node (under 0.3 of
-    /// `length`).
+    /// Adds a point (point location from node `from`), unless it lies on the boundary or within 0.3 of `length` of an
+    /// existing node.
     pub(super) fn insert_inside(
         &mut self,
         p: Point2<f64>,
@@ -269,7 +265,7 @@ impl Triangulator<'_> {
         Ok(())
     }
 
-    /// Moves the nodes from `first` on towards the middle of their neighbours while no triangle around them gets thinner.
+    /// Laplacian smoothing of the nodes from `first` on, while no adjacent triangle becomes thinner.
     pub(super) fn smooth(&mut self, first: usize) {
         if self.nodes.len() == first {
             return;
@@ -289,9 +285,9 @@ impl Triangulator<'_> {
                 if count == 0 {
                     continue;
                 }
-                let (old, before) = (place[n], thinnest(star, &place));
+                let (old, before) = (place[n], min_shape_ratio(star, &place));
                 place[n] = others.map(|&m| place[m]).sum::<Vec2>() / count as f64;
-                if thinnest(star, &place) <= before {
+                if min_shape_ratio(star, &place) <= before {
                     place[n] = old;
                 }
             }
@@ -302,8 +298,8 @@ impl Triangulator<'_> {
     }
 }
 
-/// Smallest ratio of twice the area to the square of the longest side; negative when one is inverted.
-fn thinnest(triangles: &[[usize; 3]], place: &[Vec2]) -> f64 {
+/// Smallest ratio of twice the area to the square of the longest side; negative when a triangle is inverted.
+fn min_shape_ratio(triangles: &[[usize; 3]], place: &[Vec2]) -> f64 {
     let ratio = |t: &[usize; 3]| {
         let [a, b, c] = t.map(|n| place[n]);
         let (u, v, w) = (b - a, c - a, c - b);

@@ -1,4 +1,5 @@
-//! Outside programs: found by name, run in a folder and a process group of their own, with limits of time, log and output.
+//! External programs: looked up by name, run in a separate folder and process group, with limits of time, log and
+//! output.
 
 use std::fs;
 use std::io::{self, Read};
@@ -17,18 +18,18 @@ pub(super) fn on_path(names: &[&str]) -> Option<PathBuf> {
     all.into_iter().find(|p| p.is_file()).map(from_any_folder)
 }
 
-/// The path of a file of the current folder as a program finds it that runs in another folder.
+/// Absolute path of a file of the current folder, valid for a program that runs in another folder.
 pub(super) fn from_any_folder(path: PathBuf) -> PathBuf {
-    // It fails only where there is no current folder, and so no relative path that leads anywhere.
+    // Fails only without a current folder, where no relative path is valid.
     std::path::absolute(&path).unwrap_or(path)
 }
 
-/// Bytes at the end of what a program prints that are kept; the rest is read and dropped.
+/// Number of bytes kept from the end of a program's output; the rest is read and discarded.
 const LOG_BYTES: usize = 100_000;
-/// Bytes that a program may write into its folder: more than the largest mesh that is read, with the part beside it.
+/// Number of bytes that a program may write into its folder: more than the largest mesh read, including the part.
 const OUTPUT_BYTES: u64 = 2 << 30;
 
-/// A folder of its own under the system's temporary folder, removed at the end; `what` is part of its name.
+/// A temporary folder, removed at the end; `what` is part of its name.
 pub(super) fn work_folder(what: &str) -> Result<Temporary, MeshError> {
     Temporary::folder(what)
         .map_err(|source| crate::files::WriteError { path: std::env::temp_dir(), source }.into())
@@ -37,51 +38,51 @@ pub(super) fn work_folder(what: &str) -> Result<Temporary, MeshError> {
 /// How a program ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum End {
-    /// By itself.
+    /// Exited.
     Ended(ExitStatus),
-    /// It took too long and was killed.
+    /// Killed at the time limit.
     TooLong,
-    /// It wrote too much and was killed.
+    /// Killed at the output limit.
     TooLarge,
 }
 
-/// A program that has ended.
+/// Result of a program.
 #[derive(Debug)]
 pub(super) struct Outcome {
     pub end: End,
-    /// The end of what it printed.
+    /// End of its output.
     pub log: Vec<u8>,
 }
 
-/// Why a program was killed that wrote too much.
+/// Message for a program killed at the output limit.
 pub(super) fn too_large() -> String {
     format!("it wrote more than {} MiB into its folder; mesh coarser", OUTPUT_BYTES >> 20)
 }
 
-/// Runs a program in `folder` for at most `limit`; it and all programs it started have ended then.
+/// Runs a program in `folder` for at most `limit`. On return it and all programs it started have ended.
 ///
 /// # Errors
-/// What the system says when it does not start.
+/// The error of the operating system when it does not start.
 pub(super) fn run(command: &mut Command, folder: &Path, limit: Duration) -> io::Result<Outcome> {
     command.current_dir(folder).stdin(Stdio::null());
     let (reader, writer) = io::pipe()?;
     command.stdout(writer.try_clone()?).stderr(writer);
     let mut group = Group::start(command)?;
-    // The command has the writing end of the pipe, which must be closed for the reader to come to its end.
+    // The command holds the writing end of the pipe, which must be closed for the reader to reach its end.
     command.stdout(Stdio::null()).stderr(Stdio::null());
     let (sender, log) = mpsc::channel();
     std::thread::spawn(move || sender.send(end_of(reader)));
     let end = wait(&mut group, folder, limit);
     drop(group);
-    // A program that has left its group may hold the pipe open.
+    // A program that has left its group may keep the pipe open.
     let log = log.recv_timeout(Duration::from_secs(1)).unwrap_or_default();
     Ok(Outcome { end: end?, log })
 }
 
-/// The last bytes of what can be read.
+/// The last bytes of a stream.
 fn end_of(mut from: impl Read) -> Vec<u8> {
     let (mut kept, mut part) = (Vec::new(), [0; 1 << 16]);
-    // What was printed until the pipe broke is what there is to report.
+    // Output until the pipe broke is reported.
     while let Ok(n @ 1..) = from.read(&mut part) {
         kept.extend_from_slice(&part[..n]);
         if kept.len() > 2 * LOG_BYTES {
@@ -92,7 +93,7 @@ fn end_of(mut from: impl Read) -> Vec<u8> {
     kept
 }
 
-/// Waits for the end of a program, or for one of its limits.
+/// Waits until a program ends or reaches one of its limits.
 fn wait(group: &mut Group, folder: &Path, limit: Duration) -> io::Result<End> {
     let start = Instant::now();
     let mut pause = Duration::from_millis(2);
@@ -111,7 +112,7 @@ fn wait(group: &mut Group, folder: &Path, limit: Duration) -> io::Result<End> {
     }
 }
 
-/// Bytes of the files in a folder.
+/// Total size of the files in a folder [bytes].
 fn size_of(folder: &Path) -> u64 {
     let files = fs::read_dir(folder).into_iter().flatten().flatten();
     files.filter_map(|file| file.metadata().ok()).map(|m| m.len()).sum()

@@ -1,4 +1,4 @@
-//! A tool surface whose search knows some of its patches only.
+//! Restriction of a tool surface to some of its patches.
 
 use super::{Hull, Piece, ToolSurface, bounds_of, group};
 use crate::contact::tree::Tree;
@@ -9,7 +9,7 @@ impl ToolSurface {
         self.pieces.iter().zip(&self.hulls).map(|(piece, hull)| bounds_of(piece, hull)).collect()
     }
 
-    /// A box around each patch [mm]; empty for a patch that the search does not know.
+    /// Bounding box of each patch [mm]; empty for an excluded patch.
     #[must_use]
     pub fn patch_bounds(&self) -> Vec<Aabb> {
         let mut out = vec![Aabb::EMPTY; self.model.patches.len()];
@@ -20,17 +20,17 @@ impl ToolSurface {
         out
     }
 
-    /// The surface of all patches of its model, where [`Self::keeping`] left some out; `None` where none are left out.
+    /// The surface of all patches, if [`Self::restricted_to`] excluded some; `None` otherwise.
     #[must_use]
     pub fn complete(&self) -> Option<Self> {
         let left_out = self.patch_bounds().iter().any(Aabb::is_empty);
         left_out.then(|| Self::new(self.model.clone()))
     }
 
-    /// The same surface for points that are nearer to the patches `kept` than to all others: those are not searched.
-    /// Patches keep their numbers, borders and tolerances stay those of the whole, so that answers are the same bits.
+    /// The surface for points that are closer to the patches `kept` than to all others, which are not searched. Patch
+    /// ids, borders and tolerances are those of the whole tool, so that results are bit-identical.
     #[must_use]
-    pub fn keeping(&self, kept: &[bool]) -> Self {
+    pub fn restricted_to(&self, kept: &[bool]) -> Self {
         let stays = |piece: &Piece| kept.get(piece.patch as usize).copied().unwrap_or(true);
         let left: Vec<usize> = (0..self.pieces.len()).filter(|&k| stays(&self.pieces[k])).collect();
         let all = self.piece_bounds();
@@ -73,7 +73,7 @@ mod tests {
         let kept: Vec<bool> = whole.patch_bounds().iter().map(|b| b.min.z < 4.0).collect();
         let dropped = kept.iter().filter(|k| !**k).count();
         assert!(dropped > 0 && dropped < kept.len());
-        let part = whole.keeping(&kept);
+        let part = whole.restricted_to(&kept);
         assert_eq!(part.bounds(), whole.bounds());
         let empty = part.patch_bounds().iter().filter(|b| b.is_empty()).count();
         assert_eq!(empty, dropped);

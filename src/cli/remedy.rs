@@ -5,6 +5,7 @@ use std::error::Error;
 use std::path::Path;
 
 use crate::audit::AuditError;
+use crate::convert::ConvertError;
 use crate::convert::bezier::BezierError;
 use crate::convert::reach::ReachError;
 use crate::convert::tolerance::ToleranceError;
@@ -32,7 +33,8 @@ fn of_one(error: &(dyn Error + 'static)) -> Option<String> {
         let of_tolerance = || error.downcast_ref().and_then(of_tolerance);
         let of_bezier = || error.downcast_ref().and_then(of_bezier);
         let of_reach = || error.downcast_ref().and_then(of_reach);
-        of_mesh().or_else(of_tolerance).or_else(of_bezier).or_else(of_reach)
+        let of_convert = || error.downcast_ref().and_then(of_convert);
+        of_mesh().or_else(of_convert).or_else(of_tolerance).or_else(of_bezier).or_else(of_reach)
     };
     let of_tool = || {
         let of_audit = || error.downcast_ref().and_then(of_audit);
@@ -69,6 +71,11 @@ fn of_mesh(error: &MeshError) -> Option<String> {
         _ => return None,
     };
     Some(try_this.into())
+}
+
+fn of_convert(error: &ConvertError) -> Option<String> {
+    let try_this = "--arc-divisions or --max-size-mm for a finer mesh; --kind nagata needs fewer searches than bezier";
+    matches!(error, ConvertError::Searches { .. }).then(|| try_this.into())
 }
 
 /// The command-line option of a field of mesher options or of a goal.

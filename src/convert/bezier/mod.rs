@@ -73,8 +73,9 @@ pub fn bezier_from_cad(
     if let Some(element) = mesh.elements.iter().position(|e| e.face as usize >= count) {
         return Err(ConvertError::Face { element, face: mesh.elements[element].face, count });
     }
+    let of_vertices = Searches::new(model, mesh, SearchLimits::NAGATA);
+    let feet = normals::table(model, mesh, 0.0, &of_vertices)?.feet;
     let searches = Searches::new(model, mesh, SearchLimits::BEZIER);
-    let feet = normals::table(model, mesh, 0.0, &searches)?.feet;
     let sides = Sides::of(model, mesh, &feet, &searches);
     searches.check()?;
     let basis = Basis::new();

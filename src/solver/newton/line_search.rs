@@ -148,8 +148,8 @@ mod tests {
     use crate::solver::{Constraints, Simulation};
 
     /// A flat strip of 10 x 1 x 0.1 mm, clamped at both ends, with `force` [N] on its middle: soft in bending, stiff once
-    /// it hangs. Share of the first correction taken, and the slope along it before and after.
-    fn first_step(force: f64) -> (f64, [f64; 2]) {
+    /// deflected. Its first correction is scaled by `factor`. Fraction of that applied, and the slope along it before and after.
+    fn first_step(force: f64, factor: f64) -> (f64, [f64; 2]) {
         let mesh = rectangle(10.0, 1.0, 0.1, 20, 1, 1);
         let mut constraints = Constraints::none(mesh.nodes.len());
         let mut applied = vec![0.0; 3 * mesh.nodes.len()];
@@ -166,7 +166,8 @@ mod tests {
         sys.applied = applied;
         sys.search();
         sys.assemble();
-        let correction = sys.correct().unwrap();
+        let mut correction = sys.correct().unwrap();
+        correction.u.iter_mut().for_each(|u| *u *= factor);
         let start = slope(&sys, &correction);
         go(&mut sys, &correction, 1.0, false).unwrap();
         sys.assemble();
@@ -179,14 +180,21 @@ mod tests {
 
     #[test]
     fn a_good_correction_is_taken_whole() {
-        let (share, [start, end]) = first_step(1e-4);
+        let (share, [start, end]) = first_step(1e-4, 1.0);
         assert!((share - 1.0).abs() < 1e-12 && start < 0.0 && end.abs() < -0.01 * start);
     }
 
     #[test]
     fn a_correction_that_leads_too_far_is_shortened_to_where_the_slope_vanishes() {
-        let (share, [start, end]) = first_step(5.0);
+        let (share, [start, end]) = first_step(5.0, 1.0);
         assert!((MIN_STEP..0.9).contains(&share), "{share}");
         assert!(start < 0.0 && end.abs() <= -SLOPE_RATIO * start, "{start} {end}");
+    }
+    /// As where friction or a buckling load makes the symmetric part of the stiffness indefinite.
+    #[test]
+    fn a_correction_without_descent_is_applied_whole() {
+        let (fraction, [start, end]) = first_step(1e-4, -1.0);
+        assert!((fraction - 1.0).abs() < 1e-12, "{fraction}");
+        assert!(start > 0.0 && end > start, "{start} {end}");
     }
 }

@@ -11,8 +11,8 @@ pub(super) fn print_record(record: &RunRecord, output: &Path) {
     print_cost(record);
     print_sheet(record);
     print_course(record);
-    for left in &record.left_out {
-        out!("  {} of {} patches of {} left out", left.patches, left.of, left.tool);
+    for left in &record.excluded_patches {
+        out!("  {} of {} patches of {} left out", left.patches, left.total, left.tool);
     }
     out!("  {}", output.join("report.html").display());
 }
@@ -25,7 +25,7 @@ fn print_cost(record: &RunRecord) {
         record.iterations,
         record.factorisations,
         record.updates,
-        record.cuts,
+        record.step_cuts,
         record.unknowns
     );
     out!(
@@ -68,7 +68,7 @@ fn print_sheet(record: &RunRecord) {
 
 /// What happened on the way.
 fn print_course(record: &RunRecord) {
-    if record.snaps > 0 {
+    if record.snap_throughs > 0 {
         // Less than nothing is what the increments are too long to tell.
         let freed = if record.released_elastic_nmm < 0.0 {
             "no measurable energy".into()
@@ -77,7 +77,7 @@ fn print_course(record: &RunRecord) {
         };
         out!(
             "  {} snap-throughs (or springback past a limit point), released elastic energy: {freed}",
-            record.snaps
+            record.snap_throughs
         );
     }
     if let Some(first) = record.first_buckle {
@@ -92,10 +92,10 @@ fn print_course(record: &RunRecord) {
             record.stabilised_increments
         );
     }
-    if record.cycling > 0 {
+    if record.active_set_cycling > 0 {
         out!(
             "  active-set cycling in {} iterations: contact states were changed in smaller blocks",
-            record.cycling
+            record.active_set_cycling
         );
     }
     if let Some(order) = record.convergence_order {

@@ -3,7 +3,7 @@
 use super::strains::{ElementStrains, Principal, of_elements};
 use crate::geometry::Vec3;
 use crate::report::DataArray;
-use crate::report::record::{PlasticRecord, StrainRecord};
+use crate::report::record::{PlasticStrainRecord, StrainRecord};
 use crate::solver::assembly::Body;
 use crate::solver::assembly::ElementState;
 
@@ -64,7 +64,7 @@ impl Formed {
         let plastic = self.states.as_ref().and_then(|states| {
             let element = largest(states, |state| state.largest_plastic_strain)?;
             let largest = states[element].largest_plastic_strain;
-            Some(PlasticRecord { largest, at_mm: centre(element) })
+            Some(PlasticStrainRecord { largest, at_mm: centre(element) })
         });
         let element = largest(&self.strains, |one| one.middle.major)?;
         let Principal { major, minor } = self.strains[element].middle;

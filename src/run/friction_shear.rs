@@ -2,7 +2,7 @@
 //! them, which elements that are not many through the thickness cannot follow. It is told.
 
 use crate::geometry::Vec3;
-use crate::report::record::ShearedRecord;
+use crate::report::record::ThroughThicknessShearRecord;
 use crate::solver::assembly::Body;
 use crate::solver::element::ElementKind;
 use crate::solver::sheet::hex_mesh::HexMesh;
@@ -22,7 +22,7 @@ pub fn sheared(
     positions: &[Vec3],
     forces: &[f64],
     increment: usize,
-) -> Option<ShearedRecord> {
+) -> Option<ThroughThicknessShearRecord> {
     let mesh = body.mesh();
     let layers = mesh.nodes_per_column.checked_sub(1).filter(|layers| *layers > 0)?;
     if body.kind() == ElementKind::Hex8 && layers >= LAYERS {
@@ -48,7 +48,11 @@ pub fn sheared(
     let count = |which: &[bool]| which.iter().zip(&flat).filter(|(a, b)| **a && **b).count();
     let share = count(&flows) as f64 / count(&pressed) as f64;
     let first = flows.iter().zip(&flat).position(|(a, b)| *a && *b).filter(|_| share > OF_NOTE)?;
-    Some(ShearedRecord { first_increment: increment, share, at_mm: positions[first].into() })
+    Some(ThroughThicknessShearRecord {
+        first_increment: increment,
+        fraction: share,
+        at_mm: positions[first].into(),
+    })
 }
 
 /// Nodes that lie on or beside one about which the face is pressed all around: not under an edge or a line of contact.
@@ -148,7 +152,7 @@ mod tests {
             forces[3 * node] = -area * shear * flow;
             forces[3 * node + 2] = -out * area * pressure * flow;
         }
-        sheared(&body, &mesh.nodes, &forces, 3).map(|found| found.share)
+        sheared(&body, &mesh.nodes, &forces, 3).map(|found| found.fraction)
     }
 
     fn found(kind: ElementKind, layers: usize, times: [f64; 2]) -> Option<f64> {

@@ -2,7 +2,7 @@
 //! pressure fold them so, which costs them nothing but bending, and forces are far too low there. It is told.
 
 use crate::geometry::Vec3;
-use crate::report::record::ZigzagRecord;
+use crate::report::record::HourglassRecord;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
 /// How far a column leans from the mean of its neighbours that counts [rad], and how far neighbours do so to the other side, over
@@ -18,7 +18,7 @@ const OF_NOTE: f64 = 0.2;
 
 /// Columns of the sheet, its nodes now at these positions, that lean by turns; `increment`: the one that ended there.
 #[must_use]
-pub fn zigzag(mesh: &HexMesh, positions: &[Vec3], increment: usize) -> Option<ZigzagRecord> {
+pub fn zigzag(mesh: &HexMesh, positions: &[Vec3], increment: usize) -> Option<HourglassRecord> {
     let levels = mesh.nodes_per_column;
     if levels < 2 {
         return None;
@@ -46,9 +46,9 @@ pub fn zigzag(mesh: &HexMesh, positions: &[Vec3], increment: usize) -> Option<Zi
     let found: Vec<usize> = (0..ups.len()).filter(by_turns).collect();
     let share = found.len() as f64 / ups.len() as f64;
     let first = *found.first().filter(|_| share > OF_NOTE)?;
-    Some(ZigzagRecord {
+    Some(HourglassRecord {
         first_increment: increment,
-        share,
+        fraction: share,
         at_mm: positions[first * levels].into(),
     })
 }
@@ -87,7 +87,7 @@ mod tests {
             mesh.nodes.iter().map(moved).collect()
         };
         let found = zigzag(&mesh, &leaning(0.4, 100.0), 7).unwrap();
-        assert!(found.share > 0.6 && found.first_increment == 7, "{found:?}");
+        assert!(found.fraction > 0.6 && found.first_increment == 7, "{found:?}");
         assert_eq!(zigzag(&mesh, &leaning(0.05, 100.0), 1), None);
         // Two rows of eleven.
         assert_eq!(zigzag(&mesh, &leaning(0.4, 3.0), 1), None);

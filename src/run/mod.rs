@@ -32,7 +32,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use crate::cancel::{Cancel, Section};
-use crate::report::record::{LeftOutRecord, RunRecord, Verdict};
+use crate::report::record::{ExcludedPatchesRecord, RunRecord, Verdict};
 use crate::scene::Plan;
 use crate::solver::reach::{Guard, LeftOut, leave_out, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
@@ -115,7 +115,7 @@ struct Prepared {
     guard: Option<Guard>,
     findings: Vec<advice::Finding>,
     holders: Vec<advice::holder::Holder>,
-    left_out: Vec<LeftOutRecord>,
+    left_out: Vec<ExcludedPatchesRecord>,
 }
 
 /// Places the tools of a scene and judges it; with `auto` patches that the sheet cannot come near are left out.
@@ -136,10 +136,10 @@ fn prepare(plan: &Plan, scene_path: &Path, auto: bool) -> Result<Prepared, RunEr
     } else {
         (Vec::new(), None)
     };
-    let record = |left: &LeftOut| LeftOutRecord {
+    let record = |left: &LeftOut| ExcludedPatchesRecord {
         tool: plan.scene.tools[left.tool].name.clone(),
         patches: left.patches,
-        of: left.of,
+        total: left.of,
     };
     let left_out = left_out.iter().map(record).collect();
     let simulation = Simulation::new(setup).map_err(not_begun)?;

@@ -18,7 +18,7 @@ pub struct Restart {
 impl Restart {
     /// Of the run of `record`, whose scene is in the file `scene`.
     pub(super) fn of(record: &RunRecord, scene: &Path, folder: &Path) -> Self {
-        let auto = !record.left_out.is_empty();
+        let auto = !record.excluded_patches.is_empty();
         Self { scene: scene.into(), folder: folder.into(), auto }
     }
 }

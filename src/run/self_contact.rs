@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
-use crate::report::record::ThroughItselfRecord;
+use crate::report::record::SelfPenetrationRecord;
 use crate::scene::types::SymmetryPlane;
 use crate::solver::element::natural_coordinates;
 use crate::solver::sheet::hex_mesh::HexMesh;
@@ -30,7 +30,7 @@ pub fn through_itself(
     positions: &[Vec3],
     planes: &[SymmetryPlane],
     increment: usize,
-) -> Option<ThroughItselfRecord> {
+) -> Option<SelfPenetrationRecord> {
     let beyond: Vec<_> = planes.iter().map(|plane| beyond(mesh, plane)).collect();
     let image = |node: &usize| beyond.iter().any(|beyond| beyond(&positions[*node]));
     let mut nodes: Vec<usize> = (0..positions.len()).filter(image).collect();
@@ -38,7 +38,7 @@ pub fn through_itself(
     nodes.sort_unstable();
     nodes.dedup();
     let first = *nodes.first()?;
-    Some(ThroughItselfRecord {
+    Some(SelfPenetrationRecord {
         first_increment: increment,
         nodes: nodes.len(),
         at_mm: positions[first].into(),

@@ -6,7 +6,7 @@ use super::hourglassing::zigzag;
 use super::self_contact::through_itself;
 use crate::geometry::Vec3;
 use crate::report::record::{
-    FacePenetrationRecord, InToolRecord, NeckingRecord, OverEdgeRecord, RunRecord,
+    FacePenetrationRecord, InsideToolRecord, NeckingRecord, OverhangRecord, RunRecord,
 };
 use crate::scene::types::SymmetryPlane;
 use crate::solver::FacePenetration;
@@ -22,7 +22,7 @@ impl RunRecord {
         for inside in found {
             let known = self.inside_tool.as_ref().map_or(DEEP * thickness, |known| known.depth_mm);
             if inside.depth > known {
-                self.inside_tool = Some(InToolRecord {
+                self.inside_tool = Some(InsideToolRecord {
                     tool: inside.tool,
                     stage: stage.into(),
                     nodes: inside.nodes,
@@ -89,14 +89,14 @@ impl RunRecord {
         }
         if let Some(found) = zigzag(mesh, positions, increment) {
             let known = self.hourglass.get_or_insert(found);
-            known.share = known.share.max(found.share);
+            known.fraction = known.fraction.max(found.fraction);
         }
         if let Some(found) = sheared(report.body, positions, report.contact_forces, increment) {
             let known = self.through_thickness_shear.get_or_insert(found);
-            known.share = known.share.max(found.share);
+            known.fraction = known.fraction.max(found.fraction);
         }
         if let Some(found) = &report.over_edge {
-            let known = self.overhang.get_or_insert_with(|| OverEdgeRecord {
+            let known = self.overhang.get_or_insert_with(|| OverhangRecord {
                 first_increment: increment,
                 tool: report.tools[found.tool].name.clone(),
                 nodes: 0,

@@ -19,7 +19,7 @@ use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
 use crate::report::doubt::Doubt;
 use crate::report::record::{
-    Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
+    Energies, ExcludedPatchesRecord, History, HistoryRow, IterationRow, RunRecord, Verdict,
     write_iterations,
 };
 use crate::report::{DataArray, write_pvd};
@@ -133,8 +133,8 @@ impl RunFolder {
     }
 
     /// Notes what was left out.
-    pub fn left_out(&mut self, what: impl Iterator<Item = LeftOutRecord>) {
-        self.record.left_out = what.collect();
+    pub fn left_out(&mut self, what: impl Iterator<Item = ExcludedPatchesRecord>) {
+        self.record.excluded_patches = what.collect();
     }
 
     /// Writes each tool, placed, as `tools/NAME.vtu`.
@@ -213,8 +213,8 @@ impl RunFolder {
     pub fn take_failure(&mut self, simulation: &Simulation) -> Result<(), WriteError> {
         let done = simulation.summary();
         self.record.iterations = done.iterations;
-        self.record.cuts = done.cuts;
-        self.record.cycling = done.timings.cycling;
+        self.record.step_cuts = done.cuts;
+        self.record.active_set_cycling = done.timings.cycling;
         self.take_iterations(done.increments + 1, simulation.last_attempt());
         write_iterations(&self.path.join("iterations.csv"), &self.iterations)
     }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::RunFolder;
-use crate::report::record::{HolderLiftRecord, IterationRow, OpenedRecord};
+use crate::report::record::{HolderLiftRecord, IterationRow, UnaccountedEnergyRecord};
 use crate::run::resources::{cpu_seconds, peak_megabytes};
 use crate::solver::{IncrementReport, IterationRecord, convergence_order};
 
@@ -50,13 +50,13 @@ impl RunFolder {
         let record = &mut self.record;
         record.increments = report.increment;
         record.iterations = report.iterations_total;
-        record.cuts = report.cuts;
-        record.snaps = report.snaps;
+        record.step_cuts = report.cuts;
+        record.snap_throughs = report.snaps;
         record.stabilised_increments = report.stabilised;
-        if report.unstable > record.unstable {
+        if report.unstable > record.unstable_increments {
             record.first_unstable.get_or_insert(report.increment);
         }
-        record.unstable = report.unstable;
+        record.unstable_increments = report.unstable;
         if report.buckles > record.buckles {
             record.first_buckle.get_or_insert(report.increment);
         }
@@ -68,7 +68,7 @@ impl RunFolder {
         let t = &report.timings;
         record.factorisations = t.factorisations;
         record.updates = t.updates;
-        record.cycling = t.cycling;
+        record.active_set_cycling = t.cycling;
         record.timings_s = [
             ("search", t.search),
             ("elements", t.elements),
@@ -112,9 +112,10 @@ impl RunFolder {
         let least = work.max(report.rounding_work);
         record.energy_error = if least > 0.0 { open / least } else { 0.0 };
         record.unaccounted_nmm = e.open();
-        if opened > record.opened.map_or(0.0, |before| before.energy_nmm) {
+        if opened > record.largest_unaccounted.map_or(0.0, |before| before.energy_nmm) {
             let increment = report.increment;
-            record.opened = Some(OpenedRecord { increment, energy_nmm: opened, work_nmm: least });
+            record.largest_unaccounted =
+                Some(UnaccountedEnergyRecord { increment, energy_nmm: opened, work_nmm: least });
         }
         let unstored = (e.internal - e.stored()).abs();
         record.stored_energy_error = if least > 0.0 { unstored / least } else { 0.0 };

@@ -163,7 +163,7 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
         time,
         stages: record.stages,
         iterations: record.iterations,
-        cuts: record.cuts,
+        cuts: record.step_cuts,
         contacts: last.map_or([0; 2], |row| row.contacts),
         tools: last.map_or_else(Vec::new, |row| tools(&history.tools, row)),
         wall_s: record.wall_s,

@@ -163,7 +163,7 @@ fn of_run(error: &RunError) -> Option<String> {
         )),
         RunError::Foreign { .. } => Some(format!("{ANOTHER_FOLDER}, or --overwrite")),
         RunError::Checkpoint(error) => Some(of_checkpoint(error)),
-        RunError::LeftOut { .. } => Some("the command without --auto".into()),
+        RunError::ExcludedPatchReached { .. } => Some("the command without --auto".into()),
         RunError::Solver { cause, .. } => of_solver(cause),
         _ => None,
     }
@@ -181,8 +181,8 @@ fn of_solver(error: &SimulationError) -> Option<String> {
                 .into(),
         ),
         SimulationError::GaveUp { .. } => Some(
-            "`kanagata-solve check` names places where tools begin inside the sheet or leave it too little room, and radii for which \
-             elements are too long"
+            "`kanagata-solve check` reports tools that start inside the sheet or leave too little clearance, and radii for which elements \
+             are too long"
                 .into(),
         ),
         _ => None,

@@ -70,7 +70,7 @@ impl From<RunError> for Failure {
                 SimulationError::Stopped { .. } => Exit::Stopped,
                 _ => Exit::NoConvergence,
             },
-            RunError::LeftOut { .. } => Exit::NoConvergence,
+            RunError::ExcludedPatchReached { .. } => Exit::NoConvergence,
         };
         Self::new(exit, error)
     }
@@ -92,7 +92,7 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let options = RunOptions {
         restart: args.restart,
         overwrite: args.overwrite,
-        tell: (!args.quiet).then_some(&tell as &dyn Fn(&str)),
+        notify: (!args.quiet).then_some(&tell as &dyn Fn(&str)),
         auto: args.auto,
         stop: stop::request().clone(),
     };

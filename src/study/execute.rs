@@ -44,9 +44,9 @@ pub fn execute(
     say: &(dyn Fn(&str) + Sync),
 ) -> Result<Manifest, StudyError> {
     let _lock = match lock::take(&how.folder.join("study.lock"))? {
-        Attempt::Ours(lock) => lock,
-        Attempt::Theirs(process) => {
-            let who = lock::named(process.as_ref());
+        Attempt::Acquired(lock) => lock,
+        Attempt::HeldByOther(process) => {
+            let who = lock::process_text(process.as_ref());
             return Err(StudyError::Busy { folder: how.folder.to_path_buf(), who });
         }
     };

@@ -54,7 +54,7 @@ pub(super) fn run(command: &mut Command, stop: &Cancel) -> io::Result<(ExitStatu
 pub(super) fn wait_for(run: &Path, stop: &Cancel, say: &dyn Fn(&str)) -> Option<String> {
     let mut asked = None;
     while let Some(holder) = lock::holder(&lock::file_in(run)) {
-        let who = lock::named(holder.as_ref());
+        let who = lock::process_text(holder.as_ref());
         if stop.is_requested() {
             return Some(format!("{who} still works in {}", run.display()));
         }

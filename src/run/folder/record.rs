@@ -1,4 +1,4 @@
-//! What `run.json` and `iterations.csv` take from a converged increment.
+//! Updates of `run.json` and `iterations.csv` after a converged increment.
 
 use std::time::Instant;
 
@@ -8,8 +8,8 @@ use crate::run::resources::{cpu_seconds, peak_megabytes};
 use crate::solver::{IncrementReport, IterationRecord, convergence_order};
 
 impl RunFolder {
-    /// How far the sheet pushes blank holders back.
-    pub(super) fn look_at_holders(&mut self, report: &IncrementReport<'_>) {
+    /// Records the lift of blank holders: travel back from the farthest position under force control.
+    pub(super) fn record_holder_lift(&mut self, report: &IncrementReport<'_>) {
         for (tool, forced) in &self.holders {
             let Some(farthest) = self.farthest.get_mut(*tool) else { continue };
             if !forced.get(report.stage).copied().unwrap_or(false) {
@@ -27,7 +27,7 @@ impl RunFolder {
         }
     }
 
-    pub(super) fn take_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
+    pub(super) fn record_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
         self.iterations.extend(history.iter().enumerate().map(|(iteration, r)| IterationRow {
             increment,
             iteration,
@@ -38,7 +38,7 @@ impl RunFolder {
         }));
     }
 
-    pub(super) fn take_convergence(&mut self, report: &IncrementReport<'_>) {
+    pub(super) fn record_convergence(&mut self, report: &IncrementReport<'_>) {
         if let Some(order) = convergence_order(report.history) {
             let at = self.orders.partition_point(|&o| o < order);
             self.orders.insert(at, order);
@@ -81,15 +81,15 @@ impl RunFolder {
         ]
         .map(|(name, seconds)| (name.to_owned(), seconds))
         .into();
-        self.update_balances(report);
-        self.record.springback = self.springback.take(report);
+        self.update_errors(report);
+        self.record.springback = self.springback.update(report);
     }
 
-    /// How well forces, energies and volume balance.
-    fn update_balances(&mut self, report: &IncrementReport<'_>) {
+    /// Records the errors of equilibrium, energy and volume.
+    fn update_errors(&mut self, report: &IncrementReport<'_>) {
         let record = &mut self.record;
-        // Tool forces against internal forces: the sum over all tools and held planes vanishes at equilibrium, so
-        // what is checked is the modelled part's contact forces against the tools' vectors.
+        // Tool forces and internal forces of all tools and constrained planes cancel in equilibrium. The check compares
+        // the sum of nodal contact forces of the modelled part with the sum of tool force vectors.
         let nodal = report.contact_forces.chunks_exact(3).fold([0.0; 3], |mut sum, f| {
             (0..3).for_each(|k| sum[k] += f[k]);
             sum

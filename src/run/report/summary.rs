@@ -1,9 +1,9 @@
-//! Tables at the head of `report.html`: how the run went, how accurate it is, and what its time was spent on.
+//! Tables at the head of `report.html`: outcome, accuracy, and time of the phases.
 
 use crate::report::page::Page;
 use crate::report::record::{OverhangRecord, RunRecord};
 
-/// A quantity and its value in words.
+/// A quantity and its value as text.
 type Row = (&'static str, String);
 
 /// Writes the summary, the message of a run that ended early, and the wall time of the phases.
@@ -28,7 +28,7 @@ pub(super) fn tables(page: &mut Page, record: &RunRecord, material: &str) {
     page.table(&["phase", "wall time [s]"], &timings);
 }
 
-/// How the run ended and what it cost.
+/// Outcome and cost.
 fn course(r: &RunRecord, material: &str) -> Vec<Row> {
     vec![
         ("verdict", r.verdict.to_string()),
@@ -80,7 +80,7 @@ fn stability(r: &RunRecord) -> Vec<Row> {
     ]
 }
 
-/// What the model of the sheet does not resolve: self-contact, hourglass modes, through-thickness shear.
+/// Phenomena that the model does not resolve: self-contact, hourglass modes, through-thickness shear.
 fn sheet_faults(r: &RunRecord) -> Vec<Row> {
     let through = r.self_penetration.map_or("no".into(), |t| {
         format!("from increment {} on, up to {} nodes", t.first_increment, t.nodes)
@@ -106,7 +106,7 @@ fn sheet_faults(r: &RunRecord) -> Vec<Row> {
     ]
 }
 
-/// Places where the sheet is inside a tool or past the edge of one.
+/// Penetrations, and overhang at tool edges.
 fn contact_faults(r: &RunRecord) -> Vec<Row> {
     let overhang = r.overhang.as_ref().map_or("no".into(), |edge| {
         let OverhangRecord { tool, first_increment, nodes, depth_mm, .. } = edge;

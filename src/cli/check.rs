@@ -117,7 +117,7 @@ pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
 
 /// Pressures of the tools that clamp the sheet.
 fn pressures<'a>(plan: &'a Plan, setup: &SimulationSetup) -> Vec<Pressure<'a>> {
-    let share = plan.share();
+    let share = plan.symmetry_factor();
     let pressure = |holder: &Holder| Pressure {
         tool: &plan.scene.tools[holder.tool].name,
         force_n: holder.force * share,
@@ -266,7 +266,7 @@ fn outline(shape: &BlankShape) -> String {
 /// `on_nodes`: of the modelled part (three a node) [N].
 fn print_loads(plan: &Plan, on_nodes: &[f64]) {
     let nodes = on_nodes.chunks_exact(3).filter(|force| force.iter().any(|f| *f != 0.0)).count();
-    let share = plan.share();
+    let share = plan.symmetry_factor();
     let of = |force: [f64; 3]| {
         let told = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) N");
         let part = force.map(|f| f / share);
@@ -283,7 +283,7 @@ fn print_loads(plan: &Plan, on_nodes: &[f64]) {
 }
 
 fn print_stages(plan: &Plan) {
-    let share = plan.share();
+    let share = plan.symmetry_factor();
     for stage in &plan.scene.stages {
         let drives: Vec<String> = stage
             .drive

@@ -183,7 +183,8 @@ fn run_cases(args: &StudyArgs, open: &[Case], stop: &Cancel) -> Result<Manifest,
     let jobs = args.jobs.map_or(1, NonZeroUsize::get);
     let threads = (rayon::current_num_threads() / jobs).max(1);
     let folder = &args.output;
-    let how = Execution { folder, program: &program, jobs, threads, again: args.again, stop };
+    let how =
+        Execution { folder, program: &program, jobs, threads, repeat_failed: args.again, stop };
     Ok(execute(open, &how, &|line| out!("{line}"))?)
 }
 
@@ -214,7 +215,7 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
     }
     out!("{} cases, {failed} of those run not done", all.len());
     for (check, outcome) in &checks {
-        let [state, value] = outcome.words();
+        let [state, value] = outcome.texts();
         out!("  {state:13} {}: {value}, {} expected", check.says, check.allowed());
     }
     out!("  {}", args.output.join("study.html").display());

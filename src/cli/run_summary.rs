@@ -1,23 +1,23 @@
-//! What the terminal says of a run that has come to its end.
+//! Terminal output of a completed run.
 
 use std::path::Path;
 
-use super::say::out;
+use super::terminal::out;
 use crate::report::record::RunRecord;
 
-/// Prints what the run was and what became of the sheet.
+/// Prints cost, state of the sheet and events of a completed run.
 pub(super) fn print_record(record: &RunRecord, output: &Path) {
     out!("{}: all stages done", record.name);
     print_cost(record);
     print_sheet(record);
     print_course(record);
     for left in &record.excluded_patches {
-        out!("  {} of {} patches of {} left out", left.patches, left.total, left.tool);
+        out!("  {} of {} patches of {} excluded", left.patches, left.total, left.tool);
     }
     out!("  {}", output.join("report.html").display());
 }
 
-/// Increments, iterations, time, memory and how well all balances.
+/// Prints increments, iterations, time, memory and errors.
 fn print_cost(record: &RunRecord) {
     out!(
         "  {} increments, {} iterations, {} factorisations and {} updates of them, {} step cuts, {} unknowns",
@@ -48,7 +48,7 @@ fn print_cost(record: &RunRecord) {
     );
 }
 
-/// Thickness, strains and springback.
+/// Prints thickness, strains and springback.
 fn print_sheet(record: &RunRecord) {
     if let Some(thickness) = &record.thickness {
         out!("  minimum thickness {thickness}; maximum {:.4} mm", thickness.maximum_mm);
@@ -66,10 +66,10 @@ fn print_sheet(record: &RunRecord) {
     }
 }
 
-/// What happened on the way.
+/// Prints the events of the run: snap-through, buckling, stabilisation, cycling.
 fn print_course(record: &RunRecord) {
     if record.snap_throughs > 0 {
-        // Less than nothing is what the increments are too long to tell.
+        // A negative value is below the accuracy of the increments.
         let freed = if record.released_elastic_nmm < 0.0 {
             "no measurable energy".into()
         } else {

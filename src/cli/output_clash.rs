@@ -1,14 +1,14 @@
-//! No command writes over what it reads, nor one output over another.
+//! Guards against commands that overwrite their inputs or write two outputs to one file.
 
 use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
 
-/// Refuses outputs, each with the name of its option, that are files the command reads or that are one file; to be asked
-/// before anything is written. Files are compared by where they really are, whatever links and dots lead to them.
+/// Refuses outputs (with the names of their options) that are inputs of the command or the same file. Call it before
+/// anything is written. Files are compared by their canonical paths.
 ///
 /// # Errors
-/// Exit code 2 for the first output that is an input or an output before it.
+/// Exit code 2 for the first output that is an input or an earlier output.
 pub fn refuse_clashes(inputs: &[&Path], outputs: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
     let given: Vec<(&str, &Path)> =
         outputs.iter().filter_map(|&(option, path)| Some((option, path?))).collect();
@@ -31,7 +31,7 @@ pub fn refuse_clashes(inputs: &[&Path], outputs: &[(&str, Option<&Path>)]) -> Re
     Ok(())
 }
 
-/// Where a file is, or would be: links and dots followed as far as there are folders.
+/// Canonical path of a file, or of its folder if the file does not exist.
 fn place(file: &Path) -> PathBuf {
     let would = || {
         let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -328,13 +328,13 @@ mod tests {
 
     /// A convex yield surface with negative r values.
     #[test]
-    fn r_values_that_no_sheet_has_are_told() {
+    fn negative_r_values_are_reported() {
         let mut card = card::find("mild-steel-neto2012").unwrap();
-        let said = |card: &MaterialCard| text_of(card, card.yield_function().unwrap().as_ref());
-        assert!(!said(&card).contains("WARNING"));
+        let shown = |card: &MaterialCard| text_of(card, card.yield_function().unwrap().as_ref());
+        assert!(!shown(&card).contains("WARNING"));
         card.criterion =
             Some(card::YieldCriterion::Hill48 { f: -0.1, g: 0.5, h: 0.7, l: 1.5, m: 1.5, n: 1.5 });
-        assert!(said(&card).contains("r below 0"), "{}", said(&card));
+        assert!(shown(&card).contains("r below 0"), "{}", shown(&card));
     }
 
     #[test]

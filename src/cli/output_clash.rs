@@ -56,8 +56,8 @@ mod tests {
             refuse_clashes(&[&missing, &input], &[("--html", None), ("--json", Some(output))])
         };
         for output in [&input, &dotted] {
-            let said = asked(output).unwrap_err().error.to_string();
-            assert!(said.contains("--json") && said.contains("any other file"), "{said}");
+            let message = asked(output).unwrap_err().error.to_string();
+            assert!(message.contains("--json") && message.contains("any other file"), "{message}");
         }
         assert!(asked(&other).is_ok());
     }
@@ -69,8 +69,8 @@ mod tests {
         let same = folder.path().join(".").join("audit.html");
         let asked =
             |map: &Path| refuse_clashes(&[], &[("--map", Some(map)), ("--html", Some(&page))]);
-        let said = asked(&same).unwrap_err().error.to_string();
-        assert!(said.contains("--map and --html would both write"), "{said}");
+        let message = asked(&same).unwrap_err().error.to_string();
+        assert!(message.contains("--map and --html would both write"), "{message}");
         assert!(asked(&folder.path().join("map.html")).is_ok());
     }
 }

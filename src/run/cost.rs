@@ -122,8 +122,8 @@ fn factorisation(setup: &SimulationSetup, plan: &Symbolic, mut values: Vec<f64>)
     }
     // The sheet is unconstrained here: a diagonal shift makes the matrix regular.
     let diagonal: Vec<usize> = (0..unknowns).filter_map(|row| pattern.position(row, row)).collect();
-    let most = diagonal.iter().map(|&q| values[q].abs()).fold(0.0, f64::max);
-    diagonal.iter().for_each(|&q| values[q] += most);
+    let shift = diagonal.iter().map(|&q| values[q].abs()).fold(0.0, f64::max);
+    diagonal.iter().for_each(|&q| values[q] += shift);
     let mut store = Factors::default();
     let mut once = || {
         let start = Instant::now();
@@ -184,11 +184,11 @@ impl Cost {
             + entries(sheet) * BYTES_PER_ENTRY
             + sheet.elements as f64
                 * (BYTES_PER_ELEMENT + HISTORY_COPIES * setup.body.state_bytes_an_element() as f64);
-        let least: f64 = setup.stages.iter().map(fewest_increments).sum();
+        let fewest: f64 = setup.stages.iter().map(fewest_increments).sum();
         let thickness = setup.body.mesh().mean_thickness().max(1e-300);
         let increments = [
-            least,
-            (DIFFICULT_INCREMENTS_FACTOR * least)
+            fewest,
+            (DIFFICULT_INCREMENTS_FACTOR * fewest)
                 .max(INCREMENTS_PER_THICKNESS * total_travel(setup) / thickness),
         ];
         let iterations = [0, 1].map(|k| increments[k] * ITERATIONS_PER_INCREMENT[k]);
@@ -214,17 +214,17 @@ fn element_loop(setup: &mut SimulationSetup) -> (f64, Vec<f64>) {
     let stretch = |x: &Vec3| [TIMED_STRETCH * x.x, TIMED_STRETCH * x.y, 0.0];
     let u: Vec<f64> = setup.body.mesh().nodes.iter().flat_map(stretch).collect();
     let mut out = Evaluation::default();
-    let mut least = f64::INFINITY;
+    let mut shortest = f64::INFINITY;
     for _ in 0..3 {
         let start = Instant::now();
         let done = setup.body.evaluate(&u, Want::ResidualAndTangent, &mut out).is_ok();
-        least = least.min(start.elapsed().as_secs_f64());
+        shortest = shortest.min(start.elapsed().as_secs_f64());
         if !done {
             out.tangent.clear();
         }
     }
     setup.body.restore();
-    (least, out.tangent)
+    (shortest, out.tangent)
 }
 
 /// Increments of a stage without cuts: those of the run it follows, then steps that grow by half up to the largest

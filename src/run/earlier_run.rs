@@ -46,6 +46,7 @@ fn is_of_run(folder: &Path) -> bool {
 ///
 /// The caller holds the lock of the folder: any earlier run there has ended.
 ///
+/// # Errors
 /// [`RunError::Unfinished`] for a stopped or killed run of the same inputs that has a checkpoint, unless `overwrite`
 /// allows to replace it.
 pub(super) fn replaced_results(

@@ -124,12 +124,12 @@ mod tests {
         u[3 * top + 2] = -0.1;
         let thickness = column_thickness(&mesh, &positions(&mesh, &u));
         assert!((thickness[3] - 0.7).abs() < 1e-15 && (thickness[0] - 0.8).abs() < 1e-15);
-        let told = super::thickness(&mesh, &u).unwrap();
-        assert_eq!(told.to_string(), "0.7000 of 0.8000 mm at (2.0, 2.0, 0.7) mm");
-        assert_eq!(told.maximum_mm, 0.8);
+        let found = super::thickness(&mesh, &u).unwrap();
+        assert_eq!(found.to_string(), "0.7000 of 0.8000 mm at (2.0, 2.0, 0.7) mm");
+        assert_eq!(found.maximum_mm, 0.8);
         u[3 * top + 2] = -0.5;
-        let told = super::thickness(&mesh, &u).unwrap().to_string();
-        assert_eq!(told, "0.3000 of 0.8000 mm at (2.0, 2.0, 0.3) mm");
+        let found = super::thickness(&mesh, &u).unwrap().to_string();
+        assert_eq!(found, "0.3000 of 0.8000 mm at (2.0, 2.0, 0.3) mm");
     }
 
     #[test]

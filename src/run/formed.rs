@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bent_strip_is_stretched_on_one_face_and_its_largest_strains_are_told() {
+    fn a_bent_strip_is_stretched_on_one_face_and_its_largest_strains_are_recorded() {
         // Bent about y to a radius of 4 mm, and its end pulled out.
         let to = |share: f64, x: &Vec3| {
             let radius = 4.0 / share;
@@ -182,14 +182,14 @@ mod tests {
             );
         }
         let positions = fields::positions(body.mesh(), &u);
-        let told = Formed::of(&body, &u).record(&body, &positions).unwrap();
-        assert_eq!(told.major, value("major_strain")[3]);
-        assert_eq!(told.minor, value("minor_strain")[3]);
-        let plastic = told.plastic.unwrap();
+        let record = Formed::of(&body, &u).record(&body, &positions).unwrap();
+        assert_eq!(record.major, value("major_strain")[3]);
+        assert_eq!(record.minor, value("minor_strain")[3]);
+        let plastic = record.plastic.unwrap();
         assert_eq!(plastic.largest, value("plastic_strain_largest")[3]);
         let nodes = body.mesh().elements[3].map(|node| positions[node as usize]);
         let centre = nodes.iter().sum::<Vec3>() / 8.0;
-        assert_eq!((told.at_mm, plastic.at_mm), (centre.into(), centre.into()));
+        assert_eq!((record.at_mm, plastic.at_mm), (centre.into(), centre.into()));
     }
 
     #[test]
@@ -200,8 +200,8 @@ mod tests {
         assert!((major[0] - 1e-3_f64.ln_1p()).abs() < 1e-15, "{major:?}");
         assert_eq!(read_back(&body, &u, "plastic_strain"), None);
         let positions = fields::positions(body.mesh(), &u);
-        let told = Formed::of(&body, &u).record(&body, &positions).unwrap();
-        assert_eq!(told.plastic, None);
-        assert!(told.to_string().starts_with("major 0.0010 with minor 0.0000 at ("), "{told}");
+        let record = Formed::of(&body, &u).record(&body, &positions).unwrap();
+        assert_eq!(record.plastic, None);
+        assert!(record.to_string().starts_with("major 0.0010 with minor 0.0000 at ("), "{record}");
     }
 }

@@ -85,7 +85,7 @@ mod tests {
     use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
-    fn columns_that_lean_by_turns_are_found_and_those_of_a_bent_sheet_are_not() {
+    fn fibres_with_alternate_tilt_are_found_and_those_of_a_bent_sheet_are_not() {
         let mesh = rectangle(20.0, 20.0, 1.0, 10, 10, 1);
         assert_eq!(hourglass_mode(&mesh, &mesh.nodes, 1), None);
         let leaning = |by: f64, upto: f64| -> Vec<Vec3> {

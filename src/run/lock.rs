@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_a_killed_process_left_holds_nobody_off() {
+    fn the_name_of_a_killed_process_locks_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = file_in(folder.path());
         for text in ["{\"id\": 1, \"started\": 1, \"host\": \"gone\"}", "no process"] {

@@ -155,8 +155,9 @@ fn dip(mesh: &HexMesh, thickness: &[f64], thinning: &[f64]) -> Option<usize> {
             |other: usize| (thinning[other] - thinning[k]).abs() < SAME_DIP_REL * thinning[k];
         let beside: Vec<usize> = around[k].iter().copied().filter(|&other| !alike(other)).collect();
         let near = beside.iter().all(|&other| (at(k) - at(other)).norm() < thickness[k]);
-        let most = beside.iter().map(|&other| thinning[other]).fold(0.0, f64::max);
-        let deep = thinning[k] > DIP_RATIO_MIN * most && thinning[k] - most > THINNING_MIN;
+        let largest_around = beside.iter().map(|&other| thinning[other]).fold(0.0, f64::max);
+        let deep = thinning[k] > DIP_RATIO_MIN * largest_around
+            && thinning[k] - largest_around > THINNING_MIN;
         near && deep && beside.len() >= 2
     };
     let found = (0..thinning.len()).filter(is_dip);
@@ -173,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_band_that_thins_alone_is_told_from_a_strip_that_thins_throughout() {
+    fn a_localised_band_is_distinguished_from_uniform_thinning() {
         let mesh = rectangle(60.0, 10.0, 1.0, 60, 4, 1);
         let last = thinning(&mesh, |_| 0.15);
         let neck = |x: f64| 0.15 + 0.01 * (-(x - 30.0).powi(2)).exp() - 1e-5;

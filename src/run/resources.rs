@@ -83,7 +83,7 @@ pub fn memory_limit_megabytes() -> Option<f64> {
 mod tests {
     #[cfg(target_os = "linux")]
     #[test]
-    fn the_system_says_what_was_used() {
+    fn the_system_reports_resources() {
         let spent: f64 = (0..20_000_000).map(|k| f64::from(k).sqrt()).sum();
         assert!(spent > 0.0 && super::cpu_seconds() > 0.0);
         assert!(super::peak_megabytes() > 1.0);

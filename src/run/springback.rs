@@ -34,8 +34,8 @@ impl Springback {
         let moved = report.displacements.chunks_exact(3).zip(self.held.chunks_exact(3));
         let squares = moved.map(|(u, held)| u.iter().zip(held).map(|(a, b)| (a - b).powi(2)).sum());
         let (largest, sum, count) = squares
-            .fold((0.0_f64, 0.0, 0.0), |(most, sum, count), s: f64| {
-                (most.max(s), sum + s, count + 1.0)
+            .fold((0.0_f64, 0.0, 0.0), |(largest, sum, count), s: f64| {
+                (largest.max(s), sum + s, count + 1.0)
             });
         (count > 0.0).then(|| SpringbackRecord {
             largest_mm: largest.sqrt(),

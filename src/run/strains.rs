@@ -71,9 +71,9 @@ fn of_element(x: &[Vec3; 8], u: &[Vec3; 8]) -> ElementStrains {
 /// diverge in a bent sheet, and their mean tilt.
 fn height(x: &[Vec3; 8], tangents: [Vec3; 2]) -> f64 {
     let fibres = [0, 1, 2, 3].map(|k| x[k + 4] - x[k]);
-    let lean = fibres.iter().sum::<Vec3>().normalize();
+    let direction = fibres.iter().sum::<Vec3>().normalize();
     let length: f64 = fibres.iter().map(Vec3::norm).sum();
-    length * lean.dot(&tangents[0].cross(&tangents[1]).normalize())
+    length * direction.dot(&tangents[0].cross(&tangents[1]).normalize())
 }
 
 /// Principal strains of a surface with initial tangents `was` and their changes `by`.
@@ -100,8 +100,8 @@ mod tests {
     use crate::solver::sheet::hex_mesh::rectangle;
 
     fn near(found: Principal, major: f64, minor: f64) {
-        let off = (found.major - major).abs().max((found.minor - minor).abs());
-        assert!(off < 1e-14, "{found:?} is not {major}, {minor}");
+        let error = (found.major - major).abs().max((found.minor - minor).abs());
+        assert!(error < 1e-14, "{found:?} is not {major}, {minor}");
     }
 
     fn displaced(mesh: &HexMesh, to: impl Fn(&Vec3) -> Vec3) -> Vec<f64> {

@@ -91,8 +91,8 @@ fn check_plane(
             "every plane once: each halves the forces on the modelled part".into(),
         ));
     }
-    let reach = |least: [f64; 2], x: &Vec3| [least[0].min(x[axis]), least[1].max(x[axis])];
-    let [low, high] = nodes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], reach);
+    let extend = |range: [f64; 2], x: &Vec3| [range[0].min(x[axis]), range[1].max(x[axis])];
+    let [low, high] = nodes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], extend);
     if low < at - near && high > at + near {
         return Err((
             format!("{name} inside the blank, which reaches from {low} to {high} mm"),

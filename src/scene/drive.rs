@@ -119,8 +119,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_drive_is_told_in_words() {
-        for (text, told) in [
+    fn invalid_drives_have_clear_messages() {
+        for (text, expected) in [
             (r#"{"travel_mm":3,"force_n":4}"#, "`travel_mm` and `force_n` for one tool"),
             ("{}", "no way to drive the tool"),
             ("3", "one way to drive a tool"),
@@ -131,7 +131,7 @@ mod tests {
             (r#"{"travel_mm":[[0.5]]}"#, ""),
         ] {
             let found = read(text).unwrap_err();
-            assert!(found.contains(told), "{text}: {found}");
+            assert!(found.contains(expected), "{text}: {found}");
         }
     }
 }

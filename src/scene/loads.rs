@@ -78,8 +78,8 @@ fn fractions(mesh: &HexMesh, there: &[usize]) -> Vec<f64> {
 /// Canonical order of the nodes of a face or an edge, the same for both adjacent elements: from the smallest index
 /// towards its smaller neighbour.
 fn canonical_order(mut nodes: Vec<u32>) -> Vec<u32> {
-    let least = (0..nodes.len()).min_by_key(|&k| nodes[k]).unwrap_or(0);
-    nodes.rotate_left(least);
+    let smallest = (0..nodes.len()).min_by_key(|&k| nodes[k]).unwrap_or(0);
+    nodes.rotate_left(smallest);
     if nodes.len() > 2 && nodes[1] > nodes[nodes.len() - 1] {
         nodes[1..].reverse();
     }

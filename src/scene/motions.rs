@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tool_that_is_not_named_goes_on_as_it_was() {
+    fn a_tool_that_is_not_named_keeps_its_motion() {
         let mut last = first();
         assert_eq!(motion(None, &mut last), Motion::Hold);
         motion(Some(&force(5.0)), &mut last);
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_that_jumps_is_found_where_the_scene_says_so() {
+    fn a_discontinuous_curve_is_found() {
         let begins = |value: f64| Course::Curve(vec![[0.0, value], [1.0, 9.0]]);
         let later = || Course::Curve(vec![[0.5, 4.0], [1.0, 9.0]]);
         let after = |first_drive: Option<Drive>, drive: &Drive| {

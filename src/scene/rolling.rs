@@ -70,8 +70,8 @@ pub(super) fn orient(plan: &Plan, body: &mut Body) -> Result<(), Fault> {
 
 /// The element whose normal deviates most from z; `None` if all are along z.
 fn inclined_element(mesh: &HexMesh) -> Option<usize> {
-    let lean = mesh.normals().into_iter().map(|normal| normal.xy().norm()).enumerate();
-    let farthest = lean.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let inclination = mesh.normals().into_iter().map(|normal| normal.xy().norm()).enumerate();
+    let farthest = inclination.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (farthest.1 > ALONG_Z_SIN_MAX).then_some(farthest.0)
 }
 

@@ -219,7 +219,7 @@ mod tests {
 
     /// A rectangle with permuted axes: its thickness is along x.
     #[test]
-    fn the_side_of_a_tool_is_told_by_the_sheet_and_not_by_z() {
+    fn the_side_of_a_tool_follows_from_the_sheet_and_not_from_z() {
         let mut mesh = rectangle(4.0, 2.0, 1.0, 4, 2, 2);
         assert_eq!(thickness_direction(&mesh), Vec3::z());
         mesh.nodes.iter_mut().for_each(|x| *x = Vec3::new(x.z, x.x, x.y));
@@ -231,8 +231,8 @@ mod tests {
         let (found, allowed) = of([0.0, 0.0, -1.0]).unwrap_err();
         assert!(found.contains("[0, 0, -1]") && found.contains("[1.000, 0.000"), "{found}");
         assert!(allowed.contains(r#""side": "top""#), "{allowed}");
-        let said = side(&tool([0.0, 0.0, -1.0], Some(Side::Both)), &up);
-        assert_eq!(said, Ok(SheetSide::Both));
+        let found = side(&tool([0.0, 0.0, -1.0], Some(Side::Both)), &up);
+        assert_eq!(found, Ok(SheetSide::Both));
     }
 
     /// A flat face with a wall beside it, and both reversed.

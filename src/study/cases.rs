@@ -128,6 +128,7 @@ fn put_under(folder: &Path, file: Option<&mut Value>) {
 /// The cases selected by `wanted`: a complete name selects one case, a part of a name all cases that contain it. An
 /// empty list selects all.
 ///
+/// # Errors
 /// The first name that no case contains.
 pub fn chosen(ids: &[String], wanted: &[String]) -> Result<BTreeSet<String>, String> {
     if wanted.is_empty() {

@@ -89,10 +89,10 @@ pub enum Outcome {
 impl Check {
     /// Evaluates the check for the values of all cases that have one.
     #[must_use]
-    pub fn judge(&self, values: &[(String, f64)]) -> Outcome {
+    pub fn evaluate(&self, values: &[(String, f64)]) -> Outcome {
         let margin = |v: f64| {
-            let above = self.at_most.map_or(f64::INFINITY, |most| most - v);
-            above.min(self.at_least.map_or(f64::INFINITY, |least| v - least))
+            let above = self.at_most.map_or(f64::INFINITY, |limit| limit - v);
+            above.min(self.at_least.map_or(f64::INFINITY, |limit| v - limit))
         };
         // NaN counts as beyond all limits.
         let margin = |v: f64| if v.is_nan() { f64::NEG_INFINITY } else { margin(v) };
@@ -156,18 +156,18 @@ mod tests {
         };
         let values = [("a".to_owned(), 0.01), ("b".to_owned(), 0.03)];
         let holds = Outcome::Holds { value: 0.03, case: "b".into() };
-        assert_eq!(check(None, Some(0.05)).judge(&values), holds);
+        assert_eq!(check(None, Some(0.05)).evaluate(&values), holds);
         let fails = Outcome::Fails { value: 0.03, case: "b".into() };
-        assert_eq!(check(None, Some(0.02)).judge(&values), fails);
+        assert_eq!(check(None, Some(0.02)).evaluate(&values), fails);
         let known = Check { explained: Some("no b".into()), ..check(None, Some(0.02)) };
-        let why = known.judge(&values).texts();
+        let why = known.evaluate(&values).texts();
         assert_eq!(why, ["does not hold".to_owned(), "3.000e-2 (b): no b".to_owned()]);
         let known = Check { at_most: Some(0.05), ..known };
-        assert_eq!(known.judge(&values), Outcome::Holds { value: 0.03, case: "b".into() });
+        assert_eq!(known.evaluate(&values), Outcome::Holds { value: 0.03, case: "b".into() });
         let fails = Outcome::Fails { value: 0.01, case: "a".into() };
-        assert_eq!(check(Some(0.02), Some(0.05)).judge(&values), fails);
-        assert_eq!(check(Some(0.02), None).judge(&[]), Outcome::Open);
+        assert_eq!(check(Some(0.02), Some(0.05)).evaluate(&values), fails);
+        assert_eq!(check(Some(0.02), None).evaluate(&[]), Outcome::Open);
         let nothing = [("c".to_owned(), f64::NAN)];
-        assert!(matches!(check(None, Some(1.0)).judge(&nothing), Outcome::Fails { .. }));
+        assert!(matches!(check(None, Some(1.0)).evaluate(&nothing), Outcome::Fails { .. }));
     }
 }

@@ -80,8 +80,8 @@ pub fn largest_difference(one: &[(f64, f64)], other: &[(f64, f64)]) -> Option<f6
     if fine.len() < 2 {
         return None;
     }
-    let off = coarse.iter().map(|&(s, t)| (t - at(fine, s)).abs());
-    off.reduce(f64::max)
+    let difference = coarse.iter().map(|&(s, t)| (t - at(fine, s)).abs());
+    difference.reduce(f64::max)
 }
 
 /// Linear interpolation, constant beyond the ends; zero for an empty curve.
@@ -179,8 +179,8 @@ mod tests {
         let coarse = [(0.0, 1.0), (10.0, 2.0)];
         assert_eq!(largest_difference(&[(5.0, 1.5), (7.5, 1.5)], &coarse), Some(0.25));
         let fine = [(0.0, 1.0), (5.0, 0.0), (10.0, 1.9)];
-        for off in [largest_difference(&fine, &coarse), largest_difference(&coarse, &fine)] {
-            assert!((off.unwrap() - 0.1).abs() < 1e-12, "{off:?}");
+        for difference in [largest_difference(&fine, &coarse), largest_difference(&coarse, &fine)] {
+            assert!((difference.unwrap() - 0.1).abs() < 1e-12, "{difference:?}");
         }
         assert_eq!(largest_difference(&[(5.0, 1.5)], &[]), None);
     }
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn the_front_holds_what_nobody_beats() {
+    fn the_pareto_front_holds_undominated_points() {
         let points = [(1.0, 5.0), (2.0, 3.0), (3.0, 3.0), (4.0, 1.0), (4.0, 6.0)];
         assert_eq!(pareto_front(&points), [true, true, false, true, false]);
     }

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_follows_two_or_itself() {
+    fn no_case_follows_two_or_itself() {
         let follow = |of: &str, cases: &[&str]| serde_json::json!({"of": of, "cases": cases});
         let found = |list: Vec<serde_json::Value>| fault(&study(list.into()));
         assert_eq!(found(vec![follow("a", &["b"]), follow("b", &["c"])]), None);

@@ -120,7 +120,7 @@ mod tests {
     use std::sync::Mutex;
 
     #[test]
-    fn a_damaged_manifest_is_told_and_kept() {
+    fn a_damaged_manifest_is_reported_and_kept() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         assert_eq!(Manifest::read(folder).unwrap(), Manifest::default());
@@ -131,11 +131,11 @@ mod tests {
         fs::write(folder.join(FILE_NAME), "{\"cases\": ").unwrap();
         let message = Manifest::read(folder).unwrap_err().to_string();
         assert!(message.contains("manifest.json, line 1") && message.contains("allowed"));
-        let told = Mutex::new(String::new());
-        let say = |text: &str| told.lock().unwrap().push_str(text);
+        let messages = Mutex::new(String::new());
+        let say = |text: &str| messages.lock().unwrap().push_str(text);
         let read = Manifest::read_or_set_aside(folder, &say).unwrap();
         assert_eq!(read, Manifest::default());
-        assert!(told.lock().unwrap().contains("manifest.damaged.json"));
+        assert!(messages.lock().unwrap().contains("manifest.damaged.json"));
         assert!(folder.join(DAMAGED_NAME).exists() && !folder.join(FILE_NAME).exists());
     }
 }

@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_said_and_how_it_ended_come_back() {
+    fn output_and_status_are_returned() {
         let stop = Cancel::default();
         let mut command = Command::new("sh");
         command.args(["-c", "echo far >&2; echo away >&2; exit 3"]);

@@ -150,13 +150,13 @@ fn scenes(study: &Study) -> Result<(), Fault> {
     let roots = Roots { tools: Path::new(""), own: Path::new("") };
     for quick in [false, true] {
         // One scene at a time: all together may take far more memory than the file.
-        let judged = |mut case: Case| {
+        let checked = |mut case: Case| {
             let fault = fault_in(study, &case);
             case.scene = Value::Null;
             (case, fault)
         };
         let (all, faults): (Vec<Case>, Vec<Option<Fault>>) =
-            each_case(study, roots, quick).map(judged).unzip();
+            each_case(study, roots, quick).map(checked).unzip();
         if let Some(k) = faults.iter().position(Option::is_some) {
             let bad: Vec<bool> = faults.iter().map(Option::is_some).collect();
             let (key, found, allowed) = faults.into_iter().nth(k).flatten().unwrap_or_default();

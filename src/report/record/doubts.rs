@@ -21,7 +21,7 @@ const HOLDER_LIFT_MAX_REL: f64 = 1.0;
 impl RunRecord {
     /// All doubts of the run so far: first `scene`, the doubts about the set-up, then the doubts about the result.
     #[must_use]
-    pub fn judged(&self, scene: &[Doubt]) -> Vec<Doubt> {
+    pub fn all_doubts(&self, scene: &[Doubt]) -> Vec<Doubt> {
         let found = [
             self.penetration_at_nodes(),
             self.penetration_on_faces(),

@@ -5,7 +5,7 @@
 //! a holder's opening. Surfaces opposed by an anvil are kept: a sheet is coined into them.
 
 use super::curvature::corners;
-use super::sharp::Opposite;
+use super::sharp_edge::Opposite;
 use crate::contact::Projection;
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;

@@ -1,9 +1,9 @@
 //! Clearance between tools at the end of their travel, compared with the thickness of the sheet and the shape errors of
 //! the tools.
 
-use super::coarse::{ShapeError, shape_error};
+use super::element_size::SHAPE_ERROR_TOLERANCE_REL;
 use super::finding::{Conversion, Finding};
-use super::size::SHAPE_ERROR_TOLERANCE_REL;
+use super::shape_error::{ShapeError, shape_error};
 use super::travel::end_of;
 use crate::audit::clearance::{ClearanceOptions, clearance};
 use crate::geometry::Vec3;
@@ -112,12 +112,12 @@ impl Clearance<'_> {
         let about = if estimated { "about " } else { "" };
         let each = 0.5 * self.allowed_error();
         let named = self.errors.iter().zip(self.names);
-        let off: Vec<String> =
+        let coarse: Vec<String> =
             named.filter_map(|(e, name)| e.as_ref()?.patches_text(name, each)).collect();
-        let patches = if off.is_empty() {
+        let patches = if coarse.is_empty() {
             String::new()
         } else {
-            format!(" (estimated: {})", off.join("; "))
+            format!(" (estimated: {})", coarse.join("; "))
         };
         format!("{about}{:.3} mm together{patches}", self.known_error())
     }
@@ -198,29 +198,29 @@ mod tests {
 
     #[test]
     fn room_is_held_against_thickness_and_shape_error() {
-        let told = |minimum: f64, errors: [Option<f64>; 2]| {
+        let finding_for = |minimum: f64, errors: [Option<f64>; 2]| {
             let errors = errors.map(|mm| mm.map(|mm| ShapeError { mm, from: None }));
             let names = ["a", "b"];
             let clearance = Clearance { names, minimum, at: None, thickness: 1.0, errors };
             clearance.finding().map(|r| r.to_string())
         };
-        assert_eq!(told(1.2, [Some(0.01), None]), None);
-        let ironed = told(0.9, [None; 2]).unwrap();
+        assert_eq!(finding_for(1.2, [Some(0.01), None]), None);
+        let ironed = finding_for(0.9, [None; 2]).unwrap();
         assert!(ironed.contains("ironed") && !ironed.contains("coarse"), "{ironed}");
-        let coarse = told(1.1, [Some(0.04), Some(0.03)]).unwrap();
+        let coarse = finding_for(1.1, [Some(0.04), Some(0.03)]).unwrap();
         assert!(
             coarse.contains("0.070 mm") && coarse.contains("tolerance of 0.0250 mm"),
             "{coarse}"
         );
-        let both = told(0.9, [Some(0.04), None]).unwrap();
+        let both = finding_for(0.9, [Some(0.04), None]).unwrap();
         assert!(both.contains("ironed") && both.contains("tolerance of 0.0100 mm"), "{both}");
-        let apart = told(-0.489, [Some(0.04), None]).unwrap();
+        let apart = finding_for(-0.489, [Some(0.04), None]).unwrap();
         assert!(apart.contains("overlap by 0.489 mm") && !apart.contains("tolerance"), "{apart}");
     }
 
     #[test]
-    fn coarse_patches_are_named_where_the_file_says_nothing() {
-        let told = |divisions: usize, minimum: f64| {
+    fn coarse_patches_are_named_if_the_file_records_no_error() {
+        let finding_for = |divisions: usize, minimum: f64| {
             let profile = [arc(divisions, [0.0, 7.0], 7.0, [-FRAC_PI_2, 0.0], 1.0)];
             let patches = revolved("die", divisions, FRAC_PI_2, &profile).patches;
             let error = shape_error(None, &patches, &vec![true; patches.len()]);
@@ -229,11 +229,11 @@ mod tests {
             clearance.finding().map(|r| r.to_string())
         };
         for minimum in [0.9, 1.1] {
-            let text = told(1, minimum).unwrap();
+            let text = finding_for(1, minimum).unwrap();
             for part in ["of die", "turns by 90 degrees", "too coarse", "tolerance of"] {
                 assert!(text.contains(part), "{part}: {text}");
             }
         }
-        assert_eq!(told(8, 1.1), None);
+        assert_eq!(finding_for(8, 1.1), None);
     }
 }

@@ -116,10 +116,13 @@ mod tests {
             (normal * 3.0 + Vec3::y() * y, normal)
         };
         let corners = [at(-0.3, 0.0), at(0.2, 1.0), at(0.5, 6.0), at(0.0, 5.0)];
-        let (_, [most, least]) = principal_curvatures(&corners).unwrap();
-        assert!((most.radius - 3.0).abs() < 0.05 && least.radius > 100.0, "{most:?} {least:?}");
-        assert!(most.direction.y.abs() < 0.05, "{most:?}");
+        let (_, [larger, smaller]) = principal_curvatures(&corners).unwrap();
+        assert!(
+            (larger.radius - 3.0).abs() < 0.05 && smaller.radius > 100.0,
+            "{larger:?} {smaller:?}"
+        );
+        assert!(larger.direction.y.abs() < 0.05, "{larger:?}");
         // 0.8 rad between corners.
-        assert!((most.turn() - 0.8).abs() < 0.03, "{}", most.turn());
+        assert!((larger.turn() - 0.8).abs() < 0.03, "{}", larger.turn());
     }
 }

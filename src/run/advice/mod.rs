@@ -1,33 +1,33 @@
 //! Findings about a scene before it runs: errors, doubts, and choices that cost accuracy or time.
 
-mod amounts;
-mod away;
-mod border;
 mod clamping;
 mod clearance;
-mod coarse;
+mod coincident_nodes;
+mod constrained_nodes;
 mod curvature;
+mod element_size;
 mod elements;
 mod finding;
-mod fixed;
+mod free_border;
 pub mod holder;
-mod inside;
+mod holder_stop;
+mod initial_penetration;
+mod magnitudes;
 mod material;
+mod missed_sheet;
+mod patches;
 mod radii;
-mod seam;
-mod sharp;
-mod size;
-mod stops;
+mod shape_error;
+mod sharp_edge;
 mod symmetry;
-mod tools;
 mod travel;
-mod unheld;
+mod unconstrained;
 mod units;
 mod unopposed;
 
 use self::clamping::Clamping;
-use self::sharp::Opposite;
-use self::size::Sizes;
+use self::element_size::Sizes;
+use self::sharp_edge::Opposite;
 use super::cost::Cost;
 use crate::report::doubt::DoubtCode;
 use crate::scene::Plan;
@@ -51,17 +51,17 @@ fn doubts_at(
 ) -> Vec<Finding> {
     let mut out: Vec<Finding> = material::finding(&plan.card).into_iter().collect();
     units::findings(setup, &mut out);
-    out.extend(amounts::friction_not_given(plan));
-    amounts::findings(plan, setup, &mut out);
-    fixed::findings(setup, &mut out);
+    out.extend(magnitudes::friction_not_given(plan));
+    magnitudes::findings(plan, setup, &mut out);
+    constrained_nodes::findings(setup, &mut out);
     out.extend(elements::too_few_points(plan, setup));
     out.extend(symmetry::oblique_rolling(plan));
-    out.extend(seam::finding(setup.body.mesh()));
+    out.extend(coincident_nodes::finding(setup.body.mesh()));
     out.extend(symmetry::missing(plan, setup));
     out.extend(symmetry::asymmetric_tools(plan, setup));
     unopposed::findings(setup, &mut out);
-    out.extend(unheld::finding(setup));
-    out.extend(setup.tools.iter().filter_map(tools::without_area));
+    out.extend(unconstrained::finding(setup));
+    out.extend(setup.tools.iter().filter_map(patches::without_area));
     out.extend(idle(setup));
     let part = symmetry::modelled_region(plan, setup);
     holder::findings(setup, &holder::holders(setup, kept), &mut out);
@@ -101,16 +101,16 @@ pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> 
     for (k, tool) in setup.tools.iter().enumerate() {
         let opposite = Opposite::new(setup, k, &kept[k], &sizes);
         let clamping = Clamping::new(setup, k, &kept[k], &opposite);
-        tools::findings(tool, &kept[k], &sizes, &mut out);
+        patches::findings(tool, &kept[k], &sizes, &mut out);
         out.extend(radii::coarse(tool, &kept[k], (&part, &clamping), (&sizes, cost)));
         // Unreachable tools have a note already.
-        out.extend(kept[k].contains(&true).then(|| away::finding(setup, k)).flatten());
-        out.extend(inside::finding(setup, k, &sizes));
-        out.extend(sharp::finding(setup, k, &kept[k], &sizes));
-        out.extend(border::finding(setup, k, &kept, &sizes));
+        out.extend(kept[k].contains(&true).then(|| missed_sheet::finding(setup, k)).flatten());
+        out.extend(initial_penetration::finding(setup, k, &sizes));
+        out.extend(sharp_edge::finding(setup, k, &kept[k], &sizes));
+        out.extend(free_border::finding(setup, k, &kept, &sizes));
     }
     clearance::findings(plan, setup, &kept, &mut out);
-    stops::findings(setup, &mut out);
+    holder_stop::findings(setup, &mut out);
     sort(&mut out);
     out
 }

@@ -2,8 +2,8 @@
 
 use super::clamping::Clamping;
 use super::curvature::{FLAT_ANGLE, PrincipalCurvature, corners, principal_curvatures};
+use super::element_size::{Size, Sizes};
 use super::finding::Finding;
-use super::size::{Size, Sizes};
 use crate::geometry::{Aabb, Vec3};
 use crate::report::doubt::{DoubtCode, place_mm};
 use crate::run::cost::{Cost, TIME_EXPONENT};

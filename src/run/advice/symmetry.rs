@@ -2,8 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
+use super::element_size::EVERYWHERE;
 use super::finding::Finding;
-use super::size::EVERYWHERE;
 use crate::geometry::{Aabb, Vec3};
 use crate::report::doubt::DoubtCode;
 use crate::run::cost::{Cost, TIME_EXPONENT};
@@ -250,13 +250,13 @@ fn is_sheet_symmetric(setup: &SimulationSetup, axis: usize, at: f64, near: f64) 
         })
     };
     let load = |n: usize, k: usize| setup.loads.get(3 * n + k).copied().unwrap_or(0.0);
-    let most = setup.loads.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+    let largest = setup.loads.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
     nodes.iter().enumerate().all(|(n, x)| {
         let Some(image) = image_of(x) else { return false };
         (0..3).all(|k| {
             let sign = if k == axis { -1.0 } else { 1.0 };
             setup.constraints.is_held(n, k) == setup.constraints.is_held(image, k)
-                && (load(n, k) - sign * load(image, k)).abs() <= 1e-9 * most
+                && (load(n, k) - sign * load(image, k)).abs() <= 1e-9 * largest
         })
     })
 }

@@ -48,8 +48,8 @@ fn supported(setup: &SimulationSetup, direction: &Vec3) -> bool {
 
 /// The remedy. The remaining forces of a tool released in the same stage follow the sheet without guidance.
 fn remedy(setup: &SimulationSetup, stage: &Stage) -> String {
-    let gone = setup.tools.iter().zip(&stage.motions).find(|(_, m)| **m == Motion::Release);
-    gone.map_or_else(
+    let released = setup.tools.iter().zip(&stage.motions).find(|(_, m)| **m == Motion::Release);
+    released.map_or_else(
         || "Keep a tool on the other side of the sheet, or release this one too.".into(),
         |(tool, _)| {
             format!(

@@ -188,7 +188,7 @@ impl RunFolder {
             }
             write_pvd(&self.path.join("run.pvd"), &self.steps)?;
         }
-        self.record.doubts = self.record.judged(&self.scene_doubts);
+        self.record.doubts = self.record.all_doubts(&self.scene_doubts);
         self.history.write(&self.path.join("history.csv"))?;
         write_iterations(&self.path.join("iterations.csv"), &self.iterations)?;
         self.record.write(&self.path.join("run.json"))
@@ -208,7 +208,7 @@ impl RunFolder {
     /// Sets the doubts about the scene.
     pub fn set_scene_doubts(&mut self, doubts: Vec<Doubt>) {
         self.scene_doubts = doubts;
-        self.record.doubts = self.record.judged(&self.scene_doubts);
+        self.record.doubts = self.record.all_doubts(&self.scene_doubts);
     }
 
     /// Records the increment that did not converge: its cost, and the iterations of the last attempt.
@@ -261,7 +261,7 @@ impl RunFolder {
         if verdict.is_complete() {
             self.record.tools_never_touched = self.history.untouched();
         }
-        self.record.doubts = self.record.judged(&self.scene_doubts);
+        self.record.doubts = self.record.all_doubts(&self.scene_doubts);
         if verdict.is_complete() {
             self.record.verdict = self.record.completed_verdict();
         }

@@ -17,9 +17,9 @@ impl RunFolder {
                 continue;
             }
             let (name, travel) = (&report.tools[*tool].name, report.tools[*tool].travel);
-            let most = farthest.map_or(travel, |most: f64| most.max(travel));
-            *farthest = Some(most);
-            let lift_mm = most - travel;
+            let position = farthest.map_or(travel, |position: f64| position.max(travel));
+            *farthest = Some(position);
+            let lift_mm = position - travel;
             if lift_mm > self.record.holder_lift.as_ref().map_or(0.0, |known| known.lift_mm) {
                 let (tool, increment) = (name.clone(), report.increment);
                 self.record.holder_lift = Some(HolderLiftRecord { tool, increment, lift_mm });
@@ -109,16 +109,20 @@ impl RunFolder {
         let open = e.open().abs();
         let opened = (e.open() - record.unaccounted_nmm).abs();
         let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
-        let least = work.max(report.rounding_work);
-        record.energy_error = if least > 0.0 { open / least } else { 0.0 };
+        let reference_work = work.max(report.rounding_work);
+        record.energy_error = if reference_work > 0.0 { open / reference_work } else { 0.0 };
         record.unaccounted_nmm = e.open();
         if opened > record.largest_unaccounted.map_or(0.0, |before| before.energy_nmm) {
             let increment = report.increment;
-            record.largest_unaccounted =
-                Some(UnaccountedEnergyRecord { increment, energy_nmm: opened, work_nmm: least });
+            record.largest_unaccounted = Some(UnaccountedEnergyRecord {
+                increment,
+                energy_nmm: opened,
+                work_nmm: reference_work,
+            });
         }
         let unstored = (e.internal - e.stored()).abs();
-        record.stored_energy_error = if least > 0.0 { unstored / least } else { 0.0 };
+        record.stored_energy_error =
+            if reference_work > 0.0 { unstored / reference_work } else { 0.0 };
         record.work_nmm = work;
         record.released_force_work_nmm = e.left_behind;
         record.artificial_energy_nmm = e.artificial;

@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn values_of_elements_on_top_are_told_at_their_columns() {
+    fn values_of_the_top_layer_are_averaged_at_columns() {
         let mesh = rectangle(2.0, 1.0, 1.0, 2, 1, 2);
         // Values of the lower layer are not used.
         let values = at_columns(&mesh, &[9.0, 1.0, 9.0, 3.0]);

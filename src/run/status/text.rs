@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_told_by_the_clock() {
+    fn times_are_hours_minutes_and_seconds() {
         assert_eq!([clock(0.4), clock(61.0), clock(3725.2)], ["0:00", "1:01", "1:02:05"]);
     }
 }

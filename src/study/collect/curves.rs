@@ -11,14 +11,14 @@ const EARLY_FRACTION: f64 = 2.0 / 3.0;
 /// RMS of the difference of two curves over their common travel, over the RMS of the second one.
 pub(super) fn force_rms(curve: &[(f64, f64)], reference: &[(f64, f64)]) -> Option<f64> {
     let (start, end) = common(curve, reference)?;
-    let (mut off, mut size) = (0.0, 0.0);
+    let (mut difference, mut size) = (0.0, 0.0);
     for k in 0..=INTERVALS {
         let x = start + (end - start) * k as f64 / INTERVALS as f64;
         let (a, b) = (at(curve, x), at(reference, x));
-        off += (a - b) * (a - b);
+        difference += (a - b) * (a - b);
         size += b * b;
     }
-    (size > 0.0).then(|| (off / size).sqrt())
+    (size > 0.0).then(|| (difference / size).sqrt())
 }
 
 /// Largest excess of a curve over a reference in the last third of their common travel, over the largest force of the

@@ -1,8 +1,8 @@
 //! Comparison of all cases: `study.csv`, `study.html` and charts.
 
+mod chart_set;
 mod curves;
-mod judge;
-mod pictures;
+mod evaluate;
 mod row;
 mod table;
 
@@ -42,15 +42,15 @@ pub fn collect(
     let (head, cells) = table::table(study, &rows);
     let names: Vec<&str> = head.iter().map(String::as_str).collect();
     write_csv(&folder.join("study.csv"), &names, &cells)?;
-    let charts = pictures::charts(study, &rows);
-    let bars = pictures::bars(&rows);
+    let charts = chart_set::charts(study, &rows);
+    let bars = chart_set::bars(&rows);
     for (name, chart) in &charts {
         write_chart(&folder.join(name).with_extension("svg"), chart)?;
     }
     for (name, bars) in &bars {
         bars.write(&folder.join(name).with_extension("svg"))?;
     }
-    let checks = judge::judge(study, &rows);
+    let checks = evaluate::evaluate(study, &rows);
     let mut page = Page::new(&study.name);
     let doubts = doubts(&rows);
     page.doubts(&doubts);

@@ -185,9 +185,9 @@ fn methods_are_lines_and_the_best_are_ringed() {
         })
         .collect();
     rows[0].shape_error = Some(0.01);
-    let error = ("shape", "Shape error", "mm", (|r, _| r.shape_error) as pictures::Number);
-    let cost = ("time", "time", "s", (|_, record| Some(record.cpu_s)) as pictures::Number);
-    let chart = pictures::against(&rows, &error, &cost);
+    let error = ("shape", "Shape error", "mm", (|r, _| r.shape_error) as chart_set::Number);
+    let cost = ("time", "time", "s", (|_, record| Some(record.cpu_s)) as chart_set::Number);
+    let chart = chart_set::against(&rows, &error, &cost);
     assert_eq!(chart.lines.len(), 2);
     assert_eq!(chart.lines[0].name, "smooth");
     assert_eq!(chart.lines[0].points, [(10.0, 0.01), (12.0, 0.1)]);

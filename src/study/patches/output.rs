@@ -126,12 +126,12 @@ fn fewest(study: &PatchStudy, rows: &[Row<'_>]) -> (Vec<String>, Vec<Vec<String>
     let (low, high) = errors.fold((f64::INFINITY, 0.0_f64), |(a, b), e| (a.min(e), b.max(e)));
     let levels = (-12..=3).rev().flat_map(|k| [3.0, 1.0].map(|m| m * 10.0_f64.powi(k)));
     let levels = levels.filter(|l| (low..=high).contains(l));
-    let least = |name: &str, level: f64| {
+    let fewest_patches = |name: &str, level: f64| {
         let own = rows.iter().filter(|r| r.method.name == name).filter_map(Row::sound);
         own.filter(|f| f.error_mm <= level).map(|f| f.patches).min()
     };
     let line = |level: f64| {
-        let found = study.methods.iter().map(|m| least(&m.name, level));
+        let found = study.methods.iter().map(|m| fewest_patches(&m.name, level));
         let cells = found.map(|n| n.map_or_else(|| "-".into(), |n| n.to_string()));
         std::iter::once(format!("{level:.0e}")).chain(cells).collect()
     };

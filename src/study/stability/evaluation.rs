@@ -49,8 +49,8 @@ fn largest_error((_, prepare, evaluate): &Form, degree: usize, count: usize) -> 
         let form = prepare(&whole.iter().map(|&c| c as f64 * unit).collect::<Vec<_>>());
         for step in 0..=STEPS {
             let found = evaluate(&form, step as f64 / STEPS as f64);
-            let off = whole_multiple(found) - exact(&whole, step);
-            let error = off.unsigned_abs() as f64 / (2.0_f64).powi(SCALE_BITS as i32);
+            let difference = whole_multiple(found) - exact(&whole, step);
+            let error = difference.unsigned_abs() as f64 / (2.0_f64).powi(SCALE_BITS as i32);
             worst = worst.max(error / (largest as f64 * unit));
         }
     }

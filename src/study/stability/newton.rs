@@ -56,8 +56,8 @@ fn panel(plan: &NewtonMap, angle_deg: f64) -> Panel {
         converged_fraction(&surface, &p, plan.starts)
     };
     let values: Vec<f64> = (0..plan.columns * plan.rows).into_par_iter().map(cell).collect();
-    let judged = values.iter().filter(|v| v.is_finite()).count();
-    let sound = values.iter().filter(|v| **v == 1.0).count() as f64 / judged.max(1) as f64;
+    let inside = values.iter().filter(|v| v.is_finite()).count();
+    let sound = values.iter().filter(|v| **v == 1.0).count() as f64 / inside.max(1) as f64;
     let reach = ANGLE_FRACTION * 0.5 * angle_deg;
     let map = HeatMap {
         title: format!("patch of {angle_deg} deg"),

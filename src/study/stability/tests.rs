@@ -77,8 +77,8 @@ fn the_guard_leaves_no_wild_edge_and_touches_no_arc() {
 #[test]
 fn a_study_writes_its_drawings_and_refuses_nonsense() {
     let folder = tempfile::tempdir().unwrap();
-    let said = run(&small(), Path::new("study.json"), folder.path()).unwrap();
-    assert_eq!(said.len(), 1 + 2 + 3 + 4 + 2);
+    let report = run(&small(), Path::new("study.json"), folder.path()).unwrap();
+    assert_eq!(report.len(), 1 + 2 + 3 + 4 + 2);
     for name in DRAWINGS {
         assert!(folder.path().join(format!("{name}.svg")).exists());
         assert!(folder.path().join(format!("{name}.csv")).exists());

@@ -93,8 +93,8 @@ fn saddle_error(patch: &Patch, corners: &[(Vec3, Vec3)]) -> f64 {
 fn side_error(a: &(Vec3, Vec3), b: &(Vec3, Vec3)) -> (f64, f64) {
     let chord = b.0 - a.0;
     let Some(along) = unit(chord) else { return (0.0, 0.0) };
-    let lean = |n: &Vec3| n.dot(&along).clamp(-1.0, 1.0).asin();
-    let half = 0.5 * (lean(&b.1) - lean(&a.1)).abs().min(ARC_ANGLE_MAX);
+    let tilt = |n: &Vec3| n.dot(&along).clamp(-1.0, 1.0).asin();
+    let half = 0.5 * (tilt(&b.1) - tilt(&a.1)).abs().min(ARC_ANGLE_MAX);
     if half < 1e-6 {
         return (0.0, 0.0);
     }
@@ -135,18 +135,18 @@ mod tests {
             let kept = vec![true; ball.patches.len()];
             let found = shape_error(None, &ball.patches, &kept).unwrap();
             let share = |k: usize| k as f64 / 20.0;
-            let mut most = 0.0_f64;
+            let mut largest = 0.0_f64;
             for patch in &ball.patches {
                 for (i, j) in (0..=20).flat_map(|i| (0..=20).map(move |j| (i, j))) {
                     if patch.sides() == 4 || j <= i {
                         let p = patch.derivs(share(i), share(j)).s;
-                        most = most.max(((p - Vec3::z() * 7.0).norm() - 7.0).abs());
+                        largest = largest.max(((p - Vec3::z() * 7.0).norm() - 7.0).abs());
                     }
                 }
             }
             assert!(
-                most < found.mm && found.mm < 8.0 * most,
-                "{divisions} {around}: {most} {}",
+                largest < found.mm && found.mm < 8.0 * largest,
+                "{divisions} {around}: {largest} {}",
                 found.mm
             );
             assert!(found.patches_text("ball", 0.0).unwrap().contains("of ball"));

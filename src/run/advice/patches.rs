@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::curvature::{PrincipalCurvature, corners};
+use super::element_size::Sizes;
 use super::finding::{Conversion, Finding};
 use super::radii::{SizedCurvature, sized};
-use super::size::Sizes;
 use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
 use crate::solver::ToolSetup;

@@ -7,8 +7,8 @@ use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
 use super::curvature::corners;
+use super::element_size::Sizes;
 use super::finding::Finding;
-use super::size::Sizes;
 use super::travel::end_of;
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;

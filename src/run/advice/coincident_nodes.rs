@@ -66,7 +66,7 @@ mod tests {
     use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
-    fn a_seam_that_was_not_merged_is_told() {
+    fn unmerged_nodes_are_found() {
         let mut mesh = rectangle(20.0, 10.0, 1.0, 4, 2, 2);
         assert_eq!(finding(&mesh), None);
         // The elements on one side of a node get a copy of it.
@@ -78,10 +78,10 @@ mod tests {
             let right = element.iter().all(|&n| mesh.nodes[n as usize].x > 9.0);
             element.iter_mut().filter(|n| right && **n as usize == column).for_each(|n| *n = own);
         }
-        let said = finding(&mesh).unwrap().to_string();
+        let text = finding(&mesh).unwrap().to_string();
         assert!(
-            said.contains("1 nodes of the blank coincide") && said.contains("(10.000, 5.000"),
-            "{said}"
+            text.contains("1 nodes of the blank coincide") && text.contains("(10.000, 5.000"),
+            "{text}"
         );
     }
 }

@@ -7,9 +7,9 @@ use crate::study::checks::{Check, Figure, Outcome};
 use crate::study::file::Study;
 
 /// Every check with its outcome.
-pub(super) fn judge(study: &Study, rows: &[Row<'_>]) -> Vec<(Check, Outcome)> {
+pub(super) fn evaluate(study: &Study, rows: &[Row<'_>]) -> Vec<(Check, Outcome)> {
     let done = |id: &str| rows.iter().find(|r| r.case.id == id && r.done());
-    let judged = |check: &Check| {
+    let evaluated = |check: &Check| {
         let other = check.against.as_ref().or(study.reference.as_ref()).and_then(|id| done(id));
         let about = rows.iter().filter(|r| {
             let named = check.cases.is_empty() || check.cases.contains(&r.case.id);
@@ -21,9 +21,9 @@ pub(super) fn judge(study: &Study, rows: &[Row<'_>]) -> Vec<(Check, Outcome)> {
             Some((format!("{}{place}", row.case.id), value))
         };
         let values: Vec<(String, f64)> = about.filter_map(value).collect();
-        (check.clone(), check.judge(&values))
+        (check.clone(), check.evaluate(&values))
     };
-    study.checks.iter().map(judged).collect()
+    study.checks.iter().map(evaluated).collect()
 }
 
 /// A quantity of a row relative to another one, and the travel at which it occurs [mm]. `None` if one of them lacks

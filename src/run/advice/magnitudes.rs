@@ -44,11 +44,11 @@ pub(super) fn findings(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Findi
     let Some((flow_stress, _)) = plan.card.tension(FLOW_STRESS_STRAIN) else { return };
     let area = area(setup.body.mesh());
     for (k, tool) in setup.tools.iter().enumerate() {
-        let most = |motion: &Motion| match motion {
+        let largest = |motion: &Motion| match motion {
             Motion::Force(curve) => curve.extent()[1],
             _ => 0.0,
         };
-        let force = setup.stages.iter().map(|stage| most(&stage.motions[k])).fold(0.0, f64::max);
+        let force = setup.stages.iter().map(|stage| largest(&stage.motions[k])).fold(0.0, f64::max);
         if force > flow_stress * area {
             out.push(
                 Finding::doubt(

@@ -5,9 +5,9 @@
 
 use super::clamping::{is_force_driven, opposes, opposite_tools};
 use super::curvature::corners;
+use super::element_size::Sizes;
 use super::finding::Finding;
-use super::sharp::{EDGE_PARAMETERS, Edge, Opposite, SHARP_ANGLE};
-use super::size::Sizes;
+use super::sharp_edge::{EDGE_PARAMETERS, Edge, Opposite, SHARP_ANGLE};
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
 use crate::solver::{SimulationSetup, ToolSetup};

@@ -1,7 +1,7 @@
 //! Tools that penetrate the undeformed sheet.
 
+use super::element_size::Sizes;
 use super::finding::Finding;
-use super::size::Sizes;
 use crate::report::doubt::DoubtCode;
 use crate::solver::penetration::inside;
 use crate::solver::{Motion, SimulationSetup};

@@ -1,7 +1,7 @@
 //! Loads on a sheet without support and without contact.
 
-use super::away::starts_clear;
 use super::finding::Finding;
+use super::missed_sheet::starts_clear;
 use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
 use crate::solver::{Motion, SimulationSetup};
@@ -18,13 +18,13 @@ pub(super) fn finding(setup: &SimulationSetup) -> Option<Finding> {
     let held = |axis: usize| (0..nodes).any(|node| setup.constraints.is_held(node, axis));
     let axis = (0..3).find(|&axis| net[axis].abs() > NET_FORCE_MIN_REL * sum && !held(axis))?;
     let mut moved = vec![false; setup.tools.len()];
-    let off: Vec<bool> = setup.tools.iter().map(|tool| starts_clear(setup, tool)).collect();
+    let clear: Vec<bool> = setup.tools.iter().map(|tool| starts_clear(setup, tool)).collect();
     let stage = setup.stages.iter().find(|stage| {
         for (moved, motion) in moved.iter_mut().zip(&stage.motions) {
             *moved |= !matches!(motion, Motion::Hold | Motion::Release | Motion::Absent);
         }
         let there = |(tool, motion): (usize, &Motion)| {
-            !matches!(motion, Motion::Release | Motion::Absent) && (moved[tool] || !off[tool])
+            !matches!(motion, Motion::Release | Motion::Absent) && (moved[tool] || !clear[tool])
         };
         stage.load.at(1.0) != 0.0 && !stage.motions.iter().enumerate().any(there)
     })?;

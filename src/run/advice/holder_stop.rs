@@ -29,19 +29,19 @@ pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
 
 /// The other tool with the largest travel while a force drives this one, and that travel [mm].
 fn drawn(setup: &SimulationSetup, tool: usize) -> Option<(usize, f64)> {
-    let gone = |other: usize| {
-        let (mut at, mut gone) = (0.0, 0.0);
+    let travelled = |other: usize| {
+        let (mut at, mut travelled) = (0.0, 0.0);
         for stage in &setup.stages {
             let before = at;
             at = end_of(&stage.motions[other], before).unwrap_or(before);
             if end_of(&stage.motions[tool], 0.0).is_none() {
-                gone += f64::max(at - before, 0.0);
+                travelled += f64::max(at - before, 0.0);
             }
         }
-        (other, gone)
+        (other, travelled)
     };
-    let others = (0..setup.tools.len()).filter(|&other| other != tool).map(gone);
-    others.filter(|(_, gone)| *gone > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
+    let others = (0..setup.tools.len()).filter(|&other| other != tool).map(travelled);
+    others.filter(|(_, travelled)| *travelled > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Width of the sheet that may be drawn from under a tool [mm].
@@ -60,9 +60,9 @@ fn width_under(mesh: &HexMesh, tool: &ToolSetup, drawing: &ToolSetup) -> Option<
     if 2 * opposite > under.len() {
         return None;
     }
-    let least = depth.into_iter().fold(f64::INFINITY, f64::min);
+    let nearest = depth.into_iter().fold(f64::INFINITY, f64::min);
     let (inside, outside): (Vec<Vec3>, Vec<Vec3>) =
-        beside.into_iter().partition(|x| core.is_empty() || to(&core, x) <= least);
+        beside.into_iter().partition(|x| core.is_empty() || to(&core, x) <= nearest);
     let all = under.par_iter().chain(&outside);
     let width = all.map(|x| to(&inside, x)).reduce(|| 0.0, f64::max);
     (!under.is_empty() && width.is_finite()).then_some(width)

@@ -38,7 +38,7 @@ pub struct CheckArgs {
     /// Read a large mesh file of the blank too, however long that takes
     #[arg(long)]
     whole: bool,
-    /// End with exit code 0 instead of 1 when available are doubts
+    /// End with exit code 0 instead of 1 when there are doubts
     #[arg(long)]
     accept_doubts: bool,
     /// Also list what `run --auto` excludes

@@ -126,7 +126,7 @@ mod tests {
 
     const LENGTH: f64 = 30.0;
 
-    /// A flowing sheet pressed on both faces by `pressure` where `x` is in a range, and through_thickness_shear there by `shear`, both
+    /// A flowing sheet pressed on both faces by `pressure` where `x` is in a range, and sheared there by `shear`, both
     /// times the flow stress.
     fn found_within(
         range: std::ops::Range<f64>,

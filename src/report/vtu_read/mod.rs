@@ -77,7 +77,7 @@ pub fn read(path: &Path) -> Result<Grid, VtuError> {
 /// The array or element that cannot be read, and what was found there.
 pub type Fault = (String, String);
 
-/// Limit of the numbers in a file: a constant, and a number per byte. An uncompressed file holds at max_values one number per
+/// Limit of the numbers in a file: a constant, and a number per byte. An uncompressed file holds at most one number per
 /// byte; grids of integers and zeros compress to a tenth. The factor of two limits the memory that a malicious file can
 /// claim.
 const VALUES_BASE_LIMIT: usize = 1 << 20;

@@ -67,10 +67,11 @@ fn travel_of_others(setup: &SimulationSetup, tool: usize) -> f64 {
     others.map(far).sum()
 }
 
-/// Smallest distance between tool and sheet over a range of travel [mm]; it is exact only above `near`.
+/// Smallest distance between tool and sheet at sampled travels of a range [mm]. It serves to decide whether the tool comes
+/// closer than `near`.
 ///
-/// A travel step reduces the distance by at most its length. Steps are therefore as long as the distance exceeds `near`,
-/// and a quarter of `near` at least.
+/// A travel step reduces the distance by at most its length. Steps are as long as the distance exceeds `near`, and a quarter of
+/// `near` or more: the true minimum below `near` is missed by at most a quarter of it, unless [`TRAVEL_STEPS_MAX`] limits them.
 fn min_distance_over(
     setup: &SimulationSetup,
     tool: &ToolSetup,

@@ -70,10 +70,10 @@ fn a_tool_far_from_a_loaded_sheet_is_told() {
         })
     };
     let text = above(0.0);
-    assert!(!text.contains("can be reached"), "{text}");
+    assert!(!text.contains("can touch none"), "{text}");
     for up in [100.0, 1000.0] {
         let text = above(up);
-        assert!(text.contains("patches of punch can be reached by the sheet"), "{text}");
+        assert!(text.contains("the sheet can touch none of the "), "{text}");
     }
 }
 
@@ -99,7 +99,7 @@ fn a_holder_that_loses_the_sheet_wants_a_stop() {
     };
     let text = told(folder, "case.scene.json", without(48.0));
     for part in
-        ["holder is driven by a force and has no stop", "and punch goes 48.0 mm", "`stop_mm`"]
+        ["holder is driven by a force and has no stop", "and punch travels 48.0 mm", "`stop_mm`"]
     {
         assert!(text.contains(part), "{part}: {text}");
     }
@@ -162,8 +162,8 @@ fn a_tool_that_goes_the_wrong_way_is_told() {
     let text = with(0.0, 15.0);
     assert!(!text.contains("moves away") && !text.contains("stays at least"), "{text}");
     let text = with(0.0, -15.0);
-    assert!(text.contains("punch moves away from the sheet all the time"), "{text}");
-    assert!(text.contains("is 15.0") && text.contains("turned round"), "{text}");
+    assert!(text.contains("punch moves away from the sheet"), "{text}");
+    assert!(text.contains("is 15.0") && text.contains("reversed"), "{text}");
     let text = with(7.0, 2.0);
     assert!(text.contains("punch travels from 0.00 to 2.00 mm and stays at least"), "{text}");
     // Past the end of the sheet, somewhere on its way.

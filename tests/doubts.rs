@@ -176,7 +176,7 @@ fn with_a_closed_punch_for_the_lower_face(folder: &Path, scene: &mut Value) {
 fn a_tool_that_touches_the_wrong_face_is_a_doubt() {
     let text = checked(with_a_closed_punch_for_the_lower_face);
     assert!(text.contains("inside punch, the deepest by 0.8"), "{text}");
-    assert!(text.contains("it is to touch the other face of the sheet"), "{text}");
+    assert!(text.contains("selects the other face of the sheet"), "{text}");
     let record = run(with_a_closed_punch_for_the_lower_face);
     let found = &record["inside_tool"];
     assert_eq!(found["tool"], "punch", "{record}");

@@ -233,7 +233,7 @@ fn leaving_out_what_is_beyond_reach_changes_no_bit() {
         .unwrap();
     let text = String::from_utf8(check.stdout).unwrap();
     for line in
-        ["unknowns", "memory", "expected", "1 of 3 patches of plane", "auto       leaves out 1"]
+        ["unknowns", "memory", "expected", "1 of 3 patches of plane", "auto       excludes 1"]
     {
         assert!(text.contains(line), "{line}: {text}");
     }

@@ -1,4 +1,4 @@
-//! The forming solver.
+//! `kanagata-solve`: the forming solver.
 
 fn main() -> std::process::ExitCode {
     kanagata::cli::solve::main()

@@ -1,4 +1,4 @@
-//! CAD to tool models, audits, reports.
+//! `kanagata`: CAD to tool models, audits, studies.
 
 fn main() -> std::process::ExitCode {
     kanagata::cli::cad::main()

@@ -1,4 +1,4 @@
-//! `kanagata`: the command line of the CAD wing.
+//! `kanagata`: the command line for CAD, tool models and studies.
 
 use std::process::ExitCode;
 
@@ -21,7 +21,7 @@ struct Kanagata {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Say what an IGES or STEP file holds
+    /// List the content of an IGES or STEP file
     Inspect(inspect::InspectArgs),
     /// Mesh the faces of a CAD file
     Mesh(mesh::MeshArgs),
@@ -35,7 +35,7 @@ enum Command {
     Material(material::MaterialArgs),
 }
 
-/// Runs the program on the process's arguments.
+/// Runs the program with the arguments of the process.
 #[must_use]
 pub fn main() -> ExitCode {
     let arguments = Kanagata::parse();

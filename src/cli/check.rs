@@ -1,4 +1,4 @@
-//! `kanagata-solve check SCENE`: what would be run.
+//! `kanagata-solve check SCENE`: findings and cost before a run.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::doubts::options;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::remedy::remedy;
-use super::say::{out, out_json};
+use super::terminal::{out, out_json};
 use crate::report::doubt::DoubtCode;
 use crate::run::advice::holder::{Holder, holders};
 use crate::run::advice::{Finding, Level, advice, sort};
@@ -32,16 +32,16 @@ pub struct CheckArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Time an element loop and a factorisation on this machine for the cost, in place of an estimate from counts
+    /// Time an element loop and a factorisation on this machine for the cost, instead of estimating them from counts
     #[arg(long)]
     measure: bool,
-    /// Examine a large mesh file of the blank as well, however long that takes
+    /// Read a large mesh file of the blank too, however long that takes
     #[arg(long)]
     whole: bool,
-    /// End with exit code 0 in place of 1 when there are doubts
+    /// End with exit code 0 instead of 1 when there are doubts
     #[arg(long)]
     accept_doubts: bool,
-    /// Also say what `run --auto` leaves out
+    /// Also list what `run --auto` excludes
     #[arg(long)]
     auto: bool,
 }
@@ -53,9 +53,9 @@ impl From<SceneError> for Failure {
     }
 }
 
-/// What `check` finds.
+/// Output of `check --json`.
 #[derive(Serialize)]
-struct Judgement<'a> {
+struct Output<'a> {
     format: &'static str,
     version: u32,
     scene: &'a str,
@@ -76,48 +76,48 @@ struct Pressure<'a> {
     pressure_mpa: f64,
 }
 
-/// Judges the scene: what would be run, what it would cost, what is wrong or doubtful. A large sheet is judged on a coarser one of
-/// the same outline, and its cost by counts, so that nothing is built before the judgement.
+/// Checks the scene: what would run, its cost, and its findings. A large sheet is checked with a coarser mesh of the
+/// same outline and its cost estimated from counts, so that the check remains quick.
 ///
 /// # Errors
-/// Exit code 2 for a scene that cannot be run, 4 when the scene cannot be read; 1 with doubts is no error.
+/// Exit code 2 for a scene that cannot be run, 4 when the scene cannot be read. Doubts (exit code 1) are not an error.
 pub fn run(args: &CheckArgs) -> Result<Exit, Failure> {
     let (plan, large) = if args.whole || args.measure {
         (read(&args.scene)?, None)
     } else {
         read_for_check(&args.scene)?
     };
-    let mut judged = match &large {
-        Some(large) => not_examined(&plan, &args.scene, large)?,
-        None => examined(&plan, args)?,
+    let mut check = match &large {
+        Some(large) => check_unread_sheet(&plan, &args.scene, large)?,
+        None => check_sheet(&plan, args)?,
     };
-    judged.findings.extend(memory(&judged.cost));
-    sort(&mut judged.findings);
-    let judgement = Judgement {
+    check.findings.extend(memory(&check.cost));
+    sort(&mut check.findings);
+    let output = Output {
         format: "kanagata-check",
         version: 1,
         scene: &args.scene.to_string_lossy(),
         name: &plan.scene.name,
-        elements: judged.sheet.elements,
-        nodes: judged.sheet.nodes,
-        cost: &judged.cost,
-        holders: judged.placed.as_ref().map_or_else(Vec::new, |setup| pressures(&plan, setup)),
-        findings: &judged.findings,
+        elements: check.sheet.elements,
+        nodes: check.sheet.nodes,
+        cost: &check.cost,
+        holders: check.placed.as_ref().map_or_else(Vec::new, |setup| pressures(&plan, setup)),
+        findings: &check.findings,
     };
     if args.json {
-        out_json!("{}", serde_json::to_string_pretty(&judgement).map_err(Failure::input)?);
+        out_json!("{}", serde_json::to_string_pretty(&output).map_err(Failure::input)?);
     } else {
-        print_judgement(&plan, &judged, &judgement);
+        print_output(&plan, &check, &output);
     }
-    if let Some(mut setup) = judged.placed.filter(|_| args.auto && !args.json) {
-        print_left_out(&plan, &mut setup)?;
+    if let Some(mut setup) = check.placed.filter(|_| args.auto && !args.json) {
+        print_excluded(&plan, &mut setup)?;
     }
-    Ok(exit(&judged.findings, args.accept_doubts))
+    Ok(exit(&check.findings, args.accept_doubts))
 }
 
-/// Pressures of the tools that clamp the sheet.
+/// Mean pressures of the blank holders.
 fn pressures<'a>(plan: &'a Plan, setup: &SimulationSetup) -> Vec<Pressure<'a>> {
-    let share = plan.share();
+    let share = plan.symmetry_factor();
     let pressure = |holder: &Holder| Pressure {
         tool: &plan.scene.tools[holder.tool].name,
         force_n: holder.force * share,
@@ -128,21 +128,21 @@ fn pressures<'a>(plan: &'a Plan, setup: &SimulationSetup) -> Vec<Pressure<'a>> {
     holders.iter().filter(|holder| holder.clamped > 0.0).map(pressure).collect()
 }
 
-/// What was judged, and found.
-struct Judged {
+/// Result of a check.
+struct Check {
     sheet: SheetCounts,
     cost: Cost,
-    /// Forces on the nodes, three a node [N].
+    /// Nodal forces, three per node [N].
     loads: Vec<f64>,
     /// The set-up, if its tools could be placed.
     placed: Option<SimulationSetup>,
     findings: Vec<Finding>,
 }
 
-/// The sheet against tools, constraints and stages, a large one on a coarser mesh of the same outline.
-fn examined(plan: &Plan, args: &CheckArgs) -> Result<Judged, Failure> {
-    let (judged, ratio) = plan.coarsened().unwrap_or_else(|| (plan.clone(), 1.0));
-    let mut setup = judged.simulation_setup(&args.scene)?;
+/// Checks the scene with its sheet; a large sheet is replaced by a coarser mesh of the same outline.
+fn check_sheet(plan: &Plan, args: &CheckArgs) -> Result<Check, Failure> {
+    let (check, ratio) = plan.coarsened().unwrap_or_else(|| (plan.clone(), 1.0));
+    let mut setup = check.simulation_setup(&args.scene)?;
     let placed = setup.place();
     let sheet = SheetCounts::of_blank(&plan.scene.blank)
         .unwrap_or_else(|| SheetCounts::of_mesh(setup.body.mesh()));
@@ -152,18 +152,18 @@ fn examined(plan: &Plan, args: &CheckArgs) -> Result<Judged, Failure> {
         estimate(&setup, &sheet)
     };
     let findings = match &placed {
-        Ok(()) => advice(&judged, &setup, ratio, &cost),
+        Ok(()) => advice(&check, &setup, ratio, &cost),
         Err(error) => {
             let remedy = remedy(error).map_or_else(String::new, |text| format!("Try {text}."));
             vec![Finding::error("tools".into(), error.to_string(), remedy)]
         }
     };
     let loads = setup.loads.clone();
-    Ok(Judged { sheet, cost, loads, placed: placed.is_ok().then_some(setup), findings })
+    Ok(Check { sheet, cost, loads, placed: placed.is_ok().then_some(setup), findings })
 }
 
-/// The cost of a sheet by the size of its file, which was not opened, and the doubt that says so.
-fn not_examined(plan: &Plan, scene: &Path, large: &LargeSheet) -> Result<Judged, Failure> {
+/// Estimates the cost of a sheet from the size of its unread file, and raises a doubt.
+fn check_unread_sheet(plan: &Plan, scene: &Path, large: &LargeSheet) -> Result<Check, Failure> {
     let setup = plan.one_element(scene)?;
     let megabytes = large.bytes as f64 / 1e6;
     let found = format!(
@@ -173,7 +173,7 @@ fn not_examined(plan: &Plan, scene: &Path, large: &LargeSheet) -> Result<Judged,
     let remedy = "Examine it with `check --whole`, or use a coarser mesh.";
     let place = "blank.shape.mesh.file".into();
     let doubt = Finding::doubt(DoubtCode::SheetNotExamined, place, found, remedy.into());
-    Ok(Judged {
+    Ok(Check {
         sheet: large.counts,
         cost: estimate(&setup, &large.counts),
         loads: Vec::new(),
@@ -182,7 +182,7 @@ fn not_examined(plan: &Plan, scene: &Path, large: &LargeSheet) -> Result<Judged,
     })
 }
 
-/// Exit code of the worst finding.
+/// Exit code of the most severe finding.
 fn exit(findings: &[Finding], accepted: bool) -> Exit {
     match findings.first().map(|worst| worst.level) {
         Some(Level::Error) => Exit::Input,
@@ -191,28 +191,31 @@ fn exit(findings: &[Finding], accepted: bool) -> Exit {
     }
 }
 
-/// A note on more memory than the process may have.
+/// A note if the run needs more memory than available.
 fn memory(cost: &Cost) -> Option<Finding> {
-    let there = memory_limit_megabytes()?;
-    (cost.memory_mb > there).then(|| {
+    let available = memory_limit_megabytes()?;
+    (cost.memory_mb > available).then(|| {
         Finding::note(
-            format!("about {:.0} MB are needed, and {there:.0} MB are there", cost.memory_mb),
+            format!(
+                "about {:.0} MB are needed, and {available:.0} MB are available",
+                cost.memory_mb
+            ),
             "use fewer elements or layers, symmetry planes, or a larger machine".into(),
         )
         .effect(1.0)
     })
 }
 
-fn print_judgement(plan: &Plan, judged: &Judged, judgement: &Judgement<'_>) {
+fn print_output(plan: &Plan, check: &Check, output: &Output<'_>) {
     let scene = &plan.scene;
-    out!("{}: {}", judgement.scene, scene.name);
+    out!("{}: {}", output.scene, scene.name);
     out!(
         "  blank      {}, {} mm thick, {} elements in {} layers, {} nodes",
         outline(&scene.blank.shape),
         scene.blank.thickness_mm,
-        judgement.elements,
+        output.elements,
         scene.blank.layers,
-        judgement.nodes
+        output.nodes
     );
     out!("  material   {}", plan.card.name);
     for (tool, loaded) in scene.tools.iter().zip(&plan.tools) {
@@ -225,9 +228,9 @@ fn print_judgement(plan: &Plan, judged: &Judged, judgement: &Judgement<'_>) {
             tool.friction.map_or("not given".into(), |mu| mu.to_string())
         );
     }
-    print_loads(plan, &judged.loads);
+    print_loads(plan, &check.loads);
     print_stages(plan);
-    for holder in &judgement.holders {
+    for holder in &output.holders {
         out!(
             "  pressure   {} {:.2} MPa ({} N on {:.0} mm2)",
             holder.tool,
@@ -236,20 +239,20 @@ fn print_judgement(plan: &Plan, judged: &Judged, judgement: &Judgement<'_>) {
             holder.clamped_mm2
         );
     }
-    print_cost(judgement.cost);
-    for finding in judgement.findings {
+    print_cost(output.cost);
+    for finding in output.findings {
         out!("  {:10} {finding}{}", finding.level, options(finding));
     }
 }
 
-fn print_left_out(plan: &Plan, setup: &mut SimulationSetup) -> Result<(), Failure> {
-    let (left_out, _) = leave_out(setup).map_err(Failure::input)?;
-    for left in &left_out {
+fn print_excluded(plan: &Plan, setup: &mut SimulationSetup) -> Result<(), Failure> {
+    let (excluded, _) = leave_out(setup).map_err(Failure::input)?;
+    for left in &excluded {
         let tool = &plan.scene.tools[left.tool].name;
-        out!("  auto       leaves out {} of {} patches of {tool}", left.patches, left.of);
+        out!("  auto       excludes {} of {} patches of {tool}", left.patches, left.of);
     }
-    if left_out.is_empty() {
-        out!("  auto       leaves out nothing");
+    if excluded.is_empty() {
+        out!("  auto       excludes nothing");
     }
     Ok(())
 }
@@ -263,17 +266,17 @@ fn outline(shape: &BlankShape) -> String {
     }
 }
 
-/// `on_nodes`: of the modelled part (three a node) [N].
+/// Prints the loads; `on_nodes`: nodal forces on the modelled part (three per node) [N].
 fn print_loads(plan: &Plan, on_nodes: &[f64]) {
     let nodes = on_nodes.chunks_exact(3).filter(|force| force.iter().any(|f| *f != 0.0)).count();
-    let share = plan.share();
+    let share = plan.symmetry_factor();
     let of = |force: [f64; 3]| {
-        let told = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) N");
+        let text_of = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) N");
         let part = force.map(|f| f / share);
         if share == 1.0 {
-            told(force)
+            text_of(force)
         } else {
-            format!("{} ({} on the modelled part)", told(force), told(part))
+            format!("{} ({} on the modelled part)", text_of(force), text_of(part))
         }
     };
     let forces: Vec<String> = plan.scene.loads.iter().map(|load| of(load.force_n)).collect();
@@ -283,7 +286,7 @@ fn print_loads(plan: &Plan, on_nodes: &[f64]) {
 }
 
 fn print_stages(plan: &Plan) {
-    let share = plan.share();
+    let share = plan.symmetry_factor();
     for stage in &plan.scene.stages {
         let drives: Vec<String> = stage
             .drive

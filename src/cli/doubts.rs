@@ -1,12 +1,12 @@
-//! Doubts on the terminal, each with what to try on the command line, and their reference page.
+//! Doubts on the terminal with remedies on the command line, and their reference page.
 
 use std::fmt::Write as _;
 
-use super::say::err;
+use super::terminal::err;
 use crate::report::doubt::{Doubt, DoubtCode};
 use crate::run::advice::{Conversion, Finding};
 
-/// Prints doubts to stderr, after everything else, each with what to try.
+/// Prints doubts with their remedies to stderr, after all other output.
 pub(super) fn print_doubts(doubts: &[Doubt], accepted: bool) {
     for doubt in doubts {
         err!("doubt {doubt}");
@@ -19,13 +19,13 @@ pub(super) fn print_doubts(doubts: &[Doubt], accepted: bool) {
     }
 }
 
-/// A number of doubts in words.
+/// The number of doubts in words.
 fn counted(doubts: usize) -> String {
     let plural = if doubts == 1 { "" } else { "s" };
     format!("{doubts} doubt{plural}: the result must not be trusted as it is")
 }
 
-/// What to try on the command line for a doubt about a tool.
+/// The remedy on the command line for a doubt about a tool.
 fn remedy(doubt: &Doubt) -> Option<String> {
     let limit = doubt.limit;
     match doubt.code {
@@ -43,7 +43,7 @@ fn remedy(doubt: &Doubt) -> Option<String> {
     }
 }
 
-/// What options of the programs do about a finding, in brackets.
+/// Options of the programs that apply the remedy of a finding, in brackets.
 pub(super) fn options(finding: &Finding) -> String {
     let auto = finding.auto.then(|| "--auto does it".to_owned());
     let convert = finding.conversion.map(|conversion| match conversion {

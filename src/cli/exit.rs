@@ -1,7 +1,7 @@
-//! How the programs end: exit codes and the one place where errors are printed.
+//! Exit codes, and the one place where errors are printed.
 
 use super::remedy::remedy;
-use super::say::{err, lost};
+use super::terminal::{err, lost};
 use crate::report::doubt::Doubt;
 use std::error::Error;
 use std::path::Path;
@@ -20,23 +20,23 @@ pub enum Exit {
     NoConvergence = 3,
     /// 4: a file could not be read or written.
     Io = 4,
-    /// 5: stopped by a signal; the run can go on.
+    /// 5: stopped by a signal; the run can continue.
     Stopped = 5,
 }
 
 impl Exit {
-    /// [`Exit::Limit`] where there are doubts that are not accepted.
+    /// [`Exit::Limit`] with doubts that are not accepted.
     #[must_use]
     pub fn of_doubts(doubts: &[Doubt], accepted: bool) -> Self {
         if doubts.is_empty() || accepted { Self::Done } else { Self::Limit }
     }
 }
 
-/// The text about exit codes at the end of every `--help`.
+/// The text about exit codes at the end of every help page.
 pub const EXIT_HELP: &str = "Exit codes: 0 done, 1 doubtful result or limit exceeded, 2 bad usage or input, 3 not converged, \
      4 a file could not be read or written, 5 stopped by a signal (continue with --restart).";
 
-/// An error about a file that its own text does not name.
+/// An error about a file that its own message does not name.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}: {source}")]
 struct OfFile {
@@ -44,17 +44,17 @@ struct OfFile {
     source: Box<dyn Error + Send + Sync>,
 }
 
-/// Why a command stops: the exit code and what to print.
+/// Why a command fails: exit code and error.
 #[derive(Debug)]
 pub struct Failure {
     /// Exit code.
     pub exit: Exit,
-    /// What to print.
+    /// The error to print.
     pub error: Box<dyn Error + Send + Sync>,
 }
 
 impl Failure {
-    /// A failure with its exit code.
+    /// A failure with this exit code.
     pub fn new(exit: Exit, error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self { exit, error: error.into() }
     }
@@ -64,7 +64,7 @@ impl Failure {
         Self::new(Exit::Input, error)
     }
 
-    /// Bad input (exit code 2) in a file that the error does not name.
+    /// Invalid input (exit code 2) in a file that the error does not name.
     pub fn of_file(file: &Path, error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::input(OfFile { file: file.display().to_string(), source: error.into() })
     }
@@ -84,8 +84,8 @@ impl From<crate::cad::CadError> for Failure {
     }
 }
 
-/// Turns the end of a command into the exit code of the process, printing the error if there is one and what to try; lines that standard output
-/// did not take are one.
+/// The exit code of the process for the outcome of a command. An error is printed with its remedy. Lost lines of
+/// standard output are an error too.
 #[must_use]
 pub fn finish(outcome: Result<Exit, Failure>) -> ExitCode {
     match outcome {

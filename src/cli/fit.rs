@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::exit::{Exit, Failure};
-use super::say::{err, out};
+use super::terminal::{err, out};
 use crate::solver::material::fit::{Fitted, fit};
 use crate::solver::material::hardening::Hardening;
 
@@ -16,7 +16,7 @@ pub(super) enum Law {
     Swift,
     /// `sigma0 + Q (1 - exp(-b p))`
     Voce,
-    /// A share of both, each as it fits alone
+    /// A weighted sum of both, each with its own best parameters
     SwiftVoce,
 }
 
@@ -31,8 +31,8 @@ impl Law {
     }
 }
 
-/// Fits the laws to the curve of a file; prints the law that is asked for, or the nearest, as JSON, and on standard error how
-/// far all are from the curve.
+/// Fits hardening laws to the curve of a file. Prints the requested law, or the best one, as JSON, and the errors of all
+/// laws on standard error.
 ///
 /// # Errors
 /// Exit code 2 when the file has no curve, 4 when it cannot be read.
@@ -43,7 +43,7 @@ pub(super) fn run(path: &Path, asked: Option<Law>) -> Result<Exit, Failure> {
     let (strain, stress) = curve(&text).map_err(refused)?;
     let fitted = fit(&strain, &stress).map_err(|error| refused(error.to_string()))?;
     for one in &fitted {
-        err!("{}", said(one));
+        err!("{}", errors_of(one));
     }
     let wanted = |one: &&Fitted| asked.is_none_or(|law| Law::of(&one.law) == Some(law));
     let Some(best) = fitted.iter().find(wanted) else {
@@ -54,7 +54,7 @@ pub(super) fn run(path: &Path, asked: Option<Law>) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-fn said(one: &Fitted) -> String {
+fn errors_of(one: &Fitted) -> String {
     let name = match Law::of(&one.law) {
         Some(Law::Swift) => "Swift",
         Some(Law::Voce) => "Voce",
@@ -66,7 +66,7 @@ fn said(one: &Fitted) -> String {
     )
 }
 
-/// Plastic strains and true stresses [MPa] of a table in a card or scene, or of two columns of a text.
+/// Plastic strains and true stresses [MPa] of a table in a card or a scene, or of two columns of text.
 fn curve(text: &str) -> Result<(Vec<f64>, Vec<f64>), String> {
     if text.trim_start().starts_with('{') {
         let value: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
@@ -83,7 +83,7 @@ fn curve(text: &str) -> Result<(Vec<f64>, Vec<f64>), String> {
                 strain.push(p);
                 stress.push(s);
             }
-            // Names of columns and remarks come before the first point.
+            // Column names and comments precede the first point.
             _ if strain.is_empty() => {}
             _ => {
                 return Err(format!(

@@ -1,4 +1,4 @@
-//! Options of the gmsh program that `mesh` and `convert` share.
+//! Options of gmsh shared by `mesh` and `convert`.
 
 use std::path::PathBuf;
 
@@ -10,13 +10,13 @@ use crate::mesh::gmsh::{GmshAlgorithm, GmshOptions};
 /// How gmsh is run.
 #[derive(Debug, Clone, clap::Args)]
 pub struct GmshArgs {
-    /// The gmsh program, if not on PATH nor named by KANAGATA_GMSH; a relative path begins in the current folder
+    /// Path of gmsh, if it is neither on PATH nor in KANAGATA_GMSH; relative to the current folder
     #[arg(long, value_name = "PROGRAM")]
     gmsh: Option<PathBuf>,
-    /// gmsh's algorithm for faces that are no transfinite grids (--mesher gmsh); frontal-delaunay when not given
+    /// gmsh's algorithm for faces without transfinite grid (--mesher gmsh); default frontal-delaunay
     #[arg(long, value_enum, value_name = "NAME")]
     gmsh_algorithm: Option<Algorithm>,
-    /// Time after which gmsh is stopped [s] (--mesher gmsh); 300 when not given
+    /// Time limit of gmsh [s] (--mesher gmsh); default 300
     #[arg(long, value_name = "SECONDS")]
     gmsh_limit: Option<f64>,
 }
@@ -24,25 +24,25 @@ pub struct GmshArgs {
 /// gmsh's two-dimensional algorithms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Algorithm {
-    /// Triangles changed locally until they have the size asked
+    /// Triangles changed locally until they have the requested size
     MeshAdapt,
     /// Delaunay on planes, MeshAdapt elsewhere
     Automatic,
-    /// Divided edges joined to triangles, no points inside: for --style structured, whose grids it leaves alone;
-    /// alone it cuts through walls and fillets, which is refused where it takes too much area
+    /// Divided edges joined to triangles, no interior points: for --style structured, whose grids are unchanged. Without
+    /// grids it cuts through walls and fillets, which is refused if too much area is lost
     InitialOnly,
     /// Delaunay
     Delaunay,
     /// Delaunay with points placed from the borders inwards
     FrontalDelaunay,
-    /// BAMG; edges are divided by their turn, inside gmsh has no sizes from curvature (it would not end)
+    /// BAMG; edges are divided by their angle, the interior has no curvature-based sizes (it would not end)
     Bamg,
-    /// Frontal-Delaunay for right-angled triangles that recombine well; on walls and fillets only with grids
-    /// (--style structured), alone it may leave them without points inside
+    /// Frontal-Delaunay for right-angled triangles that recombine well; on walls and fillets only with grids (--style
+    /// structured), otherwise they may lack interior points
     FrontalQuads,
     /// Packing of parallelograms
     Parallelograms,
-    /// Quasi-structured quads on all faces, whatever the style; many and small ones
+    /// Quasi-structured quads on all faces for any style; many and small ones
     QuasiStructured,
 }
 
@@ -63,7 +63,7 @@ impl From<Algorithm> for GmshAlgorithm {
 }
 
 impl GmshArgs {
-    /// Program, algorithm and time limit; all else as gmsh's default here.
+    /// Program, algorithm and time limit; the rest are the defaults of this program.
     pub(super) fn options(&self) -> GmshOptions {
         let default = GmshOptions::default();
         GmshOptions {
@@ -74,13 +74,13 @@ impl GmshArgs {
         }
     }
 
-    /// For the provenance.
+    /// The algorithm, for the provenance.
     pub(super) fn describe(&self) -> String {
         let algorithm = self.gmsh_algorithm.unwrap_or(Algorithm::FrontalDelaunay);
         format!("algorithm={}", name(algorithm))
     }
 
-    /// Refuses options that the built-in mesher would pass over.
+    /// Refuses options that the built-in mesher would ignore.
     pub(super) fn refuse(&self) -> Result<(), Failure> {
         let found = match (self.gmsh_algorithm, self.gmsh_limit) {
             (Some(algorithm), _) => format!("--gmsh-algorithm {}", name(algorithm)),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::say::{out_json, out_lines};
+use super::terminal::{out_json, out_lines};
 use crate::cad::health::Health;
 use crate::cad::inspect::Inspection;
 
@@ -13,7 +13,7 @@ use crate::cad::inspect::Inspection;
 pub struct InspectArgs {
     /// IGES or STEP file
     file: PathBuf,
-    /// Also say what is wrong with it: free edges and gaps, inverted, tiny and duplicate faces
+    /// Also list faults: free edges and gaps, inverted, tiny and duplicate faces
     #[arg(long)]
     health: bool,
     /// Print JSON
@@ -21,7 +21,7 @@ pub struct InspectArgs {
     json: bool,
 }
 
-/// What is printed as JSON.
+/// Output of `inspect --json`.
 #[derive(serde::Serialize)]
 struct Printed {
     #[serde(flatten)]
@@ -30,10 +30,10 @@ struct Printed {
     health: Option<Health>,
 }
 
-/// Prints what the file holds.
+/// Prints the content of the file.
 ///
 /// # Errors
-/// Exit code 2 for a file that is no CAD, 4 when it cannot be read.
+/// Exit code 2 for a file that is not CAD, 4 when it cannot be read.
 pub fn run(args: &InspectArgs) -> Result<Exit, Failure> {
     let (model, diagnostics) = crate::cad::read(&args.file)?;
     let facts = crate::cad::inspect::inspect(&model, &diagnostics);

@@ -7,8 +7,8 @@ use clap::Subcommand;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::fit;
-use super::own::refuse_clashes;
-use super::say::{out, out_lines};
+use super::output_clash::refuse_clashes;
+use super::terminal::{out, out_lines};
 use crate::report::charts::{Series, lines};
 use crate::report::page::Page;
 use crate::scene::read::parse_card;
@@ -35,17 +35,17 @@ enum MaterialCommand {
         #[arg(long, value_name = "FILE")]
         html: Option<PathBuf>,
     },
-    /// Fit a hardening law to a measured curve, which is noisy: tables may not fall
+    /// Fit a hardening law to a measured, noisy curve (a table must not fall)
     Fit {
         /// Plastic strain and true stress [MPa]: two columns of text, or a card or scene with a `table`
         curve: PathBuf,
-        /// Law to give; the nearest without it
+        /// Law to print; default: the best fit
         #[arg(long, value_enum)]
         law: Option<fit::Law>,
     },
 }
 
-/// Plastic strains of the printed curve of tension.
+/// Plastic strains of the printed tension curve.
 const STRAINS: [f64; 11] = [0.0, 0.002, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0];
 
 /// Lists or shows material cards.
@@ -66,14 +66,14 @@ pub fn run(args: &MaterialArgs) -> Result<Exit, Failure> {
             refuse_clashes(&[Path::new(card)], &[("--html", html.as_deref())])?;
             let (name, card) = (card, load(card)?);
             let refused = |error: CardError| {
-                // The card's own name need not tell which file it is in.
+                // The name of the card need not tell its file.
                 let file = Path::new(name).is_file();
                 let place = if file { format!("{name}: ") } else { String::new() };
                 Failure::input(format!("{place}{error}"))
             };
             card.build(0.0).map_err(refused)?;
             let function = card.yield_function().map_err(refused)?;
-            out_lines!(told(&card, function.as_ref()).trim_end());
+            out_lines!(text_of(&card, function.as_ref()).trim_end());
             if let Some(path) = html {
                 page(&card, function.as_ref()).write(path)?;
                 out!("page: {}", path.display());
@@ -83,7 +83,7 @@ pub fn run(args: &MaterialArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// A card of the program by name, or a file where one of that name exists.
+/// A file if it exists, otherwise a card of the library.
 fn load(name: &str) -> Result<MaterialCard, Failure> {
     let path = Path::new(name);
     if !path.is_file() {
@@ -97,7 +97,7 @@ fn load(name: &str) -> Result<MaterialCard, Failure> {
         .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
 }
 
-fn told(card: &MaterialCard, function: Option<&YieldFunction>) -> String {
+fn text_of(card: &MaterialCard, function: Option<&YieldFunction>) -> String {
     let mut out = String::new();
     let _ = writeln!(out, "{}\n  source: {}", card.name, card.source);
     let _ = writeln!(out, "  E {} MPa, nu {}", card.young_mpa, card.poisson);
@@ -110,7 +110,7 @@ fn told(card: &MaterialCard, function: Option<&YieldFunction>) -> String {
             let _ = writeln!(out, "  {:>8} {:>9} {:>12}", row[0], row[1], row[2]);
         }
     }
-    if let Some(angle) = function.and_then(thickens) {
+    if let Some(angle) = function.and_then(negative_r_angle) {
         let _ = writeln!(
             out,
             "  WARNING    drawn at {angle:.0} degrees to rolling it would grow wider or thicker (r below 0 there): no sheet does; check the parameters"
@@ -142,8 +142,8 @@ fn surface(function: &YieldFunction) -> String {
     }
 }
 
-/// An angle to rolling [degrees] at which a sheet in tension would not get narrower and thinner.
-fn thickens(function: &YieldFunction) -> Option<f64> {
+/// An angle to the rolling direction [degrees] with a negative r value.
+fn negative_r_angle(function: &YieldFunction) -> Option<f64> {
     (0..=90).map(f64::from).find(|angle| function.r_value(angle.to_radians()) < 0.0)
 }
 
@@ -165,7 +165,8 @@ fn angles(function: &YieldFunction) -> Vec<Vec<String>> {
     rows
 }
 
-/// Plastic strain, stress and slope of tension along rolling, backstresses and all; empty for an elastic card.
+/// Plastic strain, stress and slope in tension along the rolling direction, with backstresses; empty for an elastic
+/// card.
 fn curve(card: &MaterialCard) -> Vec<Vec<String>> {
     STRAINS
         .iter()
@@ -176,7 +177,7 @@ fn curve(card: &MaterialCard) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// Plastic strain where the slope of tension's curve falls to its stress; `None` when it does not below 2.
+/// Uniform plastic strain (Considère): the slope of the tension curve equals its stress. `None` if that is above 2.
 fn uniform_strain(card: &MaterialCard) -> Option<f64> {
     let excess = |p: f64| card.tension(p).map_or(0.0, |(stress, slope)| slope - stress);
     let (mut low, mut high) = (0.0, 2.0);
@@ -208,8 +209,11 @@ fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
     if let Some(function) = function {
         page.heading("Yield locus");
         page.text("Plane stress over the yield stress along rolling, at four levels of shear.");
-        let (traces, mut layout) =
-            lines(&SHEARS.map(|share| locus(function, share)), "rolling", "transverse");
+        let (traces, mut layout) = lines(
+            &SHEAR_FRACTIONS.map(|fraction| locus(function, fraction)),
+            "rolling",
+            "transverse",
+        );
         layout["yaxis"]["scaleanchor"] = "x".into();
         page.plot(&traces, &layout, 560);
         page.heading("Anisotropy");
@@ -230,17 +234,17 @@ fn page(card: &MaterialCard, function: Option<&YieldFunction>) -> Page {
     page
 }
 
-/// Shares of the shear strength at which the locus is drawn.
-const SHEARS: [f64; 4] = [0.0, 0.4, 0.7, 0.9];
+/// Fractions of the shear yield stress at which the locus is drawn.
+const SHEAR_FRACTIONS: [f64; 4] = [0.0, 0.4, 0.7, 0.9];
 
-/// The closed curve of plane stresses on the yield surface under a share below 1 of the shear that yields by itself.
-fn locus(function: &YieldFunction, share: f64) -> Series {
+/// Section of the yield surface in plane stress at a fraction below 1 of the shear yield stress.
+fn locus(function: &YieldFunction, fraction: f64) -> Series {
     let unit = std::f64::consts::SQRT_2;
     let strength = function.equivalent(&[0.0, 0.0, 0.0, unit, 0.0, 0.0]).recip();
-    let shear_component = unit * share * strength;
-    let name = match share {
+    let shear_component = unit * fraction * strength;
+    let name = match fraction {
         0.0 => "no shear".into(),
-        _ => format!("shear {:.3}, {:.0} % of its strength", share * strength, 100.0 * share),
+        _ => format!("shear {:.3}, {:.0} % of its strength", fraction * strength, 100.0 * fraction),
     };
     let mut series = Series { name, x: Vec::new(), y: Vec::new() };
     for k in 0..=360 {
@@ -265,12 +269,12 @@ mod tests {
     fn every_card_is_shown_and_drawn() {
         for card in card::library() {
             let function = card.yield_function().unwrap();
-            let text = told(&card, function.as_ref());
+            let text = text_of(&card, function.as_ref());
             assert!(text.contains("biaxial") && text.contains("convex"), "{text}");
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
             assert!(page(&card, function.as_ref()).html().contains("Yield locus"));
-            for share in SHEARS {
-                let locus = locus(function.as_ref().unwrap(), share);
+            for fraction in SHEAR_FRACTIONS {
+                let locus = locus(function.as_ref().unwrap(), fraction);
                 let wide = locus.x.iter().all(|x| x.is_finite() && x.abs() < 3.0);
                 assert!(locus.x.len() == 361 && wide, "{}: {}", card.name, locus.name);
                 let [low, high] =
@@ -280,7 +284,7 @@ mod tests {
         }
     }
 
-    /// Von Mises: the ellipse through (1, 0), (1, 1); Considere's strain of Swift is n - eps0.
+    /// Von Mises: the ellipse through (1, 0), (1, 1); the Considère strain of Swift's law is n - eps0.
     #[test]
     fn shown_figures_are_the_closed_forms() {
         let card = load("sheet-ssnv501").unwrap();
@@ -294,7 +298,8 @@ mod tests {
         assert!((strain - (0.268 - 0.00439)).abs() < 1e-9);
     }
 
-    /// Voce with two backstresses: `s = s0 + Q (1 - e^-bp) + Σ C/γ (1 - e^-γp)`; Considere's strain solves `ds/dp = s`.
+    /// Voce with two backstresses: `s = s0 + Q (1 - e^-bp) + Σ C/γ (1 - e^-γp)`; the Considère strain solves `ds/dp =
+    /// s`.
     #[test]
     fn stress_and_uniform_strain_have_the_backstresses_in_them() {
         let mut card = card::find("structural-steel-hartloper-uvc").unwrap();
@@ -304,32 +309,32 @@ mod tests {
         let slope = |p: f64| parts.iter().map(|(q, b)| q * b * f64::exp(-b * p)).sum::<f64>();
         let strain = uniform_strain(&card).unwrap();
         assert!((slope(strain) - stress(strain)).abs() < 1e-6 && (strain - 0.188).abs() < 1e-3);
-        let text = told(&card, card.yield_function().unwrap().as_ref());
+        let text = text_of(&card, card.yield_function().unwrap().as_ref());
         assert!(text.contains("(Considere): 0.18"), "{text}");
         assert!(
             text.contains(&format!("0.1 {:>12.2} {:>12.1}", stress(0.1), slope(0.1))),
             "{text}"
         );
         assert!(page(&card, None).html().contains(&format!("{:.2}", stress(0.1))));
-        // Prager's: a straight line.
+        // Prager's law: a straight line.
         let before = card.tension(0.2).unwrap();
         card.backstresses.push(card::BackstressCard { c_mpa: 50.0, gamma: 0.0 });
         let after = card.tension(0.2).unwrap();
-        // Of 500 MPa in a hundred steps: 2e-13 of it is what rounding leaves.
+        // Of 500 MPa in a hundred steps: 2e-13 of it is rounding.
         assert!(
             (after.0 - before.0 - 10.0).abs() < 1e-10 && (after.1 - before.1 - 50.0).abs() < 1e-10
         );
     }
 
-    /// A convex surface of a sheet that would grow wider or thicker as it is drawn.
+    /// A convex yield surface with negative r values.
     #[test]
-    fn r_values_that_no_sheet_has_are_told() {
+    fn negative_r_values_are_reported() {
         let mut card = card::find("mild-steel-neto2012").unwrap();
-        let said = |card: &MaterialCard| told(card, card.yield_function().unwrap().as_ref());
-        assert!(!said(&card).contains("WARNING"));
+        let shown = |card: &MaterialCard| text_of(card, card.yield_function().unwrap().as_ref());
+        assert!(!shown(&card).contains("WARNING"));
         card.criterion =
             Some(card::YieldCriterion::Hill48 { f: -0.1, g: 0.5, h: 0.7, l: 1.5, m: 1.5, n: 1.5 });
-        assert!(said(&card).contains("r below 0"), "{}", said(&card));
+        assert!(shown(&card).contains("r below 0"), "{}", shown(&card));
     }
 
     #[test]

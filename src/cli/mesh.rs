@@ -1,4 +1,4 @@
-//! `kanagata mesh FILE -o MESH`, and the mesher options it shares with `convert`.
+//! `kanagata mesh FILE -o MESH`, and the mesher options shared with `convert`.
 
 use std::path::{Path, PathBuf};
 
@@ -6,10 +6,10 @@ use clap::ValueEnum;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::gmsh::GmshArgs;
-use super::own::refuse_clashes;
+use super::output_clash::refuse_clashes;
 use super::read::{LostFaces, read_model};
-use super::say::{err, out};
 use super::skip::skipping;
+use super::terminal::{err, out};
 use crate::cad::Model;
 use crate::mesh::mapped::{self, MappedOptions, MeshStyle};
 use crate::mesh::{MeshError, MeshReport, SurfaceMesh, gmsh, io};
@@ -28,16 +28,16 @@ pub struct MeshArgs {
     mesher: MesherArgs,
 }
 
-/// Which mesher, and how fine.
+/// Mesher and element sizes.
 #[derive(Debug, Clone, clap::Args)]
 pub struct MesherArgs {
     /// Mesher: built in, or the program gmsh
     #[arg(long, value_enum, default_value_t = Mesher::Mapped)]
     mesher: Mesher,
-    /// Elements over 90 degrees of a fillet
+    /// Elements per 90 degrees of a fillet
     #[arg(long, value_name = "N", default_value_t = 4)]
     arc_divisions: usize,
-    /// Longest element side [mm]: none is longer (gmsh: about; with --tol or --patches before vertices are balanced)
+    /// Longest element side [mm] (gmsh: approximately; with --tol or --patches before vertices are balanced)
     #[arg(long, value_name = "MM")]
     max_size_mm: Option<f64>,
     /// Largest distance of flat elements from the surface [mm] (built-in mesher)
@@ -46,7 +46,7 @@ pub struct MesherArgs {
     /// Kinds of element
     #[arg(long, value_enum, default_value_t = Style::Structured)]
     style: Style,
-    /// Map no face (gmsh: no transfinite grids): elements of about equal size everywhere
+    /// No mapped faces (gmsh: no transfinite grids): elements of similar size everywhere
     #[arg(long)]
     unstructured: bool,
     /// Continue without faces of the CAD file that cannot be read or meshed; they are listed
@@ -68,14 +68,14 @@ enum Mesher {
 /// Kinds of element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Style {
-    /// Quads on three- and four-sided faces, few triangles elsewhere; gmsh: transfinite grids on such faces (on
-    /// three-sided ones with triangles along a border), recombined triangles elsewhere
+    /// Quads on three- and four-sided faces, few triangles elsewhere. gmsh: transfinite grids on such faces (with
+    /// triangles along a border of three-sided ones), recombined triangles elsewhere
     Structured,
     /// Triangles on three-sided faces; gmsh: quads on four-sided faces only
     Mixed,
     /// Triangles only
     Triangles,
-    /// Quads only; gmsh: recombined triangles everywhere, a few of which may be left
+    /// Quads only; gmsh: recombined triangles everywhere, of which a few may remain
     Quads,
 }
 
@@ -87,7 +87,7 @@ impl From<MeshError> for Failure {
 }
 
 impl MesherArgs {
-    /// Meshes the model; the result is checked against the model's area.
+    /// Meshes the model and checks the area of the mesh.
     pub(super) fn mesh(&self, file: &Path, model: &Model) -> Result<SurfaceMesh, MeshError> {
         match self.mesher {
             Mesher::Mapped => mapped::mesh(model, &self.mapped_options()),
@@ -99,37 +99,37 @@ impl MesherArgs {
         }
     }
 
-    /// Faces that cannot be meshed are left out.
+    /// Whether faces that cannot be meshed are skipped.
     pub(super) fn skips_faces(&self) -> bool {
         self.skip_bad_faces
     }
 
-    /// What to do with faces that cannot be read.
+    /// Treatment of faces that cannot be read.
     pub(super) fn lost_faces(&self) -> LostFaces {
-        if self.skip_bad_faces { LostFaces::LeaveOut } else { LostFaces::Refuse }
+        if self.skip_bad_faces { LostFaces::Skip } else { LostFaces::Refuse }
     }
 
-    /// Refuses what only gmsh understands when it is not the mesher.
+    /// Refuses options of gmsh for another mesher.
     pub(super) fn check(&self) -> Result<(), Failure> {
         if self.is_built_in() { self.gmsh.refuse() } else { Ok(()) }
     }
 
-    /// True for the mesher that is built in.
+    /// Whether the mesher is the built-in one.
     pub(super) fn is_built_in(&self) -> bool {
         self.mesher == Mesher::Mapped
     }
 
-    /// Options of the built-in mesher, if it is that.
+    /// Options of the built-in mesher, if it is used.
     pub(super) fn built_in(&self) -> Option<MappedOptions> {
         self.is_built_in().then(|| self.mapped_options())
     }
 
-    /// The same with other divisions of a quarter turn.
+    /// The same mesher with other divisions per 90 degrees.
     pub(super) fn with_divisions(&self, arc_divisions: usize) -> Self {
         Self { arc_divisions, ..self.clone() }
     }
 
-    /// The built-in mesher with triangles where they serve, in place of a structured one.
+    /// The built-in mesher with style `mixed` in place of `structured`.
     pub(super) fn mixed(&self) -> Option<Self> {
         let is_structured = self.is_built_in() && self.style == Style::Structured;
         is_structured.then(|| Self { style: Style::Mixed, ..self.clone() })
@@ -146,7 +146,7 @@ impl MesherArgs {
         Ok(self.mapped_options())
     }
 
-    /// Mesher and options of a refinement.
+    /// Mesher and options of a refinement, for the provenance.
     pub(super) fn describe_refinement(&self) -> String {
         let size = self.max_size_mm.map_or_else(String::new, |s| format!(" max-size-mm={s}"));
         format!("mapped{size} style={}", format!("{:?}", self.style).to_lowercase())
@@ -186,7 +186,7 @@ impl MesherArgs {
         }
     }
 
-    /// Mesher and options, for the tool file's provenance.
+    /// Mesher and options, for the provenance.
     pub(super) fn describe(&self) -> String {
         let size = self.max_size_mm.map_or_else(String::new, |s| format!(" max-size-mm={s}"));
         let chord = self.chord_mm.map_or_else(String::new, |c| format!(" chord-mm={c}"));
@@ -199,8 +199,8 @@ impl MesherArgs {
         format!("{mesher} arc-divisions={}{size}{chord} style={style}{free}", self.arc_divisions)
     }
 
-    /// Allowed difference of a mesh of flat elements from the model's area: chords cut corners, by
-    /// (1 - cos h) or so on a fillet of n elements, h = 45 degrees / n.
+    /// Allowed relative difference between the area of a mesh of flat elements and that of the model. Chords cut corners
+    /// by about 1 - cos h on a fillet of n elements, with h = 45 degrees / n.
     pub(super) fn area_tolerance(&self) -> f64 {
         let h = std::f64::consts::FRAC_PI_4 / self.arc_divisions.max(1) as f64;
         (h * h).clamp(1e-3, 0.3)
@@ -210,7 +210,7 @@ impl MesherArgs {
 /// Meshes the file.
 ///
 /// # Errors
-/// Exit code 2 for a file that is no CAD or cannot be meshed, 4 when files cannot be read or written.
+/// Exit code 2 for a file that is not CAD or cannot be meshed, 4 when files cannot be read or written.
 pub fn run(args: &MeshArgs) -> Result<Exit, Failure> {
     args.mesher.check()?;
     refuse_clashes(&[&args.file], &[("--output", Some(&args.output))])?;

@@ -1,11 +1,11 @@
-//! Numbers with a unit on the command line: `0.01mm`, `0.5deg`.
+//! Numbers with units on the command line: `0.01mm`, `0.5deg`.
 
-/// A length [mm]; without a unit in mm.
+/// Parses a length [mm]; without unit in mm.
 pub(super) fn length_mm(text: &str) -> Result<f64, String> {
     positive(text, &[("mm", 1.0), ("um", 1e-3), ("cm", 10.0), ("in", 25.4), ("m", 1000.0)])
 }
 
-/// An angle [degrees]; without a unit in degrees.
+/// Parses an angle [degrees]; without unit in degrees.
 pub(super) fn angle_deg(text: &str) -> Result<f64, String> {
     positive(text, &[("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)])
 }

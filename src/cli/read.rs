@@ -1,22 +1,22 @@
-//! Reads the CAD file of a command, with warnings to standard error.
+//! Reads the CAD file of a command; warnings go to standard error.
 
 use std::path::Path;
 
 use super::exit::Failure;
-use super::say::err;
+use super::terminal::err;
 use crate::cad::raw::LostFace;
 use crate::cad::{Diagnostic, Model, Severity};
 
-/// What to do with faces of the file that are lost: they cannot be read or enclose no area.
+/// Treatment of lost faces, which cannot be read or have no area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LostFaces {
-    /// The file is refused, the faces are named.
+    /// The file is refused with a list of the faces.
     Refuse,
-    /// The model lacks them; a warning names them.
-    LeaveOut,
+    /// The model lacks them; a warning lists them.
+    Skip,
 }
 
-/// Reads a CAD file that must have faces for a tool model: cut at creases. Warnings and cuts go to standard error.
+/// Reads a CAD file with faces for a tool model, split at creases. Warnings and splits go to standard error.
 pub(super) fn read_model(path: &Path, lost: LostFaces) -> Result<Model, Failure> {
     let (model, diagnostics) = crate::cad::read_with(path, crate::cad::Creases::Cut)?;
     warn(&diagnostics);
@@ -27,14 +27,17 @@ pub(super) fn read_model(path: &Path, lost: LostFaces) -> Result<Model, Failure>
     refuse_unjoined(path, &diagnostics)?;
     if !model.lost.is_empty() {
         let (count, all) = (model.lost.len(), model.lost.len() + model.faces.len());
-        let said =
-            format!("{}: {count} of {all} faces are lost: {}", path.display(), named(&model.lost));
+        let message = format!(
+            "{}: {count} of {all} faces are lost: {}",
+            path.display(),
+            list_of(&model.lost)
+        );
         if lost == LostFaces::Refuse {
             return Err(Failure::input(format!(
-                "{said}; allowed: none; repair them in the CAD and export again, or continue without them with --skip-bad-faces"
+                "{message}; allowed: none; repair them in the CAD and export again, or continue without them with --skip-bad-faces"
             )));
         }
-        err!("warning: {said}; the result lacks them");
+        err!("warning: {message}; the result lacks them");
     }
     if model.faces.is_empty() {
         let kinds: Vec<String> = model.entities.iter().map(|(k, n)| format!("{n} x {k}")).collect();
@@ -47,16 +50,19 @@ pub(super) fn read_model(path: &Path, lost: LostFaces) -> Result<Model, Failure>
     Ok(model)
 }
 
-/// Lost faces with the reason, the first few of them.
-fn named(lost: &[LostFace]) -> String {
-    const MOST: usize = 10;
+/// The first lost faces with their reasons.
+fn list_of(lost: &[LostFace]) -> String {
+    const LISTED_MAX: usize = 10;
     let one = |f: &LostFace| format!("{} ({})", f.source, f.reason);
-    let more =
-        if lost.len() > MOST { format!(", and {} more", lost.len() - MOST) } else { String::new() };
-    lost.iter().take(MOST).map(one).collect::<Vec<_>>().join(", ") + &more
+    let more = if lost.len() > LISTED_MAX {
+        format!(", and {} more", lost.len() - LISTED_MAX)
+    } else {
+        String::new()
+    };
+    lost.iter().take(LISTED_MAX).map(one).collect::<Vec<_>>().join(", ") + &more
 }
 
-/// Where faces lie on each other by the hundred no tool is meant, and every step after this one would compare all with all.
+/// Refuses files with hundreds of overlapping faces. They are not tools, and later steps would compare all with all.
 fn refuse_unjoined(path: &Path, diagnostics: &[Diagnostic]) -> Result<(), Failure> {
     let Some(found) = diagnostics.iter().find(|d| d.code == "faces-overlap") else {
         return Ok(());
@@ -68,7 +74,7 @@ fn refuse_unjoined(path: &Path, diagnostics: &[Diagnostic]) -> Result<(), Failur
     )))
 }
 
-/// A tool of a guessed size is worse than none.
+/// Refuses files with an unknown unit: the size of the tool would be a guess.
 fn refuse_guessed_units(path: &Path, diagnostics: &[Diagnostic]) -> Result<(), Failure> {
     let guessed = diagnostics
         .iter()
@@ -86,12 +92,12 @@ fn refuse_guessed_units(path: &Path, diagnostics: &[Diagnostic]) -> Result<(), F
 }
 
 fn warn(diagnostics: &[Diagnostic]) {
-    const MOST: usize = 10;
+    const LISTED_MAX: usize = 10;
     let warnings: Vec<_> = diagnostics.iter().filter(|d| d.severity == Severity::Warning).collect();
-    for d in warnings.iter().take(MOST) {
+    for d in warnings.iter().take(LISTED_MAX) {
         err!("warning: {} {}: {}", d.code, d.place, d.text);
     }
-    if warnings.len() > MOST {
-        err!("warning: and {} more; `kanagata inspect` lists them", warnings.len() - MOST);
+    if warnings.len() > LISTED_MAX {
+        err!("warning: and {} more; `kanagata inspect` lists them", warnings.len() - LISTED_MAX);
     }
 }

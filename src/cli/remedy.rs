@@ -1,5 +1,5 @@
-//! What to try on the command line for an error of the library. Errors of the library say what is wrong in terms of the
-//! library; here is the one place that names options and commands for them.
+//! Remedies on the command line for errors of the library. Errors of the library do not mention options and commands;
+//! this module is the only place that does.
 
 use std::error::Error;
 use std::path::Path;
@@ -22,7 +22,7 @@ const CONVERT: &str = "make the tool file with `kanagata convert`";
 const ANOTHER_FOLDER: &str = "another folder with -o";
 const MATERIALS: &str = "a card that `kanagata material list` names; `kanagata material fit` gives a law for a measured curve";
 
-/// What to try for an error, or for the one that it is about.
+/// The remedy for an error, or for its source.
 pub(super) fn remedy(error: &(dyn Error + 'static)) -> Option<String> {
     of_one(error).or_else(|| remedy(error.source()?))
 }
@@ -150,7 +150,7 @@ fn of_scene(error: &SceneError) -> Option<String> {
     }
 }
 
-/// What to try for the value of a scene's key.
+/// The remedy for the value of a scene's key.
 fn of_key(key: &str) -> Option<String> {
     if key.starts_with("material") {
         return Some(MATERIALS.into());
@@ -170,7 +170,7 @@ fn of_run(error: &RunError) -> Option<String> {
         )),
         RunError::Foreign { .. } => Some(format!("{ANOTHER_FOLDER}, or --overwrite")),
         RunError::Checkpoint(error) => Some(of_checkpoint(error)),
-        RunError::LeftOut { .. } => Some("the command without --auto".into()),
+        RunError::ExcludedPatchReached { .. } => Some("the command without --auto".into()),
         RunError::Solver { cause, .. } => of_solver(cause),
         _ => None,
     }
@@ -188,8 +188,8 @@ fn of_solver(error: &SimulationError) -> Option<String> {
                 .into(),
         ),
         SimulationError::GaveUp { .. } => Some(
-            "`kanagata-solve check` names places where tools begin inside the sheet or leave it too little room, and radii for which \
-             elements are too long"
+            "`kanagata-solve check` reports tools that start inside the sheet or leave too little clearance, and radii for which elements \
+             are too long"
                 .into(),
         ),
         _ => None,
@@ -210,7 +210,7 @@ fn of_study(error: &StudyError) -> Option<String> {
         StudyError::Value { path, .. } if path.file_name() == Some("manifest.json".as_ref()) => {
             Some("the command without --collect".into())
         }
-        // The key of the scene stands behind the case that it is of.
+        // The key of the scene follows the name of its case.
         StudyError::Value { place, .. } => of_key(place.rsplit(": ").next()?),
         _ => None,
     }

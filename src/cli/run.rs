@@ -1,14 +1,14 @@
-//! `kanagata-solve run SCENE -o DIR`: the run itself, watched on the terminal.
+//! `kanagata-solve run SCENE -o DIR`: runs a scene with progress on the terminal.
 
 use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::doubts::print_doubts;
-use super::ended::print_record;
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::say::{err, out, put};
+use super::run_summary::print_record;
 use super::stop;
+use super::terminal::{err, out, put};
 use crate::run::folder::row;
 use crate::run::progress_line::{HEADER, json_line, line};
 use crate::run::{Progress, RunError, RunOptions};
@@ -24,31 +24,31 @@ use crate::solver::SimulationError;
 pub struct RunArgs {
     /// Scene file
     scene: PathBuf,
-    /// Folder for the results; made if missing
+    /// Folder for the results; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Continue from the checkpoint in DIR, to the same results as without the break
+    /// Continue from the checkpoint in DIR, with the same results as an uninterrupted run
     #[arg(long)]
     restart: bool,
-    /// Start again where DIR holds a stopped run of the same inputs, or files that are of no run, and discard those
+    /// Start again although DIR holds a stopped run of the same inputs or files of no run, and discard them
     #[arg(long, conflicts_with = "restart")]
     overwrite: bool,
-    /// Leave out what loses no accuracy (patches of tools that the sheet cannot come near); run.json says what
+    /// Exclude what does not change results (tool patches that the sheet cannot touch); run.json lists them
     #[arg(long)]
     auto: bool,
-    /// Stop, leaving a checkpoint, when standard input ends: the run does not outlive the program that started it
+    /// Stop with a checkpoint when standard input ends: the run does not outlive the program that started it
     #[arg(long)]
     tied: bool,
-    /// End with exit code 0 in place of 1 when the result is doubtful; run.json keeps the list
+    /// End with exit code 0 instead of 1 when the result is doubtful; run.json keeps the list
     #[arg(long)]
     accept_doubts: bool,
-    /// No progress bar and no account of the run: nothing but doubts (stderr)
+    /// No progress bar and no summary: only doubts (stderr)
     #[arg(short, long)]
     quiet: bool,
-    /// A line an increment in place of the bar
+    /// One line per increment instead of the bar
     #[arg(long, conflicts_with_all = ["quiet", "json"])]
     lines: bool,
-    /// A line of JSON an increment in place of the bar, and run.json in one line at the end
+    /// One line of JSON per increment instead of the bar, and run.json in one line at the end
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
 }
@@ -70,7 +70,7 @@ impl From<RunError> for Failure {
                 SimulationError::Stopped { .. } => Exit::Stopped,
                 _ => Exit::NoConvergence,
             },
-            RunError::LeftOut { .. } => Exit::NoConvergence,
+            RunError::ExcludedPatchReached { .. } => Exit::NoConvergence,
         };
         Self::new(exit, error)
     }
@@ -79,8 +79,8 @@ impl From<RunError> for Failure {
 /// Runs the scene.
 ///
 /// # Errors
-/// Exit code 2 for a scene that cannot be run, 3 when the solver does not converge, 4 when files cannot be read or written; a
-/// doubtful result is no error, and ends with 1.
+/// Exit code 2 for a scene that cannot be run, 3 when the solver does not converge, 4 when files cannot be read or
+/// written. A doubtful result (exit code 1) is not an error.
 pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let plan = read(&args.scene)?;
     let by_line = args.lines || args.json;
@@ -88,11 +88,11 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     if args.tied {
         stop_with_input();
     }
-    let tell = |told: &str| err!("note: {told}");
+    let tell = |message: &str| err!("note: {message}");
     let options = RunOptions {
         restart: args.restart,
         overwrite: args.overwrite,
-        tell: (!args.quiet).then_some(&tell as &dyn Fn(&str)),
+        notify: (!args.quiet).then_some(&tell as &dyn Fn(&str)),
         auto: args.auto,
         stop: stop::request().clone(),
     };
@@ -120,10 +120,10 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     Ok(Exit::of_doubts(&record.doubts, args.accept_doubts))
 }
 
-/// Stops when standard input ends.
+/// Requests a stop when standard input ends.
 fn stop_with_input() {
     std::thread::spawn(move || {
-        // Input that cannot be read has ended too.
+        // A read error counts as the end.
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
         stop::stop();
     });
@@ -143,7 +143,7 @@ fn progress_bar(quiet: bool) -> ProgressBar {
 
 fn show(bar: &ProgressBar, progress: &Progress<'_>) {
     let r = progress.report;
-    // The tool that moves or pushes most is the one to watch.
+    // The tool with the largest travel is shown.
     let watched = r.tools.iter().max_by(|a, b| a.travel.abs().total_cmp(&b.travel.abs()));
     let tool = watched.map_or_else(String::new, |t| {
         format!("{} {:.2} mm {:.1} kN", t.name, t.travel, t.force / 1e3)

@@ -1,18 +1,19 @@
-//! `--skip-bad-faces` for faces that cannot be meshed: the work goes on without them.
+//! `--skip-bad-faces` for faces that cannot be meshed: the work continues without them.
 
 use std::collections::BTreeMap;
 
 use super::exit::Failure;
-use super::say::err;
+use super::terminal::err;
 use crate::cad::Model;
 use crate::convert::part::Part;
 use crate::convert::tolerance::ToleranceError;
 use crate::mesh::MeshError;
 
-/// What `make` gives of `model`, or, where faces fail and `skips` allows it, of the part of the model without them.
+/// Applies `make` to `model`. If faces fail and `skips` is set, it is repeated for the part of the model without them,
+/// which is also returned.
 ///
 /// # Errors
-/// What `make` fails with; faces have their numbers in `model`.
+/// The error of `make`, with face indices of `model`.
 pub(super) fn skipping<T>(
     skips: bool,
     model: &Model,
@@ -40,7 +41,7 @@ pub(super) fn skipping<T>(
     }
 }
 
-/// Faces without which the work may go on, and why.
+/// Faces without which the work may continue, and the reasons.
 fn failed(failure: &Failure) -> Vec<(usize, String)> {
     let error = &failure.error;
     let of_mesh = match error.downcast_ref::<ToleranceError>() {
@@ -56,7 +57,7 @@ fn failed(failure: &Failure) -> Vec<(usize, String)> {
     }
 }
 
-/// The same failure with other numbers of faces.
+/// The same failure with other face indices.
 pub(super) fn renumbered(mut failure: Failure, number: impl Fn(usize) -> usize) -> Failure {
     if let Some(ToleranceError::NotReached { face, .. } | ToleranceError::NoPatches { face, .. }) =
         failure.error.downcast_mut::<ToleranceError>()
@@ -79,7 +80,7 @@ mod tests {
     use crate::cad::query_tests::shapes::{holed_square, joined};
     use crate::cli::remedy::remedy;
 
-    /// Fails at the faces of these sources, as a mesher does.
+    /// Fails at the faces with these sources, like a mesher.
     fn failing(model: &Model, sources: &[&str]) -> Result<Vec<String>, Failure> {
         let is_bad = |f: &usize| sources.contains(&model.faces[*f].source.as_str());
         let failed: Vec<(usize, String)> =

@@ -1,4 +1,4 @@
-//! `kanagata-solve`: the forming solver's command line.
+//! `kanagata-solve`: the command line of the forming solver.
 
 use std::process::ExitCode;
 
@@ -21,15 +21,15 @@ struct Solve {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Read a scene and its tools, say what would be run and what it would cost
+    /// Check a scene and its tools: findings and expected cost
     Check(check::CheckArgs),
     /// Run a scene into a folder
     Run(run::RunArgs),
-    /// Say how a run stands: increment, travels, forces, checkpoint, how to go on
+    /// Show the state of a run: increment, travels, forces, checkpoint, how to continue
     Status(status::StatusArgs),
 }
 
-/// Runs the program on the process's arguments.
+/// Runs the program with the arguments of the process.
 #[must_use]
 pub fn main() -> ExitCode {
     let arguments = Solve::parse();

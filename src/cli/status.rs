@@ -1,4 +1,4 @@
-//! `kanagata-solve status DIR`: what a run folder says now.
+//! `kanagata-solve status DIR`: the current state of a run.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::remedy::restart_command;
-use super::say::{out, out_json};
+use super::terminal::{out, out_json};
 use crate::run::status::{Status, StatusError, status};
 
 /// Arguments of `status`.
@@ -29,7 +29,7 @@ impl From<StatusError> for Failure {
     }
 }
 
-/// What the folder says, and the command that continues its run.
+/// The status with the command that continues the run.
 #[derive(Serialize)]
 struct Printed<'a> {
     #[serde(flatten)]
@@ -37,10 +37,10 @@ struct Printed<'a> {
     restart: Option<String>,
 }
 
-/// Prints what the folder says.
+/// Prints the status of a run.
 ///
 /// # Errors
-/// Exit code 4 when the folder holds no run, 2 when its files are not of this program.
+/// Exit code 4 when the folder holds no run, 2 when its files were not written by this program.
 pub fn run(args: &StatusArgs) -> Result<Exit, Failure> {
     let found = status(&args.folder)?;
     let restart = found.restart.as_ref().map(restart_command);

@@ -1,29 +1,29 @@
-//! Requests to stop: SIGTERM and SIGINT.
+//! Stop requests: SIGTERM and SIGINT.
 //!
-//! Work that has a state to save heeds the request itself ([`crate::cancel::Section`]). Otherwise, and on a second request, child
-//! programs are ended, temporary files removed, and the process ends at once with exit code 5.
+//! Work with a state to save handles the request itself ([`crate::cancel::Section`]). Otherwise, and on a second
+//! request, child processes are ended, temporary files removed, and the process ends immediately with exit code 5.
 
 use std::sync::OnceLock;
 
 use super::exit::Exit;
-use super::say::err;
+use super::terminal::err;
 use crate::cancel::Cancel;
 use crate::files::temporary::end_all;
 
-/// Signals within this time [ms] are one request: `timeout` and terminals send theirs to the process and to its group.
+/// Signals within this time are one request [ms]: `timeout` and terminals signal the process and its group.
 #[cfg(unix)]
 const ONE_REQUEST_MS: u128 = 500;
-/// Time that work which has heeded the request has to report it and to end [ms].
+/// Time for work that has accepted the request to report and end [ms].
 #[cfg(unix)]
 const GRACE_MS: u64 = 1000;
 
-/// The request of this process; signals are the process's own.
+/// The stop request of this process.
 pub(super) fn request() -> &'static Cancel {
     static REQUEST: OnceLock<Cancel> = OnceLock::new();
     REQUEST.get_or_init(Cancel::default)
 }
 
-/// Ends the process: nothing of it stays behind.
+/// Ends the process and its child processes.
 fn end() -> ! {
     end_all();
     if request().is_complete() {
@@ -34,7 +34,7 @@ fn end() -> ! {
     std::process::exit(Exit::Stopped as i32);
 }
 
-/// Stops as a signal does.
+/// Requests a stop as a signal does.
 pub(super) fn stop() {
     request().request();
     if !request().is_heeded() {
@@ -42,7 +42,7 @@ pub(super) fn stop() {
     }
 }
 
-/// Begins to listen; a file that grows beyond `ulimit -f` is an error of its writer and no signal.
+/// Installs the signal handlers. A file beyond `ulimit -f` is an error of its writer, not a signal.
 #[cfg(unix)]
 pub(super) fn listen() {
     use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
@@ -53,11 +53,11 @@ pub(super) fn listen() {
     let _ = signal_hook::flag::register(SIGXFSZ, flag);
     let Ok((mut reader, writer)) = UnixStream::pair() else { return };
     for signal in [SIGTERM, SIGINT] {
-        // Without it a signal ends the program at once; the last checkpoint stays.
+        // If this fails, a signal ends the program immediately; the last checkpoint remains.
         let _ = writer.try_clone().map(|w| signal_hook::low_level::pipe::register(signal, w));
     }
     std::thread::spawn(move || {
-        // Held open as long as there is a reader.
+        // Keeps the writer open as long as there is a reader.
         let _writer = writer;
         let mut byte = [0];
         if reader.read_exact(&mut byte).is_err() {

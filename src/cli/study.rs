@@ -1,15 +1,15 @@
-//! `kanagata study FILE -o DIR`: runs the cases of a study that are not done and compares them; draws maps of where
-//! methods fail; measures what accuracy costs in patches and time.
+//! `kanagata study FILE -o DIR`: runs and compares the cases of a study, draws stability maps, or compares patches with
+//! their accuracy and time.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use super::doubts::print_doubts;
 use super::exit::{EXIT_HELP, Exit, Failure};
-use super::own::refuse_clashes;
+use super::output_clash::refuse_clashes;
 use super::read::{LostFaces, read_model};
-use super::say::{err, out};
 use super::stop;
+use super::terminal::{err, out};
 use crate::cancel::Cancel;
 use crate::study::StudyError;
 use crate::study::case::Case;
@@ -36,29 +36,29 @@ use crate::study::stability;
 pub struct StudyArgs {
     /// Study file (schemas/study.schema.json, stability.schema.json or patches.schema.json)
     file: PathBuf,
-    /// Folder for the results; made if missing
+    /// Folder for the results; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Folder that the scene's tool files are relative to; the study's own when not given
+    /// Folder that the scene's tool files are relative to; default: the folder of the study
     #[arg(long, value_name = "DIR")]
     tools: Option<PathBuf>,
-    /// Cases at a time; 1 when not given
+    /// Cases at a time; default 1
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
-    /// Only the case of this name, or where none has it those whose names hold it, and those they follow; may be given
-    /// more than once
+    /// Only the case of this name, or if there is none all cases whose names contain it, and those they follow; may be
+    /// repeated
     #[arg(long, value_name = "CASE")]
     only: Vec<String>,
-    /// With the study's changes for a quick look
+    /// Apply the changes of the study for a coarse trial run
     #[arg(long)]
     quick: bool,
-    /// Run cases that failed again
+    /// Run failed cases again
     #[arg(long)]
     again: bool,
-    /// End with exit code 0 in place of 1 when results are doubtful; tables and pages keep the doubts
+    /// End with exit code 0 instead of 1 when results are doubtful; tables and pages keep the doubts
     #[arg(long)]
     accept_doubts: bool,
-    /// Run nothing, only compare what there is
+    /// Run nothing, only compare existing results
     #[arg(long, conflicts_with_all = ["only", "again", "jobs"])]
     collect: bool,
 }
@@ -83,7 +83,8 @@ fn io(path: &Path) -> impl FnOnce(std::io::Error) -> StudyError {
 /// Runs the study.
 ///
 /// # Errors
-/// Exit code 1 when a check does not hold or results are doubtful, 2 for a study that cannot be run, 3 when a case failed, 4 when files cannot be read or written, 5 when it was stopped.
+/// Exit code 1 when a check fails or results are doubtful, 2 for an invalid study, 3 when a case failed, 4 when files
+/// cannot be read or written, 5 when stopped.
 pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
     let written = ["manifest.json", "study.csv", "study.html"].map(|name| args.output.join(name));
     let outputs = written.each_ref().map(|path| ("--output, for", Some(path.as_path())));
@@ -108,7 +109,7 @@ pub fn run(args: &StudyArgs) -> Result<Exit, Failure> {
     }
 }
 
-/// Refuses what says something only to studies of forming.
+/// Refuses options that apply to forming studies only.
 fn only_of_forming(args: &StudyArgs, format: &str) -> Result<(), Failure> {
     let given = [
         ("--tools", args.tools.is_some()),
@@ -151,7 +152,7 @@ fn patch_study(args: &StudyArgs, study: &PatchStudy) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// The study's own folder and that of its tools, as whole paths.
+/// Absolute paths of the folder of the study and of that of its tools.
 fn folders(args: &StudyArgs) -> Result<[PathBuf; 2], Failure> {
     let own = args.file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let own = own.canonicalize().map_err(io(own))?;
@@ -167,7 +168,7 @@ fn folders(args: &StudyArgs) -> Result<[PathBuf; 2], Failure> {
     Ok([own, tools])
 }
 
-/// The cases that are to be run: those that are wanted, and those they follow.
+/// The selected cases and those they follow.
 fn wanted(args: &StudyArgs, study: &Study, all: &[Case]) -> Result<Vec<Case>, Failure> {
     let ids = ids(study);
     let chosen = chosen(&ids, &args.only).map_err(|name| {
@@ -183,7 +184,8 @@ fn run_cases(args: &StudyArgs, open: &[Case], stop: &Cancel) -> Result<Manifest,
     let jobs = args.jobs.map_or(1, NonZeroUsize::get);
     let threads = (rayon::current_num_threads() / jobs).max(1);
     let folder = &args.output;
-    let how = Execution { folder, program: &program, jobs, threads, again: args.again, stop };
+    let how =
+        Execution { folder, program: &program, jobs, threads, repeat_failed: args.again, stop };
     Ok(execute(open, &how, &|line| out!("{line}"))?)
 }
 
@@ -214,7 +216,7 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
     }
     out!("{} cases, {failed} of those run not done", all.len());
     for (check, outcome) in &checks {
-        let [state, value] = outcome.words();
+        let [state, value] = outcome.texts();
         out!("  {state:13} {}: {value}, {} expected", check.says, check.allowed());
     }
     out!("  {}", args.output.join("study.html").display());
@@ -227,7 +229,7 @@ fn forming(args: &StudyArgs, study: &Study) -> Result<Exit, Failure> {
     })
 }
 
-/// A case that could not begin, as a file that its scene names cannot be read.
+/// Whether a case could not start because a file of its scene cannot be read.
 fn lacks_files(case: &Case, manifest: &Manifest) -> bool {
     let entry = manifest.cases.get(&case.id);
     entry.is_some_and(|e| e.state == State::Failed && e.inputs.is_empty())

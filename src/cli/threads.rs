@@ -2,14 +2,14 @@
 
 use super::exit::Failure;
 
-/// Threads at most: more than any machine that this program was measured on has processors. Each has a stack and a place in
-/// every parallel loop; twice as many would cost address space and no more.
+/// Largest number of threads, above the processors of any machine used. Each thread has a stack and a place in every
+/// parallel loop; twice as many would cost address space only.
 const THREADS_MAX: usize = 1024;
 
-/// Uses so many threads; as many as there are processors when none are given.
+/// Sets the number of threads; default: the number of processors.
 ///
 /// # Errors
-/// Exit code 2 for a number out of range, and where the system gives no threads.
+/// Exit code 2 for a number out of range, or if the system cannot create the threads.
 pub(super) fn use_threads(asked: Option<usize>) -> Result<(), Failure> {
     let Some(threads) = asked else { return Ok(()) };
     if !(1..=THREADS_MAX).contains(&threads) {

@@ -1,4 +1,4 @@
-//! Bars side by side or stacked, one row a name: as SVG, and as plotly traces.
+//! Bar charts, grouped or stacked, with one row per name: as SVG and as plotly traces.
 
 use std::path::Path;
 
@@ -6,33 +6,35 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use serde_json::{Value, json};
 
-use super::drawing::{Area, COLORS, Drawn, Line, NAMES, Short, draw_names, write_svg};
+use super::drawing::{Area, COLORS, Drawn, LEGEND_WIDTH_PX, Line, Short, draw_legend, write_svg};
 use crate::files::WriteError;
 
-/// Bars.
+/// A horizontal bar chart.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Bars {
     /// Title.
     pub title: String,
-    /// What their length is, with unit.
+    /// Title of the length axis, with unit.
     pub x: String,
-    /// Names of the rows, from above.
+    /// Names of the rows, top to bottom.
     pub names: Vec<String>,
-    /// Name of each part, and its length in every row.
+    /// Each part: its name and its length in every row.
     pub parts: Vec<(String, Vec<f64>)>,
-    /// Parts one behind the other, not one below the other.
+    /// Stacked bars; otherwise the parts of a row are grouped one below the other.
     pub stacked: bool,
 }
 
-const WIDTH: u32 = 700;
-/// Height of a row, and of all that is not rows.
-const ROW: u32 = 26;
-const FRAME: u32 = 96;
-/// Left of the bars.
-const ROW_NAMES: u32 = 170;
+/// Width of the chart without its legend [px].
+const CHART_WIDTH_PX: u32 = 700;
+/// Height of a row [px].
+const ROW_HEIGHT_PX: u32 = 26;
+/// Height of title, axis and margins [px].
+const FRAME_HEIGHT_PX: u32 = 96;
+/// Width left of the bars for the names of the rows [px].
+const ROW_NAME_WIDTH_PX: u32 = 170;
 
 impl Bars {
-    /// Bars of row `row`, from 0 to 1 across it: begin, end, from, to, part.
+    /// Bars of row `row`: `[start, end, top, bottom]` and the part. Top and bottom are in units of the row height.
     fn row(&self, row: usize) -> Vec<([f64; 4], usize)> {
         let mut out = Vec::new();
         let mut from = 0.0;
@@ -50,7 +52,7 @@ impl Bars {
         out
     }
 
-    /// Traces and layout for a page.
+    /// Plotly traces and layout.
     #[must_use]
     pub fn traces(&self) -> (Vec<Value>, Value) {
         let trace = |(name, lengths): &(String, Vec<f64>)| json!({"type": "bar", "orientation": "h", "name": name, "x": lengths, "y": self.names});
@@ -66,25 +68,25 @@ impl Bars {
         (self.parts.iter().map(trace).collect(), layout)
     }
 
-    /// Height of the drawing, and of the plot on a page [px].
+    /// Height of the drawing and of the plot on a page [px].
     #[must_use]
     pub fn height(&self) -> usize {
-        (FRAME + ROW * self.names.len().max(self.parts.len()) as u32) as usize
+        (FRAME_HEIGHT_PX + ROW_HEIGHT_PX * self.names.len().max(self.parts.len()) as u32) as usize
     }
 
-    /// Writes the drawing.
+    /// Writes the chart as SVG.
     ///
     /// # Errors
     /// [`WriteError`].
     pub fn write(&self, path: &Path) -> Result<(), WriteError> {
-        write_svg(path, (WIDTH + NAMES, self.height() as u32), |root| {
-            let (area, names) = root.split_horizontally(WIDTH);
+        write_svg(path, (CHART_WIDTH_PX + LEGEND_WIDTH_PX, self.height() as u32), |root| {
+            let (area, names) = root.split_horizontally(CHART_WIDTH_PX);
             let legend = |(name, _): &(String, Vec<f64>)| Line {
                 name: name.clone(),
                 points: Vec::new(),
                 marks_only: false,
             };
-            draw_names(&names, &self.parts.iter().map(legend).collect::<Vec<_>>())?;
+            draw_legend(&names, &self.parts.iter().map(legend).collect::<Vec<_>>())?;
             self.draw(&area)
         })
     }
@@ -93,13 +95,13 @@ impl Bars {
         let rows: Vec<_> = (0..self.names.len()).map(|row| self.row(row)).collect();
         let longest = rows.iter().flatten().map(|(bar, _)| bar[1]).fold(0.0, f64::max);
         let longest = if longest > 0.0 { 1.05 * longest } else { 1.0 };
-        // Rows count downwards.
+        // Plotters' ordinate grows upwards; rows are numbered downwards.
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", 16))
             .margin(8)
             .margin_right(16)
             .x_label_area_size(40)
-            .y_label_area_size(ROW_NAMES)
+            .y_label_area_size(ROW_NAME_WIDTH_PX)
             .build_cartesian_2d(0.0..longest, -(self.names.len().max(1) as f64)..0.0)?;
         chart
             .configure_mesh()

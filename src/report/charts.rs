@@ -12,7 +12,7 @@ pub struct Series {
     pub name: String,
     /// Abscissae.
     pub x: Vec<f64>,
-    /// Ordinates, as many.
+    /// Ordinates, one per abscissa.
     pub y: Vec<f64>,
 }
 
@@ -37,7 +37,7 @@ pub fn lines(series: &[Series], x_title: &str, y_title: &str) -> (Vec<Value>, Va
     (traces, layout)
 }
 
-/// Traces and layout of a chart of points, numbered from 0 when pointed at, over lines that guide the eye.
+/// Traces and layout of a scatter chart over dotted guide lines. Hovering a point shows its index, from 0.
 #[must_use]
 pub fn points(
     points: &Series,
@@ -69,15 +69,15 @@ pub struct ValuedSurface {
     pub points: Vec<Vec3>,
     /// Triangles by point ids.
     pub triangles: Vec<[u32; 3]>,
-    /// A value at every point; empty: one grey.
+    /// A value at every point; empty: one uniform grey.
     pub values: Vec<f64>,
-    /// What the values are, with unit.
+    /// Name of the quantity, with unit.
     pub quantity: String,
     /// Opacity, 0 to 1.
     pub opacity: f64,
     /// The colour scale is centred on zero (signed quantities).
     pub signed: bool,
-    /// Not shown until its name in the legend is clicked.
+    /// Hidden until its name in the legend is clicked.
     pub hidden: bool,
 }
 
@@ -117,14 +117,14 @@ pub fn surfaces(parts: &[ValuedSurface]) -> (Vec<Value>, Value) {
     (traces, layout)
 }
 
-/// Half width of a signed scale whose values are all zero: the renderer works in single precision.
-const SMALLEST_SCALE: f64 = 1e-6;
+/// Minimum half width of a signed colour scale, for values that are all zero. The renderer works in single precision.
+const SIGNED_SCALE_MIN: f64 = 1e-6;
 
 fn colour(trace: &mut Value, part: &ValuedSurface, bars: usize) {
     let low = part.values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = part.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let (low, high, scale) = if part.signed {
-        let top = low.abs().max(high.abs()).max(SMALLEST_SCALE);
+        let top = low.abs().max(high.abs()).max(SIGNED_SCALE_MIN);
         (-top, top, "RdBu")
     } else {
         (low, high, "Viridis")
@@ -139,7 +139,7 @@ fn colour(trace: &mut Value, part: &ValuedSurface, bars: usize) {
         "len": 0.8, "thickness": 14, "x": 1.0 + 0.1 * bars as f64});
 }
 
-/// Six significant digits: enough for a picture, a third of the size.
+/// Values rounded to six significant digits, which cuts the page to about a third; NaN becomes a gap.
 fn short(values: &[f64]) -> Vec<Value> {
     let round = |v: &f64| format!("{v:.5e}").parse::<f64>().map_or(Value::Null, |r| json!(r));
     values.iter().map(round).collect()

@@ -1,16 +1,16 @@
 //! Tables of comma-separated values (RFC 4180).
 //!
-//! Programs for tables take text that begins with `=`, `+`, `-`, `@`, a tab or a carriage return for a formula. Such a cell is
-//! written behind an apostrophe, which is taken away again on reading; numbers stay as they are.
+//! Spreadsheet programs read text that begins with `=`, `+`, `-`, `@`, a tab or a carriage return as a formula. An
+//! apostrophe is written before such a cell and removed on reading; numbers are unchanged.
 
-/// Whether a cell could be taken for a formula, apostrophes before it passed over.
+/// Whether a spreadsheet could read a cell as a formula; leading apostrophes are ignored.
 fn is_formula(cell: &str) -> bool {
     let begins = cell.trim_start_matches('\'').starts_with(['=', '+', '-', '@', '\t', '\r']);
     begins && cell.parse::<f64>().is_err()
 }
 
-/// A cell as it is written: in quotes where it has what separates cells or rows, behind an apostrophe where it could be taken
-/// for a formula.
+/// A cell as written: quoted if it contains a separator of cells or rows, after an apostrophe if it could be read as a
+/// formula.
 #[must_use]
 pub fn quoted(cell: &str) -> String {
     let marked = if is_formula(cell) { format!("'{cell}") } else { cell.to_owned() };
@@ -22,7 +22,7 @@ pub fn quoted(cell: &str) -> String {
     }
 }
 
-/// The cell of what is written.
+/// The value of a written cell; the inverse of [`quoted`].
 #[must_use]
 pub fn unquoted(written: &str) -> String {
     let inner = written.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
@@ -33,7 +33,7 @@ pub fn unquoted(written: &str) -> String {
     }
 }
 
-/// Rows of a table: its lines, but for breaks within quotes.
+/// Rows of a table. Line breaks within quotes do not end a row.
 #[must_use]
 pub fn rows(text: &str) -> Vec<&str> {
     split(text, '\n').into_iter().map(|row| row.strip_suffix('\r').unwrap_or(row)).collect()
@@ -49,7 +49,7 @@ pub fn cells(row: &str) -> Vec<String> {
     cells
 }
 
-/// Parts between separators that are not within quotes; none behind the last one.
+/// Parts between separators outside quotes; an empty part after the last separator is dropped.
 fn split(text: &str, separator: char) -> Vec<&str> {
     let (mut parts, mut start, mut within) = (Vec::new(), 0, false);
     for (at, c) in text.char_indices() {
@@ -88,7 +88,7 @@ mod tests {
         let text: String = table.iter().map(|cells| row(cells) + "\n").collect();
         let found: Vec<Vec<String>> = rows(&text).into_iter().map(cells).collect();
         assert_eq!(found, table.map(|row| row.map(String::from).to_vec()));
-        // Lines that end as elsewhere, and a last one that does not end.
+        // CRLF line ends, and a last line without line end.
         assert_eq!(rows("a,b\r\n1,2"), ["a,b", "1,2"]);
         assert_eq!(cells("1,,\"x\""), ["1", "", "x"]);
     }

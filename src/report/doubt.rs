@@ -1,14 +1,14 @@
 //! Doubts: reasons why a result must not be trusted as it is, each with a stable code.
 //!
-//! A doubt about a run stands in `run.json`, last on the terminal, first in the report and in the exit code (1).
-//! `docs/reference/doubts.md` is the table of all codes; it is written from [`DoubtCode::ALL`].
+//! A doubt about a run appears in `run.json`, at the end of the terminal output and at the head of the report, and sets
+//! exit code 1. `docs/reference/doubts.md` is the table of all codes, generated from [`DoubtCode::ALL`].
 
 use std::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Number format of places in messages [mm].
+/// A position as messages print it [mm].
 #[must_use]
 pub fn place_mm(at: &[f64; 3]) -> String {
     format!("({:.1}, {:.1}, {:.1}) mm", at[0], at[1], at[2])
@@ -28,13 +28,13 @@ macro_rules! codes {
             /// All codes, in the order of the reference.
             pub const ALL: &[Self] = &[$(Self::$name),*];
 
-            /// The code as files and terminals have it.
+            /// The code as printed in files and on terminals.
             #[must_use]
             pub const fn as_str(self) -> &'static str {
                 match self { $(Self::$name => $code,)* }
             }
 
-            /// Where it is found: `scene` by `check` (most also by `run`), `result` by `run`, `audit` by an audit.
+            /// What raises it: `scene` (`check`, and mostly also `run`), `result` (`run`) or `audit`.
             #[must_use]
             pub const fn found_by(self) -> &'static str {
                 match self { $(Self::$name => $found,)* }
@@ -46,7 +46,7 @@ macro_rules! codes {
                 match self { $(Self::$name => $limit,)* }
             }
 
-            /// What it means: the first sentence of the reference.
+            /// Its meaning: the first sentence of its entry in the reference.
             #[must_use]
             pub const fn meaning(self) -> &'static str {
                 match self { $(Self::$name => $meaning,)* }
@@ -56,15 +56,15 @@ macro_rules! codes {
 }
 
 codes! {
-    /// Stress or Young's modulus of the material that no sheet metal has in MPa.
+    /// Stress or Young's modulus implausible for a sheet metal in MPa.
     MaterialUnits "material-units" "scene"
         "Young's modulus outside 500 to 10^6 MPa; flow stress at 0.2 % outside 5*10^-5 to 0.03 of it; strains of a hardening table above 3"
         "Stresses or strains of the material are not those of a sheet metal: its card is probably in other units than MPa.";
-    /// Lengths or forces that no forming process has in mm and N.
+    /// Lengths or forces implausible for a forming process in mm and N.
     SceneUnits "scene-units" "scene"
         "thickness outside 0.01 to 50 mm; blank outside 1 to 20 000 mm; tool over 200 times larger or smaller than the blank; friction above 1; force above the flow stress times the blank's area"
         "Lengths, forces or friction are not those of a forming process: the scene is probably in other units than mm and N.";
-    /// Blank-holder pressure outside what presses apply.
+    /// Blank-holder pressure outside the range of presses.
     HolderPressure "holder-pressure" "scene"
         "mean pressure on the clamped area below 0.05 MPa"
         "The blank holder presses far less or far more than presses do: its force is probably in kN, or of a part of the process only.";
@@ -72,11 +72,11 @@ codes! {
     FrictionNotGiven "friction-not-given" "scene"
         "a tool without `friction`"
         "The scene does not give a tool's friction coefficient; 0 is used, and forces and strains depend on it strongly.";
-    /// A cut side of the blank without symmetry plane, or tools cut off there.
+    /// A cut side of the blank without symmetry plane, or tools that end there.
     SymmetryMissing "symmetry-missing" "scene"
         "a straight free side of the blank at which all tools end, or about which they are symmetric"
         "The blank and the tools are cut along a line where no symmetry plane is declared: the cut side is free and moves.";
-    /// A symmetry plane that tools, material or mesh do not have.
+    /// A symmetry plane about which tools, material or mesh are not symmetric.
     SymmetryWrong "symmetry-wrong" "scene"
         "image of the tool more than 10^-3 of the blank's size away; rolling direction oblique"
         "A declared symmetry plane mirrors something that is not symmetric: results are those of another process.";
@@ -96,19 +96,19 @@ codes! {
     TooFewPoints "too-few-points" "scene"
         "two points through the thickness"
         "Hexahedra with two points through the thickness: bending moments are wrong by a third, springback by a fifth.";
-    /// Nodes at the same place that are not joined.
+    /// Coincident nodes that are not joined.
     UnjoinedNodes "unjoined-nodes" "scene"
         "distance below 10^-3 of a layer's thickness"
         "Nodes of the blank coincide and are not joined: the sheet is slit there.";
-    /// A mesh file that a check does not open.
+    /// A mesh file that a check does not read.
     SheetNotExamined "sheet-not-examined" "scene"
         "mesh file above 16 MB of a blank in one layer, less with more layers"
         "The mesh file of the blank is too large for a quick check: nothing was compared with the sheet. It is examined on request.";
-    /// A force-driven tool without anything opposite.
+    /// A force-driven tool with no tool or support on the opposite side.
     ToolUnopposed "tool-unopposed" "scene"
         "a tool that pushes the sheet with no tool and no support on the other side"
         "A tool pushes a sheet that nothing supports on the other side: there is no equilibrium, or the sheet moves as a rigid body.";
-    /// Loads on a sheet that nothing holds.
+    /// Loads on an unconstrained sheet.
     SheetUnconstrained "sheet-unconstrained" "scene"
         "net load above 10^-6 of all loads along an axis without support"
         "Loads push a sheet that nothing constrains: there is no equilibrium.";
@@ -116,11 +116,11 @@ codes! {
     PatchesWithoutArea "patches-without-area" "scene"
         "area zero within rounding"
         "Patches of a tool have no area and so no normal.";
-    /// Nothing moves and nothing loads the sheet.
+    /// No tool moves and no load acts on the sheet.
     NothingMoves "nothing-moves" "scene"
         "no driven tool and no load in any stage"
         "No stage moves a tool and no load acts: the sheet stays as it is.";
-    /// A blank read from a result file, without the state that it had there.
+    /// A blank read from a result file, without its strains and stresses.
     StateDropped "state-dropped" "scene"
         "a result file used as an undeformed blank"
         "The blank is a deformed sheet from a result file, and its strains and stresses are not taken over.";
@@ -128,11 +128,11 @@ codes! {
     PenetrationAtNodes "penetration-at-nodes" "result"
         "5 % of the thickness"
         "Nodes are inside a tool: two tools at one node, or springs of `solver.contact` that are too soft.";
-    /// Tool surface inside the sheet's element faces, between nodes.
+    /// Penetration of a tool into element faces, between nodes.
     PenetrationOnFaces "penetration-on-faces" "result"
         "5 % of the thickness"
         "A tool stands inside the sheet between its nodes: contact conditions are at nodes only, and elements are too long for the tool.";
-    /// Nodes inside a tool at the end of a stage that contact does not see.
+    /// Nodes inside a tool at the end of a stage that are not part of its contact.
     InsideTool "inside-tool" "scene, result"
         "10 % of the thickness before the first stage or at the end of a stage"
         "The undeformed sheet is inside a tool, or at the end of a stage it is inside one whose contact does not include these nodes.";
@@ -164,11 +164,11 @@ codes! {
     OverhangAtEdge "overhang-at-edge" "result"
         "10 % of the thickness below the edge between nodes"
         "The sheet overhangs an edge of a tool between nodes: forces there depend on the mesh.";
-    /// Work of forces that released tools left on the sheet.
+    /// Work of the remaining contact forces of released tools.
     ReleasedForceWork "released-force-work" "result"
         "2 % of the work"
         "Forces that released tools left behind moved the sheet: it was not held by any tool.";
-    /// Energy that is not accounted for.
+    /// Energy balance error.
     EnergyBalance "energy-balance" "result"
         "1 % of the work"
         "Work done and energy found do not agree: increments are too long.";
@@ -176,23 +176,23 @@ codes! {
     LocalisedNecking "localised-necking" "result"
         "process force past its maximum while a band thins and its neighbours unload"
         "The sheet necks: deformation localises in a band, and its width and strains are those of the mesh.";
-    /// Thinning in one row of elements that the mesh causes.
+    /// Thinning of one row of nodes, caused by the mesh.
     LocalisedThinning "localised-thinning" "result"
         "thickness of one row of nodes 5 % below both of its neighbours"
         "One row of nodes thins while its neighbours do not: the elements cause it, not the process.";
-    /// Thickness below half of the initial one.
+    /// Thickness below half of the initial thickness.
     ThicknessBelowHalf "thickness-below-half" "result"
         "50 % of the initial thickness"
         "The sheet has less than half its thickness somewhere: sheet metals fracture before.";
-    /// A force-driven holder that the sheet pushes back.
+    /// A force-driven holder pushed back by the sheet.
     HolderLifted "holder-lifted" "result"
         "travel against its direction above one thickness"
         "The sheet pushes a force-driven holder back: its force does not hold the sheet down.";
-    /// Faces of the CAD file that the tool lacks.
+    /// Faces of the CAD file missing from the tool.
     FacesLost "faces-lost" "audit"
         "any face of the file that could not be read or was skipped"
         "Faces of the CAD file are missing from the model, and nothing was compared there.";
-    /// Patches whose normals turn over.
+    /// Patches with reversed normals.
     FoldedPatches "folded-patches" "audit"
         "a normal more than 90 degrees off the CAD's"
         "Patches fold: contact on them finds no normal that can be relied on.";
@@ -204,11 +204,11 @@ codes! {
     ToleranceExceeded "tolerance-exceeded" "audit"
         "`tolerance_mm` of the audit"
         "The tool is farther from its CAD than asked.";
-    /// Free borders farther from those of the CAD than the tolerance.
+    /// Distance between free borders of tool and CAD above the tolerance.
     BordersExceeded "borders-exceeded" "audit"
         "`tolerance_mm` of the audit"
         "The tool does not end where the CAD ends: it is cut short, goes beyond a trimmed border, or closes an opening.";
-    /// Gaps between faces divided independently above the tolerance.
+    /// Gaps above the tolerance between faces that were divided independently.
     GapsExceeded "gaps-exceeded" "audit"
         "`tolerance_mm` of the audit"
         "Patches of neighbouring faces are farther apart than asked.";
@@ -229,13 +229,13 @@ impl fmt::Display for DoubtCode {
 pub struct Doubt {
     /// Stable code: `docs/reference/doubts.md` lists them with their limits.
     pub code: DoubtCode,
-    /// Where: a tool, a stage, an increment, a place [mm], as far as they apply.
+    /// Where: tool, stage, increment or position [mm], as far as they apply.
     #[serde(rename = "where")]
     pub place: String,
-    /// The quantity found, in the unit that `text` names; none where there is no number.
+    /// The value of the quantity, in the unit named in `text`; none for a doubt without a number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// The limit that it exceeds, in the same unit.
+    /// The limit that `value` exceeds, in the same unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
     /// What happened, where, how bad, and what to change.
@@ -249,7 +249,7 @@ impl Doubt {
         Self { code, place, value: None, limit: None, text }
     }
 
-    /// A doubt about `value`, which exceeds `limit`.
+    /// A doubt about `value`, which exceeds `limit`. Infinite numbers are omitted.
     #[must_use]
     pub fn of(code: DoubtCode, place: String, [value, limit]: [f64; 2], text: String) -> Self {
         // JSON has no infinite numbers.

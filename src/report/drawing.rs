@@ -1,4 +1,4 @@
-//! Small drawings as SVG, for pages that show no scripts: heat maps and line charts with logarithmic axes.
+//! Drawings as SVG for pages without scripts: heat maps, and line charts with linear or logarithmic axes.
 
 use std::fmt::Display;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use super::foreign::visible_text;
 use crate::files::{WriteError, write_atomic};
 
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// What the drawing library says; writing to a string it has nothing to say.
+/// Result of drawing. Drawing to a string does not fail in practice.
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 /// One panel of coloured cells.
@@ -24,7 +24,7 @@ pub struct HeatMap {
     pub x: (String, Range<f64>),
     /// Title and range of the vertical axis.
     pub y: (String, Range<f64>),
-    /// Cells in a row.
+    /// Values row by row from the lower left; cells that are not finite are grey.
     pub columns: usize,
     /// Values row by row from the lower left; cells that are not a number stay grey.
     pub values: Vec<f64>,
@@ -35,9 +35,9 @@ pub struct HeatMap {
 pub struct Line {
     /// Name for the legend.
     pub name: String,
-    /// Points, as they are (not their logarithms).
+    /// Points (x, y); on logarithmic axes too these are values, not logarithms.
     pub points: Vec<(f64, f64)>,
-    /// Draw black rings only, around points of other lines.
+    /// Draw rings only, in black, to mark points of other lines.
     pub marks_only: bool,
 }
 
@@ -48,18 +48,20 @@ pub struct Chart {
     pub title: String,
     /// Title of the horizontal axis, and whether it is logarithmic.
     pub x: (String, bool),
-    /// The same of the vertical axis.
+    /// Title of the vertical axis, and whether it is logarithmic.
     pub y: (String, bool),
     /// The lines.
     pub lines: Vec<Line>,
 }
 
-const PANEL: (u32, u32) = (330, 300);
-const LEGEND: u32 = 96;
-/// Colours told apart, less one.
-const SHADES: f64 = 32.0;
-/// Width of the names beside a chart.
-pub(super) const NAMES: u32 = 170;
+/// Width and height of one heat map [px].
+const PANEL_SIZE_PX: (u32, u32) = (330, 300);
+/// Width of the colour bar [px].
+const COLOR_BAR_WIDTH_PX: u32 = 96;
+/// Steps of the colour scale; the heat map shows one colour more.
+const COLOR_STEPS: f64 = 32.0;
+/// Width of the legend beside a chart [px].
+pub(super) const LEGEND_WIDTH_PX: u32 = 170;
 pub(super) const COLORS: [RGBColor; 12] = [
     RGBColor(31, 119, 180),
     RGBColor(214, 39, 40),
@@ -80,10 +82,10 @@ fn color(value: f64, scale: &Range<f64>) -> RGBColor {
         return RGBColor(200, 200, 200);
     }
     let share = (value - scale.start) / (scale.end - scale.start);
-    ViridisRGB.get_color((share.clamp(0.0, 1.0) * SHADES).round() / SHADES)
+    ViridisRGB.get_color((share.clamp(0.0, 1.0) * COLOR_STEPS).round() / COLOR_STEPS)
 }
 
-/// Writes panels side by side, all with the same colours over `scale`, what they mean beside them.
+/// Writes panels side by side with one colour scale over `scale`; `meaning` is the title of its colour bar.
 ///
 /// # Errors
 /// [`WriteError`].
@@ -93,9 +95,9 @@ pub fn write_heat_maps(
     scale: Range<f64>,
     meaning: &str,
 ) -> Result<(), WriteError> {
-    let size = (PANEL.0 * panels.len() as u32 + LEGEND, PANEL.1);
+    let size = (PANEL_SIZE_PX.0 * panels.len() as u32 + COLOR_BAR_WIDTH_PX, PANEL_SIZE_PX.1);
     write_svg(path, size, |root| {
-        let (maps, legend) = root.split_horizontally(PANEL.0 * panels.len() as u32);
+        let (maps, legend) = root.split_horizontally(PANEL_SIZE_PX.0 * panels.len() as u32);
         for (area, map) in maps.split_evenly((1, panels.len().max(1))).iter().zip(panels) {
             draw_map(area, map, &scale)?;
         }
@@ -132,7 +134,7 @@ fn draw_map(area: &Area<'_>, map: &HeatMap, scale: &Range<f64>) -> Drawn {
     Ok(())
 }
 
-/// Neighbouring cells of the same colour as one: begin, end, colour.
+/// Runs of neighbouring cells with the same colour: start, end, colour.
 fn runs(row: &[f64], scale: &Range<f64>) -> Vec<(usize, usize, RGBColor)> {
     let mut out: Vec<(usize, usize, RGBColor)> = Vec::new();
     for (k, &value) in row.iter().enumerate() {
@@ -175,14 +177,14 @@ fn draw_scale(area: &Area<'_>, scale: &Range<f64>, meaning: &str) -> Drawn {
 /// # Errors
 /// [`WriteError`].
 pub fn write_chart(path: &Path, chart: &Chart) -> Result<(), WriteError> {
-    write_svg(path, (700 + NAMES, 440), |root| {
+    write_svg(path, (700 + LEGEND_WIDTH_PX, 440), |root| {
         let (root, names) = root.split_horizontally(700);
-        draw_names(&names, &chart.lines)?;
+        draw_legend(&names, &chart.lines)?;
         let x = range_of(chart, chart.x.1, |p| p.0);
         let y = range_of(chart, chart.y.1, |p| p.1);
         let log = |range: Range<f64>| {
-            let marks = marks(&range);
-            range.log_scale().with_key_points(marks)
+            let ticks = ticks(&range);
+            range.log_scale().with_key_points(ticks)
         };
         match (chart.x.1, chart.y.1) {
             (false, false) => draw_lines(&root, chart, x, y),
@@ -193,7 +195,7 @@ pub fn write_chart(path: &Path, chart: &Chart) -> Result<(), WriteError> {
     })
 }
 
-/// Points that can be drawn: finite, and positive on logarithmic axes.
+/// Whether a point can be drawn: finite, and positive on logarithmic axes.
 fn drawable(chart: &Chart, p: &(f64, f64)) -> bool {
     let fits = |v: f64, log: bool| v.is_finite() && (!log || v > 0.0);
     fits(p.0, chart.x.1) && fits(p.1, chart.y.1)
@@ -240,8 +242,8 @@ where
             area.draw_series(points.iter().map(|&p| Circle::new(p, 6, color.stroke_width(1))))?;
             continue;
         }
-        let marks = points.len() <= 40;
-        if marks {
+        let markers = points.len() <= 40;
+        if markers {
             area.draw_series(points.iter().map(|&p| Circle::new(p, 3, color.filled())))?;
         }
         area.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
@@ -249,27 +251,27 @@ where
     Ok(())
 }
 
-/// Marks of a logarithmic axis, rising: the closer its ends, the more to a decade; of a very short one round steps.
-fn marks(range: &Range<f64>) -> Vec<f64> {
+/// Ascending ticks of a logarithmic axis. A short range has more ticks per decade; a very short one has even steps.
+fn ticks(range: &Range<f64>) -> Vec<f64> {
     let (first, last) = (range.start.log10().floor() as i32, range.end.log10().ceil() as i32);
-    let to_a_decade: &[f64] = match (range.end / range.start).log10() {
+    let per_decade: &[f64] = match (range.end / range.start).log10() {
         decades if decades < 1.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
         decades if decades < 3.5 => &[1.0, 2.0, 5.0],
         _ => &[1.0],
     };
-    let decades = (first..=last).flat_map(|k| to_a_decade.iter().map(move |m| m * 10f64.powi(k)));
-    let marks: Vec<f64> = decades.filter(|mark| range.contains(mark)).collect();
-    if marks.len() < 3 { steps(range) } else { marks }
+    let decades = (first..=last).flat_map(|k| per_decade.iter().map(move |m| m * 10f64.powi(k)));
+    let ticks: Vec<f64> = decades.filter(|tick| range.contains(tick)).collect();
+    if ticks.len() < 3 { steps(range) } else { ticks }
 }
 
-/// Three to nine multiples of 1, 2 or 5 times a power of ten within a range.
+/// Three to nine multiples within the range of 1, 2 or 5 times a power of ten.
 fn steps(range: &Range<f64>) -> Vec<f64> {
     let quarter = (range.end - range.start) / 4.0;
     let decade = 10f64.powi(quarter.log10().floor() as i32);
     let step = [5.0, 2.0, 1.0].map(|m| m * decade).into_iter().find(|&step| step <= quarter);
     let step = step.unwrap_or(decade);
     let first = (range.start / step).ceil();
-    (0..).map(|k| (first + f64::from(k)) * step).take_while(|mark| range.contains(mark)).collect()
+    (0..).map(|k| (first + f64::from(k)) * step).take_while(|tick| range.contains(tick)).collect()
 }
 
 /// Colour of line `k`; rings are black.
@@ -277,8 +279,8 @@ fn color_of(k: usize, line: &Line) -> RGBColor {
     if line.marks_only { BLACK } else { COLORS[k % COLORS.len()] }
 }
 
-/// The lines' names and colours, one below the other.
-pub(super) fn draw_names(area: &Area<'_>, lines: &[Line]) -> Drawn {
+/// Draws the legend: names and colours of the lines, one below the other.
+pub(super) fn draw_legend(area: &Area<'_>, lines: &[Line]) -> Drawn {
     for (k, line) in lines.iter().enumerate() {
         let y = 44 + 20 * k as i32;
         let color = color_of(k, line);
@@ -292,7 +294,7 @@ pub(super) fn draw_names(area: &Area<'_>, lines: &[Line]) -> Drawn {
     Ok(())
 }
 
-/// A number as short as an axis wants it.
+/// A number formatted for an axis: at most six decimals, or an exponent.
 pub(super) struct Short(pub(super) f64);
 
 impl Display for Short {
@@ -319,7 +321,7 @@ pub(super) fn write_svg(
     };
     write_atomic(path, |w| {
         drawn.map_err(std::io::Error::other)?;
-        // Markup in names is escaped by the drawing library, characters that XML does not allow are not.
+        // The drawing library escapes markup in names, but not characters that XML does not allow.
         w.write_all(visible_text(&text).as_bytes())
     })
 }
@@ -330,11 +332,11 @@ mod tests {
 
     #[test]
     fn marks_of_a_logarithmic_axis_are_round_and_few() {
-        assert_eq!(marks(&(0.9..60.0)), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0]);
-        assert_eq!(marks(&(3e-9..4e-2)).len(), 7);
-        assert_eq!(marks(&(30.0..2400.0)), [50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0]);
-        assert_eq!(marks(&(242.78..387.72)), [260.0, 280.0, 300.0, 320.0, 340.0, 360.0, 380.0]);
-        assert_eq!(marks(&(7.1..8.1)).len(), 5);
+        assert_eq!(ticks(&(0.9..60.0)), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0]);
+        assert_eq!(ticks(&(3e-9..4e-2)).len(), 7);
+        assert_eq!(ticks(&(30.0..2400.0)), [50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0]);
+        assert_eq!(ticks(&(242.78..387.72)), [260.0, 280.0, 300.0, 320.0, 340.0, 360.0, 380.0]);
+        assert_eq!(ticks(&(7.1..8.1)).len(), 5);
     }
 
     #[test]

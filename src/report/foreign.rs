@@ -1,8 +1,8 @@
-//! Text that others wrote (names of files, scenes, tools, materials) as it stands in pages and drawings.
+//! Escaping of text from outside the program (file, scene, tool and material names) for pages and drawings.
 
 use serde_json::Value;
 
-/// A character that is neither shown nor allowed in XML, or that changes the direction of the text behind it, by what stands for it.
+/// The replacement of a character that is invisible, invalid in XML, or changes the direction of the text after it.
 fn visible(c: char) -> char {
     match c {
         '\n' | '\t' => c,
@@ -18,13 +18,13 @@ fn visible(c: char) -> char {
     }
 }
 
-/// Text without hidden characters: control characters as their pictures, others as U+FFFD. Markup stays.
+/// Text without invisible characters: control characters become their pictures, others U+FFFD. Markup is unchanged.
 #[must_use]
 pub fn visible_text(text: &str) -> String {
     text.chars().map(visible).collect()
 }
 
-/// Text as it stands in HTML and XML, in attributes too.
+/// Text escaped for HTML and XML, attributes included.
 #[must_use]
 pub fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -41,18 +41,19 @@ pub fn escaped(text: &str) -> String {
     out
 }
 
-/// Text as plotly shows it: it takes tags for markup, and knows no entities for quotes.
+/// Text escaped for plotly, which interprets tags as markup and has no entities for quotes.
 fn in_plot(text: &str) -> String {
     visible_text(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// Text as it stands in a plotly template (`hovertemplate`), where `%{...}` is filled in.
+/// Text escaped for a plotly template (`hovertemplate`), in which `%{...}` is substituted.
 #[must_use]
 pub fn in_template(text: &str) -> String {
     in_plot(text).replace("%{", "%&#123;")
 }
 
-/// Escapes all texts of a plotly trace or layout, in which plotly takes tags for markup and links; templates are left alone.
+/// Escapes all strings of a plotly trace or layout, in which plotly interprets tags as markup and links. Templates are
+/// not changed.
 pub fn escape_texts(value: &mut Value) {
     match value {
         Value::String(text) => *text = in_plot(text),

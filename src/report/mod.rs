@@ -1,4 +1,5 @@
-//! What people look at: history, VTU, HTML. Knows neither CAD nor solver. Pages and drawings need the feature `pages`.
+//! Output for people: history, VTU and HTML files. Depends on neither CAD nor solver. Pages and drawings need the
+//! feature `pages`.
 
 #[cfg(feature = "pages")]
 pub mod bars;

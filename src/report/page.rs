@@ -1,5 +1,5 @@
-//! A self-contained HTML page: text, tables, charts and 3-D views, with the plotting script inside it so
-//! that it opens without a network.
+//! Self-contained HTML pages: text, tables, charts and 3-D views. The plotting script is embedded, so that a page opens
+//! without a network.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -37,7 +37,7 @@ impl Page {
         let _ = writeln!(self.body, "<p>{}</p>", escaped(text));
     }
 
-    /// The doubts about what the page shows, in a box of their own; nothing where there are none.
+    /// A box with the doubts about the content of the page; nothing if there are none.
     pub fn doubts(&mut self, doubts: &[Doubt]) {
         if doubts.is_empty() {
             return;
@@ -54,8 +54,8 @@ impl Page {
         self.body.push_str("</ul></section>\n");
     }
 
-    /// A table; cells that parse as numbers are set flush right, unless its columns have no names. One wider than the
-    /// page scrolls in a box of its own, its first column staying where it is.
+    /// A table. Cells that parse as numbers are right-aligned, unless no column has a name. A table wider than the page
+    /// scrolls in its own box with a fixed first column.
     pub fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
         self.body.push_str("<div class=\"wide\"><table><thead><tr>");
         for cell in head {
@@ -74,7 +74,8 @@ impl Page {
         self.body.push_str("</tbody></table></div>\n");
     }
 
-    /// A plot from plotly traces and layout, `height` in CSS pixels. Their texts are shown as they are, without plotly's markup.
+    /// A plot of plotly traces and layout, `height` in CSS pixels. Their texts are escaped: plotly's markup is not
+    /// interpreted.
     pub fn plot(&mut self, traces: &[Value], layout: &Value, height: usize) {
         let id = format!("plot{}", self.plots);
         self.plots += 1;
@@ -88,16 +89,16 @@ impl Page {
         );
     }
 
-    /// The whole page.
+    /// The complete page.
     #[must_use]
     pub fn html(&self) -> String {
         let mut out = Vec::new();
-        // Memory takes all that it is given.
+        // Writing to memory does not fail.
         let _ = self.write_to(&mut out);
         String::from_utf8_lossy(&out).into_owned()
     }
 
-    /// The page in parts: the plotting script is megabytes, and what is written needs no copy of it.
+    /// Writes the page in parts: the plotting script has several megabytes and is not copied.
     fn write_to(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         let library = plotly::Plot::offline_js_sources();
         let start = library.find('>').map_or(0, |at| at + 1);
@@ -117,7 +118,7 @@ impl Page {
         out.write_all(b"</script></body></html>\n")
     }
 
-    /// Writes the page beside `path` and renames it.
+    /// Writes the page to a temporary file beside `path`, then renames it.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
@@ -137,14 +138,14 @@ font-variant-numeric:tabular-nums}p{max-width:75ch}\
 .wide{overflow-x:auto;max-width:100%}.wide th{vertical-align:bottom}\
 .wide th:first-child,.wide td:first-child{position:sticky;left:0;background:#fff;min-width:9em}";
 
-/// Scripts whose strings hold text that others wrote: a `<` in them could end the script or begin a comment, and is written as
-/// an escape. Outside of strings there is none.
+/// Scripts with strings from outside the program. A `<` in a string could end the script or open a comment, and is
+/// written as an escape; scripts contain no `<` outside strings.
 fn in_script(scripts: &str) -> String {
     scripts.replace('<', "\\u003c").replace('\u{2028}', "\\u2028").replace('\u{2029}', "\\u2029")
 }
 
-/// The content security policy: these scripts and no others, nothing from a network. The plotting library makes functions from
-/// text of its own (`unsafe-eval`).
+/// The content security policy: only these scripts, and nothing from a network. The plotting library compiles functions
+/// from text (`unsafe-eval`).
 fn policy(scripts: &[&str]) -> String {
     use base64::Engine as _;
     let digest = |script: &&str| {

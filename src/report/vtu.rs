@@ -10,7 +10,7 @@ use super::foreign::escaped;
 use crate::files::{WriteError, write_atomic};
 use crate::geometry::Vec3;
 
-/// Kinds of cell this program writes, with VTK's numbers.
+/// Cell kinds, with VTK's type numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum CellKind {
@@ -22,18 +22,18 @@ pub enum CellKind {
     Triangle = 5,
     /// A quadrilateral.
     Quad = 9,
-    /// An eight-node hexahedron, lower face first, counter-clockwise seen from above.
+    /// An eight-node hexahedron: lower face first, counter-clockwise seen from above.
     Hexahedron = 12,
 }
 
-/// Numbers of a point or cell array, flattened.
+/// Values of a point or cell array, flattened.
 #[derive(Debug, Clone, PartialEq)]
 enum Values {
     Float(Vec<f64>),
     Int(Vec<i32>),
 }
 
-/// A named array beside points or cells.
+/// A named array of point, cell or field data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataArray {
     name: String,
@@ -42,23 +42,23 @@ pub struct DataArray {
 }
 
 impl DataArray {
-    /// One number a point or cell.
+    /// One number per point or cell.
     pub fn scalar(name: impl Into<String>, values: Vec<f64>) -> Self {
         Self { name: name.into(), components: 1, values: Values::Float(values) }
     }
 
-    /// One whole number a point or cell.
+    /// One integer per point or cell.
     pub fn integer(name: impl Into<String>, values: Vec<i32>) -> Self {
         Self { name: name.into(), components: 1, values: Values::Int(values) }
     }
 
-    /// One vector a point or cell.
+    /// One vector per point or cell.
     pub fn vector(name: impl Into<String>, values: &[Vec3]) -> Self {
         let flat = values.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
         Self { name: name.into(), components: 3, values: Values::Float(flat) }
     }
 
-    /// `components` numbers a point or cell, flattened (a symmetric tensor: 6, as xx yy zz xy yz xz).
+    /// `components` numbers per point or cell, flattened (a symmetric tensor: 6, as xx yy zz xy yz xz).
     pub fn tuples(name: impl Into<String>, components: usize, values: Vec<f64>) -> Self {
         Self { name: name.into(), components, values: Values::Float(values) }
     }
@@ -83,7 +83,7 @@ impl DataArray {
     }
 }
 
-/// An unstructured grid on its way to a `.vtu` file.
+/// An unstructured grid, written as a `.vtu` file.
 ///
 /// ```
 /// use kanagata::geometry::Vec3;
@@ -102,11 +102,11 @@ pub struct Vtu {
     connectivity: Vec<i64>,
     offsets: Vec<i64>,
     types: Vec<u8>,
-    /// Arrays with one tuple a point.
+    /// Arrays with one tuple per point.
     pub point_data: Vec<DataArray>,
-    /// Arrays with one tuple a cell.
+    /// Arrays with one tuple per cell.
     pub cell_data: Vec<DataArray>,
-    /// Arrays that belong to the whole grid (one tuple each), `TimeValue` for example.
+    /// Arrays of the whole grid with one tuple each, for example `TimeValue`.
     pub field_data: Vec<DataArray>,
 }
 
@@ -124,13 +124,13 @@ impl Vtu {
         self.types.push(kind as u8);
     }
 
-    /// Number of cells so far.
+    /// Number of cells.
     #[must_use]
     pub fn cells(&self) -> usize {
         self.types.len()
     }
 
-    /// Writes the file, whole or not at all.
+    /// Writes the file, completely or not at all.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full, or an array's length is not the number of
@@ -142,7 +142,7 @@ impl Vtu {
     /// Writes the grid to `out`.
     ///
     /// # Errors
-    /// What `out` says; `InvalidInput` when an array's length is not the number of points (cells).
+    /// Errors of `out`; `InvalidInput` if the length of an array is not the number of points (cells).
     pub fn write_to(&self, out: &mut dyn Write) -> io::Result<()> {
         check_lengths("point", self.points.len(), &self.point_data)?;
         check_lengths("cell", self.cells(), &self.cell_data)?;
@@ -194,7 +194,7 @@ fn check_lengths(what: &str, count: usize, arrays: &[DataArray]) -> io::Result<(
     }
 }
 
-/// One array inline: base64 of an eight-byte length and the little-endian numbers.
+/// Writes one array inline: base64 of an eight-byte length and the little-endian numbers.
 fn write_array<T: Copy, const N: usize>(
     out: &mut dyn Write,
     name: &str,
@@ -223,7 +223,7 @@ fn write_array<T: Copy, const N: usize>(
     writeln!(out, "\n</DataArray>")
 }
 
-/// Writes a `.pvd` collection: (time, file relative to the collection) of every step, in order.
+/// Writes a `.pvd` collection: time and file (relative to the collection) of every step, in order.
 ///
 /// # Errors
 /// [`WriteError`] when the folder is missing or full.
@@ -252,7 +252,7 @@ mod tests {
         grid
     }
 
-    /// The bytes of the array called `name`, without the length in front.
+    /// The bytes of the array called `name`, without the length before them.
     fn decode(text: &str, name: &str) -> Vec<u8> {
         let (_, after) = text.split_once(&format!("Name=\"{name}\"")).unwrap();
         let body = after.split_once(">\n").unwrap().1.split_once('\n').unwrap().0;

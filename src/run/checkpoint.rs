@@ -1,7 +1,7 @@
-//! Checkpoints of a run: two files in turn, so that one is whole whenever the process dies.
+//! Checkpoints of a run: two alternating files, so that one is complete whenever the process dies.
 //!
-//! First line `kanagata-checkpoint VERSION SHA256`, the digest of all that follows: one line of JSON ([`Head`]), then the
-//! history of the material points as bytes.
+//! Format: first line `kanagata-checkpoint VERSION SHA256` with the digest of the rest; then one line of JSON
+//! ([`Head`]); then the history of the material points as bytes.
 
 use std::fs;
 use std::io::Write;
@@ -17,26 +17,26 @@ use crate::report::record::RunRecord;
 use crate::scene::Plan;
 use crate::solver::snapshot::SimulationState;
 
-/// Version of the file.
-const VERSION: u32 = 15;
+/// Version of the file format.
+const FORMAT_VERSION: u32 = 15;
 const MAGIC: &str = "kanagata-checkpoint";
 
-/// First line of a file whose other lines have the digest.
+/// The first line of a file whose other lines have the digest `sha256`.
 #[must_use]
 pub fn first_line(sha256: &str) -> String {
-    format!("{MAGIC} {VERSION} {sha256}")
+    format!("{MAGIC} {FORMAT_VERSION} {sha256}")
 }
 
-/// What a checkpoint holds beside the material's history.
+/// A checkpoint without the history of the material points.
 #[derive(Serialize, Deserialize)]
 struct Head<F, S> {
     folder: F,
     state: S,
 }
 
-/// A checkpoint read back.
+/// A checkpoint read from a file.
 pub struct Checkpoint {
-    /// The run folder as it was.
+    /// The run folder at the time of the checkpoint.
     pub folder: RunFolder,
     /// The simulation.
     pub state: SimulationState,
@@ -46,13 +46,13 @@ fn files(folder: &Path) -> [PathBuf; 2] {
     ["checkpoint-0.bin", "checkpoint-1.bin"].map(|name| folder.join(name))
 }
 
-/// Writes the checkpoint number `count` (from 0) of a run.
+/// Writes checkpoint number `count` (from 0) of a run.
 ///
 /// # Errors
-/// [`WriteError`] when the folder is missing or full; the one before is untouched.
+/// [`WriteError`] when the folder is missing or full; the previous checkpoint is unchanged.
 pub fn write(folder: &RunFolder, state: &SimulationState, count: usize) -> Result<(), WriteError> {
     let path = &files(&folder.path)[count % 2];
-    // Written twice, once for the digest before it: no copy of the history is held.
+    // The body is serialised twice, once for its digest, to avoid a copy of the history in memory.
     let body = |w: &mut dyn Write| {
         serde_json::to_writer(&mut *w, &Head { folder, state })?;
         w.write_all(b"\n")?;
@@ -68,11 +68,11 @@ pub fn write(folder: &RunFolder, state: &SimulationState, count: usize) -> Resul
 
 /// Removes the checkpoints of a finished run.
 pub fn remove(folder: &Path) {
-    // A file that stays does no harm.
+    // A file that cannot be removed does no harm.
     files(folder).iter().for_each(|f| drop(fs::remove_file(f)));
 }
 
-/// Whether the folder's own record says that its run has done all stages.
+/// Whether the record in the folder belongs to a run with all stages done.
 fn has_completed(folder: &Path) -> bool {
     let text = crate::files::read_text(&folder.join("run.json"), crate::files::Input::Description)
         .unwrap_or_default();
@@ -80,12 +80,12 @@ fn has_completed(folder: &Path) -> bool {
     record.is_ok_and(|record| record.verdict.is_complete())
 }
 
-/// The newest whole checkpoint in a folder, if it belongs to the inputs of `plan` and to this program.
+/// The newest complete checkpoint in a folder. Its inputs must be those of `plan`, and its program `program`.
 ///
 /// # Errors
 /// [`CheckpointError`].
 pub fn read(folder: &Path, plan: &Plan, program: &str) -> Result<Checkpoint, CheckpointError> {
-    let mut checkpoint = newest_whole(folder)?;
+    let mut checkpoint = newest_readable(folder)?;
     let RunFolder { record, history, .. } = &checkpoint.folder;
     if record.program != program {
         return Err(CheckpointError::Program {
@@ -104,11 +104,11 @@ pub fn read(folder: &Path, plan: &Plan, program: &str) -> Result<Checkpoint, Che
     Ok(checkpoint)
 }
 
-/// The checkpoint with the most increments that can be read.
+/// The readable checkpoint with the most increments.
 ///
 /// # Errors
-/// [`CheckpointError::Completed`] or [`CheckpointError::None`], where there is none.
-fn newest_whole(folder: &Path) -> Result<Checkpoint, CheckpointError> {
+/// If there is none: [`CheckpointError::Completed`] or [`CheckpointError::None`].
+fn newest_readable(folder: &Path) -> Result<Checkpoint, CheckpointError> {
     let mut faults = Vec::new();
     let mut found: Option<Checkpoint> = None;
     let increments = |one: &Checkpoint| one.folder.record.increments;
@@ -131,10 +131,10 @@ fn newest_whole(folder: &Path) -> Result<Checkpoint, CheckpointError> {
     })
 }
 
-/// Whether the inputs of a run are those of the plan.
+/// Compares the inputs of a run with those of the plan.
 ///
 /// # Errors
-/// [`CheckpointError::Changed`] for the first that is another.
+/// [`CheckpointError::Changed`] for the first difference.
 fn check_inputs(folder: &Path, record: &RunRecord, plan: &Plan) -> Result<(), CheckpointError> {
     let inputs = inputs(plan);
     for (input, expected) in &record.inputs {
@@ -151,7 +151,7 @@ fn check_inputs(folder: &Path, record: &RunRecord, plan: &Plan) -> Result<(), Ch
     Ok(())
 }
 
-/// File of the newest whole checkpoint in a folder, and the increment after which it was written.
+/// File and increment of the newest complete checkpoint in a folder.
 #[must_use]
 pub fn newest(folder: &Path) -> Option<(PathBuf, usize)> {
     let whole = files(folder).into_iter().filter_map(|file| {
@@ -168,10 +168,10 @@ fn read_one(file: &Path) -> Result<Checkpoint, String> {
     parse(&bytes).map_err(|what| format!("{name}: {what}"))
 }
 
-/// The checkpoint in the bytes of a file.
+/// Parses the bytes of a checkpoint.
 ///
 /// # Errors
-/// What is wrong with it.
+/// Why they cannot be used.
 pub fn parse(bytes: &[u8]) -> Result<Checkpoint, String> {
     let line = |from: usize| bytes[from..].iter().position(|b| *b == b'\n').map(|k| from + k);
     let first = line(0).ok_or("no first line")?;

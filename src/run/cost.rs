@@ -1,4 +1,4 @@
-//! What a run will take, said before it runs: unknowns, memory, time.
+//! Estimated cost of a run before it starts: unknowns, memory, time.
 
 use std::time::Instant;
 
@@ -12,71 +12,71 @@ use crate::solver::linear::LinearError;
 use crate::solver::linear::multifrontal::{Factors, PatternRef, Symbolic};
 use crate::solver::{Motion, SimulationSetup, Stage};
 
-/// In-plane stretch at which the element loop is timed: most sheets are plastic there, as in a run.
-const STRETCH: f64 = 0.03;
-/// A factorisation above this is not tried, its time is that of a smaller part of it [flop].
-const TRIED_FLOP: f64 = 4e10;
-/// Flop a second of a factorisation too large to be tried, a core; large ones do better.
-const RATE: f64 = 1.5e10;
-/// Factorisations an iteration: one, and one more wherever the active set is settled in between and the factors are not
-/// brought up to date (`docs/results/main-job.md`: 934 in 381).
-const FACTORISATIONS: [f64; 2] = [1.0, 2.5];
-/// Substitution, contact and search over factorisation and elements together, there.
-const BESIDE: f64 = 1.35;
-/// Newton iterations an increment, cuts included, there and in the other runs of `docs/results`.
-const ITERATIONS: [f64; 2] = [5.0, 8.0];
-/// Increments over those of a run in which every step grows as it may.
-const CUTS: f64 = 4.0;
-/// Increments while the tools travel one thickness of the sheet, where contacts change all the time (the cross tool to
-/// 60 mm, 0.8 mm thick: 165 to 220 in all).
-const A_THICKNESS: f64 = 3.0;
+/// In-plane stretch for timing the element loop: most sheets are plastic there, as in a run.
+const TIMED_STRETCH: f64 = 0.03;
+/// Largest factorisation that is timed [flop]; the time of a larger one follows from its work.
+const TIMED_FLOP_MAX: f64 = 4e10;
+/// Speed assumed for a factorisation that is not timed, per core [flop/s]; large factorisations are faster.
+const CORE_FLOP_PER_S: f64 = 1.5e10;
+/// Factorisations per iteration, few and many: one, and another for every active-set change after which the factors are
+/// not updated (`docs/results/main-job.md`: 934 in 381).
+const FACTORISATIONS_PER_ITERATION: [f64; 2] = [1.0, 2.5];
+/// Time of an iteration over factorisations and element loop: the rest is substitution, contact and search (same run).
+const ITERATION_TIME_FACTOR: f64 = 1.35;
+/// Newton iterations per increment, few and many, with those of cut increments (same run and others of `docs/results`).
+const ITERATIONS_PER_INCREMENT: [f64; 2] = [5.0, 8.0];
+/// Increments of a difficult run over the increments of a run in which every step grows as allowed.
+const DIFFICULT_INCREMENTS_FACTOR: f64 = 4.0;
+/// Increments per tool travel of one sheet thickness, while contacts change all the time. The cross tool at 60 mm and
+/// 0.8 mm thickness takes 165 to 220 increments in all.
+const INCREMENTS_PER_THICKNESS: f64 = 3.0;
 /// Memory of the program without a model [MB].
 const PROGRAM_MB: f64 = 10.0;
-/// What writing the report takes on top at the end, the plotting script twice [MB].
+/// Additional memory for writing the report, which holds the plotting script twice [MB].
 const REPORT_MB: f64 = 19.0;
-/// Bytes an entry of the matrix: its value in tangent and matrix, columns, and where it comes from and goes to.
-const ENTRY: f64 = 40.0;
-/// Bytes an element: the geometry of its points, and what it answered last.
-const ELEMENT: f64 = 9_400.0;
-/// Copies of the history of all points: committed, on trial, before the last step, and what a checkpoint takes.
-const HISTORIES: f64 = 4.4;
+/// Memory per matrix entry [B]: values in tangent and matrix, column, source and target of assembly.
+const BYTES_PER_ENTRY: f64 = 40.0;
+/// Memory per element [B]: geometry of its points, and its last evaluation.
+const BYTES_PER_ELEMENT: f64 = 9_400.0;
+/// Copies of the history of all points: committed, trial, before the last step, and part of a checkpoint.
+const HISTORY_COPIES: f64 = 4.4;
 
-/// Times of one element with its tangent on one thread of a core of 2020 [s] (`check --measure`, docs/results/solver.md): they
-/// differ by a factor of two between machines.
+/// Time of one element with tangent on one thread of a core of 2020 [s] (`check --measure`, docs/results/solver.md).
+/// Machines differ by a factor of two.
 const HEX8_S: f64 = 5e-6;
 const HEX8_ENHANCED_S: f64 = 9e-6;
 const SOLID_SHELL_S: f64 = 3e-6;
 const SHELL_POINT_S: f64 = 1.2e-6;
 
-/// Time grows with this power of the unknowns (`docs/results/solver.md`).
-pub(super) const GROWTH: f64 = 1.5;
+/// Exponent of the run time over the unknowns (`docs/results/solver.md`).
+pub(super) const TIME_EXPONENT: f64 = 1.5;
 
-/// What a run will take.
+/// Estimated cost of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cost {
     /// Unknowns of the sheet.
     pub unknowns: usize,
-    /// Whether the times of one loop and one factorisation are measured; else they are estimated from counts.
+    /// Whether one element loop and one factorisation were timed; otherwise their times are estimated from counts.
     pub measured: bool,
     /// Work of one factorisation [flop].
     pub flop: f64,
-    /// Factors and workspace [MB].
+    /// Memory of factors and workspace [MB].
     pub factors_mb: f64,
-    /// Most memory of the process, with the report at its end [MB].
+    /// Peak memory of the process, including its report [MB].
     pub memory_mb: f64,
-    /// One element loop with tangent [s].
+    /// Time of one element loop with tangent [s].
     pub elements_s: f64,
-    /// One factorisation [s].
+    /// Time of one factorisation [s].
     pub factor_s: f64,
-    /// Increments: fewest, and many.
+    /// Increments: few, and many.
     pub increments: [f64; 2],
     /// Newton iterations: few, and many.
     pub iterations: [f64; 2],
-    /// Wall time [s]: if all goes well, and if it goes badly.
+    /// Wall time [s]: without difficulties, and with many.
     pub seconds: [f64; 2],
 }
 
-/// What a run of the set-up on a sheet of these counts will take: nothing is allocated or timed.
+/// Cost of a run of the set-up on a sheet with these counts, without allocating or timing anything.
 #[must_use]
 pub fn estimate(setup: &SimulationSetup, sheet: &SheetCounts) -> Cost {
     let threads = rayon::current_num_threads().max(1) as f64;
@@ -88,16 +88,17 @@ pub fn estimate(setup: &SimulationSetup, sheet: &SheetCounts) -> Cost {
             measured: false,
             flop: flop(sheet),
             factors: factor_bytes(sheet),
-            elements_s: sheet.elements as f64 * seconds_an_element(kind) / threads,
-            factor_s: flop(sheet) / (RATE * threads),
+            elements_s: sheet.elements as f64 * seconds_per_element(kind) / threads,
+            factor_s: flop(sheet) / (CORE_FLOP_PER_S * threads),
         },
     )
 }
 
-/// As [`estimate`], with one element loop and one factorisation planned and timed on this machine.
+/// As [`estimate`], but with the symbolic factorisation done, and one element loop and one factorisation timed on this
+/// machine.
 ///
 /// # Errors
-/// [`LinearError`] when the matrix cannot be planned.
+/// [`LinearError`] when the symbolic factorisation fails.
 pub fn measure(setup: &mut SimulationSetup) -> Result<Cost, LinearError> {
     let sheet = SheetCounts::of_mesh(setup.body.mesh());
     let pattern = setup.body.pattern();
@@ -112,53 +113,53 @@ pub fn measure(setup: &mut SimulationSetup) -> Result<Cost, LinearError> {
     Ok(Cost::new(setup, &sheet, Work { measured: true, flop, factors, elements_s, factor_s }))
 }
 
-/// Time of a factorisation [s]: tried where it is small, else by its work.
+/// Time of a factorisation [s]: measured if it is small, otherwise from its work.
 fn factorisation(setup: &SimulationSetup, plan: &Symbolic, mut values: Vec<f64>) -> f64 {
     let pattern = setup.body.pattern();
     let unknowns = 3 * setup.body.mesh().nodes.len();
-    if plan.flops() > TRIED_FLOP || values.len() != pattern.nnz() {
-        return plan.flops() / (RATE * rayon::current_num_threads().max(1) as f64);
+    if plan.flops() > TIMED_FLOP_MAX || values.len() != pattern.nnz() {
+        return plan.flops() / (CORE_FLOP_PER_S * rayon::current_num_threads().max(1) as f64);
     }
-    // Nothing holds the sheet yet: what makes the matrix regular is added.
+    // The sheet is unconstrained here: a diagonal shift makes the matrix regular.
     let diagonal: Vec<usize> = (0..unknowns).filter_map(|row| pattern.position(row, row)).collect();
-    let most = diagonal.iter().map(|&q| values[q].abs()).fold(0.0, f64::max);
-    diagonal.iter().for_each(|&q| values[q] += most);
+    let shift = diagonal.iter().map(|&q| values[q].abs()).fold(0.0, f64::max);
+    diagonal.iter().for_each(|&q| values[q] += shift);
     let mut store = Factors::default();
     let mut once = || {
         let start = Instant::now();
         let _ = plan.factor(&values, &mut store, &[]);
         start.elapsed().as_secs_f64()
     };
-    // The first one also takes its memory from the system.
+    // The first factorisation also allocates its memory.
     once().min(once())
 }
 
-/// Unknowns of a column of nodes.
-fn unknowns_a_column(sheet: &SheetCounts) -> f64 {
+/// Unknowns per column of nodes.
+fn unknowns_per_column(sheet: &SheetCounts) -> f64 {
     3.0 * sheet.levels as f64
 }
 
-/// Work of a factorisation [flop]: nested dissection of a grid of p x q columns of m unknowns takes `c p² q m³` (George 1973), with
-/// c fitted to 14 grids of 70 to 26 000 columns, within 25 %.
+/// Work of a factorisation [flop]. Nested dissection of a grid of p x q columns of m unknowns takes `c p² q m³` (George
+/// 1973); c is fitted to 14 grids of 70 to 26 000 columns, within 25 %.
 fn flop(sheet: &SheetCounts) -> f64 {
     let [short, long] = sheet.columns;
     let slender = 38.0 + 26.0 * (1.0 - short / long);
-    slender * short * short * long * unknowns_a_column(sheet).powi(3)
+    slender * short * short * long * unknowns_per_column(sheet).powi(3)
 }
 
-/// Memory of the factors and their workspace [B]: `c p q log2 p m²`, fitted as there.
+/// Memory of the factors and their workspace [B]: `c p q log2 p m²`, fitted to the same grids.
 fn factor_bytes(sheet: &SheetCounts) -> f64 {
     let [short, long] = sheet.columns;
-    8.0 * 16.3 * short * long * short.max(2.0).log2() * unknowns_a_column(sheet).powi(2)
+    8.0 * 16.3 * short * long * short.max(2.0).log2() * unknowns_per_column(sheet).powi(2)
 }
 
-/// Entries of the matrix of a grid.
+/// Number of matrix entries of a grid.
 fn entries(sheet: &SheetCounts) -> f64 {
     let [short, long] = sheet.columns.map(|n| (3.0 * n - 2.0).max(1.0));
     9.0 * short * long * (3.0 * sheet.levels as f64 - 2.0).max(1.0)
 }
 
-/// Work of one factorisation and one element loop.
+/// Work and times of one factorisation and one element loop.
 struct Work {
     measured: bool,
     flop: f64,
@@ -168,7 +169,7 @@ struct Work {
 }
 
 /// Time of one element with its tangent on one thread [s].
-fn seconds_an_element(kind: ElementKind) -> f64 {
+fn seconds_per_element(kind: ElementKind) -> f64 {
     match kind {
         ElementKind::Hex8 => HEX8_S,
         ElementKind::Hex8Enhanced => HEX8_ENHANCED_S,
@@ -178,16 +179,21 @@ fn seconds_an_element(kind: ElementKind) -> f64 {
 
 impl Cost {
     fn new(setup: &SimulationSetup, sheet: &SheetCounts, work: Work) -> Self {
-        // Measured: 12 runs of 582 to 35,721 unknowns, with this to -5 and +12 % (docs/results/solver.md).
+        // Compared with 12 runs of 582 to 35,721 unknowns: -5 to +12 % (docs/results/solver.md).
         let bytes = work.factors
-            + entries(sheet) * ENTRY
+            + entries(sheet) * BYTES_PER_ENTRY
             + sheet.elements as f64
-                * (ELEMENT + HISTORIES * setup.body.state_bytes_an_element() as f64);
-        let least: f64 = setup.stages.iter().map(fewest_increments).sum();
+                * (BYTES_PER_ELEMENT + HISTORY_COPIES * setup.body.state_bytes_an_element() as f64);
+        let fewest: f64 = setup.stages.iter().map(fewest_increments).sum();
         let thickness = setup.body.mesh().mean_thickness().max(1e-300);
-        let increments = [least, (CUTS * least).max(A_THICKNESS * travelled(setup) / thickness)];
-        let iterations = [0, 1].map(|k| increments[k] * ITERATIONS[k]);
-        let one = FACTORISATIONS.map(|n| BESIDE * (work.elements_s + n * work.factor_s));
+        let increments = [
+            fewest,
+            (DIFFICULT_INCREMENTS_FACTOR * fewest)
+                .max(INCREMENTS_PER_THICKNESS * total_travel(setup) / thickness),
+        ];
+        let iterations = [0, 1].map(|k| increments[k] * ITERATIONS_PER_INCREMENT[k]);
+        let one = FACTORISATIONS_PER_ITERATION
+            .map(|n| ITERATION_TIME_FACTOR * (work.elements_s + n * work.factor_s));
         Self {
             unknowns: 3 * sheet.nodes,
             measured: work.measured,
@@ -203,26 +209,26 @@ impl Cost {
     }
 }
 
-/// Wall time of an element loop over the stretched sheet [s], and the tangent it makes (none when it fails).
+/// Wall time of an element loop over the stretched sheet [s], and its tangent (empty if an element fails).
 fn element_loop(setup: &mut SimulationSetup) -> (f64, Vec<f64>) {
-    let stretch = |x: &Vec3| [STRETCH * x.x, STRETCH * x.y, 0.0];
+    let stretch = |x: &Vec3| [TIMED_STRETCH * x.x, TIMED_STRETCH * x.y, 0.0];
     let u: Vec<f64> = setup.body.mesh().nodes.iter().flat_map(stretch).collect();
     let mut out = Evaluation::default();
-    let mut least = f64::INFINITY;
+    let mut shortest = f64::INFINITY;
     for _ in 0..3 {
         let start = Instant::now();
         let done = setup.body.evaluate(&u, Want::ResidualAndTangent, &mut out).is_ok();
-        least = least.min(start.elapsed().as_secs_f64());
+        shortest = shortest.min(start.elapsed().as_secs_f64());
         if !done {
             out.tangent.clear();
         }
     }
     setup.body.restore();
-    (least, out.tangent)
+    (shortest, out.tangent)
 }
 
-/// Increments of a stage: those of the run it follows, behind them as many as if every step grew by half until it is as
-/// large as allowed.
+/// Increments of a stage without cuts: those of the run it follows, then steps that grow by half up to the largest
+/// allowed.
 fn fewest_increments(stage: &Stage) -> f64 {
     let mut step = stage.first_step.min(stage.largest_step);
     let (mut share, mut count) =
@@ -235,8 +241,8 @@ fn fewest_increments(stage: &Stage) -> f64 {
     count
 }
 
-/// Travel of all tools that are driven by travel, over all stages [mm].
-fn travelled(setup: &SimulationSetup) -> f64 {
+/// Total travel of all travel-driven tools over all stages [mm].
+fn total_travel(setup: &SimulationSetup) -> f64 {
     let of = |tool: usize| -> f64 {
         let mut now = 0.0;
         let motions = setup.stages.iter().map(|s| &s.motions[tool]);
@@ -261,7 +267,7 @@ fn travelled(setup: &SimulationSetup) -> f64 {
 }
 
 impl Cost {
-    /// Wall time of a run that costs `factor` times as much, in words.
+    /// Range of the wall time of a run that costs `factor` times as much, in words.
     #[must_use]
     pub fn times(&self, factor: f64) -> String {
         let [low, high] = self.seconds.map(|s| duration(s * factor));
@@ -269,7 +275,7 @@ impl Cost {
     }
 }
 
-/// Seconds, minutes or hours.
+/// A duration in seconds, minutes or hours.
 #[must_use]
 pub fn duration(seconds: f64) -> String {
     match seconds {
@@ -288,7 +294,7 @@ mod tests {
     use crate::solver::material::card;
     use crate::solver::sheet::hex_mesh::rectangle;
 
-    /// What is estimated from counts against the plan of the factorisation itself.
+    /// Compares the estimates from counts with the symbolic factorisation.
     #[test]
     fn work_and_memory_from_counts_are_those_of_the_plan() {
         for (nx, ny, layers) in [(20, 20, 1), (40, 40, 1), (20, 20, 3), (60, 6, 2), (80, 2, 1)] {

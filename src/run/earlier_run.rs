@@ -1,4 +1,4 @@
-//! What an earlier run left in a folder where another begins: a run that can be gone on with is not thrown away unasked.
+//! An earlier run in the folder of a new one. A run that can continue is not replaced without permission.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use super::checkpoint;
 use super::error::RunError;
 use super::first_record::{FORMAT, PROGRAM};
-use super::folder::RESULTS;
+use super::folder::RESULT_FILES;
 use super::lock;
 use super::restart::Restart;
 use crate::report::record::{RunRecord, Verdict};
 use crate::scene::Plan;
 
-/// A file that a run would replace in a folder in which none was: relative to it.
+/// A file that a run would replace in a folder that holds no run; relative to the folder.
 pub(super) fn foreign(folder: &Path) -> Option<PathBuf> {
     if lock::file_in(folder).exists() || is_of_run(folder) {
         return None;
@@ -20,7 +20,7 @@ pub(super) fn foreign(folder: &Path) -> Option<PathBuf> {
     if folder.join("run.json").exists() {
         return Some("run.json".into());
     }
-    let results = RESULTS.iter().map(PathBuf::from).find(|name| folder.join(name).exists());
+    let results = RESULT_FILES.iter().map(PathBuf::from).find(|name| folder.join(name).exists());
     let sheets = || {
         ["steps", "tools"].into_iter().find_map(|inner| {
             let mut files = fs::read_dir(folder.join(inner)).ok()?.flatten();
@@ -31,7 +31,7 @@ pub(super) fn foreign(folder: &Path) -> Option<PathBuf> {
     results.or_else(sheets)
 }
 
-/// Whether `run.json` of a folder is a run's.
+/// Whether `run.json` in a folder is the record of a run.
 fn is_of_run(folder: &Path) -> bool {
     #[derive(serde::Deserialize)]
     struct Head {
@@ -42,13 +42,14 @@ fn is_of_run(folder: &Path) -> bool {
     head.is_some_and(|head| head.format == FORMAT)
 }
 
-/// What is replaced in `folder` by a run of `plan` that begins there, in words; `None` where there are no results. Asked while
-/// the folder's lock is held: whatever run it tells of has ended.
+/// Message about the results that a new run of `plan` replaces in `folder`; `None` if there are none.
+///
+/// The caller holds the lock of the folder: any earlier run there has ended.
 ///
 /// # Errors
-/// [`RunError::Unfinished`] for a run of the same inputs that was stopped or killed and has a checkpoint, unless it may be
-/// replaced (`overwrite`).
-pub(super) fn replaced(
+/// [`RunError::Unfinished`] for a stopped or killed run of the same inputs that has a checkpoint, unless `overwrite`
+/// allows to replace it.
+pub(super) fn replaced_results(
     folder: &Path,
     plan: &Plan,
     scene: &Path,
@@ -87,7 +88,7 @@ pub(super) fn replaced(
     )))
 }
 
-/// How a run that is over ended, in words.
+/// The outcome of an ended run, in words.
 fn ending(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Completed | Verdict::Doubtful => "finished",

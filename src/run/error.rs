@@ -1,4 +1,4 @@
-//! Why a run ends early, and why one cannot continue.
+//! Errors that end a run early or prevent it from continuing.
 
 use std::path::{Path, PathBuf};
 
@@ -17,24 +17,24 @@ pub enum RunError {
     /// A file of the run folder cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// The scene can have no result.
+    /// The scene has an error and is refused.
     #[error("{}: {what}", path.display())]
     Refused {
         /// The scene file.
         path: PathBuf,
-        /// What was found, and what to do.
+        /// The finding and its remedy.
         what: String,
     },
-    /// The run folder cannot be made.
+    /// The run folder cannot be created.
     #[error("cannot make the folder {}: {source}", path.display())]
     Folder {
         /// The folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         #[source]
         source: std::io::Error,
     },
-    /// Another process works in the folder.
+    /// Another process holds the lock of the folder.
     #[error(
         "{}: {who} works in this folder; allowed: one run at a time; wait for it, end it (`kill`; it leaves a checkpoint), or use another folder", folder.display()
     )]
@@ -44,7 +44,7 @@ pub enum RunError {
         /// The process, in words.
         who: String,
     },
-    /// A run of the same inputs in the folder was stopped, and can be gone on with.
+    /// The folder holds a stopped run of the same inputs that can continue.
     #[error(
         "{}: a run of the same inputs was stopped here and has a checkpoint of increment {increment}; continue it (`restart`), discard it and start again (`overwrite`), or use another folder", folder.display()
     )]
@@ -53,10 +53,10 @@ pub enum RunError {
         folder: PathBuf,
         /// Increment after which the checkpoint was written.
         increment: usize,
-        /// What continues it.
+        /// How to continue it.
         restart: Restart,
     },
-    /// A folder that no run was in has files that one would replace.
+    /// The folder holds no run, but files that a run would replace.
     #[error(
         "{}: no run of this program was in this folder, and one would replace {} there; use another folder, or allow that (`overwrite`)", folder.display(), found.display()
     )]
@@ -66,15 +66,15 @@ pub enum RunError {
         /// One of the files.
         found: PathBuf,
     },
-    /// There is nothing to go on from.
+    /// The run cannot continue from its folder.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// The sheet came where patches had been left out.
+    /// The sheet has reached excluded patches.
     #[error(
-        "increment {increment}: node {node} has come within the contact search's reach of a patch of `{tool}` that was left out (`auto`); run with all patches\n  the state at the end of that increment is in {}/steps/last.vtu", folder.display()
+        "increment {increment}: node {node} is within the contact search distance of an excluded patch of `{tool}` (`auto`); run with all patches\n  the state at the end of that increment is in {}/steps/last.vtu", folder.display()
     )]
-    LeftOut {
-        /// Increment, whose result may be wrong.
+    ExcludedPatchReached {
+        /// The increment; its result may be wrong.
         increment: usize,
         /// Tool.
         tool: String,
@@ -83,33 +83,33 @@ pub enum RunError {
         /// The run folder.
         folder: PathBuf,
     },
-    /// The solver cannot start or gave up.
+    /// The solver cannot start or has not converged.
     #[error("{cause}{more}{}", last_state(folder.as_deref()))]
     Solver {
-        /// What the solver said.
+        /// The error of the solver.
         cause: Box<SimulationError>,
-        /// What the sheet at its last balance, and other commands, say to that.
+        /// Details from the last equilibrium, and other commands that may help.
         more: String,
-        /// The run folder, where there is a state in it.
+        /// The run folder, if it holds a state.
         folder: Option<PathBuf>,
     },
 }
 
-/// Where the last good state is, in words.
+/// Position of the last equilibrium state, in words.
 fn last_state(folder: Option<&Path>) -> String {
     folder.map_or_else(String::new, |f| format!("\n  the last good state is in {}", f.display()))
 }
 
-/// Why a run cannot go on from its folder.
+/// Why a run cannot continue from its folder.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
-    /// No checkpoint that can be used.
+    /// No usable checkpoint.
     #[error("{}: no checkpoint to continue from ({why}); start the run anew", folder.display())]
     None {
         /// The run folder.
         folder: PathBuf,
-        /// What was found.
+        /// Why there is none.
         why: String,
     },
     /// All stages are done.
@@ -120,7 +120,7 @@ pub enum CheckpointError {
         /// The run folder.
         folder: PathBuf,
     },
-    /// An input has changed since.
+    /// An input has changed since the checkpoint.
     #[error(
         "{}: `{input}` has changed since the checkpoint was written (found SHA-256 {found}, allowed {expected}); restore it, or start the run anew", folder.display()
     )]
@@ -129,9 +129,9 @@ pub enum CheckpointError {
         folder: PathBuf,
         /// The scene or a tool file.
         input: String,
-        /// Digest now.
+        /// Current digest.
         found: String,
-        /// Digest then.
+        /// Digest in the checkpoint.
         expected: String,
     },
     /// Written by another version of the program.
@@ -141,15 +141,15 @@ pub enum CheckpointError {
     Program {
         /// The run folder.
         folder: PathBuf,
-        /// Program then.
+        /// Program that wrote it.
         found: String,
-        /// Program now.
+        /// Current program.
         expected: String,
     },
 }
 
 impl CheckpointError {
-    /// Why, in a few words without the folder and what to do.
+    /// The reason in a few words, without folder and remedy.
     #[must_use]
     pub fn reason(&self) -> String {
         match self {

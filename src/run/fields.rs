@@ -1,4 +1,4 @@
-//! Fields on the sheet and the tools, as VTU grids.
+//! Fields on sheet and tools as VTU grids.
 
 use super::formed::Formed;
 use crate::geometry::Vec3;
@@ -7,14 +7,14 @@ use crate::report::{CellKind, DataArray, Vtu};
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::tool::{Patch, ToolModel};
 
-/// Positions of the nodes after the displacements (three a node) [mm].
+/// Current positions of the nodes [mm] from displacements (three per node).
 #[must_use]
 pub fn positions(mesh: &HexMesh, displacements: &[f64]) -> Vec<Vec3> {
     let moved = |(x, u): (&Vec3, &[f64])| x + Vec3::new(u[0], u[1], u[2]);
     mesh.nodes.iter().zip(displacements.chunks_exact(3)).map(moved).collect()
 }
 
-/// Thickness at every column: distance between its lowest and highest node [mm].
+/// Thickness of every column: distance between its lowest and highest node [mm].
 #[must_use]
 pub fn column_thickness(mesh: &HexMesh, positions: &[Vec3]) -> Vec<f64> {
     let (low, high) = (mesh.bottom_nodes(), mesh.top_nodes());
@@ -24,7 +24,7 @@ pub fn column_thickness(mesh: &HexMesh, positions: &[Vec3]) -> Vec<f64> {
         .collect()
 }
 
-/// The least and the largest thickness at `displacements`; none of a sheet without columns.
+/// Minimum (relative to the initial one) and maximum thickness at `displacements`; `None` for a sheet without columns.
 #[must_use]
 pub fn thickness(mesh: &HexMesh, displacements: &[f64]) -> Option<ThicknessRecord> {
     let positions = positions(mesh, displacements);
@@ -39,8 +39,8 @@ pub fn thickness(mesh: &HexMesh, displacements: &[f64]) -> Option<ThicknessRecor
     })
 }
 
-/// The formed sheet: displacement, thickness and contact force at the nodes, strains, plastic strain and stress of the elements.
-/// Points are the nodes as they are now.
+/// The deformed sheet: displacement, thickness and contact force at nodes; strains, plastic strain and stress of
+/// elements. Points are current positions.
 #[must_use]
 pub fn sheet(
     mesh: &HexMesh,
@@ -68,7 +68,7 @@ pub fn sheet(
     grid
 }
 
-/// Points and triangles of a tool, each patch cut `divisions` times each way, moved by `shift`.
+/// Points and triangles of a tool, moved by `shift`; each patch has `divisions` intervals in each direction.
 #[must_use]
 pub fn tessellate(model: &ToolModel, divisions: usize, shift: &Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let n = divisions.max(1);
@@ -76,7 +76,7 @@ pub fn tessellate(model: &ToolModel, divisions: usize, shift: &Vec3) -> (Vec<Vec
     for patch in &model.patches {
         let first = points.len() as u32;
         let triangular = matches!(patch, Patch::Triangle(_));
-        // Row i holds zeta = 0 .. eta in a triangle, 0 .. 1 in a quadrilateral.
+        // Row i has zeta = 0 .. eta in a triangle, 0 .. 1 in a quadrilateral.
         let length = |i: usize| if triangular { i + 1 } else { n + 1 };
         let start = |i: usize| first + (0..i).map(length).sum::<usize>() as u32;
         for i in 0..=n {
@@ -124,12 +124,12 @@ mod tests {
         u[3 * top + 2] = -0.1;
         let thickness = column_thickness(&mesh, &positions(&mesh, &u));
         assert!((thickness[3] - 0.7).abs() < 1e-15 && (thickness[0] - 0.8).abs() < 1e-15);
-        let told = super::thickness(&mesh, &u).unwrap();
-        assert_eq!(told.to_string(), "0.7000 of 0.8000 mm at (2.0, 2.0, 0.7) mm");
-        assert_eq!(told.maximum_mm, 0.8);
+        let found = super::thickness(&mesh, &u).unwrap();
+        assert_eq!(found.to_string(), "0.7000 of 0.8000 mm at (2.0, 2.0, 0.7) mm");
+        assert_eq!(found.maximum_mm, 0.8);
         u[3 * top + 2] = -0.5;
-        let told = super::thickness(&mesh, &u).unwrap().to_string();
-        assert_eq!(told, "0.3000 of 0.8000 mm at (2.0, 2.0, 0.3) mm");
+        let found = super::thickness(&mesh, &u).unwrap().to_string();
+        assert_eq!(found, "0.3000 of 0.8000 mm at (2.0, 2.0, 0.3) mm");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What a run's record says before anything is done.
+//! The record of a run at its start.
 
 use std::fs;
 use std::path::Path;
@@ -8,13 +8,13 @@ use super::resources::this_process;
 use crate::report::record::{RunRecord, VERSION, Verdict};
 use crate::scene::Plan;
 
-/// Mark of `run.json`.
+/// Value of `format` in `run.json`.
 pub(super) const FORMAT: &str = "kanagata-run";
 
 /// Name and version of the program.
 pub const PROGRAM: &str = concat!("kanagata-solve ", env!("CARGO_PKG_VERSION"));
 
-/// The record of a run that begins.
+/// The record of a new run.
 pub(super) fn first_record(plan: &Plan, scene: &Path, unknowns: usize) -> RunRecord {
     RunRecord {
         format: FORMAT.into(),

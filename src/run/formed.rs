@@ -1,33 +1,33 @@
-//! What forming has done to every element: its strains, and where its material keeps a history plastic strain and stress.
+//! Strains of every element, and its plastic strain and stress for materials with a history.
 
 use super::strains::{ElementStrains, Principal, of_elements};
 use crate::geometry::Vec3;
 use crate::report::DataArray;
-use crate::report::record::{PlasticRecord, StrainRecord};
+use crate::report::record::{PlasticStrainRecord, StrainRecord};
 use crate::solver::assembly::Body;
 use crate::solver::assembly::ElementState;
 
 /// Strains and states of all elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Formed {
-    /// Strains of each element, at its centre.
+    /// Strains at the centre of each element.
     pub strains: Vec<ElementStrains>,
-    /// State of each element's points; none for an elastic material.
+    /// Mean state of the points of each element; `None` for an elastic material.
     pub states: Option<Vec<ElementState>>,
 }
 
-/// A surface of an element.
+/// Strains of a surface of an element.
 type Face = fn(&ElementStrains) -> Principal;
 
 impl Formed {
-    /// Of a body at `displacements` (three a node [mm]), those of its last commit.
+    /// Strains at `displacements` (three per node [mm]), and states of the last commit of the body.
     #[must_use]
     pub fn of(body: &Body, displacements: &[f64]) -> Self {
         let strains = of_elements(body.mesh(), displacements);
         Self { strains, states: body.element_states() }
     }
 
-    /// One number an element, under the names of the VTU.
+    /// One number per element, named as in the VTU.
     #[must_use]
     pub fn cell_data(&self) -> Vec<DataArray> {
         let mut arrays = Vec::new();
@@ -53,7 +53,7 @@ impl Formed {
         arrays
     }
 
-    /// The largest strains, and where they are on `body` whose nodes now are at `positions` [mm]; none without elements.
+    /// Largest strains and their positions, for nodes at `positions` [mm]; `None` without elements.
     #[must_use]
     pub fn record(&self, body: &Body, positions: &[Vec3]) -> Option<StrainRecord> {
         let centre = |element: usize| {
@@ -64,7 +64,7 @@ impl Formed {
         let plastic = self.states.as_ref().and_then(|states| {
             let element = largest(states, |state| state.largest_plastic_strain)?;
             let largest = states[element].largest_plastic_strain;
-            Some(PlasticRecord { largest, at_mm: centre(element) })
+            Some(PlasticStrainRecord { largest, at_mm: centre(element) })
         });
         let element = largest(&self.strains, |one| one.middle.major)?;
         let Principal { major, minor } = self.strains[element].middle;
@@ -72,7 +72,7 @@ impl Formed {
     }
 }
 
-/// Where a value is the largest, the first of equal ones.
+/// Index of the largest value, the first of equal ones.
 fn largest<T>(all: &[T], value: impl Fn(&T) -> f64) -> Option<usize> {
     let larger = |a: usize, b: usize| if value(&all[b]) > value(&all[a]) { b } else { a };
     (0..all.len()).reduce(larger)
@@ -95,7 +95,7 @@ mod tests {
 
     const SHELL: ElementKind = ElementKind::SolidShell { points: 5, membrane: true };
 
-    /// A strip of 4 x 1 elements of 1 mm moved to where `to` puts its nodes, in ten steps.
+    /// A strip of 4 x 1 elements of 1 mm with nodes moved to `to`, in ten steps.
     fn strip(material: Arc<dyn Material>, to: impl Fn(f64, &Vec3) -> Vec3) -> (Body, Vec<f64>) {
         let mut body = Body::new(rectangle(4.0, 1.0, 0.8, 4, 1, 1), SHELL, material).unwrap();
         let (mut u, mut out) = (Vec::new(), Evaluation::default());
@@ -108,7 +108,7 @@ mod tests {
         (body, u)
     }
 
-    /// A field of the VTU of a sheet, written and read back.
+    /// A field of the sheet's VTU, written and read back.
     fn read_back(body: &Body, u: &[f64], name: &str) -> Option<Vec<f64>> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sheet.vtu");
@@ -122,8 +122,8 @@ mod tests {
         card::find("mild-steel-neto2012").unwrap().build(angle).unwrap()
     }
 
-    /// Tension of 20 % along the rolling direction and across it: r = H/G and H/F, no volume lost. Plastic strain from the work
-    /// at yield stresses in the ratio of Hill's criterion; elastic strains, 2e-3, are what is left over.
+    /// Uniaxial tension of 20 % along and across the rolling direction: r = H/G and H/F, constant volume. Plastic strain
+    /// follows from the work at yield stresses in the ratio of Hill's criterion; the remaining elastic strains are 2e-3.
     #[test]
     fn a_strip_in_tension_has_the_strains_of_its_r_value() {
         let (f, g, h) = (0.251, 0.297, 0.703);
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bent_strip_is_stretched_on_one_face_and_its_largest_strains_are_told() {
+    fn a_bent_strip_is_stretched_on_one_face_and_its_largest_strains_are_recorded() {
         // Bent about y to a radius of 4 mm, and its end pulled out.
         let to = |share: f64, x: &Vec3| {
             let radius = 4.0 / share;
@@ -182,14 +182,14 @@ mod tests {
             );
         }
         let positions = fields::positions(body.mesh(), &u);
-        let told = Formed::of(&body, &u).record(&body, &positions).unwrap();
-        assert_eq!(told.major, value("major_strain")[3]);
-        assert_eq!(told.minor, value("minor_strain")[3]);
-        let plastic = told.plastic.unwrap();
+        let record = Formed::of(&body, &u).record(&body, &positions).unwrap();
+        assert_eq!(record.major, value("major_strain")[3]);
+        assert_eq!(record.minor, value("minor_strain")[3]);
+        let plastic = record.plastic.unwrap();
         assert_eq!(plastic.largest, value("plastic_strain_largest")[3]);
         let nodes = body.mesh().elements[3].map(|node| positions[node as usize]);
         let centre = nodes.iter().sum::<Vec3>() / 8.0;
-        assert_eq!((told.at_mm, plastic.at_mm), (centre.into(), centre.into()));
+        assert_eq!((record.at_mm, plastic.at_mm), (centre.into(), centre.into()));
     }
 
     #[test]
@@ -200,8 +200,8 @@ mod tests {
         assert!((major[0] - 1e-3_f64.ln_1p()).abs() < 1e-15, "{major:?}");
         assert_eq!(read_back(&body, &u, "plastic_strain"), None);
         let positions = fields::positions(body.mesh(), &u);
-        let told = Formed::of(&body, &u).record(&body, &positions).unwrap();
-        assert_eq!(told.plastic, None);
-        assert!(told.to_string().starts_with("major 0.0010 with minor 0.0000 at ("), "{told}");
+        let record = Formed::of(&body, &u).record(&body, &positions).unwrap();
+        assert_eq!(record.plastic, None);
+        assert!(record.to_string().starts_with("major 0.0010 with minor 0.0000 at ("), "{record}");
     }
 }

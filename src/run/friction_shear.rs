@@ -1,31 +1,33 @@
-//! Where friction shears the faces of a sheet that is pressed flat as far as its material bears: its middle moves out against
-//! them, which elements that are not many through the thickness cannot follow. It is told.
+//! Through-thickness shear at the friction limit.
+//!
+//! Friction shears the faces of a flat-pressed sheet at the shear flow stress, and the core flows out between them. Few
+//! elements through the thickness cannot represent this.
 
 use crate::geometry::Vec3;
-use crate::report::record::ShearedRecord;
+use crate::report::record::ThroughThicknessShearRecord;
 use crate::solver::assembly::Body;
 use crate::solver::element::ElementKind;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Share of the nodes that are pressed so, of which it is of note: sheets that come out right have up to 0.25, others 0.33 and
-/// more (docs/results/solver.md).
-const OF_NOTE: f64 = 0.3;
+/// Fraction of the pressed nodes above which the check reports: sound runs reach 0.25, wrong ones 0.33 and more
+/// (docs/results/solver.md).
+const SHEARED_FRACTION_MIN: f64 = 0.3;
 
-/// Layers of `hex8` that follow it.
-const LAYERS: usize = 4;
+/// Layers of `hex8` that resolve the shear.
+const RESOLVING_LAYERS: usize = 4;
 
-/// What is seen of it with these forces of the tools on the nodes, three a node [N], its nodes now at these positions;
-/// `increment`: the one that ended there.
+/// Checks one increment. `forces`: contact forces, three per node [N]; `positions`: current positions of the nodes [mm];
+/// `increment`: its number.
 #[must_use]
-pub fn sheared(
+pub fn through_thickness_shear(
     body: &Body,
     positions: &[Vec3],
     forces: &[f64],
     increment: usize,
-) -> Option<ShearedRecord> {
+) -> Option<ThroughThicknessShearRecord> {
     let mesh = body.mesh();
     let layers = mesh.nodes_per_column.checked_sub(1).filter(|layers| *layers > 0)?;
-    if body.kind() == ElementKind::Hex8 && layers >= LAYERS {
+    if body.kind() == ElementKind::Hex8 && layers >= RESOLVING_LAYERS {
         return None;
     }
     let force = |node: usize| Vec3::from_column_slice(&forces[3 * node..3 * node + 3]);
@@ -47,11 +49,20 @@ pub fn sheared(
     let flat = flat(mesh, &pressed);
     let count = |which: &[bool]| which.iter().zip(&flat).filter(|(a, b)| **a && **b).count();
     let share = count(&flows) as f64 / count(&pressed) as f64;
-    let first = flows.iter().zip(&flat).position(|(a, b)| *a && *b).filter(|_| share > OF_NOTE)?;
-    Some(ShearedRecord { first_increment: increment, share, at_mm: positions[first].into() })
+    let first = flows
+        .iter()
+        .zip(&flat)
+        .position(|(a, b)| *a && *b)
+        .filter(|_| share > SHEARED_FRACTION_MIN)?;
+    Some(ThroughThicknessShearRecord {
+        first_increment: increment,
+        fraction: share,
+        at_mm: positions[first].into(),
+    })
 }
 
-/// Nodes that lie on or beside one about which the face is pressed all around: not under an edge or a line of contact.
+/// Nodes of face elements around a node whose adjacent nodes are all pressed. Nodes under edges and lines of contact are
+/// excluded.
 fn flat(mesh: &HexMesh, pressed: &[bool]) -> Vec<bool> {
     let mut inside = pressed.to_vec();
     for_each_face(mesh, |_, nodes| {
@@ -68,12 +79,12 @@ fn flat(mesh: &HexMesh, pressed: &[bool]) -> Vec<bool> {
     out
 }
 
-/// What lies about a node of a face of the sheet.
+/// The face area around a node of the sheet.
 #[derive(Clone, Copy, Default)]
 struct Face {
-    /// Its part of the area, outwards [mm²].
+    /// Tributary area, outward normal [mm²].
     area: Vec3,
-    /// Equivalent stress, summed over its elements [MPa].
+    /// Sum of the equivalent stresses of adjacent elements [MPa].
     stress: f64,
     elements: f64,
 }
@@ -92,7 +103,7 @@ fn faces(mesh: &HexMesh, positions: &[Vec3], stress: &[f64]) -> Vec<Face> {
     out
 }
 
-/// Elements and their nodes in the faces of the sheet, seen from outside counter-clockwise.
+/// Calls `see` with each element at a face of the sheet and its face nodes, counter-clockwise from outside.
 fn for_each_face(mesh: &HexMesh, mut see: impl FnMut(usize, [usize; 4])) {
     let last = mesh.nodes_per_column - 1;
     for (k, element) in mesh.elements.iter().enumerate() {
@@ -115,8 +126,8 @@ mod tests {
 
     const LENGTH: f64 = 30.0;
 
-    /// A sheet that flows, pressed on both faces where `x` is in a range by `pressure` and sheared there by `shear` times what it
-    /// flows at.
+    /// A flowing sheet pressed on both faces by `pressure` where `x` is in a range, and sheared there by `shear`, both
+    /// times the flow stress.
     fn found_within(
         range: std::ops::Range<f64>,
         kind: ElementKind,
@@ -148,7 +159,7 @@ mod tests {
             forces[3 * node] = -area * shear * flow;
             forces[3 * node + 2] = -out * area * pressure * flow;
         }
-        sheared(&body, &mesh.nodes, &forces, 3).map(|found| found.share)
+        through_thickness_shear(&body, &mesh.nodes, &forces, 3).map(|found| found.fraction)
     }
 
     fn found(kind: ElementKind, layers: usize, times: [f64; 2]) -> Option<f64> {
@@ -167,7 +178,7 @@ mod tests {
         let shell = ElementKind::SolidShell { points: 5, membrane: true };
         for (kind, layers) in [(shell, 1), (shell, 4), (ElementKind::Hex8, 2)] {
             assert_eq!(found(kind, layers, [2.0, 0.6]), Some(1.0), "{kind:?}");
-            // Pressed and not sheared, sheared and not pressed.
+            // Pressed without shear, sheared without pressure.
             assert_eq!(found(kind, layers, [2.0, 0.5]), None, "{kind:?}");
             assert_eq!(found(kind, layers, [0.9, 0.6]), None, "{kind:?}");
             assert_eq!(found(kind, layers, [-2.0, 0.6]), None, "{kind:?}");

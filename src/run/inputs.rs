@@ -1,11 +1,11 @@
-//! Digests of what goes into a run.
+//! Digests of the inputs of a run.
 
 use std::collections::BTreeMap;
 
 use crate::scene::Plan;
 
-/// SHA-256 of the scene and the files it names: tools, a mesh of the blank, a material card, a history whose increments are
-/// taken.
+/// SHA-256 of the scene and of the files it names: tools, mesh of the blank, material card, and the history whose
+/// increments are followed.
 pub(super) fn inputs(plan: &Plan) -> BTreeMap<String, String> {
     let tools = plan.scene.tools.iter().zip(&plan.tools);
     let tools = tools.map(|(tool, loaded)| (tool.file.clone(), loaded.sha256.clone()));

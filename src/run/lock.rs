@@ -1,5 +1,7 @@
-//! One process at a time in a folder: a file that the system keeps locked for its process, and frees when that ends,
-//! however it ends. In it stands which process that is. Where the file system knows no locks that name alone counts.
+//! Exclusive use of a folder by one process.
+//!
+//! A lock file is locked by the system until the process ends, however it ends; it contains the identity of the process.
+//! On file systems without locks only that identity counts.
 
 use std::fs::File;
 use std::io::{Seek as _, SeekFrom, Write as _};
@@ -9,7 +11,7 @@ use super::resources::{alive, this_process};
 use crate::files::{Input, WriteError, open_lock, read};
 use crate::report::record::Process;
 
-/// A folder that this process has to itself until the lock is dropped.
+/// Exclusive use of a folder until the lock is dropped.
 #[derive(Debug)]
 pub struct Lock {
     file: File,
@@ -17,35 +19,35 @@ pub struct Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // A name that stays is of a process that is gone, or of a file that is free.
+        // If this fails, the remaining identity belongs to an ended process or an unlocked file.
         let _ = self.file.set_len(0);
     }
 }
 
-/// What came of asking for a lock.
+/// Result of an attempt to lock.
 #[derive(Debug)]
 pub enum Attempt {
-    /// It is ours.
-    Ours(Lock),
-    /// Another process has it; which one, where it has said so.
-    Theirs(Option<Process>),
+    /// This process has acquired the lock.
+    Acquired(Lock),
+    /// Another process holds the lock; `None` if it is not identified.
+    HeldByOther(Option<Process>),
 }
 
-/// The lock of a run in its folder.
+/// Path of the lock file in a run folder.
 #[must_use]
 pub fn file_in(folder: &Path) -> PathBuf {
     folder.join("run.lock")
 }
 
-/// Takes the lock `path`, whose folder is there.
+/// Acquires the lock `path`, whose folder must exist.
 ///
 /// # Errors
-/// [`WriteError`] when the file cannot be made or written.
+/// [`WriteError`] when the file cannot be created or written.
 pub fn take(path: &Path) -> Result<Attempt, WriteError> {
     let failed = |source| WriteError { path: path.to_path_buf(), source };
     let mut file = open_lock(path, true).map_err(failed)?;
     if !free(&file, path) {
-        return Ok(Attempt::Theirs(owner(path)));
+        return Ok(Attempt::HeldByOther(owner(path)));
     }
     let own = this_process().unwrap_or_else(|| Process {
         id: std::process::id(),
@@ -55,14 +57,14 @@ pub fn take(path: &Path) -> Result<Attempt, WriteError> {
     let text = serde_json::to_vec(&own).unwrap_or_default();
     let written = file.set_len(0).and_then(|()| file.seek(SeekFrom::Start(0)));
     written.and_then(|_| file.write_all(&text)).and_then(|()| file.sync_all()).map_err(failed)?;
-    // Without locks two may have found the file free: the later name stays.
+    // Without system locks two processes may find the file free: the later identity wins.
     match owner(path) {
-        Some(other) if other != own => Ok(Attempt::Theirs(Some(other))),
-        _ => Ok(Attempt::Ours(Lock { file })),
+        Some(other) if other != own => Ok(Attempt::HeldByOther(Some(other))),
+        _ => Ok(Attempt::Acquired(Lock { file })),
     }
 }
 
-/// Whether another process has the lock `path`, and which one, where it has said so.
+/// `None` if no other process holds the lock `path`; otherwise its identity, if known.
 #[must_use]
 pub fn holder(path: &Path) -> Option<Option<Process>> {
     let file = open_lock(path, false).ok()?;
@@ -71,7 +73,7 @@ pub fn holder(path: &Path) -> Option<Option<Process>> {
 
 /// A process in words.
 #[must_use]
-pub fn named(process: Option<&Process>) -> String {
+pub fn process_text(process: Option<&Process>) -> String {
     match process {
         Some(p) => match p.host.split(' ').next() {
             None | Some("") => format!("process {}", p.id),
@@ -88,18 +90,18 @@ fn owner(path: &Path) -> Option<Process> {
     serde_json::from_slice(&read(path, Input::Description).ok()?).ok()
 }
 
-/// Whether nobody else has the file; it is then locked for this process until it is closed. Where the file system
-/// knows no locks, the process that is named in it tells.
+/// Whether no other process holds the file, which is then locked for this process until it is closed. Without system
+/// locks the identity in the file decides.
 fn free(file: &File, path: &Path) -> bool {
     locked(file).unwrap_or_else(|| is_free_of(owner(path).as_ref()))
 }
 
-/// Whether the process that is named in a lock file is known to be gone: one of another machine is not.
+/// Whether the process named in a lock file is known to have ended. A process of another machine is not.
 fn is_free_of(owner: Option<&Process>) -> bool {
     owner.is_none_or(|p| alive(p) == Some(false))
 }
 
-/// Locks the file: false when another process has it, `None` when it cannot be locked here.
+/// Locks the file: false if another process holds it, `None` if it cannot be locked here.
 #[cfg(unix)]
 fn locked(file: &File) -> Option<bool> {
     use rustix::fs::{FlockOperation, flock};
@@ -125,31 +127,32 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = file_in(folder.path());
         assert!(holder(&path).is_none());
-        let Attempt::Ours(lock) = take(&path).unwrap() else { panic!("nobody else is there") };
-        let Attempt::Theirs(who) = take(&path).unwrap() else { panic!("it is taken") };
+        let Attempt::Acquired(lock) = take(&path).unwrap() else { panic!("nobody else is there") };
+        let Attempt::HeldByOther(who) = take(&path).unwrap() else { panic!("it is taken") };
         let who = who.unwrap();
         assert_eq!(who.id, std::process::id());
-        assert!(named(Some(&who)).contains(&who.id.to_string()));
+        assert!(process_text(Some(&who)).contains(&who.id.to_string()));
         assert_eq!(holder(&path), Some(Some(who)));
         drop(lock);
         assert!(holder(&path).is_none());
-        assert!(matches!(take(&path).unwrap(), Attempt::Ours(_)));
+        assert!(matches!(take(&path).unwrap(), Attempt::Acquired(_)));
     }
 
     #[test]
-    fn a_name_that_a_killed_process_left_holds_nobody_off() {
+    fn the_name_of_a_killed_process_locks_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = file_in(folder.path());
         for text in ["{\"id\": 1, \"started\": 1, \"host\": \"gone\"}", "no process"] {
             std::fs::write(&path, text).unwrap();
             assert!(holder(&path).is_none());
-            assert!(matches!(take(&path).unwrap(), Attempt::Ours(_)));
+            assert!(matches!(take(&path).unwrap(), Attempt::Acquired(_)));
         }
-        // Without locks of the file system a process of another machine may still be at work.
+        // Without system locks a process of another machine may still be running.
         let there = Process { id: 1, started: 1, host: "elsewhere 0-0".into() };
         assert!(!is_free_of(Some(&there)) && is_free_of(None));
         assert!(
-            named(Some(&there)).contains("process 1 on elsewhere (if it has ended there, delete")
+            process_text(Some(&there))
+                .contains("process 1 on elsewhere (if it has ended there, delete")
         );
         let own = this_process().unwrap();
         let gone = Process { started: own.started + 1, ..own.clone() };

@@ -1,7 +1,7 @@
-//! A scene becomes a run folder: `history.csv`, `run.json`, `run.pvd`, `steps/*.vtu`, `report.html`.
+//! Runs a scene into a run folder: `history.csv`, `run.json`, `run.pvd`, `steps/*.vtu`, `report.html`.
 //!
-//! Everything is written as the run goes on, each file whole or not at all, so that a folder can be looked at
-//! (and a killed run still holds what it had). `report.html` is written with the feature `pages` only.
+//! Files are written during the run, each completely or not at all: a folder is readable at any time, and a killed run
+//! keeps its results. `report.html` needs the feature `pages`.
 
 pub mod advice;
 pub mod checkpoint;
@@ -32,7 +32,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use crate::cancel::{Cancel, Section};
-use crate::report::record::{LeftOutRecord, RunRecord, Verdict};
+use crate::report::record::{ExcludedPatchesRecord, RunRecord, Verdict};
 use crate::scene::Plan;
 use crate::solver::reach::{Guard, LeftOut, leave_out, reachable};
 use crate::solver::{Control, IncrementReport, Simulation, SimulationError};
@@ -42,36 +42,38 @@ pub use first_record::PROGRAM;
 
 use folder::RunFolder;
 
-/// What somebody watching a run is told after every increment.
+/// Progress of a run after an increment.
 pub struct Progress<'a> {
     /// The increment.
     pub report: &'a IncrementReport<'a>,
-    /// Stages done plus the share of the one under way, over all stages: 0 to 1.
+    /// Fraction of the process that is done, from 0 to 1: completed stages plus the completed fraction of the current
+    /// one, over all stages.
     pub done: f64,
     /// Wall time since the start [s].
     pub elapsed_s: f64,
 }
 
-/// How a run is run.
+/// Options of a run.
 #[derive(Default)]
 pub struct RunOptions<'a> {
-    /// Go on from the checkpoint in the folder.
+    /// Continue from the checkpoint in the folder.
     pub restart: bool,
-    /// Throw away a stopped run of the same inputs that the folder holds, in place of refusing to.
+    /// Replace a stopped run of the same inputs in the folder. Without it such a folder is refused.
     pub overwrite: bool,
-    /// Told what results of an earlier run are replaced, before that is done.
-    pub tell: Option<&'a dyn Fn(&str)>,
-    /// Leave out what loses no accuracy: patches of tools that the sheet cannot come near.
+    /// Receives a message about results of an earlier run, before they are replaced.
+    pub notify: Option<&'a dyn Fn(&str)>,
+    /// Exclude tool patches that the sheet cannot touch, which does not change results.
     pub auto: bool,
-    /// Requested from outside: give up the increment under way, save a checkpoint of the last one and stop.
+    /// Stop request: abort the current increment, save a checkpoint of the last one and stop.
     pub stop: Cancel,
 }
 
-/// Runs `plan` (read from `scene_path`) into the folder `output`. `watch` is called after every increment.
+/// Runs `plan` (read from `scene_path`) into the folder `output` and calls `watch` after every increment.
+///
 /// Without the feature `pages` no `report.html` is written.
 ///
 /// # Errors
-/// [`RunError`]; what was computed until then is in the folder.
+/// [`RunError`]; results up to then remain in the folder.
 pub fn run(
     plan: &Plan,
     scene_path: &Path,
@@ -80,9 +82,9 @@ pub fn run(
     watch: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<RunRecord, RunError> {
     let start = Instant::now();
-    let Prepared { mut simulation, guard, findings, holders, left_out } =
+    let Prepared { mut simulation, guard, findings, holders, excluded_patches } =
         prepare(plan, scene_path, options.auto)?;
-    let _lock = alone_in(output, options)?;
+    let _lock = lock_folder(output, options)?;
     let section = options.stop.section();
     simulation.heed(options.stop.clone());
     let run = Run { plan, scene_path, output, options, guard, start };
@@ -91,82 +93,83 @@ pub fn run(
     } else {
         run.new_folder(&simulation)?
     };
-    folder.watch_holders(&holders);
-    folder.doubt_scene(findings.iter().filter_map(advice::Finding::as_doubt).collect());
-    folder.left_out(left_out.into_iter());
+    folder.set_holders(&holders);
+    folder.set_scene_doubts(findings.iter().filter_map(advice::Finding::as_doubt).collect());
+    folder.set_excluded_patches(excluded_patches.into_iter());
     let ended = run
-        .go_on(&mut simulation, &mut folder, watch)
+        .advance_all(&mut simulation, &mut folder, watch)
         .and_then(|outcome| run.end(&simulation, &mut folder, outcome, section));
     match ended {
         Ok(()) => Ok(folder.record),
         Err(error) => {
             if matches!(error, RunError::Write(_)) {
-                folder.stopped_by(&error);
+                folder.record_write_error(&error);
             }
             Err(error)
         }
     }
 }
 
-/// A simulation that can begin, and what its scene is known for before that.
+/// A simulation before its first increment, and the findings about its scene.
 struct Prepared {
     simulation: Simulation,
-    /// Of the patches that were left out; `None` where none may be.
+    /// Detects contact with excluded patches; `None` if none are excluded.
     guard: Option<Guard>,
     findings: Vec<advice::Finding>,
     holders: Vec<advice::holder::Holder>,
-    left_out: Vec<LeftOutRecord>,
+    excluded_patches: Vec<ExcludedPatchesRecord>,
 }
 
-/// Places the tools of a scene and judges it; with `auto` patches that the sheet cannot come near are left out.
+/// Places the tools of a scene and checks it. With `auto`, patches that the sheet cannot touch are excluded.
 ///
 /// # Errors
-/// [`RunError::Refused`] for a scene with a finding of level error; [`RunError::Solver`] where tools cannot be placed.
+/// [`RunError::Refused`] for a scene with a finding of level error; [`RunError::Solver`] if tools cannot be placed.
 fn prepare(plan: &Plan, scene_path: &Path, auto: bool) -> Result<Prepared, RunError> {
     let mut setup = plan.simulation_setup(scene_path)?;
-    setup.place().map_err(not_begun)?;
+    setup.place().map_err(setup_error)?;
     let findings = advice::doubts(plan, &setup, 1.0);
     if let Some(error) = findings.iter().find(|finding| finding.level == advice::Level::Error) {
         return Err(RunError::Refused { path: scene_path.into(), what: error.to_string() });
     }
     let holders = advice::holder::holders(&setup, &reachable(&setup));
-    let (left_out, guard) = if auto {
-        let (left_out, guard) = leave_out(&mut setup).map_err(not_begun)?;
-        (left_out, Some(guard))
+    let (excluded_patches, guard) = if auto {
+        let (excluded_patches, guard) = leave_out(&mut setup).map_err(setup_error)?;
+        (excluded_patches, Some(guard))
     } else {
         (Vec::new(), None)
     };
-    let record = |left: &LeftOut| LeftOutRecord {
+    let record = |left: &LeftOut| ExcludedPatchesRecord {
         tool: plan.scene.tools[left.tool].name.clone(),
         patches: left.patches,
-        of: left.of,
+        total: left.of,
     };
-    let left_out = left_out.iter().map(record).collect();
-    let simulation = Simulation::new(setup).map_err(not_begun)?;
-    Ok(Prepared { simulation, guard, findings, holders, left_out })
+    let excluded_patches = excluded_patches.iter().map(record).collect();
+    let simulation = Simulation::new(setup).map_err(setup_error)?;
+    Ok(Prepared { simulation, guard, findings, holders, excluded_patches })
 }
 
-/// The error of a run that ends before its folder is touched.
-fn not_begun(cause: SimulationError) -> RunError {
+/// An error before the run folder is touched.
+fn setup_error(cause: SimulationError) -> RunError {
     RunError::Solver { cause: Box::new(cause), more: String::new(), folder: None }
 }
 
-/// What is to be said beside where and why the solver gave up; `begins`: at the beginning of a stage.
-fn to_giving_up(record: &RunRecord, simulation: &Simulation, begins: bool) -> String {
+/// Details beside the solver's error: penetration at the start of the stage (`begins`), a hint, and the doubts so far.
+fn failure_details(record: &RunRecord, simulation: &Simulation, begins: bool) -> String {
     let inside = if begins { simulation.inside() } else { Vec::new() };
-    let mut said: String =
-        inside.iter().map(|inside| format!(". Where the stage begins {inside}")).collect();
-    if !said.is_empty() {
-        said += "; a tool must come in clear of the sheet as that has been formed by then";
+    let mut text: String =
+        inside.iter().map(|inside| format!(". At the start of the stage {inside}")).collect();
+    if !text.is_empty() {
+        text += "; a tool must start clear of the formed sheet";
     }
-    said += ". A check of the scene names places where tools begin inside the sheet or leave it too little room";
-    said.extend(record.doubts.iter().map(|doubt| format!("\n  doubt {doubt}")));
-    said
+    text += ". A check of the scene reports tools that start inside the sheet or leave too little clearance";
+    text.extend(record.doubts.iter().map(|doubt| format!("\n  doubt {doubt}")));
+    text
 }
 
-/// Keeps other runs out of the folder until the lock is dropped. A folder that is to be gone on in and is not there
-/// needs none; one that holds files of others is left to them.
-fn alone_in(output: &Path, options: &RunOptions<'_>) -> Result<Option<lock::Lock>, RunError> {
+/// Locks the folder against other runs until the lock is dropped.
+///
+/// A restart in a missing folder needs no lock (and fails later). A folder with files of other programs is refused.
+fn lock_folder(output: &Path, options: &RunOptions<'_>) -> Result<Option<lock::Lock>, RunError> {
     if options.restart && !output.is_dir() {
         return Ok(None);
     }
@@ -178,15 +181,15 @@ fn alone_in(output: &Path, options: &RunOptions<'_>) -> Result<Option<lock::Lock
     std::fs::create_dir_all(output)
         .map_err(|source| RunError::Folder { path: output.to_path_buf(), source })?;
     match lock::take(&lock::file_in(output))? {
-        lock::Attempt::Ours(lock) => Ok(Some(lock)),
-        lock::Attempt::Theirs(process) => {
-            let who = lock::named(process.as_ref());
+        lock::Attempt::Acquired(lock) => Ok(Some(lock)),
+        lock::Attempt::HeldByOther(process) => {
+            let who = lock::process_text(process.as_ref());
             Err(RunError::Busy { folder: output.to_path_buf(), who })
         }
     }
 }
 
-/// What stays the same while a run goes on.
+/// The invariant data of a run.
 struct Run<'a> {
     plan: &'a Plan,
     scene_path: &'a Path,
@@ -197,21 +200,21 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// The folder of the newest checkpoint, the simulation put back to it.
+    /// The folder of the newest checkpoint; the simulation is restored from it.
     fn restored_folder(&self, simulation: &mut Simulation) -> Result<RunFolder, RunError> {
         let checkpoint = checkpoint::read(self.output, self.plan, PROGRAM)?;
-        simulation.resume(checkpoint.state).map_err(not_begun)?;
+        simulation.resume(checkpoint.state).map_err(setup_error)?;
         let mut folder = checkpoint.folder;
         folder.resume()?;
         Ok(folder)
     }
 
-    /// The folder of a run that begins in it, with its tools; what is replaced there is told.
+    /// The folder of a new run, with its tools. Earlier results there are reported and replaced.
     fn new_folder(&self, simulation: &Simulation) -> Result<RunFolder, RunError> {
         let Self { plan, scene_path, output, options, .. } = *self;
-        let told = earlier_run::replaced(output, plan, scene_path, options.overwrite)?;
-        if let (Some(told), Some(tell)) = (told, options.tell) {
-            tell(&told);
+        let message = earlier_run::replaced_results(output, plan, scene_path, options.overwrite)?;
+        if let (Some(message), Some(notify)) = (message, options.notify) {
+            notify(&message);
         }
         let unknowns = 3 * simulation.body().mesh().nodes.len();
         let folder = RunFolder::create(output, plan, scene_path, unknowns)?;
@@ -220,8 +223,8 @@ impl Run<'_> {
         Ok(folder)
     }
 
-    /// That the sheet has not come to patches that were left out.
-    fn look_for_breach(
+    /// Checks that the sheet has not reached excluded patches.
+    fn check_excluded_patches(
         &self,
         simulation: &Simulation,
         folder: &mut RunFolder,
@@ -230,14 +233,14 @@ impl Run<'_> {
         let Some((tool, node)) = found else { return Ok(()) };
         let (tool, folder_path) = (self.plan.scene.tools[tool].name.clone(), folder.path.clone());
         let increment = simulation.summary().increments;
-        let error = RunError::LeftOut { increment, tool, node, folder: folder_path };
+        let error = RunError::ExcludedPatchReached { increment, tool, node, folder: folder_path };
         folder.write_last_state(simulation, Some(node))?;
         folder.finish(Verdict::NotConverged, Some(error.to_string()), self.start)?;
         Err(error)
     }
 
-    /// Increment by increment to the end, with checkpoints.
-    fn go_on(
+    /// Advances increment by increment to the end and writes checkpoints. The inner result is that of the solver.
+    fn advance_all(
         &self,
         simulation: &mut Simulation,
         folder: &mut RunFolder,
@@ -256,7 +259,7 @@ impl Run<'_> {
                     return Ok(Err(error));
                 }
             }
-            self.look_for_breach(simulation, folder)?;
+            self.check_excluded_patches(simulation, folder)?;
             let increment = simulation.summary().increments;
             let stop = self.options.stop.is_requested();
             if stop || (every > 0 && increment.is_multiple_of(every)) {
@@ -269,7 +272,7 @@ impl Run<'_> {
         }
     }
 
-    /// One increment, written to the folder; whether more follow.
+    /// One increment, recorded in the folder. True if more follow.
     fn advance(
         &self,
         simulation: &mut Simulation,
@@ -282,19 +285,19 @@ impl Run<'_> {
             ended = report.ends_stage().then(|| report.stage_name.to_owned());
             let done = (report.stage as f64 + report.share) / stages;
             watch(&Progress { report, done, elapsed_s: self.start.elapsed().as_secs_f64() });
-            write_error = folder.take(report, self.start).err();
+            write_error = folder.record_increment(report, self.start).err();
             if write_error.is_some() { Control::Stop } else { Control::Continue }
         });
         if let Some(error) = write_error {
             return Err(error.into());
         }
         if let Some(stage) = ended {
-            folder.look_into_tools(simulation, &stage);
+            folder.record_inside_tools(simulation, &stage);
         }
         Ok(more)
     }
 
-    /// Writes how the run ended; an error where it did not end by itself.
+    /// Records the outcome. An error of the solver is returned.
     fn end(
         &self,
         simulation: &Simulation,
@@ -308,21 +311,22 @@ impl Run<'_> {
         };
         folder.write_last_state(simulation, gave_up.map(|(node, _)| node))?;
         if gave_up.is_some() {
-            folder.take_failure(simulation)?;
+            folder.record_failure(simulation)?;
         }
         let verdict = match &outcome {
             Ok(()) => Verdict::Completed,
             Err(SimulationError::Stopped { .. }) => Verdict::Stopped,
             Err(_) => Verdict::NotConverged,
         };
-        let more = gave_up
-            .map_or(String::new(), |(_, begins)| to_giving_up(&folder.record, simulation, begins));
+        let more = gave_up.map_or(String::new(), |(_, begins)| {
+            failure_details(&folder.record, simulation, begins)
+        });
         let message = outcome.as_ref().err().map(|cause| format!("{cause}{more}"));
         folder.finish(verdict, message, self.start)?;
         if verdict.is_complete() {
             checkpoint::remove(&folder.path);
         }
-        // The results are complete: a report that is stopped loses none.
+        // The results are complete: a stop request during the report loses none.
         if verdict != Verdict::Stopped {
             self.options.stop.complete();
             drop(section);

@@ -1,10 +1,10 @@
-//! Localised thinning: a band of the sheet that thins while the rest unloads, a dip in the thickness that is narrower than the sheet
-//! is thick, and a sheet that has less than half of its thickness left.
+//! Localised thinning: a band that thins while the rest of the sheet unloads, a dip in the thickness narrower than the
+//! thickness, and a thickness below half of the initial one.
 //!
-//! Thinning is the logarithmic strain `e = -ln(t / t0)` of the columns of the mesh. Past the maximum force (Considère) deformation
-//! localises (Hill 1952): columns within the band have more than half of the largest increment of e, and all others together less
-//! than the band. What the band thins so is summed over the increments. Its width is then that of the elements, and so are the
-//! thickness and the force.
+//! Thinning is the logarithmic strain `e = -ln(t / t0)` of a column of the mesh. Past the maximum force (Considère)
+//! deformation localises (Hill 1952). Columns of the band are those with more than half of the largest increment of e;
+//! all others together thin less than the band. The thinning of the band is summed over the increments. The width of the
+//! band, the thickness and the force then depend on the mesh.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,35 +15,37 @@ use crate::report::record::{NeckingKind, NeckingRecord};
 use crate::solver::IncrementReport;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Force over the largest of the stage below which that has been passed.
-const PASSED: f64 = 0.99;
-/// Thinning of a band alone, or of a dip beyond what is around it, from which on it is reported: the scatter of thinning between
-/// columns of sound runs stays below. Halved, dips of coarse tools are reported too.
-const OF_NOTE: f64 = 0.05;
-/// Thinning of a dip over the largest around it.
-const DIP: f64 = 2.0;
-/// Thickness over the initial one below which hardly any sheet is whole.
-const TORN: f64 = 0.5;
-/// Fraction of the columns that a band may have.
-const BAND: f64 = 0.1;
+/// Ratio of the force to its maximum in the stage, below which the maximum is passed.
+const PASSED_FORCE_RATIO: f64 = 0.99;
+/// Smallest thinning that is reported: of a band, or of a dip relative to its neighbours. The scatter between columns of
+/// sound runs stays below. Half this value would report dips of coarse tools.
+const THINNING_MIN: f64 = 0.05;
+/// Smallest ratio of the thinning of a dip to the largest thinning of its neighbours.
+const DIP_RATIO_MIN: f64 = 2.0;
+/// Thickness over the initial thickness below which hardly any sheet remains intact.
+const TORN_THICKNESS_REL: f64 = 0.5;
+/// Largest fraction of the columns in a band.
+const BAND_FRACTION_MAX: f64 = 0.1;
 
-/// What is kept from one increment to the next.
+/// State of the check between increments.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Necking {
-    /// Thinning of every column at the last increment.
+    /// Thinning of every column in the last increment.
     thinning: Vec<f64>,
     stage: usize,
-    /// Travel of every tool at the last increment [mm], and its largest force in the stage [N].
+    /// Travel of every tool in the last increment [mm], and its largest force in the stage [N].
     travels: Vec<f64>,
     forces: Vec<f64>,
-    /// Thinning of bands alone so far, and the increment that it began with.
-    alone: f64,
-    began: usize,
+    /// Total thinning of bands so far, and the increment in which it started.
+    #[serde(rename = "alone")]
+    band_thinning: f64,
+    #[serde(rename = "began")]
+    band_start: usize,
 }
 
 impl Necking {
-    /// What is found after an increment, the nodes now at these positions.
-    pub(super) fn take(
+    /// Checks an increment, with the nodes at `positions` [mm].
+    pub(super) fn update(
         &mut self,
         report: &IncrementReport<'_>,
         positions: &[Vec3],
@@ -57,7 +59,7 @@ impl Necking {
         let thinning: Vec<f64> = now.iter().zip(&before).map(|(t, t0)| -(t / t0).ln()).collect();
         let falls = self.force_falls(report);
         let last = std::mem::replace(&mut self.thinning, thinning);
-        let band = if falls { self.noted_band(mesh, &last, report.increment) } else { None };
+        let band = if falls { self.reported_band(mesh, &last, report.increment) } else { None };
         let (kind, column, first_increment) = if let Some((column, began)) = band {
             (NeckingKind::Band, column, began)
         } else if let Some(column) = self.torn() {
@@ -73,9 +75,9 @@ impl Necking {
         })
     }
 
-    /// The thinnest column of a band that thins alone, once that has thinned enough to be reported, and the increment that this
-    /// began with; `last`: thinning before the increment.
-    fn noted_band(
+    /// The thinnest column of a band that has thinned enough to be reported, and the increment in which the band
+    /// started. `last`: thinning before the increment.
+    fn reported_band(
         &mut self,
         mesh: &HexMesh,
         last: &[f64],
@@ -85,31 +87,32 @@ impl Necking {
             return None;
         }
         let (column, by) = band(mesh, last, &self.thinning)?;
-        if self.alone == 0.0 {
-            self.began = increment;
+        if self.band_thinning == 0.0 {
+            self.band_start = increment;
         }
-        self.alone += by;
-        (self.alone > OF_NOTE).then_some((column, self.began))
+        self.band_thinning += by;
+        (self.band_thinning > THINNING_MIN).then_some((column, self.band_start))
     }
 
-    /// The thinnest column, where hardly any of its thickness is left.
+    /// The thinnest column, if its thickness is below [`TORN_THICKNESS_REL`].
     fn torn(&self) -> Option<usize> {
         let thinnest = (0..self.thinning.len())
             .max_by(|&a, &b| self.thinning[a].total_cmp(&self.thinning[b]))
             .unwrap_or_default();
-        (self.thinning[thinnest] > -TORN.ln()).then_some(thinnest)
+        (self.thinning[thinnest] > -TORN_THICKNESS_REL.ln()).then_some(thinnest)
     }
 
-    /// Whether a tool that moves in this increment pushes with less than its largest force in the stage.
+    /// Whether a tool that moves in this increment has passed its maximum force of the stage.
     fn force_falls(&mut self, report: &IncrementReport<'_>) -> bool {
         let tools = report.tools.len();
         if self.stage != report.stage || self.forces.len() != tools {
-            (self.stage, self.forces, self.alone) = (report.stage, vec![0.0; tools], 0.0);
+            (self.stage, self.forces, self.band_thinning) = (report.stage, vec![0.0; tools], 0.0);
         }
         let mut falls = false;
         for (k, tool) in report.tools.iter().enumerate() {
             let moved = self.travels.get(k).is_some_and(|last| *last != tool.travel);
-            falls |= !report.free && moved && tool.force.abs() < PASSED * self.forces[k];
+            falls |=
+                !report.free && moved && tool.force.abs() < PASSED_FORCE_RATIO * self.forces[k];
             self.forces[k] = self.forces[k].max(tool.force.abs());
         }
         self.travels = report.tools.iter().map(|tool| tool.travel).collect();
@@ -117,14 +120,18 @@ impl Necking {
     }
 }
 
-/// The thinnest column, where it is one of a band that alone thins, and by how much in the increment.
+/// The thinnest column and its thinning in the increment, if it belongs to a band while the rest of the sheet hardly
+/// thins.
 fn band(mesh: &HexMesh, last: &[f64], now: &[f64]) -> Option<(usize, f64)> {
     let by: Vec<f64> = now.iter().zip(last).map(|(now, last)| now - last).collect();
     let column = (0..now.len()).max_by(|&a, &b| now[a].total_cmp(&now[b]))?;
     let largest = by.iter().copied().fold(0.0, f64::max);
     let inside: Vec<bool> = by.iter().map(|by| *by > 0.5 * largest).collect();
     let count = inside.iter().filter(|inside| **inside).count();
-    if largest <= 0.0 || !inside[column] || count as f64 > (BAND * now.len() as f64).max(2.0) {
+    if largest <= 0.0
+        || !inside[column]
+        || count as f64 > (BAND_FRACTION_MAX * now.len() as f64).max(2.0)
+    {
         return None;
     }
     let around = neighbours(mesh);
@@ -135,19 +142,22 @@ fn band(mesh: &HexMesh, last: &[f64], now: &[f64]) -> Option<(usize, f64)> {
     (sum(&|k| !beside(k)) < sum(&|k| inside[k])).then_some((column, by[column]))
 }
 
-/// The thinnest column that is thinner than those beside it, by a factor and by an amount, all of them nearer than the sheet is
-/// thick. Columns that thin alike, as a row across a strip, are one dip.
+/// The thinnest column of a dip. Its thinning exceeds that of all neighbours by a ratio and an amount, and all are
+/// closer than the thickness. Neighbours with the same thinning, for example in a row across a strip, belong to the same
+/// dip.
 fn dip(mesh: &HexMesh, thickness: &[f64], thinning: &[f64]) -> Option<usize> {
-    /// Difference of the thinning of columns that thin alike, as a fraction.
-    const ALIKE: f64 = 0.1;
+    /// Relative difference of thinning below which columns belong to the same dip.
+    const SAME_DIP_REL: f64 = 0.1;
     let around = neighbours(mesh);
     let at = |column: usize| mesh.nodes[column * mesh.nodes_per_column];
     let is_dip = |&k: &usize| {
-        let alike = |other: usize| (thinning[other] - thinning[k]).abs() < ALIKE * thinning[k];
+        let alike =
+            |other: usize| (thinning[other] - thinning[k]).abs() < SAME_DIP_REL * thinning[k];
         let beside: Vec<usize> = around[k].iter().copied().filter(|&other| !alike(other)).collect();
         let near = beside.iter().all(|&other| (at(k) - at(other)).norm() < thickness[k]);
-        let most = beside.iter().map(|&other| thinning[other]).fold(0.0, f64::max);
-        let deep = thinning[k] > DIP * most && thinning[k] - most > OF_NOTE;
+        let largest_around = beside.iter().map(|&other| thinning[other]).fold(0.0, f64::max);
+        let deep = thinning[k] > DIP_RATIO_MIN * largest_around
+            && thinning[k] - largest_around > THINNING_MIN;
         near && deep && beside.len() >= 2
     };
     let found = (0..thinning.len()).filter(is_dip);
@@ -164,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_band_that_thins_alone_is_told_from_a_strip_that_thins_throughout() {
+    fn a_localised_band_is_distinguished_from_uniform_thinning() {
         let mesh = rectangle(60.0, 10.0, 1.0, 60, 4, 1);
         let last = thinning(&mesh, |_| 0.15);
         let neck = |x: f64| 0.15 + 0.01 * (-(x - 30.0).powi(2)).exp() - 1e-5;
@@ -174,7 +184,7 @@ mod tests {
         assert_eq!(band(&mesh, &last, &thinning(&mesh, |x| 0.16 + 1e-5 * x)), None);
         assert_eq!(band(&mesh, &last, &thinning(&mesh, |x| neck(x) + 1e-3)), None);
         assert_eq!(band(&mesh, &last, &thinning(&mesh, |_| 0.14)), None);
-        // The place that thins is not the thinnest.
+        // The column that thins is not the thinnest one.
         let elsewhere = thinning(&mesh, |x| if x < 5.0 { 0.3 } else { 0.15 });
         let then: Vec<f64> =
             elsewhere.iter().zip(thinning(&mesh, neck)).map(|(a, b)| a + b - 0.15).collect();
@@ -190,9 +200,9 @@ mod tests {
         };
         let spike = |x: f64| if (x - 11.8).abs() < 0.05 { 0.17 } else { 0.03 };
         assert!((found(&fine, &spike).unwrap() - 11.8).abs() < 1e-9);
-        // As wide as a thickness and more, as a radius thins a sheet.
+        // Wider than the thickness, like the thinning over a radius.
         assert_eq!(found(&fine, &|x: f64| 0.3 * (-((x - 12.0) / 2.0).powi(2)).exp()), None);
-        // Elements longer than the sheet is thick say nothing of that.
+        // Elements longer than the thickness cannot show a dip.
         let coarse = rectangle(60.0, 4.0, 1.0, 15, 1, 1);
         assert_eq!(found(&coarse, &|x: f64| if x == 28.0 { 0.17 } else { 0.03 }), None);
     }

@@ -1,4 +1,4 @@
-//! An increment as one line for people, and as one of JSON for programs.
+//! An increment as one line of text, and as one line of JSON.
 
 use std::fmt::Write as _;
 
@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use crate::report::record::HistoryRow;
 
-/// What stands over the lines, up to the tools.
+/// Header of the lines, without the tools.
 pub const HEADER: &str = "  inc  time     it touch  slip  tools [mm, kN]";
 
-/// The line of an increment.
+/// The line of text of an increment.
 #[must_use]
 pub fn line(tools: &[String], row: &HistoryRow) -> String {
     let [touch, slip] = row.contacts;
@@ -29,10 +29,10 @@ struct Json<'a> {
     tools: &'a [String],
 }
 
-/// The same as one line of JSON: all columns of `history.csv`, and `tools` with their names.
+/// The line of JSON of an increment: all columns of `history.csv`, and `tools` with their names.
 #[must_use]
 pub fn json_line(tools: &[String], row: &HistoryRow) -> String {
-    // Numbers and strings alone always make JSON.
+    // Serialisation of numbers and strings does not fail.
     serde_json::to_string(&Json { row, tools }).unwrap_or_default()
 }
 

@@ -1,12 +1,12 @@
-//! What a process has used, and whether it is still there, as the system counts.
+//! Resources used by a process, and whether it is alive, from `/proc`.
 
 use crate::files::read_system;
 use crate::report::record::Process;
 
-/// Processor time of all threads since the process began [s]; 0 where the system does not say.
+/// Processor time of all threads of this process [s]; 0 if the system does not report it.
 #[must_use]
 pub fn cpu_seconds() -> f64 {
-    // Fields 14 and 15 of /proc/self/stat, counted behind the command's closing bracket, in ticks of 1/100 s.
+    // Fields 14 and 15 of /proc/self/stat, counted after the closing bracket of the command, in ticks of 1/100 s.
     let ticks = || -> Option<f64> {
         let stat = read_system("/proc/self/stat").ok()?;
         let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace();
@@ -17,22 +17,21 @@ pub fn cpu_seconds() -> f64 {
     ticks().map_or(0.0, |t| t / 100.0)
 }
 
-/// The process this is; `None` where the system does not name it in `/proc`.
+/// This process; `None` if the system does not identify it in `/proc`.
 #[must_use]
 pub fn this_process() -> Option<Process> {
     let id = std::process::id();
     Some(Process { id, started: started(id)?, host: host()? })
 }
 
-/// Whether a process is still there; `None` when it is not of this machine or the system does not say.
+/// Whether a process is alive; `None` for another machine, or if the system does not report it.
 #[must_use]
 pub fn alive(process: &Process) -> Option<bool> {
     let here = host()?;
     (here == process.host).then(|| started(process.id) == Some(process.started))
 }
 
-/// Start of a process in clock ticks since the machine started: field 22 of its stat. One that has ended and only
-/// waits for its parent counts as gone.
+/// Start time of a process in clock ticks since boot: field 22 of its stat. A zombie counts as ended.
 fn started(id: u32) -> Option<u64> {
     let stat = read_system(&format!("/proc/{id}/stat")).ok()?;
     let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace();
@@ -43,14 +42,14 @@ fn started(id: u32) -> Option<u64> {
     fields.nth(18)?.parse().ok()
 }
 
-/// Name of the machine and of its present start.
+/// Host name and boot id of the machine.
 fn host() -> Option<String> {
     let read = |file: &str| read_system(&format!("/proc/sys/kernel/{file}")).ok();
     let (name, boot) = (read("hostname")?, read("random/boot_id")?);
     Some(format!("{} {}", name.trim(), boot.trim()))
 }
 
-/// Largest memory the process has held [MB]; 0 where the system does not say.
+/// Peak memory of this process [MB]; 0 if the system does not report it.
 #[must_use]
 pub fn peak_megabytes() -> f64 {
     let peak = || -> Option<f64> {
@@ -61,8 +60,8 @@ pub fn peak_megabytes() -> f64 {
     peak().map_or(0.0, |kilobytes: f64| kilobytes / 1024.0)
 }
 
-/// Memory that this process may have [MB]: the machine's, or the limit on its address space where that is less; `None` where the
-/// system does not say.
+/// Memory available to this process [MB]: that of the machine, or the limit of its address space if smaller. `None` if
+/// the system does not report it.
 #[must_use]
 pub fn memory_limit_megabytes() -> Option<f64> {
     let all = || -> Option<f64> {
@@ -84,7 +83,7 @@ pub fn memory_limit_megabytes() -> Option<f64> {
 mod tests {
     #[cfg(target_os = "linux")]
     #[test]
-    fn the_system_says_what_was_used() {
+    fn the_system_reports_resources() {
         let spent: f64 = (0..20_000_000).map(|k| f64::from(k).sqrt()).sum();
         assert!(spent > 0.0 && super::cpu_seconds() > 0.0);
         assert!(super::peak_megabytes() > 1.0);

@@ -1,4 +1,5 @@
-//! Where the sheet passes through itself or through its image beyond a symmetry plane: it is told, as nothing keeps it apart.
+//! Self-penetration of the sheet, and penetration beyond a symmetry plane (into its image). Self-contact is not
+//! modelled; the check only reports.
 
 use std::collections::HashMap;
 
@@ -6,31 +7,31 @@ use rayon::prelude::*;
 
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::{Aabb, Vec3};
-use crate::report::record::ThroughItselfRecord;
+use crate::report::record::SelfPenetrationRecord;
 use crate::scene::types::SymmetryPlane;
 use crate::solver::element::natural_coordinates;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// A node is inside an element where its coordinates there (-1 to 1) are within this towards the sheet's faces, which may
-/// touch; and within this towards its edges and its other elements.
-const INSIDE: f64 = 0.95;
-const BETWEEN: f64 = 1.0 + 1e-6;
+/// Bounds of the natural coordinates (-1 to 1) of a node inside an element. Towards the faces of the sheet, which may
+/// touch: 0.95. Towards edges and other elements: the whole element.
+const FACE_COORDINATE_MAX: f64 = 0.95;
+const EDGE_COORDINATE_MAX: f64 = 1.0 + 1e-6;
 
-/// Nodes of the faces of an element, towards lower and higher coordinates by turns.
+/// Nodes of the faces of an element: at the lower and the upper end of each natural coordinate.
 const FACES: [[usize; 4]; 6] =
     [[0, 3, 7, 4], [1, 2, 6, 5], [0, 1, 5, 4], [3, 2, 6, 7], [0, 1, 2, 3], [4, 5, 6, 7]];
-/// Depth beyond a symmetry plane that counts, over the thickness.
-const BEYOND: f64 = 0.025;
+/// Smallest reported penetration of a symmetry plane, over the thickness.
+const PLANE_PENETRATION_MIN_REL: f64 = 0.025;
 
-/// Nodes of the sheet, its nodes now at these positions, that are inside elements they are no part of or beyond a symmetry
-/// plane; `increment`: the one that ended there.
+/// Checks an increment: nodes inside elements they do not belong to, or beyond a symmetry plane, with the nodes at
+/// `positions` [mm].
 #[must_use]
-pub fn through_itself(
+pub fn self_penetration(
     mesh: &HexMesh,
     positions: &[Vec3],
     planes: &[SymmetryPlane],
     increment: usize,
-) -> Option<ThroughItselfRecord> {
+) -> Option<SelfPenetrationRecord> {
     let beyond: Vec<_> = planes.iter().map(|plane| beyond(mesh, plane)).collect();
     let image = |node: &usize| beyond.iter().any(|beyond| beyond(&positions[*node]));
     let mut nodes: Vec<usize> = (0..positions.len()).filter(image).collect();
@@ -38,14 +39,14 @@ pub fn through_itself(
     nodes.sort_unstable();
     nodes.dedup();
     let first = *nodes.first()?;
-    Some(ThroughItselfRecord {
+    Some(SelfPenetrationRecord {
         first_increment: increment,
         nodes: nodes.len(),
         at_mm: positions[first].into(),
     })
 }
 
-/// Nodes inside elements that they are no part of, some of them more than once.
+/// Nodes inside elements they do not belong to; a node may occur several times.
 fn inside_elements(mesh: &HexMesh, positions: &[Vec3]) -> Vec<usize> {
     let corners = |element: &[u32; 8]| element.map(|node| positions[node as usize]);
     let boxes: Vec<Aabb> =
@@ -59,7 +60,10 @@ fn inside_elements(mesh: &HexMesh, positions: &[Vec3]) -> Vec<usize> {
                 return;
             }
             let at = natural_coordinates(&corners(element), x);
-            found.extend(at.filter(|at| at.abs().max() < BETWEEN).map(|at| (node, k as usize, at)));
+            found.extend(
+                at.filter(|at| at.abs().max() < EDGE_COORDINATE_MAX)
+                    .map(|at| (node, k as usize, at)),
+            );
         });
         found
     };
@@ -76,15 +80,15 @@ fn inside_elements(mesh: &HexMesh, positions: &[Vec3]) -> Vec<usize> {
     found.iter().filter(deep).map(|(node, ..)| *node).collect()
 }
 
-/// Whether a place is beyond a symmetry plane, from where the sheet lay.
+/// Whether a point is beyond a symmetry plane, seen from the undeformed sheet.
 fn beyond(mesh: &HexMesh, plane: &SymmetryPlane) -> impl Fn(&Vec3) -> bool {
     let (axis, at) = (plane.normal.index(), plane.at_mm);
     let side: f64 = mesh.nodes.iter().map(|x| x[axis] - at).sum();
-    let (side, allowed) = (side.signum(), BEYOND * mesh.mean_thickness());
+    let (side, allowed) = (side.signum(), PLANE_PENETRATION_MIN_REL * mesh.mean_thickness());
     move |x: &Vec3| side * (x[axis] - at) < -allowed
 }
 
-/// How far the inside of every element goes towards each of its faces.
+/// Bounds of the natural coordinates of every element towards each of its faces.
 fn limits(mesh: &HexMesh) -> Vec<[f64; 6]> {
     let face = |element: &[u32; 8], k: usize| {
         let mut nodes = FACES[k].map(|corner| element[corner]);
@@ -98,12 +102,12 @@ fn limits(mesh: &HexMesh) -> Vec<[f64; 6]> {
     let limits = |element: &[u32; 8]| {
         let across = thickness_direction(mesh, element);
         let is_outer = |k: usize| k / 2 == across && owners[&face(element, k)] == 1;
-        std::array::from_fn(|k| if is_outer(k) { INSIDE } else { BETWEEN })
+        std::array::from_fn(|k| if is_outer(k) { FACE_COORDINATE_MAX } else { EDGE_COORDINATE_MAX })
     };
     mesh.elements.iter().map(limits).collect()
 }
 
-/// The coordinate of an element through the sheet; without columns that along which it was shortest.
+/// The natural coordinate through the thickness; for a mesh without columns the one with the smallest initial extent.
 fn thickness_direction(mesh: &HexMesh, element: &[u32; 8]) -> usize {
     if mesh.nodes_per_column > 1 {
         return 2;
@@ -120,7 +124,7 @@ mod tests {
     use crate::scene::types::Axis;
     use crate::solver::sheet::hex_mesh::rectangle;
 
-    /// A strip of 40 x 2 x 1 mm folded over a round of this radius about y at its middle: legs `2 radius` apart.
+    /// A strip of 40 x 2 x 1 mm, folded at its middle about y to this radius: its legs are `2 radius` apart.
     fn folded(radius: f64) -> (HexMesh, Vec<Vec3>) {
         let mesh = rectangle(40.0, 2.0, 1.0, 40, 2, 1);
         let half = 0.5 * std::f64::consts::PI * (radius + 0.5);
@@ -139,30 +143,30 @@ mod tests {
     #[test]
     fn a_hairpin_is_through_itself_where_its_legs_cross_and_not_where_they_touch() {
         let (mesh, open) = folded(3.0);
-        assert_eq!(through_itself(&mesh, &open, &[], 1), None);
-        // Legs bent inwards by 0.2 a millimetre of height: they cross.
+        assert_eq!(self_penetration(&mesh, &open, &[], 1), None);
+        // Legs bent inwards by 0.2 per millimetre of height: they cross.
         let crossed: Vec<Vec3> = open
             .iter()
             .map(|x| Vec3::new(x.x + 0.4 * x.z.min(0.0) * x.x.signum(), x.y, x.z))
             .collect();
-        let found = through_itself(&mesh, &crossed, &[], 7).unwrap();
+        let found = self_penetration(&mesh, &crossed, &[], 7).unwrap();
         assert!(found.nodes > 3 && found.first_increment == 7, "{found:?}");
         assert!(found.at_mm[0].abs() < 1.0 && found.at_mm[2] < 0.0, "{found:?}");
-        // Pressed together until the inner faces meet: no gap, none through.
+        // Pressed together until the inner faces touch, without penetration.
         let shut: Vec<Vec3> = open
             .iter()
             .map(|x| Vec3::new(x.x - 3.0 * x.x.signum() * (-x.z / 10.0).clamp(0.0, 1.0), x.y, x.z))
             .collect();
-        assert_eq!(through_itself(&mesh, &shut, &[], 1), None);
+        assert_eq!(self_penetration(&mesh, &shut, &[], 1), None);
     }
 
     #[test]
     fn half_a_hairpin_is_through_its_image_beyond_the_plane() {
         let mesh = rectangle(10.0, 2.0, 1.0, 10, 2, 1);
         let plane = [SymmetryPlane { normal: Axis::X, at_mm: 0.0 }];
-        assert_eq!(through_itself(&mesh, &mesh.nodes, &plane, 1), None);
+        assert_eq!(self_penetration(&mesh, &mesh.nodes, &plane, 1), None);
         let beyond: Vec<Vec3> = mesh.nodes.iter().map(|x| x - Vec3::x() * 0.5).collect();
-        let found = through_itself(&mesh, &beyond, &plane, 2).unwrap();
+        let found = self_penetration(&mesh, &beyond, &plane, 2).unwrap();
         assert_eq!(found.nodes, 6, "{found:?}");
     }
 }

@@ -1,28 +1,31 @@
-//! What of the sheet after an increment is not as it should be: it passes through itself, its mesh folds, friction shears it
-//! through, it bends over the border of a tool. Each is told from where it is first seen.
+//! Checks of the sheet after every increment: self-penetration, hourglass modes, through-thickness shear, overhang at
+//! tool edges, penetration. The record keeps the first increment of each.
 
-use super::friction_shear::sheared;
-use super::hourglassing::zigzag;
-use super::self_contact::through_itself;
+use super::friction_shear::through_thickness_shear;
+use super::hourglassing::hourglass_mode;
+use super::self_contact::self_penetration;
 use crate::geometry::Vec3;
 use crate::report::record::{
-    FacePenetrationRecord, InToolRecord, NeckingRecord, OverEdgeRecord, RunRecord,
+    FacePenetrationRecord, InsideToolRecord, NeckingRecord, OverhangRecord, RunRecord,
 };
 use crate::scene::types::SymmetryPlane;
 use crate::solver::FacePenetration;
 use crate::solver::IncrementReport;
 use crate::solver::penetration::Inside;
 
-/// Depth of a node inside a tool, over the thickness, from which it is of note at the end of a stage.
-const DEEP: f64 = 0.1;
+/// Penetration of a node over the thickness above which it is recorded at the end of a stage.
+const INSIDE_TOOL_DEPTH_MIN_REL: f64 = 0.1;
 
 impl RunRecord {
-    /// Notes where the sheet, this thick, is inside tools at the end of a stage.
-    pub(super) fn look_into_tools(&mut self, found: Vec<Inside>, stage: &str, thickness: f64) {
+    /// Records nodes inside tools at the end of a stage. `thickness` of the sheet [mm].
+    pub(super) fn record_inside_tools(&mut self, found: Vec<Inside>, stage: &str, thickness: f64) {
         for inside in found {
-            let known = self.inside_tool.as_ref().map_or(DEEP * thickness, |known| known.depth_mm);
+            let known = self
+                .inside_tool
+                .as_ref()
+                .map_or(INSIDE_TOOL_DEPTH_MIN_REL * thickness, |known| known.depth_mm);
             if inside.depth > known {
-                self.inside_tool = Some(InToolRecord {
+                self.inside_tool = Some(InsideToolRecord {
                     tool: inside.tool,
                     stage: stage.into(),
                     nodes: inside.nodes,
@@ -33,8 +36,8 @@ impl RunRecord {
         }
     }
 
-    /// Keeps the first increment with localised thinning of a kind, and the least thickness where it has been found.
-    pub(super) fn take_necking(&mut self, found: Option<NeckingRecord>) {
+    /// Keeps the first increment with localised thinning, and the smallest thickness found.
+    pub(super) fn record_necking(&mut self, found: Option<NeckingRecord>) {
         let Some(found) = found else { return };
         let known = self.necking.get_or_insert(found);
         if found.thickness_rel < known.thickness_rel {
@@ -43,8 +46,8 @@ impl RunRecord {
         }
     }
 
-    /// Keeps the deepest penetration into faces of the sheet, this thick.
-    fn take_face_penetration(
+    /// Keeps the deepest penetration of element faces. `thickness` of the sheet [mm].
+    fn record_face_penetration(
         &mut self,
         found: &FacePenetration,
         tool: &str,
@@ -71,8 +74,8 @@ impl RunRecord {
         };
     }
 
-    /// Notes what is seen of the sheet, its nodes now at these positions.
-    pub(super) fn look_at(
+    /// Runs all checks of an increment, with the nodes at `positions` [mm].
+    pub(super) fn check_sheet(
         &mut self,
         report: &IncrementReport<'_>,
         positions: &[Vec3],
@@ -81,22 +84,24 @@ impl RunRecord {
         let (mesh, increment) = (report.body.mesh(), report.increment);
         if let Some(found) = &report.face_penetration {
             let tool = &report.tools[found.tool].name;
-            self.take_face_penetration(found, tool, increment, mesh.mean_thickness());
+            self.record_face_penetration(found, tool, increment, mesh.mean_thickness());
         }
-        if let Some(found) = through_itself(mesh, positions, planes, increment) {
+        if let Some(found) = self_penetration(mesh, positions, planes, increment) {
             let known = self.self_penetration.get_or_insert(found);
             known.nodes = known.nodes.max(found.nodes);
         }
-        if let Some(found) = zigzag(mesh, positions, increment) {
+        if let Some(found) = hourglass_mode(mesh, positions, increment) {
             let known = self.hourglass.get_or_insert(found);
-            known.share = known.share.max(found.share);
+            known.fraction = known.fraction.max(found.fraction);
         }
-        if let Some(found) = sheared(report.body, positions, report.contact_forces, increment) {
+        if let Some(found) =
+            through_thickness_shear(report.body, positions, report.contact_forces, increment)
+        {
             let known = self.through_thickness_shear.get_or_insert(found);
-            known.share = known.share.max(found.share);
+            known.fraction = known.fraction.max(found.fraction);
         }
         if let Some(found) = &report.over_edge {
-            let known = self.overhang.get_or_insert_with(|| OverEdgeRecord {
+            let known = self.overhang.get_or_insert_with(|| OverhangRecord {
                 first_increment: increment,
                 tool: report.tools[found.tool].name.clone(),
                 nodes: 0,

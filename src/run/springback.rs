@@ -1,30 +1,30 @@
-//! How far the sheet springs back when its tools are let go.
+//! Springback after the tools are released.
 
 use serde::{Deserialize, Serialize};
 
 use crate::report::record::SpringbackRecord;
 use crate::solver::IncrementReport;
 
-/// The sheet as its tools last held it.
+/// The sheet in the last equilibrium with tools.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Springback {
-    /// Displacements then, three a node [mm].
+    /// Displacements, three per node [mm].
     held: Vec<f64>,
-    /// Forces of all tools then, without regard to sign, of the whole process [N].
+    /// Sum of the magnitudes of all tool forces, of the whole process [N].
     force_n: f64,
-    /// Elastic energy then, of the whole process [N mm].
+    /// Elastic energy, of the whole process [N mm].
     elastic_nmm: f64,
 }
 
 impl Springback {
-    /// Displacements where the tools last held the sheet, three a node [mm]; empty where they never did.
+    /// Displacements in the last equilibrium with tools, three per node [mm]; empty if there was none.
     #[must_use]
     pub fn held(&self) -> &[f64] {
         &self.held
     }
 
-    /// Takes an increment; while no tool holds the sheet, what has sprung back since one did.
-    pub fn take(&mut self, report: &IncrementReport<'_>) -> Option<SpringbackRecord> {
+    /// Updates with an increment. Without tools: the springback since the last equilibrium with tools.
+    pub fn update(&mut self, report: &IncrementReport<'_>) -> Option<SpringbackRecord> {
         if !report.free {
             self.held = report.displacements.to_vec();
             self.force_n = report.tools.iter().map(|t| t.force.abs()).sum();
@@ -34,8 +34,8 @@ impl Springback {
         let moved = report.displacements.chunks_exact(3).zip(self.held.chunks_exact(3));
         let squares = moved.map(|(u, held)| u.iter().zip(held).map(|(a, b)| (a - b).powi(2)).sum());
         let (largest, sum, count) = squares
-            .fold((0.0_f64, 0.0, 0.0), |(most, sum, count), s: f64| {
-                (most.max(s), sum + s, count + 1.0)
+            .fold((0.0_f64, 0.0, 0.0), |(largest, sum, count), s: f64| {
+                (largest.max(s), sum + s, count + 1.0)
             });
         (count > 0.0).then(|| SpringbackRecord {
             largest_mm: largest.sqrt(),
@@ -107,19 +107,20 @@ mod tests {
         let body = body();
         let report = |free, u, elastic| report(&body, free, u, elastic);
         let mut springback = Springback::default();
-        assert_eq!(springback.take(&report(false, &[9.0; 6], 9.0)), None);
-        assert_eq!(springback.take(&report(false, &[1.0; 6], 5.0)), None);
+        assert_eq!(springback.update(&report(false, &[9.0; 6], 9.0)), None);
+        assert_eq!(springback.update(&report(false, &[1.0; 6], 5.0)), None);
         let there = [1.0, 4.0, 5.0, 1.0, 1.0, 1.0];
-        let found = springback.take(&report(true, &there, 2.0)).unwrap();
+        let found = springback.update(&report(true, &there, 2.0)).unwrap();
         assert_eq!([found.largest_mm, found.force_n, found.energy_nmm], [5.0, 40.0, 3.0]);
         assert!((found.rms_mm - 12.5_f64.sqrt()).abs() < 1e-15);
-        // Moved on while it is free: still from there. Formed on and let go again: from where the tools held it last.
-        let found = springback.take(&report(true, &[4.0; 6], 1.0)).unwrap();
+        // Moved further while free: measured from the same state. Formed and released again: measured from the last
+        // equilibrium with tools.
+        let found = springback.update(&report(true, &[4.0; 6], 1.0)).unwrap();
         assert_eq!(found.largest_mm, 27.0_f64.sqrt());
-        assert_eq!(springback.take(&report(false, &[7.0; 6], 1.0)), None);
+        assert_eq!(springback.update(&report(false, &[7.0; 6], 1.0)), None);
         let next = [9.0, 7.0, 7.0, 7.0, 7.0, 7.0];
-        assert_eq!(springback.take(&report(true, &next, 1.0)).unwrap().largest_mm, 2.0);
-        // Nothing was held before.
-        assert_eq!(Springback::default().take(&report(true, &[1.0; 6], 0.0)), None);
+        assert_eq!(springback.update(&report(true, &next, 1.0)).unwrap().largest_mm, 2.0);
+        // No equilibrium with tools before.
+        assert_eq!(Springback::default().update(&report(true, &[1.0; 6], 0.0)), None);
     }
 }

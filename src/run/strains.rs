@@ -1,36 +1,36 @@
-//! Strains of the sheet as a grid printed on it shows them: between the nodes, at the centre of every element.
+//! Principal surface strains at the centre of every element, as measured by a grid on the sheet.
 //!
-//! A face of an element, and the surface midway between its two, is stretched as its tangents `g_a` at the centre say, which were
-//! `G_a`: `E_ab = ½ (g_a·g_b - G_a·G_b)`, in orthonormal axes of the undeformed face `E`, whose principal values `E_k` are those of
-//! `½ (λ² - 1)`; the logarithmic strains are `ln λ = ½ ln (1 + 2 E_k)`. They are the principal strains in the face itself, which
-//! transverse shear does not enter, and need no material.
+//! With tangents `g_a` (current) and `G_a` (initial) at the centre of a face or of the mid-surface, the Green strain is
+//! `E_ab = ½ (g_a·g_b - G_a·G_b)`. Its principal values `E_k` in orthonormal axes of the undeformed face are `½ (λ² -
+//! 1)`. The logarithmic strains are `ln λ = ½ ln (1 + 2 E_k)`. They are principal strains within the surface,
+//! independent of transverse shear and of the material.
 
 use crate::geometry::Vec3;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Principal logarithmic strains in a surface.
+/// Principal logarithmic strains of a surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Principal {
-    /// The larger one.
+    /// Larger principal strain.
     pub major: f64,
-    /// The smaller one.
+    /// Smaller principal strain.
     pub minor: f64,
 }
 
-/// Strains of an element at its centre.
+/// Strains at the centre of an element.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ElementStrains {
-    /// Of its lower face.
+    /// Of the lower face.
     pub lower: Principal,
-    /// Of the surface midway between its faces.
+    /// Of the mid-surface.
     pub middle: Principal,
-    /// Of its upper face.
+    /// Of the upper face.
     pub upper: Principal,
-    /// `ln(t/t0)`, `t` the mean over the element, perpendicular to the surface midway.
+    /// `ln(t/t0)` with the mean thickness `t` of the element, normal to its mid-surface.
     pub thickness: f64,
 }
 
-/// Strains of every element at `displacements` (three a node [mm]).
+/// Strains of every element at `displacements` (three per node [mm]).
 #[must_use]
 pub fn of_elements(mesh: &HexMesh, displacements: &[f64]) -> Vec<ElementStrains> {
     let moved = |node: u32| {
@@ -67,16 +67,16 @@ fn of_element(x: &[Vec3; 8], u: &[Vec3; 8]) -> ElementStrains {
     }
 }
 
-/// Four times the distance between the faces, perpendicular to a surface with these tangents [mm]: by the lengths of the
-/// fibres, which where the sheet is bent go apart, and by how far they lean all together.
+/// Four times the thickness normal to a surface with these tangents [mm]. It uses the lengths of the fibres, which
+/// diverge in a bent sheet, and their mean tilt.
 fn height(x: &[Vec3; 8], tangents: [Vec3; 2]) -> f64 {
     let fibres = [0, 1, 2, 3].map(|k| x[k + 4] - x[k]);
-    let lean = fibres.iter().sum::<Vec3>().normalize();
+    let direction = fibres.iter().sum::<Vec3>().normalize();
     let length: f64 = fibres.iter().map(Vec3::norm).sum();
-    length * lean.dot(&tangents[0].cross(&tangents[1]).normalize())
+    length * direction.dot(&tangents[0].cross(&tangents[1]).normalize())
 }
 
-/// Principal strains of a surface with tangents `was` that have changed by `by`.
+/// Principal strains of a surface with initial tangents `was` and their changes `by`.
 fn principal(was: [Vec3; 2], by: [Vec3; 2]) -> Principal {
     let change =
         |a: usize, b: usize| 0.5 * (was[a].dot(&by[b]) + by[a].dot(&was[b]) + by[a].dot(&by[b]));
@@ -100,8 +100,8 @@ mod tests {
     use crate::solver::sheet::hex_mesh::rectangle;
 
     fn near(found: Principal, major: f64, minor: f64) {
-        let off = (found.major - major).abs().max((found.minor - minor).abs());
-        assert!(off < 1e-14, "{found:?} is not {major}, {minor}");
+        let error = (found.major - major).abs().max((found.minor - minor).abs());
+        assert!(error < 1e-14, "{found:?} is not {major}, {minor}");
     }
 
     fn displaced(mesh: &HexMesh, to: impl Fn(&Vec3) -> Vec3) -> Vec<f64> {
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn the_faces_of_a_bent_sheet_differ() {
-        // Chords of arcs of radius 5 about y, mid-surface unstretched along its chords.
+        // Chords of arcs of radius 5 about y; the mid-surface is unstretched along its chords.
         let mesh = rectangle(4.0, 2.0, 0.8, 4, 1, 1);
         let half = 0.1_f64;
         let rolled = |x: &Vec3| {

@@ -1,4 +1,4 @@
-//! The blank of a scene: its mesh, what holds it.
+//! The blank of a scene: its mesh and its constraints.
 
 use std::path::Path;
 
@@ -11,16 +11,15 @@ use crate::solver::sheet::hex_mesh::{HexMesh, disc, quarter_disc, rectangle, thi
 
 pub use super::file_sheet::of_sheet;
 
-/// Nodes this close to a plane or a radius are on it [share of the largest coordinate]: what files written with seven digits
-/// leave.
-const ON: f64 = 1e-6;
-/// The largest coordinate that counts there, over the blank's size.
-const MOST: f64 = 100.0;
+/// Tolerance of nodes on a plane or a radius, over the largest coordinate: the precision of files with seven digits.
+const ON_PLANE_REL: f64 = 1e-6;
+/// Largest ratio of coordinate to blank size used for this tolerance.
+const COORDINATE_RATIO_MAX: f64 = 100.0;
 
 /// Place, what was found, what is allowed.
 pub(super) type Fault = (String, String, String);
 
-/// The blank's mesh before forming; `read`: the sheet of its mesh file, where that has been read.
+/// The undeformed mesh of the blank. `read`: the sheet of its mesh file, if it was read already.
 pub(super) fn blank_mesh(
     blank: &Blank,
     scene: &Path,
@@ -53,10 +52,10 @@ pub(super) fn blank_mesh(
     Ok(mesh)
 }
 
-/// Symmetry planes and held nodes.
+/// Constraints from symmetry planes and `holds`.
 pub(super) fn constraints(scene: &Scene, nodes: &[Vec3]) -> Result<Constraints, Fault> {
     let mut constraints = Constraints::none(nodes.len());
-    let tolerance = near(nodes);
+    let tolerance = tolerance(nodes);
     for (k, plane) in scene.symmetry.iter().enumerate() {
         let axis = plane.normal.index();
         check_plane(&scene.symmetry[..k], plane, nodes)
@@ -75,13 +74,14 @@ pub(super) fn constraints(scene: &Scene, nodes: &[Vec3]) -> Result<Constraints, 
     Ok(constraints)
 }
 
-/// That a symmetry plane is none of those `before` it, and has all nodes on one side: what was found, what is allowed.
+/// Checks that a symmetry plane differs from those `before` it and that all nodes are on one side. The error: what was
+/// found, what is allowed.
 fn check_plane(
     before: &[SymmetryPlane],
     plane: &SymmetryPlane,
     nodes: &[Vec3],
 ) -> Result<(), (String, String)> {
-    let near = near(nodes);
+    let near = tolerance(nodes);
     let (axis, at) = (plane.normal.index(), plane.at_mm);
     let name = format!("{} = {at} mm", ["x", "y", "z"][axis]);
     let same = |p: &SymmetryPlane| p.normal == plane.normal && (p.at_mm - at).abs() <= near;
@@ -91,8 +91,8 @@ fn check_plane(
             "every plane once: each halves the forces on the modelled part".into(),
         ));
     }
-    let reach = |least: [f64; 2], x: &Vec3| [least[0].min(x[axis]), least[1].max(x[axis])];
-    let [low, high] = nodes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], reach);
+    let extend = |range: [f64; 2], x: &Vec3| [range[0].min(x[axis]), range[1].max(x[axis])];
+    let [low, high] = nodes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], extend);
     if low < at - near && high > at + near {
         return Err((
             format!("{name} inside the blank, which reaches from {low} to {high} mm"),
@@ -103,9 +103,9 @@ fn check_plane(
     Ok(())
 }
 
-/// Nodes of a region that the scene names at `place`.
+/// Nodes of the region at the key `place` of the scene.
 pub(super) fn nodes_in(region: &Region, nodes: &[Vec3], place: &str) -> Result<Vec<usize>, Fault> {
-    let near = near(nodes);
+    let near = tolerance(nodes);
     let inside = |x: &Vec3| match region {
         Region::All(all) => *all,
         Region::Plane(plane) => (x[plane.normal.index()] - plane.at_mm).abs() <= near,
@@ -121,24 +121,24 @@ pub(super) fn nodes_in(region: &Region, nodes: &[Vec3], place: &str) -> Result<V
     Ok(found)
 }
 
-/// How far from a plane or a radius a node may be that is on it [mm]: by the digits of its coordinates, and little over the
-/// blank's own size where that lies far from the origin.
-fn near(nodes: &[Vec3]) -> f64 {
+/// Tolerance of the distance of nodes on a plane or a radius [mm]. It follows the precision of the coordinates, limited
+/// to a multiple of the blank size for a blank far from the origin.
+fn tolerance(nodes: &[Vec3]) -> f64 {
     let (size, farthest) = nodes.iter().fold((0.0, 0.0), |(size, far): (f64, f64), x| {
         (size.max((x - nodes[0]).amax()), far.max(x.amax()))
     });
-    near_of(size, farthest)
+    tolerance_of(size, farthest)
 }
 
-/// The same of a blank of this size whose farthest coordinate is this [mm].
-pub(super) fn near_of(size: f64, farthest: f64) -> f64 {
-    ON * farthest.clamp(size, MOST * size)
+/// The same tolerance for a blank of this size and largest coordinate [mm].
+pub(super) fn tolerance_of(size: f64, farthest: f64) -> f64 {
+    ON_PLANE_REL * farthest.clamp(size, COORDINATE_RATIO_MAX * size)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::read::fill_in;
+    use crate::scene::read::complete_blank;
 
     fn nodes() -> Vec<Vec3> {
         rectangle(4.0, 2.0, 1.0, 4, 2, 1).nodes
@@ -180,7 +180,7 @@ mod tests {
         };
         let x_and_y = r#"[{"normal": "x"}, {"normal": "y"}, {"normal": "y", "at_mm": 2.0}]"#;
         assert_eq!(planes(x_and_y), Ok(()));
-        // A mesh made elsewhere has its noise.
+        // Round-off in a mesh of another program.
         assert_eq!(planes(r#"[{"normal": "x", "at_mm": 1e-7}]"#), Ok(()));
         let twice = planes(r#"[{"normal": "x"}, {"normal": "x"}, {"normal": "y"}]"#).unwrap_err();
         assert!(twice.0.contains("x = 0 mm again, as symmetry[0]"), "{twice:?}");
@@ -204,7 +204,7 @@ mod tests {
         let file = folder.path().join("x.obj");
         let read =
             |thickness| blank_mesh(&blank("x.obj", thickness, 1), &scene, folder.path(), None);
-        // Seen from below: it is turned over.
+        // Seen from below: the element is reversed.
         std::fs::write(&file, "v 0 0 9\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 5 4 3 2\n").unwrap();
         let mesh = read(0.5).unwrap();
         assert_eq!((mesh.nodes.len(), mesh.elements.len()), (8, 1));
@@ -216,7 +216,7 @@ mod tests {
         assert!(message.contains("3 nodes") && message.contains("allowed: quadri"), "{message}");
     }
 
-    /// The same sheet from three formats, its elements lying on their sides.
+    /// The same sheet in three formats; its elements lie on their sides.
     #[test]
     fn hexahedra_of_every_format_make_the_sheet_that_they_are() {
         let folder = tempfile::tempdir().unwrap();
@@ -268,9 +268,9 @@ mod tests {
             assert!((volume(&mesh) - 24.0).abs() < 1e-12, "{name}");
             let low = mesh.bottom_nodes().iter().all(|&n| mesh.nodes[n as usize].z == 0.25);
             assert!(low, "{name}");
-            let planned = fill_in(&mut own, &scene, folder.path()).unwrap().unwrap();
+            let planned = complete_blank(&mut own, &scene, folder.path()).unwrap().unwrap();
             assert_eq!((own.thickness_mm, own.layers), (1.0, 2));
-            // What has been read is not read again.
+            // The file is not read a second time.
             let again = blank_mesh(&own, &scene, Path::new("gone"), planned.sheet.as_deref());
             assert_eq!(again.unwrap(), mesh, "{name}");
             let message =

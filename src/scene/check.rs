@@ -1,18 +1,18 @@
-//! Values of a scene against their ranges, before any file that it names is read.
+//! Checks the values of a scene before any file that it names is read.
 
 use super::error::Fault;
-use super::motions::jump;
+use super::motions::discontinuity;
 use super::rolling;
 use super::types::{Blank, BlankShape, Drive, Scene, SolverLimits};
 use crate::solver::element::ElementKind;
 
-/// Scene file version this program reads.
+/// Version of the scene format.
 pub const VERSION: u32 = 1;
 
-/// Letters of a tool's name, which names a file, at most.
-const LONGEST_NAME: usize = 64;
+/// Largest length of a tool's name, which is part of file names.
+const NAME_LENGTH_MAX: usize = 64;
 
-/// What is out of range in a scene: place, what was found, what is allowed.
+/// Checks the ranges of all values. The error: key, what was found, what is allowed.
 pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     need(scene.version == VERSION, "version".into(), scene.version.to_string(), "1")?;
     check_blank(scene)?;
@@ -20,7 +20,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     (0..scene.tools.len()).try_for_each(|k| check_tool(scene, k))?;
     need(!scene.stages.is_empty(), "stages".into(), "none".into(), "at least one stage")?;
     (0..scene.stages.len()).try_for_each(|k| check_stage(scene, k))?;
-    if let Some([place, found, allowed]) = jump(scene) {
+    if let Some([place, found, allowed]) = discontinuity(scene) {
         return Err((place, found, allowed));
     }
     for (k, hold) in scene.holds.iter().enumerate() {
@@ -30,11 +30,11 @@ pub(super) fn check(scene: &Scene) -> Result<(), Fault> {
     check_solver(&scene.solver)
 }
 
-/// Largest number in a scene, in any of its units: sheets of kilometres in mm, and meganewtons in N, have less. Powers and
-/// differences of larger ones lose all their digits.
+/// Largest magnitude of a number in any unit of the scene. Sheets of kilometres in mm and meganewtons in N are below it.
+/// Powers and differences of larger numbers lose all digits.
 const NUMBER_MAX: f64 = 1e12;
 
-/// The first number of a scene's text that is beyond any use, as a fault.
+/// Checks the magnitude of all numbers in the text of a scene.
 pub(super) fn check_numbers(value: &serde_json::Value) -> Result<(), Fault> {
     let mut open = vec![(String::new(), value)];
     while let Some((place, value)) = open.pop() {
@@ -65,12 +65,12 @@ fn check_tool(scene: &Scene, k: usize) -> Result<(), Fault> {
     let at = |key: &str| format!("tools[{k}].{key}");
     let word = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     let letters = tool.name.chars().count();
-    let named = (1..=LONGEST_NAME).contains(&letters) && tool.name.chars().all(word);
-    let name = match tool.name.char_indices().nth(LONGEST_NAME) {
+    let named = (1..=NAME_LENGTH_MAX).contains(&letters) && tool.name.chars().all(word);
+    let name = match tool.name.char_indices().nth(NAME_LENGTH_MAX) {
         Some((end, _)) => format!("'{}...', {letters} letters", &tool.name[..end]),
         None => format!("'{}'", tool.name),
     };
-    let allowed = format!("up to {LONGEST_NAME} letters, digits, '-' and '_'");
+    let allowed = format!("up to {NAME_LENGTH_MAX} letters, digits, '-' and '_'");
     need(named, at("name"), name.clone(), &allowed)?;
     let first = scene.tools.iter().position(|t| t.name == tool.name) == Some(k);
     need(first, at("name"), name, "a name of its own")?;
@@ -147,12 +147,12 @@ fn check_drive(place: &str, drive: &Drive) -> Result<(), Fault> {
 }
 
 fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
-    const LEAST_TOLERANCE: f64 = 1e-13;
+    const FORCE_TOLERANCE_MIN: f64 = 1e-13;
     let fault = |key: &str, found: &dyn std::fmt::Debug, allowed: &str| {
         Err((format!("solver.{key}"), format!("{found:?}"), allowed.to_owned()))
     };
     let tolerance = solver.force_tolerance;
-    if !(LEAST_TOLERANCE..0.1).contains(&tolerance) {
+    if !(FORCE_TOLERANCE_MIN..0.1).contains(&tolerance) {
         return fault("force_tolerance", &tolerance, "1e-13 to 0.1");
     }
     for (key, count) in
@@ -178,10 +178,10 @@ fn check_solver(solver: &SolverLimits) -> Result<(), Fault> {
     }
 }
 
-/// Elements of a blank, at most.
-const MOST_ELEMENTS: usize = 20_000_000;
-/// Layers of elements through the thickness, at most: far above the two to eight that resolve bending. Doubled: twice the
-/// memory and, for the fronts of the factorisation, eight times the time of a scene that asks for the most.
+/// Largest number of elements of a blank.
+const ELEMENTS_MAX: usize = 20_000_000;
+/// Largest number of layers through the thickness; two to eight resolve bending. With twice as many, a scene at the
+/// limit needs twice the memory and, for the fronts of the factorisation, eight times the time.
 const LAYERS_MAX: usize = 100;
 
 fn check_blank(scene: &Scene) -> Result<(), Fault> {
@@ -202,7 +202,7 @@ fn check_blank(scene: &Scene) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Sizes and thickness of a blank.
+/// Checks sizes and thickness of a blank.
 fn check_lengths(blank: &Blank) -> Result<(), Fault> {
     let lengths = match &blank.shape {
         BlankShape::Rectangle { size_mm: [x, y], .. } => {
@@ -214,7 +214,7 @@ fn check_lengths(blank: &Blank) -> Result<(), Fault> {
         BlankShape::Disc { radius_mm, .. } => vec![("shape.disc.radius_mm", *radius_mm)],
         BlankShape::Mesh { .. } => Vec::new(),
     };
-    // Hexahedra of a file bring their thickness.
+    // Hexahedra of a file have their own thickness.
     let own = matches!(blank.shape, BlankShape::Mesh { .. }) && blank.thickness_mm == 0.0;
     for (key, value) in lengths.into_iter().chain([("thickness_mm", blank.thickness_mm)]) {
         if !(value > 0.0 && value.is_finite() || own) {
@@ -224,11 +224,11 @@ fn check_lengths(blank: &Blank) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Elements and layers of a blank.
+/// Checks elements and layers of a blank.
 fn check_counts(blank: &Blank) -> Result<(), Fault> {
     let counts = match blank.shape {
         BlankShape::Rectangle { elements: [nx, ny], .. } => [nx, ny, blank.layers],
-        // The core once, and two sides of it to the rim: fewer than this.
+        // Upper bound: core plus two sides of it to the rim.
         BlankShape::QuarterDisc { core, rings, .. } => {
             [core, core.saturating_add(rings.saturating_mul(2)), blank.layers]
         }
@@ -243,8 +243,8 @@ fn check_counts(blank: &Blank) -> Result<(), Fault> {
         blank.shape,
         BlankShape::QuarterDisc { rings: 0, .. } | BlankShape::Disc { rings: 0, .. }
     );
-    if none || !count.is_some_and(|n| (1..=MOST_ELEMENTS).contains(&n)) {
-        let allowed = format!("at least 1 each, at most {MOST_ELEMENTS} in all");
+    if none || !count.is_some_and(|n| (1..=ELEMENTS_MAX).contains(&n)) {
+        let allowed = format!("at least 1 each, at most {ELEMENTS_MAX} in all");
         return Err(("blank".into(), format!("elements {counts:?}"), allowed));
     }
     if blank.layers > LAYERS_MAX {

@@ -1,12 +1,12 @@
-//! Keys of JSON files that are for people and editors only: `$schema`, and those that begin with `_comment`.
+//! Keys of JSON files that are ignored: `$schema`, and keys that start with `_comment`.
 
-/// The text with such members blanked out, so that lines and columns of what is left stay; text that is not JSON is left to its
-/// reader. Work is linear in the length.
+/// The text with ignored members replaced by blanks, so that lines and columns do not change. Invalid JSON is left to
+/// the parser. The time is linear in the length.
 #[must_use]
 pub fn without_comments(text: &[u8]) -> Vec<u8> {
     let mut out = text.to_vec();
     let mut at = 0;
-    // Where the comma before the present member is, for each object and array that is open.
+    // Position of the comma before the current member, for each open object and array.
     let mut open: Vec<Level> = Vec::new();
     while at < text.len() {
         match text[at] {
@@ -42,10 +42,10 @@ pub fn without_comments(text: &[u8]) -> Vec<u8> {
     out
 }
 
-/// An object or array that is open.
+/// An open object or array.
 struct Level {
     object: bool,
-    /// The next string is a key.
+    /// Whether the next string is a key.
     key_next: bool,
     comma: Option<usize>,
 }
@@ -54,7 +54,7 @@ fn is_comment(key: &[u8]) -> bool {
     key == b"$schema" || key.starts_with(b"_comment")
 }
 
-/// Place behind the string that begins at `at`.
+/// Position after the string that starts at `at`.
 fn string_end(text: &[u8], at: usize) -> usize {
     let mut k = at + 1;
     while k < text.len() {
@@ -68,7 +68,7 @@ fn string_end(text: &[u8], at: usize) -> usize {
     text.len()
 }
 
-/// Place of the `,` or `}` behind the value of the member whose key ends at `key_end`; none where the text is cut off.
+/// Position of the `,` or `}` after the value of the member whose key ends at `key_end`; `None` if the text ends before.
 fn member_end(text: &[u8], key_end: usize) -> Option<usize> {
     let (mut k, mut depth) = (key_end, 0usize);
     while k < text.len() {
@@ -87,7 +87,7 @@ fn member_end(text: &[u8], key_end: usize) -> Option<usize> {
     None
 }
 
-/// Blanks the member from `start` to `end` with one of the commas beside it; where to go on.
+/// Blanks the member from `start` to `end` and one adjacent comma. Returns where to continue.
 fn blank(out: &mut [u8], level: &mut Level, start: usize, end: usize) -> usize {
     let wipe = |out: &mut [u8], from: usize, to: usize| {
         out[from..to].iter_mut().filter(|b| !b.is_ascii_whitespace()).for_each(|b| *b = b' ');

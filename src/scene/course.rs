@@ -1,4 +1,4 @@
-//! What a tool is to do over a stage: a value at its end, or a curve over it.
+//! Prescribed value of a tool over a stage: an end value or a curve.
 
 use std::fmt;
 
@@ -6,16 +6,16 @@ use schemars::JsonSchema;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// A travel [mm] or a force [N] over a stage: the value at its end, which is reached linearly from where the tool is when
-/// the stage begins, or a list of pairs `[share of the stage, value]`, linear between them. Shares rise from 0, or from
-/// above it, to 1; where the first is above 0 the curve comes from where the tool is when the stage begins. Increments end
-/// where it turns. Forces are 0 or more but behind a spring.
+/// A travel [mm] or a force [N] over a stage. Either its value at the end, which is reached linearly from the value at
+/// the start, or a list of pairs `[fraction of the stage, value]` with linear interpolation. Fractions rise from 0 or
+/// above to 1. Without a pair at 0 the curve starts from the value at the start of the stage. Increments end at its
+/// corners. Forces are 0 or more, except behind a spring.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Course {
     /// Value at the end of the stage.
     End(f64),
-    /// Pairs of a share of the stage and a value.
+    /// Pairs of a fraction of the stage and a value.
     Curve(Vec<[f64; 2]>),
 }
 
@@ -26,7 +26,7 @@ impl Default for Course {
 }
 
 impl Course {
-    /// The pairs: of a single value one, at the end of the stage.
+    /// The pairs; for a single value one pair, at the end of the stage.
     #[must_use]
     pub fn pairs(&self) -> Vec<[f64; 2]> {
         match self {
@@ -44,7 +44,7 @@ impl Course {
         }
     }
 
-    /// Value given for the very start of the stage.
+    /// Value at fraction 0 if given.
     #[must_use]
     pub fn start(&self) -> Option<f64> {
         match self {
@@ -53,7 +53,7 @@ impl Course {
         }
     }
 
-    /// Where it is no course (as `[2]`, or nothing for the whole), what was found, what is allowed.
+    /// The first fault: place in the list (as `[2]`; empty for the whole), what was found, what is allowed.
     pub(super) fn fault(&self) -> Option<[String; 3]> {
         const RISING: &str =
             "pairs [fraction of the stage, value], fractions rising from 0 (or above) to 1";
@@ -62,44 +62,44 @@ impl Course {
             Some([format!("[{k}]"), found, allowed.to_owned()])
         };
         let mut last = None;
-        for (k, &[share, value]) in pairs.iter().enumerate() {
+        for (k, &[fraction, value]) in pairs.iter().enumerate() {
             if !value.is_finite() {
                 return fault(k, format!("value {value}"), "a number");
             }
-            if !(0.0..=1.0).contains(&share) || last.is_some_and(|before| share <= before) {
+            if !(0.0..=1.0).contains(&fraction) || last.is_some_and(|before| fraction <= before) {
                 let after = last.map_or_else(String::new, |before| format!(" after {before}"));
-                return fault(k, format!("share {share}{after}"), RISING);
+                return fault(k, format!("fraction {fraction}{after}"), RISING);
             }
-            last = Some(share);
+            last = Some(fraction);
         }
         match last {
             None => Some([String::new(), "an empty list".into(), RISING.into()]),
             Some(1.0) => None,
-            Some(share) => fault(
+            Some(fraction) => fault(
                 pairs.len() - 1,
-                format!("share {share} at the end"),
-                "1 as the last share: a curve says where the stage ends",
+                format!("fraction {fraction} at the end"),
+                "1 as the last fraction: the end of the stage",
             ),
         }
     }
 }
 
-/// Points of a curve that are told one by one.
-const LISTED: usize = 8;
+/// Largest number of curve points that are listed one by one.
+const LISTED_POINTS_MAX: usize = 8;
 
 impl fmt::Display for Course {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::End(value) => write!(f, "{value}"),
-            Self::Curve(pairs) if pairs.len() <= LISTED => {
+            Self::Curve(pairs) if pairs.len() <= LISTED_POINTS_MAX => {
                 let values: Vec<String> = pairs.iter().map(|pair| pair[1].to_string()).collect();
                 f.write_str(&values.join(", "))
             }
             Self::Curve(pairs) => {
                 let values = pairs.iter().map(|pair| pair[1]);
-                let least = values.clone().fold(f64::INFINITY, f64::min);
-                let most = values.fold(f64::NEG_INFINITY, f64::max);
-                write!(f, "{} over {} points from {least} to {most}", self.end(), pairs.len())
+                let low = values.clone().fold(f64::INFINITY, f64::min);
+                let high = values.fold(f64::NEG_INFINITY, f64::max);
+                write!(f, "{} over {} points from {low} to {high}", self.end(), pairs.len())
             }
         }
     }
@@ -111,7 +111,7 @@ impl<'de> Deserialize<'de> for Course {
     }
 }
 
-/// By hand: of an untagged choice the reader only says that nothing fits.
+/// Written by hand: a derived untagged enum reports only that no variant matches.
 struct CourseVisitor;
 
 impl<'de> Visitor<'de> for CourseVisitor {
@@ -176,6 +176,6 @@ mod tests {
         assert!(allowed.contains("rising"), "{allowed}");
         assert_eq!(fault("[[-0.1, 0], [1, 3]]")[1], "share -0.1");
         assert_eq!(fault("[[0, 0], [1.5, 3]]")[1], "share 1.5 after 0");
-        assert!(fault("[[0, 0], [0.5, 3]]")[2].contains("1 as the last share"));
+        assert!(fault("[[0, 0], [0.5, 3]]")[2].contains("1 as the last fraction"));
     }
 }

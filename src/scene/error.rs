@@ -1,11 +1,11 @@
-//! Why a scene cannot be run.
+//! Errors of a scene.
 
 use std::path::PathBuf;
 
 use crate::solver::material::card::CardError;
 use crate::tool::file::ToolFileError;
 
-/// Key, as a path into the scene; what was found; what is allowed.
+/// Key as a path into the scene; what was found; what is allowed.
 pub type Fault = (String, String, String);
 
 /// Why a scene cannot be run.
@@ -17,11 +17,11 @@ pub enum SceneError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         #[source]
         source: std::io::Error,
     },
-    /// The text is not a scene.
+    /// The text is not a valid scene.
     #[error("{}, line {line}, column {column}: {found}; allowed: the keys and values of schemas/scene.schema.json", path.display())]
     Syntax {
         /// The file.
@@ -30,22 +30,22 @@ pub enum SceneError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What the reader says.
+        /// The error of the parser.
         found: String,
     },
-    /// A value out of its range.
+    /// A value is out of range.
     #[error("{}, {place}: found {found}; allowed: {allowed}", path.display())]
     Value {
         /// The file.
         path: PathBuf,
-        /// Key, as a path into the scene.
+        /// Key as a path into the scene.
         place: String,
         /// What was found.
         found: String,
         /// What is allowed.
         allowed: String,
     },
-    /// The blank's mesh file cannot be used.
+    /// The mesh file of the blank cannot be used.
     #[error("{}, blank.shape.mesh.file: {cause}", path.display())]
     Blank {
         /// The scene.
@@ -53,17 +53,17 @@ pub enum SceneError {
         /// What is wrong with the file.
         cause: String,
     },
-    /// A tool file that cannot be used.
+    /// A tool file cannot be used.
     #[error("{}, {place}: {cause}", path.display())]
     Tool {
         /// The scene.
         path: PathBuf,
-        /// Key, as a path into the scene.
+        /// Key as a path into the scene.
         place: String,
         /// What is wrong with the tool file.
         cause: Box<ToolFileError>,
     },
-    /// The material's card file cannot be used.
+    /// The material card file cannot be used.
     #[error("{}, material: {}: {cause}", path.display(), file.display())]
     CardFile {
         /// The scene.
@@ -73,7 +73,7 @@ pub enum SceneError {
         /// What is wrong with it.
         cause: String,
     },
-    /// A material that cannot be used.
+    /// The material cannot be used.
     #[error("{}, material: {cause}", path.display())]
     Material {
         /// The scene.

@@ -1,4 +1,4 @@
-//! The sheet of a blank's mesh file.
+//! The sheet of a mesh file.
 
 use std::path::Path;
 
@@ -9,13 +9,13 @@ use crate::mesh::io::{self, SheetElements, SheetMesh};
 use crate::solver::sheet::columns::{from_hexahedra, oriented};
 use crate::solver::sheet::hex_mesh::{HexMesh, thickened};
 
-/// Thickness and layers given with hexahedra may differ from theirs by this share.
-const SAME: f64 = 0.01;
+/// Relative tolerance between a thickness in the scene and that of hexahedra.
+const THICKNESS_TOLERANCE_REL: f64 = 0.01;
 
-/// The sheet of a mesh file, checked against the blank that it is for.
+/// The sheet of a mesh file, checked for its blank.
 #[derive(Debug, Clone)]
 pub enum FileSheet {
-    /// Points [mm] and quadrilaterals that look the same way: a sheet without thickness.
+    /// Points [mm] and quadrilaterals of one orientation: a sheet without thickness.
     Quads(Vec<Vec3>, Vec<[u32; 4]>),
     /// Hexahedra.
     Solid(HexMesh),
@@ -44,11 +44,11 @@ pub(super) fn of_file(
     file_sheet(blank, sheet, state).map_err(|cause| at(format!("{}: {cause}", file.display())))
 }
 
-/// The mesh of a blank whose file has the elements `sheet`.
+/// The mesh of a blank from the elements of its mesh file.
 ///
 /// # Errors
-/// What was found in the file, and what is allowed: results of a formed sheet, quadrilaterals without a thickness, elements
-/// that make no sheet, a thickness or layers that contradict the scene.
+/// What was found in the file, and what is allowed. Refused are results of a formed sheet, quadrilaterals without
+/// thickness, elements that form no sheet, and a thickness or layers that contradict the scene.
 pub fn of_sheet(
     blank: &Blank,
     mesh: SheetMesh,
@@ -87,10 +87,10 @@ fn file_sheet(
     }
 }
 
-/// Whether the thickness and the layers of hexahedra are those of the blank, where it gives them.
+/// Compares thickness and layers of hexahedra with those given for the blank.
 fn check_solid(blank: &Blank, sheet: &HexMesh) -> Result<(), String> {
     let (given, own) = (blank.thickness_mm, sheet.mean_thickness());
-    if given > 0.0 && (given - own).abs() > SAME * own {
+    if given > 0.0 && (given - own).abs() > THICKNESS_TOLERANCE_REL * own {
         return Err(format!(
             "found hexahedra {own} mm thick and blank.thickness_mm {given}; allowed: the same, or none"
         ));
@@ -105,9 +105,13 @@ fn check_solid(blank: &Blank, sheet: &HexMesh) -> Result<(), String> {
     Ok(())
 }
 
-/// The first names of a list, and how many more there are.
+/// The first names of a list, and the number of the others.
 fn listed(names: &[String]) -> String {
-    const SHOWN: usize = 4;
-    let shown = names[..names.len().min(SHOWN)].join(", ");
-    if names.len() > SHOWN { format!("{shown} and {} more", names.len() - SHOWN) } else { shown }
+    const NAMES_SHOWN_MAX: usize = 4;
+    let shown = names[..names.len().min(NAMES_SHOWN_MAX)].join(", ");
+    if names.len() > NAMES_SHOWN_MAX {
+        format!("{shown} and {} more", names.len() - NAMES_SHOWN_MAX)
+    } else {
+        shown
+    }
 }

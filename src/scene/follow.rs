@@ -1,4 +1,5 @@
-//! Increments that end where those of another run ended, so that two runs differ by what is compared and not by their steps.
+//! Increments that end where those of another run ended. Two runs then differ only by what is compared, not by their
+//! steps.
 
 use std::path::{Path, PathBuf};
 
@@ -7,24 +8,24 @@ use super::types::Scene;
 use crate::files::sha256_hex;
 use crate::report::record::History;
 
-/// Times that follow each other are at least this far apart (shares of a stage).
-const APART: f64 = 1e-12;
+/// Smallest difference of successive times, as a fraction of a stage.
+const TIME_DIFFERENCE_MIN: f64 = 1e-12;
 
-/// Where the increments of another run ended.
+/// Ends of the increments of another run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Followed {
     /// The file as the scene names it.
     pub file: String,
     /// SHA-256 of the file.
     pub sha256: String,
-    /// Ends of the increments of each stage, ascending shares of it in (0, 1].
+    /// Ends of the increments of each stage: ascending fractions in (0, 1].
     pub ends: Vec<Vec<f64>>,
 }
 
-/// Reads what `solver.increments_of` of the scene at `path` names, where it names something.
+/// Reads the history named by `solver.increments_of` of the scene at `path`; `None` without the key.
 ///
 /// # Errors
-/// [`SceneError::Value`]: a file that cannot be read, that is no history, or one of other stages.
+/// [`SceneError::Value`]: the file cannot be read, is not a history, or has other stages.
 pub(super) fn followed(
     scene: &Scene,
     path: &Path,
@@ -46,16 +47,16 @@ pub(super) fn followed(
     Ok(Some(Followed { file: name.clone(), sha256: sha256_hex(&bytes), ends }))
 }
 
-/// Shares of the stages at which increments ended. A stage takes a unit of time.
+/// Fractions of the stages at which increments ended. Each stage takes one unit of time.
 ///
 /// # Errors
-/// The increment that ends before the one before it, behind all stages, or in a stage of another name.
+/// An increment that ends before the previous one, after all stages, or in a stage with another name.
 pub fn ends(history: &History, stages: &[&str]) -> Result<Vec<Vec<f64>>, String> {
     let mut ends = vec![Vec::new(); stages.len()];
     let mut last = 0.0;
     for row in &history.rows {
         let at = format!("increment {} of stage '{}', time {}", row.increment, row.stage, row.time);
-        let within = row.time > last + APART && row.time <= stages.len() as f64;
+        let within = row.time > last + TIME_DIFFERENCE_MIN && row.time <= stages.len() as f64;
         if !within {
             return Err(format!("{at}, after time {last}, of {} stages", stages.len()));
         }

@@ -1,5 +1,5 @@
-//! A blank whose mesh file is too large to be examined within the time of a check: its counts by the size of the file, and a
-//! set-up with as much of it as the cost of a run depends on.
+//! A blank whose mesh file is too large to be read during a check: counts estimated from the size of the file, and a
+//! set-up with the data that the cost of a run depends on.
 
 use std::path::{Path, PathBuf};
 
@@ -11,38 +11,37 @@ use crate::solver::assembly::Body;
 use crate::solver::sheet::hex_mesh::rectangle;
 use crate::solver::{Constraints, SimulationSetup};
 
-/// Size of the largest mesh file that is examined [B], of a blank in one layer. One of 15.7 MB with 233,000 quadrilaterals takes
-/// 1.1 s of the processor and 119 MB (docs/results/faults.md).
-const MAX_EXAMINED_BYTES: f64 = 16e6;
-/// What a further layer adds to the work of examining a sheet, over that of the first.
-const WORK_OF_A_LAYER: f64 = 0.5;
-/// Bytes an element in mesh files of text, with one node an element (MSH, VTU, Abaqus: 50 to 62).
-const BYTES_AN_ELEMENT: f64 = 60.0;
-/// Thickness [mm] that the cost of a run is estimated with where only the file says it.
+/// Largest mesh file that a check reads [B], for a blank in one layer. A file of 15.7 MB with 233,000 quadrilaterals
+/// takes 1.1 s of processor time and 119 MB (docs/results/faults.md).
+const EXAMINED_BYTES_MAX: f64 = 16e6;
+/// Work of examining a further layer over that of the first.
+const LAYER_WORK_REL: f64 = 0.5;
+/// Size per element in text mesh files with one node per element [B] (MSH, VTU, Abaqus: 50 to 62).
+const BYTES_PER_ELEMENT: f64 = 60.0;
+/// Thickness for the cost estimate if only the file has it [mm].
 const ASSUMED_THICKNESS_MM: f64 = 1.0;
 
-/// A mesh file that was not opened.
+/// A mesh file that was not read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LargeSheet {
     /// The file.
     pub path: PathBuf,
     /// Its size [B].
     pub bytes: u64,
-    /// Counts estimated from the size, as of a square sheet.
+    /// Counts estimated from the size, for a square sheet.
     pub counts: SheetCounts,
 }
 
 impl LargeSheet {
-    /// The mesh file of a blank, if it is too large to be examined within the time of a check; `folder`: what its path is
-    /// relative to.
+    /// The mesh file of a blank if it is too large to be read during a check. `folder`: base of its path.
     pub(super) fn of(blank: &Blank, folder: &Path) -> Option<Self> {
         let BlankShape::Mesh { file, .. } = &blank.shape else { return None };
         let path = folder.join(file);
         let bytes = std::fs::metadata(&path).ok().filter(std::fs::Metadata::is_file)?.len();
         let layers = blank.layers.max(1) as f64;
-        let work = bytes as f64 * (1.0 + WORK_OF_A_LAYER * (layers - 1.0));
-        (work > MAX_EXAMINED_BYTES).then(|| {
-            let quads = bytes as f64 / BYTES_AN_ELEMENT;
+        let work = bytes as f64 * (1.0 + LAYER_WORK_REL * (layers - 1.0));
+        (work > EXAMINED_BYTES_MAX).then(|| {
+            let quads = bytes as f64 / BYTES_PER_ELEMENT;
             let counts = SheetCounts {
                 elements: (quads * layers) as usize,
                 nodes: (quads * (layers + 1.0)) as usize,
@@ -55,10 +54,11 @@ impl LargeSheet {
 }
 
 impl Plan {
-    /// A set-up of one element, without tools and constraints: kind of element, state, stages and limits are those of the scene.
+    /// A set-up of one element without tools and constraints. Element kind, material, stages and limits are those of the
+    /// scene.
     ///
     /// # Errors
-    /// [`SceneError::Value`] when the element cannot be made.
+    /// [`SceneError::Value`] when the element is invalid.
     pub fn one_element(&self, path: &Path) -> Result<SimulationSetup, SceneError> {
         let blank = &self.scene.blank;
         let thickness = blank.thickness_mm;
@@ -80,7 +80,7 @@ impl Plan {
             tools: Vec::new(),
             stages: self.stages(),
             limits: self.limits(),
-            share: self.share(),
+            share: self.symmetry_factor(),
         })
     }
 }

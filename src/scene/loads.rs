@@ -1,4 +1,4 @@
-//! Forces on nodes of the blank.
+//! Nodal forces on the blank.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use super::types::Scene;
 use crate::geometry::Vec3;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Corners of the faces of an element, and of its edges.
+/// Corners of the faces and of the edges of an element.
 const FACES: [[usize; 4]; 6] =
     [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 const EDGES: [[usize; 2]; 12] = [
@@ -25,7 +25,7 @@ const EDGES: [[usize; 2]; 12] = [
     [3, 7],
 ];
 
-/// Forces on the nodes of the modelled part [N], which is one of `share` like parts; empty without loads.
+/// Nodal forces on the modelled part [N], for a process of `share` symmetric fractions; empty without loads.
 pub(super) fn loads(scene: &Scene, mesh: &HexMesh, share: f64) -> Result<Vec<f64>, Fault> {
     if scene.loads.is_empty() {
         return Ok(Vec::new());
@@ -33,7 +33,7 @@ pub(super) fn loads(scene: &Scene, mesh: &HexMesh, share: f64) -> Result<Vec<f64
     let mut forces = vec![0.0; 3 * mesh.nodes.len()];
     for (k, load) in scene.loads.iter().enumerate() {
         let there = nodes_in(&load.region, &mesh.nodes, &format!("loads[{k}].where"))?;
-        for (&node, part) in there.iter().zip(parts(mesh, &there)) {
+        for (&node, part) in there.iter().zip(fractions(mesh, &there)) {
             for (axis, force) in load.force_n.iter().enumerate() {
                 forces[3 * node + axis] += force * part / share;
             }
@@ -42,9 +42,9 @@ pub(super) fn loads(scene: &Scene, mesh: &HexMesh, share: f64) -> Result<Vec<f64
     Ok(forces)
 }
 
-/// What of a force that is spread evenly each of some nodes takes: over the volume of the elements that they make up, else over
-/// their faces, else their edges; the same where they make up none of these.
-fn parts(mesh: &HexMesh, there: &[usize]) -> Vec<f64> {
+/// Fractions of a uniform load for some nodes. The load is distributed over the volume of elements whose nodes are all
+/// loaded, otherwise over such faces, otherwise over such edges. If there are none, all nodes get the same fraction.
+fn fractions(mesh: &HexMesh, there: &[usize]) -> Vec<f64> {
     let mut inside = vec![false; mesh.nodes.len()];
     there.iter().for_each(|&node| inside[node] = true);
     let all = |nodes: &[u32]| nodes.iter().all(|&node| inside[node as usize]);
@@ -52,8 +52,8 @@ fn parts(mesh: &HexMesh, there: &[usize]) -> Vec<f64> {
     let volumes: BTreeSet<Vec<u32>> = elements().filter(|e| all(*e)).map(|e| e.to_vec()).collect();
     let each = |corners: &[&[usize]]| -> BTreeSet<Vec<u32>> {
         let of = |e: &[u32; 8]| {
-            let parts = corners.iter().map(|corners| corners.iter().map(|&k| e[k]).collect());
-            parts.filter(|nodes: &Vec<u32>| all(nodes)).map(from_least).collect::<Vec<_>>()
+            let fractions = corners.iter().map(|corners| corners.iter().map(|&k| e[k]).collect());
+            fractions.filter(|nodes: &Vec<u32>| all(nodes)).map(canonical_order).collect::<Vec<_>>()
         };
         elements().flat_map(of).collect()
     };
@@ -75,18 +75,18 @@ fn parts(mesh: &HexMesh, there: &[usize]) -> Vec<f64> {
     vec![1.0 / there.len() as f64; there.len()]
 }
 
-/// The nodes of a face or an edge from the least on, into the direction of the lesser of its neighbours: the same for either
-/// element.
-fn from_least(mut nodes: Vec<u32>) -> Vec<u32> {
-    let least = (0..nodes.len()).min_by_key(|&k| nodes[k]).unwrap_or(0);
-    nodes.rotate_left(least);
+/// Canonical order of the nodes of a face or an edge, the same for both adjacent elements: from the smallest index
+/// towards its smaller neighbour.
+fn canonical_order(mut nodes: Vec<u32>) -> Vec<u32> {
+    let smallest = (0..nodes.len()).min_by_key(|&k| nodes[k]).unwrap_or(0);
+    nodes.rotate_left(smallest);
     if nodes.len() > 2 && nodes[1] > nodes[nodes.len() - 1] {
         nodes[1..].reverse();
     }
     nodes
 }
 
-/// Length, area or volume, to a factor that is the same for all of a kind.
+/// Length, area or volume, up to a constant factor per kind.
 fn size(x: &[Vec3]) -> f64 {
     match *x {
         [a, b] => (b - a).norm(),
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn a_force_is_spread_over_what_its_nodes_make_up() {
-        // 4 x 3 x 1 mm, its second row of elements twice as wide as the first.
+        // 4 x 3 x 1 mm; the second row of elements is twice as wide as the first.
         let mut mesh = rectangle(4.0, 2.0, 1.0, 4, 2, 2);
         mesh.nodes.iter_mut().for_each(|x| x.y = if x.y > 1.5 { 3.0 } else { x.y });
         let across = |y: f64| {
@@ -126,7 +126,7 @@ mod tests {
         };
         let through = |z: f64| if (z - 0.5).abs() < 0.1 { 2.0 } else { 1.0 };
         let along = |x: f64| if (0.5..3.5).contains(&x) { 2.0 } else { 1.0 };
-        // A face at the end, one in the middle, an edge, all, two nodes apart from each other.
+        // An end face, an interior face, an edge, all nodes, and two separate nodes.
         let end = |x: &Vec3| across(x.y) * through(x.z) / 24.0;
         type Case<'a> = (Vec<usize>, &'a dyn Fn(&Vec3) -> f64);
         let cases: [Case<'_>; 5] = [
@@ -137,7 +137,7 @@ mod tests {
             (at(&mesh, |x| x.y < 0.1 && x.z < 0.1 && !(0.5..3.5).contains(&x.x)), &|_| 0.5),
         ];
         for (there, expected) in cases {
-            for (&node, part) in there.iter().zip(parts(&mesh, &there)) {
+            for (&node, part) in there.iter().zip(fractions(&mesh, &there)) {
                 let x = &mesh.nodes[node];
                 assert!((part - expected(x)).abs() < 1e-15, "{x}: {part} {}", expected(x));
             }

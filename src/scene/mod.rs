@@ -1,14 +1,13 @@
-//! What a run is: blank, material, tools, stages, output; read, checked, completed with defaults.
+//! Scenes: blank, material, tools, stages, output. They are read, checked and completed with defaults.
 //!
-//! [`types`] is the file as written (unknown keys are errors, every key has a default or is required);
-//! [`mod@read`] turns a file into a [`Plan`]: checked, with tool files and material loaded; [`setup`] turns
-//! that into what the solver runs.
+//! [`types`] is the file format: unknown keys are errors, and every key is required or has a default. [`mod@read`] reads
+//! and checks a file, loads tools and material, and returns a [`Plan`]. [`setup`] turns a plan into the input of the
+//! solver.
 
 pub mod blank;
 pub mod check;
 pub mod comments;
 mod course;
-mod cuts;
 mod drive;
 pub mod error;
 pub mod file_sheet;
@@ -21,6 +20,7 @@ pub mod preview;
 pub mod read;
 mod rolling;
 pub mod setup;
+mod symmetry_faces;
 pub mod types;
 
 pub use error::SceneError;

@@ -1,53 +1,55 @@
-//! From the drives of a scene's stages to the solver's motions: each stage goes on from what the one before left.
+//! Motions of the solver from the drives of a scene. Each stage continues from the end of the previous one.
 
 use super::types::{Course, Drive, Scene, Spring};
 use crate::solver::{Curve, Motion};
 
-/// How the stages before left a tool.
+/// State of a tool at the end of a stage.
 #[derive(Debug, Clone, Default, PartialEq)]
-struct Last {
-    /// Its travel [mm], where the scene alone says it.
+struct StageEnd {
+    /// Travel [mm], if it follows from the scene alone.
     travel: Option<f64>,
     state: State,
 }
 
-/// What a tool does at the end of a stage.
+/// Control of a tool at the end of a stage.
 #[derive(Debug, Clone, Default, PartialEq)]
 enum State {
-    /// It stands.
+    /// Constant travel.
     #[default]
-    Standing,
-    /// Pushed by this force [N].
+    Fixed,
+    /// Constant force [N].
     Force(f64),
-    /// Held by a spring of this stiffness [N/mm], with this force at travel zero [N].
+    /// Spring with this stiffness [N/mm] and force at zero travel [N].
     Spring { stiffness: f64, force: f64 },
-    /// Gone.
-    Gone,
+    /// Absent.
+    Absent,
 }
 
-/// What the tools do, stage by stage, in the order of the scene's tools.
+/// Motions of all stages, in the order of the scene's tools.
 pub(super) fn motions(scene: &Scene) -> Vec<Vec<Motion>> {
-    let mut last = vec![Last { travel: Some(0.0), state: State::Standing }; scene.tools.len()];
-    let of = |stage: &super::types::Stage, last: &mut Vec<Last>| {
+    let mut last = vec![StageEnd { travel: Some(0.0), state: State::Fixed }; scene.tools.len()];
+    let of = |stage: &super::types::Stage, last: &mut Vec<StageEnd>| {
         let tools = scene.tools.iter().zip(last);
         tools.map(|(tool, last)| motion(stage.drive.get(&tool.name), last)).collect()
     };
     scene.stages.iter().map(|stage| of(stage, &mut last)).collect()
 }
 
-/// Curves that begin elsewhere than where the stage before left their tool, as far as the scene alone says it: place, what
-/// was found, what is allowed.
-pub(super) fn jump(scene: &Scene) -> Option<[String; 3]> {
+/// The first curve that does not start from the end of the previous stage, as far as the scene determines that. Returns
+/// place, what was found, what is allowed.
+pub(super) fn discontinuity(scene: &Scene) -> Option<[String; 3]> {
     for tool in &scene.tools {
-        let mut last = Last { travel: Some(0.0), state: State::Standing };
+        let mut last = StageEnd { travel: Some(0.0), state: State::Fixed };
         for (k, stage) in scene.stages.iter().enumerate() {
             let drive = stage.drive.get(&tool.name);
-            if let Some((key, found, expected, unit)) = drive.and_then(|d| jump_of(d, &last)) {
+            if let Some((key, found, expected, unit)) =
+                drive.and_then(|d| discontinuity_of(d, &last))
+            {
                 return Some([
                     format!("stages[{k}].drive.{}.{key}[0]", tool.name),
-                    format!("{found} {unit} at share 0"),
+                    format!("{found} {unit} at fraction 0"),
                     format!(
-                        "{expected} {unit}, where it is when the stage begins, or no pair at share 0: a curve whose first share is above 0 comes from there"
+                        "{expected} {unit}, where it is when the stage begins, or no pair at fraction 0: the curve then starts from there"
                     ),
                 ]);
             }
@@ -57,12 +59,16 @@ pub(super) fn jump(scene: &Scene) -> Option<[String; 3]> {
     None
 }
 
-/// Key of a course, the value it begins with, what it would have to begin with, their unit.
-fn jump_of(drive: &Drive, last: &Last) -> Option<(&'static str, f64, f64, &'static str)> {
+/// Key of a curve, its first value, the expected first value, their unit; `None` if they agree or the value is not
+/// known.
+fn discontinuity_of(
+    drive: &Drive,
+    last: &StageEnd,
+) -> Option<(&'static str, f64, f64, &'static str)> {
     let (key, course, known, unit) = match (drive, &last.state) {
         (Drive::AdvanceMm(by), _) => ("advance_mm", by, Some(0.0), "mm"),
-        // Away from the sheet a tool may be set anywhere.
-        (Drive::TravelMm(to), state) if *state != State::Gone => {
+        // An absent tool may be placed anywhere.
+        (Drive::TravelMm(to), state) if *state != State::Absent => {
             ("travel_mm", to, last.travel, "mm")
         }
         (Drive::ForceN(to), State::Force(from)) => ("force_n", to, Some(*from), "N"),
@@ -77,21 +83,21 @@ fn jump_of(drive: &Drive, last: &Last) -> Option<(&'static str, f64, f64, &'stat
     (found != expected).then_some((key, found, expected, unit))
 }
 
-fn motion(drive: Option<&Drive>, last: &mut Last) -> Motion {
+fn motion(drive: Option<&Drive>, last: &mut StageEnd) -> Motion {
     match drive {
-        None => goes_on(last),
+        None => continued_motion(last),
         Some(Drive::TravelMm(to)) => {
-            *last = Last { travel: Some(to.end()), state: State::Standing };
+            *last = StageEnd { travel: Some(to.end()), state: State::Fixed };
             Motion::Travel(curve(to, None))
         }
         Some(Drive::AdvanceMm(by)) => {
             let travel = last.travel.map(|from| from + by.end());
-            *last = Last { travel, state: State::Standing };
+            *last = StageEnd { travel, state: State::Fixed };
             Motion::Advance(curve(by, Some(0.0)))
         }
         Some(Drive::ForceN(to)) => {
             let from = if let State::Force(from) = last.state { Some(from) } else { None };
-            *last = Last { travel: None, state: State::Force(to.end()) };
+            *last = StageEnd { travel: None, state: State::Force(to.end()) };
             Motion::Force(curve(to, from))
         }
         Some(Drive::Spring(Spring { stiffness_n_per_mm: stiffness, force_n })) => {
@@ -100,36 +106,36 @@ fn motion(drive: Option<&Drive>, last: &mut Last) -> Motion {
                 State::Spring { stiffness: before, force } if before == stiffness => Some(force),
                 _ => None,
             };
-            *last = Last { travel: None, state: State::Spring { stiffness, force } };
+            *last = StageEnd { travel: None, state: State::Spring { stiffness, force } };
             Motion::Spring { force: curve(force_n, from), stiffness }
         }
-        // A tool that is gone has nothing to let go.
-        Some(Drive::Release(_)) if last.state != State::Gone => {
-            last.state = State::Gone;
+        // An absent tool has no force to release.
+        Some(Drive::Release(_)) if last.state != State::Absent => {
+            last.state = State::Absent;
             Motion::Release
         }
         Some(Drive::Absent(_) | Drive::Release(_)) => {
-            last.state = State::Gone;
+            last.state = State::Absent;
             Motion::Absent
         }
     }
 }
 
-/// What a tool does that a stage does not name.
-fn goes_on(last: &Last) -> Motion {
+/// Motion of a tool that a stage does not name.
+fn continued_motion(last: &StageEnd) -> Motion {
     match last.state {
         State::Force(force) => Motion::Force(Curve::constant(force)),
         State::Spring { stiffness, force } => {
             Motion::Spring { force: Curve::constant(force), stiffness }
         }
-        State::Gone => Motion::Absent,
-        State::Standing => Motion::Hold,
+        State::Absent => Motion::Absent,
+        State::Fixed => Motion::Hold,
     }
 }
 
-/// The curve of a course; without a value for share 0, `from` is it, and without that what the solver finds there.
+/// The curve of a course. Without a value at fraction 0 it starts from `from`, or from the solver's value.
 fn curve(course: &Course, from: Option<f64>) -> Curve {
-    let pairs = course.pairs().into_iter().map(|[share, value]| (share, value));
+    let pairs = course.pairs().into_iter().map(|[fraction, value]| (fraction, value));
     let start = from.filter(|_| course.start().is_none()).map(|from| (0.0, from));
     Curve::new(start.into_iter().chain(pairs).collect())
 }
@@ -150,12 +156,12 @@ mod tests {
         Drive::Spring(Spring { stiffness_n_per_mm, force_n: Course::End(to) })
     }
 
-    fn first() -> Last {
-        Last { travel: Some(0.0), state: State::Standing }
+    fn first() -> StageEnd {
+        StageEnd { travel: Some(0.0), state: State::Fixed }
     }
 
     #[test]
-    fn a_tool_that_is_not_named_goes_on_as_it_was() {
+    fn a_tool_that_is_not_named_keeps_its_motion() {
         let mut last = first();
         assert_eq!(motion(None, &mut last), Motion::Hold);
         motion(Some(&force(5.0)), &mut last);
@@ -173,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_tool_comes_from_where_it_is() {
-        // Of travel, and of force that something else than a force has built up, only the run knows it.
+        // Travel, and force built up by other drives than a force, are known only during the run.
         let mut last = first();
         motion(Some(&Drive::AdvanceMm(Course::End(2.0))), &mut last);
         assert_eq!(last.travel, Some(2.0));
@@ -189,13 +195,13 @@ mod tests {
     }
 
     #[test]
-    fn a_curve_that_jumps_is_found_where_the_scene_says_so() {
+    fn a_discontinuous_curve_is_found() {
         let begins = |value: f64| Course::Curve(vec![[0.0, value], [1.0, 9.0]]);
         let later = || Course::Curve(vec![[0.5, 4.0], [1.0, 9.0]]);
         let after = |first_drive: Option<Drive>, drive: &Drive| {
             let mut last = first();
             motion(first_drive.as_ref(), &mut last);
-            jump_of(drive, &last).map(|(_, found, expected, _)| [found, expected])
+            discontinuity_of(drive, &last).map(|(_, found, expected, _)| [found, expected])
         };
         let to = |course: Course| Drive::TravelMm(course);
         assert_eq!(after(None, &to(begins(0.0))), None);

@@ -13,52 +13,52 @@ use crate::solver::material::card::MaterialCard;
 /// A scene ready to run: checked, with its tools and material loaded.
 #[derive(Clone)]
 pub struct Plan {
-    /// The scene as written, defaults filled in.
+    /// The scene with its defaults.
     pub scene: Scene,
-    /// Folder its paths are relative to.
+    /// Folder that its paths are relative to.
     pub folder: PathBuf,
     /// SHA-256 of the scene file.
     pub sha256: String,
-    /// Tools, in the scene's order.
+    /// Tools, in the order of the scene.
     pub tools: Vec<PlannedTool>,
-    /// The card in use.
+    /// The material card.
     pub card: MaterialCard,
-    /// The material law, its axes turned to the rolling direction.
+    /// The material law with its axes in the rolling direction.
     pub material: Arc<dyn Material>,
-    /// Mesh file of the blank and card file of the material, where there are such.
+    /// Mesh file of the blank and card file of the material, if any.
     pub files: Vec<PlannedFile>,
-    /// The run whose increments are taken.
+    /// The run whose increments are followed.
     pub followed: Option<Followed>,
 }
 
-/// A file that the scene names.
+/// A file named by the scene.
 #[derive(Debug, Clone)]
 pub struct PlannedFile {
-    /// As the scene names it.
+    /// Path as in the scene.
     pub file: String,
     /// SHA-256 of the file.
     pub sha256: String,
-    /// What it says, where it is the mesh file of the blank.
+    /// The sheet, for the mesh file of the blank.
     pub sheet: Option<Arc<FileSheet>>,
 }
 
 /// A tool with its surface.
 #[derive(Clone)]
 pub struct PlannedTool {
-    /// Tool file as it was found.
+    /// Path of the tool file.
     pub path: PathBuf,
     /// SHA-256 of the tool file.
     pub sha256: String,
     /// Surface with its search tree.
     pub surface: Arc<ToolSurface>,
-    /// Largest |shape error| its file records [mm].
+    /// Largest |shape error| recorded in its file [mm].
     pub shape_error_mm: Option<f64>,
 }
 
 impl Plan {
-    /// The whole process over the modelled part: 2 for each symmetry plane.
+    /// Number of symmetric parts of the process: 2 to the power of the number of symmetry planes.
     #[must_use]
-    pub fn share(&self) -> f64 {
+    pub fn symmetry_factor(&self) -> f64 {
         2f64.powi(self.scene.symmetry.len() as i32)
     }
 }

@@ -1,30 +1,30 @@
-//! A scene as it is judged before it is run: the counts of its sheet, and a coarser sheet of the same outline where it is large.
+//! The sheet for checks before a run: its counts, and for a large one a coarser mesh with the same outline.
 
-use super::blank::near_of;
+use super::blank::tolerance_of;
 use super::plan::Plan;
 use super::types::{Blank, BlankShape, Region};
 use crate::geometry::Aabb;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Elements of a sheet that is judged as it is; larger ones are judged on a coarser one of the same outline. At 10 000 a
-/// judgement takes some 0.1 s and 30 MB; twice as many take twice as much.
-const MAX_JUDGED_ELEMENTS: usize = 10_000;
+/// Largest number of elements that are checked without coarsening. A check of 10 000 takes some 0.1 s and 30 MB; twice
+/// as many take twice as much.
+const CHECKED_ELEMENTS_MAX: usize = 10_000;
 
-/// Counts of a sheet.
+/// Counts of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SheetCounts {
     /// Elements.
     pub elements: usize,
     /// Nodes.
     pub nodes: usize,
-    /// Columns of nodes along the two directions of the sheet, the shorter first; those of a grid of the same outline.
+    /// Columns of nodes along the two in-plane directions, the shorter first, for a grid with the same outline.
     pub columns: [f64; 2],
     /// Nodes through the thickness.
     pub levels: usize,
 }
 
 impl SheetCounts {
-    /// Of a blank that the scene describes; `None` of a mesh file.
+    /// Counts of a blank described in the scene; `None` for a mesh file.
     #[must_use]
     pub fn of_blank(blank: &Blank) -> Option<Self> {
         let (quads, columns, grid) = match blank.shape {
@@ -51,7 +51,7 @@ impl SheetCounts {
         })
     }
 
-    /// Of a mesh: a grid of as many columns, as long and wide as it is.
+    /// Counts of a mesh, with the columns of a grid of the same number, length and width.
     #[must_use]
     pub fn of_mesh(mesh: &HexMesh) -> Self {
         let bounds = Aabb::of_points(&mesh.nodes);
@@ -70,19 +70,19 @@ impl SheetCounts {
 }
 
 impl Plan {
-    /// The plan with a coarser sheet of the same outline, and the ratio of its elements' lengths to those of the scene; `None`
-    /// where the sheet is small enough, or of a file: the elements of that are known to the file only.
+    /// The plan with a coarser mesh of the same outline, and the ratio of its element lengths to those of the scene.
+    /// `None` if the mesh is small enough or read from a file.
     #[must_use]
     pub fn coarsened(&self) -> Option<(Self, f64)> {
         let counts = SheetCounts::of_blank(&self.scene.blank)?;
-        if counts.elements <= MAX_JUDGED_ELEMENTS {
+        if counts.elements <= CHECKED_ELEMENTS_MAX {
             return None;
         }
         let layers = self.scene.blank.layers;
-        // Very many layers leave few elements in plan: they are fewer then, too.
+        // With very many layers few elements would remain in plan: layers are reduced too.
         let kept_layers = layers.min(8);
         let quads = (counts.elements / layers) as f64;
-        let ratio = (quads * kept_layers as f64 / MAX_JUDGED_ELEMENTS as f64).sqrt().max(1.0);
+        let ratio = (quads * kept_layers as f64 / CHECKED_ELEMENTS_MAX as f64).sqrt().max(1.0);
         let fewer = |n: usize| ((n as f64 / ratio).floor() as usize).max(1);
         let mut plan = self.clone();
         plan.scene.blank.layers = kept_layers;
@@ -104,10 +104,10 @@ impl Plan {
     }
 }
 
-/// The planes that the nodes of a rectangle lie on, axis by axis.
+/// The planes of the nodes of a rectangle, for each axis.
 struct Grid([Planes; 3]);
 
-/// Planes at equal distances.
+/// Equidistant planes.
 #[derive(Clone, Copy)]
 struct Planes {
     first: f64,
@@ -116,13 +116,13 @@ struct Planes {
 }
 
 impl Planes {
-    /// The plane next to a coordinate [mm].
+    /// The plane nearest to a coordinate [mm].
     fn nearest(&self, at: f64) -> f64 {
         let share = ((at - self.first) / self.size * self.intervals).round();
         self.first + self.size * share.clamp(0.0, self.intervals) / self.intervals
     }
 
-    /// A plane in a range, if there is one.
+    /// A plane within a range, if any.
     fn within(&self, [low, high]: [f64; 2]) -> Option<f64> {
         let step = self.size / self.intervals;
         let first = self.nearest(low);
@@ -131,7 +131,7 @@ impl Planes {
 }
 
 impl Grid {
-    /// Of a rectangle; `None` of any other blank.
+    /// The grid of a rectangle; `None` for another blank.
     fn of(blank: &Blank) -> Option<Self> {
         let BlankShape::Rectangle { corner_mm, size_mm, elements } = blank.shape else {
             return None;
@@ -146,15 +146,15 @@ impl Grid {
         Some(Self([plan(0), plan(1), thickness]))
     }
 
-    /// How far from a plane a node may be that is on it [mm].
+    /// Tolerance of the distance of nodes on a plane [mm].
     fn near(&self) -> f64 {
         let size = self.0.iter().map(|p| p.size).fold(0.0, f64::max);
         let far = |p: &Planes| p.first.abs().max((p.first + p.size).abs());
-        near_of(size, self.0.iter().map(far).fold(0.0, f64::max))
+        tolerance_of(size, self.0.iter().map(far).fold(0.0, f64::max))
     }
 
-    /// The region of a coarser grid that stands for one of this grid: planes are moved to the nearest ones that have nodes. One
-    /// without nodes of this grid has none there either.
+    /// The equivalent region on a coarser grid: planes are moved to the nearest ones with nodes. A region without nodes
+    /// on this grid has none there.
     fn moved(&self, region: &Region, coarse: &Self) -> Region {
         let near = self.near();
         match *region {
@@ -185,7 +185,7 @@ mod tests {
     use super::*;
     use crate::solver::sheet::hex_mesh::{disc, quarter_disc, rectangle, thickened};
 
-    /// A plane and a box between nodes of the coarser grid, and between those of the finer one.
+    /// A plane and a box between nodes of the coarser grid, and between nodes of the finer one.
     #[test]
     fn regions_of_a_fine_grid_have_nodes_on_a_coarser_one() {
         let grid = |n: usize| {

@@ -1,4 +1,4 @@
-//! Rolling direction of a blank: an angle about z where the sheet lies across z, else a vector projected on each element.
+//! Rolling direction of a blank: an angle about z for a sheet normal to z, otherwise a vector projected on each element.
 
 use super::error::Fault;
 use super::plan::Plan;
@@ -8,10 +8,11 @@ use crate::solver::assembly::AlongNormal;
 use crate::solver::assembly::Body;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Sine of the angle to z up to which a normal is along it: what files written with seven digits leave over fine elements.
-const ALONG_Z: f64 = 1e-3;
+/// Sine of the angle to z up to which a normal counts as along z: the precision of files with seven digits for fine
+/// elements.
+const ALONG_Z_SIN_MAX: f64 = 1e-3;
 
-/// What is out of range in a blank's rolling direction.
+/// Checks the rolling direction of a blank.
 pub(super) fn check(blank: &Blank) -> Result<(), Fault> {
     let Some(vector) = blank.rolling_direction else { return Ok(()) };
     let fault = |found: String, allowed: &str| {
@@ -29,8 +30,8 @@ pub(super) fn check(blank: &Blank) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Lets the axes of the material follow the sheet, where that has a rolling direction as a vector. A material without axes needs
-/// none; an angle about z is the law's own.
+/// Sets the rolling direction of a body if it is given as a vector. An isotropic material needs none; an angle about z
+/// is part of the material law.
 pub(super) fn orient(plan: &Plan, body: &mut Body) -> Result<(), Fault> {
     let isotropic = plan.card.is_isotropic();
     if isotropic.map_err(|e| ("material".into(), e.to_string(), "a sound card".into()))? {
@@ -38,14 +39,14 @@ pub(super) fn orient(plan: &Plan, body: &mut Body) -> Result<(), Fault> {
     }
     let place = "blank.rolling_direction".to_owned();
     let Some(rolling) = plan.scene.blank.rolling_direction else {
-        return match leaning(body.mesh()) {
+        return match inclined_element(body.mesh()) {
             None => Ok(()),
             Some(element) => Err((
                 place,
                 format!(
                     "none, where material '{}' is anisotropic and the blank does not lie across z: {}",
                     plan.card.name,
-                    told(body.mesh(), element)
+                    element_text(body.mesh(), element)
                 ),
                 "the rolling direction as a vector [x, y, z], of which what lies in each element counts (`rolling_direction_deg`, an angle about z, is for blanks across z); or an isotropic material".into(),
             )),
@@ -57,7 +58,7 @@ pub(super) fn orient(plan: &Plan, body: &mut Body) -> Result<(), Fault> {
             format!(
                 "{rolling:?}, {degrees:.1} degrees from the sheet's normal, where material '{}' is anisotropic: {}",
                 plan.card.name,
-                told(body.mesh(), element)
+                element_text(body.mesh(), element)
             ),
             format!(
                 "a vector at least {} degrees from the normals of all elements, as what of it lies in the sheet is the rolling direction (along a tube: its axis); or an isotropic material",
@@ -67,15 +68,15 @@ pub(super) fn orient(plan: &Plan, body: &mut Body) -> Result<(), Fault> {
     })
 }
 
-/// The element whose normal is farthest from z; `None` where all are along it.
-fn leaning(mesh: &HexMesh) -> Option<usize> {
-    let lean = mesh.normals().into_iter().map(|normal| normal.xy().norm()).enumerate();
-    let farthest = lean.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (farthest.1 > ALONG_Z).then_some(farthest.0)
+/// The element whose normal deviates most from z; `None` if all are along z.
+fn inclined_element(mesh: &HexMesh) -> Option<usize> {
+    let inclination = mesh.normals().into_iter().map(|normal| normal.xy().norm()).enumerate();
+    let farthest = inclination.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (farthest.1 > ALONG_Z_SIN_MAX).then_some(farthest.0)
 }
 
-/// An element, its place and its normal in words.
-fn told(mesh: &HexMesh, element: usize) -> String {
+/// An element with its position and normal, in words.
+fn element_text(mesh: &HexMesh, element: usize) -> String {
     let nodes = mesh.elements[element].map(|n| mesh.nodes[n as usize]);
     let (at, normal) = (nodes.iter().sum::<Vec3>() / 8.0, mesh.normals()[element]);
     let of =

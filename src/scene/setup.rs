@@ -1,15 +1,15 @@
-//! From a plan to what the solver runs: tools and their motions by stage.
+//! The input of the solver from a plan: mesh, constraints, loads, tools and their motions by stage.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use super::blank::{blank_mesh, constraints};
-use super::cuts::Planes;
 use super::error::{Fault, SceneError};
 use super::loads::loads;
 use super::motions::motions;
 use super::plan::Plan;
 use super::rolling;
+use super::symmetry_faces::Planes;
 use super::types::{Drive, Place, Side, Tool};
 use crate::contact::ToolSurface;
 use crate::geometry::Vec3;
@@ -18,15 +18,15 @@ use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{Curve, Limits, Placement, SheetSide, SimulationSetup, Stage, ToolSetup};
 use crate::tool::ToolModel;
 
-/// First and largest increment of a stage when the scene says nothing, as shares of the stage.
+/// Default first and largest increment, as fractions of the stage.
 const FIRST_INCREMENT: f64 = 0.05;
 const LARGEST_INCREMENT: f64 = 0.1;
 
 impl Plan {
-    /// Everything the solver needs.
+    /// The set-up of the solver.
     ///
     /// # Errors
-    /// [`SceneError::Value`] when a plane or a region touches no node or the blank makes no body;
+    /// [`SceneError::Value`] when a plane or a region contains no node, or the blank is not a valid mesh;
     /// [`SceneError::Blank`] when its mesh file cannot be used.
     pub fn simulation_setup(&self, path: &Path) -> Result<SimulationSetup, SceneError> {
         let value = |(place, found, allowed): Fault| SceneError::Value {
@@ -38,7 +38,7 @@ impl Plan {
         let read = self.files.iter().find_map(|file| file.sheet.as_deref());
         let mesh = blank_mesh(&self.scene.blank, path, &self.folder, read)?;
         let constraints = constraints(&self.scene, &mesh.nodes).map_err(value)?;
-        let loads = loads(&self.scene, &mesh, self.share()).map_err(value)?;
+        let loads = loads(&self.scene, &mesh, self.symmetry_factor()).map_err(value)?;
         let mut body = Body::new(mesh, self.scene.blank.element, self.material.clone())
             .map_err(|e| value(("blank".into(), e.to_string(), "a sound mesh".into())))?;
         rolling::orient(self, &mut body).map_err(value)?;
@@ -50,11 +50,11 @@ impl Plan {
             tools,
             stages: self.stages(),
             limits: self.limits(),
-            share: self.share(),
+            share: self.symmetry_factor(),
         })
     }
 
-    /// The tools, each for the face of the sheet that it touches, without what lies beyond symmetry planes.
+    /// The tools, each with the face of the sheet that it touches and without symmetry faces.
     fn tools_for(&self, mesh: &HexMesh) -> Result<Vec<ToolSetup>, Fault> {
         let up = thickness_direction(mesh);
         let planes = Planes::of(&self.scene, mesh);
@@ -62,20 +62,20 @@ impl Plan {
         let tools = tools.map(|(k, (tool, loaded))| {
             let side = side(tool, &up)
                 .map_err(|(found, allowed)| (format!("tools[{k}].side"), found, allowed))?;
-            // By the time that one comes which is away at first, the sheet may have been turned over.
-            if !self.is_away_at_first(tool) {
-                looks_at_sheet(tool, loaded.surface.model(), side, &up)
+            // The sheet may have turned over before a tool appears that is absent at first.
+            if !self.is_absent_at_first(tool) {
+                check_orientation(tool, loaded.surface.model(), side, &up)
                     .map_err(|(found, allowed)| (format!("tools[{k}].file"), found, allowed))?;
             }
             let mut tool = tool_setup(tool, side, loaded.surface.clone());
-            tool.surface = planes.without_cuts(&tool.surface, &tool.offset);
+            tool.surface = planes.without_symmetry_faces(&tool.surface, &tool.offset);
             Ok(tool)
         });
         tools.collect()
     }
 
-    /// Whether a tool whose face of the sheet is given is absent in the first stage.
-    fn is_away_at_first(&self, tool: &Tool) -> bool {
+    /// Whether a tool with a given `side` is absent in the first stage.
+    fn is_absent_at_first(&self, tool: &Tool) -> bool {
         let first = self.scene.stages.first().and_then(|stage| stage.drive.get(&tool.name));
         tool.side.is_some() && matches!(first, Some(Drive::Absent(_)))
     }
@@ -117,7 +117,7 @@ impl Plan {
     }
 }
 
-/// Mean of the unit vectors of the columns, from the lower face to the upper; short where the sheet is bent far.
+/// Mean unit vector of the columns from the lower face to the upper. It is short for a strongly bent sheet.
 fn thickness_direction(mesh: &HexMesh) -> Vec3 {
     let ends = mesh.bottom_nodes().into_iter().zip(mesh.top_nodes());
     let column = |(low, high): (u32, u32)| mesh.nodes[high as usize] - mesh.nodes[low as usize];
@@ -125,10 +125,10 @@ fn thickness_direction(mesh: &HexMesh) -> Vec3 {
     units.sum::<Vec3>() / mesh.column_count().max(1) as f64
 }
 
-/// Face of the sheet that a tool may touch, from its direction against the sheet's; else what was found, what is allowed.
+/// Face of the sheet that a tool touches, from its direction. The error: what was found, what is allowed.
 fn side(tool: &Tool, up: &Vec3) -> Result<SheetSide, (String, String)> {
-    /// Cosine of the angle between the two that tells the side.
-    const TOLD: f64 = 0.1;
+    /// Smallest cosine between the two directions that determines the face.
+    const SIDE_COS_MIN: f64 = 0.1;
     match tool.side {
         Some(Side::Top) => return Ok(SheetSide::Top),
         Some(Side::Bottom) => return Ok(SheetSide::Bottom),
@@ -136,7 +136,7 @@ fn side(tool: &Tool, up: &Vec3) -> Result<SheetSide, (String, String)> {
         None => {}
     }
     let along = Vec3::from(tool.direction).normalize().dot(up);
-    if along.abs() < TOLD {
+    if along.abs() < SIDE_COS_MIN {
         let ([x, y, z], name) = (tool.direction, &tool.name);
         return Err((
             format!(
@@ -149,29 +149,32 @@ fn side(tool: &Tool, up: &Vec3) -> Result<SheetSide, (String, String)> {
     Ok(if along < 0.0 { SheetSide::Top } else { SheetSide::Bottom })
 }
 
-/// A tool's faces look at the face of the sheet that it touches, whatever its walls do; else what was found, what is allowed. Of a
-/// tool that comes from the side that cannot be told: it meets what has been bent by then.
-fn looks_at_sheet(
+/// Checks that the faces of a tool point towards the face of the sheet that it touches; walls do not matter. The error:
+/// what was found, what is allowed.
+///
+/// A tool that approaches along the sheet is not checked: it may touch a bent part.
+fn check_orientation(
     tool: &Tool,
     model: &ToolModel,
     side: SheetSide,
     up: &Vec3,
 ) -> Result<(), (String, String)> {
-    /// Share of what is seen along the sheet's thickness, less what is seen from behind, that tells a tool turned round.
-    const AWAY: f64 = -0.5;
-    /// Cosine of the angle to the sheet's thickness beyond which a tool comes from the side.
-    const ASIDE: f64 = 0.5;
+    /// Facing ratio below which a tool is reversed: area that points towards the sheet less area that points away, over
+    /// their sum.
+    const FACING_RATIO_MIN: f64 = -0.5;
+    /// Smallest cosine to the thickness direction of a tool that is checked.
+    const CHECKED_COS_MIN: f64 = 0.5;
     let (face, at_sheet) = match side {
         SheetSide::Top => ("upper", -up),
         SheetSide::Bottom => ("lower", *up),
         SheetSide::Both => return Ok(()),
     };
     let Some(at_sheet) = at_sheet.try_normalize(0.0) else { return Ok(()) };
-    if Vec3::from(tool.direction).normalize().dot(&at_sheet).abs() < ASIDE {
+    if Vec3::from(tool.direction).normalize().dot(&at_sheet).abs() < CHECKED_COS_MIN {
         return Ok(());
     }
     let facing = model.facing(&at_sheet);
-    if facing >= AWAY {
+    if facing >= FACING_RATIO_MIN {
         return Ok(());
     }
     Err((
@@ -214,9 +217,9 @@ mod tests {
         Tool { side, ..serde_json::from_value(tool).unwrap() }
     }
 
-    /// A rectangle with its axes permuted: its thickness runs along x.
+    /// A rectangle with permuted axes: its thickness is along x.
     #[test]
-    fn the_side_of_a_tool_is_told_by_the_sheet_and_not_by_z() {
+    fn the_side_of_a_tool_follows_from_the_sheet_and_not_from_z() {
         let mut mesh = rectangle(4.0, 2.0, 1.0, 4, 2, 2);
         assert_eq!(thickness_direction(&mesh), Vec3::z());
         mesh.nodes.iter_mut().for_each(|x| *x = Vec3::new(x.z, x.x, x.y));
@@ -228,11 +231,11 @@ mod tests {
         let (found, allowed) = of([0.0, 0.0, -1.0]).unwrap_err();
         assert!(found.contains("[0, 0, -1]") && found.contains("[1.000, 0.000"), "{found}");
         assert!(allowed.contains(r#""side": "top""#), "{allowed}");
-        let said = side(&tool([0.0, 0.0, -1.0], Some(Side::Both)), &up);
-        assert_eq!(said, Ok(SheetSide::Both));
+        let found = side(&tool([0.0, 0.0, -1.0], Some(Side::Both)), &up);
+        assert_eq!(found, Ok(SheetSide::Both));
     }
 
-    /// A flat face with a wall beside it, and the two turned round.
+    /// A flat face with a wall beside it, and both reversed.
     #[test]
     fn a_tool_that_looks_away_from_the_sheet_is_refused() {
         let flat = |normal: Vec3| {
@@ -245,15 +248,15 @@ mod tests {
         let (up, top, bottom) = (Vec3::z(), SheetSide::Top, SheetSide::Bottom);
         for (normal, fits, not) in [(-Vec3::z(), top, bottom), (Vec3::z(), bottom, top)] {
             let model = flat(normal);
-            assert_eq!(looks_at_sheet(&tool, &model, fits, &up), Ok(()));
-            assert_eq!(looks_at_sheet(&tool, &model, SheetSide::Both, &up), Ok(()));
-            let (found, allowed) = looks_at_sheet(&tool, &model, not, &up).unwrap_err();
+            assert_eq!(check_orientation(&tool, &model, fits, &up), Ok(()));
+            assert_eq!(check_orientation(&tool, &model, SheetSide::Both, &up), Ok(()));
+            let (found, allowed) = check_orientation(&tool, &model, not, &up).unwrap_err();
             assert!(found.contains("t.json, where 100 % of the faces of 't'"), "{found}");
             assert!(allowed.contains("normals round"), "{allowed}");
             let cam = Tool { direction: [1.0, 0.0, 0.2], ..tool.clone() };
-            assert_eq!(looks_at_sheet(&cam, &model, not, &up), Ok(()));
-            // Seen edge-on, where rounding would say which way it looks.
-            assert_eq!(looks_at_sheet(&tool, &model, not, &Vec3::y()), Ok(()));
+            assert_eq!(check_orientation(&cam, &model, not, &up), Ok(()));
+            // Seen edge-on, where rounding would decide.
+            assert_eq!(check_orientation(&tool, &model, not, &Vec3::y()), Ok(()));
         }
     }
 }

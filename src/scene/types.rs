@@ -10,7 +10,7 @@ use crate::solver::element::ElementKind;
 use crate::solver::limits::{ContactMethod, Limits};
 use crate::solver::material::card::MaterialCard;
 
-/// A forming run.
+/// A forming process: sheet, material, tools and stages.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -22,30 +22,30 @@ pub struct Scene {
     pub name: String,
     /// The sheet.
     pub blank: Blank,
-    /// Its material: the name of a card in the library, a card file (`"./steel.json"`), or a card in full.
+    /// Material of the sheet: name of a card in the library, a card file (`"./steel.json"`), or a complete card.
     pub material: MaterialChoice,
     /// Symmetry planes of the modelled part.
     #[serde(default)]
     pub symmetry: Vec<SymmetryPlane>,
-    /// Nodes that are held.
+    /// Constrained nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub holds: Vec<Hold>,
-    /// Forces on nodes.
+    /// Nodal forces.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<Load>,
     /// Rigid tools.
     pub tools: Vec<Tool>,
-    /// Stages, one after the other.
+    /// Stages in order.
     pub stages: Vec<Stage>,
     /// Limits of the solver.
     #[serde(default)]
     pub solver: SolverLimits,
-    /// What is written.
+    /// Output files.
     #[serde(default)]
     pub output: Output,
 }
 
-/// The constant that marks a scene file.
+/// The format tag of a scene file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum FormatTag {
     /// `kanagata-scene`
@@ -53,31 +53,31 @@ pub enum FormatTag {
     Scene,
 }
 
-/// The sheet before forming: hexahedra in layers, thickness along z (of a file, as it is there).
+/// The undeformed sheet: hexahedra in layers, with the thickness along z (for a mesh file: as in the file).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Blank {
-    /// Its outline and elements in plan.
+    /// Outline and elements in plan.
     pub shape: BlankShape,
-    /// Thickness [mm], > 0; may be left out when the blank is a file of hexahedra, whose thickness is then the shortest way
-    /// through all of them. Given, it tells which way of a narrow slice is meant.
+    /// Thickness [mm], > 0. Optional for a file of hexahedra, whose thickness is then their shortest dimension. If
+    /// given, it selects the thickness direction of a sheet that is narrower than thick.
     #[serde(default)]
     pub thickness_mm: f64,
-    /// Elements through the thickness, >= 1; those of a file of hexahedra are the file's.
+    /// Elements through the thickness, >= 1. A file of hexahedra defines its own.
     #[serde(default = "one")]
     pub layers: usize,
-    /// z of its lower face [mm]; how far a mesh from a file is shifted along z.
+    /// z of the lower face [mm]; for a mesh file a shift along z.
     #[serde(default)]
     pub z_mm: f64,
     /// Element formulation.
     #[serde(default)]
     pub element: ElementKind,
-    /// Angle about z from x to the rolling direction [degrees], of a sheet that lies across z.
+    /// Angle about z from x to the rolling direction [degrees], for a sheet normal to z.
     #[serde(default)]
     pub rolling_direction_deg: f64,
-    /// Rolling direction of a sheet that lies in any way, in place of the angle: a vector, of which what lies in each element's
-    /// mid-surface counts; at least 10 degrees from the normals of all elements. Needed where the material is anisotropic and
-    /// the sheet does not lie across z: its third axis is along the normal of each element.
+    /// Rolling direction of a sheet of any orientation, in place of the angle: a vector that is projected on the
+    /// mid-surface of each element, at least 10 degrees from all element normals. Required for an anisotropic material
+    /// if the sheet is not normal to z. The third material axis is the normal of each element.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rolling_direction: Option<[f64; 3]>,
 }
@@ -109,8 +109,8 @@ pub enum BlankShape {
         /// Elements from the core to the rim, >= 1.
         rings: usize,
     },
-    /// A disc about the origin: four quarter discs. It needs no symmetry planes; what keeps it from gliding and turning in its
-    /// plane (friction, `holds`) is the scene's to say.
+    /// A disc about the origin, of four quarter discs. It needs no symmetry planes, but friction or `holds` must prevent
+    /// rigid-body motion in its plane.
     Disc {
         /// Radius [mm], > 0.
         radius_mm: f64,
@@ -119,45 +119,47 @@ pub enum BlankShape {
         /// Elements from the core to the rim, >= 1.
         rings: usize,
     },
-    /// A mesh file: the hexahedra of .msh (2.2, 4.1), .vtu or an Abaqus deck (.inp: C3D8*, SC8R*), numbered and turned
-    /// in any way, or the quadrilaterals of those (S4*, M3D4*, CPS4*, CPE4*, CAX4*) and of .obj: the sheet's lower face.
+    /// A mesh file: hexahedra of .msh (2.2, 4.1), .vtu or an Abaqus deck (.inp: C3D8*, SC8R*) in any numbering and
+    /// orientation, or quadrilaterals of these (S4*, M3D4*, CPS4*, CPE4*, CAX4*) and of .obj, which form the lower face.
     Mesh {
         /// Mesh file, relative to the scene.
         file: String,
-        /// What becomes of strains, stresses and thicknesses in the file. A file with such fields is refused without it.
+        /// Treatment of strains, stresses and thicknesses in the file. A file with such fields is refused without this
+        /// key.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         state: Option<MeshState>,
     },
 }
 
-/// What becomes of the state of a sheet that a mesh file has results of.
+/// Treatment of the state in a mesh file with results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MeshState {
-    /// It is dropped: the blank is free of stress and strain, in the shape and thickness of the mesh.
+    /// The state is dropped: the blank is free of stress and strain, with the shape and thickness of the mesh.
     Drop,
 }
 
-/// Nodes held where they are.
+/// Nodes constrained at their initial position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hold {
-    /// Which nodes.
+    /// The nodes.
     #[serde(rename = "where")]
     pub region: Region,
-    /// Directions in which they cannot move.
+    /// Constrained directions.
     pub axes: Vec<Axis>,
 }
 
-/// A constant force on nodes: it grows from zero over the first stage.
+/// A constant force on nodes. It rises from zero over the first stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
-    /// Which nodes.
+    /// The nodes.
     #[serde(rename = "where")]
     pub region: Region,
-    /// Force of the whole process [N]: the modelled part, one of 2, 4 or 8 that symmetry planes make, takes as much less, whichever
-    /// way the force points (an end that a plane mirrors into another is two ends). It is spread evenly over the elements that the nodes there make up, else over their faces or edges.
+    /// Force of the whole process [N]. The modelled part, one of 2, 4 or 8 symmetric parts, carries the corresponding
+    /// fraction in any direction (a mirrored end is a second end). It is distributed uniformly over the elements of
+    /// these nodes, otherwise over their faces or edges.
     pub force_n: [f64; 3],
 }
 
@@ -180,26 +182,27 @@ pub enum Region {
     },
 }
 
-/// A material by name or in full.
+/// A material by name or as a card.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MaterialChoice {
-    /// Name of a card in the library; what ends in `.json` or has a `/` or `\` is a card file, relative to the scene.
+    /// Name of a card in the library. A name that ends in `.json` or contains `/` or `\` is a card file, relative to the
+    /// scene.
     Named(String),
-    /// A card in full.
+    /// A complete card.
     Card(Box<MaterialCard>),
 }
 
 impl<'de> Deserialize<'de> for MaterialChoice {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(WrittenMaterial)
+        deserializer.deserialize_any(MaterialVisitor)
     }
 }
 
-/// Reads a material; a card's faults are told as the card's, which derived code for two readings would not do.
-struct WrittenMaterial;
+/// Visitor that reports the faults of a card itself; derived code for an untagged enum does not.
+struct MaterialVisitor;
 
-impl<'de> Visitor<'de> for WrittenMaterial {
+impl<'de> Visitor<'de> for MaterialVisitor {
     type Value = MaterialChoice;
 
     fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -216,11 +219,11 @@ impl<'de> Visitor<'de> for WrittenMaterial {
     }
 }
 
-/// A symmetry plane normal to a coordinate axis: nodes on it stay on it. The blank lies on one side of it.
+/// A symmetry plane normal to a coordinate axis. The blank lies on one side; nodes on the plane remain on it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SymmetryPlane {
-    /// Axis the plane is normal to.
+    /// Axis normal to the plane.
     pub normal: Axis,
     /// Coordinate of the plane on that axis [mm].
     #[serde(default)]
@@ -255,24 +258,26 @@ impl Axis {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tool {
-    /// Name: up to 64 letters, digits, `-` and `_`; names its columns in `history.csv`.
+    /// Name: up to 64 letters, digits, `-` and `_`; used for columns of `history.csv`.
     pub name: String,
     /// Tool file, relative to the scene.
     pub file: String,
-    /// Direction in which its travel and its force on the sheet count positive; need not be a unit vector.
+    /// Positive direction of its travel and of its force on the sheet; need not be a unit vector.
     pub direction: [f64; 3],
-    /// Coulomb coefficient of friction with the sheet, 0 to 10. Where it is not given 0 is used, and the result is doubtful.
+    /// Coulomb friction coefficient with the sheet, 0 to 10. If it is not given, 0 is used and a doubt is raised.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Where it stands at the start.
+    /// Initial position.
     #[serde(default)]
     pub place: Place,
-    /// Face of the sheet it may touch. When not said, the one that its direction leads to: against the sheet's thickness
-    /// direction (mean of its columns, upwards) the top, along it the bottom; to be said where the two are nearly square.
+    /// Face of the sheet that it may touch. Default: from its direction and the thickness direction of the sheet (mean
+    /// of its columns, upwards). A direction against the thickness direction gives the top, one along it the bottom.
+    /// Required if the two are nearly perpendicular.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub side: Option<Side>,
-    /// Travel since the start of the run past which a force or a spring does not move it [mm], >= 0: distance blocks, the
-    /// end of a cylinder. No farther back than where a stage finds it; a travel that is given is not touched by it.
+    /// Limit of the travel under force or spring control since the start of the run [mm], >= 0: distance blocks, or the
+    /// end of a cylinder. It does not push a tool back from its position at the start of a stage, and does not limit
+    /// prescribed travel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop_mm: Option<f64>,
 }
@@ -289,65 +294,65 @@ pub enum Side {
     Both,
 }
 
-/// Where a tool stands at the start.
+/// Initial position of a tool.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Place {
     /// Moved along its direction until it touches the undeformed sheet.
     #[default]
     Touch,
-    /// Left as its file has it, shifted by this vector [mm].
+    /// Position of the tool file, shifted by this vector [mm].
     Shift([f64; 3]),
 }
 
-/// A stage: each tool is driven by travel or by force, from the travel or the force that it has when the stage begins. A
-/// tool that is not named stays as the stage before left it: it holds its travel, or its force.
+/// A stage: each tool is driven by travel or by force, starting from its current travel or force. A tool that is not
+/// named keeps its travel or its force.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
-    /// Name, for the history.
+    /// Name, used in the history.
     pub name: String,
-    /// What drives each tool, by its name, one way each.
+    /// Drive of each tool by name, one each.
     #[serde(default)]
     pub drive: std::collections::BTreeMap<String, Drive>,
-    /// First increment as a share of the stage, in (0, 1]; 0.05 when not said.
+    /// First increment as a fraction of the stage, in (0, 1]; default 0.05.
     #[serde(default)]
     pub first_increment: Option<f64>,
-    /// Largest increment as a share of the stage, in (0, 1]; when not said 0.1, or the first one where that is more.
+    /// Largest increment as a fraction of the stage, in (0, 1]; default 0.1, or the first increment if that is larger.
     #[serde(default)]
     pub largest_increment: Option<f64>,
-    /// Share of `loads` at the end of the stage; 1 when not said.
+    /// Fraction of `loads` at the end of the stage; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load_share: Option<f64>,
 }
 
-/// Limits of the solver. Everything has a default that fits ordinary sheet forming.
+/// Limits of the solver. The defaults suit ordinary sheet forming.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverLimits {
-    /// Out-of-balance force allowed, as a share of the forces at work.
+    /// Allowed residual force, as a fraction of the acting forces.
     pub force_tolerance: f64,
-    /// Newton iterations allowed in an increment before it is cut.
+    /// Newton iterations in an increment above which it is cut.
     pub iterations: usize,
-    /// Newton iterations an increment should take: the step grows below and shrinks above.
+    /// Target number of Newton iterations per increment: the step grows below it and shrinks above.
     pub wanted_iterations: usize,
-    /// Smallest increment as a share of the first one below which the run is reported as not converged.
+    /// Smallest increment as a fraction of the first one; below it the run is reported as not converged.
     pub smallest_increment: f64,
-    /// Increments allowed in the whole run.
+    /// Largest number of increments of the run.
     pub increments: usize,
-    /// Slip in an increment over which friction rises to Coulomb's force, as a share of the longest element edge; 0
-    /// separates stick from slip, takes many times the iterations and may not converge; 1e-8 comes as near and is
-    /// as fast as the default.
+    /// Slip in an increment over which friction rises to the Coulomb limit, as a fraction of the longest element edge. 0
+    /// separates stick from slip exactly, takes many times the iterations and may not converge; 1e-8 is practically the
+    /// same and as fast as the default.
     pub friction_transition: f64,
-    /// How a node is kept out of a tool: `exact`, or by springs to compare with.
+    /// Contact method: `exact`, or springs for comparison.
     pub contact: ContactMethod,
-    /// `history.csv` of a run of the same stages, relative to the scene: increments end where its own ended (one that
-    /// fails is cut, and the next ends there again). Stages that take all tools away choose their own.
+    /// `history.csv` of a run of the same stages, relative to the scene: increments end where its increments ended. One
+    /// that fails is cut, and the next ends there again. Stages without tools choose their own increments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub increments_of: Option<String>,
 }
 
-/// The law's force is then within 1 % of Coulomb's from a slip of 7e-4 of an element on.
+/// Friction is then within 1 % of the Coulomb limit from a slip of 7e-4 of an element on.
 const FRICTION_TRANSITION: f64 = 1e-5;
 
 impl Default for SolverLimits {
@@ -366,13 +371,13 @@ impl Default for SolverLimits {
     }
 }
 
-/// What a run writes.
+/// Output of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// A VTU file every so many increments (and at the end of each stage); 0 = stage ends only.
+    /// Increments between VTU files, which are also written at stage ends; 0: stage ends only.
     pub vtu_every: usize,
-    /// A checkpoint every so many increments; 0 = only when the run is stopped.
+    /// Increments between checkpoints; 0: only when the run is stopped.
     pub checkpoint_every: usize,
 }
 

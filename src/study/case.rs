@@ -1,16 +1,16 @@
-//! One case of a study.
+//! A case of a study.
 
 use serde_json::Value;
 
-/// One case.
+/// A case of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
-    /// Options taken, joined by `_`.
+    /// Names of its options, joined by `_`.
     pub id: String,
-    /// Option of every choice.
+    /// The option of every choice.
     pub options: Vec<String>,
-    /// The case whose increments it takes.
+    /// The case whose increments it follows.
     pub follows: Option<String>,
-    /// Its scene.
+    /// The scene of the case.
     pub scene: Value,
 }

@@ -1,4 +1,4 @@
-//! Every combination of a study's choices, as a scene.
+//! The cases of a study: a scene for every combination of its choices.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -10,31 +10,31 @@ use super::file::{Choice, Study};
 use super::follow;
 use crate::scene::read::is_path;
 
-/// Cases of a study, at most.
-pub(super) const MOST: usize = 10_000;
-/// Choices of a study, at most: more than 13 of two options each make too many cases. Doubled: twice the memory that lists of
-/// the options of all cases take.
+/// Largest number of cases.
+pub(super) const CASES_MAX: usize = 10_000;
+/// Largest number of choices; more than 13 of two options each make too many cases. Twice the value would double the
+/// memory for the lists of options of all cases.
 pub(super) const CHOICES_MAX: usize = 32;
-/// Letters of the name of a choice or an option, at most: names are put into texts of the scene, and those of the options of a
-/// case together name its folder. Doubled: twice the length of a scene whose texts are marks alone.
+/// Largest length of the name of a choice or an option. Names are inserted into texts of the scene, and the options of a
+/// case name its folder. Twice the value would double the length of a scene made of placeholders only.
 pub(super) const NAME_MAX: usize = 64;
 
-/// Folders that files of a study's scene are relative to.
+/// Base folders of the files that a study's scene names.
 #[derive(Debug, Clone, Copy)]
 pub struct Roots<'a> {
-    /// Of tool files.
+    /// Folder of tool files.
     pub tools: &'a Path,
-    /// Of all others: the study file's own.
+    /// Folder of all other files: that of the study file.
     pub own: &'a Path,
 }
 
-/// The cases of `study`, the last choice running fastest. At most 10,000 are made.
+/// The cases of `study`; the last choice varies fastest. At most 10,000 are returned.
 #[must_use]
 pub fn cases(study: &Study, roots: &Roots<'_>, quick: bool) -> Vec<Case> {
     each_case(study, *roots, quick).collect()
 }
 
-/// The cases of `study` one after the other, as [`cases`] lists them.
+/// An iterator over the cases of `study`, in the order of [`cases`].
 pub(super) fn each_case<'a>(
     study: &'a Study,
     roots: Roots<'a>,
@@ -47,7 +47,7 @@ pub(super) fn each_case<'a>(
     combinations(study).into_iter().map(move |taken| case(study, &base, &roots, &taken))
 }
 
-/// Names of the cases, in their order.
+/// Names of the cases in order.
 #[must_use]
 pub fn ids(study: &Study) -> Vec<String> {
     let name = |(choice, &k): (&Choice, &usize)| choice.options[k].name.clone();
@@ -57,7 +57,7 @@ pub fn ids(study: &Study) -> Vec<String> {
     combinations(study).into_iter().map(id).collect()
 }
 
-/// Options taken in every case.
+/// Option indices of every case.
 fn combinations(study: &Study) -> Vec<Vec<usize>> {
     let mut out = vec![Vec::new()];
     for choice in &study.choices {
@@ -66,7 +66,7 @@ fn combinations(study: &Study) -> Vec<Vec<usize>> {
             .flat_map(|taken: Vec<usize>| {
                 (0..choice.options.len()).map(move |k| [taken.as_slice(), &[k]].concat())
             })
-            .take(MOST)
+            .take(CASES_MAX)
             .collect();
     }
     out
@@ -83,7 +83,7 @@ fn case(study: &Study, base: &Value, roots: &Roots<'_>, taken: &[usize]) -> Case
         options.push(option.name.clone());
     }
     for (choice, option) in study.choices.iter().zip(&options) {
-        fill(&mut scene, &format!("{{{}}}", choice.name), option);
+        replace_mark(&mut scene, &format!("{{{}}}", choice.name), option);
     }
     for tool in scene.get_mut("tools").and_then(Value::as_array_mut).into_iter().flatten() {
         put_under(roots.tools, tool.get_mut("file"));
@@ -109,14 +109,14 @@ fn case(study: &Study, base: &Value, roots: &Roots<'_>, taken: &[usize]) -> Case
     Case { id, options, follows, scene }
 }
 
-/// Sets a member of an object. What is no object is left as it is, for the scene's check to refuse.
+/// Sets a member of an object. Other values are unchanged and refused by the check of the scene.
 fn put(into: &mut Value, key: &str, value: Value) {
     if let Value::Object(object) = into {
         object.insert(key.to_owned(), value);
     }
 }
 
-/// Makes a file's name in a scene one under `folder`.
+/// Joins the name of a file to `folder`.
 fn put_under(folder: &Path, file: Option<&mut Value>) {
     if let Some(file) = file
         && let Some(name) = file.as_str()
@@ -125,11 +125,11 @@ fn put_under(folder: &Path, file: Option<&mut Value>) {
     }
 }
 
-/// The cases that `wanted` names: a name in full that one alone, any other all whose names hold it; all where it names
-/// none.
+/// The cases selected by `wanted`: a complete name selects one case, a part of a name all cases that contain it. An
+/// empty list selects all.
 ///
 /// # Errors
-/// The one that is in no case's name.
+/// The first name that no case contains.
 pub fn chosen(ids: &[String], wanted: &[String]) -> Result<BTreeSet<String>, String> {
     if wanted.is_empty() {
         return Ok(ids.iter().cloned().collect());
@@ -166,12 +166,12 @@ fn merge(into: &mut Value, change: &Value) {
     }
 }
 
-/// Replaces `mark` in all texts.
-fn fill(value: &mut Value, mark: &str, by: &str) {
+/// Replaces `mark` in all strings.
+fn replace_mark(value: &mut Value, mark: &str, by: &str) {
     match value {
         Value::String(text) => *text = text.replace(mark, by),
-        Value::Array(list) => list.iter_mut().for_each(|v| fill(v, mark, by)),
-        Value::Object(object) => object.values_mut().for_each(|v| fill(v, mark, by)),
+        Value::Array(list) => list.iter_mut().for_each(|v| replace_mark(v, mark, by)),
+        Value::Object(object) => object.values_mut().for_each(|v| replace_mark(v, mark, by)),
         _ => {}
     }
 }

@@ -1,21 +1,21 @@
-//! What a study is expected to show, held against what its cases did.
+//! Checks of a study: expected results, compared with those of its cases.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One expectation.
+/// An expected result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Check {
-    /// What is expected, in words.
+    /// The expectation in words.
     pub says: String,
-    /// Cases it is expected of; all of them when empty.
+    /// Cases to check; all if empty.
     #[serde(default)]
     pub cases: Vec<String>,
-    /// Case they are compared with; the study's reference when not given.
+    /// Case to compare with; default: the reference of the study.
     #[serde(default)]
     pub against: Option<String>,
-    /// What is looked at.
+    /// The quantity to check.
     pub figure: Figure,
     /// Largest value allowed.
     #[serde(default)]
@@ -23,85 +23,85 @@ pub struct Check {
     /// Smallest value allowed.
     #[serde(default)]
     pub at_least: Option<f64>,
-    /// Why it does not hold, where that is known: said in the place of a failure.
+    /// Known reason why the check does not hold: reported instead of a failure.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explained: Option<String>,
 }
 
-/// A figure of a case.
+/// A quantity of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Figure {
-    /// RMS of the difference of force over the travel, over that of the other case.
+    /// RMS over the travel of the force difference, over the RMS force of the other case.
     ForceRms,
-    /// Largest excess of force over the other case in the last third of the stroke, over the largest force of the other
-    /// case; said with its travel.
+    /// Largest excess of the force over that of the other case in the last third of the stroke, over its largest force.
+    /// The travel is reported too.
     LateForceExcess,
-    /// Largest difference of thickness along dx and dxy from the other case [mm].
+    /// Largest difference of thickness from the other case along dx and dxy [mm].
     ThicknessMm,
-    /// Patches over those of the other case.
+    /// Number of patches over that of the other case.
     PatchesOverReference,
     /// Processor time over that of the other case.
     SecondsOverReference,
-    /// Time of an iteration in factorisations of the same run, over that of the other case: a machine that
-    /// is faster for one run than for the other makes no difference.
+    /// Time of an iteration in units of a factorisation of the same run, over that of the other case. It does not depend
+    /// on the speed of the machine during each run.
     IterationInFactorisationsOverReference,
-    /// Nodal contact forces against tool forces, as a share of the largest.
+    /// Difference of nodal contact forces and tool forces, over the largest force.
     ForceError,
-    /// Energy not accounted for, as a share of the work done.
+    /// Unaccounted energy over the work.
     EnergyError,
-    /// Volume that does not balance, as a share of the sheet's; runs of elastic sheets have none.
+    /// Volume error over the volume of the sheet; elastic sheets have none.
     VolumeError,
-    /// Deepest node in a tool [mm].
+    /// Largest penetration of a node [mm].
     PenetrationMm,
 }
 
-/// How a check came out.
+/// Outcome of a check.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
-    /// No case it is about is done.
+    /// No checked case is done.
     Open,
-    /// It holds for every case that is done; the value nearest to a limit, and its case.
+    /// The check holds for every case that is done. Value and case are those closest to a limit.
     Holds {
         /// The value.
         value: f64,
         /// The case.
         case: String,
     },
-    /// It does not; the value farthest from what is allowed, and its case.
+    /// The check fails. Value and case are those farthest beyond a limit.
     Fails {
         /// The value.
         value: f64,
         /// The case.
         case: String,
     },
-    /// It does not, and why is known.
+    /// The check fails for a known reason.
     Explained {
         /// The value.
         value: f64,
         /// The case.
         case: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
 }
 
 impl Check {
-    /// Judges the values of the cases that have one.
+    /// Evaluates the check for the values of all cases that have one.
     #[must_use]
-    pub fn judge(&self, values: &[(String, f64)]) -> Outcome {
-        let room = |v: f64| {
-            let above = self.at_most.map_or(f64::INFINITY, |most| most - v);
-            above.min(self.at_least.map_or(f64::INFINITY, |least| v - least))
+    pub fn evaluate(&self, values: &[(String, f64)]) -> Outcome {
+        let margin = |v: f64| {
+            let above = self.at_most.map_or(f64::INFINITY, |limit| limit - v);
+            above.min(self.at_least.map_or(f64::INFINITY, |limit| v - limit))
         };
-        // A value that is no number has no room.
-        let room = |v: f64| if v.is_nan() { f64::NEG_INFINITY } else { room(v) };
-        let Some((case, value)) = values.iter().min_by(|a, b| room(a.1).total_cmp(&room(b.1)))
+        // NaN counts as beyond all limits.
+        let margin = |v: f64| if v.is_nan() { f64::NEG_INFINITY } else { margin(v) };
+        let Some((case, value)) = values.iter().min_by(|a, b| margin(a.1).total_cmp(&margin(b.1)))
         else {
             return Outcome::Open;
         };
         let (case, value) = (case.clone(), *value);
-        if room(value) >= 0.0 {
+        if margin(value) >= 0.0 {
             Outcome::Holds { value, case }
         } else if let Some(why) = self.explained.clone() {
             Outcome::Explained { value, case, why }
@@ -110,7 +110,7 @@ impl Check {
         }
     }
 
-    /// What is allowed, in words.
+    /// The allowed range in words.
     #[must_use]
     pub fn allowed(&self) -> String {
         match (self.at_least, self.at_most) {
@@ -123,9 +123,9 @@ impl Check {
 }
 
 impl Outcome {
-    /// In words: state, and the value with its case.
+    /// State, and value with its case, in words.
     #[must_use]
-    pub fn words(&self) -> [String; 2] {
+    pub fn texts(&self) -> [String; 2] {
         match self {
             Self::Open => ["open".into(), String::new()],
             Self::Holds { value, case } => ["holds".into(), format!("{value:.3e} ({case})")],
@@ -156,18 +156,18 @@ mod tests {
         };
         let values = [("a".to_owned(), 0.01), ("b".to_owned(), 0.03)];
         let holds = Outcome::Holds { value: 0.03, case: "b".into() };
-        assert_eq!(check(None, Some(0.05)).judge(&values), holds);
+        assert_eq!(check(None, Some(0.05)).evaluate(&values), holds);
         let fails = Outcome::Fails { value: 0.03, case: "b".into() };
-        assert_eq!(check(None, Some(0.02)).judge(&values), fails);
+        assert_eq!(check(None, Some(0.02)).evaluate(&values), fails);
         let known = Check { explained: Some("no b".into()), ..check(None, Some(0.02)) };
-        let why = known.judge(&values).words();
+        let why = known.evaluate(&values).texts();
         assert_eq!(why, ["does not hold".to_owned(), "3.000e-2 (b): no b".to_owned()]);
         let known = Check { at_most: Some(0.05), ..known };
-        assert_eq!(known.judge(&values), Outcome::Holds { value: 0.03, case: "b".into() });
+        assert_eq!(known.evaluate(&values), Outcome::Holds { value: 0.03, case: "b".into() });
         let fails = Outcome::Fails { value: 0.01, case: "a".into() };
-        assert_eq!(check(Some(0.02), Some(0.05)).judge(&values), fails);
-        assert_eq!(check(Some(0.02), None).judge(&[]), Outcome::Open);
+        assert_eq!(check(Some(0.02), Some(0.05)).evaluate(&values), fails);
+        assert_eq!(check(Some(0.02), None).evaluate(&[]), Outcome::Open);
         let nothing = [("c".to_owned(), f64::NAN)];
-        assert!(matches!(check(None, Some(1.0)).judge(&nothing), Outcome::Fails { .. }));
+        assert!(matches!(check(None, Some(1.0)).evaluate(&nothing), Outcome::Fails { .. }));
     }
 }

@@ -1,4 +1,4 @@
-//! What is compared between the runs of a study: the sheet along two lines, its draw-in, the tools' patches.
+//! Compared quantities of the runs of a study: thickness along two lines, draw-in, and patches of the tools.
 
 use std::path::Path;
 
@@ -8,23 +8,23 @@ use crate::files::sha256_hex;
 use crate::geometry::{Vec2, Vec3};
 use crate::report::vtu_read;
 
-/// A line over the sheet: distance in the flat blank [mm] and thickness [mm].
+/// Thickness along a line: distance in the flat blank [mm] and thickness [mm].
 pub type Profile = Vec<(f64, f64)>;
 
-/// The sheet as a run left it.
+/// The formed sheet.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sheet {
-    /// Along the side y = lowest.
+    /// Along the side of smallest y.
     pub dx: Profile,
-    /// Along the diagonal of the blank's box.
+    /// Along the diagonal of the blank's bounding box.
     pub dxy: Profile,
-    /// How far the ends of the two lines have moved inwards [mm].
+    /// Draw-in: inward displacement of the ends of the two lines [mm].
     pub draw_in: [f64; 2],
-    /// Thinnest point of the sheet [mm].
+    /// Minimum thickness [mm].
     pub thinnest: f64,
 }
 
-/// Reads `steps/last.vtu` of a run; `None` when there is none that can be used.
+/// Reads `steps/last.vtu` of a run; `None` if it is missing or unusable.
 #[must_use]
 pub fn sheet(run: &Path) -> Option<Sheet> {
     let grid = vtu_read::read(&run.join("steps/last.vtu")).ok()?;
@@ -41,7 +41,7 @@ pub fn sheet(run: &Path) -> Option<Sheet> {
 }
 
 struct Nodes<'a> {
-    /// In the flat blank.
+    /// Positions in the flat blank.
     flat: Vec<Vec2>,
     now: &'a [Vec3],
     thickness: &'a [f64],
@@ -57,7 +57,7 @@ impl Nodes<'_> {
         Some(Sheet { dx, dxy, draw_in: [in_x, in_xy], thinnest })
     }
 
-    /// Thickness along a line from `low`, and the way its far end has moved back.
+    /// Thickness along a line from `low`, and the draw-in of its far end.
     fn along(&self, low: Vec2, direction: Vec2, size: f64) -> Option<(Profile, f64)> {
         let line = direction.try_normalize(0.0)?;
         let near = 1e-6 * size;
@@ -73,16 +73,15 @@ impl Nodes<'_> {
     }
 }
 
-/// Largest difference between two profiles [mm], at the points of the one that has fewer: between the points of the coarser
-/// one there is nothing but its interpolation.
+/// Largest difference between two profiles [mm], at the points of the coarser one: between them it is only interpolated.
 #[must_use]
 pub fn largest_difference(one: &[(f64, f64)], other: &[(f64, f64)]) -> Option<f64> {
     let (coarse, fine) = if one.len() <= other.len() { (one, other) } else { (other, one) };
     if fine.len() < 2 {
         return None;
     }
-    let off = coarse.iter().map(|&(s, t)| (t - at(fine, s)).abs());
-    off.reduce(f64::max)
+    let difference = coarse.iter().map(|&(s, t)| (t - at(fine, s)).abs());
+    difference.reduce(f64::max)
 }
 
 /// Linear interpolation, constant beyond the ends; zero for an empty curve.
@@ -95,7 +94,7 @@ pub fn at(curve: &[(f64, f64)], x: f64) -> f64 {
     y0 + (y1 - y0) * ((x - x0) / (x1 - x0)).clamp(0.0, 1.0)
 }
 
-/// Patches of all tools of a scene and the largest of their shape errors [mm], where that of every tool is known.
+/// Number of patches of all tools of a scene, and the largest of their shape errors [mm] if all are known.
 #[must_use]
 pub fn tools(scene: &Value) -> (usize, Option<f64>) {
     let files = scene.get("tools").and_then(Value::as_array).into_iter().flatten();
@@ -114,7 +113,7 @@ pub fn tools(scene: &Value) -> (usize, Option<f64>) {
     (patches, known.and_then(|errors| errors.into_iter().reduce(f64::max)))
 }
 
-/// Largest shape error in the audit beside a tool file (`NAME.audit.json`), if it is of this very file [mm].
+/// Largest shape error in the audit beside a tool file (`NAME.audit.json`), if the audit is of the same file [mm].
 fn audited(file: &Path, bytes: &[u8]) -> Option<f64> {
     let name = file.file_name()?.to_str()?.strip_suffix(".tool.json")?;
     let beside = crate::files::read(
@@ -130,9 +129,9 @@ fn audited(file: &Path, bytes: &[u8]) -> Option<f64> {
     Some(number("max_mm")?.abs().max(number("min_mm")?.abs()))
 }
 
-/// Which of the points (cost, error) no other one beats in both.
+/// Whether each point (cost, error) is Pareto-optimal: no other point is as good in both and better in one.
 #[must_use]
-pub fn front(points: &[(f64, f64)]) -> Vec<bool> {
+pub fn pareto_front(points: &[(f64, f64)]) -> Vec<bool> {
     let beats =
         |a: &(f64, f64), b: &(f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
     points.iter().map(|p| !points.iter().any(|q| beats(q, p))).collect()
@@ -180,8 +179,8 @@ mod tests {
         let coarse = [(0.0, 1.0), (10.0, 2.0)];
         assert_eq!(largest_difference(&[(5.0, 1.5), (7.5, 1.5)], &coarse), Some(0.25));
         let fine = [(0.0, 1.0), (5.0, 0.0), (10.0, 1.9)];
-        for off in [largest_difference(&fine, &coarse), largest_difference(&coarse, &fine)] {
-            assert!((off.unwrap() - 0.1).abs() < 1e-12, "{off:?}");
+        for difference in [largest_difference(&fine, &coarse), largest_difference(&coarse, &fine)] {
+            assert!((difference.unwrap() - 0.1).abs() < 1e-12, "{difference:?}");
         }
         assert_eq!(largest_difference(&[(5.0, 1.5)], &[]), None);
     }
@@ -208,8 +207,8 @@ mod tests {
     }
 
     #[test]
-    fn the_front_holds_what_nobody_beats() {
+    fn the_pareto_front_holds_undominated_points() {
         let points = [(1.0, 5.0), (2.0, 3.0), (3.0, 3.0), (4.0, 1.0), (4.0, 6.0)];
-        assert_eq!(front(&points), [true, true, false, true, false]);
+        assert_eq!(pareto_front(&points), [true, true, false, true, false]);
     }
 }

@@ -1,4 +1,4 @@
-//! Runs the cases that are not done: each in a process of its own, gone on with where it was killed.
+//! Runs the cases that are not done, each in its own process; interrupted runs continue from their checkpoint.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 use super::StudyError;
 use super::case::Case;
 use super::follow::ranks;
-use super::inputs::{digest, folder_of, inputs, proved, scene_text, there};
+use super::inputs::{completed_run, digest, folder_of, has_run, inputs, scene_text};
 pub use super::manifest::{Entry, Manifest, State};
 use super::process;
 use crate::cancel::Cancel;
@@ -20,33 +20,33 @@ use crate::run::lock::{self, Attempt};
 pub struct Execution<'a> {
     /// Folder of the study.
     pub folder: &'a Path,
-    /// The solver.
+    /// Path of the solver.
     pub program: &'a Path,
-    /// Cases at a time.
+    /// Number of concurrent cases.
     pub jobs: usize,
-    /// Threads of each.
+    /// Threads per case.
     pub threads: usize,
-    /// Run cases that failed before again.
-    pub again: bool,
-    /// Set from outside: ask the runs under way to leave a checkpoint, begin no other.
+    /// Run failed cases again.
+    pub repeat_failed: bool,
+    /// Stop request: running cases save a checkpoint and stop, and no other case starts.
     pub stop: &'a Cancel,
 }
 
-/// Runs all cases that are not done, those that follow another behind it; `say` is told of each that begins and ends.
-/// Cases whose `run.json` proves that they are done count as done.
+/// Runs all cases that are not done, leaders before the cases that follow them. `say` receives a message at the start
+/// and the end of each. A case whose `run.json` proves completion counts as done.
 ///
 /// # Errors
-/// [`StudyError`] when another study works in the folder, when the solver cannot be started, or when the manifest cannot
-/// be read or written; a case that fails is an entry with its reason.
+/// [`StudyError`] when another study uses the folder, the solver cannot be started, or the manifest cannot be read or
+/// written. A failed case is an entry with its reason.
 pub fn execute(
     cases: &[Case],
     how: &Execution<'_>,
     say: &(dyn Fn(&str) + Sync),
 ) -> Result<Manifest, StudyError> {
     let _lock = match lock::take(&how.folder.join("study.lock"))? {
-        Attempt::Ours(lock) => lock,
-        Attempt::Theirs(process) => {
-            let who = lock::named(process.as_ref());
+        Attempt::Acquired(lock) => lock,
+        Attempt::HeldByOther(process) => {
+            let who = lock::process_text(process.as_ref());
             return Err(StudyError::Busy { folder: how.folder.to_path_buf(), who });
         }
     };
@@ -57,36 +57,37 @@ pub fn execute(
     Ok(manifest)
 }
 
-/// How a case stands before anything runs, and whether it is to be run.
-fn standing(case: &Case, manifest: &Manifest, how: &Execution<'_>) -> (Entry, bool) {
-    let stands = |inputs, state, reason| Entry { inputs, state, reason };
+/// The entry of a case before any run, and whether the case must run.
+fn entry_before(case: &Case, manifest: &Manifest, how: &Execution<'_>) -> (Entry, bool) {
+    let entry_of = |inputs, state, reason| Entry { inputs, state, reason };
     let done = |id: &String| manifest.cases.get(id).is_some_and(|e| e.state == State::Done);
     if let Some(other) = case.follows.as_ref().filter(|other| !done(other)) {
         let reason = format!("follows {other}, which is not done");
-        return (stands(String::new(), State::Waiting, Some(reason)), false);
+        return (entry_of(String::new(), State::Waiting, Some(reason)), false);
     }
     let inputs = match inputs(case, how.folder) {
         Ok(inputs) => inputs,
-        Err(reason) => return (stands(String::new(), State::Failed, Some(reason)), false),
+        Err(reason) => return (entry_of(String::new(), State::Failed, Some(reason)), false),
     };
     let digest = digest(&inputs);
     let known = manifest.cases.get(&case.id).filter(|e| e.inputs == digest);
-    // A run whose folder was removed is to be made again.
-    let kept = |e: &&Entry| e.state == State::Failed || there(case, how.folder);
+    // A run is repeated if its folder was removed.
+    let kept = |e: &&Entry| e.state == State::Failed || has_run(case, how.folder);
     let ended = known.filter(|e| e.state != State::Waiting).filter(kept).cloned();
     let entry = ended.unwrap_or_else(|| {
-        let (state, reason) = proved(case, how.folder, &inputs).unwrap_or((State::Waiting, None));
-        stands(digest, state, reason)
+        let (state, reason) =
+            completed_run(case, how.folder, &inputs).unwrap_or((State::Waiting, None));
+        entry_of(digest, state, reason)
     });
     let runs = match entry.state {
         State::Waiting => true,
-        State::Failed => how.again,
+        State::Failed => how.repeat_failed,
         State::Done => false,
     };
     (entry, runs)
 }
 
-/// Runs cases that do not wait for each other.
+/// Runs cases that are independent of each other.
 fn execute_rank(
     cases: &[&Case],
     mut manifest: Manifest,
@@ -95,9 +96,9 @@ fn execute_rank(
 ) -> Result<Manifest, StudyError> {
     let mut open = Vec::new();
     for &case in cases {
-        let (entry, runs) = standing(case, &manifest, how);
+        let (entry, runs) = entry_before(case, &manifest, how);
         if let (false, Some(reason)) = (runs, &entry.reason) {
-            say(&format!("{}: {}: {reason}", case.id, entry.state.word()));
+            say(&format!("{}: {}: {reason}", case.id, entry.state.name()));
         }
         open.extend(runs.then_some(case));
         manifest.cases.insert(case.id.clone(), entry);
@@ -115,15 +116,15 @@ fn execute_rank(
     Ok(shared.manifest.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// What workers share.
+/// Data shared by the workers.
 struct Shared {
     manifest: Mutex<Manifest>,
-    /// The case that nobody has taken yet.
+    /// Index of the next case.
     next: AtomicUsize,
 }
 
 impl Shared {
-    /// Takes and runs cases until there are none, or the study is to stop.
+    /// Takes and runs cases until none is left or a stop is requested.
     fn work(
         &self,
         open: &[&Case],
@@ -141,7 +142,7 @@ impl Shared {
                 Ok(ended) => ended,
             };
             say(&format!("{}: {}", case.id, reason.as_deref().unwrap_or("done")));
-            // A worker that panicked has left the map whole.
+            // The map is consistent even if a worker panicked.
             let mut manifest = self.manifest.lock().unwrap_or_else(PoisonError::into_inner);
             if let Some(entry) = manifest.cases.get_mut(&case.id) {
                 (entry.state, entry.reason) = (state, reason);
@@ -152,7 +153,7 @@ impl Shared {
     }
 }
 
-/// Runs a case to its end, or goes on with it: how it then stands, and why it ended early.
+/// Runs a case to its end or continues it. Returns its state, and why it ended early.
 fn run(
     case: &Case,
     how: &Execution<'_>,
@@ -169,30 +170,30 @@ fn run(
         let mut command = Command::new(how.program);
         command.arg("--threads").arg(how.threads.to_string()).arg("run").arg(&scene);
         command.arg("-o").arg(&output).args(["-q", "--tied", "--accept-doubts"]);
-        // What cannot be gone on with is begun again.
+        // A run that cannot continue starts again.
         command.arg(if restart { "--restart" } else { "--overwrite" });
         let failed = |source| StudyError::Start { path: how.program.to_path_buf(), source };
         process::run(&mut command, how.stop).map_err(failed)
     };
     let saved = |n: u8| output.join(format!("checkpoint-{n}.bin")).exists();
-    let (mut status, mut said) = start(saved(0) || saved(1))?;
+    let (mut status, mut message) = start(saved(0) || saved(1))?;
     if status.code() == Some(2) && (saved(0) || saved(1)) {
-        // A checkpoint of other inputs.
-        (status, said) = start(false)?;
+        // The checkpoint has other inputs.
+        (status, message) = start(false)?;
     }
     Ok(match status.code() {
         Some(0) => (State::Done, None),
-        // It goes on next time.
-        Some(5) => (State::Waiting, Some(said)),
+        // It continues in the next execution of the study.
+        Some(5) => (State::Waiting, Some(message)),
         None => {
-            let reason = format!("killed ({status}); the same command continues it {said}");
+            let reason = format!("killed ({status}); the same command continues it {message}");
             (State::Waiting, Some(reason.trim_end().to_owned()))
         }
-        Some(_) => (State::Failed, Some(said)),
+        Some(_) => (State::Failed, Some(message)),
     })
 }
 
-/// Writes the case's scene into its folder.
+/// Writes the scene of a case into its folder.
 fn put_scene(case: &Case, folder: &Path) -> Result<PathBuf, StudyError> {
     fs::create_dir_all(folder)
         .map_err(|source| StudyError::Folder { path: folder.to_path_buf(), source })?;

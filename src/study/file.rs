@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::checks::Check;
 
-/// One scene in many variants: every combination of the choices is a case.
+/// Variants of a scene: every combination of the choices is a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
@@ -16,39 +16,39 @@ pub struct Study {
     pub version: u32,
     /// Name, for reports.
     pub name: String,
-    /// The scene that the choices change. `{NAME}` in a text stands for the option taken of the choice NAME; tool files
-    /// are relative to the folder given with `--tools`, a mesh of the blank and a history to the study.
+    /// The base scene. `{NAME}` in a string is replaced by the option of the choice NAME. Tool files are relative to the
+    /// folder given with `--tools`, a mesh of the blank and a history to the study.
     pub scene: Value,
-    /// What is varied.
+    /// The varied quantities.
     pub choices: Vec<Choice>,
-    /// Changes for a quick look (`--quick`).
+    /// Changes for a coarse trial run (`--quick`).
     #[serde(default)]
     pub quick: Option<Value>,
-    /// Tool whose force and travel are charted.
+    /// Tool whose force and travel are plotted.
     pub watch: String,
-    /// Case the others are compared with: the options taken, in the order of the choices, joined by `_`.
+    /// Reference case: its options in the order of the choices, joined by `_`.
     #[serde(default)]
     pub reference: Option<String>,
-    /// Whose increments cases take instead of choosing their own.
+    /// Cases that follow the increments of another case.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub follow: Vec<Follow>,
-    /// What the study is expected to show.
+    /// Expected results.
     #[serde(default)]
     pub checks: Vec<Check>,
 }
 
-/// Cases whose increments end where those of another case ended (`solver.increments_of` of a scene), so that they differ
-/// from it by what is varied and not by their steps. They are run when it is done.
+/// Cases whose increments end where those of another case ended (`solver.increments_of` of a scene). They then differ
+/// from it only by what is varied, not by their steps. They run after it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Follow {
-    /// The case whose increments are taken.
+    /// The case whose increments are followed.
     pub of: String,
-    /// Cases that take them; a case follows one other at most, and none that follows it.
+    /// Cases that follow it. A case follows at most one other, and not in a cycle.
     pub cases: Vec<String>,
 }
 
-/// The constant that marks a study file.
+/// The format tag of a study file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum FormatTag {
     /// `kanagata-study`
@@ -56,13 +56,13 @@ pub enum FormatTag {
     Study,
 }
 
-/// One thing that is varied.
+/// A varied quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Choice {
-    /// Name, for `{NAME}` and the columns of the table.
+    /// Name, for `{NAME}` and the column of the table.
     pub name: String,
-    /// Its options.
+    /// The options.
     pub options: Vec<ChoiceOption>,
 }
 
@@ -72,10 +72,10 @@ pub struct Choice {
 pub struct ChoiceOption {
     /// Name: letters, digits, `-` and `.`.
     pub name: String,
-    /// The method that it is one of, for the charts of accuracy against cost: cases of the same methods are one line.
+    /// Method of the option, for charts of accuracy over cost: cases of the same methods form one line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
-    /// Changes of the scene: objects are merged, null removes, everything else replaces.
+    /// Changes of the scene (JSON merge patch): objects are merged, null removes, other values replace.
     #[serde(default)]
     pub change: Option<Value>,
 }

@@ -1,4 +1,4 @@
-//! Who takes whose increments.
+//! Cases that follow the increments of other cases.
 
 use super::case::Case;
 use super::file::Study;
@@ -9,7 +9,7 @@ pub(super) fn of<'a>(study: &'a Study, id: &str) -> Option<&'a str> {
     follow.map(|f| f.of.as_str())
 }
 
-/// A case that follows two others, or itself round a circle: where, and what was found.
+/// A case that follows two others, or itself in a cycle: key, and what was found.
 pub(super) fn fault(study: &Study) -> Option<(String, String)> {
     let named = || study.follow.iter().flat_map(|f| &f.cases);
     for (k, follow) in study.follow.iter().enumerate() {
@@ -31,8 +31,8 @@ pub(super) fn fault(study: &Study) -> Option<(String, String)> {
     None
 }
 
-/// The cases in groups: first those that follow none, then those that follow these, and so on. A case whose leader is not
-/// among them is in the first.
+/// Groups of cases in order of execution: first those that follow none, then those that follow these, and so on. A case
+/// whose leader is not in the list belongs to the first group.
 pub(super) fn ranks(cases: &[Case]) -> Vec<Vec<&Case>> {
     let mut ranks: Vec<Vec<&Case>> = Vec::new();
     let mut left: Vec<&Case> = cases.iter().collect();
@@ -41,7 +41,7 @@ pub(super) fn ranks(cases: &[Case]) -> Vec<Vec<&Case>> {
             |c: &&Case| c.follows.as_ref().is_some_and(|other| left.iter().any(|l| l.id == *other));
         let (later, mut now): (Vec<&Case>, Vec<&Case>) = left.iter().copied().partition(waits);
         if now.is_empty() {
-            // A circle, which no study that was read has.
+            // A cycle; valid studies have none.
             now.clone_from(&later);
             left.clear();
         } else {
@@ -52,7 +52,7 @@ pub(super) fn ranks(cases: &[Case]) -> Vec<Vec<&Case>> {
     ranks
 }
 
-/// Adds to the cases that are `wanted` those they follow.
+/// The `wanted` cases and all cases that they follow.
 #[must_use]
 pub fn with_leaders(all: &[Case], wanted: impl Fn(&str) -> bool) -> Vec<Case> {
     let mut taken: Vec<bool> = all.iter().map(|c| wanted(&c.id)).collect();
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_follows_two_or_itself() {
+    fn no_case_follows_two_or_itself() {
         let follow = |of: &str, cases: &[&str]| serde_json::json!({"of": of, "cases": cases});
         let found = |list: Vec<serde_json::Value>| fault(&study(list.into()));
         assert_eq!(found(vec![follow("a", &["b"]), follow("b", &["c"])]), None);

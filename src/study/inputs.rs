@@ -1,4 +1,4 @@
-//! What goes into a case's run, and what its `run.json` proves.
+//! Inputs of a case's run, and proof of completion by its `run.json`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::report::record::{RunRecord, Verdict};
 use crate::run::PROGRAM;
 use crate::scene::read::is_path;
 
-/// SHA-256 of the scene and of the files it names, by their names in it: what the run's `run.json` lists.
+/// SHA-256 of the scene and of the files it names, by name as in the scene, as in `run.json`.
 pub(super) type Inputs = BTreeMap<String, String>;
 
 /// Folder of a case.
@@ -20,22 +20,22 @@ pub(super) fn folder_of(study: &Path, case: &str) -> PathBuf {
     study.join("cases").join(case)
 }
 
-/// The case's scene file.
+/// Text of the scene file of a case.
 pub(super) fn scene_text(case: &Case) -> Vec<u8> {
-    // A value that was read as JSON is written as JSON.
+    // A value parsed from JSON can be serialised.
     serde_json::to_vec_pretty(&case.scene).unwrap_or_default()
 }
 
-/// Reads what goes into the run of `case` of the study in the folder `study`.
+/// Reads the inputs of `case` in the study folder `study`.
 ///
 /// # Errors
-/// Which key names a file that cannot be read, why not, and what to do.
+/// The key of a file that cannot be read, the reason, and the remedy.
 pub(super) fn inputs(case: &Case, study: &Path) -> Result<Inputs, String> {
     let folder = folder_of(study, &case.id);
     let mut all = Inputs::from([("scene".to_owned(), sha256_hex(&scene_text(case)))]);
     for (place, file, remedy) in files(case) {
         let path = match file.strip_prefix("../") {
-            // The folder of the case need not be there yet.
+            // The folder of the case may not exist yet.
             Some(other) => study.join("cases").join(other),
             None => folder.join(file),
         };
@@ -46,7 +46,7 @@ pub(super) fn inputs(case: &Case, study: &Path) -> Result<Inputs, String> {
     Ok(all)
 }
 
-/// Files that the scene names: by which key, and what to do where they are not there.
+/// Files named by the scene: key, file, and remedy if it is missing.
 fn files(case: &Case) -> Vec<(String, &str, String)> {
     let scene = &case.scene;
     let tools = scene.get("tools").and_then(Value::as_array).into_iter().flatten();
@@ -75,20 +75,20 @@ fn files(case: &Case) -> Vec<(String, &str, String)> {
     files
 }
 
-/// SHA-256 of the inputs and of the version of the program that makes a run of them.
+/// SHA-256 of the inputs and of the program version.
 pub(super) fn digest(inputs: &Inputs) -> String {
     let mut all = PROGRAM.as_bytes().to_vec();
     all.extend(inputs.iter().flat_map(|(name, sha)| format!("\n{name}\n{sha}").into_bytes()));
     sha256_hex(&all)
 }
 
-/// Whether the case's folder holds a run.
-pub(super) fn there(case: &Case, study: &Path) -> bool {
+/// Whether the folder of the case contains a run.
+pub(super) fn has_run(case: &Case, study: &Path) -> bool {
     folder_of(study, &case.id).join("run/run.json").exists()
 }
 
-/// How the run in the case's folder ended, if it is one of these inputs by this version that has ended.
-pub(super) fn proved(
+/// Outcome of the run in the case's folder, if it has ended with these inputs and this program version.
+pub(super) fn completed_run(
     case: &Case,
     study: &Path,
     inputs: &Inputs,

@@ -1,4 +1,4 @@
-//! `manifest.json`: how the cases of a study stand.
+//! `manifest.json`: the state of the cases of a study.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,22 +11,22 @@ use serde::{Deserialize, Serialize};
 use super::StudyError;
 use crate::files::{WriteError, write_atomic};
 
-/// How a case stands.
+/// State of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// Not begun, or broken off.
+    /// Not started, or interrupted.
     Waiting,
     /// All stages done.
     Done,
-    /// It ended early.
+    /// Ended early.
     Failed,
 }
 
 impl State {
-    /// In a word.
+    /// Name of the state.
     #[must_use]
-    pub fn word(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Waiting => "waiting",
             Self::Done => "done",
@@ -35,12 +35,12 @@ impl State {
     }
 }
 
-/// A case in the manifest.
+/// Entry of a case in the manifest.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Entry {
-    /// SHA-256 of the program's version, the scene and the files it names; empty where one of them cannot be read.
+    /// SHA-256 of the program version, the scene and the files it names; empty if one of them cannot be read.
     pub inputs: String,
-    /// How it stands.
+    /// State.
     pub state: State,
     /// Why it ended early.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -50,20 +50,20 @@ pub struct Entry {
 /// The cases of a study by name.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Manifest {
-    /// Cases.
+    /// The cases.
     pub cases: BTreeMap<String, Entry>,
 }
 
-const NAME: &str = "manifest.json";
-const DAMAGED: &str = "manifest.damaged.json";
+const FILE_NAME: &str = "manifest.json";
+const DAMAGED_NAME: &str = "manifest.damaged.json";
 
 impl Manifest {
-    /// The manifest in `folder`; an empty one when there is none.
+    /// Reads the manifest of `folder`; empty if there is none.
     ///
     /// # Errors
-    /// [`StudyError::Io`] when it cannot be read, [`StudyError::Value`] when it is not what [`Self::write`] writes.
+    /// [`StudyError::Io`] when it cannot be read, [`StudyError::Value`] when it is invalid.
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
-        let path = folder.join(NAME);
+        let path = folder.join(FILE_NAME);
         let text = match crate::files::read(&path, crate::files::Input::Description) {
             Ok(text) => text,
             Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Self::default()),
@@ -79,7 +79,7 @@ impl Manifest {
         })
     }
 
-    /// As [`Self::read`]; a damaged one is renamed to `manifest.damaged.json`, and `say` told so.
+    /// As [`Self::read`], but an invalid manifest is renamed to `manifest.damaged.json` and reported to `say`.
     ///
     /// # Errors
     /// [`StudyError::Io`] when it cannot be read or renamed.
@@ -89,10 +89,10 @@ impl Manifest {
     ) -> Result<Self, StudyError> {
         match Self::read(folder) {
             Err(StudyError::Value { path, place, found, .. }) => {
-                fs::rename(&path, folder.join(DAMAGED))
+                fs::rename(&path, folder.join(DAMAGED_NAME))
                     .map_err(|source| StudyError::Io { path: path.clone(), source })?;
                 say(&format!(
-                    "warning: {}, {place}: found {found}; it is kept as {DAMAGED}, and what cases' run.json prove is \
+                    "warning: {}, {place}: found {found}; it is kept as {DAMAGED_NAME}, and what cases' run.json prove is \
                      taken in its place; the others are run",
                     path.display()
                 ));
@@ -102,12 +102,12 @@ impl Manifest {
         }
     }
 
-    /// Writes it into `folder`.
+    /// Writes the manifest into `folder`.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
     pub(super) fn write(&self, folder: &Path) -> Result<(), WriteError> {
-        write_atomic(&folder.join(NAME), |w| {
+        write_atomic(&folder.join(FILE_NAME), |w| {
             serde_json::to_writer_pretty(&mut *w, self)?;
             writeln!(w)
         })
@@ -120,7 +120,7 @@ mod tests {
     use std::sync::Mutex;
 
     #[test]
-    fn a_damaged_manifest_is_told_and_kept() {
+    fn a_damaged_manifest_is_reported_and_kept() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         assert_eq!(Manifest::read(folder).unwrap(), Manifest::default());
@@ -128,14 +128,14 @@ mod tests {
         let manifest = Manifest { cases: [("a".to_owned(), entry)].into() };
         manifest.write(folder).unwrap();
         assert_eq!(Manifest::read(folder).unwrap(), manifest);
-        fs::write(folder.join(NAME), "{\"cases\": ").unwrap();
+        fs::write(folder.join(FILE_NAME), "{\"cases\": ").unwrap();
         let message = Manifest::read(folder).unwrap_err().to_string();
         assert!(message.contains("manifest.json, line 1") && message.contains("allowed"));
-        let told = Mutex::new(String::new());
-        let say = |text: &str| told.lock().unwrap().push_str(text);
+        let messages = Mutex::new(String::new());
+        let say = |text: &str| messages.lock().unwrap().push_str(text);
         let read = Manifest::read_or_set_aside(folder, &say).unwrap();
         assert_eq!(read, Manifest::default());
-        assert!(told.lock().unwrap().contains("manifest.damaged.json"));
-        assert!(folder.join(DAMAGED).exists() && !folder.join(NAME).exists());
+        assert!(messages.lock().unwrap().contains("manifest.damaged.json"));
+        assert!(folder.join(DAMAGED_NAME).exists() && !folder.join(FILE_NAME).exists());
     }
 }

@@ -1,8 +1,9 @@
-//! Studies: one scene in many variants, run, kept, gone on with and compared.
+//! Studies: variants of a scene that are run, kept, continued and compared.
 //!
-//! [`file`] is the description ([`mod@read`] reads it, `validate` says what it may be), [`cases`] makes a scene of every combination of choices, [`execute`] runs those that
-//! are not done ([`follow`]: in which order, where cases take the increments of others; [`manifest`]: how they stand), [`mod@collect`] puts their records side by side,
-//! [`checks`] holds them against what the study is expected to show.
+//! - [`file`]: the study file; [`mod@read`] reads it, `validate` checks it
+//! - [`cases`]: a scene for every combination of the choices
+//! - [`execute`]: runs the cases that are not done; [`follow`]: their order; [`manifest`]: their state
+//! - [`mod@collect`]: compares their records; [`checks`]: expected results
 
 pub mod case;
 pub mod cases;
@@ -25,25 +26,25 @@ use std::path::PathBuf;
 
 use crate::files::WriteError;
 
-/// Why a study cannot be made or run.
+/// Why a study cannot be read or run.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// A file that cannot be read.
+    /// A file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         #[source]
         source: std::io::Error,
     },
-    /// A folder that cannot be made.
+    /// A folder cannot be created.
     #[error("cannot make the folder {}: {source}; check that there is room and no file of its name", path.display())]
     Folder {
         /// The folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         #[source]
         source: std::io::Error,
     },
@@ -54,11 +55,11 @@ pub enum StudyError {
     Start {
         /// The solver.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         #[source]
         source: std::io::Error,
     },
-    /// Another study works in the folder.
+    /// Another process holds the lock of the folder.
     #[error(
         "{}: {who} works in this folder; allowed: one study at a time; wait for it, end it (`kill`; its runs leave checkpoints), or use another folder", folder.display()
     )]
@@ -68,19 +69,19 @@ pub enum StudyError {
         /// The process, in words.
         who: String,
     },
-    /// A study or a scene of it that makes no sense.
+    /// The study or one of its scenes is invalid.
     #[error("{}, {place}: found {found}; allowed: {allowed}", path.display())]
     Value {
         /// The study file.
         path: PathBuf,
-        /// Where in it.
+        /// Position or key.
         place: String,
         /// What was found.
         found: String,
         /// What is allowed.
         allowed: String,
     },
-    /// A file of the results cannot be written.
+    /// A result file cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
 }

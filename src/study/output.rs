@@ -1,4 +1,4 @@
-//! What all studies write: tables of comma-separated values, and charts on a page.
+//! Common output of studies: CSV tables and charts on a page.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::report::csv;
 use crate::report::drawing::{Chart, Line};
 use crate::report::page::Page;
 
-/// Writes a table; cells with commas, quotes or line ends are quoted.
+/// Writes a CSV table; cells with commas, quotes or line breaks are quoted.
 pub(super) fn write_csv(
     path: &Path,
     head: &[&str],
@@ -25,7 +25,7 @@ pub(super) fn write_csv(
     Ok(())
 }
 
-/// Puts a chart on a page, under its title; lines of marks only become rings.
+/// Adds a chart with its title to a page; lines with `marks_only` become rings.
 pub(super) fn plot(page: &mut Page, chart: &Chart) {
     let series = |line: &Line| {
         let (x, y) = line.points.iter().copied().unzip();

@@ -1,4 +1,5 @@
-//! Processes of a study: each is asked to end where the study is, and one that an earlier study left behind gives way.
+//! Solver processes of a study. They are asked to stop with the study; a process left by an earlier study is stopped
+//! first.
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -10,29 +11,29 @@ use crate::cancel::Cancel;
 use crate::run::lock;
 use crate::run::resources::alive;
 
-/// Between two looks at the process.
-const PAUSE: Duration = Duration::from_millis(50);
-/// Bytes of what a process says that are kept.
-const SAID_BYTES: u64 = 1 << 16;
+/// Interval between checks of a process.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+/// Largest number of bytes of standard error that are kept.
+const STDERR_BYTES_MAX: u64 = 1 << 16;
 
-/// Runs `command` to its end; what it says on standard error comes back. When `stop` is set it is asked to end (the solver
-/// then leaves a checkpoint) and waited for. Its standard input stays open as long as this process lives.
+/// Runs `command` to its end and returns its standard error. When `stop` is requested, the process is asked to stop (the
+/// solver saves a checkpoint) and waited for. Its standard input remains open as long as this process lives.
 ///
 /// # Errors
-/// What the system says when the program cannot be started or waited for.
+/// Errors of the system when the program cannot be started or waited for.
 pub(super) fn run(command: &mut Command, stop: &Cancel) -> io::Result<(ExitStatus, String)> {
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
-    // What a terminal sends to the study is not for its solvers: those are asked to end.
+    // Its own process group: terminal signals reach only the study, which asks its solvers to stop.
     own_group(command);
     let mut child = command.spawn()?;
     let _open = child.stdin.take();
     let mut pipe = child.stderr.take();
-    let said = thread::spawn(move || {
-        let mut said = Vec::new();
-        // What was said until the pipe broke is what there is to tell.
-        let _ = pipe.as_mut().map(|p| p.take(SAID_BYTES).read_to_end(&mut said));
+    let output = thread::spawn(move || {
+        let mut output = Vec::new();
+        // Output until the pipe breaks is kept.
+        let _ = pipe.as_mut().map(|p| p.take(STDERR_BYTES_MAX).read_to_end(&mut output));
         let _ = pipe.map(|mut p| io::copy(&mut p, &mut io::sink()));
-        said
+        output
     });
     let mut asked = false;
     let status = loop {
@@ -43,18 +44,18 @@ pub(super) fn run(command: &mut Command, stop: &Cancel) -> io::Result<(ExitStatu
             end(&mut child)?;
             asked = true;
         }
-        thread::sleep(PAUSE);
+        thread::sleep(POLL_INTERVAL);
     };
-    let said = said.join().unwrap_or_default();
-    Ok((status, String::from_utf8_lossy(&said).trim().replace('\n', " ")))
+    let output = output.join().unwrap_or_default();
+    Ok((status, String::from_utf8_lossy(&output).trim().replace('\n', " ")))
 }
 
-/// Waits until no solver works in the folder `run`; one of this machine is asked to end, so that it leaves a checkpoint.
-/// Gives the reason where the folder cannot be had.
+/// Waits until no solver works in the folder `run`. A solver on this machine is asked to stop, so that it saves a
+/// checkpoint. Returns the reason if the folder remains in use.
 pub(super) fn wait_for(run: &Path, stop: &Cancel, say: &dyn Fn(&str)) -> Option<String> {
     let mut asked = None;
     while let Some(holder) = lock::holder(&lock::file_in(run)) {
-        let who = lock::named(holder.as_ref());
+        let who = lock::process_text(holder.as_ref());
         if stop.is_requested() {
             return Some(format!("{who} still works in {}", run.display()));
         }
@@ -66,18 +67,18 @@ pub(super) fn wait_for(run: &Path, stop: &Cancel, say: &dyn Fn(&str)) -> Option<
                         run.display()
                     ));
                 }
-                // The name of one that is gone, until the one that works there has written its own.
+                // The identity of an ended process, until the current one writes its own.
                 Some(false) => {}
                 _ if asked == Some(process.id) => {}
                 _ => {
                     say(&format!("{who} still works in its folder: asked to end, waited for"));
-                    // Where it cannot be asked it is waited for all the same.
-                    let _ = ask_to_end(process.id);
+                    // A process that cannot be asked is waited for as well.
+                    let _ = request_stop(process.id);
                     asked = Some(process.id);
                 }
             }
         }
-        thread::sleep(PAUSE);
+        thread::sleep(POLL_INTERVAL);
     }
     None
 }
@@ -93,24 +94,24 @@ fn own_group(_: &mut Command) {}
 
 #[cfg(unix)]
 fn end(child: &mut Child) -> io::Result<()> {
-    ask_to_end(child.id())
+    request_stop(child.id())
 }
 
-/// Where there is no signal to ask with, the last checkpoint is what the run goes on from.
+/// Without signals, the run continues from its last checkpoint.
 #[cfg(not(unix))]
 fn end(child: &mut Child) -> io::Result<()> {
     child.kill()
 }
 
 #[cfg(unix)]
-fn ask_to_end(process: u32) -> io::Result<()> {
+fn request_stop(process: u32) -> io::Result<()> {
     use rustix::process::{Pid, Signal, kill_process};
     let pid = i32::try_from(process).ok().and_then(Pid::from_raw);
     pid.map_or(Ok(()), |pid| kill_process(pid, Signal::TERM)).map_err(io::Error::from)
 }
 
 #[cfg(not(unix))]
-fn ask_to_end(_: u32) -> io::Result<()> {
+fn request_stop(_: u32) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
@@ -119,12 +120,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_said_and_how_it_ended_come_back() {
+    fn output_and_status_are_returned() {
         let stop = Cancel::default();
         let mut command = Command::new("sh");
         command.args(["-c", "echo far >&2; echo away >&2; exit 3"]);
-        let (status, said) = run(&mut command, &stop).unwrap();
-        assert_eq!((status.code(), said.as_str()), (Some(3), "far away"));
+        let (status, output) = run(&mut command, &stop).unwrap();
+        assert_eq!((status.code(), output.as_str()), (Some(3), "far away"));
     }
 
     #[test]
@@ -134,7 +135,7 @@ mod tests {
         let mut command = Command::new("sh");
         command.args(["-c", "trap 'kill $!; exit 5' TERM; sleep 60 2>/dev/null & wait"]);
         let (status, _) = run(&mut command, &stop).unwrap();
-        // Left alone it ends with 0; asked before its trap was set, by the signal itself.
+        // Undisturbed it ends with 0; asked before its trap is set, by the signal itself.
         assert!(status.code().is_none_or(|code| code == 5), "{status}");
     }
 }

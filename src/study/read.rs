@@ -1,4 +1,4 @@
-//! Reads a study of any kind and checks it.
+//! Reads and checks a study of any kind.
 
 use std::path::Path;
 
@@ -11,18 +11,18 @@ use super::stability::StabilityStudy;
 use super::validate;
 use crate::scene::comments::without_comments;
 
-/// What a study file describes.
+/// Content of a study file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Description {
-    /// Runs of the solver (`kanagata-study`).
+    /// Solver runs (`kanagata-study`).
     Forming(Study),
-    /// Maps of where methods fail (`kanagata-stability`).
+    /// Maps of the convergence of methods (`kanagata-stability`).
     Stability(StabilityStudy),
-    /// Patches against accuracy (`kanagata-patches`).
+    /// Patches over accuracy (`kanagata-patches`).
     Patches(PatchStudy),
 }
 
-/// Reads a study of any kind, told by its `format`.
+/// Reads a study; its kind follows from its `format`.
 ///
 /// # Errors
 /// [`StudyError`] names file, key, what was found and what is allowed.
@@ -32,7 +32,7 @@ pub fn read(path: &Path) -> Result<Description, StudyError> {
     parse(&bytes, path)
 }
 
-/// The study in the bytes of a file, checked as far as no other file is needed; `path` is for messages.
+/// Parses a study and checks it without reading other files; `path` is for messages.
 ///
 /// # Errors
 /// [`StudyError::Value`].

@@ -1,4 +1,4 @@
-//! What a study of forming may say: found before anything runs.
+//! Checks the values of a forming study before anything runs.
 
 use std::path::Path;
 
@@ -6,13 +6,13 @@ use serde_json::Value;
 
 use super::StudyError;
 use super::case::Case;
-use super::cases::{CHOICES_MAX, MOST, NAME_MAX, Roots, each_case, ids};
+use super::cases::{CASES_MAX, CHOICES_MAX, NAME_MAX, Roots, each_case, ids};
 use super::file::Study;
 use super::follow;
 use crate::scene::error::Fault;
 use crate::scene::read::check_value;
 
-/// Checks a study, and the scene of every case of it, as it is and with `--quick`.
+/// Checks a study and the scene of every case, without and with `--quick`.
 ///
 /// # Errors
 /// [`StudyError::Value`].
@@ -33,7 +33,7 @@ fn version(study: &Study) -> Result<(), Fault> {
     }
 }
 
-/// Names of choices and options, and how many cases they make.
+/// Checks the names of choices and options, and the number of cases.
 fn names(study: &Study) -> Result<(), Fault> {
     let choices: Vec<&str> = study.choices.iter().map(|c| c.name.as_str()).collect();
     if choices.len() > CHOICES_MAX {
@@ -47,14 +47,14 @@ fn names(study: &Study) -> Result<(), Fault> {
     }
     let counts = study.choices.iter().map(|c| c.options.len());
     let count = counts.fold(1usize, usize::saturating_mul);
-    if count > MOST {
+    if count > CASES_MAX {
         let found = format!("{count} cases");
-        return Err(("choices".into(), found, format!("at most {MOST}: fewer options")));
+        return Err(("choices".into(), found, format!("at most {CASES_MAX}: fewer options")));
     }
     Ok(())
 }
 
-/// Whether the names of the list at `place` can be parts of file names and differ from each other.
+/// Checks that the names of the list at `place` are unique and can be parts of file names.
 fn check_names(place: &str, names: &[&str]) -> Result<(), Fault> {
     for (k, name) in names.iter().enumerate() {
         let place = format!("{place}[{k}].name");
@@ -81,7 +81,7 @@ fn is_word(name: &str) -> bool {
     begins && name.len() <= NAME_MAX && name.chars().all(fits)
 }
 
-/// `{NAME}` that stands for no choice.
+/// Checks that every `{NAME}` belongs to a choice.
 fn marks(study: &Study) -> Result<(), Fault> {
     let choices: Vec<String> = study.choices.iter().map(|c| format!("{{{}}}", c.name)).collect();
     let changes = study.choices.iter().enumerate().flat_map(|(k, choice)| {
@@ -101,7 +101,7 @@ fn marks(study: &Study) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The first text in `value` with a mark that is none of `known`: its place, and the mark.
+/// The first string in `value` with a placeholder not in `known`: its key and the placeholder.
 fn unknown_mark(value: &Value, place: String, known: &[String]) -> Option<(String, String)> {
     match value {
         Value::String(text) => {
@@ -123,7 +123,7 @@ fn unknown_mark(value: &Value, place: String, known: &[String]) -> Option<(Strin
     }
 }
 
-/// Cases that are named.
+/// Checks that all named cases exist.
 fn references(study: &Study) -> Result<(), Fault> {
     let cases = ids(study);
     let reference = study.reference.iter().map(|r| ("reference".to_owned(), r));
@@ -145,23 +145,23 @@ fn references(study: &Study) -> Result<(), Fault> {
     follow::fault(study).map_or(Ok(()), |(place, found)| Err((place, found, allowed.into())))
 }
 
-/// The scene of every case, read as the solver reads it.
+/// Checks the scene of every case as the solver does.
 fn scenes(study: &Study) -> Result<(), Fault> {
     let roots = Roots { tools: Path::new(""), own: Path::new("") };
     for quick in [false, true] {
-        // Scenes are made one at a time: all together may take far more memory than the file.
-        let judged = |mut case: Case| {
+        // One scene at a time: all together may take far more memory than the file.
+        let checked = |mut case: Case| {
             let fault = fault_in(study, &case);
             case.scene = Value::Null;
             (case, fault)
         };
         let (all, faults): (Vec<Case>, Vec<Option<Fault>>) =
-            each_case(study, roots, quick).map(judged).unzip();
+            each_case(study, roots, quick).map(checked).unzip();
         if let Some(k) = faults.iter().position(Option::is_some) {
             let bad: Vec<bool> = faults.iter().map(Option::is_some).collect();
             let (key, found, allowed) = faults.into_iter().nth(k).flatten().unwrap_or_default();
             let with = if quick { " with `quick`" } else { "" };
-            let place = format!("{}{with}", blame(study, &all, k, &bad));
+            let place = format!("{}{with}", fault_origin(study, &all, k, &bad));
             let key = if key.is_empty() { key } else { format!(": {key}") };
             return Err((format!("{place}{key}"), found, allowed));
         }
@@ -179,24 +179,24 @@ fn fault_in(study: &Study, case: &Case) -> Option<Fault> {
     (!watched).then(|| ("watch".into(), format!("'{}'", study.watch), tools.join(", ")))
 }
 
-/// Where the fault of the case `k` comes from: the scene where all cases have one, else the options that no case without
-/// a fault has, or all it has.
-fn blame(study: &Study, all: &[Case], k: usize, bad: &[bool]) -> String {
+/// Origin of the fault of case `k`: the base scene if all cases have one, otherwise the options that no valid case has,
+/// or all its options.
+fn fault_origin(study: &Study, all: &[Case], k: usize, bad: &[bool]) -> String {
     let case = &all[k];
     if bad.iter().all(|b| *b) {
         return format!("scene of every case (first {})", case.id);
     }
     let options = || study.choices.iter().zip(&case.options).enumerate();
-    let said = |(_, (choice, option)): (_, (&super::file::Choice, &String))| {
+    let text = |(_, (choice, option)): (_, (&super::file::Choice, &String))| {
         format!("{} = {option}", choice.name)
     };
-    let guilty = |j: usize, option: &String| {
+    let only_in_bad = |j: usize, option: &String| {
         all.iter().zip(bad).all(|(other, bad)| *bad || other.options[j] != *option)
     };
     let mut by: Vec<String> =
-        options().filter(|(j, (_, option))| guilty(*j, option)).map(said).collect();
+        options().filter(|(j, (_, option))| only_in_bad(*j, option)).map(text).collect();
     if by.is_empty() {
-        by = options().map(said).collect();
+        by = options().map(text).collect();
     }
     format!("scene of the case {} (by {})", case.id, by.join(", "))
 }
@@ -277,7 +277,7 @@ mod tests {
         holds(&wrong, &["every case", "with `quick`", "layerz"]);
         let none = serde_json::json!({"blank": {"layers": 0}});
         let wrong = fault(|s| s["choices"][0]["options"][1]["change"] = none.clone());
-        // The option 2 of layers puts it right.
+        // The option 2 of layers corrects it.
         holds(&wrong, &["the case b_1 (by model = b, layers = 1): blank", "at least 1"]);
         holds(&fault(|s| s["scene"]["material"] = "cheese".into()), &["material", "cheese"]);
         holds(&fault(|s| s["watch"] = "punch".into()), &["watch: found 'punch'", "allowed: die"]);

@@ -1,4 +1,4 @@
-//! What `kanagata audit` is asked.
+//! Arguments of `kanagata audit`.
 
 use std::path::{Path, PathBuf};
 
@@ -16,10 +16,10 @@ pub struct AuditArgs {
     /// Tool files; several are compared in one table
     #[arg(required = true, value_name = "TOOL")]
     pub(super) tools: Vec<PathBuf>,
-    /// The CAD file they were made from
+    /// The CAD file from which the tools were made
     #[arg(long, value_name = "FILE", required_unless_present = "against")]
     pub(super) cad: Option<PathBuf>,
-    /// Clearance to this tool file at the end of --travel, against --thickness; exit code 1 below it
+    /// Measure the clearance to this tool at the end of --travel and compare it with --thickness; exit code 1 below it
     #[arg(long, value_name = "TOOL", requires = "thickness", conflicts_with_all = ["cad", "vtu", "html", "map"])]
     pub(super) against: Option<PathBuf>,
     /// Travel of the tools, as 0,0,-60 [mm]
@@ -28,25 +28,25 @@ pub struct AuditArgs {
     /// Thickness of the sheet, as `0.8mm` [mm]
     #[arg(long, value_name = "LENGTH", value_parser = length_mm, requires = "against")]
     pub(super) thickness: Option<f64>,
-    /// Share of the thickness that the clearance may fall short of it
+    /// Fraction of the thickness by which the clearance may be smaller
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, requires = "against")]
     pub(super) pinch: f64,
-    /// Largest |shape error| and largest deviation of free borders allowed [mm]; exit code 1 above it
+    /// Largest allowed |shape error| and deviation of free borders [mm]; exit code 1 above it
     #[arg(long, value_name = "LENGTH", value_parser = length_mm)]
     pub(super) tol: Option<f64>,
-    /// Largest normal error allowed [degrees]; exit code 1 above it
+    /// Largest allowed normal error [degrees]; exit code 1 above it
     #[arg(long, value_name = "ANGLE", value_parser = angle_deg)]
     pub(super) normal_tol: Option<f64>,
-    /// Intervals of the grid of points along a side of a patch
+    /// Sampling intervals along a side of a patch
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub(super) samples: usize,
-    /// End with exit code 0 although there are doubts; they are listed all the same
+    /// End with exit code 0 in spite of doubts, which are still listed
     #[arg(long)]
     pub(super) accept_doubts: bool,
-    /// Write the figures; with several tools a list of them
+    /// Write the figures as JSON; with several tools as a list
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
-    /// Write the patches coloured by their error
+    /// Write the patches coloured by their shape error
     #[arg(long, value_name = "FILE")]
     pub(super) vtu: Option<PathBuf>,
     /// Write a map (SVG): the tool seen along -z, coloured by its shape error
@@ -58,12 +58,12 @@ pub struct AuditArgs {
 }
 
 impl AuditArgs {
-    /// Files that are read.
+    /// Input files.
     pub(super) fn inputs(&self) -> Vec<&Path> {
         self.tools.iter().chain(&self.cad).chain(&self.against).map(PathBuf::as_path).collect()
     }
 
-    /// Files that are written, by their options.
+    /// Output files with their options.
     pub(super) fn outputs(&self) -> [(&'static str, Option<&Path>); 4] {
         [
             ("--json", self.json.as_deref()),
@@ -74,7 +74,7 @@ impl AuditArgs {
     }
 }
 
-/// Three numbers [mm] with commas between.
+/// Parses three numbers [mm] separated by commas.
 fn vector_mm(text: &str) -> Result<Vec3, String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|t| t.trim().parse().ok()).collect();
     match numbers[..] {

@@ -7,12 +7,12 @@ use super::json::write_json;
 use super::print::{file_name, short};
 use crate::audit::clearance::{ClearanceOptions, ClearanceReport, clearance};
 use crate::cli::exit::{Exit, Failure};
-use crate::cli::say::out;
+use crate::cli::terminal::out;
 use crate::contact::ToolSurface;
 use crate::geometry::Vec3;
 use crate::tool::file::read;
 
-/// The tools against another one.
+/// Audits the clearance of the tools to another one.
 pub(super) fn clearances(
     args: &AuditArgs,
     against: &Path,
@@ -30,7 +30,7 @@ pub(super) fn clearances(
     Ok(exits)
 }
 
-/// One tool against another.
+/// Audits the clearance of one tool.
 fn cleared(
     args: &AuditArgs,
     tool: &Path,

@@ -4,7 +4,7 @@ use super::args::AuditArgs;
 use crate::cli::exit::Failure;
 use crate::files::write_atomic;
 
-/// The figures of one tool, or a list of those of several in the order they were named.
+/// Writes the figures of one tool, or a list for several in the order of the arguments.
 pub(super) fn write_json<R: serde::Serialize>(
     args: &AuditArgs,
     reports: &[R],

@@ -13,9 +13,9 @@ use self::json::write_json;
 use self::print::{file_name, print_report, print_row};
 use super::doubts::print_doubts;
 use super::exit::{Exit, Failure};
-use super::own::refuse_clashes;
+use super::output_clash::refuse_clashes;
 use super::read::{LostFaces, read_model};
-use super::say::{err, out};
+use super::terminal::{err, out};
 use crate::audit::{
     Audit, AuditError, AuditOptions, AuditReport, CadReference, audit, doubts, map, page, view,
 };
@@ -57,9 +57,9 @@ pub fn run(args: &AuditArgs) -> Result<Exit, Failure> {
     Ok(if exits.contains(&Exit::Limit) { Exit::Limit } else { Exit::Done })
 }
 
-/// The tools against their CAD.
+/// Audits the tools against their CAD.
 fn audits(args: &AuditArgs, cad: &Path) -> Result<Vec<Exit>, Failure> {
-    let model = read_model(cad, LostFaces::LeaveOut)?;
+    let model = read_model(cad, LostFaces::Skip)?;
     let reference = CadReference::new(&model);
     if args.tools.len() > 1 {
         out!(
@@ -84,7 +84,7 @@ fn audits(args: &AuditArgs, cad: &Path) -> Result<Vec<Exit>, Failure> {
     Ok(vec![Exit::of_doubts(&doubts, args.accept_doubts)])
 }
 
-/// The doubts about a tool; with its file where several are audited.
+/// Doubts about a tool, preceded by its file if several are audited.
 fn named_doubts(args: &AuditArgs, report: &AuditReport) -> Vec<Doubt> {
     let mut doubts = report.doubts.clone();
     if args.tools.len() > 1 {
@@ -93,7 +93,7 @@ fn named_doubts(args: &AuditArgs, report: &AuditReport) -> Vec<Doubt> {
     doubts
 }
 
-/// One tool against its CAD.
+/// Audits one tool against its CAD.
 fn audited(
     args: &AuditArgs,
     tool: &Path,
@@ -130,7 +130,7 @@ fn audited(
     Ok(found.report)
 }
 
-/// Faces that were left out when the tool was made and are not among the `known` ones: the tool file names them.
+/// Faces that the tool file lists as skipped and that are not in `known`.
 fn skipped(provenance: &Provenance, known: &[LostFace]) -> Vec<LostFace> {
     let is_new = |name: &&String| known.iter().all(|f| f.source != **name);
     let new = provenance.faces_lost.iter().filter(is_new);

@@ -1,12 +1,12 @@
-//! Figures of an audit on the terminal.
+//! Prints the figures of an audit.
 
 use std::path::Path;
 
 use crate::audit::AuditReport;
 use crate::audit::report::{Jumps, WorstPatch};
-use crate::cli::say::out;
+use crate::cli::terminal::out;
 
-/// The figures of one of several tools.
+/// Prints one row of a table of tools.
 pub(super) fn print_row(tool: &Path, r: &AuditReport) {
     out!(
         "{:32} {:>8} {:>+10.5} {:>+10.5} {:>10.5} {:>10.5} {:>8.3} {:>8.3} {:>9.1e}",
@@ -52,7 +52,7 @@ pub(super) fn print_report(r: &AuditReport) {
     }
 }
 
-/// How patches meet along the edges that they share, and along those where faces meet.
+/// Prints the discontinuities along shared edges, and along edges where faces meet.
 fn print_jumps(jumps: &Jumps) {
     out!(
         "  {} edges shared, {} of them creases, gap up to {:.1e} mm; {} sides do not meet their neighbours', gap up to {:.5} mm",
@@ -67,7 +67,7 @@ fn print_jumps(jumps: &Jumps) {
     }
 }
 
-/// The places of the largest shape errors.
+/// Prints the positions of the largest shape errors.
 fn print_worst(worst: &[WorstPatch]) {
     for w in worst.iter().take(3) {
         out!(
@@ -98,7 +98,7 @@ pub(super) fn file_name(p: &Path) -> String {
     p.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Folder and name, without the ending: what a table has room for.
+/// Folder and name without extension, short enough for a table.
 pub(super) fn short(p: &Path) -> String {
     let folder = p.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
     let name = file_name(p);

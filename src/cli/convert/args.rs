@@ -1,4 +1,4 @@
-//! What `kanagata convert` is asked.
+//! Arguments of `kanagata convert`.
 
 use std::path::{Path, PathBuf};
 
@@ -20,59 +20,61 @@ use crate::geometry::Vec3;
     kanagata convert die.stp -o die.tool.json --tol 0.01mm --reach cup.scene.json\n  \
     kanagata convert die.tool.json -o bezier.tool.json --to bezier\n\n{EXIT_HELP}"))]
 pub struct ConvertArgs {
-    /// IGES or STEP file, or a mesh alone (.msh, .stl, .obj, .vtu, ...) with its own or estimated normals; with --to a tool
-    /// file
+    /// IGES or STEP file, or a mesh without CAD (.msh, .stl, .obj, .vtu, ...) with its own or estimated normals; with
+    /// --to a tool file
     pub(super) file: PathBuf,
     /// Tool file
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: PathBuf,
-    /// Name of the tool; from the output file when not given
+    /// Name of the tool; default: from the output file
     #[arg(long)]
     pub(super) name: Option<String>,
-    /// What the patches are
+    /// Kind of the patches
     #[arg(long, value_enum, default_value_t = Kind::Nagata)]
     pub(super) kind: Kind,
-    /// From a tool file to one of this kind: Nagata patches and facets to biquadratic Bezier patches (Eq. 15), and back
+    /// Convert a tool file to this kind: Nagata patches and facets to biquadratic Bezier patches (Eq. 15), and back
     #[arg(long, value_enum, value_name = "KIND")]
     pub(super) to: Option<To>,
-    /// How edges are curved; `guarded` when not given, with --tol or --patches `cad`
+    /// Curvature of edges; default `guarded`, with --tol or --patches `cad`
     #[arg(long, value_enum)]
     pub(super) edge: Option<Edge>,
-    /// Write a tool file although patches fold
+    /// Write a tool file even if patches fold
     #[arg(long)]
     pub(super) allow_folds: bool,
-    /// Side the sheet is on: the model is turned round when its faces look the other way on the whole
+    /// Side of the sheet: the normals are reversed if most faces point away from it
     #[arg(long, value_enum, value_name = "SIDE", allow_hyphen_values = true)]
     pub(super) sheet_side: Option<SheetSide>,
-    /// Turn the model round
+    /// Reverse the normals
     #[arg(long)]
     pub(super) flip: bool,
-    /// Normals of neighbouring faces closer than this are one [degrees]
+    /// Normals of neighbouring faces closer than this are merged [degrees]
     #[arg(long, value_name = "DEG", default_value_t = 0.5)]
     pub(super) smooth_deg: f64,
-    /// A mesh alone: elements that meet at more than this meet in a crease, where normals are estimated [degrees]; 40 when not
-    /// given
+    /// For a mesh without CAD: elements at a larger angle meet in a crease, where normals are estimated [degrees];
+    /// default 40
     #[arg(long, value_name = "DEG", value_parser = angle_deg)]
     pub(super) crease_deg: Option<f64>,
-    /// Take this mesh (.msh, .stl, .obj, .vtu; other formats through Python's meshio) instead of making one
+    /// Use this mesh (.msh, .stl, .obj, .vtu; other formats through Python's meshio) instead of making one
     #[arg(long, value_name = "FILE")]
     pub(super) mesh: Option<PathBuf>,
-    /// Refine until the largest |shape error| is within this, as `0.01mm` [mm], with as few patches as that takes
+    /// Refine until the largest |shape error| is within this, as `0.01mm` [mm], with the fewest patches
     #[arg(long, value_name = "LENGTH", value_parser = length_mm, conflicts_with = "patches")]
     pub(super) tol: Option<f64>,
     /// Refine until the largest normal error is within this, as `0.5deg` [degrees]; not for --kind bezier
     #[arg(long, value_name = "ANGLE", value_parser = angle_deg, conflicts_with_all = ["mesh", "patches"])]
     pub(super) normal_tol: Option<f64>,
-    /// As small an error as so many patches can have; not for --kind bezier
+    /// Smallest error for this number of patches; not for --kind bezier
     #[arg(long, value_name = "N", conflicts_with = "mesh")]
     pub(super) patches: Option<usize>,
-    /// With --tol, --normal-tol or --patches, not for --kind bezier: leave all vertices on the CAD instead of balancing them about it
+    /// With --tol, --normal-tol or --patches, not for --kind bezier: keep all vertices on the CAD surface instead of
+    /// balancing the error on both sides
     #[arg(long)]
     pub(super) on_cad: bool,
-    /// With --tol or --patches: how the patches of neighbouring faces meet
+    /// With --tol or --patches: how patches of neighbouring faces meet
     #[arg(long, value_enum, default_value_t = Borders::Conforming)]
     pub(super) borders: Borders,
-    /// Leave out faces that the sheet of this scene cannot touch; the tool is the one of this name or output file there
+    /// Exclude faces that the sheet of this scene cannot touch; the tool is the one of this name or output file in the
+    /// scene
     #[arg(long, value_name = "SCENE", conflicts_with = "mesh")]
     pub(super) reach: Option<PathBuf>,
     #[command(flatten)]
@@ -86,20 +88,20 @@ pub(super) enum Kind {
     Nagata,
     /// Flat triangles and bilinear quadrilaterals
     Facets,
-    /// Bezier patches of degree 1 to 6 straight from the CAD's faces, within --tol (1e-4 mm when not given)
+    /// Bezier patches of degree 1 to 6 directly from the CAD faces, within --tol (default 1e-4 mm)
     Bezier,
 }
 
-/// How faces meet.
+/// How neighbouring faces meet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Borders {
-    /// They share vertices and curves: no gap
+    /// Faces share vertices and curves: no gap
     Conforming,
-    /// Each face has its own divisions, as few as its own error allows: gaps within the tolerance, measured and reported
+    /// Each face has its own divisions, as few as its error allows: gaps within the tolerance, measured and reported
     Independent,
 }
 
-/// Kinds that tool files are converted to.
+/// Kinds to which a tool file can be converted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum To {
     /// Nagata patches
@@ -108,18 +110,18 @@ pub(super) enum To {
     Bezier,
 }
 
-/// Rules for edges.
+/// Rules for edge curves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Edge {
-    /// Eq. 8 where its curve runs forward, straight elsewhere
+    /// Eq. 8 where its curve advances monotonically, straight elsewhere
     Guarded,
     /// Eq. 8 everywhere, also where it fails
     Plain,
-    /// Eq. 8, and where it leaves the curve open or fails, through the CAD; given in the tool file
+    /// Eq. 8; where it is undetermined or fails, from the CAD; stored in the tool file
     Cad,
 }
 
-/// Sides along the coordinate axes.
+/// Directions of the coordinate axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum SheetSide {
     /// Towards +x
@@ -143,7 +145,7 @@ pub(super) enum SheetSide {
 }
 
 impl SheetSide {
-    /// Unit vector towards that side.
+    /// Unit vector in that direction.
     pub(super) fn direction(self) -> Vec3 {
         match self {
             Self::PlusX => Vec3::x(),
@@ -157,25 +159,25 @@ impl SheetSide {
 }
 
 impl ConvertArgs {
-    /// Files that are read.
+    /// Input files.
     pub(super) fn inputs(&self) -> Vec<&Path> {
         let more = [&self.mesh, &self.reach].into_iter().flatten().map(PathBuf::as_path);
         std::iter::once(self.file.as_path()).chain(more).collect()
     }
 
-    /// The rule for edges: the one asked for, or the usual one.
+    /// The edge rule, including the default.
     pub(super) fn edge(&self) -> Edge {
         let usual = if self.is_refined() { Edge::Cad } else { Edge::Guarded };
         self.edge.unwrap_or(usual)
     }
 
-    /// A mesh is to be refined until it fits.
+    /// Whether the mesh is refined to a goal.
     pub(super) fn is_refined(&self) -> bool {
         let asked = self.tol.is_some() || self.normal_tol.is_some() || self.patches.is_some();
         asked && self.kind != Kind::Bezier
     }
 
-    /// Side the sheet is on and whether to flip: with a reach that was settled on the whole model.
+    /// Sheet side and flip; a conversion with --reach has applied them to the whole model.
     pub(super) fn side_and_flip(&self, reached: Option<&Reached>) -> (Option<Vec3>, bool) {
         match reached {
             Some(reached) => (None, reached.turned),
@@ -183,7 +185,7 @@ impl ConvertArgs {
         }
     }
 
-    /// Refuses what goes with a mesh alone, or with a mesh that is made here.
+    /// Refuses options for a mesh without CAD, and refinement of a given mesh.
     pub(super) fn check_cad(&self) -> Result<(), Failure> {
         if self.crease_deg.is_some() {
             return Err(Failure::input(
@@ -199,7 +201,7 @@ impl ConvertArgs {
         Ok(())
     }
 
-    /// Refuses what says something only to a refinement of Nagata patches or facets, where there is none.
+    /// Refuses options of the refinement of Nagata patches or facets if there is none.
     pub(super) fn check_refinement(&self) -> Result<(), Failure> {
         let kind = self.kind == Kind::Bezier;
         let refused = [
@@ -222,7 +224,7 @@ impl ConvertArgs {
         Ok(())
     }
 
-    /// Refuses independent borders where there is nothing to divide independently.
+    /// Refuses independent borders if no face is divided.
     pub(super) fn check_borders(&self) -> Result<(), Failure> {
         let reason = match self.borders {
             Borders::Conforming => return Ok(()),

@@ -1,15 +1,15 @@
-//! Patches that fold: refused, or said.
+//! Folded patches: refused or reported.
 
 use std::collections::BTreeSet;
 
 use super::args::{ConvertArgs, Edge};
-use super::made::Converted;
+use super::converted::Converted;
 use super::print::print_report;
 use crate::cli::exit::Failure;
-use crate::cli::say::err;
+use crate::cli::terminal::err;
 use crate::mesh::io;
 
-/// Refuses a model with folded patches, which it prints, unless they were asked for.
+/// Prints and refuses a model with folded patches, unless they are allowed.
 pub(super) fn refuse_folds(args: &ConvertArgs, made: &Converted) -> Result<(), Failure> {
     let count = made.report.folded.len();
     if count == 0 || args.allow_folds || args.edge() == Edge::Plain {
@@ -27,22 +27,22 @@ pub(super) fn refuse_folds(args: &ConvertArgs, made: &Converted) -> Result<(), F
     };
     Err(Failure::input(format!(
         "{file}: {count} patches fold, on faces {}; allowed: none; {advice}, or write them with --allow-folds",
-        faces_said(made)
+        face_list(made)
     )))
 }
 
-/// Numbers of the faces with folded patches, the first few of them.
-fn faces_said(made: &Converted) -> String {
-    const MOST: usize = 10;
+/// Indices of the first faces with folded patches.
+fn face_list(made: &Converted) -> String {
+    const LISTED_MAX: usize = 10;
     let of = |&patch: &u32| made.tool.faces[patch as usize];
     let faces: BTreeSet<u32> = made.report.folded.iter().map(of).collect();
-    let listed: Vec<String> = faces.iter().take(MOST).map(u32::to_string).collect();
-    let more = if faces.len() > MOST { ", ..." } else { "" };
+    let listed: Vec<String> = faces.iter().take(LISTED_MAX).map(u32::to_string).collect();
+    let more = if faces.len() > LISTED_MAX { ", ..." } else { "" };
     format!("{}{more}", listed.join(", "))
 }
 
-/// Says what to do about folds that were written all the same.
-pub(super) fn say_of_folds(args: &ConvertArgs, made: &Converted) {
+/// Warns about folded patches in a tool file, with a remedy.
+pub(super) fn warn_of_folds(args: &ConvertArgs, made: &Converted) {
     let count = made.report.folded.len();
     if count == 0 {
         return;

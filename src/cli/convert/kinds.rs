@@ -7,8 +7,8 @@ use super::provenance::provenance;
 use crate::cad::Model;
 use crate::cli::exit::{Exit, Failure};
 use crate::cli::mesh::MesherArgs;
-use crate::cli::say::{err, out};
 use crate::cli::skip::skipping;
+use crate::cli::terminal::{err, out};
 use crate::convert::bezier::{BezierError, BezierOptions, FINEST, Within, within_tolerance};
 use crate::convert::reach::Reached;
 use crate::convert::renumber;
@@ -17,7 +17,8 @@ use crate::tool::edge::EdgeRule;
 use crate::tool::exchange::{to_bezier, to_nagata};
 use crate::tool::file::ToolFile;
 
-/// Bezier patches straight from the CAD, a quarter turn in 1, 2, 3, 4, 6 ... patches until they are within the tolerance.
+/// Makes Bezier patches directly from the CAD, with 1, 2, 3, 4, 6, ... patches per 90 degrees until they are within the
+/// tolerance.
 pub(super) fn bezier(
     args: &ConvertArgs,
     model: &Model,
@@ -47,7 +48,7 @@ pub(super) fn bezier(
     Ok(Exit::Done)
 }
 
-/// Figures of a Bezier tool, and a warning where its patches fold.
+/// Prints the figures of a Bezier tool and warns about folded patches.
 fn print_within(within: &Within, reached: Option<&Reached>) {
     let Within { tool, report, .. } = within;
     out!(
@@ -70,9 +71,10 @@ fn print_within(within: &Within, reached: Option<&Reached>) {
     }
 }
 
-/// The Bezier tool of a model, over the mesh that is given or the coarsest that keeps the tolerance, and the mesher it took:
-/// where structured meshes do not come to it, mixed ones are tried, which have triangles where quadrilaterals would have
-/// two sides along one smooth border.
+/// The Bezier tool of a model and its mesher, on the given mesh or the coarsest one within the tolerance.
+///
+/// If structured meshes fail, mixed ones are tried. They have triangles where quadrilaterals would have two sides along
+/// one smooth border.
 fn made_within(
     args: &ConvertArgs,
     model: &Model,
@@ -111,7 +113,7 @@ fn made_within(
     })
 }
 
-/// A tool file from one kind to another.
+/// Converts a tool file to another kind.
 pub(super) fn exchange(args: &ConvertArgs, to: To) -> Result<Exit, Failure> {
     let loaded = crate::tool::file::read(&args.file)?;
     let mut tool = match to {

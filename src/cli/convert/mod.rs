@@ -1,11 +1,12 @@
-//! `kanagata convert FILE -o TOOL`: [`own`] for meshes, [`kinds`] for Bezier patches and tool files, here for the rest.
+//! `kanagata convert FILE -o TOOL`: [`mesh_only`] for meshes, [`kinds`] for Bezier patches and tool files, this module for the
+//! rest.
 
 mod args;
+mod converted;
 mod folds;
 mod kinds;
-mod made;
+mod mesh_only;
 mod options;
-mod own;
 mod print;
 mod provenance;
 
@@ -13,9 +14,9 @@ use std::path::Path;
 
 pub use self::args::ConvertArgs;
 use self::args::{Borders, Edge, Kind, SheetSide};
-use self::folds::{refuse_folds, say_of_folds};
+use self::converted::{Converted, Fit};
+use self::folds::{refuse_folds, warn_of_folds};
 use self::kinds::{bezier, exchange};
-use self::made::{Converted, Fit};
 use self::options::{options, stem};
 use self::print::{print_reach, print_report};
 use self::provenance::provenance;
@@ -23,8 +24,8 @@ use super::exit::{Exit, Failure};
 use super::read::read_model;
 use super::skip::{renumbered, skipping};
 use crate::cad::Model;
-use crate::cli::own::refuse_clashes;
-use crate::cli::say::out;
+use crate::cli::output_clash::refuse_clashes;
+use crate::cli::terminal::out;
 use crate::convert::reach::{ReachError, Reached, Zone, within_reach};
 use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::tolerance::{Goal, ToleranceError, to_patches, to_tolerance};
@@ -50,8 +51,8 @@ impl From<ToleranceError> for Failure {
 /// Converts the file.
 ///
 /// # Errors
-/// Exit code 2 for a file that is no CAD, cannot be meshed or not within the tolerance, 4 when files cannot be read
-/// or written.
+/// Exit code 2 for a file that is not CAD, cannot be meshed or not within the tolerance; 4 when files cannot be read or
+/// written.
 pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     args.check_borders()?;
     args.check_refinement()?;
@@ -61,7 +62,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
         return exchange(args, to);
     }
     if io::is_mesh(&args.file) {
-        return own::own(args);
+        return mesh_only::convert(args);
     }
     args.check_cad()?;
     let whole = read_model(&args.file, args.mesher.lost_faces())?;
@@ -72,7 +73,7 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     }
     let options = options(args, reached.as_ref());
     let (mut made, part) =
-        skipping(args.mesher.skips_faces(), model, |model| converted(args, model, &options))
+        skipping(args.mesher.skips_faces(), model, |model| convert_model(args, model, &options))
             .map_err(|failure| of_whole(failure, reached.as_ref()))?;
     if let Some(part) = &part {
         made.renumber(&part.kept);
@@ -87,14 +88,14 @@ pub fn run(args: &ConvertArgs) -> Result<Exit, Failure> {
     let provenance = provenance(args, (&whole, lost), error_mm, reached.as_ref())?;
     ToolFile::of_model(&made.tool, options.edges, provenance).write(&args.output)?;
     print_report(&made);
-    say_of_folds(args, &made);
+    warn_of_folds(args, &made);
     reached.iter().for_each(print_reach);
     out!("  {}", args.output.display());
     Ok(Exit::Done)
 }
 
-/// The tool of a model.
-fn converted(
+/// Converts a model.
+fn convert_model(
     args: &ConvertArgs,
     model: &Model,
     options: &ConvertOptions,
@@ -106,7 +107,7 @@ fn converted(
     Ok(Converted { tool, report, refined: None })
 }
 
-/// What of the model the sheet of a scene can touch.
+/// The part of the model that the sheet of a scene can touch.
 fn reach(args: &ConvertArgs, scene: &Path, model: &Model) -> Result<Reached, Failure> {
     if !args.mesher.is_built_in() {
         return Err(Failure::input(
@@ -126,7 +127,7 @@ fn reach(args: &ConvertArgs, scene: &Path, model: &Model) -> Result<Reached, Fai
     })
 }
 
-/// The model of one mesh; folds are meshed finer unless they were asked for.
+/// Converts a model with one mesh. Faces with folded patches are meshed more finely, unless folds are allowed.
 fn meshed(
     args: &ConvertArgs,
     model: &Model,
@@ -177,13 +178,13 @@ fn refined(
             moved_mm: found.moved_mm,
             slid_mm: found.slid_mm,
             borders: found.borders,
-            saved_all: found.saved_all,
-            asked_apart: borders == Meeting::Independent,
+            search_converged: found.saved_all,
+            independent_requested: borders == Meeting::Independent,
         }),
     })
 }
 
-/// An error that names a face of the whole model, not of what is within reach.
+/// An error with the face index of the whole model instead of its reachable part.
 fn of_whole(failure: Failure, reached: Option<&Reached>) -> Failure {
     match reached {
         Some(reached) => renumbered(failure, |f| reached.kept[f]),

@@ -1,4 +1,4 @@
-//! Choices of a conversion from its arguments.
+//! Conversion options from the arguments.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::convert::reach::Reached;
 use crate::tool::ToolKind;
 use crate::tool::edge::EdgeRule;
 
-/// What a conversion is asked; `reached`: what of the model the sheet can touch.
+/// Conversion options; `reached`: the reachable part of the model.
 pub(super) fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertOptions {
     let (sheet_side, flip) = args.side_and_flip(reached);
     ConvertOptions {
@@ -30,7 +30,7 @@ pub(super) fn options(args: &ConvertArgs, reached: Option<&Reached>) -> ConvertO
     }
 }
 
-/// The file's name without `.tool.json`.
+/// File name without `.tool.json`.
 pub(super) fn stem(path: &Path) -> String {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let stem = name.strip_suffix(".json").unwrap_or(&name);

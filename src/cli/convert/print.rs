@@ -1,18 +1,18 @@
-//! What `convert` prints of what it made.
+//! Prints the result of a conversion.
 
-use super::made::{Converted, Fit};
-use crate::cli::say::{err, out};
+use super::converted::{Converted, Fit};
+use crate::cli::terminal::{err, out};
 use crate::convert::reach::{Reached, Why};
 use crate::convert::tolerance::Borders;
 use crate::geometry::Vec3;
 use crate::tool::build::StraightEdge;
 
-/// Edges and faces listed, at most.
-const MOST_LISTED: usize = 50;
-/// Folded patches listed, at most.
-const MOST_FOLDS: usize = 10;
+/// Largest number of edges and faces listed.
+const LISTED_MAX: usize = 50;
+/// Largest number of folded patches listed.
+const LISTED_FOLDS_MAX: usize = 10;
 
-/// Figures, and warnings for what is not as asked.
+/// Prints the figures of a conversion, and warnings.
 pub(super) fn print_report(made: &Converted) {
     let (patches, vertices) = (made.tool.patches.len(), made.tool.vertices.len());
     let report = &made.report;
@@ -36,9 +36,9 @@ pub(super) fn print_report(made: &Converted) {
     list_folds(made);
 }
 
-/// How far a refined model is from the CAD, and how its faces meet.
+/// Prints the errors of a refined model, and how its faces meet.
 fn print_fit(fit: &Fit) {
-    let Fit { audit, moved_mm, slid_mm, borders, saved_all, asked_apart } = fit;
+    let Fit { audit, moved_mm, slid_mm, borders, search_converged, independent_requested } = fit;
     out!(
         "  shape error {:+.5} to {:+.5} mm, normal error up to {:.3} deg; vertices up to {moved_mm:.5} mm off the CAD",
         audit.min_mm,
@@ -51,7 +51,7 @@ fn print_fit(fit: &Fit) {
             audit.borders.deviation_mm()
         );
     }
-    if !saved_all {
+    if !search_converged {
         err!(
             "note: the search for fewer patches ended at its work limit; what was found keeps the tolerance"
         );
@@ -68,25 +68,25 @@ fn print_fit(fit: &Fit) {
             audit.jumps.open_sides,
             audit.jumps.border_gap_mm
         );
-    } else if *asked_apart {
+    } else if *independent_requested {
         out!("  no fewer patches with faces divided independently: conforming");
     }
 }
 
-/// Patches that fold, where they are; what to do about them is for the caller to say.
+/// Lists folded patches with their positions. The caller adds the remedy.
 fn list_folds(made: &Converted) {
     let folded = &made.report.folded;
-    for &patch in folded.iter().take(MOST_FOLDS) {
+    for &patch in folded.iter().take(LISTED_FOLDS_MAX) {
         let p = at(made, &made.tool.corners[patch as usize].vertices);
         let face = made.tool.faces[patch as usize];
         err!("warning: patch {patch} on face {face} near {p} folds");
     }
-    if folded.len() > MOST_FOLDS {
-        err!("warning: and {} more patches fold", folded.len() - MOST_FOLDS);
+    if folded.len() > LISTED_FOLDS_MAX {
+        err!("warning: and {} more patches fold", folded.len() - LISTED_FOLDS_MAX);
     }
 }
 
-/// Mean of some vertices, to be read.
+/// Mean position of some vertices, as text.
 fn at(made: &Converted, vertices: &[u32]) -> String {
     let sum: Vec3 = vertices.iter().map(|&v| made.tool.vertices[v as usize]).sum();
     let p = sum / vertices.len() as f64;
@@ -97,24 +97,24 @@ fn list_faces(faces: &[usize], what: &str) {
     if faces.is_empty() {
         return;
     }
-    let listed: Vec<String> = faces.iter().take(MOST_LISTED).map(usize::to_string).collect();
-    let more = if faces.len() > MOST_LISTED { ", ..." } else { "" };
+    let listed: Vec<String> = faces.iter().take(LISTED_MAX).map(usize::to_string).collect();
+    let more = if faces.len() > LISTED_MAX { ", ..." } else { "" };
     out!("  {} faces {what}: {}{more}", faces.len(), listed.join(", "));
 }
 
 fn list_edges(made: &Converted, edges: &[StraightEdge], what: &str) {
-    for edge in edges.iter().take(MOST_LISTED) {
+    for edge in edges.iter().take(LISTED_MAX) {
         let ([a, b], p) = (edge.vertices, at(made, &edge.vertices));
         let patches: Vec<String> = edge.patches.iter().map(u32::to_string).collect();
         let patches = patches.join(", ");
         err!("warning: edge {a}-{b} of patches {patches} near {p}: {what}; {}", edge.fault);
     }
-    if edges.len() > MOST_LISTED {
-        err!("warning: and {} more edges: {what}", edges.len() - MOST_LISTED);
+    if edges.len() > LISTED_MAX {
+        err!("warning: and {} more edges: {what}", edges.len() - LISTED_MAX);
     }
 }
 
-/// Faces left out.
+/// Prints the number of excluded faces.
 pub(super) fn print_reach(reached: &Reached) {
     let of = |why| reached.left_out.iter().filter(|l| l.1 == why).count();
     out!(

@@ -1,4 +1,4 @@
-//! What a tool file says of where it comes from.
+//! Provenance of a tool file.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::convert::reach::Reached;
 use crate::files::sha256_hex;
 use crate::tool::file::Provenance;
 
-/// The provenance of a tool made of `model`, which lacks the faces `lost`.
+/// The provenance of a tool made from `model`, which lacks the faces `lost`.
 pub(super) fn provenance(
     args: &ConvertArgs,
     (model, lost): (&Model, &[LostFace]),
@@ -41,7 +41,7 @@ pub(super) fn provenance(
     })
 }
 
-/// What was refined to, for the provenance.
+/// The goal of a refinement, for the provenance.
 fn goal(args: &ConvertArgs) -> String {
     let tol = args.tol.map_or_else(String::new, |t| format!(" tol-mm={t}"));
     let normal = args.normal_tol.map_or_else(String::new, |t| format!(" normal-tol-deg={t}"));

@@ -1,26 +1,27 @@
-//! Doubts about a run: those of its scene, and those of what became of the sheet.
+//! Doubts about a run: about its scene, and about its result.
 
-use super::sheet::THICKNESS_LEFT;
+use super::sheet::THICKNESS_MIN_REL;
 use super::{FacePenetrationRecord, NeckingKind, RunRecord, Verdict};
 use crate::report::doubt::{Doubt, DoubtCode, place_mm};
 
-/// Depth of a node in a tool over the thickness, above which it is a doubt.
-const PENETRATION: f64 = 0.05;
-/// Energy not accounted for over the work, above which it is a doubt.
-const ENERGY_OPEN: f64 = 0.01;
-/// Energy left open in one increment over the work of the whole run, below which it is ignored.
-const ENERGY_OPEN_IGNORED: f64 = 1e-3;
-/// Work of forces that released tools left behind over all work, above which it is a doubt.
-const RELEASED_WORK: f64 = 0.02;
-/// Artificial (hourglass) energy over the work, above which it is a doubt.
-const ARTIFICIAL_ENERGY: f64 = 0.02;
-/// Lift of a blank holder over the initial thickness, above which it is a doubt: a flange thickens by less than half.
-const HOLDER_LIFT: f64 = 1.0;
+/// Penetration of a node over the maximum thickness, above which a doubt is raised.
+const NODE_PENETRATION_MAX_REL: f64 = 0.05;
+/// Unaccounted energy over the work, above which a doubt is raised.
+const UNACCOUNTED_ENERGY_MAX_REL: f64 = 0.01;
+/// Unaccounted energy of one increment over the work of the whole run, below which it is ignored.
+const UNACCOUNTED_ENERGY_IGNORED_REL: f64 = 1e-3;
+/// Work of the remaining forces of released tools over all work, above which a doubt is raised.
+const RELEASED_FORCE_WORK_MAX_REL: f64 = 0.02;
+/// Artificial (hourglass) energy over the work, above which a doubt is raised.
+const ARTIFICIAL_ENERGY_MAX_REL: f64 = 0.02;
+/// Lift of a blank holder over the initial thickness, above which a doubt is raised. A flange thickens by less than half
+/// its thickness, so that a larger lift means wrinkles or folds.
+const HOLDER_LIFT_MAX_REL: f64 = 1.0;
 
 impl RunRecord {
-    /// All doubts as far as the run has come: `scene` (of its set-up) first, then those of its result.
+    /// All doubts of the run so far: first `scene`, the doubts about the set-up, then the doubts about the result.
     #[must_use]
-    pub fn judged(&self, scene: &[Doubt]) -> Vec<Doubt> {
+    pub fn all_doubts(&self, scene: &[Doubt]) -> Vec<Doubt> {
         let found = [
             self.penetration_at_nodes(),
             self.penetration_on_faces(),
@@ -41,14 +42,14 @@ impl RunRecord {
         scene.iter().cloned().chain(found.into_iter().flatten()).collect()
     }
 
-    /// `completed`, or `doubtful` with any doubt.
+    /// The verdict of a run with all stages done: `completed` without doubts, `doubtful` with any.
     #[must_use]
     pub fn completed_verdict(&self) -> Verdict {
         if self.doubts.is_empty() { Verdict::Completed } else { Verdict::Doubtful }
     }
 
     fn penetration_at_nodes(&self) -> Option<Doubt> {
-        let limit = PENETRATION * self.thickness.as_ref()?.maximum_mm;
+        let limit = NODE_PENETRATION_MAX_REL * self.thickness.as_ref()?.maximum_mm;
         (self.penetration_mm > limit).then(|| {
             Doubt::of(
                 DoubtCode::PenetrationAtNodes,
@@ -57,7 +58,7 @@ impl RunRecord {
                 format!(
                     "Nodes are up to {:.3} mm inside a tool ({:.0} % of the thickness allowed). Contact keeps a node out of one tool at a time: join tools that meet at a corner into one file, keep the edge of a tool away from the gap between two others, or raise `solver.contact.stiffness`.",
                     self.penetration_mm,
-                    100.0 * PENETRATION
+                    100.0 * NODE_PENETRATION_MAX_REL
                 ),
             )
         })
@@ -68,7 +69,7 @@ impl RunRecord {
         let found = self.face_penetration.as_ref().filter(|found| found.depth_rel > allowed)?;
         let FacePenetrationRecord { tool, increment, depth_mm, depth_rel, at_mm, .. } = found;
         let first = found.first_increment.unwrap_or(*increment);
-        // The sag of a face goes with the square of its length.
+        // The sag of an element face is proportional to the square of its length.
         let shorter = (allowed / depth_rel).sqrt();
         Some(Doubt::of(
             DoubtCode::PenetrationOnFaces,
@@ -147,10 +148,10 @@ impl RunRecord {
         Some(Doubt::of(
             DoubtCode::UnstableEquilibrium,
             format!("increment {first}"),
-            [self.unstable as f64, 0.0],
+            [self.unstable_increments as f64, 0.0],
             format!(
                 "{} of {} increments, first {first}, ended in an unstable equilibrium: the sheet buckles or wrinkles there, and neither step cuts nor a push along the softest motion led to another equilibrium. Try another `largest_increment`, a finer mesh, or a higher holder force.",
-                self.unstable, self.increments
+                self.unstable_increments, self.increments
             ),
         ))
     }
@@ -158,14 +159,14 @@ impl RunRecord {
     fn hourglass_modes(&self) -> Option<Doubt> {
         let found = self.hourglass.as_ref()?;
         Some(Doubt {
-            value: Some(found.share),
+            value: Some(found.fraction),
             ..Doubt::new(
                 DoubtCode::HourglassModes,
                 format!("increment {}, {}", found.first_increment, place_mm(&found.at_mm)),
                 format!(
                     "From increment {} on up to {:.0} % of the thickness fibres of the mesh tilt in alternate directions, first at {}: an hourglass mode of wide elements under pressure through the thickness. Forces are far too low. Use `element` \"hex8\" in four layers or more where the sheet is pressed.",
                     found.first_increment,
-                    100.0 * found.share,
+                    100.0 * found.fraction,
                     place_mm(&found.at_mm)
                 ),
             )
@@ -174,15 +175,15 @@ impl RunRecord {
 
     fn artificial_energy(&self) -> Option<Doubt> {
         let ratio = self.artificial_energy_nmm.abs() / self.work_nmm;
-        (ratio > ARTIFICIAL_ENERGY).then(|| {
+        (ratio > ARTIFICIAL_ENERGY_MAX_REL).then(|| {
             Doubt::of(
                 DoubtCode::ArtificialEnergy,
                 String::new(),
-                [ratio, ARTIFICIAL_ENERGY],
+                [ratio, ARTIFICIAL_ENERGY_MAX_REL],
                 format!(
                     "Artificial (hourglass) energy is {:.1} % of the work ({:.0} % allowed): forces are wrong by at least as much. Use `element` \"hex8\" in four layers or more where the sheet is pressed through its thickness.",
                     100.0 * ratio,
-                    100.0 * ARTIFICIAL_ENERGY
+                    100.0 * ARTIFICIAL_ENERGY_MAX_REL
                 ),
             )
         })
@@ -191,14 +192,14 @@ impl RunRecord {
     fn shear_at_friction_limit(&self) -> Option<Doubt> {
         let found = self.through_thickness_shear.as_ref()?;
         Some(Doubt {
-            value: Some(found.share),
+            value: Some(found.fraction),
             ..Doubt::new(
                 DoubtCode::ShearAtFrictionLimit,
                 format!("increment {}, {}", found.first_increment, place_mm(&found.at_mm)),
                 format!(
                     "From increment {} on friction shears the faces of the pressed sheet at its shear flow stress, at up to {:.0} % of the pressed nodes, first at {}. The sheet flows out between its faces, which few elements through the thickness cannot follow: forces are wrong by factors. Use `element` \"hex8\" in four layers or more.",
                     found.first_increment,
-                    100.0 * found.share,
+                    100.0 * found.fraction,
                     place_mm(&found.at_mm)
                 ),
             )
@@ -241,26 +242,26 @@ impl RunRecord {
 
     fn released_force_work(&self) -> Option<Doubt> {
         let ratio = self.released_force_work_nmm / self.work_nmm;
-        (ratio > RELEASED_WORK).then(|| {
+        (ratio > RELEASED_FORCE_WORK_MAX_REL).then(|| {
             Doubt::of(
                 DoubtCode::ReleasedForceWork,
                 String::new(),
-                [ratio, RELEASED_WORK],
+                [ratio, RELEASED_FORCE_WORK_MAX_REL],
                 format!(
                     "Contact forces of released tools did {:.0} N mm of work on the sheet while they were reduced to zero, {:.0} % of all work ({:.0} % allowed): the sheet moved with them because no tool guided it. Move these tools back by `travel_mm` first.",
                     self.released_force_work_nmm,
                     100.0 * ratio,
-                    100.0 * RELEASED_WORK
+                    100.0 * RELEASED_FORCE_WORK_MAX_REL
                 ),
             )
         })
     }
 
-    /// Later work, and energy that opens the other way, do not make good what one increment left open.
+    /// The error of a single increment counts too: later work or an error of opposite sign can hide it in the total.
     fn energy_not_accounted_for(&self) -> Option<Doubt> {
-        let worst = self.opened.filter(|worst| {
-            worst.energy_nmm > ENERGY_OPEN * worst.work_nmm
-                && worst.energy_nmm > ENERGY_OPEN_IGNORED * self.work_nmm
+        let worst = self.largest_unaccounted.filter(|worst| {
+            worst.energy_nmm > UNACCOUNTED_ENERGY_MAX_REL * worst.work_nmm
+                && worst.energy_nmm > UNACCOUNTED_ENERGY_IGNORED_REL * self.work_nmm
         });
         let of_increment = worst.map_or(0.0, |worst| worst.energy_nmm / worst.work_nmm);
         let in_one = worst.map(|worst| {
@@ -270,18 +271,18 @@ impl RunRecord {
                 worst.increment
             )
         });
-        let in_all = (self.energy_error > ENERGY_OPEN)
+        let in_all = (self.energy_error > UNACCOUNTED_ENERGY_MAX_REL)
             .then(|| format!("{:.1} % of the work in all", 100.0 * self.energy_error));
         let found: Vec<String> = in_all.into_iter().chain(in_one).collect();
         (!found.is_empty()).then(|| {
             Doubt::of(
                 DoubtCode::EnergyBalance,
                 worst.map_or_else(String::new, |worst| format!("increment {}", worst.increment)),
-                [self.energy_error.max(of_increment), ENERGY_OPEN],
+                [self.energy_error.max(of_increment), UNACCOUNTED_ENERGY_MAX_REL],
                 format!(
                     "Energy is not accounted for: {} ({:.0} % allowed). Increments are too long for what happens in them (contact that closes in one step, snap-through). Reduce `largest_increment`.",
                     found.join(", "),
-                    100.0 * ENERGY_OPEN
+                    100.0 * UNACCOUNTED_ENERGY_MAX_REL
                 ),
             )
         })
@@ -289,7 +290,7 @@ impl RunRecord {
 
     fn holder_lifted(&self) -> Option<Doubt> {
         let lift = self.holder_lift.as_ref()?;
-        let limit = HOLDER_LIFT * self.thickness.as_ref()?.initial_mm;
+        let limit = HOLDER_LIFT_MAX_REL * self.thickness.as_ref()?.initial_mm;
         (lift.lift_mm > limit).then(|| {
             Doubt::of(
                 DoubtCode::HolderLifted,
@@ -309,14 +310,14 @@ impl RunRecord {
         Some(Doubt::of(
             DoubtCode::ThicknessBelowHalf,
             place_mm(&thickness.at_mm),
-            [left, THICKNESS_LEFT],
+            [left, THICKNESS_MIN_REL],
             format!(
                 "The thickness is {:.0} % of its initial value ({:.4} of {:.4} mm) at {}: sheet metals neck and fracture before {:.0} %. Results after that are not those of a real sheet. Reduce the depth, the friction or the holder force.",
                 100.0 * left,
                 thickness.minimum_mm,
                 thickness.initial_mm,
                 place_mm(&thickness.at_mm),
-                100.0 * THICKNESS_LEFT
+                100.0 * THICKNESS_MIN_REL
             ),
         ))
     }

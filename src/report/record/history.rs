@@ -1,4 +1,4 @@
-//! `history.csv`, a line an increment, and `iterations.csv`, a line an iteration.
+//! `history.csv`, one line per increment, and `iterations.csv`, one line per iteration.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -9,25 +9,25 @@ use serde::{Deserialize, Serialize};
 use crate::files::{WriteError, write_atomic};
 use crate::report::csv;
 
-/// One increment, as a line of `history.csv`.
+/// One increment: a line of `history.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HistoryRow {
     /// Increment, from 1.
     pub increment: usize,
     /// Stage name.
     pub stage: String,
-    /// Process time: stages done plus the share of the one under way.
+    /// Process time: number of completed stages plus the completed fraction of the current stage.
     pub time: f64,
-    /// Travel of each tool from its starting place along its direction [mm].
+    /// Travel of each tool from its initial position along its direction [mm].
     pub travel_mm: Vec<f64>,
-    /// Force of each tool on the sheet along its direction, of the whole process [N]; of one that is let go what it has left
-    /// behind, which falls to nothing over the stage.
+    /// Force of each tool on the sheet along its direction, of the whole process [N]. For a released tool: its remaining
+    /// force, which falls to zero over the stage.
     pub force_n: Vec<f64>,
     /// Newton iterations of the increment.
     pub iterations: usize,
-    /// Nodes in contact, and those of them that slip.
+    /// Number of nodes in contact, and number of these that slip.
     pub contacts: [usize; 2],
-    /// Energies since the start, of the whole process.
+    /// Energies since the start of the run, of the whole process.
     pub energy: Energies,
 }
 
@@ -36,23 +36,23 @@ pub struct HistoryRow {
 pub struct Energies {
     /// Work of the tools on the sheet.
     pub external: f64,
-    /// Work of the internal forces: elastic, plastic, and what hardening stores.
+    /// Work of the internal forces: elastic, plastic, and stored by hardening.
     pub internal: f64,
-    /// Heat of friction.
+    /// Frictional work.
     pub friction: f64,
 }
 
-/// A history in memory: tool names and rows.
+/// A history: tool names and rows.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct History {
-    /// Tools, in the scene's order.
+    /// Names of the tools, in the order of the scene.
     pub tools: Vec<String>,
     /// Increments in order.
     pub rows: Vec<HistoryRow>,
 }
 
 impl History {
-    /// Writes `history.csv` whole.
+    /// Writes the complete `history.csv`.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
@@ -60,10 +60,10 @@ impl History {
         write_atomic(path, |w| self.write_to(w))
     }
 
-    /// Reads what [`Self::write`] has written.
+    /// Parses a file written by [`Self::write`].
     ///
     /// # Errors
-    /// What was found, and in which line.
+    /// The line, and what was found there.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut lines = csv::rows(text).into_iter();
         let head = csv::cells(lines.next().unwrap_or(""));
@@ -71,17 +71,17 @@ impl History {
             head.iter().filter_map(|c| c.strip_suffix("_travel_mm")).map(str::to_owned).collect();
         let behind = 2 * tools.len() + 7;
         if head.len() != behind + 2 || head[0] != "increment" {
-            return Err(format!("a first line of {} columns", head.len()));
+            return Err(format!("the first line has {} columns", head.len()));
         }
         let mut rows = Vec::new();
         for (k, text) in lines.enumerate() {
             let row = parse_row(text, behind);
-            rows.push(row.ok_or_else(|| format!("line {} that is no increment", k + 2))?);
+            rows.push(row.ok_or_else(|| format!("line {} is not an increment", k + 2))?);
         }
         Ok(Self { tools, rows })
     }
 
-    /// Whether every increment has a travel and a force of each tool.
+    /// Whether every increment has a travel and a force for each tool.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         let whole =
@@ -89,7 +89,7 @@ impl History {
         self.rows.iter().all(whole)
     }
 
-    /// Tools that have travelled and had no force at any increment.
+    /// Names of tools that have travelled and had zero force in every increment.
     #[must_use]
     pub fn untouched(&self) -> Vec<String> {
         let never = |tool: &usize| {
@@ -126,7 +126,7 @@ impl History {
     }
 }
 
-/// A row of `history.csv` with `behind` columns behind the stage, whose name may have commas.
+/// Parses a row of `history.csv` with `behind` columns after the stage, whose name may contain commas.
 fn parse_row(text: &str, behind: usize) -> Option<HistoryRow> {
     let (increment, rest) = text.split_once(',')?;
     let mut columns: Vec<&str> = rest.rsplitn(behind + 1, ',').collect();
@@ -157,24 +157,24 @@ fn parse_row(text: &str, behind: usize) -> Option<HistoryRow> {
     })
 }
 
-/// One Newton iteration, as a line of `iterations.csv`.
+/// One Newton iteration: a line of `iterations.csv`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct IterationRow {
     /// Increment, from 1.
     pub increment: usize,
-    /// Iteration, from 0: the predictor.
+    /// Iteration, from 0, the predictor.
     pub iteration: usize,
-    /// Unbalanced force over the contact forces.
+    /// Norm of the residual over that of the contact forces.
     pub residual: f64,
     /// Largest violation of a contact condition [mm].
     pub gap_mm: f64,
-    /// Norm of the correction that led here [mm].
+    /// Norm of the last correction [mm].
     pub correction_mm: f64,
-    /// Nodes in contact, those of them that slip, and contact states changed.
+    /// Number of nodes in contact, of slipping nodes, and of changed contact states.
     pub contacts: [usize; 3],
 }
 
-/// Writes `iterations.csv` whole: the convergence of every increment.
+/// Writes the complete `iterations.csv`: the convergence of every increment.
 ///
 /// # Errors
 /// [`WriteError`] when the folder is missing or full.
@@ -232,7 +232,7 @@ mod tests {
             named.write_to(&mut text).unwrap();
             assert_eq!(History::parse(std::str::from_utf8(&text).unwrap()), Ok(named), "{name:?}");
         }
-        // As programs before wrote it.
+        // Stage and tool names without quotes.
         let commas = text.replace("clamp", "clamp, and draw");
         assert_eq!(History::parse(&commas).unwrap().rows[0].stage, "clamp, and draw");
         let cut = text.trim_end().trim_end_matches(|c| c != ',').trim_end_matches(',');

@@ -1,26 +1,27 @@
-//! What a run was made by, and without.
+//! The process that made a run, and the tool patches excluded from it.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Patches of a tool that `--auto` left out of the contact search.
+/// Patches of a tool that `--auto` excluded from the contact search.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct LeftOutRecord {
+pub struct ExcludedPatchesRecord {
     /// Tool.
     pub tool: String,
-    /// Patches left out.
+    /// Number of excluded patches.
     pub patches: usize,
-    /// Patches of the tool.
-    pub of: usize,
+    /// Number of all patches of the tool.
+    #[serde(rename = "of")]
+    pub total: usize,
 }
 
 /// The process that writes a run folder.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Process {
-    /// Its number.
+    /// Process id.
     pub id: u32,
-    /// When it began, as the system counts (Linux: clock ticks since the machine started).
+    /// Start time of the process as the system counts it (Linux: clock ticks since boot).
     pub started: u64,
-    /// The machine: its name, and what tells one start of it from another.
+    /// The machine: its name, and an identifier of its current boot.
     pub host: String,
 }

@@ -1,16 +1,16 @@
-//! What `run.json` says of the sheet itself.
+//! Records of `run.json` about the state of the sheet.
 
 use std::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Thickness over the initial one, below which it is a doubt: sheet metals fracture before.
-pub(super) const THICKNESS_LEFT: f64 = 0.5;
+/// Thickness over the initial thickness, below which a doubt is raised. Sheet metals neck and fracture before.
+pub(super) const THICKNESS_MIN_REL: f64 = 0.5;
 
-/// Springback since the tools were released. Rigid motions that no symmetry plane constrains are constrained at as few
-/// nodes as necessary, the first of the mesh. At the end a sheet that is constrained nowhere, or along one axis only,
-/// is moved rigidly to where it is nearest to its shape in the tools.
+/// Springback since the tools were released. Rigid-body motions that no symmetry plane constrains are constrained at as
+/// few nodes as necessary, the first of the mesh. At the end, a sheet with no constraint, or constrained along one axis
+/// only, is moved rigidly to the best fit with its shape in the tools.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SpringbackRecord {
     /// Largest displacement of a node [mm].
@@ -25,12 +25,12 @@ pub struct SpringbackRecord {
 
 /// Unaccounted energy of an increment.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct OpenedRecord {
+pub struct UnaccountedEnergyRecord {
     /// The increment.
     pub increment: usize,
     /// Its magnitude [N mm].
     pub energy_nmm: f64,
-    /// Work done by then, or the work of rounding where that is more [N mm].
+    /// Work done so far, or the rounding error of the work if that is larger [N mm].
     pub work_nmm: f64,
 }
 
@@ -41,18 +41,19 @@ pub struct HolderLiftRecord {
     pub tool: String,
     /// Increment with the largest lift.
     pub increment: usize,
-    /// Travel against its direction from its farthest position while a force drove it, the largest at any increment [mm].
+    /// Largest travel at any increment against its direction, from the farthest position reached under force control
+    /// [mm].
     pub lift_mm: f64,
 }
 
-/// The sheet's thickness, between the nodes of its faces.
+/// Thickness of the sheet, measured between opposite nodes of its faces.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ThicknessRecord {
-    /// Minimum thickness: the smallest over the initial one [mm].
+    /// Thickness where its ratio to the initial thickness is smallest [mm].
     pub minimum_mm: f64,
     /// Initial thickness there [mm].
     pub initial_mm: f64,
-    /// That place, on the upper face, as it is now [mm].
+    /// Current position of that node, on the upper face [mm].
     pub at_mm: [f64; 3],
     /// Maximum thickness [mm].
     pub maximum_mm: f64,
@@ -60,115 +61,118 @@ pub struct ThicknessRecord {
 
 /// Self-penetration of the sheet, or penetration of its image beyond a symmetry plane.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ThroughItselfRecord {
-    /// The first increment that ended so.
+pub struct SelfPenetrationRecord {
+    /// First increment with self-penetration.
     pub first_increment: usize,
-    /// Nodes inside other parts of the sheet, the most at any increment.
+    /// Largest number of penetrating nodes at any increment.
     pub nodes: usize,
-    /// One of them in the first such increment, as it was then [mm].
+    /// Position of one of them at the end of the first such increment [mm].
     pub at_mm: [f64; 3],
 }
 
-/// Overhang of the sheet at a tool edge: contact conditions are at nodes, and the edge is between them.
+/// Overhang of the sheet at a tool edge: contact conditions are at nodes, and the edge lies between them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct OverEdgeRecord {
-    /// The first increment that ended so.
+pub struct OverhangRecord {
+    /// First increment with overhang.
     pub first_increment: usize,
     /// The tool.
     pub tool: String,
-    /// Nodes beyond its border, the most at any increment.
+    /// Largest number of nodes beyond the border of the tool at any increment.
     pub nodes: usize,
-    /// Depth of the edge in the straight lines between nodes beyond it and nodes that the tool holds, the most at any
-    /// increment [mm].
+    /// Largest depth of the edge at any increment: below straight lines from nodes beyond it to nodes in contact with
+    /// the tool [mm].
     pub depth_mm: f64,
-    /// Where the deepest was in the first such increment [mm].
+    /// Position of the largest depth in the first such increment [mm].
     pub at_mm: [f64; 3],
 }
 
-/// The deepest penetration of a tool into a face of an element. Contact conditions hold nodes; between them a face may lie in a
-/// tool, or a feature of a tool in the sheet.
+/// The largest penetration of a tool into an element face. Contact conditions are at nodes: between them a face may lie
+/// inside a tool, or a feature of a tool inside the sheet.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FacePenetrationRecord {
     /// The tool.
     pub tool: String,
-    /// The increment that ended so.
+    /// Increment with the largest penetration.
     pub increment: usize,
     /// Depth [mm].
     pub depth_mm: f64,
     /// Depth over the mean initial thickness of the sheet.
     pub depth_rel: f64,
-    /// Where [mm].
+    /// Position [mm].
     pub at_mm: [f64; 3],
-    /// The first increment that ended with more than 5 % of the thickness.
+    /// First increment with a penetration above 5 % of the thickness.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub first_increment: Option<usize>,
 }
 
 impl FacePenetrationRecord {
-    /// Depth over the thickness above which results are doubtful: a sag of the faces that moves forces by per cents.
+    /// Depth over the thickness, above which a doubt is raised: faces that sag so much change forces by some per cent.
     pub const ALLOWED_REL: f64 = 0.05;
 }
 
-/// What localised thinning looks like.
+/// Type of localised thinning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NeckingKind {
     /// A band thins while the rest of the sheet unloads, past the maximum force of a tool.
     Band,
-    /// Columns of nodes are thinner than those beside them, nearer than the sheet is thick.
+    /// Nodes are thinner than their neighbours, at a distance shorter than the thickness.
     Dip,
-    /// Less than half of the thickness is left.
+    /// Thickness below half of the initial thickness.
     Torn,
 }
 
 /// Localised thinning of the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NeckingRecord {
-    /// What it looks like.
+    /// Type.
     pub kind: NeckingKind,
-    /// The increment that it was first seen in, or began with.
+    /// First increment in which it was found, or in which it started.
     pub first_increment: usize,
-    /// Where it is thinnest, on the upper face [mm].
+    /// Position of the minimum thickness, on the upper face [mm].
     pub at_mm: [f64; 3],
-    /// The least thickness there over the initial one.
+    /// Minimum thickness there over the initial thickness.
     pub thickness_rel: f64,
 }
 
-/// Hourglass mode: columns of the mesh tilt in alternate directions. Elements that are wide for their layer deform so
-/// under pressure through the thickness, and forces are far too low.
+/// Hourglass mode: thickness fibres of the mesh tilt in alternate directions. Elements that are wide for their layer
+/// deform so under pressure through the thickness, and forces are far too low.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ZigzagRecord {
-    /// The first increment that ended so.
+pub struct HourglassRecord {
+    /// First increment with the mode.
     pub first_increment: usize,
-    /// Share of the columns, the most at any increment.
-    pub share: f64,
-    /// One of them in the first such increment, as it was then [mm].
+    /// Largest fraction of thickness fibres in the mode at any increment.
+    #[serde(rename = "share")]
+    pub fraction: f64,
+    /// Position of one of them at the end of the first such increment [mm].
     pub at_mm: [f64; 3],
 }
 
-/// Through-thickness shear at the friction limit, which needs `hex8` in four layers or more.
+/// Through-thickness shear at the friction limit; it needs `hex8` elements in four layers or more.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ShearedRecord {
-    /// The first increment that ended so.
+pub struct ThroughThicknessShearRecord {
+    /// First increment with this shear.
     pub first_increment: usize,
-    /// Share of the nodes that are pressed by more than it bears, but under edges and lines, the most at any increment.
-    pub share: f64,
-    /// One of them in the first such increment, as it was then [mm].
+    /// Largest fraction at any increment of the nodes whose friction limit exceeds the shear flow stress. Nodes under
+    /// edges and lines of tools are excluded.
+    #[serde(rename = "share")]
+    pub fraction: f64,
+    /// Position of one of them at the end of the first such increment [mm].
     pub at_mm: [f64; 3],
 }
 
-/// Nodes inside a tool at the end of a stage; contact includes only nodes of the face that the tool is to touch.
+/// Nodes inside a tool at the end of a stage. Contact includes only nodes of the face that the tool is to touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct InToolRecord {
+pub struct InsideToolRecord {
     /// The tool.
     pub tool: String,
-    /// The stage at whose end it was found.
+    /// The stage at whose end they were found.
     pub stage: String,
     /// Nodes inside it.
     pub nodes: usize,
-    /// Depth of the deepest, the most at the end of any stage [mm].
+    /// Largest depth at the end of any stage [mm].
     pub depth_mm: f64,
-    /// Where that was [mm].
+    /// Position of the largest depth [mm].
     pub at_mm: [f64; 3],
 }
 
@@ -176,7 +180,7 @@ impl ThicknessRecord {
     /// Whether the thickness is below half of the initial one.
     #[must_use]
     pub fn is_below_half(&self) -> bool {
-        self.minimum_mm < THICKNESS_LEFT * self.initial_mm
+        self.minimum_mm < THICKNESS_MIN_REL * self.initial_mm
     }
 }
 
@@ -187,26 +191,26 @@ impl fmt::Display for ThicknessRecord {
     }
 }
 
-/// The largest strains of the sheet, total ones from the undeformed blank on.
+/// Largest strains of the sheet, measured from the undeformed blank.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StrainRecord {
     /// Largest major strain: logarithmic, of the mid-surface at the centre of an element.
     pub major: f64,
-    /// Minor strain there.
+    /// Minor strain at the same place.
     pub minor: f64,
-    /// That place, as it is now [mm].
+    /// Current position [mm].
     pub at_mm: [f64; 3],
     /// Largest equivalent plastic strain; none for a material without plasticity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub plastic: Option<PlasticRecord>,
+    pub plastic: Option<PlasticStrainRecord>,
 }
 
 /// The largest equivalent plastic strain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct PlasticRecord {
-    /// Of a material point.
+pub struct PlasticStrainRecord {
+    /// Its value, at a material point.
     pub largest: f64,
-    /// Centre of the point's element, as it is now [mm].
+    /// Current position of the centre of the element [mm].
     pub at_mm: [f64; 3],
 }
 
@@ -214,7 +218,9 @@ impl fmt::Display for StrainRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { major, minor, at_mm: [x, y, z], plastic } = self;
         write!(f, "major {major:.4} with minor {minor:.4} at ({x:.1}, {y:.1}, {z:.1}) mm")?;
-        let Some(PlasticRecord { largest, at_mm: [x, y, z] }) = plastic else { return Ok(()) };
+        let Some(PlasticStrainRecord { largest, at_mm: [x, y, z] }) = plastic else {
+            return Ok(());
+        };
         write!(f, ", plastic {largest:.4} at ({x:.1}, {y:.1}, {z:.1}) mm")
     }
 }

@@ -1,4 +1,4 @@
-//! Binary arrays of VTK's XML files: a length, or the lengths of compressed blocks, then numbers.
+//! Binary arrays of VTK's XML files: a length, or the lengths of compressed blocks, followed by numbers.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -7,10 +7,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::read::ZlibDecoder;
 
-/// How a file writes its arrays.
+/// Encoding of the arrays of a file.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Encoding {
-    /// Highest byte first, in lengths and numbers.
+    /// Big-endian lengths and numbers.
     pub big_endian: bool,
     /// Lengths of eight bytes instead of four.
     pub wide_lengths: bool,
@@ -18,19 +18,19 @@ pub(super) struct Encoding {
     pub zlib: bool,
 }
 
-/// Where an array begins; more may stand behind it.
+/// The data from the start of an array; other arrays may follow.
 pub(super) enum Source<'a> {
-    /// Text. Its parts (the lengths, the data) may each be filled up to a whole number of characters by `=`.
+    /// Base64 text. Each part (lengths, data) may be padded by `=`.
     Base64(&'a [u8]),
-    /// Bytes.
+    /// Raw bytes.
     Raw(&'a [u8]),
 }
 
 impl Source<'_> {
-    /// The first bytes.
+    /// The first `count` bytes.
     ///
     /// # Errors
-    /// Fewer are there, or text that is not base64.
+    /// Fewer bytes than `count`, or invalid base64.
     fn take(&self, count: usize) -> Result<Cow<'_, [u8]>, String> {
         let ends = |found: usize| format!("{found} bytes of an array of {count} or more");
         match self {
@@ -59,18 +59,23 @@ impl Source<'_> {
 }
 
 impl Encoding {
-    /// The numbers of an array of VTK's type `kind`, `most` of them at most.
+    /// The numbers of an array of VTK's type `kind`, at most `max_values`.
     ///
     /// # Errors
-    /// An unknown type, an array that ends early, more numbers, or data that are not what they are said to be.
-    pub fn numbers(self, source: &Source<'_>, kind: &str, most: usize) -> Result<Vec<f64>, String> {
+    /// An unknown type, an array that ends early, more than `max_values` numbers, or corrupt data.
+    pub fn numbers(
+        self,
+        source: &Source<'_>,
+        kind: &str,
+        max_values: usize,
+    ) -> Result<Vec<f64>, String> {
         let width = match kind {
             "Float64" | "Int64" | "UInt64" => 8,
             "Float32" | "Int32" | "UInt32" => 4,
             "UInt8" | "Int8" => 1,
             other => return Err(format!("numbers of type '{other}'")),
         };
-        let data = self.data(source, most.saturating_mul(width))?;
+        let data = self.data(source, max_values.saturating_mul(width))?;
         let numbers = |size: usize, convert: &dyn Fn([u8; 8]) -> f64| -> Vec<f64> {
             data.chunks_exact(size)
                 .map(|chunk| {
@@ -96,17 +101,19 @@ impl Encoding {
         })
     }
 
-    /// The bytes of an array's numbers, `most` of them at most: `[bytes][data]`, or `[blocks][bytes of a block, uncompressed][of the last]
-    /// [compressed bytes of each][blocks]`.
-    fn data(self, source: &Source<'_>, most: usize) -> Result<Vec<u8>, String> {
+    /// The bytes of an array, at most `max_bytes`.
+    ///
+    /// Layout: `[bytes][data]`, or `[blocks][uncompressed bytes of a block][of the last block][compressed bytes of
+    /// each][blocks]`.
+    fn data(self, source: &Source<'_>, max_bytes: usize) -> Result<Vec<u8>, String> {
         let word = if self.wide_lengths { 8 } else { 4 };
         let too_long = || "an array longer than the file".to_owned();
         let first = self.length(&source.take(word)?, 0);
-        let too_many = || format!("more than the {most} bytes that a file of this size may say");
+        let too_many = || format!("more than {max_bytes} bytes, the limit for a file of this size");
         if !self.zlib {
             let end = first.checked_add(word).ok_or_else(too_long)?;
             let data = source.take(end)?;
-            return if first > most { Err(too_many()) } else { Ok(data[word..].to_vec()) };
+            return if first > max_bytes { Err(too_many()) } else { Ok(data[word..].to_vec()) };
         }
         if first == 0 {
             return Ok(Vec::new());
@@ -124,21 +131,23 @@ impl Encoding {
         for (k, bounds) in ends.windows(2).enumerate() {
             let before = data.len();
             let part = ZlibDecoder::new(&compressed[bounds[0]..bounds[1]]);
-            let limit = block.min(most - before);
-            let said = part.take((limit as u64).saturating_add(1)).read_to_end(&mut data);
-            said.map_err(|e| format!("block {k} of compressed data: {e}"))?;
+            let limit = block.min(max_bytes - before);
+            let read = part.take((limit as u64).saturating_add(1)).read_to_end(&mut data);
+            read.map_err(|e| format!("block {k} of compressed data: {e}"))?;
             let found = data.len() - before;
-            if data.len() > most {
+            if data.len() > max_bytes {
                 return Err(too_many());
             }
             if found > block || (k + 1 < first && found < block) {
-                return Err(format!("{found} bytes in block {k} of compressed data, {block} said"));
+                return Err(format!(
+                    "{found} bytes in block {k} of compressed data, {block} declared"
+                ));
             }
         }
         Ok(data)
     }
 
-    /// The k-th length; one beyond what can be addressed is the largest number.
+    /// The k-th length; `usize::MAX` if it exceeds the address space.
     fn length(self, bytes: &[u8], k: usize) -> usize {
         let word = if self.wide_lengths { 8 } else { 4 };
         let mut wide = [0u8; 8];

@@ -1,5 +1,5 @@
-//! Reads `.vtu` files: unstructured grids of one piece with ascii, base64 or appended arrays, as they are or compressed
-//! by zlib: what this program, meshio, VTK and ParaView write unless told otherwise.
+//! Reader of `.vtu` files: unstructured grids of one piece, with ascii, base64 or appended arrays, uncompressed or by
+//! zlib. These are the default forms of this program, meshio, VTK and ParaView.
 
 mod arrays;
 
@@ -11,7 +11,7 @@ use quick_xml::events::{BytesStart, Event};
 use self::arrays::{Encoding, Source};
 use crate::geometry::Vec3;
 
-/// Why a `.vtu` file gives no grid.
+/// Why a `.vtu` file cannot be read.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum VtuError {
@@ -20,11 +20,11 @@ pub enum VtuError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         #[source]
         source: std::io::Error,
     },
-    /// The text is not a grid this reader knows.
+    /// The text is not a supported grid.
     #[error("{}, {place}: {found}; allowed: VTK XML UnstructuredGrid, one piece, arrays as ascii, base64 or appended, uncompressed or by zlib; save it again in that form", path.display())]
     Invalid {
         /// The file.
@@ -36,7 +36,7 @@ pub enum VtuError {
     },
 }
 
-/// A grid read back. Cells keep VTK's type numbers.
+/// A grid read from a file. Cells keep VTK's type numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grid {
     /// Points.
@@ -54,7 +54,7 @@ pub struct Grid {
 pub struct GridArray {
     /// Name.
     pub name: String,
-    /// Numbers a tuple.
+    /// Numbers per tuple.
     pub components: usize,
     /// Values, tuple after tuple.
     pub values: Vec<f64>,
@@ -74,25 +74,26 @@ pub fn read(path: &Path) -> Result<Grid, VtuError> {
     })
 }
 
-/// Array or element of a grid that cannot be read, and what was found there.
+/// The array or element that cannot be read, and what was found there.
 pub type Fault = (String, String);
 
-/// Numbers that a file of any size may say, and more for each of its bytes. Without compression no file says more than one
-/// a byte; grids of whole numbers and zeros compress to a tenth. Doubled: twice the memory that a hostile file takes.
-const NUMBERS_ANY: usize = 1 << 20;
-const NUMBERS_PER_BYTE: usize = 2;
+/// Limit of the numbers in a file: a constant, and a number per byte. An uncompressed file holds at most one number per
+/// byte; grids of integers and zeros compress to a tenth. The factor of two limits the memory that a malicious file can
+/// claim.
+const VALUES_BASE_LIMIT: usize = 1 << 20;
+const VALUES_PER_BYTE_LIMIT: usize = 2;
 
 fn fault(place: &str, found: impl Into<String>) -> Fault {
     (place.to_owned(), found.into())
 }
 
-/// What stands behind the XML of a file: arrays, one after the other, that its elements name by where they begin.
+/// The appended data of a file: arrays one after the other, addressed by their offsets.
 struct Appended<'a> {
     base64: bool,
     data: &'a [u8],
 }
 
-/// The XML of a file and what is appended to it.
+/// Splits a file into its XML and its appended data.
 fn split(text: &[u8]) -> Result<(&[u8], Option<Appended<'_>>), Fault> {
     const TAG: &[u8] = b"<AppendedData";
     let Some(at) = text.windows(TAG.len()).position(|w| w == TAG) else {
@@ -126,7 +127,8 @@ pub fn parse(text: &[u8]) -> Result<Grid, Fault> {
         arrays: Vec::new(),
         pieces: 0,
         counts: [0; 2],
-        left: NUMBERS_ANY.saturating_add(NUMBERS_PER_BYTE.saturating_mul(text.len())),
+        values_left: VALUES_BASE_LIMIT
+            .saturating_add(VALUES_PER_BYTE_LIMIT.saturating_mul(text.len())),
     };
     let mut buffer = Vec::new();
     loop {
@@ -149,24 +151,24 @@ pub fn parse(text: &[u8]) -> Result<Grid, Fault> {
     assemble(contents.arrays, contents.counts)
 }
 
-/// What has been read of a file.
+/// State of the reader.
 struct Contents<'a> {
     appended: Option<Appended<'a>>,
     encoding: Encoding,
-    /// Element that the next arrays are of.
+    /// Element that contains the next arrays.
     section: String,
     /// Arrays, each with its section.
     arrays: Vec<(String, GridArray)>,
     pieces: usize,
     /// Points and cells that the piece declares.
     counts: [usize; 2],
-    /// Numbers that the file may still say: compressed arrays, and those that begin at the same place, may say far more than
-    /// the file holds.
-    left: usize,
+    /// Numbers that the file may still declare. Compressed arrays and arrays at the same offset may declare far more
+    /// than the file holds.
+    values_left: usize,
 }
 
 impl Contents<'_> {
-    /// An element that begins; of an array `reader` gives the text.
+    /// Handles the start of an element; for an array, `reader` gives its text.
     fn begin(&mut self, tag: &BytesStart<'_>, reader: &mut Reader<&[u8]>) -> Result<(), Fault> {
         match tag.name().as_ref() {
             b"VTKFile" => self.encoding = read_encoding(tag)?,
@@ -186,16 +188,16 @@ impl Contents<'_> {
         Ok(())
     }
 
-    /// The array of an element with the text `body`.
+    /// Adds the array of an element with the text `body`.
     fn add(&mut self, tag: &BytesStart<'_>, body: &str) -> Result<(), Fault> {
-        let array = read_array(tag, body, self.encoding, self.appended.as_ref(), self.left)?;
-        self.left -= array.values.len();
+        let array = read_array(tag, body, self.encoding, self.appended.as_ref(), self.values_left)?;
+        self.values_left -= array.values.len();
         self.arrays.push((self.section.clone(), array));
         Ok(())
     }
 }
 
-/// A count that the piece declares.
+/// A count declared by the piece.
 fn count(piece: &BytesStart<'_>, name: &str) -> Result<usize, Fault> {
     let found = attribute(piece, name);
     let count = found.as_ref().and_then(|text| text.trim().parse().ok());
@@ -223,7 +225,7 @@ fn read_encoding(tag: &BytesStart<'_>) -> Result<Encoding, Fault> {
     })
 }
 
-/// The text of an element that has begun, without that of elements inside it (VTK writes ranges of norms there).
+/// The text of the current element, without that of its children (VTK writes ranges of norms there).
 fn text_of(reader: &mut Reader<&[u8]>, name: &str) -> Result<String, Fault> {
     let mut buffer = Vec::new();
     let mut body = String::new();
@@ -247,7 +249,7 @@ fn read_array(
     body: &str,
     encoding: Encoding,
     appended: Option<&Appended<'_>>,
-    most: usize,
+    max_values: usize,
 ) -> Result<GridArray, Fault> {
     let name = attribute(tag, "Name").unwrap_or_default();
     let kind = attribute(tag, "type").unwrap_or_default();
@@ -260,7 +262,7 @@ fn read_array(
             .collect::<Result<_, _>>()?,
         Some("binary") => {
             let source = Source::Base64(body.trim().as_bytes());
-            encoding.numbers(&source, &kind, most).map_err(|e| fault(&name, e))?
+            encoding.numbers(&source, &kind, max_values).map_err(|e| fault(&name, e))?
         }
         Some("appended") => {
             let offset = attribute(tag, "offset").and_then(|o| o.parse::<usize>().ok());
@@ -270,20 +272,20 @@ fn read_array(
                 Some((false, data)) => Source::Raw(data),
                 None => return Err(fault(&name, format!("offset {offset:?}, nothing is there"))),
             };
-            encoding.numbers(&source, &kind, most).map_err(|e| fault(&name, e))?
+            encoding.numbers(&source, &kind, max_values).map_err(|e| fault(&name, e))?
         }
         other => return Err(fault(&name, format!("format {other:?}"))),
     };
-    if values.len() > most {
+    if values.len() > max_values {
         return Err(fault(
             &name,
-            format!("more than the {most} numbers that a file of this size may say"),
+            format!("more than {max_values} numbers, the limit for a file of this size"),
         ));
     }
     Ok(GridArray { name, components, values })
 }
 
-/// The grid of the arrays of a piece that declares so many points and cells.
+/// Assembles the grid of a piece from its arrays and its declared counts of points and cells.
 fn assemble(arrays: Vec<(String, GridArray)>, [points, cells]: [usize; 2]) -> Result<Grid, Fault> {
     let mut grid = Grid::default();
     let (mut connectivity, mut offsets, mut types) = (Vec::new(), Vec::new(), Vec::new());
@@ -320,7 +322,7 @@ fn assemble(arrays: Vec<(String, GridArray)>, [points, cells]: [usize; 2]) -> Re
     Ok(grid)
 }
 
-/// Points of three finite coordinates each.
+/// Points with three finite coordinates each.
 fn points_of(array: &GridArray) -> Result<Vec<Vec3>, Fault> {
     let (tuples, rest) = array.values.as_chunks::<3>();
     if !rest.is_empty() || array.components != 3 {
@@ -334,7 +336,7 @@ fn points_of(array: &GridArray) -> Result<Vec<Vec3>, Fault> {
     }
 }
 
-/// Type and points of each cell; `offsets` say where its points end in `connectivity`.
+/// Type and points of each cell; `offsets[k]` is the end of the points of cell k in `connectivity`.
 fn cells_of(
     connectivity: &[f64],
     offsets: &[f64],

@@ -22,7 +22,7 @@ fn what_is_written_is_read_back() {
     assert_eq!(grid.cell_data[0].values, [3.0, -4.0]);
 }
 
-/// Files of other programs (fixtures/vtu, by `tools/peers/vtu.py`): the same grid in every form they write.
+/// Files of other programs (fixtures/vtu, from `tools/peers/vtu.py`): the same grid in every form they write.
 const FORMS: [(&str, &[u8]); 6] = [
     ("meshio, zlib", include_bytes!("../../../fixtures/vtu/meshio.vtu")),
     ("VTK, ascii", include_bytes!("../../../fixtures/vtu/ascii.vtu")),
@@ -126,7 +126,8 @@ fn arrays_that_do_not_fit_the_declared_counts_are_refused_by_name() {
     }
 }
 
-/// Zeros compress a thousandfold, and arrays may begin at the same place: what they say together is bounded by the file's size.
+/// Zeros compress by a factor of a thousand, and arrays may share an offset: the total of declared numbers is limited by
+/// the size of the file.
 #[test]
 fn compressed_arrays_may_not_say_far_more_than_the_file_holds() {
     use base64::Engine;

@@ -1,50 +1,50 @@
-//! Tools that clamp: another stands before them with room for the sheet alone, and nothing takes the sheet past them. It does not
-//! bend over what lies behind their faces with nothing before it, the radii and walls of a holder's opening; what an anvil stands
-//! before is another matter, as a coin is pressed into it.
+//! Clamping tools. A tool clamps if another one opposes it with a clearance of about the thickness and no tool draws the
+//! sheet past both.
+//!
+//! The sheet does not bend over surfaces behind the clamping faces that no tool opposes, for example radii and walls of
+//! a holder's opening. Surfaces opposed by an anvil are kept: a sheet is coined into them.
 
 use super::curvature::corners;
-use super::sharp::Opposite;
+use super::sharp_edge::Opposite;
 use crate::contact::Projection;
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
 use crate::solver::{Motion, SimulationSetup, ToolSetup};
 use crate::tool::Patch;
 
-/// Room between the front of a tool and one that stands opposite, over the sheet's thickness, at most.
-const ROOM: f64 = 1.5;
-/// Share of a tool's direction in the normal of a face of its front.
-const FRONT: f64 = 0.9;
-/// Share of the direction in the normal of a face that a sheet is pressed into a recess by.
-const ANVIL: f64 = 0.95;
-/// What counts as the same place, over the sheet's thickness.
-const SAME: f64 = 1e-3;
-/// Parameters of the places on a patch that are looked at.
-const PLACES: [f64; 3] = [0.2, 0.5, 0.8];
+/// Largest clearance between the front of a tool and the opposing tool, over the thickness of the sheet.
+const CLEARANCE_MAX_REL: f64 = 1.5;
+/// Smallest cosine between a tool's direction and the normal of a face of its front.
+const FRONT_COS_MIN: f64 = 0.9;
+/// Smallest cosine between the direction and the normal of a face that presses the sheet into a recess.
+const ANVIL_COS_MIN: f64 = 0.95;
+/// Tolerance of positions over the thickness of the sheet.
+const POSITION_TOLERANCE_REL: f64 = 1e-3;
+/// Patch parameters at which fronts are sampled.
+const SAMPLE_PARAMETERS: [f64; 3] = [0.2, 0.5, 0.8];
 
 /// Whether a force or a spring drives a tool in some stage.
-pub(super) fn is_forced(setup: &SimulationSetup, tool: usize) -> bool {
+pub(super) fn is_force_driven(setup: &SimulationSetup, tool: usize) -> bool {
     let by_force = |m: &Motion| matches!(m, Motion::Force(_) | Motion::Spring { .. });
     setup.stages.iter().any(|stage| by_force(&stage.motions[tool]))
 }
 
-/// The tools on the sheet's other side.
-pub(super) fn others(setup: &SimulationSetup, tool: usize) -> impl Iterator<Item = usize> + '_ {
+/// The tools on the opposite side of the sheet.
+pub(super) fn opposite_tools(
+    setup: &SimulationSetup,
+    tool: usize,
+) -> impl Iterator<Item = usize> + '_ {
     let side = setup.tools[tool].side;
     (0..setup.tools.len()).filter(move |&other| other != tool && setup.tools[other].side != side)
 }
 
-/// Whether most of a tool's front has another tool before it, with no more room than the sheet takes: it cannot go on, however
-/// hard it pushes. `kept`: its patches that the sheet may come near.
-pub(super) fn stands_before(
-    setup: &SimulationSetup,
-    other: usize,
-    tool: usize,
-    kept: &[bool],
-) -> bool {
+/// Whether tool `other` opposes more than half of the front of `tool`, at a clearance of about the thickness: the tool
+/// cannot advance at any force. `kept`: its reachable patches.
+pub(super) fn opposes(setup: &SimulationSetup, other: usize, tool: usize, kept: &[bool]) -> bool {
     let (own, other) = (&setup.tools[tool], &setup.tools[other]);
     let near = own.surface.model().patches.iter().zip(kept).filter(|(_, kept)| **kept);
     let places: Vec<(Vec3, f64)> = near
-        .flat_map(|(patch, _)| front_of(patch, &own.direction))
+        .flat_map(|(patch, _)| front_samples(patch, &own.direction))
         .map(|(x, area)| (x + own.offset, area))
         .collect();
     let along = |place: &(Vec3, f64)| place.0.dot(&own.direction);
@@ -57,37 +57,38 @@ pub(super) fn stands_before(
         .unzip();
     let feet = other.surface.closest_of_all(&points, &[]);
     let meets = |foot: &Projection| {
-        let turned = foot.normal.dot(&own.direction) < -FRONT;
-        turned && !foot.past_border && foot.gap.abs() <= ROOM * thickness
+        let turned = foot.normal.dot(&own.direction) < -FRONT_COS_MIN;
+        turned && !foot.past_border && foot.gap.abs() <= CLEARANCE_MAX_REL * thickness
     };
     let met: f64 = feet.iter().zip(&areas).filter(|(f, _)| meets(f)).map(|(_, area)| area).sum();
     met > 0.5 * areas.iter().sum::<f64>()
 }
 
-/// Places on a patch where it looks along a direction, each with its share of the area [mm²].
-fn front_of(patch: &Patch, direction: &Vec3) -> Vec<(Vec3, f64)> {
-    let area = patch.area_vector().norm() / (PLACES.len() * PLACES.len()) as f64;
-    let pairs = PLACES.into_iter().flat_map(|a| PLACES.map(|b| (a, b)));
+/// Sampled points of a patch whose normal is along `direction`, each with its part of the area [mm²].
+fn front_samples(patch: &Patch, direction: &Vec3) -> Vec<(Vec3, f64)> {
+    let area =
+        patch.area_vector().norm() / (SAMPLE_PARAMETERS.len() * SAMPLE_PARAMETERS.len()) as f64;
+    let pairs = SAMPLE_PARAMETERS.into_iter().flat_map(|a| SAMPLE_PARAMETERS.map(|b| (a, b)));
     let inside = pairs.filter(|(eta, zeta)| patch.sides() == 4 || zeta < eta);
     let looks = |&(eta, zeta): &(f64, f64)| {
-        patch.normal(eta, zeta).is_some_and(|normal| normal.dot(direction) > FRONT)
+        patch.normal(eta, zeta).is_some_and(|normal| normal.dot(direction) > FRONT_COS_MIN)
     };
     inside.filter(looks).map(|(eta, zeta)| (patch.derivs(eta, zeta).s, area)).collect()
 }
 
-/// Tells the patches of a tool that the sheet does not bend over.
+/// Finds the patches of a tool over which the sheet does not bend.
 pub(super) struct Clamping<'a> {
     tool: &'a ToolSetup,
-    /// Those on the sheet's other side.
-    others: Vec<&'a ToolSetup>,
-    /// The sheet's least place along the direction of a tool that clamps [mm]; `None` of one that does not.
+    /// Tools on the opposite side of the sheet.
+    opposite_tools: Vec<&'a ToolSetup>,
+    /// Smallest coordinate of the sheet along the direction of a clamping tool [mm]; `None` for other tools.
     sheet: Option<f64>,
-    /// Of the sheet [mm].
+    /// Mean thickness of the sheet [mm].
     thickness: f64,
 }
 
 impl<'a> Clamping<'a> {
-    /// `kept`: the tool's patches that the sheet may come near.
+    /// `kept`: reachable patches of the tool.
     pub(super) fn new(
         setup: &'a SimulationSetup,
         tool: usize,
@@ -97,32 +98,33 @@ impl<'a> Clamping<'a> {
         let own = &setup.tools[tool];
         let clamps = opposite.is_idle()
             && setup.loads.iter().all(|&force| force == 0.0)
-            && !others(setup, tool).any(|other| is_forced(setup, other))
-            && others(setup, tool).any(|other| stands_before(setup, other, tool, kept));
+            && !opposite_tools(setup, tool).any(|other| is_force_driven(setup, other))
+            && opposite_tools(setup, tool).any(|other| opposes(setup, other, tool, kept));
         let along = setup.body.mesh().nodes.iter().map(|x| x.dot(&own.direction));
         let sheet = clamps.then(|| along.fold(f64::INFINITY, f64::min));
-        let others = others(setup, tool).map(|other| &setup.tools[other]).collect();
-        Self { tool: own, others, sheet, thickness: setup.body.mesh().mean_thickness() }
+        let opposite_tools = opposite_tools(setup, tool).map(|other| &setup.tools[other]).collect();
+        Self { tool: own, opposite_tools, sheet, thickness: setup.body.mesh().mean_thickness() }
     }
 
-    /// Whether a patch lies behind the sheet that the tool clamps, and no other stands before it.
+    /// Whether a patch lies behind the clamped sheet and no tool opposes it.
     pub(super) fn is_behind(&self, patch: &Patch) -> bool {
         let behind = |(x, _): &(Vec3, Vec3)| {
             let along = (x + self.tool.offset).dot(&self.tool.direction);
-            self.sheet.is_some_and(|sheet| along <= sheet + SAME * self.thickness)
+            self.sheet.is_some_and(|sheet| along <= sheet + POSITION_TOLERANCE_REL * self.thickness)
         };
         let corners = corners(patch);
-        corners.iter().all(behind) && !self.others.iter().any(|other| self.faces(other, &corners))
+        corners.iter().all(behind)
+            && !self.opposite_tools.iter().any(|other| self.faces(other, &corners))
     }
 
-    /// Whether a tool stands before the place of the sheet on the middle of a patch.
+    /// Whether a tool opposes the sheet at the middle of a patch.
     fn faces(&self, other: &ToolSetup, corners: &[(Vec3, Vec3)]) -> bool {
         let middle = corners.iter().map(|c| c.0).sum::<Vec3>() / corners.len().max(1) as f64;
         let out = unit(corners.iter().map(|c| c.1).sum::<Vec3>()).unwrap_or_default();
         let at = middle + out * self.thickness + self.tool.offset - other.offset;
         let foot = other.surface.closest(&at, None);
-        // What lies beside an edge is not before a face.
+        // A foot point beside an edge does not oppose a face.
         let beside = (at - foot.point - foot.normal * foot.gap).norm();
-        beside < 0.1 * self.thickness && foot.normal.dot(&self.tool.direction) < -ANVIL
+        beside < 0.1 * self.thickness && foot.normal.dot(&self.tool.direction) < -ANVIL_COS_MIN
     }
 }

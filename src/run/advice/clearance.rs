@@ -1,23 +1,23 @@
-//! Clearance that tools leave the sheet at the end of their travels, against its thickness and the tools' shape error.
+//! Clearance between tools at the end of their travel, compared with the thickness of the sheet and the shape errors of
+//! the tools.
 
-use super::coarse::{ShapeError, shape_error};
+use super::element_size::SHAPE_ERROR_TOLERANCE_REL;
 use super::finding::{Conversion, Finding};
-use super::size::TOLERANCE;
+use super::shape_error::{ShapeError, shape_error};
 use super::travel::end_of;
 use crate::audit::clearance::{ClearanceOptions, clearance};
 use crate::geometry::Vec3;
 use crate::scene::Plan;
 use crate::solver::SimulationSetup;
 
-/// Shares of the room beside the sheet, and of its thickness, that shape errors may take up.
-const OF_ROOM: f64 = 0.5;
-const OF_THICKNESS: f64 = 2.0 * TOLERANCE;
-/// Intervals along a side of a patch.
-const SAMPLES: usize = 3;
+/// Allowed sum of shape errors, over the clearance beside the sheet and over the thickness.
+const SHAPE_ERROR_PER_CLEARANCE: f64 = 0.5;
+const SHAPE_ERROR_PER_THICKNESS: f64 = 2.0 * SHAPE_ERROR_TOLERANCE_REL;
+/// Sampling intervals along a side of a patch.
+const SIDE_INTERVALS: usize = 3;
 
-/// Remarks on pairs of tools that face each other and whose travels are given; `kept`: each tool's patches that the sheet
-/// may come near.
-pub(super) fn remarks(
+/// Notes on pairs of facing tools whose travels are prescribed. `kept`: reachable patches of each tool.
+pub(super) fn findings(
     plan: &Plan,
     setup: &SimulationSetup,
     kept: &[Vec<bool>],
@@ -38,30 +38,30 @@ pub(super) fn remarks(
             let options = ClearanceOptions {
                 travel: shift(a, end_a) - shift(b, end_b),
                 thickness_mm: thickness,
-                samples: SAMPLES,
+                samples: SIDE_INTERVALS,
                 refine: 8,
                 nearest: 1,
             };
             let found = clearance(tools[a].surface.model(), &tools[b].surface, &options);
-            if let Some(least) = found.min_mm {
+            if let Some(minimum) = found.min_mm {
                 let errors = [a, b].map(|k| {
                     let patches = &tools[k].surface.model().patches;
                     shape_error(plan.tools[k].shape_error_mm, patches, &kept[k])
                 });
                 let names = [a, b].map(|k| tools[k].name.as_str());
                 let at = found.at_mm.map(Vec3::from);
-                out.extend(Clearance { names, least, at, thickness, errors }.remark());
+                out.extend(Clearance { names, minimum, at, thickness, errors }.finding());
             }
         }
     }
 }
 
-/// What two tools leave between them at the end of their travels, and what that is held against.
+/// Clearance of a pair of tools at the end of their travel.
 struct Clearance<'a> {
     names: [&'a str; 2],
     /// Smallest clearance [mm]; negative where the tools overlap.
-    least: f64,
-    /// Where that is [mm].
+    minimum: f64,
+    /// Position of the minimum [mm].
     at: Option<Vec3>,
     /// Thickness of the sheet [mm].
     thickness: f64,
@@ -69,28 +69,29 @@ struct Clearance<'a> {
 }
 
 impl Clearance<'_> {
-    fn remark(&self) -> Option<Finding> {
-        let ironed = self.room() < -OF_THICKNESS * self.thickness;
+    fn finding(&self) -> Option<Finding> {
+        let ironed = self.free_gap() < -SHAPE_ERROR_PER_THICKNESS * self.thickness;
         if !ironed {
             return self.is_coarse().then(|| self.coarse());
         }
-        let overlap = self.least < 0.0 && self.known_error() < -self.least;
+        let overlap = self.minimum < 0.0 && self.known_error() < -self.minimum;
         Some(if overlap { self.overlapping() } else { self.ironing() })
     }
 
-    /// Clearance beside the sheet [mm].
-    fn room(&self) -> f64 {
-        self.least - self.thickness
+    /// Clearance less thickness [mm].
+    fn free_gap(&self) -> f64 {
+        self.minimum - self.thickness
     }
 
-    /// Sum of the shape errors that are known [mm].
+    /// Sum of the known shape errors [mm].
     fn known_error(&self) -> f64 {
         self.errors.iter().flatten().map(|e| e.mm).sum()
     }
 
-    /// Sum of shape errors that the clearance admits [mm].
+    /// Sum of shape errors that the clearance allows [mm].
     fn allowed_error(&self) -> f64 {
-        OF_ROOM * self.room().max(2.0 * OF_THICKNESS * self.thickness)
+        SHAPE_ERROR_PER_CLEARANCE
+            * self.free_gap().max(2.0 * SHAPE_ERROR_PER_THICKNESS * self.thickness)
     }
 
     fn is_coarse(&self) -> bool {
@@ -105,18 +106,18 @@ impl Clearance<'_> {
         self.at.map_or_else(String::new, |p| format!(" at ({:.1}, {:.1}, {:.1}) mm", p.x, p.y, p.z))
     }
 
-    /// The sum of the shape errors, and the patches that estimates of it rest on.
-    fn error_in_words(&self) -> String {
+    /// The sum of the shape errors, and for estimates the patches that cause it.
+    fn error_text(&self) -> String {
         let estimated = self.errors.iter().flatten().any(|e| e.from.is_some());
         let about = if estimated { "about " } else { "" };
         let each = 0.5 * self.allowed_error();
         let named = self.errors.iter().zip(self.names);
-        let off: Vec<String> =
-            named.filter_map(|(e, name)| e.as_ref()?.words(name, each)).collect();
-        let patches = if off.is_empty() {
+        let coarse: Vec<String> =
+            named.filter_map(|(e, name)| e.as_ref()?.patches_text(name, each)).collect();
+        let patches = if coarse.is_empty() {
             String::new()
         } else {
-            format!(" (estimated: {})", off.join("; "))
+            format!(" (estimated: {})", coarse.join("; "))
         };
         format!("{about}{:.3} mm together{patches}", self.known_error())
     }
@@ -126,19 +127,19 @@ impl Clearance<'_> {
         format!("convert to a tolerance of {each:.4} mm; unknowns stay the same")
     }
 
-    /// The conversion that makes the tools fine enough.
+    /// The conversion that makes the tools accurate enough.
     fn conversion(&self) -> Conversion {
         Conversion::Within(0.5 * self.allowed_error())
     }
 
-    /// Shape errors too large for the clearance.
+    /// Note: shape errors too large for the clearance.
     fn coarse(&self) -> Finding {
         Finding::note(
             format!(
                 "the shape errors of {} are {}, their clearance leaves {:.3} mm beside the sheet{}: too coarse",
                 self.both(),
-                self.error_in_words(),
-                self.room().max(0.0),
+                self.error_text(),
+                self.free_gap().max(0.0),
                 self.place()
             ),
             self.finer_tools(),
@@ -146,46 +147,46 @@ impl Clearance<'_> {
         .conversion(self.conversion())
     }
 
-    /// Tools that meet in the sheet.
+    /// Note: the tools overlap.
     fn overlapping(&self) -> Finding {
         Finding::note(
             format!(
-                "{} run {:.3} mm into each other at the end of their travel{}, and the sheet of {:.3} mm is between them",
+                "{} overlap by {:.3} mm at the end of their travel{}, with the sheet of {:.3} mm between them",
                 self.both(),
-                -self.least,
+                -self.minimum,
                 self.place(),
                 self.thickness
             ),
-            "no equilibrium is found there: check the travel and the place of both".into(),
+            "no equilibrium exists there: check travel and place of both".into(),
         )
     }
 
-    /// Less room than the sheet is thick.
+    /// Note: clearance below the thickness.
     fn ironing(&self) -> Finding {
         let (both, place) = (self.both(), self.place());
         let mut what = format!(
             "{both} leave {:.3} mm at the end of their travel{place}, the sheet has {:.3} mm",
-            self.least, self.thickness
+            self.minimum, self.thickness
         );
-        let mut cost = "it is ironed there: forces and increments grow many times".to_owned();
+        let mut cost = "it is ironed there: forces and run time are many times higher".to_owned();
         if !self.is_coarse() {
             return Finding::note(what, cost);
         }
-        what += &format!("; their shape errors are {}: too coarse", self.error_in_words());
+        what += &format!("; their shape errors are {}: too coarse", self.error_text());
         cost += &format!("; {}", self.finer_tools());
         Finding::note(what, cost).conversion(self.conversion())
     }
 }
 
-/// Travel of a tool farthest from its start [mm]; `None` when forces decide.
+/// Travel of a tool of largest magnitude [mm]; `None` if a force or a spring drives it.
 fn farthest(setup: &SimulationSetup, tool: usize) -> Option<f64> {
     let mut now = 0.0_f64;
-    let mut most = 0.0_f64;
+    let mut farthest = 0.0_f64;
     for stage in &setup.stages {
         now = end_of(&stage.motions[tool], now)?;
-        most = if now.abs() > most.abs() { now } else { most };
+        farthest = if now.abs() > farthest.abs() { now } else { farthest };
     }
-    Some(most)
+    Some(farthest)
 }
 
 #[cfg(test)]
@@ -197,45 +198,42 @@ mod tests {
 
     #[test]
     fn room_is_held_against_thickness_and_shape_error() {
-        let told = |least: f64, errors: [Option<f64>; 2]| {
+        let finding_for = |minimum: f64, errors: [Option<f64>; 2]| {
             let errors = errors.map(|mm| mm.map(|mm| ShapeError { mm, from: None }));
             let names = ["a", "b"];
-            let clearance = Clearance { names, least, at: None, thickness: 1.0, errors };
-            clearance.remark().map(|r| r.to_string())
+            let clearance = Clearance { names, minimum, at: None, thickness: 1.0, errors };
+            clearance.finding().map(|r| r.to_string())
         };
-        assert_eq!(told(1.2, [Some(0.01), None]), None);
-        let ironed = told(0.9, [None; 2]).unwrap();
+        assert_eq!(finding_for(1.2, [Some(0.01), None]), None);
+        let ironed = finding_for(0.9, [None; 2]).unwrap();
         assert!(ironed.contains("ironed") && !ironed.contains("coarse"), "{ironed}");
-        let coarse = told(1.1, [Some(0.04), Some(0.03)]).unwrap();
+        let coarse = finding_for(1.1, [Some(0.04), Some(0.03)]).unwrap();
         assert!(
             coarse.contains("0.070 mm") && coarse.contains("tolerance of 0.0250 mm"),
             "{coarse}"
         );
-        let both = told(0.9, [Some(0.04), None]).unwrap();
+        let both = finding_for(0.9, [Some(0.04), None]).unwrap();
         assert!(both.contains("ironed") && both.contains("tolerance of 0.0100 mm"), "{both}");
-        let apart = told(-0.489, [Some(0.04), None]).unwrap();
-        assert!(
-            apart.contains("0.489 mm into each other") && !apart.contains("tolerance"),
-            "{apart}"
-        );
+        let apart = finding_for(-0.489, [Some(0.04), None]).unwrap();
+        assert!(apart.contains("overlap by 0.489 mm") && !apart.contains("tolerance"), "{apart}");
     }
 
     #[test]
-    fn coarse_patches_are_named_where_the_file_says_nothing() {
-        let told = |divisions: usize, least: f64| {
+    fn coarse_patches_are_named_if_the_file_records_no_error() {
+        let finding_for = |divisions: usize, minimum: f64| {
             let profile = [arc(divisions, [0.0, 7.0], 7.0, [-FRAC_PI_2, 0.0], 1.0)];
             let patches = revolved("die", divisions, FRAC_PI_2, &profile).patches;
             let error = shape_error(None, &patches, &vec![true; patches.len()]);
             let (names, errors) = (["die", "punch"], [error, None]);
-            let clearance = Clearance { names, least, at: None, thickness: 1.0, errors };
-            clearance.remark().map(|r| r.to_string())
+            let clearance = Clearance { names, minimum, at: None, thickness: 1.0, errors };
+            clearance.finding().map(|r| r.to_string())
         };
-        for least in [0.9, 1.1] {
-            let text = told(1, least).unwrap();
+        for minimum in [0.9, 1.1] {
+            let text = finding_for(1, minimum).unwrap();
             for part in ["of die", "turns by 90 degrees", "too coarse", "tolerance of"] {
                 assert!(text.contains(part), "{part}: {text}");
             }
         }
-        assert_eq!(told(8, 1.1), None);
+        assert_eq!(finding_for(8, 1.1), None);
     }
 }

@@ -1,4 +1,4 @@
-//! Principal curvatures of patches, from the normals at their corners.
+//! Principal curvatures of patches from the normals at their corners.
 
 use nalgebra::Matrix2;
 
@@ -7,31 +7,31 @@ use crate::geometry::{Mat3, Vec3};
 use crate::tool::Patch;
 use crate::tool::side::corners as parameters;
 
-/// Angle between normals [rad] below which a patch counts as flat.
-pub(super) const FLAT: f64 = 1e-3;
+/// Angle between normals below which a patch counts as flat [rad].
+pub(super) const FLAT_ANGLE: f64 = 1e-3;
 
-/// One of the two principal directions of a patch.
+/// One principal curvature of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bend {
-    /// Unit vector in the patch's mean tangent plane.
+pub(super) struct PrincipalCurvature {
+    /// Principal direction: unit vector in the mean tangent plane.
     pub direction: Vec3,
-    /// Radius of curvature along it [mm]; infinite where that is flat.
+    /// Radius of curvature along it [mm]; infinite if flat.
     pub radius: f64,
     /// Extent of the corners along it [mm].
     pub length: f64,
 }
 
-impl Bend {
-    /// Angle that the normal turns by over the patch [rad].
+impl PrincipalCurvature {
+    /// Angle of the normal over the patch [rad].
     pub(super) fn turn(&self) -> f64 {
         2.0 * (0.5 * self.length / self.radius).min(1.0).asin()
     }
 }
 
-/// Corners of a patch with their normals, where it has them.
+/// Corners of a patch and their normals; corners without normal are omitted.
 pub(super) fn corners(patch: &Patch) -> Vec<(Vec3, Vec3)> {
     let at = |&(eta, zeta): &(f64, f64)| {
-        // Just inside, where collapsed corners have a normal.
+        // Slightly inside the patch, because a collapsed corner has no normal.
         let inside = |v: f64, to: f64| v + 1e-6 * (to - v);
         let normal = patch.normal(inside(eta, 0.6), inside(zeta, 0.4))?;
         Some((patch.derivs(eta, zeta).s, normal))
@@ -39,9 +39,13 @@ pub(super) fn corners(patch: &Patch) -> Vec<(Vec3, Vec3)> {
     parameters(patch.sides()).iter().filter_map(at).collect()
 }
 
-/// Middle of a patch's corners [mm] and its principal directions, the more curved one first: the symmetric map of chords
-/// onto the changes of the normal over them that is nearest to all sides.
-pub(super) fn bends(corners: &[(Vec3, Vec3)]) -> Option<(Vec3, [Bend; 2])> {
+/// Mean of the corners [mm] and the two principal curvatures, the larger first.
+///
+/// They are the eigenvalues of the symmetric 2x2 shape operator that fits, in the least-squares sense, the changes of
+/// the normal along the sides. `None` if the corners are collinear.
+pub(super) fn principal_curvatures(
+    corners: &[(Vec3, Vec3)],
+) -> Option<(Vec3, [PrincipalCurvature; 2])> {
     let middle = corners.iter().map(|c| c.0).sum::<Vec3>() / corners.len().max(1) as f64;
     let normal = unit(corners.iter().map(|c| c.1).sum::<Vec3>())?;
     let e1 = unit(normal.cross(&Vec3::ith(normal.iamin(), 1.0)))?;
@@ -58,7 +62,7 @@ pub(super) fn bends(corners: &[(Vec3, Vec3)]) -> Option<(Vec3, [Bend; 2])> {
             right += row * wanted;
         }
     }
-    // Sides that lie on one line say nothing about what is across it.
+    // Collinear sides do not determine the curvature across them.
     if map.determinant() <= 1e-18 * (map.trace() / 3.0).powi(3) {
         return None;
     }
@@ -70,7 +74,11 @@ pub(super) fn bends(corners: &[(Vec3, Vec3)]) -> Option<(Vec3, [Bend; 2])> {
         let along = corners.iter().map(|c| c.0.dot(&direction));
         let (low, high) = along
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-        Bend { direction, radius: 1.0 / eigen.eigenvalues[k].abs(), length: high - low }
+        PrincipalCurvature {
+            direction,
+            radius: 1.0 / eigen.eigenvalues[k].abs(),
+            length: high - low,
+        }
     };
     let (a, b) = (bend(0), bend(1));
     Some((middle, if a.radius <= b.radius { [a, b] } else { [b, a] }))
@@ -88,19 +96,19 @@ mod tests {
         let ball =
             revolved("ball", 4, FRAC_PI_2, &[arc(6, [0.0, 7.0], 7.0, [-FRAC_PI_2, 0.0], 1.0)]);
         for patch in &ball.patches {
-            let (_, found) = bends(&corners(patch)).unwrap();
+            let (_, found) = principal_curvatures(&corners(patch)).unwrap();
             for bend in found {
                 assert!((bend.radius - 7.0).abs() < 0.1, "{bend:?}");
                 assert!(bend.turn() > 0.02 && bend.turn() < 0.45, "{bend:?}");
             }
         }
         let flat = plane("p", Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z());
-        let (at, found) = bends(&corners(&flat.patches[0])).unwrap();
+        let (at, found) = principal_curvatures(&corners(&flat.patches[0])).unwrap();
         assert_eq!(at, Vec3::new(0.5, 0.5, 0.0));
-        assert!(found.iter().all(|b| b.turn() < FLAT && (b.length - 1.0).abs() < 0.5));
+        assert!(found.iter().all(|b| b.turn() < FLAT_ANGLE && (b.length - 1.0).abs() < 0.5));
     }
 
-    /// A cylinder of radius 3 about y, its patch a parallelogram whose sides lie askew.
+    /// A cylinder of radius 3 about y; the sides of its patch are oblique to the axis.
     #[test]
     fn the_direction_of_a_cylinder_is_found_from_sides_askew() {
         let at = |angle: f64, y: f64| {
@@ -108,10 +116,13 @@ mod tests {
             (normal * 3.0 + Vec3::y() * y, normal)
         };
         let corners = [at(-0.3, 0.0), at(0.2, 1.0), at(0.5, 6.0), at(0.0, 5.0)];
-        let (_, [most, least]) = bends(&corners).unwrap();
-        assert!((most.radius - 3.0).abs() < 0.05 && least.radius > 100.0, "{most:?} {least:?}");
-        assert!(most.direction.y.abs() < 0.05, "{most:?}");
-        // 0.8 rad from corner to corner.
-        assert!((most.turn() - 0.8).abs() < 0.03, "{}", most.turn());
+        let (_, [larger, smaller]) = principal_curvatures(&corners).unwrap();
+        assert!(
+            (larger.radius - 3.0).abs() < 0.05 && smaller.radius > 100.0,
+            "{larger:?} {smaller:?}"
+        );
+        assert!(larger.direction.y.abs() < 0.05, "{larger:?}");
+        // 0.8 rad between corners.
+        assert!((larger.turn() - 0.8).abs() < 0.03, "{}", larger.turn());
     }
 }

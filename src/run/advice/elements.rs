@@ -1,26 +1,27 @@
-//! Layers of elements, and points through their thickness, against what bending needs.
+//! Layers of elements and points through the thickness, compared with what bending requires.
 
 use super::finding::Finding;
 use crate::report::doubt::DoubtCode;
-use crate::run::cost::{Cost, GROWTH};
+use crate::run::cost::{Cost, TIME_EXPONENT};
 use crate::scene::Plan;
 use crate::solver::element::ElementKind;
 use crate::solver::{Motion, SimulationSetup};
 
-/// In-plane size over layer thickness from which fully integrated hexahedra are far too stiff in bending.
-const SLENDER: f64 = 4.0;
-/// Radius of a tool over the thickness below which sections of a sheet that is wiped over it do not stay straight: so at 2 and 5
-/// (docs/results/solver.md).
-const SHARP: f64 = 6.0;
-/// Radius over the thickness below which a sheet that is drawn over it is bent as much as it is stretched: seen at 5.
-const DRAWN: f64 = 10.0;
+/// Ratio of in-plane size to layer thickness above which fully integrated hexahedra lock in bending.
+const HEX8_SLENDERNESS_MAX: f64 = 4.0;
+/// Tool radius over the thickness below which cross-sections of a wiped sheet do not remain straight, as found at 2 and
+/// 5 (docs/results/solver.md).
+const ONE_LAYER_RADIUS_MIN_REL: f64 = 6.0;
+/// Tool radius over the thickness below which bending strains of a drawn sheet are as large as membrane strains, as
+/// found at 5.
+const BENDING_RADIUS_REL: f64 = 10.0;
 
 fn layers(setup: &SimulationSetup) -> usize {
     setup.body.mesh().nodes_per_column.saturating_sub(1).max(1)
 }
 
-/// A remark on one layer of hexahedra, which have two points through it (docs/results/solver.md).
-pub(super) fn too_few(plan: &Plan, setup: &SimulationSetup) -> Option<Finding> {
+/// A doubt about one layer of hexahedra, which has two points through the thickness (docs/results/solver.md).
+pub(super) fn too_few_points(plan: &Plan, setup: &SimulationSetup) -> Option<Finding> {
     let (name, off) = match plan.scene.blank.element {
         ElementKind::Hex8 => ("hex8", "a third low and springback a fifth high"),
         ElementKind::Hex8Enhanced => ("hex8-enhanced", "a seventh high and springback an eighth"),
@@ -40,8 +41,8 @@ pub(super) fn too_few(plan: &Plan, setup: &SimulationSetup) -> Option<Finding> {
     })
 }
 
-/// Remarks on layers and points; `size` of the elements and sharpest radius of the tools [mm].
-pub(super) fn remarks(
+/// Notes on layers and points. Arguments: element size and smallest tool radius [mm].
+pub(super) fn findings(
     plan: &Plan,
     setup: &SimulationSetup,
     (size, sharpest): (f64, f64),
@@ -70,12 +71,12 @@ fn springs_back(setup: &SimulationSetup) -> bool {
     setup.stages.iter().skip(1).any(|s| s.motions.iter().any(released))
 }
 
-/// What bending asks of the layers of a sheet.
+/// The bending of a sheet and the resolution of its mesh.
 struct Bending<'a> {
     layers: usize,
-    /// Of the sheet [mm].
+    /// Mean thickness of the sheet [mm].
     thickness: f64,
-    /// Of the elements in their plane [mm].
+    /// Mean in-plane size of the elements [mm].
     size: f64,
     /// Smallest radius of the tools [mm].
     sharpest: f64,
@@ -83,24 +84,24 @@ struct Bending<'a> {
     cost: &'a Cost,
 }
 
-/// Points that bending, springback, and thinning over a sharp radius want.
-const WANTED: [u8; 3] = [5, 7, 9];
+/// Points through the thickness required for bending, springback, and thinning over a sharp radius.
+const POINTS_NEEDED: [u8; 3] = [5, 7, 9];
 
 impl Bending<'_> {
-    /// Time of a run with `layers` over that with the layers that there are.
+    /// Run time with `layers` over the run time with the current number.
     fn time_with(&self, layers: u8) -> f64 {
-        (f64::from(layers + 1) / (self.layers + 1) as f64).powf(GROWTH)
+        (f64::from(layers + 1) / (self.layers + 1) as f64).powf(TIME_EXPONENT)
     }
 
-    /// Smallest radius of the tools over the thickness.
+    /// Smallest tool radius over the thickness.
     fn radius_rel(&self) -> f64 {
         self.sharpest / self.thickness
     }
 
-    /// Of hex8.
+    /// Note: locking of hex8 in bending.
     fn too_stiff(&self) -> Option<Finding> {
         let slender = self.size / (self.thickness / self.layers as f64);
-        (slender > SLENDER).then(|| {
+        (slender > HEX8_SLENDERNESS_MAX).then(|| {
             Finding::note(
                 format!(
                     "hex8 elements of {:.2} mm are {slender:.0} times as long as thick and too stiff where the sheet bends",
@@ -125,9 +126,9 @@ impl Bending<'_> {
         })
     }
 
-    /// One layer too few where a flange is wiped over a sharp radius, several too many elsewhere.
+    /// Note: one layer is too few for a flange wiped over a sharp radius; several are more than needed elsewhere.
     fn layers_of_solid_shell(&self) -> Option<Finding> {
-        let sharp = self.springs_back && self.sharpest < SHARP * self.thickness;
+        let sharp = self.springs_back && self.sharpest < ONE_LAYER_RADIUS_MIN_REL * self.thickness;
         if self.layers == 1 && sharp {
             return Some(Finding::note(
                 format!(
@@ -150,7 +151,7 @@ impl Bending<'_> {
         })
     }
 
-    /// Cost with `wanted` points through the thickness in place of `points`.
+    /// Run time with `wanted` points through the thickness in place of `points`.
     fn cost_of_points(&self, wanted: u8, points: u8) -> String {
         let cost = self.cost;
         let share = cost.elements_s * cost.iterations[0] / cost.seconds[0].max(1e-300);
@@ -158,41 +159,41 @@ impl Bending<'_> {
         format!("{wanted} take about {}", cost.times(change))
     }
 
-    /// Too few points through one layer of solid-shells for springback.
+    /// Note: too few points through one layer of solid-shell elements for springback.
     fn points_for_springback(&self, points: u8) -> Option<Finding> {
-        // Measured at R/t 28 and 7 (docs/results/solver.md): what the rule of Gauss misses of |z|.
+        // Measured at R/t = 28 and 7 (docs/results/solver.md): the error of Gauss integration of |z|.
         let off = match points {
             ..=3 => "10 to 12 % low",
             4 => "2 to 3 % high",
             5 => "3 to 8 % low",
             _ => "1 to 2 % high",
         };
-        (self.springs_back && points < WANTED[1]).then(|| {
+        (self.springs_back && points < POINTS_NEEDED[1]).then(|| {
             Finding::note(
                 format!(
                     "{points} points through the thickness and a stage that releases tools: the moment of bending, and springback with it, is {off}"
                 ),
-                self.cost_of_points(WANTED[1], points),
+                self.cost_of_points(POINTS_NEEDED[1], points),
             )
         })
     }
 
-    /// Too few points for thinning over a sharp radius.
+    /// Note: too few points for thinning over a sharp radius.
     fn points_for_thinning(&self, points: u8) -> Option<Finding> {
         let radius = self.radius_rel();
-        (radius < DRAWN && points < WANTED[2]).then(|| {
+        (radius < BENDING_RADIUS_REL && points < POINTS_NEEDED[2]).then(|| {
             Finding::note(
                 format!(
                     "{points} points through the thickness, over a radius of {radius:.1} thicknesses: thinning of a sheet drawn over it may have an error of a third (by 5 points at 5 thicknesses)"
                 ),
-                self.cost_of_points(WANTED[2], points),
+                self.cost_of_points(POINTS_NEEDED[2], points),
             )
         })
     }
 
     fn points_too_many(&self, points: u8) -> Option<Finding> {
-        let drawn = self.radius_rel() < DRAWN;
-        let enough = WANTED[if drawn { 2 } else { usize::from(self.springs_back) }];
+        let drawn = self.radius_rel() < BENDING_RADIUS_REL;
+        let enough = POINTS_NEEDED[if drawn { 2 } else { usize::from(self.springs_back) }];
         (points > enough).then(|| {
             Finding::note(
                 format!("{points} points through the thickness: {enough} are enough here"),

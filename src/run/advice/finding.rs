@@ -1,4 +1,4 @@
-//! A finding about a scene: its level, what it is, what to do.
+//! A finding about a scene: level, description, remedy.
 
 use std::fmt;
 
@@ -6,13 +6,13 @@ use serde::Serialize;
 
 use crate::report::doubt::{Doubt, DoubtCode};
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
     /// `run` refuses the scene.
     Error,
-    /// A run ends, and its result must not be trusted as it is.
+    /// The run ends, but its result must not be trusted as it is.
     Doubt,
     /// A choice that costs accuracy or time.
     Note,
@@ -28,52 +28,52 @@ impl fmt::Display for Level {
     }
 }
 
-/// How the file of a tool is to be made again.
+/// How to convert a tool again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Conversion {
     /// Without the faces that the sheet of the scene cannot touch.
     Reachable,
-    /// Within this shape error [mm].
+    /// To this tolerance of the shape error [mm].
     Within(f64),
 }
 
 /// A finding about a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// How bad it is.
+    /// Severity.
     pub level: Level,
     /// Code of a doubt.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code: Option<DoubtCode>,
-    /// Where, as far as it is a place: a tool, a stage, a key.
+    /// Where: a tool, a stage or a key; empty if none applies.
     #[serde(rename = "where", skip_serializing_if = "String::is_empty")]
     pub place: String,
-    /// The quantity found, in the unit that `what` names.
+    /// The value of the quantity, in the unit named in `what`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// The limit that it exceeds.
+    /// The limit that `value` exceeds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
-    /// What was found, where, how bad.
+    /// What was found, where, and how bad it is.
     pub what: String,
-    /// What to change, or what that costs.
+    /// What to change, or the cost of the choice.
     pub remedy: String,
-    /// `run --auto` sees to it.
+    /// `run --auto` applies the remedy.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub auto: bool,
-    /// Conversion of the tool that `remedy` asks for.
+    /// The conversion of the tool that `remedy` recommends.
     #[serde(skip)]
     pub conversion: Option<Conversion>,
-    /// Estimated effect, for the order within a level: relative error of the results, or, of what costs time only, the part of
-    /// the run time over a thousand.
+    /// Estimated effect, for sorting within a level: relative error of the results. For a note that costs time only:
+    /// fraction of the run time divided by 1000.
     pub effect: f64,
 }
 
-/// Effect of a note whose effect is not estimated: after all that are.
+/// Effect of a note without estimate: sorted last.
 const EFFECT_UNKNOWN: f64 = 0.0;
 
 impl Finding {
-    /// A choice that costs accuracy or time.
+    /// A finding of level note.
     #[must_use]
     pub fn note(what: String, remedy: String) -> Self {
         Self {
@@ -90,7 +90,7 @@ impl Finding {
         }
     }
 
-    /// A reason to doubt the result.
+    /// A finding of level doubt.
     #[must_use]
     pub fn doubt(code: DoubtCode, place: String, what: String, remedy: String) -> Self {
         Self {
@@ -102,32 +102,32 @@ impl Finding {
         }
     }
 
-    /// What a run refuses.
+    /// A finding of level error: `run` refuses the scene.
     #[must_use]
     pub fn error(place: String, what: String, remedy: String) -> Self {
         Self { level: Level::Error, place, effect: 1.0, ..Self::note(what, remedy) }
     }
 
-    /// With the quantity found and the limit that it exceeds.
+    /// Sets the value and the limit that it exceeds. Infinite numbers are omitted.
     #[must_use]
     pub fn exceeds(self, [value, limit]: [f64; 2]) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
         Self { value: finite(value), limit: finite(limit), ..self }
     }
 
-    /// With the conversion that `remedy` asks for.
+    /// Sets the conversion that `remedy` recommends.
     #[must_use]
     pub fn conversion(self, conversion: Conversion) -> Self {
         Self { conversion: Some(conversion), ..self }
     }
 
-    /// With an estimate of its effect.
+    /// Sets the estimated effect.
     #[must_use]
     pub fn effect(self, effect: f64) -> Self {
         Self { effect, ..self }
     }
 
-    /// The doubt, of a finding of that level.
+    /// The doubt; `None` for other levels.
     #[must_use]
     pub fn as_doubt(&self) -> Option<Doubt> {
         let code = self.code.filter(|_| self.level == Level::Doubt)?;
@@ -151,7 +151,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Sorts by level, then by effect, the largest first; findings of the same effect keep their order.
+/// Sorts by level, then by descending effect. The sort is stable.
 pub fn sort(findings: &mut [Finding]) {
     findings.sort_by(|a, b| a.level.cmp(&b.level).then(b.effect.total_cmp(&a.effect)));
 }

@@ -1,31 +1,32 @@
-//! Blank holders: tools that a force presses against one at rest. Their mean pressure, and whether the blank is between them.
+//! Blank holders: tools pressed by a force against a stationary one. Their mean pressure, and whether the blank is
+//! between them.
 
-use super::clamping::{others, stands_before};
+use super::clamping::{opposes, opposite_tools};
 use super::finding::Finding;
 use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
 use crate::solver::{Motion, SimulationSetup, Stage, ToolSetup};
 
-/// Mean pressure [MPa] below which a holder does not hold: Siebel's rule gives 0.5 to 5 MPa for drawing, a tenth of its least is
-/// taken. A kilonewton written for a newton is a factor of 1000.
-const LEAST_PRESSURE: f64 = 0.05;
-/// Clamped area over the blank's, below which the blank is not between the two.
-const LEAST_CLAMPED: f64 = 0.01;
-/// Cosine between a tool's direction and the normal of a face that clamps.
-const FRONT: f64 = 0.9;
-/// Distance of a foot point beside the line along the tool's direction, over the thickness, of a place over the face.
-const BESIDE: f64 = 0.1;
+/// Mean holder pressure below which a doubt is raised [MPa]: a tenth of the minimum of Siebel's rule for drawing, 0.5 to
+/// 5 MPa. A force in kN in place of N is a factor of 1000.
+const HOLDER_PRESSURE_MIN_MPA: f64 = 0.05;
+/// Ratio of clamped area to blank area below which the blank is not between the tools.
+const CLAMPED_AREA_MIN_REL: f64 = 0.01;
+/// Smallest cosine between a tool's direction and the normal of a clamping face.
+const CLAMP_COS_MIN: f64 = 0.9;
+/// Largest lateral distance of a foot point from the line along the tool's direction, over the thickness.
+const FOOT_OFFSET_MAX_REL: f64 = 0.1;
 
 /// A blank holder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Holder {
-    /// Number of the tool.
+    /// Index of the tool.
     pub tool: usize,
-    /// Largest force of all stages, on the modelled part [N].
+    /// Largest force over all stages, on the modelled part [N].
     pub force: f64,
-    /// Whether a force drives it, by stage.
+    /// Whether a force drives the tool, by stage.
     pub forced: Vec<bool>,
-    /// Area of the blank between it and the tools at rest, of the modelled part [mm²].
+    /// Area of the blank between the holder and stationary tools, of the modelled part [mm²].
     pub clamped: f64,
     /// Area of the blank, of the modelled part [mm²].
     pub blank: f64,
@@ -39,7 +40,7 @@ impl Holder {
     }
 }
 
-/// The blank holders of a scene whose tools have been placed; `kept`: the patches of each tool that the sheet may come near.
+/// The blank holders of a scene with placed tools. `kept`: reachable patches of each tool.
 #[must_use]
 pub fn holders(setup: &SimulationSetup, kept: &[Vec<bool>]) -> Vec<Holder> {
     let at_rest = |tool: usize| {
@@ -48,20 +49,20 @@ pub fn holders(setup: &SimulationSetup, kept: &[Vec<bool>]) -> Vec<Holder> {
     };
     let of = |tool: usize| {
         let force = largest_force(setup, tool).filter(|force| *force > 0.0)?;
-        let dies: Vec<usize> = others(setup, tool)
-            .filter(|&other| at_rest(other) && stands_before(setup, other, tool, &kept[tool]))
+        let dies: Vec<usize> = opposite_tools(setup, tool)
+            .filter(|&other| at_rest(other) && opposes(setup, other, tool, &kept[tool]))
             .collect();
         (!dies.is_empty()).then(|| {
             let (clamped, blank) = clamped_area(setup, tool, &dies);
-            let is_forced = |stage: &Stage| matches!(stage.motions[tool], Motion::Force(_));
-            let forced = setup.stages.iter().map(is_forced).collect();
+            let is_force_driven = |stage: &Stage| matches!(stage.motions[tool], Motion::Force(_));
+            let forced = setup.stages.iter().map(is_force_driven).collect();
             Holder { tool, force: force / setup.share, forced, clamped, blank }
         })
     };
     (0..setup.tools.len()).filter_map(of).collect()
 }
 
-/// Largest force of a tool over all stages, of the whole process [N]; `None` where no force drives it.
+/// Largest force of a tool over all stages, of the whole process [N]; `None` if no force drives it.
 fn largest_force(setup: &SimulationSetup, tool: usize) -> Option<f64> {
     let of = |motion: &Motion| match motion {
         Motion::Force(curve) => Some(curve.extent()[1]),
@@ -70,8 +71,8 @@ fn largest_force(setup: &SimulationSetup, tool: usize) -> Option<f64> {
     setup.stages.iter().filter_map(|stage| of(&stage.motions[tool])).reduce(f64::max)
 }
 
-/// Area of the blank, seen along the tool's direction, that lies between its front and a face of `dies`; and the whole of it
-/// [mm²].
+/// Areas projected along the tool's direction [mm²]: of the blank between the tool's front and a face of `dies`, and of
+/// the whole blank.
 fn clamped_area(setup: &SimulationSetup, tool: usize, dies: &[usize]) -> (f64, f64) {
     let mesh = setup.body.mesh();
     let own = &setup.tools[tool];
@@ -83,14 +84,14 @@ fn clamped_area(setup: &SimulationSetup, tool: usize, dies: &[usize]) -> (f64, f
         places.push(0.25 * (a + b + c + d));
         areas.push(0.5 * (c - a).cross(&(d - b)).dot(&own.direction).abs());
     }
-    let near = BESIDE * mesh.mean_thickness();
+    let near = FOOT_OFFSET_MAX_REL * mesh.mean_thickness();
     let over = |other: &ToolSetup, sign: f64| -> Vec<bool> {
         let points: Vec<Vec3> = places.iter().map(|x| x - other.offset).collect();
         let feet = other.surface.closest_of_all(&points, &[]);
         let faces = points.iter().zip(&feet).map(|(x, foot)| {
             let away = x - foot.point;
             let beside = (away - own.direction * away.dot(&own.direction)).norm();
-            beside < near && sign * foot.normal.dot(&own.direction) > FRONT
+            beside < near && sign * foot.normal.dot(&own.direction) > CLAMP_COS_MIN
         });
         faces.collect()
     };
@@ -101,12 +102,12 @@ fn clamped_area(setup: &SimulationSetup, tool: usize, dies: &[usize]) -> (f64, f
     (clamped, areas.iter().sum())
 }
 
-/// Findings on the holders.
+/// Findings on blank holders.
 pub(super) fn findings(setup: &SimulationSetup, holders: &[Holder], out: &mut Vec<Finding>) {
     for holder in holders {
         let name = &setup.tools[holder.tool].name;
         let ratio = holder.clamped / holder.blank;
-        if ratio < LEAST_CLAMPED {
+        if ratio < CLAMPED_AREA_MIN_REL {
             out.push(
                 Finding::doubt(
                     DoubtCode::BlankTooSmall,
@@ -115,26 +116,26 @@ pub(super) fn findings(setup: &SimulationSetup, holders: &[Holder], out: &mut Ve
                         "The blank is hardly between {name} and the tool opposite: {:.1} of {:.1} mm2 ({:.0} % at least expected). It lies within their opening.",
                         holder.clamped,
                         holder.blank,
-                        100.0 * LEAST_CLAMPED
+                        100.0 * CLAMPED_AREA_MIN_REL
                     ),
                     "Check the size of the blank, its place and its symmetry planes.".into(),
                 )
-                .exceeds([ratio, LEAST_CLAMPED]),
+                .exceeds([ratio, CLAMPED_AREA_MIN_REL]),
             );
-        } else if holder.pressure() < LEAST_PRESSURE {
+        } else if holder.pressure() < HOLDER_PRESSURE_MIN_MPA {
             out.push(
                 Finding::doubt(
                     DoubtCode::HolderPressure,
                     format!("{name}.force_n"),
                     format!(
-                        "{name} presses with {:.3e} MPa ({:.4} N on {:.0} mm2, modelled part); holders need 0.5 to 5 MPa (below {LEAST_PRESSURE} they do not hold).",
+                        "{name} presses with {:.3e} MPa ({:.4} N on {:.0} mm2, modelled part); holders need 0.5 to 5 MPa (below {HOLDER_PRESSURE_MIN_MPA} they do not hold).",
                         holder.pressure(),
                         holder.force,
                         holder.clamped
                     ),
                     "Check the unit: forces are in N, of the whole process.".into(),
                 )
-                .exceeds([holder.pressure(), LEAST_PRESSURE]),
+                .exceeds([holder.pressure(), HOLDER_PRESSURE_MIN_MPA]),
             );
         }
     }

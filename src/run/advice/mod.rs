@@ -1,33 +1,33 @@
-//! What a scene has too much or too little of, said before it runs, each with what it costs.
+//! Findings about a scene before it runs: errors, doubts, and choices that cost accuracy or time.
 
-mod amounts;
-mod away;
-mod border;
 mod clamping;
 mod clearance;
-mod coarse;
+mod coincident_nodes;
+mod constrained_nodes;
 mod curvature;
+mod element_size;
 mod elements;
 mod finding;
-mod fixed;
+mod free_border;
 pub mod holder;
-mod inside;
+mod holder_stop;
+mod initial_penetration;
+mod magnitudes;
 mod material;
+mod missed_sheet;
+mod patches;
 mod radii;
-mod seam;
-mod sharp;
-mod size;
-mod stops;
+mod shape_error;
+mod sharp_edge;
 mod symmetry;
-mod tools;
 mod travel;
-mod unheld;
+mod unconstrained;
 mod units;
 mod unopposed;
 
 use self::clamping::Clamping;
-use self::sharp::Opposite;
-use self::size::Sizes;
+use self::element_size::Sizes;
+use self::sharp_edge::Opposite;
 use super::cost::Cost;
 use crate::report::doubt::DoubtCode;
 use crate::scene::Plan;
@@ -36,44 +36,44 @@ use crate::solver::{Motion, SimulationSetup};
 
 pub use finding::{Conversion, Finding, Level, sort};
 
-/// Findings of the scene, its tools placed, that make the result of a run doubtful, errors among them. `ratio` as in [`advice`].
+/// Findings of a scene with placed tools that make the result of a run doubtful, and errors. `ratio` as in [`advice`].
 #[must_use]
 pub fn doubts(plan: &Plan, setup: &SimulationSetup, ratio: f64) -> Vec<Finding> {
     doubts_at(plan, setup, &Sizes::new(setup.body.mesh(), ratio), &reachable(setup))
 }
 
-/// [`doubts`] of elements of these sizes and patches within reach.
+/// [`doubts`] for given element sizes and reachable patches.
 fn doubts_at(
     plan: &Plan,
     setup: &SimulationSetup,
     sizes: &Sizes,
     kept: &[Vec<bool>],
 ) -> Vec<Finding> {
-    let mut out: Vec<Finding> = material::remark(&plan.card).into_iter().collect();
+    let mut out: Vec<Finding> = material::finding(&plan.card).into_iter().collect();
     units::findings(setup, &mut out);
-    out.extend(amounts::friction_not_given(plan));
-    amounts::remarks(plan, setup, &mut out);
-    fixed::findings(setup, &mut out);
-    out.extend(elements::too_few(plan, setup));
-    out.extend(symmetry::askew(plan));
-    out.extend(seam::remark(setup.body.mesh()));
+    out.extend(magnitudes::friction_not_given(plan));
+    magnitudes::findings(plan, setup, &mut out);
+    constrained_nodes::findings(setup, &mut out);
+    out.extend(elements::too_few_points(plan, setup));
+    out.extend(symmetry::oblique_rolling(plan));
+    out.extend(coincident_nodes::finding(setup.body.mesh()));
     out.extend(symmetry::missing(plan, setup));
-    out.extend(symmetry::wrong(plan, setup));
-    unopposed::remarks(setup, &mut out);
-    out.extend(unheld::remark(setup));
-    out.extend(setup.tools.iter().filter_map(tools::without_area));
+    out.extend(symmetry::asymmetric_tools(plan, setup));
+    unopposed::findings(setup, &mut out);
+    out.extend(unconstrained::finding(setup));
+    out.extend(setup.tools.iter().filter_map(patches::without_area));
     out.extend(idle(setup));
-    let part = symmetry::part(plan, setup);
+    let part = symmetry::modelled_region(plan, setup);
     holder::findings(setup, &holder::holders(setup, kept), &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {
         let opposite = Opposite::new(setup, k, &kept[k], sizes);
         let clamping = Clamping::new(setup, k, &kept[k], &opposite);
-        out.extend(radii::folding(tool, &kept[k], (&part, &clamping), sizes));
+        out.extend(radii::inverting(tool, &kept[k], (&part, &clamping), sizes));
     }
     out
 }
 
-/// A scene in which nothing is to happen.
+/// A doubt about a scene in which no tool moves and no load acts.
 fn idle(setup: &SimulationSetup) -> Option<Finding> {
     let stands = |m: &Motion| matches!(m, Motion::Hold | Motion::Release | Motion::Absent);
     let idle = setup.stages.iter().flat_map(|stage| &stage.motions).all(stands);
@@ -87,29 +87,30 @@ fn idle(setup: &SimulationSetup) -> Option<Finding> {
     })
 }
 
-/// All findings of a scene whose tools have been placed, sorted by level, then by effect. `ratio`: length of the set-up's elements
-/// over those of the sheet that they stand for (1 where it is that sheet).
+/// All findings of a scene with placed tools, sorted by level, then by effect.
+///
+/// `ratio`: element length of the set-up over that of the sheet it represents (1 if it is that sheet).
 #[must_use]
 pub fn advice(plan: &Plan, setup: &SimulationSetup, ratio: f64, cost: &Cost) -> Vec<Finding> {
     let sizes = Sizes::new(setup.body.mesh(), ratio);
-    let (kept, part) = (reachable(setup), symmetry::part(plan, setup));
+    let (kept, part) = (reachable(setup), symmetry::modelled_region(plan, setup));
     let mut out = doubts_at(plan, setup, &sizes, &kept);
     out.extend(symmetry::unused(plan, setup, cost));
     let sharpest = radii::sharpest(setup, &kept);
-    elements::remarks(plan, setup, (sizes.mean, sharpest), cost, &mut out);
+    elements::findings(plan, setup, (sizes.mean, sharpest), cost, &mut out);
     for (k, tool) in setup.tools.iter().enumerate() {
         let opposite = Opposite::new(setup, k, &kept[k], &sizes);
         let clamping = Clamping::new(setup, k, &kept[k], &opposite);
-        tools::remarks(tool, &kept[k], &sizes, &mut out);
+        patches::findings(tool, &kept[k], &sizes, &mut out);
         out.extend(radii::coarse(tool, &kept[k], (&part, &clamping), (&sizes, cost)));
-        // Of a tool that is out of reach that has been said.
-        out.extend(kept[k].contains(&true).then(|| away::remark(setup, k)).flatten());
-        out.extend(inside::remark(setup, k, &sizes));
-        out.extend(sharp::remark(setup, k, &kept[k], &sizes));
-        out.extend(border::remark(setup, k, &kept, &sizes));
+        // Unreachable tools have a note already.
+        out.extend(kept[k].contains(&true).then(|| missed_sheet::finding(setup, k)).flatten());
+        out.extend(initial_penetration::finding(setup, k, &sizes));
+        out.extend(sharp_edge::finding(setup, k, &kept[k], &sizes));
+        out.extend(free_border::finding(setup, k, &kept, &sizes));
     }
-    clearance::remarks(plan, setup, &kept, &mut out);
-    stops::remarks(setup, &mut out);
+    clearance::findings(plan, setup, &kept, &mut out);
+    holder_stop::findings(setup, &mut out);
     sort(&mut out);
     out
 }

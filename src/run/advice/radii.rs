@@ -1,28 +1,30 @@
-//! Radii of tools against the lengths of the sheet's elements along them.
+//! Element lengths compared with the tool radii that the sheet is drawn over.
 
 use super::clamping::Clamping;
-use super::curvature::{Bend, FLAT, bends, corners};
+use super::curvature::{FLAT_ANGLE, PrincipalCurvature, corners, principal_curvatures};
+use super::element_size::{Size, Sizes};
 use super::finding::Finding;
-use super::size::{Size, Sizes};
 use crate::geometry::{Aabb, Vec3};
 use crate::report::doubt::{DoubtCode, place_mm};
-use crate::run::cost::{Cost, GROWTH};
+use crate::run::cost::{Cost, TIME_EXPONENT};
 use crate::solver::{SimulationSetup, ToolSetup};
 use crate::tool::Patch;
 
-/// Elements over 90 degrees of a radius that follow it well.
-const OVER_A_RADIUS: f64 = 4.0;
-/// Depth over the thickness to which a tool may penetrate faces of elements between their nodes
+/// Elements over 90 degrees that represent a radius well.
+const ELEMENTS_PER_90_DEG: f64 = 4.0;
+/// Allowed penetration of a tool into element faces between nodes, over the thickness
 /// ([`DoubtCode::PenetrationOnFaces`]).
-const FACE_PENETRATION: f64 = 0.05;
-/// Elements over 90 degrees below which one is bent by more than 45 degrees between its nodes: it may turn inside out, and its face
-/// lies in the tool by more than 0.07 of the radius.
-const FOLDS: f64 = 2.0;
-/// Share of a bend's direction from which finer elements along an edge help.
-const HELPS: f64 = 0.5;
+const FACE_PENETRATION_MAX_REL: f64 = 0.05;
+/// Elements over 90 degrees below which a doubt is raised. An element bends by more than 45 degrees and may invert; the
+/// tool penetrates its face by more than 0.07 of the radius.
+const ELEMENTS_PER_90_DEG_MIN: f64 = 2.0;
+/// Component of the bending direction along an element edge above which refinement of that edge helps.
+const EDGE_COMPONENT_MIN: f64 = 0.5;
 
-/// A remark on the coarsest place of a tool whose radii the elements follow without folding; `kept`: patches the sheet may come
-/// near; `part`: where the model is, symmetry planes being its ends; `clamping`: what of the tool the sheet does not bend over.
+/// A note on the coarsest radius of a tool whose elements do not invert.
+///
+/// `kept`: reachable patches; `part`: region of the model within its symmetry planes; `clamping`: patches the sheet does
+/// not bend over.
 pub(super) fn coarse(
     tool: &ToolSetup,
     kept: &[bool],
@@ -30,67 +32,70 @@ pub(super) fn coarse(
     (sizes, cost): (&Sizes, &Cost),
 ) -> Option<Finding> {
     let worst = Coarsest::of(tool, kept, (part, clamping), sizes)?;
-    (worst.over >= FOLDS).then(|| worst.note(&tool.name, cost))
+    (worst.over >= ELEMENTS_PER_90_DEG_MIN).then(|| worst.note(&tool.name, cost))
 }
 
-/// A doubt about a tool over a radius of which elements may turn inside out.
-pub(super) fn folding(
+/// A doubt about a tool radius over which elements may invert.
+pub(super) fn inverting(
     tool: &ToolSetup,
     kept: &[bool],
     (part, clamping): (&Aabb, &Clamping<'_>),
     sizes: &Sizes,
 ) -> Option<Finding> {
     let worst = Coarsest::of(tool, kept, (part, clamping), sizes)?;
-    (worst.over < FOLDS).then(|| worst.doubt(&tool.name))
+    (worst.over < ELEMENTS_PER_90_DEG_MIN).then(|| worst.doubt(&tool.name))
 }
 
-/// The smallest radius of the tools within reach, [mm]; infinite without any.
+/// The smallest radius of all reachable patches [mm]; infinite if all are flat.
 pub(super) fn sharpest(setup: &SimulationSetup, kept: &[Vec<bool>]) -> f64 {
     let tools = setup.tools.iter().zip(kept);
     let near = tools.flat_map(|(tool, kept)| tool.surface.model().patches.iter().zip(kept));
-    let bent = near.filter(|(_, kept)| **kept).filter_map(|(patch, _)| bends(&corners(patch)));
-    let radii = bent.map(|(_, [bend, _])| bend).filter(|bend| bend.turn() > FLAT);
+    let bent = near
+        .filter(|(_, kept)| **kept)
+        .filter_map(|(patch, _)| principal_curvatures(&corners(patch)));
+    let radii = bent.map(|(_, [bend, _])| bend).filter(|bend| bend.turn() > FLAT_ANGLE);
     radii.map(|bend| bend.radius).fold(f64::INFINITY, f64::min)
 }
 
-/// A bend and the size of the elements along it.
-pub(super) type SizedBend = (Bend, Size);
+/// A principal curvature and the element size along it.
+pub(super) type SizedCurvature = (PrincipalCurvature, Size);
 
-/// The two bends of a patch, each with the size of the elements along it; those along which it is flat have none.
+/// Middle of a patch, and its principal curvatures with the element size along each; `None` for a flat direction.
 pub(super) fn sized(
     patch: &Patch,
     offset: &Vec3,
     sizes: &Sizes,
-) -> Option<(Vec3, [Option<SizedBend>; 2])> {
-    let (middle, both) = bends(&corners(patch))?;
+) -> Option<(Vec3, [Option<SizedCurvature>; 2])> {
+    let (middle, both) = principal_curvatures(&corners(patch))?;
     let at = middle + offset;
     let size = |k: usize| {
         let (bend, other) = (both[k], both[1 - k].direction);
         let size = || sizes.along(&at, &bend.direction, &other).map(|size| (bend, size));
-        (bend.turn() > FLAT).then(size).flatten()
+        (bend.turn() > FLAT_ANGLE).then(size).flatten()
     };
     Some((at, [size(0), size(1)]))
 }
 
-/// The place of a tool that has the fewest elements over its radius.
+/// The radius of a tool with the fewest elements.
 struct Coarsest {
     /// Elements over 90 degrees.
     over: f64,
-    /// In the world [mm].
+    /// Position in global coordinates [mm].
     at: Vec3,
-    bend: Bend,
+    bend: PrincipalCurvature,
     size: Size,
-    /// Elements over 90 degrees that are needed.
+    /// Required elements over 90 degrees.
     needed: f64,
-    /// How many times finer elements should be along their two edges.
+    /// Refinement factors along the two edges of the elements.
     finer: [f64; 2],
 }
 
-/// Elements over 90 degrees of a radius [mm] that a sheet of this thickness [mm] needs. A chord of length `L` on a radius `R` is
-/// `L^2 / (8 R)` inside it, which has to stay below the depth allowed.
+/// Required elements over 90 degrees of a radius [mm] for a thickness [mm].
+///
+/// A chord of length L on a radius R penetrates by `L^2 / (8 R)`, which must not exceed the allowed penetration.
 fn needed(radius: f64, thickness: f64) -> f64 {
-    let longest = (8.0 * radius * FACE_PENETRATION * thickness).sqrt();
-    OVER_A_RADIUS.max(std::f64::consts::FRAC_PI_2 * radius / longest)
+    let longest = (8.0 * radius * FACE_PENETRATION_MAX_REL * thickness).sqrt();
+    ELEMENTS_PER_90_DEG.max(std::f64::consts::FRAC_PI_2 * radius / longest)
 }
 
 impl Coarsest {
@@ -102,7 +107,7 @@ impl Coarsest {
     ) -> Option<Self> {
         let patches = tool.surface.model().patches.iter().zip(kept);
         let near = patches.filter(|(_, kept)| **kept).map(|(patch, _)| patch);
-        // What lies beyond a symmetry plane is the image of what lies before it.
+        // Patches beyond a symmetry plane are images of modelled ones.
         let modelled = |p: &&Patch| {
             let corners = corners(p);
             let middle = corners.iter().map(|c| c.0).sum::<Vec3>() / corners.len().max(1) as f64;
@@ -112,7 +117,7 @@ impl Coarsest {
         Self::of_patches(&tool.offset, bent, sizes)
     }
 
-    /// `None` where there are enough elements over every radius.
+    /// `None` if every radius has enough elements.
     fn of_patches<'a>(
         offset: &Vec3,
         patches: impl Iterator<Item = &'a Patch>,
@@ -125,8 +130,8 @@ impl Coarsest {
             for (bend, size) in bent.into_iter().flatten() {
                 let over = std::f64::consts::FRAC_PI_2 * bend.radius / size.length;
                 let needed = needed(bend.radius, sizes.thickness);
-                for (finer, share) in all_finer.iter_mut().zip(size.shares) {
-                    if share > HELPS {
+                for (finer, share) in all_finer.iter_mut().zip(size.edge_components) {
+                    if share > EDGE_COMPONENT_MIN {
                         *finer = finer.max(needed / over);
                     }
                 }
@@ -151,14 +156,14 @@ impl Coarsest {
         let more = self.finer[0] * self.finer[1];
         Finding::note(
             self.found(name),
-            // Increments grow with the number of contacts that change.
+            // The number of increments grows with the number of changing contacts.
             format!(
-                "{:.1} keep the tool out of their faces to {:.0} % of the thickness and want elements of {:.2} mm along it: {:.0} unknowns if all are, {}",
+                "{:.1} limit the penetration of faces to {:.0} % of the thickness: elements of {:.2} mm along it, {:.0} unknowns if all are refined, {}",
                 self.needed,
-                100.0 * FACE_PENETRATION,
+                100.0 * FACE_PENETRATION_MAX_REL,
                 self.size.length * self.over / self.needed,
                 cost.unknowns as f64 * more,
-                cost.times(more.powf(GROWTH))
+                cost.times(more.powf(TIME_EXPONENT))
             ),
         )
     }
@@ -169,7 +174,7 @@ impl Coarsest {
             DoubtCode::ElementsTooLong,
             format!("{name}, {}", place_mm(&at)),
             format!(
-                "Elements of {:.2} mm are too long for the radius of {:.2} mm of {name} at {}: {:.1} over 90 degrees, {FOLDS} at least and {:.1} recommended. An element drawn over it bends by {:.0} degrees, may turn inside out, and the tool penetrates it between its nodes.",
+                "Elements of {:.2} mm are too long for the radius of {:.2} mm of {name} at {}: {:.1} over 90 degrees, {ELEMENTS_PER_90_DEG_MIN} at least and {:.1} recommended. An element drawn over it bends by {:.0} degrees, may turn inside out, and the tool penetrates it between its nodes.",
                 self.size.length,
                 self.bend.radius,
                 place_mm(&at),
@@ -183,7 +188,7 @@ impl Coarsest {
                 self.finer[0] * self.finer[1]
             ),
         )
-        .exceeds([self.over, FOLDS])
+        .exceeds([self.over, ELEMENTS_PER_90_DEG_MIN])
     }
 }
 
@@ -211,7 +216,7 @@ mod tests {
         }
     }
 
-    /// A torus sector of small radius 4 and large radius 2000: a shoulder that bends along x, 40 mm wide along y.
+    /// A torus sector of small radius 4 and large radius 2000: a shoulder that bends along x and is 40 mm wide along y.
     fn shoulder(divisions: usize) -> ToolModel {
         let angle = 40.0 / 2000.0;
         let profile = [arc(divisions, [2000.0, 0.0], 4.0, [0.0, FRAC_PI_2], 1.0)];
@@ -224,46 +229,46 @@ mod tests {
         Coarsest::of_patches(&offset, tool.patches.iter(), &sizes)
     }
 
-    fn told(nx: usize, ny: usize, tool: &ToolModel) -> Option<String> {
+    fn text_of(nx: usize, ny: usize, tool: &ToolModel) -> Option<String> {
         coarsest(nx, ny, tool).map(|worst| worst.note("die", &cost()).to_string())
     }
 
-    /// Elements of 6 mm are bent by 86 degrees, those of 2.9 mm by 41.
+    /// Elements of 6 mm bend by 86 degrees, elements of 2.9 mm by 41.
     #[test]
     fn elements_that_bend_by_more_than_half_a_right_angle_are_doubtful() {
         let die = shoulder(6);
         let worst = coarsest(10, 10, &die).unwrap();
-        assert!(worst.over < FOLDS, "{}", worst.over);
+        assert!(worst.over < ELEMENTS_PER_90_DEG_MIN, "{}", worst.over);
         let text = worst.doubt("die").to_string();
         assert!(text.contains("bends by 86 degrees") && text.contains("inside out"), "{text}");
         assert!(text.contains("elements of 1.26 mm"), "{text}");
-        assert!(coarsest(21, 10, &die).unwrap().over > FOLDS);
+        assert!(coarsest(21, 10, &die).unwrap().over > ELEMENTS_PER_90_DEG_MIN);
     }
 
     #[test]
     fn elements_are_held_against_radii_along_the_bend() {
         let die = shoulder(6);
-        // 6.3 elements of 1 mm over 90 degrees, however long they are along the shoulder, whose radius of 2 m they follow.
-        assert_eq!((told(60, 60, &die), told(60, 4, &die)), (None, None));
-        let coarse = told(6, 60, &die).unwrap();
+        // 6.3 elements of 1 mm over 90 degrees. Their length along the shoulder does not matter: its radius is 2 m.
+        assert_eq!((text_of(60, 60, &die), text_of(60, 4, &die)), (None, None));
+        let coarse = text_of(6, 60, &die).unwrap();
         assert!(
             coarse.contains("9.99 mm along the bend") && coarse.contains(": 0.6 over 90"),
             "{coarse}"
         );
-        // Finer along x alone: 4.97 / 0.63 times as many.
+        // Refined along x only: 4.97 / 0.63 times as many.
         assert!(
-            coarse.contains("elements of 1.26 mm") && coarse.contains(": 7896 unknowns"),
+            coarse.contains("elements of 1.26 mm") && coarse.contains(", 7896 unknowns"),
             "{coarse}"
         );
     }
 
-    /// Four over sharp radii, more where a chord of that length is inside the tool by more than is allowed.
+    /// Four over sharp radii; more where the chord of such an element would penetrate by more than is allowed.
     #[test]
     fn large_radii_need_more_elements() {
-        assert_eq!(needed(2.0, 1.0), OVER_A_RADIUS);
+        assert_eq!(needed(2.0, 1.0), ELEMENTS_PER_90_DEG);
         let (radius, thickness) = (6.35, 1.0);
         let length = FRAC_PI_2 * radius / needed(radius, thickness);
         let depth = radius - (radius * radius - 0.25 * length * length).sqrt();
-        assert!((depth / thickness - FACE_PENETRATION).abs() < 1e-3, "{depth}");
+        assert!((depth / thickness - FACE_PENETRATION_MAX_REL).abs() < 1e-3, "{depth}");
     }
 }

@@ -1,38 +1,39 @@
-//! Symmetry that the scene does not use: sheet, supports, loads and tools that a plane mirrors onto themselves.
+//! Symmetry planes: unused, missing, or declared where sheet, material or tools are not symmetric.
 
 use rustc_hash::FxHashMap;
 
+use super::element_size::EVERYWHERE;
 use super::finding::Finding;
-use super::size::EVERYWHERE;
 use crate::geometry::{Aabb, Vec3};
 use crate::report::doubt::DoubtCode;
-use crate::run::cost::{Cost, GROWTH};
+use crate::run::cost::{Cost, TIME_EXPONENT};
 use crate::scene::Plan;
 use crate::scene::types::BlankShape;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{SimulationSetup, ToolSetup};
 
-/// Positions this close are the same, as a share of the sheet's size; of tools, at most that many times farther.
-const SAME: f64 = 1e-6;
-const SAME_TOOL: f64 = 1e-5;
-/// The same for a tool over a plane that the scene declares, in whose mesh its sides may differ by its shape error.
-const SAME_SIDE: f64 = 1e-3;
-/// Points of a tool that are mirrored, at most.
-const SAMPLES: usize = 2000;
+/// Tolerance of symmetric positions over the size of the sheet: of nodes, and of tools.
+const SHEET_TOLERANCE_REL: f64 = 1e-6;
+const TOOL_TOLERANCE_REL: f64 = 1e-5;
+/// Tolerance of a tool's symmetry about a declared plane: meshed sides may differ by their shape error.
+const DECLARED_PLANE_TOLERANCE_REL: f64 = 1e-3;
+/// Largest number of patches whose image is computed.
+const SAMPLED_PATCHES_MAX: usize = 2000;
 
-/// A remark for x and for y when the plane across it in the middle of the sheet mirrors everything.
+/// A note for x and for y if the plane through the middle of the sheet is a symmetry plane of sheet, supports, loads and
+/// tools.
 pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<Finding> {
     let sheet = Aabb::of_points(&setup.body.mesh().nodes);
     let found: Vec<usize> = (0..2)
         .filter(|&axis| {
             let used = plan.scene.symmetry.iter().any(|p| p.normal.index() == axis);
-            !used && mirrors(plan, setup, axis, sheet.center()[axis])
+            !used && is_symmetric(plan, setup, axis, sheet.center()[axis])
         })
         .collect();
     let name = |axis: usize| ["x", "y"][axis];
-    let remark = |&axis: &usize| {
+    let finding = |&axis: &usize| {
         let at = sheet.center()[axis];
-        let half = halved(setup.body.mesh(), axis, at, SAME * sheet.diagonal())?;
+        let half = halved(setup.body.mesh(), axis, at, SHEET_TOLERANCE_REL * sheet.diagonal())?;
         let share = half as f64 / (3 * setup.body.mesh().nodes.len()).max(1) as f64;
         let half = share * cost.unknowns as f64;
         Some(Finding::note(
@@ -42,15 +43,15 @@ pub(super) fn unused(plan: &Plan, setup: &SimulationSetup, cost: &Cost) -> Vec<F
             ),
             format!(
                 "half the sheet and a symmetry plane there have {half:.0} unknowns and take about {}",
-                cost.times(share.powf(GROWTH))
+                cost.times(share.powf(TIME_EXPONENT))
             ),
         ))
     };
-    found.iter().filter_map(remark).collect()
+    found.iter().filter_map(finding).collect()
 }
 
-/// Findings on straight sides of the blank, across x or y, that look like cuts and that no symmetry plane holds: all tools end
-/// there too, or are symmetric about it, or the blank is a quarter of a disc.
+/// Doubts about straight sides of the blank normal to x or y that look like symmetry cuts without a declared plane. A
+/// side is such a cut if all tools end there or are symmetric about it, or if the blank is a quarter disc.
 pub(super) fn missing(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
     let nodes = &setup.body.mesh().nodes;
     let sheet = Aabb::of_points(nodes);
@@ -61,9 +62,9 @@ pub(super) fn missing(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
         let ends = [sheet.min[axis], sheet.max[axis]];
         let cut = ends.map(|at| is_cut(setup, axis, at, size));
         for (k, at) in ends.into_iter().enumerate() {
-            // Tools as wide as the sheet end at both sides of a whole one.
+            // Tools as wide as the sheet end at both sides of a whole sheet.
             let seems = (cut[k] && !cut[1 - k]) || (quarter && k == 0);
-            if !seems || !is_straight_and_free(setup, axis, at, SAME * size) {
+            if !seems || !is_straight_and_free(setup, axis, at, SHEET_TOLERANCE_REL * size) {
                 continue;
             }
             let name = ["x", "y"][axis];
@@ -81,37 +82,37 @@ pub(super) fn missing(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
     out
 }
 
-/// Whether all tools end at a plane, or are symmetric about it.
+/// Whether all tools end at a plane or are symmetric about it.
 fn is_cut(setup: &SimulationSetup, axis: usize, at: f64, size: f64) -> bool {
-    let near = SAME_SIDE * size;
+    let near = DECLARED_PLANE_TOLERANCE_REL * size;
     let cut = |tool: &ToolSetup| {
         let bounds = tool.surface.bounds();
         let ends = [bounds.min, bounds.max].map(|end| (end + tool.offset)[axis]);
         ends.iter().any(|end| (end - at).abs() < near)
             || (ends[0] < at - near
                 && ends[1] > at + near
-                && tool_mirrors(tool, axis, at, near, &EVERYWHERE))
+                && is_tool_symmetric(tool, axis, at, near, &EVERYWHERE))
     };
     !setup.tools.is_empty() && setup.tools.iter().all(cut)
 }
 
-/// Whether the side of the sheet at a plane is straight, more than a corner, and less than half of it is held across the plane
-/// (where a clamped rim meets it, some is).
+/// Whether the side of the sheet at a plane is straight and mostly free. It must be longer than a corner, and less than
+/// half of its nodes may be constrained across the plane (a clamped rim constrains some).
 fn is_straight_and_free(setup: &SimulationSetup, axis: usize, at: f64, near: f64) -> bool {
-    /// Length of the side over that of the sheet along it.
-    const STRAIGHT: f64 = 0.25;
+    /// Smallest length of the side over the extent of the sheet along it.
+    const SIDE_LENGTH_MIN_REL: f64 = 0.25;
     let nodes = &setup.body.mesh().nodes;
     let on: Vec<usize> = (0..nodes.len()).filter(|&n| (nodes[n][axis] - at).abs() < near).collect();
     let along = 1 - axis;
     let extent = |bounds: &Aabb| (bounds.max - bounds.min)[along];
     let side = Aabb::of_points(on.iter().map(|&n| &nodes[n]));
     !on.is_empty()
-        && extent(&side) > STRAIGHT * extent(&Aabb::of_points(nodes))
+        && extent(&side) > SIDE_LENGTH_MIN_REL * extent(&Aabb::of_points(nodes))
         && 2 * on.iter().filter(|&&node| setup.constraints.is_held(node, axis)).count() < on.len()
 }
 
-/// Where the model is: all of space, up to the symmetry planes on the sheet's side of them.
-pub(super) fn part(plan: &Plan, setup: &SimulationSetup) -> Aabb {
+/// Region of the model: unbounded except by symmetry planes, on the sheet's side of them.
+pub(super) fn modelled_region(plan: &Plan, setup: &SimulationSetup) -> Aabb {
     let sheet = Aabb::of_points(&setup.body.mesh().nodes);
     let mut out = EVERYWHERE;
     for plane in &plan.scene.symmetry {
@@ -126,11 +127,12 @@ pub(super) fn part(plan: &Plan, setup: &SimulationSetup) -> Aabb {
     out
 }
 
-/// Remarks on planes that the scene takes for planes of symmetry and that the material is not symmetric about.
-pub(super) fn askew(plan: &Plan) -> Vec<Finding> {
+/// Doubts about declared symmetry planes about which the material is not symmetric.
+pub(super) fn oblique_rolling(plan: &Plan) -> Vec<Finding> {
     let planes = plan.scene.symmetry.iter().map(|plane| (plane.normal.index(), plane.at_mm));
-    let askew = planes.filter(|&(axis, _)| axis < 2 && !rolling_mirrors(plan, axis));
-    let remark = |(axis, at)| {
+    let oblique_rolling =
+        planes.filter(|&(axis, _)| axis < 2 && !is_material_symmetric(plan, axis));
+    let finding = |(axis, at)| {
         let name = ["x", "y", "z"][axis];
         Finding::doubt(
             DoubtCode::SymmetryWrong,
@@ -141,11 +143,11 @@ pub(super) fn askew(plan: &Plan) -> Vec<Finding> {
             "Model both halves, or turn the rolling direction along or across the plane.".into(),
         )
     };
-    askew.map(remark).collect()
+    oblique_rolling.map(finding).collect()
 }
 
-/// Remarks on planes that the scene takes for planes of symmetry and that tools are not symmetric about.
-pub(super) fn wrong(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
+/// Doubts about declared symmetry planes about which tools are not symmetric.
+pub(super) fn asymmetric_tools(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
     let sheet = Aabb::of_points(&setup.body.mesh().nodes);
     let size = sheet.diagonal();
     let mut out = Vec::new();
@@ -163,7 +165,9 @@ pub(super) fn wrong(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
             let beyond =
                 [at - (bounds.min + tool.offset)[axis], (bounds.max + tool.offset)[axis] - at];
             let whole = beyond.iter().all(|beyond| *beyond > 0.1 * size);
-            if whole && !tool_mirrors(tool, axis, at, SAME_SIDE * size, &near) {
+            if whole
+                && !is_tool_symmetric(tool, axis, at, DECLARED_PLANE_TOLERANCE_REL * size, &near)
+            {
                 out.push(Finding::doubt(
                     DoubtCode::SymmetryWrong,
                     format!("{}, {name} = {at} mm", tool.name),
@@ -179,8 +183,8 @@ pub(super) fn wrong(plan: &Plan, setup: &SimulationSetup) -> Vec<Finding> {
     out
 }
 
-/// Unknowns of the half of the sheet below the plane, its nodes on the plane among them; `None` where an element lies
-/// across the plane (an odd number of elements; one has no halves).
+/// Unknowns of the half of the sheet below the plane, including nodes on it. `None` if an element crosses the plane (an
+/// odd number of elements).
 fn halved(mesh: &HexMesh, axis: usize, at: f64, near: f64) -> Option<usize> {
     let beside = |n: &u32| mesh.nodes[*n as usize][axis] - at;
     let across =
@@ -189,19 +193,22 @@ fn halved(mesh: &HexMesh, axis: usize, at: f64, near: f64) -> Option<usize> {
     whole.then(|| 3 * mesh.nodes.iter().filter(|x| x[axis] - at <= near).count())
 }
 
-fn mirrors(plan: &Plan, setup: &SimulationSetup, axis: usize, at: f64) -> bool {
+fn is_symmetric(plan: &Plan, setup: &SimulationSetup, axis: usize, at: f64) -> bool {
     let size = Aabb::of_points(&setup.body.mesh().nodes).diagonal();
     let moves_across = |t: &ToolSetup| t.direction[axis].abs() > 1e-9;
-    if !rolling_mirrors(plan, axis) || setup.tools.iter().any(moves_across) {
+    if !is_material_symmetric(plan, axis) || setup.tools.iter().any(moves_across) {
         return false;
     }
-    sheet_mirrors(setup, axis, at, SAME * size)
-        && setup.tools.iter().all(|t| tool_mirrors(t, axis, at, SAME_TOOL * size, &EVERYWHERE))
+    is_sheet_symmetric(setup, axis, at, SHEET_TOLERANCE_REL * size)
+        && setup
+            .tools
+            .iter()
+            .all(|t| is_tool_symmetric(t, axis, at, TOOL_TOLERANCE_REL * size, &EVERYWHERE))
 }
 
-/// Only a rolling direction along or across the axis is its own mirror image, but for a material that has none.
-fn rolling_mirrors(plan: &Plan, axis: usize) -> bool {
-    const NEAR: f64 = 1e-9;
+/// Whether the material is symmetric: the rolling direction is along or across the axis, or the material is isotropic.
+fn is_material_symmetric(plan: &Plan, axis: usize) -> bool {
+    const ROLLING_TOLERANCE: f64 = 1e-9;
     if plan.card.is_isotropic().unwrap_or(false) {
         return true;
     }
@@ -209,19 +216,21 @@ fn rolling_mirrors(plan: &Plan, axis: usize) -> bool {
     match blank.rolling_direction.map(Vec3::from) {
         Some(vector) => {
             let across = Vec3::ith(axis, vector[axis]);
-            [across, vector - across].iter().any(|part| part.norm() < NEAR * vector.norm())
+            [across, vector - across]
+                .iter()
+                .any(|part| part.norm() < ROLLING_TOLERANCE * vector.norm())
         }
         None => {
             let angle = blank.rolling_direction_deg / 90.0;
-            (angle - angle.round()).abs() < NEAR
+            (angle - angle.round()).abs() < ROLLING_TOLERANCE
         }
     }
 }
 
-/// Every node has its image, held and loaded alike.
-fn sheet_mirrors(setup: &SimulationSetup, axis: usize, at: f64, near: f64) -> bool {
+/// Whether every node has an image with the same constraints and the mirrored load.
+fn is_sheet_symmetric(setup: &SimulationSetup, axis: usize, at: f64, near: f64) -> bool {
     let nodes = &setup.body.mesh().nodes;
-    // Cells twice the tolerance wide: an image lies in its own cell or one beside it.
+    // Cells are twice the tolerance wide: an image lies in its own cell or a neighbour.
     let cell = |x: &Vec3| [0, 1, 2].map(|k| (x[k] / (2.0 * near)).floor() as i64);
     let mut by_cell: FxHashMap<[i64; 3], usize> = FxHashMap::default();
     by_cell.reserve(nodes.len());
@@ -232,34 +241,35 @@ fn sheet_mirrors(setup: &SimulationSetup, axis: usize, at: f64, near: f64) -> bo
         let mut image = *x;
         image[axis] = 2.0 * at - x[axis];
         let key = cell(&image);
-        // Its own cell first, where most images are.
-        const OWN: i64 = 13;
-        std::iter::once(OWN).chain((0..27).filter(|k| *k != OWN)).find_map(|k| {
+        // Its own cell first, which contains most images.
+        const OWN_CELL: i64 = 13;
+        std::iter::once(OWN_CELL).chain((0..27).filter(|k| *k != OWN_CELL)).find_map(|k| {
             let shift = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
             let beside = [0, 1, 2].map(|i| key[i].saturating_add(shift[i]));
             by_cell.get(&beside).copied().filter(|&n| (nodes[n] - image).norm() <= near)
         })
     };
     let load = |n: usize, k: usize| setup.loads.get(3 * n + k).copied().unwrap_or(0.0);
-    let most = setup.loads.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+    let largest = setup.loads.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
     nodes.iter().enumerate().all(|(n, x)| {
         let Some(image) = image_of(x) else { return false };
         (0..3).all(|k| {
             let sign = if k == axis { -1.0 } else { 1.0 };
             setup.constraints.is_held(n, k) == setup.constraints.is_held(image, k)
-                && (load(n, k) - sign * load(image, k)).abs() <= 1e-9 * most
+                && (load(n, k) - sign * load(image, k)).abs() <= 1e-9 * largest
         })
     })
 }
 
-/// The images of those points of the tool lie on it that lie over `part`, seen along its way.
-fn tool_mirrors(tool: &ToolSetup, axis: usize, at: f64, near: f64, part: &Aabb) -> bool {
+/// Whether the images of the tool's sampled points lie on the tool. Only points over `part`, seen along the tool's
+/// direction, are tested.
+fn is_tool_symmetric(tool: &ToolSetup, axis: usize, at: f64, near: f64, part: &Aabb) -> bool {
     let middle = at - tool.offset[axis];
-    // Faces that a symmetry plane cuts off a tool are images of others.
+    // Symmetry faces that were removed from a tool are images of other faces.
     let complete = tool.surface.complete();
     let surface = complete.as_ref().unwrap_or(&tool.surface);
     let patches = &surface.model().patches;
-    let every = patches.len().div_ceil(SAMPLES).max(1);
+    let every = patches.len().div_ceil(SAMPLED_PATCHES_MAX).max(1);
     let places = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.6, 0.3)];
     patches.iter().step_by(every).all(|patch| {
         places.iter().all(|&(eta, zeta)| {
@@ -305,13 +315,13 @@ mod tests {
             stop: None,
         };
         // From -3 to 3, moved by 1.
-        assert!(tool_mirrors(&tool(-3.0), 0, 1.0, 1e-6, &EVERYWHERE));
-        assert!(!tool_mirrors(&tool(-3.0), 0, 0.9, 1e-6, &EVERYWHERE));
-        assert!(tool_mirrors(&tool(-3.0), 1, 0.0, 1e-6, &EVERYWHERE));
-        assert!(!tool_mirrors(&tool(-3.0), 1, 0.1, 1e-6, &EVERYWHERE));
+        assert!(is_tool_symmetric(&tool(-3.0), 0, 1.0, 1e-6, &EVERYWHERE));
+        assert!(!is_tool_symmetric(&tool(-3.0), 0, 0.9, 1e-6, &EVERYWHERE));
+        assert!(is_tool_symmetric(&tool(-3.0), 1, 0.0, 1e-6, &EVERYWHERE));
+        assert!(!is_tool_symmetric(&tool(-3.0), 1, 0.1, 1e-6, &EVERYWHERE));
     }
 
-    /// The far wall of a whole punch is a symmetry face to the contact search; the punch is still its own image.
+    /// The far wall of a whole punch is a symmetry face to the contact search; the punch is still symmetric.
     #[test]
     fn a_tool_without_its_symmetry_faces_is_its_own_image() {
         let part =
@@ -333,8 +343,8 @@ mod tests {
             side: SheetSide::Bottom,
             stop: None,
         };
-        assert!(tool_mirrors(&tool, 0, 0.0, 1e-6, &EVERYWHERE));
-        assert!(!tool_mirrors(&tool, 0, 0.1, 1e-6, &EVERYWHERE));
+        assert!(is_tool_symmetric(&tool, 0, 0.0, 1e-6, &EVERYWHERE));
+        assert!(!is_tool_symmetric(&tool, 0, 0.1, 1e-6, &EVERYWHERE));
     }
 
     #[test]

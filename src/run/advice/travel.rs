@@ -2,7 +2,8 @@
 
 use crate::solver::Motion;
 
-/// Travel at the end of a stage of a tool that was at `before` when it began [mm]; `None` where a force or a spring has it.
+/// Travel of a tool at the end of a stage that starts at the travel `before` [mm]; `None` if a force or a spring drives
+/// the tool.
 pub(super) fn end_of(motion: &Motion, before: f64) -> Option<f64> {
     match motion {
         Motion::Hold | Motion::Release | Motion::Absent => Some(before),

@@ -1,27 +1,28 @@
-//! Lengths that no forming process has in mm: a scene, or a tool file, in another unit.
+//! Implausible lengths: a scene or a tool file in another unit than mm.
 
 use super::finding::Finding;
 use crate::geometry::Aabb;
 use crate::report::doubt::DoubtCode;
 use crate::solver::{SimulationSetup, ToolSetup};
 
-/// Thickness of formed sheets [mm]: foils of 0.01 mm to plates of 50 mm. The lower limit is above any sheet in metres
-/// (50 mm would be 0.05), the upper one below any foil in micrometres but the thinnest.
-const THICKNESS: [f64; 2] = [0.01, 50.0];
-/// Longest side of a blank [mm]: a connector of 1 mm to a wing panel of 20 m.
-const BLANK: [f64; 2] = [1.0, 20_000.0];
-/// Size of a tool over that of the blank: a factor of 25.4 (inches) passes for a large or a small tool, one of 1000 does not.
-const TOOL_OVER_BLANK: [f64; 2] = [0.005, 200.0];
+/// Range of sheet thicknesses [mm]: from foils to plates. The lower limit is above any sheet given in metres (50 mm
+/// would be 0.05), the upper one below any foil given in micrometres but the thinnest.
+const THICKNESS_RANGE_MM: [f64; 2] = [0.01, 50.0];
+/// Range of the longest side of a blank [mm]: from a connector of 1 mm to a wing panel of 20 m.
+const BLANK_RANGE_MM: [f64; 2] = [1.0, 20_000.0];
+/// Range of the size of a tool over that of the blank. A factor of 25.4 (inches) may be a large or a small tool, a
+/// factor of 1000 cannot.
+const TOOL_SIZE_RANGE_REL: [f64; 2] = [0.005, 200.0];
 
-/// Findings on the sizes of blank and tools.
+/// Doubts about the sizes of blank and tools.
 pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
     let mesh = setup.body.mesh();
     let lower = mesh.bottom_nodes().into_iter().map(|n| mesh.nodes[n as usize]);
     let lower = Aabb::of_points(&lower.collect::<Vec<_>>());
     let size = (lower.max - lower.min).max();
     let found = [
-        ("blank.thickness_mm", "thickness", mesh.mean_thickness(), THICKNESS),
-        ("blank.shape", "longest side", size, BLANK),
+        ("blank.thickness_mm", "thickness", mesh.mean_thickness(), THICKNESS_RANGE_MM),
+        ("blank.shape", "longest side", size, BLANK_RANGE_MM),
     ];
     out.extend(found.into_iter().filter_map(|(key, name, value, range)| {
         let limit = outside(value, range)?;
@@ -39,11 +40,11 @@ pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
     out.extend(setup.tools.iter().filter_map(|tool| tool_against_blank(tool, blank)));
 }
 
-/// A doubt about a tool far larger or smaller than a blank with a diagonal of `blank` [mm].
+/// A doubt about a tool far larger or smaller than the blank, whose diagonal is `blank` [mm].
 fn tool_against_blank(tool: &ToolSetup, blank: f64) -> Option<Finding> {
     let size = tool.surface.bounds().diagonal();
     let ratio = size / blank;
-    let limit = outside(ratio, TOOL_OVER_BLANK)?;
+    let limit = outside(ratio, TOOL_SIZE_RANGE_REL)?;
     let doubt = Finding::doubt(
         DoubtCode::SceneUnits,
         tool.name.clone(),
@@ -56,12 +57,12 @@ fn tool_against_blank(tool: &ToolSetup, blank: f64) -> Option<Finding> {
     Some(doubt.exceeds([ratio, limit]))
 }
 
-/// The limit of the range that a value is beyond.
+/// The limit of the range that a value exceeds; `None` within the range.
 fn outside(value: f64, [low, high]: [f64; 2]) -> Option<f64> {
     if value < low { Some(low) } else { (value > high).then_some(high) }
 }
 
-/// The unit that the value is likely in.
+/// The remedy: the unit in which the value would be in range.
 fn unit_of(value: f64, [low, high]: [f64; 2]) -> String {
     let units = [("metres", 1000.0), ("inches", 25.4), ("micrometres", 1e-3)];
     let fits = units.iter().find(|(_, factor)| (low..=high).contains(&(value * factor)));
@@ -93,12 +94,12 @@ mod tests {
 
     #[test]
     fn the_unit_is_named() {
-        assert_eq!(outside(0.8, THICKNESS), None);
-        assert_eq!(outside(0.0008, THICKNESS), Some(0.01));
-        assert!(unit_of(0.0008, THICKNESS).contains("metres this would be 0.8 mm"));
-        assert!(unit_of(800.0, THICKNESS).contains("micrometres"));
+        assert_eq!(outside(0.8, THICKNESS_RANGE_MM), None);
+        assert_eq!(outside(0.0008, THICKNESS_RANGE_MM), Some(0.01));
+        assert!(unit_of(0.0008, THICKNESS_RANGE_MM).contains("metres this would be 0.8 mm"));
+        assert!(unit_of(800.0, THICKNESS_RANGE_MM).contains("micrometres"));
         let digits = [0.0010000000000000007, 60.0, 1234.5, 0.0, 3e9].map(short);
         assert_eq!(digits, ["0.001", "60", "1234", "0.000e0", "3.000e9"]);
-        assert!(!unit_of(1e-9, THICKNESS).contains("would be"));
+        assert!(!unit_of(1e-9, THICKNESS_RANGE_MM).contains("would be"));
     }
 }

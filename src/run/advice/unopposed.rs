@@ -1,5 +1,5 @@
-//! Tools that push with a force while no tool stands on the sheet's other side, and no support holds it: taken away too early,
-//! or not there yet.
+//! Tools that push the sheet while no tool and no support is on its other side, for example because they are removed too
+//! early.
 
 use super::finding::Finding;
 use super::travel::end_of;
@@ -7,8 +7,8 @@ use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
 use crate::solver::{Motion, SheetSide, SimulationSetup, Stage};
 
-/// Remarks on stages in which nothing stands against a tool that pushes.
-pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Finding>) {
+/// Doubts about stages in which nothing opposes a pushing tool.
+pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
     let mut travels = vec![0.0; setup.tools.len()];
     for stage in &setup.stages {
         for (tool, own) in setup.tools.iter().enumerate() {
@@ -37,19 +37,19 @@ pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Finding>) {
     }
 }
 
-/// Whether nodes are held against a push this way.
+/// Whether nodes are constrained against a push along `direction`.
 fn supported(setup: &SimulationSetup, direction: &Vec3) -> bool {
-    /// Cosine of the angle between the two from which a node that is held along an axis holds.
-    const HOLDS: f64 = 0.1;
-    let axes = (0..3).filter(|&axis| direction[axis].abs() > HOLDS);
+    /// Smallest component of the direction along an axis whose constraints support the push.
+    const SUPPORT_COS_MIN: f64 = 0.1;
+    let axes = (0..3).filter(|&axis| direction[axis].abs() > SUPPORT_COS_MIN);
     let nodes = 0..setup.body.mesh().nodes.len();
     axes.into_iter().any(|axis| nodes.clone().any(|node| setup.constraints.is_held(node, axis)))
 }
 
-/// What to do: a tool let go in that very stage leaves forces behind, which go with the sheet and are guided by nothing.
+/// The remedy. The remaining forces of a tool released in the same stage follow the sheet without guidance.
 fn remedy(setup: &SimulationSetup, stage: &Stage) -> String {
-    let gone = setup.tools.iter().zip(&stage.motions).find(|(_, m)| **m == Motion::Release);
-    gone.map_or_else(
+    let released = setup.tools.iter().zip(&stage.motions).find(|(_, m)| **m == Motion::Release);
+    released.map_or_else(
         || "Keep a tool on the other side of the sheet, or release this one too.".into(),
         |(tool, _)| {
             format!(
@@ -60,8 +60,8 @@ fn remedy(setup: &SimulationSetup, stage: &Stage) -> String {
     )
 }
 
-/// How a tool, at the travel `before` [mm] when a stage begins, pushes at its end, in words; `None` where it does not. A spring
-/// goes on to where it has no force.
+/// How a tool with the travel `before` [mm] at the start of a stage pushes at its end, in words; `None` if it does not.
+/// A spring moves to its force-free position.
 fn push(motion: &Motion, before: f64) -> Option<String> {
     match motion {
         Motion::Force(curve) => {

@@ -1,4 +1,4 @@
-//! The run folder while it grows.
+//! The run folder during a run.
 
 mod record;
 
@@ -19,7 +19,7 @@ use super::springback::Springback;
 use crate::files::{WriteError, remove_where, sweep};
 use crate::report::doubt::Doubt;
 use crate::report::record::{
-    Energies, History, HistoryRow, IterationRow, LeftOutRecord, RunRecord, Verdict,
+    Energies, ExcludedPatchesRecord, History, HistoryRow, IterationRow, RunRecord, Verdict,
     write_iterations,
 };
 use crate::report::{DataArray, write_pvd};
@@ -27,17 +27,17 @@ use crate::scene::Plan;
 use crate::scene::types::SymmetryPlane;
 use crate::solver::{IncrementReport, Simulation};
 
-/// Divisions of a patch in the tool's picture.
+/// Divisions of a patch in the VTU of its tool.
 const TOOL_DIVISIONS: usize = 6;
 
-/// A run folder and what has been put into it.
+/// A run folder and the data written to it.
 #[derive(Serialize, Deserialize)]
 pub struct RunFolder {
     /// The folder.
     pub path: PathBuf,
-    /// `run.json` as it stands.
+    /// Content of `run.json`.
     pub record: RunRecord,
-    /// `history.csv` as it stands.
+    /// Content of `history.csv`.
     pub history: History,
     steps: Vec<(f64, String)>,
     vtu_every: usize,
@@ -45,29 +45,30 @@ pub struct RunFolder {
     last_stage: Option<usize>,
     force_scale: f64,
     iterations: Vec<IterationRow>,
-    /// Orders of convergence shown so far, ascending.
+    /// Orders of convergence of the increments, ascending.
     orders: Vec<f64>,
-    /// Wall and processor time of the processes before this one [s].
+    /// Wall and processor time of earlier processes of the run [s].
     spent_s: [f64; 2],
-    /// The sheet as its tools last held it.
+    /// The sheet in the last equilibrium with tools.
     pub(super) springback: Springback,
     /// Doubts about the scene.
     scene_doubts: Vec<Doubt>,
-    /// Farthest travel of each tool while a force drove it as a blank holder [mm].
+    /// Largest travel of each blank holder while a force drives it [mm].
     farthest: Vec<Option<f64>>,
-    /// Blank holders: the tool, and the stages in which a force drives it.
+    /// Blank holders: index of the tool, and the stages in which a force drives it.
     #[serde(skip)]
     holders: Vec<(usize, Vec<bool>)>,
-    /// Thinning so far.
+    /// State of the necking check.
     #[serde(default)]
     necking: Necking,
 }
 
-/// Files beside `run.json` that tell of one run.
-pub(super) const RESULTS: [&str; 4] = ["history.csv", "iterations.csv", "run.pvd", "report.html"];
+/// Result files of a run beside `run.json`.
+pub(super) const RESULT_FILES: [&str; 4] =
+    ["history.csv", "iterations.csv", "run.pvd", "report.html"];
 
 impl RunFolder {
-    /// Makes the folder for the scene file `scene` and writes the first `run.json`.
+    /// Creates the folder for the scene file `scene` and writes the first `run.json`.
     ///
     /// # Errors
     /// [`RunError::Folder`], [`RunError::Write`].
@@ -78,11 +79,11 @@ impl RunFolder {
         unknowns: usize,
     ) -> Result<Self, RunError> {
         make_folders(path)?;
-        // What an earlier run left would pass for this one's.
+        // Results of an earlier run are removed: they would be mistaken for this one's.
         for folder in ["steps", "tools"] {
             remove_where(&path.join(folder), |name| name.ends_with(".vtu"));
         }
-        remove_where(path, |name| RESULTS.contains(&name));
+        remove_where(path, |name| RESULT_FILES.contains(&name));
         let tools = plan.scene.tools.iter().map(|t| t.name.clone()).collect();
         let folder = Self {
             path: path.to_path_buf(),
@@ -106,10 +107,10 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Takes up the folder of a run that goes on.
+    /// Continues in the folder of a restarted run.
     ///
     /// # Errors
-    /// [`RunError::Folder`], [`RunError::Write`] where it cannot be written to.
+    /// [`RunError::Folder`], [`RunError::Write`] when the folder cannot be written.
     pub fn resume(&mut self) -> Result<(), RunError> {
         make_folders(&self.path)?;
         self.spent_s = [self.record.wall_s, self.record.cpu_s];
@@ -117,27 +118,27 @@ impl RunFolder {
         self.record.verdict = Verdict::Running;
         self.record.message = None;
         self.record.process = this_process();
-        // What was removed meanwhile cannot be shown.
+        // Steps removed since then are dropped from the collection.
         let (path, steps) = (&self.path, &mut self.steps);
         steps.retain(|(_, name)| path.join(name).is_file());
         write_pvd(&path.join("run.pvd"), steps)?;
         Ok(())
     }
 
-    /// Notes that the run stopped at a file that could not be written, as far as `run.json` itself can be.
-    pub fn stopped_by(&mut self, error: &RunError) {
+    /// Records that the run stopped because a file could not be written, if `run.json` itself can be.
+    pub fn record_write_error(&mut self, error: &RunError) {
         self.record.verdict = Verdict::Stopped;
         self.record.message = Some(error.to_string());
-        // With a full disk nothing can be noted; the error is on the terminal.
+        // With a full disk this fails too; the error is also returned to the caller.
         let _ = self.record.write(&self.path.join("run.json"));
     }
 
-    /// Notes what was left out.
-    pub fn left_out(&mut self, what: impl Iterator<Item = LeftOutRecord>) {
-        self.record.left_out = what.collect();
+    /// Records the excluded patches.
+    pub fn set_excluded_patches(&mut self, what: impl Iterator<Item = ExcludedPatchesRecord>) {
+        self.record.excluded_patches = what.collect();
     }
 
-    /// Writes each tool, placed, as `tools/NAME.vtu`.
+    /// Writes each tool at its initial position as `tools/NAME.vtu`.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
@@ -150,25 +151,29 @@ impl RunFolder {
         Ok(())
     }
 
-    /// Takes a converged increment: a line of history, now and then a VTU, the records brought up to date.
+    /// Records a converged increment: a history row, updated records, and a VTU file if one is due.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
-    pub fn take(&mut self, report: &IncrementReport<'_>, start: Instant) -> Result<(), WriteError> {
+    pub fn record_increment(
+        &mut self,
+        report: &IncrementReport<'_>,
+        start: Instant,
+    ) -> Result<(), WriteError> {
         if report.increment > 0 {
             self.history.rows.push(row(report));
-            self.take_iterations(report.increment, report.history);
-            self.take_convergence(report);
+            self.record_iterations(report.increment, report.history);
+            self.record_convergence(report);
         }
         self.update_record(report, start);
-        self.look_at_holders(report);
+        self.record_holder_lift(report);
         let (mesh, now) = (report.body.mesh(), report.displacements);
         let formed = Formed::of(report.body, now);
         self.record.thickness = fields::thickness(mesh, now);
         let positions = fields::positions(mesh, now);
-        self.record.look_at(report, &positions, &self.planes);
-        let necking = self.necking.take(report, &positions);
-        self.record.take_necking(necking);
+        self.record.check_sheet(report, &positions, &self.planes);
+        let necking = self.necking.update(report, &positions);
+        self.record.record_necking(necking);
         self.record.strain = formed.record(report.body, &positions);
         let stage_end = report.ends_stage();
         let due = self.vtu_every > 0 && report.increment.is_multiple_of(self.vtu_every);
@@ -183,43 +188,44 @@ impl RunFolder {
             }
             write_pvd(&self.path.join("run.pvd"), &self.steps)?;
         }
-        self.record.doubts = self.record.judged(&self.scene_doubts);
+        self.record.doubts = self.record.all_doubts(&self.scene_doubts);
         self.history.write(&self.path.join("history.csv"))?;
         write_iterations(&self.path.join("iterations.csv"), &self.iterations)?;
         self.record.write(&self.path.join("run.json"))
     }
 
-    /// Notes where the sheet is inside tools at the end of a stage.
-    pub fn look_into_tools(&mut self, simulation: &Simulation, stage: &str) {
+    /// Records nodes inside tools at the end of a stage.
+    pub fn record_inside_tools(&mut self, simulation: &Simulation, stage: &str) {
         let thickness = simulation.body().mesh().mean_thickness();
-        self.record.look_into_tools(simulation.inside(), stage, thickness);
+        self.record.record_inside_tools(simulation.inside(), stage, thickness);
     }
 
-    /// Takes the blank holders of the scene.
-    pub fn watch_holders(&mut self, holders: &[Holder]) {
+    /// Sets the blank holders of the scene.
+    pub fn set_holders(&mut self, holders: &[Holder]) {
         self.holders = holders.iter().map(|h| (h.tool, h.forced.clone())).collect();
     }
 
-    /// Takes the doubts about the scene.
-    pub fn doubt_scene(&mut self, doubts: Vec<Doubt>) {
+    /// Sets the doubts about the scene.
+    pub fn set_scene_doubts(&mut self, doubts: Vec<Doubt>) {
         self.scene_doubts = doubts;
-        self.record.doubts = self.record.judged(&self.scene_doubts);
+        self.record.doubts = self.record.all_doubts(&self.scene_doubts);
     }
 
-    /// Takes the increment that the solver gave up: what it cost, and the iterations of its last attempt.
+    /// Records the increment that did not converge: its cost, and the iterations of the last attempt.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
-    pub fn take_failure(&mut self, simulation: &Simulation) -> Result<(), WriteError> {
+    pub fn record_failure(&mut self, simulation: &Simulation) -> Result<(), WriteError> {
         let done = simulation.summary();
         self.record.iterations = done.iterations;
-        self.record.cuts = done.cuts;
-        self.record.cycling = done.timings.cycling;
-        self.take_iterations(done.increments + 1, simulation.last_attempt());
+        self.record.step_cuts = done.cuts;
+        self.record.active_set_cycling = done.timings.cycling;
+        self.record_iterations(done.increments + 1, simulation.last_attempt());
         write_iterations(&self.path.join("iterations.csv"), &self.iterations)
     }
 
-    /// Writes the state the simulation stands at as `steps/last.vtu`, with a mark at `node`: where the solver gave up.
+    /// Writes the state of the simulation as `steps/last.vtu`; a field marks the node with the largest residual, if
+    /// given.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
@@ -240,7 +246,7 @@ impl RunFolder {
         grid.write(&self.path.join("steps/last.vtu"))
     }
 
-    /// Writes the verdict; a completed run with doubts is doubtful.
+    /// Writes the verdict. A completed run with doubts is doubtful.
     ///
     /// # Errors
     /// [`WriteError`] when the folder is missing or full.
@@ -255,7 +261,7 @@ impl RunFolder {
         if verdict.is_complete() {
             self.record.tools_never_touched = self.history.untouched();
         }
-        self.record.doubts = self.record.judged(&self.scene_doubts);
+        self.record.doubts = self.record.all_doubts(&self.scene_doubts);
         if verdict.is_complete() {
             self.record.verdict = self.record.completed_verdict();
         }
@@ -266,7 +272,7 @@ impl RunFolder {
     }
 }
 
-/// Makes the folders of a run where they are missing, and clears them of files half written.
+/// Creates the folders of a run and removes incomplete files from them.
 fn make_folders(path: &Path) -> Result<(), RunError> {
     for folder in [path.to_path_buf(), path.join("steps"), path.join("tools")] {
         fs::create_dir_all(&folder)
@@ -276,7 +282,7 @@ fn make_folders(path: &Path) -> Result<(), RunError> {
     Ok(())
 }
 
-/// The line of history of an increment.
+/// The history row of an increment.
 #[must_use]
 pub fn row(report: &IncrementReport<'_>) -> HistoryRow {
     let e = &report.energies;

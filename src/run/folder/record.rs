@@ -1,15 +1,15 @@
-//! What `run.json` and `iterations.csv` take from a converged increment.
+//! Updates of `run.json` and `iterations.csv` after a converged increment.
 
 use std::time::Instant;
 
 use super::RunFolder;
-use crate::report::record::{HolderLiftRecord, IterationRow, OpenedRecord};
+use crate::report::record::{HolderLiftRecord, IterationRow, UnaccountedEnergyRecord};
 use crate::run::resources::{cpu_seconds, peak_megabytes};
 use crate::solver::{IncrementReport, IterationRecord, convergence_order};
 
 impl RunFolder {
-    /// How far the sheet pushes blank holders back.
-    pub(super) fn look_at_holders(&mut self, report: &IncrementReport<'_>) {
+    /// Records the lift of blank holders: travel back from the farthest position under force control.
+    pub(super) fn record_holder_lift(&mut self, report: &IncrementReport<'_>) {
         for (tool, forced) in &self.holders {
             let Some(farthest) = self.farthest.get_mut(*tool) else { continue };
             if !forced.get(report.stage).copied().unwrap_or(false) {
@@ -17,9 +17,9 @@ impl RunFolder {
                 continue;
             }
             let (name, travel) = (&report.tools[*tool].name, report.tools[*tool].travel);
-            let most = farthest.map_or(travel, |most: f64| most.max(travel));
-            *farthest = Some(most);
-            let lift_mm = most - travel;
+            let position = farthest.map_or(travel, |position: f64| position.max(travel));
+            *farthest = Some(position);
+            let lift_mm = position - travel;
             if lift_mm > self.record.holder_lift.as_ref().map_or(0.0, |known| known.lift_mm) {
                 let (tool, increment) = (name.clone(), report.increment);
                 self.record.holder_lift = Some(HolderLiftRecord { tool, increment, lift_mm });
@@ -27,7 +27,7 @@ impl RunFolder {
         }
     }
 
-    pub(super) fn take_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
+    pub(super) fn record_iterations(&mut self, increment: usize, history: &[IterationRecord]) {
         self.iterations.extend(history.iter().enumerate().map(|(iteration, r)| IterationRow {
             increment,
             iteration,
@@ -38,7 +38,7 @@ impl RunFolder {
         }));
     }
 
-    pub(super) fn take_convergence(&mut self, report: &IncrementReport<'_>) {
+    pub(super) fn record_convergence(&mut self, report: &IncrementReport<'_>) {
         if let Some(order) = convergence_order(report.history) {
             let at = self.orders.partition_point(|&o| o < order);
             self.orders.insert(at, order);
@@ -50,13 +50,13 @@ impl RunFolder {
         let record = &mut self.record;
         record.increments = report.increment;
         record.iterations = report.iterations_total;
-        record.cuts = report.cuts;
-        record.snaps = report.snaps;
+        record.step_cuts = report.cuts;
+        record.snap_throughs = report.snaps;
         record.stabilised_increments = report.stabilised;
-        if report.unstable > record.unstable {
+        if report.unstable > record.unstable_increments {
             record.first_unstable.get_or_insert(report.increment);
         }
-        record.unstable = report.unstable;
+        record.unstable_increments = report.unstable;
         if report.buckles > record.buckles {
             record.first_buckle.get_or_insert(report.increment);
         }
@@ -68,7 +68,7 @@ impl RunFolder {
         let t = &report.timings;
         record.factorisations = t.factorisations;
         record.updates = t.updates;
-        record.cycling = t.cycling;
+        record.active_set_cycling = t.cycling;
         record.timings_s = [
             ("search", t.search),
             ("elements", t.elements),
@@ -81,15 +81,15 @@ impl RunFolder {
         ]
         .map(|(name, seconds)| (name.to_owned(), seconds))
         .into();
-        self.update_balances(report);
-        self.record.springback = self.springback.take(report);
+        self.update_errors(report);
+        self.record.springback = self.springback.update(report);
     }
 
-    /// How well forces, energies and volume balance.
-    fn update_balances(&mut self, report: &IncrementReport<'_>) {
+    /// Records the errors of equilibrium, energy and volume.
+    fn update_errors(&mut self, report: &IncrementReport<'_>) {
         let record = &mut self.record;
-        // Tool forces against internal forces: the sum over all tools and held planes vanishes at equilibrium, so
-        // what is checked is the modelled part's contact forces against the tools' vectors.
+        // Tool forces and internal forces of all tools and constrained planes cancel in equilibrium. The check compares
+        // the sum of nodal contact forces of the modelled part with the sum of tool force vectors.
         let nodal = report.contact_forces.chunks_exact(3).fold([0.0; 3], |mut sum, f| {
             (0..3).for_each(|k| sum[k] += f[k]);
             sum
@@ -109,15 +109,20 @@ impl RunFolder {
         let open = e.open().abs();
         let opened = (e.open() - record.unaccounted_nmm).abs();
         let work = record.work_nmm.max(e.external.abs()).max(e.internal.abs());
-        let least = work.max(report.rounding_work);
-        record.energy_error = if least > 0.0 { open / least } else { 0.0 };
+        let reference_work = work.max(report.rounding_work);
+        record.energy_error = if reference_work > 0.0 { open / reference_work } else { 0.0 };
         record.unaccounted_nmm = e.open();
-        if opened > record.opened.map_or(0.0, |before| before.energy_nmm) {
+        if opened > record.largest_unaccounted.map_or(0.0, |before| before.energy_nmm) {
             let increment = report.increment;
-            record.opened = Some(OpenedRecord { increment, energy_nmm: opened, work_nmm: least });
+            record.largest_unaccounted = Some(UnaccountedEnergyRecord {
+                increment,
+                energy_nmm: opened,
+                work_nmm: reference_work,
+            });
         }
         let unstored = (e.internal - e.stored()).abs();
-        record.stored_energy_error = if least > 0.0 { unstored / least } else { 0.0 };
+        record.stored_energy_error =
+            if reference_work > 0.0 { unstored / reference_work } else { 0.0 };
         record.work_nmm = work;
         record.released_force_work_nmm = e.left_behind;
         record.artificial_energy_nmm = e.artificial;

@@ -1,4 +1,4 @@
-//! `report.html`: force against travel, thickness, the formed sheet and the tools in 3-D, the audits.
+//! `report.html`: force over travel, thickness, the formed sheet and the tools in 3-D, audits.
 
 mod sheet;
 mod summary;
@@ -17,7 +17,7 @@ use crate::report::vtu_read;
 use crate::scene::Plan;
 use crate::solver::Simulation;
 
-/// Writes `report.html`. An audit that lies beside a tool file (`NAME.audit.json`, `NAME.audit.vtu`) is taken in.
+/// Writes `report.html`. Audits beside the tool files (`NAME.audit.json`, `NAME.audit.vtu`) are included.
 ///
 /// # Errors
 /// [`WriteError`] when the folder is missing or full.
@@ -42,11 +42,11 @@ pub fn write(folder: &RunFolder, plan: &Plan, simulation: &Simulation) -> Result
     page.write(&folder.path.join("report.html"))
 }
 
-/// A stage counts as one that moves a tool from this share of the longest way on.
-const MOVES: f64 = 0.01;
+/// Fraction of the longest stage travel above which a stage counts as moving a tool.
+const STAGE_TRAVEL_MIN_REL: f64 = 0.01;
 
-/// How far the process is at each increment, and what that is: the travel of the tool that moves; where stages move different
-/// ones, their ways one after the other.
+/// The abscissa of force curves and its title: travel of the moving tool. If stages move different tools, their travels
+/// are added up.
 fn path(history: &History) -> (Vec<f64>, String) {
     let mut stages: Vec<(usize, usize, f64)> = Vec::new();
     let travel = |row: usize, tool: usize| history.rows[row].travel_mm[tool];
@@ -54,15 +54,20 @@ fn path(history: &History) -> (Vec<f64>, String) {
     let mut first = 0;
     for stage in history.rows.chunk_by(|a, b| a.stage == b.stage) {
         let last = first + stage.len() - 1;
-        let way = |tool: usize| (travel(last, tool) - before(first, tool)).abs();
+        let stage_travel = |tool: usize| (travel(last, tool) - before(first, tool)).abs();
         let tools = 0..history.tools.len();
-        let leading = tools.max_by(|&a, &b| way(a).total_cmp(&way(b))).unwrap_or_default();
-        stages.push((first, leading, if history.tools.is_empty() { 0.0 } else { way(leading) }));
+        let leading =
+            tools.max_by(|&a, &b| stage_travel(a).total_cmp(&stage_travel(b))).unwrap_or_default();
+        stages.push((
+            first,
+            leading,
+            if history.tools.is_empty() { 0.0 } else { stage_travel(leading) },
+        ));
         first += stage.len();
     }
     let longest = stages.iter().map(|s| s.2).fold(0.0, f64::max);
     let mut moving: Vec<usize> =
-        stages.iter().filter(|s| s.2 > MOVES * longest).map(|s| s.1).collect();
+        stages.iter().filter(|s| s.2 > STAGE_TRAVEL_MIN_REL * longest).map(|s| s.1).collect();
     moving.dedup();
     if let &[tool] = moving.as_slice() {
         let travels = (0..history.rows.len()).map(|row| travel(row, tool)).collect();
@@ -70,11 +75,14 @@ fn path(history: &History) -> (Vec<f64>, String) {
     }
     let mut travelled = Vec::with_capacity(history.rows.len());
     let mut far = 0.0;
-    for (k, &(first, tool, way)) in stages.iter().enumerate() {
+    for (k, &(first, tool, stage_travel)) in stages.iter().enumerate() {
         let end = stages.get(k + 1).map_or(history.rows.len(), |next| next.0);
         for row in first..end {
-            let step =
-                if way > MOVES * longest { travel(row, tool) - before(row, tool) } else { 0.0 };
+            let step = if stage_travel > STAGE_TRAVEL_MIN_REL * longest {
+                travel(row, tool) - before(row, tool)
+            } else {
+                0.0
+            };
             far += step.abs();
             travelled.push(far);
         }
@@ -83,7 +91,7 @@ fn path(history: &History) -> (Vec<f64>, String) {
     (travelled, format!("travel of {} [mm]", names.join(", then ")))
 }
 
-/// Force of every tool.
+/// One force curve per tool.
 fn force_series(history: &History, travelled: &[f64]) -> Vec<Series> {
     let tools = history.tools.iter().enumerate();
     tools
@@ -146,7 +154,7 @@ fn audit_row(name: &str, patches: usize, path: &Path) -> Vec<String> {
     row
 }
 
-/// A tool as its audit drew it, moved to where it stands.
+/// The surface of a tool from its audit, at the initial position of the tool.
 fn audited_surface(name: &str, path: &Path, shift: &Vec3) -> Option<ValuedSurface> {
     let grid = vtu_read::read(path).ok()?;
     let error = grid.point_data.iter().find(|a| a.name.starts_with("shape_error"))?;

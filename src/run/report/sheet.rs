@@ -1,4 +1,4 @@
-//! The sheet in `report.html`: its strains as in a forming limit diagram, and in 3-D.
+//! The sheet in `report.html`: strains as in a forming limit diagram, and 3-D views.
 
 use crate::geometry::Vec3;
 use crate::report::charts::{Series, ValuedSurface, points, surfaces};
@@ -9,18 +9,18 @@ use crate::solver::Simulation;
 use crate::solver::assembly::Body;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Major strain of every element against its minor one where tools last held the sheet, as in a forming limit diagram.
+/// Plots major over minor strain of every element in the last equilibrium with tools, as in a forming limit diagram.
 pub(super) fn strains(page: &mut Page, folder: &RunFolder, simulation: &Simulation) {
     let held = folder.springback.held();
     let (now, when) = if held.is_empty() {
         (simulation.displacements(), "at the end")
     } else {
-        (held, "where tools last held the sheet")
+        (held, "in the last equilibrium with tools")
     };
     page.heading("Major and minor strain");
     page.text(&format!(
-        "Logarithmic strains of the mid-surface of every element, {when}; its number shows when it is pointed at. Dotted: \
-         tension of a sheet that is the same in all directions, plane strain, and stretching alike in all directions."
+        "Logarithmic strains of the mid-surface of every element, {when}; hover to see the element number. Dotted: uniaxial \
+         tension (isotropic), plane strain, and equal biaxial stretching."
     ));
     let elements = strain_series(&of_elements(simulation.body().mesh(), now));
     let (traces, layout) =
@@ -34,7 +34,7 @@ fn strain_series(strains: &[ElementStrains]) -> Series {
     Series { name: "elements".into(), x, y }
 }
 
-/// Straight paths from no strain to the largest of `major`.
+/// Proportional strain paths up to the largest of `major`.
 fn strain_paths(major: &[f64]) -> Vec<Series> {
     let top = major.iter().copied().fold(0.0, f64::max);
     let path = |(name, minor): (&str, f64)| Series {
@@ -45,7 +45,8 @@ fn strain_paths(major: &[f64]) -> Vec<Series> {
     [("tension", -0.5), ("plane strain", 0.0), ("equal biaxial", 1.0)].map(path).into()
 }
 
-/// The upper face in 3-D by thickness (a value a column [mm]), and by plastic strain where the material keeps it.
+/// The upper face in 3-D, coloured by thickness (one value per column [mm]) and, if the material has it, by plastic
+/// strain.
 pub(super) fn formed(page: &mut Page, body: &Body, positions: &[Vec3], thickness: Vec<f64>) {
     page.heading("The formed sheet");
     let mesh = body.mesh();
@@ -70,7 +71,7 @@ pub(super) fn formed(page: &mut Page, body: &Body, positions: &[Vec3], thickness
     page.plot(&traces, &layout, 620);
 }
 
-/// Corners of the upper faces of those elements that lie on top, as columns, and their elements.
+/// Elements of the top layer with the columns of their upper corners.
 fn on_top(mesh: &HexMesh) -> impl Iterator<Item = (usize, [u32; 4])> {
     let levels = mesh.nodes_per_column.max(1) as u32;
     let upper = mesh.elements.iter().enumerate().map(|(k, e)| (k, [e[4], e[5], e[6], e[7]]));
@@ -79,7 +80,7 @@ fn on_top(mesh: &HexMesh) -> impl Iterator<Item = (usize, [u32; 4])> {
         .map(move |(k, nodes)| (k, nodes.map(|n| n / levels)))
 }
 
-/// Means of the elements on top around each column.
+/// Mean of the top-layer elements around each column.
 fn at_columns(mesh: &HexMesh, values: &[f64]) -> Vec<f64> {
     let mut sums = vec![(0.0, 0.0); mesh.column_count()];
     for (element, columns) in on_top(mesh) {
@@ -92,7 +93,7 @@ fn at_columns(mesh: &HexMesh, values: &[f64]) -> Vec<f64> {
     sums.iter().map(|(sum, count)| sum / count).collect()
 }
 
-/// The upper face of the sheet.
+/// The upper face of the sheet, without values.
 fn upper_face(mesh: &HexMesh, positions: &[Vec3]) -> ValuedSurface {
     ValuedSurface {
         points: mesh.top_nodes().iter().map(|&n| positions[n as usize]).collect(),
@@ -122,9 +123,9 @@ mod tests {
     }
 
     #[test]
-    fn values_of_elements_on_top_are_told_at_their_columns() {
+    fn values_of_the_top_layer_are_averaged_at_columns() {
         let mesh = rectangle(2.0, 1.0, 1.0, 2, 1, 2);
-        // The lower layer's do not show.
+        // Values of the lower layer are not used.
         let values = at_columns(&mesh, &[9.0, 1.0, 9.0, 3.0]);
         assert_eq!(values, [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]);
         assert_eq!(upper_face(&mesh, &mesh.nodes).triangles.len(), 4);

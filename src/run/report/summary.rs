@@ -1,9 +1,9 @@
-//! Tables at the head of `report.html`: how the run went, how accurate it is, and what its time was spent on.
+//! Tables at the head of `report.html`: outcome, accuracy, and time of the phases.
 
 use crate::report::page::Page;
-use crate::report::record::{OverEdgeRecord, RunRecord};
+use crate::report::record::{OverhangRecord, RunRecord};
 
-/// A quantity and its value in words.
+/// A quantity and its value as text.
 type Row = (&'static str, String);
 
 /// Writes the summary, the message of a run that ended early, and the wall time of the phases.
@@ -28,13 +28,13 @@ pub(super) fn tables(page: &mut Page, record: &RunRecord, material: &str) {
     page.table(&["phase", "wall time [s]"], &timings);
 }
 
-/// How the run ended and what it cost.
+/// Outcome and cost.
 fn course(r: &RunRecord, material: &str) -> Vec<Row> {
     vec![
         ("verdict", r.verdict.to_string()),
         (
             "increments, iterations, step cuts",
-            format!("{}, {}, {}", r.increments, r.iterations, r.cuts),
+            format!("{}, {}, {}", r.increments, r.iterations, r.step_cuts),
         ),
         ("unknowns", r.unknowns.to_string()),
         ("wall time, processor time", format!("{:.1} s, {:.1} s", r.wall_s, r.cpu_s)),
@@ -63,16 +63,16 @@ fn errors(r: &RunRecord) -> Vec<Row> {
 }
 
 fn stability(r: &RunRecord) -> Vec<Row> {
-    let unstable = r
-        .first_unstable
-        .map_or("none".into(), |first| format!("{}, first increment {first}", r.unstable));
+    let unstable = r.first_unstable.map_or("none".into(), |first| {
+        format!("{}, first increment {first}", r.unstable_increments)
+    });
     let buckled = r
         .first_buckle
         .map_or("no".into(), |first| format!("{} times, first increment {first}", r.buckles));
     vec![
         (
             "snap-throughs, released elastic energy",
-            format!("{}, {:.1} N mm", r.snaps, r.released_elastic_nmm),
+            format!("{}, {:.1} N mm", r.snap_throughs, r.released_elastic_nmm),
         ),
         ("increments with viscous stabilisation", r.stabilised_increments.to_string()),
         ("increments in unstable equilibrium", unstable),
@@ -80,7 +80,7 @@ fn stability(r: &RunRecord) -> Vec<Row> {
     ]
 }
 
-/// What the model of the sheet does not resolve: self-contact, hourglass modes, through-thickness shear.
+/// Phenomena that the model does not resolve: self-contact, hourglass modes, through-thickness shear.
 fn sheet_faults(r: &RunRecord) -> Vec<Row> {
     let through = r.self_penetration.map_or("no".into(), |t| {
         format!("from increment {} on, up to {} nodes", t.first_increment, t.nodes)
@@ -88,7 +88,7 @@ fn sheet_faults(r: &RunRecord) -> Vec<Row> {
     let hourglass = r.hourglass.map_or("no".into(), |z| {
         format!(
             "{:.0} %, from increment {} on: forces are too low",
-            100.0 * z.share,
+            100.0 * z.fraction,
             z.first_increment
         )
     });
@@ -96,7 +96,7 @@ fn sheet_faults(r: &RunRecord) -> Vec<Row> {
         format!(
             "from increment {} on, up to {:.0} % of the nodes pressed so",
             s.first_increment,
-            100.0 * s.share
+            100.0 * s.fraction
         )
     });
     vec![
@@ -106,10 +106,10 @@ fn sheet_faults(r: &RunRecord) -> Vec<Row> {
     ]
 }
 
-/// Places where the sheet is inside a tool or past the edge of one.
+/// Penetrations, and overhang at tool edges.
 fn contact_faults(r: &RunRecord) -> Vec<Row> {
     let overhang = r.overhang.as_ref().map_or("no".into(), |edge| {
-        let OverEdgeRecord { tool, first_increment, nodes, depth_mm, .. } = edge;
+        let OverhangRecord { tool, first_increment, nodes, depth_mm, .. } = edge;
         format!("{tool}, from increment {first_increment} on, up to {nodes} nodes, {depth_mm:.2} mm deep")
     });
     let in_tool = r.inside_tool.as_ref().map_or("no".into(), |found| {

@@ -1,4 +1,4 @@
-//! The thickness along lines of the blank.
+//! Thickness along lines of the blank.
 
 use crate::geometry::Vec2;
 use crate::report::charts::{Series, lines};
@@ -6,7 +6,7 @@ use crate::report::page::Page;
 use crate::scene::types::BlankShape;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// The chart, and where its lines are; words in its place where no row of nodes makes a line.
+/// The chart and the position of its lines; a text instead if no row of nodes forms a line.
 pub(super) fn chart(page: &mut Page, shape: &BlankShape, mesh: &HexMesh, thickness: &[f64]) {
     let plan = mesh.column_coordinates();
     let low = plan.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
@@ -29,9 +29,12 @@ pub(super) fn chart(page: &mut Page, shape: &BlankShape, mesh: &HexMesh, thickne
     page.plot(&traces, &layout, 380);
 }
 
-/// Thickness along the side y = lowest (dx) and along the diagonal of the blank's box (dxy), where it has nodes there; of a blank
-/// without nodes along that side (a whole disc) the line in x goes through the middle of the box, and true is told. It is over
-/// the way along the blank: the distance in plan, and where the blank climbs (a tube) that along its slope.
+/// Thickness along the side of smallest y (dx) and along the diagonal of the blank's bounding box (dxy), if there are
+/// nodes.
+///
+/// For a blank without nodes along that side (a whole disc), dx passes through the middle of the box and the flag is
+/// true. The abscissa is the arc length along the blank: in plan, and along the slope where the blank is inclined (a
+/// tube).
 fn series(mesh: &HexMesh, thickness: &[f64]) -> (Vec<Series>, bool) {
     let plan = mesh.column_coordinates();
     let low = plan.iter().copied().reduce(|a, b| a.inf(&b)).unwrap_or_default();
@@ -45,7 +48,7 @@ fn series(mesh: &HexMesh, thickness: &[f64]) -> (Vec<Series>, bool) {
     (all.into_iter().filter(|s| s.x.len() > 2).collect(), inside)
 }
 
-/// Thickness of the columns on a line in plan, given by a point and a direction, from the first one on.
+/// Thickness of the columns on a line in plan, given by a point and a direction, starting from the first column.
 fn along(mesh: &HexMesh, thickness: &[f64], name: &str, (from, direction): (Vec2, Vec2)) -> Series {
     let plan = mesh.column_coordinates();
     let height: Vec<f64> = mesh.bottom_nodes().iter().map(|&n| mesh.nodes[n as usize].z).collect();
@@ -55,7 +58,7 @@ fn along(mesh: &HexMesh, thickness: &[f64], name: &str, (from, direction): (Vec2
     let line = direction.normalize();
     let on = |&k: &usize| line.perp(&(plan[k] - from)).abs() <= near;
     let place = |k: usize| Vec2::new(line.dot(&(plan[k] - from)), height[k]);
-    // Columns one above the other in order of their height.
+    // Columns above each other are sorted by height.
     let rounded = |k: usize| Vec2::new((place(k).x / near).round(), height[k]);
     let mut columns: Vec<usize> = (0..plan.len()).filter(on).collect();
     columns.sort_by(|&a, &b| {
@@ -63,12 +66,12 @@ fn along(mesh: &HexMesh, thickness: &[f64], name: &str, (from, direction): (Vec2
         a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
     });
     let mut last = columns.first().map_or(Vec2::zeros(), |&k| place(k));
-    let mut way = 0.0;
+    let mut arc_length = 0.0;
     let mut x = Vec::with_capacity(columns.len());
     for &k in &columns {
-        way += (place(k) - last).norm();
+        arc_length += (place(k) - last).norm();
         last = place(k);
-        x.push(way);
+        x.push(arc_length);
     }
     let y = columns.iter().map(|&k| thickness[k]).collect();
     Series { name: name.to_owned(), x, y }
@@ -85,7 +88,7 @@ mod tests {
         mesh.nodes.iter_mut().for_each(|x| x.x += 5.0);
         let thickness: Vec<f64> = (0..mesh.column_count()).map(|k| k as f64).collect();
         let ways = |mesh: &HexMesh| series(mesh, &thickness).0[0].x.clone();
-        // From the corner of the blank's box, at 5.
+        // From the corner of the blank's bounding box, at 5.
         assert_eq!(ways(&mesh), [0.0, 2.0, 4.0, 6.0]);
         // A slope of 3 in 4, then a wall.
         mesh.nodes.iter_mut().for_each(|x| x.z += 0.75 * (x.x - 5.0));

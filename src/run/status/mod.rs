@@ -1,4 +1,4 @@
-//! What a run folder says now: read from the files of the run, whether it goes on, has ended, or was killed.
+//! Status of a run from the files of its folder: running, ended or killed.
 
 mod text;
 
@@ -14,20 +14,20 @@ use super::restart::Restart;
 use crate::report::doubt::Doubt;
 use crate::report::record::{History, HistoryRow, RunRecord, Verdict};
 
-/// Why a folder says nothing.
+/// Why a status cannot be read.
 #[non_exhaustive]
 #[derive(Debug, thiserror::Error)]
 pub enum StatusError {
-    /// No `run.json` that can be read.
+    /// `run.json` is missing or cannot be read.
     #[error("cannot read {}: {source}; allowed: the folder of a run", path.display())]
     Io {
         /// `run.json`.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         #[source]
         source: std::io::Error,
     },
-    /// A file of the folder is not what a run writes.
+    /// A file of the folder was not written by a run.
     #[error("{}: found {found}; allowed: a file as this program writes it", path.display())]
     Invalid {
         /// The file.
@@ -37,11 +37,11 @@ pub enum StatusError {
     },
 }
 
-/// How a run stands.
+/// State of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// Its process is at work.
+    /// Its process is running.
     Running,
     /// All stages are done.
     Finished,
@@ -49,14 +49,14 @@ pub enum State {
     NotConverged,
     /// Stopped by a signal.
     Stopped,
-    /// Its process is gone and has left no verdict.
+    /// Its process has ended without a verdict.
     Killed,
-    /// No verdict yet, and its process cannot be looked up from here (another host, no `/proc`).
+    /// No verdict, and the process cannot be looked up (another host, no `/proc`).
     Elsewhere,
 }
 
 impl State {
-    fn words(self) -> &'static str {
+    fn text(self) -> &'static str {
         match self {
             Self::Running => "running",
             Self::Finished => "finished",
@@ -64,7 +64,7 @@ impl State {
             Self::Stopped => "stopped",
             Self::Killed => "killed: its process is gone",
             Self::Elsewhere => {
-                "running when it last wrote; whether it still does cannot be seen from here"
+                "running at its last update; its process cannot be checked from here"
             }
         }
     }
@@ -81,7 +81,7 @@ pub struct ToolStatus {
     pub force_n: f64,
 }
 
-/// The newest whole checkpoint.
+/// The newest complete checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckpointStatus {
     /// File name.
@@ -92,16 +92,16 @@ pub struct CheckpointStatus {
     pub age_s: f64,
 }
 
-/// What a run folder says.
+/// Status of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Status {
     /// The folder.
     pub folder: String,
     /// Name of the scene.
     pub name: String,
-    /// How it stands.
+    /// State of the run.
     pub state: State,
-    /// What the solver said when it ended early.
+    /// The solver's message if the run ended early.
     pub message: Option<String>,
     /// Doubts so far.
     pub doubts: Vec<Doubt>,
@@ -109,37 +109,37 @@ pub struct Status {
     pub increment: usize,
     /// Stage of the last increment.
     pub stage: Option<String>,
-    /// Stages done plus the share of the one under way.
+    /// Process time: completed stages plus the completed fraction of the current stage.
     pub time: f64,
-    /// Stages in all; 0 when the folder does not say.
+    /// Number of stages; 0 if unknown.
     pub stages: usize,
-    /// Newton iterations, those of cut increments included.
+    /// Newton iterations, including those of increments that were cut.
     pub iterations: usize,
-    /// Increments that were cut.
+    /// Step cuts.
     pub cuts: usize,
-    /// Nodes in contact, and those of them that slip.
+    /// Number of nodes in contact, and number of these that slip.
     pub contacts: [usize; 2],
     /// Tools after the last increment.
     pub tools: Vec<ToolStatus>,
     /// Wall time at the last increment [s].
     pub wall_s: f64,
-    /// Wall time left if the rest goes like what is done [s]; while it runs.
+    /// Estimated wall time left, in proportion to the process time done [s]; of a running process only.
     pub left_s: Option<f64>,
-    /// Seconds since `run.json` was written.
+    /// Age of `run.json` [s].
     pub updated_s: f64,
-    /// The last line of the history, as `run --lines` prints it.
+    /// The last history row as printed by `run --lines`.
     pub last_line: Option<String>,
-    /// What a restart would go on from.
+    /// The checkpoint from which a restart would continue.
     pub checkpoint: Option<CheckpointStatus>,
-    /// What continues from there; none when there is nothing left to do or to continue from.
+    /// How to continue; `None` if nothing is left to do or there is no checkpoint.
     #[serde(skip)]
     pub restart: Option<Restart>,
 }
 
-/// Reads what the run folder says now.
+/// Reads the status from a run folder.
 ///
 /// # Errors
-/// [`StatusError`] when there is no `run.json` or a file was not written by this program.
+/// [`StatusError`] when there is no `run.json`, or a file was not written by this program.
 pub fn status(folder: &Path) -> Result<Status, StatusError> {
     let path = folder.join("run.json");
     let text = crate::files::read(&path, crate::files::Input::Description)
@@ -163,7 +163,7 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
         time,
         stages: record.stages,
         iterations: record.iterations,
-        cuts: record.cuts,
+        cuts: record.step_cuts,
         contacts: last.map_or([0; 2], |row| row.contacts),
         tools: last.map_or_else(Vec::new, |row| tools(&history.tools, row)),
         wall_s: record.wall_s,
@@ -175,14 +175,14 @@ pub fn status(folder: &Path) -> Result<Status, StatusError> {
     })
 }
 
-/// Wall time left [s] of a run at work whose stages are done up to `time`, if the rest goes like that.
+/// Estimated wall time left of a running process with the process time `time` [s].
 fn time_left(record: &RunRecord, state: State, time: f64) -> Option<f64> {
     let running = matches!(state, State::Running | State::Elsewhere);
     (running && time > 0.0 && record.stages > 0)
         .then(|| record.wall_s * (record.stages as f64 - time).max(0.0) / time)
 }
 
-/// What continues a run that was stopped or killed, where its scene is known.
+/// How to continue a stopped or killed run, if its scene is known.
 fn restart_of_ended(record: &RunRecord, state: State, folder: &Path) -> Option<Restart> {
     let scene = record.scene.as_ref()?;
     let ended = matches!(state, State::Stopped | State::Killed);
@@ -203,7 +203,7 @@ fn state(record: &RunRecord) -> State {
     }
 }
 
-/// The history up to the increment that `run.json` knows: behind it stands what a run before has left.
+/// The history up to the last increment of `run.json`; rows after it belong to an earlier run.
 fn read_history(folder: &Path, increments: usize) -> Result<History, StatusError> {
     let path = folder.join("history.csv");
     let Ok(text) = crate::files::read_text(&path, crate::files::Input::Table) else {
@@ -211,7 +211,7 @@ fn read_history(folder: &Path, increments: usize) -> Result<History, StatusError
     };
     let mut history = History::parse(&text)
         .map_err(|found| StatusError::Invalid { path: path.clone(), found })?;
-    // It is written just before run.json: one line may be ahead of it.
+    // The history is written just before run.json and may be one row ahead.
     history.rows.retain(|row| row.increment <= increments.saturating_add(1));
     Ok(history)
 }
@@ -232,7 +232,7 @@ fn newest_checkpoint(folder: &Path) -> Option<CheckpointStatus> {
     Some(CheckpointStatus { file, increment, age_s: age(&path) })
 }
 
-/// Seconds since a file was written; 0 where the system does not say.
+/// Age of a file [s]; 0 if the system does not report it.
 fn age(path: &Path) -> f64 {
     let written = std::fs::metadata(path).and_then(|m| m.modified()).ok();
     let past = written.and_then(|at| SystemTime::now().duration_since(at).ok());
@@ -259,7 +259,7 @@ mod tests {
         r.process = resources::this_process();
         if let Some(process) = r.process.clone() {
             assert_eq!(state(&r), State::Running);
-            // The same number, given to another process later.
+            // The same process id, reused by a later process.
             r.process = Some(Process { started: process.started + 1, ..process.clone() });
             assert_eq!(state(&r), State::Killed);
             r.process = Some(Process { host: "elsewhere".into(), ..process });

@@ -1,4 +1,4 @@
-//! Reads a scene, checks it, loads its tools: a [`Plan`] holds everything a run needs.
+//! Reads and checks a scene and loads its files: a [`Plan`] holds everything a run needs.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -28,11 +28,11 @@ pub use super::check::VERSION;
 /// [`SceneError`] names the file, the key, what was found and what is allowed.
 pub fn read(path: &Path) -> Result<Plan, SceneError> {
     let (mut scene, bytes) = scene_of(path)?;
-    let mesh_file = fill_in(&mut scene.blank, path, folder_of(path))?;
-    planned(path, scene, &bytes, mesh_file)
+    let mesh_file = complete_blank(&mut scene.blank, path, folder_of(path))?;
+    plan_of(path, scene, &bytes, mesh_file)
 }
 
-/// As [`read`], but a mesh file of the blank that is too large to be examined within the time of a check is not opened.
+/// As [`read`], but a mesh file of the blank that is too large for a check is not read.
 ///
 /// # Errors
 /// As [`read`].
@@ -41,18 +41,18 @@ pub fn read_for_check(path: &Path) -> Result<(Plan, Option<LargeSheet>), SceneEr
     let large = LargeSheet::of(&scene.blank, folder_of(path));
     let mesh_file = match large {
         Some(_) => None,
-        None => fill_in(&mut scene.blank, path, folder_of(path))?,
+        None => complete_blank(&mut scene.blank, path, folder_of(path))?,
     };
-    Ok((planned(path, scene, &bytes, mesh_file)?, large))
+    Ok((plan_of(path, scene, &bytes, mesh_file)?, large))
 }
 
-/// The folder that a scene's paths are relative to.
+/// The folder that the paths of a scene are relative to.
 fn folder_of(path: &Path) -> &Path {
     path.parent().unwrap_or(Path::new(""))
 }
 
-/// The plan of a scene with the bytes `bytes`, whose blank is known: its tools, material and followed run loaded.
-fn planned(
+/// The plan of a scene with the text `bytes` and a complete blank: loads tools, material and followed run.
+fn plan_of(
     path: &Path,
     scene: Scene,
     bytes: &[u8],
@@ -82,9 +82,8 @@ fn planned(
     Ok(Plan { scene, folder, sha256, tools, card, material, files, followed })
 }
 
-/// Thickness [mm] and layers of a blank's hexahedra taken into the scene; of all other blanks it says them itself. The
-/// mesh file, where there is one.
-pub(super) fn fill_in(
+/// Sets thickness [mm] and layers of a blank from the hexahedra of its mesh file. Returns the mesh file, if any.
+pub(super) fn complete_blank(
     blank: &mut Blank,
     scene: &Path,
     folder: &Path,
@@ -106,15 +105,15 @@ pub(super) fn fill_in(
     Ok(Some(PlannedFile { file, sha256, sheet: Some(Arc::new(sheet)) }))
 }
 
-/// The law of a card, its axes turned to the rolling direction.
+/// The material law of a card with its axes in the rolling direction.
 fn law(card: &MaterialCard, scene: &Scene) -> Result<Arc<dyn Material>, CardError> {
     card.build(scene.blank.rolling_direction_deg.to_radians())
 }
 
-/// Checks a scene that is no file yet: its keys, values and material; the files it names need not be there.
+/// Checks keys, values and material of a scene in memory. The files that it names need not exist.
 ///
 /// # Errors
-/// The key, as a path into the scene (empty for one that does not fit at all), what was found and what is allowed.
+/// The key as a path into the scene (empty if the whole value is invalid), what was found, and what is allowed.
 pub fn check_value(value: &serde_json::Value) -> Result<Scene, Fault> {
     let scene = Scene::deserialize(value).map_err(|e| {
         let allowed = "the keys and values of schemas/scene.schema.json";
@@ -138,12 +137,12 @@ pub fn check_value(value: &serde_json::Value) -> Result<Scene, Fault> {
     Ok(scene)
 }
 
-/// Whether a material is named by a file and not by a card of the library.
+/// Whether a material is a file rather than a card of the library.
 pub(crate) fn is_path(name: &str) -> bool {
     name.ends_with(".json") || name.contains(['/', '\\'])
 }
 
-/// The material card in the bytes of a file. Its values are checked where it is built.
+/// Parses a material card. Its values are checked when the law is built.
 ///
 /// # Errors
 /// What was found, with line and column, and what is allowed.
@@ -172,17 +171,18 @@ fn card_of_file(
     Ok((card, PlannedFile { file, sha256, sheet: None }))
 }
 
-/// Reads and checks the scene at `path` without its tool files, which need not be there yet; with the file's bytes.
+/// Reads and checks the scene at `path` without its tool files, which need not exist. Also returns the bytes of the
+/// file.
 ///
 /// # Errors
-/// As [`read`], but for tools and material.
+/// As [`read`], except for tools and material.
 pub fn scene_of(path: &Path) -> Result<(Scene, Vec<u8>), SceneError> {
     let bytes = crate::files::read(path, crate::files::Input::Description)
         .map_err(|source| SceneError::Io { path: path.to_path_buf(), source })?;
     Ok((parse(&bytes, path)?, bytes))
 }
 
-/// The scene in the bytes of a file, its keys and values checked; `path` is for messages.
+/// Parses a scene and checks its keys and values; `path` is for messages.
 ///
 /// # Errors
 /// [`SceneError::Syntax`], [`SceneError::Value`].
@@ -201,7 +201,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// A scene from its text; else what the reader says, and the key where it says so.
+/// Deserialises a scene. The error: that of the parser, and the key if known.
 fn parsed(text: &[u8]) -> Result<Scene, (serde_json::Error, String)> {
     let mut reader = serde_json::Deserializer::from_slice(text);
     let scene = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
@@ -212,21 +212,21 @@ fn parsed(text: &[u8]) -> Result<Scene, (serde_json::Error, String)> {
     Ok(scene)
 }
 
-/// What a reader says, without the line and column that it ends with.
+/// The message of a parser without its line and column.
 fn without_place(error: &serde_json::Error) -> String {
-    let said = error.to_string();
+    let message = error.to_string();
     let place = format!(" at line {} column {}", error.line(), error.column());
-    said.strip_suffix(&place).unwrap_or(&said).to_owned()
+    message.strip_suffix(&place).unwrap_or(&message).to_owned()
 }
 
-/// That at a key of the scene, in clearer words where a list of fixed length, or a key that stands for one of several, has one more.
-fn at_key(key: &str, said: &str) -> String {
-    let said = match said {
+/// A parser message with its key. Two messages about surplus values are replaced by clearer ones.
+fn at_key(key: &str, message: &str) -> String {
+    let message = match message {
         "trailing characters" if !key.is_empty() => "more values than there are to be",
         "expected value" if !key.is_empty() => "more than the one key and its value that are to be",
         other => other,
     };
-    if key.is_empty() { said.to_owned() } else { format!("{key}: {said}") }
+    if key.is_empty() { message.to_owned() } else { format!("{key}: {message}") }
 }
 
 fn load_tools(scene: &Scene, path: &Path, folder: &Path) -> Result<Vec<PlannedTool>, SceneError> {

@@ -90,7 +90,7 @@ fn unknown_keys_and_values_out_of_range_are_named() {
     let message = drive(serde_json::json!({"force_n": [[0.5, 10], [1, -5]]}));
     assert!(message.contains("found -5; allowed: 0 or more: a tool pushes"), "{message}");
     let message = drive(serde_json::json!({"travel_mm": [[0, 4], [1, 5]]}));
-    assert!(message.contains("travel_mm[0]: found 4 mm at share 0"), "{message}");
+    assert!(message.contains("travel_mm[0]: found 4 mm at fraction 0"), "{message}");
     assert!(message.contains("allowed: 0 mm, where it is"), "{message}");
     let message = drive(serde_json::json!({"travel_mm": "far"}));
     assert!(message.contains("expected a number, or a list of pairs"), "{message}");

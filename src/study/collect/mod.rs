@@ -1,14 +1,14 @@
-//! The records of all cases side by side: `study.csv`, `study.html` and drawings.
+//! Comparison of all cases: `study.csv`, `study.html` and charts.
 
+mod chart_set;
 mod curves;
-mod judge;
-mod pictures;
+mod evaluate;
 mod row;
 mod table;
 
 use std::path::Path;
 
-use self::row::{Off, Row, Standing};
+use self::row::{CaseState, Differences, Row};
 use super::StudyError;
 use super::case::Case;
 use super::checks::{Check, Outcome};
@@ -22,10 +22,10 @@ use crate::report::doubt::Doubt;
 use crate::report::drawing::write_chart;
 use crate::report::page::Page;
 
-/// Writes `study.csv`, `study.html` and the drawings into `folder`.
+/// Writes `study.csv`, `study.html` and the charts into `folder`.
 ///
-/// A case whose scene, tools or followed increments are not those its results were made with is a row of its own kind
-/// and takes part in nothing else.
+/// A case is stale if its scene, tools or followed increments differ from those of its results. It is listed, but not
+/// compared.
 ///
 /// # Errors
 /// [`StudyError::Write`].
@@ -35,22 +35,22 @@ pub fn collect(
     manifest: &Manifest,
     folder: &Path,
 ) -> Result<Findings, StudyError> {
-    let standing = |case| standing(case, cases, manifest, folder);
+    let case_state = |case| case_state(case, cases, manifest, folder);
     let mut rows: Vec<Row<'_>> =
-        cases.iter().map(|case| row(study, case, standing(case), folder)).collect();
+        cases.iter().map(|case| row(study, case, case_state(case), folder)).collect();
     compare(&mut rows, study.reference.as_deref());
     let (head, cells) = table::table(study, &rows);
     let names: Vec<&str> = head.iter().map(String::as_str).collect();
     write_csv(&folder.join("study.csv"), &names, &cells)?;
-    let charts = pictures::charts(study, &rows);
-    let bars = pictures::bars(&rows);
+    let charts = chart_set::charts(study, &rows);
+    let bars = chart_set::bars(&rows);
     for (name, chart) in &charts {
         write_chart(&folder.join(name).with_extension("svg"), chart)?;
     }
     for (name, bars) in &bars {
         bars.write(&folder.join(name).with_extension("svg"))?;
     }
-    let checks = judge::judge(study, &rows);
+    let checks = evaluate::evaluate(study, &rows);
     let mut page = Page::new(&study.name);
     let doubts = doubts(&rows);
     page.doubts(&doubts);
@@ -67,16 +67,16 @@ pub fn collect(
     Ok(Findings { checks, doubts })
 }
 
-/// What a study shows.
+/// Result of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Findings {
-    /// How its checks came out.
+    /// Outcomes of its checks.
     pub checks: Vec<(Check, Outcome)>,
-    /// Doubts about the cases that are done; the case stands first in `place` and `text`.
+    /// Doubts about the completed cases; `place` and `text` start with the case.
     pub doubts: Vec<Doubt>,
 }
 
-/// Doubts about all cases that are done.
+/// Doubts about all completed cases.
 fn doubts(rows: &[Row<'_>]) -> Vec<Doubt> {
     let of = |row: &Row<'_>| -> Vec<Doubt> {
         let found = row.record.as_ref().filter(|_| row.done()).map(|record| &record.doubts);
@@ -94,38 +94,38 @@ fn put_checks(page: &mut Page, checks: &[(Check, Outcome)]) {
     if checks.is_empty() {
         return;
     }
-    let said = |(check, outcome): &(Check, Outcome)| {
-        let [state, value] = outcome.words();
+    let cells = |(check, outcome): &(Check, Outcome)| {
+        let [state, value] = outcome.texts();
         vec![check.says.clone(), state, value, check.allowed()]
     };
     page.heading("What it is expected to show");
-    let said: Vec<Vec<String>> = checks.iter().map(said).collect();
-    page.table(&["expected", "", "found", "allowed"], &said);
+    let cells: Vec<Vec<String>> = checks.iter().map(cells).collect();
+    page.table(&["expected", "", "found", "allowed"], &cells);
 }
 
-/// As the manifest says, where the case was run with the scene, tools and increments that it has now.
-fn standing(
+/// State of a case by the manifest; stale if scene, tools or followed increments have changed since its run.
+fn case_state(
     case: &Case,
     cases: &[Case],
     manifest: &Manifest,
     folder: &Path,
-) -> (Standing, Option<String>) {
-    let Some(entry) = manifest.cases.get(&case.id) else { return (Standing::Waiting, None) };
-    let said = match entry.state {
-        State::Waiting => Standing::Waiting,
-        State::Done => Standing::Done,
-        State::Failed => Standing::Failed,
+) -> (CaseState, Option<String>) {
+    let Some(entry) = manifest.cases.get(&case.id) else { return (CaseState::Waiting, None) };
+    let recorded = match entry.state {
+        State::Waiting => CaseState::Waiting,
+        State::Done => CaseState::Done,
+        State::Failed => CaseState::Failed,
     };
-    // A case that could not be begun has nothing to compare.
+    // A case that could not start has no results to compare.
     if entry.inputs.is_empty() {
-        return (said, entry.reason.clone());
+        return (recorded, entry.reason.clone());
     }
     let mut at = case;
-    // Who follows whom goes round in no circle; the count holds where it did.
+    // Following is acyclic in valid studies; the count terminates otherwise.
     for _ in 0..=cases.len() {
         if let Some(why) = changed(at, manifest, folder) {
             let reason = if at.id == case.id { why } else { format!("follows {}: {why}", at.id) };
-            return (Standing::Stale, Some(reason));
+            return (CaseState::Stale, Some(reason));
         }
         let Some(next) = at.follows.as_ref().and_then(|id| cases.iter().find(|c| c.id == *id))
         else {
@@ -133,12 +133,12 @@ fn standing(
         };
         at = next;
     }
-    (said, entry.reason.clone())
+    (recorded, entry.reason.clone())
 }
 
-/// Why what the manifest says of a case is not of the case as it is now.
+/// Why the results of a case are stale; `None` if they are current.
 fn changed(case: &Case, manifest: &Manifest, folder: &Path) -> Option<String> {
-    // A case that could not be begun has no digest.
+    // A case that could not start has no digest.
     let entry = manifest.cases.get(&case.id).filter(|e| !e.inputs.is_empty())?;
     match inputs(case, folder).map(|now| digest(&now)) {
         Ok(now) if now == entry.inputs => None,
@@ -153,14 +153,14 @@ fn changed(case: &Case, manifest: &Manifest, folder: &Path) -> Option<String> {
 fn row<'a>(
     study: &Study,
     case: &'a Case,
-    (standing, reason): (Standing, Option<String>),
+    (case_state, reason): (CaseState, Option<String>),
     folder: &Path,
 ) -> Row<'a> {
     let run = folder_of(folder, &case.id).join("run");
     let (patches, shape_error) = tools(&case.scene);
     let mut row = Row {
         case,
-        standing,
+        case_state,
         reason,
         method: method(study, case),
         record: None,
@@ -168,9 +168,9 @@ fn row<'a>(
         shape_error,
         curve: Vec::new(),
         sheet: None,
-        off: Off::default(),
+        differences: Differences::default(),
     };
-    if standing == Standing::Stale {
+    if case_state == CaseState::Stale {
         return row;
     }
     let text = crate::files::read(&run.join("run.json"), crate::files::Input::Description)
@@ -179,12 +179,12 @@ fn row<'a>(
     let history = crate::files::read_text(&run.join("history.csv"), crate::files::Input::Table)
         .unwrap_or_default();
     row.curve = curve(&history, &study.watch);
-    // The last picture of a case under way is of no stage that others have too.
+    // The last state of an unfinished case is not comparable.
     row.sheet = row.done().then(|| sheet(&run)).flatten();
     row
 }
 
-/// Methods of the options that a case takes, in the order of the choices; its name where there are none.
+/// Methods of the options of a case, in the order of the choices; its name if there are none.
 fn method(study: &Study, case: &Case) -> String {
     let of = |(choice, name): (&super::file::Choice, &String)| {
         choice.options.iter().find(|o| o.name == *name)?.method.clone()
@@ -193,18 +193,24 @@ fn method(study: &Study, case: &Case) -> String {
     if named.is_empty() { case.id.clone() } else { named.join(", ") }
 }
 
-/// Differences of all rows that are done from the row named `reference`, if that is.
+/// Sets the differences of all completed rows from the row named `reference`, if that is complete.
 fn compare(rows: &mut [Row<'_>], reference: Option<&str>) {
     let named = |r: &&Row<'_>| Some(r.case.id.as_str()) == reference && r.done();
     let Some(reference) = rows.iter().find(named) else { return };
-    let off: Vec<Off> = rows
-        .iter()
-        .map(|row| if row.done() { Off::between(row, reference) } else { Off::default() })
-        .collect();
-    rows.iter_mut().zip(off).for_each(|(row, off)| row.off = off);
+    let differences: Vec<Differences> =
+        rows.iter()
+            .map(|row| {
+                if row.done() {
+                    Differences::between(row, reference)
+                } else {
+                    Differences::default()
+                }
+            })
+            .collect();
+    rows.iter_mut().zip(differences).for_each(|(row, differences)| row.differences = differences);
 }
 
-/// Travel and force of a tool from `history.csv`, as long as its travel grows.
+/// Travel and force of a tool from `history.csv`, while its travel increases.
 fn curve(history: &str, tool: &str) -> Vec<(f64, f64)> {
     let mut rows = csv::rows(history).into_iter().map(csv::cells);
     let Some(head) = rows.next() else { return Vec::new() };

@@ -1,62 +1,62 @@
-//! A case and what its run left.
+//! A case and the results of its run.
 
 use super::curves::force_rms;
 use crate::report::record::RunRecord;
 use crate::study::case::Case;
 use crate::study::compare::{Profile, Sheet, largest_difference};
 
-/// How a case stands, as far as its folder still belongs to it.
+/// State of a case, including whether its results are current.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Standing {
+pub(super) enum CaseState {
     Waiting,
     Done,
     Failed,
-    /// What it was run with is not what it would be run with.
+    /// The inputs have changed since the run.
     Stale,
 }
 
-/// A case and what its run left.
+/// A case and the results of its run.
 pub(super) struct Row<'a> {
     pub(super) case: &'a Case,
-    pub(super) standing: Standing,
+    pub(super) case_state: CaseState,
     pub(super) reason: Option<String>,
-    /// The methods it is of; its name when the study names none.
+    /// Its methods; its name if the study names none.
     pub(super) method: String,
     pub(super) record: Option<RunRecord>,
     pub(super) patches: usize,
     pub(super) shape_error: Option<f64>,
-    /// Travel [mm] and force [N] of the watched tool while it moves.
+    /// Travel [mm] and force [N] of the watched tool while its travel increases.
     pub(super) curve: Vec<(f64, f64)>,
     pub(super) sheet: Option<Sheet>,
-    pub(super) off: Off,
+    pub(super) differences: Differences,
 }
 
 /// Differences from the reference.
 #[derive(Debug, Default, Clone, Copy, PartialEq)]
-pub(super) struct Off {
-    /// RMS of the difference of force over the travel, over the reference's RMS.
+pub(super) struct Differences {
+    /// RMS of the force difference over the travel, over the RMS force of the reference.
     pub(super) force_rms: Option<f64>,
-    /// Largest difference of thickness along dx and along dxy [mm].
+    /// Largest differences of thickness along dx and along dxy [mm].
     pub(super) thickness: [Option<f64>; 2],
 }
 
 impl Row<'_> {
     pub(super) fn done(&self) -> bool {
-        self.standing == Standing::Done
+        self.case_state == CaseState::Done
     }
 
-    /// Whether it is done and its result doubtful.
+    /// Whether the case is done and has doubts.
     pub(super) fn is_doubtful(&self) -> bool {
         self.done() && self.record.as_ref().is_some_and(|record| !record.doubts.is_empty())
     }
 
-    /// The line of a profile of the sheet; empty without one.
+    /// A profile of the sheet; empty without a sheet.
     pub(super) fn profile(&self, of: impl Fn(&Sheet) -> &Profile) -> &[(f64, f64)] {
         self.sheet.as_ref().map_or(&[], |sheet| of(sheet))
     }
 }
 
-impl Off {
+impl Differences {
     pub(super) fn between(row: &Row<'_>, reference: &Row<'_>) -> Self {
         let dx = |row| Row::profile(row, |s| &s.dx);
         let dxy = |row| Row::profile(row, |s| &s.dxy);
@@ -69,7 +69,7 @@ impl Off {
         }
     }
 
-    /// The larger of the two differences of thickness [mm].
+    /// The larger of the two thickness differences [mm].
     pub(super) fn thickest(&self) -> Option<f64> {
         Some(self.thickness[0]?.max(self.thickness[1]?))
     }

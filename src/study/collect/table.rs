@@ -1,13 +1,13 @@
-//! The table of cases: one list of columns for the file and the page.
+//! The table of cases: the same columns for file and page.
 
-use super::row::{Row, Standing};
+use super::row::{CaseState, Row};
 use crate::report::record::RunRecord;
 use crate::study::file::Study;
 
-/// A column: its name and what stands in it.
+/// A column: its name and its cell for a row.
 type Column = (&'static str, fn(&Row<'_>) -> String);
 
-/// Phases of a run as `run.json` names them, and as they are called.
+/// Phases of a run: key in `run.json`, and name.
 pub(super) const PHASES: [(&str, &str); 6] = [
     ("search", "search and projection"),
     ("contact", "contact"),
@@ -25,7 +25,7 @@ const COLUMNS: [Column; 41] = [
     ("shape_error_mm", |r| maybe(r.shape_error, 5)),
     ("increments", |r| of(r, |r| r.increments.to_string())),
     ("iterations", |r| of(r, |r| r.iterations.to_string())),
-    ("cuts", |r| of(r, |r| r.cuts.to_string())),
+    ("cuts", |r| of(r, |r| r.step_cuts.to_string())),
     ("factorisations", |r| of(r, |r| r.factorisations.to_string())),
     ("updates", |r| of(r, |r| r.updates.to_string())),
     ("wall_s", |r| of(r, |r| format!("{:.1}", r.wall_s))),
@@ -48,20 +48,20 @@ const COLUMNS: [Column; 41] = [
     ("springback_rms_mm", |r| springback(r, |s| format!("{:.4}", s.rms_mm))),
     ("forces_let_go_n", |r| springback(r, |s| format!("{:.0}", s.force_n))),
     ("energy_given_back_nmm", |r| springback(r, |s| format!("{:.0}", s.energy_nmm))),
-    ("snaps", |r| of(r, |r| r.snaps.to_string())),
+    ("snaps", |r| of(r, |r| r.snap_throughs.to_string())),
     ("released_elastic_nmm", |r| of(r, |r| format!("{:.0}", r.released_elastic_nmm))),
     ("force_error", |r| of(r, |r| format!("{:.1e}", r.force_error))),
     ("energy_error", |r| of(r, |r| format!("{:.1e}", r.energy_error))),
     ("volume_error", |r| of(r, |r| r.volume_error.map_or("".into(), |v| format!("{v:.1e}")))),
     ("penetration_mm", |r| of(r, |r| format!("{:.1e}", r.penetration_mm))),
-    ("force_rms_to_reference", |r| maybe(r.off.force_rms, 5)),
-    ("thickness_dx_off_mm", |r| maybe(r.off.thickness[0], 5)),
-    ("thickness_dxy_off_mm", |r| maybe(r.off.thickness[1], 5)),
+    ("force_rms_to_reference", |r| maybe(r.differences.force_rms, 5)),
+    ("thickness_dx_off_mm", |r| maybe(r.differences.thickness[0], 5)),
+    ("thickness_dxy_off_mm", |r| maybe(r.differences.thickness[1], 5)),
     ("threads", |r| of(r, |r| r.threads.to_string())),
     ("reason", |r| r.reason.clone().unwrap_or_default()),
 ];
 
-/// Head and rows: the case, its options where there are several choices, and what its run left.
+/// Header and rows: case, its options, and the results of its run.
 pub(super) fn table(study: &Study, rows: &[Row<'_>]) -> (Vec<String>, Vec<Vec<String>>) {
     let choices = study.choices.iter().map(|c| c.name.clone());
     let head = std::iter::once("case".to_owned())
@@ -75,24 +75,24 @@ pub(super) fn table(study: &Study, rows: &[Row<'_>]) -> (Vec<String>, Vec<Vec<St
     (head, rows.iter().map(cells).collect())
 }
 
-/// Seconds of phase `k` of [`PHASES`].
+/// Wall time of phase `k` of [`PHASES`] [s].
 pub(super) fn seconds(record: &RunRecord, k: usize) -> f64 {
     record.timings_s.get(PHASES[k].0).copied().unwrap_or(0.0)
 }
 
-/// Wall time that is of no phase [s].
+/// Wall time outside all phases [s].
 pub(super) fn rest(record: &RunRecord) -> f64 {
     let phases: f64 = (0..PHASES.len()).map(|k| seconds(record, k)).sum();
     (record.wall_s - phases).max(0.0)
 }
 
 fn state(row: &Row<'_>) -> String {
-    match row.standing {
-        Standing::Waiting => "waiting",
-        Standing::Done if row.is_doubtful() => "doubtful",
-        Standing::Done => "done",
-        Standing::Failed => "failed",
-        Standing::Stale => "stale",
+    match row.case_state {
+        CaseState::Waiting => "waiting",
+        CaseState::Done if row.is_doubtful() => "doubtful",
+        CaseState::Done => "done",
+        CaseState::Failed => "failed",
+        CaseState::Stale => "stale",
     }
     .into()
 }
@@ -119,7 +119,7 @@ fn springback(
     found.map_or_else(String::new, cell)
 }
 
-/// A number, nothing where there is none.
+/// A number, or an empty cell.
 fn maybe(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(String::new, |v| format!("{v:.digits$}"))
 }

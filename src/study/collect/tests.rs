@@ -7,7 +7,7 @@ use super::*;
 use crate::study::cases::{Roots, cases};
 use crate::study::execute::Entry;
 
-/// A study of three models in a folder, the first two run and done, the third never begun.
+/// A study of three models in a folder: the first two done, the third not started.
 struct Made {
     folder: tempfile::TempDir,
     study: Study,
@@ -112,7 +112,7 @@ fn results_of_other_tools_are_stale_and_take_part_in_nothing() {
     assert_eq!(checks[2].1, Outcome::Open);
     let drawing = fs::read_to_string(made.path("force.svg")).unwrap();
     assert!(drawing.contains("fine") && !drawing.contains("coarse"));
-    // Without the reference nothing is compared, with a tool gone nothing is known.
+    // Without the reference nothing is compared; without a tool nothing is known.
     fs::remove_file(made.path("fine/die.tool.json")).unwrap();
     assert_eq!(made.collect()[0].1, Outcome::Open);
     assert!(made.cell("fine", "reason").contains("cannot be compared"));
@@ -180,14 +180,14 @@ fn methods_are_lines_and_the_best_are_ringed() {
         .cases
         .iter()
         .map(|case| {
-            let standing = standing(case, &made.cases, &made.manifest, made.folder.path());
-            row(&made.study, case, standing, made.folder.path())
+            let case_state = case_state(case, &made.cases, &made.manifest, made.folder.path());
+            row(&made.study, case, case_state, made.folder.path())
         })
         .collect();
     rows[0].shape_error = Some(0.01);
-    let error = ("shape", "Shape error", "mm", (|r, _| r.shape_error) as pictures::Number);
-    let cost = ("time", "time", "s", (|_, record| Some(record.cpu_s)) as pictures::Number);
-    let chart = pictures::against(&rows, &error, &cost);
+    let error = ("shape", "Shape error", "mm", (|r, _| r.shape_error) as chart_set::Number);
+    let cost = ("time", "time", "s", (|_, record| Some(record.cpu_s)) as chart_set::Number);
+    let chart = chart_set::against(&rows, &error, &cost);
     assert_eq!(chart.lines.len(), 2);
     assert_eq!(chart.lines[0].name, "smooth");
     assert_eq!(chart.lines[0].points, [(10.0, 0.01), (12.0, 0.1)]);

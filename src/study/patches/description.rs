@@ -1,4 +1,4 @@
-//! The file of a study of patches, version 1.
+//! File of a patch study, version 1.
 
 use std::path::{Path, PathBuf};
 
@@ -21,16 +21,16 @@ pub struct PatchStudy {
     pub name: String,
     /// IGES or STEP file, relative to the folder of this one.
     pub cad: PathBuf,
-    /// Direction to the sheet: the model is turned round if its faces look the other way on the whole.
+    /// Direction towards the sheet: the normals are reversed if most faces point away from it.
     #[serde(default)]
     pub sheet_side: Option<[f64; 3]>,
-    /// What closest points are looked for.
+    /// Query points of the closest-point search.
     pub queries: Queries,
-    /// What is compared, a line of the charts each; 1 to 11.
+    /// The methods to compare, one line per chart each; 1 to 11.
     pub methods: Vec<Method>,
 }
 
-/// The constant that marks a study of patches.
+/// The format tag of a patch study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum FormatTag {
     /// `kanagata-patches`
@@ -38,7 +38,7 @@ pub enum FormatTag {
     Patches,
 }
 
-/// Random points near the surface, the same for all models; each is looked up without any hint.
+/// Random points near the surface, the same for all models; the search has no starting guess.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Queries {
@@ -46,80 +46,80 @@ pub struct Queries {
     pub seed: u64,
     /// Number of points, 1 to 1000000.
     pub points: usize,
-    /// Largest distance from the surface, to both sides [mm], > 0.
+    /// Largest distance from the surface on both sides [mm], > 0.
     pub distance_mm: f64,
 }
 
-/// A way to make tool models, with the sizes it is tried at: `divisions` or `tolerances_mm`.
+/// A conversion method with its sizes: `divisions` or `tolerances_mm`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Method {
     /// Name in table and charts.
     pub name: String,
-    /// What the patches are.
+    /// Kind of the patches.
     pub kind: ToolKind,
-    /// Kinds of element.
+    /// Kind of the mesh elements.
     #[serde(default)]
     pub style: MeshStyle,
-    /// How edges of Nagata patches are curved; `guarded` when not given, with tolerances `cad`.
+    /// Curvature of the edges of Nagata patches; default `guarded`, with tolerances `cad`.
     #[serde(default)]
     pub edges: Option<Edges>,
-    /// With tolerances: leave all vertices on the CAD instead of balancing them about it.
+    /// With tolerances: keep all vertices on the CAD surface instead of balancing the error on both sides.
     #[serde(default)]
     pub on_cad: bool,
-    /// With tolerances: faces are divided independently where that takes fewer patches, borders within the tolerance.
+    /// With tolerances: divide faces independently where that needs fewer patches, with borders within the tolerance.
     #[serde(default)]
     pub independent: bool,
-    /// Uniform meshes: divisions of 90 degrees, 1 to 256 each (Nagata patches and facets).
+    /// Uniform meshes: divisions per 90 degrees, 1 to 256 each (Nagata patches and facets).
     #[serde(default)]
     pub divisions: Vec<usize>,
-    /// As few patches as keep the largest |shape error| within this [mm], > 0 each.
+    /// Tolerances: the fewest patches with a largest |shape error| within each value [mm], > 0.
     #[serde(default)]
     pub tolerances_mm: Vec<f64>,
 }
 
-/// How the edges of Nagata patches are curved.
+/// Curvature of the edges of Nagata patches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Edges {
-    /// Eq. 8 where its curve runs forward, straight elsewhere.
+    /// Eq. 8 where its curve advances monotonically, straight elsewhere.
     Guarded,
     /// Eq. 8 everywhere, also where it fails.
     Plain,
-    /// Eq. 8, and where it leaves the curve open or fails, through the CAD.
+    /// Eq. 8; where it is undetermined or fails, from the CAD.
     Cad,
 }
 
 impl Method {
-    /// The rule for edges that holds when none is given too.
+    /// The edge rule, including the default.
     pub(super) fn edges(&self) -> Edges {
-        let usual = if self.divisions.is_empty() { Edges::Cad } else { Edges::Guarded };
-        self.edges.unwrap_or(usual)
+        let default = if self.divisions.is_empty() { Edges::Cad } else { Edges::Guarded };
+        self.edges.unwrap_or(default)
     }
 
-    /// What of it makes no sense: key, what was found, what is allowed.
+    /// The first fault: key, what was found, what is allowed.
     fn fault(&self) -> Option<(String, String, &'static str)> {
         let fault = |place: &str, found: String, allowed| Some((place.to_owned(), found, allowed));
         if self.name.trim().is_empty() {
             return fault("name", "nothing".into(), "a name");
         }
-        let (given, asked) = (self.divisions.len(), self.tolerances_mm.len());
-        if (given == 0) == (asked == 0) {
-            let found = format!("{given} divisions and {asked} tolerances_mm");
+        let (divisions, tolerances) = (self.divisions.len(), self.tolerances_mm.len());
+        if (divisions == 0) == (tolerances == 0) {
+            let found = format!("{divisions} divisions and {tolerances} tolerances_mm");
             return fault("divisions", found, "one of the two lists, with at least one number");
         }
-        if self.kind == ToolKind::Bezier && given > 0 {
-            return fault("divisions", format!("{given}"), "tolerances_mm for Bezier patches");
+        if self.kind == ToolKind::Bezier && divisions > 0 {
+            return fault("divisions", format!("{divisions}"), "tolerances_mm for Bezier patches");
         }
         if self.kind != ToolKind::Nagata && self.edges.is_some() {
             let found = format!("{:?}", self.edges()).to_lowercase();
             return fault("edges", found, "none but for Nagata patches");
         }
-        if self.on_cad && (given > 0 || self.kind == ToolKind::Bezier) {
+        if self.on_cad && (divisions > 0 || self.kind == ToolKind::Bezier) {
             let allowed = "false, but for Nagata patches and facets with tolerances_mm";
             return fault("on_cad", "true".into(), allowed);
         }
-        if self.independent && (given > 0 || self.kind == ToolKind::Bezier) {
+        if self.independent && (divisions > 0 || self.kind == ToolKind::Bezier) {
             let allowed = "false, but for Nagata patches and facets with tolerances_mm";
             return fault("independent", "true".into(), allowed);
         }
@@ -133,12 +133,12 @@ impl Method {
     }
 }
 
-/// Refuses what makes no sense.
+/// Checks the values of a patch study.
 ///
 /// # Errors
 /// [`StudyError::Value`] with file, place, what was found and what is allowed.
 pub(in crate::study) fn check(study: &PatchStudy, file: &Path) -> Result<(), StudyError> {
-    const MOST: usize = 11;
+    const METHODS_MAX: usize = 11;
     let fault = |place: String, found: String, allowed: &str| {
         let (path, allowed) = (file.to_path_buf(), allowed.into());
         Err(StudyError::Value { path, place, found, allowed })
@@ -159,7 +159,7 @@ pub(in crate::study) fn check(study: &PatchStudy, file: &Path) -> Result<(), Stu
     if !(distance_mm.is_finite() && distance_mm > 0.0) {
         return fault("queries.distance_mm".into(), distance_mm.to_string(), "above 0 mm");
     }
-    if !(1..=MOST).contains(&study.methods.len()) {
+    if !(1..=METHODS_MAX).contains(&study.methods.len()) {
         return fault("methods".into(), study.methods.len().to_string(), "1 to 11");
     }
     for (k, method) in study.methods.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! One model of a method: made, audited, asked for closest points.
+//! One model of a method: conversion, audit, and timing of closest-point queries.
 
 use std::fmt;
 use std::time::Instant;
@@ -16,7 +16,7 @@ use crate::mesh::{MeshError, SurfaceMesh};
 use crate::tool::edge::EdgeRule;
 use crate::tool::{ToolKind, ToolModel};
 
-/// How fine a model is asked to be.
+/// Requested fineness of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Size {
     /// Divisions of 90 degrees.
@@ -25,37 +25,37 @@ pub(super) enum Size {
     Tolerance(f64),
 }
 
-/// What came of one size of a method.
+/// Result of one size of a method.
 #[derive(Debug, Clone)]
 pub(super) struct Row<'a> {
     pub method: &'a Method,
     pub size: Size,
-    /// `None` when there is no model.
+    /// `None` if there is no model.
     pub figures: Option<Figures>,
-    /// Why there is no model, or none that could be used; empty when there is.
+    /// Why there is no model or the model is unusable; empty otherwise.
     pub reason: String,
 }
 
-/// What was measured of a model. Times are processor seconds of one thread of this machine.
+/// Measured figures of a model. Times are processor seconds of one thread of this machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Figures {
     pub patches: usize,
     /// Largest |shape error| (Eq. 24) [mm].
     pub error_mm: f64,
-    /// Its root mean square over the area [mm].
+    /// RMS of the shape error over the area [mm].
     pub rms_mm: f64,
     /// Largest normal error [degrees].
     pub normal_deg: f64,
-    /// Time from the CAD model in memory to the tool model [s].
+    /// Conversion time from the CAD model in memory [s].
     pub convert_s: f64,
-    /// Time from the tool model to its search tree [s].
+    /// Time to build the search tree [s].
     pub index_s: f64,
-    /// Time of a closest point without a hint [us].
+    /// Time of a closest-point query without a starting guess [us].
     pub query_us: f64,
 }
 
 impl Row<'_> {
-    /// The figures of a model that can be used.
+    /// The figures of a usable model.
     pub fn sound(&self) -> Option<&Figures> {
         self.figures.as_ref().filter(|_| self.reason.is_empty())
     }
@@ -77,19 +77,19 @@ impl fmt::Display for Row<'_> {
     }
 }
 
-/// What all models have in common.
+/// Data common to all models.
 pub(super) struct Bench<'a> {
     model: &'a Model,
     reference: CadReference<'a>,
     points: Vec<Vec3>,
     sheet_side: Option<Vec3>,
-    /// One thread, for what is timed; `None` when there cannot be another: then the caller's.
-    alone: Option<rayon::ThreadPool>,
+    /// A pool of one thread for timed work; `None` if it cannot be created: the caller's thread is used.
+    single_thread: Option<rayon::ThreadPool>,
 }
 
 impl<'a> Bench<'a> {
     /// # Errors
-    /// [`MeshError`] when the CAD cannot be meshed, on whose elements the query points are thrown.
+    /// [`MeshError`] when the CAD cannot be meshed; the query points are sampled on its elements.
     pub fn new(study: &PatchStudy, model: &'a Model) -> Result<Self, MeshError> {
         const DIVISIONS: usize = 8;
         let options = MappedOptions { arc_divisions: DIVISIONS, ..MappedOptions::default() };
@@ -98,14 +98,14 @@ impl<'a> Bench<'a> {
             reference: CadReference::new(model),
             points: points_near(&mapped::mesh(model, &options)?, &study.queries),
             sheet_side: study.sheet_side.map(Vec3::from),
-            alone: rayon::ThreadPoolBuilder::new().num_threads(1).build().ok(),
+            single_thread: rayon::ThreadPoolBuilder::new().num_threads(1).build().ok(),
         })
     }
 
     /// Makes and measures a model.
     pub fn row<'m>(&self, method: &'m Method, size: Size) -> Row<'m> {
-        let (made, convert_s) = self.timed(|| self.made(method, size));
-        let (figures, reason) = match made {
+        let (built, convert_s) = self.timed(|| self.build_model(method, size));
+        let (figures, reason) = match built {
             Err(reason) => (None, reason),
             Ok((tool, folded)) => match self.figures(&tool, convert_s) {
                 Ok(figures) if folded == 0 => (Some(figures), String::new()),
@@ -116,8 +116,8 @@ impl<'a> Bench<'a> {
         Row { method, size, figures, reason }
     }
 
-    /// A model, and how many of its patches fold.
-    fn made(&self, method: &Method, size: Size) -> Result<(ToolModel, usize), String> {
+    /// A model and the number of its folded patches.
+    fn build_model(&self, method: &Method, size: Size) -> Result<(ToolModel, usize), String> {
         let mesh = MappedOptions {
             style: method.style,
             through_cad: method.edges() == Edges::Cad,
@@ -189,40 +189,40 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// What `work` gives, and its processor time on one thread [s]: the mean over enough turns for the clock.
+    /// Result of `work`, and its processor time on one thread [s]. Short work is repeated and averaged.
     fn timed<T: Send>(&self, work: impl Fn() -> T + Sync) -> (T, f64) {
-        const ENOUGH_S: f64 = 0.1;
-        const MOST: u32 = 1000;
-        let turns = || {
-            let (begin, mut turns) = (Moment::now(), 0);
+        const TIMED_S_MIN: f64 = 0.1;
+        const REPEATS_MAX: u32 = 1000;
+        let repeats = || {
+            let (begin, mut repeats) = (ThreadTime::now(), 0);
             loop {
                 let out = work();
-                turns += 1;
+                repeats += 1;
                 let spent = begin.spent_s();
-                if spent >= ENOUGH_S || turns == MOST {
-                    return (out, spent / f64::from(turns));
+                if spent >= TIMED_S_MIN || repeats == REPEATS_MAX {
+                    return (out, spent / f64::from(repeats));
                 }
             }
         };
-        match &self.alone {
-            Some(pool) => pool.install(turns),
-            None => turns(),
+        match &self.single_thread {
+            Some(pool) => pool.install(repeats),
+            None => repeats(),
         }
     }
 }
 
-/// A point of time on this thread's own clock.
-struct Moment {
+/// A point in time on the clock of this thread.
+struct ThreadTime {
     wall: Instant,
     processor_ns: Option<u64>,
 }
 
-impl Moment {
+impl ThreadTime {
     fn now() -> Self {
         Self { wall: Instant::now(), processor_ns: processor_ns() }
     }
 
-    /// Processor time of this thread since then [s]; wall time where the system does not tell it.
+    /// Processor time of this thread since then [s]; wall time if the system does not report it.
     fn spent_s(&self) -> f64 {
         match (self.processor_ns, processor_ns()) {
             (Some(from), Some(to)) => to.saturating_sub(from) as f64 * 1e-9,
@@ -237,7 +237,7 @@ fn processor_ns() -> Option<u64> {
     text.split_ascii_whitespace().next()?.parse().ok()
 }
 
-/// Random points off the elements of a mesh, by their areas, along their normals.
+/// Random points, uniform over the area of a mesh and offset along its normals.
 pub(super) fn points_near(mesh: &SurfaceMesh, queries: &Queries) -> Vec<Vec3> {
     let mut state = queries.seed;
     let mut random = move || {

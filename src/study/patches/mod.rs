@@ -1,5 +1,5 @@
-//! Patches against accuracy: shape and normal error of every method by its number of patches, and the time that its
-//! conversion and its queries take. A model that cannot be made is a row with its reason, not the end.
+//! Patches over accuracy: shape and normal error of every method over its number of patches, with the times of
+//! conversion and queries. A model that cannot be made is a row with its reason.
 //!
 //! - `description`: the file; `measure`: one model of a method; `output`: table, charts and page
 
@@ -15,8 +15,8 @@ use self::measure::{Bench, Row, Size};
 use super::StudyError;
 use crate::cad::Model;
 
-/// Makes all models of `study` from the CAD `model`, measures them and writes `patches.csv`, `fewest.csv`,
-/// `patches.html` and the charts (SVG) into `folder`; says a line a model. Returns how many models could not be made.
+/// Makes and measures all models of `study` from the CAD `model`. Writes `patches.csv`, `fewest.csv`, `patches.html` and
+/// the charts (SVG) into `folder`, and reports one line per model. Returns the number of models that could not be made.
 ///
 /// # Errors
 /// [`StudyError::Value`] when the CAD cannot be meshed for the query points, [`StudyError::Write`].

@@ -1,4 +1,4 @@
-//! The rows of a study of patches as a table, charts and a page.
+//! Table, charts and page of a patch study.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use super::measure::{Figures, Row, Size};
 use crate::report::drawing::{Chart, Line, write_chart};
 use crate::report::page::Page;
 use crate::study::StudyError;
-use crate::study::compare::front;
+use crate::study::compare::pareto_front;
 use crate::study::output::{plot, write_csv};
 
 const HEAD: [&str; 17] = [
@@ -36,7 +36,7 @@ const ABOUT: &str = "Error: the largest |shape error| (Eq. 24) and the largest a
     Conversion is from the CAD in memory to the tool model, with the search for the divisions where a tolerance is \
     given; a query is a closest point without a hint.";
 
-/// A quantity of the charts: its title with unit, and where it is found.
+/// A plotted quantity: its title with unit, and its value.
 type Quantity = (&'static str, fn(&Figures) -> f64);
 
 const PATCHES: Quantity = ("patches", |f| f.patches as f64);
@@ -45,7 +45,7 @@ const NORMAL: Quantity = ("largest normal error [degrees]", |f| f.normal_deg);
 const CONVERT: Quantity = ("conversion, one thread of this machine [s]", |f| f.convert_s);
 const QUERY: Quantity = ("a closest point, one thread of this machine [us]", |f| f.query_us);
 
-/// What is charted: file, title, cost and what is had for it, and whether the front is marked.
+/// Charts: file, title, quantities of the axes, and whether the Pareto front is marked.
 const CHARTS: [(&str, &str, [Quantity; 2], bool); 5] = [
     ("error-against-patches", "Largest shape error against patches", [PATCHES, ERROR], true),
     ("normal-against-patches", "Largest normal error against patches", [PATCHES, NORMAL], true),
@@ -79,12 +79,12 @@ pub(super) fn write(study: &PatchStudy, rows: &[Row<'_>], folder: &Path) -> Resu
     Ok(())
 }
 
-/// Whether each row is on the front of two quantities; those without a sound model are not.
+/// Whether each row is on the Pareto front of two quantities; rows without a usable model are not.
 fn on_front(rows: &[Row<'_>], [x, y]: [Quantity; 2]) -> Vec<bool> {
     let points = rows.iter().map(|r| r.sound().map(|f| (x.1(f), y.1(f))));
     let points: Vec<(f64, f64)> =
         points.map(|p| p.unwrap_or((f64::INFINITY, f64::INFINITY))).collect();
-    front(&points).iter().zip(rows).map(|(on, row)| *on && row.sound().is_some()).collect()
+    pareto_front(&points).iter().zip(rows).map(|(on, row)| *on && row.sound().is_some()).collect()
 }
 
 fn table(rows: &[Row<'_>]) -> Vec<Vec<String>> {
@@ -120,18 +120,18 @@ fn cells(row: &Row<'_>, fronts: [bool; 3]) -> Vec<String> {
     out
 }
 
-/// For errors of 1 and 3 times powers of ten: the fewest patches of each method's models that keep them.
+/// For tolerances of 1 and 3 times powers of ten: the fewest patches of each method within them.
 fn fewest(study: &PatchStudy, rows: &[Row<'_>]) -> (Vec<String>, Vec<Vec<String>>) {
     let errors = rows.iter().filter_map(|r| r.sound().map(|f| f.error_mm));
     let (low, high) = errors.fold((f64::INFINITY, 0.0_f64), |(a, b), e| (a.min(e), b.max(e)));
     let levels = (-12..=3).rev().flat_map(|k| [3.0, 1.0].map(|m| m * 10.0_f64.powi(k)));
     let levels = levels.filter(|l| (low..=high).contains(l));
-    let least = |name: &str, level: f64| {
+    let fewest_patches = |name: &str, level: f64| {
         let own = rows.iter().filter(|r| r.method.name == name).filter_map(Row::sound);
         own.filter(|f| f.error_mm <= level).map(|f| f.patches).min()
     };
     let line = |level: f64| {
-        let found = study.methods.iter().map(|m| least(&m.name, level));
+        let found = study.methods.iter().map(|m| fewest_patches(&m.name, level));
         let cells = found.map(|n| n.map_or_else(|| "-".into(), |n| n.to_string()));
         std::iter::once(format!("{level:.0e}")).chain(cells).collect()
     };

@@ -1,11 +1,11 @@
-//! What a study of stability maps, and how finely.
+//! File of a stability study, version 1.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::solver::ContactMethod;
 
-/// What is mapped, and how finely.
+/// Maps of the convergence of methods, and their resolution.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StabilityStudy {
@@ -17,15 +17,15 @@ pub struct StabilityStudy {
     pub name: String,
     /// Newton's method of Eq. 19-23.
     pub newton: NewtonMap,
-    /// Monomials against Bernstein polynomials.
+    /// Monomials compared with Bernstein polynomials.
     pub evaluation: EvaluationMap,
-    /// Eq. 8 plain and guarded.
+    /// Eq. 8, plain and guarded.
     pub edges: EdgeMap,
     /// A strip drawn over a radius.
     pub forming: FormingMap,
 }
 
-/// The constant that marks a study of stability.
+/// The format tag of a stability study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum FormatTag {
     /// `kanagata-stability`
@@ -33,17 +33,17 @@ pub enum FormatTag {
     Stability,
 }
 
-/// Points over a Nagata patch on a cylinder, and Newton from a grid of starting points.
+/// Closest points on a Nagata patch of a cylinder, by Newton's method from a grid of starting points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewtonMap {
-    /// Angles one patch spans [deg], one map each; below 180.
+    /// Angles of a patch [deg], below 180; one map each.
     pub angles_deg: Vec<f64>,
-    /// Starting points along each parameter.
+    /// Number of starting points along each parameter.
     pub starts: usize,
-    /// Cells along the angle.
+    /// Number of cells along the angle.
     pub columns: usize,
-    /// Cells along the distance.
+    /// Number of cells along the distance.
     pub rows: usize,
 }
 
@@ -53,31 +53,31 @@ pub struct NewtonMap {
 pub struct EvaluationMap {
     /// Highest degree, 2 to 12.
     pub highest_degree: usize,
-    /// Polynomials of each degree.
+    /// Number of polynomials per degree.
     pub polynomials: usize,
 }
 
-/// Plane edges over the tilt of their mean normal and the angle between their normals.
+/// Plane edges: tilt of the mean normal and angle between the normals.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EdgeMap {
-    /// Cells along each axis.
+    /// Number of cells along each axis.
     pub cells: usize,
 }
 
-/// A strip of mild steel drawn over a radius of 7 mm by a punch, held down and pulled back: one
-/// element wide, two layers of solid-shells.
+/// A strip of mild steel drawn over a radius of 7 mm by a punch, with a holder and a pulling force at its end: one
+/// element wide, two layers of solid-shell elements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FormingMap {
     /// Depth [mm], above 0 and at most 15.
     pub depth_mm: f64,
-    /// Ways to keep the strip out of the tools, each drawn in each of `increments`.
+    /// Contact methods, each with every number in `increments`.
     pub methods: Vec<ContactMethod>,
-    /// Numbers of equal increments, none of which may be cut.
+    /// Numbers of equal increments without step cuts.
     pub increments: Vec<usize>,
-    /// Nagata patches over 90 degrees for these.
+    /// Nagata patches per 90 degrees for these draws.
     pub patches: usize,
-    /// Numbers of Nagata patches, and of facets, over 90 degrees, each drawn with steps as the solver takes them.
+    /// Numbers of Nagata patches and of facets per 90 degrees, each drawn with automatic steps.
     pub divisions: Vec<usize>,
 }

@@ -1,4 +1,4 @@
-//! The coefficient of Eq. 8 over the normals of an edge, plain and guarded.
+//! Map of the coefficient of Eq. 8 over the normals of an edge, plain and guarded.
 
 use std::ops::Range;
 
@@ -8,12 +8,12 @@ use crate::geometry::Vec3;
 use crate::report::drawing::HeatMap;
 use crate::tool::edge::{EdgeRule, edge_curve};
 
-/// Tilt of the mean normal against the edge's perpendicular [deg].
-const TILT: Range<f64> = -45.0..45.0;
+/// Tilt of the mean normal from the perpendicular of the edge [deg].
+const TILT_DEG: Range<f64> = -45.0..45.0;
 /// Angle between the normals [deg].
-const ANGLE: Range<f64> = -120.0..120.0;
+const ANGLE_DEG: Range<f64> = -120.0..120.0;
 
-/// `|c| / |d|` (logarithm to base 10) of plane edges under both rules.
+/// Maps of log10 `|c| / |d|` of plane edges for both rules.
 pub(super) fn maps(plan: &EdgeMap) -> Vec<Panel> {
     [(EdgeRule::Plain, "Eq. 8 as printed"), (EdgeRule::Guarded, "guarded (grey: straight)")]
         .map(|(rule, title)| panel(plan.cells, rule, title))
@@ -26,7 +26,7 @@ fn panel(cells: usize, rule: EdgeRule, title: &str) -> Panel {
     };
     let normal = |angle: f64| Vec3::new(angle.sin(), 0.0, angle.cos());
     let curves = (0..cells * cells).map(|k| {
-        let (tilt, angle) = (at(k % cells, &TILT), at(k / cells, &ANGLE));
+        let (tilt, angle) = (at(k % cells, &TILT_DEG), at(k / cells, &ANGLE_DEG));
         let ends = [[normal(tilt - 0.5 * angle), normal(tilt + 0.5 * angle)]];
         let curve = edge_curve(&Vec3::x(), &ends, rule);
         let fault = curve.fault.is_some();
@@ -39,8 +39,8 @@ fn panel(cells: usize, rule: EdgeRule, title: &str) -> Panel {
     let sound = sound.iter().filter(|s| **s).count() as f64 / sound.len() as f64;
     let map = HeatMap {
         title: title.into(),
-        x: ("tilt of the mean normal [deg]".into(), TILT),
-        y: ("angle between the normals [deg]".into(), ANGLE),
+        x: ("tilt of the mean normal [deg]".into(), TILT_DEG),
+        y: ("angle between the normals [deg]".into(), ANGLE_DEG),
         columns: cells,
         values,
     };

@@ -1,7 +1,7 @@
-//! Rounding of three ways to evaluate a polynomial given by Bernstein coefficients, against exact arithmetic.
+//! Rounding errors of three forms of a polynomial with given Bernstein coefficients, compared with exact arithmetic.
 //!
-//! Coefficients are whole multiples of 2^-48 and parameters of 2^-6, so that the exact value is a whole multiple of
-//! 2^-(48 + 6 n): 128 bits hold it up to degree 12.
+//! Coefficients are integer multiples of 2^-48 and parameters of 2^-6. The exact value of degree n is then an integer
+//! multiple of 2^-(48 + 6 n), which 128 bits hold up to degree 12.
 
 use super::description::EvaluationMap;
 use crate::report::drawing::{Chart, Line};
@@ -9,7 +9,7 @@ use crate::report::drawing::{Chart, Line};
 const COEFFICIENT_BITS: u32 = 48;
 const PARAMETER_BITS: u32 = 6;
 const STEPS: i64 = 1 << PARAMETER_BITS;
-/// Exact values are in multiples of 2 to minus this.
+/// Exact values are multiples of 2^-120.
 const SCALE_BITS: u32 = 120;
 
 type Form = (&'static str, fn(&[f64]) -> Vec<f64>, fn(&[f64], f64) -> f64);
@@ -49,20 +49,20 @@ fn largest_error((_, prepare, evaluate): &Form, degree: usize, count: usize) -> 
         let form = prepare(&whole.iter().map(|&c| c as f64 * unit).collect::<Vec<_>>());
         for step in 0..=STEPS {
             let found = evaluate(&form, step as f64 / STEPS as f64);
-            let off = whole_multiple(found) - exact(&whole, step);
-            let error = off.unsigned_abs() as f64 / (2.0_f64).powi(SCALE_BITS as i32);
+            let difference = whole_multiple(found) - exact(&whole, step);
+            let error = difference.unsigned_abs() as f64 / (2.0_f64).powi(SCALE_BITS as i32);
             worst = worst.max(error / (largest as f64 * unit));
         }
     }
     worst * (2.0_f64).powi(53)
 }
 
-/// `value` in multiples of 2^-120, what is below cut off.
+/// `value` in multiples of 2^-120, truncated.
 fn whole_multiple(value: f64) -> i128 {
     (value * (2.0_f64).powi(SCALE_BITS as i32)) as i128
 }
 
-/// Value at `step / STEPS` in multiples of 2^-120: de Casteljau in whole numbers.
+/// Value at `step / STEPS` in multiples of 2^-120, by de Casteljau's algorithm in integers.
 pub(super) fn exact(coefficients: &[i64], step: i64) -> i128 {
     let mut c: Vec<i128> = coefficients.iter().map(|&c| i128::from(c)).collect();
     let (step, rest) = (i128::from(step), i128::from(STEPS - step));
@@ -96,7 +96,7 @@ pub(super) fn at_middle(bernstein: &[f64]) -> Vec<f64> {
     let n = bernstein.len() - 1;
     let mut out = vec![0.0; n + 1];
     for (i, c) in bernstein.iter().enumerate() {
-        // binomial(n, i) (1 + u)^i (1 - u)^(n - i) / 2^n, whole numbers all along.
+        // binomial(n, i) (1 + u)^i (1 - u)^(n - i) / 2^n, in integers throughout.
         let mut product = vec![binomial(n, i)];
         for factor in 0..n {
             let sign = if factor < i { 1.0 } else { -1.0 };

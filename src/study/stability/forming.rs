@@ -1,5 +1,5 @@
-//! A strip drawn over a radius: exact contact, springs and augmented springs by the number of equal increments; facets
-//! against Nagata patches by the iterations they take.
+//! A strip drawn over a radius: contact methods over the number of equal increments, and facets compared with Nagata
+//! patches by their iterations.
 
 use std::sync::Arc;
 
@@ -22,45 +22,45 @@ use crate::tool::edge::EdgeRule;
 use crate::tool::model::PatchCorners;
 use crate::tool::{ToolKind, ToolModel};
 
-/// Deepest draw the tools are long enough for [mm].
-pub(super) const DEEPEST: f64 = 15.0;
-/// Half the strip's length and its thickness [mm].
-const STRIP: [f64; 2] = [70.0, 0.8];
-/// Half the width of the punch [mm].
-const HALF_PUNCH: f64 = 25.0;
+/// Largest depth for which the tools are long enough [mm].
+pub(super) const DEPTH_MAX_MM: f64 = 15.0;
+/// Half length and thickness of the strip [mm].
+const STRIP_MM: [f64; 2] = [70.0, 0.8];
+/// Half width of the punch [mm].
+const PUNCH_HALF_WIDTH_MM: f64 = 25.0;
 /// Radius of the punch [mm].
-const PUNCH_RADIUS: f64 = 5.0;
+const PUNCH_RADIUS_MM: f64 = 5.0;
 /// Radius of the die [mm].
-const DIE_RADIUS: f64 = 7.0;
-/// Between the walls of punch and die [mm].
-const CLEARANCE: f64 = 1.1;
-/// Between holder and strip [mm].
-const PLAY: f64 = 0.016;
-/// Pull on the strip's end [N a mm of width].
-const PULL: f64 = 16.0;
+const DIE_RADIUS_MM: f64 = 7.0;
+/// Clearance between the walls of punch and die [mm].
+const CLEARANCE_MM: f64 = 1.1;
+/// Clearance between holder and strip [mm].
+const HOLDER_CLEARANCE_MM: f64 = 0.016;
+/// Pulling force at the end of the strip per width [N/mm].
+const PULL_N_PER_MM: f64 = 16.0;
 const FRICTION: f64 = 0.1;
 
-/// How a draw went.
-pub(super) struct Drawn {
-    /// Line of its chart.
+/// Result of a draw.
+pub(super) struct Draw {
+    /// Name of its line in the chart.
     pub(super) line: String,
-    /// Place on the horizontal axis.
+    /// Abscissa in the chart.
     pub(super) x: usize,
-    /// How far it came [mm].
+    /// Depth reached [mm].
     pub(super) depth: f64,
-    /// Newton iterations of that, those of increments given up included.
+    /// Newton iterations, including those of increments that did not converge.
     pub(super) iterations: usize,
-    /// Force on the punch at the end [N a mm of width].
+    /// Final punch force per width [N/mm].
     pub(super) force: f64,
-    /// Travel [mm] and that force after every increment.
+    /// Travel [mm] and punch force per width [N/mm] after every increment.
     pub(super) curve: Vec<[f64; 2]>,
 }
 
-/// Longest increment where roughness is looked at [mm]: a tenth of an element.
-const FINE: f64 = 0.1;
+/// Largest increment for the roughness of forces [mm]: a tenth of an element.
+const FINE_INCREMENT_MM: f64 = 0.1;
 
-/// Draws with each method in each number of equal increments.
-pub(super) fn by_increments(plan: &FormingMap) -> Vec<Drawn> {
+/// Draws with each contact method and each number of equal increments.
+pub(super) fn by_increments(plan: &FormingMap) -> Vec<Draw> {
     let cases: Vec<(ContactMethod, usize)> = plan
         .methods
         .iter()
@@ -69,7 +69,7 @@ pub(super) fn by_increments(plan: &FormingMap) -> Vec<Drawn> {
     let draw = |&(contact, count): &(ContactMethod, usize)| {
         let mut setup = setup(plan.depth_mm, ToolKind::Nagata, plan.patches);
         setup.limits.contact = contact;
-        // Equal steps: never longer, never shorter.
+        // Equal steps: neither growth nor cuts.
         (setup.stages[0].first_step, setup.stages[0].largest_step) =
             (1.0 / count as f64, 1.0 / count as f64);
         (setup.limits.wanted_iterations, setup.limits.smallest_step) =
@@ -79,25 +79,25 @@ pub(super) fn by_increments(plan: &FormingMap) -> Vec<Drawn> {
     cases.par_iter().map(draw).collect()
 }
 
-/// Draws with each number of patches and facets over 90 degrees, with steps as the solver takes them.
-pub(super) fn by_divisions(plan: &FormingMap) -> Vec<Drawn> {
+/// Draws with each number of patches and facets per 90 degrees, with automatic steps.
+pub(super) fn by_divisions(plan: &FormingMap) -> Vec<Draw> {
     let draw = |(kind, line, count): (ToolKind, &str, usize)| {
         run(setup(plan.depth_mm, kind, count), line.into(), count)
     };
     divided(plan).into_par_iter().map(draw).collect()
 }
 
-/// The same in short steps, for the roughness of their forces.
-pub(super) fn by_divisions_finely(plan: &FormingMap) -> Vec<Drawn> {
+/// The same draws in short steps, for the roughness of their forces.
+pub(super) fn by_divisions_finely(plan: &FormingMap) -> Vec<Draw> {
     let draw = |(kind, line, count): (ToolKind, &str, usize)| {
         let mut setup = setup(plan.depth_mm, kind, count);
-        setup.stages[0].largest_step = (FINE / plan.depth_mm).min(1.0);
+        setup.stages[0].largest_step = (FINE_INCREMENT_MM / plan.depth_mm).min(1.0);
         run(setup, line.into(), count)
     };
     divided(plan).into_par_iter().map(draw).collect()
 }
 
-/// Nagata patches and facets, by their number over 90 degrees.
+/// Nagata patches and facets with each number per 90 degrees.
 fn divided(plan: &FormingMap) -> Vec<(ToolKind, &'static str, usize)> {
     let kinds = [(ToolKind::Nagata, "Nagata patches"), (ToolKind::Facets, "facets")];
     let all = kinds
@@ -106,11 +106,11 @@ fn divided(plan: &FormingMap) -> Vec<(ToolKind, &'static str, usize)> {
     all.collect()
 }
 
-/// A line for every method or kind of tool.
+/// A chart with one line per method or kind of tool.
 pub(super) fn chart(
     [title, x, y]: [&str; 3],
-    drawn: &[Drawn],
-    value: impl Fn(&Drawn) -> Option<f64>,
+    drawn: &[Draw],
+    value: impl Fn(&Draw) -> Option<f64>,
 ) -> Chart {
     let mut lines: Vec<Line> = Vec::new();
     for one in drawn {
@@ -124,28 +124,29 @@ pub(super) fn chart(
     Chart { title: title.into(), x: (x.into(), true), y: (y.into(), false), lines }
 }
 
-impl Drawn {
-    /// Whether it came to `depth` [mm].
-    pub(super) fn ended(&self, depth: f64) -> bool {
+impl Draw {
+    /// Whether the draw reached `depth` [mm].
+    pub(super) fn reached(&self, depth: f64) -> bool {
         self.depth >= depth * (1.0 - 1e-9)
     }
 
-    /// Roughness of the force: RMS of what a straight line over 1 mm of travel to either side leaves of it, over its mean,
-    /// after the first 3 mm; `None` for shorter draws.
+    /// Roughness of the force after the first 3 mm: RMS of the deviation from a local linear fit (1 mm to either side),
+    /// over the mean force. `None` for shorter draws.
     pub(super) fn roughness(&self) -> Option<f64> {
-        const NEAR: f64 = 1.0;
-        const BEGINNING: f64 = 3.0;
+        const FIT_HALF_WIDTH_MM: f64 = 1.0;
+        const SKIPPED_MM: f64 = 3.0;
         let last = self.curve.last()?[0];
-        let sound = self.curve.iter().filter(|[x, _]| (BEGINNING..=last - NEAR).contains(x));
+        let sound =
+            self.curve.iter().filter(|[x, _]| (SKIPPED_MM..=last - FIT_HALF_WIDTH_MM).contains(x));
         let left: Vec<[f64; 2]> = sound
             .map(|&[x, force]| {
-                let near = self.curve.iter().filter(|p| (p[0] - x).abs() <= NEAR);
+                let near = self.curve.iter().filter(|p| (p[0] - x).abs() <= FIT_HALF_WIDTH_MM);
                 let sums = near.fold([0.0; 5], |s, &[a, f]| {
                     let a = a - x;
                     [s[0] + 1.0, s[1] + a, s[2] + a * a, s[3] + f, s[4] + a * f]
                 });
                 let [n, a, aa, f, af] = sums;
-                // The line's value at x.
+                // Value of the fitted line at x.
                 let line = (aa * f - a * af) / (n * aa - a * a);
                 [force - line, force]
             })
@@ -164,10 +165,10 @@ fn name(contact: ContactMethod) -> String {
     }
 }
 
-fn run(setup: SimulationSetup, line: String, x: usize) -> Drawn {
+fn run(setup: SimulationSetup, line: String, x: usize) -> Draw {
     let mut sim = Simulation::new(setup).expect("a sound set-up");
-    let mut drawn = Drawn { line, x, depth: 0.0, iterations: 0, force: 0.0, curve: Vec::new() };
-    // A draw that gives up is a result: how far it came.
+    let mut drawn = Draw { line, x, depth: 0.0, iterations: 0, force: 0.0, curve: Vec::new() };
+    // A draw that does not converge is a result too: its depth.
     let _ = sim.run(&mut |report| {
         (drawn.depth, drawn.force) = (report.tools[2].travel, report.tools[2].force);
         drawn.curve.push([drawn.depth, drawn.force]);
@@ -177,9 +178,9 @@ fn run(setup: SimulationSetup, line: String, x: usize) -> Drawn {
     drawn
 }
 
-/// The strip between die, holder and punch, `count` patches over 90 degrees of each radius.
+/// The strip between die, holder and punch, with `count` patches per 90 degrees of each radius.
 fn setup(depth: f64, kind: ToolKind, count: usize) -> SimulationSetup {
-    let [length, thickness] = STRIP;
+    let [length, thickness] = STRIP_MM;
     let mesh = rectangle(length, 1.0, thickness, 70, 1, 2);
     let nodes = mesh.nodes.len();
     let mut constraints = Constraints::none(nodes);
@@ -192,7 +193,7 @@ fn setup(depth: f64, kind: ToolKind, count: usize) -> SimulationSetup {
         }
     }
     for &node in &ends {
-        loads[3 * node] = PULL / ends.len() as f64;
+        loads[3 * node] = PULL_N_PER_MM / ends.len() as f64;
     }
     let steel =
         card::find("mild-steel-neto2012").and_then(|c| c.build(0.0)).expect("a card of our own");
@@ -218,8 +219,9 @@ fn setup(depth: f64, kind: ToolKind, count: usize) -> SimulationSetup {
 }
 
 fn tools(kind: ToolKind, count: usize) -> Vec<ToolSetup> {
-    let [length, thickness] = STRIP;
-    let (wall, end, below) = (HALF_PUNCH + CLEARANCE, length + 5.0, DEEPEST + 10.0);
+    let [length, thickness] = STRIP_MM;
+    let (wall, end, below) =
+        (PUNCH_HALF_WIDTH_MM + CLEARANCE_MM, length + 5.0, DEPTH_MAX_MM + 10.0);
     let arc = |x: f64, z: f64, radius: f64, from: f64| {
         (0..=count).map(move |k| {
             let (s, c) = (from + 90.0 * k as f64 / count as f64).to_radians().sin_cos();
@@ -227,14 +229,14 @@ fn tools(kind: ToolKind, count: usize) -> Vec<ToolSetup> {
         })
     };
     let mut die = vec![[end, 0.0, 0.0, 1.0]];
-    die.extend(arc(wall + DIE_RADIUS, -DIE_RADIUS, DIE_RADIUS, 90.0));
-    die.push([wall, -DIE_RADIUS - below, -1.0, 0.0]);
-    let lid = thickness + PLAY;
-    let holder = vec![[wall + DIE_RADIUS, lid, 0.0, -1.0], [end, lid, 0.0, -1.0]];
+    die.extend(arc(wall + DIE_RADIUS_MM, -DIE_RADIUS_MM, DIE_RADIUS_MM, 90.0));
+    die.push([wall, -DIE_RADIUS_MM - below, -1.0, 0.0]);
+    let lid = thickness + HOLDER_CLEARANCE_MM;
+    let holder = vec![[wall + DIE_RADIUS_MM, lid, 0.0, -1.0], [end, lid, 0.0, -1.0]];
     let mut punch = vec![[0.0, thickness, 0.0, -1.0]];
-    let (x, z) = (HALF_PUNCH - PUNCH_RADIUS, thickness + PUNCH_RADIUS);
-    punch.extend(arc(x, z, PUNCH_RADIUS, -90.0));
-    punch.push([HALF_PUNCH, z + below, 1.0, 0.0]);
+    let (x, z) = (PUNCH_HALF_WIDTH_MM - PUNCH_RADIUS_MM, thickness + PUNCH_RADIUS_MM);
+    punch.extend(arc(x, z, PUNCH_RADIUS_MM, -90.0));
+    punch.push([PUNCH_HALF_WIDTH_MM, z + below, 1.0, 0.0]);
     let all = [
         ("die", die, 1.0, SheetSide::Bottom),
         ("holder", holder, -1.0, SheetSide::Top),
@@ -253,7 +255,7 @@ fn tools(kind: ToolKind, count: usize) -> Vec<ToolSetup> {
     all.into_iter().map(tool).collect()
 }
 
-/// A profile of points and normals in x and z, drawn out along y beyond the strip.
+/// A profile of points and normals in x and z, extruded along y beyond the strip.
 fn extruded(name: &str, kind: ToolKind, chain: &[[f64; 4]]) -> ToolModel {
     let rows = chain.iter().flat_map(|&[x, z, nx, nz]| {
         [-0.5, 1.5].map(|y| (Vec3::new(x, y, z), Vec3::new(nx, 0.0, nz)))

@@ -1,6 +1,6 @@
-//! Maps of where methods fail: the paper's Newton by starting point, forms of evaluation by degree, Eq. 8 by the
-//! normals of an edge, contact by springs by the size of the increments, facets by their number, with the roughness of the
-//! force.
+//! Maps of the convergence of methods:
+//! - Newton's method of the paper by starting point; forms of evaluation by degree; Eq. 8 by the normals of an edge
+//! - penalty contact by the size of the increments; facets by their number, with the roughness of the force
 
 mod description;
 mod edges;
@@ -15,26 +15,26 @@ pub use self::description::{
     EdgeMap, EvaluationMap, FormatTag, FormingMap, NewtonMap, StabilityStudy,
 };
 
-use self::forming::Drawn;
+use self::forming::Draw;
 use self::panel::Panel;
 use super::StudyError;
 use crate::files::write_atomic;
 use crate::report::drawing::{Chart, HeatMap, write_chart, write_heat_maps};
 
-/// Drawings of a study, in `folder` beside a table of the same name (CSV).
+/// Drawings of a study; each has a table of the same name (CSV).
 pub const DRAWINGS: [&str; 6] =
     ["newton", "edges", "evaluation", "increments", "facets", "roughness"];
 
-/// Computes all maps and writes [`DRAWINGS`] and a table of each (CSV) into `folder`; returns a line a panel.
+/// Computes all maps and writes [`DRAWINGS`] and their tables (CSV) into `folder`. Returns one line of text per panel.
 ///
 /// # Errors
-/// [`StudyError::Value`] for sizes that make no sense, [`StudyError::Write`].
+/// [`StudyError::Value`] for values out of range, [`StudyError::Write`].
 pub fn run(study: &StabilityStudy, file: &Path, folder: &Path) -> Result<Vec<String>, StudyError> {
     check(study, file)?;
-    let mut said = Vec::new();
+    let mut report = Vec::new();
     let panels = newton::maps(&study.newton);
     maps(folder, "newton", &panels, 0.0..1.0, "share")?;
-    said.extend(panels.iter().map(|p| {
+    report.extend(panels.iter().map(|p| {
         format!(
             "paper's Newton, {}: every start converges in {:.1} % of the cells",
             p.map.title,
@@ -43,7 +43,7 @@ pub fn run(study: &StabilityStudy, file: &Path, folder: &Path) -> Result<Vec<Str
     }));
     let panels = edges::maps(&study.edges);
     maps(folder, "edges", &panels, -1.0..3.0, "log10")?;
-    said.extend(panels.iter().map(|p| {
+    report.extend(panels.iter().map(|p| {
         format!(
             "{}: |c| < 2 |d| and no turning back in {:.1} % of the cells",
             p.map.title,
@@ -53,47 +53,47 @@ pub fn run(study: &StabilityStudy, file: &Path, folder: &Path) -> Result<Vec<Str
     let chart = evaluation::chart(&study.evaluation);
     write_chart(&folder.join("evaluation.svg"), &chart)?;
     write_lines(&folder.join("evaluation.csv"), &chart)?;
-    said.extend(chart.lines.iter().map(|l| {
+    report.extend(chart.lines.iter().map(|l| {
         let last = l.points.last().map_or((0.0, 0.0), |p| *p);
         format!("{}: error {:.1} units of rounding at degree {}", l.name, last.1, last.0)
     }));
-    said.extend(forming_charts(&study.forming, folder)?);
-    Ok(said)
+    report.extend(forming_charts(&study.forming, folder)?);
+    Ok(report)
 }
 
 fn forming_charts(plan: &FormingMap, folder: &Path) -> Result<Vec<String>, StudyError> {
     let depth = plan.depth_mm;
     let drawn = forming::by_increments(plan);
-    let words = ["equal increments, no cuts", "increments of the draw", "depth reached [mm]"];
-    let chart = forming::chart(words, &drawn, |d| Some(d.depth));
-    let mut said = write_draws(folder, "increments", &chart, depth, &drawn)?;
+    let titles = ["equal increments, no cuts", "increments of the draw", "depth reached [mm]"];
+    let chart = forming::chart(titles, &drawn, |d| Some(d.depth));
+    let mut report = write_draws(folder, "increments", &chart, depth, &drawn)?;
     let drawn = forming::by_divisions(plan);
-    let words = ["steps as the solver takes them", "patches over 90 degrees", "Newton iterations"];
-    let ended = |d: &Drawn| d.ended(depth).then_some(d.iterations as f64);
-    let chart = forming::chart(words, &drawn, ended);
-    said.extend(write_draws(folder, "facets", &chart, depth, &drawn)?);
+    let titles = ["steps as the solver takes them", "patches over 90 degrees", "Newton iterations"];
+    let reached = |d: &Draw| d.reached(depth).then_some(d.iterations as f64);
+    let chart = forming::chart(titles, &drawn, reached);
+    report.extend(write_draws(folder, "facets", &chart, depth, &drawn)?);
     let drawn = forming::by_divisions_finely(plan);
-    let words =
+    let titles =
         ["increments of 0.1 mm", "patches over 90 degrees", "roughness of the punch force [%]"];
-    let rough = |d: &Drawn| d.roughness().filter(|_| d.ended(depth)).map(|r| 100.0 * r);
-    let chart = forming::chart(words, &drawn, rough);
+    let rough = |d: &Draw| d.roughness().filter(|_| d.reached(depth)).map(|r| 100.0 * r);
+    let chart = forming::chart(titles, &drawn, rough);
     write_chart(&folder.join("roughness.svg"), &chart)?;
     write_lines(&folder.join("roughness.csv"), &chart)?;
-    said.extend(chart.lines.iter().flat_map(|line| {
+    report.extend(chart.lines.iter().flat_map(|line| {
         line.points
             .iter()
             .map(|(x, y)| format!("{}, {x} over 90 degrees: force rough by {y:.2} %", line.name))
     }));
-    Ok(said)
+    Ok(report)
 }
 
-/// Chart and table of draws; returns a line each.
+/// Writes chart and table of draws; returns one line of text each.
 fn write_draws(
     folder: &Path,
     name: &str,
     chart: &Chart,
     depth: f64,
-    drawn: &[Drawn],
+    drawn: &[Draw],
 ) -> Result<Vec<String>, StudyError> {
     write_chart(&folder.join(format!("{name}.svg")), chart)?;
     write_atomic(&folder.join(format!("{name}.csv")), |w| {
@@ -104,8 +104,8 @@ fn write_draws(
         }
         Ok(())
     })?;
-    let say = |d: &Drawn| {
-        let end = if d.ended(depth) { "in" } else { "not converged after" };
+    let say = |d: &Draw| {
+        let end = if d.reached(depth) { "in" } else { "not converged after" };
         let (line, x, depth, n) = (&d.line, &chart.x.0, d.depth, d.iterations);
         format!("{line}, {} {x}: {depth:.2} mm, {end} {n} iterations", d.x)
     };
@@ -151,7 +151,7 @@ fn check_forming(
     plan: &FormingMap,
     fault: &dyn Fn(&str, String, &str) -> Result<(), StudyError>,
 ) -> Result<(), StudyError> {
-    if !(plan.depth_mm > 0.0 && plan.depth_mm <= forming::DEEPEST) {
+    if !(plan.depth_mm > 0.0 && plan.depth_mm <= forming::DEPTH_MAX_MM) {
         return fault("forming.depth_mm", plan.depth_mm.to_string(), "above 0 and at most 15");
     }
     let positive = |s: f64| s > 0.0 && s.is_finite();
@@ -159,13 +159,13 @@ fn check_forming(
     if let Some(stiffness) = stiffnesses.find(|s| !positive(*s)) {
         return fault("forming.methods", stiffness.to_string(), "stiffnesses above 0");
     }
-    for (place, counts, most) in [
+    for (place, counts, largest) in [
         ("forming.increments", plan.increments.as_slice(), 100_000),
         ("forming.divisions", plan.divisions.as_slice(), 1000),
         ("forming.patches", &[plan.patches], 1000),
     ] {
-        if let Some(count) = counts.iter().find(|c| !(1..=most).contains(*c)) {
-            return fault(place, count.to_string(), &format!("1 to {most}"));
+        if let Some(count) = counts.iter().find(|c| !(1..=largest).contains(*c)) {
+            return fault(place, count.to_string(), &format!("1 to {largest}"));
         }
     }
     Ok(())

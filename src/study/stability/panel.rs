@@ -1,10 +1,10 @@
-//! A map with a number for the summary.
+//! A map with a summary number.
 
 use crate::report::drawing::HeatMap;
 
-/// A map with a number for the summary.
+/// A map with a summary number.
 pub(super) struct Panel {
     pub(super) map: HeatMap,
-    /// Share of its cells where the method does what it should.
+    /// Fraction of its cells in which the method succeeds.
     pub(super) sound: f64,
 }

@@ -30,7 +30,7 @@ fn the_paper_s_newton_finds_feet_near_the_patch_and_none_beyond_the_axis() {
     for j in near {
         assert!(row(j).iter().all(|v| *v == 1.0), "{} {:?}", at(8 * j), row(j));
     }
-    // Beyond the axis the closest points are the far sides: no foot of Eq. 19 is one.
+    // Beyond the axis the closest points are on the far sides, where Eq. 19 has no solution.
     let far: Vec<usize> = (0..20).filter(|j| at(8 * j) > 1.05).collect();
     assert!(far.iter().all(|&j| row(j).iter().all(|v| v.is_nan() || *v < 0.5)));
 }
@@ -64,7 +64,7 @@ fn the_guard_leaves_no_wild_edge_and_touches_no_arc() {
     let panels = edges::maps(&small().edges);
     let wild = |p: &Panel| p.map.values.iter().filter(|v| **v > 2.0_f64.log10()).count();
     assert!(wild(&panels[0]) > 0 && wild(&panels[1]) == 0);
-    // Arcs: no tilt.
+    // Arcs have no tilt.
     let map = &panels[1].map;
     for k in (0..map.values.len()).filter(|&k| middle(map, k).0.abs() < 2.0) {
         let angle = middle(map, k).1.to_radians();
@@ -77,8 +77,8 @@ fn the_guard_leaves_no_wild_edge_and_touches_no_arc() {
 #[test]
 fn a_study_writes_its_drawings_and_refuses_nonsense() {
     let folder = tempfile::tempdir().unwrap();
-    let said = run(&small(), Path::new("study.json"), folder.path()).unwrap();
-    assert_eq!(said.len(), 1 + 2 + 3 + 4 + 2);
+    let report = run(&small(), Path::new("study.json"), folder.path()).unwrap();
+    assert_eq!(report.len(), 1 + 2 + 3 + 4 + 2);
     for name in DRAWINGS {
         assert!(folder.path().join(format!("{name}.svg")).exists());
         assert!(folder.path().join(format!("{name}.csv")).exists());
@@ -88,7 +88,7 @@ fn a_study_writes_its_drawings_and_refuses_nonsense() {
         let row = table.lines().find(|l| l.starts_with(line)).unwrap();
         row.split(',').nth(3).unwrap().parse().unwrap()
     };
-    // In equal increments of 0.025 mm exact contact and a spring come to the end, in one of 1 mm neither.
+    // In equal increments of 0.025 mm exact contact and a spring reach the end, in one of 1 mm neither.
     assert!(depth("exact,40,") > 0.999 && depth("penalty; 1,40,") > 0.999, "{table}");
     assert!(depth("exact,1,") == 0.0, "{table}");
     let mut wrong = small();
@@ -107,10 +107,10 @@ fn roughness_is_what_a_line_leaves() {
         (0..=100).map(|k| f64::from(k) * 0.1).map(|x| [x, force(x)]).collect::<Vec<_>>()
     };
     let drawn =
-        |curve| Drawn { line: String::new(), x: 1, depth: 10.0, iterations: 1, force: 1.0, curve };
+        |curve| Draw { line: String::new(), x: 1, depth: 10.0, iterations: 1, force: 1.0, curve };
     let straight = drawn(curve(&|x| 30.0 + 2.0 * x)).roughness().unwrap();
     assert!(straight < 1e-13, "{straight}");
-    // Waves shorter than the line: their RMS over the mean.
+    // Waves shorter than the fit: their RMS over the mean.
     let wavy = drawn(curve(&|x| 30.0 + 3.0 * (20.0 * x).sin())).roughness().unwrap();
     assert!((wavy - 0.1 / 2.0_f64.sqrt()).abs() < 0.01, "{wavy}");
     assert!(drawn(vec![[0.0, 0.0], [1.0, 5.0]]).roughness().is_none());

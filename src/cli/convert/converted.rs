@@ -1,11 +1,11 @@
-//! What a conversion gives.
+//! Result of a conversion.
 
 use crate::audit::AuditReport;
 use crate::convert::tolerance::Borders as Meeting;
 use crate::convert::{ConvertReport, renumber};
 use crate::tool::ToolModel;
 
-/// What a conversion gives, whichever way it was made.
+/// Result of a conversion by any method.
 pub(super) struct Converted {
     pub(super) tool: ToolModel,
     pub(super) report: ConvertReport,
@@ -13,7 +13,7 @@ pub(super) struct Converted {
 }
 
 impl Converted {
-    /// Gives faces the numbers that they have in the whole model: `whole[f]` for face f.
+    /// Renumbers faces to indices of the whole model: `whole[f]` for face f.
     pub(super) fn renumber(&mut self, whole: &[usize]) {
         renumber(&mut self.tool, whole);
         let (finer, bare) = (&mut self.report.finer, &mut self.report.bare);
@@ -21,16 +21,16 @@ impl Converted {
     }
 }
 
-/// What refinement says of its model.
+/// Result of a refinement.
 pub(super) struct Fit {
     pub(super) audit: AuditReport,
-    /// Largest distance that a vertex was moved off the CAD [mm].
+    /// Largest distance of a vertex from the CAD [mm].
     pub(super) moved_mm: f64,
-    /// Largest distance that a vertex slid within a flat, off its smooth border [mm].
+    /// Largest shift of a vertex within a flat face, off its smooth border [mm].
     pub(super) slid_mm: f64,
     pub(super) borders: Meeting,
-    /// The search for fewer patches ended by itself, not at its work limit.
-    pub(super) saved_all: bool,
-    /// Faces were to be divided independently.
-    pub(super) asked_apart: bool,
+    /// Whether the search for fewer patches has converged rather than reached its work limit.
+    pub(super) search_converged: bool,
+    /// Whether independent borders were requested.
+    pub(super) independent_requested: bool,
 }

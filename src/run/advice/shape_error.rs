@@ -1,4 +1,4 @@
-//! Shape errors of tools: what their files record, or else what their patches turn by.
+//! Shape errors of tools: as recorded in their files, or estimated from their patches.
 
 use super::curvature::corners;
 use crate::geometry::Vec3;
@@ -6,35 +6,35 @@ use crate::geometry::frame::unit;
 use crate::tool::Patch;
 use crate::tool::edge::coefficient;
 
-/// Turn of a side [rad] beyond which no arc is meant.
-const MOST: f64 = 2.6;
+/// Largest angle of a side taken for an arc [rad].
+const ARC_ANGLE_MAX: f64 = 2.6;
 
-/// What estimates are multiplied by to be upper ones: on the cross die and punch at 1, 2 and 4 patches over 90 degrees the
-/// largest error is 0.5 to 1.0 of it.
-const UPPER: f64 = 1.6;
+/// Factor from the estimate to an upper bound. On the cross die and punch at 1, 2 and 4 patches over 90 degrees the
+/// largest error is 0.5 to 1.0 of the bound.
+const UPPER_BOUND_FACTOR: f64 = 1.6;
 
 /// Shape error of a tool.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ShapeError {
     /// Largest |shape error| [mm].
     pub mm: f64,
-    /// Where it comes from when the file does not record it.
+    /// Source of an estimate; `None` for a recorded error.
     pub from: Option<Estimated>,
 }
 
-/// The patches that an estimate rests on.
+/// The patches behind an estimated error.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Estimated {
-    /// Error of each patch that can be off at all, largest first [mm], with its number.
+    /// Estimated error of each curved patch [mm] with the index of the patch, largest first.
     pub errors: Vec<(f64, usize)>,
-    /// Turn of the worst patch over its longest-turning side [rad].
+    /// Angle of the worst patch along its most curved side [rad].
     pub turn: f64,
-    /// Middle of its corners, in the tool's file [mm].
+    /// Mean of its corners, in coordinates of the tool file [mm].
     pub at: Vec3,
 }
 
-/// The recorded error, or an estimate from the patches within reach; `None` where neither says anything (flat tools,
-/// Bezier patches of higher degrees).
+/// The recorded error, or else an estimate from the reachable patches. `None` if there is neither (flat tools, Bezier
+/// patches of higher degree).
 pub(super) fn shape_error(
     recorded: Option<f64>,
     patches: &[Patch],
@@ -45,26 +45,28 @@ pub(super) fn shape_error(
     }
     let near = patches.iter().enumerate().filter(|(k, _)| kept[*k]);
     let mut errors: Vec<(f64, usize)> =
-        near.map(|(k, p)| (off(p).0, k)).filter(|e| e.0 > 0.0).collect();
+        near.map(|(k, p)| (patch_error(p).0, k)).filter(|e| e.0 > 0.0).collect();
     errors.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let &(mm, worst) = errors.first()?;
     let corners = corners(&patches[worst]);
     let at = corners.iter().map(|c| c.0).sum::<Vec3>() / corners.len().max(1) as f64;
-    let turn = off(&patches[worst]).1;
+    let turn = patch_error(&patches[worst]).1;
     Some(ShapeError { mm, from: Some(Estimated { errors, turn, at }) })
 }
 
-/// How far a quadratic patch may be off the surface that its corners lie on [mm], and the largest turn of its sides
-/// [rad]. A parabola with the ends and end tangents of an arc over the angle 2 a of radius r is off it by
-/// `r (1 - cos a)^2 / (2 cos a)`, about `r (2 a)^4 / 128`; what sides that cross each other are off by is added, and the
-/// distance of the middle from those of the two diagonals, drawn as sides are (Eq. 8), where the patch is a saddle.
-fn off(patch: &Patch) -> (f64, f64) {
+/// Estimated shape error of a quadratic patch through exact corners and normals [mm], and the largest angle of its sides
+/// [rad].
+///
+/// A parabola with the ends and end tangents of an arc of radius r over the angle 2a deviates by `r (1 - cos a)^2 / (2
+/// cos a)`, about `r (2a)^4 / 128`. The errors of crossing sides add up. On a saddle the distance between the middle and
+/// the middles of the diagonal curves (Eq. 8) is added.
+fn patch_error(patch: &Patch) -> (f64, f64) {
     if matches!(patch, Patch::Bezier { degrees, .. } if degrees.iter().any(|d| *d > 2)) {
         return (0.0, 0.0);
     }
     let corners = corners(patch);
     let sides: Vec<(f64, f64)> = (0..corners.len())
-        .map(|k| side_off(&corners[k], &corners[(k + 1) % corners.len()]))
+        .map(|k| side_error(&corners[k], &corners[(k + 1) % corners.len()]))
         .collect();
     let turn = sides.iter().map(|s| s.1).fold(0.0, f64::max);
     let mut all: Vec<f64> = sides.iter().map(|s| s.0).collect();
@@ -72,11 +74,11 @@ fn off(patch: &Patch) -> (f64, f64) {
         all = vec![a.max(c), b.max(d)];
     }
     all.sort_by(|a, b| b.total_cmp(a));
-    (UPPER * (all.iter().take(2).sum::<f64>() + middle_off(patch, &corners)), turn)
+    (UPPER_BOUND_FACTOR * (all.iter().take(2).sum::<f64>() + saddle_error(patch, &corners)), turn)
 }
 
-/// Largest distance of a quadrilateral's middle from the middles of its diagonals' curves, across the patch [mm].
-fn middle_off(patch: &Patch, corners: &[(Vec3, Vec3)]) -> f64 {
+/// Largest distance of the middle of a quadrilateral from the middles of its diagonal curves, along the normal [mm].
+fn saddle_error(patch: &Patch, corners: &[(Vec3, Vec3)]) -> f64 {
     let [a, b, c, d] = corners else { return 0.0 };
     let Some(normal) = unit(a.1 + b.1 + c.1 + d.1) else { return 0.0 };
     let middle = patch.derivs(0.5, 0.5).s;
@@ -87,12 +89,12 @@ fn middle_off(patch: &Patch, corners: &[(Vec3, Vec3)]) -> f64 {
     of(a, c).max(of(b, d))
 }
 
-/// The same for one side: error [mm] and turn of the normal in the side's own plane [rad].
-fn side_off(a: &(Vec3, Vec3), b: &(Vec3, Vec3)) -> (f64, f64) {
+/// Error of one side [mm], and the angle between its end normals in the plane of the side [rad].
+fn side_error(a: &(Vec3, Vec3), b: &(Vec3, Vec3)) -> (f64, f64) {
     let chord = b.0 - a.0;
     let Some(along) = unit(chord) else { return (0.0, 0.0) };
-    let lean = |n: &Vec3| n.dot(&along).clamp(-1.0, 1.0).asin();
-    let half = 0.5 * (lean(&b.1) - lean(&a.1)).abs().min(MOST);
+    let tilt = |n: &Vec3| n.dot(&along).clamp(-1.0, 1.0).asin();
+    let half = 0.5 * (tilt(&b.1) - tilt(&a.1)).abs().min(ARC_ANGLE_MAX);
     if half < 1e-6 {
         return (0.0, 0.0);
     }
@@ -101,8 +103,8 @@ fn side_off(a: &(Vec3, Vec3), b: &(Vec3, Vec3)) -> (f64, f64) {
 }
 
 impl ShapeError {
-    /// What it rests on, in words: the patches that are off by more than `allowed` [mm].
-    pub(super) fn words(&self, name: &str, allowed: f64) -> Option<String> {
+    /// The patches with an error above `allowed` [mm], in patches_text; `None` if there are none.
+    pub(super) fn patches_text(&self, name: &str, allowed: f64) -> Option<String> {
         let Estimated { errors, turn, at } = self.from.as_ref()?;
         let count = errors.iter().filter(|e| e.0 > allowed).count();
         let &(worst, patch) = errors.first().filter(|_| count > 0)?;
@@ -124,7 +126,7 @@ mod tests {
     use super::*;
     use crate::contact::test_tools::{arc, plane, revolved};
 
-    /// Largest distance of a ball's patches from the ball, beside the estimate.
+    /// Largest distance between a ball's patches and the ball, and the estimate.
     #[test]
     fn the_estimate_bounds_the_error_of_a_ball() {
         for (divisions, around) in [(1, 1), (2, 2), (4, 4), (8, 2)] {
@@ -133,21 +135,21 @@ mod tests {
             let kept = vec![true; ball.patches.len()];
             let found = shape_error(None, &ball.patches, &kept).unwrap();
             let share = |k: usize| k as f64 / 20.0;
-            let mut most = 0.0_f64;
+            let mut largest = 0.0_f64;
             for patch in &ball.patches {
                 for (i, j) in (0..=20).flat_map(|i| (0..=20).map(move |j| (i, j))) {
                     if patch.sides() == 4 || j <= i {
                         let p = patch.derivs(share(i), share(j)).s;
-                        most = most.max(((p - Vec3::z() * 7.0).norm() - 7.0).abs());
+                        largest = largest.max(((p - Vec3::z() * 7.0).norm() - 7.0).abs());
                     }
                 }
             }
             assert!(
-                most < found.mm && found.mm < 8.0 * most,
-                "{divisions} {around}: {most} {}",
+                largest < found.mm && found.mm < 8.0 * largest,
+                "{divisions} {around}: {largest} {}",
                 found.mm
             );
-            assert!(found.words("ball", 0.0).unwrap().contains("of ball"));
+            assert!(found.patches_text("ball", 0.0).unwrap().contains("of ball"));
         }
     }
 
@@ -156,6 +158,6 @@ mod tests {
         let flat = plane("p", Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z());
         assert_eq!(shape_error(None, &flat.patches, &[true]), None);
         let recorded = shape_error(Some(0.2), &flat.patches, &[true]).unwrap();
-        assert_eq!((recorded.mm, recorded.words("p", 0.0)), (0.2, None));
+        assert_eq!((recorded.mm, recorded.patches_text("p", 0.0)), (0.2, None));
     }
 }

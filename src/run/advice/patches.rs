@@ -1,72 +1,66 @@
-//! Patches that the sheet cannot reach, patches far finer than its elements, patches without area.
+//! Unreachable patches, patches far finer than the elements, and patches without area.
 
 use std::collections::BTreeSet;
 
-use super::curvature::{Bend, corners};
+use super::curvature::{PrincipalCurvature, corners};
+use super::element_size::Sizes;
 use super::finding::{Conversion, Finding};
-use super::radii::{SizedBend, sized};
-use super::size::Sizes;
+use super::radii::{SizedCurvature, sized};
 use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
 use crate::solver::ToolSetup;
 use crate::tool::Patch;
 
-/// Patches shorter than this share of an element, and within the tolerance even when longer by its inverse, are not felt.
-const FINE: f64 = 0.25;
-/// Shape error of a patch over the radius times the turn to the fourth power: 1 / 128 for an arc, up to five times as much
-/// on saddles (the cross tool).
-const ERROR: f64 = 5.0 / 128.0;
-/// Memory of a patch's pieces and their tree.
-const BYTES_A_PATCH: f64 = 2500.0;
+/// Length of a patch over that of an element below which the patch is finer than needed, if patches longer by the
+/// inverse are still within tolerance.
+const FINE_LENGTH_REL: f64 = 0.25;
+/// Shape error of a patch over radius times angle to the fourth power: 1/128 for an arc, up to five times as much on
+/// saddles (the cross tool).
+const PATCH_ERROR_COEFFICIENT: f64 = 5.0 / 128.0;
+/// Memory of a patch's Bezier pieces and their search tree [B].
+const BYTES_PER_PATCH: f64 = 2500.0;
 
-/// Whether the sheet comes near no patch of some face of the CAD.
-fn has_face_beyond(tool: &ToolSetup, kept: &[bool]) -> bool {
+/// Whether some CAD face has no reachable patch.
+fn has_unreachable_face(tool: &ToolSetup, kept: &[bool]) -> bool {
     let faces = &tool.surface.model().faces;
     let near: BTreeSet<u32> =
         faces.iter().zip(kept).filter(|(_, kept)| **kept).map(|(face, _)| *face).collect();
     faces.iter().any(|face| !near.contains(face))
 }
 
-/// Remarks on the patches of one tool; `kept`: those that the sheet may come near.
-pub(super) fn remarks(tool: &ToolSetup, kept: &[bool], sizes: &Sizes, out: &mut Vec<Finding>) {
+/// Notes on the patches of one tool. `kept`: reachable patches.
+pub(super) fn findings(tool: &ToolSetup, kept: &[bool], sizes: &Sizes, out: &mut Vec<Finding>) {
     if !kept.contains(&true) {
         let (patches, name) = (kept.len(), &tool.name);
         out.push(Finding::note(
-            format!("none of the {patches} patches of {name} can be reached by the sheet"),
+            format!("the sheet can touch none of the {patches} patches of {name}"),
             "check its place, direction and travel".into(),
         ));
         return;
     }
-    out.extend(beyond_reach(tool, kept));
+    out.extend(unreachable(tool, kept));
     out.extend(too_fine(tool, kept, sizes));
 }
 
-/// A remark on patches that the sheet cannot come near.
-fn beyond_reach(tool: &ToolSetup, kept: &[bool]) -> Option<Finding> {
+/// A note on unreachable patches.
+fn unreachable(tool: &ToolSetup, kept: &[bool]) -> Option<Finding> {
     let (beyond, patches) = (kept.iter().filter(|k| !**k).count(), kept.len());
-    let has_faces = has_face_beyond(tool, kept);
-    let remedy = if has_faces {
-        "; a conversion for this scene leaves such faces out of the file"
-    } else {
-        ""
-    };
+    let has_faces = has_unreachable_face(tool, kept);
+    let remedy = if has_faces { "; a conversion for this scene omits such faces" } else { "" };
     (beyond > 0).then(|| Finding {
         auto: true,
         conversion: has_faces.then_some(Conversion::Reachable),
         ..Finding::note(
-            format!(
-                "{beyond} of {patches} patches of {} are beyond the reach of the sheet",
-                tool.name
-            ),
+            format!("the sheet cannot touch {beyond} of {patches} patches of {}", tool.name),
             format!(
                 "{} of search trees, no unknowns{remedy}",
-                megabytes(beyond as f64 * BYTES_A_PATCH)
+                megabytes(beyond as f64 * BYTES_PER_PATCH)
             ),
         )
     })
 }
 
-/// A remark on a tool most of whose patches within reach are finer than the sheet's elements can show.
+/// A note on a tool most of whose reachable patches are finer than the elements resolve.
 fn too_fine(tool: &ToolSetup, kept: &[bool], sizes: &Sizes) -> Option<Finding> {
     let patches = tool.surface.model().patches.iter().zip(kept);
     let near: Vec<&Patch> = patches.filter(|(_, kept)| **kept).map(|(patch, _)| patch).collect();
@@ -81,7 +75,7 @@ fn too_fine(tool: &ToolSetup, kept: &[bool], sizes: &Sizes) -> Option<Finding> {
             ),
             format!(
                 "{} and the time to search them; convert to a tolerance of {:.4} mm instead of fixed divisions",
-                megabytes(fine as f64 * BYTES_A_PATCH),
+                megabytes(fine as f64 * BYTES_PER_PATCH),
                 sizes.tolerance
             ),
         )
@@ -89,7 +83,7 @@ fn too_fine(tool: &ToolSetup, kept: &[bool], sizes: &Sizes) -> Option<Finding> {
     })
 }
 
-/// A remark on a tool some of whose patches have no area.
+/// A doubt about a tool with patches without area.
 pub(super) fn without_area(tool: &ToolSetup) -> Option<Finding> {
     let patches = &tool.surface.model().patches;
     let mut flat = patches.iter().enumerate().filter(|(_, patch)| patch.is_degenerate());
@@ -115,18 +109,20 @@ fn megabytes(bytes: f64) -> String {
     if bytes < 1e5 { "less than 0.1 MB".into() } else { format!("about {:.1} MB", bytes / 1e6) }
 }
 
-/// Whether coarser patches would do: short against the elements, and far within the tolerance, along a curvature, or, where
-/// there is none, short in all directions.
+/// Whether coarser patches would do: short compared with the elements and far within tolerance along a curvature, or, if
+/// flat, short in all directions.
 fn is_fine(patch: &Patch, offset: &Vec3, sizes: &Sizes) -> bool {
     let bent = sized(patch, offset, sizes).map_or([None; 2], |(_, bent)| bent);
     if bent == [None; 2] {
         let corners = corners(patch);
         let pairs = (0..corners.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
         let longest = pairs.map(|(a, b)| (corners[a].0 - corners[b].0).norm()).fold(0.0, f64::max);
-        return longest < FINE * sizes.mean;
+        return longest < FINE_LENGTH_REL * sizes.mean;
     }
-    let within = |b: &Bend| ERROR * b.radius * (b.turn() / FINE).powi(4) < sizes.tolerance;
-    let fine = |(b, s): &SizedBend| b.length < FINE * s.length && within(b);
+    let within = |b: &PrincipalCurvature| {
+        PATCH_ERROR_COEFFICIENT * b.radius * (b.turn() / FINE_LENGTH_REL).powi(4) < sizes.tolerance
+    };
+    let fine = |(b, s): &SizedCurvature| b.length < FINE_LENGTH_REL * s.length && within(b);
     bent.iter().flatten().any(fine)
 }
 
@@ -158,7 +154,7 @@ mod tests {
             |size: usize| Sizes::new(&rectangle(60.0, 60.0, 1.0, 60 / size, 60 / size, 1), 1.0);
         let is = |size: usize| is_fine(&flat.patches[0], &Vec3::zeros(), &of(size));
         assert!(is(6) && !is(5));
-        // A quarter of 90 degrees turns too much to be left to fewer patches.
+        // Patches of a quarter of 90 degrees are needed: coarser ones exceed the tolerance.
         let ball =
             revolved("ball", 3, FRAC_PI_2, &[arc(4, [0.0, 7.0], 7.0, [-FRAC_PI_2, 0.0], 1.0)]);
         assert!(ball.patches.iter().all(|p| !is_fine(p, &Vec3::zeros(), &of(60))));

@@ -1,49 +1,49 @@
-//! Sizes of the sheet's elements along directions in it.
+//! In-plane sizes of the sheet's elements.
 
 use crate::geometry::box_tree::BoxTree;
 use crate::geometry::frame::unit;
 use crate::geometry::{Aabb, Vec3};
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Share of a direction that must lie in an element's plane for it to say where the sheet bends.
-const IN_PLANE: f64 = 0.1;
+/// Smallest in-plane component of a direction along which the element size is measured.
+const IN_PLANE_MIN: f64 = 0.1;
 
-/// Shape error that tools may have in any case, as a share of the sheet's thickness.
-pub(super) const TOLERANCE: f64 = 0.01;
+/// Shape error over the thickness that is acceptable for any tool.
+pub(super) const SHAPE_ERROR_TOLERANCE_REL: f64 = 0.01;
 
-/// All of space.
+/// An unbounded box.
 pub(super) const EVERYWHERE: Aabb = Aabb {
     min: Vec3::new(f64::MIN, f64::MIN, f64::MIN),
     max: Vec3::new(f64::MAX, f64::MAX, f64::MAX),
 };
 
-/// The sheet's elements in its plane.
+/// In-plane edges of the sheet's elements, with a search tree.
 pub(super) struct Sizes {
     tree: BoxTree,
     boxes: Vec<Aabb>,
-    /// Mean edges of each element along its two directions [mm].
+    /// Mean edge vectors of each element along its two directions [mm].
     edges: Vec<[Vec3; 2]>,
     /// Mean length of all edges [mm].
     pub mean: f64,
-    /// Shape error that a tool may have [mm].
+    /// Acceptable shape error of a tool [mm].
     pub tolerance: f64,
     /// Mean thickness of the sheet [mm].
     pub thickness: f64,
-    /// Length of the elements here over those of the sheet that they stand for.
+    /// Element length of this mesh over that of the sheet it represents.
     ratio: f64,
 }
 
-/// An element's size along a direction.
+/// Size of an element along a direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Size {
     /// Length of the element [mm].
     pub length: f64,
-    /// Share of the direction that each of the element's edges takes; their squares make one.
-    pub shares: [f64; 2],
+    /// Components of the direction along the two edges of the element; the sum of their squares is 1.
+    pub edge_components: [f64; 2],
 }
 
 impl Sizes {
-    /// Those of the lowest layer's elements, which all other layers share, of a sheet whose elements are shorter by `ratio`.
+    /// Sizes of the lowest layer, which all layers share, of a sheet with elements shorter by `ratio`.
     pub(super) fn new(mesh: &HexMesh, ratio: f64) -> Self {
         let levels = mesh.nodes_per_column.max(1);
         let lowest = |e: &&[u32; 8]| levels == 1 || (e[0] as usize).is_multiple_of(levels);
@@ -61,11 +61,11 @@ impl Sizes {
         let sum: f64 = edges.iter().map(|[a, b]| 0.5 * (a.norm() + b.norm())).sum();
         let mean = sum / edges.len().max(1) as f64 / ratio;
         let thickness = mesh.mean_thickness();
-        let tolerance = TOLERANCE * thickness;
+        let tolerance = SHAPE_ERROR_TOLERANCE_REL * thickness;
         Self { tree: BoxTree::build(&boxes), boxes, edges, mean, tolerance, thickness, ratio }
     }
 
-    /// Whether a place lies over or under the sheet, seen along the axis nearest to `along`, and not over its rim.
+    /// Whether the sheet covers a point, seen along the axis nearest to `along`, with a margin to its rim.
     pub(super) fn covers(&self, at: &Vec3, along: &Vec3) -> bool {
         let near = 1e-3 * self.mean * self.ratio;
         let axis = along.iamax();
@@ -87,8 +87,8 @@ impl Sizes {
         })
     }
 
-    /// Size along `direction` of the element nearest to `at`; where that stands on the sheet (walls that it is drawn
-    /// along), across `other`, the direction along the bend.
+    /// Size along `direction` of the element nearest to `at`. If `direction` is normal to the sheet (walls that it is
+    /// drawn along), the size across `other`, the axis of the bend.
     pub(super) fn along(&self, at: &Vec3, direction: &Vec3, other: &Vec3) -> Option<Size> {
         let mut nearest = None;
         self.tree.nearest(at, f64::INFINITY, |k, best| {
@@ -102,18 +102,18 @@ impl Sizes {
         let normal = unit(a.cross(&b))?;
         let flat = |v: &Vec3| v - normal * v.dot(&normal);
         let mut wanted = flat(direction);
-        if wanted.norm() < IN_PLANE {
+        if wanted.norm() < IN_PLANE_MIN {
             wanted = normal.cross(&flat(other));
         }
         let wanted = unit(wanted)?;
-        // In parts of the edges: wanted = alpha a + beta b.
+        // Components along the edges: wanted = alpha a + beta b.
         let (aa, ab, bb) = (a.norm_squared(), a.dot(&b), b.norm_squared());
         let (wa, wb) = (wanted.dot(&a), wanted.dot(&b));
         let whole = aa * bb - ab * ab;
         let parts = [(wa * bb - wb * ab) / whole, (wb * aa - wa * ab) / whole];
         let length = 1.0 / parts[0].hypot(parts[1]);
-        let shares = parts.map(|p| (p * length).abs());
-        length.is_finite().then(|| Size { length: length / self.ratio, shares })
+        let edge_components = parts.map(|p| (p * length).abs());
+        length.is_finite().then(|| Size { length: length / self.ratio, edge_components })
     }
 }
 
@@ -131,11 +131,15 @@ mod tests {
         let length = |d: Vec3, o: Vec3| sizes.along(&at, &d, &o).unwrap().length;
         let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
         assert!((length(x, y) - 1.0).abs() < 1e-12 && (length(y, x) - 5.0).abs() < 1e-12);
-        // Half down a shoulder, and at its lower end.
+        // Half-way down a shoulder, and at its lower end.
         assert!((length((x - z).normalize(), y) - 1.0).abs() < 1e-12);
         assert!((length(z, y) - 1.0).abs() < 1e-12);
         let askew = sizes.along(&at, &(x + y).normalize(), &z).unwrap();
-        assert!(askew.length > 1.0 && askew.length < 5.0 && askew.shares[0] > askew.shares[1]);
+        assert!(
+            askew.length > 1.0
+                && askew.length < 5.0
+                && askew.edge_components[0] > askew.edge_components[1]
+        );
     }
 
     #[test]

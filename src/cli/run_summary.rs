@@ -1,23 +1,23 @@
-//! What the terminal says of a run that has come to its end.
+//! Terminal output of a completed run.
 
 use std::path::Path;
 
-use super::say::out;
+use super::terminal::out;
 use crate::report::record::RunRecord;
 
-/// Prints what the run was and what became of the sheet.
+/// Prints cost, state of the sheet and events of a completed run.
 pub(super) fn print_record(record: &RunRecord, output: &Path) {
     out!("{}: all stages done", record.name);
     print_cost(record);
     print_sheet(record);
     print_course(record);
-    for left in &record.left_out {
-        out!("  {} of {} patches of {} left out", left.patches, left.of, left.tool);
+    for left in &record.excluded_patches {
+        out!("  {} of {} patches of {} excluded", left.patches, left.total, left.tool);
     }
     out!("  {}", output.join("report.html").display());
 }
 
-/// Increments, iterations, time, memory and how well all balances.
+/// Prints increments, iterations, time, memory and errors.
 fn print_cost(record: &RunRecord) {
     out!(
         "  {} increments, {} iterations, {} factorisations and {} updates of them, {} step cuts, {} unknowns",
@@ -25,7 +25,7 @@ fn print_cost(record: &RunRecord) {
         record.iterations,
         record.factorisations,
         record.updates,
-        record.cuts,
+        record.step_cuts,
         record.unknowns
     );
     out!(
@@ -48,7 +48,7 @@ fn print_cost(record: &RunRecord) {
     );
 }
 
-/// Thickness, strains and springback.
+/// Prints thickness, strains and springback.
 fn print_sheet(record: &RunRecord) {
     if let Some(thickness) = &record.thickness {
         out!("  minimum thickness {thickness}; maximum {:.4} mm", thickness.maximum_mm);
@@ -66,10 +66,10 @@ fn print_sheet(record: &RunRecord) {
     }
 }
 
-/// What happened on the way.
+/// Prints the events of the run: snap-through, buckling, stabilisation, cycling.
 fn print_course(record: &RunRecord) {
-    if record.snaps > 0 {
-        // Less than nothing is what the increments are too long to tell.
+    if record.snap_throughs > 0 {
+        // A negative value is below the accuracy of the increments.
         let freed = if record.released_elastic_nmm < 0.0 {
             "no measurable energy".into()
         } else {
@@ -77,7 +77,7 @@ fn print_course(record: &RunRecord) {
         };
         out!(
             "  {} snap-throughs (or springback past a limit point), released elastic energy: {freed}",
-            record.snaps
+            record.snap_throughs
         );
     }
     if let Some(first) = record.first_buckle {
@@ -92,10 +92,10 @@ fn print_course(record: &RunRecord) {
             record.stabilised_increments
         );
     }
-    if record.cycling > 0 {
+    if record.active_set_cycling > 0 {
         out!(
             "  active-set cycling in {} iterations: contact states were changed in smaller blocks",
-            record.cycling
+            record.active_set_cycling
         );
     }
     if let Some(order) = record.convergence_order {

@@ -1,29 +1,31 @@
-//! Sharp edges that a tool opposite draws the sheet over. A sheet is held off tools at its nodes: over an edge it lies on
-//! the two nodes beside it, and its force falls each time that one of them passes.
+//! Sharp edges over which an opposite tool draws the sheet.
+//!
+//! Contact conditions are at nodes: over an edge the sheet is supported by the two adjacent nodes, and the force drops
+//! whenever one of them passes.
 
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
 use super::curvature::corners;
+use super::element_size::Sizes;
 use super::finding::Finding;
-use super::size::Sizes;
 use super::travel::end_of;
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
 use crate::solver::{Motion, SimulationSetup, ToolSetup};
 use crate::tool::side::SideCurve;
 
-/// Angle between the faces' normals [rad] from which an edge is sharp.
-pub(super) const SHARP: f64 = 0.5;
-/// Share of a tool's direction in the normal of a face that looks towards the sheet.
-const TOWARDS: f64 = 0.1;
-/// Places along an edge at which the sheet is looked for.
-pub(super) const PLACES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
-/// Elements over a radius that lets nodes pass one after the other.
-const OVER_A_RADIUS: f64 = 2.0;
+/// Angle between face normals above which an edge is sharp [rad].
+pub(super) const SHARP_ANGLE: f64 = 0.5;
+/// Smallest cosine between a tool's direction and the normal of a face that points towards the sheet.
+const FACING_COS_MIN: f64 = 0.1;
+/// Parameters of the points of an edge at which the sheet is searched.
+pub(super) const EDGE_PARAMETERS: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
+/// Elements over 90 degrees with which nodes pass a radius one after the other.
+const ELEMENTS_PER_90_DEG: f64 = 2.0;
 
-/// A remark on a tool whose sharp edges the sheet is drawn over; `kept`: patches the sheet may come near.
-pub(super) fn remark(
+/// A note on a tool with sharp edges over which the sheet is drawn. `kept`: reachable patches.
+pub(super) fn finding(
     setup: &SimulationSetup,
     tool: usize,
     kept: &[bool],
@@ -37,21 +39,21 @@ pub(super) fn remark(
     let edges = edges(own, kept);
     let met = edges.iter().filter_map(|edge| Some((edge, opposite.meets(edge)?)));
     let (edge, at) = met.max_by(|(a, _), (b, _)| a.turn.total_cmp(&b.turn))?;
-    Some(told(own, edge, at + own.offset, sizes))
+    Some(note(own, edge, at + own.offset, sizes))
 }
 
-/// A tool, and those on the sheet's other side that take the sheet past it.
+/// A tool, and the opposite tools that draw the sheet past it.
 pub(super) struct Opposite<'a> {
     own: &'a ToolSetup,
     passing: Vec<Passing>,
-    /// Farthest place of its patches near the sheet along its direction, in its file [mm].
+    /// Largest coordinate of its reachable patches along its direction, in the tool file [mm].
     front: f64,
     sizes: &'a Sizes,
     thickness: f64,
 }
 
 impl<'a> Opposite<'a> {
-    /// `kept`: patches the sheet may come near.
+    /// `kept`: reachable patches of the tool.
     pub(super) fn new(
         setup: &'a SimulationSetup,
         tool: usize,
@@ -65,28 +67,28 @@ impl<'a> Opposite<'a> {
             .map(|(x, _)| x.dot(&own.direction))
             .fold(f64::NEG_INFINITY, f64::max);
         let thickness = setup.body.mesh().mean_thickness();
-        Self { own, passing: passing(setup, tool), front, sizes, thickness }
+        Self { own, passing: passing_tools(setup, tool), front, sizes, thickness }
     }
 
-    /// With these tools too, which go as far as they are pushed.
+    /// Adds force-driven tools, whose travel is unlimited.
     pub(super) fn and_pushed(mut self, setup: &SimulationSetup, tools: &[usize]) -> Self {
         let pushed = tools.iter().map(|&tool| Passing::new(&setup.tools[tool], f64::INFINITY));
         self.passing.extend(pushed);
         self
     }
 
-    /// Whether none of them goes past it by more than the sheet's thickness.
+    /// Whether no opposite tool travels past this one by more than the thickness.
     pub(super) fn is_idle(&self) -> bool {
         self.passing.iter().all(|other| other.far <= self.thickness)
     }
 
-    /// The first place of an edge that the sheet covers and may be taken back over, in the tool's file [mm].
+    /// The first point of an edge that the sheet covers and may be drawn over, in the tool file [mm].
     pub(super) fn meets(&self, edge: &Edge) -> Option<Vec3> {
         let own = self.own;
         let met = |at: &&Vec3| {
             let back = self.front - at.dot(&own.direction);
             let at = *at + own.offset;
-            // The sheet reaches back over an edge no farther than the tool opposite goes there.
+            // The sheet wraps an edge no farther than the opposite tool travels past it.
             let passed =
                 |other: &Passing| back < other.far && other.reaches_past(&at, &edge.across);
             self.sizes.covers(&at, &own.direction) && self.passing.iter().any(passed)
@@ -95,11 +97,11 @@ impl<'a> Opposite<'a> {
     }
 }
 
-/// That a tool has this edge there, and the radius that would do.
-fn told(tool: &ToolSetup, edge: &Edge, at: Vec3, sizes: &Sizes) -> Finding {
+/// The note on an edge, with the radius that would suffice.
+fn note(tool: &ToolSetup, edge: &Edge, at: Vec3, sizes: &Sizes) -> Finding {
     let Edge { turn, along, across, .. } = edge;
     let element = sizes.along(&at, across, along).map_or(sizes.mean, |size| size.length);
-    let radius = OVER_A_RADIUS * element / FRAC_PI_2;
+    let radius = ELEMENTS_PER_90_DEG * element / FRAC_PI_2;
     Finding::note(
         format!(
             "{} has a sharp edge at ({:.1}, {:.1}, {:.1}) mm, of {:.0} degrees, over which the sheet may be drawn",
@@ -115,11 +117,11 @@ fn told(tool: &ToolSetup, edge: &Edge, at: Vec3, sizes: &Sizes) -> Finding {
     )
 }
 
-/// A tool on the sheet's other side that goes past another.
+/// An opposite tool that travels past another tool.
 struct Passing {
-    /// How far, along the other's direction [mm].
+    /// Travel past the other tool, along the other's direction [mm].
     far: f64,
-    /// Corners of its patches where it begins [mm].
+    /// Corners of its patches at its initial position [mm].
     corners: Vec<Vec3>,
 }
 
@@ -129,24 +131,24 @@ impl Passing {
         Self { far, corners: corners.map(|(x, _)| x + tool.offset).collect() }
     }
 
-    /// Whether some of it lies beyond a place, along a direction across the way it goes.
+    /// Whether some of its corners lie beyond a point in the direction `across`.
     fn reaches_past(&self, at: &Vec3, across: &Vec3) -> bool {
         self.corners.iter().any(|x| (x - at).dot(across) > 0.0)
     }
 }
 
-/// The tools on the sheet's other side that go past this one while both are there.
-fn passing(setup: &SimulationSetup, tool: usize) -> Vec<Passing> {
+/// Opposite tools that travel past this one while both are present.
+fn passing_tools(setup: &SimulationSetup, tool: usize) -> Vec<Passing> {
     let own = &setup.tools[tool];
     let opposite = setup.tools.iter().enumerate();
     let opposite = opposite.filter(|&(other, opposite)| other != tool && opposite.side != own.side);
     opposite
         .map(|(other, opposite)| Passing::new(opposite, farthest_past(setup, tool, other)))
-        .filter(|passing| passing.far > 0.0)
+        .filter(|passing_tools| passing_tools.far > 0.0)
         .collect()
 }
 
-/// How far another tool goes past this one while both are there, along this one's direction [mm].
+/// Largest travel of another tool past this one while both are present, along this one's direction [mm].
 fn farthest_past(setup: &SimulationSetup, tool: usize, other: usize) -> f64 {
     let along = setup.tools[tool].direction.dot(&setup.tools[other].direction);
     let mut farthest = 0.0_f64;
@@ -171,17 +173,17 @@ fn farthest_past(setup: &SimulationSetup, tool: usize, other: usize) -> f64 {
 
 /// A sharp edge.
 pub(super) struct Edge {
-    /// Places on it, its middle first [mm].
+    /// Points of the edge, its middle first [mm].
     pub places: [Vec3; 5],
-    /// Angle by which the sheet may be bent over it: between the normals of its faces [rad].
+    /// Largest bending angle of the sheet over it: between the normals of its faces [rad].
     pub turn: f64,
-    /// Along it.
+    /// Unit vector along the edge.
     pub along: Vec3,
-    /// Square to it and to the tool's direction, from the face that looks towards the sheet to what falls off.
+    /// Unit vector normal to the edge and to the tool's direction, from the face towards the sheet to the falling face.
     pub across: Vec3,
 }
 
-/// Sharp convex edges between patches near the sheet.
+/// Sharp convex edges between reachable patches.
 fn edges(tool: &ToolSetup, kept: &[bool]) -> Vec<Edge> {
     let model = tool.surface.model();
     let mut first: HashMap<[u32; 2], (Vec3, Vec3)> = HashMap::new();
@@ -202,12 +204,12 @@ fn edges(tool: &ToolSetup, kept: &[bool]) -> Vec<Edge> {
             let (at, turn) = (side.point(0.5), normal.angle(&other));
             let convex = (middle - at).dot(&other) < 0.0 && (beyond - at).dot(&normal) < 0.0;
             let towards = [normal, other].map(|n| n.dot(&tool.direction));
-            if turn > SHARP && convex && towards[0].max(towards[1]) > TOWARDS {
+            if turn > SHARP_ANGLE && convex && towards[0].max(towards[1]) > FACING_COS_MIN {
                 let Some(along) = unit(side.point(1.0) - side.point(0.0)) else { continue };
                 let land = if towards[0] > towards[1] { middle } else { beyond };
                 let Some(across) = unit(along.cross(&tool.direction)) else { continue };
                 let across = if (land - at).dot(&across) > 0.0 { -across } else { across };
-                let places = PLACES.map(|t| side.point(t));
+                let places = EDGE_PARAMETERS.map(|t| side.point(t));
                 out.push(Edge { places, turn, along, across });
             }
         }

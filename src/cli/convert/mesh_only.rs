@@ -1,26 +1,26 @@
 //! `kanagata convert MESH -o TOOL`: meshes without CAD.
 
 use super::args::{ConvertArgs, Edge, Kind};
-use super::folds::{refuse_folds, say_of_folds};
-use super::made::Converted;
+use super::converted::Converted;
+use super::folds::{refuse_folds, warn_of_folds};
 use super::options::options;
 use super::print::print_report;
 use crate::cli::exit::{Exit, Failure};
-use crate::cli::say::out;
+use crate::cli::terminal::out;
 use crate::convert::own::{NormalSource, convert_mesh};
 use crate::files::sha256_hex;
 use crate::mesh::io;
 use crate::tool::file::{Provenance, ToolFile};
 
-/// Angle of creases when none is given [degrees]: fillets of three elements over 90 degrees are smooth, chamfers are not.
+/// Default crease angle [degrees]: fillets of three elements per 90 degrees are smooth, chamfers are not.
 const CREASE_DEG: f64 = 40.0;
 
 fn crease_deg(args: &ConvertArgs) -> f64 {
     args.crease_deg.unwrap_or(CREASE_DEG)
 }
 
-/// Makes a tool of a mesh file, with its own normals or those estimated from its vertices.
-pub(super) fn own(args: &ConvertArgs) -> Result<Exit, Failure> {
+/// Makes a tool from a mesh file with given or estimated normals.
+pub(super) fn convert(args: &ConvertArgs) -> Result<Exit, Failure> {
     check(args)?;
     let file = io::read_file(&args.file)?;
     let options = options(args, None);
@@ -31,7 +31,7 @@ pub(super) fn own(args: &ConvertArgs) -> Result<Exit, Failure> {
     ToolFile::of_model(&made.tool, options.edges, provenance(args, &source)?)
         .write(&args.output)?;
     print_report(&made);
-    say_of_folds(args, &made);
+    warn_of_folds(args, &made);
     let NormalSource { given, estimated, regions } = source;
     out!(
         "  no CAD: {given} normals of corners from the file, {estimated} estimated from its vertices; {regions} smooth regions"
@@ -40,7 +40,7 @@ pub(super) fn own(args: &ConvertArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// Refuses what only a CAD file can give.
+/// Refuses options that need a CAD file.
 fn check(args: &ConvertArgs) -> Result<(), Failure> {
     let option = if args.mesh.is_some() {
         "--mesh"

@@ -1,4 +1,5 @@
-//! Nodes of the blank that lie at one place and are not joined, as a mesh has them whose parts were not merged: a slit.
+//! Coincident nodes of the blank that are not joined, for example between unmerged parts of a mesh: the sheet is slit
+//! there.
 
 use rustc_hash::FxHashMap;
 
@@ -7,13 +8,13 @@ use crate::geometry::Vec3;
 use crate::report::doubt::DoubtCode;
 use crate::solver::sheet::hex_mesh::HexMesh;
 
-/// Nearer to each other than this share of a layer's thickness, two nodes are at one place.
-const SAME: f64 = 1e-3;
+/// Distance over the layer thickness below which two nodes coincide.
+const COINCIDENCE_REL: f64 = 1e-3;
 
-/// A remark on a blank that has such nodes.
-pub(super) fn remark(mesh: &HexMesh) -> Option<Finding> {
+/// A doubt about a blank with coincident nodes.
+pub(super) fn finding(mesh: &HexMesh) -> Option<Finding> {
     let layers = (mesh.nodes_per_column.max(2) - 1) as f64;
-    let found = coinciding(&mesh.nodes, SAME * mesh.mean_thickness() / layers);
+    let found = coincident(&mesh.nodes, COINCIDENCE_REL * mesh.mean_thickness() / layers);
     let [x, y, z]: [f64; 3] = (*found.first()?).into();
     Some(Finding::doubt(
         DoubtCode::UnjoinedNodes,
@@ -26,16 +27,16 @@ pub(super) fn remark(mesh: &HexMesh) -> Option<Finding> {
     ))
 }
 
-/// Length of a cell of the search over the distance looked for: the longer, the fewer points have more than one cell within
-/// that distance, and the more share a cell.
-const CELL: f64 = 16.0;
+/// Cell size of the search over the search distance. Larger cells: fewer points need more than one cell, but more points
+/// share a cell.
+const CELL_SIZE_REL: f64 = 16.0;
 
-/// Points that are `near` an earlier one [mm].
-fn coinciding(points: &[Vec3], near: f64) -> Vec<Vec3> {
-    // Cells begin at no round number, where nodes of regular meshes would lie on their borders.
-    let cell = |x: f64| (x / (CELL * near) + std::f64::consts::FRAC_1_PI).floor() as i64;
+/// Points closer than `near` to an earlier point [mm].
+fn coincident(points: &[Vec3], near: f64) -> Vec<Vec3> {
+    // The offset keeps nodes of regular meshes off cell borders.
+    let cell = |x: f64| (x / (CELL_SIZE_REL * near) + std::f64::consts::FRAC_1_PI).floor() as i64;
     let cells = |x: &Vec3, by: f64| [0, 1, 2].map(|k| cell(x[k] + by));
-    // The last point of a cell, and the one before each in its cell.
+    // The last point of each cell, and for each point the previous one in its cell.
     let mut last: FxHashMap<[i64; 3], usize> = FxHashMap::default();
     last.reserve(points.len());
     let mut before = vec![usize::MAX; points.len()];
@@ -65,10 +66,10 @@ mod tests {
     use crate::solver::sheet::hex_mesh::rectangle;
 
     #[test]
-    fn a_seam_that_was_not_merged_is_told() {
+    fn unmerged_nodes_are_found() {
         let mut mesh = rectangle(20.0, 10.0, 1.0, 4, 2, 2);
-        assert_eq!(remark(&mesh), None);
-        // The elements on one side of a node have one of their own.
+        assert_eq!(finding(&mesh), None);
+        // The elements on one side of a node get a copy of it.
         let column = mesh.nodes.iter().position(|x| (x.x, x.y) == (10.0, 5.0)).unwrap();
         let doubled = mesh.nodes[column] + Vec3::new(1e-5, 0.0, 0.0);
         mesh.nodes.push(doubled);
@@ -77,10 +78,10 @@ mod tests {
             let right = element.iter().all(|&n| mesh.nodes[n as usize].x > 9.0);
             element.iter_mut().filter(|n| right && **n as usize == column).for_each(|n| *n = own);
         }
-        let said = remark(&mesh).unwrap().to_string();
+        let text = finding(&mesh).unwrap().to_string();
         assert!(
-            said.contains("1 nodes of the blank coincide") && said.contains("(10.000, 5.000"),
-            "{said}"
+            text.contains("1 nodes of the blank coincide") && text.contains("(10.000, 5.000"),
+            "{text}"
         );
     }
 }

@@ -1,15 +1,15 @@
-//! The figures that a study's checks look at.
+//! Evaluates the checks of a study.
 
 use super::curves::{force_rms, late_excess};
-use super::row::{Off, Row};
+use super::row::{Differences, Row};
 use crate::report::record::RunRecord;
 use crate::study::checks::{Check, Figure, Outcome};
 use crate::study::file::Study;
 
 /// Every check with its outcome.
-pub(super) fn judge(study: &Study, rows: &[Row<'_>]) -> Vec<(Check, Outcome)> {
+pub(super) fn evaluate(study: &Study, rows: &[Row<'_>]) -> Vec<(Check, Outcome)> {
     let done = |id: &str| rows.iter().find(|r| r.case.id == id && r.done());
-    let judged = |check: &Check| {
+    let evaluated = |check: &Check| {
         let other = check.against.as_ref().or(study.reference.as_ref()).and_then(|id| done(id));
         let about = rows.iter().filter(|r| {
             let named = check.cases.is_empty() || check.cases.contains(&r.case.id);
@@ -21,13 +21,13 @@ pub(super) fn judge(study: &Study, rows: &[Row<'_>]) -> Vec<(Check, Outcome)> {
             Some((format!("{}{place}", row.case.id), value))
         };
         let values: Vec<(String, f64)> = about.filter_map(value).collect();
-        (check.clone(), check.judge(&values))
+        (check.clone(), check.evaluate(&values))
     };
-    study.checks.iter().map(judged).collect()
+    study.checks.iter().map(evaluated).collect()
 }
 
-/// A figure of a row, beside another one, with the travel at which it is found [mm]; `None` where one of them has not
-/// got it.
+/// A quantity of a row relative to another one, and the travel at which it occurs [mm]. `None` if one of them lacks
+/// data.
 fn figure(figure: Figure, row: &Row<'_>, other: Option<&Row<'_>>) -> Option<(f64, Option<f64>)> {
     let record = row.record.as_ref()?;
     let value = match figure {
@@ -36,7 +36,7 @@ fn figure(figure: Figure, row: &Row<'_>, other: Option<&Row<'_>>) -> Option<(f64
             let (travel, excess) = late_excess(&row.curve, &other?.curve)?;
             return Some((excess, Some(travel)));
         }
-        Figure::ThicknessMm => Off::between(row, other?).thickest()?,
+        Figure::ThicknessMm => Differences::between(row, other?).thickest()?,
         Figure::PatchesOverReference => row.patches as f64 / other?.patches.max(1) as f64,
         Figure::SecondsOverReference => record.cpu_s / other?.record.as_ref()?.cpu_s,
         Figure::IterationInFactorisationsOverReference => {
@@ -50,8 +50,8 @@ fn figure(figure: Figure, row: &Row<'_>, other: Option<&Row<'_>>) -> Option<(f64
     Some((value, None))
 }
 
-/// Time of an iteration over that of a factorisation in the same run, both by the clocks of its phases; `None` of a run
-/// without any. What is measured once an increment is of no iteration.
+/// Time of an iteration over that of a factorisation in the same run, by the timings of the phases. `None` without
+/// factorisations. Phases that run once per increment are excluded.
 fn in_factorisations(run: &RunRecord) -> Option<f64> {
     let once = ["stability", "penetration"];
     let of_iterations = run.timings_s.iter().filter(|(phase, _)| !once.contains(&phase.as_str()));

@@ -1,14 +1,14 @@
-//! Friction and forces that no tool of a press has: slips of a comma or of a unit.
+//! Implausible friction coefficients and tool forces: errors of a decimal point or of a unit.
 
 use super::finding::Finding;
-use super::material::EARLY;
+use super::material::FLOW_STRESS_STRAIN;
 use crate::report::doubt::DoubtCode;
 use crate::scene::Plan;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{Motion, SimulationSetup};
 
-/// Coefficient of friction of a dry, seizing sheet.
-const MOST_FRICTION: f64 = 1.0;
+/// Friction coefficient of a dry, galling sheet: the largest that is plausible.
+const FRICTION_MAX: f64 = 1.0;
 
 /// The doubt about tools whose friction coefficient the scene does not give.
 pub(super) fn friction_not_given(plan: &Plan) -> Option<Finding> {
@@ -25,30 +25,30 @@ pub(super) fn friction_not_given(plan: &Plan) -> Option<Finding> {
     })
 }
 
-/// Remarks on friction that no sheet has, and on forces that crush all of it.
-pub(super) fn remarks(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Finding>) {
-    for tool in setup.tools.iter().filter(|tool| tool.friction > MOST_FRICTION) {
+/// Findings on implausible friction coefficients, and on forces that crush the whole blank.
+pub(super) fn findings(plan: &Plan, setup: &SimulationSetup, out: &mut Vec<Finding>) {
+    for tool in setup.tools.iter().filter(|tool| tool.friction > FRICTION_MAX) {
         out.push(
             Finding::doubt(
                 DoubtCode::SceneUnits,
                 format!("{}.friction", tool.name),
                 format!(
-                    "{} has a friction coefficient of {} ({MOST_FRICTION} is the largest expected).",
+                    "{} has a friction coefficient of {} ({FRICTION_MAX} is the largest expected).",
                     tool.name, tool.friction
                 ),
                 "Lubricated sheets have 0.02 to 0.2, dry ones seldom more than 0.6.".into(),
             )
-            .exceeds([tool.friction, MOST_FRICTION]),
+            .exceeds([tool.friction, FRICTION_MAX]),
         );
     }
-    let Some((flow_stress, _)) = plan.card.tension(EARLY) else { return };
+    let Some((flow_stress, _)) = plan.card.tension(FLOW_STRESS_STRAIN) else { return };
     let area = area(setup.body.mesh());
     for (k, tool) in setup.tools.iter().enumerate() {
-        let most = |motion: &Motion| match motion {
+        let largest = |motion: &Motion| match motion {
             Motion::Force(curve) => curve.extent()[1],
             _ => 0.0,
         };
-        let force = setup.stages.iter().map(|stage| most(&stage.motions[k])).fold(0.0, f64::max);
+        let force = setup.stages.iter().map(|stage| largest(&stage.motions[k])).fold(0.0, f64::max);
         if force > flow_stress * area {
             out.push(
                 Finding::doubt(

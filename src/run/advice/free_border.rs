@@ -1,22 +1,24 @@
-//! Free borders of a tool's faces that the sheet may be bent over. Tools hold nodes and see nothing between them: what the border
-//! presses into the sheet there is missing, and a node drawn back over it comes from within the tool.
+//! Free borders of tools over which the sheet may bend.
+//!
+//! Contact conditions are at nodes: the force of the border between nodes is missing, and a node drawn back over the
+//! border re-enters from inside the tool.
 
-use super::clamping::{is_forced, others, stands_before};
+use super::clamping::{is_force_driven, opposes, opposite_tools};
 use super::curvature::corners;
+use super::element_size::Sizes;
 use super::finding::Finding;
-use super::sharp::{Edge, Opposite, PLACES, SHARP};
-use super::size::Sizes;
+use super::sharp_edge::{EDGE_PARAMETERS, Edge, Opposite, SHARP_ANGLE};
 use crate::geometry::Vec3;
 use crate::geometry::frame::unit;
 use crate::solver::{SimulationSetup, ToolSetup};
 use crate::tool::side::SideCurve;
 
-/// How far beside a border is looked from, over the mean size of elements.
-const BESIDE: f64 = 1e-3;
+/// Offset beyond a border at which the tool is searched, over the mean element size.
+const PROBE_OFFSET_REL: f64 = 1e-3;
 
-/// A remark on a tool with a free border where a tool on the sheet's other side goes past it or is pushed there with nothing
-/// before it, or a load pushes the sheet down beyond it; `kept`: patches of all tools that the sheet may come near.
-pub(super) fn remark(
+/// A note on a tool with a free border beyond which the sheet is bent. This happens if an opposite tool travels past the
+/// border, is pushed there unopposed, or if a load acts beyond it. `kept`: reachable patches of all tools.
+pub(super) fn finding(
     setup: &SimulationSetup,
     tool: usize,
     kept: &[Vec<bool>],
@@ -45,16 +47,16 @@ pub(super) fn remark(
     Some(note(own, at + own.offset, edge.turn))
 }
 
-/// Tools on the sheet's other side that forces push with nothing before them.
+/// Force-driven opposite tools that no tool opposes.
 fn unopposed(setup: &SimulationSetup, tool: usize, kept: &[Vec<bool>]) -> Vec<usize> {
     let pushed = |&other: &usize| {
-        let mut against = others(setup, other);
-        is_forced(setup, other) && !against.any(|k| stands_before(setup, k, other, &kept[other]))
+        let mut against = opposite_tools(setup, other);
+        is_force_driven(setup, other) && !against.any(|k| opposes(setup, k, other, &kept[other]))
     };
-    others(setup, tool).filter(pushed).collect()
+    opposite_tools(setup, tool).filter(pushed).collect()
 }
 
-/// The remark on a border at `at` [mm] over which the sheet is bent by up to `turn` [rad].
+/// The note on a border at `at` [mm] over which the sheet principal_curvatures by up to `turn` [rad].
 fn note(own: &ToolSetup, at: Vec3, turn: f64) -> Finding {
     Finding::note(
         format!(
@@ -65,18 +67,18 @@ fn note(own: &ToolSetup, at: Vec3, turn: f64) -> Finding {
             at.z,
             turn.to_degrees()
         ),
-        "tools hold nodes and see nothing between them, so forces there go by the mesh, and a node drawn back over the border may lock the sheet; give the tool the radius of its edge and the wall behind it, or let it end beyond the sheet".into(),
+        "contact conditions are at nodes: forces there depend on the mesh, and a node drawn back over the border may catch; model the edge radius of the tool and the wall behind it, or extend the tool beyond the sheet".into(),
     )
 }
 
-/// Nodes that a load pushes towards a tool's back [mm].
+/// Positions of the nodes that a load pushes against the tool's direction [mm].
 fn pushing(setup: &SimulationSetup, own: &ToolSetup) -> Vec<Vec3> {
     let loads = setup.loads.chunks_exact(3).zip(&setup.body.mesh().nodes);
     let down = loads.filter(|(f, _)| own.direction.dot(&Vec3::from_column_slice(f)) < 0.0);
     down.map(|(_, x)| *x).collect()
 }
 
-/// Sides of patches near the sheet, of faces that look towards it, beyond which the tool has nothing.
+/// Free sides of reachable patches whose normal points towards the sheet.
 fn borders(tool: &ToolSetup, kept: &[bool], sizes: &Sizes) -> Vec<Edge> {
     let near = tool.surface.model().patches.iter().zip(kept).filter(|(_, kept)| **kept);
     let mut edges = Vec::new();
@@ -91,7 +93,7 @@ fn borders(tool: &ToolSetup, kept: &[bool], sizes: &Sizes) -> Vec<Edge> {
             else {
                 continue;
             };
-            // Beyond the border the sheet goes along the tool's direction at the most.
+            // Beyond the border the sheet bends at most until it is parallel to the tool's direction.
             let turn = normal.dot(&tool.direction).clamp(-1.0, 1.0).asin();
             let (Some(out), Some(across)) =
                 (unit(along.cross(&normal)), unit(along.cross(&tool.direction)))
@@ -99,13 +101,13 @@ fn borders(tool: &ToolSetup, kept: &[bool], sizes: &Sizes) -> Vec<Edge> {
                 continue;
             };
             let away = |v: Vec3| if v.dot(&(side.point(0.5) - middle)) < 0.0 { -v } else { v };
-            if turn > SHARP {
-                let places = PLACES.map(|t| side.point(t));
+            if turn > SHARP_ANGLE {
+                let places = EDGE_PARAMETERS.map(|t| side.point(t));
                 edges.push((away(out), Edge { places, turn, along, across: away(across) }));
             }
         }
     }
-    let far = (BESIDE * sizes.mean).max(1e-5 * tool.surface.bounds().diagonal());
+    let far = (PROBE_OFFSET_REL * sizes.mean).max(1e-5 * tool.surface.bounds().diagonal());
     let beside: Vec<Vec3> = edges.iter().map(|(out, edge)| edge.places[0] + out * far).collect();
     let feet = tool.surface.closest_of_all(&beside, &[]);
     edges.into_iter().zip(feet).filter(|(_, foot)| foot.past_border).map(|((_, e), _)| e).collect()

@@ -1,16 +1,16 @@
-//! Tools that stand in the sheet before it is formed.
+//! Tools that penetrate the undeformed sheet.
 
+use super::element_size::Sizes;
 use super::finding::Finding;
-use super::size::Sizes;
 use crate::report::doubt::DoubtCode;
 use crate::solver::penetration::inside;
 use crate::solver::{Motion, SimulationSetup};
 
-/// Depth over the thickness above which a doubt is raised ([`DoubtCode::InsideTool`]).
-const DEEP: f64 = 0.1;
+/// Penetration over the thickness above which a doubt is raised ([`DoubtCode::InsideTool`]); below it is a note.
+const DEPTH_MAX_REL: f64 = 0.1;
 
-/// A remark on a tool of the first stage in which the undeformed sheet begins.
-pub(super) fn remark(setup: &SimulationSetup, tool: usize, sizes: &Sizes) -> Option<Finding> {
+/// The finding about a tool of the first stage that penetrates the undeformed sheet.
+pub(super) fn finding(setup: &SimulationSetup, tool: usize, sizes: &Sizes) -> Option<Finding> {
     let own = &setup.tools[tool];
     let first = &setup.stages.first()?.motions[tool];
     if matches!(first, Motion::Absent | Motion::Release) {
@@ -19,11 +19,11 @@ pub(super) fn remark(setup: &SimulationSetup, tool: usize, sizes: &Sizes) -> Opt
     let mesh = setup.body.mesh();
     let found = inside(own, own.offset, mesh, |node| mesh.nodes[node], sizes.mean)?;
     let what = if found.wrong_face {
-        "it is to touch the other face of the sheet, as its `direction` or its `side` has it: one of them is turned round"
+        "its `direction` or `side` selects the other face of the sheet: one of them is reversed"
     } else {
-        "the first increment has to push them out at once and may not converge; begin clear of the sheet: \"place\": \"touch\", or a `shift` farther back"
+        "the first increment must remove the penetration at once and may not converge; start clear of the sheet: \"place\": \"touch\", or a larger `shift`"
     };
-    let limit = DEEP * mesh.mean_thickness();
+    let limit = DEPTH_MAX_REL * mesh.mean_thickness();
     if found.depth <= limit {
         return Some(Finding::note(found.to_string(), what.into()));
     }

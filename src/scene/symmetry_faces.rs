@@ -1,10 +1,11 @@
-//! Symmetry faces of a tool: the faces that appear where a solid is cut at a symmetry plane.
+//! Symmetry faces of a tool: faces where a solid is cut at a symmetry plane.
 //!
-//! The whole tool continues beyond the plane, so these faces touch nothing and the contact search must not see them: to a node on
-//! the plane that is inside the tool by rounding they are nearer than the working face.
-//! A patch is a symmetry face when its normal is parallel to the normal of the plane at every sample, and all of it lies in the
-//! plane, or beyond the plane with its normal away from the sheet. Its distance alone says nothing: a fine patch of the working
-//! face beside the plane is as near to it.
+//! The real tool continues beyond the plane. Symmetry faces touch nothing and must be excluded from the contact search:
+//! for a node on the plane that is inside the tool by rounding they are closer than the working face.
+//!
+//! A patch is a symmetry face if its normal is parallel to the normal of the plane at every sample, and it lies in the
+//! plane, or beyond the plane with its normal away from the sheet. Distance alone does not decide: a fine patch of the
+//! working face beside the plane is equally close.
 
 use std::sync::Arc;
 
@@ -14,16 +15,16 @@ use crate::geometry::{Aabb, Vec3};
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::tool::Patch;
 
-/// Distance from a plane up to which a patch lies in it, over the size of its tool: what is left of a coordinate in the shortest
-/// numbers of mesh files. Doubled, slits of a tool beside the plane are closed up to twice that width.
+/// Distance of a patch in a symmetry plane, over the size of the tool: the precision of mesh files with few digits. With
+/// twice the value, slits of a tool beside the plane are closed up to twice that width.
 const IN_PLANE_REL: f64 = 1e-5;
-/// Cosine of the angle between two normals that are parallel (0.26 degrees: normals of facets given in single precision).
-const PARALLEL: f64 = 0.99999;
+/// Smallest cosine between parallel normals (0.26 degrees: facet normals in single precision).
+const PARALLEL_COS_MIN: f64 = 0.99999;
 
-/// Symmetry planes, as a tool meets them.
+/// The symmetry planes of a scene.
 pub(super) struct Planes(Vec<Plane>);
 
-/// One of them: its axis, its place there [mm], and on which side of it the sheet is.
+/// A symmetry plane: its axis, its coordinate [mm], and the sign of the sheet's side.
 struct Plane {
     axis: usize,
     at: f64,
@@ -40,8 +41,8 @@ impl Planes {
         Self(scene.symmetry.iter().map(plane).collect())
     }
 
-    /// The surface of a tool at `offset` [mm] without its symmetry faces; unchanged where it has none or nothing else.
-    pub(super) fn without_cuts(
+    /// The surface of a tool at `offset` [mm] without its symmetry faces. Unchanged if there are none, or nothing else.
+    pub(super) fn without_symmetry_faces(
         &self,
         surface: &Arc<ToolSurface>,
         offset: &Vec3,
@@ -49,10 +50,10 @@ impl Planes {
         let near = IN_PLANE_REL * surface.bounds().diagonal();
         let bounds = surface.patch_bounds();
         let patches = surface.model().patches.iter().zip(&bounds);
-        let is_cut = |(patch, bounds): (&Patch, &Aabb)| {
-            self.0.iter().any(|plane| plane.cuts(patch, bounds, offset, near))
+        let is_symmetry_face = |(patch, bounds): (&Patch, &Aabb)| {
+            self.0.iter().any(|plane| plane.contains_face(patch, bounds, offset, near))
         };
-        let kept: Vec<bool> = patches.map(|patch| !is_cut(patch)).collect();
+        let kept: Vec<bool> = patches.map(|patch| !is_symmetry_face(patch)).collect();
         if kept.iter().all(|kept| *kept) || !kept.contains(&true) {
             return surface.clone();
         }
@@ -61,8 +62,8 @@ impl Planes {
 }
 
 impl Plane {
-    /// Whether a patch with this box is a symmetry face of the plane, up to a distance of `near` [mm].
-    fn cuts(&self, patch: &Patch, bounds: &Aabb, offset: &Vec3, near: f64) -> bool {
+    /// Whether a patch with these bounds is a symmetry face, with the tolerance `near` [mm].
+    fn contains_face(&self, patch: &Patch, bounds: &Aabb, offset: &Vec3, near: f64) -> bool {
         let inwards = [bounds.min, bounds.max]
             .map(|x| self.side * (x[self.axis] + offset[self.axis] - self.at));
         let [low, high] = [inwards[0].min(inwards[1]), inwards[0].max(inwards[1])];
@@ -72,11 +73,12 @@ impl Plane {
         let mut cosines = normals(patch).map(|n| self.side * n[self.axis]).peekable();
         let in_plane = low >= -near;
         cosines.peek().is_some()
-            && cosines.all(|cosine| if in_plane { cosine.abs() } else { -cosine } >= PARALLEL)
+            && cosines
+                .all(|cosine| if in_plane { cosine.abs() } else { -cosine } >= PARALLEL_COS_MIN)
     }
 }
 
-/// Unit normals on a grid over a patch: its corners, the middles of its sides and inside.
+/// Unit normals on a 3 x 3 grid of parameters over a patch.
 fn normals(patch: &Patch) -> impl Iterator<Item = Vec3> + '_ {
     let at = |k: usize| [0.0, 0.5, 1.0][k];
     let grid = (0..9).map(move |k| (at(k / 3), at(k % 3)));
@@ -96,10 +98,10 @@ mod tests {
         Planes([0, 1].map(|axis| Plane { axis, at: 0.0, side: 1.0 }).into())
     }
 
-    /// Patches that are left of a tool.
+    /// Number of patches that remain of a tool.
     fn left(model: crate::tool::ToolModel, offset: Vec3) -> usize {
         let surface = Arc::new(ToolSurface::new(model));
-        let kept = planes().without_cuts(&surface, &offset);
+        let kept = planes().without_symmetry_faces(&surface, &offset);
         kept.patch_bounds().iter().filter(|b| !b.is_empty()).count()
     }
 
@@ -113,7 +115,7 @@ mod tests {
         }
     }
 
-    /// A wall beside a floor: in the plane, beside it, beyond it, askew to it, towards the sheet or away from it.
+    /// A wall beside a floor: in the plane, beside it, beyond it, oblique to it, towards the sheet or away from it.
     #[test]
     fn a_wall_is_a_symmetry_face_in_the_plane_or_away_from_the_sheet_beyond_it() {
         let with_wall = |along: Vec3, normal: f64| {

@@ -1,14 +1,14 @@
-//! No command writes over what it reads, nor one output over another.
+//! Guards against commands that overwrite their inputs or write two outputs to one file.
 
 use std::path::{Path, PathBuf};
 
 use super::exit::Failure;
 
-/// Refuses outputs, each with the name of its option, that are files the command reads or that are one file; to be asked
-/// before anything is written. Files are compared by where they really are, whatever links and dots lead to them.
+/// Refuses outputs (with the names of their options) that are inputs of the command or the same file. Call it before
+/// anything is written. Files are compared by their canonical paths.
 ///
 /// # Errors
-/// Exit code 2 for the first output that is an input or an output before it.
+/// Exit code 2 for the first output that is an input or an earlier output.
 pub fn refuse_clashes(inputs: &[&Path], outputs: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
     let given: Vec<(&str, &Path)> =
         outputs.iter().filter_map(|&(option, path)| Some((option, path?))).collect();
@@ -31,7 +31,7 @@ pub fn refuse_clashes(inputs: &[&Path], outputs: &[(&str, Option<&Path>)]) -> Re
     Ok(())
 }
 
-/// Where a file is, or would be: links and dots followed as far as there are folders.
+/// Canonical path of a file, or of its folder if the file does not exist.
 fn place(file: &Path) -> PathBuf {
     let would = || {
         let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -56,8 +56,8 @@ mod tests {
             refuse_clashes(&[&missing, &input], &[("--html", None), ("--json", Some(output))])
         };
         for output in [&input, &dotted] {
-            let said = asked(output).unwrap_err().error.to_string();
-            assert!(said.contains("--json") && said.contains("any other file"), "{said}");
+            let message = asked(output).unwrap_err().error.to_string();
+            assert!(message.contains("--json") && message.contains("any other file"), "{message}");
         }
         assert!(asked(&other).is_ok());
     }
@@ -69,8 +69,8 @@ mod tests {
         let same = folder.path().join(".").join("audit.html");
         let asked =
             |map: &Path| refuse_clashes(&[], &[("--map", Some(map)), ("--html", Some(&page))]);
-        let said = asked(&same).unwrap_err().error.to_string();
-        assert!(said.contains("--map and --html would both write"), "{said}");
+        let message = asked(&same).unwrap_err().error.to_string();
+        assert!(message.contains("--map and --html would both write"), "{message}");
         assert!(asked(&folder.path().join("map.html")).is_ok());
     }
 }

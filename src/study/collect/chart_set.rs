@@ -1,37 +1,37 @@
-//! The drawings of a study: what the runs say, what they took, and what accuracy cost.
+//! Charts of a study: results, run times, and cost of accuracy.
 
 use super::row::Row;
 use super::table::{PHASES, rest, seconds};
 use crate::report::bars::Bars;
 use crate::report::drawing::{Chart, Line};
 use crate::report::record::RunRecord;
-use crate::study::compare::front;
+use crate::study::compare::pareto_front;
 use crate::study::file::Study;
 
-/// A profile or curve of a row.
+/// A profile or a curve of a row.
 type ProfileOf = for<'r, 'c> fn(&'r Row<'c>) -> &'r [(f64, f64)];
-/// A number of a row that is done.
+/// A number of a completed row.
 pub(super) type Number = fn(&Row<'_>, &RunRecord) -> Option<f64>;
-/// Beginning of a file's name, what it is in a title, title of its axis, and the number.
+/// Prefix of the file name, name in titles, axis title, and the number.
 pub(super) type Axis = (&'static str, &'static str, &'static str, Number);
 
-/// What accuracy is measured by.
+/// Measures of accuracy.
 const ERRORS: [Axis; 3] = [
     ("error", "Error of the force", "RMS difference / RMS of the reference", |r, _| {
-        r.off.force_rms
+        r.differences.force_rms
     }),
     ("thickness-error", "Error of the thickness", "largest difference [mm]", |r, _| {
-        r.off.thickest()
+        r.differences.thickest()
     }),
     ("shape-error", "Shape error", "largest shape error [mm]", |r, _| r.shape_error),
 ];
-/// What it costs.
+/// Measures of cost.
 const COSTS: [Axis; 2] = [
     ("time", "time", "processor time [s]", |_, record| Some(record.cpu_s)),
     ("patches", "patches", "patches of all tools", |r, _| Some(r.patches as f64)),
 ];
 
-/// Drawings by file name: force and thickness of all cases; error against cost, one line a method.
+/// Charts by file name: force and thickness of all cases, and error over cost with one line per method.
 pub(super) fn charts(study: &Study, rows: &[Row<'_>]) -> Vec<(String, Chart)> {
     let travel = format!("travel of {} [mm]", study.watch);
     let flat = "distance in the flat blank [mm]";
@@ -76,8 +76,8 @@ fn profiles(title: &str, rows: &[Row<'_>], axes: [&str; 2], of: ProfileOf) -> Ch
     Chart { title: title.into(), x, y, lines: some.map(line).collect() }
 }
 
-/// One number of the cases that are done against another, both positive: a line for every method, rings around the cases that
-/// no other one beats.
+/// Chart of one number of the completed cases over another, both positive: a line per method, and rings around the
+/// Pareto-optimal cases.
 pub(super) fn against(rows: &[Row<'_>], error: &Axis, cost: &Axis) -> Chart {
     let mut lines: Vec<Line> = Vec::new();
     for row in rows.iter().filter(|r| r.done()) {
@@ -98,7 +98,7 @@ pub(super) fn against(rows: &[Row<'_>], error: &Axis, cost: &Axis) -> Chart {
         line.points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     let all: Vec<(f64, f64)> = lines.iter().flat_map(|l| l.points.clone()).collect();
-    let unbeaten = all.iter().zip(front(&all)).filter(|(_, f)| *f).map(|(p, _)| *p);
+    let unbeaten = all.iter().zip(pareto_front(&all)).filter(|(_, f)| *f).map(|(p, _)| *p);
     let points: Vec<(f64, f64)> = unbeaten.collect();
     if !points.is_empty() {
         lines.push(Line { name: "nobody beats".into(), points, marks_only: true });
@@ -107,7 +107,7 @@ pub(super) fn against(rows: &[Row<'_>], error: &Axis, cost: &Axis) -> Chart {
     Chart { title, x: (cost.2.into(), true), y: (error.2.into(), true), lines }
 }
 
-/// Bars by file name: time by phase, springback where there is any.
+/// Bar charts by file name: time by phase, and springback if any.
 pub(super) fn bars(rows: &[Row<'_>]) -> Vec<(&'static str, Bars)> {
     let done: Vec<(&Row<'_>, &RunRecord)> =
         rows.iter().filter(|r| r.done()).filter_map(|r| Some((r, r.record.as_ref()?))).collect();
@@ -121,8 +121,8 @@ pub(super) fn bars(rows: &[Row<'_>]) -> Vec<(&'static str, Bars)> {
     out
 }
 
-/// Processor time, shared out as the phases share the wall time: the clocks of phases stand while other work has the
-/// processor, which would make a case that ran beside it look dear.
+/// Processor time split in proportion to the wall time of the phases. Wall time alone would overstate cases that shared
+/// the processor with others.
 fn time(done: &[(&Row<'_>, &RunRecord)]) -> Bars {
     let share =
         |r: &RunRecord, wall: f64| if r.wall_s > 0.0 { r.cpu_s * wall / r.wall_s } else { 0.0 };

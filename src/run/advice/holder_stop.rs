@@ -1,5 +1,5 @@
-//! Tools driven by a force or a spring that lose the sheet: drawn out from under a holder it leaves nothing to push against,
-//! and the holder pinches the rim, then follows the sheet down.
+//! Tools driven by a force or a spring that may lose the sheet. If the sheet is drawn out from under a holder, the
+//! holder pinches the rim and then closes further.
 
 use rayon::prelude::*;
 
@@ -9,8 +9,8 @@ use crate::geometry::Vec3;
 use crate::solver::sheet::hex_mesh::HexMesh;
 use crate::solver::{SimulationSetup, ToolSetup};
 
-/// Remarks on tools without a stop under which less sheet lies than the others draw.
-pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Finding>) {
+/// Notes on tools without a stop that cover less of the sheet than the other tools draw.
+pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
     for (tool, own) in setup.tools.iter().enumerate().filter(|(_, own)| own.stop.is_none()) {
         if let Some((drawing, drawn)) = drawn(setup, tool)
             && let Some(width) = width_under(setup.body.mesh(), own, &setup.tools[drawing])
@@ -18,35 +18,37 @@ pub(super) fn remarks(setup: &SimulationSetup, out: &mut Vec<Finding>) {
         {
             out.push(Finding::note(
                 format!(
-                    "{} is driven by a force and has no stop: {width:.1} mm of the sheet may be drawn before its rim leaves it, and {} goes {drawn:.1} mm",
+                    "{} is driven by a force and has no stop: {width:.1} mm of the sheet may be drawn before its rim leaves it, and {} travels {drawn:.1} mm",
                     own.name, setup.tools[drawing].name
                 ),
-                "where the sheet is drawn out from under it, it pinches the rim and closes further; `stop_mm` is the largest travel that it can have".into(),
+                "if the sheet is drawn out from under it, it pinches the rim and closes further; set `stop_mm`, its largest travel".into(),
             ));
         }
     }
 }
 
-/// The other tool that goes farthest while a force drives this one, and how far [mm].
+/// The other tool with the largest travel while a force drives this one, and that travel [mm].
 fn drawn(setup: &SimulationSetup, tool: usize) -> Option<(usize, f64)> {
-    let gone = |other: usize| {
-        let (mut at, mut gone) = (0.0, 0.0);
+    let travelled = |other: usize| {
+        let (mut at, mut travelled) = (0.0, 0.0);
         for stage in &setup.stages {
             let before = at;
             at = end_of(&stage.motions[other], before).unwrap_or(before);
             if end_of(&stage.motions[tool], 0.0).is_none() {
-                gone += f64::max(at - before, 0.0);
+                travelled += f64::max(at - before, 0.0);
             }
         }
-        (other, gone)
+        (other, travelled)
     };
-    let others = (0..setup.tools.len()).filter(|&other| other != tool).map(gone);
-    others.filter(|(_, gone)| *gone > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
+    let others = (0..setup.tools.len()).filter(|&other| other != tool).map(travelled);
+    others.filter(|(_, travelled)| *travelled > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The farthest that a node under a tool, or beside it away from the one that draws, lies from those that are drawn already,
-/// seen along the tool's way, before forming [mm]; `None` where there are none of a kind, and of a pad, which stands opposite
-/// the tool that draws.
+/// Width of the sheet that may be drawn from under a tool [mm].
+///
+/// It is the largest distance, projected along the tool's direction in the undeformed sheet, from a node under the tool
+/// or outside it to the nodes inside it that are drawn already. `None` if there are no such nodes, and for a pad, which
+/// opposes the drawing tool.
 fn width_under(mesh: &HexMesh, tool: &ToolSetup, drawing: &ToolSetup) -> Option<f64> {
     let seen = |x: &Vec3| x - tool.direction * x.dot(&tool.direction);
     let (under, beside) = faced(mesh, tool, seen);
@@ -58,15 +60,15 @@ fn width_under(mesh: &HexMesh, tool: &ToolSetup, drawing: &ToolSetup) -> Option<
     if 2 * opposite > under.len() {
         return None;
     }
-    let least = depth.into_iter().fold(f64::INFINITY, f64::min);
+    let nearest = depth.into_iter().fold(f64::INFINITY, f64::min);
     let (inside, outside): (Vec<Vec3>, Vec<Vec3>) =
-        beside.into_iter().partition(|x| core.is_empty() || to(&core, x) <= least);
+        beside.into_iter().partition(|x| core.is_empty() || to(&core, x) <= nearest);
     let all = under.par_iter().chain(&outside);
     let width = all.map(|x| to(&inside, x)).reduce(|| 0.0, f64::max);
     (!under.is_empty() && width.is_finite()).then_some(width)
 }
 
-/// Nodes of the sheet that a tool faces, and the others that it may touch, as `seen`.
+/// Projected nodes that a tool faces, and the other nodes that it may touch.
 fn faced(mesh: &HexMesh, tool: &ToolSetup, seen: impl Fn(&Vec3) -> Vec3) -> (Vec<Vec3>, Vec<Vec3>) {
     let ids = tool.side.nodes(mesh);
     let nodes: Vec<Vec3> = ids.into_iter().map(|n| mesh.nodes[n as usize]).collect();
@@ -74,7 +76,7 @@ fn faced(mesh: &HexMesh, tool: &ToolSetup, seen: impl Fn(&Vec3) -> Vec3) -> (Vec
     let feet = tool.surface.closest_of_all(&points, &[]);
     let (mut under, mut beside): (Vec<Vec3>, Vec<Vec3>) = (Vec::new(), Vec::new());
     for (x, foot) in nodes.iter().zip(&feet) {
-        // A foot across the direction is one of a node beside the tool.
+        // Nodes beside the tool have a foot point with a normal across the direction.
         let faces = foot.normal.dot(&tool.direction) > 0.5 && !foot.past_border;
         if faces { &mut under } else { &mut beside }.push(seen(x));
     }
@@ -92,7 +94,7 @@ mod tests {
     use crate::solver::sheet::hex_mesh::rectangle;
     use crate::solver::{Placement, SheetSide};
 
-    /// How far a strip of 10 mm may be drawn from under a holder over a part of it by a punch over another part.
+    /// The width of a strip of 10 mm that may be drawn from under a holder over one part of it by a punch over another.
     fn width(turn: Mat3, held: [f64; 2], drawn: [f64; 2]) -> Option<f64> {
         let mut mesh = rectangle(10.0, 10.0, 1.0, 10, 10, 1);
         mesh.nodes.iter_mut().for_each(|x| *x = turn * *x);
@@ -118,11 +120,11 @@ mod tests {
     fn what_lies_under_a_tool_is_the_same_whatever_way_it_pushes() {
         let turned = Mat3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
         for turn in [Mat3::identity(), turned] {
-            // From the last node that is not under it, at 5 mm, to the end.
+            // From the last node that is not under the tool, at 5 mm, to the end.
             assert_eq!(width(turn, [5.5, 10.0], [0.0, 2.5]), Some(5.0));
-            // The rim beyond the holder has to pass under it too.
+            // The rim beyond the holder also passes under it.
             assert_eq!(width(turn, [4.5, 7.5], [0.0, 2.5]), Some(6.0));
-            // A pad that the punch draws along.
+            // A pad that moves with the punch.
             assert_eq!(width(turn, [0.0, 3.5], [0.0, 2.5]), None);
         }
     }

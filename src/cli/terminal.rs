@@ -1,15 +1,15 @@
-//! Lines on standard output and standard error. Who reads them may have gone (`kanagata audit ... | head`): what is left to
-//! say is then dropped, and the work continues to its end and its exit code. Lines that are lost for another reason (a full disk) end
-//! with exit code 4 ([`lost`]).
+//! Output to standard output and standard error. If the reader has closed the pipe (`kanagata audit ... | head`),
+//! further lines are dropped, and the work continues to its end and its exit code. Lines lost for another reason (a full
+//! disk) cause exit code 4 ([`lost`]).
 //!
-//! What is printed may hold text that others wrote. Control characters in it are escaped, so that it neither moves the cursor
-//! nor begins a line of its own: a line break stays only before two spaces, as the continued lines of messages have them.
+//! Output may contain text from outside the program. Its control characters are escaped, so that they neither move the
+//! cursor nor start a line. A line break is kept only before two spaces, as in continued lines of messages.
 
 use std::borrow::Cow;
 use std::io::Write as _;
 use std::sync::OnceLock;
 
-/// Text as it is shown on a terminal.
+/// Text escaped for a terminal.
 pub(super) fn shown(text: &str) -> Cow<'_, str> {
     let continues = |at: usize| text[at + 1..].starts_with("  ");
     let plain = |(at, c): (usize, char)| !is_hidden(c) || c == '\n' && continues(at);
@@ -29,16 +29,16 @@ fn escape(c: char) -> String {
     }
 }
 
-/// Control characters, and those that change the direction of text or break lines.
+/// Control characters, and characters that change the text direction or break lines.
 fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Why standard output did not take a line, where its reader has not simply gone: what was asked for is not there.
+/// Why standard output failed for a reason other than a closed pipe.
 static LOST: OnceLock<String> = OnceLock::new();
 
-/// Puts a line on standard output.
+/// Writes a line to standard output.
 pub(super) fn put(line: &str) {
     if let Err(error) = writeln!(std::io::stdout(), "{line}")
         && error.kind() != std::io::ErrorKind::BrokenPipe
@@ -47,39 +47,39 @@ pub(super) fn put(line: &str) {
     }
 }
 
-/// Why a line was lost that [`put`] should have written.
+/// Why [`put`] has lost a line, if it has.
 pub(super) fn lost() -> Option<&'static str> {
     LOST.get().map(String::as_str)
 }
 
-/// A line on standard output.
+/// Writes a line to standard output.
 macro_rules! out {
     ($($part:tt)*) => {
-        $crate::cli::say::put(&$crate::cli::say::shown(&format!($($part)*)))
+        $crate::cli::terminal::put(&$crate::cli::terminal::shown(&format!($($part)*)))
     };
 }
 
-/// Lines on standard output, of a table that is the program's own.
+/// Writes the lines of a text of this program to standard output.
 macro_rules! out_lines {
     ($text:expr) => {{
         for line in $text.to_string().lines() {
-            $crate::cli::say::out!("{line}");
+            $crate::cli::terminal::out!("{line}");
         }
     }};
 }
 
-/// Text of a program's own making on standard output as it is: JSON, which has escapes of its own.
+/// Writes JSON, which has its own escapes, to standard output without escaping.
 macro_rules! out_json {
     ($($part:tt)*) => {
-        $crate::cli::say::put(&format!($($part)*))
+        $crate::cli::terminal::put(&format!($($part)*))
     };
 }
 
-/// A line on standard error.
+/// Writes a line to standard error.
 macro_rules! err {
     ($($part:tt)*) => {{
         use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), "{}", $crate::cli::say::shown(&format!($($part)*)));
+        let _ = writeln!(std::io::stderr(), "{}", $crate::cli::terminal::shown(&format!($($part)*)));
     }};
 }
 

@@ -1,4 +1,4 @@
-//! Constrained nodes in the path of tools that travel: contact there has no solution.
+//! Constrained nodes in the path of travelling tools: contact there has no solution.
 
 use super::finding::Finding;
 use crate::geometry::Vec3;
@@ -6,12 +6,12 @@ use crate::report::doubt::{DoubtCode, place_mm};
 use crate::solver::reach::travel_range;
 use crate::solver::{SimulationSetup, ToolSetup};
 
-/// Component of a tool's direction along an axis from which a node held along that axis is in its way.
-const ALONG: f64 = 0.1;
-/// Depth over the thickness from which a tool passes through a node.
-const DEEP: f64 = 0.05;
-/// Positions of a tool over its travel that are looked at.
-const POSITIONS: usize = 16;
+/// Component of the tool's direction along an axis above which a node constrained along that axis obstructs the tool.
+const PATH_COS_MIN: f64 = 0.1;
+/// Penetration over the thickness above which a doubt is raised.
+const DEPTH_MAX_REL: f64 = 0.05;
+/// Number of sampled intervals of the travel.
+const TRAVEL_INTERVALS: usize = 16;
 
 /// Findings on constrained nodes.
 pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
@@ -26,16 +26,16 @@ pub(super) fn findings(setup: &SimulationSetup, out: &mut Vec<Finding>) {
         ));
         return;
     }
-    out.extend((0..setup.tools.len()).filter_map(|tool| through(setup, tool)));
+    out.extend((0..setup.tools.len()).filter_map(|tool| driven_through(setup, tool)));
 }
 
-/// The finding of a tool that travels through constrained nodes.
-fn through(setup: &SimulationSetup, tool: usize) -> Option<Finding> {
+/// The doubt about a tool that travels through constrained nodes.
+fn driven_through(setup: &SimulationSetup, tool: usize) -> Option<Finding> {
     let own = &setup.tools[tool];
     let [low, high] = travel_range(setup, tool)?;
     let mesh = setup.body.mesh();
     let in_way = |node: &usize| {
-        let axes = (0..3).filter(|&axis| own.direction[axis].abs() > ALONG);
+        let axes = (0..3).filter(|&axis| own.direction[axis].abs() > PATH_COS_MIN);
         axes.into_iter().all(|axis| setup.constraints.is_held(*node, axis))
     };
     let nodes: Vec<usize> = own.side.nodes(mesh).into_iter().map(|n| n as usize).collect();
@@ -43,10 +43,11 @@ fn through(setup: &SimulationSetup, tool: usize) -> Option<Finding> {
     if nodes.is_empty() || high <= low {
         return None;
     }
-    let positions = (0..=POSITIONS).map(|k| low + (high - low) * k as f64 / POSITIONS as f64);
+    let positions =
+        (0..=TRAVEL_INTERVALS).map(|k| low + (high - low) * k as f64 / TRAVEL_INTERVALS as f64);
     let deepest = positions.flat_map(|travel| depths(setup, own, &nodes, travel));
     let (node, depth) = deepest.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let limit = DEEP * mesh.mean_thickness();
+    let limit = DEPTH_MAX_REL * mesh.mean_thickness();
     (depth > limit).then(|| {
         let at: [f64; 3] = mesh.nodes[node].into();
         Finding::doubt(
@@ -63,7 +64,7 @@ fn through(setup: &SimulationSetup, tool: usize) -> Option<Finding> {
     })
 }
 
-/// Depths of nodes that do not move inside a tool at a travel [mm].
+/// Penetrations of the nodes, which do not move, at a travel of the tool [mm].
 fn depths(
     setup: &SimulationSetup,
     tool: &ToolSetup,

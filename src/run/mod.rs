@@ -86,16 +86,16 @@ pub fn run(
     let section = options.stop.section();
     simulation.heed(options.stop.clone());
     let run = Run { plan, scene_path, output, options, guard, start };
-    let mut folder = if options.restart {
+    let (mut folder, next) = if options.restart {
         run.restored_folder(&mut simulation)?
     } else {
-        run.new_folder(&simulation)?
+        (run.new_folder(&simulation)?, 0)
     };
     folder.watch_holders(&holders);
     folder.doubt_scene(findings.iter().filter_map(advice::Finding::as_doubt).collect());
     folder.left_out(left_out.into_iter());
     let ended = run
-        .go_on(&mut simulation, &mut folder, watch)
+        .go_on(&mut simulation, &mut folder, next, watch)
         .and_then(|outcome| run.end(&simulation, &mut folder, outcome, section));
     match ended {
         Ok(()) => Ok(folder.record),
@@ -197,13 +197,13 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// The folder of the newest checkpoint, the simulation put back to it.
-    fn restored_folder(&self, simulation: &mut Simulation) -> Result<RunFolder, RunError> {
-        let checkpoint = checkpoint::read(self.output, self.plan, PROGRAM)?;
+    /// The folder of the newest checkpoint, the simulation put back to it, and the number of the next checkpoint.
+    fn restored_folder(&self, simulation: &mut Simulation) -> Result<(RunFolder, usize), RunError> {
+        let (checkpoint, next) = checkpoint::read(self.output, self.plan, PROGRAM)?;
         simulation.resume(checkpoint.state).map_err(not_begun)?;
         let mut folder = checkpoint.folder;
         folder.resume()?;
-        Ok(folder)
+        Ok((folder, next))
     }
 
     /// The folder of a run that begins in it, with its tools; what is replaced there is told.
@@ -236,15 +236,15 @@ impl Run<'_> {
         Err(error)
     }
 
-    /// Increment by increment to the end, with checkpoints.
+    /// Increment by increment to the end, with checkpoints from number `count` on.
     fn go_on(
         &self,
         simulation: &mut Simulation,
         folder: &mut RunFolder,
+        mut count: usize,
         watch: &mut dyn FnMut(&Progress<'_>),
     ) -> Result<Result<(), SimulationError>, RunError> {
         let every = self.plan.scene.output.checkpoint_every;
-        let mut count = 0;
         loop {
             match self.advance(simulation, folder, watch)? {
                 Ok(true) => {}

@@ -8,6 +8,7 @@ use super::doubts::options;
 use super::exit::{EXIT_HELP, Exit, Failure};
 use super::remedy::remedy;
 use super::say::{out, out_json};
+use crate::report::digits::four_digits;
 use crate::report::doubt::DoubtCode;
 use crate::run::advice::holder::{Holder, holders};
 use crate::run::advice::{Finding, Level, advice, sort};
@@ -232,7 +233,7 @@ fn print_judgement(plan: &Plan, judged: &Judged, judgement: &Judgement<'_>) {
             "  pressure   {} {:.2} MPa ({} N on {:.0} mm2)",
             holder.tool,
             holder.pressure_mpa,
-            holder.force_n,
+            four_digits(holder.force_n),
             holder.clamped_mm2
         );
     }
@@ -268,12 +269,13 @@ fn print_loads(plan: &Plan, on_nodes: &[f64]) {
     let nodes = on_nodes.chunks_exact(3).filter(|force| force.iter().any(|f| *f != 0.0)).count();
     let share = plan.share();
     let of = |force: [f64; 3]| {
-        let told = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z}) N");
-        let part = force.map(|f| f / share);
+        let [x, y, z] = force;
+        let whole = format!("({x}, {y}, {z}) N");
+        let [x, y, z] = force.map(|f| four_digits(f / share));
         if share == 1.0 {
-            told(force)
+            whole
         } else {
-            format!("{} ({} on the modelled part)", told(force), told(part))
+            format!("{whole} (({x}, {y}, {z}) N on the modelled part)")
         }
     };
     let forces: Vec<String> = plan.scene.loads.iter().map(|load| of(load.force_n)).collect();
@@ -292,7 +294,8 @@ fn print_stages(plan: &Plan) {
                 Drive::TravelMm(to) => format!("{tool} to {to} mm"),
                 Drive::AdvanceMm(by) => format!("{tool} by {by} mm"),
                 Drive::ForceN(n @ Course::End(end)) => {
-                    format!("{tool} {n} N ({} N on the modelled part)", end / share)
+                    let part = four_digits(end / share);
+                    format!("{tool} {n} N ({part} N on the modelled part)")
                 }
                 Drive::ForceN(n) => format!("{tool} {n} N"),
                 Drive::Spring(s) => format!(
@@ -302,7 +305,9 @@ fn print_stages(plan: &Plan) {
                 Drive::Release(_) => format!("{tool} released"),
                 Drive::Absent(_) => format!("{tool} away"),
             })
-            .chain(stage.load_share.map(|share| format!("loads to {} %", 100.0 * share)))
+            .chain(
+                stage.load_share.map(|share| format!("loads to {} %", four_digits(100.0 * share))),
+            )
             .collect();
         let drives = if drives.is_empty() {
             "tools keep their travel or their force".into()
